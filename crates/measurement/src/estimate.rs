@@ -1,0 +1,28 @@
+/// A measured number with its standard uncertainty (one standard deviation), in the same unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// Best estimate.
+    pub value: f64,
+    /// Standard uncertainty, not negative.
+    pub sigma: f64,
+}
+
+impl Estimate {
+    /// Half width of a 95 % interval of a normal distribution, in standard deviations.
+    pub const COVERAGE_95: f64 = 1.959_963_984_540_054;
+
+    /// An estimate from its value and standard uncertainty.
+    pub fn new(value: f64, sigma: f64) -> Self {
+        Self { value, sigma }
+    }
+
+    /// The estimate in another unit: value and uncertainty times `factor`.
+    pub fn scaled(self, factor: f64) -> Self {
+        Self { value: self.value * factor, sigma: self.sigma * factor.abs() }
+    }
+
+    /// Whether `truth` lies within the 95 % interval.
+    pub fn covers_95(self, truth: f64) -> bool {
+        (self.value - truth).abs() <= Self::COVERAGE_95 * self.sigma
+    }
+}

@@ -1,0 +1,23 @@
+//! The vocabulary of chainwave: the types that two or more crates use, with their units and conventions.
+//!
+//! No algorithm and no input or output lives here. Conventions that hold everywhere:
+//!
+//! - Pixel (0, 0) is the *centre* of the top left pixel; x points right and y down; a [`Region`] is half open.
+//! - Images are `f32` arrays of shape `[height, width]` in linear counts as recorded; everything else is `f64`.
+//! - SI units; the unit stands last in a name. Positions in images are in pixels (`_px`).
+//! - The chain's x points away from the striker. Bodies are numbered from 1 (the struck one); row `i` of an array over
+//!   bodies is body `i + 1`. Gap n lies between bodies n and n + 1.
+//! - t = 0 is the trigger.
+//! - A value that was not measured is `None`, or an error that names the reason; never a sentinel.
+
+mod estimate;
+mod motion;
+mod recording;
+mod region;
+mod track;
+
+pub use estimate::Estimate;
+pub use motion::{ChainMotion, ErrorMode, Trajectory};
+pub use recording::{ReadError, Recording, RecordingInfo};
+pub use region::Region;
+pub use track::{Lost, Position, Subset, Track};

@@ -1,0 +1,116 @@
+use std::path::{Path, PathBuf};
+
+use crate::Region;
+
+/// What a recording says of itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RecordingInfo {
+    /// File format and packing, such as `cine 16 bit` or `cine P10`.
+    pub format: String,
+    /// Columns of a frame.
+    pub width_px: usize,
+    /// Rows of a frame.
+    pub height_px: usize,
+    /// Frames in the file.
+    pub n_frames: usize,
+    /// Significant bits of a pixel's linear count: a pixel lies in `0..2^bit_depth`.
+    pub bit_depth: u32,
+    /// Frame rate: from the time stamps where the file has them, else as the header states it.
+    pub rate_hz: Option<f64>,
+    /// Time of each frame relative to the trigger, in seconds; length `n_frames`.
+    pub times_s: Vec<f64>,
+    /// The camera's number of the first frame (the trigger is image 0).
+    pub first_image: i64,
+    /// Camera model, where the file names it.
+    pub camera: Option<String>,
+    /// Exposure of a frame, in seconds.
+    pub exposure_s: Option<f64>,
+    /// What a careful reader should know: quirks, corrections, contradictions in the header.
+    pub warnings: Vec<String>,
+}
+
+/// A sequence of monochrome frames whose pixels are read by region, so that a recording costs what is looked at.
+pub trait Recording: Send + Sync {
+    /// Where the recording lies, for messages.
+    fn path(&self) -> &Path;
+
+    /// Size, rate, time stamps and the like.
+    fn info(&self) -> &RecordingInfo;
+
+    /// Writes the linear counts of `region` in `frame` into `pixels`, row by row from the top; `pixels` holds exactly
+    /// `region.n_pixels()` values.
+    ///
+    /// # Errors
+    /// [`ReadError`] when the frame or the region lies outside the recording, the buffer has another size, or the
+    /// file's bytes cannot be read.
+    fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError>;
+
+    /// Checks a request of [`Recording::read_region`] against the recording's size.
+    ///
+    /// # Errors
+    /// [`ReadError`] as above.
+    fn check_request(&self, frame: usize, region: Region, n_pixels: usize) -> Result<(), ReadError> {
+        let info = self.info();
+        if frame >= info.n_frames {
+            return Err(ReadError::FrameOutside { path: self.path().into(), frame, n_frames: info.n_frames });
+        }
+        if !region.fits_in(info.width_px, info.height_px) {
+            return Err(ReadError::RegionOutside {
+                path: self.path().into(),
+                region,
+                width_px: info.width_px,
+                height_px: info.height_px,
+            });
+        }
+        if n_pixels != region.n_pixels() {
+            return Err(ReadError::BufferSize { expected: region.n_pixels(), found: n_pixels });
+        }
+        Ok(())
+    }
+}
+
+/// Why a region could not be read from an opened recording.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReadError {
+    /// The frame number is too large.
+    #[error("{}: frame {frame}: expected a frame below {n_frames}", path.display())]
+    FrameOutside {
+        /// The recording.
+        path: PathBuf,
+        /// The frame asked for.
+        frame: usize,
+        /// Frames in the recording.
+        n_frames: usize,
+    },
+    /// The region reaches outside the frame.
+    #[error("{}: region {region:?}: expected one inside {width_px} x {height_px} px", path.display())]
+    RegionOutside {
+        /// The recording.
+        path: PathBuf,
+        /// The region asked for.
+        region: Region,
+        /// Columns of a frame.
+        width_px: usize,
+        /// Rows of a frame.
+        height_px: usize,
+    },
+    /// The buffer does not hold the region's pixels.
+    #[error("pixel buffer: expected {expected} values, found {found}")]
+    BufferSize {
+        /// Pixels in the region.
+        expected: usize,
+        /// Values in the buffer.
+        found: usize,
+    },
+    /// The bytes are missing or cannot be decoded.
+    #[error("{}: frame {frame}: {reason}", path.display())]
+    Unreadable {
+        /// The recording.
+        path: PathBuf,
+        /// The frame asked for.
+        frame: usize,
+        /// What was expected and found.
+        reason: String,
+    },
+}

@@ -1,0 +1,70 @@
+use crate::Estimate;
+
+/// The rectangle of pixels that is followed, given in the reference frame.
+///
+/// It holds the pixels within `half_width_px` columns and `half_height_px` rows of the pixel nearest to (`x_px`,
+/// `y_px`), so it is `2 * half + 1` pixels wide and high.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Subset {
+    /// Name of the body or point.
+    pub name: String,
+    /// Column of the centre, in pixels.
+    pub x_px: f64,
+    /// Row of the centre, in pixels.
+    pub y_px: f64,
+    /// Columns on each side of the centre.
+    pub half_width_px: usize,
+    /// Rows above and below the centre.
+    pub half_height_px: usize,
+}
+
+/// Where a subset's centre was found in one frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Position {
+    /// Column of the centre, in pixels.
+    pub x_px: Estimate,
+    /// Row of the centre, in pixels.
+    pub y_px: Estimate,
+    /// Zero-normalised cross-correlation with the reference, at most 1.
+    pub zncc: f64,
+    /// Gauss-Newton iterations used.
+    pub iterations: u32,
+}
+
+/// Why a subset has no position in a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Lost {
+    /// The subset lies partly outside the frame.
+    OutOfView,
+    /// The subset's reference has too little contrast to be located.
+    NoTexture,
+    /// The best match resembles the reference too little.
+    LowCorrelation,
+    /// The iteration did not settle within its limit.
+    NotConverged,
+    /// The frame's pixels could not be read.
+    Unreadable,
+}
+
+impl Lost {
+    /// The reason as it stands in a table's `status` column.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::OutOfView => "out_of_view",
+            Self::NoTexture => "no_texture",
+            Self::LowCorrelation => "low_correlation",
+            Self::NotConverged => "not_converged",
+            Self::Unreadable => "unreadable",
+        }
+    }
+}
+
+/// The positions of one subset in every frame of one recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Track {
+    /// Name of the subset.
+    pub name: String,
+    /// One entry for each frame, from frame 0.
+    pub positions: Vec<Result<Position, Lost>>,
+}
