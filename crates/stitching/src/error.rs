@@ -1,0 +1,47 @@
+/// Why observations could not be stitched.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum StitchingError {
+    /// Nothing to stitch.
+    #[error("stitching: expected at least one recording with a tracked body, found none")]
+    Empty,
+    /// A body number outside the chain.
+    #[error("stitching: recording {recording}: expected bodies 1 to {n_bodies}, found body {body}")]
+    BodyOutside {
+        /// Name of the recording.
+        recording: String,
+        /// The body's number.
+        body: usize,
+        /// Bodies in the chain.
+        n_bodies: usize,
+    },
+    /// Tracks and times differ in length, or the times do not increase.
+    #[error("stitching: recording {recording}: expected {expected}, found {found}")]
+    Inconsistent {
+        /// Name of the recording.
+        recording: String,
+        /// What was expected.
+        expected: String,
+        /// What was found.
+        found: String,
+    },
+    /// No sample before the wave, so displacements have no origin.
+    #[error(
+        "stitching: recording {recording}, body {body}: expected frames at rest before {rest_until_s} s, found none \
+         (hint: record pre-trigger frames, or set a later rest_until_s)"
+    )]
+    NoRest {
+        /// Name of the recording.
+        recording: String,
+        /// The body's number.
+        body: usize,
+        /// End of the rest, in seconds after the trigger.
+        rest_until_s: f64,
+    },
+    /// The least-squares problem of the alignment has no unique solution.
+    #[error("stitching: the trigger offsets of {n_recordings} recordings could not be solved for")]
+    Singular {
+        /// Number of recordings.
+        n_recordings: usize,
+    },
+}

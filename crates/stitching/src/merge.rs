@@ -1,0 +1,418 @@
+use chainwave_measurement::{ChainMotion, ErrorMode, Estimate};
+use nalgebra::{DMatrix, Matrix2, Vector2};
+use ndarray::Array2;
+
+use crate::align::{Contribution, NormalEquations, Prior, Response, ResponsePrior};
+use crate::resample::Stencil;
+use crate::rest::{Displacement, displacement_from_rest};
+use crate::{Observation, StitchingError};
+
+/// How to stitch.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Number of bodies in the chain.
+    pub n_bodies: usize,
+    /// Frames before this time show the chain at rest, in seconds after the trigger.
+    pub rest_until_s: f64,
+    /// How far drives may differ between trials, as a relative standard deviation.
+    pub drive_prior: f64,
+    /// How far a body's first-order response to the drive may differ from its motion, relative to its rms motion.
+    pub slope_prior: f64,
+    /// How large its second-order response may be, relative to its rms motion.
+    pub curvature_prior: f64,
+}
+
+impl Settings {
+    /// Usual settings for a chain of `n_bodies` that rests until the trigger, less `trigger_margin_s`.
+    ///
+    /// The drives of repeated trials differ by less than 5 %. The response of a softening chain differs from plain scaling by
+    /// 0.2 to 0.7 of a body's motion, and curves by 0.1 of it (1 at the front); chain model, 2.73 m/s, N = 26.
+    pub fn new(n_bodies: usize, trigger_margin_s: f64) -> Self {
+        Self {
+            n_bodies,
+            rest_until_s: -trigger_margin_s,
+            drive_prior: 0.05,
+            slope_prior: 1.0,
+            curvature_prior: 0.5,
+        }
+    }
+}
+
+/// Where one recording stands among the others.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Alignment {
+    /// Name of the recording.
+    pub recording: String,
+    /// Number of the camera view.
+    pub view: u32,
+    /// Number of the trial in that view.
+    pub trial: u32,
+    /// Its trigger's lead over the mean trigger, in seconds: motion time = stamp - offset.
+    pub trigger_offset_s: Estimate,
+    /// Its drive relative to the mean drive, less one.
+    pub drive_deviation: Estimate,
+    /// Residuals' rms over what the trackers' sigma lets expect; near 1 when both are right.
+    pub scatter_ratio: f64,
+}
+
+/// The chain's motion and how it was put together.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stitched {
+    /// The motion at the mean drive and the mean trigger of all recordings.
+    pub motion: ChainMotion,
+    /// One entry for each recording, in the order given.
+    pub alignments: Vec<Alignment>,
+    /// Rounds of the alignment until it settled.
+    pub rounds: usize,
+    /// What the reader should know, such as a view that shares no body with the others.
+    pub warnings: Vec<String>,
+}
+
+/// Rounds after which the alignment stops in any case; about 8 are usual.
+const MAX_ROUNDS: usize = 60;
+
+/// Merges observations of one chain into its motion.
+///
+/// The common time base has the observations' median frame interval and contains t = 0.
+///
+/// # Errors
+/// [`StitchingError`] when there is nothing to merge, an observation contradicts itself, or a body was never at rest.
+pub fn merge(observations: &[Observation], settings: &Settings) -> Result<Stitched, StitchingError> {
+    let mut stitch = Stitch::new(observations, settings)?;
+    let mut rounds = 0;
+    loop {
+        rounds += 1;
+        let field = stitch.responses();
+        let (change, covariance) = stitch.align(&field)?;
+        if change < 1e-5 || rounds == MAX_ROUNDS {
+            let covariance = stitch.fix_gauge(&stitch.responses(), covariance);
+            let field = stitch.responses();
+            return Ok(stitch.finish(&field, &covariance, rounds));
+        }
+    }
+}
+
+/// The alignment under way.
+struct Stitch<'a> {
+    observations: &'a [Observation],
+    settings: &'a Settings,
+    displacements: Vec<Vec<Displacement>>,
+    times_s: Vec<f64>,
+    frame_interval_s: f64,
+    drive: Vec<f64>,
+    offsets_s: Vec<f64>,
+}
+
+/// All contributions and the fitted response at each body and time, row by row.
+type Field = Vec<Vec<(Vec<Contribution>, Response)>>;
+
+impl<'a> Stitch<'a> {
+    fn new(observations: &'a [Observation], settings: &'a Settings) -> Result<Self, StitchingError> {
+        if observations.iter().all(|observation| observation.bodies.is_empty()) {
+            return Err(StitchingError::Empty);
+        }
+        let mut displacements = Vec::with_capacity(observations.len());
+        for observation in observations {
+            observation.check(settings.n_bodies)?;
+            let seen = observation.bodies.iter().filter(|track| track.position_m.iter().any(Option::is_some));
+            let of_bodies =
+                seen.map(|track| displacement_from_rest(observation, track, settings.rest_until_s));
+            displacements.push(of_bodies.collect::<Result<Vec<_>, _>>()?);
+        }
+        let frame_interval_s = median(observations.iter().map(Observation::frame_interval_s).collect());
+        Ok(Self {
+            times_s: common_times(observations, frame_interval_s),
+            frame_interval_s,
+            drive: vec![0.0; observations.len()],
+            offsets_s: vec![0.0; observations.len()],
+            observations,
+            settings,
+            displacements,
+        })
+    }
+
+    /// Reads every recording on the common time base at its present offset, and fits motion and response.
+    fn responses(&self) -> Field {
+        let n_times = self.times_s.len();
+        let mut readings: Vec<Vec<Vec<Contribution>>> =
+            vec![vec![Vec::new(); n_times]; self.settings.n_bodies];
+        for (recording, observation) in self.observations.iter().enumerate() {
+            for (i, time_s) in self.times_s.iter().enumerate() {
+                let Some(stencil) = Stencil::at(&observation.times_s, time_s + self.offsets_s[recording])
+                else {
+                    continue;
+                };
+                for displacement in &self.displacements[recording] {
+                    if let Some(read) = stencil.read(&displacement.samples) {
+                        readings[displacement.row][i].push(Contribution { recording, read });
+                    }
+                }
+            }
+        }
+        readings.into_iter().map(|of_body| self.fit_body(of_body)).collect()
+    }
+
+    /// Fits one body's motion. A time that fewer than three recordings cover, of more that saw the body, is left out: at the
+    /// ends of the time base one trial would stand for all.
+    fn fit_body(&self, readings: Vec<Vec<Contribution>>) -> Vec<(Vec<Contribution>, Response)> {
+        let all = || readings.iter().flatten().map(|contribution| &contribution.read);
+        let n = all().count().max(1) as f64;
+        let rms_m = (all().map(|read| read.value.powi(2)).sum::<f64>() / n).sqrt();
+        let noise_m = all().map(|read| read.sigma).sum::<f64>() / n;
+        let enough = readings.iter().map(Vec::len).max().unwrap_or(0).min(3);
+        let prior_m = |relative: f64| (relative * rms_m).max(noise_m);
+        let prior = ResponsePrior {
+            slope_m: prior_m(self.settings.slope_prior),
+            curvature_m: prior_m(self.settings.curvature_prior),
+        };
+        readings
+            .into_iter()
+            .map(|mut contributions| {
+                if contributions.len() < enough {
+                    contributions.clear();
+                }
+                let response = match contributions.is_empty() {
+                    true => Response::default(),
+                    false => Response::fit(&contributions, &self.drive, prior),
+                };
+                (contributions, response)
+            })
+            .collect()
+    }
+
+    /// One joint least-squares step for all drives and offsets; the largest change, in drives' priors and frames.
+    fn align(&mut self, field: &Field) -> Result<(f64, DMatrix<f64>), StitchingError> {
+        let n = self.observations.len();
+        let mut equations = NormalEquations::new(n);
+        for (contributions, response) in field.iter().flatten().filter(|(all, _)| all.len() > 1) {
+            equations.add(contributions, response, &self.drive);
+        }
+        let prior = Prior { offset_s: self.frame_interval_s, drive: self.settings.drive_prior };
+        let (solution, covariance) = equations
+            .solve(&self.drive, &self.offsets_s, prior)
+            .ok_or(StitchingError::Singular { n_recordings: n })?;
+        let mut change = 0.0_f64;
+        for r in 0..n {
+            change = change.max(solution[r].abs() / self.settings.drive_prior);
+            change = change.max(solution[n + r].abs() / self.frame_interval_s);
+            self.drive[r] += solution[r];
+            self.offsets_s[r] += solution[n + r];
+        }
+        Ok((change, covariance))
+    }
+
+    /// Tells trigger offsets from drives.
+    ///
+    /// A later trigger and a drive that delays every body look alike (S -> S + b dX/dt, tau -> tau - b s changes nothing), and
+    /// the scale of s is free against that of S. What holds is that the first body starts at the impact and in proportion to the
+    /// drive: b and the scale make its S equal its X until it has moved a quarter of its way.
+    fn fix_gauge(&mut self, field: &Field, covariance: DMatrix<f64>) -> DMatrix<f64> {
+        let Some(first) = field.iter().find(|of_body| of_body.iter().any(|(all, _)| all.len() > 2)) else {
+            return covariance;
+        };
+        let furthest = first.iter().map(|(_, response)| response.motion_m.abs()).fold(0.0, f64::max);
+        let onset = first.iter().take_while(|(_, response)| response.motion_m.abs() < 0.25 * furthest);
+        // S is noisy and X is not: S = scale X + delay dX/dt by least squares.
+        let (mut normal, mut right_side) = (Matrix2::zeros(), Vector2::zeros());
+        for (_, response) in onset {
+            let columns = Vector2::new(response.motion_m, response.velocity_m_per_s);
+            normal += columns * columns.transpose();
+            right_side += columns * response.slope_m;
+        }
+        let Some(solution) = normal.try_inverse().map(|inverse| inverse * right_side) else {
+            return covariance;
+        };
+        let (scale, delay_s) = (solution[0], solution[1]);
+        // Far from 1 the onset holds too few samples to tell, and the prior's own gauge (S near X) stays.
+        if !(0.3..3.0).contains(&scale) {
+            return covariance;
+        }
+        let n = self.drive.len();
+        for (drive, offset_s) in self.drive.iter_mut().zip(&mut self.offsets_s) {
+            *offset_s -= delay_s * *drive;
+            *drive *= scale;
+        }
+        let transform = DMatrix::from_fn(2 * n, 2 * n, |row, column| match (row < n, column < n) {
+            (true, true) if row == column => scale,
+            (false, false) if row == column => 1.0,
+            (false, true) if row - n == column => -delay_s,
+            _ => 0.0,
+        });
+        &transform * covariance * transform.transpose()
+    }
+
+    fn finish(&self, field: &Field, covariance: &DMatrix<f64>, rounds: usize) -> Stitched {
+        let shape = (self.settings.n_bodies, self.times_s.len());
+        let ratios: Vec<f64> =
+            field.iter().map(|of_body| self.scatter_ratio(of_body, |_| true).max(1.0)).collect();
+        let mut modes = self.alignment_modes(field, covariance);
+        modes.extend(self.rest_modes(field));
+        let mut motion = ChainMotion {
+            times_s: self.times_s.clone(),
+            displacement_m: Array2::from_elem(shape, None),
+            independent_sigma_m: Array2::zeros(shape),
+            modes,
+            n_trials: Array2::zeros(shape),
+        };
+        for (row, of_body) in field.iter().enumerate() {
+            for (i, (contributions, response)) in
+                of_body.iter().enumerate().filter(|(_, (all, _))| !all.is_empty())
+            {
+                let shared: f64 = motion.modes.iter().map(|mode| mode.displacement_m[(row, i)].powi(2)).sum();
+                let smoothed: f64 = contributions
+                    .iter()
+                    .map(|c| {
+                        (response.gain(c, &self.drive) * c.read.sigma).powi(2) * (1.0 - c.read.noise_gain)
+                    })
+                    .sum();
+                let independent = ratios[row].powi(2) * response.variance_m2();
+                let sigma_m = (independent - ratios[row].powi(2) * smoothed + shared).max(0.0).sqrt();
+                motion.displacement_m[(row, i)] = Some(Estimate::new(response.motion_m, sigma_m));
+                motion.independent_sigma_m[(row, i)] = independent.sqrt();
+                motion.n_trials[(row, i)] = contributions.len() as u32;
+            }
+        }
+        let alignments = (0..self.observations.len()).map(|r| self.alignment(r, field, covariance)).collect();
+        Stitched { motion, alignments, rounds, warnings: self.warnings(rounds) }
+    }
+
+    /// Residuals' rms of the chosen contributions over what the trackers' sigma lets expect.
+    fn scatter_ratio(
+        &self,
+        of_body: &[(Vec<Contribution>, Response)],
+        chosen: impl Fn(&Contribution) -> bool,
+    ) -> f64 {
+        let (mut squares, mut freedom) = (0.0, 0.0);
+        for (contributions, response) in of_body.iter().filter(|(all, _)| all.len() > 2) {
+            for contribution in contributions.iter().filter(|contribution| chosen(contribution)) {
+                let residual = contribution.read.value - response.at(self.drive[contribution.recording]);
+                squares += contribution.weight() * residual.powi(2) / contribution.read.noise_gain;
+                freedom += 1.0 - response.leverage(contribution, &self.drive);
+            }
+        }
+        if freedom > 1.0 { (squares / freedom).sqrt() } else { 1.0 }
+    }
+
+    fn alignment(&self, r: usize, field: &Field, covariance: &DMatrix<f64>) -> Alignment {
+        let n = self.observations.len();
+        let observation = &self.observations[r];
+        let rows = self.displacements[r].iter().map(|displacement| displacement.row);
+        let ratios: Vec<f64> =
+            rows.map(|row| self.scatter_ratio(&field[row], |c| c.recording == r)).collect();
+        let mean_square = ratios.iter().map(|ratio| ratio.powi(2)).sum::<f64>() / ratios.len().max(1) as f64;
+        let sigma = |unknown: usize| covariance[(unknown, unknown)].max(0.0).sqrt();
+        Alignment {
+            recording: observation.recording.clone(),
+            view: observation.view,
+            trial: observation.trial,
+            trigger_offset_s: Estimate::new(self.offsets_s[r], sigma(n + r)),
+            drive_deviation: Estimate::new(self.drive[r], sigma(r)),
+            scatter_ratio: mean_square.sqrt(),
+        }
+    }
+
+    /// The displacement errors that the alignment's uncertainty leaves: its covariance's principal directions.
+    fn alignment_modes(&self, field: &Field, covariance: &DMatrix<f64>) -> Vec<ErrorMode> {
+        let n = self.observations.len();
+        let ratio = field.iter().map(|of_body| self.scatter_ratio(of_body, |_| true)).fold(1.0, f64::max);
+        // Drives in per cent and offsets in frames, so that the directions compare like with like.
+        let unit = |i: usize| if i < n { 0.01 } else { self.frame_interval_s };
+        let scaled = DMatrix::from_fn(2 * n, 2 * n, |i, j| covariance[(i, j)] / (unit(i) * unit(j)));
+        let eigen = scaled.symmetric_eigen();
+        let largest = eigen.eigenvalues.max();
+        let kept = (0..2 * n).filter(|k| eigen.eigenvalues[*k] > 1e-8 * largest);
+        kept.map(|k| {
+            let amplitude = ratio * eigen.eigenvalues[k].sqrt();
+            let direction: Vec<f64> =
+                (0..2 * n).map(|i| amplitude * unit(i) * eigen.eigenvectors[(i, k)]).collect();
+            ErrorMode {
+                source: format!("alignment {k}"),
+                displacement_m: self.alignment_error(field, &direction),
+            }
+        })
+        .collect()
+    }
+
+    fn alignment_error(&self, field: &Field, direction: &[f64]) -> Array2<f64> {
+        let n = self.observations.len();
+        Array2::from_shape_fn((field.len(), self.times_s.len()), |(row, i)| {
+            let (contributions, response) = &field[row][i];
+            let error = |c: &Contribution| {
+                response.velocity_m_per_s * direction[n + c.recording]
+                    - response.slope_m * direction[c.recording]
+            };
+            contributions.iter().map(|c| response.gain(c, &self.drive) * error(c)).sum()
+        })
+    }
+
+    /// For each body the error of its places at rest.
+    fn rest_modes(&self, field: &Field) -> Vec<ErrorMode> {
+        (0..field.len())
+            .map(|row| {
+                let mut displacement_m = Array2::zeros((field.len(), self.times_s.len()));
+                for (i, (contributions, response)) in field[row].iter().enumerate() {
+                    let variance: f64 = contributions
+                        .iter()
+                        .map(|c| {
+                            (response.gain(c, &self.drive) * self.rest_sigma_m(c.recording, row)).powi(2)
+                        })
+                        .sum();
+                    displacement_m[(row, i)] = variance.sqrt();
+                }
+                ErrorMode { source: format!("rest of body {}", row + 1), displacement_m }
+            })
+            .collect()
+    }
+
+    fn rest_sigma_m(&self, recording: usize, row: usize) -> f64 {
+        let of_body = self.displacements[recording].iter().find(|displacement| displacement.row == row);
+        of_body.map_or(0.0, |displacement| displacement.rest_sigma_m)
+    }
+
+    fn warnings(&self, rounds: usize) -> Vec<String> {
+        let mut warnings = Vec::new();
+        if rounds == MAX_ROUNDS {
+            warnings.push(format!("the alignment of trials had not settled after {MAX_ROUNDS} rounds"));
+        }
+        let groups = self.tied_groups();
+        let main = groups.iter().max_by_key(|group| group.len()).cloned().unwrap_or_default();
+        for group in groups.iter().filter(|group| **group != main) {
+            let names: Vec<&str> = group.iter().map(|r| self.observations[*r].recording.as_str()).collect();
+            warnings.push(format!(
+                "{} share no body with the other recordings: their time base rests on the trigger alone",
+                names.join(", ")
+            ));
+        }
+        warnings
+    }
+
+    /// Recordings tied to each other through bodies that both saw.
+    fn tied_groups(&self) -> Vec<Vec<usize>> {
+        let rows = |r: usize| self.displacements[r].iter().map(|displacement| displacement.row);
+        let mut group: Vec<usize> = (0..self.observations.len()).collect();
+        for a in 0..group.len() {
+            for b in 0..a {
+                if group[a] != group[b] && rows(a).any(|row| rows(b).any(|other| other == row)) {
+                    let (from, to) = (group[a].max(group[b]), group[a].min(group[b]));
+                    group.iter_mut().filter(|label| **label == from).for_each(|label| *label = to);
+                }
+            }
+        }
+        let members = |label: usize| (0..group.len()).filter(|r| group[*r] == label).collect::<Vec<_>>();
+        (0..group.len()).map(members).filter(|group| !group.is_empty()).collect()
+    }
+}
+
+/// Multiples of the frame interval that at least one recording covers.
+fn common_times(observations: &[Observation], interval_s: f64) -> Vec<f64> {
+    let spans = || observations.iter().filter_map(Observation::span_s);
+    let first = spans().map(|span| span.0).fold(f64::INFINITY, f64::min);
+    let last = spans().map(|span| span.1).fold(f64::NEG_INFINITY, f64::max);
+    let (from, to) = ((first / interval_s).ceil() as i64, (last / interval_s).floor() as i64);
+    (from..=to).map(|k| k as f64 * interval_s).collect()
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}

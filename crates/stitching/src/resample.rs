@@ -1,0 +1,101 @@
+use chainwave_measurement::Estimate;
+
+/// Samples taken on each side of an interpolated time.
+const HALF_ORDER: usize = 3;
+
+/// A value read between samples.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Interpolated {
+    pub(crate) value: f64,
+    /// Time derivative, in the samples' unit per second.
+    pub(crate) rate: f64,
+    /// Standard uncertainty of the samples around: the noise before interpolation smoothed it.
+    pub(crate) sigma: f64,
+    /// Variance of `value` over `sigma` squared, 0.7 half way between samples and 1 on one.
+    pub(crate) noise_gain: f64,
+}
+
+/// Six-point Lagrange interpolation at one time: which samples, and their weights.
+///
+/// The error is (h^6/720) |x''''''| (225/64) at most, h the frame interval: 3e-6 of the amplitude at a tenth of the frame
+/// rate. The stencil is local, so a lost frame costs three frame intervals on each side and nothing else.
+#[derive(Debug, Clone)]
+pub(crate) struct Stencil {
+    first: usize,
+    value_weights: [f64; 2 * HALF_ORDER],
+    rate_weights: [f64; 2 * HALF_ORDER],
+}
+
+impl Stencil {
+    /// The stencil for `time_s`; `None` within three samples of either end.
+    pub(crate) fn at(times_s: &[f64], time_s: f64) -> Option<Self> {
+        let after = times_s.partition_point(|sample| *sample <= time_s);
+        let first = after.checked_sub(HALF_ORDER)?;
+        let nodes: &[f64; 2 * HALF_ORDER] = times_s.get(first..first + 2 * HALF_ORDER)?.try_into().ok()?;
+        let mut stencil = Self { first, value_weights: [0.0; 6], rate_weights: [0.0; 6] };
+        for (i, node) in nodes.iter().enumerate() {
+            (stencil.value_weights[i], stencil.rate_weights[i]) = lagrange(nodes, i, *node, time_s);
+        }
+        Some(stencil)
+    }
+
+    /// Reads the samples; `None` where one of the six is missing.
+    pub(crate) fn read(&self, samples: &[Option<Estimate>]) -> Option<Interpolated> {
+        let mut read = Interpolated { value: 0.0, rate: 0.0, sigma: 0.0, noise_gain: 0.0 };
+        for (i, sample) in samples.get(self.first..self.first + 2 * HALF_ORDER)?.iter().enumerate() {
+            let sample = (*sample)?;
+            read.value += self.value_weights[i] * sample.value;
+            read.rate += self.rate_weights[i] * sample.value;
+            read.sigma += sample.sigma / (2 * HALF_ORDER) as f64;
+            read.noise_gain += self.value_weights[i].powi(2);
+        }
+        Some(read)
+    }
+}
+
+/// Value and derivative at `time_s` of the Lagrange polynomial that is 1 at node `i` and 0 at the others.
+fn lagrange(nodes: &[f64; 6], i: usize, node: f64, time_s: f64) -> (f64, f64) {
+    let others = || nodes.iter().enumerate().filter(|(j, _)| *j != i).map(|(_, other)| *other);
+    let value: f64 = others().map(|other| (time_s - other) / (node - other)).product();
+    let rate: f64 = others()
+        .map(|left_out| {
+            let rest: f64 = others()
+                .filter(|other| other.to_bits() != left_out.to_bits())
+                .map(|other| (time_s - other) / (node - other))
+                .product();
+            rest / (node - left_out)
+        })
+        .sum();
+    (value, rate)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quintic_is_read_exactly_with_its_rate() {
+        let times: Vec<f64> = (0..12).map(|i| 0.1 * f64::from(i) + 0.003 * f64::from(i * i % 5)).collect();
+        let x = |t: f64| 1.0 - t + 2.0 * t.powi(3) - 0.5 * t.powi(5);
+        let rate = |t: f64| -1.0 + 6.0 * t.powi(2) - 2.5 * t.powi(4);
+        let samples: Vec<_> = times.iter().map(|t| Some(Estimate::new(x(*t), 0.1))).collect();
+        for time in [0.35, 0.5, 0.77] {
+            let read = Stencil::at(&times, time).unwrap().read(&samples).unwrap();
+            // Rounding of weights up to 1/(0.1^5) in the derivative: about 1e-12.
+            assert!((read.value - x(time)).abs() < 1e-13);
+            assert!((read.rate - rate(time)).abs() < 1e-11);
+            assert!(read.noise_gain > 0.6 && read.noise_gain < 1.05);
+        }
+    }
+
+    #[test]
+    fn ends_and_lost_samples_are_not_bridged() {
+        let times: Vec<f64> = (0..10).map(f64::from).collect();
+        let mut samples = vec![Some(Estimate::new(0.0, 0.1)); 10];
+        samples[6] = None;
+        assert!(Stencil::at(&times, 1.5).is_none());
+        assert!(Stencil::at(&times, 7.5).is_none());
+        assert!(Stencil::at(&times, 3.5).unwrap().read(&samples).is_none());
+        assert!(Stencil::at(&times, 2.5).unwrap().read(&samples).is_some());
+    }
+}

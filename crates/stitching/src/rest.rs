@@ -1,0 +1,42 @@
+use chainwave_measurement::Estimate;
+
+use crate::{BodyTrack, Observation, StitchingError};
+
+/// A body's displacement from its place at rest in one recording.
+#[derive(Debug, Clone)]
+pub(crate) struct Displacement {
+    /// Row of the body: its number less one.
+    pub(crate) row: usize,
+    /// Displacement in metres, one entry a frame.
+    pub(crate) samples: Vec<Option<Estimate>>,
+    /// Standard uncertainty of the place at rest, in metres: an error that all samples share.
+    pub(crate) rest_sigma_m: f64,
+}
+
+/// Subtracts the mean position at rest (frames before `rest_until_s`) from a body's track.
+pub(crate) fn displacement_from_rest(
+    observation: &Observation,
+    track: &BodyTrack,
+    rest_until_s: f64,
+) -> Result<Displacement, StitchingError> {
+    let at_rest: Vec<Estimate> = observation
+        .times_s
+        .iter()
+        .zip(&track.position_m)
+        .take_while(|(time_s, _)| **time_s < rest_until_s)
+        .filter_map(|(_, position)| *position)
+        .collect();
+    if at_rest.is_empty() {
+        return Err(StitchingError::NoRest {
+            recording: observation.recording.clone(),
+            body: track.body,
+            rest_until_s,
+        });
+    }
+    let n = at_rest.len() as f64;
+    let origin_m = at_rest.iter().map(|position| position.value).sum::<f64>() / n;
+    let rest_sigma_m = at_rest.iter().map(|position| position.sigma.powi(2)).sum::<f64>().sqrt() / n;
+    let from_origin = |position: &Estimate| Estimate::new(position.value - origin_m, position.sigma);
+    let samples = track.position_m.iter().map(|position| position.as_ref().map(from_origin)).collect();
+    Ok(Displacement { row: track.body - 1, samples, rest_sigma_m })
+}
