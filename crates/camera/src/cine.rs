@@ -1,0 +1,122 @@
+//! Vision Research's Phantom .cine: monochrome, 8 bit, 16 bit, and packed to 10 (P10) or 12 (P12L) bits.
+//!
+//! The file is a header that points at the picture's format, a Setup block that grew with the camera's software, tagged
+//! blocks (time stamps, exposures), and a table of pointers to the frames.
+
+mod blocks;
+mod clock;
+mod header;
+mod pixels;
+mod quirks;
+mod setup;
+
+use std::path::{Path, PathBuf};
+
+use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region};
+use memmap2::Mmap;
+
+use crate::bytes::Bytes;
+use crate::mapping::map_file;
+use crate::{CameraError, Format};
+use blocks::Blocks;
+use clock::Clock;
+use header::Header;
+use pixels::Layout;
+use setup::Setup;
+
+pub(crate) const FORMAT: Format = Format {
+    name: "Phantom .cine (starts with 43 49)",
+    recognises: |head| head.starts_with(b"CI"),
+    open: |path| Ok(Box::new(Cine::open(path)?)),
+};
+
+/// A frame begins with two sizes of four bytes; annotations may stand between them.
+const FRAME_HEAD_BYTES: u64 = 8;
+
+/// An opened .cine file.
+struct Cine {
+    path: PathBuf,
+    map: Mmap,
+    layout: Layout,
+    /// Offset of each frame's head, in bytes from the start of the file.
+    frames: Vec<u64>,
+    info: RecordingInfo,
+}
+
+impl Cine {
+    fn open(path: &Path) -> Result<Self, CameraError> {
+        let map = map_file(path)?;
+        let bytes = Bytes::new(path, &map);
+        let header = Header::read(bytes)?;
+        let setup = Setup::read(bytes, header.setup_offset)?;
+        let layout = Layout::of(bytes, &header, &setup)?;
+        let blocks = Blocks::read(bytes, &header, &setup)?;
+        let frames = frame_offsets(bytes, &header, &layout)?;
+        let clock = Clock::of(bytes, &header, &setup, &blocks)?;
+        let mut warnings = quirks::warnings(bytes, &header, &setup, &layout, &blocks, &frames);
+        warnings.extend(clock.warnings);
+        let info = RecordingInfo {
+            format: layout.packing.name().into(),
+            width_px: layout.width_px,
+            height_px: layout.height_px,
+            n_frames: frames.len(),
+            bit_depth: layout.bit_depth,
+            rate_hz: clock.rate_hz,
+            times_s: clock.times_s,
+            first_image: header.first_image.into(),
+            camera: setup.camera.clone(),
+            exposure_s: blocks.exposure_s().or(setup.exposure_s),
+            warnings,
+        };
+        Ok(Self { path: path.into(), map, layout, frames, info })
+    }
+
+    /// The pixels of a frame as they are stored.
+    ///
+    /// The size of the picture is the header's: the frame's own size word is garbage in files of at least one camera.
+    fn image(&self, frame: usize) -> Result<&[u8], ReadError> {
+        let bytes = Bytes::new(&self.path, &self.map);
+        let start = self.frames[frame];
+        let unreadable = |reason: String| ReadError::Unreadable { path: self.path.clone(), frame, reason };
+        let head = bytes.u32("frame head", start).map_err(|error| unreadable(error.to_string()))?;
+        let room = u64::from(head)
+            .checked_sub(FRAME_HEAD_BYTES)
+            .and_then(|_| bytes.slice("pixels", start + u64::from(head), self.layout.frame_bytes).ok());
+        room.ok_or_else(|| {
+            let n_bytes = self.layout.frame_bytes;
+            unreadable(format!(
+                "annotation size at byte {start}: expected {FRAME_HEAD_BYTES} or more with {n_bytes} bytes of pixels \
+                 behind it, found {head}"
+            ))
+        })
+    }
+}
+
+impl Recording for Cine {
+    fn path(&self) -> &Path {
+        &self.path
+    }
+
+    fn info(&self) -> &RecordingInfo {
+        &self.info
+    }
+
+    fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {
+        self.check_request(frame, region, pixels.len())?;
+        self.layout.unpack(self.image(frame)?, region, pixels);
+        Ok(())
+    }
+}
+
+/// Reads the table of pointers and checks that the file has room for every frame.
+fn frame_offsets(bytes: Bytes, header: &Header, layout: &Layout) -> Result<Vec<u64>, CameraError> {
+    let count = u64::from(header.n_images);
+    let table =
+        bytes.slice("image pointers", header.pointers_offset, count * header.pointer_width.bytes())?;
+    let frames = header.pointer_width.decode(table);
+    for (index, &start) in frames.iter().enumerate() {
+        let size = layout.frame_bytes.saturating_add(FRAME_HEAD_BYTES);
+        bytes.slice(format_args!("image {index}"), start, size)?;
+    }
+    Ok(frames)
+}

@@ -1,0 +1,88 @@
+use super::header::Header;
+use super::setup::Setup;
+use crate::CameraError;
+use crate::bytes::Bytes;
+
+/// Size (u32), type (u16) and a reserved u16.
+const BLOCK_HEAD_BYTES: u64 = 8;
+const IMAGE_TIMES: u16 = 1002;
+const EXPOSURES: u16 = 1003;
+
+/// Time stamps and exposures count in units of 2^-32 s.
+pub(super) const TICKS_PER_SECOND: f64 = 4_294_967_296.0;
+
+/// The tagged blocks between the Setup block and the image pointers, as far as they matter here.
+#[derive(Default)]
+pub(super) struct Blocks {
+    /// Time of each image: seconds since 1970 in units of 2^-32 s.
+    pub(super) stamps: Option<Vec<u64>>,
+    /// Exposure of each image in units of 2^-32 s.
+    pub(super) exposures: Option<Vec<u32>>,
+}
+
+impl Blocks {
+    pub(super) fn read(bytes: Bytes, header: &Header, setup: &Setup) -> Result<Self, CameraError> {
+        let mut blocks = Self::default();
+        let mut offset = header.setup_offset + setup.length;
+        while offset < header.pointers_offset {
+            let block = Block::read(bytes, offset, header.pointers_offset)?;
+            match block.kind {
+                IMAGE_TIMES => {
+                    let table = block.per_image(bytes, "time stamps", header.n_images)?;
+                    blocks.stamps = Some(table.iter().map(|&raw| u64::from_le_bytes(raw)).collect());
+                }
+                EXPOSURES => {
+                    let table = block.per_image(bytes, "exposures", header.n_images)?;
+                    blocks.exposures = Some(table.iter().map(|&raw| u32::from_le_bytes(raw)).collect());
+                }
+                _ => {}
+            }
+            offset += block.size;
+        }
+        Ok(blocks)
+    }
+
+    /// Median exposure in seconds, which a dummy frame does not move.
+    pub(super) fn exposure_s(&self) -> Option<f64> {
+        let mut exposures = self.exposures.clone()?;
+        exposures.sort_unstable();
+        let median = *exposures.get(exposures.len() / 2)?;
+        (median > 0).then(|| f64::from(median) / TICKS_PER_SECOND)
+    }
+}
+
+struct Block {
+    offset: u64,
+    /// Bytes of the block, its head included.
+    size: u64,
+    kind: u16,
+}
+
+impl Block {
+    /// The block at `offset`, which must end at `end` at the latest.
+    fn read(bytes: Bytes, offset: u64, end: u64) -> Result<Self, CameraError> {
+        let size = u64::from(bytes.u32("block size", offset)?);
+        let room = BLOCK_HEAD_BYTES..=end - offset;
+        if !room.contains(&size) {
+            let expected = format_args!("{} to {} bytes", room.start(), room.end());
+            return Err(bytes.malformed("block size", offset, expected, size));
+        }
+        Ok(Self { offset, size, kind: bytes.u16("block type", offset + 4)? })
+    }
+
+    /// The block's data as `N` bytes for each image.
+    fn per_image<'a, const N: usize>(
+        &self,
+        bytes: Bytes<'a>,
+        what: &str,
+        n_images: u32,
+    ) -> Result<&'a [[u8; N]], CameraError> {
+        let needed = u64::from(n_images) * N as u64;
+        let found = self.size - BLOCK_HEAD_BYTES;
+        if found < needed {
+            let expected = format_args!("{needed} bytes for {n_images} images");
+            return Err(bytes.malformed(what, self.offset, expected, found));
+        }
+        Ok(bytes.slice(what, self.offset + BLOCK_HEAD_BYTES, needed)?.as_chunks().0)
+    }
+}

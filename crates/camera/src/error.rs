@@ -1,0 +1,79 @@
+use std::path::PathBuf;
+
+/// Why a recording could not be opened.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CameraError {
+    /// The operating system refused.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The recording.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// The first bytes belong to no format of the list.
+    #[error("{}: byte 0: expected the start of a recording, found {found} ({hint})", path.display())]
+    UnknownFormat {
+        /// The recording.
+        path: PathBuf,
+        /// The first bytes.
+        found: String,
+        /// The formats that can be read.
+        hint: String,
+    },
+    /// The file ends inside something that its header announces.
+    #[error("{}: {what} at byte {offset}: expected {expected} bytes, found {found}", path.display())]
+    Truncated {
+        /// The recording.
+        path: PathBuf,
+        /// What was being read.
+        what: String,
+        /// Where it starts, in bytes from the start of the file.
+        offset: u64,
+        /// Its size in bytes.
+        expected: u64,
+        /// Bytes that the file holds from there on.
+        found: u64,
+    },
+    /// A value that no valid file holds.
+    #[error("{}: {what} at byte {offset}: expected {expected}, found {found}", path.display())]
+    Malformed {
+        /// The recording.
+        path: PathBuf,
+        /// What was being read.
+        what: String,
+        /// Where it stands, in bytes from the start of the file.
+        offset: u64,
+        /// What a valid file holds there.
+        expected: String,
+        /// What stands there.
+        found: String,
+    },
+    /// The pictures are in colour; a filter mosaic read as gray would be wrong by the colours' sensitivities.
+    #[error("{}: colour recording: {reason}; expected a monochrome one", path.display())]
+    Colour {
+        /// The recording.
+        path: PathBuf,
+        /// How the file says so.
+        reason: String,
+    },
+    /// A valid recording of a kind that this build does not read.
+    #[error("{}: {what} cannot be read ({hint})", path.display())]
+    Unsupported {
+        /// The recording.
+        path: PathBuf,
+        /// The kind.
+        what: String,
+        /// What to do instead.
+        hint: String,
+    },
+    /// The video decoder failed.
+    #[error("{}: video decoder: {reason}", path.display())]
+    Decoder {
+        /// The recording.
+        path: PathBuf,
+        /// What it said.
+        reason: String,
+    },
+}
