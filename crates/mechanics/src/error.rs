@@ -1,0 +1,87 @@
+/// Why a model could not be built or a simulation not be carried out.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MechanicsError {
+    /// A parameter is not finite, or outside what the model can mean.
+    #[error("{quantity}: expected {expected}, found {found}")]
+    NotPhysical {
+        /// The parameter, with the body's number where there is one.
+        quantity: String,
+        /// The range that makes sense.
+        expected: &'static str,
+        /// The value given.
+        found: f64,
+    },
+    /// A list does not have one entry for each body.
+    #[error("{quantity}: expected {expected} entries, found {found}")]
+    Length {
+        /// The list.
+        quantity: &'static str,
+        /// Entries needed.
+        expected: usize,
+        /// Entries given.
+        found: usize,
+    },
+    /// The sample times of an imposed motion do not increase.
+    #[error("imposed motion, sample {index}: expected a time after {previous_s} s, found {found_s} s")]
+    TimesNotIncreasing {
+        /// Number of the sample, from 0.
+        index: usize,
+        /// Time of the sample before it, in seconds.
+        previous_s: f64,
+        /// Its own time, in seconds.
+        found_s: f64,
+    },
+    /// The imposed motion does not cover the simulated time.
+    #[error(
+        "imposed motion: expected samples from 0 to {needed_s} s, found {first_s} to {last_s} s \
+         (shorten the simulation, or move the samples' origin of time)"
+    )]
+    ImposedTooShort {
+        /// Time of the first sample, in seconds.
+        first_s: f64,
+        /// Time of the last sample, in seconds.
+        last_s: f64,
+        /// Duration of the simulation, in seconds.
+        needed_s: f64,
+    },
+    /// The time step lies beyond the integrator's stability bound.
+    #[error(
+        "time step: expected at most {limit_s:.3e} s, the stability bound of rk4 at the contact stiffness \
+         {stiffness_n_per_m:.4e} N/m, found {dt_s:.3e} s (leave the step out to have it chosen)"
+    )]
+    StepTooLarge {
+        /// The step asked for, in seconds.
+        dt_s: f64,
+        /// The largest stable step, in seconds.
+        limit_s: f64,
+        /// The stiffest contact that the bound is drawn from, in newtons per metre.
+        stiffness_n_per_m: f64,
+    },
+    /// The simulation would need more steps or more stored samples than is sensible.
+    #[error("{quantity}: expected at most {limit:.1e}, found {found:.1e} ({hint})")]
+    TooLarge {
+        /// What there is too much of.
+        quantity: &'static str,
+        /// The limit.
+        limit: f64,
+        /// The number that the input asks for.
+        found: f64,
+        /// What to change.
+        hint: &'static str,
+    },
+    /// The motion left the range of numbers.
+    #[error("the motion is no longer finite at t = {time_s} s: the step or a parameter is far out of range")]
+    NotFinite {
+        /// Time of the first output that is not finite, in seconds.
+        time_s: f64,
+    },
+    /// The striker's contact opened and closed without end.
+    #[error("the striker's contact switched {switches} times within one step at t = {time_s} s")]
+    Chatter {
+        /// Start of the step, in seconds.
+        time_s: f64,
+        /// Switches found in it.
+        switches: u32,
+    },
+}

@@ -1,0 +1,44 @@
+use chainwave_measurement::Trajectory;
+use ndarray::Array2;
+
+use crate::{StrikerMotion, model::State};
+
+/// Collects the motion at the output times.
+#[derive(Debug)]
+pub(crate) struct Recorder {
+    trajectory: Trajectory,
+    striker: Option<StrikerMotion>,
+}
+
+impl Recorder {
+    pub(crate) fn new(n_bodies: usize, times_s: Vec<f64>, has_striker: bool) -> Self {
+        let shape = (n_bodies, times_s.len());
+        let striker = has_striker.then(|| StrikerMotion {
+            displacement_m: vec![0.0; times_s.len()],
+            velocity_m_per_s: vec![0.0; times_s.len()],
+        });
+        let (displacement_m, velocity_m_per_s) = (Array2::zeros(shape), Array2::zeros(shape));
+        Self { trajectory: Trajectory { times_s, displacement_m, velocity_m_per_s }, striker }
+    }
+
+    /// Writes `state` as output number `k`; the last masses of the row are the bodies.
+    pub(crate) fn record(&mut self, k: usize, state: &State) {
+        let first = usize::from(self.striker.is_some());
+        for (to, &x_m) in self.trajectory.displacement_m.column_mut(k).iter_mut().zip(&state.x_m[first..]) {
+            *to = x_m;
+        }
+        for (to, &v) in
+            self.trajectory.velocity_m_per_s.column_mut(k).iter_mut().zip(&state.v_m_per_s[first..])
+        {
+            *to = v;
+        }
+        if let Some(striker) = &mut self.striker {
+            striker.displacement_m[k] = state.x_m[0];
+            striker.velocity_m_per_s[k] = state.v_m_per_s[0];
+        }
+    }
+
+    pub(crate) fn finish(self) -> (Trajectory, Option<StrikerMotion>) {
+        (self.trajectory, self.striker)
+    }
+}

@@ -1,0 +1,56 @@
+use chainwave_mechanics::{Drive, Schedule, simulate};
+use ndarray::Axis;
+
+use crate::scenes::{MASS_KG, STRIKER_KG, hec_chain, run, striker};
+
+/// The project's target for the automatic step.
+#[test]
+fn a_long_undamped_run_keeps_its_energy() {
+    let chain = hec_chain(300, 0.0, striker(2.73, 0.0));
+    let schedule = Schedule { duration_s: 0.15, output_interval_s: 1e-3, dt_s: None };
+    let drift = simulate(&chain, &schedule).unwrap().energy_drift;
+    assert!(drift <= 1e-9, "{drift:e}");
+}
+
+/// What the dampers take is integrated like the motion, so the balance closes to the same order, over switches too.
+#[test]
+fn energy_and_what_the_dampers_took_balance() {
+    let simulation = run(&hec_chain(60, 0.003, striker(2.73, 0.2)), 0.042, 5e-6);
+    assert_eq!(simulation.contact_switches, 9);
+    // Measured 3e-11.
+    assert!(simulation.energy_drift < 1e-9, "{:e}", simulation.energy_drift);
+}
+
+/// Linear invariants survive every Runge-Kutta step; what is left is rounding, 1e-16 a step at random.
+#[test]
+fn momentum_without_ground_damping_is_kept() {
+    for c_s in [0.0, 0.2] {
+        let simulation = run(&hec_chain(26, 0.0, striker(2.73, c_s)), 0.05, 1e-5);
+        let chain_momentum = simulation.trajectory.velocity_m_per_s.sum_axis(Axis(0)) * MASS_KG;
+        let striker_v = simulation.striker.unwrap().velocity_m_per_s;
+        for (chain, v) in chain_momentum.iter().zip(striker_v) {
+            assert!(((chain + STRIKER_KG * v) / (STRIKER_KG * 2.73) - 1.0).abs() < 1e-12);
+        }
+    }
+}
+
+/// The potential energy at a peak stands still, so its maximum must not depend on where the steps fall.
+#[test]
+fn peak_energies_converge_with_the_fourth_power_of_the_step() {
+    let chain = hec_chain(26, 0.003, striker(2.73, 0.2));
+    let truth = run(&chain, 0.02, 1e-6).psi_max_j;
+    let error = |dt_s: f64| {
+        let found = run(&chain, 0.02, dt_s).psi_max_j;
+        found.iter().zip(&truth).map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max)
+    };
+    let order = (error(2e-5) / error(1e-5)).log2();
+    assert!(order > 3.8, "{order}");
+}
+
+#[test]
+fn a_chain_at_rest_stays_at_rest() {
+    let drive = Drive::Free { displacement_m: vec![0.0; 5], velocity_m_per_s: vec![0.0; 5] };
+    let simulation = run(&hec_chain(5, 0.0, drive), 0.01, 1e-5);
+    assert!(simulation.trajectory.displacement_m.iter().all(|&x| x.abs() == 0.0));
+    assert!(simulation.energy_drift.abs() == 0.0 && simulation.striker.is_none());
+}

@@ -1,0 +1,15 @@
+//! The chain model against closed forms, conservation laws, its order of convergence, and the derived numbers of the
+//! experiment.
+
+#[cfg(test)]
+mod conservation;
+#[cfg(test)]
+mod convergence;
+#[cfg(test)]
+mod drives;
+#[cfg(test)]
+mod extremes;
+#[cfg(test)]
+mod scenes;
+#[cfg(test)]
+mod waves;

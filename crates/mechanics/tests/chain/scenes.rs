@@ -1,0 +1,40 @@
+//! The experiment's chain, and shorthands.
+
+use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Simulation, Striker, simulate};
+
+pub(crate) const MASS_KG: f64 = 0.455e-3;
+pub(crate) const PITCH_M: f64 = 0.030;
+pub(crate) const STRIKER_KG: f64 = 4.3e-3;
+
+/// The ring's own law, fitted over 0 to 10 mm.
+pub(crate) fn ring_law() -> PowerLaw {
+    PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap()
+}
+
+/// Striker of the experiment with contact damping c_s.
+pub(crate) fn striker(velocity_m_per_s: f64, damping_kg_per_s: f64) -> Drive {
+    Drive::Striker(Striker { mass_kg: STRIKER_KG, velocity_m_per_s, damping_kg_per_s })
+}
+
+/// `n` bodies of the experiment with the ring's law, ground damping c_d and a free far end.
+pub(crate) fn hec_chain(n: usize, damping_kg_per_s: f64, drive: Drive) -> Chain {
+    Chain {
+        mass_kg: vec![MASS_KG; n],
+        damping_kg_per_s: vec![damping_kg_per_s; n],
+        contact: ring_law(),
+        drive,
+        far_end: FarEnd::Free,
+    }
+}
+
+/// Simulates with outputs every 0.1 ms and steps up to `dt_s`.
+pub(crate) fn run(chain: &Chain, duration_s: f64, dt_s: f64) -> Simulation {
+    simulate(chain, &Schedule { duration_s, output_interval_s: 1e-4, dt_s: Some(dt_s) }).unwrap()
+}
+
+/// Largest difference of displacement over the largest displacement.
+pub(crate) fn relative_error(found: &Simulation, truth: &Simulation) -> f64 {
+    let (found, truth) = (&found.trajectory.displacement_m, &truth.trajectory.displacement_m);
+    let largest = truth.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
+    found.iter().zip(truth).fold(0.0_f64, |error, (x, y)| error.max((x - y).abs())) / largest
+}
