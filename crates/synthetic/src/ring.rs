@@ -1,0 +1,194 @@
+use std::ops::Range;
+
+use crate::scene::Canvas;
+use crate::settings::Ring;
+
+/// Bounds of a ring's stretch along the chain; only motions that no chain makes reach them.
+const STRETCH: [f64; 2] = [0.2, 2.0];
+
+/// Semi-axis of the hole of a ring that is squeezed to less than its walls: too small to be seen.
+const LEAST_HOLE_PX: f64 = 1.0e-3;
+
+/// The outline of a body: an ellipse with an elliptical hole, in pixels. Between its neighbours' joints each half of it
+/// is stretched along the chain, so that bonded rings touch and never cross.
+pub(crate) struct Outline {
+    semi_x_px: f64,
+    semi_y_px: f64,
+    wall_px: f64,
+}
+
+impl Outline {
+    pub(crate) fn new(ring: &Ring, scale_px_per_m: f64) -> Self {
+        Self {
+            semi_x_px: ring.semi_major_m * scale_px_per_m,
+            semi_y_px: ring.semi_minor_m * scale_px_per_m,
+            wall_px: ring.wall_m * scale_px_per_m,
+        }
+    }
+
+    /// Columns that the outline may reach on either side of its centre.
+    pub(crate) fn reach_px(&self) -> f64 {
+        STRETCH[1] * self.semi_x_px + 2.0
+    }
+
+    /// Lays the ring over the canvas, its centre at (column, row) `centre_px`. `stretch` is the length along the chain of
+    /// the left and of the right half, relative to rest.
+    pub(crate) fn draw(&self, centre_px: [f64; 2], stretch: [f64; 2], tone: f32, canvas: &mut Canvas) {
+        let width = canvas.width_px as f64;
+        let column = |x_px: f64| (centre_px[0] + x_px).ceil().clamp(0.0, width) as usize;
+        let [left, right] = stretch.map(|stretch| self.half(stretch));
+        for (row, values) in canvas.rows_mut() {
+            let y_px = row as f64 - centre_px[1];
+            let mut lay = |half: &Half, columns: Range<usize>| {
+                for column in columns {
+                    let covered = half.coverage(column as f64 - centre_px[0], y_px) as f32;
+                    values[column] += covered * (tone - values[column]);
+                }
+            };
+            if let Some(reach_px) = left.reach_px(y_px) {
+                lay(&left, column(-reach_px)..column(-left.hole_px(y_px)));
+            }
+            if let Some(reach_px) = right.reach_px(y_px) {
+                lay(&right, column(right.hole_px(y_px))..column(reach_px));
+            }
+        }
+    }
+
+    fn half(&self, stretch: f64) -> Half {
+        let semi_x_px = self.semi_x_px * stretch.clamp(STRETCH[0], STRETCH[1]);
+        let hole_px = |semi_px: f64| (semi_px - self.wall_px).max(LEAST_HOLE_PX);
+        Half {
+            outer: Ellipse { semi_x_px, semi_y_px: self.semi_y_px },
+            inner: Ellipse { semi_x_px: hole_px(semi_x_px), semi_y_px: hole_px(self.semi_y_px) },
+        }
+    }
+}
+
+/// The half of a ring on one side of its centre.
+struct Half {
+    outer: Ellipse,
+    inner: Ellipse,
+}
+
+impl Half {
+    /// Columns from the centre within which a row meets the ring; `None` where it passes beside it.
+    fn reach_px(&self, y_px: f64) -> Option<f64> {
+        self.outer.half_chord_px(y_px.abs() - 1.0).map(|half| half + 1.0)
+    }
+
+    /// Columns from the centre within which a row is all hole.
+    fn hole_px(&self, y_px: f64) -> f64 {
+        self.inner.half_chord_px(y_px.abs() + 1.0).map_or(0.0, |half| (half - 1.0).max(0.0))
+    }
+
+    /// The covered fraction of the pixel centred at (`x_px`, `y_px`) from the ring's centre.
+    fn coverage(&self, x_px: f64, y_px: f64) -> f64 {
+        let outer = self.outer.coverage(x_px, y_px);
+        if outer > 0.0 { outer - self.inner.coverage(x_px, y_px) } else { 0.0 }
+    }
+}
+
+/// An ellipse around the origin.
+struct Ellipse {
+    semi_x_px: f64,
+    semi_y_px: f64,
+}
+
+impl Ellipse {
+    /// Half the length of the chord at the height `y_px`; `None` where there is none. Below 0 it is the longest.
+    fn half_chord_px(&self, y_px: f64) -> Option<f64> {
+        let height = y_px.max(0.0) / self.semi_y_px;
+        (height < 1.0).then(|| self.semi_x_px * (1.0 - height * height).sqrt())
+    }
+
+    /// The fraction of a pixel that lies inside, with the ellipse replaced by its tangent near the pixel. The error is
+    /// that of the curvature within a pixel: about 1/(24 R) at a radius of R pixels.
+    fn coverage(&self, x_px: f64, y_px: f64) -> f64 {
+        let gradient = [x_px / (self.semi_x_px * self.semi_x_px), y_px / (self.semi_y_px * self.semi_y_px)];
+        let level = x_px * gradient[0] + y_px * gradient[1];
+        let steepness = (gradient[0] * gradient[0] + gradient[1] * gradient[1]).sqrt();
+        if steepness > 0.0 {
+            let normal = gradient.map(|component| component / steepness);
+            half_plane_coverage(normal, (level.sqrt() - level) / steepness)
+        } else {
+            1.0
+        }
+    }
+}
+
+/// The area of a unit square that lies in a half-plane whose edge has the unit `normal`, when the square's centre lies
+/// `inside` within it.
+fn half_plane_coverage(normal: [f64; 2], inside: f64) -> f64 {
+    let (small, large) = (normal[0].abs().min(normal[1].abs()), normal[0].abs().max(normal[1].abs()));
+    let (corner, shoulder) = ((large + small) / 2.0, (large - small) / 2.0);
+    let distance = inside.abs();
+    let beyond_half = if distance >= corner {
+        0.5
+    } else if distance <= shoulder {
+        distance / large
+    } else {
+        0.5 - (corner - distance) * (corner - distance) / (2.0 * large * small)
+    };
+    0.5 + beyond_half.copysign(inside)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn hec_at_5_px_per_mm() -> Outline {
+        Outline::new(&Ring { semi_major_m: 15.0e-3, semi_minor_m: 9.0e-3, wall_m: 0.4e-3 }, 5000.0)
+    }
+
+    fn drawn(centre_px: [f64; 2], stretch: [f64; 2]) -> Canvas {
+        let mut canvas = Canvas::new(170, 110);
+        hec_at_5_px_per_mm().draw(centre_px, stretch, 1.0, &mut canvas);
+        canvas
+    }
+
+    #[test]
+    fn the_ring_has_its_closed_form_area_wherever_it_lies() {
+        let half_px = |semi_px: f64| std::f64::consts::FRAC_PI_2 * (semi_px * 45.0 - (semi_px - 2.0) * 43.0);
+        for (centre_px, stretch) in [
+            ([84.0, 54.0], [1.0, 1.0]),
+            ([84.3, 54.0], [1.0, 1.0]),
+            ([84.5, 54.5], [0.9, 1.0]),
+            ([84.77, 54.21], [0.94, 1.04]),
+        ] {
+            let area_px = half_px(75.0 * stretch[0]) + half_px(75.0 * stretch[1]);
+            let sum: f64 = drawn(centre_px, stretch).values.iter().map(|&covered| f64::from(covered)).sum();
+            // 5e-4: the outer and inner curvature errors (1/24 R, R from 27 px) largely cancel in the difference.
+            assert!((sum / area_px - 1.0).abs() < 5.0e-4, "{centre_px:?}: {}", sum / area_px);
+        }
+    }
+
+    #[test]
+    fn pixels_agree_with_counting_points() {
+        let centre_px = [84.3, 54.2];
+        let canvas = drawn(centre_px, [1.0, 1.0]);
+        let inside = |x: f64, y: f64, a: f64, b: f64| (x / a).powi(2) + (y / b).powi(2) < 1.0;
+        let n = 64;
+        for (row, column) in [(54, 9), (54, 10), (54, 11), (20, 34), (21, 33), (97, 100), (98, 100), (99, 70)]
+        {
+            let hits = (0..n * n)
+                .map(|i| ((i % n) as f64, (i / n) as f64))
+                .map(|(i, j)| [(i + 0.5) / n as f64 - 0.5, (j + 0.5) / n as f64 - 0.5])
+                .map(|[dx, dy]| [column as f64 + dx - centre_px[0], row as f64 + dy - centre_px[1]])
+                .filter(|&[x, y]| inside(x, y, 75.0, 45.0) && !inside(x, y, 73.0, 43.0))
+                .count();
+            let counted = hits as f64 / (n * n) as f64;
+            // 0.01: curvature 2 (1/24 R), and 1/64 of a pixel's edge for the count.
+            assert!((f64::from(canvas.values[row * 170 + column]) - counted).abs() < 0.01, "{row} {column}");
+        }
+    }
+
+    #[test]
+    fn a_half_plane_through_the_centre_covers_half_and_far_ones_all_or_nothing() {
+        for angle in [0.0, 0.3, 0.7, 1.5] {
+            let normal = [f64::cos(angle), f64::sin(angle)];
+            for (inside, expected) in [(0.0, 0.5), (0.8, 1.0), (-0.8, 0.0)] {
+                assert!((half_plane_coverage(normal, inside) - expected).abs() < 1.0e-15); // rounding
+            }
+        }
+    }
+}
