@@ -33,7 +33,7 @@ impl Settings {
             rest_until_s: -trigger_margin_s,
             drive_prior: 0.05,
             slope_prior: 1.0,
-            curvature_prior: 0.5,
+            curvature_prior: 3.0,
         }
     }
 }
@@ -73,7 +73,7 @@ const MAX_ROUNDS: usize = 60;
 
 /// Merges observations of one chain into its motion.
 ///
-/// The common time base has the observations' median frame interval and contains t = 0.
+/// The common time base has the observations' median frame interval, rounded to five digits, and contains t = 0.
 ///
 /// # Errors
 /// [`StitchingError`] when there is nothing to merge, an observation contradicts itself, or a body was never at rest.
@@ -119,7 +119,8 @@ impl<'a> Stitch<'a> {
                 seen.map(|track| displacement_from_rest(observation, track, settings.rest_until_s));
             displacements.push(of_bodies.collect::<Result<Vec<_>, _>>()?);
         }
-        let frame_interval_s = median(observations.iter().map(Observation::frame_interval_s).collect());
+        let frame_interval_s =
+            rounded(median(observations.iter().map(Observation::frame_interval_s).collect()));
         Ok(Self {
             times_s: common_times(observations, frame_interval_s),
             frame_interval_s,
@@ -410,6 +411,13 @@ fn common_times(observations: &[Observation], interval_s: f64) -> Vec<f64> {
     let last = spans().map(|span| span.1).fold(f64::NEG_INFINITY, f64::max);
     let (from, to) = ((first / interval_s).ceil() as i64, (last / interval_s).floor() as i64);
     (from..=to).map(|k| k as f64 * interval_s).collect()
+}
+
+/// A value rounded to five significant digits: stamps are only as fine as the camera's clock, and a time base of round times
+/// can be joined with other tables.
+fn rounded(interval_s: f64) -> f64 {
+    let scale = 10.0_f64.powi(4 - interval_s.log10().floor() as i32);
+    (interval_s * scale).round() / scale
 }
 
 fn median(mut values: Vec<f64>) -> f64 {

@@ -1,5 +1,7 @@
 //! Views and trials of a known motion, disturbed in known ways, and what stitching makes of them.
 
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on should panic")]
+
 use chainwave_measurement::Estimate;
 use chainwave_stitching::{BodyTrack, Observation, Settings, Stitched, merge};
 use rand::SeedableRng;

@@ -1,1 +1,47 @@
-fn main() {}
+//! Sets a fresh system up and runs the two commands of the README: `cargo xtask demo` and `cargo xtask test`.
+//!
+//! It is the first thing that is built in a fresh clone, before anything that the heavy crates need is installed, so
+//! it depends on the standard library alone. What is decided ([`arguments`], [`needs`], the command lists of [`demo`] and
+//! [`test_run`]) is kept apart from what looks at the system or changes it ([`system`], [`setup`], [`command_line`]).
+
+#![expect(clippy::print_stdout, clippy::print_stderr, reason = "a command-line tool reports by printing")]
+
+mod arguments;
+mod command_line;
+mod demo;
+mod failure;
+mod needs;
+mod setup;
+mod system;
+mod test_run;
+
+use std::env;
+use std::process::ExitCode;
+
+use arguments::Task;
+use failure::Failure;
+
+fn main() -> ExitCode {
+    match arguments::parse(env::args_os().skip(1)).and_then(run) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("xtask: {failure}");
+            failure.exit_code()
+        }
+    }
+}
+
+fn run(task: Task) -> Result<(), Failure> {
+    match task {
+        Task::Demo(demo) => demo::run(&demo),
+        Task::Test(test_run) => test_run::run(&test_run),
+        Task::Setup { opencv } => {
+            setup::run(opencv);
+            Ok(())
+        }
+        Task::Help => {
+            print!("{}", arguments::HELP);
+            Ok(())
+        }
+    }
+}

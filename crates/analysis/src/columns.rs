@@ -1,0 +1,87 @@
+use chainwave_measurement::Estimate;
+use ndarray::Array2;
+
+use crate::Missing;
+
+/// Share of the replicas that must yield a value for its scatter to be its uncertainty.
+const MIN_SHARE: f64 = 0.75;
+
+/// The measured quantities; each holds one value per gap, per time, or one in all.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Column {
+    PeakTime,
+    PeakStrain,
+    EdgeTime,
+    Velocity,
+    FirstThird,
+    LastThird,
+    Variation,
+    HalfWidth,
+    Energy,
+    RelativeEnergy,
+    Resonance,
+}
+
+const N_COLUMNS: usize = Column::Resonance as usize + 1;
+
+/// All measured values of one motion; `None` where a value is missing.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Columns([Vec<Option<f64>>; N_COLUMNS]);
+
+impl Columns {
+    pub(crate) fn set(&mut self, column: Column, values: Vec<Option<f64>>) {
+        self.0[column as usize] = values;
+    }
+
+    fn value(&self, column: Column, row: usize) -> Option<f64> {
+        self.0[column as usize].get(row).copied().flatten()
+    }
+}
+
+/// The values of a motion and of its replicas.
+#[derive(Debug, Clone)]
+pub(crate) struct Scatter {
+    values: Columns,
+    replicas: Vec<Columns>,
+}
+
+impl Scatter {
+    /// Without replicas the values count as exact.
+    pub(crate) fn new(values: Columns, replicas: Vec<Columns>) -> Self {
+        Self { values, replicas }
+    }
+
+    pub(crate) fn n_replicas(&self) -> usize {
+        self.replicas.len()
+    }
+
+    /// The motion's value with the standard deviation of the replicas' values.
+    pub(crate) fn estimate(&self, column: Column, row: usize) -> Result<Estimate, Missing> {
+        let value = self.values.value(column, row).ok_or(Missing::TooFewSamples)?;
+        let found: Vec<f64> = self.replicas.iter().filter_map(|replica| replica.value(column, row)).collect();
+        if (found.len() as f64) < MIN_SHARE * self.replicas.len() as f64 {
+            return Err(Missing::Unstable);
+        }
+        Ok(Estimate::new(value, covariance(&found, &found).sqrt()))
+    }
+
+    /// Covariance of a column's values over the replicas that hold them all, shape `[row, row]`.
+    pub(crate) fn covariance(&self, column: Column, rows: &[usize]) -> Array2<f64> {
+        let complete = |replica: &Columns| rows.iter().map(|row| replica.value(column, *row)).collect();
+        let draws: Vec<Vec<f64>> = self.replicas.iter().filter_map(complete).collect();
+        let of_row = |row: usize| draws.iter().map(|draw| draw[row]).collect::<Vec<f64>>();
+        let by_row: Vec<Vec<f64>> = (0..rows.len()).map(of_row).collect();
+        Array2::from_shape_fn((rows.len(), rows.len()), |(i, j)| covariance(&by_row[i], &by_row[j]))
+    }
+}
+
+/// Sample covariance; zero for fewer than two draws.
+fn covariance(a: &[f64], b: &[f64]) -> f64 {
+    if a.len() < 2 {
+        return 0.0;
+    }
+    let mean = |draws: &[f64]| draws.iter().sum::<f64>() / draws.len() as f64;
+    let (mean_a, mean_b) = (mean(a), mean(b));
+    let sum: f64 = a.iter().zip(b).map(|(a, b)| (a - mean_a) * (b - mean_b)).sum();
+    sum / (a.len() - 1) as f64
+}

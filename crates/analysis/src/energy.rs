@@ -1,0 +1,148 @@
+use chainwave_measurement::Estimate;
+use ndarray::Array2;
+
+use crate::front::{compression, refine_peak};
+use crate::half_width::half_windows;
+use crate::local::smooth;
+use crate::{LeadingPulse, Missing, StrainMap};
+
+/// Potential energy of a gap in joules as a function of its overlap in metres (compression positive), such as
+/// `|overlap_m| law.energy_j(overlap_m)` of a contact law: zero at rest, rising with the overlap on both sides.
+pub type EnergyLaw<'a> = &'a dyn Fn(f64) -> f64;
+
+/// Peak potential energy of every gap that has one, with the covariance that a fit to them needs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PeakEnergies {
+    /// Numbers of the gaps, from 1, increasing.
+    pub gaps: Vec<usize>,
+    /// Maximum over time of the gap's potential energy, in joules; one entry for each of `gaps`.
+    pub energy_j: Vec<Estimate>,
+    /// The same divided by the energy of gap 1; absent when gap 1 has none.
+    pub relative: Option<Vec<Estimate>>,
+    /// Covariance of `energy_j` in square joules, shape `[gap, gap]` over `gaps`. Errors of neighbours correlate because they
+    /// share a body, those of distant gaps through the motion's error modes.
+    pub covariance_j2: Array2<f64>,
+    /// Gaps without a peak energy, and why.
+    pub missing: Vec<(usize, Missing)>,
+}
+
+/// Maximum over time of the potential energy of each gap, in joules; row i is gap i + 1.
+///
+/// The greatest of many noisy samples is biased upwards. So the strain is smoothed first over a window that the leading
+/// pulse allows, the greatest energy picks the extreme (of compression or tension), a least-squares polynomial through the
+/// *strains* around it gives the extreme strain, and the energy is taken of that one number. What bias remains is of second
+/// order in the extreme strain's own error.
+pub fn peak_energies(
+    map: &StrainMap,
+    pulses: &[Result<LeadingPulse, Missing>],
+    energy_of: EnergyLaw<'_>,
+    peak_fraction: f64,
+) -> Vec<Result<f64, Missing>> {
+    let half_windows = half_windows(pulses).into_iter().take(map.n_gaps());
+    let gaps_and_windows = (1..).zip(half_windows);
+    gaps_and_windows.map(|(gap, half)| peak_energy(map, gap, half?, energy_of, peak_fraction)).collect()
+}
+
+fn peak_energy(
+    map: &StrainMap,
+    gap: usize,
+    half_window: usize,
+    energy_of: EnergyLaw<'_>,
+    peak_fraction: f64,
+) -> Result<f64, Missing> {
+    let series = compression(map, gap);
+    let smoothed = smooth(&series, half_window);
+    let (summit, sign) = extreme_of_energy(&smoothed, |strain| energy_of(strain * map.pitch_m))?;
+    if summit == 0 || summit + 1 == series.len() {
+        return Err(Missing::PeakOutsideRecord);
+    }
+    let turned =
+        |series: &[Option<f64>]| series.iter().map(|value| value.map(|v| sign * v)).collect::<Vec<_>>();
+    let extreme = refine_peak(&turned(&series), &turned(&smoothed), summit, peak_fraction)?;
+    Ok(energy_of(sign * extreme.value * map.pitch_m))
+}
+
+/// Index of the sample of greatest energy and the sign of its strain. The energy rises with the strain on both sides of
+/// zero, so the sample is the most compressed or the most stretched one.
+fn extreme_of_energy(
+    strain: &[Option<f64>],
+    energy_of: impl Fn(f64) -> f64,
+) -> Result<(usize, f64), Missing> {
+    let present = || strain.iter().enumerate().filter_map(|(at, strain)| Some((at, (*strain)?)));
+    let compressed = present().max_by(|a, b| a.1.total_cmp(&b.1)).ok_or(Missing::TooFewSamples)?;
+    let stretched = present().min_by(|a, b| a.1.total_cmp(&b.1)).ok_or(Missing::TooFewSamples)?;
+    let is_stretched = stretched.1 < 0.0 && energy_of(stretched.1) > energy_of(compressed.1);
+    Ok(if is_stretched { (stretched.0, -1.0) } else { (compressed.0, 1.0) })
+}
+
+/// What became of the peak energy on its way from gap 1 to one gap, from the same chain computed with and without damping.
+///
+/// All shares refer to the undamped energy of gap 1, so `spread + damped + remaining = 1`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DampingShare {
+    /// Number of the gap, from 1.
+    pub gap: usize,
+    /// Lost to dispersion and rarefaction: 1 - Psi_undamped(n)/Psi_undamped(1).
+    pub spread: f64,
+    /// Lost to damping besides: (Psi_undamped(n) - Psi_damped(n))/Psi_undamped(1).
+    pub damped: f64,
+    /// Left: Psi_damped(n)/Psi_undamped(1).
+    pub remaining: f64,
+}
+
+impl DampingShare {
+    /// Damping's part of the loss, 0 to 1; `None` where nothing was lost.
+    pub fn of_loss(&self) -> Option<f64> {
+        let loss = self.spread + self.damped;
+        (loss > 0.0).then(|| self.damped / loss)
+    }
+}
+
+/// Splits the loss of peak energy at each gap into damping on one side and dispersion and rarefaction on the other, from
+/// the peak energies of gaps 1, 2, ... with and without damping (paper, Fig. 4). Empty when gap 1 holds no undamped energy.
+pub fn damping_share(damped_j: &[f64], undamped_j: &[f64]) -> Vec<DampingShare> {
+    let Some(&input) = undamped_j.first().filter(|input| **input > 0.0) else {
+        return Vec::new();
+    };
+    let share = |(index, (damped, undamped)): (usize, (&f64, &f64))| DampingShare {
+        gap: index + 1,
+        spread: 1.0 - undamped / input,
+        damped: (undamped - damped) / input,
+        remaining: damped / input,
+    };
+    damped_j.iter().zip(undamped_j).enumerate().map(share).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_shares_of_a_known_loss() {
+        let shares = damping_share(&[1.8, 0.9, 0.2], &[2.0, 1.6, 0.8]);
+        let last = shares[2];
+        // Rounding alone.
+        let close = |found: f64, expected: f64| (found - expected).abs() < 1e-15;
+        assert!(close(last.spread, 0.6) && close(last.damped, 0.3) && close(last.remaining, 0.1), "{last:?}");
+        assert!(close(last.of_loss().unwrap(), 1.0 / 3.0));
+        assert!(close(shares[0].damped, 0.1) && shares[0].spread.abs() < 1e-15);
+        assert!(shares.iter().all(|share| close(share.spread + share.damped + share.remaining, 1.0)));
+    }
+
+    #[test]
+    fn no_input_or_no_loss_gives_no_share() {
+        assert!(damping_share(&[], &[]).is_empty());
+        assert!(damping_share(&[0.0], &[0.0]).is_empty());
+        assert_eq!(damping_share(&[2.0], &[2.0])[0].of_loss(), None);
+    }
+
+    #[test]
+    fn the_extreme_is_the_greatest_energy_on_either_side() {
+        let strain = [Some(0.0), None, Some(0.02), Some(-0.03), Some(0.01)];
+        let (at, sign) = extreme_of_energy(&strain, |u| u * u).unwrap();
+        assert!(at == 3 && sign < 0.0);
+        let softer_in_tension = |u: f64| if u < 0.0 { 0.1 * u * u } else { u * u };
+        let (at, sign) = extreme_of_energy(&strain, softer_in_tension).unwrap();
+        assert!(at == 2 && sign > 0.0);
+    }
+}

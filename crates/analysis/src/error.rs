@@ -1,0 +1,96 @@
+/// Why a motion cannot be analysed at all. A single value that is lost says so with [`Missing`] instead.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum AnalysisError {
+    /// A gap needs two bodies.
+    #[error("motion: expected at least 2 bodies, found {found}")]
+    TooFewBodies {
+        /// Bodies in the motion.
+        found: usize,
+    },
+    /// Local polynomials need a few samples.
+    #[error("motion: expected at least {expected} sample times, found {found}")]
+    TooFewTimes {
+        /// Smallest number of times that can be analysed.
+        expected: usize,
+        /// Times in the motion.
+        found: usize,
+    },
+    /// The sample times do not form one time base.
+    #[error(
+        "motion: time {index}: expected {expected_s} s (equal spacing), found {found_s} s; resample the motion onto one time base"
+    )]
+    UnequalTimes {
+        /// Index of the first time out of step.
+        index: usize,
+        /// Time that equal spacing gives there.
+        expected_s: f64,
+        /// Time found there.
+        found_s: f64,
+    },
+    /// Two arrays of the motion disagree in shape.
+    #[error("motion: {what}: expected shape {expected:?} [body, time], found {found:?}")]
+    Shape {
+        /// The array.
+        what: String,
+        /// Shape of the displacements.
+        expected: (usize, usize),
+        /// Shape found.
+        found: (usize, usize),
+    },
+    /// A displacement or an uncertainty is infinite or not a number.
+    #[error("motion: body {body}, time index {index}: expected finite numbers and sigma >= 0, found {found}")]
+    NotFinite {
+        /// Number of the body, from 1.
+        body: usize,
+        /// Index of the sample.
+        index: usize,
+        /// The offending number.
+        found: f64,
+    },
+    /// A setting lies outside its range.
+    #[error("setting {name}: expected {expected}, found {found}")]
+    Setting {
+        /// Name of the setting.
+        name: &'static str,
+        /// Its allowed range.
+        expected: &'static str,
+        /// The value given.
+        found: f64,
+    },
+}
+
+/// Why one value could not be measured although the motion could be analysed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Missing {
+    /// No sample, or too few of them where the value lives.
+    TooFewSamples,
+    /// No compressive pulse stands out of the noise.
+    NoPulse,
+    /// The pulse has not passed its peak when the record ends, or had passed it when the record began.
+    PeakOutsideRecord,
+    /// The record ends too soon after the leading pulse for a tail to be seen.
+    NoTail,
+    /// Too few gaps have the value that is needed.
+    TooFewGaps,
+    /// The spectrum has no maximum in the searched band.
+    NoMaximum,
+    /// Most noisy replicas of the motion lose the value, so its uncertainty is not known.
+    Unstable,
+}
+
+impl Missing {
+    /// The reason in words, for a report.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::TooFewSamples => "too few samples",
+            Self::NoPulse => "no pulse above the noise",
+            Self::PeakOutsideRecord => "peak outside the record",
+            Self::NoTail => "record ends with the leading pulse",
+            Self::TooFewGaps => "too few gaps",
+            Self::NoMaximum => "no spectral maximum",
+            Self::Unstable => "lost in most noisy replicas",
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! Damping of the chain (c_d) and of the striker's contact (c_s), fitted to a measured motion.
+//!
+//! The chain model is solved for trial values and compared with the measurement, and the Levenberg-Marquardt method changes
+//! the values until the whitened residuals are smallest. Two comparisons are offered: the whole strain field
+//! ([`fit_strain_field`]), which uses all that was measured, and the peak potential energies ([`fit_peak_energies`]), as in
+//! the paper. Two quantities are fitted along, because the measurement knows them only so well: the striker's velocity (with
+//! its prior) and the instant of the impact against the mean trigger.
+//!
+//! The measured motion is a mean over trials whose drives scatter by about 2 %, and the chain is not linear. So is the
+//! model's: the mean of two runs at one standard deviation below and above the striker's velocity, which equals the mean over
+//! the scatter to second order.
+
+mod prediction;
+mod problem;
+mod whitening;
+
+use chainwave_measurement::{ChainMotion, Estimate, Trajectory};
+use chainwave_mechanics::{Chain, MechanicsError};
+use ndarray::Array2;
+
+use crate::{PeakEnergies, StrainMap};
+use prediction::{Parameters, Prediction};
+use problem::{Comparison, minimise};
+use whitening::{FieldWhitening, cholesky_whitening};
+
+/// What is assumed of the experiment, and where the search begins.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DampingModel {
+    /// The chain with its striker; the dampings and the striker's velocity are the starting values.
+    pub chain: Chain,
+    /// The striker's mean velocity as known beforehand, in metres per second.
+    pub striker_velocity_m_per_s: Estimate,
+    /// Standard deviation of the drive over the recordings behind the motion, relative to its mean.
+    pub drive_scatter: f64,
+    /// Distance between neighbouring bodies, in metres.
+    pub pitch_m: f64,
+}
+
+/// Fitted damping with standard uncertainties.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DampingFit {
+    /// c_d, dashpot of each body to ground, in kilograms per second.
+    pub chain_damping_kg_per_s: Estimate,
+    /// c_s, damping of the striker's contact, in kilograms per second.
+    pub striker_damping_kg_per_s: Estimate,
+    /// Correlation of the errors of c_d and c_s.
+    pub correlation: f64,
+    /// The striker's mean velocity, in metres per second.
+    pub striker_velocity_m_per_s: Estimate,
+    /// Instant of the impact after the mean trigger, in seconds; `None` where the comparison does not know time.
+    pub impact_time_s: Option<Estimate>,
+    /// Sum of squared whitened residuals over their number less the parameters; near 1 (or below, where interpolated samples
+    /// are smoother than their stated noise) when model and stated errors explain the measurement.
+    pub reduced_chi_squared: f64,
+    /// Whitened residuals.
+    pub n_residuals: usize,
+    /// Chain simulations carried out.
+    pub n_simulations: u64,
+}
+
+/// Why damping could not be fitted.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FitError {
+    /// The chain model has no striker.
+    #[error(
+        "damping fit: expected a chain driven by a striker, found another drive (c_s acts in the striker's contact alone)"
+    )]
+    NoStriker,
+    /// Not enough was measured.
+    #[error("damping fit: expected at least {expected} measured {what}, found {found}")]
+    TooFew {
+        /// What is counted.
+        what: &'static str,
+        /// The least number.
+        expected: usize,
+        /// The number measured.
+        found: usize,
+    },
+    /// A stated error is zero, or the errors contradict each other.
+    #[error("damping fit: expected positive uncertainties of the {what}, found a singular covariance")]
+    SingularCovariance {
+        /// What is compared.
+        what: &'static str,
+    },
+    /// The search did not end at a minimum.
+    #[error("damping fit: no minimum found: {0}")]
+    NotConverged(String),
+    /// The chain model refused the trial values.
+    #[error("damping fit: {0}")]
+    Model(#[from] MechanicsError),
+}
+
+/// Fits c_d and c_s to the strain field u_n(t), with the full covariance of its errors: bodies shared by neighbouring gaps,
+/// and the motion's error modes.
+///
+/// # Errors
+/// [`FitError`] as its variants say.
+pub fn fit_strain_field(motion: &ChainMotion, model: &DampingModel) -> Result<DampingFit, FitError> {
+    let whitening = FieldWhitening::new(motion, model.pitch_m)?;
+    let measured =
+        whitening.whiten(&whitening.strain_of(|row, i| motion.displacement_m[(row, i)].map(|x| x.value)));
+    let comparison = Comparison {
+        measured,
+        predict: Box::new(|prediction: &Prediction, impact_time_s: f64| {
+            let moved = prediction.displacement_m(&motion.times_s, impact_time_s);
+            whitening.whiten(&whitening.strain_of(|row, i| Some(moved[(row, i)])))
+        }),
+        duration_s: motion.times_s.last().copied().unwrap_or(0.0) + 2.0 * interval_s(&motion.times_s),
+        output_interval_s: interval_s(&motion.times_s),
+        knows_time: true,
+    };
+    minimise(model, &comparison)
+}
+
+/// Fits c_d and c_s to the peak potential energies of the gaps, with their covariance (paper, Fig. 4).
+///
+/// `times_s` is the time base of the motion behind the energies: a peak counts while it was filmed. `n_replicas` is the number
+/// of replicas behind the covariance: its inverse, as an estimate, is too large by (n - 1)/(n - k - 2) for k energies (Hartlap,
+/// Simon and Schneider 2007), which is taken out.
+///
+/// # Errors
+/// [`FitError`] as its variants say.
+pub fn fit_peak_energies(
+    energies: &PeakEnergies,
+    n_replicas: usize,
+    times_s: &[f64],
+    model: &DampingModel,
+) -> Result<DampingFit, FitError> {
+    const LEAST_GAPS: usize = 5;
+    let found = energies.gaps.len();
+    if found < LEAST_GAPS {
+        return Err(FitError::TooFew { what: "peak energies", expected: LEAST_GAPS, found });
+    }
+    if n_replicas < found + 3 {
+        return Err(FitError::TooFew { what: "energies' replicas", expected: found + 3, found: n_replicas });
+    }
+    let correction = (n_replicas - 1) as f64 / (n_replicas - found - 2) as f64;
+    let whiten = cholesky_whitening(&(&energies.covariance_j2 * correction), "peak energies")?;
+    let comparison = Comparison {
+        measured: whiten(energies.energy_j.iter().map(|energy| energy.value).collect()),
+        predict: Box::new(|prediction: &Prediction, _: f64| {
+            whiten(energies.gaps.iter().map(|gap| prediction.psi_max_j(*gap)).collect())
+        }),
+        duration_s: times_s.last().copied().unwrap_or(0.0),
+        output_interval_s: interval_s(times_s),
+        knows_time: false,
+    };
+    minimise(model, &comparison)
+}
+
+/// The fitted model's motion on a time base that starts before the impact.
+///
+/// # Errors
+/// [`FitError::Model`] when the model refuses the values.
+pub fn fitted_motion(
+    model: &DampingModel,
+    fit: &DampingFit,
+    times_s: &[f64],
+) -> Result<Trajectory, FitError> {
+    let parameters = Parameters {
+        chain_damping_kg_per_s: fit.chain_damping_kg_per_s.value,
+        striker_damping_kg_per_s: fit.striker_damping_kg_per_s.value,
+        striker_velocity_m_per_s: fit.striker_velocity_m_per_s.value,
+        impact_time_s: fit.impact_time_s.map_or(0.0, |time| time.value),
+    };
+    let duration_s = times_s.last().copied().unwrap_or(0.0) + 2.0 * interval_s(times_s);
+    let prediction = Prediction::new(model, &parameters, duration_s, interval_s(times_s))?;
+    Ok(prediction.trajectory(times_s, parameters.impact_time_s))
+}
+
+/// Residuals of a measured strain map against a model's on the same times, in units of the measured sigma, shape `[gap, time]`;
+/// `None` where nothing was measured.
+pub fn normalised_residuals(measured: &StrainMap, model: &StrainMap) -> Array2<Option<f64>> {
+    Array2::from_shape_fn(measured.strain.dim(), |at| {
+        let (measured, model) = (measured.strain[at]?, model.strain[at]?);
+        (measured.sigma > 0.0).then(|| (measured.value - model.value) / measured.sigma)
+    })
+}
+
+fn interval_s(times_s: &[f64]) -> f64 {
+    match times_s {
+        [first, .., last] => (last - first) / (times_s.len() - 1) as f64,
+        _ => 0.0,
+    }
+}

@@ -1,0 +1,158 @@
+use chainwave_measurement::Estimate;
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
+use nalgebra::{DMatrix, DVector, Dyn, Owned};
+
+use super::prediction::{Parameters, Prediction};
+use super::{DampingFit, DampingModel, FitError};
+
+/// Predicted values, whitened, from a prediction and the instant of the impact.
+type Predict<'a> = Box<dyn Fn(&Prediction, f64) -> DVector<f64> + 'a>;
+
+/// What is compared: whitened measurement and whitened prediction.
+pub(super) struct Comparison<'a> {
+    pub(super) measured: DVector<f64>,
+    pub(super) predict: Predict<'a>,
+    pub(super) duration_s: f64,
+    pub(super) output_interval_s: f64,
+    /// Whether the instant of the impact matters.
+    pub(super) knows_time: bool,
+}
+
+/// Steps of the central differences, in units of the parameters' scales: their error (1e-6 of the curvature) and the
+/// simulation's rounding (1e-12 / 1e-3) are both far below the residuals.
+const DIFFERENCE: f64 = 1e-3;
+
+/// Fits the parameters and takes their covariance from the Jacobian at the minimum.
+pub(super) fn minimise(model: &DampingModel, comparison: &Comparison<'_>) -> Result<DampingFit, FitError> {
+    let problem = Problem::new(model, comparison)?;
+    let (problem, report) = LevenbergMarquardt::new().with_tol(1e-10).minimize(problem);
+    if let Some(failure) = problem.failure.take() {
+        return Err(failure);
+    }
+    if !report.termination.was_successful() {
+        return Err(FitError::NotConverged(format!("{:?}", report.termination)));
+    }
+    problem.finish()
+}
+
+struct Problem<'a> {
+    model: &'a DampingModel,
+    comparison: &'a Comparison<'a>,
+    scales: [f64; 4],
+    parameters: DVector<f64>,
+    n_simulations: std::cell::Cell<u64>,
+    failure: std::cell::Cell<Option<FitError>>,
+}
+
+impl<'a> Problem<'a> {
+    fn new(model: &'a DampingModel, comparison: &'a Comparison<'a>) -> Result<Self, FitError> {
+        let chainwave_mechanics::Drive::Striker(striker) = &model.chain.drive else {
+            return Err(FitError::NoStriker);
+        };
+        let mean_damping = model.chain.damping_kg_per_s.iter().sum::<f64>() / model.chain.n_bodies() as f64;
+        // Natural scales: a damping of 1 % of critical for a body and 10 % for the contact, 1 % of the speed, a frame.
+        let critical = 2.0 * (model.chain.contact.k_0_n_per_m() * model.chain.mass_kg[0]).sqrt();
+        let velocity_m_per_s = model.striker_velocity_m_per_s.value;
+        let scales = [0.01 * critical, 0.1 * critical, 0.01 * velocity_m_per_s, comparison.output_interval_s];
+        let start = [mean_damping, striker.damping_kg_per_s, striker.velocity_m_per_s, 0.0];
+        let n = if comparison.knows_time { 4 } else { 3 };
+        Ok(Self {
+            model,
+            comparison,
+            scales,
+            parameters: DVector::from_fn(n, |i, _| start[i] / scales[i]),
+            n_simulations: std::cell::Cell::new(0),
+            failure: std::cell::Cell::new(None),
+        })
+    }
+
+    fn values(&self, scaled: &DVector<f64>) -> Parameters {
+        let value = |i: usize| scaled.get(i).map_or(0.0, |x| x * self.scales[i]);
+        Parameters {
+            chain_damping_kg_per_s: value(0),
+            striker_damping_kg_per_s: value(1),
+            striker_velocity_m_per_s: value(2),
+            impact_time_s: value(3),
+        }
+    }
+
+    /// Whitened residuals, and last the striker's velocity against its prior.
+    fn residuals_at(&self, scaled: &DVector<f64>) -> Result<DVector<f64>, FitError> {
+        let parameters = self.values(scaled);
+        let comparison = self.comparison;
+        let prediction =
+            Prediction::new(self.model, &parameters, comparison.duration_s, comparison.output_interval_s)?;
+        self.n_simulations.set(self.n_simulations.get() + prediction.n_simulations());
+        let residuals = (comparison.predict)(&prediction, parameters.impact_time_s) - &comparison.measured;
+        let prior = self.model.striker_velocity_m_per_s;
+        let deviation = (parameters.striker_velocity_m_per_s - prior.value) / prior.sigma;
+        Ok(residuals.push(deviation))
+    }
+
+    fn jacobian_at(&self, scaled: &DVector<f64>) -> Result<DMatrix<f64>, FitError> {
+        let columns: Vec<DVector<f64>> = (0..scaled.len())
+            .map(|i| {
+                let shifted = |sign: f64| {
+                    let mut shifted = scaled.clone();
+                    shifted[i] += sign * DIFFERENCE;
+                    self.residuals_at(&shifted)
+                };
+                Ok((shifted(1.0)? - shifted(-1.0)?) / (2.0 * DIFFERENCE))
+            })
+            .collect::<Result<_, FitError>>()?;
+        Ok(DMatrix::from_columns(&columns))
+    }
+
+    fn finish(self) -> Result<DampingFit, FitError> {
+        let residuals = self.residuals_at(&self.parameters)?;
+        let jacobian = self.jacobian_at(&self.parameters)?;
+        let covariance = (jacobian.transpose() * &jacobian)
+            .try_inverse()
+            .ok_or_else(|| FitError::NotConverged("c_d and c_s cannot be told apart".into()))?;
+        let freedom = residuals.len().saturating_sub(self.parameters.len()).max(1);
+        let reduced_chi_squared = residuals.norm_squared() / freedom as f64;
+        // Residuals larger than stated widen the intervals; smaller ones do not narrow them.
+        let inflation = reduced_chi_squared.max(1.0).sqrt();
+        let estimate = |i: usize| {
+            Estimate::new(self.parameters[i], inflation * covariance[(i, i)].sqrt()).scaled(self.scales[i])
+        };
+        let damping = |i: usize| Estimate::new(estimate(i).value.abs(), estimate(i).sigma);
+        Ok(DampingFit {
+            chain_damping_kg_per_s: damping(0),
+            striker_damping_kg_per_s: damping(1),
+            correlation: covariance[(0, 1)] / (covariance[(0, 0)] * covariance[(1, 1)]).sqrt(),
+            striker_velocity_m_per_s: estimate(2),
+            impact_time_s: self.comparison.knows_time.then(|| estimate(3)),
+            reduced_chi_squared,
+            n_residuals: residuals.len(),
+            n_simulations: self.n_simulations.get(),
+        })
+    }
+
+    /// Keeps the first failure for the end of the search, which itself only knows that there was one.
+    fn keep<T>(&self, result: Result<T, FitError>) -> Option<T> {
+        result.map_err(|failure| self.failure.set(Some(failure))).ok()
+    }
+}
+
+impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
+    type ParameterStorage = Owned<f64, Dyn>;
+    type ResidualStorage = Owned<f64, Dyn>;
+    type JacobianStorage = Owned<f64, Dyn, Dyn>;
+
+    fn set_params(&mut self, parameters: &DVector<f64>) {
+        self.parameters.copy_from(parameters);
+    }
+
+    fn params(&self) -> DVector<f64> {
+        self.parameters.clone()
+    }
+
+    fn residuals(&self) -> Option<DVector<f64>> {
+        self.keep(self.residuals_at(&self.parameters))
+    }
+
+    fn jacobian(&self) -> Option<DMatrix<f64>> {
+        self.keep(self.jacobian_at(&self.parameters))
+    }
+}

@@ -1,0 +1,223 @@
+use chainwave_measurement::Estimate;
+
+use crate::check::{check_fraction, check_positive};
+use crate::local::{LocalPolynomial, MIN_HALF_WINDOW, interpolate, smooth};
+use crate::{AnalysisError, Missing, StrainMap};
+
+/// Share of the record's greatest compression that a leading pulse reaches at least.
+const MIN_SHARE_OF_MAXIMUM: f64 = 0.2;
+/// Fall below the running maximum that ends the search for a peak, as a share of it.
+const MIN_FALL: f64 = 0.05;
+/// Smoothing window on each side, as a share of the rise from 25 to 75 % of the peak: its bias at the peak of a Gaussian
+/// pulse is below 1e-5 of the peak.
+const SMOOTHING_OF_RISE: f64 = 0.5;
+
+/// Noise level, as a share of the maximum, below which the search for the peak needs no averaging.
+const CALM_NOISE: f64 = 0.05;
+
+/// How the leading pulse is found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrontSettings {
+    /// The leading edge is where the compression reaches this share of the gap's peak.
+    pub edge_fraction: f64,
+    /// The polynomial (order six) that gives the peak is fitted where the compression exceeds this share of the peak.
+    pub peak_fraction: f64,
+    /// A pulse counts when it exceeds this many standard uncertainties of a sample.
+    pub significance: f64,
+}
+
+impl Default for FrontSettings {
+    fn default() -> Self {
+        Self { edge_fraction: 0.1, peak_fraction: 0.8, significance: 6.0 }
+    }
+}
+
+impl FrontSettings {
+    pub(crate) fn check(&self) -> Result<(), AnalysisError> {
+        check_fraction("edge_fraction", self.edge_fraction)?;
+        check_fraction("peak_fraction", self.peak_fraction)?;
+        check_positive("significance", self.significance)
+    }
+}
+
+/// The leading pulse as it passes one gap, with uncertainties.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GapFront {
+    /// Number of the gap, from 1.
+    pub gap: usize,
+    /// Time of the peak in seconds.
+    pub peak_time_s: Estimate,
+    /// Strain at the peak, compression negative.
+    pub peak_strain: Estimate,
+    /// Time at which the compression reaches [`FrontSettings::edge_fraction`] of the peak, in seconds; absent when it
+    /// lies before the record or among missing samples.
+    pub edge_time_s: Option<Estimate>,
+}
+
+/// The leading pulse as it passes one gap: point values.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LeadingPulse {
+    /// Number of the gap, from 1.
+    pub gap: usize,
+    /// Time of the peak in seconds.
+    pub peak_time_s: f64,
+    /// Strain at the peak, compression negative.
+    pub peak_strain: f64,
+    /// Time of the leading edge in seconds.
+    pub edge_time_s: Option<f64>,
+    /// Time of the pulse's foot in seconds: the passage of 10 % of the peak, carried back by the time from 10 to 50 %. On the
+    /// chain's pulses the strain there is 1 to 2 % of the peak.
+    pub foot_time_s: Option<f64>,
+    /// Samples on each side over which the gap's strain may be smoothed without visible bias.
+    pub half_window: usize,
+}
+
+/// The leading pulse of every gap; row i is gap i + 1.
+///
+/// It is the *first* compressive peak that stands out, so a reflection that is larger does not replace it. A running
+/// maximum finds it: significant, and followed by a fall that is neither noise nor ripple. The peak's time and strain are
+/// those of a least-squares polynomial of order six over the samples above `peak_fraction` of it; the edge is looked for backwards from
+/// the peak in the smoothed strain, so that noise before the arrival does not count, and interpolated linearly.
+pub fn leading_pulses(map: &StrainMap, settings: &FrontSettings) -> Vec<Result<LeadingPulse, Missing>> {
+    (1..=map.n_gaps()).map(|gap| leading_pulse(map, gap, settings)).collect()
+}
+
+fn leading_pulse(map: &StrainMap, gap: usize, settings: &FrontSettings) -> Result<LeadingPulse, Missing> {
+    let series = compression(map, gap);
+    let (calmed, noise) = calm(&series, settings.significance * typical_sigma(map, gap));
+    let coarse = first_peak(&calmed, noise)?;
+    let rise = rise_samples(&calmed, coarse);
+    let half_window = half_window_of(rise);
+    let smoothed = smooth(&series, half_window);
+    let near = coarse.saturating_sub(rise)..=(coarse + rise).min(series.len() - 1);
+    let summit = near.max_by(|a, b| level(&smoothed, *a).total_cmp(&level(&smoothed, *b)));
+    let summit = summit.filter(|at| smoothed[*at].is_some()).ok_or(Missing::TooFewSamples)?;
+    let peak = refine_peak(&series, &smoothed, summit, settings.peak_fraction)?;
+    let edge = crossing_before(&smoothed, summit, settings.edge_fraction * peak.value);
+    let tenth = crossing_before(&smoothed, summit, 0.1 * peak.value);
+    let half = crossing_before(&smoothed, summit, 0.5 * peak.value);
+    Ok(LeadingPulse {
+        gap,
+        peak_time_s: time_at(map, peak.place),
+        peak_strain: -peak.value,
+        edge_time_s: edge.map(|place| time_at(map, place)),
+        foot_time_s: tenth.zip(half).map(|(tenth, half)| time_at(map, 2.0 * tenth - half)),
+        half_window,
+    })
+}
+
+/// Compressive strain of a gap, -u_n(t); empty for a gap that the map does not have.
+pub(crate) fn compression(map: &StrainMap, gap: usize) -> Vec<Option<f64>> {
+    let row = gap.checked_sub(1).and_then(|row| map.strain.outer_iter().nth(row));
+    row.map_or_else(Vec::new, |row| row.iter().map(|sample| sample.map(|strain| -strain.value)).collect())
+}
+
+/// Time in seconds of a place given as a fractional sample index.
+pub(crate) fn time_at(map: &StrainMap, place: f64) -> f64 {
+    map.times_s.first().copied().unwrap_or_default() + map.interval_s() * place
+}
+
+/// Median standard uncertainty of a gap's samples.
+fn typical_sigma(map: &StrainMap, gap: usize) -> f64 {
+    let mut sigmas: Vec<f64> = map.strain.row(gap - 1).iter().flatten().map(|strain| strain.sigma).collect();
+    sigmas.sort_by(f64::total_cmp);
+    sigmas.get(sigmas.len() / 2).copied().unwrap_or_default()
+}
+
+/// The series averaged over as many samples as bring the noise level down to [`CALM_NOISE`] of its maximum, but no more than
+/// an eighth of the time that it spends above half of it; with the noise level that is left.
+fn calm(series: &[Option<f64>], noise: f64) -> (Vec<Option<f64>>, f64) {
+    let greatest = series.iter().flatten().copied().fold(0.0, f64::max);
+    let n_above_half = series.iter().flatten().filter(|value| **value > 0.5 * greatest).count();
+    let wanted = (noise / (CALM_NOISE * greatest)).powi(2);
+    let half = if wanted > 1.0 { (0.5 * wanted.min(n_above_half as f64 / 8.0)) as usize } else { 0 };
+    let averaged = |at: usize| {
+        let window = &series[at.saturating_sub(half)..=(at + half).min(series.len() - 1)];
+        let sum: f64 = window.iter().flatten().sum();
+        let n = window.iter().flatten().count();
+        (series[at].is_some()).then(|| sum / n as f64)
+    };
+    ((0..series.len()).map(averaged).collect(), noise / ((2 * half + 1) as f64).sqrt())
+}
+
+/// Index of the first sample that exceeds all before it, stands out of the noise and of the record, and is followed by a
+/// clear fall.
+fn first_peak(series: &[Option<f64>], noise: f64) -> Result<usize, Missing> {
+    let greatest = series.iter().flatten().copied().reduce(f64::max).ok_or(Missing::TooFewSamples)?;
+    let threshold = noise.max(MIN_SHARE_OF_MAXIMUM * greatest);
+    if greatest <= threshold {
+        return Err(Missing::NoPulse);
+    }
+    let mut summit: Option<(usize, f64)> = None;
+    for (at, value) in series.iter().enumerate().filter_map(|(at, value)| Some((at, (*value)?))) {
+        match summit {
+            Some((peak_at, peak)) if peak - value > noise.max(MIN_FALL * peak) => return Ok(peak_at),
+            Some((_, peak)) if value <= peak => {}
+            _ if value > threshold => summit = Some((at, value)),
+            _ => {}
+        }
+    }
+    Err(Missing::PeakOutsideRecord)
+}
+
+/// Samples between the last passages of 25 and 75 % of the peak before it.
+fn rise_samples(series: &[Option<f64>], peak_at: usize) -> usize {
+    let peak = level(series, peak_at);
+    let is_below = |at: usize, share: f64| series[at].is_some_and(|value| value < share * peak);
+    let last_below = |share: f64| (0..peak_at).rev().find(|at| is_below(*at, share)).unwrap_or(0);
+    last_below(0.75).saturating_sub(last_below(0.25)).max(1)
+}
+
+fn half_window_of(rise: usize) -> usize {
+    ((rise as f64 * SMOOTHING_OF_RISE).round() as usize).max(MIN_HALF_WINDOW)
+}
+
+/// A sample for comparisons, where a missing one is lower than all others.
+pub(crate) fn level(series: &[Option<f64>], at: usize) -> f64 {
+    series[at].unwrap_or(f64::NEG_INFINITY)
+}
+
+/// A maximum between samples.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Peak {
+    /// Fractional sample index.
+    pub(crate) place: f64,
+    /// Value of the series there.
+    pub(crate) value: f64,
+}
+
+/// The maximum of a series near sample `summit`, from a polynomial over the contiguous samples whose smoothed value exceeds
+/// `peak_fraction` of the smoothed maximum.
+pub(crate) fn refine_peak(
+    series: &[Option<f64>],
+    smoothed: &[Option<f64>],
+    summit: usize,
+    peak_fraction: f64,
+) -> Result<Peak, Missing> {
+    let threshold = peak_fraction * level(smoothed, summit);
+    let last_index = series.len() - 1;
+    let above = |at: &usize| level(smoothed, *at) >= threshold;
+    let first = (0..summit).rev().take_while(above).last().unwrap_or(summit);
+    let last = (summit + 1..=last_index).take_while(above).last().unwrap_or(summit);
+    let first = first.min(summit.saturating_sub(MIN_HALF_WINDOW));
+    let last = last.max(summit + MIN_HALF_WINDOW).min(last_index);
+    let polynomial = LocalPolynomial::fit(series, first, last).ok_or(Missing::TooFewSamples)?;
+    let (place, value) = polynomial.maximum().ok_or(Missing::PeakOutsideRecord)?;
+    Ok(Peak { place, value })
+}
+
+/// Fractional index at which the series last rises through `threshold` before sample `from`.
+fn crossing_before(series: &[Option<f64>], from: usize, threshold: f64) -> Option<f64> {
+    let below = (0..from).rev().find(|at| series[*at].is_none_or(|value| value < threshold))?;
+    series[below]?;
+    let (mut low, mut high) = (below as f64, (below + 1) as f64);
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        if interpolate(series, middle)? < threshold {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    Some(0.5 * (low + high))
+}

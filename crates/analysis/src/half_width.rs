@@ -1,0 +1,213 @@
+use chainwave_measurement::Estimate;
+
+use crate::front::compression;
+use crate::local::{cubic_weights, interpolate, smooth};
+use crate::velocity::Reflection;
+use crate::{LeadingPulse, Missing, StrainMap};
+
+/// Gaps searched on each side of the place that the peak trace gives.
+const SEARCH_GAPS: f64 = 1.0;
+/// Step of that search, in gaps; golden section refines it.
+const SEARCH_STEP: f64 = 0.25;
+/// Golden sections of two search steps: they leave 5e-6 of a gap.
+const N_GOLDEN_STEPS: usize = 24;
+/// Steps of the search for the half height, at most, and the change in gaps at which it ends.
+const N_ROOT_STEPS: usize = 40;
+const ROOT_TOLERANCE: f64 = 1e-7;
+
+/// Half width at half maximum of the leading pulse's front at one time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HalfWidth {
+    /// Time in seconds.
+    pub t_s: f64,
+    /// Distance from the pulse's peak to half its height on the side away from the striker, in metres of the chain at rest.
+    pub hwhm_m: Estimate,
+}
+
+/// The strain profile between the gaps, in a frame that moves with the pulse.
+///
+/// A pulse is only a few gaps wide, and its rear has structure two gaps long, so a curve through the strains at one instant
+/// depends on the curve. In the moving frame the strain hardly changes from gap to gap. The strain at place z (a
+/// fractional gap number) and time t is therefore interpolated between gaps k at equal phase, u_k(t + (k - z) s), with the
+/// slowness s of the pulse: a cubic over the two gaps on each side, and in time the smoothed series. For a pulse of steady
+/// shape that moves at 1/s this is exact whatever the pitch.
+#[derive(Debug, Clone)]
+pub struct MovingProfile {
+    first_time_s: f64,
+    interval_s: f64,
+    slowness_s: f64,
+    smoothed: Vec<Vec<Option<f64>>>,
+    /// Peak times with their gaps, both increasing.
+    trace: Vec<(f64, f64)>,
+}
+
+impl MovingProfile {
+    /// The profile of a strain map whose pulse moves at `velocity_m_per_s`.
+    pub fn new(map: &StrainMap, pulses: &[Result<LeadingPulse, Missing>], velocity_m_per_s: f64) -> Self {
+        let windows = half_windows(pulses);
+        let smooth_gap = |(gap, half): (usize, Result<usize, Missing>)| {
+            half.map_or_else(|_| Vec::new(), |half| smooth(&compression(map, gap), half))
+        };
+        Self {
+            first_time_s: map.times_s.first().copied().unwrap_or_default(),
+            interval_s: map.interval_s(),
+            slowness_s: map.pitch_m / velocity_m_per_s,
+            smoothed: (1..=map.n_gaps()).zip(windows).map(smooth_gap).collect(),
+            trace: rising_trace(pulses),
+        }
+    }
+
+    /// Compressive strain at a time and a place, given as a fractional gap number; `None` outside the chain or the record
+    /// and where a gap beside the place was not measured.
+    pub fn compression(&self, t_s: f64, place: f64) -> Option<f64> {
+        let last_gap = self.smoothed.len();
+        if !(1.0..=last_gap as f64).contains(&place) {
+            return None;
+        }
+        let gap = (place.floor() as usize).min(last_gap - 1).max(1);
+        let z = place - gap as f64;
+        let near = self.at_phase(t_s, place, gap)?;
+        if z <= 0.0 {
+            return Some(near);
+        }
+        let far = self.at_phase(t_s, place, gap + 1)?;
+        let outer = (self.at_phase(t_s, place, gap - 1), self.at_phase(t_s, place, gap + 2));
+        let (Some(before), Some(after)) = outer else {
+            return Some(near + z * (far - near));
+        };
+        let [w0, w1, w2, w3] = cubic_weights(z);
+        Some(w0 * before + w1 * near + w2 * far + w3 * after)
+    }
+
+    fn at_phase(&self, t_s: f64, place: f64, gap: usize) -> Option<f64> {
+        let t_s = t_s + (gap as f64 - place) * self.slowness_s;
+        interpolate(self.smoothed.get(gap.checked_sub(1)?)?, (t_s - self.first_time_s) / self.interval_s)
+    }
+
+    /// Place (fractional gap number) and compressive strain of the leading pulse's peak at a time.
+    pub fn peak(&self, t_s: f64) -> Option<(f64, f64)> {
+        let expected = self.expected_place(t_s)?;
+        let last_gap = self.smoothed.len() as f64;
+        let n_steps = (2.0 * SEARCH_GAPS / SEARCH_STEP) as usize;
+        let places = (0..=n_steps).map(|step| expected - SEARCH_GAPS + SEARCH_STEP * step as f64);
+        let inside = places.filter(|place| (1.0..=last_gap).contains(place));
+        let (best, _) = inside
+            .filter_map(|place| Some((place, self.compression(t_s, place)?)))
+            .max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let place = self.golden_maximum(t_s, best - SEARCH_STEP, best + SEARCH_STEP)?;
+        Some((place, self.compression(t_s, place)?))
+    }
+
+    fn expected_place(&self, t_s: f64) -> Option<f64> {
+        let after = self.trace.partition_point(|(peak_time, _)| *peak_time <= t_s);
+        let &(t0, gap0) = self.trace.get(after.checked_sub(1)?)?;
+        let &(t1, gap1) = self.trace.get(after)?;
+        Some(gap0 + (gap1 - gap0) * (t_s - t0) / (t1 - t0))
+    }
+
+    fn golden_maximum(&self, t_s: f64, mut low: f64, mut high: f64) -> Option<f64> {
+        const GOLDEN: f64 = 0.618_033_988_749_895;
+        let value = |place: f64| self.compression(t_s, place);
+        let (mut left, mut right) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
+        let (mut at_left, mut at_right) = (value(left)?, value(right)?);
+        for _ in 0..N_GOLDEN_STEPS {
+            if at_left > at_right {
+                (high, right, at_right) = (right, left, at_left);
+                left = high - GOLDEN * (high - low);
+                at_left = value(left)?;
+            } else {
+                (low, left, at_left) = (left, right, at_right);
+                right = low + GOLDEN * (high - low);
+                at_right = value(right)?;
+            }
+        }
+        Some(0.5 * (low + high))
+    }
+
+    /// Place (fractional gap number) ahead of the peak where the compression first falls to half of `height`.
+    fn half_height_place(&self, t_s: f64, peak_place: f64, height: f64) -> Option<f64> {
+        let excess = |place: f64| Some(self.compression(t_s, place)? - 0.5 * height);
+        let mut low = (peak_place, excess(peak_place)?);
+        loop {
+            let next = low.0 + SEARCH_STEP;
+            let high = (next, excess(next)?);
+            if high.1 <= 0.0 {
+                return root_between(excess, low, high);
+            }
+            low = high;
+        }
+    }
+
+    /// Places of the peak and of half its height ahead of it.
+    pub(crate) fn peak_and_half(&self, t_s: f64) -> Option<(f64, f64)> {
+        let (peak, height) = self.peak(t_s)?;
+        Some((peak, self.half_height_place(t_s, peak, height)?))
+    }
+}
+
+/// The root of a function between two places with its values there, positive at `low` and not at `high` (regula falsi with
+/// Illinois' halving).
+fn root_between(
+    function: impl Fn(f64) -> Option<f64>,
+    mut low: (f64, f64),
+    mut high: (f64, f64),
+) -> Option<f64> {
+    let mut place = high.0;
+    for _ in 0..N_ROOT_STEPS {
+        let next = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
+        let settled = (next - place).abs() < ROOT_TOLERANCE;
+        place = next;
+        let value = function(place)?;
+        if settled {
+            break;
+        }
+        if value > 0.0 {
+            (low, high.1) = ((place, value), 0.5 * high.1);
+        } else {
+            (high, low.1) = ((place, value), 0.5 * low.1);
+        }
+    }
+    Some(place)
+}
+
+/// Smoothing windows of all gaps: a gap without a pulse takes its neighbour's; no gap has one when there is no pulse at all.
+pub(crate) fn half_windows(pulses: &[Result<LeadingPulse, Missing>]) -> Vec<Result<usize, Missing>> {
+    let first = pulses.iter().flatten().next().map(|pulse| pulse.half_window).ok_or(Missing::NoPulse);
+    let carry = |last: &mut Result<usize, Missing>, pulse: &Result<LeadingPulse, Missing>| {
+        *last = pulse.as_ref().map_or(*last, |pulse| Ok(pulse.half_window));
+        Some(*last)
+    };
+    pulses.iter().scan(first, carry).collect()
+}
+
+fn rising_trace(pulses: &[Result<LeadingPulse, Missing>]) -> Vec<(f64, f64)> {
+    let mut trace: Vec<(f64, f64)> = Vec::new();
+    for pulse in pulses.iter().flatten() {
+        if trace.last().is_none_or(|(before, _)| pulse.peak_time_s > *before) {
+            trace.push((pulse.peak_time_s, pulse.gap as f64));
+        }
+    }
+    trace
+}
+
+/// Half widths of the front at the given times, in metres; `None` where the profile is not known.
+pub fn half_widths(profile: &MovingProfile, pitch_m: f64, times_s: &[f64]) -> Vec<Option<f64>> {
+    let width = |t_s: &f64| profile.peak_and_half(*t_s).map(|(peak, half)| (half - peak) * pitch_m);
+    times_s.iter().map(width).collect()
+}
+
+/// The sample times at which the half width is well defined: the peak has passed `first_gap`, and the place of half height
+/// lies within the chain and is not yet reached by the reflection of the pulse's foot.
+pub fn half_width_times(
+    map: &StrainMap,
+    profile: &MovingProfile,
+    reflection: Option<&Reflection>,
+    first_gap: usize,
+) -> Vec<f64> {
+    let is_defined = |t_s: &f64| {
+        profile.peak_and_half(*t_s).is_some_and(|(peak, half)| {
+            peak >= first_gap as f64 && reflection.is_none_or(|echo| *t_s < echo.arrival_s(half))
+        })
+    };
+    map.times_s.iter().copied().filter(is_defined).collect()
+}

@@ -1,0 +1,197 @@
+use nalgebra::{SMatrix, SVector};
+
+/// Coefficients of the local polynomial (order six). On the chain's skew pulses an order of four needs windows so short, for
+/// a bias below the noise, that it is the noisier of the two.
+const N_COEFFICIENTS: usize = 7;
+/// Samples on each side that determine the polynomial.
+pub(crate) const MIN_HALF_WINDOW: usize = N_COEFFICIENTS / 2;
+/// Share of a window's samples that must be present for a local fit.
+const MIN_PRESENT: f64 = 0.75;
+
+type Normal = SMatrix<f64, N_COEFFICIENTS, N_COEFFICIENTS>;
+type Powers = SVector<f64, N_COEFFICIENTS>;
+
+/// The series smoothed by a local least-squares polynomial of order six over `half_window` samples on each side (Savitzky
+/// and Golay, 1964); the first and last `half_window` samples take the values of the first and last full window's
+/// polynomial. `None` where less than three quarters of the window is present.
+pub(crate) fn smooth(series: &[Option<f64>], half_window: usize) -> Vec<Option<f64>> {
+    let n = series.len();
+    let width = (2 * half_window + 1).min(n);
+    let kernel = centre_weights(half_window);
+    let value_at =
+        |polynomial: &Option<LocalPolynomial>, at: usize| Some(polynomial.as_ref()?.value(at as f64));
+    let first = LocalPolynomial::fit(series, 0, width.saturating_sub(1));
+    let last = LocalPolynomial::fit(series, n - width, n.saturating_sub(1));
+    let smoothed = |at: usize| {
+        if at < half_window {
+            return value_at(&first, at);
+        }
+        if at + half_window >= n {
+            return value_at(&last, at);
+        }
+        let (from, to) = (at - half_window, at + half_window);
+        let full = kernel.as_ref().and_then(|weights| weighted_sum(&series[from..=to], weights));
+        full.or_else(|| value_at(&LocalPolynomial::fit(series, from, to), at))
+    };
+    (0..n).map(smoothed).collect()
+}
+
+fn weighted_sum(window: &[Option<f64>], weights: &[f64]) -> Option<f64> {
+    let mut sum = 0.0;
+    for (value, weight) in window.iter().zip(weights) {
+        sum += weight * (*value)?;
+    }
+    Some(sum)
+}
+
+/// Weights that give the polynomial's value at the centre of a full window; `None` when it is too short.
+fn centre_weights(half_window: usize) -> Option<Vec<f64>> {
+    let half = half_window as f64;
+    let powers: Vec<Powers> =
+        (0..=2 * half_window).map(|at| powers_of((at as f64 - half) / half.max(1.0))).collect();
+    let normal = powers.iter().fold(Normal::zeros(), |sum, power| sum + power * power.transpose());
+    let at_centre = normal.cholesky()?.solve(&powers_of(0.0));
+    (half_window >= MIN_HALF_WINDOW).then(|| powers.iter().map(|power| power.dot(&at_centre)).collect())
+}
+
+fn powers_of(z: f64) -> Powers {
+    let (z2, z3) = (z * z, z * z * z);
+    Powers::from([1.0, z, z2, z3, z2 * z2, z2 * z3, z3 * z3])
+}
+
+/// The series between its samples, at a fractional index: the cubic through the two samples on each side, or the line
+/// through the nearest two where an outer one is missing.
+pub(crate) fn interpolate(series: &[Option<f64>], place: f64) -> Option<f64> {
+    let last_index = series.len().checked_sub(2)?;
+    if !(0.0..=(last_index + 1) as f64).contains(&place) {
+        return None;
+    }
+    let at = (place.floor() as usize).min(last_index);
+    let z = place - at as f64;
+    let (near, far) = (series[at]?, series[at + 1]?);
+    let before = at.checked_sub(1).and_then(|before| series[before]);
+    let after = series.get(at + 2).copied().flatten();
+    let (Some(before), Some(after)) = (before, after) else {
+        return Some(near + z * (far - near));
+    };
+    let [w0, w1, w2, w3] = cubic_weights(z);
+    Some(w0 * before + w1 * near + w2 * far + w3 * after)
+}
+
+/// Lagrange's weights of four equally spaced values at -1, 0, 1, 2 for the place `z` in 0..=1.
+pub(crate) fn cubic_weights(z: f64) -> [f64; 4] {
+    [
+        -z * (z - 1.0) * (z - 2.0) / 6.0,
+        (z + 1.0) * (z - 1.0) * (z - 2.0) / 2.0,
+        -(z + 1.0) * z * (z - 2.0) / 2.0,
+        (z + 1.0) * z * (z - 1.0) / 6.0,
+    ]
+}
+
+/// A least-squares polynomial of order six through samples around `centre`.
+#[derive(Debug, Clone)]
+pub(crate) struct LocalPolynomial {
+    centre: f64,
+    half_width: f64,
+    coefficients: Powers,
+}
+
+impl LocalPolynomial {
+    /// Fits the samples `first..=last` of a series, in the coordinate of the sample's index; `None` when less than three
+    /// quarters of them are present or they do not determine it.
+    pub(crate) fn fit(series: &[Option<f64>], first: usize, last: usize) -> Option<Self> {
+        let window = series.get(first..=last)?;
+        let centre = 0.5 * (first + last) as f64;
+        let half_width = (0.5 * (last - first) as f64).max(1.0);
+        let points: Vec<(Powers, f64)> = (first..)
+            .zip(window)
+            .filter_map(|(at, value)| Some((powers_of((at as f64 - centre) / half_width), (*value)?)))
+            .collect();
+        let enough =
+            points.len() >= N_COEFFICIENTS && points.len() as f64 >= MIN_PRESENT * window.len() as f64;
+        let normal = points.iter().fold(Normal::zeros(), |sum, (power, _)| sum + power * power.transpose());
+        let right = points.iter().fold(Powers::zeros(), |sum, (power, value)| sum + power * *value);
+        let coefficients = normal.cholesky().filter(|_| enough)?.solve(&right);
+        Some(Self { centre, half_width, coefficients })
+    }
+
+    /// Place (sample index) and value of the greatest interior maximum within the fitted window; `None` when the polynomial
+    /// is greatest at the window's end.
+    pub(crate) fn maximum(&self) -> Option<(f64, f64)> {
+        const N_STEPS: i32 = 64;
+        let z_of = |step: i32| 2.0 * f64::from(step) / f64::from(N_STEPS) - 1.0;
+        let best = (0..=N_STEPS).max_by(|a, b| self.at_z(z_of(*a)).total_cmp(&self.at_z(z_of(*b))))?;
+        if best == 0 || best == N_STEPS {
+            return None;
+        }
+        let z = self.root_of_slope(z_of(best - 1), z_of(best + 1));
+        Some((self.centre + self.half_width * z, self.at_z(z)))
+    }
+
+    /// The polynomial's value at a fractional sample index.
+    pub(crate) fn value(&self, place: f64) -> f64 {
+        self.at_z((place - self.centre) / self.half_width)
+    }
+
+    fn at_z(&self, z: f64) -> f64 {
+        self.coefficients.iter().rev().fold(0.0, |sum, coefficient| sum * z + coefficient)
+    }
+
+    fn slope_at_z(&self, z: f64) -> f64 {
+        (1..N_COEFFICIENTS).rev().fold(0.0, |sum, power| sum * z + power as f64 * self.coefficients[power])
+    }
+
+    /// Bisection: the slope is positive at `low` and negative at `high`, which enclose one maximum.
+    fn root_of_slope(&self, mut low: f64, mut high: f64) -> f64 {
+        for _ in 0..50 {
+            let middle = 0.5 * (low + high);
+            if self.slope_at_z(middle) > 0.0 {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        0.5 * (low + high)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sextic(at: usize) -> f64 {
+        let x = at as f64 - 7.3;
+        2.0 - 0.3 * x * x + 0.01 * x * x * x - 0.002 * x.powi(4) - 1e-6 * x.powi(6)
+    }
+
+    #[test]
+    fn a_sextic_passes_unchanged_with_holes_and_at_the_ends() {
+        let mut series: Vec<Option<f64>> = (0..16).map(|at| Some(sextic(at))).collect();
+        series[5] = None;
+        let smoothed = smooth(&series, 5);
+        for (at, value) in smoothed.iter().enumerate() {
+            // A fit of the true order leaves rounding alone, amplified by the extrapolated ends.
+            assert!((value.unwrap() - sextic(at)).abs() < 1e-9, "sample {at}");
+        }
+    }
+
+    #[test]
+    fn a_window_with_a_wide_hole_is_lost() {
+        let mut series: Vec<Option<f64>> = (0..40).map(|at| Some(sextic(at))).collect();
+        series[18..24].fill(None);
+        let smoothed = smooth(&series, 5);
+        assert!(smoothed[20].is_none());
+        assert!(smoothed[8].is_some());
+        assert!(LocalPolynomial::fit(&series, 15, 27).is_none());
+    }
+
+    #[test]
+    fn the_maximum_of_a_sextic_is_exact() {
+        let series: Vec<Option<f64>> = (0..16).map(|at| Some(sextic(at))).collect();
+        let (place, value) = LocalPolynomial::fit(&series, 2, 12).unwrap().maximum().unwrap();
+        // Rounding alone: the slope at 7.3 is zero by construction.
+        assert!((place - 7.3).abs() < 1e-9, "{place}");
+        assert!((value - 2.0).abs() < 1e-12);
+        assert!(LocalPolynomial::fit(&series, 0, 6).unwrap().maximum().is_none());
+    }
+}

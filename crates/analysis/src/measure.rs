@@ -1,0 +1,251 @@
+use std::ops::RangeInclusive;
+
+use chainwave_measurement::{ChainMotion, Estimate};
+
+use crate::check::{check_motion, check_positive};
+use crate::columns::{Column, Columns, Scatter};
+use crate::energy::{EnergyLaw, PeakEnergies, peak_energies};
+use crate::front::{FrontSettings, GapFront, LeadingPulse, leading_pulses};
+use crate::half_width::{HalfWidth, MovingProfile, half_width_times, half_widths};
+use crate::replicas::replicate;
+use crate::spectrum::{LocalResonance, TailSpectrum, dominant_frequency, tail_spectrum};
+use crate::strain::strain_of_checked;
+use crate::velocity::{GroupVelocity, Reflection, SpeedFit, fit_speed, undisturbed_gaps};
+use crate::{AnalysisError, Missing, StrainMap};
+
+/// Replicas from which a standard uncertainty can be told.
+const MIN_REPLICAS: usize = 20;
+
+/// What is measured, and how.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeasureSettings {
+    /// Length of a cell in metres.
+    pub pitch_m: f64,
+    /// How the leading pulse is found.
+    pub front: FrontSettings,
+    /// First gap in which the pulse counts as formed: the group velocity begins there, the half width when the peak passes it.
+    pub first_gap: usize,
+    /// Whether the last body's far side reflects (a free or fixed end): what the reflection has reached is left out of the
+    /// group velocity and the half width.
+    pub end_reflects: bool,
+    /// Gaps of the group velocity, in place of those that the two settings above give.
+    pub velocity_gaps: Option<RangeInclusive<usize>>,
+    /// Replicas behind each standard uncertainty; its own relative error is `1/sqrt(2 n)`.
+    pub n_replicas: usize,
+    /// Seed of the replicas.
+    pub seed: u64,
+}
+
+impl MeasureSettings {
+    /// The default settings for a chain of the given pitch, 200 replicas.
+    pub fn new(pitch_m: f64, seed: u64) -> Self {
+        Self {
+            pitch_m,
+            front: FrontSettings::default(),
+            first_gap: 3,
+            end_reflects: true,
+            velocity_gaps: None,
+            n_replicas: 200,
+            seed,
+        }
+    }
+
+    fn check(&self) -> Result<(), AnalysisError> {
+        check_positive("pitch_m", self.pitch_m)?;
+        self.front.check()?;
+        if self.n_replicas < MIN_REPLICAS {
+            let found = self.n_replicas as f64;
+            return Err(AnalysisError::Setting { name: "n_replicas", expected: "at least 20", found });
+        }
+        Ok(())
+    }
+}
+
+/// Everything that one motion yields, each number with its standard uncertainty or the reason why it is missing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measurement {
+    /// Strain of every gap over time.
+    pub strain: StrainMap,
+    /// The leading pulse in each gap; row i is gap i + 1.
+    pub fronts: Vec<Result<GapFront, Missing>>,
+    /// Slope of peak position against peak time.
+    pub group_velocity: Result<GroupVelocity, Missing>,
+    /// Half width of the front at the sample times at which it is defined.
+    pub half_widths: Vec<HalfWidth>,
+    /// Peak potential energies, when a contact law was given.
+    pub energies: Option<PeakEnergies>,
+    /// Spectra behind the leading pulse.
+    pub spectrum: TailSpectrum,
+    /// The dominant frequency of those spectra.
+    pub local_resonance: Result<LocalResonance, Missing>,
+    /// Replicas behind the uncertainties; zero for a motion without error.
+    pub n_replicas: usize,
+}
+
+/// Measures a motion. Values come from the motion itself; standard uncertainties are what the same functions scatter over
+/// replicas of the motion with its stated errors ([`replicate`]), so every correlation between bodies and times counts. The
+/// choices of gaps and times are made once, from the motion, and kept for the replicas.
+///
+/// # Errors
+/// [`AnalysisError`] when a setting is out of range or the motion is inconsistent. A single value that cannot be measured
+/// is [`Missing`] in the result.
+pub fn measure(
+    motion: &ChainMotion,
+    settings: &MeasureSettings,
+    energy_of: Option<EnergyLaw<'_>>,
+) -> Result<Measurement, AnalysisError> {
+    settings.check()?;
+    check_motion(motion)?;
+    let map = strain_of_checked(motion, settings.pitch_m);
+    let plan = Plan::new(&map, settings, energy_of);
+    let values = plan.apply(&map);
+    let n_replicas = if is_exact(motion) { 0 } else { settings.n_replicas };
+    let replicas = replicate(motion, n_replicas, settings.seed)
+        .map(|noisy| plan.apply(&strain_of_checked(&noisy, settings.pitch_m)).columns());
+    let scatter = Scatter::new(values.columns(), replicas.collect());
+    Ok(assemble(map, &plan, &values, &scatter))
+}
+
+fn is_exact(motion: &ChainMotion) -> bool {
+    motion.modes.is_empty() && motion.independent_sigma_m.iter().all(|sigma| *sigma <= 0.0)
+}
+
+/// What is evaluated, fixed before the replicas are.
+struct Plan<'a> {
+    settings: &'a MeasureSettings,
+    energy_of: Option<EnergyLaw<'a>>,
+    velocity_gaps: RangeInclusive<usize>,
+    half_width_times_s: Vec<f64>,
+}
+
+impl<'a> Plan<'a> {
+    fn new(map: &StrainMap, settings: &'a MeasureSettings, energy_of: Option<EnergyLaw<'a>>) -> Self {
+        let pulses = leading_pulses(map, &settings.front);
+        let reflection = Reflection::of_feet(&pulses, settings.first_gap).filter(|_| settings.end_reflects);
+        let chosen = || undisturbed_gaps(&pulses, reflection.as_ref(), settings.first_gap);
+        let velocity_gaps = settings.velocity_gaps.clone().unwrap_or_else(chosen);
+        let times_s = |speed: SpeedFit| {
+            let profile = MovingProfile::new(map, &pulses, speed.velocity_m_per_s);
+            half_width_times(map, &profile, reflection.as_ref(), settings.first_gap)
+        };
+        let speed = fit_speed(&pulses, settings.pitch_m, &velocity_gaps);
+        let half_width_times_s = speed.map_or_else(|_| Vec::new(), times_s);
+        Self { settings, energy_of, velocity_gaps, half_width_times_s }
+    }
+
+    fn apply(&self, map: &StrainMap) -> Values {
+        let front = &self.settings.front;
+        let pulses = leading_pulses(map, front);
+        let speed = fit_speed(&pulses, map.pitch_m, &self.velocity_gaps);
+        let half_widths_m = speed.map_or_else(
+            |_| vec![None; self.half_width_times_s.len()],
+            |speed| {
+                let profile = MovingProfile::new(map, &pulses, speed.velocity_m_per_s);
+                half_widths(&profile, map.pitch_m, &self.half_width_times_s)
+            },
+        );
+        let energies_j = self
+            .energy_of
+            .map_or_else(Vec::new, |energy_of| peak_energies(map, &pulses, energy_of, front.peak_fraction));
+        let spectrum = tail_spectrum(map, &pulses);
+        let resonance = dominant_frequency(&spectrum);
+        Values { pulses, speed, half_widths_m, energies_j, spectrum, resonance }
+    }
+}
+
+/// Point values of everything that is measured.
+struct Values {
+    pulses: Vec<Result<LeadingPulse, Missing>>,
+    speed: Result<SpeedFit, Missing>,
+    half_widths_m: Vec<Option<f64>>,
+    energies_j: Vec<Result<f64, Missing>>,
+    spectrum: TailSpectrum,
+    resonance: Result<(f64, f64), Missing>,
+}
+
+impl Values {
+    fn columns(&self) -> Columns {
+        let of_pulses = |value: fn(&LeadingPulse) -> Option<f64>| -> Vec<Option<f64>> {
+            self.pulses.iter().map(|pulse| pulse.as_ref().ok().and_then(value)).collect()
+        };
+        let of_speed = |value: fn(&SpeedFit) -> Option<f64>| vec![self.speed.as_ref().ok().and_then(value)];
+        let first_j = self.energies_j.first().and_then(|energy| energy.ok());
+        let relative = |energy: &Result<f64, Missing>| Some(energy.ok()? / first_j?);
+        let mut columns = Columns::default();
+        columns.set(Column::PeakTime, of_pulses(|pulse| Some(pulse.peak_time_s)));
+        columns.set(Column::PeakStrain, of_pulses(|pulse| Some(pulse.peak_strain)));
+        columns.set(Column::EdgeTime, of_pulses(|pulse| pulse.edge_time_s));
+        columns.set(Column::Velocity, of_speed(|speed| Some(speed.velocity_m_per_s)));
+        columns.set(Column::FirstThird, of_speed(|speed| speed.thirds_m_per_s.map(|thirds| thirds[0])));
+        columns.set(Column::LastThird, of_speed(|speed| speed.thirds_m_per_s.map(|thirds| thirds[1])));
+        columns.set(Column::Variation, of_speed(SpeedFit::relative_variation));
+        columns.set(Column::HalfWidth, self.half_widths_m.clone());
+        columns.set(Column::Energy, self.energies_j.iter().map(|energy| energy.ok()).collect());
+        columns.set(Column::RelativeEnergy, self.energies_j.iter().map(relative).collect());
+        columns.set(Column::Resonance, vec![self.resonance.ok().map(|(frequency_hz, _)| frequency_hz)]);
+        columns
+    }
+}
+
+fn assemble(map: StrainMap, plan: &Plan<'_>, values: &Values, scatter: &Scatter) -> Measurement {
+    let half_width = |(row, t_s): (usize, &f64)| {
+        Some(HalfWidth { t_s: *t_s, hwhm_m: scatter.estimate(Column::HalfWidth, row).ok()? })
+    };
+    let fronts = values.pulses.iter().enumerate();
+    Measurement {
+        fronts: fronts.map(|(row, pulse)| gap_front(row, (*pulse)?, scatter)).collect(),
+        group_velocity: values.speed.and_then(|speed| group_velocity(&speed, &plan.velocity_gaps, scatter)),
+        half_widths: plan.half_width_times_s.iter().enumerate().filter_map(half_width).collect(),
+        energies: plan.energy_of.map(|_| energies(&values.energies_j, scatter)),
+        spectrum: values.spectrum.clone(),
+        local_resonance: values.resonance.and_then(|(_, resolution_hz)| {
+            Ok(LocalResonance { frequency_hz: scatter.estimate(Column::Resonance, 0)?, resolution_hz })
+        }),
+        n_replicas: scatter.n_replicas(),
+        strain: map,
+    }
+}
+
+fn gap_front(row: usize, pulse: LeadingPulse, scatter: &Scatter) -> Result<GapFront, Missing> {
+    Ok(GapFront {
+        gap: pulse.gap,
+        peak_time_s: scatter.estimate(Column::PeakTime, row)?,
+        peak_strain: scatter.estimate(Column::PeakStrain, row)?,
+        edge_time_s: scatter.estimate(Column::EdgeTime, row).ok(),
+    })
+}
+
+fn group_velocity(
+    speed: &SpeedFit,
+    gaps: &RangeInclusive<usize>,
+    scatter: &Scatter,
+) -> Result<GroupVelocity, Missing> {
+    let estimate = |column| scatter.estimate(column, 0);
+    let thirds = estimate(Column::FirstThird).ok().zip(estimate(Column::LastThird).ok());
+    Ok(GroupVelocity {
+        velocity_m_per_s: estimate(Column::Velocity)?,
+        thirds_m_per_s: thirds.map(<[Estimate; 2]>::from),
+        relative_variation: estimate(Column::Variation).ok(),
+        residual_m: speed.residual_m,
+        gaps: (*gaps.start(), *gaps.end()),
+        n_gaps: speed.n_gaps,
+    })
+}
+
+fn energies(energies_j: &[Result<f64, Missing>], scatter: &Scatter) -> PeakEnergies {
+    let measured = |row: &usize| scatter.estimate(Column::Energy, *row).is_ok();
+    let rows: Vec<usize> = (0..energies_j.len()).filter(measured).collect();
+    let all_of =
+        |column| rows.iter().map(|row| scatter.estimate(column, *row).ok()).collect::<Option<Vec<_>>>();
+    let reason = |(row, energy): (usize, &Result<f64, Missing>)| {
+        let outcome = energy.and_then(|_| scatter.estimate(Column::Energy, row));
+        outcome.err().map(|reason| (row + 1, reason))
+    };
+    PeakEnergies {
+        gaps: rows.iter().map(|row| row + 1).collect(),
+        energy_j: all_of(Column::Energy).unwrap_or_default(),
+        relative: all_of(Column::RelativeEnergy),
+        covariance_j2: scatter.covariance(Column::Energy, &rows),
+        missing: energies_j.iter().enumerate().filter_map(reason).collect(),
+    }
+}

@@ -1,0 +1,139 @@
+use chainwave_measurement::{ChainMotion, Estimate, Trajectory};
+use ndarray::{Array2, ArrayView1};
+
+use crate::AnalysisError;
+use crate::check::{check_motion, check_positive};
+
+/// Strain of every gap over time with its standard uncertainty.
+///
+/// Neighbouring gaps share a body, so their errors correlate (by -1/2 for equal independent errors); what needs more than
+/// one gap at a time takes its uncertainty from [`crate::replicate`], not from these sigmas.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StrainMap {
+    /// Sample times in seconds, equally spaced.
+    pub times_s: Vec<f64>,
+    /// Length of a cell in metres.
+    pub pitch_m: f64,
+    /// u_n(t), compression negative, shape `[gap, time]` (row i is gap i + 1); `None` where a body of the gap was not seen.
+    pub strain: Array2<Option<Estimate>>,
+}
+
+impl StrainMap {
+    /// Number of gaps.
+    pub fn n_gaps(&self) -> usize {
+        self.strain.nrows()
+    }
+
+    /// Interval between samples in seconds.
+    pub fn interval_s(&self) -> f64 {
+        match (self.times_s.first(), self.times_s.last()) {
+            (Some(first), Some(last)) if self.times_s.len() > 1 => {
+                (last - first) / (self.times_s.len() - 1) as f64
+            }
+            _ => 0.0,
+        }
+    }
+}
+
+/// The strain map of a motion, u_n = (x_{n+1} - x_n)/a (physics.md, Conventions).
+///
+/// The variance of a strain is the sum of both bodies' independent variances and, mode by mode, the squared *difference*
+/// of the bodies' errors: an error that both bodies share (a stage position, say) cancels.
+///
+/// # Errors
+/// [`AnalysisError`] when the pitch is not positive or the motion is inconsistent.
+pub fn strain_map(motion: &ChainMotion, pitch_m: f64) -> Result<StrainMap, AnalysisError> {
+    check_positive("pitch_m", pitch_m)?;
+    check_motion(motion)?;
+    Ok(strain_of_checked(motion, pitch_m))
+}
+
+pub(crate) fn strain_of_checked(motion: &ChainMotion, pitch_m: f64) -> StrainMap {
+    let variance = overlap_variance(motion);
+    let strain = Array2::from_shape_fn(variance.dim(), |(gap, time)| {
+        let near = motion.displacement_m[(gap, time)]?;
+        let far = motion.displacement_m[(gap + 1, time)]?;
+        Some(Estimate::new((far.value - near.value) / pitch_m, variance[(gap, time)].sqrt() / pitch_m))
+    });
+    StrainMap { times_s: motion.times_s.clone(), pitch_m, strain }
+}
+
+fn overlap_variance(motion: &ChainMotion) -> Array2<f64> {
+    let n_gaps = motion.n_bodies() - 1;
+    let mut variance = Array2::zeros((n_gaps, motion.times_s.len()));
+    for (gap, mut row) in variance.rows_mut().into_iter().enumerate() {
+        let add_sum = |total: &mut f64, near: &f64, far: &f64| *total += near * near + far * far;
+        let (near, far) = rows_of_gap(&motion.independent_sigma_m, gap);
+        ndarray::Zip::from(&mut row).and(near).and(far).for_each(add_sum);
+        for mode in &motion.modes {
+            let (near, far) = rows_of_gap(&mode.displacement_m, gap);
+            ndarray::Zip::from(&mut row)
+                .and(near)
+                .and(far)
+                .for_each(|total, a, b| *total += (b - a) * (b - a));
+        }
+    }
+    variance
+}
+
+fn rows_of_gap(array: &Array2<f64>, gap: usize) -> (ArrayView1<'_, f64>, ArrayView1<'_, f64>) {
+    (array.row(gap), array.row(gap + 1))
+}
+
+/// A model's motion as a measurement without error, so that model and experiment go through the same functions.
+pub fn exact_motion(trajectory: &Trajectory) -> ChainMotion {
+    let shape = trajectory.displacement_m.dim();
+    ChainMotion {
+        times_s: trajectory.times_s.clone(),
+        displacement_m: trajectory.displacement_m.mapv(|x| Some(Estimate::new(x, 0.0))),
+        independent_sigma_m: Array2::zeros(shape),
+        modes: Vec::new(),
+        n_trials: Array2::ones(shape),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use chainwave_measurement::ErrorMode;
+    use ndarray::array;
+
+    fn motion() -> ChainMotion {
+        let seen = |x| Some(Estimate::new(x, 1.0));
+        let times_s: Vec<f64> = (0..8).map(|k| f64::from(k) * 1e-3).collect();
+        let column = [seen(3.0), seen(1.0), seen(1.5)];
+        let mut displacement_m = Array2::from_shape_fn((3, 8), |(body, _)| column[body]);
+        displacement_m[(2, 4)] = None;
+        let stage = Array2::from_shape_fn((3, 8), |(body, _)| if body < 2 { 5.0 } else { 0.0 });
+        ChainMotion {
+            times_s,
+            displacement_m,
+            independent_sigma_m: Array2::from_shape_fn((3, 8), |(body, _)| [0.3, 0.4, 1.2][body]),
+            modes: vec![ErrorMode { source: "stage".into(), displacement_m: stage }],
+            n_trials: Array2::ones((3, 8)),
+        }
+    }
+
+    #[test]
+    fn compression_is_negative_and_shared_errors_cancel() {
+        let map = strain_map(&motion(), 2.0).unwrap();
+        // Bodies 1 and 2 stand on one stage: sqrt(0.3^2 + 0.4^2)/2. Body 3 does not: sqrt(0.4^2 + 1.2^2 + 5^2)/2.
+        let expected = [(-1.0, 0.25), (0.25, 0.5 * 26.6f64.sqrt())];
+        for (gap, (value, sigma)) in expected.into_iter().enumerate() {
+            let strain = map.strain[(gap, 0)].unwrap();
+            assert!((strain.value - value).abs() < 1e-15 && (strain.sigma - sigma).abs() < 1e-15);
+        }
+        assert_eq!((map.n_gaps(), map.strain[(1, 4)]), (2, None));
+        assert!(map.strain[(0, 4)].is_some());
+        assert!((map.interval_s() - 1e-3).abs() < 1e-18);
+    }
+
+    #[test]
+    fn an_exact_motion_has_no_error() {
+        let displacement_m = array![[1.0; 8], [2.0; 8]];
+        let times_s: Vec<f64> = (0..8).map(f64::from).collect();
+        let trajectory = Trajectory { times_s, velocity_m_per_s: displacement_m.clone(), displacement_m };
+        let map = strain_map(&exact_motion(&trajectory), 1.0).unwrap();
+        assert!(map.strain.iter().all(|strain| *strain == Some(Estimate::new(1.0, 0.0))));
+    }
+}

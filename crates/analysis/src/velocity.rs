@@ -1,0 +1,160 @@
+use std::ops::RangeInclusive;
+
+use chainwave_measurement::Estimate;
+
+use crate::{LeadingPulse, Missing};
+
+/// Gaps that a line is fitted to at least.
+const MIN_GAPS: usize = 3;
+/// Gaps from which the variation along the chain is measured: two in each third.
+const MIN_GAPS_FOR_VARIATION: usize = 6;
+/// Share of the chain whose pulses give the foot's speed; nearer to the end the peak to which the foot refers is lowered
+/// by the reflection.
+const FOOT_SHARE: f64 = 0.8;
+
+/// The group velocity of the leading pulse, with uncertainties.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GroupVelocity {
+    /// Slope of peak position against peak time in metres per second. The position is the gap's number times the pitch: it is
+    /// counted along the chain at rest (Lagrangian), not in the moving laboratory frame.
+    pub velocity_m_per_s: Estimate,
+    /// The same slope over the first and the last third of the gaps.
+    pub thirds_m_per_s: Option<[Estimate; 2]>,
+    /// Variation along the chain: last third minus first third, divided by the velocity.
+    pub relative_variation: Option<Estimate>,
+    /// Root mean square distance of the peaks from the line, in metres.
+    pub residual_m: f64,
+    /// First and last gap of the fit.
+    pub gaps: (usize, usize),
+    /// Number of gaps in the fit.
+    pub n_gaps: usize,
+}
+
+/// The line through peak positions over peak times: point values.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpeedFit {
+    /// Slope in metres per second.
+    pub velocity_m_per_s: f64,
+    /// Slope over the first and the last third of the gaps.
+    pub thirds_m_per_s: Option<[f64; 2]>,
+    /// Root mean square distance of the peaks from the line, in metres.
+    pub residual_m: f64,
+    /// Number of gaps in the fit.
+    pub n_gaps: usize,
+}
+
+impl SpeedFit {
+    /// Variation along the chain: last third minus first third, divided by the velocity.
+    pub fn relative_variation(&self) -> Option<f64> {
+        self.thirds_m_per_s.map(|[first, last]| (last - first) / self.velocity_m_per_s)
+    }
+}
+
+/// Fits peak position (gap times pitch, Lagrangian) against peak time by ordinary least squares over `gaps`.
+///
+/// Times carry the error, positions none; regressing position on time lowers the slope by the ratio of the error's
+/// variance to the variance of the times, below 1e-7 at the paper's scale.
+///
+/// # Errors
+/// [`Missing::TooFewGaps`] when fewer than three gaps have a peak.
+pub fn fit_speed(
+    pulses: &[Result<LeadingPulse, Missing>],
+    pitch_m: f64,
+    gaps: &RangeInclusive<usize>,
+) -> Result<SpeedFit, Missing> {
+    let points: Vec<(f64, f64)> = pulses
+        .iter()
+        .flatten()
+        .filter(|pulse| gaps.contains(&pulse.gap))
+        .map(|pulse| (pulse.peak_time_s, pulse.gap as f64 * pitch_m))
+        .collect();
+    if points.len() < MIN_GAPS {
+        return Err(Missing::TooFewGaps);
+    }
+    let line = Line::fit(&points).ok_or(Missing::TooFewGaps)?;
+    let squares: f64 = points.iter().map(|&(time, place)| (place - line.at(time)).powi(2)).sum();
+    let residual_m = (squares / points.len() as f64).sqrt();
+    Ok(SpeedFit {
+        velocity_m_per_s: line.slope,
+        thirds_m_per_s: slopes_of_thirds(&points),
+        residual_m,
+        n_gaps: points.len(),
+    })
+}
+
+fn slopes_of_thirds(points: &[(f64, f64)]) -> Option<[f64; 2]> {
+    if points.len() < MIN_GAPS_FOR_VARIATION {
+        return None;
+    }
+    let third = points.len() / 3;
+    Some([Line::fit(&points[..third])?.slope, Line::fit(&points[points.len() - third..])?.slope])
+}
+
+/// When the reflection of the pulse's foot at the chain's last gap comes back to a gap.
+///
+/// The foot's passage is extrapolated to the last gap with the line through the foot times of the gaps before, and the
+/// reflection returns at the foot's own speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reflection {
+    foot: Line,
+    last_gap: f64,
+}
+
+impl Reflection {
+    /// The reflection at the end of a chain of `n_gaps`; `None` when fewer than three gaps have a foot.
+    pub fn of_feet(pulses: &[Result<LeadingPulse, Missing>], first_gap: usize) -> Option<Self> {
+        let n_gaps = pulses.len();
+        let last_used = (FOOT_SHARE * n_gaps as f64) as usize;
+        let points: Vec<(f64, f64)> = pulses
+            .iter()
+            .flatten()
+            .filter(|pulse| (first_gap..=last_used).contains(&pulse.gap))
+            .filter_map(|pulse| Some((pulse.gap as f64, pulse.foot_time_s?)))
+            .collect();
+        let foot = Line::fit(&points).filter(|line| points.len() >= MIN_GAPS && line.slope > 0.0)?;
+        Some(Self { foot, last_gap: n_gaps as f64 })
+    }
+
+    /// Time in seconds at which the reflected foot reaches a place, given as a fractional gap number.
+    pub fn arrival_s(&self, gap: f64) -> f64 {
+        self.foot.at(self.last_gap + (self.last_gap - gap))
+    }
+}
+
+/// The gaps, from `first_gap` on, whose peak passes before the reflection of the foot reaches them.
+pub fn undisturbed_gaps(
+    pulses: &[Result<LeadingPulse, Missing>],
+    reflection: Option<&Reflection>,
+    first_gap: usize,
+) -> RangeInclusive<usize> {
+    let undisturbed = |pulse: &&LeadingPulse| {
+        pulse.gap >= first_gap
+            && reflection.is_none_or(|echo| pulse.peak_time_s < echo.arrival_s(pulse.gap as f64))
+    };
+    let last_gap = pulses.iter().flatten().filter(undisturbed).map(|pulse| pulse.gap).next_back();
+    first_gap..=last_gap.unwrap_or(first_gap)
+}
+
+/// A straight line fitted by ordinary least squares.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Line {
+    x_mean: f64,
+    y_mean: f64,
+    pub(crate) slope: f64,
+}
+
+impl Line {
+    /// `None` when the points do not spread in x.
+    pub(crate) fn fit(points: &[(f64, f64)]) -> Option<Self> {
+        let n = points.len() as f64;
+        let x_mean = points.iter().map(|point| point.0).sum::<f64>() / n;
+        let y_mean = points.iter().map(|point| point.1).sum::<f64>() / n;
+        let spread: f64 = points.iter().map(|point| (point.0 - x_mean).powi(2)).sum();
+        let product: f64 = points.iter().map(|point| (point.0 - x_mean) * (point.1 - y_mean)).sum();
+        (spread > 0.0).then(|| Self { x_mean, y_mean, slope: product / spread })
+    }
+
+    pub(crate) fn at(&self, x: f64) -> f64 {
+        self.y_mean + self.slope * (x - self.x_mean)
+    }
+}

@@ -1,0 +1,13 @@
+//! The analysis against motions whose answers are known: closed-form pulses, the chain model at a finer sampling, a longer
+//! chain without its far end, and synthetic noise.
+
+#[cfg(test)]
+mod chain;
+#[cfg(test)]
+mod common;
+#[cfg(test)]
+mod coverage;
+#[cfg(test)]
+mod pulses;
+#[cfg(test)]
+mod robustness;

@@ -1,0 +1,147 @@
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+use crate::demo::Demo;
+use crate::failure::Failure;
+use crate::test_run::TestRun;
+
+/// What `cargo xtask help` prints.
+pub(crate) const HELP: &str = "\
+cargo xtask demo [--no-opencv] [--out DIR] [--seed N]
+    Sets up, builds, films the synthetic experiment pipelines/hec26-demo and processes it:
+    recordings into DIR/recordings, results into DIR/results (DIR is target/demo unless given).
+    --seed N   another draw of speckle, noise, trigger jitter and striker speeds
+
+cargo xtask test [--no-opencv] [--fast] [--package NAME]...
+    Sets up, builds and runs all tests, with cargo-nextest where it is installed.
+    --fast           leaves out the tests in modules named `slow`
+    --package NAME   only the tests of this package; may be repeated
+    CHAINWAVE_REFERENCE_DATA names the folder of third-party recordings; tests that need it skip without it.
+
+cargo xtask setup [--no-opencv]
+    Looks for what the build needs from the system and installs what is missing.
+
+--no-opencv builds without OpenCV, and so needs neither OpenCV nor clang.
+";
+
+/// What the user asked for.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) enum Task {
+    /// `cargo xtask demo`.
+    Demo(Demo),
+    /// `cargo xtask test`.
+    Test(TestRun),
+    /// `cargo xtask setup`.
+    Setup {
+        /// Whether OpenCV is wanted.
+        opencv: bool,
+    },
+    /// `cargo xtask help`.
+    Help,
+}
+
+/// Reads the words after `cargo xtask`.
+pub(crate) fn parse(words: impl IntoIterator<Item = OsString>) -> Result<Task, Failure> {
+    let mut words = words.into_iter();
+    let Some(command) = words.next() else { return Ok(Task::Help) };
+    match text(command)?.as_str() {
+        "demo" => demo(words),
+        "test" => test(words),
+        "setup" => setup(words),
+        "help" | "--help" | "-h" => Ok(Task::Help),
+        other => Err(Failure::Usage(format!("expected demo, test, setup or help, found `{other}`"))),
+    }
+}
+
+fn demo(mut words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
+    let mut demo = Demo::default();
+    while let Some(word) = words.next() {
+        match text(word)?.as_str() {
+            "--no-opencv" => demo.opencv = false,
+            "--out" => demo.out = Some(PathBuf::from(value("--out", &mut words)?)),
+            "--seed" => demo.seed = Some(seed(&text(value("--seed", &mut words)?)?)?),
+            other => return unknown("demo", other),
+        }
+    }
+    Ok(Task::Demo(demo))
+}
+
+fn test(mut words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
+    let mut test_run = TestRun::default();
+    while let Some(word) = words.next() {
+        match text(word)?.as_str() {
+            "--no-opencv" => test_run.opencv = false,
+            "--fast" => test_run.fast = true,
+            "--package" | "-p" => test_run.packages.push(text(value("--package", &mut words)?)?),
+            other => return unknown("test", other),
+        }
+    }
+    Ok(Task::Test(test_run))
+}
+
+fn setup(words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
+    let mut opencv = true;
+    for word in words {
+        match text(word)?.as_str() {
+            "--no-opencv" => opencv = false,
+            other => return unknown("setup", other),
+        }
+    }
+    Ok(Task::Setup { opencv })
+}
+
+fn value(option: &str, words: &mut impl Iterator<Item = OsString>) -> Result<OsString, Failure> {
+    words.next().ok_or_else(|| Failure::Usage(format!("{option}: expected a value after it")))
+}
+
+fn seed(word: &str) -> Result<u64, Failure> {
+    word.parse().map_err(|_| Failure::Usage(format!("--seed: expected a whole number, found `{word}`")))
+}
+
+fn text(word: OsString) -> Result<String, Failure> {
+    word.into_string().map_err(|word| Failure::Usage(format!("expected UTF-8, found `{}`", word.display())))
+}
+
+fn unknown(command: &str, word: &str) -> Result<Task, Failure> {
+    Err(Failure::Usage(format!("{command}: unknown option `{word}`")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parsed(line: &str) -> Result<Task, Failure> {
+        parse(line.split_whitespace().map(OsString::from))
+    }
+
+    #[test]
+    fn options_reach_their_command() {
+        let demo = Demo { opencv: false, out: Some("there".into()), seed: Some(7) };
+        assert_eq!(parsed("demo --out there --no-opencv --seed 7").unwrap(), Task::Demo(demo));
+        let test_run = TestRun { opencv: true, fast: true, packages: vec!["a".into(), "b".into()] };
+        assert_eq!(parsed("test --fast -p a --package b").unwrap(), Task::Test(test_run));
+        assert_eq!(parsed("setup --no-opencv").unwrap(), Task::Setup { opencv: false });
+        assert_eq!(parsed("").unwrap(), Task::Help);
+    }
+
+    #[test]
+    fn opencv_is_on_unless_refused() {
+        assert_eq!(parsed("demo").unwrap(), Task::Demo(Demo { opencv: true, out: None, seed: None }));
+        assert_eq!(parsed("setup").unwrap(), Task::Setup { opencv: true });
+    }
+
+    #[test]
+    fn what_is_not_understood_is_named() {
+        for (line, named) in [
+            ("dmeo", "`dmeo`"),
+            ("demo --fast", "demo: unknown option `--fast`"),
+            ("demo --out", "--out: expected a value"),
+            ("demo --seed -1", "--seed: expected a whole number, found `-1`"),
+            ("setup --seed 1", "setup: unknown option `--seed`"),
+        ] {
+            let failure = parsed(line).unwrap_err();
+            assert!(matches!(failure, Failure::Usage(_)), "{line}: {failure:?}");
+            assert!(failure.to_string().contains(named), "{line}: {failure}");
+        }
+    }
+}

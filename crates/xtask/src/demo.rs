@@ -1,0 +1,91 @@
+use std::path::{self, Path, PathBuf};
+
+use crate::command_line::CommandLine;
+use crate::failure::Failure;
+use crate::setup;
+
+/// `cargo xtask demo`: the synthetic experiment, filmed and processed.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) struct Demo {
+    /// Whether OpenCV is built in.
+    pub(crate) opencv: bool,
+    /// Where recordings and results go, from the user's folder; `target/demo` of the workspace unless given.
+    pub(crate) out: Option<PathBuf>,
+    /// Another seed than the experiment's own.
+    pub(crate) seed: Option<u64>,
+}
+
+impl Default for Demo {
+    fn default() -> Self {
+        Self { opencv: true, out: None, seed: None }
+    }
+}
+
+/// Sets up, builds, films and processes.
+pub(crate) fn run(demo: &Demo) -> Result<(), Failure> {
+    let out = match &demo.out {
+        // Every command runs at the top of the workspace, but the user means the folder where they are.
+        Some(out) => path::absolute(out).map_err(|error| Failure::Usage(format!("--out: {error}")))?,
+        None => PathBuf::from("target/demo"),
+    };
+    setup::run_then(demo.opencv, &commands(demo, &out))
+}
+
+fn commands(demo: &Demo, out: &Path) -> [CommandLine; 3] {
+    let features = if demo.opencv { &[][..] } else { &["--no-default-features"] };
+    let recordings = out.join("recordings");
+    let cargo = |command: &[&str]| {
+        CommandLine::new(["cargo"]).with(command).with(["--release", "-p", "chainwave"]).with(features)
+    };
+    let seed = demo.seed.map(|seed| ["--seed".to_owned(), seed.to_string()]);
+    [
+        cargo(&["build"]),
+        cargo(&["run", "--quiet"])
+            .with(["--", "synthesize", "pipelines/hec26-demo/experiment.toml", "--out"])
+            .with([&recordings])
+            .with(seed.into_iter().flatten()),
+        cargo(&["run", "--quiet"])
+            .with(["--", "run"])
+            .with([recordings.join("experiment.toml")])
+            .with(["--out"])
+            .with([out.join("results")]),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lines(demo: &Demo) -> [String; 3] {
+        commands(demo, Path::new("target/demo")).map(|command| command.to_string())
+    }
+
+    #[test]
+    fn the_demo_builds_films_and_processes() {
+        let synthesize = "synthesize pipelines/hec26-demo/experiment.toml --out target/demo/recordings";
+        let run = "run target/demo/recordings/experiment.toml --out target/demo/results";
+        assert_eq!(
+            lines(&Demo::default()),
+            [
+                "cargo build --release -p chainwave".to_owned(),
+                format!("cargo run --quiet --release -p chainwave -- {synthesize}"),
+                format!("cargo run --quiet --release -p chainwave -- {run}"),
+            ]
+        );
+    }
+
+    #[test]
+    fn the_seed_goes_to_the_camera_alone() {
+        let [build, synthesize, run] = lines(&Demo { seed: Some(12), ..Demo::default() });
+        assert!(synthesize.ends_with(" --seed 12"), "{synthesize}");
+        assert!(!build.contains("--seed") && !run.contains("--seed"), "{build}\n{run}");
+    }
+
+    #[test]
+    fn every_step_uses_the_same_features() {
+        for line in lines(&Demo { opencv: false, ..Demo::default() }) {
+            let (cargo, _) = line.split_once(" -- ").unwrap_or((&line, ""));
+            assert!(cargo.ends_with("-p chainwave --no-default-features"), "{line}");
+        }
+    }
+}

@@ -1,0 +1,36 @@
+use std::fmt;
+use std::io;
+use std::process::ExitCode;
+
+/// Why a task ended early.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// The arguments make no sense.
+    Usage(String),
+    /// A command could not be started.
+    NotStarted { command: String, source: io::Error },
+    /// A command ended with another exit code than 0; `None` when a signal ended it.
+    Ended { command: String, code: Option<i32> },
+}
+
+impl Failure {
+    /// The command's own exit code where it has one, 2 for bad arguments, else 1.
+    pub(crate) fn exit_code(&self) -> ExitCode {
+        match self {
+            Self::Usage(_) => ExitCode::from(2),
+            Self::Ended { code: Some(code), .. } => ExitCode::from(u8::try_from(*code).unwrap_or(1)),
+            Self::Ended { code: None, .. } | Self::NotStarted { .. } => ExitCode::FAILURE,
+        }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Usage(reason) => write!(f, "{reason}; `cargo xtask help` lists the commands"),
+            Self::NotStarted { command, source } => write!(f, "`{command}` could not be started: {source}"),
+            Self::Ended { command, code: Some(code) } => write!(f, "`{command}` ended with exit code {code}"),
+            Self::Ended { command, code: None } => write!(f, "`{command}` was ended by a signal"),
+        }
+    }
+}

@@ -1,0 +1,147 @@
+use std::path::Path;
+
+use toml::{Table, Value};
+
+use crate::repository::{files, names_in, root};
+
+/// Which crates of the workspace a crate may depend on. `None`: on all of them.
+const ALLOWED: [(&str, Option<&[&str]>); 10] = [
+    ("analysis", Some(&["measurement", "mechanics"])),
+    ("camera", Some(&["measurement"])),
+    ("chainwave", None),
+    ("correlation", Some(&["measurement"])),
+    ("figures", Some(&["measurement"])),
+    ("measurement", Some(&[])),
+    ("mechanics", Some(&["measurement"])),
+    ("stitching", Some(&["measurement"])),
+    ("synthetic", Some(&["measurement"])),
+    ("xtask", Some(&[])),
+];
+
+/// Libraries, by the start of their names, and the only crates that may know them.
+const KEPT_TO: [(&str, &[&str]); 2] = [("polars", &["chainwave"]), ("opencv", &["camera", "correlation"])];
+
+#[test]
+fn every_crate_stands_in_the_table() {
+    let table: Vec<&str> = ALLOWED.iter().map(|(role, _)| *role).collect();
+    assert_eq!(names_in(Path::new("crates")), table);
+}
+
+#[test]
+fn packages_are_named_after_their_folders() {
+    for (role, _) in ALLOWED {
+        let alone = ["chainwave", "xtask"].contains(&role);
+        let expected = if alone { role.to_owned() } else { format!("chainwave-{role}") };
+        assert_eq!(manifest_of(role)["package"]["name"].as_str(), Some(expected.as_str()), "crates/{role}");
+    }
+}
+
+#[test]
+fn crates_depend_on_each_other_as_designed() {
+    let roles: Vec<&str> = ALLOWED.iter().map(|(role, _)| *role).collect();
+    for (role, allowed) in ALLOWED {
+        let Some(allowed) = allowed else { continue };
+        for package in dependencies(&manifest_of(role)) {
+            let used = package.strip_prefix("chainwave-").unwrap_or(&package);
+            assert!(!roles.contains(&used) || allowed.contains(&used), "{role} must not know {used}");
+        }
+    }
+}
+
+#[test]
+fn the_command_joins_all_crates() {
+    let used = dependencies(&manifest_of("chainwave"));
+    for (role, _) in ALLOWED.iter().filter(|(role, _)| !["chainwave", "xtask"].contains(role)) {
+        assert!(used.contains(&format!("chainwave-{role}")), "chainwave does not use {role}");
+    }
+    assert!(!used.contains(&"xtask".to_owned()), "the set-up tool is no library");
+}
+
+#[test]
+fn xtask_depends_on_nothing() {
+    // It is built before anything that dependencies may need is installed.
+    assert_eq!(dependencies(&manifest_of("xtask")), Vec::<String>::new());
+}
+
+#[test]
+fn heavy_libraries_stay_where_they_belong() {
+    for (role, _) in ALLOWED {
+        for package in dependencies(&manifest_of(role)) {
+            for (library, homes) in KEPT_TO {
+                assert!(
+                    !package.starts_with(library) || homes.contains(&role),
+                    "{role} must not know {package}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn opencv_can_be_left_out() {
+    for role in ["camera", "correlation"] {
+        let manifest = manifest_of(role);
+        assert_eq!(manifest["dependencies"]["opencv"]["optional"].as_bool(), Some(true), "{role}");
+        assert_eq!(strings(&manifest["features"]["opencv"]), ["dep:opencv"], "{role}");
+        assert_eq!(strings(&manifest["features"]["default"]), ["opencv"], "{role}");
+    }
+    assert_eq!(strings(&manifest_of("chainwave")["features"]["default"]), ["opencv"]);
+}
+
+#[test]
+fn every_package_keeps_to_the_lints_of_the_workspace() {
+    let manifests: Vec<_> = files().into_iter().filter(|path| path.ends_with("Cargo.toml")).collect();
+    // All crates, the tests, and the workspace's own manifest.
+    assert_eq!(manifests.len(), ALLOWED.len() + 2, "{manifests:?}");
+    for path in manifests.iter().filter(|path| path.as_path() != Path::new("Cargo.toml")) {
+        let inherits = manifest(path).get("lints").and_then(|lints| lints.get("workspace")?.as_bool());
+        assert_eq!(inherits, Some(true), "{} lacks `[lints] workspace = true`", path.display());
+    }
+}
+
+fn manifest_of(role: &str) -> Table {
+    manifest(&Path::new("crates").join(role).join("Cargo.toml"))
+}
+
+fn manifest(path: &Path) -> Table {
+    let text = std::fs::read_to_string(root().join(path)).expect("the manifest can be read");
+    text.parse().expect("the manifest is TOML")
+}
+
+/// The packages that a manifest names as dependencies of any kind, on any platform, under their own names.
+fn dependencies(manifest: &Table) -> Vec<String> {
+    let platforms = manifest.get("target").and_then(Value::as_table).into_iter().flat_map(Table::values);
+    let tables = std::iter::once(manifest).chain(platforms.filter_map(Value::as_table));
+    let kinds = ["dependencies", "dev-dependencies", "build-dependencies"];
+    let sections = tables.flat_map(|table| kinds.map(|kind| table.get(kind).and_then(Value::as_table)));
+    sections.flatten().flatten().map(|(key, value)| package(key, value)).collect()
+}
+
+/// The package behind a dependency's key, which may be an alias, given here or in the workspace's manifest.
+fn package(key: &str, value: &Value) -> String {
+    let inherited = value.get("workspace").is_some().then(|| manifest(Path::new("Cargo.toml")));
+    let origin = inherited.as_ref().map_or(value, |workspace| &workspace["workspace"]["dependencies"][key]);
+    origin.get("package").and_then(Value::as_str).unwrap_or(key).to_owned()
+}
+
+fn strings(value: &Value) -> Vec<&str> {
+    value.as_array().into_iter().flatten().filter_map(Value::as_str).collect()
+}
+
+#[test]
+fn a_dependency_is_found_wherever_it_hides() {
+    let manifest: Table = r#"
+        [dependencies]
+        plain = "1"
+        alias = { package = "real", version = "1" }
+        [target.'cfg(unix)'.dev-dependencies]
+        hidden = "1"
+        [build-dependencies]
+        toml.workspace = true
+    "#
+    .parse()
+    .expect("this is TOML");
+    let mut found = dependencies(&manifest);
+    found.sort();
+    assert_eq!(found, ["hidden", "plain", "real", "toml"]);
+}

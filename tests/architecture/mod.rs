@@ -1,0 +1,5 @@
+//! What the design promises of the workspace's shape, held against its manifests and sources.
+
+mod dependencies;
+mod files;
+mod sources;
