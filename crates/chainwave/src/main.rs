@@ -1,1 +1,52 @@
-fn main() {}
+//! `chainwave`: from high-speed recordings of an impacted chain to displacement histories, strain maps, wave quantities and
+//! fitted damping, every number with its uncertainty.
+//!
+//! This crate is the edge of the workspace: the only one that parses configuration, prints, times, and writes results. A
+//! command reads its inputs, calls the inner crates (functions of values), and writes tables. Long work goes by
+//! recordings, in parallel; what each recording gave is kept, so an interrupted run goes on where it stopped.
+
+mod cli;
+mod error;
+mod experiment;
+mod init;
+mod inspect;
+mod outcome;
+mod output;
+mod progress;
+mod run;
+mod samples;
+mod simulate;
+mod synthesize;
+mod table;
+mod track;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use crate::cli::{Cli, Command};
+use crate::error::Error;
+use crate::outcome::Outcome;
+
+#[expect(clippy::print_stderr, reason = "the last word on a failure goes to standard error")]
+fn main() -> ExitCode {
+    match carry_out(&Cli::parse().command) {
+        Ok(outcome) => outcome.exit_code(),
+        Err(error) => {
+            eprintln!("chainwave: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn carry_out(command: &Command) -> Result<Outcome, Error> {
+    match command {
+        Command::Inspect(arguments) => inspect::inspect(arguments),
+        Command::Track(arguments) => track::track(arguments),
+        Command::Simulate(arguments) => simulate::simulate(arguments),
+        Command::Synthesize(arguments) => synthesize::synthesize(arguments),
+        Command::Run(arguments) => run::run(arguments),
+        Command::Init(arguments) => init::init(arguments),
+        Command::Samples(arguments) => samples::samples(arguments),
+    }
+}

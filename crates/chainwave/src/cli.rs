@@ -1,0 +1,138 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+/// From high-speed recordings of an impacted chain to its wave, every number with its uncertainty.
+#[derive(Debug, Parser)]
+#[command(version, max_term_width = 100)]
+pub(crate) struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Say what a recording holds.
+    Inspect(Inspect),
+    /// Follow points through recordings by digital image correlation.
+    Track(Track),
+    /// Compute the motion of a chain from a scene.
+    Simulate(Simulate),
+    /// Film a synthetic experiment: recordings with known truth.
+    Synthesize(Synthesize),
+    /// Process an experiment: from recordings to figures, fitted damping and a report.
+    Run(Run),
+    /// Write a first experiment.toml and trials.csv for a folder of recordings.
+    Init(Init),
+    /// Make the small samples of the folder data-samples.
+    Samples(Samples),
+}
+
+/// Arguments of `inspect`.
+#[derive(Debug, Args)]
+pub(crate) struct Inspect {
+    /// The recording.
+    pub(crate) recording: PathBuf,
+    /// Print JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Write this frame (from 0) to the file of --out.
+    #[arg(long, requires = "out")]
+    pub(crate) frame: Option<usize>,
+    /// A TIFF file for --frame: linear counts, 16-bit gray, top row first.
+    #[arg(long, requires = "frame")]
+    pub(crate) out: Option<PathBuf>,
+}
+
+/// Arguments of `track`.
+#[derive(Debug, Args)]
+pub(crate) struct Track {
+    /// The recordings.
+    #[arg(required = true)]
+    pub(crate) recordings: Vec<PathBuf>,
+    /// Table of points: name,x_px,y_px,half_width_px,half_height_px in the reference frame.
+    #[arg(long)]
+    pub(crate) points: PathBuf,
+    /// Table to write (.csv or .parquet).
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// Reference frame, from 0.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) reference: usize,
+    /// A rung of the ladder, by name.
+    #[arg(long)]
+    pub(crate) method: Option<String>,
+    /// Shape function: translation or affine.
+    #[arg(long, conflicts_with = "method")]
+    pub(crate) shape: Option<String>,
+    /// Interpolation of the deformed image: linear, cubic or quintic.
+    #[arg(long, conflicts_with = "method")]
+    pub(crate) interpolation: Option<String>,
+    /// Recordings processed at a time; all cores when left out.
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) jobs: Option<u16>,
+}
+
+/// Arguments of `simulate`.
+#[derive(Debug, Args)]
+pub(crate) struct Simulate {
+    /// The scene.
+    pub(crate) scene: PathBuf,
+    /// Table of the motion to write (.csv or .parquet).
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// Summary to write, as JSON.
+    #[arg(long)]
+    pub(crate) summary: Option<PathBuf>,
+}
+
+/// Arguments of `synthesize`.
+#[derive(Debug, Args)]
+pub(crate) struct Synthesize {
+    /// The experiment; its [synthetic] part says what is filmed.
+    pub(crate) experiment: PathBuf,
+    /// Folder for the recordings, trials.csv, truth.parquet, truth.json and a copy of the experiment.
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// Seed in place of the experiment's own.
+    #[arg(long)]
+    pub(crate) seed: Option<u64>,
+    /// Recordings filmed at a time; all cores when left out.
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) jobs: Option<u16>,
+}
+
+/// Arguments of `run`.
+#[derive(Debug, Args)]
+pub(crate) struct Run {
+    /// The experiment.
+    pub(crate) experiment: PathBuf,
+    /// Folder for tables, figures and the report.
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// Folder of the recordings that trials.csv names; the experiment's own folder when left out.
+    #[arg(long)]
+    pub(crate) recordings: Option<PathBuf>,
+    /// Recordings processed at a time; all cores when left out.
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) jobs: Option<u16>,
+}
+
+/// Arguments of `init`.
+#[derive(Debug, Args)]
+pub(crate) struct Init {
+    /// Folder of the recordings.
+    pub(crate) folder: PathBuf,
+}
+
+/// Arguments of `samples`.
+#[derive(Debug, Args)]
+pub(crate) struct Samples {
+    /// Folder to write to.
+    #[arg(long, default_value = "data-samples")]
+    pub(crate) out: PathBuf,
+}

@@ -1,0 +1,297 @@
+//! `experiment.toml` and `trials.csv`: what was done in the laboratory, and how to evaluate it.
+
+use std::path::{Path, PathBuf};
+
+use chainwave_mechanics::PowerLaw;
+use serde::{Deserialize, Serialize};
+
+use crate::error::Error;
+use crate::output::read_text;
+use crate::table::Table;
+
+/// An experiment: one chain, filmed in several views and trials.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Experiment {
+    /// Name, for the report.
+    pub(crate) name: String,
+    /// The table of recordings, beside this file.
+    pub(crate) trials: PathBuf,
+    /// The chain.
+    pub(crate) chain: Chain,
+    /// What struck it.
+    pub(crate) striker: Striker,
+    /// The contact law between neighbours, as fitted to a compression curve.
+    pub(crate) contact: Contact,
+    /// How pictures map to the chain.
+    pub(crate) camera: Camera,
+    /// How bodies are followed.
+    pub(crate) tracking: Tracking,
+    /// What is evaluated.
+    #[serde(default)]
+    pub(crate) analysis: Analysis,
+    /// What `synthesize` films.
+    pub(crate) synthetic: Option<Synthetic>,
+}
+
+/// The chain.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Chain {
+    /// Number of bodies.
+    pub(crate) n_bodies: usize,
+    /// Distance between neighbouring bodies at rest.
+    pub(crate) pitch_m: Positive,
+    /// Mass of a body.
+    pub(crate) mass_kg: Positive,
+}
+
+/// What struck the chain.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Striker {
+    /// Mass.
+    pub(crate) mass_kg: Positive,
+    /// Mean velocity at the impact.
+    pub(crate) velocity_m_per_s: Positive,
+    /// Standard deviation of the velocity from trial to trial.
+    pub(crate) velocity_sigma_m_per_s: Positive,
+}
+
+/// The contact law F(overlap) = a ((overlap + delta_0)^p - delta_0^p).
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Contact {
+    /// Name of the law.
+    pub(crate) law: Law,
+    /// Prefactor in N/m^p.
+    pub(crate) a: Positive,
+    /// Effective precompression.
+    pub(crate) delta_0_m: Positive,
+    /// Exponent.
+    pub(crate) p: Positive,
+}
+
+/// The contact laws known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Law {
+    /// The power law.
+    Power,
+}
+
+/// How pictures map to the chain.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Camera {
+    /// Magnification.
+    pub(crate) scale_px_per_m: Positive,
+    /// Column and row of body 1's marker at rest, with the stage at 0.
+    pub(crate) first_body_px: [f64; 2],
+}
+
+/// How bodies are followed.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Tracking {
+    /// Columns of a subset on each side of its centre.
+    pub(crate) half_width_px: usize,
+    /// Rows of a subset above and below its centre.
+    pub(crate) half_height_px: usize,
+    /// Shape function by name.
+    #[serde(default = "Tracking::usual_shape")]
+    pub(crate) shape: String,
+    /// Interpolation by name.
+    #[serde(default = "Tracking::usual_interpolation")]
+    pub(crate) interpolation: String,
+    /// Frames stamped before this time show the chain at rest, in seconds after the trigger.
+    pub(crate) rest_until_s: f64,
+}
+
+impl Tracking {
+    fn usual_shape() -> String {
+        "affine".into()
+    }
+
+    fn usual_interpolation() -> String {
+        "quintic".into()
+    }
+}
+
+/// What is evaluated.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(crate) struct Analysis {
+    /// The leading edge is where a gap first exceeds this fraction of its peak.
+    pub(crate) edge_fraction: f64,
+    /// First gap of the fit of the group velocity.
+    pub(crate) first_gap: Option<usize>,
+    /// Last gap of the fit of the group velocity.
+    pub(crate) last_gap: Option<usize>,
+    /// Times of the strain profiles.
+    pub(crate) profile_times_s: Vec<f64>,
+    /// Replicas of the measured motion behind each uncertainty.
+    pub(crate) n_replicas: usize,
+    /// Seed of the replicas' noise.
+    pub(crate) seed: u64,
+}
+
+impl Default for Analysis {
+    /// The profiles are those of the paper's Fig. 2 d-f.
+    fn default() -> Self {
+        Self {
+            edge_fraction: 0.1,
+            first_gap: None,
+            last_gap: None,
+            profile_times_s: vec![2.73e-3, 6.78e-3, 10.88e-3],
+            n_replicas: 200,
+            seed: 1,
+        }
+    }
+}
+
+/// What `synthesize` films: the truth, and the camera that sees it.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Synthetic {
+    /// Seed of everything random.
+    pub(crate) seed: u64,
+    /// Damping c_d of each body.
+    pub(crate) damping_kg_per_s: NotNegative,
+    /// Damping c_s of the striker's contact.
+    pub(crate) striker_damping_kg_per_s: NotNegative,
+    /// Standard deviation of the trigger's delay from trial to trial.
+    pub(crate) trigger_jitter_s: NotNegative,
+    /// Camera number of the first image (the trigger is image 0).
+    pub(crate) first_image: i64,
+    /// Frames in a recording.
+    pub(crate) n_frames: usize,
+    /// The camera.
+    pub(crate) camera: chainwave_synthetic::Camera,
+    /// The chain as the camera sees it.
+    pub(crate) specimen: chainwave_synthetic::Specimen,
+}
+
+/// A number above zero.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "f64", into = "f64")]
+pub(crate) struct Positive(f64);
+
+/// A number of at least zero.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "f64", into = "f64")]
+pub(crate) struct NotNegative(f64);
+
+impl Positive {
+    /// The number.
+    pub(crate) fn get(self) -> f64 {
+        self.0
+    }
+}
+
+impl NotNegative {
+    /// The number.
+    pub(crate) fn get(self) -> f64 {
+        self.0
+    }
+}
+
+impl TryFrom<f64> for Positive {
+    type Error = String;
+
+    fn try_from(value: f64) -> Result<Self, String> {
+        match value > 0.0 && value.is_finite() {
+            true => Ok(Self(value)),
+            false => Err(format!("expected a number above 0, found {value}")),
+        }
+    }
+}
+
+impl TryFrom<f64> for NotNegative {
+    type Error = String;
+
+    fn try_from(value: f64) -> Result<Self, String> {
+        match value >= 0.0 && value.is_finite() {
+            true => Ok(Self(value)),
+            false => Err(format!("expected a number of at least 0, found {value}")),
+        }
+    }
+}
+
+impl From<Positive> for f64 {
+    fn from(number: Positive) -> Self {
+        number.0
+    }
+}
+
+impl From<NotNegative> for f64 {
+    fn from(number: NotNegative) -> Self {
+        number.0
+    }
+}
+
+/// One recording of an experiment: a row of `trials.csv`.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Trial {
+    /// File name of the recording, relative to the table's folder.
+    pub(crate) recording: String,
+    /// Number of the camera view.
+    pub(crate) view: u32,
+    /// Number of the trial in that view.
+    pub(crate) trial: u32,
+    /// Position of the camera's stage along the chain.
+    pub(crate) stage_m: f64,
+}
+
+impl Contact {
+    /// The law as the chain model uses it.
+    pub(crate) fn power_law(&self) -> Result<PowerLaw, Error> {
+        let Law::Power = self.law;
+        Ok(PowerLaw::new(self.a.get(), self.delta_0_m.get(), self.p.get())?)
+    }
+}
+
+impl Experiment {
+    /// Reads `experiment.toml`; an error points at the line.
+    pub(crate) fn read(path: &Path) -> Result<Self, Error> {
+        let text = read_text(path)?;
+        let configuration = |message: String| Error::Configuration { path: path.to_owned(), message };
+        let experiment: Self = toml::from_str(&text).map_err(|wrong| configuration(wrong.to_string()))?;
+        if experiment.chain.n_bodies < 2 {
+            let found = experiment.chain.n_bodies;
+            return Err(configuration(format!("chain.n_bodies: expected at least 2, found {found}")));
+        }
+        Ok(experiment)
+    }
+
+    /// Reads the table of recordings that the experiment names; `experiment_path` is where the experiment itself lies.
+    pub(crate) fn read_trials(&self, experiment_path: &Path) -> Result<Vec<Trial>, Error> {
+        let path = experiment_path.with_file_name(&self.trials);
+        let table = Table::read(&path)?;
+        let recordings = table.texts("recording")?;
+        let (views, trials) = (table.counts("view")?, table.counts("trial")?);
+        let stages_m = table.full_numbers("stage_m")?;
+        let mut rows: Vec<Trial> = Vec::with_capacity(recordings.len());
+        for (row, recording) in recordings.into_iter().enumerate() {
+            if recording.is_empty() {
+                return Err(table.cell(row, "recording", "a file name", "nothing"));
+            }
+            if rows.iter().any(|earlier| earlier.recording == recording) {
+                return Err(table.cell(row, "recording", "each recording once", &recording));
+            }
+            let (view, trial) = (views[row] as u32, trials[row] as u32);
+            rows.push(Trial { recording, view, trial, stage_m: stages_m[row] });
+        }
+        match rows.is_empty() {
+            true => Err(table.cell(0, "recording", "at least one recording", "none")),
+            false => Ok(rows),
+        }
+    }
+
+    /// Column and row of a body's marker at rest, in pixels; bodies are numbered from 1.
+    pub(crate) fn rest_px(&self, body: usize, stage_m: f64) -> [f64; 2] {
+        let along_m = (body - 1) as f64 * self.chain.pitch_m.get() - stage_m;
+        let [x_px, y_px] = self.camera.first_body_px;
+        [x_px + self.camera.scale_px_per_m.get() * along_m, y_px]
+    }
+}

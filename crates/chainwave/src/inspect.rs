@@ -1,0 +1,83 @@
+//! `chainwave inspect`: what a recording holds.
+
+use std::fs::File;
+use std::path::Path;
+
+use chainwave_measurement::{Recording, RecordingInfo, Region};
+use serde_json::{Value, json};
+use tiff::encoder::{TiffEncoder, colortype::Gray16};
+
+use crate::cli::Inspect;
+use crate::error::Error;
+use crate::outcome::Outcome;
+use crate::output::write_whole;
+
+/// Prints a recording's facts, and writes one of its frames where that is asked.
+#[expect(clippy::print_stdout, reason = "the facts are the command's result")]
+pub(crate) fn inspect(arguments: &Inspect) -> Result<Outcome, Error> {
+    let recording = chainwave_camera::open(&arguments.recording)?;
+    if let (Some(frame), Some(out)) = (arguments.frame, &arguments.out) {
+        write_frame(recording.as_ref(), frame, out)?;
+    }
+    match arguments.json {
+        true => println!("{:#}", as_json(recording.info())),
+        false => print!("{}", as_text(&arguments.recording, recording.info())),
+    }
+    Ok(Outcome::default())
+}
+
+fn as_json(info: &RecordingInfo) -> Value {
+    json!({
+        "format": info.format,
+        "width_px": info.width_px,
+        "height_px": info.height_px,
+        "n_frames": info.n_frames,
+        "bit_depth": info.bit_depth,
+        "rate_hz": info.rate_hz,
+        "first_time_s": info.times_s.first(),
+        "last_time_s": info.times_s.last(),
+        "first_image": info.first_image,
+        "camera": info.camera,
+        "exposure_s": info.exposure_s,
+        "warnings": info.warnings,
+    })
+}
+
+fn as_text(path: &Path, info: &RecordingInfo) -> String {
+    let optional = |value: Option<f64>, factor: f64, unit: &str| match value {
+        Some(value) => format!("{:.6} {unit}", value * factor),
+        None => "not stated".into(),
+    };
+    let mut text = format!("{}\n", path.display());
+    for (name, value) in [
+        ("format", info.format.clone()),
+        ("camera", info.camera.clone().unwrap_or_else(|| "not stated".into())),
+        ("frame", format!("{} x {} px, {} bit", info.width_px, info.height_px, info.bit_depth)),
+        ("frames", format!("{}, first image {}", info.n_frames, info.first_image)),
+        ("rate", optional(info.rate_hz, 1.0, "Hz")),
+        ("exposure", optional(info.exposure_s, 1e6, "us")),
+        ("first time", optional(info.times_s.first().copied(), 1e3, "ms after the trigger")),
+        ("last time", optional(info.times_s.last().copied(), 1e3, "ms after the trigger")),
+    ] {
+        text.push_str(&format!("  {name:<11}{value}\n"));
+    }
+    for warning in &info.warnings {
+        text.push_str(&format!("  warning: {warning}\n"));
+    }
+    text
+}
+
+/// Writes a frame as it was recorded: linear counts, 16-bit gray, top row first.
+fn write_frame(recording: &dyn Recording, frame: usize, out: &Path) -> Result<(), Error> {
+    let info = recording.info();
+    let region = Region::whole(info.width_px, info.height_px);
+    let mut pixels = vec![0.0_f32; region.n_pixels()];
+    recording.read_region(frame, region, &mut pixels)?;
+    let counts: Vec<u16> = pixels.iter().map(|count| count.round() as u16).collect();
+    let (width, height) = (info.width_px as u32, info.height_px as u32);
+    write_whole(out, |writer| {
+        let written = TiffEncoder::new(writer.get_mut() as &mut File)
+            .and_then(|mut encoder| encoder.write_image::<Gray16>(width, height, &counts));
+        written.map_err(|wrong| Error::file(out, "write")(std::io::Error::other(wrong)))
+    })
+}

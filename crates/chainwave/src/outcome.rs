@@ -1,0 +1,29 @@
+//! What a command achieved, as an exit code.
+
+use std::process::ExitCode;
+
+/// Inputs that failed while the rest was done.
+#[derive(Debug, Default)]
+#[must_use]
+pub(crate) struct Outcome {
+    failures: Vec<String>,
+}
+
+impl Outcome {
+    /// Names a failed input on standard error and remembers it.
+    #[expect(clippy::print_stderr, reason = "the interface names each failed input on standard error")]
+    pub(crate) fn fail(&mut self, failure: impl std::fmt::Display) {
+        eprintln!("chainwave: {failure}");
+        self.failures.push(failure.to_string());
+    }
+
+    /// Number of failed inputs.
+    pub(crate) fn n_failures(&self) -> usize {
+        self.failures.len()
+    }
+
+    /// 0 when all was done, 1 when some inputs failed.
+    pub(crate) fn exit_code(&self) -> ExitCode {
+        ExitCode::from(u8::from(!self.failures.is_empty()))
+    }
+}

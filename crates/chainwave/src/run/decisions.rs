@@ -1,0 +1,123 @@
+use chainwave_measurement::Estimate;
+use serde::Serialize;
+
+use super::Job;
+use super::evaluation::Evaluation;
+use super::tracking::Tracked;
+
+/// One choice of what is modelled, with the rule and the evidence behind it.
+#[derive(Debug, Clone, Serialize)]
+pub(crate) struct Decision {
+    /// What was to be chosen.
+    pub(crate) question: &'static str,
+    /// What was chosen.
+    pub(crate) choice: String,
+    /// By which rule.
+    pub(crate) rule: &'static str,
+    /// On what evidence.
+    pub(crate) evidence: String,
+}
+
+/// The choices that this run made, and those that the experiment made for it.
+pub(crate) fn decide(job: &Job, tracked: &Tracked, evaluation: &Evaluation) -> Vec<Decision> {
+    let mut decisions =
+        vec![shape_function(job), motion(job, tracked), drives(evaluation), contact_law(job, evaluation)];
+    decisions.push(damping(evaluation));
+    decisions
+}
+
+fn shape_function(job: &Job) -> Decision {
+    Decision {
+        question: "shape function",
+        choice: job.experiment.tracking.shape.clone(),
+        rule: "as the experiment names it",
+        evidence: format!("interpolation {}", job.experiment.tracking.interpolation),
+    }
+}
+
+/// The chain moves along x; how far its bodies strayed across it says whether that is enough.
+fn motion(job: &Job, tracked: &Tracked) -> Decision {
+    let mut furthest_px = 0.0_f64;
+    for table in &tracked.tables {
+        let across = table.numbers("y_px").unwrap_or_default();
+        let names = table.texts("name").unwrap_or_default();
+        let mut rest: Option<(&str, f64)> = None;
+        for (name, y_px) in names.iter().zip(&across) {
+            let Some(y_px) = y_px else { continue };
+            let (_, rest_px) = *rest.filter(|(body, _)| body == name).get_or_insert((name, *y_px));
+            rest = Some((name, rest_px));
+            furthest_px = furthest_px.max((y_px - rest_px).abs());
+        }
+    }
+    let furthest_um = 1e6 * furthest_px / job.experiment.camera.scale_px_per_m.get();
+    Decision {
+        question: "dimensions of the motion",
+        choice: "1-D, along the chain".into(),
+        rule: "the chain model has one dimension; the largest excursion across it is reported",
+        evidence: format!("largest excursion across the chain {furthest_px:.3} px ({furthest_um:.1} um)"),
+    }
+}
+
+fn drives(evaluation: &Evaluation) -> Decision {
+    let alignments = &evaluation.stitched.alignments;
+    let n = alignments.len().max(1) as f64;
+    let rms =
+        |of: &dyn Fn(usize) -> f64| ((0..alignments.len()).map(|r| of(r).powi(2)).sum::<f64>() / n).sqrt();
+    let drive = rms(&|r| alignments[r].drive_deviation.value);
+    let offset_s = rms(&|r| alignments[r].trigger_offset_s.value);
+    Decision {
+        question: "differences between trials",
+        choice: "a trigger offset and a drive for each recording, response of second order".into(),
+        rule: "always fitted; priors of one frame and 5 % decide what the data leave open",
+        evidence: format!(
+            "drives scatter by {:.2} %, trigger offsets by {:.2} us; aligned in {} rounds",
+            100.0 * drive,
+            1e6 * offset_s,
+            evaluation.stitched.rounds
+        ),
+    }
+}
+
+fn contact_law(job: &Job, evaluation: &Evaluation) -> Decision {
+    let contact = &job.experiment.contact;
+    let peak = |front: &chainwave_analysis::GapFront| front.peak_strain.value.abs();
+    let strain = evaluation.measurement.fronts.iter().flatten().map(peak).fold(0.0, f64::max);
+    let depth = strain * job.experiment.chain.pitch_m.get() / contact.delta_0_m.get();
+    // F = A delta_0^p ((1 + y)^p - 1) leaves its tangent by (1 - p) y / 2 to first order.
+    let bend = 0.5 * (1.0 - contact.p.get()).abs() * depth;
+    Decision {
+        question: "contact law",
+        choice: "power law, as the experiment gives it".into(),
+        rule: "the linear law would do where force leaves the tangent by less than 1 % at the largest overlap",
+        evidence: format!(
+            "largest overlap {depth:.3} delta_0: force leaves the tangent by about {:.0} %",
+            100.0 * bend
+        ),
+    }
+}
+
+fn damping(evaluation: &Evaluation) -> Decision {
+    let rule = "damping is kept where its estimate exceeds 1.96 standard uncertainties (5 % level)";
+    let question = "damping";
+    match &evaluation.field_fit {
+        Ok(fit) => {
+            let told = |estimate: Estimate| estimate.value > Estimate::COVERAGE_95 * estimate.sigma;
+            let (c_d, c_s) = (fit.chain_damping_kg_per_s, fit.striker_damping_kg_per_s);
+            let choice = match (told(c_d), told(c_s)) {
+                (true, true) => "c_d and c_s",
+                (true, false) => "c_d (c_s is not distinguished from zero)",
+                (false, true) => "c_s (c_d is not distinguished from zero)",
+                (false, false) => "none (neither is distinguished from zero)",
+            };
+            let evidence = format!(
+                "c_d = {:.3} sigma, c_s = {:.3} sigma from zero; reduced chi squared {:.3} over {} residuals",
+                c_d.value / c_d.sigma,
+                c_s.value / c_s.sigma,
+                fit.reduced_chi_squared,
+                fit.n_residuals
+            );
+            Decision { question, choice: choice.into(), rule, evidence }
+        }
+        Err(reason) => Decision { question, choice: "not fitted".into(), rule, evidence: reason.to_string() },
+    }
+}

@@ -1,0 +1,151 @@
+use std::ops::RangeInclusive;
+
+use chainwave_analysis::fit::{
+    DampingFit, DampingModel, FitError, fit_peak_energies, fit_strain_field, fitted_motion,
+};
+use chainwave_analysis::{FrontSettings, MeasureSettings, Measurement, exact_motion, measure};
+use chainwave_measurement::{ChainMotion, Estimate, Trajectory};
+use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Striker, simulate};
+use chainwave_stitching::{Settings, Stitched, merge};
+
+use super::Job;
+use super::tracking::Tracked;
+use crate::error::Error;
+
+/// Everything that follows from the tracks.
+pub(crate) struct Evaluation {
+    /// The motion, and how views and trials were aligned.
+    pub(crate) stitched: Stitched,
+    /// Front, group velocity, half width, energies, spectra.
+    pub(crate) measurement: Measurement,
+    /// Damping from the whole strain field.
+    pub(crate) field_fit: Result<DampingFit, FitError>,
+    /// Damping from the peak potential energies, as in the paper.
+    pub(crate) energy_fit: Result<DampingFit, FitError>,
+    /// The fitted chain model beside the measurement, where the fit succeeded.
+    pub(crate) model: Option<ModelBeside>,
+}
+
+/// The chain model with the fitted damping.
+pub(crate) struct ModelBeside {
+    /// Its motion on the measured time base.
+    pub(crate) motion: Trajectory,
+    /// What the analysis makes of that motion.
+    pub(crate) measurement: Measurement,
+    /// Peak potential energies with the fitted damping, gap by gap, in joules.
+    pub(crate) damped_j: Vec<f64>,
+    /// The same without damping.
+    pub(crate) undamped_j: Vec<f64>,
+}
+
+/// Stitches, measures and fits.
+pub(crate) fn evaluate(job: &Job, tracked: &Tracked) -> Result<Evaluation, Error> {
+    let experiment = &job.experiment;
+    let settings = Settings {
+        rest_until_s: experiment.tracking.rest_until_s,
+        ..Settings::new(experiment.chain.n_bodies, 0.0)
+    };
+    let stitched = merge(&tracked.observations, &settings)?;
+    let law = experiment.contact.power_law()?;
+    let chosen = chosen_gaps(job);
+    let measurement = measure_motion(job, &stitched.motion, &law, chosen)?;
+    let used = measurement.group_velocity.as_ref().ok().map(|velocity| velocity.gaps.0..=velocity.gaps.1);
+    let model = damping_model(job, &stitched, law);
+    let field_fit = fit_strain_field(&stitched.motion, &model);
+    let energy_fit = match &measurement.energies {
+        Some(energies) => {
+            fit_peak_energies(energies, measurement.n_replicas, &stitched.motion.times_s, &model)
+        }
+        None => Err(FitError::TooFew { what: "peak energies", expected: 1, found: 0 }),
+    };
+    let beside = match &field_fit {
+        Ok(fit) => Some(model_beside(job, &stitched.motion, &model, fit, used)?),
+        Err(_) => None,
+    };
+    Ok(Evaluation { stitched, measurement, field_fit, energy_fit, model: beside })
+}
+
+/// The gaps of the group velocity that the experiment names.
+fn chosen_gaps(job: &Job) -> Option<RangeInclusive<usize>> {
+    let analysis = &job.experiment.analysis;
+    analysis.first_gap.zip(analysis.last_gap).map(|(first, last)| first..=last)
+}
+
+/// Measures a motion by the experiment's settings; the group velocity over the given gaps, or those that the motion suggests.
+pub(crate) fn measure_motion(
+    job: &Job,
+    motion: &ChainMotion,
+    law: &PowerLaw,
+    velocity_gaps: Option<RangeInclusive<usize>>,
+) -> Result<Measurement, Error> {
+    let (chain, analysis) = (&job.experiment.chain, &job.experiment.analysis);
+    let settings = MeasureSettings {
+        front: FrontSettings { edge_fraction: analysis.edge_fraction, ..FrontSettings::default() },
+        velocity_gaps,
+        n_replicas: analysis.n_replicas,
+        ..MeasureSettings::new(chain.pitch_m.get(), analysis.seed)
+    };
+    Ok(measure(motion, &settings, Some(&|overlap_m| law.energy_j(overlap_m)))?)
+}
+
+/// The chain as the experiment states it, with usual damping to start the fit from.
+fn damping_model(job: &Job, stitched: &Stitched, contact: PowerLaw) -> DampingModel {
+    let experiment = &job.experiment;
+    let n_trials = stitched.alignments.len() as f64;
+    let velocity_m_per_s = experiment.striker.velocity_m_per_s.get();
+    let scatter =
+        stitched.alignments.iter().map(|alignment| alignment.drive_deviation.value.powi(2)).sum::<f64>();
+    DampingModel {
+        chain: Chain {
+            mass_kg: vec![experiment.chain.mass_kg.get(); experiment.chain.n_bodies],
+            damping_kg_per_s: vec![STARTING_DAMPING_KG_PER_S; experiment.chain.n_bodies],
+            contact,
+            drive: Drive::Striker(Striker {
+                mass_kg: experiment.striker.mass_kg.get(),
+                velocity_m_per_s,
+                damping_kg_per_s: STARTING_STRIKER_DAMPING_KG_PER_S,
+            }),
+            far_end: FarEnd::Free,
+        },
+        striker_velocity_m_per_s: Estimate::new(
+            velocity_m_per_s,
+            experiment.striker.velocity_sigma_m_per_s.get() / n_trials.sqrt(),
+        ),
+        drive_scatter: (scatter / n_trials).sqrt(),
+        pitch_m: experiment.chain.pitch_m.get(),
+    }
+}
+
+/// Where the fit of c_d begins: light damping, 0.04 % of critical for one HEC. The end does not depend on it.
+const STARTING_DAMPING_KG_PER_S: f64 = 1e-3;
+/// Where the fit of c_s begins.
+const STARTING_STRIKER_DAMPING_KG_PER_S: f64 = 0.1;
+
+fn model_beside(
+    job: &Job,
+    motion: &ChainMotion,
+    model: &DampingModel,
+    fit: &DampingFit,
+    velocity_gaps: Option<RangeInclusive<usize>>,
+) -> Result<ModelBeside, Error> {
+    let law = &model.chain.contact;
+    let fitted = fitted_motion(model, fit, &motion.times_s)?;
+    let measurement = measure_motion(job, &exact_motion(&fitted), law, velocity_gaps)?;
+    let energies = |damping: f64| -> Result<Vec<f64>, Error> {
+        let chain = Chain {
+            damping_kg_per_s: vec![damping * fit.chain_damping_kg_per_s.value; model.chain.n_bodies()],
+            drive: Drive::Striker(Striker {
+                mass_kg: job.experiment.striker.mass_kg.get(),
+                velocity_m_per_s: fit.striker_velocity_m_per_s.value,
+                damping_kg_per_s: damping * fit.striker_damping_kg_per_s.value,
+            }),
+            ..model.chain.clone()
+        };
+        // Long enough for the wave to cross the chain at half the sound speed.
+        let sound_m_per_s = model.pitch_m * (law.k_0_n_per_m() / model.chain.mass_kg[0]).sqrt();
+        let duration_s = 2.0 * model.pitch_m * model.chain.n_bodies() as f64 / sound_m_per_s;
+        let schedule = Schedule { duration_s, output_interval_s: duration_s / 100.0, dt_s: None };
+        Ok(simulate(&chain, &schedule)?.psi_max_j)
+    };
+    Ok(ModelBeside { motion: fitted, measurement, damped_j: energies(1.0)?, undamped_j: energies(0.0)? })
+}

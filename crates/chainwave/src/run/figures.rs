@@ -1,0 +1,315 @@
+use std::path::PathBuf;
+
+use chainwave_analysis::fit::normalised_residuals;
+use chainwave_analysis::{GapFront, Measurement, StrainMap, damping_share};
+use chainwave_figures::{
+    BodyMotion, EnergyShares, FrequencyMark, FrontPulse, FrontWidth, GapSpectrum, PeakEnergy, PeakFit,
+    PeakTrace, Point, ProfilePanel, ResidualMapPanel, Series, StrainMapPanel, TailSpectrum,
+};
+use ndarray::Array2;
+
+use super::Job;
+use super::evaluation::{Evaluation, ModelBeside};
+use crate::error::Error;
+use crate::output::make_folder;
+
+/// A figure that was drawn.
+pub(crate) struct Figure {
+    /// File name without ending, in the folder `figures`.
+    pub(crate) name: &'static str,
+    /// What it shows.
+    pub(crate) caption: String,
+}
+
+/// Draws every figure of a run.
+pub(crate) fn draw(job: &Job, evaluation: &Evaluation) -> Result<Vec<Figure>, Error> {
+    let album = Album { job, evaluation, folder: job.result("figures") };
+    make_folder(&album.folder)?;
+    let mut figures = vec![
+        album.displacements()?,
+        album.strain_maps()?,
+        album.strain_profiles()?,
+        album.peak_trace()?,
+        album.front_width()?,
+        album.peak_energy()?,
+        album.tail_spectrum()?,
+    ];
+    if let Some(model) = &evaluation.model {
+        figures.push(album.residuals(model)?);
+    }
+    Ok(figures)
+}
+
+struct Album<'a> {
+    job: &'a Job,
+    evaluation: &'a Evaluation,
+    folder: PathBuf,
+}
+
+impl Album<'_> {
+    fn displacements(&self) -> Result<Figure, Error> {
+        let motion = &self.evaluation.stitched.motion;
+        let n = motion.n_bodies();
+        // Five bodies spread over the chain keep the figure readable.
+        let rows: Vec<usize> = (0..5.min(n)).map(|k| k * (n - 1) / 4.min(n - 1).max(1)).collect();
+        let body = |row: &usize| BodyMotion {
+            body: row + 1,
+            samples: motion
+                .times_s
+                .iter()
+                .copied()
+                .zip(motion.displacement_m.row(*row).iter().copied())
+                .collect(),
+            model: self.evaluation.model.as_ref().map_or_else(Vec::new, |model| {
+                model
+                    .motion
+                    .times_s
+                    .iter()
+                    .copied()
+                    .zip(model.motion.displacement_m.row(*row).iter().copied())
+                    .collect()
+            }),
+        };
+        let bodies: Vec<BodyMotion> = rows.iter().map(body).collect();
+        chainwave_figures::displacements(&self.folder.join("displacements"), &bodies)?;
+        Ok(Figure {
+            name: "displacements",
+            caption:
+                "Displacements of five bodies with 95 % bands, and the chain model with the fitted damping."
+                    .into(),
+        })
+    }
+
+    fn strain_maps(&self) -> Result<Figure, Error> {
+        let measured = MapData::new(&self.evaluation.measurement);
+        let modelled = self.evaluation.model.as_ref().map(|model| MapData::new(&model.measurement));
+        let mut panels = vec![measured.panel("experiment")];
+        panels.extend(modelled.as_ref().map(|data| data.panel("chain model")));
+        chainwave_figures::strain_map(&self.folder.join("strain-map"), &panels)?;
+        Ok(Figure {
+            name: "strain-map",
+            caption: "Compressive strain over gaps and time; peak of the leading pulse dotted, leading edge dashed.".into(),
+        })
+    }
+
+    fn strain_profiles(&self) -> Result<Figure, Error> {
+        let map = &self.evaluation.measurement.strain;
+        let last_s = map.times_s.last().copied().unwrap_or(0.0);
+        let times = self.job.experiment.analysis.profile_times_s.iter().filter(|time_s| **time_s <= last_s);
+        let panels: Vec<ProfilePanel> = times.map(|time_s| self.profile(map, *time_s)).collect();
+        if panels.is_empty() {
+            return Err(Error::Configuration {
+                path: self.job.path.clone(),
+                message: format!("analysis.profile_times_s: expected a time before {last_s} s, found none"),
+            });
+        }
+        chainwave_figures::strain_profiles(&self.folder.join("strain-profiles"), &panels)?;
+        Ok(Figure {
+            name: "strain-profiles",
+            caption: "Strain over the chain at several times; the front is shaded.".into(),
+        })
+    }
+
+    fn profile(&self, map: &StrainMap, time_s: f64) -> ProfilePanel {
+        let index = nearest(&map.times_s, time_s);
+        let measured = map.strain.column(index);
+        let points = measured.iter().enumerate();
+        let points = points.filter_map(|(row, strain)| Some(Point::measured((row + 1) as f64, (*strain)?)));
+        let mut series = vec![Series::measured("experiment", points.collect())];
+        if let Some(model) = &self.evaluation.model {
+            let strain = model.measurement.strain.strain.column(index);
+            let line = strain.iter().enumerate().filter_map(|(row, u)| Some(((row + 1) as f64, (*u)?.value)));
+            series.push(Series::model("chain model", line));
+        }
+        ProfilePanel { time_s: map.times_s[index], series, front: self.front_at(map.times_s[index]) }
+    }
+
+    /// Gaps between the pulse's peak and its leading edge at a time.
+    fn front_at(&self, time_s: f64) -> Option<(f64, f64)> {
+        let fronts: Vec<&GapFront> = self.evaluation.measurement.fronts.iter().flatten().collect();
+        let peaks: Vec<(f64, f64)> =
+            fronts.iter().map(|front| (front.peak_time_s.value, front.gap as f64)).collect();
+        let edges = fronts.iter().filter_map(|front| Some((front.edge_time_s?.value, front.gap as f64)));
+        Some((position_at(&peaks, time_s)?, position_at(&edges.collect::<Vec<_>>(), time_s)?))
+    }
+
+    fn peak_trace(&self) -> Result<Figure, Error> {
+        let measurement = &self.evaluation.measurement;
+        let pitch_m = self.job.experiment.chain.pitch_m.get();
+        let peaks: Vec<_> =
+            measurement.fronts.iter().flatten().map(|front| (front.gap as f64, front.peak_time_s)).collect();
+        let fit = measurement.group_velocity.as_ref().ok().map(|velocity| {
+            let used = peaks
+                .iter()
+                .filter(|(gap, _)| (velocity.gaps.0..=velocity.gaps.1).contains(&(*gap as usize)));
+            let slowness = pitch_m / velocity.velocity_m_per_s.value;
+            let starts: Vec<f64> = used.map(|(gap, time)| time.value - gap * slowness).collect();
+            PeakFit {
+                group_velocity_m_per_s: velocity.velocity_m_per_s,
+                t_at_gap_zero_s: starts.iter().sum::<f64>() / starts.len().max(1) as f64,
+            }
+        });
+        chainwave_figures::peak_trace(&self.folder.join("peak-trace"), &PeakTrace { peaks, pitch_m, fit })?;
+        Ok(Figure {
+            name: "peak-trace",
+            caption: "Peak of the leading pulse against time; its slope is the group velocity. Below: what is left.".into(),
+        })
+    }
+
+    fn front_width(&self) -> Result<Figure, Error> {
+        let measurement = &self.evaluation.measurement;
+        let width = |width: &chainwave_analysis::HalfWidth| Point::measured(width.t_s, width.hwhm_m);
+        // Every sample would be a solid band: about 25 markers.
+        let step = measurement.half_widths.len().div_ceil(25).max(1);
+        let points = measurement.half_widths.iter().step_by(step).map(width).collect();
+        let mut hwhm = vec![Series::measured("experiment", points)];
+        if let Some(model) = &self.evaluation.model {
+            let line = model.measurement.half_widths.iter().map(|width| (width.t_s, width.hwhm_m.value));
+            hwhm.push(Series::model("chain model", line));
+        }
+        let times = self.job.experiment.analysis.profile_times_s.iter();
+        let pulses = times.filter_map(|time_s| self.aligned_pulse(*time_s)).collect();
+        let front = FrontWidth { pulses, hwhm, pitch_m: Some(self.job.experiment.chain.pitch_m.get()) };
+        chainwave_figures::front_width(&self.folder.join("front-width"), &front)?;
+        Ok(Figure {
+            name: "front-width",
+            caption:
+                "Leading pulses aligned at their peaks, and the half width at half maximum of the front."
+                    .into(),
+        })
+    }
+
+    fn aligned_pulse(&self, time_s: f64) -> Option<FrontPulse> {
+        const REACH: f64 = 8.0;
+        let map = &self.evaluation.measurement.strain;
+        let index = nearest(&map.times_s, time_s);
+        let fronts = self.evaluation.measurement.fronts.iter().flatten();
+        let peaks: Vec<(f64, f64)> =
+            fronts.map(|front| (front.peak_time_s.value, front.gap as f64)).collect();
+        let peak = position_at(&peaks, map.times_s[index])?;
+        let strain = map.strain.column(index);
+        let profile =
+            strain.iter().enumerate().filter_map(|(row, u)| Some(((row + 1) as f64 - peak, (*u)?.value)));
+        let profile = profile.filter(|(offset, _)| offset.abs() <= REACH).collect();
+        Some(FrontPulse { time_s: map.times_s[index], profile })
+    }
+
+    fn peak_energy(&self) -> Result<Figure, Error> {
+        let energies = self.evaluation.measurement.energies.as_ref();
+        let relative = energies.and_then(|energies| Some((&energies.gaps, energies.relative.as_ref()?)));
+        let measured = relative.map_or_else(Vec::new, |(gaps, values)| {
+            gaps.iter().zip(values).map(|(gap, value)| Point::measured(*gap as f64, *value)).collect()
+        });
+        let model = self.evaluation.model.as_ref();
+        let ratio = |energies: &[f64]| -> Vec<(f64, f64)> {
+            let first = energies.first().copied().unwrap_or(1.0);
+            energies.iter().enumerate().map(|(row, energy)| ((row + 1) as f64, energy / first)).collect()
+        };
+        let shares = model.map(|model| damping_share(&model.damped_j, &model.undamped_j));
+        // The last gaps before a free end never fill: the shares are told two thirds down the chain.
+        let share = shares.and_then(|shares| shares.get(2 * shares.len() / 3).copied());
+        let energy = PeakEnergy {
+            measured,
+            damped: model.map_or_else(Vec::new, |model| ratio(&model.damped_j)),
+            undamped: model.map_or_else(Vec::new, |model| ratio(&model.undamped_j)),
+            shares: share.map(|share| EnergyShares { dispersion: share.spread, damping: share.damped }),
+        };
+        chainwave_figures::peak_energy(&self.folder.join("peak-energy"), &energy)?;
+        let told = share.map_or_else(String::new, |share| {
+            format!(
+                " At gap {}, dispersion and rarefaction took {:.1} % of the undamped input and damping {:.1} %.",
+                share.gap,
+                100.0 * share.spread,
+                100.0 * share.damped
+            )
+        });
+        Ok(Figure {
+            name: "peak-energy",
+            caption: format!("Peak potential energy of each gap relative to gap 1.{told}"),
+        })
+    }
+
+    fn tail_spectrum(&self) -> Result<Figure, Error> {
+        let measurement = &self.evaluation.measurement;
+        let frequencies_hz = &measurement.spectrum.frequency_hz;
+        let spectra = measurement.spectrum.gaps.iter().map(|of_gap| GapSpectrum {
+            gap: of_gap.gap,
+            frequencies_hz: frequencies_hz.clone(),
+            amplitude: of_gap.amplitude.clone(),
+        });
+        let chain = &self.job.experiment.chain;
+        let stiffness_n_per_m = self.job.experiment.contact.power_law()?.k_0_n_per_m();
+        let band_edge_hz = (stiffness_n_per_m / chain.mass_kg.get()).sqrt() / std::f64::consts::PI;
+        let mut marks =
+            vec![FrequencyMark { name: "band edge of the chain model".into(), frequency_hz: band_edge_hz }];
+        if let Ok(resonance) = &measurement.local_resonance {
+            let frequency_hz = resonance.frequency_hz.value;
+            marks.push(FrequencyMark { name: "dominant frequency".into(), frequency_hz });
+        }
+        let tail =
+            TailSpectrum { spectra: spectra.collect(), marks, max_frequency_hz: Some(3.0 * band_edge_hz) };
+        chainwave_figures::tail_spectrum(&self.folder.join("tail-spectrum"), &tail)?;
+        Ok(Figure {
+            name: "tail-spectrum",
+            caption: "Amplitude spectrum of the strain behind the leading pulse.".into(),
+        })
+    }
+
+    fn residuals(&self, model: &ModelBeside) -> Result<Figure, Error> {
+        let map = &self.evaluation.measurement.strain;
+        let residual = normalised_residuals(map, &model.measurement.strain);
+        let panel = ResidualMapPanel { title: "strain", times_s: &map.times_s, residual: residual.view() };
+        chainwave_figures::residual_map(&self.folder.join("residual-map"), &[panel])?;
+        Ok(Figure {
+            name: "residual-map",
+            caption: "Measured strain less the fitted chain model's, in units of the stated uncertainty."
+                .into(),
+        })
+    }
+}
+
+/// A strain map with its traces, as a panel borrows them.
+struct MapData<'a> {
+    map: &'a StrainMap,
+    strain: Array2<Option<f64>>,
+    peak_trace: Vec<(f64, f64)>,
+    leading_edge: Vec<(f64, f64)>,
+}
+
+impl<'a> MapData<'a> {
+    fn new(measurement: &'a Measurement) -> Self {
+        let fronts = || measurement.fronts.iter().flatten();
+        Self {
+            map: &measurement.strain,
+            strain: measurement.strain.strain.mapv(|strain| strain.map(|strain| strain.value)),
+            peak_trace: fronts().map(|front| (front.gap as f64, front.peak_time_s.value)).collect(),
+            leading_edge: fronts()
+                .filter_map(|front| Some((front.gap as f64, front.edge_time_s?.value)))
+                .collect(),
+        }
+    }
+
+    fn panel(&'a self, title: &'a str) -> StrainMapPanel<'a> {
+        StrainMapPanel {
+            title,
+            times_s: &self.map.times_s,
+            strain: self.strain.view(),
+            peak_trace: &self.peak_trace,
+            leading_edge: &self.leading_edge,
+        }
+    }
+}
+
+/// Index of the time nearest to `time_s`.
+fn nearest(times_s: &[f64], time_s: f64) -> usize {
+    let right = times_s.partition_point(|time| *time < time_s).min(times_s.len().saturating_sub(1));
+    let left = right.saturating_sub(1);
+    if (times_s[left] - time_s).abs() <= (times_s[right] - time_s).abs() { left } else { right }
+}
+
+/// Where a trace of (time, gap) stands at a time, linearly between its points.
+fn position_at(trace: &[(f64, f64)], time_s: f64) -> Option<f64> {
+    let pair = trace.windows(2).find(|pair| pair[0].0 <= time_s && time_s < pair[1].0)?;
+    let share = (time_s - pair[0].0) / (pair[1].0 - pair[0].0);
+    Some(pair[0].1 + share * (pair[1].1 - pair[0].1))
+}

@@ -1,0 +1,188 @@
+use chainwave_analysis::Measurement;
+use chainwave_analysis::fit::{DampingFit, FitError};
+use chainwave_measurement::{ChainMotion, Estimate};
+use chainwave_stitching::Alignment;
+use ndarray::Array2;
+use serde_json::{Map, Value, json};
+
+use super::Job;
+use super::decisions::Decision;
+use super::evaluation::Evaluation;
+use super::tracking::Tracked;
+use crate::error::Error;
+use crate::synthesize::write_json;
+use crate::table::{self, Table, column};
+
+/// Writes every table of the interface, `results.json` and `decisions.json`.
+pub(crate) fn write(
+    job: &Job,
+    tracked: &Tracked,
+    evaluation: &Evaluation,
+    decisions: &[Decision],
+) -> Result<(), Error> {
+    let (motion, measurement) = (&evaluation.stitched.motion, &evaluation.measurement);
+    Table::write_joined(&job.result("tracks.parquet"), &tracked.tables)?;
+    write_motion(job, motion)?;
+    write_strain(job, measurement)?;
+    write_front(job, measurement)?;
+    write_half_widths(job, measurement)?;
+    write_energies(job, measurement)?;
+    write_spectrum(job, measurement)?;
+    write_alignment(job, &evaluation.stitched.alignments)?;
+    write_json(&job.result("results.json"), &as_json(evaluation))?;
+    write_json(&job.result("decisions.json"), &decisions)
+}
+
+/// Walks an array over (row, time) by time, as the tables are ordered, and keeps what was measured.
+fn by_time(values: &Array2<Option<Estimate>>) -> impl Iterator<Item = (usize, usize, Estimate)> + '_ {
+    let (n_rows, n_times) = values.dim();
+    let places = (0..n_times).flat_map(move |i| (0..n_rows).map(move |row| (row, i)));
+    places.filter_map(|(row, i)| Some((row, i, values[(row, i)]?)))
+}
+
+fn write_motion(job: &Job, motion: &ChainMotion) -> Result<(), Error> {
+    let rows: Vec<(usize, usize, Estimate)> = by_time(&motion.displacement_m).collect();
+    let columns = vec![
+        column("t_s", rows.iter().map(|(_, i, _)| motion.times_s[*i]).collect::<Vec<_>>()),
+        column("body", rows.iter().map(|(row, ..)| *row as u32 + 1).collect::<Vec<_>>()),
+        column("x_m", rows.iter().map(|(.., x)| x.value).collect::<Vec<_>>()),
+        column("sigma_m", rows.iter().map(|(.., x)| x.sigma).collect::<Vec<_>>()),
+        column("n_trials", rows.iter().map(|(row, i, _)| motion.n_trials[(*row, *i)]).collect::<Vec<_>>()),
+    ];
+    table::write(&job.result("motion.parquet"), columns)
+}
+
+fn write_strain(job: &Job, measurement: &Measurement) -> Result<(), Error> {
+    let map = &measurement.strain;
+    let rows: Vec<(usize, usize, Estimate)> = by_time(&map.strain).collect();
+    let columns = vec![
+        column("t_s", rows.iter().map(|(_, i, _)| map.times_s[*i]).collect::<Vec<_>>()),
+        column("gap", rows.iter().map(|(row, ..)| *row as u32 + 1).collect::<Vec<_>>()),
+        column("strain", rows.iter().map(|(.., u)| u.value).collect::<Vec<_>>()),
+        column("sigma", rows.iter().map(|(.., u)| u.sigma).collect::<Vec<_>>()),
+    ];
+    table::write(&job.result("strain.parquet"), columns)
+}
+
+/// A gap whose leading pulse is missing keeps its row, with the reason in `status`.
+fn write_front(job: &Job, measurement: &Measurement) -> Result<(), Error> {
+    let fronts = &measurement.fronts;
+    let of = |value: &dyn Fn(&chainwave_analysis::GapFront) -> Option<f64>| -> Vec<Option<f64>> {
+        fronts.iter().map(|front| front.as_ref().ok().and_then(value)).collect()
+    };
+    let status = |front: &Result<_, chainwave_analysis::Missing>| {
+        front.as_ref().err().map_or("ok", |reason| reason.as_str())
+    };
+    let columns = vec![
+        column("gap", (1..=fronts.len() as u32).collect::<Vec<_>>()),
+        column("t_peak_s", of(&|front| Some(front.peak_time_s.value))),
+        column("t_peak_sigma_s", of(&|front| Some(front.peak_time_s.sigma))),
+        column("t_edge_s", of(&|front| front.edge_time_s.map(|time| time.value))),
+        column("t_edge_sigma_s", of(&|front| front.edge_time_s.map(|time| time.sigma))),
+        column("peak_strain", of(&|front| Some(front.peak_strain.value))),
+        column("peak_strain_sigma", of(&|front| Some(front.peak_strain.sigma))),
+        column("status", fronts.iter().map(status).collect::<Vec<_>>()),
+    ];
+    table::write(&job.result("front.parquet"), columns)
+}
+
+fn write_half_widths(job: &Job, measurement: &Measurement) -> Result<(), Error> {
+    let widths = &measurement.half_widths;
+    let columns = vec![
+        column("t_s", widths.iter().map(|width| width.t_s).collect::<Vec<_>>()),
+        column("hwhm_m", widths.iter().map(|width| width.hwhm_m.value).collect::<Vec<_>>()),
+        column("sigma_m", widths.iter().map(|width| width.hwhm_m.sigma).collect::<Vec<_>>()),
+    ];
+    table::write(&job.result("hwhm.parquet"), columns)
+}
+
+fn write_energies(job: &Job, measurement: &Measurement) -> Result<(), Error> {
+    let (gaps, energies): (Vec<usize>, Vec<Estimate>) = match &measurement.energies {
+        Some(energies) => (energies.gaps.clone(), energies.energy_j.clone()),
+        None => (Vec::new(), Vec::new()),
+    };
+    let columns = vec![
+        column("gap", gaps.iter().map(|gap| *gap as u32).collect::<Vec<_>>()),
+        column("psi_max_j", energies.iter().map(|energy| energy.value).collect::<Vec<_>>()),
+        column("sigma_j", energies.iter().map(|energy| energy.sigma).collect::<Vec<_>>()),
+    ];
+    table::write(&job.result("energy.parquet"), columns)
+}
+
+fn write_spectrum(job: &Job, measurement: &Measurement) -> Result<(), Error> {
+    let spectrum = &measurement.spectrum;
+    let lines =
+        || spectrum.gaps.iter().flat_map(|of_gap| of_gap.amplitude.iter().map(move |a| (of_gap.gap, *a)));
+    let n_gaps = spectrum.gaps.len();
+    let columns = vec![
+        column("gap", lines().map(|(gap, _)| gap as u32).collect::<Vec<_>>()),
+        column("frequency_hz", spectrum.frequency_hz.repeat(n_gaps)),
+        column("amplitude", lines().map(|(_, amplitude)| amplitude).collect::<Vec<_>>()),
+    ];
+    table::write(&job.result("spectrum.parquet"), columns)
+}
+
+/// Trigger offset and drive of each recording.
+fn write_alignment(job: &Job, alignments: &[Alignment]) -> Result<(), Error> {
+    let of = |value: &dyn Fn(&Alignment) -> f64| alignments.iter().map(value).collect::<Vec<f64>>();
+    let columns = vec![
+        column("recording", alignments.iter().map(|one| one.recording.as_str()).collect::<Vec<_>>()),
+        column("view", alignments.iter().map(|one| one.view).collect::<Vec<_>>()),
+        column("trial", alignments.iter().map(|one| one.trial).collect::<Vec<_>>()),
+        column("trigger_offset_s", of(&|one| one.trigger_offset_s.value)),
+        column("trigger_offset_sigma_s", of(&|one| one.trigger_offset_s.sigma)),
+        column("drive_deviation", of(&|one| one.drive_deviation.value)),
+        column("drive_deviation_sigma", of(&|one| one.drive_deviation.sigma)),
+        column("scatter_ratio", of(&|one| one.scatter_ratio)),
+    ];
+    table::write(&job.result("alignment.parquet"), columns)
+}
+
+fn as_json(evaluation: &Evaluation) -> Value {
+    let measurement = &evaluation.measurement;
+    let mut results = Map::new();
+    let velocity = measurement.group_velocity.as_ref().ok().map(|velocity| velocity.velocity_m_per_s);
+    put(&mut results, "group_velocity_m_per_s", "group_velocity_sigma", velocity);
+    let fit = evaluation.field_fit.as_ref().ok();
+    put(&mut results, "c_d_kg_per_s", "c_d_sigma", fit.map(|fit| fit.chain_damping_kg_per_s));
+    put(&mut results, "c_s_kg_per_s", "c_s_sigma", fit.map(|fit| fit.striker_damping_kg_per_s));
+    results.insert("correlation".into(), json!(fit.map(|fit| fit.correlation)));
+    let resonance = measurement.local_resonance.as_ref().ok().map(|resonance| resonance.frequency_hz);
+    put(&mut results, "local_resonance_hz", "local_resonance_sigma", resonance);
+    let gaps = measurement.group_velocity.as_ref().ok().map(|velocity| [velocity.gaps.0, velocity.gaps.1]);
+    results.insert("group_velocity_gaps".into(), json!(gaps));
+    let variation = measurement.group_velocity.as_ref().ok().and_then(|velocity| velocity.relative_variation);
+    put(&mut results, "group_velocity_variation", "group_velocity_variation_sigma", variation);
+    results.insert("fit_to_strain_field".into(), fit_as_json(&evaluation.field_fit));
+    results.insert("fit_to_peak_energies".into(), fit_as_json(&evaluation.energy_fit));
+    results.insert("warnings".into(), json!(evaluation.stitched.warnings));
+    Value::Object(results)
+}
+
+/// An estimate as two keys, both null where there is none.
+fn put(results: &mut Map<String, Value>, name: &str, sigma_name: &str, estimate: Option<Estimate>) {
+    results.insert(name.into(), json!(estimate.map(|estimate| estimate.value)));
+    results.insert(sigma_name.into(), json!(estimate.map(|estimate| estimate.sigma)));
+}
+
+fn fit_as_json(fit: &Result<DampingFit, FitError>) -> Value {
+    let fit = match fit {
+        Ok(fit) => fit,
+        Err(reason) => return json!({ "failed": reason.to_string() }),
+    };
+    let mut results = Map::new();
+    put(&mut results, "c_d_kg_per_s", "c_d_sigma", Some(fit.chain_damping_kg_per_s));
+    put(&mut results, "c_s_kg_per_s", "c_s_sigma", Some(fit.striker_damping_kg_per_s));
+    results.insert("correlation".into(), json!(fit.correlation));
+    put(
+        &mut results,
+        "striker_velocity_m_per_s",
+        "striker_velocity_sigma",
+        Some(fit.striker_velocity_m_per_s),
+    );
+    put(&mut results, "impact_time_s", "impact_time_sigma", fit.impact_time_s);
+    results.insert("reduced_chi_squared".into(), json!(fit.reduced_chi_squared));
+    results.insert("n_residuals".into(), json!(fit.n_residuals));
+    results.insert("n_simulations".into(), json!(fit.n_simulations));
+    Value::Object(results)
+}

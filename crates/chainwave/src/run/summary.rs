@@ -1,0 +1,147 @@
+use chainwave_measurement::Estimate;
+
+use super::evaluation::Evaluation;
+use super::truth::KnownTruth;
+use super::{Clock, Job};
+
+/// Prints what was measured on one screen: values with uncertainties, the truth beside where it is known, the time that each
+/// stage took, and where the figures are.
+#[expect(clippy::print_stdout, reason = "the summary is the command's result")]
+pub(crate) fn print(job: &Job, evaluation: &Evaluation, truth: Option<&KnownTruth>, clock: &Clock) {
+    println!("{}: {} recordings", job.experiment.name, evaluation.stitched.alignments.len());
+    println!("{:<34}{:>12} {:>11}{:>13}{:>9}", "", "measured", "sigma", "truth", "off by");
+    for row in rows(evaluation, truth) {
+        println!("{}", row.as_text());
+    }
+    if let Some(truth) = truth {
+        let rms_px = truth.motion_rms_m * job.experiment.camera.scale_px_per_m.get();
+        println!(
+            "x_n(t): rms error {:.3} um = {rms_px:.4} px; the 95 % intervals hold {:.1} % of the truth",
+            1e6 * truth.motion_rms_m,
+            100.0 * truth.motion_coverage
+        );
+    }
+    for warning in &evaluation.stitched.warnings {
+        println!("warning: {warning}");
+    }
+    for (name, seconds) in clock.stages() {
+        println!("{seconds:8.2} s  {name}");
+    }
+    println!(
+        "figures in {}, report in {}",
+        job.result("figures").display(),
+        job.result("report.html").display()
+    );
+}
+
+/// One measured quantity in the unit of the summary.
+pub(crate) struct Row {
+    /// Name and unit.
+    pub(crate) name: String,
+    /// Value, or the reason why there is none.
+    pub(crate) measured: Result<Estimate, String>,
+    /// The truth, where it is known.
+    pub(crate) truth: Option<f64>,
+}
+
+impl Row {
+    fn as_text(&self) -> String {
+        let estimate = match &self.measured {
+            Ok(estimate) => estimate,
+            Err(reason) => return format!("{:<34}{reason}", self.name),
+        };
+        let beside = self.truth.map_or_else(String::new, |truth| {
+            let off = (estimate.value - truth) / estimate.sigma;
+            format!("{truth:>13.5}{off:>+7.2} s")
+        });
+        format!("{:<34}{:>12.5} {:>11.5}{beside}", self.name, estimate.value, estimate.sigma)
+    }
+}
+
+/// The quantities of the summary and the report.
+pub(crate) fn rows(evaluation: &Evaluation, truth: Option<&KnownTruth>) -> Vec<Row> {
+    let measurement = &evaluation.measurement;
+    let of_truth = |value: &dyn Fn(&KnownTruth) -> Option<f64>| truth.and_then(value);
+    let row = |name: &str, measured: Result<Estimate, String>, factor: f64, truth: Option<f64>| Row {
+        name: name.into(),
+        measured: measured.map(|estimate| estimate.scaled(factor)),
+        truth: truth.map(|value| value * factor),
+    };
+    let velocity = |m: &chainwave_analysis::Measurement| match &m.group_velocity {
+        Ok(velocity) => Ok(velocity.velocity_m_per_s),
+        Err(reason) => Err(reason.as_str().to_owned()),
+    };
+    let last_width = measurement.half_widths.last();
+    let resonance = measurement.local_resonance.as_ref().map(|resonance| resonance.frequency_hz);
+    let mut rows = vec![
+        row(
+            "group velocity (m/s)",
+            velocity(measurement),
+            1.0,
+            of_truth(&|truth| velocity(&truth.measurement).ok().map(|estimate| estimate.value)),
+        ),
+        row(
+            "HWHM of the front, last (mm)",
+            last_width.map(|width| width.hwhm_m).ok_or_else(|| "front not seen".into()),
+            1e3,
+            of_truth(&|truth| {
+                let at = last_width?.t_s;
+                let same = truth.measurement.half_widths.iter().find(|width| (width.t_s - at).abs() < 1e-9);
+                same.map(|width| width.hwhm_m.value)
+            }),
+        ),
+        row(
+            "dominant tail frequency (Hz)",
+            resonance.map_err(|reason| reason.as_str().to_owned()),
+            1.0,
+            of_truth(&|truth| Some(truth.measurement.local_resonance.as_ref().ok()?.frequency_hz.value)),
+        ),
+    ];
+    rows.extend(energy_rows(evaluation, truth));
+    rows.extend(fit_rows("strain field", &evaluation.field_fit, truth));
+    rows.extend(fit_rows("peak energies", &evaluation.energy_fit, truth));
+    rows
+}
+
+/// Peak potential energy where the wave is still free of the far end: half way down the chain, relative to gap 1.
+fn energy_rows(evaluation: &Evaluation, truth: Option<&KnownTruth>) -> Option<Row> {
+    let energies = evaluation.measurement.energies.as_ref()?;
+    let relative = energies.relative.as_ref()?;
+    let gap = energies.gaps.len().div_ceil(2);
+    let index = energies.gaps.iter().position(|found| *found == gap)?;
+    let true_value = truth.and_then(|truth| {
+        let energies = truth.measurement.energies.as_ref()?;
+        let index = energies.gaps.iter().position(|found| *found == gap)?;
+        Some(energies.relative.as_ref()?.get(index)?.value)
+    });
+    Some(Row {
+        name: format!("Psi_max({gap}) / Psi_max(1)"),
+        measured: Ok(relative[index]),
+        truth: true_value,
+    })
+}
+
+fn fit_rows(
+    source: &str,
+    fit: &Result<chainwave_analysis::fit::DampingFit, chainwave_analysis::fit::FitError>,
+    truth: Option<&KnownTruth>,
+) -> Vec<Row> {
+    let of = |name: &str,
+              value: &dyn Fn(&chainwave_analysis::fit::DampingFit) -> Estimate,
+              factor: f64,
+              truth: Option<f64>| Row {
+        name: format!("{name}, {source}"),
+        measured: fit.as_ref().map(|fit| value(fit).scaled(factor)).map_err(ToString::to_string),
+        truth: truth.map(|value| value * factor),
+    };
+    let parameters = truth.map(|truth| &truth.parameters);
+    vec![
+        of("c_d (g/s)", &|fit| fit.chain_damping_kg_per_s, 1e3, parameters.map(|truth| truth.c_d_kg_per_s)),
+        of(
+            "c_s (kg/s)",
+            &|fit| fit.striker_damping_kg_per_s,
+            1.0,
+            parameters.map(|truth| truth.c_s_kg_per_s),
+        ),
+    ]
+}

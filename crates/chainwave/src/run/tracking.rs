@@ -1,0 +1,205 @@
+use std::fs::File;
+use std::io::Read;
+use std::ops::Range;
+use std::path::Path;
+use std::time::UNIX_EPOCH;
+
+use chainwave_correlation::{Method, ReferenceFrames};
+use chainwave_measurement::{Estimate, Recording, RecordingInfo, Subset};
+use chainwave_stitching::{BodyTrack, Observation};
+use indicatif::ProgressBar;
+use rayon::prelude::*;
+use sha2::{Digest, Sha256};
+
+use super::Job;
+use crate::error::Error;
+use crate::experiment::Trial;
+use crate::outcome::Outcome;
+use crate::output::make_folder;
+use crate::progress;
+use crate::table::Table;
+use crate::track::{TrackRows, follow};
+
+/// Changes whenever the same recording and settings would give other tracks, so that kept ones are not mistaken for them.
+const TRACKS_VERSION: u32 = 1;
+
+/// Rows and columns that a subset must keep from the frame's border at rest: the tracker interpolates around it.
+const BORDER_PX: f64 = 4.0;
+
+/// The tracks of all recordings that could be read.
+pub(crate) struct Tracked {
+    /// The kept tables, in the order of the trials.
+    pub(crate) tables: Vec<Table>,
+    /// The same as positions along the chain in metres.
+    pub(crate) observations: Vec<Observation>,
+}
+
+/// Tracks every recording that has not been tracked yet, and names those that fail.
+pub(crate) fn track_all(job: &Job, outcome: &mut Outcome) -> Result<Tracked, Error> {
+    let kept = job.result(".work");
+    make_folder(&kept)?;
+    let method = method(job)?;
+    let bar = progress::bar("tracking", 0);
+    let results: Vec<Result<(Table, Observation), Error>> =
+        job.trials.par_iter().map(|trial| track_one(job, trial, method, &kept, &bar)).collect();
+    bar.finish_and_clear();
+    let mut tracked = Tracked { tables: Vec::new(), observations: Vec::new() };
+    for result in results {
+        match result {
+            Ok((table, observation)) => {
+                tracked.tables.push(table);
+                tracked.observations.push(observation);
+            }
+            Err(error) => outcome.fail(error),
+        }
+    }
+    match tracked.tables.is_empty() {
+        true => Err(Error::NothingLeft { what: "recordings", n: job.trials.len() }),
+        false => Ok(tracked),
+    }
+}
+
+/// The tracking method that the experiment names.
+pub(crate) fn method(job: &Job) -> Result<Method, Error> {
+    let tracking = &job.experiment.tracking;
+    let configuration = |message: String| Error::Configuration {
+        path: job.path.clone(),
+        message: format!("tracking: {message}"),
+    };
+    let shape =
+        tracking.shape.parse().map_err(|wrong: chainwave_correlation::CorrelationError| wrong.to_string());
+    let interpolation = tracking
+        .interpolation
+        .parse()
+        .map_err(|wrong: chainwave_correlation::CorrelationError| wrong.to_string());
+    Ok(Method::IcGn {
+        shape: shape.map_err(configuration)?,
+        interpolation: interpolation.map_err(configuration)?,
+    })
+}
+
+fn track_one(
+    job: &Job,
+    trial: &Trial,
+    method: Method,
+    kept: &Path,
+    bar: &ProgressBar,
+) -> Result<(Table, Observation), Error> {
+    let path = job.recordings.join(&trial.recording);
+    let recording = chainwave_camera::open(&path)?;
+    let kept_path = kept.join(format!("{}.parquet", key(job, trial, &path)?));
+    if !kept_path.exists() {
+        let rest = rest_frames(recording.info(), job.experiment.tracking.rest_until_s);
+        let reference = ReferenceFrames::Mean(rest.ok_or_else(|| no_rest(job, &path, recording.info()))?);
+        let subsets = subsets_in_view(job, trial, recording.as_ref());
+        let tracked = follow(recording.as_ref(), &subsets, &reference, method, bar)?;
+        let mut rows = TrackRows::default();
+        rows.add(&trial.recording, &tracked);
+        rows.write(&kept_path)?;
+    }
+    let table = Table::read(&kept_path)?;
+    let observation = observation(job, trial, &table)?;
+    Ok((table, observation))
+}
+
+/// The bodies whose subsets lie in the frame at rest.
+fn subsets_in_view(job: &Job, trial: &Trial, recording: &dyn Recording) -> Vec<Subset> {
+    let (info, tracking) = (recording.info(), &job.experiment.tracking);
+    let inside = |centre: f64, half: usize, size: usize| {
+        let reach = half as f64 + BORDER_PX;
+        centre - reach >= 0.0 && centre + reach <= size as f64 - 1.0
+    };
+    (1..=job.experiment.chain.n_bodies)
+        .map(|body| (body, job.experiment.rest_px(body, trial.stage_m)))
+        .filter(|(_, [x_px, y_px])| {
+            inside(*x_px, tracking.half_width_px, info.width_px)
+                && inside(*y_px, tracking.half_height_px, info.height_px)
+        })
+        .map(|(body, [x_px, y_px])| Subset {
+            name: body.to_string(),
+            x_px,
+            y_px,
+            half_width_px: tracking.half_width_px,
+            half_height_px: tracking.half_height_px,
+        })
+        .collect()
+}
+
+/// The frames before the wave: all from the first one that are stamped before `rest_until_s`.
+fn rest_frames(info: &RecordingInfo, rest_until_s: f64) -> Option<Range<usize>> {
+    let n = info.times_s.iter().take_while(|time_s| **time_s < rest_until_s).count();
+    (n > 0).then_some(0..n)
+}
+
+fn no_rest(job: &Job, path: &Path, info: &RecordingInfo) -> Error {
+    let first_s = info.times_s.first().copied().unwrap_or(f64::NAN);
+    Error::Configuration {
+        path: job.path.clone(),
+        message: format!(
+            "tracking.rest_until_s: expected frames of {} before {} s, found its first at {first_s} s \
+             (hint: a later rest_until_s, or recordings with more pre-trigger frames)",
+            path.display(),
+            job.experiment.tracking.rest_until_s,
+        ),
+    }
+}
+
+/// Reads a recording's kept tracks as positions along the chain.
+fn observation(job: &Job, trial: &Trial, table: &Table) -> Result<Observation, Error> {
+    let metres = 1.0 / job.experiment.camera.scale_px_per_m.get();
+    let (names, times_s) = (table.texts("name")?, table.full_numbers("t_s")?);
+    let (x_px, sigma_px) = (table.numbers("x_px")?, table.numbers("sigma_x_px")?);
+    let mut observation = Observation {
+        recording: trial.recording.clone(),
+        view: trial.view,
+        trial: trial.trial,
+        times_s: Vec::new(),
+        bodies: Vec::new(),
+    };
+    for (row, name) in names.iter().enumerate() {
+        let body =
+            name.parse().map_err(|_not_a_number| table.cell(row, "name", "the number of a body", name))?;
+        if observation.bodies.last().is_none_or(|track| track.body != body) {
+            observation.bodies.push(BodyTrack { body, position_m: Vec::new() });
+        }
+        if observation.bodies.len() == 1 {
+            observation.times_s.push(times_s[row]);
+        }
+        let position = x_px[row].zip(sigma_px[row]).map(|(x, sigma)| Estimate::new(x, sigma).scaled(metres));
+        if let Some(track) = observation.bodies.last_mut() {
+            track.position_m.push(position);
+        }
+    }
+    Ok(observation)
+}
+
+/// What the tracks of a recording depend on, as a file name: settings, and the recording by size, time and first bytes.
+fn key(job: &Job, trial: &Trial, path: &Path) -> Result<String, Error> {
+    let experiment = &job.experiment;
+    let mut hash = Sha256::new();
+    let settings =
+        (&experiment.chain, &experiment.camera, &experiment.tracking, trial.stage_m, TRACKS_VERSION);
+    let settings = serde_json::to_string(&settings).map_err(|wrong| Error::Argument(wrong.to_string()))?;
+    hash.update(settings.as_bytes());
+    hash.update(fingerprint(path)?.as_bytes());
+    let modified = std::fs::metadata(path).and_then(|metadata| metadata.modified());
+    let modified = modified.map_err(Error::file(path, "read the time of"))?;
+    let since_epoch = modified.duration_since(UNIX_EPOCH).unwrap_or_default();
+    hash.update(since_epoch.as_nanos().to_le_bytes());
+    let stem: String = Path::new(&trial.recording).file_stem().unwrap_or_default().to_string_lossy().into();
+    Ok(format!("{stem}-{}", hexadecimal(&hash.finalize()[..8])))
+}
+
+/// A recording's size and the digest of its first mebibyte, which holds the header and the time stamps. The whole file is not
+/// read for this: a batch can hold hundreds of gigabytes of which tracking reads a few per cent.
+pub(crate) fn fingerprint(path: &Path) -> Result<String, Error> {
+    let file = File::open(path).map_err(Error::file(path, "open"))?;
+    let size = file.metadata().map_err(Error::file(path, "read the size of"))?.len();
+    let mut head = Vec::new();
+    file.take(1 << 20).read_to_end(&mut head).map_err(Error::file(path, "read"))?;
+    Ok(format!("{size} bytes, sha256 of the first MiB {}", hexadecimal(&Sha256::digest(&head))))
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}

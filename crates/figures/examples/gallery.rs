@@ -1,0 +1,247 @@
+//! Draws every figure from made-up, analytic data into the folder given as the argument.
+
+use std::error::Error;
+use std::path::{Path, PathBuf};
+
+use chainwave_figures::{
+    BodyMotion, EnergyShares, FrequencyMark, FrontPulse, FrontWidth, GapSpectrum, GroupVelocities,
+    PeakEnergy, PeakFit, PeakTrace, Point, ProfilePanel, ResidualMapPanel, Series, StrainMapPanel,
+    TailSpectrum, displacements, front_width, group_velocity, peak_energy, peak_trace, residual_map,
+    strain_map, strain_profiles, tail_spectrum,
+};
+use chainwave_measurement::Estimate;
+use ndarray::Array2;
+
+const N_GAPS: usize = 25;
+const PITCH_M: f64 = 0.03;
+const SPEED_M_PER_S: f64 = 51.6;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let folder = PathBuf::from(std::env::args_os().nth(1).ok_or("usage: gallery FOLDER")?);
+    std::fs::create_dir_all(&folder)?;
+    maps(&folder)?;
+    profiles(&folder)?;
+    widths(&folder)?;
+    trace(&folder)?;
+    velocities(&folder)?;
+    energies(&folder)?;
+    spectra(&folder)?;
+    motions(&folder)?;
+    Ok(())
+}
+
+/// Time at which the pulse of a gap peaks.
+fn peak_s(gap: f64) -> f64 {
+    0.8e-3 + gap * PITCH_M / SPEED_M_PER_S
+}
+
+/// A pulse that widens and decays, with an oscillating tail behind it.
+fn strain(gap: f64, t_s: f64) -> f64 {
+    let behind_s = t_s - peak_s(gap);
+    let peak = 0.055 * gap.powf(-0.18);
+    if behind_s < 0.0 {
+        let width_s = 0.42e-3 * (1.0 + 0.05 * gap);
+        -peak * (-(behind_s / width_s).powi(2)).exp()
+    } else {
+        let decay = (-behind_s / 2.2e-3).exp();
+        -peak
+            * decay
+            * (0.22 + 0.78 * (std::f64::consts::TAU * 480.0 * behind_s * (1.0 + 60.0 * behind_s)).cos())
+    }
+}
+
+/// Numbers between -1 and 1 that look random.
+fn noise(i: usize, j: usize) -> f64 {
+    let mixed = (i as f64 * 12.9898 + j as f64 * 78.233).sin() * 43_758.545_3;
+    2.0 * (mixed - mixed.floor()) - 1.0
+}
+
+fn gaps() -> impl Iterator<Item = f64> {
+    (1..=N_GAPS).map(|gap| gap as f64)
+}
+
+fn maps(folder: &Path) -> Result<(), Box<dyn Error>> {
+    let times_s: Vec<f64> = (0..450).map(|i| 4e-5 * f64::from(i)).collect();
+    let shape = (N_GAPS, times_s.len());
+    let model = Array2::from_shape_fn(shape, |(n, i)| Some(strain((n + 1) as f64, times_s[i])));
+    let seen = |n: usize, i: usize| n != 17 && !(n > 20 && i > 380) && !(n < 3 && i < 14);
+    let measured = Array2::from_shape_fn(shape, |(n, i)| {
+        seen(n, i).then(|| strain((n + 1) as f64, times_s[i]) + 1.5e-3 * noise(n, i))
+    });
+    let peaks: Vec<_> = gaps().map(|gap| (gap, peak_s(gap))).collect();
+    let edges: Vec<_> = gaps().map(|gap| (gap, peak_s(gap) - 0.9e-3 * (1.0 + 0.05 * gap))).collect();
+    let panel = |title, strain, traces: bool| StrainMapPanel {
+        title,
+        times_s: &times_s,
+        strain,
+        peak_trace: if traces { &peaks } else { &[] },
+        leading_edge: if traces { &edges } else { &[] },
+    };
+    let experiment = panel("experiment", measured.view(), true);
+    let chain = panel("discrete elements", model.view(), false);
+    let ring = panel("finite elements", model.view(), false);
+    strain_map(&folder.join("strain_map"), &[experiment, ring, chain])?;
+    strain_map(&folder.join("strain_map_two"), &[experiment, chain])?;
+    strain_map(&folder.join("strain_map_single"), &[experiment])?;
+    let residual = Array2::from_shape_fn(shape, |(n, i)| {
+        let sum: f64 = (0..6).map(|k| noise(n + 31 * k, i + 57 * k)).sum();
+        seen(n, i).then(|| 0.7 * sum + 60.0 * strain((n + 1) as f64, times_s[i]) * noise(n, 7))
+    });
+    let panel = ResidualMapPanel { title: "strain", times_s: &times_s, residual: residual.view() };
+    residual_map(&folder.join("residual_map"), &[panel])?;
+    Ok(())
+}
+
+fn profiles(folder: &Path) -> Result<(), Box<dyn Error>> {
+    let panel = |time_s: f64| {
+        let measured = gaps().map(|gap| {
+            let value = strain(gap, time_s) + 1.5e-3 * noise(gap as usize, (1e6 * time_s) as usize);
+            Point::measured(gap, Estimate::new(value, 1.2e-3))
+        });
+        let peak = (time_s - 0.8e-3) * SPEED_M_PER_S / PITCH_M;
+        ProfilePanel {
+            time_s,
+            series: vec![
+                Series::measured("experiment", measured.collect()),
+                Series::model("finite elements", gaps().map(|gap| (gap, strain(gap, time_s - 4e-5)))),
+                Series::model("discrete elements", gaps().map(|gap| (gap, 1.04 * strain(gap, time_s)))),
+            ],
+            front: Some((peak, peak + 2.5 + 0.1 * peak)),
+        }
+    };
+    strain_profiles(&folder.join("strain_profiles"), &[2.73e-3, 6.78e-3, 10.88e-3].map(panel))?;
+    strain_profiles(&folder.join("strain_profiles_single"), &[panel(6.78e-3)])?;
+    Ok(())
+}
+
+fn widths(folder: &Path) -> Result<(), Box<dyn Error>> {
+    let half_width = |t_s: f64| 0.9 + 6.0 * t_s.powf(0.42);
+    let pulse = |t_s: f64| FrontPulse {
+        time_s: t_s,
+        profile: (0..=100)
+            .map(|i| 0.08 * f64::from(i))
+            .map(|x| (x, -0.056 / (1.0 + 8.0 * t_s) * (-(x / half_width(t_s)).powi(2) * 0.693).exp()))
+            .collect(),
+    };
+    let measured = (3..30).map(|i| 0.5e-3 * f64::from(i)).map(|t_s| {
+        let value = PITCH_M * (half_width(t_s) + 0.04 * noise((2e4 * t_s) as usize, 3));
+        Point::measured(t_s, Estimate::new(value, 1.3e-3))
+    });
+    let model = (1..=71).map(|i| 1e-3 * f64::from(i)).map(|t_s| (t_s, PITCH_M * half_width(t_s)));
+    let front = FrontWidth {
+        pulses: [1.7e-3, 3.9e-3, 15e-3, 29e-3, 43e-3, 57e-3, 71e-3].map(pulse).to_vec(),
+        hwhm: vec![
+            Series::measured("experiment", measured.collect()),
+            Series::model("finite elements, N = 300", model),
+        ],
+        pitch_m: Some(PITCH_M),
+    };
+    front_width(&folder.join("front_width"), &front)?;
+    Ok(())
+}
+
+fn trace(folder: &Path) -> Result<(), Box<dyn Error>> {
+    let peaks = gaps().map(|gap| {
+        let scatter_s = 4e-6 * noise(gap as usize, 11) + 2e-8 * (gap - 13.0).powi(2);
+        (gap, Estimate::new(peak_s(gap) + scatter_s, 3e-6))
+    });
+    let fit = PeakFit { group_velocity_m_per_s: Estimate::new(51.612, 0.036), t_at_gap_zero_s: 0.8e-3 };
+    let trace = PeakTrace { peaks: peaks.collect(), pitch_m: PITCH_M, fit: Some(fit) };
+    peak_trace(&folder.join("peak_trace"), &trace)?;
+    Ok(())
+}
+
+fn velocities(folder: &Path) -> Result<(), Box<dyn Error>> {
+    let speed = |striker: f64| 45.0 + 9.0 * (-striker / 4.5).exp();
+    let measured = [(2.73, 0.05), (1.89, 0.07), (0.83, 0.04)].map(|(striker, sigma)| Point {
+        x: Estimate::new(striker, sigma),
+        y: Estimate::new(speed(striker) + 0.1, 0.12),
+    });
+    let rings = [2.73, 1.89, 0.83].map(|striker| (striker, speed(striker) - 0.2));
+    let chain = (1..=40).map(|i| 0.25 * f64::from(i)).map(|striker| (striker, speed(striker)));
+    let velocities = GroupVelocities {
+        series: vec![
+            Series::measured("experiment", measured.to_vec()),
+            Series::model_points("finite elements", rings),
+            Series::model("discrete elements", chain),
+        ],
+        sound_speed_m_per_s: Some(54.0),
+    };
+    group_velocity(&folder.join("group_velocity"), &velocities)?;
+    Ok(())
+}
+
+fn energies(folder: &Path) -> Result<(), Box<dyn Error>> {
+    let undamped = |gap: f64| 0.15 + 0.85 * gap.powf(-0.42);
+    let damped = |gap: f64| undamped(gap) * (-(gap - 1.0) / 140.0).exp();
+    let measured = || {
+        (1..=20).map(f64::from).map(|gap| {
+            let value = damped(gap) * (1.0 + 0.03 * noise(gap as usize, 5));
+            Point::measured(gap, Estimate::new(value, 0.025 * value.sqrt()))
+        })
+    };
+    let curve = |n_gaps: i32, f: &dyn Fn(f64) -> f64| {
+        (1..=n_gaps).map(f64::from).map(|gap| (gap, f(gap))).collect::<Vec<_>>()
+    };
+    for (name, n_gaps) in [("peak_energy", 250), ("peak_energy_short", 25)] {
+        let end = f64::from(n_gaps);
+        let energy = PeakEnergy {
+            measured: measured().collect(),
+            damped: curve(n_gaps, &damped),
+            undamped: curve(n_gaps, &undamped),
+            shares: Some(EnergyShares {
+                dispersion: 1.0 - undamped(end),
+                damping: undamped(end) - damped(end),
+            }),
+        };
+        peak_energy(&folder.join(name), &energy)?;
+    }
+    Ok(())
+}
+
+fn spectra(folder: &Path) -> Result<(), Box<dyn Error>> {
+    let spectrum = |gap: usize| {
+        let frequencies_hz: Vec<f64> = (0..260).map(|i| 12.5 * f64::from(i)).collect();
+        let amplitude = |(i, f): (usize, &f64)| {
+            let ridge = 8e-4 / (1.0 + ((f - 560.0 + 4.0 * (N_GAPS - gap) as f64) / 45.0).powi(2));
+            let slow = 4e-4 * (-(f / 260.0).powi(2)).exp();
+            (ridge + slow) * (1.0 - 0.02 * gap as f64) + 1.5e-6 * (1.3 + noise(i, gap))
+        };
+        let amplitude = frequencies_hz.iter().enumerate().map(amplitude).collect();
+        GapSpectrum { gap, frequencies_hz, amplitude }
+    };
+    let mark = |name: &str, frequency_hz| FrequencyMark { name: name.into(), frequency_hz };
+    let tail = TailSpectrum {
+        spectra: (1..=N_GAPS).filter(|&gap| gap != 18).map(spectrum).collect(),
+        marks: vec![mark("band edge, 572 Hz", 572.0), mark("local resonance, 541 Hz", 541.0)],
+        max_frequency_hz: Some(2000.0),
+    };
+    tail_spectrum(&folder.join("tail_spectrum"), &tail)?;
+    Ok(())
+}
+
+fn motions(folder: &Path) -> Result<(), Box<dyn Error>> {
+    let body = |body: usize| {
+        let arrival_s = peak_s(body as f64) - 0.6e-3;
+        let x_m = |t_s: f64| {
+            let since_s = (t_s - arrival_s).max(0.0);
+            0.017 * (1.0 - (-since_s / 6e-3).exp())
+                + 4e-4 * (3000.0 * since_s).sin() * (-since_s / 4e-3).exp()
+        };
+        let lost = |i: usize| body == 14 && (560..700).contains(&i);
+        let sample = |i: usize| {
+            let t_s = 2e-5 * i as f64;
+            let measured =
+                Estimate::new(x_m(t_s) + 2e-5 * noise(i, body), 6e-5 + 6e-3 * t_s * (body as f64 / 26.0));
+            (t_s, (!lost(i)).then_some(measured))
+        };
+        BodyMotion {
+            body,
+            samples: (0..900).map(sample).collect(),
+            model: (0..450).map(|i| 4e-5 * f64::from(i)).map(|t_s| (t_s, 1.01 * x_m(t_s))).collect(),
+        }
+    };
+    let bodies: Vec<BodyMotion> = [1, 5, 9, 14, 20, 26].map(body).to_vec();
+    displacements(&folder.join("displacements"), &bodies)?;
+    Ok(())
+}

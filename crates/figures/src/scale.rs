@@ -1,0 +1,158 @@
+use crate::ticks::{Tick, decade_ticks, linear_ticks, whole_ticks};
+
+/// Largest magnitude that is drawn; beyond it differences of values overflow.
+const LARGEST: f64 = 1e150;
+
+/// Whether a value has a place on an axis.
+pub(crate) fn is_drawable(value: f64) -> bool {
+    value.is_finite() && value.abs() < LARGEST
+}
+
+/// The range that values cover.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Extent {
+    pub(crate) low: f64,
+    pub(crate) high: f64,
+}
+
+impl Extent {
+    /// The range of the drawable values; `None` when there are none.
+    pub(crate) fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
+        values.into_iter().filter(|&value| is_drawable(value)).fold(None, |extent, value| {
+            let Self { low, high } = extent.unwrap_or(Self { low: value, high: value });
+            Some(Self { low: low.min(value), high: high.max(value) })
+        })
+    }
+
+    pub(crate) fn including(self, value: f64) -> Self {
+        Self { low: self.low.min(value), high: self.high.max(value) }
+    }
+
+    /// The range from zero to the padded upper end, for quantities that are positive by nature.
+    pub(crate) fn padded_from_zero(self, share: f64) -> Self {
+        let Self { low, high } = self.including(0.0).padded(share);
+        if self.low >= 0.0 {
+            Self { low: 0.0, high: high.max(f64::MIN_POSITIVE) }
+        } else {
+            Self { low, high }
+        }
+    }
+
+    /// The range with `share` of its length more at each end, and never empty.
+    pub(crate) fn padded(self, share: f64) -> Self {
+        let middle = 0.5 * self.low + 0.5 * self.high;
+        // Ticks need some digits to differ, so a range shorter than a millionth of its distance from zero is widened.
+        let least = if middle == 0.0 { 1.0 } else { 1e-6 * middle.abs() };
+        if self.high - self.low < least {
+            return Self { low: middle - 0.5 * least, high: middle + 0.5 * least };
+        }
+        let pad = share * (self.high - self.low);
+        Self { low: self.low - pad, high: self.high + pad }
+    }
+}
+
+/// How an axis counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Linear,
+    /// Linear, with ticks at whole numbers only.
+    Whole,
+    /// Logarithmic; the range is positive.
+    Log,
+}
+
+/// The range of an axis and how values are placed in it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Scale {
+    extent: Option<Extent>,
+    kind: Kind,
+}
+
+impl Scale {
+    /// A linear axis; without an extent it has no ticks and says "no data".
+    pub(crate) fn linear(extent: Option<Extent>) -> Self {
+        Self { extent: extent.map(|extent| extent.padded(0.0)), kind: Kind::Linear }
+    }
+
+    pub(crate) fn whole(extent: Option<Extent>) -> Self {
+        Self { kind: Kind::Whole, ..Self::linear(extent) }
+    }
+
+    /// A logarithmic axis; an extent that reaches zero counts as none.
+    pub(crate) fn log(extent: Option<Extent>) -> Self {
+        let extent = extent.filter(|extent| extent.low > 0.0);
+        let widened = extent.map(|Extent { low, high }| Extent { low, high: high.max(low * 1.01) });
+        Self { extent: widened, kind: Kind::Log }
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.extent.is_none()
+    }
+
+    pub(crate) fn extent(&self) -> Option<Extent> {
+        self.extent
+    }
+
+    /// The same axis in other units: a linear axis times `factor` plus `offset`.
+    pub(crate) fn converted(&self, factor: f64, offset: f64) -> Self {
+        let convert = |value: f64| factor * value + offset;
+        let extent = self.extent.map(|e| Extent { low: convert(e.low), high: convert(e.high) });
+        Self { extent, kind: Kind::Linear }
+    }
+
+    /// Place of a value: 0 at the low end, 1 at the high end, beyond them outside; `None` where it has no place.
+    pub(crate) fn share(&self, value: f64) -> Option<f64> {
+        let Extent { low, high } = self.extent?;
+        match self.kind {
+            Kind::Log if value > 0.0 => Some((value / low).log10() / (high / low).log10()),
+            Kind::Log => None,
+            _ => Some((value - low) / (high - low)),
+        }
+        .filter(|&share| is_drawable(value) && is_drawable(share))
+    }
+
+    /// Labelled ticks, about `at_most`.
+    pub(crate) fn ticks(&self, at_most: usize) -> Vec<Tick> {
+        let Some(Extent { low, high }) = self.extent else { return Vec::new() };
+        match self.kind {
+            Kind::Linear => linear_ticks(low, high, at_most),
+            Kind::Whole => whole_ticks(low, high, at_most),
+            Kind::Log => {
+                let decades = decade_ticks(low, high, at_most);
+                if decades.len() < 2 { linear_ticks(low, high, at_most) } else { decades }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_without_a_place_are_left_out() {
+        let extent = Extent::of([f64::NAN, 2.0, f64::INFINITY, -1.0, 1e300]);
+        assert_eq!(extent, Some(Extent { low: -1.0, high: 2.0 }));
+        assert_eq!(Extent::of([f64::NAN]), None);
+        assert_eq!(Scale::linear(extent).share(f64::NAN), None);
+        assert_eq!(Scale::linear(None).share(1.0), None);
+    }
+
+    #[test]
+    fn a_single_value_gets_a_range_with_ticks() {
+        for value in [0.0, 5.0, -3e9, 1e-12] {
+            let scale = Scale::linear(Extent::of([value]).map(|extent| extent.padded(0.05)));
+            assert_eq!(scale.share(value), Some(0.5), "{value}");
+            assert!(!scale.ticks(4).is_empty(), "{value}");
+        }
+    }
+
+    #[test]
+    fn a_logarithmic_axis_has_equal_decades_and_no_zero() {
+        let scale = Scale::log(Some(Extent { low: 1e-4, high: 1.0 }));
+        // Exact but for the rounding of the logarithms.
+        assert!((scale.share(1e-2).unwrap() - 0.5).abs() < 1e-12);
+        assert_eq!(scale.share(0.0), None);
+        assert!(Scale::log(Some(Extent { low: 0.0, high: 1.0 })).is_empty());
+    }
+}

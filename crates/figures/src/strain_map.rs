@@ -1,0 +1,109 @@
+use std::path::Path;
+
+use ndarray::ArrayView2;
+
+use crate::colour::sequential;
+use crate::drawing::{Dash, Drawing};
+use crate::heat_map::{Cells, ColourScale, Summary, check_times};
+use crate::map_row::{self, MapPanel, MapTrace};
+use crate::{FigureError, output};
+
+/// One strain map of a chain over gaps and time.
+#[derive(Debug, Clone, Copy)]
+pub struct StrainMapPanel<'a> {
+    /// Title, such as `experiment`.
+    pub title: &'a str,
+    /// Sample times in seconds, increasing.
+    pub times_s: &'a [f64],
+    /// Strain u_n, negative in compression, shape `[gap, time]`, from gap 1; `None` where it was not measured.
+    pub strain: ArrayView2<'a, Option<f64>>,
+    /// Gap and time in seconds of the leading pulse's peak, drawn dotted.
+    pub peak_trace: &'a [(f64, f64)],
+    /// Gap and time in seconds of the leading edge, drawn dashed.
+    pub leading_edge: &'a [(f64, f64)],
+}
+
+/// Draws strain maps beside each other with one colour scale (the paper's Fig. 2 a-c).
+///
+/// With many samples, a cell shows the mean of neighbouring samples, so that no map has more than 300 rows. Cells that
+/// were not measured are hatched.
+///
+/// # Errors
+/// [`FigureError`] when there is no panel, the columns of a map do not fit its times, times do not increase, or a file
+/// cannot be written.
+pub fn strain_map(stem: &Path, panels: &[StrainMapPanel]) -> Result<(), FigureError> {
+    output::write(stem, &layout(stem, panels)?)
+}
+
+fn layout(stem: &Path, panels: &[StrainMapPanel]) -> Result<Drawing, FigureError> {
+    if panels.is_empty() {
+        return Err(FigureError::NoPanels { stem: stem.into() });
+    }
+    panels.iter().try_for_each(|panel| check_times(stem, panel.times_s, &panel.strain))?;
+    let maps: Vec<MapPanel> = panels.iter().map(map_panel).collect();
+    let values = maps.iter().flat_map(|map| map.cells.measured()).collect();
+    map_row::draw(&maps, &ColourScale::covering(values, sequential), "compressive strain (%)")
+}
+
+fn map_panel(panel: &StrainMapPanel) -> MapPanel {
+    let in_ms = |points: &[(f64, f64)]| points.iter().map(|&(gap, t_s)| (gap, 1e3 * t_s)).collect();
+    MapPanel {
+        title: panel.title.into(),
+        // Percent, positive in compression.
+        cells: Cells::over_time(panel.times_s, &panel.strain, -100.0, Summary::Mean),
+        traces: vec![
+            MapTrace {
+                name: "peak of the leading pulse",
+                dash: Dash::Dotted,
+                points: in_ms(panel.peak_trace),
+            },
+            MapTrace { name: "leading edge", dash: Dash::Dashed, points: in_ms(panel.leading_edge) },
+        ],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndarray::Array2;
+
+    fn panel<'a>(times_s: &'a [f64], strain: &'a Array2<Option<f64>>) -> StrainMapPanel<'a> {
+        StrainMapPanel { title: "model", times_s, strain: strain.view(), peak_trace: &[], leading_edge: &[] }
+    }
+
+    #[test]
+    fn axes_and_colour_bar_are_labelled_and_nothing_overlaps() {
+        let times_s: Vec<f64> = (0..400).map(|i| 4e-5 * f64::from(i)).collect();
+        let strain = Array2::from_shape_fn((25, 400), |(n, i)| {
+            Some(-0.05 * (0.3 * (n as f64) - 0.02 * i as f64).sin())
+        });
+        for count in 1..=4 {
+            let drawing = layout(Path::new("x"), &vec![panel(&times_s, &strain); count]).unwrap();
+            drawing.assert_readable();
+            let texts: Vec<String> = drawing.text_frames().into_iter().map(|(text, _)| text).collect();
+            for label in ["gap number n", "time (ms)", "compressive strain (%)"] {
+                assert!(texts.iter().any(|text| text == label), "{label}");
+            }
+        }
+    }
+
+    #[test]
+    fn degenerate_maps_give_an_error_or_say_no_data() {
+        let stem = Path::new("folder/figure");
+        assert!(layout(stem, &[]).unwrap_err().to_string().contains("folder/figure"));
+        let strain = Array2::from_elem((3, 2), Some(0.1));
+        assert!(layout(stem, &[panel(&[0.0], &strain)]).unwrap_err().to_string().contains("expected 1"));
+        assert!(layout(stem, &[panel(&[0.0, f64::NAN], &strain)]).is_err());
+        assert!(layout(stem, &[panel(&[1.0, 1.0], &strain)]).is_err());
+        for (lost, times_s) in [
+            (Array2::from_elem((3, 2), None), vec![0.0, 1.0]),
+            (Array2::from_elem((0, 2), None), vec![0.0, 1.0]),
+            (Array2::from_elem((3, 0), None), vec![]),
+            (Array2::from_elem((1, 1), Some(f64::NAN)), vec![0.0]),
+        ] {
+            let drawing = layout(stem, &[panel(&times_s, &lost)]).unwrap();
+            assert!(drawing.text_frames().iter().any(|(text, _)| text == "no data"), "{lost:?}");
+        }
+        assert!(layout(stem, &[panel(&[0.0], &Array2::from_elem((1, 1), Some(0.0)))]).is_ok());
+    }
+}
