@@ -6,9 +6,9 @@
 //! the paper. Two quantities are fitted along, because the measurement knows them only so well: the striker's velocity (with
 //! its prior) and the instant of the impact against the mean trigger.
 //!
-//! The measured motion is a mean over trials whose drives scatter by about 2 %, and the chain is not linear. So is the
-//! model's: the mean of two runs at one standard deviation below and above the striker's velocity, which equals the mean over
-//! the scatter to second order.
+//! The measured motion is a mean over trials whose drives scatter by about 2 %, and the chain is not linear. So the model's is
+//! a mean too, of two runs at the nodes of the Gauss quadrature for the drives' own distribution: exact to third order in
+//! their deviations. The scale of the deviations is fitted along with a prior.
 
 mod prediction;
 mod problem;
@@ -30,8 +30,10 @@ pub struct DampingModel {
     pub chain: Chain,
     /// The striker's mean velocity as known beforehand, in metres per second.
     pub striker_velocity_m_per_s: Estimate,
-    /// Standard deviation of the drive over the recordings behind the motion, relative to its mean.
-    pub drive_scatter: f64,
+    /// Drive of each recording behind the motion, relative to the mean drive, less one.
+    pub drive_deviations: Vec<f64>,
+    /// Relative standard uncertainty of the scale of these deviations.
+    pub drive_scale_sigma: f64,
     /// Distance between neighbouring bodies, in metres.
     pub pitch_m: f64,
 }
@@ -47,6 +49,8 @@ pub struct DampingFit {
     pub correlation: f64,
     /// The striker's mean velocity, in metres per second.
     pub striker_velocity_m_per_s: Estimate,
+    /// Factor on the drives' deviations, which the fit moves within its prior.
+    pub drive_scale: f64,
     /// Instant of the impact after the mean trigger, in seconds; `None` where the comparison does not know time.
     pub impact_time_s: Option<Estimate>,
     /// Sum of squared whitened residuals over their number less the parameters; near 1 (or below, where interpolated samples
@@ -136,7 +140,8 @@ pub fn fit_peak_energies(
         return Err(FitError::TooFew { what: "energies' replicas", expected: found + 3, found: n_replicas });
     }
     let correction = (n_replicas - 1) as f64 / (n_replicas - found - 2) as f64;
-    let whiten = cholesky_whitening(&(&energies.covariance_j2 * correction), "peak energies")?;
+    let covariance_j2 = &energies.covariance_j2 * correction;
+    let whiten = cholesky_whitening(&covariance_j2, "peak energies")?;
     let comparison = Comparison {
         measured: whiten(energies.energy_j.iter().map(|energy| energy.value).collect()),
         predict: Box::new(|prediction: &Prediction, _: f64| {
@@ -162,6 +167,7 @@ pub fn fitted_motion(
         chain_damping_kg_per_s: fit.chain_damping_kg_per_s.value,
         striker_damping_kg_per_s: fit.striker_damping_kg_per_s.value,
         striker_velocity_m_per_s: fit.striker_velocity_m_per_s.value,
+        drive_scale: fit.drive_scale,
         impact_time_s: fit.impact_time_s.map_or(0.0, |time| time.value),
     };
     let duration_s = times_s.last().copied().unwrap_or(0.0) + 2.0 * interval_s(times_s);

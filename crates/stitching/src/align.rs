@@ -36,8 +36,10 @@ pub(crate) struct Response {
     pub(crate) slope_m: f64,
     /// Q_n(t), metres.
     pub(crate) curvature_m: f64,
-    /// Mean velocity, metres per second.
+    /// Velocity at s = 0, metres per second.
     pub(crate) velocity_m_per_s: f64,
+    /// Its derivative by s.
+    velocity_slope_m_per_s: f64,
     /// Covariance of (X, S, Q) in square metres.
     covariance: Matrix3<f64>,
     /// Covariance of the mean motion with (X, S, Q), in square metres.
@@ -53,16 +55,16 @@ impl Response {
         let (slope, curvature) = (prior.slope_m.powi(-2), prior.curvature_m.powi(-2));
         let mut normal = Matrix3::new(slope, -slope, 0.0, -slope, slope, 0.0, 0.0, 0.0, curvature);
         let mut right_side = Vector3::zeros();
-        let (mut velocity, mut total) = (0.0, 0.0);
+        let mut right_side_rate = Vector3::zeros();
         for contribution in contributions {
             let basis = basis(drive[contribution.recording]);
             normal += basis * basis.transpose() * contribution.weight();
             right_side += basis * (contribution.weight() * contribution.read.value);
-            velocity += contribution.weight() * contribution.read.rate;
-            total += contribution.weight();
+            right_side_rate += basis * (contribution.weight() * contribution.read.rate);
         }
         let covariance = normal.try_inverse().unwrap_or_default();
         let fitted = covariance * right_side;
+        let rates = covariance * right_side_rate;
         let mean_basis = drive.iter().map(|s| basis(*s)).sum::<Vector3<f64>>() / drive.len() as f64;
         let mean_covariance = mean_basis.transpose() * covariance;
         Self {
@@ -70,7 +72,8 @@ impl Response {
             origin_m: fitted[0],
             slope_m: fitted[1],
             curvature_m: fitted[2],
-            velocity_m_per_s: velocity / total,
+            velocity_m_per_s: rates[0],
+            velocity_slope_m_per_s: rates[1],
             covariance,
             mean_covariance,
             variance_m2: (mean_covariance * mean_basis)[0],
@@ -105,8 +108,9 @@ impl Response {
     }
 
     /// Derivatives of a recording's residual by its drive deviation and its trigger offset.
-    fn residual_slopes(&self, drive: f64) -> [f64; 2] {
-        [-(self.slope_m + 2.0 * drive * self.curvature_m), self.velocity_m_per_s]
+    pub(crate) fn residual_slopes(&self, drive: f64) -> [f64; 2] {
+        let velocity_m_per_s = self.velocity_m_per_s + drive * self.velocity_slope_m_per_s;
+        [-(self.slope_m + 2.0 * drive * self.curvature_m), velocity_m_per_s]
     }
 }
 

@@ -21,6 +21,7 @@
 
 mod align;
 mod error;
+mod gauge;
 mod merge;
 mod observation;
 mod resample;

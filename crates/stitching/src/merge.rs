@@ -1,8 +1,9 @@
 use chainwave_measurement::{ChainMotion, ErrorMode, Estimate};
-use nalgebra::{DMatrix, Matrix2, Vector2};
+use nalgebra::DMatrix;
 use ndarray::Array2;
 
 use crate::align::{Contribution, NormalEquations, Prior, Response, ResponsePrior};
+use crate::gauge::Gauge;
 use crate::resample::Stencil;
 use crate::rest::{Displacement, displacement_from_rest};
 use crate::{Observation, StitchingError};
@@ -33,7 +34,7 @@ impl Settings {
             rest_until_s: -trigger_margin_s,
             drive_prior: 0.05,
             slope_prior: 1.0,
-            curvature_prior: 3.0,
+            curvature_prior: 1.0,
         }
     }
 }
@@ -83,9 +84,11 @@ pub fn merge(observations: &[Observation], settings: &Settings) -> Result<Stitch
     loop {
         rounds += 1;
         let field = stitch.responses();
-        let (change, covariance) = stitch.align(&field)?;
+        // Where trials are too alike the full step overshoots; half of it settles.
+        let step = if rounds <= 10 { 1.0 } else { 0.5 };
+        let (change, covariance) = stitch.align(&field, step)?;
         if change < 1e-5 || rounds == MAX_ROUNDS {
-            let covariance = stitch.fix_gauge(&stitch.responses(), covariance);
+            let covariance = stitch.fix_gauge(covariance);
             let field = stitch.responses();
             return Ok(stitch.finish(&field, &covariance, rounds));
         }
@@ -181,8 +184,8 @@ impl<'a> Stitch<'a> {
             .collect()
     }
 
-    /// One joint least-squares step for all drives and offsets; the largest change, in drives' priors and frames.
-    fn align(&mut self, field: &Field) -> Result<(f64, DMatrix<f64>), StitchingError> {
+    /// Part of a joint least-squares step for all drives and offsets; the largest change, in drives' priors and frames.
+    fn align(&mut self, field: &Field, step: f64) -> Result<(f64, DMatrix<f64>), StitchingError> {
         let n = self.observations.len();
         let mut equations = NormalEquations::new(n);
         for (contributions, response) in field.iter().flatten().filter(|(all, _)| all.len() > 1) {
@@ -196,50 +199,22 @@ impl<'a> Stitch<'a> {
         for r in 0..n {
             change = change.max(solution[r].abs() / self.settings.drive_prior);
             change = change.max(solution[n + r].abs() / self.frame_interval_s);
-            self.drive[r] += solution[r];
-            self.offsets_s[r] += solution[n + r];
+            self.drive[r] += step * solution[r];
+            self.offsets_s[r] += step * solution[n + r];
         }
         Ok((change, covariance))
     }
 
-    /// Tells trigger offsets from drives.
-    ///
-    /// A later trigger and a drive that delays every body look alike (S -> S + b dX/dt, tau -> tau - b s changes nothing), and
-    /// the scale of s is free against that of S. What holds is that the first body starts at the impact and in proportion to the
-    /// drive: b and the scale make its S equal its X until it has moved a quarter of its way.
-    fn fix_gauge(&mut self, field: &Field, covariance: DMatrix<f64>) -> DMatrix<f64> {
-        let Some(first) = field.iter().find(|of_body| of_body.iter().any(|(all, _)| all.len() > 2)) else {
-            return covariance;
-        };
-        let furthest = first.iter().map(|(_, response)| response.motion_m.abs()).fold(0.0, f64::max);
-        let onset = first.iter().take_while(|(_, response)| response.motion_m.abs() < 0.25 * furthest);
-        // S is noisy and X is not: S = scale X + delay dX/dt by least squares.
-        let (mut normal, mut right_side) = (Matrix2::zeros(), Vector2::zeros());
-        for (_, response) in onset {
-            let columns = Vector2::new(response.motion_m, response.velocity_m_per_s);
-            normal += columns * columns.transpose();
-            right_side += columns * response.slope_m;
+    /// Fixes what the readings leave open by the first body's onset; the covariance of the result.
+    fn fix_gauge(&mut self, covariance: DMatrix<f64>) -> DMatrix<f64> {
+        let field = self.responses();
+        let seen_often =
+            |of_body: &&Vec<(Vec<Contribution>, Response)>| of_body.iter().any(|(all, _)| all.len() > 2);
+        let onset = field.iter().find(seen_often).map(|of_body| of_body.iter().map(|(_, response)| response));
+        match onset.and_then(Gauge::from_onset) {
+            Some(gauge) => gauge.fix(&mut self.drive, &mut self.offsets_s, covariance),
+            None => covariance,
         }
-        let Some(solution) = normal.try_inverse().map(|inverse| inverse * right_side) else {
-            return covariance;
-        };
-        let (scale, delay_s) = (solution[0], solution[1]);
-        // Far from 1 the onset holds too few samples to tell, and the prior's own gauge (S near X) stays.
-        if !(0.3..3.0).contains(&scale) {
-            return covariance;
-        }
-        let n = self.drive.len();
-        for (drive, offset_s) in self.drive.iter_mut().zip(&mut self.offsets_s) {
-            *offset_s -= delay_s * *drive;
-            *drive *= scale;
-        }
-        let transform = DMatrix::from_fn(2 * n, 2 * n, |row, column| match (row < n, column < n) {
-            (true, true) if row == column => scale,
-            (false, false) if row == column => 1.0,
-            (false, true) if row - n == column => -delay_s,
-            _ => 0.0,
-        });
-        &transform * covariance * transform.transpose()
     }
 
     fn finish(&self, field: &Field, covariance: &DMatrix<f64>, rounds: usize) -> Stitched {
@@ -339,8 +314,8 @@ impl<'a> Stitch<'a> {
         Array2::from_shape_fn((field.len(), self.times_s.len()), |(row, i)| {
             let (contributions, response) = &field[row][i];
             let error = |c: &Contribution| {
-                response.velocity_m_per_s * direction[n + c.recording]
-                    - response.slope_m * direction[c.recording]
+                let [by_drive, by_offset] = response.residual_slopes(self.drive[c.recording]);
+                by_drive * direction[c.recording] + by_offset * direction[n + c.recording]
             };
             contributions.iter().map(|c| response.gain(c, &self.drive) * error(c)).sum()
         })

@@ -165,3 +165,27 @@ fn contradictions_are_refused() {
     late[0].times_s.iter_mut().for_each(|time| *time += 1.0);
     assert!(merge(&late, &settings).unwrap_err().to_string().contains("rest"));
 }
+#[test]
+fn debug() {
+    for seed in 0..20 {
+        let experiment = experiment(seed);
+        let stitched = stitch(&experiment.observations);
+        let e = errors(&experiment, &stitched);
+        let rms = (e.iter().map(|x| x.0 * x.0).sum::<f64>() / e.len() as f64).sqrt() * 1e6;
+        let z = (e.iter().map(|x| (x.0 / x.1).powi(2)).sum::<f64>() / e.len() as f64).sqrt();
+        println!(
+            "{seed} rms {rms:.3} z {z:.2} rounds {} s {:?}",
+            stitched.rounds,
+            stitched
+                .alignments
+                .iter()
+                .zip(&experiment.trials)
+                .take(3)
+                .map(|(a, t)| (
+                    a.drive_deviation.value / t.drive,
+                    (a.trigger_offset_s.value - t.offset_s) * 1e6
+                ))
+                .collect::<Vec<_>>()
+        );
+    }
+}

@@ -1,5 +1,5 @@
 use chainwave_measurement::Trajectory;
-use chainwave_mechanics::{Chain, Drive, MechanicsError, Schedule, Simulation, Striker, simulate};
+use chainwave_mechanics::{Chain, Drive, Schedule, Simulation, Striker, simulate};
 use ndarray::Array2;
 
 use super::{DampingModel, FitError};
@@ -10,12 +10,14 @@ pub(super) struct Parameters {
     pub(super) chain_damping_kg_per_s: f64,
     pub(super) striker_damping_kg_per_s: f64,
     pub(super) striker_velocity_m_per_s: f64,
+    /// Factor on the deviations of the recordings' drives.
+    pub(super) drive_scale: f64,
     pub(super) impact_time_s: f64,
 }
 
-/// The model's answer: the mean of its runs at a slower and a faster drive.
+/// The model's answer: the weighted mean of its runs at a slower and a faster drive.
 pub(super) struct Prediction {
-    runs: Vec<Simulation>,
+    runs: Vec<(f64, Simulation)>,
     interval_s: f64,
 }
 
@@ -26,15 +28,16 @@ impl Prediction {
         duration_s: f64,
         output_interval_s: f64,
     ) -> Result<Self, FitError> {
-        let drives: &[f64] = if model.drive_scatter > 0.0 { &[-1.0, 1.0] } else { &[0.0] };
         let schedule = Schedule { duration_s, output_interval_s, dt_s: None };
-        let run = |sign: &f64| -> Result<Simulation, FitError> {
-            let velocity_m_per_s = parameters.striker_velocity_m_per_s * (1.0 + sign * model.drive_scatter);
+        let run = |(weight, deviation): (f64, f64)| -> Result<(f64, Simulation), FitError> {
+            let faster = 1.0 + parameters.drive_scale * deviation;
+            let velocity_m_per_s = parameters.striker_velocity_m_per_s * faster;
             let chain =
                 with_parameters(&model.chain, parameters, velocity_m_per_s).ok_or(FitError::NoStriker)?;
-            simulate(&chain, &schedule).map_err(|error: MechanicsError| FitError::Model(error))
+            Ok((weight, simulate(&chain, &schedule)?))
         };
-        Ok(Self { runs: drives.iter().map(run).collect::<Result<_, _>>()?, interval_s: output_interval_s })
+        let runs = quadrature(&model.drive_deviations).into_iter().map(run).collect::<Result<_, _>>()?;
+        Ok(Self { runs, interval_s: output_interval_s })
     }
 
     /// Number of simulations behind the prediction.
@@ -44,8 +47,7 @@ impl Prediction {
 
     /// Peak potential energy of a gap (from 1), in joules.
     pub(super) fn psi_max_j(&self, gap: usize) -> f64 {
-        let sum: f64 = self.runs.iter().filter_map(|run| run.psi_max_j.get(gap - 1)).sum();
-        sum / self.runs.len() as f64
+        self.runs.iter().filter_map(|(weight, run)| Some(weight * run.psi_max_j.get(gap - 1)?)).sum()
     }
 
     /// Displacements at times after the trigger, shape `[body, time]`.
@@ -55,14 +57,13 @@ impl Prediction {
 
     /// Motion at times after the trigger: cubic Hermite interpolation between outputs, at rest before the impact.
     pub(super) fn trajectory(&self, times_s: &[f64], impact_time_s: f64) -> Trajectory {
-        let n_bodies = self.runs.first().map_or(0, |run| run.trajectory.displacement_m.nrows());
+        let n_bodies = self.runs.first().map_or(0, |(_, run)| run.trajectory.displacement_m.nrows());
         let mut moved = Trajectory {
             times_s: times_s.to_vec(),
             displacement_m: Array2::zeros((n_bodies, times_s.len())),
             velocity_m_per_s: Array2::zeros((n_bodies, times_s.len())),
         };
-        let share = 1.0 / self.runs.len() as f64;
-        for run in &self.runs {
+        for (weight, run) in &self.runs {
             for (i, time_s) in times_s.iter().enumerate() {
                 let since_impact_s = time_s - impact_time_s;
                 if since_impact_s <= 0.0 {
@@ -70,13 +71,30 @@ impl Prediction {
                 }
                 for body in 0..n_bodies {
                     let (x, v) = hermite(&run.trajectory, body, since_impact_s, self.interval_s);
-                    moved.displacement_m[(body, i)] += share * x;
-                    moved.velocity_m_per_s[(body, i)] += share * v;
+                    moved.displacement_m[(body, i)] += weight * x;
+                    moved.velocity_m_per_s[(body, i)] += weight * v;
                 }
             }
         }
         moved
     }
+}
+
+/// Weights and nodes of the two-point Gauss quadrature whose mean, mean square and mean cube are those of the deviations from
+/// their mean; one node where they do not scatter.
+fn quadrature(deviations: &[f64]) -> Vec<(f64, f64)> {
+    let n = deviations.len().max(1) as f64;
+    let mean = deviations.iter().sum::<f64>() / n;
+    let moment =
+        |power: i32| deviations.iter().map(|deviation| (deviation - mean).powi(power)).sum::<f64>() / n;
+    let sigma = moment(2).sqrt();
+    if sigma < 1e-12 {
+        return vec![(1.0, mean)];
+    }
+    let skewness = moment(3) / sigma.powi(3);
+    let root = (skewness * skewness + 4.0).sqrt();
+    let (low, high) = (0.5 * (skewness - root), 0.5 * (skewness + root));
+    vec![(high / root, mean + sigma * low), (-low / root, mean + sigma * high)]
 }
 
 /// The chain with trial values in place; negative dampings are mirrored, so the search may step across zero.
@@ -103,4 +121,22 @@ fn hermite(trajectory: &Trajectory, body: usize, time_s: f64, interval_s: f64) -
     let x = x0 + u * (v0 + u * (square + u * cubic));
     let v = (v0 + u * (2.0 * square + 3.0 * u * cubic)) / interval_s;
     (x, v)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_quadrature_has_the_first_three_moments() {
+        let deviations = [0.01, -0.02, 0.03, 0.0, -0.005];
+        let nodes = quadrature(&deviations);
+        for power in 0..=3 {
+            let wanted = deviations.iter().map(|x: &f64| (x - 0.003).powi(power)).sum::<f64>() / 5.0;
+            let found: f64 = nodes.iter().map(|(weight, x)| weight * (x - 0.003).powi(power)).sum();
+            // Rounding of terms of at most 1.
+            assert!((found - wanted).abs() < 1e-15, "moment {power}");
+        }
+        assert_eq!(quadrature(&[0.0, 0.0]), vec![(1.0, 0.0)]);
+    }
 }

@@ -38,7 +38,7 @@ pub(super) fn minimise(model: &DampingModel, comparison: &Comparison<'_>) -> Res
 struct Problem<'a> {
     model: &'a DampingModel,
     comparison: &'a Comparison<'a>,
-    scales: [f64; 4],
+    scales: [f64; 5],
     parameters: DVector<f64>,
     n_simulations: std::cell::Cell<u64>,
     failure: std::cell::Cell<Option<FitError>>,
@@ -53,9 +53,15 @@ impl<'a> Problem<'a> {
         // Natural scales: a damping of 1 % of critical for a body and 10 % for the contact, 1 % of the speed, a frame.
         let critical = 2.0 * (model.chain.contact.k_0_n_per_m() * model.chain.mass_kg[0]).sqrt();
         let velocity_m_per_s = model.striker_velocity_m_per_s.value;
-        let scales = [0.01 * critical, 0.1 * critical, 0.01 * velocity_m_per_s, comparison.output_interval_s];
-        let start = [mean_damping, striker.damping_kg_per_s, striker.velocity_m_per_s, 0.0];
-        let n = if comparison.knows_time { 4 } else { 3 };
+        let scales = [
+            0.01 * critical,
+            0.1 * critical,
+            0.01 * velocity_m_per_s,
+            model.drive_scale_sigma,
+            comparison.output_interval_s,
+        ];
+        let start = [mean_damping, striker.damping_kg_per_s, striker.velocity_m_per_s, 1.0, 0.0];
+        let n = if comparison.knows_time { 5 } else { 4 };
         Ok(Self {
             model,
             comparison,
@@ -72,11 +78,12 @@ impl<'a> Problem<'a> {
             chain_damping_kg_per_s: value(0),
             striker_damping_kg_per_s: value(1),
             striker_velocity_m_per_s: value(2),
-            impact_time_s: value(3),
+            drive_scale: value(3),
+            impact_time_s: value(4),
         }
     }
 
-    /// Whitened residuals, and last the striker's velocity against its prior.
+    /// Whitened residuals, and last the striker's velocity and the drives' scale against their priors.
     fn residuals_at(&self, scaled: &DVector<f64>) -> Result<DVector<f64>, FitError> {
         let parameters = self.values(scaled);
         let comparison = self.comparison;
@@ -86,7 +93,8 @@ impl<'a> Problem<'a> {
         let residuals = (comparison.predict)(&prediction, parameters.impact_time_s) - &comparison.measured;
         let prior = self.model.striker_velocity_m_per_s;
         let deviation = (parameters.striker_velocity_m_per_s - prior.value) / prior.sigma;
-        Ok(residuals.push(deviation))
+        let scale_deviation = (parameters.drive_scale - 1.0) / self.model.drive_scale_sigma;
+        Ok(residuals.push(deviation).push(scale_deviation))
     }
 
     fn jacobian_at(&self, scaled: &DVector<f64>) -> Result<DMatrix<f64>, FitError> {
@@ -122,7 +130,8 @@ impl<'a> Problem<'a> {
             striker_damping_kg_per_s: damping(1),
             correlation: covariance[(0, 1)] / (covariance[(0, 0)] * covariance[(1, 1)]).sqrt(),
             striker_velocity_m_per_s: estimate(2),
-            impact_time_s: self.comparison.knows_time.then(|| estimate(3)),
+            drive_scale: estimate(3).value,
+            impact_time_s: self.comparison.knows_time.then(|| estimate(4)),
             reduced_chi_squared,
             n_residuals: residuals.len(),
             n_simulations: self.n_simulations.get(),

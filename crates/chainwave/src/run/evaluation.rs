@@ -93,8 +93,6 @@ fn damping_model(job: &Job, stitched: &Stitched, contact: PowerLaw) -> DampingMo
     let experiment = &job.experiment;
     let n_trials = stitched.alignments.len() as f64;
     let velocity_m_per_s = experiment.striker.velocity_m_per_s.get();
-    let scatter =
-        stitched.alignments.iter().map(|alignment| alignment.drive_deviation.value.powi(2)).sum::<f64>();
     DampingModel {
         chain: Chain {
             mass_kg: vec![experiment.chain.mass_kg.get(); experiment.chain.n_bodies],
@@ -111,11 +109,14 @@ fn damping_model(job: &Job, stitched: &Stitched, contact: PowerLaw) -> DampingMo
             velocity_m_per_s,
             experiment.striker.velocity_sigma_m_per_s.get() / n_trials.sqrt(),
         ),
-        drive_scatter: (scatter / n_trials).sqrt(),
+        drive_deviations: stitched.alignments.iter().map(|one| one.drive_deviation.value).collect(),
+        drive_scale_sigma: DRIVE_SCALE_SIGMA,
         pitch_m: experiment.chain.pitch_m.get(),
     }
 }
 
+/// The onset of the first body tells the scale of the drives to a few per cent.
+const DRIVE_SCALE_SIGMA: f64 = 0.05;
 /// Where the fit of c_d begins: light damping, 0.04 % of critical for one HEC. The end does not depend on it.
 const STARTING_DAMPING_KG_PER_S: f64 = 1e-3;
 /// Where the fit of c_s begins.
