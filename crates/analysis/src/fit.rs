@@ -18,7 +18,8 @@ use chainwave_measurement::{ChainMotion, Estimate, Trajectory};
 use chainwave_mechanics::{Chain, MechanicsError};
 use ndarray::Array2;
 
-use crate::{PeakEnergies, StrainMap};
+use crate::strain::strain_of_checked;
+use crate::{FrontSettings, PeakEnergies, StrainMap, exact_motion, leading_pulses, peak_energies};
 use prediction::{Parameters, Prediction};
 use problem::{Comparison, minimise};
 use whitening::{FieldWhitening, cholesky_whitening};
@@ -117,18 +118,25 @@ pub fn fit_strain_field(motion: &ChainMotion, model: &DampingModel) -> Result<Da
     minimise(model, &comparison)
 }
 
+/// How the peak energies were measured, so that the model's are measured alike.
+#[derive(Debug, Clone, Copy)]
+pub struct EnergyMeasurement<'a> {
+    /// Time base of the motion behind the energies, in seconds: a peak counts while it was filmed.
+    pub times_s: &'a [f64],
+    /// How the leading pulse was found.
+    pub front: &'a FrontSettings,
+    /// Replicas behind the covariance. Its inverse, as an estimate, is too large by (n - 1)/(n - k - 2) for k energies
+    /// (Hartlap, Simon and Schneider 2007), which is taken out.
+    pub n_replicas: usize,
+}
+
 /// Fits c_d and c_s to the peak potential energies of the gaps, with their covariance (paper, Fig. 4).
-///
-/// `times_s` is the time base of the motion behind the energies: a peak counts while it was filmed. `n_replicas` is the number
-/// of replicas behind the covariance: its inverse, as an estimate, is too large by (n - 1)/(n - k - 2) for k energies (Hartlap,
-/// Simon and Schneider 2007), which is taken out.
 ///
 /// # Errors
 /// [`FitError`] as its variants say.
 pub fn fit_peak_energies(
     energies: &PeakEnergies,
-    n_replicas: usize,
-    times_s: &[f64],
+    measurement: &EnergyMeasurement<'_>,
     model: &DampingModel,
 ) -> Result<DampingFit, FitError> {
     const LEAST_GAPS: usize = 5;
@@ -136,22 +144,44 @@ pub fn fit_peak_energies(
     if found < LEAST_GAPS {
         return Err(FitError::TooFew { what: "peak energies", expected: LEAST_GAPS, found });
     }
-    if n_replicas < found + 3 {
-        return Err(FitError::TooFew { what: "energies' replicas", expected: found + 3, found: n_replicas });
+    if measurement.n_replicas < found + 3 {
+        let found_replicas = measurement.n_replicas;
+        return Err(FitError::TooFew {
+            what: "energies' replicas",
+            expected: found + 3,
+            found: found_replicas,
+        });
     }
-    let correction = (n_replicas - 1) as f64 / (n_replicas - found - 2) as f64;
+    let correction = (measurement.n_replicas - 1) as f64 / (measurement.n_replicas - found - 2) as f64;
     let covariance_j2 = &energies.covariance_j2 * correction;
     let whiten = cholesky_whitening(&covariance_j2, "peak energies")?;
+    let interval_s = interval_s(measurement.times_s);
     let comparison = Comparison {
         measured: whiten(energies.energy_j.iter().map(|energy| energy.value).collect()),
         predict: Box::new(|prediction: &Prediction, _: f64| {
-            whiten(energies.gaps.iter().map(|gap| prediction.psi_max_j(*gap)).collect())
+            whiten(predicted_energies(prediction, &energies.gaps, measurement, model))
         }),
-        duration_s: times_s.last().copied().unwrap_or(0.0),
-        output_interval_s: interval_s(times_s),
+        duration_s: measurement.times_s.last().copied().unwrap_or(0.0) + 2.0 * interval_s,
+        output_interval_s: interval_s,
         knows_time: false,
     };
     minimise(model, &comparison)
+}
+
+/// Peak energies of the mean motion over the drives, found in it as in the measured motion.
+fn predicted_energies(
+    prediction: &Prediction,
+    gaps: &[usize],
+    measurement: &EnergyMeasurement<'_>,
+    model: &DampingModel,
+) -> Vec<f64> {
+    let moved = exact_motion(&prediction.trajectory(measurement.times_s, 0.0));
+    let map = strain_of_checked(&moved, model.pitch_m);
+    let pulses = leading_pulses(&map, measurement.front);
+    let energy_of = |overlap_m: f64| model.chain.contact.energy_j(overlap_m);
+    let energies_j = peak_energies(&map, &pulses, &energy_of, measurement.front.peak_fraction);
+    let found = |gap: &usize| energies_j.get(gap - 1).and_then(|energy| energy.ok());
+    gaps.iter().map(|gap| found(gap).unwrap_or_else(|| prediction.psi_max_j(*gap))).collect()
 }
 
 /// The fitted model's motion on a time base that starts before the impact.

@@ -1,1 +1,63 @@
-//! Placeholder.
+//! Digital image correlation: where a subset of a reference image lies in every frame of a recording, and how well
+//! that is known.
+//!
+//! - A subset is **prepared once** ([`PreparedSubset`]): its intensities, the steepest descent images and the inverse
+//!   of their Hessian depend on the reference alone, which is what makes the inverse-compositional Gauss-Newton
+//!   method (IC-GN) fast. It is **matched often**, in a [`Window`] of B-spline coefficients that covers the predicted
+//!   place and nothing else, so a recording costs what its subsets cost.
+//! - The criterion is ZNSSD: an unknown gain and offset of the light are eliminated exactly, by making the steepest
+//!   descent images orthogonal to a constant and to the reference.
+//! - Noise enters the gradients as well as the grey values. The gradients here come from a filter that is chosen by
+//!   the reference's own noise, and their noise is kept out of the Hessian, so that the estimate stays unbiased and
+//!   close to the Cramer-Rao bound at several percent of noise.
+//! - Every position has its standard uncertainty, from the residual and the Hessian, or the reason why there is none
+//!   ([`chainwave_measurement::Lost`]). [`track`] predicts from the subset's own past and falls back to a search.
+//!
+//! Measured on analytic Gaussian speckle (autocorrelation 4.5 px wide at half height, 17 % contrast, 12 bit), subsets
+//! of 33 x 33 px, one thread of an SSE2 build; `tests/ladder.rs` prints such a table on any machine. Bias is peak to
+//! peak over sub-pixel shifts without noise; the rest is at 2 % noise, where the noise floor is 10.1 mpx.
+//!
+//! | method | bias | std | in 1 sigma | in 95 % | subsets/s |
+//! |---|---|---|---|---|---|
+//! | opencv-lk | 24 mpx | 13.7 mpx | 69.5 % | 96.5 % | 41 000 |
+//! | icgn-linear-affine | 25 mpx | 13.9 mpx | 57.5 % | 88.8 % | 47 000 |
+//! | icgn-cubic-translation | 1.9 mpx | 10.4 mpx | 68.2 % | 95.0 % | 85 000 |
+//! | icgn-cubic-affine | 1.9 mpx | 10.5 mpx | 68.2 % | 95.3 % | 34 000 |
+//! | icgn-quintic-affine | 0.17 mpx | 10.5 mpx | 68.8 % | 95.1 % | 14 000 |
+//!
+//! Over two patterns with 30 draws of noise each, the affine quintic's error is 1.02 to 1.04 times the floor at 1 %,
+//! 1.03 to 1.05 at 2 % and 1.05 to 1.08 at 5 % noise. Neither interpolation's bias nor a mismatch of the shape
+//! function is in sigma: the intervals hold 68 +- 2 and 95 +- 1 % for quintic from 0.2 to 5 % noise and for cubic
+//! from 1 to 5 %; for linear they do not hold. At 10 % noise they hold some 66 and 93 %.
+//!
+//! Pixel (0, 0) is the centre of the top left pixel; x points right, y down.
+
+mod bspline;
+mod error;
+mod gradient;
+mod icgn;
+#[cfg(feature = "opencv")]
+mod lucas_kanade;
+mod method;
+mod predict;
+mod prepared;
+mod reference;
+mod sample;
+mod search;
+mod settings;
+mod sums;
+mod track;
+mod uncertainty;
+mod warp;
+mod window;
+
+pub use error::CorrelationError;
+pub use icgn::{Match, Workspace};
+#[cfg(feature = "opencv")]
+pub use lucas_kanade::track_lucas_kanade;
+pub use method::{METHODS, Method};
+pub use prepared::PreparedSubset;
+pub use reference::Reference;
+pub use settings::{Interpolation, ReferenceFrames, Settings, Shape};
+pub use track::track;
+pub use window::Window;

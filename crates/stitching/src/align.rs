@@ -107,6 +107,12 @@ impl Response {
         one.weight() * other.weight() * (left.transpose() * self.covariance * right)[0]
     }
 
+    /// Weight matrix of the readings once the response is fitted, for a pair of them.
+    fn free_weight(&self, one: &Contribution, other: &Contribution, drive: &[f64]) -> f64 {
+        let same = if one.recording == other.recording { one.weight() } else { 0.0 };
+        same - self.shared_weight(one, other, drive)
+    }
+
     /// Derivatives of a recording's residual by its drive deviation and its trigger offset.
     pub(crate) fn residual_slopes(&self, drive: f64) -> [f64; 2] {
         let velocity_m_per_s = self.velocity_m_per_s + drive * self.velocity_slope_m_per_s;
@@ -149,8 +155,7 @@ impl NormalEquations {
             let one_slopes = response.residual_slopes(s);
             for other in contributions {
                 let other_slopes = response.residual_slopes(drive[other.recording]);
-                let same = if one.recording == other.recording { one.weight() } else { 0.0 };
-                let free = same - response.shared_weight(one, other, drive);
+                let free = response.free_weight(one, other, drive);
                 for (kind, slope) in one_slopes.iter().enumerate() {
                     for (other_kind, other_slope) in other_slopes.iter().enumerate() {
                         let row = kind * self.n_recordings + one.recording;
@@ -189,6 +194,25 @@ impl NormalEquations {
         let centring = centring(n);
         Some((&centring * solution, &centring * covariance * &centring))
     }
+}
+
+/// What a constant error of one body's readings does to the right side of the normal equations: column r is the derivative by
+/// the error of recording r.
+pub(crate) fn offset_sensitivity(of_body: &[(Vec<Contribution>, Response)], drive: &[f64]) -> DMatrix<f64> {
+    let n = drive.len();
+    let mut sensitivity = DMatrix::zeros(2 * n, n);
+    for (contributions, response) in of_body {
+        for one in contributions {
+            let slopes = response.residual_slopes(drive[one.recording]);
+            for other in contributions {
+                let free = response.free_weight(one, other, drive);
+                for (kind, slope) in slopes.iter().enumerate() {
+                    sensitivity[(kind * n + one.recording, other.recording)] -= slope * free;
+                }
+            }
+        }
+    }
+    sensitivity
 }
 
 /// The projection that takes the mean out of the drives and out of the offsets.

@@ -23,6 +23,7 @@ mod align;
 mod error;
 mod gauge;
 mod merge;
+mod modes;
 mod observation;
 mod resample;
 mod rest;

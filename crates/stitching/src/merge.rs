@@ -1,9 +1,10 @@
-use chainwave_measurement::{ChainMotion, ErrorMode, Estimate};
+use chainwave_measurement::{ChainMotion, Estimate};
 use nalgebra::DMatrix;
 use ndarray::Array2;
 
 use crate::align::{Contribution, NormalEquations, Prior, Response, ResponsePrior};
-use crate::gauge::Gauge;
+use crate::gauge::{Exchange, Gauge};
+use crate::modes::{AlignmentDirection, AlignmentErrors};
 use crate::resample::Stencil;
 use crate::rest::{Displacement, displacement_from_rest};
 use crate::{Observation, StitchingError};
@@ -88,26 +89,26 @@ pub fn merge(observations: &[Observation], settings: &Settings) -> Result<Stitch
         let step = if rounds <= 10 { 1.0 } else { 0.5 };
         let (change, covariance) = stitch.align(&field, step)?;
         if change < 1e-5 || rounds == MAX_ROUNDS {
-            let covariance = stitch.fix_gauge(covariance);
-            let field = stitch.responses();
-            return Ok(stitch.finish(&field, &covariance, rounds));
+            let exchange = stitch.fix_gauge(&covariance);
+            stitch.trim_times();
+            return Ok(stitch.finish(&AlignmentErrors { covariance, exchange }, rounds));
         }
     }
 }
 
 /// The alignment under way.
-struct Stitch<'a> {
-    observations: &'a [Observation],
-    settings: &'a Settings,
-    displacements: Vec<Vec<Displacement>>,
-    times_s: Vec<f64>,
-    frame_interval_s: f64,
-    drive: Vec<f64>,
-    offsets_s: Vec<f64>,
+pub(crate) struct Stitch<'a> {
+    pub(crate) observations: &'a [Observation],
+    pub(crate) settings: &'a Settings,
+    pub(crate) displacements: Vec<Vec<Displacement>>,
+    pub(crate) times_s: Vec<f64>,
+    pub(crate) frame_interval_s: f64,
+    pub(crate) drive: Vec<f64>,
+    pub(crate) offsets_s: Vec<f64>,
 }
 
 /// All contributions and the fitted response at each body and time, row by row.
-type Field = Vec<Vec<(Vec<Contribution>, Response)>>;
+pub(crate) type Field = Vec<Vec<(Vec<Contribution>, Response)>>;
 
 impl<'a> Stitch<'a> {
     fn new(observations: &'a [Observation], settings: &'a Settings) -> Result<Self, StitchingError> {
@@ -205,24 +206,34 @@ impl<'a> Stitch<'a> {
         Ok((change, covariance))
     }
 
-    /// Fixes what the readings leave open by the first body's onset; the covariance of the result.
-    fn fix_gauge(&mut self, covariance: DMatrix<f64>) -> DMatrix<f64> {
+    /// Drops the times at both ends at which no body was measured.
+    fn trim_times(&mut self) {
+        let field = self.responses();
+        let measured = |i: &usize| field.iter().any(|of_body| !of_body[*i].0.is_empty());
+        let first = (0..self.times_s.len()).find(measured).unwrap_or(0);
+        let last = (0..self.times_s.len()).rfind(measured).unwrap_or(0);
+        self.times_s = self.times_s[first..=last].to_vec();
+    }
+
+    /// Fixes what the readings leave open by the first body's onset.
+    fn fix_gauge(&mut self, covariance: &DMatrix<f64>) -> Exchange {
         let field = self.responses();
         let seen_often =
             |of_body: &&Vec<(Vec<Contribution>, Response)>| of_body.iter().any(|(all, _)| all.len() > 2);
         let onset = field.iter().find(seen_often).map(|of_body| of_body.iter().map(|(_, response)| response));
         match onset.and_then(Gauge::from_onset) {
             Some(gauge) => gauge.fix(&mut self.drive, &mut self.offsets_s, covariance),
-            None => covariance,
+            None => Exchange::none(self.observations.len()),
         }
     }
 
-    fn finish(&self, field: &Field, covariance: &DMatrix<f64>, rounds: usize) -> Stitched {
+    fn finish(&self, errors: &AlignmentErrors, rounds: usize) -> Stitched {
+        let field = &self.responses();
         let shape = (self.settings.n_bodies, self.times_s.len());
         let ratios: Vec<f64> =
             field.iter().map(|of_body| self.scatter_ratio(of_body, |_| true).max(1.0)).collect();
-        let mut modes = self.alignment_modes(field, covariance);
-        modes.extend(self.rest_modes(field));
+        let directions = self.alignment_directions(field, errors);
+        let modes = self.error_modes(field, &directions);
         let mut motion = ChainMotion {
             times_s: self.times_s.clone(),
             displacement_m: Array2::from_elem(shape, None),
@@ -235,25 +246,24 @@ impl<'a> Stitch<'a> {
                 of_body.iter().enumerate().filter(|(_, (all, _))| !all.is_empty())
             {
                 let shared: f64 = motion.modes.iter().map(|mode| mode.displacement_m[(row, i)].powi(2)).sum();
-                let smoothed: f64 = contributions
-                    .iter()
-                    .map(|c| {
-                        (response.gain(c, &self.drive) * c.read.sigma).powi(2) * (1.0 - c.read.noise_gain)
-                    })
-                    .sum();
-                let independent = ratios[row].powi(2) * response.variance_m2();
-                let sigma_m = (independent - ratios[row].powi(2) * smoothed + shared).max(0.0).sqrt();
+                let noise = |gain: fn(&Contribution) -> f64| -> f64 {
+                    let part =
+                        |c: &Contribution| (response.gain(c, &self.drive) * c.read.sigma).powi(2) * gain(c);
+                    ratios[row].powi(2) * contributions.iter().map(part).sum::<f64>()
+                };
+                let sigma_m = (noise(|c| c.read.noise_gain) + shared).sqrt();
                 motion.displacement_m[(row, i)] = Some(Estimate::new(response.motion_m, sigma_m));
-                motion.independent_sigma_m[(row, i)] = independent.sqrt();
+                motion.independent_sigma_m[(row, i)] = noise(|_| 1.0).sqrt();
                 motion.n_trials[(row, i)] = contributions.len() as u32;
             }
         }
-        let alignments = (0..self.observations.len()).map(|r| self.alignment(r, field, covariance)).collect();
+        let alignments =
+            (0..self.observations.len()).map(|r| self.alignment(r, field, &directions)).collect();
         Stitched { motion, alignments, rounds, warnings: self.warnings(rounds) }
     }
 
     /// Residuals' rms of the chosen contributions over what the trackers' sigma lets expect.
-    fn scatter_ratio(
+    pub(crate) fn scatter_ratio(
         &self,
         of_body: &[(Vec<Contribution>, Response)],
         chosen: impl Fn(&Contribution) -> bool,
@@ -269,14 +279,16 @@ impl<'a> Stitch<'a> {
         if freedom > 1.0 { (squares / freedom).sqrt() } else { 1.0 }
     }
 
-    fn alignment(&self, r: usize, field: &Field, covariance: &DMatrix<f64>) -> Alignment {
+    fn alignment(&self, r: usize, field: &Field, directions: &[AlignmentDirection]) -> Alignment {
         let n = self.observations.len();
         let observation = &self.observations[r];
         let rows = self.displacements[r].iter().map(|displacement| displacement.row);
         let ratios: Vec<f64> =
             rows.map(|row| self.scatter_ratio(&field[row], |c| c.recording == r)).collect();
         let mean_square = ratios.iter().map(|ratio| ratio.powi(2)).sum::<f64>() / ratios.len().max(1) as f64;
-        let sigma = |unknown: usize| covariance[(unknown, unknown)].max(0.0).sqrt();
+        let square =
+            |unknown: usize| directions.iter().map(move |direction| direction.error[unknown].powi(2));
+        let sigma = |unknown: usize| square(unknown).sum::<f64>().sqrt();
         Alignment {
             recording: observation.recording.clone(),
             view: observation.view,
@@ -285,64 +297,6 @@ impl<'a> Stitch<'a> {
             drive_deviation: Estimate::new(self.drive[r], sigma(r)),
             scatter_ratio: mean_square.sqrt(),
         }
-    }
-
-    /// The displacement errors that the alignment's uncertainty leaves: its covariance's principal directions.
-    fn alignment_modes(&self, field: &Field, covariance: &DMatrix<f64>) -> Vec<ErrorMode> {
-        let n = self.observations.len();
-        let ratio = field.iter().map(|of_body| self.scatter_ratio(of_body, |_| true)).fold(1.0, f64::max);
-        // Drives in per cent and offsets in frames, so that the directions compare like with like.
-        let unit = |i: usize| if i < n { 0.01 } else { self.frame_interval_s };
-        let scaled = DMatrix::from_fn(2 * n, 2 * n, |i, j| covariance[(i, j)] / (unit(i) * unit(j)));
-        let eigen = scaled.symmetric_eigen();
-        let largest = eigen.eigenvalues.max();
-        let kept = (0..2 * n).filter(|k| eigen.eigenvalues[*k] > 1e-8 * largest);
-        kept.map(|k| {
-            let amplitude = ratio * eigen.eigenvalues[k].sqrt();
-            let direction: Vec<f64> =
-                (0..2 * n).map(|i| amplitude * unit(i) * eigen.eigenvectors[(i, k)]).collect();
-            ErrorMode {
-                source: format!("alignment {k}"),
-                displacement_m: self.alignment_error(field, &direction),
-            }
-        })
-        .collect()
-    }
-
-    fn alignment_error(&self, field: &Field, direction: &[f64]) -> Array2<f64> {
-        let n = self.observations.len();
-        Array2::from_shape_fn((field.len(), self.times_s.len()), |(row, i)| {
-            let (contributions, response) = &field[row][i];
-            let error = |c: &Contribution| {
-                let [by_drive, by_offset] = response.residual_slopes(self.drive[c.recording]);
-                by_drive * direction[c.recording] + by_offset * direction[n + c.recording]
-            };
-            contributions.iter().map(|c| response.gain(c, &self.drive) * error(c)).sum()
-        })
-    }
-
-    /// For each body the error of its places at rest.
-    fn rest_modes(&self, field: &Field) -> Vec<ErrorMode> {
-        (0..field.len())
-            .map(|row| {
-                let mut displacement_m = Array2::zeros((field.len(), self.times_s.len()));
-                for (i, (contributions, response)) in field[row].iter().enumerate() {
-                    let variance: f64 = contributions
-                        .iter()
-                        .map(|c| {
-                            (response.gain(c, &self.drive) * self.rest_sigma_m(c.recording, row)).powi(2)
-                        })
-                        .sum();
-                    displacement_m[(row, i)] = variance.sqrt();
-                }
-                ErrorMode { source: format!("rest of body {}", row + 1), displacement_m }
-            })
-            .collect()
-    }
-
-    fn rest_sigma_m(&self, recording: usize, row: usize) -> f64 {
-        let of_body = self.displacements[recording].iter().find(|displacement| displacement.row == row);
-        of_body.map_or(0.0, |displacement| displacement.rest_sigma_m)
     }
 
     fn warnings(&self, rounds: usize) -> Vec<String> {

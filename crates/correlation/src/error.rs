@@ -1,0 +1,76 @@
+use std::path::PathBuf;
+
+use chainwave_measurement::{ReadError, Region};
+
+/// Why a recording could not be tracked at all. A subset that is lost in some frames is no error: its track says so.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CorrelationError {
+    /// The reference could not be read.
+    #[error("reference frame: {0}")]
+    Reference(#[from] ReadError),
+    /// The reference frames do not exist.
+    #[error("{}: reference: expected frames within 0..{n_frames}, found {first}..{end}", path.display())]
+    NoSuchReference {
+        /// The recording.
+        path: PathBuf,
+        /// First frame asked for.
+        first: usize,
+        /// One past the last frame asked for.
+        end: usize,
+        /// Frames in the recording.
+        n_frames: usize,
+    },
+    /// A subset reaches outside the reference frame.
+    #[error(
+        "{}: subset {name:?} at ({x_px}, {y_px}): expected it inside {width_px} x {height_px} px, found it reaching \
+         outside; hint: move it, or make its half width smaller",
+        path.display()
+    )]
+    SubsetOutside {
+        /// The recording.
+        path: PathBuf,
+        /// The subset's name.
+        name: String,
+        /// Its centre's column.
+        x_px: f64,
+        /// Its centre's row.
+        y_px: f64,
+        /// Columns of a frame.
+        width_px: usize,
+        /// Rows of a frame.
+        height_px: usize,
+    },
+    /// A buffer of pixels has not the size of its region.
+    #[error("pixels of {region:?}: expected {} values, found {found}", region.n_pixels())]
+    PixelCount {
+        /// The region.
+        region: Region,
+        /// Values handed over.
+        found: usize,
+    },
+    /// A name from the command line or a configuration is not known.
+    #[error("{what}: expected one of {expected}, found {found:?}")]
+    UnknownName {
+        /// What is named.
+        what: &'static str,
+        /// The known names.
+        expected: String,
+        /// The name found.
+        found: String,
+    },
+    /// A setting has no meaning.
+    #[error("setting {name}: expected {expected}, found {found}")]
+    Setting {
+        /// The setting.
+        name: &'static str,
+        /// What it may be.
+        expected: &'static str,
+        /// What it is.
+        found: f64,
+    },
+    /// OpenCV refused.
+    #[cfg(feature = "opencv")]
+    #[error("OpenCV: {0}")]
+    OpenCv(#[from] opencv::Error),
+}

@@ -1,0 +1,255 @@
+//! Tracking by OpenCV's pyramidal Lucas-Kanade method: the peer that this crate's own rungs are measured against.
+
+use std::collections::BTreeMap;
+
+use chainwave_measurement::{Estimate, Lost, Position, Recording, Region, Subset, Track};
+use opencv::core::{Mat, Point2f, Size, TermCriteria, TermCriteria_COUNT, TermCriteria_EPS, Vector};
+use opencv::video::{OPTFLOW_USE_INITIAL_FLOW, calc_optical_flow_pyr_lk};
+
+use crate::predict::History;
+use crate::search::search;
+use crate::track::{Found, Tracker, track_both_ways};
+use crate::uncertainty::sigma_px;
+use crate::warp::Warp;
+use crate::{
+    CorrelationError, Interpolation, PreparedSubset, Reference, ReferenceFrames, Settings, Shape, Window,
+    Workspace,
+};
+
+/// Follows subsets as [`crate::track`] does, by `calcOpticalFlowPyrLK` (J.-Y. Bouguet, Pyramidal implementation of the
+/// Lucas Kanade feature tracker, 2000): translation, bilinear interpolation, each frame directly against the reference.
+///
+/// The method takes 8-bit images: the reference's least count becomes 0 and its largest 255, in every frame. Of
+/// `settings`, the convergence, the iterations, the search and `min_zncc` count. `Position::iterations` is 0, for
+/// OpenCV does not tell.
+///
+/// Sigma has two parts, added in squares: the residual of the 8-bit images (so their rounding is in it) through the
+/// Hessian, as for this crate's own methods, and 9 mpx for the bias of bilinear interpolation.
+///
+/// # Errors
+/// As [`crate::track`], and [`CorrelationError::OpenCv`].
+pub fn track_lucas_kanade(
+    recording: &dyn Recording,
+    subsets: &[Subset],
+    reference: &ReferenceFrames,
+    settings: &Settings,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<Vec<Track>, CorrelationError> {
+    settings.check()?;
+    let mut flow = Flow::new(recording, subsets, reference, settings)?;
+    let (first, n_frames) = (reference.range().start, recording.info().n_frames);
+    let tracks = track_both_ways(&mut flow, first, n_frames, subsets, progress);
+    flow.failure.map_or(Ok(tracks), |failure| Err(failure.into()))
+}
+
+/// Root mean square of the bias of bilinear interpolation over the phases: that of a sine of 25 mpx peak to peak, as
+/// measured (tests/lucas_kanade.rs) on speckles of 4.5 px; smaller ones have more.
+const BIAS_SIGMA_PX: f64 = 0.009;
+/// Halvings of the image above the first.
+const PYRAMID_LEVELS: i32 = 3;
+/// Least eigenvalue of the window's structure tensor, OpenCV's default.
+const MIN_EIGENVALUE: f64 = 1e-4;
+
+/// All subsets on their way.
+struct Flow<'a> {
+    recording: &'a dyn Recording,
+    eight_bit: EightBit,
+    reference: Vec<u8>,
+    settings: Settings,
+    points: Vec<Point>,
+    workspace: Workspace,
+    /// OpenCV's first refusal, which ends the run.
+    failure: Option<opencv::Error>,
+}
+
+struct Point {
+    subset: Result<PreparedSubset, Lost>,
+    history: History,
+    size: [i32; 2],
+}
+
+impl<'a> Flow<'a> {
+    fn new(
+        recording: &'a dyn Recording,
+        subsets: &[Subset],
+        frames: &ReferenceFrames,
+        settings: &Settings,
+    ) -> Result<Self, CorrelationError> {
+        let info = recording.info();
+        let whole = Region::whole(info.width_px, info.height_px);
+        let settings =
+            Settings { shape: Shape::Translation, interpolation: Interpolation::Linear, ..settings.clone() };
+        let image = Reference::read_region(recording, whole, frames)?;
+        let eight_bit = EightBit::of(image.pixels());
+        let bytes = eight_bit.convert(image.pixels());
+        let reference =
+            Reference::new(whole, bytes.iter().map(|&byte| f32::from(byte)).collect(), image.n_averaged())?;
+        let point = |subset: &Subset| {
+            Reference::check_inside(recording, subset)?;
+            let size = [subset.half_width_px, subset.half_height_px].map(|half| 2 * half as i32 + 1);
+            let history = History::starting_at(Warp::at([subset.x_px, subset.y_px]));
+            Ok(Point { subset: PreparedSubset::new(&reference, subset, &settings), history, size })
+        };
+        let points = subsets.iter().map(point).collect::<Result<_, CorrelationError>>()?;
+        let workspace = Workspace::default();
+        Ok(Self { recording, eight_bit, reference: bytes, settings, points, workspace, failure: None })
+    }
+
+    /// Where each subset's flow starts in a frame: where the past expects it, or where a search finds it.
+    fn starts(&self, frame: usize) -> Vec<Result<[f64; 2], Lost>> {
+        let start = |point: &Point| {
+            let subset = point.subset.as_ref().map_err(|reason| *reason)?;
+            if point.history.n_lost == 0 {
+                return Ok(point.history.predict().position_px);
+            }
+            let place = point.history.search_place().ok_or(Lost::LowCorrelation)?;
+            let found = search(self.recording, frame, subset, place).map_err(|_| Lost::Unreadable)?;
+            found.ok_or(Lost::OutOfView)
+        };
+        self.points.iter().map(start).collect()
+    }
+
+    /// The flow of all subsets from the reference to `bytes`; `None` where OpenCV found none. Subsets of the same
+    /// size go together.
+    fn flow(&self, bytes: &[u8], starts: &[Result<[f64; 2], Lost>]) -> opencv::Result<Vec<Option<[f64; 2]>>> {
+        let mut by_size: BTreeMap<[i32; 2], Vec<usize>> = BTreeMap::new();
+        for (i, (point, _)) in
+            self.points.iter().zip(starts).enumerate().filter(|(_, (_, start))| start.is_ok())
+        {
+            by_size.entry(point.size).or_default().push(i);
+        }
+        let mut places = vec![None; self.points.len()];
+        for (size, members) in by_size {
+            let from =
+                members.iter().filter_map(|&i| self.points[i].subset.as_ref().ok()).map(|s| s.centre_px);
+            let to = members.iter().filter_map(|&i| starts[i].ok());
+            let found = self.flow_of_size(bytes, size, from, to)?;
+            members.into_iter().zip(found).for_each(|(i, place)| places[i] = place);
+        }
+        Ok(places)
+    }
+
+    fn flow_of_size(
+        &self,
+        bytes: &[u8],
+        [width, height]: [i32; 2],
+        from: impl Iterator<Item = [f64; 2]>,
+        to: impl Iterator<Item = [f64; 2]>,
+    ) -> opencv::Result<Vec<Option<[f64; 2]>>> {
+        let columns = self.recording.info().width_px as i32;
+        let rows = self.recording.info().height_px as i32;
+        let point = |[x, y]: [f64; 2]| Point2f::new(x as f32, y as f32);
+        let from: Vector<Point2f> = from.map(point).collect();
+        let mut to: Vector<Point2f> = to.map(point).collect();
+        let (mut status, mut error) = (Vector::<u8>::new(), Vector::<f32>::new());
+        let kind = TermCriteria_COUNT + TermCriteria_EPS;
+        let iterations = i32::try_from(self.settings.max_iterations).unwrap_or(i32::MAX);
+        calc_optical_flow_pyr_lk(
+            &Mat::new_rows_cols_with_data(rows, columns, &self.reference)?,
+            &Mat::new_rows_cols_with_data(rows, columns, bytes)?,
+            &from,
+            &mut to,
+            &mut status,
+            &mut error,
+            Size::new(width, height),
+            PYRAMID_LEVELS,
+            TermCriteria::new(kind, iterations, self.settings.convergence_px)?,
+            OPTFLOW_USE_INITIAL_FLOW,
+            MIN_EIGENVALUE,
+        )?;
+        let place =
+            |(point, status): (Point2f, u8)| (status == 1).then(|| [f64::from(point.x), f64::from(point.y)]);
+        Ok(to.iter().zip(status.iter()).map(place).collect())
+    }
+
+    /// The position with its uncertainty, if the frame resembles the reference there.
+    fn judge(&mut self, i: usize, window: &Window, place: [f64; 2]) -> Found {
+        let subset = self.points[i].subset.as_ref().map_err(|reason| *reason)?;
+        let warp = Warp::at(place);
+        if !subset.fits(window, &warp) {
+            return Err(Lost::OutOfView);
+        }
+        let found = subset.evaluate(window, &warp, &mut self.workspace).ok_or(Lost::LowCorrelation)?;
+        if found.zncc.is_nan() || found.zncc < self.settings.min_zncc {
+            return Err(Lost::LowCorrelation);
+        }
+        let [sigma_x, sigma_y] =
+            sigma_px(subset, &warp, &found.residual).map(|sigma| sigma.hypot(BIAS_SIGMA_PX));
+        let (x_px, y_px) = (Estimate::new(place[0], sigma_x), Estimate::new(place[1], sigma_y));
+        Ok(Position { x_px, y_px, zncc: found.zncc, iterations: 0 })
+    }
+
+    fn locate_all(&mut self, frame: usize) -> opencv::Result<Vec<Found>> {
+        let info = self.recording.info();
+        let whole = Region::whole(info.width_px, info.height_px);
+        let mut pixels = vec![0.0; whole.n_pixels()];
+        if self.recording.read_region(frame, whole, &mut pixels).is_err() {
+            return Ok(vec![Err(Lost::Unreadable); self.points.len()]);
+        }
+        let bytes = self.eight_bit.convert(&pixels);
+        let starts = self.starts(frame);
+        let places = self.flow(&bytes, &starts)?;
+        let mut window = Window::empty(Interpolation::Linear);
+        window.start(whole).iter_mut().zip(&bytes).for_each(|(value, &byte)| *value = f32::from(byte));
+        window.finish();
+        let ends =
+            starts.into_iter().zip(places).map(|(start, place)| start.and(place.ok_or(Lost::NotConverged)));
+        Ok(ends.enumerate().map(|(i, end)| self.judge(i, &window, end?)).collect())
+    }
+}
+
+impl Tracker for Flow<'_> {
+    fn locate(&mut self, frame: usize) -> Vec<Found> {
+        let found = self.locate_all(frame).unwrap_or_else(|error| {
+            self.failure.get_or_insert(error);
+            vec![Err(Lost::NotConverged); self.points.len()]
+        });
+        for (point, found) in self.points.iter_mut().zip(&found) {
+            match found {
+                Ok(position) => point.history.found(Warp::at([position.x_px.value, position.y_px.value])),
+                Err(_) => point.history.lost(),
+            }
+        }
+        found
+    }
+
+    fn restart(&mut self, found: &[Found]) {
+        for (point, found) in self.points.iter_mut().zip(found) {
+            if let Ok(position) = found {
+                point.history = History::starting_at(Warp::at([position.x_px.value, position.y_px.value]));
+            }
+        }
+    }
+}
+
+/// The scale from counts to 8 bits.
+struct EightBit {
+    low: f32,
+    per_count: f32,
+}
+
+impl EightBit {
+    /// The range of a reference; counts beyond it in other frames are clipped.
+    fn of(pixels: &[f32]) -> Self {
+        let low = pixels.iter().copied().fold(f32::INFINITY, f32::min);
+        let high = pixels.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        Self { low, per_count: 255.0 / (high - low).max(f32::MIN_POSITIVE) }
+    }
+
+    fn convert(&self, pixels: &[f32]) -> Vec<u8> {
+        // `as` clips to 0..=255, and makes 0 of a pixel that is no number
+        pixels.iter().map(|pixel| ((pixel - self.low) * self.per_count).round() as u8).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn eight_bits_span_the_reference() {
+        let scale = EightBit::of(&[100.0, 2100.0, 300.0]);
+        assert_eq!(scale.convert(&[100.0, 2100.0, 1100.0, 0.0, 4000.0, f32::NAN]), [0, 255, 128, 0, 255, 0]);
+        assert_eq!(EightBit::of(&[5.0; 4]).convert(&[5.0, 6.0]), [0, 255]);
+    }
+}

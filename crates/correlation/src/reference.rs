@@ -1,0 +1,174 @@
+use chainwave_measurement::{ReadError, Recording, Region, Subset};
+
+use crate::{CorrelationError, ReferenceFrames};
+
+/// The pixels of the reference image around a subset.
+#[derive(Debug, Clone)]
+pub struct Reference {
+    region: Region,
+    pixels: Vec<f32>,
+    n_averaged: usize,
+}
+
+impl Reference {
+    /// Pixels beyond the subset on each side that the gradients and the estimate of the noise use where the image has
+    /// them.
+    pub const MARGIN_PX: usize = crate::gradient::MARGIN_PX;
+
+    /// A reference from its pixels (counts, row by row from the top), the mean of `n_averaged` frames.
+    ///
+    /// # Errors
+    /// [`CorrelationError::PixelCount`] when the pixels do not fill the region.
+    pub fn new(region: Region, pixels: Vec<f32>, n_averaged: usize) -> Result<Self, CorrelationError> {
+        if pixels.len() != region.n_pixels() || pixels.is_empty() {
+            return Err(CorrelationError::PixelCount { region, found: pixels.len() });
+        }
+        Ok(Self { region, pixels, n_averaged: n_averaged.max(1) })
+    }
+
+    /// Reads what `subset` needs from the reference frames of a recording.
+    ///
+    /// # Errors
+    /// [`CorrelationError::NoSuchReference`], [`CorrelationError::SubsetOutside`], or
+    /// [`CorrelationError::Reference`] when a frame cannot be read.
+    pub fn read(
+        recording: &dyn Recording,
+        subset: &Subset,
+        frames: &ReferenceFrames,
+    ) -> Result<Self, CorrelationError> {
+        let region = Self::check_inside(recording, subset)?;
+        Self::read_region(recording, region, frames)
+    }
+
+    /// The mean of `region` over the reference frames.
+    pub(crate) fn read_region(
+        recording: &dyn Recording,
+        region: Region,
+        frames: &ReferenceFrames,
+    ) -> Result<Self, CorrelationError> {
+        let (info, frames) = (recording.info(), frames.range());
+        if frames.is_empty() || frames.end > info.n_frames {
+            let (path, n_frames) = (recording.path().into(), info.n_frames);
+            return Err(CorrelationError::NoSuchReference {
+                path,
+                first: frames.start,
+                end: frames.end,
+                n_frames,
+            });
+        }
+        let n_averaged = frames.len();
+        let pixels = mean_of_frames(recording, region, frames)?;
+        Self::new(region, pixels, n_averaged)
+    }
+
+    /// The pixels that a subset's preparation uses.
+    pub(crate) fn check_inside(
+        recording: &dyn Recording,
+        subset: &Subset,
+    ) -> Result<Region, CorrelationError> {
+        let info = recording.info();
+        region_of(subset, info.width_px, info.height_px).ok_or_else(|| outside(recording, subset))
+    }
+
+    /// Frames behind the mean.
+    pub fn n_averaged(&self) -> usize {
+        self.n_averaged
+    }
+
+    /// The pixels, row by row from the top.
+    #[cfg(feature = "opencv")]
+    pub(crate) fn pixels(&self) -> &[f32] {
+        &self.pixels
+    }
+
+    /// Whether the reference holds the pixels of columns `x0..=x1` and rows `y0..=y1`.
+    pub(crate) fn holds(&self, [x0, x1]: [i64; 2], [y0, y1]: [i64; 2]) -> bool {
+        let within =
+            |low: i64, high: i64, first: usize, n: usize| low >= first as i64 && high < (first + n) as i64;
+        within(x0, x1, self.region.x, self.region.width) && within(y0, y1, self.region.y, self.region.height)
+    }
+
+    /// The pixel at a place of the image; beyond the reference, the one that mirrors it at the edge.
+    pub(crate) fn pixel(&self, x: i64, y: i64) -> f64 {
+        let column = mirrored(x - self.region.x as i64, self.region.width);
+        let row = mirrored(y - self.region.y as i64, self.region.height);
+        f64::from(self.pixels[row * self.region.width + column])
+    }
+}
+
+fn mirrored(i: i64, n: usize) -> usize {
+    let last = n as i64 - 1;
+    let folded = i.rem_euclid((2 * last).max(1));
+    usize::try_from(folded.min(2 * last - folded)).unwrap_or(0)
+}
+
+/// The subset with its margin, clipped to the frame; `None` when the subset itself reaches outside.
+fn region_of(subset: &Subset, width: usize, height: usize) -> Option<Region> {
+    let [x0, x1, y0, y1] = pixel_bounds(subset);
+    let inside = x0 >= 0 && y0 >= 0 && x1 < width as i64 && y1 < height as i64;
+    let margin = Reference::MARGIN_PX as i64;
+    let clipped = Region::clipped(x0 - margin, y0 - margin, x1 + margin + 1, y1 + margin + 1, width, height);
+    clipped.filter(|_| inside)
+}
+
+/// First and last column, first and last row of a subset.
+pub(crate) fn pixel_bounds(subset: &Subset) -> [i64; 4] {
+    let (x, y) = (subset.x_px.round() as i64, subset.y_px.round() as i64);
+    let (half_width, half_height) = (subset.half_width_px as i64, subset.half_height_px as i64);
+    [
+        x.saturating_sub(half_width),
+        x.saturating_add(half_width),
+        y.saturating_sub(half_height),
+        y.saturating_add(half_height),
+    ]
+}
+
+fn outside(recording: &dyn Recording, subset: &Subset) -> CorrelationError {
+    CorrelationError::SubsetOutside {
+        path: recording.path().into(),
+        name: subset.name.clone(),
+        x_px: subset.x_px,
+        y_px: subset.y_px,
+        width_px: recording.info().width_px,
+        height_px: recording.info().height_px,
+    }
+}
+
+fn mean_of_frames(
+    recording: &dyn Recording,
+    region: Region,
+    frames: std::ops::Range<usize>,
+) -> Result<Vec<f32>, ReadError> {
+    let scale = 1.0 / frames.len() as f64;
+    let mut sum = vec![0.0; region.n_pixels()];
+    let mut pixels = vec![0.0; region.n_pixels()];
+    for frame in frames {
+        recording.read_region(frame, region, &mut pixels)?;
+        sum.iter_mut().zip(&pixels).for_each(|(sum, &pixel)| *sum += f64::from(pixel));
+    }
+    Ok(sum.into_iter().map(|sum| (sum * scale) as f32).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn beyond_its_edge_a_reference_is_mirrored() {
+        let pixels = (0..12).map(|i| i as f32).collect();
+        let reference = Reference::new(Region { x: 10, y: 20, width: 4, height: 3 }, pixels, 1).unwrap();
+        let row = |y: i64| [9, 10, 13, 14].map(|x| reference.pixel(x, y) as u8);
+        assert_eq!(row(20), [1, 0, 3, 2]);
+        assert_eq!(row(19), row(21));
+        assert_eq!(row(23), row(21));
+    }
+
+    #[test]
+    fn a_subset_beyond_the_frame_has_no_region() {
+        let subset =
+            |x_px| Subset { name: "a".into(), x_px, y_px: 50.0, half_width_px: 10, half_height_px: 5 };
+        assert!(region_of(&subset(10.4), 100, 100).is_some());
+        assert!(region_of(&subset(9.4), 100, 100).is_none());
+        assert!(region_of(&subset(f64::INFINITY), 100, 100).is_none());
+    }
+}

@@ -1,0 +1,202 @@
+use std::fmt;
+use std::ops::Range;
+use std::str::FromStr;
+
+use crate::CorrelationError;
+
+/// How a subset is matched.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// How a subset may deform.
+    pub shape: Shape,
+    /// How the target is interpolated between pixels.
+    pub interpolation: Interpolation,
+    /// The iteration ends when a step moves no point of the subset's edge by more than this, in pixels.
+    pub convergence_px: f64,
+    /// Gauss-Newton steps after which a match counts as not converged.
+    pub max_iterations: u32,
+    /// Least zero-normalised cross-correlation with the reference that counts as a match.
+    pub min_zncc: f64,
+    /// Columns and rows on each side of the expected place that a search covers; a body may move this far between
+    /// two frames without being predicted.
+    pub search_radius_px: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            shape: Shape::Affine,
+            interpolation: Interpolation::Cubic,
+            convergence_px: 1e-3,
+            max_iterations: 30,
+            min_zncc: 0.6,
+            search_radius_px: 24,
+        }
+    }
+}
+
+impl Settings {
+    /// Refuses settings that have no meaning.
+    pub(crate) fn check(&self) -> Result<(), CorrelationError> {
+        let positive = self.convergence_px > 0.0 && self.convergence_px.is_finite();
+        if !positive {
+            let (name, expected, found) =
+                ("convergence_px", "a positive number of pixels", self.convergence_px);
+            return Err(CorrelationError::Setting { name, expected, found });
+        }
+        if !(-1.0..=1.0).contains(&self.min_zncc) {
+            let (name, expected, found) = ("min_zncc", "a correlation between -1 and 1", self.min_zncc);
+            return Err(CorrelationError::Setting { name, expected, found });
+        }
+        if self.max_iterations == 0 {
+            return Err(CorrelationError::Setting {
+                name: "max_iterations",
+                expected: "at least 1",
+                found: 0.0,
+            });
+        }
+        Ok(())
+    }
+}
+
+/// The shape function: how the displacement varies over a subset.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Shape {
+    /// The same displacement everywhere: 2 parameters.
+    Translation,
+    /// A displacement that varies linearly, with rotation, strain and shear: 6 parameters.
+    Affine,
+}
+
+impl Shape {
+    /// Every shape function, the simplest first.
+    pub const ALL: [Self; 2] = [Self::Translation, Self::Affine];
+
+    /// Terms of the displacement's polynomial in one direction: 1, or 1, x, y.
+    pub(crate) fn n_terms(self) -> usize {
+        match self {
+            Self::Translation => 1,
+            Self::Affine => 3,
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Translation => "translation",
+            Self::Affine => "affine",
+        }
+    }
+}
+
+impl fmt::Display for Shape {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl FromStr for Shape {
+    type Err = CorrelationError;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        by_name("shape function", &Self::ALL, name)
+    }
+}
+
+/// How an image is interpolated between its pixels: by the B-spline of this degree that passes through every pixel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Interpolation {
+    /// Degree 1: bilinear. Fast, and biased by tens of millipixels.
+    Linear,
+    /// Degree 3: bicubic spline.
+    Cubic,
+    /// Degree 5: biquintic spline.
+    Quintic,
+}
+
+impl Interpolation {
+    /// Every interpolation, the cheapest first.
+    pub const ALL: [Self; 3] = [Self::Linear, Self::Cubic, Self::Quintic];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Linear => "linear",
+            Self::Cubic => "cubic",
+            Self::Quintic => "quintic",
+        }
+    }
+}
+
+impl fmt::Display for Interpolation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl FromStr for Interpolation {
+    type Err = CorrelationError;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        by_name("interpolation", &Self::ALL, name)
+    }
+}
+
+/// The frames that say what a subset looks like, while the bodies are at rest.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ReferenceFrames {
+    /// One frame.
+    Single(usize),
+    /// The mean over a range of frames, which has less noise.
+    Mean(Range<usize>),
+}
+
+impl ReferenceFrames {
+    /// The frames as a range.
+    pub fn range(&self) -> Range<usize> {
+        match self {
+            Self::Single(frame) => *frame..frame.saturating_add(1),
+            Self::Mean(frames) => frames.clone(),
+        }
+    }
+}
+
+/// The one of `all` that is displayed as `name`.
+pub(crate) fn by_name<T: fmt::Display + Copy>(
+    what: &'static str,
+    all: &[T],
+    name: &str,
+) -> Result<T, CorrelationError> {
+    all.iter().copied().find(|item| item.to_string() == name).ok_or_else(|| {
+        let known: Vec<String> = all.iter().map(T::to_string).collect();
+        CorrelationError::UnknownName { what, expected: known.join(", "), found: name.to_owned() }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_lead_back_to_their_values() {
+        for shape in Shape::ALL {
+            assert_eq!(shape.to_string().parse::<Shape>().unwrap(), shape);
+        }
+        for interpolation in Interpolation::ALL {
+            assert_eq!(interpolation.to_string().parse::<Interpolation>().unwrap(), interpolation);
+        }
+    }
+
+    #[test]
+    fn an_unknown_name_is_refused_with_the_known_ones() {
+        let message = "bilinear".parse::<Interpolation>().unwrap_err().to_string();
+        assert_eq!(message, "interpolation: expected one of linear, cubic, quintic, found \"bilinear\"");
+    }
+
+    #[test]
+    fn settings_without_meaning_are_refused() {
+        assert!(Settings::default().check().is_ok());
+        assert!(Settings { convergence_px: f64::NAN, ..Settings::default() }.check().is_err());
+        assert!(Settings { min_zncc: 1.5, ..Settings::default() }.check().is_err());
+        assert!(Settings { max_iterations: 0, ..Settings::default() }.check().is_err());
+    }
+}

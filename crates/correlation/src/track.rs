@@ -1,0 +1,259 @@
+use chainwave_measurement::{Lost, Position, Recording, Region, Subset, Track};
+
+use crate::icgn::{Match, Stop};
+use crate::predict::History;
+use crate::search::{chance_zncc, search};
+use crate::uncertainty::reference_sigma_px;
+use crate::warp::Warp;
+use crate::window::can_sample;
+use crate::{CorrelationError, PreparedSubset, Reference, ReferenceFrames, Settings, Window, Workspace};
+
+/// Follows subsets through every frame of a recording: from the (first) reference frame to the end, and back to frame
+/// 0.
+///
+/// A frame's start is predicted from the frames before it. Where the match from there fails, the subset is searched
+/// for at whole pixels around the prediction; a lost subset is searched for in the next frames, and from the fifth on
+/// in every fourth, in turn around where it would be by now and where it was seen last. `progress` receives 1 after
+/// each frame of the recording. A frame that cannot be read is [`Lost::Unreadable`] in every track; the others go on.
+///
+/// Nothing depends on threads, and `track` starts none.
+///
+/// # Errors
+/// [`CorrelationError`] when a setting has no meaning, the reference frames do not exist or cannot be read, or a
+/// subset lies outside of them.
+pub fn track(
+    recording: &dyn Recording,
+    subsets: &[Subset],
+    reference: &ReferenceFrames,
+    settings: &Settings,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<Vec<Track>, CorrelationError> {
+    settings.check()?;
+    let mut followers = Vec::with_capacity(subsets.len());
+    for subset in subsets {
+        followers.push(Follower::new(recording, subset, reference, settings)?);
+    }
+    let first = reference.range().start;
+    Ok(track_both_ways(followers.as_mut_slice(), first, recording.info().n_frames, subsets, progress))
+}
+
+pub(crate) type Found = Result<Position, Lost>;
+
+/// What follows all subsets from one frame to the next.
+pub(crate) trait Tracker {
+    /// Each subset's position in the next frame on the way.
+    fn locate(&mut self, frame: usize) -> Vec<Found>;
+
+    /// Goes back to the first frame of the way, where the subsets were `found`, to follow them the other way.
+    fn restart(&mut self, found: &[Found]);
+}
+
+/// Tracks from frame `first` to the end, and from there back to frame 0.
+pub(crate) fn track_both_ways(
+    tracker: &mut (impl Tracker + ?Sized),
+    first: usize,
+    n_frames: usize,
+    subsets: &[Subset],
+    progress: &(dyn Fn(u64) + Sync),
+) -> Vec<Track> {
+    let locate = |tracker: &mut _, frame| {
+        let found = Tracker::locate(tracker, frame);
+        progress(1);
+        found
+    };
+    let after: Vec<Vec<Found>> = (first..n_frames).map(|frame| locate(tracker, frame)).collect();
+    if let Some(found) = after.first() {
+        tracker.restart(found);
+    }
+    let mut frames: Vec<Vec<Found>> = (0..first).rev().map(|frame| locate(tracker, frame)).collect();
+    frames.reverse();
+    frames.extend(after);
+    let of_subset = |i: usize| frames.iter().map(|found| found[i]).collect();
+    let named = |(i, subset): (usize, &Subset)| Track { name: subset.name.clone(), positions: of_subset(i) };
+    subsets.iter().enumerate().map(named).collect()
+}
+
+impl Tracker for [Follower<'_>] {
+    fn locate(&mut self, frame: usize) -> Vec<Found> {
+        self.iter_mut().map(|follower| follower.locate(frame)).collect()
+    }
+
+    fn restart(&mut self, found: &[Found]) {
+        self.iter_mut().zip(found).for_each(|(follower, found)| follower.restart(found));
+    }
+}
+
+/// One subset on its way through a recording.
+struct Follower<'a> {
+    recording: &'a dyn Recording,
+    subset: Result<PreparedSubset, Lost>,
+    /// The frame that is the whole reference, if one is.
+    reference_frame: Option<usize>,
+    history: History,
+    window: Window,
+    workspace: Workspace,
+    /// Least correlation of a place found by search.
+    acquisition_zncc: f64,
+}
+
+impl<'a> Follower<'a> {
+    fn new(
+        recording: &'a dyn Recording,
+        subset: &Subset,
+        frames: &ReferenceFrames,
+        settings: &Settings,
+    ) -> Result<Self, CorrelationError> {
+        let reference = Reference::read(recording, subset, frames)?;
+        let prepared = PreparedSubset::new(&reference, subset, settings);
+        let mut window = Window::empty(settings.interpolation);
+        window.level = prepared.as_ref().map_or(0.0, |prepared| prepared.mean as f32);
+        Ok(Self {
+            recording,
+            reference_frame: (reference.n_averaged() == 1).then_some(frames.range().start),
+            history: History::starting_at(Warp::at([subset.x_px, subset.y_px])),
+            window,
+            workspace: Workspace::default(),
+            acquisition_zncc: prepared.as_ref().map_or(1.0, chance_zncc).max(settings.min_zncc),
+            subset: prepared,
+        })
+    }
+
+    /// Goes back to where the subset was at the start, to follow it the other way.
+    fn restart(&mut self, found: &Found) {
+        let position = match (found, &self.subset) {
+            (Ok(position), _) => [position.x_px.value, position.y_px.value],
+            (_, Ok(subset)) => subset.centre_px,
+            _ => return,
+        };
+        self.history = History::starting_at(Warp::at(position));
+    }
+
+    /// The subset's position in the next frame of its way.
+    fn locate(&mut self, frame: usize) -> Found {
+        match self.find(frame) {
+            Ok(found) => {
+                let position_px = [found.position.x_px.value, found.position.y_px.value];
+                self.history.found(Warp { position_px, gradient: found.gradient });
+                Ok(self.with_reference_sigma(frame, found.position))
+            }
+            Err(reason) => {
+                self.history.lost();
+                Err(reason)
+            }
+        }
+    }
+
+    fn find(&mut self, frame: usize) -> Result<Match, Lost> {
+        let expected = self.history.predict();
+        let reason = if self.history.n_lost == 0 {
+            match self.match_from(frame, expected) {
+                Ok(found) => return Ok(found),
+                Err(reason @ (Lost::NoTexture | Lost::Unreadable)) => return Err(reason),
+                Err(reason) => reason,
+            }
+        } else if self.in_frame(&expected)? {
+            Lost::LowCorrelation
+        } else {
+            Lost::OutOfView
+        };
+        match self.search_place() {
+            Some(place) => self.match_by_search(frame, place).map_err(|found| worse(reason, found)),
+            None => Err(reason),
+        }
+    }
+
+    /// Where a search would look for the subset in this frame; `None` when it is not this frame's turn.
+    fn search_place(&self) -> Option<[f64; 2]> {
+        self.history.search_place().map(|place| self.nearest_in_frame(place))
+    }
+
+    /// The nearest place where the undeformed subset lies in the frame.
+    fn nearest_in_frame(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let info = self.recording.info();
+        let [half_x, half_y] = self.subset.as_ref().map_or([0.0; 2], PreparedSubset::half_px);
+        let inside = |value: f64, half: f64, n: usize| value.min(n as f64 - 1.0 - half).max(half);
+        [inside(x, half_x, info.width_px), inside(y, half_y, info.height_px)]
+    }
+
+    fn match_by_search(&mut self, frame: usize, around_px: [f64; 2]) -> Result<Match, Lost> {
+        let subset = self.subset.as_ref().map_err(|reason| *reason)?;
+        let place = search(self.recording, frame, subset, around_px).map_err(|_| Lost::Unreadable)?;
+        let found = self.match_from(frame, Warp::at(place.ok_or(Lost::OutOfView)?))?;
+        let certain = found.position.zncc >= self.acquisition_zncc;
+        if certain { Ok(found) } else { Err(Lost::LowCorrelation) }
+    }
+
+    /// Matches from a start, moving the window after the subset while it leaves it.
+    fn match_from(&mut self, frame: usize, start: Warp) -> Result<Match, Lost> {
+        const WINDOWS: usize = 4; // 2 px of slack each cover the largest drift that the iteration allows
+        let mut start = start;
+        for _ in 0..WINDOWS {
+            if !self.in_frame(&start)? {
+                return Err(Lost::OutOfView);
+            }
+            self.read_window(frame, &start)?;
+            let subset = self.subset.as_ref().map_err(|reason| *reason)?;
+            match subset.solve(&self.window, start, &mut self.workspace) {
+                Ok(found) => return Ok(found),
+                Err(Stop::Lost(reason)) => return Err(reason),
+                Err(Stop::Escaped(warp)) => start = warp,
+            }
+        }
+        Err(Lost::NotConverged)
+    }
+
+    /// Whether the subset and what its interpolation needs lie in the frame.
+    fn in_frame(&self, warp: &Warp) -> Result<bool, Lost> {
+        let subset = self.subset.as_ref().map_err(|reason| *reason)?;
+        let frame = Region::whole(self.recording.info().width_px, self.recording.info().height_px);
+        let inside = |corner| can_sample(frame, subset.settings.interpolation, warp.apply(corner));
+        Ok(subset.corners().into_iter().all(inside))
+    }
+
+    fn read_window(&mut self, frame: usize, warp: &Warp) -> Result<(), Lost> {
+        let subset = self.subset.as_ref().map_err(|reason| *reason)?;
+        let info = self.recording.info();
+        let region = window_around(subset, warp, info.width_px, info.height_px).ok_or(Lost::OutOfView)?;
+        let pixels = self.window.start(region);
+        self.recording.read_region(frame, region, pixels).map_err(|_| Lost::Unreadable)?;
+        self.window.finish();
+        Ok(())
+    }
+
+    fn with_reference_sigma(&self, frame: usize, mut position: Position) -> Position {
+        if let (true, Ok(subset)) = (self.reference_frame == Some(frame), &self.subset) {
+            [position.x_px.sigma, position.y_px.sigma] = reference_sigma_px(subset);
+        }
+        position
+    }
+}
+
+/// Of two reasons, the one that says more: a search that fails does not change that the body left the view.
+fn worse(by_prediction: Lost, by_search: Lost) -> Lost {
+    match (by_prediction, by_search) {
+        (_, Lost::Unreadable) => Lost::Unreadable,
+        (Lost::OutOfView, _) => Lost::OutOfView,
+        (reason, Lost::OutOfView) => reason,
+        (_, reason) => reason,
+    }
+}
+
+/// Pixels that a match may move from its start before the window must be read again.
+const SLACK_PX: f64 = 2.0;
+
+/// The pixels around a warped subset that interpolation, its prefilter and the slack need, inside the frame.
+fn window_around(subset: &PreparedSubset, warp: &Warp, width: usize, height: usize) -> Option<Region> {
+    let interpolation = subset.settings.interpolation;
+    let margin = SLACK_PX + interpolation.prefilter_margin_px() as f64;
+    let before = margin + interpolation.taps_before() as f64;
+    let after = margin + interpolation.taps_after() as f64 + 1.0;
+    let corners = subset.corners().map(|corner| warp.apply(corner));
+    let bounds = |axis: usize| {
+        let values = corners.map(|corner| corner[axis]);
+        let low = values.into_iter().fold(f64::INFINITY, f64::min);
+        let high = values.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        ((low - before).floor() as i64, (high + after).floor() as i64)
+    };
+    let ((x0, x1), (y0, y1)) = (bounds(0), bounds(1));
+    Region::clipped(x0, y0, x1, y1, width, height)
+}

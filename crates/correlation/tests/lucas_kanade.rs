@@ -1,0 +1,56 @@
+//! OpenCV's Lucas-Kanade method on the same analytic speckle.
+
+#![cfg(feature = "opencv")]
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking, and shows what it measured")]
+
+mod support;
+
+use chainwave_correlation::{Method, ReferenceFrames, Settings};
+use chainwave_measurement::Track;
+use support::{Film, SIZE, Speckle, grid, moments, sense};
+
+fn follow(film: &Film, reference: usize) -> Vec<Track> {
+    let method: Method = "opencv-lk".parse().unwrap();
+    method.track(film, &grid(50), &ReferenceFrames::Single(reference), &Settings::default(), &|_| ()).unwrap()
+}
+
+/// Frames of a plane that moves by 0.9 px a frame.
+fn moving(n_frames: i32, noise: f64) -> Film {
+    let speckle = Speckle::new(8, Speckle::RADIUS_PX);
+    let frame = |k: i32| sense(&speckle.render(|[x, y]| [x + 0.9 * f64::from(k), y]), noise, k as u64);
+    Film::new((0..n_frames).map(frame).collect())
+}
+
+#[test]
+fn errors_are_those_of_bilinear_interpolation_and_lie_within_the_stated_interval() {
+    let tracks = follow(&moving(11, 0.01), 5);
+    let mut pulls = Vec::new();
+    let mut means = Vec::new();
+    for frame in 0..11 {
+        let error = |(track, subset): (&Track, chainwave_measurement::Subset)| {
+            let position = track.positions[frame].unwrap();
+            let error = position.x_px.value - subset.x_px - 0.9 * (frame as f64 - 5.0);
+            (error, error / position.x_px.sigma)
+        };
+        let errors: Vec<(f64, f64)> = tracks.iter().zip(grid(50)).map(error).collect();
+        means.push(moments(&errors.iter().map(|error| error.0).collect::<Vec<_>>())[0]);
+        if frame != 5 {
+            pulls.extend(errors.into_iter().map(|error| error.1));
+        }
+    }
+    let bias = means.iter().fold(f64::MIN, |a, &b| a.max(b)) - means.iter().fold(f64::MAX, |a, &b| a.min(b));
+    println!("bias {:.1} mpx peak to peak, pulls {:.2}", 1e3 * bias, moments(&pulls)[1]);
+    assert!((0.015..0.035).contains(&bias), "24-25 mpx in the peer's own measurement: {bias}");
+    let within = pulls.iter().filter(|pull| pull.abs() < 1.96).count() as f64 / pulls.len() as f64;
+    assert!(within > 0.9, "a bias is no random error, yet the interval must hold it: {within}");
+}
+
+#[test]
+fn a_frame_of_something_else_is_lost_and_the_next_found() {
+    let mut film = moving(6, 0.01);
+    film.frames[2] = sense(&vec![1000.0; SIZE[0] * SIZE[1]], 0.01, 99);
+    for track in follow(&film, 0) {
+        assert!(track.positions[2].is_err(), "for one reason or another: the flow wanders");
+        assert!([0, 1, 3, 4, 5].into_iter().all(|frame| track.positions[frame].is_ok()), "{track:?}");
+    }
+}

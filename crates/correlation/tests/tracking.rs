@@ -1,0 +1,198 @@
+//! Following bodies through recordings: large motion, loss and return, what a user may get wrong.
+
+#![expect(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a test fails by panicking, and shows what it measured"
+)]
+
+mod support;
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use chainwave_correlation::{CorrelationError, ReferenceFrames, Settings, Shape, track};
+use chainwave_measurement::{Lost, ReadError, Recording, RecordingInfo, Region, Subset, Track};
+use support::{Film, SIZE, Speckle, sense, subset};
+
+/// A speckled body of 61 x 61 px around `centre` on a dark ground.
+fn picture(body: &Speckle, centre: [f64; 2], seed: u64) -> Vec<f32> {
+    let image = body.render(|[x, y]| [x - 210.0 + centre[0], y - 210.0 + centre[1]]);
+    let inside = |i: usize| {
+        let (x, y) = ((i % SIZE[0]) as f64, (i / SIZE[0]) as f64);
+        (x - centre[0]).abs() < 30.0 && (y - centre[1]).abs() < 30.0
+    };
+    let image: Vec<f64> = image.iter().enumerate().map(|(i, &g)| if inside(i) { g } else { 150.0 }).collect();
+    sense(&image, 0.01, seed)
+}
+
+fn film(centres: &[[f64; 2]]) -> Film {
+    let body = Speckle::new(7, Speckle::RADIUS_PX);
+    Film::new(centres.iter().zip(1..).map(|(&centre, seed)| picture(&body, centre, seed)).collect())
+}
+
+fn follow(recording: &dyn Recording, at: [f64; 2], reference: usize) -> Track {
+    let subsets = [subset(at[0], at[1], 16)];
+    let settings = Settings::default();
+    let reference = ReferenceFrames::Single(reference);
+    track(recording, &subsets, &reference, &settings, &|_| ()).unwrap().remove(0)
+}
+
+fn assert_close(track: &Track, frame: usize, truth: [f64; 2]) {
+    let position = track.positions[frame].unwrap_or_else(|lost| panic!("frame {frame}: {lost:?}"));
+    let [dx, dy] = [position.x_px.value - truth[0], position.y_px.value - truth[1]];
+    // 1 % noise: sigma is 6 mpx
+    assert!(dx.hypot(dy) < 0.04, "frame {frame}: off by {dx}, {dy} px");
+}
+
+#[test]
+fn a_body_is_followed_over_300_px_at_up_to_20_px_a_frame() {
+    let place =
+        |frame: f64| [50.3 + 320.0 * (0.5 - 0.5 * (frame * 0.12).cos()), 200.2 + 3.0 * (0.5 * frame).sin()];
+    let centres: Vec<[f64; 2]> = (0..30).map(|frame| place(f64::from(frame))).collect();
+    let film = film(&centres);
+    for reference in [0, 17] {
+        let track = follow(&film, centres[reference], reference);
+        for (frame, &centre) in centres.iter().enumerate() {
+            assert_close(&track, frame, centre);
+        }
+    }
+}
+
+#[test]
+fn a_sudden_start_is_found_by_search() {
+    let centres = [[100.0, 200.0], [100.0, 200.0], [119.6, 195.3], [139.2, 190.6]];
+    let track = follow(&film(&centres), centres[0], 0);
+    for (frame, &centre) in centres.iter().enumerate() {
+        assert_close(&track, frame, centre);
+    }
+}
+
+#[test]
+fn a_body_that_leaves_the_view_is_lost_for_that_reason_and_found_when_it_returns() {
+    let place = |frame: i32| [330.0 + 9.0 * f64::from(if frame < 12 { frame } else { 24 - frame }), 200.0];
+    let centres: Vec<[f64; 2]> = (0..25).map(place).collect();
+    let track = follow(&film(&centres), centres[0], 0);
+    for (frame, &[x, y]) in centres.iter().enumerate() {
+        if x + 16.0 + 3.0 < SIZE[0] as f64 && !(12..24).contains(&frame) {
+            assert_close(&track, frame, [x, y]);
+        } else if x + 16.0 > SIZE[0] as f64 - 1.0 {
+            assert_eq!(track.positions[frame], Err(Lost::OutOfView), "frame {frame}");
+        }
+    }
+    assert!(
+        track.positions[20..].iter().all(Result::is_ok),
+        "back within four frames: {:?}",
+        &track.positions[16..]
+    );
+}
+
+#[test]
+fn a_body_behind_an_obstacle_is_lost_and_found_again() {
+    let centres: Vec<[f64; 2]> = (0..20).map(|frame| [80.0 + 12.0 * f64::from(frame), 200.0]).collect();
+    let mut film = film(&centres);
+    for frame in 6..11 {
+        film.frames[frame].fill(900.0);
+    }
+    let track = follow(&film, centres[0], 0);
+    for (frame, &centre) in centres.iter().enumerate() {
+        match frame {
+            6..11 => assert_eq!(track.positions[frame], Err(Lost::LowCorrelation), "frame {frame}"),
+            11..15 => (),
+            _ => assert_close(&track, frame, centre),
+        }
+    }
+}
+
+#[test]
+fn the_reference_frame_itself_states_the_noise_of_its_own_pixels() {
+    let centres = [[200.0, 200.0]; 3];
+    let track = follow(&film(&centres), [200.25, 199.5], 1);
+    let sigma = |frame: usize| track.positions[frame].unwrap().x_px.sigma;
+    assert_close(&track, 1, [200.25, 199.5]);
+    // one noise instead of two
+    assert!((sigma(1) / sigma(0) - 0.5_f64.sqrt()).abs() < 0.1, "{} {}", sigma(1), sigma(0));
+}
+
+#[test]
+fn a_subset_without_texture_says_so_in_every_frame() {
+    let stripes: Vec<f32> =
+        (0..SIZE[0] * SIZE[1]).map(|i| 500.0 + 300.0 * ((i % SIZE[0]) as f32 * 0.8).sin()).collect();
+    let flat = vec![1000.0; SIZE[0] * SIZE[1]];
+    let noise = sense(&vec![1000.0; SIZE[0] * SIZE[1]], 0.02, 1);
+    for frame in [stripes, flat, noise] {
+        for shape in Shape::ALL {
+            let film = Film::new(vec![frame.clone(); 2]);
+            let settings = Settings { shape, ..Settings::default() };
+            let tracks =
+                track(&film, &[subset(200.0, 200.0, 16)], &ReferenceFrames::Single(0), &settings, &|_| ());
+            assert_eq!(tracks.unwrap()[0].positions, [Err(Lost::NoTexture); 2]);
+        }
+    }
+}
+
+#[test]
+fn progress_counts_every_frame_once() {
+    let film = film(&[[200.0, 200.0]; 5]);
+    let frames = AtomicU64::new(0);
+    let count = |n: u64| {
+        frames.fetch_add(n, Ordering::Relaxed);
+    };
+    let subsets = [subset(200.0, 200.0, 16), subset(210.0, 190.0, 12)];
+    let tracks = track(&film, &subsets, &ReferenceFrames::Mean(2..4), &Settings::default(), &count).unwrap();
+    assert_eq!(frames.into_inner(), 5);
+    assert_eq!(tracks.iter().map(|track| track.positions.len()).collect::<Vec<_>>(), [5, 5]);
+    assert_eq!(tracks[1].name, "210 190");
+}
+
+#[test]
+fn what_is_wrong_is_named() {
+    let film = film(&[[200.0, 200.0]; 2]);
+    let run =
+        |subsets: &[Subset], reference| track(&film, subsets, &reference, &Settings::default(), &|_| ());
+    let outside = run(&[subset(10.0, 200.0, 16)], ReferenceFrames::Single(0)).unwrap_err();
+    assert!(
+        outside.to_string().contains("\"10 200\" at (10, 200): expected it inside 420 x 420 px"),
+        "{outside}"
+    );
+    let missing = run(&[], ReferenceFrames::Mean(1..3));
+    assert!(missing.is_ok(), "no subset needs no reference");
+    let missing = run(&[subset(200.0, 200.0, 16)], ReferenceFrames::Mean(1..3)).unwrap_err();
+    assert!(matches!(missing, CorrelationError::NoSuchReference { n_frames: 2, .. }), "{missing}");
+}
+
+/// A film with one frame that cannot be read.
+struct Broken(Film);
+
+impl Recording for Broken {
+    fn path(&self) -> &std::path::Path {
+        self.0.path()
+    }
+
+    fn info(&self) -> &RecordingInfo {
+        self.0.info()
+    }
+
+    fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {
+        if frame == 2 {
+            return Err(ReadError::Unreadable { path: self.path().into(), frame, reason: "cut off".into() });
+        }
+        self.0.read_region(frame, region, pixels)
+    }
+}
+
+#[test]
+fn a_frame_that_cannot_be_read_costs_that_frame_alone() {
+    let track = follow(&Broken(film(&[[200.0, 200.0]; 5])), [200.0, 200.0], 0);
+    assert_eq!(track.positions[2], Err(Lost::Unreadable));
+    assert!([0, 1, 3, 4].into_iter().all(|frame| track.positions[frame].is_ok()));
+}
+
+#[test]
+fn pixels_that_are_no_numbers_do_no_harm() {
+    let mut film = film(&[[200.0, 200.0]; 4]);
+    film.frames[1][200 * SIZE[0] + 200] = f32::NAN;
+    film.frames[2][200 * SIZE[0] + 200] = f32::INFINITY;
+    let track = follow(&film, [200.0, 200.0], 0);
+    assert!(track.positions[1].is_err() && track.positions[2].is_err());
+    assert!(track.positions[3].is_ok());
+}

@@ -1,0 +1,150 @@
+use chainwave_measurement::ErrorMode;
+use nalgebra::{DMatrix, DVector};
+use ndarray::Array2;
+
+use crate::align::{Contribution, Response, offset_sensitivity};
+use crate::gauge::Exchange;
+use crate::merge::{Field, Stitch};
+
+/// What is known of the errors of drives and offsets.
+pub(crate) struct AlignmentErrors {
+    /// Covariance of (s, tau) from the readings' independent noise, before the gauge was fixed.
+    pub(crate) covariance: DMatrix<f64>,
+    /// What fixing the gauge did.
+    pub(crate) exchange: Exchange,
+}
+
+/// One independent error of the alignment, of one standard deviation.
+pub(crate) struct AlignmentDirection {
+    /// Where it comes from.
+    source: String,
+    /// Error of the drives, then of the offsets in seconds.
+    pub(crate) error: DVector<f64>,
+    /// The error of a place at rest behind it: recording, row of the body, and standard deviation in metres.
+    at_rest: Option<(usize, usize, f64)>,
+}
+
+impl Stitch<'_> {
+    /// Every displacement error that many samples share: of the alignment and the places at rest, and of what the responses'
+    /// priors stand in for.
+    pub(crate) fn error_modes(&self, field: &Field, directions: &[AlignmentDirection]) -> Vec<ErrorMode> {
+        let mut modes: Vec<ErrorMode> =
+            directions.iter().map(|direction| self.displacement_error(field, direction)).collect();
+        modes.extend(self.prior_modes(field));
+        modes
+    }
+
+    /// The independent errors of the alignment: principal directions of the covariance that the readings' noise leaves, the
+    /// gauge's delay, and one for each place at rest, whose error pulls at drives and offsets too.
+    pub(crate) fn alignment_directions(
+        &self,
+        field: &Field,
+        errors: &AlignmentErrors,
+    ) -> Vec<AlignmentDirection> {
+        let mut directions = self.noise_directions(field, errors);
+        let delay = errors.exchange.delay_error.clone();
+        directions.push(AlignmentDirection {
+            source: "delay by the drive".into(),
+            error: delay,
+            at_rest: None,
+        });
+        directions.extend(self.rest_directions(field, errors));
+        directions
+    }
+
+    fn noise_directions(&self, field: &Field, errors: &AlignmentErrors) -> Vec<AlignmentDirection> {
+        let n = self.observations.len();
+        let ratio = field.iter().map(|of_body| self.scatter_ratio(of_body, |_| true)).fold(1.0, f64::max);
+        let covariance = &errors.exchange.errors * &errors.covariance * errors.exchange.errors.transpose();
+        // Drives in per cent and offsets in frames, so that the directions compare like with like.
+        let unit = |i: usize| if i < n { 0.01 } else { self.frame_interval_s };
+        let scaled =
+            |i: usize, j: usize| 0.5 * (covariance[(i, j)] + covariance[(j, i)]) / (unit(i) * unit(j));
+        let eigen = DMatrix::from_fn(2 * n, 2 * n, scaled).symmetric_eigen();
+        let largest = eigen.eigenvalues.max();
+        let kept = (0..2 * n).filter(|k| eigen.eigenvalues[*k] > 1e-8 * largest);
+        kept.map(|k| {
+            let amplitude = ratio * eigen.eigenvalues[k].sqrt();
+            let error = DVector::from_fn(2 * n, |i, _| amplitude * unit(i) * eigen.eigenvectors[(i, k)]);
+            AlignmentDirection { source: format!("alignment {k}"), error, at_rest: None }
+        })
+        .collect()
+    }
+
+    fn rest_directions(&self, field: &Field, errors: &AlignmentErrors) -> Vec<AlignmentDirection> {
+        let rest = self.end_of_rest();
+        let response = &errors.exchange.errors * &errors.covariance;
+        let of_body = |row: usize| &response * offset_sensitivity(&field[row][rest..], &self.drive);
+        let by_offset: Vec<DMatrix<f64>> = (0..field.len()).map(of_body).collect();
+        let of_recording = |(r, displacements): (usize, &Vec<crate::rest::Displacement>)| {
+            let direction = |displacement: &crate::rest::Displacement| AlignmentDirection {
+                source: format!(
+                    "rest of body {} in {}",
+                    displacement.row + 1,
+                    self.observations[r].recording
+                ),
+                error: by_offset[displacement.row].column(r) * displacement.rest_sigma_m,
+                at_rest: Some((r, displacement.row, displacement.rest_sigma_m)),
+            };
+            displacements.iter().map(direction).collect::<Vec<_>>()
+        };
+        self.displacements.iter().enumerate().flat_map(of_recording).collect()
+    }
+
+    /// Index of the first time at which the rest is over. The frames at rest define the places, so their own mean error is zero.
+    fn end_of_rest(&self) -> usize {
+        self.times_s.partition_point(|time_s| *time_s < self.settings.rest_until_s)
+    }
+
+    /// The displacement error that an alignment error makes, with the place at rest behind it.
+    fn displacement_error(&self, field: &Field, direction: &AlignmentDirection) -> ErrorMode {
+        let mut displacement_m = self.alignment_error(field, &direction.error);
+        if let Some((recording, row, rest_sigma_m)) = direction.at_rest {
+            for (i, (contributions, response)) in field[row].iter().enumerate().skip(self.end_of_rest()) {
+                let own = contributions.iter().filter(|c| c.recording == recording);
+                let error_m: f64 = own.map(|c| response.gain(c, &self.drive) * rest_sigma_m).sum();
+                displacement_m[(row, i)] += error_m;
+            }
+        }
+        ErrorMode { source: direction.source.clone(), displacement_m }
+    }
+
+    fn alignment_error(&self, field: &Field, direction: &DVector<f64>) -> Array2<f64> {
+        let n = self.observations.len();
+        Array2::from_shape_fn((field.len(), self.times_s.len()), |(row, i)| {
+            let (contributions, response) = &field[row][i];
+            let error = |c: &Contribution| {
+                let [by_drive, by_offset] = response.residual_slopes(self.drive[c.recording]);
+                by_drive * direction[c.recording] + by_offset * direction[n + c.recording]
+            };
+            contributions.iter().map(|c| response.gain(c, &self.drive) * error(c)).sum()
+        })
+    }
+
+    /// For each group of bodies that the same recordings saw, the error that the priors of slope and curvature leave where the
+    /// trials' drives do not tell them. A response is smooth in time and alike in neighbours, so this error is one for the group.
+    fn prior_modes(&self, field: &Field) -> Vec<ErrorMode> {
+        let recordings = |row: usize| -> Vec<usize> {
+            let sees = |r: &usize| self.displacements[*r].iter().any(|displacement| displacement.row == row);
+            (0..self.displacements.len()).filter(sees).collect()
+        };
+        let groups: Vec<Vec<usize>> = (0..field.len()).map(recordings).collect();
+        let leads = (0..groups.len())
+            .filter(|row| !groups[*row].is_empty() && !groups[..*row].contains(&groups[*row]));
+        leads
+            .map(|lead| ErrorMode {
+                source: format!("response of body {} and those seen with it", lead + 1),
+                displacement_m: Array2::from_shape_fn((field.len(), self.times_s.len()), |(row, i)| {
+                    if groups[row] == groups[lead] { self.prior_error_m(&field[row][i]) } else { 0.0 }
+                }),
+            })
+            .collect()
+    }
+
+    /// Standard deviation of the mean motion beyond what the readings' own noise explains.
+    fn prior_error_m(&self, (contributions, response): &(Vec<Contribution>, Response)) -> f64 {
+        let noise: f64 =
+            contributions.iter().map(|c| (response.gain(c, &self.drive) * c.read.sigma).powi(2)).sum();
+        (response.variance_m2() - noise).max(0.0).sqrt()
+    }
+}
