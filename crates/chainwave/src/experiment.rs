@@ -1,9 +1,13 @@
 //! `experiment.toml` and `trials.csv`: what was done in the laboratory, and how to evaluate it.
 
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
+use chainwave_correlation::{Interpolation, Shape};
 use chainwave_mechanics::PowerLaw;
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::error::Error;
 use crate::output::read_text;
@@ -38,7 +42,8 @@ pub(crate) struct Experiment {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Chain {
-    /// Number of bodies.
+    /// Number of bodies, at least two.
+    #[serde(deserialize_with = "several")]
     pub(crate) n_bodies: usize,
     /// Distance between neighbouring bodies at rest.
     pub(crate) pitch_m: Positive,
@@ -99,10 +104,10 @@ pub(crate) struct Tracking {
     /// Rows of a subset above and below its centre.
     pub(crate) half_height_px: usize,
     /// Shape function by name.
-    #[serde(default = "Tracking::usual_shape")]
+    #[serde(default = "Tracking::usual_shape", deserialize_with = "name_of::<_, Shape>")]
     pub(crate) shape: String,
     /// Interpolation by name.
-    #[serde(default = "Tracking::usual_interpolation")]
+    #[serde(default = "Tracking::usual_interpolation", deserialize_with = "name_of::<_, Interpolation>")]
     pub(crate) interpolation: String,
     /// Frames stamped before this time show the chain at rest, in seconds after the trigger.
     pub(crate) rest_until_s: f64,
@@ -116,6 +121,25 @@ impl Tracking {
     fn usual_interpolation() -> String {
         "quintic".into()
     }
+}
+
+/// Reads a number of bodies that make a chain; refused here, a wrong one is shown with its line.
+fn several<'de, D: Deserializer<'de>>(number: D) -> Result<usize, D::Error> {
+    match usize::deserialize(number)? {
+        found @ (0 | 1) => Err(D::Error::custom(format!("expected at least 2 bodies, found {found}"))),
+        n_bodies => Ok(n_bodies),
+    }
+}
+
+/// Reads the name of a `Choice`; refused here, an unknown one is shown with its line.
+fn name_of<'de, D, Choice>(name: D) -> Result<String, D::Error>
+where
+    D: Deserializer<'de>,
+    Choice: FromStr<Err: Display>,
+{
+    let name = String::deserialize(name)?;
+    name.parse::<Choice>().map_err(D::Error::custom)?;
+    Ok(name)
 }
 
 /// What is evaluated.
@@ -255,13 +279,11 @@ impl Experiment {
     /// Reads `experiment.toml`; an error points at the line.
     pub(crate) fn read(path: &Path) -> Result<Self, Error> {
         let text = read_text(path)?;
-        let configuration = |message: String| Error::Configuration { path: path.to_owned(), message };
-        let experiment: Self = toml::from_str(&text).map_err(|wrong| configuration(wrong.to_string()))?;
-        if experiment.chain.n_bodies < 2 {
-            let found = experiment.chain.n_bodies;
-            return Err(configuration(format!("chain.n_bodies: expected at least 2, found {found}")));
-        }
-        Ok(experiment)
+        let configuration = |wrong: toml::de::Error| Error::Configuration {
+            path: path.to_owned(),
+            message: wrong.to_string(),
+        };
+        toml::from_str(&text).map_err(configuration)
     }
 
     /// Reads the table of recordings that the experiment names; `experiment_path` is where the experiment itself lies.
@@ -279,7 +301,11 @@ impl Experiment {
             if rows.iter().any(|earlier| earlier.recording == recording) {
                 return Err(table.cell(row, "recording", "each recording once", &recording));
             }
-            let (view, trial) = (views[row] as u32, trials[row] as u32);
+            let number = |name: &str, count: usize| {
+                u32::try_from(count)
+                    .map_err(|_too_large| table.cell(row, name, "a number below 2^32", &count.to_string()))
+            };
+            let (view, trial) = (number("view", views[row])?, number("trial", trials[row])?);
             rows.push(Trial { recording, view, trial, stage_m: stages_m[row] });
         }
         match rows.is_empty() {

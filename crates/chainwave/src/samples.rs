@@ -20,12 +20,12 @@ use crate::table::{self, column};
 /// The paper's contact law, fitted to the ring's compression curve over 0-10 mm (N/m^p, m, 1).
 const RING_LAW: (f64, f64, f64) = (60.1, 2.27e-3, 0.114);
 
-/// What lies beside a sample.
+/// What lies beside a sample, in the file named after it with `.toml` behind.
 #[derive(Serialize)]
 struct Sidecar {
     what: String,
     made_by: &'static str,
-    bytes: u64,
+    size_bytes: u64,
     sha256: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     recording: Option<RecordingFacts>,
@@ -141,10 +141,13 @@ fn write_sidecar(path: &Path, what: &str, recording: Option<RecordingFacts>) -> 
     let sidecar = Sidecar {
         what: what.into(),
         made_by: "chainwave samples",
-        bytes: bytes.len() as u64,
+        size_bytes: bytes.len() as u64,
         sha256: digest,
         recording,
     };
     let text = toml::to_string(&sidecar).map_err(|wrong| Error::Argument(wrong.to_string()))?;
-    write_text(&path.with_extension("toml"), &text)
+    // What speaks of `NAME.EXT` stands in `NAME.EXT.toml`, so that two samples may share a stem.
+    let mut name = path.as_os_str().to_owned();
+    name.push(".toml");
+    write_text(Path::new(&name), &text)
 }

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use crate::cli;
 use crate::error::Error;
 use crate::outcome::Outcome;
+use crate::output::expect_folder_of;
 use crate::progress;
 use crate::table::{self, Table, column};
 
@@ -18,6 +19,7 @@ use crate::table::{self, Table, column};
 pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     let subsets = read_points(&arguments.points)?;
     let method = chosen_method(arguments)?;
+    expect_folder_of(&arguments.out)?;
     let recordings: Vec<String> =
         arguments.recordings.iter().map(|path| path.display().to_string()).collect();
     let bar = progress::bar("tracking", 0);

@@ -6,6 +6,7 @@ use chainwave_figures::{
     BodyMotion, EnergyShares, FrequencyMark, FrontPulse, FrontWidth, GapSpectrum, PeakEnergy, PeakFit,
     PeakTrace, Point, ProfilePanel, ResidualMapPanel, Series, StrainMapPanel, TailSpectrum,
 };
+use chainwave_measurement::{ChainMotion, Estimate};
 use ndarray::Array2;
 
 use super::Job;
@@ -54,12 +55,7 @@ impl Album<'_> {
         let rows: Vec<usize> = (0..5.min(n)).map(|k| k * (n - 1) / 4.min(n - 1).max(1)).collect();
         let body = |row: &usize| BodyMotion {
             body: row + 1,
-            samples: motion
-                .times_s
-                .iter()
-                .copied()
-                .zip(motion.displacement_m.row(*row).iter().copied())
-                .collect(),
+            samples: samples_of(motion, *row),
             model: self.evaluation.model.as_ref().map_or_else(Vec::new, |model| {
                 model
                     .motion
@@ -136,14 +132,14 @@ impl Album<'_> {
     fn peak_trace(&self) -> Result<Figure, Error> {
         let measurement = &self.evaluation.measurement;
         let pitch_m = self.job.experiment.chain.pitch_m.get();
-        let peaks: Vec<_> =
-            measurement.fronts.iter().flatten().map(|front| (front.gap as f64, front.peak_time_s)).collect();
-        let fit = measurement.group_velocity.as_ref().ok().map(|velocity| {
-            let used = peaks
-                .iter()
-                .filter(|(gap, _)| (velocity.gaps.0..=velocity.gaps.1).contains(&(*gap as usize)));
+        let velocity = measurement.group_velocity.as_ref().ok();
+        // Without a fit every peak is shown; with one, those that it uses (the others feel the striker or the far end).
+        let used = velocity.map_or(1..=usize::MAX, |velocity| velocity.gaps.0..=velocity.gaps.1);
+        let fronts = measurement.fronts.iter().flatten().filter(|front| used.contains(&front.gap));
+        let peaks: Vec<_> = fronts.map(|front| (front.gap as f64, front.peak_time_s)).collect();
+        let fit = velocity.map(|velocity| {
             let slowness = pitch_m / velocity.velocity_m_per_s.value;
-            let starts: Vec<f64> = used.map(|(gap, time)| time.value - gap * slowness).collect();
+            let starts: Vec<f64> = peaks.iter().map(|(gap, time)| time.value - gap * slowness).collect();
             PeakFit {
                 group_velocity_m_per_s: velocity.velocity_m_per_s,
                 t_at_gap_zero_s: starts.iter().sum::<f64>() / starts.len().max(1) as f64,
@@ -196,14 +192,19 @@ impl Album<'_> {
 
     fn peak_energy(&self) -> Result<Figure, Error> {
         let energies = self.evaluation.measurement.energies.as_ref();
-        let relative = energies.and_then(|energies| Some((&energies.gaps, energies.relative.as_ref()?)));
-        let measured = relative.map_or_else(Vec::new, |(gaps, values)| {
-            gaps.iter().zip(values).map(|(gap, value)| Point::measured(*gap as f64, *value)).collect()
-        });
         let model = self.evaluation.model.as_ref();
+        // The input is what gap 1 would take up without damping; without a model, what it was measured to take up.
+        let modelled_input = model.and_then(|model| model.undamped_j.first().copied());
+        let measured_input = energies.and_then(|energies| Some(energies.energy_j.first()?.value));
+        let input_j = modelled_input.or(measured_input).unwrap_or(1.0);
+        let measured = energies.map_or_else(Vec::new, |energies| {
+            let point = |(gap, energy): (&usize, &Estimate)| {
+                Point::measured(*gap as f64, energy.scaled(1.0 / input_j))
+            };
+            energies.gaps.iter().zip(&energies.energy_j).map(point).collect()
+        });
         let ratio = |energies: &[f64]| -> Vec<(f64, f64)> {
-            let first = energies.first().copied().unwrap_or(1.0);
-            energies.iter().enumerate().map(|(row, energy)| ((row + 1) as f64, energy / first)).collect()
+            energies.iter().enumerate().map(|(row, energy)| ((row + 1) as f64, energy / input_j)).collect()
         };
         let shares = model.map(|model| damping_share(&model.damped_j, &model.undamped_j));
         // The last gaps before a free end never fill: the shares are told two thirds down the chain.
@@ -225,14 +226,19 @@ impl Album<'_> {
         });
         Ok(Figure {
             name: "peak-energy",
-            caption: format!("Peak potential energy of each gap relative to gap 1.{told}"),
+            caption: format!(
+                "Peak potential energy of each gap relative to the input, which is what gap 1 takes up without damping.{told}"
+            ),
         })
     }
 
     fn tail_spectrum(&self) -> Result<Figure, Error> {
         let measurement = &self.evaluation.measurement;
         let frequencies_hz = &measurement.spectrum.frequency_hz;
-        let spectra = measurement.spectrum.gaps.iter().map(|of_gap| GapSpectrum {
+        // A tail cut short by the end of the record resolves nothing.
+        let longest_s = measurement.spectrum.gaps.iter().map(|of_gap| of_gap.duration_s).fold(0.0, f64::max);
+        let resolved = measurement.spectrum.gaps.iter().filter(|of_gap| of_gap.duration_s >= 0.4 * longest_s);
+        let spectra = resolved.map(|of_gap| GapSpectrum {
             gap: of_gap.gap,
             frequencies_hz: frequencies_hz.clone(),
             amplitude: of_gap.amplitude.clone(),
@@ -266,6 +272,17 @@ impl Album<'_> {
                 .into(),
         })
     }
+}
+
+/// A body's samples. Recordings end a frame apart, so up to three missing samples at the end are no loss.
+fn samples_of(motion: &ChainMotion, row: usize) -> Vec<(f64, Option<Estimate>)> {
+    let row = motion.displacement_m.row(row);
+    let mut samples: Vec<_> = motion.times_s.iter().copied().zip(row.iter().copied()).collect();
+    let missing = samples.iter().rev().take_while(|(_, sample)| sample.is_none()).count();
+    if missing <= 3 {
+        samples.truncate(samples.len() - missing);
+    }
+    samples
 }
 
 /// A strain map with its traces, as a panel borrows them.
