@@ -1,4 +1,50 @@
-use crate::command::chainwave;
+//! What the command refuses, and how: exit code 2, and a message that names the place.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use tempfile::TempDir;
+
+use crate::command::{chainwave, fail};
+use crate::laboratory::{Laboratory, N_RECORDINGS, evaluation};
+use crate::repository::root;
+
+/// A wrong experiment: the text to replace, what to put there, and a word of the message beside the line.
+const WRONG_SETTINGS: [(&str, &str, &str); 10] = [
+    ("velocity_m_per_s = 2.73", "speed_m_per_s = 2.73", "speed_m_per_s"),
+    ("mass_kg = 0.455e-3", "mass_kg = \"light\"", "light"),
+    ("mass_kg = 4.3e-3", "mass_kg = -4.3e-3", "above 0"),
+    ("delta_0_m = 2.27e-3", "delta_0_m = nan", "above 0"),
+    ("p = 0.114", "p = inf", "above 0"),
+    ("law = \"power\"", "law = \"hooke\"", "hooke"),
+    ("[chain]\nn_bodies = 12", "[chain]\nn_bodies = 1", "at least 2"),
+    ("half_height_px = 11", "half_height_px = 11\nshape = \"cubist\"", "affine"),
+    ("half_width_px = 11 ", "half_width_px = 11.5 ", "half_width_px"),
+    ("[contact]", "[contact", "]"),
+];
+
+/// A wrong table of trials: the text to replace, what to put there, and the place that the message names.
+const WRONG_CELLS: [(&str, &str, &str); 7] = [
+    ("trial2.cine,1,2,0.00", "trial2.cine,1,2,far", "line 3, column stage_m"),
+    ("trial3.cine,1,3,0.00", "trial3.cine,1,3,", "line 4, column stage_m"),
+    ("view2_trial1.cine,2,", "view2_trial1.cine,2.5,", "line 7, column view"),
+    ("view2_trial1.cine,2,1", "view2_trial1.cine,2,99999999999", "line 7, column trial"),
+    ("view3_trial1.cine", "view1_trial1.cine", "line 12, column recording"),
+    ("view3_trial5.cine", "", "line 16, column recording"),
+    ("stage_m", "stage_mm", "line 1"),
+];
+
+/// Two markers of the sample recording.
+const POINTS: &str = "name,x_px,y_px,half_width_px,half_height_px\n1,25,19.5,11,11\n2,100,19.5,11,11\n";
+
+/// A wrong table of points, and what the message names.
+const WRONG_POINTS: [(&str, &str); 4] = [
+    ("name,x_px,y_px,half_width_px,half_height_px\n1,30,mid,11,11\n", "line 2, column y_px"),
+    ("name,x_px,y_px,half_width_px,half_height_px\n1,30,23.5,11,11.5\n", "line 2, column half_height_px"),
+    ("name,x_px,y_px,half_width_px\n1,30,23.5,11\n", "half_height_px"),
+    ("name,x_px,y_px,half_width_px,half_height_px\n", "at least one point"),
+];
 
 #[test]
 fn bad_arguments_end_with_exit_code_2_and_a_reason() {
@@ -7,4 +53,111 @@ fn bad_arguments_end_with_exit_code_2_and_a_reason() {
     let message = String::from_utf8_lossy(&output.stderr);
     assert!(message.contains("no-such-command"), "{message}");
     assert!(output.stdout.is_empty(), "standard output is for results");
+}
+
+#[test]
+fn a_wrong_experiment_is_refused_at_its_line() {
+    for (from, to, word) in WRONG_SETTINGS {
+        let laboratory = Laboratory::with_experiment(from, to);
+        let path = laboratory.path("experiment.toml");
+        let text = fs::read_to_string(&path).expect("the experiment was written");
+        let wrong = to.lines().last().expect("the last line is the wrong one");
+        let line = 1 + text.lines().position(|line| line.starts_with(wrong)).expect("it was replaced");
+        for command in ["run", "synthesize"] {
+            let out = laboratory.path("out");
+            let message = fail(chainwave().arg(command).arg(&path).arg("--out").arg(&out), 2);
+            assert!(message.contains(&path.display().to_string()), "{to}: {message}");
+            assert!(message.contains(&format!("line {line},")), "{to}: expected line {line}: {message}");
+            assert!(message.contains(word), "{to}: {message}");
+            assert!(!out.exists(), "{to}: nothing could be done, so nothing is left behind");
+        }
+    }
+}
+
+#[test]
+fn a_wrong_trials_table_is_refused_at_its_cell() {
+    for (from, to, place) in WRONG_CELLS {
+        let laboratory = Laboratory::with_trials(from, to);
+        let message = fail(&mut evaluation(laboratory.path("").as_path(), &laboratory.path("out")), 2);
+        assert!(message.contains("trials.csv"), "{to}: {message}");
+        assert!(message.contains(place), "{to}: expected {place}: {message}");
+    }
+}
+
+#[test]
+fn an_experiment_without_trials_or_recordings_cannot_be_run() {
+    let laboratory = Laboratory::with_experiment("trials.csv", "nowhere.csv");
+    let message = fail(&mut evaluation(laboratory.path("").as_path(), &laboratory.path("out")), 2);
+    assert!(message.contains("nowhere.csv"), "{message}");
+
+    let laboratory = Laboratory::new();
+    let message = fail(&mut evaluation(laboratory.path("").as_path(), &laboratory.path("out")), 2);
+    assert_eq!(message.matches(".cine").count(), N_RECORDINGS, "each is named once: {message}");
+    assert!(!laboratory.path("out").join("results.json").exists());
+}
+
+#[test]
+fn an_experiment_without_a_synthetic_part_cannot_be_filmed() {
+    let laboratory = Laboratory::new();
+    let text = fs::read_to_string(laboratory.path("experiment.toml")).expect("the experiment was written");
+    let (real, _) = text.split_once("[synthetic]").expect("the small experiment is synthetic");
+    laboratory.write("experiment.toml", real);
+    let message = fail(&mut laboratory.filming(&laboratory.path("out")), 2);
+    assert!(message.contains("[synthetic]"), "{message}");
+}
+
+#[test]
+fn what_is_no_recording_is_named() {
+    let laboratory = Laboratory::new();
+    let path = laboratory.path("trials.csv");
+    let message = fail(chainwave().arg("inspect").arg(&path), 2);
+    assert!(message.contains("trials.csv") && message.contains(".cine"), "{message}");
+}
+
+#[test]
+fn wrong_options_of_track_are_refused() {
+    let folder = TempDir::new().expect("a temporary folder can be made");
+    let out = folder.path().join("tracks.csv");
+    let track =
+        |options: &[&str]| fail(tracking(&points(&folder, POINTS), &out).arg(sample()).args(options), 2);
+    let message = track(&["--method", "magic"]);
+    assert!(message.contains("magic") && message.contains("icgn-cubic-affine"), "{message}");
+    let message = track(&["--shape", "cubist"]);
+    assert!(message.contains("cubist") && message.contains("affine"), "{message}");
+    let message = track(&["--reference", "120"]);
+    assert!(message.contains("0..120"), "frames count from 0: {message}");
+    let message = track(&["--jobs", "0"]);
+    assert!(message.contains("--jobs"), "{message}");
+    let nowhere = folder.path().join("nowhere").join("tracks.csv");
+    let message = fail(tracking(&points(&folder, POINTS), &nowhere).arg(sample()), 2);
+    assert!(message.contains("nowhere"), "{message}");
+    assert!(!out.exists(), "nothing could be done");
+}
+
+#[test]
+fn a_wrong_table_of_points_is_refused_at_its_cell() {
+    let folder = TempDir::new().expect("a temporary folder can be made");
+    let out = folder.path().join("tracks.csv");
+    for (text, place) in WRONG_POINTS {
+        let message = fail(tracking(&points(&folder, text), &out).arg(sample()), 2);
+        assert!(message.contains("points.csv") && message.contains(place), "expected {place}: {message}");
+    }
+    assert!(!out.exists(), "nothing could be done");
+}
+
+/// The command that tracks points; recordings are still to be named.
+fn tracking(points: &Path, out: &Path) -> Command {
+    let mut command = chainwave();
+    command.arg("track").arg("--points").arg(points).arg("--out").arg(out);
+    command
+}
+
+fn points(folder: &TempDir, text: &str) -> PathBuf {
+    let path = folder.path().join("points.csv");
+    fs::write(&path, text).expect("the points can be written");
+    path
+}
+
+fn sample() -> PathBuf {
+    root().join("data-samples/hec-view1-trial1.cine")
 }

@@ -14,6 +14,25 @@ pub(crate) fn chainwave() -> Command {
     Command::new(BINARY.get_or_init(|| env::var_os("CHAINWAVE_COMMAND").map_or_else(build, PathBuf::from)))
 }
 
+/// Runs a command that must do everything, without a word on standard error: that is a pipe here, where neither progress
+/// nor warnings belong. Returns what it printed.
+pub(crate) fn succeed(command: &mut Command) -> String {
+    let output = command.output().expect("chainwave starts");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{command:?}: {said}");
+    assert!(said.is_empty(), "{command:?} on standard error: {said}");
+    String::from_utf8(output.stdout).expect("chainwave prints text")
+}
+
+/// Runs a command that must end with this exit code and a reason. Returns the reason.
+pub(crate) fn fail(command: &mut Command, code: i32) -> String {
+    let output = command.output().expect("chainwave starts");
+    let said = String::from_utf8(output.stderr).expect("chainwave writes text");
+    assert_eq!(output.status.code(), Some(code), "{command:?}: {said}");
+    assert!(!said.trim().is_empty(), "{command:?} gives no reason");
+    said
+}
+
 /// Builds the command and returns where cargo put it.
 fn build() -> PathBuf {
     let mut cargo = Command::new(env!("CARGO"));

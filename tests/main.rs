@@ -1,10 +1,15 @@
 //! Tests of the workspace as a whole, in one binary: `cargo test --release -p chainwave-tests`.
 //!
 //! - `architecture`: what `Cargo.toml`s and sources must keep to;
-//! - `bad_inputs`: what the command refuses, and how.
+//! - `pipelines`: the small experiment all the way, held against the truth behind its recordings;
+//! - `determinism`, `resume`: the same bytes for any number of threads, and after a kill;
+//! - `bad_inputs`: what the command refuses, and how; `failures`: how it goes on without a bad recording;
+//! - `init`: from a folder of recordings to an experiment;
+//! - `samples`, `reference`: the project's own recordings, and other people's where they are at hand.
 //!
-//! A test that runs the command starts it with [`command::chainwave`]. One that takes more than some seconds lives in a
-//! module named `slow`, which `cargo xtask test --fast` leaves out and which has the machine for itself under nextest.
+//! A test that runs the command starts it with [`command::chainwave`], and films in a [`laboratory::Laboratory`]. One that
+//! films lives in a module named `slow`, which `cargo xtask test --fast` leaves out and which has the machine for itself
+//! under nextest.
 
 // The attribute on each module tells the lints that helpers outside of `#[test]` functions are tests too.
 #[cfg(test)]
@@ -14,4 +19,26 @@ mod bad_inputs;
 #[cfg(test)]
 mod command;
 #[cfg(test)]
+mod determinism;
+#[cfg(test)]
+mod failures;
+#[cfg(test)]
+mod folder;
+#[cfg(test)]
+mod init;
+#[cfg(test)]
+mod laboratory;
+#[cfg(test)]
+mod motion;
+#[cfg(test)]
+mod pipelines;
+#[cfg(test)]
+mod reference;
+#[cfg(test)]
 mod repository;
+#[cfg(test)]
+mod resume;
+#[cfg(test)]
+mod samples;
+#[cfg(test)]
+mod table;

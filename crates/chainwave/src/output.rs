@@ -2,22 +2,49 @@
 
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::error::Error;
 
-/// Writes a file under a temporary name beside `path` and renames it when `fill` has succeeded. What an interrupted command
-/// left under that name is written over by the next one.
+/// Ending of a file that is being written.
+const UNFINISHED: &str = ".unfinished";
+
+/// Writes a file under a temporary name beside `path` and renames it when `fill` has succeeded; a failure leaves nothing.
 pub(crate) fn write_whole(
     path: &Path,
     fill: impl FnOnce(&mut BufWriter<File>) -> Result<(), Error>,
 ) -> Result<(), Error> {
-    let unfinished = unfinished_name(path);
-    let mut writer = BufWriter::new(File::create(&unfinished).map_err(Error::file(&unfinished, "create"))?);
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let unfinished = temporary_name().tempfile_in(folder).map_err(Error::file(path, "create"))?;
+    let (file, name) = unfinished.into_parts();
+    let mut writer = BufWriter::new(file);
     fill(&mut writer)?;
-    writer.flush().map_err(Error::file(&unfinished, "write"))?;
+    writer.flush().map_err(Error::file(path, "write"))?;
     drop(writer);
-    fs::rename(&unfinished, path).map_err(Error::file(path, "rename to"))
+    name.persist(path).map_err(|failure| Error::file(path, "rename to")(failure.error))
+}
+
+/// A name like `.tmpa1b2c3.unfinished`, readable by whom the folder's owner lets read new files.
+fn temporary_name() -> tempfile::Builder<'static, 'static> {
+    let mut builder = tempfile::Builder::new();
+    builder.suffix(UNFINISHED);
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    builder
+}
+
+/// Removes what a killed process left unfinished in a folder.
+pub(crate) fn remove_unfinished(folder: &Path) -> Result<(), Error> {
+    for entry in fs::read_dir(folder).map_err(Error::file(folder, "list"))? {
+        let path = entry.map_err(Error::file(folder, "list"))?.path();
+        if path.to_string_lossy().ends_with(UNFINISHED) {
+            fs::remove_file(&path).map_err(Error::file(&path, "remove"))?;
+        }
+    }
+    Ok(())
 }
 
 /// Writes a text file whole.
@@ -41,10 +68,4 @@ pub(crate) fn make_folder(path: &Path) -> Result<(), Error> {
 /// Reads a text file.
 pub(crate) fn read_text(path: &Path) -> Result<String, Error> {
     fs::read_to_string(path).map_err(Error::file(path, "read"))
-}
-
-fn unfinished_name(path: &Path) -> PathBuf {
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(".unfinished");
-    path.with_file_name(name)
 }

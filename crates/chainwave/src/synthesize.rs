@@ -13,7 +13,7 @@ use crate::cli;
 use crate::error::Error;
 use crate::experiment::{Experiment, Synthetic, Trial};
 use crate::outcome::Outcome;
-use crate::output::{make_folder, read_text, write_text};
+use crate::output::{make_folder, read_text, remove_unfinished, write_text};
 use crate::progress;
 use crate::table::{self, column};
 use crate::track::in_parallel;
@@ -49,6 +49,7 @@ pub(crate) fn synthesize(arguments: &cli::Synthesize) -> Result<Outcome, Error> 
     synthetic.seed = arguments.seed.unwrap_or(synthetic.seed);
     let synthetic = synthetic.clone();
     make_folder(&arguments.out)?;
+    remove_unfinished(&arguments.out)?;
     let studio = Studio::new(&experiment, &synthetic, &trials)?;
     if !is_up_to_date(&experiment, &trials, &arguments.out)? {
         remove_recordings(&trials, &arguments.out)?;

@@ -27,7 +27,7 @@ pub struct EnergyShares {
     pub damping: f64,
 }
 
-/// Peak potential energy of each gap relative to gap 1.
+/// Peak potential energy of each gap relative to the input energy.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PeakEnergy {
     /// Measured ratio against gap number.
@@ -133,7 +133,7 @@ fn draw_curves(drawing: &mut Drawing, plot: &Plot, energy: &PeakEnergy) {
     plot.line(drawing, &energy.undamped, undamped_stroke());
     plot.line(drawing, &energy.damped, damped_stroke());
     plot.series(drawing, &energy.measured, MEASURED);
-    plot.axes(drawing, Labels { x: "gap number n", y: "peak energy Ψ(n) / Ψ(1)" });
+    plot.axes(drawing, Labels { x: "gap number n", y: "peak energy Ψ(n) / input" });
 }
 
 /// One part of the bar, from one ordinate down to another.
@@ -222,7 +222,7 @@ mod tests {
                 let drawing = layout(Path::new("x"), &energy).unwrap();
                 drawing.assert_readable();
                 let texts: Vec<String> = drawing.text_frames().into_iter().map(|(text, _)| text).collect();
-                assert!(texts.contains(&"peak energy Ψ(n) / Ψ(1)".into()));
+                assert!(texts.contains(&"peak energy Ψ(n) / input".into()));
                 assert!(texts.contains(&format!("{:.1} %", 100.0 * dispersion)), "{texts:?}");
             }
         }

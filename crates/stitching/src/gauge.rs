@@ -100,7 +100,7 @@ impl Exchange {
 
 /// The projection of errors onto those that leave s and s^2 out of drives and offsets alike, along what the covariance ties to
 /// them; `None` where the drives do not scatter.
-fn closed_directions(drive: &[f64], covariance: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+pub(crate) fn closed_directions(drive: &[f64], covariance: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = drive.len();
     let mut squares: Vec<f64> = drive.iter().map(|s| s * s).collect();
     take_out_mean(&mut squares);

@@ -3,7 +3,7 @@ use nalgebra::DMatrix;
 use ndarray::Array2;
 
 use crate::align::{Contribution, NormalEquations, Prior, Response, ResponsePrior};
-use crate::gauge::{Exchange, Gauge};
+use crate::gauge::{Exchange, Gauge, closed_directions};
 use crate::modes::{AlignmentDirection, AlignmentErrors};
 use crate::resample::Stencil;
 use crate::rest::{Displacement, displacement_from_rest};
@@ -70,8 +70,10 @@ pub struct Stitched {
     pub warnings: Vec<String>,
 }
 
-/// Rounds after which the alignment stops in any case; about 8 are usual.
-const MAX_ROUNDS: usize = 60;
+/// Rounds after which the alignment stops in any case; 4 are usual.
+const MAX_ROUNDS: usize = 20;
+/// Rounds in which the open directions move too.
+const FREE_ROUNDS: usize = 2;
 
 /// Merges observations of one chain into its motion.
 ///
@@ -85,9 +87,7 @@ pub fn merge(observations: &[Observation], settings: &Settings) -> Result<Stitch
     loop {
         rounds += 1;
         let field = stitch.responses();
-        // Where trials are too alike the full step overshoots; half of it settles.
-        let step = if rounds <= 10 { 1.0 } else { 0.5 };
-        let (change, covariance) = stitch.align(&field, step)?;
+        let (change, covariance) = stitch.align(&field, rounds)?;
         if change < 1e-5 || rounds == MAX_ROUNDS {
             let exchange = stitch.fix_gauge(&covariance);
             stitch.trim_times();
@@ -164,12 +164,12 @@ impl<'a> Stitch<'a> {
         let n = all().count().max(1) as f64;
         let rms_m = (all().map(|read| read.value.powi(2)).sum::<f64>() / n).sqrt();
         let noise_m = all().map(|read| read.sigma).sum::<f64>() / n;
-        let enough = readings.iter().map(Vec::len).max().unwrap_or(0).min(3);
+        let most = readings.iter().map(Vec::len).max().unwrap_or(0);
+        let enough = most.min(3);
         let prior_m = |relative: f64| (relative * rms_m).max(noise_m);
-        let prior = ResponsePrior {
-            slope_m: prior_m(self.settings.slope_prior),
-            curvature_m: prior_m(self.settings.curvature_prior),
-        };
+        // Three recordings would be interpolated exactly, noise and all: they leave the curvature at zero.
+        let curvature_m = if most > 3 { prior_m(self.settings.curvature_prior) } else { 1e-3 * noise_m };
+        let prior = ResponsePrior { slope_m: prior_m(self.settings.slope_prior), curvature_m };
         readings
             .into_iter()
             .map(|mut contributions| {
@@ -185,8 +185,8 @@ impl<'a> Stitch<'a> {
             .collect()
     }
 
-    /// Part of a joint least-squares step for all drives and offsets; the largest change, in drives' priors and frames.
-    fn align(&mut self, field: &Field, step: f64) -> Result<(f64, DMatrix<f64>), StitchingError> {
+    /// One joint least-squares step for all drives and offsets; the largest change, in drives' priors and frames.
+    fn align(&mut self, field: &Field, rounds: usize) -> Result<(f64, DMatrix<f64>), StitchingError> {
         let n = self.observations.len();
         let mut equations = NormalEquations::new(n);
         for (contributions, response) in field.iter().flatten().filter(|(all, _)| all.len() > 1) {
@@ -196,12 +196,19 @@ impl<'a> Stitch<'a> {
         let (solution, covariance) = equations
             .solve(&self.drive, &self.offsets_s, prior)
             .ok_or(StitchingError::Singular { n_recordings: n })?;
+        // The first rounds, from S = X, bring drives and offsets to their natural scale; later ones leave the open directions
+        // alone, along which only priors would pull, slowly and far.
+        let solution =
+            match (rounds > FREE_ROUNDS).then(|| closed_directions(&self.drive, &covariance)).flatten() {
+                Some(closed) => closed * solution,
+                None => solution,
+            };
         let mut change = 0.0_f64;
         for r in 0..n {
             change = change.max(solution[r].abs() / self.settings.drive_prior);
             change = change.max(solution[n + r].abs() / self.frame_interval_s);
-            self.drive[r] += step * solution[r];
-            self.offsets_s[r] += step * solution[n + r];
+            self.drive[r] += solution[r];
+            self.offsets_s[r] += solution[n + r];
         }
         Ok((change, covariance))
     }

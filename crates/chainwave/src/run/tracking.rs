@@ -15,7 +15,7 @@ use super::Job;
 use crate::error::Error;
 use crate::experiment::Trial;
 use crate::outcome::Outcome;
-use crate::output::make_folder;
+use crate::output::{make_folder, remove_unfinished};
 use crate::progress;
 use crate::table::Table;
 use crate::track::{TrackRows, follow};
@@ -38,6 +38,8 @@ pub(crate) struct Tracked {
 pub(crate) fn track_all(job: &Job, outcome: &mut Outcome) -> Result<Tracked, Error> {
     let kept = job.result(".work");
     make_folder(&kept)?;
+    remove_unfinished(&kept)?;
+    remove_unfinished(&job.out)?;
     let method = method(job)?;
     let bar = progress::bar("tracking", 0);
     let results: Vec<Result<(Table, Observation), Error>> =

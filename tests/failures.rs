@@ -1,0 +1,59 @@
+//! One bad recording does not stop a batch: it is named, the rest is done, and the exit code is 1.
+
+use std::fs;
+
+use tempfile::TempDir;
+
+use crate::command::{chainwave, fail};
+use crate::laboratory::{Laboratory, N_RECORDINGS, evaluation};
+use crate::repository::root;
+use crate::table::Table;
+
+#[test]
+fn good_recordings_are_tracked_beside_a_truncated_one() {
+    let folder = TempDir::new().expect("a temporary folder can be made");
+    let good = root().join("data-samples/hec-view1-trial1.cine");
+    let [points, out, cut] = ["points.csv", "tracks.csv", "cut.cine"].map(|name| folder.path().join(name));
+    fs::write(&cut, &fs::read(&good).expect("the sample can be read")[..10_000]).expect("it can be written");
+    let text = "name,x_px,y_px,half_width_px,half_height_px\n1,25,19.5,11,11\n2,100,19.5,11,11\n";
+    fs::write(&points, text).expect("the points can be written");
+    let track = || {
+        let mut command = chainwave();
+        command.arg("track").arg("--points").arg(&points).arg("--out").arg(&out);
+        command
+    };
+
+    let message = fail(track().arg(&cut), 2);
+    assert!(message.contains("cut.cine"), "{message}");
+    assert!(!out.exists(), "nothing could be done");
+
+    let message = fail(track().args([&cut, &good]), 1);
+    assert!(message.contains("cut.cine") && !message.contains("hec-view1-trial1"), "{message}");
+    let tracks = Table::read(&out);
+    assert_eq!(tracks.n_rows(), 2 * 120, "two points in every frame of the good recording");
+    assert!(tracks.texts("recording").iter().all(|name| name.ends_with("hec-view1-trial1.cine")));
+}
+
+mod slow {
+    use super::*;
+
+    #[test]
+    fn a_batch_goes_on_without_its_bad_recordings() {
+        let laboratory = Laboratory::new();
+        let (recordings, results) = (laboratory.film(), laboratory.path("results"));
+        let (truncated, missing) = ("view2_trial3.cine", "view3_trial1.cine");
+        let path = recordings.join(truncated);
+        let bytes = fs::read(&path).expect("it was filmed");
+        fs::write(&path, &bytes[..bytes.len() / 2]).expect("it can be written");
+        fs::remove_file(recordings.join(missing)).expect("it was filmed");
+
+        let message = fail(&mut evaluation(&recordings, &results), 1);
+        assert!(message.contains(truncated) && message.contains(missing), "{message}");
+        assert_eq!(message.matches(".cine").count(), 2, "the others are well: {message}");
+        let mut tracked = Table::read(&results.join("tracks.parquet")).texts("recording");
+        tracked.dedup();
+        assert_eq!(tracked.len(), N_RECORDINGS - 2);
+        assert!(!tracked.iter().any(|name| name == truncated || name == missing), "{tracked:?}");
+        assert!(results.join("report.html").exists(), "the rest is done");
+    }
+}
