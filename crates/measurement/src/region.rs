@@ -34,7 +34,12 @@ impl Region {
         let inside = |value: i64, limit: usize| usize::try_from(value).unwrap_or(0).min(limit);
         let (left, right) = (inside(x0, width), inside(x1, width));
         let (top, bottom) = (inside(y0, height), inside(y1, height));
-        (left < right && top < bottom).then(|| Self { x: left, y: top, width: right - left, height: bottom - top })
+        (left < right && top < bottom).then(|| Self {
+            x: left,
+            y: top,
+            width: right - left,
+            height: bottom - top,
+        })
     }
 }
 
