@@ -12,6 +12,7 @@ mod init;
 mod inspect;
 mod outcome;
 mod output;
+mod parallel;
 mod progress;
 mod run;
 mod samples;

@@ -22,7 +22,6 @@ use crate::error::Error;
 use crate::experiment::{Experiment, Trial};
 use crate::outcome::Outcome;
 use crate::output::make_folder;
-use crate::track::in_parallel;
 
 /// What a run works on.
 pub(crate) struct Job {
@@ -36,13 +35,15 @@ pub(crate) struct Job {
     pub(crate) recordings: PathBuf,
     /// Where the results go.
     pub(crate) out: PathBuf,
+    /// Recordings tracked at a time.
+    pub(crate) jobs: Option<u16>,
 }
 
 /// Processes an experiment.
 pub(crate) fn run(arguments: &cli::Run) -> Result<Outcome, Error> {
     let job = Job::read(arguments)?;
     make_folder(&job.out)?;
-    in_parallel(arguments.jobs, || job.carry_out())?
+    job.carry_out()
 }
 
 impl Job {
@@ -52,7 +53,7 @@ impl Job {
         let trials = experiment.read_trials(&path)?;
         let beside = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
         let recordings = arguments.recordings.clone().unwrap_or(beside);
-        Ok(Self { experiment, path, trials, recordings, out: arguments.out.clone() })
+        Ok(Self { experiment, path, trials, recordings, out: arguments.out.clone(), jobs: arguments.jobs })
     }
 
     fn carry_out(&self) -> Result<Outcome, Error> {

@@ -6,7 +6,6 @@ use chainwave_measurement::Trajectory;
 use chainwave_mechanics::{Drive, FarEnd, PowerLaw, Schedule, Striker};
 use chainwave_synthetic::trials::{Draw, Scatter};
 use chainwave_synthetic::{Shot, film};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::cli;
@@ -14,9 +13,9 @@ use crate::error::Error;
 use crate::experiment::{Experiment, Synthetic, Trial};
 use crate::outcome::Outcome;
 use crate::output::{make_folder, read_text, remove_unfinished, write_text};
+use crate::parallel::map_in_parallel;
 use crate::progress;
 use crate::table::{self, column};
-use crate::track::in_parallel;
 
 /// Interval of the simulated motion and of `truth.parquet`: 1/175 of the shortest period of the chain.
 const TRUTH_INTERVAL_S: f64 = 1e-5;
@@ -56,10 +55,10 @@ pub(crate) fn synthesize(arguments: &cli::Synthesize) -> Result<Outcome, Error> 
         write_plan(&experiment, &trials, &arguments.out)?;
     }
     let bar = progress::bar("filming", trials.len() as u64);
-    let filmed: Vec<Result<Trajectory, Error>> = in_parallel(arguments.jobs, || {
-        let shots = trials.par_iter().zip(&studio.draws);
-        shots.map(|(trial, draw)| studio.film(trial, draw, &arguments.out).inspect(|_| bar.inc(1))).collect()
-    })?;
+    let shots: Vec<(&Trial, &Draw)> = trials.iter().zip(&studio.draws).collect();
+    let filmed = map_in_parallel(arguments.jobs, &shots, |(trial, draw)| {
+        studio.film(trial, draw, &arguments.out).inspect(|_| bar.inc(1))
+    });
     bar.finish_and_clear();
     let motions: Vec<Trajectory> = filmed.into_iter().collect::<Result<_, _>>()?;
     studio.write_truth(&motions, &arguments.out)?;

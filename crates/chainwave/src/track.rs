@@ -6,12 +6,12 @@ use chainwave_correlation::{METHODS, Method, ReferenceFrames, Settings};
 use chainwave_measurement::{Lost, Position, Recording, Subset, Track};
 use indicatif::ProgressBar;
 use polars::prelude::Column;
-use rayon::prelude::*;
 
 use crate::cli;
 use crate::error::Error;
 use crate::outcome::Outcome;
 use crate::output::expect_folder_of;
+use crate::parallel::map_in_parallel;
 use crate::progress;
 use crate::table::{self, Table, column};
 
@@ -28,8 +28,7 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
         let recording = chainwave_camera::open(path)?;
         follow(recording.as_ref(), &subsets, &reference, method, &bar)
     };
-    let results: Vec<Result<Tracked, Error>> =
-        in_parallel(arguments.jobs, || arguments.recordings.par_iter().map(of_recording).collect())?;
+    let results = map_in_parallel(arguments.jobs, &arguments.recordings, of_recording);
     bar.finish_and_clear();
     let mut outcome = Outcome::default();
     let mut rows = TrackRows::default();
@@ -65,15 +64,6 @@ pub(crate) fn follow(
     bar.inc_length((subsets.len() * recording.info().n_frames) as u64);
     let tracks = method.track(recording, subsets, reference, &Settings::default(), &|n| bar.inc(n))?;
     Ok(Tracked { times_s: recording.info().times_s.clone(), tracks })
-}
-
-/// Runs work that is spread by rayon on `jobs` threads, or on all cores.
-pub(crate) fn in_parallel<T: Send>(jobs: Option<u16>, work: impl FnOnce() -> T + Send) -> Result<T, Error> {
-    let threads = jobs.map_or(0, usize::from);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool =
-        pool.map_err(|wrong| Error::Argument(format!("--jobs {threads}: no threads to work with: {wrong}")))?;
-    Ok(pool.install(work))
 }
 
 /// The method that --method names, or the one of --shape and --interpolation.

@@ -8,7 +8,6 @@ use chainwave_correlation::{Method, ReferenceFrames};
 use chainwave_measurement::{Estimate, Recording, RecordingInfo, Subset};
 use chainwave_stitching::{BodyTrack, Observation};
 use indicatif::ProgressBar;
-use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
 use super::Job;
@@ -16,6 +15,7 @@ use crate::error::Error;
 use crate::experiment::Trial;
 use crate::outcome::Outcome;
 use crate::output::{make_folder, remove_unfinished};
+use crate::parallel::map_in_parallel;
 use crate::progress;
 use crate::table::Table;
 use crate::track::{TrackRows, follow};
@@ -42,8 +42,7 @@ pub(crate) fn track_all(job: &Job, outcome: &mut Outcome) -> Result<Tracked, Err
     remove_unfinished(&job.out)?;
     let method = method(job)?;
     let bar = progress::bar("tracking", 0);
-    let results: Vec<Result<(Table, Observation), Error>> =
-        job.trials.par_iter().map(|trial| track_one(job, trial, method, &kept, &bar)).collect();
+    let results = map_in_parallel(job.jobs, &job.trials, |trial| track_one(job, trial, method, &kept, &bar));
     bar.finish_and_clear();
     let mut tracked = Tracked { tables: Vec::new(), observations: Vec::new() };
     for result in results {
