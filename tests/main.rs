@@ -19,6 +19,8 @@ mod bad_inputs;
 #[cfg(test)]
 mod command;
 #[cfg(test)]
+mod contact;
+#[cfg(test)]
 mod determinism;
 #[cfg(test)]
 mod failures;

@@ -18,6 +18,7 @@
 
 mod check;
 mod columns;
+pub mod contact_fit;
 mod energy;
 mod error;
 pub mod fit;

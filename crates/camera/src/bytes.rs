@@ -21,6 +21,10 @@ impl<'a> Bytes<'a> {
         self.path
     }
 
+    pub(crate) fn len(&self) -> u64 {
+        self.data.len() as u64
+    }
+
     /// `len` bytes at `offset`.
     pub(crate) fn slice(&self, what: impl Display, offset: u64, len: u64) -> Result<&'a [u8], CameraError> {
         self.find(offset, len).ok_or_else(|| CameraError::Truncated {
@@ -28,7 +32,7 @@ impl<'a> Bytes<'a> {
             what: what.to_string(),
             offset,
             expected: len,
-            found: (self.data.len() as u64).saturating_sub(offset),
+            found: self.len().saturating_sub(offset),
         })
     }
 

@@ -17,7 +17,7 @@ use memmap2::Mmap;
 
 use crate::bytes::Bytes;
 use crate::mapping::map_file;
-use crate::{CameraError, Format};
+use crate::{ByteCounter, CameraError, Format, OpenOptions};
 use blocks::Blocks;
 use clock::Clock;
 use header::Header;
@@ -26,8 +26,8 @@ use setup::Setup;
 
 pub(crate) const FORMAT: Format = Format {
     name: "Phantom .cine (starts with 43 49)",
-    recognises: |head| head.starts_with(b"CI"),
-    open: |path| Ok(Box::new(Cine::open(path)?)),
+    recognises: |candidate| candidate.head.starts_with(b"CI"),
+    open: |path, options| Ok(Box::new(Cine::open(path, options)?)),
 };
 
 /// A frame begins with two sizes of four bytes; annotations may stand between them.
@@ -41,10 +41,11 @@ struct Cine {
     /// Offset of each frame's head, in bytes from the start of the file.
     frames: Vec<u64>,
     info: RecordingInfo,
+    pixel_bytes: ByteCounter,
 }
 
 impl Cine {
-    fn open(path: &Path) -> Result<Self, CameraError> {
+    fn open(path: &Path, options: &OpenOptions) -> Result<Self, CameraError> {
         let map = map_file(path)?;
         let bytes = Bytes::new(path, &map);
         let header = Header::read(bytes)?;
@@ -56,9 +57,9 @@ impl Cine {
         let mut warnings = quirks::warnings(bytes, &header, &setup, &layout, &blocks, &frames);
         warnings.extend(clock.warnings);
         let info = RecordingInfo {
-            format: layout.packing.name().into(),
-            width_px: layout.width_px,
-            height_px: layout.height_px,
+            format: layout.storage.name().into(),
+            width_px: layout.raster.width_px,
+            height_px: layout.raster.height_px,
             n_frames: frames.len(),
             bit_depth: layout.bit_depth,
             rate_hz: clock.rate_hz,
@@ -68,7 +69,7 @@ impl Cine {
             exposure_s: blocks.exposure_s().or(setup.exposure_s),
             warnings,
         };
-        Ok(Self { path: path.into(), map, layout, frames, info })
+        Ok(Self { path: path.into(), map, layout, frames, info, pixel_bytes: options.pixel_bytes.clone() })
     }
 
     /// The pixels of a frame as they are stored.
@@ -103,7 +104,8 @@ impl Recording for Cine {
 
     fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {
         self.check_request(frame, region, pixels.len())?;
-        self.layout.unpack(self.image(frame)?, region, pixels);
+        let n_bytes = self.layout.raster.unpack(self.image(frame)?, region, pixels);
+        self.pixel_bytes.add(n_bytes);
         Ok(())
     }
 }

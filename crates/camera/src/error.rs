@@ -1,6 +1,8 @@
 use std::path::PathBuf;
 
-/// Why a recording could not be opened.
+use chainwave_measurement::ReadError;
+
+/// Why a recording could not be opened, surveyed or calibrated.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CameraError {
@@ -68,8 +70,41 @@ pub enum CameraError {
         /// What to do instead.
         hint: String,
     },
-    /// The video decoder failed.
-    #[error("{}: video decoder: {reason}", path.display())]
+    /// The caller gave a frame rate that is none.
+    #[error("{}: frame rate: expected a finite number of hertz above 0, found {found}", path.display())]
+    FrameRate {
+        /// The recording.
+        path: PathBuf,
+        /// What was given, in hertz.
+        found: f64,
+    },
+    /// A calibration that cannot be.
+    #[error("calibration: {what}: expected {expected}, found {found}")]
+    Calibration {
+        /// What it rests on.
+        what: String,
+        /// What would do.
+        expected: String,
+        /// What was given.
+        found: f64,
+    },
+    /// A frame could not be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The recording holds too little for what is asked of it.
+    #[error("{}: {what}: expected {expected}, found {found}", path.display())]
+    TooLittle {
+        /// The recording.
+        path: PathBuf,
+        /// What there is too little of, and what for.
+        what: String,
+        /// How much suffices.
+        expected: String,
+        /// How much there is.
+        found: String,
+    },
+    /// A decoder of compressed images or video failed.
+    #[error("{}: decoder: {reason}", path.display())]
     Decoder {
         /// The recording.
         path: PathBuf,

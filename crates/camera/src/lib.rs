@@ -1,72 +1,112 @@
 //! Foreign recordings -> [`Recording`]: pixels by region, time stamps, and what a careful reader should know of the
 //! file.
 //!
-//! - **One file per format.** [`open`] asks each entry of `FORMATS` whether the file's first bytes are its own; the name of
-//!   the file decides nothing. A new format is a module with a `FORMAT` constant and one line in that list.
+//! | recording | depth | reading a region costs |
+//! |---|---|---|
+//! | Phantom .cine | 8, 16 bit, P10, P12L | its rows |
+//! | Photron .mraw with .cih or .cihx, opened by either | 8, 10, 12, 16 bit | its rows |
+//! | TIFF, BigTIFF, ImageJ stacks | 8 to 16 bit | its rows; compressed: the frame, once |
+//! | folder of TIFF, PNG or BMP images, or one of them | 8, 16 bit | as above |
+//! | NumPy .npy | 8, 16 bit | its rows |
+//! | AVI, MP4, Matroska (feature `opencv`) | 8 bit | the frame, once |
+//!
+//! - **One file per format.** [`open`] asks each entry of `FORMATS` whether a path is its own, by the first bytes of the
+//!   file. The name decides only where no bytes can: a .mraw holds nothing but pixels. To add a format, write a
+//!   module with a `FORMAT` constant (a name, how to recognise it, how to open it) and add one line to that list.
+//!   Frames that lie back to back need no more than a header: `flat` reads them; `raster` and `packing` unpack rows; `cache`
+//!   keeps what was decoded; `timing` gives times to what has no clock.
 //! - **Read only what is looked at.** Uncompressed recordings are memory-mapped and opening one reads the header alone,
-//!   so that a region costs its rows. Compressed recordings decode a frame once for all its regions.
+//!   so that a region costs its rows; [`ByteCounter`] counts them. Compressed recordings decode a frame once for all its
+//!   regions.
 //! - **Linear counts as recorded.** Companded pixels are linearised, because a tracker needs counts proportional to
-//!   light; display settings (gain, gamma, flips, crops) never touch pixels.
+//!   light; display settings (gain, gamma, flips, crops) never touch pixels, and a [`Calibration`] only coordinates.
 //! - **Nothing in a file is believed.** Every offset and size goes through one checked reader before it is used, and
 //!   nothing is allocated that the file is too short to fill. What contradicts itself becomes a warning when the
-//!   pixels and times are still certain, and otherwise an error that names the place.
+//!   pixels are still certain, and otherwise an error that names the place.
+//! - **No time is invented.** Where neither the file nor the caller ([`OpenOptions`]) knows a frame rate, it is `None`,
+//!   and times count frames.
 //!
 //! What is tracked in the pictures is no matter of this crate.
 
+mod bmp;
 mod bytes;
+mod cache;
+mod calibration;
+mod candidate;
 mod cine;
 mod error;
+mod flat;
 mod linearise;
 mod mapping;
+mod mraw;
+mod npy;
+mod options;
+mod packing;
+mod picture;
+mod png;
+mod raster;
+mod series;
+mod survey;
+mod tiff;
+mod timing;
 mod video;
 
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
 use chainwave_measurement::Recording;
 
+pub use calibration::{Calibration, Mark};
+use candidate::Candidate;
 pub use error::CameraError;
-
-/// Bytes at the start of a file that suffice to recognise every format.
-const HEAD_BYTES: u64 = 64;
+pub use options::{ByteCounter, OpenOptions};
+pub use survey::{ContactSheet, Histogram, NoiseEstimate, SheetLayout, contact_sheet, histogram, noise};
 
 /// The formats, in the order in which they are asked.
-const FORMATS: &[Format] = &[cine::FORMAT, video::FORMAT];
+const FORMATS: &[Format] =
+    &[cine::FORMAT, tiff::FORMAT, npy::FORMAT, series::IMAGE, series::FOLDER, video::FORMAT, mraw::FORMAT];
+
+/// A recording, or why it could not be opened.
+type Opened = Result<Box<dyn Recording>, CameraError>;
 
 /// A recording format: how to know it, and how to open it.
 struct Format {
     name: &'static str,
-    recognises: fn(head: &[u8]) -> bool,
-    open: fn(&Path) -> Result<Box<dyn Recording>, CameraError>,
+    recognises: fn(&Candidate) -> bool,
+    open: fn(&Path, &OpenOptions) -> Opened,
+}
+
+/// Opens a recording whose format is found from its first bytes, as [`open_with`] does with nothing else known of it.
+///
+/// # Errors
+/// As [`open_with`].
+pub fn open(path: &Path) -> Result<Box<dyn Recording>, CameraError> {
+    open_with(path, &OpenOptions::default())
 }
 
 /// Opens a recording whose format is found from its first bytes.
 ///
 /// # Errors
 /// [`CameraError`] when the file cannot be read, is of no known format, is in colour, contradicts itself, or ends
-/// before its last frame.
-pub fn open(path: &Path) -> Result<Box<dyn Recording>, CameraError> {
-    let head = read_head(path)?;
-    match FORMATS.iter().find(|format| (format.recognises)(&head)) {
-        Some(format) => (format.open)(path),
-        None => Err(unknown_format(path, &head)),
+/// before its last frame, and when the frame rate in `options` is none.
+pub fn open_with(path: &Path, options: &OpenOptions) -> Result<Box<dyn Recording>, CameraError> {
+    options.check(path)?;
+    let candidate = Candidate::read(path)?;
+    match FORMATS.iter().find(|format| (format.recognises)(&candidate)) {
+        Some(format) => (format.open)(path, options),
+        None => Err(unknown_format(&candidate)),
     }
 }
 
-fn read_head(path: &Path) -> Result<Vec<u8>, CameraError> {
-    let io_error = |source| CameraError::Io { path: path.into(), source };
-    let mut head = Vec::new();
-    File::open(path).map_err(io_error)?.take(HEAD_BYTES).read_to_end(&mut head).map_err(io_error)?;
-    Ok(head)
-}
-
-fn unknown_format(path: &Path, head: &[u8]) -> CameraError {
-    let first: Vec<String> = head.iter().take(8).map(|byte| format!("{byte:02X}")).collect();
+fn unknown_format(candidate: &Candidate) -> CameraError {
+    let first: Vec<String> = candidate.head.iter().take(8).map(|byte| format!("{byte:02X}")).collect();
     let names: Vec<&str> = FORMATS.iter().map(|format| format.name).collect();
     CameraError::UnknownFormat {
-        path: path.into(),
-        found: if first.is_empty() { "an empty file".into() } else { format!("bytes {}", first.join(" ")) },
+        path: candidate.path.into(),
+        found: match (candidate.is_folder, first.is_empty()) {
+            (true, _) => "a folder".into(),
+            (false, true) => "an empty file".into(),
+            (false, false) => format!("bytes {}", first.join(" ")),
+        },
         hint: format!("readable formats: {}", names.join("; ")),
     }
 }

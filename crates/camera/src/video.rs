@@ -5,12 +5,15 @@ mod decoder;
 
 use std::path::Path;
 
-use chainwave_measurement::Recording;
+#[cfg(not(feature = "opencv"))]
+use crate::CameraError;
+use crate::{Format, OpenOptions, Opened};
 
-use crate::{CameraError, Format};
-
-pub(crate) const FORMAT: Format =
-    Format { name: "AVI, MP4 or Matroska video", recognises: |head| container(head).is_some(), open };
+pub(crate) const FORMAT: Format = Format {
+    name: "AVI, MP4 or Matroska video",
+    recognises: |candidate| container(&candidate.head).is_some(),
+    open,
+};
 
 /// Name of the container that a file's first bytes belong to.
 fn container(head: &[u8]) -> Option<&'static str> {
@@ -27,13 +30,13 @@ fn container(head: &[u8]) -> Option<&'static str> {
 }
 
 #[cfg(feature = "opencv")]
-fn open(path: &Path) -> Result<Box<dyn Recording>, CameraError> {
-    let container = container(&crate::read_head(path)?).unwrap_or("unknown");
-    Ok(Box::new(decoder::Video::open(path, container)?))
+fn open(path: &Path, options: &OpenOptions) -> Opened {
+    let container = container(&crate::candidate::read_head(path)?).unwrap_or("unknown");
+    Ok(Box::new(decoder::Video::open(path, container, options)?))
 }
 
 #[cfg(not(feature = "opencv"))]
-fn open(path: &Path) -> Result<Box<dyn Recording>, CameraError> {
+fn open(path: &Path, _options: &OpenOptions) -> Opened {
     Err(CameraError::Unsupported {
         path: path.into(),
         what: "compressed video".into(),

@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use chainwave_analysis::contact_fit;
+use clap::{Args, Parser, Subcommand, ValueEnum};
 
 /// From high-speed recordings of an impacted chain to its wave, every number with its uncertainty.
 #[derive(Debug, Parser)]
@@ -20,6 +21,8 @@ pub(crate) enum Command {
     Inspect(Inspect),
     /// Follow points through recordings by digital image correlation.
     Track(Track),
+    /// Fit the contact law to a compression curve.
+    Contact(Contact),
     /// Compute the motion of a chain from a scene.
     Simulate(Simulate),
     /// Film a synthetic experiment: recordings with known truth.
@@ -46,6 +49,12 @@ pub(crate) struct Inspect {
     /// A TIFF file for --frame: linear counts, 16-bit gray, top row first.
     #[arg(long, requires = "frame")]
     pub(crate) out: Option<PathBuf>,
+    /// Write a contact sheet of frames to this PNG file.
+    #[arg(long)]
+    pub(crate) sheet: Option<PathBuf>,
+    /// Frames per second of a recording that does not state them, such as a folder of images.
+    #[arg(long)]
+    pub(crate) rate_hz: Option<f64>,
 }
 
 /// Arguments of `track`.
@@ -63,6 +72,9 @@ pub(crate) struct Track {
     /// Reference frame, from 0.
     #[arg(long, default_value_t = 0)]
     pub(crate) reference: usize,
+    /// Frames per second of recordings that do not state them, such as folders of images.
+    #[arg(long)]
+    pub(crate) rate_hz: Option<f64>,
     /// A rung of the ladder, by name.
     #[arg(long)]
     pub(crate) method: Option<String>,
@@ -75,6 +87,44 @@ pub(crate) struct Track {
     /// Recordings processed at a time; all cores when left out.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
+}
+
+/// Arguments of `contact`.
+#[derive(Debug, Args)]
+pub(crate) struct Contact {
+    /// Table of the curve: overlap_m,force_n in the order of the measurement, both positive in compression.
+    pub(crate) curve: PathBuf,
+    /// Law to write, as TOML.
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// Where overlap and force are zero.
+    #[arg(long, value_enum, default_value_t = Zero::Auto)]
+    pub(crate) zero: Zero,
+}
+
+/// Where overlap and force of a compression curve are zero.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(crate) enum Zero {
+    /// Contact where there are readings before it, else load-cell where its offset is real, else stated.
+    Auto,
+    /// At overlap 0 and force 0, as the curve states.
+    Stated,
+    /// At overlap 0; the load cell's offset is fitted along.
+    LoadCell,
+    /// Where the force leaves its level before contact; that overlap is fitted along.
+    Contact,
+}
+
+impl Zero {
+    /// The rule of the fit.
+    pub(crate) fn rule(self) -> contact_fit::Zero {
+        match self {
+            Self::Auto => contact_fit::Zero::Auto,
+            Self::Stated => contact_fit::Zero::Stated,
+            Self::LoadCell => contact_fit::Zero::LoadCell,
+            Self::Contact => contact_fit::Zero::Contact,
+        }
+    }
 }
 
 /// Arguments of `simulate`.

@@ -93,6 +93,8 @@ pub(crate) struct Camera {
     pub(crate) scale_px_per_m: Positive,
     /// Column and row of body 1's marker at rest, with the stage at 0.
     pub(crate) first_body_px: [f64; 2],
+    /// Frames per second of recordings that do not state them, such as folders of images.
+    pub(crate) rate_hz: Option<Positive>,
 }
 
 /// How bodies are followed.

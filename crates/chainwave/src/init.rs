@@ -25,11 +25,13 @@ pub(crate) fn init(arguments: &Init) -> Result<Outcome, Error> {
         }
     }
     let mut found: Vec<(String, RecordingInfo)> = Vec::new();
-    for path in files(folder)? {
+    for path in entries_of(folder)? {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         match chainwave_camera::open(&path) {
-            Ok(recording) => found.push((name, recording.info().clone())),
-            Err(chainwave_camera::CameraError::UnknownFormat { .. }) => {}
+            // A single image is no recording; a folder of them is.
+            Ok(recording) if recording.info().n_frames > 1 => found.push((name, recording.info().clone())),
+            Ok(_) | Err(chainwave_camera::CameraError::UnknownFormat { .. }) => {}
+            Err(_) if path.is_dir() => {}
             Err(error) => outcome.fail(error),
         }
     }
@@ -49,16 +51,18 @@ pub(crate) fn init(arguments: &Init) -> Result<Outcome, Error> {
     Ok(outcome)
 }
 
-/// The folder's files by name, numbers in their natural order.
-fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+/// What lies in the folder by name, numbers in their natural order.
+fn entries_of(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     let entries = std::fs::read_dir(folder).map_err(Error::file(folder, "list"))?;
     let mut paths = Vec::new();
     for entry in entries {
-        let path = entry.map_err(Error::file(folder, "list"))?.path();
-        if path.is_file() {
-            paths.push(path);
-        }
+        paths.push(entry.map_err(Error::file(folder, "list"))?.path());
     }
+    // A Photron header and its pixels are one recording.
+    let with_pixels = |path: &PathBuf| path.with_extension("mraw").exists();
+    paths.retain(|path| {
+        !(path.extension().is_some_and(|ending| ending == "cih" || ending == "cihx") && with_pixels(path))
+    });
     paths.sort_by_key(|path| natural_key(&path.to_string_lossy()));
     Ok(paths)
 }

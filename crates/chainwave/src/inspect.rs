@@ -3,6 +3,9 @@
 use std::fs::File;
 use std::path::Path;
 
+use chainwave_camera::{
+    CameraError, Histogram, NoiseEstimate, OpenOptions, SheetLayout, contact_sheet, histogram, noise,
+};
 use chainwave_measurement::{Recording, RecordingInfo, Region};
 use serde_json::{Value, json};
 use tiff::encoder::{TiffEncoder, colortype::Gray16};
@@ -15,18 +18,77 @@ use crate::output::write_whole;
 /// Prints a recording's facts, and writes one of its frames where that is asked.
 #[expect(clippy::print_stdout, reason = "the facts are the command's result")]
 pub(crate) fn inspect(arguments: &Inspect) -> Result<Outcome, Error> {
-    let recording = chainwave_camera::open(&arguments.recording)?;
+    let options = OpenOptions { rate_hz: arguments.rate_hz, ..OpenOptions::default() };
+    let recording = chainwave_camera::open_with(&arguments.recording, &options)?;
     if let (Some(frame), Some(out)) = (arguments.frame, &arguments.out) {
         write_frame(recording.as_ref(), frame, out)?;
     }
+    if let Some(sheet) = &arguments.sheet {
+        contact_sheet(recording.as_ref(), SheetLayout::default())?.write_png(sheet)?;
+    }
+    let survey = Survey::of(recording.as_ref());
     match arguments.json {
-        true => println!("{:#}", as_json(recording.info())),
-        false => print!("{}", as_text(&arguments.recording, recording.info())),
+        true => println!("{:#}", as_json(recording.info(), &survey)),
+        false => print!("{}{}", as_text(&arguments.recording, recording.info()), survey.as_text()),
     }
     Ok(Outcome::default())
 }
 
-fn as_json(info: &RecordingInfo) -> Value {
+/// What the pixels of a few frames tell, each with the reason where it cannot be told.
+struct Survey {
+    noise: Result<NoiseEstimate, CameraError>,
+    histogram: Result<Histogram, CameraError>,
+}
+
+impl Survey {
+    /// Frames whose counts are binned, and pairs of frames whose differences give the noise.
+    const N_FRAMES: usize = 8;
+
+    fn of(recording: &dyn Recording) -> Self {
+        Self { noise: noise(recording, Self::N_FRAMES), histogram: histogram(recording, Self::N_FRAMES) }
+    }
+
+    fn as_json(&self) -> Value {
+        let noise = self.noise.as_ref().ok();
+        let counts = self.histogram.as_ref().ok();
+        let saturated = counts.map(|counts| counts.saturation().map_or(0, |(_, n)| n));
+        json!({
+            "noise_sigma_counts": noise.map(|noise| noise.sigma(noise.median_count)),
+            "noise_at_counts": noise.map(|noise| noise.median_count),
+            "noise_variance_at_zero": noise.map(|noise| noise.variance_at_zero.value),
+            "noise_variance_per_count": noise.map(|noise| noise.variance_per_count.value),
+            "median_count": counts.map(|counts| counts.quantile(0.5)),
+            "n_pixels_surveyed": counts.map(Histogram::total),
+            "n_dark": counts.map(Histogram::n_dark),
+            "n_saturated": saturated,
+        })
+    }
+
+    fn as_text(&self) -> String {
+        let noise = match &self.noise {
+            Ok(noise) => {
+                let sigma = noise.sigma(noise.median_count);
+                format!("{sigma:.2} counts (1 sigma) at {:.0} counts", noise.median_count)
+            }
+            Err(reason) => format!("not told: {reason}"),
+        };
+        let counts = match &self.histogram {
+            Ok(counts) => {
+                let (low, middle, high) =
+                    (counts.quantile(0.01), counts.quantile(0.5), counts.quantile(0.99));
+                let saturated = counts.saturation().map_or(0, |(_, n)| n);
+                let dark = counts.n_dark();
+                format!(
+                    "1 % below {low}, median {middle}, 1 % above {high}; {dark} dark, {saturated} saturated"
+                )
+            }
+            Err(reason) => format!("not told: {reason}"),
+        };
+        format!("  noise      {noise}\n  counts     {counts}\n")
+    }
+}
+
+fn as_json(info: &RecordingInfo, survey: &Survey) -> Value {
     json!({
         "format": info.format,
         "width_px": info.width_px,
@@ -40,6 +102,7 @@ fn as_json(info: &RecordingInfo) -> Value {
         "camera": info.camera,
         "exposure_s": info.exposure_s,
         "warnings": info.warnings,
+        "survey": survey.as_json(),
     })
 }
 

@@ -6,6 +6,7 @@
 //! recordings, in parallel; what each recording gave is kept, so an interrupted run goes on where it stopped.
 
 mod cli;
+mod contact;
 mod error;
 mod experiment;
 mod init;
@@ -44,6 +45,7 @@ fn carry_out(command: &Command) -> Result<Outcome, Error> {
     match command {
         Command::Inspect(arguments) => inspect::inspect(arguments),
         Command::Track(arguments) => track::track(arguments),
+        Command::Contact(arguments) => contact::contact(arguments),
         Command::Simulate(arguments) => simulate::simulate(arguments),
         Command::Synthesize(arguments) => synthesize::synthesize(arguments),
         Command::Run(arguments) => run::run(arguments),

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use chainwave_camera::OpenOptions;
 use chainwave_correlation::{METHODS, Method, ReferenceFrames, Settings};
 use chainwave_measurement::{Lost, Position, Recording, Subset, Track};
 use indicatif::ProgressBar;
@@ -25,7 +26,8 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     let bar = progress::bar("tracking", 0);
     let reference = ReferenceFrames::Single(arguments.reference);
     let of_recording = |path: &std::path::PathBuf| -> Result<Tracked, Error> {
-        let recording = chainwave_camera::open(path)?;
+        let options = OpenOptions { rate_hz: arguments.rate_hz, ..OpenOptions::default() };
+        let recording = chainwave_camera::open_with(path, &options)?;
         follow(recording.as_ref(), &subsets, &reference, method, &bar)
     };
     let results = map_in_parallel(arguments.jobs, &arguments.recordings, of_recording);

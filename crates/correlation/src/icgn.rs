@@ -1,10 +1,11 @@
 use chainwave_measurement::{Estimate, Lost, Position};
 
-use crate::sample::{Grid, sample_grid, sample_row};
-use crate::sums::{Evaluation, sum};
-use crate::uncertainty::sigma_px;
+use crate::sample::sample;
+use crate::simd::LANES;
+use crate::sums::{Evaluation, sum, sum_of_squares};
+use crate::uncertainty::{Residual, sigma_px};
 use crate::warp::Warp;
-use crate::{PreparedSubset, Shape, Window};
+use crate::{PreparedSubset, Window};
 
 /// Where a subset was found, and how it is deformed there.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,17 +85,23 @@ impl PreparedSubset {
                 return Err(Stop::Lost(Lost::NotConverged));
             }
             if step_px <= self.settings.convergence_px.max(FINEST_STEP_PX) {
-                return self.finish(&warp, &found, iteration);
+                return self.finish(&warp, &found, iteration, workspace);
             }
         }
         Err(Stop::Lost(Lost::NotConverged))
     }
 
-    fn finish(&self, warp: &Warp, found: &Evaluation, iterations: u32) -> Result<Match, Stop> {
+    fn finish(
+        &self,
+        warp: &Warp,
+        found: &Evaluation,
+        iterations: u32,
+        workspace: &Workspace,
+    ) -> Result<Match, Stop> {
         if found.zncc < self.settings.min_zncc {
             return Err(Stop::Lost(Lost::LowCorrelation));
         }
-        let [sigma_x, sigma_y] = sigma_px(self, warp, &found.residual);
+        let [sigma_x, sigma_y] = sigma_px(self, warp, &self.residual(found, workspace));
         let [x, y] = warp.position_px;
         let (x_px, y_px) = (Estimate::new(x, sigma_x), Estimate::new(y, sigma_y));
         Ok(Match { position: Position { x_px, y_px, zncc: found.zncc, iterations }, gradient: warp.gradient })
@@ -112,22 +119,17 @@ impl PreparedSubset {
         warp: &Warp,
         workspace: &mut Workspace,
     ) -> Option<Evaluation> {
-        workspace.samples.resize(self.stride * self.height, 0.0);
-        if self.settings.shape == Shape::Translation {
-            let start = warp.apply(self.first_px);
-            let grid = Grid { width: self.width, height: self.height, stride: self.stride };
-            sample_grid(window, start, grid, &mut workspace.rows, &mut workspace.samples);
-        } else {
-            let step = [1.0 + warp.gradient[0], warp.gradient[2]];
-            for (row, samples) in workspace.samples.chunks_exact_mut(self.stride).enumerate() {
-                let start = warp.apply([0.0, self.first_px[1] + row as f64]);
-                sample_row(window, start, step, &self.columns[..self.width], &mut samples[..self.width]);
-            }
-        }
-        for samples in workspace.samples.chunks_exact_mut(self.stride) {
-            samples[self.width..].fill(0.0);
-        }
+        let n = self.n_pixels();
+        workspace.samples.resize(n.next_multiple_of(LANES), 0.0);
+        sample(window, warp, self.lattice(), &mut workspace.rows, &mut workspace.samples[..n]);
+        workspace.samples[n..].fill(0.0);
         sum(self, &workspace.samples).evaluate(self)
+    }
+
+    /// What the last evaluation left.
+    pub(crate) fn residual(&self, found: &Evaluation, workspace: &Workspace) -> Residual {
+        let sum_of_squares = sum_of_squares(self, &workspace.samples, found.mean, found.gain);
+        Residual { gain: found.gain, sum_of_squares }
     }
 }
 

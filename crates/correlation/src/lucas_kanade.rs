@@ -173,8 +173,8 @@ impl<'a> Flow<'a> {
         if found.zncc.is_nan() || found.zncc < self.settings.min_zncc {
             return Err(Lost::LowCorrelation);
         }
-        let [sigma_x, sigma_y] =
-            sigma_px(subset, &warp, &found.residual).map(|sigma| sigma.hypot(BIAS_SIGMA_PX));
+        let residual = subset.residual(&found, &self.workspace);
+        let [sigma_x, sigma_y] = sigma_px(subset, &warp, &residual).map(|sigma| sigma.hypot(BIAS_SIGMA_PX));
         let (x_px, y_px) = (Estimate::new(place[0], sigma_x), Estimate::new(place[1], sigma_y));
         Ok(Position { x_px, y_px, zncc: found.zncc, iterations: 0 })
     }

@@ -30,8 +30,12 @@ pub const METHODS: &[&str] = &[
     "icgn-linear-affine",
     "icgn-cubic-translation",
     "icgn-cubic-affine",
+    "icgn-cubic-moms-translation",
+    "icgn-cubic-moms-affine",
     "icgn-quintic-translation",
     "icgn-quintic-affine",
+    "icgn-quintic-moms-translation",
+    "icgn-quintic-moms-affine",
 ];
 
 impl Method {
@@ -104,6 +108,6 @@ mod tests {
         for name in METHODS {
             assert_eq!(name.parse::<Method>().unwrap().to_string(), *name);
         }
-        assert_eq!(Method::default().to_string(), "icgn-cubic-affine");
+        assert_eq!(Method::default().to_string(), "icgn-cubic-moms-affine");
     }
 }

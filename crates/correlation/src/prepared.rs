@@ -3,6 +3,8 @@ use nalgebra::DMatrix;
 
 use crate::gradient::{self, Chosen};
 use crate::reference::pixel_bounds;
+use crate::sample::Lattice;
+use crate::simd::LANES;
 use crate::uncertainty::{UnitCovariance, reference_noise_variance};
 use crate::warp::MAX_PARAMETERS;
 use crate::{Reference, Settings, Shape};
@@ -28,10 +30,11 @@ pub struct PreparedSubset {
     pub(crate) first_px: [f64; 2],
     pub(crate) width: usize,
     pub(crate) height: usize,
-    /// Values from one row to the next in the arrays below; those beyond `width` are zero.
-    pub(crate) stride: usize,
-    /// Columns relative to the centre, one row.
+    /// Column of each pixel relative to the centre. These arrays hold the pixels row by row, then zeros up to whole
+    /// vectors.
     pub(crate) columns: Vec<f32>,
+    /// Row of each pixel relative to the centre.
+    pub(crate) rows: Vec<f32>,
     /// Reference less its mean.
     pub(crate) intensity: Vec<f32>,
     pub(crate) gradient_x: Vec<f32>,
@@ -53,8 +56,6 @@ pub struct PreparedSubset {
     pub(crate) n_averaged: f64,
 }
 
-/// Values in a vector of the inner loops: rows are padded to whole vectors.
-pub(crate) const LANES: usize = 4;
 /// Least share of signal in the energy of the grey values, and in that of the gradient along each axis. A patch of pure
 /// noise of 33 x 33 px has about 0 +- 0.07 and 0 +- 0.2 (smoothing leaves few independent gradients); speckle of 14 %
 /// contrast at 10 % noise has 0.65 in its grey values.
@@ -86,19 +87,19 @@ impl PreparedSubset {
         if sigma_px.is_nan() || sigma_px > LARGEST_REFERENCE_SIGMA_PX {
             return Err(Lost::NoTexture);
         }
-        let stride = patch.width.next_multiple_of(LANES);
-        let padded = |values: &[f64]| pad(values, patch.width, stride);
+        let place = |i: usize| [(i % patch.width) as f64, (i / patch.width) as f64];
+        let along = |axis: usize| (0..patch.n_pixels()).map(move |i| patch.first_px[axis] + place(i)[axis]);
         Ok(Self {
             settings: settings.clone(),
             centre_px: patch.centre_px,
             first_px: patch.first_px,
             width: patch.width,
             height: patch.height,
-            stride,
-            columns: padded(&(0..patch.width).map(|i| patch.first_px[0] + i as f64).collect::<Vec<_>>()),
-            intensity: padded(&patch.intensity),
-            gradient_x: padded(&chosen.smooth.x),
-            gradient_y: padded(&chosen.smooth.y),
+            columns: pad(along(0)),
+            rows: pad(along(1)),
+            intensity: pad(patch.intensity.iter().copied()),
+            gradient_x: pad(chosen.smooth.x.iter().copied()),
+            gradient_y: pad(chosen.smooth.y.iter().copied()),
             mean: patch.mean,
             energy,
             signal_energy,
@@ -113,6 +114,10 @@ impl PreparedSubset {
     /// Pixels of the subset.
     pub fn n_pixels(&self) -> usize {
         self.width * self.height
+    }
+
+    pub(crate) fn lattice(&self) -> Lattice {
+        Lattice { first_px: self.first_px, width: self.width, height: self.height }
     }
 
     /// Half of the width and height between the outer pixels' centres, from the centre to the farther side.
@@ -130,11 +135,9 @@ impl PreparedSubset {
     }
 }
 
-fn pad(values: &[f64], width: usize, stride: usize) -> Vec<f32> {
-    let mut padded = vec![0.0; values.len() / width * stride];
-    for (row, values) in padded.chunks_exact_mut(stride).zip(values.chunks_exact(width)) {
-        row.iter_mut().zip(values).for_each(|(to, &from)| *to = from as f32);
-    }
+fn pad(values: impl Iterator<Item = f64>) -> Vec<f32> {
+    let mut padded: Vec<f32> = values.map(|value| value as f32).collect();
+    padded.resize(padded.len().next_multiple_of(LANES), 0.0);
     padded
 }
 

@@ -1,179 +1,80 @@
-//! Interpolation along the rows of a warped subset.
+//! Interpolation of a window at the places of a warped subset.
 
-use crate::bspline::pieces;
+use crate::kernel::{BSpline, Kernel, Moms};
+use crate::simd::{LANES, vectorised};
+use crate::warp::Warp;
 use crate::{Interpolation, Window};
 
-/// Samples the window at `start + step * column` for every column, into `out` (counts less the window's level).
-///
-/// `start` is in image coordinates. Every point must lie in the window ([`Window::contains`]); the caller checks the
-/// subset's corners once instead of each point here.
-pub(crate) fn sample_row(window: &Window, start: [f64; 2], step: [f64; 2], columns: &[f32], out: &mut [f32]) {
-    let origin = [window.region.x as f64, window.region.y as f64];
-    let line = Line {
-        start: [(start[0] - origin[0]) as f32, (start[1] - origin[1]) as f32],
-        step: step.map(|value| value as f32),
-    };
-    match window.interpolation {
-        Interpolation::Linear => line.sample::<2, 4>(window, columns, out),
-        Interpolation::Cubic => line.sample::<4, 4>(window, columns, out),
-        Interpolation::Quintic => line.sample::<6, 8>(window, columns, out),
-    }
-}
-
-/// A straight line of points in a window's own coordinates.
-struct Line {
-    start: [f32; 2],
-    step: [f32; 2],
-}
-
-impl Line {
-    /// In blocks of points, each in three loops of which the first and last run over the points and the second over
-    /// the lanes of a vector of coefficients, so that compilers vectorise all three.
-    fn sample<const TAPS: usize, const LANES: usize>(
-        &self,
-        window: &Window,
-        columns: &[f32],
-        out: &mut [f32],
-    ) {
-        let stride = window.region.width;
-        for (columns, out) in columns.chunks(BLOCK).zip(out.chunks_mut(BLOCK)) {
-            let block = self.locate::<TAPS>(stride, columns);
-            let mut sums = [[0.0; LANES]; BLOCK];
-            for (i, sum) in sums.iter_mut().take(columns.len()).enumerate() {
-                let coefficients = &window.coefficients[block.corners[i] as usize..];
-                *sum =
-                    weighted_rows(coefficients, stride, block.weights_y.each_ref().map(|weights| weights[i]));
-            }
-            let mut values = [0.0; BLOCK];
-            for (tap, weights) in block.weights_x.iter().enumerate() {
-                for i in 0..BLOCK {
-                    values[i] += weights[i] * sums[i][tap];
-                }
-            }
-            out.copy_from_slice(&values[..columns.len()]);
-        }
-    }
-
-    /// Where a block of points lies among the coefficients, and their weights.
-    #[inline(always)]
-    fn locate<const TAPS: usize>(&self, stride: usize, columns: &[f32]) -> Block<TAPS> {
-        let taps_before = TAPS / 2 - 1;
-        let first = (taps_before * (stride + 1)) as u32;
-        let mut padded = [columns[0]; BLOCK];
-        padded[..columns.len()].copy_from_slice(columns);
-        let mut corners = [0; BLOCK];
-        let (mut t_x, mut t_y) = ([0.0; BLOCK], [0.0; BLOCK]);
-        for i in 0..BLOCK {
-            let x = self.start[0] + self.step[0] * padded[i];
-            let y = self.start[1] + self.step[1] * padded[i];
-            let (column, row) = (floor(x), floor(y));
-            t_x[i] = x - column;
-            t_y[i] = y - row;
-            // exact: a window has fewer than 2^22 pixels
-            corners[i] =
-                (row * stride as f32 + column + UNIT_SPACING).to_bits() - UNIT_SPACING.to_bits() - first;
-        }
-        Block { corners, weights_x: weights(&t_x), weights_y: weights(&t_y) }
-    }
-}
-
-/// 2^23 + 2^22: f32 near it are whole numbers, so adding it rounds, and leaves the number in the lowest bits. Compilers
-/// vectorise this, and not the casts, which saturate.
-const UNIT_SPACING: f32 = 12_582_912.0;
-
-/// The whole number below a coordinate of less than 2^22. A whole number itself may give the one below, and the
-/// fraction 1, where a spline has the same value.
-#[inline(always)]
-fn floor(x: f32) -> f32 {
-    (x - 0.5 + UNIT_SPACING) - UNIT_SPACING
-}
-
-/// Points that are sampled together.
-const BLOCK: usize = 8;
-
-struct Block<const TAPS: usize> {
-    corners: [u32; BLOCK],
-    weights_x: [[f32; BLOCK]; TAPS],
-    weights_y: [[f32; BLOCK]; TAPS],
-}
-
-/// `sum over rows of weights[row] coefficients[row * stride + lane]`.
-#[inline(always)]
-fn weighted_rows<const TAPS: usize, const LANES: usize>(
-    coefficients: &[f32],
-    stride: usize,
-    weights: [f32; TAPS],
-) -> [f32; LANES] {
-    let rows = &coefficients[..(TAPS - 1) * stride + LANES];
-    let mut sum = [0.0; LANES];
-    for (tap, weight) in weights.into_iter().enumerate() {
-        let row = &rows[tap * stride..tap * stride + LANES];
-        for lane in 0..LANES {
-            sum[lane] += weight * row[lane];
-        }
-    }
-    sum
-}
-
-/// The weights of the taps at N fractions of a pixel.
-#[inline(always)]
-fn weights<const TAPS: usize, const N: usize>(t: &[f32; N]) -> [[f32; N]; TAPS] {
-    let table = const { pieces::<TAPS, TAPS>() };
-    std::array::from_fn(|tap| {
-        let mut sum = [table[TAPS - 1][tap]; N];
-        for power in (0..TAPS - 1).rev() {
-            for i in 0..N {
-                sum[i] = sum[i] * t[i] + table[power][tap];
-            }
-        }
-        sum
-    })
-}
-
-/// Samples the window on a grid of whole steps from `start`, one row of `width` values after the other in rows of
-/// `stride`: a subset that is moved and not deformed has the same weights everywhere, and the two axes separate.
-pub(crate) fn sample_grid(
-    window: &Window,
-    start: [f64; 2],
-    grid: Grid,
-    workspace: &mut Vec<f32>,
-    out: &mut [f32],
-) {
-    match window.interpolation {
-        Interpolation::Linear => sample_grid_with::<2>(window, start, grid, workspace, out),
-        Interpolation::Cubic => sample_grid_with::<4>(window, start, grid, workspace, out),
-        Interpolation::Quintic => sample_grid_with::<6>(window, start, grid, workspace, out),
-    }
-}
-
-/// The size of a grid of samples.
+/// The pixels of a subset: `width` columns and `height` rows, the first at `first_px` from the centre.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Grid {
+pub(crate) struct Lattice {
+    pub(crate) first_px: [f64; 2],
     pub(crate) width: usize,
     pub(crate) height: usize,
-    pub(crate) stride: usize,
 }
 
-fn sample_grid_with<const TAPS: usize>(
+/// Samples the window (counts less its level) at every pixel of a warped subset, row by row into `samples`. `rows` is a
+/// buffer.
+///
+/// Every point must lie in the window ([`Window::contains`]); the caller checks the subset's outline once instead of
+/// each point here.
+pub(crate) fn sample(
     window: &Window,
-    start: [f64; 2],
-    grid: Grid,
-    workspace: &mut Vec<f32>,
-    out: &mut [f32],
+    warp: &Warp,
+    lattice: Lattice,
+    rows: &mut Vec<f32>,
+    samples: &mut [f32],
 ) {
-    let (x, y) = (start[0] - window.region.x as f64, start[1] - window.region.y as f64);
-    let (column, row) = (x as usize, y as usize);
-    let weight_x = weights::<TAPS, 1>(&[(x - column as f64) as f32]).map(|[weight]| weight);
-    let weight_y = weights::<TAPS, 1>(&[(y - row as f64) as f32]).map(|[weight]| weight);
-    let stride = window.region.width;
-    let corner = (row + 1 - TAPS / 2) * stride + column + 1 - TAPS / 2;
-    let n_rows = grid.height + TAPS - 1;
-    workspace.resize(n_rows * grid.width, 0.0);
-    for (i, sums) in workspace.chunks_exact_mut(grid.width).enumerate() {
-        weighted_sum(&window.coefficients[corner + i * stride..], 1, weight_x, sums);
+    match window.interpolation {
+        Interpolation::Linear => sample_with::<BSpline, 2>(window, warp, lattice, rows, samples),
+        Interpolation::Cubic => sample_with::<BSpline, 4>(window, warp, lattice, rows, samples),
+        Interpolation::CubicMoms => sample_with::<Moms, 4>(window, warp, lattice, rows, samples),
+        Interpolation::Quintic => sample_with::<BSpline, 6>(window, warp, lattice, rows, samples),
+        Interpolation::QuinticMoms => sample_with::<Moms, 6>(window, warp, lattice, rows, samples),
     }
-    for (i, sums) in out.chunks_exact_mut(grid.stride).take(grid.height).enumerate() {
-        weighted_sum(&workspace[i * grid.width..], grid.width, weight_y, &mut sums[..grid.width]);
+}
+
+fn sample_with<K: Kernel<TAPS>, const TAPS: usize>(
+    window: &Window,
+    warp: &Warp,
+    lattice: Lattice,
+    rows: &mut Vec<f32>,
+    samples: &mut [f32],
+) {
+    if warp.is_translation() {
+        vectorised(
+            #[inline(always)]
+            || sample_grid::<K, TAPS>(window, warp, lattice, rows, samples),
+        );
+    } else {
+        vectorised(
+            #[inline(always)]
+            || sample_rows::<K, TAPS>(window, warp, lattice, rows, samples),
+        );
+    }
+}
+
+/// Samples at whole steps: a subset that is moved and not deformed has the same weights everywhere, and the two axes
+/// separate.
+#[inline(always)]
+fn sample_grid<K: Kernel<TAPS>, const TAPS: usize>(
+    window: &Window,
+    warp: &Warp,
+    lattice: Lattice,
+    rows: &mut Vec<f32>,
+    samples: &mut [f32],
+) {
+    let start = Start::new(window, warp.apply(lattice.first_px));
+    let weight_x = K::WEIGHTS.at::<TAPS>(start.fraction[0]);
+    let weight_y = K::WEIGHTS.at::<TAPS>(start.fraction[1]);
+    let corner = window.corner::<TAPS>(start.column, start.row);
+    let (width, n_rows) = (lattice.width, lattice.height + TAPS - 1);
+    rows.resize(n_rows * width, 0.0);
+    for (i, sums) in rows.chunks_exact_mut(width).enumerate() {
+        weighted_sum(&window.coefficients[corner + i * window.stride..], 1, weight_x, sums);
+    }
+    for (i, sums) in samples.chunks_exact_mut(width).take(lattice.height).enumerate() {
+        weighted_sum(&rows[i * width..], width, weight_y, sums);
     }
 }
 
@@ -181,14 +82,152 @@ fn sample_grid_with<const TAPS: usize>(
 #[inline(always)]
 fn weighted_sum<const TAPS: usize>(values: &[f32], spacing: usize, weights: [f32; TAPS], sums: &mut [f32]) {
     let n = sums.len();
-    let lines: [&[f32]; TAPS] = std::array::from_fn(|tap| &values[tap * spacing..tap * spacing + n]);
+    let lines: [&[f32]; TAPS] = std::array::from_fn(
+        #[inline(always)]
+        |tap| &values[tap * spacing..tap * spacing + n],
+    );
     for (i, sum) in sums.iter_mut().enumerate() {
         let mut total = 0.0;
-        for (line, weight) in lines.iter().zip(weights) {
-            total += weight * line[i];
+        for tap in 0..TAPS {
+            total += weights[tap] * lines[tap][i];
         }
         *sum = total;
     }
+}
+
+/// The first point of a row: the pixel of the window at or before it, and the way from there.
+#[derive(Clone, Copy)]
+struct Start {
+    column: isize,
+    row: isize,
+    fraction: [f32; 2],
+}
+
+impl Start {
+    #[inline(always)]
+    fn new(window: &Window, [x, y]: [f64; 2]) -> Self {
+        let (x, y) = (x - window.region.x as f64, y - window.region.y as f64);
+        let (column, row) = (x as isize, y as isize); // inside the window: not negative
+        Self { column, row, fraction: [(x - column as f64) as f32, (y - row as f64) as f32] }
+    }
+}
+
+/// Samples row by row, each in segments that lie between the same coefficients: there, what is one pixel further in the
+/// subset takes the coefficients one further, and neighbours are sampled by one vector. `buffer` is for a row.
+#[inline(always)]
+fn sample_rows<K: Kernel<TAPS>, const TAPS: usize>(
+    window: &Window,
+    warp: &Warp,
+    lattice: Lattice,
+    buffer: &mut Vec<f32>,
+    samples: &mut [f32],
+) {
+    buffer.resize(lattice.width + LANES, 0.0);
+    let [x, y] = lattice.first_px;
+    for (row, samples) in samples.chunks_exact_mut(lattice.width).take(lattice.height).enumerate() {
+        let line = Line {
+            start: Start::new(window, warp.apply([x, y + row as f64])),
+            step: [warp.gradient[0] as f32, warp.gradient[2] as f32],
+        };
+        let mut first = 0;
+        while first < lattice.width {
+            let (whole, end) = line.segment(first, lattice.width);
+            let n = n_sampled(end - first);
+            line.sample::<K, TAPS>(window, whole, first, &mut buffer[..n]);
+            samples[first..end].copy_from_slice(&buffer[..end - first]);
+            first = end;
+        }
+    }
+}
+
+/// Points that are sampled for `n`: up to two more than whole vectors are done one by one, else the last vector is
+/// filled by points that are not used.
+#[inline(always)]
+fn n_sampled(n: usize) -> usize {
+    if n % LANES <= 2 { n } else { n.next_multiple_of(LANES) }
+}
+
+/// A row of points: point i lies at `start.column + i + start.fraction[0] + step[0] i`, and
+/// `start.row + start.fraction[1] + step[1] i`.
+#[derive(Clone, Copy)]
+struct Line {
+    start: Start,
+    step: [f32; 2],
+}
+
+impl Line {
+    /// Pixels from the start's that the point i has moved beyond its own i columns.
+    #[inline(always)]
+    fn way(&self, i: usize) -> [f32; 2] {
+        let i = i as i32 as f32;
+        [self.start.fraction[0] + self.step[0] * i, self.start.fraction[1] + self.step[1] * i]
+    }
+
+    /// The whole part of the way of the point `first`, and the first point of another one, at most `end`. The way
+    /// grows or falls along a row.
+    #[inline(always)]
+    fn segment(&self, first: usize, end: usize) -> ([i32; 2], usize) {
+        let whole = self.way(first).map(floor);
+        let (mut inside, mut outside) = (first, end);
+        if self.way(end - 1).map(floor) == whole {
+            return (whole, end);
+        }
+        while outside - inside > 1 {
+            let middle = usize::midpoint(inside, outside);
+            if self.way(middle).map(floor) == whole { inside = middle } else { outside = middle }
+        }
+        (whole, outside)
+    }
+
+    /// Samples the points from `first` on as if their way had this whole part. One loop over the points and no branch
+    /// in it, so that compilers vectorise it.
+    #[inline(always)]
+    fn sample<K: Kernel<TAPS>, const TAPS: usize>(
+        &self,
+        window: &Window,
+        whole: [i32; 2],
+        first: usize,
+        out: &mut [f32],
+    ) {
+        let n = out.len();
+        let column = self.start.column + whole[0] as isize + first as isize;
+        let corner = window.corner::<TAPS>(column, self.start.row + whole[1] as isize);
+        let coefficients = &window.coefficients[corner..];
+        let lines: [[&[f32]; TAPS]; TAPS] = std::array::from_fn(
+            #[inline(always)]
+            |tap_y| {
+                let line = &coefficients[tap_y * window.stride..tap_y * window.stride + n + TAPS - 1];
+                std::array::from_fn(
+                    #[inline(always)]
+                    |tap_x| &line[tap_x..tap_x + n],
+                )
+            },
+        );
+        let whole = whole.map(
+            #[inline(always)]
+            |whole| whole as f32,
+        );
+        for (i, value) in out.iter_mut().enumerate() {
+            let [x, y] = self.way(first + i);
+            let weights_x: [f32; TAPS] = K::WEIGHTS.at(x - whole[0]);
+            let weights_y: [f32; TAPS] = K::WEIGHTS.at(y - whole[1]);
+            let mut total = 0.0;
+            for tap_y in 0..TAPS {
+                let mut sum = 0.0;
+                for tap_x in 0..TAPS {
+                    sum += weights_x[tap_x] * lines[tap_y][tap_x][i];
+                }
+                total += weights_y[tap_y] * sum;
+            }
+            *value = total;
+        }
+    }
+}
+
+#[inline(always)]
+fn floor(x: f32) -> i32 {
+    let whole = x as i32;
+    whole - i32::from(x < whole as f32)
 }
 
 #[cfg(test)]
@@ -196,24 +235,78 @@ mod tests {
     use super::*;
     use chainwave_measurement::Region;
 
+    fn noise(region: Region) -> Vec<f32> {
+        (0..region.n_pixels()).map(|i| ((i * 7919) % 4096) as f32).collect()
+    }
+
+    /// The interpolated value at one point, by the definition: f64, one point after the other.
+    fn plain<K: Kernel<TAPS>, const TAPS: usize>(window: &Window, [x, y]: [f64; 2]) -> f64 {
+        let (x, y) = (x - window.region.x as f64, y - window.region.y as f64);
+        let weights = |t: f64| K::WEIGHTS.at::<TAPS>(t as f32).map(f64::from);
+        let (weights_x, weights_y) = (weights(x - x.floor()), weights(y - y.floor()));
+        let corner = window.corner::<TAPS>(x.floor() as isize, y.floor() as isize);
+        let mut sum = 0.0;
+        for (j, weight_y) in weights_y.into_iter().enumerate() {
+            for (i, weight_x) in weights_x.into_iter().enumerate() {
+                sum += weight_x * weight_y * f64::from(window.coefficients[corner + j * window.stride + i]);
+            }
+        }
+        sum
+    }
+
+    fn plain_of(window: &Window, point: [f64; 2]) -> f64 {
+        match window.interpolation {
+            Interpolation::Linear => plain::<BSpline, 2>(window, point),
+            Interpolation::Cubic => plain::<BSpline, 4>(window, point),
+            Interpolation::CubicMoms => plain::<Moms, 4>(window, point),
+            Interpolation::Quintic => plain::<BSpline, 6>(window, point),
+            Interpolation::QuinticMoms => plain::<Moms, 6>(window, point),
+        }
+    }
+
     #[test]
-    fn the_grid_agrees_with_single_points() {
-        let region = Region { x: 4, y: 9, width: 40, height: 30 };
-        let pixels: Vec<f32> = (0..region.n_pixels()).map(|i| ((i * 7919) % 4096) as f32).collect();
+    fn every_path_agrees_with_single_points() {
+        let region = Region { x: 4, y: 9, width: 110, height: 100 };
+        let pixels = noise(region);
+        let gradients = [
+            [0.0; 4],
+            [1e-4, -2e-4, 3e-4, 1e-4],
+            [0.02, 0.01, -0.015, -0.02],
+            [0.1, 0.05, 0.08, -0.1],
+            [-0.4, -0.6, 0.6, -0.4],
+        ];
         for interpolation in Interpolation::ALL {
             let window = Window::new(region, &pixels, interpolation).unwrap();
-            let (start, grid) = ([10.3, 15.8], Grid { width: 9, height: 5, stride: 12 });
-            let mut by_grid = vec![0.0; 12 * 5];
-            sample_grid(&window, start, grid, &mut Vec::new(), &mut by_grid);
-            let columns: Vec<f32> = (0..9).map(|x| x as f32).collect();
-            for row in 0..5 {
-                let mut by_point = [0.0; 9];
-                sample_row(&window, [start[0], start[1] + row as f64], [1.0, 0.0], &columns, &mut by_point);
-                for (a, b) in by_point.iter().zip(&by_grid[row * 12..]) {
-                    // coordinates in f32 are good to 2e-6 px; this noise changes by 4096 counts and more a pixel
-                    assert!((a - b).abs() < 0.1, "{interpolation}: {a} {b}");
+            for gradient in gradients {
+                for (width, height) in [(33, 33), (41, 9), (9, 20), (16, 3), (61, 31)] {
+                    let first_px = [-0.5 * width as f64, -0.5 * height as f64];
+                    let lattice = Lattice { first_px, width, height };
+                    let warp = Warp { gradient, ..Warp::at([58.3, 57.8]) };
+                    let mut samples = vec![0.0; width * height];
+                    sample(&window, &warp, lattice, &mut Vec::new(), &mut samples);
+                    for (i, &found) in samples.iter().enumerate() {
+                        let place = [first_px[0] + (i % width) as f64, first_px[1] + (i / width) as f64];
+                        let expected = plain_of(&window, warp.apply(place));
+                        // coordinates in f32 are good to 2e-6 px; this noise changes by up to 3e4 counts a pixel
+                        assert!(
+                            (f64::from(found) - expected).abs() < 0.1,
+                            "{interpolation} {gradient:?} {width} {i}: {found} {expected}"
+                        );
+                    }
                 }
             }
         }
+    }
+
+    #[test]
+    fn bits_do_not_depend_on_the_instruction_set() {
+        let region = Region::whole(80, 80);
+        let window = Window::new(region, &noise(region), Interpolation::CubicMoms).unwrap();
+        let warp = Warp { gradient: [0.02, 0.01, -0.015, -0.02], ..Warp::at([40.3, 40.8]) };
+        let lattice = Lattice { first_px: [-16.0; 2], width: 33, height: 33 };
+        let (mut plain, mut best) = (vec![0.0_f32; 33 * 33], vec![0.0_f32; 33 * 33]);
+        sample_rows::<Moms, 4>(&window, &warp, lattice, &mut Vec::new(), &mut plain);
+        sample(&window, &warp, lattice, &mut Vec::new(), &mut best);
+        assert_eq!(plain, best);
     }
 }

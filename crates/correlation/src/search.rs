@@ -64,8 +64,8 @@ fn best_shift(subset: &PreparedSubset, width: usize, pixels: &[f32]) -> Option<(
 fn correlate(subset: &PreparedSubset, width: usize, pixels: &[f32]) -> f64 {
     const LANES: usize = 8;
     let mut total = 0.0;
-    for (f, g) in subset.intensity.chunks_exact(subset.stride).zip(pixels.chunks(width)) {
-        let (f, g) = (&f[..subset.width], &g[..subset.width]);
+    for (f, g) in subset.intensity.chunks_exact(subset.width).zip(pixels.chunks(width)) {
+        let g = &g[..subset.width];
         let (f_lanes, f_rest) = f.as_chunks::<LANES>();
         let (g_lanes, g_rest) = g.as_chunks::<LANES>();
         let mut lanes = [0.0_f32; LANES];

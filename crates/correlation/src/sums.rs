@@ -1,9 +1,10 @@
 //! The sums over a subset's pixels that a Gauss-Newton step needs: the innermost loop.
 
+use pulp::{Simd, WithSimd};
+
 use crate::PreparedSubset;
 use crate::Shape;
-use crate::prepared::LANES;
-use crate::uncertainty::Residual;
+use crate::simd::{LANES, sum_of_lanes, vectorised};
 use crate::warp::{MAX_PARAMETERS, Step};
 
 /// Sums over the pixels of a sampled target g with the subset's prepared images.
@@ -19,76 +20,116 @@ pub(crate) struct Sums {
     square: f64,
 }
 
-/// Sums `samples` (rows of the subset's stride, zero beyond its width).
+/// Sums `samples` (the subset's pixels row by row, then zeros up to whole vectors).
 pub(crate) fn sum(subset: &PreparedSubset, samples: &[f32]) -> Sums {
+    let arch = pulp::Arch::new();
     match subset.settings.shape {
-        Shape::Translation => sum_rows::<false>(subset, samples),
-        Shape::Affine => sum_rows::<true>(subset, samples),
+        Shape::Translation => arch.dispatch(Summation::<1> { subset, samples }),
+        Shape::Affine => arch.dispatch(Summation::<3> { subset, samples }),
     }
 }
 
-fn sum_rows<const AFFINE: bool>(subset: &PreparedSubset, samples: &[f32]) -> Sums {
-    let mut sums = Sums::default();
-    let stride = subset.stride;
-    let rows = samples.chunks_exact(stride).zip(subset.intensity.chunks_exact(stride));
-    let gradients = subset.gradient_x.chunks_exact(stride).zip(subset.gradient_y.chunks_exact(stride));
-    for (y, ((g, f), (zx, zy))) in rows.zip(gradients).enumerate() {
-        let row = Row { g, f, zx, zy, x: &subset.columns };
-        let [u, ux, v, vx, intensity, total, square] = row.sum::<AFFINE>();
-        if AFFINE {
-            let y = subset.first_px[1] + y as f64;
-            let terms = [u, ux, y * u, v, vx, y * v];
-            sums.steepest.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term);
-        } else {
-            sums.steepest[0] += u;
-            sums.steepest[1] += v;
-        }
-        sums.intensity += intensity;
-        sums.total += total;
-        sums.square += square;
-    }
-    sums
+/// The sums with the first `TERMS` of the shape function's terms. A lane's f32 sum is of a few dozen terms, so it is
+/// good to 2e-7, which is that part of a pixel in the step.
+///
+/// Written in explicit vectors, for compilers keep the sums of an array's lanes in memory.
+struct Summation<'a, const TERMS: usize> {
+    subset: &'a PreparedSubset,
+    samples: &'a [f32],
 }
 
-struct Row<'a> {
-    g: &'a [f32],
-    f: &'a [f32],
-    zx: &'a [f32],
-    zy: &'a [f32],
-    x: &'a [f32],
-}
+impl<const TERMS: usize> WithSimd for Summation<'_, TERMS> {
+    type Output = Sums;
 
-impl Row<'_> {
-    /// zx g, zx x g, zy g, zy x g, f g, g, g^2 over the row. The f32 sums are of a few terms in each lane.
     #[inline(always)]
-    fn sum<const AFFINE: bool>(&self) -> [f64; 7] {
-        let mut lanes = [[0.0_f32; LANES]; 7];
-        let [target, reference, slope_x, slope_y, column] =
-            [self.g, self.f, self.zx, self.zy, self.x].map(|row| row.as_chunks::<LANES>().0);
-        let slopes = slope_x.iter().zip(slope_y).zip(column);
-        for ((g, f), ((zx, zy), x)) in target.iter().zip(reference).zip(slopes) {
-            for i in 0..LANES {
-                let (along_x, along_y) = (zx[i] * g[i], zy[i] * g[i]);
-                lanes[0][i] += along_x;
-                lanes[2][i] += along_y;
-                if AFFINE {
-                    lanes[1][i] += along_x * x[i];
-                    lanes[3][i] += along_y * x[i];
+    fn with_simd<S: Simd>(self, simd: S) -> Sums {
+        // LANES values are one vector or several
+        match S::F32_LANES {
+            16 => self.run::<S, 1>(simd),
+            8 => self.run::<S, 2>(simd),
+            4 => self.run::<S, 4>(simd),
+            _ => self.run::<S, LANES>(simd),
+        }
+    }
+}
+
+impl<const TERMS: usize> Summation<'_, TERMS> {
+    #[inline(always)]
+    fn run<S: Simd, const VECTORS: usize>(&self, simd: S) -> Sums {
+        let zeros = [simd.splat_f32s(0.0); VECTORS];
+        let (mut along_x, mut along_y, mut others) = ([zeros; TERMS], [zeros; TERMS], [zeros; 3]);
+        let PreparedSubset { intensity, gradient_x, gradient_y, columns, rows, .. } = self.subset;
+        let [target, reference, slope_x, slope_y, columns, rows] =
+            [self.samples, intensity, gradient_x, gradient_y, columns, rows]
+                .map(|values| S::as_simd_f32s(values).0.as_chunks::<VECTORS>().0);
+        let places = columns.iter().zip(rows);
+        let slopes = slope_x.iter().zip(slope_y);
+        for (((g, f), (slope_x, slope_y)), (x, y)) in target.iter().zip(reference).zip(slopes).zip(places) {
+            for i in 0..VECTORS {
+                // two roundings, not a fused one, which some machines do not have
+                let add = |sum: &mut S::f32s, a, b| *sum = simd.add_f32s(*sum, simd.mul_f32s(a, b));
+                let (u, v) = (simd.mul_f32s(slope_x[i], g[i]), simd.mul_f32s(slope_y[i], g[i]));
+                along_x[0][i] = simd.add_f32s(along_x[0][i], u);
+                along_y[0][i] = simd.add_f32s(along_y[0][i], v);
+                for (term, place) in [x[i], y[i]].into_iter().enumerate().take(TERMS - 1) {
+                    add(&mut along_x[term + 1][i], u, place);
+                    add(&mut along_y[term + 1][i], v, place);
                 }
-                lanes[4][i] += f[i] * g[i];
-                lanes[5][i] += g[i];
-                lanes[6][i] += g[i] * g[i];
+                add(&mut others[0][i], f[i], g[i]);
+                others[1][i] = simd.add_f32s(others[1][i], g[i]);
+                add(&mut others[2][i], g[i], g[i]);
             }
         }
-        lanes.map(|lane| lane.iter().map(|&value| f64::from(value)).sum())
+        let total = |vectors: &[S::f32s; VECTORS]| {
+            let mut lanes = [0.0; LANES];
+            lanes.copy_from_slice(pulp::bytemuck::cast_slice(vectors));
+            sum_of_lanes(lanes)
+        };
+        let mut steepest = [0.0; MAX_PARAMETERS];
+        for term in 0..TERMS {
+            steepest[term] = total(&along_x[term]);
+            steepest[TERMS + term] = total(&along_y[term]);
+        }
+        let [intensity, total, square] = others.each_ref().map(total);
+        Sums { steepest, intensity, total, square }
     }
+}
+
+/// Sum of squares of what a target that is sampled as above, with this mean and gain, differs from the reference.
+///
+/// The same number follows from the sums, yet where the images are nearly free of noise only as the difference of two
+/// that agree to all digits of f32.
+pub(crate) fn sum_of_squares(subset: &PreparedSubset, samples: &[f32], mean: f64, gain: f64) -> f64 {
+    let (mean, gain, n) = (mean as f32, gain as f32, subset.n_pixels());
+    let square = |g: f32, f: f32| {
+        let difference = g - mean - gain * f;
+        difference * difference
+    };
+    let (target, rest) = samples[..n].as_chunks::<LANES>();
+    let (reference, rest_of_reference) = subset.intensity[..n].as_chunks::<LANES>();
+    let whole = vectorised(
+        #[inline(always)]
+        || {
+            let mut lanes = [0.0; LANES];
+            for (g, f) in target.iter().zip(reference) {
+                for i in 0..LANES {
+                    lanes[i] += square(g[i], f[i]);
+                }
+            }
+            sum_of_lanes(lanes)
+        },
+    );
+    whole + rest.iter().zip(rest_of_reference).map(|(&g, &f)| f64::from(square(g, f))).sum::<f64>()
 }
 
 /// How well a sampled target fits, and the step to a better place.
 pub(crate) struct Evaluation {
     /// Zero-normalised cross-correlation.
     pub(crate) zncc: f64,
-    pub(crate) residual: Residual,
+    /// Gain of the target over the reference.
+    pub(crate) gain: f64,
+    /// Mean of the samples.
+    pub(crate) mean: f64,
     pub(crate) step: Step,
 }
 
@@ -112,11 +153,53 @@ impl Sums {
             row.iter().zip(orthogonal).map(|(inverse, sum)| inverse * sum).sum::<f64>() / gain
         };
         let parameters = subset.inverse.each_ref().map(solve);
-        let sum_of_squares = variation - gain * (2.0 * self.intensity - gain * subset.energy);
         Some(Evaluation {
             zncc: self.intensity / (subset.energy * variation).sqrt(),
-            residual: Residual { gain, sum_of_squares: sum_of_squares.max(0.0) },
+            gain,
+            mean: self.total / subset.n_pixels() as f64,
             step: Step::new(subset.settings.shape, &parameters),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Interpolation, Reference, Settings};
+    use chainwave_measurement::{Region, Subset};
+
+    #[test]
+    fn vectors_sum_as_plain_loops_do_and_with_the_same_bits_everywhere() {
+        let region = Region::whole(70, 70);
+        let wave = |i: usize| {
+            let (x, y) = ((i % 70) as f32, (i / 70) as f32);
+            1000.0 + 300.0 * (0.7 * x + 0.2 * y).sin() + 200.0 * (0.3 * x - 0.5 * y).cos()
+        };
+        let pixels = (0..region.n_pixels()).map(wave).collect();
+        let reference = Reference::new(region, pixels, 1).unwrap();
+        let centre =
+            Subset { name: "a".into(), x_px: 35.0, y_px: 35.0, half_width_px: 16, half_height_px: 15 };
+        let settings = Settings { interpolation: Interpolation::Cubic, ..Settings::default() };
+        let subset = PreparedSubset::new(&reference, &centre, &settings).unwrap();
+        let mut samples: Vec<f32> = (0..subset.n_pixels()).map(|i| 1.1 * wave(i) - 1000.0).collect();
+        samples.resize(subset.intensity.len(), 0.0);
+        let found = sum(&subset, &samples);
+        assert_eq!(found, Summation::<3> { subset: &subset, samples: &samples }.with_simd(pulp::Scalar));
+        let plain = |of: &dyn Fn(usize) -> f32| -> [f64; 2] {
+            let terms = (0..subset.n_pixels()).map(|i| f64::from(of(i)) * f64::from(samples[i]));
+            terms.fold([0.0; 2], |[sum, size], term| [sum + term, size + term.abs()])
+        };
+        let x_slope = |i: usize| subset.gradient_x[i] * subset.columns[i];
+        let y_slope = |i: usize| subset.gradient_y[i] * subset.rows[i];
+        for (found, [sum, size]) in [
+            (found.steepest[0], plain(&|i| subset.gradient_x[i])),
+            (found.steepest[1], plain(&x_slope)),
+            (found.steepest[5], plain(&y_slope)),
+            (found.intensity, plain(&|i| subset.intensity[i])),
+            (found.total, plain(&|_| 1.0)),
+            (found.square, plain(&|i| samples[i])),
+        ] {
+            assert!((found - sum).abs() < 1e-6 * size, "f32 sums of 70 terms: {found} {sum}");
+        }
     }
 }

@@ -19,7 +19,13 @@ impl Warp {
         Self { position_px, gradient: [0.0; 4] }
     }
 
+    /// Whether the subset is moved and not deformed.
+    pub(crate) fn is_translation(&self) -> bool {
+        self.gradient.iter().all(|&slope| slope == 0.0)
+    }
+
     /// Where the point at `(x, y)` from the centre lies.
+    #[inline(always)]
     pub(crate) fn apply(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let [ux, uy, vx, vy] = self.gradient;
         let [cx, cy] = self.position_px;

@@ -1,20 +1,24 @@
 use chainwave_measurement::Region;
 
+use crate::prefilter::{Rows, prefilter};
+use crate::simd::LANES;
 use crate::{CorrelationError, Interpolation};
 
-/// The B-spline coefficients of a part of an image, made once and sampled at any place in it.
+/// The spline coefficients of a part of an image, made once and sampled at any place in it.
 #[derive(Debug, Clone)]
 pub struct Window {
     pub(crate) interpolation: Interpolation,
     pub(crate) region: Region,
-    /// Row by row from the top, followed by [`PADDING`] zeros so that a vector load at the last pixel stays inside.
+    /// Counts less `level`, row by row from the top.
+    pixels: Vec<f32>,
+    /// Row by row from the top, after [`LANES`] zeros and before twice as many, so that a vector of which some values are
+    /// not used stays inside.
     pub(crate) coefficients: Vec<f32>,
+    /// Coefficients from one row to the next: the width, filled up to whole vectors by zeros.
+    pub(crate) stride: usize,
     /// Counts that were taken from every pixel: a spline reproduces a constant, and small numbers keep their digits.
     pub(crate) level: f32,
 }
-
-/// Values behind the last row, at least the widest vector of [`crate::sample`].
-const PADDING: usize = 8;
 
 impl Window {
     /// The coefficients of `pixels` (counts, row by row from the top) in `region` of an image.
@@ -39,26 +43,33 @@ impl Window {
     /// A window without pixels, to be filled again and again.
     pub(crate) fn empty(interpolation: Interpolation) -> Self {
         let region = Region { x: 0, y: 0, width: 0, height: 0 };
-        Self { interpolation, region, coefficients: vec![0.0; PADDING], level: 0.0 }
+        let coefficients = vec![0.0; 3 * LANES];
+        Self { interpolation, region, pixels: Vec::new(), coefficients, stride: 0, level: 0.0 }
     }
 
     /// Moves the window to `region` and hands out its pixels to be written; [`Window::finish`] must follow.
     pub(crate) fn start(&mut self, region: Region) -> &mut [f32] {
         self.region = region;
-        self.coefficients.resize(region.n_pixels() + PADDING, 0.0);
-        &mut self.coefficients[..region.n_pixels()]
+        self.stride = region.width.next_multiple_of(LANES);
+        self.pixels.resize(region.n_pixels(), 0.0);
+        self.coefficients.resize(self.stride * region.height + 3 * LANES, 0.0);
+        &mut self.pixels
     }
 
-    /// Turns the pixels into coefficients, in place.
+    /// Turns the pixels into coefficients.
     pub(crate) fn finish(&mut self) {
-        let n_pixels = self.region.n_pixels();
-        let (pixels, padding) = self.coefficients.split_at_mut(n_pixels);
-        padding.fill(0.0);
-        pixels.iter_mut().for_each(|value| *value -= self.level);
-        for &pole in self.interpolation.poles() {
-            filter_columns(pixels, self.region.width, pole);
-            filter_rows(pixels, self.region.width, pole);
-        }
+        let n = self.stride * self.region.height;
+        self.coefficients[LANES + n..].fill(0.0);
+        let (width, level) = (self.region.width, self.level);
+        let rows = Rows { values: &mut self.coefficients[LANES..LANES + n], stride: self.stride, width };
+        prefilter(rows, &self.pixels, level, self.interpolation.poles());
+    }
+
+    /// Index of the first coefficient that a point in the pixel at `(column, row)` of the window needs.
+    #[inline(always)]
+    pub(crate) fn corner<const TAPS: usize>(&self, column: isize, row: isize) -> usize {
+        let before = (TAPS / 2 - 1) as isize;
+        ((row - before) * self.stride as isize + column - before) as usize + LANES
     }
 
     /// Whether a point (image coordinates) can be sampled from this window's own pixels.
@@ -81,117 +92,16 @@ pub(crate) fn can_sample(region: Region, interpolation: Interpolation, [x, y]: [
     within(x, region.x, region.width) && within(y, region.y, region.height)
 }
 
-/// Terms after which the start of the recursion is exact to the digits of f32.
-fn horizon(pole: f64) -> usize {
-    (-17.0 / pole.abs().ln()).ceil() as usize
-}
-
-/// Index `i` on a line of `n` values that is mirrored at its ends.
-fn mirrored(i: usize, n: usize) -> usize {
-    let period = (2 * n).saturating_sub(2).max(1);
-    let i = i % period;
-    if i < n { i } else { period - i }
-}
-
-/// One pole of the prefilter, causal and then anticausal, down all columns at once: box 2 of M. Unser, Splines: a
-/// perfect fit for signal and image processing, IEEE Signal Process. Mag. 16 (1999) 22-38.
-fn filter_columns(pixels: &mut [f32], width: usize, pole: f64) {
-    let height = pixels.len() / width.max(1);
-    if height < 2 {
-        return;
-    }
-    let z = pole as f32;
-    let mut first = vec![0.0; width];
-    let mut weight = 1.0;
-    for i in 0..horizon(pole) {
-        let row = mirrored(i, height) * width;
-        for (sum, value) in first.iter_mut().zip(&pixels[row..row + width]) {
-            *sum += weight * value;
-        }
-        weight *= z;
-    }
-    pixels[..width].copy_from_slice(&first);
-    for y in 1..height {
-        let (above, row) = pixels[(y - 1) * width..(y + 1) * width].split_at_mut(width);
-        for (value, above) in row.iter_mut().zip(above) {
-            *value += z * *above;
-        }
-    }
-    let gain = ((1.0 - pole) * (1.0 - 1.0 / pole)) as f32;
-    let last = gain * z / (z * z - 1.0);
-    let (above, row) = pixels[(height - 2) * width..].split_at_mut(width);
-    for (value, above) in row.iter_mut().zip(above) {
-        *value = last * (*value + z * *above);
-    }
-    for y in (1..height).rev() {
-        let (row, below) = pixels[(y - 1) * width..(y + 1) * width].split_at_mut(width);
-        for (value, below) in row.iter_mut().zip(below) {
-            *value = z * (*below - gain * *value);
-        }
-    }
-}
-
-/// Rows that are filtered side by side, to hide the latency of the recursion.
-const ROWS: usize = 8;
-
-/// As [`filter_columns`], along the rows.
-fn filter_rows(pixels: &mut [f32], width: usize, pole: f64) {
-    if width < 2 {
-        return;
-    }
-    let mut blocks = pixels.chunks_exact_mut(ROWS * width);
-    for block in &mut blocks {
-        filter_row_block::<ROWS>(block, width, pole);
-    }
-    for row in blocks.into_remainder().chunks_exact_mut(width) {
-        filter_row_block::<1>(row, width, pole);
-    }
-}
-
-fn filter_row_block<const N: usize>(block: &mut [f32], width: usize, pole: f64) {
-    let z = pole as f32;
-    let mut state = [0.0; N];
-    let mut weight = 1.0;
-    for i in 0..horizon(pole) {
-        let x = mirrored(i, width);
-        for (sum, row) in state.iter_mut().zip(block.chunks_exact(width)) {
-            *sum += weight * row[x];
-        }
-        weight *= z;
-    }
-    let mut rows = block.chunks_exact_mut(width);
-    let mut rows: [&mut [f32]; N] = std::array::from_fn(|_| rows.next().unwrap_or_default());
-    for (row, first) in rows.iter_mut().zip(state) {
-        row[0] = first;
-    }
-    for x in 1..width {
-        for (row, state) in rows.iter_mut().zip(&mut state) {
-            *state = row[x] + z * *state;
-            row[x] = *state;
-        }
-    }
-    let gain = ((1.0 - pole) * (1.0 - 1.0 / pole)) as f32;
-    let last = gain * z / (z * z - 1.0);
-    for (row, state) in rows.iter_mut().zip(&mut state) {
-        *state = last * (row[width - 1] + z * row[width - 2]);
-        row[width - 1] = *state;
-    }
-    for x in (0..width - 1).rev() {
-        for (row, state) in rows.iter_mut().zip(&mut state) {
-            *state = z * (*state - gain * row[x]);
-            row[x] = *state;
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sample::sample_row;
+    use crate::sample::{Lattice, sample};
+    use crate::warp::Warp;
 
-    fn value(window: &Window, [x, y]: [f64; 2]) -> f64 {
+    fn value(window: &Window, point: [f64; 2]) -> f64 {
         let mut out = [0.0];
-        sample_row(window, [x, y], [1.0, 0.0], &[0.0], &mut out);
+        let lattice = Lattice { first_px: [0.0; 2], width: 1, height: 1 };
+        sample(window, &Warp::at(point), lattice, &mut Vec::new(), &mut out);
         f64::from(out[0]) + f64::from(window.level)
     }
 
@@ -239,7 +149,7 @@ mod tests {
 
     #[test]
     fn the_margin_keeps_the_start_of_the_recursion_out() {
-        for interpolation in [Interpolation::Cubic, Interpolation::Quintic] {
+        for interpolation in Interpolation::ALL {
             let whole = Region::whole(80, 80);
             let all = Window::new(whole, &image(whole, wavy), interpolation).unwrap();
             let margin = interpolation.prefilter_margin_px();
@@ -247,8 +157,8 @@ mod tests {
             let local = Window::new(part, &image(part, wavy), interpolation).unwrap();
             let at = 30.0 + (margin + interpolation.taps_before()) as f64 + 0.5;
             let error = (value(&local, [at, at]) - value(&all, [at, at])).abs();
-            // The mirrored wave of 300 counts has a kink whose effect is below 4e-4 of them.
-            assert!(error < 0.12, "{interpolation}: {error} counts");
+            // The mirrored wave of 300 counts has a kink whose effect is below 8e-4 of them.
+            assert!(error < 0.24, "{interpolation}: {error} counts");
         }
     }
 

@@ -121,30 +121,48 @@ impl Stitch<'_> {
         })
     }
 
-    /// For each group of bodies that the same recordings saw, the error that the priors of slope and curvature leave where the
-    /// trials' drives do not tell them. A response is smooth in time and alike in neighbours, so this error is one for the group.
+    /// For each group of bodies that the same recordings saw, the error of their responses beyond what readings tell: where the
+    /// trials' drives leave slope and curvature to the priors, and of third order. A response follows the motion in time and
+    /// is alike in neighbours, so this error is one for the group, in proportion to the motion.
     fn prior_modes(&self, field: &Field) -> Vec<ErrorMode> {
         let recordings = |row: usize| -> Vec<usize> {
             let sees = |r: &usize| self.displacements[*r].iter().any(|displacement| displacement.row == row);
             (0..self.displacements.len()).filter(sees).collect()
         };
         let groups: Vec<Vec<usize>> = (0..field.len()).map(recordings).collect();
+        let rms_m: Vec<f64> = field.iter().map(|of_body| rms_motion_m(of_body)).collect();
+        let error_m = |row: usize, i: usize| {
+            let relative = field[row][i].1.motion_m / rms_m[row].max(f64::MIN_POSITIVE);
+            relative * self.response_error_m(&field[row][i], rms_m[row])
+        };
         let leads = (0..groups.len())
             .filter(|row| !groups[*row].is_empty() && !groups[..*row].contains(&groups[*row]));
         leads
             .map(|lead| ErrorMode {
                 source: format!("response of body {} and those seen with it", lead + 1),
                 displacement_m: Array2::from_shape_fn((field.len(), self.times_s.len()), |(row, i)| {
-                    if groups[row] == groups[lead] { self.prior_error_m(&field[row][i]) } else { 0.0 }
+                    if groups[row] == groups[lead] { error_m(row, i) } else { 0.0 }
                 }),
             })
             .collect()
     }
 
     /// Standard deviation of the mean motion beyond what the readings' own noise explains.
-    fn prior_error_m(&self, (contributions, response): &(Vec<Contribution>, Response)) -> f64 {
-        let noise: f64 =
-            contributions.iter().map(|c| (response.gain(c, &self.drive) * c.read.sigma).powi(2)).sum();
-        (response.variance_m2() - noise).max(0.0).sqrt()
+    fn response_error_m(&self, (contributions, response): &(Vec<Contribution>, Response), rms_m: f64) -> f64 {
+        let gains = || contributions.iter().map(|c| (c, response.gain(c, &self.drive)));
+        let noise: f64 = gains().map(|(c, gain)| (gain * c.read.sigma).powi(2)).sum();
+        let priors = (response.variance_m2() - noise).max(0.0);
+        let cube = |s: f64| s * s * s;
+        let mean_cube = self.drive.iter().map(|s| cube(*s)).sum::<f64>() / self.drive.len() as f64;
+        let taken: f64 = gains().map(|(c, gain)| gain * cube(self.drive[c.recording])).sum();
+        let third_order_m = self.settings.third_order_prior * rms_m * (mean_cube - taken);
+        (priors + third_order_m.powi(2)).sqrt()
     }
+}
+
+/// Root mean square of a body's motion over the times it was seen, in metres.
+fn rms_motion_m(of_body: &[(Vec<Contribution>, Response)]) -> f64 {
+    let seen = || of_body.iter().filter(|(contributions, _)| !contributions.is_empty());
+    let squares: f64 = seen().map(|(_, response)| response.motion_m.powi(2)).sum();
+    (squares / seen().count().max(1) as f64).sqrt()
 }

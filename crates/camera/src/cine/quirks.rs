@@ -1,6 +1,6 @@
 use super::blocks::{Blocks, TICKS_PER_SECOND};
 use super::header::Header;
-use super::pixels::{Layout, Packing};
+use super::pixels::{Layout, Storage};
 use super::setup::Setup;
 use crate::bytes::Bytes;
 
@@ -60,8 +60,8 @@ fn decimation(setup: &Setup) -> Option<String> {
 }
 
 fn companding(setup: &Setup, layout: &Layout) -> Option<String> {
-    match layout.packing {
-        Packing::P10 => {
+    match layout.storage {
+        Storage::P10 => {
             Some("pixels were stored as companded 10-bit codes; they are linearised to 12-bit counts".into())
         }
         _ if setup.was_companded => {
@@ -73,7 +73,7 @@ fn companding(setup: &Setup, layout: &Layout) -> Option<String> {
 
 fn unstated_depth(setup: &Setup, layout: &Layout) -> Option<String> {
     let stated = setup.bit_depth == Some(layout.bit_depth);
-    (layout.packing == Packing::Gray16 && !stated).then(|| match setup.bit_depth {
+    (layout.storage == Storage::Gray16 && !stated).then(|| match setup.bit_depth {
         Some(bits) => format!("the header states {bits} significant bits; {} are assumed", layout.bit_depth),
         None => format!("the header states no number of significant bits; {} are assumed", layout.bit_depth),
     })

@@ -6,7 +6,7 @@ use opencv::core::Mat;
 use opencv::prelude::*;
 use opencv::{imgproc, videoio};
 
-use crate::CameraError;
+use crate::{CameraError, OpenOptions};
 
 /// A compressed frame takes at least this many bytes of a file, its entry in the container's index alone.
 const LEAST_FRAME_BYTES: u64 = 8;
@@ -22,11 +22,12 @@ pub(super) struct Video {
 }
 
 impl Video {
-    pub(super) fn open(path: &Path, container: &str) -> Result<Self, CameraError> {
+    pub(super) fn open(path: &Path, container: &str, options: &OpenOptions) -> Result<Self, CameraError> {
         let failed = |reason: String| CameraError::Decoder { path: path.into(), reason };
         let mut decoder = Decoder::open(path).map_err(failed)?;
         decoder.show(0).map_err(failed)?;
-        let rate_hz = decoder.rate_hz().map_err(failed)?;
+        let stated_hz = decoder.rate_hz().map_err(failed)?;
+        let rate_hz = options.rate_hz.unwrap_or(stated_hz);
         let n_frames = decoder.n_frames().map_err(failed)?;
         let info = RecordingInfo {
             format: format!("{container} video"),
@@ -40,7 +41,9 @@ impl Video {
             camera: None,
             exposure_s: None,
             warnings: vec![
-                "a video holds no trigger: t = 0 is its first frame, at the rate that the file states".into(),
+                format!(
+                    "a video holds no trigger: t = 0 is its first frame, at {rate_hz} Hz; the file states {stated_hz} Hz"
+                ),
                 "frames are decoded to 8-bit gray, which the compression has altered".into(),
             ],
         };

@@ -2,11 +2,29 @@
 //! values.
 
 #[cfg(test)]
+mod allocation;
+#[cfg(test)]
 mod cine;
+#[cfg(test)]
+mod counting;
 #[cfg(test)]
 mod hostile;
 #[cfg(test)]
+mod hostile_images;
+#[cfg(test)]
+mod images;
+#[cfg(test)]
+mod mraw;
+#[cfg(test)]
+mod property;
+#[cfg(test)]
 mod reference;
+#[cfg(test)]
+mod scene;
+#[cfg(test)]
+mod survey;
+#[cfg(test)]
+mod tiff_writer;
 #[cfg(test)]
 #[cfg(feature = "opencv")]
 mod video;

@@ -10,13 +10,16 @@ use chainwave_camera::{CameraError, open};
 use chainwave_measurement::{Recording, Region};
 use tiff::decoder::{Decoder, DecodingResult};
 
-fn cine_folder() -> Option<PathBuf> {
-    let folder =
-        std::env::var_os("CHAINWAVE_REFERENCE_DATA").map(|folder| PathBuf::from(folder).join("cine"));
+fn data_folder(name: &str) -> Option<PathBuf> {
+    let folder = std::env::var_os("CHAINWAVE_REFERENCE_DATA").map(|folder| PathBuf::from(folder).join(name));
     if folder.is_none() {
         println!("skipped: CHAINWAVE_REFERENCE_DATA is not set");
     }
     folder
+}
+
+fn cine_folder() -> Option<PathBuf> {
+    data_folder("cine")
 }
 
 fn opened(folder: &Path, name: &str) -> Box<dyn Recording> {
@@ -158,4 +161,72 @@ fn colour_and_files_of_another_kind_are_refused() {
     assert!(matches!(colour, Some(CameraError::Colour { .. })), "{colour:?}");
     let other = open(&folder.join("hypercine/example_8bpp.cine")).err();
     assert!(matches!(other, Some(CameraError::UnknownFormat { .. })), "{other:?}");
+}
+
+#[test]
+fn a_photron_recording_with_a_contradictory_header_is_read_and_named() {
+    let Some(folder) = data_folder("mraw") else { return };
+    for name in ["pyMRAW/beam.mraw", "pyMRAW/beam.cihx"] {
+        let recording = opened(&folder, name);
+        let info = recording.info();
+        assert_eq!((info.format.as_str(), info.width_px, info.height_px), ("mraw 16 bit", 1024, 80));
+        assert_eq!((info.n_frames, info.bit_depth, info.first_image), (4, 12, 0));
+        assert_eq!(info.camera.as_deref(), Some("FASTCAM SA-Z type 2100K-M-64GB"));
+        assert!((info.exposure_s.unwrap() - 5e-6).abs() < 1e-18);
+        assert!(
+            info.warnings.iter().any(|warning| warning.contains("one in 2500 saved, cannot come from 400"))
+        );
+        // Sums of the file's little-endian words, frame by frame.
+        let sums: Vec<f64> = (0..4).map(|index| frame(&*recording, index).iter().sum()).collect();
+        assert_eq!(sums, [62_998_095.0, 62_707_115.0, 63_193_821.0, 63_477_990.0]);
+    }
+}
+
+#[test]
+fn a_photron_recording_of_eight_bits_is_read() {
+    let Some(folder) = data_folder("mraw") else { return };
+    let recording = opened(&folder, "pyidi/data_showcase.mraw");
+    let info = recording.info();
+    assert_eq!((info.format.as_str(), info.width_px, info.height_px), ("mraw 8 bit", 640, 40));
+    assert_eq!((info.n_frames, info.bit_depth, info.rate_hz), (75, 8, Some(150.0)));
+    assert_eq!(info.times_s[74..], [7400.0 / 15_000.0]);
+    assert!((info.exposure_s.unwrap() - 65.06e-6).abs() < 1e-17);
+    for part in ["one frame in 100", "highest 8 of the camera's 12"] {
+        assert!(info.warnings.iter().any(|warning| warning.contains(part)), "{:?}", info.warnings);
+    }
+    let sums: Vec<f64> = [0, 30, 74].map(|index| frame(&*recording, index).iter().sum()).into();
+    assert_eq!(sums, [2_598_732.0, 2_630_101.0, 2_637_225.0]);
+}
+
+#[test]
+fn a_numpy_stack_is_read() {
+    let Some(folder) = data_folder("highspeed") else { return };
+    let recording = opened(&folder, "speckle.npy");
+    let info = recording.info();
+    assert_eq!((info.width_px, info.height_px, info.n_frames, info.bit_depth), (40, 40, 200, 16));
+    assert_eq!((info.rate_hz, &info.times_s[..3]), (None, [0.0, 1.0, 2.0].as_slice()));
+    let sums: Vec<f64> = [0, 100, 199].map(|index| frame(&*recording, index).iter().sum()).into();
+    assert_eq!(sums, [1_819_243.0, 1_808_679.0, 1_807_117.0]);
+}
+
+#[test]
+fn published_test_images_are_read_one_by_one_and_as_folders() {
+    let Some(folder) = data_folder("dic") else { return };
+    for (name, size) in [
+        ("pixel_shift/ref.tif", (512, 512)),
+        ("sample12/oht_cfrp_00.tiff", (400, 1040)),
+        ("sample14/Sample14 L1 Amp0.1b.tif", (2048, 589)),
+        ("sample5/Sample5 Reference.tif", (512, 512)),
+        ("OpenCorr/Pattern_1.bmp", (501, 501)),
+    ] {
+        let recording = opened(&folder, name);
+        assert_eq!((recording.info().width_px, recording.info().height_px), size, "{name}");
+        let pixels = frame(&*recording, 0);
+        assert!(pixels.iter().any(|&count| count > 100.0) && pixels.iter().all(|&count| count < 256.0));
+    }
+    let series = opened(&folder, "sample12");
+    assert_eq!((series.info().n_frames, series.info().first_image), (4, 0));
+    assert_eq!(series.info().times_s, [0.0, 1.0, 5.0, 11.0]);
+    assert!(series.info().warnings.iter().any(|warning| warning.contains("2 to 4, 6 to 10")));
+    assert_eq!(frame(&*series, 3), frame(&*opened(&folder, "sample12/oht_cfrp_11.tiff"), 0));
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use chainwave_camera::open;
+use chainwave_camera::{OpenOptions, open, open_with};
 use chainwave_measurement::{Recording, Region};
 use opencv::core::{Mat, Scalar, Size};
 use opencv::prelude::*;
@@ -62,6 +62,18 @@ fn every_frame_is_found_in_any_order() {
     for frame in [0, 1, 2, 2, 7, 3, 11, 0] {
         assert_shows(&*recording, frame);
     }
+}
+
+#[test]
+fn the_rate_of_the_shot_replaces_the_rate_of_showing() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("strike.avi");
+    write_video(&path);
+    let options = OpenOptions { rate_hz: Some(40_000.0), ..OpenOptions::default() };
+    let recording = open_with(&path, &options).unwrap();
+    assert_eq!(recording.info().rate_hz, Some(40_000.0));
+    assert_eq!(recording.info().times_s[4..5], [4.0 / 40_000.0]);
+    assert!(recording.info().warnings[0].contains("the file states 25 Hz"));
 }
 
 #[test]

@@ -192,8 +192,8 @@ fn block(kind: u16, data: Vec<u8>) -> Vec<u8> {
 }
 
 /// Codes of `bits` bits in a row, highest bit first.
-fn packed(codes: &[u16], bits: usize) -> Vec<u8> {
-    let mut bytes = vec![0_u8; codes.len() * bits / 8];
+pub(crate) fn packed(codes: &[u16], bits: usize) -> Vec<u8> {
+    let mut bytes = vec![0_u8; (codes.len() * bits).div_ceil(8)];
     for (index, code) in codes.iter().enumerate() {
         for bit in (0..bits).filter(|bit| code >> (bits - 1 - bit) & 1 == 1) {
             let at = index * bits + bit;

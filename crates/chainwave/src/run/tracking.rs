@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 use std::time::UNIX_EPOCH;
 
+use chainwave_camera::OpenOptions;
 use chainwave_correlation::{Method, ReferenceFrames};
 use chainwave_measurement::{Estimate, Recording, RecordingInfo, Subset};
 use chainwave_stitching::{BodyTrack, Observation};
@@ -12,7 +13,7 @@ use sha2::{Digest, Sha256};
 
 use super::Job;
 use crate::error::Error;
-use crate::experiment::Trial;
+use crate::experiment::{Positive, Trial};
 use crate::outcome::Outcome;
 use crate::output::{make_folder, remove_unfinished};
 use crate::parallel::map_in_parallel;
@@ -87,7 +88,8 @@ fn track_one(
     bar: &ProgressBar,
 ) -> Result<(Table, Observation), Error> {
     let path = job.recordings.join(&trial.recording);
-    let recording = chainwave_camera::open(&path)?;
+    let rate_hz = job.experiment.camera.rate_hz.map(Positive::get);
+    let recording = chainwave_camera::open_with(&path, &OpenOptions { rate_hz, ..OpenOptions::default() })?;
     let kept_path = kept.join(format!("{}.parquet", key(job, trial, &path)?));
     if !kept_path.exists() {
         let rest = rest_frames(recording.info(), job.experiment.tracking.rest_until_s);
@@ -194,11 +196,27 @@ fn key(job: &Job, trial: &Trial, path: &Path) -> Result<String, Error> {
 /// A recording's size and the digest of its first mebibyte, which holds the header and the time stamps. The whole file is not
 /// read for this: a batch can hold hundreds of gigabytes of which tracking reads a few per cent.
 pub(crate) fn fingerprint(path: &Path) -> Result<String, Error> {
+    if path.is_dir() {
+        return fingerprint_of_folder(path);
+    }
     let file = File::open(path).map_err(Error::file(path, "open"))?;
     let size = file.metadata().map_err(Error::file(path, "read the size of"))?.len();
     let mut head = Vec::new();
     file.take(1 << 20).read_to_end(&mut head).map_err(Error::file(path, "read"))?;
     Ok(format!("{size} bytes, sha256 of the first MiB {}", hexadecimal(&Sha256::digest(&head))))
+}
+
+/// A folder's files by name and size.
+fn fingerprint_of_folder(path: &Path) -> Result<String, Error> {
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(path).map_err(Error::file(path, "list"))? {
+        let entry = entry.map_err(Error::file(path, "list"))?;
+        let size = entry.metadata().map_err(Error::file(&entry.path(), "read the size of"))?.len();
+        files.push(format!("{} {size}\n", entry.file_name().to_string_lossy()));
+    }
+    files.sort();
+    let digest = hexadecimal(&Sha256::digest(files.concat().as_bytes()));
+    Ok(format!("{} files, sha256 of names and sizes {digest}", files.len()))
 }
 
 fn hexadecimal(bytes: &[u8]) -> String {

@@ -1,0 +1,297 @@
+//! The contact law F = a (Delta + delta_0)^p - a delta_0^p, fitted to a measured quasi-static compression curve.
+//!
+//! *What a curve knows.* Its stiffness at zero overlap, k_0 = a p delta_0^(p - 1), is known well; how a, delta_0 and p share it
+//! is not: a larger p with a smaller delta_0 and a smaller a looks nearly the same. So the search varies k_0 and delta_0 (their
+//! logarithms) and p, in a form of the law that does not end at p = 0, and derives a and f_0. Beside standard uncertainties
+//! the fit gives their correlations, the range of p that the data cannot reject (profile likelihood), the laws along it,
+//! and sentences for people.
+//!
+//! *Noise.* The readings' errors are taken as independent, normal and equal, of forces only; their size comes from the residuals,
+//! so intervals take Student's factor ([`ContactFit::factor_95`]). Where neighbouring residuals are correlated beyond chance
+//! (coefficient r), every sigma is widened by sqrt((1 + r)/(1 - r)), what a first-order process costs a smooth fit.
+//!
+//! *Zero.* A constant error of the force and an overlap counted from the wrong place look alike in this law, so at most one of
+//! them can be found unless readings were taken before contact. [`Zero`] says which; [`Zero::Auto`] decides by a rule.
+
+mod ambiguity;
+mod branches;
+mod curve;
+mod error;
+mod law;
+mod profile;
+mod search;
+mod statistics;
+
+pub use error::ContactFitError;
+
+use chainwave_measurement::Estimate;
+use chainwave_mechanics::PowerLaw;
+use nalgebra::DMatrix;
+
+use branches::{Branches, branches, hysteresis};
+use curve::{Curve, LEAST_APPROACH, check_readings};
+use profile::{EXPONENTS, Profiler};
+use search::{Minimum, STARTS, Unknowns, search};
+use statistics::{covariance, derived, residual, straightness, student};
+
+/// A load cell's offset or a curvature is real from this many standard uncertainties (with Student's factor).
+const REAL: f64 = 3.0;
+
+/// Parameters of the law, in the order of [`ContactFit::estimates`] and [`ContactFit::correlation`].
+pub const PARAMETERS: [&str; 5] = ["a", "delta_0_m", "p", "f_0_n", "k_0_n_per_m"];
+
+/// Where overlap and force are zero.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Zero {
+    /// [`Zero::Contact`] where readings before contact are seen (at least five, whose slope is below a tenth of the slope of as many
+    /// that follow, by four standard uncertainties); else [`Zero::LoadCell`] where that offset is three standard
+    /// uncertainties from zero; else [`Zero::Stated`].
+    #[default]
+    Auto,
+    /// Contact begins at overlap 0 with force 0, as the curve states.
+    Stated,
+    /// Contact begins at overlap 0; the load cell shows a constant too much or too little, which is fitted along.
+    LoadCell,
+    /// The load cell's offset is the force before contact, and the overlap at which contact begins is fitted along.
+    Contact,
+}
+
+/// A fitted contact law.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactFit {
+    /// The law for the chain model.
+    pub law: PowerLaw,
+    /// a in N/m^p, delta_0 in metres, p, f_0 = a delta_0^p in newtons and k_0 in newtons per metre, as [`PARAMETERS`] names them.
+    /// A 95 % interval is the value +- [`ContactFit::factor_95`] sigma.
+    pub estimates: [Estimate; 5],
+    /// Correlation of their errors. Three of the five are independent.
+    pub correlation: [[f64; 5]; 5],
+    /// Half width of a 95 % interval over the standard uncertainty.
+    pub factor_95: f64,
+    /// Range of p, and the laws along it.
+    pub profile: Profile,
+    /// Size and structure of the residuals.
+    pub residual: Residual,
+    /// Where zero was found to be; never [`Zero::Auto`].
+    pub zero: Zero,
+    /// What the load cell shows without a force, in newtons, as fitted along; taken out unless `zero` is [`Zero::Stated`].
+    pub load_cell_offset_n: Option<Estimate>,
+    /// Overlap as stated at which contact begins, in metres, where that was fitted.
+    pub contact_start_m: Option<Estimate>,
+    /// Runs of growing or falling overlap in the curve; the first growing one was fitted.
+    pub n_runs: usize,
+    /// What was lost on the way back, where the curve comes back.
+    pub hysteresis: Option<Hysteresis>,
+    /// What the data cannot tell apart, a sentence each.
+    pub ambiguities: Vec<String>,
+}
+
+/// Exponents that the data cannot reject at 95 %: for each the other parameters are fitted anew, and the sum of squares is compared
+/// with the least (profile likelihood, noise from the residuals).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Profile {
+    /// Smallest such p.
+    pub low: f64,
+    /// Largest such p.
+    pub high: f64,
+    /// Whether `low` is only the smallest p that is tried, 0.01.
+    pub open_below: bool,
+    /// Whether `high` is only the largest p that is tried, 5.
+    pub open_above: bool,
+    /// The best laws of some exponents from `low` to `high`.
+    pub laws: Vec<LawOnProfile>,
+}
+
+/// The best law of a given exponent.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LawOnProfile {
+    /// The law.
+    pub law: PowerLaw,
+    /// Root mean square of its residuals, in newtons.
+    pub rms_n: f64,
+}
+
+/// Measured force less the law's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Residual {
+    /// Root mean square, in newtons.
+    pub rms_n: f64,
+    /// Largest amount, in newtons.
+    pub largest_n: f64,
+    /// Noise of one force that follows: the root of the sum of squares over the degrees of freedom, in newtons.
+    pub noise_n: f64,
+    /// Correlation of neighbours along the overlap; near 0 for noise.
+    pub autocorrelation: f64,
+    /// Factor by which sigmas were widened for it; 1 where it is within chance.
+    pub widening: f64,
+    /// Readings fitted.
+    pub n_readings: usize,
+    /// Readings less fitted parameters.
+    pub degrees_of_freedom: usize,
+}
+
+/// Work on the way in and on the way back, over the overlaps that both cover.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hysteresis {
+    /// Smallest overlap of both ways, in metres.
+    pub from_m: f64,
+    /// Largest overlap of both ways, in metres.
+    pub to_m: f64,
+    /// Work done on the specimen, in joules.
+    pub loading_j: f64,
+    /// Work that came back, in joules.
+    pub unloading_j: f64,
+    /// The part that did not come back.
+    pub lost_fraction: f64,
+}
+
+impl ContactFit {
+    /// The estimate of one of [`PARAMETERS`].
+    pub fn estimate(&self, name: &str) -> Option<Estimate> {
+        let index = PARAMETERS.iter().position(|parameter| *parameter == name)?;
+        self.estimates.get(index).copied()
+    }
+}
+
+/// Fits the contact law to readings of overlap (metres) and force (newtons), both positive in compression, in the order in which
+/// they were taken; the order tells loading from unloading and matters for nothing else.
+///
+/// # Errors
+/// [`ContactFitError`] as its variants say: the readings are no compression curve, or show no curvature.
+pub fn fit_contact(overlap_m: &[f64], force_n: &[f64], zero: Zero) -> Result<ContactFit, ContactFitError> {
+    check_readings(overlap_m, force_n)?;
+    let branches = branches(overlap_m);
+    let curve = Curve::new(&branches.loading, overlap_m, force_n)?;
+    let found = find_zero(&curve, zero)?;
+    let mut fit = describe(&found)?;
+    fit.n_runs = branches.n_runs;
+    fit.hysteresis = loss(&branches, overlap_m, force_n, &found);
+    fit.ambiguities = ambiguity::ambiguities(&fit);
+    Ok(fit)
+}
+
+/// A curve with its zero and best law.
+struct Found {
+    curve: Curve,
+    zero: Zero,
+    unknowns: Unknowns,
+    minimum: Minimum,
+    residual: Residual,
+    covariance: DMatrix<f64>,
+    /// The load cell's offset where it was fitted along but not taken out.
+    neglected_offset_n: Option<Estimate>,
+}
+
+/// Carries out the rule of [`Zero`].
+fn find_zero(curve: &Curve, zero: Zero) -> Result<Found, ContactFitError> {
+    let n_before = curve.approach();
+    let zero = match zero {
+        Zero::Auto if n_before > 0 => Zero::Contact,
+        Zero::Contact if n_before == 0 => {
+            return Err(ContactFitError::NoApproach { expected: LEAST_APPROACH });
+        }
+        zero => zero,
+    };
+    if zero == Zero::Contact {
+        return fit_best(curve.clone(), zero, curve.overlap_m[n_before]);
+    }
+    let curve = curve.without_tension()?;
+    if zero == Zero::LoadCell {
+        return fit_best(curve, zero, 0.0);
+    }
+    let mut stated = fit_best(curve.clone(), Zero::Stated, 0.0)?;
+    let Ok(with_offset) = fit_best(curve, Zero::LoadCell, 0.0) else { return Ok(stated) };
+    if zero == Zero::Auto && with_offset.offset_is_real() {
+        return Ok(with_offset);
+    }
+    stated.neglected_offset_n = Some(with_offset.offset_n());
+    Ok(stated)
+}
+
+/// The best law of a curve once its zero is settled; contact begins at `start_m`, or near it where that is unknown.
+fn fit_best(curve: Curve, zero: Zero, start_m: f64) -> Result<Found, ContactFitError> {
+    let unknowns = Unknowns { p: true, offset: zero != Zero::Stated, start: zero == Zero::Contact };
+    check_curvature(&curve, unknowns, start_m)?;
+    let minimum = search(&curve, unknowns, start_m, &STARTS)?;
+    let minimum = within_bounds(&curve, unknowns, minimum)?;
+    let residual = residual(&curve, &minimum, unknowns);
+    let covariance = covariance(&curve, &minimum, unknowns, &residual)?;
+    Ok(Found { curve, zero, unknowns, minimum, residual, covariance, neglected_offset_n: None })
+}
+
+/// The minimum itself, or the best law at the end of the range of p that it lies beyond.
+fn within_bounds(curve: &Curve, unknowns: Unknowns, minimum: Minimum) -> Result<Minimum, ContactFitError> {
+    let found = minimum.parameters.law.p;
+    let p = found.clamp(EXPONENTS.0, EXPONENTS.1);
+    match (found - p).abs() > 0.0 {
+        true => search(curve, Unknowns { p: false, ..unknowns }, minimum.parameters.start_m, &[p]),
+        false => Ok(minimum),
+    }
+}
+
+/// Refuses a straight line: with no curvature, any delta_0 fits as well with p = 1.
+fn check_curvature(curve: &Curve, unknowns: Unknowns, start_m: f64) -> Result<(), ContactFitError> {
+    let in_contact = if unknowns.start { curve.beyond(start_m) } else { curve.clone() };
+    let freedom = in_contact.len().saturating_sub(2 + usize::from(unknowns.offset)).max(1);
+    match straightness(&in_contact, unknowns.offset) {
+        Some((slope, curvature)) if curvature.value.abs() <= student(REAL, freedom) * curvature.sigma => {
+            Err(ContactFitError::StraightLine { k_0_n_per_m: slope.value, k_0_sigma_n_per_m: slope.sigma })
+        }
+        _ => Ok(()),
+    }
+}
+
+impl Found {
+    /// What follows the law's three among the unknowns.
+    fn extra(&self, index: usize, value: f64) -> Estimate {
+        Estimate::new(value, self.covariance[(3 + index, 3 + index)].sqrt())
+    }
+
+    fn offset_n(&self) -> Estimate {
+        self.extra(0, self.minimum.parameters.offset_n)
+    }
+
+    fn offset_is_real(&self) -> bool {
+        let offset_n = self.offset_n();
+        offset_n.value.abs() > student(REAL, self.residual.degrees_of_freedom) * offset_n.sigma
+    }
+}
+
+/// The best law with its errors and what they hide.
+fn describe(found: &Found) -> Result<ContactFit, ContactFitError> {
+    let undetermined =
+        |wrong: chainwave_mechanics::MechanicsError| ContactFitError::NotDetermined(wrong.to_string());
+    let law = found.minimum.parameters.law.power_law().map_err(undetermined)?;
+    let (estimates, correlation) = derived(&law, &found.covariance);
+    let factor_95 = student(Estimate::COVERAGE_95, found.residual.degrees_of_freedom);
+    let error_n = factor_95 * found.residual.noise_n * found.residual.widening;
+    let profiler = Profiler {
+        curve: &found.curve,
+        unknowns: found.unknowns,
+        best: found.minimum,
+        threshold: found.minimum.sum_of_squares + error_n * error_n,
+    };
+    Ok(ContactFit {
+        law,
+        estimates,
+        correlation,
+        factor_95,
+        profile: profiler.profile(estimates[2].sigma),
+        residual: found.residual,
+        zero: found.zero,
+        load_cell_offset_n: if found.unknowns.offset {
+            Some(found.offset_n())
+        } else {
+            found.neglected_offset_n
+        },
+        contact_start_m: found.unknowns.start.then(|| found.extra(1, found.minimum.parameters.start_m)),
+        n_runs: 1,
+        hysteresis: None,
+        ambiguities: Vec::new(),
+    })
+}
+
+fn loss(branches: &Branches, overlap_m: &[f64], force_n: &[f64], found: &Found) -> Option<Hysteresis> {
+    let offset_n = found.minimum.parameters.offset_n;
+    hysteresis(branches, overlap_m, |i| force_n[i] - offset_n)
+}

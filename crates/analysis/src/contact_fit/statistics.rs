@@ -1,0 +1,152 @@
+use chainwave_measurement::Estimate;
+use chainwave_mechanics::PowerLaw;
+use nalgebra::{DMatrix, DVector};
+
+use super::curve::Curve;
+use super::search::{Minimum, Unknowns, jacobian, residuals};
+use super::{ContactFitError, PARAMETERS, Residual};
+
+/// Neighbouring residuals of white noise are correlated by less than this over the root of their number (three sigma).
+const WHITE: f64 = 3.0;
+/// Residuals known to follow each other more closely than this leave no estimate of what they cost.
+const CLOSEST: f64 = 0.99;
+/// Rounding of forces, relative to the largest: the least noise that a fit can have.
+const ROUNDING: f64 = 1e-14;
+
+/// The factor that makes of `deviations` of a normal distribution the interval of equal probability for an error whose size is
+/// known from `freedom` degrees of freedom only (Student's t, by its expansion in 1/freedom: Fisher and Cornish 1960).
+pub(super) fn student(deviations: f64, freedom: usize) -> f64 {
+    let (z, nu) = (deviations, freedom as f64);
+    let square = z * z;
+    let polynomial = |coefficients: &[f64]| coefficients.iter().rev().fold(0.0, |sum, c| sum * square + c);
+    z * (1.0
+        + polynomial(&[1.0, 1.0]) / (4.0 * nu)
+        + polynomial(&[3.0, 16.0, 5.0]) / (96.0 * nu.powi(2))
+        + polynomial(&[-15.0, 17.0, 19.0, 3.0]) / (384.0 * nu.powi(3))
+        + polynomial(&[-945.0, -1920.0, 1482.0, 776.0, 79.0]) / (92_160.0 * nu.powi(4)))
+}
+
+/// What the residuals say of the noise.
+pub(super) fn residual(curve: &Curve, minimum: &Minimum, unknowns: Unknowns) -> Residual {
+    let residuals = residuals(curve, &minimum.parameters);
+    let n = residuals.len();
+    let degrees_of_freedom = n - unknowns.count();
+    let floor_n = ROUNDING * curve.force_n.iter().fold(0.0_f64, |most, f| most.max(f.abs()));
+    let scatter_n = (residuals.norm_squared() / degrees_of_freedom as f64).sqrt();
+    let autocorrelation = autocorrelation(&residuals);
+    let structured = scatter_n > floor_n && autocorrelation > WHITE / (n as f64).sqrt();
+    let close = autocorrelation.min(CLOSEST);
+    Residual {
+        rms_n: (residuals.norm_squared() / n as f64).sqrt(),
+        largest_n: residuals.amax(),
+        noise_n: scatter_n.max(floor_n),
+        autocorrelation,
+        widening: if structured { ((1.0 + close) / (1.0 - close)).sqrt() } else { 1.0 },
+        n_readings: n,
+        degrees_of_freedom,
+    }
+}
+
+/// Correlation of neighbours.
+fn autocorrelation(residuals: &DVector<f64>) -> f64 {
+    let n = residuals.len();
+    let products = residuals.rows(0, n - 1).dot(&residuals.rows(1, n - 1));
+    let squares = residuals.norm_squared();
+    if squares > 0.0 { products / squares } else { 0.0 }
+}
+
+/// Covariance of the unknowns.
+pub(super) fn covariance(
+    curve: &Curve,
+    minimum: &Minimum,
+    unknowns: Unknowns,
+    residual: &Residual,
+) -> Result<DMatrix<f64>, ContactFitError> {
+    let mut jacobian = jacobian(curve, &minimum.parameters, unknowns);
+    // Columns of unit length, so that the inverse does not depend on units.
+    let lengths: Vec<f64> = jacobian.column_iter().map(|column| column.norm()).collect();
+    for (mut column, length) in jacobian.column_iter_mut().zip(&lengths) {
+        column /= *length;
+    }
+    let sigma_n = residual.noise_n * residual.widening;
+    let inverse = (jacobian.transpose() * &jacobian).try_inverse().filter(|inverse| {
+        inverse.iter().all(|x| x.is_finite()) && inverse.diagonal().iter().all(|x| *x > 0.0)
+    });
+    let inverse = inverse.ok_or_else(|| {
+        ContactFitError::NotDetermined("its parameters have no separate effect on the force".into())
+    })?;
+    Ok(DMatrix::from_fn(lengths.len(), lengths.len(), |i, j| {
+        inverse[(i, j)] * sigma_n * sigma_n / (lengths[i] * lengths[j])
+    }))
+}
+
+/// The law's parameters in the order of [`PARAMETERS`], and their correlation.
+pub(super) fn derived(
+    law: &PowerLaw,
+    covariance: &DMatrix<f64>,
+) -> ([Estimate; PARAMETERS.len()], [[f64; PARAMETERS.len()]; PARAMETERS.len()]) {
+    let PowerLaw { a, delta_0_m, p } = *law;
+    let values = [a, delta_0_m, p, law.f_0_n(), law.k_0_n_per_m()];
+    // By ln k_0, ln delta_0 and p: a = k_0 delta_0^(1 - p) / p and f_0 = k_0 delta_0 / p.
+    let gradients = [
+        [a, a * (1.0 - p), -a * (delta_0_m.ln() + 1.0 / p)],
+        [0.0, delta_0_m, 0.0],
+        [0.0, 0.0, 1.0],
+        [values[3], values[3], -values[3] / p],
+        [values[4], 0.0, 0.0],
+    ];
+    let product = |i: usize, j: usize| -> f64 {
+        (0..3)
+            .flat_map(|r| (0..3).map(move |s| (r, s)))
+            .map(|(r, s)| gradients[i][r] * covariance[(r, s)] * gradients[j][s])
+            .sum()
+    };
+    let sigma = |i: usize| product(i, i).max(0.0).sqrt();
+    let estimates = std::array::from_fn(|i| Estimate::new(values[i], sigma(i)));
+    let correlation = std::array::from_fn(|i| {
+        std::array::from_fn(|j| {
+            if i == j { 1.0 } else { (product(i, j) / (sigma(i) * sigma(j))).clamp(-1.0, 1.0) }
+        })
+    });
+    (estimates, correlation)
+}
+
+/// Slope and curvature of a parabola (with a constant where `with_offset`), each with its standard uncertainty; the slope is
+/// that of the straight line.
+pub(super) fn straightness(curve: &Curve, with_offset: bool) -> Option<(Estimate, Estimate)> {
+    let slope = polynomial(curve, with_offset, 1)?;
+    let curvature = polynomial(curve, with_offset, 2)?;
+    Some((slope, curvature))
+}
+
+/// The coefficient of the highest power, up to `degree`.
+fn polynomial(curve: &Curve, with_offset: bool, degree: usize) -> Option<Estimate> {
+    let (_, highest_m) = curve.ends_m();
+    let lowest_power = usize::from(!with_offset);
+    let n_columns = degree + 1 - lowest_power;
+    let powers = DMatrix::from_fn(curve.len(), n_columns, |i, column| {
+        (curve.overlap_m[i] / highest_m).powi((column + lowest_power) as i32)
+    });
+    let force_n = DVector::from_column_slice(&curve.force_n);
+    let inverse = (powers.transpose() * &powers).try_inverse()?;
+    let coefficients = &inverse * (powers.transpose() * &force_n);
+    let squares = (&powers * &coefficients - &force_n).norm_squared();
+    let noise_n = (squares / (curve.len() - n_columns) as f64).sqrt();
+    let last = n_columns - 1;
+    let unit = highest_m.powi(-(degree as i32));
+    Some(Estimate::new(coefficients[last], noise_n * inverse[(last, last)].sqrt()).scaled(unit))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_quantiles_are_the_published_ones() {
+        // Tables of Student's t at 97.5 %; the series' next term is about 1e-3 of it at 5 degrees of freedom.
+        for (freedom, expected) in [(5, 2.5706), (8, 2.3060), (20, 2.0860), (100, 1.9840)] {
+            let found = student(Estimate::COVERAGE_95, freedom);
+            assert!((found - expected).abs() < 1.5e-3, "{freedom}: {found}");
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! Photron's .mraw: monochrome frames of 8, 10, 12 or 16 bit without any header, described by a .cih (text) or .cihx
+//! (XML) of the same name beside it. Either file may be opened.
+
+mod fields;
+mod header;
+mod levels;
+
+use std::path::{Path, PathBuf};
+
+use chainwave_measurement::RecordingInfo;
+
+use crate::bytes::Bytes;
+use crate::candidate::{Candidate, read_head, sibling};
+use crate::flat::FlatFrames;
+use crate::mapping::map_file;
+use crate::{CameraError, Format, OpenOptions};
+use fields::is_header;
+use header::Header;
+use levels::Levels;
+
+/// Pixels alone cannot be recognised, so a .mraw is known by its name, and its header by its first bytes.
+pub(crate) const FORMAT: Format = Format {
+    name: "Photron .mraw with its .cih or .cihx",
+    recognises: |candidate| is_header(&candidate.head) || is_mraw(candidate),
+    open: |path, options| Ok(Box::new(open(path, options)?)),
+};
+
+fn is_mraw(candidate: &Candidate) -> bool {
+    !candidate.is_folder && candidate.has_extension("mraw")
+}
+
+fn open(path: &Path, options: &OpenOptions) -> Result<FlatFrames, CameraError> {
+    let (header_path, pixel_path) = both_paths(path)?;
+    let header = Header::read(&header_path)?;
+    let map = map_file(&pixel_path)?;
+    let bytes = Bytes::new(&pixel_path, &map);
+    let levels = Levels::of(bytes, &header)?;
+    FlatFrames::check_room(bytes, &levels.raster, 0, header.n_frames)?;
+    let mut warnings = contradictions(bytes, &header, &levels);
+    let (rate_hz, times_s) = times(&header, options);
+    warnings.push(format!(
+        "the file holds no time stamps: times are computed from frame numbers, {rate_hz} saved frames a second"
+    ));
+    warnings.extend(levels.warnings);
+    let info = RecordingInfo {
+        format: format!("mraw {} bit", header.stored_bits),
+        width_px: header.width_px,
+        height_px: header.height_px,
+        n_frames: header.n_frames,
+        bit_depth: levels.bit_depth,
+        rate_hz: Some(rate_hz),
+        times_s,
+        first_image: header.start_frame - header.trigger_frame,
+        camera: header.camera.clone(),
+        exposure_s: header.exposure_s,
+        warnings,
+    };
+    Ok(FlatFrames::new(&pixel_path, map, levels.raster, 0, info, options))
+}
+
+/// The paths of header and pixels, whichever of them was given.
+fn both_paths(path: &Path) -> Result<(PathBuf, PathBuf), CameraError> {
+    let missing = |what: &str, beside: &str| CameraError::Unsupported {
+        path: path.into(),
+        what: format!("{what} alone"),
+        hint: format!("expected {beside} of the same name beside it, found none"),
+    };
+    if is_header(&read_head(path)?) {
+        let pixels = sibling(path, "mraw").ok_or_else(|| missing("the header of a recording", "a .mraw"))?;
+        return Ok((path.into(), pixels));
+    }
+    let header = sibling(path, "cihx").or_else(|| sibling(path, "cih"));
+    Ok((header.ok_or_else(|| missing("a .mraw", "a .cih or .cihx"))?, path.into()))
+}
+
+/// Saved frames per second, and the time of each after the trigger: frame number / rate of recording, unless the
+/// caller knows the rate better.
+fn times(header: &Header, options: &OpenOptions) -> (f64, Vec<f64>) {
+    let first = (header.start_frame - header.trigger_frame) as f64;
+    let step = header.step as f64;
+    let frames = (0..header.n_frames).map(|frame| frame as f64);
+    match options.rate_hz {
+        Some(rate_hz) => {
+            let first_s = first / header.record_hz;
+            (rate_hz, frames.map(|frame| first_s + frame / rate_hz).collect())
+        }
+        None => {
+            let rate_hz = header.record_hz / step;
+            (rate_hz, frames.map(|frame| (first + frame * step) / header.record_hz).collect())
+        }
+    }
+}
+
+/// What the header says that cannot all be true, or that a reader of the times should know.
+fn contradictions(bytes: Bytes, header: &Header, levels: &Levels) -> Vec<String> {
+    [step(header), trigger(header), other_length(bytes, header, levels)].into_iter().flatten().collect()
+}
+
+fn step(header: &Header) -> Option<String> {
+    let (step, n_frames) = (header.step, header.n_frames as u64);
+    let last = n_frames.saturating_sub(1).saturating_mul(step);
+    match header.n_recorded {
+        Some(n_recorded) if last >= n_recorded => Some(format!(
+            "the header contradicts itself: {n_frames} frames, one in {step} saved, cannot come from {n_recorded} \
+             recorded ones; times follow the step and may be wrong by a factor (the option `rate_hz` overrules them)"
+        )),
+        _ => (step > 1).then(|| format!("only one frame in {step} was saved")),
+    }
+}
+
+fn trigger(header: &Header) -> Option<String> {
+    let number = header.trigger_frame;
+    (number != 0).then(|| format!("the header moves the trigger to frame {number}; times count from there"))
+}
+
+fn other_length(bytes: Bytes, header: &Header, levels: &Levels) -> Option<String> {
+    let frame_bytes = levels.raster.frame_bytes();
+    let n_bytes = frame_bytes.saturating_mul(header.n_frames as u64);
+    let rest = bytes.len().saturating_sub(n_bytes);
+    (rest > 0).then(|| {
+        let n_frames = header.n_frames;
+        format!(
+            "{rest} bytes follow the {n_frames} frames that the header states ({} more frames)",
+            rest / frame_bytes
+        )
+    })
+}

@@ -1,0 +1,154 @@
+use std::path::Path;
+
+use super::fields::{Fields, Key};
+use crate::CameraError;
+
+const fn key(text: &'static str, xml: &'static str) -> Key {
+    Key { text, xml }
+}
+
+const WIDTH: Key = key("Image Width", "imageDataInfo/resolution/width");
+const HEIGHT: Key = key("Image Height", "imageDataInfo/resolution/height");
+const COLOUR: Key = key("Color Type", "imageDataInfo/colorInfo/type");
+const STORED_BITS: Key = key("Color Bit", "imageDataInfo/colorInfo/bit");
+const DEPTH: Key = key("EffectiveBit Depth", "imageDataInfo/effectiveBit/depth");
+const SIDE: Key = key("EffectiveBit Side", "imageDataInfo/effectiveBit/side");
+const FILE_FORMAT: Key = key("File Format", "imageFileInfo/fileFormat");
+const TOTAL: Key = key("Total Frame", "frameInfo/totalFrame");
+const RECORDED: Key = key("Original Total Frame", "frameInfo/recordedFrame");
+const START: Key = key("Start Frame", "frameInfo/startFrame");
+const TRIGGER: Key = key("Correct Trigger Frame", "frameInfo/correctTriggerFrame");
+const STEP: Key = key("Save Step", "frameInfo/skipFrame");
+const RATE: Key = key("Record Rate(fps)", "recordInfo/recordRate");
+const SHUTTER_NS: Key = key("Shutter Type2(nsec)", "recordInfo/shutterSpeedNsec");
+const SHUTTER: Key = key("Shutter Speed(s)", "recordInfo/shutterSpeed");
+const CAMERA: Key = key("Camera Type", "deviceInfo/deviceName");
+
+/// What a .cih or .cihx says of its .mraw.
+pub(super) struct Header {
+    pub(super) width_px: usize,
+    pub(super) height_px: usize,
+    /// Bits that a pixel takes in the file.
+    pub(super) stored_bits: u32,
+    /// Significant bits of the camera's counts.
+    pub(super) depth: u32,
+    pub(super) side: Side,
+    /// Frames in the file.
+    pub(super) n_frames: usize,
+    /// Frames that the camera had recorded, of which the file holds some.
+    pub(super) n_recorded: Option<u64>,
+    /// Number of the first frame.
+    pub(super) start_frame: i64,
+    /// Number of the frame of the trigger.
+    pub(super) trigger_frame: i64,
+    /// Every how many-th recorded frame was saved, at least 1.
+    pub(super) step: u64,
+    /// Rate at which the camera recorded.
+    pub(super) record_hz: f64,
+    pub(super) exposure_s: Option<f64>,
+    pub(super) camera: Option<String>,
+}
+
+/// Which end of a stored value the significant bits lie at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Side {
+    Lower,
+    Higher,
+}
+
+impl Header {
+    pub(super) fn read(path: &Path) -> Result<Self, CameraError> {
+        let fields = Fields::read(path)?;
+        refuse_other_kinds(path, &fields)?;
+        let stored_bits = stored_bits(path, &fields)?;
+        Ok(Self {
+            width_px: at_least_1(&fields, WIDTH)?,
+            height_px: at_least_1(&fields, HEIGHT)?,
+            stored_bits,
+            depth: depth(&fields)?.unwrap_or(stored_bits),
+            side: side(&fields)?,
+            n_frames: at_least_1(&fields, TOTAL)?,
+            n_recorded: fields.optional(RECORDED, "a number of frames")?,
+            start_frame: frame_number(&fields, START)?,
+            trigger_frame: frame_number(&fields, TRIGGER)?,
+            step: fields.optional(STEP, "a number of frames")?.unwrap_or(1).max(1),
+            record_hz: record_hz(&fields)?,
+            exposure_s: exposure_s(&fields)?,
+            camera: fields.text(CAMERA).map(Into::into),
+        })
+    }
+}
+
+fn refuse_other_kinds(path: &Path, fields: &Fields) -> Result<(), CameraError> {
+    let colour = fields.text(COLOUR).unwrap_or("Mono");
+    if !colour.eq_ignore_ascii_case("mono") {
+        return Err(CameraError::Colour { path: path.into(), reason: format!("colour type {colour}") });
+    }
+    match fields.text(FILE_FORMAT) {
+        Some(format) if !format.eq_ignore_ascii_case("mraw") => Err(CameraError::Unsupported {
+            path: path.into(),
+            what: format!("a header of {format} files"),
+            hint: "give the folder of the images instead".into(),
+        }),
+        _ => Ok(()),
+    }
+}
+
+fn stored_bits(path: &Path, fields: &Fields) -> Result<u32, CameraError> {
+    let expected = "8, 10, 12 or 16";
+    match fields.number(STORED_BITS, expected)? {
+        bits @ (8 | 10 | 12 | 16) => Ok(bits),
+        bits @ (24 | 30 | 36 | 48) => {
+            Err(CameraError::Colour { path: path.into(), reason: format!("{bits} bits per pixel") })
+        }
+        _ => Err(fields.other(STORED_BITS, expected)),
+    }
+}
+
+fn at_least_1(fields: &Fields, key: Key) -> Result<usize, CameraError> {
+    let expected = "at least 1";
+    Some(fields.number(key, expected)?).filter(|&n| n > 0).ok_or_else(|| fields.other(key, expected))
+}
+
+fn depth(fields: &Fields) -> Result<Option<u32>, CameraError> {
+    let expected = "8 to 16 bits";
+    let depth = fields.optional(DEPTH, expected)?;
+    if depth.is_some_and(|bits| !(8..=16).contains(&bits)) {
+        return Err(fields.other(DEPTH, expected));
+    }
+    Ok(depth)
+}
+
+fn side(fields: &Fields) -> Result<Side, CameraError> {
+    match fields.text(SIDE) {
+        None | Some("Lower") => Ok(Side::Lower),
+        Some("Higher") => Ok(Side::Higher),
+        Some(_) => Err(fields.other(SIDE, "Lower or Higher")),
+    }
+}
+
+/// A frame's number, which times are computed from without loss when it keeps below 2^53.
+fn frame_number(fields: &Fields, key: Key) -> Result<i64, CameraError> {
+    let expected = "a frame number";
+    let number: i64 = fields.optional(key, expected)?.unwrap_or(0);
+    Some(number).filter(|number| number.unsigned_abs() < 1 << 53).ok_or_else(|| fields.other(key, expected))
+}
+
+fn record_hz(fields: &Fields) -> Result<f64, CameraError> {
+    let expected = "a rate above 0";
+    let rate_hz: f64 = fields.number(RATE, expected)?;
+    let is_rate = (1e-6..1e12).contains(&rate_hz);
+    is_rate.then_some(rate_hz).ok_or_else(|| fields.other(RATE, expected))
+}
+
+/// From the exposure in nanoseconds, else from the shutter speed: `1/15371`, or a number, which is its reciprocal.
+fn exposure_s(fields: &Fields) -> Result<Option<f64>, CameraError> {
+    let nanoseconds: Option<f64> = fields.optional(SHUTTER_NS, "nanoseconds")?;
+    let shutter = fields.text(SHUTTER).map(|text| text.trim_start_matches("1/"));
+    let exposure_s = match (nanoseconds, shutter.and_then(|text| text.parse::<f64>().ok())) {
+        (Some(nanoseconds), _) => nanoseconds * 1e-9,
+        (None, Some(per_second)) => per_second.recip(),
+        (None, None) => return Ok(None),
+    };
+    Ok((exposure_s.is_finite() && exposure_s > 0.0).then_some(exposure_s))
+}

@@ -1,0 +1,49 @@
+//! NumPy's .npy: an array of unsigned integers of 8 or 16 bit, frame by frame, `[frame, row, column]`.
+
+mod header;
+
+use std::path::Path;
+
+use chainwave_measurement::RecordingInfo;
+
+use crate::bytes::Bytes;
+use crate::flat::FlatFrames;
+use crate::mapping::map_file;
+use crate::raster::Raster;
+use crate::timing::{Timing, unstated_depth};
+use crate::{CameraError, Format, OpenOptions};
+use header::Header;
+
+pub(crate) const FORMAT: Format = Format {
+    name: "NumPy .npy (starts with 93 NUMPY)",
+    recognises: |candidate| candidate.head.starts_with(header::MAGIC),
+    open: |path, options| Ok(Box::new(open(path, options)?)),
+};
+
+fn open(path: &Path, options: &OpenOptions) -> Result<FlatFrames, CameraError> {
+    let map = map_file(path)?;
+    let bytes = Bytes::new(path, &map);
+    let header = Header::read(bytes)?;
+    let raster = Raster::plain(header.packing, header.width_px, header.height_px).ok_or_else(|| {
+        bytes.malformed("array shape", header.text_offset, "rows that fit into a file", header.width_px)
+    })?;
+    FlatFrames::check_room(bytes, &raster, header.data_offset, header.n_frames)?;
+    let bit_depth = header.packing.stored_bits();
+    let timing = Timing::of(0..header.n_frames as u64, options, None);
+    let mut warnings = vec![timing.warning];
+    warnings.extend(unstated_depth(bit_depth));
+    let info = RecordingInfo {
+        format: format!("npy {bit_depth} bit"),
+        width_px: header.width_px,
+        height_px: header.height_px,
+        n_frames: header.n_frames,
+        bit_depth,
+        rate_hz: timing.rate_hz,
+        times_s: timing.times_s,
+        first_image: 0,
+        camera: None,
+        exposure_s: None,
+        warnings,
+    };
+    Ok(FlatFrames::new(path, map, raster, header.data_offset, info, options))
+}

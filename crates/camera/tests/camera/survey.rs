@@ -1,0 +1,97 @@
+//! Noise, histogram and contact sheet of scenes whose truth is known.
+
+use chainwave_camera::{CameraError, SheetLayout, contact_sheet, histogram, noise, open};
+use chainwave_measurement::Recording;
+
+use crate::scene::{Camera, HEIGHT, Scene, WIDTH};
+
+const STILL: Camera = Camera {
+    n_frames: 9,
+    variance_at_zero: 30.0,
+    variance_per_count: 0.05,
+    motion_px: (0.0, 0.0),
+    flicker: 0.0,
+};
+
+/// Rounding to whole counts adds 1/12 to the variance.
+const ROUNDING: f64 = 1.0 / 12.0;
+
+fn assert_finds_the_noise(camera: Camera, relative: f64) {
+    let estimate = noise(&Scene::new(camera), 8).unwrap();
+    let truth = |count: f64| (camera.variance_at_zero + ROUNDING + camera.variance_per_count * count).sqrt();
+    for count in [800.0, estimate.median_count, 2500.0] {
+        let ratio = estimate.sigma(count) / truth(count);
+        assert!((ratio - 1.0).abs() < relative, "at {count}: {ratio} ({estimate:?})");
+    }
+    // Four standard deviations: one seed, a few statements.
+    let (slope, at_zero) = (estimate.variance_per_count, estimate.variance_at_zero);
+    assert!((slope.value - camera.variance_per_count).abs() < 4.0 * slope.sigma, "{estimate:?}");
+    assert!((at_zero.value - camera.variance_at_zero - ROUNDING).abs() < 4.0 * at_zero.sigma, "{estimate:?}");
+    assert!(estimate.correlation < -0.5 && estimate.correlation > -1.0, "{estimate:?}");
+}
+
+#[test]
+fn read_and_shot_noise_are_told_apart() {
+    // About 5000 blocks of 22 degrees of freedom: 0.5 % in sigma where the bins are, some times that at the ends.
+    assert_finds_the_noise(STILL, 0.03);
+    assert_finds_the_noise(Camera { variance_at_zero: 4.0, variance_per_count: 0.2, ..STILL }, 0.03);
+    assert_finds_the_noise(Camera { variance_at_zero: 100.0, variance_per_count: 0.0, ..STILL }, 0.03);
+}
+
+#[test]
+fn motion_of_half_the_picture_and_flicker_do_not_disturb() {
+    for motion_px in [(0.3, 0.0), (0.7, 0.4), (3.0, 1.0)] {
+        assert_finds_the_noise(Camera { motion_px, flicker: 40.0, ..STILL }, 0.04);
+    }
+}
+
+#[test]
+fn a_recording_of_one_frame_or_of_black_says_why_it_has_no_noise() {
+    let one = noise(&Scene::new(Camera { n_frames: 1, ..STILL }), 8).unwrap_err();
+    assert!(matches!(one, CameraError::TooLittle { .. }) && one.to_string().contains("2 or more"), "{one}");
+}
+
+#[test]
+fn frames_that_are_copies_have_no_noise() {
+    let frames = vec![crate::writer::codes(64 * 64, 4000, 1); 4];
+    let file = crate::tiff_writer::TiffFile::new(64, 64, frames);
+    let (_folder, path) = crate::writer::written(&file.bytes());
+    let estimate = noise(&*open(&path).unwrap(), 3).unwrap();
+    assert!(estimate.sigma(2000.0) < 1e-9, "{estimate:?}");
+}
+
+#[test]
+fn the_histogram_counts_every_pixel_of_its_frames() {
+    let scene = Scene::new(Camera { variance_at_zero: 1e6, ..STILL });
+    let histogram = histogram(&scene, 3).unwrap();
+    assert_eq!((histogram.frames.as_slice(), histogram.n_pixels.len()), ([0, 4, 8].as_slice(), 4096));
+    assert_eq!(histogram.total(), (3 * WIDTH * HEIGHT) as u64);
+    // A standard deviation of 1000 counts about 1750 clips some per cent on each side.
+    let share = |n: u64| n as f64 / histogram.total() as f64;
+    assert!((0.01..0.1).contains(&share(histogram.n_dark())));
+    assert!(matches!(histogram.saturation(), Some((4095, n)) if (0.001..0.1).contains(&share(n))));
+    assert!((1500..2000).contains(&histogram.quantile(0.5)));
+}
+
+#[test]
+fn a_contact_sheet_shows_its_frames_and_is_a_readable_png() {
+    let scene = Scene::new(STILL);
+    let layout = SheetLayout { n_frames: 5, n_columns: 3, tile_width_px: 40 };
+    let sheet = contact_sheet(&scene, layout).unwrap();
+    assert_eq!(sheet.frames, [0, 2, 4, 6, 8]);
+    assert_eq!((sheet.width_px, sheet.height_px), (3 * 44 + 4, 2 * 34 + 4));
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("sheet.png");
+    sheet.write_png(&path).unwrap();
+    let recording = open(&path).unwrap();
+    let region = chainwave_measurement::Region::whole(sheet.width_px, sheet.height_px);
+    let mut pixels = vec![0.0; region.n_pixels()];
+    recording.read_region(0, region, &mut pixels).unwrap();
+    assert!(pixels.iter().zip(&sheet.pixels).all(|(&read, &drawn)| read as u8 == drawn));
+    // The gaps and the empty sixth place are white, the tiles use the whole range.
+    assert!(sheet.pixels[..sheet.width_px].iter().all(|&gray| gray == 255));
+    let tile: Vec<u8> = (4..34).flat_map(|y| sheet.pixels[y * 136 + 4..y * 136 + 44].to_vec()).collect();
+    assert!(tile.contains(&0) && tile.contains(&255));
+    assert!(sheet.write_png(&folder.path().join("no/such/folder.png")).is_err());
+    assert_eq!(scene.info().n_frames, 9);
+}
