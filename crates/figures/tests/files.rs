@@ -21,7 +21,7 @@ const NAMES: [(&str, &[&str]); 9] = [
     ("front_width", &["distance from the peak (cells)", "half width at half maximum (mm)"]),
     ("peak_trace", &["group velocity 52.00 ± 0.10 m/s", "residual (µs)"]),
     ("group_velocity", &["striker velocity (m/s)", "group velocity (m/s)"]),
-    ("peak_energy", &["peak energy Ψ(n) / Ψ(1)", "without damping"]),
+    ("peak_energy", &["peak energy Ψ(n) / input", "without damping"]),
     ("tail_spectrum", &["frequency (kHz)", "strain amplitude", "band edge"]),
     ("displacements", &["displacement (mm)", "lost"]),
 ];
