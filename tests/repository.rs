@@ -1,6 +1,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::OnceLock;
 
 /// A text file of the repository.
 #[derive(Debug)]
@@ -23,9 +24,13 @@ impl Source {
     }
 }
 
-/// The top of the repository.
+/// The top of the repository that the tests run for. Checkouts that share a target directory share this program too, so the
+/// place where it was compiled may be another one.
 pub(crate) fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("this package lies in the repository")
+    static HERE: OnceLock<PathBuf> = OnceLock::new();
+    let of_cargo =
+        || std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_else(|| env!("CARGO_MANIFEST_DIR").into());
+    HERE.get_or_init(|| of_cargo().into()).parent().expect("this package lies in the repository")
 }
 
 /// The text files that people write: Rust, TOML, Markdown, tables, and scripts without an ending.

@@ -1,8 +1,9 @@
 use std::env;
 use std::ffi::{OsStr, OsString};
 use std::fmt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::OnceLock;
 
 use crate::failure::Failure;
 
@@ -59,9 +60,13 @@ impl CommandLine {
     }
 }
 
-/// The top of the workspace.
+/// The top of the workspace that cargo runs xtask for. Checkouts that share a target directory share this program too, so the
+/// place where it was compiled may be another one.
 pub(crate) fn workspace() -> &'static Path {
-    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    static HERE: OnceLock<PathBuf> = OnceLock::new();
+    let of_cargo =
+        || env::var_os("CARGO_MANIFEST_DIR").map_or_else(|| env!("CARGO_MANIFEST_DIR").into(), PathBuf::from);
+    let here = HERE.get_or_init(of_cargo);
     here.ancestors().nth(2).unwrap_or(here)
 }
 
