@@ -81,7 +81,7 @@ pub(crate) struct Track {
     /// Shape function: translation or affine.
     #[arg(long, conflicts_with = "method")]
     pub(crate) shape: Option<String>,
-    /// Interpolation of the deformed image: linear, cubic or quintic.
+    /// Interpolation of the deformed image: linear, cubic, cubic-moms, quintic or quintic-moms.
     #[arg(long, conflicts_with = "method")]
     pub(crate) interpolation: Option<String>,
     /// Recordings processed at a time; all cores when left out.
