@@ -29,6 +29,8 @@ pub(crate) enum Command {
     Synthesize(Synthesize),
     /// Process an experiment: from recordings to figures, fitted damping and a report.
     Run(Run),
+    /// Film and process many synthetic experiments, and count how often stated intervals hold the truth.
+    Prove(Prove),
     /// Write a first experiment.toml and trials.csv for a folder of recordings.
     Init(Init),
     /// Make the small samples of the folder data-samples.
@@ -167,6 +169,31 @@ pub(crate) struct Run {
     /// Folder of the recordings that trials.csv names; the experiment's own folder when left out.
     #[arg(long)]
     pub(crate) recordings: Option<PathBuf>,
+    /// Recordings processed at a time; all cores when left out.
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) jobs: Option<u16>,
+}
+
+/// Arguments of `prove`.
+#[derive(Debug, Args)]
+pub(crate) struct Prove {
+    /// The experiment; its [synthetic] part says what is filmed.
+    pub(crate) experiment: PathBuf,
+    /// Folder for proof.parquet (every estimate beside its truth), coverage.parquet and its figure.
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// Number of experiments.
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) experiments: u64,
+    /// Seed of the first; the others follow.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) first_seed: u64,
+    /// Factors on the sensor's read noise, taken in turn.
+    #[arg(long, value_delimiter = ',', default_value = "1")]
+    pub(crate) noise: Vec<f64>,
+    /// Striker velocities in metres per second, taken in turn after the noise; the experiment's own when left out.
+    #[arg(long, value_delimiter = ',')]
+    pub(crate) striker: Vec<f64>,
     /// Recordings processed at a time; all cores when left out.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,

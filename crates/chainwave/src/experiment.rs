@@ -289,6 +289,16 @@ impl Contact {
 }
 
 impl Experiment {
+    /// Films with `noise` times the read noise, and another striker velocity of the same relative scatter.
+    pub(crate) fn vary(&mut self, noise: f64, striker_m_per_s: f64) {
+        let (usual, scatter) =
+            (self.striker.velocity_m_per_s.get(), self.striker.velocity_sigma_m_per_s.get());
+        self.striker.set_velocity(Estimate::new(striker_m_per_s, scatter / usual * striker_m_per_s));
+        if let Some(synthetic) = &mut self.synthetic {
+            synthetic.camera.sensor.read_noise_counts *= noise;
+        }
+    }
+
     /// Reads `experiment.toml`; an error points at the line.
     pub(crate) fn read(path: &Path) -> Result<Self, Error> {
         let text = read_text(path)?;

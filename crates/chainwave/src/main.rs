@@ -15,6 +15,7 @@ mod outcome;
 mod output;
 mod parallel;
 mod progress;
+mod prove;
 mod run;
 mod samples;
 mod simulate;
@@ -49,6 +50,7 @@ fn carry_out(command: &Command) -> Result<Outcome, Error> {
         Command::Simulate(arguments) => simulate::simulate(arguments),
         Command::Synthesize(arguments) => synthesize::synthesize(arguments),
         Command::Run(arguments) => run::run(arguments),
+        Command::Prove(arguments) => prove::prove(arguments),
         Command::Init(arguments) => init::init(arguments),
         Command::Samples(arguments) => samples::samples(arguments),
     }

@@ -5,7 +5,7 @@
 //! so an interrupted run that goes on gives the same bytes as one that was not.
 
 mod decisions;
-mod evaluation;
+pub(crate) mod evaluation;
 mod figures;
 mod provenance;
 mod report;
@@ -13,7 +13,7 @@ mod results;
 mod strikers;
 mod summary;
 mod tracking;
-mod truth;
+pub(crate) mod truth;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -21,6 +21,7 @@ use std::time::Instant;
 use chainwave_measurement::Estimate;
 
 use self::evaluation::Evaluation;
+use self::truth::KnownTruth;
 use crate::cli;
 use crate::error::Error;
 use crate::experiment::{Experiment, Trial};
@@ -62,7 +63,8 @@ pub(crate) fn run(arguments: &cli::Run) -> Result<Outcome, Error> {
 }
 
 impl Job {
-    fn read(arguments: &cli::Run) -> Result<Self, Error> {
+    /// Reads the experiment that the arguments name.
+    pub(crate) fn read(arguments: &cli::Run) -> Result<Self, Error> {
         let path = arguments.experiment.clone();
         let experiment = Experiment::read(&path)?;
         let trials = experiment.read_trials(&path)?;
@@ -112,6 +114,18 @@ impl Job {
         clock.stage("report");
         summary::print(self, &evaluation, truth.as_ref(), &clock);
         Ok(evaluation)
+    }
+
+    /// Evaluates a synthetic experiment beside its truth, and writes nothing but the kept tracks.
+    pub(crate) fn compare_with_truth(&self) -> Result<(Evaluation, KnownTruth), Error> {
+        make_folder(&self.out)?;
+        let tracked = tracking::track_all(self, &mut Outcome::default())?;
+        let evaluation = evaluation::evaluate(self, &tracked)?;
+        let truth = truth::read(self, &evaluation)?.ok_or_else(|| Error::Configuration {
+            path: self.path.clone(),
+            message: "expected truth.json and truth.parquet beside the recordings, found none".into(),
+        })?;
+        Ok((evaluation, truth))
     }
 
     /// A path in the folder of the results.

@@ -13,6 +13,7 @@
 //! Compressive strain is drawn upwards: figures show -u_n.
 
 mod colour;
+mod coverage;
 mod displacements;
 mod drawing;
 mod error;
@@ -37,6 +38,7 @@ mod tail_spectrum;
 mod ticks;
 mod typeface;
 
+pub use coverage::{CoverageRow, coverage};
 pub use displacements::{BodyMotion, displacements};
 pub use error::FigureError;
 pub use front_width::{FrontPulse, FrontWidth, front_width};
