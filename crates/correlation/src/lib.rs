@@ -40,12 +40,15 @@
 //! Pixel (0, 0) is the centre of the top left pixel; x points right, y down.
 
 mod error;
+mod filter;
 mod gradient;
 mod icgn;
 mod kernel;
 #[cfg(feature = "opencv")]
 mod lucas_kanade;
 mod method;
+mod moments;
+mod normal;
 mod predict;
 mod prefilter;
 mod prepared;

@@ -27,15 +27,25 @@ pub const METHODS: &[&str] = &[
     #[cfg(feature = "opencv")]
     "opencv-lk",
     "icgn-linear-translation",
+    "icgn-linear-rigid",
     "icgn-linear-affine",
+    "icgn-linear-quadratic",
     "icgn-cubic-translation",
+    "icgn-cubic-rigid",
     "icgn-cubic-affine",
+    "icgn-cubic-quadratic",
     "icgn-cubic-moms-translation",
+    "icgn-cubic-moms-rigid",
     "icgn-cubic-moms-affine",
+    "icgn-cubic-moms-quadratic",
     "icgn-quintic-translation",
+    "icgn-quintic-rigid",
     "icgn-quintic-affine",
+    "icgn-quintic-quadratic",
     "icgn-quintic-moms-translation",
+    "icgn-quintic-moms-rigid",
     "icgn-quintic-moms-affine",
+    "icgn-quintic-moms-quadratic",
 ];
 
 impl Method {

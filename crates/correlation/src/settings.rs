@@ -65,26 +65,41 @@ impl Settings {
 pub enum Shape {
     /// The same displacement everywhere: 2 parameters.
     Translation,
+    /// Translation and rotation: 3 parameters.
+    Rigid,
     /// A displacement that varies linearly, with rotation, strain and shear: 6 parameters.
     Affine,
+    /// A displacement that varies as a polynomial of second order: 12 parameters.
+    Quadratic,
 }
 
 impl Shape {
     /// Every shape function, the simplest first.
-    pub const ALL: [Self; 2] = [Self::Translation, Self::Affine];
+    pub const ALL: [Self; 4] = [Self::Translation, Self::Rigid, Self::Affine, Self::Quadratic];
 
-    /// Terms of the displacement's polynomial in one direction: 1, or 1, x, y.
+    /// Terms of the displacement's polynomial in one direction: 1, or 1, x, y, or these and x^2, xy, y^2.
     pub(crate) fn n_terms(self) -> usize {
         match self {
             Self::Translation => 1,
-            Self::Affine => 3,
+            Self::Rigid | Self::Affine => 3,
+            Self::Quadratic => 6,
+        }
+    }
+
+    /// Numbers that a match fits.
+    pub(crate) fn n_parameters(self) -> usize {
+        match self {
+            Self::Rigid => 3,
+            other => 2 * other.n_terms(),
         }
     }
 
     fn name(self) -> &'static str {
         match self {
             Self::Translation => "translation",
+            Self::Rigid => "rigid",
             Self::Affine => "affine",
+            Self::Quadratic => "quadratic",
         }
     }
 }

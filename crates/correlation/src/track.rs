@@ -2,7 +2,7 @@ use chainwave_measurement::{Lost, Position, Recording, Region, Subset, Track};
 
 use crate::icgn::{Match, Stop};
 use crate::predict::History;
-use crate::search::{chance_zncc, search};
+use crate::search::{chance_zncc, search, search_turned};
 use crate::uncertainty::reference_sigma_px;
 use crate::warp::Warp;
 use crate::window::can_sample;
@@ -132,8 +132,7 @@ impl<'a> Follower<'a> {
     fn locate(&mut self, frame: usize) -> Found {
         match self.find(frame) {
             Ok(found) => {
-                let position_px = [found.position.x_px.value, found.position.y_px.value];
-                self.history.found(Warp { position_px, gradient: found.gradient });
+                self.history.found(found.warp());
                 Ok(self.with_reference_sigma(frame, found.position))
             }
             Err(reason) => {
@@ -178,7 +177,17 @@ impl<'a> Follower<'a> {
     fn match_by_search(&mut self, frame: usize, around_px: [f64; 2]) -> Result<Match, Lost> {
         let subset = self.subset.as_ref().map_err(|reason| *reason)?;
         let place = search(self.recording, frame, subset, around_px).map_err(|_| Lost::Unreadable)?;
-        let found = self.match_from(frame, Warp::at(place.ok_or(Lost::OutOfView)?))?;
+        let upright = self.match_certainly(frame, Warp::at(place.ok_or(Lost::OutOfView)?));
+        let (Err(_), 1) = (upright, self.history.n_lost + 1) else { return upright };
+        // Bodies rarely turn between two frames: that is looked for once, when they are lost.
+        let subset = self.subset.as_ref().map_err(|reason| *reason)?;
+        let turned = search_turned(self.recording, frame, subset, around_px).map_err(|_| Lost::Unreadable)?;
+        turned.map_or(upright, |warp| self.match_certainly(frame, warp))
+    }
+
+    /// A match that is no coincidence.
+    fn match_certainly(&mut self, frame: usize, start: Warp) -> Result<Match, Lost> {
+        let found = self.match_from(frame, start)?;
         let certain = found.position.zncc >= self.acquisition_zncc;
         if certain { Ok(found) } else { Err(Lost::LowCorrelation) }
     }
@@ -193,7 +202,7 @@ impl<'a> Follower<'a> {
             }
             self.read_window(frame, &start)?;
             let subset = self.subset.as_ref().map_err(|reason| *reason)?;
-            match subset.solve(&self.window, start, &mut self.workspace) {
+            match subset.solve_from_afar(&self.window, start, &mut self.workspace) {
                 Ok(found) => return Ok(found),
                 Err(Stop::Lost(reason)) => return Err(reason),
                 Err(Stop::Escaped(warp)) => start = warp,
@@ -206,8 +215,8 @@ impl<'a> Follower<'a> {
     fn in_frame(&self, warp: &Warp) -> Result<bool, Lost> {
         let subset = self.subset.as_ref().map_err(|reason| *reason)?;
         let frame = Region::whole(self.recording.info().width_px, self.recording.info().height_px);
-        let inside = |corner| can_sample(frame, subset.settings.interpolation, warp.apply(corner));
-        Ok(subset.corners().into_iter().all(inside))
+        let inside = |corner| can_sample(frame, subset.settings.interpolation, corner);
+        Ok(subset.bounds(warp).into_iter().all(inside))
     }
 
     fn read_window(&mut self, frame: usize, warp: &Warp) -> Result<(), Lost> {
@@ -247,13 +256,8 @@ fn window_around(subset: &PreparedSubset, warp: &Warp, width: usize, height: usi
     let margin = SLACK_PX + interpolation.prefilter_margin_px() as f64;
     let before = margin + interpolation.taps_before() as f64;
     let after = margin + interpolation.taps_after() as f64 + 1.0;
-    let corners = subset.corners().map(|corner| warp.apply(corner));
-    let bounds = |axis: usize| {
-        let values = corners.map(|corner| corner[axis]);
-        let low = values.into_iter().fold(f64::INFINITY, f64::min);
-        let high = values.into_iter().fold(f64::NEG_INFINITY, f64::max);
-        ((low - before).floor() as i64, (high + after).floor() as i64)
-    };
-    let ((x0, x1), (y0, y1)) = (bounds(0), bounds(1));
+    let [low, high] = subset.bounds(warp);
+    let [x0, y0] = low.map(|value| (value - before).floor() as i64);
+    let [x1, y1] = high.map(|value| (value + after).floor() as i64);
     Region::clipped(x0, y0, x1, y1, width, height)
 }
