@@ -161,7 +161,7 @@ pub(crate) fn pixel_bounds(subset: &Subset) -> [i64; 4] {
     ]
 }
 
-fn outside(recording: &dyn Recording, subset: &Subset) -> CorrelationError {
+pub(crate) fn outside(recording: &dyn Recording, subset: &Subset) -> CorrelationError {
     CorrelationError::SubsetOutside {
         path: recording.path().into(),
         name: subset.name.clone(),

@@ -118,6 +118,43 @@ impl FromStr for Shape {
     }
 }
 
+/// How the shape function of a subset is settled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ShapeChoice {
+    /// By name.
+    Named(Shape),
+    /// As the simplest that the matches cannot reject ([`crate::ShapeEvidence`]).
+    ByEvidence,
+}
+
+impl ShapeChoice {
+    /// Every choice, the named ones first.
+    pub const ALL: [Self; 5] = [
+        Self::Named(Shape::Translation),
+        Self::Named(Shape::Rigid),
+        Self::Named(Shape::Affine),
+        Self::Named(Shape::Quadratic),
+        Self::ByEvidence,
+    ];
+}
+
+impl fmt::Display for ShapeChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Named(shape) => shape.fmt(f),
+            Self::ByEvidence => f.pad("auto"),
+        }
+    }
+}
+
+impl FromStr for ShapeChoice {
+    type Err = CorrelationError;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        by_name("shape function", &Self::ALL, name)
+    }
+}
+
 /// How an image is interpolated between its pixels: by a spline that passes through every pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Interpolation {
@@ -202,6 +239,9 @@ mod tests {
     fn names_lead_back_to_their_values() {
         for shape in Shape::ALL {
             assert_eq!(shape.to_string().parse::<Shape>().unwrap(), shape);
+        }
+        for choice in ShapeChoice::ALL {
+            assert_eq!(choice.to_string().parse::<ShapeChoice>().unwrap(), choice);
         }
         for interpolation in Interpolation::ALL {
             assert_eq!(interpolation.to_string().parse::<Interpolation>().unwrap(), interpolation);

@@ -163,7 +163,8 @@ impl Sums {
             *parameter = products.sum::<f64>() / gain;
         }
         Some(Evaluation {
-            zncc: self.intensity / (subset.energy * variation).sqrt(),
+            // rounding takes that of equal images above 1
+            zncc: (self.intensity / (subset.energy * variation).sqrt()).min(1.0),
             gain,
             mean: self.total / subset.n_pixels() as f64,
             step: Step::new(subset.settings.shape, &parameters),

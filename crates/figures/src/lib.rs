@@ -16,6 +16,7 @@ mod colour;
 mod displacements;
 mod drawing;
 mod error;
+mod field_map;
 mod front_width;
 mod geometry;
 mod group_velocity;
@@ -39,6 +40,7 @@ mod typeface;
 
 pub use displacements::{BodyMotion, displacements};
 pub use error::FigureError;
+pub use field_map::{FieldMap, FieldPanel, field_map};
 pub use front_width::{FrontPulse, FrontWidth, front_width};
 pub use group_velocity::{GroupVelocities, group_velocity};
 pub use peak_energy::{EnergyShares, PeakEnergy, peak_energy};
