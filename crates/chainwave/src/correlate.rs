@@ -4,7 +4,8 @@ use std::num::NonZero;
 use std::path::Path;
 
 use chainwave_correlation::{
-    Field, FieldGrid, Interpolation, Method, Reference, ReferenceFrames, Settings, ShapeChoice, Strain, Window,
+    Field, FieldGrid, Interpolation, Method, Reference, ReferenceFrames, Settings, ShapeChoice, Strain,
+    Window,
 };
 use chainwave_figures::{FieldMap, FieldPanel};
 use chainwave_measurement::{Estimate, Recording, Region, Subset};
@@ -144,9 +145,8 @@ fn draw(out: &Path, field: &Field, strains: &[Option<Strain>]) -> Result<(), Err
     let moved = |i: usize| field.points[i].found.as_ref().ok().map(|found| found.position);
     let u = map(&|i| moved(i).map(|position| position.x_px.value - field.points[i].x_px));
     let v = map(&|i| moved(i).map(|position| position.y_px.value - field.points[i].y_px));
-    let strain = |of: fn(&Strain) -> Estimate| {
-        map(&|i| strains[i].as_ref().map(|strain| 100.0 * of(strain).value))
-    };
+    let strain =
+        |of: fn(&Strain) -> Estimate| map(&|i| strains[i].as_ref().map(|strain| 100.0 * of(strain).value));
     let (xx, yy, xy) = (strain(|s| s.xx), strain(|s| s.yy), strain(|s| s.xy));
     let panel = |title, values| FieldPanel { title, values };
     let x_px: Vec<f64> = field.points.iter().take(n_columns).map(|point| point.x_px).collect();

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use chainwave_correlation::{Interpolation, ShapeChoice};
+use chainwave_measurement::Estimate;
 use chainwave_mechanics::PowerLaw;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
@@ -267,6 +268,16 @@ pub(crate) struct Trial {
     pub(crate) trial: u32,
     /// Position of the camera's stage along the chain.
     pub(crate) stage_m: f64,
+    /// Nominal striker velocity where an experiment has several, with its scatter from trial to trial.
+    pub(crate) striker_velocity_m_per_s: Option<Estimate>,
+}
+
+impl Striker {
+    /// Takes another velocity and its scatter; both are above zero.
+    pub(crate) fn set_velocity(&mut self, velocity_m_per_s: Estimate) {
+        self.velocity_m_per_s = Positive(velocity_m_per_s.value);
+        self.velocity_sigma_m_per_s = Positive(velocity_m_per_s.sigma);
+    }
 }
 
 impl Contact {
@@ -295,6 +306,7 @@ impl Experiment {
         let recordings = table.texts("recording")?;
         let (views, trials) = (table.counts("view")?, table.counts("trial")?);
         let stages_m = table.full_numbers("stage_m")?;
+        let strikers = self.striker_velocities(&table)?;
         let mut rows: Vec<Trial> = Vec::with_capacity(recordings.len());
         for (row, recording) in recordings.into_iter().enumerate() {
             if recording.is_empty() {
@@ -308,12 +320,34 @@ impl Experiment {
                     .map_err(|_too_large| table.cell(row, name, "a number below 2^32", &count.to_string()))
             };
             let (view, trial) = (number("view", views[row])?, number("trial", trials[row])?);
-            rows.push(Trial { recording, view, trial, stage_m: stages_m[row] });
+            let striker_velocity_m_per_s = strikers.as_ref().map(|strikers| strikers[row]);
+            rows.push(Trial { recording, view, trial, stage_m: stages_m[row], striker_velocity_m_per_s });
         }
         match rows.is_empty() {
             true => Err(table.cell(0, "recording", "at least one recording", "none")),
             false => Ok(rows),
         }
+    }
+
+    /// The striker velocities of a table that has them: the columns `striker_velocity_m_per_s` and, where its scatter is not that
+    /// of the experiment, `striker_velocity_sigma_m_per_s`.
+    fn striker_velocities(&self, table: &Table) -> Result<Option<Vec<Estimate>>, Error> {
+        let (name, sigma_name) = ("striker_velocity_m_per_s", "striker_velocity_sigma_m_per_s");
+        if !table.has(name) {
+            return Ok(None);
+        }
+        let values = table.full_numbers(name)?;
+        let usual = self.striker.velocity_sigma_m_per_s.get();
+        let sigmas = match table.has(sigma_name) {
+            true => table.full_numbers(sigma_name)?,
+            false => vec![usual; values.len()],
+        };
+        for (name, numbers) in [(name, &values), (sigma_name, &sigmas)] {
+            if let Some(row) = numbers.iter().position(|number| *number <= 0.0) {
+                return Err(table.cell(row, name, "a number above 0", &numbers[row].to_string()));
+            }
+        }
+        Ok(Some(values.into_iter().zip(sigmas).map(|(value, sigma)| Estimate::new(value, sigma)).collect()))
     }
 
     /// Column and row of a body's marker at rest, in pixels; bodies are numbered from 1.

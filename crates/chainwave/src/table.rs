@@ -80,6 +80,11 @@ impl Table {
         texts.iter().enumerate().map(|(row, text)| self.number(name, row, text)).collect()
     }
 
+    /// Whether there is a column of this name.
+    pub(crate) fn has(&self, name: &str) -> bool {
+        self.frame.column(name).is_ok()
+    }
+
     /// A column of numbers without gaps.
     pub(crate) fn full_numbers(&self, name: &str) -> Result<Vec<f64>, Error> {
         let numbers = self.numbers(name)?.into_iter().enumerate();

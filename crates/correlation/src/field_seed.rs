@@ -61,11 +61,11 @@ impl Seeds {
         if found.is_none() && self.displacement_px.is_none() && self.n_whole_searches < MAX_WHOLE_SEARCHES {
             self.n_whole_searches += 1;
             let whole = scene.target.scene();
-            found = try_upright(scene, &subset, &whole, place_px, workspace)
-                .or_else(|| {
-                    let turned = (self.n_whole_searches <= MAX_TURNED_SEARCHES).then(|| whole.find_turned(&subset));
-                    try_at(scene, &subset, turned??, place_px, workspace)
-                });
+            found = try_upright(scene, &subset, &whole, place_px, workspace).or_else(|| {
+                let turned =
+                    (self.n_whole_searches <= MAX_TURNED_SEARCHES).then(|| whole.find_turned(&subset));
+                try_at(scene, &subset, turned??, place_px, workspace)
+            });
         }
         let (Ok(position), _) = found.as_ref()? else { return None };
         let [x, y] = position.warp().position_px;

@@ -56,7 +56,8 @@ fn layout(stem: &Path, field: &FieldMap) -> Result<Drawing, FigureError> {
     }
     field.panels.iter().try_for_each(|panel| check(stem, field, panel))?;
     let cells: Vec<Cells> = field.panels.iter().map(|panel| cells_of(field, panel)).collect();
-    let colours: Vec<ColourScale> = cells.iter().map(|cells| colours_of(cells.measured().collect())).collect();
+    let colours: Vec<ColourScale> =
+        cells.iter().map(|cells| colours_of(cells.measured().collect())).collect();
     let mut drawing = Drawing::new(Drawing::TWO_COLUMNS_MM)?;
     let (x, y) = (Scale::linear(cells[0].x_extent()), Scale::linear(cells[0].y_extent()).downwards());
     let left = plot::side_margin_mm(&drawing, &y, HEIGHT_MM);
@@ -99,7 +100,8 @@ fn arrangement(field: &FieldMap, beside: f64) -> (usize, [f64; 2]) {
 
 /// Width and height of a map in the room there is: pixels are as wide as high, but in a very long image.
 fn panel_size(field: &FieldMap, [width, height]: [f64; 2]) -> [f64; 2] {
-    let reach = |places: &[f64]| edges_between(places).last().zip(edges_between(places).first()).map(|(b, a)| b - a);
+    let reach =
+        |places: &[f64]| edges_between(places).last().zip(edges_between(places).first()).map(|(b, a)| b - a);
     let ratio = reach(field.y_px).zip(reach(field.x_px)).map_or(1.0, |(rows, columns)| rows / columns);
     let ratio = ratio.clamp(0.25, 4.0);
     if ratio * width <= height { [width, ratio * width] } else { [height / ratio, height] }
