@@ -21,6 +21,8 @@ pub(crate) enum Command {
     Inspect(Inspect),
     /// Follow points through recordings by digital image correlation.
     Track(Track),
+    /// Find the displacement field between two images, with strain and a picture.
+    Correlate(Correlate),
     /// Fit the contact law to a compression curve.
     Contact(Contact),
     /// Compute the motion of a chain from a scene.
@@ -77,16 +79,53 @@ pub(crate) struct Track {
     /// Frames per second of recordings that do not state them, such as folders of images.
     #[arg(long)]
     pub(crate) rate_hz: Option<f64>,
+    #[command(flatten)]
+    pub(crate) matching: Matching,
+    /// Recordings processed at a time; all cores when left out.
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) jobs: Option<u16>,
+}
+
+/// How images are matched.
+#[derive(Debug, Args)]
+pub(crate) struct Matching {
     /// A rung of the ladder, by name.
     #[arg(long)]
     pub(crate) method: Option<String>,
-    /// Shape function: translation or affine.
+    /// The cheapest rung whose error on these subsets, shifted by known amounts under the same noise, is at most this, in
+    /// pixels.
+    #[arg(long, value_name = "PX", conflicts_with_all = ["method", "interpolation"])]
+    pub(crate) accuracy: Option<f64>,
+    /// Shape function: translation, rigid, affine or quadratic, or auto: the simplest that the matches cannot reject.
     #[arg(long, conflicts_with = "method")]
     pub(crate) shape: Option<String>,
     /// Interpolation of the deformed image: linear, cubic, cubic-moms, quintic or quintic-moms.
     #[arg(long, conflicts_with = "method")]
     pub(crate) interpolation: Option<String>,
-    /// Recordings processed at a time; all cores when left out.
+}
+
+/// Arguments of `correlate`.
+#[derive(Debug, Args)]
+pub(crate) struct Correlate {
+    /// The reference image.
+    pub(crate) reference: PathBuf,
+    /// The deformed image.
+    pub(crate) deformed: PathBuf,
+    /// Pixels from one point to the next.
+    #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) step: u16,
+    /// Columns and rows of a subset on each side of its centre.
+    #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u16).range(2..=500))]
+    pub(crate) half_size: u16,
+    /// Table to write (.csv or .parquet); pictures of the field go beside it (.svg and .png).
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    #[command(flatten)]
+    pub(crate) matching: Matching,
+    /// Points along one side of the square that a strain is measured over; an odd number.
+    #[arg(long, value_name = "POINTS", default_value_t = 5, value_parser = clap::value_parser!(u16).range(3..=99))]
+    pub(crate) strain_window: u16,
+    /// Threads; all cores when left out.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
 }

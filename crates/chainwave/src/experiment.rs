@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use chainwave_correlation::{Interpolation, Shape};
+use chainwave_correlation::{Interpolation, ShapeChoice};
 use chainwave_measurement::Estimate;
 use chainwave_mechanics::PowerLaw;
 use serde::de::Error as _;
@@ -107,7 +107,7 @@ pub(crate) struct Tracking {
     /// Rows of a subset above and below its centre.
     pub(crate) half_height_px: usize,
     /// Shape function by name.
-    #[serde(default = "Tracking::usual_shape", deserialize_with = "name_of::<_, Shape>")]
+    #[serde(default = "Tracking::usual_shape", deserialize_with = "name_of::<_, ShapeChoice>")]
     pub(crate) shape: String,
     /// Interpolation by name.
     #[serde(default = "Tracking::usual_interpolation", deserialize_with = "name_of::<_, Interpolation>")]

@@ -7,10 +7,12 @@
 
 mod cli;
 mod contact;
+mod correlate;
 mod error;
 mod experiment;
 mod init;
 mod inspect;
+mod matching;
 mod outcome;
 mod output;
 mod parallel;
@@ -46,6 +48,7 @@ fn carry_out(command: &Command) -> Result<Outcome, Error> {
     match command {
         Command::Inspect(arguments) => inspect::inspect(arguments),
         Command::Track(arguments) => track::track(arguments),
+        Command::Correlate(arguments) => correlate::correlate(arguments),
         Command::Contact(arguments) => contact::contact(arguments),
         Command::Simulate(arguments) => simulate::simulate(arguments),
         Command::Synthesize(arguments) => synthesize::synthesize(arguments),

@@ -21,7 +21,7 @@ use crate::table::Table;
 use crate::track::{TrackRows, follow};
 
 /// Changes whenever the same recording and settings would give other tracks, so that kept ones are not mistaken for them.
-const TRACKS_VERSION: u32 = 1;
+const TRACKS_VERSION: u32 = 2;
 
 /// Rows and columns that a subset must keep from the frame's border at rest: the tracker interpolates around it.
 const BORDER_PX: f64 = 4.0;
