@@ -4,6 +4,8 @@
 #[cfg(test)]
 mod allocation;
 #[cfg(test)]
+mod boards;
+#[cfg(test)]
 mod cine;
 #[cfg(test)]
 mod counting;
