@@ -17,17 +17,17 @@
 //!
 //! Pixels are unknown here, and so is what moves the chain.
 //!
+//! [`Observation`]: chainwave_measurement::Observation
 //! [`ChainMotion`]: chainwave_measurement::ChainMotion
 
 mod align;
+mod consistency;
 mod error;
 mod gauge;
 mod merge;
 mod modes;
-mod observation;
 mod resample;
 mod rest;
 
 pub use error::StitchingError;
 pub use merge::{Alignment, Settings, Stitched, merge};
-pub use observation::{BodyTrack, Observation};

@@ -2,8 +2,8 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on should panic")]
 
-use chainwave_measurement::Estimate;
-use chainwave_stitching::{BodyTrack, Observation, Settings, Stitched, merge};
+use chainwave_measurement::{BodyTrack, Estimate, Observation};
+use chainwave_stitching::{Settings, Stitched, merge};
 use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64Mcg;

@@ -99,10 +99,10 @@ fn contact_law(job: &Job, evaluation: &Evaluation) -> Decision {
 fn damping(evaluation: &Evaluation) -> Decision {
     let rule = "damping is kept where its estimate exceeds 1.96 standard uncertainties (5 % level)";
     let question = "damping";
-    match &evaluation.field_fit {
+    match &evaluation.track_fit {
         Ok(fit) => {
             let told = |estimate: Estimate| estimate.value > Estimate::COVERAGE_95 * estimate.sigma;
-            let (c_d, c_s) = (fit.chain_damping_kg_per_s, fit.striker_damping_kg_per_s);
+            let (c_d, c_s) = (fit.damping.chain_damping_kg_per_s, fit.damping.striker_damping_kg_per_s);
             let choice = match (told(c_d), told(c_s)) {
                 (true, true) => "c_d and c_s",
                 (true, false) => "c_d (c_s is not distinguished from zero)",

@@ -6,8 +6,7 @@ use std::time::UNIX_EPOCH;
 
 use chainwave_camera::OpenOptions;
 use chainwave_correlation::{Method, ReferenceFrames};
-use chainwave_measurement::{Estimate, Recording, RecordingInfo, Subset};
-use chainwave_stitching::{BodyTrack, Observation};
+use chainwave_measurement::{BodyTrack, Estimate, Observation, Recording, RecordingInfo, Subset};
 use indicatif::ProgressBar;
 use sha2::{Digest, Sha256};
 
