@@ -1,6 +1,9 @@
 use super::lens::{Jacobian, Lens};
 use crate::CameraError;
 
+/// Points closer than this are the same but for rounding, however far outside the picture.
+const SAME_POINT_PX: f64 = 1e-6;
+
 /// From points of the picture to the plane in which the chain moves: the lens's distortion is undone, then the perspective.
 ///
 /// In the plane, x points along the chain.
@@ -18,9 +21,14 @@ impl PlaneMap {
         projected(&self.plane_from_image, self.lens.undistorted_px(at_px))
     }
 
-    /// Where the point `at_m` of the plane is imaged, in pixels.
-    pub fn image_px(&self, at_m: [f64; 2]) -> [f64; 2] {
-        self.lens.distorted_px(projected(&adjugate(&self.plane_from_image), at_m))
+    /// Where the point `at_m` of the plane is imaged, in pixels; `None` so far outside the picture that the lens's
+    /// distortion, as it was found inside, folds over.
+    pub fn image_px(&self, at_m: [f64; 2]) -> Option<[f64; 2]> {
+        let ideal_px = projected(&adjugate(&self.plane_from_image), at_m);
+        let at_px = self.lens.distorted_px(ideal_px);
+        let again_px = self.lens.undistorted_px(at_px);
+        let is_same = (again_px[0] - ideal_px[0]).hypot(again_px[1] - ideal_px[1]) < SAME_POINT_PX;
+        is_same.then_some(at_px)
     }
 
     /// Derivative of [`PlaneMap::position_m`]: metres of the plane for a pixel of the picture.
@@ -121,10 +129,19 @@ mod tests {
     #[test]
     fn a_point_of_the_plane_is_imaged_where_it_is_found() {
         for at_px in corners_px(1280, 800).into_iter().chain([[500.25, 333.5]]) {
-            let again = map().image_px(map().position_m(at_px));
+            let again = map().image_px(map().position_m(at_px)).unwrap();
             // Rounding of coordinates of a thousand pixels, through an inverse.
             assert!((again[0] - at_px[0]).hypot(again[1] - at_px[1]) < 1e-9, "{at_px:?} {again:?}");
         }
+    }
+
+    #[test]
+    fn a_point_far_outside_is_not_folded_into_the_picture() {
+        let strong = PlaneMap { lens: Lens { k1: -0.12, k2: 0.0, ..map().lens }, ..map() };
+        assert!(strong.image_px(strong.position_m([1279.0, 0.0])).is_some());
+        // r (1 - 0.12 r^2) comes back to 0 at r = 2.9, which is 2180 px from the axis.
+        let far_m = PlaneMap { lens: Lens::ideal(), ..map() }.position_m([630.0 + 2000.0, 410.0]);
+        assert_eq!(strong.image_px(far_m), None);
     }
 
     #[test]

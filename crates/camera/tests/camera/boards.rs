@@ -43,7 +43,8 @@ fn corners(truth: &PlaneMap, sigma_px: f64, random: &mut Pcg64) -> Vec<Corner> {
     for (row, column) in
         (0..board.rows - 1).flat_map(|row| (0..board.columns - 1).map(move |column| (row, column)))
     {
-        let at_px = truth.image_px([(column as f64 + 1.0) * SQUARE_M, (row as f64 + 1.0) * SQUARE_M]);
+        let at_m = [column, row].map(|number| (number as f64 + 1.0) * SQUARE_M);
+        let at_px = truth.image_px(at_m).unwrap();
         let [x_px, y_px] =
             at_px.map(|at| at + sigma_px * Distribution::<f64>::sample(&StandardNormal, random));
         if (0.0..=1279.0).contains(&x_px) && (0.0..=799.0).contains(&y_px) {

@@ -4,6 +4,9 @@
 #[cfg(test)]
 mod allocation;
 #[cfg(test)]
+#[cfg(feature = "opencv")]
+mod board_pictures;
+#[cfg(test)]
 mod boards;
 #[cfg(test)]
 mod cine;
