@@ -48,6 +48,8 @@ pub(crate) struct Chain {
     pub(crate) n_bodies: usize,
     /// Distance between neighbouring bodies at rest.
     pub(crate) pitch_m: Positive,
+    /// Its standard uncertainty, common to all gaps.
+    pub(crate) pitch_sigma_m: Option<NotNegative>,
     /// Mass of a body.
     pub(crate) mass_kg: Positive,
 }
@@ -86,16 +88,50 @@ pub(crate) enum Law {
     Power,
 }
 
-/// How pictures map to the chain.
+/// How pictures map to the chain: by exactly one of a magnification, a ruler, marks or a calibration.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Camera {
     /// Magnification.
-    pub(crate) scale_px_per_m: Positive,
+    pub(crate) scale_px_per_m: Option<Positive>,
+    /// Its standard uncertainty.
+    pub(crate) scale_sigma_px_per_m: Option<NotNegative>,
+    /// A known length in the picture.
+    pub(crate) ruler: Option<Ruler>,
+    /// Bodies at rest in the picture, whose distance is the chain's pitch.
+    pub(crate) marks: Option<Marks>,
+    /// What `chainwave calibrate` wrote, beside this file.
+    pub(crate) calibration: Option<PathBuf>,
     /// Column and row of body 1's marker at rest, with the stage at 0.
     pub(crate) first_body_px: [f64; 2],
     /// Frames per second of recordings that do not state them, such as folders of images.
     pub(crate) rate_hz: Option<Positive>,
+}
+
+/// A known length in the picture.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Ruler {
+    /// Column and row of both ends.
+    pub(crate) ends_px: [[f64; 2]; 2],
+    /// Standard uncertainty of an end's place, in each direction.
+    pub(crate) sigma_px: NotNegative,
+    /// The length.
+    pub(crate) length_m: Positive,
+    /// Its standard uncertainty.
+    pub(crate) length_sigma_m: NotNegative,
+}
+
+/// Bodies at rest in the picture.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Marks {
+    /// Numbers of the bodies.
+    pub(crate) bodies: Vec<i32>,
+    /// Column and row of the same point of each.
+    pub(crate) at_px: Vec<[f64; 2]>,
+    /// Standard uncertainty of a point's place, in each direction.
+    pub(crate) sigma_px: NotNegative,
 }
 
 /// How bodies are followed.
@@ -358,12 +394,5 @@ impl Experiment {
             }
         }
         Ok(Some(values.into_iter().zip(sigmas).map(|(value, sigma)| Estimate::new(value, sigma)).collect()))
-    }
-
-    /// Column and row of a body's marker at rest, in pixels; bodies are numbered from 1.
-    pub(crate) fn rest_px(&self, body: usize, stage_m: f64) -> [f64; 2] {
-        let along_m = (body - 1) as f64 * self.chain.pitch_m.get() - stage_m;
-        let [x_px, y_px] = self.camera.first_body_px;
-        [x_px + self.camera.scale_px_per_m.get() * along_m, y_px]
     }
 }

@@ -5,6 +5,8 @@
 //! command reads its inputs, calls the inner crates (functions of values), and writes tables. Long work goes by
 //! recordings, in parallel; what each recording gave is kept, so an interrupted run goes on where it stopped.
 
+mod calibrate;
+mod calibration;
 mod cli;
 mod contact;
 mod correlate;
@@ -47,6 +49,7 @@ fn main() -> ExitCode {
 fn carry_out(command: &Command) -> Result<Outcome, Error> {
     match command {
         Command::Inspect(arguments) => inspect::inspect(arguments),
+        Command::Calibrate(arguments) => calibrate::calibrate(arguments),
         Command::Track(arguments) => track::track(arguments),
         Command::Correlate(arguments) => correlate::correlate(arguments),
         Command::Contact(arguments) => contact::contact(arguments),

@@ -10,6 +10,7 @@ mod figures;
 mod provenance;
 mod report;
 mod results;
+mod shared_errors;
 mod strikers;
 mod summary;
 mod tracking;
@@ -22,6 +23,7 @@ use chainwave_measurement::Estimate;
 
 use self::evaluation::Evaluation;
 use self::truth::KnownTruth;
+use crate::calibration::ChainMap;
 use crate::cli;
 use crate::error::Error;
 use crate::experiment::{Experiment, Trial};
@@ -35,6 +37,8 @@ pub(crate) struct Job {
     pub(crate) experiment: Experiment,
     /// Where it was read.
     pub(crate) path: PathBuf,
+    /// From its pictures to the chain.
+    pub(crate) calibration: ChainMap,
     /// Its recordings.
     pub(crate) trials: Vec<Trial>,
     /// Where they lie.
@@ -68,9 +72,18 @@ impl Job {
         let path = arguments.experiment.clone();
         let experiment = Experiment::read(&path)?;
         let trials = experiment.read_trials(&path)?;
+        let calibration = ChainMap::read(&experiment, &path)?;
         let beside = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
         let recordings = arguments.recordings.clone().unwrap_or(beside);
-        Ok(Self { experiment, path, trials, recordings, out: arguments.out.clone(), jobs: arguments.jobs })
+        Ok(Self {
+            experiment,
+            path,
+            calibration,
+            trials,
+            recordings,
+            out: arguments.out.clone(),
+            jobs: arguments.jobs,
+        })
     }
 
     /// One job for each striker velocity, with a folder of its own where there are several.
