@@ -33,6 +33,8 @@ pub(crate) enum Command {
     Synthesize(Synthesize),
     /// Process an experiment: from recordings to figures, fitted damping and a report.
     Run(Run),
+    /// Measure what each method costs on your own scene, and how far it is off.
+    Tradeoff(Tradeoff),
     /// Film and process many synthetic experiments, and count how often stated intervals hold the truth.
     Prove(Prove),
     /// Write a first experiment.toml and trials.csv for a folder of recordings.
@@ -254,6 +256,23 @@ pub(crate) struct Run {
     /// Recordings processed at a time; all cores when left out.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
+}
+
+/// Arguments of `tradeoff`.
+#[derive(Debug, Args)]
+pub(crate) struct Tradeoff {
+    /// Experiments (experiment.toml: the bodies of its first recording) or recordings.
+    #[arg(required = true)]
+    pub(crate) inputs: Vec<PathBuf>,
+    /// Folder for tradeoff.parquet and its figures.
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// Table of points for recordings, as for `track`; when left out, squares of 33 x 33 px with much texture.
+    #[arg(long)]
+    pub(crate) points: Option<PathBuf>,
+    /// Frames per second of recordings that do not state them, such as folders of images.
+    #[arg(long)]
+    pub(crate) rate_hz: Option<f64>,
 }
 
 /// Arguments of `prove`.

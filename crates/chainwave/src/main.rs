@@ -26,6 +26,7 @@ mod simulate;
 mod synthesize;
 mod table;
 mod track;
+mod tradeoff;
 
 use std::process::ExitCode;
 
@@ -56,6 +57,7 @@ fn carry_out(command: &Command) -> Result<Outcome, Error> {
         Command::Simulate(arguments) => simulate::simulate(arguments),
         Command::Synthesize(arguments) => synthesize::synthesize(arguments),
         Command::Run(arguments) => run::run(arguments),
+        Command::Tradeoff(arguments) => tradeoff::tradeoff(arguments),
         Command::Prove(arguments) => prove::prove(arguments),
         Command::Init(arguments) => init::init(arguments),
         Command::Samples(arguments) => samples::samples(arguments),

@@ -19,7 +19,8 @@ pub(crate) mod truth;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use chainwave_measurement::Estimate;
+use chainwave_correlation::ReferenceFrames;
+use chainwave_measurement::{Estimate, Recording, Subset};
 
 use self::evaluation::Evaluation;
 use self::truth::KnownTruth;
@@ -139,6 +140,11 @@ impl Job {
             message: "expected truth.json and truth.parquet beside the recordings, found none".into(),
         })?;
         Ok((evaluation, truth))
+    }
+
+    /// The first recording that shows bodies, with their subsets and the frames at rest.
+    pub(crate) fn first_view(&self) -> Result<(Box<dyn Recording>, Vec<Subset>, ReferenceFrames), Error> {
+        tracking::first_view(self)
     }
 
     /// A path in the folder of the results.

@@ -84,7 +84,8 @@ pub(crate) fn follow(
     Ok(Tracked { times_s: recording.info().times_s.clone(), method, tracks })
 }
 
-fn read_points(path: &Path) -> Result<Vec<Subset>, Error> {
+/// Reads a table of points.
+pub(crate) fn read_points(path: &Path) -> Result<Vec<Subset>, Error> {
     let table = Table::read(path)?;
     let names = table.texts("name")?;
     let (x_px, y_px) = (table.full_numbers("x_px")?, table.full_numbers("y_px")?);

@@ -37,6 +37,7 @@ mod strain_profiles;
 mod svg;
 mod tail_spectrum;
 mod ticks;
+mod trade_off;
 mod typeface;
 
 pub use coverage::{CoverageRow, coverage};
@@ -52,3 +53,4 @@ pub use series::{Origin, Point, Series};
 pub use strain_map::{StrainMapPanel, strain_map};
 pub use strain_profiles::{ProfilePanel, strain_profiles};
 pub use tail_spectrum::{FrequencyMark, GapSpectrum, TailSpectrum, tail_spectrum};
+pub use trade_off::{TradeOff, TradeOffPoint, trade_off};

@@ -104,13 +104,10 @@ fn track_one(
     bar: &ProgressBar,
 ) -> Result<(Table, Observation), Error> {
     let path = job.recordings.join(&trial.recording);
-    let rate_hz = job.experiment.camera.rate_hz.map(Positive::get);
-    let recording = chainwave_camera::open_with(&path, &OpenOptions { rate_hz, ..OpenOptions::default() })?;
-    job.calibration.check_size(recording.as_ref())?;
+    let recording = open(job, &path)?;
     let kept_path = kept.join(format!("{}.parquet", key(job, trial, &path)?));
     if !kept_path.exists() {
-        let rest = rest_frames(recording.info(), job.experiment.tracking.rest_until_s);
-        let reference = ReferenceFrames::Mean(rest.ok_or_else(|| no_rest(job, &path, recording.info()))?);
+        let reference = frames_at_rest(job, recording.as_ref())?;
         let subsets = subsets_in_view(job, trial, recording.as_ref());
         let tracked = follow(recording.as_ref(), &subsets, &reference, method, bar)?;
         let mut rows = TrackRows::default();
@@ -120,6 +117,31 @@ fn track_one(
     let table = Table::read(&kept_path)?;
     let observation = observation(trial, &table, &job.calibration.of_chain.map)?;
     Ok((table, observation))
+}
+
+fn open(job: &Job, path: &Path) -> Result<Box<dyn Recording>, Error> {
+    let rate_hz = job.experiment.camera.rate_hz.map(Positive::get);
+    let recording = chainwave_camera::open_with(path, &OpenOptions { rate_hz, ..OpenOptions::default() })?;
+    job.calibration.check_size(recording.as_ref())?;
+    Ok(recording)
+}
+
+fn frames_at_rest(job: &Job, recording: &dyn Recording) -> Result<ReferenceFrames, Error> {
+    let rest = rest_frames(recording.info(), job.experiment.tracking.rest_until_s);
+    Ok(ReferenceFrames::Mean(rest.ok_or_else(|| no_rest(job, recording.path(), recording.info()))?))
+}
+
+/// The first recording that shows bodies, with their subsets and the frames at rest.
+pub(crate) fn first_view(job: &Job) -> Result<(Box<dyn Recording>, Vec<Subset>, ReferenceFrames), Error> {
+    for trial in &job.trials {
+        let recording = open(job, &job.recordings.join(&trial.recording))?;
+        let subsets = subsets_in_view(job, trial, recording.as_ref());
+        if !subsets.is_empty() {
+            let reference = frames_at_rest(job, recording.as_ref())?;
+            return Ok((recording, subsets, reference));
+        }
+    }
+    Err(Error::NothingLeft { what: "recordings with a body in view", n: job.trials.len() })
 }
 
 /// The bodies whose subsets lie in the frame at rest.
