@@ -75,7 +75,7 @@ fn solver(
 ) -> Result<(Interpolation, ShapeChoice), Error> {
     let (width, height) = (reference.info().width_px, reference.info().height_px);
     let fits = width.min(height) > 2 * half_px + 1;
-    let place = |i: usize, n: usize| half_px as f64 + 0.5 * i as f64 * (n - 2 * half_px - 1) as f64;
+    let place = |i: usize, n: usize| half_px as f64 + 0.25 * (i + 1) as f64 * (n - 2 * half_px - 1) as f64;
     let subset = |i: usize| Subset {
         name: i.to_string(),
         x_px: place(i % 3, width).floor(),

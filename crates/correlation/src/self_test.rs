@@ -91,7 +91,7 @@ pub fn cheapest_within(
 
 fn test_one(method: Method, films: &[Film], settings: &Settings) -> Result<RungError, CorrelationError> {
     let (mut square, mut n_found, mut n_lost) = (0.0, 0, 0);
-    let mut means = vec![[0.0; 2]; N_SHIFTS];
+    let mut means = [[0.0; 2]; N_SHIFTS];
     let mut effort = 0.0;
     for film in films {
         let subsets = std::slice::from_ref(&film.subset);
@@ -140,11 +140,12 @@ impl Film {
         let region = patch_around(recording, subset)?;
         let scene = Reference::read_region(recording, region, reference)?;
         let sigma = noise_in(recording, region, reference.range().start)?.sqrt();
-        let shifts: Vec<[f64; 2]> = (0..N_SHIFTS * N_DRAWS)
-            .map(|i| {
-                [(i % N_SHIFTS) as f64, (3 * i % N_SHIFTS) as f64].map(|tenths| tenths / N_SHIFTS as f64)
-            })
-            .collect();
+        let inwards = away_from_edges(subset, region);
+        let shift = |i: usize| -> [f64; 2] {
+            let [x, y] = [i, 3 * i].map(|step| (step % N_SHIFTS) as f64 / N_SHIFTS as f64);
+            [x + inwards[0], y + inwards[1]]
+        };
+        let shifts: Vec<[f64; 2]> = (0..N_SHIFTS * N_DRAWS).map(shift).collect();
         let mut random = Normal(seed);
         let mut sense = |pixels: Vec<f64>| -> Vec<f32> {
             pixels.into_iter().map(|value| (value + sigma * random.next()) as f32).collect()
@@ -192,6 +193,22 @@ fn patch_around(recording: &dyn Recording, subset: &Subset) -> Result<Region, Co
     let (x0, y0) = (x0 - MARGIN_PX, y0 - MARGIN_PX);
     let region = Region::clipped(x0, y0, x1 + MARGIN_PX + 1, y1 + MARGIN_PX + 1, width, height);
     region.ok_or_else(|| crate::reference::outside(recording, subset))
+}
+
+/// Whole pixels that a subset near the edge of its patch is moved by, so that all its shifts can be interpolated.
+fn away_from_edges(subset: &Subset, region: Region) -> [f64; 2] {
+    const NEAR_PX: i64 = 8;
+    let [x0, x1, y0, y1] = crate::reference::pixel_bounds(subset);
+    let along = |low: i64, high: i64, first: usize, n: usize| {
+        if low - (first as i64) < NEAR_PX {
+            4.0
+        } else if (first + n) as i64 - high <= NEAR_PX {
+            -5.0
+        } else {
+            0.0
+        }
+    };
+    [along(x0, x1, region.x, region.width), along(y0, y1, region.y, region.height)]
 }
 
 /// The pixels of a patch whose scene has moved by `shift`, by trigonometric interpolation along rows and columns.

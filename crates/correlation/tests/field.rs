@@ -57,12 +57,9 @@ fn a_strained_plane_is_found_whole_with_its_strain_and_honest_intervals() {
     let inside = pulls.filter(|pull| pull.abs() < 1.96).count() as f64 / errors.len() as f64;
     // Subsets overlap by ten: some 100 independent ones tell a share of 95 % to 2 %.
     assert!((inside - 0.95).abs() < 0.05, "{inside}");
-    let lost = field.points.iter().filter(|point| !in_view(point)).filter_map(|point| point.found.err());
-    assert!(
-        lost.clone().count() > 50 && lost.clone().all(|lost| lost == Lost::OutOfView),
-        "{:?}",
-        lost.last()
-    );
+    let lost: Vec<Lost> =
+        field.points.iter().filter(|point| !in_view(point)).filter_map(|point| point.found.err()).collect();
+    assert!(lost.len() > 50 && lost.iter().all(|&lost| lost == Lost::OutOfView), "{lost:?}");
 
     let found: Vec<_> = strains(&field, 3).into_iter().flatten().collect();
     let green = strain + 0.5 * strain * strain;

@@ -1,6 +1,10 @@
 //! Shape functions on deformations of known truth: the image of a deformed plane is sampled from the speckle's formula.
 
-#![expect(clippy::unwrap_used, reason = "a test fails by panicking, and shows what it measured")]
+#![expect(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a test fails by panicking, and shows what it measured"
+)]
 
 mod support;
 

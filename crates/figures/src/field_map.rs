@@ -46,9 +46,9 @@ const HEIGHT_MM: f64 = 70.0;
 const TITLE_MM: f64 = 5.2;
 const GAP_MM: f64 = 6.0;
 /// Most columns and rows of a map; of a finer one every second or third point is drawn.
-const MOST_CELLS: usize = 128;
+const MOST_CELLS: usize = 200;
 /// Share of the values at each end that may lie beyond the colours: points at an edge can be far off.
-const BEYOND: f64 = 0.01;
+const BEYOND: f64 = 0.02;
 
 fn layout(stem: &Path, field: &FieldMap) -> Result<Drawing, FigureError> {
     if field.panels.is_empty() {
@@ -94,7 +94,7 @@ fn arrangement(field: &FieldMap, beside: f64) -> (usize, [f64; 2]) {
     (2..=most).map(fitting).fold(first, |best, next| {
         // a second and third map in a row is worth some of their size
         let gain = next.1[0] * next.0 as f64 / (best.1[0] * best.0 as f64);
-        if next.1[0] >= 20.0 && gain > 0.9 { next } else { best }
+        if next.1[0] >= 20.0 && gain > 0.6 { next } else { best }
     })
 }
 
@@ -133,12 +133,11 @@ fn check(stem: &Path, field: &FieldMap, panel: &FieldPanel) -> Result<(), Figure
 
 /// The cells, from the lowest row of the picture upwards.
 fn cells_of(field: &FieldMap, panel: &FieldPanel) -> Cells {
-    let every = |n: usize| n.div_ceil(MOST_CELLS).max(1);
-    let (step_x, step_y) = (every(field.x_px.len()), every(field.y_px.len()));
-    let places = |all: &[f64], step: usize| all.iter().copied().step_by(step).collect::<Vec<f64>>();
-    let (x, y) = (places(field.x_px, step_x), places(field.y_px, step_y));
+    let step = field.x_px.len().max(field.y_px.len()).div_ceil(MOST_CELLS).max(1);
+    let places = |all: &[f64]| all.iter().copied().step_by(step).collect::<Vec<f64>>();
+    let (x, y) = (places(field.x_px), places(field.y_px));
     let values = Array2::from_shape_fn((x.len(), y.len()), |(column, row)| {
-        panel.values[[(y.len() - 1 - row) * step_y, column * step_x]]
+        panel.values[[(y.len() - 1 - row) * step, column * step]]
     });
     let mut y_edges = edges_between(&y);
     y_edges.reverse();

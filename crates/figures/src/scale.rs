@@ -42,7 +42,8 @@ impl Extent {
     pub(crate) fn padded(self, share: f64) -> Self {
         let middle = 0.5 * self.low + 0.5 * self.high;
         // Ticks need some digits to differ, so a range shorter than a millionth of its distance from zero is widened.
-        let least = if middle == 0.0 { 1.0 } else { 1e-6 * middle.abs() };
+        let is_point = self.low >= self.high;
+        let least = if middle == 0.0 && is_point { 1.0 } else { 1e-6 * middle.abs() };
         if self.high - self.low < least {
             return Self { low: middle - 0.5 * least, high: middle + 0.5 * least };
         }
@@ -154,6 +155,12 @@ mod tests {
             assert_eq!(scale.share(value), Some(0.5), "{value}");
             assert!(!scale.ticks(4).is_empty(), "{value}");
         }
+    }
+
+    #[test]
+    fn a_small_range_around_zero_stays_small() {
+        let extent = Extent { low: -1e-3, high: 1e-3 };
+        assert_eq!(extent.padded(0.0), extent);
     }
 
     #[test]
