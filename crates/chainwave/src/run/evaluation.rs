@@ -62,17 +62,16 @@ pub(crate) fn evaluate(job: &Job, tracked: &Tracked) -> Result<Evaluation, Error
     let track_model = track_model(job, chain.clone());
     let offsets_s: Vec<f64> = stitched.alignments.iter().map(|one| one.trigger_offset_s.value).collect();
     let track_fit = fit_tracks(&kept.observations, &offsets_s, &track_model);
-    let energy_fit = match &measurement.energies {
-        Some(energies) => {
-            let measured = EnergyMeasurement {
-                times_s: &stitched.motion.times_s,
-                front: &front_settings(job),
-                n_replicas: measurement.n_replicas,
-            };
-            fit_peak_energies(energies, &measured, &energy_model(job, &stitched, chain))
-        }
-        None => Err(FitError::TooFew { what: "peak energies", expected: 1, found: 0 }),
-    };
+    let energy_model = energy_model(job, &stitched, chain);
+    let energy_fit =
+        shared.fit_energies(job, &stitched.motion, &law, |energies, times_s| match energies {
+            Some(energies) => {
+                let front = &front_settings(job);
+                let n_replicas = job.experiment.analysis.n_replicas;
+                fit_peak_energies(energies, &EnergyMeasurement { times_s, front, n_replicas }, &energy_model)
+            }
+            None => Err(FitError::TooFew { what: "peak energies", expected: 1, found: 0 }),
+        })?;
     let beside = match &track_fit {
         Ok(fit) => Some(model_beside(job, &stitched.motion, &track_model, fit, used)?),
         Err(_) => None,

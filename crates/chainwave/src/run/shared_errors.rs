@@ -2,7 +2,8 @@
 
 use std::ops::RangeInclusive;
 
-use chainwave_analysis::Measurement;
+use chainwave_analysis::fit::{Damping, EnergyFit, FitError};
+use chainwave_analysis::{Measurement, PeakEnergies};
 use chainwave_camera::{MapError, Source};
 use chainwave_measurement::{ChainMotion, ErrorMode, Estimate, Observation};
 use chainwave_mechanics::PowerLaw;
@@ -81,14 +82,50 @@ impl SharedErrors {
         if let Some(of_pitch) = self.of_pitch {
             let mut without = motion.clone();
             let mode = without.modes.remove(motion.modes.len() - self.modes.len() + of_pitch);
-            for (x, error_m) in without.displacement_m.iter_mut().zip(&mode.displacement_m) {
-                *x = x.map(|x| Estimate::new(x.value, (x.sigma.powi(2) - error_m.powi(2)).max(0.0).sqrt()));
-            }
+            subtract(&mut without, &mode);
             let of_strain = measure_motion(job, &without, law, velocity_gaps)?;
             measurement = Measurement { energies: measurement.energies, ..of_strain };
         }
         self.add_pitch(&mut measurement);
         Ok(measurement)
+    }
+
+    /// Fits damping to the peak energies: once as they are, and once with each of the errors, whose effects join the fit's own.
+    ///
+    /// Were the errors left among those of the energies, all of which they move alike and by much more than noise does, least
+    /// squares would trade them against the model's shape (Peelle's puzzle).
+    pub(crate) fn fit_energies(
+        &self,
+        job: &Job,
+        motion: &ChainMotion,
+        law: &PowerLaw,
+        fit: impl Fn(Option<&PeakEnergies>, &[f64]) -> Result<EnergyFit, FitError>,
+    ) -> Result<Result<EnergyFit, FitError>, Error> {
+        let own = self.without_errors(motion);
+        let fitted = |motion: &ChainMotion| -> Result<Result<EnergyFit, FitError>, Error> {
+            let measurement = measure_motion(job, motion, law, None)?;
+            Ok(fit(measurement.energies.as_ref(), &motion.times_s))
+        };
+        let mut energy_fit = fitted(&own)?;
+        for mode in &self.modes {
+            let moved = fitted(&shifted(&own, mode))?;
+            energy_fit = energy_fit.and_then(|mut energy_fit| {
+                energy_fit.damping = widened(energy_fit.damping, moved?.damping);
+                Ok(energy_fit)
+            });
+        }
+        Ok(energy_fit)
+    }
+
+    /// A motion as it was before the errors were added.
+    fn without_errors(&self, motion: &ChainMotion) -> ChainMotion {
+        let mut own = motion.clone();
+        for _ in &self.modes {
+            if let Some(mode) = own.modes.pop() {
+                subtract(&mut own, &mode);
+            }
+        }
+        own
     }
 
     /// Adds the error of the pitch to what is measured in pitches.
@@ -107,6 +144,36 @@ impl SharedErrors {
 
 fn with_error(x: Estimate, error: f64) -> Estimate {
     Estimate::new(x.value, x.sigma.hypot(error))
+}
+
+/// Takes a mode's share out of a motion's uncertainty.
+fn subtract(motion: &mut ChainMotion, mode: &ErrorMode) {
+    for (x, error_m) in motion.displacement_m.iter_mut().zip(&mode.displacement_m) {
+        *x = x.map(|x| Estimate::new(x.value, (x.sigma.powi(2) - error_m.powi(2)).max(0.0).sqrt()));
+    }
+}
+
+/// A motion with an error of one standard deviation.
+fn shifted(motion: &ChainMotion, mode: &ErrorMode) -> ChainMotion {
+    let mut shifted = motion.clone();
+    for (x, error_m) in shifted.displacement_m.iter_mut().zip(&mode.displacement_m) {
+        *x = x.map(|x| Estimate::new(x.value + error_m, x.sigma));
+    }
+    shifted
+}
+
+/// Damping with one more error, of which `moved` is what one standard deviation makes of it.
+fn widened(damping: Damping, moved: Damping) -> Damping {
+    let (c_d, c_s) = (damping.chain_damping_kg_per_s, damping.striker_damping_kg_per_s);
+    let by =
+        [moved.chain_damping_kg_per_s.value - c_d.value, moved.striker_damping_kg_per_s.value - c_s.value];
+    let covariance = damping.correlation * c_d.sigma * c_s.sigma + by[0] * by[1];
+    let (c_d, c_s) = (with_error(c_d, by[0]), with_error(c_s, by[1]));
+    Damping {
+        chain_damping_kg_per_s: c_d,
+        striker_damping_kg_per_s: c_s,
+        correlation: covariance / (c_d.sigma * c_s.sigma),
+    }
 }
 
 /// One motion less the other at the other's times; 0 where either lacks the body. Both have times that are multiples of one
