@@ -76,6 +76,15 @@ pub enum MechanicsError {
         /// Time of the first output that is not finite, in seconds.
         time_s: f64,
     },
+    /// Newton's method found no equilibrium of a ring.
+    #[error(
+        "equilibrium of the ring: expected Newton's method to converge, found none after {steps} steps \
+         (take smaller steps of load or displacement, or more elements)"
+    )]
+    NoEquilibrium {
+        /// Steps taken.
+        steps: usize,
+    },
     /// The striker's contact opened and closed without end.
     #[error("the striker's contact switched {switches} times within one step at t = {time_s} s")]
     Chatter {
