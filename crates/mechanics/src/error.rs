@@ -76,6 +76,17 @@ pub enum MechanicsError {
         /// Time of the first output that is not finite, in seconds.
         time_s: f64,
     },
+    /// The time step lies beyond the stability bound of velocity Verlet for rings.
+    #[error(
+        "time step: expected at most {limit_s:.3e} s, the stability bound of velocity Verlet for these rings, found \
+         {dt_s:.3e} s (leave the step out to have it chosen)"
+    )]
+    UnstableStep {
+        /// The step asked for, in seconds.
+        dt_s: f64,
+        /// The largest stable step, in seconds.
+        limit_s: f64,
+    },
     /// Newton's method found no equilibrium of a ring.
     #[error(
         "equilibrium of the ring: expected Newton's method to converge, found none after {steps} steps \

@@ -32,5 +32,7 @@ pub use chain::{Chain, Drive, FarEnd, Striker};
 pub use contact::PowerLaw;
 pub use error::MechanicsError;
 pub use imposed::ImposedMotion;
-pub use ring::{Equilibrium, Response, Ring, Rod, Section, Support};
+pub use ring::{
+    Equilibrium, Response, Ring, RingChain, RingDrive, RingSchedule, RingSimulation, RingStriker, Rod, Section, Support, simulate_rings,
+};
 pub use simulate::{Schedule, Simulation, StrikerMotion, simulate};

@@ -1,5 +1,7 @@
 use std::f64::consts::PI;
 
+use super::Ring;
+
 /// Abscissae and weights of Gauss's rule with eight points on [-1, 1], the positive half (Abramowitz and Stegun, table 25.4).
 const GAUSS: [(f64, f64); 4] = [
     (0.183_434_642_495_649_8, 0.362_683_783_378_362),
@@ -31,6 +33,11 @@ struct Ellipse {
 }
 
 impl HalfEllipse {
+    /// The upper half of a ring's centreline between its bonds.
+    pub(crate) fn of(ring: &Ring, elements_per_ring: usize) -> Self {
+        Self::new(ring.semi_major_m, ring.semi_minor_m, ring.bond_width_m, elements_per_ring / 2)
+    }
+
     /// The half with semi-axes a (along x) and b, cut into `n_arcs` between bonds of the given whole height.
     pub(crate) fn new(a_m: f64, b_m: f64, bond_width_m: f64, n_arcs: usize) -> Self {
         let ellipse = Ellipse { a_m, b_m };

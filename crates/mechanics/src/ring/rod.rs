@@ -3,9 +3,9 @@ use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use super::{Ring, Section, ellipse::HalfEllipse, three_moments::ThreeMoments};
 use crate::{MechanicsError, check};
 
-/// Twice the integral of an element's slope squared, in turns at its ends: 2 (a^2 + a b + b^2) / 72 is what a curve of linear
-/// curvature exceeds its chord by, relative to its length.
-const BULGE: f64 = 1.0 / 72.0;
+/// (a^2 + a b + b^2) times this is what a curve exceeds its chord by, relative to its length, when its curvature goes linearly
+/// from a to b over that length (half the mean square of its slope against the chord, to leading order).
+pub(crate) const BULGE: f64 = 1.0 / 72.0;
 
 /// A planar rod of equal elements, straight or curved when unstressed.
 ///
@@ -98,12 +98,7 @@ impl Rod {
             "an even number, at least 4",
             elements_per_ring as f64,
         )?;
-        let half = HalfEllipse::new(
-            ring.semi_major_m,
-            ring.semi_minor_m,
-            ring.bond_width_m,
-            elements_per_ring / 2,
-        );
+        let half = HalfEllipse::of(ring, elements_per_ring);
         Self::new(section, &half.nodes_m, half.arc_m, half.directions_rad)
     }
 
