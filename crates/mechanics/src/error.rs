@@ -87,6 +87,15 @@ pub enum MechanicsError {
         /// The largest stable step, in seconds.
         limit_s: f64,
     },
+    /// A ring was bent beyond what its elements can tell.
+    #[error(
+        "before t = {time_s:.3e} s: expected each ring to turn by less than 120 degrees against its unstressed shape from one \
+         element to the next, found more (take more elements, a slower striker, or a softer contact)"
+    )]
+    RingBroken {
+        /// A time after which it had happened, in seconds.
+        time_s: f64,
+    },
     /// Newton's method found no equilibrium of a ring.
     #[error(
         "equilibrium of the ring: expected Newton's method to converge, found none after {steps} steps \

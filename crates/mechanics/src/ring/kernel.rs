@@ -2,26 +2,24 @@ use pulp::Simd;
 
 use super::{Rod, lanes::Lanes, rod::BULGE};
 
-/// Largest sine of a change of turn that the fast path takes.
+/// Largest sine whose arc the polynomial gives: changes of turn up to 30 degrees without, and 120 with their quartering.
 const LARGEST_SINE: f64 = 0.5;
-/// Largest change of a chord's squared length, relative to it, that the fast path takes.
+/// Largest change of a chord's squared length, relative to it, for which the series of its root stands.
 const LARGEST_STRETCH: f64 = 0.01;
-/// (asin(s) - s) / s^3 as a polynomial in s^2, highest power first: relative error of the arc 2.4e-13 up to
+/// (asin(s) - s) / s^3 as a polynomial in s^2, lowest power first: relative error of the arc 6.2e-11 up to
 /// [`LARGEST_SINE`] (interpolated at Chebyshev's nodes).
-const ARC: [f64; 9] = [
-    0.028_346_745_231_833_33,
-    0.001_067_506_315_036_311_8,
-    0.016_864_090_273_960_12,
-    0.016_902_683_886_393_574,
-    0.022_412_417_726_695_433,
-    0.030_379_945_210_024_934,
-    0.044_642_906_474_584_963,
-    0.074_999_999_534_297_12,
-    0.166_666_666_667_386_32,
+const ARC: [f64; 7] = [
+    0.166_666_666_860_856_44,
+    0.074_999_924_044_018_38,
+    0.044_647_663_888_134_845,
+    0.030_269_138_728_589_184,
+    0.023_611_817_008_891_75,
+    0.010_574_415_516_912_908,
+    0.030_974_540_371_355_073,
 ];
-/// (1 - 1 / sqrt(1 + e)) / e as a polynomial in e, highest power first: Taylor's, so that small stretches keep their
-/// digits; at [`LARGEST_STRETCH`] the square root's relative error is 5e-12.
-const INVERSE_ROOT: [f64; 5] = [63.0 / 256.0, -35.0 / 128.0, 5.0 / 16.0, -3.0 / 8.0, 0.5];
+/// (1 - 1 / sqrt(1 + e)) / e as a polynomial in e, lowest power first: Taylor's, so that small stretches keep their
+/// digits; at [`LARGEST_STRETCH`] the square root's relative error is 3e-11 of the strain's.
+const INVERSE_ROOT: [f64; 4] = [0.5, -3.0 / 8.0, 5.0 / 16.0, -35.0 / 128.0];
 /// Values kept of each element between the two sweeps.
 const KEPT: usize = 6;
 /// Values of a node: its displacement and its velocity.
@@ -53,7 +51,8 @@ struct Element {
     inverse: [f64; 2],
     /// Chord's direction.
     along: [f64; 2],
-    length: f64,
+    /// Axial stiffness times the chord's length, and times [`BULGE`]: a normal force is these times relative elongation and bulge.
+    axial: [f64; 2],
     inverse_length: f64,
     /// Twice the unstressed turn at either node plus the turn at the other.
     turns: [f64; 2],
@@ -95,14 +94,14 @@ impl Kernel {
         let halved = 0.5 * decay_per_s * dt_s;
         let gain = (1.0 + halved).recip();
         let per_mass = gain * dt_s * dt_s / (section.mass_kg_per_m * h * h);
-        let bending = section.bending_nm2 * per_mass / (h * h);
+        let (axial, bending) = (section.axial_n * per_mass, section.bending_nm2 * per_mass / (h * h));
         let element = |(e, chord): (usize, &super::rod::Chord)| {
             let (vector, length) = (chord.vector_m / h, chord.length_m / h);
             let [a, b] = [rod.curvature_turns[e], rod.curvature_turns[e + 1]];
             Element {
                 inverse: (vector / (length * length)).into(),
                 along: (vector / length).into(),
-                length,
+                axial: [axial * length, axial * BULGE],
                 inverse_length: length.recip(),
                 turns: [2.0 * a + b, 2.0 * b + a],
             }
@@ -111,7 +110,7 @@ impl Kernel {
             elements: rod.chords.iter().enumerate().map(element).collect(),
             lower: rod.three_moments.lower.clone(),
             bending_pivots: rod.three_moments.inverse_pivots.iter().map(|pivot| pivot * bending).collect(),
-            axial: section.axial_n * per_mass,
+            axial,
             keep: (1.0 - halved) * gain,
             gain,
             decay: decay_per_s * dt_s,
@@ -140,23 +139,23 @@ impl Kernel {
 
     /// Finds the forces at the nodes' places, and moves the inner nodes by a step. `nodes` holds x, y and the velocities of
     /// each inner node; `joints` the places of the two joints. `None`, with nothing moved, where a ring is deformed beyond
-    /// the range of the polynomials.
+    /// the polynomials' range, which is that of large deformations where it is to be `WIDE`.
     #[inline(always)]
-    pub(crate) fn step<S: Simd, const BOOK: bool, const DAMPED: bool>(
+    pub(crate) fn step<S: Simd, const BOOK: bool, const DAMPED: bool, const WIDE: bool>(
         &self,
         simd: S,
         nodes: &mut [[S::f64s; NODE]],
         joints: [Lanes<S>; 2],
         scratch: &mut [[S::f64s; KEPT]],
     ) -> Option<Outcome<S>> {
-        let last_turn = self.deform(simd, nodes, joints, scratch)?;
+        let last_turn = self.deform::<S, WIDE>(simd, nodes, joints, scratch)?;
         Some(self.load_and_move::<S, BOOK, DAMPED>(simd, nodes, scratch, last_turn))
     }
 
     /// First sweep, from left to right: stretch and rotation of each chord, turn at each node, and the elimination in the
     /// theorem of three moments. Returns the last node's turn and eliminated turn.
     #[inline(always)]
-    fn deform<S: Simd>(
+    fn deform<S: Simd, const WIDE: bool>(
         &self,
         simd: S,
         nodes: &[[S::f64s; NODE]],
@@ -167,7 +166,7 @@ impl Kernel {
         let (zero, one) = (all(0.0), all(1.0));
         let (mut place, mut rotation) = ([joints[0], zero], [one, zero]);
         let (mut eliminated, mut factor) = (zero, 0.0);
-        let (mut largest_sine, mut largest_stretch) = (zero, zero);
+        let (mut largest_sine_square, mut largest_stretch_square) = (zero, zero);
         for (e, (element, kept)) in self.elements.iter().zip(scratch.iter_mut()).enumerate() {
             let next = match nodes.get(e) {
                 Some(node) => [Lanes::new(simd, node[0]), Lanes::new(simd, node[1])],
@@ -176,28 +175,41 @@ impl Kernel {
             let change = [next[0] - place[0], next[1] - place[1]];
             place = next;
             // In the frame of the unstressed chord, over its length, the chord is now (1 + along, sideways).
-            let [ax, ay] = element.inverse.map(all);
+            let [ax, ay] = Lanes::pair(simd, element.inverse);
             let along = ax.mul_add(change[0], ay * change[1]);
             let sideways = ay.mul_sub_from(change[0], ax * change[1]);
             let stretch = sideways.mul_add(sideways, along.mul_add(along, along + along));
-            let shortening = stretch * stretch.polynomial(INVERSE_ROOT);
-            let inverse_stretch = one - shortening;
-            let elongation = shortening.mul_sub_from(one + stretch, stretch);
+            let (inverse_stretch, elongation) = if WIDE {
+                let length = (one + stretch).sqrt();
+                (one / length, stretch / (one + length))
+            } else {
+                let square = stretch * stretch;
+                largest_stretch_square = largest_stretch_square.max(square);
+                let shortening = stretch * stretch.polynomial_4(square, INVERSE_ROOT);
+                (one - shortening, shortening.mul_sub_from(one + stretch, stretch))
+            };
             let [cosine, sine] = [along.mul_add(inverse_stretch, inverse_stretch), sideways * inverse_stretch];
-            let turn_sine = sine * rotation[0] - cosine * rotation[1];
+            let (turn, sine_square) = turn::<S, WIDE>(simd, rotation, [cosine, sine]);
             rotation = [cosine, sine];
-            let turn = arc(turn_sine);
             eliminated = all(factor).mul_sub_from(eliminated, turn);
             factor = self.lower[e];
-            largest_sine = largest_sine.max(turn_sine.abs());
-            largest_stretch = largest_stretch.max(stretch.abs());
-            *kept = [turn, eliminated, inverse_stretch, cosine, sine, elongation].map(|lanes| lanes.values);
+            largest_sine_square = largest_sine_square.max(sine_square);
+            *kept = [
+                turn.values,
+                eliminated.values,
+                inverse_stretch.values,
+                cosine.values,
+                sine.values,
+                elongation.values,
+            ];
         }
-        let turn = -arc(rotation[1]);
-        largest_sine = largest_sine.max(rotation[1].abs());
+        let (turn, sine_square) = turn::<S, WIDE>(simd, rotation, [one, zero]);
+        largest_sine_square = largest_sine_square.max(sine_square);
         // Written so that values that are not numbers do not pass.
-        let in_range = largest_sine.largest() <= LARGEST_SINE && largest_stretch.largest() <= LARGEST_STRETCH;
-        in_range.then(|| [turn, all(factor).mul_sub_from(eliminated, turn)])
+        let in_range = largest_sine_square.largest() <= LARGEST_SINE * LARGEST_SINE
+            && largest_stretch_square.largest() <= LARGEST_STRETCH * LARGEST_STRETCH;
+        let last = [turn, all(factor).mul_sub_from(eliminated, turn)];
+        if in_range { Some(last) } else { None }
     }
 
     /// Second sweep, from right to left: moments, normal and shear forces, and the motion of the nodes.
@@ -212,7 +224,7 @@ impl Kernel {
         let all = |value| Lanes::all(simd, value);
         let zero = all(0.0);
         let n = self.elements.len();
-        let (axial, bulge, keep) = (all(self.axial), all(BULGE), all(self.keep));
+        let (compliance, bulge, keep) = (all(self.axial.recip()), all(BULGE), all(self.keep));
         // At a node's right: its bending moment, and twice its turn at an end; the moment with the bulges' part; the
         // element behind it, and the force that it carries.
         let mut bending = last_turn[1] * all(self.bending_pivots[n]);
@@ -229,16 +241,19 @@ impl Kernel {
         turn = turn + turn;
         for e in (0..n).rev() {
             let element = &self.elements[e];
-            let [left_turn, eliminated, inverse_stretch, cosine, sine, elongation] =
-                scratch[e].map(|values| Lanes::new(simd, values));
+            let kept = &scratch[e];
+            let [left_turn, eliminated] = [Lanes::new(simd, kept[0]), Lanes::new(simd, kept[1])];
+            let inverse_stretch = Lanes::new(simd, kept[2]);
+            let [cosine, sine] = [Lanes::new(simd, kept[3]), Lanes::new(simd, kept[4])];
+            let elongation = Lanes::new(simd, kept[5]);
             let left_bending =
                 all(self.lower[e]).mul_sub_from(bending, eliminated * all(self.bending_pivots[e]));
             let left = if e == 0 { left_turn + left_turn } else { left_turn };
-            let [a, b] = element.turns.map(all);
+            let [a, b] = Lanes::pair(simd, element.turns);
             let (sum, right_sum) = (a + left + turn, b + turn);
             let excess = left.mul_add(sum, turn * right_sum);
-            let strain = bulge.mul_add(excess, elongation * all(element.length));
-            let normal = axial * strain;
+            let [stretched, bulged] = Lanes::pair(simd, element.axial);
+            let normal = bulged.mul_add(excess, elongation * stretched);
             let (left_slope, right_slope) = (sum + left, right_sum + turn + left);
             let normal_bulge = normal * bulge;
             let (left_weight, right_weight) = (
@@ -247,7 +262,7 @@ impl Kernel {
             );
             moment = right_weight.mul_add(right_slope, moment);
             if BOOK {
-                strain_energy = strain_energy + left_bending.mul_add(left_turn, normal * strain);
+                strain_energy = strain_energy + left_bending.mul_add(left_turn, normal * normal * compliance);
             }
             if let Some((loaded, right_moment)) = behind {
                 let force = self.elements[e + 1].force(simd, loaded, moment - right_moment);
@@ -285,7 +300,7 @@ impl Element {
         let shear = moment * inverse_stretch * Lanes::all(simd, self.inverse_length);
         let along = shear.mul_sub_from(sine, normal * cosine);
         let sideways = shear.mul_add(cosine, normal * sine);
-        let [x, y] = self.along.map(|value| Lanes::all(simd, value));
+        let [x, y] = Lanes::pair(simd, self.along);
         [y.mul_sub_from(sideways, x * along), y.mul_add(along, x * sideways)]
     }
 }
@@ -300,10 +315,11 @@ impl<S: Simd> Moved<S> {
         node: &mut [S::f64s; NODE],
         [left, right]: [[Lanes<S>; 2]; 2],
     ) {
-        let [x, y, before_x, before_y] = node.map(|values| Lanes::new(simd, values));
+        let [x, y] = [Lanes::new(simd, node[0]), Lanes::new(simd, node[1])];
+        let [before_x, before_y] = [Lanes::new(simd, node[2]), Lanes::new(simd, node[3])];
         let after_x = before_x.mul_add(keep, right[0] - left[0]);
         let after_y = before_y.mul_add(keep, right[1] - left[1]);
-        *node = [x + after_x, y + after_y, after_x, after_y].map(|lanes| lanes.values);
+        *node = [(x + after_x).values, (y + after_y).values, after_x.values, after_y.values];
         let (sum_x, sum_y) = (before_x + after_x, before_y + after_y);
         if BOOK {
             self.kinetic_energy = before_x.mul_add(after_x, before_y.mul_add(after_y, self.kinetic_energy));
@@ -326,9 +342,30 @@ impl<S: Simd> Moved<S> {
     }
 }
 
-/// The arc of a sine up to [`LARGEST_SINE`].
+/// The angle from one direction to the next, and the square of the sine that it was found from.
 #[inline(always)]
-fn arc<S: Simd>(sine: Lanes<S>) -> Lanes<S> {
+fn turn<S: Simd, const WIDE: bool>(
+    simd: S,
+    from: [Lanes<S>; 2],
+    to: [Lanes<S>; 2],
+) -> (Lanes<S>, Lanes<S>) {
+    let sine = to[0].mul_sub_from(from[1], to[1] * from[0]);
+    if !WIDE {
+        return arc(sine);
+    }
+    let (one, two, half) = (Lanes::all(simd, 1.0), Lanes::all(simd, 2.0), Lanes::all(simd, 0.5));
+    // sin(phi / 2) = sin(phi) / (2 cos(phi / 2)), twice.
+    let cosine = to[0].mul_add(from[0], to[1] * from[1]);
+    let half_cosine = ((one + cosine) * half).sqrt();
+    let quarter_cosine = ((one + half_cosine) * half).sqrt();
+    let (quarter, square) = arc(sine / (half_cosine * quarter_cosine * two * two));
+    (quarter * two * two, square)
+}
+
+/// The arc of a sine up to [`LARGEST_SINE`], and the sine's square.
+#[inline(always)]
+fn arc<S: Simd>(sine: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
     let square = sine * sine;
-    (square * sine).mul_add(square.polynomial(ARC), sine)
+    let excess = square.polynomial_7(square * square, ARC);
+    ((square * sine).mul_add(excess, sine), square)
 }

@@ -1,4 +1,4 @@
-use std::ops::{Add, Mul, Neg, Sub};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use pulp::Simd;
 
@@ -18,10 +18,28 @@ impl<S: Simd> Lanes<S> {
         Self { simd, values }
     }
 
+    /// The first values of a slice that is long enough.
+    #[inline(always)]
+    pub(crate) fn load(simd: S, values: &[f64]) -> Self {
+        Self::new(simd, S::as_simd_f64s(values).0[0])
+    }
+
+    /// Writes the values to the front of a slice that is long enough.
+    #[inline(always)]
+    pub(crate) fn store(self, values: &mut [f64]) {
+        S::as_mut_simd_f64s(values).0[0] = self.values;
+    }
+
     /// The same value for every ring.
     #[inline(always)]
     pub(crate) fn all(simd: S, value: f64) -> Self {
         Self { simd, values: simd.splat_f64s(value) }
+    }
+
+    /// Two values, each the same for every ring.
+    #[inline(always)]
+    pub(crate) fn pair(simd: S, values: [f64; 2]) -> [Self; 2] {
+        [Self::all(simd, values[0]), Self::all(simd, values[1])]
     }
 
     /// self * factor + term
@@ -36,19 +54,33 @@ impl<S: Simd> Lanes<S> {
         Self::new(self.simd, self.simd.negate_mul_add_f64s(self.values, factor.values, term.values))
     }
 
-    /// The polynomial of the given coefficients, highest first.
+    /// The polynomial of seven coefficients, lowest first, given this value's square. By Estrin's scheme: its products
+    /// depend on each other in a tree, which a processor works through in half the time of Horner's chain.
     #[inline(always)]
-    pub(crate) fn polynomial<const N: usize>(self, coefficients: [f64; N]) -> Self {
-        let mut sum = Self::all(self.simd, coefficients[0]);
-        for coefficient in &coefficients[1..] {
-            sum = sum.mul_add(self, Self::all(self.simd, *coefficient));
-        }
-        sum
+    pub(crate) fn polynomial_7(self, square: Self, coefficients: [f64; 7]) -> Self {
+        let [c0, c1, c2, c3, c4, c5, c6] = coefficients;
+        let fourth = square * square;
+        let low = self.linear(c3, c2).mul_add(square, self.linear(c1, c0));
+        let high = Self::all(self.simd, c6).mul_add(square, self.linear(c5, c4));
+        high.mul_add(fourth, low)
+    }
+
+    /// The polynomial of four coefficients, lowest first, in the same way.
+    #[inline(always)]
+    pub(crate) fn polynomial_4(self, square: Self, coefficients: [f64; 4]) -> Self {
+        let [c0, c1, c2, c3] = coefficients;
+        self.linear(c3, c2).mul_add(square, self.linear(c1, c0))
+    }
+
+    /// slope * self + term
+    #[inline(always)]
+    fn linear(self, slope: f64, term: f64) -> Self {
+        self.mul_add(Self::all(self.simd, slope), Self::all(self.simd, term))
     }
 
     #[inline(always)]
-    pub(crate) fn abs(self) -> Self {
-        Self::new(self.simd, self.simd.abs_f64s(self.values))
+    pub(crate) fn sqrt(self) -> Self {
+        Self::new(self.simd, self.simd.sqrt_f64s(self.values))
     }
 
     #[inline(always)]
@@ -87,6 +119,15 @@ impl<S: Simd> Mul for Lanes<S> {
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
         Self::new(self.simd, self.simd.mul_f64s(self.values, other.values))
+    }
+}
+
+impl<S: Simd> Div for Lanes<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        Self::new(self.simd, self.simd.div_f64s(self.values, other.values))
     }
 }
 

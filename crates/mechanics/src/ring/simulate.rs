@@ -68,8 +68,8 @@ pub struct RingSimulation {
     pub stable_dt_s: f64,
     /// Elements times steps computed: less than all, where the wave was not everywhere all the time.
     pub element_steps: u64,
-    /// Share of them by the slower functions for rings bent beyond the fast ones' range.
-    pub exact_share: f64,
+    /// Share of them by the slower functions, for rings bent beyond the fast ones' range.
+    pub wide_share: f64,
     /// Times the striker's contact opened or closed after t = 0.
     pub contact_switches: u32,
     /// Centrelines of the upper halves in metres, shape `[ring, time, node, axis]`: x from the first joint's place at rest, y
@@ -81,12 +81,12 @@ pub struct RingSimulation {
 ///
 /// # Errors
 /// [`MechanicsError::NotPhysical`] or [`MechanicsError::ImposedTooShort`] for input without meaning;
-/// [`MechanicsError::UnstableStep`] for a given step beyond the stability bound; [`MechanicsError::TooLarge`] and
-/// [`MechanicsError::NotFinite`] as they say.
+/// [`MechanicsError::UnstableStep`] for a given step beyond the stability bound; [`MechanicsError::RingBroken`],
+/// [`MechanicsError::TooLarge`] and [`MechanicsError::NotFinite`] as they say.
 pub fn simulate_rings(chain: &RingChain, schedule: &RingSchedule) -> Result<RingSimulation, MechanicsError> {
     chain.check()?;
     let clock = Clock::new(chain, schedule)?;
-    let machine = Machine::new(clock.rod.clone(), clock.dt_s, clock.decay_per_s);
+    let machine = Machine::new(&clock.rod, clock.dt_s, clock.decay_per_s);
     let mut run = Run::new(chain, schedule, &clock, &machine);
     run.go(&machine, schedule.n_threads)?;
     run.finish(chain, schedule)
@@ -211,13 +211,12 @@ impl<'a> Run<'a> {
         let blocks = (0..n_blocks).map(|b| {
             let n_here = (chain.n_rings - b * RINGS).min(RINGS);
             let own = if b + 1 == n_blocks { n_here + 1 } else { RINGS };
-            machine.block(joints(chain, clock, b * RINGS), n_here, own)
+            machine.block(joints(chain, clock, b * RINGS), n_here, own, b == 0)
         });
-        let record = || BlockRecord { with_shapes: schedule.shapes, ..BlockRecord::default() };
         Self {
             clock,
             blocks: blocks.collect(),
-            records: (0..n_blocks).map(|_| record()).collect(),
+            records: (0..n_blocks).map(|_| BlockRecord::new(schedule.shapes)).collect(),
             driver: Driver::new(chain, units),
             n_reached: 1,
             least_force: NEGLECTED * wave_force_n(chain, clock) * clock.dt_s * clock.dt_s
@@ -248,8 +247,12 @@ impl<'a> Run<'a> {
             });
             self.n_reached = outcomes.iter().map(|progress| progress.n_reached).sum();
             self.block_steps += outcomes.iter().map(|progress| progress.block_steps).sum::<u64>();
+            let time_s = stretch.steps.end as f64 * self.clock.dt_s;
+            if self.blocks.iter().any(|block| block.broken) {
+                return Err(MechanicsError::RingBroken { time_s });
+            }
             if !self.blocks.iter().all(|block| block.ends.iter().flatten().all(|force| force.is_finite())) {
-                return Err(MechanicsError::NotFinite { time_s: stretch.steps.end as f64 * self.clock.dt_s });
+                return Err(MechanicsError::NotFinite { time_s });
             }
         }
         Ok(())
@@ -334,7 +337,7 @@ impl Run<'_> {
         let [energy_drift, momentum_drift] = self.drifts();
         let conserves = striker.is_some() && chain.far_end == FarEnd::Free && clock.decay_per_s == 0.0;
         let n_elements = clock.rod.n_elements() as u64;
-        let exact: u64 = self.blocks.iter().map(|block| block.exact_steps).sum();
+        let wide: u64 = self.blocks.iter().map(|block| block.wide_steps).sum();
         Ok(RingSimulation {
             trajectory: Trajectory { times_s, displacement_m, velocity_m_per_s },
             striker,
@@ -345,7 +348,7 @@ impl Run<'_> {
             dt_s: clock.dt_s,
             stable_dt_s: clock.stable_dt_s,
             element_steps: self.block_steps * RINGS as u64 * n_elements,
-            exact_share: exact as f64 / (self.block_steps * RINGS as u64) as f64,
+            wide_share: wide as f64 / (self.block_steps * RINGS as u64) as f64,
             contact_switches: self.driver.switches,
             shapes_m: schedule.shapes.then(|| self.shapes_m(chain)),
         })

@@ -85,22 +85,15 @@ impl Span<'_, '_> {
                 None => from_right,
             };
             let block = &mut self.blocks[b];
-            let (places, velocities) = (block.joints.places, block.joints.velocities);
-            machine.move_joints(block, left, right);
+            let before = (output.is_some() || machine.is_damped()).then(|| block.joints.clone());
             let kick = match &mut self.drive {
-                Some(drive) if b == 0 => {
-                    (block.joints.places[0], block.joints.velocities[0]) = (places[0], velocities[0]);
-                    Some(drive.kick(step, &mut block.joints, block.ends[0][0]))
-                }
+                Some(drive) if b == 0 => Some(drive.kick(step, &mut block.joints, block.ends[0][0])),
                 _ => None,
             };
-            let before = Before { places, velocities, kick };
-            let lost = machine.lost(block, &before);
-            block.lost += 0.5 * lost;
-            if let Some(output) = output {
-                self.records[b].write(machine, block, &before, output);
+            machine.move_joints(block, left, right);
+            if let Some(before) = before {
+                self.records[b].book(machine, block, &Before { joints: before, kick }, output);
             }
-            block.lost += 0.5 * lost;
             left = next_left;
         }
     }
