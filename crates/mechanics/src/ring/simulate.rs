@@ -162,26 +162,25 @@ fn check_size(
     n_outputs: f64,
 ) -> Result<(), MechanicsError> {
     let (rings, elements) = (chain.n_rings as f64, 0.5 * chain.elements_per_ring as f64);
-    let work = steps * rings * elements;
-    if !(work <= MAX_ELEMENT_STEPS) {
-        let hint = "shorten the simulation, or take fewer rings or elements";
-        return Err(MechanicsError::TooLarge {
-            quantity: "elements times steps",
-            limit: MAX_ELEMENT_STEPS,
-            found: work,
-            hint,
-        });
-    }
     let per_ring = if schedule.shapes { 2.0 * elements } else { 4.0 };
-    let samples = n_outputs * (rings + 1.0) * per_ring;
-    if !(samples <= MAX_SAMPLES) {
-        let hint = "report less often, or leave out the shapes";
-        return Err(MechanicsError::TooLarge {
-            quantity: "numbers to report",
-            limit: MAX_SAMPLES,
-            found: samples,
-            hint,
-        });
+    let limits = [
+        (
+            "elements times steps",
+            steps * rings * elements,
+            MAX_ELEMENT_STEPS,
+            "shorten the simulation, or take fewer rings or elements",
+        ),
+        (
+            "numbers to report",
+            n_outputs * (rings + 1.0) * per_ring,
+            MAX_SAMPLES,
+            "report less often, or leave out the shapes",
+        ),
+    ];
+    for (quantity, found, limit, hint) in limits {
+        if found > limit || found.is_nan() {
+            return Err(MechanicsError::TooLarge { quantity, limit, found, hint });
+        }
     }
     Ok(())
 }
