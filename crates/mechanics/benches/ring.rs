@@ -1,2 +1,4 @@
 //! draft
-fn main() { divan::main(); }
+fn main() {
+    divan::main();
+}

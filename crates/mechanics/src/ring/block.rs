@@ -98,7 +98,13 @@ impl Machine {
         Aligned::zeros(self.kernel.scratch_len() * RINGS)
     }
 
-    pub(crate) fn block(&self, joints: Joints, n_rings: usize, n_own_joints: usize, is_driven: bool) -> Block {
+    pub(crate) fn block(
+        &self,
+        joints: Joints,
+        n_rings: usize,
+        n_own_joints: usize,
+        is_driven: bool,
+    ) -> Block {
         Block {
             nodes: Aligned::zeros(self.n_inner * NODE * RINGS),
             joints,

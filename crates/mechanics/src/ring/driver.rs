@@ -90,7 +90,10 @@ impl<'a> Driver<'a> {
                 let velocity_after = motion.at((step + 1) as f64 * *dt_s).0 / *arc_m - place;
                 // The ring's force on the joint does work against the drive.
                 let lost = force / self.gain * 0.5 * (velocity + velocity_after);
-                (Kick { velocity: velocity_after, striker: None, energy: 0.0, momentum: 0.0, lost: 0.0 }, lost)
+                (
+                    Kick { velocity: velocity_after, striker: None, energy: 0.0, momentum: 0.0, lost: 0.0 },
+                    lost,
+                )
             }
         };
         kick.lost = self.lost + 0.5 * lost;
@@ -103,7 +106,14 @@ impl<'a> Driver<'a> {
 
 impl Striker {
     /// Contact force by the rule of the mean velocity, and the motion of both sides.
-    fn kick(&mut self, share: f64, place: f64, velocity: f64, [keep, gain]: [f64; 2], pushed: f64) -> (Kick, f64) {
+    fn kick(
+        &mut self,
+        share: f64,
+        place: f64,
+        velocity: f64,
+        [keep, gain]: [f64; 2],
+        pushed: f64,
+    ) -> (Kick, f64) {
         let overlap = self.place - place;
         self.touching = overlap >= 0.0;
         // Mean closing velocity over the step: `closing` without the contact force, less `give` times the force.

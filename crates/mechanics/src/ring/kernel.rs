@@ -11,7 +11,7 @@ const LARGEST_STRETCH: f64 = 0.01;
 const ARC: [f64; 7] = [
     0.166_666_666_860_856_44,
     0.074_999_924_044_018_38,
-    0.044_647_663_888_134_845,
+    0.044_647_663_888_134_85,
     0.030_269_138_728_589_184,
     0.023_611_817_008_891_75,
     0.010_574_415_516_912_908,
@@ -188,7 +188,8 @@ impl Kernel {
                 let shortening = stretch * stretch.polynomial_4(square, INVERSE_ROOT);
                 (one - shortening, shortening.mul_sub_from(one + stretch, stretch))
             };
-            let [cosine, sine] = [along.mul_add(inverse_stretch, inverse_stretch), sideways * inverse_stretch];
+            let [cosine, sine] =
+                [along.mul_add(inverse_stretch, inverse_stretch), sideways * inverse_stretch];
             let (turn, sine_square) = turn::<S, WIDE>(simd, rotation, [cosine, sine]);
             rotation = [cosine, sine];
             eliminated = all(factor).mul_sub_from(eliminated, turn);
@@ -288,7 +289,11 @@ impl Kernel {
             left_end = force[0];
         }
         let half = all(0.5);
-        Outcome { ends: [left_end, right_end], strain_energy: strain_energy * half, moved: moved.scaled(simd) }
+        Outcome {
+            ends: [left_end, right_end],
+            strain_energy: strain_energy * half,
+            moved: moved.scaled(simd),
+        }
     }
 }
 
@@ -344,11 +349,7 @@ impl<S: Simd> Moved<S> {
 
 /// The angle from one direction to the next, and the square of the sine that it was found from.
 #[inline(always)]
-fn turn<S: Simd, const WIDE: bool>(
-    simd: S,
-    from: [Lanes<S>; 2],
-    to: [Lanes<S>; 2],
-) -> (Lanes<S>, Lanes<S>) {
+fn turn<S: Simd, const WIDE: bool>(simd: S, from: [Lanes<S>; 2], to: [Lanes<S>; 2]) -> (Lanes<S>, Lanes<S>) {
     let sine = to[0].mul_sub_from(from[1], to[1] * from[0]);
     if !WIDE {
         return arc(sine);

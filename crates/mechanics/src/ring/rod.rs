@@ -90,7 +90,11 @@ impl Rod {
     ///
     /// # Errors
     /// [`MechanicsError::NotPhysical`] for a ring without meaning, or an odd number of elements or fewer than four.
-    pub fn half_ring(ring: &Ring, section: Section, elements_per_ring: usize) -> Result<Self, MechanicsError> {
+    pub fn half_ring(
+        ring: &Ring,
+        section: Section,
+        elements_per_ring: usize,
+    ) -> Result<Self, MechanicsError> {
         ring.check()?;
         check::require(
             elements_per_ring >= 4 && elements_per_ring.is_multiple_of(2),
@@ -120,6 +124,11 @@ impl Rod {
     /// The section's stiffnesses.
     pub fn section(&self) -> Section {
         self.section
+    }
+
+    /// The lines from node to node of the unstressed rod, in metres.
+    pub fn chords_m(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
+        self.chords.iter().map(|chord| chord.vector_m.into())
     }
 
     /// Mass at each unknown, in kilograms: half an element's on either side of a node, none on rotations.
@@ -221,7 +230,8 @@ impl Rod {
             *moment *= self.section.bending_nm2 / self.arc_m;
         }
         let mut moment_nm = bending_nm.clone();
-        let normal_n: Vec<f64> = strains.stretch.iter().map(|stretch| self.section.axial_n * stretch).collect();
+        let normal_n: Vec<f64> =
+            strains.stretch.iter().map(|stretch| self.section.axial_n * stretch).collect();
         for (e, normal) in normal_n.iter().enumerate() {
             let slopes = self.bulge_slopes(e, &strains.turn);
             moment_nm[e] += normal * self.arc_m * slopes[0];
@@ -285,7 +295,8 @@ impl Rod {
             let mixed = along * across.transpose();
             let block: Matrix2<f64> = across * across.transpose() * (internal.normal_n[e] / length_m)
                 - (mixed + mixed.transpose()) * (shear_n / length_m);
-            for (row, column, sign) in [(e, e, 1.0), (e, e + 1, -1.0), (e + 1, e, -1.0), (e + 1, e + 1, 1.0)] {
+            for (row, column, sign) in [(e, e, 1.0), (e, e + 1, -1.0), (e + 1, e, -1.0), (e + 1, e + 1, 1.0)]
+            {
                 let mut place = stiffness.fixed_view_mut::<2, 2>(2 * row, 2 * column);
                 place += block * sign;
             }

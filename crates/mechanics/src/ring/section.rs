@@ -64,7 +64,12 @@ impl Ring {
         check::positive("ring young_pa", self.young_pa)?;
         check::positive("ring density_kg_per_m3", self.density_kg_per_m3)?;
         let poisson = self.poisson;
-        check::require((-1.0..=0.5).contains(&poisson) && poisson > -1.0, "ring poisson", "above -1, up to 0.5", poisson)?;
+        check::require(
+            (-1.0..=0.5).contains(&poisson) && poisson > -1.0,
+            "ring poisson",
+            "above -1, up to 0.5",
+            poisson,
+        )?;
         check::not_negative("ring bond_width_m", self.bond_width_m)?;
         let tightest_m = self.tightest_radius_m();
         check::require(

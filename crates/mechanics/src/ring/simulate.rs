@@ -19,7 +19,7 @@ use crate::{FarEnd, MechanicsError, StrikerMotion, check};
 const SAFETY: f64 = 0.9;
 /// Force that counts as none on a joint at rest, over that of a wave of the drive's velocity. What is neglected stays
 /// below the chain's rounding errors.
-const NEGLECTED: f64 = 1e-13;
+const NEGLECTED: f64 = 1e-11;
 /// Steps between which threads share the blocks anew.
 const STEPS_PER_SHARE: u64 = 2048;
 /// Blocks below which a further thread does not pay.
@@ -112,7 +112,8 @@ impl Clock {
         let rod = Rod::half_ring(ring, ring.section(), chain.elements_per_ring)?;
         let half = HalfEllipse::of(ring, chain.elements_per_ring);
         let bonded_kg = rod.section().mass_kg_per_m * half.bonded_m;
-        let half_ring_kg = rod.section().mass_kg_per_m * rod.arc_m * rod.n_elements() as f64 + 2.0 * bonded_kg;
+        let half_ring_kg =
+            rod.section().mass_kg_per_m * rod.arc_m * rod.n_elements() as f64 + 2.0 * bonded_kg;
         check::positive("duration_s", schedule.duration_s)?;
         check::positive("output_interval_s", schedule.output_interval_s)?;
         let stable_dt_s = 2.0 / fastest_rad_per_s(chain, &rod, bonded_kg);
@@ -161,26 +162,25 @@ fn check_size(
     n_outputs: f64,
 ) -> Result<(), MechanicsError> {
     let (rings, elements) = (chain.n_rings as f64, 0.5 * chain.elements_per_ring as f64);
-    let work = steps * rings * elements;
-    if !(work <= MAX_ELEMENT_STEPS) {
-        let hint = "shorten the simulation, or take fewer rings or elements";
-        return Err(MechanicsError::TooLarge {
-            quantity: "elements times steps",
-            limit: MAX_ELEMENT_STEPS,
-            found: work,
-            hint,
-        });
-    }
     let per_ring = if schedule.shapes { 2.0 * elements } else { 4.0 };
-    let samples = n_outputs * (rings + 1.0) * per_ring;
-    if !(samples <= MAX_SAMPLES) {
-        let hint = "report less often, or leave out the shapes";
-        return Err(MechanicsError::TooLarge {
-            quantity: "numbers to report",
-            limit: MAX_SAMPLES,
-            found: samples,
-            hint,
-        });
+    let limits = [
+        (
+            "elements times steps",
+            steps * rings * elements,
+            MAX_ELEMENT_STEPS,
+            "shorten the simulation, or take fewer rings or elements",
+        ),
+        (
+            "numbers to report",
+            n_outputs * (rings + 1.0) * per_ring,
+            MAX_SAMPLES,
+            "report less often, or leave out the shapes",
+        ),
+    ];
+    for (quantity, found, limit, hint) in limits {
+        if found > limit || found.is_nan() {
+            return Err(MechanicsError::TooLarge { quantity, limit, found, hint });
+        }
     }
     Ok(())
 }
@@ -377,22 +377,26 @@ impl Run<'_> {
         let nodes_m = &self.clock.half.nodes_m;
         let n_inner = nodes_m.len() - 2;
         let semi_major_m = chain.ring.semi_major_m;
-        Array4::from_shape_fn((chain.n_rings, self.clock.n_outputs, nodes_m.len(), 2), |(ring, k, node, axis)| {
-            let (record, lane) = (&self.records[ring / RINGS], ring % RINGS);
-            let rest_m = nodes_m[node][axis]
-                + if axis == 0 { semi_major_m * (2 * ring + 1) as f64 } else { 0.0 };
-            let Some(row) = k.checked_sub(record.first_output).filter(|row| *row < record.motion.len()) else {
-                return rest_m;
-            };
-            let moved = match node {
-                0 if axis == 0 => record.motion[row][0][lane],
-                node if node > n_inner && axis == 0 => record.motion[row][0][lane + 1],
-                node if (1..=n_inner).contains(&node) => {
-                    record.shapes[(row * RINGS + lane) * n_inner + node - 1][axis]
-                }
-                _ => 0.0,
-            };
-            rest_m + moved * self.units.arc_m
-        })
+        Array4::from_shape_fn(
+            (chain.n_rings, self.clock.n_outputs, nodes_m.len(), 2),
+            |(ring, k, node, axis)| {
+                let (record, lane) = (&self.records[ring / RINGS], ring % RINGS);
+                let rest_m =
+                    nodes_m[node][axis] + if axis == 0 { semi_major_m * (2 * ring + 1) as f64 } else { 0.0 };
+                let Some(row) = k.checked_sub(record.first_output).filter(|row| *row < record.motion.len())
+                else {
+                    return rest_m;
+                };
+                let moved = match node {
+                    0 if axis == 0 => record.motion[row][0][lane],
+                    node if node > n_inner && axis == 0 => record.motion[row][0][lane + 1],
+                    node if (1..=n_inner).contains(&node) => {
+                        record.shapes[(row * RINGS + lane) * n_inner + node - 1][axis]
+                    }
+                    _ => 0.0,
+                };
+                rest_m + moved * self.units.arc_m
+            },
+        )
     }
 }

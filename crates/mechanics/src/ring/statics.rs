@@ -58,7 +58,12 @@ impl Rod {
             let size = (0..self.n_unknowns()).map(|k| self.length_m(k, step[k])).fold(0.0, f64::max);
             let extent = (0..self.n_unknowns()).map(|k| self.length_m(k, unknowns[k])).fold(0.0, f64::max);
             if size <= CONVERGED * extent || (steps > 3 && size < STALLED * extent && size >= least) {
-                return Ok(Equilibrium { unknowns, forces: response.forces, energy_j: response.energy_j, steps });
+                return Ok(Equilibrium {
+                    unknowns,
+                    forces: response.forces,
+                    energy_j: response.energy_j,
+                    steps,
+                });
             }
             least = least.min(size);
             // A step is cut where it would move nodes by more than an element's length.

@@ -66,7 +66,9 @@ mod tests {
             let moments: Vec<f64> = (0..7).map(|i| (1.3 * f64::from(i)).sin()).collect();
             let at = |i: usize| moments.get(i).copied().unwrap_or(0.0);
             let mut turns: Vec<f64> = (0..7)
-                .map(|i| matrix.diagonal[i] * at(i) + matrix.off_diagonal * (at(i.wrapping_sub(1)) + at(i + 1)))
+                .map(|i| {
+                    matrix.diagonal[i] * at(i) + matrix.off_diagonal * (at(i.wrapping_sub(1)) + at(i + 1))
+                })
                 .collect();
             matrix.solve(&mut turns);
             for (found, expected) in turns.iter().zip(&moments) {
