@@ -144,9 +144,10 @@ impl<'a> Studio<'a> {
         let (first, last) = (self.first_time_s() / TRUTH_INTERVAL_S, self.last_time_s() / TRUTH_INTERVAL_S);
         for k in first.ceil() as i64..=last.floor() as i64 {
             let time_s = k as f64 * TRUTH_INTERVAL_S;
+            let moments: Vec<Moment<'_>> =
+                motions.iter().filter_map(|motion| motion.at(time_s - truth.impact_time_s)).collect();
             for row in 0..self.experiment.chain.n_bodies {
-                let x_m: f64 =
-                    motions.iter().map(|m| displacement_m(m, row, time_s - truth.impact_time_s)).sum();
+                let x_m: f64 = moments.iter().map(|moment| moment.displacement_m(row)).sum();
                 times.push(time_s);
                 bodies.push(row as u32 + 1);
                 displacements.push(x_m / n);
@@ -166,19 +167,6 @@ impl<'a> Studio<'a> {
         ];
         table::write(&folder.join("truth_trials.csv"), columns)
     }
-}
-
-/// Cubic Hermite interpolation of a motion that starts from rest at 0.
-fn displacement_m(motion: &Trajectory, row: usize, time_s: f64) -> f64 {
-    if time_s <= 0.0 {
-        return 0.0;
-    }
-    let h = TRUTH_INTERVAL_S;
-    let left = ((time_s / h) as usize).min(motion.times_s.len() - 2);
-    let u = time_s / h - left as f64;
-    let (x0, x1) = (motion.displacement_m[(row, left)], motion.displacement_m[(row, left + 1)]);
-    let (v0, v1) = (h * motion.velocity_m_per_s[(row, left)], h * motion.velocity_m_per_s[(row, left + 1)]);
-    x0 + u * (v0 + u * (3.0 * (x1 - x0) - 2.0 * v0 - v1 + u * (2.0 * (x0 - x1) + v0 + v1)))
 }
 
 /// Whether the folder already holds this very plan, so that its finished recordings may be kept.

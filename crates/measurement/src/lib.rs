@@ -17,7 +17,7 @@ mod region;
 mod track;
 
 pub use estimate::Estimate;
-pub use motion::{ChainMotion, ErrorMode, Trajectory};
+pub use motion::{ChainMotion, ErrorMode, Moment, Trajectory};
 pub use recording::{ReadError, Recording, RecordingInfo};
 pub use region::Region;
 pub use track::{Lost, Position, Subset, Track};

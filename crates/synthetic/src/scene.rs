@@ -73,13 +73,14 @@ impl<'a> Scene<'a> {
         }
         let needed_s = self.shot.stamp_s(frame, self.camera.rate_hz) + self.shot.trigger_delay_s;
         let last_s = self.motion.times_s.last().copied().unwrap_or_default();
-        let displacements_m = motion::displacements_m(self.motion, needed_s)
-            .ok_or(SyntheticError::MotionTooShort { frame, needed_s, last_s })?;
-        let centre_px = |(body, x_m): (usize, f64)| {
-            let along_m = body as f64 * self.specimen.pitch_m - self.shot.stage_m + x_m;
+        let moment =
+            self.motion.at(needed_s).ok_or(SyntheticError::MotionTooShort { frame, needed_s, last_s })?;
+        let centre_px = |body: usize| {
+            let rest_m = body as f64 * self.specimen.pitch_m - self.shot.stage_m;
+            let along_m = rest_m + moment.displacement_m(body);
             [self.shot.first_body_px[0] + self.camera.scale_px_per_m * along_m, self.shot.first_body_px[1]]
         };
-        Ok(displacements_m.into_iter().enumerate().map(centre_px).collect())
+        Ok((0..self.specimen.n_bodies).map(centre_px).collect())
     }
 
     /// The counts that a frame would hold without noise and rounding, shape `[height, width]`.

@@ -244,6 +244,28 @@ fn equal_settings_give_equal_bytes_in_any_thread() {
     assert_eq!(files, 3, "no part is left behind");
 }
 
+/// A 64-bit FNV-1a digest.
+fn digest(bytes: &[u8]) -> u64 {
+    bytes
+        .iter()
+        .fold(0xCBF2_9CE4_8422_2325, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3))
+}
+
+#[test]
+fn with_every_effect_off_the_bytes_are_those_of_the_plain_camera() {
+    let folder = tempfile::tempdir().unwrap();
+    // Digests of the files as they were before the camera had any effect to switch off.
+    for (name, packing, golden) in [
+        ("8", Packing::Bits8, 0xF43F_D6D3_1AE4_FDB5),
+        ("16", Packing::Bits16, 0xB68D_FCB5_2980_5EFE),
+        ("p10", Packing::P10, 0xC235_A2BF_234F_8557),
+        ("p12l", Packing::P12L, 0x7E7B_C507_CD15_C6DF_u64),
+    ] {
+        let found = digest(&filmed(&folder.path().join(name), packing));
+        assert_eq!(found, golden, "{name}: {found:#X}");
+    }
+}
+
 #[test]
 fn a_recording_that_cannot_be_written_is_named() {
     let folder = tempfile::tempdir().unwrap();
