@@ -19,6 +19,10 @@ pub struct Scatter {
     /// Standard deviation of the trigger's instant around the impact (normal, mean 0: a constant latency would only
     /// move the origin of time).
     pub trigger_jitter_s: f64,
+    /// Standard deviation of what the trigger's instant gains from trial to trial and keeps (a random walk that starts at 0
+    /// with the first): a drifting sensor.
+    #[serde(default)]
+    pub trigger_walk_s: f64,
     /// Frame rate; the camera runs freely, so a frame's phase against the trigger is uniform in a frame interval.
     pub rate_hz: f64,
 }
@@ -48,8 +52,58 @@ pub fn draw(seed: u64, n: usize, scatter: &Scatter) -> Result<Vec<Draw>, Synthet
     let narrow = (0.0..=0.2 * scatter.striker_velocity_m_per_s).contains(&sigma);
     require(narrow, "scatter.striker_velocity_sigma_m_per_s", "0 to a fifth of the mean speed", sigma)?;
     require_not_negative("scatter.trigger_jitter_s", scatter.trigger_jitter_s)?;
+    require_not_negative("scatter.trigger_walk_s", scatter.trigger_walk_s)?;
     require_positive("scatter.rate_hz", scatter.rate_hz)?;
-    Ok((0..n as u64).map(|trial| draw_one(seed, trial, scatter)).collect())
+    let mut walked_s = 0.0;
+    let walk = |trial: u64| {
+        let here_s = walked_s;
+        walked_s += scatter.trigger_walk_s * deviate(Purpose::Walk, seed, trial);
+        let mut draw = draw_one(seed, trial, scatter);
+        draw.trigger_delay_s += here_s;
+        draw
+    };
+    Ok((0..n as u64).map(walk).collect())
+}
+
+/// How far the stage stands from where it was told to in a view, in metres: normal, the same for every trial of the view.
+///
+/// # Errors
+/// [`SyntheticError::Setting`] when the standard deviation is negative or no number.
+pub fn stage_error_m(seed: u64, view: u64, sigma_m: f64) -> Result<f64, SyntheticError> {
+    require_not_negative("stage_sigma_m", sigma_m)?;
+    Ok(sigma_m * deviate(Purpose::Stage, seed, view))
+}
+
+/// How much bodies differ: one factor a body, normal around 1, the same in every trial. `what` tells quantities apart that
+/// scatter independently.
+///
+/// # Errors
+/// [`SyntheticError::Setting`] when the relative standard deviation is not within 0 to 0.2 (beyond, a factor could come out
+/// at zero or below).
+pub fn body_factors(
+    seed: u64,
+    what: BodyQuantity,
+    n_bodies: usize,
+    sigma: f64,
+) -> Result<Vec<f64>, SyntheticError> {
+    require((0.0..=0.2).contains(&sigma), "body scatter", "0 to 0.2", sigma)?;
+    let counter = |body: usize| (body as u64) << 8 | what as u64;
+    let factor = |body: usize| 1.0 + sigma * deviate(Purpose::Body, seed, counter(body));
+    Ok((1..=n_bodies).map(factor).collect())
+}
+
+/// What of a body scatters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BodyQuantity {
+    /// Its mass.
+    Mass = 1,
+    /// Its stiffness.
+    Stiffness = 2,
+}
+
+/// A standard normal number within 4.5 standard deviations.
+fn deviate(purpose: Purpose, seed: u64, counter: u64) -> f64 {
+    stream(purpose, seed, counter).sample::<f64, _>(StandardNormal).clamp(-4.5, 4.5)
 }
 
 fn draw_one(seed: u64, trial: u64, scatter: &Scatter) -> Draw {
@@ -73,6 +127,7 @@ mod tests {
         striker_velocity_m_per_s: 2.73,
         striker_velocity_sigma_m_per_s: 0.05,
         trigger_jitter_s: 8.0e-6,
+        trigger_walk_s: 0.0,
         rate_hz: 25_000.0,
     };
 
@@ -100,6 +155,49 @@ mod tests {
         assert!((mean - 0.5).abs() < 0.045 * uniform && (sigma / uniform - 1.0).abs() < 0.032);
         assert!(trials.iter().all(|trial| (0.0..4.0e-5).contains(&trial.frame_phase_s)));
         assert!(trials.iter().all(|trial| trial.noise_seed < 1 << 53));
+    }
+
+    #[test]
+    fn the_walk_adds_to_the_jitter_and_to_nothing_else() {
+        let still = draw(5, 4000, &SCATTER).unwrap();
+        let walking = draw(5, 4000, &Scatter { trigger_walk_s: 2.0e-6, ..SCATTER }).unwrap();
+        let drift_s: Vec<f64> = still
+            .iter()
+            .zip(&walking)
+            .map(|(one, other)| other.trigger_delay_s - one.trigger_delay_s)
+            .collect();
+        assert!(drift_s[0] == 0.0);
+        let squares = drift_s.windows(2).map(|pair| (pair[1] - pair[0]).powi(2)).sum::<f64>();
+        // 4.5 standard errors of a deviation from 3999 steps, 1/sqrt(2 n) = 1.1 %.
+        assert!(((squares / 3999.0).sqrt() / 2.0e-6 - 1.0).abs() < 0.05);
+        assert!(still.iter().zip(&walking).all(|(one, other)| {
+            Draw { trigger_delay_s: 0.0, ..*one } == Draw { trigger_delay_s: 0.0, ..*other }
+        }));
+    }
+
+    #[test]
+    fn stages_and_bodies_scatter_as_stated_and_independently() {
+        let n = 4000;
+        let rms = |values: &[f64]| (values.iter().map(|x| x * x).sum::<f64>() / n as f64).sqrt();
+        let stages: Vec<f64> = (0..n as u64).map(|view| stage_error_m(1, view, 2.0e-5).unwrap()).collect();
+        let off = |what| body_factors(1, what, n, 0.013).unwrap().iter().map(|factor| factor - 1.0).collect();
+        let (masses, stiffnesses): (Vec<f64>, Vec<f64>) =
+            (off(BodyQuantity::Mass), off(BodyQuantity::Stiffness));
+        // 4.5 standard errors: 1.1 % of a deviation, 1/sqrt(n) = 1.6 % of a correlation.
+        assert!((rms(&stages) / 2.0e-5 - 1.0).abs() < 0.05);
+        assert!((rms(&masses) / 0.013 - 1.0).abs() < 0.05 && (rms(&stiffnesses) / 0.013 - 1.0).abs() < 0.05);
+        let products = masses.iter().zip(&stiffnesses).map(|(m, k)| m * k).sum::<f64>() / n as f64;
+        assert!((products / (0.013 * 0.013)).abs() < 0.072);
+        assert_eq!(
+            body_factors(1, BodyQuantity::Mass, 5, 0.013).unwrap()[..],
+            body_factors(1, BodyQuantity::Mass, 9, 0.013).unwrap()[..5]
+        );
+        assert!(
+            body_factors(1, BodyQuantity::Mass, 3, 0.0)
+                .unwrap()
+                .iter()
+                .all(|factor| (factor - 1.0).abs() < 1.0e-15)
+        ); // rounding
     }
 
     #[test]
