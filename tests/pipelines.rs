@@ -133,14 +133,15 @@ mod slow {
         let truth = json(&laboratory.path("recordings/truth.json"));
         let found = json(&results.join("results.json"));
         // An interval that holds the truth because it holds everything would pass too: what is useful bounds it.
-        for (fit, useful) in [("fit_to_peak_energies", 0.1), ("fit_to_strain_field", 0.01)] {
+        for (fit, useful) in [("fit_to_peak_energies", 0.1), ("fit_to_tracks", 0.01)] {
             for (value, sigma) in [("c_d_kg_per_s", "c_d_sigma"), ("c_s_kg_per_s", "c_s_sigma")] {
                 let (known, fit) = (number(&truth, value), &found[fit]);
                 assert_near(value, number(fit, value), number(fit, sigma), known);
                 assert!(number(fit, sigma) < useful * known, "{value}: a sigma of {}", fit[sigma]);
             }
         }
-        assert_eq!(found["c_d_kg_per_s"], found["fit_to_peak_energies"]["c_d_kg_per_s"]);
+        assert_eq!(found["c_d_kg_per_s"], found["fit_to_tracks"]["c_d_kg_per_s"]);
+        assert_eq!(found["damping_from"], "tracks");
         assert!(number(&found, "correlation").abs() < 1.0);
     }
 

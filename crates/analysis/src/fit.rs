@@ -1,32 +1,40 @@
 //! Damping of the chain (c_d) and of the striker's contact (c_s), fitted to a measured motion.
 //!
-//! The chain model is solved for trial values and compared with the measurement, and the Levenberg-Marquardt method changes
-//! the values until the whitened residuals are smallest. Two comparisons are offered: the whole strain field
-//! ([`fit_strain_field`]), which uses all that was measured, and the peak potential energies ([`fit_peak_energies`]), as in
-//! the paper. Two quantities are fitted along, because the measurement knows them only so well: the striker's velocity (with
-//! its prior) and the instant of the impact against the mean trigger.
+//! The chain model is solved for trial values and compared with the measurement. Two comparisons are offered:
 //!
-//! The measured motion is a mean over trials whose drives scatter by about 2 %, and the chain is not linear. So the model's is
-//! a mean too, of two runs at the nodes of the Gauss quadrature for the drives' own distribution: exact to third order in
-//! their deviations. The scale of the deviations is fitted along with a prior.
+//! - the tracks of all recordings ([`fit_tracks`]), each with a striker and an impact of its own: all that was measured, at
+//!   the place where its errors are independent and stated;
+//! - the peak potential energies ([`fit_peak_energies`]), as in the paper: a few numbers of the merged motion, which feel less
+//!   of what the model leaves out. The merged motion is a mean over trials whose drives scatter by about 2 %, and the chain
+//!   is not linear. So the model's is a mean too, of two runs at the nodes of the Gauss quadrature for the drives' own
+//!   distribution: exact to third order in their deviations. The scale of the deviations is fitted along with a prior.
+//!
+//! Either way the striker's velocity is fitted along with its prior, because it is known only so well.
 
+mod arrow;
+mod family;
 mod prediction;
 mod problem;
+mod quantity;
+mod tracks;
 mod whitening;
 
-use chainwave_measurement::{ChainMotion, Estimate, Trajectory};
+use chainwave_measurement::Estimate;
 use chainwave_mechanics::{Chain, MechanicsError};
 use ndarray::Array2;
 
 use crate::strain::strain_of_checked;
 use crate::{FrontSettings, PeakEnergies, StrainMap, exact_motion, leading_pulses, peak_energies};
-use prediction::{Parameters, Prediction};
+use prediction::Prediction;
 use problem::{Comparison, minimise};
-use whitening::{FieldWhitening, cholesky_whitening};
+use whitening::cholesky_whitening;
+
+pub use quantity::{Known, Quantity};
+pub use tracks::{FittedRecording, TrackFit, TrackModel, fit_tracks, fitted_motion};
 
 /// What is assumed of the experiment, and where the search begins.
 #[derive(Debug, Clone, PartialEq)]
-pub struct DampingModel {
+pub struct EnergyModel {
     /// The chain with its striker; the dampings and the striker's velocity are the starting values.
     pub chain: Chain,
     /// The striker's mean velocity as known beforehand, in metres per second.
@@ -40,20 +48,25 @@ pub struct DampingModel {
 }
 
 /// Fitted damping with standard uncertainties.
-#[derive(Debug, Clone, PartialEq)]
-pub struct DampingFit {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Damping {
     /// c_d, dashpot of each body to ground, in kilograms per second.
     pub chain_damping_kg_per_s: Estimate,
     /// c_s, damping of the striker's contact, in kilograms per second.
     pub striker_damping_kg_per_s: Estimate,
     /// Correlation of the errors of c_d and c_s.
     pub correlation: f64,
+}
+
+/// Damping fitted to the peak potential energies, and what went along.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EnergyFit {
+    /// c_d and c_s.
+    pub damping: Damping,
     /// The striker's mean velocity, in metres per second.
     pub striker_velocity_m_per_s: Estimate,
     /// Factor on the drives' deviations, which the fit moves within its prior.
     pub drive_scale: f64,
-    /// Instant of the impact after the mean trigger, in seconds; `None` where the comparison does not know time.
-    pub impact_time_s: Option<Estimate>,
     /// Sum of squared whitened residuals over their number less the parameters; near 1 (or below, where interpolated samples
     /// are smoother than their stated noise) when model and stated errors explain the measurement.
     pub reduced_chi_squared: f64,
@@ -96,28 +109,6 @@ pub enum FitError {
     Model(#[from] MechanicsError),
 }
 
-/// Fits c_d and c_s to the strain field u_n(t), with the full covariance of its errors: bodies shared by neighbouring gaps,
-/// and the motion's error modes.
-///
-/// # Errors
-/// [`FitError`] as its variants say.
-pub fn fit_strain_field(motion: &ChainMotion, model: &DampingModel) -> Result<DampingFit, FitError> {
-    let whitening = FieldWhitening::new(motion, model.pitch_m)?;
-    let measured =
-        whitening.whiten(&whitening.strain_of(|row, i| motion.displacement_m[(row, i)].map(|x| x.value)));
-    let comparison = Comparison {
-        measured,
-        predict: Box::new(|prediction: &Prediction, impact_time_s: f64| {
-            let moved = prediction.displacement_m(&motion.times_s, impact_time_s);
-            whitening.whiten(&whitening.strain_of(|row, i| Some(moved[(row, i)])))
-        }),
-        duration_s: motion.times_s.last().copied().unwrap_or(0.0) + 2.0 * interval_s(&motion.times_s),
-        output_interval_s: interval_s(&motion.times_s),
-        knows_time: true,
-    };
-    minimise(model, &comparison)
-}
-
 /// How the peak energies were measured, so that the model's are measured alike.
 #[derive(Debug, Clone, Copy)]
 pub struct EnergyMeasurement<'a> {
@@ -137,8 +128,8 @@ pub struct EnergyMeasurement<'a> {
 pub fn fit_peak_energies(
     energies: &PeakEnergies,
     measurement: &EnergyMeasurement<'_>,
-    model: &DampingModel,
-) -> Result<DampingFit, FitError> {
+    model: &EnergyModel,
+) -> Result<EnergyFit, FitError> {
     const LEAST_GAPS: usize = 5;
     let found = energies.gaps.len();
     if found < LEAST_GAPS {
@@ -158,12 +149,11 @@ pub fn fit_peak_energies(
     let interval_s = interval_s(measurement.times_s);
     let comparison = Comparison {
         measured: whiten(energies.energy_j.iter().map(|energy| energy.value).collect()),
-        predict: Box::new(|prediction: &Prediction, _: f64| {
+        predict: Box::new(|prediction: &Prediction| {
             whiten(predicted_energies(prediction, &energies.gaps, measurement, model))
         }),
         duration_s: measurement.times_s.last().copied().unwrap_or(0.0) + 2.0 * interval_s,
         output_interval_s: interval_s,
-        knows_time: false,
     };
     minimise(model, &comparison)
 }
@@ -173,36 +163,15 @@ fn predicted_energies(
     prediction: &Prediction,
     gaps: &[usize],
     measurement: &EnergyMeasurement<'_>,
-    model: &DampingModel,
+    model: &EnergyModel,
 ) -> Vec<f64> {
-    let moved = exact_motion(&prediction.trajectory(measurement.times_s, 0.0));
+    let moved = exact_motion(&prediction.trajectory(measurement.times_s));
     let map = strain_of_checked(&moved, model.pitch_m);
     let pulses = leading_pulses(&map, measurement.front);
     let energy_of = |overlap_m: f64| model.chain.contact.energy_j(overlap_m);
     let energies_j = peak_energies(&map, &pulses, &energy_of, measurement.front.peak_fraction);
     let found = |gap: &usize| energies_j.get(gap - 1).and_then(|energy| energy.ok());
     gaps.iter().map(|gap| found(gap).unwrap_or_else(|| prediction.psi_max_j(*gap))).collect()
-}
-
-/// The fitted model's motion on a time base that starts before the impact.
-///
-/// # Errors
-/// [`FitError::Model`] when the model refuses the values.
-pub fn fitted_motion(
-    model: &DampingModel,
-    fit: &DampingFit,
-    times_s: &[f64],
-) -> Result<Trajectory, FitError> {
-    let parameters = Parameters {
-        chain_damping_kg_per_s: fit.chain_damping_kg_per_s.value,
-        striker_damping_kg_per_s: fit.striker_damping_kg_per_s.value,
-        striker_velocity_m_per_s: fit.striker_velocity_m_per_s.value,
-        drive_scale: fit.drive_scale,
-        impact_time_s: fit.impact_time_s.map_or(0.0, |time| time.value),
-    };
-    let duration_s = times_s.last().copied().unwrap_or(0.0) + 2.0 * interval_s(times_s);
-    let prediction = Prediction::new(model, &parameters, duration_s, interval_s(times_s))?;
-    Ok(prediction.trajectory(times_s, parameters.impact_time_s))
 }
 
 /// Residuals of a measured strain map against a model's on the same times, in units of the measured sigma, shape `[gap, time]`;

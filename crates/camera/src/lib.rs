@@ -29,6 +29,7 @@
 //! What is tracked in the pictures is no matter of this crate.
 
 mod bmp;
+mod board;
 mod bytes;
 mod cache;
 mod calibration;
@@ -55,7 +56,8 @@ use std::path::Path;
 
 use chainwave_measurement::Recording;
 
-pub use calibration::{Calibration, Mark};
+pub use board::{Board, Corner, Markers, find_corners};
+pub use calibration::{Calibration, Lens, MapError, Mark, PlaneMap, Source};
 use candidate::Candidate;
 pub use error::CameraError;
 pub use options::{ByteCounter, OpenOptions};

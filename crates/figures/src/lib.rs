@@ -13,9 +13,11 @@
 //! Compressive strain is drawn upwards: figures show -u_n.
 
 mod colour;
+mod coverage;
 mod displacements;
 mod drawing;
 mod error;
+mod field_map;
 mod front_width;
 mod geometry;
 mod group_velocity;
@@ -37,8 +39,10 @@ mod tail_spectrum;
 mod ticks;
 mod typeface;
 
+pub use coverage::{CoverageRow, coverage};
 pub use displacements::{BodyMotion, displacements};
 pub use error::FigureError;
+pub use field_map::{FieldMap, FieldPanel, field_map};
 pub use front_width::{FrontPulse, FrontWidth, front_width};
 pub use group_velocity::{GroupVelocities, group_velocity};
 pub use peak_energy::{EnergyShares, PeakEnergy, peak_energy};

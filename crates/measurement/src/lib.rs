@@ -12,12 +12,14 @@
 
 mod estimate;
 mod motion;
+mod observation;
 mod recording;
 mod region;
 mod track;
 
 pub use estimate::Estimate;
 pub use motion::{ChainMotion, ErrorMode, Moment, Trajectory};
+pub use observation::{BodyTrack, Observation};
 pub use recording::{ReadError, Recording, RecordingInfo};
 pub use region::Region;
 pub use track::{Lost, Position, Subset, Track};

@@ -1,13 +1,14 @@
-use chainwave_measurement::{ChainMotion, Estimate};
+use chainwave_measurement::{ChainMotion, Estimate, Observation};
 use nalgebra::DMatrix;
 use ndarray::Array2;
 
+use crate::StitchingError;
 use crate::align::{Contribution, NormalEquations, Prior, Response, ResponsePrior};
+use crate::consistency::check;
 use crate::gauge::{Exchange, Gauge, closed_directions};
 use crate::modes::{AlignmentDirection, AlignmentErrors};
 use crate::resample::Stencil;
 use crate::rest::{Displacement, displacement_from_rest};
-use crate::{Observation, StitchingError};
 
 /// How to stitch.
 #[derive(Debug, Clone, PartialEq)]
@@ -121,7 +122,7 @@ impl<'a> Stitch<'a> {
         }
         let mut displacements = Vec::with_capacity(observations.len());
         for observation in observations {
-            observation.check(settings.n_bodies)?;
+            check(observation, settings.n_bodies)?;
             let seen = observation.bodies.iter().filter(|track| track.position_m.iter().any(Option::is_some));
             let of_bodies =
                 seen.map(|track| displacement_from_rest(observation, track, settings.rest_until_s));
@@ -360,7 +361,7 @@ fn rounded(interval_s: f64) -> f64 {
     (interval_s * scale).round() / scale
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
+pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values[values.len() / 2]
 }

@@ -1,6 +1,6 @@
-use chainwave_measurement::Estimate;
+use chainwave_measurement::{BodyTrack, Estimate, Observation};
 
-use crate::{BodyTrack, Observation, StitchingError};
+use crate::StitchingError;
 
 /// A body's displacement from its place at rest in one recording.
 #[derive(Debug, Clone)]

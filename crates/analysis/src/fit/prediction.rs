@@ -2,7 +2,7 @@ use chainwave_measurement::Trajectory;
 use chainwave_mechanics::{Chain, Drive, Schedule, Simulation, Striker, simulate};
 use ndarray::Array2;
 
-use super::{DampingModel, FitError};
+use super::{EnergyModel, FitError};
 
 /// What the fit varies.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -12,7 +12,6 @@ pub(super) struct Parameters {
     pub(super) striker_velocity_m_per_s: f64,
     /// Factor on the deviations of the recordings' drives.
     pub(super) drive_scale: f64,
-    pub(super) impact_time_s: f64,
 }
 
 /// The model's answer: the weighted mean of its runs at a slower and a faster drive.
@@ -23,7 +22,7 @@ pub(super) struct Prediction {
 
 impl Prediction {
     pub(super) fn new(
-        model: &DampingModel,
+        model: &EnergyModel,
         parameters: &Parameters,
         duration_s: f64,
         output_interval_s: f64,
@@ -50,13 +49,8 @@ impl Prediction {
         self.runs.iter().filter_map(|(weight, run)| Some(weight * run.psi_max_j.get(gap - 1)?)).sum()
     }
 
-    /// Displacements at times after the trigger, shape `[body, time]`.
-    pub(super) fn displacement_m(&self, times_s: &[f64], impact_time_s: f64) -> Array2<f64> {
-        self.trajectory(times_s, impact_time_s).displacement_m
-    }
-
-    /// Motion at times after the trigger: cubic Hermite interpolation between outputs, at rest before the impact.
-    pub(super) fn trajectory(&self, times_s: &[f64], impact_time_s: f64) -> Trajectory {
+    /// Motion at times after the impact: cubic Hermite interpolation between outputs, at rest before the impact.
+    pub(super) fn trajectory(&self, times_s: &[f64]) -> Trajectory {
         let n_bodies = self.runs.first().map_or(0, |(_, run)| run.trajectory.displacement_m.nrows());
         let mut moved = Trajectory {
             times_s: times_s.to_vec(),
@@ -65,12 +59,11 @@ impl Prediction {
         };
         for (weight, run) in &self.runs {
             for (i, time_s) in times_s.iter().enumerate() {
-                let since_impact_s = time_s - impact_time_s;
-                if since_impact_s <= 0.0 {
+                if *time_s <= 0.0 {
                     continue;
                 }
                 for body in 0..n_bodies {
-                    let (x, v) = hermite(&run.trajectory, body, since_impact_s, self.interval_s);
+                    let (x, v) = hermite(&run.trajectory, body, *time_s, self.interval_s);
                     moved.displacement_m[(body, i)] += weight * x;
                     moved.velocity_m_per_s[(body, i)] += weight * v;
                 }
@@ -109,7 +102,7 @@ fn with_parameters(chain: &Chain, parameters: &Parameters, velocity_m_per_s: f64
 }
 
 /// Displacement and velocity of a body between two outputs.
-fn hermite(trajectory: &Trajectory, body: usize, time_s: f64, interval_s: f64) -> (f64, f64) {
+pub(super) fn hermite(trajectory: &Trajectory, body: usize, time_s: f64, interval_s: f64) -> (f64, f64) {
     let last = trajectory.times_s.len() - 1;
     let left = ((time_s / interval_s) as usize).min(last.saturating_sub(1));
     let right = (left + 1).min(last);

@@ -3,10 +3,10 @@ use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::{DMatrix, DVector, Dyn, Owned};
 
 use super::prediction::{Parameters, Prediction};
-use super::{DampingFit, DampingModel, FitError};
+use super::{Damping, EnergyFit, EnergyModel, FitError};
 
-/// Predicted values, whitened, from a prediction and the instant of the impact.
-type Predict<'a> = Box<dyn Fn(&Prediction, f64) -> DVector<f64> + 'a>;
+/// Predicted values, whitened, from a prediction.
+type Predict<'a> = Box<dyn Fn(&Prediction) -> DVector<f64> + 'a>;
 
 /// What is compared: whitened measurement and whitened prediction.
 pub(super) struct Comparison<'a> {
@@ -14,8 +14,6 @@ pub(super) struct Comparison<'a> {
     pub(super) predict: Predict<'a>,
     pub(super) duration_s: f64,
     pub(super) output_interval_s: f64,
-    /// Whether the instant of the impact matters.
-    pub(super) knows_time: bool,
 }
 
 /// Steps of the central differences, in units of the parameters' scales: their error (1e-6 of the curvature) and the
@@ -23,7 +21,7 @@ pub(super) struct Comparison<'a> {
 const DIFFERENCE: f64 = 1e-3;
 
 /// Fits the parameters and takes their covariance from the Jacobian at the minimum.
-pub(super) fn minimise(model: &DampingModel, comparison: &Comparison<'_>) -> Result<DampingFit, FitError> {
+pub(super) fn minimise(model: &EnergyModel, comparison: &Comparison<'_>) -> Result<EnergyFit, FitError> {
     let problem = Problem::new(model, comparison)?;
     let (problem, report) = LevenbergMarquardt::new().with_tol(1e-10).minimize(problem);
     if let Some(failure) = problem.failure.take() {
@@ -35,17 +33,20 @@ pub(super) fn minimise(model: &DampingModel, comparison: &Comparison<'_>) -> Res
     problem.finish()
 }
 
+/// c_d, c_s, the striker's velocity, and the scale of the drives' deviations.
+const N_UNKNOWNS: usize = 4;
+
 struct Problem<'a> {
-    model: &'a DampingModel,
+    model: &'a EnergyModel,
     comparison: &'a Comparison<'a>,
-    scales: [f64; 5],
+    scales: [f64; N_UNKNOWNS],
     parameters: DVector<f64>,
     n_simulations: std::cell::Cell<u64>,
     failure: std::cell::Cell<Option<FitError>>,
 }
 
 impl<'a> Problem<'a> {
-    fn new(model: &'a DampingModel, comparison: &'a Comparison<'a>) -> Result<Self, FitError> {
+    fn new(model: &'a EnergyModel, comparison: &'a Comparison<'a>) -> Result<Self, FitError> {
         let chainwave_mechanics::Drive::Striker(striker) = &model.chain.drive else {
             return Err(FitError::NoStriker);
         };
@@ -53,33 +54,25 @@ impl<'a> Problem<'a> {
         // Natural scales: a damping of 1 % of critical for a body and 10 % for the contact, 1 % of the speed, a frame.
         let critical = 2.0 * (model.chain.contact.k_0_n_per_m() * model.chain.mass_kg[0]).sqrt();
         let velocity_m_per_s = model.striker_velocity_m_per_s.value;
-        let scales = [
-            0.01 * critical,
-            0.1 * critical,
-            0.01 * velocity_m_per_s,
-            model.drive_scale_sigma,
-            comparison.output_interval_s,
-        ];
-        let start = [mean_damping, striker.damping_kg_per_s, striker.velocity_m_per_s, 1.0, 0.0];
-        let n = if comparison.knows_time { 5 } else { 4 };
+        let scales = [0.01 * critical, 0.1 * critical, 0.01 * velocity_m_per_s, model.drive_scale_sigma];
+        let start = [mean_damping, striker.damping_kg_per_s, striker.velocity_m_per_s, 1.0];
         Ok(Self {
             model,
             comparison,
             scales,
-            parameters: DVector::from_fn(n, |i, _| start[i] / scales[i]),
+            parameters: DVector::from_fn(N_UNKNOWNS, |i, _| start[i] / scales[i]),
             n_simulations: std::cell::Cell::new(0),
             failure: std::cell::Cell::new(None),
         })
     }
 
     fn values(&self, scaled: &DVector<f64>) -> Parameters {
-        let value = |i: usize| scaled.get(i).map_or(0.0, |x| x * self.scales[i]);
+        let value = |i: usize| scaled[i] * self.scales[i];
         Parameters {
             chain_damping_kg_per_s: value(0),
             striker_damping_kg_per_s: value(1),
             striker_velocity_m_per_s: value(2),
             drive_scale: value(3),
-            impact_time_s: value(4),
         }
     }
 
@@ -90,7 +83,7 @@ impl<'a> Problem<'a> {
         let prediction =
             Prediction::new(self.model, &parameters, comparison.duration_s, comparison.output_interval_s)?;
         self.n_simulations.set(self.n_simulations.get() + prediction.n_simulations());
-        let residuals = (comparison.predict)(&prediction, parameters.impact_time_s) - &comparison.measured;
+        let residuals = (comparison.predict)(&prediction) - &comparison.measured;
         let prior = self.model.striker_velocity_m_per_s;
         let deviation = (parameters.striker_velocity_m_per_s - prior.value) / prior.sigma;
         let scale_deviation = (parameters.drive_scale - 1.0) / self.model.drive_scale_sigma;
@@ -111,7 +104,7 @@ impl<'a> Problem<'a> {
         Ok(DMatrix::from_columns(&columns))
     }
 
-    fn finish(self) -> Result<DampingFit, FitError> {
+    fn finish(self) -> Result<EnergyFit, FitError> {
         let residuals = self.residuals_at(&self.parameters)?;
         let jacobian = self.jacobian_at(&self.parameters)?;
         let covariance = (jacobian.transpose() * &jacobian)
@@ -124,14 +117,15 @@ impl<'a> Problem<'a> {
         let estimate = |i: usize| {
             Estimate::new(self.parameters[i], inflation * covariance[(i, i)].sqrt()).scaled(self.scales[i])
         };
-        let damping = |i: usize| Estimate::new(estimate(i).value.abs(), estimate(i).sigma);
-        Ok(DampingFit {
-            chain_damping_kg_per_s: damping(0),
-            striker_damping_kg_per_s: damping(1),
-            correlation: covariance[(0, 1)] / (covariance[(0, 0)] * covariance[(1, 1)]).sqrt(),
+        let above_zero = |i: usize| Estimate::new(estimate(i).value.abs(), estimate(i).sigma);
+        Ok(EnergyFit {
+            damping: Damping {
+                chain_damping_kg_per_s: above_zero(0),
+                striker_damping_kg_per_s: above_zero(1),
+                correlation: covariance[(0, 1)] / (covariance[(0, 0)] * covariance[(1, 1)]).sqrt(),
+            },
             striker_velocity_m_per_s: estimate(2),
             drive_scale: estimate(3).value,
-            impact_time_s: self.comparison.knows_time.then(|| estimate(4)),
             reduced_chi_squared,
             n_residuals: residuals.len(),
             n_simulations: self.n_simulations.get(),

@@ -11,3 +11,5 @@ mod coverage;
 mod pulses;
 #[cfg(test)]
 mod robustness;
+#[cfg(test)]
+mod tracks;

@@ -1,27 +1,31 @@
 use std::ops::RangeInclusive;
 
 use chainwave_analysis::fit::{
-    DampingFit, DampingModel, EnergyMeasurement, FitError, fit_peak_energies, fit_strain_field, fitted_motion,
+    Damping, EnergyFit, EnergyMeasurement, EnergyModel, FitError, Known, Quantity, TrackFit, TrackModel,
+    fit_peak_energies, fit_tracks, fitted_motion,
 };
 use chainwave_analysis::{FrontSettings, MeasureSettings, Measurement, exact_motion, measure};
 use chainwave_measurement::{ChainMotion, Estimate, Trajectory};
 use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Striker, simulate};
-use chainwave_stitching::{Settings, Stitched, merge};
+use chainwave_stitching::{Outlier, Settings, Stitched, merge, outliers};
 
 use super::Job;
+use super::shared_errors::SharedErrors;
 use super::tracking::Tracked;
 use crate::error::Error;
 
 /// Everything that follows from the tracks.
 pub(crate) struct Evaluation {
+    /// Recordings that contradict the others of their view, and were left out.
+    pub(crate) left_out: Vec<Outlier>,
     /// The motion, and how views and trials were aligned.
     pub(crate) stitched: Stitched,
     /// Front, group velocity, half width, energies, spectra.
     pub(crate) measurement: Measurement,
-    /// Damping from the whole strain field.
-    pub(crate) field_fit: Result<DampingFit, FitError>,
+    /// Damping from the tracks of all recordings.
+    pub(crate) track_fit: Result<TrackFit, FitError>,
     /// Damping from the peak potential energies, as in the paper.
-    pub(crate) energy_fit: Result<DampingFit, FitError>,
+    pub(crate) energy_fit: Result<EnergyFit, FitError>,
     /// The fitted chain model beside the measurement, where the fit succeeded.
     pub(crate) model: Option<ModelBeside>,
 }
@@ -45,13 +49,19 @@ pub(crate) fn evaluate(job: &Job, tracked: &Tracked) -> Result<Evaluation, Error
         rest_until_s: experiment.tracking.rest_until_s,
         ..Settings::new(experiment.chain.n_bodies, 0.0)
     };
-    let stitched = merge(&tracked.observations, &settings)?;
+    let left_out = outliers(&tracked.observations, &settings)?;
+    let kept = tracked.without(&left_out);
+    let mut stitched = merge(&kept.observations, &settings)?;
+    let shared = SharedErrors::of(job, &kept, &settings, &stitched)?;
+    shared.add_to(&mut stitched.motion);
     let law = experiment.contact.power_law()?;
     let chosen = chosen_gaps(job);
-    let measurement = measure_motion(job, &stitched.motion, &law, chosen)?;
+    let measurement = shared.measure(job, &stitched.motion, &law, chosen)?;
     let used = measurement.group_velocity.as_ref().ok().map(|velocity| velocity.gaps.0..=velocity.gaps.1);
-    let model = damping_model(job, &stitched, law);
-    let field_fit = fit_strain_field(&stitched.motion, &model);
+    let chain = starting_chain(job, law);
+    let track_model = track_model(job, chain.clone());
+    let offsets_s: Vec<f64> = stitched.alignments.iter().map(|one| one.trigger_offset_s.value).collect();
+    let track_fit = fit_tracks(&kept.observations, &offsets_s, &track_model);
     let energy_fit = match &measurement.energies {
         Some(energies) => {
             let measured = EnergyMeasurement {
@@ -59,15 +69,41 @@ pub(crate) fn evaluate(job: &Job, tracked: &Tracked) -> Result<Evaluation, Error
                 front: &front_settings(job),
                 n_replicas: measurement.n_replicas,
             };
-            fit_peak_energies(energies, &measured, &model)
+            fit_peak_energies(energies, &measured, &energy_model(job, &stitched, chain))
         }
         None => Err(FitError::TooFew { what: "peak energies", expected: 1, found: 0 }),
     };
-    let beside = match &field_fit {
-        Ok(fit) => Some(model_beside(job, &stitched.motion, &model, fit, used)?),
+    let beside = match &track_fit {
+        Ok(fit) => Some(model_beside(job, &stitched.motion, &track_model, fit, used)?),
         Err(_) => None,
     };
-    Ok(Evaluation { stitched, measurement, field_fit, energy_fit, model: beside })
+    Ok(Evaluation { left_out, stitched, measurement, track_fit, energy_fit, model: beside })
+}
+
+/// Residuals of the tracks' fit, relative to stated noise, up to which it gives the damping. It uses all that was measured and
+/// is ten times sharper than that of the peak energies; where the model leaves something out, it is the first to go astray.
+const ACCEPTED_CHI_SQUARED: f64 = 1.2;
+
+impl Evaluation {
+    /// What the reader should know.
+    pub(crate) fn warnings(&self) -> Vec<String> {
+        let left_out = self
+            .left_out
+            .iter()
+            .map(|outlier| format!("{} was left out: {}", outlier.recording, outlier.evidence));
+        left_out.chain(self.stitched.warnings.iter().cloned()).collect()
+    }
+
+    /// The damping that stands for the experiment, and where it comes from.
+    pub(crate) fn damping(&self) -> Option<(Damping, &'static str)> {
+        let tracks = self.track_fit.as_ref().ok();
+        let energies = self.energy_fit.as_ref().ok().map(|fit| (fit.damping, "peak energies"));
+        match tracks {
+            Some(fit) if fit.reduced_chi_squared <= ACCEPTED_CHI_SQUARED => Some((fit.damping, "tracks")),
+            Some(fit) => energies.or(Some((fit.damping, "tracks"))),
+            None => energies,
+        }
+    }
 }
 
 /// The gaps of the group velocity that the experiment names.
@@ -97,30 +133,45 @@ pub(crate) fn measure_motion(
     Ok(measure(motion, &settings, Some(&|overlap_m| law.energy_j(overlap_m)))?)
 }
 
-/// The chain as the experiment states it, with usual damping to start the fit from.
-fn damping_model(job: &Job, stitched: &Stitched, contact: PowerLaw) -> DampingModel {
+/// The chain as the experiment states it, with usual damping to start a fit from.
+fn starting_chain(job: &Job, contact: PowerLaw) -> Chain {
     let experiment = &job.experiment;
-    let n_trials = stitched.alignments.len() as f64;
-    let velocity_m_per_s = experiment.striker.velocity_m_per_s.get();
-    DampingModel {
-        chain: Chain {
-            mass_kg: vec![experiment.chain.mass_kg.get(); experiment.chain.n_bodies],
-            damping_kg_per_s: vec![STARTING_DAMPING_KG_PER_S; experiment.chain.n_bodies],
-            contact,
-            drive: Drive::Striker(Striker {
-                mass_kg: experiment.striker.mass_kg.get(),
-                velocity_m_per_s,
-                damping_kg_per_s: STARTING_STRIKER_DAMPING_KG_PER_S,
-            }),
-            far_end: FarEnd::Free,
-        },
-        striker_velocity_m_per_s: Estimate::new(
-            velocity_m_per_s,
-            experiment.striker.velocity_sigma_m_per_s.get() / n_trials.sqrt(),
-        ),
+    Chain {
+        mass_kg: vec![experiment.chain.mass_kg.get(); experiment.chain.n_bodies],
+        damping_kg_per_s: vec![STARTING_DAMPING_KG_PER_S; experiment.chain.n_bodies],
+        contact,
+        drive: Drive::Striker(Striker {
+            mass_kg: experiment.striker.mass_kg.get(),
+            velocity_m_per_s: experiment.striker.velocity_m_per_s.get(),
+            damping_kg_per_s: STARTING_STRIKER_DAMPING_KG_PER_S,
+        }),
+        far_end: FarEnd::Free,
+    }
+}
+
+fn track_model(job: &Job, chain: Chain) -> TrackModel {
+    let striker = &job.experiment.striker;
+    let (velocity, scatter) = (striker.velocity_m_per_s.get(), striker.velocity_sigma_m_per_s.get());
+    TrackModel { chain, striker_velocity_m_per_s: Estimate::new(velocity, scatter), known: known_scale(job) }
+}
+
+/// The scale as a quantity that the fit may move. Of a lens, what remains of its distortion counts as such too, by its
+/// size in the picture's middle.
+fn known_scale(job: &Job) -> Vec<Known> {
+    let scale = job.calibration.m_per_px();
+    let known = Known { quantity: Quantity::Scale, relative_sigma: scale.sigma / scale.value };
+    if known.relative_sigma > 0.0 { vec![known] } else { Vec::new() }
+}
+
+fn energy_model(job: &Job, stitched: &Stitched, chain: Chain) -> EnergyModel {
+    let striker = &job.experiment.striker;
+    let mean_sigma = striker.velocity_sigma_m_per_s.get() / (stitched.alignments.len() as f64).sqrt();
+    EnergyModel {
+        chain,
+        striker_velocity_m_per_s: Estimate::new(striker.velocity_m_per_s.get(), mean_sigma),
         drive_deviations: stitched.alignments.iter().map(|one| one.drive_deviation.value).collect(),
         drive_scale_sigma: DRIVE_SCALE_SIGMA,
-        pitch_m: experiment.chain.pitch_m.get(),
+        pitch_m: job.experiment.chain.pitch_m.get(),
     }
 }
 
@@ -134,8 +185,8 @@ const STARTING_STRIKER_DAMPING_KG_PER_S: f64 = 0.1;
 fn model_beside(
     job: &Job,
     motion: &ChainMotion,
-    model: &DampingModel,
-    fit: &DampingFit,
+    model: &TrackModel,
+    fit: &TrackFit,
     velocity_gaps: Option<RangeInclusive<usize>>,
 ) -> Result<ModelBeside, Error> {
     let law = &model.chain.contact;
@@ -143,17 +194,20 @@ fn model_beside(
     let measurement = measure_motion(job, &exact_motion(&fitted), law, velocity_gaps)?;
     let energies = |damping: f64| -> Result<Vec<f64>, Error> {
         let chain = Chain {
-            damping_kg_per_s: vec![damping * fit.chain_damping_kg_per_s.value; model.chain.n_bodies()],
+            damping_kg_per_s: vec![
+                damping * fit.damping.chain_damping_kg_per_s.value;
+                model.chain.n_bodies()
+            ],
             drive: Drive::Striker(Striker {
                 mass_kg: job.experiment.striker.mass_kg.get(),
                 velocity_m_per_s: fit.striker_velocity_m_per_s.value,
-                damping_kg_per_s: damping * fit.striker_damping_kg_per_s.value,
+                damping_kg_per_s: damping * fit.damping.striker_damping_kg_per_s.value,
             }),
             ..model.chain.clone()
         };
         // Long enough for the wave to cross the chain at half the sound speed.
-        let sound_m_per_s = model.pitch_m * (law.k_0_n_per_m() / model.chain.mass_kg[0]).sqrt();
-        let duration_s = 2.0 * model.pitch_m * model.chain.n_bodies() as f64 / sound_m_per_s;
+        let pitches_per_s = (law.k_0_n_per_m() / model.chain.mass_kg[0]).sqrt();
+        let duration_s = 2.0 * model.chain.n_bodies() as f64 / pitches_per_s;
         let schedule = Schedule { duration_s, output_interval_s: duration_s / 100.0, dt_s: None };
         Ok(simulate(&chain, &schedule)?.psi_max_j)
     };

@@ -1,3 +1,4 @@
+use chainwave_analysis::fit::{Damping, FitError};
 use chainwave_measurement::Estimate;
 
 use super::evaluation::Evaluation;
@@ -14,14 +15,14 @@ pub(crate) fn print(job: &Job, evaluation: &Evaluation, truth: Option<&KnownTrut
         println!("{}", row.as_text());
     }
     if let Some(truth) = truth {
-        let rms_px = truth.motion_rms_m * job.experiment.camera.scale_px_per_m.get();
+        let rms_px = truth.motion_rms_m / job.calibration.m_per_px().value;
         println!(
             "x_n(t): rms error {:.3} um = {rms_px:.4} px; the 95 % intervals hold {:.1} % of the truth",
             1e6 * truth.motion_rms_m,
             100.0 * truth.motion_coverage
         );
     }
-    for warning in &evaluation.stitched.warnings {
+    for warning in &evaluation.warnings() {
         println!("warning: {warning}");
     }
     for (name, seconds) in clock.stages() {
@@ -98,8 +99,8 @@ pub(crate) fn rows(evaluation: &Evaluation, truth: Option<&KnownTruth>) -> Vec<R
         ),
     ];
     rows.extend(energy_rows(evaluation, truth));
-    rows.extend(fit_rows("strain field", &evaluation.field_fit, truth));
-    rows.extend(fit_rows("peak energies", &evaluation.energy_fit, truth));
+    rows.extend(fit_rows("tracks", evaluation.track_fit.as_ref().map(|fit| fit.damping), truth));
+    rows.extend(fit_rows("peak energies", evaluation.energy_fit.as_ref().map(|fit| fit.damping), truth));
     rows
 }
 
@@ -121,25 +122,23 @@ fn energy_rows(evaluation: &Evaluation, truth: Option<&KnownTruth>) -> Option<Ro
     })
 }
 
-fn fit_rows(
-    source: &str,
-    fit: &Result<chainwave_analysis::fit::DampingFit, chainwave_analysis::fit::FitError>,
-    truth: Option<&KnownTruth>,
-) -> Vec<Row> {
-    let of = |name: &str,
-              value: &dyn Fn(&chainwave_analysis::fit::DampingFit) -> Estimate,
-              factor: f64,
-              truth: Option<f64>| Row {
+fn fit_rows(source: &str, damping: Result<Damping, &FitError>, truth: Option<&KnownTruth>) -> Vec<Row> {
+    let of = |name: &str, value: fn(&Damping) -> Estimate, factor: f64, truth: Option<f64>| Row {
         name: format!("{name}, {source}"),
-        measured: fit.as_ref().map(|fit| value(fit).scaled(factor)).map_err(ToString::to_string),
+        measured: damping.as_ref().map(|damping| value(damping).scaled(factor)).map_err(ToString::to_string),
         truth: truth.map(|value| value * factor),
     };
     let parameters = truth.map(|truth| &truth.parameters);
     vec![
-        of("c_d (g/s)", &|fit| fit.chain_damping_kg_per_s, 1e3, parameters.map(|truth| truth.c_d_kg_per_s)),
+        of(
+            "c_d (g/s)",
+            |damping| damping.chain_damping_kg_per_s,
+            1e3,
+            parameters.map(|truth| truth.c_d_kg_per_s),
+        ),
         of(
             "c_s (kg/s)",
-            &|fit| fit.striker_damping_kg_per_s,
+            |damping| damping.striker_damping_kg_per_s,
             1.0,
             parameters.map(|truth| truth.c_s_kg_per_s),
         ),

@@ -13,6 +13,8 @@ use crate::table::Table;
 pub(crate) struct KnownTruth {
     /// Damping, striker velocity, impact.
     pub(crate) parameters: Truth,
+    /// The true motion on the measured time base.
+    pub(crate) motion: Trajectory,
     /// What the analysis makes of the true motion.
     pub(crate) measurement: Measurement,
     /// Root mean square of the error of x_n(t), in metres.
@@ -46,6 +48,7 @@ pub(crate) fn read(job: &Job, evaluation: &Evaluation) -> Result<Option<KnownTru
     let inside = pairs.iter().filter(|(x, truth)| x.covers_95(*truth)).count();
     Ok(Some(KnownTruth {
         parameters,
+        motion: truth,
         measurement,
         motion_rms_m: (squares / n).sqrt(),
         motion_coverage: inside as f64 / n,

@@ -1,8 +1,6 @@
-use chainwave_measurement::Estimate;
+use crate::Estimate;
 
-use crate::StitchingError;
-
-/// The tracked bodies of one recording.
+/// The tracked bodies of one recording, as positions along the chain.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Observation {
     /// Name of the recording, for messages.
@@ -28,7 +26,7 @@ pub struct BodyTrack {
 
 impl Observation {
     /// Interval between frames, in seconds: the median of the differences of the time stamps.
-    pub(crate) fn frame_interval_s(&self) -> f64 {
+    pub fn frame_interval_s(&self) -> f64 {
         let mut intervals: Vec<f64> = self.times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
         intervals.sort_by(f64::total_cmp);
         intervals.get(intervals.len() / 2).copied().unwrap_or(f64::INFINITY)
@@ -38,35 +36,10 @@ impl Observation {
     ///
     /// Cameras are known to append a dummy frame stamped months later; the span ends at the first pause of more than a
     /// thousand frames.
-    pub(crate) fn span_s(&self) -> Option<(f64, f64)> {
+    pub fn span_s(&self) -> Option<(f64, f64)> {
         let longest_s = 1000.0 * self.frame_interval_s();
         let pause = self.times_s.windows(2).position(|pair| pair[1] - pair[0] > longest_s);
         let last = pause.unwrap_or(self.times_s.len() - 1);
         Some((*self.times_s.first()?, *self.times_s.get(last)?))
-    }
-
-    pub(crate) fn check(&self, n_bodies: usize) -> Result<(), StitchingError> {
-        let inconsistent = |expected: &str, found: String| StitchingError::Inconsistent {
-            recording: self.recording.clone(),
-            expected: expected.into(),
-            found,
-        };
-        if self.times_s.len() < 2 {
-            return Err(inconsistent("at least two frames", format!("{}", self.times_s.len())));
-        }
-        if let Some(pair) = self.times_s.windows(2).find(|pair| pair[0].is_nan() || pair[1] <= pair[0]) {
-            return Err(inconsistent("increasing times", format!("{} s after {} s", pair[1], pair[0])));
-        }
-        for track in &self.bodies {
-            if track.body == 0 || track.body > n_bodies {
-                let (recording, body) = (self.recording.clone(), track.body);
-                return Err(StitchingError::BodyOutside { recording, body, n_bodies });
-            }
-            if track.position_m.len() != self.times_s.len() {
-                let found = format!("{} positions of body {}", track.position_m.len(), track.body);
-                return Err(inconsistent(&format!("{} positions", self.times_s.len()), found));
-            }
-        }
-        Ok(())
     }
 }
