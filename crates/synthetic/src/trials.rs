@@ -9,7 +9,7 @@ use crate::seed::{Purpose, stream};
 use crate::settings::{require, require_not_negative, require_positive};
 
 /// How much trials differ.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scatter {
     /// Mean striker speed.
@@ -41,28 +41,35 @@ pub struct Draw {
     pub noise_seed: u64,
 }
 
-/// Draws `n` trials. Trial k depends on the seed and k alone, so more trials may be added without changing the first.
+/// Draws trials, each with its own scatter. Trial k depends on the seed, k and its own scatter alone (and the walk on those
+/// before it), so more trials may be added without changing the first.
 ///
 /// # Errors
 /// [`SyntheticError::Setting`] when the scatter is not a usable one.
-pub fn draw(seed: u64, n: usize, scatter: &Scatter) -> Result<Vec<Draw>, SyntheticError> {
-    require_positive("scatter.striker_velocity_m_per_s", scatter.striker_velocity_m_per_s)?;
-    let sigma = scatter.striker_velocity_sigma_m_per_s;
-    // Beyond a fifth of the mean, a normal speed could come out at zero or below.
-    let narrow = (0.0..=0.2 * scatter.striker_velocity_m_per_s).contains(&sigma);
-    require(narrow, "scatter.striker_velocity_sigma_m_per_s", "0 to a fifth of the mean speed", sigma)?;
-    require_not_negative("scatter.trigger_jitter_s", scatter.trigger_jitter_s)?;
-    require_not_negative("scatter.trigger_walk_s", scatter.trigger_walk_s)?;
-    require_positive("scatter.rate_hz", scatter.rate_hz)?;
+pub fn draw(seed: u64, scatters: &[Scatter]) -> Result<Vec<Draw>, SyntheticError> {
+    scatters.iter().try_for_each(Scatter::check)?;
     let mut walked_s = 0.0;
-    let walk = |trial: u64| {
+    let walk = |(trial, scatter): (u64, &Scatter)| {
         let here_s = walked_s;
         walked_s += scatter.trigger_walk_s * deviate(Purpose::Walk, seed, trial);
         let mut draw = draw_one(seed, trial, scatter);
         draw.trigger_delay_s += here_s;
         draw
     };
-    Ok((0..n as u64).map(walk).collect())
+    Ok((0..).zip(scatters).map(walk).collect())
+}
+
+impl Scatter {
+    fn check(&self) -> Result<(), SyntheticError> {
+        require_positive("scatter.striker_velocity_m_per_s", self.striker_velocity_m_per_s)?;
+        let sigma = self.striker_velocity_sigma_m_per_s;
+        // Beyond a fifth of the mean, a normal speed could come out at zero or below.
+        let narrow = (0.0..=0.2 * self.striker_velocity_m_per_s).contains(&sigma);
+        require(narrow, "scatter.striker_velocity_sigma_m_per_s", "0 to a fifth of the mean speed", sigma)?;
+        require_not_negative("scatter.trigger_jitter_s", self.trigger_jitter_s)?;
+        require_not_negative("scatter.trigger_walk_s", self.trigger_walk_s)?;
+        require_positive("scatter.rate_hz", self.rate_hz)
+    }
 }
 
 /// How far the stage stands from where it was told to in a view, in metres: normal, the same for every trial of the view.
@@ -133,14 +140,14 @@ mod tests {
 
     #[test]
     fn trials_follow_from_the_seed_and_their_number() {
-        let trials = draw(3, 25, &SCATTER).unwrap();
-        assert_eq!(draw(3, 5, &SCATTER).unwrap(), trials[..5]);
-        assert_ne!(draw(4, 5, &SCATTER).unwrap(), trials[..5]);
+        let trials = draw(3, &[SCATTER; 25]).unwrap();
+        assert_eq!(draw(3, &[SCATTER; 5]).unwrap(), trials[..5]);
+        assert_ne!(draw(4, &[SCATTER; 5]).unwrap(), trials[..5]);
     }
 
     #[test]
     fn trials_scatter_as_stated() {
-        let trials = draw(1, 10_000, &SCATTER).unwrap();
+        let trials = draw(1, &vec![SCATTER; 10_000]).unwrap();
         let deviation = |of: &dyn Fn(&Draw) -> f64| {
             let mean = trials.iter().map(of).sum::<f64>() / 1.0e4;
             (mean, (trials.iter().map(|trial| (of(trial) - mean).powi(2)).sum::<f64>() / 1.0e4).sqrt())
@@ -159,8 +166,8 @@ mod tests {
 
     #[test]
     fn the_walk_adds_to_the_jitter_and_to_nothing_else() {
-        let still = draw(5, 4000, &SCATTER).unwrap();
-        let walking = draw(5, 4000, &Scatter { trigger_walk_s: 2.0e-6, ..SCATTER }).unwrap();
+        let still = draw(5, &vec![SCATTER; 4000]).unwrap();
+        let walking = draw(5, &vec![Scatter { trigger_walk_s: 2.0e-6, ..SCATTER }; 4000]).unwrap();
         let drift_s: Vec<f64> = still
             .iter()
             .zip(&walking)
@@ -203,7 +210,7 @@ mod tests {
     #[test]
     fn an_impossible_scatter_is_refused_by_name() {
         let scatter = Scatter { striker_velocity_sigma_m_per_s: f64::NAN, ..SCATTER };
-        let message = draw(1, 1, &scatter).unwrap_err().to_string();
+        let message = draw(1, &[scatter]).unwrap_err().to_string();
         assert!(message.contains("striker_velocity_sigma_m_per_s") && message.contains("NaN"), "{message}");
     }
 }
