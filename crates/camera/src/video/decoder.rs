@@ -193,11 +193,10 @@ impl Decoder {
                 self.gray.rows()
             ));
         }
-        match self.stored {
-            Stored::Gray16 => {
-                copy_rows(self.gray.data_typed::<u16>().map_err(message)?, width_px, region, pixels)
-            }
-            _ => copy_rows(self.gray.data_typed::<u8>().map_err(message)?, width_px, region, pixels),
+        if self.stored == Stored::Gray16 {
+            copy_rows(self.gray.data_typed::<u16>().map_err(message)?, width_px, region, pixels);
+        } else {
+            copy_rows(self.gray.data_typed::<u8>().map_err(message)?, width_px, region, pixels);
         }
         Ok(())
     }
