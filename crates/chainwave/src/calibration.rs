@@ -143,6 +143,7 @@ pub(crate) fn middle_px(width_px: usize, height_px: usize) -> [f64; 2] {
 }
 
 /// Where an experiment's bodies are, from pixels to metres and back.
+#[derive(Clone)]
 pub(crate) struct ChainMap {
     /// From the picture to the plane of the chain.
     pub(crate) of_chain: Calibration,

@@ -9,20 +9,24 @@ mod calibrate;
 mod calibration;
 mod cli;
 mod contact;
+mod correlate;
 mod error;
 mod experiment;
 mod init;
 mod inspect;
+mod matching;
 mod outcome;
 mod output;
 mod parallel;
 mod progress;
+mod prove;
 mod run;
 mod samples;
 mod simulate;
 mod synthesize;
 mod table;
 mod track;
+mod tradeoff;
 
 use std::process::ExitCode;
 
@@ -48,10 +52,13 @@ fn carry_out(command: &Command) -> Result<Outcome, Error> {
         Command::Inspect(arguments) => inspect::inspect(arguments),
         Command::Calibrate(arguments) => calibrate::calibrate(arguments),
         Command::Track(arguments) => track::track(arguments),
+        Command::Correlate(arguments) => correlate::correlate(arguments),
         Command::Contact(arguments) => contact::contact(arguments),
         Command::Simulate(arguments) => simulate::simulate(arguments),
         Command::Synthesize(arguments) => synthesize::synthesize(arguments),
         Command::Run(arguments) => run::run(arguments),
+        Command::Tradeoff(arguments) => tradeoff::tradeoff(arguments),
+        Command::Prove(arguments) => prove::prove(arguments),
         Command::Init(arguments) => init::init(arguments),
         Command::Samples(arguments) => samples::samples(arguments),
     }

@@ -7,7 +7,7 @@ use chainwave_analysis::fit::{
 use chainwave_analysis::{FrontSettings, MeasureSettings, Measurement, exact_motion, measure};
 use chainwave_measurement::{ChainMotion, Estimate, Trajectory};
 use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Striker, simulate};
-use chainwave_stitching::{Settings, Stitched, merge};
+use chainwave_stitching::{Outlier, Settings, Stitched, merge, outliers};
 
 use super::Job;
 use super::shared_errors::SharedErrors;
@@ -16,6 +16,8 @@ use crate::error::Error;
 
 /// Everything that follows from the tracks.
 pub(crate) struct Evaluation {
+    /// Recordings that contradict the others of their view, and were left out.
+    pub(crate) left_out: Vec<Outlier>,
     /// The motion, and how views and trials were aligned.
     pub(crate) stitched: Stitched,
     /// Front, group velocity, half width, energies, spectra.
@@ -47,8 +49,10 @@ pub(crate) fn evaluate(job: &Job, tracked: &Tracked) -> Result<Evaluation, Error
         rest_until_s: experiment.tracking.rest_until_s,
         ..Settings::new(experiment.chain.n_bodies, 0.0)
     };
-    let mut stitched = merge(&tracked.observations, &settings)?;
-    let shared = SharedErrors::of(job, tracked, &settings, &stitched)?;
+    let left_out = outliers(&tracked.observations, &settings)?;
+    let kept = tracked.without(&left_out);
+    let mut stitched = merge(&kept.observations, &settings)?;
+    let shared = SharedErrors::of(job, &kept, &settings, &stitched)?;
     shared.add_to(&mut stitched.motion);
     let law = experiment.contact.power_law()?;
     let chosen = chosen_gaps(job);
@@ -57,7 +61,7 @@ pub(crate) fn evaluate(job: &Job, tracked: &Tracked) -> Result<Evaluation, Error
     let chain = starting_chain(job, law);
     let track_model = track_model(job, chain.clone());
     let offsets_s: Vec<f64> = stitched.alignments.iter().map(|one| one.trigger_offset_s.value).collect();
-    let track_fit = fit_tracks(&tracked.observations, &offsets_s, &track_model);
+    let track_fit = fit_tracks(&kept.observations, &offsets_s, &track_model);
     let energy_model = energy_model(job, &stitched, chain);
     let energy_fit =
         shared.fit_energies(job, &stitched.motion, &law, |energies, times_s| match energies {
@@ -72,7 +76,7 @@ pub(crate) fn evaluate(job: &Job, tracked: &Tracked) -> Result<Evaluation, Error
         Ok(fit) => Some(model_beside(job, &stitched.motion, &track_model, fit, used)?),
         Err(_) => None,
     };
-    Ok(Evaluation { stitched, measurement, track_fit, energy_fit, model: beside })
+    Ok(Evaluation { left_out, stitched, measurement, track_fit, energy_fit, model: beside })
 }
 
 /// Residuals of the tracks' fit, relative to stated noise, up to which it gives the damping. It uses all that was measured and
@@ -80,6 +84,15 @@ pub(crate) fn evaluate(job: &Job, tracked: &Tracked) -> Result<Evaluation, Error
 const ACCEPTED_CHI_SQUARED: f64 = 1.2;
 
 impl Evaluation {
+    /// What the reader should know.
+    pub(crate) fn warnings(&self) -> Vec<String> {
+        let left_out = self
+            .left_out
+            .iter()
+            .map(|outlier| format!("{} was left out: {}", outlier.recording, outlier.evidence));
+        left_out.chain(self.stitched.warnings.iter().cloned()).collect()
+    }
+
     /// The damping that stands for the experiment, and where it comes from.
     pub(crate) fn damping(&self) -> Option<(Damping, &'static str)> {
         let tracks = self.track_fit.as_ref().ok();

@@ -22,7 +22,7 @@ pub(crate) fn print(job: &Job, evaluation: &Evaluation, truth: Option<&KnownTrut
             100.0 * truth.motion_coverage
         );
     }
-    for warning in &evaluation.stitched.warnings {
+    for warning in &evaluation.warnings() {
         println!("warning: {warning}");
     }
     for (name, seconds) in clock.stages() {

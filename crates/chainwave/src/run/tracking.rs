@@ -7,6 +7,7 @@ use std::time::UNIX_EPOCH;
 use chainwave_camera::{OpenOptions, PlaneMap};
 use chainwave_correlation::{Method, ReferenceFrames};
 use chainwave_measurement::{BodyTrack, Estimate, Observation, Recording, RecordingInfo, Subset};
+use chainwave_stitching::Outlier;
 use indicatif::ProgressBar;
 use sha2::{Digest, Sha256};
 
@@ -21,7 +22,7 @@ use crate::table::Table;
 use crate::track::{TrackRows, follow};
 
 /// Changes whenever the same recording and settings would give other tracks, so that kept ones are not mistaken for them.
-const TRACKS_VERSION: u32 = 1;
+const TRACKS_VERSION: u32 = 2;
 
 /// Rows and columns that a subset must keep from the frame's border at rest: the tracker interpolates around it.
 const BORDER_PX: f64 = 4.0;
@@ -34,6 +35,19 @@ pub(crate) struct Tracked {
     pub(crate) trials: Vec<Trial>,
     /// The same as positions along the chain in metres.
     pub(crate) observations: Vec<Observation>,
+}
+
+impl Tracked {
+    /// The same without some recordings.
+    pub(crate) fn without(&self, left_out: &[Outlier]) -> Self {
+        let kept = |index: &usize| left_out.iter().all(|outlier| outlier.index != *index);
+        let kept: Vec<usize> = (0..self.tables.len()).filter(kept).collect();
+        Self {
+            tables: kept.iter().map(|index| self.tables[*index].clone()).collect(),
+            trials: kept.iter().map(|index| self.trials[*index].clone()).collect(),
+            observations: kept.iter().map(|index| self.observations[*index].clone()).collect(),
+        }
+    }
 }
 
 /// Tracks every recording that has not been tracked yet, and names those that fail.
@@ -90,13 +104,10 @@ fn track_one(
     bar: &ProgressBar,
 ) -> Result<(Table, Observation), Error> {
     let path = job.recordings.join(&trial.recording);
-    let rate_hz = job.experiment.camera.rate_hz.map(Positive::get);
-    let recording = chainwave_camera::open_with(&path, &OpenOptions { rate_hz, ..OpenOptions::default() })?;
-    job.calibration.check_size(recording.as_ref())?;
+    let recording = open(job, &path)?;
     let kept_path = kept.join(format!("{}.parquet", key(job, trial, &path)?));
     if !kept_path.exists() {
-        let rest = rest_frames(recording.info(), job.experiment.tracking.rest_until_s);
-        let reference = ReferenceFrames::Mean(rest.ok_or_else(|| no_rest(job, &path, recording.info()))?);
+        let reference = frames_at_rest(job, recording.as_ref())?;
         let subsets = subsets_in_view(job, trial, recording.as_ref());
         let tracked = follow(recording.as_ref(), &subsets, &reference, method, bar)?;
         let mut rows = TrackRows::default();
@@ -106,6 +117,31 @@ fn track_one(
     let table = Table::read(&kept_path)?;
     let observation = observation(trial, &table, &job.calibration.of_chain.map)?;
     Ok((table, observation))
+}
+
+fn open(job: &Job, path: &Path) -> Result<Box<dyn Recording>, Error> {
+    let rate_hz = job.experiment.camera.rate_hz.map(Positive::get);
+    let recording = chainwave_camera::open_with(path, &OpenOptions { rate_hz, ..OpenOptions::default() })?;
+    job.calibration.check_size(recording.as_ref())?;
+    Ok(recording)
+}
+
+fn frames_at_rest(job: &Job, recording: &dyn Recording) -> Result<ReferenceFrames, Error> {
+    let rest = rest_frames(recording.info(), job.experiment.tracking.rest_until_s);
+    Ok(ReferenceFrames::Mean(rest.ok_or_else(|| no_rest(job, recording.path(), recording.info()))?))
+}
+
+/// The first recording that shows bodies, with their subsets and the frames at rest.
+pub(crate) fn first_view(job: &Job) -> Result<(Box<dyn Recording>, Vec<Subset>, ReferenceFrames), Error> {
+    for trial in &job.trials {
+        let recording = open(job, &job.recordings.join(&trial.recording))?;
+        let subsets = subsets_in_view(job, trial, recording.as_ref());
+        if !subsets.is_empty() {
+            let reference = frames_at_rest(job, recording.as_ref())?;
+            return Ok((recording, subsets, reference));
+        }
+    }
+    Err(Error::NothingLeft { what: "recordings with a body in view", n: job.trials.len() })
 }
 
 /// The bodies whose subsets lie in the frame at rest.
