@@ -256,7 +256,7 @@ impl<'a> Follower<'a> {
 
     /// Matches from a start, moving the window after the subset while it leaves it.
     fn match_from(&mut self, frame: usize, start: Warp) -> Result<Match, Lost> {
-        const WINDOWS: usize = 4; // 2 px of slack each cover the largest drift that the iteration allows
+        const WINDOWS: usize = 8; // 1 px of slack each covers the largest drift that the iteration allows
         let mut start = start;
         for _ in 0..WINDOWS {
             if !self.in_frame(&start)? {
@@ -284,8 +284,9 @@ impl<'a> Follower<'a> {
     fn read_window(&mut self, frame: usize, warp: &Warp) -> Result<(), Lost> {
         let subset = self.subset.as_ref().map_err(|reason| *reason)?;
         let info = self.recording.info();
-        let region = window_around(subset, warp, info.width_px, info.height_px).ok_or(Lost::OutOfView)?;
-        let pixels = self.window.start(region);
+        let (region, margins) =
+            window_around(subset, warp, info.width_px, info.height_px).ok_or(Lost::OutOfView)?;
+        let pixels = self.window.start(region, margins);
         self.recording.read_region(frame, region, pixels).map_err(|_| Lost::Unreadable)?;
         self.window.finish();
         Ok(())
@@ -310,16 +311,25 @@ fn worse(by_prediction: Lost, by_search: Lost) -> Lost {
 }
 
 /// Pixels that a match may move from its start before the window must be read again.
-const SLACK_PX: f64 = 2.0;
+const SLACK_PX: f64 = 1.0;
 
-/// The pixels around a warped subset that interpolation, its prefilter and the slack need, inside the frame.
-fn window_around(subset: &PreparedSubset, warp: &Warp, width: usize, height: usize) -> Option<Region> {
+/// The pixels around a warped subset that interpolation, its prefilter and the slack need, inside the frame, and how many
+/// of the first and last columns only the prefilter does.
+fn window_around(
+    subset: &PreparedSubset,
+    warp: &Warp,
+    width: usize,
+    height: usize,
+) -> Option<(Region, [usize; 2])> {
     let interpolation = subset.settings.interpolation;
-    let margin = SLACK_PX + interpolation.prefilter_margin_px() as f64;
-    let before = margin + interpolation.taps_before() as f64;
-    let after = margin + interpolation.taps_after() as f64 + 1.0;
+    let margin = interpolation.prefilter_margin_px() as i64;
+    let before = SLACK_PX + interpolation.taps_before() as f64;
+    let after = SLACK_PX + interpolation.taps_after() as f64 + 1.0;
     let [low, high] = subset.bounds(warp);
     let [x0, y0] = low.map(|value| (value - before).floor() as i64);
     let [x1, y1] = high.map(|value| (value + after).floor() as i64);
-    Region::clipped(x0, y0, x1, y1, width, height)
+    let region = Region::clipped(x0 - margin, y0 - margin, x1 + margin, y1 + margin, width, height)?;
+    let beyond = |distance: i64| usize::try_from(distance).unwrap_or(0);
+    let margins = [beyond(x0 - region.x as i64), beyond((region.x + region.width) as i64 - x1)];
+    Some((region, margins))
 }
