@@ -1,5 +1,6 @@
 //! `chainwave track`: points followed through recordings.
 
+use std::num::NonZero;
 use std::path::Path;
 
 use chainwave_camera::OpenOptions;
@@ -26,11 +27,12 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
         arguments.recordings.iter().map(|path| path.display().to_string()).collect();
     let bar = progress::bar("tracking", 0);
     let reference = ReferenceFrames::Single(arguments.reference);
+    let n_threads = threads_of_each(arguments.jobs, recordings.len());
     let of_recording = |path: &std::path::PathBuf| -> Result<Tracked, Error> {
         let options = OpenOptions { rate_hz: arguments.rate_hz, ..OpenOptions::default() };
         let recording = chainwave_camera::open_with(path, &options)?;
         let method = chosen.method(recording.as_ref(), &subsets, &reference)?;
-        follow(recording.as_ref(), &subsets, &reference, method, &bar)
+        follow(recording.as_ref(), &subsets, &reference, method, n_threads, &bar)
     };
     let results = map_in_parallel(arguments.jobs, &arguments.recordings, of_recording);
     bar.finish_and_clear();
@@ -49,6 +51,13 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     Ok(outcome)
 }
 
+/// Threads for each recording when all are worked on side by side: more than one where there are fewer recordings than
+/// threads.
+pub(crate) fn threads_of_each(jobs: Option<u16>, n_recordings: usize) -> NonZero<usize> {
+    let all = jobs.map_or_else(|| std::thread::available_parallelism().map_or(1, NonZero::get), usize::from);
+    NonZero::new(all / n_recordings.max(1)).unwrap_or(NonZero::<usize>::MIN)
+}
+
 /// The tracks of one recording, with its time stamps.
 pub(crate) struct Tracked {
     /// Time of each frame after the trigger, in seconds.
@@ -65,10 +74,11 @@ pub(crate) fn follow(
     subsets: &[Subset],
     reference: &ReferenceFrames,
     method: Method,
+    n_threads: NonZero<usize>,
     bar: &ProgressBar,
 ) -> Result<Tracked, Error> {
     bar.inc_length(recording.info().n_frames as u64);
-    let settings = Settings::default();
+    let settings = Settings { n_threads, ..Settings::default() };
     let advance = |n| bar.inc(n);
     let tracks = match method {
         Method::IcGn { interpolation, shape: ShapeChoice::ByEvidence } => {

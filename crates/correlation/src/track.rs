@@ -20,7 +20,7 @@ use crate::{
 /// in every fourth, in turn around where it would be by now and where it was seen last. `progress` receives 1 after
 /// each frame of the recording. A frame that cannot be read is [`Lost::Unreadable`] in every track; the others go on.
 ///
-/// Nothing depends on threads, and `track` starts none.
+/// Each subset is followed by itself, so nothing depends on the number of threads.
 ///
 /// # Errors
 /// [`CorrelationError`] when a setting has no meaning, the reference frames do not exist or cannot be read, or a
@@ -33,8 +33,7 @@ pub fn track(
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Vec<Track>, CorrelationError> {
     let mut followers = followers(recording, subsets, reference, settings)?;
-    let first = reference.range().start;
-    Ok(track_both_ways(followers.as_mut_slice(), first, recording.info().n_frames, subsets, progress))
+    Ok(follow(&mut followers, reference, subsets, settings, progress))
 }
 
 /// As [`track`], each subset with the simplest shape function that its matches cannot reject, and the evidence for it.
@@ -57,8 +56,7 @@ pub fn track_by_evidence(
         let reference = Reference::read(recording, subset, reference)?;
         follower.shape_test = Some(ShapeTest::new(&reference, subset, &affine));
     }
-    let (first, n_frames) = (reference.range().start, recording.info().n_frames);
-    let mut tracks = track_both_ways(followers.as_mut_slice(), first, n_frames, subsets, progress);
+    let mut tracks = follow(&mut followers, reference, subsets, settings, progress);
     let evidence: Vec<ShapeEvidence> = followers
         .iter()
         .filter_map(|follower| follower.shape_test.as_ref())
@@ -85,6 +83,37 @@ fn followers<'a>(
 ) -> Result<Vec<Follower<'a>>, CorrelationError> {
     settings.check()?;
     subsets.iter().map(|subset| Follower::new(recording, subset, reference, settings)).collect()
+}
+
+/// Follows each subset on one of the threads; the first thread counts the frames.
+fn follow(
+    followers: &mut [Follower<'_>],
+    reference: &ReferenceFrames,
+    subsets: &[Subset],
+    settings: &Settings,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Vec<Track> {
+    let Some(n_frames) = followers.first().map(|follower| follower.recording.info().n_frames) else {
+        return Vec::new();
+    };
+    let first = reference.range().start;
+    let share = subsets.len().div_ceil(settings.n_threads.get()).max(1);
+    let ((own, others), (own_subsets, other_subsets)) =
+        (followers.split_at_mut(share), subsets.split_at(share));
+    std::thread::scope(|scope| {
+        let threads: Vec<_> = others
+            .chunks_mut(share)
+            .zip(other_subsets.chunks(share))
+            .map(|(part, subsets)| {
+                scope.spawn(move || track_both_ways(part, first, n_frames, subsets, &|_| ()))
+            })
+            .collect();
+        let mut tracks = track_both_ways(own, first, n_frames, own_subsets, progress);
+        for thread in threads {
+            tracks.extend(thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
+        }
+        tracks
+    })
 }
 
 pub(crate) type Found = Result<Position, Lost>;
