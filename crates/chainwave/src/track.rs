@@ -4,7 +4,9 @@ use std::num::NonZero;
 use std::path::Path;
 
 use chainwave_camera::OpenOptions;
-use chainwave_correlation::{Method, ReferenceFrames, Settings, Shape, ShapeChoice, track_by_evidence};
+use chainwave_correlation::{
+    Method, ReferenceFrames, Settings, Shape, ShapeChoice, smallest_half_px, track_by_evidence,
+};
 use chainwave_measurement::{Lost, Position, Recording, Subset, Track};
 use indicatif::ProgressBar;
 use polars::prelude::Column;
@@ -20,7 +22,7 @@ use crate::table::{self, Table, column};
 
 /// Follows points through every recording, writes the tracks, and names the recordings that failed.
 pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
-    let subsets = read_points(&arguments.points)?;
+    let points = read_points(&arguments.points)?;
     let chosen = Chosen::of(&arguments.matching)?;
     expect_folder_of(&arguments.out)?;
     let recordings: Vec<String> =
@@ -31,6 +33,11 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     let of_recording = |path: &std::path::PathBuf| -> Result<Tracked, Error> {
         let options = OpenOptions { rate_hz: arguments.rate_hz, ..OpenOptions::default() };
         let recording = chainwave_camera::open_with(path, &options)?;
+        let error_px = arguments.matching.accuracy.unwrap_or(USUAL_ERROR_PX);
+        let subsets = points
+            .iter()
+            .map(|point| point.subset(recording.as_ref(), &reference, error_px))
+            .collect::<Result<Vec<_>, Error>>()?;
         let method = chosen.method(recording.as_ref(), &subsets, &reference)?;
         follow(recording.as_ref(), &subsets, &reference, method, n_threads, &bar)
     };
@@ -94,22 +101,59 @@ pub(crate) fn follow(
     Ok(Tracked { times_s: recording.info().times_s.clone(), method, tracks })
 }
 
-fn read_points(path: &Path) -> Result<Vec<Subset>, Error> {
+/// Noise that a subset of no given size may leave, where no accuracy is asked for.
+const USUAL_ERROR_PX: f64 = 0.01;
+
+/// A point to follow; the size of its subset may be left open.
+struct Point {
+    name: String,
+    place_px: [f64; 2],
+    half_px: [Option<usize>; 2],
+}
+
+impl Point {
+    /// The subset in a recording: of the given size, or of the smallest that the noise allows.
+    fn subset(
+        &self,
+        recording: &dyn Recording,
+        reference: &ReferenceFrames,
+        error_px: f64,
+    ) -> Result<Subset, Error> {
+        let [width, height] = self.half_px;
+        let half = match width.or(height) {
+            Some(given) => given,
+            None => smallest_half_px(recording, self.place_px, reference, error_px)?,
+        };
+        let [x_px, y_px] = self.place_px;
+        let (half_width_px, half_height_px) = (width.unwrap_or(half), height.unwrap_or(half));
+        Ok(Subset { name: self.name.clone(), x_px, y_px, half_width_px, half_height_px })
+    }
+}
+
+fn read_points(path: &Path) -> Result<Vec<Point>, Error> {
     let table = Table::read(path)?;
     let names = table.texts("name")?;
     let (x_px, y_px) = (table.full_numbers("x_px")?, table.full_numbers("y_px")?);
-    let (half_widths, half_heights) = (table.counts("half_width_px")?, table.counts("half_height_px")?);
-    let subset = |(row, name): (usize, String)| Subset {
-        name,
-        x_px: x_px[row],
-        y_px: y_px[row],
-        half_width_px: half_widths[row],
-        half_height_px: half_heights[row],
+    let halves = |name: &str| -> Result<Vec<Option<usize>>, Error> {
+        let whole = |value: f64| value >= 0.0 && value.fract() == 0.0 && value < 1e6;
+        let half = |(row, value): (usize, Option<f64>)| match value {
+            Some(value) if !whole(value) => {
+                Err(table.cell(row, name, "a whole number from 0, or nothing", &value.to_string()))
+            }
+            value => Ok(value.map(|value| value as usize)),
+        };
+        table.numbers(name)?.into_iter().enumerate().map(half).collect()
     };
-    let subsets: Vec<Subset> = names.into_iter().enumerate().map(subset).collect();
-    match subsets.is_empty() {
+    let (half_widths, half_heights) = (halves("half_width_px")?, halves("half_height_px")?);
+    let point = |(row, name): (usize, String)| Point {
+        name,
+        place_px: [x_px[row], y_px[row]],
+        half_px: [half_widths[row], half_heights[row]],
+    };
+    let points: Vec<Point> = names.into_iter().enumerate().map(point).collect();
+    match points.is_empty() {
         true => Err(table.cell(0, "name", "at least one point", "none")),
-        false => Ok(subsets),
+        false => Ok(points),
     }
 }
 
