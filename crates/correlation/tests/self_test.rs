@@ -88,13 +88,10 @@ fn the_smallest_subset_that_the_noise_allows_is_as_good_as_promised() {
         let position = tracks.unwrap()[0].positions[5].unwrap();
         position.x_px.sigma.max(position.y_px.sigma)
     };
-    // The floor of a translation; an affine shape's is up to 2 % higher, and the residual tells its own noise to 5 %.
-    assert!(
-        sigma(half) < 1.08 * 0.012 && sigma(half - 3) > 0.012,
-        "{half}: {} {}",
-        sigma(half),
-        sigma(half - 3)
-    );
+    // The floor is that of a translation. An affine shape costs up to 3 % more and the noise in the gradients 4 %; the
+    // residual tells its own noise to 5 %.
+    let [found, smaller] = [half, half - 3].map(sigma);
+    assert!(found < 1.12 * 0.012 && smaller > 0.012, "{half}: {found} {smaller}");
     let hopeless = smallest_half_px(&film, [200.0, 210.0], &FIRST, 1e-9).unwrap();
     assert_eq!(hopeless, 60);
     assert!(smallest_half_px(&film, [2.0, 210.0], &FIRST, 0.01).is_err());
