@@ -19,6 +19,8 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Say what a recording holds.
     Inspect(Inspect),
+    /// Find lens distortion and scale from pictures of a board.
+    Calibrate(Calibrate),
     /// Follow points through recordings by digital image correlation.
     Track(Track),
     /// Find the displacement field between two images, with strain and a picture.
@@ -31,6 +33,10 @@ pub(crate) enum Command {
     Synthesize(Synthesize),
     /// Process an experiment: from recordings to figures, fitted damping and a report.
     Run(Run),
+    /// Measure what each method costs on your own scene, and how far it is off.
+    Tradeoff(Tradeoff),
+    /// Film and process many synthetic experiments, and count how often stated intervals hold the truth.
+    Prove(Prove),
     /// Write a first experiment.toml and trials.csv for a folder of recordings.
     Init(Init),
     /// Make the small samples of the folder data-samples.
@@ -57,6 +63,47 @@ pub(crate) struct Inspect {
     /// Frames per second of a recording that does not state them, such as a folder of images.
     #[arg(long)]
     pub(crate) rate_hz: Option<f64>,
+}
+
+/// Arguments of `calibrate`.
+#[derive(Debug, Args)]
+pub(crate) struct Calibrate {
+    /// Pictures of the board. In the first it lies in the plane in which the chain moves.
+    #[arg(required = true)]
+    pub(crate) pictures: Vec<PathBuf>,
+    /// What the board shows.
+    #[arg(long, value_enum)]
+    pub(crate) board: Board,
+    /// Squares in a row.
+    #[arg(long)]
+    pub(crate) columns: usize,
+    /// Squares in a column.
+    #[arg(long)]
+    pub(crate) rows: usize,
+    /// Side of a square, in metres.
+    #[arg(long)]
+    pub(crate) square_m: f64,
+    /// Standard uncertainty of that side; it is common to all squares.
+    #[arg(long, default_value_t = 0.0)]
+    pub(crate) square_sigma_m: f64,
+    /// Side of a marker, in metres.
+    #[arg(long, required_if_eq("board", "charuco"))]
+    pub(crate) marker_m: Option<f64>,
+    /// Set of markers as OpenCV names it.
+    #[arg(long, default_value = "4X4_50")]
+    pub(crate) dictionary: String,
+    /// Calibration to write, as TOML.
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+}
+
+/// What a board for calibration shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Board {
+    /// Squares.
+    Checkerboard,
+    /// Squares with ArUco markers in the white ones.
+    Charuco,
 }
 
 /// Arguments of `track`.
@@ -207,6 +254,48 @@ pub(crate) struct Run {
     /// Folder of the recordings that trials.csv names; the experiment's own folder when left out.
     #[arg(long)]
     pub(crate) recordings: Option<PathBuf>,
+    /// Recordings processed at a time; all cores when left out.
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) jobs: Option<u16>,
+}
+
+/// Arguments of `tradeoff`.
+#[derive(Debug, Args)]
+pub(crate) struct Tradeoff {
+    /// Experiments (experiment.toml: the bodies of its first recording) or recordings.
+    #[arg(required = true)]
+    pub(crate) inputs: Vec<PathBuf>,
+    /// Folder for tradeoff.parquet and its figures.
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// Table of points for recordings, as for `track`; when left out, squares of 33 x 33 px with much texture.
+    #[arg(long)]
+    pub(crate) points: Option<PathBuf>,
+    /// Frames per second of recordings that do not state them, such as folders of images.
+    #[arg(long)]
+    pub(crate) rate_hz: Option<f64>,
+}
+
+/// Arguments of `prove`.
+#[derive(Debug, Args)]
+pub(crate) struct Prove {
+    /// The experiment; its [synthetic] part says what is filmed.
+    pub(crate) experiment: PathBuf,
+    /// Folder for proof.parquet (every estimate beside its truth), coverage.parquet and its figure.
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// Number of experiments.
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) experiments: u64,
+    /// Seed of the first; the others follow.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) first_seed: u64,
+    /// Factors on the sensor's read noise, taken in turn.
+    #[arg(long, value_delimiter = ',', default_value = "1")]
+    pub(crate) noise: Vec<f64>,
+    /// Striker velocities in metres per second, taken in turn after the noise; the experiment's own when left out.
+    #[arg(long, value_delimiter = ',')]
+    pub(crate) striker: Vec<f64>,
     /// Recordings processed at a time; all cores when left out.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,

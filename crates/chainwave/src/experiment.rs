@@ -12,6 +12,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::error::Error;
 use crate::output::read_text;
+use crate::synthesize::Fault;
 use crate::table::Table;
 
 /// An experiment: one chain, filmed in several views and trials.
@@ -48,6 +49,8 @@ pub(crate) struct Chain {
     pub(crate) n_bodies: usize,
     /// Distance between neighbouring bodies at rest.
     pub(crate) pitch_m: Positive,
+    /// Its standard uncertainty, common to all gaps.
+    pub(crate) pitch_sigma_m: Option<NotNegative>,
     /// Mass of a body.
     pub(crate) mass_kg: Positive,
 }
@@ -86,16 +89,50 @@ pub(crate) enum Law {
     Power,
 }
 
-/// How pictures map to the chain.
+/// How pictures map to the chain: by exactly one of a magnification, a ruler, marks or a calibration.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Camera {
     /// Magnification.
-    pub(crate) scale_px_per_m: Positive,
+    pub(crate) scale_px_per_m: Option<Positive>,
+    /// Its standard uncertainty.
+    pub(crate) scale_sigma_px_per_m: Option<NotNegative>,
+    /// A known length in the picture.
+    pub(crate) ruler: Option<Ruler>,
+    /// Bodies at rest in the picture, whose distance is the chain's pitch.
+    pub(crate) marks: Option<Marks>,
+    /// What `chainwave calibrate` wrote, beside this file.
+    pub(crate) calibration: Option<PathBuf>,
     /// Column and row of body 1's marker at rest, with the stage at 0.
     pub(crate) first_body_px: [f64; 2],
     /// Frames per second of recordings that do not state them, such as folders of images.
     pub(crate) rate_hz: Option<Positive>,
+}
+
+/// A known length in the picture.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Ruler {
+    /// Column and row of both ends.
+    pub(crate) ends_px: [[f64; 2]; 2],
+    /// Standard uncertainty of an end's place, in each direction.
+    pub(crate) sigma_px: NotNegative,
+    /// The length.
+    pub(crate) length_m: Positive,
+    /// Its standard uncertainty.
+    pub(crate) length_sigma_m: NotNegative,
+}
+
+/// Bodies at rest in the picture.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Marks {
+    /// Numbers of the bodies.
+    pub(crate) bodies: Vec<i32>,
+    /// Column and row of the same point of each.
+    pub(crate) at_px: Vec<[f64; 2]>,
+    /// Standard uncertainty of a point's place, in each direction.
+    pub(crate) sigma_px: NotNegative,
 }
 
 /// How bodies are followed.
@@ -189,6 +226,15 @@ pub(crate) struct Synthetic {
     pub(crate) striker_damping_kg_per_s: NotNegative,
     /// Standard deviation of the trigger's delay from trial to trial.
     pub(crate) trigger_jitter_s: NotNegative,
+    /// Standard deviation of what the trigger's delay gains from trial to trial and keeps.
+    #[serde(default)]
+    pub(crate) trigger_walk_s: NotNegative,
+    /// Standard deviation of the stage's position, from view to view.
+    #[serde(default)]
+    pub(crate) stage_sigma_m: NotNegative,
+    /// Standard deviation of the mass, from body to body.
+    #[serde(default)]
+    pub(crate) mass_sigma_kg: NotNegative,
     /// Camera number of the first image (the trigger is image 0).
     pub(crate) first_image: i64,
     /// Frames in a recording.
@@ -197,6 +243,9 @@ pub(crate) struct Synthetic {
     pub(crate) camera: chainwave_synthetic::Camera,
     /// The chain as the camera sees it.
     pub(crate) specimen: chainwave_synthetic::Specimen,
+    /// What goes wrong.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) faults: Vec<Fault>,
 }
 
 /// A number above zero.
@@ -205,7 +254,7 @@ pub(crate) struct Synthetic {
 pub(crate) struct Positive(f64);
 
 /// A number of at least zero.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "f64", into = "f64")]
 pub(crate) struct NotNegative(f64);
 
@@ -289,6 +338,16 @@ impl Contact {
 }
 
 impl Experiment {
+    /// Films with `noise` times the read noise, and another striker velocity of the same relative scatter.
+    pub(crate) fn vary(&mut self, noise: f64, striker_m_per_s: f64) {
+        let (usual, scatter) =
+            (self.striker.velocity_m_per_s.get(), self.striker.velocity_sigma_m_per_s.get());
+        self.striker.set_velocity(Estimate::new(striker_m_per_s, scatter / usual * striker_m_per_s));
+        if let Some(synthetic) = &mut self.synthetic {
+            synthetic.camera.sensor.read_noise_counts *= noise;
+        }
+    }
+
     /// Reads `experiment.toml`; an error points at the line.
     pub(crate) fn read(path: &Path) -> Result<Self, Error> {
         let text = read_text(path)?;
@@ -348,12 +407,5 @@ impl Experiment {
             }
         }
         Ok(Some(values.into_iter().zip(sigmas).map(|(value, sigma)| Estimate::new(value, sigma)).collect()))
-    }
-
-    /// Column and row of a body's marker at rest, in pixels; bodies are numbered from 1.
-    pub(crate) fn rest_px(&self, body: usize, stage_m: f64) -> [f64; 2] {
-        let along_m = (body - 1) as f64 * self.chain.pitch_m.get() - stage_m;
-        let [x_px, y_px] = self.camera.first_body_px;
-        [x_px + self.camera.scale_px_per_m.get() * along_m, y_px]
     }
 }

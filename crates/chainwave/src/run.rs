@@ -5,22 +5,26 @@
 //! so an interrupted run that goes on gives the same bytes as one that was not.
 
 mod decisions;
-mod evaluation;
+pub(crate) mod evaluation;
 mod figures;
 mod provenance;
 mod report;
 mod results;
+mod shared_errors;
 mod strikers;
 mod summary;
 mod tracking;
-mod truth;
+pub(crate) mod truth;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use chainwave_measurement::Estimate;
+use chainwave_correlation::ReferenceFrames;
+use chainwave_measurement::{Estimate, Recording, Subset};
 
 use self::evaluation::Evaluation;
+use self::truth::KnownTruth;
+use crate::calibration::ChainMap;
 use crate::cli;
 use crate::error::Error;
 use crate::experiment::{Experiment, Trial};
@@ -34,6 +38,8 @@ pub(crate) struct Job {
     pub(crate) experiment: Experiment,
     /// Where it was read.
     pub(crate) path: PathBuf,
+    /// From its pictures to the chain.
+    pub(crate) calibration: ChainMap,
     /// Its recordings.
     pub(crate) trials: Vec<Trial>,
     /// Where they lie.
@@ -62,13 +68,23 @@ pub(crate) fn run(arguments: &cli::Run) -> Result<Outcome, Error> {
 }
 
 impl Job {
-    fn read(arguments: &cli::Run) -> Result<Self, Error> {
+    /// Reads the experiment that the arguments name.
+    pub(crate) fn read(arguments: &cli::Run) -> Result<Self, Error> {
         let path = arguments.experiment.clone();
         let experiment = Experiment::read(&path)?;
         let trials = experiment.read_trials(&path)?;
+        let calibration = ChainMap::read(&experiment, &path)?;
         let beside = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
         let recordings = arguments.recordings.clone().unwrap_or(beside);
-        Ok(Self { experiment, path, trials, recordings, out: arguments.out.clone(), jobs: arguments.jobs })
+        Ok(Self {
+            experiment,
+            path,
+            calibration,
+            trials,
+            recordings,
+            out: arguments.out.clone(),
+            jobs: arguments.jobs,
+        })
     }
 
     /// One job for each striker velocity, with a folder of its own where there are several.
@@ -112,6 +128,23 @@ impl Job {
         clock.stage("report");
         summary::print(self, &evaluation, truth.as_ref(), &clock);
         Ok(evaluation)
+    }
+
+    /// Evaluates a synthetic experiment beside its truth, and writes nothing but the kept tracks.
+    pub(crate) fn compare_with_truth(&self) -> Result<(Evaluation, KnownTruth), Error> {
+        make_folder(&self.out)?;
+        let tracked = tracking::track_all(self, &mut Outcome::default())?;
+        let evaluation = evaluation::evaluate(self, &tracked)?;
+        let truth = truth::read(self, &evaluation)?.ok_or_else(|| Error::Configuration {
+            path: self.path.clone(),
+            message: "expected truth.json and truth.parquet beside the recordings, found none".into(),
+        })?;
+        Ok((evaluation, truth))
+    }
+
+    /// The first recording that shows bodies, with their subsets and the frames at rest.
+    pub(crate) fn first_view(&self) -> Result<(Box<dyn Recording>, Vec<Subset>, ReferenceFrames), Error> {
+        tracking::first_view(self)
     }
 
     /// A path in the folder of the results.

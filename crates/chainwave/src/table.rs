@@ -31,6 +31,7 @@ where
 }
 
 /// A table that was read, with its path for messages.
+#[derive(Clone)]
 pub(crate) struct Table {
     path: std::path::PathBuf,
     frame: DataFrame,

@@ -33,11 +33,7 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     let of_recording = |path: &std::path::PathBuf| -> Result<Tracked, Error> {
         let options = OpenOptions { rate_hz: arguments.rate_hz, ..OpenOptions::default() };
         let recording = chainwave_camera::open_with(path, &options)?;
-        let error_px = arguments.matching.accuracy.unwrap_or(USUAL_ERROR_PX);
-        let subsets = points
-            .iter()
-            .map(|point| point.subset(recording.as_ref(), &reference, error_px))
-            .collect::<Result<Vec<_>, Error>>()?;
+        let subsets = subsets_in(recording.as_ref(), &points, &reference, arguments.matching.accuracy)?;
         let method = chosen.method(recording.as_ref(), &subsets, &reference)?;
         follow(recording.as_ref(), &subsets, &reference, method, n_threads, &bar)
     };
@@ -105,7 +101,7 @@ pub(crate) fn follow(
 const USUAL_ERROR_PX: f64 = 0.01;
 
 /// A point to follow; the size of its subset may be left open.
-struct Point {
+pub(crate) struct Point {
     name: String,
     place_px: [f64; 2],
     half_px: [Option<usize>; 2],
@@ -130,7 +126,19 @@ impl Point {
     }
 }
 
-fn read_points(path: &Path) -> Result<Vec<Point>, Error> {
+/// The subsets around points; one of no given size is as small as an error (0.01 px where none is asked for) allows.
+pub(crate) fn subsets_in(
+    recording: &dyn Recording,
+    points: &[Point],
+    reference: &ReferenceFrames,
+    error_px: Option<f64>,
+) -> Result<Vec<Subset>, Error> {
+    let error_px = error_px.unwrap_or(USUAL_ERROR_PX);
+    points.iter().map(|point| point.subset(recording, reference, error_px)).collect()
+}
+
+/// Reads a table of points.
+pub(crate) fn read_points(path: &Path) -> Result<Vec<Point>, Error> {
     let table = Table::read(path)?;
     let names = table.texts("name")?;
     let (x_px, y_px) = (table.full_numbers("x_px")?, table.full_numbers("y_px")?);

@@ -22,6 +22,7 @@ mod kernel;
 mod ledger;
 mod model;
 mod recorder;
+mod ring;
 mod rk4;
 mod simulate;
 mod step_size;
@@ -31,4 +32,9 @@ pub use chain::{Chain, Drive, FarEnd, Striker};
 pub use contact::PowerLaw;
 pub use error::MechanicsError;
 pub use imposed::ImposedMotion;
+pub use ring::{
+    Boundary, Compression, Equilibrium, Mode, Response, Ring, RingChain, RingDrive, RingSchedule,
+    RingSimulation, RingStriker, Rod, Section, Support, Symmetry, compress, ring_bands, ring_modes,
+    simulate_rings,
+};
 pub use simulate::{Schedule, Simulation, StrikerMotion, simulate};

@@ -82,7 +82,7 @@ fn motion(job: &Job, tracked: &Tracked) -> Decision {
             furthest_px = furthest_px.max((y_px - rest_px).abs());
         }
     }
-    let furthest_um = 1e6 * furthest_px / job.experiment.camera.scale_px_per_m.get();
+    let furthest_um = 1e6 * furthest_px * job.calibration.m_per_px().value;
     Decision {
         question: "dimensions of the motion",
         choice: "1-D, along the chain".into(),

@@ -1,15 +1,16 @@
 use std::ops::RangeInclusive;
 
 use chainwave_analysis::fit::{
-    Damping, EnergyFit, EnergyMeasurement, EnergyModel, FitError, TrackFit, TrackModel, fit_peak_energies,
-    fit_tracks, fitted_motion,
+    Damping, EnergyFit, EnergyMeasurement, EnergyModel, FitError, Known, Quantity, TrackFit, TrackModel,
+    fit_peak_energies, fit_tracks, fitted_motion,
 };
 use chainwave_analysis::{FrontSettings, MeasureSettings, Measurement, exact_motion, measure};
-use chainwave_measurement::{ChainMotion, Estimate, Observation, Trajectory};
+use chainwave_measurement::{ChainMotion, Estimate, Trajectory};
 use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Striker, simulate};
 use chainwave_stitching::{Outlier, Settings, Stitched, merge, outliers};
 
 use super::Job;
+use super::shared_errors::SharedErrors;
 use super::tracking::Tracked;
 use crate::error::Error;
 
@@ -49,31 +50,28 @@ pub(crate) fn evaluate(job: &Job, tracked: &Tracked) -> Result<Evaluation, Error
         ..Settings::new(experiment.chain.n_bodies, 0.0)
     };
     let left_out = outliers(&tracked.observations, &settings)?;
-    let kept = |index: &usize| left_out.iter().all(|outlier| outlier.index != *index);
-    let observations: Vec<Observation> = (0..tracked.observations.len())
-        .filter(kept)
-        .map(|index| tracked.observations[index].clone())
-        .collect();
-    let stitched = merge(&observations, &settings)?;
+    let kept = tracked.without(&left_out);
+    let mut stitched = merge(&kept.observations, &settings)?;
+    let shared = SharedErrors::of(job, &kept, &settings, &stitched)?;
+    shared.add_to(&mut stitched.motion);
     let law = experiment.contact.power_law()?;
     let chosen = chosen_gaps(job);
-    let measurement = measure_motion(job, &stitched.motion, &law, chosen)?;
+    let measurement = shared.measure(job, &stitched.motion, &law, chosen)?;
     let used = measurement.group_velocity.as_ref().ok().map(|velocity| velocity.gaps.0..=velocity.gaps.1);
     let chain = starting_chain(job, law);
     let track_model = track_model(job, chain.clone());
     let offsets_s: Vec<f64> = stitched.alignments.iter().map(|one| one.trigger_offset_s.value).collect();
-    let track_fit = fit_tracks(&observations, &offsets_s, &track_model);
-    let energy_fit = match &measurement.energies {
-        Some(energies) => {
-            let measured = EnergyMeasurement {
-                times_s: &stitched.motion.times_s,
-                front: &front_settings(job),
-                n_replicas: measurement.n_replicas,
-            };
-            fit_peak_energies(energies, &measured, &energy_model(job, &stitched, chain))
-        }
-        None => Err(FitError::TooFew { what: "peak energies", expected: 1, found: 0 }),
-    };
+    let track_fit = fit_tracks(&kept.observations, &offsets_s, &track_model);
+    let energy_model = energy_model(job, &stitched, chain);
+    let energy_fit =
+        shared.fit_energies(job, &stitched.motion, &law, |energies, times_s| match energies {
+            Some(energies) => {
+                let front = &front_settings(job);
+                let n_replicas = job.experiment.analysis.n_replicas;
+                fit_peak_energies(energies, &EnergyMeasurement { times_s, front, n_replicas }, &energy_model)
+            }
+            None => Err(FitError::TooFew { what: "peak energies", expected: 1, found: 0 }),
+        })?;
     let beside = match &track_fit {
         Ok(fit) => Some(model_beside(job, &stitched.motion, &track_model, fit, used)?),
         Err(_) => None,
@@ -153,7 +151,15 @@ fn starting_chain(job: &Job, contact: PowerLaw) -> Chain {
 fn track_model(job: &Job, chain: Chain) -> TrackModel {
     let striker = &job.experiment.striker;
     let (velocity, scatter) = (striker.velocity_m_per_s.get(), striker.velocity_sigma_m_per_s.get());
-    TrackModel { chain, striker_velocity_m_per_s: Estimate::new(velocity, scatter), known: Vec::new() }
+    TrackModel { chain, striker_velocity_m_per_s: Estimate::new(velocity, scatter), known: known_scale(job) }
+}
+
+/// The scale as a quantity that the fit may move. Of a lens, what remains of its distortion counts as such too, by its
+/// size in the picture's middle.
+fn known_scale(job: &Job) -> Vec<Known> {
+    let scale = job.calibration.m_per_px();
+    let known = Known { quantity: Quantity::Scale, relative_sigma: scale.sigma / scale.value };
+    if known.relative_sigma > 0.0 { vec![known] } else { Vec::new() }
 }
 
 fn energy_model(job: &Job, stitched: &Stitched, chain: Chain) -> EnergyModel {

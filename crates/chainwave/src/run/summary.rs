@@ -15,7 +15,7 @@ pub(crate) fn print(job: &Job, evaluation: &Evaluation, truth: Option<&KnownTrut
         println!("{}", row.as_text());
     }
     if let Some(truth) = truth {
-        let rms_px = truth.motion_rms_m * job.experiment.camera.scale_px_per_m.get();
+        let rms_px = truth.motion_rms_m / job.calibration.m_per_px().value;
         println!(
             "x_n(t): rms error {:.3} um = {rms_px:.4} px; the 95 % intervals hold {:.1} % of the truth",
             1e6 * truth.motion_rms_m,
