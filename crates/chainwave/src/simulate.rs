@@ -1,9 +1,14 @@
 //! `chainwave simulate`: the motion of a chain from a scene.
 
+mod ring;
+
 use std::path::Path;
 use std::time::Instant;
 
-use chainwave_mechanics::{Chain, Drive, FarEnd, ImposedMotion, Schedule, Simulation, Striker};
+use chainwave_measurement::Trajectory;
+use chainwave_mechanics::{
+    Chain, Drive, FarEnd, ImposedMotion, Schedule, Simulation, Striker, StrikerMotion,
+};
 use serde::Deserialize;
 use serde_json::json;
 
@@ -91,6 +96,9 @@ impl Default for Integrator {
 
 /// Simulates a scene and writes the motion, and a summary where that is asked.
 pub(crate) fn simulate(arguments: &cli::Simulate) -> Result<Outcome, Error> {
+    if ring::is_ring(&arguments.scene)? {
+        return ring::simulate(arguments);
+    }
     let scene = Scene::read(&arguments.scene)?;
     let chain = scene.chain(&arguments.scene)?;
     let schedule = Schedule {
@@ -101,7 +109,7 @@ pub(crate) fn simulate(arguments: &cli::Simulate) -> Result<Outcome, Error> {
     let start = Instant::now();
     let simulation = chainwave_mechanics::simulate(&chain, &schedule)?;
     let wall_s = start.elapsed().as_secs_f64();
-    write_motion(&arguments.out, &simulation)?;
+    write_motion(&arguments.out, &simulation.trajectory, simulation.striker.as_ref())?;
     if let Some(path) = &arguments.summary {
         write_summary(path, &simulation, wall_s)?;
     }
@@ -164,8 +172,7 @@ impl Scene {
 }
 
 /// Writes the motion, time by time; body 0 is the striker.
-fn write_motion(path: &Path, simulation: &Simulation) -> Result<(), Error> {
-    let trajectory = &simulation.trajectory;
+fn write_motion(path: &Path, trajectory: &Trajectory, striker: Option<&StrikerMotion>) -> Result<(), Error> {
     let (mut times, mut bodies, mut x, mut v) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for (i, time_s) in trajectory.times_s.iter().enumerate() {
         let mut add = |body: u32, x_m: f64, v_m_per_s: f64| {
@@ -174,7 +181,7 @@ fn write_motion(path: &Path, simulation: &Simulation) -> Result<(), Error> {
             x.push(x_m);
             v.push(v_m_per_s);
         };
-        if let Some(striker) = &simulation.striker {
+        if let Some(striker) = striker {
             add(0, striker.displacement_m[i], striker.velocity_m_per_s[i]);
         }
         for row in 0..trajectory.displacement_m.nrows() {

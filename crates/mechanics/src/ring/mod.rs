@@ -1,4 +1,5 @@
 //! draft
+mod accuracy;
 mod block;
 mod chain;
 mod compression;
@@ -16,6 +17,7 @@ mod span;
 mod statics;
 mod three_moments;
 
+pub use accuracy::{RefinedSimulation, simulate_rings_within};
 pub use chain::{RingChain, RingDrive, RingStriker};
 pub use compression::{Compression, compress};
 pub use linear::{Boundary, Mode, Symmetry, ring_bands, ring_modes};
