@@ -101,11 +101,7 @@ pub(crate) fn simulate(arguments: &cli::Simulate) -> Result<Outcome, Error> {
     }
     let scene = Scene::read(&arguments.scene)?;
     let chain = scene.chain(&arguments.scene)?;
-    let schedule = Schedule {
-        duration_s: scene.duration_s.get(),
-        output_interval_s: scene.output_interval_s.get(),
-        dt_s: scene.integrator.dt_s.map(Positive::get),
-    };
+    let schedule = scene.schedule();
     let start = Instant::now();
     let simulation = chainwave_mechanics::simulate(&chain, &schedule)?;
     let wall_s = start.elapsed().as_secs_f64();
@@ -129,6 +125,14 @@ impl Scene {
             return Err(configuration("integrator: method rk4: expected dt_s, found none".into()));
         }
         Ok(scene)
+    }
+
+    fn schedule(&self) -> Schedule {
+        Schedule {
+            duration_s: self.duration_s.get(),
+            output_interval_s: self.output_interval_s.get(),
+            dt_s: self.integrator.dt_s.map(Positive::get),
+        }
     }
 
     fn chain(&self, path: &Path) -> Result<Chain, Error> {
@@ -169,6 +173,16 @@ impl Scene {
             PerBody::Each(values) => values.iter().map(|value| get(*value)).collect(),
         }
     }
+}
+
+/// Motion of a scene of the chain model, with another velocity of its striker where one is given.
+fn chain_trajectory(path: &Path, striker_velocity_m_per_s: Option<f64>) -> Result<Trajectory, Error> {
+    let scene = Scene::read(path)?;
+    let mut chain = scene.chain(path)?;
+    if let (Drive::Striker(striker), Some(velocity_m_per_s)) = (&mut chain.drive, striker_velocity_m_per_s) {
+        striker.velocity_m_per_s = velocity_m_per_s;
+    }
+    Ok(chainwave_mechanics::simulate(&chain, &scene.schedule())?.trajectory)
 }
 
 /// Writes the motion, time by time; body 0 is the striker.

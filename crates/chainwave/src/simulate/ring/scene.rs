@@ -8,6 +8,8 @@ use crate::experiment::{NotNegative, Positive};
 use crate::output::read_text;
 use crate::table::Table;
 
+use super::figures::FiguresTable;
+
 /// Points of a band between kappa a = 0 and pi where their number is not stated.
 const N_KAPPA: usize = 65;
 
@@ -30,6 +32,7 @@ pub(super) struct Scene {
     integrator: Integrator,
     /// File beside the motion for the rings' shapes.
     pub(super) shapes_file: Option<PathBuf>,
+    pub(super) figures: Option<FiguresTable>,
     /// For `task = "modes"`: modes of each boundary and symmetry.
     n_modes: Option<usize>,
     /// For `task = "bands"`.
@@ -82,7 +85,6 @@ pub(super) enum Bands {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Body {
-    #[expect(dead_code, reason = "part of the fixed interface; strains are the reader's to compute")]
     pitch_m: Option<Positive>,
     damping_kg_per_s: Option<NotNegative>,
 }
@@ -211,6 +213,12 @@ impl Scene {
                 FarEndTable::Fixed => FarEnd::Fixed,
             },
         })
+    }
+
+    /// Length of a cell, which strains are relative to.
+    pub(super) fn pitch_m(&self, path: &Path) -> Result<f64, Error> {
+        let pitch_m = self.body.as_ref().and_then(|body| body.pitch_m);
+        pitch_m.map(Positive::get).ok_or_else(|| missing(path, "body.pitch_m", "for the figures"))
     }
 
     pub(super) fn schedule(&self, path: &Path) -> Result<RingSchedule, Error> {
