@@ -5,6 +5,7 @@
 //! - `determinism`, `resume`: the same bytes for any number of threads, and after a kill;
 //! - `bad_inputs`: what the command refuses, and how; `failures`: how it goes on without a bad recording;
 //! - `calibration`: from pictures of a board to the uncertainties of the results;
+//! - `ring`: motion, compression, modes and bands of rings;
 //! - `init`: from a folder of recordings to an experiment;
 //! - `samples`, `reference`: the project's own recordings, and other people's where they are at hand.
 //!
@@ -43,6 +44,8 @@ mod reference;
 mod repository;
 #[cfg(test)]
 mod resume;
+#[cfg(test)]
+mod ring;
 #[cfg(test)]
 mod samples;
 #[cfg(test)]
