@@ -6,6 +6,7 @@
 //! - `bad_inputs`: what the command refuses, and how; `failures`: how it goes on without a bad recording;
 //! - `faults`: what goes wrong in a laboratory; `strikers`: several striker velocities; `ladders`: `tradeoff` and `prove`;
 //! - `calibration`: from pictures of a board to the uncertainties of the results;
+//! - `ring`: motion, compression, modes and bands of rings;
 //! - `init`: from a folder of recordings to an experiment;
 //! - `samples`, `reference`: the project's own recordings, and other people's where they are at hand.
 //!
@@ -48,6 +49,8 @@ mod reference;
 mod repository;
 #[cfg(test)]
 mod resume;
+#[cfg(test)]
+mod ring;
 #[cfg(test)]
 mod samples;
 #[cfg(test)]

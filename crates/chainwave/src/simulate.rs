@@ -1,9 +1,14 @@
 //! `chainwave simulate`: the motion of a chain from a scene.
 
+mod ring;
+
 use std::path::Path;
 use std::time::Instant;
 
-use chainwave_mechanics::{Chain, Drive, FarEnd, ImposedMotion, Schedule, Simulation, Striker};
+use chainwave_measurement::Trajectory;
+use chainwave_mechanics::{
+    Chain, Drive, FarEnd, ImposedMotion, Schedule, Simulation, Striker, StrikerMotion,
+};
 use serde::Deserialize;
 use serde_json::json;
 
@@ -91,17 +96,16 @@ impl Default for Integrator {
 
 /// Simulates a scene and writes the motion, and a summary where that is asked.
 pub(crate) fn simulate(arguments: &cli::Simulate) -> Result<Outcome, Error> {
+    if ring::is_ring(&arguments.scene)? {
+        return ring::simulate(arguments);
+    }
     let scene = Scene::read(&arguments.scene)?;
     let chain = scene.chain(&arguments.scene)?;
-    let schedule = Schedule {
-        duration_s: scene.duration_s.get(),
-        output_interval_s: scene.output_interval_s.get(),
-        dt_s: scene.integrator.dt_s.map(Positive::get),
-    };
+    let schedule = scene.schedule();
     let start = Instant::now();
     let simulation = chainwave_mechanics::simulate(&chain, &schedule)?;
     let wall_s = start.elapsed().as_secs_f64();
-    write_motion(&arguments.out, &simulation)?;
+    write_motion(&arguments.out, &simulation.trajectory, simulation.striker.as_ref())?;
     if let Some(path) = &arguments.summary {
         write_summary(path, &simulation, wall_s)?;
     }
@@ -121,6 +125,14 @@ impl Scene {
             return Err(configuration("integrator: method rk4: expected dt_s, found none".into()));
         }
         Ok(scene)
+    }
+
+    fn schedule(&self) -> Schedule {
+        Schedule {
+            duration_s: self.duration_s.get(),
+            output_interval_s: self.output_interval_s.get(),
+            dt_s: self.integrator.dt_s.map(Positive::get),
+        }
     }
 
     fn chain(&self, path: &Path) -> Result<Chain, Error> {
@@ -163,9 +175,18 @@ impl Scene {
     }
 }
 
+/// Motion of a scene of the chain model, with another velocity of its striker where one is given.
+fn chain_trajectory(path: &Path, striker_velocity_m_per_s: Option<f64>) -> Result<Trajectory, Error> {
+    let scene = Scene::read(path)?;
+    let mut chain = scene.chain(path)?;
+    if let (Drive::Striker(striker), Some(velocity_m_per_s)) = (&mut chain.drive, striker_velocity_m_per_s) {
+        striker.velocity_m_per_s = velocity_m_per_s;
+    }
+    Ok(chainwave_mechanics::simulate(&chain, &scene.schedule())?.trajectory)
+}
+
 /// Writes the motion, time by time; body 0 is the striker.
-fn write_motion(path: &Path, simulation: &Simulation) -> Result<(), Error> {
-    let trajectory = &simulation.trajectory;
+fn write_motion(path: &Path, trajectory: &Trajectory, striker: Option<&StrikerMotion>) -> Result<(), Error> {
     let (mut times, mut bodies, mut x, mut v) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for (i, time_s) in trajectory.times_s.iter().enumerate() {
         let mut add = |body: u32, x_m: f64, v_m_per_s: f64| {
@@ -174,7 +195,7 @@ fn write_motion(path: &Path, simulation: &Simulation) -> Result<(), Error> {
             x.push(x_m);
             v.push(v_m_per_s);
         };
-        if let Some(striker) = &simulation.striker {
+        if let Some(striker) = striker {
             add(0, striker.displacement_m[i], striker.velocity_m_per_s[i]);
         }
         for row in 0..trajectory.displacement_m.nrows() {
