@@ -13,22 +13,28 @@
 //! [`Simulation::energy_drift`] says how well. Nothing is allocated after the start, and the same input gives the same
 //! bits.
 
+mod automatic;
 mod chain;
 mod check;
 mod contact;
 mod error;
+mod front;
+mod gaps;
 mod imposed;
-mod kernel;
+mod integrator;
+mod lanes;
 mod ledger;
 mod model;
 mod recorder;
-mod rk4;
+mod run;
 mod simulate;
+mod state;
 mod step_size;
 mod switch;
 
 pub use chain::{Chain, Drive, FarEnd, Striker};
-pub use contact::PowerLaw;
+pub use contact::{Contact, Contacts, Law, LinearLaw, PowerLaw, TableLaw, Tension};
 pub use error::MechanicsError;
 pub use imposed::ImposedMotion;
-pub use simulate::{Schedule, Simulation, StrikerMotion, simulate};
+pub use integrator::Method;
+pub use simulate::{Bodies, Integration, Schedule, Simulation, StrikerMotion, simulate};
