@@ -4,6 +4,7 @@
 //! - `pipelines`: the small experiment all the way, held against the truth behind its recordings;
 //! - `determinism`, `resume`: the same bytes for any number of threads, and after a kill;
 //! - `bad_inputs`: what the command refuses, and how; `failures`: how it goes on without a bad recording;
+//! - `calibration`: from pictures of a board to the uncertainties of the results;
 //! - `init`: from a folder of recordings to an experiment;
 //! - `samples`, `reference`: the project's own recordings, and other people's where they are at hand.
 //!
@@ -16,6 +17,8 @@
 mod architecture;
 #[cfg(test)]
 mod bad_inputs;
+#[cfg(test)]
+mod calibration;
 #[cfg(test)]
 mod command;
 #[cfg(test)]

@@ -8,7 +8,7 @@
 //! | TIFF, BigTIFF, ImageJ stacks | 8 to 16 bit | its rows; compressed: the frame, once |
 //! | folder of TIFF, PNG or BMP images, or one of them | 8, 16 bit | as above |
 //! | NumPy .npy | 8, 16 bit | its rows |
-//! | AVI, MP4, Matroska (feature `opencv`) | 8 bit | the frame, once |
+//! | AVI, MP4, Matroska (feature `opencv`) | 8 bit, 16 bit gray | the frame, once |
 //!
 //! - **One file per format.** [`open`] asks each entry of `FORMATS` whether a path is its own, by the first bytes of the
 //!   file. The name decides only where no bytes can: a .mraw holds nothing but pixels. To add a format, write a
@@ -29,6 +29,7 @@
 //! What is tracked in the pictures is no matter of this crate.
 
 mod bmp;
+mod board;
 mod bytes;
 mod cache;
 mod calibration;
@@ -55,7 +56,8 @@ use std::path::Path;
 
 use chainwave_measurement::Recording;
 
-pub use calibration::{Calibration, Mark};
+pub use board::{Board, Corner, Markers, find_corners};
+pub use calibration::{Calibration, Lens, MapError, Mark, PlaneMap, Source};
 use candidate::Candidate;
 pub use error::CameraError;
 pub use options::{ByteCounter, OpenOptions};

@@ -1,4 +1,5 @@
-//! AVI, MP4 and Matroska video, decoded by OpenCV (feature `opencv`) to gray of 8 bits.
+//! AVI, MP4 and Matroska video, decoded by OpenCV (feature `opencv`): gray of 8 bits, and of 16 bits where the codec
+//! keeps it (FFV1, for example). Other deep layouts are refused, for OpenCV would cut them to 8 bits.
 
 #[cfg(feature = "opencv")]
 mod decoder;

@@ -19,8 +19,12 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Say what a recording holds.
     Inspect(Inspect),
+    /// Find lens distortion and scale from pictures of a board.
+    Calibrate(Calibrate),
     /// Follow points through recordings by digital image correlation.
     Track(Track),
+    /// Find the displacement field between two images, with strain and a picture.
+    Correlate(Correlate),
     /// Fit the contact law to a compression curve.
     Contact(Contact),
     /// Compute the motion of a chain from a scene.
@@ -29,6 +33,10 @@ pub(crate) enum Command {
     Synthesize(Synthesize),
     /// Process an experiment: from recordings to figures, fitted damping and a report.
     Run(Run),
+    /// Measure what each method costs on your own scene, and how far it is off.
+    Tradeoff(Tradeoff),
+    /// Film and process many synthetic experiments, and count how often stated intervals hold the truth.
+    Prove(Prove),
     /// Write a first experiment.toml and trials.csv for a folder of recordings.
     Init(Init),
     /// Make the small samples of the folder data-samples.
@@ -57,6 +65,47 @@ pub(crate) struct Inspect {
     pub(crate) rate_hz: Option<f64>,
 }
 
+/// Arguments of `calibrate`.
+#[derive(Debug, Args)]
+pub(crate) struct Calibrate {
+    /// Pictures of the board. In the first it lies in the plane in which the chain moves.
+    #[arg(required = true)]
+    pub(crate) pictures: Vec<PathBuf>,
+    /// What the board shows.
+    #[arg(long, value_enum)]
+    pub(crate) board: Board,
+    /// Squares in a row.
+    #[arg(long)]
+    pub(crate) columns: usize,
+    /// Squares in a column.
+    #[arg(long)]
+    pub(crate) rows: usize,
+    /// Side of a square, in metres.
+    #[arg(long)]
+    pub(crate) square_m: f64,
+    /// Standard uncertainty of that side; it is common to all squares.
+    #[arg(long, default_value_t = 0.0)]
+    pub(crate) square_sigma_m: f64,
+    /// Side of a marker, in metres.
+    #[arg(long, required_if_eq("board", "charuco"))]
+    pub(crate) marker_m: Option<f64>,
+    /// Set of markers as OpenCV names it.
+    #[arg(long, default_value = "4X4_50")]
+    pub(crate) dictionary: String,
+    /// Calibration to write, as TOML.
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+}
+
+/// What a board for calibration shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Board {
+    /// Squares.
+    Checkerboard,
+    /// Squares with ArUco markers in the white ones.
+    Charuco,
+}
+
 /// Arguments of `track`.
 #[derive(Debug, Args)]
 pub(crate) struct Track {
@@ -75,16 +124,53 @@ pub(crate) struct Track {
     /// Frames per second of recordings that do not state them, such as folders of images.
     #[arg(long)]
     pub(crate) rate_hz: Option<f64>,
+    #[command(flatten)]
+    pub(crate) matching: Matching,
+    /// Recordings processed at a time; all cores when left out.
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) jobs: Option<u16>,
+}
+
+/// How images are matched.
+#[derive(Debug, Args)]
+pub(crate) struct Matching {
     /// A rung of the ladder, by name.
     #[arg(long)]
     pub(crate) method: Option<String>,
-    /// Shape function: translation or affine.
+    /// The cheapest rung whose error on these subsets, shifted by known amounts under the same noise, is at most this, in
+    /// pixels.
+    #[arg(long, value_name = "PX", conflicts_with_all = ["method", "interpolation"])]
+    pub(crate) accuracy: Option<f64>,
+    /// Shape function: translation, rigid, affine or quadratic, or auto: the simplest that the matches cannot reject.
     #[arg(long, conflicts_with = "method")]
     pub(crate) shape: Option<String>,
     /// Interpolation of the deformed image: linear, cubic, cubic-moms, quintic or quintic-moms.
     #[arg(long, conflicts_with = "method")]
     pub(crate) interpolation: Option<String>,
-    /// Recordings processed at a time; all cores when left out.
+}
+
+/// Arguments of `correlate`.
+#[derive(Debug, Args)]
+pub(crate) struct Correlate {
+    /// The reference image.
+    pub(crate) reference: PathBuf,
+    /// The deformed image.
+    pub(crate) deformed: PathBuf,
+    /// Pixels from one point to the next.
+    #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) step: u16,
+    /// Columns and rows of a subset on each side of its centre.
+    #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u16).range(2..=500))]
+    pub(crate) half_size: u16,
+    /// Table to write (.csv or .parquet); pictures of the field go beside it (.svg and .png).
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    #[command(flatten)]
+    pub(crate) matching: Matching,
+    /// Points along one side of the square that a strain is measured over; an odd number.
+    #[arg(long, value_name = "POINTS", default_value_t = 5, value_parser = clap::value_parser!(u16).range(3..=99))]
+    pub(crate) strain_window: u16,
+    /// Threads; all cores when left out.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
 }
@@ -132,12 +218,15 @@ impl Zero {
 pub(crate) struct Simulate {
     /// The scene.
     pub(crate) scene: PathBuf,
-    /// Table of the motion to write (.csv or .parquet).
+    /// Table to write (.csv or .parquet): the motion, or with --scan the pulse in each gap.
     #[arg(long)]
     pub(crate) out: PathBuf,
     /// Summary to write, as JSON.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "scan")]
     pub(crate) summary: Option<PathBuf>,
+    /// Striker velocities in m/s, a list V,V,... or a range FROM:TO:COUNT, in place of the scene's own.
+    #[arg(long)]
+    pub(crate) scan: Option<crate::simulate::Velocities>,
 }
 
 /// Arguments of `synthesize`.
@@ -167,6 +256,48 @@ pub(crate) struct Run {
     /// Folder of the recordings that trials.csv names; the experiment's own folder when left out.
     #[arg(long)]
     pub(crate) recordings: Option<PathBuf>,
+    /// Recordings processed at a time; all cores when left out.
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) jobs: Option<u16>,
+}
+
+/// Arguments of `tradeoff`.
+#[derive(Debug, Args)]
+pub(crate) struct Tradeoff {
+    /// Experiments (experiment.toml: the bodies of its first recording) or recordings.
+    #[arg(required = true)]
+    pub(crate) inputs: Vec<PathBuf>,
+    /// Folder for tradeoff.parquet and its figures.
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// Table of points for recordings, as for `track`; when left out, squares of 33 x 33 px with much texture.
+    #[arg(long)]
+    pub(crate) points: Option<PathBuf>,
+    /// Frames per second of recordings that do not state them, such as folders of images.
+    #[arg(long)]
+    pub(crate) rate_hz: Option<f64>,
+}
+
+/// Arguments of `prove`.
+#[derive(Debug, Args)]
+pub(crate) struct Prove {
+    /// The experiment; its [synthetic] part says what is filmed.
+    pub(crate) experiment: PathBuf,
+    /// Folder for proof.parquet (every estimate beside its truth), coverage.parquet and its figure.
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// Number of experiments.
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) experiments: u64,
+    /// Seed of the first; the others follow.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) first_seed: u64,
+    /// Factors on the sensor's read noise, taken in turn.
+    #[arg(long, value_delimiter = ',', default_value = "1")]
+    pub(crate) noise: Vec<f64>,
+    /// Striker velocities in metres per second, taken in turn after the noise; the experiment's own when left out.
+    #[arg(long, value_delimiter = ',')]
+    pub(crate) striker: Vec<f64>,
     /// Recordings processed at a time; all cores when left out.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,

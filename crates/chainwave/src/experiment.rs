@@ -4,13 +4,15 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use chainwave_correlation::{Interpolation, Shape};
+use chainwave_correlation::{Interpolation, ShapeChoice};
+use chainwave_measurement::Estimate;
 use chainwave_mechanics::PowerLaw;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::error::Error;
 use crate::output::read_text;
+use crate::synthesize::Fault;
 use crate::table::Table;
 
 /// An experiment: one chain, filmed in several views and trials.
@@ -47,6 +49,8 @@ pub(crate) struct Chain {
     pub(crate) n_bodies: usize,
     /// Distance between neighbouring bodies at rest.
     pub(crate) pitch_m: Positive,
+    /// Its standard uncertainty, common to all gaps.
+    pub(crate) pitch_sigma_m: Option<NotNegative>,
     /// Mass of a body.
     pub(crate) mass_kg: Positive,
 }
@@ -85,16 +89,50 @@ pub(crate) enum Law {
     Power,
 }
 
-/// How pictures map to the chain.
+/// How pictures map to the chain: by exactly one of a magnification, a ruler, marks or a calibration.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Camera {
     /// Magnification.
-    pub(crate) scale_px_per_m: Positive,
+    pub(crate) scale_px_per_m: Option<Positive>,
+    /// Its standard uncertainty.
+    pub(crate) scale_sigma_px_per_m: Option<NotNegative>,
+    /// A known length in the picture.
+    pub(crate) ruler: Option<Ruler>,
+    /// Bodies at rest in the picture, whose distance is the chain's pitch.
+    pub(crate) marks: Option<Marks>,
+    /// What `chainwave calibrate` wrote, beside this file.
+    pub(crate) calibration: Option<PathBuf>,
     /// Column and row of body 1's marker at rest, with the stage at 0.
     pub(crate) first_body_px: [f64; 2],
     /// Frames per second of recordings that do not state them, such as folders of images.
     pub(crate) rate_hz: Option<Positive>,
+}
+
+/// A known length in the picture.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Ruler {
+    /// Column and row of both ends.
+    pub(crate) ends_px: [[f64; 2]; 2],
+    /// Standard uncertainty of an end's place, in each direction.
+    pub(crate) sigma_px: NotNegative,
+    /// The length.
+    pub(crate) length_m: Positive,
+    /// Its standard uncertainty.
+    pub(crate) length_sigma_m: NotNegative,
+}
+
+/// Bodies at rest in the picture.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Marks {
+    /// Numbers of the bodies.
+    pub(crate) bodies: Vec<i32>,
+    /// Column and row of the same point of each.
+    pub(crate) at_px: Vec<[f64; 2]>,
+    /// Standard uncertainty of a point's place, in each direction.
+    pub(crate) sigma_px: NotNegative,
 }
 
 /// How bodies are followed.
@@ -106,7 +144,7 @@ pub(crate) struct Tracking {
     /// Rows of a subset above and below its centre.
     pub(crate) half_height_px: usize,
     /// Shape function by name.
-    #[serde(default = "Tracking::usual_shape", deserialize_with = "name_of::<_, Shape>")]
+    #[serde(default = "Tracking::usual_shape", deserialize_with = "name_of::<_, ShapeChoice>")]
     pub(crate) shape: String,
     /// Interpolation by name.
     #[serde(default = "Tracking::usual_interpolation", deserialize_with = "name_of::<_, Interpolation>")]
@@ -188,6 +226,15 @@ pub(crate) struct Synthetic {
     pub(crate) striker_damping_kg_per_s: NotNegative,
     /// Standard deviation of the trigger's delay from trial to trial.
     pub(crate) trigger_jitter_s: NotNegative,
+    /// Standard deviation of what the trigger's delay gains from trial to trial and keeps.
+    #[serde(default)]
+    pub(crate) trigger_walk_s: NotNegative,
+    /// Standard deviation of the stage's position, from view to view.
+    #[serde(default)]
+    pub(crate) stage_sigma_m: NotNegative,
+    /// Standard deviation of the mass, from body to body.
+    #[serde(default)]
+    pub(crate) mass_sigma_kg: NotNegative,
     /// Camera number of the first image (the trigger is image 0).
     pub(crate) first_image: i64,
     /// Frames in a recording.
@@ -196,6 +243,9 @@ pub(crate) struct Synthetic {
     pub(crate) camera: chainwave_synthetic::Camera,
     /// The chain as the camera sees it.
     pub(crate) specimen: chainwave_synthetic::Specimen,
+    /// What goes wrong.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) faults: Vec<Fault>,
 }
 
 /// A number above zero.
@@ -204,7 +254,7 @@ pub(crate) struct Synthetic {
 pub(crate) struct Positive(f64);
 
 /// A number of at least zero.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "f64", into = "f64")]
 pub(crate) struct NotNegative(f64);
 
@@ -267,6 +317,16 @@ pub(crate) struct Trial {
     pub(crate) trial: u32,
     /// Position of the camera's stage along the chain.
     pub(crate) stage_m: f64,
+    /// Nominal striker velocity where an experiment has several, with its scatter from trial to trial.
+    pub(crate) striker_velocity_m_per_s: Option<Estimate>,
+}
+
+impl Striker {
+    /// Takes another velocity and its scatter; both are above zero.
+    pub(crate) fn set_velocity(&mut self, velocity_m_per_s: Estimate) {
+        self.velocity_m_per_s = Positive(velocity_m_per_s.value);
+        self.velocity_sigma_m_per_s = Positive(velocity_m_per_s.sigma);
+    }
 }
 
 impl Contact {
@@ -278,6 +338,16 @@ impl Contact {
 }
 
 impl Experiment {
+    /// Films with `noise` times the read noise, and another striker velocity of the same relative scatter.
+    pub(crate) fn vary(&mut self, noise: f64, striker_m_per_s: f64) {
+        let (usual, scatter) =
+            (self.striker.velocity_m_per_s.get(), self.striker.velocity_sigma_m_per_s.get());
+        self.striker.set_velocity(Estimate::new(striker_m_per_s, scatter / usual * striker_m_per_s));
+        if let Some(synthetic) = &mut self.synthetic {
+            synthetic.camera.sensor.read_noise_counts *= noise;
+        }
+    }
+
     /// Reads `experiment.toml`; an error points at the line.
     pub(crate) fn read(path: &Path) -> Result<Self, Error> {
         let text = read_text(path)?;
@@ -295,6 +365,7 @@ impl Experiment {
         let recordings = table.texts("recording")?;
         let (views, trials) = (table.counts("view")?, table.counts("trial")?);
         let stages_m = table.full_numbers("stage_m")?;
+        let strikers = self.striker_velocities(&table)?;
         let mut rows: Vec<Trial> = Vec::with_capacity(recordings.len());
         for (row, recording) in recordings.into_iter().enumerate() {
             if recording.is_empty() {
@@ -308,7 +379,8 @@ impl Experiment {
                     .map_err(|_too_large| table.cell(row, name, "a number below 2^32", &count.to_string()))
             };
             let (view, trial) = (number("view", views[row])?, number("trial", trials[row])?);
-            rows.push(Trial { recording, view, trial, stage_m: stages_m[row] });
+            let striker_velocity_m_per_s = strikers.as_ref().map(|strikers| strikers[row]);
+            rows.push(Trial { recording, view, trial, stage_m: stages_m[row], striker_velocity_m_per_s });
         }
         match rows.is_empty() {
             true => Err(table.cell(0, "recording", "at least one recording", "none")),
@@ -316,10 +388,24 @@ impl Experiment {
         }
     }
 
-    /// Column and row of a body's marker at rest, in pixels; bodies are numbered from 1.
-    pub(crate) fn rest_px(&self, body: usize, stage_m: f64) -> [f64; 2] {
-        let along_m = (body - 1) as f64 * self.chain.pitch_m.get() - stage_m;
-        let [x_px, y_px] = self.camera.first_body_px;
-        [x_px + self.camera.scale_px_per_m.get() * along_m, y_px]
+    /// The striker velocities of a table that has them: the columns `striker_velocity_m_per_s` and, where its scatter is not that
+    /// of the experiment, `striker_velocity_sigma_m_per_s`.
+    fn striker_velocities(&self, table: &Table) -> Result<Option<Vec<Estimate>>, Error> {
+        let (name, sigma_name) = ("striker_velocity_m_per_s", "striker_velocity_sigma_m_per_s");
+        if !table.has(name) {
+            return Ok(None);
+        }
+        let values = table.full_numbers(name)?;
+        let usual = self.striker.velocity_sigma_m_per_s.get();
+        let sigmas = match table.has(sigma_name) {
+            true => table.full_numbers(sigma_name)?,
+            false => vec![usual; values.len()],
+        };
+        for (name, numbers) in [(name, &values), (sigma_name, &sigmas)] {
+            if let Some(row) = numbers.iter().position(|number| *number <= 0.0) {
+                return Err(table.cell(row, name, "a number above 0", &numbers[row].to_string()));
+            }
+        }
+        Ok(Some(values.into_iter().zip(sigmas).map(|(value, sigma)| Estimate::new(value, sigma)).collect()))
     }
 }

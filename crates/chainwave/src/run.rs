@@ -5,18 +5,26 @@
 //! so an interrupted run that goes on gives the same bytes as one that was not.
 
 mod decisions;
-mod evaluation;
+pub(crate) mod evaluation;
 mod figures;
 mod provenance;
 mod report;
 mod results;
+mod shared_errors;
+mod strikers;
 mod summary;
 mod tracking;
-mod truth;
+pub(crate) mod truth;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use chainwave_correlation::ReferenceFrames;
+use chainwave_measurement::{Estimate, Recording, Subset};
+
+use self::evaluation::Evaluation;
+use self::truth::KnownTruth;
+use crate::calibration::ChainMap;
 use crate::cli;
 use crate::error::Error;
 use crate::experiment::{Experiment, Trial};
@@ -24,11 +32,14 @@ use crate::outcome::Outcome;
 use crate::output::make_folder;
 
 /// What a run works on.
+#[derive(Clone)]
 pub(crate) struct Job {
     /// The experiment.
     pub(crate) experiment: Experiment,
     /// Where it was read.
     pub(crate) path: PathBuf,
+    /// From its pictures to the chain.
+    pub(crate) calibration: ChainMap,
     /// Its recordings.
     pub(crate) trials: Vec<Trial>,
     /// Where they lie.
@@ -43,23 +54,66 @@ pub(crate) struct Job {
 pub(crate) fn run(arguments: &cli::Run) -> Result<Outcome, Error> {
     let job = Job::read(arguments)?;
     make_folder(&job.out)?;
-    job.carry_out()
+    let jobs = job.by_striker();
+    let mut outcome = Outcome::default();
+    let mut evaluations = Vec::with_capacity(jobs.len());
+    for job in &jobs {
+        make_folder(&job.out)?;
+        evaluations.push(job.carry_out(&mut outcome)?);
+    }
+    if jobs.len() > 1 {
+        strikers::compare(&job, &jobs, &evaluations)?;
+    }
+    Ok(outcome)
 }
 
 impl Job {
-    fn read(arguments: &cli::Run) -> Result<Self, Error> {
+    /// Reads the experiment that the arguments name.
+    pub(crate) fn read(arguments: &cli::Run) -> Result<Self, Error> {
         let path = arguments.experiment.clone();
         let experiment = Experiment::read(&path)?;
         let trials = experiment.read_trials(&path)?;
+        let calibration = ChainMap::read(&experiment, &path)?;
         let beside = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
         let recordings = arguments.recordings.clone().unwrap_or(beside);
-        Ok(Self { experiment, path, trials, recordings, out: arguments.out.clone(), jobs: arguments.jobs })
+        Ok(Self {
+            experiment,
+            path,
+            calibration,
+            trials,
+            recordings,
+            out: arguments.out.clone(),
+            jobs: arguments.jobs,
+        })
     }
 
-    fn carry_out(&self) -> Result<Outcome, Error> {
-        let mut outcome = Outcome::default();
+    /// One job for each striker velocity, with a folder of its own where there are several.
+    fn by_striker(&self) -> Vec<Self> {
+        let mut velocities: Vec<Estimate> =
+            self.trials.iter().filter_map(|trial| trial.striker_velocity_m_per_s).collect();
+        velocities.sort_by(|a, b| b.value.total_cmp(&a.value));
+        velocities.dedup_by(|a, b| a.value.total_cmp(&b.value).is_eq());
+        let several = velocities.len() > 1;
+        let of_velocity = |velocity: &Estimate| {
+            let mut job = self.clone();
+            let nominal = |trial: &Trial| trial.striker_velocity_m_per_s.map(|found| found.value);
+            job.trials
+                .retain(|trial| nominal(trial).is_some_and(|value| value.total_cmp(&velocity.value).is_eq()));
+            job.experiment.striker.set_velocity(*velocity);
+            if several {
+                job.out = self.out.join(format!("striker-{}-m-per-s", velocity.value));
+            }
+            job
+        };
+        match velocities.is_empty() {
+            true => vec![self.clone()],
+            false => velocities.iter().map(of_velocity).collect(),
+        }
+    }
+
+    fn carry_out(&self, outcome: &mut Outcome) -> Result<Evaluation, Error> {
         let mut clock = Clock::new();
-        let tracked = tracking::track_all(self, &mut outcome)?;
+        let tracked = tracking::track_all(self, outcome)?;
         clock.stage("tracking");
         let evaluation = evaluation::evaluate(self, &tracked)?;
         clock.stage("stitching, analysis and fit");
@@ -73,7 +127,24 @@ impl Job {
         provenance::write(self)?;
         clock.stage("report");
         summary::print(self, &evaluation, truth.as_ref(), &clock);
-        Ok(outcome)
+        Ok(evaluation)
+    }
+
+    /// Evaluates a synthetic experiment beside its truth, and writes nothing but the kept tracks.
+    pub(crate) fn compare_with_truth(&self) -> Result<(Evaluation, KnownTruth), Error> {
+        make_folder(&self.out)?;
+        let tracked = tracking::track_all(self, &mut Outcome::default())?;
+        let evaluation = evaluation::evaluate(self, &tracked)?;
+        let truth = truth::read(self, &evaluation)?.ok_or_else(|| Error::Configuration {
+            path: self.path.clone(),
+            message: "expected truth.json and truth.parquet beside the recordings, found none".into(),
+        })?;
+        Ok((evaluation, truth))
+    }
+
+    /// The first recording that shows bodies, with their subsets and the frames at rest.
+    pub(crate) fn first_view(&self) -> Result<(Box<dyn Recording>, Vec<Subset>, ReferenceFrames), Error> {
+        tracking::first_view(self)
     }
 
     /// A path in the folder of the results.

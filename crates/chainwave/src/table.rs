@@ -31,6 +31,7 @@ where
 }
 
 /// A table that was read, with its path for messages.
+#[derive(Clone)]
 pub(crate) struct Table {
     path: std::path::PathBuf,
     frame: DataFrame,
@@ -78,6 +79,11 @@ impl Table {
         }
         let texts = self.texts(name)?;
         texts.iter().enumerate().map(|(row, text)| self.number(name, row, text)).collect()
+    }
+
+    /// Whether there is a column of this name.
+    pub(crate) fn has(&self, name: &str) -> bool {
+        self.frame.column(name).is_ok()
     }
 
     /// A column of numbers without gaps.

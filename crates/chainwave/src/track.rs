@@ -3,13 +3,14 @@
 use std::path::Path;
 
 use chainwave_camera::OpenOptions;
-use chainwave_correlation::{METHODS, Method, ReferenceFrames, Settings};
+use chainwave_correlation::{Method, ReferenceFrames, Settings, Shape, ShapeChoice, track_by_evidence};
 use chainwave_measurement::{Lost, Position, Recording, Subset, Track};
 use indicatif::ProgressBar;
 use polars::prelude::Column;
 
 use crate::cli;
 use crate::error::Error;
+use crate::matching::Chosen;
 use crate::outcome::Outcome;
 use crate::output::expect_folder_of;
 use crate::parallel::map_in_parallel;
@@ -19,7 +20,7 @@ use crate::table::{self, Table, column};
 /// Follows points through every recording, writes the tracks, and names the recordings that failed.
 pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     let subsets = read_points(&arguments.points)?;
-    let method = chosen_method(arguments)?;
+    let chosen = Chosen::of(&arguments.matching)?;
     expect_folder_of(&arguments.out)?;
     let recordings: Vec<String> =
         arguments.recordings.iter().map(|path| path.display().to_string()).collect();
@@ -28,6 +29,7 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     let of_recording = |path: &std::path::PathBuf| -> Result<Tracked, Error> {
         let options = OpenOptions { rate_hz: arguments.rate_hz, ..OpenOptions::default() };
         let recording = chainwave_camera::open_with(path, &options)?;
+        let method = chosen.method(recording.as_ref(), &subsets, &reference)?;
         follow(recording.as_ref(), &subsets, &reference, method, &bar)
     };
     let results = map_in_parallel(arguments.jobs, &arguments.recordings, of_recording);
@@ -51,8 +53,10 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
 pub(crate) struct Tracked {
     /// Time of each frame after the trigger, in seconds.
     pub(crate) times_s: Vec<f64>,
-    /// One track for each subset.
-    pub(crate) tracks: Vec<Track>,
+    /// The method.
+    pub(crate) method: Method,
+    /// One track for each subset, with the shape function that evidence chose for it.
+    pub(crate) tracks: Vec<(Track, Option<Shape>)>,
 }
 
 /// Follows subsets through an opened recording.
@@ -63,25 +67,25 @@ pub(crate) fn follow(
     method: Method,
     bar: &ProgressBar,
 ) -> Result<Tracked, Error> {
-    bar.inc_length((subsets.len() * recording.info().n_frames) as u64);
-    let tracks = method.track(recording, subsets, reference, &Settings::default(), &|n| bar.inc(n))?;
-    Ok(Tracked { times_s: recording.info().times_s.clone(), tracks })
+    bar.inc_length(recording.info().n_frames as u64);
+    let settings = Settings::default();
+    let advance = |n| bar.inc(n);
+    let tracks = match method {
+        Method::IcGn { interpolation, shape: ShapeChoice::ByEvidence } => {
+            let settings = Settings { interpolation, ..settings };
+            let chosen = track_by_evidence(recording, subsets, reference, &settings, &advance)?;
+            chosen.into_iter().map(|(track, evidence)| (track, Some(evidence.shape))).collect()
+        }
+        other => {
+            let tracks = other.track(recording, subsets, reference, &settings, &advance)?;
+            tracks.into_iter().map(|track| (track, None)).collect()
+        }
+    };
+    Ok(Tracked { times_s: recording.info().times_s.clone(), method, tracks })
 }
 
-/// The method that --method names, or the one of --shape and --interpolation.
-fn chosen_method(arguments: &cli::Track) -> Result<Method, Error> {
-    if let Some(name) = &arguments.method {
-        let unknown = || format!("--method {name}: expected one of {}", METHODS.join(", "));
-        return name.parse().map_err(|_unknown| Error::Argument(unknown()));
-    }
-    let usual = Settings::default();
-    let shape = arguments.shape.as_deref().map(str::parse).transpose()?.unwrap_or(usual.shape);
-    let interpolation =
-        arguments.interpolation.as_deref().map(str::parse).transpose()?.unwrap_or(usual.interpolation);
-    Ok(Method::IcGn { interpolation, shape })
-}
-
-fn read_points(path: &Path) -> Result<Vec<Subset>, Error> {
+/// Reads a table of points.
+pub(crate) fn read_points(path: &Path) -> Result<Vec<Subset>, Error> {
     let table = Table::read(path)?;
     let names = table.texts("name")?;
     let (x_px, y_px) = (table.full_numbers("x_px")?, table.full_numbers("y_px")?);
@@ -100,6 +104,16 @@ fn read_points(path: &Path) -> Result<Vec<Subset>, Error> {
     }
 }
 
+/// The rung of the ladder that a track was made with.
+fn name_of_method(method: Method, chosen: Option<Shape>) -> String {
+    match (method, chosen) {
+        (Method::IcGn { interpolation, .. }, Some(shape)) => {
+            Method::IcGn { interpolation, shape: ShapeChoice::Named(shape) }.to_string()
+        }
+        _ => method.to_string(),
+    }
+}
+
 /// The rows of a table of tracks.
 #[derive(Default)]
 pub(crate) struct TrackRows {
@@ -114,18 +128,21 @@ pub(crate) struct TrackRows {
     zncc: Vec<Option<f64>>,
     iterations: Vec<Option<u32>>,
     status: Vec<&'static str>,
+    method: Vec<String>,
 }
 
 impl TrackRows {
     /// Adds the tracks of one recording.
     pub(crate) fn add(&mut self, recording: &str, tracked: &Tracked) {
-        for track in &tracked.tracks {
+        for (track, shape) in &tracked.tracks {
+            let method = name_of_method(tracked.method, *shape);
             for (frame, (position, time_s)) in track.positions.iter().zip(&tracked.times_s).enumerate() {
                 self.recording.push(recording.to_owned());
                 self.name.push(track.name.clone());
                 self.frame.push(frame as u32);
                 self.t_s.push(*time_s);
                 self.add_position(position);
+                self.method.push(method.clone());
             }
         }
     }
@@ -159,6 +176,7 @@ impl TrackRows {
             column("zncc", self.zncc),
             column("iterations", self.iterations),
             column("status", self.status),
+            column("method", self.method),
         ]
     }
 }

@@ -41,6 +41,20 @@ pub enum CorrelationError {
         /// Rows of a frame.
         height_px: usize,
     },
+    /// No subset of a field fits in the reference image.
+    #[error(
+        "reference image: expected at least {0} x {0} px for a subset of half size {half_px} px, found {width_px} x \
+         {height_px} px; hint: a smaller half size",
+        2 * half_px + 7
+    )]
+    GridTooLarge {
+        /// Columns and rows of a subset on each side of its centre.
+        half_px: usize,
+        /// Columns of the image.
+        width_px: usize,
+        /// Rows of the image.
+        height_px: usize,
+    },
     /// A buffer of pixels has not the size of its region.
     #[error("pixels of {region:?}: expected {} values, found {found}", region.n_pixels())]
     PixelCount {
@@ -58,6 +72,20 @@ pub enum CorrelationError {
         expected: String,
         /// The name found.
         found: String,
+    },
+    /// No method is as accurate as was asked.
+    #[error(
+        "{}: accuracy: expected a method with an error of at most {asked_px} px on the shifted reference, found {best}; \
+         hint: larger subsets, more light, or the mean of several reference frames",
+        path.display()
+    )]
+    AccuracyNotReached {
+        /// The recording.
+        path: PathBuf,
+        /// The error asked for, in pixels.
+        asked_px: f64,
+        /// The best that was found.
+        best: String,
     },
     /// A setting has no meaning.
     #[error("setting {name}: expected {expected}, found {found}")]

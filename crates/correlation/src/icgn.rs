@@ -14,6 +14,16 @@ pub struct Match {
     pub position: Position,
     /// Displacement gradient du/dx, du/dy, dv/dx, dv/dy; zero for a translation.
     pub gradient: [f64; 4],
+    /// Coefficients of x^2, xy and y^2 in u, then in v, per pixel; zero but for the quadratic shape function.
+    pub curvature: [f64; 6],
+}
+
+impl Match {
+    pub(crate) fn warp(&self) -> Warp {
+        let Position { x_px, y_px, .. } = self.position;
+        let position_px = [x_px.value, y_px.value];
+        Warp { position_px, gradient: self.gradient, curvature: self.curvature }
+    }
 }
 
 /// Buffers that a match reuses, so that it allocates nothing.
@@ -56,10 +66,36 @@ impl PreparedSubset {
         start_px: [f64; 2],
         workspace: &mut Workspace,
     ) -> Result<Match, Lost> {
-        self.solve(window, Warp::at(start_px), workspace).map_err(|stop| match stop {
+        self.solve_from_afar(window, Warp::at(start_px), workspace).map_err(|stop| match stop {
             Stop::Escaped(_) => Lost::OutOfView,
             Stop::Lost(reason) => reason,
         })
+    }
+
+    /// As [`Self::solve`], and where that fails once more from where the subset's middle is found: a smaller subset
+    /// converges from farther away, since a wrong strain or rotation moves its edge less.
+    pub(crate) fn solve_from_afar(
+        &self,
+        window: &Window,
+        start: Warp,
+        workspace: &mut Workspace,
+    ) -> Result<Match, Stop> {
+        let at_once = self.solve(window, start, workspace);
+        let Err(Stop::Lost(_)) = at_once else { return at_once };
+        match self.approach(window, start, workspace) {
+            Some(nearer) => self.solve(window, nearer, workspace),
+            None => at_once,
+        }
+    }
+
+    /// Where the middle of the subset is found, sought from the middle of the middle.
+    fn approach(&self, window: &Window, start: Warp, workspace: &mut Workspace) -> Option<Warp> {
+        let mut inner = self.inner()?;
+        inner.settings.convergence_px = inner.settings.convergence_px.max(0.02);
+        inner.settings.min_zncc = inner.settings.min_zncc.min(0.5);
+        let from_inside = inner.approach(window, start, workspace);
+        let starts = [from_inside, Some(start)].into_iter().flatten();
+        starts.filter_map(|start| inner.solve(window, start, workspace).ok()).map(|found| found.warp()).next()
     }
 
     pub(crate) fn solve(
@@ -104,12 +140,16 @@ impl PreparedSubset {
         let [sigma_x, sigma_y] = sigma_px(self, warp, &self.residual(found, workspace));
         let [x, y] = warp.position_px;
         let (x_px, y_px) = (Estimate::new(x, sigma_x), Estimate::new(y, sigma_y));
-        Ok(Match { position: Position { x_px, y_px, zncc: found.zncc, iterations }, gradient: warp.gradient })
+        Ok(Match {
+            position: Position { x_px, y_px, zncc: found.zncc, iterations },
+            gradient: warp.gradient,
+            curvature: warp.curvature,
+        })
     }
 
     /// Whether the warped subset can be sampled from the window.
     pub(crate) fn fits(&self, window: &Window, warp: &Warp) -> bool {
-        self.corners().into_iter().all(|corner| window.contains(warp.apply(corner)))
+        self.bounds(warp).into_iter().all(|corner| window.contains(corner))
     }
 
     /// Compares the subset with the window under a warp; the subset must fit.

@@ -40,18 +40,27 @@
 //! Pixel (0, 0) is the centre of the top left pixel; x points right, y down.
 
 mod error;
+mod evidence;
+mod field;
+mod field_queue;
+mod field_seed;
+mod field_strain;
+mod filter;
 mod gradient;
 mod icgn;
 mod kernel;
 #[cfg(feature = "opencv")]
 mod lucas_kanade;
 mod method;
+mod moments;
+mod normal;
 mod predict;
 mod prefilter;
 mod prepared;
 mod reference;
 mod sample;
 mod search;
+mod self_test;
 mod settings;
 mod simd;
 mod sums;
@@ -61,12 +70,16 @@ mod warp;
 mod window;
 
 pub use error::CorrelationError;
+pub use evidence::ShapeEvidence;
+pub use field::{Field, FieldGrid, FieldPoint, correlate};
+pub use field_strain::{Strain, strains};
 pub use icgn::{Match, Workspace};
 #[cfg(feature = "opencv")]
 pub use lucas_kanade::track_lucas_kanade;
 pub use method::{METHODS, Method};
 pub use prepared::PreparedSubset;
 pub use reference::Reference;
-pub use settings::{Interpolation, ReferenceFrames, Settings, Shape};
-pub use track::track;
+pub use self_test::{RungError, cheapest_within, self_test};
+pub use settings::{Interpolation, ReferenceFrames, Settings, Shape, ShapeChoice};
+pub use track::{track, track_by_evidence};
 pub use window::Window;

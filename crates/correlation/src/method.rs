@@ -4,7 +4,9 @@ use std::str::FromStr;
 use chainwave_measurement::{Recording, Subset, Track};
 
 use crate::settings::by_name;
-use crate::{CorrelationError, Interpolation, ReferenceFrames, Settings, Shape, track};
+use crate::{
+    CorrelationError, Interpolation, ReferenceFrames, Settings, Shape, ShapeChoice, track, track_by_evidence,
+};
 
 /// A rung of the ladder: a way to track, by name, from the fastest and least accurate upwards.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -18,7 +20,7 @@ pub enum Method {
         /// The interpolation of the target.
         interpolation: Interpolation,
         /// The shape function.
-        shape: Shape,
+        shape: ShapeChoice,
     },
 }
 
@@ -27,26 +29,72 @@ pub const METHODS: &[&str] = &[
     #[cfg(feature = "opencv")]
     "opencv-lk",
     "icgn-linear-translation",
+    "icgn-linear-rigid",
     "icgn-linear-affine",
+    "icgn-linear-quadratic",
+    "icgn-linear-auto",
     "icgn-cubic-translation",
+    "icgn-cubic-rigid",
     "icgn-cubic-affine",
+    "icgn-cubic-quadratic",
+    "icgn-cubic-auto",
     "icgn-cubic-moms-translation",
+    "icgn-cubic-moms-rigid",
     "icgn-cubic-moms-affine",
+    "icgn-cubic-moms-quadratic",
+    "icgn-cubic-moms-auto",
     "icgn-quintic-translation",
+    "icgn-quintic-rigid",
     "icgn-quintic-affine",
+    "icgn-quintic-quadratic",
+    "icgn-quintic-auto",
     "icgn-quintic-moms-translation",
+    "icgn-quintic-moms-rigid",
     "icgn-quintic-moms-affine",
+    "icgn-quintic-moms-quadratic",
+    "icgn-quintic-moms-auto",
 ];
 
 impl Method {
     /// Every method in this build, in the order of [`METHODS`].
     pub fn all() -> Vec<Self> {
         let icgn = Interpolation::ALL.into_iter().flat_map(|interpolation| {
-            Shape::ALL.into_iter().map(move |shape| Self::IcGn { interpolation, shape })
+            ShapeChoice::ALL.into_iter().map(move |shape| Self::IcGn { interpolation, shape })
         });
         #[cfg(feature = "opencv")]
         let icgn = std::iter::once(Self::LucasKanade).chain(icgn);
         icgn.collect()
+    }
+
+    /// The methods with a shape function, and those that cannot have another one.
+    pub fn with_shape(wanted: ShapeChoice) -> Vec<Self> {
+        let mut methods = Self::all();
+        methods.retain(|method| !matches!(method, Self::IcGn { shape, .. } if *shape != wanted));
+        methods
+    }
+
+    /// Multiplications that a position takes, about, with a subset of `n_pixels`: three iterations (two for a
+    /// translation), and the window's coefficients.
+    pub fn effort(self, n_pixels: usize) -> f64 {
+        let per_pixel = match self {
+            // four levels of gradients and some ten iterations on the coarse and fine ones, in OpenCV's 8-bit integers
+            #[cfg(feature = "opencv")]
+            Self::LucasKanade => 120.0,
+            Self::IcGn { interpolation, shape } => {
+                let taps = interpolation.n_taps() as f64;
+                // a window has some 2.5 times the subset's pixels; a pole filters there and back along two axes
+                let window = 2.5 * 4.0 * interpolation.poles().len() as f64;
+                window
+                    + match shape {
+                        ShapeChoice::Named(Shape::Translation) => 2.0 * (2.0 * taps + 5.0),
+                        ShapeChoice::Named(shape) => {
+                            3.0 * (taps * (taps + 4.0) + 4.0 * shape.n_terms() as f64)
+                        }
+                        ShapeChoice::ByEvidence => 6.0 * (taps * (taps + 4.0) + 24.0),
+                    }
+            }
+        };
+        per_pixel * n_pixels as f64
     }
 
     /// Tracks by this method; `settings` gives the rest, its shape and interpolation being those of the method.
@@ -64,9 +112,14 @@ impl Method {
         match self {
             #[cfg(feature = "opencv")]
             Self::LucasKanade => crate::track_lucas_kanade(recording, subsets, reference, settings, progress),
-            Self::IcGn { interpolation, shape } => {
+            Self::IcGn { interpolation, shape: ShapeChoice::Named(shape) } => {
                 let settings = Settings { interpolation, shape, ..settings.clone() };
                 track(recording, subsets, reference, &settings, progress)
+            }
+            Self::IcGn { interpolation, shape: ShapeChoice::ByEvidence } => {
+                let settings = Settings { interpolation, ..settings.clone() };
+                let tracked = track_by_evidence(recording, subsets, reference, &settings, progress)?;
+                Ok(tracked.into_iter().map(|(track, _)| track).collect())
             }
         }
     }
@@ -75,7 +128,7 @@ impl Method {
 impl Default for Method {
     fn default() -> Self {
         let Settings { interpolation, shape, .. } = Settings::default();
-        Self::IcGn { interpolation, shape }
+        Self::IcGn { interpolation, shape: ShapeChoice::Named(shape) }
     }
 }
 

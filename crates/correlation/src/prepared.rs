@@ -1,13 +1,14 @@
-use chainwave_measurement::{Lost, Subset};
-use nalgebra::DMatrix;
+use chainwave_measurement::{Lost, Region, Subset};
 
-use crate::gradient::{self, Chosen};
+use crate::gradient;
+use crate::moments::Places;
+use crate::normal::{Images, NormalEquations, ReferenceNoise};
 use crate::reference::pixel_bounds;
 use crate::sample::Lattice;
 use crate::simd::LANES;
-use crate::uncertainty::{UnitCovariance, reference_noise_variance};
-use crate::warp::MAX_PARAMETERS;
-use crate::{Reference, Settings, Shape};
+use crate::uncertainty::UnitCovariance;
+use crate::warp::{MAX_PARAMETERS, Warp};
+use crate::{Reference, Settings};
 
 /// A subset of the reference with everything that does not depend on the target: grey values, steepest descent images
 /// and the inverse of their Hessian.
@@ -63,6 +64,8 @@ const LEAST_SIGNAL_SHARE: f64 = 0.2;
 const LEAST_GRADIENT_SHARE: f64 = 0.3;
 /// A reference whose own noise moves it by more than this cannot be located to a pixel.
 const LARGEST_REFERENCE_SIGMA_PX: f64 = 0.5;
+/// Least width and height of the middle of a subset that a start is sought with.
+const LEAST_SIDE_PX: usize = 9;
 
 impl PreparedSubset {
     /// Prepares a subset from the reference around it.
@@ -71,44 +74,113 @@ impl PreparedSubset {
     /// [`Lost::OutOfView`] when the reference does not hold the subset, [`Lost::NoTexture`] when its contrast does
     /// not locate it in both directions.
     pub fn new(reference: &Reference, subset: &Subset, settings: &Settings) -> Result<Self, Lost> {
-        let patch = Patch::new(reference, subset).ok_or(Lost::OutOfView)?;
-        let n_averaged = reference.n_averaged() as f64;
-        let noise_variance = reference_noise_variance(&patch);
-        let chosen = gradient::choose(&patch, noise_variance, n_averaged);
-        let energy: f64 = patch.intensity.iter().map(|f| f * f).sum();
-        let signal_energy = energy - patch.n_pixels() as f64 * noise_variance;
-        if signal_energy <= LEAST_SIGNAL_SHARE * energy || chosen.signal_share < LEAST_GRADIENT_SHARE {
-            return Err(Lost::NoTexture);
-        }
-        let normal =
-            NormalEquations::new(&patch, &chosen, settings.shape, noise_variance).ok_or(Lost::NoTexture)?;
-        let covariance = normal.unit_covariance();
-        let sigma_px = (noise_variance * covariance.largest_signal()).sqrt();
+        let part = Part::new(reference, subset).ok_or(Lost::OutOfView)?;
+        let gradients = reference.gradients();
+        let fourth = part.values(&gradients.fourth).take(part.n_pixels()).collect::<Vec<_>>();
+        let variance = gradient::noise_variance(fourth.into_iter(), reference.level());
+        let filter = &gradients.filter;
+        let noise = ReferenceNoise { variance, gain: filter.noise_gain, overlap: filter.plain_overlap };
+        let mut grey = part.padded(reference.pixels());
+        let n = part.n_pixels();
+        let mean = grey[..n].iter().map(|&value| f64::from(value)).sum::<f64>() / n as f64;
+        grey[..n].iter_mut().for_each(|value| *value = (f64::from(*value) - mean) as f32);
+        let plain = [part.padded(&gradients.plain.x), part.padded(&gradients.plain.y)];
+        let crop = Crop {
+            centre_px: [subset.x_px, subset.y_px],
+            first_px: part.first_px(subset),
+            width: part.width,
+            height: part.height,
+            intensity: grey,
+            smooth: [part.padded(&gradients.smooth.x), part.padded(&gradients.smooth.y)],
+            mean,
+            n_averaged: reference.n_averaged() as f64,
+        };
+        let subset = Self::from_crop(crop, plain.each_ref().map(Vec::as_slice), noise, settings)?;
+        let sigma_px = (variance * subset.covariance.largest_signal()).sqrt();
         if sigma_px.is_nan() || sigma_px > LARGEST_REFERENCE_SIGMA_PX {
             return Err(Lost::NoTexture);
         }
-        let place = |i: usize| [(i % patch.width) as f64, (i / patch.width) as f64];
-        let along = |axis: usize| (0..patch.n_pixels()).map(move |i| patch.first_px[axis] + place(i)[axis]);
+        Ok(subset)
+    }
+
+    /// A subset from its images and their noise.
+    fn from_crop(
+        crop: Crop,
+        plain: [&[f32]; 2],
+        noise: ReferenceNoise,
+        settings: &Settings,
+    ) -> Result<Self, Lost> {
+        let n = crop.width * crop.height;
+        let place = |i: usize| [(i % crop.width) as f64, (i / crop.width) as f64];
+        let along = |axis: usize| pad((0..n).map(|i| (crop.first_px[axis] + place(i)[axis]) as f32));
+        let (columns, rows) = (along(0), along(1));
+        let ones = pad((0..n).map(|_| 1.0));
+        let images = Images {
+            places: Places { columns: &columns, rows: &rows },
+            intensity: &crop.intensity,
+            ones: &ones,
+            smooth: crop.smooth.each_ref().map(Vec::as_slice),
+            plain,
+        };
+        let normal = NormalEquations::new(images, settings.shape, n, noise).ok_or(Lost::NoTexture)?;
+        let energy = normal.signal_energy + n as f64 * noise.variance;
+        if normal.signal_energy <= LEAST_SIGNAL_SHARE * energy || normal.signal_share < LEAST_GRADIENT_SHARE {
+            return Err(Lost::NoTexture);
+        }
+        let [gradient_x, gradient_y] = crop.smooth;
         Ok(Self {
             settings: settings.clone(),
-            centre_px: patch.centre_px,
-            first_px: patch.first_px,
-            width: patch.width,
-            height: patch.height,
-            columns: pad(along(0)),
-            rows: pad(along(1)),
-            intensity: pad(patch.intensity.iter().copied()),
-            gradient_x: pad(chosen.smooth.x.iter().copied()),
-            gradient_y: pad(chosen.smooth.y.iter().copied()),
-            mean: patch.mean,
+            centre_px: crop.centre_px,
+            first_px: crop.first_px,
+            width: crop.width,
+            height: crop.height,
+            columns,
+            rows,
+            intensity: crop.intensity,
+            gradient_x,
+            gradient_y,
+            mean: crop.mean,
             energy,
-            signal_energy,
+            signal_energy: normal.signal_energy,
             projections: normal.projections,
             inverse: normal.inverse_array(),
-            covariance,
-            noise_variance,
-            n_averaged,
+            covariance: normal.unit_covariance(),
+            noise_variance: noise.variance,
+            n_averaged: crop.n_averaged,
         })
+    }
+
+    /// The middle of this subset, half as wide and high: it converges from twice the strain or rotation. `None` when
+    /// nothing useful would be left.
+    pub(crate) fn inner(&self) -> Option<Self> {
+        let cut = |n: usize| n.saturating_sub(1) / 4;
+        let (left, top) = (cut(self.width), cut(self.height));
+        let (width, height) = (self.width - 2 * left, self.height - 2 * top);
+        if width.min(height) < LEAST_SIDE_PX || left + top == 0 {
+            return None;
+        }
+        let crop = |values: &[f32]| {
+            let rows = values.chunks_exact(self.width).skip(top).take(height);
+            pad(rows.flat_map(|row| row[left..left + width].iter().copied()))
+        };
+        let mut intensity = crop(&self.intensity);
+        let n = width * height;
+        let mean = intensity[..n].iter().map(|&value| f64::from(value)).sum::<f64>() / n as f64;
+        intensity[..n].iter_mut().for_each(|value| *value -= mean as f32);
+        let smooth = [crop(&self.gradient_x), crop(&self.gradient_y)];
+        let crop = Crop {
+            centre_px: self.centre_px,
+            first_px: [self.first_px[0] + left as f64, self.first_px[1] + top as f64],
+            width,
+            height,
+            intensity,
+            smooth: smooth.clone(),
+            mean: self.mean + mean,
+            n_averaged: self.n_averaged,
+        };
+        // A start needs no more than a rough place, so the noise is left in.
+        let noise = ReferenceNoise { variance: 0.0, gain: 0.0, overlap: 0.0 };
+        Self::from_crop(crop, smooth.each_ref().map(Vec::as_slice), noise, &self.settings).ok()
     }
 
     /// Pixels of the subset.
@@ -127,185 +199,78 @@ impl PreparedSubset {
         [right.max(-x), bottom.max(-y)]
     }
 
-    /// The corners relative to the centre.
-    pub(crate) fn corners(&self) -> [[f64; 2]; 4] {
+    /// The bounds in the image of the subset under a warp: its first column and row, and its last.
+    pub(crate) fn bounds(&self, warp: &Warp) -> [[f64; 2]; 2] {
         let [x, y] = self.first_px;
-        let (right, bottom) = (x + (self.width - 1) as f64, y + (self.height - 1) as f64);
-        [[x, y], [right, y], [x, bottom], [right, bottom]]
+        warp.bounds(self.first_px, [x + (self.width - 1) as f64, y + (self.height - 1) as f64])
     }
 }
 
-fn pad(values: impl Iterator<Item = f64>) -> Vec<f32> {
-    let mut padded: Vec<f32> = values.map(|value| value as f32).collect();
+fn pad(values: impl Iterator<Item = f32>) -> Vec<f32> {
+    let mut padded: Vec<f32> = values.collect();
     padded.resize(padded.len().next_multiple_of(LANES), 0.0);
     padded
 }
 
-/// The pixels of a subset and their surroundings, in f64.
-pub(crate) struct Patch {
-    pub(crate) width: usize,
-    pub(crate) height: usize,
-    pub(crate) centre_px: [f64; 2],
-    pub(crate) first_px: [f64; 2],
-    pub(crate) mean: f64,
-    /// The subset's pixels less their mean, row by row.
-    pub(crate) intensity: Vec<f64>,
-    /// The pixels with [`gradient::MARGIN_PX`] more on each side.
-    surroundings: Vec<f64>,
+/// What a subset is made of, besides its noise.
+struct Crop {
+    centre_px: [f64; 2],
+    first_px: [f64; 2],
+    width: usize,
+    height: usize,
+    intensity: Vec<f32>,
+    smooth: [Vec<f32>; 2],
+    mean: f64,
+    n_averaged: f64,
 }
 
-impl Patch {
+/// Where a subset lies in its reference.
+struct Part {
+    region: Region,
+    /// First column and row, counted from the reference's.
+    column: usize,
+    row: usize,
+    width: usize,
+    height: usize,
+}
+
+impl Part {
+    /// `None` when the reference does not hold the subset.
     fn new(reference: &Reference, subset: &Subset) -> Option<Self> {
         let [x0, x1, y0, y1] = pixel_bounds(subset);
-        if !reference.holds([x0, x1], [y0, y1]) {
-            return None;
-        }
-        let (width, height) = (2 * subset.half_width_px + 1, 2 * subset.half_height_px + 1);
-        let margin = gradient::MARGIN_PX as i64;
-        let pixels = |x0: i64, x1: i64, y0: i64, y1: i64| -> Vec<f64> {
-            (y0..=y1).flat_map(|y| (x0..=x1).map(move |x| reference.pixel(x, y))).collect()
-        };
-        let mut intensity = pixels(x0, x1, y0, y1);
-        let mean = intensity.iter().sum::<f64>() / intensity.len() as f64;
-        intensity.iter_mut().for_each(|value| *value -= mean);
-        Some(Self {
-            width,
-            height,
-            centre_px: [subset.x_px, subset.y_px],
-            first_px: [x0 as f64 - subset.x_px, y0 as f64 - subset.y_px],
-            mean,
-            intensity,
-            surroundings: pixels(x0 - margin, x1 + margin, y0 - margin, y1 + margin),
+        let region = reference.region();
+        let from = |value: i64, first: usize| usize::try_from(value - first as i64).unwrap_or(0);
+        reference.holds([x0, x1], [y0, y1]).then(|| Self {
+            region,
+            column: from(x0, region.x),
+            row: from(y0, region.y),
+            width: 2 * subset.half_width_px + 1,
+            height: 2 * subset.half_height_px + 1,
         })
     }
 
-    pub(crate) fn n_pixels(&self) -> usize {
+    fn n_pixels(&self) -> usize {
         self.width * self.height
     }
 
-    /// The subset filtered by `taps_x` along rows and `taps_y` along columns, each centred at its radius.
-    pub(crate) fn filtered(
-        &self,
-        taps_x: &[f64],
-        radius_x: usize,
-        taps_y: &[f64],
-        radius_y: usize,
-    ) -> Vec<f64> {
-        let margin = gradient::MARGIN_PX;
-        let full = self.width + 2 * margin;
-        let n_rows = self.height + 2 * radius_y;
-        let mut by_row = Vec::with_capacity(n_rows * self.width);
-        for row in self.surroundings.chunks_exact(full).skip(margin - radius_y).take(n_rows) {
-            let windows = row[margin - radius_x..].windows(taps_x.len()).take(self.width);
-            by_row.extend(windows.map(|window| dot(window, taps_x)));
+    /// Place of the first pixel, relative to the subset's centre.
+    fn first_px(&self, subset: &Subset) -> [f64; 2] {
+        let (column, row) = (self.region.x + self.column, self.region.y + self.row);
+        [column as f64 - subset.x_px, row as f64 - subset.y_px]
+    }
+
+    /// The subset's part of an image of the reference's size.
+    fn values<'a>(&self, image: &'a [f32]) -> impl Iterator<Item = f32> + use<'a, '_> {
+        let rows = image.chunks_exact(self.region.width).skip(self.row).take(self.height);
+        rows.flat_map(|row| row[self.column..self.column + self.width].iter().copied())
+    }
+
+    fn padded(&self, image: &[f32]) -> Vec<f32> {
+        let mut values = Vec::with_capacity(self.n_pixels().next_multiple_of(LANES));
+        for row in image.chunks_exact(self.region.width).skip(self.row).take(self.height) {
+            values.extend_from_slice(&row[self.column..self.column + self.width]);
         }
-        let mut result = vec![0.0; self.n_pixels()];
-        for (y, out) in result.chunks_exact_mut(self.width).enumerate() {
-            for (row, tap) in by_row.chunks_exact(self.width).skip(y).zip(taps_y) {
-                out.iter_mut().zip(row).for_each(|(sum, value)| *sum += tap * value);
-            }
-        }
-        result
+        values.resize(values.len().next_multiple_of(LANES), 0.0);
+        values
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// The normal equations of a Gauss-Newton step and what noise does to them.
-struct NormalEquations {
-    projections: [[f64; 2]; MAX_PARAMETERS],
-    inverse: DMatrix<f64>,
-    /// Sum of Z' Z', without the share of the gradient's noise.
-    signal: DMatrix<f64>,
-    /// That share.
-    noise: DMatrix<f64>,
-    n_terms: usize,
-}
-
-impl NormalEquations {
-    fn new(patch: &Patch, gradients: &Chosen, shape: Shape, noise_variance: f64) -> Option<Self> {
-        let terms = shape_terms(patch, shape);
-        let smooth = steepest_descent(&gradients.smooth, &terms);
-        let plain = steepest_descent(&gradients.plain, &terms);
-        let n = patch.n_pixels() as f64;
-        let signal_energy = dot(&patch.intensity, &patch.intensity) - n * noise_variance;
-        let mut projections = [[0.0; 2]; MAX_PARAMETERS];
-        let mut orthogonal = smooth;
-        for (column, projection) in orthogonal.iter_mut().zip(&mut projections) {
-            let mean = column.iter().sum::<f64>() / n;
-            let slope = dot(column, &patch.intensity) / signal_energy;
-            column.iter_mut().zip(&patch.intensity).for_each(|(z, f)| *z -= mean + slope * f);
-            *projection = [mean, slope];
-        }
-        let size = orthogonal.len();
-        let products =
-            |a: &[Vec<f64>], b: &[Vec<f64>]| DMatrix::from_fn(size, size, |p, q| dot(&a[p], &b[q]));
-        let unit_noise = noise_products(&terms);
-        let noise = &unit_noise * (noise_variance * gradients.filter.noise_gain);
-        let hessian =
-            products(&orthogonal, &plain) - unit_noise * (noise_variance * gradients.filter.plain_overlap);
-        let inverse = invert(hessian)?;
-        let signal = products(&orthogonal, &orthogonal) - &noise;
-        Some(Self { projections, inverse, signal, noise, n_terms: terms.len() })
-    }
-
-    fn unit_covariance(&self) -> UnitCovariance {
-        let through = |middle: &DMatrix<f64>| {
-            let full = &self.inverse * middle * self.inverse.transpose();
-            let (u, v) = (0, self.n_terms);
-            [full[(u, u)], full[(u, v)], full[(v, v)]]
-        };
-        UnitCovariance { signal: through(&self.signal), noise: through(&self.noise) }
-    }
-
-    fn inverse_array(&self) -> [[f64; MAX_PARAMETERS]; MAX_PARAMETERS] {
-        let size = self.inverse.nrows();
-        std::array::from_fn(|p| {
-            std::array::from_fn(|q| if p < size && q < size { self.inverse[(p, q)] } else { 0.0 })
-        })
-    }
-}
-
-/// Inverts the Hessian, scaled to a unit diagonal so that pixels and gradients weigh alike. `None` where the texture
-/// leaves a direction open.
-fn invert(hessian: DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let size = hessian.nrows();
-    if hessian.diagonal().iter().any(|&value| value.is_nan() || value <= 0.0) {
-        return None;
-    }
-    let scale = DMatrix::from_diagonal(&hessian.diagonal().map(|value| 1.0 / value.sqrt()));
-    let scaled = (&scale * hessian * &scale).try_inverse()?;
-    let largest = scaled.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
-    // Texture in one direction alone leaves a pivot that is rounding: 1e10 is far above any usable texture's.
-    (largest.is_finite() && largest < 1e10 * size as f64).then(|| &scale * scaled * &scale)
-}
-
-/// The shape function's terms at every pixel: 1, x, y.
-fn shape_terms(patch: &Patch, shape: Shape) -> Vec<Vec<f64>> {
-    let place = |i: usize| {
-        let [x, y] = patch.first_px;
-        [1.0, x + (i % patch.width) as f64, y + (i / patch.width) as f64]
-    };
-    (0..shape.n_terms()).map(|term| (0..patch.n_pixels()).map(|i| place(i)[term]).collect()).collect()
-}
-
-/// Derivatives of the reference by the parameters: gradient in x, then in y, times each term.
-fn steepest_descent(gradient: &gradient::Gradient, terms: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).collect();
-    [&gradient.x, &gradient.y]
-        .into_iter()
-        .flat_map(|g| terms.iter().map(move |term| product(g, term)))
-        .collect()
-}
-
-/// Products of the steepest descent images of white noise whose gradient has unit variance, the same in x and y.
-fn noise_products(terms: &[Vec<f64>]) -> DMatrix<f64> {
-    let n = terms.len();
-    DMatrix::from_fn(
-        2 * n,
-        2 * n,
-        |p, q| if p / n == q / n { dot(&terms[p % n], &terms[q % n]) } else { 0.0 },
-    )
 }

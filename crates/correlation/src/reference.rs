@@ -1,13 +1,19 @@
+use std::sync::OnceLock;
+
 use chainwave_measurement::{ReadError, Recording, Region, Subset};
 
+use crate::gradient::Gradients;
 use crate::{CorrelationError, ReferenceFrames};
 
-/// The pixels of the reference image around a subset.
+/// The pixels of the reference image around a subset, or around many.
 #[derive(Debug, Clone)]
 pub struct Reference {
     region: Region,
     pixels: Vec<f32>,
     n_averaged: usize,
+    /// Mean of the pixels, in counts.
+    level: f64,
+    gradients: OnceLock<Gradients>,
 }
 
 impl Reference {
@@ -23,7 +29,8 @@ impl Reference {
         if pixels.len() != region.n_pixels() || pixels.is_empty() {
             return Err(CorrelationError::PixelCount { region, found: pixels.len() });
         }
-        Ok(Self { region, pixels, n_averaged: n_averaged.max(1) })
+        let level = pixels.iter().map(|&pixel| f64::from(pixel)).sum::<f64>() / pixels.len() as f64;
+        Ok(Self { region, pixels, n_averaged: n_averaged.max(1), level, gradients: OnceLock::new() })
     }
 
     /// Reads what `subset` needs from the reference frames of a recording.
@@ -75,8 +82,38 @@ impl Reference {
         self.n_averaged
     }
 
+    /// Where the reference lies in its image.
+    pub(crate) fn region(&self) -> Region {
+        self.region
+    }
+
+    /// Mean of the pixels, in counts.
+    pub(crate) fn level(&self) -> f64 {
+        self.level
+    }
+
+    /// The gradients of all pixels, made when they are asked for first.
+    pub(crate) fn gradients(&self) -> &Gradients {
+        self.gradients.get_or_init(|| Gradients::of(self))
+    }
+
+    /// Copies the pixels of the row `y` from the column `x` on, mirrored beyond the edges.
+    pub(crate) fn copy_row(&self, x: i64, y: i64, line: &mut [f32]) {
+        let start = mirrored(y - self.region.y as i64, self.region.height) * self.region.width;
+        let row = &self.pixels[start..start + self.region.width];
+        let first = x - self.region.x as i64;
+        let (n, width) = (line.len() as i64, self.region.width as i64);
+        let (inside, end) = ((-first).clamp(0, n), (width - first).clamp(0, n));
+        let mirror = |i: i64| row[mirrored(first + i, self.region.width)];
+        (0..inside).chain(end..n).for_each(|i| line[i as usize] = mirror(i));
+        if inside < end {
+            let from = (first + inside) as usize;
+            let n = (end - inside) as usize;
+            line[inside as usize..][..n].copy_from_slice(&row[from..from + n]);
+        }
+    }
+
     /// The pixels, row by row from the top.
-    #[cfg(feature = "opencv")]
     pub(crate) fn pixels(&self) -> &[f32] {
         &self.pixels
     }
@@ -89,6 +126,7 @@ impl Reference {
     }
 
     /// The pixel at a place of the image; beyond the reference, the one that mirrors it at the edge.
+    #[cfg(test)]
     pub(crate) fn pixel(&self, x: i64, y: i64) -> f64 {
         let column = mirrored(x - self.region.x as i64, self.region.width);
         let row = mirrored(y - self.region.y as i64, self.region.height);
@@ -123,7 +161,7 @@ pub(crate) fn pixel_bounds(subset: &Subset) -> [i64; 4] {
     ]
 }
 
-fn outside(recording: &dyn Recording, subset: &Subset) -> CorrelationError {
+pub(crate) fn outside(recording: &dyn Recording, subset: &Subset) -> CorrelationError {
     CorrelationError::SubsetOutside {
         path: recording.path().into(),
         name: subset.name.clone(),

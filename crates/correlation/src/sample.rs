@@ -123,12 +123,8 @@ fn sample_rows<K: Kernel<TAPS>, const TAPS: usize>(
     samples: &mut [f32],
 ) {
     buffer.resize(lattice.width + LANES, 0.0);
-    let [x, y] = lattice.first_px;
     for (row, samples) in samples.chunks_exact_mut(lattice.width).take(lattice.height).enumerate() {
-        let line = Line {
-            start: Start::new(window, warp.apply([x, y + row as f64])),
-            step: [warp.gradient[0] as f32, warp.gradient[2] as f32],
-        };
+        let line = Line::new(window, warp, lattice.first_px, row);
         let mut first = 0;
         while first < lattice.width {
             let (whole, end) = line.segment(first, lattice.width);
@@ -147,27 +143,43 @@ fn n_sampled(n: usize) -> usize {
     if n % LANES <= 2 { n } else { n.next_multiple_of(LANES) }
 }
 
-/// A row of points: point i lies at `start.column + i + start.fraction[0] + step[0] i`, and
-/// `start.row + start.fraction[1] + step[1] i`.
+/// A row of points: point i lies at `start.column + i + start.fraction[0] + step[0] i + bend[0] i^2`, and
+/// `start.row + start.fraction[1] + step[1] i + bend[1] i^2`.
 #[derive(Clone, Copy)]
 struct Line {
     start: Start,
     step: [f32; 2],
+    bend: [f32; 2],
 }
 
 impl Line {
+    /// The row `row` of a subset whose first pixel lies at `(x, y)` from its centre.
+    #[inline(always)]
+    fn new(window: &Window, warp: &Warp, [x, y]: [f64; 2], row: usize) -> Self {
+        let y = y + row as f64;
+        let [ux, _, vx, _] = warp.gradient;
+        let [uxx, uxy, _, vxx, vxy, _] = warp.curvature;
+        let slope = |first: f64, q: f64, mixed: f64| (first + 2.0 * q * x + mixed * y) as f32;
+        Self {
+            start: Start::new(window, warp.apply([x, y])),
+            step: [slope(ux, uxx, uxy), slope(vx, vxx, vxy)],
+            bend: [uxx as f32, vxx as f32],
+        }
+    }
+
     /// Pixels from the start's that the point i has moved beyond its own i columns.
     #[inline(always)]
     fn way(&self, i: usize) -> [f32; 2] {
         let i = i as i32 as f32;
-        [self.start.fraction[0] + self.step[0] * i, self.start.fraction[1] + self.step[1] * i]
+        let along = |axis: usize| self.start.fraction[axis] + (self.step[axis] + self.bend[axis] * i) * i;
+        [along(0), along(1)]
     }
 
-    /// The whole part of the way of the point `first`, and the first point of another one, at most `end`. The way
-    /// grows or falls along a row.
+    /// The whole part of the way of the point `first`, and the first point of another one, at most `end`.
     #[inline(always)]
     fn segment(&self, first: usize, end: usize) -> ([i32; 2], usize) {
         let whole = self.way(first).map(floor);
+        let end = self.turn(0, first, end).min(self.turn(1, first, end));
         let (mut inside, mut outside) = (first, end);
         if self.way(end - 1).map(floor) == whole {
             return (whole, end);
@@ -177,6 +189,16 @@ impl Line {
             if self.way(middle).map(floor) == whole { inside = middle } else { outside = middle }
         }
         (whole, outside)
+    }
+
+    /// The first point behind `first` from which on the way turns back, at most `end`: up to there it grows or falls.
+    #[inline(always)]
+    fn turn(&self, axis: usize, first: usize, end: usize) -> usize {
+        if self.bend[axis] == 0.0 {
+            return end;
+        }
+        let turn = (-0.5 * self.step[axis] / self.bend[axis]).ceil();
+        if turn > first as f32 && turn < end as f32 { turn as usize } else { end }
     }
 
     /// Samples the points from `first` on as if their way had this whole part. One loop over the points and no branch
@@ -275,22 +297,24 @@ mod tests {
             [0.1, 0.05, 0.08, -0.1],
             [-0.4, -0.6, 0.6, -0.4],
         ];
+        let warp_of = |gradient: [f64; 4]| Warp { gradient, ..Warp::at([58.3, 57.8]) };
+        let curved = Warp { curvature: [2e-3, -1e-3, 1e-3, -3e-3, 2e-3, 1e-3], ..warp_of(gradients[2]) };
+        let warps: Vec<Warp> = gradients.map(warp_of).into_iter().chain([curved]).collect();
         for interpolation in Interpolation::ALL {
             let window = Window::new(region, &pixels, interpolation).unwrap();
-            for gradient in gradients {
+            for warp in &warps {
                 for (width, height) in [(33, 33), (41, 9), (9, 20), (16, 3), (61, 31)] {
                     let first_px = [-0.5 * width as f64, -0.5 * height as f64];
                     let lattice = Lattice { first_px, width, height };
-                    let warp = Warp { gradient, ..Warp::at([58.3, 57.8]) };
                     let mut samples = vec![0.0; width * height];
-                    sample(&window, &warp, lattice, &mut Vec::new(), &mut samples);
+                    sample(&window, warp, lattice, &mut Vec::new(), &mut samples);
                     for (i, &found) in samples.iter().enumerate() {
                         let place = [first_px[0] + (i % width) as f64, first_px[1] + (i / width) as f64];
                         let expected = plain_of(&window, warp.apply(place));
                         // coordinates in f32 are good to 2e-6 px; this noise changes by up to 3e4 counts a pixel
                         assert!(
                             (f64::from(found) - expected).abs() < 0.1,
-                            "{interpolation} {gradient:?} {width} {i}: {found} {expected}"
+                            "{interpolation} {warp:?} {width} {i}: {found} {expected}"
                         );
                     }
                 }

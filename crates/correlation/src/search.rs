@@ -1,6 +1,8 @@
 use chainwave_measurement::{ReadError, Recording, Region};
 
 use crate::PreparedSubset;
+use crate::simd::{LANES, sum_of_lanes, vectorised};
+use crate::warp::Warp;
 
 /// Searches around a place for the subset at whole-pixel shifts, by the zero-normalised cross-correlation.
 ///
@@ -12,14 +14,95 @@ pub(crate) fn search(
     subset: &PreparedSubset,
     around_px: [f64; 2],
 ) -> Result<Option<[f64; 2]>, ReadError> {
-    let Some(region) = region_around(recording, subset, around_px) else { return Ok(None) };
-    let mut pixels = vec![0.0; region.n_pixels()];
-    recording.read_region(frame, region, &mut pixels)?;
-    let level = subset.mean as f32;
-    pixels.iter_mut().for_each(|pixel| *pixel -= level);
-    let best = best_shift(subset, region.width, &pixels);
-    let [x, y] = subset.first_px;
-    Ok(best.map(|(column, row)| [(region.x + column) as f64 - x, (region.y + row) as f64 - y]))
+    let scene = Scene::read(recording, frame, subset, around_px)?;
+    Ok(scene.and_then(|scene| scene.find(&Template::upright(subset))).map(|found| found.place_px))
+}
+
+/// As [`search`], for the subset turned by every angle but 0.
+pub(crate) fn search_turned(
+    recording: &dyn Recording,
+    frame: usize,
+    subset: &PreparedSubset,
+    around_px: [f64; 2],
+) -> Result<Option<Warp>, ReadError> {
+    Ok(Scene::read(recording, frame, subset, around_px)?.and_then(|scene| scene.find_turned(subset)))
+}
+
+/// Angles that a turned subset is searched at: neighbours are near enough for an iteration to start from.
+const N_ANGLES: usize = 24;
+
+/// The pixels that a subset is searched in.
+pub(crate) struct Scene {
+    region: Region,
+    /// Less a level near their mean.
+    pixels: Vec<f32>,
+    table: SummedArea,
+}
+
+/// The best place in a scene.
+pub(crate) struct Found {
+    /// Where the template's centre lies.
+    pub(crate) place_px: [f64; 2],
+    pub(crate) zncc: f64,
+}
+
+impl Scene {
+    /// A scene from its pixels, row by row.
+    pub(crate) fn new(region: Region, mut pixels: Vec<f32>, level: f32) -> Self {
+        pixels.iter_mut().for_each(|pixel| *pixel -= level);
+        let table = SummedArea::new(region.width, &pixels);
+        Self { region, pixels, table }
+    }
+
+    fn read(
+        recording: &dyn Recording,
+        frame: usize,
+        subset: &PreparedSubset,
+        around_px: [f64; 2],
+    ) -> Result<Option<Self>, ReadError> {
+        let Some(region) = region_around(recording, subset, around_px) else { return Ok(None) };
+        let mut pixels = vec![0.0; region.n_pixels()];
+        recording.read_region(frame, region, &mut pixels)?;
+        Ok(Some(Self::new(region, pixels, subset.mean as f32)))
+    }
+
+    /// The best of all places inside the scene; of equal ones the first, so the result is the same everywhere.
+    pub(crate) fn find(&self, template: &Template) -> Option<Found> {
+        let columns = (self.region.width + 1).saturating_sub(template.width);
+        let rows = (self.region.height + 1).saturating_sub(template.height);
+        let mut best = (0.0, None);
+        for row in 0..rows {
+            for column in 0..columns {
+                let variation = self.table.variation(column, row, template.width, template.height);
+                let covariance =
+                    template.correlate(self.region.width, &self.pixels[row * self.region.width + column..]);
+                let score = covariance / variation.sqrt();
+                // false for NaN, which a patch without contrast gives
+                if score > best.0 {
+                    best = (score, Some([(self.region.x + column) as f64, (self.region.y + row) as f64]));
+                }
+            }
+        }
+        let (score, place) = best;
+        let [x, y] = template.first_px;
+        place.map(|[column, row]| Found {
+            place_px: [column - x, row - y],
+            zncc: score / template.energy.sqrt(),
+        })
+    }
+
+    /// The best place and angle of the turned subset.
+    pub(crate) fn find_turned(&self, subset: &PreparedSubset) -> Option<Warp> {
+        let mut best: Option<(f64, Warp)> = None;
+        for step in 1..N_ANGLES {
+            let angle_rad = std::f64::consts::TAU * step as f64 / N_ANGLES as f64;
+            let Some(found) = self.find(&Template::turned(subset, angle_rad)) else { continue };
+            if best.is_none_or(|(zncc, _)| found.zncc > zncc) {
+                best = Some((found.zncc, Warp::turned(found.place_px, angle_rad)));
+            }
+        }
+        best.map(|(_, warp)| warp)
+    }
 }
 
 /// The pixels of all the subset's candidates, inside the frame; `None` when there is no candidate.
@@ -40,44 +123,77 @@ fn region_around(recording: &dyn Recording, subset: &PreparedSubset, [x, y]: [f6
     (region.width >= subset.width && region.height >= subset.height).then_some(region)
 }
 
-/// Column and row of the best candidate's first pixel. Of equal ones the first, so the result is the same everywhere.
-fn best_shift(subset: &PreparedSubset, width: usize, pixels: &[f32]) -> Option<(usize, usize)> {
-    let height = pixels.len() / width;
-    let table = SummedArea::new(width, pixels);
-    let (columns, rows) = (width - subset.width + 1, height - subset.height + 1);
-    let mut best = (0.0, None);
-    for row in 0..rows {
-        for column in 0..columns {
-            let variation = table.variation(column, row, subset.width, subset.height);
-            let covariance = correlate(subset, width, &pixels[row * width + column..]);
-            let zncc = covariance / variation.sqrt();
-            // false for NaN, which a patch without contrast gives
-            if zncc > best.0 {
-                best = (zncc, Some((column, row)));
-            }
-        }
-    }
-    best.1
+/// What is searched for: grey values less their mean, row by row.
+pub(crate) struct Template {
+    width: usize,
+    height: usize,
+    /// Place of the first pixel, relative to the centre.
+    first_px: [f64; 2],
+    values: Vec<f32>,
+    /// Sum of the squares of `values`.
+    energy: f64,
 }
 
-/// Sum of the reference's grey values times the pixels under it.
-fn correlate(subset: &PreparedSubset, width: usize, pixels: &[f32]) -> f64 {
-    const LANES: usize = 8;
-    let mut total = 0.0;
-    for (f, g) in subset.intensity.chunks_exact(subset.width).zip(pixels.chunks(width)) {
-        let g = &g[..subset.width];
-        let (f_lanes, f_rest) = f.as_chunks::<LANES>();
-        let (g_lanes, g_rest) = g.as_chunks::<LANES>();
-        let mut lanes = [0.0_f32; LANES];
-        for (f, g) in f_lanes.iter().zip(g_lanes) {
-            for i in 0..LANES {
-                lanes[i] += f[i] * g[i];
-            }
-        }
-        let rest: f32 = f_rest.iter().zip(g_rest).map(|(f, g)| f * g).sum();
-        total += f64::from(lanes.iter().sum::<f32>() + rest);
+impl Template {
+    /// The subset as it is.
+    pub(crate) fn upright(subset: &PreparedSubset) -> Self {
+        let values = subset.intensity[..subset.n_pixels()].to_vec();
+        Self::new(subset.width, subset.height, subset.first_px, values)
     }
-    total
+
+    /// What lies in the circle around the subset's centre, turned from x towards y; the square in that circle.
+    fn turned(subset: &PreparedSubset, angle_rad: f64) -> Self {
+        let (sin, cos) = angle_rad.sin_cos();
+        let radius = 0.5 * subset.width.min(subset.height).saturating_sub(2) as f64;
+        let half = (radius / std::f64::consts::SQRT_2) as usize;
+        let side = 2 * half + 1;
+        let value = |i: usize| {
+            let (x, y) = ((i % side) as f64 - half as f64, (i / side) as f64 - half as f64);
+            bilinear(subset, [cos * x + sin * y, cos * y - sin * x])
+        };
+        let mut values: Vec<f32> = (0..side * side).map(value).collect();
+        let mean = values.iter().sum::<f32>() / values.len() as f32;
+        values.iter_mut().for_each(|value| *value -= mean);
+        Self::new(side, side, [-(half as f64); 2], values)
+    }
+
+    fn new(width: usize, height: usize, first_px: [f64; 2], values: Vec<f32>) -> Self {
+        let energy = values.iter().map(|&value| f64::from(value).powi(2)).sum();
+        Self { width, height, first_px, values, energy }
+    }
+
+    /// Sum of the values times the pixels under them.
+    fn correlate(&self, width: usize, pixels: &[f32]) -> f64 {
+        vectorised(
+            #[inline(always)]
+            || {
+                let mut lanes = [0.0_f32; LANES];
+                let mut total = 0.0_f32;
+                for (f, g) in self.values.chunks_exact(self.width).zip(pixels.chunks(width)) {
+                    let g = &g[..self.width];
+                    let (f_lanes, f_rest) = f.as_chunks::<LANES>();
+                    let (g_lanes, g_rest) = g.as_chunks::<LANES>();
+                    for (f, g) in f_lanes.iter().zip(g_lanes) {
+                        for i in 0..LANES {
+                            lanes[i] += f[i] * g[i];
+                        }
+                    }
+                    total += f_rest.iter().zip(g_rest).map(|(f, g)| f * g).sum::<f32>();
+                }
+                f64::from(total) + sum_of_lanes(lanes)
+            },
+        )
+    }
+}
+
+/// The subset's grey value at a place (from its centre), between its pixels by their weights.
+fn bilinear(subset: &PreparedSubset, [x, y]: [f64; 2]) -> f32 {
+    let (x, y) = (x - subset.first_px[0], y - subset.first_px[1]);
+    let last = |n: usize| n.saturating_sub(2);
+    let (column, row) = ((x as usize).min(last(subset.width)), (y as usize).min(last(subset.height)));
+    let (t, s) = ((x - column as f64) as f32, (y - row as f64) as f32);
+    let at = |i: usize, j: usize| subset.intensity[(row + j) * subset.width + column + i];
+    (1.0 - s) * ((1.0 - t) * at(0, 0) + t * at(1, 0)) + s * ((1.0 - t) * at(0, 1) + t * at(1, 1))
 }
 
 /// Sums of pixels and of their squares over any rectangle, in four look-ups.

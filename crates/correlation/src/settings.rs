@@ -65,26 +65,41 @@ impl Settings {
 pub enum Shape {
     /// The same displacement everywhere: 2 parameters.
     Translation,
+    /// Translation and rotation: 3 parameters.
+    Rigid,
     /// A displacement that varies linearly, with rotation, strain and shear: 6 parameters.
     Affine,
+    /// A displacement that varies as a polynomial of second order: 12 parameters.
+    Quadratic,
 }
 
 impl Shape {
     /// Every shape function, the simplest first.
-    pub const ALL: [Self; 2] = [Self::Translation, Self::Affine];
+    pub const ALL: [Self; 4] = [Self::Translation, Self::Rigid, Self::Affine, Self::Quadratic];
 
-    /// Terms of the displacement's polynomial in one direction: 1, or 1, x, y.
+    /// Terms of the displacement's polynomial in one direction: 1, or 1, x, y, or these and x^2, xy, y^2.
     pub(crate) fn n_terms(self) -> usize {
         match self {
             Self::Translation => 1,
-            Self::Affine => 3,
+            Self::Rigid | Self::Affine => 3,
+            Self::Quadratic => 6,
+        }
+    }
+
+    /// Numbers that a match fits.
+    pub(crate) fn n_parameters(self) -> usize {
+        match self {
+            Self::Rigid => 3,
+            other => 2 * other.n_terms(),
         }
     }
 
     fn name(self) -> &'static str {
         match self {
             Self::Translation => "translation",
+            Self::Rigid => "rigid",
             Self::Affine => "affine",
+            Self::Quadratic => "quadratic",
         }
     }
 }
@@ -96,6 +111,43 @@ impl fmt::Display for Shape {
 }
 
 impl FromStr for Shape {
+    type Err = CorrelationError;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        by_name("shape function", &Self::ALL, name)
+    }
+}
+
+/// How the shape function of a subset is settled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ShapeChoice {
+    /// By name.
+    Named(Shape),
+    /// As the simplest that the matches cannot reject ([`crate::ShapeEvidence`]).
+    ByEvidence,
+}
+
+impl ShapeChoice {
+    /// Every choice, the named ones first.
+    pub const ALL: [Self; 5] = [
+        Self::Named(Shape::Translation),
+        Self::Named(Shape::Rigid),
+        Self::Named(Shape::Affine),
+        Self::Named(Shape::Quadratic),
+        Self::ByEvidence,
+    ];
+}
+
+impl fmt::Display for ShapeChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Named(shape) => shape.fmt(f),
+            Self::ByEvidence => f.pad("auto"),
+        }
+    }
+}
+
+impl FromStr for ShapeChoice {
     type Err = CorrelationError;
 
     fn from_str(name: &str) -> Result<Self, Self::Err> {
@@ -187,6 +239,9 @@ mod tests {
     fn names_lead_back_to_their_values() {
         for shape in Shape::ALL {
             assert_eq!(shape.to_string().parse::<Shape>().unwrap(), shape);
+        }
+        for choice in ShapeChoice::ALL {
+            assert_eq!(choice.to_string().parse::<ShapeChoice>().unwrap(), choice);
         }
         for interpolation in Interpolation::ALL {
             assert_eq!(interpolation.to_string().parse::<Interpolation>().unwrap(), interpolation);

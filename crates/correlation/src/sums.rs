@@ -4,6 +4,7 @@ use pulp::{Simd, WithSimd};
 
 use crate::PreparedSubset;
 use crate::Shape;
+use crate::moments::PARENTS;
 use crate::simd::{LANES, sum_of_lanes, vectorised};
 use crate::warp::{MAX_PARAMETERS, Step};
 
@@ -25,7 +26,8 @@ pub(crate) fn sum(subset: &PreparedSubset, samples: &[f32]) -> Sums {
     let arch = pulp::Arch::new();
     match subset.settings.shape {
         Shape::Translation => arch.dispatch(Summation::<1> { subset, samples }),
-        Shape::Affine => arch.dispatch(Summation::<3> { subset, samples }),
+        Shape::Rigid | Shape::Affine => arch.dispatch(Summation::<3> { subset, samples }),
+        Shape::Quadratic => arch.dispatch(Summation::<6> { subset, samples }),
     }
 }
 
@@ -71,9 +73,14 @@ impl<const TERMS: usize> Summation<'_, TERMS> {
                 let (u, v) = (simd.mul_f32s(slope_x[i], g[i]), simd.mul_f32s(slope_y[i], g[i]));
                 along_x[0][i] = simd.add_f32s(along_x[0][i], u);
                 along_y[0][i] = simd.add_f32s(along_y[0][i], v);
-                for (term, place) in [x[i], y[i]].into_iter().enumerate().take(TERMS - 1) {
-                    add(&mut along_x[term + 1][i], u, place);
-                    add(&mut along_y[term + 1][i], v, place);
+                let (mut terms_x, mut terms_y) = ([u; TERMS], [v; TERMS]);
+                for term in 1..TERMS {
+                    let (before, axis) = const { PARENTS }[term];
+                    let place = if axis == 0 { x[i] } else { y[i] };
+                    terms_x[term] = simd.mul_f32s(terms_x[before], place);
+                    terms_y[term] = simd.mul_f32s(terms_y[before], place);
+                    along_x[term][i] = simd.add_f32s(along_x[term][i], terms_x[term]);
+                    along_y[term][i] = simd.add_f32s(along_y[term][i], terms_y[term]);
                 }
                 add(&mut others[0][i], f[i], g[i]);
                 others[1][i] = simd.add_f32s(others[1][i], g[i]);
@@ -149,12 +156,15 @@ impl Sums {
         for (sum, [mean, slope]) in orthogonal.iter_mut().zip(subset.projections) {
             *sum -= mean * self.total + slope * self.intensity;
         }
-        let solve = |row: &[f64; MAX_PARAMETERS]| -> f64 {
-            row.iter().zip(orthogonal).map(|(inverse, sum)| inverse * sum).sum::<f64>() / gain
-        };
-        let parameters = subset.inverse.each_ref().map(solve);
+        let n_sums = 2 * subset.settings.shape.n_terms();
+        let mut parameters = [0.0; MAX_PARAMETERS];
+        for (parameter, row) in parameters.iter_mut().zip(&subset.inverse).take(n_sums) {
+            let products = row.iter().zip(&orthogonal).take(n_sums).map(|(inverse, sum)| inverse * sum);
+            *parameter = products.sum::<f64>() / gain;
+        }
         Some(Evaluation {
-            zncc: self.intensity / (subset.energy * variation).sqrt(),
+            // rounding takes that of equal images above 1
+            zncc: (self.intensity / (subset.energy * variation).sqrt()).min(1.0),
             gain,
             mean: self.total / subset.n_pixels() as f64,
             step: Step::new(subset.settings.shape, &parameters),

@@ -1,12 +1,16 @@
 use chainwave_measurement::{Lost, Position, Recording, Region, Subset, Track};
 
+use crate::evidence::ShapeTest;
 use crate::icgn::{Match, Stop};
 use crate::predict::History;
-use crate::search::{chance_zncc, search};
+use crate::search::{chance_zncc, search, search_turned};
 use crate::uncertainty::reference_sigma_px;
 use crate::warp::Warp;
 use crate::window::can_sample;
-use crate::{CorrelationError, PreparedSubset, Reference, ReferenceFrames, Settings, Window, Workspace};
+use crate::{
+    CorrelationError, PreparedSubset, Reference, ReferenceFrames, Settings, Shape, ShapeEvidence, Window,
+    Workspace,
+};
 
 /// Follows subsets through every frame of a recording: from the (first) reference frame to the end, and back to frame
 /// 0.
@@ -28,13 +32,59 @@ pub fn track(
     settings: &Settings,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Vec<Track>, CorrelationError> {
-    settings.check()?;
-    let mut followers = Vec::with_capacity(subsets.len());
-    for subset in subsets {
-        followers.push(Follower::new(recording, subset, reference, settings)?);
-    }
+    let mut followers = followers(recording, subsets, reference, settings)?;
     let first = reference.range().start;
     Ok(track_both_ways(followers.as_mut_slice(), first, recording.info().n_frames, subsets, progress))
+}
+
+/// As [`track`], each subset with the simplest shape function that its matches cannot reject, and the evidence for it.
+///
+/// All are followed with the affine shape function first, and those that need another one a second time with it;
+/// `progress` receives 1 for each frame of each time.
+///
+/// # Errors
+/// As [`track`].
+pub fn track_by_evidence(
+    recording: &dyn Recording,
+    subsets: &[Subset],
+    reference: &ReferenceFrames,
+    settings: &Settings,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<Vec<(Track, ShapeEvidence)>, CorrelationError> {
+    let affine = Settings { shape: Shape::Affine, ..settings.clone() };
+    let mut followers = followers(recording, subsets, reference, &affine)?;
+    for (follower, subset) in followers.iter_mut().zip(subsets) {
+        let reference = Reference::read(recording, subset, reference)?;
+        follower.shape_test = Some(ShapeTest::new(&reference, subset, &affine));
+    }
+    let (first, n_frames) = (reference.range().start, recording.info().n_frames);
+    let mut tracks = track_both_ways(followers.as_mut_slice(), first, n_frames, subsets, progress);
+    let evidence: Vec<ShapeEvidence> = followers
+        .iter()
+        .filter_map(|follower| follower.shape_test.as_ref())
+        .map(ShapeTest::evidence)
+        .collect();
+    for shape in Shape::ALL.into_iter().filter(|&shape| shape != Shape::Affine) {
+        let members: Vec<usize> = (0..subsets.len()).filter(|&i| evidence[i].shape == shape).collect();
+        if members.is_empty() {
+            continue;
+        }
+        let of_shape: Vec<Subset> = members.iter().map(|&i| subsets[i].clone()).collect();
+        let settings = Settings { shape, ..settings.clone() };
+        let again = track(recording, &of_shape, reference, &settings, progress)?;
+        members.into_iter().zip(again).for_each(|(i, track)| tracks[i] = track);
+    }
+    Ok(tracks.into_iter().zip(evidence).collect())
+}
+
+fn followers<'a>(
+    recording: &'a dyn Recording,
+    subsets: &[Subset],
+    reference: &ReferenceFrames,
+    settings: &Settings,
+) -> Result<Vec<Follower<'a>>, CorrelationError> {
+    settings.check()?;
+    subsets.iter().map(|subset| Follower::new(recording, subset, reference, settings)).collect()
 }
 
 pub(crate) type Found = Result<Position, Lost>;
@@ -94,6 +144,8 @@ struct Follower<'a> {
     workspace: Workspace,
     /// Least correlation of a place found by search.
     acquisition_zncc: f64,
+    /// Tests whether the affine shape function is needed, and enough.
+    shape_test: Option<ShapeTest>,
 }
 
 impl<'a> Follower<'a> {
@@ -115,6 +167,7 @@ impl<'a> Follower<'a> {
             workspace: Workspace::default(),
             acquisition_zncc: prepared.as_ref().map_or(1.0, chance_zncc).max(settings.min_zncc),
             subset: prepared,
+            shape_test: None,
         })
     }
 
@@ -132,14 +185,22 @@ impl<'a> Follower<'a> {
     fn locate(&mut self, frame: usize) -> Found {
         match self.find(frame) {
             Ok(found) => {
-                let position_px = [found.position.x_px.value, found.position.y_px.value];
-                self.history.found(Warp { position_px, gradient: found.gradient });
+                self.history.found(found.warp());
+                self.test_shape(frame, &found.warp());
                 Ok(self.with_reference_sigma(frame, found.position))
             }
             Err(reason) => {
                 self.history.lost();
                 Err(reason)
             }
+        }
+    }
+
+    fn test_shape(&mut self, frame: usize, warp: &Warp) {
+        // The reference frame agrees with itself in all digits, whatever its shape.
+        let other_frame = self.reference_frame != Some(frame);
+        if let (true, Some(test), Ok(subset)) = (other_frame, &mut self.shape_test, &self.subset) {
+            test.add(subset, &self.window, warp, &mut self.workspace);
         }
     }
 
@@ -178,7 +239,17 @@ impl<'a> Follower<'a> {
     fn match_by_search(&mut self, frame: usize, around_px: [f64; 2]) -> Result<Match, Lost> {
         let subset = self.subset.as_ref().map_err(|reason| *reason)?;
         let place = search(self.recording, frame, subset, around_px).map_err(|_| Lost::Unreadable)?;
-        let found = self.match_from(frame, Warp::at(place.ok_or(Lost::OutOfView)?))?;
+        let upright = self.match_certainly(frame, Warp::at(place.ok_or(Lost::OutOfView)?));
+        let (Err(_), 1) = (upright, self.history.n_lost + 1) else { return upright };
+        // Bodies rarely turn between two frames: that is looked for once, when they are lost.
+        let subset = self.subset.as_ref().map_err(|reason| *reason)?;
+        let turned = search_turned(self.recording, frame, subset, around_px).map_err(|_| Lost::Unreadable)?;
+        turned.map_or(upright, |warp| self.match_certainly(frame, warp))
+    }
+
+    /// A match that is no coincidence.
+    fn match_certainly(&mut self, frame: usize, start: Warp) -> Result<Match, Lost> {
+        let found = self.match_from(frame, start)?;
         let certain = found.position.zncc >= self.acquisition_zncc;
         if certain { Ok(found) } else { Err(Lost::LowCorrelation) }
     }
@@ -193,7 +264,7 @@ impl<'a> Follower<'a> {
             }
             self.read_window(frame, &start)?;
             let subset = self.subset.as_ref().map_err(|reason| *reason)?;
-            match subset.solve(&self.window, start, &mut self.workspace) {
+            match subset.solve_from_afar(&self.window, start, &mut self.workspace) {
                 Ok(found) => return Ok(found),
                 Err(Stop::Lost(reason)) => return Err(reason),
                 Err(Stop::Escaped(warp)) => start = warp,
@@ -206,8 +277,8 @@ impl<'a> Follower<'a> {
     fn in_frame(&self, warp: &Warp) -> Result<bool, Lost> {
         let subset = self.subset.as_ref().map_err(|reason| *reason)?;
         let frame = Region::whole(self.recording.info().width_px, self.recording.info().height_px);
-        let inside = |corner| can_sample(frame, subset.settings.interpolation, warp.apply(corner));
-        Ok(subset.corners().into_iter().all(inside))
+        let inside = |corner| can_sample(frame, subset.settings.interpolation, corner);
+        Ok(subset.bounds(warp).into_iter().all(inside))
     }
 
     fn read_window(&mut self, frame: usize, warp: &Warp) -> Result<(), Lost> {
@@ -247,13 +318,8 @@ fn window_around(subset: &PreparedSubset, warp: &Warp, width: usize, height: usi
     let margin = SLACK_PX + interpolation.prefilter_margin_px() as f64;
     let before = margin + interpolation.taps_before() as f64;
     let after = margin + interpolation.taps_after() as f64 + 1.0;
-    let corners = subset.corners().map(|corner| warp.apply(corner));
-    let bounds = |axis: usize| {
-        let values = corners.map(|corner| corner[axis]);
-        let low = values.into_iter().fold(f64::INFINITY, f64::min);
-        let high = values.into_iter().fold(f64::NEG_INFINITY, f64::max);
-        ((low - before).floor() as i64, (high + after).floor() as i64)
-    };
-    let ((x0, x1), (y0, y1)) = (bounds(0), bounds(1));
+    let [low, high] = subset.bounds(warp);
+    let [x0, y0] = low.map(|value| (value - before).floor() as i64);
+    let [x1, y1] = high.map(|value| (value + after).floor() as i64);
     Region::clipped(x0, y0, x1, y1, width, height)
 }

@@ -15,28 +15,36 @@
 //! The reference's noise has no product with K: the filters are antisymmetric, D^T = -D, and n^T D n = 0. The noise in
 //! the gradient is white, so the target's interpolated noise multiplies it with variance G.
 
+use nalgebra::DMatrix;
+
 use crate::PreparedSubset;
-use crate::prepared::Patch;
 use crate::warp::Warp;
 
-/// Covariance of the displacement of the centre (xx, xy, yy) per unit variance of a pixel's noise.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Covariance of the parameters per unit variance of a pixel's noise.
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct UnitCovariance {
     /// M^-1 S M^-T.
-    pub(crate) signal: [f64; 3],
+    pub(crate) signal: DMatrix<f64>,
     /// M^-1 K M^-T.
-    pub(crate) noise: [f64; 3],
+    pub(crate) noise: DMatrix<f64>,
 }
 
 impl UnitCovariance {
     pub(crate) fn largest_signal(&self) -> f64 {
-        let [xx, _, yy] = self.signal;
+        let [xx, _, yy] = of_centre(&self.signal);
         // NaN stays NaN
         if xx > yy { xx } else { yy }
     }
 }
 
+/// Covariance of the displacement of the centre (xx, xy, yy), out of that of all parameters.
+fn of_centre(full: &DMatrix<f64>) -> [f64; 3] {
+    let v = full.nrows() / 2;
+    [full[(0, 0)], full[(0, v)], full[(v, v)]]
+}
+
 /// What a match leaves.
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct Residual {
     /// Gain b of the target over the reference.
     pub(crate) gain: f64,
@@ -46,13 +54,23 @@ pub(crate) struct Residual {
 
 /// Standard uncertainty of the position in x and y, in pixels of the target.
 pub(crate) fn sigma_px(subset: &PreparedSubset, warp: &Warp, residual: &Residual) -> [f64; 2] {
-    let n_fitted = 2 * subset.settings.shape.n_terms() + 2;
-    let degrees_of_freedom = subset.n_pixels().saturating_sub(n_fitted).max(1) as f64;
+    let [signal, noise] = scales(subset, warp, residual);
+    sigma_from(subset, warp, signal, noise)
+}
+
+/// The factors of the two parts of [`UnitCovariance`] in the covariance of a match's parameters.
+pub(crate) fn scales(subset: &PreparedSubset, warp: &Warp, residual: &Residual) -> [f64; 2] {
     let interpolation_gain = mean_noise_gain(subset, warp);
     let from_reference = residual.gain.powi(2) / subset.n_averaged;
+    let degrees_of_freedom = degrees_of_freedom(subset) as f64;
     let variance = residual.sum_of_squares / degrees_of_freedom / (interpolation_gain + from_reference);
     let scale = variance / residual.gain.powi(2);
-    sigma_from(subset, warp, scale * (1.0 + from_reference), scale * interpolation_gain)
+    [scale * (1.0 + from_reference), scale * interpolation_gain]
+}
+
+/// Pixels less the numbers that a match fits, with gain and offset of the light.
+pub(crate) fn degrees_of_freedom(subset: &PreparedSubset) -> usize {
+    subset.n_pixels().saturating_sub(subset.settings.shape.n_parameters() + 2).max(1)
 }
 
 /// Standard uncertainty of the position in the reference frame itself. There the position is given and the residual
@@ -62,8 +80,8 @@ pub(crate) fn reference_sigma_px(subset: &PreparedSubset) -> [f64; 2] {
 }
 
 fn sigma_from(subset: &PreparedSubset, warp: &Warp, signal: f64, noise: f64) -> [f64; 2] {
-    let term = |i: usize| signal * subset.covariance.signal[i] + noise * subset.covariance.noise[i];
-    let [xx, xy, yy] = [term(0), term(1), term(2)];
+    let (of_signal, of_noise) = (of_centre(&subset.covariance.signal), of_centre(&subset.covariance.noise));
+    let [xx, xy, yy] = [0, 1, 2].map(|i| signal * of_signal[i] + noise * of_noise[i]);
     [[1.0, 0.0], [0.0, 1.0]].map(|axis| {
         // The covariance is that of the subset's own coordinates: (1 + A) cov (1 + A)^T, row by row.
         let [a, b] = [
@@ -87,18 +105,4 @@ fn mean_noise_gain(subset: &PreparedSubset, warp: &Warp) -> f64 {
         sum += interpolation.noise_gain(x) * interpolation.noise_gain(y);
     }
     sum / (N * N) as f64
-}
-
-/// Variance of the noise of one reference pixel, from the image's highest frequencies, where optics leave no texture:
-/// the mean square of fourth differences along x and y, 1 -4 6 -4 1 in each, whose squares sum to 70 in each.
-///
-/// (J. Immerkaer, Comput. Vis. Image Underst. 64 (1996) 300-302, uses second differences; by their spectrum, speckles
-/// of 4.5 px leave 1 % of full range in those and 0.2 % here.)
-pub(crate) fn reference_noise_variance(patch: &Patch) -> f64 {
-    const FOURTH: [f64; 5] = [1.0, -4.0, 6.0, -4.0, 1.0];
-    let differences = patch.filtered(&FOURTH, 2, &FOURTH, 2);
-    let mean_square = differences.iter().map(|d| d * d).sum::<f64>() / differences.len() as f64;
-    // Rounding of f32 pixels: so an image of exact stripes has no texture along them either.
-    let rounding = 1e-6 * patch.mean.abs();
-    mean_square / (70.0 * 70.0) + rounding * rounding
 }

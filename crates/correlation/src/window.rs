@@ -1,6 +1,7 @@
 use chainwave_measurement::Region;
 
 use crate::prefilter::{Rows, prefilter};
+use crate::search::Scene;
 use crate::simd::LANES;
 use crate::{CorrelationError, Interpolation};
 
@@ -63,6 +64,23 @@ impl Window {
         let (width, level) = (self.region.width, self.level);
         let rows = Rows { values: &mut self.coefficients[LANES..LANES + n], stride: self.stride, width };
         prefilter(rows, &self.pixels, level, self.interpolation.poles());
+    }
+
+    /// All pixels, to be searched.
+    pub(crate) fn scene(&self) -> Scene {
+        Scene::new(self.region, self.pixels.clone(), self.level)
+    }
+
+    /// The pixels within some columns and rows of a place, to be searched; `None` outside of the image.
+    pub(crate) fn part_around(&self, [x, y]: [f64; 2], [columns, rows]: [usize; 2]) -> Option<Scene> {
+        let Region { x: left, y: top, width, height } = self.region;
+        let (x, y) = (x.round() as i64 - left as i64, y.round() as i64 - top as i64);
+        let (columns, rows) = (columns as i64, rows as i64);
+        let part = Region::clipped(x - columns, y - rows, x + columns + 1, y + rows + 1, width, height)?;
+        let lines = self.pixels.chunks_exact(width).skip(part.y).take(part.height);
+        let pixels = lines.flat_map(|line| line[part.x..part.x + part.width].iter().copied()).collect();
+        let region = Region { x: left + part.x, y: top + part.y, ..part };
+        Some(Scene::new(region, pixels, self.level))
     }
 
     /// Index of the first coefficient that a point in the pixel at `(column, row)` of the window needs.

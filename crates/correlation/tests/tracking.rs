@@ -131,6 +131,23 @@ fn a_subset_without_texture_says_so_in_every_frame() {
 }
 
 #[test]
+fn a_body_that_has_turned_by_any_angle_between_two_frames_is_found() {
+    let body = Speckle::new(7, Speckle::RADIUS_PX);
+    let turned = |degrees: f64| {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        let image = body.deformed(|[x, y]| {
+            let (x, y) = (x - 205.0, y - 208.0);
+            [210.0 + cos * x + sin * y, 210.0 - sin * x + cos * y]
+        });
+        sense(&image, 0.01, degrees as u64 + 1)
+    };
+    for degrees in [20.0, 67.0, 90.0, 181.0, 263.0] {
+        let film = Film::new(vec![sense(&body.deformed(|place| place), 0.01, 0), turned(degrees)]);
+        assert_close(&follow(&film, [210.0, 210.0], 0), 1, [205.0, 208.0]);
+    }
+}
+
+#[test]
 fn progress_counts_every_frame_once() {
     let film = film(&[[200.0, 200.0]; 5]);
     let frames = AtomicU64::new(0);

@@ -4,10 +4,10 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 
 use chainwave_figures::{
-    BodyMotion, EnergyShares, FrequencyMark, FrontPulse, FrontWidth, GapSpectrum, GroupVelocities,
-    PeakEnergy, PeakFit, PeakTrace, Point, ProfilePanel, ResidualMapPanel, Series, StrainMapPanel,
-    TailSpectrum, displacements, front_width, group_velocity, peak_energy, peak_trace, residual_map,
-    strain_map, strain_profiles, tail_spectrum,
+    BodyMotion, CoverageRow, EnergyShares, FrequencyMark, FrontPulse, FrontWidth, GapSpectrum,
+    GroupVelocities, PeakEnergy, PeakFit, PeakTrace, Point, ProfilePanel, ResidualMapPanel, Series,
+    StrainMapPanel, TailSpectrum, coverage, displacements, front_width, group_velocity, peak_energy,
+    peak_trace, residual_map, strain_map, strain_profiles, tail_spectrum,
 };
 use chainwave_measurement::Estimate;
 use ndarray::Array2;
@@ -27,6 +27,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     energies(&folder)?;
     spectra(&folder)?;
     motions(&folder)?;
+    coverages(&folder)?;
     Ok(())
 }
 
@@ -168,6 +169,21 @@ fn velocities(folder: &Path) -> Result<(), Box<dyn Error>> {
         sound_speed_m_per_s: Some(54.0),
     };
     group_velocity(&folder.join("group_velocity"), &velocities)?;
+    Ok(())
+}
+
+fn coverages(folder: &Path) -> Result<(), Box<dyn Error>> {
+    let quantities = ["displacement", "group velocity", "c_d, tracks", "trigger offset"];
+    let rows: Vec<CoverageRow> = quantities
+        .iter()
+        .enumerate()
+        .map(|(i, quantity)| CoverageRow {
+            quantity: (*quantity).into(),
+            within_68: Estimate::new(0.68 + 0.03 * noise(i, 6), 0.02),
+            within_95: Estimate::new(0.95 + 0.01 * noise(i, 7), 0.01),
+        })
+        .collect();
+    coverage(&folder.join("coverage"), &rows)?;
     Ok(())
 }
 

@@ -13,9 +13,11 @@
 //! Compressive strain is drawn upwards: figures show -u_n.
 
 mod colour;
+mod coverage;
 mod displacements;
 mod drawing;
 mod error;
+mod field_map;
 mod front_width;
 mod geometry;
 mod group_velocity;
@@ -35,10 +37,13 @@ mod strain_profiles;
 mod svg;
 mod tail_spectrum;
 mod ticks;
+mod trade_off;
 mod typeface;
 
+pub use coverage::{CoverageRow, coverage};
 pub use displacements::{BodyMotion, displacements};
 pub use error::FigureError;
+pub use field_map::{FieldMap, FieldPanel, field_map};
 pub use front_width::{FrontPulse, FrontWidth, front_width};
 pub use group_velocity::{GroupVelocities, group_velocity};
 pub use peak_energy::{EnergyShares, PeakEnergy, peak_energy};
@@ -48,3 +53,4 @@ pub use series::{Origin, Point, Series};
 pub use strain_map::{StrainMapPanel, strain_map};
 pub use strain_profiles::{ProfilePanel, strain_profiles};
 pub use tail_spectrum::{FrequencyMark, GapSpectrum, TailSpectrum, tail_spectrum};
+pub use trade_off::{TradeOff, TradeOffPoint, trade_off};

@@ -176,6 +176,17 @@ impl Plot {
         self.draw_axes(drawing, labels, TickLengths { beside: -0.8, top: 0.0, right: 0.0 });
     }
 
+    /// The frame with a numbered axis below and a name at each row; row `i` from the top lies at the ordinate `-i`.
+    pub(crate) fn named_rows(&self, drawing: &mut Drawing, label: &str, names: &[&str]) {
+        self.x_axis(drawing, label, TickLengths { beside: TICK_MM, top: TICK_MM, right: 0.0 });
+        for (i, name) in names.iter().enumerate() {
+            let Some(share) = self.y.share(-(i as f64)) else { continue };
+            let at = (self.frame.left - NUMBER_GAP_MM, self.frame.bottom - share * self.frame.height());
+            drawing.text(name, at, NUMBER_MM, Anchor::End);
+        }
+        drawing.outline(self.frame, Stroke::axis());
+    }
+
     fn draw_axes(&self, drawing: &mut Drawing, labels: Labels, lengths: TickLengths) {
         if self.is_empty() {
             drawing.text("no data", self.frame.centre(), LABEL_MM, Anchor::Middle);

@@ -42,7 +42,8 @@ impl Extent {
     pub(crate) fn padded(self, share: f64) -> Self {
         let middle = 0.5 * self.low + 0.5 * self.high;
         // Ticks need some digits to differ, so a range shorter than a millionth of its distance from zero is widened.
-        let least = if middle == 0.0 { 1.0 } else { 1e-6 * middle.abs() };
+        let is_point = self.low >= self.high;
+        let least = if middle == 0.0 && is_point { 1.0 } else { 1e-6 * middle.abs() };
         if self.high - self.low < least {
             return Self { low: middle - 0.5 * least, high: middle + 0.5 * least };
         }
@@ -66,12 +67,14 @@ pub(crate) enum Kind {
 pub(crate) struct Scale {
     extent: Option<Extent>,
     kind: Kind,
+    /// Whether the high end is where the low one usually is.
+    turned: bool,
 }
 
 impl Scale {
     /// A linear axis; without an extent it has no ticks and says "no data".
     pub(crate) fn linear(extent: Option<Extent>) -> Self {
-        Self { extent: extent.map(|extent| extent.padded(0.0)), kind: Kind::Linear }
+        Self { extent: extent.map(|extent| extent.padded(0.0)), kind: Kind::Linear, turned: false }
     }
 
     pub(crate) fn whole(extent: Option<Extent>) -> Self {
@@ -82,7 +85,12 @@ impl Scale {
     pub(crate) fn log(extent: Option<Extent>) -> Self {
         let extent = extent.filter(|extent| extent.low > 0.0);
         let widened = extent.map(|Extent { low, high }| Extent { low, high: high.max(low * 1.01) });
-        Self { extent: widened, kind: Kind::Log }
+        Self { extent: widened, kind: Kind::Log, turned: false }
+    }
+
+    /// The same axis with its low end on top, as the rows of an image count.
+    pub(crate) fn downwards(self) -> Self {
+        Self { turned: true, ..self }
     }
 
     pub(crate) fn is_empty(&self) -> bool {
@@ -97,10 +105,11 @@ impl Scale {
     pub(crate) fn converted(&self, factor: f64, offset: f64) -> Self {
         let convert = |value: f64| factor * value + offset;
         let extent = self.extent.map(|e| Extent { low: convert(e.low), high: convert(e.high) });
-        Self { extent, kind: Kind::Linear }
+        Self { extent, kind: Kind::Linear, turned: self.turned }
     }
 
-    /// Place of a value: 0 at the low end, 1 at the high end, beyond them outside; `None` where it has no place.
+    /// Place of a value: 0 at the low end, 1 at the high end (on an axis that is turned, the other way round), beyond
+    /// them outside; `None` where it has no place.
     pub(crate) fn share(&self, value: f64) -> Option<f64> {
         let Extent { low, high } = self.extent?;
         match self.kind {
@@ -108,6 +117,7 @@ impl Scale {
             Kind::Log => None,
             _ => Some((value - low) / (high - low)),
         }
+        .map(|share| if self.turned { 1.0 - share } else { share })
         .filter(|&share| is_drawable(value) && is_drawable(share))
     }
 
@@ -145,6 +155,12 @@ mod tests {
             assert_eq!(scale.share(value), Some(0.5), "{value}");
             assert!(!scale.ticks(4).is_empty(), "{value}");
         }
+    }
+
+    #[test]
+    fn a_small_range_around_zero_stays_small() {
+        let extent = Extent { low: -1e-3, high: 1e-3 };
+        assert_eq!(extent.padded(0.0), extent);
     }
 
     #[test]

@@ -98,6 +98,24 @@ impl Contacts {
         }
     }
 
+    /// The contact of the first gap.
+    pub fn first(&self) -> &Contact {
+        self.of_gap(0)
+    }
+
+    /// Changes every power law among the contacts.
+    pub fn for_each_power_law(&mut self, mut change: impl FnMut(&mut PowerLaw)) {
+        let contacts = match self {
+            Self::Same(contact) => std::slice::from_mut(contact),
+            Self::Each(contacts) => contacts,
+        };
+        for contact in contacts {
+            if let Law::Power(law) = &mut contact.law {
+                change(law);
+            }
+        }
+    }
+
     /// Tangent stiffness of the first gap at zero overlap, in newtons per metre.
     pub fn k_0_n_per_m(&self) -> f64 {
         self.of_gap(0).stiffness_n_per_m(0.0)

@@ -109,6 +109,35 @@ pub enum MechanicsError {
         /// Time of the first output that is not finite, in seconds.
         time_s: f64,
     },
+    /// The time step lies beyond the stability bound of velocity Verlet for rings.
+    #[error(
+        "time step: expected at most {limit_s:.3e} s, the stability bound of velocity Verlet for these rings, found \
+         {dt_s:.3e} s (leave the step out to have it chosen)"
+    )]
+    UnstableStep {
+        /// The step asked for, in seconds.
+        dt_s: f64,
+        /// The largest stable step, in seconds.
+        limit_s: f64,
+    },
+    /// A ring was bent beyond what its elements can tell.
+    #[error(
+        "before t = {time_s:.3e} s: expected each ring to turn by less than 120 degrees against its unstressed shape from one \
+         element to the next, found more (take more elements, a slower striker, or a softer contact)"
+    )]
+    RingBroken {
+        /// A time after which it had happened, in seconds.
+        time_s: f64,
+    },
+    /// Newton's method found no equilibrium of a ring.
+    #[error(
+        "equilibrium of the ring: expected Newton's method to converge, found none after {steps} steps \
+         (take smaller steps of load or displacement, or more elements)"
+    )]
+    NoEquilibrium {
+        /// Steps taken.
+        steps: usize,
+    },
     /// The striker's contact opened and closed without end.
     #[error(
         "the striker's contact switched {switches} times in a row without a whole step at t = {time_s} s"

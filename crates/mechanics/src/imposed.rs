@@ -51,6 +51,11 @@ impl ImposedMotion {
         (x_m, v)
     }
 
+    /// Largest size of the velocity at the samples, in metres per second.
+    pub(crate) fn largest_velocity_m_per_s(&self) -> f64 {
+        self.times_s.iter().map(|&time_s| self.at(time_s).1.abs()).fold(0.0, f64::max)
+    }
+
     /// Requires samples from t = 0 to `duration_s`.
     pub(crate) fn check_covers(&self, duration_s: f64) -> Result<(), MechanicsError> {
         let (first_s, last_s) = (self.times_s[0], self.times_s[self.times_s.len() - 1]);

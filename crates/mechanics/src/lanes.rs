@@ -21,8 +21,8 @@ pub(crate) fn padded(n: usize) -> usize {
 /// The sum of the partial sums of a row, one for each place in [`PADDING`], in an order that no vector width changes.
 #[inline(always)]
 pub(crate) fn total(sums: [f64; PADDING]) -> f64 {
-    let [a, b, c, d, e, f, g, h] = sums;
-    ((a + e) + (c + g)) + ((b + f) + (d + h))
+    let quarter = |i: usize| sums[i] + sums[i + PADDING / 2];
+    (quarter(0) + quarter(2)) + (quarter(1) + quarter(3))
 }
 
 /// `U` vectors that go through a formula side by side, so that one hides the latency of the other and both share the

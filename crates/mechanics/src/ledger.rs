@@ -1,6 +1,9 @@
+use std::ops::Range;
+
 use pulp::{Simd, WithSimd};
 
 use crate::{
+    integrator::Step,
     lanes::{Lanes, vectorised},
     model::Model,
     state::State,
@@ -14,6 +17,8 @@ pub(crate) struct Ledger {
     /// Largest and smallest overlap of each gap of the row so far, in metres.
     most_m: Vec<f64>,
     least_m: Vec<f64>,
+    /// When each gap of the row turned at its largest overlap, in seconds; not a number before it turned.
+    most_at_s: Vec<f64>,
     /// Overlaps in metres below which the tension rules hold; minus infinity where no bond is.
     limits_m: Vec<f64>,
     initial_j: Option<f64>,
@@ -34,6 +39,7 @@ impl Ledger {
         let mut ledger = Self {
             tension_events: 0,
             most_m: row.clone(),
+            most_at_s: vec![f64::NAN; row.len()],
             least_m: row,
             limits_m,
             initial_j: None,
@@ -49,9 +55,16 @@ impl Ledger {
         ledger
     }
 
-    /// Books a step of length `h_s`.
-    pub(crate) fn book_gaps(&mut self, model: &Model<'_>, from: &State, to: &State, h_s: f64) {
-        vectorised(BookGaps { ledger: self, model, from, to, h_s });
+    /// Books a step.
+    pub(crate) fn book_gaps(&mut self, model: &Model<'_>, from: &State, to: &State, step: Step) {
+        vectorised(BookGaps { ledger: self, model, from, to, step });
+    }
+
+    /// When each gap between bodies was closed the most, in seconds; none where it was never seen to open again.
+    pub(crate) fn peak_times_s(&self, model: &Model<'_>) -> Vec<Option<f64>> {
+        let first = model.first_gap();
+        let times_s = self.most_at_s[first..first + model.n_gaps()].iter();
+        times_s.map(|time_s| time_s.is_finite().then_some(*time_s)).collect()
     }
 
     /// Books the whole energy at `state`, and returns what the masses and gaps hold, in joules.
@@ -84,15 +97,18 @@ impl Ledger {
         [self.least_m[gap], self.most_m[gap]]
     }
 
-    /// Looks for a peak between the ends of a step in `n` gaps from `first` on.
+    /// Looks for peaks between the ends of a step.
     #[cold]
-    fn book_peaks(&mut self, model: &Model<'_>, ends: [&State; 2], h_s: f64, first: usize, n: usize) {
-        for gap in first..(first + n).min(model.n_masses()) {
+    fn book_peaks(&mut self, model: &Model<'_>, ends: [&State; 2], step: Step, gaps: Range<usize>) {
+        for gap in gaps.start..gaps.end.min(model.n_masses()) {
             let [rate, rate_after] = ends.map(|state| state.v_m_per_s[gap] - state.v_m_per_s[gap + 1]);
             if rate * rate_after < 0.0 {
                 let [before, after] = ends.map(|state| Course::of_gap(model, state, gap));
-                let peak_m = peak_between(before, after, h_s);
-                self.most_m[gap] = self.most_m[gap].max(peak_m);
+                let (part, peak_m) = peak_between(before, after, step.h_s);
+                if peak_m > self.most_m[gap] || (peak_m >= self.most_m[gap] && rate > 0.0) {
+                    self.most_m[gap] = peak_m;
+                    self.most_at_s[gap] = step.time_s + part * step.h_s;
+                }
                 self.least_m[gap] = self.least_m[gap].min(peak_m);
             }
         }
@@ -104,7 +120,7 @@ struct BookGaps<'a> {
     model: &'a Model<'a>,
     from: &'a State,
     to: &'a State,
-    h_s: f64,
+    step: Step,
 }
 
 impl WithSimd for BookGaps<'_> {
@@ -114,9 +130,9 @@ impl WithSimd for BookGaps<'_> {
     /// gap turns.
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { ledger, model, from, to, h_s } = self;
+        let Self { ledger, model, from, to, step } = self;
         let n = to.active;
-        let h = Lanes::<S, 1>::splat(simd, h_s);
+        let h = Lanes::<S, 1>::splat(simd, step.h_s);
         let (zero, one) = (h.constant(0.0), h.constant(1.0));
         let mut passes = zero;
         for vector in 0..n / S::F64_LANES {
@@ -130,11 +146,13 @@ impl WithSimd for BookGaps<'_> {
             let limit = Lanes::new(simd, [S::as_simd_f64s(&ledger.limits_m).0[vector]]);
             let extreme = most.select_less(reach, turned, reach.select_less(least, turned, zero));
             passes = passes + after.select_less(limit, before.select_less(limit, zero, one), zero);
-            [S::as_mut_simd_f64s(&mut ledger.most_m).0[vector]] = most.max(after).values();
             [S::as_mut_simd_f64s(&mut ledger.least_m).0[vector]] = least.min(after).values();
             if extreme.largest() > 0.0 {
-                ledger.book_peaks(model, [from, to], h_s, vector * S::F64_LANES, S::F64_LANES);
+                let first = vector * S::F64_LANES;
+                ledger.book_peaks(model, [from, to], step, first..first + S::F64_LANES);
             }
+            let most = Lanes::new(simd, [S::as_simd_f64s(&ledger.most_m).0[vector]]);
+            [S::as_mut_simd_f64s(&mut ledger.most_m).0[vector]] = most.max(after).values();
         }
         ledger.tension_events += passes.total() as u64;
     }
@@ -171,9 +189,9 @@ impl Course {
 /// Halvings that locate a turn: to rounding, for at a turn the overlap changes with the square of the time.
 const HALVINGS: u32 = 30;
 
-/// The turning point of the quintic through both courses, which makes the peak independent of where the steps fall, to sixth
+/// The turning point of the quintic through both courses, as a part of the step and an overlap, which makes the peak independent of where the steps fall, to sixth
 /// order in the step.
-fn peak_between(before: Course, after: Course, h_s: f64) -> f64 {
+fn peak_between(before: Course, after: Course, h_s: f64) -> (f64, f64) {
     let change = after.overlap_m - before.overlap_m;
     let (v_0, v_1) = (h_s * before.rate_m_per_s, h_s * after.rate_m_per_s);
     let (a_0, a_1) = (h_s * h_s * before.bend_m_per_s2, h_s * h_s * after.bend_m_per_s2);
@@ -187,7 +205,7 @@ fn peak_between(before: Course, after: Course, h_s: f64) -> f64 {
         if rate(middle) * v_0 > 0.0 { start = middle } else { end = middle }
     }
     let s = 0.5 * (start + end);
-    before.overlap_m + s * (v_0 + s * (0.5 * a_0 + s * (cube + s * (fourth + s * fifth))))
+    (s, before.overlap_m + s * (v_0 + s * (0.5 * a_0 + s * (cube + s * (fourth + s * fifth)))))
 }
 
 #[cfg(test)]
@@ -208,7 +226,8 @@ mod tests {
         }
         let peak_m = course(t).overlap_m;
         for (start, end) in [(0.0, 1.0), (0.5, 0.7), (0.55, 0.9)] {
-            let found_m = peak_between(course(start), course(end), end - start);
+            let (part, found_m) = peak_between(course(start), course(end), end - start);
+            assert!((start + part * (end - start) - t).abs() < 1e-9);
             // A few roundings of numbers near 2.
             assert!((found_m - peak_m).abs() < 2e-15, "{start} {end}: {found_m} {peak_m}");
         }

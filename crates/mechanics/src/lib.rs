@@ -26,7 +26,9 @@ mod lanes;
 mod ledger;
 mod model;
 mod recorder;
+mod ring;
 mod run;
+mod scan;
 mod simulate;
 mod state;
 mod step_size;
@@ -37,4 +39,10 @@ pub use contact::{Contact, Contacts, Law, LinearLaw, PowerLaw, TableLaw, Tension
 pub use error::MechanicsError;
 pub use imposed::ImposedMotion;
 pub use integrator::Method;
+pub use ring::{
+    Boundary, Compression, Equilibrium, Mode, Response, Ring, RingChain, RingDrive, RingSchedule,
+    RingSimulation, RingStriker, Rod, Section, Support, Symmetry, compress, ring_bands, ring_modes,
+    simulate_rings,
+};
+pub use scan::scan;
 pub use simulate::{Bodies, Integration, Schedule, Simulation, StrikerMotion, simulate};

@@ -102,7 +102,7 @@ impl<'a> Run<'a> {
             let (h_s, cut) = self.step(time_s, target_s, &state, &mut ahead)?;
             let reached = cut.is_none() && time_s + h_s * (1.0 + 1e-5) >= target_s;
             let end_s = if reached { target_s } else { time_s + h_s };
-            self.ledger.book_gaps(&self.model, &state, &ahead, h_s);
+            self.ledger.book_gaps(&self.model, &state, &ahead, Step { time_s, h_s });
             self.control.reach(&ahead);
             while next_output < self.order.n_outputs && self.time_of(next_output) <= end_s {
                 let output_s = self.time_of(next_output);
@@ -177,7 +177,7 @@ impl<'a> Run<'a> {
     fn output(&mut self, k: usize, state: &State) -> Result<(), MechanicsError> {
         self.recorder.record(k, state);
         let last = self.order.n_outputs - 1;
-        if k % last.div_ceil(ENERGY_BOOKINGS) == 0 || k == last {
+        if k.is_multiple_of(last.div_ceil(ENERGY_BOOKINGS)) || k == last {
             let held_j = self.ledger.book_total(&self.model, state);
             if !held_j.is_finite() {
                 return Err(MechanicsError::NotFinite { time_s: self.time_of(k) });
@@ -204,6 +204,7 @@ impl<'a> Run<'a> {
             striker,
             energy_drift: self.ledger.energy_drift(),
             psi_max_j: self.ledger.psi_max_j(&self.model),
+            peak_times_s: self.ledger.peak_times_s(&self.model),
             steps: self.steps,
             dt_s,
             method: self.order.method.name(),

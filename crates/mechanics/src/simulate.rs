@@ -78,6 +78,8 @@ pub struct Simulation {
     pub energy_drift: f64,
     /// Peak potential energy of each gap between bodies in joules, over all steps and between them.
     pub psi_max_j: Vec<f64>,
+    /// When each of these gaps was closed the most, in seconds; none where it was not seen to open again.
+    pub peak_times_s: Vec<Option<f64>>,
     /// Number of steps, those that end at a switch included and those refused left out.
     pub steps: u64,
     /// Time step in seconds; the mean one of an adaptive method.

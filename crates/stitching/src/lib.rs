@@ -13,6 +13,7 @@
 //! over the drives of all recordings, at their mean trigger (mean tau = mean s = 0).
 //!
 //! - [`Observation`]: the tracked bodies of one recording, in metres;
+//! - [`outliers`]: the recordings that contradict the others of their view, with the evidence;
 //! - [`merge`]: observations -> [`Stitched`], which holds the [`ChainMotion`] and each recording's alignment.
 //!
 //! Pixels are unknown here, and so is what moves the chain.
@@ -26,8 +27,10 @@ mod error;
 mod gauge;
 mod merge;
 mod modes;
+mod outliers;
 mod resample;
 mod rest;
 
 pub use error::StitchingError;
 pub use merge::{Alignment, Settings, Stitched, merge};
+pub use outliers::{Evidence, Outlier, outliers};

@@ -361,7 +361,7 @@ fn rounded(interval_s: f64) -> f64 {
     (interval_s * scale).round() / scale
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
+pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values[values.len() / 2]
 }

@@ -3,7 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on should panic")]
 
 use chainwave_measurement::{BodyTrack, Estimate, Observation};
-use chainwave_stitching::{Settings, Stitched, merge};
+use chainwave_stitching::{Settings, Stitched, merge, outliers};
 use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64Mcg;
@@ -33,10 +33,20 @@ struct Experiment {
 
 /// Three views of three bodies each, five trials, neighbours sharing one body.
 fn experiment(seed: u64) -> Experiment {
+    filmed(seed, 0.0)
+}
+
+/// The same with one trial in the second view struck 5 % harder than the others.
+fn struck_harder(seed: u64) -> Experiment {
+    filmed(seed, 0.05)
+}
+
+fn filmed(seed: u64, harder: f64) -> Experiment {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let mut normal = |sigma: f64| Normal::new(0.0, sigma).unwrap().sample(&mut random);
     let mut trials: Vec<Trial> =
         (0..15).map(|_| Trial { drive: normal(0.018), offset_s: normal(0.3 * FRAME_S) }).collect();
+    trials[6].drive += harder;
     let mean_drive = trials.iter().map(|trial| trial.drive).sum::<f64>() / 15.0;
     let mean_offset_s = trials.iter().map(|trial| trial.offset_s).sum::<f64>() / 15.0;
     for trial in &mut trials {
@@ -170,4 +180,43 @@ fn contradictions_are_refused() {
     let mut late = experiment(1).observations;
     late[0].times_s.iter_mut().for_each(|time| *time += 1.0);
     assert!(merge(&late, &settings).unwrap_err().to_string().contains("rest"));
+}
+
+fn found_outliers(observations: &[Observation]) -> Vec<String> {
+    let found = outliers(observations, &Settings::new(N_BODIES, 2.0 * FRAME_S)).unwrap();
+    found.into_iter().map(|outlier| outlier.recording).collect()
+}
+
+#[test]
+fn sound_trials_are_kept() {
+    for seed in 20..40 {
+        assert!(found_outliers(&experiment(seed).observations).is_empty(), "seed {seed}");
+    }
+}
+
+#[test]
+fn a_trial_struck_harder_is_no_outlier_but_corrected() {
+    for seed in 0..10 {
+        let experiment = struck_harder(seed);
+        assert!(found_outliers(&experiment.observations).is_empty(), "seed {seed}");
+        let errors = errors(&experiment, &stitch(&experiment.observations));
+        let inside = errors.iter().filter(|(error, sigma)| error.abs() <= 1.96 * sigma).count();
+        // Shared errors: the share of one experiment scatters.
+        assert!(inside as f64 > 0.8 * errors.len() as f64, "seed {seed}: {inside} of {}", errors.len());
+    }
+}
+
+#[test]
+fn bodies_under_wrong_names_and_a_wrong_frame_rate_are_named() {
+    for seed in 0..10 {
+        let mut observations = experiment(seed).observations;
+        // View 1 trial 2 holds a file of view 2: bodies 3 to 5 are in truth 5 to 7.
+        let other = observations[12].bodies.clone();
+        for (track, wrong) in observations[7].bodies.iter_mut().zip(other) {
+            track.position_m = wrong.position_m;
+        }
+        // View 0 trial 3 was filmed 2 % slower than its header says.
+        observations[3].times_s.iter_mut().for_each(|time_s| *time_s *= 1.02);
+        assert_eq!(found_outliers(&observations), ["view0 trial3", "view1 trial2"], "seed {seed}");
+    }
 }

@@ -24,6 +24,11 @@ pub(crate) fn primitive(x: f64) -> f64 {
     primitive + value * step * (1.0 + step * (-0.5 * at + step * (third + step * (fourth + step * fifth))))
 }
 
+/// The primitive of [`primitive`] that is 1 at 0: x primitive(x) + exp(-x^2/2).
+pub(crate) fn second_primitive(x: f64) -> f64 {
+    x * primitive(x) + libm::exp(-0.5 * x * x)
+}
+
 /// The primitive and the Gaussian at a node.
 struct Node {
     primitive: f64,

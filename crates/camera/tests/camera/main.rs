@@ -4,6 +4,11 @@
 #[cfg(test)]
 mod allocation;
 #[cfg(test)]
+#[cfg(feature = "opencv")]
+mod board_pictures;
+#[cfg(test)]
+mod boards;
+#[cfg(test)]
 mod cine;
 #[cfg(test)]
 mod counting;

@@ -20,10 +20,43 @@ pub(crate) struct Decision {
 
 /// The choices that this run made, and those that the experiment made for it.
 pub(crate) fn decide(job: &Job, tracked: &Tracked, evaluation: &Evaluation) -> Vec<Decision> {
-    let mut decisions =
-        vec![shape_function(job), motion(job, tracked), drives(evaluation), contact_law(job, evaluation)];
-    decisions.push(damping(evaluation));
-    decisions
+    vec![
+        shape_function(job),
+        motion(job, tracked),
+        left_out(evaluation),
+        drives(evaluation),
+        contact_law(job, evaluation),
+        damping(evaluation),
+        damping_source(evaluation),
+    ]
+}
+
+fn left_out(evaluation: &Evaluation) -> Decision {
+    let outliers = &evaluation.left_out;
+    let names: Vec<&str> = outliers.iter().map(|outlier| outlier.recording.as_str()).collect();
+    let evidence: Vec<String> =
+        outliers.iter().map(|outlier| format!("{}: {}", outlier.recording, outlier.evidence)).collect();
+    Decision {
+        question: "recordings left out",
+        choice: if names.is_empty() { "none".into() } else { names.join(", ") },
+        rule: "a recording without which its view scatters at least three times less (and by more than 2 sigma with it), or whose \
+               motion comes more than 5 frames and ten times the usual distance from the view's median; in views of four trials or more",
+        evidence: if evidence.is_empty() { "every view's trials agree".into() } else { evidence.join("; ") },
+    }
+}
+
+fn damping_source(evaluation: &Evaluation) -> Decision {
+    let chi_squared =
+        |chi_squared: Option<f64>| chi_squared.map_or("-".into(), |value| format!("{value:.3}"));
+    let tracks = chi_squared(evaluation.track_fit.as_ref().ok().map(|fit| fit.reduced_chi_squared));
+    let energies = chi_squared(evaluation.energy_fit.as_ref().ok().map(|fit| fit.reduced_chi_squared));
+    Decision {
+        question: "what the damping is taken from",
+        choice: evaluation.damping().map_or("nothing", |(_, source)| source).into(),
+        rule: "the tracks while the model explains them (reduced chi squared up to 1.2), else the peak energies, which feel less of \
+               what the model leaves out",
+        evidence: format!("reduced chi squared {tracks} of the tracks, {energies} of the peak energies"),
+    }
 }
 
 fn shape_function(job: &Job) -> Decision {
@@ -49,7 +82,7 @@ fn motion(job: &Job, tracked: &Tracked) -> Decision {
             furthest_px = furthest_px.max((y_px - rest_px).abs());
         }
     }
-    let furthest_um = 1e6 * furthest_px / job.experiment.camera.scale_px_per_m.get();
+    let furthest_um = 1e6 * furthest_px * job.calibration.m_per_px().value;
     Decision {
         question: "dimensions of the motion",
         choice: "1-D, along the chain".into(),

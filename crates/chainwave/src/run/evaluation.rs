@@ -1,20 +1,23 @@
 use std::ops::RangeInclusive;
 
 use chainwave_analysis::fit::{
-    Damping, EnergyFit, EnergyMeasurement, EnergyModel, FitError, TrackFit, TrackModel, fit_peak_energies,
-    fit_tracks, fitted_motion,
+    Damping, EnergyFit, EnergyMeasurement, EnergyModel, FitError, Known, Quantity, TrackFit, TrackModel,
+    fit_peak_energies, fit_tracks, fitted_motion,
 };
 use chainwave_analysis::{FrontSettings, MeasureSettings, Measurement, exact_motion, measure};
 use chainwave_measurement::{ChainMotion, Estimate, Trajectory};
 use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Striker, simulate};
-use chainwave_stitching::{Settings, Stitched, merge};
+use chainwave_stitching::{Outlier, Settings, Stitched, merge, outliers};
 
 use super::Job;
+use super::shared_errors::SharedErrors;
 use super::tracking::Tracked;
 use crate::error::Error;
 
 /// Everything that follows from the tracks.
 pub(crate) struct Evaluation {
+    /// Recordings that contradict the others of their view, and were left out.
+    pub(crate) left_out: Vec<Outlier>,
     /// The motion, and how views and trials were aligned.
     pub(crate) stitched: Stitched,
     /// Front, group velocity, half width, energies, spectra.
@@ -46,31 +49,34 @@ pub(crate) fn evaluate(job: &Job, tracked: &Tracked) -> Result<Evaluation, Error
         rest_until_s: experiment.tracking.rest_until_s,
         ..Settings::new(experiment.chain.n_bodies, 0.0)
     };
-    let stitched = merge(&tracked.observations, &settings)?;
+    let left_out = outliers(&tracked.observations, &settings)?;
+    let kept = tracked.without(&left_out);
+    let mut stitched = merge(&kept.observations, &settings)?;
+    let shared = SharedErrors::of(job, &kept, &settings, &stitched)?;
+    shared.add_to(&mut stitched.motion);
     let law = experiment.contact.power_law()?;
     let chosen = chosen_gaps(job);
-    let measurement = measure_motion(job, &stitched.motion, &law, chosen)?;
+    let measurement = shared.measure(job, &stitched.motion, &law, chosen)?;
     let used = measurement.group_velocity.as_ref().ok().map(|velocity| velocity.gaps.0..=velocity.gaps.1);
     let chain = starting_chain(job, law);
     let track_model = track_model(job, chain.clone());
     let offsets_s: Vec<f64> = stitched.alignments.iter().map(|one| one.trigger_offset_s.value).collect();
-    let track_fit = fit_tracks(&tracked.observations, &offsets_s, &track_model);
-    let energy_fit = match &measurement.energies {
-        Some(energies) => {
-            let measured = EnergyMeasurement {
-                times_s: &stitched.motion.times_s,
-                front: &front_settings(job),
-                n_replicas: measurement.n_replicas,
-            };
-            fit_peak_energies(energies, &measured, &energy_model(job, &stitched, chain))
-        }
-        None => Err(FitError::TooFew { what: "peak energies", expected: 1, found: 0 }),
-    };
+    let track_fit = fit_tracks(&kept.observations, &offsets_s, &track_model);
+    let energy_model = energy_model(job, &stitched, chain);
+    let energy_fit =
+        shared.fit_energies(job, &stitched.motion, &law, |energies, times_s| match energies {
+            Some(energies) => {
+                let front = &front_settings(job);
+                let n_replicas = job.experiment.analysis.n_replicas;
+                fit_peak_energies(energies, &EnergyMeasurement { times_s, front, n_replicas }, &energy_model)
+            }
+            None => Err(FitError::TooFew { what: "peak energies", expected: 1, found: 0 }),
+        })?;
     let beside = match &track_fit {
         Ok(fit) => Some(model_beside(job, &stitched.motion, &track_model, fit, used)?),
         Err(_) => None,
     };
-    Ok(Evaluation { stitched, measurement, track_fit, energy_fit, model: beside })
+    Ok(Evaluation { left_out, stitched, measurement, track_fit, energy_fit, model: beside })
 }
 
 /// Residuals of the tracks' fit, relative to stated noise, up to which it gives the damping. It uses all that was measured and
@@ -78,6 +84,15 @@ pub(crate) fn evaluate(job: &Job, tracked: &Tracked) -> Result<Evaluation, Error
 const ACCEPTED_CHI_SQUARED: f64 = 1.2;
 
 impl Evaluation {
+    /// What the reader should know.
+    pub(crate) fn warnings(&self) -> Vec<String> {
+        let left_out = self
+            .left_out
+            .iter()
+            .map(|outlier| format!("{} was left out: {}", outlier.recording, outlier.evidence));
+        left_out.chain(self.stitched.warnings.iter().cloned()).collect()
+    }
+
     /// The damping that stands for the experiment, and where it comes from.
     pub(crate) fn damping(&self) -> Option<(Damping, &'static str)> {
         let tracks = self.track_fit.as_ref().ok();
@@ -123,7 +138,7 @@ fn starting_chain(job: &Job, contact: PowerLaw) -> Chain {
     Chain {
         mass_kg: vec![experiment.chain.mass_kg.get(); experiment.chain.n_bodies],
         damping_kg_per_s: vec![STARTING_DAMPING_KG_PER_S; experiment.chain.n_bodies],
-        contact,
+        contact: contact.into(),
         drive: Drive::Striker(Striker {
             mass_kg: experiment.striker.mass_kg.get(),
             velocity_m_per_s: experiment.striker.velocity_m_per_s.get(),
@@ -136,7 +151,15 @@ fn starting_chain(job: &Job, contact: PowerLaw) -> Chain {
 fn track_model(job: &Job, chain: Chain) -> TrackModel {
     let striker = &job.experiment.striker;
     let (velocity, scatter) = (striker.velocity_m_per_s.get(), striker.velocity_sigma_m_per_s.get());
-    TrackModel { chain, striker_velocity_m_per_s: Estimate::new(velocity, scatter), known: Vec::new() }
+    TrackModel { chain, striker_velocity_m_per_s: Estimate::new(velocity, scatter), known: known_scale(job) }
+}
+
+/// The scale as a quantity that the fit may move. Of a lens, what remains of its distortion counts as such too, by its
+/// size in the picture's middle.
+fn known_scale(job: &Job) -> Vec<Known> {
+    let scale = job.calibration.m_per_px();
+    let known = Known { quantity: Quantity::Scale, relative_sigma: scale.sigma / scale.value };
+    if known.relative_sigma > 0.0 { vec![known] } else { Vec::new() }
 }
 
 fn energy_model(job: &Job, stitched: &Stitched, chain: Chain) -> EnergyModel {
@@ -165,9 +188,9 @@ fn model_beside(
     fit: &TrackFit,
     velocity_gaps: Option<RangeInclusive<usize>>,
 ) -> Result<ModelBeside, Error> {
-    let law = &model.chain.contact;
+    let law = job.experiment.contact.power_law()?;
     let fitted = fitted_motion(model, fit, &motion.times_s)?;
-    let measurement = measure_motion(job, &exact_motion(&fitted), law, velocity_gaps)?;
+    let measurement = measure_motion(job, &exact_motion(&fitted), &law, velocity_gaps)?;
     let energies = |damping: f64| -> Result<Vec<f64>, Error> {
         let chain = Chain {
             damping_kg_per_s: vec![
@@ -184,7 +207,7 @@ fn model_beside(
         // Long enough for the wave to cross the chain at half the sound speed.
         let pitches_per_s = (law.k_0_n_per_m() / model.chain.mass_kg[0]).sqrt();
         let duration_s = 2.0 * model.chain.n_bodies() as f64 / pitches_per_s;
-        let schedule = Schedule { duration_s, output_interval_s: duration_s / 100.0, dt_s: None };
+        let schedule = Schedule::automatic(duration_s, duration_s / 100.0);
         Ok(simulate(&chain, &schedule)?.psi_max_j)
     };
     Ok(ModelBeside { motion: fitted, measurement, damped_j: energies(1.0)?, undamped_j: energies(0.0)? })

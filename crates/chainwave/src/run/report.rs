@@ -48,7 +48,7 @@ fn introduction(job: &Job, evaluation: &Evaluation) -> String {
         evaluation.stitched.alignments.len(),
         job.trials.len()
     );
-    for warning in &evaluation.stitched.warnings {
+    for warning in &evaluation.warnings() {
         text.push_str(&format!("<p><strong>Warning:</strong> {}</p>", escaped(warning)));
     }
     text

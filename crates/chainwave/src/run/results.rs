@@ -169,7 +169,7 @@ fn as_json(evaluation: &Evaluation) -> Value {
     results.insert("fit_to_tracks".into(), of_tracks.unwrap_or_else(failed));
     let of_energies = evaluation.energy_fit.as_ref().map(energy_fit_as_json);
     results.insert("fit_to_peak_energies".into(), of_energies.unwrap_or_else(failed));
-    results.insert("warnings".into(), json!(evaluation.stitched.warnings));
+    results.insert("warnings".into(), json!(evaluation.warnings()));
     Value::Object(results)
 }
 

@@ -15,14 +15,14 @@ pub(crate) fn print(job: &Job, evaluation: &Evaluation, truth: Option<&KnownTrut
         println!("{}", row.as_text());
     }
     if let Some(truth) = truth {
-        let rms_px = truth.motion_rms_m * job.experiment.camera.scale_px_per_m.get();
+        let rms_px = truth.motion_rms_m / job.calibration.m_per_px().value;
         println!(
             "x_n(t): rms error {:.3} um = {rms_px:.4} px; the 95 % intervals hold {:.1} % of the truth",
             1e6 * truth.motion_rms_m,
             100.0 * truth.motion_coverage
         );
     }
-    for warning in &evaluation.stitched.warnings {
+    for warning in &evaluation.warnings() {
         println!("warning: {warning}");
     }
     for (name, seconds) in clock.stages() {

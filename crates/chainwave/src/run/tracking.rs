@@ -4,9 +4,10 @@ use std::ops::Range;
 use std::path::Path;
 use std::time::UNIX_EPOCH;
 
-use chainwave_camera::OpenOptions;
+use chainwave_camera::{OpenOptions, PlaneMap};
 use chainwave_correlation::{Method, ReferenceFrames};
 use chainwave_measurement::{BodyTrack, Estimate, Observation, Recording, RecordingInfo, Subset};
+use chainwave_stitching::Outlier;
 use indicatif::ProgressBar;
 use sha2::{Digest, Sha256};
 
@@ -21,7 +22,7 @@ use crate::table::Table;
 use crate::track::{TrackRows, follow};
 
 /// Changes whenever the same recording and settings would give other tracks, so that kept ones are not mistaken for them.
-const TRACKS_VERSION: u32 = 1;
+const TRACKS_VERSION: u32 = 2;
 
 /// Rows and columns that a subset must keep from the frame's border at rest: the tracker interpolates around it.
 const BORDER_PX: f64 = 4.0;
@@ -30,8 +31,23 @@ const BORDER_PX: f64 = 4.0;
 pub(crate) struct Tracked {
     /// The kept tables, in the order of the trials.
     pub(crate) tables: Vec<Table>,
+    /// The recordings that they belong to.
+    pub(crate) trials: Vec<Trial>,
     /// The same as positions along the chain in metres.
     pub(crate) observations: Vec<Observation>,
+}
+
+impl Tracked {
+    /// The same without some recordings.
+    pub(crate) fn without(&self, left_out: &[Outlier]) -> Self {
+        let kept = |index: &usize| left_out.iter().all(|outlier| outlier.index != *index);
+        let kept: Vec<usize> = (0..self.tables.len()).filter(kept).collect();
+        Self {
+            tables: kept.iter().map(|index| self.tables[*index].clone()).collect(),
+            trials: kept.iter().map(|index| self.trials[*index].clone()).collect(),
+            observations: kept.iter().map(|index| self.observations[*index].clone()).collect(),
+        }
+    }
 }
 
 /// Tracks every recording that has not been tracked yet, and names those that fail.
@@ -44,11 +60,12 @@ pub(crate) fn track_all(job: &Job, outcome: &mut Outcome) -> Result<Tracked, Err
     let bar = progress::bar("tracking", 0);
     let results = map_in_parallel(job.jobs, &job.trials, |trial| track_one(job, trial, method, &kept, &bar));
     bar.finish_and_clear();
-    let mut tracked = Tracked { tables: Vec::new(), observations: Vec::new() };
-    for result in results {
+    let mut tracked = Tracked { tables: Vec::new(), trials: Vec::new(), observations: Vec::new() };
+    for (trial, result) in job.trials.iter().zip(results) {
         match result {
             Ok((table, observation)) => {
                 tracked.tables.push(table);
+                tracked.trials.push(trial.clone());
                 tracked.observations.push(observation);
             }
             Err(error) => outcome.fail(error),
@@ -87,12 +104,10 @@ fn track_one(
     bar: &ProgressBar,
 ) -> Result<(Table, Observation), Error> {
     let path = job.recordings.join(&trial.recording);
-    let rate_hz = job.experiment.camera.rate_hz.map(Positive::get);
-    let recording = chainwave_camera::open_with(&path, &OpenOptions { rate_hz, ..OpenOptions::default() })?;
+    let recording = open(job, &path)?;
     let kept_path = kept.join(format!("{}.parquet", key(job, trial, &path)?));
     if !kept_path.exists() {
-        let rest = rest_frames(recording.info(), job.experiment.tracking.rest_until_s);
-        let reference = ReferenceFrames::Mean(rest.ok_or_else(|| no_rest(job, &path, recording.info()))?);
+        let reference = frames_at_rest(job, recording.as_ref())?;
         let subsets = subsets_in_view(job, trial, recording.as_ref());
         let tracked = follow(recording.as_ref(), &subsets, &reference, method, bar)?;
         let mut rows = TrackRows::default();
@@ -100,8 +115,33 @@ fn track_one(
         rows.write(&kept_path)?;
     }
     let table = Table::read(&kept_path)?;
-    let observation = observation(job, trial, &table)?;
+    let observation = observation(trial, &table, &job.calibration.of_chain.map)?;
     Ok((table, observation))
+}
+
+fn open(job: &Job, path: &Path) -> Result<Box<dyn Recording>, Error> {
+    let rate_hz = job.experiment.camera.rate_hz.map(Positive::get);
+    let recording = chainwave_camera::open_with(path, &OpenOptions { rate_hz, ..OpenOptions::default() })?;
+    job.calibration.check_size(recording.as_ref())?;
+    Ok(recording)
+}
+
+fn frames_at_rest(job: &Job, recording: &dyn Recording) -> Result<ReferenceFrames, Error> {
+    let rest = rest_frames(recording.info(), job.experiment.tracking.rest_until_s);
+    Ok(ReferenceFrames::Mean(rest.ok_or_else(|| no_rest(job, recording.path(), recording.info()))?))
+}
+
+/// The first recording that shows bodies, with their subsets and the frames at rest.
+pub(crate) fn first_view(job: &Job) -> Result<(Box<dyn Recording>, Vec<Subset>, ReferenceFrames), Error> {
+    for trial in &job.trials {
+        let recording = open(job, &job.recordings.join(&trial.recording))?;
+        let subsets = subsets_in_view(job, trial, recording.as_ref());
+        if !subsets.is_empty() {
+            let reference = frames_at_rest(job, recording.as_ref())?;
+            return Ok((recording, subsets, reference));
+        }
+    }
+    Err(Error::NothingLeft { what: "recordings with a body in view", n: job.trials.len() })
 }
 
 /// The bodies whose subsets lie in the frame at rest.
@@ -112,7 +152,7 @@ fn subsets_in_view(job: &Job, trial: &Trial, recording: &dyn Recording) -> Vec<S
         centre - reach >= 0.0 && centre + reach <= size as f64 - 1.0
     };
     (1..=job.experiment.chain.n_bodies)
-        .map(|body| (body, job.experiment.rest_px(body, trial.stage_m)))
+        .filter_map(|body| Some((body, job.calibration.rest_px(body, trial.stage_m)?)))
         .filter(|(_, [x_px, y_px])| {
             inside(*x_px, tracking.half_width_px, info.width_px)
                 && inside(*y_px, tracking.half_height_px, info.height_px)
@@ -147,10 +187,13 @@ fn no_rest(job: &Job, path: &Path, info: &RecordingInfo) -> Error {
 }
 
 /// Reads a recording's kept tracks as positions along the chain.
-fn observation(job: &Job, trial: &Trial, table: &Table) -> Result<Observation, Error> {
-    let metres = 1.0 / job.experiment.camera.scale_px_per_m.get();
+pub(crate) fn observation(trial: &Trial, table: &Table, map: &PlaneMap) -> Result<Observation, Error> {
     let (names, times_s) = (table.texts("name")?, table.full_numbers("t_s")?);
-    let (x_px, sigma_px) = (table.numbers("x_px")?, table.numbers("sigma_x_px")?);
+    let estimates = |value: &str, sigma: &str| -> Result<Vec<Option<Estimate>>, Error> {
+        let pairs = table.numbers(value)?.into_iter().zip(table.numbers(sigma)?);
+        Ok(pairs.map(|(value, sigma)| Some(Estimate::new(value?, sigma?))).collect())
+    };
+    let (x_px, y_px) = (estimates("x_px", "sigma_x_px")?, estimates("y_px", "sigma_y_px")?);
     let mut observation = Observation {
         recording: trial.recording.clone(),
         view: trial.view,
@@ -167,7 +210,7 @@ fn observation(job: &Job, trial: &Trial, table: &Table) -> Result<Observation, E
         if observation.bodies.len() == 1 {
             observation.times_s.push(times_s[row]);
         }
-        let position = x_px[row].zip(sigma_px[row]).map(|(x, sigma)| Estimate::new(x, sigma).scaled(metres));
+        let position = x_px[row].zip(y_px[row]).map(|(x_px, y_px)| map.position_of(x_px, y_px));
         if let Some(track) = observation.bodies.last_mut() {
             track.position_m.push(position);
         }
@@ -183,6 +226,8 @@ fn key(job: &Job, trial: &Trial, path: &Path) -> Result<String, Error> {
         (&experiment.chain, &experiment.camera, &experiment.tracking, trial.stage_m, TRACKS_VERSION);
     let settings = serde_json::to_string(&settings).map_err(|wrong| Error::Argument(wrong.to_string()))?;
     hash.update(settings.as_bytes());
+    // Where bodies are looked for depends on the calibration, which may lie in another file.
+    hash.update(format!("{:?}", job.calibration.of_chain.map).as_bytes());
     hash.update(fingerprint(path)?.as_bytes());
     let modified = std::fs::metadata(path).and_then(|metadata| metadata.modified());
     let modified = modified.map_err(Error::file(path, "read the time of"))?;

@@ -6,13 +6,15 @@ use super::Job;
 use super::evaluation::{Evaluation, measure_motion};
 use crate::error::Error;
 use crate::output::read_text;
-use crate::synthesize::Truth;
+use crate::synthesize::{Truth, is_nominal};
 use crate::table::Table;
 
 /// The truth of a synthetic experiment, put through the same analysis.
 pub(crate) struct KnownTruth {
     /// Damping, striker velocity, impact.
     pub(crate) parameters: Truth,
+    /// The true motion on the measured time base.
+    pub(crate) motion: Trajectory,
     /// What the analysis makes of the true motion.
     pub(crate) measurement: Measurement,
     /// Root mean square of the error of x_n(t), in metres.
@@ -27,9 +29,14 @@ pub(crate) fn read(job: &Job, evaluation: &Evaluation) -> Result<Option<KnownTru
     if job.experiment.synthetic.is_none() || !parameters.exists() || !motion.exists() {
         return Ok(None);
     }
-    let parameters = serde_json::from_str(&read_text(&parameters)?)
+    let nominal_m_per_s = job.experiment.striker.velocity_m_per_s.get();
+    let parameters: Truth = serde_json::from_str(&read_text(&parameters)?)
         .map_err(|wrong| Error::Configuration { path: parameters, message: wrong.to_string() })?;
-    let truth = true_motion(&Table::read(&motion)?, &evaluation.stitched.motion.times_s)?;
+    let Some(striker) = parameters.striker(nominal_m_per_s) else { return Ok(None) };
+    let (striker_velocity_m_per_s, impact_time_s) = (striker.striker_velocity_m_per_s, striker.impact_time_s);
+    let parameters = Truth { striker_velocity_m_per_s, impact_time_s, ..parameters };
+    let times_s = &evaluation.stitched.motion.times_s;
+    let truth = true_motion(&Table::read(&motion)?, striker.nominal_m_per_s, times_s)?;
     let law = job.experiment.contact.power_law()?;
     let measured = &evaluation.stitched.motion.displacement_m;
     let mut seen = exact_motion(&truth);
@@ -46,17 +53,23 @@ pub(crate) fn read(job: &Job, evaluation: &Evaluation) -> Result<Option<KnownTru
     let inside = pairs.iter().filter(|(x, truth)| x.covers_95(*truth)).count();
     Ok(Some(KnownTruth {
         parameters,
+        motion: truth,
         measurement,
         motion_rms_m: (squares / n).sqrt(),
         motion_coverage: inside as f64 / n,
     }))
 }
 
-/// The true displacements at the given times: the table's own samples, whose spacing divides the frame interval; between them,
+/// The true displacements of one nominal striker velocity at the given times: the table's own samples, whose spacing divides the frame interval; between them,
 /// linearly (an error of 1e-8 m at 10 us).
-fn true_motion(table: &Table, times_s: &[f64]) -> Result<Trajectory, Error> {
-    let (t_s, bodies) = (table.full_numbers("t_s")?, table.counts("body")?);
-    let x_m = table.full_numbers("x_m")?;
+fn true_motion(table: &Table, nominal_m_per_s: f64, times_s: &[f64]) -> Result<Trajectory, Error> {
+    let nominals = table.full_numbers("striker_velocity_m_per_s")?;
+    let asked = |row: usize| is_nominal(nominals[row], nominal_m_per_s);
+    let of = |numbers: Vec<f64>| -> Vec<f64> {
+        numbers.into_iter().enumerate().filter_map(|(row, number)| asked(row).then_some(number)).collect()
+    };
+    let (t_s, x_m) = (of(table.full_numbers("t_s")?), of(table.full_numbers("x_m")?));
+    let bodies = table.counts("body")?;
     let n_bodies = bodies.iter().copied().max().unwrap_or(1);
     let sampled: Vec<f64> = t_s.iter().step_by(n_bodies).copied().collect();
     let displacement_m = Array2::from_shape_fn((n_bodies, times_s.len()), |(row, i)| {

@@ -57,6 +57,30 @@ impl Speckle {
         image
     }
 
+    /// The image whose pixel at (x, y) shows the point `source([x, y])` of the plane, not integrated over the pixel: the
+    /// truth for any deformation, which `source` is the inverse of.
+    pub fn deformed(&self, source: impl Fn([f64; 2]) -> [f64; 2]) -> Vec<f64> {
+        const CELL_PX: f64 = 10.0;
+        let reach = 6.0 * self.radius_px;
+        assert!(reach < CELL_PX + 2.0, "a spot reaches its neighbouring cells alone");
+        let cell = |value: f64| (value / CELL_PX).floor() as i64;
+        let mut cells = std::collections::BTreeMap::<[i64; 2], Vec<[f64; 2]>>::new();
+        for &spot in &self.spots {
+            cells.entry(spot.map(cell)).or_default().push(spot);
+        }
+        let at = |i: usize| {
+            let [x, y] = source([(i % SIZE[0]) as f64, (i / SIZE[0]) as f64]);
+            let near = (-1..=1).flat_map(|j| (-1..=1).map(move |i| [cell(x) + i, cell(y) + j]));
+            let spots = near.filter_map(|cell| cells.get(&cell)).flatten();
+            let share = |spot: &[f64; 2]| {
+                let square = (spot[0] - x).powi(2) + (spot[1] - y).powi(2);
+                (-0.5 * square / self.radius_px.powi(2)).exp()
+            };
+            self.base + self.peak * spots.map(share).sum::<f64>()
+        };
+        (0..SIZE[0] * SIZE[1]).map(at).collect()
+    }
+
     /// Integrals of a spot at `centre` over each pixel it reaches along one axis.
     fn profile(&self, centre: f64, n: usize) -> Vec<(usize, f64)> {
         let reach = 7.0 * self.radius_px;

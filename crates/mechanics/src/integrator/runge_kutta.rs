@@ -99,6 +99,7 @@ fn combined_error<S: Simd>(simd: S, rates: &Rows, active: usize, extra: &Extra) 
 }
 
 /// Which stage stands where.
+#[derive(Clone, Copy)]
 struct StageAt<'a> {
     stage: usize,
     time_s: f64,

@@ -215,7 +215,7 @@ struct Kick {
 
 impl Kick {
     fn prepare(&mut self, model: &Model<'_>, tau_s: f64) {
-        if self.tau_s == tau_s && !self.gain_s_per_kg.is_empty() {
+        if self.tau_s.to_bits() == tau_s.to_bits() && !self.gain_s_per_kg.is_empty() {
             return;
         }
         self.tau_s = tau_s;
@@ -224,7 +224,7 @@ impl Kick {
         let mut last = (f64::NAN, 0.0, 0.0);
         let flows = masses.map(|(inverse_mass, c)| {
             let rate_per_s = inverse_mass * c;
-            if rate_per_s != last.0 {
+            if rate_per_s.to_bits() != last.0.to_bits() {
                 last = (rate_per_s, (-rate_per_s * tau_s).exp(), decayed_time_s(rate_per_s, tau_s));
             }
             (last.1, last.2 * inverse_mass)

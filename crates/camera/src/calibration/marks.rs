@@ -1,0 +1,149 @@
+use chainwave_measurement::Estimate;
+
+use super::plane::PlaneMap;
+use super::{Calibration, Mark, Source, check_length, check_sigma, dot, refusal, scaled_plane};
+use crate::CameraError;
+use crate::calibration::lens::Lens;
+
+impl Calibration {
+    /// The scale from marks at a known pitch, in metres, by a least-squares line through them in the order of their
+    /// numbers; the first mark lies at 0 and the row along x.
+    ///
+    /// `sigma_px` is the standard uncertainty of a mark's place in the picture. Where the marks scatter more than that (they were
+    /// not made, or not glued, at equal distances), their scatter counts instead.
+    ///
+    /// # Errors
+    /// [`CameraError::Calibration`] for fewer than two numbers, marks all in one place, or lengths that are none.
+    pub fn from_pitch(marks: &[Mark], sigma_px: f64, pitch_m: Estimate) -> Result<Self, CameraError> {
+        check_length("pitch in metres", pitch_m)?;
+        check_sigma(sigma_px)?;
+        let row = Row::through(marks)?;
+        let pitch_px = row.step[0].hypot(row.step[1]);
+        if !(pitch_px.is_finite() && pitch_px > 0.0) {
+            return Err(refusal("distance of neighbouring marks", "more than 0 px", pitch_px));
+        }
+        let axis = row.step.map(|step| step / pitch_px);
+        let left_over = |mark: &Mark| {
+            let expected = row.place(mark.number);
+            [mark.x_px - expected[0], mark.y_px - expected[1]]
+        };
+        let n_free = marks.len() as f64 - 2.0;
+        let along_squares: f64 = marks.iter().map(|mark| dot(left_over(mark), axis).powi(2)).sum();
+        let scatter_px = if n_free > 0.0 { (along_squares / n_free).sqrt() } else { 0.0 };
+        let squares: f64 = marks.iter().map(left_over).map(|rest| dot(rest, rest)).sum();
+        let step_sigma_px = scatter_px.max(sigma_px) / row.leverage.sqrt();
+        let plane_from_image = scaled_plane(pitch_m.value / pitch_px, axis, row.place(row.first));
+        let map = PlaneMap { lens: Lens::ideal(), plane_from_image };
+        let residual_px = (squares / marks.len() as f64).sqrt();
+        Ok(Self { residual_px, ..Self::exact(map) }
+            .with_scale_error(Source::Points, step_sigma_px / pitch_px)
+            .with_scale_error(Source::Length, pitch_m.sigma / pitch_m.value))
+    }
+}
+
+/// A straight row of equally spaced points.
+struct Row {
+    centre: [f64; 2],
+    mean_number: f64,
+    /// From one number to the next, in pixels.
+    step: [f64; 2],
+    /// Sum of squares of the numbers about their mean.
+    leverage: f64,
+    first: i32,
+}
+
+impl Row {
+    fn through(marks: &[Mark]) -> Result<Self, CameraError> {
+        let n = marks.len() as f64;
+        let mean = |value: fn(&Mark) -> f64| marks.iter().map(value).sum::<f64>() / n;
+        let mean_number = mean(|mark| mark.number.into());
+        let centre = [mean(|mark| mark.x_px), mean(|mark| mark.y_px)];
+        let about = |mark: &Mark| f64::from(mark.number) - mean_number;
+        let leverage: f64 = marks.iter().map(|mark| about(mark).powi(2)).sum();
+        let first = marks.iter().map(|mark| mark.number).min();
+        let (Some(first), true) = (first, leverage > 0.0) else {
+            return Err(refusal("marks of different numbers", "2 or more", n.min(1.0)));
+        };
+        let slope = |value: fn(&Mark) -> f64| {
+            marks.iter().map(|mark| about(mark) * value(mark)).sum::<f64>() / leverage
+        };
+        let step = [slope(|mark| mark.x_px), slope(|mark| mark.y_px)];
+        Ok(Self { centre, mean_number, step, leverage, first })
+    }
+
+    fn place(&self, number: i32) -> [f64; 2] {
+        let steps = f64::from(number) - self.mean_number;
+        [self.centre[0] + steps * self.step[0], self.centre[1] + steps * self.step[1]]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Marks of a row that rises to the right, 150.3 px apart, each displaced by what `error` says.
+    fn row(n: i32, error: impl Fn(i32) -> f64) -> Vec<Mark> {
+        let (sine, cosine) = 0.02_f64.sin_cos();
+        let mark = |number: i32| {
+            let along = 150.3 * f64::from(number) + error(number);
+            Mark { number: number + 5, x_px: 40.0 + along * cosine, y_px: 300.0 - along * sine }
+        };
+        (0..n).map(mark).collect()
+    }
+
+    #[test]
+    fn a_pitch_gives_scale_axis_and_origin() {
+        let mut marks = row(8, |_| 0.0);
+        marks.remove(3);
+        let calibration = Calibration::from_pitch(&marks, 0.1, Estimate::new(0.03, 3e-5)).unwrap();
+        for mark in &marks {
+            let [x_m, y_m] = calibration.map.position_m([mark.x_px, mark.y_px]);
+            // Rounding alone.
+            assert!((x_m - 0.03 * f64::from(mark.number - 5)).abs() < 1e-12 && y_m.abs() < 1e-12);
+        }
+        assert!(calibration.residual_px < 1e-9);
+        // Numbers 0, 1, 2, 4, 5, 6, 7 have 41.7143 about their mean; 0.1 % of pitch dominates.
+        let expected = (1e-3_f64).hypot(0.1 / 41.714_285_7_f64.sqrt() / 150.3);
+        let scale = calibration.m_per_px([600.0, 300.0]);
+        assert!((scale.value / (0.03 / 150.3 * 0.02_f64.cos()) - 1.0).abs() < 1e-12);
+        assert!((scale.sigma / scale.value / expected - 1.0).abs() < 1e-8, "{scale:?}");
+        let (x_px, y_px) = (Estimate::new(marks[6].x_px, 0.01), Estimate::new(marks[6].y_px, 0.01));
+        assert!((calibration.map.position_of(x_px, y_px).sigma - 0.01 * 0.03 / 150.3).abs() < 1e-12);
+    }
+
+    #[test]
+    fn scatter_of_the_marks_counts_when_it_is_larger_than_stated() {
+        let error = |number: i32| if number % 2 == 0 { 0.4 } else { -0.4 };
+        let stated =
+            |sigma_px| Calibration::from_pitch(&row(9, error), sigma_px, Estimate::new(0.03, 0.0)).unwrap();
+        let relative = |sigma_px| {
+            let scale = stated(sigma_px).m_per_px([0.0, 0.0]);
+            scale.sigma / scale.value
+        };
+        // Alternating errors of 0.4 px about a mean of 0.4/9, 7 degrees of freedom, 60 about the mean number.
+        let variance: f64 = (9.0 * 0.16 - 0.16 / 9.0) / 7.0 / 60.0;
+        assert!((relative(0.0) / (variance.sqrt() / 150.3) - 1.0).abs() < 1e-3);
+        assert!(relative(1.0) > 2.0 * relative(0.0));
+        assert!((stated(0.0).residual_px - 0.4).abs() < 0.01);
+    }
+
+    #[test]
+    fn what_is_no_length_is_refused() {
+        let pitch_m = Estimate::new(0.03, 0.0);
+        let one = row(1, |_| 0.0);
+        for (marks, sigma_px, pitch_m) in [
+            (one.clone(), 0.1, pitch_m),
+            ([one.clone(), one].concat(), 0.1, pitch_m),
+            (Vec::new(), 0.1, pitch_m),
+            (row(3, |number| -150.3 * f64::from(number)), 0.1, pitch_m),
+            (row(3, |_| f64::NAN), 0.1, pitch_m),
+            (row(3, |_| 0.0), -0.1, pitch_m),
+            (row(3, |_| 0.0), 0.1, Estimate::new(0.0, 0.0)),
+            (row(3, |_| 0.0), 0.1, Estimate::new(0.03, f64::NAN)),
+        ] {
+            let outcome = Calibration::from_pitch(&marks, sigma_px, pitch_m);
+            assert!(matches!(outcome, Err(CameraError::Calibration { .. })), "{outcome:?}");
+        }
+        assert!(Calibration::from_scale(Estimate::new(-1.0, 0.0)).is_err());
+    }
+}

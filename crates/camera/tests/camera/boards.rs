@@ -1,0 +1,156 @@
+//! Calibration by boards: a lens and a perspective that are known, against what is found and the errors stated for it.
+
+use chainwave_camera::{Board, Calibration, Corner, Lens, PlaneMap, Source};
+use chainwave_measurement::Estimate;
+use rand::{RngExt, SeedableRng};
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+
+pub(crate) const WIDTH: usize = 1280;
+pub(crate) const HEIGHT: usize = 800;
+pub(crate) const SQUARE_M: f64 = 5e-3;
+
+/// A board of 13 x 9 squares.
+pub(crate) fn board() -> Board {
+    Board { columns: 13, rows: 9, square_m: Estimate::new(SQUARE_M, 0.0), markers: None }
+}
+
+/// A camera as photographers have it: distortion of up to some ten pixels in the corners, its axis a little off the middle,
+/// the board turned and tilted by some degrees; positions in metres of the board from the corner of its first square.
+pub(crate) fn truth(random: &mut Pcg64) -> PlaneMap {
+    let mut within = |limit: f64| random.random_range(-limit..limit);
+    let lens = Lens {
+        centre_px: [639.5 + within(30.0), 399.5 + within(30.0)],
+        focal_px: 754.0,
+        k1: within(0.06),
+        k2: within(0.02),
+    };
+    let (m_per_px, turn) = (SQUARE_M / 85.0, within(0.05));
+    let (cosine, sine) = (m_per_px * turn.cos(), m_per_px * turn.sin());
+    let middle_m = [6.5 * SQUARE_M + within(0.5 * SQUARE_M), 4.5 * SQUARE_M + within(0.5 * SQUARE_M)];
+    let shift = [middle_m[0] - cosine * 639.5 + sine * 399.5, middle_m[1] - sine * 639.5 - cosine * 399.5];
+    let tilt = [within(5e-5), within(5e-5)];
+    PlaneMap {
+        lens,
+        plane_from_image: [[cosine, -sine, shift[0]], [sine, cosine, shift[1]], [tilt[0], tilt[1], 1.0]],
+    }
+}
+
+/// The board's inner corners that lie in the picture, each found with a normal error of `sigma_px`.
+fn corners(truth: &PlaneMap, sigma_px: f64, random: &mut Pcg64) -> Vec<Corner> {
+    let board = board();
+    let mut corners = Vec::new();
+    for (row, column) in
+        (0..board.rows - 1).flat_map(|row| (0..board.columns - 1).map(move |column| (row, column)))
+    {
+        let at_m = [column, row].map(|number| (number as f64 + 1.0) * SQUARE_M);
+        let at_px = truth.image_px(at_m).unwrap();
+        let [x_px, y_px] =
+            at_px.map(|at| at + sigma_px * Distribution::<f64>::sample(&StandardNormal, random));
+        if (0.0..=1279.0).contains(&x_px) && (0.0..=799.0).contains(&y_px) {
+            corners.push(Corner { column, row, x_px, y_px });
+        }
+    }
+    corners
+}
+
+/// Displacements along the picture's rows that a body may make: from, to, in pixels.
+pub(crate) const DISPLACEMENTS_PX: [[[f64; 2]; 2]; 4] = [
+    [[60.0, 400.0], [1200.0, 400.0]],
+    [[100.0, 80.0], [180.0, 80.0]],
+    [[640.0, 700.0], [760.0, 702.0]],
+    [[1000.0, 400.0], [1100.0, 400.0]],
+];
+
+/// The displacement along the chain between two points of the picture: along the rows at the picture's middle.
+pub(crate) fn displacement_m(map: &PlaneMap, [from_px, to_px]: [[f64; 2]; 2]) -> f64 {
+    let [[xx, _], [yx, _]] = map.m_per_px([639.5, 399.5]);
+    let (from, to) = (map.position_m(from_px), map.position_m(to_px));
+    ((to[0] - from[0]) * xx + (to[1] - from[1]) * yx) / xx.hypot(yx)
+}
+
+/// The displacement that a calibration finds, with its standard uncertainty.
+pub(crate) fn found_m(calibration: &Calibration, of_px: [[f64; 2]; 2]) -> Estimate {
+    let along = |map: &PlaneMap| map.position_m(of_px[1])[0] - map.position_m(of_px[0])[0];
+    let value = along(&calibration.map);
+    let squares: f64 = calibration.errors.iter().map(|error| (along(&error.map) - value).powi(2)).sum();
+    Estimate::new(value, squares.sqrt())
+}
+
+#[test]
+fn corners_without_error_give_the_truth() {
+    let mut random = Pcg64::seed_from_u64(1);
+    for n_pictures in [1, 3] {
+        let first = truth(&mut random);
+        let mut pictures = vec![corners(&first, 0.0, &mut random)];
+        pictures.extend((1..n_pictures).map(|_| {
+            let other = PlaneMap { lens: first.lens, ..truth(&mut random) };
+            corners(&other, 0.0, &mut random)
+        }));
+        let calibration = Calibration::from_boards(&pictures, &board(), (WIDTH, HEIGHT)).unwrap();
+        // Where nothing scatters the prior of the centre weighs nothing.
+        assert!(calibration.residual_px < 1e-6, "{} px", calibration.residual_px);
+        for of_px in DISPLACEMENTS_PX {
+            let (found, expected) = (found_m(&calibration, of_px).value, displacement_m(&first, of_px));
+            assert!((found / expected - 1.0).abs() < 1e-8, "{n_pictures}: {found} for {expected}");
+        }
+    }
+}
+
+#[test]
+fn stated_errors_hold_the_truth() {
+    const N_SEEDS: u64 = 300;
+    let (mut inside, mut squares, mut n) = (0.0, 0.0, 0.0);
+    for seed in 0..N_SEEDS {
+        let mut random = Pcg64::seed_from_u64(seed);
+        let first = truth(&mut random);
+        let mut pictures = vec![corners(&first, 0.05, &mut random)];
+        if seed % 2 == 1 {
+            let other = PlaneMap { lens: first.lens, ..truth(&mut random) };
+            pictures.push(corners(&other, 0.05, &mut random));
+        }
+        let calibration = Calibration::from_boards(&pictures, &board(), (WIDTH, HEIGHT)).unwrap();
+        // 96 corners of two coordinates and 12 unknowns tell their variance to 10 %.
+        assert!((calibration.residual_px / 0.05 - 1.0).abs() < 0.25, "{}", calibration.residual_px);
+        for of_px in DISPLACEMENTS_PX {
+            let (found, expected) = (found_m(&calibration, of_px), displacement_m(&first, of_px));
+            inside += f64::from(u8::from(found.covers_95(expected)));
+            squares += ((found.value - expected) / found.sigma).powi(2);
+            n += 1.0;
+        }
+    }
+    // 1200 displacements, of which about 700 are independent: 0.95 scatters by 0.008, the mean square by 0.054.
+    assert!((0.925..0.975).contains(&(inside / n)), "{} inside", inside / n);
+    assert!((0.83..1.17).contains(&(squares / n)), "mean square {}", squares / n);
+}
+
+#[test]
+fn an_error_of_the_squares_is_an_error_of_the_scale() {
+    let mut random = Pcg64::seed_from_u64(3);
+    let map = truth(&mut random);
+    let pictures = [corners(&map, 0.0, &mut random)];
+    let uncertain = Board { square_m: Estimate::new(SQUARE_M, 1e-3 * SQUARE_M), ..board() };
+    let calibration = Calibration::from_boards(&pictures, &uncertain, (WIDTH, HEIGHT)).unwrap();
+    for of_px in DISPLACEMENTS_PX {
+        let found = found_m(&calibration, of_px);
+        assert!((found.sigma / found.value - 1e-3).abs() < 1e-6, "{found:?}");
+    }
+    assert!(calibration.errors.iter().any(|error| error.source == Source::Length));
+}
+
+#[test]
+fn corners_that_tell_no_perspective_are_refused() {
+    let mut random = Pcg64::seed_from_u64(4);
+    let all = corners(&truth(&mut random), 0.05, &mut random);
+    let refused = |corners: Vec<Corner>| {
+        let outcome = Calibration::from_boards(&[corners], &board(), (WIDTH, HEIGHT));
+        outcome.err().map(|error| error.to_string()).unwrap_or_default()
+    };
+    assert!(refused(Vec::new()).contains("corners in a picture"));
+    assert!(refused(all[..8].to_vec()).contains("corners in a picture"));
+    let in_a_line: Vec<Corner> = all.iter().copied().filter(|corner| corner.row == 3).collect();
+    assert!(in_a_line.len() > 8 && refused(in_a_line).contains("in a line"));
+    let lost = all.iter().map(|corner| Corner { x_px: f64::NAN, ..*corner }).collect();
+    assert!(!refused(lost).is_empty());
+    assert!(Calibration::from_boards(&[], &board(), (WIDTH, HEIGHT)).is_err());
+}

@@ -1,0 +1,163 @@
+//! `chainwave correlate`: the displacement field between two images.
+
+use std::num::NonZero;
+use std::path::Path;
+
+use chainwave_correlation::{
+    Field, FieldGrid, Interpolation, Method, Reference, ReferenceFrames, Settings, ShapeChoice, Strain,
+    Window,
+};
+use chainwave_figures::{FieldMap, FieldPanel};
+use chainwave_measurement::{Estimate, Recording, Region, Subset};
+use ndarray::Array2;
+use polars::prelude::Column;
+
+use crate::cli;
+use crate::error::Error;
+use crate::matching::Chosen;
+use crate::outcome::Outcome;
+use crate::output::expect_folder_of;
+use crate::progress;
+use crate::table::{self, column};
+
+/// Correlates two images and writes the field, its strain and its pictures.
+pub(crate) fn correlate(arguments: &cli::Correlate) -> Result<Outcome, Error> {
+    let chosen = Chosen::of(&arguments.matching)?;
+    if arguments.strain_window.is_multiple_of(2) {
+        let found = arguments.strain_window;
+        return Err(Error::Argument(format!("--strain-window {found}: expected an odd number of points")));
+    }
+    expect_folder_of(&arguments.out)?;
+    let reference = chainwave_camera::open(&arguments.reference)?;
+    let deformed = chainwave_camera::open(&arguments.deformed)?;
+    let half_px = usize::from(arguments.half_size);
+    let (interpolation, shape) = solver(&chosen, reference.as_ref(), half_px)?;
+    let grid = FieldGrid { step_px: usize::from(arguments.step), half_px };
+    let bar = progress::bar("correlating", 0);
+    let field = chainwave_correlation::correlate(
+        &Reference::new(whole(reference.as_ref()), pixels(reference.as_ref())?, 1)?,
+        &Window::new(whole(deformed.as_ref()), &pixels(deformed.as_ref())?, interpolation)?,
+        grid,
+        &Settings::default(),
+        shape,
+        n_threads(arguments.jobs),
+        &|n| bar.inc(n),
+    )?;
+    bar.finish_and_clear();
+    let strains = chainwave_correlation::strains(&field, usize::from(arguments.strain_window) / 2);
+    table::write(&arguments.out, columns(&field, &strains))?;
+    draw(&arguments.out, &field, &strains)?;
+    Ok(Outcome::default())
+}
+
+fn whole(recording: &dyn Recording) -> Region {
+    Region::whole(recording.info().width_px, recording.info().height_px)
+}
+
+/// The first frame.
+fn pixels(recording: &dyn Recording) -> Result<Vec<f32>, Error> {
+    let region = whole(recording);
+    let mut pixels = vec![0.0; region.n_pixels()];
+    recording.read_region(0, region, &mut pixels)?;
+    Ok(pixels)
+}
+
+fn n_threads(jobs: Option<u16>) -> NonZero<usize> {
+    let asked = jobs.and_then(|jobs| NonZero::new(usize::from(jobs)));
+    asked.or_else(|| std::thread::available_parallelism().ok()).unwrap_or(NonZero::<usize>::MIN)
+}
+
+/// The interpolation and the shape function; where an accuracy asks for them, by nine subsets over the reference.
+fn solver(
+    chosen: &Chosen,
+    reference: &dyn Recording,
+    half_px: usize,
+) -> Result<(Interpolation, ShapeChoice), Error> {
+    let (width, height) = (reference.info().width_px, reference.info().height_px);
+    let fits = width.min(height) > 2 * half_px + 1;
+    let place = |i: usize, n: usize| half_px as f64 + 0.25 * (i + 1) as f64 * (n - 2 * half_px - 1) as f64;
+    let subset = |i: usize| Subset {
+        name: i.to_string(),
+        x_px: place(i % 3, width).floor(),
+        y_px: place(i / 3, height).floor(),
+        half_width_px: half_px,
+        half_height_px: half_px,
+    };
+    let subsets: Vec<Subset> = (0..9).filter(|_| fits).map(subset).collect();
+    match chosen.method(reference, &subsets, &ReferenceFrames::Single(0))? {
+        Method::IcGn { interpolation, shape } => Ok((interpolation, shape)),
+        other => Err(Error::Argument(format!(
+            "method {other}: expected one of the icgn methods, which give a field (hint: --method icgn-cubic-moms-affine)"
+        ))),
+    }
+}
+
+fn columns(field: &Field, strains: &[Option<Strain>]) -> Vec<Column> {
+    let points = &field.points;
+    let displacement = |axis: usize| -> Vec<Option<Estimate>> {
+        let of = |point: &chainwave_correlation::FieldPoint| {
+            let position = point.found.as_ref().ok()?.position;
+            let (moved, place) =
+                if axis == 0 { (position.x_px, point.x_px) } else { (position.y_px, point.y_px) };
+            Some(Estimate::new(moved.value - place, moved.sigma))
+        };
+        points.iter().map(of).collect()
+    };
+    let (u, v) = (displacement(0), displacement(1));
+    let values = |of: &[Option<Estimate>]| of.iter().map(|e| e.map(|e| e.value)).collect::<Vec<_>>();
+    let sigmas = |of: &[Option<Estimate>]| of.iter().map(|e| e.map(|e| e.sigma)).collect::<Vec<_>>();
+    let strain = |of: fn(&Strain) -> Estimate| -> Vec<Option<Estimate>> {
+        strains.iter().map(|strain| strain.as_ref().map(of)).collect()
+    };
+    let (xx, yy, xy) = (strain(|s| s.xx), strain(|s| s.yy), strain(|s| s.xy));
+    let positions = || points.iter().map(|point| point.found.as_ref().ok().map(|found| found.position));
+    let status = |point: &chainwave_correlation::FieldPoint| {
+        point.found.as_ref().err().map_or("ok", |lost| lost.as_str())
+    };
+    vec![
+        column("x_px", points.iter().map(|point| point.x_px).collect::<Vec<_>>()),
+        column("y_px", points.iter().map(|point| point.y_px).collect::<Vec<_>>()),
+        column("u_px", values(&u)),
+        column("v_px", values(&v)),
+        column("sigma_u_px", sigmas(&u)),
+        column("sigma_v_px", sigmas(&v)),
+        column("zncc", positions().map(|p| p.map(|p| p.zncc)).collect::<Vec<_>>()),
+        column("iterations", positions().map(|p| p.map(|p| p.iterations)).collect::<Vec<_>>()),
+        column("status", points.iter().map(status).collect::<Vec<_>>()),
+        column("shape", points.iter().map(|point| point.shape.to_string()).collect::<Vec<_>>()),
+        column("strain_xx", values(&xx)),
+        column("strain_yy", values(&yy)),
+        column("strain_xy", values(&xy)),
+        column("sigma_strain_xx", sigmas(&xx)),
+        column("sigma_strain_yy", sigmas(&yy)),
+        column("sigma_strain_xy", sigmas(&xy)),
+    ]
+}
+
+/// The pictures beside the table.
+fn draw(out: &Path, field: &Field, strains: &[Option<Strain>]) -> Result<(), Error> {
+    let n_columns = field.n_columns;
+    let map = |value: &dyn Fn(usize) -> Option<f64>| {
+        Array2::from_shape_fn((field.points.len() / n_columns, n_columns), |(row, column)| {
+            value(row * n_columns + column)
+        })
+    };
+    let moved = |i: usize| field.points[i].found.as_ref().ok().map(|found| found.position);
+    let u = map(&|i| moved(i).map(|position| position.x_px.value - field.points[i].x_px));
+    let v = map(&|i| moved(i).map(|position| position.y_px.value - field.points[i].y_px));
+    let strain =
+        |of: fn(&Strain) -> Estimate| map(&|i| strains[i].as_ref().map(|strain| 100.0 * of(strain).value));
+    let (xx, yy, xy) = (strain(|s| s.xx), strain(|s| s.yy), strain(|s| s.xy));
+    let panel = |title, values| FieldPanel { title, values };
+    let x_px: Vec<f64> = field.points.iter().take(n_columns).map(|point| point.x_px).collect();
+    let y_px: Vec<f64> = field.points.iter().step_by(n_columns).map(|point| point.y_px).collect();
+    let panels = [
+        panel("u (px)", u.view()),
+        panel("v (px)", v.view()),
+        panel("strain xx (%)", xx.view()),
+        panel("strain yy (%)", yy.view()),
+        panel("strain xy (%)", xy.view()),
+    ];
+    let field_map = FieldMap { x_px: &x_px, y_px: &y_px, panels: &panels };
+    Ok(chainwave_figures::field_map(&out.with_extension(""), &field_map)?)
+}

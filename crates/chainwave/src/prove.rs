@@ -1,0 +1,120 @@
+//! `chainwave prove`: many synthetic experiments, filmed and processed, to see how often stated intervals hold the truth.
+//!
+//! Each experiment has its own seed, and takes its noise and striker from the lists given. What it found is kept in the folder
+//! `.work`, so a proof that was interrupted goes on where it stopped; its recordings are removed once they are processed.
+
+mod coverage;
+mod findings;
+
+use std::path::Path;
+
+use self::coverage::Coverage;
+use self::findings::Finding;
+use crate::cli;
+use crate::error::Error;
+use crate::experiment::Experiment;
+use crate::outcome::Outcome;
+use crate::output::{make_folder, remove_unfinished, write_text};
+use crate::progress;
+use crate::run::Job;
+use crate::synthesize;
+use crate::table::Table;
+
+/// What distinguishes one experiment of a proof from the others.
+#[derive(Debug, Clone, Copy)]
+struct Variant {
+    seed: u64,
+    noise: f64,
+    striker_m_per_s: f64,
+}
+
+/// Films and processes the experiments, and writes every estimate beside its truth, the coverage, and its figure.
+pub(crate) fn prove(arguments: &cli::Prove) -> Result<Outcome, Error> {
+    let experiment = Experiment::read(&arguments.experiment)?;
+    let kept = arguments.out.join(".work");
+    make_folder(&kept)?;
+    remove_unfinished(&kept)?;
+    remove_unfinished(&arguments.out)?;
+    let variants = variants(arguments, &experiment)?;
+    let mut outcome = Outcome::default();
+    let mut tables = Vec::with_capacity(variants.len());
+    let bar = progress::bar("proving", variants.len() as u64);
+    for variant in &variants {
+        let name =
+            format!("seed-{}-noise-{}-striker-{}", variant.seed, variant.noise, variant.striker_m_per_s);
+        let path = kept.join(format!("{name}.parquet"));
+        if !path.exists() {
+            let found = one(arguments, variant, &kept.join(&name));
+            match found {
+                Ok(found) => {
+                    Finding::write(&path, variant.seed, variant.noise, variant.striker_m_per_s, &found)?
+                }
+                Err(error) => outcome.fail(format!("{name}: {error}")),
+            }
+        }
+        if path.exists() {
+            tables.push(Table::read(&path)?);
+        }
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    if tables.is_empty() {
+        return Err(Error::NothingLeft { what: "experiments", n: variants.len() });
+    }
+    Table::write_joined(&arguments.out.join("proof.parquet"), &tables)?;
+    let coverage = Coverage::of(&tables)?;
+    coverage.write(&arguments.out)?;
+    coverage.print();
+    Ok(outcome)
+}
+
+/// Seeds one after the other, with noise and striker taken in turn.
+fn variants(arguments: &cli::Prove, experiment: &Experiment) -> Result<Vec<Variant>, Error> {
+    let own = [experiment.striker.velocity_m_per_s.get()];
+    let strikers: &[f64] = if arguments.striker.is_empty() { &own } else { &arguments.striker };
+    for (name, values) in [("--noise", arguments.noise.as_slice()), ("--striker", strikers)] {
+        if let Some(found) = values.iter().find(|value| !(value.is_finite() && **value > 0.0)) {
+            return Err(Error::Argument(format!("{name}: expected numbers above 0, found {found}")));
+        }
+    }
+    let variant = |k: u64| {
+        let index = usize::try_from(k).unwrap_or(0);
+        Variant {
+            seed: arguments.first_seed + k,
+            noise: arguments.noise[index % arguments.noise.len()],
+            striker_m_per_s: strikers[index / arguments.noise.len() % strikers.len()],
+        }
+    };
+    Ok((0..arguments.experiments).map(variant).collect())
+}
+
+/// Films one experiment, processes it, and removes its recordings.
+fn one(arguments: &cli::Prove, variant: &Variant, folder: &Path) -> Result<Vec<Finding>, Error> {
+    make_folder(folder)?;
+    let mut experiment = Experiment::read(&arguments.experiment)?;
+    let trials_path = arguments.experiment.with_file_name(&experiment.trials);
+    let trials = std::fs::read_to_string(&trials_path).map_err(Error::file(&trials_path, "read"))?;
+    experiment.vary(variant.noise, variant.striker_m_per_s);
+    let plan = folder.join("plan.toml");
+    let text = toml::to_string(&experiment).map_err(|wrong| Error::Argument(wrong.to_string()))?;
+    write_text(&plan, &text)?;
+    write_text(&folder.join(&experiment.trials), &trials)?;
+    let recordings = folder.join("recordings");
+    let filming = cli::Synthesize {
+        experiment: plan,
+        out: recordings.clone(),
+        seed: Some(variant.seed),
+        jobs: arguments.jobs,
+    };
+    let _filmed = synthesize::synthesize(&filming)?;
+    let job = Job::read(&cli::Run {
+        experiment: recordings.join("experiment.toml"),
+        out: folder.join("results"),
+        recordings: None,
+        jobs: arguments.jobs,
+    })?;
+    let (evaluation, truth) = job.compare_with_truth()?;
+    let found = findings::findings(&job, &evaluation, &truth)?;
+    std::fs::remove_dir_all(folder).map_err(Error::file(folder, "remove"))?;
+    Ok(found)
+}

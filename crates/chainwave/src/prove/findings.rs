@@ -1,0 +1,149 @@
+use std::path::Path;
+
+use chainwave_analysis::Measurement;
+use chainwave_measurement::{Estimate, Trajectory};
+
+use crate::error::Error;
+use crate::run::Job;
+use crate::run::evaluation::Evaluation;
+use crate::run::truth::KnownTruth;
+use crate::table::{self, Table, column};
+
+/// One estimate beside its truth.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Finding {
+    quantity: &'static str,
+    estimate: Estimate,
+    truth: f64,
+}
+
+/// Of fields over time, every this many samples is taken: neighbours share their errors.
+const THINNING: usize = 16;
+
+impl Finding {
+    /// Writes the findings of one experiment.
+    pub(super) fn write(
+        path: &Path,
+        seed: u64,
+        noise: f64,
+        striker_m_per_s: f64,
+        findings: &[Self],
+    ) -> Result<(), Error> {
+        let n = findings.len();
+        let of = |value: &dyn Fn(&Self) -> f64| findings.iter().map(value).collect::<Vec<f64>>();
+        let columns = vec![
+            column("seed", vec![seed; n]),
+            column("noise", vec![noise; n]),
+            column("striker_velocity_m_per_s", vec![striker_m_per_s; n]),
+            column("quantity", findings.iter().map(|finding| finding.quantity).collect::<Vec<_>>()),
+            column("value", of(&|finding| finding.estimate.value)),
+            column("sigma", of(&|finding| finding.estimate.sigma)),
+            column("truth", of(&|finding| finding.truth)),
+        ];
+        table::write(path, columns)
+    }
+}
+
+/// Every estimate of an evaluation whose truth is known.
+pub(super) fn findings(
+    job: &Job,
+    evaluation: &Evaluation,
+    truth: &KnownTruth,
+) -> Result<Vec<Finding>, Error> {
+    let mut found = Vec::new();
+    let mut add = |quantity: &'static str, estimate: Estimate, truth: f64| {
+        found.push(Finding { quantity, estimate, truth });
+    };
+    of_motion(evaluation, &truth.motion, job.experiment.chain.pitch_m.get(), &mut add);
+    of_wave(&evaluation.measurement, &truth.measurement, &mut add);
+    of_damping(evaluation, truth, &mut add);
+    of_recordings(job, evaluation, &mut add)?;
+    Ok(found)
+}
+
+fn of_motion(
+    evaluation: &Evaluation,
+    truth: &Trajectory,
+    pitch_m: f64,
+    add: &mut impl FnMut(&'static str, Estimate, f64),
+) {
+    for ((row, i), x) in evaluation.stitched.motion.displacement_m.indexed_iter() {
+        if let Some(x) = x.filter(|_| i % THINNING == 0) {
+            add("displacement", x, truth.displacement_m[(row, i)]);
+        }
+    }
+    for ((row, i), strain) in evaluation.measurement.strain.strain.indexed_iter() {
+        if let Some(strain) = strain.filter(|_| i % THINNING == 0) {
+            let difference_m = truth.displacement_m[(row + 1, i)] - truth.displacement_m[(row, i)];
+            add("strain", strain, difference_m / pitch_m);
+        }
+    }
+}
+
+fn of_wave(found: &Measurement, truth: &Measurement, add: &mut impl FnMut(&'static str, Estimate, f64)) {
+    if let (Ok(found), Ok(truth)) = (&found.group_velocity, &truth.group_velocity) {
+        add("group velocity", found.velocity_m_per_s, truth.velocity_m_per_s.value);
+    }
+    for (found, truth) in found.fronts.iter().zip(&truth.fronts) {
+        let (Ok(found), Ok(truth)) = (found, truth) else { continue };
+        add("peak time", found.peak_time_s, truth.peak_time_s.value);
+        add("peak strain", found.peak_strain, truth.peak_strain.value);
+        if let (Some(found), Some(truth)) = (found.edge_time_s, truth.edge_time_s) {
+            add("edge time", found, truth.value);
+        }
+    }
+    for width in found.half_widths.iter().step_by(THINNING) {
+        let same = truth.half_widths.iter().find(|other| (other.t_s - width.t_s).abs() < 1e-9);
+        same.into_iter().for_each(|same| add("HWHM", width.hwhm_m, same.hwhm_m.value));
+    }
+    if let (Some(found), Some(truth)) = (&found.energies, &truth.energies) {
+        for (gap, energy) in found.gaps.iter().zip(&found.energy_j) {
+            let same = truth.gaps.iter().position(|other| other == gap);
+            same.into_iter().for_each(|same| add("peak energy", *energy, truth.energy_j[same].value));
+        }
+    }
+    if let (Ok(found), Ok(truth)) = (&found.local_resonance, &truth.local_resonance) {
+        add("tail frequency", found.frequency_hz, truth.frequency_hz.value);
+    }
+}
+
+fn of_damping(
+    evaluation: &Evaluation,
+    truth: &KnownTruth,
+    add: &mut impl FnMut(&'static str, Estimate, f64),
+) {
+    let (c_d, c_s) = (truth.parameters.c_d_kg_per_s, truth.parameters.c_s_kg_per_s);
+    if let Ok(fit) = &evaluation.track_fit {
+        add("c_d, tracks", fit.damping.chain_damping_kg_per_s, c_d);
+        add("c_s, tracks", fit.damping.striker_damping_kg_per_s, c_s);
+    }
+    if let Ok(fit) = &evaluation.energy_fit {
+        add("c_d, peak energies", fit.damping.chain_damping_kg_per_s, c_d);
+        add("c_s, peak energies", fit.damping.striker_damping_kg_per_s, c_s);
+    }
+}
+
+/// Trigger, striker and impact of each recording; the truth of trigger offsets counts from their mean.
+fn of_recordings(
+    job: &Job,
+    evaluation: &Evaluation,
+    add: &mut impl FnMut(&'static str, Estimate, f64),
+) -> Result<(), Error> {
+    let truths = Table::read(&job.recordings.join("truth_trials.csv"))?;
+    let delays_s = truths.full_numbers("trigger_delay_s")?;
+    let strikers = truths.full_numbers("striker_velocity_m_per_s")?;
+    let alignments = &evaluation.stitched.alignments;
+    let row = |recording: &str| job.trials.iter().position(|trial| trial.recording == recording);
+    let rows: Vec<usize> = alignments.iter().filter_map(|alignment| row(&alignment.recording)).collect();
+    let mean_s = rows.iter().map(|row| delays_s[*row]).sum::<f64>() / rows.len().max(1) as f64;
+    for (alignment, row) in alignments.iter().zip(&rows) {
+        add("trigger offset", alignment.trigger_offset_s, mean_s - delays_s[*row]);
+    }
+    for one in evaluation.track_fit.iter().flat_map(|fit| &fit.recordings) {
+        if let Some(row) = row(&one.recording) {
+            add("striker velocity", one.striker_velocity_m_per_s, strikers[row]);
+            add("impact time", one.impact_time_s, -delays_s[row]);
+        }
+    }
+    Ok(())
+}

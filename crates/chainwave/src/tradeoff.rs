@@ -1,0 +1,169 @@
+//! `chainwave tradeoff`: what each method of a step costs on the user's own scene, and how far it is off.
+//!
+//! Errors come from comparisons that know the truth: patches of the recording's own picture, shifted by known amounts under the
+//! recording's own noise. Times are measured here, on the work itself: the shortest of a few repetitions, on one thread.
+
+mod scene;
+mod tracking;
+
+use std::path::Path;
+
+use chainwave_figures::{TradeOff, TradeOffPoint, trade_off};
+
+use self::scene::Scene;
+use crate::cli;
+use crate::error::Error;
+use crate::outcome::Outcome;
+use crate::output::{make_folder, remove_unfinished};
+use crate::table::{self, column};
+
+/// One method of one step.
+#[derive(Debug, Clone, PartialEq)]
+struct Rung {
+    /// What it does, such as `tracking`.
+    step: &'static str,
+    method: String,
+    settings: String,
+    error: f64,
+    error_unit: &'static str,
+    seconds_per_item: f64,
+    items: u64,
+}
+
+/// Measures the ladder of every step that the inputs allow.
+pub(crate) fn tradeoff(arguments: &cli::Tradeoff) -> Result<Outcome, Error> {
+    make_folder(&arguments.out)?;
+    remove_unfinished(&arguments.out)?;
+    let mut outcome = Outcome::default();
+    let mut rungs = Vec::new();
+    for input in &arguments.inputs {
+        match Scene::open(input, arguments).and_then(|scene| tracking::ladder(&scene)) {
+            Ok(found) => rungs.extend(found),
+            Err(error) => outcome.fail(error),
+        }
+    }
+    if rungs.is_empty() {
+        return Err(Error::NothingLeft { what: "inputs", n: arguments.inputs.len() });
+    }
+    let rungs = averaged(rungs);
+    let on_front: Vec<bool> = rungs.iter().map(|rung| is_on_front(rung, &rungs)).collect();
+    write(&arguments.out, &rungs, &on_front)?;
+    print(&rungs, &on_front);
+    Ok(outcome)
+}
+
+/// One rung for each step, method and settings: over several scenes the errors' root mean square, and the times' mean.
+fn averaged(rungs: Vec<Rung>) -> Vec<Rung> {
+    let mut merged: Vec<(Rung, f64)> = Vec::new();
+    for rung in rungs {
+        let same = |(other, _): &&mut (Rung, f64)| {
+            (other.step, &other.method, &other.settings) == (rung.step, &rung.method, &rung.settings)
+        };
+        match merged.iter_mut().find(same) {
+            Some((known, n)) => {
+                known.error = ((known.error.powi(2) * *n + rung.error.powi(2)) / (*n + 1.0)).sqrt();
+                known.seconds_per_item = (known.seconds_per_item * *n + rung.seconds_per_item) / (*n + 1.0);
+                known.items += rung.items;
+                *n += 1.0;
+            }
+            None => merged.push((rung, 1.0)),
+        }
+    }
+    merged.into_iter().map(|(rung, _)| rung).collect()
+}
+
+/// Whether no other method of the step is at least as good in both respects and better in one.
+fn is_on_front(rung: &Rung, all: &[Rung]) -> bool {
+    let beats = |other: &Rung| {
+        other.step == rung.step
+            && other.error <= rung.error
+            && other.seconds_per_item <= rung.seconds_per_item
+            && (other.error < rung.error || other.seconds_per_item < rung.seconds_per_item)
+    };
+    rung.error.is_finite() && !all.iter().any(beats)
+}
+
+fn write(folder: &Path, rungs: &[Rung], on_front: &[bool]) -> Result<(), Error> {
+    let known = |value: f64| value.is_finite().then_some(value);
+    let columns = vec![
+        column("step", rungs.iter().map(|rung| rung.step).collect::<Vec<_>>()),
+        column("method", rungs.iter().map(|rung| rung.method.as_str()).collect::<Vec<_>>()),
+        column("settings", rungs.iter().map(|rung| rung.settings.as_str()).collect::<Vec<_>>()),
+        column("error", rungs.iter().map(|rung| known(rung.error)).collect::<Vec<_>>()),
+        column("error_unit", rungs.iter().map(|rung| rung.error_unit).collect::<Vec<_>>()),
+        column("seconds_per_item", rungs.iter().map(|rung| rung.seconds_per_item).collect::<Vec<_>>()),
+        column("items", rungs.iter().map(|rung| rung.items).collect::<Vec<_>>()),
+        column("on_front", on_front.to_vec()),
+    ];
+    table::write(&folder.join("tradeoff.parquet"), columns)?;
+    let mut steps: Vec<&'static str> = rungs.iter().map(|rung| rung.step).collect();
+    steps.dedup();
+    for step in steps {
+        let of_step: Vec<(&Rung, &bool)> =
+            rungs.iter().zip(on_front).filter(|(rung, _)| rung.step == step).collect();
+        let point = |(rung, on_front): &(&Rung, &bool)| TradeOffPoint {
+            name: format!("{} {}", rung.method, rung.settings).trim_end().to_owned(),
+            seconds_per_item: rung.seconds_per_item,
+            error: rung.error,
+            on_front: **on_front,
+        };
+        let unit = of_step.first().map_or("", |(rung, _)| rung.error_unit);
+        let figure = TradeOff {
+            time_label: "time per item (s)".into(),
+            error_label: format!("rms error ({unit})"),
+            points: of_step.iter().map(point).collect(),
+        };
+        trade_off(&folder.join(format!("tradeoff-{step}")), &figure)?;
+    }
+    Ok(())
+}
+
+#[expect(clippy::print_stdout, reason = "the table is the command's result")]
+fn print(rungs: &[Rung], on_front: &[bool]) {
+    println!("{:<12}{:<36}{:>12} {:<10}{:>12}  front", "step", "method", "error", "unit", "s per item");
+    for (rung, on_front) in rungs.iter().zip(on_front) {
+        let name = format!("{} {}", rung.method, rung.settings);
+        let mark = if *on_front { "  *" } else { "" };
+        println!(
+            "{:<12}{name:<36}{:>12.3e} {:<10}{:>12.3e}{mark}",
+            rung.step, rung.error, rung.error_unit, rung.seconds_per_item
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rung(method: &str, error: f64, seconds_per_item: f64) -> Rung {
+        let (step, error_unit) = ("tracking", "px");
+        Rung {
+            step,
+            method: method.into(),
+            settings: String::new(),
+            error,
+            error_unit,
+            seconds_per_item,
+            items: 10,
+        }
+    }
+
+    #[test]
+    fn the_front_holds_what_nothing_beats() {
+        let rungs = [rung("a", 1.0, 1.0), rung("b", 0.5, 2.0), rung("c", 1.0, 3.0), rung("d", f64::NAN, 0.1)];
+        let front: Vec<bool> = rungs.iter().map(|one| is_on_front(one, &rungs)).collect();
+        assert_eq!(front, [true, true, false, false]);
+    }
+
+    #[test]
+    fn scenes_are_averaged_in_the_square() {
+        let merged = averaged(vec![rung("a", 3.0, 1.0), rung("a", 4.0, 3.0), rung("b", 1.0, 1.0)]);
+        assert_eq!(merged.len(), 2);
+        // Rounding.
+        assert!(
+            (merged[0].error - 12.5_f64.sqrt()).abs() < 1e-14
+                && (merged[0].seconds_per_item - 2.0).abs() < 1e-14
+        );
+        assert_eq!(merged[0].items, 20);
+    }
+}

@@ -1,0 +1,334 @@
+//! The displacement field between two images, found from its most reliable points outwards.
+
+use std::collections::{BinaryHeap, VecDeque};
+use std::num::NonZero;
+
+use chainwave_measurement::{Lost, Subset};
+
+use crate::evidence::ShapeTest;
+use crate::field_queue::Candidate;
+use crate::field_seed::Seeds;
+use crate::icgn::{Match, Stop};
+use crate::warp::Warp;
+use crate::{CorrelationError, PreparedSubset, Reference, Settings, Shape, ShapeChoice, Window, Workspace};
+
+/// Where the points of a field lie, and how large their subsets are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FieldGrid {
+    /// Pixels from one point to the next, along x and y.
+    pub step_px: usize,
+    /// Columns and rows of a subset on each side of its centre.
+    pub half_px: usize,
+}
+
+/// One point of a field.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FieldPoint {
+    /// Column in the reference.
+    pub x_px: f64,
+    /// Row in the reference.
+    pub y_px: f64,
+    /// Where it lies in the deformed image, or why it was not found.
+    pub found: Result<Match, Lost>,
+    /// The shape function that it was matched with.
+    pub shape: Shape,
+}
+
+/// A displacement field on a grid.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Field {
+    /// Pixels from one point to the next.
+    pub step_px: usize,
+    /// Columns and rows of a subset on each side of its centre.
+    pub half_px: usize,
+    /// Points along x.
+    pub n_columns: usize,
+    /// All points, row by row from the top.
+    pub points: Vec<FieldPoint>,
+}
+
+/// Rows and columns of the reference beyond the outer subsets, so that a point which has not moved can be interpolated.
+const BORDER_PX: usize = 3;
+/// Points from which the field grows in one go. It does not depend on the threads, nor does the result.
+const BATCH: usize = 64;
+/// Neighbours from which a point is tried before it is given up.
+const MAX_TRIES: u8 = 3;
+
+/// The field between the reference and a deformed image, the latter interpolated as `target` is.
+///
+/// A first point is found by search. Each further one starts from the place and deformation of its neighbour with the
+/// best correlation among all found so far (B. Pan, Appl. Opt. 48 (2009) 1535-1542), so that a bad region is entered
+/// last and misleads nobody; parts that cannot be reached so are searched for anew. `progress` receives the number of
+/// points settled.
+///
+/// # Errors
+/// [`CorrelationError::Setting`] when a setting has no meaning, [`CorrelationError::GridTooLarge`] when no subset fits
+/// in the reference.
+pub fn correlate(
+    reference: &Reference,
+    target: &Window,
+    grid: FieldGrid,
+    settings: &Settings,
+    choice: ShapeChoice,
+    n_threads: NonZero<usize>,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<Field, CorrelationError> {
+    settings.check()?;
+    let settings = Settings { interpolation: target.interpolation, ..settings.clone() };
+    let scene = Scene { reference, target, settings, choice, half_px: grid.half_px };
+    let mut growth = Growth::new(scene, grid, n_threads)?;
+    growth.grow(progress);
+    Ok(growth.finish(grid))
+}
+
+/// What is compared, and how.
+pub(crate) struct Scene<'a> {
+    pub(crate) reference: &'a Reference,
+    pub(crate) target: &'a Window,
+    settings: Settings,
+    choice: ShapeChoice,
+    half_px: usize,
+}
+
+/// A match, and the shape function it was made with.
+pub(crate) type Settled = (Result<Match, Lost>, Shape);
+
+impl Scene<'_> {
+    fn subset(&self, [x_px, y_px]: [f64; 2]) -> Subset {
+        Subset { name: String::new(), x_px, y_px, half_width_px: self.half_px, half_height_px: self.half_px }
+    }
+
+    /// The subset around a place, with the shape function that is tried first.
+    pub(crate) fn prepare(&self, place_px: [f64; 2]) -> Result<PreparedSubset, Lost> {
+        self.prepare_with(place_px, self.first_shape())
+    }
+
+    fn prepare_with(&self, place_px: [f64; 2], shape: Shape) -> Result<PreparedSubset, Lost> {
+        let settings = Settings { shape, ..self.settings.clone() };
+        PreparedSubset::new(self.reference, &self.subset(place_px), &settings)
+    }
+
+    pub(crate) fn first_shape(&self) -> Shape {
+        match self.choice {
+            ShapeChoice::Named(shape) => shape,
+            ShapeChoice::ByEvidence => Shape::Affine,
+        }
+    }
+
+    /// Matches the subset around a place, with the shape function that it needs.
+    pub(crate) fn settle(&self, place_px: [f64; 2], start: Warp, workspace: &mut Workspace) -> Settled {
+        let first = self.first_shape();
+        let prepared = match self.prepare(place_px) {
+            Ok(prepared) => prepared,
+            Err(reason) => return (Err(reason), first),
+        };
+        let found = prepared.solve_from_afar(self.target, start, workspace).map_err(reason_of);
+        match (self.choice, &found) {
+            (ShapeChoice::ByEvidence, Ok(affine)) => self.simplify(place_px, &prepared, *affine, workspace),
+            _ => (found, first),
+        }
+    }
+
+    fn simplify(
+        &self,
+        place_px: [f64; 2],
+        affine: &PreparedSubset,
+        found: Match,
+        workspace: &mut Workspace,
+    ) -> Settled {
+        let mut test = ShapeTest::new(self.reference, &self.subset(place_px), &self.settings);
+        test.add(affine, self.target, &found.warp(), workspace);
+        let shape = test.evidence().shape;
+        let start = match shape {
+            Shape::Affine => return (Ok(found), shape),
+            Shape::Translation => Warp::at(found.warp().position_px),
+            _ => found.warp(),
+        };
+        let again = self.prepare_with(place_px, shape);
+        let again = again.and_then(|subset| subset.solve(self.target, start, workspace).map_err(reason_of));
+        again.map_or((Ok(found), Shape::Affine), |again| (Ok(again), shape))
+    }
+}
+
+fn reason_of(stop: Stop) -> Lost {
+    match stop {
+        Stop::Escaped(_) => Lost::OutOfView,
+        Stop::Lost(reason) => reason,
+    }
+}
+
+/// A field on its way from the first point to the last.
+struct Growth<'a> {
+    scene: Scene<'a>,
+    places: Vec<[f64; 2]>,
+    n_columns: usize,
+    step_px: f64,
+    settled: Vec<Option<Settled>>,
+    n_tries: Vec<u8>,
+    front: BinaryHeap<Candidate>,
+    /// One for each thread.
+    workspaces: Vec<Workspace>,
+}
+
+impl<'a> Growth<'a> {
+    fn new(scene: Scene<'a>, grid: FieldGrid, n_threads: NonZero<usize>) -> Result<Self, CorrelationError> {
+        let region = scene.reference.region();
+        let margin = grid.half_px + BORDER_PX;
+        let line = |first: usize, n: usize| -> Vec<f64> {
+            let places = (first + margin)..(first + n).saturating_sub(margin);
+            places.step_by(grid.step_px.max(1)).map(|place| place as f64).collect()
+        };
+        let (columns, rows) = (line(region.x, region.width), line(region.y, region.height));
+        if columns.is_empty() || rows.is_empty() {
+            let (half_px, width_px, height_px) = (grid.half_px, region.width, region.height);
+            return Err(CorrelationError::GridTooLarge { half_px, width_px, height_px });
+        }
+        let places: Vec<[f64; 2]> = rows.iter().flat_map(|&y| columns.iter().map(move |&x| [x, y])).collect();
+        Ok(Self {
+            scene,
+            n_columns: columns.len(),
+            step_px: grid.step_px.max(1) as f64,
+            settled: vec![None; places.len()],
+            n_tries: vec![0; places.len()],
+            front: BinaryHeap::new(),
+            workspaces: vec![Workspace::default(); n_threads.get()],
+            places,
+        })
+    }
+
+    fn grow(&mut self, progress: &(dyn Fn(u64) + Sync)) {
+        let mut seeds = Seeds::new(self.n_columns, self.places.len());
+        while let Some(point) = seeds.next(&self.settled) {
+            let found = seeds.find(&self.scene, self.places[point], &mut self.workspaces[0]);
+            let Some(settled) = found else { continue };
+            self.settle(point, settled);
+            progress(1);
+            self.spread(progress);
+        }
+    }
+
+    /// Goes from the front to all neighbours that can be reached.
+    fn spread(&mut self, progress: &(dyn Fn(u64) + Sync)) {
+        while !self.front.is_empty() {
+            let starts = self.next_starts();
+            for &(point, _) in &starts {
+                self.n_tries[point] += 1;
+            }
+            let found = self.settle_all(&starts);
+            for ((point, _), settled) in starts.into_iter().zip(found) {
+                progress(u64::from(self.settled[point].is_none()));
+                self.settle(point, settled);
+            }
+        }
+    }
+
+    /// The neighbours of the best points of the front, each with its start from the best of them.
+    fn next_starts(&mut self) -> Vec<(usize, Warp)> {
+        let mut starts: Vec<(usize, Warp)> = Vec::new();
+        for _ in 0..BATCH {
+            let Some(Candidate { point, warp, .. }) = self.front.pop() else { break };
+            for neighbour in neighbours(point, self.n_columns, self.places.len()) {
+                let open = !matches!(self.settled[neighbour], Some((Ok(_), _)));
+                let listed = starts.iter().any(|&(listed, _)| listed == neighbour);
+                if open && !listed && self.n_tries[neighbour] < MAX_TRIES {
+                    starts.push((neighbour, self.start_from(&warp, point, neighbour)));
+                }
+            }
+        }
+        starts
+    }
+
+    /// Where a point is expected by the place and deformation of another.
+    fn start_from(&self, warp: &Warp, from: usize, to: usize) -> Warp {
+        let (there, here) = (self.places[to], self.places[from]);
+        let (x, y) = (there[0] - here[0], there[1] - here[1]);
+        let [uxx, uxy, uyy, vxx, vxy, vyy] = warp.curvature;
+        let bend = [
+            2.0 * uxx * x + uxy * y,
+            uxy * x + 2.0 * uyy * y,
+            2.0 * vxx * x + vxy * y,
+            vxy * x + 2.0 * vyy * y,
+        ];
+        // A curvature is not carried further than the subset it was fitted to.
+        let carried = self.step_px <= self.scene.half_px as f64;
+        let warp = if carried { *warp } else { Warp { curvature: [0.0; 6], ..*warp } };
+        let gradient = std::array::from_fn(|i| warp.gradient[i] + if carried { bend[i] } else { 0.0 });
+        let (curvature, gradient) = match self.scene.first_shape() {
+            Shape::Quadratic => (warp.curvature, gradient),
+            Shape::Translation => ([0.0; 6], [0.0; 4]),
+            _ => ([0.0; 6], gradient),
+        };
+        Warp { position_px: warp.apply([x, y]), gradient, curvature }
+    }
+
+    /// Matches points side by side.
+    fn settle_all(&mut self, starts: &[(usize, Warp)]) -> Vec<Settled> {
+        /// Fewer points than this are not worth a thread.
+        const LEAST_SHARE: usize = 8;
+        let (scene, places) = (&self.scene, &self.places);
+        let n_threads = self.workspaces.len().min(starts.len() / LEAST_SHARE).max(1);
+        let settle = |workspace: &mut Workspace, part: &[(usize, Warp)]| -> Vec<Settled> {
+            part.iter().map(|&(point, start)| scene.settle(places[point], start, workspace)).collect()
+        };
+        if n_threads == 1 {
+            return settle(&mut self.workspaces[0], starts);
+        }
+        let parts = starts.chunks(starts.len().div_ceil(n_threads));
+        std::thread::scope(|scope| {
+            let threads: Vec<_> = self
+                .workspaces
+                .iter_mut()
+                .zip(parts)
+                .map(|(workspace, part)| scope.spawn(move || settle(workspace, part)))
+                .collect();
+            let join = |thread: std::thread::ScopedJoinHandle<'_, Vec<Settled>>| {
+                thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+            };
+            threads.into_iter().flat_map(join).collect()
+        })
+    }
+
+    fn settle(&mut self, point: usize, settled: Settled) {
+        if let (Ok(found), _) = &settled {
+            self.front.push(Candidate { zncc: found.position.zncc, point, warp: found.warp() });
+        }
+        self.settled[point] = Some(settled);
+    }
+
+    fn finish(mut self, grid: FieldGrid) -> Field {
+        self.explain_the_rest();
+        let never = (Err(Lost::LowCorrelation), self.scene.first_shape());
+        let points = self.places.iter().zip(self.settled).map(|(&[x_px, y_px], settled)| {
+            let (found, shape) = settled.unwrap_or(never);
+            FieldPoint { x_px, y_px, found, shape }
+        });
+        let points = points.collect();
+        Field { step_px: grid.step_px, half_px: grid.half_px, n_columns: self.n_columns, points }
+    }
+
+    /// Points that nothing led to are lost for the reason of those before them: behind what has left the view lies
+    /// what has left it too.
+    fn explain_the_rest(&mut self) {
+        let failed = |settled: &Option<Settled>| matches!(settled, Some((Err(_), _)));
+        let mut open: VecDeque<usize> =
+            (0..self.settled.len()).filter(|&point| failed(&self.settled[point])).collect();
+        while let Some(point) = open.pop_front() {
+            for neighbour in neighbours(point, self.n_columns, self.places.len()) {
+                if self.settled[neighbour].is_none() {
+                    self.settled[neighbour] = self.settled[point];
+                    open.push_back(neighbour);
+                }
+            }
+        }
+    }
+}
+
+/// The points left, right, above and below of one in a grid.
+fn neighbours(point: usize, n_columns: usize, n_points: usize) -> impl Iterator<Item = usize> {
+    let column = point % n_columns;
+    let left = (column > 0).then(|| point - 1);
+    let right = (column + 1 < n_columns).then_some(point + 1);
+    let above = point.checked_sub(n_columns);
+    let below = (point + n_columns < n_points).then_some(point + n_columns);
+    [left, right, above, below].into_iter().flatten()
+}

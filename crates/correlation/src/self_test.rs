@@ -1,0 +1,317 @@
+//! What each rung of the ladder does on the user's own scene: patches of the reference, shifted by known amounts, under
+//! the recording's own noise.
+//!
+//! A patch is shifted by its trigonometric interpolation, which moves every frequency of a scene exactly and belongs to
+//! none of the rungs; mirrored at its edges, it has no jump there. The patch counts as the scene, with the little noise
+//! that the reference has, and fresh noise of the variance measured in one frame is added to each picture. So the error
+//! comes out on the safe side where the reference is a single noisy frame.
+
+use std::path::Path;
+
+use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region, Subset};
+
+use crate::gradient::noise_variance;
+use crate::{CorrelationError, Method, Reference, ReferenceFrames, Settings};
+
+/// What a rung did in a self-test.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RungError {
+    /// The rung.
+    pub method: Method,
+    /// Root mean square error along one axis of the positions found, in pixels; NaN where none was found.
+    pub error_px: f64,
+    /// Share of the error that stays the same when the noise changes, peak to peak over sub-pixel shifts, in pixels.
+    pub bias_px: f64,
+    /// Positions that were found.
+    pub n_found: usize,
+    /// Positions that were lost.
+    pub n_lost: usize,
+    /// Multiplications that one position takes, by counting; no clock is read.
+    pub effort: f64,
+}
+
+/// Subsets that are tested at most, spread over those given.
+const MAX_SUBSETS: usize = 6;
+/// Sub-pixel shifts of each.
+const N_SHIFTS: usize = 10;
+/// Draws of noise at each shift.
+const N_DRAWS: usize = 2;
+/// Pixels around a subset that are shifted with it.
+const MARGIN_PX: i64 = 26;
+
+/// Runs each method on shifted patches of the reference.
+///
+/// # Errors
+/// As [`crate::track`].
+pub fn self_test(
+    methods: &[Method],
+    recording: &dyn Recording,
+    subsets: &[Subset],
+    reference: &ReferenceFrames,
+    settings: &Settings,
+) -> Result<Vec<RungError>, CorrelationError> {
+    let every = subsets.len().div_ceil(MAX_SUBSETS).max(1);
+    let films: Vec<Film> = subsets
+        .iter()
+        .step_by(every)
+        .zip(1..)
+        .map(|(subset, seed)| Film::of(recording, subset, reference, seed))
+        .collect::<Result<_, _>>()?;
+    methods.iter().map(|&method| test_one(method, &films, settings)).collect()
+}
+
+/// The method with the least effort whose error in a self-test is at most `error_px` and which loses nothing.
+///
+/// # Errors
+/// As [`self_test`], and [`CorrelationError::AccuracyNotReached`].
+pub fn cheapest_within(
+    error_px: f64,
+    methods: &[Method],
+    recording: &dyn Recording,
+    subsets: &[Subset],
+    reference: &ReferenceFrames,
+    settings: &Settings,
+) -> Result<Method, CorrelationError> {
+    let mut rungs = self_test(methods, recording, subsets, reference, settings)?;
+    rungs.sort_by(|a, b| a.effort.total_cmp(&b.effort));
+    let good = rungs.iter().find(|rung| rung.n_lost == 0 && rung.error_px <= error_px);
+    good.map(|rung| rung.method).ok_or_else(|| {
+        let whole = rungs.iter().filter(|rung| rung.n_lost == 0 && !rung.error_px.is_nan());
+        let best = whole.min_by(|a, b| a.error_px.total_cmp(&b.error_px));
+        CorrelationError::AccuracyNotReached {
+            path: recording.path().into(),
+            asked_px: error_px,
+            best: best.map_or_else(
+                || "no method without lost positions".into(),
+                |rung| format!("{:.5} px by {}", rung.error_px, rung.method),
+            ),
+        }
+    })
+}
+
+fn test_one(method: Method, films: &[Film], settings: &Settings) -> Result<RungError, CorrelationError> {
+    let (mut square, mut n_found, mut n_lost) = (0.0, 0, 0);
+    let mut means = [[0.0; 2]; N_SHIFTS];
+    let mut effort = 0.0;
+    for film in films {
+        let subsets = std::slice::from_ref(&film.subset);
+        let tracks = method.track(film, subsets, &ReferenceFrames::Single(0), settings, &|_| ())?;
+        let n_pixels = (2 * film.subset.half_width_px + 1) * (2 * film.subset.half_height_px + 1);
+        effort += method.effort(n_pixels);
+        for (found, (shift, &[dx, dy])) in
+            tracks[0].positions.iter().skip(1).zip(film.shifts.iter().enumerate())
+        {
+            let Ok(position) = found else {
+                n_lost += 1;
+                continue;
+            };
+            n_found += 1;
+            let x = position.x_px.value - film.subset.x_px - dx;
+            let y = position.y_px.value - film.subset.y_px - dy;
+            square += x * x + y * y;
+            means[shift % N_SHIFTS][0] += x;
+            means[shift % N_SHIFTS][1] += 1.0;
+        }
+    }
+    let means = means.iter().map(|[sum, n]| sum / n);
+    let (low, high) = means.fold((f64::MAX, f64::MIN), |(low, high), mean| (low.min(mean), high.max(mean)));
+    let error_px = if n_found == 0 { f64::NAN } else { (square / (2 * n_found) as f64).sqrt() };
+    let effort = effort / films.len().max(1) as f64;
+    Ok(RungError { method, error_px, bias_px: high - low, n_found, n_lost, effort })
+}
+
+/// A patch of the reference, and the same patch shifted, with noise.
+struct Film {
+    info: RecordingInfo,
+    /// In the film's own pixels.
+    subset: Subset,
+    /// Of each frame after the first.
+    shifts: Vec<[f64; 2]>,
+    frames: Vec<Vec<f32>>,
+}
+
+impl Film {
+    fn of(
+        recording: &dyn Recording,
+        subset: &Subset,
+        reference: &ReferenceFrames,
+        seed: u64,
+    ) -> Result<Self, CorrelationError> {
+        let region = patch_around(recording, subset)?;
+        let scene = Reference::read_region(recording, region, reference)?;
+        let sigma = noise_in(recording, region, reference.range().start)?.sqrt();
+        let inwards = away_from_edges(subset, region);
+        let shift = |i: usize| -> [f64; 2] {
+            let [x, y] = [i, 3 * i].map(|step| (step % N_SHIFTS) as f64 / N_SHIFTS as f64);
+            [x + inwards[0], y + inwards[1]]
+        };
+        let shifts: Vec<[f64; 2]> = (0..N_SHIFTS * N_DRAWS).map(shift).collect();
+        let mut random = Normal(seed);
+        let mut sense = |pixels: Vec<f64>| -> Vec<f32> {
+            pixels.into_iter().map(|value| (value + sigma * random.next()) as f32).collect()
+        };
+        let pixels: Vec<f64> = scene.pixels().iter().map(|&pixel| f64::from(pixel)).collect();
+        let mut frames = vec![sense(pixels.clone())];
+        frames.extend(shifts.iter().map(|&shift| sense(shifted(&pixels, region, shift))));
+        let subset = Subset {
+            x_px: subset.x_px - region.x as f64,
+            y_px: subset.y_px - region.y as f64,
+            ..subset.clone()
+        };
+        let info = RecordingInfo {
+            format: "self-test".into(),
+            width_px: region.width,
+            height_px: region.height,
+            n_frames: frames.len(),
+            times_s: (0..frames.len()).map(|frame| frame as f64).collect(),
+            warnings: Vec::new(),
+            ..recording.info().clone()
+        };
+        Ok(Self { info, subset, shifts, frames })
+    }
+}
+
+/// Variance of a pixel's noise in a frame: the lesser of what the frame's highest frequencies and its difference from
+/// the next frame allow, since fine texture adds to the one and motion to the other.
+fn noise_in(recording: &dyn Recording, region: Region, frame: usize) -> Result<f64, CorrelationError> {
+    let single = Reference::read_region(recording, region, &ReferenceFrames::Single(frame))?;
+    let spatial = noise_variance(single.gradients().fourth.iter().copied(), single.level());
+    if frame + 1 >= recording.info().n_frames {
+        return Ok(spatial);
+    }
+    let next = Reference::read_region(recording, region, &ReferenceFrames::Single(frame + 1))?;
+    let square = |(a, b): (&f32, &f32)| f64::from(a - b).powi(2);
+    let squares: f64 = single.pixels().iter().zip(next.pixels()).map(square).sum();
+    Ok(spatial.min(0.5 * squares / region.n_pixels() as f64))
+}
+
+fn patch_around(recording: &dyn Recording, subset: &Subset) -> Result<Region, CorrelationError> {
+    Reference::check_inside(recording, subset)?;
+    let [x0, x1, y0, y1] = crate::reference::pixel_bounds(subset);
+    let info = recording.info();
+    let (width, height) = (info.width_px, info.height_px);
+    let (x0, y0) = (x0 - MARGIN_PX, y0 - MARGIN_PX);
+    let region = Region::clipped(x0, y0, x1 + MARGIN_PX + 1, y1 + MARGIN_PX + 1, width, height);
+    region.ok_or_else(|| crate::reference::outside(recording, subset))
+}
+
+/// Whole pixels that a subset near the edge of its patch is moved by, so that all its shifts can be interpolated.
+fn away_from_edges(subset: &Subset, region: Region) -> [f64; 2] {
+    const NEAR_PX: i64 = 8;
+    let [x0, x1, y0, y1] = crate::reference::pixel_bounds(subset);
+    let along = |low: i64, high: i64, first: usize, n: usize| {
+        if low - (first as i64) < NEAR_PX {
+            4.0
+        } else if (first + n) as i64 - high <= NEAR_PX {
+            -5.0
+        } else {
+            0.0
+        }
+    };
+    [along(x0, x1, region.x, region.width), along(y0, y1, region.y, region.height)]
+}
+
+/// The pixels of a patch whose scene has moved by `shift`, by trigonometric interpolation along rows and columns.
+fn shifted(pixels: &[f64], region: Region, [dx, dy]: [f64; 2]) -> Vec<f64> {
+    let Region { width, height, .. } = region;
+    let (along_x, along_y) = (shift_matrix(width, dx), shift_matrix(height, dy));
+    let mut by_row = Vec::with_capacity(pixels.len());
+    for row in pixels.chunks_exact(width) {
+        let dot =
+            |weights: &[f64]| weights.iter().zip(row).map(|(weight, value)| weight * value).sum::<f64>();
+        by_row.extend(along_x.chunks_exact(width).map(dot));
+    }
+    let mut result = vec![0.0; pixels.len()];
+    for (weights, out) in along_y.chunks_exact(height).zip(result.chunks_exact_mut(width)) {
+        for (weight, row) in weights.iter().zip(by_row.chunks_exact(width)) {
+            out.iter_mut().zip(row).for_each(|(sum, value)| *sum += weight * value);
+        }
+    }
+    result
+}
+
+/// What each of n values adds to each shifted one, the line being mirrored at its ends; row by row.
+fn shift_matrix(n: usize, shift: f64) -> Vec<f64> {
+    let period = 2.0 * n as f64;
+    let kernel = |distance: f64| {
+        let t = distance.rem_euclid(period);
+        if t.abs() < 1e-12 {
+            return 1.0;
+        }
+        let angle = std::f64::consts::PI * t;
+        angle.sin() / (period * (angle / period).tan())
+    };
+    let weight = |i: usize| {
+        let place = (i / n) as f64 - shift;
+        let column = (i % n) as f64;
+        kernel(place - column) + kernel(place - (period - 1.0 - column))
+    };
+    (0..n * n).map(weight).collect()
+}
+
+impl Recording for Film {
+    fn path(&self) -> &Path {
+        Path::new("self-test")
+    }
+
+    fn info(&self) -> &RecordingInfo {
+        &self.info
+    }
+
+    fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {
+        self.check_request(frame, region, pixels.len())?;
+        let rows = self.frames[frame].chunks_exact(self.info.width_px).skip(region.y);
+        for (out, row) in pixels.chunks_exact_mut(region.width).zip(rows) {
+            out.copy_from_slice(&row[region.x..region.x + region.width]);
+        }
+        Ok(())
+    }
+}
+
+/// Normal deviates: splitmix64 (G. Steele, D. Lea, C. Flood, OOPSLA 2014, 453-472) through Box and Muller's transform.
+struct Normal(u64);
+
+impl Normal {
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn next(&mut self) -> f64 {
+        let radius = (-2.0 * (1.0 - self.uniform()).ln()).sqrt();
+        radius * (std::f64::consts::TAU * self.uniform()).cos()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shift_moves_a_cosine_exactly() {
+        // cosines with extrema between the mirrored ends are what the mirrored line is made of
+        let n = 24;
+        let region = Region::whole(n, n);
+        let wave = |x: f64, order: f64| (std::f64::consts::PI * order * (x + 0.5) / n as f64).cos();
+        let pixels: Vec<f64> =
+            (0..n * n).map(|i| wave((i % n) as f64, 3.0) * wave((i / n) as f64, 5.0)).collect();
+        let found = shifted(&pixels, region, [0.3, -0.7]);
+        for (i, value) in found.iter().enumerate() {
+            let expected = wave((i % n) as f64 - 0.3, 3.0) * wave((i / n) as f64 + 0.7, 5.0);
+            assert!((value - expected).abs() < 1e-12, "rounding: {value} {expected}");
+        }
+    }
+
+    #[test]
+    fn normal_deviates_have_unit_variance() {
+        let mut random = Normal(7);
+        let values: Vec<f64> = (0..20_000).map(|_| random.next()).collect();
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        let variance = values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64;
+        // four standard errors of a mean and of a variance
+        assert!(mean.abs() < 0.028 && (variance - 1.0).abs() < 0.04, "{mean} {variance}");
+    }
+}

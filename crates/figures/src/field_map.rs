@@ -1,0 +1,188 @@
+use std::path::Path;
+
+use ndarray::{Array2, ArrayView2};
+
+use crate::colour::sequential;
+use crate::drawing::Drawing;
+use crate::geometry::Frame;
+use crate::heat_map::{self, Cells, ColourScale, edges_between};
+use crate::legend::{self, Entry, Key};
+use crate::plot::{self, BOTTOM_MARGIN_MM, Labels, Plot};
+use crate::scale::Scale;
+use crate::{FigureError, output};
+
+/// Maps over the pixels of an image, as it is seen: columns to the right, rows downwards.
+#[derive(Debug, Clone, Copy)]
+pub struct FieldMap<'a> {
+    /// Columns of the points in pixels, increasing.
+    pub x_px: &'a [f64],
+    /// Rows of the points in pixels, increasing.
+    pub y_px: &'a [f64],
+    /// The maps.
+    pub panels: &'a [FieldPanel<'a>],
+}
+
+/// One map of a field.
+#[derive(Debug, Clone, Copy)]
+pub struct FieldPanel<'a> {
+    /// Quantity and unit, such as `displacement u (px)`.
+    pub title: &'a str,
+    /// Shape `[row, column]`; `None` where nothing was measured.
+    pub values: ArrayView2<'a, Option<f64>>,
+}
+
+/// Draws maps of a field, each with its own colours; points that were not measured are hatched.
+///
+/// # Errors
+/// [`FigureError`] when there is no panel, a map's shape does not fit its rows and columns, or a file cannot be written.
+pub fn field_map(stem: &Path, field: &FieldMap) -> Result<(), FigureError> {
+    output::write(stem, &layout(stem, field)?)
+}
+
+/// Most maps beside each other.
+const MOST_PER_ROW: usize = 5;
+/// The largest height of a map.
+const HEIGHT_MM: f64 = 70.0;
+const TITLE_MM: f64 = 5.2;
+const GAP_MM: f64 = 6.0;
+/// Most columns and rows of a map; of a finer one every second or third point is drawn.
+const MOST_CELLS: usize = 200;
+/// Share of the values at each end that may lie beyond the colours: points at an edge can be far off.
+const BEYOND: f64 = 0.02;
+
+fn layout(stem: &Path, field: &FieldMap) -> Result<Drawing, FigureError> {
+    if field.panels.is_empty() {
+        return Err(FigureError::NoPanels { stem: stem.into() });
+    }
+    field.panels.iter().try_for_each(|panel| check(stem, field, panel))?;
+    let cells: Vec<Cells> = field.panels.iter().map(|panel| cells_of(field, panel)).collect();
+    let colours: Vec<ColourScale> =
+        cells.iter().map(|cells| colours_of(cells.measured().collect())).collect();
+    let mut drawing = Drawing::new(Drawing::TWO_COLUMNS_MM)?;
+    let (x, y) = (Scale::linear(cells[0].x_extent()), Scale::linear(cells[0].y_extent()).downwards());
+    let left = plot::side_margin_mm(&drawing, &y, HEIGHT_MM);
+    let bars: Vec<f64> = colours.iter().map(|scale| scale.bar_margin_mm(&drawing, HEIGHT_MM)).collect();
+    let bar = bars.into_iter().fold(0.0, f64::max);
+    let beside = left + bar + GAP_MM;
+    let (per_row, size) = arrangement(field, beside);
+    let mut top = legend::draw(&mut drawing, &entries(&cells), (left, Drawing::TWO_COLUMNS_MM), 1.0);
+    for (row, chunk) in field.panels.chunks(per_row).enumerate() {
+        top += TITLE_MM;
+        for (column, panel) in chunk.iter().enumerate() {
+            let index = row * per_row + column;
+            let frame = Frame::new(left + column as f64 * (beside + size[0]), top, size[0], size[1]);
+            let labels = Labels { x: "column (px)", y: "row (px)" };
+            heat_map::draw(&mut drawing, &Plot { frame, x, y }, &cells[index], &colours[index], labels);
+            plot::title(&mut drawing, frame, &plot::lettered(index, field.panels.len(), panel.title));
+            colours[index].bar(&mut drawing, frame, "");
+        }
+        top += size[1] + BOTTOM_MARGIN_MM;
+    }
+    drawing.extend_to(top);
+    Ok(drawing)
+}
+
+/// How many maps stand beside each other, and their width and height when each takes `beside` for its axes: as many as
+/// make the maps largest.
+fn arrangement(field: &FieldMap, beside: f64) -> (usize, [f64; 2]) {
+    let fitting = |per_row: usize| {
+        let width = (Drawing::TWO_COLUMNS_MM + GAP_MM) / per_row as f64 - beside;
+        (per_row, panel_size(field, [width, HEIGHT_MM]))
+    };
+    let most = field.panels.len().clamp(1, MOST_PER_ROW);
+    let first = fitting(1);
+    (2..=most).map(fitting).fold(first, |best, next| {
+        // a second and third map in a row is worth some of their size
+        let gain = next.1[0] * next.0 as f64 / (best.1[0] * best.0 as f64);
+        if next.1[0] >= 20.0 && gain > 0.6 { next } else { best }
+    })
+}
+
+/// Width and height of a map in the room there is: pixels are as wide as high, but in a very long image.
+fn panel_size(field: &FieldMap, [width, height]: [f64; 2]) -> [f64; 2] {
+    let reach =
+        |places: &[f64]| edges_between(places).last().zip(edges_between(places).first()).map(|(b, a)| b - a);
+    let ratio = reach(field.y_px).zip(reach(field.x_px)).map_or(1.0, |(rows, columns)| rows / columns);
+    let ratio = ratio.clamp(0.25, 4.0);
+    if ratio * width <= height { [width, ratio * width] } else { [height / ratio, height] }
+}
+
+/// Colours over all values but the outermost.
+fn colours_of(mut values: Vec<f64>) -> ColourScale {
+    values.sort_by(f64::total_cmp);
+    let spare = (BEYOND * values.len() as f64) as usize;
+    let inner = values[spare..values.len() - spare].to_vec();
+    let mut colours = ColourScale::covering(inner, sequential);
+    if let Some(extent) = colours.scale.extent() {
+        let any = |outside: &dyn Fn(f64) -> bool| values.iter().any(|&value| outside(value));
+        colours.beyond = (any(&|value| value < extent.low), any(&|value| value > extent.high));
+    }
+    colours
+}
+
+fn check(stem: &Path, field: &FieldMap, panel: &FieldPanel) -> Result<(), FigureError> {
+    let lengths = [
+        ("rows of a map, one for each row of points", field.y_px.len(), panel.values.nrows()),
+        ("columns of a map, one for each column of points", field.x_px.len(), panel.values.ncols()),
+    ];
+    let wrong = lengths.into_iter().find(|(_, expected, found)| expected != found);
+    wrong.map_or(Ok(()), |(what, expected, found)| {
+        Err(FigureError::Length { stem: stem.into(), what: what.into(), expected, found })
+    })
+}
+
+/// The cells, from the lowest row of the picture upwards.
+fn cells_of(field: &FieldMap, panel: &FieldPanel) -> Cells {
+    let step = field.x_px.len().max(field.y_px.len()).div_ceil(MOST_CELLS).max(1);
+    let places = |all: &[f64]| all.iter().copied().step_by(step).collect::<Vec<f64>>();
+    let (x, y) = (places(field.x_px), places(field.y_px));
+    let values = Array2::from_shape_fn((x.len(), y.len()), |(column, row)| {
+        panel.values[[(y.len() - 1 - row) * step, column * step]]
+    });
+    let mut y_edges = edges_between(&y);
+    y_edges.reverse();
+    Cells { x_edges: edges_between(&x), y_edges, values }
+}
+
+fn entries(cells: &[Cells]) -> Vec<Entry> {
+    let blanks = cells.iter().any(Cells::shows_blanks);
+    blanks.then(|| Entry::new("not measured", Key::Hatch)).into_iter().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_run_downwards_and_nothing_overlaps() {
+        let (x_px, y_px): (Vec<f64>, Vec<f64>) = (
+            (0..40).map(|i| 20.0 + 10.0 * f64::from(i)).collect(),
+            (0..30).map(|i| 20.0 + 10.0 * f64::from(i)).collect(),
+        );
+        let values = Array2::from_shape_fn((30, 40), |(row, column)| {
+            (row != 3).then_some(row as f64 - 0.1 * column as f64)
+        });
+        let panels = [
+            FieldPanel { title: "displacement u (px)", values: values.view() },
+            FieldPanel { title: "strain xx (%)", values: values.view() },
+            FieldPanel { title: "strain yy (%)", values: values.view() },
+        ];
+        let field = FieldMap { x_px: &x_px, y_px: &y_px, panels: &panels };
+        let cells = cells_of(&field, &panels[0]);
+        assert_eq!(cells.values[[0, 0]], Some(29.0));
+        assert_eq!((cells.y_edges[0], cells.y_edges[30]), (315.0, 15.0));
+        layout(Path::new("x"), &field).unwrap().assert_readable();
+    }
+
+    #[test]
+    fn what_does_not_fit_is_refused_and_what_is_empty_says_so() {
+        let stem = Path::new("folder/field");
+        let lost = Array2::from_elem((2, 3), None);
+        let panel = [FieldPanel { title: "u", values: lost.view() }];
+        let of = |x_px, y_px| layout(stem, &FieldMap { x_px, y_px, panels: &panel });
+        assert!(of(&[0.0, 1.0], &[0.0, 1.0]).unwrap_err().to_string().contains("expected 2"));
+        let drawing = of(&[0.0, 1.0, 2.0], &[0.0, 1.0]).unwrap();
+        assert!(drawing.text_frames().iter().any(|(text, _)| text == "no data"));
+        assert!(layout(stem, &FieldMap { x_px: &[], y_px: &[], panels: &[] }).is_err());
+    }
+}

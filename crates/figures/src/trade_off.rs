@@ -1,0 +1,124 @@
+use std::path::Path;
+
+use crate::colour::{BLUE, GRAY};
+use crate::drawing::{Anchor, Dash, Drawing, NUMBER_MM, Stroke};
+use crate::geometry::Frame;
+use crate::legend::{self, Entry, Key};
+use crate::plot::{self, BOTTOM_MARGIN_MM, Labels, Plot};
+use crate::scale::{Extent, Scale};
+use crate::series::{Look, Marker, MarkerShape, Point};
+use crate::{FigureError, output};
+
+const HEIGHT_MM: f64 = 56.0;
+const NAME_ROW_MM: f64 = 3.6;
+/// Distance of a number from its marker.
+const OFFSET_MM: f64 = 1.9;
+const ON_FRONT: Marker = Marker { shape: MarkerShape::Circle, colour: BLUE, hollow: false };
+const OFF_FRONT: Marker = Marker { shape: MarkerShape::Square, colour: GRAY, hollow: true };
+
+/// What one method costs and how far it is off.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TradeOffPoint {
+    /// Method and settings.
+    pub name: String,
+    /// Time for one item, in seconds.
+    pub seconds_per_item: f64,
+    /// Error in the unit of the figure's ordinate.
+    pub error: f64,
+    /// Whether no other method is both faster and more accurate.
+    pub on_front: bool,
+}
+
+/// The methods of one step of the work.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TradeOff {
+    /// Label of the abscissa, such as `seconds per position`.
+    pub time_label: String,
+    /// Label of the ordinate, such as `rms error (px)`.
+    pub error_label: String,
+    /// The methods.
+    pub points: Vec<TradeOffPoint>,
+}
+
+/// Draws error against time, both logarithmic, with the front of methods that no other one beats; these are numbered, the fastest
+/// first, and named below.
+///
+/// # Errors
+/// [`FigureError`] when a file cannot be written.
+pub fn trade_off(stem: &Path, trade_off: &TradeOff) -> Result<(), FigureError> {
+    output::write(stem, &layout(trade_off)?)
+}
+
+fn layout(trade_off: &TradeOff) -> Result<Drawing, FigureError> {
+    let mut drawing = Drawing::new(Drawing::ONE_COLUMN_MM)?;
+    let is_drawable = |point: &&TradeOffPoint| point.seconds_per_item > 0.0 && point.error > 0.0;
+    let points: Vec<&TradeOffPoint> = trade_off.points.iter().filter(is_drawable).collect();
+    let mut front: Vec<&TradeOffPoint> = points.iter().copied().filter(|point| point.on_front).collect();
+    front.sort_by(|a, b| a.seconds_per_item.total_cmp(&b.seconds_per_item));
+    let x = Scale::log(Extent::of(points.iter().map(|point| point.seconds_per_item)).map(widened));
+    let y = Scale::log(Extent::of(points.iter().map(|point| point.error)).map(widened));
+    let left = plot::side_margin_mm(&drawing, &y, HEIGHT_MM);
+    let entries = [
+        Entry::new("no method is faster and better", Key::Marker(ON_FRONT)),
+        Entry::new("others", Key::Marker(OFF_FRONT)),
+    ];
+    let top = legend::draw(&mut drawing, &entries, (left, Drawing::ONE_COLUMN_MM), 1.0) + 1.5;
+    let frame = Frame::new(left, top, Drawing::ONE_COLUMN_MM - left - 3.0, HEIGHT_MM);
+    let plot = Plot { frame, x, y };
+    let at = |point: &&TradeOffPoint| Point::exact(point.seconds_per_item, point.error);
+    let line: Vec<Point> = front.iter().map(at).collect();
+    plot.series(&mut drawing, &line, Look::Line(Stroke::new(0.8, BLUE, Dash::Dotted)));
+    let others: Vec<Point> = points.iter().filter(|point| !point.on_front).map(at).collect();
+    plot.series(&mut drawing, &others, Look::Markers(OFF_FRONT));
+    plot.series(&mut drawing, &line, Look::Markers(ON_FRONT));
+    for (i, point) in front.iter().enumerate() {
+        if let Some((x, y)) = plot.spot(point.seconds_per_item, point.error) {
+            let number = (i + 1).to_string();
+            drawing.text(&number, (x - 0.6 * OFFSET_MM, y + OFFSET_MM), NUMBER_MM, Anchor::Middle);
+        }
+    }
+    plot.axes(&mut drawing, Labels { x: &trade_off.time_label, y: &trade_off.error_label });
+    let mut bottom = frame.bottom + BOTTOM_MARGIN_MM;
+    for (i, point) in front.iter().enumerate() {
+        let name = drawing.fitted(&format!("{}  {}", i + 1, point.name), NUMBER_MM, frame.width());
+        drawing.text(&name, (left, bottom + 0.5 * NAME_ROW_MM), NUMBER_MM, Anchor::Start);
+        bottom += NAME_ROW_MM;
+    }
+    drawing.extend_to(bottom + 1.0);
+    Ok(drawing)
+}
+
+/// A logarithmic range with room for markers at both ends.
+fn widened(extent: Extent) -> Extent {
+    Extent { low: extent.low / 1.6, high: extent.high * 1.6 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn methods_on_the_front_are_numbered_and_named() {
+        let point = |name: &str, seconds_per_item: f64, error: f64, on_front: bool| TradeOffPoint {
+            name: name.into(),
+            seconds_per_item,
+            error,
+            on_front,
+        };
+        let points = vec![
+            point("slow and good", 3e-5, 1e-4, true),
+            point("fast", 2e-6, 2e-2, true),
+            point("neither", 4e-5, 3e-2, false),
+            point("lost everything", 1e-5, f64::NAN, false),
+        ];
+        let figure = TradeOff {
+            time_label: "seconds per position".into(),
+            error_label: "rms error (px)".into(),
+            points,
+        };
+        let drawing = layout(&figure).unwrap();
+        drawing.assert_readable();
+        let texts: Vec<String> = drawing.text_frames().into_iter().map(|(text, _)| text).collect();
+        assert!(texts.contains(&"1  fast".into()) && texts.contains(&"2  slow and good".into()), "{texts:?}");
+    }
+}

@@ -1,0 +1,4 @@
+//! draft
+fn main() {
+    divan::main();
+}

@@ -1,0 +1,244 @@
+use pulp::{Simd, WithSimd, bytemuck::cast_slice_mut};
+
+use super::{
+    Rod,
+    kernel::{Kernel, NODE, Outcome},
+    lanes::Lanes,
+};
+
+/// Rings handled together, whatever the machine's vectors are.
+pub(crate) const RINGS: usize = 8;
+/// Bytes to which vectors are aligned in memory.
+const ALIGNMENT: usize = 64;
+
+/// Eight neighbouring half rings and the nine joints that they hang between, in the kernel's units.
+///
+/// Rings beyond the end of the chain fill the last block; they stay at rest.
+#[derive(Debug)]
+pub(crate) struct Block {
+    /// By vector of rings, then inner node, then value (x, y, and their velocities), then ring.
+    nodes: Aligned,
+    /// The outermost two are shared with the neighbours, which move their own copies in the same way.
+    pub(crate) joints: Joints,
+    /// 1 for each ring of the chain, 0 beyond its end: those stay at rest.
+    is_ring: [f64; RINGS],
+    /// Forces of the rings on their left and right joints, at the joints' present places.
+    pub(crate) ends: [[f64; RINGS]; 2],
+    /// Strain energy of each ring, when last booked.
+    pub(crate) strain_energy: [f64; RINGS],
+    /// Kinetic energy of each ring's inner nodes, when last booked.
+    pub(crate) kinetic_energy: [f64; RINGS],
+    /// Half the velocities squared of each ring's inner nodes, each the mean over the last step, where dampers take them.
+    pub(crate) mean_squares: [f64; RINGS],
+    /// Momentum of each ring's inner nodes along the chain, when last booked.
+    pub(crate) momentum: [f64; RINGS],
+    /// Joints that belong to this block alone: all but the last, which is its right neighbour's, or all.
+    pub(crate) n_own_joints: usize,
+    /// Whether the first joint is moved by the drive.
+    is_driven: bool,
+    /// Steps of rings that were bent beyond the fast functions' range.
+    pub(crate) wide_steps: u64,
+    /// Whether a ring was bent beyond any range.
+    pub(crate) broken: bool,
+}
+
+/// Nine joints in the kernel's units.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Joints {
+    pub(crate) places: [f64; RINGS + 1],
+    /// Half a step before the places.
+    pub(crate) velocities: [f64; RINGS + 1],
+    /// Zero where a joint does not move by itself.
+    pub(crate) inverse_masses: [f64; RINGS + 1],
+}
+
+/// Values that begin where a vector may.
+#[derive(Debug)]
+pub(crate) struct Aligned {
+    values: Vec<f64>,
+    first: usize,
+    len: usize,
+}
+
+impl Aligned {
+    pub(crate) fn zeros(len: usize) -> Self {
+        let values = vec![0.0; len + ALIGNMENT / size_of::<f64>()];
+        let first = values.as_ptr().align_offset(ALIGNMENT).min(ALIGNMENT / size_of::<f64>());
+        Self { values, first, len }
+    }
+
+    fn get(&self) -> &[f64] {
+        &self.values[self.first..self.first + self.len]
+    }
+
+    fn get_mut(&mut self) -> &mut [f64] {
+        &mut self.values[self.first..self.first + self.len]
+    }
+}
+
+/// What blocks share: the loop, and the instruction set.
+#[derive(Debug)]
+pub(crate) struct Machine {
+    pub(crate) kernel: Kernel,
+    arch: pulp::Arch,
+    /// Rings in a vector.
+    lanes: usize,
+    n_inner: usize,
+}
+
+impl Machine {
+    pub(crate) fn new(rod: &Rod, dt_s: f64, decay_per_s: f64) -> Self {
+        let arch = pulp::Arch::new();
+        let lanes = arch.dispatch(CountLanes).min(RINGS);
+        Self { kernel: Kernel::new(rod, dt_s, decay_per_s), arch, lanes, n_inner: rod.n_elements() - 1 }
+    }
+
+    /// Room for the values that a step of one block keeps between its sweeps.
+    pub(crate) fn scratch(&self) -> Aligned {
+        Aligned::zeros(self.kernel.scratch_len() * RINGS)
+    }
+
+    pub(crate) fn block(
+        &self,
+        joints: Joints,
+        n_rings: usize,
+        n_own_joints: usize,
+        is_driven: bool,
+    ) -> Block {
+        Block {
+            nodes: Aligned::zeros(self.n_inner * NODE * RINGS),
+            joints,
+            is_ring: std::array::from_fn(|ring| if ring < n_rings { 1.0 } else { 0.0 }),
+            ends: [[0.0; RINGS]; 2],
+            strain_energy: [0.0; RINGS],
+            kinetic_energy: [0.0; RINGS],
+            mean_squares: [0.0; RINGS],
+            momentum: [0.0; RINGS],
+            n_own_joints,
+            is_driven,
+            wide_steps: 0,
+            broken: false,
+        }
+    }
+
+    /// Finds the forces in a block and moves its inner nodes by a step; energies are booked on request.
+    pub(crate) fn step(&self, block: &mut Block, scratch: &mut Aligned, book: bool) {
+        match (book, self.kernel.keep() < 1.0) {
+            (false, false) => self.arch.dispatch(Step::<false, false> { machine: self, block, scratch }),
+            (true, false) => self.arch.dispatch(Step::<true, false> { machine: self, block, scratch }),
+            (false, true) => self.arch.dispatch(Step::<false, true> { machine: self, block, scratch }),
+            (true, true) => self.arch.dispatch(Step::<true, true> { machine: self, block, scratch }),
+        }
+    }
+
+    /// Moves a block's joints by a step under the forces of its own rings and of the neighbours' outermost ones; a driven
+    /// first joint has moved already.
+    pub(crate) fn move_joints(&self, block: &mut Block, left: f64, right: f64) {
+        let Block { joints, ends: [on_left, on_right], .. } = block;
+        let keep = self.kernel.keep();
+        let mut push = |joint: usize, force: f64| {
+            let velocity = joints.velocities[joint] * keep + force * joints.inverse_masses[joint];
+            joints.velocities[joint] = velocity;
+            joints.places[joint] += velocity;
+        };
+        if !block.is_driven {
+            push(0, left + on_left[0]);
+        }
+        for joint in 1..RINGS {
+            push(joint, on_right[joint - 1] + on_left[joint]);
+        }
+        push(RINGS, on_right[RINGS - 1] + right);
+    }
+
+    /// Whether dampers take energy in each step.
+    pub(crate) fn is_damped(&self) -> bool {
+        self.kernel.decay() > 0.0
+    }
+
+    /// Inner nodes of a half ring.
+    pub(crate) fn n_inner(&self) -> usize {
+        self.n_inner
+    }
+
+    /// Displacement of a ring's inner node before it last moved, in units of an element's length.
+    pub(crate) fn inner_place_before(&self, block: &Block, ring: usize, node: usize) -> [f64; 2] {
+        let (at, nodes) = (self.index(ring, node), block.nodes.get());
+        let before = |axis: usize| nodes[at + axis * self.lanes] - nodes[at + (axis + 2) * self.lanes];
+        [before(0), before(1)]
+    }
+
+    /// Where the x of a ring's inner node stands; the other values follow at distances of a vector.
+    fn index(&self, ring: usize, node: usize) -> usize {
+        let (vector, lane) = (ring / self.lanes, ring % self.lanes);
+        (vector * self.n_inner + node) * NODE * self.lanes + lane
+    }
+}
+
+struct CountLanes;
+
+impl WithSimd for CountLanes {
+    type Output = usize;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> usize {
+        S::F64_LANES
+    }
+}
+
+struct Step<'a, const BOOK: bool, const DAMPED: bool> {
+    machine: &'a Machine,
+    block: &'a mut Block,
+    scratch: &'a mut Aligned,
+}
+
+impl<const BOOK: bool, const DAMPED: bool> WithSimd for Step<'_, BOOK, DAMPED> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { machine, block, scratch } = self;
+        let lanes = S::F64_LANES;
+        let per_vector = machine.n_inner * NODE * lanes;
+        let kept = cast_slice_mut(&mut scratch.get_mut()[..machine.kernel.scratch_len() * lanes]);
+        for vector in 0..RINGS / lanes {
+            let first = vector * lanes;
+            let is_ring = Lanes::load(simd, &block.is_ring[first..]);
+            let [left, right] = [first, first + 1];
+            let joints = [
+                Lanes::load(simd, &block.joints.places[left..]) * is_ring,
+                Lanes::load(simd, &block.joints.places[right..]) * is_ring,
+            ];
+            let nodes = &mut block.nodes.get_mut()[vector * per_vector..(vector + 1) * per_vector];
+            let (kernel, nodes) = (&machine.kernel, cast_slice_mut(nodes));
+            let narrow = kernel.step::<S, BOOK, DAMPED, false>(simd, nodes, joints, kept);
+            let outcome = match narrow {
+                Some(outcome) => Some(outcome),
+                None => {
+                    block.wide_steps += lanes as u64;
+                    kernel.step::<S, BOOK, DAMPED, true>(simd, nodes, joints, kept)
+                }
+            };
+            match outcome {
+                Some(outcome) => outcome.store::<BOOK, DAMPED>(block, first),
+                None => block.broken = true,
+            }
+        }
+    }
+}
+
+impl<S: Simd> Outcome<S> {
+    /// Writes the values of the rings from `first` on.
+    #[inline(always)]
+    fn store<const BOOK: bool, const DAMPED: bool>(self, block: &mut Block, first: usize) {
+        self.ends[0].store(&mut block.ends[0][first..]);
+        self.ends[1].store(&mut block.ends[1][first..]);
+        if BOOK {
+            self.strain_energy.store(&mut block.strain_energy[first..]);
+            self.moved.kinetic_energy.store(&mut block.kinetic_energy[first..]);
+            self.moved.momentum.store(&mut block.momentum[first..]);
+        }
+        if DAMPED {
+            self.moved.mean_squares.store(&mut block.mean_squares[first..]);
+        }
+    }
+}

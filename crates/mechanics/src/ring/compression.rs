@@ -1,0 +1,123 @@
+use nalgebra::DVector;
+
+use super::{Ring, Rod, Section, Support, ellipse::HalfEllipse};
+use crate::{MechanicsError, check};
+
+/// Times a step of the overlap is halved when Newton's method fails.
+const HALVINGS: u32 = 12;
+
+/// A quasi-static compression of one ring, pole to pole along its major axis, with the poles' directions kept.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Compression {
+    /// Overlap (shortening) in metres, from 0, in equal steps.
+    pub overlap_m: Vec<f64>,
+    /// Force on the whole ring in newtons.
+    pub force_n: Vec<f64>,
+    /// Overlap at which walls of the ring would touch: the model ends before it. `None` if they do not.
+    pub self_contact_m: Option<f64>,
+    /// Overlap from which on the wall beside the pole stands out beyond it, so that bonded neighbours of the same shape
+    /// would touch there, which the model leaves out. `None` if it does not.
+    pub neighbour_contact_m: Option<f64>,
+}
+
+/// Compresses a ring of the given section up to `max_overlap_m` in `n_steps`; the curve ends where walls touch.
+///
+/// The overlap is prescribed, so limit points of the load are passed.
+///
+/// # Errors
+/// [`MechanicsError::NotPhysical`] for input without meaning; [`MechanicsError::NoEquilibrium`] where the path cannot be
+/// followed.
+pub fn compress(
+    ring: &Ring,
+    section: Section,
+    elements_per_ring: usize,
+    max_overlap_m: f64,
+    n_steps: usize,
+) -> Result<Compression, MechanicsError> {
+    check::positive("max_overlap_m", max_overlap_m)?;
+    check::require(n_steps > 0, "n_steps", "at least 1", n_steps as f64)?;
+    let rod = Rod::half_ring(ring, section, elements_per_ring)?;
+    let walls = Walls::new(ring, elements_per_ring);
+    let mut unknowns = DVector::zeros(rod.n_unknowns());
+    let mut curve = Compression {
+        overlap_m: vec![0.0],
+        force_n: vec![0.0],
+        self_contact_m: None,
+        neighbour_contact_m: None,
+    };
+    for step in 1..=n_steps {
+        let overlap_m = max_overlap_m * step as f64 / n_steps as f64;
+        let force_n = advance(&rod, &mut unknowns, overlap_m)?;
+        if walls.touch(&unknowns) {
+            curve.self_contact_m = Some(overlap_m);
+            break;
+        }
+        if curve.neighbour_contact_m.is_none() && walls.stand_out(&unknowns) {
+            curve.neighbour_contact_m = Some(overlap_m);
+        }
+        curve.overlap_m.push(overlap_m);
+        curve.force_n.push(force_n);
+    }
+    Ok(curve)
+}
+
+/// Moves the first pole on to an overlap, in halved steps where needed, and returns the force on the whole ring.
+fn advance(rod: &Rod, unknowns: &mut DVector<f64>, overlap_m: f64) -> Result<f64, MechanicsError> {
+    let from_m = unknowns[0];
+    let last = 2 * rod.n_elements();
+    let mut parts = 1_u64;
+    loop {
+        let reached = (1..=parts).try_fold((unknowns.clone(), 0.0), |(at, _), part| {
+            let target_m = from_m + (overlap_m - from_m) * part as f64 / parts as f64;
+            let held = [1, last, last + 1, rod.rotation(0), rod.rotation(1)].map(|unknown| (unknown, 0.0));
+            let prescribed = held.into_iter().chain([(0, target_m)]).collect();
+            let found = rod.equilibrium(&at, &Support { prescribed, loads: Vec::new() })?;
+            Ok((found.unknowns, 2.0 * found.forces[0]))
+        });
+        match reached {
+            Ok((reached, force_n)) => {
+                *unknowns = reached;
+                return Ok(force_n);
+            }
+            Err(error) if parts == 1 << HALVINGS => return Err(error),
+            Err(_) => parts *= 2,
+        }
+    }
+}
+
+/// Where a half ring's wall stands, to see what it touches.
+#[derive(Debug, Clone)]
+pub(crate) struct Walls {
+    nodes_m: Vec<[f64; 2]>,
+    wall_m: f64,
+}
+
+impl Walls {
+    pub(crate) fn new(ring: &Ring, elements_per_ring: usize) -> Self {
+        Self { nodes_m: HalfEllipse::of(ring, elements_per_ring).nodes_m, wall_m: ring.wall_m }
+    }
+
+    /// Whether two parts of the wall that were apart by more than twice its thickness are now nearer than that, or a part
+    /// meets its mirror image.
+    pub(crate) fn touch(&self, unknowns: &DVector<f64>) -> bool {
+        let now: Vec<[f64; 2]> = (0..self.nodes_m.len()).map(|node| self.place_m(unknowns, node)).collect();
+        let near = |a: [f64; 2], b: [f64; 2], reach_m: f64| (a[0] - b[0]).hypot(a[1] - b[1]) < reach_m;
+        let n = now.len();
+        let meets_image = |i: usize| self.nodes_m[i][1] > self.wall_m && now[i][1] < 0.5 * self.wall_m;
+        let meets = |i: usize, j: usize| {
+            near(now[i], now[j], self.wall_m) && !near(self.nodes_m[i], self.nodes_m[j], 2.0 * self.wall_m)
+        };
+        (1..n - 1).any(meets_image) || (0..n).any(|i| (i + 1..n).any(|j| meets(i, j)))
+    }
+
+    /// Whether the wall beside the first pole stands out beyond it.
+    fn stand_out(&self, unknowns: &DVector<f64>) -> bool {
+        let pole_m = self.place_m(unknowns, 0)[0];
+        (1..self.nodes_m.len()).any(|node| self.place_m(unknowns, node)[0] < pole_m)
+    }
+
+    fn place_m(&self, unknowns: &DVector<f64>, node: usize) -> [f64; 2] {
+        let rest = self.nodes_m[node];
+        [rest[0] + unknowns[2 * node], rest[1] + unknowns[2 * node + 1]]
+    }
+}

@@ -1,0 +1,184 @@
+use nalgebra::{Complex, DMatrix, DVector};
+
+use super::{Rod, ellipse::HalfEllipse};
+use crate::{MechanicsError, Ring, check};
+
+/// Frequencies below this share of the highest are those of a body that moves as a whole.
+const RIGID: f64 = 1e-6;
+
+/// How a ring moves against the chain's axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Symmetry {
+    /// The lower half is the mirror image of the upper: what a strike along the axis excites.
+    Symmetric,
+    /// The lower half moves opposite to the mirror image: the joints move across the chain and turn.
+    Antisymmetric,
+}
+
+/// What holds a single ring.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Boundary {
+    /// Nothing.
+    Free,
+    /// Both poles keep their places and directions.
+    Held,
+}
+
+/// A natural vibration of one ring.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mode {
+    /// What holds the ring.
+    pub boundary: Boundary,
+    /// Its symmetry; a held ring has each symmetric mode again as an antisymmetric one.
+    pub symmetry: Symmetry,
+    /// Natural frequency in hertz.
+    pub frequency_hz: f64,
+}
+
+/// A ring's small vibrations about its unstressed shape: stiffness and masses by unknown of the upper half.
+#[derive(Debug, Clone)]
+pub(crate) struct Vibration {
+    stiffness: DMatrix<f64>,
+    masses_kg: DVector<f64>,
+}
+
+/// The lowest natural modes of one ring, bodily motion left out: of each boundary and symmetry `n_modes`, in rising order.
+///
+/// # Errors
+/// [`MechanicsError::NotPhysical`] for a ring or mesh without meaning.
+pub fn ring_modes(
+    ring: &Ring,
+    elements_per_ring: usize,
+    n_modes: usize,
+) -> Result<Vec<Mode>, MechanicsError> {
+    let vibration = Vibration::of(ring, elements_per_ring)?;
+    let mut modes = Vec::new();
+    for boundary in [Boundary::Free, Boundary::Held] {
+        for symmetry in [Symmetry::Symmetric, Symmetry::Antisymmetric] {
+            let frequencies = vibration.modes_rad_per_s(boundary, symmetry);
+            modes.extend(frequencies.into_iter().take(n_modes).map(|omega| Mode {
+                boundary,
+                symmetry,
+                frequency_hz: omega / (2.0 * std::f64::consts::PI),
+            }));
+        }
+    }
+    Ok(modes)
+}
+
+/// Frequencies in hertz, in rising order, of the infinite chain's waves of one symmetry that turn by `kappa_a` from ring to
+/// ring (Bloch waves), in radians.
+///
+/// # Errors
+/// [`MechanicsError::NotPhysical`] for a ring or mesh without meaning.
+pub fn ring_bands(
+    ring: &Ring,
+    elements_per_ring: usize,
+    symmetry: Symmetry,
+    kappa_a: &[f64],
+) -> Result<Vec<Vec<f64>>, MechanicsError> {
+    let vibration = Vibration::of(ring, elements_per_ring)?;
+    kappa_a
+        .iter()
+        .map(|&kappa_a| {
+            check::finite("kappa_a", kappa_a)?;
+            let frequencies = vibration.bloch_rad_per_s(symmetry, kappa_a);
+            Ok(frequencies.into_iter().map(|omega| omega / (2.0 * std::f64::consts::PI)).collect())
+        })
+        .collect()
+}
+
+impl Vibration {
+    fn of(ring: &Ring, elements_per_ring: usize) -> Result<Self, MechanicsError> {
+        let rod = Rod::half_ring(ring, ring.section(), elements_per_ring)?;
+        let bonded_kg = rod.section().mass_kg_per_m * HalfEllipse::of(ring, elements_per_ring).bonded_m;
+        Ok(Self::new(&rod, bonded_kg))
+    }
+
+    /// The half ring whose ends carry `bonded_kg` each.
+    pub(crate) fn new(rod: &Rod, bonded_kg: f64) -> Self {
+        let mut masses_kg = rod.masses_kg();
+        for unknown in [0, 1, 2 * rod.n_elements(), 2 * rod.n_elements() + 1] {
+            masses_kg[unknown] += bonded_kg;
+        }
+        Self { stiffness: rod.stiffness(&DVector::zeros(rod.n_unknowns())), masses_kg }
+    }
+
+    /// The largest angular frequency, in rad/s, of symmetric motion. No chain of such rings has a larger one.
+    pub(crate) fn largest_rad_per_s(&self) -> f64 {
+        let ties = self.ties(Some(Symmetry::Symmetric), None);
+        self.frequencies(&ties).pop().unwrap_or(0.0)
+    }
+
+    fn modes_rad_per_s(&self, boundary: Boundary, symmetry: Symmetry) -> Vec<f64> {
+        let ties = match boundary {
+            Boundary::Free => self.ties(Some(symmetry), None),
+            Boundary::Held => self.ties(None, None),
+        };
+        let frequencies = self.frequencies(&ties);
+        let highest = frequencies.last().copied().unwrap_or(0.0);
+        frequencies.into_iter().filter(|omega| *omega > RIGID * highest).collect()
+    }
+
+    fn bloch_rad_per_s(&self, symmetry: Symmetry, kappa_a: f64) -> Vec<f64> {
+        self.frequencies(&self.ties(Some(symmetry), Some(Complex::cis(kappa_a))))
+    }
+
+    /// Columns of the independent motions: inner nodes move freely; the poles as the symmetry lets them (not at all for
+    /// `None`), and the last one as the first one times `phase` where that is given. The last columns are rotations.
+    fn ties(&self, symmetry: Option<Symmetry>, phase: Option<Complex<f64>>) -> Ties {
+        let n = self.masses_kg.len();
+        let last = n - 4;
+        let mut moved: Vec<Vec<(usize, Complex<f64>)>> =
+            (2..last).map(|unknown| vec![(unknown, Complex::ONE)]).collect();
+        let mut tie = |first: usize, second: usize| match phase {
+            Some(phase) => moved.push(vec![(first, Complex::ONE), (second, phase)]),
+            None => moved.extend([vec![(first, Complex::ONE)], vec![(second, Complex::ONE)]]),
+        };
+        match symmetry {
+            Some(Symmetry::Symmetric) => tie(0, last),
+            Some(Symmetry::Antisymmetric) => {
+                tie(1, last + 1);
+                tie(n - 2, n - 1);
+            }
+            None => {}
+        }
+        let rotates = symmetry == Some(Symmetry::Antisymmetric);
+        let n_rotations = usize::from(rotates) * (if phase.is_some() { 1 } else { 2 });
+        let mut columns = DMatrix::zeros(n, moved.len());
+        for (column, entries) in moved.iter().enumerate() {
+            for &(row, value) in entries {
+                columns[(row, column)] = value;
+            }
+        }
+        Ties { columns, n_rotations }
+    }
+
+    /// Angular frequencies in rad/s, rising, of the motions allowed.
+    fn frequencies(&self, ties: &Ties) -> Vec<f64> {
+        let Ties { columns, n_rotations } = ties;
+        let complex = self.stiffness.map(|value| Complex::new(value, 0.0));
+        let mut stiffness = columns.adjoint() * complex * columns;
+        let masses = DMatrix::from_diagonal(&self.masses_kg.map(|mass| Complex::new(mass, 0.0)));
+        let masses = columns.adjoint() * masses * columns;
+        let n = stiffness.nrows() - n_rotations;
+        // Rotations have no inertia, so each follows the displacements at once.
+        for rotation in (n..n + n_rotations).rev() {
+            let column = stiffness.view((0, rotation), (rotation, 1)).into_owned();
+            let pivot = stiffness[(rotation, rotation)].re;
+            let mut rest = stiffness.view_mut((0, 0), (rotation, rotation));
+            rest -= &column * column.adjoint() / Complex::new(pivot, 0.0);
+        }
+        let scaled =
+            DMatrix::from_fn(n, n, |i, j| stiffness[(i, j)] / (masses[(i, i)].re * masses[(j, j)].re).sqrt());
+        let mut squares: Vec<f64> = scaled.symmetric_eigenvalues().iter().copied().collect();
+        squares.sort_by(f64::total_cmp);
+        squares.into_iter().map(|square| square.max(0.0).sqrt()).collect()
+    }
+}
+
+/// Independent motions as columns over the unknowns; the last ones are the rotations, without inertia.
+struct Ties {
+    columns: DMatrix<Complex<f64>>,
+    n_rotations: usize,
+}

@@ -1,0 +1,100 @@
+use super::{
+    block::{Block, Machine, RINGS},
+    driver::Driver,
+    link::{Bank, Link},
+    record::{Before, BlockRecord},
+};
+
+/// Neighbouring blocks that one thread moves, with what they meet at either side.
+#[derive(Debug)]
+pub(crate) struct Span<'s, 'a> {
+    pub(crate) blocks: &'s mut [Block],
+    pub(crate) records: &'s mut [BlockRecord],
+    /// Blocks that the wave has reached; those behind are at rest. All of them, where another thread goes on to the right.
+    pub(crate) n_reached: usize,
+    pub(crate) drive: Option<&'s mut Driver<'a>>,
+    pub(crate) left: Option<&'s Link>,
+    pub(crate) right: Option<&'s Link>,
+}
+
+/// Steps to take, and what is decided in them.
+#[derive(Debug, Clone)]
+pub(crate) struct Stretch {
+    pub(crate) steps: std::ops::Range<u64>,
+    pub(crate) steps_per_output: u64,
+    /// Force on a joint at rest, in the kernel's units, from which on the next block is reached.
+    pub(crate) least_force: f64,
+}
+
+/// How far a span got.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Progress {
+    /// Blocks that the wave has reached.
+    pub(crate) n_reached: usize,
+    /// Blocks times steps computed.
+    pub(crate) block_steps: u64,
+}
+
+impl Span<'_, '_> {
+    /// Takes the steps.
+    pub(crate) fn run(mut self, machine: &Machine, stretch: &Stretch) -> Progress {
+        let mut scratch = machine.scratch();
+        let mut block_steps = 0;
+        for step in stretch.steps.clone() {
+            let book = step.is_multiple_of(stretch.steps_per_output);
+            let output = book.then(|| (step / stretch.steps_per_output) as usize);
+            // The outer blocks first, so that the neighbours need not wait for what is inside.
+            machine.step(&mut self.blocks[0], &mut scratch, book);
+            if let Some(link) = self.left {
+                link.say(Bank::Right, step, self.blocks[0].ends[0][0]);
+            }
+            let last = self.n_reached - 1;
+            if last > 0 {
+                machine.step(&mut self.blocks[last], &mut scratch, book);
+            }
+            if let Some(link) = self.right {
+                link.say(Bank::Left, step, self.blocks[last].ends[1][RINGS - 1]);
+            }
+            for block in self.blocks[..last].iter_mut().skip(1) {
+                machine.step(block, &mut scratch, book);
+            }
+            block_steps += self.n_reached as u64;
+            self.reach(stretch.least_force);
+            self.move_joints(machine, step, output);
+        }
+        Progress { n_reached: self.n_reached, block_steps }
+    }
+
+    /// Takes in the next block at rest once the last one pushes against it.
+    fn reach(&mut self, least_force: f64) {
+        let pushes = self.blocks[self.n_reached - 1].ends[1][RINGS - 1].abs() > least_force;
+        if self.right.is_none() && pushes && self.n_reached < self.blocks.len() {
+            self.n_reached += 1;
+        }
+    }
+
+    fn move_joints(&mut self, machine: &Machine, step: u64, output: Option<usize>) {
+        let mut left = self.left.map_or(0.0, |link| link.hear(Bank::Right, step));
+        let from_right = self.right.map_or(0.0, |link| link.hear(Bank::Left, step));
+        for b in 0..self.n_reached {
+            let next_left = self.blocks[b].ends[1][RINGS - 1];
+            let right = match self.blocks.get(b + 1) {
+                Some(next) if b + 1 < self.n_reached => next.ends[0][0],
+                // A joint with a block at rest is held.
+                Some(_) => -next_left,
+                None => from_right,
+            };
+            let block = &mut self.blocks[b];
+            let before = (output.is_some() || machine.is_damped()).then(|| block.joints.clone());
+            let kick = match &mut self.drive {
+                Some(drive) if b == 0 => Some(drive.kick(step, &mut block.joints, block.ends[0][0])),
+                _ => None,
+            };
+            machine.move_joints(block, left, right);
+            if let Some(before) = before {
+                self.records[b].book(machine, block, &Before { joints: before, kick }, output);
+            }
+            left = next_left;
+        }
+    }
+}

@@ -1,0 +1,150 @@
+use std::fmt;
+
+use chainwave_measurement::Observation;
+
+use crate::merge::median;
+use crate::{Settings, Stitched, StitchingError, merge};
+
+/// A recording that does not belong with the others of its view, and why.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outlier {
+    /// Its place among the observations.
+    pub index: usize,
+    /// Name of the recording.
+    pub recording: String,
+    /// Number of its view.
+    pub view: u32,
+    /// What speaks against it.
+    pub evidence: Evidence,
+}
+
+/// What speaks against a recording.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Evidence {
+    /// Its view's recordings agree much better without it: rms scatter about a common motion, in units of the tracker's sigma.
+    Scatter {
+        /// With it.
+        with: f64,
+        /// Without it.
+        without: f64,
+    },
+    /// Its bodies move at another time than in the others: a file under a wrong name, or a trigger that failed.
+    Trigger {
+        /// Its trigger's distance from the view's median, in seconds.
+        offset_s: f64,
+        /// Median distance of the view's triggers, in seconds.
+        usual_s: f64,
+    },
+}
+
+impl fmt::Display for Evidence {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Scatter { with, without } => write!(
+                f,
+                "its view scatters by {with:.1} of the tracker's sigma with it, by {without:.1} without it"
+            ),
+            Self::Trigger { offset_s, usual_s } => write!(
+                f,
+                "its motion comes {:.3} ms after that of its view's other trials, whose triggers differ by {:.3} ms",
+                1e3 * offset_s,
+                1e3 * usual_s
+            ),
+        }
+    }
+}
+
+/// A recording is an outlier when its view scatters this much less without it. Trigger, drive and the response to it are free in
+/// either case, so a trial struck harder or triggered late is none; another specimen or a wrong time base is.
+const LEAST_GAIN: f64 = 3.0;
+/// Below this scatter a view is sound, whatever would be gained.
+const SOUND_SCATTER: f64 = 2.0;
+/// A trigger is an outlier farther from the median than this many times the median distance...
+const LATE_RATIO: f64 = 10.0;
+/// ...and than this many frames: a wave passes a body in some ten frames or more.
+const LATE_FRAMES: f64 = 5.0;
+/// Fewer recordings than this do not tell which of them is wrong.
+const LEAST_TRIALS: usize = 4;
+
+/// Finds recordings that contradict the others of their view: each view is merged alone, then without each of its recordings
+/// in turn. The one whose absence helps most is named if it helps enough, or the one whose trigger is far from the others', and
+/// the rest are asked again.
+///
+/// # Errors
+/// As for [`merge`].
+pub fn outliers(observations: &[Observation], settings: &Settings) -> Result<Vec<Outlier>, StitchingError> {
+    let mut views: Vec<u32> = observations.iter().map(|observation| observation.view).collect();
+    views.sort_unstable();
+    views.dedup();
+    let mut found = Vec::new();
+    for view in views {
+        let mut kept: Vec<usize> =
+            (0..observations.len()).filter(|i| observations[*i].view == view).collect();
+        while let Some(outlier) = worst(observations, &kept, settings)? {
+            kept.retain(|index| *index != outlier.index);
+            found.push(outlier);
+        }
+    }
+    found.sort_by_key(|outlier| outlier.index);
+    Ok(found)
+}
+
+/// The recording that stands out of its view by its trigger, or without which the others agree much better.
+fn worst(
+    observations: &[Observation],
+    kept: &[usize],
+    settings: &Settings,
+) -> Result<Option<Outlier>, StitchingError> {
+    let seen = |index: &&usize| !observations[**index].bodies.is_empty();
+    if kept.iter().filter(seen).count() < LEAST_TRIALS {
+        return Ok(None);
+    }
+    let merged = |left_out: Option<usize>| {
+        let others = kept.iter().filter(|index| Some(**index) != left_out);
+        let others: Vec<Observation> = others.map(|index| observations[*index].clone()).collect();
+        merge(&others, settings)
+    };
+    let outlier = |index: usize, evidence: Evidence| Outlier {
+        index,
+        recording: observations[index].recording.clone(),
+        view: observations[index].view,
+        evidence,
+    };
+    let all = merged(None)?;
+    if let Some((place, evidence)) = late(&all, observations[kept[0]].frame_interval_s()) {
+        return Ok(Some(outlier(kept[place], evidence)));
+    }
+    let with = scatter(&all);
+    if with < SOUND_SCATTER {
+        return Ok(None);
+    }
+    let mut best: Option<(usize, f64)> = None;
+    for index in kept {
+        let without = scatter(&merged(Some(*index))?);
+        if best.is_none_or(|(_, least)| without < least) {
+            best = Some((*index, without));
+        }
+    }
+    let helps = best.filter(|(_, without)| with > LEAST_GAIN * without);
+    Ok(helps.map(|(index, without)| outlier(index, Evidence::Scatter { with, without })))
+}
+
+/// The recording whose trigger stands farthest from the view's median, where that is out of proportion.
+fn late(stitched: &Stitched, frame_interval_s: f64) -> Option<(usize, Evidence)> {
+    let offsets_s: Vec<f64> =
+        stitched.alignments.iter().map(|alignment| alignment.trigger_offset_s.value).collect();
+    let middle_s = median(offsets_s.clone());
+    let usual_s = median(offsets_s.iter().map(|offset_s| (offset_s - middle_s).abs()).collect());
+    let distance_s = |r: usize| (offsets_s[r] - middle_s).abs();
+    let farthest = (0..offsets_s.len()).max_by(|a, b| distance_s(*a).total_cmp(&distance_s(*b)))?;
+    let limit_s = (LATE_RATIO * usual_s).max(LATE_FRAMES * frame_interval_s);
+    let evidence = Evidence::Trigger { offset_s: offsets_s[farthest] - middle_s, usual_s };
+    (distance_s(farthest) > limit_s).then_some((farthest, evidence))
+}
+
+/// Root mean square of the recordings' scatter.
+fn scatter(stitched: &Stitched) -> f64 {
+    let n = stitched.alignments.len() as f64;
+    (stitched.alignments.iter().map(|alignment| alignment.scatter_ratio.powi(2)).sum::<f64>() / n).sqrt()
+}

@@ -1,0 +1,148 @@
+//! Calibrations, from pictures of a board to the uncertainties of the results.
+
+use std::fs;
+
+use tempfile::TempDir;
+
+use crate::command::{chainwave, fail, succeed};
+use crate::laboratory::{Laboratory, evaluation};
+use crate::table::Table;
+
+/// An 8-bit bitmap of a board of 10 x 7 squares of 30 px with a white margin, parallel to the picture.
+fn board_picture() -> Vec<u8> {
+    let (width, height) = (400_usize, 300_usize);
+    let is_black = |x: usize, y: usize| {
+        let inside = (50..350).contains(&x) && (45..255).contains(&y);
+        inside && ((x - 50) / 30 + (y - 45) / 30) % 2 == 0
+    };
+    let number = |value: usize| (value as u32).to_le_bytes();
+    let first_pixel = 14 + 40 + 1024;
+    let mut bytes = b"BM".to_vec();
+    for value in [first_pixel + width * height, 0, first_pixel, 40, width, height] {
+        bytes.extend(number(value));
+    }
+    bytes.extend([1, 0, 8, 0]);
+    bytes.extend([0; 24]);
+    bytes.extend((0..=255_u8).flat_map(|level| [level, level, level, 0]));
+    for y in (0..height).rev() {
+        bytes.extend((0..width).map(|x| if is_black(x, y) { 20_u8 } else { 220 }));
+    }
+    bytes
+}
+
+#[test]
+#[cfg(feature = "opencv")]
+fn a_picture_of_a_board_gives_the_scale() {
+    let folder = TempDir::new().expect("a temporary folder can be made");
+    let path = |name: &str| folder.path().join(name);
+    fs::write(path("board.bmp"), board_picture()).expect("the picture can be written");
+    fs::write(path("empty.bmp"), &board_picture()[..1078]).expect("the picture can be written");
+    let calibrate = |pictures: &[&str]| {
+        let mut command = chainwave();
+        command.arg("calibrate").args(pictures.iter().map(|name| path(name)));
+        command.args(["--board", "checkerboard", "--columns", "10", "--rows", "7", "--square-m", "0.003"]);
+        command.args(["--square-sigma-m", "3e-6", "--out"]).arg(path("calibration.toml"));
+        command
+    };
+    let summary = succeed(&mut calibrate(&["board.bmp"]));
+    assert!(summary.contains("54 corners in 1 pictures"), "{summary}");
+    let text = fs::read_to_string(path("calibration.toml")).expect("it was written");
+    let table: toml::Table = text.parse().expect("it is TOML");
+    let number = |name: &str| table[name].as_float().unwrap_or_else(|| panic!("{name} is a number"));
+    // 3 mm over 30 px, to 0.1 % by the squares; corners of a few hundredths of a pixel over 200 px tell it better.
+    assert!((number("m_per_px") / 1e-4 - 1.0).abs() < 1e-3, "{text}");
+    assert!((1e-7..2e-7).contains(&number("m_per_px_sigma")), "{text}");
+    let k1 = table["map"]["k1"].as_float().expect("k1 is a number");
+    assert!(k1.abs() < 4.0 * number("k1_sigma"), "{text}");
+
+    let message = fail(&mut calibrate(&["board.bmp", "empty.bmp"]), 1);
+    assert!(message.contains("empty.bmp") && !message.contains("board.bmp"), "{message}");
+    let message = fail(&mut calibrate(&["empty.bmp", "board.bmp"]), 2);
+    assert!(message.contains("empty.bmp"), "{message}");
+}
+
+#[test]
+fn an_experiment_names_one_calibration() {
+    let scale = "scale_px_per_m = 2500.0\nfirst_body_px";
+    for (found, lines) in [
+        ("found 0", "first_body_px"),
+        ("found 2", "scale_px_per_m = 2500.0\ncalibration = \"calibration.toml\"\nfirst_body_px"),
+    ] {
+        let laboratory = Laboratory::with_experiment(scale, lines);
+        let mut command = evaluation(&laboratory.path(""), &laboratory.path("results"));
+        let message = fail(&mut command, 2);
+        assert!(message.contains("exactly one") && message.contains(found), "{message}");
+    }
+}
+
+mod slow {
+    use super::*;
+
+    /// An ideal lens over a plane of 2500 px/m, or one whose map is another by one of its errors.
+    fn map(name: &str, k1: f64, px_per_m: f64) -> String {
+        let m_per_px = px_per_m.recip();
+        format!(
+            "[{name}]\ncentre_px = [199.5, 23.5]\nfocal_px = 201.0\nk1 = {k1:?}\nk2 = 0.0\n\
+             plane_from_image = [[{m_per_px:?}, 0.0, 0.0], [0.0, {m_per_px:?}, 0.0], [0.0, 0.0, 1.0]]\n"
+        )
+    }
+
+    fn calibration(error: &str) -> String {
+        let facts = "width_px = 400\nheight_px = 48\nn_pictures = 1\nn_corners = 54\nresidual_px = 0.02\n\
+                     m_per_px = 4e-4\nm_per_px_sigma = 4e-6\nk1_sigma = 1e-3\nk2_sigma = 0.0\n";
+        format!("{facts}{}[[errors]]\nsource = \"points\"\n{error}", map("map", 0.0, 2500.0))
+    }
+
+    /// Peak strains with their uncertainties, and largest uncertainty of a displacement.
+    fn peaks(laboratory: &Laboratory, experiment: &str, name: &str) -> (Vec<(f64, f64)>, f64) {
+        let recordings = laboratory.path("recordings");
+        fs::write(recordings.join("experiment.toml"), experiment).expect("the plan can be written");
+        let results = laboratory.path(name);
+        succeed(&mut evaluation(&recordings, &results));
+        let fronts = Table::read(&results.join("front.parquet"));
+        let pairs = fronts.numbers("peak_strain").into_iter().zip(fronts.numbers("peak_strain_sigma"));
+        let sigma_m = Table::read(&results.join("motion.parquet")).full("sigma_m");
+        (pairs.filter_map(|(u, sigma)| u.zip(sigma)).collect(), sigma_m.into_iter().fold(0.0, f64::max))
+    }
+
+    #[test]
+    fn an_error_of_the_calibration_is_one_of_the_results() {
+        let laboratory = Laboratory::new();
+        let recordings = laboratory.film();
+        let plan = fs::read_to_string(recordings.join("experiment.toml")).expect("it was written");
+        let with = |camera: &str| plan.replacen("scale_px_per_m = 2500.0", camera, 1);
+        let (right, right_sigma_m) = peaks(&laboratory, &plan, "right");
+        assert!(right.len() > 8, "all gaps but those at the end have their pulse");
+
+        // A scale that is wrong by one standard deviation: the strains are, too, and say so.
+        let wrong = with("scale_px_per_m = 2525.0\nscale_sigma_px_per_m = 25.0");
+        let (wrong, _) = peaks(&laboratory, &wrong, "wrong");
+        for ((u, _), (found, sigma)) in right.iter().zip(&wrong) {
+            // Subsets lie elsewhere by a few pixels, which moves nothing but noise; 200 replicas tell sigma to 5 %.
+            assert!((found / u - 2500.0 / 2525.0).abs() < 1e-3, "{found} for {u}");
+            assert!((sigma / found.abs() - 0.01).abs() < 2e-3, "{sigma} of {found}");
+        }
+
+        // A lens without distortion is no lens; an uncertain distortion is felt more than a tracker's noise.
+        fs::write(recordings.join("lens.toml"), calibration(&map("errors.map", 1e-3, 2500.0)))
+            .expect("the calibration can be written");
+        let (ideal, sigma_m) = peaks(&laboratory, &with("calibration = \"lens.toml\""), "lens");
+        for ((u, _), (found, _)) in right.iter().zip(&ideal) {
+            assert!((found / u - 1.0).abs() < 1e-6, "{found} for {u}");
+        }
+        // k1 of 1e-3 moves a point at the picture's edge by 0.2 px, or 80 um, against one in the middle.
+        assert!(
+            sigma_m > 3.0 * right_sigma_m && (1e-5..8e-5).contains(&sigma_m),
+            "{sigma_m}, {right_sigma_m}"
+        );
+
+        // An error of the pitch that the scale rests on is not one of the strain.
+        let marks = "marks = { bodies = [1, 5], at_px = [[30.0, 23.5], [330.0, 23.5]], sigma_px = 0.0 }";
+        let uncertain = with(marks).replacen("pitch_m = 0.030", "pitch_m = 0.030\npitch_sigma_m = 3e-4", 1);
+        let (of_marks, sigma_m) = peaks(&laboratory, &uncertain, "marks");
+        for ((u, sigma), (found, of_marks)) in right.iter().zip(&of_marks) {
+            assert!((found / u - 1.0).abs() < 1e-6 && *of_marks < 1.5 * sigma, "{found} {of_marks}");
+        }
+        assert!(sigma_m > 1e-4, "1 % of 15 mm and more: {sigma_m}");
+    }
+}
