@@ -219,12 +219,15 @@ impl Zero {
 pub(crate) struct Simulate {
     /// The scene.
     pub(crate) scene: PathBuf,
-    /// Table of the motion to write (.csv or .parquet).
+    /// Table to write (.csv or .parquet): the motion, or with --scan the pulse in each gap.
     #[arg(long)]
     pub(crate) out: PathBuf,
     /// Summary to write, as JSON.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "scan")]
     pub(crate) summary: Option<PathBuf>,
+    /// Striker velocities in m/s, a list V,V,... or a range FROM:TO:COUNT, in place of the scene's own.
+    #[arg(long)]
+    pub(crate) scan: Option<crate::simulate::Velocities>,
 }
 
 /// Arguments of `synthesize`.

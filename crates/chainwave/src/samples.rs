@@ -111,11 +111,11 @@ fn struck_chain() -> Result<Trajectory, Error> {
     let chain = Chain {
         mass_kg: vec![0.455e-3; 26],
         damping_kg_per_s: vec![0.003; 26],
-        contact: PowerLaw::new(a, delta_0_m, p)?,
+        contact: PowerLaw::new(a, delta_0_m, p)?.into(),
         drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s: 2.73, damping_kg_per_s: 0.2 }),
         far_end: FarEnd::Free,
     };
-    let schedule = Schedule { duration_s: 0.01, output_interval_s: 1e-5, dt_s: None };
+    let schedule = Schedule::automatic(0.01, 1e-5);
     let trajectory = simulate(&chain, &schedule)?.trajectory;
     let first_three = ndarray::s![..3, ..];
     Ok(Trajectory {

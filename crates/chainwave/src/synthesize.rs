@@ -156,7 +156,7 @@ impl<'a> Studio<'a> {
         let model = chainwave_mechanics::Chain {
             mass_kg: self.masses_kg.clone(),
             damping_kg_per_s: vec![self.synthetic.damping_kg_per_s.get(); self.masses_kg.len()],
-            contact: self.contact,
+            contact: self.contact.into(),
             drive: Drive::Striker(Striker {
                 mass_kg: self.experiment.striker.mass_kg.get(),
                 velocity_m_per_s: draw.striker_velocity_m_per_s,
@@ -165,7 +165,7 @@ impl<'a> Studio<'a> {
             far_end: FarEnd::Free,
         };
         let duration_s = self.last_time_s() + 1e-3;
-        let schedule = Schedule { duration_s, output_interval_s: TRUTH_INTERVAL_S, dt_s: None };
+        let schedule = Schedule::automatic(duration_s, TRUTH_INTERVAL_S);
         Ok(chainwave_mechanics::simulate(&model, &schedule)?.trajectory)
     }
 
