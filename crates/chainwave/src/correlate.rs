@@ -35,7 +35,7 @@ pub(crate) fn correlate(arguments: &cli::Correlate) -> Result<Outcome, Error> {
     let grid = FieldGrid { step_px: usize::from(arguments.step), half_px };
     let bar = progress::bar("correlating", 0);
     let field = chainwave_correlation::correlate(
-        &Reference::new(whole(reference.as_ref()), pixels(reference.as_ref())?, 1)?,
+        &Reference::read_whole(reference.as_ref(), &ReferenceFrames::Single(0))?,
         &Window::new(whole(deformed.as_ref()), &pixels(deformed.as_ref())?, interpolation)?,
         grid,
         &Settings::default(),

@@ -12,6 +12,7 @@ use chainwave_measurement::Region;
 
 use crate::Reference;
 use crate::filter::{Line, filtered};
+use crate::mask::usable_pixels;
 
 /// Radius of the derivative: the pole of the cubic spline to this power is 2e-6.
 const DERIVATIVE_RADIUS: usize = 10;
@@ -51,6 +52,8 @@ pub(crate) struct Gradients {
     pub(crate) filter: GradientFilter,
     /// Fourth differences along both axes, see [`noise_variance`].
     pub(crate) fourth: Vec<f32>,
+    /// 1 for each pixel that is used, 0 for the others; `None` where all are.
+    pub(crate) usable: Option<Vec<f32>>,
 }
 
 impl Gradients {
@@ -59,7 +62,9 @@ impl Gradients {
         let whole = reference.region();
         let (plain, smooth) =
             (GradientFilter::new(0.0).apply(reference, whole), filter.apply(reference, whole));
-        Self { plain, smooth, filter, fourth: fourth_differences(reference, whole) }
+        let fourth = fourth_differences(reference, whole);
+        let usable = usable_pixels(whole, reference.pixels(), reference.invalid(), &fourth);
+        Self { plain, smooth, filter, fourth, usable }
     }
 }
 
@@ -175,9 +180,10 @@ fn fourth_differences(reference: &Reference, part: Region) -> Vec<f32> {
 ///
 /// (J. Immerkaer, Comput. Vis. Image Underst. 64 (1996) 300-302, uses second differences; by their spectrum, speckles
 /// of 4.5 px leave 1 % of full range in those and 0.2 % here.)
-pub(crate) fn noise_variance(fourth_differences: impl ExactSizeIterator<Item = f32>, level: f64) -> f64 {
-    let n = fourth_differences.len().max(1) as f64;
-    let mean_square = fourth_differences.map(|d| f64::from(d).powi(2)).sum::<f64>() / n;
+pub(crate) fn noise_variance(fourth_differences: impl Iterator<Item = f32>, level: f64) -> f64 {
+    let add = |[n, sum]: [f64; 2], d: f32| [n + 1.0, sum + f64::from(d).powi(2)];
+    let [n, sum] = fourth_differences.fold([0.0; 2], add);
+    let mean_square = sum / n.max(1.0);
     // Rounding of f32 pixels: so an image of exact stripes has no texture along them either.
     let rounding = 1e-6 * level.abs();
     mean_square / (70.0 * 70.0) + rounding * rounding

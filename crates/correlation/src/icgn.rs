@@ -163,6 +163,9 @@ impl PreparedSubset {
         workspace.samples.resize(n + LANES, 0.0);
         sample(window, warp, self.lattice(), &mut workspace.rows, &mut workspace.samples);
         workspace.samples[n..].fill(0.0);
+        if self.n_used < n {
+            workspace.samples.iter_mut().zip(&self.weights).for_each(|(value, weight)| *value *= weight);
+        }
         sum(self, &workspace.samples[..padded]).evaluate(self)
     }
 

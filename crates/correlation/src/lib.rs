@@ -47,6 +47,12 @@
 //! function is in sigma: the intervals hold 68 +- 2 and 95 +- 1 % for quintic from 0.2 to 5 % noise and for cubic
 //! from 1 to 5 %; for linear they do not hold. At 10 % noise they hold some 66 and 93 %.
 //!
+//! Pixels of the reference that saturate, that are no numbers or that show dark ground are left out of a subset, with
+//! those near them, and sigma grows with what that costs; how dark and how near, `mask.rs` says. The sharp edge of a marker
+//! rings into subsets that come nearer to it than some 5 px where the ground is not dark enough to be left out: 1 to 2 mpx
+//! at 3 px, half as much with each further one. So a marker should reach 5 px beyond its subset on each side. What
+//! saturates in a target frame alone is not left out.
+//!
 //! Pixel (0, 0) is the centre of the top left pixel; x points right, y down.
 
 mod error;
@@ -61,6 +67,7 @@ mod icgn;
 mod kernel;
 #[cfg(feature = "opencv")]
 mod lucas_kanade;
+mod mask;
 mod method;
 mod moments;
 mod normal;

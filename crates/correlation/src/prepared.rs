@@ -36,6 +36,12 @@ pub struct PreparedSubset {
     pub(crate) columns: Vec<f32>,
     /// Row of each pixel relative to the centre.
     pub(crate) rows: Vec<f32>,
+    /// Reference less `mean` in every pixel, used or not, for whoever searches for the subset by its looks.
+    pub(crate) template: Vec<f32>,
+    /// 1 for each pixel that is used; the others, and the filling, are 0 here and in the three images below.
+    pub(crate) weights: Vec<f32>,
+    /// Pixels that are used.
+    pub(crate) n_used: usize,
     /// Reference less its mean.
     pub(crate) intensity: Vec<f32>,
     pub(crate) gradient_x: Vec<f32>,
@@ -76,22 +82,37 @@ impl PreparedSubset {
     pub fn new(reference: &Reference, subset: &Subset, settings: &Settings) -> Result<Self, Lost> {
         let part = Part::new(reference, subset).ok_or(Lost::OutOfView)?;
         let gradients = reference.gradients();
-        let fourth = part.values(&gradients.fourth).take(part.n_pixels()).collect::<Vec<_>>();
-        let variance = gradient::noise_variance(fourth.into_iter(), reference.level());
+        let weights = match &gradients.usable {
+            Some(usable) => part.padded(usable),
+            None => pad((0..part.n_pixels()).map(|_| 1.0)),
+        };
+        let n_used = weights.iter().filter(|&&weight| weight > 0.0).count();
+        let fourth = part.values(&gradients.fourth).zip(&weights);
+        let fourth = fourth.filter(|(_, weight)| **weight > 0.0).map(|(value, _)| value);
+        let variance = gradient::noise_variance(fourth, reference.level());
         let filter = &gradients.filter;
         let noise = ReferenceNoise { variance, gain: filter.noise_gain, overlap: filter.plain_overlap };
         let mut grey = part.padded(reference.pixels());
-        let n = part.n_pixels();
-        let mean = grey[..n].iter().map(|&value| f64::from(value)).sum::<f64>() / n as f64;
-        grey[..n].iter_mut().for_each(|value| *value = (f64::from(*value) - mean) as f32);
-        let plain = [part.padded(&gradients.plain.x), part.padded(&gradients.plain.y)];
+        let mean = mean_of_used(&grey, &weights);
+        grey.iter_mut().for_each(|value| *value = (f64::from(*value) - mean) as f32);
+        let template = grey[..part.n_pixels()].to_vec();
+        grey.iter_mut().zip(&weights).for_each(|(value, weight)| *value *= weight);
+        let used = |image: &[f32]| {
+            let mut values = part.padded(image);
+            values.iter_mut().zip(&weights).for_each(|(value, weight)| *value *= weight);
+            values
+        };
+        let plain = [used(&gradients.plain.x), used(&gradients.plain.y)];
         let crop = Crop {
             centre_px: [subset.x_px, subset.y_px],
             first_px: part.first_px(subset),
             width: part.width,
             height: part.height,
             intensity: grey,
-            smooth: [part.padded(&gradients.smooth.x), part.padded(&gradients.smooth.y)],
+            template,
+            smooth: [used(&gradients.smooth.x), used(&gradients.smooth.y)],
+            n_used,
+            weights,
             mean,
             n_averaged: reference.n_averaged() as f64,
         };
@@ -114,16 +135,16 @@ impl PreparedSubset {
         let place = |i: usize| [(i % crop.width) as f64, (i / crop.width) as f64];
         let along = |axis: usize| pad((0..n).map(|i| (crop.first_px[axis] + place(i)[axis]) as f32));
         let (columns, rows) = (along(0), along(1));
-        let ones = pad((0..n).map(|_| 1.0));
         let images = Images {
             places: Places { columns: &columns, rows: &rows },
             intensity: &crop.intensity,
-            ones: &ones,
+            ones: &crop.weights,
             smooth: crop.smooth.each_ref().map(Vec::as_slice),
             plain,
         };
-        let normal = NormalEquations::new(images, settings.shape, n, noise).ok_or(Lost::NoTexture)?;
-        let energy = normal.signal_energy + n as f64 * noise.variance;
+        let n_used = crop.n_used;
+        let normal = NormalEquations::new(images, settings.shape, n_used, noise).ok_or(Lost::NoTexture)?;
+        let energy = normal.signal_energy + n_used as f64 * noise.variance;
         if normal.signal_energy <= LEAST_SIGNAL_SHARE * energy || normal.signal_share < LEAST_GRADIENT_SHARE {
             return Err(Lost::NoTexture);
         }
@@ -136,6 +157,9 @@ impl PreparedSubset {
             height: crop.height,
             columns,
             rows,
+            template: crop.template,
+            weights: crop.weights,
+            n_used,
             intensity: crop.intensity,
             gradient_x,
             gradient_y,
@@ -163,10 +187,11 @@ impl PreparedSubset {
             let rows = values.chunks_exact(self.width).skip(top).take(height);
             pad(rows.flat_map(|row| row[left..left + width].iter().copied()))
         };
-        let mut intensity = crop(&self.intensity);
-        let n = width * height;
-        let mean = intensity[..n].iter().map(|&value| f64::from(value)).sum::<f64>() / n as f64;
-        intensity[..n].iter_mut().for_each(|value| *value -= mean as f32);
+        let (mut intensity, weights) = (crop(&self.intensity), crop(&self.weights));
+        let n_used = weights.iter().filter(|&&weight| weight > 0.0).count();
+        let mean = mean_of_used(&intensity, &weights);
+        let centred = |(value, weight): (&mut f32, &f32)| *value = weight * (f64::from(*value) - mean) as f32;
+        intensity.iter_mut().zip(&weights).for_each(centred);
         let smooth = [crop(&self.gradient_x), crop(&self.gradient_y)];
         let crop = Crop {
             centre_px: self.centre_px,
@@ -175,6 +200,9 @@ impl PreparedSubset {
             height,
             intensity,
             smooth: smooth.clone(),
+            template: Vec::new(),
+            weights,
+            n_used,
             mean: self.mean + mean,
             n_averaged: self.n_averaged,
         };
@@ -186,6 +214,11 @@ impl PreparedSubset {
     /// Pixels of the subset.
     pub fn n_pixels(&self) -> usize {
         self.width * self.height
+    }
+
+    /// Pixels that the match uses: not those that saturate, that are no numbers or that show the dark ground.
+    pub fn n_used(&self) -> usize {
+        self.n_used
     }
 
     pub(crate) fn lattice(&self) -> Lattice {
@@ -206,6 +239,15 @@ impl PreparedSubset {
     }
 }
 
+/// The mean of the pixels that count.
+fn mean_of_used(grey: &[f32], weights: &[f32]) -> f64 {
+    let add = |[sum, n]: [f64; 2], (&value, &weight): (&f32, &f32)| {
+        [sum + f64::from(value) * f64::from(weight), n + f64::from(weight)]
+    };
+    let [sum, n] = grey.iter().zip(weights).fold([0.0; 2], add);
+    sum / n.max(1.0)
+}
+
 fn pad(values: impl Iterator<Item = f32>) -> Vec<f32> {
     let mut padded: Vec<f32> = values.collect();
     padded.resize(padded.len().next_multiple_of(LANES), 0.0);
@@ -220,6 +262,9 @@ struct Crop {
     height: usize,
     intensity: Vec<f32>,
     smooth: [Vec<f32>; 2],
+    template: Vec<f32>,
+    weights: Vec<f32>,
+    n_used: usize,
     mean: f64,
     n_averaged: f64,
 }

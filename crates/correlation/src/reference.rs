@@ -11,6 +11,8 @@ pub struct Reference {
     region: Region,
     pixels: Vec<f32>,
     n_averaged: usize,
+    /// Whether each pixel saturates or is no number.
+    invalid: Vec<bool>,
     /// Mean of the pixels, in counts.
     level: f64,
     gradients: OnceLock<Gradients>,
@@ -21,16 +23,31 @@ impl Reference {
     /// them.
     pub const MARGIN_PX: usize = crate::gradient::MARGIN_PX;
 
-    /// A reference from its pixels (counts, row by row from the top), the mean of `n_averaged` frames.
+    /// A reference from its pixels (counts, row by row from the top), the mean of `n_averaged` frames. A pixel that is no
+    /// number is left out of every subset.
     ///
     /// # Errors
     /// [`CorrelationError::PixelCount`] when the pixels do not fill the region.
-    pub fn new(region: Region, pixels: Vec<f32>, n_averaged: usize) -> Result<Self, CorrelationError> {
+    pub fn new(region: Region, mut pixels: Vec<f32>, n_averaged: usize) -> Result<Self, CorrelationError> {
         if pixels.len() != region.n_pixels() || pixels.is_empty() {
             return Err(CorrelationError::PixelCount { region, found: pixels.len() });
         }
-        let level = pixels.iter().map(|&pixel| f64::from(pixel)).sum::<f64>() / pixels.len() as f64;
-        Ok(Self { region, pixels, n_averaged: n_averaged.max(1), level, gradients: OnceLock::new() })
+        let invalid: Vec<bool> = pixels.iter().map(|pixel| !pixel.is_finite()).collect();
+        let n_valid = invalid.iter().filter(|invalid| !**invalid).count().max(1);
+        let sum: f64 = pixels.iter().filter(|pixel| pixel.is_finite()).map(|&pixel| f64::from(pixel)).sum();
+        let level = sum / n_valid as f64;
+        // so that the filters do not spread what is no number
+        pixels.iter_mut().filter(|pixel| !pixel.is_finite()).for_each(|pixel| *pixel = level as f32);
+        Ok(Self { region, pixels, n_averaged: n_averaged.max(1), invalid, level, gradients: OnceLock::new() })
+    }
+
+    /// Leaves out of every subset the pixels at `full_scale` (counts) and above: what was brighter looks the same there.
+    #[must_use]
+    pub fn saturating_at(mut self, full_scale: f64) -> Self {
+        let saturates = |pixel: f32| f64::from(pixel) >= full_scale;
+        self.invalid.iter_mut().zip(&self.pixels).for_each(|(invalid, &pixel)| *invalid |= saturates(pixel));
+        self.gradients = OnceLock::new();
+        self
     }
 
     /// Reads what `subset` needs from the reference frames of a recording.
@@ -45,6 +62,15 @@ impl Reference {
     ) -> Result<Self, CorrelationError> {
         let region = Self::check_inside(recording, subset)?;
         Self::read_region(recording, region, frames)
+    }
+
+    /// Reads whole frames.
+    ///
+    /// # Errors
+    /// [`CorrelationError::NoSuchReference`], or [`CorrelationError::Reference`] when a frame cannot be read.
+    pub fn read_whole(recording: &dyn Recording, frames: &ReferenceFrames) -> Result<Self, CorrelationError> {
+        let whole = Region::whole(recording.info().width_px, recording.info().height_px);
+        Self::read_region(recording, whole, frames)
     }
 
     /// The mean of `region` over the reference frames.
@@ -64,8 +90,9 @@ impl Reference {
             });
         }
         let n_averaged = frames.len();
-        let pixels = mean_of_frames(recording, region, frames)?;
-        Self::new(region, pixels, n_averaged)
+        let full_scale = full_scale(info.bit_depth);
+        let pixels = mean_of_frames(recording, region, frames, full_scale)?;
+        Ok(Self::new(region, pixels, n_averaged)?.saturating_at(full_scale))
     }
 
     /// The pixels that a subset's preparation uses.
@@ -95,6 +122,11 @@ impl Reference {
     /// The gradients of all pixels, made when they are asked for first.
     pub(crate) fn gradients(&self) -> &Gradients {
         self.gradients.get_or_init(|| Gradients::of(self))
+    }
+
+    /// Whether each pixel saturates or is no number.
+    pub(crate) fn invalid(&self) -> &[bool] {
+        &self.invalid
     }
 
     /// Copies the pixels of the row `y` from the column `x` on, mirrored beyond the edges.
@@ -172,19 +204,29 @@ pub(crate) fn outside(recording: &dyn Recording, subset: &Subset) -> Correlation
     }
 }
 
+/// The largest count of a sensor.
+fn full_scale(bit_depth: u32) -> f64 {
+    f64::from(bit_depth).exp2() - 1.0
+}
+
 fn mean_of_frames(
     recording: &dyn Recording,
     region: Region,
     frames: std::ops::Range<usize>,
+    full_scale: f64,
 ) -> Result<Vec<f32>, ReadError> {
     let scale = 1.0 / frames.len() as f64;
     let mut sum = vec![0.0; region.n_pixels()];
     let mut pixels = vec![0.0; region.n_pixels()];
     for frame in frames {
         recording.read_region(frame, region, &mut pixels)?;
-        sum.iter_mut().zip(&pixels).for_each(|(sum, &pixel)| *sum += f64::from(pixel));
+        // A pixel that saturates once has no mean.
+        let usable =
+            |pixel: f32| if f64::from(pixel) < full_scale { f64::from(pixel) } else { f64::INFINITY };
+        sum.iter_mut().zip(&pixels).for_each(|(sum, &pixel)| *sum += usable(pixel));
     }
-    Ok(sum.into_iter().map(|sum| (sum * scale) as f32).collect())
+    let mean = |sum: f64| if sum == f64::INFINITY { full_scale } else { sum * scale };
+    Ok(sum.into_iter().map(|sum| mean(sum) as f32).collect())
 }
 
 #[cfg(test)]

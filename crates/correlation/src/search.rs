@@ -137,7 +137,8 @@ pub(crate) struct Template {
 impl Template {
     /// The subset as it is.
     pub(crate) fn upright(subset: &PreparedSubset) -> Self {
-        let values = subset.intensity[..subset.n_pixels()].to_vec();
+        let mut values = subset.template.clone();
+        remove_mean(&mut values);
         Self::new(subset.width, subset.height, subset.first_px, values)
     }
 
@@ -152,8 +153,7 @@ impl Template {
             bilinear(subset, [cos * x + sin * y, cos * y - sin * x])
         };
         let mut values: Vec<f32> = (0..side * side).map(value).collect();
-        let mean = values.iter().sum::<f32>() / values.len() as f32;
-        values.iter_mut().for_each(|value| *value -= mean);
+        remove_mean(&mut values);
         Self::new(side, side, [-(half as f64); 2], values)
     }
 
@@ -186,13 +186,18 @@ impl Template {
     }
 }
 
+fn remove_mean(values: &mut [f32]) {
+    let mean = values.iter().sum::<f32>() / values.len() as f32;
+    values.iter_mut().for_each(|value| *value -= mean);
+}
+
 /// The subset's grey value at a place (from its centre), between its pixels by their weights.
 fn bilinear(subset: &PreparedSubset, [x, y]: [f64; 2]) -> f32 {
     let (x, y) = (x - subset.first_px[0], y - subset.first_px[1]);
     let last = |n: usize| n.saturating_sub(2);
     let (column, row) = ((x as usize).min(last(subset.width)), (y as usize).min(last(subset.height)));
     let (t, s) = ((x - column as f64) as f32, (y - row as f64) as f32);
-    let at = |i: usize, j: usize| subset.intensity[(row + j) * subset.width + column + i];
+    let at = |i: usize, j: usize| subset.template[(row + j) * subset.width + column + i];
     (1.0 - s) * ((1.0 - t) * at(0, 0) + t * at(1, 0)) + s * ((1.0 - t) * at(0, 1) + t * at(1, 1))
 }
 
@@ -236,6 +241,6 @@ impl SummedArea {
 pub(crate) fn chance_zncc(subset: &PreparedSubset) -> f64 {
     let square = |values: &[f32]| values.iter().map(|&value| f64::from(value).powi(2)).sum::<f64>();
     let [k_x, k_y] = [&subset.gradient_x, &subset.gradient_y].map(|g| square(g) / subset.energy);
-    let n_independent = subset.n_pixels() as f64 * (k_x * k_y).sqrt() / std::f64::consts::PI;
+    let n_independent = subset.n_used as f64 * (k_x * k_y).sqrt() / std::f64::consts::PI;
     (5.5 / (n_independent - 3.0).max(1.0).sqrt()).tanh()
 }

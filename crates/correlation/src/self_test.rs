@@ -163,6 +163,8 @@ impl Film {
             width_px: region.width,
             height_px: region.height,
             n_frames: frames.len(),
+            // what saturates in the recording has an exact truth once it is shifted as it is
+            bit_depth: f32::MAX_EXP.unsigned_abs(),
             times_s: (0..frames.len()).map(|frame| frame as f64).collect(),
             warnings: Vec::new(),
             ..recording.info().clone()

@@ -106,26 +106,23 @@ impl<const TERMS: usize> Summation<'_, TERMS> {
 /// The same number follows from the sums, yet where the images are nearly free of noise only as the difference of two
 /// that agree to all digits of f32.
 pub(crate) fn sum_of_squares(subset: &PreparedSubset, samples: &[f32], mean: f64, gain: f64) -> f64 {
-    let (mean, gain, n) = (mean as f32, gain as f32, subset.n_pixels());
-    let square = |g: f32, f: f32| {
-        let difference = g - mean - gain * f;
-        difference * difference
-    };
-    let (target, rest) = samples[..n].as_chunks::<LANES>();
-    let (reference, rest_of_reference) = subset.intensity[..n].as_chunks::<LANES>();
-    let whole = vectorised(
+    let (mean, gain) = (mean as f32, gain as f32);
+    let target = samples[..subset.intensity.len()].as_chunks::<LANES>().0;
+    let (reference, weights) =
+        (subset.intensity.as_chunks::<LANES>().0, subset.weights.as_chunks::<LANES>().0);
+    vectorised(
         #[inline(always)]
         || {
             let mut lanes = [0.0; LANES];
-            for (g, f) in target.iter().zip(reference) {
+            for ((g, f), weight) in target.iter().zip(reference).zip(weights) {
                 for i in 0..LANES {
-                    lanes[i] += square(g[i], f[i]);
+                    let difference = weight[i] * (g[i] - mean - gain * f[i]);
+                    lanes[i] += difference * difference;
                 }
             }
             sum_of_lanes(lanes)
         },
-    );
-    whole + rest.iter().zip(rest_of_reference).map(|(&g, &f)| f64::from(square(g, f))).sum::<f64>()
+    )
 }
 
 /// How well a sampled target fits, and the step to a better place.
@@ -145,7 +142,7 @@ const LEAST_GAIN: f64 = 1e-3;
 impl Sums {
     /// The step of [`PreparedSubset`]'s normal equations; `None` when the target has no contrast of the same sign.
     pub(crate) fn evaluate(&self, subset: &PreparedSubset) -> Option<Evaluation> {
-        let variation = self.square - self.total * self.total / subset.n_pixels() as f64;
+        let variation = self.square - self.total * self.total / subset.n_used as f64;
         let gain = self.intensity / subset.signal_energy;
         let usable = gain > LEAST_GAIN && variation > 0.0 && gain.is_finite() && variation.is_finite();
         if !usable {
@@ -165,7 +162,7 @@ impl Sums {
             // rounding takes that of equal images above 1
             zncc: (self.intensity / (subset.energy * variation).sqrt()).min(1.0),
             gain,
-            mean: self.total / subset.n_pixels() as f64,
+            mean: self.total / subset.n_used as f64,
             step: Step::new(subset.settings.shape, &parameters),
         })
     }

@@ -70,7 +70,7 @@ pub(crate) fn scales(subset: &PreparedSubset, warp: &Warp, residual: &Residual) 
 
 /// Pixels less the numbers that a match fits, with gain and offset of the light.
 pub(crate) fn degrees_of_freedom(subset: &PreparedSubset) -> usize {
-    subset.n_pixels().saturating_sub(subset.settings.shape.n_parameters() + 2).max(1)
+    subset.n_used.saturating_sub(subset.settings.shape.n_parameters() + 2).max(1)
 }
 
 /// Standard uncertainty of the position in the reference frame itself. There the position is given and the residual

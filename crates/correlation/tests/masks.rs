@@ -1,0 +1,163 @@
+//! What is left out of a subset: dark ground around a marker, and pixels that saturate or are no numbers.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking, and shows what it measured")]
+
+mod support;
+
+use chainwave_correlation::{Interpolation, PreparedSubset, Reference, Settings, Window, Workspace};
+use chainwave_measurement::{Lost, Region};
+use support::{FULL_RANGE, SIZE, Speckle, moments, sense, subset};
+
+/// Centres of the markers in the reference.
+fn centres() -> impl Iterator<Item = [f64; 2]> {
+    let line = || (35..390).step_by(58);
+    line().flat_map(move |y| line().map(move |x| [f64::from(x), f64::from(y)]))
+}
+
+/// Speckled markers of `side` px that have moved by `shift`, sampled at their edges without any smoothing, on ground of
+/// `ground` counts.
+fn markers(speckle: &Speckle, side: f64, ground: f64, shift: [f64; 2]) -> Vec<f64> {
+    // with less light, so that no speckles saturate
+    let mut image = speckle.render(|[x, y]| [x + shift[0], y + shift[1]]);
+    image.iter_mut().for_each(|value| *value *= 0.6);
+    let on_marker = |i: usize| {
+        let [x, y] = [(i % SIZE[0]) as f64 - shift[0], (i / SIZE[0]) as f64 - shift[1]];
+        centres().any(|centre| (x - centre[0]).abs() < 0.5 * side && (y - centre[1]).abs() < 0.5 * side)
+    };
+    image.iter_mut().enumerate().filter(|(i, _)| !on_marker(*i)).for_each(|(_, value)| *value = ground);
+    image
+}
+
+/// Error in x, and over its sigma, of each marker found in `target`; and the pixels that each match used.
+fn errors(
+    reference: &Reference,
+    target: &[f32],
+    shift: [f64; 2],
+    interpolation: Interpolation,
+) -> Vec<[f64; 3]> {
+    let window = Window::new(Region::whole(SIZE[0], SIZE[1]), target, interpolation).unwrap();
+    let settings = Settings { interpolation, ..Settings::default() };
+    let mut workspace = Workspace::default();
+    let mut find = |[x, y]: [f64; 2]| {
+        let prepared = PreparedSubset::new(reference, &subset(x, y, 16), &settings).unwrap();
+        let start = [x + shift[0].round(), y + shift[1].round()];
+        let found = prepared.match_in(&window, start, &mut workspace).unwrap().position.x_px;
+        let error = found.value - x - shift[0];
+        [error, error / found.sigma, prepared.n_used() as f64]
+    };
+    centres().map(&mut find).collect()
+}
+
+fn reference(image: &[f32]) -> Reference {
+    let whole = Region::whole(SIZE[0], SIZE[1]);
+    Reference::new(whole, image.to_vec(), 1).unwrap().saturating_at(FULL_RANGE)
+}
+
+/// A picture of a body that has moved by a shift.
+type Picture<'a> = &'a dyn Fn([f64; 2]) -> Vec<f64>;
+
+/// Errors at ten sub-pixel shifts.
+fn errors_of_shifts(picture: Picture<'_>, noise: f64, interpolation: Interpolation) -> Vec<Vec<[f64; 3]>> {
+    let still = picture([0.0; 2]);
+    let at = |step: u64| {
+        let shift = [0.1 * step as f64, -0.3];
+        let reference = reference(&sense(&still, noise, 2 * step));
+        errors(&reference, &sense(&picture(shift), noise, 2 * step + 1), shift, interpolation)
+    };
+    (0..10).map(at).collect()
+}
+
+/// Difference of the largest and the smallest mean error over the shifts.
+fn bias_px(errors: &[Vec<[f64; 3]>]) -> f64 {
+    let means = errors.iter().map(|of_shift| moments(&of_shift.iter().map(|e| e[0]).collect::<Vec<_>>())[0]);
+    let (low, high) = means.fold((f64::MAX, f64::MIN), |(low, high), mean| (low.min(mean), high.max(mean)));
+    high - low
+}
+
+fn assert_coverage(errors: &[[f64; 3]]) {
+    let within =
+        |limit: f64| errors.iter().filter(|e| e[1].abs() < limit).count() as f64 / errors.len() as f64;
+    let [one_sigma, interval_95] = [1.0, 1.96].map(|limit| 100.0 * within(limit));
+    // 490 errors: two standard errors of their shares are 4.2 and 2 %
+    assert!((one_sigma - 68.3).abs() < 4.2, "{one_sigma} %");
+    assert!((interval_95 - 95.0).abs() < 2.6, "{interval_95} %");
+}
+
+#[test]
+fn black_ground_around_a_marker_is_left_out() {
+    // The subset of 33 px reaches beyond its marker of 29 px, of which 21 x 21 px are far enough from the edge.
+    let speckle = Speckle::new(5, Speckle::RADIUS_PX);
+    for ground in [0.0, 70.0] {
+        let picture = |shift| markers(&speckle, 29.0, ground, shift);
+        let exact = errors_of_shifts(&picture, 0.0, Interpolation::CubicMoms);
+        // Measured 1.0 mpx; the bias of the interpolation itself is 0.25 mpx.
+        assert!(bias_px(&exact) < 1.3e-3, "{}", bias_px(&exact));
+        let noisy = errors_of_shifts(&picture, 0.01, Interpolation::CubicMoms).concat();
+        assert_coverage(&noisy);
+        // 21 x 21 px, but for those at dark speckles of the edge, which ground reaches into by chance
+        let n_used = noisy.iter().map(|e| e[2]).sum::<f64>() / noisy.len() as f64;
+        assert!((410.0..=441.0).contains(&n_used), "{n_used}");
+    }
+}
+
+#[test]
+fn what_is_left_out_costs_precision_and_sigma_says_so() {
+    let speckle = Speckle::new(5, Speckle::RADIUS_PX);
+    let sigma = |side: f64| {
+        let picture = |shift| markers(&speckle, side, 20.0, shift);
+        let found = errors_of_shifts(&picture, 0.01, Interpolation::CubicMoms).concat();
+        found.iter().map(|e| (e[0] / e[1]).abs()).sum::<f64>() / found.len() as f64
+    };
+    // 33 x 33 px of a marker of 45 px, and the 21 x 21 px that one of 29 px leaves; a tenth for the texture's chance
+    let expected = 33.0 / 21.0;
+    assert!((sigma(29.0) / sigma(45.0) / expected - 1.0).abs() < 0.1, "{}", sigma(29.0) / sigma(45.0));
+}
+
+/// Speckle with glints, 3 a marker, that go with the body and are far brighter than the sensor's range.
+fn with_glints(speckle: &Speckle, shift: [f64; 2]) -> Vec<f64> {
+    let mut image = speckle.render(|[x, y]| [x + shift[0], y + shift[1]]);
+    for [x, y] in centres().flat_map(|[x, y]| [[x - 9.3, y + 4.2], [x + 6.1, y - 8.7], [x + 2.4, y + 11.8]]) {
+        let (x, y) = (x + shift[0], y + shift[1]);
+        for (i, value) in image.iter_mut().enumerate() {
+            let square = ((i % SIZE[0]) as f64 - x).powi(2) + ((i / SIZE[0]) as f64 - y).powi(2);
+            if square < 100.0 {
+                *value += 40_000.0 * (-0.5 * square / 1.5_f64.powi(2)).exp();
+            }
+        }
+    }
+    image
+}
+
+#[test]
+fn glints_that_saturate_are_left_out() {
+    let speckle = Speckle::new(6, Speckle::RADIUS_PX);
+    let picture = |shift| with_glints(&speckle, shift);
+    let exact = errors_of_shifts(&picture, 0.0, Interpolation::CubicMoms);
+    assert!(bias_px(&exact) < 1.3e-3, "{}", bias_px(&exact));
+    assert_coverage(&errors_of_shifts(&picture, 0.01, Interpolation::CubicMoms).concat());
+}
+
+#[test]
+fn pixels_that_are_no_numbers_are_left_out() {
+    let speckle = Speckle::new(6, Speckle::RADIUS_PX);
+    let image = sense(&speckle.render(|spot| spot), 0.01, 1);
+    let mut broken = image.clone();
+    centres().for_each(|[x, y]| broken[(y as usize + 3) * SIZE[0] + x as usize - 5] = f32::NAN);
+    let target = sense(&speckle.render(|[x, y]| [x + 0.4, y]), 0.01, 2);
+    let find = |image: &[f32]| errors(&reference(image), &target, [0.4, 0.0], Interpolation::CubicMoms);
+    for (found, whole) in find(&broken).iter().zip(find(&image)) {
+        assert!(found[2] < whole[2] && found[2] >= whole[2] - 81.0, "{found:?} {whole:?}");
+        // a fourteenth fewer pixels move an estimate of 6 mpx standard deviation by a fourth of it
+        assert!((found[0] - whole[0]).abs() < 8e-3, "{found:?} {whole:?}");
+    }
+}
+
+#[test]
+fn a_subset_of_ground_alone_has_no_texture() {
+    let speckle = Speckle::new(5, Speckle::RADIUS_PX);
+    for noise in [0.0, 0.01] {
+        let reference = reference(&sense(&markers(&speckle, 15.0, 20.0, [0.0; 2]), noise, 1));
+        let prepared = PreparedSubset::new(&reference, &subset(64.0, 64.0, 12), &Settings::default());
+        assert_eq!(prepared.err(), Some(Lost::NoTexture));
+    }
+}
