@@ -168,7 +168,8 @@ fn predicted_energies(
     let moved = exact_motion(&prediction.trajectory(measurement.times_s));
     let map = strain_of_checked(&moved, model.pitch_m);
     let pulses = leading_pulses(&map, measurement.front);
-    let energy_of = |overlap_m: f64| model.chain.contact.energy_j(overlap_m);
+    let contact = model.chain.contact.first();
+    let energy_of = |overlap_m: f64| contact.force_and_energy(overlap_m).1;
     let energies_j = peak_energies(&map, &pulses, &energy_of, measurement.front.peak_fraction);
     let found = |gap: &usize| energies_j.get(gap - 1).and_then(|energy| energy.ok());
     gaps.iter().map(|gap| found(gap).unwrap_or_else(|| prediction.psi_max_j(*gap))).collect()

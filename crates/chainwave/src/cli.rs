@@ -112,7 +112,8 @@ pub(crate) struct Track {
     /// The recordings.
     #[arg(required = true)]
     pub(crate) recordings: Vec<PathBuf>,
-    /// Table of points: name,x_px,y_px,half_width_px,half_height_px in the reference frame.
+    /// Table of points: name,x_px,y_px,half_width_px,half_height_px in the reference frame. Where both half sizes are
+    /// empty, the smallest subset is taken that keeps the noise within --accuracy (0.01 px when left out).
     #[arg(long)]
     pub(crate) points: PathBuf,
     /// Table to write (.csv or .parquet).
@@ -218,12 +219,15 @@ impl Zero {
 pub(crate) struct Simulate {
     /// The scene.
     pub(crate) scene: PathBuf,
-    /// Table of the motion to write (.csv or .parquet).
+    /// Table to write (.csv or .parquet): the motion, or with --scan the pulse in each gap.
     #[arg(long)]
     pub(crate) out: PathBuf,
     /// Summary to write, as JSON.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "scan")]
     pub(crate) summary: Option<PathBuf>,
+    /// Striker velocities in m/s, a list V,V,... or a range FROM:TO:COUNT, in place of the scene's own.
+    #[arg(long)]
+    pub(crate) scan: Option<crate::simulate::Velocities>,
 }
 
 /// Arguments of `synthesize`.

@@ -12,6 +12,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::error::Error;
 use crate::output::read_text;
+use crate::synthesize::Fault;
 use crate::table::Table;
 
 /// An experiment: one chain, filmed in several views and trials.
@@ -225,6 +226,15 @@ pub(crate) struct Synthetic {
     pub(crate) striker_damping_kg_per_s: NotNegative,
     /// Standard deviation of the trigger's delay from trial to trial.
     pub(crate) trigger_jitter_s: NotNegative,
+    /// Standard deviation of what the trigger's delay gains from trial to trial and keeps.
+    #[serde(default)]
+    pub(crate) trigger_walk_s: NotNegative,
+    /// Standard deviation of the stage's position, from view to view.
+    #[serde(default)]
+    pub(crate) stage_sigma_m: NotNegative,
+    /// Standard deviation of the mass, from body to body.
+    #[serde(default)]
+    pub(crate) mass_sigma_kg: NotNegative,
     /// Camera number of the first image (the trigger is image 0).
     pub(crate) first_image: i64,
     /// Frames in a recording.
@@ -233,6 +243,9 @@ pub(crate) struct Synthetic {
     pub(crate) camera: chainwave_synthetic::Camera,
     /// The chain as the camera sees it.
     pub(crate) specimen: chainwave_synthetic::Specimen,
+    /// What goes wrong.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) faults: Vec<Fault>,
 }
 
 /// A number above zero.
@@ -241,7 +254,7 @@ pub(crate) struct Synthetic {
 pub(crate) struct Positive(f64);
 
 /// A number of at least zero.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "f64", into = "f64")]
 pub(crate) struct NotNegative(f64);
 

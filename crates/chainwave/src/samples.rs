@@ -5,8 +5,8 @@ use std::path::Path;
 use chainwave_measurement::Trajectory;
 use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Striker, simulate};
 use chainwave_synthetic::{
-    Camera, CompressionTest, Marker, Packing, Ring, Rods, Sensor, Shot, Specimen, Tones, compression_curve,
-    film,
+    Camera, CompressionTest, FileFaults, Marker, Packing, Ring, Rods, Scene, Sensor, Shot, Specimen, Tones,
+    compression_curve, film,
 };
 use serde::Serialize;
 use sha2::{Digest, Sha256};
@@ -58,6 +58,7 @@ fn view_of_one_trial(folder: &Path) -> Result<(), Error> {
         height_px: 40,
         rate_hz: 12_500.0,
         exposure_s: 10e-6,
+        blur: false,
         packing: Packing::P12L,
         scale_px_per_m: 2500.0,
         sensor: Sensor {
@@ -66,6 +67,8 @@ fn view_of_one_trial(folder: &Path) -> Result<(), Error> {
             read_noise_counts: 10.0,
             counts_per_electron: 0.2,
         },
+        optics: None,
+        lighting: None,
     };
     let specimen = Specimen {
         n_bodies: 3,
@@ -83,9 +86,11 @@ fn view_of_one_trial(folder: &Path) -> Result<(), Error> {
         trigger_delay_s: 0.0,
         frame_phase_s: 20e-6,
         noise_seed: 1,
+        covers: Vec::new(),
     };
     let path = folder.join("hec-view1-trial1.cine");
-    film(&path, &camera, &specimen, &shot, &struck_chain()?)?;
+    let motion = struck_chain()?;
+    film(&path, &Scene::new(&camera, &specimen, &shot, &motion)?, &FileFaults::default())?;
     let facts = RecordingFacts {
         width_px: camera.width_px,
         height_px: camera.height_px,
@@ -106,11 +111,11 @@ fn struck_chain() -> Result<Trajectory, Error> {
     let chain = Chain {
         mass_kg: vec![0.455e-3; 26],
         damping_kg_per_s: vec![0.003; 26],
-        contact: PowerLaw::new(a, delta_0_m, p)?,
+        contact: PowerLaw::new(a, delta_0_m, p)?.into(),
         drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s: 2.73, damping_kg_per_s: 0.2 }),
         far_end: FarEnd::Free,
     };
-    let schedule = Schedule { duration_s: 0.01, output_interval_s: 1e-5, dt_s: None };
+    let schedule = Schedule::automatic(0.01, 1e-5);
     let trajectory = simulate(&chain, &schedule)?.trajectory;
     let first_three = ndarray::s![..3, ..];
     Ok(Trajectory {

@@ -1,13 +1,19 @@
 //! `chainwave synthesize`: the recordings of an experiment as the camera would have written them, with the truth beside.
 
+mod faults;
+mod truth;
+
 use std::path::Path;
 
-use chainwave_measurement::Trajectory;
+use chainwave_measurement::{Estimate, Trajectory};
 use chainwave_mechanics::{Drive, FarEnd, PowerLaw, Schedule, Striker};
-use chainwave_synthetic::trials::{Draw, Scatter};
-use chainwave_synthetic::{Shot, film};
-use serde::{Deserialize, Serialize};
+use chainwave_synthetic::trials::{BodyQuantity, Draw, Scatter, body_factors, draw, stage_error_m};
+use chainwave_synthetic::{Scene, Shot, film};
+use serde::Serialize;
 
+pub(crate) use self::faults::Fault;
+use self::faults::Faults;
+pub(crate) use self::truth::{Truth, true_motion};
 use crate::cli;
 use crate::error::Error;
 use crate::experiment::{Experiment, Synthetic, Trial};
@@ -19,22 +25,6 @@ use crate::table::{self, column};
 
 /// Interval of the simulated motion and of `truth.parquet`: 1/175 of the shortest period of the chain.
 const TRUTH_INTERVAL_S: f64 = 1e-5;
-
-/// The truth behind a synthetic experiment: `truth.json`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Truth {
-    /// Seed that everything was drawn from.
-    pub(crate) seed: u64,
-    /// c_d.
-    pub(crate) c_d_kg_per_s: f64,
-    /// c_s.
-    pub(crate) c_s_kg_per_s: f64,
-    /// Mean of the trials' striker velocities.
-    pub(crate) striker_velocity_m_per_s: f64,
-    /// Instant of the impact after the trials' mean trigger.
-    pub(crate) impact_time_s: f64,
-}
 
 /// Films every recording of an experiment's trials table. A recording that is there already with the same settings is kept.
 pub(crate) fn synthesize(arguments: &cli::Synthesize) -> Result<Outcome, Error> {
@@ -49,66 +39,124 @@ pub(crate) fn synthesize(arguments: &cli::Synthesize) -> Result<Outcome, Error> 
     let synthetic = synthetic.clone();
     make_folder(&arguments.out)?;
     remove_unfinished(&arguments.out)?;
-    let studio = Studio::new(&experiment, &synthetic, &trials)?;
+    Faults(&synthetic.faults).check(&trials, path)?;
+    let studio = Studio::new(&experiment, &synthetic)?;
+    let takes = studio.takes(&trials, arguments.jobs)?;
     if !is_up_to_date(&experiment, &trials, &arguments.out)? {
         remove_recordings(&trials, &arguments.out)?;
         write_plan(&experiment, &trials, &arguments.out)?;
     }
     let bar = progress::bar("filming", trials.len() as u64);
-    let shots: Vec<(&Trial, &Draw)> = trials.iter().zip(&studio.draws).collect();
-    let filmed = map_in_parallel(arguments.jobs, &shots, |(trial, draw)| {
-        studio.film(trial, draw, &arguments.out).inspect(|_| bar.inc(1))
+    let filmed = map_in_parallel(arguments.jobs, &takes, |take| {
+        studio.film(take, &arguments.out).inspect(|()| bar.inc(1))
     });
     bar.finish_and_clear();
-    let motions: Vec<Trajectory> = filmed.into_iter().collect::<Result<_, _>>()?;
-    studio.write_truth(&motions, &arguments.out)?;
+    filmed.into_iter().collect::<Result<(), _>>()?;
+    truth::write(&studio, &takes, &arguments.out)?;
     Ok(Outcome::default())
 }
 
+/// The chain that is filmed, and how.
 struct Studio<'a> {
     experiment: &'a Experiment,
     synthetic: &'a Synthetic,
-    draws: Vec<Draw>,
     contact: PowerLaw,
+    masses_kg: Vec<f64>,
+}
+
+/// One trial as it really was.
+struct Take<'a> {
+    trial: &'a Trial,
+    draw: Draw,
+    /// What the experiment takes its striker velocity for.
+    nominal_m_per_s: f64,
+    /// Where the stage really stands.
+    stage_m: f64,
+    motion: Trajectory,
 }
 
 impl<'a> Studio<'a> {
-    fn new(experiment: &'a Experiment, synthetic: &'a Synthetic, trials: &[Trial]) -> Result<Self, Error> {
-        let scatter = Scatter {
-            striker_velocity_m_per_s: experiment.striker.velocity_m_per_s.get(),
-            striker_velocity_sigma_m_per_s: experiment.striker.velocity_sigma_m_per_s.get(),
-            trigger_jitter_s: synthetic.trigger_jitter_s.get(),
-            rate_hz: synthetic.camera.rate_hz,
-        };
-        let draws = chainwave_synthetic::trials::draw(synthetic.seed, trials.len(), &scatter)?;
-        Ok(Self { experiment, synthetic, draws, contact: experiment.contact.power_law()? })
+    fn new(experiment: &'a Experiment, synthetic: &'a Synthetic) -> Result<Self, Error> {
+        let chain = &experiment.chain;
+        let mass_kg = chain.mass_kg.get();
+        let scatter = synthetic.mass_sigma_kg.get() / mass_kg;
+        let factors = body_factors(synthetic.seed, BodyQuantity::Mass, chain.n_bodies, scatter)?;
+        Ok(Self {
+            experiment,
+            synthetic,
+            contact: experiment.contact.power_law()?,
+            masses_kg: factors.into_iter().map(|factor| factor * mass_kg).collect(),
+        })
     }
 
-    /// Simulates one trial and films it, unless its recording is there.
-    fn film(&self, trial: &Trial, draw: &Draw, folder: &Path) -> Result<Trajectory, Error> {
-        let motion = self.motion(draw)?;
-        let path = folder.join(&trial.recording);
-        if !path.exists() {
-            let shot = Shot {
-                stage_m: trial.stage_m,
-                first_body_px: self.experiment.camera.first_body_px,
-                first_image: self.synthetic.first_image,
-                n_frames: self.synthetic.n_frames,
-                trigger_delay_s: draw.trigger_delay_s,
-                frame_phase_s: draw.frame_phase_s,
-                noise_seed: draw.noise_seed,
-            };
-            film(&path, &self.synthetic.camera, &self.synthetic.specimen, &shot, &motion)?;
+    fn faults(&self) -> Faults<'a> {
+        Faults(&self.synthetic.faults)
+    }
+
+    /// Draws and simulates every trial.
+    fn takes<'b>(&self, trials: &'b [Trial], jobs: Option<u16>) -> Result<Vec<Take<'b>>, Error> {
+        let scatters: Vec<Scatter> = trials.iter().map(|trial| self.scatter(trial)).collect();
+        let draws = draw(self.synthetic.seed, &scatters)?;
+        let drawn: Vec<(&Trial, Draw)> = trials.iter().zip(draws).collect();
+        map_in_parallel(jobs, &drawn, |(trial, draw)| self.take(trial, *draw)).into_iter().collect()
+    }
+
+    fn take<'b>(&self, trial: &'b Trial, mut draw: Draw) -> Result<Take<'b>, Error> {
+        draw.striker_velocity_m_per_s *= self.faults().striker_factor(trial);
+        let sigma_m = self.synthetic.stage_sigma_m.get();
+        Ok(Take {
+            nominal_m_per_s: self.nominal(trial).value,
+            stage_m: trial.stage_m + stage_error_m(self.synthetic.seed, trial.view.into(), sigma_m)?,
+            motion: self.motion(&draw)?,
+            trial,
+            draw,
+        })
+    }
+
+    fn scatter(&self, trial: &Trial) -> Scatter {
+        let nominal_m_per_s = self.nominal(trial);
+        Scatter {
+            striker_velocity_m_per_s: nominal_m_per_s.value,
+            striker_velocity_sigma_m_per_s: nominal_m_per_s.sigma,
+            trigger_jitter_s: self.synthetic.trigger_jitter_s.get(),
+            trigger_walk_s: self.synthetic.trigger_walk_s.get(),
+            rate_hz: self.synthetic.camera.rate_hz,
         }
-        Ok(motion)
+    }
+
+    /// The striker velocity that the trials table names, else the experiment's, with its scatter.
+    fn nominal(&self, trial: &Trial) -> Estimate {
+        let striker = &self.experiment.striker;
+        let usual = Estimate::new(striker.velocity_m_per_s.get(), striker.velocity_sigma_m_per_s.get());
+        trial.striker_velocity_m_per_s.unwrap_or(usual)
+    }
+
+    /// Films a trial, unless its recording is there or lost.
+    fn film(&self, take: &Take, folder: &Path) -> Result<(), Error> {
+        let faults = self.faults();
+        let path = folder.join(faults.file_name(take.trial));
+        if path.exists() || faults.is_lost(take.trial) {
+            return Ok(());
+        }
+        let shot = Shot {
+            stage_m: take.stage_m,
+            first_body_px: self.experiment.camera.first_body_px,
+            first_image: self.synthetic.first_image,
+            n_frames: self.synthetic.n_frames,
+            trigger_delay_s: take.draw.trigger_delay_s,
+            frame_phase_s: take.draw.frame_phase_s,
+            noise_seed: take.draw.noise_seed,
+            covers: faults.covers(take.trial),
+        };
+        let scene = Scene::new(&self.synthetic.camera, &self.synthetic.specimen, &shot, &take.motion)?;
+        Ok(film(&path, &scene, &faults.of_file(take.trial))?)
     }
 
     fn motion(&self, draw: &Draw) -> Result<Trajectory, Error> {
-        let chain = &self.experiment.chain;
         let model = chainwave_mechanics::Chain {
-            mass_kg: vec![chain.mass_kg.get(); chain.n_bodies],
-            damping_kg_per_s: vec![self.synthetic.damping_kg_per_s.get(); chain.n_bodies],
-            contact: self.contact,
+            mass_kg: self.masses_kg.clone(),
+            damping_kg_per_s: vec![self.synthetic.damping_kg_per_s.get(); self.masses_kg.len()],
+            contact: self.contact.into(),
             drive: Drive::Striker(Striker {
                 mass_kg: self.experiment.striker.mass_kg.get(),
                 velocity_m_per_s: draw.striker_velocity_m_per_s,
@@ -117,7 +165,7 @@ impl<'a> Studio<'a> {
             far_end: FarEnd::Free,
         };
         let duration_s = self.last_time_s() + 1e-3;
-        let schedule = Schedule { duration_s, output_interval_s: TRUTH_INTERVAL_S, dt_s: None };
+        let schedule = Schedule::automatic(duration_s, TRUTH_INTERVAL_S);
         Ok(chainwave_mechanics::simulate(&model, &schedule)?.trajectory)
     }
 
@@ -128,57 +176,6 @@ impl<'a> Studio<'a> {
     fn last_time_s(&self) -> f64 {
         self.first_time_s() + self.synthetic.n_frames as f64 / self.synthetic.camera.rate_hz
     }
-
-    /// Writes the mean motion over all trials, each from its own impact, at the trials' mean trigger; and what is behind it.
-    fn write_truth(&self, motions: &[Trajectory], folder: &Path) -> Result<(), Error> {
-        let n = motions.len() as f64;
-        let mean = |of: &dyn Fn(&Draw) -> f64| self.draws.iter().map(of).sum::<f64>() / n;
-        let truth = Truth {
-            seed: self.synthetic.seed,
-            c_d_kg_per_s: self.synthetic.damping_kg_per_s.get(),
-            c_s_kg_per_s: self.synthetic.striker_damping_kg_per_s.get(),
-            striker_velocity_m_per_s: mean(&|draw| draw.striker_velocity_m_per_s),
-            impact_time_s: -mean(&|draw| draw.trigger_delay_s),
-        };
-        let (mut times, mut bodies, mut displacements) = (Vec::new(), Vec::new(), Vec::new());
-        let (first, last) = (self.first_time_s() / TRUTH_INTERVAL_S, self.last_time_s() / TRUTH_INTERVAL_S);
-        for k in first.ceil() as i64..=last.floor() as i64 {
-            let time_s = k as f64 * TRUTH_INTERVAL_S;
-            for row in 0..self.experiment.chain.n_bodies {
-                let x_m: f64 =
-                    motions.iter().map(|m| displacement_m(m, row, time_s - truth.impact_time_s)).sum();
-                times.push(time_s);
-                bodies.push(row as u32 + 1);
-                displacements.push(x_m / n);
-            }
-        }
-        let columns = vec![column("t_s", times), column("body", bodies), column("x_m", displacements)];
-        table::write(&folder.join("truth.parquet"), columns)?;
-        write_json(&folder.join("truth.json"), &truth)?;
-        self.write_trial_truths(folder)
-    }
-
-    fn write_trial_truths(&self, folder: &Path) -> Result<(), Error> {
-        let of = |value: &dyn Fn(&Draw) -> f64| self.draws.iter().map(value).collect::<Vec<f64>>();
-        let columns = vec![
-            column("striker_velocity_m_per_s", of(&|draw| draw.striker_velocity_m_per_s)),
-            column("trigger_delay_s", of(&|draw| draw.trigger_delay_s)),
-        ];
-        table::write(&folder.join("truth_trials.csv"), columns)
-    }
-}
-
-/// Cubic Hermite interpolation of a motion that starts from rest at 0.
-fn displacement_m(motion: &Trajectory, row: usize, time_s: f64) -> f64 {
-    if time_s <= 0.0 {
-        return 0.0;
-    }
-    let h = TRUTH_INTERVAL_S;
-    let left = ((time_s / h) as usize).min(motion.times_s.len() - 2);
-    let u = time_s / h - left as f64;
-    let (x0, x1) = (motion.displacement_m[(row, left)], motion.displacement_m[(row, left + 1)]);
-    let (v0, v1) = (h * motion.velocity_m_per_s[(row, left)], h * motion.velocity_m_per_s[(row, left + 1)]);
-    x0 + u * (v0 + u * (3.0 * (x1 - x0) - 2.0 * v0 - v1 + u * (2.0 * (x0 - x1) + v0 + v1)))
 }
 
 /// Whether the folder already holds this very plan, so that its finished recordings may be kept.
@@ -207,12 +204,18 @@ fn plan(experiment: &Experiment) -> Result<String, Error> {
 
 /// Writes `experiment.toml` and `trials.csv` beside the recordings, so that `run` can start there.
 fn write_plan(experiment: &Experiment, trials: &[Trial], folder: &Path) -> Result<(), Error> {
-    let columns = vec![
+    let mut columns = vec![
         column("recording", trials.iter().map(|trial| trial.recording.as_str()).collect::<Vec<_>>()),
         column("view", trials.iter().map(|trial| trial.view).collect::<Vec<_>>()),
         column("trial", trials.iter().map(|trial| trial.trial).collect::<Vec<_>>()),
         column("stage_m", trials.iter().map(|trial| trial.stage_m).collect::<Vec<_>>()),
     ];
+    let strikers: Option<Vec<Estimate>> = trials.iter().map(|trial| trial.striker_velocity_m_per_s).collect();
+    if let Some(strikers) = strikers {
+        let of = |value: &dyn Fn(&Estimate) -> f64| strikers.iter().map(value).collect::<Vec<f64>>();
+        columns.push(column("striker_velocity_m_per_s", of(&|striker| striker.value)));
+        columns.push(column("striker_velocity_sigma_m_per_s", of(&|striker| striker.sigma)));
+    }
     table::write(&folder.join(&experiment.trials), columns)?;
     write_text(&folder.join("experiment.toml"), &plan(experiment)?)
 }

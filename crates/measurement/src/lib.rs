@@ -18,7 +18,7 @@ mod region;
 mod track;
 
 pub use estimate::Estimate;
-pub use motion::{ChainMotion, ErrorMode, Trajectory};
+pub use motion::{ChainMotion, ErrorMode, Moment, Trajectory};
 pub use observation::{BodyTrack, Observation};
 pub use recording::{ReadError, Recording, RecordingInfo};
 pub use region::Region;

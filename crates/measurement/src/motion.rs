@@ -13,6 +13,85 @@ pub struct Trajectory {
     pub velocity_m_per_s: Array2<f64>,
 }
 
+impl Trajectory {
+    /// The motion at a time: the cubic Hermite interpolant of the displacements and velocities around it. Before the first
+    /// sample the bodies rest where they are at it; `None` after the last sample (and for a time that is not a number).
+    ///
+    /// The displacement's error is at most h^4/384 max|x''''| for samples h apart.
+    pub fn at(&self, time_s: f64) -> Option<Moment<'_>> {
+        let after = self.times_s.partition_point(|&sample_s| sample_s <= time_s);
+        let still = |sample: usize, slopes: [f64; 4]| Moment {
+            trajectory: self,
+            samples: [sample, sample],
+            weights: [1.0, 0.0, 0.0, 0.0],
+            slopes,
+        };
+        if after == 0 {
+            return (time_s < *self.times_s.first()?).then(|| still(0, [0.0; 4]));
+        }
+        let (before, start_s) = (after - 1, self.times_s[after - 1]);
+        let Some(&end_s) = self.times_s.get(after) else {
+            return (time_s <= start_s).then(|| still(before, [0.0, 1.0, 0.0, 0.0]));
+        };
+        let step_s = end_s - start_s;
+        let at = (time_s - start_s) / step_s;
+        let (weights, slopes) = (hermite_weights(at, step_s), hermite_slopes(at, step_s));
+        Some(Moment { trajectory: self, samples: [before, after], weights, slopes })
+    }
+}
+
+/// A [`Trajectory`] at one time.
+#[derive(Debug, Clone, Copy)]
+pub struct Moment<'a> {
+    trajectory: &'a Trajectory,
+    /// The samples before and after.
+    samples: [usize; 2],
+    /// Weights of displacement and velocity before, displacement and velocity after.
+    weights: [f64; 4],
+    /// The same for the velocity.
+    slopes: [f64; 4],
+}
+
+impl Moment<'_> {
+    /// Displacement of a body (row of the trajectory) from rest, in metres.
+    pub fn displacement_m(&self, row: usize) -> f64 {
+        self.weigh(self.weights, row)
+    }
+
+    /// Velocity of a body (row of the trajectory), in metres per second.
+    pub fn velocity_m_per_s(&self, row: usize) -> f64 {
+        self.weigh(self.slopes, row)
+    }
+
+    fn weigh(&self, weights: [f64; 4], row: usize) -> f64 {
+        let [before, after] = self.samples;
+        let (x_m, v_m_per_s) = (&self.trajectory.displacement_m, &self.trajectory.velocity_m_per_s);
+        weights[0] * x_m[[row, before]]
+            + weights[1] * v_m_per_s[[row, before]]
+            + weights[2] * x_m[[row, after]]
+            + weights[3] * v_m_per_s[[row, after]]
+    }
+}
+
+/// Weights of the value and slope at the start, and of the value and slope at the end, of an interval of length `step`,
+/// at the fraction `at` of it.
+fn hermite_weights(at: f64, step: f64) -> [f64; 4] {
+    let rest = 1.0 - at;
+    [
+        (1.0 + 2.0 * at) * rest * rest,
+        at * rest * rest * step,
+        at * at * (3.0 - 2.0 * at),
+        -at * at * rest * step,
+    ]
+}
+
+/// Derivatives of [`hermite_weights`] along the interval.
+fn hermite_slopes(at: f64, step: f64) -> [f64; 4] {
+    let rest = 1.0 - at;
+    let chord = 6.0 * at * rest / step;
+    [-chord, rest * (1.0 - 3.0 * at), chord, at * (3.0 * at - 2.0)]
+}
+
 /// The measured motion of a chain: x_n(t) on one time base with its uncertainty.
 ///
 /// The error of a sample is the sum of a part that is independent from sample to sample (standard deviation
@@ -47,4 +126,58 @@ pub struct ErrorMode {
     pub source: String,
     /// Displacement error in metres, shape `[body, time]`.
     pub displacement_m: Array2<f64>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One body on a sine of angular frequency `omega` and amplitude 1, sampled `step_s` apart.
+    fn sine(omega: f64, step_s: f64, n: usize) -> Trajectory {
+        let times_s: Vec<f64> = (0..n).map(|i| i as f64 * step_s).collect();
+        Trajectory {
+            displacement_m: Array2::from_shape_fn((1, n), |(_, i)| (omega * times_s[i]).sin()),
+            velocity_m_per_s: Array2::from_shape_fn((1, n), |(_, i)| omega * (omega * times_s[i]).cos()),
+            times_s,
+        }
+    }
+
+    /// Largest errors of displacement and velocity over 10 ms.
+    fn largest_errors(omega: f64, step_s: f64) -> [f64; 2] {
+        let motion = sine(omega, step_s, (0.01 / step_s).round() as usize + 1);
+        (0..997).map(|i| f64::from(i) * 1.0e-5).fold([0.0, 0.0], |[x, v]: [f64; 2], t| {
+            let moment = motion.at(t).unwrap();
+            let slope = omega * (omega * t).cos();
+            [
+                x.max((moment.displacement_m(0) - (omega * t).sin()).abs()),
+                v.max((moment.velocity_m_per_s(0) - slope).abs()),
+            ]
+        })
+    }
+
+    #[test]
+    fn the_error_stays_below_its_bound_and_falls_with_the_fourth_power() {
+        // 572 Hz, the top of the chain's band; h^4/384 max|x''''| with max|x''''| = omega^4.
+        let omega = 2.0 * std::f64::consts::PI * 572.0;
+        for step_s in [4.0e-4, 2.0e-4, 1.0e-4] {
+            assert!(largest_errors(omega, step_s)[0] <= (omega * step_s).powi(4) / 384.0);
+        }
+        let (coarse, fine) = (largest_errors(omega, 4.0e-4), largest_errors(omega, 1.0e-4));
+        // 0.1: the sine's next derivative over the coarser step. The velocity is a derivative, one order below.
+        for (quantity, order) in [(0, 4.0), (1, 3.0)] {
+            let found = (coarse[quantity] / fine[quantity]).log2() / 2.0;
+            assert!((found - order).abs() < 0.1, "{found} for {order}");
+        }
+    }
+
+    #[test]
+    fn bodies_rest_before_the_first_sample_and_are_unknown_after_the_last() {
+        let motion = sine(100.0, 1.0e-3, 11);
+        let state = |t| motion.at(t).map(|moment| (moment.displacement_m(0), moment.velocity_m_per_s(0)));
+        let last = (motion.displacement_m[[0, 10]], motion.velocity_m_per_s[[0, 10]]);
+        assert_eq!(state(-5.0), Some((0.0, 0.0)));
+        assert_eq!(state(motion.times_s[10]), Some(last));
+        assert_eq!(state(0.0101), None);
+        assert_eq!(state(f64::NAN), None);
+    }
 }

@@ -12,11 +12,11 @@ fn damped_run(n_bodies: usize, duration_s: f64) -> Result<Simulation, MechanicsE
     let chain = Chain {
         mass_kg: vec![0.455e-3; n_bodies],
         damping_kg_per_s: vec![0.003; n_bodies],
-        contact: PowerLaw::new(60.1, 2.27e-3, 0.114)?,
+        contact: PowerLaw::new(60.1, 2.27e-3, 0.114)?.into(),
         drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s: 2.73, damping_kg_per_s: 0.2 }),
         far_end: FarEnd::Free,
     };
-    simulate(&chain, &Schedule { duration_s, output_interval_s: 2e-5, dt_s: None })
+    simulate(&chain, &Schedule::automatic(duration_s, 2e-5))
 }
 
 #[divan::bench]

@@ -1,4 +1,4 @@
-use crate::{ImposedMotion, MechanicsError, PowerLaw, check};
+use crate::{Contacts, ImposedMotion, MechanicsError, check};
 
 /// A chain of bodies in contact, each a point mass with a dashpot to ground:
 /// m x_n'' = F(Delta_{n-1}) - F(Delta_n) - c_d x_n', with the overlap Delta_n = x_n - x_{n+1} of gap n.
@@ -10,8 +10,8 @@ pub struct Chain {
     pub mass_kg: Vec<f64>,
     /// Dashpot c_d of each body to ground, in kilograms per second.
     pub damping_kg_per_s: Vec<f64>,
-    /// Law of every gap.
-    pub contact: PowerLaw,
+    /// What lies in the gaps; a [`crate::PowerLaw`] turns `into()` it.
+    pub contact: Contacts,
     /// What sets the chain in motion.
     pub drive: Drive,
     /// What stands behind the last body.
@@ -53,7 +53,7 @@ pub struct Striker {
 pub enum FarEnd {
     /// Nothing.
     Free,
-    /// A wall that does not move, bonded to the last body by one more gap of the same law.
+    /// A wall that does not move, bonded to the last body by one more gap like the last.
     Fixed,
 }
 
@@ -70,7 +70,7 @@ impl Chain {
         check::length("damping_kg_per_s", n, self.damping_kg_per_s.len())?;
         check::each_body("mass_kg", &self.mass_kg, check::positive)?;
         check::each_body("damping_kg_per_s", &self.damping_kg_per_s, check::not_negative)?;
-        self.contact.check()?;
+        self.contact.check(n)?;
         self.drive.check(n)
     }
 }

@@ -45,3 +45,13 @@ pub(crate) fn each_body(
         .enumerate()
         .try_for_each(|(i, &value)| check(format!("{quantity} of body {}", i + 1), value))
 }
+
+/// Refuses more than `limit` of something.
+pub(crate) fn limit(
+    quantity: &'static str,
+    limit: f64,
+    found: f64,
+    hint: &'static str,
+) -> Result<(), MechanicsError> {
+    if found <= limit { Ok(()) } else { Err(MechanicsError::TooLarge { quantity, limit, found, hint }) }
+}

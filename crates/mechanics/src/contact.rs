@@ -1,143 +1,241 @@
-use crate::{MechanicsError, check, kernel::PowerKernel};
+mod linear;
+mod power;
+mod power_kernel;
+mod table;
 
-/// The power law of one gap, F(Delta) = a (Delta + delta_0)^p - f_0 with f_0 = a delta_0^p and overlap Delta.
-///
-/// It softens in compression for p < 1, is linear for p = 1 and stiffens for p > 1. The power has no real value below
-/// Delta = -delta_0, and for p < 1 its stiffness grows without bound on the way there. So from the overlap
-/// [`PowerLaw::TENSION_LIMIT`] delta_0 down the law goes on along its tangent (value and slope are continuous). At
-/// the limit the tangent is already stiffer than a ring pulled by that much, and simulations count how often a gap
-/// passes it.
+pub use linear::LinearLaw;
+pub use power::PowerLaw;
+pub(crate) use power_kernel::{PowerColumns, PowerKernel, PowerLanes};
+pub use table::TableLaw;
+
+use crate::{MechanicsError, check};
+
+/// What lies in one gap: a law of force over overlap, its rule in tension, and a dashpot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contact {
+    /// Force over overlap.
+    pub law: Law,
+    /// How the law goes on in tension, beyond its own range.
+    pub tension: Tension,
+    /// Damping between the two neighbours, in kilograms per second: a force of that times the rate of closing.
+    pub damping_kg_per_s: f64,
+}
+
+/// Force over overlap.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Law {
+    /// a (Delta + delta_0)^p - a delta_0^p.
+    Power(PowerLaw),
+    /// k Delta.
+    Linear(LinearLaw),
+    /// A monotone curve through points.
+    Table(TableLaw),
+}
+
+/// How a law goes on in tension, where its own range ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PowerLaw {
-    /// Prefactor in N/m^p.
-    pub a: f64,
-    /// Offset of the overlap, in metres.
-    pub delta_0_m: f64,
-    /// Exponent.
-    pub p: f64,
+pub enum Tension {
+    /// A power law goes on along its tangent below this overlap over delta_0, in (-1, 0); a table along that at its first
+    /// point; a spring is linear anyhow.
+    Tangent {
+        /// Overlap over delta_0 where the tangent takes over.
+        limit: f64,
+    },
+    /// The contact opens and carries nothing: beyond the end of its range (-delta_0 of a power law, 0 of a spring, the first
+    /// point of a table) the force stays as it is there.
+    Detach,
 }
 
-impl PowerLaw {
-    /// Overlap over delta_0 at which the tangent takes over in tension.
-    ///
-    /// A chain of 26 bodies struck at 2.73 m/s reaches -0.3 while the wave runs down and -0.5 once it has come back from
-    /// a free end, so ordinary scenes stay inside the law.
-    pub const TENSION_LIMIT: f64 = -0.9;
+impl Default for Tension {
+    /// The tangent from -0.9 delta_0. A chain of 26 bodies struck at 2.73 m/s reaches -0.3 while the wave runs down and -0.5
+    /// once it has come back from a free end, so ordinary scenes stay inside the law; and there the tangent is already
+    /// stiffer than a ring pulled by that much.
+    fn default() -> Self {
+        Self::Tangent { limit: -0.9 }
+    }
+}
 
-    /// A law from its three parameters.
-    ///
-    /// # Errors
-    /// [`MechanicsError::NotPhysical`] unless all three, and the force f_0 and stiffness k_0 that follow from them, are
-    /// finite and above zero.
-    pub fn new(a: f64, delta_0_m: f64, p: f64) -> Result<Self, MechanicsError> {
-        let law = Self { a, delta_0_m, p };
-        law.check()?;
-        Ok(law)
+/// The contacts of a chain.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Contacts {
+    /// The same in every gap.
+    Same(Contact),
+    /// One for each gap between bodies, from body 1 on. The striker meets the first gap's law, a wall the last one's.
+    Each(Vec<Contact>),
+}
+
+impl From<Law> for Contact {
+    /// The law with the usual rule in tension and no dashpot.
+    fn from(law: Law) -> Self {
+        Self { law, tension: Tension::default(), damping_kg_per_s: 0.0 }
+    }
+}
+
+impl From<PowerLaw> for Contacts {
+    fn from(law: PowerLaw) -> Self {
+        Contact::from(Law::Power(law)).into()
+    }
+}
+
+impl From<LinearLaw> for Contacts {
+    fn from(law: LinearLaw) -> Self {
+        Contact::from(Law::Linear(law)).into()
+    }
+}
+
+impl From<Contact> for Contacts {
+    fn from(contact: Contact) -> Self {
+        Self::Same(contact)
+    }
+}
+
+impl Contacts {
+    /// The contact of a gap, counted from 0 between bodies 1 and 2; a gap before the first or behind the last is like it.
+    pub(crate) fn of_gap(&self, gap: usize) -> &Contact {
+        match self {
+            Self::Same(contact) => contact,
+            Self::Each(contacts) => &contacts[gap.min(contacts.len() - 1)],
+        }
     }
 
-    /// The law of exponent `p` and offset `delta_0_m` whose stiffness at zero overlap is `k_0_n_per_m`.
-    ///
-    /// # Errors
-    /// As for [`PowerLaw::new`].
-    pub fn from_stiffness(k_0_n_per_m: f64, delta_0_m: f64, p: f64) -> Result<Self, MechanicsError> {
-        Self::new(k_0_n_per_m * delta_0_m.powf(1.0 - p) / p, delta_0_m, p)
+    /// The contact of the first gap.
+    pub fn first(&self) -> &Contact {
+        self.of_gap(0)
     }
 
-    /// Contact force in newtons, positive in compression, at an overlap in metres.
-    pub fn force_n(&self, overlap_m: f64) -> f64 {
-        PowerKernel::new(self).force_n(overlap_m)
+    /// Changes every power law among the contacts.
+    pub fn for_each_power_law(&mut self, mut change: impl FnMut(&mut PowerLaw)) {
+        let contacts = match self {
+            Self::Same(contact) => std::slice::from_mut(contact),
+            Self::Each(contacts) => contacts,
+        };
+        for contact in contacts {
+            if let Law::Power(law) = &mut contact.law {
+                change(law);
+            }
+        }
     }
 
-    /// Potential energy in joules, the integral of the force from zero overlap.
-    pub fn energy_j(&self, overlap_m: f64) -> f64 {
-        PowerKernel::new(self).force_and_energy(overlap_m).1
-    }
-
-    /// Tangent stiffness dF/dDelta in newtons per metre.
-    pub fn stiffness_n_per_m(&self, overlap_m: f64) -> f64 {
-        let s = (overlap_m / self.delta_0_m).max(Self::TENSION_LIMIT) + 1.0;
-        self.k_0_n_per_m() * s.powf(self.p - 1.0)
-    }
-
-    /// The force f_0 = a delta_0^p that the law subtracts, in newtons.
-    pub fn f_0_n(&self) -> f64 {
-        self.a * self.delta_0_m.powf(self.p)
-    }
-
-    /// Tangent stiffness at zero overlap, k_0 = a p delta_0^(p - 1), in newtons per metre.
+    /// Tangent stiffness of the first gap at zero overlap, in newtons per metre.
     pub fn k_0_n_per_m(&self) -> f64 {
-        self.p * self.f_0_n() / self.delta_0_m
+        self.of_gap(0).stiffness_n_per_m(0.0)
     }
 
-    /// Refuses parameters that give no usable law; the fields are open, so a law is checked again before it is used.
-    pub(crate) fn check(&self) -> Result<(), MechanicsError> {
-        check::positive("contact a", self.a)?;
-        check::positive("contact delta_0_m", self.delta_0_m)?;
-        check::positive("contact p", self.p)?;
-        check::positive("contact force f_0 = a delta_0^p", self.f_0_n())?;
-        check::positive("contact stiffness k_0 = a p delta_0^(p - 1)", self.k_0_n_per_m())
+    pub(crate) fn check(&self, n_bodies: usize) -> Result<(), MechanicsError> {
+        match self {
+            Self::Same(contact) => contact.check("contact"),
+            Self::Each(contacts) => {
+                check::length("contacts", (n_bodies - 1).max(1), contacts.len())?;
+                let mut named = contacts.iter().enumerate();
+                named.try_for_each(|(i, contact)| contact.check(&format!("contact of gap {}", i + 1)))
+            }
+        }
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn ring_law() -> PowerLaw {
-        PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap()
+impl Contact {
+    /// Contact force in newtons and potential energy in joules at an overlap in metres.
+    pub fn force_and_energy(&self, overlap_m: f64) -> (f64, f64) {
+        self.spring().force_and_energy(overlap_m)
     }
 
-    /// The power law fitted to the ring's curve: within 6 mN rms, and 30 mN more for parameters of three digits.
-    #[test]
-    fn the_fitted_law_gives_the_rings_curve() {
-        for (overlap_m, force_n) in [(0.51e-3, 0.70), (1.01e-3, 1.28), (3.0e-3, 3.04), (10.01e-3, 6.40)] {
-            assert!((ring_law().force_n(overlap_m) - force_n).abs() < 0.03);
+    /// The law and its rule in tension, worked out for many evaluations.
+    pub(crate) fn spring(&self) -> Spring {
+        match &self.law {
+            Law::Power(law) => Spring::Power(PowerKernel::new(law, self.tension)),
+            Law::Linear(law) => Spring::Linear { law: *law, least_m: self.limit_m() },
+            Law::Table(law) if self.tension == Tension::Detach => {
+                Spring::Table { law: law.clone(), least_m: law.first_m() }
+            }
+            Law::Table(law) => Spring::Table { law: law.clone(), least_m: f64::NEG_INFINITY },
         }
     }
 
-    #[test]
-    fn stiffness_and_force_are_the_derivatives_of_force_and_energy() {
-        let law = ring_law();
-        for overlap_m in [-2.2e-3, -2.0e-3, -1e-3, 0.0, 1e-4, 5e-3] {
-            let h = 1e-7;
-            let slope = (law.force_n(overlap_m + h) - law.force_n(overlap_m - h)) / (2.0 * h);
-            let power = (law.energy_j(overlap_m + h) - law.energy_j(overlap_m - h)) / (2.0 * h);
-            // Central differences of step h/delta_0 = 4e-5, whose error near the limit is (h / 0.1 delta_0)^2.
-            assert!((slope / law.stiffness_n_per_m(overlap_m) - 1.0).abs() < 1e-6, "{overlap_m} {slope}");
-            assert!((power - law.force_n(overlap_m)).abs() < 1e-6, "{overlap_m} {power}");
+    /// Tangent stiffness dF/dDelta in newtons per metre at an overlap in metres.
+    pub fn stiffness_n_per_m(&self, overlap_m: f64) -> f64 {
+        match &self.law {
+            Law::Power(law) => law.stiffness_under(self.tension, overlap_m),
+            Law::Linear(_) if overlap_m < self.limit_m() => 0.0,
+            Law::Linear(law) => law.k_n_per_m,
+            Law::Table(law) if self.tension == Tension::Detach && overlap_m < law.first_m() => 0.0,
+            Law::Table(law) => law.stiffness_n_per_m(overlap_m),
         }
     }
 
-    #[test]
-    fn the_law_is_smooth_where_the_tangent_takes_over() {
-        let law = ring_law();
-        let limit_m = PowerLaw::TENSION_LIMIT * law.delta_0_m;
-        let step_m = 1e-9;
-        let (below, above) = (limit_m - step_m, limit_m + step_m);
-        // Across a step of 2 nm force and energy change by stiffness and force times the step, up to its square.
-        let k = law.stiffness_n_per_m(limit_m);
-        assert!((law.force_n(above) - law.force_n(below) - 2.0 * step_m * k).abs() < 1e-9);
-        let work = 2.0 * step_m * law.force_n(limit_m);
-        assert!((law.energy_j(above) - law.energy_j(below) - work).abs() < 1e-15);
-        assert!(law.force_n(-1.0).is_finite() && law.energy_j(-1.0).is_finite());
+    /// The largest stiffness between two overlaps, in newtons per metre.
+    pub(crate) fn stiffest_n_per_m(&self, least_m: f64, most_m: f64) -> f64 {
+        match &self.law {
+            Law::Table(law) => law.stiffest_n_per_m(least_m, most_m),
+            // Monotone up to the tension limit, and constant or zero beyond.
+            _ => [least_m.max(self.limit_m().next_up()), most_m]
+                .map(|overlap_m| self.stiffness_n_per_m(overlap_m))
+                .into_iter()
+                .fold(0.0, f64::max),
+        }
     }
 
-    #[test]
-    fn a_law_from_its_stiffness_has_it() {
-        let law = PowerLaw::from_stiffness(1474.0, 2.9e-3, 0.1).unwrap();
-        assert!((law.k_0_n_per_m() / 1474.0 - 1.0).abs() < 1e-14);
+    /// Overlap in metres below which the tension rule holds; minus infinity where there is none.
+    pub(crate) fn limit_m(&self) -> f64 {
+        match (&self.law, self.tension) {
+            (Law::Power(law), tension) => PowerKernel::new(law, tension).limit_m(),
+            (Law::Linear(_), Tension::Detach) => 0.0,
+            (Law::Linear(_), Tension::Tangent { .. }) => f64::NEG_INFINITY,
+            (Law::Table(law), _) => law.first_m(),
+        }
     }
 
-    #[test]
-    fn parameters_without_a_law_are_refused() {
-        for (a, delta_0_m, p) in [
-            (0.0, 1e-3, 0.1),
-            (60.0, -1e-3, 0.1),
-            (60.0, 1e-3, 0.0),
-            (f64::NAN, 1e-3, 0.1),
-            (1e300, 1e-12, 1e-3),
-        ] {
-            assert!(matches!(PowerLaw::new(a, delta_0_m, p), Err(MechanicsError::NotPhysical { .. })));
+    fn check(&self, name: &str) -> Result<(), MechanicsError> {
+        check::not_negative(format!("{name}: damping_kg_per_s"), self.damping_kg_per_s)?;
+        if let Tension::Tangent { limit } = self.tension {
+            let inside = limit > -1.0 && limit < 0.0;
+            check::require(inside, format!("{name}: tension limit"), "a number between -1 and 0", limit)?;
+        }
+        match &self.law {
+            Law::Power(law) => law.check(),
+            Law::Linear(law) => law.check(),
+            Law::Table(_) => Ok(()),
+        }
+    }
+}
+
+/// A law with its rule in tension.
+#[derive(Debug, Clone)]
+pub(crate) enum Spring {
+    Power(PowerKernel),
+    /// Below `least_m` the force stays as it is there.
+    Linear {
+        law: LinearLaw,
+        least_m: f64,
+    },
+    /// Below `least_m` the force stays as it is there.
+    Table {
+        law: TableLaw,
+        least_m: f64,
+    },
+}
+
+impl Spring {
+    /// Force in newtons at an overlap in metres.
+    pub(crate) fn force_n(&self, overlap_m: f64) -> f64 {
+        match self {
+            Self::Power(kernel) => kernel.force_n(overlap_m),
+            _ => self.force_and_energy(overlap_m).0,
+        }
+    }
+
+    /// Force in newtons and energy in joules at an overlap in metres.
+    pub(crate) fn force_and_energy(&self, overlap_m: f64) -> (f64, f64) {
+        match self {
+            Self::Power(kernel) => kernel.force_and_energy(overlap_m),
+            Self::Linear { law, least_m } => {
+                let closed_m = overlap_m.max(*least_m);
+                (law.k_n_per_m * closed_m, 0.5 * law.k_n_per_m * closed_m * closed_m)
+            }
+            Self::Table { law, least_m } => {
+                let closed_m = overlap_m.max(*least_m);
+                let (force_n, energy_j) = law.evaluate(closed_m);
+                (force_n, energy_j + force_n * (overlap_m - closed_m))
+            }
         }
     }
 }

@@ -47,16 +47,49 @@ pub enum MechanicsError {
     },
     /// The time step lies beyond the integrator's stability bound.
     #[error(
-        "time step: expected at most {limit_s:.3e} s, the stability bound of rk4 at the contact stiffness \
-         {stiffness_n_per_m:.4e} N/m, found {dt_s:.3e} s (leave the step out to have it chosen)"
+        "time step: expected at most {limit_s:.3e} s, the stability bound of {method} at the chain's fastest oscillation, \
+         {omega_rad_per_s:.4e} rad/s, and its damping, found {dt_s:.3e} s (leave the step out to have it chosen)"
     )]
     StepTooLarge {
+        /// The method.
+        method: &'static str,
         /// The step asked for, in seconds.
         dt_s: f64,
         /// The largest stable step, in seconds.
         limit_s: f64,
-        /// The stiffest contact that the bound is drawn from, in newtons per metre.
-        stiffness_n_per_m: f64,
+        /// The fastest oscillation that the bound is drawn from, in radians per second.
+        omega_rad_per_s: f64,
+    },
+    /// No integrator has this name.
+    #[error("integrator: expected one of {known}, found {found:?}")]
+    UnknownMethod {
+        /// The name given.
+        found: String,
+        /// The names known.
+        known: String,
+    },
+    /// The method cannot integrate this chain.
+    #[error("integrator {method}: it cannot integrate {what} (rk4, dop853 and ark4 can)")]
+    NotFor {
+        /// The method.
+        method: &'static str,
+        /// What it cannot integrate.
+        what: &'static str,
+    },
+    /// The accuracy asked for cannot be met.
+    #[error(
+        "accuracy {accuracy:e}: {method} at t = {time_s} s would need steps below {h_s:.1e} s (a coarser accuracy, or a \
+         contact law without so sharp a corner)"
+    )]
+    OutOfReach {
+        /// The method.
+        method: &'static str,
+        /// The accuracy asked for.
+        accuracy: f64,
+        /// Where it was given up, in seconds.
+        time_s: f64,
+        /// The step that was still too long, in seconds.
+        h_s: f64,
     },
     /// The simulation would need more steps or more stored samples than is sensible.
     #[error("{quantity}: expected at most {limit:.1e}, found {found:.1e} ({hint})")]
@@ -117,11 +150,13 @@ pub enum MechanicsError {
         steps: usize,
     },
     /// The striker's contact opened and closed without end.
-    #[error("the striker's contact switched {switches} times within one step at t = {time_s} s")]
+    #[error(
+        "the striker's contact switched {switches} times in a row without a whole step at t = {time_s} s"
+    )]
     Chatter {
-        /// Start of the step, in seconds.
+        /// Time of the last switch, in seconds.
         time_s: f64,
-        /// Switches found in it.
+        /// Switches found.
         switches: u32,
     },
 }

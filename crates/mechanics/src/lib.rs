@@ -13,28 +13,36 @@
 //! [`Simulation::energy_drift`] says how well. Nothing is allocated after the start, and the same input gives the same
 //! bits.
 
+mod automatic;
 mod chain;
 mod check;
 mod contact;
 mod error;
+mod front;
+mod gaps;
 mod imposed;
-mod kernel;
+mod integrator;
+mod lanes;
 mod ledger;
 mod model;
 mod recorder;
 mod ring;
-mod rk4;
+mod run;
+mod scan;
 mod simulate;
+mod state;
 mod step_size;
 mod switch;
 
 pub use chain::{Chain, Drive, FarEnd, Striker};
-pub use contact::PowerLaw;
+pub use contact::{Contact, Contacts, Law, LinearLaw, PowerLaw, TableLaw, Tension};
 pub use error::MechanicsError;
 pub use imposed::ImposedMotion;
+pub use integrator::Method;
 pub use ring::{
     Boundary, Compression, Equilibrium, Mode, RefinedSimulation, Response, Ring, RingChain, RingDrive,
     RingSchedule, RingSimulation, RingStriker, Rod, Section, Support, Symmetry, compress, ring_bands,
     ring_modes, simulate_rings, simulate_rings_within,
 };
-pub use simulate::{Schedule, Simulation, StrikerMotion, simulate};
+pub use scan::scan;
+pub use simulate::{Bodies, Integration, Schedule, Simulation, StrikerMotion, simulate};

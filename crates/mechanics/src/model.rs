@@ -1,58 +1,50 @@
-use crate::{Chain, Drive, FarEnd, ImposedMotion, kernel::PowerKernel};
+use std::borrow::Cow;
 
-/// The chain as the integrator sees it: masses in a row, the striker first where there is one.
+use pulp::{Simd, WithSimd};
+
+use crate::{
+    Chain, Contact, Contacts, Drive, FarEnd, ImposedMotion,
+    contact::Spring,
+    gaps::Gaps,
+    lanes::{self, PADDING, padded, vectorised},
+    state::{State, row_length},
+};
+
+/// The chain as the integrators see it: masses in a row, the striker first where there is one.
 ///
-/// Gap g lies between masses g - 1 and g of the row; gap 0 is the free side of the first mass, gap `n_masses` lies
-/// behind the last one.
+/// Gap `i` of the row lies behind mass `i`; the last one leads to the wall, or to nothing.
 #[derive(Debug)]
 pub(crate) struct Model<'a> {
-    pub(crate) kernel: PowerKernel,
+    pub(crate) gaps: Gaps,
+    contacts: &'a Contacts,
+    /// That of all gaps, where they are the same.
+    same_spring: Option<Spring>,
     /// Zero where the motion is imposed, so that the mass neither accelerates nor counts as energy.
     pub(crate) mass_kg: Vec<f64>,
-    inverse_mass_per_kg: Vec<f64>,
-    damping_kg_per_s: Vec<f64>,
-    /// Damping of the striker's contact, where there is a striker.
-    striker_damping_kg_per_s: Option<f64>,
+    pub(crate) inverse_mass_per_kg: Vec<f64>,
+    pub(crate) damping_kg_per_s: Vec<f64>,
+    /// The striker's contact, where there is a striker.
+    pub(crate) striker: Option<StrikerContact>,
+    pub(crate) has_wall: bool,
+    n_masses: usize,
     imposed: Option<&'a ImposedMotion>,
-    has_wall: bool,
-    k_0_n_per_m: f64,
-}
-
-/// Where the masses are, how fast they move, and what has gone in or out.
-#[derive(Debug, Clone)]
-pub(crate) struct State {
-    pub(crate) x_m: Vec<f64>,
-    pub(crate) v_m_per_s: Vec<f64>,
-    /// Energy that the dampers took, less the work of an imposed motion.
-    pub(crate) lost_j: f64,
-    /// Whether the striker's contact is closed.
-    pub(crate) touching: bool,
-}
-
-/// Time derivatives of a state, and the gap forces behind them.
-#[derive(Debug, Clone)]
-pub(crate) struct Rates {
-    pub(crate) acceleration_m_per_s2: Vec<f64>,
-    /// Force of gap g, positive in compression; `n_masses + 1` entries.
-    pub(crate) force_n: Vec<f64>,
-    pub(crate) lost_w: f64,
-}
-
-impl Rates {
-    pub(crate) fn new(n_masses: usize) -> Self {
-        Self { acceleration_m_per_s2: vec![0.0; n_masses], force_n: vec![0.0; n_masses + 1], lost_w: 0.0 }
-    }
+    ground_damped: bool,
 }
 
 impl<'a> Model<'a> {
     pub(crate) fn new(chain: &'a Chain) -> Self {
         let (mut mass_kg, mut damping_kg_per_s) = (chain.mass_kg.clone(), chain.damping_kg_per_s.clone());
-        let (mut striker_damping_kg_per_s, mut imposed) = (None, None);
+        let (mut striker, mut imposed) = (None, None);
         match &chain.drive {
-            Drive::Striker(striker) => {
-                mass_kg.insert(0, striker.mass_kg);
+            Drive::Striker(body) => {
+                mass_kg.insert(0, body.mass_kg);
                 damping_kg_per_s.insert(0, 0.0);
-                striker_damping_kg_per_s = Some(striker.damping_kg_per_s);
+                let first = chain.contact.of_gap(0);
+                striker = Some(StrikerContact {
+                    spring: first.spring(),
+                    k_0_n_per_m: first.stiffness_n_per_m(0.0),
+                    damping_kg_per_s: body.damping_kg_per_s,
+                });
             }
             Drive::Imposed(motion) => {
                 (mass_kg[0], damping_kg_per_s[0]) = (0.0, 0.0);
@@ -60,62 +52,64 @@ impl<'a> Model<'a> {
             }
             Drive::Free { .. } => {}
         }
+        let n_masses = mass_kg.len();
+        mass_kg.resize(row_length(n_masses), 0.0);
+        damping_kg_per_s.resize(row_length(n_masses), 0.0);
         let inverse_mass_per_kg = mass_kg.iter().map(|&m| if m > 0.0 { m.recip() } else { 0.0 }).collect();
         Self {
-            kernel: PowerKernel::new(&chain.contact),
-            mass_kg,
+            gaps: row_of_gaps(chain, striker.is_some(), n_masses),
+            contacts: &chain.contact,
+            same_spring: match &chain.contact {
+                Contacts::Same(contact) => Some(contact.spring()),
+                Contacts::Each(_) => None,
+            },
             inverse_mass_per_kg,
+            ground_damped: damping_kg_per_s.iter().any(|&c| c > 0.0),
+            mass_kg,
             damping_kg_per_s,
-            striker_damping_kg_per_s,
-            imposed,
+            striker,
             has_wall: chain.far_end == FarEnd::Fixed,
-            k_0_n_per_m: chain.contact.k_0_n_per_m(),
+            n_masses,
+            imposed,
         }
     }
 
     /// The state at t = 0; a striker touches.
     pub(crate) fn initial_state(&self, chain: &Chain) -> State {
-        let n = self.n_masses();
-        let (mut x_m, mut v_m_per_s) = (vec![0.0; n], vec![0.0; n]);
+        let mut state = State { touching: self.striker.is_some(), ..State::at_rest(self.n_masses) };
         match &chain.drive {
-            Drive::Striker(striker) => v_m_per_s[0] = striker.velocity_m_per_s,
-            Drive::Imposed(_) => self.impose(0.0, &mut x_m, &mut v_m_per_s),
-            Drive::Free { displacement_m, velocity_m_per_s: velocity } => {
-                x_m.copy_from_slice(displacement_m);
-                v_m_per_s.copy_from_slice(velocity);
+            Drive::Striker(striker) => state.v_m_per_s[0] = striker.velocity_m_per_s,
+            Drive::Imposed(_) => self.impose(0.0, &mut state.x_m, &mut state.v_m_per_s),
+            Drive::Free { displacement_m, velocity_m_per_s } => {
+                state.x_m[..self.n_masses].copy_from_slice(displacement_m);
+                state.v_m_per_s[..self.n_masses].copy_from_slice(velocity_m_per_s);
             }
         }
-        State { x_m, v_m_per_s, lost_j: 0.0, touching: self.has_striker() }
+        state
     }
 
     /// Bodies, and the striker.
     pub(crate) fn n_masses(&self) -> usize {
-        self.mass_kg.len()
-    }
-
-    pub(crate) fn has_striker(&self) -> bool {
-        self.striker_damping_kg_per_s.is_some()
+        self.n_masses
     }
 
     /// The row's gap that is gap 1 of the chain.
     pub(crate) fn first_gap(&self) -> usize {
-        if self.has_striker() { 2 } else { 1 }
+        usize::from(self.striker.is_some())
     }
 
     /// Gaps between bodies.
     pub(crate) fn n_gaps(&self) -> usize {
-        self.n_masses() - self.first_gap()
+        self.n_masses - 1 - self.first_gap()
     }
 
-    /// Overlaps, in metres, of the gaps that are not between bodies and carry force: the striker's and the wall's.
-    pub(crate) fn outer_overlaps_m(&self, state: &State) -> [Option<f64>; 2] {
-        let striker = (self.has_striker() && state.touching).then(|| state.striker_overlap_m());
-        [striker, self.has_wall.then(|| state.x_m[self.n_masses() - 1])]
+    pub(crate) fn is_imposed(&self) -> bool {
+        self.imposed.is_some()
     }
 
-    /// Contact forces that one evaluation of the rates costs.
-    pub(crate) fn forces_per_evaluation(&self) -> u64 {
-        (self.n_masses() - 1 + usize::from(self.has_wall)) as u64
+    /// Whether a dashpot lies between neighbouring bodies.
+    pub(crate) fn has_neighbours_coupled(&self) -> bool {
+        self.gaps.has_dashpots()
     }
 
     /// Sets what is imposed at a time.
@@ -126,96 +120,262 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// Fills `rates` at a state.
-    pub(crate) fn rates(&self, state: &State, rates: &mut Rates) {
-        let force_n = &mut rates.force_n;
-        let first = usize::from(self.has_striker());
-        let bonded = state.x_m[first..].windows(2).zip(&mut force_n[first + 1..]);
-        for (x, force) in bonded {
-            *force = self.kernel.force_n(x[0] - x[1]);
-        }
-        let n = self.n_masses();
-        if self.has_wall {
-            force_n[n] = self.kernel.force_n(state.x_m[n - 1]);
-        }
-        if self.has_striker() {
-            force_n[1] = if state.touching { self.kernel.force_n(state.striker_overlap_m()) } else { 0.0 };
-        }
-        self.finish(state, rates);
+    /// Fills `force_n` with the springs' forces of the gaps of the first `active` masses, as the ends allow them.
+    #[inline(always)]
+    pub(crate) fn spring_forces<S: Simd>(
+        &self,
+        simd: S,
+        x_m: &[f64],
+        touching: bool,
+        active: usize,
+        force_n: &mut ForceRow,
+    ) {
+        self.gaps.forces(simd, x_m, force_n.behind(active));
+        self.end(touching, active, force_n.behind(active));
     }
 
-    /// Fills `rates` as [`Model::rates`] does, and `energy_j` with the potential energy of each gap.
-    pub(crate) fn rates_and_energy(&self, state: &State, rates: &mut Rates, energy_j: &mut [f64]) {
-        let force_n = &mut rates.force_n;
-        let first = usize::from(self.has_striker());
-        let gaps = force_n[first + 1..].iter_mut().zip(&mut energy_j[first + 1..]);
-        for (x, (force, energy)) in state.x_m[first..].windows(2).zip(gaps) {
-            (*force, *energy) = self.kernel.force_and_energy(x[0] - x[1]);
+    /// Takes away what is not there: the contact of a striker that has left, the gap behind a free end.
+    #[inline(always)]
+    fn end(&self, touching: bool, active: usize, row: &mut [f64]) {
+        if self.striker.is_some() && !touching {
+            row[0] = 0.0;
         }
-        let n = self.n_masses();
-        if self.has_wall {
-            (force_n[n], energy_j[n]) = self.kernel.force_and_energy(state.x_m[n - 1]);
+        if !self.has_wall && active >= self.n_masses {
+            row[self.n_masses - 1] = 0.0;
         }
-        if self.has_striker() {
-            (force_n[1], energy_j[1]) = if state.touching {
-                self.kernel.force_and_energy(state.striker_overlap_m())
-            } else {
-                (0.0, 0.0)
-            };
-        }
-        self.finish(state, rates);
     }
 
-    /// Adds the striker's damping to the gap forces, then turns forces into accelerations and losses.
-    fn finish(&self, state: &State, rates: &mut Rates) {
-        let v = &state.v_m_per_s;
-        let mut lost_w = 0.0;
-        if let (Some(damping), true) = (self.striker_damping_kg_per_s, state.touching) {
-            let closing = state.striker_closing_m_per_s();
-            rates.force_n[1] += damping * closing;
-            lost_w += damping * closing * closing;
-        }
+    /// Fills `acceleration_m_per_s2` at a state, using `force_n` for the gaps; returns the power lost, in watts.
+    #[inline(always)]
+    pub(crate) fn rates<S: Simd>(
+        &self,
+        simd: S,
+        at: Place<'_>,
+        force_n: &mut ForceRow,
+        acceleration_m_per_s2: &mut [f64],
+    ) -> f64 {
+        let Place { x_m, v_m_per_s, touching, active } = at;
+        self.spring_forces(simd, x_m, touching, active, force_n);
+        let mut lost_w = self.gaps.damp(v_m_per_s, force_n.behind(active));
+        lost_w += self.damp_striker(v_m_per_s, touching, force_n.behind(active));
         if self.imposed.is_some() {
-            lost_w -= rates.force_n[1] * v[0];
+            lost_w -= force_n.behind(active)[0] * v_m_per_s[0];
         }
-        let gaps = rates.force_n.windows(2);
-        let masses = self.inverse_mass_per_kg.iter().zip(&self.damping_kg_per_s).zip(v);
-        for ((acceleration, gap), ((inverse_mass, damping), v)) in
-            rates.acceleration_m_per_s2.iter_mut().zip(gaps).zip(masses)
-        {
-            let drag = damping * v;
-            *acceleration = (gap[0] - gap[1] - drag) * inverse_mass;
-            lost_w += drag * v;
-        }
-        rates.lost_w = lost_w;
+        self.accelerate(simd, &v_m_per_s[..active], force_n, acceleration_m_per_s2);
+        if self.ground_damped { lost_w + self.ground_loss_w(&v_m_per_s[..active]) } else { lost_w }
     }
 
-    /// Positive where the striker's contact should be closed and negative where open, in newtons: the smaller of the
-    /// contact force and a linear spring's force at the same overlap. It is continuous, so that its roots are the
-    /// switches; a damped contact opens when the dashpot would pull, before the overlap ends.
-    pub(crate) fn contact_margin_n(&self, overlap_m: f64, closing_m_per_s: f64) -> f64 {
-        let spring_n = self.k_0_n_per_m * overlap_m;
-        let damper_n = self.striker_damping_kg_per_s.unwrap_or(0.0) * closing_m_per_s;
-        spring_n.min(self.kernel.force_n(overlap_m) + damper_n)
+    #[inline(always)]
+    fn damp_striker(&self, v_m_per_s: &[f64], touching: bool, force_n: &mut [f64]) -> f64 {
+        let (Some(contact), true) = (&self.striker, touching) else { return 0.0 };
+        let closing = v_m_per_s[0] - v_m_per_s[1];
+        force_n[0] += contact.damping_kg_per_s * closing;
+        contact.damping_kg_per_s * closing * closing
+    }
+
+    /// Accelerations from the gaps' forces and the dashpots to ground.
+    #[inline(always)]
+    fn accelerate<S: Simd>(
+        &self,
+        simd: S,
+        v_m_per_s: &[f64],
+        force_n: &ForceRow,
+        acceleration_m_per_s2: &mut [f64],
+    ) {
+        let n = v_m_per_s.len();
+        let (velocities, _) = S::as_simd_f64s(v_m_per_s);
+        let (dampings, _) = S::as_simd_f64s(&self.damping_kg_per_s[..n]);
+        let (inverse_masses, _) = S::as_simd_f64s(&self.inverse_mass_per_kg[..n]);
+        let (before, behind) = force_n.beside::<S>(n);
+        let (accelerations, _) = S::as_mut_simd_f64s(&mut acceleration_m_per_s2[..n]);
+        let gaps = before.iter().zip(behind);
+        let masses = velocities.iter().zip(dampings).zip(inverse_masses);
+        for ((acceleration, (before, behind)), ((v, damping), inverse_mass)) in
+            accelerations.iter_mut().zip(gaps).zip(masses)
+        {
+            let push = simd.sub_f64s(*before, *behind);
+            let net = simd.sub_f64s(push, simd.mul_f64s(*damping, *v));
+            *acceleration = simd.mul_f64s(net, *inverse_mass);
+        }
+    }
+
+    #[inline(always)]
+    fn ground_loss_w(&self, v_m_per_s: &[f64]) -> f64 {
+        let mut sums = [0.0; PADDING];
+        let dampings = self.damping_kg_per_s.as_chunks::<PADDING>().0;
+        for (v, c) in v_m_per_s.as_chunks::<PADDING>().0.iter().zip(dampings) {
+            for i in 0..PADDING {
+                sums[i] += c[i] * v[i] * v[i];
+            }
+        }
+        lanes::total(sums)
+    }
+
+    /// Acceleration of one mass in metres per second squared.
+    pub(crate) fn acceleration_m_per_s2(&self, mass: usize, state: &State) -> f64 {
+        let before = if mass > 0 { self.gap_force_n(mass - 1, state) } else { 0.0 };
+        let drag = self.damping_kg_per_s[mass] * state.v_m_per_s[mass];
+        (before - self.gap_force_n(mass, state) - drag) * self.inverse_mass_per_kg[mass]
+    }
+
+    fn gap_force_n(&self, gap: usize, state: &State) -> f64 {
+        let open = gap == 0 && self.striker.is_some() && !state.touching;
+        let behind_free_end = gap + 1 == self.n_masses && !self.has_wall;
+        if open || behind_free_end {
+            return 0.0;
+        }
+        let closing = state.v_m_per_s[gap] - state.v_m_per_s[gap + 1];
+        let dashpot_kg_per_s = match &self.striker {
+            Some(contact) if gap == 0 => contact.damping_kg_per_s,
+            _ => self.gaps.dashpot_kg_per_s(gap),
+        };
+        self.spring(gap).force_n(state.x_m[gap] - state.x_m[gap + 1]) + dashpot_kg_per_s * closing
+    }
+
+    /// The spring of one gap.
+    pub(crate) fn spring(&self, gap: usize) -> Cow<'_, Spring> {
+        match &self.same_spring {
+            Some(spring) => Cow::Borrowed(spring),
+            None => Cow::Owned(self.contacts.of_gap(gap.saturating_sub(self.first_gap())).spring()),
+        }
+    }
+
+    /// Potential and kinetic energy in joules.
+    pub(crate) fn energy_j(&self, state: &State) -> f64 {
+        vectorised(Energy { model: self, state })
     }
 
     /// Opens or closes the striker's contact. What its spring holds at that instant leaves with the dashpot that is
     /// let go, or comes back with it; without damping that is zero.
     pub(crate) fn switch_contact(&self, state: &mut State) {
-        let stored_j = self.kernel.force_and_energy(state.striker_overlap_m()).1;
+        let Some(contact) = &self.striker else { return };
+        let stored_j = contact.spring.force_and_energy(state.striker_overlap_m()).1;
         state.lost_j += if state.touching { stored_j } else { -stored_j };
         state.touching = !state.touching;
     }
 }
 
-impl State {
-    /// Overlap of the striker (mass 0) with body 1, in metres.
-    pub(crate) fn striker_overlap_m(&self) -> f64 {
-        self.x_m[0] - self.x_m[1]
+/// The one-sided contact of the striker.
+#[derive(Debug)]
+pub(crate) struct StrikerContact {
+    spring: Spring,
+    k_0_n_per_m: f64,
+    pub(crate) damping_kg_per_s: f64,
+}
+
+impl StrikerContact {
+    /// Positive where the contact should be closed and negative where open, in newtons: the smaller of the contact force and a
+    /// linear spring's force at the same overlap. It is continuous, so that its roots are the switches; a damped contact
+    /// opens when the dashpot would pull, before the overlap ends.
+    pub(crate) fn margin_n(&self, overlap_m: f64, closing_m_per_s: f64) -> f64 {
+        let spring_n = self.k_0_n_per_m * overlap_m;
+        spring_n.min(self.spring.force_n(overlap_m) + self.damping_kg_per_s * closing_m_per_s)
     }
 
-    /// Rate at which that overlap grows, in metres per second.
-    pub(crate) fn striker_closing_m_per_s(&self) -> f64 {
-        self.v_m_per_s[0] - self.v_m_per_s[1]
+    /// Whether [`StrikerContact::margin_n`] contradicts how the contact is held, without the force where it cannot matter.
+    pub(crate) fn must_switch(&self, touching: bool, overlap_m: f64, closing_m_per_s: f64) -> bool {
+        let surely_open = overlap_m < 0.0;
+        let surely_closed = overlap_m > 0.0 && closing_m_per_s * self.damping_kg_per_s >= 0.0;
+        match touching {
+            true if surely_open => true,
+            true if surely_closed => false,
+            true => self.margin_n(overlap_m, closing_m_per_s) < 0.0,
+            false if surely_open => false,
+            false if surely_closed => true,
+            false => self.margin_n(overlap_m, closing_m_per_s) > 0.0,
+        }
+    }
+}
+
+/// Forces of the gaps in newtons, positive in compression; in front of them stands the force on the free side of the first
+/// mass, zero.
+#[derive(Debug, Clone)]
+pub(crate) struct ForceRow {
+    force_n: Vec<f64>,
+}
+
+impl ForceRow {
+    pub(crate) fn new(n_masses: usize) -> Self {
+        Self { force_n: vec![0.0; row_length(n_masses)] }
+    }
+
+    /// The forces behind the first `n` masses.
+    #[inline(always)]
+    pub(crate) fn behind(&mut self, n: usize) -> &mut [f64] {
+        &mut self.force_n[1..=n]
+    }
+
+    /// The forces before and behind the first `n` masses, as vectors.
+    #[inline(always)]
+    pub(crate) fn beside<S: Simd>(&self, n: usize) -> (&[S::f64s], &[S::f64s]) {
+        (S::as_simd_f64s(&self.force_n[..n]).0, S::as_simd_f64s(&self.force_n[1..=n]).0)
+    }
+
+    /// The net force on a mass.
+    #[inline(always)]
+    pub(crate) fn net_n(&self, mass: usize) -> f64 {
+        self.force_n[mass] - self.force_n[mass + 1]
+    }
+}
+
+/// Where the rates are asked for.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Place<'a> {
+    pub(crate) x_m: &'a [f64],
+    pub(crate) v_m_per_s: &'a [f64],
+    pub(crate) touching: bool,
+    pub(crate) active: usize,
+}
+
+impl State {
+    #[inline(always)]
+    pub(crate) fn place(&self) -> Place<'_> {
+        Place { x_m: &self.x_m, v_m_per_s: &self.v_m_per_s, touching: self.touching, active: self.active }
+    }
+}
+
+/// The contacts behind each mass of the row and its padding; the striker's dashpot is not among them, nor one behind a free
+/// end.
+fn row_of_gaps(chain: &Chain, has_striker: bool, n_masses: usize) -> Gaps {
+    let shift = usize::from(has_striker);
+    let undamped = |contact: &Contact| Contact { damping_kg_per_s: 0.0, ..contact.clone() };
+    let first = undamped(chain.contact.of_gap(0));
+    let last = undamped(chain.contact.of_gap(n_masses));
+    let contacts: Vec<&Contact> = (0..padded(n_masses))
+        .map(|gap| match gap {
+            0 if has_striker => &first,
+            _ if gap + 1 < n_masses => chain.contact.of_gap(gap - shift),
+            _ if gap + 1 == n_masses && chain.far_end == FarEnd::Fixed => chain.contact.of_gap(gap - shift),
+            _ => &last,
+        })
+        .collect();
+    Gaps::new(&contacts)
+}
+
+struct Energy<'a> {
+    model: &'a Model<'a>,
+    state: &'a State,
+}
+
+impl WithSimd for Energy<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let Self { model, state } = self;
+        let active = state.active;
+        let mut energy_j = vec![0.0; active];
+        model.gaps.energies(simd, &state.x_m, &mut energy_j);
+        model.end(state.touching, active, &mut energy_j);
+        let mut sums = [0.0; PADDING];
+        let masses = model.mass_kg.as_chunks::<PADDING>().0;
+        let velocities = state.v_m_per_s[..active].as_chunks::<PADDING>().0;
+        let potential = energy_j.as_chunks::<PADDING>().0;
+        for ((m, v), potential) in masses.iter().zip(velocities).zip(potential) {
+            for i in 0..PADDING {
+                sums[i] += 0.5 * m[i] * v[i] * v[i] + potential[i];
+            }
+        }
+        lanes::total(sums)
     }
 }

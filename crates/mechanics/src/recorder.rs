@@ -1,7 +1,7 @@
 use chainwave_measurement::Trajectory;
 use ndarray::Array2;
 
-use crate::{StrikerMotion, model::State};
+use crate::{StrikerMotion, state::State};
 
 /// Collects the motion at the output times.
 #[derive(Debug)]
@@ -36,6 +36,14 @@ impl Recorder {
             striker.displacement_m[k] = state.x_m[0];
             striker.velocity_m_per_s[k] = state.v_m_per_s[0];
         }
+    }
+
+    /// Largest difference of displacement to another record over the largest displacement.
+    pub(crate) fn relative_difference(&self, other: &Self) -> f64 {
+        let (x, y) = (&self.trajectory.displacement_m, &other.trajectory.displacement_m);
+        let largest = x.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
+        let difference = x.iter().zip(y).fold(0.0_f64, |largest, (x, y)| largest.max((x - y).abs()));
+        if difference > 0.0 { difference / largest } else { 0.0 }
     }
 
     pub(crate) fn finish(self) -> (Trajectory, Option<StrikerMotion>) {

@@ -1,70 +1,97 @@
-use crate::{Chain, Drive, FarEnd, MechanicsError, PowerLaw, rk4::Rk4};
-
-/// omega dt that the automatic step aims at, with omega the fastest oscillation of the stiffest gap. A chain of 300 bodies
-/// struck at 2.73 m/s then keeps its energy within 1e-9 over 150 ms, and its displacements within 2e-9 of the largest.
-const AIM: f64 = 0.02;
-/// omega dt up to which a finished run stands although its gaps stiffened beyond the first estimate.
-const ACCEPTED: f64 = 0.05;
-/// gamma dt that the automatic step aims at, with gamma the fastest decay.
-const DECAY_AIM: f64 = 0.1;
+use crate::{Chain, Contact, Drive, FarEnd, MechanicsError, integrator::Method, ledger::Ledger};
 
 /// How fast a chain can oscillate and decay, which bounds the time step.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Pace {
-    /// Upper bound of omega^2 over the contact stiffness: 2 max over gaps of the two inverse masses' sum (Gershgorin, for
-    /// the forces of the gaps). It is the exact 4 / m of a long uniform chain.
-    inverse_mass_per_kg: f64,
-    /// Upper bound of the decay rate: largest ground damping over mass, plus the striker contact's.
-    decay_per_s: f64,
+#[derive(Debug, Clone)]
+pub(crate) struct Pace<'a> {
+    chain: &'a Chain,
+    /// The row's inverse masses, the striker's first where there is one; zero where the motion is imposed.
+    inverse_mass_per_kg: Vec<f64>,
+    /// Upper bound of the decay rate.
+    pub(crate) decay_per_s: f64,
+    shift: usize,
 }
 
-impl Pace {
-    pub(crate) fn new(chain: &Chain) -> Self {
-        let (mass, damping) = (&chain.mass_kg, &chain.damping_kg_per_s);
-        let mut inverse: Vec<f64> = mass.iter().map(|m| m.recip()).collect();
-        let mut decay_per_s =
-            damping.iter().zip(&inverse).map(|(c, inverse)| c * inverse).fold(0.0, f64::max);
+impl<'a> Pace<'a> {
+    pub(crate) fn new(chain: &'a Chain) -> Self {
+        let mut inverse: Vec<f64> = chain.mass_kg.iter().map(|m| m.recip()).collect();
+        let mut ground = chain.damping_kg_per_s.clone();
+        let mut shift = 0;
+        let mut of_striker = 0.0;
         match &chain.drive {
             Drive::Striker(striker) => {
-                decay_per_s += striker.damping_kg_per_s * (striker.mass_kg.recip() + inverse[0]);
                 inverse.insert(0, striker.mass_kg.recip());
+                ground.insert(0, 0.0);
+                of_striker = striker.damping_kg_per_s;
+                shift = 1;
             }
             Drive::Imposed(_) => inverse[0] = 0.0,
             Drive::Free { .. } => {}
         }
-        if chain.far_end == FarEnd::Fixed {
-            inverse.push(0.0);
+        let mut pace = Self { chain, inverse_mass_per_kg: inverse, decay_per_s: 0.0, shift };
+        let dashpot = |gap: usize| match gap {
+            0 if shift == 1 => of_striker,
+            _ => pace.contact(gap).damping_kg_per_s,
+        };
+        pace.decay_per_s = pace.largest_row(dashpot, |mass| ground[mass]);
+        pace
+    }
+
+    /// The contact behind a mass of the row.
+    fn contact(&self, gap: usize) -> &Contact {
+        self.chain.contact.of_gap(gap.saturating_sub(self.shift))
+    }
+
+    /// Gershgorin's bound of the eigenvalues of M^-1 times a matrix of couplings behind the masses and to ground.
+    fn largest_row(&self, coupling: impl Fn(usize) -> f64, ground: impl Fn(usize) -> f64) -> f64 {
+        let n = self.inverse_mass_per_kg.len();
+        let n_gaps = if self.chain.far_end == FarEnd::Fixed { n } else { n - 1 };
+        let mut before = 0.0;
+        let mut largest = 0.0_f64;
+        for (mass, inverse_mass) in self.inverse_mass_per_kg.iter().enumerate() {
+            let behind = if mass < n_gaps { coupling(mass) } else { 0.0 };
+            largest = largest.max(inverse_mass * (2.0 * (before + behind) + ground(mass)));
+            before = behind;
         }
-        let widest = inverse.windows(2).map(|pair| pair[0] + pair[1]).fold(0.0, f64::max);
-        Self { inverse_mass_per_kg: 2.0 * widest, decay_per_s }
+        largest
     }
 
-    fn omega_rad_per_s(&self, stiffness_n_per_m: f64) -> f64 {
-        (self.inverse_mass_per_kg * stiffness_n_per_m).sqrt()
+    /// Fastest oscillation with all gaps at rest, in radians per second.
+    pub(crate) fn omega_at_rest(&self) -> f64 {
+        self.largest_row(|gap| self.contact(gap).stiffness_n_per_m(0.0), |_| 0.0).sqrt()
     }
 
-    /// Step that the automatic choice aims at; infinite for a single free body.
-    pub(crate) fn automatic_s(&self, stiffness_n_per_m: f64) -> f64 {
-        (AIM / self.omega_rad_per_s(stiffness_n_per_m)).min(DECAY_AIM / self.decay_per_s)
+    /// Fastest oscillation with every gap as stiff as it ever was.
+    pub(crate) fn omega_reached(&self, ledger: &Ledger) -> f64 {
+        let stiffest = |gap: usize| {
+            let [least_m, most_m] = ledger.range_m(gap);
+            // A striker that has left does not count.
+            let least_m = if gap < self.shift { least_m.max(0.0) } else { least_m };
+            self.contact(gap).stiffest_n_per_m(least_m, most_m)
+        };
+        self.largest_row(stiffest, |_| 0.0).sqrt()
     }
 
-    /// Whether an automatic step of `dt_s` stands when the gaps reached this stiffness.
-    pub(crate) fn accepts(&self, dt_s: f64, stiffness_n_per_m: f64) -> bool {
-        dt_s * self.omega_rad_per_s(stiffness_n_per_m) <= ACCEPTED
-    }
-
-    /// Refuses a step beyond the stability bound at this stiffness.
-    pub(crate) fn check_stable(&self, dt_s: f64, stiffness_n_per_m: f64) -> Result<(), MechanicsError> {
-        let bound = if self.decay_per_s > 0.0 { Rk4::STABLE_DAMPED } else { Rk4::STABLE_UNDAMPED };
-        let limit_s = bound / self.omega_rad_per_s(stiffness_n_per_m).max(self.decay_per_s);
+    /// Refuses a step beyond the method's stability bound at this frequency.
+    pub(crate) fn check_stable(
+        &self,
+        method: Method,
+        dt_s: f64,
+        omega_rad_per_s: f64,
+    ) -> Result<(), MechanicsError> {
+        let limit_s = self.stable_s(method, omega_rad_per_s);
         if dt_s <= limit_s {
             return Ok(());
         }
-        Err(MechanicsError::StepTooLarge { dt_s, limit_s, stiffness_n_per_m })
+        Err(MechanicsError::StepTooLarge { method: method.name(), dt_s, limit_s, omega_rad_per_s })
     }
-}
 
-/// Stiffness at the stiffer end of a range of overlaps; the law's stiffness is monotone.
-pub(crate) fn stiffest_n_per_m(law: &PowerLaw, overlap_range_m: [f64; 2]) -> f64 {
-    overlap_range_m.map(|overlap_m| law.stiffness_n_per_m(overlap_m)).into_iter().fold(0.0, f64::max)
+    /// The largest stable step at this frequency; infinite for a single free body.
+    pub(crate) fn stable_s(&self, method: Method, omega_rad_per_s: f64) -> f64 {
+        let decay_s = method.stable_decay() / self.decay_per_s;
+        let oscillation = method.stable_oscillation();
+        // Where decay and oscillation are integrated together, the smaller bound holds for both.
+        let both = if self.decay_per_s > 0.0 { oscillation.min(method.stable_decay()) } else { oscillation };
+        let oscillation = if method.is_symplectic() { oscillation } else { both };
+        (oscillation / omega_rad_per_s).min(if decay_s.is_nan() { f64::INFINITY } else { decay_s })
+    }
 }

@@ -21,18 +21,19 @@ pub(crate) const FRAME_PREFIX: usize = 8;
 const CAMERA_MODEL: &str = "chainwave synthetic camera";
 
 /// Everything before the first frame of a Phantom .cine file, version 1: file header, bitmap header, setup, block 1002
-/// (time stamps), block 1003 (exposures), pointers to the frames.
-pub(crate) fn header(camera: &Camera, shot: &Shot) -> Vec<u8> {
-    let n_frames = shot.n_frames;
+/// (time stamps), block 1003 (exposures), pointers to the frames. The file holds the given frames of the shot and states
+/// the rate `stated_hz`.
+pub(crate) fn header(camera: &Camera, shot: &Shot, frames: &[usize], stated_hz: f64) -> Vec<u8> {
+    let n_frames = frames.len();
     let exposure_block = TIME_BLOCK + BLOCK_PREFIX + 8 * n_frames;
     let pointers = exposure_block + BLOCK_PREFIX + 4 * n_frames;
     let first_frame = pointers + 8 * n_frames;
     let mut bytes = Bytes(vec![0; TIME_BLOCK]);
-    put_file_header(&mut bytes, shot, pointers);
+    put_file_header(&mut bytes, shot, n_frames, pointers);
     put_bitmap_header(&mut bytes, camera);
-    put_setup(&mut bytes, camera, shot);
+    put_setup(&mut bytes, camera, shot, stated_hz);
     let Bytes(mut bytes) = bytes;
-    let stamps = (0..n_frames).flat_map(|frame| stamp(shot.stamp_s(frame, camera.rate_hz)).to_le_bytes());
+    let stamps = frames.iter().flat_map(|&frame| stamp(shot.stamp_s(frame, camera.rate_hz)).to_le_bytes());
     let exposure = (camera.exposure_s * TICKS_PER_S).round() as u32;
     push_block(&mut bytes, 1002, true, stamps.collect());
     push_block(&mut bytes, 1003, false, exposure.to_le_bytes().repeat(n_frames));
@@ -59,10 +60,10 @@ fn stamp(after_trigger_s: f64) -> u64 {
     (TRIGGER_UNIX_S << 32).wrapping_add_signed((after_trigger_s * TICKS_PER_S).round() as i64)
 }
 
-fn put_file_header(bytes: &mut Bytes, shot: &Shot, pointers: usize) {
+fn put_file_header(bytes: &mut Bytes, shot: &Shot, n_frames: usize, pointers: usize) {
     let compression_none = 0_u16.to_le_bytes();
     let first_image = (shot.first_image as i32).to_le_bytes();
-    let n_frames = (shot.n_frames as u32).to_le_bytes();
+    let n_frames = (n_frames as u32).to_le_bytes();
     bytes.put(0x00, b"CI");
     bytes.put(0x02, &44_u16.to_le_bytes());
     bytes.put(0x04, &compression_none);
@@ -104,9 +105,9 @@ fn stored_depth(camera: &Camera) -> u32 {
     if camera.packing == Packing::P10 { 10 } else { camera.sensor.bit_depth }
 }
 
-fn put_setup(bytes: &mut Bytes, camera: &Camera, shot: &Shot) {
+fn put_setup(bytes: &mut Bytes, camera: &Camera, shot: &Shot, stated_hz: f64) {
     let depth = stored_depth(camera);
-    let rate = camera.rate_hz.round() as u32;
+    let rate = stated_hz.round() as u32;
     let exposure_us = (camera.exposure_s * 1.0e6).round() as u32;
     let exposure_ns = (camera.exposure_s * 1.0e9).round() as u32;
     let after_trigger = (shot.first_image + shot.n_frames as i64).max(0) as u32;

@@ -1,31 +1,37 @@
 use std::fs::File;
 use std::io::Write;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use chainwave_measurement::Trajectory;
+use serde::{Deserialize, Serialize};
 
 use crate::packing::Packer;
-use crate::settings::{Camera, Shot, Specimen};
+use crate::settings::require;
 use crate::{Scene, SyntheticError, cine};
 
-/// Films the moving specimen and writes the recording as a Phantom .cine file, one frame at a time.
+/// What is wrong with a recording's file; by default nothing.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct FileFaults {
+    /// Frames that were lost: the file goes on with the next one, whose time stamp tells.
+    pub dropped_frames: Option<Range<usize>>,
+    /// The frame rate that the header states; the time stamps stay right.
+    pub header_rate_hz: Option<f64>,
+    /// Share of the file's bytes after which it ends.
+    pub kept_fraction: Option<f64>,
+}
+
+/// Films a scene and writes the recording as a Phantom .cine file, one frame at a time.
 ///
-/// The file is written under the name `<path>.part` and renamed when it is whole, so a file of the final name is
-/// never a torn one.
+/// The file is written under the name `<path>.part` and renamed when it is whole (or as broken as it shall be), so a file of
+/// the final name is never a torn one by accident.
 ///
 /// # Errors
-/// [`SyntheticError`] when a setting is not usable, the motion ends before the last frame, or the file cannot be
-/// written; no file is left behind then.
-pub fn film(
-    path: &Path,
-    camera: &Camera,
-    specimen: &Specimen,
-    shot: &Shot,
-    motion: &Trajectory,
-) -> Result<(), SyntheticError> {
-    let scene = Scene::new(camera, specimen, shot, motion)?;
+/// [`SyntheticError`] when a fault is not a possible one, or the file cannot be written; no file is left behind then.
+pub fn film(path: &Path, scene: &Scene, faults: &FileFaults) -> Result<(), SyntheticError> {
+    let frames = faults.frames(scene.n_frames())?;
     let part = part_of(path);
-    let written = write(&part, &scene, camera, shot)
+    let written = write(&part, scene, &frames, faults)
         .and_then(|()| std::fs::rename(&part, path).map_err(|source| write_error(path, source)));
     if written.is_err() {
         // The first error is the one to report; a part that cannot be removed does no harm.
@@ -34,25 +40,46 @@ pub fn film(
     written
 }
 
+impl FileFaults {
+    /// The frames that the file holds, once the faults are checked.
+    fn frames(&self, n_frames: usize) -> Result<Vec<usize>, SyntheticError> {
+        let rate_hz = self.header_rate_hz.unwrap_or(1.0);
+        let possible = rate_hz >= 1.0 && rate_hz <= f64::from(u32::MAX);
+        require(possible, "faults.header_rate_hz", "1 to 4.29e9 frames per second", rate_hz)?;
+        let kept = self.kept_fraction.unwrap_or(1.0);
+        require((0.0..=1.0).contains(&kept), "faults.kept_fraction", "0 to 1", kept)?;
+        let dropped = self.dropped_frames.clone().unwrap_or(0..0);
+        let frames: Vec<usize> = (0..n_frames).filter(|frame| !dropped.contains(frame)).collect();
+        require(!frames.is_empty(), "faults.dropped_frames", "fewer than all frames", dropped.len())?;
+        Ok(frames)
+    }
+}
+
 fn part_of(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".part");
     name.into()
 }
 
-fn write(part: &Path, scene: &Scene, camera: &Camera, shot: &Shot) -> Result<(), SyntheticError> {
+fn write(part: &Path, scene: &Scene, frames: &[usize], faults: &FileFaults) -> Result<(), SyntheticError> {
     let mut file = File::create(part).map_err(|source| write_error(part, source))?;
     let mut put = |bytes: &[u8]| file.write_all(bytes).map_err(|source| write_error(part, source));
-    put(&cine::header(camera, shot))?;
+    let (camera, shot) = (scene.camera, scene.shot);
+    put(&cine::header(camera, shot, frames, faults.header_rate_hz.unwrap_or(camera.rate_hz)))?;
     let packer = Packer::new(camera.packing);
     let (mut canvas, mut counts) = (scene.canvas(), Vec::new());
     let mut bytes = cine::empty_frame(camera);
-    for frame in 0..shot.n_frames {
+    for &frame in frames {
         scene.record(frame, &mut canvas, &mut counts)?;
         packer.pack(&counts, camera.width_px, &mut bytes[cine::FRAME_PREFIX..]);
         put(&bytes)?;
     }
-    Ok(())
+    faults.kept_fraction.map_or(Ok(()), |kept| {
+        let whole = file.metadata().map(|metadata| metadata.len());
+        whole
+            .and_then(|n_bytes| file.set_len((kept * n_bytes as f64) as u64))
+            .map_err(|source| write_error(part, source))
+    })
 }
 
 fn write_error(path: &Path, source: std::io::Error) -> SyntheticError {

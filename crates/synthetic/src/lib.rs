@@ -15,31 +15,51 @@
 //!   so the same settings give the same bytes for any number of threads.
 //!
 //! The picture has layers, from back to front: backdrop, rings, markers, rods. [`Scene`] composes them in linear light,
-//! as fractions of the sensor's range; the sensor adds noise and counts. What later makes the camera more realistic
-//! (motion blur, lens distortion, a tilted view, flicker) changes where [`Scene`] draws, or what it passes to the sensor.
+//! as fractions of the sensor's range; the sensor adds noise and counts. Every effect of a real camera is off unless asked
+//! for, and then costs nothing and changes no bit:
+//!
+//! - Motion blur is closed form too: a marker's and an edge's integrals over pixel and exposure are differences of second
+//!   primitives.
+//! - A lens or a tilted camera ([`Optics`]) gives each pixel its own parallelogram of an ideal picture. No closed form covers
+//!   that, so each speckle is integrated over it by a Gauss-Legendre rule of 1e-6; again no image is interpolated.
+//! - Light that drifts and flickers ([`Lighting`]) is a factor on what a frame collects.
+//! - Rings of any [`Shapes`] take the place of the rigid ones, so that a ring model's motion can be filmed.
+//! - A [`Cover`] hides a marker for a while, and [`FileFaults`] break the file itself.
 //!
 //! A frame's time stamp is the middle of its exposure.
 
 mod backdrop;
+mod canvas;
 mod cine;
 mod compression;
 mod error;
 mod film;
 mod gaussian;
+mod half_plane;
+mod lighting;
+mod marker;
 mod motion;
+mod optics;
 mod p10;
 mod packing;
 mod ring;
 mod rods;
+mod sampled;
 mod scene;
 mod seed;
 mod sensor;
 mod settings;
+mod shapes;
+mod smear;
 pub mod speckle;
 pub mod trials;
+mod view;
 
 pub use compression::{CompressionTest, compression_curve};
 pub use error::SyntheticError;
-pub use film::film;
+pub use film::{FileFaults, film};
+pub use lighting::Lighting;
+pub use optics::Optics;
 pub use scene::Scene;
-pub use settings::{Camera, Marker, Packing, Ring, Rods, Sensor, Shot, Specimen, Tones};
+pub use settings::{Camera, Cover, Marker, Packing, Ring, Rods, Sensor, Shot, Specimen, Tones};
+pub use shapes::Shapes;

@@ -1,7 +1,10 @@
 use std::ops::Range;
 
-use crate::scene::Canvas;
+use crate::canvas::Canvas;
+use crate::half_plane::half_plane_coverage;
+use crate::marker::Place;
 use crate::settings::Ring;
+use crate::view::View;
 
 /// Bounds of a ring's stretch along the chain; only motions that no chain makes reach them.
 const STRETCH: [f64; 2] = [0.2, 2.0];
@@ -31,35 +34,65 @@ impl Outline {
         STRETCH[1] * self.semi_x_px + 2.0
     }
 
-    /// Lays the ring over the canvas, its centre at (column, row) `centre_px`. `stretch` is the length along the chain of
-    /// the left and of the right half, relative to rest.
-    pub(crate) fn draw(&self, centre_px: [f64; 2], stretch: [f64; 2], tone: f32, canvas: &mut Canvas) {
-        let width = canvas.width_px as f64;
-        let column = |x_px: f64| (centre_px[0] + x_px).ceil().clamp(0.0, width) as usize;
-        let [left, right] = stretch.map(|stretch| self.half(stretch));
-        for (row, values) in canvas.rows_mut() {
-            let y_px = row as f64 - centre_px[1];
-            let mut lay = |half: &Half, columns: Range<usize>| {
-                for column in columns {
-                    let covered = half.coverage(column as f64 - centre_px[0], y_px) as f32;
+    /// Lays the ring over the canvas. `stretch` is the length along the chain of the left and of the right half, relative to
+    /// rest.
+    pub(crate) fn draw(&self, place: Place, stretch: [f64; 2], tone: f32, view: &View, canvas: &mut Canvas) {
+        let halves = stretch.map(|stretch| self.half(stretch, place.blur_px));
+        match view.is_warped() {
+            true => self.draw_sampled(place.centre_px, &halves, tone, view, canvas),
+            false => draw_upright(place.centre_px, &halves, tone, canvas),
+        }
+    }
+
+    fn draw_sampled(
+        &self,
+        centre_px: [f64; 2],
+        halves: &[Half; 2],
+        tone: f32,
+        view: &View,
+        canvas: &mut Canvas,
+    ) {
+        let [columns, rows] = view.region(centre_px, [self.reach_px(), self.semi_y_px]);
+        for row in rows {
+            let values = canvas.row_mut(row);
+            for column in columns.clone() {
+                let [x_px, y_px] = view.sight(column, row).from(centre_px).centre_px;
+                let half = &halves[usize::from(x_px >= 0.0)];
+                if half.meets(x_px, y_px) {
+                    let covered = half.coverage(x_px, y_px) as f32;
                     values[column] += covered * (tone - values[column]);
                 }
-            };
-            if let Some(reach_px) = left.reach_px(y_px) {
-                lay(&left, column(-reach_px)..column(-left.hole_px(y_px)));
-            }
-            if let Some(reach_px) = right.reach_px(y_px) {
-                lay(&right, column(right.hole_px(y_px))..column(reach_px));
             }
         }
     }
 
-    fn half(&self, stretch: f64) -> Half {
+    fn half(&self, stretch: f64, blur_px: f64) -> Half {
         let semi_x_px = self.semi_x_px * stretch.clamp(STRETCH[0], STRETCH[1]);
         let hole_px = |semi_px: f64| (semi_px - self.wall_px).max(LEAST_HOLE_PX);
         Half {
             outer: Ellipse { semi_x_px, semi_y_px: self.semi_y_px },
             inner: Ellipse { semi_x_px: hole_px(semi_x_px), semi_y_px: hole_px(self.semi_y_px) },
+            blur_px,
+        }
+    }
+}
+
+fn draw_upright(centre_px: [f64; 2], [left, right]: &[Half; 2], tone: f32, canvas: &mut Canvas) {
+    let width = canvas.width_px as f64;
+    let column = |x_px: f64| (centre_px[0] + x_px).ceil().clamp(0.0, width) as usize;
+    for (row, values) in canvas.rows_mut() {
+        let y_px = row as f64 - centre_px[1];
+        let mut lay = |half: &Half, columns: Range<usize>| {
+            for column in columns {
+                let covered = half.coverage(column as f64 - centre_px[0], y_px) as f32;
+                values[column] += covered * (tone - values[column]);
+            }
+        };
+        if let Some(reach_px) = left.reach_px(y_px) {
+            lay(left, column(-reach_px)..column(-left.hole_px(y_px)));
+        }
+        if let Some(reach_px) = right.reach_px(y_px) {
+            lay(right, column(right.hole_px(y_px))..column(reach_px));
         }
     }
 }
@@ -68,23 +101,31 @@ impl Outline {
 struct Half {
     outer: Ellipse,
     inner: Ellipse,
+    /// How far the ring moves along the chain during the exposure.
+    blur_px: f64,
 }
 
 impl Half {
     /// Columns from the centre within which a row meets the ring; `None` where it passes beside it.
     fn reach_px(&self, y_px: f64) -> Option<f64> {
-        self.outer.half_chord_px(y_px.abs() - 1.0).map(|half| half + 1.0)
+        self.outer.half_chord_px(y_px.abs() - 1.0).map(|half| half + 1.0 + self.blur_px.abs() / 2.0)
     }
 
     /// Columns from the centre within which a row is all hole.
     fn hole_px(&self, y_px: f64) -> f64 {
-        self.inner.half_chord_px(y_px.abs() + 1.0).map_or(0.0, |half| (half - 1.0).max(0.0))
+        let margin_px = 1.0 + self.blur_px.abs() / 2.0;
+        self.inner.half_chord_px(y_px.abs() + 1.0).map_or(0.0, |half| (half - margin_px).max(0.0))
+    }
+
+    /// Whether the ring may cover some of the pixel centred at (`x_px`, `y_px`).
+    fn meets(&self, x_px: f64, y_px: f64) -> bool {
+        self.reach_px(y_px).is_some_and(|reach_px| x_px.abs() <= reach_px) && x_px.abs() >= self.hole_px(y_px)
     }
 
     /// The covered fraction of the pixel centred at (`x_px`, `y_px`) from the ring's centre.
     fn coverage(&self, x_px: f64, y_px: f64) -> f64 {
-        let outer = self.outer.coverage(x_px, y_px);
-        if outer > 0.0 { outer - self.inner.coverage(x_px, y_px) } else { 0.0 }
+        let outer = self.outer.coverage(x_px, y_px, self.blur_px);
+        if outer > 0.0 { outer - self.inner.coverage(x_px, y_px, self.blur_px) } else { 0.0 }
     }
 }
 
@@ -102,34 +143,19 @@ impl Ellipse {
     }
 
     /// The fraction of a pixel that lies inside, with the ellipse replaced by its tangent near the pixel. The error is
-    /// that of the curvature within a pixel: about 1/(24 R) at a radius of R pixels.
-    fn coverage(&self, x_px: f64, y_px: f64) -> f64 {
+    /// that of the curvature within a pixel: about 1/(24 R) at a radius of R pixels, and as much again for each pixel's
+    /// square of motion.
+    fn coverage(&self, x_px: f64, y_px: f64, blur_px: f64) -> f64 {
         let gradient = [x_px / (self.semi_x_px * self.semi_x_px), y_px / (self.semi_y_px * self.semi_y_px)];
         let level = x_px * gradient[0] + y_px * gradient[1];
         let steepness = (gradient[0] * gradient[0] + gradient[1] * gradient[1]).sqrt();
         if steepness > 0.0 {
             let normal = gradient.map(|component| component / steepness);
-            half_plane_coverage(normal, (level.sqrt() - level) / steepness)
+            half_plane_coverage(normal, (level.sqrt() - level) / steepness, blur_px)
         } else {
             1.0
         }
     }
-}
-
-/// The area of a unit square that lies in a half-plane whose edge has the unit `normal`, when the square's centre lies
-/// `inside` within it.
-fn half_plane_coverage(normal: [f64; 2], inside: f64) -> f64 {
-    let (small, large) = (normal[0].abs().min(normal[1].abs()), normal[0].abs().max(normal[1].abs()));
-    let (corner, shoulder) = ((large + small) / 2.0, (large - small) / 2.0);
-    let distance = inside.abs();
-    let beyond_half = if distance >= corner {
-        0.5
-    } else if distance <= shoulder {
-        distance / large
-    } else {
-        0.5 - (corner - distance) * (corner - distance) / (2.0 * large * small)
-    };
-    0.5 + beyond_half.copysign(inside)
 }
 
 #[cfg(test)]
@@ -142,7 +168,8 @@ mod tests {
 
     fn drawn(centre_px: [f64; 2], stretch: [f64; 2]) -> Canvas {
         let mut canvas = Canvas::new(170, 110);
-        hec_at_5_px_per_mm().draw(centre_px, stretch, 1.0, &mut canvas);
+        let place = Place { centre_px, blur_px: 0.0 };
+        hec_at_5_px_per_mm().draw(place, stretch, 1.0, &View::straight(170, 110), &mut canvas);
         canvas
     }
 
@@ -179,16 +206,6 @@ mod tests {
             let counted = hits as f64 / (n * n) as f64;
             // 0.01: curvature 2 (1/24 R), and 1/64 of a pixel's edge for the count.
             assert!((f64::from(canvas.values[row * 170 + column]) - counted).abs() < 0.01, "{row} {column}");
-        }
-    }
-
-    #[test]
-    fn a_half_plane_through_the_centre_covers_half_and_far_ones_all_or_nothing() {
-        for angle in [0.0, 0.3, 0.7, 1.5] {
-            let normal = [f64::cos(angle), f64::sin(angle)];
-            for (inside, expected) in [(0.0, 0.5), (0.8, 1.0), (-0.8, 0.0)] {
-                assert!((half_plane_coverage(normal, inside) - expected).abs() < 1.0e-15); // rounding
-            }
         }
     }
 }

@@ -3,29 +3,42 @@ use std::sync::OnceLock;
 use chainwave_measurement::Trajectory;
 use ndarray::Array2;
 
+use crate::canvas::Canvas;
+use crate::lighting::Lighting;
+use crate::marker::{Place, Plate};
 use crate::ring::Outline;
-use crate::rods::RodRows;
-use crate::settings::{Camera, Shot, Specimen, Tones, require};
-use crate::speckle::{Axis, Pattern};
+use crate::rods::RodPixels;
+use crate::settings::{Camera, Shot, Specimen, require};
+use crate::shapes::{Shapes, Wall};
+use crate::speckle::Pattern;
+use crate::view::View;
 use crate::{SyntheticError, backdrop, motion, sensor};
 
 /// Largest half size of a marker in the picture.
 const MARKER_HALF_PX: f64 = 1024.0;
 
+/// A cover's size, relative to the marker that it hides, and its tone: dark cloth.
+const COVER_SIZE: f64 = 1.2;
+const COVER_TONE: f64 = 0.05;
+
 /// What one recording sees: the still parts drawn once, and what moves drawn for each frame.
 ///
-/// Body n's centre lies at the column `first_body_px[0] + scale ((n - 1) pitch - stage + x_n(t))` and the row
-/// `first_body_px[1]`, at the time t = time stamp + trigger delay.
+/// An ideal camera shows body n's centre at the column `first_body_px[0] + scale ((n - 1) pitch - stage + x_n(t))` and the
+/// row `first_body_px[1]`, at the time t = time stamp + trigger delay; the optics move it from there.
 pub struct Scene<'a> {
-    camera: &'a Camera,
+    pub(crate) camera: &'a Camera,
     specimen: &'a Specimen,
-    shot: &'a Shot,
+    pub(crate) shot: &'a Shot,
     motion: &'a Trajectory,
+    shapes: Option<&'a Shapes>,
+    flicker_phase_rad: f64,
+    view: View,
     backdrop: Canvas,
     outline: Outline,
-    rods: RodRows,
+    rods: RodPixels,
     /// One for each body, made when the body first comes into view.
-    markers: Vec<OnceLock<MarkerView>>,
+    markers: Vec<OnceLock<Plate>>,
+    cover: Plate,
 }
 
 impl<'a> Scene<'a> {
@@ -40,21 +53,37 @@ impl<'a> Scene<'a> {
         motion: &'a Trajectory,
     ) -> Result<Self, SyntheticError> {
         check(camera, specimen, shot, motion)?;
+        let view = View::new(camera)?;
         let mut backdrop = Canvas::new(camera.width_px, camera.height_px);
         let origin_px = [shot.first_body_px[0] - camera.scale_px_per_m * shot.stage_m, shot.first_body_px[1]];
-        backdrop::draw(&specimen.tones, origin_px, &mut backdrop);
+        backdrop::draw(&specimen.tones, origin_px, &view, &mut backdrop);
+        let half_px = marker_half_px(camera, specimen);
+        let hidden = Pattern::blank(half_px.map(|half_px| COVER_SIZE * half_px));
         let scene = Self {
             camera,
             specimen,
             shot,
             motion,
+            shapes: None,
+            flicker_phase_rad: shot.flicker_phase_rad(),
             backdrop,
             outline: Outline::new(&specimen.ring, camera.scale_px_per_m),
-            rods: RodRows::new(specimen, camera.scale_px_per_m, shot.first_body_px[1], camera.height_px),
+            rods: RodPixels::new(specimen, camera, shot.first_body_px[1], &view),
             markers: (0..specimen.n_bodies).map(|_| OnceLock::new()).collect(),
+            cover: Plate::new(hidden, shot.first_body_px[1], COVER_TONE, 0.0),
+            view,
         };
-        scene.body_centres_px(shot.n_frames - 1)?;
+        scene.places(shot.n_frames - 1)?;
         Ok(scene)
+    }
+
+    /// The scene with bodies of the given shapes in place of the specimen's rings.
+    ///
+    /// # Errors
+    /// [`SyntheticError::Motion`] when the shapes are not those of the specimen's bodies.
+    pub fn with_shapes(self, shapes: &'a Shapes) -> Result<Self, SyntheticError> {
+        shapes.check(self.specimen.n_bodies)?;
+        Ok(Self { shapes: Some(shapes), ..self })
     }
 
     /// Frames in the recording.
@@ -62,24 +91,48 @@ impl<'a> Scene<'a> {
         self.shot.n_frames
     }
 
-    /// The truth: column and row of every body's centre in a frame, in pixels.
+    /// The truth: column and row of every body's centre in a frame, in pixels, as the picture shows it in the middle of the
+    /// exposure.
     ///
     /// # Errors
     /// [`SyntheticError`] when the frame lies outside the recording or the motion.
     pub fn body_centres_px(&self, frame: usize) -> Result<Vec<[f64; 2]>, SyntheticError> {
+        Ok(self.places(frame)?.iter().map(|place| self.view.picture_px(place.centre_px)).collect())
+    }
+
+    /// Where every body is in the ideal picture. Within the exposure its velocity is taken for constant: for an acceleration
+    /// a, the mean of its path lies a exposure^2/24 farther, 6e-5 px for 3000 m/s^2 in 10 us at 5 px/mm.
+    fn places(&self, frame: usize) -> Result<Vec<Place>, SyntheticError> {
         let n_frames = self.n_frames();
         if frame >= n_frames {
             return Err(SyntheticError::FrameOutside { frame, n_frames });
         }
-        let needed_s = self.shot.stamp_s(frame, self.camera.rate_hz) + self.shot.trigger_delay_s;
+        let time_s = self.motion_time_s(frame);
+        let half_exposure_s = if self.camera.blur { self.camera.exposure_s / 2.0 } else { 0.0 };
+        let needed_s = time_s + half_exposure_s;
         let last_s = self.motion.times_s.last().copied().unwrap_or_default();
-        let displacements_m = motion::displacements_m(self.motion, needed_s)
-            .ok_or(SyntheticError::MotionTooShort { frame, needed_s, last_s })?;
-        let centre_px = |(body, x_m): (usize, f64)| {
-            let along_m = body as f64 * self.specimen.pitch_m - self.shot.stage_m + x_m;
-            [self.shot.first_body_px[0] + self.camera.scale_px_per_m * along_m, self.shot.first_body_px[1]]
+        let moment_at = |time_s: f64| {
+            self.motion.at(time_s).ok_or(SyntheticError::MotionTooShort { frame, needed_s, last_s })
         };
-        Ok(displacements_m.into_iter().enumerate().map(centre_px).collect())
+        let (middle, end) = (moment_at(time_s)?, moment_at(needed_s)?);
+        let start = moment_at(time_s - half_exposure_s)?;
+        let place = |body: usize| {
+            let rest_m = body as f64 * self.specimen.pitch_m - self.shot.stage_m;
+            let along_m = rest_m + middle.displacement_m(body);
+            let path_m = end.displacement_m(body) - start.displacement_m(body);
+            let [column_px, row_px] = self.shot.first_body_px;
+            let scale_px_per_m = self.camera.scale_px_per_m;
+            Place {
+                centre_px: [column_px + scale_px_per_m * along_m, row_px],
+                blur_px: scale_px_per_m * path_m,
+            }
+        };
+        Ok((0..self.specimen.n_bodies).map(place).collect())
+    }
+
+    /// A frame's time after the impact.
+    fn motion_time_s(&self, frame: usize) -> f64 {
+        self.shot.stamp_s(frame, self.camera.rate_hz) + self.shot.trigger_delay_s
     }
 
     /// The counts that a frame would hold without noise and rounding, shape `[height, width]`.
@@ -122,10 +175,13 @@ impl<'a> Scene<'a> {
 
     /// Draws a frame and turns its tones into expected counts.
     fn expose(&self, frame: usize, canvas: &mut Canvas) -> Result<(), SyntheticError> {
-        let centres_px = self.body_centres_px(frame)?;
-        self.draw(&centres_px, canvas);
+        self.draw(frame, &self.places(frame)?, canvas);
         let black = self.camera.sensor.black_level as f32;
-        let range = (self.camera.sensor.white_level() - self.camera.sensor.black_level) as f32;
+        let range = self.camera.sensor.white_level() - self.camera.sensor.black_level;
+        let stamp_s = self.shot.stamp_s(frame, self.camera.rate_hz);
+        let factor =
+            |lighting: &Lighting| lighting.factor(stamp_s, self.camera.exposure_s, self.flicker_phase_rad);
+        let range = (range * self.camera.lighting.as_ref().map_or(1.0, factor)) as f32;
         for value in &mut canvas.values {
             *value = black + range * *value;
         }
@@ -133,47 +189,66 @@ impl<'a> Scene<'a> {
     }
 
     /// Composes the layers from back to front.
-    fn draw(&self, centres_px: &[[f64; 2]], canvas: &mut Canvas) {
+    fn draw(&self, frame: usize, places: &[Place], canvas: &mut Canvas) {
         canvas.values.copy_from_slice(&self.backdrop.values);
-        let marker_px = self.specimen.marker.half_width_m * self.camera.scale_px_per_m + 2.0;
-        let reach_px = self.outline.reach_px().max(marker_px);
-        let in_view = -reach_px..self.camera.width_px as f64 + reach_px;
-        let visible =
-            || centres_px.iter().enumerate().filter(|(_, centre_px)| in_view.contains(&centre_px[0]));
-        for (body, &centre_px) in visible() {
-            self.outline.draw(
-                centre_px,
-                self.stretch(centres_px, body),
-                self.specimen.tones.ring as f32,
-                canvas,
-            );
+        let visible: Vec<usize> = (0..places.len()).filter(|&body| self.is_in_view(places[body])).collect();
+        for &body in &visible {
+            self.draw_ring(frame, body, places, canvas);
         }
         let mut depths = Vec::new();
-        for (body, &centre_px) in visible() {
+        for &body in &visible {
             let marker = self.markers[body].get_or_init(|| self.marker(body));
-            marker.draw(centre_px[0], &self.specimen.tones, canvas, &mut depths);
+            marker.draw(places[body], &self.view, canvas, &mut depths);
+            if self.is_covered(frame, body) {
+                self.cover.draw(places[body], &self.view, canvas, &mut depths);
+            }
         }
         self.rods.draw(canvas);
     }
 
-    /// How far a body's left and right neighbour are, relative to rest; a free side is as at rest.
-    fn stretch(&self, centres_px: &[[f64; 2]], body: usize) -> [f64; 2] {
-        let pitch_px = self.specimen.pitch_m * self.camera.scale_px_per_m;
-        let apart = |left: Option<&[f64; 2]>, right: Option<&[f64; 2]>| {
-            left.zip(right).map_or(1.0, |(left, right)| (right[0] - left[0]) / pitch_px)
+    fn draw_ring(&self, frame: usize, body: usize, places: &[Place], canvas: &mut Canvas) {
+        let tone = self.specimen.tones.ring as f32;
+        let Some(shapes) = self.shapes else {
+            let stretch = self.stretch(places, body);
+            return self.outline.draw(places[body], stretch, tone, &self.view, canvas);
         };
-        let at = |index: Option<usize>| index.and_then(|index| centres_px.get(index));
+        let (time_s, scale_px_per_m) = (self.motion_time_s(frame), self.camera.scale_px_per_m);
+        shapes.draw(&Wall { body, place: places[body], time_s, scale_px_per_m, tone }, &self.view, canvas);
+    }
+
+    /// Whether some of a body may be seen.
+    fn is_in_view(&self, place: Place) -> bool {
+        let scale_px_per_m = self.camera.scale_px_per_m;
+        let shapes_px = self.shapes.map_or(0.0, |shapes| shapes.reach_m() * scale_px_per_m);
+        let marker_px = COVER_SIZE * self.specimen.marker.half_width_m * scale_px_per_m;
+        let reach_px = self.outline.reach_px().max(shapes_px).max(marker_px + 2.0) + place.blur_px.abs();
+        let [columns, _] = self.view.region(place.centre_px, [reach_px, 0.0]);
+        !columns.is_empty()
+    }
+
+    fn is_covered(&self, frame: usize, body: usize) -> bool {
+        let stamp_s = self.shot.stamp_s(frame, self.camera.rate_hz);
+        let hides =
+            |cover: &crate::Cover| cover.body == body + 1 && (cover.from_s..cover.until_s).contains(&stamp_s);
+        self.shot.covers.iter().any(hides)
+    }
+
+    /// How far a body's left and right neighbour are, relative to rest; a free side is as at rest.
+    fn stretch(&self, places: &[Place], body: usize) -> [f64; 2] {
+        let pitch_px = self.specimen.pitch_m * self.camera.scale_px_per_m;
+        let apart = |left: Option<&Place>, right: Option<&Place>| {
+            left.zip(right).map_or(1.0, |(left, right)| (right.centre_px[0] - left.centre_px[0]) / pitch_px)
+        };
+        let at = |index: Option<usize>| index.and_then(|index| places.get(index));
         let here = at(Some(body));
         [apart(at(body.checked_sub(1)), here), apart(here, at(body.checked_add(1)))]
     }
 
-    fn marker(&self, body: usize) -> MarkerView {
-        let marker = &self.specimen.marker;
-        let half_size_px =
-            [marker.half_width_m, marker.half_height_m].map(|half| half * self.camera.scale_px_per_m);
-        let pattern =
-            Pattern::scattered(marker.seed, body as u64 + 1, half_size_px, marker.speckle_diameter_px);
-        MarkerView { rows: pattern.rows(self.shot.first_body_px[1]), pattern }
+    fn marker(&self, body: usize) -> Plate {
+        let (marker, tones) = (&self.specimen.marker, &self.specimen.tones);
+        let half_px = marker_half_px(self.camera, self.specimen);
+        let pattern = Pattern::scattered(marker.seed, body as u64 + 1, half_px, marker.speckle_diameter_px);
+        Plate::new(pattern, self.shot.first_body_px[1], tones.marker, tones.speckle_depth)
     }
 
     fn frame_of<T: Copy + Into<f32>>(&self, values: &[T]) -> Array2<f32> {
@@ -205,58 +280,6 @@ fn check(
     )
 }
 
-/// A body's marker. Bodies move along the rows only, so the rows' integrals are computed once.
-struct MarkerView {
-    pattern: Pattern,
-    rows: Axis,
-}
-
-impl MarkerView {
-    /// Lays the marker over the canvas, its centre at the column `centre_px`; `depths` is scratch.
-    fn draw(&self, centre_px: f64, tones: &Tones, canvas: &mut Canvas, depths: &mut Vec<f64>) {
-        let columns = self.pattern.columns(centre_px);
-        self.pattern.add_up(&columns, &self.rows, depths);
-        let first = columns.first_px.clamp(0, canvas.width_px as i64);
-        let hidden = (first - columns.first_px) as usize;
-        let top = self.rows.first_px;
-        for ((row, height), depths) in
-            (top..).zip(&self.rows.covered).zip(depths.chunks_exact(columns.n_pixels()))
-        {
-            let Some(row) = usize::try_from(row).ok().filter(|&row| row < canvas.height_px()) else {
-                continue;
-            };
-            let pixels = canvas.row_mut(row)[first as usize..].iter_mut();
-            for ((value, width), depth) in
-                pixels.zip(columns.covered.iter().skip(hidden)).zip(depths.iter().skip(hidden))
-            {
-                let covered = width * height;
-                let light = tones.marker * covered - tones.speckle_depth * depth;
-                *value += (light - covered * f64::from(*value)) as f32;
-            }
-        }
-    }
-}
-
-/// A frame under construction, row by row from the top.
-pub(crate) struct Canvas {
-    pub(crate) width_px: usize,
-    pub(crate) values: Vec<f32>,
-}
-
-impl Canvas {
-    pub(crate) fn new(width_px: usize, height_px: usize) -> Self {
-        Self { width_px, values: vec![0.0; width_px * height_px] }
-    }
-
-    pub(crate) fn height_px(&self) -> usize {
-        self.values.len() / self.width_px
-    }
-
-    pub(crate) fn row_mut(&mut self, row: usize) -> &mut [f32] {
-        &mut self.values[row * self.width_px..(row + 1) * self.width_px]
-    }
-
-    pub(crate) fn rows_mut(&mut self) -> impl Iterator<Item = (usize, &mut [f32])> {
-        self.values.chunks_exact_mut(self.width_px).enumerate()
-    }
+fn marker_half_px(camera: &Camera, specimen: &Specimen) -> [f64; 2] {
+    [specimen.marker.half_width_m, specimen.marker.half_height_m].map(|half_m| half_m * camera.scale_px_per_m)
 }

@@ -9,6 +9,10 @@ pub(crate) enum Purpose {
     Noise = 3,
     Trial = 4,
     LoadCell = 5,
+    Flicker = 6,
+    Stage = 7,
+    Body = 8,
+    Walk = 9,
 }
 
 /// The random stream of (purpose, seed, counter): the same whatever was drawn before, in any order and thread.

@@ -1,6 +1,10 @@
+use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
 use crate::SyntheticError;
+use crate::lighting::Lighting;
+use crate::optics::Optics;
+use crate::seed::{Purpose, stream};
 
 /// A high-speed camera that looks at right angles to the chain.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -12,14 +16,23 @@ pub struct Camera {
     pub height_px: usize,
     /// Frames per second.
     pub rate_hz: f64,
-    /// Exposure of a frame, at most a frame interval. It is written into the files; nothing is blurred by it.
+    /// Exposure of a frame, at most a frame interval. It is written into the files.
     pub exposure_s: f64,
+    /// Whether bodies are blurred along the path that they move during the exposure.
+    #[serde(default)]
+    pub blur: bool,
     /// How pixels are stored.
     pub packing: Packing,
     /// Magnification: pixels per metre in the plane of the markers.
     pub scale_px_per_m: f64,
     /// What turns light into counts.
     pub sensor: Sensor,
+    /// Lens and turn of the camera; a straight view when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub optics: Option<Optics>,
+    /// What the light does; steady when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lighting: Option<Lighting>,
 }
 
 /// How a .cine file stores pixels.
@@ -163,8 +176,23 @@ pub struct Shot {
     pub trigger_delay_s: f64,
     /// Time stamp of image 0, in seconds after the trigger, at least 0 and below a frame interval.
     pub frame_phase_s: f64,
-    /// Seed of the sensor's noise.
+    /// Seed of the sensor's noise and of the flicker's phase.
     pub noise_seed: u64,
+    /// Bodies whose markers are hidden for a while.
+    #[serde(default)]
+    pub covers: Vec<Cover>,
+}
+
+/// Something dark that hides a body's marker for a while, and moves with it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cover {
+    /// The body, from 1.
+    pub body: usize,
+    /// Time stamp of the first hidden frame, in seconds after the trigger.
+    pub from_s: f64,
+    /// Time stamp before which the last hidden frame lies.
+    pub until_s: f64,
 }
 
 impl Shot {
@@ -172,6 +200,11 @@ impl Shot {
     /// exposure.
     pub fn stamp_s(&self, frame: usize, rate_hz: f64) -> f64 {
         self.frame_phase_s + (self.first_image as f64 + frame as f64) / rate_hz
+    }
+
+    /// Phase of the light's flicker at the trigger: uniform, from the noise's seed.
+    pub fn flicker_phase_rad(&self) -> f64 {
+        stream(Purpose::Flicker, self.noise_seed, 0).random_range(0.0..std::f64::consts::TAU)
     }
 }
 
@@ -195,6 +228,8 @@ impl Camera {
             self.scale_px_per_m,
         )?;
         self.sensor.check()?;
+        self.optics.iter().try_for_each(Optics::check)?;
+        self.lighting.iter().try_for_each(Lighting::check)?;
         self.check_packing()
     }
 
@@ -299,7 +334,16 @@ impl Shot {
             self.trigger_delay_s,
         )?;
         let phase = self.frame_phase_s >= 0.0 && self.frame_phase_s < 1.0 / rate_hz;
-        require(phase, "shot.frame_phase_s", "at least 0, below 1/rate_hz", self.frame_phase_s)
+        require(phase, "shot.frame_phase_s", "at least 0, below 1/rate_hz", self.frame_phase_s)?;
+        self.covers.iter().try_for_each(Cover::check)
+    }
+}
+
+impl Cover {
+    fn check(&self) -> Result<(), SyntheticError> {
+        require(self.body >= 1, "shot.covers.body", "at least 1", self.body)?;
+        require(self.from_s.is_finite(), "shot.covers.from_s", "a finite number", self.from_s)?;
+        require(self.until_s.is_finite(), "shot.covers.until_s", "a finite number", self.until_s)
     }
 }
 

@@ -6,12 +6,12 @@ use std::f64::consts::SQRT_2;
 use ndarray::Array2;
 use rand::RngExt;
 
-use crate::gaussian;
 use crate::seed::{Purpose, stream};
+use crate::smear::{Smear, differences};
 
 /// Distance from a speckle's centre, in standard deviations, beyond which it is left out: exp(-18) = 1.5e-8 of its
 /// depth, some 2e-5 counts at 12 bits.
-const REACH_SIGMA: f64 = 6.0;
+pub(crate) const REACH_SIGMA: f64 = 6.0;
 
 /// Least distance between speckles, in diameters: close enough for a dense pattern, far enough that two speckles never
 /// add up to much more than one.
@@ -24,18 +24,18 @@ const TRIES_PER_SQUARED_DIAMETER: f64 = 25.0;
 /// A rectangle with speckles, in pixels relative to its centre.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pattern {
-    half_width_px: f64,
-    half_height_px: f64,
-    sigma_px: f64,
-    speckles: Vec<Speckle>,
+    pub(crate) half_width_px: f64,
+    pub(crate) half_height_px: f64,
+    pub(crate) sigma_px: f64,
+    pub(crate) speckles: Vec<Speckle>,
 }
 
 /// One speckle: depth exp(-r^2 / (2 sigma^2)).
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Speckle {
-    x_px: f64,
-    y_px: f64,
-    depth: f64,
+pub(crate) struct Speckle {
+    pub(crate) x_px: f64,
+    pub(crate) y_px: f64,
+    pub(crate) depth: f64,
 }
 
 impl Pattern {
@@ -62,10 +62,16 @@ impl Pattern {
         Self { half_width_px, half_height_px, sigma_px: diameter_px / (2.0 * SQRT_2), speckles }
     }
 
+    /// A rectangle without speckles.
+    pub(crate) fn blank(half_size_px: [f64; 2]) -> Self {
+        let [half_width_px, half_height_px] = half_size_px;
+        Self { half_width_px, half_height_px, sigma_px: 1.0, speckles: Vec::new() }
+    }
+
     /// The depth of the speckles averaged over each pixel of a frame, with the pattern's centre at (column, row)
     /// `centre_px`; a pixel that the rectangle's edge cuts counts only what lies within. Shape `[height, width]`.
     pub fn depth_image(&self, width_px: usize, height_px: usize, centre_px: [f64; 2]) -> Array2<f64> {
-        let (columns, rows) = (self.columns(centre_px[0]), self.rows(centre_px[1]));
+        let (columns, rows) = (self.columns(centre_px[0], 0.0), self.rows(centre_px[1]));
         let mut depths = Vec::new();
         self.add_up(&columns, &rows, &mut depths);
         let inside = |axis: &Axis, at: usize| {
@@ -77,24 +83,17 @@ impl Pattern {
         })
     }
 
-    /// The pattern's pixels along x when its centre is at the column `centre_px`.
-    pub(crate) fn columns(&self, centre_px: f64) -> Axis {
-        Axis::new(
-            self.half_width_px,
-            self.sigma_px,
-            centre_px,
-            self.speckles.iter().map(|speckle| speckle.x_px),
-        )
+    /// The pattern's pixels along x when its centre is at the column `centre_px` in the middle of the exposure and moves by
+    /// `blur_px` while it lasts.
+    pub(crate) fn columns(&self, centre_px: f64, blur_px: f64) -> Axis {
+        let speckles_px = self.speckles.iter().map(|speckle| speckle.x_px);
+        Axis::new(Smear { half_px: self.half_width_px, blur_px }, self.sigma_px, centre_px, speckles_px)
     }
 
     /// The pattern's pixels along y when its centre is at the row `centre_px`.
     pub(crate) fn rows(&self, centre_px: f64) -> Axis {
-        Axis::new(
-            self.half_height_px,
-            self.sigma_px,
-            centre_px,
-            self.speckles.iter().map(|speckle| speckle.y_px),
-        )
+        let speckles_px = self.speckles.iter().map(|speckle| speckle.y_px);
+        Axis::new(Smear { half_px: self.half_height_px, blur_px: 0.0 }, self.sigma_px, centre_px, speckles_px)
     }
 
     /// Sets `depths` to the sum of the speckles in each pixel of `rows` by `columns`, row by row: a Gaussian's integral
@@ -131,27 +130,28 @@ pub(crate) struct Axis {
 }
 
 impl Axis {
-    fn new(half_px: f64, sigma_px: f64, centre_px: f64, speckles_px: impl Iterator<Item = f64>) -> Self {
-        let first_px = (centre_px - half_px + 0.5).floor() as i64;
-        let last_px = (centre_px + half_px + 0.5).floor() as i64;
+    fn new(smear: Smear, sigma_px: f64, centre_px: f64, speckles_px: impl Iterator<Item = f64>) -> Self {
+        let reach_px = smear.half_px + smear.spread_px();
+        let first_px = (centre_px - reach_px + 0.5).floor() as i64;
+        let last_px = (centre_px + reach_px + 0.5).floor() as i64;
         let n_pixels = (last_px - first_px) as usize + 1;
-        let edge =
-            |pixel: usize| ((first_px + pixel as i64) as f64 - 0.5 - centre_px).clamp(-half_px, half_px);
+        let edge = |pixel: usize| (first_px + pixel as i64) as f64 - 0.5 - centre_px;
         let edges: Vec<f64> = (0..=n_pixels).map(edge).collect();
-        let span = ((2.0 * REACH_SIGMA * sigma_px).ceil() as usize + 2).min(n_pixels);
+        let speckle_reach_px = REACH_SIGMA * sigma_px + smear.spread_px();
+        let span = ((2.0 * speckle_reach_px).ceil() as usize + 2).min(n_pixels);
         let mut axis = Self {
             first_px,
-            covered: edges.windows(2).map(|pair| pair[1] - pair[0]).collect(),
+            covered: differences(edges.iter().map(|&edge| smear.covered_up_to(edge))).collect(),
             span,
             starts: Vec::new(),
             integrals: Vec::new(),
         };
         for speckle_px in speckles_px {
-            let reach_px = speckle_px + centre_px - REACH_SIGMA * sigma_px;
+            let reach_px = speckle_px + centre_px - speckle_reach_px;
             let start =
                 ((reach_px + 0.5).floor() as i64 - first_px).clamp(0, (n_pixels - span) as i64) as usize;
             axis.starts.push(start);
-            axis.integrals.extend(gaussian_integrals(&edges[start..=start + span], speckle_px, sigma_px));
+            smear.gaussian_between(&edges[start..=start + span], speckle_px, sigma_px, &mut axis.integrals);
         }
         axis
     }
@@ -164,17 +164,6 @@ impl Axis {
     fn of_speckle(&self, index: usize) -> (usize, &[f64]) {
         (self.starts[index], &self.integrals[index * self.span..(index + 1) * self.span])
     }
-}
-
-/// Integrals of exp(-(x - centre)^2 / (2 sigma^2)) between neighbouring edges.
-fn gaussian_integrals(edges: &[f64], centre: f64, sigma: f64) -> impl Iterator<Item = f64> {
-    let per_sigma = 1.0 / sigma;
-    let primitive = move |edge: f64| sigma * gaussian::primitive((edge - centre) * per_sigma);
-    let mut before = edges.first().map_or(0.0, |&edge| primitive(edge));
-    edges.iter().skip(1).map(move |&edge| {
-        let after = primitive(edge);
-        after - std::mem::replace(&mut before, after)
-    })
 }
 
 /// Places already taken, in cells so small that each holds at most one.
@@ -237,8 +226,12 @@ mod tests {
     fn a_pattern_integrates_to_the_sum_over_its_rectangle() {
         let pattern = Pattern::scattered(7, 3, [27.5, 20.25], 4.5);
         let image = pattern.depth_image(100, 100, [50.37, 49.81]);
-        let along =
-            |at: f64, half: f64| gaussian_integrals(&[-half, half], at, pattern.sigma_px).sum::<f64>();
+        let along = |at: f64, half_px: f64| {
+            let smear = Smear { half_px, blur_px: 0.0 };
+            let mut integrals = Vec::new();
+            smear.gaussian_between(&[-half_px, half_px], at, pattern.sigma_px, &mut integrals);
+            integrals[0]
+        };
         let expected: f64 = pattern
             .speckles
             .iter()

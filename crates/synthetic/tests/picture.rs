@@ -17,9 +17,12 @@ fn camera() -> Camera {
         height_px: 96,
         rate_hz: 25_000.0,
         exposure_s: 1.0e-5,
+        blur: false,
         packing: Packing::Bits16,
         scale_px_per_m: 5000.0,
         sensor,
+        optics: None,
+        lighting: None,
     }
 }
 
@@ -43,6 +46,7 @@ fn shot() -> Shot {
         trigger_delay_s: 4.0e-6,
         frame_phase_s: 2.0e-5,
         noise_seed: 1,
+        covers: Vec::new(),
     }
 }
 

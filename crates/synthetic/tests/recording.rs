@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use chainwave_measurement::Trajectory;
-use chainwave_synthetic::{Camera, Packing, Scene, Shot, Specimen, SyntheticError, film};
+use chainwave_synthetic::{Camera, FileFaults, Packing, Scene, Shot, Specimen, SyntheticError, film};
 use ndarray::Array2;
 
 const CAMERA: &str = r#"
@@ -54,6 +54,7 @@ fn shot() -> Shot {
         trigger_delay_s: 2.5e-6,
         frame_phase_s: 1.3e-5,
         noise_seed: 77,
+        covers: Vec::new(),
     }
 }
 
@@ -67,7 +68,12 @@ fn accelerated() -> Trajectory {
 }
 
 fn filmed(path: &Path, packing: Packing) -> Vec<u8> {
-    film(path, &camera(packing), &specimen(), &shot(), &accelerated()).unwrap();
+    filmed_with(path, packing, &FileFaults::default())
+}
+
+fn filmed_with(path: &Path, packing: Packing, faults: &FileFaults) -> Vec<u8> {
+    let (camera, specimen, shot, motion) = (camera(packing), specimen(), shot(), accelerated());
+    film(path, &Scene::new(&camera, &specimen, &shot, &motion).unwrap(), faults).unwrap();
     std::fs::read(path).unwrap()
 }
 
@@ -244,17 +250,102 @@ fn equal_settings_give_equal_bytes_in_any_thread() {
     assert_eq!(files, 3, "no part is left behind");
 }
 
+/// A 64-bit FNV-1a digest.
+fn digest(bytes: &[u8]) -> u64 {
+    bytes
+        .iter()
+        .fold(0xCBF2_9CE4_8422_2325, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3))
+}
+
+#[test]
+fn with_every_effect_off_the_bytes_are_those_of_the_plain_camera() {
+    let folder = tempfile::tempdir().unwrap();
+    // Digests of the files as they were before the camera had any effect to switch off.
+    for (name, packing, golden) in [
+        ("8", Packing::Bits8, 0xF43F_D6D3_1AE4_FDB5),
+        ("16", Packing::Bits16, 0xB68D_FCB5_2980_5EFE),
+        ("p10", Packing::P10, 0xC235_A2BF_234F_8557),
+        ("p12l", Packing::P12L, 0x7E7B_C507_CD15_C6DF_u64),
+    ] {
+        let found = digest(&filmed(&folder.path().join(name), packing));
+        assert_eq!(found, golden, "{name}: {found:#X}");
+    }
+}
+
 #[test]
 fn a_recording_that_cannot_be_written_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("missing").join("a.cine");
-    let error = film(&path, &camera(Packing::Bits16), &specimen(), &shot(), &accelerated()).unwrap_err();
+    let (camera, specimen, shot, motion) = (camera(Packing::Bits16), specimen(), shot(), accelerated());
+    let scene = Scene::new(&camera, &specimen, &shot, &motion).unwrap();
+    let error = film(&path, &scene, &FileFaults::default()).unwrap_err();
     assert!(
         matches!(&error, SyntheticError::Write { .. }) && error.to_string().contains("a.cine"),
         "{error}"
     );
     let taken = folder.path().join("taken");
     std::fs::create_dir(&taken).unwrap();
-    assert!(film(&taken, &camera(Packing::Bits16), &specimen(), &shot(), &accelerated()).is_err());
+    assert!(film(&taken, &scene, &FileFaults::default()).is_err());
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "the part is removed");
+}
+
+#[test]
+fn dropped_frames_are_missing_and_the_stamps_tell() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole_bytes = filmed(&folder.path().join("whole"), Packing::Bits16);
+    let faults = FileFaults { dropped_frames: Some(5..8), ..FileFaults::default() };
+    let bytes = filmed_with(&folder.path().join("dropped"), Packing::Bits16, &faults);
+    let (whole, cine) = (Cine(&whole_bytes), Cine(&bytes));
+    assert_eq!(cine.u32(0x14), 17);
+    let stamp = |cine: &Cine<'_>, frame: usize| cine.u64(cine.blocks()[0].1 + 8 * frame);
+    for (frame, shown) in [(4, 4), (5, 8), (16, 19)] {
+        assert_eq!(stamp(&cine, frame), stamp(&whole, shown));
+        assert_eq!(cine.stored(frame), whole.stored(shown));
+    }
+}
+
+#[test]
+fn a_wrong_rate_stands_in_the_header_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = filmed(&folder.path().join("whole"), Packing::P10);
+    let faults = FileFaults { header_rate_hz: Some(24_000.0), ..FileFaults::default() };
+    let bytes = filmed_with(&folder.path().join("wrong"), Packing::P10, &faults);
+    let setup = Cine(&bytes).offset(0x1C);
+    assert_eq!(Cine(&bytes).u32(setup + 0x300), 24_000);
+    let differing = whole.iter().zip(&bytes).enumerate().filter(|(_, (right, wrong))| right != wrong);
+    let elsewhere = differing.map(|(at, _)| at).filter(|at| !(setup..setup + 2).contains(at));
+    assert!(
+        elsewhere.clone().all(|at| (setup + 0x300..setup + 0x304).contains(&at)),
+        "{:?}",
+        elsewhere.count()
+    );
+}
+
+#[test]
+fn a_truncated_file_is_the_start_of_the_whole_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = filmed(&folder.path().join("whole"), Packing::Bits8);
+    for kept in [0.0, 0.01, 0.6] {
+        let faults = FileFaults { kept_fraction: Some(kept), ..FileFaults::default() };
+        let bytes = filmed_with(&folder.path().join("short"), Packing::Bits8, &faults);
+        assert_eq!(bytes.len(), (kept * whole.len() as f64) as usize);
+        assert!(whole.starts_with(&bytes));
+    }
+}
+
+#[test]
+fn an_impossible_fault_is_refused_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let (camera, specimen, shot, motion) = (camera(Packing::Bits16), specimen(), shot(), accelerated());
+    let scene = Scene::new(&camera, &specimen, &shot, &motion).unwrap();
+    let none = FileFaults::default();
+    for (name, faults) in [
+        ("faults.dropped_frames", FileFaults { dropped_frames: Some(0..20), ..none.clone() }),
+        ("faults.header_rate_hz", FileFaults { header_rate_hz: Some(f64::NAN), ..none.clone() }),
+        ("faults.kept_fraction", FileFaults { kept_fraction: Some(1.5), ..none }),
+    ] {
+        let message = film(&folder.path().join("a"), &scene, &faults).unwrap_err().to_string();
+        assert!(message.contains(name), "{message}");
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
 }

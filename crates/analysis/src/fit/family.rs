@@ -92,11 +92,11 @@ mod tests {
         let chain = Chain {
             mass_kg: vec![0.455e-3; 26],
             damping_kg_per_s: vec![0.003; 26],
-            contact: PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap(),
+            contact: PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap().into(),
             drive: Drive::Striker(striker),
             far_end: FarEnd::Free,
         };
-        let schedule = Schedule { duration_s: 0.02, output_interval_s: 1e-4, dt_s: None };
+        let schedule = Schedule::automatic(0.02, 1e-4);
         let family = Family::new(&chain, &striker, [2.6, 2.87], &schedule).unwrap();
         for velocity_m_per_s in [2.61, 2.75, 2.86] {
             let drive = Drive::Striker(Striker { velocity_m_per_s, ..striker });

@@ -27,7 +27,7 @@ impl Prediction {
         duration_s: f64,
         output_interval_s: f64,
     ) -> Result<Self, FitError> {
-        let schedule = Schedule { duration_s, output_interval_s, dt_s: None };
+        let schedule = Schedule::automatic(duration_s, output_interval_s);
         let run = |(weight, deviation): (f64, f64)| -> Result<(f64, Simulation), FitError> {
             let faster = 1.0 + parameters.drive_scale * deviation;
             let velocity_m_per_s = parameters.striker_velocity_m_per_s * faster;

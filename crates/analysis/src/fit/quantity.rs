@@ -45,9 +45,9 @@ impl Quantity {
         match self {
             Self::BodyMass => chain.mass_kg.iter_mut().for_each(|mass_kg| *mass_kg *= factor),
             Self::StrikerMass => striker.mass_kg *= factor,
-            Self::Prefactor => chain.contact.a *= factor,
-            Self::Offset => chain.contact.delta_0_m *= factor,
-            Self::Exponent => chain.contact.p *= factor,
+            Self::Prefactor => chain.contact.for_each_power_law(|law| law.a *= factor),
+            Self::Offset => chain.contact.for_each_power_law(|law| law.delta_0_m *= factor),
+            Self::Exponent => chain.contact.for_each_power_law(|law| law.p *= factor),
             Self::Scale => {}
         }
     }

@@ -104,8 +104,7 @@ pub fn fitted_motion(model: &TrackModel, fit: &TrackFit, times_s: &[f64]) -> Res
     let shared = DVector::from_vec(shared);
     let span_s = (times_s.last().copied().unwrap_or(0.0) - impact_time_s).max(f64::MIN_POSITIVE);
     let interval_s = span_s / (times_s.len().max(2) - 1) as f64 / SAMPLES_PER_FRAME;
-    let schedule =
-        Schedule { duration_s: span_s + 2.0 * interval_s, output_interval_s: interval_s, dt_s: None };
+    let schedule = Schedule::automatic(span_s + 2.0 * interval_s, interval_s);
     let family = family_of(model, &shared, range_of(&strikers, model), &schedule)?;
     let n_bodies = model.chain.n_bodies();
     let mut mean = Trajectory {
@@ -200,7 +199,7 @@ impl<'a> Problem<'a> {
         let output_interval_s = frame_s / SAMPLES_PER_FRAME;
         let last_s = observations.iter().map(span).fold(0.0, f64::max);
         let duration_s = last_s + (MARGIN_FRAMES * frame_s).max(0.1 * last_s);
-        let schedule = Schedule { duration_s, output_interval_s, dt_s: None };
+        let schedule = Schedule::automatic(duration_s, output_interval_s);
         Ok(Self { observations, model, steps, schedule, n_residuals })
     }
 

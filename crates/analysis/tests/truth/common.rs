@@ -44,11 +44,11 @@ pub(crate) fn paper_chain(
     let chain = Chain {
         mass_kg: vec![0.455e-3; n_bodies],
         damping_kg_per_s: vec![0.003; n_bodies],
-        contact: ring_law(),
+        contact: ring_law().into(),
         drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s, damping_kg_per_s: 0.2 }),
         far_end,
     };
-    let schedule = Schedule { duration_s, output_interval_s: INTERVAL_S, dt_s: None };
+    let schedule = Schedule::automatic(duration_s, INTERVAL_S);
     simulate(&chain, &schedule).unwrap()
 }
 

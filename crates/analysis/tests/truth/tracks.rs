@@ -24,7 +24,7 @@ fn chain(c_d: f64, c_s: f64, velocity_m_per_s: f64) -> Chain {
     Chain {
         mass_kg: vec![0.455e-3; N_BODIES],
         damping_kg_per_s: vec![c_d; N_BODIES],
-        contact: ring_law(),
+        contact: ring_law().into(),
         drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s, damping_kg_per_s: c_s }),
         far_end: FarEnd::Free,
     }
@@ -48,7 +48,7 @@ fn experiment(seed: u64, mass_factor: f64) -> Experiment {
             struck.mass_kg.iter_mut().for_each(|mass_kg| *mass_kg *= mass_factor);
             let times_s: Vec<f64> = (-20..230).map(|k| (f64::from(k) + 0.3) * INTERVAL_S).collect();
             // Simulated so finely that linear interpolation between samples is exact to 1e-10 m.
-            let schedule = Schedule { duration_s: 0.0095, output_interval_s: 5e-7, dt_s: None };
+            let schedule = Schedule::automatic(0.0095, 5e-7);
             let moved = simulate(&struck, &schedule).unwrap().trajectory.displacement_m;
             let bodies = (1..=7).map(|k| 5 * view as usize + k).map(|body| {
                 let rest_m = 0.03 * body as f64;
@@ -127,7 +127,7 @@ fn the_fitted_motion_is_the_mean_over_the_strikers() {
     let fit = fitted(&experiment, &model);
     let times_s: Vec<f64> = (0..150).map(|k| f64::from(k) * INTERVAL_S).collect();
     let motion = fitted_motion(&model, &fit, &times_s).unwrap();
-    let schedule = Schedule { duration_s: 0.0065, output_interval_s: 1e-6, dt_s: None };
+    let schedule = Schedule::automatic(0.0065, 1e-6);
     let mean_impact_s = experiment.impacts_s.iter().sum::<f64>() / 4.0;
     let each =
         experiment.strikers.iter().map(|v| simulate(&chain(C_D, C_S, *v), &schedule).unwrap().trajectory);

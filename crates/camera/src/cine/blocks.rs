@@ -5,6 +5,8 @@ use crate::bytes::Bytes;
 
 /// Size (u32), type (u16) and a reserved u16.
 const BLOCK_HEAD_BYTES: u64 = 8;
+/// Time stamps of all images in the camera's memory, as older cameras wrote them.
+const MEMORY_TIMES: u16 = 1001;
 const IMAGE_TIMES: u16 = 1002;
 const EXPOSURES: u16 = 1003;
 
@@ -30,6 +32,9 @@ impl Blocks {
                 IMAGE_TIMES => {
                     let table = block.per_image(bytes, "time stamps", header.n_images)?;
                     blocks.stamps = Some(table.iter().map(|&raw| u64::from_le_bytes(raw)).collect());
+                }
+                MEMORY_TIMES if blocks.stamps.is_none() => {
+                    blocks.stamps = block.stamps_of_memory(bytes, header);
                 }
                 EXPOSURES => {
                     let table = block.per_image(bytes, "exposures", header.n_images)?;
@@ -68,6 +73,18 @@ impl Block {
             return Err(bytes.malformed("block size", offset, expected, size));
         }
         Ok(Self { offset, size, kind: bytes.u16("block type", offset + 4)? })
+    }
+
+    /// The file's part of the time stamps of a camera's whole memory; `None` where it lies outside, and nothing is certain.
+    fn stamps_of_memory(&self, bytes: Bytes, header: &Header) -> Option<Vec<u64>> {
+        let before = u64::try_from(i64::from(header.first_image) - i64::from(header.first_in_memory)).ok()?;
+        let wanted = 8 * before..8 * (before + u64::from(header.n_images));
+        if wanted.end > self.size - BLOCK_HEAD_BYTES {
+            return None;
+        }
+        let start = self.offset + BLOCK_HEAD_BYTES + wanted.start;
+        let table = bytes.slice("time stamps", start, wanted.end - wanted.start).ok()?;
+        Some(table.as_chunks().0.iter().map(|&raw| u64::from_le_bytes(raw)).collect())
     }
 
     /// The block's data as `N` bytes for each image.

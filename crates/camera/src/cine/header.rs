@@ -11,6 +11,8 @@ pub(super) struct Header {
     pub(super) pointer_width: PointerWidth,
     /// Number of the first image in the file; the trigger is image 0.
     pub(super) first_image: i32,
+    /// Number of the first image that the camera's memory held, of which the file may be a part.
+    pub(super) first_in_memory: i32,
     pub(super) n_images: u32,
     pub(super) bitmap_offset: u64,
     pub(super) setup_offset: u64,
@@ -41,6 +43,7 @@ impl Header {
         Ok(Self {
             compression: bytes.u16("compression", 4)?,
             pointer_width: PointerWidth::read(bytes)?,
+            first_in_memory: bytes.i32("first image in memory", 8)?,
             first_image: bytes.i32("first image number", 0x10)?,
             n_images: n_images(bytes)?,
             bitmap_offset: bitmap,

@@ -12,6 +12,7 @@ const COMPRESSION: u16 = 259;
 const PHOTOMETRIC: u16 = 262;
 const FILL_ORDER: u16 = 266;
 const STRIP_OFFSETS: u16 = 273;
+const ORIENTATION: u16 = 274;
 const SAMPLES: u16 = 277;
 const ROWS_PER_STRIP: u16 = 278;
 const STRIP_SIZES: u16 = 279;
@@ -99,6 +100,11 @@ impl Fields<'_> {
             2 => return Err(self.unsupported("signed integers", "save unsigned counts")),
             3 => return Err(self.unsupported("floating point", "save counts as integers of 16 bits")),
             other => return Err(self.malformed("sample format", "1, 2 or 3", other)),
+        }
+        // Cameras write the top row first; a turned picture would give positions along other axes than were filmed.
+        if self.number(ORIENTATION, 1)? != 1 {
+            return Err(self
+                .unsupported("a turned or mirrored picture", "save with the top row first, orientation 1"));
         }
         match self.number(PHOTOMETRIC, 1)? {
             0..=2 => {}

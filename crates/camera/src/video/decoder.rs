@@ -2,7 +2,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region};
-use opencv::core::Mat;
+use opencv::core::{CV_16U, Mat};
 use opencv::prelude::*;
 use opencv::{imgproc, videoio};
 
@@ -26,6 +26,13 @@ impl Video {
         let failed = |reason: String| CameraError::Decoder { path: path.into(), reason };
         let mut decoder = Decoder::open(path).map_err(failed)?;
         decoder.show(0).map_err(failed)?;
+        if let Some(bits) = decoder.cut_from() {
+            return Err(CameraError::Unsupported {
+                path: path.into(),
+                what: format!("video of {bits} bits, which this OpenCV cuts to 8,"),
+                hint: "save the frames as 16-bit images, for example ffmpeg -i VIDEO -pix_fmt gray16le frame_%05d.tif".into(),
+            });
+        }
         let stated_hz = decoder.rate_hz().map_err(failed)?;
         let rate_hz = options.rate_hz.unwrap_or(stated_hz);
         let n_frames = decoder.n_frames().map_err(failed)?;
@@ -34,7 +41,7 @@ impl Video {
             width_px: decoder.gray.cols() as usize,
             height_px: decoder.gray.rows() as usize,
             n_frames,
-            bit_depth: 8,
+            bit_depth: decoder.stored.bit_depth(),
             rate_hz: Some(rate_hz),
             times_s: (0..n_frames).map(|frame| frame as f64 / rate_hz).collect(),
             first_image: 0,
@@ -44,7 +51,7 @@ impl Video {
                 format!(
                     "a video holds no trigger: t = 0 is its first frame, at {rate_hz} Hz; the file states {stated_hz} Hz"
                 ),
-                "frames are decoded to 8-bit gray, which the compression has altered".into(),
+                decoder.stored.warning().into(),
             ],
         };
         Ok(Self { path: path.into(), info, decoder: Mutex::new(decoder) })
@@ -70,9 +77,46 @@ impl Recording for Video {
     }
 }
 
+/// How the codec keeps its pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stored {
+    /// Eight bits, gray or in colours.
+    Eight,
+    /// Gray of 16 bits, which OpenCV from 4.7 on hands on untouched where it is asked for the codec's own pixels.
+    Gray16,
+    /// More than eight bits in a layout that OpenCV would cut to eight.
+    Deep { bits: u8 },
+}
+
+impl Stored {
+    /// From FFmpeg's code of the layout: `Y1` and `Y3` with the bits of a component in the fourth byte, or the same backwards
+    /// where the high byte comes first; other codes are of eight bits.
+    fn of([first, second, third, fourth]: [u8; 4]) -> Self {
+        match (first, second, third, fourth) {
+            (b'Y', b'1', 0, 16) => Self::Gray16,
+            (b'Y', b'1' | b'3' | b'4', _, bits @ 9..=16) | (bits @ 9..=16, _, b'1' | b'3' | b'4', b'Y') => {
+                Self::Deep { bits }
+            }
+            _ => Self::Eight,
+        }
+    }
+
+    fn bit_depth(self) -> u32 {
+        if self == Self::Gray16 { 16 } else { 8 }
+    }
+
+    fn warning(self) -> &'static str {
+        match self {
+            Self::Gray16 => "the file does not say how many of its 16 bits are significant; all are assumed",
+            _ => "frames are decoded to 8-bit gray, which the compression may have altered",
+        }
+    }
+}
+
 /// OpenCV's decoder and the frame that it stands at.
 struct Decoder {
     path: PathBuf,
+    stored: Stored,
     capture: videoio::VideoCapture,
     /// The frame that is decoded next.
     next: usize,
@@ -86,11 +130,16 @@ impl Decoder {
         // Left to choose, OpenCV also tries backends that take a path for a pattern or a pipeline.
         let has_ffmpeg = videoio::has_backend(videoio::VideoCaptureAPIs::CAP_FFMPEG).map_err(message)?;
         let backend = if has_ffmpeg { videoio::CAP_FFMPEG } else { videoio::CAP_ANY };
-        let capture = videoio::VideoCapture::from_file(path, backend).map_err(message)?;
+        let mut capture = videoio::VideoCapture::from_file(path, backend).map_err(message)?;
         if !capture.is_opened().map_err(message)? {
             return Err("expected a video that OpenCV can decode, found none".into());
         }
-        Ok(Self { path: path.into(), capture, next: 0, shown: None, gray: Mat::default() })
+        let layout = capture.get(videoio::CAP_PROP_CODEC_PIXEL_FORMAT).map_err(message)?;
+        let stored = Stored::of((layout as i64 as u32).to_le_bytes());
+        if stored == Stored::Gray16 {
+            capture.set(videoio::CAP_PROP_CONVERT_RGB, 0.0).map_err(message)?;
+        }
+        Ok(Self { path: path.into(), stored, capture, next: 0, shown: None, gray: Mat::default() })
     }
 
     /// Makes `frame` the decoded one.
@@ -111,6 +160,15 @@ impl Decoder {
         self.retrieve()?;
         self.shown = Some(frame);
         Ok(())
+    }
+
+    /// The codec's bits, where the shown picture has fewer.
+    fn cut_from(&self) -> Option<u8> {
+        match self.stored {
+            Stored::Deep { bits } => Some(bits),
+            Stored::Gray16 if self.gray.depth() != CV_16U => Some(16),
+            _ => None,
+        }
     }
 
     fn retrieve(&mut self) -> Result<(), String> {
@@ -135,21 +193,17 @@ impl Decoder {
         height_px: usize,
         pixels: &mut [f32],
     ) -> Result<(), String> {
-        let gray = self.gray.data_typed::<u8>().map_err(message)?;
-        if gray.len() != width_px * height_px || self.gray.cols() as usize != width_px {
+        if (self.gray.cols() as usize, self.gray.rows() as usize) != (width_px, height_px) {
             return Err(format!(
                 "expected a picture of {width_px} x {height_px} px, found {} x {}",
                 self.gray.cols(),
                 self.gray.rows()
             ));
         }
-        if region.width > 0 {
-            let rows = gray.chunks_exact(width_px).skip(region.y);
-            for (row, target) in rows.zip(pixels.chunks_exact_mut(region.width)) {
-                for (pixel, &count) in target.iter_mut().zip(&row[region.x..]) {
-                    *pixel = count.into();
-                }
-            }
+        if self.stored == Stored::Gray16 {
+            copy_rows(self.gray.data_typed::<u16>().map_err(message)?, width_px, region, pixels);
+        } else {
+            copy_rows(self.gray.data_typed::<u8>().map_err(message)?, width_px, region, pixels);
         }
         Ok(())
     }
@@ -173,6 +227,18 @@ impl Decoder {
             counter.next += 1;
         }
         Ok(counter.next)
+    }
+}
+
+fn copy_rows<T: Copy + Into<f32>>(gray: &[T], width_px: usize, region: Region, pixels: &mut [f32]) {
+    if region.n_pixels() == 0 {
+        return;
+    }
+    let rows = gray.chunks_exact(width_px).skip(region.y);
+    for (row, target) in rows.zip(pixels.chunks_exact_mut(region.width)) {
+        for (pixel, &count) in target.iter_mut().zip(&row[region.x..]) {
+            *pixel = count.into();
+        }
     }
 }
 

@@ -132,6 +132,21 @@ fn times_rate_and_exposure_come_from_the_tagged_blocks() {
 }
 
 #[test]
+fn time_stamps_of_the_whole_memory_are_read_from_the_first_saved_image_on() {
+    // The writer's camera held images from -5 on, of which the file begins with -1.
+    let old = |n: usize| CineFile {
+        stamps: Some(stamps(-5, n, 10_000.0)),
+        stamp_block: 1001,
+        ..CineFile::default()
+    };
+    let (_folder, path) = old(1000).write();
+    let (_other, new) = CineFile::default().write();
+    assert_eq!(open(&path).unwrap().info().times_s, open(&new).unwrap().info().times_s);
+    let (_folder, path) = old(5).write();
+    assert!(has_warning(&*open(&path).unwrap(), "no time stamps"));
+}
+
+#[test]
 fn without_time_stamps_image_numbers_and_the_stated_rate_give_the_times() {
     let file = CineFile { stamps: None, exposures: None, ..CineFile::default() };
     let recording = opened(&file);

@@ -148,6 +148,7 @@ fn tiffs_of_other_numbers_are_refused_with_their_reason() {
     let small = || TiffFile::new(8, 2, vec![codes(16, 255, 1)]);
     for (file, part) in [
         (TiffFile { sample_format: 3, ..small() }, "floating point"),
+        (TiffFile { orientation: 3, ..small() }, "turned or mirrored"),
         (TiffFile { bits: 32, ..small() }, "bits per sample"),
         (TiffFile { photometric: 6, ..small() }, "colour recording"),
         (TiffFile { compression: 7, ..small() }, "compression 7"),

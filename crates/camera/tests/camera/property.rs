@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use chainwave_camera::{CameraError, open};
-use chainwave_measurement::Region;
+use chainwave_measurement::{Recording, Region};
 
 /// Frames that are read of a file that announces more.
 const MOST_FRAMES: usize = 16;
@@ -15,6 +15,11 @@ const MOST_PIXELS: usize = 1 << 22;
 pub(crate) fn read_all(path: &Path) -> Result<(), CameraError> {
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let recording = open(path).inspect_err(|error| assert!(error.to_string().contains(&name), "{error}"))?;
+    read_frames(recording.as_ref());
+    Ok(())
+}
+
+fn read_frames(recording: &dyn Recording) {
     let info = recording.info();
     assert!(info.times_s.len() == info.n_frames && info.times_s.iter().all(|time_s| time_s.is_finite()));
     assert!(info.n_frames > 0 && info.width_px > 0 && info.height_px > 0, "{info:?}");
@@ -29,7 +34,6 @@ pub(crate) fn read_all(path: &Path) -> Result<(), CameraError> {
             Err(error) => assert!(!error.to_string().is_empty()),
         }
     }
-    Ok(())
 }
 
 /// Gives the bytes to every reader that they could be meant for: as a file by itself, as the two headers of a .mraw, and
@@ -47,8 +51,10 @@ pub(crate) fn try_everything(folder: &Path, bytes: &[u8]) {
     if bytes.starts_with(b"#Cam") || bytes.starts_with(b"!!!") {
         let header = write("pair/shot.cih", bytes);
         write("pair/shot.mraw", &[0x5A; 4096]);
-        ignore(open(&header).map(|_| ()));
-        ignore(open(&folder.join("pair/shot.mraw")).map(|_| ()));
+        // Errors of a pair name the header or the pixels, whichever is wrong.
+        for path in [header, folder.join("pair/shot.mraw")] {
+            ignore(open(&path).map(|recording| read_frames(recording.as_ref())));
+        }
     }
     for name in ["images/a1.tif", "images/a3.tif"] {
         write(name, bytes);

@@ -16,6 +16,7 @@ pub(crate) struct TiffFile {
     pub(crate) photometric: u64,
     pub(crate) compression: u64,
     pub(crate) sample_format: u64,
+    pub(crate) orientation: u64,
     pub(crate) description: Option<String>,
     /// How many frames have a directory.
     pub(crate) n_directories: usize,
@@ -36,6 +37,7 @@ impl TiffFile {
             photometric: 1,
             compression: 1,
             sample_format: 1,
+            orientation: 1,
             description: None,
             n_directories: frames.len(),
             frames,
@@ -116,6 +118,7 @@ impl TiffFile {
             (262, 3, 1, self.photometric),
             (270, 2, n_text, text_at),
             (273, word_kind, offsets.len() as u64, strips),
+            (274, 3, 1, self.orientation),
             (277, 3, 1, 1),
             (278, 3, 1, self.rows_per_strip as u64),
             (339, 3, 1, self.sample_format),

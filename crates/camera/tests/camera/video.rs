@@ -100,3 +100,40 @@ fn a_damaged_video_is_an_error() {
     let message = open(&path).err().unwrap().to_string();
     assert!(message.contains("recording.bin"), "{message}");
 }
+
+/// Frames of 64 x 48 px whose pixel `at` of frame `frame` is 1000 frame + 17 at, made with FFmpeg (`-c:v ffv1`), because OpenCV
+/// before 4.7 writes 8 bits only.
+const GRAY_16: &[u8] = include_bytes!("videos/gray16.mkv");
+/// The same in gray of 10 bits.
+const GRAY_10: &[u8] = include_bytes!("videos/gray10.mkv");
+
+#[test]
+fn sixteen_bits_are_read_as_they_were_written_or_refused() {
+    let (_folder, path) = written(GRAY_16);
+    let recording = match open(&path) {
+        Ok(recording) => recording,
+        // OpenCV before 4.7 has only 8 bits to give.
+        Err(error) => {
+            assert!(error.to_string().contains("16 bits") && error.to_string().contains(".tif"), "{error}");
+            assert!(opencv::core::CV_VERSION_MINOR < 7, "{error}");
+            return;
+        }
+    };
+    assert_eq!((recording.info().bit_depth, recording.info().n_frames), (16, N_FRAMES));
+    let region = Region { x: 3, y: 5, width: 11, height: 7 };
+    for frame in [0, 4, 11, 2] {
+        let mut pixels = vec![f32::NAN; region.n_pixels()];
+        recording.read_region(frame, region, &mut pixels).unwrap();
+        for (index, pixel) in pixels.iter().enumerate() {
+            let at = (5 + index / 11) * SIZE.0 as usize + 3 + index % 11;
+            assert_eq!(*pixel as usize, 1000 * frame + 17 * at, "frame {frame}, pixel {index}");
+        }
+    }
+}
+
+#[test]
+fn depths_that_would_be_cut_are_refused() {
+    let (_folder, path) = written(GRAY_10);
+    let message = open(&path).err().unwrap().to_string();
+    assert!(message.contains("10 bits") && message.contains(".tif"), "{message}");
+}

@@ -27,6 +27,8 @@ pub(crate) struct CineFile {
     /// Fields of the Setup block: offset and bytes. A field beyond the length is left out.
     pub(crate) setup_fields: Vec<(usize, Vec<u8>)>,
     pub(crate) stamps: Option<Vec<u64>>,
+    /// Type of the block that holds them.
+    pub(crate) stamp_block: u16,
     pub(crate) exposures: Option<Vec<u32>>,
     pub(crate) annotation: Vec<u8>,
     pub(crate) size_word: Option<u32>,
@@ -45,6 +47,7 @@ impl Default for CineFile {
             height_px: 4,
             first_image: -1,
             stamps: Some(stamps(-1, frames.len(), 10_000.0)),
+            stamp_block: 1002,
             exposures: Some(vec![425_201; frames.len()]),
             frames,
             setup_length: 0x640,
@@ -71,7 +74,10 @@ impl CineFile {
         let setup_at = 84;
         let mut tagged = Vec::new();
         if let Some(stamps) = &self.stamps {
-            tagged.extend(block(1002, stamps.iter().flat_map(|stamp| stamp.to_le_bytes()).collect()));
+            tagged.extend(block(
+                self.stamp_block,
+                stamps.iter().flat_map(|stamp| stamp.to_le_bytes()).collect(),
+            ));
         }
         tagged.extend(block(1004, vec![7; 12]));
         if let Some(exposures) = &self.exposures {

@@ -138,7 +138,7 @@ fn starting_chain(job: &Job, contact: PowerLaw) -> Chain {
     Chain {
         mass_kg: vec![experiment.chain.mass_kg.get(); experiment.chain.n_bodies],
         damping_kg_per_s: vec![STARTING_DAMPING_KG_PER_S; experiment.chain.n_bodies],
-        contact,
+        contact: contact.into(),
         drive: Drive::Striker(Striker {
             mass_kg: experiment.striker.mass_kg.get(),
             velocity_m_per_s: experiment.striker.velocity_m_per_s.get(),
@@ -188,9 +188,9 @@ fn model_beside(
     fit: &TrackFit,
     velocity_gaps: Option<RangeInclusive<usize>>,
 ) -> Result<ModelBeside, Error> {
-    let law = &model.chain.contact;
+    let law = job.experiment.contact.power_law()?;
     let fitted = fitted_motion(model, fit, &motion.times_s)?;
-    let measurement = measure_motion(job, &exact_motion(&fitted), law, velocity_gaps)?;
+    let measurement = measure_motion(job, &exact_motion(&fitted), &law, velocity_gaps)?;
     let energies = |damping: f64| -> Result<Vec<f64>, Error> {
         let chain = Chain {
             damping_kg_per_s: vec![
@@ -207,7 +207,7 @@ fn model_beside(
         // Long enough for the wave to cross the chain at half the sound speed.
         let pitches_per_s = (law.k_0_n_per_m() / model.chain.mass_kg[0]).sqrt();
         let duration_s = 2.0 * model.chain.n_bodies() as f64 / pitches_per_s;
-        let schedule = Schedule { duration_s, output_interval_s: duration_s / 100.0, dt_s: None };
+        let schedule = Schedule::automatic(duration_s, duration_s / 100.0);
         Ok(simulate(&chain, &schedule)?.psi_max_j)
     };
     Ok(ModelBeside { motion: fitted, measurement, damped_j: energies(1.0)?, undamped_j: energies(0.0)? })

@@ -61,8 +61,7 @@ fn modelled(whole: &Job, jobs: &[Job], evaluations: &[Evaluation]) -> Result<Vec
     let (chain, law) = (&whole.experiment.chain, whole.experiment.contact.power_law()?);
     let fastest_m_per_s = 1.1 * job.experiment.striker.velocity_m_per_s.get();
     let crossing_s = chain.n_bodies as f64 / (law.k_0_n_per_m() / chain.mass_kg.get()).sqrt();
-    let schedule =
-        Schedule { duration_s: 1.5 * crossing_s, output_interval_s: crossing_s / 400.0, dt_s: None };
+    let schedule = Schedule::automatic(1.5 * crossing_s, crossing_s / 400.0);
     let mut rows = Vec::with_capacity(N_MODEL_POINTS);
     for k in 0..N_MODEL_POINTS {
         let share = SLOWEST + (1.0 - SLOWEST) * k as f64 / (N_MODEL_POINTS - 1) as f64;
@@ -75,7 +74,7 @@ fn modelled(whole: &Job, jobs: &[Job], evaluations: &[Evaluation]) -> Result<Vec
         let model = Chain {
             mass_kg: vec![chain.mass_kg.get(); chain.n_bodies],
             damping_kg_per_s: vec![damping.chain_damping_kg_per_s.value; chain.n_bodies],
-            contact: law,
+            contact: law.into(),
             drive: Drive::Striker(striker),
             far_end: FarEnd::Free,
         };

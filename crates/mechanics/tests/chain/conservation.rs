@@ -7,7 +7,7 @@ use crate::scenes::{MASS_KG, STRIKER_KG, hec_chain, run, striker};
 #[test]
 fn a_long_undamped_run_keeps_its_energy() {
     let chain = hec_chain(300, 0.0, striker(2.73, 0.0));
-    let schedule = Schedule { duration_s: 0.15, output_interval_s: 1e-3, dt_s: None };
+    let schedule = Schedule::automatic(0.15, 1e-3);
     let drift = simulate(&chain, &schedule).unwrap().energy_drift;
     assert!(drift <= 1e-9, "{drift:e}");
 }

@@ -34,8 +34,7 @@ fn switches_of_the_contact_cost_no_order() {
 #[test]
 fn the_automatic_step_meets_its_accuracy() {
     let chain = hec_chain(26, 0.003, striker(2.73, 0.2));
-    let automatic =
-        simulate(&chain, &Schedule { duration_s: 0.02, output_interval_s: 1e-4, dt_s: None }).unwrap();
+    let automatic = simulate(&chain, &Schedule::automatic(0.02, 1e-4)).unwrap();
     // Measured 6e-11; the interface promises 1e-6.
     assert!(relative_error(&automatic, &run(&chain, 0.02, 1e-6)) < 1e-9);
     // Effort: at most 4000 steps, of four forces a gap and one or two to watch the striker.

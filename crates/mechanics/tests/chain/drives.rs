@@ -1,6 +1,6 @@
 use std::f64::consts::PI;
 
-use chainwave_mechanics::{Chain, Drive, ImposedMotion, PowerLaw, Schedule, simulate};
+use chainwave_mechanics::{Chain, Drive, ImposedMotion, Method, PowerLaw, Schedule, simulate};
 
 use crate::scenes::{MASS_KG, STRIKER_KG, hec_chain, run, striker};
 
@@ -9,7 +9,7 @@ use crate::scenes::{MASS_KG, STRIKER_KG, hec_chain, run, striker};
 #[test]
 fn an_elastic_impact_ends_with_its_closed_form() {
     let contact = PowerLaw::new(1474.0, 1e-3, 1.0).unwrap();
-    let chain = Chain { contact, ..hec_chain(1, 0.0, striker(2.0, 0.0)) };
+    let chain = Chain { contact: contact.into(), ..hec_chain(1, 0.0, striker(2.0, 0.0)) };
     let simulation = run(&chain, 0.01, 5e-6);
     let total_kg = STRIKER_KG + MASS_KG;
     let omega = (1474.0 * total_kg / (STRIKER_KG * MASS_KG)).sqrt();
@@ -30,7 +30,7 @@ fn an_elastic_impact_ends_with_its_closed_form() {
 fn a_damped_impact_opens_when_its_force_ends() {
     let (k, c_s, v) = (1474.0, 0.3, 2.0);
     let contact = PowerLaw::new(k, 1e-3, 1.0).unwrap();
-    let chain = Chain { contact, ..hec_chain(1, 0.0, striker(v, c_s)) };
+    let chain = Chain { contact: contact.into(), ..hec_chain(1, 0.0, striker(v, c_s)) };
     let simulation = run(&chain, 0.01, 5e-6);
     let reduced_kg = STRIKER_KG * MASS_KG / (STRIKER_KG + MASS_KG);
     let beta = c_s / (2.0 * reduced_kg);
@@ -56,7 +56,7 @@ fn the_striker_leaves_and_comes_back_nine_times() {
 #[test]
 fn the_imposed_first_body_moves_the_others_as_the_striker_did() {
     let struck = hec_chain(26, 0.003, striker(2.73, 0.2));
-    let fine = Schedule { duration_s: 0.02, output_interval_s: 2e-5, dt_s: Some(5e-6) };
+    let fine = Schedule::with_steps(0.02, 2e-5, Method::Rk4, 5e-6);
     let truth = simulate(&struck, &fine).unwrap();
     let samples = truth.trajectory.displacement_m.row(0).to_vec();
     let motion = ImposedMotion::from_samples(truth.trajectory.times_s.clone(), samples).unwrap();
@@ -73,7 +73,7 @@ fn the_imposed_first_body_moves_the_others_as_the_striker_did() {
 #[test]
 fn outputs_do_not_change_the_motion() {
     let chain = hec_chain(26, 0.003, striker(2.73, 0.2));
-    let at = |interval_s: f64| Schedule { duration_s: 0.02, output_interval_s: interval_s, dt_s: Some(1e-5) };
+    let at = |interval_s: f64| Schedule::with_steps(0.02, interval_s, Method::Rk4, 1e-5);
     let coarse = simulate(&chain, &at(2e-4)).unwrap();
     let fine = simulate(&chain, &at(1e-5)).unwrap();
     for (k, &time_s) in coarse.trajectory.times_s.iter().enumerate() {

@@ -1,6 +1,6 @@
 //! The experiment's chain, and shorthands.
 
-use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Simulation, Striker, simulate};
+use chainwave_mechanics::{Chain, Drive, FarEnd, Method, PowerLaw, Schedule, Simulation, Striker, simulate};
 
 pub(crate) const MASS_KG: f64 = 0.455e-3;
 pub(crate) const PITCH_M: f64 = 0.030;
@@ -21,7 +21,7 @@ pub(crate) fn hec_chain(n: usize, damping_kg_per_s: f64, drive: Drive) -> Chain 
     Chain {
         mass_kg: vec![MASS_KG; n],
         damping_kg_per_s: vec![damping_kg_per_s; n],
-        contact: ring_law(),
+        contact: ring_law().into(),
         drive,
         far_end: FarEnd::Free,
     }
@@ -29,7 +29,7 @@ pub(crate) fn hec_chain(n: usize, damping_kg_per_s: f64, drive: Drive) -> Chain 
 
 /// Simulates with outputs every 0.1 ms and steps up to `dt_s`.
 pub(crate) fn run(chain: &Chain, duration_s: f64, dt_s: f64) -> Simulation {
-    simulate(chain, &Schedule { duration_s, output_interval_s: 1e-4, dt_s: Some(dt_s) }).unwrap()
+    simulate(chain, &Schedule::with_steps(duration_s, 1e-4, Method::Rk4, dt_s)).unwrap()
 }
 
 /// Largest difference of displacement over the largest displacement.

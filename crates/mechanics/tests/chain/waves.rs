@@ -57,7 +57,7 @@ fn a_weak_pulse_travels_at_the_speed_of_sound() {
     let contact = PowerLaw::from_stiffness(1474.0, 2.9e-3, 0.1).unwrap();
     let c_0 = PITCH_M * (contact.k_0_n_per_m() / MASS_KG).sqrt();
     assert!((c_0 - 54.0).abs() < 0.01);
-    let chain = Chain { contact, ..hec_chain(300, 0.0, striker(1e-6, 0.0)) };
+    let chain = Chain { contact: contact.into(), ..hec_chain(300, 0.0, striker(1e-6, 0.0)) };
     let c_g = group_velocity(&run(&chain, 0.16, 2e-5), 150, 250);
     assert!(c_g < c_0 && c_g > 0.98 * c_0, "{c_g}");
 }
@@ -79,7 +79,7 @@ fn rarefaction_takes_the_derived_share_of_the_energy() {
         [(0.01, 2.9e-3, 80.4), (0.1, 2.9e-3, 78.5), (0.3, 3e-3, 72.4), (0.3, 5e-3, 63.7), (0.5, 3e-3, 65.5)]
     {
         let contact = PowerLaw::from_stiffness(1474.0, delta_0_m, p).unwrap();
-        let chain = Chain { contact, ..hec_chain(300, 0.0, striker(2.73, 0.0)) };
+        let chain = Chain { contact: contact.into(), ..hec_chain(300, 0.0, striker(2.73, 0.0)) };
         let psi_max_j = run(&chain, 0.18, 2.5e-5).psi_max_j;
         let found = 100.0 * (1.0 - psi_max_j[249] / psi_max_j[0]);
         assert!((found - drop_percent).abs() < 0.06, "p {p}, delta_0 {delta_0_m}: {found}");

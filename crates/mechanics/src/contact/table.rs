@@ -1,0 +1,209 @@
+use std::sync::Arc;
+
+use crate::{MechanicsError, check};
+
+/// A monotone curve through measured points of overlap and force, with a continuous slope.
+///
+/// Between points it is the cubic that has F. N. Fritsch and J. Butland's slopes there (SIAM J. Sci. Stat. Comput. 5
+/// (1984) 300-304), which never overshoots. Beyond the last point, and in tension before the first, it goes on along its
+/// tangent. The force is counted from its value at zero overlap, which the points must enclose, so that a chain at rest
+/// rests.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TableLaw {
+    /// Shared, for a chain holds one law for each of its gaps.
+    pieces: Arc<[Piece]>,
+    first_m: f64,
+}
+
+/// One piece of the curve: the cubic in the distance from its start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Piece {
+    start_m: f64,
+    /// Coefficients of the force, lowest power first.
+    force: [f64; 4],
+    /// Energy where the piece starts, in joules, counted from zero overlap.
+    energy_j: f64,
+}
+
+impl TableLaw {
+    /// The curve through points of increasing overlap (metres) and increasing force (newtons).
+    ///
+    /// # Errors
+    /// [`MechanicsError::Length`] for lists of unequal length or fewer than three points, [`MechanicsError::NotPhysical`]
+    /// for a value that is not finite, points that do not increase, or points that do not enclose zero overlap.
+    pub fn new(overlap_m: &[f64], force_n: &[f64]) -> Result<Self, MechanicsError> {
+        check::length("forces of the contact table", overlap_m.len(), force_n.len())?;
+        check::length("points of the contact table", overlap_m.len().max(3), overlap_m.len())?;
+        for (name, values) in [("overlap", overlap_m), ("force", force_n)] {
+            for (i, &value) in values.iter().enumerate() {
+                check::finite(format!("{name} of point {} of the contact table", i + 1), value)?;
+            }
+            for (i, pair) in values.windows(2).enumerate() {
+                let quantity = format!("{name} of point {} of the contact table", i + 2);
+                check::require(pair[1] > pair[0], quantity, "more than at the point before", pair[1])?;
+            }
+        }
+        let encloses = overlap_m[0] <= 0.0 && overlap_m[overlap_m.len() - 1] > 0.0;
+        check::require(encloses, "first overlap of the contact table", "points around 0", overlap_m[0])?;
+        Ok(Self::through(overlap_m, force_n))
+    }
+
+    fn through(x: &[f64], f: &[f64]) -> Self {
+        let slopes = monotone_slopes(x, f);
+        let mut pieces: Vec<Piece> = (0..x.len() - 1)
+            .map(|i| {
+                let h = x[i + 1] - x[i];
+                let chord = (f[i + 1] - f[i]) / h;
+                let (left, right) = (slopes[i], slopes[i + 1]);
+                let square = (3.0 * chord - 2.0 * left - right) / h;
+                let cube = (left + right - 2.0 * chord) / (h * h);
+                Piece { start_m: x[i], force: [f[i], left, square, cube], energy_j: 0.0 }
+            })
+            .collect();
+        let last = x.len() - 1;
+        pieces.push(Piece { start_m: x[last], force: [f[last], slopes[last], 0.0, 0.0], energy_j: 0.0 });
+        let mut law = Self { pieces: pieces.into(), first_m: x[0] };
+        let zero_n = law.evaluate(0.0).0;
+        law.shift(zero_n);
+        law
+    }
+
+    /// Counts the force from `zero_n` and the energy from zero overlap.
+    fn shift(&mut self, zero_n: f64) {
+        let mut pieces = self.pieces.to_vec();
+        for piece in &mut pieces {
+            piece.force[0] -= zero_n;
+        }
+        for i in 1..pieces.len() {
+            let before = pieces[i - 1];
+            pieces[i].energy_j = before.evaluate(pieces[i].start_m).1;
+        }
+        self.pieces = pieces.into();
+        let zero_j = self.evaluate(0.0).1;
+        self.pieces = self.pieces.iter().map(|p| Piece { energy_j: p.energy_j - zero_j, ..*p }).collect();
+    }
+
+    /// Force in newtons and energy in joules at an overlap in metres.
+    pub(crate) fn evaluate(&self, overlap_m: f64) -> (f64, f64) {
+        let first = &self.pieces[0];
+        if overlap_m < self.first_m {
+            let tangent = Piece { force: [first.force[0], first.force[1], 0.0, 0.0], ..*first };
+            return tangent.evaluate(overlap_m);
+        }
+        self.piece_at(overlap_m).evaluate(overlap_m)
+    }
+
+    /// Overlap of the first point, in metres.
+    pub(crate) fn first_m(&self) -> f64 {
+        self.first_m
+    }
+
+    /// Slope in newtons per metre at an overlap.
+    pub(crate) fn stiffness_n_per_m(&self, overlap_m: f64) -> f64 {
+        if overlap_m < self.first_m {
+            return self.pieces[0].force[1];
+        }
+        self.piece_at(overlap_m).slope(overlap_m)
+    }
+
+    /// The largest slope between two overlaps: at an end of the range, at a point, or at a piece's middle turn.
+    pub(crate) fn stiffest_n_per_m(&self, least_m: f64, most_m: f64) -> f64 {
+        let ends = [least_m, most_m].map(|x| self.stiffness_n_per_m(x)).into_iter();
+        let inner = self.pieces.iter().flat_map(|piece| {
+            let turn = piece.start_m - piece.force[2] / (3.0 * piece.force[3]);
+            [piece.start_m, turn].map(|x| (x, piece.slope(x)))
+        });
+        let reached =
+            inner.filter(|(x, _)| *x > least_m && *x < most_m).map(|(x, _)| self.stiffness_n_per_m(x));
+        ends.chain(reached).fold(0.0, f64::max)
+    }
+
+    fn piece_at(&self, overlap_m: f64) -> &Piece {
+        let after = self.pieces.partition_point(|piece| piece.start_m <= overlap_m);
+        &self.pieces[after.saturating_sub(1)]
+    }
+}
+
+impl Piece {
+    fn evaluate(&self, overlap_m: f64) -> (f64, f64) {
+        let s = overlap_m - self.start_m;
+        let [c, linear, square, cube] = self.force;
+        let force = c + s * (linear + s * (square + s * cube));
+        let energy = self.energy_j + s * (c + s * (linear / 2.0 + s * (square / 3.0 + s * cube / 4.0)));
+        (force, energy)
+    }
+
+    fn slope(&self, overlap_m: f64) -> f64 {
+        let s = overlap_m - self.start_m;
+        self.force[1] + s * (2.0 * self.force[2] + 3.0 * s * self.force[3])
+    }
+}
+
+/// Slopes at the points: the weighted harmonic mean of the chords beside a point; at the ends the chord's own slope.
+fn monotone_slopes(x: &[f64], f: &[f64]) -> Vec<f64> {
+    let h = |i: usize| x[i + 1] - x[i];
+    let chord = |i: usize| (f[i + 1] - f[i]) / h(i);
+    let n = x.len();
+    (0..n)
+        .map(|i| match i {
+            0 => chord(0),
+            _ if i == n - 1 => chord(n - 2),
+            _ => {
+                let (w_1, w_2) = (2.0 * h(i) + h(i - 1), h(i) + 2.0 * h(i - 1));
+                (w_1 + w_2) / (w_1 / chord(i - 1) + w_2 / chord(i))
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::PowerLaw;
+
+    fn samples_of(law: &PowerLaw, n: usize) -> TableLaw {
+        let x: Vec<f64> = (0..=n).map(|i| -1e-3 + 9e-3 * i as f64 / n as f64).collect();
+        let f: Vec<f64> = x.iter().map(|&x| law.force_n(x)).collect();
+        TableLaw::new(&x, &f).unwrap()
+    }
+
+    #[test]
+    fn the_curve_approaches_the_law_that_it_samples() {
+        let law = PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap();
+        let error = |n: usize| {
+            let table = samples_of(&law, n);
+            let overlaps = (1..70).map(|i| 1e-4 * f64::from(i));
+            overlaps.map(|x| (table.evaluate(x).0 - law.force_n(x)).abs()).fold(0.0, f64::max)
+        };
+        // Fritsch and Butland's slopes are those of the curve up to the square of the distance, so the error falls with
+        // its third power; the force is up to 5 N.
+        assert!(error(100) < 1e-3);
+        assert!(error(100) / error(200) > 6.0);
+    }
+
+    #[test]
+    fn the_curve_is_monotone_and_its_energy_is_the_integral() {
+        // A step that a plain cubic spline would overshoot.
+        let table = TableLaw::new(&[-1e-3, 0.0, 1e-3, 1.1e-3, 3e-3], &[-1.0, 0.0, 0.1, 2.0, 2.1]).unwrap();
+        let h = 1e-8;
+        for i in -200..400 {
+            let x = 1e-5 * f64::from(i) + 3e-7;
+            let (force, _) = table.evaluate(x);
+            let slope = (table.evaluate(x + h).0 - table.evaluate(x - h).0) / (2.0 * h);
+            assert!(slope >= 0.0 && slope <= table.stiffest_n_per_m(x - h, x + h) * (1.0 + 1e-6));
+            let power = (table.evaluate(x + h).1 - table.evaluate(x - h).1) / (2.0 * h);
+            // Central differences: the third derivative of the energy times h^2 / 6, and rounding.
+            assert!((power - force).abs() < 1e-6, "{x} {power} {force}");
+        }
+        assert!(table.evaluate(0.0) == (0.0, 0.0));
+    }
+
+    #[test]
+    fn points_that_make_no_curve_are_refused_by_name() {
+        let refused = |x: &[f64], f: &[f64]| TableLaw::new(x, f).unwrap_err().to_string();
+        assert!(refused(&[0.0, 1.0], &[0.0, 1.0]).contains("expected 3 entries, found 2"));
+        assert!(refused(&[0.0, 1.0, 1.0], &[0.0, 1.0, 2.0]).starts_with("overlap of point 3"));
+        assert!(refused(&[0.0, 1.0, 2.0], &[0.0, 1.0, 0.5]).starts_with("force of point 3"));
+        assert!(refused(&[0.1, 1.0, 2.0], &[0.0, 1.0, 2.0]).contains("points around 0"));
+    }
+}

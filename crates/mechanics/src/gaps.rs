@@ -1,0 +1,283 @@
+use pulp::Simd;
+
+use crate::{
+    contact::{Contact, Law, PowerColumns, PowerKernel, PowerLanes, Spring},
+    lanes::{self, Lanes, PADDING},
+};
+
+/// Vectors of gaps that go through the power law side by side; four hide its latency.
+const SIDE_BY_SIDE: usize = 4;
+
+/// The contacts of a row of gaps, sorted by law so that vectors of gaps share one. Gap `i` lies between masses `i` and
+/// `i + 1` of the row.
+#[derive(Debug)]
+pub(crate) struct Gaps {
+    power: PowerGaps,
+    springs: Vec<Springs>,
+    /// Gaps that follow a table, one by one.
+    tables: Vec<(usize, Spring)>,
+    /// Dashpots of the gaps in kilograms per second, where there are any.
+    dashpots: Option<Vec<f64>>,
+    /// Overlaps in metres below which the tension rules hold.
+    limits_m: Vec<f64>,
+}
+
+#[derive(Debug)]
+enum PowerGaps {
+    None,
+    /// The same law, in all gaps or all but those that follow another kind of law.
+    Same(PowerKernel),
+    Each(PowerColumns),
+}
+
+/// Neighbouring gaps with linear springs.
+#[derive(Debug)]
+struct Springs {
+    first: usize,
+    k_n_per_m: Vec<f64>,
+    /// Overlap in metres at which the spring detaches, or minus infinity.
+    least_m: Vec<f64>,
+}
+
+impl Gaps {
+    /// The gaps with these contacts, in a row padded to a whole number of vectors.
+    pub(crate) fn new(contacts: &[&Contact]) -> Self {
+        let mut springs: Vec<Springs> = Vec::new();
+        let mut tables = Vec::new();
+        for (i, contact) in contacts.iter().enumerate() {
+            match &contact.law {
+                Law::Power(_) => {}
+                Law::Table(_) => tables.push((i, contact.spring())),
+                Law::Linear(law) => {
+                    let joins = springs.last().is_some_and(|run| run.first + run.k_n_per_m.len() == i);
+                    if !joins {
+                        springs.push(Springs { first: i, k_n_per_m: vec![], least_m: vec![] });
+                    }
+                    if let Some(run) = springs.last_mut() {
+                        run.k_n_per_m.push(law.k_n_per_m);
+                        run.least_m.push(contact.limit_m());
+                    }
+                }
+            }
+        }
+        let damped = contacts.iter().any(|contact| contact.damping_kg_per_s > 0.0);
+        let column = |value: fn(&Contact) -> f64| contacts.iter().map(|contact| value(contact)).collect();
+        Self {
+            power: PowerGaps::new(contacts),
+            springs,
+            tables,
+            dashpots: damped.then(|| column(|contact| contact.damping_kg_per_s)),
+            limits_m: column(Contact::limit_m),
+        }
+    }
+
+    pub(crate) fn limits_m(&self) -> &[f64] {
+        &self.limits_m
+    }
+
+    pub(crate) fn has_dashpots(&self) -> bool {
+        self.dashpots.is_some()
+    }
+
+    /// Dashpot of a gap in kilograms per second.
+    pub(crate) fn dashpot_kg_per_s(&self, gap: usize) -> f64 {
+        self.dashpots.as_ref().map_or(0.0, |dashpots| dashpots[gap])
+    }
+
+    /// Fills `force_n` with the springs' forces of the first gaps, positive in compression, in newtons.
+    #[inline(always)]
+    pub(crate) fn forces<S: Simd>(&self, simd: S, x_m: &[f64], force_n: &mut [f64]) {
+        match &self.power {
+            PowerGaps::None => {}
+            PowerGaps::Same(kernel) => same_power(simd, kernel, x_m, force_n),
+            PowerGaps::Each(columns) => each_power(simd, columns, x_m, force_n),
+        }
+        for run in &self.springs {
+            run.forces(x_m, force_n);
+        }
+        for (i, spring) in &self.tables {
+            if let Some(force) = force_n.get_mut(*i) {
+                *force = spring.force_and_energy(x_m[*i] - x_m[i + 1]).0;
+            }
+        }
+    }
+
+    /// Adds the dashpots' forces to `force_n`, and returns the power in watts that they take.
+    #[inline(always)]
+    pub(crate) fn damp(&self, v_m_per_s: &[f64], force_n: &mut [f64]) -> f64 {
+        let Some(dashpots) = &self.dashpots else { return 0.0 };
+        let n = force_n.len();
+        let closing = v_m_per_s[..n].iter().zip(&v_m_per_s[1..]);
+        for ((force, c), (v, next)) in force_n.iter_mut().zip(dashpots).zip(closing) {
+            *force += c * (v - next);
+        }
+        let mut sums = [0.0; PADDING];
+        for first in (0..n).step_by(PADDING) {
+            for (i, sum) in sums.iter_mut().enumerate() {
+                let closing = v_m_per_s[first + i] - v_m_per_s[first + i + 1];
+                *sum += dashpots[first + i] * closing * closing;
+            }
+        }
+        lanes::total(sums)
+    }
+
+    /// Fills `energy_j` with the potential energy of the first gaps, in joules.
+    #[inline(always)]
+    pub(crate) fn energies<S: Simd>(&self, simd: S, x_m: &[f64], energy_j: &mut [f64]) {
+        match &self.power {
+            PowerGaps::None => {}
+            PowerGaps::Same(kernel) => {
+                let law = PowerLanes::<S, 1>::splat(simd, kernel);
+                over_row(
+                    simd,
+                    0,
+                    x_m,
+                    energy_j,
+                    #[inline(always)]
+                    |_, overlap| law.force_and_energy(overlap).1,
+                );
+            }
+            PowerGaps::Each(columns) => {
+                over_row(
+                    simd,
+                    0,
+                    x_m,
+                    energy_j,
+                    #[inline(always)]
+                    |first, overlap| columns.lanes::<S, 1>(simd, first).force_and_energy(overlap).1,
+                );
+            }
+        }
+        for run in &self.springs {
+            run.energies(x_m, energy_j);
+        }
+        for (i, spring) in &self.tables {
+            if let Some(energy) = energy_j.get_mut(*i) {
+                *energy = spring.force_and_energy(x_m[*i] - x_m[i + 1]).1;
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn same_power<S: Simd>(simd: S, kernel: &PowerKernel, x_m: &[f64], force_n: &mut [f64]) {
+    let law = PowerLanes::<S, SIDE_BY_SIDE>::splat(simd, kernel);
+    let done = over_row(
+        simd,
+        0,
+        x_m,
+        force_n,
+        #[inline(always)]
+        |_, overlap| law.force(overlap),
+    );
+    let law = PowerLanes::<S, 1>::splat(simd, kernel);
+    over_row(
+        simd,
+        done,
+        x_m,
+        force_n,
+        #[inline(always)]
+        |_, overlap| law.force(overlap),
+    );
+}
+
+#[inline(always)]
+fn each_power<S: Simd>(simd: S, columns: &PowerColumns, x_m: &[f64], force_n: &mut [f64]) {
+    let done = over_row(
+        simd,
+        0,
+        x_m,
+        force_n,
+        #[inline(always)]
+        |first, overlap| columns.lanes::<S, SIDE_BY_SIDE>(simd, first).force(overlap),
+    );
+    over_row(
+        simd,
+        done,
+        x_m,
+        force_n,
+        #[inline(always)]
+        |first, overlap| columns.lanes::<S, 1>(simd, first).force(overlap),
+    );
+}
+
+/// Fills a row, `U` vectors at a time from vector number `from` on, with a function of the vectors' number and the gaps'
+/// overlaps; returns the number of vectors before what is left over.
+#[inline(always)]
+fn over_row<S: Simd, const U: usize>(
+    simd: S,
+    from: usize,
+    x_m: &[f64],
+    row: &mut [f64],
+    of_overlap: impl Fn(usize, Lanes<S, U>) -> Lanes<S, U>,
+) -> usize {
+    let n = row.len();
+    let (out, _) = S::as_mut_simd_f64s(row);
+    let (left, _) = S::as_simd_f64s(&x_m[..n]);
+    let (right, _) = S::as_simd_f64s(&x_m[1..=n]);
+    let blocks = out[from..].as_chunks_mut::<U>().0.iter_mut();
+    let pairs = left[from..].as_chunks::<U>().0.iter().zip(right[from..].as_chunks::<U>().0);
+    let mut first = from;
+    for (block, (left, right)) in blocks.zip(pairs) {
+        let overlap = Lanes::new(simd, *left) - Lanes::new(simd, *right);
+        *block = of_overlap(first, overlap).values();
+        first += U;
+    }
+    first
+}
+
+impl PowerGaps {
+    fn new(contacts: &[&Contact]) -> Self {
+        let law_of = |contact: &Contact| match &contact.law {
+            Law::Power(law) => Some((*law, contact.tension)),
+            _ => None,
+        };
+        let Some((law, tension)) = contacts.iter().find_map(|contact| law_of(contact)) else {
+            return Self::None;
+        };
+        if contacts.iter().filter_map(|contact| law_of(contact)).all(|other| other == (law, tension)) {
+            return Self::Same(PowerKernel::new(&law, tension));
+        }
+        // Gaps of another kind compute any power law and are then overwritten.
+        let kernels: Vec<PowerKernel> = contacts
+            .iter()
+            .map(|contact| law_of(contact).unwrap_or((law, tension)))
+            .map(|(law, tension)| PowerKernel::new(&law, tension))
+            .collect();
+        Self::Each(PowerColumns::new(&kernels))
+    }
+}
+
+impl Springs {
+    #[inline(always)]
+    fn forces(&self, x_m: &[f64], force_n: &mut [f64]) {
+        self.for_each(
+            x_m,
+            force_n,
+            #[inline(always)]
+            |k, overlap_m| k * overlap_m,
+        );
+    }
+
+    #[inline(always)]
+    fn energies(&self, x_m: &[f64], energy_j: &mut [f64]) {
+        self.for_each(
+            x_m,
+            energy_j,
+            #[inline(always)]
+            |k, overlap_m| 0.5 * k * overlap_m * overlap_m,
+        );
+    }
+
+    #[inline(always)]
+    fn for_each(&self, x_m: &[f64], row: &mut [f64], of_overlap: impl Fn(f64, f64) -> f64) {
+        let end = row.len().min(self.first + self.k_n_per_m.len());
+        let Some(row) = row.get_mut(self.first..end) else { return };
+        let pairs = x_m[self.first..].iter().zip(&x_m[self.first + 1..]);
+        let springs = self.k_n_per_m.iter().zip(&self.least_m);
+        for ((value, (left, right)), (k, least_m)) in row.iter_mut().zip(pairs).zip(springs) {
+            let overlap_m = left - right;
+            *value = of_overlap(*k, if overlap_m > *least_m { overlap_m } else { least_m.max(f64::MIN) });
+        }
+    }
+}

@@ -1,0 +1,106 @@
+use pulp::Simd;
+
+/// One row for each stage of a method, in one piece of memory.
+#[derive(Debug, Clone)]
+pub(super) struct Rows {
+    length: usize,
+    values: Vec<f64>,
+}
+
+impl Rows {
+    pub(super) fn new(n_rows: usize, length: usize) -> Self {
+        Self { length, values: vec![0.0; n_rows * length] }
+    }
+
+    #[inline(always)]
+    pub(super) fn row(&self, i: usize) -> &[f64] {
+        &self.values[i * self.length..(i + 1) * self.length]
+    }
+
+    #[inline(always)]
+    pub(super) fn row_mut(&mut self, i: usize) -> &mut [f64] {
+        &mut self.values[i * self.length..(i + 1) * self.length]
+    }
+
+    /// The first row to write, and another one to read.
+    #[inline(always)]
+    pub(super) fn first_and(&mut self, other: usize) -> (&mut [f64], &[f64]) {
+        let (first, others) = self.values.split_at_mut(self.length);
+        (first, &others[(other - 1) * self.length..other * self.length])
+    }
+
+    /// `out = base + h sum a_j row_j` over the terms `(j, a_j)`, for as many values as `out` holds.
+    #[inline(always)]
+    pub(super) fn combine<S: Simd>(
+        &self,
+        simd: S,
+        base: &[f64],
+        h: f64,
+        terms: &[(usize, f64)],
+        out: &mut [f64],
+    ) {
+        let h = simd.splat_f64s(h);
+        let n = out.len();
+        let (base, _) = S::as_simd_f64s(&base[..n]);
+        let (out, _) = S::as_mut_simd_f64s(out);
+        for (i, (out, base)) in out.iter_mut().zip(base).enumerate() {
+            *out = simd.mul_add_f64s(h, self.sum_at(simd, i, terms), *base);
+        }
+    }
+
+    /// `out += h sum a_j row_j` over the terms `(j, a_j)`.
+    #[inline(always)]
+    pub(super) fn add<S: Simd>(&self, simd: S, h: f64, terms: &[(usize, f64)], out: &mut [f64]) {
+        let h = simd.splat_f64s(h);
+        for (i, out) in S::as_mut_simd_f64s(out).0.iter_mut().enumerate() {
+            *out = simd.mul_add_f64s(h, self.sum_at(simd, i, terms), *out);
+        }
+    }
+
+    /// `row += h sum a_j row_j` over terms of rows before that row, for its first `n` values.
+    #[inline(always)]
+    pub(super) fn add_to_row<S: Simd>(
+        &mut self,
+        simd: S,
+        h: f64,
+        terms: &[(usize, f64)],
+        row: usize,
+        n: usize,
+    ) {
+        let (before, from_row) = self.values.split_at_mut(row * self.length);
+        let h = simd.splat_f64s(h);
+        for (i, out) in S::as_mut_simd_f64s(&mut from_row[..n]).0.iter_mut().enumerate() {
+            let mut sum = simd.splat_f64s(0.0);
+            for &(j, a) in terms {
+                let row = &before[j * self.length..j * self.length + n];
+                sum = simd.mul_add_f64s(simd.splat_f64s(a), S::as_simd_f64s(row).0[i], sum);
+            }
+            *out = simd.mul_add_f64s(h, sum, *out);
+        }
+    }
+
+    /// The largest magnitude of `sum a_j row_j` among the first `n` values.
+    #[inline(always)]
+    pub(super) fn largest<S: Simd>(&self, simd: S, n: usize, terms: &[(usize, f64)]) -> f64 {
+        let n_vectors = S::as_simd_f64s(&self.row(0)[..n]).0.len();
+        let mut largest = simd.splat_f64s(0.0);
+        let mut doubt = simd.splat_f64s(0.0);
+        for i in 0..n_vectors {
+            let sum = self.sum_at(simd, i, terms);
+            largest = simd.max_f64s(largest, simd.abs_f64s(sum));
+            doubt = simd.add_f64s(doubt, simd.sub_f64s(sum, sum));
+        }
+        // What is not finite may be lost in a maximum, but its difference to itself is not a number.
+        simd.reduce_max_f64s(largest) + simd.reduce_sum_f64s(doubt)
+    }
+
+    #[inline(always)]
+    fn sum_at<S: Simd>(&self, simd: S, vector: usize, terms: &[(usize, f64)]) -> S::f64s {
+        let mut sum = simd.splat_f64s(0.0);
+        for &(j, a) in terms {
+            let (row, _) = S::as_simd_f64s(self.row(j));
+            sum = simd.mul_add_f64s(simd.splat_f64s(a), row[vector], sum);
+        }
+        sum
+    }
+}

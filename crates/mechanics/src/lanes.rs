@@ -1,0 +1,250 @@
+use std::ops::{Add, Div, Mul, Sub};
+
+use pulp::{Simd, WithSimd, bytemuck};
+
+/// Rows of values are padded to a multiple of this, the widest vector of any machine in f64.
+pub(crate) const PADDING: usize = 8;
+
+/// Runs `work` with the best vectors of this machine: AVX-512, AVX2 with FMA, or none.
+///
+/// All three give the same bits. Products that are added are fused where this is asked, in software if need be, and
+/// nowhere else; and no sum is split by the width of the vectors.
+pub(crate) fn vectorised<W: WithSimd>(work: W) -> W::Output {
+    pulp::Arch::new().dispatch(work)
+}
+
+/// `n` rounded up to a multiple of [`PADDING`].
+pub(crate) fn padded(n: usize) -> usize {
+    n.next_multiple_of(PADDING)
+}
+
+/// The sum of the partial sums of a row, one for each place in [`PADDING`], in an order that no vector width changes.
+#[inline(always)]
+pub(crate) fn total(sums: [f64; PADDING]) -> f64 {
+    let quarter = |i: usize| sums[i] + sums[i + PADDING / 2];
+    (quarter(0) + quarter(2)) + (quarter(1) + quarter(3))
+}
+
+/// `U` vectors that go through a formula side by side, so that one hides the latency of the other and both share the
+/// loads of its constants.
+pub(crate) struct Lanes<S: Simd, const U: usize> {
+    simd: S,
+    values: [S::f64s; U],
+}
+
+impl<S: Simd, const U: usize> Clone for Lanes<S, U> {
+    #[inline(always)]
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<S: Simd, const U: usize> Copy for Lanes<S, U> {}
+
+macro_rules! lane_by_lane {
+    ($operator:ident, $name:ident, $instruction:ident) => {
+        impl<S: Simd, const U: usize> $operator for Lanes<S, U> {
+            type Output = Self;
+
+            #[inline(always)]
+            fn $name(mut self, other: Self) -> Self {
+                for (a, b) in self.values.iter_mut().zip(other.values) {
+                    *a = self.simd.$instruction(*a, b);
+                }
+                self
+            }
+        }
+    };
+}
+
+lane_by_lane!(Add, add, add_f64s);
+lane_by_lane!(Sub, sub, sub_f64s);
+lane_by_lane!(Mul, mul, mul_f64s);
+lane_by_lane!(Div, div, div_f64s);
+
+impl<S: Simd, const U: usize> Lanes<S, U> {
+    #[inline(always)]
+    pub(crate) fn new(simd: S, values: [S::f64s; U]) -> Self {
+        Self { simd, values }
+    }
+
+    /// The same number in every lane.
+    #[inline(always)]
+    pub(crate) fn splat(simd: S, value: f64) -> Self {
+        Self { simd, values: [simd.splat_f64s(value); U] }
+    }
+
+    /// The same number in every lane of vectors like these.
+    #[inline(always)]
+    pub(crate) fn constant(self, value: f64) -> Self {
+        Self::splat(self.simd, value)
+    }
+
+    /// Takes the lanes from as many vectors.
+    #[inline(always)]
+    pub(crate) fn load(&mut self, vectors: &[S::f64s]) {
+        for (lane, vector) in self.values.iter_mut().zip(vectors) {
+            *lane = *vector;
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn values(self) -> [S::f64s; U] {
+        self.values
+    }
+
+    /// `self * factor + term`, rounded once.
+    #[inline(always)]
+    pub(crate) fn mul_add(mut self, factor: Self, term: Self) -> Self {
+        for i in 0..U {
+            self.values[i] = self.simd.mul_add_f64s(self.values[i], factor.values[i], term.values[i]);
+        }
+        self
+    }
+
+    #[inline(always)]
+    pub(crate) fn max(mut self, other: Self) -> Self {
+        for i in 0..U {
+            self.values[i] = self.simd.max_f64s(self.values[i], other.values[i]);
+        }
+        self
+    }
+
+    #[inline(always)]
+    pub(crate) fn min(mut self, other: Self) -> Self {
+        for i in 0..U {
+            self.values[i] = self.simd.min_f64s(self.values[i], other.values[i]);
+        }
+        self
+    }
+
+    #[inline(always)]
+    pub(crate) fn abs(mut self) -> Self {
+        for a in &mut self.values {
+            *a = self.simd.abs_f64s(*a);
+        }
+        self
+    }
+
+    /// `yes` where `self < than`, else `no`.
+    #[inline(always)]
+    pub(crate) fn select_less(self, than: Self, yes: Self, mut no: Self) -> Self {
+        for i in 0..U {
+            let less = self.simd.less_than_f64s(self.values[i], than.values[i]);
+            no.values[i] = self.simd.select_f64s(less, yes.values[i], no.values[i]);
+        }
+        no
+    }
+
+    /// `yes` where `self == to`, else `no`.
+    #[inline(always)]
+    pub(crate) fn select_equal(self, to: Self, yes: Self, mut no: Self) -> Self {
+        for i in 0..U {
+            let equal = self.simd.equal_f64s(self.values[i], to.values[i]);
+            no.values[i] = self.simd.select_f64s(equal, yes.values[i], no.values[i]);
+        }
+        no
+    }
+
+    /// Takes a whole number from the bits, wrapping round.
+    #[inline(always)]
+    pub(crate) fn bits_less(mut self, bits: u64) -> Self {
+        let bits = self.simd.splat_u64s(bits);
+        for a in &mut self.values {
+            *a = bytemuck::cast(self.simd.sub_u64s(bytemuck::cast(*a), bits));
+        }
+        self
+    }
+
+    /// Takes the bits from a whole number, wrapping round.
+    #[inline(always)]
+    pub(crate) fn less_bits(mut self, bits: u64) -> Self {
+        let bits = self.simd.splat_u64s(bits);
+        for a in &mut self.values {
+            *a = bytemuck::cast(self.simd.sub_u64s(bits, bytemuck::cast(*a)));
+        }
+        self
+    }
+
+    #[inline(always)]
+    pub(crate) fn and_bits(mut self, bits: u64) -> Self {
+        let bits = self.simd.splat_u64s(bits);
+        for a in &mut self.values {
+            *a = bytemuck::cast(self.simd.and_u64s(bytemuck::cast(*a), bits));
+        }
+        self
+    }
+
+    #[inline(always)]
+    pub(crate) fn or_bits(mut self, bits: u64) -> Self {
+        let bits = self.simd.splat_u64s(bits);
+        for a in &mut self.values {
+            *a = bytemuck::cast(self.simd.or_u64s(bytemuck::cast(*a), bits));
+        }
+        self
+    }
+
+    /// Shifts the upper half of the bits of each lane to the left within that half; the lower half must be zero.
+    #[inline(always)]
+    pub(crate) fn upper_bits_left(mut self, by: u32) -> Self {
+        for a in &mut self.values {
+            *a = match bytemuck::try_cast::<S::f64s, S::u32s>(*a) {
+                Ok(halves) => {
+                    bytemuck::cast(self.simd.wrapping_dyn_shl_u32s(halves, self.simd.splat_u32s(by)))
+                }
+                Err(_one_lane) => from_bits::<S>(to_bits::<S>(*a) << by),
+            };
+        }
+        self
+    }
+
+    /// Shifts the upper half of the bits of each lane to the right within that half; the lower half must be zero.
+    #[inline(always)]
+    pub(crate) fn upper_bits_right(mut self, by: u32) -> Self {
+        for a in &mut self.values {
+            *a = match bytemuck::try_cast::<S::f64s, S::u32s>(*a) {
+                Ok(halves) => {
+                    bytemuck::cast(self.simd.wrapping_dyn_shr_u32s(halves, self.simd.splat_u32s(by)))
+                }
+                Err(_one_lane) => from_bits::<S>(to_bits::<S>(*a) >> by),
+            };
+        }
+        self
+    }
+}
+
+impl<S: Simd> Lanes<S, 1> {
+    /// The largest number of any lane.
+    #[inline(always)]
+    pub(crate) fn largest(self) -> f64 {
+        self.simd.reduce_max_f64s(self.values[0])
+    }
+
+    /// The sum of whole numbers, which no order changes.
+    #[inline(always)]
+    pub(crate) fn total(self) -> f64 {
+        self.simd.reduce_sum_f64s(self.values[0])
+    }
+
+    /// The number in the first lane.
+    #[inline(always)]
+    pub(crate) fn first(self) -> f64 {
+        let mut lanes = [0.0; PADDING];
+        if let Some(vector) = S::as_mut_simd_f64s(&mut lanes).0.first_mut() {
+            [*vector] = self.values;
+        }
+        lanes[0]
+    }
+}
+
+/// The bits of a vector of one lane.
+#[inline(always)]
+fn to_bits<S: Simd>(value: S::f64s) -> u64 {
+    bytemuck::cast(value)
+}
+
+/// A vector of one lane from its bits.
+#[inline(always)]
+fn from_bits<S: Simd>(bits: u64) -> S::f64s {
+    bytemuck::cast(bits)
+}

@@ -1,0 +1,72 @@
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use crate::{Chain, Drive, MechanicsError, Schedule, Simulation, Striker, simulate};
+
+/// Simulates a chain for several striker velocities (metres per second), on `n_threads` threads.
+///
+/// The members come in the order of the velocities, each as [`simulate`] alone would give it, whatever the number of threads.
+///
+/// # Errors
+/// [`MechanicsError::NotFor`] for a chain that no striker drives. A member that fails is an error of its own.
+pub fn scan(
+    chain: &Chain,
+    velocities_m_per_s: &[f64],
+    schedule: &Schedule,
+    n_threads: usize,
+) -> Result<Vec<Result<Simulation, MechanicsError>>, MechanicsError> {
+    let Drive::Striker(striker) = &chain.drive else {
+        let what = "a drive other than a striker";
+        return Err(MechanicsError::NotFor { method: "scan of striker velocities", what });
+    };
+    let member = |velocity_m_per_s: f64| {
+        let drive = Drive::Striker(Striker { velocity_m_per_s, ..*striker });
+        simulate(&Chain { drive, ..chain.clone() }, schedule)
+    };
+    let next = AtomicUsize::new(0);
+    let work = || -> Vec<(usize, Result<Simulation, MechanicsError>)> {
+        std::iter::from_fn(|| {
+            let i = next.fetch_add(1, Ordering::Relaxed);
+            velocities_m_per_s.get(i).map(|velocity| (i, member(*velocity)))
+        })
+        .collect()
+    };
+    let mut members: Vec<_> = std::thread::scope(|scope| {
+        let others: Vec<_> = (1..n_threads.max(1)).map(|_| scope.spawn(work)).collect();
+        let mut done = work();
+        for other in others {
+            match other.join() {
+                Ok(theirs) => done.extend(theirs),
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        }
+        done
+    });
+    members.sort_by_key(|(i, _)| *i);
+    Ok(members.into_iter().map(|(_, member)| member).collect())
+}
+
+/// Gaps near the striker whose pulse is still taking shape, left out of the group velocity.
+const NEAR_GAPS: usize = 3;
+
+impl Simulation {
+    /// The leading pulse's velocity in metres per second, for a pitch in metres: the slope of a straight line through the
+    /// places of the gaps against the times at which they were closed the most, from the fourth gap up to the first one
+    /// that peaked before its neighbour, as gaps do that an echo closes more; none with fewer than two gaps.
+    pub fn group_velocity_m_per_s(&self, pitch_m: f64) -> Option<f64> {
+        let mut points: Vec<(f64, f64)> = Vec::new();
+        for (gap, time_s) in self.peak_times_s.iter().enumerate().skip(NEAR_GAPS) {
+            let (Some(time_s), last_s) = (*time_s, points.last().map_or(0.0, |(time_s, _)| *time_s)) else {
+                break;
+            };
+            if time_s <= last_s {
+                break;
+            }
+            points.push((time_s, gap as f64 * pitch_m));
+        }
+        let n = points.len() as f64;
+        let mean_s = points.iter().map(|(time_s, _)| time_s).sum::<f64>() / n;
+        let spread: f64 = points.iter().map(|(time_s, _)| (time_s - mean_s).powi(2)).sum();
+        let slope: f64 = points.iter().map(|(time_s, place_m)| (time_s - mean_s) * place_m).sum();
+        (points.len() > 1).then(|| slope / spread)
+    }
+}
