@@ -19,10 +19,10 @@ pub(crate) mod truth;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use chainwave_correlation::ReferenceFrames;
-use chainwave_measurement::{Estimate, Recording, Subset};
+use chainwave_measurement::Estimate;
 
 use self::evaluation::Evaluation;
+pub(crate) use self::tracking::View;
 use self::truth::KnownTruth;
 use crate::calibration::ChainMap;
 use crate::cli;
@@ -143,7 +143,7 @@ impl Job {
     }
 
     /// The first recording that shows bodies, with their subsets and the frames at rest.
-    pub(crate) fn first_view(&self) -> Result<(Box<dyn Recording>, Vec<Subset>, ReferenceFrames), Error> {
+    pub(crate) fn first_view(&self) -> Result<View, Error> {
         tracking::first_view(self)
     }
 

@@ -10,7 +10,6 @@ use std::path::Path;
 
 use chainwave_figures::{TradeOff, TradeOffPoint, trade_off};
 
-use self::scene::Scene;
 use crate::cli;
 use crate::error::Error;
 use crate::outcome::Outcome;
@@ -37,7 +36,7 @@ pub(crate) fn tradeoff(arguments: &cli::Tradeoff) -> Result<Outcome, Error> {
     let mut outcome = Outcome::default();
     let mut rungs = Vec::new();
     for input in &arguments.inputs {
-        match Scene::open(input, arguments).and_then(|scene| tracking::ladder(&scene)) {
+        match scene::open(input, arguments).and_then(|scene| tracking::ladder(&scene)) {
             Ok(found) => rungs.extend(found),
             Err(error) => outcome.fail(error),
         }
