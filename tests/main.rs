@@ -4,7 +4,9 @@
 //! - `pipelines`: the small experiment all the way, held against the truth behind its recordings;
 //! - `determinism`, `resume`: the same bytes for any number of threads, and after a kill;
 //! - `bad_inputs`: what the command refuses, and how; `failures`: how it goes on without a bad recording;
+//! - `faults`: what goes wrong in a laboratory; `strikers`: several striker velocities; `ladders`: `tradeoff` and `prove`;
 //! - `calibration`: from pictures of a board to the uncertainties of the results;
+//! - `ring`: motion, compression, modes and bands of rings;
 //! - `init`: from a folder of recordings to an experiment;
 //! - `samples`, `reference`: the project's own recordings, and other people's where they are at hand.
 //!
@@ -28,11 +30,15 @@ mod determinism;
 #[cfg(test)]
 mod failures;
 #[cfg(test)]
+mod faults;
+#[cfg(test)]
 mod folder;
 #[cfg(test)]
 mod init;
 #[cfg(test)]
 mod laboratory;
+#[cfg(test)]
+mod ladders;
 #[cfg(test)]
 mod motion;
 #[cfg(test)]
@@ -44,6 +50,10 @@ mod repository;
 #[cfg(test)]
 mod resume;
 #[cfg(test)]
+mod ring;
+#[cfg(test)]
 mod samples;
+#[cfg(test)]
+mod strikers;
 #[cfg(test)]
 mod table;

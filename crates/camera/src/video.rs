@@ -1,5 +1,5 @@
 //! AVI, MP4 and Matroska video, decoded by OpenCV (feature `opencv`): gray of 8 bits, and of 16 bits where the codec
-//! keeps it (FFV1, for example). Other deep layouts are refused, for OpenCV would cut them to 8 bits.
+//! keeps it and OpenCV hands it on, which it does from 4.7 on. What would be cut to 8 bits is refused.
 
 #[cfg(feature = "opencv")]
 mod decoder;

@@ -112,7 +112,8 @@ pub(crate) struct Track {
     /// The recordings.
     #[arg(required = true)]
     pub(crate) recordings: Vec<PathBuf>,
-    /// Table of points: name,x_px,y_px,half_width_px,half_height_px in the reference frame.
+    /// Table of points: name,x_px,y_px,half_width_px,half_height_px in the reference frame. Where both half sizes are
+    /// empty, the smallest subset is taken that keeps the noise within --accuracy (0.01 px when left out).
     #[arg(long)]
     pub(crate) points: PathBuf,
     /// Table to write (.csv or .parquet).

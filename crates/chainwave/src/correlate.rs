@@ -1,6 +1,5 @@
 //! `chainwave correlate`: the displacement field between two images.
 
-use std::num::NonZero;
 use std::path::Path;
 
 use chainwave_correlation::{
@@ -19,6 +18,7 @@ use crate::outcome::Outcome;
 use crate::output::expect_folder_of;
 use crate::progress;
 use crate::table::{self, column};
+use crate::track::threads_of_each;
 
 /// Correlates two images and writes the field, its strain and its pictures.
 pub(crate) fn correlate(arguments: &cli::Correlate) -> Result<Outcome, Error> {
@@ -40,7 +40,7 @@ pub(crate) fn correlate(arguments: &cli::Correlate) -> Result<Outcome, Error> {
         grid,
         &Settings::default(),
         shape,
-        n_threads(arguments.jobs),
+        threads_of_each(arguments.jobs, 1),
         &|n| bar.inc(n),
     )?;
     bar.finish_and_clear();
@@ -60,11 +60,6 @@ fn pixels(recording: &dyn Recording) -> Result<Vec<f32>, Error> {
     let mut pixels = vec![0.0; region.n_pixels()];
     recording.read_region(0, region, &mut pixels)?;
     Ok(pixels)
-}
-
-fn n_threads(jobs: Option<u16>) -> NonZero<usize> {
-    let asked = jobs.and_then(|jobs| NonZero::new(usize::from(jobs)));
-    asked.or_else(|| std::thread::available_parallelism().ok()).unwrap_or(NonZero::<usize>::MIN)
 }
 
 /// The interpolation and the shape function; where an accuracy asks for them, by nine subsets over the reference.

@@ -1,12 +1,14 @@
 //! `chainwave simulate`: the motion of a chain from a scene.
 
+mod ring;
 mod scan;
 mod scene;
 
 use std::path::Path;
 use std::time::Instant;
 
-use chainwave_mechanics::Simulation;
+use chainwave_measurement::Trajectory;
+use chainwave_mechanics::{Drive, Simulation, StrikerMotion};
 use serde_json::json;
 
 use crate::cli;
@@ -20,6 +22,9 @@ use scene::Scene;
 /// Simulates a scene and writes the motion, and a summary where that is asked; or, with several striker velocities, each
 /// one's pulse.
 pub(crate) fn simulate(arguments: &cli::Simulate) -> Result<Outcome, Error> {
+    if ring::is_ring(&arguments.scene)? {
+        return ring::simulate(arguments);
+    }
     let scene = Scene::read(&arguments.scene)?;
     let (chain, schedule) = (scene.chain(&arguments.scene)?, scene.schedule(&arguments.scene)?);
     if let Some(velocities) = &arguments.scan {
@@ -28,16 +33,25 @@ pub(crate) fn simulate(arguments: &cli::Simulate) -> Result<Outcome, Error> {
     let start = Instant::now();
     let simulation = chainwave_mechanics::simulate(&chain, &schedule)?;
     let wall_s = start.elapsed().as_secs_f64();
-    write_motion(&arguments.out, &simulation)?;
+    write_motion(&arguments.out, &simulation.trajectory, simulation.striker.as_ref())?;
     if let Some(path) = &arguments.summary {
         write_summary(path, &simulation, wall_s)?;
     }
     Ok(Outcome::default())
 }
 
+/// Motion of a scene of the chain model, with another velocity of its striker where one is given.
+fn chain_trajectory(path: &Path, striker_velocity_m_per_s: Option<f64>) -> Result<Trajectory, Error> {
+    let scene = Scene::read(path)?;
+    let mut chain = scene.chain(path)?;
+    if let (Drive::Striker(striker), Some(velocity_m_per_s)) = (&mut chain.drive, striker_velocity_m_per_s) {
+        striker.velocity_m_per_s = velocity_m_per_s;
+    }
+    Ok(chainwave_mechanics::simulate(&chain, &scene.schedule(path)?)?.trajectory)
+}
+
 /// Writes the motion, time by time; body 0 is the striker.
-fn write_motion(path: &Path, simulation: &Simulation) -> Result<(), Error> {
-    let trajectory = &simulation.trajectory;
+fn write_motion(path: &Path, trajectory: &Trajectory, striker: Option<&StrikerMotion>) -> Result<(), Error> {
     let (mut times, mut bodies, mut x, mut v) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for (i, time_s) in trajectory.times_s.iter().enumerate() {
         let mut add = |body: u32, x_m: f64, v_m_per_s: f64| {
@@ -46,7 +60,7 @@ fn write_motion(path: &Path, simulation: &Simulation) -> Result<(), Error> {
             x.push(x_m);
             v.push(v_m_per_s);
         };
-        if let Some(striker) = &simulation.striker {
+        if let Some(striker) = striker {
             add(0, striker.displacement_m[i], striker.velocity_m_per_s[i]);
         }
         for row in 0..trajectory.displacement_m.nrows() {

@@ -13,7 +13,7 @@ use serde::Serialize;
 
 pub(crate) use self::faults::Fault;
 use self::faults::Faults;
-pub(crate) use self::truth::{Truth, is_nominal};
+pub(crate) use self::truth::{Truth, true_motion};
 use crate::cli;
 use crate::error::Error;
 use crate::experiment::{Experiment, Synthetic, Trial};

@@ -1,9 +1,12 @@
 //! `chainwave track`: points followed through recordings.
 
+use std::num::NonZero;
 use std::path::Path;
 
 use chainwave_camera::OpenOptions;
-use chainwave_correlation::{Method, ReferenceFrames, Settings, Shape, ShapeChoice, track_by_evidence};
+use chainwave_correlation::{
+    Method, ReferenceFrames, Settings, Shape, ShapeChoice, smallest_half_px, track_by_evidence,
+};
 use chainwave_measurement::{Lost, Position, Recording, Subset, Track};
 use indicatif::ProgressBar;
 use polars::prelude::Column;
@@ -19,18 +22,20 @@ use crate::table::{self, Table, column};
 
 /// Follows points through every recording, writes the tracks, and names the recordings that failed.
 pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
-    let subsets = read_points(&arguments.points)?;
+    let points = read_points(&arguments.points)?;
     let chosen = Chosen::of(&arguments.matching)?;
     expect_folder_of(&arguments.out)?;
     let recordings: Vec<String> =
         arguments.recordings.iter().map(|path| path.display().to_string()).collect();
     let bar = progress::bar("tracking", 0);
     let reference = ReferenceFrames::Single(arguments.reference);
+    let n_threads = threads_of_each(arguments.jobs, recordings.len());
     let of_recording = |path: &std::path::PathBuf| -> Result<Tracked, Error> {
         let options = OpenOptions { rate_hz: arguments.rate_hz, ..OpenOptions::default() };
         let recording = chainwave_camera::open_with(path, &options)?;
+        let subsets = subsets_in(recording.as_ref(), &points, &reference, arguments.matching.accuracy)?;
         let method = chosen.method(recording.as_ref(), &subsets, &reference)?;
-        follow(recording.as_ref(), &subsets, &reference, method, &bar)
+        follow(recording.as_ref(), &subsets, &reference, method, n_threads, &bar)
     };
     let results = map_in_parallel(arguments.jobs, &arguments.recordings, of_recording);
     bar.finish_and_clear();
@@ -49,6 +54,13 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     Ok(outcome)
 }
 
+/// Threads for each recording when all are worked on side by side: more than one where there are fewer recordings than
+/// threads.
+pub(crate) fn threads_of_each(jobs: Option<u16>, n_recordings: usize) -> NonZero<usize> {
+    let all = jobs.map_or_else(|| std::thread::available_parallelism().map_or(1, NonZero::get), usize::from);
+    NonZero::new(all / n_recordings.max(1)).unwrap_or(NonZero::<usize>::MIN)
+}
+
 /// The tracks of one recording, with its time stamps.
 pub(crate) struct Tracked {
     /// Time of each frame after the trigger, in seconds.
@@ -65,10 +77,11 @@ pub(crate) fn follow(
     subsets: &[Subset],
     reference: &ReferenceFrames,
     method: Method,
+    n_threads: NonZero<usize>,
     bar: &ProgressBar,
 ) -> Result<Tracked, Error> {
     bar.inc_length(recording.info().n_frames as u64);
-    let settings = Settings::default();
+    let settings = Settings { n_threads, ..Settings::default() };
     let advance = |n| bar.inc(n);
     let tracks = match method {
         Method::IcGn { interpolation, shape: ShapeChoice::ByEvidence } => {
@@ -84,23 +97,71 @@ pub(crate) fn follow(
     Ok(Tracked { times_s: recording.info().times_s.clone(), method, tracks })
 }
 
+/// Noise that a subset of no given size may leave, where no accuracy is asked for.
+const USUAL_ERROR_PX: f64 = 0.01;
+
+/// A point to follow; the size of its subset may be left open.
+pub(crate) struct Point {
+    name: String,
+    place_px: [f64; 2],
+    half_px: [Option<usize>; 2],
+}
+
+impl Point {
+    /// The subset in a recording: of the given size, or of the smallest that the noise allows.
+    fn subset(
+        &self,
+        recording: &dyn Recording,
+        reference: &ReferenceFrames,
+        error_px: f64,
+    ) -> Result<Subset, Error> {
+        let [width, height] = self.half_px;
+        let half = match width.or(height) {
+            Some(given) => given,
+            None => smallest_half_px(recording, self.place_px, reference, error_px)?,
+        };
+        let [x_px, y_px] = self.place_px;
+        let (half_width_px, half_height_px) = (width.unwrap_or(half), height.unwrap_or(half));
+        Ok(Subset { name: self.name.clone(), x_px, y_px, half_width_px, half_height_px })
+    }
+}
+
+/// The subsets around points; one of no given size is as small as an error (0.01 px where none is asked for) allows.
+pub(crate) fn subsets_in(
+    recording: &dyn Recording,
+    points: &[Point],
+    reference: &ReferenceFrames,
+    error_px: Option<f64>,
+) -> Result<Vec<Subset>, Error> {
+    let error_px = error_px.unwrap_or(USUAL_ERROR_PX);
+    points.iter().map(|point| point.subset(recording, reference, error_px)).collect()
+}
+
 /// Reads a table of points.
-pub(crate) fn read_points(path: &Path) -> Result<Vec<Subset>, Error> {
+pub(crate) fn read_points(path: &Path) -> Result<Vec<Point>, Error> {
     let table = Table::read(path)?;
     let names = table.texts("name")?;
     let (x_px, y_px) = (table.full_numbers("x_px")?, table.full_numbers("y_px")?);
-    let (half_widths, half_heights) = (table.counts("half_width_px")?, table.counts("half_height_px")?);
-    let subset = |(row, name): (usize, String)| Subset {
-        name,
-        x_px: x_px[row],
-        y_px: y_px[row],
-        half_width_px: half_widths[row],
-        half_height_px: half_heights[row],
+    let halves = |name: &str| -> Result<Vec<Option<usize>>, Error> {
+        let whole = |value: f64| value >= 0.0 && value.fract() == 0.0 && value < 1e6;
+        let half = |(row, value): (usize, Option<f64>)| match value {
+            Some(value) if !whole(value) => {
+                Err(table.cell(row, name, "a whole number from 0, or nothing", &value.to_string()))
+            }
+            value => Ok(value.map(|value| value as usize)),
+        };
+        table.numbers(name)?.into_iter().enumerate().map(half).collect()
     };
-    let subsets: Vec<Subset> = names.into_iter().enumerate().map(subset).collect();
-    match subsets.is_empty() {
+    let (half_widths, half_heights) = (halves("half_width_px")?, halves("half_height_px")?);
+    let point = |(row, name): (usize, String)| Point {
+        name,
+        place_px: [x_px[row], y_px[row]],
+        half_px: [half_widths[row], half_heights[row]],
+    };
+    let points: Vec<Point> = names.into_iter().enumerate().map(point).collect();
+    match points.is_empty() {
         true => Err(table.cell(0, "name", "at least one point", "none")),
-        false => Ok(subsets),
+        false => Ok(points),
     }
 }
 

@@ -27,12 +27,13 @@ fn prepared(shape: Shape, interpolation: Interpolation) -> PreparedSubset {
 }
 
 fn window_of(interpolation: Interpolation) -> (Region, Vec<f32>) {
-    // What a tracker reads: the subset, 2 px of slack, the taps and the prefilter's margin.
+    // What a tracker reads: the subset, 1 px of slack, the taps and the prefilter's margin.
     let margin = match interpolation {
-        Interpolation::Linear => 3,
-        Interpolation::Cubic => 10,
-        Interpolation::CubicMoms => 15,
-        _ => 16,
+        Interpolation::Linear => 2,
+        Interpolation::Cubic => 8,
+        Interpolation::CubicMoms => 12,
+        Interpolation::Quintic => 14,
+        Interpolation::QuinticMoms => 17,
     };
     let side = 33 + 2 * margin;
     let region = Region { x: 194 - margin, y: 194 - margin, width: side, height: side };

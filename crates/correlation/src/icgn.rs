@@ -159,11 +159,11 @@ impl PreparedSubset {
         warp: &Warp,
         workspace: &mut Workspace,
     ) -> Option<Evaluation> {
-        let n = self.n_pixels();
-        workspace.samples.resize(n.next_multiple_of(LANES), 0.0);
-        sample(window, warp, self.lattice(), &mut workspace.rows, &mut workspace.samples[..n]);
+        let (n, padded) = (self.n_pixels(), self.intensity.len());
+        workspace.samples.resize(n + LANES, 0.0);
+        sample(window, warp, self.lattice(), &mut workspace.rows, &mut workspace.samples);
         workspace.samples[n..].fill(0.0);
-        sum(self, &workspace.samples).evaluate(self)
+        sum(self, &workspace.samples[..padded]).evaluate(self)
     }
 
     /// What the last evaluation left.

@@ -11,7 +11,11 @@
 //!   the reference's own noise, and their noise is kept out of the Hessian, so that the estimate stays unbiased and
 //!   close to the Cramer-Rao bound at several percent of noise.
 //! - Every position has its standard uncertainty, from the residual and the Hessian, or the reason why there is none
-//!   ([`chainwave_measurement::Lost`]). [`track`] predicts from the subset's own past and falls back to a search.
+//!   ([`chainwave_measurement::Lost`]). [`track`] predicts from the subset's own past and falls back to a search, also of
+//!   turned bodies; [`correlate()`] grows a field from its most reliable points.
+//! - What a scene requires is found by evidence: the shape function by a test of what the matches would have to explain
+//!   as noise ([`ShapeEvidence`]), the rung of the ladder by shifting the user's own reference ([`self_test()`]), the
+//!   subset's size by the noise floor ([`smallest_half_px`]).
 //!
 //! Measured on analytic Gaussian speckle (autocorrelation 4.5 px wide at half height, 17 % contrast, 12 bit), subsets
 //! of 33 x 33 px; `tests/ladder.rs` prints such a table on any machine. Bias is peak to peak over sub-pixel shifts
@@ -20,17 +24,23 @@
 //! | method | bias | std | in 1 sigma | in 95 % |
 //! |---|---|---|---|---|
 //! | opencv-lk | 24 mpx | 13.7 mpx | 69.5 % | 96.5 % |
-//! | icgn-linear-affine | 25 mpx | 13.9 mpx | 57.5 % | 88.8 % |
-//! | icgn-cubic-affine | 1.9 mpx | 10.5 mpx | 68.2 % | 95.3 % |
-//! | icgn-cubic-moms-translation | 0.26 mpx | 10.4 mpx | 67.8 % | 94.8 % |
+//! | icgn-linear-affine | 25 mpx | 13.9 mpx | 57.4 % | 88.8 % |
+//! | icgn-cubic-affine | 1.9 mpx | 10.5 mpx | 68.3 % | 95.2 % |
+//! | icgn-cubic-moms-translation | 0.26 mpx | 10.4 mpx | 68.0 % | 94.8 % |
+//! | icgn-cubic-moms-rigid | 0.26 mpx | 10.4 mpx | 68.3 % | 94.8 % |
 //! | icgn-cubic-moms-affine (default) | 0.25 mpx | 10.5 mpx | 68.5 % | 95.0 % |
-//! | icgn-quintic-affine | 0.17 mpx | 10.5 mpx | 68.8 % | 95.1 % |
-//! | icgn-quintic-moms-affine | 0.06 mpx | 10.5 mpx | 68.8 % | 95.1 % |
+//! | icgn-cubic-moms-quadratic | 0.29 mpx | 20.7 mpx | 68.5 % | 94.4 % |
+//! | icgn-quintic-affine | 0.17 mpx | 10.5 mpx | 68.6 % | 95.1 % |
+//! | icgn-quintic-moms-affine | 0.06 mpx | 10.5 mpx | 68.6 % | 95.1 % |
 //!
-//! `benches/matching.rs` times the parts. On one thread of an AVX-512 machine, in microseconds per subset: the affine
-//! match (3 iterations) 5.1 by either cubic and 8.5 by either quintic, the translation (2 iterations) 1.5 and 2.6; the
-//! coefficients of the window that a tracker reads 4.3 (cubic), 4.9 (cubic MOMS) and 11 (quintic). The instruction set
-//! is chosen at run time, and results have the same bits with each, for any number of threads.
+//! A quadratic shape function has twice the noise: its centre is told apart from its curvature.
+//!
+//! `benches/matching.rs` times the parts. On one thread of a busy AVX-512 machine, in microseconds per subset: the affine
+//! match (3 iterations) 5.7 by either cubic and 8.7 by either quintic, the translation (2 iterations) 1.6 and 2.9; the
+//! coefficients of all of a window of the size that a tracker reads 2.4 (cubic), 3.3 (cubic MOMS), 4.0 (quintic) and 7.0
+//! (quintic MOMS), of which a tracker leaves the margins out; a subset's preparation 12, and the gradients of the whole
+//! reference once. The instruction set is chosen at run time, and results have the same bits with each, for any number of
+//! threads.
 //!
 //! Over two patterns with 30 draws of noise each, the affine quintic's error is 1.02 to 1.04 times the floor at 1 %,
 //! 1.03 to 1.05 at 2 % and 1.05 to 1.08 at 5 % noise. Neither interpolation's bias nor a mismatch of the shape
@@ -63,6 +73,7 @@ mod search;
 mod self_test;
 mod settings;
 mod simd;
+mod subset_size;
 mod sums;
 mod track;
 mod uncertainty;
@@ -81,5 +92,6 @@ pub use prepared::PreparedSubset;
 pub use reference::Reference;
 pub use self_test::{RungError, cheapest_within, self_test};
 pub use settings::{Interpolation, ReferenceFrames, Settings, Shape, ShapeChoice};
+pub use subset_size::smallest_half_px;
 pub use track::{track, track_by_evidence};
 pub use window::Window;

@@ -190,7 +190,11 @@ impl<'a> Flow<'a> {
         let starts = self.starts(frame);
         let places = self.flow(&bytes, &starts)?;
         let mut window = Window::empty(Interpolation::Linear);
-        window.start(whole).iter_mut().zip(&bytes).for_each(|(value, &byte)| *value = f32::from(byte));
+        window
+            .start(whole, [0; 2])
+            .iter_mut()
+            .zip(&bytes)
+            .for_each(|(value, &byte)| *value = f32::from(byte));
         window.finish();
         let ends =
             starts.into_iter().zip(places).map(|(start, place)| start.and(place.ok_or(Lost::NotConverged)));

@@ -1,5 +1,9 @@
 //! Interpolation of a window at the places of a warped subset.
 
+use std::marker::PhantomData;
+
+use pulp::{Simd, WithSimd};
+
 use crate::kernel::{BSpline, Kernel, Moms};
 use crate::simd::{LANES, vectorised};
 use crate::warp::Warp;
@@ -13,8 +17,8 @@ pub(crate) struct Lattice {
     pub(crate) height: usize,
 }
 
-/// Samples the window (counts less its level) at every pixel of a warped subset, row by row into `samples`. `rows` is a
-/// buffer.
+/// Samples the window (counts less its level) at every pixel of a warped subset, row by row into `samples`, which has
+/// room for [`LANES`] values more. `rows` is a buffer.
 ///
 /// Every point must lie in the window ([`Window::contains`]); the caller checks the subset's outline once instead of
 /// each point here.
@@ -47,10 +51,8 @@ fn sample_with<K: Kernel<TAPS>, const TAPS: usize>(
             || sample_grid::<K, TAPS>(window, warp, lattice, rows, samples),
         );
     } else {
-        vectorised(
-            #[inline(always)]
-            || sample_rows::<K, TAPS>(window, warp, lattice, rows, samples),
-        );
+        let kernel = PhantomData::<K>;
+        pulp::Arch::new().dispatch(RowSampling::<K, TAPS> { window, warp, lattice, samples, kernel });
     }
 }
 
@@ -89,7 +91,7 @@ fn weighted_sum<const TAPS: usize>(values: &[f32], spacing: usize, weights: [f32
     for (i, sum) in sums.iter_mut().enumerate() {
         let mut total = 0.0;
         for tap in 0..TAPS {
-            total += weights[tap] * lines[tap][i];
+            total = weights[tap].mul_add(lines[tap][i], total);
         }
         *sum = total;
     }
@@ -112,35 +114,53 @@ impl Start {
     }
 }
 
-/// Samples row by row, each in segments that lie between the same coefficients: there, what is one pixel further in the
-/// subset takes the coefficients one further, and neighbours are sampled by one vector. `buffer` is for a row.
-#[inline(always)]
-fn sample_rows<K: Kernel<TAPS>, const TAPS: usize>(
-    window: &Window,
-    warp: &Warp,
+/// Samples row by row, [`LANES`] points at once. `samples` has room for so many more: the last points of a row that lie
+/// outside of the subset are overwritten by the next row.
+///
+/// Written in explicit vectors, for compilers unroll a loop over an array's lanes before they think of vectors.
+struct RowSampling<'a, K, const TAPS: usize> {
+    window: &'a Window,
+    warp: &'a Warp,
     lattice: Lattice,
-    buffer: &mut Vec<f32>,
-    samples: &mut [f32],
-) {
-    buffer.resize(lattice.width + LANES, 0.0);
-    for (row, samples) in samples.chunks_exact_mut(lattice.width).take(lattice.height).enumerate() {
-        let line = Line::new(window, warp, lattice.first_px, row);
-        let mut first = 0;
-        while first < lattice.width {
-            let (whole, end) = line.segment(first, lattice.width);
-            let n = n_sampled(end - first);
-            line.sample::<K, TAPS>(window, whole, first, &mut buffer[..n]);
-            samples[first..end].copy_from_slice(&buffer[..end - first]);
-            first = end;
+    samples: &'a mut [f32],
+    kernel: PhantomData<K>,
+}
+
+impl<K: Kernel<TAPS>, const TAPS: usize> WithSimd for RowSampling<'_, K, TAPS> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        match S::F32_LANES {
+            16 => self.run::<S, 1>(simd),
+            8 => self.run::<S, 2>(simd),
+            4 => self.run::<S, 4>(simd),
+            _ => self.run::<S, LANES>(simd),
         }
     }
 }
 
-/// Points that are sampled for `n`: up to two more than whole vectors are done one by one, else the last vector is
-/// filled by points that are not used.
-#[inline(always)]
-fn n_sampled(n: usize) -> usize {
-    if n % LANES <= 2 { n } else { n.next_multiple_of(LANES) }
+impl<K: Kernel<TAPS>, const TAPS: usize> RowSampling<'_, K, TAPS> {
+    #[inline(always)]
+    fn run<S: Simd, const VECTORS: usize>(self, simd: S) {
+        let Self { window, warp, lattice, samples, .. } = self;
+        for row in 0..lattice.height {
+            let line = Line::new(window, warp, lattice.first_px, row);
+            let mut first = 0;
+            while first < lattice.width {
+                let n = LANES.min(lattice.width - first);
+                let start = row * lattice.width + first;
+                line.sample_block::<S, K, TAPS, VECTORS>(
+                    simd,
+                    window,
+                    first,
+                    n,
+                    &mut samples[start..][..LANES],
+                );
+                first += LANES;
+            }
+        }
+    }
 }
 
 /// A row of points: point i lies at `start.column + i + start.fraction[0] + step[0] i + bend[0] i^2`, and
@@ -171,7 +191,10 @@ impl Line {
     #[inline(always)]
     fn way(&self, i: usize) -> [f32; 2] {
         let i = i as i32 as f32;
-        let along = |axis: usize| self.start.fraction[axis] + (self.step[axis] + self.bend[axis] * i) * i;
+        let along = |axis: usize| {
+            let slope = self.bend[axis].mul_add(i, self.step[axis]);
+            slope.mul_add(i, self.start.fraction[axis])
+        };
         [along(0), along(1)]
     }
 
@@ -201,50 +224,79 @@ impl Line {
         if turn > first as f32 && turn < end as f32 { turn as usize } else { end }
     }
 
-    /// Samples the points from `first` on as if their way had this whole part. One loop over the points and no branch
-    /// in it, so that compilers vectorise it.
+    /// Samples the points from `first` on, of which n are used. Points between the same coefficients are sampled
+    /// together; there, what is one pixel further in the subset takes the coefficients one further.
     #[inline(always)]
-    fn sample<K: Kernel<TAPS>, const TAPS: usize>(
+    fn sample_block<S: Simd, K: Kernel<TAPS>, const TAPS: usize, const VECTORS: usize>(
         &self,
+        simd: S,
+        window: &Window,
+        first: usize,
+        n: usize,
+        block: &mut [f32],
+    ) {
+        let (whole, mut start) = self.segment(first, first + n);
+        let values = self.sample::<S, K, TAPS, VECTORS>(simd, window, whole, first);
+        block.copy_from_slice(pulp::bytemuck::cast_slice(&values));
+        while start < first + n {
+            let (whole, end) = self.segment(start, first + n);
+            let values = self.sample::<S, K, TAPS, VECTORS>(simd, window, whole, first);
+            let part = start - first..end - first;
+            block[part.clone()].copy_from_slice(&pulp::bytemuck::cast_slice(&values)[part]);
+            start = end;
+        }
+    }
+
+    /// Samples the points from `first` on as if the way of all had this whole part.
+    #[inline(always)]
+    fn sample<S: Simd, K: Kernel<TAPS>, const TAPS: usize, const VECTORS: usize>(
+        &self,
+        simd: S,
         window: &Window,
         whole: [i32; 2],
         first: usize,
-        out: &mut [f32],
-    ) {
-        let n = out.len();
+    ) -> [S::f32s; VECTORS] {
         let column = self.start.column + whole[0] as isize + first as isize;
         let corner = window.corner::<TAPS>(column, self.start.row + whole[1] as isize);
-        let coefficients = &window.coefficients[corner..];
-        let lines: [[&[f32]; TAPS]; TAPS] = std::array::from_fn(
+        let lines: [&[f32]; TAPS] = std::array::from_fn(
             #[inline(always)]
-            |tap_y| {
-                let line = &coefficients[tap_y * window.stride..tap_y * window.stride + n + TAPS - 1];
-                std::array::from_fn(
-                    #[inline(always)]
-                    |tap_x| &line[tap_x..tap_x + n],
-                )
-            },
+            |tap| &window.coefficients[corner + tap * window.stride..][..LANES + TAPS - 1],
         );
-        let whole = whole.map(
-            #[inline(always)]
-            |whole| whole as f32,
-        );
-        for (i, value) in out.iter_mut().enumerate() {
-            let [x, y] = self.way(first + i);
-            let weights_x: [f32; TAPS] = K::WEIGHTS.at(x - whole[0]);
-            let weights_y: [f32; TAPS] = K::WEIGHTS.at(y - whole[1]);
-            let mut total = 0.0;
-            for tap_y in 0..TAPS {
-                let mut sum = 0.0;
-                for tap_x in 0..TAPS {
-                    sum += weights_x[tap_x] * lines[tap_y][tap_x][i];
+        let lanes = S::as_simd_f32s(&FIRST_NUMBERS).0;
+        let mut values = [simd.splat_f32s(0.0); VECTORS];
+        for (vector, value) in values.iter_mut().enumerate() {
+            let i = simd.add_f32s(simd.splat_f32s(first as f32), lanes[vector]);
+            let along = |axis: usize| {
+                let bend =
+                    simd.mul_add_f32s(simd.splat_f32s(self.bend[axis]), i, simd.splat_f32s(self.step[axis]));
+                let way = simd.mul_add_f32s(bend, i, simd.splat_f32s(self.start.fraction[axis]));
+                simd.sub_f32s(way, simd.splat_f32s(whole[axis] as f32))
+            };
+            let weights_x: [S::f32s; TAPS] = K::WEIGHTS.at_all(simd, along(0));
+            let weights_y: [S::f32s; TAPS] = K::WEIGHTS.at_all(simd, along(1));
+            for (line, weight_y) in lines.iter().zip(weights_y) {
+                let coefficients = |tap: usize| S::as_simd_f32s(&line[tap..tap + LANES]).0[vector];
+                let mut sum = simd.mul_f32s(weights_x[0], coefficients(0));
+                for (tap, &weight_x) in weights_x.iter().enumerate().skip(1) {
+                    sum = simd.mul_add_f32s(weight_x, coefficients(tap), sum);
                 }
-                total += weights_y[tap_y] * sum;
+                *value = simd.mul_add_f32s(weight_y, sum, *value);
             }
-            *value = total;
         }
+        values
     }
 }
+
+/// 0, 1, 2 and so on.
+const FIRST_NUMBERS: [f32; LANES] = {
+    let mut numbers = [0.0; LANES];
+    let mut i = 0;
+    while i < LANES {
+        numbers[i] = i as f32;
+        i += 1;
+    }
+    numbers
+};
 
 #[inline(always)]
 fn floor(x: f32) -> i32 {
@@ -306,9 +358,9 @@ mod tests {
                 for (width, height) in [(33, 33), (41, 9), (9, 20), (16, 3), (61, 31)] {
                     let first_px = [-0.5 * width as f64, -0.5 * height as f64];
                     let lattice = Lattice { first_px, width, height };
-                    let mut samples = vec![0.0; width * height];
+                    let mut samples = vec![0.0; width * height + LANES];
                     sample(&window, warp, lattice, &mut Vec::new(), &mut samples);
-                    for (i, &found) in samples.iter().enumerate() {
+                    for (i, &found) in samples[..width * height].iter().enumerate() {
                         let place = [first_px[0] + (i % width) as f64, first_px[1] + (i / width) as f64];
                         let expected = plain_of(&window, warp.apply(place));
                         // coordinates in f32 are good to 2e-6 px; this noise changes by up to 3e4 counts a pixel
@@ -328,9 +380,12 @@ mod tests {
         let window = Window::new(region, &noise(region), Interpolation::CubicMoms).unwrap();
         let warp = Warp { gradient: [0.02, 0.01, -0.015, -0.02], ..Warp::at([40.3, 40.8]) };
         let lattice = Lattice { first_px: [-16.0; 2], width: 33, height: 33 };
-        let (mut plain, mut best) = (vec![0.0_f32; 33 * 33], vec![0.0_f32; 33 * 33]);
-        sample_rows::<Moms, 4>(&window, &warp, lattice, &mut Vec::new(), &mut plain);
+        let (mut plain, mut best) = (vec![0.0_f32; 33 * 33 + LANES], vec![0.0_f32; 33 * 33 + LANES]);
+        let samples = plain.as_mut_slice();
+        let kernel = PhantomData::<Moms>;
+        RowSampling::<Moms, 4> { window: &window, warp: &warp, lattice, samples, kernel }
+            .with_simd(pulp::Scalar);
         sample(&window, &warp, lattice, &mut Vec::new(), &mut best);
-        assert_eq!(plain, best);
+        assert_eq!(plain[..33 * 33], best[..33 * 33]);
     }
 }

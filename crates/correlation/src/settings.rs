@@ -1,4 +1,5 @@
 use std::fmt;
+use std::num::NonZero;
 use std::ops::Range;
 use std::str::FromStr;
 
@@ -20,6 +21,8 @@ pub struct Settings {
     /// Columns and rows on each side of the expected place that a search covers; a body may move this far between
     /// two frames without being predicted.
     pub search_radius_px: usize,
+    /// Threads that the subsets of a recording are shared among; the result does not depend on it.
+    pub n_threads: NonZero<usize>,
 }
 
 impl Default for Settings {
@@ -31,6 +34,7 @@ impl Default for Settings {
             max_iterations: 30,
             min_zncc: 0.6,
             search_radius_px: 24,
+            n_threads: NonZero::<usize>::MIN,
         }
     }
 }

@@ -1,8 +1,9 @@
 //! Vectors of 16 values, and the choice of instruction set.
 //!
 //! The hot loops are written over arrays of [`LANES`] values, whatever the machine's vectors are, and multiply and add
-//! in two roundings. So a sum is split in the same way everywhere, and results have the same bits with AVX-512, with
-//! AVX2 and without either; [`vectorised`] compiles a loop for each and chooses at run time.
+//! in one rounding. So a sum is split in the same way everywhere, and results have the same bits with AVX-512, with
+//! AVX2 and without either; [`vectorised`] compiles a loop for each and chooses at run time. (A processor of before 2013
+//! that cannot multiply and add in one rounding does so by the C library, slowly.)
 
 /// Values that are handled together.
 pub(crate) const LANES: usize = 16;

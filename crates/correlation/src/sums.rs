@@ -68,8 +68,7 @@ impl<const TERMS: usize> Summation<'_, TERMS> {
         let slopes = slope_x.iter().zip(slope_y);
         for (((g, f), (slope_x, slope_y)), (x, y)) in target.iter().zip(reference).zip(slopes).zip(places) {
             for i in 0..VECTORS {
-                // two roundings, not a fused one, which some machines do not have
-                let add = |sum: &mut S::f32s, a, b| *sum = simd.add_f32s(*sum, simd.mul_f32s(a, b));
+                let add = |sum: &mut S::f32s, a, b| *sum = simd.mul_add_f32s(a, b, *sum);
                 let (u, v) = (simd.mul_f32s(slope_x[i], g[i]), simd.mul_f32s(slope_y[i], g[i]));
                 along_x[0][i] = simd.add_f32s(along_x[0][i], u);
                 along_y[0][i] = simd.add_f32s(along_y[0][i], v);

@@ -20,7 +20,7 @@ use crate::{
 /// in every fourth, in turn around where it would be by now and where it was seen last. `progress` receives 1 after
 /// each frame of the recording. A frame that cannot be read is [`Lost::Unreadable`] in every track; the others go on.
 ///
-/// Nothing depends on threads, and `track` starts none.
+/// Each subset is followed by itself, so nothing depends on the number of threads.
 ///
 /// # Errors
 /// [`CorrelationError`] when a setting has no meaning, the reference frames do not exist or cannot be read, or a
@@ -33,8 +33,7 @@ pub fn track(
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Vec<Track>, CorrelationError> {
     let mut followers = followers(recording, subsets, reference, settings)?;
-    let first = reference.range().start;
-    Ok(track_both_ways(followers.as_mut_slice(), first, recording.info().n_frames, subsets, progress))
+    Ok(follow(&mut followers, reference, subsets, settings, progress))
 }
 
 /// As [`track`], each subset with the simplest shape function that its matches cannot reject, and the evidence for it.
@@ -57,8 +56,7 @@ pub fn track_by_evidence(
         let reference = Reference::read(recording, subset, reference)?;
         follower.shape_test = Some(ShapeTest::new(&reference, subset, &affine));
     }
-    let (first, n_frames) = (reference.range().start, recording.info().n_frames);
-    let mut tracks = track_both_ways(followers.as_mut_slice(), first, n_frames, subsets, progress);
+    let mut tracks = follow(&mut followers, reference, subsets, settings, progress);
     let evidence: Vec<ShapeEvidence> = followers
         .iter()
         .filter_map(|follower| follower.shape_test.as_ref())
@@ -85,6 +83,37 @@ fn followers<'a>(
 ) -> Result<Vec<Follower<'a>>, CorrelationError> {
     settings.check()?;
     subsets.iter().map(|subset| Follower::new(recording, subset, reference, settings)).collect()
+}
+
+/// Follows each subset on one of the threads; the first thread counts the frames.
+fn follow(
+    followers: &mut [Follower<'_>],
+    reference: &ReferenceFrames,
+    subsets: &[Subset],
+    settings: &Settings,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Vec<Track> {
+    let Some(n_frames) = followers.first().map(|follower| follower.recording.info().n_frames) else {
+        return Vec::new();
+    };
+    let first = reference.range().start;
+    let share = subsets.len().div_ceil(settings.n_threads.get()).max(1);
+    let ((own, others), (own_subsets, other_subsets)) =
+        (followers.split_at_mut(share), subsets.split_at(share));
+    std::thread::scope(|scope| {
+        let threads: Vec<_> = others
+            .chunks_mut(share)
+            .zip(other_subsets.chunks(share))
+            .map(|(part, subsets)| {
+                scope.spawn(move || track_both_ways(part, first, n_frames, subsets, &|_| ()))
+            })
+            .collect();
+        let mut tracks = track_both_ways(own, first, n_frames, own_subsets, progress);
+        for thread in threads {
+            tracks.extend(thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
+        }
+        tracks
+    })
 }
 
 pub(crate) type Found = Result<Position, Lost>;
@@ -256,7 +285,7 @@ impl<'a> Follower<'a> {
 
     /// Matches from a start, moving the window after the subset while it leaves it.
     fn match_from(&mut self, frame: usize, start: Warp) -> Result<Match, Lost> {
-        const WINDOWS: usize = 4; // 2 px of slack each cover the largest drift that the iteration allows
+        const WINDOWS: usize = 8; // 1 px of slack each covers the largest drift that the iteration allows
         let mut start = start;
         for _ in 0..WINDOWS {
             if !self.in_frame(&start)? {
@@ -284,8 +313,9 @@ impl<'a> Follower<'a> {
     fn read_window(&mut self, frame: usize, warp: &Warp) -> Result<(), Lost> {
         let subset = self.subset.as_ref().map_err(|reason| *reason)?;
         let info = self.recording.info();
-        let region = window_around(subset, warp, info.width_px, info.height_px).ok_or(Lost::OutOfView)?;
-        let pixels = self.window.start(region);
+        let (region, margins) =
+            window_around(subset, warp, info.width_px, info.height_px).ok_or(Lost::OutOfView)?;
+        let pixels = self.window.start(region, margins);
         self.recording.read_region(frame, region, pixels).map_err(|_| Lost::Unreadable)?;
         self.window.finish();
         Ok(())
@@ -310,16 +340,25 @@ fn worse(by_prediction: Lost, by_search: Lost) -> Lost {
 }
 
 /// Pixels that a match may move from its start before the window must be read again.
-const SLACK_PX: f64 = 2.0;
+const SLACK_PX: f64 = 1.0;
 
-/// The pixels around a warped subset that interpolation, its prefilter and the slack need, inside the frame.
-fn window_around(subset: &PreparedSubset, warp: &Warp, width: usize, height: usize) -> Option<Region> {
+/// The pixels around a warped subset that interpolation, its prefilter and the slack need, inside the frame, and how many
+/// of the first and last columns only the prefilter does.
+fn window_around(
+    subset: &PreparedSubset,
+    warp: &Warp,
+    width: usize,
+    height: usize,
+) -> Option<(Region, [usize; 2])> {
     let interpolation = subset.settings.interpolation;
-    let margin = SLACK_PX + interpolation.prefilter_margin_px() as f64;
-    let before = margin + interpolation.taps_before() as f64;
-    let after = margin + interpolation.taps_after() as f64 + 1.0;
+    let margin = interpolation.prefilter_margin_px() as i64;
+    let before = SLACK_PX + interpolation.taps_before() as f64;
+    let after = SLACK_PX + interpolation.taps_after() as f64 + 1.0;
     let [low, high] = subset.bounds(warp);
     let [x0, y0] = low.map(|value| (value - before).floor() as i64);
     let [x1, y1] = high.map(|value| (value + after).floor() as i64);
-    Region::clipped(x0, y0, x1, y1, width, height)
+    let region = Region::clipped(x0 - margin, y0 - margin, x1 + margin, y1 + margin, width, height)?;
+    let beyond = |distance: i64| usize::try_from(distance).unwrap_or(0);
+    let margins = [beyond(x0 - region.x as i64), beyond((region.x + region.width) as i64 - x1)];
+    Some((region, margins))
 }

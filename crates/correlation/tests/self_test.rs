@@ -4,7 +4,7 @@ mod support;
 
 use chainwave_correlation::{
     CorrelationError, Interpolation, Method, ReferenceFrames, Settings, Shape, ShapeChoice, cheapest_within,
-    self_test,
+    self_test, smallest_half_px,
 };
 use support::{Film, SIZE, Speckle, grid, moments, sense, subset};
 
@@ -75,4 +75,24 @@ fn subsets_at_the_edge_of_the_frame_are_tested_too() {
     let tested =
         self_test(&[method(Interpolation::Cubic)], &film(0.01), &subsets, &FIRST, &Settings::default());
     assert_eq!(tested.unwrap()[0].n_lost, 0);
+}
+
+#[test]
+fn the_smallest_subset_that_the_noise_allows_is_as_good_as_promised() {
+    let film = film(0.02);
+    let half = smallest_half_px(&film, [200.0, 210.0], &FIRST, 0.012).unwrap();
+    let sigma = |half: usize| {
+        let subsets = [subset(200.0, 210.0, half)];
+        let tracks =
+            method(Interpolation::Quintic).track(&film, &subsets, &FIRST, &Settings::default(), &|_| ());
+        let position = tracks.unwrap()[0].positions[5].unwrap();
+        position.x_px.sigma.max(position.y_px.sigma)
+    };
+    // The floor is that of a translation. An affine shape costs up to 3 % more and the noise in the gradients 4 %; the
+    // residual tells its own noise to 5 %.
+    let [found, smaller] = [half, half - 3].map(sigma);
+    assert!(found < 1.12 * 0.012 && smaller > 0.012, "{half}: {found} {smaller}");
+    let hopeless = smallest_half_px(&film, [200.0, 210.0], &FIRST, 1e-9).unwrap();
+    assert_eq!(hopeless, 60);
+    assert!(smallest_half_px(&film, [2.0, 210.0], &FIRST, 0.01).is_err());
 }

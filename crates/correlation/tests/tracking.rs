@@ -148,6 +148,18 @@ fn a_body_that_has_turned_by_any_angle_between_two_frames_is_found() {
 }
 
 #[test]
+fn bits_do_not_depend_on_the_number_of_threads() {
+    let film = film(&[[200.0, 200.0], [203.4, 199.1], [208.2, 198.0]]);
+    let subsets: Vec<Subset> = [188.0, 194.0, 200.0, 206.0, 212.0].map(|x| subset(x, 200.0, 10)).into();
+    let run = |n_threads: usize| {
+        let settings = Settings { n_threads: n_threads.try_into().unwrap(), ..Settings::default() };
+        track(&film, &subsets, &ReferenceFrames::Single(1), &settings, &|_| ()).unwrap()
+    };
+    let one = run(1);
+    assert!([2, 3, 8].into_iter().all(|n_threads| run(n_threads) == one));
+}
+
+#[test]
 fn progress_counts_every_frame_once() {
     let film = film(&[[200.0, 200.0]; 5]);
     let frames = AtomicU64::new(0);

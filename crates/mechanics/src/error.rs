@@ -109,6 +109,17 @@ pub enum MechanicsError {
         /// Time of the first output that is not finite, in seconds.
         time_s: f64,
     },
+    /// The finest mesh does not reach the accuracy asked for.
+    #[error(
+        "accuracy: expected meshes to agree within {asked:.1e}, found {reached:.1e} between the two finest (ask for less, \
+         shorten the simulation, or soften the striker's contact)"
+    )]
+    AccuracyNotReached {
+        /// Relative accuracy asked for.
+        asked: f64,
+        /// Relative difference of the two finest meshes.
+        reached: f64,
+    },
     /// The time step lies beyond the stability bound of velocity Verlet for rings.
     #[error(
         "time step: expected at most {limit_s:.3e} s, the stability bound of velocity Verlet for these rings, found \

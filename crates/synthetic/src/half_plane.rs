@@ -3,12 +3,17 @@ const LEAST_BLUR_PX: f64 = 1.0e-4;
 
 /// The area of a unit square that lies in a half-plane whose edge has the unit `normal`, when the square's centre lies
 /// `inside` within it: the mean while the half-plane moves by `blur_px` along x.
+#[inline]
 pub(crate) fn half_plane_coverage(normal: [f64; 2], inside: f64, blur_px: f64) -> f64 {
     let square = Square::seen_along(normal);
-    let blur = (blur_px * normal[0]).abs();
-    if blur < LEAST_BLUR_PX {
+    if (blur_px * normal[0]).abs() < LEAST_BLUR_PX {
         return 0.5 + square.beyond_half(inside.abs()).copysign(inside);
     }
+    moving_coverage(&square, inside, (blur_px * normal[0]).abs())
+}
+
+/// Apart from the still edge's, so that this one stays short enough to be part of its callers.
+fn moving_coverage(square: &Square, inside: f64, blur: f64) -> f64 {
     let up_to = |inside: f64| square.beyond_half_integral(inside.abs());
     0.5 + (up_to(inside + blur / 2.0) - up_to(inside - blur / 2.0)) / blur
 }
@@ -22,12 +27,14 @@ struct Square {
 }
 
 impl Square {
+    #[inline]
     fn seen_along(normal: [f64; 2]) -> Self {
         let (small, large) = (normal[0].abs().min(normal[1].abs()), normal[0].abs().max(normal[1].abs()));
         Self { small, large, corner: (large + small) / 2.0, shoulder: (large - small) / 2.0 }
     }
 
     /// The area between the centre and an edge at the distance, which is at least 0.
+    #[inline]
     fn beyond_half(&self, distance: f64) -> f64 {
         let Self { small, large, corner, shoulder } = *self;
         if distance >= corner {

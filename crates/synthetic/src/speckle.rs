@@ -7,7 +7,7 @@ use ndarray::Array2;
 use rand::RngExt;
 
 use crate::seed::{Purpose, stream};
-use crate::smear::Smear;
+use crate::smear::{Smear, differences};
 
 /// Distance from a speckle's centre, in standard deviations, beyond which it is left out: exp(-18) = 1.5e-8 of its
 /// depth, some 2e-5 counts at 12 bits.
@@ -151,10 +151,7 @@ impl Axis {
             let start =
                 ((reach_px + 0.5).floor() as i64 - first_px).clamp(0, (n_pixels - span) as i64) as usize;
             axis.starts.push(start);
-            let up_to = edges[start..=start + span]
-                .iter()
-                .map(|&edge| smear.gaussian_up_to(edge, speckle_px, sigma_px));
-            axis.integrals.extend(differences(up_to));
+            smear.gaussian_between(&edges[start..=start + span], speckle_px, sigma_px, &mut axis.integrals);
         }
         axis
     }
@@ -167,12 +164,6 @@ impl Axis {
     fn of_speckle(&self, index: usize) -> (usize, &[f64]) {
         (self.starts[index], &self.integrals[index * self.span..(index + 1) * self.span])
     }
-}
-
-/// Differences of neighbours.
-fn differences(mut values: impl Iterator<Item = f64>) -> impl Iterator<Item = f64> {
-    let mut before = values.next().unwrap_or_default();
-    values.map(move |after| after - std::mem::replace(&mut before, after))
 }
 
 /// Places already taken, in cells so small that each holds at most one.
@@ -237,8 +228,9 @@ mod tests {
         let image = pattern.depth_image(100, 100, [50.37, 49.81]);
         let along = |at: f64, half_px: f64| {
             let smear = Smear { half_px, blur_px: 0.0 };
-            let up_to = |edge: f64| smear.gaussian_up_to(edge, at, pattern.sigma_px);
-            up_to(half_px) - up_to(-half_px)
+            let mut integrals = Vec::new();
+            smear.gaussian_between(&[-half_px, half_px], at, pattern.sigma_px, &mut integrals);
+            integrals[0]
         };
         let expected: f64 = pattern
             .speckles

@@ -100,7 +100,6 @@ fn charuco(
         return Ok(Vec::new());
     }
     let (mut places, mut corners) = (Vector::<Point2f>::new(), Vector::<i32>::new());
-    let known = known.into();
     aruco::interpolate_corners_charuco_def(
         &outlines,
         &numbers,

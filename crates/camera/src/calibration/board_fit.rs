@@ -253,21 +253,21 @@ impl Fit {
         let lens = self.frame.lens(unknowns);
         let ideal_px = projected(&matrix, point.board);
         let distortion = lens.distortion_jacobian(ideal_px);
-        let q = lens.normalised(ideal_px);
-        let square = q[0] * q[0] + q[1] * q[1];
+        let ray = lens.normalised(ideal_px);
+        let square = ray[0] * ray[0] + ray[1] * ray[1];
         let radius_px = self.frame.radius_px;
         let [x, y] = point.board;
         let weight = 1.0 + unknowns[first + 6] * x + unknowns[first + 7] * y;
-        let [u, v] = [0, 1].map(|axis| (ideal_px[axis] - self.frame.middle_px[axis]) / radius_px);
+        let undistorted = [0, 1].map(|axis| (ideal_px[axis] - self.frame.middle_px[axis]) / radius_px);
         let row = |axis: usize| {
             let [along_x, along_y] = distortion[axis].map(|slope| slope * radius_px / weight);
-            let tilt = -(along_x * u + along_y * v);
+            let tilt = -(along_x * undistorted[0] + along_y * undistorted[1]);
             // A centre that moves takes the distortion with it and leaves the ideal point.
             let centre = [0, 1].map(|other| {
                 let identity = if axis == other { 1.0 } else { 0.0 };
                 radius_px * (identity - distortion[axis][other])
             });
-            let (k1, k2) = (radius_px * q[axis] * square, radius_px * q[axis] * square * square);
+            let (k1, k2) = (radius_px * ray[axis] * square, radius_px * ray[axis] * square * square);
             [
                 along_x * x,
                 along_x * y,

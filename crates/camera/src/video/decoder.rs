@@ -2,7 +2,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region};
-use opencv::core::Mat;
+use opencv::core::{CV_16U, Mat};
 use opencv::prelude::*;
 use opencv::{imgproc, videoio};
 
@@ -25,16 +25,14 @@ impl Video {
     pub(super) fn open(path: &Path, container: &str, options: &OpenOptions) -> Result<Self, CameraError> {
         let failed = |reason: String| CameraError::Decoder { path: path.into(), reason };
         let mut decoder = Decoder::open(path).map_err(failed)?;
-        if let Stored::Deep { bits } = decoder.stored {
+        decoder.show(0).map_err(failed)?;
+        if let Some(bits) = decoder.cut_from() {
             return Err(CameraError::Unsupported {
                 path: path.into(),
-                what: format!("video of {bits} bits in this layout"),
-                hint: "OpenCV would cut it to 8 bits; save it as 16-bit gray, for example ffmpeg -pix_fmt gray16le -c:v \
-                       ffv1, or as 16-bit TIFF"
-                    .into(),
+                what: format!("video of {bits} bits, which this OpenCV cuts to 8,"),
+                hint: "save the frames as 16-bit images, for example ffmpeg -i VIDEO -pix_fmt gray16le frame_%05d.tif".into(),
             });
         }
-        decoder.show(0).map_err(failed)?;
         let stated_hz = decoder.rate_hz().map_err(failed)?;
         let rate_hz = options.rate_hz.unwrap_or(stated_hz);
         let n_frames = decoder.n_frames().map_err(failed)?;
@@ -84,7 +82,7 @@ impl Recording for Video {
 enum Stored {
     /// Eight bits, gray or in colours.
     Eight,
-    /// Gray of 16 bits, which OpenCV hands on untouched where it is asked for the codec's own pixels.
+    /// Gray of 16 bits, which OpenCV from 4.7 on hands on untouched where it is asked for the codec's own pixels.
     Gray16,
     /// More than eight bits in a layout that OpenCV would cut to eight.
     Deep { bits: u8 },
@@ -164,6 +162,15 @@ impl Decoder {
         Ok(())
     }
 
+    /// The codec's bits, where the shown picture has fewer.
+    fn cut_from(&self) -> Option<u8> {
+        match self.stored {
+            Stored::Deep { bits } => Some(bits),
+            Stored::Gray16 if self.gray.depth() != CV_16U => Some(16),
+            _ => None,
+        }
+    }
+
     fn retrieve(&mut self) -> Result<(), String> {
         let mut picture = Mat::default();
         self.capture.retrieve_def(&mut picture).map_err(message)?;
@@ -193,11 +200,10 @@ impl Decoder {
                 self.gray.rows()
             ));
         }
-        match self.stored {
-            Stored::Gray16 => {
-                copy_rows(self.gray.data_typed::<u16>().map_err(message)?, width_px, region, pixels)
-            }
-            _ => copy_rows(self.gray.data_typed::<u8>().map_err(message)?, width_px, region, pixels),
+        if self.stored == Stored::Gray16 {
+            copy_rows(self.gray.data_typed::<u16>().map_err(message)?, width_px, region, pixels);
+        } else {
+            copy_rows(self.gray.data_typed::<u8>().map_err(message)?, width_px, region, pixels);
         }
         Ok(())
     }

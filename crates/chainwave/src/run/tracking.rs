@@ -19,7 +19,7 @@ use crate::output::{make_folder, remove_unfinished};
 use crate::parallel::map_in_parallel;
 use crate::progress;
 use crate::table::Table;
-use crate::track::{TrackRows, follow};
+use crate::track::{TrackRows, follow, threads_of_each};
 
 /// Changes whenever the same recording and settings would give other tracks, so that kept ones are not mistaken for them.
 const TRACKS_VERSION: u32 = 2;
@@ -109,7 +109,14 @@ fn track_one(
     if !kept_path.exists() {
         let reference = frames_at_rest(job, recording.as_ref())?;
         let subsets = subsets_in_view(job, trial, recording.as_ref());
-        let tracked = follow(recording.as_ref(), &subsets, &reference, method, bar)?;
+        let tracked = follow(
+            recording.as_ref(),
+            &subsets,
+            &reference,
+            method,
+            threads_of_each(job.jobs, job.trials.len()),
+            bar,
+        )?;
         let mut rows = TrackRows::default();
         rows.add(&trial.recording, &tracked);
         rows.write(&kept_path)?;

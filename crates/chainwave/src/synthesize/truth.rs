@@ -1,10 +1,12 @@
 use std::path::Path;
 
 use chainwave_measurement::{Moment, Trajectory};
+use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
 use super::{Studio, TRUTH_INTERVAL_S, Take, write_json};
 use crate::error::Error;
+use crate::experiment::{Experiment, Trial};
 use crate::table::{self, column};
 
 /// The truth behind a synthetic experiment: `truth.json`. Trials that were struck too fast on purpose, or whose view is
@@ -38,18 +40,41 @@ pub(crate) struct StrikerTruth {
     pub(crate) impact_time_s: f64,
 }
 
-impl Truth {
-    /// The truth about one nominal striker velocity: the only one, or the one of that value.
-    pub(crate) fn striker(&self, nominal_m_per_s: f64) -> Option<StrikerTruth> {
-        match self.strikers.as_slice() {
-            [only] => Some(*only),
-            several => several.iter().find(|one| is_nominal(one.nominal_m_per_s, nominal_m_per_s)).copied(),
+/// The mean motion of some recordings' trials, each from its own impact, at their mean trigger, on the given times; `None` where
+/// no trial has these recordings. `trials` is the whole table, since draws follow its order.
+pub(crate) fn true_motion(
+    experiment: &Experiment,
+    trials: &[Trial],
+    recordings: &[&str],
+    times_s: &[f64],
+    jobs: Option<u16>,
+) -> Result<Option<(StrikerTruth, Trajectory)>, Error> {
+    let Some(synthetic) = &experiment.synthetic else { return Ok(None) };
+    let studio = Studio::new(experiment, synthetic)?;
+    let takes = studio.takes(trials, jobs)?;
+    let kept: Vec<&Take> =
+        takes.iter().filter(|take| recordings.contains(&take.trial.recording.as_str())).collect();
+    let Some(first) = kept.first() else { return Ok(None) };
+    let truth = striker(first.nominal_m_per_s, &kept);
+    let shape = (experiment.chain.n_bodies, times_s.len());
+    let mut mean = Trajectory {
+        times_s: times_s.to_vec(),
+        displacement_m: Array2::zeros(shape),
+        velocity_m_per_s: Array2::zeros(shape),
+    };
+    for (i, time_s) in times_s.iter().enumerate() {
+        for moment in kept.iter().filter_map(|take| take.motion.at(time_s - truth.impact_time_s)) {
+            for row in 0..shape.0 {
+                mean.displacement_m[(row, i)] += moment.displacement_m(row) / kept.len() as f64;
+                mean.velocity_m_per_s[(row, i)] += moment.velocity_m_per_s(row) / kept.len() as f64;
+            }
         }
     }
+    Ok(Some((truth, mean)))
 }
 
 /// Whether two nominal velocities are the same; they are copies of one number.
-pub(crate) fn is_nominal(one_m_per_s: f64, other_m_per_s: f64) -> bool {
+fn is_nominal(one_m_per_s: f64, other_m_per_s: f64) -> bool {
     one_m_per_s.total_cmp(&other_m_per_s).is_eq()
 }
 

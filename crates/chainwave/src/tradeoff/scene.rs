@@ -7,7 +7,7 @@ use chainwave_measurement::{Recording, Region, Subset};
 use crate::cli;
 use crate::error::Error;
 use crate::run::Job;
-use crate::track::read_points;
+use crate::track::{read_points, subsets_in};
 
 /// A recording with the subsets that are followed in it.
 pub(super) struct Scene {
@@ -38,11 +38,12 @@ impl Scene {
         }
         let options = OpenOptions { rate_hz: arguments.rate_hz, ..OpenOptions::default() };
         let recording = chainwave_camera::open_with(input, &options)?;
+        let reference = ReferenceFrames::Single(0);
         let subsets = match &arguments.points {
-            Some(points) => read_points(points)?,
+            Some(points) => subsets_in(recording.as_ref(), &read_points(points)?, &reference, None)?,
             None => textured(recording.as_ref())?,
         };
-        Ok(Self { recording, subsets, reference: ReferenceFrames::Single(0) })
+        Ok(Self { recording, subsets, reference })
     }
 }
 

@@ -44,6 +44,13 @@ impl BlockRecord {
         Self { with_shapes, ..Self::default() }
     }
 
+    /// Keeps the largest strain energy of each ring, after a step that booked it.
+    pub(crate) fn look_for_peaks(&mut self, machine: &Machine, block: &Block) {
+        for (peak, energy) in self.peak_energies.iter_mut().zip(&block.strain_energy) {
+            *peak = peak.max(*energy / machine.kernel.gain());
+        }
+    }
+
     /// Books a step that joints and inner nodes have just made: what dampers took, and the motion where the step begins at an
     /// output.
     pub(crate) fn book(&mut self, machine: &Machine, block: &Block, before: &Before, output: Option<usize>) {
@@ -62,9 +69,6 @@ impl BlockRecord {
         let velocities = std::array::from_fn(|j| 0.5 * (before.joints.velocities[j] + after[j]));
         self.motion.push([before.joints.places, velocities]);
         self.balances.push(balance(machine, block, before, lost));
-        for (peak, energy) in self.peak_energies.iter_mut().zip(&block.strain_energy) {
-            *peak = peak.max(*energy / machine.kernel.gain());
-        }
         if let Some([place, velocity_before, velocity_after]) = before.kick.and_then(|kick| kick.striker) {
             self.striker.push([place, 0.5 * (velocity_before + velocity_after)]);
         }

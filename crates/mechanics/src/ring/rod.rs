@@ -10,7 +10,7 @@ pub(crate) const BULGE: f64 = 1.0 / 72.0;
 /// A planar rod of equal elements, straight or curved when unstressed.
 ///
 /// Its unknowns are the displacements of its nodes and the rotations of its two ends:
-/// x_0, y_0, x_1, y_1, ..., then the first and the last end's rotation. See the module's head for the element.
+/// x_0, y_0, x_1, y_1, ..., then the first and the last end's rotation. The element is that of the ring model's head.
 #[derive(Debug, Clone)]
 pub struct Rod {
     section: Section,
@@ -114,6 +114,11 @@ impl Rod {
     /// Number of unknowns.
     pub fn n_unknowns(&self) -> usize {
         2 * self.n_elements() + 4
+    }
+
+    /// The unknowns of the unstressed rod.
+    pub fn zeros(&self) -> DVector<f64> {
+        DVector::zeros(self.n_unknowns())
     }
 
     /// Index of the rotation of the first (0) or last (1) end among the unknowns.

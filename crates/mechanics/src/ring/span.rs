@@ -22,6 +22,8 @@ pub(crate) struct Span<'s, 'a> {
 pub(crate) struct Stretch {
     pub(crate) steps: std::ops::Range<u64>,
     pub(crate) steps_per_output: u64,
+    /// Steps between which the energies' peaks are looked for.
+    pub(crate) steps_per_peak: u64,
     /// Force on a joint at rest, in the kernel's units, from which on the next block is reached.
     pub(crate) least_force: f64,
 }
@@ -41,8 +43,9 @@ impl Span<'_, '_> {
         let mut scratch = machine.scratch();
         let mut block_steps = 0;
         for step in stretch.steps.clone() {
-            let book = step.is_multiple_of(stretch.steps_per_output);
-            let output = book.then(|| (step / stretch.steps_per_output) as usize);
+            let is_output = step.is_multiple_of(stretch.steps_per_output);
+            let output = is_output.then(|| (step / stretch.steps_per_output) as usize);
+            let book = is_output || step.is_multiple_of(stretch.steps_per_peak);
             // The outer blocks first, so that the neighbours need not wait for what is inside.
             machine.step(&mut self.blocks[0], &mut scratch, book);
             if let Some(link) = self.left {
@@ -60,6 +63,11 @@ impl Span<'_, '_> {
             }
             block_steps += self.n_reached as u64;
             self.reach(stretch.least_force);
+            if book {
+                for (block, record) in self.blocks.iter().zip(self.records.iter_mut()).take(self.n_reached) {
+                    record.look_for_peaks(machine, block);
+                }
+            }
             self.move_joints(machine, step, output);
         }
         Progress { n_reached: self.n_reached, block_steps }

@@ -11,6 +11,8 @@ mod elastica;
 #[cfg(test)]
 mod element;
 #[cfg(test)]
+mod extremes;
+#[cfg(test)]
 mod plain;
 #[cfg(test)]
 mod scenes;

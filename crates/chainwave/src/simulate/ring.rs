@@ -1,0 +1,169 @@
+//! Scenes of rings: their motion, their compression, their modes and bands.
+
+mod figures;
+mod scene;
+mod tables;
+
+use std::path::Path;
+use std::time::Instant;
+
+use chainwave_mechanics::{
+    RefinedSimulation, Ring, RingChain, RingDrive, RingSchedule, RingSimulation, RingStriker, Symmetry,
+    compress, ring_bands, ring_modes, simulate_rings, simulate_rings_within,
+};
+use serde::Deserialize;
+use serde_json::json;
+
+use crate::cli;
+use crate::error::Error;
+use crate::outcome::Outcome;
+use crate::output::{read_text, write_text};
+
+use figures::{FiguresTable, Measured};
+use scene::{Mesh, Scene, Task};
+
+/// Elements per ring of quasi-static and linear tasks where none are stated: frequencies and forces are then good to 1e-4.
+const FINE: usize = 64;
+
+/// Whether a scene is one of rings; what else is in it is not looked at.
+pub(super) fn is_ring(path: &Path) -> Result<bool, Error> {
+    #[derive(Deserialize)]
+    struct Model {
+        model: Option<String>,
+    }
+    let model: Result<Model, _> = toml::from_str(&read_text(path)?);
+    Ok(model.is_ok_and(|scene| scene.model.as_deref() == Some("ring")))
+}
+
+/// Carries out a scene of rings.
+pub(super) fn simulate(arguments: &cli::Simulate) -> Result<Outcome, Error> {
+    let scene = Scene::read(&arguments.scene)?;
+    let start = Instant::now();
+    let summary = match scene.task(&arguments.scene)? {
+        Task::Motion => motion(arguments, &scene)?,
+        Task::Compression { max_overlap_m, n_steps } => {
+            let ring = scene.ring.ring();
+            let elements = scene.ring.elements_or(FINE, &arguments.scene)?;
+            let curve = compress(&ring, ring.section(), elements, max_overlap_m, n_steps)?;
+            tables::write_curve(&arguments.out, &curve)?;
+            json!({
+                "method": "static",
+                "elements_per_ring": elements,
+                "self_contact_m": curve.self_contact_m,
+                "neighbour_contact_m": curve.neighbour_contact_m,
+            })
+        }
+        Task::Modes { n_modes } => {
+            let elements = scene.ring.elements_or(FINE, &arguments.scene)?;
+            let modes = ring_modes(&scene.ring.ring(), elements, n_modes)?;
+            tables::write_modes(&arguments.out, &modes)?;
+            json!({
+                "method": "modes",
+                "elements_per_ring": elements,
+                "local_resonance_hz": tables::local_resonance_hz(&modes),
+            })
+        }
+        Task::Bands(bands) => {
+            let elements = scene.ring.elements_or(FINE, &arguments.scene)?;
+            tables::write_bands(&arguments.out, &scene.ring.ring(), elements, &bands)?;
+            json!({ "method": "bands", "elements_per_ring": elements })
+        }
+    };
+    if let Some(path) = &arguments.summary {
+        let mut summary = summary;
+        summary["wall_s"] = start.elapsed().as_secs_f64().into();
+        write_text(path, &format!("{summary:#}\n"))?;
+    }
+    Ok(Outcome::default())
+}
+
+/// Integrates the motion, writes it, and returns the summary.
+fn motion(arguments: &cli::Simulate, scene: &Scene) -> Result<serde_json::Value, Error> {
+    let (mut chain, schedule) = (scene.chain(&arguments.scene)?, scene.schedule(&arguments.scene)?);
+    let (simulation, elements, difference) = match scene.mesh(&arguments.scene)? {
+        Mesh::Elements(elements) => (simulate_rings(&chain, &schedule)?, elements, None),
+        Mesh::Accuracy(accuracy) => {
+            let RefinedSimulation { simulation, elements_per_ring, difference } =
+                simulate_rings_within(&chain, &schedule, accuracy)?;
+            (simulation, elements_per_ring, Some(difference))
+        }
+    };
+    chain.elements_per_ring = elements;
+    // Body 0 is the striker, body n the joint where ring n begins.
+    super::write_motion(&arguments.out, &simulation.trajectory, simulation.striker.as_ref())?;
+    if let Some(file) = &scene.shapes_file {
+        tables::write_shapes(&arguments.out.with_file_name(file), &simulation)?;
+    }
+    if let Some(figures) = &scene.figures {
+        draw(arguments, scene, figures, &chain, &simulation)?;
+    }
+    Ok(summary(&simulation, elements, difference))
+}
+
+/// Draws what the scene asks for, with the chain model beside the rings.
+fn draw(
+    arguments: &cli::Simulate,
+    scene: &Scene,
+    asked: &FiguresTable,
+    rings: &RingChain,
+    simulation: &RingSimulation,
+) -> Result<(), Error> {
+    let pitch_m = scene.pitch_m(&arguments.scene)?;
+    let folder = arguments.out.with_file_name(&asked.folder);
+    let chain_of = |velocity_m_per_s: Option<f64>| match &asked.chain {
+        Some(file) => {
+            let trajectory =
+                super::chain_trajectory(&arguments.scene.with_file_name(file), velocity_m_per_s)?;
+            Measured::new("chain model", &trajectory, pitch_m).map(Some)
+        }
+        None => Ok(None),
+    };
+    let measured = Measured::new("rings", &simulation.trajectory, pitch_m)?;
+    figures::draw(&folder, asked, &measured, chain_of(None)?.as_ref(), pitch_m)?;
+    let RingDrive::Striker(striker) = &rings.drive else { return Ok(()) };
+    if asked.striker_velocities_m_per_s.is_empty() {
+        return Ok(());
+    }
+    let schedule = RingSchedule { shapes: false, ..scene.schedule(&arguments.scene)? };
+    let mut rows = Vec::new();
+    for velocity_m_per_s in asked.striker_velocities_m_per_s.iter().map(|velocity| velocity.get()) {
+        let drive = RingDrive::Striker(RingStriker { velocity_m_per_s, ..*striker });
+        let struck = simulate_rings(&RingChain { drive, ..rings.clone() }, &schedule)?;
+        let measured = Measured::new("rings", &struck.trajectory, pitch_m)?;
+        let chain = chain_of(Some(velocity_m_per_s))?;
+        let chain_velocity = chain.and_then(|chain| chain.group_velocity_m_per_s());
+        rows.push((velocity_m_per_s, measured.group_velocity_m_per_s(), chain_velocity));
+    }
+    figures::draw_velocities(
+        &folder,
+        &rows,
+        sound_speed_m_per_s(&rings.ring, rings.elements_per_ring, pitch_m)?,
+    )
+}
+
+/// Speed of waves that are long against a ring, in metres per second.
+fn sound_speed_m_per_s(ring: &Ring, elements: usize, pitch_m: f64) -> Result<f64, Error> {
+    const KAPPA_A: f64 = 0.01;
+    let bands = ring_bands(ring, elements, Symmetry::Symmetric, &[KAPPA_A])?;
+    let frequency_hz = bands.first().and_then(|bands| bands.first()).copied().unwrap_or(0.0);
+    Ok(2.0 * std::f64::consts::PI * frequency_hz / KAPPA_A * pitch_m)
+}
+
+fn summary(simulation: &RingSimulation, elements: usize, difference: Option<f64>) -> serde_json::Value {
+    json!({
+        "energy_drift": simulation.energy_drift,
+        "momentum_drift": simulation.momentum_drift,
+        "psi_max_j": simulation.psi_max_j,
+        "steps": simulation.steps,
+        "dt_s": simulation.dt_s,
+        "stable_dt_s": simulation.stable_dt_s,
+        "method": "verlet",
+        "elements_per_ring": elements,
+        "difference_to_coarser_mesh": difference,
+        "element_steps": simulation.element_steps,
+        "wide_share": simulation.wide_share,
+        "contact_switches": simulation.contact_switches,
+        // Bonded rings pull by their own elasticity, for which there is no limit of a law to pass.
+        "tension_events": 0,
+    })
+}

@@ -1,0 +1,51 @@
+use super::{RingChain, RingSchedule, RingSimulation, simulate_rings};
+use crate::{MechanicsError, check};
+
+/// Elements per ring that are tried in turn. The time step shrinks with the elements, so both errors do.
+const LADDER: [usize; 10] = [12, 16, 24, 32, 48, 64, 96, 128, 192, 256];
+
+/// A simulation whose mesh was chosen for a requested accuracy.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RefinedSimulation {
+    /// The simulation with the finest mesh tried.
+    pub simulation: RingSimulation,
+    /// Elements around each ring.
+    pub elements_per_ring: usize,
+    /// Largest difference of a joint's displacement to the next coarser mesh, over the largest displacement: more than
+    /// the error where the differences fall from mesh to mesh.
+    pub difference: f64,
+}
+
+/// Simulates with finer and finer meshes until two neighbours on the ladder agree within `accuracy`, relative to the
+/// largest displacement. The chain's own number of elements is not used.
+///
+/// # Errors
+/// Those of [`simulate_rings`], and [`MechanicsError::AccuracyNotReached`] at the ladder's end.
+pub fn simulate_rings_within(
+    chain: &RingChain,
+    schedule: &RingSchedule,
+    accuracy: f64,
+) -> Result<RefinedSimulation, MechanicsError> {
+    check::positive("accuracy", accuracy)?;
+    let mut coarser: Option<RingSimulation> = None;
+    let mut reached = f64::INFINITY;
+    for elements_per_ring in LADDER {
+        let simulation = simulate_rings(&RingChain { elements_per_ring, ..chain.clone() }, schedule)?;
+        if let Some(coarser) = &coarser {
+            reached = difference(coarser, &simulation);
+            if reached <= accuracy {
+                return Ok(RefinedSimulation { simulation, elements_per_ring, difference: reached });
+            }
+        }
+        coarser = Some(simulation);
+    }
+    Err(MechanicsError::AccuracyNotReached { asked: accuracy, reached })
+}
+
+/// Largest difference of the displacements of two motions of the same joints and times, over the largest of the second.
+fn difference(a: &RingSimulation, b: &RingSimulation) -> f64 {
+    let (a, b) = (&a.trajectory.displacement_m, &b.trajectory.displacement_m);
+    let largest = b.iter().fold(0.0, |largest: f64, x_m| largest.max(x_m.abs()));
+    let apart = a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    if apart > 0.0 { apart / largest } else { 0.0 }
+}

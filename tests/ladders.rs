@@ -1,0 +1,49 @@
+//! `tradeoff` and `prove`: what methods cost on a scene, and how often stated intervals hold the truth.
+
+mod slow {
+    use crate::command::{chainwave, succeed};
+    use crate::laboratory::Laboratory;
+    use crate::table::Table;
+
+    #[test]
+    fn the_ladder_of_a_scene_has_a_front() {
+        let laboratory = Laboratory::new();
+        let (recordings, out) = (laboratory.film(), laboratory.path("tradeoff"));
+        let mut command = chainwave();
+        command.arg("tradeoff").arg(recordings.join("experiment.toml")).arg("--out").arg(&out);
+        let said = succeed(&mut command);
+        assert!(said.contains("icgn-quintic-affine"), "{said}");
+        let table = Table::read(&out.join("tradeoff.parquet"));
+        let columns =
+            ["step", "method", "settings", "error", "error_unit", "seconds_per_item", "items", "on_front"];
+        let names = table.names();
+        columns.iter().for_each(|column| assert!(names.iter().any(|name| name == column), "{column}"));
+        let (methods, errors) = (table.texts("method"), table.full("error"));
+        let error = |method: &str| errors[methods.iter().position(|name| name == method).expect("a rung")];
+        // Linear interpolation is biased by tens of millipixels on speckle, quintic by tenths.
+        assert!(error("icgn-linear-translation") > 2.0 * error("icgn-quintic-translation"));
+        assert!(out.join("tradeoff-tracking.png").exists() && out.join("tradeoff-tracking.svg").exists());
+    }
+
+    #[test]
+    fn a_proof_counts_every_quantity_and_goes_on_where_it_stopped() {
+        let laboratory = Laboratory::new();
+        let out = laboratory.path("proof");
+        let prove = |experiments: &str| {
+            let mut command = chainwave();
+            command.arg("prove").arg(laboratory.path("experiment.toml")).arg("--out").arg(&out);
+            succeed(command.args(["--experiments", experiments, "--striker", "2.73,0.83"]));
+            Table::read(&out.join("coverage.parquet"))
+        };
+        let first = prove("1");
+        let of = |table: &Table, quantity: &str, column: &str| {
+            let row = table.texts("quantity").iter().position(|name| name == quantity).expect("a quantity");
+            table.full(column)[row]
+        };
+        let both = prove("2");
+        assert!((of(&both, "c_s, tracks", "n") - 2.0 * of(&first, "c_s, tracks", "n")).abs() < 0.5);
+        // Two experiments whose samples share errors: the share itself scatters by some per cent.
+        assert!(of(&both, "displacement", "within_95") > 0.85);
+        assert!(out.join("coverage.png").exists() && out.join("proof.parquet").exists());
+    }
+}
