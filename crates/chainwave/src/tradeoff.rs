@@ -1,8 +1,9 @@
 //! `chainwave tradeoff`: what each method of a step costs on the user's own scene, and how far it is off.
 //!
 //! Errors come from comparisons that know the truth: patches of the recording's own picture, shifted by known amounts under the
-//! recording's own noise. Times are measured here, on the work itself: the shortest of a few repetitions, on one thread.
+//! recording's own noise; a far more accurate simulation of the same chain. Times are measured here, on the work itself: the shortest of a few repetitions, on one thread.
 
+mod integrators;
 mod scene;
 mod tracking;
 
@@ -39,6 +40,12 @@ pub(crate) fn tradeoff(arguments: &cli::Tradeoff) -> Result<Outcome, Error> {
         match scene::open(input, arguments).and_then(|scene| tracking::ladder(&scene)) {
             Ok(found) => rungs.extend(found),
             Err(error) => outcome.fail(error),
+        }
+        if scene::is_experiment(input) {
+            match scene::read(input, arguments).and_then(|job| integrators::of_experiment(&job)) {
+                Ok(found) => rungs.extend(found),
+                Err(error) => outcome.fail(error),
+            }
         }
     }
     if rungs.is_empty() {
