@@ -116,7 +116,7 @@ fn write(folder: &Path, rungs: &[Rung], on_front: &[bool]) -> Result<(), Error> 
         let unit = of_step.first().map_or("", |(rung, _)| rung.error_unit);
         let figure = TradeOff {
             time_label: "time per item (s)".into(),
-            error_label: format!("rms error ({unit})"),
+            error_label: format!("error ({unit})"),
             points: of_step.iter().map(point).collect(),
         };
         trade_off(&folder.join(format!("tradeoff-{step}")), &figure)?;

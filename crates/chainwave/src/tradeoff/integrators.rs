@@ -56,7 +56,7 @@ fn ladder(chain: &Chain, duration_s: f64, output_interval_s: f64) -> Result<Vec<
             method: found.method.into(),
             settings,
             error: distance(&found, &truth),
-            error_unit: "of the largest displacement",
+            error_unit: "of largest displacement",
             seconds_per_item,
             items: REPETITIONS as u64,
         });
