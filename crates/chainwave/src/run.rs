@@ -20,6 +20,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use chainwave_measurement::Estimate;
+use chainwave_mechanics::Chain;
 
 use self::evaluation::Evaluation;
 pub(crate) use self::tracking::View;
@@ -140,6 +141,11 @@ impl Job {
             message: "expected truth.json and truth.parquet beside the recordings, found none".into(),
         })?;
         Ok((evaluation, truth))
+    }
+
+    /// The chain as the experiment states it, with usual damping.
+    pub(crate) fn chain(&self) -> Result<Chain, Error> {
+        Ok(evaluation::starting_chain(self, self.experiment.contact.power_law()?))
     }
 
     /// The first recording that shows bodies, with their subsets and the frames at rest.

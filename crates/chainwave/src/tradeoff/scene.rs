@@ -18,14 +18,8 @@ const BORDER_PX: usize = 6;
 
 /// The scene of an experiment (its first recording and the bodies in it) or of a recording.
 pub(super) fn open(input: &Path, arguments: &cli::Tradeoff) -> Result<View, Error> {
-    if input.extension().is_some_and(|ending| ending == "toml") {
-        let job = Job::read(&cli::Run {
-            experiment: input.to_owned(),
-            out: arguments.out.clone(),
-            recordings: None,
-            jobs: None,
-        })?;
-        return job.first_view();
+    if is_experiment(input) {
+        return read(input, arguments)?.first_view();
     }
     let options = OpenOptions { rate_hz: arguments.rate_hz, ..OpenOptions::default() };
     let recording = chainwave_camera::open_with(input, &options)?;
@@ -35,6 +29,17 @@ pub(super) fn open(input: &Path, arguments: &cli::Tradeoff) -> Result<View, Erro
         None => textured(recording.as_ref())?,
     };
     Ok(View { recording, subsets, reference })
+}
+
+/// Whether an input is an experiment, by its ending.
+pub(super) fn is_experiment(input: &Path) -> bool {
+    input.extension().is_some_and(|ending| ending == "toml")
+}
+
+/// Reads an experiment.
+pub(super) fn read(input: &Path, arguments: &cli::Tradeoff) -> Result<Job, Error> {
+    let (experiment, out) = (input.to_owned(), arguments.out.clone());
+    Job::read(&cli::Run { experiment, out, recordings: None, jobs: None })
 }
 
 /// The squares of the first frame with the steepest gradients, none overlapping another.
