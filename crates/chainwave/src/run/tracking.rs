@@ -152,14 +152,24 @@ pub(crate) fn frames_at_rest(job: &Job, recording: &dyn Recording) -> Result<Ref
     Ok(ReferenceFrames::Mean(rest.ok_or_else(|| no_rest(job, recording.path(), recording.info()))?))
 }
 
+/// A recording with the subsets that are followed in it.
+pub(crate) struct View {
+    /// The recording.
+    pub(crate) recording: Box<dyn Recording>,
+    /// The subsets in its reference.
+    pub(crate) subsets: Vec<Subset>,
+    /// The reference.
+    pub(crate) reference: ReferenceFrames,
+}
+
 /// The first recording that shows bodies, with their subsets and the frames at rest.
-pub(crate) fn first_view(job: &Job) -> Result<(Box<dyn Recording>, Vec<Subset>, ReferenceFrames), Error> {
+pub(crate) fn first_view(job: &Job) -> Result<View, Error> {
     for trial in &job.trials {
         let recording = open(job, &job.recordings.join(&trial.recording))?;
         let subsets = subsets_in_view(job, trial.stage_m, recording.as_ref());
         if !subsets.is_empty() {
             let reference = frames_at_rest(job, recording.as_ref())?;
-            return Ok((recording, subsets, reference));
+            return Ok(View { recording, subsets, reference });
         }
     }
     Err(Error::NothingLeft { what: "recordings with a body in view", n: job.trials.len() })
