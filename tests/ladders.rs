@@ -22,6 +22,15 @@ mod slow {
         let error = |method: &str| errors[methods.iter().position(|name| name == method).expect("a rung")];
         // Linear interpolation is biased by tens of millipixels on speckle, quintic by tenths.
         assert!(error("icgn-linear-translation") > 2.0 * error("icgn-quintic-translation"));
+        // Verlet's error falls with the square of the step, Runge-Kutta's with the fourth power.
+        let settings = table.texts("settings");
+        let at = |method: &str, step: &str| {
+            let row = (0..methods.len()).find(|row| methods[*row] == method && settings[*row].contains(step));
+            errors[row.expect("a rung")]
+        };
+        assert!(at("verlet", "1e-5") > 3.0 * at("verlet", "5e-6"));
+        assert!(at("rk4", "1e-5") > 10.0 * at("rk4", "5e-6"));
+        assert!(out.join("tradeoff-integrator.svg").exists());
         assert!(out.join("tradeoff-tracking.png").exists() && out.join("tradeoff-tracking.svg").exists());
     }
 

@@ -5,7 +5,13 @@
 //! - `determinism`, `resume`: the same bytes for any number of threads, and after a kill;
 //! - `bad_inputs`: what the command refuses, and how; `failures`: how it goes on without a bad recording;
 //! - `faults`: what goes wrong in a laboratory; `strikers`: several striker velocities; `ladders`: `tradeoff` and `prove`;
+<<<<<<< HEAD
+//! - `extremes`: cases at the ends of what the program takes;
 //! - `calibration`: from pictures of a board to the uncertainties of the results;
+=======
+//! - `calibration`: from pictures of a board to the uncertainties of the results; `lens`, `stages`: a distorting lens and a stage
+//!   that stands off, undone;
+>>>>>>> cam2
 //! - `ring`: motion, compression, modes and bands of rings;
 //! - `init`: from a folder of recordings to an experiment;
 //! - `samples`, `reference`: the project's own recordings, and other people's where they are at hand.
@@ -28,6 +34,8 @@ mod contact;
 #[cfg(test)]
 mod determinism;
 #[cfg(test)]
+mod extremes;
+#[cfg(test)]
 mod failures;
 #[cfg(test)]
 mod faults;
@@ -39,6 +47,8 @@ mod init;
 mod laboratory;
 #[cfg(test)]
 mod ladders;
+#[cfg(test)]
+mod lens;
 #[cfg(test)]
 mod motion;
 #[cfg(test)]
@@ -53,6 +63,8 @@ mod resume;
 mod ring;
 #[cfg(test)]
 mod samples;
+#[cfg(test)]
+mod stages;
 #[cfg(test)]
 mod strikers;
 #[cfg(test)]

@@ -44,7 +44,8 @@ fn modes_and_bands_agree_at_the_bands_edges() {
     assert_eq!(modes.names()[..3], ["boundary", "mode", "frequency_hz"]);
     let held = modes.texts("boundary").iter().position(|name| name == "held").expect("modes of a held ring");
     let resonance_hz = modes.full("frequency_hz")[held];
-    assert_eq!(summary["local_resonance_hz"].as_f64(), Some(resonance_hz));
+    let said_hz = summary["local_resonance_hz"].as_f64().expect("a frequency");
+    assert!((said_hz / resonance_hz - 1.0).abs() < 1e-12, "{said_hz} {resonance_hz}");
     let (bands, _) = simulate(&folder, "bands");
     assert_eq!(bands.names()[..3], ["kappa_a", "band", "frequency_hz"]);
     assert_eq!(bands.n_rows(), 65 * 8);

@@ -47,7 +47,7 @@ pub(crate) fn prove(arguments: &cli::Prove) -> Result<Outcome, Error> {
             let found = one(arguments, variant, &kept.join(&name));
             match found {
                 Ok(found) => {
-                    Finding::write(&path, variant.seed, variant.noise, variant.striker_m_per_s, &found)?
+                    Finding::write(&path, variant.seed, variant.noise, variant.striker_m_per_s, &found)?;
                 }
                 Err(error) => outcome.fail(format!("{name}: {error}")),
             }

@@ -11,6 +11,7 @@ mod provenance;
 mod report;
 mod results;
 mod shared_errors;
+mod stages;
 mod strikers;
 mod summary;
 mod tracking;
@@ -19,10 +20,11 @@ pub(crate) mod truth;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use chainwave_correlation::ReferenceFrames;
-use chainwave_measurement::{Estimate, Recording, Subset};
+use chainwave_measurement::Estimate;
+use chainwave_mechanics::Chain;
 
 use self::evaluation::Evaluation;
+pub(crate) use self::tracking::View;
 use self::truth::KnownTruth;
 use crate::calibration::ChainMap;
 use crate::cli;
@@ -142,8 +144,13 @@ impl Job {
         Ok((evaluation, truth))
     }
 
+    /// The chain as the experiment states it, with usual damping.
+    pub(crate) fn chain(&self) -> Result<Chain, Error> {
+        Ok(evaluation::starting_chain(self, self.experiment.contact.power_law()?))
+    }
+
     /// The first recording that shows bodies, with their subsets and the frames at rest.
-    pub(crate) fn first_view(&self) -> Result<(Box<dyn Recording>, Vec<Subset>, ReferenceFrames), Error> {
+    pub(crate) fn first_view(&self) -> Result<View, Error> {
         tracking::first_view(self)
     }
 

@@ -1,8 +1,9 @@
 //! `chainwave tradeoff`: what each method of a step costs on the user's own scene, and how far it is off.
 //!
 //! Errors come from comparisons that know the truth: patches of the recording's own picture, shifted by known amounts under the
-//! recording's own noise. Times are measured here, on the work itself: the shortest of a few repetitions, on one thread.
+//! recording's own noise; a far more accurate simulation of the same chain. Times are measured here, on the work itself: the shortest of a few repetitions, on one thread.
 
+mod integrators;
 mod scene;
 mod tracking;
 
@@ -10,7 +11,6 @@ use std::path::Path;
 
 use chainwave_figures::{TradeOff, TradeOffPoint, trade_off};
 
-use self::scene::Scene;
 use crate::cli;
 use crate::error::Error;
 use crate::outcome::Outcome;
@@ -37,9 +37,15 @@ pub(crate) fn tradeoff(arguments: &cli::Tradeoff) -> Result<Outcome, Error> {
     let mut outcome = Outcome::default();
     let mut rungs = Vec::new();
     for input in &arguments.inputs {
-        match Scene::open(input, arguments).and_then(|scene| tracking::ladder(&scene)) {
+        match scene::open(input, arguments).and_then(|scene| tracking::ladder(&scene)) {
             Ok(found) => rungs.extend(found),
             Err(error) => outcome.fail(error),
+        }
+        if scene::is_experiment(input) {
+            match scene::read(input, arguments).and_then(|job| integrators::of_experiment(&job)) {
+                Ok(found) => rungs.extend(found),
+                Err(error) => outcome.fail(error),
+            }
         }
     }
     if rungs.is_empty() {
@@ -110,7 +116,7 @@ fn write(folder: &Path, rungs: &[Rung], on_front: &[bool]) -> Result<(), Error> 
         let unit = of_step.first().map_or("", |(rung, _)| rung.error_unit);
         let figure = TradeOff {
             time_label: "time per item (s)".into(),
-            error_label: format!("rms error ({unit})"),
+            error_label: format!("error ({unit})"),
             points: of_step.iter().map(point).collect(),
         };
         trade_off(&folder.join(format!("tradeoff-{step}")), &figure)?;

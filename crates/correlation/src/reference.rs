@@ -90,9 +90,8 @@ impl Reference {
             });
         }
         let n_averaged = frames.len();
-        let full_scale = full_scale(info.bit_depth);
-        let pixels = mean_of_frames(recording, region, frames, full_scale)?;
-        Ok(Self::new(region, pixels, n_averaged)?.saturating_at(full_scale))
+        let pixels = mean_of_frames(recording, region, frames)?;
+        Ok(Self::new(region, pixels, n_averaged)?.saturating_at(full_scale(info.bit_depth)))
     }
 
     /// The pixels that a subset's preparation uses.
@@ -209,12 +208,17 @@ fn full_scale(bit_depth: u32) -> f64 {
     f64::from(bit_depth).exp2() - 1.0
 }
 
-fn mean_of_frames(
+/// Mean counts of `region` over some frames, row by row from the top; NaN for no frames. A pixel that saturates in one of
+/// them is at full scale.
+///
+/// # Errors
+/// [`ReadError`] when a frame cannot be read.
+pub fn mean_of_frames(
     recording: &dyn Recording,
     region: Region,
     frames: std::ops::Range<usize>,
-    full_scale: f64,
 ) -> Result<Vec<f32>, ReadError> {
+    let full_scale = full_scale(recording.info().bit_depth);
     let scale = 1.0 / frames.len() as f64;
     let mut sum = vec![0.0; region.n_pixels()];
     let mut pixels = vec![0.0; region.n_pixels()];

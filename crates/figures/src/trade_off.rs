@@ -34,7 +34,7 @@ pub struct TradeOffPoint {
 pub struct TradeOff {
     /// Label of the abscissa, such as `seconds per position`.
     pub time_label: String,
-    /// Label of the ordinate, such as `rms error (px)`.
+    /// Label of the ordinate, such as `error (px)`.
     pub error_label: String,
     /// The methods.
     pub points: Vec<TradeOffPoint>,
@@ -88,9 +88,10 @@ fn layout(trade_off: &TradeOff) -> Result<Drawing, FigureError> {
     Ok(drawing)
 }
 
-/// A logarithmic range with room for markers at both ends.
+/// A logarithmic range with room for markers and their numbers at both ends.
 fn widened(extent: Extent) -> Extent {
-    Extent { low: extent.low / 1.6, high: extent.high * 1.6 }
+    let room = 1.3 * (extent.high / extent.low).powf(0.07);
+    Extent { low: extent.low / room, high: extent.high * room }
 }
 
 #[cfg(test)]
@@ -111,11 +112,8 @@ mod tests {
             point("neither", 4e-5, 3e-2, false),
             point("lost everything", 1e-5, f64::NAN, false),
         ];
-        let figure = TradeOff {
-            time_label: "seconds per position".into(),
-            error_label: "rms error (px)".into(),
-            points,
-        };
+        let figure =
+            TradeOff { time_label: "seconds per position".into(), error_label: "error (px)".into(), points };
         let drawing = layout(&figure).unwrap();
         drawing.assert_readable();
         let texts: Vec<String> = drawing.text_frames().into_iter().map(|(text, _)| text).collect();

@@ -133,7 +133,7 @@ pub(crate) fn measure_motion(
 }
 
 /// The chain as the experiment states it, with usual damping to start a fit from.
-fn starting_chain(job: &Job, contact: PowerLaw) -> Chain {
+pub(crate) fn starting_chain(job: &Job, contact: PowerLaw) -> Chain {
     let experiment = &job.experiment;
     Chain {
         mass_kg: vec![experiment.chain.mass_kg.get(); experiment.chain.n_bodies],

@@ -19,7 +19,7 @@ use crate::error::Error;
 use crate::outcome::Outcome;
 use crate::output::{read_text, write_text};
 
-use figures::{FiguresTable, Measured};
+use figures::{FiguresTable, Measured, VelocityRow};
 use scene::{Mesh, Scene, Task};
 
 /// Elements per ring of quasi-static and linear tasks where none are stated: frequencies and forces are then good to 1e-4.
@@ -132,7 +132,11 @@ fn draw(
         let measured = Measured::new("rings", &struck.trajectory, pitch_m)?;
         let chain = chain_of(Some(velocity_m_per_s))?;
         let chain_velocity = chain.and_then(|chain| chain.group_velocity_m_per_s());
-        rows.push((velocity_m_per_s, measured.group_velocity_m_per_s(), chain_velocity));
+        rows.push(VelocityRow {
+            striker_velocity_m_per_s: velocity_m_per_s,
+            rings_m_per_s: measured.group_velocity_m_per_s(),
+            chain_m_per_s: chain_velocity,
+        });
     }
     figures::draw_velocities(
         &folder,

@@ -6,15 +6,8 @@ use chainwave_measurement::{Recording, Region, Subset};
 
 use crate::cli;
 use crate::error::Error;
-use crate::run::Job;
+use crate::run::{Job, View};
 use crate::track::{read_points, subsets_in};
-
-/// A recording with the subsets that are followed in it.
-pub(super) struct Scene {
-    pub(super) recording: Box<dyn Recording>,
-    pub(super) subsets: Vec<Subset>,
-    pub(super) reference: ReferenceFrames,
-}
 
 /// Half the size of the subsets that are chosen where the user names none.
 const HALF_PX: usize = 16;
@@ -23,28 +16,30 @@ const MOST_SUBSETS: usize = 6;
 /// Pixels kept from the frame's border.
 const BORDER_PX: usize = 6;
 
-impl Scene {
-    /// The scene of an experiment (its first recording and the bodies in it) or of a recording.
-    pub(super) fn open(input: &Path, arguments: &cli::Tradeoff) -> Result<Self, Error> {
-        if input.extension().is_some_and(|ending| ending == "toml") {
-            let job = Job::read(&cli::Run {
-                experiment: input.to_owned(),
-                out: arguments.out.clone(),
-                recordings: None,
-                jobs: None,
-            })?;
-            let (recording, subsets, reference) = job.first_view()?;
-            return Ok(Self { recording, subsets, reference });
-        }
-        let options = OpenOptions { rate_hz: arguments.rate_hz, ..OpenOptions::default() };
-        let recording = chainwave_camera::open_with(input, &options)?;
-        let reference = ReferenceFrames::Single(0);
-        let subsets = match &arguments.points {
-            Some(points) => subsets_in(recording.as_ref(), &read_points(points)?, &reference, None)?,
-            None => textured(recording.as_ref())?,
-        };
-        Ok(Self { recording, subsets, reference })
+/// The scene of an experiment (its first recording and the bodies in it) or of a recording.
+pub(super) fn open(input: &Path, arguments: &cli::Tradeoff) -> Result<View, Error> {
+    if is_experiment(input) {
+        return read(input, arguments)?.first_view();
     }
+    let options = OpenOptions { rate_hz: arguments.rate_hz, ..OpenOptions::default() };
+    let recording = chainwave_camera::open_with(input, &options)?;
+    let reference = ReferenceFrames::Single(0);
+    let subsets = match &arguments.points {
+        Some(points) => subsets_in(recording.as_ref(), &read_points(points)?, &reference, None)?,
+        None => textured(recording.as_ref())?,
+    };
+    Ok(View { recording, subsets, reference })
+}
+
+/// Whether an input is an experiment, by its ending.
+pub(super) fn is_experiment(input: &Path) -> bool {
+    input.extension().is_some_and(|ending| ending == "toml")
+}
+
+/// Reads an experiment.
+pub(super) fn read(input: &Path, arguments: &cli::Tradeoff) -> Result<Job, Error> {
+    let (experiment, out) = (input.to_owned(), arguments.out.clone());
+    Job::read(&cli::Run { experiment, out, recordings: None, jobs: None })
 }
 
 /// The squares of the first frame with the steepest gradients, none overlapping another.

@@ -5,9 +5,9 @@ use chainwave_correlation::{Method, Settings, self_test};
 use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region};
 
 use super::Rung;
-use super::scene::Scene;
 use crate::error::Error;
 use crate::progress;
+use crate::run::View;
 
 /// Frames of the recording that each method is timed on.
 const TIMED_FRAMES: usize = 150;
@@ -15,7 +15,7 @@ const TIMED_FRAMES: usize = 150;
 const REPETITIONS: usize = 3;
 
 /// Every method on a scene: its error in the self-test, and its time on the recording's first frames.
-pub(super) fn ladder(scene: &Scene) -> Result<Vec<Rung>, Error> {
+pub(super) fn ladder(scene: &View) -> Result<Vec<Rung>, Error> {
     let settings = Settings::default();
     let methods = Method::all();
     let bar = progress::bar("methods", methods.len() as u64);
@@ -43,7 +43,7 @@ pub(super) fn ladder(scene: &Scene) -> Result<Vec<Rung>, Error> {
 }
 
 /// Time in seconds that a method takes on one thread, and positions that it gave.
-fn timed(scene: &Scene, method: Method, settings: &Settings) -> Result<(f64, u64), Error> {
+fn timed(scene: &View, method: Method, settings: &Settings) -> Result<(f64, u64), Error> {
     let head = Head::of(scene.recording.as_ref(), TIMED_FRAMES);
     let mut shortest_s = f64::INFINITY;
     for _ in 0..REPETITIONS {

@@ -4,7 +4,7 @@ use chainwave_analysis::{GapFront, MeasureSettings, Measurement, StrainMap, exac
 use chainwave_figures::{FrontPulse, FrontWidth, GroupVelocities, ProfilePanel, Series, StrainMapPanel};
 use chainwave_measurement::Trajectory;
 use ndarray::Array2;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use crate::error::Error;
@@ -131,28 +131,31 @@ pub(super) fn draw(
     write_numbers(folder, &models)
 }
 
-/// Draws group velocities over the striker's velocity: rows of the striker's velocity, the rings' and the chain's.
+/// Group velocities of the two models at one velocity of the striker, in metres per second; `None` where no pulse was found
+/// or no chain model was asked for.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub(super) struct VelocityRow {
+    pub(super) striker_velocity_m_per_s: f64,
+    pub(super) rings_m_per_s: Option<f64>,
+    pub(super) chain_m_per_s: Option<f64>,
+}
+
+/// Draws group velocities over the striker's velocity.
 pub(super) fn draw_velocities(
     folder: &Path,
-    rows: &[(f64, Option<f64>, Option<f64>)],
+    rows: &[VelocityRow],
     sound_speed_m_per_s: f64,
 ) -> Result<(), Error> {
-    let series = |name: &str, of: fn(&(f64, Option<f64>, Option<f64>)) -> Option<f64>| {
-        Series::model_points(name, rows.iter().filter_map(|row| Some((row.0, of(row)?))))
+    let points = |of: fn(&VelocityRow) -> Option<f64>| {
+        rows.iter().filter_map(move |row| Some((row.striker_velocity_m_per_s, of(row)?)))
     };
-    let mut drawn = vec![series("rings", |row| row.1)];
-    if rows.iter().any(|row| row.2.is_some()) {
-        drawn.push(series("chain model", |row| row.2));
+    let mut series = vec![Series::model_points("rings", points(|row| row.rings_m_per_s))];
+    if rows.iter().any(|row| row.chain_m_per_s.is_some()) {
+        series.push(Series::model_points("chain model", points(|row| row.chain_m_per_s)));
     }
-    let velocities = GroupVelocities { series: drawn, sound_speed_m_per_s: Some(sound_speed_m_per_s) };
+    let velocities = GroupVelocities { series, sound_speed_m_per_s: Some(sound_speed_m_per_s) };
     chainwave_figures::group_velocity(&folder.join("group-velocity"), &velocities)?;
-    let table: Vec<_> = rows
-        .iter()
-        .map(|(striker, rings, chain)| {
-            json!({ "striker_velocity_m_per_s": striker, "rings_m_per_s": rings, "chain_m_per_s": chain })
-        })
-        .collect();
-    let text = json!({ "sound_speed_m_per_s": sound_speed_m_per_s, "group_velocities": table });
+    let text = json!({ "sound_speed_m_per_s": sound_speed_m_per_s, "group_velocities": rows });
     write_text(&folder.join("group-velocity.json"), &format!("{text:#}\n"))
 }
 
