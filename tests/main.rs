@@ -5,6 +5,7 @@
 //! - `determinism`, `resume`: the same bytes for any number of threads, and after a kill;
 //! - `bad_inputs`: what the command refuses, and how; `failures`: how it goes on without a bad recording;
 //! - `faults`: what goes wrong in a laboratory; `strikers`: several striker velocities; `ladders`: `tradeoff` and `prove`;
+//! - `extremes`: cases at the ends of what the program takes;
 //! - `calibration`: from pictures of a board to the uncertainties of the results; `lens`, `stages`: a distorting lens and a stage
 //!   that stands off, undone;
 //! - `ring`: motion, compression, modes and bands of rings;
@@ -28,6 +29,8 @@ mod command;
 mod contact;
 #[cfg(test)]
 mod determinism;
+#[cfg(test)]
+mod extremes;
 #[cfg(test)]
 mod failures;
 #[cfg(test)]

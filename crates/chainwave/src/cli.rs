@@ -35,6 +35,8 @@ pub(crate) enum Command {
     Run(Run),
     /// Measure what each method costs on your own scene, and how far it is off.
     Tradeoff(Tradeoff),
+    /// Try cases at the ends of what the program takes, each against a truth of its own.
+    Extremes(Extremes),
     /// Film and process many synthetic experiments, and count how often stated intervals hold the truth.
     Prove(Prove),
     /// Write a first experiment.toml and trials.csv for a folder of recordings.
@@ -300,6 +302,17 @@ pub(crate) struct Prove {
     #[arg(long, value_delimiter = ',')]
     pub(crate) striker: Vec<f64>,
     /// Recordings processed at a time; all cores when left out.
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) jobs: Option<u16>,
+}
+
+/// Arguments of `extremes`.
+#[derive(Debug, Args)]
+pub(crate) struct Extremes {
+    /// Folder for the table and its figure.
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// Cases tried at a time; all cores when left out.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
 }

@@ -12,6 +12,7 @@ mod contact;
 mod correlate;
 mod error;
 mod experiment;
+mod extremes;
 mod init;
 mod inspect;
 mod matching;
@@ -58,6 +59,7 @@ fn carry_out(command: &Command) -> Result<Outcome, Error> {
         Command::Synthesize(arguments) => synthesize::synthesize(arguments),
         Command::Run(arguments) => run::run(arguments),
         Command::Tradeoff(arguments) => tradeoff::tradeoff(arguments),
+        Command::Extremes(arguments) => extremes::extremes(arguments),
         Command::Prove(arguments) => prove::prove(arguments),
         Command::Init(arguments) => init::init(arguments),
         Command::Samples(arguments) => samples::samples(arguments),

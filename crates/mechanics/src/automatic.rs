@@ -110,9 +110,9 @@ impl Task<'_> {
         let stiffness = pace.decay_per_s / pace.omega_at_rest();
         if stiffness > STIFF_DAMPING {
             let choice = format!(
-                "ark4, because the dampers are {stiffness:.0} times as fast as the springs: it takes them implicitly"
+                "esdirk4, because the dampers are {stiffness:.0} times as fast as the springs: it is implicit"
             );
-            return self.adaptive(Method::Ark4, accuracy, choice);
+            return self.adaptive(Method::Esdirk4, accuracy, choice);
         }
         let choice = "dop853, because nothing is stiff: the highest order takes the longest steps".to_owned();
         self.adaptive(Method::Dop853, accuracy, choice)

@@ -69,7 +69,7 @@ pub enum MechanicsError {
         known: String,
     },
     /// The method cannot integrate this chain.
-    #[error("integrator {method}: it cannot integrate {what} (rk4, dop853 and ark4 can)")]
+    #[error("integrator {method}: it cannot integrate {what} (rk4, dop853 and esdirk4 can)")]
     NotFor {
         /// The method.
         method: &'static str,

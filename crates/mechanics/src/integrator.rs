@@ -1,4 +1,4 @@
-mod imex;
+mod implicit;
 mod method;
 mod rows;
 mod runge_kutta;
@@ -10,7 +10,7 @@ use pulp::{Simd, WithSimd};
 pub use method::Method;
 
 use crate::{lanes::vectorised, model::Model, state::State};
-use imex::Imex;
+use implicit::Implicit;
 use runge_kutta::RungeKutta;
 use symplectic::Symplectic;
 
@@ -51,7 +51,7 @@ pub(crate) struct LocalError {
 pub(crate) enum Rung {
     RungeKutta(RungeKutta),
     Symplectic(Symplectic),
-    Imex(Imex),
+    Implicit(Implicit),
 }
 
 impl Rung {
@@ -59,7 +59,7 @@ impl Rung {
         match method {
             Method::Rk4 => Self::RungeKutta(RungeKutta::new(&tableau::RK4, model)),
             Method::Dop853 => Self::RungeKutta(RungeKutta::new(&tableau::DOP853, model)),
-            Method::Ark4 => Self::Imex(Imex::new(model)),
+            Method::Esdirk4 => Self::Implicit(Implicit::new(model)),
             Method::SymplecticEuler => Self::Symplectic(Symplectic::new(&symplectic::EULER, model)),
             Method::Verlet => Self::Symplectic(Symplectic::new(&symplectic::VERLET, model)),
             Method::Symplectic4 => Self::Symplectic(Symplectic::new(&symplectic::FOURTH, model)),
@@ -83,7 +83,7 @@ impl Rung {
         match self {
             Self::RungeKutta(rung) => rung.local_error(),
             Self::Symplectic(rung) => rung.local_error(),
-            Self::Imex(rung) => rung.local_error(),
+            Self::Implicit(rung) => rung.local_error(),
         }
     }
 
@@ -91,7 +91,7 @@ impl Rung {
         match self {
             Self::RungeKutta(rung) => rung.evaluations(),
             Self::Symplectic(rung) => rung.evaluations(),
-            Self::Imex(rung) => rung.evaluations(),
+            Self::Implicit(rung) => rung.evaluations(),
         }
     }
 
@@ -126,7 +126,7 @@ impl WithSimd for Begin<'_> {
         match rung {
             Rung::RungeKutta(rung) => rung.begin(simd, model, from, continued),
             Rung::Symplectic(rung) => rung.begin(simd, model, from, continued),
-            Rung::Imex(rung) => rung.begin(simd, model, from, continued),
+            Rung::Implicit(rung) => rung.begin(simd, model, from, continued),
         }
     }
 }
@@ -148,7 +148,7 @@ impl WithSimd for Advance<'_> {
         match rung {
             Rung::RungeKutta(rung) => rung.advance(simd, model, from, step, to),
             Rung::Symplectic(rung) => rung.advance(simd, model, from, step, to),
-            Rung::Imex(rung) => rung.advance(simd, model, from, step, to),
+            Rung::Implicit(rung) => rung.advance(simd, model, from, step, to),
         }
     }
 }

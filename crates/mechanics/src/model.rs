@@ -219,17 +219,35 @@ impl<'a> Model<'a> {
     }
 
     fn gap_force_n(&self, gap: usize, state: &State) -> f64 {
-        let open = gap == 0 && self.striker.is_some() && !state.touching;
-        let behind_free_end = gap + 1 == self.n_masses && !self.has_wall;
-        if open || behind_free_end {
+        if !self.carries(gap, state.touching) {
             return 0.0;
         }
         let closing = state.v_m_per_s[gap] - state.v_m_per_s[gap + 1];
-        let dashpot_kg_per_s = match &self.striker {
-            Some(contact) if gap == 0 => contact.damping_kg_per_s,
+        let spring_n = self.spring(gap).force_n(state.x_m[gap] - state.x_m[gap + 1]);
+        spring_n + self.dashpot_kg_per_s(gap, state.touching) * closing
+    }
+
+    /// Whether a gap carries force: not that of a striker that has left, nor the one behind a free end.
+    fn carries(&self, gap: usize, touching: bool) -> bool {
+        let open = gap == 0 && self.striker.is_some() && !touching;
+        gap < self.n_masses && !open && (gap + 1 < self.n_masses || self.has_wall)
+    }
+
+    /// Dashpot of a gap in kilograms per second, that of a touching striker included.
+    pub(crate) fn dashpot_kg_per_s(&self, gap: usize, touching: bool) -> f64 {
+        match &self.striker {
+            Some(contact) if gap == 0 && touching => contact.damping_kg_per_s,
             _ => self.gaps.dashpot_kg_per_s(gap),
-        };
-        self.spring(gap).force_n(state.x_m[gap] - state.x_m[gap + 1]) + dashpot_kg_per_s * closing
+        }
+    }
+
+    /// Stiffness of a gap in newtons per metre.
+    pub(crate) fn stiffness_n_per_m(&self, gap: usize, state: &State) -> f64 {
+        if !self.carries(gap, state.touching) {
+            return 0.0;
+        }
+        let contact = self.contacts.of_gap(gap.saturating_sub(self.first_gap()));
+        contact.stiffness_n_per_m(state.x_m[gap] - state.x_m[gap + 1])
     }
 
     /// The spring of one gap.

@@ -254,11 +254,15 @@ struct Control {
 struct Tolerance {
     /// Relative error for each second of the run.
     per_second: f64,
+    /// Relative error that any step may make: short transients and corners need not be followed to the end.
+    least: f64,
     /// Order of the error of a step, less one.
     order: f64,
     omega_rad_per_s: f64,
 }
 
+/// Share of the whole tolerance that any one step may take.
+const LEAST_SHARE: f64 = 1e-4;
 /// Part of the longest permissible step that the next one takes.
 const SAFETY: f64 = 0.9;
 /// Bounds of the next step over the last.
@@ -297,6 +301,7 @@ impl Control {
             Pacing::Adaptive { tolerance, .. } => {
                 control.adaptive = Some(Tolerance {
                     per_second: tolerance / duration_s,
+                    least: LEAST_SHARE * tolerance,
                     order: f64::from(order.method.error_order()) - 1.0,
                     omega_rad_per_s: scale_s.recip(),
                 });
@@ -341,7 +346,7 @@ impl Control {
         let (Some(tolerance), Some(error)) = (self.adaptive, error) else { return None };
         // Errors of the velocity count as displacements within a radian of the fastest oscillation.
         let relative = (error.x_m / self.x_m).max(error.v_m_per_s / (tolerance.omega_rad_per_s * self.x_m));
-        let ratio = relative / (tolerance.per_second * h_s);
+        let ratio = relative / (tolerance.per_second * h_s).max(tolerance.least);
         let change = SAFETY * ratio.max(1e-30).powf(-1.0 / tolerance.order);
         if ratio > 1.0 || !ratio.is_finite() {
             let [least, _] = CHANGE;

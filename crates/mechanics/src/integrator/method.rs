@@ -19,8 +19,8 @@ pub enum Method {
     Rk4,
     /// Dormand and Prince's method of order 8(5,3): adaptive, with outputs by interpolation.
     Dop853,
-    /// Kennedy and Carpenter's ARK4(3)6L[2]SA: dampers implicit, forces explicit; adaptive, for damping of any strength.
-    Ark4,
+    /// Kennedy and Carpenter's ESDIRK4(3)6L[2]SA of order 4: implicit and adaptive, for damping of any strength.
+    Esdirk4,
 }
 
 impl Method {
@@ -32,7 +32,7 @@ impl Method {
         Self::Rk4,
         Self::Symplectic6,
         Self::Dop853,
-        Self::Ark4,
+        Self::Esdirk4,
     ];
 
     /// Name in scenes and results.
@@ -44,7 +44,7 @@ impl Method {
             Self::Symplectic6 => "symplectic6",
             Self::Rk4 => "rk4",
             Self::Dop853 => "dop853",
-            Self::Ark4 => "ark4",
+            Self::Esdirk4 => "esdirk4",
         }
     }
 
@@ -53,7 +53,7 @@ impl Method {
         match self {
             Self::SymplecticEuler => 1,
             Self::Verlet => 2,
-            Self::Symplectic4 | Self::Rk4 | Self::Ark4 => 4,
+            Self::Symplectic4 | Self::Rk4 | Self::Esdirk4 => 4,
             Self::Symplectic6 => 6,
             Self::Dop853 => 8,
         }
@@ -61,7 +61,7 @@ impl Method {
 
     /// Whether the method chooses its steps by its own estimate of the error.
     pub fn is_adaptive(self) -> bool {
-        matches!(self, Self::Dop853 | Self::Ark4)
+        matches!(self, Self::Dop853 | Self::Esdirk4)
     }
 
     pub(crate) fn is_symplectic(self) -> bool {
@@ -88,7 +88,7 @@ impl Method {
             Self::Rk4 => 2.828,
             // Where the stability polynomial leaves the unit disc along the imaginary axis.
             Self::Dop853 => 3.9,
-            Self::Ark4 => 2.5,
+            Self::Esdirk4 => f64::INFINITY,
             Self::SymplecticEuler => symplectic::EULER.stable_oscillation(),
             Self::Verlet => symplectic::VERLET.stable_oscillation(),
             Self::Symplectic4 => symplectic::FOURTH.stable_oscillation(),
@@ -104,7 +104,7 @@ impl Method {
             Self::Dop853 => 3.9,
             // Steps back in time let the dampers feed energy in: at most by a factor e.
             Self::Symplectic4 | Self::Symplectic6 => 1.0,
-            Self::SymplecticEuler | Self::Verlet | Self::Ark4 => f64::INFINITY,
+            Self::SymplecticEuler | Self::Verlet | Self::Esdirk4 => f64::INFINITY,
         }
     }
 }

@@ -29,6 +29,12 @@ impl Rows {
         (first, &others[(other - 1) * self.length..other * self.length])
     }
 
+    /// Copies a row to another one behind it.
+    #[inline(always)]
+    pub(super) fn copy_row(&mut self, from: usize, to: usize) {
+        self.values.copy_within(from * self.length..(from + 1) * self.length, to * self.length);
+    }
+
     /// `out = base + h sum a_j row_j` over the terms `(j, a_j)`, for as many values as `out` holds.
     #[inline(always)]
     pub(super) fn combine<S: Simd>(
@@ -54,28 +60,6 @@ impl Rows {
         let h = simd.splat_f64s(h);
         for (i, out) in S::as_mut_simd_f64s(out).0.iter_mut().enumerate() {
             *out = simd.mul_add_f64s(h, self.sum_at(simd, i, terms), *out);
-        }
-    }
-
-    /// `row += h sum a_j row_j` over terms of rows before that row, for its first `n` values.
-    #[inline(always)]
-    pub(super) fn add_to_row<S: Simd>(
-        &mut self,
-        simd: S,
-        h: f64,
-        terms: &[(usize, f64)],
-        row: usize,
-        n: usize,
-    ) {
-        let (before, from_row) = self.values.split_at_mut(row * self.length);
-        let h = simd.splat_f64s(h);
-        for (i, out) in S::as_mut_simd_f64s(&mut from_row[..n]).0.iter_mut().enumerate() {
-            let mut sum = simd.splat_f64s(0.0);
-            for &(j, a) in terms {
-                let row = &before[j * self.length..j * self.length + n];
-                sum = simd.mul_add_f64s(simd.splat_f64s(a), S::as_simd_f64s(row).0[i], sum);
-            }
-            *out = simd.mul_add_f64s(h, sum, *out);
         }
     }
 

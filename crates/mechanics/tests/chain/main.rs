@@ -10,6 +10,8 @@ mod drives;
 #[cfg(test)]
 mod extremes;
 #[cfg(test)]
+mod ladder;
+#[cfg(test)]
 mod scenes;
 #[cfg(test)]
 mod waves;
