@@ -5,13 +5,9 @@
 //! - `determinism`, `resume`: the same bytes for any number of threads, and after a kill;
 //! - `bad_inputs`: what the command refuses, and how; `failures`: how it goes on without a bad recording;
 //! - `faults`: what goes wrong in a laboratory; `strikers`: several striker velocities; `ladders`: `tradeoff` and `prove`;
-<<<<<<< HEAD
 //! - `extremes`: cases at the ends of what the program takes;
-//! - `calibration`: from pictures of a board to the uncertainties of the results;
-=======
 //! - `calibration`: from pictures of a board to the uncertainties of the results; `lens`, `stages`: a distorting lens and a stage
 //!   that stands off, undone;
->>>>>>> cam2
 //! - `ring`: motion, compression, modes and bands of rings;
 //! - `init`: from a folder of recordings to an experiment;
 //! - `samples`, `reference`: the project's own recordings, and other people's where they are at hand.
