@@ -1,5 +1,7 @@
 //! Boards for calibration, and their corners in a picture, found by OpenCV (feature `opencv`).
 
+#[cfg(opencv_before_4_7)]
+mod charuco;
 #[cfg(feature = "opencv")]
 mod finder;
 

@@ -1,5 +1,4 @@
 use chainwave_measurement::{Recording, Region};
-use opencv::aruco::{self, CharucoBoard};
 use opencv::core::{DataType, Mat, Point2f, Size, TermCriteria, TermCriteria_EPS, TermCriteria_Type, Vector};
 use opencv::prelude::*;
 use opencv::{calib3d, imgproc};
@@ -43,10 +42,7 @@ pub(super) fn find(
         |error: opencv::Error| CameraError::Decoder { path: recording.path().into(), reason: error.message };
     let mut corners = match &board.markers {
         None => checkerboard(&picture, board).map_err(failed)?,
-        Some(markers) => {
-            let dictionary = dictionary(markers)?;
-            charuco(&picture, board, markers, dictionary).map_err(failed)?
-        }
+        Some(markers) => charuco(recording, &picture, board, markers)?,
     };
     if corners.is_empty() {
         let (columns, rows) = (board.columns, board.rows);
@@ -83,33 +79,32 @@ fn checkerboard(picture: &Picture, board: &Board) -> opencv::Result<Vec<Corner>>
     Ok(places.iter().enumerate().map(corner).collect())
 }
 
-/// In OpenCV up to 4.6, ChArUco boards belong to the module `aruco` of its contributed modules.
+#[cfg(opencv_before_4_7)]
 fn charuco(
+    recording: &dyn Recording,
     picture: &Picture,
     board: &Board,
     markers: &Markers,
-    dictionary: i32,
-) -> opencv::Result<Vec<Corner>> {
-    let dictionary = aruco::get_predefined_dictionary_i32(dictionary)?;
-    let (square, side) = (1.0, (markers.side_m / board.square_m.value) as f32);
-    let known = CharucoBoard::create(board.columns as i32, board.rows as i32, square, side, &dictionary)?;
-    let mut outlines = Vector::<Vector<Point2f>>::new();
-    let mut numbers = Vector::<i32>::new();
-    aruco::detect_markers_def(&picture.gray, &dictionary, &mut outlines, &mut numbers)?;
-    if numbers.is_empty() {
-        return Ok(Vec::new());
-    }
-    let (mut places, mut corners) = (Vector::<Point2f>::new(), Vector::<i32>::new());
-    aruco::interpolate_corners_charuco_def(
-        &outlines,
-        &numbers,
-        &picture.gray,
-        &known,
-        &mut places,
-        &mut corners,
-    )?;
-    let numbered = corners.iter().zip(places.iter());
-    Ok(numbered.map(|(number, place)| corner(number as usize, board.columns - 1, place)).collect())
+) -> Result<Vec<Corner>, CameraError> {
+    let found = super::charuco::corners(&picture.gray, board, markers.side_m, dictionary(markers)?);
+    let found = found
+        .map_err(|error| CameraError::Decoder { path: recording.path().into(), reason: error.message })?;
+    Ok(found.into_iter().map(|(index, place)| corner(index, board.columns - 1, place)).collect())
+}
+
+#[cfg(not(opencv_before_4_7))]
+fn charuco(
+    recording: &dyn Recording,
+    _picture: &Picture,
+    _board: &Board,
+    markers: &Markers,
+) -> Result<Vec<Corner>, CameraError> {
+    dictionary(markers)?;
+    Err(CameraError::Unsupported {
+        path: recording.path().into(),
+        what: "a ChArUco board with OpenCV 4.7 or newer".into(),
+        hint: "a checkerboard, or a build with OpenCV 4.6".into(),
+    })
 }
 
 fn corner(index: usize, columns: usize, place: Point2f) -> Corner {
