@@ -6,7 +6,8 @@
 //! - `bad_inputs`: what the command refuses, and how; `failures`: how it goes on without a bad recording;
 //! - `faults`: what goes wrong in a laboratory; `strikers`: several striker velocities; `ladders`: `tradeoff` and `prove`;
 //! - `extremes`: cases at the ends of what the program takes;
-//! - `calibration`: from pictures of a board to the uncertainties of the results;
+//! - `calibration`: from pictures of a board to the uncertainties of the results; `lens`, `stages`: a distorting lens and a stage
+//!   that stands off, undone;
 //! - `ring`: motion, compression, modes and bands of rings;
 //! - `init`: from a folder of recordings to an experiment;
 //! - `samples`, `reference`: the project's own recordings, and other people's where they are at hand.
@@ -43,6 +44,8 @@ mod laboratory;
 #[cfg(test)]
 mod ladders;
 #[cfg(test)]
+mod lens;
+#[cfg(test)]
 mod motion;
 #[cfg(test)]
 mod pipelines;
@@ -56,6 +59,8 @@ mod resume;
 mod ring;
 #[cfg(test)]
 mod samples;
+#[cfg(test)]
+mod stages;
 #[cfg(test)]
 mod strikers;
 #[cfg(test)]

@@ -40,4 +40,17 @@ impl Motion {
         let share = (time_s - left_s) / (right_s - left_s);
         (1.0 - share) * x_m(right - 1) + share * x_m(right)
     }
+
+    /// Shares of a `motion.parquet`'s 95 % intervals that hold this motion, where it has gone `beyond_m`, and the largest error
+    /// there in metres.
+    pub(crate) fn held_by(&self, motion: &Table, beyond_m: f64) -> (f64, f64) {
+        let (times_s, bodies) = (motion.full("t_s"), motion.full("body"));
+        let (x_m, sigma_m) = (motion.full("x_m"), motion.full("sigma_m"));
+        let truth_m = |row: usize| self.at(bodies[row] as usize, times_s[row]);
+        let rows: Vec<usize> = (0..x_m.len()).filter(|row| truth_m(*row) > beyond_m).collect();
+        let errors_m: Vec<f64> = rows.iter().map(|row| (x_m[*row] - truth_m(*row)).abs()).collect();
+        let n_held =
+            rows.iter().zip(&errors_m).filter(|(row, error_m)| **error_m <= 1.96 * sigma_m[**row]).count();
+        (n_held as f64 / rows.len() as f64, errors_m.into_iter().fold(0.0, f64::max))
+    }
 }

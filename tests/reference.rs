@@ -8,7 +8,7 @@ use serde_json::Value;
 use tempfile::TempDir;
 use tiff::decoder::{Decoder, DecodingResult};
 
-use crate::command::{chainwave, succeed};
+use crate::command::{chainwave, fail, succeed};
 
 /// The keys that interface.md promises.
 const KEYS: [&str; 12] = [
@@ -29,17 +29,69 @@ const KEYS: [&str; 12] = [
 #[test]
 fn the_papers_camera_is_inspected() {
     let Some(recording) = v1211("12bpp.cine") else { return };
-    let printed = succeed(chainwave().arg("inspect").arg(recording).arg("--json"));
-    let facts: Value = serde_json::from_str(&printed).expect("inspect --json prints JSON");
-    for key in KEYS {
-        assert!(facts.get(key).is_some(), "{key} is missing: {printed}");
-    }
+    let facts = inspected(&recording);
     // As the vendor's own export of the header has it.
     assert_eq!((&facts["width_px"], &facts["height_px"]), (&128.into(), &16.into()));
     assert_eq!((&facts["n_frames"], &facts["bit_depth"]), (&202.into(), &12.into()));
     assert_eq!((&facts["first_image"], &facts["camera"]), (&(-100).into(), &"Phantom v1211".into()));
     let rate_hz = facts["rate_hz"].as_f64().expect("the file has time stamps");
     assert!((rate_hz - 10_000.0).abs() < 0.1, "the clock keeps to 10 ppm: {rate_hz}");
+}
+
+/// Every readable recording of a high-speed camera, and the header beside it where it has one.
+const RECORDINGS: [(&str, Option<&str>); 10] = [
+    ("cine/CineFiles.jl/12bpp.cine", None),
+    ("cine/CineFiles.jl/8bpp.cine", None),
+    ("cine/CineFiles.jl/packed_10.cine", None),
+    ("cine/DICe/packed_12bpp.cine", None),
+    ("cine/DICe/phantom_v1610.cine", None),
+    ("cine/DICe/phantom_v1610_16bpp.cine", None),
+    ("cine/DICe/phantom_v9_raw_16bpp.cine", None),
+    ("cine/pims/cine_legacy.cine", None),
+    ("mraw/pyMRAW/beam.mraw", Some("mraw/pyMRAW/beam.cihx")),
+    ("mraw/pyidi/data_showcase.mraw", Some("mraw/pyidi/data_showcase.cih")),
+];
+
+#[test]
+fn every_recording_is_inspected_whole_and_refused_when_cut() {
+    let Some(data) = data() else { return };
+    let folder = TempDir::new().expect("a temporary folder can be made");
+    let points = folder.path().join("points.csv");
+    std::fs::write(&points, "name,x_px,y_px,half_width_px,half_height_px\na,60,8,6,4\n").expect("a table");
+    for (name, header) in RECORDINGS {
+        inspected(&data.join(name));
+        let bytes = std::fs::read(data.join(name)).expect("the recording can be read");
+        let cut = folder.path().join(Path::new(name).file_name().expect("a file"));
+        if let Some(header) = header {
+            let beside = cut.with_extension(Path::new(header).extension().expect("an ending"));
+            std::fs::copy(data.join(header), beside).expect("the header can be copied");
+        }
+        // In the header, among the tables, amid the frames, and just before the end.
+        for n_kept in [2, 40, 3000, bytes.len() / 2, bytes.len() - 1] {
+            std::fs::write(&cut, &bytes[..n_kept]).expect("the cut recording can be written");
+            let mut track = chainwave();
+            track.arg("track").arg(&cut).arg("--points").arg(&points);
+            track.arg("--out").arg(folder.path().join("tracks.csv"));
+            for command in [chainwave().arg("inspect").arg(&cut), &mut track] {
+                let said = fail(command, 2);
+                let file = cut.display().to_string();
+                assert!(
+                    said.contains(&file) && said.contains("byte"),
+                    "{name} cut to {n_kept} bytes: {said}"
+                );
+            }
+        }
+    }
+}
+
+/// What `inspect --json` says, with all the keys that it must have.
+fn inspected(recording: &Path) -> Value {
+    let printed = succeed(chainwave().arg("inspect").arg(recording).arg("--json"));
+    let facts: Value = serde_json::from_str(&printed).expect("inspect --json prints JSON");
+    for key in KEYS {
+        assert!(facts.get(key).is_some(), "{key} is missing: {printed}");
+    }
+    facts
 }
 
 #[test]
@@ -62,11 +114,15 @@ fn a_frame_is_written_as_it_was_recorded() {
 
 /// A file of the real Phantom v1211.
 fn v1211(name: &str) -> Option<PathBuf> {
+    data().map(|folder| folder.join("cine/CineFiles.jl").join(name))
+}
+
+fn data() -> Option<PathBuf> {
     let folder = env::var_os("CHAINWAVE_REFERENCE_DATA");
     if folder.is_none() {
         println!("skipped: CHAINWAVE_REFERENCE_DATA is not set");
     }
-    folder.map(|folder| PathBuf::from(folder).join("cine/CineFiles.jl").join(name))
+    folder.map(PathBuf::from)
 }
 
 /// Size and values of a TIFF picture.

@@ -105,6 +105,9 @@ pub(crate) struct Camera {
     pub(crate) calibration: Option<PathBuf>,
     /// Column and row of body 1's marker at rest, with the stage at 0.
     pub(crate) first_body_px: [f64; 2],
+    /// Standard uncertainty of the stage's stated positions. With it, subsets are placed by the positions that bodies in two views
+    /// give; without it, those are reported alone.
+    pub(crate) stage_sigma_m: Option<NotNegative>,
     /// Frames per second of recordings that do not state them, such as folders of images.
     pub(crate) rate_hz: Option<Positive>,
 }

@@ -11,6 +11,7 @@ mod provenance;
 mod report;
 mod results;
 mod shared_errors;
+mod stages;
 mod strikers;
 mod summary;
 mod tracking;

@@ -89,7 +89,7 @@ pub use icgn::{Match, Workspace};
 pub use lucas_kanade::track_lucas_kanade;
 pub use method::{METHODS, Method};
 pub use prepared::PreparedSubset;
-pub use reference::Reference;
+pub use reference::{Reference, mean_of_frames};
 pub use self_test::{RungError, cheapest_within, self_test};
 pub use settings::{Interpolation, ReferenceFrames, Settings, Shape, ShapeChoice};
 pub use subset_size::smallest_half_px;

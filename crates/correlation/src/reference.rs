@@ -172,7 +172,11 @@ pub(crate) fn outside(recording: &dyn Recording, subset: &Subset) -> Correlation
     }
 }
 
-fn mean_of_frames(
+/// Mean counts of `region` over some frames, row by row from the top; NaN for no frames.
+///
+/// # Errors
+/// [`ReadError`] when a frame cannot be read.
+pub fn mean_of_frames(
     recording: &dyn Recording,
     region: Region,
     frames: std::ops::Range<usize>,

@@ -44,4 +44,15 @@ pub enum StitchingError {
         /// Number of recordings.
         n_recordings: usize,
     },
+    /// The least-squares problem of the stage positions has no unique solution.
+    #[error(
+        "stitching: the stage positions of {n_views} views could not be solved for from {n_steps} steps (hint: a step's sigma \
+         must be above 0)"
+    )]
+    SingularStages {
+        /// Number of views.
+        n_views: usize,
+        /// Number of steps between them.
+        n_steps: usize,
+    },
 }

@@ -14,7 +14,8 @@
 //!
 //! - [`Observation`]: the tracked bodies of one recording, in metres;
 //! - [`outliers`]: the recordings that contradict the others of their view, with the evidence;
-//! - [`merge`]: observations -> [`Stitched`], which holds the [`ChainMotion`] and each recording's alignment.
+//! - [`merge`]: observations -> [`Stitched`], which holds the [`ChainMotion`] and each recording's alignment;
+//! - [`refine_stages`]: where the camera stood, from the bodies that views share. Displacements from rest do not depend on it.
 //!
 //! Pixels are unknown here, and so is what moves the chain.
 //!
@@ -30,7 +31,9 @@ mod modes;
 mod outliers;
 mod resample;
 mod rest;
+mod stages;
 
 pub use error::StitchingError;
 pub use merge::{Alignment, Settings, Stitched, merge};
 pub use outliers::{Evidence, Outlier, outliers};
+pub use stages::{StageStep, refine_stages};

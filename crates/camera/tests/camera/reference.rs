@@ -159,8 +159,12 @@ fn colour_and_files_of_another_kind_are_refused() {
     let Some(folder) = cine_folder() else { return };
     let colour = open(&folder.join("DICe/invalid_color.cine")).err();
     assert!(matches!(colour, Some(CameraError::Colour { .. })), "{colour:?}");
+    // Made by a program and not by a camera: a header with the fields of a .cine but zeros where its mark CI belongs, and an empty
+    // Setup block. Without the mark, two bytes of zeros are no evidence of anything.
     let other = open(&folder.join("hypercine/example_8bpp.cine")).err();
+    let said = other.as_ref().map(ToString::to_string).unwrap_or_default();
     assert!(matches!(other, Some(CameraError::UnknownFormat { .. })), "{other:?}");
+    assert!(said.contains("byte 0") && said.contains("00 00 2C 00"), "{said}");
 }
 
 #[test]

@@ -23,6 +23,7 @@ pub(crate) fn decide(job: &Job, tracked: &Tracked, evaluation: &Evaluation) -> V
     vec![
         shape_function(job),
         motion(job, tracked),
+        stages(tracked),
         left_out(evaluation),
         drives(evaluation),
         contact_law(job, evaluation),
@@ -88,6 +89,25 @@ fn motion(job: &Job, tracked: &Tracked) -> Decision {
         choice: "1-D, along the chain".into(),
         rule: "the chain model has one dimension; the largest excursion across it is reported",
         evidence: format!("largest excursion across the chain {furthest_px:.3} px ({furthest_um:.1} um)"),
+    }
+}
+
+fn stages(tracked: &Tracked) -> Decision {
+    let (used, stated) = ("refined by the bodies that views share", "as the trials table states them");
+    let evidence = match tracked.stages.largest_correction_m() {
+        Some((largest_m, n_views)) => format!(
+            "{n_views} views tied together; the largest correction is {:.2} +- {:.2} um",
+            1e6 * largest_m.value,
+            1e6 * largest_m.sigma
+        ),
+        None => "no body could be matched in two views".into(),
+    };
+    Decision {
+        question: "positions of the stage",
+        choice: if tracked.stages.is_used() { used } else { stated }.into(),
+        rule: "refined where camera.stage_sigma_m states how well they are known; they place subsets on their markers and do not enter \
+               displacements",
+        evidence,
     }
 }
 

@@ -3,6 +3,7 @@ use chainwave_analysis::fit::{Damping, EnergyFit, FitError, FittedRecording, Tra
 use chainwave_measurement::{ChainMotion, Estimate};
 use chainwave_stitching::Alignment;
 use ndarray::Array2;
+use polars::prelude::Column;
 use serde_json::{Map, Value, json};
 
 use super::Job;
@@ -10,6 +11,7 @@ use super::decisions::Decision;
 use super::evaluation::Evaluation;
 use super::tracking::Tracked;
 use crate::error::Error;
+use crate::experiment::Trial;
 use crate::synthesize::write_json;
 use crate::table::{self, Table, column};
 
@@ -28,7 +30,7 @@ pub(crate) fn write(
     write_half_widths(job, measurement)?;
     write_energies(job, measurement)?;
     write_spectrum(job, measurement)?;
-    write_alignment(job, evaluation)?;
+    write_alignment(job, tracked, evaluation)?;
     write_json(&job.result("results.json"), &as_json(evaluation))?;
     write_json(&job.result("decisions.json"), &decisions)
 }
@@ -122,8 +124,8 @@ fn write_spectrum(job: &Job, measurement: &Measurement) -> Result<(), Error> {
     table::write(&job.result("spectrum.parquet"), columns)
 }
 
-/// Trigger offset and drive of each recording, and what the fit found of its striker and impact.
-fn write_alignment(job: &Job, evaluation: &Evaluation) -> Result<(), Error> {
+/// Trigger offset, drive and stage of each recording, and what the fit found of its striker and impact.
+fn write_alignment(job: &Job, tracked: &Tracked, evaluation: &Evaluation) -> Result<(), Error> {
     let alignments = &evaluation.stitched.alignments;
     let fitted = |value: &dyn Fn(&FittedRecording) -> f64| -> Vec<Option<f64>> {
         let found = evaluation.track_fit.as_ref().ok();
@@ -145,7 +147,22 @@ fn write_alignment(job: &Job, evaluation: &Evaluation) -> Result<(), Error> {
         column("impact_time_sigma_s", fitted(&|one| one.impact_time_s.sigma)),
         column("model_scatter_ratio", fitted(&|one| one.scatter_ratio)),
     ];
-    table::write(&job.result("alignment.parquet"), columns)
+    let stages = stage_columns(tracked, alignments);
+    table::write(&job.result("alignment.parquet"), columns.into_iter().chain(stages).collect())
+}
+
+/// Where the stage stood by the experiment, and by the bodies that views share; empty where nothing ties a view to another.
+fn stage_columns(tracked: &Tracked, alignments: &[Alignment]) -> [Column; 3] {
+    let trial = |one: &Alignment| tracked.trials.iter().find(|trial| trial.recording == one.recording);
+    let trials: Vec<Option<&Trial>> = alignments.iter().map(trial).collect();
+    let refined = |value: fn(Estimate) -> f64| -> Vec<Option<f64>> {
+        trials.iter().map(|trial| tracked.stages.refined_m((*trial)?).map(value)).collect()
+    };
+    [
+        column("stage_m", trials.iter().map(|trial| Some((*trial)?.stage_m)).collect::<Vec<_>>()),
+        column("stage_refined_m", refined(|stage| stage.value)),
+        column("stage_refined_sigma_m", refined(|stage| stage.sigma)),
+    ]
 }
 
 fn as_json(evaluation: &Evaluation) -> Value {

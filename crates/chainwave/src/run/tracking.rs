@@ -12,6 +12,7 @@ use indicatif::ProgressBar;
 use sha2::{Digest, Sha256};
 
 use super::Job;
+use super::stages::Stages;
 use crate::error::Error;
 use crate::experiment::{Positive, Trial};
 use crate::outcome::Outcome;
@@ -35,6 +36,8 @@ pub(crate) struct Tracked {
     pub(crate) trials: Vec<Trial>,
     /// The same as positions along the chain in metres.
     pub(crate) observations: Vec<Observation>,
+    /// Where the stage stood.
+    pub(crate) stages: Stages,
 }
 
 impl Tracked {
@@ -46,6 +49,7 @@ impl Tracked {
             tables: kept.iter().map(|index| self.tables[*index].clone()).collect(),
             trials: kept.iter().map(|index| self.trials[*index].clone()).collect(),
             observations: kept.iter().map(|index| self.observations[*index].clone()).collect(),
+            stages: self.stages.clone(),
         }
     }
 }
@@ -58,9 +62,11 @@ pub(crate) fn track_all(job: &Job, outcome: &mut Outcome) -> Result<Tracked, Err
     remove_unfinished(&job.out)?;
     let method = method(job)?;
     let bar = progress::bar("tracking", 0);
-    let results = map_in_parallel(job.jobs, &job.trials, |trial| track_one(job, trial, method, &kept, &bar));
+    let stages = Stages::refine(job, method)?;
+    let place = |trial: &Trial| Place { kept: &kept, stage_m: stages.placing_m(trial), method };
+    let results = map_in_parallel(job.jobs, &job.trials, |trial| track_one(job, trial, &place(trial), &bar));
     bar.finish_and_clear();
-    let mut tracked = Tracked { tables: Vec::new(), trials: Vec::new(), observations: Vec::new() };
+    let mut tracked = Tracked { tables: Vec::new(), trials: Vec::new(), observations: Vec::new(), stages };
     for (trial, result) in job.trials.iter().zip(results) {
         match result {
             Ok((table, observation)) => {
@@ -96,24 +102,30 @@ pub(crate) fn method(job: &Job) -> Result<Method, Error> {
     })
 }
 
+/// How a recording is tracked, and where its tracks are kept.
+struct Place<'a> {
+    kept: &'a Path,
+    stage_m: f64,
+    method: Method,
+}
+
 fn track_one(
     job: &Job,
     trial: &Trial,
-    method: Method,
-    kept: &Path,
+    place: &Place,
     bar: &ProgressBar,
 ) -> Result<(Table, Observation), Error> {
     let path = job.recordings.join(&trial.recording);
     let recording = open(job, &path)?;
-    let kept_path = kept.join(format!("{}.parquet", key(job, trial, &path)?));
+    let kept_path = place.kept.join(format!("{}.parquet", key(job, trial, place.stage_m, &path)?));
     if !kept_path.exists() {
         let reference = frames_at_rest(job, recording.as_ref())?;
-        let subsets = subsets_in_view(job, trial, recording.as_ref());
+        let subsets = subsets_in_view(job, place.stage_m, recording.as_ref());
         let tracked = follow(
             recording.as_ref(),
             &subsets,
             &reference,
-            method,
+            place.method,
             threads_of_each(job.jobs, job.trials.len()),
             bar,
         )?;
@@ -126,14 +138,16 @@ fn track_one(
     Ok((table, observation))
 }
 
-fn open(job: &Job, path: &Path) -> Result<Box<dyn Recording>, Error> {
+/// Opens a recording that the calibration holds for.
+pub(crate) fn open(job: &Job, path: &Path) -> Result<Box<dyn Recording>, Error> {
     let rate_hz = job.experiment.camera.rate_hz.map(Positive::get);
     let recording = chainwave_camera::open_with(path, &OpenOptions { rate_hz, ..OpenOptions::default() })?;
     job.calibration.check_size(recording.as_ref())?;
     Ok(recording)
 }
 
-fn frames_at_rest(job: &Job, recording: &dyn Recording) -> Result<ReferenceFrames, Error> {
+/// The frames of a recording before the wave.
+pub(crate) fn frames_at_rest(job: &Job, recording: &dyn Recording) -> Result<ReferenceFrames, Error> {
     let rest = rest_frames(recording.info(), job.experiment.tracking.rest_until_s);
     Ok(ReferenceFrames::Mean(rest.ok_or_else(|| no_rest(job, recording.path(), recording.info()))?))
 }
@@ -152,7 +166,7 @@ pub(crate) struct View {
 pub(crate) fn first_view(job: &Job) -> Result<View, Error> {
     for trial in &job.trials {
         let recording = open(job, &job.recordings.join(&trial.recording))?;
-        let subsets = subsets_in_view(job, trial, recording.as_ref());
+        let subsets = subsets_in_view(job, trial.stage_m, recording.as_ref());
         if !subsets.is_empty() {
             let reference = frames_at_rest(job, recording.as_ref())?;
             return Ok(View { recording, subsets, reference });
@@ -162,14 +176,14 @@ pub(crate) fn first_view(job: &Job) -> Result<View, Error> {
 }
 
 /// The bodies whose subsets lie in the frame at rest.
-fn subsets_in_view(job: &Job, trial: &Trial, recording: &dyn Recording) -> Vec<Subset> {
+pub(crate) fn subsets_in_view(job: &Job, stage_m: f64, recording: &dyn Recording) -> Vec<Subset> {
     let (info, tracking) = (recording.info(), &job.experiment.tracking);
     let inside = |centre: f64, half: usize, size: usize| {
         let reach = half as f64 + BORDER_PX;
         centre - reach >= 0.0 && centre + reach <= size as f64 - 1.0
     };
     (1..=job.experiment.chain.n_bodies)
-        .filter_map(|body| Some((body, job.calibration.rest_px(body, trial.stage_m)?)))
+        .filter_map(|body| Some((body, job.calibration.rest_px(body, stage_m)?)))
         .filter(|(_, [x_px, y_px])| {
             inside(*x_px, tracking.half_width_px, info.width_px)
                 && inside(*y_px, tracking.half_height_px, info.height_px)
@@ -236,11 +250,10 @@ pub(crate) fn observation(trial: &Trial, table: &Table, map: &PlaneMap) -> Resul
 }
 
 /// What the tracks of a recording depend on, as a file name: settings, and the recording by size, time and first bytes.
-fn key(job: &Job, trial: &Trial, path: &Path) -> Result<String, Error> {
+fn key(job: &Job, trial: &Trial, stage_m: f64, path: &Path) -> Result<String, Error> {
     let experiment = &job.experiment;
     let mut hash = Sha256::new();
-    let settings =
-        (&experiment.chain, &experiment.camera, &experiment.tracking, trial.stage_m, TRACKS_VERSION);
+    let settings = (&experiment.chain, &experiment.camera, &experiment.tracking, stage_m, TRACKS_VERSION);
     let settings = serde_json::to_string(&settings).map_err(|wrong| Error::Argument(wrong.to_string()))?;
     hash.update(settings.as_bytes());
     // Where bodies are looked for depends on the calibration, which may lie in another file.
