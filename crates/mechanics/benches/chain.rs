@@ -73,25 +73,22 @@ fn scan_of_200_striker_velocities_on_one_thread() -> Result<usize, MechanicsErro
 fn plain_rk4(n: usize, n_steps: usize) -> f64 {
     let (mut x, mut v) = (vec![0.0; n], vec![0.0; n]);
     v[0] = V_M_PER_S;
-    let mut stages = vec![(vec![0.0; n], vec![0.0; n]); 4];
+    let (mut x_stage, mut v_stage, mut acceleration) = (x.clone(), v.clone(), vec![0.0; n]);
+    let (mut x_next, mut v_next) = (x.clone(), v.clone());
     for _ in 0..n_steps {
-        for stage in 0..4 {
-            let reach = [0.0, 0.5, 0.5, 1.0][stage] * DT_S;
-            let before = if stage == 0 { None } else { Some(stages[stage - 1].clone()) };
-            let at = |row: &[f64], rate: fn(&(Vec<f64>, Vec<f64>)) -> &Vec<f64>| -> Vec<f64> {
-                let rates = before.as_ref().map(rate);
-                (0..n).map(|i| row[i] + rates.map_or(0.0, |rates| reach * rates[i])).collect()
-            };
-            let (x_stage, v_stage) = (at(&x, |rates| &rates.0), at(&v, |rates| &rates.1));
-            plain_rates(&x_stage, &v_stage, &mut stages[stage].1);
-            stages[stage].0 = v_stage;
-        }
-        for (weight, (velocity, acceleration)) in [1.0, 2.0, 2.0, 1.0].iter().zip(&stages) {
+        for (weight, reach) in [(1.0, 0.5), (2.0, 0.5), (2.0, 1.0), (1.0, 0.0)] {
+            plain_rates(&x_stage, &v_stage, &mut acceleration);
             for i in 0..n {
-                x[i] += weight * DT_S / 6.0 * velocity[i];
-                v[i] += weight * DT_S / 6.0 * acceleration[i];
+                x_next[i] += weight * DT_S / 6.0 * v_stage[i];
+                v_next[i] += weight * DT_S / 6.0 * acceleration[i];
+                x_stage[i] = x[i] + reach * DT_S * v_stage[i];
+                v_stage[i] = v[i] + reach * DT_S * acceleration[i];
             }
         }
+        x.copy_from_slice(&x_next);
+        v.copy_from_slice(&v_next);
+        x_stage.copy_from_slice(&x);
+        v_stage.copy_from_slice(&v);
     }
     x[1]
 }
