@@ -170,15 +170,28 @@ fn same_power<S: Simd>(simd: S, kernel: &PowerKernel, x_m: &[f64], force_n: &mut
         #[inline(always)]
         |_, overlap| law.force(overlap),
     );
-    let law = PowerLanes::<S, 1>::splat(simd, kernel);
-    over_row(
-        simd,
-        done,
-        x_m,
-        force_n,
-        #[inline(always)]
-        |_, overlap| law.force(overlap),
-    );
+    let left = force_n.len() / S::F64_LANES - done;
+    if left > 0 && done > 0 {
+        // The last block once more over gaps already done: the same values, and faster than vector by vector.
+        over_row(
+            simd,
+            done + left - SIDE_BY_SIDE,
+            x_m,
+            force_n,
+            #[inline(always)]
+            |_, overlap| law.force(overlap),
+        );
+    } else if left > 0 {
+        let law = PowerLanes::<S, 1>::splat(simd, kernel);
+        over_row(
+            simd,
+            done,
+            x_m,
+            force_n,
+            #[inline(always)]
+            |_, overlap| law.force(overlap),
+        );
+    }
 }
 
 #[inline(always)]

@@ -55,9 +55,15 @@ impl Ledger {
         ledger
     }
 
-    /// Books a step.
-    pub(crate) fn book_gaps(&mut self, model: &Model<'_>, from: &State, to: &State, step: Step) {
-        vectorised(BookGaps { ledger: self, model, from, to, step });
+    /// Books a step; returns the largest displacement (metres) and velocity (metres per second) at its end.
+    pub(crate) fn book_gaps(
+        &mut self,
+        model: &Model<'_>,
+        from: &State,
+        to: &State,
+        step: Step,
+    ) -> (f64, f64) {
+        vectorised(BookGaps { ledger: self, model, from, to, step })
     }
 
     /// When each gap between bodies was closed the most, in seconds; none where it was never seen to open again.
@@ -124,18 +130,20 @@ struct BookGaps<'a> {
 }
 
 impl WithSimd for BookGaps<'_> {
-    type Output = ();
+    type Output = (f64, f64);
 
     /// Ends of the step for all gaps; a peak in between only where the tangent at the start leads to a new extreme before the
     /// gap turns.
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
+    fn with_simd<S: Simd>(self, simd: S) -> (f64, f64) {
         let Self { ledger, model, from, to, step } = self;
         let n = to.active;
         let h = Lanes::<S, 1>::splat(simd, step.h_s);
         let (zero, one) = (h.constant(0.0), h.constant(1.0));
-        let mut passes = zero;
+        let (mut passes, mut x, mut v) = (zero, zero, zero);
         for vector in 0..n / S::F64_LANES {
+            x = x.max(Lanes::new(simd, [S::as_simd_f64s(&to.x_m).0[vector]]).abs());
+            v = v.max(Lanes::new(simd, [S::as_simd_f64s(&to.v_m_per_s).0[vector]]).abs());
             let before = differences(simd, &from.x_m[..=n], vector);
             let after = differences(simd, &to.x_m[..=n], vector);
             let rate = differences(simd, &from.v_m_per_s[..=n], vector);
@@ -155,6 +163,7 @@ impl WithSimd for BookGaps<'_> {
             [S::as_mut_simd_f64s(&mut ledger.most_m).0[vector]] = most.max(after).values();
         }
         ledger.tension_events += passes.total() as u64;
+        (x.largest(), v.largest())
     }
 }
 
@@ -186,8 +195,8 @@ impl Course {
     }
 }
 
-/// Halvings that locate a turn: to rounding, for at a turn the overlap changes with the square of the time.
-const HALVINGS: u32 = 30;
+/// Corrections of a turn's place by Newton's method; at a turn the overlap changes with the square of what is left.
+const CORRECTIONS: u32 = 5;
 
 /// The turning point of the quintic through both courses, as a part of the step and an overlap, which makes the peak independent of where the steps fall, to sixth
 /// order in the step.
@@ -198,13 +207,13 @@ fn peak_between(before: Course, after: Course, h_s: f64) -> (f64, f64) {
     let cube = 10.0 * change - 6.0 * v_0 - 4.0 * v_1 - 1.5 * a_0 + 0.5 * a_1;
     let fourth = -15.0 * change + 8.0 * v_0 + 7.0 * v_1 + 1.5 * a_0 - a_1;
     let fifth = 6.0 * change - 3.0 * (v_0 + v_1) - 0.5 * (a_0 - a_1);
-    let rate = |s: f64| v_0 + s * (a_0 + s * (3.0 * cube + s * (4.0 * fourth + s * 5.0 * fifth)));
-    let (mut start, mut end) = (0.0, 1.0);
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (start + end);
-        if rate(middle) * v_0 > 0.0 { start = middle } else { end = middle }
+    let mut s = v_0 / (v_0 - v_1);
+    for _ in 0..CORRECTIONS {
+        let rate = v_0 + s * (a_0 + s * (3.0 * cube + s * (4.0 * fourth + s * 5.0 * fifth)));
+        let bend = a_0 + s * (6.0 * cube + s * (12.0 * fourth + s * 20.0 * fifth));
+        let next = s - rate / bend;
+        s = if next > 0.0 && next < 1.0 { next } else { s };
     }
-    let s = 0.5 * (start + end);
     (s, before.overlap_m + s * (v_0 + s * (0.5 * a_0 + s * (cube + s * (fourth + s * fifth)))))
 }
 

@@ -3,15 +3,19 @@
 //! The crate knows the mechanics and nothing of measurements: parameters in, motion out. Three layers keep it open for
 //! more laws, integrators and models:
 //!
-//! - the contact law ([`PowerLaw`]) gives force, energy and stiffness of one gap, each in a form that keeps its digits
-//!   for any overlap;
+//! - contact laws ([`Law`]) give force, energy and stiffness of one gap, each in a form that keeps its digits for any
+//!   overlap. What a chain's gaps hold is sorted by law once, and forces are computed for vectors of gaps, with the same bits
+//!   on every instruction set;
 //! - the model turns positions and velocities into accelerations, and knows masses, dampers, the drive and the far end;
-//! - the integrator (classical Runge-Kutta of fourth order) knows only rates. Where the striker's one-sided contact opens
-//!   or closes, the step is cut at that instant, so that each step sees smooth forces and the order holds.
+//! - integrators ([`Method`]) know rates and forces only. Where the striker's one-sided contact opens or closes, the step is
+//!   cut at that instant, so that each step sees smooth forces and every order holds. Between them and the model stands the
+//!   march: it chooses steps, leaves out bodies that the wave has not reached, books energies and peaks, and records outputs.
+//!
+//! Without a method asked for, a run takes the one that its scene calls for, to the accuracy asked for, and says why
+//! ([`Simulation::choice`]) and how far off it may be ([`Simulation::error_estimate`]).
 //!
 //! Energy is booked along the way: kinetic and potential energy plus what the dampers took stays constant, and
-//! [`Simulation::energy_drift`] says how well. Nothing is allocated after the start, and the same input gives the same
-//! bits.
+//! [`Simulation::energy_drift`] says how well. Nothing is allocated in a step, and the same input gives the same bits.
 
 mod automatic;
 mod chain;

@@ -102,8 +102,8 @@ impl<'a> Run<'a> {
             let (h_s, cut) = self.step(time_s, target_s, &state, &mut ahead)?;
             let reached = cut.is_none() && time_s + h_s * (1.0 + 1e-5) >= target_s;
             let end_s = if reached { target_s } else { time_s + h_s };
-            self.ledger.book_gaps(&self.model, &state, &ahead, Step { time_s, h_s });
-            self.control.reach(&ahead);
+            let reach = self.ledger.book_gaps(&self.model, &state, &ahead, Step { time_s, h_s });
+            self.control.reach(reach);
             while next_output < self.order.n_outputs && self.time_of(next_output) <= end_s {
                 let output_s = self.time_of(next_output);
                 if reached && output_s >= target_s {
@@ -359,10 +359,10 @@ impl Control {
         None
     }
 
-    fn reach(&mut self, state: &State) {
-        let active = state.active;
-        self.x_m = self.x_m.max(largest(&state.x_m[..active]));
-        self.v_m_per_s = self.v_m_per_s.max(largest(&state.v_m_per_s[..active]));
+    /// Takes in the largest displacement and velocity of a state.
+    fn reach(&mut self, (x_m, v_m_per_s): (f64, f64)) {
+        self.x_m = self.x_m.max(x_m);
+        self.v_m_per_s = self.v_m_per_s.max(v_m_per_s);
     }
 
     fn out_of_reach(&self, order: &Order, time_s: f64, h_s: f64) -> MechanicsError {
@@ -371,16 +371,4 @@ impl Control {
         };
         MechanicsError::OutOfReach { method: order.method.name(), accuracy, time_s, h_s }
     }
-}
-
-/// The largest magnitude of a row of whole vectors.
-fn largest(row: &[f64]) -> f64 {
-    let mut lanes = [0.0_f64; crate::lanes::PADDING];
-    for values in row.as_chunks().0 {
-        for (lane, value) in lanes.iter_mut().zip::<&[f64; crate::lanes::PADDING]>(values) {
-            let size = value.abs();
-            *lane = if size > *lane { size } else { *lane };
-        }
-    }
-    lanes.into_iter().fold(0.0, f64::max)
 }

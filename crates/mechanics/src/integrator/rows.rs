@@ -45,32 +45,43 @@ impl Rows {
         terms: &[(usize, f64)],
         out: &mut [f64],
     ) {
-        let h = simd.splat_f64s(h);
         let n = out.len();
-        let (base, _) = S::as_simd_f64s(&base[..n]);
-        let (out, _) = S::as_mut_simd_f64s(out);
-        for (i, (out, base)) in out.iter_mut().zip(base).enumerate() {
-            *out = simd.mul_add_f64s(h, self.sum_at(simd, i, terms), *base);
+        let sum = self.sum_of::<S>(simd, n, terms);
+        let h = simd.splat_f64s(h);
+        let (base_blocks, base_rest) = S::as_simd_f64s(&base[..n]).0.as_chunks::<BLOCK>();
+        let (blocks, rest) = S::as_mut_simd_f64s(out).0.as_chunks_mut::<BLOCK>();
+        let n_done = BLOCK * blocks.len();
+        for (i, (out, base)) in blocks.iter_mut().zip(base_blocks).enumerate() {
+            let sums: [S::f64s; BLOCK] = sum.at(simd, BLOCK * i);
+            for k in 0..BLOCK {
+                out[k] = simd.mul_add_f64s(h, sums[k], base[k]);
+            }
+        }
+        for (i, (out, base)) in rest.iter_mut().zip(base_rest).enumerate() {
+            let [sum] = sum.at(simd, n_done + i);
+            *out = simd.mul_add_f64s(h, sum, *base);
         }
     }
 
     /// `out += h sum a_j row_j` over the terms `(j, a_j)`.
     #[inline(always)]
     pub(super) fn add<S: Simd>(&self, simd: S, h: f64, terms: &[(usize, f64)], out: &mut [f64]) {
+        let sum = self.sum_of::<S>(simd, out.len(), terms);
         let h = simd.splat_f64s(h);
         for (i, out) in S::as_mut_simd_f64s(out).0.iter_mut().enumerate() {
-            *out = simd.mul_add_f64s(h, self.sum_at(simd, i, terms), *out);
+            let [sum] = sum.at(simd, i);
+            *out = simd.mul_add_f64s(h, sum, *out);
         }
     }
 
     /// The largest magnitude of `sum a_j row_j` among the first `n` values.
     #[inline(always)]
     pub(super) fn largest<S: Simd>(&self, simd: S, n: usize, terms: &[(usize, f64)]) -> f64 {
-        let n_vectors = S::as_simd_f64s(&self.row(0)[..n]).0.len();
+        let sum = self.sum_of::<S>(simd, n, terms);
         let mut largest = simd.splat_f64s(0.0);
         let mut doubt = simd.splat_f64s(0.0);
-        for i in 0..n_vectors {
-            let sum = self.sum_at(simd, i, terms);
+        for i in 0..n / S::F64_LANES {
+            let [sum] = sum.at(simd, i);
             largest = simd.max_f64s(largest, simd.abs_f64s(sum));
             doubt = simd.add_f64s(doubt, simd.sub_f64s(sum, sum));
         }
@@ -78,13 +89,46 @@ impl Rows {
         simd.reduce_max_f64s(largest) + simd.reduce_sum_f64s(doubt)
     }
 
+    /// The rows' first `n` values with their coefficients.
     #[inline(always)]
-    fn sum_at<S: Simd>(&self, simd: S, vector: usize, terms: &[(usize, f64)]) -> S::f64s {
-        let mut sum = simd.splat_f64s(0.0);
-        for &(j, a) in terms {
-            let (row, _) = S::as_simd_f64s(self.row(j));
-            sum = simd.mul_add_f64s(simd.splat_f64s(a), row[vector], sum);
+    fn sum_of<S: Simd>(&self, simd: S, n: usize, terms: &[(usize, f64)]) -> WeightedSum<'_, S> {
+        let none: &[S::f64s] = &[];
+        let mut sum = WeightedSum {
+            rows: [none; MAX_TERMS],
+            coefficients: [simd.splat_f64s(0.0); MAX_TERMS],
+            n_terms: terms.len().min(MAX_TERMS),
+        };
+        let places = sum.rows.iter_mut().zip(&mut sum.coefficients);
+        for ((row, coefficient), &(j, a)) in places.zip(terms) {
+            *row = S::as_simd_f64s(&self.row(j)[..n]).0;
+            *coefficient = simd.splat_f64s(a);
         }
         sum
+    }
+}
+
+/// Vectors that are summed side by side.
+const BLOCK: usize = 4;
+/// Terms of the longest sum: all stages of DOP853 with those of its interpolation.
+const MAX_TERMS: usize = 16;
+
+/// A sum of rows, as vectors.
+struct WeightedSum<'a, S: Simd> {
+    rows: [&'a [S::f64s]; MAX_TERMS],
+    coefficients: [S::f64s; MAX_TERMS],
+    n_terms: usize,
+}
+
+impl<S: Simd> WeightedSum<'_, S> {
+    /// `U` vectors of the sum from number `i` on.
+    #[inline(always)]
+    fn at<const U: usize>(&self, simd: S, i: usize) -> [S::f64s; U] {
+        let mut sums = [simd.splat_f64s(0.0); U];
+        for (row, coefficient) in self.rows[..self.n_terms].iter().zip(&self.coefficients) {
+            for (sum, value) in sums.iter_mut().zip(&row[i..i + U]) {
+                *sum = simd.mul_add_f64s(*coefficient, *value, *sum);
+            }
+        }
+        sums
     }
 }

@@ -247,16 +247,20 @@ impl Kick {
         let net_n = [force_n.net_n(0), force_n.net_n(1)];
         let kicked = pair.map(|pair| pair.apply(model, [state.v_m_per_s[0], state.v_m_per_s[1]], net_n));
         let active = state.active;
-        if !self.decay.is_empty() {
-            for (v, decay) in state.v_m_per_s[..active].iter_mut().zip(&self.decay) {
-                *v *= decay;
-            }
-        }
         let (before, behind) = force_n.beside::<S>(active);
         let (gains, _) = S::as_simd_f64s(&self.gain_s_per_kg[..active]);
         let (velocities, _) = S::as_mut_simd_f64s(&mut state.v_m_per_s[..active]);
-        for ((v, gain), (before, behind)) in velocities.iter_mut().zip(gains).zip(before.iter().zip(behind)) {
-            *v = simd.mul_add_f64s(simd.sub_f64s(*before, *behind), *gain, *v);
+        let kicks = velocities.iter_mut().zip(gains).zip(before.iter().zip(behind));
+        if self.decay.is_empty() {
+            for ((v, gain), (before, behind)) in kicks {
+                *v = simd.mul_add_f64s(simd.sub_f64s(*before, *behind), *gain, *v);
+            }
+        } else {
+            let (decays, _) = S::as_simd_f64s(&self.decay[..active]);
+            for (((v, gain), (before, behind)), decay) in kicks.zip(decays) {
+                let left = simd.mul_f64s(*v, *decay);
+                *v = simd.mul_add_f64s(simd.sub_f64s(*before, *behind), *gain, left);
+            }
         }
         if let Some(kicked) = kicked {
             state.v_m_per_s[..2].copy_from_slice(&kicked);
