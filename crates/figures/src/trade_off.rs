@@ -88,10 +88,11 @@ fn layout(trade_off: &TradeOff) -> Result<Drawing, FigureError> {
     Ok(drawing)
 }
 
-/// A logarithmic range with room for markers and their numbers at both ends.
+/// Whole decades around a range, with room for markers and their numbers at both ends.
 fn widened(extent: Extent) -> Extent {
-    let room = 1.3 * (extent.high / extent.low).powf(0.07);
-    Extent { low: extent.low / room, high: extent.high * room }
+    const ROOM: f64 = 1.5;
+    let decade = |value: f64, rounded: fn(f64) -> f64| 10.0_f64.powf(rounded(value.log10()));
+    Extent { low: decade(extent.low / ROOM, f64::floor), high: decade(extent.high * ROOM, f64::ceil) }
 }
 
 #[cfg(test)]
