@@ -6,7 +6,7 @@
 //! - `bad_inputs`: what the command refuses, and how; `failures`: how it goes on without a bad recording;
 //! - `faults`: what goes wrong in a laboratory; `strikers`: several striker velocities; `ladders`: `tradeoff` and `prove`;
 //! - `extremes`: cases at the ends of what the program takes;
-//! - `calibration`: from pictures of a board to the uncertainties of the results; `lens`, `stages`: a distorting lens and a stage
+//! - `board`, `calibration`: from pictures of a board to the uncertainties of the results; `lens`, `stages`: a distorting lens and a stage
 //!   that stands off, undone;
 //! - `ring`: motion, compression, modes and bands of rings;
 //! - `init`: from a folder of recordings to an experiment;
@@ -21,6 +21,8 @@
 mod architecture;
 #[cfg(test)]
 mod bad_inputs;
+#[cfg(all(test, feature = "opencv"))]
+mod board;
 #[cfg(test)]
 mod calibration;
 #[cfg(test)]
