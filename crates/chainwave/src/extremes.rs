@@ -5,10 +5,12 @@
 //! refused with a reason.
 
 mod mechanics;
+mod ring;
 
 use std::path::Path;
 
 use chainwave_figures::{ExtremeRow, extremes as draw};
+use chainwave_mechanics::MechanicsError;
 
 use crate::cli;
 use crate::error::Error;
@@ -51,7 +53,7 @@ struct Finding {
 pub(crate) fn extremes(arguments: &cli::Extremes) -> Result<Outcome, Error> {
     make_folder(&arguments.out)?;
     remove_unfinished(&arguments.out)?;
-    let areas = [("mechanics", mechanics::families())];
+    let areas = [("mechanics", mechanics::families()), ("ring", ring::families())];
     let cases: Vec<(&'static str, &Family, f64)> = areas
         .iter()
         .flat_map(|(area, families)| families.iter().map(move |family| (*area, family)))
@@ -70,6 +72,23 @@ pub(crate) fn extremes(arguments: &cli::Extremes) -> Result<Outcome, Error> {
 }
 
 impl Family {
+    fn new(
+        case: &'static str,
+        parameter: &'static str,
+        values: &[f64],
+        quantity: &'static str,
+        bound: f64,
+        measure: impl Fn(f64) -> Result<f64, String> + Send + Sync + 'static,
+    ) -> Self {
+        let (values, may_refuse) = (values.to_vec(), false);
+        Self { case, parameter, values, quantity, bound, may_refuse, measure: Box::new(measure) }
+    }
+
+    /// The same family, where a refusal with a reason is right too.
+    fn or_refused(self) -> Self {
+        Self { may_refuse: true, ..self }
+    }
+
     fn try_at(&self, area: &'static str, value: f64) -> Finding {
         let measured = (self.measure)(value);
         let refusal = if self.may_refuse { ", or refused with a reason" } else { "" };
@@ -91,6 +110,15 @@ impl Family {
             bound: self.bound,
         }
     }
+}
+
+/// Powers of ten, each the double nearest to it.
+fn decades(from: i32, to: i32) -> Vec<f64> {
+    (from..=to).map(|exponent| format!("1e{exponent}").parse().unwrap_or(f64::NAN)).collect()
+}
+
+fn text(error: MechanicsError) -> String {
+    error.to_string()
 }
 
 impl Finding {

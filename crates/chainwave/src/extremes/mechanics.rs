@@ -1,11 +1,11 @@
 //! The chain model at the ends of its parameters.
 
 use chainwave_mechanics::{
-    Bodies, Chain, Contact, Drive, FarEnd, Integration, Law, LinearLaw, MechanicsError, Method, PowerLaw,
-    Schedule, Simulation, Striker, Tension, simulate,
+    Bodies, Chain, Contact, Drive, FarEnd, Integration, Law, LinearLaw, Method, PowerLaw, Schedule,
+    Simulation, Striker, Tension, simulate,
 };
 
-use super::Family;
+use super::{Family, decades, text};
 
 /// Force and energy at 50 digits for the exact values of the doubles given: p, overlap, force, energy, with a = 60.1 and
 /// delta_0 = 2.27e-3, for overlaps over delta_0 from 1e-18 to 1e6 and down to -1 + 1e-12.
@@ -18,38 +18,72 @@ const K_0_N_PER_M: f64 = 1474.0;
 
 pub(super) fn families() -> Vec<Family> {
     let mut families = vec![
-        family("contact force", "p", &[0.01, 0.114, 0.5, 1.0, 1.5, 3.0], "relative error", 2e-15, |p| {
+        Family::new("contact force", "p", &[0.01, 0.114, 0.5, 1.0, 1.5, 3.0], "relative error", 2e-15, |p| {
             contact_error(p, 0)
         }),
-        family("contact energy", "p", &[0.01, 0.114, 0.5, 1.0, 1.5, 3.0], "relative error", 1e-13, |p| {
-            contact_error(p, 1)
-        }),
-        family("300 bodies for 150 ms, undamped", "accuracy", &[1e-6], "energy drift", 1e-9, |accuracy| {
-            let schedule = Schedule { integration: Integration::Automatic { accuracy }, ..schedule(0.15) };
-            Ok(run(&chain(ring_law()?, 2.73, 300), &schedule)?.energy_drift)
-        }),
-        family("striker velocity", "velocity_m_per_s", &decades(-9, 3), AGREEMENT, 1e-6, |velocity| {
+        Family::new(
+            "contact energy",
+            "p",
+            &[0.01, 0.114, 0.5, 1.0, 1.5, 3.0],
+            "relative error",
+            1e-13,
+            |p| contact_error(p, 1),
+        ),
+        Family::new(
+            "300 bodies for 150 ms, undamped",
+            "accuracy",
+            &[1e-6],
+            "energy drift",
+            1e-9,
+            |accuracy| {
+                let schedule =
+                    Schedule { integration: Integration::Automatic { accuracy }, ..schedule(0.15) };
+                Ok(run(&chain(ring_law()?, 2.73, 300), &schedule)?.energy_drift)
+            },
+        ),
+        Family::new("striker velocity", "velocity_m_per_s", &decades(-9, 3), AGREEMENT, 1e-6, |velocity| {
             disagreement(&chain(ring_law()?, velocity, 26))
         })
         .or_refused(),
-        family("exponent", "p", &[0.01, 0.03, 0.1, 0.3, 1.0, 1.5, 3.0], AGREEMENT, 1e-6, |p| {
+        Family::new("exponent", "p", &[0.01, 0.03, 0.1, 0.3, 1.0, 1.5, 3.0], AGREEMENT, 1e-6, |p| {
             disagreement(&chain(law(2.27e-3, p)?, 2.73, 26))
         })
         .or_refused(),
-        family("offset at one stiffness", "delta_0_m", &decades(-12, 0), "energy drift", 1e-6, |delta_0_m| {
-            let chain = chain(law(delta_0_m, 0.114)?, 2.73, 26);
-            Ok(run(&chain, &schedule(0.005))?.energy_drift)
-        })
+        Family::new(
+            "offset at one stiffness",
+            "delta_0_m",
+            &decades(-12, 0),
+            "energy drift",
+            1e-6,
+            |delta_0_m| {
+                let chain = chain(law(delta_0_m, 0.114)?, 2.73, 26);
+                Ok(run(&chain, &schedule(0.005))?.energy_drift)
+            },
+        )
         .or_refused(),
         // The smaller the offset, the stiffer the chain at rest: 3e11 N/m for 1e-12 m, which the pulse then softens.
-        family("offset at one prefactor", "delta_0_m", &decades(-12, 0), "energy drift", 1e-5, |delta_0_m| {
-            let law = PowerLaw::new(60.1, delta_0_m, 0.114).map_err(text)?;
-            Ok(run(&chain(law, 2.73, 26), &schedule(0.005))?.energy_drift)
-        })
+        Family::new(
+            "offset at one prefactor",
+            "delta_0_m",
+            &decades(-12, 0),
+            "energy drift",
+            1e-5,
+            |delta_0_m| {
+                let law = PowerLaw::new(60.1, delta_0_m, 0.114).map_err(text)?;
+                Ok(run(&chain(law, 2.73, 26), &schedule(0.005))?.energy_drift)
+            },
+        )
         .or_refused(),
-        family("damping", "share_of_critical", &decades(-3, 6), AGREEMENT_CLOSED, 1e-6, overdamped_error)
-            .or_refused(),
-        family("bodies", "n_bodies", &decades(1, 6), "relative difference to 200 bodies", 1e-9, |n| {
+        Family::new(
+            "damping",
+            "share_of_critical",
+            &decades(-3, 6),
+            AGREEMENT_CLOSED,
+            1e-6,
+            overdamped_error,
+        )
+        .or_refused(),
+        Family::new("bodies", "n_bodies", &decades(1, 6), "relative difference to 200 bodies", 1e-9, |n| {
             many_bodies_error(n as usize)
         })
         .or_refused(),
@@ -60,29 +94,6 @@ pub(super) fn families() -> Vec<Family> {
 
 const AGREEMENT: &str = "relative difference to another method";
 const AGREEMENT_CLOSED: &str = "relative difference to the closed form";
-
-fn family(
-    case: &'static str,
-    parameter: &'static str,
-    values: &[f64],
-    quantity: &'static str,
-    bound: f64,
-    measure: impl Fn(f64) -> Result<f64, String> + Send + Sync + 'static,
-) -> Family {
-    let (values, may_refuse) = (values.to_vec(), false);
-    Family { case, parameter, values, quantity, bound, may_refuse, measure: Box::new(measure) }
-}
-
-impl Family {
-    /// The same family, where a refusal with a reason is right too.
-    fn or_refused(self) -> Self {
-        Self { may_refuse: true, ..self }
-    }
-}
-
-fn decades(from: i32, to: i32) -> Vec<f64> {
-    (from..=to).map(|exponent| format!("1e{exponent}").parse().unwrap_or(f64::NAN)).collect()
-}
 
 /// The largest relative error of the force (0) or the energy (1) over the reference's overlaps.
 fn contact_error(p: f64, which: usize) -> Result<f64, String> {
@@ -171,7 +182,7 @@ fn order(method: Method) -> Family {
         _ => "order",
     };
     let expected = f64::from(method.order());
-    family(name, "order", &[expected], "departure from the order", 0.1, move |expected| {
+    Family::new(name, "order", &[expected], "departure from the order", 0.1, move |expected| {
         let chain = Chain { damping_kg_per_s: vec![0.003; 26], ..chain(ring_law()?, 2.73, 26) };
         let with_steps = |method: Method, dt_s: f64| {
             run(&chain, &Schedule { bodies: Bodies::All, ..Schedule::with_steps(0.008, 0.004, method, dt_s) })
@@ -224,10 +235,6 @@ fn run(chain: &Chain, schedule: &Schedule) -> Result<Simulation, String> {
 }
 
 #[expect(clippy::needless_pass_by_value, reason = "map_err hands the error over")]
-fn text(error: MechanicsError) -> String {
-    error.to_string()
-}
-
 /// Largest difference of displacement over the largest displacement.
 fn relative_difference(found: &Simulation, other: &Simulation) -> f64 {
     let pairs = || found.trajectory.displacement_m.iter().zip(&other.trajectory.displacement_m);
