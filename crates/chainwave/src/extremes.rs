@@ -117,6 +117,7 @@ fn decades(from: i32, to: i32) -> Vec<f64> {
     (from..=to).map(|exponent| format!("1e{exponent}").parse().unwrap_or(f64::NAN)).collect()
 }
 
+#[expect(clippy::needless_pass_by_value, reason = "map_err hands the error over")]
 fn text(error: MechanicsError) -> String {
     error.to_string()
 }

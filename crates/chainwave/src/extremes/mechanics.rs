@@ -234,7 +234,6 @@ fn run(chain: &Chain, schedule: &Schedule) -> Result<Simulation, String> {
     simulate(chain, schedule).map_err(text)
 }
 
-#[expect(clippy::needless_pass_by_value, reason = "map_err hands the error over")]
 /// Largest difference of displacement over the largest displacement.
 fn relative_difference(found: &Simulation, other: &Simulation) -> f64 {
     let pairs = || found.trajectory.displacement_m.iter().zip(&other.trajectory.displacement_m);
