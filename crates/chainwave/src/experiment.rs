@@ -53,6 +53,8 @@ pub(crate) struct Chain {
     pub(crate) pitch_sigma_m: Option<NotNegative>,
     /// Mass of a body.
     pub(crate) mass_kg: Positive,
+    /// Its standard uncertainty, common to all bodies.
+    pub(crate) mass_sigma_kg: Option<NotNegative>,
 }
 
 /// What struck the chain.
@@ -61,6 +63,8 @@ pub(crate) struct Chain {
 pub(crate) struct Striker {
     /// Mass.
     pub(crate) mass_kg: Positive,
+    /// Its standard uncertainty.
+    pub(crate) mass_sigma_kg: Option<NotNegative>,
     /// Mean velocity at the impact.
     pub(crate) velocity_m_per_s: Positive,
     /// Standard deviation of the velocity from trial to trial.
@@ -79,6 +83,12 @@ pub(crate) struct Contact {
     pub(crate) delta_0_m: Positive,
     /// Exponent.
     pub(crate) p: Positive,
+    /// Standard uncertainty of the prefactor.
+    pub(crate) a_sigma: Option<NotNegative>,
+    /// Standard uncertainty of the effective precompression.
+    pub(crate) delta_0_sigma_m: Option<NotNegative>,
+    /// Standard uncertainty of the exponent.
+    pub(crate) p_sigma: Option<NotNegative>,
 }
 
 /// The contact laws known.

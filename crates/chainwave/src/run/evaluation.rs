@@ -13,6 +13,7 @@ use super::Job;
 use super::shared_errors::SharedErrors;
 use super::tracking::Tracked;
 use crate::error::Error;
+use crate::experiment::{NotNegative, Positive};
 
 /// Everything that follows from the tracks.
 pub(crate) struct Evaluation {
@@ -151,15 +152,28 @@ pub(crate) fn starting_chain(job: &Job, contact: PowerLaw) -> Chain {
 fn track_model(job: &Job, chain: Chain) -> TrackModel {
     let striker = &job.experiment.striker;
     let (velocity, scatter) = (striker.velocity_m_per_s.get(), striker.velocity_sigma_m_per_s.get());
-    TrackModel { chain, striker_velocity_m_per_s: Estimate::new(velocity, scatter), known: known_scale(job) }
+    TrackModel { chain, striker_velocity_m_per_s: Estimate::new(velocity, scatter), known: known(job) }
 }
 
-/// The scale as a quantity that the fit may move. Of a lens, what remains of its distortion counts as such too, by its
-/// size in the picture's middle.
-fn known_scale(job: &Job) -> Vec<Known> {
-    let scale = job.calibration.m_per_px();
-    let known = Known { quantity: Quantity::Scale, relative_sigma: scale.sigma / scale.value };
-    if known.relative_sigma > 0.0 { vec![known] } else { Vec::new() }
+/// What the experiment knows only within an uncertainty, and the fit may move. Of a lens, what remains of its distortion counts as
+/// an error of the scale, by its size in the picture's middle.
+fn known(job: &Job) -> Vec<Known> {
+    let (experiment, scale) = (&job.experiment, job.calibration.m_per_px());
+    let (chain, striker, contact) = (&experiment.chain, &experiment.striker, &experiment.contact);
+    let relative =
+        |sigma: Option<NotNegative>, value: Positive| sigma.map_or(0.0, NotNegative::get) / value.get();
+    [
+        (Quantity::Scale, scale.sigma / scale.value),
+        (Quantity::BodyMass, relative(chain.mass_sigma_kg, chain.mass_kg)),
+        (Quantity::StrikerMass, relative(striker.mass_sigma_kg, striker.mass_kg)),
+        (Quantity::Prefactor, relative(contact.a_sigma, contact.a)),
+        (Quantity::Offset, relative(contact.delta_0_sigma_m, contact.delta_0_m)),
+        (Quantity::Exponent, relative(contact.p_sigma, contact.p)),
+    ]
+    .into_iter()
+    .filter(|(_, relative_sigma)| *relative_sigma > 0.0)
+    .map(|(quantity, relative_sigma)| Known { quantity, relative_sigma })
+    .collect()
 }
 
 fn energy_model(job: &Job, stitched: &Stitched, chain: Chain) -> EnergyModel {
