@@ -17,7 +17,6 @@ pub(super) struct Parameters {
 /// The model's answer: the weighted mean of its runs at a slower and a faster drive.
 pub(super) struct Prediction {
     runs: Vec<(f64, Simulation)>,
-    interval_s: f64,
 }
 
 impl Prediction {
@@ -36,7 +35,7 @@ impl Prediction {
             Ok((weight, simulate(&chain, &schedule)?))
         };
         let runs = quadrature(&model.drive_deviations).into_iter().map(run).collect::<Result<_, _>>()?;
-        Ok(Self { runs, interval_s: output_interval_s })
+        Ok(Self { runs })
     }
 
     /// Number of simulations behind the prediction.
@@ -49,7 +48,7 @@ impl Prediction {
         self.runs.iter().filter_map(|(weight, run)| Some(weight * run.psi_max_j.get(gap - 1)?)).sum()
     }
 
-    /// Motion at times after the impact: cubic Hermite interpolation between outputs, at rest before the impact.
+    /// Motion at times after the impact, at rest before it.
     pub(super) fn trajectory(&self, times_s: &[f64]) -> Trajectory {
         let n_bodies = self.runs.first().map_or(0, |(_, run)| run.trajectory.displacement_m.nrows());
         let mut moved = Trajectory {
@@ -59,13 +58,10 @@ impl Prediction {
         };
         for (weight, run) in &self.runs {
             for (i, time_s) in times_s.iter().enumerate() {
-                if *time_s <= 0.0 {
-                    continue;
-                }
+                let Some(moment) = run.trajectory.at(*time_s) else { continue };
                 for body in 0..n_bodies {
-                    let (x, v) = hermite(&run.trajectory, body, *time_s, self.interval_s);
-                    moved.displacement_m[(body, i)] += weight * x;
-                    moved.velocity_m_per_s[(body, i)] += weight * v;
+                    moved.displacement_m[(body, i)] += weight * moment.displacement_m(body);
+                    moved.velocity_m_per_s[(body, i)] += weight * moment.velocity_m_per_s(body);
                 }
             }
         }
@@ -99,21 +95,6 @@ fn with_parameters(chain: &Chain, parameters: &Parameters, velocity_m_per_s: f64
         drive: Drive::Striker(Striker { velocity_m_per_s, damping_kg_per_s, ..*striker }),
         ..chain.clone()
     })
-}
-
-/// Displacement and velocity of a body between two outputs.
-pub(super) fn hermite(trajectory: &Trajectory, body: usize, time_s: f64, interval_s: f64) -> (f64, f64) {
-    let last = trajectory.times_s.len() - 1;
-    let left = ((time_s / interval_s) as usize).min(last.saturating_sub(1));
-    let right = (left + 1).min(last);
-    let u = time_s / interval_s - left as f64;
-    let (x0, x1) = (trajectory.displacement_m[(body, left)], trajectory.displacement_m[(body, right)]);
-    let v0 = trajectory.velocity_m_per_s[(body, left)] * interval_s;
-    let v1 = trajectory.velocity_m_per_s[(body, right)] * interval_s;
-    let (cubic, square) = (2.0 * (x0 - x1) + v0 + v1, 3.0 * (x1 - x0) - 2.0 * v0 - v1);
-    let x = x0 + u * (v0 + u * (square + u * cubic));
-    let v = (v0 + u * (2.0 * square + 3.0 * u * cubic)) / interval_s;
-    (x, v)
 }
 
 #[cfg(test)]

@@ -4,7 +4,6 @@ use nalgebra::{DVector, Matrix2};
 
 use super::arrow::{ArrowEquations, Covariance, Own, Step};
 use super::family::Family;
-use super::prediction::hermite;
 use super::quantity::{Known, Quantity};
 use super::{Damping, FitError};
 
@@ -114,11 +113,11 @@ pub fn fitted_motion(model: &TrackModel, fit: &TrackFit, times_s: &[f64]) -> Res
     };
     for velocity_m_per_s in &strikers {
         let motion = family.at(*velocity_m_per_s);
-        for (i, time_s) in times_s.iter().enumerate().filter(|(_, time_s)| **time_s > impact_time_s) {
+        for (i, time_s) in times_s.iter().enumerate() {
+            let Some(moment) = motion.at(time_s - impact_time_s) else { continue };
             for body in 0..n_bodies {
-                let (x, v) = hermite(&motion, body, time_s - impact_time_s, interval_s);
-                mean.displacement_m[(body, i)] += x / strikers.len() as f64;
-                mean.velocity_m_per_s[(body, i)] += v / strikers.len() as f64;
+                mean.displacement_m[(body, i)] += moment.displacement_m(body) / strikers.len() as f64;
+                mean.velocity_m_per_s[(body, i)] += moment.velocity_m_per_s(body) / strikers.len() as f64;
             }
         }
     }
@@ -252,9 +251,9 @@ impl<'a> Problem<'a> {
         for (r, observation) in self.observations.iter().enumerate() {
             let velocity_m_per_s = state.own[r][0];
             let derivative = |(lower, upper, width): &(Family, Family, f64)| {
-                let mut difference = upper.at(velocity_m_per_s);
-                difference.displacement_m -= &lower.at(velocity_m_per_s).displacement_m;
-                difference.velocity_m_per_s -= &lower.at(velocity_m_per_s).velocity_m_per_s;
+                let (mut difference, below) = (upper.at(velocity_m_per_s), lower.at(velocity_m_per_s));
+                difference.displacement_m -= &below.displacement_m;
+                difference.velocity_m_per_s -= &below.velocity_m_per_s;
                 difference.displacement_m /= *width;
                 difference.velocity_m_per_s /= *width;
                 difference
@@ -265,7 +264,6 @@ impl<'a> Problem<'a> {
                 by_striker: base.slope_at(velocity_m_per_s),
                 by_shared: by_shared.iter().map(derivative).collect(),
                 scale_unknown: self.scale_unknown(),
-                interval_s: self.schedule.output_interval_s,
             };
             let (mut squares, mut n) = (0.0, 0.0);
             for track in &observation.bodies {
@@ -363,7 +361,6 @@ struct Motions {
     by_striker: Trajectory,
     by_shared: Vec<Trajectory>,
     scale_unknown: Option<usize>,
-    interval_s: f64,
 }
 
 /// One residual in units of its sigma, with its derivatives.
@@ -405,9 +402,9 @@ impl Motions {
     /// The residual: model less measurement.
     fn row(&self, body: usize, since_impact_s: f64, position: Estimate) -> Row {
         let inverse_sigma = position.sigma.recip();
-        let read = |motion: &Trajectory| match since_impact_s > 0.0 {
-            true => hermite(motion, body, since_impact_s, self.interval_s),
-            false => (0.0, 0.0),
+        let read = |motion: &Trajectory| {
+            let moment = motion.at(since_impact_s);
+            moment.map_or((0.0, 0.0), |moment| (moment.displacement_m(body), moment.velocity_m_per_s(body)))
         };
         let (x_m, v_m_per_s) = read(&self.moved);
         let mut shared = DVector::from_iterator(
