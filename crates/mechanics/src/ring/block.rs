@@ -3,8 +3,8 @@ use pulp::{Simd, WithSimd, bytemuck::cast_slice_mut};
 use super::{
     Rod,
     kernel::{Kernel, NODE, Outcome},
-    lanes::Lanes,
 };
+use crate::lanes::Lanes;
 
 /// Rings handled together, whatever the machine's vectors are.
 pub(crate) const RINGS: usize = 8;
@@ -160,7 +160,7 @@ impl Machine {
         self.n_inner
     }
 
-    /// Displacement of a ring's inner node before it last moved, in units of an element's length.
+    /// Displacement of a ring's inner node before it last moved, in the kernel's units.
     pub(crate) fn inner_place_before(&self, block: &Block, ring: usize, node: usize) -> [f64; 2] {
         let (at, nodes) = (self.index(ring, node), block.nodes.get());
         let before = |axis: usize| nodes[at + axis * self.lanes] - nodes[at + (axis + 2) * self.lanes];
@@ -202,11 +202,11 @@ impl<const BOOK: bool, const DAMPED: bool> WithSimd for Step<'_, BOOK, DAMPED> {
         let kept = cast_slice_mut(&mut scratch.get_mut()[..machine.kernel.scratch_len() * lanes]);
         for vector in 0..RINGS / lanes {
             let first = vector * lanes;
-            let is_ring = Lanes::load(simd, &block.is_ring[first..]);
+            let is_ring = Lanes::read(simd, &block.is_ring[first..]);
             let [left, right] = [first, first + 1];
             let joints = [
-                Lanes::load(simd, &block.joints.places[left..]) * is_ring,
-                Lanes::load(simd, &block.joints.places[right..]) * is_ring,
+                Lanes::read(simd, &block.joints.places[left..]) * is_ring,
+                Lanes::read(simd, &block.joints.places[right..]) * is_ring,
             ];
             let nodes = &mut block.nodes.get_mut()[vector * per_vector..(vector + 1) * per_vector];
             let (kernel, nodes) = (&machine.kernel, cast_slice_mut(nodes));
@@ -230,15 +230,15 @@ impl<S: Simd> Outcome<S> {
     /// Writes the values of the rings from `first` on.
     #[inline(always)]
     fn store<const BOOK: bool, const DAMPED: bool>(self, block: &mut Block, first: usize) {
-        self.ends[0].store(&mut block.ends[0][first..]);
-        self.ends[1].store(&mut block.ends[1][first..]);
+        self.ends[0].write(&mut block.ends[0][first..]);
+        self.ends[1].write(&mut block.ends[1][first..]);
         if BOOK {
-            self.strain_energy.store(&mut block.strain_energy[first..]);
-            self.moved.kinetic_energy.store(&mut block.kinetic_energy[first..]);
-            self.moved.momentum.store(&mut block.momentum[first..]);
+            self.strain_energy.write(&mut block.strain_energy[first..]);
+            self.moved.kinetic_energy.write(&mut block.kinetic_energy[first..]);
+            self.moved.momentum.write(&mut block.momentum[first..]);
         }
         if DAMPED {
-            self.moved.mean_squares.store(&mut block.mean_squares[first..]);
+            self.moved.mean_squares.write(&mut block.mean_squares[first..]);
         }
     }
 }
