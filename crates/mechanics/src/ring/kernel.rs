@@ -9,8 +9,9 @@ use super::{
 };
 use crate::lanes::Lanes;
 
-/// Values kept of each element between the two sweeps.
-const KEPT: usize = 4;
+/// Values kept of each element between the two sweeps: the turn at its left node, the same eliminated, the inverse stretch of
+/// its chord, and its relative elongation.
+pub(crate) const KEPT: usize = 4;
 /// Values of a node: its displacement and its velocity.
 pub(crate) const NODE: usize = 4;
 
@@ -29,9 +30,8 @@ pub(crate) type Rings<S> = Lanes<S, 1>;
 #[derive(Debug, Clone)]
 pub(crate) struct Kernel {
     elements: Vec<Element>,
-    /// The factors of [`super::three_moments::ThreeMoments`], inverse pivots times the bending stiffness.
-    lower: Vec<f64>,
-    bending_pivots: Vec<f64>,
+    /// [`Element::bending_pivot`] of the last node.
+    last_bending_pivot: f64,
     turn_unit: f64,
     /// Metres in a unit of length.
     length_m: f64,
@@ -55,6 +55,10 @@ struct Element {
     axial: f64,
     /// Twice the unstressed turn at either node plus the turn at the other.
     turns: [f64; 2],
+    /// The factor of [`super::three_moments::ThreeMoments`] at the left node, and its inverse pivot times the bending
+    /// stiffness.
+    lower: f64,
+    bending_pivot: f64,
 }
 
 /// Forces and energies of a vector of rings.
@@ -88,6 +92,7 @@ impl Kernel {
         let length_m = BULGE * arc_m * arc_m / (section.axial_n * give);
         let arc = arc_m / length_m;
         let turn_unit = arc * BULGE;
+        let bending = section.bending_nm2 * give / (length_m * length_m * length_m) / (arc * turn_unit);
         let element = |(e, chord): (usize, &Chord)| {
             let (vector, length) = (chord.vector_m / length_m, chord.length_m / length_m);
             let [a, b] = [rod.curvature_turns[e], rod.curvature_turns[e + 1]].map(|turn| turn * turn_unit);
@@ -97,13 +102,14 @@ impl Kernel {
                 inverse_length: length.recip(),
                 axial: turn_unit * turn_unit / BULGE * length / arc,
                 turns: [2.0 * a + b, 2.0 * b + a],
+                lower: rod.three_moments.lower[e],
+                bending_pivot: rod.three_moments.inverse_pivots[e] * bending,
             }
         };
-        let bending = section.bending_nm2 * give / (length_m * length_m * length_m) / (arc * turn_unit);
+        let last_pivot = rod.three_moments.inverse_pivots[rod.n_elements()];
         Self {
             elements: rod.chords.iter().enumerate().map(element).collect(),
-            lower: rod.three_moments.lower.clone(),
-            bending_pivots: rod.three_moments.inverse_pivots.iter().map(|pivot| pivot * bending).collect(),
+            last_bending_pivot: last_pivot * bending,
             turn_unit,
             length_m,
             keep: (1.0 - halved) * gain,
@@ -132,24 +138,9 @@ impl Kernel {
         self.gain
     }
 
-    /// Values that a vector of rings needs between the two sweeps.
+    /// Values that a ring needs between the two sweeps: [`KEPT`] for each element, and for the last node.
     pub(crate) fn scratch_len(&self) -> usize {
-        KEPT * self.elements.len()
-    }
-
-    /// Finds the forces at the nodes' places, and moves the inner nodes by a step. `nodes` holds x, y and the velocities of
-    /// each inner node; `joints` the places of the two joints. `None`, with nothing moved, where a ring is deformed beyond
-    /// the polynomials' range, which is that of large deformations where it is to be `WIDE`.
-    #[inline(always)]
-    pub(crate) fn step<S: Simd, const BOOK: bool, const DAMPED: bool, const WIDE: bool>(
-        &self,
-        simd: S,
-        nodes: &mut [[S::f64s; NODE]],
-        joints: [Rings<S>; 2],
-        scratch: &mut [[S::f64s; KEPT]],
-    ) -> Option<Outcome<S>> {
-        let last_turn = self.deform::<S, WIDE>(simd, nodes, joints, scratch)?;
-        Some(self.load_and_move::<S, BOOK, DAMPED>(simd, nodes, joints, scratch, last_turn))
+        KEPT * (self.elements.len() + 1)
     }
 }
 

@@ -5,36 +5,44 @@ use crate::lanes::Lanes;
 
 /// Largest sine whose arc the polynomial gives: changes of turn up to 15 degrees without, and 120 with three halvings.
 const LARGEST_SINE: f64 = 0.258_819_045_102_520_8;
-/// Largest change of a chord's squared length, relative to it, for which the series of its root stands.
-const LARGEST_STRETCH: f64 = 0.01;
+/// Largest change of a chord's squared length, relative to it, for which the polynomial of its root stands.
+const LARGEST_STRETCH: f64 = 0.03;
 /// (asin(s) - s) / s^3 as a polynomial in s^2, lowest power first: relative error of the arc 2.5e-10 up to
 /// [`LARGEST_SINE`] (interpolated at Chebyshev's nodes).
 const ARC: [f64; 4] =
-    [0.166_666_662_752_550_42, 0.075_001_866_734_998_89, 0.044_504_748_268_945_1, 0.033_607_901_190_141_754];
-/// (1 - 1 / sqrt(1 + e)) / e as a polynomial in e, lowest power first: Taylor's, so that small stretches keep their
-/// digits; at [`LARGEST_STRETCH`] the square root's relative error is 3e-11 of the strain's.
-const INVERSE_ROOT: [f64; 4] = [0.5, -3.0 / 8.0, 5.0 / 16.0, -35.0 / 128.0];
+    [0.166_666_662_752_550_42, 0.075_001_866_734_998_9, 0.044_504_748_268_945_1, 0.033_607_901_190_141_75];
+/// (1 - 1 / sqrt(1 + e)) / e as a polynomial in e, lowest power first: the root's relative error is 2e-11 up to
+/// [`LARGEST_STRETCH`] (interpolated at Chebyshev's nodes, the first coefficient exact so that small stretches keep their
+/// digits).
+const INVERSE_ROOT: [f64; 5] = [
+    0.5,
+    -0.374_999_977_141_516,
+    0.312_499_978_773_980_47,
+    -0.273_640_666_624_914_6,
+    0.246_282_406_934_921_35,
+];
 
 impl Kernel {
     /// First sweep, from left to right: stretch and rotation of each chord, turn at each node, and the elimination in the
-    /// theorem of three moments. Returns the last node's turn and eliminated turn.
+    /// theorem of three moments. `nodes` holds x, y and the velocities of each inner node; `joints` the places of the two
+    /// joints. False where a ring is deformed beyond the polynomials' range, which is that of large deformations where it is
+    /// to be `WIDE`.
     ///
     /// It goes in two loops, because a processor looks ahead by some hundred operations only: one long chain of them for
     /// each element would leave it waiting.
     #[inline(always)]
-    pub(super) fn deform<S: Simd, const WIDE: bool>(
+    pub(crate) fn deform<S: Simd, const WIDE: bool>(
         &self,
         simd: S,
         nodes: &[[S::f64s; NODE]],
         joints: [Rings<S>; 2],
         scratch: &mut [[S::f64s; KEPT]],
-    ) -> Option<[Rings<S>; 2]> {
+    ) -> bool {
         let largest_stretch = self.stretch::<S, WIDE>(simd, nodes, joints, scratch);
-        let (last, largest_sine_square) = self.turn::<S, WIDE>(simd, scratch);
+        let largest_sine_square = self.turn::<S, WIDE>(simd, scratch);
         // Written so that values that are not numbers do not pass.
-        let in_range = largest_sine_square.largest() <= LARGEST_SINE * LARGEST_SINE
-            && (WIDE || largest_stretch.largest() <= LARGEST_STRETCH);
-        if in_range { Some(last) } else { None }
+        largest_sine_square.largest() <= LARGEST_SINE * LARGEST_SINE
+            && (WIDE || largest_stretch.largest() <= LARGEST_STRETCH)
     }
 
     /// Keeps each chord's rotation, as cosine and sine, its inverse stretch, and its relative elongation. Returns the
@@ -78,30 +86,29 @@ impl Kernel {
         largest
     }
 
-    /// Puts the turn at each chord's left node, and the eliminated turn, in place of its rotation. Returns those of the last
-    /// node, and the largest square of a sine.
+    /// Puts the turn at each chord's left node, and the eliminated turn, in place of its rotation, and those of the last
+    /// node behind. Returns the largest square of a sine.
     #[inline(always)]
-    fn turn<S: Simd, const WIDE: bool>(
-        &self,
-        simd: S,
-        scratch: &mut [[S::f64s; KEPT]],
-    ) -> ([Rings<S>; 2], Rings<S>) {
+    fn turn<S: Simd, const WIDE: bool>(&self, simd: S, scratch: &mut [[S::f64s; KEPT]]) -> Rings<S> {
         let all = |value| Lanes::splat(simd, value);
         let (zero, one) = (all(0.0), all(1.0));
         let to_turn = Arc::new(simd, self.turn_unit);
         let mut rotation = [one, zero];
         let (mut eliminated, mut factor, mut largest) = (zero, 0.0, zero);
-        for (kept, lower) in scratch.iter_mut().zip(&self.lower) {
+        // Behind the last chord the pole keeps its direction.
+        let n = self.elements.len();
+        (scratch[n][0], scratch[n][1]) = (one.vector(), zero.vector());
+        let factors = self.elements.iter().map(|element| element.lower).chain([0.0]);
+        for (kept, next_factor) in scratch.iter_mut().zip(factors) {
             let next = [Lanes::new(simd, [kept[0]]), Lanes::new(simd, [kept[1]])];
             let (turn, sine_square) = to_turn.between::<WIDE>(rotation, next);
             rotation = next;
             eliminated = all(factor).mul_sub_from(eliminated, turn);
-            factor = *lower;
+            factor = next_factor;
             largest = largest.max(sine_square);
             (kept[0], kept[1]) = (turn.vector(), eliminated.vector());
         }
-        let (turn, sine_square) = to_turn.between::<WIDE>(rotation, [one, zero]);
-        ([turn, all(factor).mul_sub_from(eliminated, turn)], largest.max(sine_square))
+        largest
     }
 }
 
@@ -146,9 +153,13 @@ impl<S: Simd> Arc<S> {
     }
 }
 
-/// The polynomial of four coefficients, lowest first. By Horner's scheme: elements are independent enough to hide its chain,
-/// so that the number of products counts.
+/// A polynomial, lowest power first. By Horner's scheme: elements are independent enough to hide its chain, so that the
+/// number of products counts.
 #[inline(always)]
-fn polynomial<S: Simd>(of: Rings<S>, [c0, c1, c2, c3]: [Rings<S>; 4]) -> Rings<S> {
-    c3.mul_add(of, c2).mul_add(of, c1).mul_add(of, c0)
+fn polynomial<S: Simd, const N: usize>(of: Rings<S>, coefficients: [Rings<S>; N]) -> Rings<S> {
+    let mut sum = coefficients[N - 1];
+    for &coefficient in coefficients[..N - 1].iter().rev() {
+        sum = sum.mul_add(of, coefficient);
+    }
+    sum
 }

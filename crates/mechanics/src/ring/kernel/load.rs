@@ -1,6 +1,6 @@
 use pulp::Simd;
 
-use super::{KEPT, Kernel, Moved, NODE, Outcome, Rings, components};
+use super::{Element, KEPT, Kernel, Moved, NODE, Outcome, Rings, components};
 use crate::lanes::Lanes;
 
 /// The second sweep on its way to the left, between two elements.
@@ -28,80 +28,90 @@ struct Loaded<S: Simd> {
 }
 
 impl Kernel {
-    /// Second sweep, from right to left: moments, normal and shear forces, and the motion of the nodes.
+    /// Second sweep, from right to left: moments, normal and shear forces, and the motion of the inner nodes by a step.
     #[inline(always)]
-    pub(super) fn load_and_move<S: Simd, const BOOK: bool, const DAMPED: bool>(
+    pub(crate) fn load_and_move<S: Simd, const BOOK: bool, const DAMPED: bool>(
         &self,
         simd: S,
         nodes: &mut [[S::f64s; NODE]],
         joints: [Rings<S>; 2],
         scratch: &[[S::f64s; KEPT]],
-        last_turn: [Rings<S>; 2],
     ) -> Outcome<S> {
         let zero = Lanes::splat(simd, 0.0);
         let keep = Lanes::splat(simd, self.keep);
-        let last = self.elements.len() - 1;
-        let bending = last_turn[1] * Lanes::splat(simd, self.bending_pivots[last + 1]);
+        let (elements, scratch) = (self.elements.as_slice(), &scratch[..=self.elements.len()]);
+        let last = elements.len() - 1;
+        let [turn, eliminated, ..] = scratch[last + 1].map(|kept| Lanes::new(simd, [kept]));
+        let bending = eliminated * Lanes::splat(simd, self.last_bending_pivot);
         let mut sweep = Sweep {
             place: [joints[1], zero],
-            turn: last_turn[0] + last_turn[0],
+            turn: turn + turn,
             bending,
             moment: bending,
-            strain_energy: if BOOK { bending * last_turn[0] } else { zero },
+            strain_energy: if BOOK { bending * turn } else { zero },
         };
         let mut moved = Moved { kinetic_energy: zero, momentum: zero, mean_squares: zero };
-        let mut behind = self.load::<S, BOOK, false, true>(simd, last, nodes, joints, scratch, &mut sweep);
+        let mut behind: Option<Loaded<S>> = None;
         let mut force_behind: Option<[Rings<S>; 2]> = None;
         let mut right_end = zero;
-        for e in (0..last).rev() {
-            let loaded = match e {
-                0 => self.load::<S, BOOK, true, false>(simd, e, nodes, joints, scratch, &mut sweep),
-                _ => self.load::<S, BOOK, false, false>(simd, e, nodes, joints, scratch, &mut sweep),
+        for (e, (element, kept)) in elements.iter().zip(scratch).enumerate().rev() {
+            let place = match e.checked_sub(1).and_then(|left| nodes.get(left)) {
+                Some(node) => [Lanes::new(simd, [node[0]]), Lanes::new(simd, [node[1]])],
+                None => [joints[0], zero],
             };
-            let force = behind.force(loaded.right_moment);
-            match force_behind {
-                Some(right) => {
-                    moved.push::<BOOK, DAMPED>(simd, keep, &mut nodes[e + 1], [force, right]);
+            let loaded = if e == last {
+                sweep.load::<BOOK, false, true>(simd, element, kept, place)
+            } else if e > 0 {
+                sweep.load::<BOOK, false, false>(simd, element, kept, place)
+            } else {
+                sweep.load::<BOOK, true, false>(simd, element, kept, place)
+            };
+            if let Some(behind) = behind {
+                let force = behind.force(loaded.right_moment);
+                match (force_behind, nodes.get_mut(e + 1)) {
+                    (Some(right), Some(node)) => {
+                        moved.push::<BOOK, DAMPED>(simd, keep, node, [force, right]);
+                    }
+                    _ => right_end = -force[0],
                 }
-                None => right_end = -force[0],
+                force_behind = Some(force);
             }
-            (behind, force_behind) = (loaded, Some(force));
+            behind = Some(loaded);
         }
-        let force = behind.force(sweep.moment);
-        if let Some(right) = force_behind {
-            moved.push::<BOOK, DAMPED>(simd, keep, &mut nodes[0], [force, right]);
+        let mut left_end = zero;
+        if let (Some(behind), Some(right), Some(node)) = (behind, force_behind, nodes.first_mut()) {
+            let force = behind.force(sweep.moment);
+            moved.push::<BOOK, DAMPED>(simd, keep, node, [force, right]);
+            left_end = force[0];
         }
         Outcome {
-            ends: [force[0], right_end],
+            ends: [left_end, right_end],
             strain_energy: sweep.strain_energy * Lanes::splat(simd, 0.5 / self.turn_unit),
             moved: moved.scaled(simd),
         }
     }
+}
 
-    /// Passes an element, the first or the last of the half ring or one between.
+impl<S: Simd> Sweep<S> {
+    /// Passes an element, the first or the last of the half ring or one between, whose left node is at `place`.
     #[inline(always)]
-    fn load<S: Simd, const BOOK: bool, const FIRST: bool, const LAST: bool>(
-        &self,
+    fn load<const BOOK: bool, const FIRST: bool, const LAST: bool>(
+        &mut self,
         simd: S,
-        e: usize,
-        nodes: &[[S::f64s; NODE]],
-        joints: [Rings<S>; 2],
-        scratch: &[[S::f64s; KEPT]],
-        sweep: &mut Sweep<S>,
+        element: &Element,
+        kept: &[S::f64s; KEPT],
+        place: [Rings<S>; 2],
     ) -> Loaded<S> {
         let all = |value| Lanes::splat(simd, value);
-        let element = &self.elements[e];
-        let [left_turn, eliminated, inverse_stretch, elongation] =
-            scratch[e].map(|kept| Lanes::new(simd, [kept]));
-        let bending =
-            all(self.lower[e]).mul_sub_from(sweep.bending, eliminated * all(self.bending_pivots[e]));
-        let (left, right) = (if FIRST { left_turn + left_turn } else { left_turn }, sweep.turn);
+        let [left_turn, eliminated, inverse_stretch, elongation] = kept.map(|kept| Lanes::new(simd, [kept]));
+        let bending = all(element.lower).mul_sub_from(self.bending, eliminated * all(element.bending_pivot));
+        let (left, right) = (if FIRST { left_turn + left_turn } else { left_turn }, self.turn);
         let [a, b] = components(simd, element.turns);
         let (left_sum, right_sum) = (a + left + right, b + right);
         let bulge = left.mul_add(left_sum, right * right_sum);
         let normal = elongation.mul_add(all(element.axial), bulge);
         let (left_slope, right_slope) = (left_sum + left, right_sum + right + left);
-        let mut right_moment = normal.mul_add(right_slope, sweep.moment);
+        let mut right_moment = normal.mul_add(right_slope, self.moment);
         if LAST {
             right_moment = normal.mul_add(right_slope, right_moment);
         }
@@ -109,17 +119,13 @@ impl Kernel {
         if FIRST {
             moment = normal.mul_add(left_slope, moment);
         }
-        let place = match e.checked_sub(1) {
-            Some(before) => [0, 1].map(|axis| Lanes::new(simd, [nodes[before][axis]])),
-            None => [joints[0], all(0.0)],
-        };
         let at_rest = components(simd, element.chord);
-        let chord = [0, 1].map(|axis| at_rest[axis] + (sweep.place[axis] - place[axis]));
-        let mut strain_energy = sweep.strain_energy;
+        let chord = [0, 1].map(|axis| at_rest[axis] + (self.place[axis] - place[axis]));
+        let mut strain_energy = self.strain_energy;
         if BOOK {
             strain_energy = strain_energy + bending.mul_add(left_turn, normal * normal);
         }
-        *sweep = Sweep { place, turn: left, bending, moment, strain_energy };
+        *self = Self { place, turn: left, bending, moment, strain_energy };
         let inverse_length = inverse_stretch * all(element.inverse_length);
         Loaded { chord, normal: normal * inverse_length, inverse_length, right_moment }
     }
