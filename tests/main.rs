@@ -9,7 +9,7 @@
 //! - `board`, `calibration`: from pictures of a board to the uncertainties of the results; `lens`, `stages`: a distorting lens and a stage
 //!   that stands off, undone;
 //! - `uncertain`: quantities known within an uncertainty;
-//! - `ring`: motion, compression, modes and bands of rings;
+//! - `ring`: motion, compression, modes and bands of rings; `film`: rings that bend in the picture;
 //! - `init`: from a folder of recordings to an experiment;
 //! - `samples`, `reference`: the project's own recordings, and other people's where they are at hand.
 //!
@@ -38,6 +38,8 @@ mod extremes;
 mod failures;
 #[cfg(test)]
 mod faults;
+#[cfg(test)]
+mod film;
 #[cfg(test)]
 mod folder;
 #[cfg(test)]

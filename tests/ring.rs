@@ -93,6 +93,50 @@ fn a_mesh_is_chosen_for_an_accuracy_and_shapes_are_written() {
 }
 
 #[test]
+fn rings_are_let_go_from_a_state() {
+    let folder = TempDir::new().expect("a temporary folder can be made");
+    let state = folder.path().join("state.csv");
+    fs::write(&state, "body,x_m,v_m_per_s\n2,1e-3,0.0\n").expect("a state can be written");
+    let good = without_figures(&scene("velocities")).replace("n_bodies = 26", "n_bodies = 2");
+    let (before, drive) = good.split_once("[drive]").expect("a drive");
+    assert!(!drive.contains('['), "the drive is the last part: {drive}");
+    let scene = format!("{before}[drive]\nkind = \"free\"\ninitial = \"state.csv\"\n");
+    let (motion, summary) = simulate_scene(&folder, "free-scene", &scene);
+    // Three joints and no striker; the middle one begins a millimetre off, and as much momentum goes left as right.
+    assert_eq!(motion.n_rows(), 3 * 1001);
+    assert_eq!(motion.full("x_m")[..3], [0.0, 1e-3, 0.0]);
+    assert!(summary["momentum_drift"].is_number(), "{summary}");
+    assert!(summary["energy_drift"].as_f64().expect("a number") < 1e-4, "{summary}");
+    for (wrong, word) in [("4,1e-3,0.0", "from 1 to 3"), ("2,far,0.0", "x_m")] {
+        fs::write(&state, format!("body,x_m,v_m_per_s\n{wrong}\n")).expect("a state can be written");
+        let path = folder.path().join("free-scene.toml");
+        let out = folder.path().join("wrong.csv");
+        let reason = fail(chainwave().arg("simulate").arg(&path).arg("--out").arg(&out), 2);
+        assert!(reason.contains(word), "{reason}");
+    }
+}
+
+#[test]
+fn walls_that_touch_end_the_motion() {
+    let folder = TempDir::new().expect("a temporary folder can be made");
+    let scene = without_figures(&scene("velocities"))
+        .replace("n_bodies = 26", "n_bodies = 3")
+        .replace("velocity_m_per_s = 2.73", "velocity_m_per_s = 60.0");
+    let path = folder.path().join("scene.toml");
+    fs::write(&path, scene).expect("a scene can be written");
+    let (out, summary) = (folder.path().join("motion.csv"), folder.path().join("summary.json"));
+    let mut command = chainwave();
+    command.arg("simulate").arg(&path).arg("--out").arg(&out).arg("--summary").arg(&summary);
+    let reason = fail(&mut command, 1);
+    assert!(reason.contains("ring 1"), "{reason}");
+    let summary: Value =
+        serde_json::from_str(&fs::read_to_string(summary).expect("a summary")).expect("JSON");
+    let contact_s = summary["self_contact"]["t_s"].as_f64().expect("a time");
+    let times_s = Table::read(&out).full("t_s");
+    assert!(times_s.iter().all(|time_s| *time_s < contact_s), "{contact_s}");
+}
+
+#[test]
 fn wrong_scenes_are_refused_with_a_reason() {
     let folder = TempDir::new().expect("a temporary folder can be made");
     let good = without_figures(&scene("velocities"));

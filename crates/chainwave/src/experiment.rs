@@ -12,7 +12,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::error::Error;
 use crate::output::read_text;
-use crate::synthesize::Fault;
+use crate::synthesize::{Fault, FilmedRings};
 use crate::table::Table;
 
 /// An experiment: one chain, filmed in several views and trials.
@@ -256,6 +256,9 @@ pub(crate) struct Synthetic {
     pub(crate) camera: chainwave_synthetic::Camera,
     /// The chain as the camera sees it.
     pub(crate) specimen: chainwave_synthetic::Specimen,
+    /// The rings that the specimen's bodies are, where they are to move and to bend as the ring model says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) rings: Option<FilmedRings>,
     /// What goes wrong.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) faults: Vec<Fault>,

@@ -1,6 +1,7 @@
 //! `chainwave synthesize`: the recordings of an experiment as the camera would have written them, with the truth beside.
 
 mod faults;
+mod rings;
 mod truth;
 
 use std::path::Path;
@@ -13,6 +14,7 @@ use serde::Serialize;
 
 pub(crate) use self::faults::Fault;
 use self::faults::Faults;
+pub(crate) use self::rings::FilmedRings;
 pub(crate) use self::truth::{Truth, true_motion};
 use crate::cli;
 use crate::error::Error;
@@ -80,6 +82,11 @@ impl<'a> Studio<'a> {
         let chain = &experiment.chain;
         let mass_kg = chain.mass_kg.get();
         let scatter = synthetic.mass_sigma_kg.get() / mass_kg;
+        if scatter > 0.0 && synthetic.rings.is_some() {
+            return Err(Error::Argument(
+                "[synthetic] mass_sigma_kg: expected 0 with [synthetic.rings], whose rings are all alike, found more".into(),
+            ));
+        }
         let factors = body_factors(synthetic.seed, BodyQuantity::Mass, chain.n_bodies, scatter)?;
         Ok(Self {
             experiment,
@@ -149,10 +156,19 @@ impl<'a> Studio<'a> {
             covers: faults.covers(take.trial),
         };
         let scene = Scene::new(&self.synthetic.camera, &self.synthetic.specimen, &shot, &take.motion)?;
+        let rings = self.synthetic.rings.as_ref();
+        let shapes = rings.map(|rings| rings.shapes(self, &take.draw)).transpose()?;
+        let scene = match &shapes {
+            Some(shapes) => scene.with_shapes(shapes)?,
+            None => scene,
+        };
         Ok(film(&path, &scene, &faults.of_file(take.trial))?)
     }
 
     fn motion(&self, draw: &Draw) -> Result<Trajectory, Error> {
+        if let Some(rings) = &self.synthetic.rings {
+            return rings.motion(self, draw);
+        }
         let model = chainwave_mechanics::Chain {
             mass_kg: self.masses_kg.clone(),
             damping_kg_per_s: vec![self.synthetic.damping_kg_per_s.get(); self.masses_kg.len()],

@@ -8,8 +8,8 @@ use std::path::Path;
 use std::time::Instant;
 
 use chainwave_mechanics::{
-    RefinedSimulation, Ring, RingChain, RingDrive, RingSchedule, RingSimulation, RingStriker, Symmetry,
-    compress, ring_bands, ring_modes, simulate_rings, simulate_rings_within,
+    RefinedSimulation, Ring, RingChain, RingDrive, RingSchedule, RingSimulation, RingStriker, SelfContact,
+    Symmetry, compress, ring_bands, ring_modes, simulate_rings, simulate_rings_within,
 };
 use serde::Deserialize;
 use serde_json::json;
@@ -39,8 +39,9 @@ pub(super) fn is_ring(path: &Path) -> Result<bool, Error> {
 pub(super) fn simulate(arguments: &cli::Simulate) -> Result<Outcome, Error> {
     let scene = Scene::read(&arguments.scene)?;
     let start = Instant::now();
+    let mut outcome = Outcome::default();
     let summary = match scene.task(&arguments.scene)? {
-        Task::Motion => motion(arguments, &scene)?,
+        Task::Motion => motion(arguments, &scene, &mut outcome)?,
         Task::Compression { max_overlap_m, n_steps } => {
             let ring = scene.ring.ring();
             let elements = scene.ring.elements_or(FINE, &arguments.scene)?;
@@ -74,11 +75,15 @@ pub(super) fn simulate(arguments: &cli::Simulate) -> Result<Outcome, Error> {
         summary["wall_s"] = start.elapsed().as_secs_f64().into();
         write_text(path, &format!("{summary:#}\n"))?;
     }
-    Ok(Outcome::default())
+    Ok(outcome)
 }
 
-/// Integrates the motion, writes it, and returns the summary.
-fn motion(arguments: &cli::Simulate, scene: &Scene) -> Result<serde_json::Value, Error> {
+/// Integrates the motion, writes it, and returns the summary. A motion that walls in contact end is a failure of what is missing.
+fn motion(
+    arguments: &cli::Simulate,
+    scene: &Scene,
+    outcome: &mut Outcome,
+) -> Result<serde_json::Value, Error> {
     let (mut chain, schedule) = (scene.chain(&arguments.scene)?, scene.schedule(&arguments.scene)?);
     let (simulation, elements, difference) = match scene.mesh(&arguments.scene)? {
         Mesh::Elements(elements) => (simulate_rings(&chain, &schedule)?, elements, None),
@@ -89,6 +94,13 @@ fn motion(arguments: &cli::Simulate, scene: &Scene) -> Result<serde_json::Value,
         }
     };
     chain.elements_per_ring = elements;
+    if let Some(SelfContact { ring, time_s }) = simulation.self_contact {
+        outcome.fail(format!(
+            "{}: expected walls that stay apart, found those of ring {ring} in contact at t = {time_s:.3e} s, where the model \
+             ends: the motion goes to the last output before it (a slower striker, or a shorter duration_s)",
+            arguments.scene.display()
+        ));
+    }
     // Body 0 is the striker, body n the joint where ring n begins.
     super::write_motion(&arguments.out, &simulation.trajectory, simulation.striker.as_ref())?;
     if let Some(file) = &scene.shapes_file {
@@ -167,6 +179,9 @@ fn summary(simulation: &RingSimulation, elements: usize, difference: Option<f64>
         "element_steps": simulation.element_steps,
         "wide_share": simulation.wide_share,
         "contact_switches": simulation.contact_switches,
+        "self_contact": simulation.self_contact.map(|contact| {
+            json!({ "ring": contact.ring, "t_s": contact.time_s })
+        }),
         // Bonded rings pull by their own elasticity, for which there is no limit of a law to pass.
         "tension_events": 0,
     })

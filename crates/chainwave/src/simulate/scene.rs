@@ -263,28 +263,40 @@ impl DriveTable {
                 let (times_s, x_m) = (table.full_numbers("t_s")?, table.full_numbers("x_m")?);
                 Drive::Imposed(ImposedMotion::from_samples(times_s, x_m)?)
             }
-            Self::Free { initial } => free(&Table::read(&path.with_file_name(initial))?, n_bodies)?,
+            Self::Free { initial } => {
+                let State { displacement_m, velocity_m_per_s } =
+                    State::read(&path.with_file_name(initial), n_bodies)?;
+                Drive::Free { displacement_m, velocity_m_per_s }
+            }
         })
     }
 }
 
-/// A state by the rows' body numbers, from 1; bodies without a row are at rest.
-fn free(table: &Table, n_bodies: usize) -> Result<Drive, Error> {
-    let bodies = table.counts("body")?;
-    let (x_m, v_m_per_s) = (table.full_numbers("x_m")?, table.full_numbers("v_m_per_s")?);
-    let mut displacement_m = vec![0.0; n_bodies];
-    let mut velocity_m_per_s = vec![0.0; n_bodies];
-    let mut seen = vec![false; n_bodies];
-    for (row, body) in bodies.into_iter().enumerate() {
-        let index = body.wrapping_sub(1);
-        if index >= n_bodies || std::mem::replace(&mut seen[index], true) {
-            let expected = format!("each body once, from 1 to {n_bodies}");
-            return Err(table.cell(row, "body", &expected, &body.to_string()));
+/// Displacements and velocities of all bodies.
+pub(super) struct State {
+    pub(super) displacement_m: Vec<f64>,
+    pub(super) velocity_m_per_s: Vec<f64>,
+}
+
+impl State {
+    /// Reads a state by the rows' body numbers, from 1; bodies without a row are at rest.
+    pub(super) fn read(path: &Path, n_bodies: usize) -> Result<Self, Error> {
+        let table = Table::read(path)?;
+        let bodies = table.counts("body")?;
+        let (x_m, v_m_per_s) = (table.full_numbers("x_m")?, table.full_numbers("v_m_per_s")?);
+        let mut state = Self { displacement_m: vec![0.0; n_bodies], velocity_m_per_s: vec![0.0; n_bodies] };
+        let mut seen = vec![false; n_bodies];
+        for (row, body) in bodies.into_iter().enumerate() {
+            let index = body.wrapping_sub(1);
+            if index >= n_bodies || std::mem::replace(&mut seen[index], true) {
+                let expected = format!("each body once, from 1 to {n_bodies}");
+                return Err(table.cell(row, "body", &expected, &body.to_string()));
+            }
+            state.displacement_m[index] = x_m[row];
+            state.velocity_m_per_s[index] = v_m_per_s[row];
         }
-        displacement_m[index] = x_m[row];
-        velocity_m_per_s[index] = v_m_per_s[row];
+        Ok(state)
     }
-    Ok(Drive::Free { displacement_m, velocity_m_per_s })
 }
 
 fn configuration(path: &Path, message: String) -> Error {

@@ -9,6 +9,7 @@ use crate::output::read_text;
 use crate::table::Table;
 
 use super::figures::FiguresTable;
+use crate::simulate::scene::State;
 
 /// Points of a band between kappa a = 0 and pi where their number is not stated.
 const N_KAPPA: usize = 65;
@@ -118,6 +119,10 @@ enum DriveTable {
     Imposed {
         file: PathBuf,
     },
+    Free {
+        /// State of the joints, body 1 to N + 1.
+        initial: PathBuf,
+    },
     Compression {
         max_overlap_m: Positive,
         n_steps: usize,
@@ -199,7 +204,14 @@ impl Scene {
                 let (times_s, x_m) = (table.full_numbers("t_s")?, table.full_numbers("x_m")?);
                 RingDrive::Imposed(ImposedMotion::from_samples(times_s, x_m)?)
             }
-            _ => return Err(missing(path, "[drive]", "kind = \"striker\" or \"imposed\"")),
+            Some(DriveTable::Free { initial }) => {
+                let State { displacement_m, velocity_m_per_s } =
+                    State::read(&path.with_file_name(initial), n_rings.saturating_add(1))?;
+                RingDrive::Free { displacement_m, velocity_m_per_s }
+            }
+            Some(DriveTable::Compression { .. }) | None => {
+                return Err(missing(path, "[drive]", "kind = \"striker\", \"imposed\" or \"free\""));
+            }
         };
         let damping = self.body.as_ref().and_then(|body| body.damping_kg_per_s);
         Ok(RingChain {
