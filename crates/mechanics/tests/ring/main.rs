@@ -3,6 +3,8 @@
 #[cfg(test)]
 mod cantilever;
 #[cfg(test)]
+mod comparison;
+#[cfg(test)]
 mod compression;
 #[cfg(test)]
 mod dynamics;
@@ -12,6 +14,8 @@ mod elastica;
 mod element;
 #[cfg(test)]
 mod extremes;
+#[cfg(test)]
+mod implicit;
 #[cfg(test)]
 mod plain;
 #[cfg(test)]
