@@ -93,6 +93,27 @@ fn a_mesh_is_chosen_for_an_accuracy_and_shapes_are_written() {
 }
 
 #[test]
+fn the_ladder_of_meshes_falls_and_has_a_front() {
+    let folder = TempDir::new().expect("a temporary folder can be made");
+    let scene = without_figures(&scene("velocities"))
+        .replace("n_bodies = 26", "n_bodies = 6")
+        .replace("duration_s = 0.02", "duration_s = 0.004");
+    let (path, out) = (folder.path().join("rings.toml"), folder.path().join("tradeoff"));
+    fs::write(&path, scene).expect("a scene can be written");
+    succeed(chainwave().arg("tradeoff").arg(&path).arg("--out").arg(&out));
+    let table = Table::read(&out.join("tradeoff.parquet"));
+    let (settings, errors) = (table.texts("settings"), table.full("error"));
+    let error = |elements: &str| {
+        let ending = format!("= {elements}");
+        errors[settings.iter().position(|text| text.ends_with(&ending)).expect("a rung")]
+    };
+    // Of fourth order once the curve is resolved.
+    assert!(error("16") > 6.0 * error("32") && error("32") > 6.0 * error("64"), "{errors:?}");
+    assert!(table.texts("step").iter().all(|step| step == "ring"));
+    assert!(out.join("tradeoff-ring.svg").is_file());
+}
+
+#[test]
 fn rings_are_let_go_from_a_state() {
     let folder = TempDir::new().expect("a temporary folder can be made");
     let state = folder.path().join("state.csv");

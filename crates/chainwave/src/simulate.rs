@@ -16,13 +16,14 @@ use crate::error::Error;
 use crate::outcome::Outcome;
 use crate::output::write_text;
 use crate::table::{self, column};
+pub(crate) use ring::{is_ring_scene, ring_scene};
 pub(crate) use scan::Velocities;
 use scene::Scene;
 
 /// Simulates a scene and writes the motion, and a summary where that is asked; or, with several striker velocities, each
 /// one's pulse.
 pub(crate) fn simulate(arguments: &cli::Simulate) -> Result<Outcome, Error> {
-    if ring::is_ring(&arguments.scene)? {
+    if is_ring_scene(&arguments.scene)? {
         return ring::simulate(arguments);
     }
     let scene = Scene::read(&arguments.scene)?;

@@ -1,9 +1,11 @@
 //! `chainwave tradeoff`: what each method of a step costs on the user's own scene, and how far it is off.
 //!
 //! Errors come from comparisons that know the truth: patches of the recording's own picture, shifted by known amounts under the
-//! recording's own noise; a far more accurate simulation of the same chain. Times are measured here, on the work itself: the shortest of a few repetitions, on one thread.
+//! recording's own noise; a far more accurate simulation of the same chain, or a
+//! far finer mesh of the same rings. Times are measured here, on the work itself: the shortest of a few repetitions, on one thread.
 
 mod integrators;
+mod rings;
 mod scene;
 mod tracking;
 
@@ -15,6 +17,7 @@ use crate::cli;
 use crate::error::Error;
 use crate::outcome::Outcome;
 use crate::output::{make_folder, remove_unfinished};
+use crate::simulate::is_ring_scene;
 use crate::table::{self, column};
 
 /// One method of one step.
@@ -37,6 +40,13 @@ pub(crate) fn tradeoff(arguments: &cli::Tradeoff) -> Result<Outcome, Error> {
     let mut outcome = Outcome::default();
     let mut rungs = Vec::new();
     for input in &arguments.inputs {
+        if scene::is_experiment(input) && is_ring_scene(input)? {
+            match rings::of_scene(input) {
+                Ok(found) => rungs.extend(found),
+                Err(error) => outcome.fail(error),
+            }
+            continue;
+        }
         match scene::open(input, arguments).and_then(|scene| tracking::ladder(&scene)) {
             Ok(found) => rungs.extend(found),
             Err(error) => outcome.fail(error),

@@ -26,13 +26,19 @@ use scene::{Mesh, Scene, Task};
 const FINE: usize = 64;
 
 /// Whether a scene is one of rings; what else is in it is not looked at.
-pub(super) fn is_ring(path: &Path) -> Result<bool, Error> {
+pub(crate) fn is_ring_scene(path: &Path) -> Result<bool, Error> {
     #[derive(Deserialize)]
     struct Model {
         model: Option<String>,
     }
     let model: Result<Model, _> = toml::from_str(&read_text(path)?);
     Ok(model.is_ok_and(|scene| scene.model.as_deref() == Some("ring")))
+}
+
+/// The chain and the schedule of a scene of rings that move; the elements are the scene's, or none where it asks for an accuracy.
+pub(crate) fn ring_scene(path: &Path) -> Result<(RingChain, RingSchedule), Error> {
+    let scene = Scene::read(path)?;
+    Ok((scene.chain(path)?, scene.schedule(path)?))
 }
 
 /// Carries out a scene of rings.

@@ -17,6 +17,8 @@ mod extremes;
 #[cfg(test)]
 mod implicit;
 #[cfg(test)]
+mod paper;
+#[cfg(test)]
 mod plain;
 #[cfg(test)]
 mod release;

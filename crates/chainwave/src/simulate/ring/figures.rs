@@ -1,6 +1,8 @@
 use std::path::{Path, PathBuf};
 
-use chainwave_analysis::{GapFront, MeasureSettings, Measurement, StrainMap, exact_motion, measure};
+use chainwave_analysis::{
+    GapFront, HalfWidth, MeasureSettings, Measurement, StrainMap, exact_motion, measure,
+};
 use chainwave_figures::{FrontPulse, FrontWidth, GroupVelocities, ProfilePanel, Series, StrainMapPanel};
 use chainwave_measurement::Trajectory;
 use ndarray::Array2;
@@ -10,6 +12,7 @@ use serde_json::json;
 use crate::error::Error;
 use crate::experiment::Positive;
 use crate::output::{make_folder, write_text};
+use crate::table::{self, column};
 
 /// Gaps to either side of its peak that an aligned pulse shows.
 const PULSE_REACH: f64 = 25.0;
@@ -86,6 +89,14 @@ impl Measured {
         Some((place_at(&self.peaks, time_s)?, place_at(&self.edges, time_s)?))
     }
 
+    /// The front's half width at the sample nearest to a time, where it is known within an interval of the samples.
+    fn half_width_m(&self, time_s: f64) -> Option<f64> {
+        let widths = &self.measurement.half_widths;
+        let apart_s = |width: &&HalfWidth| (width.t_s - time_s).abs();
+        let nearest = widths.iter().min_by(|a, b| apart_s(a).total_cmp(&apart_s(b)))?;
+        (apart_s(&nearest) <= self.map().interval_s()).then_some(nearest.hwhm_m.value)
+    }
+
     fn pulse(&self, time_s: f64) -> Option<FrontPulse> {
         let peak = place_at(&self.peaks, time_s)?;
         let profile = self.profile(time_s).into_iter().map(|(gap, strain)| (gap - peak, strain));
@@ -128,7 +139,8 @@ pub(super) fn draw(
         let front = FrontWidth { pulses, hwhm: models.iter().map(width).collect(), pitch_m: Some(pitch_m) };
         chainwave_figures::front_width(&folder.join("front-width"), &front)?;
     }
-    write_numbers(folder, &models)
+    write_half_widths(&folder.join("half-width.csv"), &models)?;
+    write_numbers(folder, &models, &asked.profile_times_s)
 }
 
 /// Group velocities of the two models at one velocity of the striker, in metres per second; `None` where no pulse was found
@@ -159,8 +171,22 @@ pub(super) fn draw_velocities(
     write_text(&folder.join("group-velocity.json"), &format!("{text:#}\n"))
 }
 
+/// Writes the half width of the front over time.
+fn write_half_widths(path: &Path, models: &[&Measured]) -> Result<(), Error> {
+    let rows = || {
+        let widths = |model: &&'_ Measured| model.measurement.half_widths.clone();
+        models.iter().flat_map(move |model| widths(model).into_iter().map(|width| (model.name, width)))
+    };
+    let columns = vec![
+        column("model", rows().map(|(name, _)| name).collect::<Vec<_>>()),
+        column("t_s", rows().map(|(_, width)| width.t_s).collect::<Vec<_>>()),
+        column("hwhm_m", rows().map(|(_, width)| width.hwhm_m.value).collect::<Vec<_>>()),
+    ];
+    table::write(path, columns)
+}
+
 /// Writes what was measured on each model.
-fn write_numbers(folder: &Path, models: &[&Measured]) -> Result<(), Error> {
+fn write_numbers(folder: &Path, models: &[&Measured], times_s: &[f64]) -> Result<(), Error> {
     let numbers = models.iter().map(|model| {
         let widths = &model.measurement.half_widths;
         let rises = widths.windows(2).filter(|pair| pair[1].hwhm_m.value > pair[0].hwhm_m.value).count();
@@ -169,6 +195,7 @@ fn write_numbers(folder: &Path, models: &[&Measured]) -> Result<(), Error> {
             "tail_frequency_hz": model.measurement.local_resonance.as_ref().ok().map(|tail| tail.frequency_hz.value),
             "hwhm_first_m": widths.first().map(|width| width.hwhm_m.value),
             "hwhm_last_m": widths.last().map(|width| width.hwhm_m.value),
+            "hwhm_at_profile_times_m": times_s.iter().map(|time_s| model.half_width_m(*time_s)).collect::<Vec<_>>(),
             "hwhm_rising_share": rises as f64 / widths.len().saturating_sub(1).max(1) as f64,
             "peak_strains": model.measurement.fronts.iter().map(|front| {
                 front.as_ref().ok().map(|front| front.peak_strain.value)
