@@ -1,7 +1,8 @@
 //! Rings at the ends of their parameters.
 
 use chainwave_mechanics::{
-    FarEnd, MechanicsError, Ring, RingChain, RingDrive, RingSchedule, RingStriker, compress, simulate_rings,
+    FarEnd, MechanicsError, Ring, RingChain, RingDrive, RingSchedule, RingSimulation, RingStriker, compress,
+    simulate_rings,
 };
 
 use super::{Family, decades, text};
@@ -40,6 +41,14 @@ pub(super) fn families() -> Vec<Family> {
             0.017,
             |aspect| meeting_error(of_aspect(aspect)).map_err(text),
         ),
+        Family::new(
+            "strike until the walls meet",
+            "velocity_m_per_s",
+            &[60.0],
+            "largest overlap that is reported, over the rings' inner length,",
+            1.0,
+            folding,
+        ),
     ]
 }
 
@@ -66,6 +75,27 @@ fn of_aspect(aspect: f64) -> Ring {
 
 /// The larger of the drifts of energy and momentum over their bounds, of ten rings that are struck.
 fn imbalance(ring: Ring, elements_per_ring: usize, velocity_m_per_s: f64) -> Result<f64, String> {
+    let found = struck(ring, elements_per_ring, velocity_m_per_s)?;
+    let momentum = found.momentum_drift.ok_or("the momentum was not booked")?;
+    Ok((found.energy_drift / DRIFT).max(momentum / MOMENTUM))
+}
+
+/// The largest overlap of rings whose walls meet under the strike, over the length inside.
+fn folding(velocity_m_per_s: f64) -> Result<f64, String> {
+    let ring = paper_ring();
+    let found = struck(ring, 32, velocity_m_per_s)?;
+    let contact = found.self_contact.ok_or("no contact of walls was reported")?;
+    if found.trajectory.times_s.last().is_none_or(|last_s| *last_s >= contact.time_s) {
+        return Err("the motion goes on behind the contact".into());
+    }
+    let x_m = &found.trajectory.displacement_m;
+    let overlaps_m = (1..x_m.nrows()).flat_map(|n| (0..x_m.ncols()).map(move |k| (n, k)));
+    let largest_m = overlaps_m.map(|(n, k)| x_m[(n - 1, k)] - x_m[(n, k)]).fold(0.0, f64::max);
+    Ok(largest_m / (2.0 * ring.semi_major_m - ring.wall_m))
+}
+
+/// Ten rings that are struck.
+fn struck(ring: Ring, elements_per_ring: usize, velocity_m_per_s: f64) -> Result<RingSimulation, String> {
     let striker = RingStriker {
         mass_kg: 4.3e-3,
         velocity_m_per_s,
@@ -81,13 +111,12 @@ fn imbalance(ring: Ring, elements_per_ring: usize, velocity_m_per_s: f64) -> Res
         far_end: FarEnd::Free,
     };
     let schedule =
-        RingSchedule { duration_s: 5e-3, output_interval_s: 1e-3, dt_s: None, shapes: false, n_threads: 1 };
+        RingSchedule { duration_s: 5e-3, output_interval_s: 1e-4, dt_s: None, shapes: false, n_threads: 1 };
     let found = simulate_rings(&chain, &schedule).map_err(text)?;
-    let momentum = found.momentum_drift.ok_or("the momentum was not booked")?;
-    if found.trajectory.displacement_m.iter().any(|x_m| !x_m.is_finite()) {
-        return Err("a displacement is not finite".into());
+    match found.trajectory.displacement_m.iter().all(|x_m| x_m.is_finite()) {
+        true => Ok(found),
+        false => Err("a displacement is not finite".into()),
     }
-    Ok((found.energy_drift / DRIFT).max(momentum / MOMENTUM))
 }
 
 /// How far the overlap at which the walls meet is from the length inside the ring, over it.
