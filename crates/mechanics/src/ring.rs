@@ -35,7 +35,7 @@
 //! It stays with the tests.
 //!
 //! Eight rings go side by side through vectors of any width, with the same bits on each. Threads share the blocks of eight
-//! and exchange one force a step; the result does not depend on their number.
+//! and exchange one force a step, or one goes alone where the machine is busy; the result does not depend on their number.
 //!
 //! **The model ends** where walls of one ring touch: a compression stops before, and a motion at its last output before.
 

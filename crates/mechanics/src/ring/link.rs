@@ -7,6 +7,8 @@ const PATIENCE: u32 = 300;
 #[derive(Debug, Default)]
 pub(crate) struct Link {
     sides: [Side; 2],
+    /// Times that a thread let others run.
+    waits: AtomicU64,
 }
 
 /// What one of the two says, in a cache line of its own.
@@ -36,13 +38,25 @@ impl Link {
         side.steps.store(step + 1, Ordering::Release);
     }
 
+    /// Times that a thread waited so long for the other that it let others run.
+    pub(crate) fn n_waits(&self) -> u64 {
+        self.waits.load(Ordering::Relaxed)
+    }
+
     /// The other bank's force on the joint at a step, as soon as it is known.
     pub(crate) fn hear(&self, bank: Bank, step: u64) -> f64 {
         let side = &self.sides[1 - bank as usize];
         let mut looks = 0;
         while side.steps.load(Ordering::Acquire) <= step {
             looks += 1;
-            if looks < PATIENCE { std::hint::spin_loop() } else { std::thread::yield_now() }
+            if looks < PATIENCE {
+                std::hint::spin_loop();
+                continue;
+            }
+            if looks == PATIENCE {
+                self.waits.fetch_add(1, Ordering::Relaxed);
+            }
+            std::thread::yield_now();
         }
         f64::from_bits(side.forces[(step % 2) as usize].load(Ordering::Relaxed))
     }

@@ -20,6 +20,11 @@ const NEGLECTED: f64 = 1e-11;
 const PEAK_INTERVAL_S: f64 = 2e-5;
 /// Steps between which threads share the blocks anew.
 const STEPS_PER_SHARE: u64 = 2048;
+/// Share of the steps in which threads may wait for each other, before one goes on alone: a machine that has other work to do
+/// gives two threads their turns one after the other, and each step then takes as long as a turn.
+const WAITING_SHARE: u64 = 16;
+/// Shares that it goes alone at first; twice as many each further time.
+const SHARES_ALONE: u32 = 8;
 /// Blocks below which a further thread does not pay.
 const BLOCKS_PER_THREAD: usize = 3;
 
@@ -76,6 +81,7 @@ impl<'a> Run<'a> {
     /// Takes all steps; threads share the blocks that the wave has reached, anew from time to time.
     pub(crate) fn go(&mut self, machine: &Machine, n_threads: usize) -> Result<(), MechanicsError> {
         let end = (self.clock.n_outputs as u64 - 1) * self.clock.steps_per_output + 1;
+        let (mut alone, mut next_alone) = (0_u32, SHARES_ALONE);
         for start in (0..end).step_by(STEPS_PER_SHARE as usize) {
             let stretch = Stretch {
                 steps: start..(start + STEPS_PER_SHARE).min(end),
@@ -83,7 +89,11 @@ impl<'a> Run<'a> {
                 steps_per_peak: (PEAK_INTERVAL_S / self.clock.dt_s).max(1.0) as u64,
                 least_force: self.least_force,
             };
-            let n_spans = n_threads.min(self.n_reached / BLOCKS_PER_THREAD).max(1);
+            let n_spans = match alone {
+                0 => n_threads.min(self.n_reached / BLOCKS_PER_THREAD).max(1),
+                _ => 1,
+            };
+            alone = alone.saturating_sub(1);
             let links: Vec<Link> = (1..n_spans).map(|_| Link::default()).collect();
             let spans = self.spans(&links, n_spans);
             let outcomes: Vec<Progress> = std::thread::scope(|scope| {
@@ -93,6 +103,9 @@ impl<'a> Run<'a> {
                 let first = first.map(|span| span.run(machine, &stretch));
                 first.into_iter().chain(others.into_iter().filter_map(|thread| thread.join().ok())).collect()
             });
+            if links.iter().map(Link::n_waits).sum::<u64>() > STEPS_PER_SHARE / WAITING_SHARE {
+                (alone, next_alone) = (next_alone, next_alone.saturating_mul(2));
+            }
             self.n_reached = outcomes.iter().map(|progress| progress.n_reached).sum();
             self.block_steps += outcomes.iter().map(|progress| progress.block_steps).sum::<u64>();
             if self.records.iter().any(|record| record.contact.is_some()) {
