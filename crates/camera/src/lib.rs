@@ -8,7 +8,7 @@
 //! | TIFF, BigTIFF, ImageJ stacks | 8 to 16 bit | its rows; compressed: the frame, once |
 //! | folder of TIFF, PNG or BMP images, or one of them | 8, 16 bit | as above |
 //! | NumPy .npy | 8, 16 bit | its rows |
-//! | AVI, MP4, Matroska (feature `opencv`) | 8 bit; 16 bit gray with OpenCV 4.7 or later | the frame, once |
+//! | AVI, MP4, Matroska (feature `opencv`) | the codec's; above 8 bits by the program `ffmpeg` | the frame, once |
 //!
 //! - **One file per format.** [`open`] asks each entry of `FORMATS` whether a path is its own, by the first bytes of the
 //!   file. The name decides only where no bytes can: a .mraw holds nothing but pixels. To add a format, write a
