@@ -39,7 +39,7 @@ fn container(head: &[u8]) -> Option<&'static str> {
 #[cfg(feature = "opencv")]
 fn open(path: &Path, options: &OpenOptions) -> Opened {
     let container = container(&crate::candidate::read_head(path)?).unwrap_or("unknown");
-    Ok(Box::new(player::Video::open(path, container, options)?))
+    player::open(path, container, options)
 }
 
 #[cfg(not(feature = "opencv"))]

@@ -1,12 +1,12 @@
 use std::path::{Path, PathBuf};
 
-use chainwave_measurement::Region;
 use opencv::core::Mat;
 use opencv::prelude::*;
 use opencv::{imgproc, videoio};
 
 use super::layout::Layout;
 use super::player::Frames;
+use crate::picture::Gray;
 
 /// A compressed frame takes at least this many bytes of a file, its entry in the container's index alone.
 const LEAST_FRAME_BYTES: u64 = 8;
@@ -15,13 +15,16 @@ const LEAST_FRAME_BYTES: u64 = 8;
 pub(super) struct Decoder {
     path: PathBuf,
     capture: videoio::VideoCapture,
-    /// The last frame, once a region of it was asked for.
-    gray: Option<Mat>,
+    /// Width and height.
+    size_px: (usize, usize),
 }
 
 impl Decoder {
     pub(super) fn open(path: &Path) -> Result<Self, String> {
-        Ok(Self { path: path.into(), capture: capture(path)?, gray: None })
+        let capture = capture(path)?;
+        let side = |property| capture.get(property).map(|side| side as usize).map_err(message);
+        let size_px = (side(videoio::CAP_PROP_FRAME_WIDTH)?, side(videoio::CAP_PROP_FRAME_HEIGHT)?);
+        Ok(Self { path: path.into(), capture, size_px })
     }
 
     /// How the codec keeps its pixels.
@@ -31,9 +34,8 @@ impl Decoder {
     }
 
     /// Width and height.
-    pub(super) fn size_px(&self) -> Result<(usize, usize), String> {
-        let side = |property| self.capture.get(property).map(|side| side as usize).map_err(message);
-        Ok((side(videoio::CAP_PROP_FRAME_WIDTH)?, side(videoio::CAP_PROP_FRAME_HEIGHT)?))
+    pub(super) fn size_px(&self) -> (usize, usize) {
+        self.size_px
     }
 
     pub(super) fn rate_hz(&self) -> Result<f64, String> {
@@ -61,35 +63,22 @@ impl Decoder {
 
 impl Frames for Decoder {
     fn rewind(&mut self) -> Result<(), String> {
-        self.gray = None;
         self.capture = capture(&self.path)?;
         Ok(())
     }
 
     fn advance(&mut self) -> Result<bool, String> {
-        self.gray = None;
         self.capture.grab().map_err(message)
     }
 
-    fn copy(&mut self, region: Region, pixels: &mut [f32]) -> Result<(), String> {
-        let gray = match self.gray.take() {
-            Some(gray) => gray,
-            None => retrieved(&mut self.capture)?,
-        };
-        let gray = self.gray.insert(gray);
-        let (width_px, height_px) = (gray.cols() as usize, gray.rows() as usize);
-        if region.x + region.width > width_px || region.y + region.height > height_px {
-            return Err(format!(
-                "expected a picture as large as the first, found {width_px} x {height_px} px"
-            ));
+    fn picture(&mut self) -> Result<Gray, String> {
+        let gray = retrieved(&mut self.capture)?;
+        let size_px = (gray.cols() as usize, gray.rows() as usize);
+        if size_px != self.size_px {
+            return Err(format!("expected a picture of {:?} px, found {size_px:?}", self.size_px));
         }
-        let rows = gray.data_typed::<u8>().map_err(message)?.chunks_exact(width_px).skip(region.y);
-        for (row, target) in rows.zip(pixels.chunks_exact_mut(region.width)) {
-            for (pixel, &count) in target.iter_mut().zip(&row[region.x..]) {
-                *pixel = count.into();
-            }
-        }
-        Ok(())
+        let counts = gray.data_typed::<u8>().map_err(message)?.iter().map(|&count| count.into()).collect();
+        Ok(Gray { width_px: size_px.0, height_px: size_px.1, bits: 8, counts })
     }
 }
 

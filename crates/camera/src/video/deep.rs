@@ -3,10 +3,9 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, Stdio};
 
-use chainwave_measurement::Region;
-
 use super::player::Frames;
 use crate::CameraError;
+use crate::picture::Gray;
 
 /// Frames of more than eight bits, which OpenCV would cut to eight: the program `ffmpeg` decodes them with the same codecs and
 /// hands on their plane of brightness as it was coded.
@@ -14,6 +13,7 @@ pub(super) struct DeepDecoder {
     path: PathBuf,
     bits: u32,
     width_px: usize,
+    height_px: usize,
     /// The last frame, two bytes a pixel, low byte first.
     frame: Vec<u8>,
     process: Option<Process>,
@@ -23,13 +23,12 @@ impl DeepDecoder {
     /// Starts decoding a video of `bits` (9 to 16) a pixel.
     pub(super) fn open(path: &Path, size_px: (usize, usize), bits: u32) -> Result<Self, CameraError> {
         let (width_px, height_px) = size_px;
-        let frame = vec![0; 2 * width_px * height_px];
         let process = Process::start(path, bits).map_err(|error| CameraError::Unsupported {
             path: path.into(),
             what: format!("video of {bits} bits, which OpenCV would cut to 8,"),
             hint: format!("it takes the program ffmpeg, which could not be started: {error}"),
         })?;
-        Ok(Self { path: path.into(), bits, width_px, frame, process: Some(process) })
+        Ok(Self { path: path.into(), bits, width_px, height_px, frame: Vec::new(), process: Some(process) })
     }
 }
 
@@ -46,24 +45,16 @@ impl Frames for DeepDecoder {
         let Some(process) = &mut self.process else {
             return Ok(false);
         };
-        let expected = self.frame.len() as u64;
-        let mut frame = std::mem::take(&mut self.frame);
-        frame.clear();
-        let found = process.pictures.by_ref().take(expected).read_to_end(&mut frame);
-        frame.resize(expected as usize, 0);
-        self.frame = frame;
-        Ok(found.map_err(|error| format!("ffmpeg: {error}"))? as u64 == expected)
+        let expected = 2 * self.width_px * self.height_px;
+        self.frame.clear();
+        let found = process.pictures.by_ref().take(expected as u64).read_to_end(&mut self.frame);
+        Ok(found.map_err(|error| format!("ffmpeg: {error}"))? == expected)
     }
 
-    fn copy(&mut self, region: Region, pixels: &mut [f32]) -> Result<(), String> {
-        let rows = self.frame.chunks_exact(2 * self.width_px).skip(region.y);
-        for (row, target) in rows.zip(pixels.chunks_exact_mut(region.width)) {
-            let counts = row.chunks_exact(2).skip(region.x);
-            for (pixel, count) in target.iter_mut().zip(counts) {
-                *pixel = u16::from_le_bytes([count[0], count[1]]).into();
-            }
-        }
-        Ok(())
+    fn picture(&mut self) -> Result<Gray, String> {
+        let counts =
+            self.frame.chunks_exact(2).map(|count| u16::from_le_bytes([count[0], count[1]])).collect();
+        Ok(Gray { width_px: self.width_px, height_px: self.height_px, bits: self.bits, counts })
     }
 }
 

@@ -1,12 +1,66 @@
-use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+use std::path::Path;
 
-use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region};
+use chainwave_measurement::{RecordingInfo, Region};
 
 use super::decoder::Decoder;
 use super::deep::DeepDecoder;
 use super::layout::Layout;
-use crate::{CameraError, OpenOptions};
+use crate::cache::FrameCache;
+use crate::file_recording::{FileRecording, PixelSource};
+use crate::picture::Gray;
+use crate::{CameraError, OpenOptions, Opened};
+
+/// Memory for frames that are kept, so that going back costs a decoding from the start only once in many frames.
+const KEPT_BYTES: usize = 64 << 20;
+
+/// Opens a video of a named container.
+pub(super) fn open(path: &Path, container: &str, options: &OpenOptions) -> Opened {
+    let failed = |reason: String| CameraError::Decoder { path: path.into(), reason };
+    let decoder = Decoder::open(path).map_err(failed)?;
+    let stated_hz = decoder.rate_hz().map_err(failed)?;
+    let rate_hz = options.rate_hz.unwrap_or(stated_hz);
+    let (width_px, height_px) = decoder.size_px();
+    let n_frames = decoder.n_frames().map_err(failed)?;
+    let layout = decoder.layout().map_err(failed)?;
+    let (bit_depth, remark) = depth(layout);
+    let info = RecordingInfo {
+        format: format!("{container} video"),
+        width_px,
+        height_px,
+        n_frames,
+        bit_depth,
+        rate_hz: Some(rate_hz),
+        times_s: (0..n_frames).map(|frame| frame as f64 / rate_hz).collect(),
+        first_image: 0,
+        camera: None,
+        exposure_s: None,
+        warnings: vec![
+            format!(
+                "a video holds no trigger: t = 0 is its first frame, at {rate_hz} Hz; the file states {stated_hz} Hz"
+            ),
+            remark.into(),
+        ],
+    };
+    let player = Player::new(frames(path, layout, decoder, (width_px, height_px))?);
+    let n_kept = KEPT_BYTES / (size_of::<u16>() * width_px * height_px).max(1);
+    let video = Video(FrameCache::of_frames(player, n_kept));
+    video.0.get_run(0, |player, n_kept| player.run(0, n_kept)).map_err(failed)?;
+    Ok(Box::new(FileRecording::new(path, info, video, options)))
+}
+
+/// A video, of which the last frames are kept: all regions of a frame cost one decoding.
+struct Video(FrameCache<Player, Gray>);
+
+impl PixelSource for Video {
+    fn read(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<u64, String> {
+        self.0.get_run(frame, |player, n_kept| player.run(frame, n_kept))?.copy(region, pixels);
+        Ok(0)
+    }
+
+    fn is_sequential(&self) -> bool {
+        true
+    }
+}
 
 /// Frames of a video that are decoded one after the other, because seeking in compressed video is not exact with
 /// every codec.
@@ -15,71 +69,8 @@ pub(super) trait Frames: Send {
     fn rewind(&mut self) -> Result<(), String>;
     /// Goes on to the next frame; false at the end of the video.
     fn advance(&mut self) -> Result<bool, String>;
-    /// Copies a region of the frame gone on to last; the region lies in the frame and holds as many pixels as `pixels`.
-    fn copy(&mut self, region: Region, pixels: &mut [f32]) -> Result<(), String>;
-}
-
-/// A video. The last decoded frame is kept, so that all regions of a frame cost one decoding.
-pub(super) struct Video {
-    path: PathBuf,
-    info: RecordingInfo,
-    player: Mutex<Player>,
-}
-
-impl Video {
-    pub(super) fn open(path: &Path, container: &str, options: &OpenOptions) -> Result<Self, CameraError> {
-        let failed = |reason: String| CameraError::Decoder { path: path.into(), reason };
-        let decoder = Decoder::open(path).map_err(failed)?;
-        let stated_hz = decoder.rate_hz().map_err(failed)?;
-        let rate_hz = options.rate_hz.unwrap_or(stated_hz);
-        let (width_px, height_px) = decoder.size_px().map_err(failed)?;
-        let n_frames = decoder.n_frames().map_err(failed)?;
-        let layout = decoder.layout().map_err(failed)?;
-        let (bit_depth, remark) = depth(layout);
-        let info = RecordingInfo {
-            format: format!("{container} video"),
-            width_px,
-            height_px,
-            n_frames,
-            bit_depth,
-            rate_hz: Some(rate_hz),
-            times_s: (0..n_frames).map(|frame| frame as f64 / rate_hz).collect(),
-            first_image: 0,
-            camera: None,
-            exposure_s: None,
-            warnings: vec![
-                format!(
-                    "a video holds no trigger: t = 0 is its first frame, at {rate_hz} Hz; the file states {stated_hz} Hz"
-                ),
-                remark.into(),
-            ],
-        };
-        let mut player = Player::new(frames(path, layout, decoder, (width_px, height_px))?);
-        player.show(0).map_err(failed)?;
-        Ok(Self { path: path.into(), info, player: Mutex::new(player) })
-    }
-}
-
-impl Recording for Video {
-    fn path(&self) -> &Path {
-        &self.path
-    }
-
-    fn info(&self) -> &RecordingInfo {
-        &self.info
-    }
-
-    fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {
-        self.check_request(frame, region, pixels.len())?;
-        if region.n_pixels() == 0 {
-            return Ok(());
-        }
-        let unreadable = |reason| ReadError::Unreadable { path: self.path.clone(), frame, reason };
-        let mut player =
-            self.player.lock().map_err(|_| unreadable("an earlier decoding was cut off".into()))?;
-        player.show(frame).map_err(unreadable)?;
-        player.frames.copy(region, pixels).map_err(unreadable)
-    }
+    /// The frame gone on to last.
+    fn picture(&mut self) -> Result<Gray, String>;
 }
 
 /// Frames and the place that they stand at.
@@ -94,19 +85,23 @@ impl Player {
         Self { frames, next: Some(0) }
     }
 
-    /// Makes `frame` the one gone on to last.
-    fn show(&mut self, frame: usize) -> Result<(), String> {
-        let next = self.next.take().filter(|&next| next <= frame + 1);
+    /// Frame `frame` and those passed on the way to it, `n_most` at most.
+    fn run(&mut self, frame: usize, n_most: usize) -> Result<Vec<Gray>, String> {
+        let next = self.next.take().filter(|&next| next <= frame);
         if next.is_none() {
             self.frames.rewind()?;
         }
+        let mut run = Vec::new();
         for passed in next.unwrap_or(0)..=frame {
             if !self.frames.advance()? {
                 return Err(format!("expected a frame {passed}, found the end of the video"));
             }
+            if passed + n_most > frame {
+                run.push(self.frames.picture()?);
+            }
         }
         self.next = Some(frame + 1);
-        Ok(())
+        Ok(run)
     }
 }
 
