@@ -1,11 +1,13 @@
 mod linear;
 mod power;
 mod power_kernel;
+mod power_table;
 mod table;
 
 pub use linear::LinearLaw;
 pub use power::PowerLaw;
 pub(crate) use power_kernel::{PowerColumns, PowerKernel, PowerLanes};
+pub(crate) use power_table::{Outside, PowerTable, TableLanes};
 pub use table::TableLaw;
 
 use crate::{MechanicsError, check};

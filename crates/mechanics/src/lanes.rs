@@ -1,9 +1,15 @@
-use std::ops::{Add, Div, Mul, Sub};
+use std::{
+    any::Any,
+    ops::{Add, Div, Mul, Sub},
+};
 
 use pulp::{Simd, WithSimd, bytemuck};
 
 /// Rows of values are padded to a multiple of this, the widest vector of any machine in f64.
 pub(crate) const PADDING: usize = 8;
+
+/// Entries of a table that vectors look up.
+pub(crate) const TABLE: usize = 16;
 
 /// Runs `work` with the best vectors of this machine: AVX-512, AVX2 with FMA, or none.
 ///
@@ -146,6 +152,15 @@ impl<S: Simd, const U: usize> Lanes<S, U> {
         no
     }
 
+    /// What the table holds at the place that four bits of each lane name, from bit number `FROM` on.
+    #[inline(always)]
+    pub(crate) fn look_up<const FROM: u32>(mut self, table: &[f64; TABLE]) -> Self {
+        for a in &mut self.values {
+            *a = look_up::<S, FROM>(self.simd, *a, table);
+        }
+        self
+    }
+
     /// Takes a whole number from the bits, wrapping round.
     #[inline(always)]
     pub(crate) fn bits_less(mut self, bits: u64) -> Self {
@@ -213,17 +228,19 @@ impl<S: Simd, const U: usize> Lanes<S, U> {
     }
 }
 
+impl<S: Simd, const U: usize> Lanes<S, U> {
+    /// The sum of whole numbers, which no order changes.
+    #[inline(always)]
+    pub(crate) fn total(self) -> f64 {
+        self.values.iter().map(|vector| self.simd.reduce_sum_f64s(*vector)).sum()
+    }
+}
+
 impl<S: Simd> Lanes<S, 1> {
     /// The largest number of any lane.
     #[inline(always)]
     pub(crate) fn largest(self) -> f64 {
         self.simd.reduce_max_f64s(self.values[0])
-    }
-
-    /// The sum of whole numbers, which no order changes.
-    #[inline(always)]
-    pub(crate) fn total(self) -> f64 {
-        self.simd.reduce_sum_f64s(self.values[0])
     }
 
     /// The number in the first lane.
@@ -235,6 +252,26 @@ impl<S: Simd> Lanes<S, 1> {
         }
         lanes[0]
     }
+}
+
+/// [`Lanes::look_up`] for one vector: in registers where the machine has AVX-512.
+#[inline(always)]
+fn look_up<S: Simd, const FROM: u32>(simd: S, bits: S::f64s, table: &[f64; TABLE]) -> S::f64s {
+    #[cfg(target_arch = "x86_64")]
+    if let (Some(v4), Ok(bits)) =
+        ((&simd as &dyn Any).downcast_ref::<pulp::x86::V4>(), bytemuck::try_cast::<_, pulp::u64x8>(bits))
+    {
+        let [low, high]: [pulp::f64x8; 2] = bytemuck::cast(*table);
+        let place = v4.avx512f._mm512_srli_epi64::<FROM>(pulp::cast(bits));
+        let found = v4.avx512f._mm512_permutex2var_pd(pulp::cast(low), place, pulp::cast(high));
+        return bytemuck::cast(pulp::cast::<_, pulp::f64x8>(found));
+    }
+    let mut lanes = [0.0_f64; PADDING];
+    S::as_mut_simd_f64s(&mut lanes).0[0] = bits;
+    for lane in &mut lanes[..S::F64_LANES] {
+        *lane = table[(lane.to_bits() >> FROM) as usize % TABLE];
+    }
+    S::as_simd_f64s(&lanes).0[0]
 }
 
 /// The bits of a vector of one lane.

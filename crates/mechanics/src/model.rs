@@ -5,7 +5,7 @@ use pulp::{Simd, WithSimd};
 use crate::{
     Chain, Contact, Contacts, Drive, FarEnd, ImposedMotion,
     contact::Spring,
-    gaps::Gaps,
+    gaps::{Gaps, Idle},
     lanes::{self, PADDING, padded, vectorised},
     state::{State, row_length},
 };
@@ -130,18 +130,23 @@ impl<'a> Model<'a> {
         active: usize,
         force_n: &mut ForceRow,
     ) {
-        self.gaps.forces(simd, x_m, force_n.behind(active));
-        self.end(touching, active, force_n.behind(active));
+        self.gaps.forces(simd, x_m, self.idle(touching), force_n.behind(active));
+        self.end(touching, force_n.behind(active));
     }
 
-    /// Takes away what is not there: the contact of a striker that has left, the gap behind a free end.
     #[inline(always)]
-    fn end(&self, touching: bool, active: usize, row: &mut [f64]) {
-        if self.striker.is_some() && !touching {
-            row[0] = 0.0;
-        }
-        if !self.has_wall && active >= self.n_masses {
-            row[self.n_masses - 1] = 0.0;
+    fn idle(&self, touching: bool) -> Idle {
+        let open = self.striker.is_some() && !touching;
+        [open.then_some(0), (!self.has_wall).then_some(self.n_masses - 1)]
+    }
+
+    /// Takes away what is not there.
+    #[inline(always)]
+    fn end(&self, touching: bool, row: &mut [f64]) {
+        for gap in self.idle(touching).into_iter().flatten() {
+            if let Some(value) = row.get_mut(gap) {
+                *value = 0.0;
+            }
         }
     }
 
@@ -384,7 +389,7 @@ impl WithSimd for Energy<'_> {
         let active = state.active;
         let mut energy_j = vec![0.0; active];
         model.gaps.energies(simd, &state.x_m, &mut energy_j);
-        model.end(state.touching, active, &mut energy_j);
+        model.end(state.touching, &mut energy_j);
         let mut sums = [0.0; PADDING];
         let masses = model.mass_kg.as_chunks::<PADDING>().0;
         let velocities = state.v_m_per_s[..active].as_chunks::<PADDING>().0;

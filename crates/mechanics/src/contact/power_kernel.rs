@@ -24,9 +24,9 @@ use crate::lanes::{Lanes, vectorised};
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PowerKernel {
     p: f64,
-    delta_0_m: f64,
-    inverse_delta_0_per_m: f64,
-    f_0_n: f64,
+    pub(super) delta_0_m: f64,
+    pub(super) inverse_delta_0_per_m: f64,
+    pub(super) f_0_n: f64,
     limit_m: f64,
     /// dE/dDelta below the limit.
     slope_per_m: f64,
@@ -100,6 +100,11 @@ impl PowerKernel {
         vectorised(OneGap { kernel: self, overlap_m })
     }
 
+    /// E at an overlap in metres inside the law's range.
+    pub(super) fn power_minus_one(&self, overlap_m: f64) -> f64 {
+        vectorised(OnePower { kernel: self, overlap_m })
+    }
+
     #[inline(always)]
     fn columns(&self) -> [f64; COLUMNS] {
         [
@@ -142,6 +147,21 @@ impl WithSimd for OneForce<'_> {
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
         let law = PowerLanes::splat(simd, self.kernel);
         law.force(Lanes::<S, 1>::splat(simd, self.overlap_m)).first()
+    }
+}
+
+struct OnePower<'a> {
+    kernel: &'a PowerKernel,
+    overlap_m: f64,
+}
+
+impl WithSimd for OnePower<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let law = PowerLanes::splat(simd, self.kernel);
+        law.power_minus_one(Lanes::<S, 1>::splat(simd, self.overlap_m)).first()
     }
 }
 
