@@ -10,7 +10,7 @@ pub(crate) use power_kernel::{PowerColumns, PowerKernel, PowerLanes};
 pub(crate) use power_table::{Outside, PowerTable, TableLanes};
 pub use table::TableLaw;
 
-use crate::{MechanicsError, check};
+use crate::{MechanicsError, check, lanes::PADDING};
 
 /// What lies in one gap: a law of force over overlap, its rule in tension, and a dashpot.
 #[derive(Debug, Clone, PartialEq)]
@@ -222,6 +222,14 @@ impl Spring {
         match self {
             Self::Power(kernel) => kernel.force_n(overlap_m),
             _ => self.force_and_energy(overlap_m).0,
+        }
+    }
+
+    /// Forces in newtons at overlaps in metres.
+    pub(crate) fn forces_n(&self, overlaps_m: [f64; PADDING]) -> [f64; PADDING] {
+        match self {
+            Self::Power(kernel) => kernel.forces_n(overlaps_m),
+            _ => overlaps_m.map(|overlap_m| self.force_n(overlap_m)),
         }
     }
 

@@ -31,6 +31,36 @@ pub(crate) fn total(sums: [f64; PADDING]) -> f64 {
     (quarter(0) + quarter(2)) + (quarter(1) + quarter(3))
 }
 
+/// A sum over a row as [`PADDING`] partial sums, which no vector width changes: places of the row that differ by a multiple
+/// of it share one.
+#[derive(Clone, Copy)]
+pub(crate) struct PartialSums<S: Simd> {
+    sums: [S::f64s; PADDING],
+}
+
+impl<S: Simd> PartialSums<S> {
+    #[inline(always)]
+    pub(crate) fn new(simd: S) -> Self {
+        Self { sums: [simd.splat_f64s(0.0); PADDING] }
+    }
+
+    /// Adds the products of vector number `i` of the row, each rounded once with its sum.
+    #[inline(always)]
+    pub(crate) fn add_product(&mut self, simd: S, i: usize, a: S::f64s, b: S::f64s) {
+        let sum = &mut self.sums[i % (PADDING / S::F64_LANES)];
+        *sum = simd.mul_add_f64s(a, b, *sum);
+    }
+
+    #[inline(always)]
+    pub(crate) fn total(self) -> f64 {
+        let mut row = [0.0; PADDING];
+        for (out, sum) in S::as_mut_simd_f64s(&mut row).0.iter_mut().zip(self.sums) {
+            *out = sum;
+        }
+        total(row)
+    }
+}
+
 /// `U` vectors that go through a formula side by side, so that one hides the latency of the other and both share the
 /// loads of its constants.
 pub(crate) struct Lanes<S: Simd, const U: usize> {

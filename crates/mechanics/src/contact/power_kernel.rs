@@ -3,7 +3,7 @@ use std::f64::consts::LOG2_E;
 use pulp::{Simd, WithSimd};
 
 use super::{PowerLaw, Tension};
-use crate::lanes::{Lanes, vectorised};
+use crate::lanes::{Lanes, PADDING, vectorised};
 
 /// The power law with all that depends on its parameters alone worked out, for the inner loop.
 ///
@@ -92,7 +92,12 @@ impl PowerKernel {
 
     /// Contact force in newtons at an overlap in metres.
     pub(crate) fn force_n(&self, overlap_m: f64) -> f64 {
-        vectorised(OneForce { kernel: self, overlap_m })
+        self.forces_n([overlap_m; PADDING])[0]
+    }
+
+    /// Contact forces in newtons at overlaps in metres.
+    pub(crate) fn forces_n(&self, overlaps_m: [f64; PADDING]) -> [f64; PADDING] {
+        vectorised(Forces { kernel: self, overlaps_m })
     }
 
     /// Force in newtons and energy in joules at an overlap in metres.
@@ -135,18 +140,22 @@ impl WithSimd for OneGap<'_> {
     }
 }
 
-struct OneForce<'a> {
+struct Forces<'a> {
     kernel: &'a PowerKernel,
-    overlap_m: f64,
+    overlaps_m: [f64; PADDING],
 }
 
-impl WithSimd for OneForce<'_> {
-    type Output = f64;
+impl WithSimd for Forces<'_> {
+    type Output = [f64; PADDING];
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let law = PowerLanes::splat(simd, self.kernel);
-        law.force(Lanes::<S, 1>::splat(simd, self.overlap_m)).first()
+    fn with_simd<S: Simd>(self, simd: S) -> [f64; PADDING] {
+        let Self { kernel, mut overlaps_m } = self;
+        let law = PowerLanes::<S, 1>::splat(simd, kernel);
+        for vector in S::as_mut_simd_f64s(&mut overlaps_m).0 {
+            [*vector] = law.force(Lanes::new(simd, [*vector])).values();
+        }
+        overlaps_m
     }
 }
 

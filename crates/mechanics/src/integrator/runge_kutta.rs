@@ -7,6 +7,7 @@ use super::{
 };
 use crate::{
     model::{ForceRow, Model, Place},
+    row::Row,
     state::{State, row_length},
 };
 
@@ -18,7 +19,7 @@ pub(crate) struct RungeKutta {
     velocity: Rows,
     acceleration: Rows,
     lost_w: Vec<f64>,
-    stage_x_m: Vec<f64>,
+    stage_x_m: Row,
     force_n: ForceRow,
     local_error: Option<LocalError>,
     /// Whether the interpolation's stages belong to the last step.
@@ -36,7 +37,7 @@ impl RungeKutta {
             velocity: Rows::new(n_rows, length),
             acceleration: Rows::new(n_rows, length),
             lost_w: vec![0.0; n_rows],
-            stage_x_m: vec![0.0; length],
+            stage_x_m: Row::zeros(length),
             force_n: ForceRow::new(model.n_masses()),
             local_error: None,
             dense: false,

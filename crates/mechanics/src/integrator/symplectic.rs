@@ -4,6 +4,7 @@ use super::{Integrator, LocalError, Step};
 use crate::{
     lanes::{self, PADDING},
     model::{ForceRow, Model},
+    row::Row,
     state::{State, row_length},
 };
 
@@ -95,7 +96,7 @@ pub(crate) struct Symplectic {
     start_n: ForceRow,
     force_n: ForceRow,
     kicks: Vec<Kick>,
-    before_m_per_s: Vec<f64>,
+    before_m_per_s: Row,
     evaluations: u64,
 }
 
@@ -107,7 +108,7 @@ impl Symplectic {
             start_n: ForceRow::new(model.n_masses()),
             force_n: ForceRow::new(model.n_masses()),
             kicks: composition.parts.iter().map(|_| Kick::default()).collect(),
-            before_m_per_s: vec![0.0; length],
+            before_m_per_s: Row::zeros(length),
             evaluations: 0,
         }
     }
@@ -219,7 +220,7 @@ impl Kick {
             return;
         }
         self.tau_s = tau_s;
-        let masses = model.inverse_mass_per_kg.iter().zip(&model.damping_kg_per_s);
+        let masses = model.inverse_mass_per_kg.iter().zip(model.damping_kg_per_s.iter());
         let damped = model.damping_kg_per_s.iter().any(|&c| c > 0.0);
         let mut last = (f64::NAN, 0.0, 0.0);
         let flows = masses.map(|(inverse_mass, c)| {
