@@ -176,6 +176,16 @@ impl Contact {
         }
     }
 
+    /// A length L in metres such that the force is at least k_0 Delta / (1 + Delta / L) in compression; zero where none is
+    /// known. For a power law of exponent below 1 the tangent at Delta, which does so, passes above zero at zero overlap.
+    pub(crate) fn softening_m(&self) -> f64 {
+        match &self.law {
+            Law::Power(law) => law.delta_0_m,
+            Law::Linear(_) => f64::INFINITY,
+            Law::Table(_) => 0.0,
+        }
+    }
+
     /// Overlap in metres below which the tension rule holds; minus infinity where there is none.
     pub(crate) fn limit_m(&self) -> f64 {
         match (&self.law, self.tension) {

@@ -169,11 +169,9 @@ impl WithSimd for BookGaps<'_> {
             v = simd.max_f64s(v, simd.abs_f64s(v_to.left[vector]));
             let (before, after) = (x_from.difference(simd, vector), x_to.difference(simd, vector));
             let rate = v_from.difference(simd, vector);
-            let turned =
-                simd.less_than_f64s(simd.mul_f64s(rate, v_to.difference(simd, vector)), zero);
+            let turned = simd.less_than_f64s(simd.mul_f64s(rate, v_to.difference(simd, vector)), zero);
             let reach = simd.mul_add_f64s(h, rate, before);
-            let extreme =
-                simd.or_m64s(simd.less_than_f64s(*most, reach), simd.less_than_f64s(reach, *least));
+            let extreme = simd.or_m64s(simd.less_than_f64s(*most, reach), simd.less_than_f64s(reach, *least));
             if simd.first_true_m64s(simd.and_m64s(turned, extreme)) < S::F64_LANES {
                 let first = vector * S::F64_LANES / PADDING * PADDING;
                 if ledger.may_peak.last() != Some(&first) {

@@ -43,6 +43,7 @@ impl<'a> Model<'a> {
                 striker = Some(StrikerContact {
                     spring: first.spring(),
                     k_0_n_per_m: first.stiffness_n_per_m(0.0),
+                    softening_m: first.softening_m(),
                     damping_kg_per_s: body.damping_kg_per_s,
                 });
             }
@@ -210,7 +211,9 @@ impl<'a> Model<'a> {
         let gaps = [gap.wrapping_sub(1), gap, gap + 1];
         let of_gaps = |f: &dyn Fn(&State, usize) -> f64| {
             let mut row = [0.0; PADDING];
-            for (place, (state, gap)) in row.iter_mut().zip(states.into_iter().flat_map(|s| gaps.map(|g| (s, g)))) {
+            for (place, (state, gap)) in
+                row.iter_mut().zip(states.into_iter().flat_map(|s| gaps.map(|g| (s, g))))
+            {
                 *place = if self.carries(gap, state.touching) { f(state, gap) } else { 0.0 };
             }
             row
@@ -292,6 +295,7 @@ impl<'a> Model<'a> {
 pub(crate) struct StrikerContact {
     spring: Spring,
     k_0_n_per_m: f64,
+    softening_m: f64,
     pub(crate) damping_kg_per_s: f64,
 }
 
@@ -307,7 +311,8 @@ impl StrikerContact {
     /// Whether [`StrikerContact::margin_n`] contradicts how the contact is held, without the force where it cannot matter.
     pub(crate) fn must_switch(&self, touching: bool, overlap_m: f64, closing_m_per_s: f64) -> bool {
         let surely_open = overlap_m < 0.0;
-        let surely_closed = overlap_m > 0.0 && closing_m_per_s * self.damping_kg_per_s >= 0.0;
+        let at_least_n = self.k_0_n_per_m * overlap_m / (1.0 + overlap_m / self.softening_m);
+        let surely_closed = overlap_m > 0.0 && at_least_n + closing_m_per_s * self.damping_kg_per_s > 0.0;
         match touching {
             true if surely_open => true,
             true if surely_closed => false,

@@ -1,7 +1,7 @@
 use std::ops::{Deref, DerefMut};
 
 /// Values in a row whose first one begins a line of the cache, so that no whole vector of them lies across two lines.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Row {
     values: Vec<f64>,
     first: usize,

@@ -142,7 +142,8 @@ impl<'a, S: Simd, const U: usize> TableLanes<'a, S, U> {
         let inverse_power = place.and_bits(0xfff << FRACTION).less_bits(ONE + (MIDDLE << FRACTION));
         let away_m = total_m.mul_add(inverse_power, overlap_m.constant(0.0) - self.delta_0_m);
         let beyond_m = inverse_power.select_equal(one, overlap_m, away_m);
-        let t = (beyond_m - place.look_up::<PART>(&table.centre_m)) * place.look_up::<PART>(&table.scale_per_m);
+        let t =
+            (beyond_m - place.look_up::<PART>(&table.centre_m)) * place.look_up::<PART>(&table.scale_per_m);
         let octave = place.look_up::<FRACTION>(&table.of_octave);
         let centre = place.look_up::<PART>(&table.of_centre);
         let factor_minus_one = octave.mul_add(centre, octave + centre);
@@ -225,7 +226,10 @@ mod tests {
             let table = table(p, Tension::Tangent { limit: -1.0 + 5e-13 });
             if !table.is_outside(overlap_m) {
                 let found = vectorised(Forces(&table, &[overlap_m]))[0];
-                assert!((found / force_n - 1.0).abs() <= 2e-15, "p {p}, overlap {overlap_m}: {found} {force_n}");
+                assert!(
+                    (found / force_n - 1.0).abs() <= 2e-15,
+                    "p {p}, overlap {overlap_m}: {found} {force_n}"
+                );
                 n_rows += 1;
             }
         }
