@@ -6,7 +6,7 @@ use crate::{
 };
 
 /// Vectors of gaps that go through the power law side by side; four hide its latency.
-const SIDE_BY_SIDE: usize = 4;
+const SIDE_BY_SIDE: usize = 2;
 
 /// Gaps that carry nothing whatever their overlap: that of a striker that has left, and the one behind a free end.
 pub(crate) type Idle = [Option<usize>; 2];
@@ -193,8 +193,9 @@ fn by_table<S: Simd, const U: usize>(
         force_n,
         #[inline(always)]
         |_, overlap| {
-            n_outside = n_outside + law.outside(overlap);
-            law.force(overlap)
+            let (force, outside) = law.force(overlap);
+            n_outside = n_outside + outside;
+            force
         },
     );
     (done, n_outside.total())

@@ -190,6 +190,17 @@ impl<S: Simd, const U: usize> Lanes<S, U> {
         no
     }
 
+    /// `yes` where the bits, as a whole number, are less than these, else `no`.
+    #[inline(always)]
+    pub(crate) fn select_bits_below(self, bits: u64, yes: Self, mut no: Self) -> Self {
+        let bits = self.simd.splat_u64s(bits);
+        for i in 0..U {
+            let below = self.simd.less_than_u64s(bytemuck::cast(self.values[i]), bits);
+            no.values[i] = self.simd.select_f64s(below, yes.values[i], no.values[i]);
+        }
+        no
+    }
+
     /// What the table holds at the place that four bits of each lane name, from bit number `FROM` on.
     #[inline(always)]
     pub(crate) fn look_up<const FROM: u32>(mut self, table: &[f64; TABLE]) -> Self {

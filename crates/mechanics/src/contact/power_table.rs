@@ -12,8 +12,7 @@ use crate::lanes::{Lanes, TABLE};
 /// where the first two factors come from tables, less one each, and the third from its binomial series. What keeps every
 /// digit of E = (S / delta_0)^p - 1:
 ///
-/// - for k = 0, M - c delta_0 = Delta - (c - 1) delta_0 is the difference of two neighbouring numbers, and exact: the centres
-///   are chosen so that (c - 1) delta_0 is a number of the machine;
+/// - for k = 0, t = Delta / (c delta_0) - (c - 1) / c, rounded once; its terms are no larger than E / p by more than a factor 3;
 /// - the interval around S = delta_0 has its centre there, so that a small overlap is t itself;
 /// - T = 2^(k p) c^p is added up from T - 1, whose two parts do not cancel but for a factor below 3.
 ///
@@ -22,12 +21,13 @@ use crate::lanes::{Lanes, TABLE};
 #[derive(Debug, Clone)]
 pub(crate) struct PowerTable {
     kernel: PowerKernel,
-    /// Overlaps that the tables hold, in metres.
-    range_m: [f64; 2],
-    /// (c - 1) delta_0 of each interval, in metres.
-    centre_m: [f64; TABLE],
-    /// 1 / (c delta_0).
+    /// Bits of the least S / delta_0 that the tables hold, and how many numbers from there on.
+    first_place: u64,
+    n_places: u64,
+    /// 1 / (c delta_0) of each interval.
     scale_per_m: [f64; TABLE],
+    /// (c - 1) / c, negative.
+    shift: [f64; TABLE],
     /// c^p - 1.
     of_centre: [f64; TABLE],
     /// 2^(k p) - 1, from k = -8 on.
@@ -61,12 +61,14 @@ impl PowerTable {
             let up = kernel.power_minus_one((2.0_f64.powi(k.abs()) - 1.0) * law.delta_0_m);
             if k < 0 { -up / (1.0 + up) } else { up }
         };
-        let [low, high] = RANGE;
-        let low = if law.p <= LARGEST_EXPONENT { low } else { f64::INFINITY };
+        let scale_per_m = centre_m.map(|centre_m| (law.delta_0_m + centre_m).recip());
+        let [low, high] = RANGE.map(|overlap| 1.0 + overlap.max(kernel.limit_m() / law.delta_0_m));
+        let n_places = if law.p <= LARGEST_EXPONENT { high.to_bits() - low.to_bits() } else { 0 };
         Self {
-            range_m: [(low * law.delta_0_m).max(kernel.limit_m()), high * law.delta_0_m],
-            centre_m,
-            scale_per_m: centre_m.map(|centre_m| (law.delta_0_m + centre_m).recip()),
+            first_place: low.to_bits(),
+            n_places,
+            shift: std::array::from_fn(|i| -centre_m[i] * scale_per_m[i]),
+            scale_per_m,
             of_centre: centre_m.map(|centre_m| kernel.power_minus_one(centre_m)),
             of_octave: std::array::from_fn(|i| octave(i)),
             series: binomial_series(law.p),
@@ -81,7 +83,8 @@ impl PowerTable {
 
     /// Whether the tables do not hold an overlap in metres.
     pub(crate) fn is_outside(&self, overlap_m: f64) -> bool {
-        overlap_m < self.range_m[0] || overlap_m > self.range_m[1]
+        let place = (overlap_m + self.kernel.delta_0_m) * self.kernel.inverse_delta_0_per_m;
+        place.to_bits().wrapping_sub(self.first_place) >= self.n_places
     }
 }
 
@@ -106,8 +109,6 @@ pub(crate) struct TableLanes<'a, S: Simd, const U: usize> {
     delta_0_m: Lanes<S, U>,
     per_delta_0: Lanes<S, U>,
     f_0_n: Lanes<S, U>,
-    low_m: Lanes<S, U>,
-    high_m: Lanes<S, U>,
 }
 
 impl<'a, S: Simd, const U: usize> TableLanes<'a, S, U> {
@@ -119,36 +120,29 @@ impl<'a, S: Simd, const U: usize> TableLanes<'a, S, U> {
             delta_0_m: splat(table.kernel.delta_0_m),
             per_delta_0: splat(table.kernel.inverse_delta_0_per_m),
             f_0_n: splat(table.kernel.f_0_n),
-            low_m: splat(table.range_m[0]),
-            high_m: splat(table.range_m[1]),
         }
     }
 
-    /// One in the lanes whose overlap the tables do not hold, else zero.
+    /// Contact forces in newtons at overlaps in metres; and one in the lanes that the tables do not hold, whose force has no
+    /// meaning, else zero.
     #[inline(always)]
-    pub(crate) fn outside(&self, overlap_m: Lanes<S, U>) -> Lanes<S, U> {
-        let (zero, one) = (overlap_m.constant(0.0), overlap_m.constant(1.0));
-        overlap_m.select_less(self.low_m, one, self.high_m.select_less(overlap_m, one, zero))
-    }
-
-    /// Contact forces in newtons at overlaps in metres; of no meaning for those outside the tables.
-    #[inline(always)]
-    pub(crate) fn force(&self, overlap_m: Lanes<S, U>) -> Lanes<S, U> {
-        const BELOW_FIRST: u64 = FIRST - (MIDDLE << FRACTION);
+    pub(crate) fn force(&self, overlap_m: Lanes<S, U>) -> (Lanes<S, U>, Lanes<S, U>) {
         let table = self.table;
-        let one = overlap_m.constant(1.0);
+        let (zero, one) = (overlap_m.constant(0.0), overlap_m.constant(1.0));
         let total_m = overlap_m + self.delta_0_m;
-        let place = (total_m * self.per_delta_0).bits_less(BELOW_FIRST);
+        let ratio = total_m * self.per_delta_0;
+        let outside = ratio.bits_less(table.first_place).select_bits_below(table.n_places, zero, one);
+        let place = ratio.bits_less(FIRST - (MIDDLE << FRACTION));
         let inverse_power = place.and_bits(0xfff << FRACTION).less_bits(ONE + (MIDDLE << FRACTION));
-        let away_m = total_m.mul_add(inverse_power, overlap_m.constant(0.0) - self.delta_0_m);
+        let away_m = total_m.mul_add(inverse_power, zero - self.delta_0_m);
         let beyond_m = inverse_power.select_equal(one, overlap_m, away_m);
         let t =
-            (beyond_m - place.look_up::<PART>(&table.centre_m)) * place.look_up::<PART>(&table.scale_per_m);
+            beyond_m.mul_add(place.look_up::<PART>(&table.scale_per_m), place.look_up::<PART>(&table.shift));
         let octave = place.look_up::<FRACTION>(&table.of_octave);
         let centre = place.look_up::<PART>(&table.of_centre);
         let factor_minus_one = octave.mul_add(centre, octave + centre);
         let change = t * series(&table.series, t);
-        self.f_0_n * (factor_minus_one + one).mul_add(change, factor_minus_one)
+        (self.f_0_n * (factor_minus_one + one).mul_add(change, factor_minus_one), outside)
     }
 }
 
@@ -183,7 +177,7 @@ impl WithSimd for Outside<'_> {
         let pairs = left.iter().zip(right);
         for (force, (left, right)) in S::as_mut_simd_f64s(force_n).0.iter_mut().zip(pairs) {
             let overlap_m = Lanes::new(simd, [*left]) - Lanes::new(simd, [*right]);
-            let outside = fast.outside(overlap_m);
+            let outside = fast.force(overlap_m).1;
             if outside.largest() > 0.0 {
                 let zero = outside.constant(0.0);
                 let found = zero.select_less(outside, general.force(overlap_m), Lanes::new(simd, [*force]));
@@ -207,7 +201,7 @@ mod tests {
         #[inline(always)]
         fn with_simd<S: Simd>(self, simd: S) -> Vec<f64> {
             let law = TableLanes::<S, 1>::new(simd, self.0);
-            let force = |overlap_m: &f64| law.force(Lanes::splat(simd, *overlap_m)).first();
+            let force = |overlap_m: &f64| law.force(Lanes::splat(simd, *overlap_m)).0.first();
             self.1.iter().map(force).collect()
         }
     }
