@@ -55,6 +55,7 @@
 //!
 //! Pixel (0, 0) is the centre of the top left pixel; x points right, y down.
 
+mod bias;
 mod error;
 mod evidence;
 mod field;

@@ -161,6 +161,6 @@ mod tests {
         for name in METHODS {
             assert_eq!(name.parse::<Method>().unwrap().to_string(), *name);
         }
-        assert_eq!(Method::default().to_string(), "icgn-cubic-moms-affine");
+        assert_eq!(Method::default().to_string(), "icgn-cubic-affine");
     }
 }

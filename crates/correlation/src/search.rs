@@ -157,13 +157,19 @@ impl Template {
         Self::new(side, side, [-(half as f64); 2], values)
     }
 
-    fn new(width: usize, height: usize, first_px: [f64; 2], values: Vec<f32>) -> Self {
+    /// Values of a rectangle, row by row.
+    pub(crate) fn new(width: usize, height: usize, first_px: [f64; 2], values: Vec<f32>) -> Self {
         let energy = values.iter().map(|&value| f64::from(value).powi(2)).sum();
         Self { width, height, first_px, values, energy }
     }
 
+    /// Columns and rows.
+    pub(crate) fn size(&self) -> [usize; 2] {
+        [self.width, self.height]
+    }
+
     /// Sum of the values times the pixels under them.
-    fn correlate(&self, width: usize, pixels: &[f32]) -> f64 {
+    pub(crate) fn correlate(&self, width: usize, pixels: &[f32]) -> f64 {
         vectorised(
             #[inline(always)]
             || {
