@@ -170,6 +170,11 @@ impl GradientFilter {
         }
     }
 
+    /// The smoothed pixels of a part, less the reference's level.
+    pub(crate) fn smooth(&self, reference: &Reference, part: Region) -> Vec<f32> {
+        filtered(reference, part, &self.smoothing, &self.smoothing)
+    }
+
     fn apply(&self, reference: &Reference, part: Region) -> Gradient {
         let x = filtered(reference, part, &self.derivative, &self.smoothing);
         let y = filtered(reference, part, &self.smoothing, &self.derivative);
