@@ -137,14 +137,23 @@ impl PreparedSubset {
         if found.zncc < self.settings.min_zncc {
             return Err(Stop::Lost(Lost::LowCorrelation));
         }
-        let [sigma_x, sigma_y] = sigma_px(self, warp, &self.residual(found, workspace));
-        let [x, y] = warp.position_px;
-        let (x_px, y_px) = (Estimate::new(x, sigma_x), Estimate::new(y, sigma_y));
+        let [noise_x, noise_y] = sigma_px(self, warp, &self.residual(found, workspace));
+        let [bias_x, bias_y] = self.bias.sigma_px();
+        let [x, y] = self.without_bias(warp);
+        let (x_px, y_px) = (Estimate::new(x, noise_x.hypot(bias_x)), Estimate::new(y, noise_y.hypot(bias_y)));
         Ok(Match {
             position: Position { x_px, y_px, zncc: found.zncc, iterations },
             gradient: warp.gradient,
             curvature: warp.curvature,
         })
+    }
+
+    /// The position without what interpolation adds to it.
+    fn without_bias(&self, warp: &Warp) -> [f64; 2] {
+        let [dx, dy] = self.bias.at(warp, self.lattice());
+        let [ux, uy, vx, vy] = warp.gradient;
+        let [x, y] = warp.position_px;
+        [x + (1.0 + ux) * dx + uy * dy, y + vx * dx + (1.0 + vy) * dy]
     }
 
     /// Whether the warped subset can be sampled from the window.

@@ -55,6 +55,7 @@
 //!
 //! Pixel (0, 0) is the centre of the top left pixel; x points right, y down.
 
+mod bias;
 mod error;
 mod evidence;
 mod field;
@@ -71,17 +72,22 @@ mod mask;
 mod method;
 mod moments;
 mod normal;
+#[cfg(feature = "opencv")]
+mod opencv_refine;
 mod predict;
 mod prefilter;
 mod prepared;
 mod reference;
+mod refine;
 mod sample;
 mod search;
 mod self_test;
 mod settings;
+mod shift;
 mod simd;
 mod subset_size;
 mod sums;
+mod template;
 mod track;
 mod uncertainty;
 mod warp;

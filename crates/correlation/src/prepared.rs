@@ -1,10 +1,12 @@
 use chainwave_measurement::{Lost, Region, Subset};
 
+use crate::bias::InterpolationBias;
 use crate::gradient;
-use crate::moments::Places;
+use crate::moments::{Places, TERMS};
 use crate::normal::{Images, NormalEquations, ReferenceNoise};
 use crate::reference::pixel_bounds;
 use crate::sample::Lattice;
+use crate::search::Template;
 use crate::simd::LANES;
 use crate::uncertainty::UnitCovariance;
 use crate::warp::{MAX_PARAMETERS, Warp};
@@ -61,6 +63,8 @@ pub struct PreparedSubset {
     pub(crate) noise_variance: f64,
     /// Frames behind the reference.
     pub(crate) n_averaged: f64,
+    /// What interpolation adds to the displacement.
+    pub(crate) bias: InterpolationBias,
 }
 
 /// Least share of signal in the energy of the grey values, and in that of the gradient along each axis. A patch of pure
@@ -116,12 +120,36 @@ impl PreparedSubset {
             mean,
             n_averaged: reference.n_averaged() as f64,
         };
-        let subset = Self::from_crop(crop, plain.each_ref().map(Vec::as_slice), noise, settings)?;
+        let mut subset = Self::from_crop(crop, plain.each_ref().map(Vec::as_slice), noise, settings)?;
         let sigma_px = (variance * subset.covariance.largest_signal()).sqrt();
         if sigma_px.is_nan() || sigma_px > LARGEST_REFERENCE_SIGMA_PX {
             return Err(Lost::NoTexture);
         }
+        let first = part.first_in_image();
+        subset.bias = InterpolationBias::new(reference, first, subset.steps(), settings.interpolation);
         Ok(subset)
+    }
+
+    /// The displacement of the centre along x and y that a unit of each pixel's grey value makes: M^-1 Z'.
+    fn steps(&self) -> [Template; 2] {
+        let n_terms = self.settings.shape.n_terms();
+        [0, n_terms].map(|parameter| {
+            let row = &self.inverse[parameter];
+            let along = |axis: usize, x: f64, y: f64| -> f64 {
+                let of = |term: usize| row[axis * n_terms + term] * monomial_of(TERMS[term], x, y);
+                (0..n_terms).map(of).sum()
+            };
+            let projected = |i: usize| self.projections.iter().zip(row).map(|(p, m)| p[i] * m).sum::<f64>();
+            let [mean, slope] = [0, 1].map(projected);
+            let step = |i: usize| {
+                let (x, y) = (f64::from(self.columns[i]), f64::from(self.rows[i]));
+                let gradients = f64::from(self.gradient_x[i]) * along(0, x, y)
+                    + f64::from(self.gradient_y[i]) * along(1, x, y);
+                let own = mean * f64::from(self.weights[i]) + slope * f64::from(self.intensity[i]);
+                (gradients - own) as f32
+            };
+            Template::new(self.width, self.height, self.first_px, (0..self.n_pixels()).map(step).collect())
+        })
     }
 
     /// A subset from its images and their noise.
@@ -171,6 +199,7 @@ impl PreparedSubset {
             covariance: normal.unit_covariance(),
             noise_variance: noise.variance,
             n_averaged: crop.n_averaged,
+            bias: InterpolationBias::default(),
         })
     }
 
@@ -239,6 +268,10 @@ impl PreparedSubset {
     }
 }
 
+fn monomial_of([i, j]: [usize; 2], x: f64, y: f64) -> f64 {
+    x.powi(i as i32) * y.powi(j as i32)
+}
+
 /// The mean of the pixels that count.
 fn mean_of_used(grey: &[f32], weights: &[f32]) -> f64 {
     let add = |[sum, n]: [f64; 2], (&value, &weight): (&f32, &f32)| {
@@ -302,6 +335,11 @@ impl Part {
     fn first_px(&self, subset: &Subset) -> [f64; 2] {
         let (column, row) = (self.region.x + self.column, self.region.y + self.row);
         [column as f64 - subset.x_px, row as f64 - subset.y_px]
+    }
+
+    /// Column and row of the first pixel in the image.
+    fn first_in_image(&self) -> [i64; 2] {
+        [(self.region.x + self.column) as i64, (self.region.y + self.row) as i64]
     }
 
     /// The subset's part of an image of the reference's size.

@@ -123,6 +123,13 @@ impl Reference {
         self.gradients.get_or_init(|| Gradients::of(self))
     }
 
+    /// The pixels smoothed as their noise requires.
+    pub(crate) fn without_noise(&self) -> Vec<f32> {
+        let mut smooth = self.gradients().filter.smooth(self, self.region);
+        smooth.iter_mut().for_each(|value| *value += self.level as f32);
+        smooth
+    }
+
     /// Whether each pixel saturates or is no number.
     pub(crate) fn invalid(&self) -> &[bool] {
         &self.invalid

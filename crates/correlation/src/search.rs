@@ -91,6 +91,35 @@ impl Scene {
         })
     }
 
+    /// The correlation where the template's centre lies at a place, on whole pixels of the scene; `None` beyond it.
+    pub(crate) fn zncc_at(&self, template: &Template, place_px: [f64; 2]) -> Option<f64> {
+        let Region { x, y, width, height } = self.region;
+        let index = |axis: usize, first: usize, n: usize, size: usize| {
+            let index = (place_px[axis] + template.first_px[axis]).round() - first as f64;
+            (index >= 0.0 && index + size as f64 <= n as f64).then_some(index as usize)
+        };
+        let (column, row) = (index(0, x, width, template.width)?, index(1, y, height, template.height)?);
+        let variation = self.table.variation(column, row, template.width, template.height);
+        let covariance = template.correlate(width, &self.pixels[row * width + column..]);
+        Some(covariance / (variation * template.energy).sqrt())
+    }
+
+    /// Where the scene lies, and its pixels less a level.
+    #[cfg(feature = "opencv")]
+    pub(crate) fn pixels(&self) -> (Region, &[f32]) {
+        (self.region, &self.pixels)
+    }
+
+    /// The pixels of a rectangle, row by row; `None` where it reaches beyond the scene.
+    #[cfg(feature = "opencv")]
+    pub(crate) fn part(&self, [left, top]: [i64; 2], width: usize, height: usize) -> Option<Vec<f32>> {
+        let column = usize::try_from(left - self.region.x as i64).ok()?;
+        let row = usize::try_from(top - self.region.y as i64).ok()?;
+        let inside = column + width <= self.region.width && row + height <= self.region.height;
+        let rows = self.pixels.chunks_exact(self.region.width).skip(row).take(height);
+        inside.then(|| rows.flat_map(|row| row[column..column + width].iter().copied()).collect())
+    }
+
     /// The best place and angle of the turned subset.
     pub(crate) fn find_turned(&self, subset: &PreparedSubset) -> Option<Warp> {
         let mut best: Option<(f64, Warp)> = None;
@@ -157,13 +186,19 @@ impl Template {
         Self::new(side, side, [-(half as f64); 2], values)
     }
 
-    fn new(width: usize, height: usize, first_px: [f64; 2], values: Vec<f32>) -> Self {
+    /// Values of a rectangle, row by row.
+    pub(crate) fn new(width: usize, height: usize, first_px: [f64; 2], values: Vec<f32>) -> Self {
         let energy = values.iter().map(|&value| f64::from(value).powi(2)).sum();
         Self { width, height, first_px, values, energy }
     }
 
+    /// Columns and rows.
+    pub(crate) fn size(&self) -> [usize; 2] {
+        [self.width, self.height]
+    }
+
     /// Sum of the values times the pixels under them.
-    fn correlate(&self, width: usize, pixels: &[f32]) -> f64 {
+    pub(crate) fn correlate(&self, width: usize, pixels: &[f32]) -> f64 {
         vectorised(
             #[inline(always)]
             || {

@@ -29,7 +29,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             shape: Shape::Affine,
-            interpolation: Interpolation::CubicMoms,
+            interpolation: Interpolation::Cubic,
             convergence_px: 1e-3,
             max_iterations: 30,
             min_zncc: 0.6,

@@ -344,7 +344,7 @@ const SLACK_PX: f64 = 1.0;
 
 /// The pixels around a warped subset that interpolation, its prefilter and the slack need, inside the frame, and how many
 /// of the first and last columns only the prefilter does.
-fn window_around(
+pub(crate) fn window_around(
     subset: &PreparedSubset,
     warp: &Warp,
     width: usize,
