@@ -185,20 +185,40 @@ fn by_table<S: Simd, const U: usize>(
     force_n: &mut [f64],
 ) -> (usize, f64) {
     let law = TableLanes::<S, U>::new(simd, table);
-    let mut n_outside = Lanes::<S, U>::splat(simd, 0.0);
-    let done = over_row(
-        simd,
-        from,
-        x_m,
-        force_n,
-        #[inline(always)]
-        |_, overlap| {
-            let (force, outside) = law.force(overlap);
-            n_outside = n_outside + outside;
-            force
-        },
-    );
-    (done, n_outside.total())
+    let overlaps = Overlaps::<S, U>::of(x_m, from, force_n.len());
+    let (out, _) = S::as_mut_simd_f64s(force_n);
+    let blocks = out[from..].as_chunks_mut::<U>().0;
+    let Some(last) = blocks.len().checked_sub(1) else { return (from, 0.0) };
+    let (mut placed, mut n_outside) = law.place(overlaps.block(simd, 0));
+    // Places of one block beside forces of the one before: the machine waits half as long for either.
+    for i in 0..last {
+        let (next, outside) = law.place(overlaps.block(simd, i + 1));
+        blocks[i] = law.force(placed).values();
+        n_outside = n_outside + outside;
+        placed = next;
+    }
+    blocks[last] = law.force(placed).values();
+    (from + U * blocks.len(), n_outside.total())
+}
+
+/// The overlaps of a row's gaps, as blocks of vectors.
+struct Overlaps<'a, S: Simd, const U: usize> {
+    left: &'a [[S::f64s; U]],
+    right: &'a [[S::f64s; U]],
+}
+
+impl<'a, S: Simd, const U: usize> Overlaps<'a, S, U> {
+    /// Of the first `n` gaps, from vector number `from` on.
+    #[inline(always)]
+    fn of(x_m: &'a [f64], from: usize, n: usize) -> Self {
+        let (left, right) = (S::as_simd_f64s(&x_m[..n]).0, S::as_simd_f64s(&x_m[1..=n]).0);
+        Self { left: left[from..].as_chunks().0, right: right[from..].as_chunks().0 }
+    }
+
+    #[inline(always)]
+    fn block(&self, simd: S, i: usize) -> Lanes<S, U> {
+        Lanes::new(simd, self.left[i]) - Lanes::new(simd, self.right[i])
+    }
 }
 
 #[inline(always)]
@@ -229,21 +249,14 @@ fn over_row<S: Simd, const U: usize>(
     from: usize,
     x_m: &[f64],
     row: &mut [f64],
-    mut of_overlap: impl FnMut(usize, Lanes<S, U>) -> Lanes<S, U>,
+    of_overlap: impl Fn(usize, Lanes<S, U>) -> Lanes<S, U>,
 ) -> usize {
-    let n = row.len();
-    let (out, _) = S::as_mut_simd_f64s(row);
-    let (left, _) = S::as_simd_f64s(&x_m[..n]);
-    let (right, _) = S::as_simd_f64s(&x_m[1..=n]);
-    let blocks = out[from..].as_chunks_mut::<U>().0.iter_mut();
-    let pairs = left[from..].as_chunks::<U>().0.iter().zip(right[from..].as_chunks::<U>().0);
-    let mut first = from;
-    for (block, (left, right)) in blocks.zip(pairs) {
-        let overlap = Lanes::new(simd, *left) - Lanes::new(simd, *right);
-        *block = of_overlap(first, overlap).values();
-        first += U;
+    let overlaps = Overlaps::<S, U>::of(x_m, from, row.len());
+    let blocks = S::as_mut_simd_f64s(row).0[from..].as_chunks_mut::<U>().0;
+    for (i, block) in blocks.iter_mut().enumerate() {
+        *block = of_overlap(from + U * i, overlaps.block(simd, i)).values();
     }
-    first
+    from + U * blocks.len()
 }
 
 impl PowerGaps {
