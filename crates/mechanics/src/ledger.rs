@@ -179,8 +179,10 @@ impl WithSimd for BookGaps<'_> {
                 }
             }
             let beyond = simd.less_than_f64s(after, *limit);
-            let within = simd.select_f64s(simd.less_than_f64s(before, *limit), zero, one);
-            passes = simd.add_f64s(passes, simd.select_f64s(beyond, within, zero));
+            if simd.first_true_m64s(beyond) < S::F64_LANES {
+                let within = simd.select_f64s(simd.less_than_f64s(before, *limit), zero, one);
+                passes = simd.add_f64s(passes, simd.select_f64s(beyond, within, zero));
+            }
             *least = simd.min_f64s(*least, after);
             *most = simd.max_f64s(*most, after);
         }

@@ -163,12 +163,17 @@ pub(crate) struct Placed<S: Simd, const U: usize> {
 /// The series' sum, in pairs (G. Estrin's scheme).
 #[inline(always)]
 fn series<S: Simd, const U: usize>(terms: &[f64; TERMS], t: Lanes<S, U>) -> Lanes<S, U> {
-    let pair = |i: usize| t.constant(terms[i + 1]).mul_add(t, t.constant(terms[i]));
     let square = t * t;
     let fourth = square * square;
-    let low = pair(2).mul_add(square, pair(0));
-    let middle = pair(6).mul_add(square, pair(4));
-    pair(8).mul_add(fourth, middle).mul_add(fourth, low)
+    let low = pair(terms, t, 2).mul_add(square, pair(terms, t, 0));
+    let middle = pair(terms, t, 6).mul_add(square, pair(terms, t, 4));
+    pair(terms, t, 8).mul_add(fourth, middle).mul_add(fourth, low)
+}
+
+/// Two neighbouring terms, over the power of t that they share.
+#[inline(always)]
+fn pair<S: Simd, const U: usize>(terms: &[f64; TERMS], t: Lanes<S, U>, i: usize) -> Lanes<S, U> {
+    t.constant(terms[i + 1]).mul_add(t, t.constant(terms[i]))
 }
 
 /// Computes anew, by the general kernel, what the tables do not hold.
