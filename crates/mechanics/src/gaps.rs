@@ -165,40 +165,61 @@ impl Gaps {
 /// The forces of the same law in every gap; `idle` gaps may hold anything.
 #[inline(always)]
 fn same_power<S: Simd>(simd: S, table: &PowerTable, x_m: &[f64], idle: Idle, force_n: &mut [f64]) {
-    let (done, some_outside) = by_table::<S, SIDE_BY_SIDE>(simd, table, x_m, 0, force_n);
-    let (_, more_outside) = by_table::<S, 1>(simd, table, x_m, done, force_n);
+    let n_outside = if force_n.len() >= SIDE_BY_SIDE * S::F64_LANES {
+        by_table::<S, SIDE_BY_SIDE>(simd, table, x_m, force_n)
+    } else {
+        by_table::<S, 1>(simd, table, x_m, force_n)
+    };
     let expected = idle.iter().flatten().filter(|gap| **gap < force_n.len());
     let expected = expected.filter(|gap| table.is_outside(x_m[**gap] - x_m[**gap + 1])).count();
-    if some_outside + more_outside > expected as f64 {
+    if n_outside > expected as f64 {
         simd.vectorize(Outside { table, x_m, force_n });
     }
 }
 
-/// Forces by the table, `U` vectors of gaps at a time from vector number `from` on; returns the number of vectors before what
-/// is left over, and how many gaps the table does not hold.
+/// Forces by the table, `U` vectors of gaps at a time; returns how many gaps the table does not hold, or more. The last block
+/// goes over gaps already done where vectors are left over.
 #[inline(always)]
-fn by_table<S: Simd, const U: usize>(
-    simd: S,
-    table: &PowerTable,
-    x_m: &[f64],
-    from: usize,
-    force_n: &mut [f64],
-) -> (usize, f64) {
+fn by_table<S: Simd, const U: usize>(simd: S, table: &PowerTable, x_m: &[f64], force_n: &mut [f64]) -> f64 {
     let law = TableLanes::<S, U>::new(simd, table);
-    let mut n_outside = Lanes::<S, U>::splat(simd, 0.0);
-    let done = over_row(
-        simd,
-        from,
-        x_m,
-        force_n,
-        #[inline(always)]
-        |_, overlap| {
-            let (force, outside) = law.force(overlap);
-            n_outside = n_outside + outside;
-            force
-        },
-    );
-    (done, n_outside.total())
+    let n = force_n.len();
+    let (left, right) = (S::as_simd_f64s(&x_m[..n]).0, S::as_simd_f64s(&x_m[1..=n]).0);
+    let (out, _) = S::as_mut_simd_f64s(force_n);
+    let Some(last) = out.len().checked_sub(U) else { return 0.0 };
+    let (mut placed, mut n_outside) = law.place(overlaps(simd, left, right, 0));
+    // Places of one block beside forces of the one before: the machine waits half as long for either.
+    let mut done = 0;
+    while done < last {
+        let next = (done + U).min(last);
+        let (next_placed, outside) = law.place(overlaps(simd, left, right, next));
+        store(law.force(placed), &mut out[done..]);
+        n_outside = n_outside + outside;
+        (placed, done) = (next_placed, next);
+    }
+    store(law.force(placed), &mut out[last..]);
+    n_outside.total()
+}
+
+/// The overlaps of `U` vectors of gaps from vector number `first` on.
+#[inline(always)]
+fn overlaps<S: Simd, const U: usize>(
+    simd: S,
+    left: &[S::f64s],
+    right: &[S::f64s],
+    first: usize,
+) -> Lanes<S, U> {
+    let mut overlap = Lanes::splat(simd, 0.0);
+    overlap.load(&left[first..first + U]);
+    let mut neighbour = overlap;
+    neighbour.load(&right[first..first + U]);
+    overlap - neighbour
+}
+
+#[inline(always)]
+fn store<S: Simd, const U: usize>(values: Lanes<S, U>, out: &mut [S::f64s]) {
+    for (out, value) in out[..U].iter_mut().zip(values.values()) {
+        *out = value;
+    }
 }
 
 #[inline(always)]
@@ -229,21 +250,16 @@ fn over_row<S: Simd, const U: usize>(
     from: usize,
     x_m: &[f64],
     row: &mut [f64],
-    mut of_overlap: impl FnMut(usize, Lanes<S, U>) -> Lanes<S, U>,
+    of_overlap: impl Fn(usize, Lanes<S, U>) -> Lanes<S, U>,
 ) -> usize {
     let n = row.len();
-    let (out, _) = S::as_mut_simd_f64s(row);
-    let (left, _) = S::as_simd_f64s(&x_m[..n]);
-    let (right, _) = S::as_simd_f64s(&x_m[1..=n]);
-    let blocks = out[from..].as_chunks_mut::<U>().0.iter_mut();
-    let pairs = left[from..].as_chunks::<U>().0.iter().zip(right[from..].as_chunks::<U>().0);
-    let mut first = from;
-    for (block, (left, right)) in blocks.zip(pairs) {
-        let overlap = Lanes::new(simd, *left) - Lanes::new(simd, *right);
-        *block = of_overlap(first, overlap).values();
-        first += U;
+    let (left, right) = (S::as_simd_f64s(&x_m[..n]).0, S::as_simd_f64s(&x_m[1..=n]).0);
+    let blocks = S::as_mut_simd_f64s(row).0[from..].as_chunks_mut::<U>().0;
+    for (i, block) in blocks.iter_mut().enumerate() {
+        let first = from + U * i;
+        *block = of_overlap(first, overlaps(simd, left, right, first)).values();
     }
-    first
+    from + U * blocks.len()
 }
 
 impl PowerGaps {

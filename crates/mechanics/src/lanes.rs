@@ -308,7 +308,11 @@ impl<S: Simd, const U: usize> Lanes<S, U> {
     /// The sum of whole numbers, which no order changes.
     #[inline(always)]
     pub(crate) fn total(self) -> f64 {
-        self.values.iter().map(|vector| self.simd.reduce_sum_f64s(*vector)).sum()
+        let mut total = 0.0;
+        for vector in self.values {
+            total += self.simd.reduce_sum_f64s(vector);
+        }
+        total
     }
 }
 

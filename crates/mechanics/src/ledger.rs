@@ -1,6 +1,7 @@
 use pulp::{Simd, WithSimd};
 
 use crate::{
+    course::Course,
     integrator::Step,
     lanes::{PADDING, vectorised},
     model::Model,
@@ -130,9 +131,10 @@ impl Ledger {
     }
 
     fn book_peak(&mut self, model: &Model<'_>, ends: [&State; 2], step: Step, gap: usize) {
-        let [before, after] = Course::of_gap(model, ends, gap);
-        let (part, peak_m) = peak_between(before, after, step.h_s);
-        if peak_m > self.most_m[gap] || (peak_m >= self.most_m[gap] && before.rate_m_per_s > 0.0) {
+        let course = Course::of_gap(model, ends, step.h_s, gap);
+        let part = course.turn();
+        let peak_m = course.overlap_m(part);
+        if peak_m > self.most_m[gap] || (peak_m >= self.most_m[gap] && course.rate_m_per_s(0.0) > 0.0) {
             self.most_m[gap] = peak_m;
             self.most_at_s[gap] = step.time_s + part * step.h_s;
         }
@@ -179,8 +181,10 @@ impl WithSimd for BookGaps<'_> {
                 }
             }
             let beyond = simd.less_than_f64s(after, *limit);
-            let within = simd.select_f64s(simd.less_than_f64s(before, *limit), zero, one);
-            passes = simd.add_f64s(passes, simd.select_f64s(beyond, within, zero));
+            if simd.first_true_m64s(beyond) < S::F64_LANES {
+                let within = simd.select_f64s(simd.less_than_f64s(before, *limit), zero, one);
+                passes = simd.add_f64s(passes, simd.select_f64s(beyond, within, zero));
+            }
             *least = simd.min_f64s(*least, after);
             *most = simd.max_f64s(*most, after);
         }
@@ -204,73 +208,5 @@ impl<'a, S: Simd> Neighbours<'a, S> {
     #[inline(always)]
     fn difference(&self, simd: S, vector: usize) -> S::f64s {
         simd.sub_f64s(self.left[vector], self.right[vector])
-    }
-}
-
-/// Overlap of a gap with its first two derivatives in time.
-#[derive(Debug, Clone, Copy)]
-struct Course {
-    overlap_m: f64,
-    rate_m_per_s: f64,
-    bend_m_per_s2: f64,
-}
-
-impl Course {
-    /// At both ends of a step.
-    fn of_gap(model: &Model<'_>, ends: [&State; 2], gap: usize) -> [Self; 2] {
-        let bends_m_per_s2 = model.closing_m_per_s2(ends, gap);
-        std::array::from_fn(|end| Self {
-            overlap_m: ends[end].x_m[gap] - ends[end].x_m[gap + 1],
-            rate_m_per_s: ends[end].v_m_per_s[gap] - ends[end].v_m_per_s[gap + 1],
-            bend_m_per_s2: bends_m_per_s2[end],
-        })
-    }
-}
-
-/// Corrections of a turn's place by Newton's method; at a turn the overlap changes with the square of what is left.
-const CORRECTIONS: u32 = 5;
-
-/// The turning point of the quintic through both courses, as a part of the step and an overlap, which makes the peak independent of where the steps fall, to sixth
-/// order in the step.
-fn peak_between(before: Course, after: Course, h_s: f64) -> (f64, f64) {
-    let change = after.overlap_m - before.overlap_m;
-    let (v_0, v_1) = (h_s * before.rate_m_per_s, h_s * after.rate_m_per_s);
-    let (a_0, a_1) = (h_s * h_s * before.bend_m_per_s2, h_s * h_s * after.bend_m_per_s2);
-    let cube = 10.0 * change - 6.0 * v_0 - 4.0 * v_1 - 1.5 * a_0 + 0.5 * a_1;
-    let fourth = -15.0 * change + 8.0 * v_0 + 7.0 * v_1 + 1.5 * a_0 - a_1;
-    let fifth = 6.0 * change - 3.0 * (v_0 + v_1) - 0.5 * (a_0 - a_1);
-    let mut s = v_0 / (v_0 - v_1);
-    for _ in 0..CORRECTIONS {
-        let rate = v_0 + s * (a_0 + s * (3.0 * cube + s * (4.0 * fourth + s * 5.0 * fifth)));
-        let bend = a_0 + s * (6.0 * cube + s * (12.0 * fourth + s * 20.0 * fifth));
-        let next = s - rate / bend;
-        s = if next > 0.0 && next < 1.0 { next } else { s };
-    }
-    (s, before.overlap_m + s * (v_0 + s * (0.5 * a_0 + s * (cube + s * (fourth + s * fifth)))))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_peak_of_a_quintic_is_found() {
-        // x = 1 + 2 t - t^2 - t^3 + t^5 / 10 turns where 2 - 2 t - 3 t^2 + t^4 / 2 = 0, in [0, 1] near t = 0.56.
-        let course = |t: f64| Course {
-            overlap_m: 1.0 + t * (2.0 - t * (1.0 + t * (1.0 - t * t / 10.0))),
-            rate_m_per_s: 2.0 - t * (2.0 + t * (3.0 - t * t / 2.0)),
-            bend_m_per_s2: -2.0 - t * (6.0 - 2.0 * t * t),
-        };
-        let mut t = 0.56;
-        for _ in 0..20 {
-            t -= course(t).rate_m_per_s / course(t).bend_m_per_s2;
-        }
-        let peak_m = course(t).overlap_m;
-        for (start, end) in [(0.0, 1.0), (0.5, 0.7), (0.55, 0.9)] {
-            let (part, found_m) = peak_between(course(start), course(end), end - start);
-            assert!((start + part * (end - start) - t).abs() < 1e-9);
-            // A few roundings of numbers near 2.
-            assert!((found_m - peak_m).abs() < 2e-15, "{start} {end}: {found_m} {peak_m}");
-        }
     }
 }

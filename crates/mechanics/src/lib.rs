@@ -21,6 +21,7 @@ mod automatic;
 mod chain;
 mod check;
 mod contact;
+mod course;
 mod error;
 mod front;
 mod gaps;

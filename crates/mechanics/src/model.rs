@@ -308,11 +308,31 @@ impl StrikerContact {
         spring_n.min(self.spring.force_n(overlap_m) + self.damping_kg_per_s * closing_m_per_s)
     }
 
+    /// A lower bound of the contact force in compression, in newtons, without a power.
+    fn at_least_n(&self, overlap_m: f64, closing_m_per_s: f64) -> f64 {
+        let spring_n = self.k_0_n_per_m * overlap_m / (1.0 + overlap_m / self.softening_m);
+        spring_n + self.damping_kg_per_s * closing_m_per_s
+    }
+
+    /// A force in newtons that falls to zero as a switch comes near, without a power.
+    pub(crate) fn distance_n(&self, touching: bool, (overlap_m, closing_m_per_s): (f64, f64)) -> f64 {
+        let spring_n = self.k_0_n_per_m * overlap_m;
+        if touching { spring_n.min(self.at_least_n(overlap_m, closing_m_per_s)) } else { -spring_n }
+    }
+
+    /// Whether the contact is so far from a switch at both ends of a step, given its overlap and closing there, that the rates
+    /// at the ends do not lead to one in between.
+    pub(crate) fn stays(&self, touching: bool, ends: [(f64, f64); 2], h_s: f64) -> bool {
+        let fastest_m_per_s = ends[0].1.abs().max(ends[1].1.abs());
+        let change_n = self.damping_kg_per_s * (ends[1].1 - ends[0].1).abs();
+        let reach_n = self.k_0_n_per_m * h_s * fastest_m_per_s + if touching { change_n } else { 0.0 };
+        ends.iter().all(|end| self.distance_n(touching, *end) > reach_n)
+    }
+
     /// Whether [`StrikerContact::margin_n`] contradicts how the contact is held, without the force where it cannot matter.
     pub(crate) fn must_switch(&self, touching: bool, overlap_m: f64, closing_m_per_s: f64) -> bool {
         let surely_open = overlap_m < 0.0;
-        let at_least_n = self.k_0_n_per_m * overlap_m / (1.0 + overlap_m / self.softening_m);
-        let surely_closed = overlap_m > 0.0 && at_least_n + closing_m_per_s * self.damping_kg_per_s > 0.0;
+        let surely_closed = overlap_m > 0.0 && self.at_least_n(overlap_m, closing_m_per_s) > 0.0;
         match touching {
             true if surely_open => true,
             true if surely_closed => false,

@@ -12,18 +12,18 @@ use crate::lanes::{Lanes, TABLE};
 /// where the first two factors come from tables, less one each, and the third from its binomial series. What keeps every
 /// digit of E = (S / delta_0)^p - 1:
 ///
-/// - for k = 0, t = Delta / (c delta_0) - (c - 1) / c, rounded once; its terms are no larger than E / p by more than a factor 3;
+/// - M - delta_0 = 2^(-k) Delta + (2^(-k) - 1) delta_0 is rounded once; for k = 0 it is the overlap itself;
+/// - t = (M - delta_0) / (c delta_0) - (c - 1) / c, rounded once, has terms that exceed it little where E is small;
 /// - the interval around S = delta_0 has its centre there, so that a small overlap is t itself;
 /// - T = 2^(k p) c^p is added up from T - 1, whose two parts do not cancel but for a factor below 3.
 ///
-/// The tables hold overlaps from -0.995 to 180 delta_0, less where the rule in tension begins before. What lies outside, and
+/// The tables hold overlaps from -0.97 to 180 delta_0, less where the rule in tension begins before. What lies outside, and
 /// any law whose exponent would want a longer series, goes through the general [`PowerKernel`], gap by gap.
 #[derive(Debug, Clone)]
+#[repr(C, align(64))]
 pub(crate) struct PowerTable {
-    kernel: PowerKernel,
-    /// Bits of the least S / delta_0 that the tables hold, and how many numbers from there on.
-    first_place: u64,
-    n_places: u64,
+    /// (2^(-k) - 1) delta_0 in metres, from k = -8 on.
+    octave_m: [f64; TABLE],
     /// 1 / (c delta_0) of each interval.
     scale_per_m: [f64; TABLE],
     /// (c - 1) / c, negative.
@@ -34,6 +34,10 @@ pub(crate) struct PowerTable {
     of_octave: [f64; TABLE],
     /// Coefficients of ((1 + t)^p - 1) / t.
     series: [f64; TERMS],
+    /// Bits of the least S / delta_0 that the tables hold, and how many numbers from there on.
+    first_place: u64,
+    n_places: u64,
+    kernel: PowerKernel,
 }
 
 /// Terms of the series; the next one is below 9e-17 of the sum for |t| <= 1/32.
@@ -41,7 +45,7 @@ const TERMS: usize = 10;
 /// Exponent up to which that holds.
 const LARGEST_EXPONENT: f64 = 4.0;
 /// Overlaps over delta_0 that the tables hold.
-const RANGE: [f64; 2] = [-0.995, 180.0];
+const RANGE: [f64; 2] = [-0.97, 180.0];
 /// The octave k = 0 in the tables.
 const MIDDLE: u64 = 8;
 /// Bits of a number below its exponent, and below its exponent and four more.
@@ -66,6 +70,7 @@ impl PowerTable {
         let n_places = if law.p <= LARGEST_EXPONENT { high.to_bits() - low.to_bits() } else { 0 };
         Self {
             first_place: low.to_bits(),
+            octave_m: std::array::from_fn(|i| (2.0_f64.powi(MIDDLE as i32 - i as i32) - 1.0) * law.delta_0_m),
             n_places,
             shift: std::array::from_fn(|i| -centre_m[i] * scale_per_m[i]),
             scale_per_m,
@@ -123,38 +128,52 @@ impl<'a, S: Simd, const U: usize> TableLanes<'a, S, U> {
         }
     }
 
-    /// Contact forces in newtons at overlaps in metres; and one in the lanes that the tables do not hold, whose force has no
-    /// meaning, else zero.
+    /// Finds the overlaps' places in the tables; and one in the lanes that these do not hold, else zero.
     #[inline(always)]
-    pub(crate) fn force(&self, overlap_m: Lanes<S, U>) -> (Lanes<S, U>, Lanes<S, U>) {
+    pub(crate) fn place(&self, overlap_m: Lanes<S, U>) -> (Placed<S, U>, Lanes<S, U>) {
         let table = self.table;
         let (zero, one) = (overlap_m.constant(0.0), overlap_m.constant(1.0));
-        let total_m = overlap_m + self.delta_0_m;
-        let ratio = total_m * self.per_delta_0;
+        let ratio = (overlap_m + self.delta_0_m) * self.per_delta_0;
         let outside = ratio.bits_less(table.first_place).select_bits_below(table.n_places, zero, one);
         let place = ratio.bits_less(FIRST - (MIDDLE << FRACTION));
         let inverse_power = place.and_bits(0xfff << FRACTION).less_bits(ONE + (MIDDLE << FRACTION));
-        let away_m = total_m.mul_add(inverse_power, zero - self.delta_0_m);
-        let beyond_m = inverse_power.select_equal(one, overlap_m, away_m);
+        let beyond_m = overlap_m.mul_add(inverse_power, place.look_up::<FRACTION>(&table.octave_m));
         let t =
             beyond_m.mul_add(place.look_up::<PART>(&table.scale_per_m), place.look_up::<PART>(&table.shift));
         let octave = place.look_up::<FRACTION>(&table.of_octave);
         let centre = place.look_up::<PART>(&table.of_centre);
-        let factor_minus_one = octave.mul_add(centre, octave + centre);
-        let change = t * series(&table.series, t);
-        (self.f_0_n * (factor_minus_one + one).mul_add(change, factor_minus_one), outside)
+        (Placed { t, factor_minus_one: octave.mul_add(centre, octave + centre) }, outside)
     }
+
+    /// Contact forces in newtons at overlaps in their places; of no meaning where the tables do not hold them.
+    #[inline(always)]
+    pub(crate) fn force(&self, placed: Placed<S, U>) -> Lanes<S, U> {
+        let Placed { t, factor_minus_one } = placed;
+        let change = t * series(&self.table.series, t);
+        self.f_0_n * (factor_minus_one + t.constant(1.0)).mul_add(change, factor_minus_one)
+    }
+}
+
+/// Overlaps by their places in the tables: t and T - 1.
+pub(crate) struct Placed<S: Simd, const U: usize> {
+    t: Lanes<S, U>,
+    factor_minus_one: Lanes<S, U>,
 }
 
 /// The series' sum, in pairs (G. Estrin's scheme).
 #[inline(always)]
 fn series<S: Simd, const U: usize>(terms: &[f64; TERMS], t: Lanes<S, U>) -> Lanes<S, U> {
-    let pair = |i: usize| t.constant(terms[i + 1]).mul_add(t, t.constant(terms[i]));
     let square = t * t;
     let fourth = square * square;
-    let low = pair(2).mul_add(square, pair(0));
-    let middle = pair(6).mul_add(square, pair(4));
-    pair(8).mul_add(fourth, middle).mul_add(fourth, low)
+    let low = pair(terms, t, 2).mul_add(square, pair(terms, t, 0));
+    let middle = pair(terms, t, 6).mul_add(square, pair(terms, t, 4));
+    pair(terms, t, 8).mul_add(fourth, middle).mul_add(fourth, low)
+}
+
+/// Two neighbouring terms, over the power of t that they share.
+#[inline(always)]
+fn pair<S: Simd, const U: usize>(terms: &[f64; TERMS], t: Lanes<S, U>, i: usize) -> Lanes<S, U> {
+    t.constant(terms[i + 1]).mul_add(t, t.constant(terms[i]))
 }
 
 /// Computes anew, by the general kernel, what the tables do not hold.
@@ -177,7 +196,7 @@ impl WithSimd for Outside<'_> {
         let pairs = left.iter().zip(right);
         for (force, (left, right)) in S::as_mut_simd_f64s(force_n).0.iter_mut().zip(pairs) {
             let overlap_m = Lanes::new(simd, [*left]) - Lanes::new(simd, [*right]);
-            let outside = fast.force(overlap_m).1;
+            let outside = fast.place(overlap_m).1;
             if outside.largest() > 0.0 {
                 let zero = outside.constant(0.0);
                 let found = zero.select_less(outside, general.force(overlap_m), Lanes::new(simd, [*force]));
@@ -201,7 +220,7 @@ mod tests {
         #[inline(always)]
         fn with_simd<S: Simd>(self, simd: S) -> Vec<f64> {
             let law = TableLanes::<S, 1>::new(simd, self.0);
-            let force = |overlap_m: &f64| law.force(Lanes::splat(simd, *overlap_m)).0.first();
+            let force = |overlap_m: &f64| law.force(law.place(Lanes::splat(simd, *overlap_m)).0).first();
             self.1.iter().map(force).collect()
         }
     }
