@@ -2,7 +2,9 @@ use pulp::{Simd, WithSimd, bytemuck::cast_slice_mut};
 
 use super::{
     Rod,
+    clock::Clock,
     kernel::{Kernel, NODE, Outcome},
+    walls::Walls,
 };
 use crate::lanes::Lanes;
 
@@ -80,6 +82,7 @@ impl Aligned {
 #[derive(Debug)]
 pub(crate) struct Machine {
     pub(crate) kernel: Kernel,
+    walls: Walls,
     arch: pulp::Arch,
     /// Rings in a vector.
     lanes: usize,
@@ -87,10 +90,11 @@ pub(crate) struct Machine {
 }
 
 impl Machine {
-    pub(crate) fn new(rod: &Rod, dt_s: f64, decay_per_s: f64) -> Self {
+    pub(crate) fn new(rod: &Rod, walls: Walls, clock: &Clock) -> Self {
         let arch = pulp::Arch::new();
         let lanes = arch.dispatch(CountLanes).min(RINGS);
-        Self { kernel: Kernel::new(rod, dt_s, decay_per_s), arch, lanes, n_inner: rod.n_elements() - 1 }
+        let kernel = Kernel::new(rod, clock.dt_s, clock.decay_per_s);
+        Self { kernel, walls, arch, lanes, n_inner: rod.n_elements() - 1 }
     }
 
     /// Room for the values that a step of one block keeps between its sweeps.
@@ -158,6 +162,29 @@ impl Machine {
     /// Inner nodes of a half ring.
     pub(crate) fn n_inner(&self) -> usize {
         self.n_inner
+    }
+
+    /// The first ring of a block whose walls touch, at the joints' places; `places_m` is room for one ring's.
+    pub(crate) fn touching(&self, block: &Block, places_m: &mut Vec<[f64; 2]>) -> Option<usize> {
+        let length_m = self.kernel.length_m();
+        let n_rings = block.is_ring.iter().filter(|is_ring| **is_ring > 0.0).count();
+        (0..n_rings).find(|&ring| {
+            let displacement = |node: usize| match node {
+                0 => [block.joints.places[ring], 0.0],
+                node if node > self.n_inner => [block.joints.places[ring + 1], 0.0],
+                node => self.inner_place_before(block, ring, node - 1),
+            };
+            self.walls.put_places(places_m, |node| displacement(node).map(|moved| moved * length_m));
+            self.walls.touch(places_m)
+        })
+    }
+
+    /// Sets an inner node's displacement, and its velocity half a step before.
+    pub(crate) fn set_inner(&self, block: &mut Block, ring: usize, node: usize, values: [f64; NODE]) {
+        let (at, nodes) = (self.index(ring, node), block.nodes.get_mut());
+        for (k, value) in values.into_iter().enumerate() {
+            nodes[at + k * self.lanes] = value;
+        }
     }
 
     /// Displacement of a ring's inner node before it last moved, in the kernel's units.

@@ -56,7 +56,8 @@ pub(crate) struct Units {
 }
 
 impl<'a> Driver<'a> {
-    pub(crate) fn new(chain: &'a RingChain, units: Units) -> Self {
+    /// `None` where nothing drives the chain.
+    pub(crate) fn new(chain: &'a RingChain, units: Units) -> Option<Self> {
         let Units { length_m, element_kg, dt_s, keep, gain } = units;
         let kind = match &chain.drive {
             RingDrive::Striker(striker) => Kind::Striker(Striker {
@@ -68,8 +69,9 @@ impl<'a> Driver<'a> {
                 touching: true,
             }),
             RingDrive::Imposed(motion) => Kind::Imposed { motion, dt_s, length_m },
+            RingDrive::Free { .. } => return None,
         };
-        Self { kind, keep, gain, lost: 0.0, switches: 0 }
+        Some(Self { kind, keep, gain, lost: 0.0, switches: 0 })
     }
 
     /// Moves the drive and the first joint by a step; `force` is the ring's on the joint.

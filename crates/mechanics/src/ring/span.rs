@@ -64,6 +64,7 @@ impl Span<'_, '_> {
             if book {
                 for (block, record) in self.blocks.iter().zip(self.records.iter_mut()).take(self.n_reached) {
                     record.look_for_peaks(machine, block);
+                    record.look_for_contact(machine, block, step);
                 }
             }
             self.move_joints(machine, step, output);
