@@ -56,6 +56,7 @@
 //! Pixel (0, 0) is the centre of the top left pixel; x points right, y down.
 
 mod bias;
+mod damped;
 mod error;
 mod evidence;
 mod field;
@@ -79,6 +80,7 @@ mod prefilter;
 mod prepared;
 mod reference;
 mod refine;
+mod renewal;
 mod sample;
 mod search;
 mod self_test;
@@ -90,6 +92,7 @@ mod sums;
 mod template;
 mod track;
 mod uncertainty;
+mod visible;
 mod warp;
 mod window;
 

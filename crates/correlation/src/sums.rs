@@ -133,6 +133,8 @@ pub(crate) struct Evaluation {
     pub(crate) gain: f64,
     /// Mean of the samples.
     pub(crate) mean: f64,
+    /// Z' g.
+    pub(crate) slopes: [f64; MAX_PARAMETERS],
     pub(crate) step: Step,
 }
 
@@ -163,6 +165,7 @@ impl Sums {
             zncc: (self.intensity / (subset.energy * variation).sqrt()).min(1.0),
             gain,
             mean: self.total / subset.n_used as f64,
+            slopes: orthogonal,
             step: Step::new(subset.settings.shape, &parameters),
         })
     }
