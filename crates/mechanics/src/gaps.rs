@@ -1,12 +1,15 @@
 use pulp::Simd;
 
 use crate::{
-    contact::{Contact, Law, PowerColumns, PowerKernel, PowerLanes, Spring},
+    contact::{Contact, Law, Outside, PowerColumns, PowerKernel, PowerLanes, PowerTable, Spring, TableLanes},
     lanes::{self, Lanes, PADDING},
 };
 
 /// Vectors of gaps that go through the power law side by side; four hide its latency.
-const SIDE_BY_SIDE: usize = 4;
+const SIDE_BY_SIDE: usize = 2;
+
+/// Gaps that carry nothing whatever their overlap: that of a striker that has left, and the one behind a free end.
+pub(crate) type Idle = [Option<usize>; 2];
 
 /// The contacts of a row of gaps, sorted by law so that vectors of gaps share one. Gap `i` lies between masses `i` and
 /// `i + 1` of the row.
@@ -26,7 +29,7 @@ pub(crate) struct Gaps {
 enum PowerGaps {
     None,
     /// The same law, in all gaps or all but those that follow another kind of law.
-    Same(PowerKernel),
+    Same(PowerTable),
     Each(PowerColumns),
 }
 
@@ -86,10 +89,10 @@ impl Gaps {
 
     /// Fills `force_n` with the springs' forces of the first gaps, positive in compression, in newtons.
     #[inline(always)]
-    pub(crate) fn forces<S: Simd>(&self, simd: S, x_m: &[f64], force_n: &mut [f64]) {
+    pub(crate) fn forces<S: Simd>(&self, simd: S, x_m: &[f64], idle: Idle, force_n: &mut [f64]) {
         match &self.power {
             PowerGaps::None => {}
-            PowerGaps::Same(kernel) => same_power(simd, kernel, x_m, force_n),
+            PowerGaps::Same(table) => same_power(simd, table, x_m, idle, force_n),
             PowerGaps::Each(columns) => each_power(simd, columns, x_m, force_n),
         }
         for run in &self.springs {
@@ -126,8 +129,8 @@ impl Gaps {
     pub(crate) fn energies<S: Simd>(&self, simd: S, x_m: &[f64], energy_j: &mut [f64]) {
         match &self.power {
             PowerGaps::None => {}
-            PowerGaps::Same(kernel) => {
-                let law = PowerLanes::<S, 1>::splat(simd, kernel);
+            PowerGaps::Same(table) => {
+                let law = PowerLanes::<S, 1>::splat(simd, table.kernel());
                 over_row(
                     simd,
                     0,
@@ -159,39 +162,43 @@ impl Gaps {
     }
 }
 
+/// The forces of the same law in every gap; `idle` gaps may hold anything.
 #[inline(always)]
-fn same_power<S: Simd>(simd: S, kernel: &PowerKernel, x_m: &[f64], force_n: &mut [f64]) {
-    let law = PowerLanes::<S, SIDE_BY_SIDE>::splat(simd, kernel);
+fn same_power<S: Simd>(simd: S, table: &PowerTable, x_m: &[f64], idle: Idle, force_n: &mut [f64]) {
+    let (done, some_outside) = by_table::<S, SIDE_BY_SIDE>(simd, table, x_m, 0, force_n);
+    let (_, more_outside) = by_table::<S, 1>(simd, table, x_m, done, force_n);
+    let expected = idle.iter().flatten().filter(|gap| **gap < force_n.len());
+    let expected = expected.filter(|gap| table.is_outside(x_m[**gap] - x_m[**gap + 1])).count();
+    if some_outside + more_outside > expected as f64 {
+        simd.vectorize(Outside { table, x_m, force_n });
+    }
+}
+
+/// Forces by the table, `U` vectors of gaps at a time from vector number `from` on; returns the number of vectors before what
+/// is left over, and how many gaps the table does not hold.
+#[inline(always)]
+fn by_table<S: Simd, const U: usize>(
+    simd: S,
+    table: &PowerTable,
+    x_m: &[f64],
+    from: usize,
+    force_n: &mut [f64],
+) -> (usize, f64) {
+    let law = TableLanes::<S, U>::new(simd, table);
+    let mut n_outside = Lanes::<S, U>::splat(simd, 0.0);
     let done = over_row(
         simd,
-        0,
+        from,
         x_m,
         force_n,
         #[inline(always)]
-        |_, overlap| law.force(overlap),
+        |_, overlap| {
+            let (force, outside) = law.force(overlap);
+            n_outside = n_outside + outside;
+            force
+        },
     );
-    let left = force_n.len() / S::F64_LANES - done;
-    if left > 0 && done > 0 {
-        // The last block once more over gaps already done: the same values, and faster than vector by vector.
-        over_row(
-            simd,
-            done + left - SIDE_BY_SIDE,
-            x_m,
-            force_n,
-            #[inline(always)]
-            |_, overlap| law.force(overlap),
-        );
-    } else if left > 0 {
-        let law = PowerLanes::<S, 1>::splat(simd, kernel);
-        over_row(
-            simd,
-            done,
-            x_m,
-            force_n,
-            #[inline(always)]
-            |_, overlap| law.force(overlap),
-        );
-    }
+    (done, n_outside.total())
 }
 
 #[inline(always)]
@@ -222,7 +229,7 @@ fn over_row<S: Simd, const U: usize>(
     from: usize,
     x_m: &[f64],
     row: &mut [f64],
-    of_overlap: impl Fn(usize, Lanes<S, U>) -> Lanes<S, U>,
+    mut of_overlap: impl FnMut(usize, Lanes<S, U>) -> Lanes<S, U>,
 ) -> usize {
     let n = row.len();
     let (out, _) = S::as_mut_simd_f64s(row);
@@ -249,7 +256,7 @@ impl PowerGaps {
             return Self::None;
         };
         if contacts.iter().filter_map(|contact| law_of(contact)).all(|other| other == (law, tension)) {
-            return Self::Same(PowerKernel::new(&law, tension));
+            return Self::Same(PowerTable::new(&law, tension));
         }
         // Gaps of another kind compute any power law and are then overwritten.
         let kernels: Vec<PowerKernel> = contacts

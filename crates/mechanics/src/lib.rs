@@ -31,6 +31,7 @@ mod ledger;
 mod model;
 mod recorder;
 mod ring;
+mod row;
 mod run;
 mod scan;
 mod simulate;

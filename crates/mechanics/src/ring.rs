@@ -31,7 +31,6 @@ mod compression;
 mod driver;
 mod ellipse;
 mod kernel;
-mod lanes;
 mod linear;
 mod link;
 mod record;

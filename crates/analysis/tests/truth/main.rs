@@ -13,3 +13,4 @@ mod pulses;
 mod robustness;
 #[cfg(test)]
 mod tracks;
+mod waves;

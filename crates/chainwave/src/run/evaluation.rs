@@ -4,7 +4,9 @@ use chainwave_analysis::fit::{
     Damping, EnergyFit, EnergyMeasurement, EnergyModel, FitError, Known, Quantity, TrackFit, TrackModel,
     fit_peak_energies, fit_tracks, fitted_motion,
 };
-use chainwave_analysis::{FrontSettings, MeasureSettings, Measurement, exact_motion, measure};
+use chainwave_analysis::{
+    DampingShare, FrontSettings, MeasureSettings, Measurement, damping_share, exact_motion, measure,
+};
 use chainwave_measurement::{ChainMotion, Estimate, Trajectory};
 use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Striker, simulate};
 use chainwave_stitching::{Outlier, Settings, Stitched, merge, outliers};
@@ -41,6 +43,15 @@ pub(crate) struct ModelBeside {
     pub(crate) damped_j: Vec<f64>,
     /// The same without damping.
     pub(crate) undamped_j: Vec<f64>,
+}
+
+impl ModelBeside {
+    /// What damping took of the peak energy, and what dispersion and rarefaction did, two thirds down the chain: the last gaps
+    /// before a free end never fill.
+    pub(crate) fn damping_share(&self) -> Option<DampingShare> {
+        let shares = damping_share(&self.damped_j, &self.undamped_j);
+        shares.get(2 * shares.len() / 3).copied()
+    }
 }
 
 /// Stitches, measures and fits.

@@ -203,7 +203,7 @@ struct Run<'a> {
 impl<'a> Run<'a> {
     fn new(chain: &'a RingChain, schedule: &RingSchedule, clock: &'a Clock, machine: &Machine) -> Self {
         let units = Units {
-            arc_m: clock.rod.arc_m,
+            length_m: machine.kernel.length_m(),
             element_kg: clock.rod.section().mass_kg_per_m * clock.rod.arc_m,
             dt_s: clock.dt_s,
             keep: machine.kernel.keep(),
@@ -222,7 +222,7 @@ impl<'a> Run<'a> {
             driver: Driver::new(chain, units),
             n_reached: 1,
             least_force: NEGLECTED * wave_force_n(chain, clock) * clock.dt_s * clock.dt_s
-                / (units.element_kg * units.arc_m),
+                / (units.element_kg * units.length_m),
             block_steps: 0,
             units,
         }
@@ -318,7 +318,7 @@ impl Run<'_> {
     /// Puts what the blocks wrote together, in SI units and for the whole chain.
     fn finish(self, chain: &RingChain, schedule: &RingSchedule) -> Result<RingSimulation, MechanicsError> {
         let clock = self.clock;
-        let speed = self.units.arc_m / self.units.dt_s;
+        let speed = self.units.length_m / self.units.dt_s;
         let energy_j = 2.0 * self.units.element_kg * speed * speed;
         let times_s = (0..clock.n_outputs).map(|k| k as f64 * schedule.output_interval_s).collect();
         let shape = (chain.n_rings + 1, clock.n_outputs);
@@ -326,7 +326,7 @@ impl Run<'_> {
         for (b, (block, record)) in self.blocks.iter().zip(&self.records).enumerate() {
             for (k, [places, velocities]) in (record.first_output..).zip(&record.motion) {
                 for j in 0..block.n_own_joints {
-                    displacement_m[(b * RINGS + j, k)] = places[j] * self.units.arc_m;
+                    displacement_m[(b * RINGS + j, k)] = places[j] * self.units.length_m;
                     velocity_m_per_s[(b * RINGS + j, k)] = velocities[j] * speed;
                 }
             }
@@ -334,7 +334,7 @@ impl Run<'_> {
         let peaks = self.records.iter().flat_map(|record| record.peak_energies);
         let motion = &self.records[0].striker;
         let striker = (!motion.is_empty()).then(|| StrikerMotion {
-            displacement_m: motion.iter().map(|[place, _]| place * self.units.arc_m).collect(),
+            displacement_m: motion.iter().map(|[place, _]| place * self.units.length_m).collect(),
             velocity_m_per_s: motion.iter().map(|[_, velocity]| velocity * speed).collect(),
         });
         let [energy_drift, momentum_drift] = self.drifts();
@@ -398,7 +398,7 @@ impl Run<'_> {
                     }
                     _ => 0.0,
                 };
-                rest_m + moved * self.units.arc_m
+                rest_m + moved * self.units.length_m
             },
         )
     }
