@@ -2,7 +2,7 @@ use chainwave_measurement::{Estimate, Lost, Position};
 
 use crate::sample::sample;
 use crate::simd::LANES;
-use crate::sums::{Evaluation, sum, sum_of_squares};
+use crate::sums::{Evaluation, squares, sum};
 use crate::uncertainty::{Residual, sigma_px};
 use crate::visible::{noise_ratio, structure_factor};
 use crate::warp::Warp;
@@ -198,8 +198,8 @@ impl PreparedSubset {
 
     /// What the last evaluation left.
     pub(crate) fn residual(&self, found: &Evaluation, workspace: &Workspace) -> Residual {
-        let sum_of_squares = sum_of_squares(self, &workspace.samples, found.mean, found.gain);
-        Residual { gain: found.gain, sum_of_squares }
+        let [sum_of_squares, by_light] = squares(self, &workspace.samples, found.mean, found.gain);
+        Residual { gain: found.gain, sum_of_squares, by_light }
     }
 }
 

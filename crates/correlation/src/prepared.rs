@@ -66,6 +66,9 @@ pub struct PreparedSubset {
     pub(crate) noise_variance: f64,
     /// Frames behind the reference.
     pub(crate) n_averaged: f64,
+    /// Sums over the pixels of the reference times the squares of what a unit of their grey value displaces the centre by:
+    /// xx, xy and yy.
+    pub(crate) light_moments: [f64; 3],
     /// What interpolation adds to the displacement.
     pub(crate) bias: InterpolationBias,
     /// What is needed to prepare a part of the subset: gradients without smoothing, and the reference's noise.
@@ -131,13 +134,24 @@ impl PreparedSubset {
         if sigma_px.is_nan() || sigma_px > LARGEST_REFERENCE_SIGMA_PX {
             return Err(Lost::NoTexture);
         }
+        let steps = subset.steps();
+        subset.light_moments = subset.light_moments_of(&steps);
+        let steps = steps.map(|values| Template::new(subset.width, subset.height, subset.first_px, values));
         let first = part.first_in_image();
-        subset.bias = InterpolationBias::new(reference, first, subset.steps(), settings.interpolation);
+        subset.bias = InterpolationBias::new(reference, first, steps, settings.interpolation);
         Ok(subset)
     }
 
+    fn light_moments_of(&self, [along_x, along_y]: &[Vec<f32>; 2]) -> [f64; 3] {
+        let sum = |a: &[f32], b: &[f32]| -> f64 {
+            let terms = a.iter().zip(b).zip(&self.intensity);
+            terms.map(|((a, b), f)| f64::from(*a) * f64::from(*b) * f64::from(*f)).sum()
+        };
+        [sum(along_x, along_x), sum(along_x, along_y), sum(along_y, along_y)]
+    }
+
     /// The displacement of the centre along x and y that a unit of each pixel's grey value makes: M^-1 Z'.
-    fn steps(&self) -> [Template; 2] {
+    fn steps(&self) -> [Vec<f32>; 2] {
         let n_terms = self.settings.shape.n_terms();
         [0, n_terms].map(|parameter| {
             let row = &self.inverse[parameter];
@@ -154,7 +168,7 @@ impl PreparedSubset {
                 let own = mean * f64::from(self.weights[i]) + slope * f64::from(self.intensity[i]);
                 (gradients - own) as f32
             };
-            Template::new(self.width, self.height, self.first_px, (0..self.n_pixels()).map(step).collect())
+            (0..self.n_pixels()).map(step).collect()
         })
     }
 
@@ -206,6 +220,7 @@ impl PreparedSubset {
             hessian: normal.hessian,
             noise_variance: noise.variance,
             n_averaged: crop.n_averaged,
+            light_moments: [0.0; 3],
             bias: InterpolationBias::default(),
             plain,
             noise,
@@ -276,7 +291,8 @@ impl PreparedSubset {
         };
         let plain = self.plain.each_ref().map(|image| of_seen(image));
         let subset = Self::from_crop(crop, plain, self.noise, &self.settings)?;
-        Ok(Self { bias: self.bias, ..subset })
+        let light_moments = subset.light_moments_of(&subset.steps());
+        Ok(Self { bias: self.bias, light_moments, ..subset })
     }
 
     /// A subset of the same size around a position.
