@@ -64,6 +64,7 @@ mod field_queue;
 mod field_seed;
 mod field_strain;
 mod filter;
+mod fourier;
 mod gradient;
 mod icgn;
 mod kernel;
