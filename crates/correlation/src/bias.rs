@@ -90,11 +90,12 @@ impl InterpolationBias {
         let slopes = [[warp.gradient[0], warp.gradient[1]], [warp.gradient[2], warp.gradient[3]]];
         let mut sum = [0.0; 2];
         for axis in 0..2 {
-            for harmonic in 0..N_HARMONICS {
+            let (sin, cos) = (TAU * middle[axis]).sin_cos();
+            let waves = [[sin, cos], [2.0 * sin * cos, 2.0 * cos * cos - 1.0]];
+            let [along, across] = slopes[axis];
+            for (harmonic, [sin, cos]) in waves.into_iter().enumerate() {
                 let order = (harmonic + 1) as f64;
-                let [along, across] = slopes[axis];
                 let evenness = sinc(order * along * columns) * sinc(order * across * rows);
-                let (sin, cos) = (TAU * order * middle[axis]).sin_cos();
                 for (sum, amplitudes) in sum.iter_mut().zip(&self.amplitudes) {
                     let [even, odd] = amplitudes[axis][harmonic];
                     *sum += even * (evenness * cos - 1.0) + odd * evenness * sin;
@@ -117,7 +118,12 @@ impl InterpolationBias {
 /// sin(pi x)/(pi x).
 fn sinc(x: f64) -> f64 {
     let angle = PI * x;
-    if angle.abs() < 1e-6 { 1.0 } else { angle.sin() / angle }
+    let square = angle * angle;
+    if square < 0.04 {
+        // the next term is 1e-9
+        return 1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0));
+    }
+    angle.sin() / angle
 }
 
 /// Taps of the even and odd filter at the lags from `-LAGS` on, for each alias.

@@ -56,6 +56,7 @@
 //! Pixel (0, 0) is the centre of the top left pixel; x points right, y down.
 
 mod bias;
+mod damped;
 mod error;
 mod evidence;
 mod field;
@@ -63,6 +64,7 @@ mod field_queue;
 mod field_seed;
 mod field_strain;
 mod filter;
+mod fourier;
 mod gradient;
 mod icgn;
 mod kernel;
@@ -79,6 +81,7 @@ mod prefilter;
 mod prepared;
 mod reference;
 mod refine;
+mod renewal;
 mod sample;
 mod search;
 mod self_test;
@@ -90,6 +93,7 @@ mod sums;
 mod template;
 mod track;
 mod uncertainty;
+mod visible;
 mod warp;
 mod window;
 

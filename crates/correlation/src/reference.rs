@@ -211,7 +211,7 @@ pub(crate) fn outside(recording: &dyn Recording, subset: &Subset) -> Correlation
 }
 
 /// The largest count of a sensor.
-fn full_scale(bit_depth: u32) -> f64 {
+pub(crate) fn full_scale(bit_depth: u32) -> f64 {
     f64::from(bit_depth).exp2() - 1.0
 }
 

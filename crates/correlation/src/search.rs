@@ -1,6 +1,7 @@
 use chainwave_measurement::{ReadError, Recording, Region};
 
 use crate::PreparedSubset;
+use crate::fourier::{Image, correlations};
 use crate::simd::{LANES, sum_of_lanes, vectorised};
 use crate::warp::Warp;
 
@@ -70,12 +71,18 @@ impl Scene {
     pub(crate) fn find(&self, template: &Template) -> Option<Found> {
         let columns = (self.region.width + 1).saturating_sub(template.width);
         let rows = (self.region.height + 1).saturating_sub(template.height);
+        let directly = |column: usize, row: usize| {
+            template.correlate(self.region.width, &self.pixels[row * self.region.width + column..])
+        };
+        let transformed = self.covariances(template, columns * rows);
         let mut best = (0.0, None);
         for row in 0..rows {
             for column in 0..columns {
                 let variation = self.table.variation(column, row, template.width, template.height);
-                let covariance =
-                    template.correlate(self.region.width, &self.pixels[row * self.region.width + column..]);
+                let covariance = match &transformed {
+                    Some(all) => f64::from(all[row * columns + column]),
+                    None => directly(column, row),
+                };
                 let score = covariance / variation.sqrt();
                 // false for NaN, which a patch without contrast gives
                 if score > best.0 {
@@ -89,6 +96,18 @@ impl Scene {
             place_px: [column - x, row - y],
             zncc: score / template.energy.sqrt(),
         })
+    }
+
+    /// The sums of the template times the pixels under it at all `n_places`, row by row, by Fourier transforms where that
+    /// takes less work than each sum by itself.
+    fn covariances(&self, template: &Template, n_places: usize) -> Option<Vec<f32>> {
+        let scene = Image { width: self.region.width, values: &self.pixels };
+        let template = Image { width: template.width, values: &template.values };
+        // a transform has some 15 N log2 N operations for the two there and the one back, of which vectors take 2 at once,
+        // and 8 or more of a sum's
+        let n = scene.values.len() as f64;
+        let by_sums = n_places as f64 * template.values.len() as f64 / 8.0;
+        (by_sums > 15.0 * n * n.log2() / 2.0).then(|| correlations(scene, template))
     }
 
     /// The correlation where the template's centre lies at a place, on whole pixels of the scene; `None` beyond it.

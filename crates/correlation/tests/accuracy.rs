@@ -6,6 +6,9 @@ mod support;
 
 use chainwave_correlation::{Interpolation, PreparedSubset, Settings, Shape, Window, Workspace};
 use chainwave_measurement::{Position, Region, Subset};
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64Mcg;
 use support::{FULL_RANGE, SIZE, Speckle, grid, moments, prepare, sense};
 
 fn settings(interpolation: Interpolation, shape: Shape) -> Settings {
@@ -111,6 +114,34 @@ fn stated_intervals_cover_their_share_of_errors() {
             assert!((interval_95 - 95.0).abs() < 1.45, "{shape} at {noise}: {interval_95} %");
         }
     }
+}
+
+#[test]
+fn noise_that_grows_with_the_light_is_in_sigma() {
+    // Counts of electrons: 1.2 a count, so 3.6 % of full range at the brightest, and 8 counts of read noise.
+    let speckle = Speckle::new(1, Speckle::RADIUS_PX);
+    let still = speckle.render(|spot| spot);
+    let expose = |image: &[f64], seed: u64| {
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
+        let mut count = |value: &f64| {
+            let normal: f64 = StandardNormal.sample(&mut random);
+            let sigma = (64.0 + 12.0 * value).sqrt();
+            (value + sigma * normal).round().clamp(0.0, FULL_RANGE) as f32
+        };
+        image.iter().map(&mut count).collect::<Vec<f32>>()
+    };
+    let found: Vec<_> = (0..12)
+        .flat_map(|step| {
+            let place = move |[x, y]: [f64; 2]| [x + 0.083 * f64::from(step), y - 0.3];
+            let seed = 300 + 2 * step as u64;
+            let target = expose(&speckle.render(place), seed + 1);
+            errors(&Settings::default(), &expose(&still, seed), &target, place)
+        })
+        .collect();
+    let [one_sigma, interval_95] = coverage(&found);
+    println!("shot noise: {one_sigma} {interval_95}");
+    // 68 +- 2 and 95 +- 1 %, and one standard error of a share of 2904 errors: 0.9 and 0.4 %
+    assert!((one_sigma - 68.3).abs() < 2.9 && (interval_95 - 95.0).abs() < 1.4, "{one_sigma} {interval_95}");
 }
 
 /// Percent of errors within one stated sigma, and within the 95 % interval.
