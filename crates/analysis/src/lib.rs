@@ -16,6 +16,7 @@
 //!
 //! A value that cannot be measured is [`Missing`] with its reason; a motion that makes no sense is an [`AnalysisError`].
 
+mod across;
 mod check;
 mod columns;
 pub mod contact_fit;
@@ -29,12 +30,14 @@ mod line_test;
 mod local;
 mod measure;
 mod particle;
+mod probability;
 mod replicas;
 mod spectrum;
 mod strain;
 mod tail;
 mod velocity;
 
+pub use across::motion_across;
 pub use dispersion::{DispersionMap, dispersion_map, linear_dispersion_hz};
 pub use energy::{DampingShare, EnergyLaw, PeakEnergies, damping_share, peak_energies};
 pub use error::{AnalysisError, Missing};

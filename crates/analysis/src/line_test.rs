@@ -2,6 +2,7 @@ use std::f64::consts::PI;
 
 use rustfft::num_complex::Complex;
 
+use crate::probability::chi_squared_beyond;
 use crate::tail::Tail;
 use crate::{LeadingPulse, Missing, StrainMap};
 
@@ -72,17 +73,10 @@ fn p_value(values: &[f64], cycles: f64) -> f64 {
     (1.0 + ratio).powi(1 - N_TAPERS as i32)
 }
 
-/// Fisher's rule: minus twice the sum of the logarithms of n probabilities is chi squared with 2 n degrees of freedom, whose
-/// tail is a Poisson sum.
+/// Fisher's rule: minus twice the sum of the logarithms of n probabilities is chi squared with 2 n degrees of freedom.
 fn fisher(p_values: &[f64]) -> f64 {
-    let half: f64 = p_values.iter().map(|p| -p.max(f64::MIN_POSITIVE).ln()).sum();
-    let mut term = (-half).exp();
-    let mut sum = term;
-    for i in 1..p_values.len() {
-        term *= half / i as f64;
-        sum += term;
-    }
-    sum.min(1.0)
+    let sum: f64 = p_values.iter().map(|p| -2.0 * p.max(f64::MIN_POSITIVE).ln()).sum();
+    chi_squared_beyond(sum, 2 * p_values.len())
 }
 
 #[cfg(test)]

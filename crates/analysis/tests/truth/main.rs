@@ -8,6 +8,8 @@ mod common;
 #[cfg(test)]
 mod coverage;
 #[cfg(test)]
+mod decisions;
+#[cfg(test)]
 mod pulses;
 #[cfg(test)]
 mod robustness;

@@ -1,8 +1,8 @@
 use std::ops::RangeInclusive;
 
 use chainwave_analysis::fit::{
-    Damping, EnergyFit, EnergyMeasurement, EnergyModel, FitError, Known, Quantity, TrackFit, TrackModel,
-    fit_peak_energies, fit_tracks, fitted_motion,
+    Damping, Departure, EnergyFit, EnergyMeasurement, EnergyModel, FitError, Known, Quantity, TrackFit,
+    TrackModel, fit_peak_energies, fit_tracks, fitted_motion, scatter_of_bodies, softening,
 };
 use chainwave_analysis::{
     DampingShare, FrontSettings, MeasureSettings, Measurement, damping_share, exact_motion, measure,
@@ -27,10 +27,20 @@ pub(crate) struct Evaluation {
     pub(crate) measurement: Measurement,
     /// Damping from the tracks of all recordings.
     pub(crate) track_fit: Result<TrackFit, FitError>,
+    /// Whether the tracks ask for more than the simplest model, where they could be fitted.
+    pub(crate) departures: Option<Departures>,
     /// Damping from the peak potential energies, as in the paper.
     pub(crate) energy_fit: Result<EnergyFit, FitError>,
     /// The fitted chain model beside the measurement, where the fit succeeded.
     pub(crate) model: Option<ModelBeside>,
+}
+
+/// What the tracks say of simpler models.
+pub(crate) struct Departures {
+    /// Of a contact law that does not soften.
+    pub(crate) softening: Departure,
+    /// Of bodies that are alike; absent where the recordings do not tell all their masses.
+    pub(crate) scatter: Option<Departure>,
 }
 
 /// The chain model with the fitted damping.
@@ -88,7 +98,13 @@ pub(crate) fn evaluate(job: &Job, tracked: &Tracked) -> Result<Evaluation, Error
         Ok(fit) => Some(model_beside(job, &stitched.motion, &track_model, fit, used)?),
         Err(_) => None,
     };
-    Ok(Evaluation { left_out, stitched, measurement, track_fit, energy_fit, model: beside })
+    let departures = track_fit.as_ref().ok().and_then(|fit| {
+        Some(Departures {
+            softening: softening(&kept.observations, &track_model, fit).ok()?,
+            scatter: scatter_of_bodies(&kept.observations, &track_model, fit).ok(),
+        })
+    });
+    Ok(Evaluation { left_out, stitched, measurement, track_fit, departures, energy_fit, model: beside })
 }
 
 /// Residuals of the tracks' fit, relative to stated noise, up to which it gives the damping. It uses all that was measured and

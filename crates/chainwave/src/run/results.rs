@@ -262,6 +262,16 @@ fn damping_as_json(damping: &Damping) -> Map<String, Value> {
 
 fn track_fit_as_json(fit: &TrackFit) -> Value {
     let mut results = damping_as_json(&fit.damping);
+    for (name, interval) in ["c_d_interval_95", "c_s_interval_95"].into_iter().zip(fit.intervals_95) {
+        let told =
+            json!({ "low": interval.low, "high": interval.high, "is_quadratic": interval.is_quadratic });
+        results.insert(name.into(), told);
+    }
+    for (name, sigma) in ["c_d_bootstrap_sigma", "c_s_bootstrap_sigma"].into_iter().zip(fit.bootstrap_sigma) {
+        results.insert(name.into(), json!(sigma));
+    }
+    results.insert("starts_at_this_minimum".into(), json!(fit.starts.0));
+    results.insert("starts".into(), json!(fit.starts.1));
     let velocity = Some(fit.striker_velocity_m_per_s);
     put(&mut results, "striker_velocity_m_per_s", "striker_velocity_sigma", velocity);
     put(&mut results, "impact_time_s", "impact_time_sigma", Some(fit.impact_time_s));
