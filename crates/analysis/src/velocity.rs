@@ -134,10 +134,11 @@ pub fn undisturbed_gaps(
     first_gap: usize,
 ) -> RangeInclusive<usize> {
     let undisturbed = |pulse: &&LeadingPulse| {
-        pulse.gap >= first_gap
-            && reflection.is_none_or(|echo| pulse.peak_time_s < echo.arrival_s(pulse.gap as f64))
+        reflection.is_none_or(|echo| pulse.peak_time_s < echo.arrival_s(pulse.gap as f64))
     };
-    let last_gap = pulses.iter().flatten().filter(undisturbed).map(|pulse| pulse.gap).next_back();
+    // Up to the first that is reached: a free end hardly strains, and its peak may be a ripple ahead of the pulse.
+    let onwards = pulses.iter().flatten().filter(|pulse| pulse.gap >= first_gap);
+    let last_gap = onwards.take_while(undisturbed).map(|pulse| pulse.gap).last();
     first_gap..=last_gap.unwrap_or(first_gap)
 }
 
@@ -172,5 +173,32 @@ impl Line {
 
     pub(crate) fn at(&self, x: f64) -> f64 {
         self.y_mean + self.slope * (x - self.x_mean)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ripple_at_the_free_end_is_no_undisturbed_pulse() {
+        let pulse = |gap: usize, peak_time_s: f64| {
+            let foot_time_s = Some(gap as f64);
+            Ok(LeadingPulse {
+                gap,
+                peak_time_s,
+                peak_strain: -0.05,
+                edge_time_s: None,
+                foot_time_s,
+                half_window: 3,
+            })
+        };
+        // Foot and peak run at one gap a second, the peak six seconds behind; the foot's reflection meets it at gap 7.
+        let mut pulses: Vec<_> = (1..=10).map(|gap| pulse(gap, gap as f64 + 6.0)).collect();
+        pulses[9] = pulse(10, 5.0);
+        let reflection = Reflection::of_feet(&pulses, 1).unwrap();
+        assert!((reflection.arrival_s(6.0) - 14.0).abs() < 1e-9);
+        assert_eq!(undisturbed_gaps(&pulses, Some(&reflection), 1), 1..=6);
+        assert_eq!(undisturbed_gaps(&pulses, None, 1), 1..=10);
     }
 }

@@ -40,10 +40,8 @@ pub(crate) fn each_body(
     values: &[f64],
     check: fn(String, f64) -> Result<(), MechanicsError>,
 ) -> Result<(), MechanicsError> {
-    values
-        .iter()
-        .enumerate()
-        .try_for_each(|(i, &value)| check(format!("{quantity} of body {}", i + 1), value))
+    let refused = values.iter().position(|&value| check(String::new(), value).is_err());
+    refused.map_or(Ok(()), |i| check(format!("{quantity} of body {}", i + 1), values[i]))
 }
 
 /// Refuses more than `limit` of something.

@@ -1,14 +1,16 @@
 mod linear;
 mod power;
 mod power_kernel;
+mod power_table;
 mod table;
 
 pub use linear::LinearLaw;
 pub use power::PowerLaw;
 pub(crate) use power_kernel::{PowerColumns, PowerKernel, PowerLanes};
+pub(crate) use power_table::{Outside, PowerTable, TableLanes};
 pub use table::TableLaw;
 
-use crate::{MechanicsError, check};
+use crate::{MechanicsError, check, lanes::PADDING};
 
 /// What lies in one gap: a law of force over overlap, its rule in tension, and a dashpot.
 #[derive(Debug, Clone, PartialEq)]
@@ -174,6 +176,16 @@ impl Contact {
         }
     }
 
+    /// A length L in metres such that the force is at least k_0 Delta / (1 + Delta / L) in compression; zero where none is
+    /// known. For a power law of exponent below 1 the tangent at Delta, which does so, passes above zero at zero overlap.
+    pub(crate) fn softening_m(&self) -> f64 {
+        match &self.law {
+            Law::Power(law) => law.delta_0_m,
+            Law::Linear(_) => f64::INFINITY,
+            Law::Table(_) => 0.0,
+        }
+    }
+
     /// Overlap in metres below which the tension rule holds; minus infinity where there is none.
     pub(crate) fn limit_m(&self) -> f64 {
         match (&self.law, self.tension) {
@@ -220,6 +232,14 @@ impl Spring {
         match self {
             Self::Power(kernel) => kernel.force_n(overlap_m),
             _ => self.force_and_energy(overlap_m).0,
+        }
+    }
+
+    /// Forces in newtons at overlaps in metres.
+    pub(crate) fn forces_n(&self, overlaps_m: [f64; PADDING]) -> [f64; PADDING] {
+        match self {
+            Self::Power(kernel) => kernel.forces_n(overlaps_m),
+            _ => overlaps_m.map(|overlap_m| self.force_n(overlap_m)),
         }
     }
 

@@ -1,12 +1,15 @@
 use pulp::Simd;
 
 use crate::{
-    contact::{Contact, Law, PowerColumns, PowerKernel, PowerLanes, Spring},
+    contact::{Contact, Law, Outside, PowerColumns, PowerKernel, PowerLanes, PowerTable, Spring, TableLanes},
     lanes::{self, Lanes, PADDING},
 };
 
 /// Vectors of gaps that go through the power law side by side; four hide its latency.
-const SIDE_BY_SIDE: usize = 4;
+const SIDE_BY_SIDE: usize = 2;
+
+/// Gaps that carry nothing whatever their overlap: that of a striker that has left, and the one behind a free end.
+pub(crate) type Idle = [Option<usize>; 2];
 
 /// The contacts of a row of gaps, sorted by law so that vectors of gaps share one. Gap `i` lies between masses `i` and
 /// `i + 1` of the row.
@@ -26,7 +29,7 @@ pub(crate) struct Gaps {
 enum PowerGaps {
     None,
     /// The same law, in all gaps or all but those that follow another kind of law.
-    Same(PowerKernel),
+    Same(PowerTable),
     Each(PowerColumns),
 }
 
@@ -86,10 +89,10 @@ impl Gaps {
 
     /// Fills `force_n` with the springs' forces of the first gaps, positive in compression, in newtons.
     #[inline(always)]
-    pub(crate) fn forces<S: Simd>(&self, simd: S, x_m: &[f64], force_n: &mut [f64]) {
+    pub(crate) fn forces<S: Simd>(&self, simd: S, x_m: &[f64], idle: Idle, force_n: &mut [f64]) {
         match &self.power {
             PowerGaps::None => {}
-            PowerGaps::Same(kernel) => same_power(simd, kernel, x_m, force_n),
+            PowerGaps::Same(table) => same_power(simd, table, x_m, idle, force_n),
             PowerGaps::Each(columns) => each_power(simd, columns, x_m, force_n),
         }
         for run in &self.springs {
@@ -126,8 +129,8 @@ impl Gaps {
     pub(crate) fn energies<S: Simd>(&self, simd: S, x_m: &[f64], energy_j: &mut [f64]) {
         match &self.power {
             PowerGaps::None => {}
-            PowerGaps::Same(kernel) => {
-                let law = PowerLanes::<S, 1>::splat(simd, kernel);
+            PowerGaps::Same(table) => {
+                let law = PowerLanes::<S, 1>::splat(simd, table.kernel());
                 over_row(
                     simd,
                     0,
@@ -159,38 +162,63 @@ impl Gaps {
     }
 }
 
+/// The forces of the same law in every gap; `idle` gaps may hold anything.
 #[inline(always)]
-fn same_power<S: Simd>(simd: S, kernel: &PowerKernel, x_m: &[f64], force_n: &mut [f64]) {
-    let law = PowerLanes::<S, SIDE_BY_SIDE>::splat(simd, kernel);
-    let done = over_row(
-        simd,
-        0,
-        x_m,
-        force_n,
-        #[inline(always)]
-        |_, overlap| law.force(overlap),
-    );
-    let left = force_n.len() / S::F64_LANES - done;
-    if left > 0 && done > 0 {
-        // The last block once more over gaps already done: the same values, and faster than vector by vector.
-        over_row(
-            simd,
-            done + left - SIDE_BY_SIDE,
-            x_m,
-            force_n,
-            #[inline(always)]
-            |_, overlap| law.force(overlap),
-        );
-    } else if left > 0 {
-        let law = PowerLanes::<S, 1>::splat(simd, kernel);
-        over_row(
-            simd,
-            done,
-            x_m,
-            force_n,
-            #[inline(always)]
-            |_, overlap| law.force(overlap),
-        );
+fn same_power<S: Simd>(simd: S, table: &PowerTable, x_m: &[f64], idle: Idle, force_n: &mut [f64]) {
+    let n_outside = if force_n.len() >= SIDE_BY_SIDE * S::F64_LANES {
+        by_table::<S, SIDE_BY_SIDE>(simd, table, x_m, force_n)
+    } else {
+        by_table::<S, 1>(simd, table, x_m, force_n)
+    };
+    let expected = idle.iter().flatten().filter(|gap| **gap < force_n.len());
+    let expected = expected.filter(|gap| table.is_outside(x_m[**gap] - x_m[**gap + 1])).count();
+    if n_outside > expected as f64 {
+        simd.vectorize(Outside { table, x_m, force_n });
+    }
+}
+
+/// Forces by the table, `U` vectors of gaps at a time; returns how many gaps the table does not hold, or more. The last block
+/// goes over gaps already done where vectors are left over.
+#[inline(always)]
+fn by_table<S: Simd, const U: usize>(simd: S, table: &PowerTable, x_m: &[f64], force_n: &mut [f64]) -> f64 {
+    let law = TableLanes::<S, U>::new(simd, table);
+    let n = force_n.len();
+    let (left, right) = (S::as_simd_f64s(&x_m[..n]).0, S::as_simd_f64s(&x_m[1..=n]).0);
+    let (out, _) = S::as_mut_simd_f64s(force_n);
+    let Some(last) = out.len().checked_sub(U) else { return 0.0 };
+    let (mut placed, mut n_outside) = law.place(overlaps(simd, left, right, 0));
+    // Places of one block beside forces of the one before: the machine waits half as long for either.
+    let mut done = 0;
+    while done < last {
+        let next = (done + U).min(last);
+        let (next_placed, outside) = law.place(overlaps(simd, left, right, next));
+        store(law.force(placed), &mut out[done..]);
+        n_outside = n_outside + outside;
+        (placed, done) = (next_placed, next);
+    }
+    store(law.force(placed), &mut out[last..]);
+    n_outside.total()
+}
+
+/// The overlaps of `U` vectors of gaps from vector number `first` on.
+#[inline(always)]
+fn overlaps<S: Simd, const U: usize>(
+    simd: S,
+    left: &[S::f64s],
+    right: &[S::f64s],
+    first: usize,
+) -> Lanes<S, U> {
+    let mut overlap = Lanes::splat(simd, 0.0);
+    overlap.load(&left[first..first + U]);
+    let mut neighbour = overlap;
+    neighbour.load(&right[first..first + U]);
+    overlap - neighbour
+}
+
+#[inline(always)]
+fn store<S: Simd, const U: usize>(values: Lanes<S, U>, out: &mut [S::f64s]) {
+    for (out, value) in out[..U].iter_mut().zip(values.values()) {
+        *out = value;
     }
 }
 
@@ -225,18 +253,13 @@ fn over_row<S: Simd, const U: usize>(
     of_overlap: impl Fn(usize, Lanes<S, U>) -> Lanes<S, U>,
 ) -> usize {
     let n = row.len();
-    let (out, _) = S::as_mut_simd_f64s(row);
-    let (left, _) = S::as_simd_f64s(&x_m[..n]);
-    let (right, _) = S::as_simd_f64s(&x_m[1..=n]);
-    let blocks = out[from..].as_chunks_mut::<U>().0.iter_mut();
-    let pairs = left[from..].as_chunks::<U>().0.iter().zip(right[from..].as_chunks::<U>().0);
-    let mut first = from;
-    for (block, (left, right)) in blocks.zip(pairs) {
-        let overlap = Lanes::new(simd, *left) - Lanes::new(simd, *right);
-        *block = of_overlap(first, overlap).values();
-        first += U;
+    let (left, right) = (S::as_simd_f64s(&x_m[..n]).0, S::as_simd_f64s(&x_m[1..=n]).0);
+    let blocks = S::as_mut_simd_f64s(row).0[from..].as_chunks_mut::<U>().0;
+    for (i, block) in blocks.iter_mut().enumerate() {
+        let first = from + U * i;
+        *block = of_overlap(first, overlaps(simd, left, right, first)).values();
     }
-    first
+    from + U * blocks.len()
 }
 
 impl PowerGaps {
@@ -249,7 +272,7 @@ impl PowerGaps {
             return Self::None;
         };
         if contacts.iter().filter_map(|contact| law_of(contact)).all(|other| other == (law, tension)) {
-            return Self::Same(PowerKernel::new(&law, tension));
+            return Self::Same(PowerTable::new(&law, tension));
         }
         // Gaps of another kind compute any power law and are then overwritten.
         let kernels: Vec<PowerKernel> = contacts

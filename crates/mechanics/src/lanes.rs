@@ -1,9 +1,13 @@
-use std::ops::{Add, Div, Mul, Sub};
+use std::any::Any;
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use pulp::{Simd, WithSimd, bytemuck};
 
 /// Rows of values are padded to a multiple of this, the widest vector of any machine in f64.
 pub(crate) const PADDING: usize = 8;
+
+/// Entries of a table that vectors look up.
+pub(crate) const TABLE: usize = 16;
 
 /// Runs `work` with the best vectors of this machine: AVX-512, AVX2 with FMA, or none.
 ///
@@ -23,6 +27,44 @@ pub(crate) fn padded(n: usize) -> usize {
 pub(crate) fn total(sums: [f64; PADDING]) -> f64 {
     let quarter = |i: usize| sums[i] + sums[i + PADDING / 2];
     (quarter(0) + quarter(2)) + (quarter(1) + quarter(3))
+}
+
+/// Copies a row of whole vectors, which at these lengths beats the general copy's set-up.
+#[inline(always)]
+pub(crate) fn copy<S: Simd>(_simd: S, from: &[f64], to: &mut [f64]) {
+    for (to, from) in S::as_mut_simd_f64s(to).0.iter_mut().zip(S::as_simd_f64s(from).0) {
+        *to = *from;
+    }
+}
+
+/// A sum over a row as [`PADDING`] partial sums, which no vector width changes: places of the row that differ by a multiple
+/// of it share one.
+#[derive(Clone, Copy)]
+pub(crate) struct PartialSums<S: Simd> {
+    sums: [S::f64s; PADDING],
+}
+
+impl<S: Simd> PartialSums<S> {
+    #[inline(always)]
+    pub(crate) fn new(simd: S) -> Self {
+        Self { sums: [simd.splat_f64s(0.0); PADDING] }
+    }
+
+    /// Adds the products of vector number `i` of the row, each rounded once with its sum.
+    #[inline(always)]
+    pub(crate) fn add_product(&mut self, simd: S, i: usize, a: S::f64s, b: S::f64s) {
+        let sum = &mut self.sums[i % (PADDING / S::F64_LANES)];
+        *sum = simd.mul_add_f64s(a, b, *sum);
+    }
+
+    #[inline(always)]
+    pub(crate) fn total(self) -> f64 {
+        let mut row = [0.0; PADDING];
+        for (out, sum) in S::as_mut_simd_f64s(&mut row).0.iter_mut().zip(self.sums) {
+            *out = sum;
+        }
+        total(row)
+    }
 }
 
 /// `U` vectors that go through a formula side by side, so that one hides the latency of the other and both share the
@@ -62,6 +104,18 @@ lane_by_lane!(Sub, sub, sub_f64s);
 lane_by_lane!(Mul, mul, mul_f64s);
 lane_by_lane!(Div, div, div_f64s);
 
+impl<S: Simd, const U: usize> Neg for Lanes<S, U> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn neg(mut self) -> Self {
+        for a in &mut self.values {
+            *a = self.simd.neg_f64s(*a);
+        }
+        self
+    }
+}
+
 impl<S: Simd, const U: usize> Lanes<S, U> {
     #[inline(always)]
     pub(crate) fn new(simd: S, values: [S::f64s; U]) -> Self {
@@ -98,6 +152,23 @@ impl<S: Simd, const U: usize> Lanes<S, U> {
     pub(crate) fn mul_add(mut self, factor: Self, term: Self) -> Self {
         for i in 0..U {
             self.values[i] = self.simd.mul_add_f64s(self.values[i], factor.values[i], term.values[i]);
+        }
+        self
+    }
+
+    /// `term - self * factor`, rounded once.
+    #[inline(always)]
+    pub(crate) fn mul_sub_from(mut self, factor: Self, term: Self) -> Self {
+        for i in 0..U {
+            self.values[i] = self.simd.negate_mul_add_f64s(self.values[i], factor.values[i], term.values[i]);
+        }
+        self
+    }
+
+    #[inline(always)]
+    pub(crate) fn sqrt(mut self) -> Self {
+        for a in &mut self.values {
+            *a = self.simd.sqrt_f64s(*a);
         }
         self
     }
@@ -144,6 +215,26 @@ impl<S: Simd, const U: usize> Lanes<S, U> {
             no.values[i] = self.simd.select_f64s(equal, yes.values[i], no.values[i]);
         }
         no
+    }
+
+    /// `yes` where the bits, as a whole number, are less than these, else `no`.
+    #[inline(always)]
+    pub(crate) fn select_bits_below(self, bits: u64, yes: Self, mut no: Self) -> Self {
+        let bits = self.simd.splat_u64s(bits);
+        for i in 0..U {
+            let below = self.simd.less_than_u64s(bytemuck::cast(self.values[i]), bits);
+            no.values[i] = self.simd.select_f64s(below, yes.values[i], no.values[i]);
+        }
+        no
+    }
+
+    /// What the table holds at the place that four bits of each lane name, from bit number `FROM` on.
+    #[inline(always)]
+    pub(crate) fn look_up<const FROM: u32>(mut self, table: &[f64; TABLE]) -> Self {
+        for a in &mut self.values {
+            *a = look_up::<S, FROM>(self.simd, *a, table);
+        }
+        self
     }
 
     /// Takes a whole number from the bits, wrapping round.
@@ -213,17 +304,41 @@ impl<S: Simd, const U: usize> Lanes<S, U> {
     }
 }
 
+impl<S: Simd, const U: usize> Lanes<S, U> {
+    /// The sum of whole numbers, which no order changes.
+    #[inline(always)]
+    pub(crate) fn total(self) -> f64 {
+        let mut total = 0.0;
+        for vector in self.values {
+            total += self.simd.reduce_sum_f64s(vector);
+        }
+        total
+    }
+}
+
 impl<S: Simd> Lanes<S, 1> {
+    /// The first numbers of a slice that is long enough.
+    #[inline(always)]
+    pub(crate) fn read(simd: S, numbers: &[f64]) -> Self {
+        Self::new(simd, [S::as_simd_f64s(numbers).0[0]])
+    }
+
+    /// Writes the lanes to the front of a slice that is long enough.
+    #[inline(always)]
+    pub(crate) fn write(self, numbers: &mut [f64]) {
+        S::as_mut_simd_f64s(numbers).0[0] = self.vector();
+    }
+
+    #[inline(always)]
+    pub(crate) fn vector(self) -> S::f64s {
+        let [vector] = self.values;
+        vector
+    }
+
     /// The largest number of any lane.
     #[inline(always)]
     pub(crate) fn largest(self) -> f64 {
         self.simd.reduce_max_f64s(self.values[0])
-    }
-
-    /// The sum of whole numbers, which no order changes.
-    #[inline(always)]
-    pub(crate) fn total(self) -> f64 {
-        self.simd.reduce_sum_f64s(self.values[0])
     }
 
     /// The number in the first lane.
@@ -235,6 +350,26 @@ impl<S: Simd> Lanes<S, 1> {
         }
         lanes[0]
     }
+}
+
+/// [`Lanes::look_up`] for one vector: in registers where the machine has AVX-512.
+#[inline(always)]
+fn look_up<S: Simd, const FROM: u32>(simd: S, bits: S::f64s, table: &[f64; TABLE]) -> S::f64s {
+    #[cfg(target_arch = "x86_64")]
+    if let (Some(v4), Ok(bits)) =
+        ((&simd as &dyn Any).downcast_ref::<pulp::x86::V4>(), bytemuck::try_cast::<_, pulp::u64x8>(bits))
+    {
+        let [low, high]: [pulp::f64x8; 2] = bytemuck::cast(*table);
+        let place = v4.avx512f._mm512_srli_epi64::<FROM>(pulp::cast(bits));
+        let found = v4.avx512f._mm512_permutex2var_pd(pulp::cast(low), place, pulp::cast(high));
+        return bytemuck::cast(pulp::cast::<_, pulp::f64x8>(found));
+    }
+    let mut lanes = [0.0_f64; PADDING];
+    S::as_mut_simd_f64s(&mut lanes).0[0] = bits;
+    for lane in &mut lanes[..S::F64_LANES] {
+        *lane = table[(lane.to_bits() >> FROM) as usize % TABLE];
+    }
+    S::as_simd_f64s(&lanes).0[0]
 }
 
 /// The bits of a vector of one lane.

@@ -21,6 +21,7 @@ mod automatic;
 mod chain;
 mod check;
 mod contact;
+mod course;
 mod error;
 mod front;
 mod gaps;
@@ -31,6 +32,7 @@ mod ledger;
 mod model;
 mod recorder;
 mod ring;
+mod row;
 mod run;
 mod scan;
 mod simulate;
@@ -45,8 +47,8 @@ pub use imposed::ImposedMotion;
 pub use integrator::Method;
 pub use ring::{
     Boundary, Compression, Equilibrium, Mode, RefinedSimulation, Response, Ring, RingChain, RingDrive,
-    RingSchedule, RingSimulation, RingStriker, Rod, Section, Support, Symmetry, compress, ring_bands,
-    ring_modes, simulate_rings, simulate_rings_within,
+    RingSchedule, RingSimulation, RingStriker, Rod, Section, SelfContact, Support, Symmetry, compress,
+    ring_bands, ring_modes, simulate_rings, simulate_rings_within,
 };
 pub use scan::scan;
 pub use simulate::{Bodies, Integration, Schedule, Simulation, StrikerMotion, simulate};

@@ -5,8 +5,9 @@ use pulp::{Simd, WithSimd};
 use crate::{
     Chain, Contact, Contacts, Drive, FarEnd, ImposedMotion,
     contact::Spring,
-    gaps::Gaps,
-    lanes::{self, PADDING, padded, vectorised},
+    gaps::{Gaps, Idle},
+    lanes::{self, PADDING, PartialSums, padded, vectorised},
+    row::Row,
     state::{State, row_length},
 };
 
@@ -20,15 +21,14 @@ pub(crate) struct Model<'a> {
     /// That of all gaps, where they are the same.
     same_spring: Option<Spring>,
     /// Zero where the motion is imposed, so that the mass neither accelerates nor counts as energy.
-    pub(crate) mass_kg: Vec<f64>,
-    pub(crate) inverse_mass_per_kg: Vec<f64>,
-    pub(crate) damping_kg_per_s: Vec<f64>,
+    pub(crate) mass_kg: Row,
+    pub(crate) inverse_mass_per_kg: Row,
+    pub(crate) damping_kg_per_s: Row,
     /// The striker's contact, where there is a striker.
     pub(crate) striker: Option<StrikerContact>,
     pub(crate) has_wall: bool,
     n_masses: usize,
     imposed: Option<&'a ImposedMotion>,
-    ground_damped: bool,
 }
 
 impl<'a> Model<'a> {
@@ -43,6 +43,7 @@ impl<'a> Model<'a> {
                 striker = Some(StrikerContact {
                     spring: first.spring(),
                     k_0_n_per_m: first.stiffness_n_per_m(0.0),
+                    softening_m: first.softening_m(),
                     damping_kg_per_s: body.damping_kg_per_s,
                 });
             }
@@ -53,9 +54,9 @@ impl<'a> Model<'a> {
             Drive::Free { .. } => {}
         }
         let n_masses = mass_kg.len();
-        mass_kg.resize(row_length(n_masses), 0.0);
-        damping_kg_per_s.resize(row_length(n_masses), 0.0);
-        let inverse_mass_per_kg = mass_kg.iter().map(|&m| if m > 0.0 { m.recip() } else { 0.0 }).collect();
+        let row = |values: Vec<f64>| Row::padded(values, row_length(n_masses));
+        let inverse_masses = mass_kg.iter().map(|&m| if m > 0.0 { m.recip() } else { 0.0 });
+        let inverse_mass_per_kg = row(inverse_masses.collect());
         Self {
             gaps: row_of_gaps(chain, striker.is_some(), n_masses),
             contacts: &chain.contact,
@@ -64,9 +65,8 @@ impl<'a> Model<'a> {
                 Contacts::Each(_) => None,
             },
             inverse_mass_per_kg,
-            ground_damped: damping_kg_per_s.iter().any(|&c| c > 0.0),
-            mass_kg,
-            damping_kg_per_s,
+            mass_kg: row(mass_kg),
+            damping_kg_per_s: row(damping_kg_per_s),
             striker,
             has_wall: chain.far_end == FarEnd::Fixed,
             n_masses,
@@ -130,18 +130,23 @@ impl<'a> Model<'a> {
         active: usize,
         force_n: &mut ForceRow,
     ) {
-        self.gaps.forces(simd, x_m, force_n.behind(active));
-        self.end(touching, active, force_n.behind(active));
+        self.gaps.forces(simd, x_m, self.idle(touching), force_n.behind(active));
+        self.end(touching, force_n.behind(active));
     }
 
-    /// Takes away what is not there: the contact of a striker that has left, the gap behind a free end.
     #[inline(always)]
-    fn end(&self, touching: bool, active: usize, row: &mut [f64]) {
-        if self.striker.is_some() && !touching {
-            row[0] = 0.0;
-        }
-        if !self.has_wall && active >= self.n_masses {
-            row[self.n_masses - 1] = 0.0;
+    fn idle(&self, touching: bool) -> Idle {
+        let open = self.striker.is_some() && !touching;
+        [open.then_some(0), (!self.has_wall).then_some(self.n_masses - 1)]
+    }
+
+    /// Takes away what is not there.
+    #[inline(always)]
+    fn end(&self, touching: bool, row: &mut [f64]) {
+        for gap in self.idle(touching).into_iter().flatten() {
+            if let Some(value) = row.get_mut(gap) {
+                *value = 0.0;
+            }
         }
     }
 
@@ -161,8 +166,7 @@ impl<'a> Model<'a> {
         if self.imposed.is_some() {
             lost_w -= force_n.behind(active)[0] * v_m_per_s[0];
         }
-        self.accelerate(simd, &v_m_per_s[..active], force_n, acceleration_m_per_s2);
-        if self.ground_damped { lost_w + self.ground_loss_w(&v_m_per_s[..active]) } else { lost_w }
+        lost_w + self.accelerate(simd, &v_m_per_s[..active], force_n, acceleration_m_per_s2)
     }
 
     #[inline(always)]
@@ -173,7 +177,7 @@ impl<'a> Model<'a> {
         contact.damping_kg_per_s * closing * closing
     }
 
-    /// Accelerations from the gaps' forces and the dashpots to ground.
+    /// Accelerations from the gaps' forces and the dashpots to ground; returns the power that those take, in watts.
     #[inline(always)]
     fn accelerate<S: Simd>(
         &self,
@@ -181,7 +185,7 @@ impl<'a> Model<'a> {
         v_m_per_s: &[f64],
         force_n: &ForceRow,
         acceleration_m_per_s2: &mut [f64],
-    ) {
+    ) -> f64 {
         let n = v_m_per_s.len();
         let (velocities, _) = S::as_simd_f64s(v_m_per_s);
         let (dampings, _) = S::as_simd_f64s(&self.damping_kg_per_s[..n]);
@@ -190,41 +194,54 @@ impl<'a> Model<'a> {
         let (accelerations, _) = S::as_mut_simd_f64s(&mut acceleration_m_per_s2[..n]);
         let gaps = before.iter().zip(behind);
         let masses = velocities.iter().zip(dampings).zip(inverse_masses);
-        for ((acceleration, (before, behind)), ((v, damping), inverse_mass)) in
-            accelerations.iter_mut().zip(gaps).zip(masses)
+        let mut lost = PartialSums::new(simd);
+        for (i, ((acceleration, (before, behind)), ((v, damping), inverse_mass))) in
+            accelerations.iter_mut().zip(gaps).zip(masses).enumerate()
         {
             let push = simd.sub_f64s(*before, *behind);
-            let net = simd.sub_f64s(push, simd.mul_f64s(*damping, *v));
-            *acceleration = simd.mul_f64s(net, *inverse_mass);
+            let drag = simd.mul_f64s(*damping, *v);
+            *acceleration = simd.mul_f64s(simd.sub_f64s(push, drag), *inverse_mass);
+            lost.add_product(simd, i, drag, *v);
         }
+        lost.total()
     }
 
-    #[inline(always)]
-    fn ground_loss_w(&self, v_m_per_s: &[f64]) -> f64 {
-        let mut sums = [0.0; PADDING];
-        let dampings = self.damping_kg_per_s.as_chunks::<PADDING>().0;
-        for (v, c) in v_m_per_s.as_chunks::<PADDING>().0.iter().zip(dampings) {
-            for i in 0..PADDING {
-                sums[i] += c[i] * v[i] * v[i];
+    /// Rate at which a gap's rate of closing changes, in metres per second squared, in two states.
+    pub(crate) fn closing_m_per_s2(&self, states: [&State; 2], gap: usize) -> [f64; 2] {
+        let gaps = [gap.wrapping_sub(1), gap, gap + 1];
+        let of_gaps = |f: &dyn Fn(&State, usize) -> f64| {
+            let mut row = [0.0; PADDING];
+            for (place, (state, gap)) in
+                row.iter_mut().zip(states.into_iter().flat_map(|s| gaps.map(|g| (s, g))))
+            {
+                *place = if self.carries(gap, state.touching) { f(state, gap) } else { 0.0 };
             }
-        }
-        lanes::total(sums)
+            row
+        };
+        let overlaps_m = of_gaps(&|state, gap| state.x_m[gap] - state.x_m[gap + 1]);
+        let dashpots_n = of_gaps(&|state, gap| {
+            let closing = state.v_m_per_s[gap] - state.v_m_per_s[gap + 1];
+            self.dashpot_kg_per_s(gap, state.touching) * closing
+        });
+        let springs_n = self.springs_n(gaps, overlaps_m);
+        let force_n = |i: usize| springs_n[i] + dashpots_n[i];
+        let drag_n = |state: &State, mass: usize| self.damping_kg_per_s[mass] * state.v_m_per_s[mass];
+        [(states[0], 0), (states[1], 3)].map(|(state, i)| {
+            let left_n = force_n(i) - force_n(i + 1) - drag_n(state, gap);
+            let right_n = force_n(i + 1) - force_n(i + 2) - drag_n(state, gap + 1);
+            left_n * self.inverse_mass_per_kg[gap] - right_n * self.inverse_mass_per_kg[gap + 1]
+        })
     }
 
-    /// Acceleration of one mass in metres per second squared.
-    pub(crate) fn acceleration_m_per_s2(&self, mass: usize, state: &State) -> f64 {
-        let before = if mass > 0 { self.gap_force_n(mass - 1, state) } else { 0.0 };
-        let drag = self.damping_kg_per_s[mass] * state.v_m_per_s[mass];
-        (before - self.gap_force_n(mass, state) - drag) * self.inverse_mass_per_kg[mass]
-    }
-
-    fn gap_force_n(&self, gap: usize, state: &State) -> f64 {
-        if !self.carries(gap, state.touching) {
-            return 0.0;
+    /// Forces in newtons of three gaps' springs at two overlaps each; a gap that is none has no overlap.
+    fn springs_n(&self, gaps: [usize; 3], overlaps_m: [f64; PADDING]) -> [f64; PADDING] {
+        if let Some(spring) = &self.same_spring {
+            return spring.forces_n(overlaps_m);
         }
-        let closing = state.v_m_per_s[gap] - state.v_m_per_s[gap + 1];
-        let spring_n = self.spring(gap).force_n(state.x_m[gap] - state.x_m[gap + 1]);
-        spring_n + self.dashpot_kg_per_s(gap, state.touching) * closing
+        std::array::from_fn(|i| match overlaps_m[i] {
+            0.0 => 0.0,
+            overlap_m => self.spring(gaps[i % gaps.len()]).force_n(overlap_m),
+        })
     }
 
     /// Whether a gap carries force: not that of a striker that has left, nor the one behind a free end.
@@ -278,6 +295,7 @@ impl<'a> Model<'a> {
 pub(crate) struct StrikerContact {
     spring: Spring,
     k_0_n_per_m: f64,
+    softening_m: f64,
     pub(crate) damping_kg_per_s: f64,
 }
 
@@ -290,10 +308,31 @@ impl StrikerContact {
         spring_n.min(self.spring.force_n(overlap_m) + self.damping_kg_per_s * closing_m_per_s)
     }
 
+    /// A lower bound of the contact force in compression, in newtons, without a power.
+    fn at_least_n(&self, overlap_m: f64, closing_m_per_s: f64) -> f64 {
+        let spring_n = self.k_0_n_per_m * overlap_m / (1.0 + overlap_m / self.softening_m);
+        spring_n + self.damping_kg_per_s * closing_m_per_s
+    }
+
+    /// A force in newtons that falls to zero as a switch comes near, without a power.
+    pub(crate) fn distance_n(&self, touching: bool, (overlap_m, closing_m_per_s): (f64, f64)) -> f64 {
+        let spring_n = self.k_0_n_per_m * overlap_m;
+        if touching { spring_n.min(self.at_least_n(overlap_m, closing_m_per_s)) } else { -spring_n }
+    }
+
+    /// Whether the contact is so far from a switch at both ends of a step, given its overlap and closing there, that the rates
+    /// at the ends do not lead to one in between.
+    pub(crate) fn stays(&self, touching: bool, ends: [(f64, f64); 2], h_s: f64) -> bool {
+        let fastest_m_per_s = ends[0].1.abs().max(ends[1].1.abs());
+        let change_n = self.damping_kg_per_s * (ends[1].1 - ends[0].1).abs();
+        let reach_n = self.k_0_n_per_m * h_s * fastest_m_per_s + if touching { change_n } else { 0.0 };
+        ends.iter().all(|end| self.distance_n(touching, *end) > reach_n)
+    }
+
     /// Whether [`StrikerContact::margin_n`] contradicts how the contact is held, without the force where it cannot matter.
     pub(crate) fn must_switch(&self, touching: bool, overlap_m: f64, closing_m_per_s: f64) -> bool {
         let surely_open = overlap_m < 0.0;
-        let surely_closed = overlap_m > 0.0 && closing_m_per_s * self.damping_kg_per_s >= 0.0;
+        let surely_closed = overlap_m > 0.0 && self.at_least_n(overlap_m, closing_m_per_s) > 0.0;
         match touching {
             true if surely_open => true,
             true if surely_closed => false,
@@ -309,30 +348,32 @@ impl StrikerContact {
 /// mass, zero.
 #[derive(Debug, Clone)]
 pub(crate) struct ForceRow {
-    force_n: Vec<f64>,
+    /// The gaps' forces begin a line of the cache, one vector behind the start.
+    force_n: Row,
 }
 
 impl ForceRow {
     pub(crate) fn new(n_masses: usize) -> Self {
-        Self { force_n: vec![0.0; row_length(n_masses)] }
+        Self { force_n: Row::zeros(row_length(n_masses)) }
     }
 
     /// The forces behind the first `n` masses.
     #[inline(always)]
     pub(crate) fn behind(&mut self, n: usize) -> &mut [f64] {
-        &mut self.force_n[1..=n]
+        &mut self.force_n[PADDING..PADDING + n]
     }
 
     /// The forces before and behind the first `n` masses, as vectors.
     #[inline(always)]
     pub(crate) fn beside<S: Simd>(&self, n: usize) -> (&[S::f64s], &[S::f64s]) {
-        (S::as_simd_f64s(&self.force_n[..n]).0, S::as_simd_f64s(&self.force_n[1..=n]).0)
+        let (before, behind) = (&self.force_n[PADDING - 1..][..n], &self.force_n[PADDING..][..n]);
+        (S::as_simd_f64s(before).0, S::as_simd_f64s(behind).0)
     }
 
     /// The net force on a mass.
     #[inline(always)]
     pub(crate) fn net_n(&self, mass: usize) -> f64 {
-        self.force_n[mass] - self.force_n[mass + 1]
+        self.force_n[PADDING - 1 + mass] - self.force_n[PADDING + mass]
     }
 }
 
@@ -384,7 +425,7 @@ impl WithSimd for Energy<'_> {
         let active = state.active;
         let mut energy_j = vec![0.0; active];
         model.gaps.energies(simd, &state.x_m, &mut energy_j);
-        model.end(state.touching, active, &mut energy_j);
+        model.end(state.touching, &mut energy_j);
         let mut sums = [0.0; PADDING];
         let masses = model.mass_kg.as_chunks::<PADDING>().0;
         let velocities = state.v_m_per_s[..active].as_chunks::<PADDING>().0;

@@ -36,8 +36,8 @@ pub(crate) struct Order {
 pub(crate) enum Pacing {
     /// The largest step up to this one that divides the output interval.
     Constant { dt_s: f64 },
-    /// Steps whose estimated errors add up to this accuracy over the run.
-    Adaptive { accuracy: f64, tolerance: f64 },
+    /// Steps whose estimated errors add up to this accuracy over the run when they grow by the factor `room` on their way.
+    Adaptive { accuracy: f64, room: f64 },
 }
 
 /// One integration, and what it collects.
@@ -186,9 +186,13 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Estimated error of the displacements over the largest displacement, where the method has estimates.
+    /// Estimated error of the displacements over the largest displacement, where the method has estimates: what its steps add
+    /// up to, with the room that they have to grow.
     pub(crate) fn error_estimate(&self) -> Option<f64> {
-        matches!(self.order.pacing, Pacing::Adaptive { .. }).then(|| self.control.error)
+        match self.order.pacing {
+            Pacing::Constant { .. } => None,
+            Pacing::Adaptive { room, .. } => Some(room * self.control.error),
+        }
     }
 
     pub(crate) fn finish(self, choice: String) -> Simulation {
@@ -298,7 +302,8 @@ impl Control {
                 let body_steps = n_steps * state.x_m.len() as f64;
                 check::limit("time steps times bodies", MAX_BODY_STEPS, body_steps, hint)?;
             }
-            Pacing::Adaptive { tolerance, .. } => {
+            Pacing::Adaptive { accuracy, room } => {
+                let tolerance = accuracy / room;
                 control.adaptive = Some(Tolerance {
                     per_second: tolerance / duration_s,
                     least: LEAST_SHARE * tolerance,

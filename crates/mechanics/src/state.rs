@@ -1,4 +1,7 @@
-use crate::lanes::{PADDING, padded};
+use crate::{
+    lanes::{PADDING, padded},
+    row::Row,
+};
 
 /// Where the masses are, how fast they move, and what has gone in or out.
 ///
@@ -6,8 +9,8 @@ use crate::lanes::{PADDING, padded};
 /// a mass on each side.
 #[derive(Debug, Clone)]
 pub(crate) struct State {
-    pub(crate) x_m: Vec<f64>,
-    pub(crate) v_m_per_s: Vec<f64>,
+    pub(crate) x_m: Row,
+    pub(crate) v_m_per_s: Row,
     /// Energy that the dampers took, less the work of an imposed motion.
     pub(crate) lost_j: f64,
     /// Whether the striker's contact is closed.
@@ -23,7 +26,7 @@ pub(crate) fn row_length(n: usize) -> usize {
 
 impl State {
     pub(crate) fn at_rest(n_masses: usize) -> Self {
-        let row = vec![0.0; row_length(n_masses)];
+        let row = Row::zeros(row_length(n_masses));
         let active = padded(n_masses);
         Self { x_m: row.clone(), v_m_per_s: row, lost_j: 0.0, touching: false, active }
     }

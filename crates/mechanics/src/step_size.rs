@@ -1,4 +1,4 @@
-use crate::{Chain, Contact, Drive, FarEnd, MechanicsError, integrator::Method, ledger::Ledger};
+use crate::{Chain, Contact, Contacts, Drive, FarEnd, MechanicsError, integrator::Method, ledger::Ledger};
 
 /// How fast a chain can oscillate and decay, which bounds the time step.
 #[derive(Debug, Clone)]
@@ -57,7 +57,12 @@ impl<'a> Pace<'a> {
 
     /// Fastest oscillation with all gaps at rest, in radians per second.
     pub(crate) fn omega_at_rest(&self) -> f64 {
-        self.largest_row(|gap| self.contact(gap).stiffness_n_per_m(0.0), |_| 0.0).sqrt()
+        let k_0_n_per_m = self.chain.contact.k_0_n_per_m();
+        let stiffness = |gap: usize| match &self.chain.contact {
+            Contacts::Same(_) => k_0_n_per_m,
+            Contacts::Each(_) => self.contact(gap).stiffness_n_per_m(0.0),
+        };
+        self.largest_row(stiffness, |_| 0.0).sqrt()
     }
 
     /// Fastest oscillation with every gap as stiff as it ever was.

@@ -1,4 +1,5 @@
 use crate::{
+    course::Course,
     integrator::{Rung, Step},
     model::{Model, StrikerContact},
     state::State,
@@ -23,7 +24,7 @@ pub(crate) fn cut_at_switch(
     ahead: &mut State,
 ) -> Option<f64> {
     let contact = model.striker.as_ref()?;
-    let mut end_s = first_contradiction(contact, from, step.h_s, ahead)?;
+    let mut end_s = first_contradiction(model, contact, from, step.h_s, ahead)?;
     let mut search = Search { rung, model, contact, from, step, ahead };
     if end_s < step.h_s && search.excess_n(end_s) <= 0.0 {
         // The coarse look between the ends was mistaken.
@@ -90,17 +91,44 @@ fn excess_n(contact: &StrikerContact, state: &State) -> f64 {
     if state.touching { -margin_n } else { margin_n }
 }
 
-/// The first of the step's middle and end at which the contact must have switched.
+/// Places within a step at which its course is looked at.
+const LOOKS: u32 = 16;
+
+/// The first place found in a step at which the contact must have switched.
 ///
-/// The middle catches a touch that begins and ends within one step. It is judged by the cubic through both ends, which
-/// needs no step of its own.
-fn first_contradiction(contact: &StrikerContact, from: &State, h_s: f64, ahead: &State) -> Option<f64> {
-    let (overlap_0, closing_0) = (from.striker_overlap_m(), from.striker_closing_m_per_s());
-    let (overlap_1, closing_1) = (ahead.striker_overlap_m(), ahead.striker_closing_m_per_s());
-    let overlap_m = 0.5 * (overlap_0 + overlap_1) + h_s / 8.0 * (closing_0 - closing_1);
-    let closing_m_per_s = 1.5 * (overlap_1 - overlap_0) / h_s - 0.25 * (closing_0 + closing_1);
-    if contact.must_switch(from.touching, overlap_m, closing_m_per_s) {
-        return Some(0.5 * h_s);
+/// A touch may begin and end within one step, and a parting too. So unless the contact stays far from a switch, the overlap's
+/// course between the ends is looked at, in several places and where it came nearest to a switch between them.
+fn first_contradiction(
+    model: &Model<'_>,
+    contact: &StrikerContact,
+    from: &State,
+    h_s: f64,
+    ahead: &State,
+) -> Option<f64> {
+    let touching = from.touching;
+    let ends = [from, ahead].map(|state| (state.striker_overlap_m(), state.striker_closing_m_per_s()));
+    if contact.stays(touching, ends, h_s) {
+        return None;
     }
-    contact.must_switch(from.touching, overlap_1, closing_1).then_some(h_s)
+    let course = Course::of_gap(model, [from, ahead], h_s, 0);
+    let at = |part: f64| (course.overlap_m(part), course.rate_m_per_s(part));
+    let switched = |part: f64| {
+        let (overlap_m, closing_m_per_s) = at(part);
+        contact.must_switch(touching, overlap_m, closing_m_per_s)
+    };
+    let places = (1..LOOKS).map(|i| f64::from(i) / f64::from(LOOKS));
+    if let Some(part) = places.clone().find(|part| switched(*part)) {
+        return Some(part * h_s);
+    }
+    let (overlap_m, closing_m_per_s) = ends[1];
+    if contact.must_switch(touching, overlap_m, closing_m_per_s) {
+        return Some(h_s);
+    }
+    let distance = |part: f64| contact.distance_n(touching, at(part));
+    let nearest = places.map(|part| (part, distance(part))).min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let space = 1.0 / f64::from(LOOKS);
+    let (before, after) = (distance(nearest.0 - space), distance(nearest.0 + space));
+    let bend = before - 2.0 * nearest.1 + after;
+    let vertex = nearest.0 + 0.5 * space * (before - after) / bend;
+    (bend > 0.0 && vertex > 0.0 && vertex < 1.0 && switched(vertex)).then_some(vertex * h_s)
 }

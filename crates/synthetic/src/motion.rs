@@ -32,18 +32,14 @@ mod tests {
 
     use super::*;
 
-    /// One body at rest.
-    fn at_rest(n: usize) -> Trajectory {
-        Trajectory {
-            times_s: (0..n).map(|i| 1e-3 * i as f64).collect(),
-            displacement_m: Array2::zeros((1, n)),
-            velocity_m_per_s: Array2::zeros((1, n)),
-        }
-    }
-
     #[test]
     fn a_table_of_the_wrong_shape_is_refused() {
-        let mut motion = at_rest(11);
+        let still = || Array2::zeros((1, 11));
+        let mut motion = Trajectory {
+            times_s: (0..11).map(f64::from).collect(),
+            displacement_m: still(),
+            velocity_m_per_s: still(),
+        };
         assert!(check(&motion, 1).is_ok());
         assert!(matches!(check(&motion, 2), Err(SyntheticError::Motion { .. })));
         motion.times_s[3] = motion.times_s[2];

@@ -3,7 +3,7 @@ use std::f64::consts::LOG2_E;
 use pulp::{Simd, WithSimd};
 
 use super::{PowerLaw, Tension};
-use crate::lanes::{Lanes, vectorised};
+use crate::lanes::{Lanes, PADDING, vectorised};
 
 /// The power law with all that depends on its parameters alone worked out, for the inner loop.
 ///
@@ -24,9 +24,9 @@ use crate::lanes::{Lanes, vectorised};
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PowerKernel {
     p: f64,
-    delta_0_m: f64,
-    inverse_delta_0_per_m: f64,
-    f_0_n: f64,
+    pub(super) delta_0_m: f64,
+    pub(super) inverse_delta_0_per_m: f64,
+    pub(super) f_0_n: f64,
     limit_m: f64,
     /// dE/dDelta below the limit.
     slope_per_m: f64,
@@ -92,12 +92,22 @@ impl PowerKernel {
 
     /// Contact force in newtons at an overlap in metres.
     pub(crate) fn force_n(&self, overlap_m: f64) -> f64 {
-        vectorised(OneForce { kernel: self, overlap_m })
+        self.forces_n([overlap_m; PADDING])[0]
+    }
+
+    /// Contact forces in newtons at overlaps in metres.
+    pub(crate) fn forces_n(&self, overlaps_m: [f64; PADDING]) -> [f64; PADDING] {
+        vectorised(Forces { kernel: self, overlaps_m })
     }
 
     /// Force in newtons and energy in joules at an overlap in metres.
     pub(crate) fn force_and_energy(&self, overlap_m: f64) -> (f64, f64) {
         vectorised(OneGap { kernel: self, overlap_m })
+    }
+
+    /// E at an overlap in metres inside the law's range.
+    pub(super) fn power_minus_one(&self, overlap_m: f64) -> f64 {
+        vectorised(OnePower { kernel: self, overlap_m })
     }
 
     #[inline(always)]
@@ -130,18 +140,37 @@ impl WithSimd for OneGap<'_> {
     }
 }
 
-struct OneForce<'a> {
+struct Forces<'a> {
+    kernel: &'a PowerKernel,
+    overlaps_m: [f64; PADDING],
+}
+
+impl WithSimd for Forces<'_> {
+    type Output = [f64; PADDING];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> [f64; PADDING] {
+        let Self { kernel, mut overlaps_m } = self;
+        let law = PowerLanes::<S, 1>::splat(simd, kernel);
+        for vector in S::as_mut_simd_f64s(&mut overlaps_m).0 {
+            [*vector] = law.force(Lanes::new(simd, [*vector])).values();
+        }
+        overlaps_m
+    }
+}
+
+struct OnePower<'a> {
     kernel: &'a PowerKernel,
     overlap_m: f64,
 }
 
-impl WithSimd for OneForce<'_> {
+impl WithSimd for OnePower<'_> {
     type Output = f64;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
         let law = PowerLanes::splat(simd, self.kernel);
-        law.force(Lanes::<S, 1>::splat(simd, self.overlap_m)).first()
+        law.power_minus_one(Lanes::<S, 1>::splat(simd, self.overlap_m)).first()
     }
 }
 

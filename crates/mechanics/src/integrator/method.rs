@@ -89,10 +89,10 @@ impl Method {
             // Where the stability polynomial leaves the unit disc along the imaginary axis.
             Self::Dop853 => 3.9,
             Self::Esdirk4 => f64::INFINITY,
-            Self::SymplecticEuler => symplectic::EULER.stable_oscillation(),
-            Self::Verlet => symplectic::VERLET.stable_oscillation(),
-            Self::Symplectic4 => symplectic::FOURTH.stable_oscillation(),
-            Self::Symplectic6 => symplectic::SIXTH.stable_oscillation(),
+            Self::SymplecticEuler => symplectic::EULER.stable_oscillation,
+            Self::Verlet => symplectic::VERLET.stable_oscillation,
+            Self::Symplectic4 => symplectic::FOURTH.stable_oscillation,
+            Self::Symplectic6 => symplectic::SIXTH.stable_oscillation,
         }
     }
 

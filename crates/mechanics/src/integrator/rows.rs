@@ -1,15 +1,17 @@
 use pulp::Simd;
 
+use crate::row::Row;
+
 /// One row for each stage of a method, in one piece of memory.
 #[derive(Debug, Clone)]
 pub(super) struct Rows {
     length: usize,
-    values: Vec<f64>,
+    values: Row,
 }
 
 impl Rows {
     pub(super) fn new(n_rows: usize, length: usize) -> Self {
-        Self { length, values: vec![0.0; n_rows * length] }
+        Self { length, values: Row::zeros(n_rows * length) }
     }
 
     #[inline(always)]
@@ -45,20 +47,18 @@ impl Rows {
         terms: &[(usize, f64)],
         out: &mut [f64],
     ) {
-        let n = out.len();
-        let sum = self.sum_of::<S>(simd, n, terms);
         let h = simd.splat_f64s(h);
-        let (base_blocks, base_rest) = S::as_simd_f64s(&base[..n]).0.as_chunks::<BLOCK>();
+        let (base_blocks, base_rest) = S::as_simd_f64s(&base[..out.len()]).0.as_chunks::<BLOCK>();
         let (blocks, rest) = S::as_mut_simd_f64s(out).0.as_chunks_mut::<BLOCK>();
         let n_done = BLOCK * blocks.len();
         for (i, (out, base)) in blocks.iter_mut().zip(base_blocks).enumerate() {
-            let sums: [S::f64s; BLOCK] = sum.at(simd, BLOCK * i);
+            let sums: [S::f64s; BLOCK] = self.sum_at(simd, BLOCK * i, terms);
             for k in 0..BLOCK {
                 out[k] = simd.mul_add_f64s(h, sums[k], base[k]);
             }
         }
         for (i, (out, base)) in rest.iter_mut().zip(base_rest).enumerate() {
-            let [sum] = sum.at(simd, n_done + i);
+            let [sum] = self.sum_at(simd, n_done + i, terms);
             *out = simd.mul_add_f64s(h, sum, *base);
         }
     }
@@ -66,10 +66,9 @@ impl Rows {
     /// `out += h sum a_j row_j` over the terms `(j, a_j)`.
     #[inline(always)]
     pub(super) fn add<S: Simd>(&self, simd: S, h: f64, terms: &[(usize, f64)], out: &mut [f64]) {
-        let sum = self.sum_of::<S>(simd, out.len(), terms);
         let h = simd.splat_f64s(h);
         for (i, out) in S::as_mut_simd_f64s(out).0.iter_mut().enumerate() {
-            let [sum] = sum.at(simd, i);
+            let [sum] = self.sum_at(simd, i, terms);
             *out = simd.mul_add_f64s(h, sum, *out);
         }
     }
@@ -77,11 +76,10 @@ impl Rows {
     /// The largest magnitude of `sum a_j row_j` among the first `n` values.
     #[inline(always)]
     pub(super) fn largest<S: Simd>(&self, simd: S, n: usize, terms: &[(usize, f64)]) -> f64 {
-        let sum = self.sum_of::<S>(simd, n, terms);
         let mut largest = simd.splat_f64s(0.0);
         let mut doubt = simd.splat_f64s(0.0);
         for i in 0..n / S::F64_LANES {
-            let [sum] = sum.at(simd, i);
+            let [sum] = self.sum_at(simd, i, terms);
             largest = simd.max_f64s(largest, simd.abs_f64s(sum));
             doubt = simd.add_f64s(doubt, simd.sub_f64s(sum, sum));
         }
@@ -89,46 +87,20 @@ impl Rows {
         simd.reduce_max_f64s(largest) + simd.reduce_sum_f64s(doubt)
     }
 
-    /// The rows' first `n` values with their coefficients.
+    /// `U` vectors of `sum a_j row_j` from vector number `i` on.
     #[inline(always)]
-    fn sum_of<S: Simd>(&self, simd: S, n: usize, terms: &[(usize, f64)]) -> WeightedSum<'_, S> {
-        let none: &[S::f64s] = &[];
-        let mut sum = WeightedSum {
-            rows: [none; MAX_TERMS],
-            coefficients: [simd.splat_f64s(0.0); MAX_TERMS],
-            n_terms: terms.len().min(MAX_TERMS),
-        };
-        let places = sum.rows.iter_mut().zip(&mut sum.coefficients);
-        for ((row, coefficient), &(j, a)) in places.zip(terms) {
-            *row = S::as_simd_f64s(&self.row(j)[..n]).0;
-            *coefficient = simd.splat_f64s(a);
-        }
-        sum
-    }
-}
-
-/// Vectors that are summed side by side.
-const BLOCK: usize = 4;
-/// Terms of the longest sum: all stages of DOP853 with those of its interpolation.
-const MAX_TERMS: usize = 16;
-
-/// A sum of rows, as vectors.
-struct WeightedSum<'a, S: Simd> {
-    rows: [&'a [S::f64s]; MAX_TERMS],
-    coefficients: [S::f64s; MAX_TERMS],
-    n_terms: usize,
-}
-
-impl<S: Simd> WeightedSum<'_, S> {
-    /// `U` vectors of the sum from number `i` on.
-    #[inline(always)]
-    fn at<const U: usize>(&self, simd: S, i: usize) -> [S::f64s; U] {
+    fn sum_at<S: Simd, const U: usize>(&self, simd: S, i: usize, terms: &[(usize, f64)]) -> [S::f64s; U] {
         let mut sums = [simd.splat_f64s(0.0); U];
-        for (row, coefficient) in self.rows[..self.n_terms].iter().zip(&self.coefficients) {
-            for (sum, value) in sums.iter_mut().zip(&row[i..i + U]) {
-                *sum = simd.mul_add_f64s(*coefficient, *value, *sum);
+        for &(j, a) in terms {
+            let values = &self.values[j * self.length + i * S::F64_LANES..][..U * S::F64_LANES];
+            let a = simd.splat_f64s(a);
+            for (sum, value) in sums.iter_mut().zip(S::as_simd_f64s(values).0) {
+                *sum = simd.mul_add_f64s(a, *value, *sum);
             }
         }
         sums
     }
 }
+
+/// Vectors that are summed side by side.
+const BLOCK: usize = 4;

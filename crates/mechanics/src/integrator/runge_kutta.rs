@@ -6,7 +6,9 @@ use super::{
     tableau::{Extra, Tableau},
 };
 use crate::{
+    lanes,
     model::{ForceRow, Model, Place},
+    row::Row,
     state::{State, row_length},
 };
 
@@ -18,7 +20,7 @@ pub(crate) struct RungeKutta {
     velocity: Rows,
     acceleration: Rows,
     lost_w: Vec<f64>,
-    stage_x_m: Vec<f64>,
+    stage_x_m: Row,
     force_n: ForceRow,
     local_error: Option<LocalError>,
     /// Whether the interpolation's stages belong to the last step.
@@ -36,7 +38,7 @@ impl RungeKutta {
             velocity: Rows::new(n_rows, length),
             acceleration: Rows::new(n_rows, length),
             lost_w: vec![0.0; n_rows],
-            stage_x_m: vec![0.0; length],
+            stage_x_m: Row::zeros(length),
             force_n: ForceRow::new(model.n_masses()),
             local_error: None,
             dense: false,
@@ -78,7 +80,7 @@ impl RungeKutta {
     fn estimate<S: Simd>(&mut self, simd: S, model: &Model<'_>, to: &State, h_s: f64) {
         let Some(extra) = self.tableau.extra else { return };
         let last = self.last();
-        self.velocity.row_mut(last)[..to.active].copy_from_slice(&to.v_m_per_s[..to.active]);
+        lanes::copy(simd, &to.v_m_per_s[..to.active], &mut self.velocity.row_mut(last)[..to.active]);
         self.evaluations += 1;
         self.lost_w[last] = model.rates(simd, to.place(), &mut self.force_n, self.acceleration.row_mut(last));
         self.leave_imposed(model, last);
@@ -111,12 +113,12 @@ impl Integrator for RungeKutta {
     #[inline(always)]
     fn begin<S: Simd>(&mut self, simd: S, model: &Model<'_>, from: &State, continued: bool) {
         let active = from.active;
-        self.velocity.row_mut(0)[..active].copy_from_slice(&from.v_m_per_s[..active]);
+        lanes::copy(simd, &from.v_m_per_s[..active], &mut self.velocity.row_mut(0)[..active]);
         self.leave_imposed(model, 0);
         if continued && self.tableau.extra.is_some() {
             let last = self.last();
             let (first_row, others) = self.acceleration.first_and(last);
-            first_row[..active].copy_from_slice(&others[..active]);
+            lanes::copy(simd, &others[..active], &mut first_row[..active]);
             self.lost_w[0] = self.lost_w[last];
             return;
         }

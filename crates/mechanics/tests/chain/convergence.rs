@@ -1,4 +1,4 @@
-use chainwave_mechanics::{Chain, Schedule, simulate};
+use chainwave_mechanics::{Chain, Integration, Method, PowerLaw, Schedule, simulate};
 
 use crate::scenes::{hec_chain, relative_error, run, striker};
 
@@ -31,12 +31,51 @@ fn switches_of_the_contact_cost_no_order() {
     }
 }
 
+/// Displacements lie within what was asked for and within what the run itself states, in gentle scenes and hard ones: the
+/// experiment, a long chain, a striker that bounces, a tap, a blow beyond the law's range, stiffening laws, a contact without
+/// precompression, strong dampers.
 #[test]
-fn the_automatic_step_meets_its_accuracy() {
-    let chain = hec_chain(26, 0.003, striker(2.73, 0.2));
-    let automatic = simulate(&chain, &Schedule::automatic(0.02, 1e-4)).unwrap();
-    // Measured 6e-11; the interface promises 1e-6.
-    assert!(relative_error(&automatic, &run(&chain, 0.02, 1e-6)) < 1e-9);
-    // Effort: at most 4000 steps, of four forces a gap and one or two to watch the striker.
-    assert!(automatic.steps <= 4000 && automatic.force_evaluations <= 4000 * 4 * 27);
+fn the_automatic_choice_meets_its_accuracy_and_says_so() {
+    let experiment = hec_chain(26, 0.003, striker(2.73, 0.2));
+    let of_law = |delta_0_m: f64, p: f64| {
+        let law = PowerLaw::from_stiffness(1474.0, delta_0_m, p).unwrap();
+        Chain { contact: law.into(), ..experiment.clone() }
+    };
+    let scenes = [
+        ("experiment", experiment.clone(), 0.02, Method::Dop853),
+        ("long chain", hec_chain(120, 0.003, striker(2.73, 0.2)), 0.06, Method::Dop853),
+        ("bouncing striker", hec_chain(60, 0.0, striker(2.73, 0.0)), 0.06, Method::Dop853),
+        ("tap", hec_chain(26, 0.003, striker(0.01, 0.2)), 0.02, Method::Dop853),
+        ("blow", hec_chain(26, 0.003, striker(12.0, 0.2)), 0.06, Method::Dop853),
+        ("very hard blow", hec_chain(26, 0.0, striker(1e3, 0.0)), 0.06, Method::Dop853),
+        ("stiffening", of_law(2e-3, 3.0), 0.03, Method::Dop853),
+        ("Hertz without precompression", of_law(1e-6, 1.5), 0.03, Method::Dop853),
+        ("small offset", of_law(1e-6, 0.5), 0.03, Method::Dop853),
+        ("strong dampers", hec_chain(26, 10.0, striker(2.73, 0.2)), 0.1, Method::Esdirk4),
+    ];
+    for (name, chain, duration_s, method) in scenes {
+        let to = |integration: Integration| {
+            simulate(&chain, &Schedule { integration, ..Schedule::automatic(duration_s, 1e-3) }).unwrap()
+        };
+        let truth = to(Integration::Accuracy {
+            method,
+            accuracy: if method == Method::Dop853 { 1e-11 } else { 1e-9 },
+        });
+        for accuracy in [1e-3, 1e-4, 1e-6, 1e-8] {
+            let found = to(Integration::Automatic { accuracy });
+            let (error, stated) = (relative_error(&found, &truth), found.error_estimate.unwrap());
+            assert!(
+                error < accuracy && error < stated && stated < accuracy,
+                "{name} to {accuracy:e}: {error:e} {stated:e}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_automatic_choice_takes_no_more_steps_than_it_must() {
+    let found =
+        simulate(&hec_chain(26, 0.003, striker(2.73, 0.2)), &Schedule::automatic(0.02, 1e-4)).unwrap();
+    // Twelve forces a step, one more at its end and three for the outputs inside; 73 steps today.
+    assert!(found.steps <= 80 && found.force_evaluations <= 80 * 16 * 32, "{}", found.steps);
 }
