@@ -55,4 +55,23 @@ mod slow {
         assert!(of(&both, "displacement", "within_95") > 0.85);
         assert!(out.join("coverage.png").exists() && out.join("proof.parquet").exists());
     }
+
+    #[test]
+    fn a_proof_says_what_each_fault_does() {
+        let laboratory = Laboratory::new();
+        let out = laboratory.path("proof");
+        let mut command = chainwave();
+        command.arg("prove").arg(laboratory.path("experiment.toml")).arg("--out").arg(&out);
+        // The fault itself is named on standard error.
+        let output = command.args(["--experiments", "2", "--faults"]).output().expect("chainwave starts");
+        assert_eq!(output.status.code(), Some(0));
+        assert!(String::from_utf8_lossy(&output.stdout).contains("truncated_file"));
+        let table = Table::read(&out.join("faults.parquet"));
+        let (faults, named, within) = (table.texts("fault"), table.full("n_named"), table.full("within_95"));
+        for (row, fault) in faults.iter().enumerate() {
+            assert!((named[row] - f64::from(u8::from(fault == "truncated_file"))).abs() < 0.5, "{fault}");
+        }
+        let displacement = table.texts("quantity").iter().position(|name| name == "displacement");
+        assert!(within[displacement.expect("a quantity")] > 0.8);
+    }
 }

@@ -8,7 +8,7 @@
 //! - `extremes`: cases at the ends of what the program takes;
 //! - `board`, `calibration`: from pictures of a board to the uncertainties of the results; `lens`, `stages`: a distorting lens and a stage
 //!   that stands off, undone;
-//! - `uncertain`: quantities known within an uncertainty;
+//! - `uncertain`: quantities known within an uncertainty; `decisions`: what is chosen to be modelled;
 //! - `ring`: motion, compression, modes and bands of rings; `film`: rings that bend in the picture;
 //! - `init`: from a folder of recordings to an experiment;
 //! - `samples`, `reference`: the project's own recordings, and other people's where they are at hand.
@@ -30,6 +30,8 @@ mod calibration;
 mod command;
 #[cfg(test)]
 mod contact;
+#[cfg(test)]
+mod decisions;
 #[cfg(test)]
 mod determinism;
 #[cfg(test)]

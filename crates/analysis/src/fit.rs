@@ -9,12 +9,16 @@
 //!   is not linear. So the model's is a mean too, of two runs at the nodes of the Gauss quadrature for the drives' own
 //!   distribution: exact to third order in their deviations. The scale of the deviations is fitted along with a prior.
 //!
-//! Either way the striker's velocity is fitted along with its prior, because it is known only so well.
+//! Either way the striker's velocity is fitted along with its prior, because it is known only so well. Without a striker, body 1 as it
+//! was measured drives the chain ([`fit_imposed`]), which tells c_d from the displacement field behind it, and nothing of c_s.
+//!
+//! Whether the tracks ask for more than the simplest model is told by [`softening`] and [`scatter_of_bodies`].
 
 mod arrow;
 mod bootstrap;
 mod departure;
 mod family;
+mod imposed;
 mod prediction;
 mod problem;
 mod profile;
@@ -36,6 +40,7 @@ use problem::{Comparison, minimise};
 use whitening::cholesky_whitening;
 
 pub use departure::{Departure, scatter_of_bodies, softening};
+pub use imposed::{ImposedFit, ImposedModel, fit_imposed};
 pub use profile::Interval;
 pub use quantity::{Known, Quantity};
 pub use tracks::{FittedRecording, TrackFit, TrackModel, fit_tracks, fitted_motion};

@@ -14,6 +14,9 @@
 //! polynomials whose window follows the pulse; and where a profile along the chain is needed, it is interpolated between the
 //! gaps in a frame that moves with the pulse ([`MovingProfile`]).
 //!
+//! Models are chosen by tests with a level ([`fit::softening`], [`fit::scatter_of_bodies`], [`motion_across`], [`line_test`]), whose rates of
+//! error the crate's own tests measure.
+//!
 //! A value that cannot be measured is [`Missing`] with its reason; a motion that makes no sense is an [`AnalysisError`].
 
 mod across;

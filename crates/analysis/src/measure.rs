@@ -12,7 +12,7 @@ use crate::line_test::line_test;
 use crate::particle::particle_velocities_m_per_s;
 use crate::replicas::replicate;
 use crate::spectrum::{LocalResonance, TailSpectrum, dominant_frequency, tail_spectrum};
-use crate::strain::strain_of_checked;
+use crate::strain::{overlap_variance_m2, strain_with_variance};
 use crate::velocity::{GroupVelocity, Reflection, SpeedFit, fit_speed, undisturbed_gaps};
 use crate::{AnalysisError, Missing, StrainMap};
 
@@ -101,12 +101,14 @@ pub fn measure(
 ) -> Result<Measurement, AnalysisError> {
     settings.check()?;
     check_motion(motion)?;
-    let map = strain_of_checked(motion, settings.pitch_m);
+    let variance = overlap_variance_m2(motion);
+    let map = strain_with_variance(motion, &variance, settings.pitch_m);
     let plan = Plan::new(&map, settings, energy_of);
     let values = plan.apply(motion, &map);
     let n_replicas = if is_exact(motion) { 0 } else { settings.n_replicas };
-    let replicas = replicate(motion, n_replicas, settings.seed)
-        .map(|noisy| plan.apply(&noisy, &strain_of_checked(&noisy, settings.pitch_m)).columns());
+    let replicas = replicate(motion, n_replicas, settings.seed).map(|noisy| {
+        plan.apply(&noisy, &strain_with_variance(&noisy, &variance, settings.pitch_m)).columns()
+    });
     let scatter = Scatter::new(values.columns(), replicas.collect());
     Ok(assemble(map, &plan, &values, &scatter))
 }

@@ -49,7 +49,11 @@ pub fn strain_map(motion: &ChainMotion, pitch_m: f64) -> Result<StrainMap, Analy
 }
 
 pub(crate) fn strain_of_checked(motion: &ChainMotion, pitch_m: f64) -> StrainMap {
-    let variance = overlap_variance(motion);
+    strain_with_variance(motion, &overlap_variance_m2(motion), pitch_m)
+}
+
+/// The same with variances of the overlaps that are known already, such as those of a replica's original.
+pub(crate) fn strain_with_variance(motion: &ChainMotion, variance: &Array2<f64>, pitch_m: f64) -> StrainMap {
     let strain = Array2::from_shape_fn(variance.dim(), |(gap, time)| {
         let near = motion.displacement_m[(gap, time)]?;
         let far = motion.displacement_m[(gap + 1, time)]?;
@@ -58,7 +62,8 @@ pub(crate) fn strain_of_checked(motion: &ChainMotion, pitch_m: f64) -> StrainMap
     StrainMap { times_s: motion.times_s.clone(), pitch_m, strain }
 }
 
-fn overlap_variance(motion: &ChainMotion) -> Array2<f64> {
+/// Variance of each gap's overlap in square metres, shape `[gap, time]`.
+pub(crate) fn overlap_variance_m2(motion: &ChainMotion) -> Array2<f64> {
     let n_gaps = motion.n_bodies() - 1;
     let mut variance = Array2::zeros((n_gaps, motion.times_s.len()));
     let own = own_variance(motion);

@@ -301,6 +301,9 @@ pub(crate) struct Prove {
     /// Striker velocities in metres per second, taken in turn after the noise; the experiment's own when left out.
     #[arg(long, value_delimiter = ',')]
     pub(crate) striker: Vec<f64>,
+    /// Give the experiments, in turn, no fault and each kind of fault, and count by fault as well.
+    #[arg(long)]
+    pub(crate) faults: bool,
     /// Recordings processed at a time; all cores when left out.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,

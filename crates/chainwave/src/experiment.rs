@@ -248,6 +248,9 @@ pub(crate) struct Synthetic {
     /// Standard deviation of the mass, from body to body.
     #[serde(default)]
     pub(crate) mass_sigma_kg: NotNegative,
+    /// Standard deviation of the contact law's prefactor, relative to it, from gap to gap.
+    #[serde(default)]
+    pub(crate) stiffness_scatter: NotNegative,
     /// Camera number of the first image (the trigger is image 0).
     pub(crate) first_image: i64,
     /// Frames in a recording.

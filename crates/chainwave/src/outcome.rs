@@ -17,6 +17,11 @@ impl Outcome {
         self.failures.push(failure.to_string());
     }
 
+    /// The failed inputs, each with what was wrong.
+    pub(crate) fn failures(&self) -> &[String] {
+        &self.failures
+    }
+
     /// Number of failed inputs.
     pub(crate) fn n_failures(&self) -> usize {
         self.failures.len()

@@ -133,9 +133,12 @@ impl Job {
     }
 
     /// Evaluates a synthetic experiment beside its truth, and writes nothing but the kept tracks.
-    pub(crate) fn compare_with_truth(&self) -> Result<(Evaluation, KnownTruth), Error> {
+    pub(crate) fn compare_with_truth(
+        &self,
+        outcome: &mut Outcome,
+    ) -> Result<(Evaluation, KnownTruth), Error> {
         make_folder(&self.out)?;
-        let tracked = tracking::track_all(self, &mut Outcome::default())?;
+        let tracked = tracking::track_all(self, outcome)?;
         let evaluation = evaluation::evaluate(self, &tracked)?;
         let truth = truth::read(self, &evaluation)?.ok_or_else(|| Error::Configuration {
             path: self.path.clone(),

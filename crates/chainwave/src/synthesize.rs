@@ -7,13 +7,13 @@ mod truth;
 use std::path::Path;
 
 use chainwave_measurement::{Estimate, Trajectory};
-use chainwave_mechanics::{Drive, FarEnd, PowerLaw, Schedule, Striker};
+use chainwave_mechanics::{Contact, Contacts, Drive, FarEnd, Law, PowerLaw, Schedule, Striker};
 use chainwave_synthetic::trials::{BodyQuantity, Draw, Scatter, body_factors, draw, stage_error_m};
 use chainwave_synthetic::{Scene, Shot, film};
 use serde::Serialize;
 
-pub(crate) use self::faults::Fault;
 use self::faults::Faults;
+pub(crate) use self::faults::{FAULT_KINDS, Fault};
 pub(crate) use self::rings::FilmedRings;
 pub(crate) use self::truth::{Truth, true_motion};
 use crate::cli;
@@ -62,7 +62,7 @@ pub(crate) fn synthesize(arguments: &cli::Synthesize) -> Result<Outcome, Error> 
 struct Studio<'a> {
     experiment: &'a Experiment,
     synthetic: &'a Synthetic,
-    contact: PowerLaw,
+    contact: Contacts,
     masses_kg: Vec<f64>,
 }
 
@@ -82,16 +82,21 @@ impl<'a> Studio<'a> {
         let chain = &experiment.chain;
         let mass_kg = chain.mass_kg.get();
         let scatter = synthetic.mass_sigma_kg.get() / mass_kg;
-        if scatter > 0.0 && synthetic.rings.is_some() {
+        let stiffness_scatter = synthetic.stiffness_scatter.get();
+        if synthetic.rings.is_some() && scatter + stiffness_scatter > 0.0 {
             return Err(Error::Argument(
-                "[synthetic] mass_sigma_kg: expected 0 with [synthetic.rings], whose rings are all alike, found more".into(),
+                "[synthetic] mass_sigma_kg, stiffness_scatter: expected 0 with [synthetic.rings], whose rings are all alike, \
+                 found more"
+                    .into(),
             ));
         }
         let factors = body_factors(synthetic.seed, BodyQuantity::Mass, chain.n_bodies, scatter)?;
+        let stiffness =
+            body_factors(synthetic.seed, BodyQuantity::Stiffness, chain.n_bodies, stiffness_scatter)?;
         Ok(Self {
             experiment,
             synthetic,
-            contact: experiment.contact.power_law()?,
+            contact: contacts(experiment.contact.power_law()?, scatter, &stiffness),
             masses_kg: factors.into_iter().map(|factor| factor * mass_kg).collect(),
         })
     }
@@ -172,7 +177,7 @@ impl<'a> Studio<'a> {
         let model = chainwave_mechanics::Chain {
             mass_kg: self.masses_kg.clone(),
             damping_kg_per_s: vec![self.synthetic.damping_kg_per_s.get(); self.masses_kg.len()],
-            contact: self.contact.into(),
+            contact: self.contact.clone(),
             drive: Drive::Striker(Striker {
                 mass_kg: self.experiment.striker.mass_kg.get(),
                 velocity_m_per_s: draw.striker_velocity_m_per_s,
@@ -192,6 +197,18 @@ impl<'a> Studio<'a> {
     fn last_time_s(&self) -> f64 {
         self.first_time_s() + self.synthetic.n_frames as f64 / self.synthetic.camera.rate_hz
     }
+}
+
+/// The contacts of bodies whose stiffnesses scatter: a gap is half of either neighbour, in series.
+fn contacts(law: PowerLaw, scatter: f64, stiffness: &[f64]) -> Contacts {
+    if scatter <= 0.0 {
+        return law.into();
+    }
+    let gap = |pair: &[f64]| {
+        let factor = 2.0 / (pair[0].recip() + pair[1].recip());
+        Contact::from(Law::Power(PowerLaw { a: factor * law.a, ..law }))
+    };
+    Contacts::Each(stiffness.windows(2).map(gap).collect())
 }
 
 /// Whether the folder already holds this very plan, so that its finished recordings may be kept.

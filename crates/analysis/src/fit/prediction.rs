@@ -71,7 +71,7 @@ impl Prediction {
 
 /// Weights and nodes of the two-point Gauss quadrature whose mean, mean square and mean cube are those of the deviations from
 /// their mean; one node where they do not scatter.
-fn quadrature(deviations: &[f64]) -> Vec<(f64, f64)> {
+pub(super) fn quadrature(deviations: &[f64]) -> Vec<(f64, f64)> {
     let n = deviations.len().max(1) as f64;
     let mean = deviations.iter().sum::<f64>() / n;
     let moment =

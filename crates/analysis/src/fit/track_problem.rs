@@ -320,3 +320,60 @@ impl<'a> Mixture<'a> {
 fn first_position_m(track: &BodyTrack) -> f64 {
     track.position_m.iter().flatten().next().map_or(0.0, |position| position.value)
 }
+
+#[cfg(test)]
+mod tests {
+    use chainwave_mechanics::{FarEnd, PowerLaw, simulate};
+
+    use super::super::Known;
+    use super::*;
+
+    /// One trial that sees eight bodies, without noise.
+    fn observed(chain: &Chain) -> Observation {
+        let moved = simulate(chain, &Schedule::automatic(0.008, 1e-5)).unwrap().trajectory;
+        let times_s: Vec<f64> = (0..150).map(|k| 4e-5 * f64::from(k)).collect();
+        let track = |body: usize| {
+            let place = |t_s: &f64| Some(Estimate::new(moved.at(*t_s)?.displacement_m(body - 1), 0.4e-6));
+            BodyTrack { body, position_m: times_s.iter().map(place).collect() }
+        };
+        let bodies = (1..=8).map(track).collect();
+        Observation { recording: "one".into(), view: 0, trial: 0, times_s, bodies }
+    }
+
+    #[test]
+    fn sensitivities_hardly_depend_on_the_step() {
+        let chain = Chain {
+            mass_kg: vec![0.455e-3; 8],
+            damping_kg_per_s: vec![0.003; 8],
+            contact: PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap().into(),
+            drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s: 2.73, damping_kg_per_s: 0.2 }),
+            far_end: FarEnd::Free,
+        };
+        let quantities = [
+            Quantity::BodyMass,
+            Quantity::Prefactor,
+            Quantity::Offset,
+            Quantity::Exponent,
+            Quantity::Softening,
+        ];
+        let known = quantities.map(|quantity| Known { quantity, relative_sigma: 0.01 }).into();
+        let observations = [observed(&chain)];
+        let velocity = Estimate::new(2.73, 0.05);
+        let model = TrackModel { chain, striker_velocity_m_per_s: velocity, known };
+        let mut problem = Problem::new(&observations, &model, &[]).unwrap();
+        let shared = DVector::from_vec([vec![0.003, 0.2], vec![1.0; 5]].concat());
+        let state = State { shared, own: vec![Own::new(2.73, 0.0)] };
+        let mut squares = || {
+            let families = problem.families(&state, &mut 0).unwrap();
+            let tracks = Mixture::new(&families, 2.73, 1.0, None).tracks(&observations[0], 0.0);
+            problem.steps.iter_mut().for_each(|step| *step *= 4.0);
+            (0..7)
+                .map(|i| tracks.iter().map(|track| track.square(N_OWN + i)).sum::<f64>())
+                .collect::<Vec<_>>()
+        };
+        for (i, (fine, coarse)) in squares().into_iter().zip(squares()).enumerate() {
+            // The error grows with the square of the step, so that of the finer one is a fifteenth of the difference.
+            assert!((coarse / fine - 1.0).abs() < 2e-3, "unknown {i}: {fine} {coarse}");
+        }
+    }
+}

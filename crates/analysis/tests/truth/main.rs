@@ -10,9 +10,12 @@ mod coverage;
 #[cfg(test)]
 mod decisions;
 #[cfg(test)]
+mod imposed;
+#[cfg(test)]
 mod pulses;
 #[cfg(test)]
 mod robustness;
 #[cfg(test)]
 mod tracks;
+#[cfg(test)]
 mod waves;

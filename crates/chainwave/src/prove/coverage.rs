@@ -78,6 +78,11 @@ impl Coverage {
         Ok(coverage(&folder.join("coverage"), &rows)?)
     }
 
+    /// Coverage and bias of one quantity; `None` where nothing of it was found.
+    pub(super) fn of_quantity(&self, name: &str) -> Option<(Estimate, Estimate)> {
+        self.quantities.iter().find(|one| one.name == name).map(|one| (one.within_95, one.bias))
+    }
+
     /// Prints the table.
     #[expect(clippy::print_stdout, reason = "the table is the command's result")]
     pub(super) fn print(&self) {

@@ -3,11 +3,15 @@ use std::path::Path;
 use chainwave_analysis::Measurement;
 use chainwave_measurement::{Estimate, Trajectory};
 
+use super::Variant;
 use crate::error::Error;
 use crate::run::Job;
 use crate::run::evaluation::Evaluation;
 use crate::run::truth::KnownTruth;
 use crate::table::{self, Table, column};
+
+/// What stands for the kind of an experiment's fault where it has none.
+const NO_FAULT: &str = "none";
 
 /// One estimate beside its truth.
 #[derive(Debug, Clone, Copy)]
@@ -22,19 +26,16 @@ const THINNING: usize = 16;
 
 impl Finding {
     /// Writes the findings of one experiment.
-    pub(super) fn write(
-        path: &Path,
-        seed: u64,
-        noise: f64,
-        striker_m_per_s: f64,
-        findings: &[Self],
-    ) -> Result<(), Error> {
+    pub(super) fn write(path: &Path, variant: &Variant, named: bool, findings: &[Self]) -> Result<(), Error> {
+        let Variant { seed, noise, striker_m_per_s, fault } = *variant;
         let n = findings.len();
         let of = |value: &dyn Fn(&Self) -> f64| findings.iter().map(value).collect::<Vec<f64>>();
         let columns = vec![
             column("seed", vec![seed; n]),
             column("noise", vec![noise; n]),
             column("striker_velocity_m_per_s", vec![striker_m_per_s; n]),
+            column("fault", vec![fault.unwrap_or(NO_FAULT); n]),
+            column("named", vec![f64::from(u8::from(named)); n]),
             column("quantity", findings.iter().map(|finding| finding.quantity).collect::<Vec<_>>()),
             column("value", of(&|finding| finding.estimate.value)),
             column("sigma", of(&|finding| finding.estimate.sigma)),
@@ -116,6 +117,9 @@ fn of_damping(
     if let Ok(fit) = &evaluation.track_fit {
         add("c_d, tracks", fit.damping.chain_damping_kg_per_s, c_d);
         add("c_s, tracks", fit.damping.striker_damping_kg_per_s, c_s);
+    }
+    if let Ok(fit) = &evaluation.imposed_fit {
+        add("c_d, behind body 1", fit.chain_damping_kg_per_s, c_d);
     }
     if let Ok(fit) = &evaluation.energy_fit {
         add("c_d, peak energies", fit.damping.chain_damping_kg_per_s, c_d);

@@ -1,8 +1,9 @@
 use std::ops::RangeInclusive;
 
 use chainwave_analysis::fit::{
-    Damping, Departure, EnergyFit, EnergyMeasurement, EnergyModel, FitError, Known, Quantity, TrackFit,
-    TrackModel, fit_peak_energies, fit_tracks, fitted_motion, scatter_of_bodies, softening,
+    Damping, Departure, EnergyFit, EnergyMeasurement, EnergyModel, FitError, ImposedFit, ImposedModel, Known,
+    Quantity, TrackFit, TrackModel, fit_imposed, fit_peak_energies, fit_tracks, fitted_motion,
+    scatter_of_bodies, softening,
 };
 use chainwave_analysis::{
     DampingShare, FrontSettings, MeasureSettings, Measurement, damping_share, exact_motion, measure,
@@ -29,6 +30,8 @@ pub(crate) struct Evaluation {
     pub(crate) track_fit: Result<TrackFit, FitError>,
     /// Whether the tracks ask for more than the simplest model, where they could be fitted.
     pub(crate) departures: Option<Departures>,
+    /// c_d from the motion behind body 1, which drives the chain as it was measured.
+    pub(crate) imposed_fit: Result<ImposedFit, FitError>,
     /// Damping from the peak potential energies, as in the paper.
     pub(crate) energy_fit: Result<EnergyFit, FitError>,
     /// The fitted chain model beside the measurement, where the fit succeeded.
@@ -84,6 +87,12 @@ pub(crate) fn evaluate(job: &Job, tracked: &Tracked) -> Result<Evaluation, Error
     let track_model = track_model(job, chain.clone());
     let offsets_s: Vec<f64> = stitched.alignments.iter().map(|one| one.trigger_offset_s.value).collect();
     let track_fit = fit_tracks(&kept.observations, &offsets_s, &track_model);
+    let imposed_model = ImposedModel {
+        chain: chain.clone(),
+        known: known(job),
+        drive_deviations: stitched.alignments.iter().map(|one| one.drive_deviation.value).collect(),
+    };
+    let imposed_fit = fit_imposed(&stitched.motion, &imposed_model);
     let energy_model = energy_model(job, &stitched, chain);
     let energy_fit =
         shared.fit_energies(job, &stitched.motion, &law, |energies, times_s| match energies {
@@ -104,7 +113,16 @@ pub(crate) fn evaluate(job: &Job, tracked: &Tracked) -> Result<Evaluation, Error
             scatter: scatter_of_bodies(&kept.observations, &track_model, fit).ok(),
         })
     });
-    Ok(Evaluation { left_out, stitched, measurement, track_fit, departures, energy_fit, model: beside })
+    Ok(Evaluation {
+        left_out,
+        stitched,
+        measurement,
+        track_fit,
+        imposed_fit,
+        departures,
+        energy_fit,
+        model: beside,
+    })
 }
 
 /// Residuals of the tracks' fit, relative to stated noise, up to which it gives the damping. It uses all that was measured and

@@ -1,4 +1,4 @@
-use chainwave_analysis::fit::{Damping, EnergyFit, FitError, FittedRecording, TrackFit};
+use chainwave_analysis::fit::{Damping, EnergyFit, FitError, FittedRecording, ImposedFit, TrackFit};
 use chainwave_analysis::{DampingShare, LocalResonance, Measurement, linear_dispersion_hz};
 use chainwave_measurement::{ChainMotion, Estimate};
 use chainwave_stitching::Alignment;
@@ -219,6 +219,8 @@ fn as_json(evaluation: &Evaluation) -> Value {
     results.insert("fit_to_tracks".into(), of_tracks.unwrap_or_else(failed));
     let of_energies = evaluation.energy_fit.as_ref().map(energy_fit_as_json);
     results.insert("fit_to_peak_energies".into(), of_energies.unwrap_or_else(failed));
+    let imposed = evaluation.imposed_fit.as_ref().map(imposed_fit_as_json);
+    results.insert("fit_behind_body_1".into(), imposed.unwrap_or_else(failed));
     results.insert("warnings".into(), json!(evaluation.warnings()));
     Value::Object(results)
 }
@@ -275,6 +277,20 @@ fn track_fit_as_json(fit: &TrackFit) -> Value {
     let velocity = Some(fit.striker_velocity_m_per_s);
     put(&mut results, "striker_velocity_m_per_s", "striker_velocity_sigma", velocity);
     put(&mut results, "impact_time_s", "impact_time_sigma", Some(fit.impact_time_s));
+    for (quantity, factor) in &fit.factors {
+        let name = quantity.as_str();
+        put(&mut results, &format!("{name}_factor"), &format!("{name}_factor_sigma"), Some(*factor));
+    }
+    results.insert("reduced_chi_squared".into(), json!(fit.reduced_chi_squared));
+    results.insert("n_residuals".into(), json!(fit.n_residuals));
+    results.insert("n_simulations".into(), json!(fit.n_simulations));
+    Value::Object(results)
+}
+
+fn imposed_fit_as_json(fit: &ImposedFit) -> Value {
+    let mut results = Map::new();
+    put(&mut results, "c_d_kg_per_s", "c_d_sigma", Some(fit.chain_damping_kg_per_s));
+    results.insert("c_s".into(), json!(ImposedFit::NO_STRIKER_DAMPING));
     for (quantity, factor) in &fit.factors {
         let name = quantity.as_str();
         put(&mut results, &format!("{name}_factor"), &format!("{name}_factor_sigma"), Some(*factor));

@@ -27,6 +27,17 @@ pub(crate) enum Fault {
     WrongRate { recording: String, header_rate_hz: f64 },
 }
 
+/// The kinds of faults, as in the experiment file.
+pub(crate) const FAULT_KINDS: [&str; 7] = [
+    "truncated_file",
+    "missing_view",
+    "struck_too_fast",
+    "swapped_files",
+    "covered_body",
+    "dropped_frames",
+    "wrong_rate",
+];
+
 /// The faults of an experiment, asked by recording.
 pub(super) struct Faults<'a>(pub(super) &'a [Fault]);
 
@@ -132,6 +143,41 @@ impl Fault {
             | Self::CoveredBody { recording, .. }
             | Self::DroppedFrames { recording, .. }
             | Self::WrongRate { recording, .. } => vec![recording],
+        }
+    }
+
+    /// One of each kind for an experiment's trials, as a laboratory might have it; `None` for an unknown kind, or where the trials do
+    /// not suffice for it.
+    pub(crate) fn usual(kind: &str, trials: &[Trial], rate_hz: f64) -> Option<Self> {
+        let first = trials.first()?;
+        let recording =
+            |k: usize| trials.get(k).map_or_else(|| first.recording.clone(), |one| one.recording.clone());
+        let other = trials.iter().rev().find(|trial| trial.view != first.view);
+        Some(match kind {
+            "truncated_file" => Self::TruncatedFile { recording: recording(0), kept_fraction: 0.6 },
+            "missing_view" => Self::MissingView { view: other?.view },
+            "struck_too_fast" => {
+                Self::StruckTooFast { recording: recording(1), factor: Positive::try_from(1.05).ok()? }
+            }
+            "swapped_files" => Self::SwappedFiles { recordings: [recording(0), other?.recording.clone()] },
+            "covered_body" => {
+                Self::CoveredBody { recording: recording(2), body: 2, from_s: 2e-3, until_s: 4e-3 }
+            }
+            "dropped_frames" => {
+                Self::DroppedFrames { recording: recording(3), first_frame: 100, n_frames: 12 }
+            }
+            "wrong_rate" => Self::WrongRate { recording: recording(4), header_rate_hz: 0.96 * rate_hz },
+            _ => return None,
+        })
+    }
+
+    /// What a report has to say for the fault to count as named: the recording, or the first one of a view.
+    pub(crate) fn subject(&self, trials: &[Trial]) -> Option<String> {
+        match self {
+            Self::MissingView { view } => {
+                trials.iter().find(|trial| trial.view == *view).map(|trial| trial.recording.clone())
+            }
+            _ => self.recordings().first().map(|name| (*name).clone()),
         }
     }
 

@@ -1,0 +1,274 @@
+use chainwave_measurement::{ChainMotion, Estimate};
+use chainwave_mechanics::{Chain, Drive, ImposedMotion, Schedule, Striker, simulate};
+use nalgebra::{DMatrix, DVector};
+use ndarray::Array2;
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+
+use super::FitError;
+use super::prediction::quadrature;
+use super::quantity::{Known, Quantity};
+
+/// What is assumed of the chain behind body 1.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImposedModel {
+    /// The chain; its damping is the starting value, and its drive stands back behind the measured motion of body 1.
+    pub chain: Chain,
+    /// Quantities that are known only within an uncertainty; the others count as exact.
+    pub known: Vec<Known>,
+    /// Drive of each recording behind the motion, relative to the mean drive, less one.
+    pub drive_deviations: Vec<f64>,
+}
+
+/// Damping of the chain fitted to the motion behind body 1. The striker's contact does not act on it, so c_s is not identifiable.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImposedFit {
+    /// c_d.
+    pub chain_damping_kg_per_s: Estimate,
+    /// Factors on the quantities that are known only within an uncertainty, in their order.
+    pub factors: Vec<(Quantity, Estimate)>,
+    /// Sum of squared residuals, relative to the samples' total sigma, over their number.
+    pub reduced_chi_squared: f64,
+    /// Displacements compared.
+    pub n_residuals: usize,
+    /// Chain simulations carried out.
+    pub n_simulations: u64,
+}
+
+impl ImposedFit {
+    /// Why it gives no c_s.
+    pub const NO_STRIKER_DAMPING: &'static str = "not identifiable: the measured motion of body 1 drives the chain, and the striker's contact acts on no other body";
+}
+
+const MAX_ROUNDS: usize = 20;
+/// A step shorter than a hundredth of a standard error changes nothing.
+const CONVERGED_LENGTH2: f64 = 1e-4;
+/// Draws of body 1's noise, whose effect is known to 1/sqrt(2 n).
+const N_DRAWS: usize = 50;
+const SEED: u64 = 1;
+
+/// Fits c_d to the displacement field of a motion, whose body 1 drives the chain as it was measured.
+///
+/// The motion is a mean over drives, and so is the model's, by the quadrature that the fit to the peak energies uses, with body 1 in
+/// proportion to the drive. Samples are weighted by their independent noise; the errors that many of them share (the motion's modes)
+/// and the noise of body 1 itself, which the model passes on, go through the estimator into the uncertainty.
+///
+/// # Errors
+/// [`FitError`] as its variants say.
+pub fn fit_imposed(motion: &ChainMotion, model: &ImposedModel) -> Result<ImposedFit, FitError> {
+    let mut problem = Problem::new(motion, model)?;
+    let mut unknowns = problem.start();
+    for _ in 0..MAX_ROUNDS {
+        let predicted = problem.predicted(&unknowns, &problem.driving_m.clone())?;
+        let jacobian = problem.jacobian(&unknowns)?;
+        let (normal, side) = problem.equations(&jacobian, &predicted, &unknowns);
+        let covariance = normal.cholesky().ok_or_else(undetermined)?.inverse();
+        let step = &covariance * &side;
+        let length2 = side.dot(&step);
+        unknowns += &step;
+        unknowns[0] = unknowns[0].max(0.0);
+        if length2 < CONVERGED_LENGTH2 {
+            return problem.finish(&unknowns, &jacobian, &covariance);
+        }
+    }
+    Err(FitError::NotConverged(format!("{MAX_ROUNDS} rounds did not settle")))
+}
+
+fn undetermined() -> FitError {
+    FitError::NotConverged("the motion behind body 1 does not determine the damping".into())
+}
+
+struct Problem<'a> {
+    motion: &'a ChainMotion,
+    model: &'a ImposedModel,
+    /// First and last sample at which body 1 was seen.
+    span: (usize, usize),
+    driving_m: Vec<f64>,
+    nodes: Vec<(f64, f64)>,
+    schedule: Schedule,
+    /// Samples compared: row and time, within the span.
+    samples: Vec<(usize, usize)>,
+    n_simulations: u64,
+}
+
+impl<'a> Problem<'a> {
+    fn new(motion: &'a ChainMotion, model: &'a ImposedModel) -> Result<Self, FitError> {
+        const LEAST: usize = 100;
+        let seen = |k: &usize| motion.displacement_m[(0, *k)].is_some();
+        let n_times = motion.times_s.len();
+        let (first, last) = ((0..n_times).find(seen).unwrap_or(0), (0..n_times).rfind(seen).unwrap_or(0));
+        let driving_m: Vec<f64> =
+            (first..=last).filter_map(|k| Some(motion.displacement_m[(0, k)]?.value)).collect();
+        if driving_m.len() != last + 1 - first || driving_m.len() < LEAST {
+            return Err(FitError::TooFew {
+                what: "samples of body 1 without a hole",
+                expected: (last + 1 - first).max(LEAST),
+                found: driving_m.len(),
+            });
+        }
+        if model.chain.n_bodies() != motion.n_bodies() {
+            let (expected, found) = (motion.n_bodies(), model.chain.n_bodies());
+            return Err(FitError::TooFew { what: "bodies in the model", expected, found });
+        }
+        let rows = 1..motion.n_bodies();
+        let told = |(row, k): &(usize, usize)| {
+            motion.displacement_m[(*row, *k)].is_some() && motion.independent_sigma_m[(*row, *k)] > 0.0
+        };
+        let samples: Vec<(usize, usize)> =
+            rows.flat_map(|row| (first..=last).map(move |k| (row, k))).filter(told).collect();
+        if samples.len() < LEAST {
+            return Err(FitError::TooFew { what: "positions", expected: LEAST, found: samples.len() });
+        }
+        let interval_s = (motion.times_s[last] - motion.times_s[first]) / (last - first) as f64;
+        let schedule = Schedule::automatic(interval_s * (last - first) as f64, interval_s);
+        let nodes = quadrature(&model.drive_deviations);
+        Ok(Self { motion, model, span: (first, last), driving_m, nodes, schedule, samples, n_simulations: 0 })
+    }
+
+    fn start(&self) -> DVector<f64> {
+        let chain = &self.model.chain;
+        let mut start = vec![chain.damping_kg_per_s.iter().sum::<f64>() / chain.n_bodies() as f64];
+        start.resize(1 + self.model.known.len(), 1.0);
+        DVector::from_vec(start)
+    }
+
+    /// Displacements at the samples compared, for a motion of body 1.
+    fn predicted(&mut self, unknowns: &DVector<f64>, driving_m: &[f64]) -> Result<DVector<f64>, FitError> {
+        let n = self.model.chain.n_bodies();
+        let mut chain = Chain { damping_kg_per_s: vec![unknowns[0]; n], ..self.model.chain.clone() };
+        // Quantities of the striker change nothing here.
+        let mut striker = Striker { mass_kg: 1.0, velocity_m_per_s: 0.0, damping_kg_per_s: 0.0 };
+        let mut scale = 1.0;
+        for (known, factor) in self.model.known.iter().zip(unknowns.iter().skip(1)) {
+            known.quantity.apply(*factor, &mut chain, &mut striker);
+            scale = if known.quantity == Quantity::Scale { *factor } else { scale };
+        }
+        let first_s = self.motion.times_s[self.span.0];
+        let times_s: Vec<f64> =
+            (self.span.0..=self.span.1).map(|k| self.motion.times_s[k] - first_s).collect();
+        let mut sum = DVector::zeros(self.samples.len());
+        for (weight, deviation) in &self.nodes {
+            let driven_m = driving_m.iter().map(|x_m| x_m * (1.0 + deviation) / scale).collect();
+            chain.drive = Drive::Imposed(ImposedMotion::from_samples(times_s.clone(), driven_m)?);
+            let moved = simulate(&chain, &self.schedule)?.trajectory.displacement_m;
+            self.n_simulations += 1;
+            let last = moved.ncols().saturating_sub(1);
+            for (entry, (row, k)) in sum.iter_mut().zip(&self.samples) {
+                *entry += weight * scale * moved[(*row, (k - self.span.0).min(last))];
+            }
+        }
+        Ok(sum)
+    }
+
+    /// Derivatives by the unknowns, by central differences whose step is a thousandth of one per cent of critical or of the factor.
+    fn jacobian(&mut self, unknowns: &DVector<f64>) -> Result<DMatrix<f64>, FitError> {
+        let critical = 2.0 * (self.model.chain.contact.k_0_n_per_m() * self.model.chain.mass_kg[0]).sqrt();
+        let driving_m = self.driving_m.clone();
+        let columns: Vec<DVector<f64>> = (0..unknowns.len())
+            .map(|i| {
+                let step = if i == 0 { 1e-5 * critical } else { 1e-4 };
+                let (mut lower, mut upper) = (unknowns.clone(), unknowns.clone());
+                lower[i] = (lower[i] - step).max(0.0);
+                upper[i] += step;
+                let width = upper[i] - lower[i];
+                Ok((self.predicted(&upper, &driving_m)? - self.predicted(&lower, &driving_m)?) / width)
+            })
+            .collect::<Result<_, FitError>>()?;
+        Ok(DMatrix::from_columns(&columns))
+    }
+
+    fn weight(&self, sample: (usize, usize)) -> f64 {
+        self.motion.independent_sigma_m[sample].powi(-2)
+    }
+
+    /// J' W e.
+    fn projected(&self, jacobian: &DMatrix<f64>, errors_m: impl Fn(usize) -> f64) -> DVector<f64> {
+        let mut side = DVector::zeros(jacobian.ncols());
+        for (i, sample) in self.samples.iter().enumerate() {
+            side.axpy(self.weight(*sample) * errors_m(i), &jacobian.row(i).transpose(), 1.0);
+        }
+        side
+    }
+
+    fn equations(
+        &self,
+        jacobian: &DMatrix<f64>,
+        predicted: &DVector<f64>,
+        unknowns: &DVector<f64>,
+    ) -> (DMatrix<f64>, DVector<f64>) {
+        let n = jacobian.ncols();
+        let column = |j: usize| self.projected(jacobian, |i| jacobian[(i, j)]);
+        let mut normal = DMatrix::from_columns(&(0..n).map(column).collect::<Vec<_>>());
+        let measured = |i: usize| self.motion.displacement_m[self.samples[i]].map_or(0.0, |x| x.value);
+        let mut side = self.projected(jacobian, |i| measured(i) - predicted[i]);
+        for (known, i) in self.model.known.iter().zip(1..) {
+            normal[(i, i)] += known.relative_sigma.powi(-2);
+            side[i] -= (unknowns[i] - 1.0) * known.relative_sigma.powi(-2);
+        }
+        (normal, side)
+    }
+
+    fn finish(
+        mut self,
+        unknowns: &DVector<f64>,
+        jacobian: &DMatrix<f64>,
+        covariance: &DMatrix<f64>,
+    ) -> Result<ImposedFit, FitError> {
+        let predicted = self.predicted(unknowns, &self.driving_m.clone())?;
+        let mut total = covariance.clone();
+        let mut add = |shift: DVector<f64>, share: f64| total += &shift * shift.transpose() * share;
+        for k in 0..self.motion.modes.len() {
+            let error_m = &self.motion.modes[k].displacement_m;
+            let passed_on = self.passed_on(unknowns, &predicted, |i| error_m[(0, i)])?;
+            add(covariance * self.projected(jacobian, |i| error_m[self.samples[i]] - passed_on[i]), 1.0);
+        }
+        let mut random = Pcg64::seed_from_u64(SEED);
+        for _ in 0..N_DRAWS {
+            let noise_m = self.noise_of_body_1(&mut random);
+            let passed_on = self.passed_on(unknowns, &predicted, |i| noise_m[(0, i)])?;
+            add(covariance * self.projected(jacobian, |i| -passed_on[i]), 1.0 / N_DRAWS as f64);
+        }
+        let residual = |(i, sample): (usize, &(usize, usize))| {
+            let x = self.motion.displacement_m[*sample]?;
+            Some(((x.value - predicted[i]) / x.sigma).powi(2))
+        };
+        let squares: f64 = self.samples.iter().enumerate().filter_map(residual).sum();
+        let estimate = |i: usize| Estimate::new(unknowns[i], total[(i, i)].sqrt());
+        Ok(ImposedFit {
+            chain_damping_kg_per_s: estimate(0),
+            factors: self
+                .model
+                .known
+                .iter()
+                .zip(1..)
+                .map(|(known, i)| (known.quantity, estimate(i)))
+                .collect(),
+            reduced_chi_squared: squares / self.samples.len() as f64,
+            n_residuals: self.samples.len(),
+            n_simulations: self.n_simulations,
+        })
+    }
+
+    fn noise_of_body_1(&self, random: &mut Pcg64) -> Array2<f64> {
+        Array2::from_shape_fn((1, self.motion.times_s.len()), |place| {
+            let deviate: f64 = StandardNormal.sample(random);
+            self.motion.independent_sigma_m[place] * deviate
+        })
+    }
+
+    /// What an error of body 1, by sample, does to the prediction; nothing is simulated where it has none.
+    fn passed_on(
+        &mut self,
+        unknowns: &DVector<f64>,
+        predicted: &DVector<f64>,
+        error_m: impl Fn(usize) -> f64,
+    ) -> Result<DVector<f64>, FitError> {
+        let errors_m: Vec<f64> = (self.span.0..=self.span.1).map(error_m).collect();
+        if errors_m.iter().all(|error| error.abs() <= 0.0) {
+            return Ok(DVector::zeros(self.samples.len()));
+        }
+        let moved: Vec<f64> = self.driving_m.iter().zip(&errors_m).map(|(x_m, error)| x_m + error).collect();
+        Ok(self.predicted(unknowns, &moved)? - predicted)
+    }
+}

@@ -1,0 +1,62 @@
+//! What the evaluation chooses to model, on chains whose bodies are alike and on chains whose bodies are not.
+
+mod slow {
+    use std::fs;
+
+    use serde_json::Value;
+
+    use crate::command::succeed;
+    use crate::laboratory::{Laboratory, evaluation};
+    use crate::table::Table;
+
+    /// The choices of a run, and its results.
+    fn decided(laboratory: &Laboratory) -> (Vec<(String, String)>, Value) {
+        let (recordings, results) = (laboratory.film(), laboratory.path("results"));
+        succeed(&mut evaluation(&recordings, &results));
+        let json = |name: &str| -> Value {
+            let text = fs::read_to_string(results.join(name)).expect("it was written");
+            serde_json::from_str(&text).expect("it is JSON")
+        };
+        let text = |value: &Value| value.as_str().expect("a text").to_owned();
+        let decisions = json("decisions.json");
+        let decisions = decisions.as_array().expect("a list").iter();
+        let choices = decisions.map(|one| (text(&one["question"]), text(&one["choice"]))).collect();
+        let map = Table::read(&results.join("dispersion.parquet"));
+        assert!(map.n_rows() > 1000 && map.full("amplitude").iter().all(|amplitude| *amplitude >= 0.0));
+        (choices, json("results.json"))
+    }
+
+    fn choice<'a>(choices: &'a [(String, String)], question: &str) -> &'a str {
+        &choices.iter().find(|(asked, _)| asked == question).expect("the question is asked").1
+    }
+
+    #[test]
+    fn the_simplest_model_that_holds_is_chosen() {
+        let (choices, results) = decided(&Laboratory::new());
+        for (question, expected) in [
+            ("contact law", "power law"),
+            ("damping", "c_d and c_s"),
+            ("differences between bodies", "none"),
+            ("dimensions of the motion", "1-D"),
+        ] {
+            assert!(choice(&choices, question).starts_with(expected), "{question}: {choices:?}");
+        }
+        let fit = &results["fit_to_tracks"];
+        assert_eq!((&fit["starts"], &fit["starts_at_this_minimum"]), (&3.into(), &3.into()));
+        assert_eq!(fit["c_d_interval_95"]["is_quadratic"], true);
+        // Body 1 as it was measured drives the chain: c_d within four of its own uncertainties, and no c_s.
+        let behind = &results["fit_behind_body_1"];
+        let number = |name: &str| behind[name].as_f64().expect("a number");
+        assert!((number("c_d_kg_per_s") - 0.003).abs() < 4.0 * number("c_d_sigma"), "{behind}");
+        assert!(number("c_d_sigma") < 0.001, "{behind}");
+        assert!(behind["c_s"].as_str().is_some_and(|reason| reason.contains("not identifiable")), "{behind}");
+    }
+
+    #[test]
+    fn bodies_that_differ_in_stiffness_are_told() {
+        let laboratory =
+            Laboratory::with_experiment("trigger_jitter_s", "stiffness_scatter = 0.01\ntrigger_jitter_s");
+        let (choices, _) = decided(&laboratory);
+        assert!(choice(&choices, "differences between bodies").starts_with("bodies differ"), "{choices:?}");
+    }
+}
