@@ -29,7 +29,7 @@ pub(crate) struct Gaps {
 enum PowerGaps {
     None,
     /// The same law, in all gaps or all but those that follow another kind of law.
-    Same(PowerTable),
+    Same(Box<PowerTable>),
     Each(PowerColumns),
 }
 
@@ -272,7 +272,7 @@ impl PowerGaps {
             return Self::None;
         };
         if contacts.iter().filter_map(|contact| law_of(contact)).all(|other| other == (law, tension)) {
-            return Self::Same(PowerTable::new(&law, tension));
+            return Self::Same(Box::new(PowerTable::new(&law, tension)));
         }
         // Gaps of another kind compute any power law and are then overwritten.
         let kernels: Vec<PowerKernel> = contacts

@@ -23,6 +23,7 @@ mod check;
 mod contact;
 mod course;
 mod error;
+mod force_row;
 mod front;
 mod gaps;
 mod imposed;
@@ -38,6 +39,7 @@ mod scan;
 mod simulate;
 mod state;
 mod step_size;
+mod striker;
 mod switch;
 
 pub use chain::{Chain, Drive, FarEnd, Striker};
