@@ -240,14 +240,16 @@ fn psi_j(overlap_m: f64) -> f64 {
         - a * delta_0_m.powf(p) * overlap_m
 }
 
-/// Slope of the peaks' positions against their times, by least squares with equal weights.
+/// Slope of the peaks' positions against their times by total least squares, in units in which it is 1: the ratio of standard
+/// deviations.
 fn slope_m_per_s(peaks: &[(f64, f64)], gaps: std::ops::RangeInclusive<usize>) -> f64 {
     let points: Vec<(f64, f64)> = gaps.map(|gap| (peaks[gap - 1].0, PITCH_M * gap as f64)).collect();
     let n = points.len() as f64;
-    let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / n;
-    let (t, x) = (mean(|point| point.0), mean(|point| point.1));
-    let covariance: f64 = points.iter().map(|point| (point.0 - t) * (point.1 - x)).sum();
-    covariance / points.iter().map(|point| (point.0 - t).powi(2)).sum::<f64>()
+    let spread = |of: fn(&(f64, f64)) -> f64| {
+        let mean = points.iter().map(of).sum::<f64>() / n;
+        points.iter().map(|point| (of(point) - mean).powi(2)).sum::<f64>()
+    };
+    (spread(|point| point.1) / spread(|point| point.0)).sqrt()
 }
 
 fn assert_decisions_have_reasons(decisions: &Value) {

@@ -12,10 +12,12 @@ pub(crate) enum Column {
     PeakTime,
     PeakStrain,
     EdgeTime,
+    ParticleVelocity,
     Velocity,
     FirstThird,
     LastThird,
     Variation,
+    MeanParticleVelocity,
     HalfWidth,
     Energy,
     RelativeEnergy,
@@ -63,6 +65,16 @@ impl Scatter {
             return Err(Missing::Unstable);
         }
         Ok(Estimate::new(value, covariance(&found, &found).sqrt()))
+    }
+
+    /// The same for a quantity that noise shifts on average: what the replicas lie off the motion's value on average is taken off it
+    /// (bootstrap estimate of bias, Efron 1979).
+    pub(crate) fn unbiased_estimate(&self, column: Column, row: usize) -> Result<Estimate, Missing> {
+        let estimate = self.estimate(column, row)?;
+        let found = self.replicas.iter().filter_map(|replica| replica.value(column, row));
+        let (n, sum) = found.fold((0.0, 0.0), |(n, sum), value| (n + 1.0, sum + value - estimate.value));
+        let bias = if n > 0.0 { sum / n } else { 0.0 };
+        Ok(Estimate::new(estimate.value - bias, estimate.sigma))
     }
 
     /// Covariance of a column's values over the replicas that hold them all, shape `[row, row]`.

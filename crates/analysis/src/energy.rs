@@ -31,7 +31,7 @@ pub struct PeakEnergies {
 /// The greatest of many noisy samples is biased upwards. So the strain is smoothed first over a window that the leading
 /// pulse allows, the greatest energy picks the extreme (of compression or tension), a least-squares polynomial through the
 /// *strains* around it gives the extreme strain, and the energy is taken of that one number. What bias remains is of second
-/// order in the extreme strain's own error.
+/// order in the extreme strain's own error; [`crate::measure`] estimates it from its replicas, and takes it off.
 pub fn peak_energies(
     map: &StrainMap,
     pulses: &[Result<LeadingPulse, Missing>],

@@ -74,6 +74,8 @@ pub enum Missing {
     NoTail,
     /// Too few gaps have the value that is needed.
     TooFewGaps,
+    /// Gaps farther down do not peak later, so no pulse runs along them.
+    NoProgress,
     /// The spectrum has no maximum in the searched band.
     NoMaximum,
     /// Most noisy replicas of the motion lose the value, so its uncertainty is not known.
@@ -89,6 +91,7 @@ impl Missing {
             Self::PeakOutsideRecord => "peak outside the record",
             Self::NoTail => "record ends with the leading pulse",
             Self::TooFewGaps => "too few gaps",
+            Self::NoProgress => "no pulse that runs down the chain",
             Self::NoMaximum => "no spectral maximum",
             Self::Unstable => "lost in most noisy replicas",
         }

@@ -12,10 +12,15 @@
 //! Either way the striker's velocity is fitted along with its prior, because it is known only so well.
 
 mod arrow;
+mod bootstrap;
+mod departure;
 mod family;
 mod prediction;
 mod problem;
+mod profile;
 mod quantity;
+mod search;
+mod track_problem;
 mod tracks;
 mod whitening;
 
@@ -23,12 +28,15 @@ use chainwave_measurement::Estimate;
 use chainwave_mechanics::{Chain, MechanicsError};
 use ndarray::Array2;
 
+use crate::probability::normal_beyond;
 use crate::strain::strain_of_checked;
 use crate::{FrontSettings, PeakEnergies, StrainMap, exact_motion, leading_pulses, peak_energies};
 use prediction::Prediction;
 use problem::{Comparison, minimise};
 use whitening::cholesky_whitening;
 
+pub use departure::{Departure, scatter_of_bodies, softening};
+pub use profile::Interval;
 pub use quantity::{Known, Quantity};
 pub use tracks::{FittedRecording, TrackFit, TrackModel, fit_tracks, fitted_motion};
 
@@ -56,6 +64,14 @@ pub struct Damping {
     pub striker_damping_kg_per_s: Estimate,
     /// Correlation of the errors of c_d and c_s.
     pub correlation: f64,
+}
+
+impl Damping {
+    /// Probabilities that c_d and c_s, were they zero, would be found so large or larger (one-sided, as neither can be negative).
+    pub fn told_from_zero(&self) -> [f64; 2] {
+        [self.chain_damping_kg_per_s, self.striker_damping_kg_per_s]
+            .map(|found| normal_beyond(found.value / found.sigma))
+    }
 }
 
 /// Damping fitted to the peak potential energies, and what went along.

@@ -52,6 +52,8 @@ pub struct GapFront {
     /// Time at which the compression reaches [`FrontSettings::edge_fraction`] of the peak, in seconds; absent when it
     /// lies before the record or among missing samples.
     pub edge_time_s: Option<Estimate>,
+    /// Mean velocity of the gap's two bodies at the peak, in metres per second.
+    pub particle_velocity_m_per_s: Option<Estimate>,
 }
 
 /// The leading pulse as it passes one gap: point values.

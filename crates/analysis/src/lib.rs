@@ -16,25 +16,34 @@
 //!
 //! A value that cannot be measured is [`Missing`] with its reason; a motion that makes no sense is an [`AnalysisError`].
 
+mod across;
 mod check;
 mod columns;
 pub mod contact_fit;
+mod dispersion;
 mod energy;
 mod error;
 pub mod fit;
 mod front;
 mod half_width;
+mod line_test;
 mod local;
 mod measure;
+mod particle;
+mod probability;
 mod replicas;
 mod spectrum;
 mod strain;
+mod tail;
 mod velocity;
 
+pub use across::motion_across;
+pub use dispersion::{DispersionMap, dispersion_map, linear_dispersion_hz};
 pub use energy::{DampingShare, EnergyLaw, PeakEnergies, damping_share, peak_energies};
 pub use error::{AnalysisError, Missing};
 pub use front::{FrontSettings, GapFront, LeadingPulse, leading_pulses};
 pub use half_width::{HalfWidth, MovingProfile, half_width_times, half_widths};
+pub use line_test::{LineTest, line_test};
 pub use measure::{MeasureSettings, Measurement, measure};
 pub use replicas::replicate;
 pub use spectrum::{GapSpectrum, LocalResonance, TailSpectrum, dominant_frequency, tail_spectrum};

@@ -133,6 +133,11 @@ impl LocalPolynomial {
         self.at_z((place - self.centre) / self.half_width)
     }
 
+    /// The polynomial's derivative by the sample index.
+    pub(crate) fn slope(&self, place: f64) -> f64 {
+        self.slope_at_z((place - self.centre) / self.half_width) / self.half_width
+    }
+
     fn at_z(&self, z: f64) -> f64 {
         self.coefficients.iter().rev().fold(0.0, |sum, coefficient| sum * z + coefficient)
     }

@@ -4,9 +4,12 @@ use chainwave_measurement::{ChainMotion, Estimate};
 
 use crate::check::{check_motion, check_positive};
 use crate::columns::{Column, Columns, Scatter};
+use crate::dispersion::{DispersionMap, dispersion_map};
 use crate::energy::{EnergyLaw, PeakEnergies, peak_energies};
 use crate::front::{FrontSettings, GapFront, LeadingPulse, leading_pulses};
 use crate::half_width::{HalfWidth, MovingProfile, half_width_times, half_widths};
+use crate::line_test::line_test;
+use crate::particle::particle_velocities_m_per_s;
 use crate::replicas::replicate;
 use crate::spectrum::{LocalResonance, TailSpectrum, dominant_frequency, tail_spectrum};
 use crate::strain::strain_of_checked;
@@ -78,6 +81,8 @@ pub struct Measurement {
     pub spectrum: TailSpectrum,
     /// The dominant frequency of those spectra.
     pub local_resonance: Result<LocalResonance, Missing>,
+    /// The tails over wavenumber and frequency.
+    pub dispersion: Result<DispersionMap, Missing>,
     /// Replicas behind the uncertainties; zero for a motion without error.
     pub n_replicas: usize,
 }
@@ -98,10 +103,10 @@ pub fn measure(
     check_motion(motion)?;
     let map = strain_of_checked(motion, settings.pitch_m);
     let plan = Plan::new(&map, settings, energy_of);
-    let values = plan.apply(&map);
+    let values = plan.apply(motion, &map);
     let n_replicas = if is_exact(motion) { 0 } else { settings.n_replicas };
     let replicas = replicate(motion, n_replicas, settings.seed)
-        .map(|noisy| plan.apply(&strain_of_checked(&noisy, settings.pitch_m)).columns());
+        .map(|noisy| plan.apply(&noisy, &strain_of_checked(&noisy, settings.pitch_m)).columns());
     let scatter = Scatter::new(values.columns(), replicas.collect());
     Ok(assemble(map, &plan, &values, &scatter))
 }
@@ -133,7 +138,7 @@ impl<'a> Plan<'a> {
         Self { settings, energy_of, velocity_gaps, half_width_times_s }
     }
 
-    fn apply(&self, map: &StrainMap) -> Values {
+    fn apply(&self, motion: &ChainMotion, map: &StrainMap) -> Values {
         let front = &self.settings.front;
         let pulses = leading_pulses(map, front);
         let speed = fit_speed(&pulses, map.pitch_m, &self.velocity_gaps);
@@ -149,13 +154,27 @@ impl<'a> Plan<'a> {
             .map_or_else(Vec::new, |energy_of| peak_energies(map, &pulses, energy_of, front.peak_fraction));
         let spectrum = tail_spectrum(map, &pulses);
         let resonance = dominant_frequency(&spectrum);
-        Values { pulses, speed, half_widths_m, energies_j, spectrum, resonance }
+        let particles_m_per_s = particle_velocities_m_per_s(motion, map, &pulses);
+        let particle_m_per_s = mean_within(&particles_m_per_s, &self.velocity_gaps);
+        Values {
+            pulses,
+            particles_m_per_s,
+            particle_m_per_s,
+            speed,
+            half_widths_m,
+            energies_j,
+            spectrum,
+            resonance,
+        }
     }
 }
 
 /// Point values of everything that is measured.
 struct Values {
     pulses: Vec<Result<LeadingPulse, Missing>>,
+    particles_m_per_s: Vec<Option<f64>>,
+    /// Mean over the gaps of the group velocity.
+    particle_m_per_s: Option<f64>,
     speed: Result<SpeedFit, Missing>,
     half_widths_m: Vec<Option<f64>>,
     energies_j: Vec<Result<f64, Missing>>,
@@ -179,12 +198,21 @@ impl Values {
         columns.set(Column::FirstThird, of_speed(|speed| speed.thirds_m_per_s.map(|thirds| thirds[0])));
         columns.set(Column::LastThird, of_speed(|speed| speed.thirds_m_per_s.map(|thirds| thirds[1])));
         columns.set(Column::Variation, of_speed(SpeedFit::relative_variation));
+        columns.set(Column::ParticleVelocity, self.particles_m_per_s.clone());
+        columns.set(Column::MeanParticleVelocity, vec![self.particle_m_per_s]);
         columns.set(Column::HalfWidth, self.half_widths_m.clone());
         columns.set(Column::Energy, self.energies_j.iter().map(|energy| energy.ok()).collect());
         columns.set(Column::RelativeEnergy, self.energies_j.iter().map(relative).collect());
         columns.set(Column::Resonance, vec![self.resonance.ok().map(|(frequency_hz, _)| frequency_hz)]);
         columns
     }
+}
+
+/// Mean of the values of gaps in a range; `None` where none has one.
+fn mean_within(of_gaps: &[Option<f64>], gaps: &RangeInclusive<usize>) -> Option<f64> {
+    let within = of_gaps.iter().enumerate().filter(|(row, _)| gaps.contains(&(row + 1)));
+    let values: Vec<f64> = within.filter_map(|(_, value)| *value).collect();
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
 fn assemble(map: StrainMap, plan: &Plan<'_>, values: &Values, scatter: &Scatter) -> Measurement {
@@ -198,9 +226,14 @@ fn assemble(map: StrainMap, plan: &Plan<'_>, values: &Values, scatter: &Scatter)
         half_widths: plan.half_width_times_s.iter().enumerate().filter_map(half_width).collect(),
         energies: plan.energy_of.map(|_| energies(&values.energies_j, scatter)),
         spectrum: values.spectrum.clone(),
-        local_resonance: values.resonance.and_then(|(_, resolution_hz)| {
-            Ok(LocalResonance { frequency_hz: scatter.estimate(Column::Resonance, 0)?, resolution_hz })
+        local_resonance: values.resonance.and_then(|(frequency_hz, resolution_hz)| {
+            Ok(LocalResonance {
+                frequency_hz: scatter.estimate(Column::Resonance, 0)?,
+                resolution_hz,
+                line: line_test(&map, &values.pulses, frequency_hz)?,
+            })
         }),
+        dispersion: dispersion_map(&map, &values.pulses),
         n_replicas: scatter.n_replicas(),
         strain: map,
     }
@@ -212,6 +245,7 @@ fn gap_front(row: usize, pulse: LeadingPulse, scatter: &Scatter) -> Result<GapFr
         peak_time_s: scatter.estimate(Column::PeakTime, row)?,
         peak_strain: scatter.estimate(Column::PeakStrain, row)?,
         edge_time_s: scatter.estimate(Column::EdgeTime, row).ok(),
+        particle_velocity_m_per_s: scatter.estimate(Column::ParticleVelocity, row).ok(),
     })
 }
 
@@ -226,6 +260,7 @@ fn group_velocity(
         velocity_m_per_s: estimate(Column::Velocity)?,
         thirds_m_per_s: thirds.map(<[Estimate; 2]>::from),
         relative_variation: estimate(Column::Variation).ok(),
+        particle_velocity_m_per_s: estimate(Column::MeanParticleVelocity).ok(),
         residual_m: speed.residual_m,
         gaps: (*gaps.start(), *gaps.end()),
         n_gaps: speed.n_gaps,
@@ -235,8 +270,9 @@ fn group_velocity(
 fn energies(energies_j: &[Result<f64, Missing>], scatter: &Scatter) -> PeakEnergies {
     let measured = |row: &usize| scatter.estimate(Column::Energy, *row).is_ok();
     let rows: Vec<usize> = (0..energies_j.len()).filter(measured).collect();
-    let all_of =
-        |column| rows.iter().map(|row| scatter.estimate(column, *row).ok()).collect::<Option<Vec<_>>>();
+    let all_of = |column| {
+        rows.iter().map(|row| scatter.unbiased_estimate(column, *row).ok()).collect::<Option<Vec<_>>>()
+    };
     let reason = |(row, energy): (usize, &Result<f64, Missing>)| {
         let outcome = energy.and_then(|_| scatter.estimate(Column::Energy, row));
         outcome.err().map(|reason| (row + 1, reason))

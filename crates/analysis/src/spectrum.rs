@@ -1,17 +1,13 @@
-use std::f64::consts::PI;
-
 use chainwave_measurement::Estimate;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
 
-use crate::front::compression;
-use crate::velocity::Line;
+use crate::line_test::LineTest;
+use crate::tail::{Tail, hann};
 use crate::{LeadingPulse, Missing, StrainMap};
 
 /// Zero padding of the record, so that the frequency grid is finer than the resolution and a peak is not lost between bins.
 const PADDING: usize = 4;
-/// Samples that a tail needs at least.
-const MIN_TAIL_SAMPLES: usize = 32;
 /// Width of a Hann window's main lobe at half amplitude, in units of 1/duration.
 const HANN_RESOLUTION: f64 = 2.0;
 
@@ -55,11 +51,13 @@ pub struct LocalResonance {
     /// Resolution of the longest tail in hertz: how far the frequency of a line may be shifted by another line or by the
     /// decay of the tail, which no replica of the same record shows.
     pub resolution_hz: f64,
+    /// Whether it is a line at all.
+    pub line: LineTest,
 }
 
 /// Spectra of all tails. The tail of a gap begins when the leading pulse has had as long to fall as its front took to rise
 /// from the edge; it is the longest run of samples without a hole from there on. Its straight line is taken off, and a Hann
-/// window keeps the leakage low.
+/// window keeps the leakage low: a single taper, because tails are so short that several would smear the band.
 pub fn tail_spectrum(map: &StrainMap, pulses: &[Result<LeadingPulse, Missing>]) -> TailSpectrum {
     let n_padded = (PADDING * map.times_s.len()).next_power_of_two();
     let transform = FftPlanner::new().plan_fft_forward(n_padded);
@@ -71,10 +69,10 @@ pub fn tail_spectrum(map: &StrainMap, pulses: &[Result<LeadingPulse, Missing>]) 
         missing: Vec::new(),
     };
     for (index, pulse) in pulses.iter().enumerate() {
-        match pulse.and_then(|pulse| tail(map, &pulse)) {
-            Ok((start, values)) => {
-                let amplitude = hann_amplitudes(&values, n_padded, transform.as_ref());
-                spectrum.gaps.push(gap_spectrum(map, index + 1, start, values.len(), amplitude));
+        match pulse.and_then(|pulse| Tail::of(map, &pulse)) {
+            Ok(tail) => {
+                let amplitude = hann_amplitudes(&tail.values, n_padded, transform.as_ref());
+                spectrum.gaps.push(gap_spectrum(map, &tail, amplitude));
             }
             Err(reason) => spectrum.missing.push((index + 1, reason)),
         }
@@ -82,55 +80,24 @@ pub fn tail_spectrum(map: &StrainMap, pulses: &[Result<LeadingPulse, Missing>]) 
     spectrum
 }
 
-fn gap_spectrum(
-    map: &StrainMap,
-    gap: usize,
-    start: usize,
-    n_samples: usize,
-    amplitude: Vec<f64>,
-) -> GapSpectrum {
-    let duration_s = n_samples as f64 * map.interval_s();
+fn gap_spectrum(map: &StrainMap, tail: &Tail, amplitude: Vec<f64>) -> GapSpectrum {
+    let duration_s = tail.duration_s(map);
     GapSpectrum {
-        gap,
-        start_s: map.times_s[start],
+        gap: tail.gap,
+        start_s: map.times_s[tail.start],
         duration_s,
         resolution_hz: HANN_RESOLUTION / duration_s,
         amplitude,
     }
 }
 
-/// First index and values of the tail.
-fn tail(map: &StrainMap, pulse: &LeadingPulse) -> Result<(usize, Vec<f64>), Missing> {
-    let edge_time_s = pulse.edge_time_s.ok_or(Missing::TooFewSamples)?;
-    let start_s = 2.0 * pulse.peak_time_s - edge_time_s;
-    let start = map.times_s.partition_point(|time| *time < start_s);
-    let series = compression(map, pulse.gap);
-    let mut offset = start;
-    let mut longest = (start, &series[0..0]);
-    for run in series.get(start..).unwrap_or_default().split(Option::is_none) {
-        if run.len() > longest.1.len() {
-            longest = (offset, run);
-        }
-        offset += run.len() + 1;
-    }
-    let (first, run) = longest;
-    if run.len() < MIN_TAIL_SAMPLES {
-        return Err(Missing::NoTail);
-    }
-    Ok((first, run.iter().flatten().copied().collect()))
-}
-
 fn hann_amplitudes(values: &[f64], n_padded: usize, transform: &dyn rustfft::Fft<f64>) -> Vec<f64> {
-    let n = values.len() as f64;
-    let points: Vec<(f64, f64)> = values.iter().enumerate().map(|(at, value)| (at as f64, *value)).collect();
-    let hann = |at: f64| 0.5 - 0.5 * (2.0 * PI * (at + 0.5) / n).cos();
-    let line = Line::fit(&points);
-    let trend = |at: f64| line.map_or(0.0, |line| line.at(at));
+    let n = values.len();
     let mut bins: Vec<Complex<f64>> =
-        points.iter().map(|&(at, value)| Complex::new(hann(at) * (value - trend(at)), 0.0)).collect();
+        values.iter().enumerate().map(|(at, value)| Complex::new(hann(at, n) * value, 0.0)).collect();
     bins.resize(n_padded, Complex::new(0.0, 0.0));
     transform.process(&mut bins);
-    let window_sum: f64 = points.iter().map(|point| hann(point.0)).sum();
+    let window_sum: f64 = (0..n).map(|at| hann(at, n)).sum();
     bins[..=n_padded / 2].iter().map(|bin| 2.0 * bin.norm() / window_sum).collect()
 }
 

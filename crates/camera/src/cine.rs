@@ -12,12 +12,13 @@ mod setup;
 
 use std::path::{Path, PathBuf};
 
-use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region};
+use chainwave_measurement::{RecordingInfo, Region};
 use memmap2::Mmap;
 
 use crate::bytes::Bytes;
+use crate::file_recording::{FileRecording, PixelSource};
 use crate::mapping::map_file;
-use crate::{ByteCounter, CameraError, Format, OpenOptions};
+use crate::{CameraError, Format, OpenOptions, Opened};
 use blocks::Blocks;
 use clock::Clock;
 use header::Header;
@@ -27,86 +28,73 @@ use setup::Setup;
 pub(crate) const FORMAT: Format = Format {
     name: "Phantom .cine (starts with 43 49)",
     recognises: |candidate| candidate.head.starts_with(b"CI"),
-    open: |path, options| Ok(Box::new(Cine::open(path, options)?)),
+    open,
 };
 
 /// A frame begins with two sizes of four bytes; annotations may stand between them.
 const FRAME_HEAD_BYTES: u64 = 8;
 
-/// An opened .cine file.
-struct Cine {
+fn open(path: &Path, options: &OpenOptions) -> Opened {
+    let map = map_file(path)?;
+    let bytes = Bytes::new(path, &map);
+    let header = Header::read(bytes)?;
+    let setup = Setup::read(bytes, header.setup_offset)?;
+    let layout = Layout::of(bytes, &header, &setup)?;
+    let blocks = Blocks::read(bytes, &header, &setup)?;
+    let frames = frame_offsets(bytes, &header, &layout)?;
+    let clock = Clock::of(bytes, &header, &setup, &blocks)?;
+    let mut warnings = quirks::warnings(bytes, &header, &setup, &layout, &blocks, &frames);
+    warnings.extend(clock.warnings);
+    let info = RecordingInfo {
+        format: layout.storage.name().into(),
+        width_px: layout.raster.width_px,
+        height_px: layout.raster.height_px,
+        n_frames: frames.len(),
+        bit_depth: layout.bit_depth,
+        rate_hz: clock.rate_hz,
+        times_s: clock.times_s,
+        first_image: header.first_image.into(),
+        camera: setup.camera.clone(),
+        exposure_s: blocks.exposure_s().or(setup.exposure_s),
+        warnings,
+    };
+    let images = Images { path: path.into(), map, layout, frames };
+    Ok(Box::new(FileRecording::new(path, info, images, options)))
+}
+
+/// The images of a .cine file.
+struct Images {
     path: PathBuf,
     map: Mmap,
     layout: Layout,
     /// Offset of each frame's head, in bytes from the start of the file.
     frames: Vec<u64>,
-    info: RecordingInfo,
-    pixel_bytes: ByteCounter,
 }
 
-impl Cine {
-    fn open(path: &Path, options: &OpenOptions) -> Result<Self, CameraError> {
-        let map = map_file(path)?;
-        let bytes = Bytes::new(path, &map);
-        let header = Header::read(bytes)?;
-        let setup = Setup::read(bytes, header.setup_offset)?;
-        let layout = Layout::of(bytes, &header, &setup)?;
-        let blocks = Blocks::read(bytes, &header, &setup)?;
-        let frames = frame_offsets(bytes, &header, &layout)?;
-        let clock = Clock::of(bytes, &header, &setup, &blocks)?;
-        let mut warnings = quirks::warnings(bytes, &header, &setup, &layout, &blocks, &frames);
-        warnings.extend(clock.warnings);
-        let info = RecordingInfo {
-            format: layout.storage.name().into(),
-            width_px: layout.raster.width_px,
-            height_px: layout.raster.height_px,
-            n_frames: frames.len(),
-            bit_depth: layout.bit_depth,
-            rate_hz: clock.rate_hz,
-            times_s: clock.times_s,
-            first_image: header.first_image.into(),
-            camera: setup.camera.clone(),
-            exposure_s: blocks.exposure_s().or(setup.exposure_s),
-            warnings,
-        };
-        Ok(Self { path: path.into(), map, layout, frames, info, pixel_bytes: options.pixel_bytes.clone() })
-    }
-
+impl Images {
     /// The pixels of a frame as they are stored.
     ///
     /// The size of the picture is the header's: the frame's own size word is garbage in files of at least one camera.
-    fn image(&self, frame: usize) -> Result<&[u8], ReadError> {
+    fn image(&self, frame: usize) -> Result<&[u8], String> {
         let bytes = Bytes::new(&self.path, &self.map);
         let start = self.frames[frame];
-        let unreadable = |reason: String| ReadError::Unreadable { path: self.path.clone(), frame, reason };
-        let head = bytes.u32("frame head", start).map_err(|error| unreadable(error.to_string()))?;
+        let head = bytes.u32("frame head", start).map_err(|error| error.to_string())?;
         let room = u64::from(head)
             .checked_sub(FRAME_HEAD_BYTES)
             .and_then(|_| bytes.slice("pixels", start + u64::from(head), self.layout.frame_bytes).ok());
         room.ok_or_else(|| {
             let n_bytes = self.layout.frame_bytes;
-            unreadable(format!(
+            format!(
                 "annotation size at byte {start}: expected {FRAME_HEAD_BYTES} or more with {n_bytes} bytes of pixels \
                  behind it, found {head}"
-            ))
+            )
         })
     }
 }
 
-impl Recording for Cine {
-    fn path(&self) -> &Path {
-        &self.path
-    }
-
-    fn info(&self) -> &RecordingInfo {
-        &self.info
-    }
-
-    fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {
-        self.check_request(frame, region, pixels.len())?;
-        let n_bytes = self.layout.raster.unpack(self.image(frame)?, region, pixels);
-        self.pixel_bytes.add(n_bytes);
-        Ok(())
+impl PixelSource for Images {
+    fn read(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<u64, String> {
+        Ok(self.layout.raster.unpack(self.image(frame)?, region, pixels))
     }
 }
 

@@ -1,36 +1,23 @@
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region};
+use chainwave_measurement::Region;
 use memmap2::Mmap;
 
+use crate::CameraError;
 use crate::bytes::Bytes;
+use crate::file_recording::PixelSource;
 use crate::raster::Raster;
-use crate::{ByteCounter, CameraError, OpenOptions};
 
-/// Uncompressed frames that lie back to back in one memory-mapped file.
+/// Uncompressed frames that lie back to back in one memory-mapped file, which has [room](Self::check_room) for them.
 pub(crate) struct FlatFrames {
-    path: PathBuf,
-    map: Mmap,
-    raster: Raster,
+    pub(crate) path: PathBuf,
+    pub(crate) map: Mmap,
+    pub(crate) raster: Raster,
     /// Where the first frame starts, in bytes from the start of the file.
-    first_byte: u64,
-    info: RecordingInfo,
-    pixel_bytes: ByteCounter,
+    pub(crate) first_byte: u64,
 }
 
 impl FlatFrames {
-    /// Frames of the file `path`, which is `map` and has [room](Self::check_room) for them.
-    pub(crate) fn new(
-        path: &Path,
-        map: Mmap,
-        raster: Raster,
-        first_byte: u64,
-        info: RecordingInfo,
-        options: &OpenOptions,
-    ) -> Self {
-        Self { path: path.into(), map, raster, first_byte, info, pixel_bytes: options.pixel_bytes.clone() }
-    }
-
     /// Refuses a file that ends before its last frame, to be asked before anything is allocated for each frame.
     pub(crate) fn check_room(
         bytes: Bytes,
@@ -43,24 +30,13 @@ impl FlatFrames {
     }
 }
 
-impl Recording for FlatFrames {
-    fn path(&self) -> &Path {
-        &self.path
-    }
-
-    fn info(&self) -> &RecordingInfo {
-        &self.info
-    }
-
-    fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {
-        self.check_request(frame, region, pixels.len())?;
+impl PixelSource for FlatFrames {
+    fn read(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<u64, String> {
         let frame_bytes = self.raster.frame_bytes();
         let start = self.first_byte + frame as u64 * frame_bytes;
-        let image =
-            Bytes::new(&self.path, &self.map).slice("pixels", start, frame_bytes).map_err(|error| {
-                ReadError::Unreadable { path: self.path.clone(), frame, reason: error.to_string() }
-            })?;
-        self.pixel_bytes.add(self.raster.unpack(image, region, pixels));
-        Ok(())
+        let image = Bytes::new(&self.path, &self.map)
+            .slice("pixels", start, frame_bytes)
+            .map_err(|error| error.to_string())?;
+        Ok(self.raster.unpack(image, region, pixels))
     }
 }

@@ -8,13 +8,14 @@
 //! | TIFF, BigTIFF, ImageJ stacks | 8 to 16 bit | its rows; compressed: the frame, once |
 //! | folder of TIFF, PNG or BMP images, or one of them | 8, 16 bit | as above |
 //! | NumPy .npy | 8, 16 bit | its rows |
-//! | AVI, MP4, Matroska (feature `opencv`) | 8 bit; 16 bit gray with OpenCV 4.7 or later | the frame, once |
+//! | AVI, MP4, Matroska (feature `opencv`) | the codec's; above 8 bits by the program `ffmpeg` | the frame, once |
 //!
 //! - **One file per format.** [`open`] asks each entry of `FORMATS` whether a path is its own, by the first bytes of the
 //!   file. The name decides only where no bytes can: a .mraw holds nothing but pixels. To add a format, write a
-//!   module with a `FORMAT` constant (a name, how to recognise it, how to open it) and add one line to that list.
-//!   Frames that lie back to back need no more than a header: `flat` reads them; `raster` and `packing` unpack rows; `cache`
-//!   keeps what was decoded; `timing` gives times to what has no clock.
+//!   module with a `FORMAT` constant (a name, how to recognise it, how to open it) and add one line to that list. Opening
+//!   gives a `FileRecording`: what the file says of itself, and a `PixelSource`, which has one thing to do. Frames that lie back to
+//!   back need no more than a header: `flat` reads them; `raster` and `packing` unpack rows; `cache` keeps what was decoded;
+//!   `timing` gives times to what has no clock.
 //! - **Read only what is looked at.** Uncompressed recordings are memory-mapped and opening one reads the header alone,
 //!   so that a region costs its rows; [`ByteCounter`] counts them. Compressed recordings decode a frame once for all its
 //!   regions.
@@ -36,6 +37,7 @@ mod calibration;
 mod candidate;
 mod cine;
 mod error;
+mod file_recording;
 mod flat;
 mod linearise;
 mod mapping;

@@ -11,9 +11,10 @@ use chainwave_measurement::RecordingInfo;
 
 use crate::bytes::Bytes;
 use crate::candidate::{Candidate, read_head, sibling};
+use crate::file_recording::FileRecording;
 use crate::flat::FlatFrames;
 use crate::mapping::map_file;
-use crate::{CameraError, Format, OpenOptions};
+use crate::{CameraError, Format, OpenOptions, Opened};
 use fields::is_header;
 use header::Header;
 use levels::Levels;
@@ -22,14 +23,14 @@ use levels::Levels;
 pub(crate) const FORMAT: Format = Format {
     name: "Photron .mraw with its .cih or .cihx",
     recognises: |candidate| is_header(&candidate.head) || is_mraw(candidate),
-    open: |path, options| Ok(Box::new(open(path, options)?)),
+    open,
 };
 
 fn is_mraw(candidate: &Candidate) -> bool {
     !candidate.is_folder && candidate.has_extension("mraw")
 }
 
-fn open(path: &Path, options: &OpenOptions) -> Result<FlatFrames, CameraError> {
+fn open(path: &Path, options: &OpenOptions) -> Opened {
     let (header_path, pixel_path) = both_paths(path)?;
     let header = Header::read(&header_path)?;
     let map = map_file(&pixel_path)?;
@@ -55,7 +56,8 @@ fn open(path: &Path, options: &OpenOptions) -> Result<FlatFrames, CameraError> {
         exposure_s: header.exposure_s,
         warnings,
     };
-    Ok(FlatFrames::new(&pixel_path, map, levels.raster, 0, info, options))
+    let frames = FlatFrames { path: pixel_path.clone(), map, raster: levels.raster, first_byte: 0 };
+    Ok(Box::new(FileRecording::new(&pixel_path, info, frames, options)))
 }
 
 /// The paths of header and pixels, whichever of them was given.

@@ -7,20 +7,21 @@ use std::path::Path;
 use chainwave_measurement::RecordingInfo;
 
 use crate::bytes::Bytes;
+use crate::file_recording::FileRecording;
 use crate::flat::FlatFrames;
 use crate::mapping::map_file;
 use crate::raster::Raster;
 use crate::timing::{Timing, unstated_depth};
-use crate::{CameraError, Format, OpenOptions};
+use crate::{Format, OpenOptions, Opened};
 use header::Header;
 
 pub(crate) const FORMAT: Format = Format {
     name: "NumPy .npy (starts with 93 NUMPY)",
     recognises: |candidate| candidate.head.starts_with(header::MAGIC),
-    open: |path, options| Ok(Box::new(open(path, options)?)),
+    open,
 };
 
-fn open(path: &Path, options: &OpenOptions) -> Result<FlatFrames, CameraError> {
+fn open(path: &Path, options: &OpenOptions) -> Opened {
     let map = map_file(path)?;
     let bytes = Bytes::new(path, &map);
     let header = Header::read(bytes)?;
@@ -45,5 +46,6 @@ fn open(path: &Path, options: &OpenOptions) -> Result<FlatFrames, CameraError> {
         exposure_s: None,
         warnings,
     };
-    Ok(FlatFrames::new(path, map, raster, header.data_offset, info, options))
+    let frames = FlatFrames { path: path.into(), map, raster, first_byte: header.data_offset };
+    Ok(Box::new(FileRecording::new(path, info, frames, options)))
 }

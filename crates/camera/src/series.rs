@@ -8,28 +8,26 @@ mod numbering;
 
 use std::path::{Path, PathBuf};
 
-use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region};
+use chainwave_measurement::{RecordingInfo, Region};
 
 use crate::cache::FrameCache;
 use crate::candidate::{files_in, read_head};
+use crate::file_recording::{FileRecording, PixelSource};
 use crate::picture::Picture;
 use crate::timing::{Timing, unstated_depth};
-use crate::{ByteCounter, CameraError, Format, OpenOptions, bmp, png, tiff};
+use crate::{CameraError, Format, OpenOptions, Opened, bmp, png, tiff};
 use numbering::Numbering;
 
 pub(crate) const FOLDER: Format = Format {
     name: "folder of TIFF, PNG or BMP images",
     recognises: |candidate| candidate.is_folder,
-    open: |path, options| Ok(Box::new(open_folder(path, options)?)),
+    open: open_folder,
 };
 
 pub(crate) const IMAGE: Format = Format {
     name: "PNG or BMP image",
     recognises: |candidate| Kind::of(&candidate.head).is_some(),
-    open: |path, options| {
-        let series = vec![path.to_path_buf()];
-        Ok(Box::new(Series::open(path, series, &Numbering::single(), options)?))
-    },
+    open: |path, options| open(path, vec![path.into()], &Numbering::single(), options),
 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -79,18 +77,7 @@ fn load(path: &Path) -> Result<(Kind, Picture), CameraError> {
     }
 }
 
-/// Images of one size, one frame each.
-struct Series {
-    path: PathBuf,
-    files: Vec<PathBuf>,
-    cache: FrameCache<(), Picture>,
-    /// Width, height and bits of a pixel.
-    shape: (usize, usize, u32),
-    info: RecordingInfo,
-    pixel_bytes: ByteCounter,
-}
-
-fn open_folder(path: &Path, options: &OpenOptions) -> Result<Series, CameraError> {
+fn open_folder(path: &Path, options: &OpenOptions) -> Opened {
     let mut images = Vec::new();
     for file in files_in(path)? {
         if let Some(kind) = Kind::of(&read_head(&file)?) {
@@ -105,40 +92,43 @@ fn open_folder(path: &Path, options: &OpenOptions) -> Result<Series, CameraError
         hint,
     })?;
     let files = numbering.order.iter().map(|&index| images[index].2.clone()).collect();
-    Series::open(path, files, &numbering, options)
+    open(path, files, &numbering, options)
 }
 
-impl Series {
-    fn open(
-        path: &Path,
-        files: Vec<PathBuf>,
-        numbering: &Numbering,
-        options: &OpenOptions,
-    ) -> Result<Self, CameraError> {
-        let cache = FrameCache::new(());
-        let (kind, first) = load(&files[0])?;
-        let shape @ (width_px, height_px, bit_depth) = first.shape();
-        let timing = Timing::of(numbering.steps.iter().copied(), options, None);
-        let mut warnings = vec![timing.warning];
-        warnings.extend(unstated_depth(bit_depth));
-        warnings.extend(numbering.warnings.iter().cloned());
-        let extent = if path.is_dir() { "series" } else { "image" };
-        let info = RecordingInfo {
-            format: format!("{} {extent} {bit_depth} bit", kind.name()),
-            width_px,
-            height_px,
-            n_frames: files.len(),
-            bit_depth,
-            rate_hz: timing.rate_hz,
-            times_s: timing.times_s,
-            first_image: numbering.first,
-            camera: None,
-            exposure_s: None,
-            warnings,
-        };
-        Ok(Self { path: path.into(), files, cache, shape, info, pixel_bytes: options.pixel_bytes.clone() })
-    }
+fn open(path: &Path, files: Vec<PathBuf>, numbering: &Numbering, options: &OpenOptions) -> Opened {
+    let (kind, first) = load(&files[0])?;
+    let shape @ (width_px, height_px, bit_depth) = first.shape();
+    let timing = Timing::of(numbering.steps.iter().copied(), options, None);
+    let mut warnings = vec![timing.warning];
+    warnings.extend(unstated_depth(bit_depth));
+    warnings.extend(numbering.warnings.iter().cloned());
+    let extent = if path.is_dir() { "series" } else { "image" };
+    let info = RecordingInfo {
+        format: format!("{} {extent} {bit_depth} bit", kind.name()),
+        width_px,
+        height_px,
+        n_frames: files.len(),
+        bit_depth,
+        rate_hz: timing.rate_hz,
+        times_s: timing.times_s,
+        first_image: numbering.first,
+        camera: None,
+        exposure_s: None,
+        warnings,
+    };
+    let images = Images { files, cache: FrameCache::new(()), shape };
+    Ok(Box::new(FileRecording::new(path, info, images, options)))
+}
 
+/// Images of one size, one frame each.
+struct Images {
+    files: Vec<PathBuf>,
+    cache: FrameCache<(), Picture>,
+    /// Width, height and bits of a pixel.
+    shape: (usize, usize, u32),
+}
+
+impl Images {
     fn picture(&self, frame: usize) -> Result<Picture, String> {
         let (_, picture) = load(&self.files[frame]).map_err(|error| error.to_string())?;
         if picture.shape() != self.shape {
@@ -150,22 +140,9 @@ impl Series {
     }
 }
 
-impl Recording for Series {
-    fn path(&self) -> &Path {
-        &self.path
-    }
-
-    fn info(&self) -> &RecordingInfo {
-        &self.info
-    }
-
-    fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {
-        self.check_request(frame, region, pixels.len())?;
-        let picture = self
-            .cache
-            .get(frame, |()| self.picture(frame))
-            .map_err(|reason| ReadError::Unreadable { path: self.path.clone(), frame, reason })?;
-        self.pixel_bytes.add(picture.unpack(region, pixels));
-        Ok(())
+impl PixelSource for Images {
+    fn read(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<u64, String> {
+        let picture = self.cache.get(frame, |()| self.picture(frame))?;
+        Ok(picture.unpack(region, pixels))
     }
 }

@@ -17,12 +17,11 @@ use crate::{CameraError, Format};
 use directory::Reader;
 pub(crate) use directory::is_tiff;
 use page::{Page, Storage};
-use stack::Stack;
 
 pub(crate) const FORMAT: Format = Format {
     name: "TIFF image or stack",
     recognises: |candidate| is_tiff(&candidate.head),
-    open: |path, options| Ok(Box::new(Stack::open(path, options)?)),
+    open: stack::open,
 };
 
 /// The first image of a file.

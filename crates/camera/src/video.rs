@@ -1,8 +1,14 @@
-//! AVI, MP4 and Matroska video, decoded by OpenCV (feature `opencv`): gray of 8 bits, and of 16 bits where the codec
-//! keeps it and OpenCV hands it on, which it does from 4.7 on. What would be cut to 8 bits is refused.
+//! AVI, MP4 and Matroska video (feature `opencv`), at the depth the codec has: eight bits decoded by OpenCV, and what it would cut
+//! to eight by the program `ffmpeg`, with the same codecs.
 
 #[cfg(feature = "opencv")]
 mod decoder;
+#[cfg(feature = "opencv")]
+mod deep;
+#[cfg(feature = "opencv")]
+mod layout;
+#[cfg(feature = "opencv")]
+mod player;
 
 use std::path::Path;
 
@@ -33,7 +39,7 @@ fn container(head: &[u8]) -> Option<&'static str> {
 #[cfg(feature = "opencv")]
 fn open(path: &Path, options: &OpenOptions) -> Opened {
     let container = container(&crate::candidate::read_head(path)?).unwrap_or("unknown");
-    Ok(Box::new(decoder::Video::open(path, container, options)?))
+    player::open(path, container, options)
 }
 
 #[cfg(not(feature = "opencv"))]

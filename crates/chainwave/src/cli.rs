@@ -235,7 +235,7 @@ pub(crate) struct Simulate {
 /// Arguments of `synthesize`.
 #[derive(Debug, Args)]
 pub(crate) struct Synthesize {
-    /// The experiment; its [synthetic] part says what is filmed.
+    /// The experiment; its part `synthetic` says what is filmed.
     pub(crate) experiment: PathBuf,
     /// Folder for the recordings, trials.csv, truth.parquet, truth.json and a copy of the experiment.
     #[arg(long)]
@@ -284,7 +284,7 @@ pub(crate) struct Tradeoff {
 /// Arguments of `prove`.
 #[derive(Debug, Args)]
 pub(crate) struct Prove {
-    /// The experiment; its [synthetic] part says what is filmed.
+    /// The experiment; its part `synthetic` says what is filmed.
     pub(crate) experiment: PathBuf,
     /// Folder for proof.parquet (every estimate beside its truth), coverage.parquet and its figure.
     #[arg(long)]

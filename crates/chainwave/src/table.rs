@@ -22,7 +22,7 @@ fn write_frame(path: &Path, mut table: DataFrame) -> Result<(), Error> {
     })
 }
 
-/// A column of numbers or texts for [`write`]; `Option` items give nulls.
+/// A column of numbers or texts for [`write()`]; `Option` items give nulls.
 pub(crate) fn column<T, Phantom: ?Sized>(name: &str, values: T) -> Column
 where
     Series: NamedFrom<T, Phantom>,

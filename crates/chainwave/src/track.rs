@@ -81,6 +81,7 @@ pub(crate) fn follow(
     bar: &ProgressBar,
 ) -> Result<Tracked, Error> {
     bar.inc_length(recording.info().n_frames as u64);
+    let n_threads = if recording.is_sequential() { NonZero::<usize>::MIN } else { n_threads };
     let settings = Settings { n_threads, ..Settings::default() };
     let advance = |n| bar.inc(n);
     let tracks = match method {

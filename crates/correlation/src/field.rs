@@ -122,7 +122,7 @@ impl Scene<'_> {
             Ok(prepared) => prepared,
             Err(reason) => return (Err(reason), first),
         };
-        let found = prepared.solve_from_afar(self.target, start, workspace).map_err(reason_of);
+        let found = prepared.solve_visible(self.target, start, workspace).map_err(reason_of);
         match (self.choice, &found) {
             (ShapeChoice::ByEvidence, Ok(affine)) => self.simplify(place_px, &prepared, *affine, workspace),
             _ => (found, first),

@@ -27,7 +27,7 @@ impl Line {
 
     fn new(taps: &[f64], sign: f32) -> Self {
         let radius = taps.len() / 2;
-        // A Gaussian's outer taps are zeros in f32.
+        // A filter that smooths nothing ends in zeros.
         let mut side: Vec<f32> = taps[radius + 1..].iter().map(|&tap| tap as f32).collect();
         while side.last().is_some_and(|tap| tap.abs() < 1e-9) {
             side.pop();

@@ -2,8 +2,9 @@ use chainwave_measurement::{Estimate, Lost, Position};
 
 use crate::sample::sample;
 use crate::simd::LANES;
-use crate::sums::{Evaluation, sum, sum_of_squares};
+use crate::sums::{Evaluation, squares, sum};
 use crate::uncertainty::{Residual, sigma_px};
+use crate::visible::{noise_ratio, structure_factor};
 use crate::warp::Warp;
 use crate::{PreparedSubset, Window};
 
@@ -16,6 +17,8 @@ pub struct Match {
     pub gradient: [f64; 4],
     /// Coefficients of x^2, xy and y^2 in u, then in v, per pixel; zero but for the quadratic shape function.
     pub curvature: [f64; 6],
+    /// Variance of the residuals over what the reference's noise explains: about 1 where the frame shows nothing else.
+    pub noise_ratio: f64,
 }
 
 impl Match {
@@ -66,14 +69,14 @@ impl PreparedSubset {
         start_px: [f64; 2],
         workspace: &mut Workspace,
     ) -> Result<Match, Lost> {
-        self.solve_from_afar(window, Warp::at(start_px), workspace).map_err(|stop| match stop {
+        self.solve_visible(window, Warp::at(start_px), workspace).map_err(|stop| match stop {
             Stop::Escaped(_) => Lost::OutOfView,
             Stop::Lost(reason) => reason,
         })
     }
 
-    /// As [`Self::solve`], and where that fails once more from where the subset's middle is found: a smaller subset
-    /// converges from farther away, since a wrong strain or rotation moves its edge less.
+    /// As [`Self::solve`], and where that fails once more from where the subset's middle is found (a smaller subset
+    /// converges from farther away, since a wrong strain or rotation moves its edge less), and from where damped steps lead.
     pub(crate) fn solve_from_afar(
         &self,
         window: &Window,
@@ -82,10 +85,12 @@ impl PreparedSubset {
     ) -> Result<Match, Stop> {
         let at_once = self.solve(window, start, workspace);
         let Err(Stop::Lost(_)) = at_once else { return at_once };
-        match self.approach(window, start, workspace) {
-            Some(nearer) => self.solve(window, nearer, workspace),
-            None => at_once,
+        let from_inside = self.approach(window, start, workspace);
+        if let Some(Ok(found)) = from_inside.map(|nearer| self.solve(window, nearer, workspace)) {
+            return Ok(found);
         }
+        let higher = self.climb(window, start, workspace)?;
+        self.solve(window, higher, workspace)
     }
 
     /// Where the middle of the subset is found, sought from the middle of the middle.
@@ -137,14 +142,27 @@ impl PreparedSubset {
         if found.zncc < self.settings.min_zncc {
             return Err(Stop::Lost(Lost::LowCorrelation));
         }
-        let [sigma_x, sigma_y] = sigma_px(self, warp, &self.residual(found, workspace));
-        let [x, y] = warp.position_px;
-        let (x_px, y_px) = (Estimate::new(x, sigma_x), Estimate::new(y, sigma_y));
+        let residual = self.residual(found, workspace);
+        let noise_ratio = noise_ratio(self, residual.sum_of_squares, residual.gain);
+        let structure = structure_factor(self, noise_ratio);
+        let [noise_x, noise_y] = sigma_px(self, warp, &residual).map(|sigma| structure * sigma);
+        let [bias_x, bias_y] = self.bias.sigma_px();
+        let [x, y] = self.without_bias(warp);
+        let (x_px, y_px) = (Estimate::new(x, noise_x.hypot(bias_x)), Estimate::new(y, noise_y.hypot(bias_y)));
         Ok(Match {
             position: Position { x_px, y_px, zncc: found.zncc, iterations },
             gradient: warp.gradient,
             curvature: warp.curvature,
+            noise_ratio,
         })
+    }
+
+    /// The position without what interpolation adds to it.
+    fn without_bias(&self, warp: &Warp) -> [f64; 2] {
+        let [dx, dy] = self.bias.at(warp, self.lattice());
+        let [ux, uy, vx, vy] = warp.gradient;
+        let [x, y] = warp.position_px;
+        [x + (1.0 + ux) * dx + uy * dy, y + vx * dx + (1.0 + vy) * dy]
     }
 
     /// Whether the warped subset can be sampled from the window.
@@ -169,10 +187,19 @@ impl PreparedSubset {
         sum(self, &workspace.samples[..padded]).evaluate(self)
     }
 
+    /// The residual of each pixel after the last evaluation, in counts; 0 where it is not used.
+    pub(crate) fn residuals(&self, found: &Evaluation, workspace: &Workspace) -> Vec<f64> {
+        let pixels = workspace.samples.iter().zip(&self.intensity).zip(&self.weights).take(self.n_pixels());
+        let residual = |((g, f), weight): ((&f32, &f32), &f32)| {
+            f64::from(*weight) * (f64::from(*g) - found.mean - found.gain * f64::from(*f))
+        };
+        pixels.map(residual).collect()
+    }
+
     /// What the last evaluation left.
     pub(crate) fn residual(&self, found: &Evaluation, workspace: &Workspace) -> Residual {
-        let sum_of_squares = sum_of_squares(self, &workspace.samples, found.mean, found.gain);
-        Residual { gain: found.gain, sum_of_squares }
+        let [sum_of_squares, by_light] = squares(self, &workspace.samples, found.mean, found.gain);
+        Residual { gain: found.gain, sum_of_squares, by_light }
     }
 }
 

@@ -252,20 +252,29 @@ impl Interpolation {
         }
     }
 
-    /// The variance of a value interpolated at the phase `t` (in 0..1, the same along x and y for a product of two)
-    /// in an image of white noise of unit variance, along one axis: the sum of squares of the cardinal spline at `t +
-    /// k`.
-    pub(crate) fn noise_gain(self, t: f64) -> f64 {
-        let table = match self {
-            Self::Linear => &*LINEAR_GAIN,
-            Self::Cubic => &*CUBIC_GAIN,
-            Self::CubicMoms => &*CUBIC_MOMS_GAIN,
-            Self::Quintic => &*QUINTIC_GAIN,
-            Self::QuinticMoms => &*QUINTIC_MOMS_GAIN,
-        };
-        let place = (t - t.floor()) * PHASES as f64;
+    /// What interpolation does to white noise.
+    pub(crate) fn noise_gain(self) -> NoiseGain {
+        NoiseGain(match self {
+            Self::Linear => &LINEAR_GAIN,
+            Self::Cubic => &CUBIC_GAIN,
+            Self::CubicMoms => &CUBIC_MOMS_GAIN,
+            Self::Quintic => &QUINTIC_GAIN,
+            Self::QuinticMoms => &QUINTIC_MOMS_GAIN,
+        })
+    }
+}
+
+/// The variance of a value interpolated in an image of white noise of unit variance, over the phase between two pixels.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct NoiseGain(&'static GainTable);
+
+impl NoiseGain {
+    /// The gain along one axis at a place; that of a point of the image is the product of two. It is the sum of squares of
+    /// the cardinal spline at the place's distances from all pixels.
+    pub(crate) fn at(self, x: f64) -> f64 {
+        let place = (x - x.floor()) * PHASES as f64;
         let below = (place as usize).min(PHASES - 1);
-        table[below] + (place - below as f64) * (table[below + 1] - table[below])
+        self.0[below] + (place - below as f64) * (self.0[below + 1] - self.0[below])
     }
 }
 
@@ -392,10 +401,10 @@ mod tests {
         let linear = mean_square(|w| (w / 2.0).cos());
         let cubic = mean_square(|w| (23.0 * (w / 2.0).cos() + (1.5 * w).cos()) / 8.0 / (2.0 + w.cos()));
         for (interpolation, half) in [(Interpolation::Linear, linear), (Interpolation::Cubic, cubic)] {
-            assert!((interpolation.noise_gain(0.0) - 1.0).abs() < 1e-6, "f32 weights");
-            assert!((interpolation.noise_gain(0.5) - half).abs() < 1e-6, "f32 weights");
-            assert!((interpolation.noise_gain(7.5) - half).abs() < 1e-6, "f32 weights");
+            assert!((interpolation.noise_gain().at(0.0) - 1.0).abs() < 1e-6, "f32 weights");
+            assert!((interpolation.noise_gain().at(0.5) - half).abs() < 1e-6, "f32 weights");
+            assert!((interpolation.noise_gain().at(7.5) - half).abs() < 1e-6, "f32 weights");
         }
-        assert!(Interpolation::Quintic.noise_gain(0.5) > cubic);
+        assert!(Interpolation::Quintic.noise_gain().at(0.5) > cubic);
     }
 }

@@ -55,6 +55,8 @@
 //!
 //! Pixel (0, 0) is the centre of the top left pixel; x points right, y down.
 
+mod bias;
+mod damped;
 mod error;
 mod evidence;
 mod field;
@@ -62,6 +64,7 @@ mod field_queue;
 mod field_seed;
 mod field_strain;
 mod filter;
+mod fourier;
 mod gradient;
 mod icgn;
 mod kernel;
@@ -71,19 +74,26 @@ mod mask;
 mod method;
 mod moments;
 mod normal;
+#[cfg(feature = "opencv")]
+mod opencv_refine;
 mod predict;
 mod prefilter;
 mod prepared;
 mod reference;
+mod refine;
+mod renewal;
 mod sample;
 mod search;
 mod self_test;
 mod settings;
+mod shift;
 mod simd;
 mod subset_size;
 mod sums;
+mod template;
 mod track;
 mod uncertainty;
+mod visible;
 mod warp;
 mod window;
 

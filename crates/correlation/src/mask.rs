@@ -24,7 +24,7 @@ const ROUNDING_VARIANCE: f64 = 0.5;
 /// standard deviation under noise grows by a seventh with each pixel that the margin is wider.
 const GROUND_MARGIN_PX: usize = 4;
 /// Pixels next to one that is invalid that go with it. A clipped peak is a kink, and rings less than an edge.
-const INVALID_MARGIN_PX: usize = 2;
+pub(crate) const INVALID_MARGIN_PX: usize = 2;
 
 /// 1 for each pixel that is used and 0 for each that is not, row by row; `None` where all are used. `fourth` are the
 /// fourth differences of the pixels along both axes ([`crate::gradient`]).
@@ -34,9 +34,9 @@ pub(crate) fn usable_pixels(
     invalid: &[bool],
     fourth: &[f32],
 ) -> Option<Vec<f32>> {
-    let near_invalid = dilated(region, invalid, INVALID_MARGIN_PX);
+    let near_invalid = dilated(region.width, invalid, INVALID_MARGIN_PX);
     let near_ground =
-        dilated(region, &ground(region, pixels, invalid, fourth), GROUND_PX / 2 + GROUND_MARGIN_PX);
+        dilated(region.width, &ground(region, pixels, invalid, fourth), GROUND_PX / 2 + GROUND_MARGIN_PX);
     let left_out: Vec<bool> = near_invalid.iter().zip(&near_ground).map(|(a, b)| *a || *b).collect();
     let weights = || left_out.iter().map(|&out| if out { 0.0 } else { 1.0 }).collect();
     left_out.contains(&true).then(weights)
@@ -88,8 +88,8 @@ fn boxes(region: Region, values: impl Iterator<Item = f64>) -> Vec<f64> {
 }
 
 /// Whether a marked pixel lies within `radius` columns and rows.
-fn dilated(region: Region, marked: &[bool], radius: usize) -> Vec<bool> {
-    let Region { width, height, .. } = region;
+pub(crate) fn dilated(width: usize, marked: &[bool], radius: usize) -> Vec<bool> {
+    let height = marked.len() / width;
     let mut along_rows = vec![false; marked.len()];
     let mut both = vec![false; marked.len()];
     for (i, _) in marked.iter().enumerate().filter(|(_, marked)| **marked) {
@@ -112,7 +112,7 @@ mod tests {
         let region = Region { x: 4, y: 5, width: 9, height: 7 };
         let mut marked = vec![false; region.n_pixels()];
         marked[3 * 9 + 1] = true;
-        let grown = dilated(region, &marked, 2);
+        let grown = dilated(region.width, &marked, 2);
         for (i, grown) in grown.into_iter().enumerate() {
             let (x, y) = ((i % 9) as i32, (i / 9) as i32);
             assert_eq!(grown, (x - 1).abs() <= 2 && (y - 3).abs() <= 2, "{x} {y}");

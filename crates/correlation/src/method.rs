@@ -3,7 +3,9 @@ use std::str::FromStr;
 
 use chainwave_measurement::{Recording, Subset, Track};
 
+use crate::refine::track_by;
 use crate::settings::by_name;
+use crate::template::TemplateSearch;
 use crate::{
     CorrelationError, Interpolation, ReferenceFrames, Settings, Shape, ShapeChoice, track, track_by_evidence,
 };
@@ -15,6 +17,14 @@ pub enum Method {
     /// OpenCV's pyramidal Lucas-Kanade on 8-bit images.
     #[cfg(feature = "opencv")]
     LucasKanade,
+    /// Search at whole pixels, and a parabola through the peak.
+    TemplateParabola,
+    /// OpenCV's maximisation of the enhanced correlation coefficient.
+    #[cfg(feature = "opencv")]
+    EnhancedCorrelation,
+    /// OpenCV's phase correlation.
+    #[cfg(feature = "opencv")]
+    PhaseCorrelation,
     /// This crate's IC-GN.
     IcGn {
         /// The interpolation of the target.
@@ -28,6 +38,11 @@ pub enum Method {
 pub const METHODS: &[&str] = &[
     #[cfg(feature = "opencv")]
     "opencv-lk",
+    #[cfg(feature = "opencv")]
+    "opencv-ecc",
+    #[cfg(feature = "opencv")]
+    "opencv-phase",
+    "template-parabola",
     "icgn-linear-translation",
     "icgn-linear-rigid",
     "icgn-linear-affine",
@@ -61,9 +76,16 @@ impl Method {
         let icgn = Interpolation::ALL.into_iter().flat_map(|interpolation| {
             ShapeChoice::ALL.into_iter().map(move |shape| Self::IcGn { interpolation, shape })
         });
-        #[cfg(feature = "opencv")]
-        let icgn = std::iter::once(Self::LucasKanade).chain(icgn);
-        icgn.collect()
+        let others = [
+            #[cfg(feature = "opencv")]
+            Self::LucasKanade,
+            #[cfg(feature = "opencv")]
+            Self::EnhancedCorrelation,
+            #[cfg(feature = "opencv")]
+            Self::PhaseCorrelation,
+            Self::TemplateParabola,
+        ];
+        others.into_iter().chain(icgn).collect()
     }
 
     /// The methods with a shape function, and those that cannot have another one.
@@ -80,6 +102,14 @@ impl Method {
             // four levels of gradients and some ten iterations on the coarse and fine ones, in OpenCV's 8-bit integers
             #[cfg(feature = "opencv")]
             Self::LucasKanade => 120.0,
+            // the subset at 9 x 9 places
+            Self::TemplateParabola => 90.0,
+            // some eight iterations on the smoothed and warped scene, and on its two gradients
+            #[cfg(feature = "opencv")]
+            Self::EnhancedCorrelation => 400.0,
+            // three Fourier transforms of the subset
+            #[cfg(feature = "opencv")]
+            Self::PhaseCorrelation => 150.0,
             Self::IcGn { interpolation, shape } => {
                 let taps = interpolation.n_taps() as f64;
                 // a window has some 2.5 times the subset's pixels; a pole filters there and back along two axes
@@ -112,6 +142,17 @@ impl Method {
         match self {
             #[cfg(feature = "opencv")]
             Self::LucasKanade => crate::track_lucas_kanade(recording, subsets, reference, settings, progress),
+            Self::TemplateParabola => {
+                track_by::<TemplateSearch>(recording, subsets, reference, settings, progress)
+            }
+            #[cfg(feature = "opencv")]
+            Self::EnhancedCorrelation => track_by::<crate::opencv_refine::EnhancedCorrelation>(
+                recording, subsets, reference, settings, progress,
+            ),
+            #[cfg(feature = "opencv")]
+            Self::PhaseCorrelation => track_by::<crate::opencv_refine::PhaseCorrelation>(
+                recording, subsets, reference, settings, progress,
+            ),
             Self::IcGn { interpolation, shape: ShapeChoice::Named(shape) } => {
                 let settings = Settings { interpolation, shape, ..settings.clone() };
                 track(recording, subsets, reference, &settings, progress)
@@ -137,6 +178,11 @@ impl fmt::Display for Method {
         match self {
             #[cfg(feature = "opencv")]
             Self::LucasKanade => f.pad("opencv-lk"),
+            #[cfg(feature = "opencv")]
+            Self::EnhancedCorrelation => f.pad("opencv-ecc"),
+            #[cfg(feature = "opencv")]
+            Self::PhaseCorrelation => f.pad("opencv-phase"),
+            Self::TemplateParabola => f.pad("template-parabola"),
             Self::IcGn { interpolation, shape } => f.pad(&format!("icgn-{interpolation}-{shape}")),
         }
     }
@@ -161,6 +207,6 @@ mod tests {
         for name in METHODS {
             assert_eq!(name.parse::<Method>().unwrap().to_string(), *name);
         }
-        assert_eq!(Method::default().to_string(), "icgn-cubic-moms-affine");
+        assert_eq!(Method::default().to_string(), "icgn-cubic-affine");
     }
 }

@@ -40,6 +40,8 @@ pub(crate) struct NormalEquations {
     pub(crate) signal_energy: f64,
     /// Share of the gradient's energy that is not noise, the lesser of x and y.
     pub(crate) signal_share: f64,
+    /// M.
+    pub(crate) hessian: DMatrix<f64>,
     /// M^-1, within what the shape function allows.
     inverse: DMatrix<f64>,
     /// Sum of Z' Z', without the share of the gradient's noise.
@@ -115,7 +117,8 @@ impl NormalEquations {
             projections,
             signal_energy,
             signal_share: share(0).min(share(1)),
-            inverse: invert_for(shape, hessian)?,
+            inverse: invert_for(shape, hessian.clone())?,
+            hessian,
             signal: energies - &gradient_noise,
             noise: gradient_noise,
         })
@@ -156,7 +159,7 @@ fn unit_noise(of_places: Moments, n_terms: usize) -> DMatrix<f64> {
 
 /// The inverse of the Hessian within what the shape function allows: for a rotation, whose parameters are u, v and the
 /// angle, `C (C^T M C)^-1 C^T` with the columns of C being what each of them does to the affine parameters.
-fn invert_for(shape: Shape, hessian: DMatrix<f64>) -> Option<DMatrix<f64>> {
+pub(crate) fn invert_for(shape: Shape, hessian: DMatrix<f64>) -> Option<DMatrix<f64>> {
     if shape != Shape::Rigid {
         return invert(hessian);
     }

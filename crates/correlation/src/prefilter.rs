@@ -105,13 +105,17 @@ impl Filtering<'_> {
         let mut taps = [0.0; RADIUS];
         taps.iter_mut().zip(self.filter.response.iter().skip(1)).for_each(|(to, tap)| *to = *tap);
         let centre = if RADIUS == 0 { 1.0 } else { self.filter.response[0] };
+        // the same places in every row: divisions, which mirroring takes, are made once
+        let mirror: [[usize; 2]; RADIUS] = std::array::from_fn(|i| {
+            [-1 - i as isize, (width + i) as isize].map(|place| RADIUS + mirrored(place, width))
+        });
         let rows = self.rows.values.chunks_exact_mut(self.rows.stride);
         for (row, pixels) in rows.zip(values.chunks_exact(width)) {
             let inside = &mut self.line[RADIUS..RADIUS + width];
             inside.iter_mut().zip(pixels).for_each(|(to, pixel)| *to = pixel - level);
-            for i in 0..RADIUS {
-                self.line[RADIUS - 1 - i] = self.line[RADIUS + mirrored(-1 - i as isize, width)];
-                self.line[RADIUS + width + i] = self.line[RADIUS + mirrored((width + i) as isize, width)];
+            for (i, [left, right]) in mirror.into_iter().enumerate() {
+                self.line[RADIUS - 1 - i] = self.line[left];
+                self.line[RADIUS + width + i] = self.line[right];
             }
             for (first, block) in (0..).step_by(LANES).zip(row.as_chunks_mut::<LANES>().0) {
                 let near = &self.line[before + first..][..LANES + 2 * RADIUS];

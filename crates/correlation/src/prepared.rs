@@ -1,10 +1,13 @@
-use chainwave_measurement::{Lost, Region, Subset};
+use chainwave_measurement::{Lost, Position, Region, Subset};
+use nalgebra::DMatrix;
 
+use crate::bias::InterpolationBias;
 use crate::gradient;
-use crate::moments::Places;
+use crate::moments::{Places, TERMS};
 use crate::normal::{Images, NormalEquations, ReferenceNoise};
 use crate::reference::pixel_bounds;
 use crate::sample::Lattice;
+use crate::search::Template;
 use crate::simd::LANES;
 use crate::uncertainty::UnitCovariance;
 use crate::warp::{MAX_PARAMETERS, Warp};
@@ -56,11 +59,21 @@ pub struct PreparedSubset {
     pub(crate) projections: [[f64; 2]; MAX_PARAMETERS],
     /// M^-1.
     pub(crate) inverse: [[f64; MAX_PARAMETERS]; MAX_PARAMETERS],
+    /// M, before the shape function reduces it.
+    pub(crate) hessian: DMatrix<f64>,
     pub(crate) covariance: UnitCovariance,
     /// Variance of the noise of a reference pixel, in counts squared.
     pub(crate) noise_variance: f64,
     /// Frames behind the reference.
     pub(crate) n_averaged: f64,
+    /// Sums over the pixels of the reference times the squares of what a unit of their grey value displaces the centre by:
+    /// xx, xy and yy.
+    pub(crate) light_moments: [f64; 3],
+    /// What interpolation adds to the displacement.
+    pub(crate) bias: InterpolationBias,
+    /// What is needed to prepare a part of the subset: gradients without smoothing, and the reference's noise.
+    pub(crate) plain: [Vec<f32>; 2],
+    pub(crate) noise: ReferenceNoise,
 }
 
 /// Least share of signal in the energy of the grey values, and in that of the gradient along each axis. A patch of pure
@@ -116,18 +129,53 @@ impl PreparedSubset {
             mean,
             n_averaged: reference.n_averaged() as f64,
         };
-        let subset = Self::from_crop(crop, plain.each_ref().map(Vec::as_slice), noise, settings)?;
+        let mut subset = Self::from_crop(crop, plain, noise, settings)?;
         let sigma_px = (variance * subset.covariance.largest_signal()).sqrt();
         if sigma_px.is_nan() || sigma_px > LARGEST_REFERENCE_SIGMA_PX {
             return Err(Lost::NoTexture);
         }
+        let steps = subset.steps();
+        subset.light_moments = subset.light_moments_of(&steps);
+        let steps = steps.map(|values| Template::new(subset.width, subset.height, subset.first_px, values));
+        let first = part.first_in_image();
+        subset.bias = InterpolationBias::new(reference, first, steps, settings.interpolation);
         Ok(subset)
+    }
+
+    fn light_moments_of(&self, [along_x, along_y]: &[Vec<f32>; 2]) -> [f64; 3] {
+        let sum = |a: &[f32], b: &[f32]| -> f64 {
+            let terms = a.iter().zip(b).zip(&self.intensity);
+            terms.map(|((a, b), f)| f64::from(*a) * f64::from(*b) * f64::from(*f)).sum()
+        };
+        [sum(along_x, along_x), sum(along_x, along_y), sum(along_y, along_y)]
+    }
+
+    /// The displacement of the centre along x and y that a unit of each pixel's grey value makes: M^-1 Z'.
+    fn steps(&self) -> [Vec<f32>; 2] {
+        let n_terms = self.settings.shape.n_terms();
+        [0, n_terms].map(|parameter| {
+            let row = &self.inverse[parameter];
+            let along = |axis: usize, x: f64, y: f64| -> f64 {
+                let of = |term: usize| row[axis * n_terms + term] * monomial_of(TERMS[term], x, y);
+                (0..n_terms).map(of).sum()
+            };
+            let projected = |i: usize| self.projections.iter().zip(row).map(|(p, m)| p[i] * m).sum::<f64>();
+            let [mean, slope] = [0, 1].map(projected);
+            let step = |i: usize| {
+                let (x, y) = (f64::from(self.columns[i]), f64::from(self.rows[i]));
+                let gradients = f64::from(self.gradient_x[i]) * along(0, x, y)
+                    + f64::from(self.gradient_y[i]) * along(1, x, y);
+                let own = mean * f64::from(self.weights[i]) + slope * f64::from(self.intensity[i]);
+                (gradients - own) as f32
+            };
+            (0..self.n_pixels()).map(step).collect()
+        })
     }
 
     /// A subset from its images and their noise.
     fn from_crop(
         crop: Crop,
-        plain: [&[f32]; 2],
+        plain: [Vec<f32>; 2],
         noise: ReferenceNoise,
         settings: &Settings,
     ) -> Result<Self, Lost> {
@@ -140,7 +188,7 @@ impl PreparedSubset {
             intensity: &crop.intensity,
             ones: &crop.weights,
             smooth: crop.smooth.each_ref().map(Vec::as_slice),
-            plain,
+            plain: plain.each_ref().map(Vec::as_slice),
         };
         let n_used = crop.n_used;
         let normal = NormalEquations::new(images, settings.shape, n_used, noise).ok_or(Lost::NoTexture)?;
@@ -169,8 +217,13 @@ impl PreparedSubset {
             projections: normal.projections,
             inverse: normal.inverse_array(),
             covariance: normal.unit_covariance(),
+            hessian: normal.hessian,
             noise_variance: noise.variance,
             n_averaged: crop.n_averaged,
+            light_moments: [0.0; 3],
+            bias: InterpolationBias::default(),
+            plain,
+            noise,
         })
     }
 
@@ -208,7 +261,56 @@ impl PreparedSubset {
         };
         // A start needs no more than a rough place, so the noise is left in.
         let noise = ReferenceNoise { variance: 0.0, gain: 0.0, overlap: 0.0 };
-        Self::from_crop(crop, smooth.each_ref().map(Vec::as_slice), noise, &self.settings).ok()
+        Self::from_crop(crop, smooth, noise, &self.settings).ok()
+    }
+
+    /// The subset with those of its pixels alone that are used here and `visible`.
+    pub(crate) fn masked(&self, visible: &[bool]) -> Result<Self, Lost> {
+        let seen = pad(visible.iter().map(|&visible| if visible { 1.0 } else { 0.0 }));
+        let of_seen = |image: &[f32]| -> Vec<f32> {
+            image.iter().zip(&seen).map(|(value, seen)| value * seen).collect()
+        };
+        let weights = of_seen(&self.weights);
+        let n_used = weights.iter().filter(|&&weight| weight > 0.0).count();
+        let mut intensity = of_seen(&self.intensity);
+        let mean = mean_of_used(&intensity, &weights);
+        let centred = |(value, weight): (&mut f32, &f32)| *value = weight * (f64::from(*value) - mean) as f32;
+        intensity.iter_mut().zip(&weights).for_each(centred);
+        let crop = Crop {
+            centre_px: self.centre_px,
+            first_px: self.first_px,
+            width: self.width,
+            height: self.height,
+            intensity,
+            smooth: [of_seen(&self.gradient_x), of_seen(&self.gradient_y)],
+            template: self.template.clone(),
+            weights,
+            n_used,
+            mean: self.mean + mean,
+            n_averaged: self.n_averaged,
+        };
+        let plain = self.plain.each_ref().map(|image| of_seen(image));
+        let subset = Self::from_crop(crop, plain, self.noise, &self.settings)?;
+        let light_moments = subset.light_moments_of(&subset.steps());
+        Ok(Self { bias: self.bias, light_moments, ..subset })
+    }
+
+    /// A subset of the same size around a position.
+    pub(crate) fn at(&self, position: &Position) -> Subset {
+        Subset {
+            name: String::new(),
+            x_px: position.x_px.value,
+            y_px: position.y_px.value,
+            half_width_px: self.width / 2,
+            half_height_px: self.height / 2,
+        }
+    }
+
+    /// Column and row of each pixel relative to the centre.
+    pub(crate) fn places(&self) -> impl Iterator<Item = [f64; 2]> {
+        let [x, y] = self.first_px;
+        let place = move |i: usize| [x + (i % self.width) as f64, y + (i / self.width) as f64];
+        (0..self.n_pixels()).map(place)
     }
 
     /// Pixels of the subset.
@@ -237,6 +339,10 @@ impl PreparedSubset {
         let [x, y] = self.first_px;
         warp.bounds(self.first_px, [x + (self.width - 1) as f64, y + (self.height - 1) as f64])
     }
+}
+
+fn monomial_of([i, j]: [usize; 2], x: f64, y: f64) -> f64 {
+    x.powi(i as i32) * y.powi(j as i32)
 }
 
 /// The mean of the pixels that count.
@@ -302,6 +408,11 @@ impl Part {
     fn first_px(&self, subset: &Subset) -> [f64; 2] {
         let (column, row) = (self.region.x + self.column, self.region.y + self.row);
         [column as f64 - subset.x_px, row as f64 - subset.y_px]
+    }
+
+    /// Column and row of the first pixel in the image.
+    fn first_in_image(&self) -> [i64; 2] {
+        [(self.region.x + self.column) as i64, (self.region.y + self.row) as i64]
     }
 
     /// The subset's part of an image of the reference's size.

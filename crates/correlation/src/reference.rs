@@ -123,6 +123,13 @@ impl Reference {
         self.gradients.get_or_init(|| Gradients::of(self))
     }
 
+    /// The pixels smoothed as their noise requires.
+    pub(crate) fn without_noise(&self) -> Vec<f32> {
+        let mut smooth = self.gradients().filter.smooth(self, self.region);
+        smooth.iter_mut().for_each(|value| *value += self.level as f32);
+        smooth
+    }
+
     /// Whether each pixel saturates or is no number.
     pub(crate) fn invalid(&self) -> &[bool] {
         &self.invalid
@@ -204,7 +211,7 @@ pub(crate) fn outside(recording: &dyn Recording, subset: &Subset) -> Correlation
 }
 
 /// The largest count of a sensor.
-fn full_scale(bit_depth: u32) -> f64 {
+pub(crate) fn full_scale(bit_depth: u32) -> f64 {
     f64::from(bit_depth).exp2() - 1.0
 }
 

@@ -146,18 +146,17 @@ impl<K: Kernel<TAPS>, const TAPS: usize> RowSampling<'_, K, TAPS> {
         let Self { window, warp, lattice, samples, .. } = self;
         for row in 0..lattice.height {
             let line = Line::new(window, warp, lattice.first_px, row);
-            let mut first = 0;
-            while first < lattice.width {
-                let n = LANES.min(lattice.width - first);
-                let start = row * lattice.width + first;
-                line.sample_block::<S, K, TAPS, VECTORS>(
-                    simd,
-                    window,
-                    first,
-                    n,
-                    &mut samples[start..][..LANES],
-                );
-                first += LANES;
+            // most rows of a body that is hardly strained lie between the same coefficients from end to end
+            let (whole, end) = line.segment(0, lattice.width);
+            for first in (0..lattice.width).step_by(LANES) {
+                let block = &mut samples[row * lattice.width + first..][..LANES];
+                if end == lattice.width {
+                    let values = line.sample::<S, K, TAPS, VECTORS>(simd, window, whole, first);
+                    block.copy_from_slice(pulp::bytemuck::cast_slice(&values));
+                } else {
+                    let n = LANES.min(lattice.width - first);
+                    line.sample_block::<S, K, TAPS, VECTORS>(simd, window, first, n, block);
+                }
             }
         }
     }

@@ -1,6 +1,7 @@
 use chainwave_measurement::{ReadError, Recording, Region};
 
 use crate::PreparedSubset;
+use crate::fourier::{Image, correlations};
 use crate::simd::{LANES, sum_of_lanes, vectorised};
 use crate::warp::Warp;
 
@@ -70,12 +71,18 @@ impl Scene {
     pub(crate) fn find(&self, template: &Template) -> Option<Found> {
         let columns = (self.region.width + 1).saturating_sub(template.width);
         let rows = (self.region.height + 1).saturating_sub(template.height);
+        let directly = |column: usize, row: usize| {
+            template.correlate(self.region.width, &self.pixels[row * self.region.width + column..])
+        };
+        let transformed = self.covariances(template, columns * rows);
         let mut best = (0.0, None);
         for row in 0..rows {
             for column in 0..columns {
                 let variation = self.table.variation(column, row, template.width, template.height);
-                let covariance =
-                    template.correlate(self.region.width, &self.pixels[row * self.region.width + column..]);
+                let covariance = match &transformed {
+                    Some(all) => f64::from(all[row * columns + column]),
+                    None => directly(column, row),
+                };
                 let score = covariance / variation.sqrt();
                 // false for NaN, which a patch without contrast gives
                 if score > best.0 {
@@ -89,6 +96,47 @@ impl Scene {
             place_px: [column - x, row - y],
             zncc: score / template.energy.sqrt(),
         })
+    }
+
+    /// The sums of the template times the pixels under it at all `n_places`, row by row, by Fourier transforms where that
+    /// takes less work than each sum by itself.
+    fn covariances(&self, template: &Template, n_places: usize) -> Option<Vec<f32>> {
+        let scene = Image { width: self.region.width, values: &self.pixels };
+        let template = Image { width: template.width, values: &template.values };
+        // a transform has some 15 N log2 N operations for the two there and the one back, of which vectors take 2 at once,
+        // and 8 or more of a sum's
+        let n = scene.values.len() as f64;
+        let by_sums = n_places as f64 * template.values.len() as f64 / 8.0;
+        (by_sums > 15.0 * n * n.log2() / 2.0).then(|| correlations(scene, template))
+    }
+
+    /// The correlation where the template's centre lies at a place, on whole pixels of the scene; `None` beyond it.
+    pub(crate) fn zncc_at(&self, template: &Template, place_px: [f64; 2]) -> Option<f64> {
+        let Region { x, y, width, height } = self.region;
+        let index = |axis: usize, first: usize, n: usize, size: usize| {
+            let index = (place_px[axis] + template.first_px[axis]).round() - first as f64;
+            (index >= 0.0 && index + size as f64 <= n as f64).then_some(index as usize)
+        };
+        let (column, row) = (index(0, x, width, template.width)?, index(1, y, height, template.height)?);
+        let variation = self.table.variation(column, row, template.width, template.height);
+        let covariance = template.correlate(width, &self.pixels[row * width + column..]);
+        Some(covariance / (variation * template.energy).sqrt())
+    }
+
+    /// Where the scene lies, and its pixels less a level.
+    #[cfg(feature = "opencv")]
+    pub(crate) fn pixels(&self) -> (Region, &[f32]) {
+        (self.region, &self.pixels)
+    }
+
+    /// The pixels of a rectangle, row by row; `None` where it reaches beyond the scene.
+    #[cfg(feature = "opencv")]
+    pub(crate) fn part(&self, [left, top]: [i64; 2], width: usize, height: usize) -> Option<Vec<f32>> {
+        let column = usize::try_from(left - self.region.x as i64).ok()?;
+        let row = usize::try_from(top - self.region.y as i64).ok()?;
+        let inside = column + width <= self.region.width && row + height <= self.region.height;
+        let rows = self.pixels.chunks_exact(self.region.width).skip(row).take(height);
+        inside.then(|| rows.flat_map(|row| row[column..column + width].iter().copied()).collect())
     }
 
     /// The best place and angle of the turned subset.
@@ -157,13 +205,19 @@ impl Template {
         Self::new(side, side, [-(half as f64); 2], values)
     }
 
-    fn new(width: usize, height: usize, first_px: [f64; 2], values: Vec<f32>) -> Self {
+    /// Values of a rectangle, row by row.
+    pub(crate) fn new(width: usize, height: usize, first_px: [f64; 2], values: Vec<f32>) -> Self {
         let energy = values.iter().map(|&value| f64::from(value).powi(2)).sum();
         Self { width, height, first_px, values, energy }
     }
 
+    /// Columns and rows.
+    pub(crate) fn size(&self) -> [usize; 2] {
+        [self.width, self.height]
+    }
+
     /// Sum of the values times the pixels under them.
-    fn correlate(&self, width: usize, pixels: &[f32]) -> f64 {
+    pub(crate) fn correlate(&self, width: usize, pixels: &[f32]) -> f64 {
         vectorised(
             #[inline(always)]
             || {

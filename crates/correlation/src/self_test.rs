@@ -1,8 +1,7 @@
 //! What each rung of the ladder does on the user's own scene: patches of the reference, shifted by known amounts, under
 //! the recording's own noise.
 //!
-//! A patch is shifted by its trigonometric interpolation, which moves every frequency of a scene exactly and belongs to
-//! none of the rungs; mirrored at its edges, it has no jump there. The patch counts as the scene, with the little noise
+//! Patches are shifted as in [`crate::shift`]. The patch counts as the scene, with the little noise
 //! that the reference has, and fresh noise of the variance measured in one frame is added to each picture. So the error
 //! comes out on the safe side where the reference is a single noisy frame.
 
@@ -11,6 +10,7 @@ use std::path::Path;
 use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region, Subset};
 
 use crate::gradient::noise_variance;
+use crate::shift::{Normal, shifted};
 use crate::{CorrelationError, Method, Reference, ReferenceFrames, Settings};
 
 /// What a rung did in a self-test.
@@ -213,44 +213,6 @@ fn away_from_edges(subset: &Subset, region: Region) -> [f64; 2] {
     [along(x0, x1, region.x, region.width), along(y0, y1, region.y, region.height)]
 }
 
-/// The pixels of a patch whose scene has moved by `shift`, by trigonometric interpolation along rows and columns.
-fn shifted(pixels: &[f64], region: Region, [dx, dy]: [f64; 2]) -> Vec<f64> {
-    let Region { width, height, .. } = region;
-    let (along_x, along_y) = (shift_matrix(width, dx), shift_matrix(height, dy));
-    let mut by_row = Vec::with_capacity(pixels.len());
-    for row in pixels.chunks_exact(width) {
-        let dot =
-            |weights: &[f64]| weights.iter().zip(row).map(|(weight, value)| weight * value).sum::<f64>();
-        by_row.extend(along_x.chunks_exact(width).map(dot));
-    }
-    let mut result = vec![0.0; pixels.len()];
-    for (weights, out) in along_y.chunks_exact(height).zip(result.chunks_exact_mut(width)) {
-        for (weight, row) in weights.iter().zip(by_row.chunks_exact(width)) {
-            out.iter_mut().zip(row).for_each(|(sum, value)| *sum += weight * value);
-        }
-    }
-    result
-}
-
-/// What each of n values adds to each shifted one, the line being mirrored at its ends; row by row.
-fn shift_matrix(n: usize, shift: f64) -> Vec<f64> {
-    let period = 2.0 * n as f64;
-    let kernel = |distance: f64| {
-        let t = distance.rem_euclid(period);
-        if t.abs() < 1e-12 {
-            return 1.0;
-        }
-        let angle = std::f64::consts::PI * t;
-        angle.sin() / (period * (angle / period).tan())
-    };
-    let weight = |i: usize| {
-        let place = (i / n) as f64 - shift;
-        let column = (i % n) as f64;
-        kernel(place - column) + kernel(place - (period - 1.0 - column))
-    };
-    (0..n * n).map(weight).collect()
-}
-
 impl Recording for Film {
     fn path(&self) -> &Path {
         Path::new("self-test")
@@ -267,53 +229,5 @@ impl Recording for Film {
             out.copy_from_slice(&row[region.x..region.x + region.width]);
         }
         Ok(())
-    }
-}
-
-/// Normal deviates: splitmix64 (G. Steele, D. Lea, C. Flood, OOPSLA 2014, 453-472) through Box and Muller's transform.
-struct Normal(u64);
-
-impl Normal {
-    fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn next(&mut self) -> f64 {
-        let radius = (-2.0 * (1.0 - self.uniform()).ln()).sqrt();
-        radius * (std::f64::consts::TAU * self.uniform()).cos()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_shift_moves_a_cosine_exactly() {
-        // cosines with extrema between the mirrored ends are what the mirrored line is made of
-        let n = 24;
-        let region = Region::whole(n, n);
-        let wave = |x: f64, order: f64| (std::f64::consts::PI * order * (x + 0.5) / n as f64).cos();
-        let pixels: Vec<f64> =
-            (0..n * n).map(|i| wave((i % n) as f64, 3.0) * wave((i / n) as f64, 5.0)).collect();
-        let found = shifted(&pixels, region, [0.3, -0.7]);
-        for (i, value) in found.iter().enumerate() {
-            let expected = wave((i % n) as f64 - 0.3, 3.0) * wave((i / n) as f64 + 0.7, 5.0);
-            assert!((value - expected).abs() < 1e-12, "rounding: {value} {expected}");
-        }
-    }
-
-    #[test]
-    fn normal_deviates_have_unit_variance() {
-        let mut random = Normal(7);
-        let values: Vec<f64> = (0..20_000).map(|_| random.next()).collect();
-        let mean = values.iter().sum::<f64>() / values.len() as f64;
-        let variance = values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64;
-        // four standard errors of a mean and of a variance
-        assert!(mean.abs() < 0.028 && (variance - 1.0).abs() < 0.04, "{mean} {variance}");
     }
 }

@@ -18,6 +18,10 @@ pub struct Settings {
     pub max_iterations: u32,
     /// Least zero-normalised cross-correlation with the reference that counts as a match.
     pub min_zncc: f64,
+    /// Share of its first correlation below which a subset has changed so much that it is prepared anew from the frame where
+    /// that is seen: once three frames in a row lie below. From then on the uncertainty of its place there is part of
+    /// every sigma.
+    pub renewal_share: f64,
     /// Columns and rows on each side of the expected place that a search covers; a body may move this far between
     /// two frames without being predicted.
     pub search_radius_px: usize,
@@ -29,10 +33,11 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             shape: Shape::Affine,
-            interpolation: Interpolation::CubicMoms,
+            interpolation: Interpolation::Cubic,
             convergence_px: 1e-3,
             max_iterations: 30,
             min_zncc: 0.6,
+            renewal_share: 0.85,
             search_radius_px: 24,
             n_threads: NonZero::<usize>::MIN,
         }
@@ -50,6 +55,11 @@ impl Settings {
         }
         if !(-1.0..=1.0).contains(&self.min_zncc) {
             let (name, expected, found) = ("min_zncc", "a correlation between -1 and 1", self.min_zncc);
+            return Err(CorrelationError::Setting { name, expected, found });
+        }
+        if !(0.0..1.0).contains(&self.renewal_share) {
+            let (name, expected, found) =
+                ("renewal_share", "a share from 0 to less than 1", self.renewal_share);
             return Err(CorrelationError::Setting { name, expected, found });
         }
         if self.max_iterations == 0 {
@@ -266,6 +276,7 @@ mod tests {
         assert!(Settings::default().check().is_ok());
         assert!(Settings { convergence_px: f64::NAN, ..Settings::default() }.check().is_err());
         assert!(Settings { min_zncc: 1.5, ..Settings::default() }.check().is_err());
+        assert!(Settings { renewal_share: 1.0, ..Settings::default() }.check().is_err());
         assert!(Settings { max_iterations: 0, ..Settings::default() }.check().is_err());
     }
 }

@@ -101,11 +101,12 @@ impl<const TERMS: usize> Summation<'_, TERMS> {
     }
 }
 
-/// Sum of squares of what a target that is sampled as above, with this mean and gain, differs from the reference.
+/// Sum of squares of what a target that is sampled as above, with this mean and gain, differs from the reference; and the
+/// same with each pixel's square times the reference there.
 ///
-/// The same number follows from the sums, yet where the images are nearly free of noise only as the difference of two
+/// The first number follows from the sums, yet where the images are nearly free of noise only as the difference of two
 /// that agree to all digits of f32.
-pub(crate) fn sum_of_squares(subset: &PreparedSubset, samples: &[f32], mean: f64, gain: f64) -> f64 {
+pub(crate) fn squares(subset: &PreparedSubset, samples: &[f32], mean: f64, gain: f64) -> [f64; 2] {
     let (mean, gain) = (mean as f32, gain as f32);
     let target = samples[..subset.intensity.len()].as_chunks::<LANES>().0;
     let (reference, weights) =
@@ -113,14 +114,16 @@ pub(crate) fn sum_of_squares(subset: &PreparedSubset, samples: &[f32], mean: f64
     vectorised(
         #[inline(always)]
         || {
-            let mut lanes = [0.0; LANES];
+            let (mut lanes, mut by_light) = ([0.0; LANES], [0.0; LANES]);
             for ((g, f), weight) in target.iter().zip(reference).zip(weights) {
                 for i in 0..LANES {
                     let difference = weight[i] * (g[i] - mean - gain * f[i]);
-                    lanes[i] += difference * difference;
+                    let square = difference * difference;
+                    lanes[i] += square;
+                    by_light[i] += square * f[i];
                 }
             }
-            sum_of_lanes(lanes)
+            [sum_of_lanes(lanes), sum_of_lanes(by_light)]
         },
     )
 }
@@ -133,6 +136,8 @@ pub(crate) struct Evaluation {
     pub(crate) gain: f64,
     /// Mean of the samples.
     pub(crate) mean: f64,
+    /// Z' g.
+    pub(crate) slopes: [f64; MAX_PARAMETERS],
     pub(crate) step: Step,
 }
 
@@ -163,6 +168,7 @@ impl Sums {
             zncc: (self.intensity / (subset.energy * variation).sqrt()).min(1.0),
             gain,
             mean: self.total / subset.n_used as f64,
+            slopes: orthogonal,
             step: Step::new(subset.settings.shape, &parameters),
         })
     }

@@ -3,6 +3,8 @@ use chainwave_measurement::{Lost, Position, Recording, Region, Subset, Track};
 use crate::evidence::ShapeTest;
 use crate::icgn::{Match, Stop};
 use crate::predict::History;
+use crate::reference::full_scale;
+use crate::renewal::Decay;
 use crate::search::{chance_zncc, search, search_turned};
 use crate::uncertainty::reference_sigma_px;
 use crate::warp::Warp;
@@ -173,6 +175,9 @@ struct Follower<'a> {
     workspace: Workspace,
     /// Least correlation of a place found by search.
     acquisition_zncc: f64,
+    decay: Decay,
+    /// The subset as it was prepared first, once it has been prepared anew.
+    original: Option<PreparedSubset>,
     /// Tests whether the affine shape function is needed, and enough.
     shape_test: Option<ShapeTest>,
 }
@@ -186,7 +191,8 @@ impl<'a> Follower<'a> {
     ) -> Result<Self, CorrelationError> {
         let reference = Reference::read(recording, subset, frames)?;
         let prepared = PreparedSubset::new(&reference, subset, settings);
-        let mut window = Window::empty(settings.interpolation);
+        let full_scale = full_scale(recording.info().bit_depth);
+        let mut window = Window::empty_of(settings.interpolation, full_scale);
         window.level = prepared.as_ref().map_or(0.0, |prepared| prepared.mean as f32);
         Ok(Self {
             recording,
@@ -196,12 +202,18 @@ impl<'a> Follower<'a> {
             workspace: Workspace::default(),
             acquisition_zncc: prepared.as_ref().map_or(1.0, chance_zncc).max(settings.min_zncc),
             subset: prepared,
+            decay: Decay::default(),
+            original: None,
             shape_test: None,
         })
     }
 
     /// Goes back to where the subset was at the start, to follow it the other way.
     fn restart(&mut self, found: &Found) {
+        if let Some(original) = self.original.take() {
+            self.subset = Ok(original);
+        }
+        self.decay = Decay::default();
         let position = match (found, &self.subset) {
             (Ok(position), _) => [position.x_px.value, position.y_px.value],
             (_, Ok(subset)) => subset.centre_px,
@@ -216,13 +228,35 @@ impl<'a> Follower<'a> {
             Ok(found) => {
                 self.history.found(found.warp());
                 self.test_shape(frame, &found.warp());
-                Ok(self.with_reference_sigma(frame, found.position))
+                let position = self.decay.total(self.with_reference_sigma(frame, found.position));
+                if self.reference_frame != Some(frame) {
+                    self.renew(frame, &found, &position);
+                }
+                Ok(position)
             }
             Err(reason) => {
                 self.history.lost();
                 Err(reason)
             }
         }
+    }
+
+    /// Prepares the subset anew from a frame where its match has decayed.
+    fn renew(&mut self, frame: usize, found: &Match, position: &Position) {
+        let Ok(subset) = &self.subset else { return };
+        if !self.decay.calls_for_renewal(found, subset.settings.renewal_share) {
+            return;
+        }
+        let place = subset.at(position);
+        let Ok(reference) = Reference::read(self.recording, &place, &ReferenceFrames::Single(frame)) else {
+            return;
+        };
+        let Ok(renewed) = PreparedSubset::new(&reference, &place, &subset.settings) else { return };
+        self.acquisition_zncc = chance_zncc(&renewed).max(renewed.settings.min_zncc);
+        self.decay = Decay::renewed_at(position);
+        let before = std::mem::replace(&mut self.subset, Ok(renewed));
+        self.original = self.original.take().or(before.ok());
+        self.history = History::starting_at(Warp::at([position.x_px.value, position.y_px.value]));
     }
 
     fn test_shape(&mut self, frame: usize, warp: &Warp) {
@@ -293,7 +327,7 @@ impl<'a> Follower<'a> {
             }
             self.read_window(frame, &start)?;
             let subset = self.subset.as_ref().map_err(|reason| *reason)?;
-            match subset.solve_from_afar(&self.window, start, &mut self.workspace) {
+            match subset.solve_visible(&self.window, start, &mut self.workspace) {
                 Ok(found) => return Ok(found),
                 Err(Stop::Lost(reason)) => return Err(reason),
                 Err(Stop::Escaped(warp)) => start = warp,
@@ -344,7 +378,7 @@ const SLACK_PX: f64 = 1.0;
 
 /// The pixels around a warped subset that interpolation, its prefilter and the slack need, inside the frame, and how many
 /// of the first and last columns only the prefilter does.
-fn window_around(
+pub(crate) fn window_around(
     subset: &PreparedSubset,
     warp: &Warp,
     width: usize,

@@ -12,6 +12,10 @@
 //!
 //! cov dp = s^2/b^2 M^-1 [ (1 + b^2/m) S + G K ] M^-T.                                              (2)
 //!
+//! Shot noise grows with the light. The variance of a pixel's noise is taken for a line over the reference's grey value f
+//! (less its mean), `s^2 (1 + c f)`, with `c = sum r^2 f / sum f^2` over the mean of r^2. S, a sum of squares over pixels,
+//! then has its terms multiplied with `1 + c f`, which for the centre adds `c sum (M^-1 Z')^2 f` to what s^2 multiplies.
+//!
 //! The reference's noise has no product with K: the filters are antisymmetric, D^T = -D, and n^T D n = 0. The noise in
 //! the gradient is white, so the target's interpolated noise multiplies it with variance G.
 
@@ -50,12 +54,22 @@ pub(crate) struct Residual {
     pub(crate) gain: f64,
     /// Sum of r^2, in counts squared of the target.
     pub(crate) sum_of_squares: f64,
+    /// Sum of r^2 f, f in counts of the reference.
+    pub(crate) by_light: f64,
+}
+
+impl Residual {
+    /// How the noise's variance grows with the light: share per count of the reference above its mean.
+    fn growth(&self, subset: &PreparedSubset) -> f64 {
+        let mean_square = self.sum_of_squares / subset.n_used as f64;
+        if mean_square > 0.0 { self.by_light / subset.signal_energy / mean_square } else { 0.0 }
+    }
 }
 
 /// Standard uncertainty of the position in x and y, in pixels of the target.
 pub(crate) fn sigma_px(subset: &PreparedSubset, warp: &Warp, residual: &Residual) -> [f64; 2] {
     let [signal, noise] = scales(subset, warp, residual);
-    sigma_from(subset, warp, signal, noise)
+    sigma_from(subset, warp, signal, noise, residual.growth(subset))
 }
 
 /// The factors of the two parts of [`UnitCovariance`] in the covariance of a match's parameters.
@@ -76,12 +90,17 @@ pub(crate) fn degrees_of_freedom(subset: &PreparedSubset) -> usize {
 /// Standard uncertainty of the position in the reference frame itself. There the position is given and the residual
 /// zero; what is uncertain is which point of the body the noisy reference stands for.
 pub(crate) fn reference_sigma_px(subset: &PreparedSubset) -> [f64; 2] {
-    sigma_from(subset, &Warp::at(subset.centre_px), subset.noise_variance, 0.0)
+    sigma_from(subset, &Warp::at(subset.centre_px), subset.noise_variance, 0.0, 0.0)
 }
 
-fn sigma_from(subset: &PreparedSubset, warp: &Warp, signal: f64, noise: f64) -> [f64; 2] {
+fn sigma_from(subset: &PreparedSubset, warp: &Warp, signal: f64, noise: f64, growth: f64) -> [f64; 2] {
     let (of_signal, of_noise) = (of_centre(&subset.covariance.signal), of_centre(&subset.covariance.noise));
-    let [xx, xy, yy] = [0, 1, 2].map(|i| signal * of_signal[i] + noise * of_noise[i]);
+    let [xx, xy, yy] = [0, 1, 2].map(|i| {
+        let unequal = growth * subset.light_moments[i];
+        // no less than a quarter, whatever a few pixels say
+        let of_light = if i == 1 { unequal } else { unequal.max(-0.75 * of_signal[i]) };
+        signal * (of_signal[i] + of_light) + noise * of_noise[i]
+    });
     [[1.0, 0.0], [0.0, 1.0]].map(|axis| {
         // The covariance is that of the subset's own coordinates: (1 + A) cov (1 + A)^T, row by row.
         let [a, b] = [
@@ -96,13 +115,17 @@ fn sigma_from(subset: &PreparedSubset, warp: &Warp, signal: f64, noise: f64) -> 
 fn mean_noise_gain(subset: &PreparedSubset, warp: &Warp) -> f64 {
     const N: usize = 4;
     let place = |i: usize, first: f64, n: usize| first + ((i as f64 + 0.5) / N as f64 * n as f64).floor();
-    let interpolation = subset.settings.interpolation;
+    let gain = subset.settings.interpolation.noise_gain();
+    if warp.is_translation() {
+        let [x, y] = warp.apply(subset.first_px);
+        return gain.at(x) * gain.at(y);
+    }
     let mut sum = 0.0;
     for i in 0..N * N {
         let x = place(i % N, subset.first_px[0], subset.width);
         let y = place(i / N, subset.first_px[1], subset.height);
         let [x, y] = warp.apply([x, y]);
-        sum += interpolation.noise_gain(x) * interpolation.noise_gain(y);
+        sum += gain.at(x) * gain.at(y);
     }
     sum / (N * N) as f64
 }

@@ -1,8 +1,9 @@
 use chainwave_measurement::Region;
 
+use crate::mask::dilated;
 use crate::prefilter::{Pixels, Prefilter, Rows, prefilter};
 use crate::search::Scene;
-use crate::simd::LANES;
+use crate::simd::{LANES, vectorised};
 use crate::{CorrelationError, Interpolation};
 
 /// The spline coefficients of a part of an image, made once and sampled at any place in it.
@@ -22,6 +23,11 @@ pub struct Window {
     pub(crate) stride: usize,
     /// Counts that were taken from every pixel: a spline reproduces a constant, and small numbers keep their digits.
     pub(crate) level: f32,
+    /// Counts at and above which a pixel saturates.
+    full_scale: f32,
+    /// Whether any pixel saturates or is no number, and then, whether each does.
+    has_flagged: bool,
+    flags: Vec<bool>,
     /// A buffer of the prefilter.
     line: Vec<f32>,
 }
@@ -36,14 +42,34 @@ impl Window {
         pixels: &[f32],
         interpolation: Interpolation,
     ) -> Result<Self, CorrelationError> {
+        Self::saturating_at(region, pixels, interpolation, f64::INFINITY)
+    }
+
+    /// As [`Window::new`]; what is matched in the window leaves out the pixels at `full_scale` (counts) and above. Those
+    /// that are no numbers are left out in any case.
+    ///
+    /// # Errors
+    /// As [`Window::new`].
+    pub fn saturating_at(
+        region: Region,
+        pixels: &[f32],
+        interpolation: Interpolation,
+        full_scale: f64,
+    ) -> Result<Self, CorrelationError> {
         if pixels.len() != region.n_pixels() {
             return Err(CorrelationError::PixelCount { region, found: pixels.len() });
         }
         let mut window = Self::empty(interpolation);
+        window.full_scale = full_scale as f32;
         window.level = pixels.get(pixels.len() / 2).copied().unwrap_or(0.0);
         window.start(region, [0; 2]).copy_from_slice(pixels);
         window.finish();
         Ok(window)
+    }
+
+    /// The kernel of the spline.
+    pub fn interpolation(&self) -> Interpolation {
+        self.interpolation
     }
 
     /// A window without pixels, to be filled again and again.
@@ -51,7 +77,19 @@ impl Window {
         let region = Region { x: 0, y: 0, width: 0, height: 0 };
         let coefficients = vec![0.0; 3 * LANES];
         let (pixels, line) = (Vec::new(), Vec::new());
-        Self { interpolation, region, source: region, pixels, coefficients, stride: 0, level: 0.0, line }
+        Self {
+            interpolation,
+            region,
+            source: region,
+            pixels,
+            coefficients,
+            stride: 0,
+            level: 0.0,
+            full_scale: f32::INFINITY,
+            has_flagged: false,
+            flags: Vec::new(),
+            line,
+        }
     }
 
     /// Moves the window to `source` and hands out its pixels to be written; [`Window::finish`] must follow. Of the first
@@ -66,8 +104,26 @@ impl Window {
         &mut self.pixels
     }
 
-    /// Turns the pixels into coefficients.
+    /// A window without pixels, of which those at `full_scale` and above saturate.
+    pub(crate) fn empty_of(interpolation: Interpolation, full_scale: f64) -> Self {
+        Self { full_scale: full_scale as f32, ..Self::empty(interpolation) }
+    }
+
+    /// Turns the pixels into coefficients. A pixel that is no number becomes full scale, or the window's level.
     pub(crate) fn finish(&mut self) {
+        let full_scale = self.full_scale;
+        let usable = |pixel: f32| pixel < full_scale;
+        let pixels = &self.pixels;
+        self.has_flagged = vectorised(
+            #[inline(always)]
+            || pixels.iter().fold(false, |flagged, &pixel| flagged | !usable(pixel)),
+        );
+        if self.has_flagged {
+            let instead = if full_scale.is_finite() { full_scale } else { self.level };
+            self.flags.clear();
+            self.flags.extend(self.pixels.iter().map(|&pixel| !usable(pixel)));
+            self.pixels.iter_mut().filter(|pixel| !pixel.is_finite()).for_each(|pixel| *pixel = instead);
+        }
         let n = self.stride * self.region.height;
         self.coefficients[LANES + n..].fill(0.0);
         let (width, before) = (self.region.width, self.region.x - self.source.x);
@@ -78,6 +134,18 @@ impl Window {
             response: self.interpolation.prefilter_response(),
         };
         prefilter(rows, pixels, filter, &mut self.line);
+    }
+
+    /// Whether a point lies within `radius` columns and rows of a pixel that saturates or is no number; `None` where no
+    /// pixel does.
+    pub(crate) fn flagged(&self, radius: usize) -> Option<impl Fn([f64; 2]) -> bool> {
+        let Region { x: left, y: top, width, height } = self.source;
+        let near = self.has_flagged.then(|| dilated(width, &self.flags, radius))?;
+        Some(move |[x, y]: [f64; 2]| {
+            let (column, row) = (x.round() - left as f64, y.round() - top as f64);
+            let inside = column >= 0.0 && row >= 0.0 && column < width as f64 && row < height as f64;
+            inside && near[row as usize * width + column as usize]
+        })
     }
 
     /// All pixels, to be searched.

@@ -5,9 +5,11 @@ mod support;
 
 use std::time::Instant;
 
-use chainwave_correlation::{Method, ReferenceFrames, Settings};
-use chainwave_measurement::Track;
-use support::{Film, Speckle, grid, moments, sense};
+use chainwave_correlation::{Interpolation, Method, ReferenceFrames, Settings, Shape, Window, Workspace};
+use chainwave_measurement::{Region, Subset, Track};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use support::{FULL_RANGE, Film, SIZE, Speckle, grid, moments, prepare, sense};
 
 const N_FRAMES: usize = 41;
 
@@ -45,7 +47,8 @@ fn every_method_on_one_scene() {
         "{:26} {:>9} {:>9} {:>7} {:>7} {:>5} {:>9}",
         "method", "bias mpx", "std mpx", "68 %", "95 %", "lost", "per s"
     );
-    for method in Method::all() {
+    let wanted = std::env::var("METHOD").unwrap_or_default();
+    for method in Method::all().into_iter().filter(|method| method.to_string().contains(&wanted)) {
         let run = |film: &Film| {
             let reference = ReferenceFrames::Single(0);
             method.track(film, &subsets, &reference, &Settings::default(), &|_| ()).unwrap()
@@ -73,5 +76,130 @@ fn every_method_on_one_scene() {
             (N_FRAMES - 1) * subsets.len() - all.len(),
             (N_FRAMES * subsets.len()) as f64 / wall_s,
         );
+    }
+}
+
+/// Pull and error over the floor of every axis of every subset, by shape function and interpolation.
+type Pulls = Vec<[f64; 2]>;
+
+/// The Cramer-Rao bound of the affine shape function with unknown gain and offset, over the floor: root mean square
+/// over all subsets and both axes.
+fn affine_bound(still: &[f64], slopes: &[Vec<f64>; 2]) -> f64 {
+    let (mut bound, mut floor) = (0.0, 0.0);
+    for subset in grid(24) {
+        let (cx, cy) = (subset.x_px as usize, subset.y_px as usize);
+        let mut hessian = nalgebra::DMatrix::<f64>::zeros(8, 8);
+        for (x, y) in (0..33).flat_map(|y| (0..33).map(move |x| (x, y))) {
+            let i = (cy + y - 16) * SIZE[0] + cx + x - 16;
+            let (fx, fy, x, y) = (slopes[0][i], slopes[1][i], x as f64 - 16.0, y as f64 - 16.0);
+            let j = nalgebra::DVector::from_vec(vec![
+                fx,
+                fx * x,
+                fx * y,
+                fy,
+                fy * x,
+                fy * y,
+                1.0,
+                still[i] / 1e3,
+            ]);
+            hessian += &j * j.transpose();
+        }
+        floor += 1.0 / hessian[(0, 0)] + 1.0 / hessian[(3, 3)];
+        let inverse = hessian.try_inverse().unwrap();
+        bound += inverse[(0, 0)] + inverse[(3, 3)];
+    }
+    (bound / floor).sqrt()
+}
+
+/// The noise floor of a subset along x and y, from the images without noise.
+fn floors_px(slopes: &[Vec<f64>; 2], noise: f64) -> Vec<[f64; 2]> {
+    let of = |subset: &Subset| {
+        let (cx, cy) = (subset.x_px as usize, subset.y_px as usize);
+        let pixels =
+            || (cy - 16..=cy + 16).flat_map(move |y| (cx - 16..=cx + 16).map(move |x| y * SIZE[0] + x));
+        [0, 1].map(|axis| {
+            let energy: f64 = pixels().map(|i| slopes[axis][i].powi(2)).sum();
+            (2.0 * (noise * FULL_RANGE).powi(2) / energy).sqrt()
+        })
+    };
+    grid(24).iter().map(of).collect()
+}
+
+/// Matches with random displacements.
+fn pulls(noise: f64, n_draws: u64, offset: f64, methods: &[(Interpolation, Shape)]) -> Vec<Pulls> {
+    let mut all = vec![Pulls::new(); methods.len()];
+    let mut random = Pcg64Mcg::seed_from_u64(5);
+    for pattern in 0..2 {
+        let speckle = Speckle::new(31 + pattern, Speckle::RADIUS_PX);
+        let lit = |image: Vec<f64>| image.into_iter().map(|g| g + offset).collect::<Vec<_>>();
+        let still = lit(speckle.render(|spot| spot));
+        let slope = |d: [f64; 2]| {
+            let [after, before] =
+                [0.01, -0.01].map(|h| speckle.render(|[x, y]| [x + h * d[0], y + h * d[1]]));
+            after.iter().zip(before).map(|(a, b)| (a - b) / 0.02).collect::<Vec<f64>>()
+        };
+        let slopes = [slope([1.0, 0.0]), slope([0.0, 1.0])];
+        println!("affine bound over floor {:.4}", affine_bound(&still, &slopes));
+        let floors = floors_px(&slopes, noise);
+        for draw in 0..n_draws {
+            let shift = [random.random_range(-0.5..0.5), random.random_range(-0.5..0.5)];
+            let seed = 1000 * pattern + 2 * draw;
+            let reference = sense(&still, noise, seed);
+            let target = sense(&lit(speckle.render(|[x, y]| [x + shift[0], y + shift[1]])), noise, seed + 1);
+            for ((interpolation, shape), pulls) in methods.iter().zip(&mut all) {
+                let settings =
+                    Settings { interpolation: *interpolation, shape: *shape, ..Settings::default() };
+                let window = Window::new(Region::whole(SIZE[0], SIZE[1]), &target, *interpolation).unwrap();
+                let mut workspace = Workspace::default();
+                let subsets = grid(24);
+                for ((subset, prepared), floor) in
+                    subsets.iter().zip(prepare(&reference, &subsets, &settings)).zip(&floors)
+                {
+                    let start = [subset.x_px, subset.y_px];
+                    let Ok(found) = prepared.match_in(&window, start, &mut workspace) else { continue };
+                    let found = found.position;
+                    let error =
+                        [found.x_px.value - start[0] - shift[0], found.y_px.value - start[1] - shift[1]];
+                    pulls.push([error[0] / found.x_px.sigma, error[0] / floor[0]]);
+                    pulls.push([error[1] / found.y_px.sigma, error[1] / floor[1]]);
+                }
+            }
+        }
+    }
+    all
+}
+
+#[test]
+#[ignore = "a measurement of minutes, not a check"]
+fn precision_and_coverage_at_every_noise() {
+    let env = |name: &str, usual: f64| std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(usual);
+    let offset = env("OFFSET", 0.0);
+    let methods: Vec<(Interpolation, Shape)> = [Interpolation::CubicMoms]
+        .into_iter()
+        .flat_map(|interpolation| Shape::ALL.map(|shape| (interpolation, shape)))
+        .chain(
+            [Interpolation::Linear, Interpolation::Cubic, Interpolation::Quintic, Interpolation::QuinticMoms]
+                .map(|i| (i, Shape::Affine)),
+        )
+        .collect();
+    for noise in [0.002, 0.01, 0.02, 0.05, 0.1] {
+        for ((interpolation, shape), pulls) in
+            methods.iter().zip(pulls(noise, env("DRAWS", 20.0) as u64, offset, &methods))
+        {
+            let n = pulls.len() as f64;
+            let share = |limit: f64| 100.0 * pulls.iter().filter(|p| p[0].abs() < limit).count() as f64 / n;
+            let rms = |i: usize| (pulls.iter().map(|p| p[i] * p[i]).sum::<f64>() / n).sqrt();
+            println!(
+                "{:5.1} % {:12} {:12} std/floor {:.3}  rms pull {:.3}  {:.1} {:.1}  n {}",
+                100.0 * noise,
+                interpolation.to_string(),
+                shape.to_string(),
+                rms(1),
+                rms(0),
+                share(1.0),
+                share(1.96),
+                n
+            );
+        }
     }
 }

@@ -36,12 +36,16 @@ fn errors(
     interpolation: Interpolation,
 ) -> Vec<[f64; 3]> {
     let window = Window::new(Region::whole(SIZE[0], SIZE[1]), target, interpolation).unwrap();
-    let settings = Settings { interpolation, ..Settings::default() };
+    errors_in(reference, &window, shift)
+}
+
+fn errors_in(reference: &Reference, window: &Window, shift: [f64; 2]) -> Vec<[f64; 3]> {
+    let settings = Settings { interpolation: window.interpolation(), ..Settings::default() };
     let mut workspace = Workspace::default();
     let mut find = |[x, y]: [f64; 2]| {
         let prepared = PreparedSubset::new(reference, &subset(x, y, 16), &settings).unwrap();
         let start = [x + shift[0].round(), y + shift[1].round()];
-        let found = prepared.match_in(&window, start, &mut workspace).unwrap().position.x_px;
+        let found = prepared.match_in(window, start, &mut workspace).unwrap().position.x_px;
         let error = found.value - x - shift[0];
         [error, error / found.sigma, prepared.n_used() as f64]
     };
@@ -160,4 +164,35 @@ fn a_subset_of_ground_alone_has_no_texture() {
         let prepared = PreparedSubset::new(&reference, &subset(64.0, 64.0, 12), &Settings::default());
         assert_eq!(prepared.err(), Some(Lost::NoTexture));
     }
+}
+
+#[test]
+fn glints_that_do_not_go_with_the_body_are_left_out_of_the_target() {
+    // Reflections stay where the lamps are while the body moves: they saturate other pixels of the subset in each picture.
+    let speckle = Speckle::new(6, Speckle::RADIUS_PX);
+    let picture = |shift: [f64; 2]| {
+        let mut image = speckle.render(|[x, y]| [x + shift[0], y + shift[1]]);
+        for [x, y] in centres().flat_map(|[x, y]| [[x - 9.0, y + 4.0], [x + 6.0, y - 8.0]]) {
+            for (i, value) in image.iter_mut().enumerate().filter(|_| shift != [0.0; 2]) {
+                let square = ((i % SIZE[0]) as f64 - x).powi(2) + ((i / SIZE[0]) as f64 - y).powi(2);
+                *value += if square < 6.0 { 40_000.0 } else { 0.0 };
+            }
+        }
+        image
+    };
+    let pulls = |full_scale: f64| {
+        let mut pulls = Vec::new();
+        for step in 1..10 {
+            let shift = [0.1 * step as f64, -0.3];
+            let reference = reference(&sense(&picture([0.0; 2]), 0.01, 2 * step));
+            let target = sense(&picture(shift), 0.01, 2 * step + 1);
+            let whole = Region::whole(SIZE[0], SIZE[1]);
+            let window = Window::saturating_at(whole, &target, Interpolation::Cubic, full_scale).unwrap();
+            pulls.extend(errors_in(&reference, &window, shift));
+        }
+        pulls
+    };
+    assert_coverage(&pulls(FULL_RANGE));
+    // what is not known to saturate is found by its residual
+    assert_coverage(&pulls(f64::INFINITY));
 }

@@ -94,22 +94,32 @@ fn errors_do_not_add_up_over_frames() {
 }
 
 #[test]
-fn a_rod_across_a_body_is_no_false_place() {
-    // A bright rod of 9 px passes over the subset: right within its error, or lost for the reason.
-    let mut film = film(16, [0.4, 0.0], 0.8, 0.0);
-    for (k, frame) in film.frames.iter_mut().enumerate().skip(1) {
-        let first = 150 + 8 * k;
-        frame.chunks_exact_mut(SIZE[0]).for_each(|row| row[first..first + 9].fill(3000.0));
-    }
-    let track = follow(&film, 200.0, &Settings::default());
-    for (k, found) in track.positions.iter().enumerate() {
-        // hidden in part from frame 5 to 8; a lost body is searched for in every fourth frame in the end
-        let may_be_lost = (4..13).contains(&k);
-        match found {
-            // a rod is no noise: what it hides is not in sigma, so a tenth of a pixel is what this asserts
-            Ok(found) => assert!((found.x_px.value - 200.0 - 0.4 * k as f64).abs() < 0.1, "{k}: {found:?}"),
-            Err(reason) => assert!(may_be_lost && *reason != Lost::OutOfView, "{k}: {reason:?}"),
+fn a_rod_across_a_body_is_left_out_or_the_body_is_lost_and_found_again() {
+    // A rod of 9 px passes over the subset, bright, dark or as grey as the body: right within its sigma, or lost for the
+    // reason.
+    for (grey, width) in [(3000.0, 9), (300.0, 9), (1200.0, 9), (3000.0, 14)] {
+        let mut film = film(20, [0.4, 0.0], 0.8, 0.0);
+        for (k, frame) in film.frames.iter_mut().enumerate().skip(1) {
+            let first = 140 + 6 * k;
+            frame.chunks_exact_mut(SIZE[0]).for_each(|row| row[first..first + width].fill(grey));
         }
+        let track = follow(&film, 200.0, &Settings::default());
+        for (k, found) in track.positions.iter().enumerate() {
+            match found {
+                Ok(found) => {
+                    let error = found.x_px.value - 200.0 - 0.4 * k as f64;
+                    // 80 errors, none beyond four sigma
+                    assert!(error.abs() < 4.0 * found.x_px.sigma + 1e-3, "{grey}, {k}: {error} {found:?}");
+                }
+                // hidden in part from frame 5 to 13; a lost body is searched for in every fourth frame in the end
+                Err(reason) => {
+                    assert!((5..17).contains(&k) && *reason != Lost::OutOfView, "{grey}, {k}: {reason:?}");
+                }
+            }
+        }
+        let n_lost = track.positions.iter().filter(|found| found.is_err()).count();
+        // with the pixels that interpolation mixes, the wider rod hides 20 of 33 columns for three frames
+        assert!(n_lost <= if width < 10 { 2 } else { 4 }, "{grey}: {n_lost} frames");
     }
 }
 

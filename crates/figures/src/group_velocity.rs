@@ -12,10 +12,10 @@ use crate::{FigureError, output};
 
 const HEIGHT_MM: f64 = 52.0;
 
-/// Group velocity against striker velocity.
+/// Group velocity against striker or particle velocity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GroupVelocities {
-    /// Group velocity against striker velocity, both in metres per second: measured (with error bars both ways) or
+    /// Group velocity against the other velocity, both in metres per second: measured (with error bars both ways) or
     /// computed.
     pub series: Vec<Series>,
     /// Speed of sound of the chain in metres per second, drawn as a level.
@@ -27,10 +27,18 @@ pub struct GroupVelocities {
 /// # Errors
 /// [`FigureError`] when a file cannot be written.
 pub fn group_velocity(stem: &Path, velocities: &GroupVelocities) -> Result<(), FigureError> {
-    output::write(stem, &layout(velocities)?)
+    output::write(stem, &layout(velocities, "striker velocity (m/s)")?)
 }
 
-fn layout(velocities: &GroupVelocities) -> Result<Drawing, FigureError> {
+/// Draws the group velocity against the velocity of the bodies as the pulse's peak passes.
+///
+/// # Errors
+/// [`FigureError`] when a file cannot be written.
+pub fn group_velocity_by_particles(stem: &Path, velocities: &GroupVelocities) -> Result<(), FigureError> {
+    output::write(stem, &layout(velocities, "particle velocity (m/s)")?)
+}
+
+fn layout(velocities: &GroupVelocities, against: &str) -> Result<Drawing, FigureError> {
     let mut drawing = Drawing::new(Drawing::ONE_COLUMN_MM)?;
     let (x, y) = scales(velocities);
     let left = plot::side_margin_mm(&drawing, &y, HEIGHT_MM);
@@ -48,7 +56,7 @@ fn layout(velocities: &GroupVelocities) -> Result<Drawing, FigureError> {
     for (series, look) in lines.into_iter().chain(markers) {
         plot.series(&mut drawing, &series.points, look);
     }
-    plot.axes(&mut drawing, Labels { x: "striker velocity (m/s)", y: "group velocity (m/s)" });
+    plot.axes(&mut drawing, Labels { x: against, y: "group velocity (m/s)" });
     drawing.extend_to(frame.bottom + BOTTOM_MARGIN_MM);
     Ok(drawing)
 }
@@ -83,6 +91,8 @@ mod tests {
     use crate::Point;
     use chainwave_measurement::Estimate;
 
+    const AGAINST: &str = "striker velocity (m/s)";
+
     #[test]
     fn labels_are_there_and_nothing_overlaps() {
         let point = |v: f64| Point { x: Estimate::new(v, 0.05), y: Estimate::new(54.0 - v, 0.1) };
@@ -93,10 +103,10 @@ mod tests {
             ],
             sound_speed_m_per_s: Some(54.0),
         };
-        let drawing = layout(&velocities).unwrap();
+        let drawing = layout(&velocities, AGAINST).unwrap();
         drawing.assert_readable();
         let texts: Vec<String> = drawing.text_frames().into_iter().map(|(text, _)| text).collect();
-        for label in ["striker velocity (m/s)", "group velocity (m/s)", "speed of sound, 54 m/s"] {
+        for label in [AGAINST, "group velocity (m/s)", "speed of sound, 54 m/s"] {
             assert!(texts.iter().any(|text| text == label), "{label}");
         }
     }
@@ -104,7 +114,8 @@ mod tests {
     #[test]
     fn a_name_too_long_for_the_page_is_cut() {
         let long = Series::model("a name that goes on and on ".repeat(9), [(1.0, 50.0), (2.0, 49.0)]);
-        let drawing = layout(&GroupVelocities { series: vec![long], sound_speed_m_per_s: None }).unwrap();
+        let drawing =
+            layout(&GroupVelocities { series: vec![long], sound_speed_m_per_s: None }, AGAINST).unwrap();
         drawing.assert_readable();
         assert!(drawing.text_frames().iter().any(|(text, _)| text.ends_with('…')));
     }
@@ -114,7 +125,7 @@ mod tests {
         let one = Series::measured("experiment", vec![Point::exact(2.73, 52.0)]);
         let lost = Series::measured("experiment", vec![Point::exact(f64::NAN, 52.0)]);
         for (series, says_no_data) in [(vec![one], false), (vec![lost], true), (vec![], true)] {
-            let drawing = layout(&GroupVelocities { series, sound_speed_m_per_s: None }).unwrap();
+            let drawing = layout(&GroupVelocities { series, sound_speed_m_per_s: None }, AGAINST).unwrap();
             let found = drawing.text_frames().iter().any(|(text, _)| text == "no data");
             assert_eq!(found, says_no_data);
         }

@@ -14,6 +14,7 @@
 
 mod colour;
 mod coverage;
+mod dispersion;
 mod displacements;
 mod drawing;
 mod error;
@@ -42,12 +43,13 @@ mod trade_off;
 mod typeface;
 
 pub use coverage::{CoverageRow, coverage};
+pub use dispersion::{DispersionPanel, dispersion};
 pub use displacements::{BodyMotion, displacements};
 pub use error::FigureError;
 pub use extremes::{ExtremeRow, extremes};
 pub use field_map::{FieldMap, FieldPanel, field_map};
 pub use front_width::{FrontPulse, FrontWidth, front_width};
-pub use group_velocity::{GroupVelocities, group_velocity};
+pub use group_velocity::{GroupVelocities, group_velocity, group_velocity_by_particles};
 pub use peak_energy::{EnergyShares, PeakEnergy, peak_energy};
 pub use peak_trace::{PeakFit, PeakTrace, peak_trace};
 pub use residual_map::{ResidualMapPanel, residual_map};

@@ -37,6 +37,11 @@ pub trait Recording: Send + Sync {
     /// Size, rate, time stamps and the like.
     fn info(&self) -> &RecordingInfo;
 
+    /// Whether frames are decoded one after the other, so that readers at different frames hinder each other.
+    fn is_sequential(&self) -> bool {
+        false
+    }
+
     /// Writes the linear counts of `region` in `frame` into `pixels`, row by row from the top; `pixels` holds exactly
     /// `region.n_pixels()` values.
     ///

@@ -61,6 +61,12 @@ fn vectors(bencher: divan::Bencher, elements: usize) {
     bencher.counter(ItemsCount::new(n_items)).bench(|| run(64, elements, 4e-3, 1));
 }
 
+/// What each run of `vectors` spends before its first step.
+#[divan::bench(args = [16, 32, 64], sample_count = 30)]
+fn preparation(elements: usize) -> Result<RingSimulation, MechanicsError> {
+    run(64, elements, 1e-9, 1)
+}
+
 /// The same elements' forces and a Verlet step, ring after ring, by the rod's own functions.
 #[divan::bench(args = [16, 32, 64], sample_count = 30)]
 fn plain_loop(bencher: divan::Bencher, elements: usize) {

@@ -1,7 +1,5 @@
-use std::{
-    any::Any,
-    ops::{Add, Div, Mul, Sub},
-};
+use std::any::Any;
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use pulp::{Simd, WithSimd, bytemuck};
 
@@ -106,6 +104,18 @@ lane_by_lane!(Sub, sub, sub_f64s);
 lane_by_lane!(Mul, mul, mul_f64s);
 lane_by_lane!(Div, div, div_f64s);
 
+impl<S: Simd, const U: usize> Neg for Lanes<S, U> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn neg(mut self) -> Self {
+        for a in &mut self.values {
+            *a = self.simd.neg_f64s(*a);
+        }
+        self
+    }
+}
+
 impl<S: Simd, const U: usize> Lanes<S, U> {
     #[inline(always)]
     pub(crate) fn new(simd: S, values: [S::f64s; U]) -> Self {
@@ -142,6 +152,23 @@ impl<S: Simd, const U: usize> Lanes<S, U> {
     pub(crate) fn mul_add(mut self, factor: Self, term: Self) -> Self {
         for i in 0..U {
             self.values[i] = self.simd.mul_add_f64s(self.values[i], factor.values[i], term.values[i]);
+        }
+        self
+    }
+
+    /// `term - self * factor`, rounded once.
+    #[inline(always)]
+    pub(crate) fn mul_sub_from(mut self, factor: Self, term: Self) -> Self {
+        for i in 0..U {
+            self.values[i] = self.simd.negate_mul_add_f64s(self.values[i], factor.values[i], term.values[i]);
+        }
+        self
+    }
+
+    #[inline(always)]
+    pub(crate) fn sqrt(mut self) -> Self {
+        for a in &mut self.values {
+            *a = self.simd.sqrt_f64s(*a);
         }
         self
     }
@@ -290,6 +317,24 @@ impl<S: Simd, const U: usize> Lanes<S, U> {
 }
 
 impl<S: Simd> Lanes<S, 1> {
+    /// The first numbers of a slice that is long enough.
+    #[inline(always)]
+    pub(crate) fn read(simd: S, numbers: &[f64]) -> Self {
+        Self::new(simd, [S::as_simd_f64s(numbers).0[0]])
+    }
+
+    /// Writes the lanes to the front of a slice that is long enough.
+    #[inline(always)]
+    pub(crate) fn write(self, numbers: &mut [f64]) {
+        S::as_mut_simd_f64s(numbers).0[0] = self.vector();
+    }
+
+    #[inline(always)]
+    pub(crate) fn vector(self) -> S::f64s {
+        let [vector] = self.values;
+        vector
+    }
+
     /// The largest number of any lane.
     #[inline(always)]
     pub(crate) fn largest(self) -> f64 {

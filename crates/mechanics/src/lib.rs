@@ -49,8 +49,8 @@ pub use imposed::ImposedMotion;
 pub use integrator::Method;
 pub use ring::{
     Boundary, Compression, Equilibrium, Mode, RefinedSimulation, Response, Ring, RingChain, RingDrive,
-    RingSchedule, RingSimulation, RingStriker, Rod, Section, Support, Symmetry, compress, ring_bands,
-    ring_modes, simulate_rings, simulate_rings_within,
+    RingSchedule, RingSimulation, RingStriker, Rod, Section, SelfContact, Support, Symmetry, compress,
+    ring_bands, ring_modes, simulate_rings, simulate_rings_within,
 };
 pub use scan::scan;
 pub use simulate::{Bodies, Integration, Schedule, Simulation, StrikerMotion, simulate};

@@ -96,6 +96,11 @@ impl Response {
         contribution.weight() * (self.mean_covariance * basis)[0]
     }
 
+    /// Derivative of the slope by the reading of one recording.
+    pub(crate) fn slope_gain(&self, contribution: &Contribution, drive: &[f64]) -> f64 {
+        contribution.weight() * (self.covariance * basis(drive[contribution.recording]))[1]
+    }
+
     /// Part of a recording's own reading in its fitted value.
     pub(crate) fn leverage(&self, contribution: &Contribution, drive: &[f64]) -> f64 {
         self.shared_weight(contribution, contribution, drive) / contribution.weight()

@@ -5,16 +5,19 @@
 //! alike. What holds is that the first body starts at the impact and in proportion to the drive, so that at its onset S = X
 //! and Q = 0. The mean motion over all drives does not depend on alpha, gamma and delta to second order in s; on beta it does,
 //! by beta times the mean square of s, a time. So alpha and beta are exchanged, while gamma and delta stay as the priors set
-//! them, near a small Q (an exchange by noisy values would leave errors of third order).
+//! them, near a small Q (an exchange by noisy values would leave errors of third order). What delta is then off counts among the
+//! errors of the offsets, though not of the motion.
 
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
-use crate::align::Response;
+use crate::align::{Contribution, Response};
 
-/// The first body's onset ends when it has moved this share of its way. The response of a softening chain leaves proportion
-/// after it: at a tenth, beta is 8 us off on the paper's chain (and known to about 10 us), which shifts the mean motion by
-/// 3 ns at a drive scatter of 2 %.
+/// The first body's onset ends when it has moved this share of its way. A shorter one knows beta worse, and the other bodies' do not
+/// begin in proportion to the drive.
 const ONSET_SHARE: f64 = 0.1;
+/// Standard deviation of what the response of a softening chain leaves of proportion within the onset, as an error of beta over
+/// the onset's length: on the paper's chain beta is 9 us off, of 0.7 ms.
+const DEPARTURE: f64 = 0.013;
 
 /// The exchange of drives and offsets that makes the first body's onset proportional to the drive: there S = alpha X + beta
 /// dX/dt.
@@ -29,56 +32,98 @@ pub(crate) struct Gauge {
 }
 
 impl Gauge {
-    /// The gauge from the first body's responses over time, by least squares of its slope against its motion and velocity, which
+    /// The gauge from the readings of the first body over time, by least squares of its slope against its motion and velocity, which
     /// have far less noise; `None` where the onset does not tell.
-    pub(crate) fn from_onset<'a>(responses: impl Iterator<Item = &'a Response> + Clone) -> Option<Self> {
-        let furthest_m = responses.clone().map(|response| response.motion_m.abs()).fold(0.0, f64::max);
-        let onset = responses.take_while(|response| response.motion_m.abs() < ONSET_SHARE * furthest_m);
+    pub(crate) fn from_onset(
+        of_body: &[(Vec<Contribution>, Response)],
+        drive: &[f64],
+        errors: &ReadingErrors<'_>,
+        interval_s: f64,
+    ) -> Option<Self> {
+        let motion_m = |(_, response): &(Vec<Contribution>, Response)| response.motion_m.abs();
+        let furthest_m = of_body.iter().map(motion_m).fold(0.0, f64::max);
+        let n_onset = of_body.iter().take_while(|one| motion_m(one) < ONSET_SHARE * furthest_m).count();
+        let onset = &of_body[..n_onset];
         let columns = |response: &Response| Vector2::new(response.motion_m, response.velocity_m_per_s);
         let (mut normal, mut right_side) = (Matrix2::zeros(), Vector2::zeros());
-        for response in onset.clone() {
+        for (_, response) in onset {
             normal += columns(response) * columns(response).transpose();
             right_side += columns(response) * response.slope_m;
         }
         let inverse = normal.try_inverse()?;
         let factors = inverse * right_side;
-        let residual_m = |response: &Response| response.slope_m - factors.dot(&columns(response));
-        let freedom = onset.clone().count().checked_sub(2).filter(|freedom| *freedom > 0)?;
-        let variance = onset.map(|response| residual_m(response).powi(2)).sum::<f64>() / freedom as f64;
         let (scale, delay_s) = (factors[0], factors[1]);
+        let gains = onset.iter().map(|(_, response)| (inverse * columns(response))[1]);
+        let moving = onset.iter().filter(|one| motion_m(one) > 0.01 * furthest_m).count();
+        let departure_s = DEPARTURE * moving as f64 * interval_s;
         // Far from 1 the onset holds too few samples to tell.
-        (0.3..3.0).contains(&scale).then_some(Self {
+        (0.3..3.0).contains(&scale).then(|| Self {
             scale,
             delay_s,
-            delay_variance_s2: inverse[(1, 1)] * variance,
+            delay_variance_s2: errors.variance_of(onset, gains, drive) + departure_s.powi(2),
         })
     }
 
-    /// Exchanges drives and offsets, and says what becomes of their errors.
-    pub(crate) fn fix(
-        &self,
-        drive: &mut [f64],
-        offsets_s: &mut [f64],
-        covariance: &DMatrix<f64>,
-    ) -> Exchange {
+    /// Exchanges drives and offsets; returns what becomes of their errors.
+    pub(crate) fn fix(&self, drive: &mut [f64], offsets_s: &mut [f64]) -> DMatrix<f64> {
         let n = drive.len();
-        let derivative = DMatrix::from_fn(2 * n, 2 * n, |row, column| match (row < n, column < n) {
-            (true, true) if row == column => self.scale,
-            (false, false) if row == column => 1.0,
-            (false, true) if row - n == column => -self.delay_s,
-            _ => 0.0,
-        });
         for (s, offset_s) in drive.iter_mut().zip(offsets_s.iter_mut()) {
             *offset_s -= self.delay_s * *s;
             *s *= self.scale;
         }
         take_out_mean(drive);
         take_out_mean(offsets_s);
+        DMatrix::from_fn(2 * n, 2 * n, |row, column| match (row < n, column < n) {
+            (true, true) if row == column => self.scale,
+            (false, false) if row == column => 1.0,
+            (false, true) if row - n == column => -self.delay_s,
+            _ => 0.0,
+        })
+    }
+
+    /// What the exchanges did to errors of (s, tau) in all, of which `derivative` is the product, at the drives they led to.
+    pub(crate) fn errors(
+        &self,
+        drive: &[f64],
+        derivative: DMatrix<f64>,
+        covariance: &DMatrix<f64>,
+    ) -> Exchange {
+        let n = drive.len();
         let transformed = &derivative * covariance * derivative.transpose();
         let closed =
             closed_directions(drive, &transformed).unwrap_or_else(|| DMatrix::identity(2 * n, 2 * n));
         let delayed = |row: usize| if row < n { 0.0 } else { self.delay_variance_s2.sqrt() * drive[row - n] };
         Exchange { errors: closed * derivative, delay_error: DVector::from_fn(2 * n, |row, _| delayed(row)) }
+    }
+}
+
+/// What is known of the errors of one body's readings.
+pub(crate) struct ReadingErrors<'a> {
+    /// Of the place at rest in each recording, in metres, over its whole length; zero where it did not see the body.
+    pub(crate) rest_sigma_m: &'a [f64],
+    /// Readings' scatter over what their sigma lets expect.
+    pub(crate) scatter_ratio: f64,
+}
+
+impl ReadingErrors<'_> {
+    /// Variance of a sum of slopes with the given gains. The noise of frames is independent, and is that of the frames where readings
+    /// between them are summed up over many; a place at rest is one error for all times.
+    fn variance_of(
+        &self,
+        onset: &[(Vec<Contribution>, Response)],
+        gains: impl Iterator<Item = f64>,
+        drive: &[f64],
+    ) -> f64 {
+        let mut noise = 0.0;
+        let mut of_rest_m = vec![0.0; self.rest_sigma_m.len()];
+        for ((contributions, response), gain) in onset.iter().zip(gains) {
+            for one in contributions {
+                let by_reading = gain * response.slope_gain(one, drive);
+                noise += (by_reading * one.read.sigma * self.scatter_ratio).powi(2);
+                of_rest_m[one.recording] += by_reading * self.rest_sigma_m[one.recording];
+            }
+        }
+        noise + of_rest_m.iter().map(|error| error.powi(2)).sum::<f64>()
     }
 }
 

@@ -1,6 +1,6 @@
 use crate::command_line::CommandLine;
 
-/// Something that the build needs from the system, besides the Rust toolchain.
+/// Something that chainwave needs from the system, besides the Rust toolchain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Need {
     /// Compiles the C parts of polars' compression libraries.
@@ -15,13 +15,23 @@ pub(crate) enum Need {
     Clang,
     /// Reads OpenCV's headers when the bindings are generated.
     LibClang,
+    /// Decodes videos of more than 8 bits when the program runs.
+    Ffmpeg,
 }
 
 impl Need {
-    /// What a build with or without OpenCV needs.
+    /// What a build with or without OpenCV needs, and what it runs.
     pub(crate) fn of_build(opencv: bool) -> &'static [Self] {
         if opencv {
-            &[Self::CCompiler, Self::CppCompiler, Self::PkgConfig, Self::OpenCv, Self::Clang, Self::LibClang]
+            &[
+                Self::CCompiler,
+                Self::CppCompiler,
+                Self::PkgConfig,
+                Self::OpenCv,
+                Self::Clang,
+                Self::LibClang,
+                Self::Ffmpeg,
+            ]
         } else {
             &[Self::CCompiler]
         }
@@ -36,6 +46,7 @@ impl Need {
             Self::OpenCv => "OpenCV 4 development files",
             Self::Clang => "clang",
             Self::LibClang => "libclang",
+            Self::Ffmpeg => "the program ffmpeg",
         }
     }
 
@@ -47,6 +58,7 @@ impl Need {
             Self::OpenCv => "libopencv-dev",
             Self::Clang => "clang",
             Self::LibClang => "libclang-dev",
+            Self::Ffmpeg => "ffmpeg",
         }
     }
 }
@@ -122,8 +134,15 @@ fn packages(missing: &[Need]) -> Vec<&'static str> {
 mod tests {
     use super::*;
 
-    const EVERYTHING: &[Need] =
-        &[Need::CCompiler, Need::CppCompiler, Need::PkgConfig, Need::OpenCv, Need::Clang, Need::LibClang];
+    const EVERYTHING: &[Need] = &[
+        Need::CCompiler,
+        Need::CppCompiler,
+        Need::PkgConfig,
+        Need::OpenCv,
+        Need::Clang,
+        Need::LibClang,
+        Need::Ffmpeg,
+    ];
 
     #[test]
     fn root_installs_each_package_once() {
@@ -134,7 +153,7 @@ mod tests {
         assert_eq!(
             install.to_string(),
             "env DEBIAN_FRONTEND=noninteractive apt-get --yes install --no-install-recommends \
-             build-essential pkg-config libopencv-dev clang libclang-dev"
+             build-essential pkg-config libopencv-dev clang libclang-dev ffmpeg"
         );
     }
 

@@ -15,6 +15,7 @@ pub(crate) fn find(need: Need) -> Option<String> {
         Need::OpenCv => opencv(),
         Need::Clang => program("clang").as_deref().map(shown),
         Need::LibClang => libclang().as_deref().map(shown),
+        Need::Ffmpeg => program("ffmpeg").as_deref().map(shown),
     }
 }
 

@@ -1,4 +1,4 @@
-use chainwave_mechanics::{Chain, Striker};
+use chainwave_mechanics::{Chain, Contacts, Law, PowerLaw, Striker};
 
 /// A quantity of the experiment that a fit may move within what is known of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,6 +16,12 @@ pub enum Quantity {
     Exponent,
     /// Length in the pictures over true length.
     Scale,
+    /// Mass of one body, from 1.
+    MassOfBody(usize),
+    /// Prefactor A in one gap, from 1.
+    PrefactorOfGap(usize),
+    /// How fast the contact law softens at a given stiffness: 0 is the spring, 1 the law as it is (delta_0 falls as its inverse).
+    Softening,
 }
 
 /// How well a quantity is known beforehand.
@@ -37,6 +43,9 @@ impl Quantity {
             Self::Offset => "contact_delta_0",
             Self::Exponent => "contact_p",
             Self::Scale => "scale",
+            Self::MassOfBody(_) => "mass_of_body",
+            Self::PrefactorOfGap(_) => "contact_a_of_gap",
+            Self::Softening => "softening",
         }
     }
 
@@ -49,6 +58,32 @@ impl Quantity {
             Self::Offset => chain.contact.for_each_power_law(|law| law.delta_0_m *= factor),
             Self::Exponent => chain.contact.for_each_power_law(|law| law.p *= factor),
             Self::Scale => {}
+            Self::MassOfBody(body) => {
+                if let Some(mass_kg) = body.checked_sub(1).and_then(|row| chain.mass_kg.get_mut(row)) {
+                    *mass_kg *= factor;
+                }
+            }
+            Self::PrefactorOfGap(gap) => {
+                if let Some(law) = power_law_of_gap(chain, gap) {
+                    law.a *= factor;
+                }
+            }
+            Self::Softening => chain.contact.for_each_power_law(|law| {
+                law.delta_0_m /= factor;
+                law.a *= factor.powf(law.p - 1.0);
+            }),
         }
+    }
+}
+
+/// The power law of one gap (from 1), which then is a contact of its own.
+fn power_law_of_gap(chain: &mut Chain, gap: usize) -> Option<&mut PowerLaw> {
+    if let Contacts::Same(contact) = &chain.contact {
+        chain.contact = Contacts::Each(vec![contact.clone(); chain.n_bodies().saturating_sub(1).max(1)]);
+    }
+    let Contacts::Each(contacts) = &mut chain.contact else { return None };
+    match &mut contacts.get_mut(gap.checked_sub(1)?)?.law {
+        Law::Power(law) => Some(law),
+        _ => None,
     }
 }

@@ -117,3 +117,20 @@ fn noise_of_a_tenth_of_a_percent_strain_is_survived() {
         assert!(found.peak_time_s.sigma < 120e-6, "{found:?}");
     }
 }
+
+#[test]
+fn particle_velocities_agree_with_the_simulation() {
+    let trajectory = paper_chain(26, 2.73, FarEnd::Free, 0.017).trajectory;
+    let measured = measured(&trajectory);
+    for (row, front) in measured.fronts.iter().enumerate().take(20) {
+        let front = front.unwrap();
+        let moment = trajectory.at(front.peak_time_s.value).unwrap();
+        let known = 0.5 * (moment.velocity_m_per_s(row) + moment.velocity_m_per_s(row + 1));
+        let found = front.particle_velocity_m_per_s.unwrap().value;
+        // The polynomial's own bias over a window as wide as the front; noise of 0.3 um adds 0.1 %.
+        assert!((found / known - 1.0).abs() < 1e-3, "gap {}: {found}, expected {known}", front.gap);
+    }
+    let velocity = measured.group_velocity.unwrap();
+    let mean = velocity.particle_velocity_m_per_s.unwrap().value;
+    assert!((0.5..2.73).contains(&mean), "{mean}");
+}

@@ -14,11 +14,14 @@ struct Coverage {
     n: f64,
     within_68: f64,
     within_95: f64,
+    /// Sum of the errors in standard uncertainties.
+    error: f64,
 }
 
 impl Coverage {
     fn add(&mut self, found: Estimate, truth: Estimate) {
         let distance = (found.value - truth.value).abs();
+        self.error += (found.value - truth.value) / found.sigma;
         self.n += 1.0;
         self.within_68 += f64::from(u8::from(distance < found.sigma));
         self.within_95 += f64::from(u8::from(found.covers_95(truth.value)));
@@ -27,7 +30,13 @@ impl Coverage {
     /// The tolerances allow for `N_EXPERIMENTS` correlated experiments of 60 replicas, whose sigma is known to 9 %.
     fn check(&self, what: &str, tolerance_68: f64, tolerance_95: f64) {
         let (share_68, share_95) = (self.within_68 / self.n, self.within_95 / self.n);
-        println!("{what}: {} values, {share_68:.3} within 68 %, {share_95:.3} within 95 %", self.n);
+        let bias = self.error / self.n;
+        println!(
+            "{what}: {} values, {share_68:.3} within 68 %, {share_95:.3} within 95 %, {bias:+.3}",
+            self.n
+        );
+        // The mean of `N_EXPERIMENTS` scatters by a sixth of a standard uncertainty where all of an experiment's errors are one.
+        assert!(bias.abs() < 0.4, "{what}: errors are {bias} standard uncertainties on average");
         assert!((share_68 - 0.68).abs() < tolerance_68, "{what}: 68 % interval holds {share_68}");
         assert!(share_95 > 0.95 - tolerance_95, "{what}: 95 % interval holds {share_95}");
     }

@@ -8,8 +8,11 @@ mod common;
 #[cfg(test)]
 mod coverage;
 #[cfg(test)]
+mod decisions;
+#[cfg(test)]
 mod pulses;
 #[cfg(test)]
 mod robustness;
 #[cfg(test)]
 mod tracks;
+mod waves;

@@ -79,6 +79,7 @@ fn fitted(experiment: &Experiment, model: &TrackModel) -> TrackFit {
 fn intervals_hold_the_truth_as_often_as_they_say() {
     const N: u64 = 40;
     let mut squares = [0.0; 4];
+    let mut bootstrap = [0.0; 2];
     for seed in 0..N {
         let experiment = experiment(seed, 1.0);
         let fit = fitted(&experiment, &model(Vec::new()));
@@ -92,8 +93,22 @@ fn intervals_hold_the_truth_as_often_as_they_say() {
         }
         // 7000 residuals: 0.017 is one standard deviation.
         assert!((fit.reduced_chi_squared - 1.0).abs() < 0.07, "{}", fit.reduced_chi_squared);
-        // One start, four rounds: 5 strikers' velocities at the state and on both sides of it in c_d and c_s.
-        assert!(fit.n_simulations <= 250, "{}", fit.n_simulations);
+        // Three starts of some six rounds and four ends of intervals of some three, each with 5 strikers' velocities at the state and
+        // on both sides of it in c_d and c_s.
+        assert!(fit.n_simulations <= 900, "{}", fit.n_simulations);
+        assert_eq!(fit.starts, (3, 3), "every start leads to one minimum");
+        let of = [fit.damping.chain_damping_kg_per_s, fit.damping.striker_damping_kg_per_s];
+        for (k, (estimate, interval)) in of.into_iter().zip(fit.intervals_95).enumerate() {
+            assert!(interval.is_quadratic, "{interval:?}");
+            let half = 0.5 * (interval.high - interval.low) / (Estimate::COVERAGE_95 * estimate.sigma);
+            // The profile's tolerance.
+            assert!((half - 1.0).abs() < 0.06, "{interval:?} {estimate:?}");
+            bootstrap[k] += fit.bootstrap_sigma[k] / estimate.sigma / N as f64;
+        }
+    }
+    for ratio in bootstrap {
+        // Two trials in a view scatter 1/sqrt(2) as much as they would about their true mean, on average.
+        assert!((0.5..1.1).contains(&ratio), "bootstrap over stated: {ratio}");
     }
     for (what, sum) in ["c_d", "c_s", "strikers", "impacts"].into_iter().zip(squares) {
         let ratio = (sum / N as f64).sqrt();

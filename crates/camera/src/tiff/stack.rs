@@ -1,6 +1,6 @@
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region};
+use chainwave_measurement::{RecordingInfo, Region};
 use memmap2::Mmap;
 
 use super::coded::Decoder;
@@ -9,69 +9,46 @@ use super::no_image;
 use super::page::{Page, Storage};
 use crate::bytes::Bytes;
 use crate::cache::FrameCache;
+use crate::file_recording::{FileRecording, PixelSource};
 use crate::flat::FlatFrames;
 use crate::mapping::map_file;
 use crate::picture::{Gray, Strips};
 use crate::raster::Raster;
 use crate::timing::{Timing, unstated_depth};
-use crate::{ByteCounter, CameraError, OpenOptions};
+use crate::{CameraError, OpenOptions, Opened};
 
 const DESCRIPTION: u16 = 270;
 
-/// The images of one TIFF file.
-pub(super) struct Stack {
-    path: PathBuf,
-    pixels: Pixels,
-    info: RecordingInfo,
-    pixel_bytes: ByteCounter,
+/// Opens the images of one TIFF file.
+pub(super) fn open(path: &Path, options: &OpenOptions) -> Opened {
+    let map = map_file(path)?;
+    let reader = Reader::new(Bytes::new(path, &map))?;
+    let directories = reader.directories()?;
+    let first = directories.first().ok_or_else(|| no_image(&reader))?;
+    let description = reader.text(first, DESCRIPTION).unwrap_or_default();
+    let mut images = Images::read(&reader, &directories)?;
+    images.add_imagej_frames(reader.bytes, &description)?;
+    let info = images.info(stated_hz(&description), options);
+    let pixels = images.pixels(path, map)?;
+    Ok(Box::new(FileRecording::new(path, info, pixels, options)))
 }
 
 enum Pixels {
     /// Every frame lies in the file as it is.
     Plain { map: Mmap, raster: Raster, frames: Vec<Strips> },
     /// Frames are decoded, each from the directory of its number.
-    Coded { cache: Box<FrameCache<Decoder, Gray>>, directories: Vec<usize> },
+    Coded { cache: Box<FrameCache<Decoder, Gray>>, directories: Vec<usize>, shape: (usize, usize, u32) },
 }
 
-impl Stack {
-    pub(super) fn open(path: &Path, options: &OpenOptions) -> Result<Self, CameraError> {
-        let map = map_file(path)?;
-        let reader = Reader::new(Bytes::new(path, &map))?;
-        let directories = reader.directories()?;
-        let first = directories.first().ok_or_else(|| no_image(&reader))?;
-        let description = reader.text(first, DESCRIPTION).unwrap_or_default();
-        let mut images = Images::read(&reader, &directories)?;
-        images.add_imagej_frames(reader.bytes, &description)?;
-        let info = images.info(stated_hz(&description), options);
-        let pixels = images.pixels(path, map)?;
-        Ok(Self { path: path.into(), pixels, info, pixel_bytes: options.pixel_bytes.clone() })
-    }
-}
-
-impl Recording for Stack {
-    fn path(&self) -> &Path {
-        &self.path
-    }
-
-    fn info(&self) -> &RecordingInfo {
-        &self.info
-    }
-
-    fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {
-        self.check_request(frame, region, pixels.len())?;
-        match &self.pixels {
-            Pixels::Plain { map, raster, frames } => {
-                self.pixel_bytes.add(frames[frame].unpack(map, raster, region, pixels));
-            }
-            Pixels::Coded { cache, directories } => {
-                let shape = (self.info.width_px, self.info.height_px, self.info.bit_depth);
-                let gray = cache
-                    .get(frame, |decoder| decoder.image(directories[frame], shape))
-                    .map_err(|reason| ReadError::Unreadable { path: self.path.clone(), frame, reason })?;
-                gray.copy(region, pixels);
+impl PixelSource for Pixels {
+    fn read(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<u64, String> {
+        match self {
+            Self::Plain { map, raster, frames } => Ok(frames[frame].unpack(map, raster, region, pixels)),
+            Self::Coded { cache, directories, shape } => {
+                cache.get(frame, |decoder| decoder.image(directories[frame], *shape))?.copy(region, pixels);
+                Ok(0)
             }
         }
-        Ok(())
     }
 }
 
@@ -183,7 +160,8 @@ impl Images {
             _ => {
                 let decoder = Decoder::open(path, self.shape.0 * self.shape.1)
                     .map_err(|reason| CameraError::Decoder { path: path.into(), reason })?;
-                Ok(Pixels::Coded { cache: Box::new(FrameCache::new(decoder)), directories: self.directories })
+                let cache = Box::new(FrameCache::new(decoder));
+                Ok(Pixels::Coded { cache, directories: self.directories, shape: self.shape })
             }
         }
     }

@@ -101,38 +101,65 @@ fn a_damaged_video_is_an_error() {
     assert!(message.contains("recording.bin"), "{message}");
 }
 
-/// Frames of 64 x 48 px whose pixel `at` of frame `frame` is 1000 frame + 17 at, made with FFmpeg (`-c:v ffv1`), because OpenCV
-/// before 4.7 writes 8 bits only.
+/// Frames of 64 x 48 px whose pixel `at` of frame `frame` is 1000 frame + 17 at, made with FFmpeg (`-c:v ffv1`).
 const GRAY_16: &[u8] = include_bytes!("videos/gray16.mkv");
-/// The same in gray of 10 bits.
+/// Gray of 10 bits: the same, shifted right by 6 bits.
 const GRAY_10: &[u8] = include_bytes!("videos/gray10.mkv");
+/// Colours of 12 bits, whose brightness is the same, shifted right by 4 bits.
+const COLOUR_12: &[u8] = include_bytes!("videos/yuv420p12.mkv");
+/// Red, green and blue of 10 bits.
+const RGB_10: &[u8] = include_bytes!("videos/gbrp10.mkv");
+
+/// Opens a video of more than 8 bits; `None`, told on the standard error, where there is no `ffmpeg` to decode it.
+fn deep(path: &Path) -> Option<Box<dyn Recording>> {
+    let found = std::process::Command::new("ffmpeg").arg("-version").output().is_ok();
+    if found {
+        return Some(open(path).unwrap());
+    }
+    let message = open(path).err().unwrap().to_string();
+    assert!(message.contains("bits") && message.contains("the program ffmpeg"), "{message}");
+    eprintln!("skipped: no ffmpeg on this system");
+    None
+}
 
 #[test]
-fn sixteen_bits_are_read_as_they_were_written_or_refused() {
-    let (_folder, path) = written(GRAY_16);
-    let recording = match open(&path) {
-        Ok(recording) => recording,
-        // OpenCV before 4.7 has only 8 bits to give.
-        Err(error) => {
-            assert!(error.to_string().contains("16 bits") && error.to_string().contains(".tif"), "{error}");
-            return;
-        }
-    };
-    assert_eq!((recording.info().bit_depth, recording.info().n_frames), (16, N_FRAMES));
-    let region = Region { x: 3, y: 5, width: 11, height: 7 };
-    for frame in [0, 4, 11, 2] {
-        let mut pixels = vec![f32::NAN; region.n_pixels()];
-        recording.read_region(frame, region, &mut pixels).unwrap();
-        for (index, pixel) in pixels.iter().enumerate() {
-            let at = (5 + index / 11) * SIZE.0 as usize + 3 + index % 11;
-            assert_eq!(*pixel as usize, 1000 * frame + 17 * at, "frame {frame}, pixel {index}");
+fn deep_videos_are_read_at_the_depth_of_their_codec() {
+    for (bytes, bits) in [(GRAY_16, 16), (GRAY_10, 10), (COLOUR_12, 12)] {
+        let (_folder, path) = written(bytes);
+        let Some(recording) = deep(&path) else { return };
+        let info = recording.info();
+        assert_eq!((info.bit_depth, info.n_frames, info.rate_hz), (bits, N_FRAMES, Some(25.0)));
+        assert_eq!((info.width_px, info.height_px), (64, 48));
+        let region = Region { x: 3, y: 5, width: 11, height: 7 };
+        for frame in [0, 4, 4, 11, 2, 3] {
+            let mut pixels = vec![f32::NAN; region.n_pixels()];
+            recording.read_region(frame, region, &mut pixels).unwrap();
+            for (index, pixel) in pixels.iter().enumerate() {
+                let at = (5 + index / 11) * SIZE.0 as usize + 3 + index % 11;
+                let expected = ((1000 * frame + 17 * at) % 65_536) >> (16 - bits);
+                assert_eq!(*pixel as usize, expected, "{bits} bits, frame {frame}, pixel {index}");
+            }
         }
     }
 }
 
 #[test]
-fn depths_that_would_be_cut_are_refused() {
-    let (_folder, path) = written(GRAY_10);
+fn a_deep_video_cut_short_keeps_the_frames_that_it_has() {
+    let (_folder, path) = written(&GRAY_16[..GRAY_16.len() / 2]);
+    let Some(recording) = deep(&path) else { return };
+    let region = Region { x: 0, y: 0, width: 4, height: 1 };
+    let mut pixels = [0.0; 4];
+    for _ in 0..2 {
+        let last = recording.read_region(recording.info().n_frames - 1, region, &mut pixels);
+        assert!(last.is_err() || recording.info().n_frames < N_FRAMES, "the last frame is not in the file");
+        recording.read_region(1, region, &mut pixels).unwrap();
+        assert_eq!(pixels.map(|pixel| pixel as usize), [1000, 1017, 1034, 1051]);
+    }
+}
+
+#[test]
+fn deep_colours_without_a_plane_of_brightness_are_refused() {
+    let (_folder, path) = written(RGB_10);
     let message = open(&path).err().unwrap().to_string();
-    assert!(message.contains("10 bits") && message.contains(".tif"), "{message}");
+    assert!(message.contains("colour recording: a video of more than 8 bits"), "{message}");
 }

@@ -1,10 +1,12 @@
 use std::ops::RangeInclusive;
 
 use chainwave_analysis::fit::{
-    Damping, EnergyFit, EnergyMeasurement, EnergyModel, FitError, Known, Quantity, TrackFit, TrackModel,
-    fit_peak_energies, fit_tracks, fitted_motion,
+    Damping, Departure, EnergyFit, EnergyMeasurement, EnergyModel, FitError, Known, Quantity, TrackFit,
+    TrackModel, fit_peak_energies, fit_tracks, fitted_motion, scatter_of_bodies, softening,
 };
-use chainwave_analysis::{FrontSettings, MeasureSettings, Measurement, exact_motion, measure};
+use chainwave_analysis::{
+    DampingShare, FrontSettings, MeasureSettings, Measurement, damping_share, exact_motion, measure,
+};
 use chainwave_measurement::{ChainMotion, Estimate, Trajectory};
 use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Striker, simulate};
 use chainwave_stitching::{Outlier, Settings, Stitched, merge, outliers};
@@ -25,10 +27,20 @@ pub(crate) struct Evaluation {
     pub(crate) measurement: Measurement,
     /// Damping from the tracks of all recordings.
     pub(crate) track_fit: Result<TrackFit, FitError>,
+    /// Whether the tracks ask for more than the simplest model, where they could be fitted.
+    pub(crate) departures: Option<Departures>,
     /// Damping from the peak potential energies, as in the paper.
     pub(crate) energy_fit: Result<EnergyFit, FitError>,
     /// The fitted chain model beside the measurement, where the fit succeeded.
     pub(crate) model: Option<ModelBeside>,
+}
+
+/// What the tracks say of simpler models.
+pub(crate) struct Departures {
+    /// Of a contact law that does not soften.
+    pub(crate) softening: Departure,
+    /// Of bodies that are alike; absent where the recordings do not tell all their masses.
+    pub(crate) scatter: Option<Departure>,
 }
 
 /// The chain model with the fitted damping.
@@ -41,6 +53,15 @@ pub(crate) struct ModelBeside {
     pub(crate) damped_j: Vec<f64>,
     /// The same without damping.
     pub(crate) undamped_j: Vec<f64>,
+}
+
+impl ModelBeside {
+    /// What damping took of the peak energy, and what dispersion and rarefaction did, two thirds down the chain: the last gaps
+    /// before a free end never fill.
+    pub(crate) fn damping_share(&self) -> Option<DampingShare> {
+        let shares = damping_share(&self.damped_j, &self.undamped_j);
+        shares.get(2 * shares.len() / 3).copied()
+    }
 }
 
 /// Stitches, measures and fits.
@@ -77,7 +98,13 @@ pub(crate) fn evaluate(job: &Job, tracked: &Tracked) -> Result<Evaluation, Error
         Ok(fit) => Some(model_beside(job, &stitched.motion, &track_model, fit, used)?),
         Err(_) => None,
     };
-    Ok(Evaluation { left_out, stitched, measurement, track_fit, energy_fit, model: beside })
+    let departures = track_fit.as_ref().ok().and_then(|fit| {
+        Some(Departures {
+            softening: softening(&kept.observations, &track_model, fit).ok()?,
+            scatter: scatter_of_bodies(&kept.observations, &track_model, fit).ok(),
+        })
+    });
+    Ok(Evaluation { left_out, stitched, measurement, track_fit, departures, energy_fit, model: beside })
 }
 
 /// Residuals of the tracks' fit, relative to stated noise, up to which it gives the damping. It uses all that was measured and

@@ -1,16 +1,18 @@
 use std::path::PathBuf;
 
 use chainwave_analysis::fit::normalised_residuals;
-use chainwave_analysis::{GapFront, Measurement, StrainMap, damping_share};
+use chainwave_analysis::{DispersionMap, GapFront, Measurement, StrainMap, linear_dispersion_hz};
 use chainwave_figures::{
-    BodyMotion, EnergyShares, FrequencyMark, FrontPulse, FrontWidth, GapSpectrum, PeakEnergy, PeakFit,
-    PeakTrace, Point, ProfilePanel, ResidualMapPanel, Series, StrainMapPanel, TailSpectrum,
+    BodyMotion, DispersionPanel, EnergyShares, FrequencyMark, FrontPulse, FrontWidth, GapSpectrum,
+    PeakEnergy, PeakFit, PeakTrace, Point, ProfilePanel, ResidualMapPanel, Series, StrainMapPanel,
+    TailSpectrum,
 };
 use chainwave_measurement::{ChainMotion, Estimate};
 use ndarray::Array2;
 
 use super::Job;
 use super::evaluation::{Evaluation, ModelBeside};
+use super::results::band_edge_hz;
 use crate::error::Error;
 use crate::output::make_folder;
 
@@ -35,6 +37,9 @@ pub(crate) fn draw(job: &Job, evaluation: &Evaluation) -> Result<Vec<Figure>, Er
         album.peak_energy()?,
         album.tail_spectrum()?,
     ];
+    if let Ok(map) = &evaluation.measurement.dispersion {
+        figures.push(album.dispersion(map)?);
+    }
     if let Some(model) = &evaluation.model {
         figures.push(album.residuals(model)?);
     }
@@ -206,9 +211,7 @@ impl Album<'_> {
         let ratio = |energies: &[f64]| -> Vec<(f64, f64)> {
             energies.iter().enumerate().map(|(row, energy)| ((row + 1) as f64, energy / input_j)).collect()
         };
-        let shares = model.map(|model| damping_share(&model.damped_j, &model.undamped_j));
-        // The last gaps before a free end never fill: the shares are told two thirds down the chain.
-        let share = shares.and_then(|shares| shares.get(2 * shares.len() / 3).copied());
+        let share = model.and_then(ModelBeside::damping_share);
         let energy = PeakEnergy {
             measured,
             damped: model.map_or_else(Vec::new, |model| ratio(&model.damped_j)),
@@ -243,9 +246,7 @@ impl Album<'_> {
             frequencies_hz: frequencies_hz.clone(),
             amplitude: of_gap.amplitude.clone(),
         });
-        let chain = &self.job.experiment.chain;
-        let stiffness_n_per_m = self.job.experiment.contact.power_law()?.k_0_n_per_m();
-        let band_edge_hz = (stiffness_n_per_m / chain.mass_kg.get()).sqrt() / std::f64::consts::PI;
+        let band_edge_hz = band_edge_hz(self.job)?;
         let mut marks =
             vec![FrequencyMark { name: "band edge of the chain model".into(), frequency_hz: band_edge_hz }];
         if let Ok(resonance) = &measurement.local_resonance {
@@ -257,7 +258,38 @@ impl Album<'_> {
         chainwave_figures::tail_spectrum(&self.folder.join("tail-spectrum"), &tail)?;
         Ok(Figure {
             name: "tail-spectrum",
-            caption: "Amplitude spectrum of the strain behind the leading pulse.".into(),
+            caption: measurement.local_resonance.as_ref().map_or_else(
+                |_| "Amplitude spectrum of the strain behind the leading pulse.".into(),
+                |resonance| {
+                    format!(
+                        "Amplitude spectrum of the strain behind the leading pulse, resolution {:.0} Hz; that the dominant frequency is \
+                         no line has the probability {:.2}.",
+                        resonance.resolution_hz, resonance.line.p_value
+                    )
+                },
+            ),
+        })
+    }
+
+    fn dispersion(&self, map: &DispersionMap) -> Result<Figure, Error> {
+        let experiment = &self.job.experiment;
+        let (law, mass_kg) = (experiment.contact.power_law()?, experiment.chain.mass_kg.get());
+        let curve = |kappa: &f64| (*kappa, linear_dispersion_hz(law.k_0_n_per_m(), mass_kg, *kappa));
+        let panel = DispersionPanel {
+            kappa_rad: &map.kappa_rad,
+            frequency_hz: &map.frequency_hz,
+            amplitude: map.amplitude.view(),
+            curve: &map.kappa_rad.iter().map(curve).collect::<Vec<_>>(),
+            max_frequency_hz: 2.0 * band_edge_hz(self.job)?,
+        };
+        chainwave_figures::dispersion(&self.folder.join("dispersion"), &panel)?;
+        Ok(Figure {
+            name: "dispersion",
+            caption: format!(
+                "Strain behind the leading pulse over phase from gap to gap and frequency, gaps {} to {}; waves that come back stand \
+                 left of 0. Resolution {:.2} rad and {:.0} Hz.",
+                map.gaps.0, map.gaps.1, map.kappa_resolution_rad, map.frequency_resolution_hz
+            ),
         })
     }
 

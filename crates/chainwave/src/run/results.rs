@@ -1,5 +1,5 @@
-use chainwave_analysis::Measurement;
 use chainwave_analysis::fit::{Damping, EnergyFit, FitError, FittedRecording, TrackFit};
+use chainwave_analysis::{DampingShare, LocalResonance, Measurement, linear_dispersion_hz};
 use chainwave_measurement::{ChainMotion, Estimate};
 use chainwave_stitching::Alignment;
 use ndarray::Array2;
@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 
 use super::Job;
 use super::decisions::Decision;
-use super::evaluation::Evaluation;
+use super::evaluation::{Evaluation, ModelBeside};
 use super::tracking::Tracked;
 use crate::error::Error;
 use crate::experiment::Trial;
@@ -30,6 +30,7 @@ pub(crate) fn write(
     write_half_widths(job, measurement)?;
     write_energies(job, measurement)?;
     write_spectrum(job, measurement)?;
+    write_dispersion(job, measurement)?;
     write_alignment(job, tracked, evaluation)?;
     write_json(&job.result("results.json"), &as_json(evaluation))?;
     write_json(&job.result("decisions.json"), &decisions)
@@ -83,6 +84,8 @@ fn write_front(job: &Job, measurement: &Measurement) -> Result<(), Error> {
         column("t_edge_sigma_s", of(&|front| front.edge_time_s.map(|time| time.sigma))),
         column("peak_strain", of(&|front| Some(front.peak_strain.value))),
         column("peak_strain_sigma", of(&|front| Some(front.peak_strain.sigma))),
+        column("particle_velocity_m_per_s", of(&|front| front.particle_velocity_m_per_s.map(|v| v.value))),
+        column("particle_velocity_sigma", of(&|front| front.particle_velocity_m_per_s.map(|v| v.sigma))),
         column("status", fronts.iter().map(status).collect::<Vec<_>>()),
     ];
     table::write(&job.result("front.parquet"), columns)
@@ -122,6 +125,29 @@ fn write_spectrum(job: &Job, measurement: &Measurement) -> Result<(), Error> {
         column("amplitude", lines().map(|(_, amplitude)| amplitude).collect::<Vec<_>>()),
     ];
     table::write(&job.result("spectrum.parquet"), columns)
+}
+
+/// The tails over wavenumber and frequency, up to three times the band edge of the chain; empty where too few gaps have a tail.
+fn write_dispersion(job: &Job, measurement: &Measurement) -> Result<(), Error> {
+    let limit_hz = 3.0 * band_edge_hz(job)?;
+    let map = measurement.dispersion.as_ref().ok();
+    let cells = || map.into_iter().flat_map(|map| map.amplitude.indexed_iter().map(move |cell| (map, cell)));
+    let shown: Vec<_> = cells().filter(|(map, ((_, bin), _))| map.frequency_hz[*bin] <= limit_hz).collect();
+    let columns = vec![
+        column("kappa_rad", shown.iter().map(|(map, ((row, _), _))| map.kappa_rad[*row]).collect::<Vec<_>>()),
+        column(
+            "frequency_hz",
+            shown.iter().map(|(map, ((_, bin), _))| map.frequency_hz[*bin]).collect::<Vec<_>>(),
+        ),
+        column("amplitude", shown.iter().map(|(_, (_, amplitude))| **amplitude).collect::<Vec<_>>()),
+    ];
+    table::write(&job.result("dispersion.parquet"), columns)
+}
+
+/// Upper edge of the linear chain's band, sqrt(k_0/m)/pi.
+pub(crate) fn band_edge_hz(job: &Job) -> Result<f64, Error> {
+    let stiffness_n_per_m = job.experiment.contact.power_law()?.k_0_n_per_m();
+    Ok(linear_dispersion_hz(stiffness_n_per_m, job.experiment.chain.mass_kg.get(), std::f64::consts::PI))
 }
 
 /// Trigger offset, drive and stage of each recording, and what the fit found of its striker and impact.
@@ -178,16 +204,42 @@ fn as_json(evaluation: &Evaluation) -> Value {
     results.insert("damping_from".into(), json!(damping.map(|(_, source)| source)));
     let resonance = measurement.local_resonance.as_ref().ok().map(|resonance| resonance.frequency_hz);
     put(&mut results, "local_resonance_hz", "local_resonance_sigma", resonance);
+    let told = measurement.local_resonance.as_ref().ok().map(resonance_as_json);
+    results.insert("local_resonance".into(), json!(told));
+    let of_loss = evaluation.model.as_ref().and_then(ModelBeside::damping_share).map(share_as_json);
+    results.insert("loss_of_peak_energy".into(), json!(of_loss));
     let gaps = measurement.group_velocity.as_ref().ok().map(|velocity| [velocity.gaps.0, velocity.gaps.1]);
     results.insert("group_velocity_gaps".into(), json!(gaps));
     let variation = measurement.group_velocity.as_ref().ok().and_then(|velocity| velocity.relative_variation);
     put(&mut results, "group_velocity_variation", "group_velocity_variation_sigma", variation);
+    let particle =
+        measurement.group_velocity.as_ref().ok().and_then(|velocity| velocity.particle_velocity_m_per_s);
+    put(&mut results, "particle_velocity_m_per_s", "particle_velocity_sigma", particle);
     let of_tracks = evaluation.track_fit.as_ref().map(track_fit_as_json);
     results.insert("fit_to_tracks".into(), of_tracks.unwrap_or_else(failed));
     let of_energies = evaluation.energy_fit.as_ref().map(energy_fit_as_json);
     results.insert("fit_to_peak_energies".into(), of_energies.unwrap_or_else(failed));
     results.insert("warnings".into(), json!(evaluation.warnings()));
     Value::Object(results)
+}
+
+fn resonance_as_json(resonance: &LocalResonance) -> Value {
+    json!({
+        "resolution_hz": resonance.resolution_hz,
+        "line_p_value": resonance.line.p_value,
+        "line_half_bandwidth_hz": resonance.line.half_bandwidth_hz,
+        "line_n_gaps": resonance.line.n_gaps,
+    })
+}
+
+/// Shares of the peak energy that gap 1 would take up without damping.
+fn share_as_json(share: DampingShare) -> Value {
+    json!({
+        "gap": share.gap,
+        "dispersion_and_rarefaction": share.spread,
+        "damping": share.damped,
+        "remaining": share.remaining,
+    })
 }
 
 /// An estimate as two keys, both null where there is none.
@@ -210,6 +262,16 @@ fn damping_as_json(damping: &Damping) -> Map<String, Value> {
 
 fn track_fit_as_json(fit: &TrackFit) -> Value {
     let mut results = damping_as_json(&fit.damping);
+    for (name, interval) in ["c_d_interval_95", "c_s_interval_95"].into_iter().zip(fit.intervals_95) {
+        let told =
+            json!({ "low": interval.low, "high": interval.high, "is_quadratic": interval.is_quadratic });
+        results.insert(name.into(), told);
+    }
+    for (name, sigma) in ["c_d_bootstrap_sigma", "c_s_bootstrap_sigma"].into_iter().zip(fit.bootstrap_sigma) {
+        results.insert(name.into(), json!(sigma));
+    }
+    results.insert("starts_at_this_minimum".into(), json!(fit.starts.0));
+    results.insert("starts".into(), json!(fit.starts.1));
     let velocity = Some(fit.striker_velocity_m_per_s);
     put(&mut results, "striker_velocity_m_per_s", "striker_velocity_sigma", velocity);
     put(&mut results, "impact_time_s", "impact_time_sigma", Some(fit.impact_time_s));

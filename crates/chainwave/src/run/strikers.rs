@@ -1,5 +1,5 @@
 use chainwave_analysis::exact_motion;
-use chainwave_figures::{GroupVelocities, Point, Series, group_velocity};
+use chainwave_figures::{GroupVelocities, Point, Series, group_velocity, group_velocity_by_particles};
 use chainwave_measurement::Estimate;
 use chainwave_mechanics::{Chain, Drive, FarEnd, Schedule, Striker, simulate};
 
@@ -18,6 +18,8 @@ const SLOWEST: f64 = 0.02;
 struct Row {
     striker: Estimate,
     group: Estimate,
+    /// Of the bodies as the pulse's peak passes, on average over the gaps of the group velocity.
+    particle: Option<Estimate>,
     source: &'static str,
 }
 
@@ -34,6 +36,8 @@ pub(crate) fn compare(whole: &Job, jobs: &[Job], evaluations: &[Evaluation]) -> 
         column("sigma", of(&|row| known(row.striker))),
         column("group_velocity_m_per_s", of(&|row| Some(row.group.value))),
         column("group_velocity_sigma", of(&|row| known(row.group))),
+        column("particle_velocity_m_per_s", of(&|row| row.particle.map(|particle| particle.value))),
+        column("particle_velocity_sigma", of(&|row| row.particle.and_then(known))),
         column("source", rows.iter().map(|row| row.source).collect::<Vec<_>>()),
     ];
     table::write(&whole.result("group_velocity.parquet"), columns)?;
@@ -46,8 +50,9 @@ fn measured(job: &Job, evaluation: &Evaluation) -> Option<Row> {
     let scatter = stated.velocity_sigma_m_per_s.get() / (job.trials.len() as f64).sqrt();
     let nominal = Estimate::new(stated.velocity_m_per_s.get(), scatter);
     let striker = evaluation.track_fit.as_ref().map_or(nominal, |fit| fit.striker_velocity_m_per_s);
-    let group = evaluation.measurement.group_velocity.as_ref().ok()?.velocity_m_per_s;
-    Some(Row { striker, group, source: EXPERIMENT })
+    let found = evaluation.measurement.group_velocity.as_ref().ok()?;
+    let (group, particle) = (found.velocity_m_per_s, found.particle_velocity_m_per_s);
+    Some(Row { striker, group, particle, source: EXPERIMENT })
 }
 
 const EXPERIMENT: &str = "experiment";
@@ -79,26 +84,33 @@ fn modelled(whole: &Job, jobs: &[Job], evaluations: &[Evaluation]) -> Result<Vec
             far_end: FarEnd::Free,
         };
         let motion = exact_motion(&simulate(&model, &schedule)?.trajectory);
-        if let Ok(group) = measure_motion(job, &motion, &law, gaps.clone())?.group_velocity {
+        if let Ok(found) = measure_motion(job, &motion, &law, gaps.clone())?.group_velocity {
             let striker = Estimate::new(velocity_m_per_s, 0.0);
-            let group = Estimate::new(group.velocity_m_per_s.value, 0.0);
-            rows.push(Row { striker, group, source: CHAIN_MODEL });
+            let (group, particle) = (found.velocity_m_per_s, found.particle_velocity_m_per_s);
+            rows.push(Row { striker, group, particle, source: CHAIN_MODEL });
         }
     }
     Ok(rows)
 }
 
 fn draw(whole: &Job, rows: &[Row]) -> Result<(), Error> {
-    let of = |source: &'static str| rows.iter().filter(move |row| row.source == source);
-    let points = of(EXPERIMENT).map(|row| Point { x: row.striker, y: row.group }).collect();
-    let line: Vec<(f64, f64)> = of(CHAIN_MODEL).map(|row| (row.striker.value, row.group.value)).collect();
     let (chain, law) = (&whole.experiment.chain, whole.experiment.contact.power_law()?);
     let sound_m_per_s = chain.pitch_m.get() * (law.k_0_n_per_m() / chain.mass_kg.get()).sqrt();
     let folder = whole.result("figures");
     make_folder(&folder)?;
-    let velocities = GroupVelocities {
-        series: vec![Series::measured(EXPERIMENT, points), Series::model(CHAIN_MODEL, line)],
-        sound_speed_m_per_s: Some(sound_m_per_s),
+    let against = |velocity: fn(&Row) -> Option<Estimate>| {
+        let point = |row: &Row| Some(Point { x: velocity(row)?, y: row.group });
+        let of = |source: &'static str| rows.iter().filter(move |row| row.source == source).filter_map(point);
+        let line: Vec<(f64, f64)> = of(CHAIN_MODEL).map(|point| (point.x.value, point.y.value)).collect();
+        GroupVelocities {
+            series: vec![
+                Series::measured(EXPERIMENT, of(EXPERIMENT).collect()),
+                Series::model(CHAIN_MODEL, line),
+            ],
+            sound_speed_m_per_s: Some(sound_m_per_s),
+        }
     };
-    Ok(group_velocity(&folder.join("group-velocity"), &velocities)?)
+    group_velocity(&folder.join("group-velocity"), &against(|row| Some(row.striker)))?;
+    let by_particles = against(|row| row.particle);
+    Ok(group_velocity_by_particles(&folder.join("group-velocity-by-particles"), &by_particles)?)
 }

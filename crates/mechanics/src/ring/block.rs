@@ -2,9 +2,11 @@ use pulp::{Simd, WithSimd, bytemuck::cast_slice_mut};
 
 use super::{
     Rod,
+    clock::Clock,
     kernel::{Kernel, NODE, Outcome},
-    lanes::Lanes,
+    walls::Walls,
 };
+use crate::lanes::Lanes;
 
 /// Rings handled together, whatever the machine's vectors are.
 pub(crate) const RINGS: usize = 8;
@@ -80,6 +82,7 @@ impl Aligned {
 #[derive(Debug)]
 pub(crate) struct Machine {
     pub(crate) kernel: Kernel,
+    walls: Walls,
     arch: pulp::Arch,
     /// Rings in a vector.
     lanes: usize,
@@ -87,10 +90,11 @@ pub(crate) struct Machine {
 }
 
 impl Machine {
-    pub(crate) fn new(rod: &Rod, dt_s: f64, decay_per_s: f64) -> Self {
+    pub(crate) fn new(rod: &Rod, walls: Walls, clock: &Clock) -> Self {
         let arch = pulp::Arch::new();
         let lanes = arch.dispatch(CountLanes).min(RINGS);
-        Self { kernel: Kernel::new(rod, dt_s, decay_per_s), arch, lanes, n_inner: rod.n_elements() - 1 }
+        let kernel = Kernel::new(rod, clock.dt_s, clock.decay_per_s);
+        Self { kernel, walls, arch, lanes, n_inner: rod.n_elements() - 1 }
     }
 
     /// Room for the values that a step of one block keeps between its sweeps.
@@ -121,13 +125,13 @@ impl Machine {
         }
     }
 
-    /// Finds the forces in a block and moves its inner nodes by a step; energies are booked on request.
-    pub(crate) fn step(&self, block: &mut Block, scratch: &mut Aligned, book: bool) {
+    /// Finds the forces in blocks and moves their inner nodes by a step; energies are booked on request.
+    pub(crate) fn step(&self, blocks: &mut [Block], scratch: &mut Aligned, book: bool) {
         match (book, self.kernel.keep() < 1.0) {
-            (false, false) => self.arch.dispatch(Step::<false, false> { machine: self, block, scratch }),
-            (true, false) => self.arch.dispatch(Step::<true, false> { machine: self, block, scratch }),
-            (false, true) => self.arch.dispatch(Step::<false, true> { machine: self, block, scratch }),
-            (true, true) => self.arch.dispatch(Step::<true, true> { machine: self, block, scratch }),
+            (false, false) => self.arch.dispatch(Step::<false, false> { machine: self, blocks, scratch }),
+            (true, false) => self.arch.dispatch(Step::<true, false> { machine: self, blocks, scratch }),
+            (false, true) => self.arch.dispatch(Step::<false, true> { machine: self, blocks, scratch }),
+            (true, true) => self.arch.dispatch(Step::<true, true> { machine: self, blocks, scratch }),
         }
     }
 
@@ -160,7 +164,30 @@ impl Machine {
         self.n_inner
     }
 
-    /// Displacement of a ring's inner node before it last moved, in units of an element's length.
+    /// The first ring of a block whose walls touch, at the joints' places; `places_m` is room for one ring's.
+    pub(crate) fn touching(&self, block: &Block, places_m: &mut Vec<[f64; 2]>) -> Option<usize> {
+        let length_m = self.kernel.length_m();
+        let n_rings = block.is_ring.iter().filter(|is_ring| **is_ring > 0.0).count();
+        (0..n_rings).find(|&ring| {
+            let displacement = |node: usize| match node {
+                0 => [block.joints.places[ring], 0.0],
+                node if node > self.n_inner => [block.joints.places[ring + 1], 0.0],
+                node => self.inner_place_before(block, ring, node - 1),
+            };
+            self.walls.put_places(places_m, |node| displacement(node).map(|moved| moved * length_m));
+            self.walls.touch(places_m)
+        })
+    }
+
+    /// Sets an inner node's displacement, and its velocity half a step before.
+    pub(crate) fn set_inner(&self, block: &mut Block, ring: usize, node: usize, values: [f64; NODE]) {
+        let (at, nodes) = (self.index(ring, node), block.nodes.get_mut());
+        for (k, value) in values.into_iter().enumerate() {
+            nodes[at + k * self.lanes] = value;
+        }
+    }
+
+    /// Displacement of a ring's inner node before it last moved, in the kernel's units.
     pub(crate) fn inner_place_before(&self, block: &Block, ring: usize, node: usize) -> [f64; 2] {
         let (at, nodes) = (self.index(ring, node), block.nodes.get());
         let before = |axis: usize| nodes[at + axis * self.lanes] - nodes[at + (axis + 2) * self.lanes];
@@ -187,7 +214,7 @@ impl WithSimd for CountLanes {
 
 struct Step<'a, const BOOK: bool, const DAMPED: bool> {
     machine: &'a Machine,
-    block: &'a mut Block,
+    blocks: &'a mut [Block],
     scratch: &'a mut Aligned,
 }
 
@@ -196,33 +223,40 @@ impl<const BOOK: bool, const DAMPED: bool> WithSimd for Step<'_, BOOK, DAMPED> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { machine, block, scratch } = self;
-        let lanes = S::F64_LANES;
-        let per_vector = machine.n_inner * NODE * lanes;
-        let kept = cast_slice_mut(&mut scratch.get_mut()[..machine.kernel.scratch_len() * lanes]);
-        for vector in 0..RINGS / lanes {
-            let first = vector * lanes;
-            let is_ring = Lanes::load(simd, &block.is_ring[first..]);
-            let [left, right] = [first, first + 1];
-            let joints = [
-                Lanes::load(simd, &block.joints.places[left..]) * is_ring,
-                Lanes::load(simd, &block.joints.places[right..]) * is_ring,
-            ];
-            let nodes = &mut block.nodes.get_mut()[vector * per_vector..(vector + 1) * per_vector];
-            let (kernel, nodes) = (&machine.kernel, cast_slice_mut(nodes));
-            let narrow = kernel.step::<S, BOOK, DAMPED, false>(simd, nodes, joints, kept);
-            let outcome = match narrow {
-                Some(outcome) => Some(outcome),
-                None => {
-                    block.wide_steps += lanes as u64;
-                    kernel.step::<S, BOOK, DAMPED, true>(simd, nodes, joints, kept)
-                }
-            };
-            match outcome {
-                Some(outcome) => outcome.store::<BOOK, DAMPED>(block, first),
-                None => block.broken = true,
+        for block in self.blocks {
+            for first in (0..RINGS).step_by(S::F64_LANES) {
+                self.machine.step_vector::<S, BOOK, DAMPED>(simd, block, self.scratch, first);
             }
         }
+    }
+}
+
+impl Machine {
+    /// Steps the rings from `first` on that fit a vector.
+    #[inline(always)]
+    fn step_vector<S: Simd, const BOOK: bool, const DAMPED: bool>(
+        &self,
+        simd: S,
+        block: &mut Block,
+        scratch: &mut Aligned,
+        first: usize,
+    ) {
+        let lanes = S::F64_LANES;
+        let is_ring = Lanes::read(simd, &block.is_ring[first..]);
+        let joint = |from: usize| Lanes::read(simd, &block.joints.places[from..]) * is_ring;
+        let joints = [joint(first), joint(first + 1)];
+        let per_ring = self.n_inner * NODE;
+        let nodes = cast_slice_mut(&mut block.nodes.get_mut()[first * per_ring..(first + lanes) * per_ring]);
+        let kept = cast_slice_mut(&mut scratch.get_mut()[..self.kernel.scratch_len() * lanes]);
+        if !self.kernel.deform::<S, false>(simd, nodes, joints, kept) {
+            block.wide_steps += lanes as u64;
+            if !self.kernel.deform::<S, true>(simd, nodes, joints, kept) {
+                block.broken = true;
+                return;
+            }
+        }
+        let outcome = self.kernel.load_and_move::<S, BOOK, DAMPED>(simd, nodes, joints, kept);
+        outcome.store::<BOOK, DAMPED>(block, first);
     }
 }
 
@@ -230,15 +264,15 @@ impl<S: Simd> Outcome<S> {
     /// Writes the values of the rings from `first` on.
     #[inline(always)]
     fn store<const BOOK: bool, const DAMPED: bool>(self, block: &mut Block, first: usize) {
-        self.ends[0].store(&mut block.ends[0][first..]);
-        self.ends[1].store(&mut block.ends[1][first..]);
+        self.ends[0].write(&mut block.ends[0][first..]);
+        self.ends[1].write(&mut block.ends[1][first..]);
         if BOOK {
-            self.strain_energy.store(&mut block.strain_energy[first..]);
-            self.moved.kinetic_energy.store(&mut block.kinetic_energy[first..]);
-            self.moved.momentum.store(&mut block.momentum[first..]);
+            self.strain_energy.write(&mut block.strain_energy[first..]);
+            self.moved.kinetic_energy.write(&mut block.kinetic_energy[first..]);
+            self.moved.momentum.write(&mut block.momentum[first..]);
         }
         if DAMPED {
-            self.moved.mean_squares.store(&mut block.mean_squares[first..]);
+            self.moved.mean_squares.write(&mut block.mean_squares[first..]);
         }
     }
 }

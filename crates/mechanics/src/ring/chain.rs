@@ -27,6 +27,14 @@ pub enum RingDrive {
     Striker(RingStriker),
     /// The first joint moves as given, whatever the force.
     Imposed(ImposedMotion),
+    /// No drive: the chain is let go from this state, one entry a joint, from joint 1 to N + 1. Each ring starts in the
+    /// equilibrium of its overlap, and its nodes move as this equilibrium does with its joints.
+    Free {
+        /// Displacement at t = 0 in metres.
+        displacement_m: Vec<f64>,
+        /// Velocity at t = 0 in metres per second; 0 at a fixed far end.
+        velocity_m_per_s: Vec<f64>,
+    },
 }
 
 /// A body that touches the first joint at t = 0 and pushes only.
@@ -52,7 +60,25 @@ impl RingChain {
         match &self.drive {
             RingDrive::Striker(striker) => striker.check(),
             RingDrive::Imposed(_) => Ok(()),
+            RingDrive::Free { displacement_m, velocity_m_per_s } => {
+                self.check_state(displacement_m, velocity_m_per_s)
+            }
         }
+    }
+
+    fn check_state(&self, displacement_m: &[f64], velocity_m_per_s: &[f64]) -> Result<(), MechanicsError> {
+        let n_joints = self.n_rings + 1;
+        check::length("initial displacement_m", n_joints, displacement_m.len())?;
+        check::length("initial velocity_m_per_s", n_joints, velocity_m_per_s.len())?;
+        check::each_body("initial displacement_m", displacement_m, check::finite)?;
+        check::each_body("initial velocity_m_per_s", velocity_m_per_s, check::finite)?;
+        let last = velocity_m_per_s[self.n_rings];
+        check::require(
+            self.far_end == FarEnd::Free || last == 0.0,
+            format!("initial velocity_m_per_s of body {n_joints}, at a fixed far end"),
+            "0",
+            last,
+        )
     }
 }
 

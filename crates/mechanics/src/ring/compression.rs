@@ -1,6 +1,6 @@
 use nalgebra::DVector;
 
-use super::{Ring, Rod, Section, Support, ellipse::HalfEllipse};
+use super::{Ring, Rod, Section, Support, walls::Walls};
 use crate::{MechanicsError, check};
 
 /// Times a step of the overlap is halved when Newton's method fails.
@@ -37,7 +37,7 @@ pub fn compress(
     check::positive("max_overlap_m", max_overlap_m)?;
     check::require(n_steps > 0, "n_steps", "at least 1", n_steps as f64)?;
     let rod = Rod::half_ring(ring, section, elements_per_ring)?;
-    let walls = Walls::new(ring, elements_per_ring);
+    let (walls, mut places_m) = (Walls::new(ring, elements_per_ring), Vec::new());
     let mut unknowns = DVector::zeros(rod.n_unknowns());
     let mut curve = Compression {
         overlap_m: vec![0.0],
@@ -48,11 +48,12 @@ pub fn compress(
     for step in 1..=n_steps {
         let overlap_m = max_overlap_m * step as f64 / n_steps as f64;
         let force_n = advance(&rod, &mut unknowns, overlap_m)?;
-        if walls.touch(&unknowns) {
+        walls.put_places(&mut places_m, |node| [unknowns[2 * node], unknowns[2 * node + 1]]);
+        if walls.touch(&places_m) {
             curve.self_contact_m = Some(overlap_m);
             break;
         }
-        if curve.neighbour_contact_m.is_none() && walls.stand_out(&unknowns) {
+        if curve.neighbour_contact_m.is_none() && walls.stands_out(&places_m) {
             curve.neighbour_contact_m = Some(overlap_m);
         }
         curve.overlap_m.push(overlap_m);
@@ -62,7 +63,7 @@ pub fn compress(
 }
 
 /// Moves the first pole on to an overlap, in halved steps where needed, and returns the force on the whole ring.
-fn advance(rod: &Rod, unknowns: &mut DVector<f64>, overlap_m: f64) -> Result<f64, MechanicsError> {
+pub(crate) fn advance(rod: &Rod, unknowns: &mut DVector<f64>, overlap_m: f64) -> Result<f64, MechanicsError> {
     let from_m = unknowns[0];
     let last = 2 * rod.n_elements();
     let mut parts = 1_u64;
@@ -82,42 +83,5 @@ fn advance(rod: &Rod, unknowns: &mut DVector<f64>, overlap_m: f64) -> Result<f64
             Err(error) if parts == 1 << HALVINGS => return Err(error),
             Err(_) => parts *= 2,
         }
-    }
-}
-
-/// Where a half ring's wall stands, to see what it touches.
-#[derive(Debug, Clone)]
-pub(crate) struct Walls {
-    nodes_m: Vec<[f64; 2]>,
-    wall_m: f64,
-}
-
-impl Walls {
-    pub(crate) fn new(ring: &Ring, elements_per_ring: usize) -> Self {
-        Self { nodes_m: HalfEllipse::of(ring, elements_per_ring).nodes_m, wall_m: ring.wall_m }
-    }
-
-    /// Whether two parts of the wall that were apart by more than twice its thickness are now nearer than that, or a part
-    /// meets its mirror image.
-    pub(crate) fn touch(&self, unknowns: &DVector<f64>) -> bool {
-        let now: Vec<[f64; 2]> = (0..self.nodes_m.len()).map(|node| self.place_m(unknowns, node)).collect();
-        let near = |a: [f64; 2], b: [f64; 2], reach_m: f64| (a[0] - b[0]).hypot(a[1] - b[1]) < reach_m;
-        let n = now.len();
-        let meets_image = |i: usize| self.nodes_m[i][1] > self.wall_m && now[i][1] < 0.5 * self.wall_m;
-        let meets = |i: usize, j: usize| {
-            near(now[i], now[j], self.wall_m) && !near(self.nodes_m[i], self.nodes_m[j], 2.0 * self.wall_m)
-        };
-        (1..n - 1).any(meets_image) || (0..n).any(|i| (i + 1..n).any(|j| meets(i, j)))
-    }
-
-    /// Whether the wall beside the first pole stands out beyond it.
-    fn stand_out(&self, unknowns: &DVector<f64>) -> bool {
-        let pole_m = self.place_m(unknowns, 0)[0];
-        (1..self.nodes_m.len()).any(|node| self.place_m(unknowns, node)[0] < pole_m)
-    }
-
-    fn place_m(&self, unknowns: &DVector<f64>, node: usize) -> [f64; 2] {
-        let rest = self.nodes_m[node];
-        [rest[0] + unknowns[2 * node], rest[1] + unknowns[2 * node + 1]]
     }
 }

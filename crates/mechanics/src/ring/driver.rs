@@ -16,7 +16,7 @@ pub(crate) struct Driver<'a> {
 #[derive(Debug)]
 enum Kind<'a> {
     Striker(Striker),
-    Imposed { motion: &'a ImposedMotion, dt_s: f64, arc_m: f64 },
+    Imposed { motion: &'a ImposedMotion, dt_s: f64, length_m: f64 },
 }
 
 /// Half of the striker: the other half strikes the mirror image.
@@ -48,7 +48,7 @@ pub(crate) struct Kick {
 /// Units of the kernel, and what the dampers leave of a velocity and a force.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Units {
-    pub(crate) arc_m: f64,
+    pub(crate) length_m: f64,
     pub(crate) element_kg: f64,
     pub(crate) dt_s: f64,
     pub(crate) keep: f64,
@@ -56,20 +56,22 @@ pub(crate) struct Units {
 }
 
 impl<'a> Driver<'a> {
-    pub(crate) fn new(chain: &'a RingChain, units: Units) -> Self {
-        let Units { arc_m, element_kg, dt_s, keep, gain } = units;
+    /// `None` where nothing drives the chain.
+    pub(crate) fn new(chain: &'a RingChain, units: Units) -> Option<Self> {
+        let Units { length_m, element_kg, dt_s, keep, gain } = units;
         let kind = match &chain.drive {
             RingDrive::Striker(striker) => Kind::Striker(Striker {
                 place: 0.0,
-                velocity: striker.velocity_m_per_s * dt_s / arc_m,
+                velocity: striker.velocity_m_per_s * dt_s / length_m,
                 inverse_mass: 2.0 * element_kg / striker.mass_kg,
                 stiffness: 0.5 * striker.contact_stiffness_n_per_m * dt_s * dt_s / element_kg,
                 damping: 0.5 * striker.damping_kg_per_s * dt_s / element_kg,
                 touching: true,
             }),
-            RingDrive::Imposed(motion) => Kind::Imposed { motion, dt_s, arc_m },
+            RingDrive::Imposed(motion) => Kind::Imposed { motion, dt_s, length_m },
+            RingDrive::Free { .. } => return None,
         };
-        Self { kind, keep, gain, lost: 0.0, switches: 0 }
+        Some(Self { kind, keep, gain, lost: 0.0, switches: 0 })
     }
 
     /// Moves the drive and the first joint by a step; `force` is the ring's on the joint.
@@ -86,8 +88,8 @@ impl<'a> Driver<'a> {
                 self.switches += u32::from(striker.touching != was_touching);
                 kicked
             }
-            Kind::Imposed { motion, dt_s, arc_m } => {
-                let velocity_after = motion.at((step + 1) as f64 * *dt_s).0 / *arc_m - place;
+            Kind::Imposed { motion, dt_s, length_m } => {
+                let velocity_after = motion.at((step + 1) as f64 * *dt_s).0 / *length_m - place;
                 // The ring's force on the joint does work against the drive.
                 let lost = force / self.gain * 0.5 * (velocity + velocity_after);
                 (

@@ -13,11 +13,15 @@ pub(crate) struct BlockRecord {
     pub(crate) balances: Vec<Balance>,
     /// Largest strain energy of each ring.
     pub(crate) peak_energies: [f64; RINGS],
+    /// Step and ring of the first contact of a ring's walls.
+    pub(crate) contact: Option<(u64, usize)>,
     /// Place and velocity of the striker.
     pub(crate) striker: Vec<[f64; 2]>,
     /// Displacements of the inner nodes of each ring, where they are asked for.
     pub(crate) shapes: Vec<[f64; 2]>,
     with_shapes: bool,
+    /// Room for one ring's places.
+    places_m: Vec<[f64; 2]>,
     /// Energy that the rings' dampers took.
     lost: f64,
 }
@@ -48,6 +52,13 @@ impl BlockRecord {
     pub(crate) fn look_for_peaks(&mut self, machine: &Machine, block: &Block) {
         for (peak, energy) in self.peak_energies.iter_mut().zip(&block.strain_energy) {
             *peak = peak.max(*energy / machine.kernel.gain());
+        }
+    }
+
+    /// Looks for a ring whose walls touch, after a step of the inner nodes and before that of the joints.
+    pub(crate) fn look_for_contact(&mut self, machine: &Machine, block: &Block, step: u64) {
+        if self.contact.is_none() {
+            self.contact = machine.touching(block, &mut self.places_m).map(|ring| (step, ring));
         }
     }
 

@@ -47,25 +47,24 @@ impl Span<'_, '_> {
             let output = is_output.then(|| (step / stretch.steps_per_output) as usize);
             let book = is_output || step.is_multiple_of(stretch.steps_per_peak);
             // The outer blocks first, so that the neighbours need not wait for what is inside.
-            machine.step(&mut self.blocks[0], &mut scratch, book);
+            machine.step(&mut self.blocks[..1], &mut scratch, book);
             if let Some(link) = self.left {
                 link.say(Bank::Right, step, self.blocks[0].ends[0][0]);
             }
             let last = self.n_reached - 1;
             if last > 0 {
-                machine.step(&mut self.blocks[last], &mut scratch, book);
+                machine.step(&mut self.blocks[last..=last], &mut scratch, book);
             }
             if let Some(link) = self.right {
                 link.say(Bank::Left, step, self.blocks[last].ends[1][RINGS - 1]);
             }
-            for block in self.blocks[..last].iter_mut().skip(1) {
-                machine.step(block, &mut scratch, book);
-            }
+            machine.step(&mut self.blocks[last.min(1)..last], &mut scratch, book);
             block_steps += self.n_reached as u64;
             self.reach(stretch.least_force);
             if book {
                 for (block, record) in self.blocks.iter().zip(self.records.iter_mut()).take(self.n_reached) {
                     record.look_for_peaks(machine, block);
+                    record.look_for_contact(machine, block, step);
                 }
             }
             self.move_joints(machine, step, output);

@@ -72,6 +72,22 @@ impl Rod {
         Err(MechanicsError::NoEquilibrium { steps: MAX_STEPS })
     }
 
+    /// Rates of the unknowns in equilibria that follow given rates of the prescribed ones.
+    pub(crate) fn following(
+        &self,
+        at: &DVector<f64>,
+        rates: &[(usize, f64)],
+    ) -> Result<DVector<f64>, MechanicsError> {
+        let support = Support { prescribed: rates.to_vec(), loads: Vec::new() };
+        let mut step = DVector::zeros(self.n_unknowns());
+        for &(unknown, rate) in rates {
+            step[unknown] = rate;
+        }
+        let none = DVector::zeros(self.n_unknowns());
+        self.add_newton_step(&mut step, at, &none, &self.free_unknowns(&support))?;
+        Ok(step)
+    }
+
     /// Size of a change of an unknown as a length; a rotation acts over an element.
     fn length_m(&self, unknown: usize, change: f64) -> f64 {
         let arm_m = if unknown >= self.rotation(0) { self.arc_m } else { 1.0 };

@@ -16,10 +16,10 @@ fn largest_difference(a: &RingSimulation, b: &RingSimulation) -> f64 {
     a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max) / largest
 }
 
-/// Nine rings fill a block and begin the next. The vectors' polynomials err by 6e-11, so do the motions.
+/// Nine rings fill a block and begin the next. The vectors' polynomials err by 3e-10, so do the motions.
 #[test]
 fn vectors_move_rings_as_plain_code_does() {
-    for (elements, velocity_m_per_s) in [(24, 2.0), (6, 2.73), (16, 12.0)] {
+    for (elements, velocity_m_per_s) in [(24, 2.0), (6, 6.0), (16, 12.0)] {
         let chain = chain(9, elements, velocity_m_per_s);
         let found = run(&chain, &schedule(1e-3));
         let plain = plain::joints_m(&chain, found.dt_s, found.steps as usize);

@@ -77,3 +77,21 @@ fn compression_to_self_contact_at_every_aspect() {
         assert!(curve.force_n.iter().all(|force| force.is_finite()));
     }
 }
+
+/// A strike that folds the first ring up ends the motion at the last output before its walls touch.
+#[test]
+fn motion_ends_where_walls_touch() {
+    let schedule = RingSchedule { output_interval_s: 1e-4, ..schedule(5e-3) };
+    let simulation = simulate_rings(&chain(6, 32, 60.0), &schedule).unwrap();
+    let contact = simulation.self_contact.unwrap();
+    assert_eq!(contact.ring, 1);
+    let last_s = *simulation.trajectory.times_s.last().unwrap();
+    assert!(last_s < contact.time_s && contact.time_s <= last_s + 1e-4, "{last_s} {contact:?}");
+    let column = simulation.trajectory.displacement_m.column(simulation.trajectory.times_s.len() - 1);
+    let overlap_m = column[0] - column[1];
+    assert!((10e-3..29.2e-3).contains(&overlap_m), "{overlap_m}");
+    let more = simulate_rings(&chain(6, 32, 60.0), &RingSchedule { n_threads: 2, ..schedule }).unwrap();
+    assert_eq!(simulation, more);
+    let harmless = simulate_rings(&chain(6, 32, 3.0), &schedule).unwrap();
+    assert_eq!(harmless.self_contact, None);
+}

@@ -15,6 +15,8 @@ mod extremes;
 #[cfg(test)]
 mod plain;
 #[cfg(test)]
+mod release;
+#[cfg(test)]
 mod scenes;
 #[cfg(test)]
 mod vibration;

@@ -1,0 +1,62 @@
+use chainwave_measurement::Estimate;
+use nalgebra::DVector;
+
+use super::FitError;
+use super::arrow::Own;
+use super::search::{Minimum, search};
+use super::track_problem::Problem;
+
+/// A 95 % interval by profile likelihood: where chi squared, all other unknowns fitted anew, is 3.84 above its least (times the
+/// residuals' excess over what is stated).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Interval {
+    /// Its lower end; zero where the data do not tell the quantity from zero.
+    pub low: f64,
+    /// Its upper end.
+    pub high: f64,
+    /// Whether both ends lie where 1.96 standard uncertainties put them, within a twentieth: chi squared is then a parabola, and the
+    /// standard uncertainty says all.
+    pub is_quadratic: bool,
+}
+
+/// How far the square root of chi squared's rise may be off at an end.
+const TOLERANCE: f64 = 0.05;
+const MAX_ROUNDS: usize = 4;
+
+/// The interval of a shared unknown, which takes the others along at the rates `moves` (its own is 1), by a secant in the root of chi squared's rise, which is nearly straight.
+pub(super) fn interval_95(
+    problem: &Problem<'_>,
+    best: &Minimum,
+    (unknown, moves): (usize, &DVector<f64>),
+    estimate: Estimate,
+    inflation: f64,
+    n_simulations: &mut u64,
+) -> Result<Interval, FitError> {
+    let wanted = Estimate::COVERAGE_95 * inflation;
+    let mut end = |sign: f64| -> Result<(f64, bool), FitError> {
+        let mut value = estimate.value + sign * Estimate::COVERAGE_95 * estimate.sigma;
+        for round in 0..MAX_ROUNDS {
+            value = value.max(0.0);
+            // The others move along as the equations at the minimum let expect.
+            let stay = vec![Own::zeros(); best.state.own.len()];
+            let start = problem.stepped(&best.state, &(moves * (value - estimate.value)), &stay);
+            let held = search(problem, start, Some(unknown), n_simulations)?;
+            let rise = (held.at.chi_squared - best.at.chi_squared).max(0.0).sqrt() / wanted;
+            let at_zero = value <= 0.0 && rise < 1.0;
+            if at_zero || (rise - 1.0).abs() < TOLERANCE || round + 1 == MAX_ROUNDS {
+                let refined = if at_zero { value } else { along(estimate.value, value, rise) };
+                return Ok((refined, round == 0));
+            }
+            value = along(estimate.value, value, rise);
+        }
+        Ok((value, false))
+    };
+    let ((low, first_low), (high, first_high)) = (end(-1.0)?, end(1.0)?);
+    Ok(Interval { low, high, is_quadratic: first_low && first_high })
+}
+
+/// Where the root of the rise would be 1, were it straight.
+fn along(from: f64, to: f64, rise: f64) -> f64 {
+    // A search that hardly rose is sent no farther than four times out.
+    from + (to - from) / rise.max(0.25)
+}

@@ -1,0 +1,102 @@
+//! How often the tests behind the decisions are wrong: chains that the simpler model describes, and chains that it does not.
+
+use chainwave_analysis::fit::{TrackFit, TrackModel, fit_tracks, scatter_of_bodies, softening};
+use chainwave_measurement::{BodyTrack, Estimate, Observation};
+use chainwave_mechanics::{Chain, Contacts, Drive, FarEnd, LinearLaw, Schedule, Striker, simulate};
+use rand::SeedableRng;
+use rand_distr::{Distribution, Normal};
+use rand_pcg::Pcg64Mcg;
+
+use crate::common::{INTERVAL_S, ring_law};
+
+const N_BODIES: usize = 8;
+const N_EXPERIMENTS: u64 = 20;
+const NOISE_M: f64 = 0.4e-6;
+/// So slow a strike that the law hardly bends: 0.3 mm of 2.27 mm.
+const VELOCITY: Estimate = Estimate { value: 0.08, sigma: 0.002 };
+const C_S: f64 = 0.2;
+
+/// What is true of a chain.
+struct Truth {
+    contact: Contacts,
+    c_d: f64,
+    mass_scatter: f64,
+}
+
+fn chain(contact: Contacts, c_d: f64, velocity_m_per_s: f64) -> Chain {
+    Chain {
+        mass_kg: vec![0.455e-3; N_BODIES],
+        damping_kg_per_s: vec![c_d; N_BODIES],
+        contact,
+        drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s, damping_kg_per_s: C_S }),
+        far_end: FarEnd::Free,
+    }
+}
+
+/// Three trials that see all bodies.
+fn filmed(truth: &Truth, seed: u64) -> Vec<Observation> {
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let mut normal = |sigma: f64| Normal::new(0.0, sigma).unwrap().sample(&mut random);
+    let masses_kg: Vec<f64> = (0..N_BODIES).map(|_| 0.455e-3 * (1.0 + normal(truth.mass_scatter))).collect();
+    (0..3)
+        .map(|trial| {
+            let velocity_m_per_s = VELOCITY.value + normal(VELOCITY.sigma);
+            let mut struck = chain(truth.contact.clone(), truth.c_d, velocity_m_per_s);
+            struck.mass_kg.clone_from(&masses_kg);
+            let moved = simulate(&struck, &Schedule::automatic(0.0075, 1e-5)).unwrap().trajectory;
+            let impact_s = normal(1e-5);
+            let times_s: Vec<f64> = (-20..180).map(|k| (f64::from(k) + 0.3) * INTERVAL_S).collect();
+            let bodies = (1..=N_BODIES).map(|body| {
+                let at =
+                    |t_s: f64| moved.at(t_s - impact_s).map_or(0.0, |moment| moment.displacement_m(body - 1));
+                let position = |t_s: &f64| Some(Estimate::new(at(*t_s) + normal(NOISE_M), NOISE_M));
+                BodyTrack { body, position_m: times_s.iter().map(position).collect() }
+            });
+            let bodies = bodies.collect();
+            Observation { recording: format!("trial{trial}"), view: 0, trial, times_s, bodies }
+        })
+        .collect()
+}
+
+/// Shares of experiments in which softening, scatter and damping are told at a level.
+fn told(truth: &Truth, level: f64, first_seed: u64) -> [f64; 3] {
+    let model = TrackModel {
+        chain: chain(ring_law().into(), 0.001, VELOCITY.value),
+        striker_velocity_m_per_s: VELOCITY,
+        known: Vec::new(),
+    };
+    let mut told = [0.0; 3];
+    for seed in first_seed..first_seed + N_EXPERIMENTS {
+        let observations = filmed(truth, seed);
+        let fit: TrackFit = fit_tracks(&observations, &[0.0; 3], &model).unwrap();
+        let p_values = [
+            softening(&observations, &model, &fit).unwrap().p_value,
+            scatter_of_bodies(&observations, &model, &fit).unwrap().p_value,
+            fit.damping.told_from_zero()[0],
+        ];
+        told.iter_mut().zip(p_values).for_each(|(told, p)| *told += f64::from(u8::from(p < level)));
+    }
+    told.map(|count| count / N_EXPERIMENTS as f64)
+}
+
+#[test]
+fn simpler_models_are_rejected_as_seldom_as_the_level_says() {
+    let spring = LinearLaw { k_n_per_m: ring_law().k_0_n_per_m() };
+    let [softening, ..] = told(&Truth { contact: spring.into(), c_d: 0.003, mass_scatter: 0.0 }, 0.1, 1);
+    let [_, scatter, damping] =
+        told(&Truth { contact: ring_law().into(), c_d: 0.0, mass_scatter: 0.0 }, 0.1, 2001);
+    println!("false choices at 10 %: softening {softening}, scatter {scatter}, damping {damping}");
+    for (what, share) in [("softening", softening), ("scatter", scatter), ("damping", damping)] {
+        // Binomial: 10 +- 7 % of 20 experiments; three of them.
+        assert!(share < 0.32, "{what}: told falsely in {share}");
+    }
+}
+
+#[test]
+fn what_is_there_is_not_missed() {
+    let told = told(&Truth { contact: ring_law().into(), c_d: 0.003, mass_scatter: 0.013 }, 0.01, 1001);
+    println!("told at 1 %: softening {}, scatter {}, damping {}", told[0], told[1], told[2]);
+    for (what, share) in ["softening", "scatter", "damping"].into_iter().zip(told) {
+        assert!(share > 0.9, "{what}: told in {share} only");
+    }
+}

@@ -1,0 +1,54 @@
+use std::path::{Path, PathBuf};
+
+use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region};
+
+use crate::{ByteCounter, OpenOptions};
+
+/// Where the pixels of a recording come from.
+pub(crate) trait PixelSource: Send + Sync {
+    /// Writes the counts of `region` in `frame`, which lie in the recording and are not empty, and says how many bytes of
+    /// uncompressed pixels it looked at, or what was expected and found.
+    fn read(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<u64, String>;
+
+    /// As [`Recording::is_sequential`].
+    fn is_sequential(&self) -> bool {
+        false
+    }
+}
+
+/// A recording in a file or a folder: what it says of itself, and its pixels.
+pub(crate) struct FileRecording<S> {
+    path: PathBuf,
+    info: RecordingInfo,
+    source: S,
+    pixel_bytes: ByteCounter,
+}
+
+impl<S: PixelSource> FileRecording<S> {
+    pub(crate) fn new(path: &Path, info: RecordingInfo, source: S, options: &OpenOptions) -> Self {
+        Self { path: path.into(), info, source, pixel_bytes: options.pixel_bytes.clone() }
+    }
+}
+
+impl<S: PixelSource> Recording for FileRecording<S> {
+    fn path(&self) -> &Path {
+        &self.path
+    }
+
+    fn info(&self) -> &RecordingInfo {
+        &self.info
+    }
+
+    fn is_sequential(&self) -> bool {
+        self.source.is_sequential()
+    }
+
+    fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {
+        self.check_request(frame, region, pixels.len())?;
+        if !pixels.is_empty() {
+            let unreadable = |reason| ReadError::Unreadable { path: self.path.clone(), frame, reason };
+            self.pixel_bytes.add(self.source.read(frame, region, pixels).map_err(unreadable)?);
+        }
+        Ok(())
+    }
+}

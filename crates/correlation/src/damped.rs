@@ -1,0 +1,65 @@
+use chainwave_measurement::Lost;
+use nalgebra::DMatrix;
+
+use crate::icgn::Stop;
+use crate::normal::invert_for;
+use crate::sums::Evaluation;
+use crate::warp::{MAX_PARAMETERS, Step, Warp};
+use crate::{PreparedSubset, Window, Workspace};
+
+/// Damping of the first step, and the factor by which it falls or grows (D. W. Marquardt, J. Soc. Ind. Appl. Math. 11
+/// (1963) 431-441).
+const FIRST_DAMPING: f64 = 0.1;
+const FACTOR: f64 = 10.0;
+/// Damping at which steps are a millionth of the plain ones: nothing better is near.
+const LARGEST_DAMPING: f64 = 1e6;
+
+impl PreparedSubset {
+    /// The best place that steps of Levenberg and Marquardt reach from a start, each of which must raise the correlation:
+    /// where plain steps overshoot, from afar or in the weak directions of a noisy texture, these do not.
+    pub(crate) fn climb(
+        &self,
+        window: &Window,
+        start: Warp,
+        workspace: &mut Workspace,
+    ) -> Result<Warp, Stop> {
+        let (mut warp, mut damping) = (start, FIRST_DAMPING);
+        let mut here = self.look(window, &warp, workspace)?;
+        for _ in 0..2 * self.settings.max_iterations {
+            let Some(step) = self.damped_step(&here, damping) else { break };
+            if step.at_edge_px(self.half_px()) <= self.settings.convergence_px {
+                break;
+            }
+            let next = warp.compose_inverse(&step);
+            let there = next.and_then(|next| Some((next, self.look(window, &next, workspace).ok()?)));
+            match there {
+                Some((next, better)) if better.zncc > here.zncc => {
+                    (warp, here) = (next, better);
+                    damping /= FACTOR;
+                }
+                _ if damping > LARGEST_DAMPING => break,
+                _ => damping *= FACTOR,
+            }
+        }
+        Ok(warp)
+    }
+
+    fn look(&self, window: &Window, warp: &Warp, workspace: &mut Workspace) -> Result<Evaluation, Stop> {
+        if !self.fits(window, warp) {
+            return Err(Stop::Escaped(*warp));
+        }
+        self.evaluate(window, warp, workspace).ok_or(Stop::Lost(Lost::LowCorrelation))
+    }
+
+    /// The step by the Hessian whose diagonal is enlarged.
+    fn damped_step(&self, found: &Evaluation, damping: f64) -> Option<Step> {
+        let size = self.hessian.nrows();
+        let enlarged = |i: usize, j: usize| self.hessian[(i, j)] * if i == j { 1.0 + damping } else { 1.0 };
+        let inverse = invert_for(self.settings.shape, DMatrix::from_fn(size, size, enlarged))?;
+        let mut parameters = [0.0; MAX_PARAMETERS];
+        for (i, parameter) in parameters.iter_mut().enumerate().take(size) {
+            *parameter = (0..size).map(|j| inverse[(i, j)] * found.slopes[j]).sum::<f64>() / found.gain;
+        }
+        Some(Step::new(self.settings.shape, &parameters))
+    }
+}

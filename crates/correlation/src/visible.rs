@@ -1,0 +1,152 @@
+//! What of a subset a frame shows: not the pixels that saturate there or are no numbers, nor those behind an obstacle.
+//!
+//! The former are known beforehand. An obstacle shows as residuals that no noise explains: those beyond four times their
+//! robust standard deviation (1.48 times the median of their sizes: P. J. Rousseeuw, A. M. Leroy, Robust Regression and
+//! Outlier Detection, 1987), with their neighbours, are left out, and the rest is matched anew. Whatever is left out is
+//! missing in the Hessian, so sigma says what it cost. What is no noise and cannot be left out makes sigma larger.
+
+use chainwave_measurement::Lost;
+
+use crate::icgn::{Match, Stop};
+use crate::mask::{INVALID_MARGIN_PX, dilated};
+use crate::uncertainty::degrees_of_freedom;
+use crate::warp::Warp;
+use crate::{Interpolation, PreparedSubset, Window, Workspace};
+
+/// Share of a subset's pixels that must be seen.
+const LEAST_VISIBLE: f64 = 0.4;
+/// Variance of the residuals over that of the noise from which on an obstacle is looked for. Light that is four times
+/// brighter has so much shot noise; an obstacle has hundreds of times as much.
+const SUSPICIOUS_RATIO: f64 = 6.0;
+/// Robust standard deviations beyond which a residual is none of the noise's.
+const OUTLIER_SIGMAS: f64 = 4.0;
+/// Times that outliers are looked for: the first ones distort the gain by which the next are found.
+const ROUNDS: usize = 4;
+
+impl PreparedSubset {
+    /// As [`Self::solve_from_afar`], by what the frame shows of the subset.
+    pub(crate) fn solve_visible(
+        &self,
+        window: &Window,
+        start: Warp,
+        workspace: &mut Workspace,
+    ) -> Result<Match, Stop> {
+        let Some(flagged) = window.flagged(INVALID_MARGIN_PX + 1) else {
+            return self.solve_around_obstacles(window, start, workspace);
+        };
+        let seen = |i: &[f64; 2]| !flagged(start.apply(*i));
+        let visible: Vec<bool> = self.places().map(|place| seen(&place)).collect();
+        if !visible.contains(&false) {
+            return self.solve_around_obstacles(window, start, workspace);
+        }
+        self.only(&visible).map_err(Stop::Lost)?.solve_around_obstacles(window, start, workspace)
+    }
+
+    fn solve_around_obstacles(
+        &self,
+        window: &Window,
+        start: Warp,
+        workspace: &mut Workspace,
+    ) -> Result<Match, Stop> {
+        let found = self.solve_from_afar(window, start, workspace);
+        let place = match &found {
+            Err(Stop::Escaped(_)) => return found,
+            Err(Stop::Lost(_)) => start,
+            Ok(found) if found.noise_ratio < SUSPICIOUS_RATIO => return Ok(*found),
+            Ok(found) => found.warp(),
+        };
+        let Some(visible) = self.without_outliers(window, &place, workspace) else { return found };
+        match visible.solve(window, place, workspace) {
+            Ok(around) if around.noise_ratio < SUSPICIOUS_RATIO => Ok(around),
+            _ => found,
+        }
+    }
+
+    /// The part of the subset that resembles the frame under a warp; `None` where all does, or too little.
+    fn without_outliers(&self, window: &Window, warp: &Warp, workspace: &mut Workspace) -> Option<Self> {
+        let mut part: Option<Self> = None;
+        for _ in 0..ROUNDS {
+            let subset = part.as_ref().unwrap_or(self);
+            if !subset.fits(window, warp) {
+                return None;
+            }
+            let found = subset.evaluate(window, warp, workspace)?;
+            let residuals = subset.residuals(&found, workspace);
+            let [middle, sigma] = robust_moments(subset, &residuals);
+            let far = |(residual, weight): (&f64, &f32)| {
+                *weight > 0.0 && (residual - middle).abs() > OUTLIER_SIGMAS * sigma
+            };
+            let outlier: Vec<bool> = residuals.iter().zip(&subset.weights).map(far).collect();
+            if !outlier.contains(&true) {
+                break;
+            }
+            let hidden = dilated(self.width, &outlier, INVALID_MARGIN_PX);
+            let visible: Vec<bool> =
+                hidden.iter().zip(&subset.weights).map(|(hidden, weight)| !hidden && *weight > 0.0).collect();
+            part = Some(self.only(&visible).ok()?);
+        }
+        part
+    }
+
+    /// The subset with some of its pixels alone.
+    fn only(&self, visible: &[bool]) -> Result<Self, Lost> {
+        let subset = self.masked(visible)?;
+        let enough = subset.n_used as f64 >= LEAST_VISIBLE * self.n_used as f64;
+        enough.then_some(subset).ok_or(Lost::LowCorrelation)
+    }
+}
+
+/// Median and standard deviation of the bulk of the residuals of the pixels that are used.
+fn robust_moments(subset: &PreparedSubset, residuals: &[f64]) -> [f64; 2] {
+    let used = residuals.iter().zip(&subset.weights).filter(|(_, weight)| **weight > 0.0);
+    let mut values: Vec<f64> = used.map(|(residual, _)| *residual).collect();
+    let half = values.len() / 2;
+    if half == 0 {
+        return [0.0, f64::INFINITY];
+    }
+    let middle = *values.select_nth_unstable_by(half, f64::total_cmp).1;
+    values.iter_mut().for_each(|value| *value = (*value - middle).abs());
+    [middle, 1.482_6 * *values.select_nth_unstable_by(half, f64::total_cmp).1]
+}
+
+/// Variance of a match's residuals over what the reference's noise explains, at its gain.
+pub(crate) fn noise_ratio(subset: &PreparedSubset, sum_of_squares: f64, gain: f64) -> f64 {
+    let explained = subset.noise_variance * (subset.n_averaged + 1.0) * gain * gain;
+    let variance = subset.signal_energy / subset.n_used as f64 * gain * gain;
+    let interpolated = interpolation_share(subset.settings.interpolation) * variance;
+    // rounding to counts leaves a twelfth in each image
+    sum_of_squares / degrees_of_freedom(subset) as f64 / (explained + interpolated + 1.0 / 6.0)
+}
+
+/// Variance over that of the noise up to which residuals may be noise: of light that is dimmer than the reference's, shot
+/// noise is a larger share.
+const NOISE_AT_MOST: f64 = 2.0;
+
+/// What the standard uncertainty of a match grows by where its residuals are no noise: the texture has changed, or the
+/// shape function does not describe how the subset is deformed.
+///
+/// Such residuals are as smooth as the texture. Of speckles of the spectrum `exp(-w^2 r^2)` in both, a product with the
+/// gradient has `pi r^2` times the variance that white residuals of the same size would give, and `1/(2 r^2)` is
+/// the mean of f_x^2 over that of f^2.
+pub(crate) fn structure_factor(subset: &PreparedSubset, noise_ratio: f64) -> f64 {
+    if noise_ratio <= NOISE_AT_MOST {
+        return 1.0;
+    }
+    let square = |values: &[f32]| values.iter().map(|&value| f64::from(value).powi(2)).sum::<f64>();
+    let [k_x, k_y] = [&subset.gradient_x, &subset.gradient_y].map(|g| square(g) / subset.energy);
+    let pixels = 0.5 * std::f64::consts::PI / (k_x * k_y).sqrt();
+    let share = 1.0 - NOISE_AT_MOST / noise_ratio;
+    (1.0 + share * (pixels - 1.0).max(0.0)).sqrt()
+}
+
+/// Mean square error of interpolated speckles over their variance: by the kernel's spectrum, for an autocorrelation 3.7 px
+/// wide at half height.
+fn interpolation_share(interpolation: Interpolation) -> f64 {
+    match interpolation {
+        Interpolation::Linear => 7e-3,
+        Interpolation::Cubic => 1.1e-4,
+        Interpolation::CubicMoms => 6e-5,
+        Interpolation::Quintic => 1.6e-5,
+        Interpolation::QuinticMoms => 6e-6,
+    }
+}

@@ -1,0 +1,182 @@
+use pulp::Simd;
+
+use super::{Element, KEPT, Kernel, Moved, NODE, Outcome, Rings, components};
+use crate::lanes::Lanes;
+
+/// The second sweep on its way to the left, between two elements.
+#[derive(Clone, Copy)]
+struct Sweep<S: Simd> {
+    /// Place of the node.
+    place: [Rings<S>; 2],
+    /// Its turn; twice that at an end, where it is the turn over half an element.
+    turn: Rings<S>,
+    /// Its moment by bending alone, and with the bulge's part of the element to the right.
+    bending: Rings<S>,
+    moment: Rings<S>,
+    strain_energy: Rings<S>,
+}
+
+/// An element whose force is known but for the moment at its left.
+#[derive(Clone, Copy)]
+struct Loaded<S: Simd> {
+    /// The deformed chord.
+    chord: [Rings<S>; 2],
+    /// Normal force and one, over the chord's length.
+    normal: Rings<S>,
+    inverse_length: Rings<S>,
+    right_moment: Rings<S>,
+}
+
+impl Kernel {
+    /// Second sweep, from right to left: moments, normal and shear forces, and the motion of the inner nodes by a step.
+    #[inline(always)]
+    pub(crate) fn load_and_move<S: Simd, const BOOK: bool, const DAMPED: bool>(
+        &self,
+        simd: S,
+        nodes: &mut [[S::f64s; NODE]],
+        joints: [Rings<S>; 2],
+        scratch: &[[S::f64s; KEPT]],
+    ) -> Outcome<S> {
+        let zero = Lanes::splat(simd, 0.0);
+        let keep = Lanes::splat(simd, self.keep);
+        let (elements, scratch) = (self.elements.as_slice(), &scratch[..=self.elements.len()]);
+        let last = elements.len() - 1;
+        let [turn, eliminated, ..] = scratch[last + 1].map(|kept| Lanes::new(simd, [kept]));
+        let bending = eliminated * Lanes::splat(simd, self.last_bending_pivot);
+        let mut sweep = Sweep {
+            place: [joints[1], zero],
+            turn: turn + turn,
+            bending,
+            moment: bending,
+            strain_energy: if BOOK { bending * turn } else { zero },
+        };
+        let mut moved = Moved { kinetic_energy: zero, momentum: zero, mean_squares: zero };
+        let mut behind: Option<Loaded<S>> = None;
+        let mut force_behind: Option<[Rings<S>; 2]> = None;
+        let mut right_end = zero;
+        for (e, (element, kept)) in elements.iter().zip(scratch).enumerate().rev() {
+            let place = match e.checked_sub(1).and_then(|left| nodes.get(left)) {
+                Some(node) => [Lanes::new(simd, [node[0]]), Lanes::new(simd, [node[1]])],
+                None => [joints[0], zero],
+            };
+            let loaded = if e == last {
+                sweep.load::<BOOK, false, true>(simd, element, kept, place)
+            } else if e > 0 {
+                sweep.load::<BOOK, false, false>(simd, element, kept, place)
+            } else {
+                sweep.load::<BOOK, true, false>(simd, element, kept, place)
+            };
+            if let Some(behind) = behind {
+                let force = behind.force(loaded.right_moment);
+                match (force_behind, nodes.get_mut(e + 1)) {
+                    (Some(right), Some(node)) => {
+                        moved.push::<BOOK, DAMPED>(simd, keep, node, [force, right]);
+                    }
+                    _ => right_end = -force[0],
+                }
+                force_behind = Some(force);
+            }
+            behind = Some(loaded);
+        }
+        let mut left_end = zero;
+        if let (Some(behind), Some(right), Some(node)) = (behind, force_behind, nodes.first_mut()) {
+            let force = behind.force(sweep.moment);
+            moved.push::<BOOK, DAMPED>(simd, keep, node, [force, right]);
+            left_end = force[0];
+        }
+        Outcome {
+            ends: [left_end, right_end],
+            strain_energy: sweep.strain_energy * Lanes::splat(simd, 0.5 / self.turn_unit),
+            moved: moved.scaled(simd),
+        }
+    }
+}
+
+impl<S: Simd> Sweep<S> {
+    /// Passes an element, the first or the last of the half ring or one between, whose left node is at `place`.
+    #[inline(always)]
+    fn load<const BOOK: bool, const FIRST: bool, const LAST: bool>(
+        &mut self,
+        simd: S,
+        element: &Element,
+        kept: &[S::f64s; KEPT],
+        place: [Rings<S>; 2],
+    ) -> Loaded<S> {
+        let all = |value| Lanes::splat(simd, value);
+        let [left_turn, eliminated, inverse_stretch, elongation] = kept.map(|kept| Lanes::new(simd, [kept]));
+        let bending = all(element.lower).mul_sub_from(self.bending, eliminated * all(element.bending_pivot));
+        let (left, right) = (if FIRST { left_turn + left_turn } else { left_turn }, self.turn);
+        let [a, b] = components(simd, element.turns);
+        let (left_sum, right_sum) = (a + left + right, b + right);
+        let bulge = left.mul_add(left_sum, right * right_sum);
+        let normal = elongation.mul_add(all(element.axial), bulge);
+        let (left_slope, right_slope) = (left_sum + left, right_sum + right + left);
+        let mut right_moment = normal.mul_add(right_slope, self.moment);
+        if LAST {
+            right_moment = normal.mul_add(right_slope, right_moment);
+        }
+        let mut moment = normal.mul_add(left_slope, bending);
+        if FIRST {
+            moment = normal.mul_add(left_slope, moment);
+        }
+        let at_rest = components(simd, element.chord);
+        let chord = [0, 1].map(|axis| at_rest[axis] + (self.place[axis] - place[axis]));
+        let mut strain_energy = self.strain_energy;
+        if BOOK {
+            strain_energy = strain_energy + bending.mul_add(left_turn, normal * normal);
+        }
+        *self = Self { place, turn: left, bending, moment, strain_energy };
+        let inverse_length = inverse_stretch * all(element.inverse_length);
+        Loaded { chord, normal: normal * inverse_length, inverse_length, right_moment }
+    }
+}
+
+impl<S: Simd> Loaded<S> {
+    /// The force that the element pulls its left node with, given the moment there.
+    #[inline(always)]
+    fn force(self, left_moment: Rings<S>) -> [Rings<S>; 2] {
+        let Self { chord: [x, y], normal, inverse_length, right_moment } = self;
+        let shear = (left_moment - right_moment) * inverse_length * inverse_length;
+        [shear.mul_sub_from(y, normal * x), shear.mul_add(x, normal * y)]
+    }
+}
+
+impl<S: Simd> Moved<S> {
+    /// Moves a node by a step; the forces pull it to the left and to the right.
+    #[inline(always)]
+    fn push<const BOOK: bool, const DAMPED: bool>(
+        &mut self,
+        simd: S,
+        keep: Rings<S>,
+        node: &mut [S::f64s; NODE],
+        [left, right]: [[Rings<S>; 2]; 2],
+    ) {
+        let [x, y] = [Lanes::new(simd, [node[0]]), Lanes::new(simd, [node[1]])];
+        let [before_x, before_y] = [Lanes::new(simd, [node[2]]), Lanes::new(simd, [node[3]])];
+        let pulled = [right[0] - left[0], right[1] - left[1]];
+        let [after_x, after_y] = match DAMPED {
+            true => [before_x.mul_add(keep, pulled[0]), before_y.mul_add(keep, pulled[1])],
+            false => [before_x + pulled[0], before_y + pulled[1]],
+        };
+        *node = [x + after_x, y + after_y, after_x, after_y].map(Lanes::vector);
+        let (sum_x, sum_y) = (before_x + after_x, before_y + after_y);
+        if BOOK {
+            self.kinetic_energy = before_x.mul_add(after_x, before_y.mul_add(after_y, self.kinetic_energy));
+            self.momentum = self.momentum + sum_x;
+        }
+        if DAMPED {
+            self.mean_squares = sum_x.mul_add(sum_x, sum_y.mul_add(sum_y, self.mean_squares));
+        }
+    }
+
+    /// The sums with the factors that are the same for all nodes.
+    #[inline(always)]
+    fn scaled(self, simd: S) -> Self {
+        let half = Lanes::splat(simd, 0.5);
+        Self {
+            kinetic_energy: self.kinetic_energy * half,
+            momentum: self.momentum * half,
+            mean_squares: self.mean_squares * Lanes::splat(simd, 0.125),
+        }
+    }
+}
