@@ -52,5 +52,5 @@ pub use ring::{
     RingSchedule, RingSimulation, RingStriker, Rod, Section, SelfContact, Support, Symmetry, compress,
     ring_bands, ring_modes, simulate_rings, simulate_rings_within,
 };
-pub use scan::scan;
+pub use scan::{ensemble, scan};
 pub use simulate::{Bodies, Integration, Schedule, Simulation, StrikerMotion, simulate};
