@@ -11,11 +11,10 @@ fn main() {
     divan::main();
 }
 
-const A: f64 = 60.1;
-const DELTA_0_M: f64 = 2.27e-3;
-const P: f64 = 0.114;
-const MASS_KG: f64 = 0.455e-3;
-const STRIKER_KG: f64 = 4.3e-3;
+#[path = "../tests/chain/paper.rs"]
+mod paper;
+use paper::{MASS_KG, RING_LAW, STRIKER_KG};
+
 const C_D: f64 = 0.003;
 const C_S: f64 = 0.2;
 const V_M_PER_S: f64 = 2.73;
@@ -23,10 +22,11 @@ const V_M_PER_S: f64 = 2.73;
 const DT_S: f64 = 4e-5;
 
 fn chain(n_bodies: usize) -> Result<Chain, MechanicsError> {
+    let (a, delta_0_m, p) = RING_LAW;
     Ok(Chain {
         mass_kg: vec![MASS_KG; n_bodies],
         damping_kg_per_s: vec![C_D; n_bodies],
-        contact: PowerLaw::new(A, DELTA_0_M, P)?.into(),
+        contact: PowerLaw::new(a, delta_0_m, p)?.into(),
         drive: Drive::Striker(Striker {
             mass_kg: STRIKER_KG,
             velocity_m_per_s: V_M_PER_S,
@@ -94,13 +94,14 @@ fn plain_rk4(n: usize, n_steps: usize) -> f64 {
 }
 
 fn plain_rates(x: &[f64], v: &[f64], acceleration: &mut [f64]) {
-    let f_0 = A * DELTA_0_M.powf(P);
+    let (a, delta_0_m, p) = black_box(RING_LAW);
+    let f_0 = a * delta_0_m.powf(p);
     let mut before = 0.0;
     for i in 0..x.len() {
         let mut behind = 0.0;
         if i + 1 < x.len() {
-            let shifted = x[i] - x[i + 1] + DELTA_0_M;
-            behind = A * shifted.max(0.1 * DELTA_0_M).powf(P) - f_0;
+            let shifted = x[i] - x[i + 1] + delta_0_m;
+            behind = a * shifted.max(0.1 * delta_0_m).powf(p) - f_0;
             behind += if i == 0 { C_S * (v[0] - v[1]) } else { 0.0 };
         }
         let (mass, drag) = if i == 0 { (STRIKER_KG, 0.0) } else { (MASS_KG, C_D * v[i]) };

@@ -63,6 +63,15 @@ impl Chain {
         self.mass_kg.len()
     }
 
+    /// Whether a dashpot takes energy from the bodies once the striker has left.
+    pub(crate) fn is_damped(&self) -> bool {
+        let between = match &self.contact {
+            Contacts::Same(contact) => contact.damping_kg_per_s > 0.0,
+            Contacts::Each(contacts) => contacts.iter().any(|contact| contact.damping_kg_per_s > 0.0),
+        };
+        between || self.damping_kg_per_s.iter().any(|&c| c > 0.0)
+    }
+
     /// Refuses a chain whose lists differ in length or whose parameters have no meaning.
     pub(crate) fn check(&self) -> Result<(), MechanicsError> {
         let n = self.n_bodies();

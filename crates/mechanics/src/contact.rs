@@ -1,12 +1,14 @@
 mod linear;
 mod power;
 mod power_kernel;
+mod power_lanes;
 mod power_table;
 mod table;
 
 pub use linear::LinearLaw;
 pub use power::PowerLaw;
-pub(crate) use power_kernel::{PowerColumns, PowerKernel, PowerLanes};
+pub(crate) use power_kernel::PowerKernel;
+pub(crate) use power_lanes::{PowerColumns, PowerLanes};
 pub(crate) use power_table::{Outside, PowerTable, TableLanes};
 pub use table::TableLaw;
 

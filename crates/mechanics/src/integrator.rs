@@ -1,4 +1,5 @@
 mod implicit;
+mod kick;
 mod method;
 mod rows;
 mod runge_kutta;

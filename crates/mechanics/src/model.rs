@@ -5,10 +5,12 @@ use pulp::{Simd, WithSimd};
 use crate::{
     Chain, Contact, Contacts, Drive, FarEnd, ImposedMotion,
     contact::Spring,
+    force_row::ForceRow,
     gaps::{Gaps, Idle},
     lanes::{self, PADDING, PartialSums, padded, vectorised},
     row::Row,
     state::{State, row_length},
+    striker::StrikerContact,
 };
 
 /// The chain as the integrators see it: masses in a row, the striker first where there is one.
@@ -40,12 +42,7 @@ impl<'a> Model<'a> {
                 mass_kg.insert(0, body.mass_kg);
                 damping_kg_per_s.insert(0, 0.0);
                 let first = chain.contact.of_gap(0);
-                striker = Some(StrikerContact {
-                    spring: first.spring(),
-                    k_0_n_per_m: first.stiffness_n_per_m(0.0),
-                    softening_m: first.softening_m(),
-                    damping_kg_per_s: body.damping_kg_per_s,
-                });
+                striker = Some(StrikerContact::new(first, body.damping_kg_per_s));
             }
             Drive::Imposed(motion) => {
                 (mass_kg[0], damping_kg_per_s[0]) = (0.0, 0.0);
@@ -284,96 +281,9 @@ impl<'a> Model<'a> {
     /// let go, or comes back with it; without damping that is zero.
     pub(crate) fn switch_contact(&self, state: &mut State) {
         let Some(contact) = &self.striker else { return };
-        let stored_j = contact.spring.force_and_energy(state.striker_overlap_m()).1;
+        let stored_j = contact.energy_j(state.striker_overlap_m());
         state.lost_j += if state.touching { stored_j } else { -stored_j };
         state.touching = !state.touching;
-    }
-}
-
-/// The one-sided contact of the striker.
-#[derive(Debug)]
-pub(crate) struct StrikerContact {
-    spring: Spring,
-    k_0_n_per_m: f64,
-    softening_m: f64,
-    pub(crate) damping_kg_per_s: f64,
-}
-
-impl StrikerContact {
-    /// Positive where the contact should be closed and negative where open, in newtons: the smaller of the contact force and a
-    /// linear spring's force at the same overlap. It is continuous, so that its roots are the switches; a damped contact
-    /// opens when the dashpot would pull, before the overlap ends.
-    pub(crate) fn margin_n(&self, overlap_m: f64, closing_m_per_s: f64) -> f64 {
-        let spring_n = self.k_0_n_per_m * overlap_m;
-        spring_n.min(self.spring.force_n(overlap_m) + self.damping_kg_per_s * closing_m_per_s)
-    }
-
-    /// A lower bound of the contact force in compression, in newtons, without a power.
-    fn at_least_n(&self, overlap_m: f64, closing_m_per_s: f64) -> f64 {
-        let spring_n = self.k_0_n_per_m * overlap_m / (1.0 + overlap_m / self.softening_m);
-        spring_n + self.damping_kg_per_s * closing_m_per_s
-    }
-
-    /// A force in newtons that falls to zero as a switch comes near, without a power.
-    pub(crate) fn distance_n(&self, touching: bool, (overlap_m, closing_m_per_s): (f64, f64)) -> f64 {
-        let spring_n = self.k_0_n_per_m * overlap_m;
-        if touching { spring_n.min(self.at_least_n(overlap_m, closing_m_per_s)) } else { -spring_n }
-    }
-
-    /// Whether the contact is so far from a switch at both ends of a step, given its overlap and closing there, that the rates
-    /// at the ends do not lead to one in between.
-    pub(crate) fn stays(&self, touching: bool, ends: [(f64, f64); 2], h_s: f64) -> bool {
-        let fastest_m_per_s = ends[0].1.abs().max(ends[1].1.abs());
-        let change_n = self.damping_kg_per_s * (ends[1].1 - ends[0].1).abs();
-        let reach_n = self.k_0_n_per_m * h_s * fastest_m_per_s + if touching { change_n } else { 0.0 };
-        ends.iter().all(|end| self.distance_n(touching, *end) > reach_n)
-    }
-
-    /// Whether [`StrikerContact::margin_n`] contradicts how the contact is held, without the force where it cannot matter.
-    pub(crate) fn must_switch(&self, touching: bool, overlap_m: f64, closing_m_per_s: f64) -> bool {
-        let surely_open = overlap_m < 0.0;
-        let surely_closed = overlap_m > 0.0 && self.at_least_n(overlap_m, closing_m_per_s) > 0.0;
-        match touching {
-            true if surely_open => true,
-            true if surely_closed => false,
-            true => self.margin_n(overlap_m, closing_m_per_s) < 0.0,
-            false if surely_open => false,
-            false if surely_closed => true,
-            false => self.margin_n(overlap_m, closing_m_per_s) > 0.0,
-        }
-    }
-}
-
-/// Forces of the gaps in newtons, positive in compression; in front of them stands the force on the free side of the first
-/// mass, zero.
-#[derive(Debug, Clone)]
-pub(crate) struct ForceRow {
-    /// The gaps' forces begin a line of the cache, one vector behind the start.
-    force_n: Row,
-}
-
-impl ForceRow {
-    pub(crate) fn new(n_masses: usize) -> Self {
-        Self { force_n: Row::zeros(row_length(n_masses)) }
-    }
-
-    /// The forces behind the first `n` masses.
-    #[inline(always)]
-    pub(crate) fn behind(&mut self, n: usize) -> &mut [f64] {
-        &mut self.force_n[PADDING..PADDING + n]
-    }
-
-    /// The forces before and behind the first `n` masses, as vectors.
-    #[inline(always)]
-    pub(crate) fn beside<S: Simd>(&self, n: usize) -> (&[S::f64s], &[S::f64s]) {
-        let (before, behind) = (&self.force_n[PADDING - 1..][..n], &self.force_n[PADDING..][..n]);
-        (S::as_simd_f64s(before).0, S::as_simd_f64s(behind).0)
-    }
-
-    /// The net force on a mass.
-    #[inline(always)]
-    pub(crate) fn net_n(&self, mass: usize) -> f64 {
-        self.force_n[PADDING - 1 + mass] - self.force_n[PADDING + mass]
     }
 }
 

@@ -18,20 +18,35 @@ pub fn scan(
         let what = "a drive other than a striker";
         return Err(MechanicsError::NotFor { method: "scan of striker velocities", what });
     };
-    let member = |velocity_m_per_s: f64| {
-        let drive = Drive::Striker(Striker { velocity_m_per_s, ..*striker });
+    let member = |i: usize| {
+        let drive = Drive::Striker(Striker { velocity_m_per_s: velocities_m_per_s[i], ..*striker });
         simulate(&Chain { drive, ..chain.clone() }, schedule)
     };
+    Ok(on_threads(velocities_m_per_s.len(), n_threads, member))
+}
+
+/// Simulates many chains on `n_threads` threads, as fits and resampling ask for.
+///
+/// They come in their order, each as [`simulate`] alone would give it, whatever the number of threads. A chain fills its vectors
+/// with its own bodies (27 of 32 lanes for the experiment's 26 and their striker), so chains share the cores and not the
+/// vectors.
+pub fn ensemble(
+    chains: &[Chain],
+    schedule: &Schedule,
+    n_threads: usize,
+) -> Vec<Result<Simulation, MechanicsError>> {
+    on_threads(chains.len(), n_threads, |i| simulate(&chains[i], schedule))
+}
+
+/// The values of members 0 to n - 1, in order; each thread takes the next one that none has taken.
+fn on_threads<T: Send>(n: usize, n_threads: usize, member: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let next = AtomicUsize::new(0);
-    let work = || -> Vec<(usize, Result<Simulation, MechanicsError>)> {
-        std::iter::from_fn(|| {
-            let i = next.fetch_add(1, Ordering::Relaxed);
-            velocities_m_per_s.get(i).map(|velocity| (i, member(*velocity)))
-        })
-        .collect()
+    let work = || -> Vec<(usize, T)> {
+        let numbers = std::iter::from_fn(|| Some(next.fetch_add(1, Ordering::Relaxed)).filter(|i| *i < n));
+        numbers.map(|i| (i, member(i))).collect()
     };
     let mut members: Vec<_> = std::thread::scope(|scope| {
-        let others: Vec<_> = (1..n_threads.max(1)).map(|_| scope.spawn(work)).collect();
+        let others: Vec<_> = (1..n_threads.clamp(1, n.max(1))).map(|_| scope.spawn(work)).collect();
         let mut done = work();
         for other in others {
             match other.join() {
@@ -42,7 +57,7 @@ pub fn scan(
         done
     });
     members.sort_by_key(|(i, _)| *i);
-    Ok(members.into_iter().map(|(_, member)| member).collect())
+    members.into_iter().map(|(_, member)| member).collect()
 }
 
 /// Gaps near the striker whose pulse is still taking shape, left out of the group velocity.

@@ -1,8 +1,9 @@
 use crate::{
     course::Course,
     integrator::{Rung, Step},
-    model::{Model, StrikerContact},
+    model::Model,
     state::State,
+    striker::StrikerContact,
 };
 
 /// Part of the step within which a switch is located.

@@ -172,8 +172,13 @@ impl Scene {
             }
         };
         Ok(Chain {
-            mass_kg: self.per_body(&self.body.mass_kg, Positive::get),
-            damping_kg_per_s: self.per_body(&self.body.damping_kg_per_s, NotNegative::get),
+            mass_kg: self.per_body(path, "mass_kg", &self.body.mass_kg, Positive::get)?,
+            damping_kg_per_s: self.per_body(
+                path,
+                "damping_kg_per_s",
+                &self.body.damping_kg_per_s,
+                NotNegative::get,
+            )?,
             contact,
             drive: self.drive.drive(path, self.n_bodies)?,
             far_end: match self.far_end {
@@ -183,10 +188,24 @@ impl Scene {
         })
     }
 
-    fn per_body<T: Copy>(&self, values: &PerBody<T>, get: impl Fn(T) -> f64) -> Vec<f64> {
+    fn per_body<T: Copy>(
+        &self,
+        path: &Path,
+        key: &str,
+        values: &PerBody<T>,
+        get: impl Fn(T) -> f64,
+    ) -> Result<Vec<f64>, Error> {
         match values {
-            PerBody::All(value) => vec![get(*value); self.n_bodies],
-            PerBody::Each(values) => values.iter().map(|value| get(*value)).collect(),
+            PerBody::All(value) => Ok(vec![get(*value); self.n_bodies]),
+            PerBody::Each(values) if values.len() == self.n_bodies => {
+                Ok(values.iter().map(|value| get(*value)).collect())
+            }
+            PerBody::Each(values) => {
+                let (expected, found) = (self.n_bodies, values.len());
+                let message =
+                    format!("body.{key}: expected a number or {expected} numbers (n_bodies), found {found}");
+                Err(configuration(path, message))
+            }
         }
     }
 }
@@ -219,12 +238,12 @@ impl ContactTable {
         Ok(match self {
             Self::Power { a, delta_0_m, p, tension, tension_limit, damping_kg_per_s } => Contact {
                 law: Law::Power(PowerLaw::new(a.get(), delta_0_m.get(), p.get())?),
-                tension: tension.rule(*tension_limit),
+                tension: tension.rule_from(*tension_limit, path)?,
                 damping_kg_per_s: damping(damping_kg_per_s),
             },
             Self::Linear { k_n_per_m, tension, damping_kg_per_s } => Contact {
                 law: Law::Linear(LinearLaw::new(k_n_per_m.get())?),
-                tension: tension.rule(None),
+                tension: tension.rule(),
                 damping_kg_per_s: damping(damping_kg_per_s),
             },
             Self::Table { file, tension, damping_kg_per_s } => {
@@ -232,7 +251,7 @@ impl ContactTable {
                 let points = (table.full_numbers("overlap_m")?, table.full_numbers("force_n")?);
                 Contact {
                     law: Law::Table(TableLaw::new(&points.0, &points.1)?),
-                    tension: tension.rule(None),
+                    tension: tension.rule(),
                     damping_kg_per_s: damping(damping_kg_per_s),
                 }
             }
@@ -241,11 +260,22 @@ impl ContactTable {
 }
 
 impl TensionName {
-    fn rule(self, limit: Option<f64>) -> Tension {
+    fn rule(self) -> Tension {
+        match self {
+            Self::Detach => Tension::Detach,
+            Self::Tangent => Tension::default(),
+        }
+    }
+
+    /// The rule with the overlap over delta_0 where the tangent takes over.
+    fn rule_from(self, limit: Option<f64>, path: &Path) -> Result<Tension, Error> {
         match (self, limit) {
-            (Self::Detach, _) => Tension::Detach,
-            (Self::Tangent, Some(limit)) => Tension::Tangent { limit },
-            (Self::Tangent, None) => Tension::default(),
+            (_, None) => Ok(self.rule()),
+            (Self::Tangent, Some(limit)) => Ok(Tension::Tangent { limit }),
+            (Self::Detach, Some(_)) => {
+                let message = "contact: expected tension_limit with tension = \"tangent\" only, found it with \"detach\"";
+                Err(configuration(path, message.into()))
+            }
         }
     }
 }

@@ -75,7 +75,7 @@ impl PowerTable {
             shift: std::array::from_fn(|i| -centre_m[i] * scale_per_m[i]),
             scale_per_m,
             of_centre: centre_m.map(|centre_m| kernel.power_minus_one(centre_m)),
-            of_octave: std::array::from_fn(|i| octave(i)),
+            of_octave: std::array::from_fn(octave),
             series: binomial_series(law.p),
             kernel,
         }
@@ -159,6 +159,15 @@ pub(crate) struct Placed<S: Simd, const U: usize> {
     t: Lanes<S, U>,
     factor_minus_one: Lanes<S, U>,
 }
+
+impl<S: Simd, const U: usize> Clone for Placed<S, U> {
+    #[inline(always)]
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<S: Simd, const U: usize> Copy for Placed<S, U> {}
 
 /// The series' sum, in pairs (G. Estrin's scheme).
 #[inline(always)]

@@ -2,7 +2,8 @@ use pulp::Simd;
 
 use super::{Integrator, LocalError, Step, rows::Rows};
 use crate::{
-    model::{ForceRow, Model},
+    force_row::ForceRow,
+    model::Model,
     state::{State, row_length},
 };
 

@@ -6,8 +6,9 @@ use super::{
     tableau::{Extra, Tableau},
 };
 use crate::{
+    force_row::ForceRow,
     lanes,
-    model::{ForceRow, Model, Place},
+    model::{Model, Place},
     row::Row,
     state::{State, row_length},
 };

@@ -1,6 +1,6 @@
 use chainwave_mechanics::{
     Bodies, Chain, Contact, Drive, FarEnd, Integration, Law, LinearLaw, MechanicsError, Method, Schedule,
-    Simulation, TableLaw, scan, simulate,
+    Simulation, TableLaw, ensemble, scan, simulate,
 };
 use ndarray::Axis;
 
@@ -258,6 +258,8 @@ fn a_scan_is_the_same_on_any_number_of_threads() {
     assert_eq!(one, on(3));
     let alone = simulate(&hec_chain(26, 0.003, striker(velocities[7], 0.2)), &schedule).unwrap();
     assert_eq!(one[7].as_ref().unwrap(), &alone);
+    let chains: Vec<Chain> = velocities.iter().map(|v| hec_chain(26, 0.003, striker(*v, 0.2))).collect();
+    assert_eq!(ensemble(&chains, &schedule, 2), one);
     let c_g: Vec<f64> =
         one.iter().map(|member| member.as_ref().unwrap().group_velocity_m_per_s(0.03).unwrap()).collect();
     assert!(c_g.windows(2).all(|pair| pair[1] < pair[0]) && c_g[0] < 54.0, "{c_g:?}");

@@ -2,13 +2,13 @@
 
 use chainwave_mechanics::{Chain, Drive, FarEnd, Method, PowerLaw, Schedule, Simulation, Striker, simulate};
 
-pub(crate) const MASS_KG: f64 = 0.455e-3;
-pub(crate) const PITCH_M: f64 = 0.030;
-pub(crate) const STRIKER_KG: f64 = 4.3e-3;
+pub(crate) use crate::paper::{MASS_KG, STRIKER_KG};
 
-/// The ring's own law, fitted over 0 to 10 mm.
+pub(crate) const PITCH_M: f64 = 0.030;
+
 pub(crate) fn ring_law() -> PowerLaw {
-    PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap()
+    let (a, delta_0_m, p) = crate::paper::RING_LAW;
+    PowerLaw::new(a, delta_0_m, p).unwrap()
 }
 
 /// Striker of the experiment with contact damping c_s.
