@@ -3,7 +3,7 @@ use nalgebra::DMatrix;
 
 use crate::bias::InterpolationBias;
 use crate::gradient;
-use crate::moments::{Places, TERMS};
+use crate::moments::Places;
 use crate::normal::{Images, NormalEquations, ReferenceNoise};
 use crate::reference::pixel_bounds;
 use crate::sample::Lattice;
@@ -155,16 +155,19 @@ impl PreparedSubset {
         let n_terms = self.settings.shape.n_terms();
         [0, n_terms].map(|parameter| {
             let row = &self.inverse[parameter];
-            let along = |axis: usize, x: f64, y: f64| -> f64 {
-                let of = |term: usize| row[axis * n_terms + term] * monomial_of(TERMS[term], x, y);
-                (0..n_terms).map(of).sum()
+            // the polynomials that each gradient is multiplied with
+            let [of_x, of_y]: [[f64; 6]; 2] = std::array::from_fn(|axis| {
+                std::array::from_fn(|term| if term < n_terms { row[axis * n_terms + term] } else { 0.0 })
+            });
+            let at = |q: &[f64; 6], x: f64, y: f64| {
+                q[0] + (q[1] + q[3] * x + q[4] * y) * x + (q[2] + q[5] * y) * y
             };
             let projected = |i: usize| self.projections.iter().zip(row).map(|(p, m)| p[i] * m).sum::<f64>();
             let [mean, slope] = [0, 1].map(projected);
             let step = |i: usize| {
                 let (x, y) = (f64::from(self.columns[i]), f64::from(self.rows[i]));
-                let gradients = f64::from(self.gradient_x[i]) * along(0, x, y)
-                    + f64::from(self.gradient_y[i]) * along(1, x, y);
+                let gradients = f64::from(self.gradient_x[i]) * at(&of_x, x, y)
+                    + f64::from(self.gradient_y[i]) * at(&of_y, x, y);
                 let own = mean * f64::from(self.weights[i]) + slope * f64::from(self.intensity[i]);
                 (gradients - own) as f32
             };
@@ -291,8 +294,8 @@ impl PreparedSubset {
         };
         let plain = self.plain.each_ref().map(|image| of_seen(image));
         let subset = Self::from_crop(crop, plain, self.noise, &self.settings)?;
-        let light_moments = subset.light_moments_of(&subset.steps());
-        Ok(Self { bias: self.bias, light_moments, ..subset })
+        // What interpolation and the light do is that of the whole subset, nearly: preparing a part must be quick.
+        Ok(Self { bias: self.bias, light_moments: self.light_moments, ..subset })
     }
 
     /// A subset of the same size around a position.
@@ -339,10 +342,6 @@ impl PreparedSubset {
         let [x, y] = self.first_px;
         warp.bounds(self.first_px, [x + (self.width - 1) as f64, y + (self.height - 1) as f64])
     }
-}
-
-fn monomial_of([i, j]: [usize; 2], x: f64, y: f64) -> f64 {
-    x.powi(i as i32) * y.powi(j as i32)
 }
 
 /// The mean of the pixels that count.

@@ -31,15 +31,34 @@ impl PreparedSubset {
         start: Warp,
         workspace: &mut Workspace,
     ) -> Result<Match, Stop> {
-        let Some(flagged) = window.flagged(INVALID_MARGIN_PX + 1) else {
+        let Some(hidden) = self.hidden_by_flags(window, &start) else {
             return self.solve_around_obstacles(window, start, workspace);
         };
-        let seen = |i: &[f64; 2]| !flagged(start.apply(*i));
-        let visible: Vec<bool> = self.places().map(|place| seen(&place)).collect();
-        if !visible.contains(&false) {
-            return self.solve_around_obstacles(window, start, workspace);
-        }
+        let visible: Vec<bool> =
+            hidden.iter().zip(&self.weights).map(|(hidden, weight)| !hidden && *weight > 0.0).collect();
         self.only(&visible).map_err(Stop::Lost)?.solve_around_obstacles(window, start, workspace)
+    }
+
+    /// Whether each pixel lies near one that saturates or is no number in the window; `None` where none does but those that
+    /// the reference leaves out already.
+    fn hidden_by_flags(&self, window: &Window, warp: &Warp) -> Option<Vec<bool>> {
+        let (first, width, height) = (self.first_px, self.width as i64, self.height as i64);
+        let mut marked = vec![false; if window.flags().next().is_some() { self.n_pixels() } else { 0 }];
+        let margin = INVALID_MARGIN_PX as i64;
+        let mut any = false;
+        for point in window.flags() {
+            let Some([x, y]) = warp.source(point) else { continue };
+            let (column, row) = ((x - first[0]).round() as i64, (y - first[1]).round() as i64);
+            let near =
+                (-margin..width + margin).contains(&column) && (-margin..height + margin).contains(&row);
+            // what saturates just beyond the edge reaches the pixels at the edge
+            let place = (row.clamp(0, height - 1) * width + column.clamp(0, width - 1)) as usize;
+            if near && self.weights[place] > 0.0 {
+                marked[place] = true;
+                any = true;
+            }
+        }
+        any.then(|| dilated(self.width, &marked, INVALID_MARGIN_PX + 1))
     }
 
     fn solve_around_obstacles(
