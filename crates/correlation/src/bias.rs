@@ -52,7 +52,7 @@ impl InterpolationBias {
     pub(crate) fn new(
         reference: &Reference,
         [column, row]: [i64; 2],
-        steps: [Template; 2],
+        steps: &[Template; 2],
         interpolation: Interpolation,
     ) -> Self {
         let [width, height] = steps[0].size();

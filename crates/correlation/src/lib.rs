@@ -56,6 +56,7 @@
 //! Pixel (0, 0) is the centre of the top left pixel; x points right, y down.
 
 mod bias;
+mod cardinal;
 mod damped;
 mod error;
 mod evidence;
@@ -76,6 +77,7 @@ mod moments;
 mod normal;
 #[cfg(feature = "opencv")]
 mod opencv_refine;
+mod part;
 mod predict;
 mod prefilter;
 mod prepared;

@@ -1,11 +1,11 @@
-use chainwave_measurement::{Lost, Position, Region, Subset};
+use chainwave_measurement::{Lost, Position, Subset};
 use nalgebra::DMatrix;
 
 use crate::bias::InterpolationBias;
 use crate::gradient;
 use crate::moments::Places;
 use crate::normal::{Images, NormalEquations, ReferenceNoise};
-use crate::reference::pixel_bounds;
+use crate::part::Part;
 use crate::sample::Lattice;
 use crate::search::Template;
 use crate::simd::LANES;
@@ -138,7 +138,7 @@ impl PreparedSubset {
         subset.light_moments = subset.light_moments_of(&steps);
         let steps = steps.map(|values| Template::new(subset.width, subset.height, subset.first_px, values));
         let first = part.first_in_image();
-        subset.bias = InterpolationBias::new(reference, first, steps, settings.interpolation);
+        subset.bias = InterpolationBias::new(reference, first, &steps, settings.interpolation);
         Ok(subset)
     }
 
@@ -309,13 +309,6 @@ impl PreparedSubset {
         }
     }
 
-    /// Column and row of each pixel relative to the centre.
-    pub(crate) fn places(&self) -> impl Iterator<Item = [f64; 2]> {
-        let [x, y] = self.first_px;
-        let place = move |i: usize| [x + (i % self.width) as f64, y + (i / self.width) as f64];
-        (0..self.n_pixels()).map(place)
-    }
-
     /// Pixels of the subset.
     pub fn n_pixels(&self) -> usize {
         self.width * self.height
@@ -372,60 +365,4 @@ struct Crop {
     n_used: usize,
     mean: f64,
     n_averaged: f64,
-}
-
-/// Where a subset lies in its reference.
-struct Part {
-    region: Region,
-    /// First column and row, counted from the reference's.
-    column: usize,
-    row: usize,
-    width: usize,
-    height: usize,
-}
-
-impl Part {
-    /// `None` when the reference does not hold the subset.
-    fn new(reference: &Reference, subset: &Subset) -> Option<Self> {
-        let [x0, x1, y0, y1] = pixel_bounds(subset);
-        let region = reference.region();
-        let from = |value: i64, first: usize| usize::try_from(value - first as i64).unwrap_or(0);
-        reference.holds([x0, x1], [y0, y1]).then(|| Self {
-            region,
-            column: from(x0, region.x),
-            row: from(y0, region.y),
-            width: 2 * subset.half_width_px + 1,
-            height: 2 * subset.half_height_px + 1,
-        })
-    }
-
-    fn n_pixels(&self) -> usize {
-        self.width * self.height
-    }
-
-    /// Place of the first pixel, relative to the subset's centre.
-    fn first_px(&self, subset: &Subset) -> [f64; 2] {
-        let (column, row) = (self.region.x + self.column, self.region.y + self.row);
-        [column as f64 - subset.x_px, row as f64 - subset.y_px]
-    }
-
-    /// Column and row of the first pixel in the image.
-    fn first_in_image(&self) -> [i64; 2] {
-        [(self.region.x + self.column) as i64, (self.region.y + self.row) as i64]
-    }
-
-    /// The subset's part of an image of the reference's size.
-    fn values<'a>(&self, image: &'a [f32]) -> impl Iterator<Item = f32> + use<'a, '_> {
-        let rows = image.chunks_exact(self.region.width).skip(self.row).take(self.height);
-        rows.flat_map(|row| row[self.column..self.column + self.width].iter().copied())
-    }
-
-    fn padded(&self, image: &[f32]) -> Vec<f32> {
-        let mut values = Vec::with_capacity(self.n_pixels().next_multiple_of(LANES));
-        for row in image.chunks_exact(self.region.width).skip(self.row).take(self.height) {
-            values.extend_from_slice(&row[self.column..self.column + self.width]);
-        }
-        values.resize(values.len().next_multiple_of(LANES), 0.0);
-        values
-    }
 }

@@ -20,6 +20,8 @@ const LEAST_VISIBLE: f64 = 0.4;
 const SUSPICIOUS_RATIO: f64 = 6.0;
 /// Robust standard deviations beyond which a residual is none of the noise's.
 const OUTLIER_SIGMAS: f64 = 4.0;
+/// Share of full scale from which on a pixel of the reference may saturate in a frame.
+const NEARLY_FULL: f64 = 0.9;
 /// Times that outliers are looked for: the first ones distort the gain by which the next are found.
 const ROUNDS: usize = 4;
 
@@ -40,7 +42,7 @@ impl PreparedSubset {
     }
 
     /// Whether each pixel lies near one that saturates or is no number in the window; `None` where none does but those that
-    /// the reference leaves out already.
+    /// the reference leaves out already, or nearly.
     fn hidden_by_flags(&self, window: &Window, warp: &Warp) -> Option<Vec<bool>> {
         let (first, width, height) = (self.first_px, self.width as i64, self.height as i64);
         let mut marked = vec![false; if window.flags().next().is_some() { self.n_pixels() } else { 0 }];
@@ -53,7 +55,9 @@ impl PreparedSubset {
                 (-margin..width + margin).contains(&column) && (-margin..height + margin).contains(&row);
             // what saturates just beyond the edge reaches the pixels at the edge
             let place = (row.clamp(0, height - 1) * width + column.clamp(0, width - 1)) as usize;
-            if near && self.weights[place] > 0.0 {
+            // what is as bright in the reference is clipped by its noise, no more
+            let bright = f64::from(self.template[place]) + self.mean >= NEARLY_FULL * window.full_scale();
+            if near && self.weights[place] > 0.0 && !bright {
                 marked[place] = true;
                 any = true;
             }

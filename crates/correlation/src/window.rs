@@ -135,6 +135,11 @@ impl Window {
         prefilter(rows, pixels, filter, &mut self.line);
     }
 
+    /// Counts at and above which a pixel saturates.
+    pub(crate) fn full_scale(&self) -> f64 {
+        f64::from(self.full_scale)
+    }
+
     /// The pixels that saturate or are no numbers, in image coordinates.
     pub(crate) fn flags(&self) -> impl Iterator<Item = [f64; 2]> {
         let Region { x, y, width, .. } = self.source;
