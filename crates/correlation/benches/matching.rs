@@ -6,12 +6,15 @@
 #[path = "../tests/support/mod.rs"]
 mod support;
 
+use std::path::Path;
 use std::sync::LazyLock;
 
-use chainwave_correlation::{Interpolation, PreparedSubset, Reference, Settings, Shape, Window, Workspace};
-use chainwave_measurement::Region;
+use chainwave_correlation::{
+    Interpolation, Method, PreparedSubset, Reference, ReferenceFrames, Settings, Shape, Window, Workspace,
+};
+use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region, Subset};
 use divan::Bencher;
-use support::{SIZE, Speckle, prepare, sense, subset};
+use support::{Film, SIZE, Speckle, grid, prepare, sense, subset};
 
 const INTERPOLATIONS: [Interpolation; 5] = Interpolation::ALL;
 
@@ -66,6 +69,68 @@ fn solve(bencher: Bencher, shape: Shape, interpolation: Interpolation) {
     let n = subset.match_in(&window, start, &mut workspace).unwrap().position.iterations;
     assert!((2..=3).contains(&n), "{n} iterations");
     bencher.bench_local(|| subset.match_in(&window, start, &mut workspace));
+}
+
+/// Periods of the motion that bodies are followed over, of so many frames: preparation is a small part of it.
+const N_PERIODS: usize = 30;
+const PERIOD: usize = 63;
+
+/// 26 bodies that go to and fro, in the way of a tracker: windows are read and filtered, and matched in 3 iterations or so.
+#[divan::bench(args = ["icgn-linear-translation", "icgn-cubic-translation", "icgn-linear-affine", "icgn-cubic-affine", "icgn-quintic-affine"], sample_count = 6)]
+fn follow(bencher: Bencher, name: &str) {
+    follow_on(bencher, name, 1);
+}
+
+#[divan::bench(args = [1, 2], sample_count = 6)]
+fn follow_on_threads(bencher: Bencher, n_threads: usize) {
+    follow_on(bencher, "icgn-cubic-affine", n_threads);
+}
+
+fn follow_on(bencher: Bencher, name: &str, n_threads: usize) {
+    let method: Method = name.parse().unwrap();
+    let subsets: Vec<Subset> = grid(45).into_iter().take(26).collect();
+    let settings = Settings { n_threads: n_threads.try_into().unwrap(), ..Settings::default() };
+    let first = ReferenceFrames::Single(0);
+    let film = Periodic::new();
+    let positions = divan::counter::ItemsCount::new(26 * PERIOD * N_PERIODS);
+    bencher.counter(positions).bench(|| method.track(&film, &subsets, &first, &settings, &|_| ()).unwrap());
+}
+
+static FILM: LazyLock<Film> = LazyLock::new(|| {
+    let speckle = Speckle::new(1, Speckle::RADIUS_PX);
+    let frame = |k: usize| {
+        let way = 3.0 - 3.0 * (std::f64::consts::TAU * k as f64 / PERIOD as f64).cos();
+        let place = |[x, y]: [f64; 2]| [x + way + 2e-4 * way * (x - 210.0), y - 0.3 * way];
+        // with a little less light, so that no speckle saturates
+        let image: Vec<f64> = speckle.render(place).into_iter().map(|value| 0.7 * value).collect();
+        sense(&image, 0.01, k as u64)
+    };
+    Film::new((0..PERIOD).map(frame).collect())
+});
+
+/// The film again and again.
+struct Periodic(RecordingInfo);
+
+impl Periodic {
+    fn new() -> Self {
+        let info = FILM.info();
+        let n_frames = PERIOD * N_PERIODS;
+        Self(RecordingInfo { n_frames, times_s: (0..n_frames).map(|i| i as f64).collect(), ..info.clone() })
+    }
+}
+
+impl Recording for Periodic {
+    fn path(&self) -> &Path {
+        FILM.path()
+    }
+
+    fn info(&self) -> &RecordingInfo {
+        &self.0
+    }
+
+    fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {
+        FILM.read_region(frame % PERIOD, region, pixels)
+    }
 }
 
 #[divan::bench]

@@ -36,7 +36,7 @@ const WHITE_SHARE: f64 = 1e-6;
 
 /// Share of the bias that is not foreseen. On speckles of 3.7 to 6.3 px, 0.02 (cubic) to 0.09 (linear, which has a third
 /// alias) of it is left.
-const UNFORESEEN_SHARE: f64 = 0.1;
+const UNFORESEEN_SHARE: f64 = 0.05;
 
 /// The bias of a subset's position over the phases of interpolation.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -52,7 +52,7 @@ impl InterpolationBias {
     pub(crate) fn new(
         reference: &Reference,
         [column, row]: [i64; 2],
-        steps: [Template; 2],
+        steps: &[Template; 2],
         interpolation: Interpolation,
     ) -> Self {
         let [width, height] = steps[0].size();
@@ -105,7 +105,7 @@ impl InterpolationBias {
         sum
     }
 
-    /// Standard uncertainty along x and y of what is taken off: a tenth of its root mean square over all phases.
+    /// Standard uncertainty along x and y of what is taken off: a twentieth of its root mean square over all phases.
     pub(crate) fn sigma_px(&self) -> [f64; 2] {
         self.amplitudes.map(|of_axes| {
             // of cos - 1: 1/2 and the square of its mean

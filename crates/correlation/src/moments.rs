@@ -1,9 +1,9 @@
 //! Sums over a subset's pixels of the product of two images with the monomials of the place: what the normal equations
 //! of a polynomial shape function consist of.
 
-use pulp::{Simd, WithSimd};
+use pulp::Simd;
 
-use crate::simd::{LANES, sum_of_lanes};
+use crate::simd::{InBlocks, LANES, sum_of_lanes};
 
 /// Monomials up to the fourth order in x and y.
 pub(crate) const MAX_MONOMIALS: usize = 15;
@@ -37,11 +37,10 @@ pub(crate) struct Places<'a> {
 
 /// The sums over all pixels of `a b` times the first `n` monomials: 1, 6 or 15.
 pub(crate) fn moments(places: Places<'_>, a: &[f32], b: &[f32], n: usize) -> [f64; MAX_MONOMIALS] {
-    let arch = pulp::Arch::new();
     match n {
-        1 => arch.dispatch(Moments::<1> { places, a, b }),
-        2..=6 => arch.dispatch(Moments::<6> { places, a, b }),
-        _ => arch.dispatch(Moments::<MAX_MONOMIALS> { places, a, b }),
+        1 => Moments::<1> { places, a, b }.dispatch(),
+        2..=6 => Moments::<6> { places, a, b }.dispatch(),
+        _ => Moments::<MAX_MONOMIALS> { places, a, b }.dispatch(),
     }
 }
 
@@ -51,23 +50,11 @@ struct Moments<'a, const N: usize> {
     b: &'a [f32],
 }
 
-impl<const N: usize> WithSimd for Moments<'_, N> {
+impl<const N: usize> InBlocks for Moments<'_, N> {
     type Output = [f64; MAX_MONOMIALS];
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        match S::F32_LANES {
-            16 => self.run::<S, 1>(simd),
-            8 => self.run::<S, 2>(simd),
-            4 => self.run::<S, 4>(simd),
-            _ => self.run::<S, LANES>(simd),
-        }
-    }
-}
-
-impl<const N: usize> Moments<'_, N> {
-    #[inline(always)]
-    fn run<S: Simd, const VECTORS: usize>(&self, simd: S) -> [f64; MAX_MONOMIALS] {
+    fn run<S: Simd, const VECTORS: usize>(self, simd: S) -> [f64; MAX_MONOMIALS] {
         let zeros = [simd.splat_f32s(0.0); VECTORS];
         let mut sums = [zeros; N];
         let [a, b, columns, rows] = [self.a, self.b, self.places.columns, self.places.rows]
@@ -116,7 +103,7 @@ mod tests {
         let (a, b, columns, rows) = (image(7), image(5), image(3), image(11));
         let places = Places { columns: &columns, rows: &rows };
         let found = moments(places, &a, &b, MAX_MONOMIALS);
-        let scalar = Moments::<MAX_MONOMIALS> { places, a: &a, b: &b }.with_simd(pulp::Scalar);
+        let scalar = Moments::<MAX_MONOMIALS> { places, a: &a, b: &b }.scalar();
         assert_eq!(found.map(f64::to_bits), scalar.map(f64::to_bits));
         for i in 0..=4_usize {
             for j in 0..=4 - i {

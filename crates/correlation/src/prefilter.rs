@@ -3,9 +3,9 @@
 //! where a recursion would wait for itself, by the sum that it amounts to, cut off where its terms are
 //! small ([`crate::Interpolation`]). The image is mirrored at its edges.
 
-use pulp::{Simd, WithSimd};
+use pulp::Simd;
 
-use crate::simd::LANES;
+use crate::simd::{InBlocks, LANES};
 
 /// What the prefilter of a kernel consists of.
 #[derive(Debug, Clone, Copy)]
@@ -39,7 +39,7 @@ pub(crate) struct Pixels<'a> {
 pub(crate) fn prefilter(rows: Rows<'_>, pixels: Pixels<'_>, filter: Prefilter, line: &mut Vec<f32>) {
     if !rows.values.is_empty() {
         line.resize(pixels.width + rows.stride + 2 * filter.response.len().max(1) + LANES, 0.0);
-        pulp::Arch::new().dispatch(Filtering { rows, pixels, filter, line });
+        Filtering { rows, pixels, filter, line }.dispatch();
     }
 }
 
@@ -67,21 +67,9 @@ struct Filtering<'a> {
     line: &'a mut [f32],
 }
 
-impl WithSimd for Filtering<'_> {
+impl InBlocks for Filtering<'_> {
     type Output = ();
 
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        match S::F32_LANES {
-            16 => self.run::<S, 1>(simd),
-            8 => self.run::<S, 2>(simd),
-            4 => self.run::<S, 4>(simd),
-            _ => self.run::<S, LANES>(simd),
-        }
-    }
-}
-
-impl Filtering<'_> {
     #[inline(always)]
     fn run<S: Simd, const VECTORS: usize>(mut self, simd: S) {
         let height = self.rows.values.len() / self.rows.stride;
@@ -97,7 +85,9 @@ impl Filtering<'_> {
             self.rows.filter_columns::<S, VECTORS>(simd, pole, height);
         }
     }
+}
 
+impl Filtering<'_> {
     /// Loads the pixels and filters them along rows. The length of the sum is a constant of the compiled loop.
     #[inline(always)]
     fn filter_rows<S: Simd, const RADIUS: usize, const VECTORS: usize>(&mut self, simd: S) {

@@ -1,11 +1,11 @@
-use chainwave_measurement::{Lost, Position, Region, Subset};
+use chainwave_measurement::{Lost, Position, Subset};
 use nalgebra::DMatrix;
 
 use crate::bias::InterpolationBias;
 use crate::gradient;
-use crate::moments::{Places, TERMS};
+use crate::moments::Places;
 use crate::normal::{Images, NormalEquations, ReferenceNoise};
-use crate::reference::pixel_bounds;
+use crate::part::Part;
 use crate::sample::Lattice;
 use crate::search::Template;
 use crate::simd::LANES;
@@ -138,7 +138,7 @@ impl PreparedSubset {
         subset.light_moments = subset.light_moments_of(&steps);
         let steps = steps.map(|values| Template::new(subset.width, subset.height, subset.first_px, values));
         let first = part.first_in_image();
-        subset.bias = InterpolationBias::new(reference, first, steps, settings.interpolation);
+        subset.bias = InterpolationBias::new(reference, first, &steps, settings.interpolation);
         Ok(subset)
     }
 
@@ -155,16 +155,19 @@ impl PreparedSubset {
         let n_terms = self.settings.shape.n_terms();
         [0, n_terms].map(|parameter| {
             let row = &self.inverse[parameter];
-            let along = |axis: usize, x: f64, y: f64| -> f64 {
-                let of = |term: usize| row[axis * n_terms + term] * monomial_of(TERMS[term], x, y);
-                (0..n_terms).map(of).sum()
+            // the polynomials that each gradient is multiplied with
+            let [of_x, of_y]: [[f64; 6]; 2] = std::array::from_fn(|axis| {
+                std::array::from_fn(|term| if term < n_terms { row[axis * n_terms + term] } else { 0.0 })
+            });
+            let at = |q: &[f64; 6], x: f64, y: f64| {
+                q[0] + (q[1] + q[3] * x + q[4] * y) * x + (q[2] + q[5] * y) * y
             };
             let projected = |i: usize| self.projections.iter().zip(row).map(|(p, m)| p[i] * m).sum::<f64>();
             let [mean, slope] = [0, 1].map(projected);
             let step = |i: usize| {
                 let (x, y) = (f64::from(self.columns[i]), f64::from(self.rows[i]));
-                let gradients = f64::from(self.gradient_x[i]) * along(0, x, y)
-                    + f64::from(self.gradient_y[i]) * along(1, x, y);
+                let gradients = f64::from(self.gradient_x[i]) * at(&of_x, x, y)
+                    + f64::from(self.gradient_y[i]) * at(&of_y, x, y);
                 let own = mean * f64::from(self.weights[i]) + slope * f64::from(self.intensity[i]);
                 (gradients - own) as f32
             };
@@ -291,8 +294,8 @@ impl PreparedSubset {
         };
         let plain = self.plain.each_ref().map(|image| of_seen(image));
         let subset = Self::from_crop(crop, plain, self.noise, &self.settings)?;
-        let light_moments = subset.light_moments_of(&subset.steps());
-        Ok(Self { bias: self.bias, light_moments, ..subset })
+        // What interpolation and the light do is that of the whole subset, nearly: preparing a part must be quick.
+        Ok(Self { bias: self.bias, light_moments: self.light_moments, ..subset })
     }
 
     /// A subset of the same size around a position.
@@ -304,13 +307,6 @@ impl PreparedSubset {
             half_width_px: self.width / 2,
             half_height_px: self.height / 2,
         }
-    }
-
-    /// Column and row of each pixel relative to the centre.
-    pub(crate) fn places(&self) -> impl Iterator<Item = [f64; 2]> {
-        let [x, y] = self.first_px;
-        let place = move |i: usize| [x + (i % self.width) as f64, y + (i / self.width) as f64];
-        (0..self.n_pixels()).map(place)
     }
 
     /// Pixels of the subset.
@@ -341,10 +337,6 @@ impl PreparedSubset {
     }
 }
 
-fn monomial_of([i, j]: [usize; 2], x: f64, y: f64) -> f64 {
-    x.powi(i as i32) * y.powi(j as i32)
-}
-
 /// The mean of the pixels that count.
 fn mean_of_used(grey: &[f32], weights: &[f32]) -> f64 {
     let add = |[sum, n]: [f64; 2], (&value, &weight): (&f32, &f32)| {
@@ -373,60 +365,4 @@ struct Crop {
     n_used: usize,
     mean: f64,
     n_averaged: f64,
-}
-
-/// Where a subset lies in its reference.
-struct Part {
-    region: Region,
-    /// First column and row, counted from the reference's.
-    column: usize,
-    row: usize,
-    width: usize,
-    height: usize,
-}
-
-impl Part {
-    /// `None` when the reference does not hold the subset.
-    fn new(reference: &Reference, subset: &Subset) -> Option<Self> {
-        let [x0, x1, y0, y1] = pixel_bounds(subset);
-        let region = reference.region();
-        let from = |value: i64, first: usize| usize::try_from(value - first as i64).unwrap_or(0);
-        reference.holds([x0, x1], [y0, y1]).then(|| Self {
-            region,
-            column: from(x0, region.x),
-            row: from(y0, region.y),
-            width: 2 * subset.half_width_px + 1,
-            height: 2 * subset.half_height_px + 1,
-        })
-    }
-
-    fn n_pixels(&self) -> usize {
-        self.width * self.height
-    }
-
-    /// Place of the first pixel, relative to the subset's centre.
-    fn first_px(&self, subset: &Subset) -> [f64; 2] {
-        let (column, row) = (self.region.x + self.column, self.region.y + self.row);
-        [column as f64 - subset.x_px, row as f64 - subset.y_px]
-    }
-
-    /// Column and row of the first pixel in the image.
-    fn first_in_image(&self) -> [i64; 2] {
-        [(self.region.x + self.column) as i64, (self.region.y + self.row) as i64]
-    }
-
-    /// The subset's part of an image of the reference's size.
-    fn values<'a>(&self, image: &'a [f32]) -> impl Iterator<Item = f32> + use<'a, '_> {
-        let rows = image.chunks_exact(self.region.width).skip(self.row).take(self.height);
-        rows.flat_map(|row| row[self.column..self.column + self.width].iter().copied())
-    }
-
-    fn padded(&self, image: &[f32]) -> Vec<f32> {
-        let mut values = Vec::with_capacity(self.n_pixels().next_multiple_of(LANES));
-        for row in image.chunks_exact(self.region.width).skip(self.row).take(self.height) {
-            values.extend_from_slice(&row[self.column..self.column + self.width]);
-        }
-        values.resize(values.len().next_multiple_of(LANES), 0.0);
-        values
-    }
 }

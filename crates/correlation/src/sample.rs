@@ -2,10 +2,10 @@
 
 use std::marker::PhantomData;
 
-use pulp::{Simd, WithSimd};
+use pulp::Simd;
 
 use crate::kernel::{BSpline, Kernel, Moms};
-use crate::simd::{LANES, vectorised};
+use crate::simd::{InBlocks, LANES, vectorised};
 use crate::warp::Warp;
 use crate::{Interpolation, Window};
 
@@ -52,7 +52,7 @@ fn sample_with<K: Kernel<TAPS>, const TAPS: usize>(
         );
     } else {
         let kernel = PhantomData::<K>;
-        pulp::Arch::new().dispatch(RowSampling::<K, TAPS> { window, warp, lattice, samples, kernel });
+        RowSampling::<K, TAPS> { window, warp, lattice, samples, kernel }.dispatch();
     }
 }
 
@@ -126,21 +126,9 @@ struct RowSampling<'a, K, const TAPS: usize> {
     kernel: PhantomData<K>,
 }
 
-impl<K: Kernel<TAPS>, const TAPS: usize> WithSimd for RowSampling<'_, K, TAPS> {
+impl<K: Kernel<TAPS>, const TAPS: usize> InBlocks for RowSampling<'_, K, TAPS> {
     type Output = ();
 
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        match S::F32_LANES {
-            16 => self.run::<S, 1>(simd),
-            8 => self.run::<S, 2>(simd),
-            4 => self.run::<S, 4>(simd),
-            _ => self.run::<S, LANES>(simd),
-        }
-    }
-}
-
-impl<K: Kernel<TAPS>, const TAPS: usize> RowSampling<'_, K, TAPS> {
     #[inline(always)]
     fn run<S: Simd, const VECTORS: usize>(self, simd: S) {
         let Self { window, warp, lattice, samples, .. } = self;
@@ -382,8 +370,7 @@ mod tests {
         let (mut plain, mut best) = (vec![0.0_f32; 33 * 33 + LANES], vec![0.0_f32; 33 * 33 + LANES]);
         let samples = plain.as_mut_slice();
         let kernel = PhantomData::<Moms>;
-        RowSampling::<Moms, 4> { window: &window, warp: &warp, lattice, samples, kernel }
-            .with_simd(pulp::Scalar);
+        RowSampling::<Moms, 4> { window: &window, warp: &warp, lattice, samples, kernel }.scalar();
         sample(&window, &warp, lattice, &mut Vec::new(), &mut best);
         assert_eq!(plain[..33 * 33], best[..33 * 33]);
     }

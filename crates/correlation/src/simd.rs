@@ -5,6 +5,8 @@
 //! AVX2 and without either; [`vectorised`] compiles a loop for each and chooses at run time. (A processor of before 2013
 //! that cannot multiply and add in one rounding does so by the C library, slowly.)
 
+use pulp::{Simd, WithSimd};
+
 /// Values that are handled together.
 pub(crate) const LANES: usize = 16;
 
@@ -12,6 +14,41 @@ pub(crate) const LANES: usize = 16;
 /// functions that it calls are `#[inline(always)]`.
 pub(crate) fn vectorised<R>(work: impl FnOnce() -> R) -> R {
     pulp::Arch::new().dispatch(work)
+}
+
+/// Work on blocks of [`LANES`] values, which are `VECTORS` vectors of the instruction set `S`.
+pub(crate) trait InBlocks: Sized {
+    type Output;
+
+    /// To be `#[inline(always)]`, as what it calls.
+    fn run<S: Simd, const VECTORS: usize>(self, simd: S) -> Self::Output;
+
+    /// Does the work with the best instruction set of this machine.
+    fn dispatch(self) -> Self::Output {
+        pulp::Arch::new().dispatch(Blocks(self))
+    }
+
+    /// Does the work value by value, for comparison.
+    #[cfg(test)]
+    fn scalar(self) -> Self::Output {
+        Blocks(self).with_simd(pulp::Scalar)
+    }
+}
+
+struct Blocks<T>(T);
+
+impl<T: InBlocks> WithSimd for Blocks<T> {
+    type Output = T::Output;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> T::Output {
+        match S::F32_LANES {
+            16 => self.0.run::<S, 1>(simd),
+            8 => self.0.run::<S, 2>(simd),
+            4 => self.0.run::<S, 4>(simd),
+            _ => self.0.run::<S, LANES>(simd),
+        }
+    }
 }
 
 /// The sum of the lanes, in pairs, so that its order does not depend on the vectors' width.

@@ -1,11 +1,11 @@
 //! The sums over a subset's pixels that a Gauss-Newton step needs: the innermost loop.
 
-use pulp::{Simd, WithSimd};
+use pulp::Simd;
 
 use crate::PreparedSubset;
 use crate::Shape;
 use crate::moments::PARENTS;
-use crate::simd::{LANES, sum_of_lanes, vectorised};
+use crate::simd::{InBlocks, LANES, sum_of_lanes, vectorised};
 use crate::warp::{MAX_PARAMETERS, Step};
 
 /// Sums over the pixels of a sampled target g with the subset's prepared images.
@@ -23,11 +23,10 @@ pub(crate) struct Sums {
 
 /// Sums `samples` (the subset's pixels row by row, then zeros up to whole vectors).
 pub(crate) fn sum(subset: &PreparedSubset, samples: &[f32]) -> Sums {
-    let arch = pulp::Arch::new();
     match subset.settings.shape {
-        Shape::Translation => arch.dispatch(Summation::<1> { subset, samples }),
-        Shape::Rigid | Shape::Affine => arch.dispatch(Summation::<3> { subset, samples }),
-        Shape::Quadratic => arch.dispatch(Summation::<6> { subset, samples }),
+        Shape::Translation => Summation::<1> { subset, samples }.dispatch(),
+        Shape::Rigid | Shape::Affine => Summation::<3> { subset, samples }.dispatch(),
+        Shape::Quadratic => Summation::<6> { subset, samples }.dispatch(),
     }
 }
 
@@ -40,24 +39,11 @@ struct Summation<'a, const TERMS: usize> {
     samples: &'a [f32],
 }
 
-impl<const TERMS: usize> WithSimd for Summation<'_, TERMS> {
+impl<const TERMS: usize> InBlocks for Summation<'_, TERMS> {
     type Output = Sums;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Sums {
-        // LANES values are one vector or several
-        match S::F32_LANES {
-            16 => self.run::<S, 1>(simd),
-            8 => self.run::<S, 2>(simd),
-            4 => self.run::<S, 4>(simd),
-            _ => self.run::<S, LANES>(simd),
-        }
-    }
-}
-
-impl<const TERMS: usize> Summation<'_, TERMS> {
-    #[inline(always)]
-    fn run<S: Simd, const VECTORS: usize>(&self, simd: S) -> Sums {
+    fn run<S: Simd, const VECTORS: usize>(self, simd: S) -> Sums {
         let zeros = [simd.splat_f32s(0.0); VECTORS];
         let (mut along_x, mut along_y, mut others) = ([zeros; TERMS], [zeros; TERMS], [zeros; 3]);
         let PreparedSubset { intensity, gradient_x, gradient_y, columns, rows, .. } = self.subset;
@@ -196,7 +182,7 @@ mod tests {
         let mut samples: Vec<f32> = (0..subset.n_pixels()).map(|i| 1.1 * wave(i) - 1000.0).collect();
         samples.resize(subset.intensity.len(), 0.0);
         let found = sum(&subset, &samples);
-        assert_eq!(found, Summation::<3> { subset: &subset, samples: &samples }.with_simd(pulp::Scalar));
+        assert_eq!(found, Summation::<3> { subset: &subset, samples: &samples }.scalar());
         let plain = |of: &dyn Fn(usize) -> f32| -> [f64; 2] {
             let terms = (0..subset.n_pixels()).map(|i| f64::from(of(i)) * f64::from(samples[i]));
             terms.fold([0.0; 2], |[sum, size], term| [sum + term, size + term.abs()])

@@ -319,7 +319,7 @@ impl<'a> Follower<'a> {
 
     /// Matches from a start, moving the window after the subset while it leaves it.
     fn match_from(&mut self, frame: usize, start: Warp) -> Result<Match, Lost> {
-        const WINDOWS: usize = 8; // 1 px of slack each covers the largest drift that the iteration allows
+        const WINDOWS: usize = 16; // half a pixel of slack each covers the largest drift that the iteration allows
         let mut start = start;
         for _ in 0..WINDOWS {
             if !self.in_frame(&start)? {
@@ -374,7 +374,7 @@ fn worse(by_prediction: Lost, by_search: Lost) -> Lost {
 }
 
 /// Pixels that a match may move from its start before the window must be read again.
-const SLACK_PX: f64 = 1.0;
+const SLACK_PX: f64 = 0.5;
 
 /// The pixels around a warped subset that interpolation, its prefilter and the slack need, inside the frame, and how many
 /// of the first and last columns only the prefilter does.

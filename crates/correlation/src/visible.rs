@@ -20,6 +20,8 @@ const LEAST_VISIBLE: f64 = 0.4;
 const SUSPICIOUS_RATIO: f64 = 6.0;
 /// Robust standard deviations beyond which a residual is none of the noise's.
 const OUTLIER_SIGMAS: f64 = 4.0;
+/// Share of full scale from which on a pixel of the reference may saturate in a frame.
+const NEARLY_FULL: f64 = 0.9;
 /// Times that outliers are looked for: the first ones distort the gain by which the next are found.
 const ROUNDS: usize = 4;
 
@@ -31,15 +33,36 @@ impl PreparedSubset {
         start: Warp,
         workspace: &mut Workspace,
     ) -> Result<Match, Stop> {
-        let Some(flagged) = window.flagged(INVALID_MARGIN_PX + 1) else {
+        let Some(hidden) = self.hidden_by_flags(window, &start) else {
             return self.solve_around_obstacles(window, start, workspace);
         };
-        let seen = |i: &[f64; 2]| !flagged(start.apply(*i));
-        let visible: Vec<bool> = self.places().map(|place| seen(&place)).collect();
-        if !visible.contains(&false) {
-            return self.solve_around_obstacles(window, start, workspace);
-        }
+        let visible: Vec<bool> =
+            hidden.iter().zip(&self.weights).map(|(hidden, weight)| !hidden && *weight > 0.0).collect();
         self.only(&visible).map_err(Stop::Lost)?.solve_around_obstacles(window, start, workspace)
+    }
+
+    /// Whether each pixel lies near one that saturates or is no number in the window; `None` where none does but those that
+    /// the reference leaves out already, or nearly.
+    fn hidden_by_flags(&self, window: &Window, warp: &Warp) -> Option<Vec<bool>> {
+        let (first, width, height) = (self.first_px, self.width as i64, self.height as i64);
+        let mut marked = vec![false; if window.flags().next().is_some() { self.n_pixels() } else { 0 }];
+        let margin = INVALID_MARGIN_PX as i64;
+        let mut any = false;
+        for point in window.flags() {
+            let Some([x, y]) = warp.source(point) else { continue };
+            let (column, row) = ((x - first[0]).round() as i64, (y - first[1]).round() as i64);
+            let near =
+                (-margin..width + margin).contains(&column) && (-margin..height + margin).contains(&row);
+            // what saturates just beyond the edge reaches the pixels at the edge
+            let place = (row.clamp(0, height - 1) * width + column.clamp(0, width - 1)) as usize;
+            // what is as bright in the reference is clipped by its noise, no more
+            let bright = f64::from(self.template[place]) + self.mean >= NEARLY_FULL * window.full_scale();
+            if near && self.weights[place] > 0.0 && !bright {
+                marked[place] = true;
+                any = true;
+            }
+        }
+        any.then(|| dilated(self.width, &marked, INVALID_MARGIN_PX + 1))
     }
 
     fn solve_around_obstacles(

@@ -46,6 +46,15 @@ impl Warp {
         ]
     }
 
+    /// The point from the centre that lies at a place, by the linear part of the warp; `None` where it folds the subset.
+    pub(crate) fn source(&self, place: [f64; 2]) -> Option<[f64; 2]> {
+        let [ux, uy, vx, vy] = self.gradient;
+        let determinant = (1.0 + ux) * (1.0 + vy) - uy * vx;
+        let [dx, dy] = [place[0] - self.position_px[0], place[1] - self.position_px[1]];
+        let source = [((1.0 + vy) * dx - uy * dy) / determinant, ((1.0 + ux) * dy - vx * dx) / determinant];
+        (determinant > 0.0).then_some(source)
+    }
+
     /// The column and row that no point of the rectangle from `first` to `last` (relative to the centre) comes before,
     /// and those that none comes behind.
     pub(crate) fn bounds(&self, first: [f64; 2], last: [f64; 2]) -> [[f64; 2]; 2] {

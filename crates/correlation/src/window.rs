@@ -1,6 +1,5 @@
 use chainwave_measurement::Region;
 
-use crate::mask::dilated;
 use crate::prefilter::{Pixels, Prefilter, Rows, prefilter};
 use crate::search::Scene;
 use crate::simd::{LANES, vectorised};
@@ -136,16 +135,17 @@ impl Window {
         prefilter(rows, pixels, filter, &mut self.line);
     }
 
-    /// Whether a point lies within `radius` columns and rows of a pixel that saturates or is no number; `None` where no
-    /// pixel does.
-    pub(crate) fn flagged(&self, radius: usize) -> Option<impl Fn([f64; 2]) -> bool> {
-        let Region { x: left, y: top, width, height } = self.source;
-        let near = self.has_flagged.then(|| dilated(width, &self.flags, radius))?;
-        Some(move |[x, y]: [f64; 2]| {
-            let (column, row) = (x.round() - left as f64, y.round() - top as f64);
-            let inside = column >= 0.0 && row >= 0.0 && column < width as f64 && row < height as f64;
-            inside && near[row as usize * width + column as usize]
-        })
+    /// Counts at and above which a pixel saturates.
+    pub(crate) fn full_scale(&self) -> f64 {
+        f64::from(self.full_scale)
+    }
+
+    /// The pixels that saturate or are no numbers, in image coordinates.
+    pub(crate) fn flags(&self) -> impl Iterator<Item = [f64; 2]> {
+        let Region { x, y, width, .. } = self.source;
+        let flags: &[bool] = if self.has_flagged { &self.flags } else { &[] };
+        let flagged = flags.iter().enumerate().filter(|(_, flagged)| **flagged);
+        flagged.map(move |(i, _)| [(x + i % width) as f64, (y + i / width) as f64])
     }
 
     /// All pixels, to be searched.

@@ -37,13 +37,15 @@ fn errors(
 /// Errors over ten sub-pixel shifts, each with its own noise.
 fn errors_of_shifts(settings: &Settings, radius_px: f64, noise: f64) -> Vec<(Position, [f64; 2])> {
     let speckle = Speckle::new(1, radius_px);
-    let still = speckle.render(|spot| spot);
+    // with a little less light, so that hardly a speckle saturates
+    let lit = |image: Vec<f64>| image.into_iter().map(|g| 0.85 * g).collect::<Vec<_>>();
+    let still = lit(speckle.render(|spot| spot));
     (0..10)
         .flat_map(|step| {
-            let place = move |[x, y]: [f64; 2]| [x + 0.1 * f64::from(step), y - 0.3];
+            let place = move |[x, y]: [f64; 2]| [x + 0.1 * f64::from(step), y - 0.37 * f64::from(step)];
             let seed = 100 + 2 * step as u64;
             let reference = sense(&still, noise, seed);
-            errors(settings, &reference, &sense(&speckle.render(place), noise, seed + 1), place)
+            errors(settings, &reference, &sense(&lit(speckle.render(place)), noise, seed + 1), place)
         })
         .collect()
 }
@@ -92,11 +94,10 @@ fn the_standard_deviation_is_that_of_the_noise_floor() {
     for noise in [0.01, 0.02, 0.05] {
         let found = errors_of_shifts(&settings, Speckle::RADIUS_PX, noise);
         let [mean, std] = moments(&found.iter().map(|found| found.1[0]).collect::<Vec<_>>());
-        // Measured on two patterns with 30 draws of noise each, both axes (+- 0.01): 1.02 to 1.04 at 1 %, 1.03 to
-        // 1.05 at 2 %, 1.05 to 1.08 at 5 %, where the bound for an affine shape is 1.014 and the reference's noisy
-        // gradients cost the rest. The 1210 errors here tell a standard deviation to 2 %, so this is a guard, not
-        // that measurement.
-        let ratio = std / floor_px(noise);
+        // Measured on two patterns with 20 draws of noise each, both axes (+- 0.01): 1.04 at 1 and 2 %, 1.07 at 5 %. The
+        // Cramer-Rao bound of these textures is 1.033 for an affine shape, and 1.05 at 5 % since the reference is noisy
+        // too. The 1210 errors here tell a standard deviation to 2 %, so this is a guard, not that measurement.
+        let ratio = 0.85 * std / floor_px(noise);
         assert!(ratio < 1.1, "{noise}: {ratio} of the floor");
         // Bias is not seen beyond 3 standard errors of the mean.
         assert!(mean.abs() < 3.0 * std / (found.len() as f64).sqrt(), "{noise}: bias {mean} px");
@@ -106,12 +107,14 @@ fn the_standard_deviation_is_that_of_the_noise_floor() {
 #[test]
 fn stated_intervals_cover_their_share_of_errors() {
     for shape in Shape::ALL {
-        for noise in [0.005, 0.01, 0.02, 0.05] {
-            let found = errors_of_shifts(&settings(Interpolation::Quintic, shape), Speckle::RADIUS_PX, noise);
+        for noise in [0.002, 0.01, 0.02, 0.05] {
+            let found = errors_of_shifts(&settings(Interpolation::Cubic, shape), Speckle::RADIUS_PX, noise);
             let [one_sigma, interval_95] = coverage(&found);
             // 68 +- 2 and 95 +- 1 %, and one standard error of a share of 2420 errors: 0.9 and 0.45 %
-            assert!((one_sigma - 68.3).abs() < 2.9, "{shape} at {noise}: {one_sigma} %");
-            assert!((interval_95 - 95.0).abs() < 1.45, "{shape} at {noise}: {interval_95} %");
+            // At 0.2 % what interpolation errs by is a share of the residual, and sigma some 7 % too large.
+            let [above, above_95] = if noise < 0.005 { [4.9, 2.4] } else { [2.9, 1.45] };
+            assert!((-2.9..above).contains(&(one_sigma - 68.3)), "{shape} at {noise}: {one_sigma} %");
+            assert!((-1.45..above_95).contains(&(interval_95 - 95.0)), "{shape} at {noise}: {interval_95} %");
         }
     }
 }

@@ -5,6 +5,8 @@
 
 mod support;
 
+use std::ops::Range;
+
 use chainwave_correlation::{Method, ReferenceFrames, Settings};
 use chainwave_measurement::{Lost, Subset, Track};
 use support::{Film, SIZE, Speckle, grid, sense};
@@ -46,13 +48,14 @@ fn coverage(name: &str) -> [f64; 2] {
 fn a_method_without_a_covariance_states_the_errors_it_showed() {
     // 24 pictures tell a sigma to a seventh, which takes a few percent from both shares; the errors are far from normal
     // where they are mostly bias (template) or have long tails (phase correlation of so few pixels).
-    for (name, one_sigma, interval_95) in [
+    const EXPECTED: &[(&str, Range<f64>, Range<f64>)] = &[
         ("template-parabola", 0.6..0.8, 0.92..0.99),
         #[cfg(feature = "opencv")]
         ("opencv-ecc", 0.55..0.75, 0.9..0.98),
         #[cfg(feature = "opencv")]
         ("opencv-phase", 0.5..0.75, 0.9..1.0),
-    ] {
+    ];
+    for (name, one_sigma, interval_95) in EXPECTED {
         let [found, found_95] = coverage(name);
         assert!(one_sigma.contains(&found) && interval_95.contains(&found_95), "{name}: {found} {found_95}");
     }
@@ -64,11 +67,12 @@ fn a_body_that_is_gone_is_lost_and_found_again() {
     let bare = sense(&vec![900.0; SIZE[0] * SIZE[1]], 0.02, 99);
     film.frames[4..7].iter_mut().for_each(|frame| frame.clone_from(&bare));
     let subsets = [support::subset(200.0, 200.0, 16)];
-    for name in [
+    const NAMES: &[&str] = &[
         "template-parabola",
         #[cfg(feature = "opencv")]
         "opencv-ecc",
-    ] {
+    ];
+    for name in NAMES {
         let track = follow(name, &film, &subsets).remove(0);
         for (k, found) in track.positions.iter().enumerate() {
             match (k, found) {

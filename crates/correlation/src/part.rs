@@ -1,0 +1,61 @@
+use chainwave_measurement::{Region, Subset};
+
+use crate::Reference;
+use crate::reference::pixel_bounds;
+use crate::simd::LANES;
+
+/// Where a subset lies in its reference.
+pub(crate) struct Part {
+    region: Region,
+    /// First column and row, counted from the reference's.
+    column: usize,
+    row: usize,
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+}
+
+impl Part {
+    /// `None` when the reference does not hold the subset.
+    pub(crate) fn new(reference: &Reference, subset: &Subset) -> Option<Self> {
+        let [x0, x1, y0, y1] = pixel_bounds(subset);
+        let region = reference.region();
+        let from = |value: i64, first: usize| usize::try_from(value - first as i64).unwrap_or(0);
+        reference.holds([x0, x1], [y0, y1]).then(|| Self {
+            region,
+            column: from(x0, region.x),
+            row: from(y0, region.y),
+            width: 2 * subset.half_width_px + 1,
+            height: 2 * subset.half_height_px + 1,
+        })
+    }
+
+    pub(crate) fn n_pixels(&self) -> usize {
+        self.width * self.height
+    }
+
+    /// Place of the first pixel, relative to the subset's centre.
+    pub(crate) fn first_px(&self, subset: &Subset) -> [f64; 2] {
+        let (column, row) = (self.region.x + self.column, self.region.y + self.row);
+        [column as f64 - subset.x_px, row as f64 - subset.y_px]
+    }
+
+    /// Column and row of the first pixel in the image.
+    pub(crate) fn first_in_image(&self) -> [i64; 2] {
+        [(self.region.x + self.column) as i64, (self.region.y + self.row) as i64]
+    }
+
+    /// The subset's part of an image of the reference's size.
+    pub(crate) fn values<'a>(&self, image: &'a [f32]) -> impl Iterator<Item = f32> + use<'a, '_> {
+        let rows = image.chunks_exact(self.region.width).skip(self.row).take(self.height);
+        rows.flat_map(|row| row[self.column..self.column + self.width].iter().copied())
+    }
+
+    pub(crate) fn padded(&self, image: &[f32]) -> Vec<f32> {
+        let mut values = Vec::with_capacity(self.n_pixels().next_multiple_of(LANES));
+        for row in image.chunks_exact(self.region.width).skip(self.row).take(self.height) {
+            values.extend_from_slice(&row[self.column..self.column + self.width]);
+        }
+        values.resize(values.len().next_multiple_of(LANES), 0.0);
+        values
+    }
+}
