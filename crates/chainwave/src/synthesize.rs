@@ -96,7 +96,7 @@ impl<'a> Studio<'a> {
         Ok(Self {
             experiment,
             synthetic,
-            contact: contacts(experiment.contact.power_law()?, scatter, &stiffness),
+            contact: contacts(experiment.contact.power_law()?, stiffness_scatter, &stiffness),
             masses_kg: factors.into_iter().map(|factor| factor * mass_kg).collect(),
         })
     }
