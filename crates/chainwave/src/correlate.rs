@@ -36,7 +36,7 @@ pub(crate) fn correlate(arguments: &cli::Correlate) -> Result<Outcome, Error> {
     let bar = progress::bar("correlating", 0);
     let field = chainwave_correlation::correlate(
         &Reference::read_whole(reference.as_ref(), &ReferenceFrames::Single(0))?,
-        &Window::new(whole(deformed.as_ref()), &pixels(deformed.as_ref())?, interpolation)?,
+        &window(deformed.as_ref(), interpolation)?,
         grid,
         &Settings::default(),
         shape,
@@ -50,16 +50,13 @@ pub(crate) fn correlate(arguments: &cli::Correlate) -> Result<Outcome, Error> {
     Ok(Outcome::default())
 }
 
-fn whole(recording: &dyn Recording) -> Region {
-    Region::whole(recording.info().width_px, recording.info().height_px)
-}
-
-/// The first frame.
-fn pixels(recording: &dyn Recording) -> Result<Vec<f32>, Error> {
-    let region = whole(recording);
-    let mut pixels = vec![0.0; region.n_pixels()];
-    recording.read_region(0, region, &mut pixels)?;
-    Ok(pixels)
+/// The first frame; what saturates in it counts as unseen.
+fn window(recording: &dyn Recording, interpolation: Interpolation) -> Result<Window, Error> {
+    let info = recording.info();
+    let whole = Region::whole(info.width_px, info.height_px);
+    let mut pixels = vec![0.0; whole.n_pixels()];
+    recording.read_region(0, whole, &mut pixels)?;
+    Ok(Window::saturating_at(whole, &pixels, interpolation, info.full_scale())?)
 }
 
 /// The interpolation and the shape function; where an accuracy asks for them, by nine subsets over the reference.
@@ -82,7 +79,7 @@ fn solver(
     match chosen.method(reference, &subsets, &ReferenceFrames::Single(0))? {
         Method::IcGn { interpolation, shape } => Ok((interpolation, shape)),
         other => Err(Error::Argument(format!(
-            "method {other}: expected one of the icgn methods, which give a field (hint: --method icgn-cubic-moms-affine)"
+            "method {other}: expected one of the icgn methods, which give a field (hint: --method icgn-cubic-affine)"
         ))),
     }
 }

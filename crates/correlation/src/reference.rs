@@ -91,7 +91,7 @@ impl Reference {
         }
         let n_averaged = frames.len();
         let pixels = mean_of_frames(recording, region, frames)?;
-        Ok(Self::new(region, pixels, n_averaged)?.saturating_at(full_scale(info.bit_depth)))
+        Ok(Self::new(region, pixels, n_averaged)?.saturating_at(info.full_scale()))
     }
 
     /// The pixels that a subset's preparation uses.
@@ -210,11 +210,6 @@ pub(crate) fn outside(recording: &dyn Recording, subset: &Subset) -> Correlation
     }
 }
 
-/// The largest count of a sensor.
-pub(crate) fn full_scale(bit_depth: u32) -> f64 {
-    f64::from(bit_depth).exp2() - 1.0
-}
-
 /// Mean counts of `region` over some frames, row by row from the top; NaN for no frames. A pixel that saturates in one of
 /// them is at full scale.
 ///
@@ -225,7 +220,7 @@ pub fn mean_of_frames(
     region: Region,
     frames: std::ops::Range<usize>,
 ) -> Result<Vec<f32>, ReadError> {
-    let full_scale = full_scale(recording.info().bit_depth);
+    let full_scale = recording.info().full_scale();
     let scale = 1.0 / frames.len() as f64;
     let mut sum = vec![0.0; region.n_pixels()];
     let mut pixels = vec![0.0; region.n_pixels()];

@@ -3,7 +3,6 @@ use chainwave_measurement::{Lost, Position, Recording, Region, Subset, Track};
 use crate::evidence::ShapeTest;
 use crate::icgn::{Match, Stop};
 use crate::predict::History;
-use crate::reference::full_scale;
 use crate::renewal::Decay;
 use crate::search::{chance_zncc, search, search_turned};
 use crate::uncertainty::reference_sigma_px;
@@ -191,7 +190,7 @@ impl<'a> Follower<'a> {
     ) -> Result<Self, CorrelationError> {
         let reference = Reference::read(recording, subset, frames)?;
         let prepared = PreparedSubset::new(&reference, subset, settings);
-        let full_scale = full_scale(recording.info().bit_depth);
+        let full_scale = recording.info().full_scale();
         let mut window = Window::empty_of(settings.interpolation, full_scale);
         window.level = prepared.as_ref().map_or(0.0, |prepared| prepared.mean as f32);
         Ok(Self {

@@ -29,6 +29,13 @@ pub struct RecordingInfo {
     pub warnings: Vec<String>,
 }
 
+impl RecordingInfo {
+    /// The largest count of a pixel, at which it saturates.
+    pub fn full_scale(&self) -> f64 {
+        f64::from(self.bit_depth).exp2() - 1.0
+    }
+}
+
 /// A sequence of monochrome frames whose pixels are read by region, so that a recording costs what is looked at.
 pub trait Recording: Send + Sync {
     /// Where the recording lies, for messages.
