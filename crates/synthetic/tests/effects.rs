@@ -2,12 +2,12 @@
 
 #![cfg(test)]
 
+mod support;
+
 use chainwave_measurement::Trajectory;
-use chainwave_synthetic::{
-    Camera, Cover, Lighting, Marker, Optics, Packing, Ring, Rods, Scene, Sensor, Shapes, Shot, Specimen,
-    Tones,
-};
+use chainwave_synthetic::{Camera, Cover, Lighting, Optics, Scene, Sensor, Shapes, Shot, Tones};
 use ndarray::{Array2, Array4, s};
+use support::specimen;
 
 const BLACK: f64 = 64.0;
 const RANGE: f64 = 4000.0;
@@ -15,29 +15,7 @@ const RANGE: f64 = 4000.0;
 fn camera() -> Camera {
     let sensor =
         Sensor { bit_depth: 12, black_level: BLACK, read_noise_counts: 0.0, counts_per_electron: 0.0 };
-    Camera {
-        width_px: 400,
-        height_px: 100,
-        rate_hz: 25_000.0,
-        exposure_s: 2.0e-5,
-        blur: false,
-        packing: Packing::Bits16,
-        scale_px_per_m: 5000.0,
-        sensor,
-        optics: None,
-        lighting: None,
-    }
-}
-
-fn specimen() -> Specimen {
-    Specimen {
-        n_bodies: 3,
-        pitch_m: 0.030,
-        ring: Ring { semi_major_m: 15.0e-3, semi_minor_m: 9.0e-3, wall_m: 0.4e-3 },
-        marker: Marker { half_width_m: 5.5e-3, half_height_m: 5.5e-3, speckle_diameter_px: 4.5, seed: 9 },
-        rods: Rods { diameter_m: 2.38e-3, below_axis_m: vec![-7.0e-3, 7.0e-3] },
-        tones: Tones::default(),
-    }
+    support::camera(100, 2.0e-5, sensor)
 }
 
 fn shot() -> Shot {

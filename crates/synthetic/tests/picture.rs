@@ -2,39 +2,18 @@
 
 #![cfg(test)]
 
+mod support;
+
 use chainwave_measurement::Trajectory;
 use chainwave_synthetic::speckle::Pattern;
-use chainwave_synthetic::{
-    Camera, Marker, Packing, Ring, Rods, Scene, Sensor, Shot, Specimen, SyntheticError, Tones,
-};
+use chainwave_synthetic::{Camera, Marker, Packing, Scene, Sensor, Shot, Specimen, SyntheticError, Tones};
 use ndarray::{Array2, s};
+use support::specimen;
 
 fn camera() -> Camera {
     let sensor =
         Sensor { bit_depth: 12, black_level: 64.0, read_noise_counts: 6.0, counts_per_electron: 0.2 };
-    Camera {
-        width_px: 400,
-        height_px: 96,
-        rate_hz: 25_000.0,
-        exposure_s: 1.0e-5,
-        blur: false,
-        packing: Packing::Bits16,
-        scale_px_per_m: 5000.0,
-        sensor,
-        optics: None,
-        lighting: None,
-    }
-}
-
-fn specimen() -> Specimen {
-    Specimen {
-        n_bodies: 3,
-        pitch_m: 0.030,
-        ring: Ring { semi_major_m: 15.0e-3, semi_minor_m: 9.0e-3, wall_m: 0.4e-3 },
-        marker: Marker { half_width_m: 5.5e-3, half_height_m: 5.5e-3, speckle_diameter_px: 4.5, seed: 9 },
-        rods: Rods { diameter_m: 2.38e-3, below_axis_m: vec![-7.0e-3, 7.0e-3] },
-        tones: Tones::default(),
-    }
+    support::camera(96, 1.0e-5, sensor)
 }
 
 fn shot() -> Shot {

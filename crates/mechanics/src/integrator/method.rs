@@ -19,7 +19,7 @@ pub enum Method {
     Rk4,
     /// Dormand and Prince's method of order 8(5,3): adaptive, with outputs by interpolation.
     Dop853,
-    /// Kennedy and Carpenter's ESDIRK4(3)6L[2]SA of order 4: implicit and adaptive, for damping of any strength.
+    /// Kennedy and Carpenter's `ESDIRK4(3)6L[2]SA` of order 4: implicit and adaptive, for damping of any strength.
     Esdirk4,
 }
 
