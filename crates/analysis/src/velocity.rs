@@ -13,6 +13,8 @@ const MIN_GAPS_FOR_VARIATION: usize = 6;
 /// Share of the chain whose pulses give the foot's speed; nearer to the end the peak to which the foot refers is lowered
 /// by the reflection.
 const FOOT_SHARE: f64 = 0.8;
+/// Share of its peak that a pulse keeps from one gap to the next at least.
+const LEAST_KEPT: f64 = 0.5;
 
 /// The group velocity of the leading pulse, with uncertainties.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -128,18 +130,24 @@ impl Reflection {
 }
 
 /// The gaps, from `first_gap` on, whose peak passes before the reflection of the foot reaches them.
+///
+/// They end where the peak is less than half of that of the gap before: a pulse does not lose that much from gap to gap, and what
+/// stands out in a gap that it has not reached, or at a free end, which hardly strains, is a ripple.
 pub fn undisturbed_gaps(
     pulses: &[Result<LeadingPulse, Missing>],
     reflection: Option<&Reflection>,
     first_gap: usize,
 ) -> RangeInclusive<usize> {
-    let undisturbed = |pulse: &&LeadingPulse| {
-        reflection.is_none_or(|echo| pulse.peak_time_s < echo.arrival_s(pulse.gap as f64))
-    };
-    // Up to the first that is reached: a free end hardly strains, and its peak may be a ripple ahead of the pulse.
-    let onwards = pulses.iter().flatten().filter(|pulse| pulse.gap >= first_gap);
-    let last_gap = onwards.take_while(undisturbed).map(|pulse| pulse.gap).last();
-    first_gap..=last_gap.unwrap_or(first_gap)
+    let mut last: Option<&LeadingPulse> = None;
+    for pulse in pulses.iter().flatten().filter(|pulse| pulse.gap >= first_gap) {
+        let echo_s = reflection.map_or(f64::INFINITY, |echo| echo.arrival_s(pulse.gap as f64));
+        let is_same = last.is_none_or(|last| pulse.peak_strain.abs() >= LEAST_KEPT * last.peak_strain.abs());
+        if pulse.peak_time_s >= echo_s || !is_same {
+            break;
+        }
+        last = Some(pulse);
+    }
+    first_gap..=last.map_or(first_gap, |last| last.gap)
 }
 
 /// A straight line through points.
@@ -181,24 +189,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_ripple_at_the_free_end_is_no_undisturbed_pulse() {
-        let pulse = |gap: usize, peak_time_s: f64| {
+    fn a_ripple_ahead_of_the_pulse_is_no_undisturbed_pulse() {
+        let pulse = |gap: usize, peak_time_s: f64, peak_strain: f64| {
             let foot_time_s = Some(gap as f64);
-            Ok(LeadingPulse {
-                gap,
-                peak_time_s,
-                peak_strain: -0.05,
-                edge_time_s: None,
-                foot_time_s,
-                half_window: 3,
-            })
+            Ok(LeadingPulse { gap, peak_time_s, peak_strain, edge_time_s: None, foot_time_s, half_window: 3 })
         };
         // Foot and peak run at one gap a second, the peak six seconds behind; the foot's reflection meets it at gap 7.
-        let mut pulses: Vec<_> = (1..=10).map(|gap| pulse(gap, gap as f64 + 6.0)).collect();
-        pulses[9] = pulse(10, 5.0);
+        let mut pulses: Vec<_> = (1..=10).map(|gap| pulse(gap, gap as f64 + 6.0, -0.05)).collect();
         let reflection = Reflection::of_feet(&pulses, 1).unwrap();
         assert!((reflection.arrival_s(6.0) - 14.0).abs() < 1e-9);
+        pulses[9] = pulse(10, 5.0, -0.001);
         assert_eq!(undisturbed_gaps(&pulses, Some(&reflection), 1), 1..=6);
-        assert_eq!(undisturbed_gaps(&pulses, None, 1), 1..=10);
+        assert_eq!(undisturbed_gaps(&pulses, None, 1), 1..=9);
+        // A pulse that grows, and a gap without any, change nothing.
+        pulses[2] = pulse(3, 9.0, -0.02);
+        pulses[4] = Err(Missing::NoProgress);
+        assert_eq!(undisturbed_gaps(&pulses, None, 3), 3..=9);
     }
 }
