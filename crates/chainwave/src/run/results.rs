@@ -1,4 +1,6 @@
-use chainwave_analysis::fit::{Damping, EnergyFit, FitError, FittedRecording, ImposedFit, TrackFit};
+use chainwave_analysis::fit::{
+    Damping, EnergyFit, FitError, FittedRecording, ImposedFit, Quantity, TrackFit,
+};
 use chainwave_analysis::{DampingShare, LocalResonance, Measurement, linear_dispersion_hz};
 use chainwave_measurement::{ChainMotion, Estimate};
 use chainwave_stitching::Alignment;
@@ -250,6 +252,25 @@ fn put(results: &mut Map<String, Value>, name: &str, sigma_name: &str, estimate:
     results.insert(sigma_name.into(), json!(estimate.map(|estimate| estimate.sigma)));
 }
 
+/// What a fit made of the quantities that are known within an uncertainty.
+fn put_factors(results: &mut Map<String, Value>, factors: &[(Quantity, Estimate)]) {
+    for (quantity, factor) in factors {
+        let name = quantity.as_str();
+        put(results, &format!("{name}_factor"), &format!("{name}_factor_sigma"), Some(*factor));
+    }
+}
+
+fn put_goodness(
+    results: &mut Map<String, Value>,
+    reduced_chi_squared: f64,
+    n_residuals: usize,
+    n_simulations: u64,
+) {
+    results.insert("reduced_chi_squared".into(), json!(reduced_chi_squared));
+    results.insert("n_residuals".into(), json!(n_residuals));
+    results.insert("n_simulations".into(), json!(n_simulations));
+}
+
 fn failed(reason: &FitError) -> Value {
     json!({ "failed": reason.to_string() })
 }
@@ -277,13 +298,8 @@ fn track_fit_as_json(fit: &TrackFit) -> Value {
     let velocity = Some(fit.striker_velocity_m_per_s);
     put(&mut results, "striker_velocity_m_per_s", "striker_velocity_sigma", velocity);
     put(&mut results, "impact_time_s", "impact_time_sigma", Some(fit.impact_time_s));
-    for (quantity, factor) in &fit.factors {
-        let name = quantity.as_str();
-        put(&mut results, &format!("{name}_factor"), &format!("{name}_factor_sigma"), Some(*factor));
-    }
-    results.insert("reduced_chi_squared".into(), json!(fit.reduced_chi_squared));
-    results.insert("n_residuals".into(), json!(fit.n_residuals));
-    results.insert("n_simulations".into(), json!(fit.n_simulations));
+    put_factors(&mut results, &fit.factors);
+    put_goodness(&mut results, fit.reduced_chi_squared, fit.n_residuals, fit.n_simulations);
     Value::Object(results)
 }
 
@@ -291,13 +307,8 @@ fn imposed_fit_as_json(fit: &ImposedFit) -> Value {
     let mut results = Map::new();
     put(&mut results, "c_d_kg_per_s", "c_d_sigma", Some(fit.chain_damping_kg_per_s));
     results.insert("c_s".into(), json!(ImposedFit::NO_STRIKER_DAMPING));
-    for (quantity, factor) in &fit.factors {
-        let name = quantity.as_str();
-        put(&mut results, &format!("{name}_factor"), &format!("{name}_factor_sigma"), Some(*factor));
-    }
-    results.insert("reduced_chi_squared".into(), json!(fit.reduced_chi_squared));
-    results.insert("n_residuals".into(), json!(fit.n_residuals));
-    results.insert("n_simulations".into(), json!(fit.n_simulations));
+    put_factors(&mut results, &fit.factors);
+    put_goodness(&mut results, fit.reduced_chi_squared, fit.n_residuals, fit.n_simulations);
     Value::Object(results)
 }
 
@@ -305,8 +316,6 @@ fn energy_fit_as_json(fit: &EnergyFit) -> Value {
     let mut results = damping_as_json(&fit.damping);
     let velocity = Some(fit.striker_velocity_m_per_s);
     put(&mut results, "striker_velocity_m_per_s", "striker_velocity_sigma", velocity);
-    results.insert("reduced_chi_squared".into(), json!(fit.reduced_chi_squared));
-    results.insert("n_residuals".into(), json!(fit.n_residuals));
-    results.insert("n_simulations".into(), json!(fit.n_simulations));
+    put_goodness(&mut results, fit.reduced_chi_squared, fit.n_residuals, fit.n_simulations);
     Value::Object(results)
 }
