@@ -67,6 +67,7 @@
 //!
 //! Pixel (0, 0) is the centre of the top left pixel; x points right, y down.
 
+mod alias;
 mod bias;
 mod cardinal;
 mod damped;
@@ -81,6 +82,7 @@ mod fourier;
 mod gradient;
 mod icgn;
 mod kernel;
+mod lagged;
 #[cfg(feature = "opencv")]
 mod lucas_kanade;
 mod mask;

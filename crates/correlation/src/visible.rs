@@ -9,6 +9,7 @@ use chainwave_measurement::Lost;
 
 use crate::icgn::{Match, Stop};
 use crate::mask::{INVALID_MARGIN_PX, dilated};
+use crate::simd::dot;
 use crate::uncertainty::degrees_of_freedom;
 use crate::warp::Warp;
 use crate::{Interpolation, PreparedSubset, Window, Workspace};
@@ -155,8 +156,7 @@ pub(crate) fn structure_factor(subset: &PreparedSubset, noise_ratio: f64) -> f64
     if noise_ratio <= NOISE_AT_MOST {
         return 1.0;
     }
-    let square = |values: &[f32]| values.iter().map(|&value| f64::from(value).powi(2)).sum::<f64>();
-    let [k_x, k_y] = [&subset.gradient_x, &subset.gradient_y].map(|g| square(g) / subset.energy);
+    let [k_x, k_y] = [&subset.gradient_x, &subset.gradient_y].map(|g| dot(g, g) / subset.energy);
     let pixels = 0.5 * std::f64::consts::PI / (k_x * k_y).sqrt();
     let share = 1.0 - NOISE_AT_MOST / noise_ratio;
     (1.0 + share * (pixels - 1.0).max(0.0)).sqrt()
