@@ -9,7 +9,7 @@
 use std::f64::consts::TAU;
 
 use crate::Interpolation;
-use crate::alias::{N_HARMONICS, filters, sinc};
+use crate::alias::{LAGS, N_HARMONICS, filters, sinc};
 use crate::lagged::Surroundings;
 use crate::sample::Lattice;
 use crate::warp::Warp;
@@ -36,7 +36,9 @@ impl InterpolationBias {
     ) -> Self {
         let filters = filters(interpolation);
         let of_axis = |step: &[f32], axis: usize| {
-            let correlations = surroundings.correlations(step, axis);
+            let lags = (-(LAGS as i64)..).map(|lag| surroundings.correlation(step, axis, lag));
+            let mut correlations = [0.0; 2 * LAGS + 1];
+            correlations.iter_mut().zip(lags).for_each(|(value, correlation)| *value = correlation);
             filters.each_ref().map(|taps| {
                 let terms = taps.iter().zip(correlations);
                 terms.fold([0.0; 2], |[e, o], ([even, odd], c)| [e + even * c, o + odd * c])
@@ -55,8 +57,7 @@ impl InterpolationBias {
     /// same everywhere is that of the sine and cosine.
     pub(crate) fn at(&self, warp: &Warp, lattice: Lattice) -> [f64; 2] {
         let (columns, rows) = (lattice.width as f64, lattice.height as f64);
-        let [x, y] = lattice.first_px;
-        let middle = warp.apply([x + (0.5 * columns).floor(), y + (0.5 * rows).floor()]);
+        let middle = warp.apply(lattice.middle_px());
         let slopes = [[warp.gradient[0], warp.gradient[1]], [warp.gradient[2], warp.gradient[3]]];
         let mut sum = [0.0; 2];
         for axis in 0..2 {
@@ -88,23 +89,9 @@ impl InterpolationBias {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::alias::tests::waves;
     use crate::{PreparedSubset, Reference, Settings, Shape, Window, Workspace};
     use chainwave_measurement::{Region, Subset};
-
-    /// Waves that fall off with their frequency as those of speckles of 4.5 px do.
-    fn waves([dx, dy]: [f64; 2]) -> Vec<f32> {
-        let wave = |k: f64| {
-            let [x, y] = [1.4 * (7.1 * k).sin(), 1.4 * (3.3 * k + 1.0).sin()];
-            [x, y, k * k, 300.0 * (-0.9 * (x * x + y * y)).exp()]
-        };
-        let waves: Vec<[f64; 4]> = (0..60).map(|k| wave(f64::from(k))).collect();
-        let at = |i: usize| {
-            let (x, y) = ((i % 90) as f64 - dx, (i / 90) as f64 - dy);
-            let sum: f64 = waves.iter().map(|[u, v, phase, size]| size * (u * x + v * y + phase).sin()).sum();
-            (2000.0 + sum) as f32
-        };
-        (0..90 * 90).map(at).collect()
-    }
 
     #[test]
     fn what_is_foreseen_is_what_a_match_without_it_is_off_by() {

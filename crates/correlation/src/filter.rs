@@ -99,6 +99,17 @@ impl InBlocks for Filtering<'_> {
     }
 }
 
+/// The taps of two filters in a row.
+pub(crate) fn convolve(a: &[f64], b: &[f64]) -> Vec<f64> {
+    let mut result = vec![0.0; a.len() + b.len() - 1];
+    for (i, a) in a.iter().enumerate() {
+        for (j, b) in b.iter().enumerate() {
+            result[i + j] += a * b;
+        }
+    }
+    result
+}
+
 /// The pixels of `part` (inside the reference), less the reference's level, filtered by `along_x` and `along_y`.
 pub(crate) fn filtered(reference: &Reference, part: Region, along_x: &Line, along_y: &Line) -> Vec<f32> {
     let (before, above) = (along_x.radius(), along_y.radius());

@@ -19,7 +19,7 @@ use std::f64::consts::PI;
 use chainwave_measurement::Region;
 
 use crate::Reference;
-use crate::filter::{Line, filtered};
+use crate::filter::{Line, convolve, filtered};
 use crate::mask::usable_pixels;
 use crate::simd::dot;
 
@@ -199,12 +199,16 @@ pub(crate) fn noise_variance(fourth_differences: &[f32], n_pixels: usize, level:
     mean_square / (70.0 * 70.0) + rounding * rounding
 }
 
-/// The derivative at a pixel of the cubic spline through all pixels: `-3 z^|k| sign(k)` at distance k, where
-/// z = sqrt(3) - 2 is the spline's pole.
+/// The filter that takes the derivative at a pixel of the cubic spline through all pixels.
 fn spline_derivative() -> Vec<f64> {
-    let pole = 3.0_f64.sqrt() - 2.0;
     let radius = DERIVATIVE_RADIUS as i32;
-    (-radius..=radius).map(|k| -3.0 * f64::from(k.signum()) * pole.powi(k.abs())).collect()
+    (-radius..=radius).map(spline_slope).collect()
+}
+
+/// What the pixel at a distance counts in that derivative: `-3 z^|k| sign(k)`, where z = sqrt(3) - 2 is the spline's pole.
+pub(crate) fn spline_slope(distance: i32) -> f64 {
+    let pole = 3.0_f64.sqrt() - 2.0;
+    -3.0 * f64::from(distance.signum()) * pole.powi(distance.abs())
 }
 
 /// A low-pass filter of unit sum, tapered by a raised cosine; a single 1 where nothing is cut off.
@@ -218,16 +222,6 @@ fn low_pass(cut_off: f64) -> Vec<f64> {
     let taps: Vec<f64> = (-radius..=radius).map(weight).collect();
     let sum: f64 = taps.iter().sum();
     taps.into_iter().map(|tap| tap / sum).collect()
-}
-
-fn convolve(a: &[f64], b: &[f64]) -> Vec<f64> {
-    let mut result = vec![0.0; a.len() + b.len() - 1];
-    for (i, a) in a.iter().enumerate() {
-        for (j, b) in b.iter().enumerate() {
-            result[i + j] += a * b;
-        }
-    }
-    result
 }
 
 #[cfg(test)]

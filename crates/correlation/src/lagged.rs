@@ -8,6 +8,8 @@ use crate::simd::{InBlocks, LANES, sum_of_lanes};
 
 /// Blocks that are summed side by side.
 const BLOCKS: usize = 4;
+/// Lags up to which images are correlated: two filters are apart by so many at most.
+const MARGIN: usize = 2 * LAGS;
 
 /// The reference around a subset, less its level.
 pub(crate) struct Surroundings {
@@ -19,19 +21,19 @@ pub(crate) struct Surroundings {
 impl Surroundings {
     /// Around the subset whose first pixel is at `(column, row)` of the image.
     pub(crate) fn new(reference: &Reference, [column, row]: [i64; 2], [width, height]: [usize; 2]) -> Self {
-        let stride = width + 2 * LAGS;
-        let mut scene = vec![0.0; stride * (height + 2 * LAGS)];
-        for (line, y) in scene.chunks_exact_mut(stride).zip(row - LAGS as i64..) {
-            reference.copy_row(column - LAGS as i64, y, line);
+        let stride = width + 2 * MARGIN;
+        let mut scene = vec![0.0; stride * (height + 2 * MARGIN)];
+        for (line, y) in scene.chunks_exact_mut(stride).zip(row - MARGIN as i64..) {
+            reference.copy_row(column - MARGIN as i64, y, line);
             line.iter_mut().for_each(|value| *value -= reference.level() as f32);
         }
         // so that whole blocks of a spread image lie inside at every lag
-        scene.resize(scene.len() + BLOCKS * LANES + LAGS, 0.0);
+        scene.resize(scene.len() + BLOCKS * LANES + MARGIN, 0.0);
         Self { scene, width, height }
     }
 
     fn stride(&self) -> usize {
-        self.width + 2 * LAGS
+        self.width + 2 * MARGIN
     }
 
     /// An image of the subset with zeros between its rows, as far apart as those of the surroundings.
@@ -44,14 +46,11 @@ impl Surroundings {
         spread
     }
 
-    /// The sums of a spread image times the reference, moved along x (0) or y (1): entry i takes the pixel `i - LAGS`
-    /// before.
-    pub(crate) fn correlations(&self, spread: &[f32], axis: usize) -> [f64; 2 * LAGS + 1] {
-        let spacing = if axis == 0 { 1 } else { self.stride() };
-        let start = |lag: usize| LAGS * (self.stride() + 1) + LAGS * spacing - lag * spacing;
-        std::array::from_fn(|lag| {
-            Product { a: spread, b: &self.scene[start(lag)..][..spread.len()] }.dispatch()
-        })
+    /// The sum of a spread image times the reference's pixels that lie by `lag` before, along x (0) or y (1).
+    pub(crate) fn correlation(&self, spread: &[f32], axis: usize, lag: i64) -> f64 {
+        let spacing = if axis == 0 { 1 } else { self.stride() as i64 };
+        let start = (MARGIN * (self.stride() + 1)) as i64 - lag * spacing;
+        Product { a: spread, b: &self.scene[start as usize..][..spread.len()] }.dispatch()
     }
 }
 
@@ -100,18 +99,16 @@ mod tests {
             let around = Surroundings::new(&reference, first, [width, height]);
             let image: Vec<f32> = (0..width * height).map(|i| value(3 * i) - 100.0).collect();
             let spread = around.spread(&image);
-            for axis in 0..2 {
-                for (lag, found) in around.correlations(&spread, axis).into_iter().enumerate() {
-                    let shift = LAGS as i64 - lag as i64;
-                    let pixel = |i: usize| {
-                        let (x, y) = (first[0] + (i % width) as i64, first[1] + (i / width) as i64);
-                        let place = if axis == 0 { [x + shift, y] } else { [x, y + shift] };
-                        reference.pixel(place[0], place[1]) - reference.level()
-                    };
-                    let terms = || (0..image.len()).map(|i| f64::from(image[i]) * pixel(i));
-                    let [expected, size] = [terms().sum::<f64>(), terms().map(f64::abs).sum()];
-                    assert!((found - expected).abs() < 1e-6 * size, "f32 sums of a dozen terms");
-                }
+            for (axis, lag) in (0..2).flat_map(|axis| (-10..=10).map(move |lag| (axis, lag))) {
+                let pixel = |i: usize| {
+                    let (x, y) = (first[0] + (i % width) as i64, first[1] + (i / width) as i64);
+                    let place = if axis == 0 { [x - lag, y] } else { [x, y - lag] };
+                    reference.pixel(place[0], place[1]) - reference.level()
+                };
+                let terms = || (0..image.len()).map(|i| f64::from(image[i]) * pixel(i));
+                let [expected, size] = [terms().sum::<f64>(), terms().map(f64::abs).sum()];
+                let found = around.correlation(&spread, axis, lag);
+                assert!((found - expected).abs() < 1e-6 * size, "f32 sums of a dozen terms");
             }
             let product = || Product { a: &spread, b: &around.scene[..spread.len()] };
             assert_eq!(product().scalar().to_bits(), product().dispatch().to_bits());

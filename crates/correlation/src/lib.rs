@@ -81,6 +81,7 @@ mod filter;
 mod fourier;
 mod gradient;
 mod icgn;
+mod interpolation_energy;
 mod kernel;
 mod lagged;
 #[cfg(feature = "opencv")]

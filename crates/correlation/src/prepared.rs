@@ -3,6 +3,7 @@ use nalgebra::DMatrix;
 
 use crate::bias::InterpolationBias;
 use crate::gradient::noise_variance;
+use crate::interpolation_energy::InterpolationEnergy;
 use crate::lagged::Surroundings;
 use crate::moments::Places;
 use crate::normal::{Images, NormalEquations, ReferenceNoise};
@@ -71,6 +72,8 @@ pub struct PreparedSubset {
     pub(crate) light_moments: [f64; 3],
     /// What interpolation adds to the displacement.
     pub(crate) bias: InterpolationBias,
+    /// What it adds to the residual.
+    pub(crate) interpolation_energy: InterpolationEnergy,
     /// What is needed to prepare a part of the subset: gradients without smoothing, and the reference's noise.
     pub(crate) plain: [Vec<f32>; 2],
     pub(crate) noise: ReferenceNoise,
@@ -132,6 +135,9 @@ impl PreparedSubset {
         subset.light_moments = subset.light_moments_of(&steps);
         let around = Surroundings::new(reference, part.first_in_image(), [subset.width, subset.height]);
         subset.bias = InterpolationBias::new(&around, &steps, settings.interpolation);
+        let noise_energy = n_used as f64 * variance;
+        subset.interpolation_energy =
+            InterpolationEnergy::new(&around, &subset.intensity, noise_energy, settings.interpolation);
         Ok(subset)
     }
 
@@ -225,6 +231,7 @@ impl PreparedSubset {
             n_averaged: crop.n_averaged,
             light_moments: [0.0; 3],
             bias: InterpolationBias::default(),
+            interpolation_energy: InterpolationEnergy::default(),
             plain,
             noise,
         })
@@ -295,7 +302,9 @@ impl PreparedSubset {
         let plain = self.plain.each_ref().map(|image| of_seen(image));
         let subset = Self::from_crop(crop, plain, self.noise, &self.settings)?;
         // What interpolation and the light do is that of the whole subset, nearly: preparing a part must be quick.
-        Ok(Self { bias: self.bias, light_moments: self.light_moments, ..subset })
+        let interpolation_energy =
+            self.interpolation_energy.scaled(subset.n_used as f64 / self.n_used as f64);
+        Ok(Self { bias: self.bias, interpolation_energy, light_moments: self.light_moments, ..subset })
     }
 
     /// A subset of the same size around a position.
