@@ -212,9 +212,8 @@ mod tests {
                 let window = Window::new(whole, &waves(shift), interpolation).unwrap();
                 let start = Warp::at([45.0 + shift[0], 44.0 + shift[1]]);
                 let warp = subset.solve(&window, start, &mut workspace).unwrap().warp();
-                let found = subset.evaluate(&window, &warp, &mut workspace).unwrap();
-                let left = subset.residual(&found, &workspace).sum_of_squares;
-                let foreseen = subset.interpolation_energy.at(&warp, subset.lattice());
+                let (_, residual) = subset.compare(&window, &warp, &mut workspace).unwrap();
+                let (left, foreseen) = (residual.sum_of_squares, residual.of_interpolation);
                 // A quarter for what is odd along one axis and even along the other; and a millionth of the image's energy
                 // for the filters' few taps: a tenth of a count, of 450.
                 let error = (foreseen.energy - left).abs();

@@ -26,6 +26,7 @@
 use nalgebra::DMatrix;
 
 use crate::PreparedSubset;
+use crate::interpolation_energy::Foreseen;
 use crate::warp::Warp;
 
 /// Covariance of the parameters per unit variance of a pixel's noise.
@@ -60,6 +61,8 @@ pub(crate) struct Residual {
     pub(crate) sum_of_squares: f64,
     /// Sum of r^2 f, f in counts of the reference.
     pub(crate) by_light: f64,
+    /// What interpolation has in the sum of r^2, for a gain of 1.
+    pub(crate) of_interpolation: Foreseen,
 }
 
 impl Residual {
@@ -85,7 +88,7 @@ pub(crate) fn scales(subset: &PreparedSubset, warp: &Warp, residual: &Residual) 
     let interpolation_gain = mean_noise_gain(subset, warp);
     let from_reference = residual.gain.powi(2) / subset.n_averaged;
     let degrees_of_freedom = degrees_of_freedom(subset) as f64;
-    let foreseen = subset.interpolation_energy.at(warp, subset.lattice());
+    let foreseen = &residual.of_interpolation;
     let interpolation = residual.gain.powi(2) * foreseen.energy;
     let noise = (residual.sum_of_squares - interpolation).max(UNFORESEEN_ENERGY * interpolation);
     let share = interpolation_gain + from_reference * (1.0 - foreseen.noise_share);
