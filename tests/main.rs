@@ -35,6 +35,8 @@ mod decisions;
 #[cfg(test)]
 mod determinism;
 #[cfg(test)]
+mod dic;
+#[cfg(test)]
 mod extremes;
 #[cfg(test)]
 mod failures;
