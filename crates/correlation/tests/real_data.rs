@@ -218,15 +218,13 @@ fn a_beam_that_a_high_speed_camera_filmed_swings_smoothly() {
         place = [found.x_px.value, found.y_px.value];
         positions.push([found.x_px, found.y_px]);
     }
-    for axis in 0..2 {
-        let jerk = |p: &[[Estimate; 2]]| {
-            let second = p[0][axis].value - 2.0 * p[1][axis].value + p[2][axis].value;
-            [second / 6.0_f64.sqrt(), p[1][axis].sigma]
-        };
-        let jerks: Vec<[f64; 2]> = positions.windows(3).map(jerk).collect();
-        println!("axis {axis}: second differences are {:.2} times sigma's", rms_pull(&jerks));
-        assert!(rms_pull(&jerks) < 1.2, "axis {axis}: second differences {}", rms_pull(&jerks));
-    }
+    // The beam swings along y. Along x it drifts, so that second differences are noise.
+    let second_difference = |p: &[[Estimate; 2]]| {
+        let difference = p[0][0].value - 2.0 * p[1][0].value + p[2][0].value;
+        [difference / 6.0_f64.sqrt(), p[1][0].sigma]
+    };
+    let pull = rms_pull(&positions.windows(3).map(second_difference).collect::<Vec<_>>());
+    assert!(pull < 1.0, "second differences are {pull} times what sigma says");
     let heights = positions.iter().map(|position| position[1].value);
     let (low, high) = heights.fold((f64::MAX, f64::MIN), |(low, high), y| (low.min(y), high.max(y)));
     assert!((0.9..1.3).contains(&(high - low)), "it swings by a pixel: {low} to {high}");
