@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use tempfile::TempDir;
+use tiff::encoder::TiffEncoder;
+use tiff::encoder::colortype::Gray16;
 
-use crate::command::{chainwave, fail};
+use crate::command::{chainwave, fail, succeed};
 use crate::laboratory::{Laboratory, N_RECORDINGS, evaluation};
 use crate::repository::root;
 
@@ -143,6 +145,27 @@ fn a_wrong_table_of_points_is_refused_at_its_cell() {
         assert!(message.contains("points.csv") && message.contains(place), "expected {place}: {message}");
     }
     assert!(!out.exists(), "nothing could be done");
+}
+
+#[test]
+fn an_edge_beside_a_subset_is_named_and_the_point_tracked() {
+    let folder = TempDir::new().expect("a temporary folder can be made");
+    let (picture, out) = (folder.path().join("marker.tif"), folder.path().join("tracks.csv"));
+    // texture from column 20 to 60 on grey ground
+    let count = |i: u32| {
+        let (x, y) = (f64::from(i % 90), f64::from(i / 90));
+        let texture = (0.9 * x + 0.2 * y).sin() + (0.3 * x - 1.1 * y).cos() + (0.7 * x + 0.8 * y).cos();
+        if (20.0..=60.0).contains(&x) { (1000.0 + 200.0 * texture) as u16 } else { 1100 }
+    };
+    let counts: Vec<u16> = (0..90 * 90).map(count).collect();
+    let file = fs::File::create(&picture).expect("the picture can be made");
+    let mut encoder = TiffEncoder::new(file).expect("the picture can be written");
+    encoder.write_image::<Gray16>(90, 90, &counts).expect("the picture can be written");
+    let text = "name,x_px,y_px,half_width_px,half_height_px\nnear,33,40,12,12\nfar,40,40,12,12\n";
+    let said = succeed(tracking(&points(&folder, text), &out).arg(&picture));
+    assert!(said.contains("point near: a sharp edge runs 1 px beyond its subset (left)"), "{said}");
+    assert!(!said.contains("point far"), "{said}");
+    assert!(out.exists(), "it is a warning");
 }
 
 /// The command that tracks points; recordings are still to be named.

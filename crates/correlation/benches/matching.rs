@@ -3,6 +3,8 @@
 
 #![expect(clippy::unwrap_used, reason = "a benchmark fails by panicking")]
 
+#[path = "../tests/support/plain.rs"]
+mod plain;
 #[path = "../tests/support/mod.rs"]
 mod support;
 
@@ -69,6 +71,23 @@ fn solve(bencher: Bencher, shape: Shape, interpolation: Interpolation) {
     let n = subset.match_in(&window, start, &mut workspace).unwrap().position.iterations;
     assert!((2..=3).contains(&n), "{n} iterations");
     bencher.bench_local(|| subset.match_in(&window, start, &mut workspace));
+}
+
+/// The same affine match as `solve_affine`, cubic, by the textbook's loops of one pixel after the other.
+#[divan::bench]
+fn solve_plain(bencher: Bencher) {
+    let [reference, target] = IMAGES.each_ref().map(|image| plain::Spline::through(SIZE[0], image));
+    let subset = plain::Plain::new(&reference, [210.0, 210.0], 16);
+    let (_, n) = subset.find(&target, [210.45, 210.55]).unwrap();
+    assert!((2..=3).contains(&n), "{n} iterations");
+    bencher.bench_local(|| subset.find(&target, [210.45, 210.55]));
+}
+
+/// The textbook's preparation of that subset.
+#[divan::bench]
+fn preparation_plain(bencher: Bencher) {
+    let reference = plain::Spline::through(SIZE[0], &IMAGES[0]);
+    bencher.bench(|| plain::Plain::new(&reference, [210.0, 210.0], 16));
 }
 
 /// Periods of the motion that bodies are followed over, of so many frames: preparation is a small part of it.

@@ -2,6 +2,8 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking, and shows what it measured")]
 
+#[path = "support/plain.rs"]
+mod plain;
 mod support;
 
 use chainwave_correlation::{Interpolation, PreparedSubset, Reference, Settings, Shape, Window, Workspace};
@@ -180,6 +182,28 @@ fn coverage(found: &[Found]) -> [f64; 2] {
     let share =
         |limit: f64| pulls.iter().filter(|pull| pull.abs() < limit).count() as f64 / pulls.len() as f64;
     [1.0, 1.96].map(|limit| 100.0 * share(limit))
+}
+
+#[test]
+fn vectors_find_what_the_textbook_finds_pixel_by_pixel() {
+    let speckle = Speckle::new(1, Speckle::RADIUS_PX);
+    let lit = |image: Vec<f64>| image.into_iter().map(|g| 0.7 * g).collect::<Vec<_>>();
+    let place = |[x, y]: [f64; 2]| [x + 0.37 + 1e-3 * (x - 210.0), y + 0.61];
+    let images =
+        [sense(&lit(speckle.render(|spot| spot)), 0.0, 1), sense(&lit(speckle.render(place)), 0.0, 2)];
+    let splines = images.each_ref().map(|image| plain::Spline::through(SIZE[0], image));
+    let window = Window::new(Region::whole(SIZE[0], SIZE[1]), &images[1], Interpolation::Cubic).unwrap();
+    let prepared = reference(images[0].clone());
+    for subset in grid(45) {
+        let (start, settings) = ([subset.x_px + 0.5, subset.y_px + 0.5], Settings::default());
+        let textbook = plain::Plain::new(&splines[0], [subset.x_px, subset.y_px], 16);
+        let (found, _) = textbook.find(&splines[1], start).unwrap();
+        let vectors = PreparedSubset::new(&prepared, &subset, &settings).unwrap();
+        let ours = vectors.match_in(&window, start, &mut Workspace::default()).unwrap().position;
+        // The textbook keeps the bias of interpolation, 0.9 mpx and what each texture adds, and both stop within 1 mpx.
+        let apart = (ours.x_px.value - found[0]).hypot(ours.y_px.value - found[1]);
+        assert!(apart < 3e-3, "{}: {apart}", subset.name);
+    }
 }
 
 #[test]
