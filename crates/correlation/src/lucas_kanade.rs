@@ -9,7 +9,7 @@ use opencv::video::{OPTFLOW_USE_INITIAL_FLOW, calc_optical_flow_pyr_lk};
 use crate::predict::History;
 use crate::search::search;
 use crate::simd::vectorised;
-use crate::track::{Found, Tracker, track_both_ways};
+use crate::tracker::{Found, Tracker, track_both_ways};
 use crate::uncertainty::sigma_px;
 use crate::warp::Warp;
 use crate::{

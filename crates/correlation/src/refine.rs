@@ -6,7 +6,8 @@ use chainwave_measurement::{Estimate, Lost, Position, Recording, Region, Subset,
 use crate::predict::History;
 use crate::search::{Scene, search};
 use crate::shift::{Normal, shifted};
-use crate::track::{Found, Tracker, track_both_ways, window_around};
+use crate::track::window_around;
+use crate::tracker::{Found, Tracker, track_both_ways};
 use crate::uncertainty::scales;
 use crate::warp::Warp;
 use crate::{
