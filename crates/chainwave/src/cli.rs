@@ -265,6 +265,10 @@ pub(crate) struct Run {
     /// Recordings processed at a time; all cores when left out.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
+    /// Only track, and only the K-th of N shares of the recordings: for the tasks of a cluster's array job, which all write into
+    /// one folder. A run without it then evaluates what they tracked.
+    #[arg(long, value_name = "K/N")]
+    pub(crate) share: Option<crate::run::Share>,
 }
 
 /// Arguments of `tradeoff`.

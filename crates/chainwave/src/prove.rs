@@ -139,6 +139,7 @@ fn one(arguments: &cli::Prove, variant: &Variant, folder: &Path) -> Result<(Vec<
         out: folder.join("results"),
         recordings: None,
         jobs: arguments.jobs,
+        share: None,
     })?;
     let mut outcome = Outcome::default();
     let (evaluation, truth) = job.compare_with_truth(&mut outcome)?;

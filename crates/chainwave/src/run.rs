@@ -2,7 +2,7 @@
 //!
 //! Tracking takes nearly all the time and goes by recordings: each one's tracks are kept in the folder `.work` of the
 //! results until its bytes or the settings change. What follows takes seconds and is computed anew, from the kept tracks,
-//! so an interrupted run that goes on gives the same bytes as one that was not.
+//! so an interrupted run that goes on gives the same bytes as one that was not. Several machines may each track a share first.
 
 mod decisions;
 pub(crate) mod evaluation;
@@ -10,6 +10,7 @@ mod figures;
 mod provenance;
 mod report;
 mod results;
+mod share;
 mod shared_errors;
 mod stages;
 mod strikers;
@@ -24,6 +25,7 @@ use chainwave_measurement::Estimate;
 use chainwave_mechanics::Chain;
 
 use self::evaluation::Evaluation;
+pub(crate) use self::share::Share;
 pub(crate) use self::tracking::View;
 use self::truth::KnownTruth;
 use crate::calibration::ChainMap;
@@ -58,6 +60,12 @@ pub(crate) fn run(arguments: &cli::Run) -> Result<Outcome, Error> {
     make_folder(&job.out)?;
     let jobs = job.by_striker();
     let mut outcome = Outcome::default();
+    if let Some(share) = arguments.share {
+        for job in &jobs {
+            summary::print_share(job, tracking::track_share(job, share, &mut outcome)?);
+        }
+        return Ok(outcome);
+    }
     let mut evaluations = Vec::with_capacity(jobs.len());
     for job in &jobs {
         make_folder(&job.out)?;
@@ -155,6 +163,11 @@ impl Job {
     /// The first recording that shows bodies, with their subsets and the frames at rest.
     pub(crate) fn first_view(&self) -> Result<View, Error> {
         tracking::first_view(self)
+    }
+
+    /// The folder of the kept tracks.
+    fn kept(&self) -> PathBuf {
+        self.result(".work")
     }
 
     /// A path in the folder of the results.
