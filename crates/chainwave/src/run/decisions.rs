@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::Job;
 use super::evaluation::Evaluation;
+use super::notices::farthest_drive;
 use super::results::band_edge_hz;
 use super::tracking::Tracked;
 use crate::table::Table;
@@ -29,7 +30,7 @@ pub(crate) fn decide(job: &Job, tracked: &Tracked, evaluation: &Evaluation) -> V
         motion(job, tracked),
         stages(tracked),
         left_out(evaluation),
-        drives(evaluation),
+        drives(job, evaluation),
         contact_law(job, evaluation),
         damping(evaluation),
         scatter(evaluation),
@@ -175,7 +176,7 @@ fn stages(tracked: &Tracked) -> Decision {
     }
 }
 
-fn drives(evaluation: &Evaluation) -> Decision {
+fn drives(job: &Job, evaluation: &Evaluation) -> Decision {
     let alignments = &evaluation.stitched.alignments;
     let n = alignments.len().max(1) as f64;
     let rms =
@@ -187,10 +188,11 @@ fn drives(evaluation: &Evaluation) -> Decision {
         choice: "a trigger offset and a drive for each recording, response of second order".into(),
         rule: "always fitted; priors of one frame and 5 % decide what the data leave open",
         evidence: format!(
-            "drives scatter by {:.2} %, trigger offsets by {:.2} us; aligned in {} rounds",
+            "drives scatter by {:.2} %, trigger offsets by {:.2} us; aligned in {} rounds; farthest is {}",
             100.0 * drive,
             1e6 * offset_s,
-            evaluation.stitched.rounds
+            evaluation.stitched.rounds,
+            farthest_drive(job, &evaluation.stitched).map_or("none".into(), |drive| drive.as_text())
         ),
     }
 }
@@ -323,13 +325,12 @@ fn group_velocity(evaluation: &Evaluation) -> Decision {
 fn tail(job: &Job, evaluation: &Evaluation) -> Decision {
     let question = "what the tail is";
     let rule = "a line where Thomson's F-test rejects a continuum at the dominant frequency (1 % level, all resolved frequencies allowed for)";
-    let Ok(resonance) = &evaluation.measurement.local_resonance else {
-        return Decision {
-            question,
-            choice: "not told".into(),
-            rule,
-            evidence: "no tail was recorded".into(),
-        };
+    let resonance = match &evaluation.measurement.local_resonance {
+        Ok(resonance) => resonance,
+        Err(reason) => {
+            let (choice, evidence) = ("not told".into(), reason.as_str().into());
+            return Decision { question, choice, rule, evidence };
+        }
     };
     let is_line = resonance.line.p_value < LEVEL;
     let edge_hz = band_edge_hz(job).unwrap_or(f64::NAN);

@@ -13,6 +13,7 @@ use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Striker, sim
 use chainwave_stitching::{Outlier, Settings, Stitched, merge, outliers};
 
 use super::Job;
+use super::notices::notices;
 use super::shared_errors::SharedErrors;
 use super::tracking::Tracked;
 use crate::error::Error;
@@ -22,6 +23,8 @@ use crate::experiment::{NotNegative, Positive};
 pub(crate) struct Evaluation {
     /// Recordings that contradict the others of their view, and were left out.
     pub(crate) left_out: Vec<Outlier>,
+    /// What recordings had amiss that was put right.
+    notices: Vec<String>,
     /// The motion, and how views and trials were aligned.
     pub(crate) stitched: Stitched,
     /// Front, group velocity, half width, energies, spectra.
@@ -115,6 +118,7 @@ pub(crate) fn evaluate(job: &Job, tracked: &Tracked) -> Result<Evaluation, Error
     });
     Ok(Evaluation {
         left_out,
+        notices: notices(job, &kept, &stitched),
         stitched,
         measurement,
         track_fit,
@@ -136,7 +140,7 @@ impl Evaluation {
             .left_out
             .iter()
             .map(|outlier| format!("{} was left out: {}", outlier.recording, outlier.evidence));
-        left_out.chain(self.stitched.warnings.iter().cloned()).collect()
+        left_out.chain(self.stitched.warnings.iter().cloned()).chain(self.notices.iter().cloned()).collect()
     }
 
     /// The damping that stands for the experiment, and where it comes from.

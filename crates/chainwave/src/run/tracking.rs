@@ -12,6 +12,7 @@ use indicatif::ProgressBar;
 use sha2::{Digest, Sha256};
 
 use super::Job;
+use super::notices::remarks;
 use super::stages::Stages;
 use crate::error::Error;
 use crate::experiment::{Positive, Trial};
@@ -36,6 +37,8 @@ pub(crate) struct Tracked {
     pub(crate) trials: Vec<Trial>,
     /// The same as positions along the chain in metres.
     pub(crate) observations: Vec<Observation>,
+    /// What the files say against themselves, by recording.
+    pub(crate) remarks: Vec<(String, String)>,
     /// Where the stage stood.
     pub(crate) stages: Stages,
 }
@@ -49,6 +52,7 @@ impl Tracked {
             tables: kept.iter().map(|index| self.tables[*index].clone()).collect(),
             trials: kept.iter().map(|index| self.trials[*index].clone()).collect(),
             observations: kept.iter().map(|index| self.observations[*index].clone()).collect(),
+            remarks: self.remarks.clone(),
             stages: self.stages.clone(),
         }
     }
@@ -66,10 +70,12 @@ pub(crate) fn track_all(job: &Job, outcome: &mut Outcome) -> Result<Tracked, Err
     let place = |trial: &Trial| Place { kept: &kept, stage_m: stages.placing_m(trial), method };
     let results = map_in_parallel(job.jobs, &job.trials, |trial| track_one(job, trial, &place(trial), &bar));
     bar.finish_and_clear();
-    let mut tracked = Tracked { tables: Vec::new(), trials: Vec::new(), observations: Vec::new(), stages };
+    let (tables, trials, observations, remarks) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let mut tracked = Tracked { tables, trials, observations, remarks, stages };
     for (trial, result) in job.trials.iter().zip(results) {
         match result {
-            Ok((table, observation)) => {
+            Ok((table, observation, remarks)) => {
+                tracked.remarks.extend(remarks);
                 tracked.tables.push(table);
                 tracked.trials.push(trial.clone());
                 tracked.observations.push(observation);
@@ -114,7 +120,7 @@ fn track_one(
     trial: &Trial,
     place: &Place,
     bar: &ProgressBar,
-) -> Result<(Table, Observation), Error> {
+) -> Result<(Table, Observation, Vec<(String, String)>), Error> {
     let path = job.recordings.join(&trial.recording);
     let recording = open(job, &path)?;
     let kept_path = place.kept.join(format!("{}.parquet", key(job, trial, place.stage_m, &path)?));
@@ -135,7 +141,7 @@ fn track_one(
     }
     let table = Table::read(&kept_path)?;
     let observation = observation(trial, &table, &job.calibration.of_chain.map)?;
-    Ok((table, observation))
+    Ok((table, observation, remarks(&trial.recording, recording.info())))
 }
 
 /// Opens a recording that the calibration holds for.
