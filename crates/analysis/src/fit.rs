@@ -23,10 +23,13 @@ mod prediction;
 mod problem;
 mod profile;
 mod quantity;
+mod response;
 mod search;
 mod track_problem;
 mod tracks;
 mod whitening;
+
+use std::num::NonZero;
 
 use chainwave_measurement::Estimate;
 use chainwave_mechanics::{Chain, MechanicsError};
@@ -58,6 +61,8 @@ pub struct EnergyModel {
     pub drive_scale_sigma: f64,
     /// Distance between neighbouring bodies, in metres.
     pub pitch_m: f64,
+    /// Threads that carry the simulations; the result does not depend on their number.
+    pub n_threads: NonZero<usize>,
 }
 
 /// Fitted damping with standard uncertainties.

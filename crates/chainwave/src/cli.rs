@@ -230,6 +230,9 @@ pub(crate) struct Simulate {
     /// Striker velocities in m/s, a list V,V,... or a range FROM:TO:COUNT, in place of the scene's own.
     #[arg(long)]
     pub(crate) scan: Option<crate::simulate::Velocities>,
+    /// Members of a scan simulated at a time, or threads of a chain of rings; all cores when left out.
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) jobs: Option<u16>,
 }
 
 /// Arguments of `synthesize`.

@@ -1,5 +1,7 @@
 //! How often the tests behind the decisions are wrong: chains that the simpler model describes, and chains that it does not.
 
+use std::num::NonZero;
+
 use chainwave_analysis::fit::{TrackFit, TrackModel, fit_tracks, scatter_of_bodies, softening};
 use chainwave_measurement::{BodyTrack, Estimate, Observation};
 use chainwave_mechanics::{Chain, Contacts, Drive, FarEnd, LinearLaw, Schedule, Striker, simulate};
@@ -64,6 +66,7 @@ fn told<const N: usize>(truth: &Truth, levels: [f64; N], first_seed: u64, n: u64
         chain: chain(ring_law().into(), 0.001, VELOCITY.value),
         striker_velocity_m_per_s: VELOCITY,
         known: Vec::new(),
+        n_threads: NonZero::<usize>::MIN,
     };
     let mut told = [[0.0; 3]; N];
     for seed in first_seed..first_seed + n {

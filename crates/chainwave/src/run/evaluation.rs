@@ -18,6 +18,7 @@ use super::shared_errors::SharedErrors;
 use super::tracking::Tracked;
 use crate::error::Error;
 use crate::experiment::{NotNegative, Positive};
+use crate::parallel::threads;
 
 /// Everything that follows from the tracks.
 pub(crate) struct Evaluation {
@@ -94,6 +95,7 @@ pub(crate) fn evaluate(job: &Job, tracked: &Tracked) -> Result<Evaluation, Error
         chain: chain.clone(),
         known: known(job),
         drive_deviations: stitched.alignments.iter().map(|one| one.drive_deviation.value).collect(),
+        n_threads: threads(job.jobs),
     };
     let imposed_fit = fit_imposed(&stitched.motion, &imposed_model);
     let energy_model = energy_model(job, &stitched, chain);
@@ -201,7 +203,12 @@ pub(crate) fn starting_chain(job: &Job, contact: PowerLaw) -> Chain {
 fn track_model(job: &Job, chain: Chain) -> TrackModel {
     let striker = &job.experiment.striker;
     let (velocity, scatter) = (striker.velocity_m_per_s.get(), striker.velocity_sigma_m_per_s.get());
-    TrackModel { chain, striker_velocity_m_per_s: Estimate::new(velocity, scatter), known: known(job) }
+    TrackModel {
+        chain,
+        striker_velocity_m_per_s: Estimate::new(velocity, scatter),
+        known: known(job),
+        n_threads: threads(job.jobs),
+    }
 }
 
 /// What the experiment knows only within an uncertainty, and the fit may move. Of a lens, what remains of its distortion counts as
@@ -234,6 +241,7 @@ fn energy_model(job: &Job, stitched: &Stitched, chain: Chain) -> EnergyModel {
         drive_deviations: stitched.alignments.iter().map(|one| one.drive_deviation.value).collect(),
         drive_scale_sigma: DRIVE_SCALE_SIGMA,
         pitch_m: job.experiment.chain.pitch_m.get(),
+        n_threads: threads(job.jobs),
     }
 }
 

@@ -6,6 +6,7 @@ use serde::Deserialize;
 use crate::error::Error;
 use crate::experiment::{NotNegative, Positive};
 use crate::output::read_text;
+use crate::parallel::threads;
 use crate::table::Table;
 
 use super::figures::FiguresTable;
@@ -233,17 +234,16 @@ impl Scene {
         pitch_m.map(Positive::get).ok_or_else(|| missing(path, "body.pitch_m", "for the figures"))
     }
 
-    pub(super) fn schedule(&self, path: &Path) -> Result<RingSchedule, Error> {
+    pub(super) fn schedule(&self, path: &Path, jobs: Option<u16>) -> Result<RingSchedule, Error> {
         let time = |value: Option<Positive>, name: &str| {
             value.map(Positive::get).ok_or_else(|| missing(path, name, "a time in seconds"))
         };
-        let all_cores = || std::thread::available_parallelism().map_or(1, usize::from);
         Ok(RingSchedule {
             duration_s: time(self.duration_s, "duration_s")?,
             output_interval_s: time(self.output_interval_s, "output_interval_s")?,
             dt_s: self.integrator.dt_s.map(Positive::get),
             shapes: self.shapes_file.is_some(),
-            n_threads: self.integrator.threads.map_or_else(all_cores, usize::from),
+            n_threads: threads(jobs.or(self.integrator.threads)).get(),
         })
     }
 }
