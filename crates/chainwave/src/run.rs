@@ -26,6 +26,8 @@ use chainwave_mechanics::Chain;
 
 use self::decisions::Decision;
 use self::evaluation::Evaluation;
+pub(crate) use self::figures::draw_motion;
+pub(crate) use self::results::write_measurement;
 pub(crate) use self::tracking::View;
 use self::truth::KnownTruth;
 use crate::calibration::ChainMap;

@@ -93,7 +93,7 @@ pub(crate) fn evaluate(job: &Job, tracked: &Tracked) -> Result<Evaluation, Error
     let track_fit = fit_tracks(&kept.observations, &offsets_s, &track_model);
     let imposed_model = ImposedModel {
         chain: chain.clone(),
-        known: known(job),
+        known: known_of_chain(job),
         drive_deviations: stitched.alignments.iter().map(|one| one.drive_deviation.value).collect(),
         n_threads: threads(job.jobs),
     };
@@ -232,6 +232,11 @@ fn known(job: &Job) -> Vec<Known> {
     .collect()
 }
 
+/// The same without what the pictures' scale leaves open: it stands among the errors that the motion states.
+fn known_of_chain(job: &Job) -> Vec<Known> {
+    known(job).into_iter().filter(|known| known.quantity != Quantity::Scale).collect()
+}
+
 fn energy_model(job: &Job, stitched: &Stitched, chain: Chain) -> EnergyModel {
     let striker = &job.experiment.striker;
     let mean_sigma = striker.velocity_sigma_m_per_s.get() / (stitched.alignments.len() as f64).sqrt();
@@ -240,6 +245,7 @@ fn energy_model(job: &Job, stitched: &Stitched, chain: Chain) -> EnergyModel {
         striker_velocity_m_per_s: Estimate::new(striker.velocity_m_per_s.get(), mean_sigma),
         drive_deviations: stitched.alignments.iter().map(|one| one.drive_deviation.value).collect(),
         drive_scale_sigma: DRIVE_SCALE_SIGMA,
+        known: known_of_chain(job),
         pitch_m: job.experiment.chain.pitch_m.get(),
         n_threads: threads(job.jobs),
     }
