@@ -11,7 +11,7 @@
 //! - `uncertain`: quantities known within an uncertainty; `decisions`: what is chosen to be modelled;
 //! - `cluster`: shares of an experiment that several machines track;
 //! - `ring`: motion, compression, modes and bands of rings; `film`: rings that bend in the picture;
-//! - `init`: from a folder of recordings to an experiment;
+//! - `import`: tracks that another program wrote; `init`: from a folder of recordings to an experiment;
 //! - `samples`, `reference`: the project's own recordings, and other people's where they are at hand.
 //!
 //! A test that runs the command starts it with [`command::chainwave`], and films in a [`laboratory::Laboratory`]. One that
@@ -47,6 +47,8 @@ mod faults;
 mod film;
 #[cfg(test)]
 mod folder;
+#[cfg(test)]
+mod import;
 #[cfg(test)]
 mod init;
 #[cfg(test)]

@@ -33,6 +33,8 @@ pub(crate) enum Command {
     Synthesize(Synthesize),
     /// Process an experiment: from recordings to figures, fitted damping and a report.
     Run(Run),
+    /// Read tracks that another program wrote, merge their trials, and measure the wave.
+    Import(Import),
     /// Measure what each method costs on your own scene, and how far it is off.
     Tradeoff(Tradeoff),
     /// Try cases at the ends of what the program takes, each against a truth of its own.
@@ -269,6 +271,19 @@ pub(crate) struct Run {
     /// one folder. A run without it then evaluates what they tracked.
     #[arg(long, value_name = "K/N")]
     pub(crate) share: Option<crate::run::Share>,
+}
+
+/// Arguments of `import`.
+#[derive(Debug, Args)]
+pub(crate) struct Import {
+    /// What stands where in the files of the trials.
+    pub(crate) mapping: PathBuf,
+    /// Folder of the files that the mapping names; the mapping's own folder when left out.
+    #[arg(long)]
+    pub(crate) data: Option<PathBuf>,
+    /// Folder for tables, figures and results.json.
+    #[arg(long)]
+    pub(crate) out: PathBuf,
 }
 
 /// Arguments of `tradeoff`.

@@ -4,9 +4,10 @@
 //! results until its bytes or the settings change. What follows takes seconds and is computed anew, from the kept tracks,
 //! so an interrupted run that goes on gives the same bytes as one that was not. Several machines may each track a share first.
 
-mod decisions;
+pub(crate) mod decisions;
 pub(crate) mod evaluation;
 mod figures;
+mod notices;
 mod provenance;
 mod report;
 mod results;
@@ -24,7 +25,10 @@ use std::time::Instant;
 use chainwave_measurement::Estimate;
 use chainwave_mechanics::Chain;
 
+use self::decisions::Decision;
 use self::evaluation::Evaluation;
+pub(crate) use self::figures::draw_motion;
+pub(crate) use self::results::write_measurement;
 pub(crate) use self::share::Share;
 pub(crate) use self::tracking::View;
 use self::truth::KnownTruth;
@@ -144,7 +148,7 @@ impl Job {
     pub(crate) fn compare_with_truth(
         &self,
         outcome: &mut Outcome,
-    ) -> Result<(Evaluation, KnownTruth), Error> {
+    ) -> Result<(Evaluation, KnownTruth, Vec<Decision>), Error> {
         make_folder(&self.out)?;
         let tracked = tracking::track_all(self, outcome)?;
         let evaluation = evaluation::evaluate(self, &tracked)?;
@@ -152,7 +156,8 @@ impl Job {
             path: self.path.clone(),
             message: "expected truth.json and truth.parquet beside the recordings, found none".into(),
         })?;
-        Ok((evaluation, truth))
+        let decisions = decisions::decide(self, &tracked, &evaluation);
+        Ok((evaluation, truth, decisions))
     }
 
     /// The chain as the experiment states it, with usual damping.

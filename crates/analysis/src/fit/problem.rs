@@ -66,7 +66,7 @@ fn search<'a>(
     }
 }
 
-/// c_d, c_s, the striker's velocity, and the scale of the drives' deviations.
+/// c_d, c_s, the striker's velocity, and the scale of the drives' deviations; factors on what is known within an uncertainty follow.
 const N_UNKNOWNS: usize = 4;
 
 struct Problem<'a> {
@@ -79,7 +79,8 @@ struct Problem<'a> {
 struct Residuals<'a> {
     model: &'a EnergyModel,
     comparison: &'a Comparison<'a>,
-    scales: [f64; N_UNKNOWNS],
+    /// Natural scale of each unknown.
+    scales: Vec<f64>,
     n_simulations: AtomicU64,
 }
 
@@ -91,10 +92,11 @@ impl Residuals<'_> {
             striker_damping_kg_per_s: value(1),
             striker_velocity_m_per_s: value(2),
             drive_scale: value(3),
+            factors: (N_UNKNOWNS..scaled.len()).map(value).collect(),
         }
     }
 
-    /// Whitened residuals, and last the striker's velocity and the drives' scale against their priors.
+    /// Whitened residuals, and last the striker's velocity, the drives' scale and the factors against their priors.
     fn at(&self, scaled: &DVector<f64>) -> Result<DVector<f64>, FitError> {
         let parameters = self.values(scaled);
         let comparison = self.comparison;
@@ -105,7 +107,10 @@ impl Residuals<'_> {
         let prior = self.model.striker_velocity_m_per_s;
         let deviation = (parameters.striker_velocity_m_per_s - prior.value) / prior.sigma;
         let scale_deviation = (parameters.drive_scale - 1.0) / self.model.drive_scale_sigma;
-        Ok(residuals.push(deviation).push(scale_deviation))
+        let known = self.model.known.iter().zip(&parameters.factors);
+        let priors = known.map(|(known, factor)| (factor - 1.0) / known.relative_sigma);
+        let all = residuals.iter().copied().chain([deviation, scale_deviation]).chain(priors);
+        Ok(DVector::from_vec(all.collect()))
     }
 
     /// Derivatives by central differences, whose points are solved side by side.
@@ -136,11 +141,14 @@ impl<'a> Problem<'a> {
         // Natural scales: a damping of 1 % of critical for a body and 10 % for the contact, 1 % of the speed, a frame.
         let critical = 2.0 * (model.chain.contact.k_0_n_per_m() * model.chain.mass_kg[0]).sqrt();
         let velocity_m_per_s = model.striker_velocity_m_per_s.value;
-        let scales = [0.01 * critical, 0.1 * critical, 0.01 * velocity_m_per_s, model.drive_scale_sigma];
+        let mut scales =
+            vec![0.01 * critical, 0.1 * critical, 0.01 * velocity_m_per_s, model.drive_scale_sigma];
+        scales.extend(model.known.iter().map(|known| known.relative_sigma));
         let (c_d, c_s) = (factors[0] * mean_damping, factors[1] * striker.damping_kg_per_s);
-        let start = [c_d, c_s, striker.velocity_m_per_s, 1.0];
+        let mut start = vec![c_d, c_s, striker.velocity_m_per_s];
+        start.resize(scales.len(), 1.0);
         Ok(Self {
-            parameters: DVector::from_fn(N_UNKNOWNS, |i, _| start[i] / scales[i]),
+            parameters: DVector::from_fn(scales.len(), |i, _| start[i] / scales[i]),
             residuals: Residuals { model, comparison, scales, n_simulations: AtomicU64::new(0) },
             failure: Cell::new(None),
         })
@@ -164,6 +172,7 @@ impl<'a> Problem<'a> {
             Estimate::new(self.parameters[i], inflation * covariance[(i, i)].sqrt())
                 .scaled(self.residuals.scales[i])
         };
+        let known = self.residuals.model.known.iter();
         let above_zero = |i: usize| Estimate::new(estimate(i).value.abs(), estimate(i).sigma);
         Ok(EnergyFit {
             damping: Damping {
@@ -173,6 +182,7 @@ impl<'a> Problem<'a> {
             },
             striker_velocity_m_per_s: estimate(2),
             drive_scale: estimate(3).value,
+            factors: known.zip(N_UNKNOWNS..).map(|(known, i)| (known.quantity, estimate(i))).collect(),
             reduced_chi_squared,
             n_residuals: residuals.len(),
             n_simulations: self.residuals.n_simulations.load(Ordering::Relaxed),

@@ -13,6 +13,7 @@ use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Striker, sim
 use chainwave_stitching::{Outlier, Settings, Stitched, merge, outliers};
 
 use super::Job;
+use super::notices::notices;
 use super::shared_errors::SharedErrors;
 use super::tracking::Tracked;
 use crate::error::Error;
@@ -23,6 +24,8 @@ use crate::parallel::threads;
 pub(crate) struct Evaluation {
     /// Recordings that contradict the others of their view, and were left out.
     pub(crate) left_out: Vec<Outlier>,
+    /// What recordings had amiss that was put right.
+    notices: Vec<String>,
     /// The motion, and how views and trials were aligned.
     pub(crate) stitched: Stitched,
     /// Front, group velocity, half width, energies, spectra.
@@ -90,7 +93,7 @@ pub(crate) fn evaluate(job: &Job, tracked: &Tracked) -> Result<Evaluation, Error
     let track_fit = fit_tracks(&kept.observations, &offsets_s, &track_model);
     let imposed_model = ImposedModel {
         chain: chain.clone(),
-        known: known(job),
+        known: known_of_chain(job),
         drive_deviations: stitched.alignments.iter().map(|one| one.drive_deviation.value).collect(),
         n_threads: threads(job.jobs),
     };
@@ -117,6 +120,7 @@ pub(crate) fn evaluate(job: &Job, tracked: &Tracked) -> Result<Evaluation, Error
     });
     Ok(Evaluation {
         left_out,
+        notices: notices(job, &kept, &stitched),
         stitched,
         measurement,
         track_fit,
@@ -138,7 +142,7 @@ impl Evaluation {
             .left_out
             .iter()
             .map(|outlier| format!("{} was left out: {}", outlier.recording, outlier.evidence));
-        left_out.chain(self.stitched.warnings.iter().cloned()).collect()
+        left_out.chain(self.stitched.warnings.iter().cloned()).chain(self.notices.iter().cloned()).collect()
     }
 
     /// The damping that stands for the experiment, and where it comes from.
@@ -229,6 +233,11 @@ fn known(job: &Job) -> Vec<Known> {
     .collect()
 }
 
+/// The same without what the pictures' scale leaves open: it stands among the errors that the motion states.
+fn known_of_chain(job: &Job) -> Vec<Known> {
+    known(job).into_iter().filter(|known| known.quantity != Quantity::Scale).collect()
+}
+
 fn energy_model(job: &Job, stitched: &Stitched, chain: Chain) -> EnergyModel {
     let striker = &job.experiment.striker;
     let mean_sigma = striker.velocity_sigma_m_per_s.get() / (stitched.alignments.len() as f64).sqrt();
@@ -237,6 +246,7 @@ fn energy_model(job: &Job, stitched: &Stitched, chain: Chain) -> EnergyModel {
         striker_velocity_m_per_s: Estimate::new(striker.velocity_m_per_s.get(), mean_sigma),
         drive_deviations: stitched.alignments.iter().map(|one| one.drive_deviation.value).collect(),
         drive_scale_sigma: DRIVE_SCALE_SIGMA,
+        known: known_of_chain(job),
         pitch_m: job.experiment.chain.pitch_m.get(),
         n_threads: threads(job.jobs),
     }

@@ -13,6 +13,7 @@ use indicatif::ProgressBar;
 use sha2::{Digest, Sha256};
 
 use super::Job;
+use super::notices::remarks;
 use super::share::Share;
 use super::stages::Stages;
 use crate::error::Error;
@@ -38,6 +39,8 @@ pub(crate) struct Tracked {
     pub(crate) trials: Vec<Trial>,
     /// The same as positions along the chain in metres.
     pub(crate) observations: Vec<Observation>,
+    /// What the files say against themselves, by recording.
+    pub(crate) remarks: Vec<(String, String)>,
     /// Where the stage stood.
     pub(crate) stages: Stages,
 }
@@ -51,6 +54,7 @@ impl Tracked {
             tables: kept.iter().map(|index| self.tables[*index].clone()).collect(),
             trials: kept.iter().map(|index| self.trials[*index].clone()).collect(),
             observations: kept.iter().map(|index| self.observations[*index].clone()).collect(),
+            remarks: self.remarks.clone(),
             stages: self.stages.clone(),
         }
     }
@@ -63,10 +67,12 @@ pub(crate) fn track_all(job: &Job, outcome: &mut Outcome) -> Result<Tracked, Err
     remove_unfinished(&job.out)?;
     let stages = Stages::refine(job, method(job)?)?;
     let results = track_each(job, &job.trials, &stages)?;
-    let mut tracked = Tracked { tables: Vec::new(), trials: Vec::new(), observations: Vec::new(), stages };
+    let (tables, trials, observations, remarks) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let mut tracked = Tracked { tables, trials, observations, remarks, stages };
     for (trial, result) in job.trials.iter().zip(results) {
         match result {
-            Ok((table, observation)) => {
+            Ok((table, observation, remarks)) => {
+                tracked.remarks.extend(remarks);
                 tracked.tables.push(table);
                 tracked.trials.push(trial.clone());
                 tracked.observations.push(observation);
@@ -91,7 +97,8 @@ pub(crate) fn track_share(job: &Job, share: Share, outcome: &mut Outcome) -> Res
     Ok(n_tracked)
 }
 
-type TrackedOne = Result<(Table, Observation), Error>;
+/// What one recording gave: its kept tracks, the same along the chain, and what was remarked of it.
+type TrackedOne = Result<(Table, Observation, Vec<(String, String)>), Error>;
 
 /// The tracks of some of the recordings, in their order, or why they have none.
 fn track_each(job: &Job, trials: &[Trial], stages: &Stages) -> Result<Vec<TrackedOne>, Error> {
@@ -145,7 +152,7 @@ fn track_one(job: &Job, trial: &Trial, place: &Place, bar: &ProgressBar) -> Trac
     }
     let table = Table::read(&kept_path)?;
     let observation = observation(trial, &table, &job.calibration.of_chain.map)?;
-    Ok((table, observation))
+    Ok((table, observation, remarks(&trial.recording, recording.info())))
 }
 
 /// Opens a recording that the calibration holds for.
