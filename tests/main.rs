@@ -38,6 +38,8 @@ mod decisions;
 #[cfg(test)]
 mod determinism;
 #[cfg(test)]
+mod dic;
+#[cfg(test)]
 mod extremes;
 #[cfg(test)]
 mod failures;

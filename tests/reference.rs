@@ -117,7 +117,7 @@ fn v1211(name: &str) -> Option<PathBuf> {
     data().map(|folder| folder.join("cine/CineFiles.jl").join(name))
 }
 
-fn data() -> Option<PathBuf> {
+pub(crate) fn data() -> Option<PathBuf> {
     let folder = env::var_os("CHAINWAVE_REFERENCE_DATA");
     if folder.is_none() {
         println!("skipped: CHAINWAVE_REFERENCE_DATA is not set");

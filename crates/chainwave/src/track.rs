@@ -1,11 +1,14 @@
 //! `chainwave track`: points followed through recordings.
 
+use std::collections::BTreeSet;
+use std::fmt;
 use std::num::NonZero;
 use std::path::Path;
 
 use chainwave_camera::OpenOptions;
 use chainwave_correlation::{
-    Method, ReferenceFrames, Settings, Shape, ShapeChoice, smallest_half_px, track_by_evidence,
+    Method, ReferenceFrames, Settings, Shape, ShapeChoice, SharpEdge, sharp_edge, smallest_half_px,
+    track_by_evidence,
 };
 use chainwave_measurement::{Lost, Position, Recording, Subset, Track};
 use indicatif::ProgressBar;
@@ -30,20 +33,27 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     let bar = progress::bar("tracking", 0);
     let reference = ReferenceFrames::Single(arguments.reference);
     let n_threads = threads_of_each(arguments.jobs, recordings.len());
-    let of_recording = |path: &std::path::PathBuf| -> Result<Tracked, Error> {
+    let of_recording = |path: &std::path::PathBuf| -> Result<(Tracked, Vec<EdgeNote>), Error> {
         let options = OpenOptions { rate_hz: arguments.rate_hz, ..OpenOptions::default() };
         let recording = chainwave_camera::open_with(path, &options)?;
         let subsets = subsets_in(recording.as_ref(), &points, &reference, arguments.matching.accuracy)?;
         let method = chosen.method(recording.as_ref(), &subsets, &reference)?;
-        follow(recording.as_ref(), &subsets, &reference, method, n_threads, &bar)
+        let notes = edges_beside(recording.as_ref(), &subsets, &reference)?;
+        Ok((follow(recording.as_ref(), &subsets, &reference, method, n_threads, &bar)?, notes))
     };
     let results = map_in_parallel(arguments.jobs, &arguments.recordings, of_recording);
     bar.finish_and_clear();
     let mut outcome = Outcome::default();
     let mut rows = TrackRows::default();
+    let mut noted = BTreeSet::new();
     for (name, result) in recordings.iter().zip(results) {
         match result {
-            Ok(tracked) => rows.add(name, &tracked),
+            Ok((tracked, notes)) => {
+                rows.add(name, &tracked);
+                // once for each point, however many recordings show it
+                let new = notes.into_iter().filter(|note| noted.insert(note.point.clone()));
+                new.for_each(|note| warn(name, &note));
+            }
             Err(error) => outcome.fail(error),
         }
     }
@@ -52,6 +62,41 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     }
     rows.write(&arguments.out)?;
     Ok(outcome)
+}
+
+#[expect(clippy::print_stdout, reason = "what was tracked is no failure: standard error stays empty")]
+fn warn(recording: &str, note: &EdgeNote) {
+    println!("warning: {recording}: {note}");
+}
+
+/// A point beside whose subset a sharp edge runs.
+struct EdgeNote {
+    point: String,
+    edge: SharpEdge,
+}
+
+impl fmt::Display for EdgeNote {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { point, edge: SharpEdge { side, distance_px } } = self;
+        write!(
+            f,
+            "point {point}: a sharp edge runs {distance_px} px beyond its subset ({side}) and rings into it, which biases \
+             positions by up to some thousandths of a pixel: leave 5 px of texture around it"
+        )
+    }
+}
+
+fn edges_beside(
+    recording: &dyn Recording,
+    subsets: &[Subset],
+    reference: &ReferenceFrames,
+) -> Result<Vec<EdgeNote>, Error> {
+    let mut notes = Vec::new();
+    for subset in subsets {
+        let edge = sharp_edge(recording, subset, reference)?;
+        notes.extend(edge.map(|edge| EdgeNote { point: subset.name.clone(), edge }));
+    }
+    Ok(notes)
 }
 
 /// Threads for each recording when all are worked on side by side: more than one where there are fewer recordings than

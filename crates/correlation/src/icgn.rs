@@ -144,7 +144,7 @@ impl PreparedSubset {
         }
         let residual = self.residual(warp, found, workspace);
         let noise_ratio = noise_ratio(self, &residual);
-        let structure = structure_factor(self, noise_ratio);
+        let structure = structure_factor(self, noise_ratio, || self.residuals(found, workspace));
         let [noise_x, noise_y] = sigma_px(self, warp, &residual).map(|sigma| structure * sigma);
         let [bias_x, bias_y] = self.bias.sigma_px();
         let [x, y] = self.without_bias(warp);

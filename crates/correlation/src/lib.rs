@@ -71,6 +71,7 @@ mod alias;
 mod bias;
 mod cardinal;
 mod damped;
+mod edge;
 mod error;
 mod evidence;
 mod field;
@@ -114,6 +115,7 @@ mod visible;
 mod warp;
 mod window;
 
+pub use edge::{SharpEdge, Side, sharp_edge};
 pub use error::CorrelationError;
 pub use evidence::ShapeEvidence;
 pub use field::{Field, FieldGrid, FieldPoint, correlate};

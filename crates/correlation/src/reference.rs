@@ -163,6 +163,15 @@ impl Reference {
         within(x0, x1, self.region.x, self.region.width) && within(y0, y1, self.region.y, self.region.height)
     }
 
+    /// The pixel at a place of the image that subsets use; `None` for others, and beyond the reference.
+    pub(crate) fn usable_pixel(&self, [x, y]: [i64; 2]) -> Option<f64> {
+        let (column, row) = (x - self.region.x as i64, y - self.region.y as i64);
+        let inside = self.holds([x, x], [y, y]);
+        let index = inside.then(|| row as usize * self.region.width + column as usize)?;
+        let usable = self.gradients().usable.as_ref().is_none_or(|usable| usable[index] > 0.0);
+        usable.then(|| f64::from(self.pixels[index]))
+    }
+
     /// The pixel at a place of the image; beyond the reference, the one that mirrors it at the edge.
     #[cfg(test)]
     pub(crate) fn pixel(&self, x: i64, y: i64) -> f64 {

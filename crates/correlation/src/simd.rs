@@ -51,9 +51,11 @@ impl<T: InBlocks> WithSimd for Blocks<T> {
     }
 }
 
-/// The sum of the products of two images' pixels: those of two f32 are exact in f64.
+/// The sum of the products of two images' pixels, as far as both go: those of two f32 are exact in f64.
 pub(crate) fn dot(a: &[f32], b: &[f32]) -> f64 {
     let product = |a: f32, b: f32| f64::from(a) * f64::from(b);
+    let n = a.len().min(b.len());
+    let (a, b) = (&a[..n], &b[..n]);
     vectorised(
         #[inline(always)]
         || {

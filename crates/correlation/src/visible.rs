@@ -151,13 +151,29 @@ const NOISE_AT_MOST: f64 = 2.0;
 ///
 /// Such residuals are as smooth as the texture. Of speckles of the spectrum `exp(-w^2 r^2)` in both, a product with the
 /// gradient has `pi r^2` times the variance that white residuals of the same size would give, and `1/(2 r^2)` is
-/// the mean of f_x^2 over that of f^2.
-pub(crate) fn structure_factor(subset: &PreparedSubset, noise_ratio: f64) -> f64 {
+/// the mean of f_x^2 over that of f^2. A frame may as well have more noise than the reference: how much of the residual is
+/// smooth is told by its correlation at two pixels, where interpolated noise has none.
+pub(crate) fn structure_factor(
+    subset: &PreparedSubset,
+    noise_ratio: f64,
+    residuals: impl FnOnce() -> Vec<f64>,
+) -> f64 {
     if noise_ratio <= NOISE_AT_MOST {
         return 1.0;
     }
     let [k_x, k_y] = [&subset.gradient_x, &subset.gradient_y].map(|g| dot(g, g) / subset.energy);
     let pixels = 0.5 * std::f64::consts::PI / (k_x * k_y).sqrt();
-    let share = 1.0 - NOISE_AT_MOST / noise_ratio;
+    let residuals: Vec<f32> = residuals().into_iter().map(|residual| residual as f32).collect();
+    let of_texture =
+        at_two_pixels(&subset.intensity[..subset.n_pixels()], subset.width) / subset.signal_energy;
+    let of_residuals = at_two_pixels(&residuals, subset.width) / dot(&residuals, &residuals);
+    let smooth = (of_residuals / of_texture).clamp(0.0, 1.0);
+    let share = smooth.min(1.0 - NOISE_AT_MOST / noise_ratio);
     (1.0 + share * (pixels - 1.0).max(0.0)).sqrt()
+}
+
+/// The sum of products of pixels that are two columns apart or two rows, the mean of both.
+fn at_two_pixels(image: &[f32], width: usize) -> f64 {
+    let along_rows: f64 = image.chunks_exact(width).map(|row| dot(&row[2.min(width)..], row)).sum();
+    0.5 * (along_rows + dot(image.get(2 * width..).unwrap_or_default(), image))
 }

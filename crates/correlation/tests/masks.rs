@@ -4,9 +4,11 @@
 
 mod support;
 
-use chainwave_correlation::{Interpolation, PreparedSubset, Reference, Settings, Window, Workspace};
+use chainwave_correlation::{
+    Interpolation, PreparedSubset, Reference, ReferenceFrames, Settings, Window, Workspace, sharp_edge,
+};
 use chainwave_measurement::{Lost, Region};
-use support::{FULL_RANGE, SIZE, Speckle, moments, sense, subset};
+use support::{FULL_RANGE, Film, SIZE, Speckle, moments, sense, subset};
 
 /// Centres of the markers in the reference.
 fn centres() -> impl Iterator<Item = [f64; 2]> {
@@ -195,4 +197,26 @@ fn glints_that_do_not_go_with_the_body_are_left_out_of_the_target() {
     assert_coverage(&pulls(FULL_RANGE));
     // what is not known to saturate is found by its residual
     assert_coverage(&pulls(f64::INFINITY));
+}
+
+#[test]
+fn an_edge_that_rings_is_warned_of_and_one_that_does_not_is_not() {
+    let speckle = Speckle::new(21, Speckle::RADIUS_PX);
+    let warned = |side: f64, ground: f64, noise: f64| {
+        let film = Film::new(vec![sense(&markers(&speckle, side, ground, [0.0; 2]), noise, 3)]);
+        let first = ReferenceFrames::Single(0);
+        let edge = |[x, y]: [f64; 2]| sharp_edge(&film, &subset(x, y, 16), &first).unwrap();
+        let edges: Vec<_> = centres().map(edge).collect();
+        (edges.iter().flatten().count(), edges.len())
+    };
+    for (noise, ground) in [(0.0, 900.0), (0.01, 900.0), (0.01, 2500.0), (0.02, 900.0)] {
+        // Subsets of 33 px: 2 px of marker beyond them on each side, and 7 px.
+        let (near, n) = warned(37.0, ground, noise);
+        assert!(near == n, "{near} of {n} at {ground} counts and {noise}");
+        let (far, _) = warned(47.0, ground, noise);
+        assert!(far == 0, "{far} of {n} at {ground} counts and {noise}");
+    }
+    // speckle alone, and ground that is left out
+    assert_eq!(warned(500.0, 900.0, 0.01).0, 0);
+    assert_eq!(warned(37.0, 0.0, 0.01).0, 0);
 }
