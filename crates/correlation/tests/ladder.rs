@@ -4,7 +4,6 @@
 
 #![expect(
     clippy::unwrap_used,
-    clippy::print_stdout,
     reason = "a measurement that fails by panicking, and whose result is its table"
 )]
 
