@@ -9,8 +9,9 @@
 //! - `board`, `calibration`: from pictures of a board to the uncertainties of the results; `lens`, `stages`: a distorting lens and a stage
 //!   that stands off, undone;
 //! - `uncertain`: quantities known within an uncertainty; `decisions`: what is chosen to be modelled;
+//! - `cluster`: shares of an experiment that several machines track;
 //! - `ring`: motion, compression, modes and bands of rings; `film`: rings that bend in the picture;
-//! - `init`: from a folder of recordings to an experiment;
+//! - `import`: tracks that another program wrote; `init`: from a folder of recordings to an experiment;
 //! - `samples`, `reference`: the project's own recordings, and other people's where they are at hand.
 //!
 //! A test that runs the command starts it with [`command::chainwave`], and films in a [`laboratory::Laboratory`]. One that
@@ -26,6 +27,8 @@ mod bad_inputs;
 mod board;
 #[cfg(test)]
 mod calibration;
+#[cfg(test)]
+mod cluster;
 #[cfg(test)]
 mod command;
 #[cfg(test)]
@@ -46,6 +49,8 @@ mod faults;
 mod film;
 #[cfg(test)]
 mod folder;
+#[cfg(test)]
+mod import;
 #[cfg(test)]
 mod init;
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Time of the analysis of an experiment of the paper's size: 26 bodies, five views of six, five trials each, 540 frames.
 
 use std::hint::black_box;
+use std::num::NonZero;
 
 use chainwave_analysis::fit::{FitError, TrackModel, fit_tracks, scatter_of_bodies};
 use chainwave_analysis::{MeasureSettings, exact_motion, measure};
@@ -61,7 +62,12 @@ fn observations() -> Result<Vec<Observation>, MechanicsError> {
 }
 
 fn model() -> Result<TrackModel, MechanicsError> {
-    Ok(TrackModel { chain: chain(VELOCITY.value)?, striker_velocity_m_per_s: VELOCITY, known: Vec::new() })
+    Ok(TrackModel {
+        chain: chain(VELOCITY.value)?,
+        striker_velocity_m_per_s: VELOCITY,
+        known: Vec::new(),
+        n_threads: NonZero::<usize>::MIN,
+    })
 }
 
 fn prepared() -> Result<(Vec<Observation>, TrackModel), FitError> {

@@ -78,6 +78,8 @@ pub enum Missing {
     NoProgress,
     /// The spectrum has no maximum in the searched band.
     NoMaximum,
+    /// The spectrum's maximum is no higher than noise may make it.
+    BelowNoise,
     /// Most noisy replicas of the motion lose the value, so its uncertainty is not known.
     Unstable,
 }
@@ -93,6 +95,7 @@ impl Missing {
             Self::TooFewGaps => "too few gaps",
             Self::NoProgress => "no pulse that runs down the chain",
             Self::NoMaximum => "no spectral maximum",
+            Self::BelowNoise => "no frequency stands out of the noise",
             Self::Unstable => "lost in most noisy replicas",
         }
     }

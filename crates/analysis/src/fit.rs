@@ -23,10 +23,13 @@ mod prediction;
 mod problem;
 mod profile;
 mod quantity;
+mod response;
 mod search;
 mod track_problem;
 mod tracks;
 mod whitening;
+
+use std::num::NonZero;
 
 use chainwave_measurement::Estimate;
 use chainwave_mechanics::{Chain, MechanicsError};
@@ -56,8 +59,12 @@ pub struct EnergyModel {
     pub drive_deviations: Vec<f64>,
     /// Relative standard uncertainty of the scale of these deviations.
     pub drive_scale_sigma: f64,
+    /// Quantities that are known only within an uncertainty; the others count as exact.
+    pub known: Vec<Known>,
     /// Distance between neighbouring bodies, in metres.
     pub pitch_m: f64,
+    /// Threads that carry the simulations; the result does not depend on their number.
+    pub n_threads: NonZero<usize>,
 }
 
 /// Fitted damping with standard uncertainties.
@@ -88,6 +95,8 @@ pub struct EnergyFit {
     pub striker_velocity_m_per_s: Estimate,
     /// Factor on the drives' deviations, which the fit moves within its prior.
     pub drive_scale: f64,
+    /// Factors on the quantities that are known only within an uncertainty, in their order.
+    pub factors: Vec<(Quantity, Estimate)>,
     /// Sum of squared whitened residuals over their number less the parameters; near 1 (or below, where interpolated samples
     /// are smoother than their stated noise) when model and stated errors explain the measurement.
     pub reduced_chi_squared: f64,
@@ -179,7 +188,8 @@ pub fn fit_peak_energies(
     minimise(model, &comparison)
 }
 
-/// Peak energies of the mean motion over the drives, found in it as in the measured motion.
+/// Peak energies of the mean motion over the drives, found in it as in the measured motion: by the law that the experiment states,
+/// whatever law the trial values give the chain.
 fn predicted_energies(
     prediction: &Prediction,
     gaps: &[usize],

@@ -1,6 +1,7 @@
+use std::num::NonZero;
 use std::ops::RangeInclusive;
 
-use chainwave_measurement::{ChainMotion, Estimate};
+use chainwave_measurement::{ChainMotion, Estimate, map_in_parallel};
 
 use crate::check::{check_motion, check_positive};
 use crate::columns::{Column, Columns, Scatter};
@@ -10,8 +11,8 @@ use crate::front::{FrontSettings, GapFront, LeadingPulse, leading_pulses};
 use crate::half_width::{HalfWidth, MovingProfile, half_width_times, half_widths};
 use crate::line_test::line_test;
 use crate::particle::particle_velocities_m_per_s;
-use crate::replicas::replicate;
-use crate::spectrum::{LocalResonance, TailSpectrum, dominant_frequency, tail_spectrum};
+use crate::replicas::replica_m;
+use crate::spectrum::{LocalResonance, TailSpectrum, dominant_frequency, frequency_near, tail_spectrum};
 use crate::strain::{overlap_variance_m2, strain_with_variance};
 use crate::velocity::{GroupVelocity, Reflection, SpeedFit, fit_speed, undisturbed_gaps};
 use crate::{AnalysisError, Missing, StrainMap};
@@ -37,6 +38,8 @@ pub struct MeasureSettings {
     pub n_replicas: usize,
     /// Seed of the replicas.
     pub seed: u64,
+    /// Threads that the replicas are shared among; the result does not depend on their number.
+    pub n_threads: NonZero<usize>,
 }
 
 impl MeasureSettings {
@@ -50,6 +53,7 @@ impl MeasureSettings {
             velocity_gaps: None,
             n_replicas: 200,
             seed,
+            n_threads: NonZero::<usize>::MIN,
         }
     }
 
@@ -88,7 +92,7 @@ pub struct Measurement {
 }
 
 /// Measures a motion. Values come from the motion itself; standard uncertainties are what the same functions scatter over
-/// replicas of the motion with its stated errors ([`replicate`]), so every correlation between bodies and times counts. The
+/// replicas of the motion with its stated errors ([`crate::replicate`]), so every correlation between bodies and times counts. The
 /// choices of gaps and times are made once, from the motion, and kept for the replicas.
 ///
 /// # Errors
@@ -106,10 +110,13 @@ pub fn measure(
     let plan = Plan::new(&map, settings, energy_of);
     let values = plan.apply(motion, &map);
     let n_replicas = if is_exact(motion) { 0 } else { settings.n_replicas };
-    let replicas = replicate(motion, n_replicas, settings.seed).map(|noisy| {
+    let bare = ChainMotion { modes: Vec::new(), ..motion.clone() };
+    let replicas = map_in_parallel(n_replicas, settings.n_threads, |index| {
+        let displacement_m = replica_m(motion, index, settings.seed);
+        let noisy = ChainMotion { displacement_m, ..bare.clone() };
         plan.apply(&noisy, &strain_with_variance(&noisy, &variance, settings.pitch_m)).columns()
     });
-    let scatter = Scatter::new(values.columns(), replicas.collect());
+    let scatter = Scatter::new(values.columns(), replicas);
     Ok(assemble(map, &plan, &values, &scatter))
 }
 
@@ -123,6 +130,8 @@ struct Plan<'a> {
     energy_of: Option<EnergyLaw<'a>>,
     velocity_gaps: RangeInclusive<usize>,
     half_width_times_s: Vec<f64>,
+    /// Dominant frequency of the tails, and its resolution.
+    resonance: Result<(f64, f64), Missing>,
 }
 
 impl<'a> Plan<'a> {
@@ -137,7 +146,8 @@ impl<'a> Plan<'a> {
         };
         let speed = fit_speed(&pulses, settings.pitch_m, &velocity_gaps);
         let half_width_times_s = speed.map_or_else(|_| Vec::new(), times_s);
-        Self { settings, energy_of, velocity_gaps, half_width_times_s }
+        let resonance = dominant_frequency(&tail_spectrum(map, &pulses));
+        Self { settings, energy_of, velocity_gaps, half_width_times_s, resonance }
     }
 
     fn apply(&self, motion: &ChainMotion, map: &StrainMap) -> Values {
@@ -155,7 +165,7 @@ impl<'a> Plan<'a> {
             .energy_of
             .map_or_else(Vec::new, |energy_of| peak_energies(map, &pulses, energy_of, front.peak_fraction));
         let spectrum = tail_spectrum(map, &pulses);
-        let resonance = dominant_frequency(&spectrum);
+        let resonance_hz = self.resonance.ok().and_then(|found| frequency_near(&spectrum, found));
         let particles_m_per_s = particle_velocities_m_per_s(motion, map, &pulses);
         let particle_m_per_s = mean_within(&particles_m_per_s, &self.velocity_gaps);
         Values {
@@ -166,7 +176,7 @@ impl<'a> Plan<'a> {
             half_widths_m,
             energies_j,
             spectrum,
-            resonance,
+            resonance_hz,
         }
     }
 }
@@ -181,7 +191,7 @@ struct Values {
     half_widths_m: Vec<Option<f64>>,
     energies_j: Vec<Result<f64, Missing>>,
     spectrum: TailSpectrum,
-    resonance: Result<(f64, f64), Missing>,
+    resonance_hz: Option<f64>,
 }
 
 impl Values {
@@ -205,7 +215,7 @@ impl Values {
         columns.set(Column::HalfWidth, self.half_widths_m.clone());
         columns.set(Column::Energy, self.energies_j.iter().map(|energy| energy.ok()).collect());
         columns.set(Column::RelativeEnergy, self.energies_j.iter().map(relative).collect());
-        columns.set(Column::Resonance, vec![self.resonance.ok().map(|(frequency_hz, _)| frequency_hz)]);
+        columns.set(Column::Resonance, vec![self.resonance_hz]);
         columns
     }
 }
@@ -228,7 +238,7 @@ fn assemble(map: StrainMap, plan: &Plan<'_>, values: &Values, scatter: &Scatter)
         half_widths: plan.half_width_times_s.iter().enumerate().filter_map(half_width).collect(),
         energies: plan.energy_of.map(|_| energies(&values.energies_j, scatter)),
         spectrum: values.spectrum.clone(),
-        local_resonance: values.resonance.and_then(|(frequency_hz, resolution_hz)| {
+        local_resonance: plan.resonance.and_then(|(frequency_hz, resolution_hz)| {
             Ok(LocalResonance {
                 frequency_hz: scatter.estimate(Column::Resonance, 0)?,
                 resolution_hz,

@@ -3,6 +3,7 @@ use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
 
 use crate::line_test::LineTest;
+use crate::probability::chi_squared_beyond;
 use crate::tail::{Tail, hann};
 use crate::{LeadingPulse, Missing, StrainMap};
 
@@ -15,6 +16,8 @@ const HANN_RESOLUTION: f64 = 2.0;
 const MAX_RESOLUTION_RATIO: f64 = 2.0;
 /// Half width of the lobe around zero frequency that a decaying tail leaves, in units of the resolution.
 const DECAY_LOBE: f64 = 1.5;
+/// Probability that noise alone is taken for a maximum.
+const NOISE_LEVEL: f64 = 0.01;
 
 /// Amplitude spectrum of each gap's strain behind the leading pulse.
 #[derive(Debug, Clone, PartialEq)]
@@ -105,25 +108,137 @@ fn hann_amplitudes(values: &[f64], n_padded: usize, transform: &dyn rustfft::Fft
 ///
 /// Only gaps whose tail is at least half as long as the longest take part (the others would blur it), and only frequencies
 /// above the main lobe that the tail's slow decay leaves around zero. The parabola through the logarithms of the three
-/// highest bins gives the place between the bins.
+/// highest bins gives the place between the bins. The maximum must stand out of the noise: noise alone has one as high in one
+/// record of a hundred.
 ///
 /// # Errors
-/// [`Missing::NoTail`] when no gap has a tail, [`Missing::NoMaximum`] when the power has no maximum in that band.
+/// [`Missing::NoTail`] when no gap has a tail, [`Missing::NoMaximum`] when the power has no maximum in that band,
+/// [`Missing::BelowNoise`] when noise may have made it.
 pub fn dominant_frequency(spectrum: &TailSpectrum) -> Result<(f64, f64), Missing> {
-    let finest_hz =
-        spectrum.gaps.iter().map(|gap| gap.resolution_hz).reduce(f64::min).ok_or(Missing::NoTail)?;
-    let fine: Vec<&GapSpectrum> =
-        spectrum.gaps.iter().filter(|gap| gap.resolution_hz <= MAX_RESOLUTION_RATIO * finest_hz).collect();
-    let coarsest_hz = fine.iter().map(|gap| gap.resolution_hz).fold(finest_hz, f64::max);
-    let power: Vec<f64> = (0..spectrum.frequency_hz.len())
-        .map(|bin| fine.iter().map(|gap| gap.amplitude[bin].powi(2)).sum::<f64>() / fine.len() as f64)
-        .collect();
-    let first = spectrum.frequency_hz.partition_point(|f| *f < DECAY_LOBE * coarsest_hz).max(1);
-    let is_maximum = |bin: &usize| power[*bin] > power[*bin - 1] && power[*bin] >= power[*bin + 1];
-    let bins = (first..power.len().saturating_sub(1)).filter(is_maximum);
-    let top = bins.max_by(|a, b| power[*a].total_cmp(&power[*b])).ok_or(Missing::NoMaximum)?;
-    let [before, here, after] = [power[top - 1], power[top], power[top + 1]].map(f64::ln);
-    let offset = 0.5 * (before - after) / (before - 2.0 * here + after);
-    let bin_hz = spectrum.frequency_hz[1];
-    Ok((spectrum.frequency_hz[top] + bin_hz * if offset.is_finite() { offset } else { 0.0 }, coarsest_hz))
+    let mean = MeanPower::of(spectrum).ok_or(Missing::NoTail)?;
+    let first = spectrum.frequency_hz.partition_point(|f| *f < DECAY_LOBE * mean.coarsest_hz).max(1);
+    let top = mean.highest(first, mean.power.len()).ok_or(Missing::NoMaximum)?;
+    match mean.stands_out_of_noise(top, spectrum) {
+        true => Ok((mean.between_bins(top) * spectrum.frequency_hz[1], mean.coarsest_hz)),
+        false => Err(Missing::BelowNoise),
+    }
+}
+
+/// The same maximum in another draw of the noise: the greatest within one resolution of a frequency that was found.
+pub(crate) fn frequency_near(spectrum: &TailSpectrum, (found_hz, resolution_hz): (f64, f64)) -> Option<f64> {
+    let mean = MeanPower::of(spectrum)?;
+    let bin = |hz: f64| spectrum.frequency_hz.partition_point(|f| *f < hz);
+    let top = mean.highest(bin(found_hz - resolution_hz).max(1), bin(found_hz + resolution_hz))?;
+    Some(mean.between_bins(top) * spectrum.frequency_hz[1])
+}
+
+/// Power of the longer tails, averaged.
+struct MeanPower {
+    power: Vec<f64>,
+    n_gaps: usize,
+    finest_hz: f64,
+    coarsest_hz: f64,
+}
+
+impl MeanPower {
+    fn of(spectrum: &TailSpectrum) -> Option<Self> {
+        let finest_hz = spectrum.gaps.iter().map(|gap| gap.resolution_hz).reduce(f64::min)?;
+        let is_fine = |gap: &&GapSpectrum| gap.resolution_hz <= MAX_RESOLUTION_RATIO * finest_hz;
+        let fine: Vec<&GapSpectrum> = spectrum.gaps.iter().filter(is_fine).collect();
+        let n_gaps = fine.len();
+        let mean =
+            |bin: usize| fine.iter().map(|gap| gap.amplitude[bin].powi(2)).sum::<f64>() / n_gaps as f64;
+        let coarsest_hz = fine.iter().map(|gap| gap.resolution_hz).fold(finest_hz, f64::max);
+        Some(Self {
+            power: (0..spectrum.frequency_hz.len()).map(mean).collect(),
+            n_gaps,
+            finest_hz,
+            coarsest_hz,
+        })
+    }
+
+    /// The highest maximum among the bins `first..end`.
+    fn highest(&self, first: usize, end: usize) -> Option<usize> {
+        let is_maximum =
+            |bin: &usize| self.power[*bin] > self.power[*bin - 1] && self.power[*bin] >= self.power[*bin + 1];
+        let bins = (first..end.min(self.power.len().saturating_sub(1))).filter(is_maximum);
+        bins.max_by(|a, b| self.power[*a].total_cmp(&self.power[*b]))
+    }
+
+    /// Place of a maximum, in bins.
+    fn between_bins(&self, top: usize) -> f64 {
+        let [before, here, after] = [self.power[top - 1], self.power[top], self.power[top + 1]].map(f64::ln);
+        let offset = 0.5 * (before - after) / (before - 2.0 * here + after);
+        top as f64 + if offset.is_finite() { offset } else { 0.0 }
+    }
+
+    /// Whether the highest of all resolved bins of noise would be as high as this one with a probability below the level.
+    ///
+    /// The noise is the median power up to a quarter of the sampling rate, which chain waves hardly fill and interpolation between
+    /// frames does not damp. Neighbouring gaps share a body, so every second one counts as independent.
+    fn stands_out_of_noise(&self, top: usize, spectrum: &TailSpectrum) -> bool {
+        let mut lower = self.power[1..self.power.len() / 2].to_vec();
+        lower.sort_by(f64::total_cmp);
+        let Some(median) = lower.get(lower.len() / 2) else { return false };
+        let freedom = 2 * self.n_gaps.div_ceil(2);
+        // The median of chi squared (Wilson and Hilferty 1931).
+        let noise = median / (1.0 - 2.0 / (9.0 * freedom as f64)).powi(3);
+        let nyquist_hz = spectrum.frequency_hz.last().copied().unwrap_or(0.0);
+        let n_resolved = HANN_RESOLUTION * nyquist_hz / self.finest_hz;
+        n_resolved * chi_squared_beyond(freedom as f64 * self.power[top] / noise, freedom) < NOISE_LEVEL
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+    use rand_pcg::Pcg64;
+
+    const N: usize = 180;
+    const INTERVAL_S: f64 = 4e-5;
+
+    /// Tails of eight gaps: independent noise of each body, of which two neighbours share one, and a line.
+    fn spectrum(random: &mut Pcg64, line: f64, frequency_hz: f64) -> TailSpectrum {
+        let n_padded = (PADDING * N).next_power_of_two();
+        let transform = FftPlanner::new().plan_fft_forward(n_padded);
+        let bodies: Vec<Vec<f64>> =
+            (0..9).map(|_| (0..N).map(|_| StandardNormal.sample(random)).collect()).collect();
+        let wave =
+            |at: usize| line * (2.0 * std::f64::consts::PI * frequency_hz * INTERVAL_S * at as f64).sin();
+        let of_gap = |gap: usize| {
+            let values: Vec<f64> =
+                (0..N).map(|at| bodies[gap][at] - bodies[gap - 1][at] + wave(at)).collect();
+            let duration_s = N as f64 * INTERVAL_S;
+            let amplitude = hann_amplitudes(&values, n_padded, transform.as_ref());
+            GapSpectrum {
+                gap,
+                start_s: 0.0,
+                duration_s,
+                resolution_hz: HANN_RESOLUTION / duration_s,
+                amplitude,
+            }
+        };
+        let frequency_hz =
+            (0..=n_padded / 2).map(|bin| bin as f64 / (n_padded as f64 * INTERVAL_S)).collect();
+        TailSpectrum { frequency_hz, gaps: (1..=8).map(of_gap).collect(), missing: Vec::new() }
+    }
+
+    #[test]
+    fn noise_has_no_dominant_frequency_and_a_line_has() {
+        let mut random = Pcg64::seed_from_u64(5);
+        let n = 1000;
+        let told = (0..n).filter(|_| dominant_frequency(&spectrum(&mut random, 0.0, 0.0)).is_ok()).count();
+        // 1 % of 1000 is 10 +- 3; counting the gaps as half as many makes it fewer.
+        assert!(told <= 20, "{told} of {n}");
+        let found: Vec<f64> = (0..100)
+            .filter_map(|_| Some(dominant_frequency(&spectrum(&mut random, 0.6, 1100.0)).ok()?.0))
+            .collect();
+        assert!(found.len() > 95, "{} of 100", found.len());
+        // A line's frequency in noise sqrt(2) has a standard error of about 2 Hz (Rife and Boorstyn 1974, over a Hann window): five.
+        assert!(found.iter().all(|hz| (hz - 1100.0).abs() < 40.0), "{found:?}");
+        let near = frequency_near(&spectrum(&mut random, 0.6, 1100.0), (1100.0, 278.0)).unwrap();
+        assert!((near - 1100.0).abs() < 40.0, "{near}");
+    }
 }

@@ -33,6 +33,8 @@ pub(crate) enum Command {
     Synthesize(Synthesize),
     /// Process an experiment: from recordings to figures, fitted damping and a report.
     Run(Run),
+    /// Read tracks that another program wrote, merge their trials, and measure the wave.
+    Import(Import),
     /// Measure what each method costs on your own scene, and how far it is off.
     Tradeoff(Tradeoff),
     /// Try cases at the ends of what the program takes, each against a truth of its own.
@@ -230,6 +232,9 @@ pub(crate) struct Simulate {
     /// Striker velocities in m/s, a list V,V,... or a range FROM:TO:COUNT, in place of the scene's own.
     #[arg(long)]
     pub(crate) scan: Option<crate::simulate::Velocities>,
+    /// Members of a scan simulated at a time, or threads of a chain of rings; all cores when left out.
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) jobs: Option<u16>,
 }
 
 /// Arguments of `synthesize`.
@@ -262,6 +267,23 @@ pub(crate) struct Run {
     /// Recordings processed at a time; all cores when left out.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
+    /// Only track, and only the K-th of N shares of the recordings: for the tasks of a cluster's array job, which all write into
+    /// one folder. A run without it then evaluates what they tracked.
+    #[arg(long, value_name = "K/N")]
+    pub(crate) share: Option<crate::run::Share>,
+}
+
+/// Arguments of `import`.
+#[derive(Debug, Args)]
+pub(crate) struct Import {
+    /// What stands where in the files of the trials.
+    pub(crate) mapping: PathBuf,
+    /// Folder of the files that the mapping names; the mapping's own folder when left out.
+    #[arg(long)]
+    pub(crate) data: Option<PathBuf>,
+    /// Folder for tables, figures and results.json.
+    #[arg(long)]
+    pub(crate) out: PathBuf,
 }
 
 /// Arguments of `tradeoff`.

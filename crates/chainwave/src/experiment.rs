@@ -1,5 +1,8 @@
 //! `experiment.toml` and `trials.csv`: what was done in the laboratory, and how to evaluate it.
 
+mod numbers;
+mod trials;
+
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -10,10 +13,11 @@ use chainwave_mechanics::PowerLaw;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 
+pub(crate) use self::numbers::{NotNegative, Positive};
+pub(crate) use self::trials::Trial;
 use crate::error::Error;
 use crate::output::read_text;
 use crate::synthesize::{Fault, FilmedRings};
-use crate::table::Table;
 
 /// An experiment: one chain, filmed in several views and trials.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -267,79 +271,6 @@ pub(crate) struct Synthetic {
     pub(crate) faults: Vec<Fault>,
 }
 
-/// A number above zero.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "f64", into = "f64")]
-pub(crate) struct Positive(f64);
-
-/// A number of at least zero.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "f64", into = "f64")]
-pub(crate) struct NotNegative(f64);
-
-impl Positive {
-    /// The number.
-    pub(crate) fn get(self) -> f64 {
-        self.0
-    }
-}
-
-impl NotNegative {
-    /// The number.
-    pub(crate) fn get(self) -> f64 {
-        self.0
-    }
-}
-
-impl TryFrom<f64> for Positive {
-    type Error = String;
-
-    fn try_from(value: f64) -> Result<Self, String> {
-        match value > 0.0 && value.is_finite() {
-            true => Ok(Self(value)),
-            false => Err(format!("expected a number above 0, found {value}")),
-        }
-    }
-}
-
-impl TryFrom<f64> for NotNegative {
-    type Error = String;
-
-    fn try_from(value: f64) -> Result<Self, String> {
-        match value >= 0.0 && value.is_finite() {
-            true => Ok(Self(value)),
-            false => Err(format!("expected a number of at least 0, found {value}")),
-        }
-    }
-}
-
-impl From<Positive> for f64 {
-    fn from(number: Positive) -> Self {
-        number.0
-    }
-}
-
-impl From<NotNegative> for f64 {
-    fn from(number: NotNegative) -> Self {
-        number.0
-    }
-}
-
-/// One recording of an experiment: a row of `trials.csv`.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Trial {
-    /// File name of the recording, relative to the table's folder.
-    pub(crate) recording: String,
-    /// Number of the camera view.
-    pub(crate) view: u32,
-    /// Number of the trial in that view.
-    pub(crate) trial: u32,
-    /// Position of the camera's stage along the chain.
-    pub(crate) stage_m: f64,
-    /// Nominal striker velocity where an experiment has several, with its scatter from trial to trial.
-    pub(crate) striker_velocity_m_per_s: Option<Estimate>,
-}
-
 impl Striker {
     /// Takes another velocity and its scatter; both are above zero.
     pub(crate) fn set_velocity(&mut self, velocity_m_per_s: Estimate) {
@@ -375,56 +306,5 @@ impl Experiment {
             message: wrong.to_string(),
         };
         toml::from_str(&text).map_err(configuration)
-    }
-
-    /// Reads the table of recordings that the experiment names; `experiment_path` is where the experiment itself lies.
-    pub(crate) fn read_trials(&self, experiment_path: &Path) -> Result<Vec<Trial>, Error> {
-        let path = experiment_path.with_file_name(&self.trials);
-        let table = Table::read(&path)?;
-        let recordings = table.texts("recording")?;
-        let (views, trials) = (table.counts("view")?, table.counts("trial")?);
-        let stages_m = table.full_numbers("stage_m")?;
-        let strikers = self.striker_velocities(&table)?;
-        let mut rows: Vec<Trial> = Vec::with_capacity(recordings.len());
-        for (row, recording) in recordings.into_iter().enumerate() {
-            if recording.is_empty() {
-                return Err(table.cell(row, "recording", "a file name", "nothing"));
-            }
-            if rows.iter().any(|earlier| earlier.recording == recording) {
-                return Err(table.cell(row, "recording", "each recording once", &recording));
-            }
-            let number = |name: &str, count: usize| {
-                u32::try_from(count)
-                    .map_err(|_too_large| table.cell(row, name, "a number below 2^32", &count.to_string()))
-            };
-            let (view, trial) = (number("view", views[row])?, number("trial", trials[row])?);
-            let striker_velocity_m_per_s = strikers.as_ref().map(|strikers| strikers[row]);
-            rows.push(Trial { recording, view, trial, stage_m: stages_m[row], striker_velocity_m_per_s });
-        }
-        match rows.is_empty() {
-            true => Err(table.cell(0, "recording", "at least one recording", "none")),
-            false => Ok(rows),
-        }
-    }
-
-    /// The striker velocities of a table that has them: the columns `striker_velocity_m_per_s` and, where its scatter is not that
-    /// of the experiment, `striker_velocity_sigma_m_per_s`.
-    fn striker_velocities(&self, table: &Table) -> Result<Option<Vec<Estimate>>, Error> {
-        let (name, sigma_name) = ("striker_velocity_m_per_s", "striker_velocity_sigma_m_per_s");
-        if !table.has(name) {
-            return Ok(None);
-        }
-        let values = table.full_numbers(name)?;
-        let usual = self.striker.velocity_sigma_m_per_s.get();
-        let sigmas = match table.has(sigma_name) {
-            true => table.full_numbers(sigma_name)?,
-            false => vec![usual; values.len()],
-        };
-        for (name, numbers) in [(name, &values), (sigma_name, &sigmas)] {
-            if let Some(row) = numbers.iter().position(|number| *number <= 0.0) {
-                return Err(table.cell(row, name, "a number above 0", &numbers[row].to_string()));
-            }
-        }
-        Ok(Some(values.into_iter().zip(sigmas).map(|(value, sigma)| Estimate::new(value, sigma)).collect()))
     }
 }

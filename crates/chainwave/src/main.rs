@@ -13,6 +13,7 @@ mod correlate;
 mod error;
 mod experiment;
 mod extremes;
+mod import;
 mod init;
 mod inspect;
 mod matching;
@@ -58,6 +59,7 @@ fn carry_out(command: &Command) -> Result<Outcome, Error> {
         Command::Simulate(arguments) => simulate::simulate(arguments),
         Command::Synthesize(arguments) => synthesize::synthesize(arguments),
         Command::Run(arguments) => run::run(arguments),
+        Command::Import(arguments) => import::import(arguments),
         Command::Tradeoff(arguments) => tradeoff::tradeoff(arguments),
         Command::Extremes(arguments) => extremes::extremes(arguments),
         Command::Prove(arguments) => prove::prove(arguments),

@@ -103,7 +103,8 @@ fn variants(arguments: &cli::Prove, experiment: &Experiment) -> Result<Vec<Varia
     Ok((0..arguments.experiments).map(variant).collect())
 }
 
-/// Films one experiment, processes it, and removes its recordings; whether what went wrong was named.
+/// Films one experiment, processes it, and removes its recordings; whether what went wrong was named, or, where nothing did, whether
+/// there was a warning all the same.
 fn one(arguments: &cli::Prove, variant: &Variant, folder: &Path) -> Result<(Vec<Finding>, bool), Error> {
     make_folder(folder)?;
     let mut experiment = Experiment::read(&arguments.experiment)?;
@@ -139,12 +140,14 @@ fn one(arguments: &cli::Prove, variant: &Variant, folder: &Path) -> Result<(Vec<
         out: folder.join("results"),
         recordings: None,
         jobs: arguments.jobs,
+        share: None,
     })?;
     let mut outcome = Outcome::default();
-    let (evaluation, truth) = job.compare_with_truth(&mut outcome)?;
+    let (evaluation, truth, decisions) = job.compare_with_truth(&mut outcome)?;
     let warnings = evaluation.warnings();
-    let mut said = outcome.failures().iter().chain(&warnings);
-    let named = subject.is_some_and(|subject| said.any(|text| text.contains(&subject)));
+    let evidence: Vec<String> = decisions.into_iter().map(|decision| decision.evidence).collect();
+    let mut said = outcome.failures().iter().chain(&warnings).chain(&evidence);
+    let named = subject.map_or(!warnings.is_empty(), |subject| said.any(|text| text.contains(&subject)));
     let found = findings::findings(&job, &evaluation, &truth)?;
     std::fs::remove_dir_all(folder).map_err(Error::file(folder, "remove"))?;
     Ok((found, named))

@@ -2,14 +2,16 @@
 //!
 //! Tracking takes nearly all the time and goes by recordings: each one's tracks are kept in the folder `.work` of the
 //! results until its bytes or the settings change. What follows takes seconds and is computed anew, from the kept tracks,
-//! so an interrupted run that goes on gives the same bytes as one that was not.
+//! so an interrupted run that goes on gives the same bytes as one that was not. Several machines may each track a share first.
 
-mod decisions;
+pub(crate) mod decisions;
 pub(crate) mod evaluation;
 mod figures;
+mod notices;
 mod provenance;
 mod report;
 mod results;
+mod share;
 mod shared_errors;
 mod stages;
 mod strikers;
@@ -23,7 +25,11 @@ use std::time::Instant;
 use chainwave_measurement::Estimate;
 use chainwave_mechanics::Chain;
 
+use self::decisions::Decision;
 use self::evaluation::Evaluation;
+pub(crate) use self::figures::draw_motion;
+pub(crate) use self::results::write_measurement;
+pub(crate) use self::share::Share;
 pub(crate) use self::tracking::View;
 use self::truth::KnownTruth;
 use crate::calibration::ChainMap;
@@ -58,6 +64,12 @@ pub(crate) fn run(arguments: &cli::Run) -> Result<Outcome, Error> {
     make_folder(&job.out)?;
     let jobs = job.by_striker();
     let mut outcome = Outcome::default();
+    if let Some(share) = arguments.share {
+        for job in &jobs {
+            summary::print_share(job, tracking::track_share(job, share, &mut outcome)?);
+        }
+        return Ok(outcome);
+    }
     let mut evaluations = Vec::with_capacity(jobs.len());
     for job in &jobs {
         make_folder(&job.out)?;
@@ -136,7 +148,7 @@ impl Job {
     pub(crate) fn compare_with_truth(
         &self,
         outcome: &mut Outcome,
-    ) -> Result<(Evaluation, KnownTruth), Error> {
+    ) -> Result<(Evaluation, KnownTruth, Vec<Decision>), Error> {
         make_folder(&self.out)?;
         let tracked = tracking::track_all(self, outcome)?;
         let evaluation = evaluation::evaluate(self, &tracked)?;
@@ -144,7 +156,8 @@ impl Job {
             path: self.path.clone(),
             message: "expected truth.json and truth.parquet beside the recordings, found none".into(),
         })?;
-        Ok((evaluation, truth))
+        let decisions = decisions::decide(self, &tracked, &evaluation);
+        Ok((evaluation, truth, decisions))
     }
 
     /// The chain as the experiment states it, with usual damping.
@@ -155,6 +168,11 @@ impl Job {
     /// The first recording that shows bodies, with their subsets and the frames at rest.
     pub(crate) fn first_view(&self) -> Result<View, Error> {
         tracking::first_view(self)
+    }
+
+    /// The folder of the kept tracks.
+    fn kept(&self) -> PathBuf {
+        self.result(".work")
     }
 
     /// A path in the folder of the results.

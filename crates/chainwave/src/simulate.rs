@@ -29,7 +29,7 @@ pub(crate) fn simulate(arguments: &cli::Simulate) -> Result<Outcome, Error> {
     let scene = Scene::read(&arguments.scene)?;
     let (chain, schedule) = (scene.chain(&arguments.scene)?, scene.schedule(&arguments.scene)?);
     if let Some(velocities) = &arguments.scan {
-        return scan::scan(&chain, &schedule, scene.pitch_m(), velocities, &arguments.out);
+        return scan::scan(&chain, &schedule, scene.pitch_m(), velocities, arguments);
     }
     let start = Instant::now();
     let simulation = chainwave_mechanics::simulate(&chain, &schedule)?;

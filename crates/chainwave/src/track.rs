@@ -19,7 +19,7 @@ use crate::error::Error;
 use crate::matching::Chosen;
 use crate::outcome::Outcome;
 use crate::output::expect_folder_of;
-use crate::parallel::map_in_parallel;
+use crate::parallel::{map_in_parallel, threads};
 use crate::progress;
 use crate::table::{self, Table, column};
 
@@ -102,8 +102,7 @@ fn edges_beside(
 /// Threads for each recording when all are worked on side by side: more than one where there are fewer recordings than
 /// threads.
 pub(crate) fn threads_of_each(jobs: Option<u16>, n_recordings: usize) -> NonZero<usize> {
-    let all = jobs.map_or_else(|| std::thread::available_parallelism().map_or(1, NonZero::get), usize::from);
-    NonZero::new(all / n_recordings.max(1)).unwrap_or(NonZero::<usize>::MIN)
+    NonZero::new(threads(jobs).get() / n_recordings.max(1)).unwrap_or(NonZero::<usize>::MIN)
 }
 
 /// The tracks of one recording, with its time stamps.

@@ -2,7 +2,10 @@
 //! 10 % noise. Run it with `cargo test --release -p chainwave-correlation --test ladder -- --ignored --nocapture`; the
 //! variable METHOD names a part of the methods' names, DRAWS the pictures of each pattern.
 
-#![expect(clippy::unwrap_used, reason = "a measurement fails by panicking")]
+#![expect(
+    clippy::unwrap_used,
+    reason = "a measurement that fails by panicking, and whose result is its table"
+)]
 
 mod support;
 

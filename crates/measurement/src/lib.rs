@@ -1,6 +1,7 @@
 //! The vocabulary of chainwave: the types that two or more crates use, with their units and conventions.
 //!
-//! No algorithm and no input or output lives here. Conventions that hold everywhere:
+//! No algorithm and no input or output lives here; [`map_in_parallel`], the one way in which work is spread over threads, is here
+//! because it is what makes results the same for any number of them. Conventions that hold everywhere:
 //!
 //! - Pixel (0, 0) is the *centre* of the top left pixel; x points right and y down; a [`Region`] is half open.
 //! - Images are `f32` arrays of shape `[height, width]` in linear counts as recorded; everything else is `f64`.
@@ -13,13 +14,15 @@
 mod estimate;
 mod motion;
 mod observation;
+mod parallel;
 mod recording;
 mod region;
 mod track;
 
 pub use estimate::Estimate;
-pub use motion::{ChainMotion, ErrorMode, Moment, Trajectory};
+pub use motion::{ChainMotion, ErrorMode, Moment, Trajectory, samples_until};
 pub use observation::{BodyTrack, Observation};
+pub use parallel::map_in_parallel;
 pub use recording::{ReadError, Recording, RecordingInfo};
 pub use region::Region;
 pub use track::{Lost, Position, Subset, Track};

@@ -1,6 +1,7 @@
 //! Time of the chain model beside the obvious program: a plain loop with `powf`, every body in every step.
 
 use std::hint::black_box;
+use std::num::NonZero;
 
 use chainwave_mechanics::{
     Bodies, Chain, Drive, FarEnd, Integration, MechanicsError, Method, PowerLaw, Schedule, Simulation,
@@ -66,7 +67,7 @@ fn study_of_300_bodies_for_150_ms_to(accuracy: f64) -> Result<Simulation, Mechan
 #[divan::bench]
 fn scan_of_200_striker_velocities_on_one_thread() -> Result<usize, MechanicsError> {
     let velocities: Vec<f64> = (1..=200).map(|i| 0.02 * f64::from(i)).collect();
-    Ok(scan(&chain(26)?, &velocities, &Schedule::automatic(0.02, 0.02), 1)?.len())
+    Ok(scan(&chain(26)?, &velocities, &Schedule::automatic(0.02, 0.02), NonZero::<usize>::MIN)?.len())
 }
 
 /// The same motion as straight from the textbook; returns a displacement so that nothing is left out.

@@ -1,4 +1,6 @@
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::num::NonZero;
+
+use chainwave_measurement::map_in_parallel;
 
 use crate::{Chain, Drive, MechanicsError, Schedule, Simulation, Striker, simulate};
 
@@ -12,7 +14,7 @@ pub fn scan(
     chain: &Chain,
     velocities_m_per_s: &[f64],
     schedule: &Schedule,
-    n_threads: usize,
+    n_threads: NonZero<usize>,
 ) -> Result<Vec<Result<Simulation, MechanicsError>>, MechanicsError> {
     let Drive::Striker(striker) = &chain.drive else {
         let what = "a drive other than a striker";
@@ -22,42 +24,21 @@ pub fn scan(
         let drive = Drive::Striker(Striker { velocity_m_per_s: velocities_m_per_s[i], ..*striker });
         simulate(&Chain { drive, ..chain.clone() }, schedule)
     };
-    Ok(on_threads(velocities_m_per_s.len(), n_threads, member))
+    Ok(map_in_parallel(velocities_m_per_s.len(), n_threads, member))
 }
 
-/// Simulates many chains on `n_threads` threads, as fits and resampling ask for.
+/// Simulates many chains on `n_threads` threads, as fits and resampling ask for, and keeps of each what `read` takes from it.
 ///
-/// They come in their order, each as [`simulate`] alone would give it, whatever the number of threads. A chain fills its vectors
-/// with its own bodies (27 of 32 lanes for the experiment's 26 and their striker), so chains share the cores and not the
-/// vectors.
-pub fn ensemble(
+/// They come in their order, each as [`simulate`] alone would give it, whatever the number of threads; no more long motions than
+/// threads lie in memory at a time. A chain fills its vectors with its own bodies (27 of 32 lanes for the experiment's 26 and their
+/// striker), so chains share the cores and not the vectors.
+pub fn ensemble<T: Send + Sync>(
     chains: &[Chain],
     schedule: &Schedule,
-    n_threads: usize,
-) -> Vec<Result<Simulation, MechanicsError>> {
-    on_threads(chains.len(), n_threads, |i| simulate(&chains[i], schedule))
-}
-
-/// The values of members 0 to n - 1, in order; each thread takes the next one that none has taken.
-fn on_threads<T: Send>(n: usize, n_threads: usize, member: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    let next = AtomicUsize::new(0);
-    let work = || -> Vec<(usize, T)> {
-        let numbers = std::iter::from_fn(|| Some(next.fetch_add(1, Ordering::Relaxed)).filter(|i| *i < n));
-        numbers.map(|i| (i, member(i))).collect()
-    };
-    let mut members: Vec<_> = std::thread::scope(|scope| {
-        let others: Vec<_> = (1..n_threads.clamp(1, n.max(1))).map(|_| scope.spawn(work)).collect();
-        let mut done = work();
-        for other in others {
-            match other.join() {
-                Ok(theirs) => done.extend(theirs),
-                Err(panic) => std::panic::resume_unwind(panic),
-            }
-        }
-        done
-    });
-    members.sort_by_key(|(i, _)| *i);
-    members.into_iter().map(|(_, member)| member).collect()
+    n_threads: NonZero<usize>,
+    read: impl Fn(usize, Simulation) -> T + Sync,
+) -> Vec<Result<T, MechanicsError>> {
+    map_in_parallel(chains.len(), n_threads, |i| Ok(read(i, simulate(&chains[i], schedule)?)))
 }
 
 /// Gaps near the striker whose pulse is still taking shape, left out of the group velocity.

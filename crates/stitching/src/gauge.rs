@@ -64,6 +64,12 @@ impl Gauge {
         })
     }
 
+    /// Whether what is left to exchange is a small part of its own error.
+    pub(crate) fn is_settled(&self) -> bool {
+        const SMALL: f64 = 0.02;
+        self.delay_s.abs() < SMALL * self.delay_variance_s2.sqrt() && (self.scale - 1.0).abs() < 0.1 * SMALL
+    }
+
     /// Exchanges drives and offsets; returns what becomes of their errors.
     pub(crate) fn fix(&self, drive: &mut [f64], offsets_s: &mut [f64]) -> DMatrix<f64> {
         let n = drive.len();

@@ -32,6 +32,8 @@ mod outliers;
 mod resample;
 mod rest;
 mod stages;
+mod ties;
+mod time_base;
 
 pub use error::StitchingError;
 pub use merge::{Alignment, Settings, Stitched, merge};

@@ -9,6 +9,7 @@ use crate::gauge::{Exchange, Gauge, ReadingErrors, closed_directions};
 use crate::modes::{AlignmentDirection, AlignmentErrors};
 use crate::resample::Stencil;
 use crate::rest::{Displacement, displacement_from_rest};
+use crate::time_base::{common_times, median, rounded};
 
 /// How to stitch.
 #[derive(Debug, Clone, PartialEq)]
@@ -76,11 +77,12 @@ pub struct Stitched {
 }
 
 /// Rounds after which the alignment stops in any case; 4 are usual.
-const MAX_ROUNDS: usize = 20;
+pub(crate) const MAX_ROUNDS: usize = 20;
 /// Rounds in which the open directions move too.
 const FREE_ROUNDS: usize = 2;
-/// Rounds in which the onset fixes the gauge: the second finds what the first left, the third nothing.
-const GAUGE_ROUNDS: usize = 3;
+/// Rounds in which the onset fixes the gauge, at most: where the first body's noise is a third of a per cent of its onset, each leaves
+/// a third of what was left before.
+const GAUGE_ROUNDS: usize = 20;
 
 /// Merges observations of one chain into its motion.
 ///
@@ -237,7 +239,11 @@ impl<'a> Stitch<'a> {
         for _ in 0..GAUGE_ROUNDS {
             let Some(gauge) = self.gauge() else { break };
             derivative = gauge.fix(&mut self.drive, &mut self.offsets_s) * derivative;
+            let is_settled = gauge.is_settled();
             last = Some(gauge);
+            if is_settled {
+                break;
+            }
         }
         match last {
             Some(gauge) => gauge.errors(&self.drive, derivative, covariance),
@@ -339,61 +345,7 @@ impl<'a> Stitch<'a> {
         let last_s = self.times_s.last().copied().unwrap_or(self.settings.rest_until_s);
         BENT_DELAY * (last_s - self.settings.rest_until_s) * (self.drive[r].powi(2) - mean).abs()
     }
-
-    fn warnings(&self, rounds: usize) -> Vec<String> {
-        let mut warnings = Vec::new();
-        if rounds == MAX_ROUNDS {
-            warnings.push(format!("the alignment of trials had not settled after {MAX_ROUNDS} rounds"));
-        }
-        let groups = self.tied_groups();
-        let main = groups.iter().max_by_key(|group| group.len()).cloned().unwrap_or_default();
-        for group in groups.iter().filter(|group| **group != main) {
-            let names: Vec<&str> = group.iter().map(|r| self.observations[*r].recording.as_str()).collect();
-            warnings.push(format!(
-                "{} share no body with the other recordings: their time base rests on the trigger alone",
-                names.join(", ")
-            ));
-        }
-        warnings
-    }
-
-    /// Recordings tied to each other through bodies that both saw.
-    fn tied_groups(&self) -> Vec<Vec<usize>> {
-        let rows = |r: usize| self.displacements[r].iter().map(|displacement| displacement.row);
-        let mut group: Vec<usize> = (0..self.observations.len()).collect();
-        for a in 0..group.len() {
-            for b in 0..a {
-                if group[a] != group[b] && rows(a).any(|row| rows(b).any(|other| other == row)) {
-                    let (from, to) = (group[a].max(group[b]), group[a].min(group[b]));
-                    group.iter_mut().filter(|label| **label == from).for_each(|label| *label = to);
-                }
-            }
-        }
-        let members = |label: usize| (0..group.len()).filter(|r| group[*r] == label).collect::<Vec<_>>();
-        (0..group.len()).map(members).filter(|group| !group.is_empty()).collect()
-    }
 }
 
 /// Standard deviation of that delay's coefficient, over the length of the record: 0.01 and 0.02 on the paper's chain of 12 and of 26.
 const BENT_DELAY: f64 = 0.02;
-
-/// Multiples of the frame interval that at least one recording covers.
-fn common_times(observations: &[Observation], interval_s: f64) -> Vec<f64> {
-    let spans = || observations.iter().filter_map(Observation::span_s);
-    let first = spans().map(|span| span.0).fold(f64::INFINITY, f64::min);
-    let last = spans().map(|span| span.1).fold(f64::NEG_INFINITY, f64::max);
-    let (from, to) = ((first / interval_s).ceil() as i64, (last / interval_s).floor() as i64);
-    (from..=to).map(|k| k as f64 * interval_s).collect()
-}
-
-/// A value rounded to five significant digits: stamps are only as fine as the camera's clock, and a time base of round times
-/// can be joined with other tables.
-fn rounded(interval_s: f64) -> f64 {
-    let scale = 10.0_f64.powi(4 - interval_s.log10().floor() as i32);
-    (interval_s * scale).round() / scale
-}
-
-pub(crate) fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
-}

@@ -2,7 +2,7 @@ use std::fmt;
 
 use chainwave_measurement::Observation;
 
-use crate::merge::median;
+use crate::time_base::median;
 use crate::{Settings, Stitched, StitchingError, merge};
 
 /// A recording that does not belong with the others of its view, and why.

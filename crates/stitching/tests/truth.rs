@@ -10,6 +10,8 @@ use rand_pcg::Pcg64Mcg;
 
 const FRAME_S: f64 = 4e-5;
 const NOISE_M: f64 = 0.6e-6;
+/// What 1 % noise makes of a subset of 33 x 33 px: 5 mpx, at 5 px/mm.
+const NOISE_OF_ONE_PER_CENT_M: f64 = 1.0e-6;
 const PER_VIEW: usize = 3;
 const N_BODIES: usize = 7;
 
@@ -33,15 +35,15 @@ struct Experiment {
 
 /// Three views of three bodies each, five trials, neighbours sharing one body.
 fn experiment(seed: u64) -> Experiment {
-    filmed(seed, 0.0)
+    filmed(seed, 0.0, NOISE_M)
 }
 
 /// The same with one trial in the second view struck 5 % harder than the others.
 fn struck_harder(seed: u64) -> Experiment {
-    filmed(seed, 0.05)
+    filmed(seed, 0.05, NOISE_M)
 }
 
-fn filmed(seed: u64, harder: f64) -> Experiment {
+fn filmed(seed: u64, harder: f64, noise_m: f64) -> Experiment {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let mut normal = |sigma: f64| Normal::new(0.0, sigma).unwrap().sample(&mut random);
     let mut trials: Vec<Trial> =
@@ -61,9 +63,9 @@ fn filmed(seed: u64, harder: f64) -> Experiment {
         let bodies = (view * (PER_VIEW - 1) + 1..=view * (PER_VIEW - 1) + PER_VIEW)
             .map(|body| {
                 let position =
-                    |t: &f64| displacement_m(body, t - trial.offset_s, trial.drive) + normal(NOISE_M);
+                    |t: &f64| displacement_m(body, t - trial.offset_s, trial.drive) + normal(noise_m);
                 let position_m =
-                    times_s.iter().map(position).map(|x| Some(Estimate::new(x, NOISE_M))).collect();
+                    times_s.iter().map(position).map(|x| Some(Estimate::new(x, noise_m))).collect();
                 BodyTrack { body, position_m }
             })
             .collect();
@@ -100,20 +102,33 @@ fn errors(experiment: &Experiment, stitched: &Stitched) -> Vec<(f64, f64)> {
         .collect()
 }
 
+/// Root mean square error of an experiment's trigger offsets, in frame intervals.
+fn offset_error_frames(experiment: &Experiment, stitched: &Stitched) -> f64 {
+    let pairs = stitched.alignments.iter().zip(&experiment.trials);
+    let squares: f64 =
+        pairs.map(|(found, trial)| (found.trigger_offset_s.value - trial.offset_s).powi(2)).sum();
+    (squares / experiment.trials.len() as f64).sqrt() / FRAME_S
+}
+
 #[test]
-fn offsets_are_recovered_to_a_fiftieth_of_a_frame() {
-    let experiment = experiment(1);
-    let stitched = stitch(&experiment.observations);
-    for (alignment, trial) in stitched.alignments.iter().zip(&experiment.trials) {
-        assert!((alignment.trigger_offset_s.value - trial.offset_s).abs() < FRAME_S / 50.0, "{alignment:?}");
+fn offsets_are_recovered_to_a_fiftieth_of_a_frame_at_one_per_cent_of_noise() {
+    let mut errors_frames = Vec::new();
+    for seed in 1..=20 {
+        let experiment = filmed(seed, 0.0, NOISE_OF_ONE_PER_CENT_M);
+        let stitched = stitch(&experiment.observations);
+        assert!(stitched.warnings.is_empty(), "{:?}", stitched.warnings);
+        errors_frames.push(offset_error_frames(&experiment, &stitched));
     }
-    assert!(stitched.warnings.is_empty(), "{:?}", stitched.warnings);
+    errors_frames.sort_by(f64::total_cmp);
+    // The median of 160 experiments is 1/140 of a frame, and one in ten lies above 1/50: that whose first view was struck almost
+    // alike, so that its drives are poorly known.
+    assert!(errors_frames[10] < 0.01 && errors_frames[15] < 0.02, "{errors_frames:?}");
 }
 
 #[test]
 fn offsets_lie_within_their_stated_intervals() {
     let (mut inside, mut total) = (0, 0);
-    for seed in 100..130 {
+    for seed in 100..150 {
         let experiment = experiment(seed);
         let stitched = stitch(&experiment.observations);
         let found = stitched.alignments.iter().map(|alignment| alignment.trigger_offset_s);
@@ -122,8 +137,8 @@ fn offsets_lie_within_their_stated_intervals() {
         total += experiment.trials.len();
     }
     let coverage = inside as f64 / total as f64;
-    // One delay of a whole experiment's offsets by their drives is most of their error, so 30 experiments scatter by some 4 %.
-    assert!((0.85..=1.0).contains(&coverage), "coverage {coverage}");
+    // One delay of a whole experiment's offsets by their drives is most of their error, so 50 experiments scatter by some 3 %.
+    assert!((0.9..=1.0).contains(&coverage), "coverage {coverage}");
 }
 
 #[test]

@@ -1,4 +1,7 @@
-use chainwave_measurement::{ChainMotion, Estimate};
+use std::num::NonZero;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use chainwave_measurement::{ChainMotion, Estimate, map_in_parallel};
 use chainwave_mechanics::{Chain, Drive, ImposedMotion, Schedule, Striker, simulate};
 use nalgebra::{DMatrix, DVector};
 use ndarray::Array2;
@@ -19,6 +22,8 @@ pub struct ImposedModel {
     pub known: Vec<Known>,
     /// Drive of each recording behind the motion, relative to the mean drive, less one.
     pub drive_deviations: Vec<f64>,
+    /// Threads that carry the simulations; the result does not depend on their number.
+    pub n_threads: NonZero<usize>,
 }
 
 /// Damping of the chain fitted to the motion behind body 1. The striker's contact does not act on it, so c_s is not identifiable.
@@ -57,10 +62,10 @@ const SEED: u64 = 1;
 /// # Errors
 /// [`FitError`] as its variants say.
 pub fn fit_imposed(motion: &ChainMotion, model: &ImposedModel) -> Result<ImposedFit, FitError> {
-    let mut problem = Problem::new(motion, model)?;
+    let problem = Problem::new(motion, model)?;
     let mut unknowns = problem.start();
     for _ in 0..MAX_ROUNDS {
-        let predicted = problem.predicted(&unknowns, &problem.driving_m.clone())?;
+        let predicted = problem.predicted(&unknowns, &problem.driving_m)?;
         let jacobian = problem.jacobian(&unknowns)?;
         let (normal, side) = problem.equations(&jacobian, &predicted, &unknowns);
         let covariance = normal.cholesky().ok_or_else(undetermined)?.inverse();
@@ -89,7 +94,7 @@ struct Problem<'a> {
     schedule: Schedule,
     /// Samples compared: row and time, within the span.
     samples: Vec<(usize, usize)>,
-    n_simulations: u64,
+    n_simulations: AtomicU64,
 }
 
 impl<'a> Problem<'a> {
@@ -123,7 +128,8 @@ impl<'a> Problem<'a> {
         let interval_s = (motion.times_s[last] - motion.times_s[first]) / (last - first) as f64;
         let schedule = Schedule::automatic(interval_s * (last - first) as f64, interval_s);
         let nodes = quadrature(&model.drive_deviations);
-        Ok(Self { motion, model, span: (first, last), driving_m, nodes, schedule, samples, n_simulations: 0 })
+        let n_simulations = AtomicU64::new(0);
+        Ok(Self { motion, model, span: (first, last), driving_m, nodes, schedule, samples, n_simulations })
     }
 
     fn start(&self) -> DVector<f64> {
@@ -134,7 +140,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Displacements at the samples compared, for a motion of body 1.
-    fn predicted(&mut self, unknowns: &DVector<f64>, driving_m: &[f64]) -> Result<DVector<f64>, FitError> {
+    fn predicted(&self, unknowns: &DVector<f64>, driving_m: &[f64]) -> Result<DVector<f64>, FitError> {
         let n = self.model.chain.n_bodies();
         let mut chain = Chain { damping_kg_per_s: vec![unknowns[0]; n], ..self.model.chain.clone() };
         // Quantities of the striker change nothing here.
@@ -152,7 +158,7 @@ impl<'a> Problem<'a> {
             let driven_m = driving_m.iter().map(|x_m| x_m * (1.0 + deviation) / scale).collect();
             chain.drive = Drive::Imposed(ImposedMotion::from_samples(times_s.clone(), driven_m)?);
             let moved = simulate(&chain, &self.schedule)?.trajectory.displacement_m;
-            self.n_simulations += 1;
+            self.n_simulations.fetch_add(1, Ordering::Relaxed);
             let last = moved.ncols().saturating_sub(1);
             for (entry, (row, k)) in sum.iter_mut().zip(&self.samples) {
                 *entry += weight * scale * moved[(*row, (k - self.span.0).min(last))];
@@ -162,20 +168,23 @@ impl<'a> Problem<'a> {
     }
 
     /// Derivatives by the unknowns, by central differences whose step is a thousandth of one per cent of critical or of the factor.
-    fn jacobian(&mut self, unknowns: &DVector<f64>) -> Result<DMatrix<f64>, FitError> {
+    fn jacobian(&self, unknowns: &DVector<f64>) -> Result<DMatrix<f64>, FitError> {
         let critical = 2.0 * (self.model.chain.contact.k_0_n_per_m() * self.model.chain.mass_kg[0]).sqrt();
-        let driving_m = self.driving_m.clone();
-        let columns: Vec<DVector<f64>> = (0..unknowns.len())
-            .map(|i| {
-                let step = if i == 0 { 1e-5 * critical } else { 1e-4 };
-                let (mut lower, mut upper) = (unknowns.clone(), unknowns.clone());
-                lower[i] = (lower[i] - step).max(0.0);
-                upper[i] += step;
-                let width = upper[i] - lower[i];
-                Ok((self.predicted(&upper, &driving_m)? - self.predicted(&lower, &driving_m)?) / width)
-            })
-            .collect::<Result<_, FitError>>()?;
-        Ok(DMatrix::from_columns(&columns))
+        let sides = |i: usize| {
+            let step = if i == 0 { 1e-5 * critical } else { 1e-4 };
+            [(unknowns[i] - step).max(0.0), unknowns[i] + step]
+        };
+        let points = map_in_parallel(2 * unknowns.len(), self.model.n_threads, |point| {
+            let mut shifted = unknowns.clone();
+            shifted[point / 2] = sides(point / 2)[point % 2];
+            self.predicted(&shifted, &self.driving_m)
+        });
+        let points: Vec<DVector<f64>> = points.into_iter().collect::<Result<_, FitError>>()?;
+        let column = |(i, pair): (usize, &[DVector<f64>])| {
+            let [lower, upper] = sides(i);
+            (&pair[1] - &pair[0]) / (upper - lower)
+        };
+        Ok(DMatrix::from_columns(&points.chunks(2).enumerate().map(column).collect::<Vec<_>>()))
     }
 
     fn weight(&self, sample: (usize, usize)) -> f64 {
@@ -210,24 +219,32 @@ impl<'a> Problem<'a> {
     }
 
     fn finish(
-        mut self,
+        self,
         unknowns: &DVector<f64>,
         jacobian: &DMatrix<f64>,
         covariance: &DMatrix<f64>,
     ) -> Result<ImposedFit, FitError> {
-        let predicted = self.predicted(unknowns, &self.driving_m.clone())?;
+        let predicted = self.predicted(unknowns, &self.driving_m)?;
         let mut total = covariance.clone();
-        let mut add = |shift: DVector<f64>, share: f64| total += &shift * shift.transpose() * share;
-        for k in 0..self.motion.modes.len() {
-            let error_m = &self.motion.modes[k].displacement_m;
+        let modes = &self.motion.modes;
+        let of_modes = map_in_parallel(modes.len(), self.model.n_threads, |k| {
+            let error_m = &modes[k].displacement_m;
             let passed_on = self.passed_on(unknowns, &predicted, |i| error_m[(0, i)])?;
-            add(covariance * self.projected(jacobian, |i| error_m[self.samples[i]] - passed_on[i]), 1.0);
-        }
+            Ok::<_, FitError>(
+                covariance * self.projected(jacobian, |i| error_m[self.samples[i]] - passed_on[i]),
+            )
+        });
         let mut random = Pcg64::seed_from_u64(SEED);
-        for _ in 0..N_DRAWS {
-            let noise_m = self.noise_of_body_1(&mut random);
-            let passed_on = self.passed_on(unknowns, &predicted, |i| noise_m[(0, i)])?;
-            add(covariance * self.projected(jacobian, |i| -passed_on[i]), 1.0 / N_DRAWS as f64);
+        let draws: Vec<Array2<f64>> = (0..N_DRAWS).map(|_| self.noise_of_body_1(&mut random)).collect();
+        let of_noise = map_in_parallel(N_DRAWS, self.model.n_threads, |k| {
+            let passed_on = self.passed_on(unknowns, &predicted, |i| draws[k][(0, i)])?;
+            Ok::<_, FitError>(covariance * self.projected(jacobian, |i| -passed_on[i]))
+        });
+        for (shifts, share) in [(of_modes, 1.0), (of_noise, 1.0 / N_DRAWS as f64)] {
+            for shift in shifts {
+                let shift: DVector<f64> = shift?;
+                total += &shift * shift.transpose() * share;
+            }
         }
         let residual = |(i, sample): (usize, &(usize, usize))| {
             let x = self.motion.displacement_m[*sample]?;
@@ -246,7 +263,7 @@ impl<'a> Problem<'a> {
                 .collect(),
             reduced_chi_squared: squares / self.samples.len() as f64,
             n_residuals: self.samples.len(),
-            n_simulations: self.n_simulations,
+            n_simulations: self.n_simulations.into_inner(),
         })
     }
 
@@ -259,7 +276,7 @@ impl<'a> Problem<'a> {
 
     /// What an error of body 1, by sample, does to the prediction; nothing is simulated where it has none.
     fn passed_on(
-        &mut self,
+        &self,
         unknowns: &DVector<f64>,
         predicted: &DVector<f64>,
         error_m: impl Fn(usize) -> f64,

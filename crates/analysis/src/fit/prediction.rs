@@ -2,21 +2,25 @@ use chainwave_measurement::Trajectory;
 use chainwave_mechanics::{Chain, Drive, Schedule, Simulation, Striker, simulate};
 use ndarray::Array2;
 
-use super::{EnergyModel, FitError};
+use super::{EnergyModel, FitError, Quantity};
 
 /// What the fit varies.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Parameters {
     pub(super) chain_damping_kg_per_s: f64,
     pub(super) striker_damping_kg_per_s: f64,
     pub(super) striker_velocity_m_per_s: f64,
     /// Factor on the deviations of the recordings' drives.
     pub(super) drive_scale: f64,
+    /// Factors on the model's quantities that are known within an uncertainty.
+    pub(super) factors: Vec<f64>,
 }
 
-/// The model's answer: the weighted mean of its runs at a slower and a faster drive.
+/// The model's answer: the weighted mean of its runs at a slower and a faster drive, as the pictures show it.
 pub(super) struct Prediction {
     runs: Vec<(f64, Simulation)>,
+    /// Length in the pictures over true length.
+    picture_scale: f64,
 }
 
 impl Prediction {
@@ -30,12 +34,13 @@ impl Prediction {
         let run = |(weight, deviation): (f64, f64)| -> Result<(f64, Simulation), FitError> {
             let faster = 1.0 + parameters.drive_scale * deviation;
             let velocity_m_per_s = parameters.striker_velocity_m_per_s * faster;
-            let chain =
-                with_parameters(&model.chain, parameters, velocity_m_per_s).ok_or(FitError::NoStriker)?;
+            let chain = with_parameters(model, parameters, velocity_m_per_s).ok_or(FitError::NoStriker)?;
             Ok((weight, simulate(&chain, &schedule)?))
         };
         let runs = quadrature(&model.drive_deviations).into_iter().map(run).collect::<Result<_, _>>()?;
-        Ok(Self { runs })
+        let known = model.known.iter().zip(&parameters.factors);
+        let of_scale = known.filter(|(known, _)| known.quantity == Quantity::Scale);
+        Ok(Self { runs, picture_scale: of_scale.map(|(_, factor)| factor).product() })
     }
 
     /// Number of simulations behind the prediction.
@@ -60,8 +65,9 @@ impl Prediction {
             for (i, time_s) in times_s.iter().enumerate() {
                 let Some(moment) = run.trajectory.at(*time_s) else { continue };
                 for body in 0..n_bodies {
-                    moved.displacement_m[(body, i)] += weight * moment.displacement_m(body);
-                    moved.velocity_m_per_s[(body, i)] += weight * moment.velocity_m_per_s(body);
+                    let share = weight * self.picture_scale;
+                    moved.displacement_m[(body, i)] += share * moment.displacement_m(body);
+                    moved.velocity_m_per_s[(body, i)] += share * moment.velocity_m_per_s(body);
                 }
             }
         }
@@ -87,14 +93,17 @@ pub(super) fn quadrature(deviations: &[f64]) -> Vec<(f64, f64)> {
 }
 
 /// The chain with trial values in place; negative dampings are mirrored, so the search may step across zero.
-fn with_parameters(chain: &Chain, parameters: &Parameters, velocity_m_per_s: f64) -> Option<Chain> {
-    let Drive::Striker(striker) = &chain.drive else { return None };
+fn with_parameters(model: &EnergyModel, parameters: &Parameters, velocity_m_per_s: f64) -> Option<Chain> {
+    let Drive::Striker(striker) = &model.chain.drive else { return None };
+    let n_bodies = model.chain.n_bodies();
+    let damping_kg_per_s = vec![parameters.chain_damping_kg_per_s.abs(); n_bodies];
+    let mut chain = Chain { damping_kg_per_s, ..model.chain.clone() };
     let damping_kg_per_s = parameters.striker_damping_kg_per_s.abs();
-    Some(Chain {
-        damping_kg_per_s: vec![parameters.chain_damping_kg_per_s.abs(); chain.n_bodies()],
-        drive: Drive::Striker(Striker { velocity_m_per_s, damping_kg_per_s, ..*striker }),
-        ..chain.clone()
-    })
+    let mut striker = Striker { velocity_m_per_s, damping_kg_per_s, ..*striker };
+    for (known, factor) in model.known.iter().zip(&parameters.factors) {
+        known.quantity.apply(*factor, &mut chain, &mut striker);
+    }
+    Some(Chain { drive: Drive::Striker(striker), ..chain })
 }
 
 #[cfg(test)]

@@ -1,4 +1,7 @@
-use chainwave_measurement::Estimate;
+use std::cell::Cell;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use chainwave_measurement::{Estimate, map_in_parallel};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::{DMatrix, DVector, Dyn, Owned};
 
@@ -6,7 +9,7 @@ use super::prediction::{Parameters, Prediction};
 use super::{Damping, EnergyFit, EnergyModel, FitError};
 
 /// Predicted values, whitened, from a prediction.
-type Predict<'a> = Box<dyn Fn(&Prediction) -> DVector<f64> + 'a>;
+type Predict<'a> = Box<dyn Fn(&Prediction) -> DVector<f64> + Sync + 'a>;
 
 /// What is compared: whitened measurement and whitened prediction.
 pub(super) struct Comparison<'a> {
@@ -31,7 +34,7 @@ pub(super) fn minimise(model: &EnergyModel, comparison: &Comparison<'_>) -> Resu
     for factors in STARTS {
         match search(model, comparison, factors) {
             Ok(found) => {
-                n_simulations += found.n_simulations.get();
+                n_simulations += found.residuals.n_simulations.load(Ordering::Relaxed);
                 let sum = |problem: &Problem<'_>| problem.sum_of_squares();
                 if best.as_ref().is_none_or(|best| sum(&found) < sum(best)) {
                     best = Some(found);
@@ -63,16 +66,66 @@ fn search<'a>(
     }
 }
 
-/// c_d, c_s, the striker's velocity, and the scale of the drives' deviations.
+/// c_d, c_s, the striker's velocity, and the scale of the drives' deviations; factors on what is known within an uncertainty follow.
 const N_UNKNOWNS: usize = 4;
 
 struct Problem<'a> {
+    residuals: Residuals<'a>,
+    parameters: DVector<f64>,
+    failure: Cell<Option<FitError>>,
+}
+
+/// Residuals as a function of the scaled parameters.
+struct Residuals<'a> {
     model: &'a EnergyModel,
     comparison: &'a Comparison<'a>,
-    scales: [f64; N_UNKNOWNS],
-    parameters: DVector<f64>,
-    n_simulations: std::cell::Cell<u64>,
-    failure: std::cell::Cell<Option<FitError>>,
+    /// Natural scale of each unknown.
+    scales: Vec<f64>,
+    n_simulations: AtomicU64,
+}
+
+impl Residuals<'_> {
+    fn values(&self, scaled: &DVector<f64>) -> Parameters {
+        let value = |i: usize| scaled[i] * self.scales[i];
+        Parameters {
+            chain_damping_kg_per_s: value(0),
+            striker_damping_kg_per_s: value(1),
+            striker_velocity_m_per_s: value(2),
+            drive_scale: value(3),
+            factors: (N_UNKNOWNS..scaled.len()).map(value).collect(),
+        }
+    }
+
+    /// Whitened residuals, and last the striker's velocity, the drives' scale and the factors against their priors.
+    fn at(&self, scaled: &DVector<f64>) -> Result<DVector<f64>, FitError> {
+        let parameters = self.values(scaled);
+        let comparison = self.comparison;
+        let prediction =
+            Prediction::new(self.model, &parameters, comparison.duration_s, comparison.output_interval_s)?;
+        self.n_simulations.fetch_add(prediction.n_simulations(), Ordering::Relaxed);
+        let residuals = (comparison.predict)(&prediction) - &comparison.measured;
+        let prior = self.model.striker_velocity_m_per_s;
+        let deviation = (parameters.striker_velocity_m_per_s - prior.value) / prior.sigma;
+        let scale_deviation = (parameters.drive_scale - 1.0) / self.model.drive_scale_sigma;
+        let known = self.model.known.iter().zip(&parameters.factors);
+        let priors = known.map(|(known, factor)| (factor - 1.0) / known.relative_sigma);
+        let all = residuals.iter().copied().chain([deviation, scale_deviation]).chain(priors);
+        Ok(DVector::from_vec(all.collect()))
+    }
+
+    /// Derivatives by central differences, whose points are solved side by side.
+    fn jacobian_at(&self, scaled: &DVector<f64>) -> Result<DMatrix<f64>, FitError> {
+        let at_point = |point: usize| {
+            let mut shifted = scaled.clone();
+            shifted[point / 2] += if point.is_multiple_of(2) { DIFFERENCE } else { -DIFFERENCE };
+            self.at(&shifted)
+        };
+        let points = map_in_parallel(2 * scaled.len(), self.model.n_threads, at_point);
+        let points: Vec<DVector<f64>> = points.into_iter().collect::<Result<_, FitError>>()?;
+        let columns: Vec<_> =
+            points.chunks(2).map(|pair| (&pair[0] - &pair[1]) / (2.0 * DIFFERENCE)).collect();
+        Ok(DMatrix::from_columns(&columns))
+    }
 }
 
 impl<'a> Problem<'a> {
@@ -88,64 +141,26 @@ impl<'a> Problem<'a> {
         // Natural scales: a damping of 1 % of critical for a body and 10 % for the contact, 1 % of the speed, a frame.
         let critical = 2.0 * (model.chain.contact.k_0_n_per_m() * model.chain.mass_kg[0]).sqrt();
         let velocity_m_per_s = model.striker_velocity_m_per_s.value;
-        let scales = [0.01 * critical, 0.1 * critical, 0.01 * velocity_m_per_s, model.drive_scale_sigma];
+        let mut scales =
+            vec![0.01 * critical, 0.1 * critical, 0.01 * velocity_m_per_s, model.drive_scale_sigma];
+        scales.extend(model.known.iter().map(|known| known.relative_sigma));
         let (c_d, c_s) = (factors[0] * mean_damping, factors[1] * striker.damping_kg_per_s);
-        let start = [c_d, c_s, striker.velocity_m_per_s, 1.0];
+        let mut start = vec![c_d, c_s, striker.velocity_m_per_s];
+        start.resize(scales.len(), 1.0);
         Ok(Self {
-            model,
-            comparison,
-            scales,
-            parameters: DVector::from_fn(N_UNKNOWNS, |i, _| start[i] / scales[i]),
-            n_simulations: std::cell::Cell::new(0),
-            failure: std::cell::Cell::new(None),
+            parameters: DVector::from_fn(scales.len(), |i, _| start[i] / scales[i]),
+            residuals: Residuals { model, comparison, scales, n_simulations: AtomicU64::new(0) },
+            failure: Cell::new(None),
         })
     }
 
-    fn values(&self, scaled: &DVector<f64>) -> Parameters {
-        let value = |i: usize| scaled[i] * self.scales[i];
-        Parameters {
-            chain_damping_kg_per_s: value(0),
-            striker_damping_kg_per_s: value(1),
-            striker_velocity_m_per_s: value(2),
-            drive_scale: value(3),
-        }
-    }
-
-    /// Whitened residuals, and last the striker's velocity and the drives' scale against their priors.
-    fn residuals_at(&self, scaled: &DVector<f64>) -> Result<DVector<f64>, FitError> {
-        let parameters = self.values(scaled);
-        let comparison = self.comparison;
-        let prediction =
-            Prediction::new(self.model, &parameters, comparison.duration_s, comparison.output_interval_s)?;
-        self.n_simulations.set(self.n_simulations.get() + prediction.n_simulations());
-        let residuals = (comparison.predict)(&prediction) - &comparison.measured;
-        let prior = self.model.striker_velocity_m_per_s;
-        let deviation = (parameters.striker_velocity_m_per_s - prior.value) / prior.sigma;
-        let scale_deviation = (parameters.drive_scale - 1.0) / self.model.drive_scale_sigma;
-        Ok(residuals.push(deviation).push(scale_deviation))
-    }
-
-    fn jacobian_at(&self, scaled: &DVector<f64>) -> Result<DMatrix<f64>, FitError> {
-        let columns: Vec<DVector<f64>> = (0..scaled.len())
-            .map(|i| {
-                let shifted = |sign: f64| {
-                    let mut shifted = scaled.clone();
-                    shifted[i] += sign * DIFFERENCE;
-                    self.residuals_at(&shifted)
-                };
-                Ok((shifted(1.0)? - shifted(-1.0)?) / (2.0 * DIFFERENCE))
-            })
-            .collect::<Result<_, FitError>>()?;
-        Ok(DMatrix::from_columns(&columns))
-    }
-
     fn sum_of_squares(&self) -> f64 {
-        self.residuals_at(&self.parameters).map_or(f64::INFINITY, |residuals| residuals.norm_squared())
+        self.residuals.at(&self.parameters).map_or(f64::INFINITY, |residuals| residuals.norm_squared())
     }
 
     fn finish(self) -> Result<EnergyFit, FitError> {
-        let residuals = self.residuals_at(&self.parameters)?;
-        let jacobian = self.jacobian_at(&self.parameters)?;
+        let residuals = self.residuals.at(&self.parameters)?;
+        let jacobian = self.residuals.jacobian_at(&self.parameters)?;
         let covariance = (jacobian.transpose() * &jacobian)
             .try_inverse()
             .ok_or_else(|| FitError::NotConverged("c_d and c_s cannot be told apart".into()))?;
@@ -154,8 +169,10 @@ impl<'a> Problem<'a> {
         // Residuals larger than stated widen the intervals; smaller ones do not narrow them.
         let inflation = reduced_chi_squared.max(1.0).sqrt();
         let estimate = |i: usize| {
-            Estimate::new(self.parameters[i], inflation * covariance[(i, i)].sqrt()).scaled(self.scales[i])
+            Estimate::new(self.parameters[i], inflation * covariance[(i, i)].sqrt())
+                .scaled(self.residuals.scales[i])
         };
+        let known = self.residuals.model.known.iter();
         let above_zero = |i: usize| Estimate::new(estimate(i).value.abs(), estimate(i).sigma);
         Ok(EnergyFit {
             damping: Damping {
@@ -165,9 +182,10 @@ impl<'a> Problem<'a> {
             },
             striker_velocity_m_per_s: estimate(2),
             drive_scale: estimate(3).value,
+            factors: known.zip(N_UNKNOWNS..).map(|(known, i)| (known.quantity, estimate(i))).collect(),
             reduced_chi_squared,
             n_residuals: residuals.len(),
-            n_simulations: self.n_simulations.get(),
+            n_simulations: self.residuals.n_simulations.load(Ordering::Relaxed),
         })
     }
 
@@ -191,10 +209,10 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
     }
 
     fn residuals(&self) -> Option<DVector<f64>> {
-        self.keep(self.residuals_at(&self.parameters))
+        self.keep(self.residuals.at(&self.parameters))
     }
 
     fn jacobian(&self) -> Option<DMatrix<f64>> {
-        self.keep(self.jacobian_at(&self.parameters))
+        self.keep(self.residuals.jacobian_at(&self.parameters))
     }
 }

@@ -1,4 +1,4 @@
-use chainwave_measurement::{BodyTrack, Estimate, Observation};
+use chainwave_measurement::{BodyTrack, Estimate, Observation, map_in_parallel};
 use chainwave_mechanics::{Chain, Drive, Schedule, Striker};
 use nalgebra::DVector;
 
@@ -6,6 +6,7 @@ use super::FitError;
 use super::arrow::{Eliminated, N_OWN, Own, SharedEquations, Sums, TrackSums};
 use super::family::{Family, N_NODES, Weights};
 use super::quantity::Quantity;
+use super::response::{Response, Variant, respond};
 use super::tracks::TrackModel;
 
 /// c_d and c_s stand first among the shared unknowns.
@@ -25,7 +26,7 @@ const N_NODES_ASKED: usize = 2;
 /// The tracks of all recordings against the chain model.
 ///
 /// Sensitivities by the striker's velocity are the derivative of the family's polynomial, those by time the model's velocities, those
-/// by shared quantities central differences of families whose error (the third derivative times the square of a step of a
+/// by shared quantities central differences of simulations whose error (the third derivative times the square of a step of a
 /// thousandth of the quantity's natural scale) a test holds below a thousandth.
 pub(super) struct Problem<'a> {
     pub(super) observations: &'a [Observation],
@@ -87,21 +88,19 @@ impl Linearised {
     }
 }
 
-/// A family with its steps on both sides of the state in each shared unknown.
-struct Families {
-    base: Family,
-    beside: Vec<[Family; 2]>,
-    widths: Vec<f64>,
-}
-
-/// How the families add up for one recording's striker.
-struct Mixture<'a> {
-    families: &'a Families,
-    value: Weights,
-    slope: Weights,
-    beside: Vec<[Weights; 2]>,
+/// The model at a state, and on both sides of it in each shared unknown that the chain feels.
+struct Model {
+    base: Response,
+    beside: Vec<Option<Beside>>,
+    /// Length in the pictures over true length, and its place among the shared unknowns.
     scale: f64,
     scale_unknown: Option<usize>,
+}
+
+/// A step down and a step up from the state in one unknown.
+struct Beside {
+    pair: [Response; 2],
+    width: f64,
 }
 
 impl<'a> Problem<'a> {
@@ -148,27 +147,32 @@ impl<'a> Problem<'a> {
 
     /// Solves the chain around a state, and sums up residuals and derivatives.
     pub(super) fn linearise(&self, state: &State, n_simulations: &mut u64) -> Result<Linearised, FitError> {
-        let families = self.families(state, n_simulations)?;
-        let scale_unknown = scale_unknown(self.model);
-        let scale = scale_unknown.map_or(1.0, |unknown| state.shared[unknown]);
-        let mut recordings = Vec::with_capacity(self.observations.len());
-        let mut by_recording = Vec::with_capacity(self.observations.len());
-        let mut chi_squared = 0.0;
-        for (observation, own) in self.observations.iter().zip(&state.own) {
-            let mixture = Mixture::new(&families, own[0], scale, scale_unknown);
+        let model = self.solve(state, n_simulations)?;
+        let n_positions = |observation: &Observation| -> usize {
+            observation.bodies.iter().map(|track| track.position_m.iter().flatten().count()).sum()
+        };
+        let first_places: Vec<usize> = self
+            .observations
+            .iter()
+            .scan(0, |sum, observation| Some(std::mem::replace(sum, *sum + n_positions(observation))))
+            .collect();
+        let sums = map_in_parallel(self.observations.len(), self.model.n_threads, |r| {
+            let own = &state.own[r];
+            let tracks = Mixture::new(&model, own[0]).tracks(&self.observations[r], first_places[r]);
             let (mut sums, mut freedom) = (Sums::new(self.n_shared()), 0.0);
-            for track in mixture.tracks(observation, own[1]) {
+            for track in tracks {
                 sums.add_track(&track);
                 freedom += track.freedom();
             }
-            by_recording.push((sums.chi_squared(), freedom));
+            let of_tracks = (sums.chi_squared(), freedom);
             let Estimate { value, sigma } = self.model.striker_velocity_m_per_s;
             sums.add_prior(0, (own[0] - value) / sigma, sigma.recip());
-            chi_squared += sums.chi_squared();
-            recordings.push(sums);
-        }
+            (sums, of_tracks)
+        });
+        let (recordings, by_recording): (Vec<Sums>, Vec<(f64, f64)>) = sums.into_iter().unzip();
         let priors = self.priors(state);
-        chi_squared += priors.iter().map(|prior| prior.residual.powi(2)).sum::<f64>();
+        let chi_squared = recordings.iter().map(Sums::chi_squared).sum::<f64>()
+            + priors.iter().map(|prior| prior.residual.powi(2)).sum::<f64>();
         Ok(Linearised { recordings, priors, chi_squared, by_recording, n_shared: self.n_shared() })
     }
 
@@ -182,33 +186,46 @@ impl<'a> Problem<'a> {
         known.map(prior).collect()
     }
 
-    fn families(&self, state: &State, n_simulations: &mut u64) -> Result<Families, FitError> {
+    /// The model at a state, all its simulations side by side.
+    fn solve(&self, state: &State, n_simulations: &mut u64) -> Result<Model, FitError> {
         let strikers: Vec<f64> = state.own.iter().map(|own| own[0]).collect();
         let range = range_of(&strikers, self.model);
-        let mut solve = |shared: &DVector<f64>, n_nodes: usize| {
-            let family = self.family_of(shared, range, n_nodes)?;
-            *n_simulations += family.n_simulations();
-            Ok::<Family, FitError>(family)
-        };
-        let base = solve(&state.shared, N_NODES)?;
-        let (mut beside, mut widths) = (Vec::new(), Vec::new());
+        let scale_unknown = scale_unknown(self.model);
+        let mut variants = vec![self.variant(&state.shared, Family::new(range, N_NODES))?];
+        let mut widths = Vec::with_capacity(self.n_shared());
         for (i, step) in self.steps.iter().enumerate() {
             let (mut lower, mut upper) = (state.shared.clone(), state.shared.clone());
             lower[i] = (lower[i] - step).max(0.0);
             upper[i] += step;
-            let is_asked = i >= N_DAMPINGS + self.model.known.len();
-            let n_nodes = if is_asked { N_NODES_ASKED } else { N_NODES };
-            beside.push([solve(&lower, n_nodes)?, solve(&upper, n_nodes)?]);
-            widths.push(upper[i] - lower[i]);
+            // The chain does not feel the scale of the pictures.
+            let is_felt = Some(i) != scale_unknown;
+            widths.push(is_felt.then(|| upper[i] - lower[i]));
+            if is_felt {
+                let is_asked = i >= N_DAMPINGS + self.model.known.len();
+                let family = Family::new(range, if is_asked { N_NODES_ASKED } else { N_NODES });
+                variants.push(self.variant(&lower, family.clone())?);
+                variants.push(self.variant(&upper, family)?);
+            }
         }
-        Ok(Families { base, beside, widths })
+        let places = (self.observations, state.own.as_slice());
+        let responses = respond(variants, &self.schedule, places, self.model.n_threads)?;
+        *n_simulations += responses.iter().map(Response::n_simulations).sum::<u64>();
+        let mut responses = responses.into_iter();
+        let mut next = || responses.next().ok_or_else(super::search::undetermined);
+        let base = next()?;
+        let mut pair = |width: Option<f64>| -> Result<Option<Beside>, FitError> {
+            width.map(|width| Ok(Beside { pair: [next()?, next()?], width })).transpose()
+        };
+        let beside = widths.into_iter().map(&mut pair).collect::<Result<_, _>>()?;
+        let scale = scale_unknown.map_or(1.0, |unknown| state.shared[unknown]);
+        Ok(Model { base, beside, scale, scale_unknown })
     }
 
-    fn family_of(&self, shared: &DVector<f64>, range: [f64; 2], n_nodes: usize) -> Result<Family, FitError> {
+    fn variant(&self, shared: &DVector<f64>, family: Family) -> Result<Variant, FitError> {
         let quantities =
             self.model.known.iter().map(|known| known.quantity).chain(self.asked.iter().copied());
         let (chain, striker) = chain_of(self.model, shared, quantities)?;
-        Ok(Family::new(&chain, &striker, range, &self.schedule, n_nodes)?)
+        Ok(Variant { chain, striker, family })
     }
 }
 
@@ -261,56 +278,56 @@ fn scale_unknown(model: &TrackModel) -> Option<usize> {
     place.map(|i| N_DAMPINGS + i)
 }
 
+/// How the model's simulations add up for one recording's striker.
+struct Mixture<'a> {
+    model: &'a Model,
+    value: Weights,
+    slope: Weights,
+    beside: Vec<[Weights; 2]>,
+}
+
 impl<'a> Mixture<'a> {
-    fn new(families: &'a Families, striker_m_per_s: f64, scale: f64, scale_unknown: Option<usize>) -> Self {
-        let (value, slope) = families.base.weights(striker_m_per_s);
-        let at = |pair: &[Family; 2]| [0, 1].map(|side| pair[side].weights(striker_m_per_s).0);
-        let beside = families.beside.iter().map(at).collect();
-        Self { families, value, slope, beside, scale, scale_unknown }
+    fn new(model: &'a Model, striker_m_per_s: f64) -> Self {
+        let (value, slope) = model.base.weights(striker_m_per_s);
+        let of_pair = |beside: &Beside| [0, 1].map(|side| beside.pair[side].weights(striker_m_per_s).0);
+        let beside = model.beside.iter().map(|beside| beside.as_ref().map_or_else(Default::default, of_pair));
+        Self { model, value, slope, beside: beside.collect() }
     }
 
-    /// The sums of each track of a recording whose impact has the given stamp, frame by frame.
-    fn tracks(&self, observation: &Observation, impact_time_s: f64) -> Vec<TrackSums> {
+    /// The sums of each track of a recording, whose positions begin at `place` among all.
+    fn tracks(&self, observation: &Observation, mut place: usize) -> Vec<TrackSums> {
         let n_shared = self.beside.len();
-        let mut sums: Vec<TrackSums> = observation.bodies.iter().map(|_| TrackSums::new(n_shared)).collect();
-        let origins: Vec<f64> = observation.bodies.iter().map(first_position_m).collect();
-        let last_s = observation.span_s().map_or(f64::NEG_INFINITY, |span| span.1);
         let mut row = vec![0.0; N_OWN + n_shared + 1];
-        for (k, time_s) in observation.times_s.iter().enumerate().take_while(|(_, time_s)| **time_s <= last_s)
-        {
-            for (track, (sums, origin_m)) in observation.bodies.iter().zip(sums.iter_mut().zip(&origins)) {
-                let Some(position) = track.position_m[k] else { continue };
+        let sums_of = |track: &BodyTrack| {
+            let (origin_m, mut sums) = (first_position_m(track), TrackSums::new(n_shared));
+            for position in track.position_m.iter().flatten() {
                 let from_first = Estimate::new(position.value - origin_m, position.sigma);
-                self.fill(&mut row, track.body - 1, time_s - impact_time_s, from_first);
+                self.fill(&mut row, place, from_first);
                 sums.add(&row, position.sigma.recip());
+                place += 1;
             }
-        }
-        sums
+            sums
+        };
+        observation.bodies.iter().map(sums_of).collect()
     }
 
     /// A row (own, shared, residual) in units of the position's sigma; the residual is model less measurement.
-    fn fill(&self, row: &mut [f64], body: usize, since_impact_s: f64, position: Estimate) {
+    fn fill(&self, row: &mut [f64], place: usize, position: Estimate) {
+        let Model { base, beside, scale, scale_unknown } = self.model;
         let inverse_sigma = position.sigma.recip();
+        let factor = scale * inverse_sigma;
         let last = row.len() - 1;
-        row.fill(0.0);
-        row[last] = -position.value * inverse_sigma;
-        let Some(moment) = self.families.base.moment(since_impact_s).filter(|_| since_impact_s >= 0.0) else {
-            return;
-        };
-        let base = &self.families.base;
-        let x_m = base.displacement_m(&self.value, &moment, body);
-        let factor = self.scale * inverse_sigma;
-        row[0] = factor * base.displacement_m(&self.slope, &moment, body);
-        row[1] = -factor * base.velocity_m_per_s(&self.value, &moment, body);
-        row[last] += factor * x_m;
-        let sides = self.families.beside.iter().zip(&self.beside).zip(&self.families.widths);
-        for (entry, (([lower, upper], [of_lower, of_upper]), width)) in row[N_OWN..last].iter_mut().zip(sides)
-        {
-            let difference_m =
-                upper.displacement_m(of_upper, &moment, body) - lower.displacement_m(of_lower, &moment, body);
-            *entry = factor * difference_m / width;
+        let x_m = base.displacement_m(&self.value, place);
+        row[0] = factor * base.displacement_m(&self.slope, place);
+        row[1] = -factor * base.velocity_m_per_s(&self.value, place);
+        row[last] = factor * x_m - position.value * inverse_sigma;
+        for (entry, (beside, weights)) in row[N_OWN..last].iter_mut().zip(beside.iter().zip(&self.beside)) {
+            let difference_m = |Beside { pair: [lower, upper], width }: &Beside| {
+                (upper.displacement_m(&weights[1], place) - lower.displacement_m(&weights[0], place)) / width
+            };
+            *entry = factor * beside.as_ref().map_or(0.0, difference_m);
         }
-        if let Some(unknown) = self.scale_unknown {
+        if let Some(unknown) = scale_unknown {
             row[N_OWN + unknown] = x_m * inverse_sigma;
         }
     }
@@ -359,13 +376,14 @@ mod tests {
         let known = quantities.map(|quantity| Known { quantity, relative_sigma: 0.01 }).into();
         let observations = [observed(&chain)];
         let velocity = Estimate::new(2.73, 0.05);
-        let model = TrackModel { chain, striker_velocity_m_per_s: velocity, known };
+        let n_threads = std::num::NonZero::<usize>::MIN;
+        let model = TrackModel { chain, striker_velocity_m_per_s: velocity, known, n_threads };
         let mut problem = Problem::new(&observations, &model, &[]).unwrap();
         let shared = DVector::from_vec([vec![0.003, 0.2], vec![1.0; 5]].concat());
         let state = State { shared, own: vec![Own::new(2.73, 0.0)] };
         let mut squares = || {
-            let families = problem.families(&state, &mut 0).unwrap();
-            let tracks = Mixture::new(&families, 2.73, 1.0, None).tracks(&observations[0], 0.0);
+            let model = problem.solve(&state, &mut 0).unwrap();
+            let tracks = Mixture::new(&model, 2.73).tracks(&observations[0], 0);
             problem.steps.iter_mut().for_each(|step| *step *= 4.0);
             (0..7)
                 .map(|i| tracks.iter().map(|track| track.square(N_OWN + i)).sum::<f64>())

@@ -1,6 +1,9 @@
+use std::num::NonZero;
+
 use chainwave_measurement::{Estimate, Observation, Trajectory};
-use chainwave_mechanics::{Chain, Drive, Schedule};
+use chainwave_mechanics::{Chain, Drive, Schedule, ensemble};
 use nalgebra::{DVector, Matrix2};
+use ndarray::Array2;
 
 use super::arrow::{Own, own_covariance};
 use super::bootstrap::bootstrap;
@@ -20,6 +23,8 @@ pub struct TrackModel {
     pub striker_velocity_m_per_s: Estimate,
     /// Quantities that are known only within an uncertainty; the others count as exact.
     pub known: Vec<Known>,
+    /// Threads that carry the simulations; the result does not depend on their number.
+    pub n_threads: NonZero<usize>,
 }
 
 /// Damping fitted to the tracks of all recordings, and what went along.
@@ -188,24 +193,28 @@ pub fn fitted_motion(model: &TrackModel, fit: &TrackFit, times_s: &[f64]) -> Res
     let span_s = (times_s.last().copied().unwrap_or(0.0) - impact_time_s).max(f64::MIN_POSITIVE);
     let interval_s = span_s / (times_s.len().max(2) - 1) as f64 / SAMPLES_PER_FRAME;
     let schedule = Schedule::automatic(span_s + 2.0 * interval_s, interval_s);
-    let family = Family::new(&chain, &striker, range_of(&strikers, model), &schedule, N_NODES)?;
+    let family = Family::new(range_of(&strikers, model), N_NODES);
+    let struck: Vec<Chain> = family.struck(&chain, &striker).collect();
+    // The mean of the strikers' motions is that of their weights.
+    let weights: Vec<_> =
+        strikers.iter().map(|velocity_m_per_s| family.weights(*velocity_m_per_s).0).collect();
+    let of_node =
+        |k: usize| weights.iter().map(|of_striker| of_striker[k]).sum::<f64>() / weights.len() as f64;
     let n_bodies = model.chain.n_bodies();
     let mut mean = Trajectory {
         times_s: times_s.to_vec(),
-        displacement_m: ndarray::Array2::zeros((n_bodies, times_s.len())),
-        velocity_m_per_s: ndarray::Array2::zeros((n_bodies, times_s.len())),
+        displacement_m: Array2::zeros((n_bodies, times_s.len())),
+        velocity_m_per_s: Array2::zeros((n_bodies, times_s.len())),
     };
-    let weights: Vec<_> =
-        strikers.iter().map(|velocity_m_per_s| family.weights(*velocity_m_per_s).0).collect();
-    // The mean of the strikers' motions is that of their weights.
-    let of_node =
-        |k: usize| weights.iter().map(|of_striker| of_striker[k]).sum::<f64>() / weights.len() as f64;
-    let mean_weights = (0..N_NODES).map(of_node).collect();
-    for (i, time_s) in times_s.iter().enumerate() {
-        let Some(moment) = family.moment(time_s - impact_time_s) else { continue };
-        for body in 0..n_bodies {
-            mean.displacement_m[(body, i)] = family.displacement_m(&mean_weights, &moment, body);
-            mean.velocity_m_per_s[(body, i)] = family.velocity_m_per_s(&mean_weights, &moment, body);
+    let motions = ensemble(&struck, &schedule, model.n_threads, |_, simulation| simulation.trajectory);
+    for (k, motion) in motions.into_iter().enumerate() {
+        let (motion, weight) = (motion?, of_node(k));
+        for (i, time_s) in times_s.iter().enumerate() {
+            let Some(moment) = motion.at(time_s - impact_time_s) else { continue };
+            for body in 0..n_bodies {
+                mean.displacement_m[(body, i)] += weight * moment.displacement_m(body);
+                mean.velocity_m_per_s[(body, i)] += weight * moment.velocity_m_per_s(body);
+            }
         }
     }
     Ok(mean)

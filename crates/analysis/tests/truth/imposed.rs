@@ -1,5 +1,7 @@
 //! Damping behind a body whose measured motion drives the chain.
 
+use std::num::NonZero;
+
 use chainwave_analysis::fit::{FitError, ImposedModel, Known, Quantity, fit_imposed};
 use chainwave_analysis::{exact_motion, replicate};
 use chainwave_measurement::ChainMotion;
@@ -18,7 +20,7 @@ fn model(known: Vec<Known>) -> ImposedModel {
         drive: chainwave_mechanics::Drive::Free { displacement_m: Vec::new(), velocity_m_per_s: Vec::new() },
         far_end: FarEnd::Free,
     };
-    ImposedModel { chain, known, drive_deviations: vec![0.0] }
+    ImposedModel { chain, known, drive_deviations: vec![0.0], n_threads: NonZero::<usize>::MIN }
 }
 
 /// The paper's chain with noise, and a view that is seen late.
@@ -53,6 +55,16 @@ fn a_mass_known_within_an_uncertainty_is_fitted_along() {
     assert!((c_d.value - C_D).abs() < 4.0 * c_d.sigma && c_d.sigma < 0.05 * C_D, "{c_d:?}");
     let (_, factor) = free.factors[0];
     assert!((factor.value - 1.0).abs() < 4.0 * factor.sigma && factor.sigma < 0.013, "{factor:?}");
+}
+
+#[test]
+fn the_fit_is_the_same_on_any_number_of_threads() {
+    let noisy = replicate(&motion(), 1, 5).next().unwrap();
+    let on = |n_threads: usize| {
+        let n_threads = NonZero::new(n_threads).unwrap();
+        fit_imposed(&noisy, &ImposedModel { n_threads, ..model(Vec::new()) }).unwrap()
+    };
+    assert_eq!(on(1), on(3));
 }
 
 #[test]

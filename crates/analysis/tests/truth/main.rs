@@ -10,6 +10,8 @@ mod coverage;
 #[cfg(test)]
 mod decisions;
 #[cfg(test)]
+mod energies;
+#[cfg(test)]
 mod imposed;
 #[cfg(test)]
 mod pulses;

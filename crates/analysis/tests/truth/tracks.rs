@@ -1,5 +1,7 @@
 //! Damping fitted to the tracks of synthetic recordings, each with its own striker and trigger.
 
+use std::num::NonZero;
+
 use chainwave_analysis::fit::{FitError, Known, Quantity, TrackFit, TrackModel, fit_tracks, fitted_motion};
 use chainwave_measurement::{BodyTrack, Estimate, Observation};
 use chainwave_mechanics::{Chain, Drive, FarEnd, Schedule, Striker, simulate};
@@ -17,7 +19,12 @@ const VELOCITY: Estimate = Estimate { value: 2.73, sigma: 0.05 };
 
 /// The chain as the experimenter knows it, with starting values for the damping.
 fn model(known: Vec<Known>) -> TrackModel {
-    TrackModel { chain: chain(0.001, 0.1, VELOCITY.value), striker_velocity_m_per_s: VELOCITY, known }
+    TrackModel {
+        chain: chain(0.001, 0.1, VELOCITY.value),
+        striker_velocity_m_per_s: VELOCITY,
+        known,
+        n_threads: NonZero::<usize>::MIN,
+    }
 }
 
 fn chain(c_d: f64, c_s: f64, velocity_m_per_s: f64) -> Chain {
@@ -155,6 +162,20 @@ fn the_fitted_motion_is_the_mean_over_the_strikers() {
             assert!((motion.displacement_m[(body, i)] - mean).abs() < 1.6e-6);
         }
     }
+}
+
+#[test]
+fn the_fit_is_the_same_on_any_number_of_threads() {
+    let experiment = experiment(5, 1.0);
+    let known = [(Quantity::Scale, 1e-4), (Quantity::BodyMass, 0.01)];
+    let known = known.map(|(quantity, relative_sigma)| Known { quantity, relative_sigma }).to_vec();
+    let on = |n_threads: usize| {
+        let model = TrackModel { n_threads: NonZero::new(n_threads).unwrap(), ..model(known.clone()) };
+        let fit = fitted(&experiment, &model);
+        let motion = fitted_motion(&model, &fit, &[0.0, 1e-3, 2e-3]).unwrap();
+        (fit, motion)
+    };
+    assert_eq!(on(1), on(3));
 }
 
 #[test]

@@ -31,11 +31,11 @@ fn dispersion_of(motion: &ChainMotion) -> DispersionMap {
 }
 
 /// The test of the strongest frequency above the pulse's own.
-fn line_of(motion: &ChainMotion) -> LineTest {
+fn line_of(motion: &ChainMotion) -> Option<LineTest> {
     let map = strain_map(motion, PITCH_M).unwrap();
     let pulses = leading_pulses(&map, &FrontSettings::default());
-    let (frequency_hz, _) = dominant_frequency(&tail_spectrum(&map, &pulses)).unwrap();
-    line_test(&map, &pulses, frequency_hz).unwrap()
+    let (frequency_hz, _) = dominant_frequency(&tail_spectrum(&map, &pulses)).ok()?;
+    Some(line_test(&map, &pulses, frequency_hz).unwrap())
 }
 
 /// Amplitude, wavenumber and frequency of the highest point among wavenumbers of one sign.
@@ -89,10 +89,11 @@ fn the_tail_of_a_linear_chain_lies_on_its_dispersion_curve() {
 #[test]
 fn a_line_is_told_from_a_continuum_and_from_noise() {
     let noisy = |motion: ChainMotion, seed| replicate(&with_sigma(motion, 0.3e-6), 1, seed).next().unwrap();
-    let line = line_of(&noisy(pulse_and_waves(&[(1e-4, 3.0, 531.7)]), 1));
+    let line = line_of(&noisy(pulse_and_waves(&[(1e-4, 3.0, 531.7)]), 1)).unwrap();
     assert!(line.p_value < 1e-3 && line.n_gaps == 10, "{line:?}");
-    let falsely = |seed: &u64| line_of(&noisy(pulse_and_waves(&[]), *seed)).p_value < 0.05;
+    let falsely =
+        |seed: &u64| line_of(&noisy(pulse_and_waves(&[]), *seed)).is_some_and(|line| line.p_value < 0.05);
     let n_false = (0..100).filter(falsely).count();
-    // At most 5 % of 100, and three standard deviations of 2.2.
-    assert!(n_false <= 11, "{n_false} of 100");
+    // At most 5 % of those few of 100 whose noise passes for a maximum.
+    assert!(n_false <= 2, "{n_false} of 100");
 }

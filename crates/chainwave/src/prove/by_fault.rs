@@ -11,7 +11,7 @@ const QUANTITIES: [&str; 4] = ["displacement", "group velocity", "c_d, tracks", 
 struct Row {
     fault: String,
     n_experiments: usize,
-    /// Experiments whose failures or warnings name the recording at fault.
+    /// Experiments whose failures, warnings or decisions name the recording at fault; without a fault, those with a warning.
     n_named: usize,
     coverage: Coverage,
 }

@@ -13,15 +13,19 @@ use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Striker, sim
 use chainwave_stitching::{Outlier, Settings, Stitched, merge, outliers};
 
 use super::Job;
+use super::notices::notices;
 use super::shared_errors::SharedErrors;
 use super::tracking::Tracked;
 use crate::error::Error;
 use crate::experiment::{NotNegative, Positive};
+use crate::parallel::threads;
 
 /// Everything that follows from the tracks.
 pub(crate) struct Evaluation {
     /// Recordings that contradict the others of their view, and were left out.
     pub(crate) left_out: Vec<Outlier>,
+    /// What recordings had amiss that was put right.
+    notices: Vec<String>,
     /// The motion, and how views and trials were aligned.
     pub(crate) stitched: Stitched,
     /// Front, group velocity, half width, energies, spectra.
@@ -89,8 +93,9 @@ pub(crate) fn evaluate(job: &Job, tracked: &Tracked) -> Result<Evaluation, Error
     let track_fit = fit_tracks(&kept.observations, &offsets_s, &track_model);
     let imposed_model = ImposedModel {
         chain: chain.clone(),
-        known: known(job),
+        known: known_of_chain(job),
         drive_deviations: stitched.alignments.iter().map(|one| one.drive_deviation.value).collect(),
+        n_threads: threads(job.jobs),
     };
     let imposed_fit = fit_imposed(&stitched.motion, &imposed_model);
     let energy_model = energy_model(job, &stitched, chain);
@@ -115,6 +120,7 @@ pub(crate) fn evaluate(job: &Job, tracked: &Tracked) -> Result<Evaluation, Error
     });
     Ok(Evaluation {
         left_out,
+        notices: notices(job, &kept, &stitched),
         stitched,
         measurement,
         track_fit,
@@ -136,7 +142,7 @@ impl Evaluation {
             .left_out
             .iter()
             .map(|outlier| format!("{} was left out: {}", outlier.recording, outlier.evidence));
-        left_out.chain(self.stitched.warnings.iter().cloned()).collect()
+        left_out.chain(self.stitched.warnings.iter().cloned()).chain(self.notices.iter().cloned()).collect()
     }
 
     /// The damping that stands for the experiment, and where it comes from.
@@ -173,6 +179,7 @@ pub(crate) fn measure_motion(
         front: front_settings(job),
         velocity_gaps,
         n_replicas: analysis.n_replicas,
+        n_threads: threads(job.jobs),
         ..MeasureSettings::new(chain.pitch_m.get(), analysis.seed)
     };
     Ok(measure(motion, &settings, Some(&|overlap_m| law.energy_j(overlap_m)))?)
@@ -197,7 +204,12 @@ pub(crate) fn starting_chain(job: &Job, contact: PowerLaw) -> Chain {
 fn track_model(job: &Job, chain: Chain) -> TrackModel {
     let striker = &job.experiment.striker;
     let (velocity, scatter) = (striker.velocity_m_per_s.get(), striker.velocity_sigma_m_per_s.get());
-    TrackModel { chain, striker_velocity_m_per_s: Estimate::new(velocity, scatter), known: known(job) }
+    TrackModel {
+        chain,
+        striker_velocity_m_per_s: Estimate::new(velocity, scatter),
+        known: known(job),
+        n_threads: threads(job.jobs),
+    }
 }
 
 /// What the experiment knows only within an uncertainty, and the fit may move. Of a lens, what remains of its distortion counts as
@@ -221,6 +233,11 @@ fn known(job: &Job) -> Vec<Known> {
     .collect()
 }
 
+/// The same without what the pictures' scale leaves open: it stands among the errors that the motion states.
+fn known_of_chain(job: &Job) -> Vec<Known> {
+    known(job).into_iter().filter(|known| known.quantity != Quantity::Scale).collect()
+}
+
 fn energy_model(job: &Job, stitched: &Stitched, chain: Chain) -> EnergyModel {
     let striker = &job.experiment.striker;
     let mean_sigma = striker.velocity_sigma_m_per_s.get() / (stitched.alignments.len() as f64).sqrt();
@@ -229,7 +246,9 @@ fn energy_model(job: &Job, stitched: &Stitched, chain: Chain) -> EnergyModel {
         striker_velocity_m_per_s: Estimate::new(striker.velocity_m_per_s.get(), mean_sigma),
         drive_deviations: stitched.alignments.iter().map(|one| one.drive_deviation.value).collect(),
         drive_scale_sigma: DRIVE_SCALE_SIGMA,
+        known: known_of_chain(job),
         pitch_m: job.experiment.chain.pitch_m.get(),
+        n_threads: threads(job.jobs),
     }
 }
 

@@ -1,4 +1,4 @@
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use chainwave_analysis::fit::normalised_residuals;
 use chainwave_analysis::{DispersionMap, GapFront, Measurement, StrainMap, linear_dispersion_hz};
@@ -46,6 +46,27 @@ pub(crate) fn draw(job: &Job, evaluation: &Evaluation) -> Result<Vec<Figure>, Er
     Ok(figures)
 }
 
+/// Draws what follows from a motion alone: displacements and the strain map.
+pub(crate) fn draw_motion(
+    folder: &Path,
+    name: &str,
+    motion: &ChainMotion,
+    measurement: &Measurement,
+) -> Result<(), Error> {
+    let folder = folder.join("figures");
+    make_folder(&folder)?;
+    let body = |row| BodyMotion { body: row + 1, samples: samples_of(motion, row), model: Vec::new() };
+    let bodies: Vec<BodyMotion> = spread_over(motion.n_bodies()).into_iter().map(body).collect();
+    chainwave_figures::displacements(&folder.join("displacements"), &bodies)?;
+    let map = MapData::new(measurement);
+    Ok(chainwave_figures::strain_map(&folder.join("strain-map"), &[map.panel(name)])?)
+}
+
+/// Five rows spread over the chain keep a figure readable.
+fn spread_over(n: usize) -> Vec<usize> {
+    (0..5.min(n)).map(|k| k * (n - 1) / 4.min(n - 1).max(1)).collect()
+}
+
 struct Album<'a> {
     job: &'a Job,
     evaluation: &'a Evaluation,
@@ -55,9 +76,7 @@ struct Album<'a> {
 impl Album<'_> {
     fn displacements(&self) -> Result<Figure, Error> {
         let motion = &self.evaluation.stitched.motion;
-        let n = motion.n_bodies();
-        // Five bodies spread over the chain keep the figure readable.
-        let rows: Vec<usize> = (0..5.min(n)).map(|k| k * (n - 1) / 4.min(n - 1).max(1)).collect();
+        let rows = spread_over(motion.n_bodies());
         let body = |row: &usize| BodyMotion {
             body: row + 1,
             samples: samples_of(motion, *row),

@@ -1,3 +1,5 @@
+use std::path::Path;
+
 use chainwave_analysis::fit::{
     Damping, EnergyFit, FitError, FittedRecording, ImposedFit, Quantity, TrackFit,
 };
@@ -26,16 +28,25 @@ pub(crate) fn write(
 ) -> Result<(), Error> {
     let (motion, measurement) = (&evaluation.stitched.motion, &evaluation.measurement);
     Table::write_joined(&job.result("tracks.parquet"), &tracked.tables)?;
-    write_motion(job, motion)?;
-    write_strain(job, measurement)?;
-    write_front(job, measurement)?;
-    write_half_widths(job, measurement)?;
+    write_measurement(&job.out, motion, measurement)?;
     write_energies(job, measurement)?;
-    write_spectrum(job, measurement)?;
     write_dispersion(job, measurement)?;
     write_alignment(job, tracked, evaluation)?;
     write_json(&job.result("results.json"), &as_json(evaluation))?;
     write_json(&job.result("decisions.json"), &decisions)
+}
+
+/// Writes the tables that follow from a motion alone.
+pub(crate) fn write_measurement(
+    folder: &Path,
+    motion: &ChainMotion,
+    measurement: &Measurement,
+) -> Result<(), Error> {
+    write_motion(folder, motion)?;
+    write_strain(folder, measurement)?;
+    write_front(folder, measurement)?;
+    write_half_widths(folder, measurement)?;
+    write_spectrum(folder, measurement)
 }
 
 /// Walks an array over (row, time) by time, as the tables are ordered, and keeps what was measured.
@@ -45,7 +56,7 @@ fn by_time(values: &Array2<Option<Estimate>>) -> impl Iterator<Item = (usize, us
     places.filter_map(|(row, i)| Some((row, i, values[(row, i)]?)))
 }
 
-fn write_motion(job: &Job, motion: &ChainMotion) -> Result<(), Error> {
+fn write_motion(folder: &Path, motion: &ChainMotion) -> Result<(), Error> {
     let rows: Vec<(usize, usize, Estimate)> = by_time(&motion.displacement_m).collect();
     let columns = vec![
         column("t_s", rows.iter().map(|(_, i, _)| motion.times_s[*i]).collect::<Vec<_>>()),
@@ -54,10 +65,10 @@ fn write_motion(job: &Job, motion: &ChainMotion) -> Result<(), Error> {
         column("sigma_m", rows.iter().map(|(.., x)| x.sigma).collect::<Vec<_>>()),
         column("n_trials", rows.iter().map(|(row, i, _)| motion.n_trials[(*row, *i)]).collect::<Vec<_>>()),
     ];
-    table::write(&job.result("motion.parquet"), columns)
+    table::write(&folder.join("motion.parquet"), columns)
 }
 
-fn write_strain(job: &Job, measurement: &Measurement) -> Result<(), Error> {
+fn write_strain(folder: &Path, measurement: &Measurement) -> Result<(), Error> {
     let map = &measurement.strain;
     let rows: Vec<(usize, usize, Estimate)> = by_time(&map.strain).collect();
     let columns = vec![
@@ -66,11 +77,11 @@ fn write_strain(job: &Job, measurement: &Measurement) -> Result<(), Error> {
         column("strain", rows.iter().map(|(.., u)| u.value).collect::<Vec<_>>()),
         column("sigma", rows.iter().map(|(.., u)| u.sigma).collect::<Vec<_>>()),
     ];
-    table::write(&job.result("strain.parquet"), columns)
+    table::write(&folder.join("strain.parquet"), columns)
 }
 
 /// A gap whose leading pulse is missing keeps its row, with the reason in `status`.
-fn write_front(job: &Job, measurement: &Measurement) -> Result<(), Error> {
+fn write_front(folder: &Path, measurement: &Measurement) -> Result<(), Error> {
     let fronts = &measurement.fronts;
     let of = |value: &dyn Fn(&chainwave_analysis::GapFront) -> Option<f64>| -> Vec<Option<f64>> {
         fronts.iter().map(|front| front.as_ref().ok().and_then(value)).collect()
@@ -90,17 +101,17 @@ fn write_front(job: &Job, measurement: &Measurement) -> Result<(), Error> {
         column("particle_velocity_sigma", of(&|front| front.particle_velocity_m_per_s.map(|v| v.sigma))),
         column("status", fronts.iter().map(status).collect::<Vec<_>>()),
     ];
-    table::write(&job.result("front.parquet"), columns)
+    table::write(&folder.join("front.parquet"), columns)
 }
 
-fn write_half_widths(job: &Job, measurement: &Measurement) -> Result<(), Error> {
+fn write_half_widths(folder: &Path, measurement: &Measurement) -> Result<(), Error> {
     let widths = &measurement.half_widths;
     let columns = vec![
         column("t_s", widths.iter().map(|width| width.t_s).collect::<Vec<_>>()),
         column("hwhm_m", widths.iter().map(|width| width.hwhm_m.value).collect::<Vec<_>>()),
         column("sigma_m", widths.iter().map(|width| width.hwhm_m.sigma).collect::<Vec<_>>()),
     ];
-    table::write(&job.result("hwhm.parquet"), columns)
+    table::write(&folder.join("hwhm.parquet"), columns)
 }
 
 fn write_energies(job: &Job, measurement: &Measurement) -> Result<(), Error> {
@@ -116,7 +127,7 @@ fn write_energies(job: &Job, measurement: &Measurement) -> Result<(), Error> {
     table::write(&job.result("energy.parquet"), columns)
 }
 
-fn write_spectrum(job: &Job, measurement: &Measurement) -> Result<(), Error> {
+fn write_spectrum(folder: &Path, measurement: &Measurement) -> Result<(), Error> {
     let spectrum = &measurement.spectrum;
     let lines =
         || spectrum.gaps.iter().flat_map(|of_gap| of_gap.amplitude.iter().map(move |a| (of_gap.gap, *a)));
@@ -126,7 +137,7 @@ fn write_spectrum(job: &Job, measurement: &Measurement) -> Result<(), Error> {
         column("frequency_hz", spectrum.frequency_hz.repeat(n_gaps)),
         column("amplitude", lines().map(|(_, amplitude)| amplitude).collect::<Vec<_>>()),
     ];
-    table::write(&job.result("spectrum.parquet"), columns)
+    table::write(&folder.join("spectrum.parquet"), columns)
 }
 
 /// The tails over wavenumber and frequency, up to three times the band edge of the chain; empty where too few gaps have a tail.
@@ -316,6 +327,7 @@ fn energy_fit_as_json(fit: &EnergyFit) -> Value {
     let mut results = damping_as_json(&fit.damping);
     let velocity = Some(fit.striker_velocity_m_per_s);
     put(&mut results, "striker_velocity_m_per_s", "striker_velocity_sigma", velocity);
+    put_factors(&mut results, &fit.factors);
     put_goodness(&mut results, fit.reduced_chi_squared, fit.n_residuals, fit.n_simulations);
     Value::Object(results)
 }

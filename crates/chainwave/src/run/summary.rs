@@ -5,6 +5,12 @@ use super::evaluation::Evaluation;
 use super::truth::KnownTruth;
 use super::{Clock, Job};
 
+/// Prints how many recordings a share tracked.
+#[expect(clippy::print_stdout, reason = "the summary is the command's result")]
+pub(crate) fn print_share(job: &Job, n_tracked: usize) {
+    println!("{}: {n_tracked} of {} recordings tracked", job.experiment.name, job.trials.len());
+}
+
 /// Prints what was measured on one screen: values with uncertainties, the truth beside where it is known, the time that each
 /// stage took, and where the figures are.
 #[expect(clippy::print_stdout, reason = "the summary is the command's result")]

@@ -1,5 +1,6 @@
 use std::fs::File;
 use std::io::Read;
+use std::num::NonZero;
 use std::ops::Range;
 use std::path::Path;
 use std::time::UNIX_EPOCH;
@@ -12,6 +13,8 @@ use indicatif::ProgressBar;
 use sha2::{Digest, Sha256};
 
 use super::Job;
+use super::notices::remarks;
+use super::share::Share;
 use super::stages::Stages;
 use crate::error::Error;
 use crate::experiment::{Positive, Trial};
@@ -36,6 +39,8 @@ pub(crate) struct Tracked {
     pub(crate) trials: Vec<Trial>,
     /// The same as positions along the chain in metres.
     pub(crate) observations: Vec<Observation>,
+    /// What the files say against themselves, by recording.
+    pub(crate) remarks: Vec<(String, String)>,
     /// Where the stage stood.
     pub(crate) stages: Stages,
 }
@@ -49,6 +54,7 @@ impl Tracked {
             tables: kept.iter().map(|index| self.tables[*index].clone()).collect(),
             trials: kept.iter().map(|index| self.trials[*index].clone()).collect(),
             observations: kept.iter().map(|index| self.observations[*index].clone()).collect(),
+            remarks: self.remarks.clone(),
             stages: self.stages.clone(),
         }
     }
@@ -56,20 +62,17 @@ impl Tracked {
 
 /// Tracks every recording that has not been tracked yet, and names those that fail.
 pub(crate) fn track_all(job: &Job, outcome: &mut Outcome) -> Result<Tracked, Error> {
-    let kept = job.result(".work");
-    make_folder(&kept)?;
-    remove_unfinished(&kept)?;
+    make_folder(&job.kept())?;
+    remove_unfinished(&job.kept())?;
     remove_unfinished(&job.out)?;
-    let method = method(job)?;
-    let bar = progress::bar("tracking", 0);
-    let stages = Stages::refine(job, method)?;
-    let place = |trial: &Trial| Place { kept: &kept, stage_m: stages.placing_m(trial), method };
-    let results = map_in_parallel(job.jobs, &job.trials, |trial| track_one(job, trial, &place(trial), &bar));
-    bar.finish_and_clear();
-    let mut tracked = Tracked { tables: Vec::new(), trials: Vec::new(), observations: Vec::new(), stages };
+    let stages = Stages::refine(job, method(job)?)?;
+    let results = track_each(job, &job.trials, &stages)?;
+    let (tables, trials, observations, remarks) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let mut tracked = Tracked { tables, trials, observations, remarks, stages };
     for (trial, result) in job.trials.iter().zip(results) {
         match result {
-            Ok((table, observation)) => {
+            Ok((table, observation, remarks)) => {
+                tracked.remarks.extend(remarks);
                 tracked.tables.push(table);
                 tracked.trials.push(trial.clone());
                 tracked.observations.push(observation);
@@ -81,6 +84,31 @@ pub(crate) fn track_all(job: &Job, outcome: &mut Outcome) -> Result<Tracked, Err
         true => Err(Error::NothingLeft { what: "recordings", n: job.trials.len() }),
         false => Ok(tracked),
     }
+}
+
+/// Tracks the recordings of a share that have not been tracked yet, for a run that evaluates all of them later, and names those
+/// that fail; returns how many are tracked. What other processes are writing into the same folder is left alone.
+pub(crate) fn track_share(job: &Job, share: Share, outcome: &mut Outcome) -> Result<usize, Error> {
+    make_folder(&job.kept())?;
+    let stages = Stages::refine(job, method(job)?)?;
+    let results = track_each(job, &share.of(&job.trials), &stages)?;
+    let n_tracked = results.iter().filter(|result| result.is_ok()).count();
+    results.into_iter().filter_map(Result::err).for_each(|error| outcome.fail(error));
+    Ok(n_tracked)
+}
+
+/// What one recording gave: its kept tracks, the same along the chain, and what was remarked of it.
+type TrackedOne = Result<(Table, Observation, Vec<(String, String)>), Error>;
+
+/// The tracks of some of the recordings, in their order, or why they have none.
+fn track_each(job: &Job, trials: &[Trial], stages: &Stages) -> Result<Vec<TrackedOne>, Error> {
+    let (kept, method) = (job.kept(), method(job)?);
+    let bar = progress::bar("tracking", 0);
+    let n_threads = threads_of_each(job.jobs, trials.len());
+    let place = |trial: &Trial| Place { kept: &kept, stage_m: stages.placing_m(trial), method, n_threads };
+    let results = map_in_parallel(job.jobs, trials, |trial| track_one(job, trial, &place(trial), &bar));
+    bar.finish_and_clear();
+    Ok(results)
 }
 
 /// The tracking method that the experiment names.
@@ -107,35 +135,24 @@ struct Place<'a> {
     kept: &'a Path,
     stage_m: f64,
     method: Method,
+    n_threads: NonZero<usize>,
 }
 
-fn track_one(
-    job: &Job,
-    trial: &Trial,
-    place: &Place,
-    bar: &ProgressBar,
-) -> Result<(Table, Observation), Error> {
+fn track_one(job: &Job, trial: &Trial, place: &Place, bar: &ProgressBar) -> TrackedOne {
     let path = job.recordings.join(&trial.recording);
     let recording = open(job, &path)?;
     let kept_path = place.kept.join(format!("{}.parquet", key(job, trial, place.stage_m, &path)?));
     if !kept_path.exists() {
         let reference = frames_at_rest(job, recording.as_ref())?;
         let subsets = subsets_in_view(job, place.stage_m, recording.as_ref());
-        let tracked = follow(
-            recording.as_ref(),
-            &subsets,
-            &reference,
-            place.method,
-            threads_of_each(job.jobs, job.trials.len()),
-            bar,
-        )?;
+        let tracked = follow(recording.as_ref(), &subsets, &reference, place.method, place.n_threads, bar)?;
         let mut rows = TrackRows::default();
         rows.add(&trial.recording, &tracked);
         rows.write(&kept_path)?;
     }
     let table = Table::read(&kept_path)?;
     let observation = observation(trial, &table, &job.calibration.of_chain.map)?;
-    Ok((table, observation))
+    Ok((table, observation, remarks(&trial.recording, recording.info())))
 }
 
 /// Opens a recording that the calibration holds for.

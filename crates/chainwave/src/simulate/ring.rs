@@ -38,7 +38,7 @@ pub(crate) fn is_ring_scene(path: &Path) -> Result<bool, Error> {
 /// The chain and the schedule of a scene of rings that move; the elements are the scene's, or none where it asks for an accuracy.
 pub(crate) fn ring_scene(path: &Path) -> Result<(RingChain, RingSchedule), Error> {
     let scene = Scene::read(path)?;
-    Ok((scene.chain(path)?, scene.schedule(path)?))
+    Ok((scene.chain(path)?, scene.schedule(path, None)?))
 }
 
 /// Carries out a scene of rings.
@@ -90,7 +90,8 @@ fn motion(
     scene: &Scene,
     outcome: &mut Outcome,
 ) -> Result<serde_json::Value, Error> {
-    let (mut chain, schedule) = (scene.chain(&arguments.scene)?, scene.schedule(&arguments.scene)?);
+    let (mut chain, schedule) =
+        (scene.chain(&arguments.scene)?, scene.schedule(&arguments.scene, arguments.jobs)?);
     let (simulation, elements, difference) = match scene.mesh(&arguments.scene)? {
         Mesh::Elements(elements) => (simulate_rings(&chain, &schedule)?, elements, None),
         Mesh::Accuracy(accuracy) => {
@@ -142,7 +143,7 @@ fn draw(
     if asked.striker_velocities_m_per_s.is_empty() {
         return Ok(());
     }
-    let schedule = RingSchedule { shapes: false, ..scene.schedule(&arguments.scene)? };
+    let schedule = RingSchedule { shapes: false, ..scene.schedule(&arguments.scene, arguments.jobs)? };
     let mut rows = Vec::new();
     for velocity_m_per_s in asked.striker_velocities_m_per_s.iter().map(|velocity| velocity.get()) {
         let drive = RingDrive::Striker(RingStriker { velocity_m_per_s, ..*striker });

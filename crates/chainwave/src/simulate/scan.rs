@@ -1,13 +1,14 @@
 //! `chainwave simulate --scan`: a scene for many striker velocities.
 
-use std::num::NonZero;
 use std::path::Path;
 use std::str::FromStr;
 
 use chainwave_mechanics::{Chain, Schedule, Simulation};
 
+use crate::cli;
 use crate::error::Error;
 use crate::outcome::Outcome;
+use crate::parallel::threads;
 use crate::table::{self, column};
 
 /// Striker velocities: `0.5,1,2.73`, or `FROM:TO:COUNT` evenly spaced with both ends.
@@ -39,12 +40,11 @@ pub(crate) fn scan(
     schedule: &Schedule,
     pitch_m: f64,
     velocities: &Velocities,
-    out: &Path,
+    arguments: &cli::Simulate,
 ) -> Result<Outcome, Error> {
     // Peaks are found between the steps, so no outputs are needed but the end.
     let schedule = Schedule { output_interval_s: schedule.duration_s, ..*schedule };
-    let n_threads = std::thread::available_parallelism().map_or(1, NonZero::get);
-    let members = chainwave_mechanics::scan(chain, &velocities.0, &schedule, n_threads)?;
+    let members = chainwave_mechanics::scan(chain, &velocities.0, &schedule, threads(arguments.jobs))?;
     let mut outcome = Outcome::default();
     let mut rows = Rows::default();
     for (velocity_m_per_s, member) in velocities.0.iter().zip(members) {
@@ -53,7 +53,7 @@ pub(crate) fn scan(
             Err(failure) => outcome.fail(format!("striker at {velocity_m_per_s} m/s: {failure}")),
         }
     }
-    rows.write(out)?;
+    rows.write(&arguments.out)?;
     Ok(outcome)
 }
 

@@ -39,7 +39,7 @@ pub(super) fn is_experiment(input: &Path) -> bool {
 /// Reads an experiment.
 pub(super) fn read(input: &Path, arguments: &cli::Tradeoff) -> Result<Job, Error> {
     let (experiment, out) = (input.to_owned(), arguments.out.clone());
-    Job::read(&cli::Run { experiment, out, recordings: None, jobs: None })
+    Job::read(&cli::Run { experiment, out, recordings: None, jobs: None, share: None })
 }
 
 /// The squares of the first frame with the steepest gradients, none overlapping another.

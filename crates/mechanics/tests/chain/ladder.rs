@@ -1,3 +1,5 @@
+use std::num::NonZero;
+
 use chainwave_mechanics::{
     Bodies, Chain, Contact, Drive, FarEnd, Integration, Law, LinearLaw, MechanicsError, Method, Schedule,
     Simulation, TableLaw, ensemble, scan, simulate,
@@ -253,18 +255,19 @@ fn a_scan_is_the_same_on_any_number_of_threads() {
     let chain = hec_chain(26, 0.003, striker(1.0, 0.2));
     let velocities: Vec<f64> = (1..20).map(|i| 0.2 * f64::from(i)).collect();
     let schedule = Schedule::automatic(0.02, 0.02);
-    let on = |n_threads: usize| scan(&chain, &velocities, &schedule, n_threads).unwrap();
+    let threads = |n: usize| NonZero::new(n).unwrap();
+    let on = |n_threads: usize| scan(&chain, &velocities, &schedule, threads(n_threads)).unwrap();
     let one = on(1);
     assert_eq!(one, on(3));
     let alone = simulate(&hec_chain(26, 0.003, striker(velocities[7], 0.2)), &schedule).unwrap();
     assert_eq!(one[7].as_ref().unwrap(), &alone);
     let chains: Vec<Chain> = velocities.iter().map(|v| hec_chain(26, 0.003, striker(*v, 0.2))).collect();
-    assert_eq!(ensemble(&chains, &schedule, 2), one);
+    assert_eq!(ensemble(&chains, &schedule, threads(2), |_, simulation| simulation), one);
     let c_g: Vec<f64> =
         one.iter().map(|member| member.as_ref().unwrap().group_velocity_m_per_s(0.03).unwrap()).collect();
     assert!(c_g.windows(2).all(|pair| pair[1] < pair[0]) && c_g[0] < 54.0, "{c_g:?}");
     let free = Drive::Free { displacement_m: vec![0.0; 26], velocity_m_per_s: vec![0.0; 26] };
-    assert!(scan(&Chain { drive: free, ..chain.clone() }, &velocities, &schedule, 1).is_err());
+    assert!(scan(&Chain { drive: free, ..chain.clone() }, &velocities, &schedule, threads(1)).is_err());
 }
 
 #[test]

@@ -1,15 +1,16 @@
 use std::path::{Path, PathBuf};
 
-use chainwave_mechanics::{FarEnd, ImposedMotion, Ring, RingChain, RingDrive, RingSchedule, RingStriker};
+use chainwave_mechanics::{ImposedMotion, Ring, RingChain, RingDrive, RingSchedule, RingStriker};
 use serde::Deserialize;
 
 use crate::error::Error;
 use crate::experiment::{NotNegative, Positive};
 use crate::output::read_text;
+use crate::parallel::threads;
 use crate::table::Table;
 
 use super::figures::FiguresTable;
-use crate::simulate::scene::State;
+use crate::simulate::scene::{FarEndTable, State};
 
 /// Points of a band between kappa a = 0 and pi where their number is not stated.
 const N_KAPPA: usize = 65;
@@ -130,14 +131,6 @@ enum DriveTable {
 }
 
 #[derive(Debug, Default, Deserialize)]
-#[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
-enum FarEndTable {
-    #[default]
-    Free,
-    Fixed,
-}
-
-#[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 struct Integrator {
     method: Method,
@@ -220,10 +213,7 @@ impl Scene {
             elements_per_ring: self.ring.elements_per_ring.unwrap_or(0),
             damping_kg_per_s: damping.map_or(0.0, NotNegative::get),
             drive,
-            far_end: match self.far_end {
-                FarEndTable::Free => FarEnd::Free,
-                FarEndTable::Fixed => FarEnd::Fixed,
-            },
+            far_end: self.far_end.into(),
         })
     }
 
@@ -233,17 +223,16 @@ impl Scene {
         pitch_m.map(Positive::get).ok_or_else(|| missing(path, "body.pitch_m", "for the figures"))
     }
 
-    pub(super) fn schedule(&self, path: &Path) -> Result<RingSchedule, Error> {
+    pub(super) fn schedule(&self, path: &Path, jobs: Option<u16>) -> Result<RingSchedule, Error> {
         let time = |value: Option<Positive>, name: &str| {
             value.map(Positive::get).ok_or_else(|| missing(path, name, "a time in seconds"))
         };
-        let all_cores = || std::thread::available_parallelism().map_or(1, usize::from);
         Ok(RingSchedule {
             duration_s: time(self.duration_s, "duration_s")?,
             output_interval_s: time(self.output_interval_s, "output_interval_s")?,
             dt_s: self.integrator.dt_s.map(Positive::get),
             shapes: self.shapes_file.is_some(),
-            n_threads: self.integrator.threads.map_or_else(all_cores, usize::from),
+            n_threads: threads(jobs.or(self.integrator.threads)).get(),
         })
     }
 }

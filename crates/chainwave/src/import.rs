@@ -1,0 +1,179 @@
+//! `chainwave import`: tracks that another program wrote, from their file to the wave.
+//!
+//! A mapping (TOML) says which numbers of a text file are the displacements of which body. Its trials are aligned and merged as those
+//! of a recording are, and what follows needs no pictures: strain, leading pulse, group velocity, spectra.
+
+mod mapping;
+mod numbers;
+
+use std::path::Path;
+
+use chainwave_analysis::{FrontSettings, MeasureSettings, Measurement, measure};
+use chainwave_measurement::{BodyTrack, Estimate, Observation};
+use chainwave_stitching::{Settings, Stitched, merge, outliers};
+use serde_json::json;
+
+use self::mapping::{Mapping, Zero};
+use self::numbers::Numbers;
+use crate::cli;
+use crate::error::Error;
+use crate::outcome::Outcome;
+use crate::output::make_folder;
+use crate::run::{draw_motion, write_measurement};
+use crate::synthesize::write_json;
+
+/// Reads the trials of a mapping, merges and measures them, and writes tables, figures and `results.json`.
+pub(crate) fn import(arguments: &cli::Import) -> Result<Outcome, Error> {
+    let mapping = Mapping::read(&arguments.mapping)?;
+    let beside = arguments.mapping.parent().unwrap_or(Path::new(""));
+    let folder = arguments.data.as_deref().unwrap_or(beside);
+    let mut outcome = Outcome::default();
+    let mut observations = Vec::with_capacity(mapping.trials.len());
+    for (trial, name) in (1..).zip(&mapping.trials) {
+        match observation(&mapping, folder, name, trial) {
+            Ok(observation) => observations.push(observation),
+            Err(error) => outcome.fail(error),
+        }
+    }
+    if observations.is_empty() {
+        return Err(Error::NothingLeft { what: "trials", n: mapping.trials.len() });
+    }
+    let settings =
+        Settings { rest_until_s: mapping.time.rest_until_s, ..Settings::new(mapping.chain.n_bodies, 0.0) };
+    let left_out = outliers(&observations, &settings)?;
+    for outlier in left_out.iter().rev() {
+        observations.remove(outlier.index);
+        outcome.fail(format!("{} was left out: {}", outlier.recording, outlier.evidence));
+    }
+    let stitched = merge(&observations, &settings)?;
+    let measurement = measured(&mapping, &stitched)?;
+    make_folder(&arguments.out)?;
+    write_measurement(&arguments.out, &stitched.motion, &measurement)?;
+    draw_motion(&arguments.out, &mapping.name, &stitched.motion, &measurement)?;
+    write_json(&arguments.out.join("results.json"), &results(&stitched, &measurement))?;
+    print(&mapping.name, &stitched, &measurement);
+    Ok(outcome)
+}
+
+/// One trial's displacements on its own time base.
+fn observation(mapping: &Mapping, folder: &Path, name: &Path, trial: u32) -> Result<Observation, Error> {
+    let numbers = Numbers::read(&folder.join(name), &mapping.layout)?;
+    let stated_s = mapping.time.times_s(&numbers)?;
+    let sigmas = &mapping.sigma;
+    let of_body = |body: usize| -> Result<BodyTrack, Error> {
+        let values = numbers.series(mapping.displacement.place(body))?;
+        let sigmas_m = match &sigmas.series {
+            Some(series) => numbers.series(series.place(body))?,
+            None => vec![Some(sigmas.usual_m.get() / sigmas.unit_m.get()); values.len()],
+        };
+        let position = |(value, sigma): (Option<f64>, Option<f64>)| {
+            let sigma_m = (sigma? * sigmas.unit_m.get()).max(sigmas.usual_m.get());
+            Some(Estimate::new(value? * mapping.displacement.unit_m, sigma_m))
+        };
+        Ok(BodyTrack { body, position_m: values.into_iter().zip(sigmas_m).map(position).collect() })
+    };
+    let bodies = (1..=mapping.chain.n_bodies).map(of_body).collect::<Result<Vec<_>, _>>()?;
+    let zero_s = match mapping.time.zero {
+        Zero::Stated => 0.0,
+        Zero::FirstBody => half_way_s(&stated_s, &bodies[0]).ok_or_else(|| Error::Cell {
+            path: numbers.path().to_owned(),
+            place: "body 1".into(),
+            expected: "a motion past half of its way".into(),
+            found: "none".into(),
+        })?,
+    };
+    Ok(Observation {
+        recording: name.display().to_string(),
+        view: 1,
+        trial,
+        times_s: stated_s.iter().map(|time_s| time_s - zero_s).collect(),
+        bodies,
+    })
+}
+
+/// When a body first passes half of its farthest displacement from where it began, linear between samples.
+fn half_way_s(times_s: &[f64], track: &BodyTrack) -> Option<f64> {
+    let seen: Vec<(f64, f64)> = times_s
+        .iter()
+        .zip(&track.position_m)
+        .filter_map(|(time_s, position)| Some((*time_s, (*position)?.value)))
+        .collect();
+    let first = seen.first()?.1;
+    let farthest = seen.iter().map(|(_, x)| (x - first).abs()).fold(0.0, f64::max);
+    let past = |pair: &&[(f64, f64)]| (pair[1].1 - first).abs() > 0.5 * farthest;
+    let pair = seen.windows(2).find(past)?;
+    let [(t0, x0), (t1, x1)] = [pair[0], pair[1]].map(|(time_s, x)| (time_s, (x - first).abs()));
+    Some(t0 + (0.5 * farthest - x0) / (x1 - x0) * (t1 - t0))
+}
+
+fn measured(mapping: &Mapping, stitched: &Stitched) -> Result<Measurement, Error> {
+    let front = FrontSettings { edge_fraction: mapping.chain.edge_fraction, ..FrontSettings::default() };
+    let settings = MeasureSettings {
+        front,
+        first_gap: mapping.chain.first_gap,
+        end_reflects: false,
+        velocity_gaps: mapping.chain.last_gap.map(|last| mapping.chain.first_gap..=last),
+        ..MeasureSettings::new(mapping.chain.pitch_m.get(), 1)
+    };
+    Ok(measure(&stitched.motion, &settings, None)?)
+}
+
+fn results(stitched: &Stitched, measurement: &Measurement) -> serde_json::Value {
+    let velocity = measurement.group_velocity.as_ref();
+    let of = |value: fn(&chainwave_analysis::GroupVelocity) -> Option<f64>| velocity.ok().and_then(value);
+    let trials = stitched.alignments.iter().map(|one| {
+        json!({
+            "file": one.recording,
+            "trigger_offset_s": one.trigger_offset_s.value,
+            "trigger_offset_sigma_s": one.trigger_offset_s.sigma,
+            "drive_deviation": one.drive_deviation.value,
+            "scatter_ratio": one.scatter_ratio,
+        })
+    });
+    json!({
+        "group_velocity_m_per_s": of(|velocity| Some(velocity.velocity_m_per_s.value)),
+        "group_velocity_sigma": of(|velocity| Some(velocity.velocity_m_per_s.sigma)),
+        "group_velocity_gaps": velocity.ok().map(|velocity| [velocity.gaps.0, velocity.gaps.1]),
+        "group_velocity_residual_m": of(|velocity| Some(velocity.residual_m)),
+        "group_velocity_variation": of(|velocity| Some(velocity.relative_variation?.value)),
+        "group_velocity_variation_sigma": of(|velocity| Some(velocity.relative_variation?.sigma)),
+        "failed": velocity.err().map(|reason| reason.as_str()),
+        "trials": trials.collect::<Vec<_>>(),
+        "warnings": stitched.warnings,
+    })
+}
+
+#[expect(clippy::print_stdout, reason = "the wave's speed is the command's result")]
+fn print(name: &str, stitched: &Stitched, measurement: &Measurement) {
+    println!("{name}: {} trials", stitched.alignments.len());
+    match &measurement.group_velocity {
+        Ok(velocity) => println!(
+            "group velocity {:.4} +- {:.4} m/s over gaps {} to {}, rms distance of the peaks from the line {:.2} mm",
+            velocity.velocity_m_per_s.value,
+            velocity.velocity_m_per_s.sigma,
+            velocity.gaps.0,
+            velocity.gaps.1,
+            1e3 * velocity.residual_m
+        ),
+        Err(reason) => println!("group velocity: {}", reason.as_str()),
+    }
+    for warning in &stitched.warnings {
+        println!("warning: {warning}");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_the_way_is_found_between_samples() {
+        let position_m = [0.2, 0.2, 0.4, 1.2, 1.2].map(|x| Some(Estimate::new(x, 1e-3))).into();
+        let track = BodyTrack { body: 1, position_m };
+        // Half of 1.0 lies three eighths of the way from 0.2 to 1.0.
+        let found_s = half_way_s(&[0.0, 1.0, 2.0, 3.0, 4.0], &track).unwrap();
+        assert!((found_s - 2.375).abs() < 1e-12, "{found_s}");
+        let lost = BodyTrack { body: 1, position_m: vec![None; 5] };
+        assert!(half_way_s(&[0.0, 1.0, 2.0, 3.0, 4.0], &lost).is_none());
+    }
+}

@@ -1,0 +1,208 @@
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use super::numbers::{Numbers, Place};
+use crate::error::Error;
+use crate::experiment::Positive;
+use crate::output::read_text;
+
+/// Which numbers of the trials' files mean what.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Mapping {
+    /// Name, for figures.
+    pub(super) name: String,
+    /// The files, one a trial, beside the mapping.
+    pub(super) trials: Vec<PathBuf>,
+    /// The chain.
+    pub(super) chain: Chain,
+    /// How the files are written.
+    pub(super) layout: Layout,
+    /// When the samples were taken.
+    pub(super) time: Time,
+    /// Where the displacements stand.
+    pub(super) displacement: Displacement,
+    /// How well they are known.
+    pub(super) sigma: Sigma,
+}
+
+/// The chain, and what is evaluated of it.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Chain {
+    /// Number of bodies in the files.
+    pub(super) n_bodies: usize,
+    /// Distance between neighbouring bodies at rest.
+    pub(super) pitch_m: Positive,
+    /// First gap of the group velocity.
+    #[serde(default = "Chain::usual_first_gap")]
+    pub(super) first_gap: usize,
+    /// Last gap of the group velocity; as far as the pulse is one when left out.
+    pub(super) last_gap: Option<usize>,
+    /// The leading edge is where a gap first exceeds this fraction of its peak.
+    #[serde(default = "Chain::usual_edge_fraction")]
+    pub(super) edge_fraction: f64,
+}
+
+impl Chain {
+    fn usual_first_gap() -> usize {
+        1
+    }
+
+    fn usual_edge_fraction() -> f64 {
+        0.1
+    }
+}
+
+/// How a file is written.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Layout {
+    /// What stands between numbers.
+    pub(super) separator: Separator,
+    /// Lines above the numbers.
+    #[serde(default)]
+    pub(super) head_lines: usize,
+    /// Whether a body's numbers stand below each other or in a line.
+    pub(super) bodies: Direction,
+}
+
+/// What stands between numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Separator {
+    Comma,
+    Semicolon,
+    Blanks,
+}
+
+/// How a body's numbers stand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Direction {
+    /// Each body has a column, each line is an instant.
+    Columns,
+    /// Each body has a line, each column is an instant.
+    Lines,
+}
+
+/// When the samples were taken: at a rate, or at times that the file holds.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Time {
+    /// Samples per second.
+    pub(super) rate_hz: Option<Positive>,
+    /// Column (or line) of the times, from 1.
+    pub(super) at: Option<usize>,
+    /// What 1 stands for there.
+    pub(super) unit_s: Option<Positive>,
+    /// When time is 0.
+    #[serde(default)]
+    pub(super) zero: Zero,
+    /// Samples before this time show the chain at rest.
+    pub(super) rest_until_s: f64,
+}
+
+/// When time is 0.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Zero {
+    /// As the file says, or at its first sample.
+    #[default]
+    Stated,
+    /// When body 1 has gone half of its way: trials whose cameras were started by hand then differ little.
+    FirstBody,
+}
+
+/// Places of a series for each body: that of body 1, and the distance to the next body's.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Series {
+    /// Column (or line) of body 1, from 1.
+    pub(super) first: usize,
+    /// Columns (or lines) from one body to the next.
+    #[serde(default = "Series::usual_step")]
+    pub(super) step: usize,
+}
+
+impl Series {
+    fn usual_step() -> usize {
+        1
+    }
+
+    /// Where a body's numbers stand.
+    pub(super) fn place(&self, body: usize) -> Place {
+        Place(self.first + (body - 1) * self.step)
+    }
+}
+
+/// Where the displacements stand.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Displacement {
+    /// Column (or line) of body 1, from 1.
+    first: usize,
+    /// Columns (or lines) from one body to the next.
+    #[serde(default = "Series::usual_step")]
+    step: usize,
+    /// What 1 stands for along the wave: negative where the file counts against it.
+    pub(super) unit_m: f64,
+}
+
+impl Displacement {
+    pub(super) fn place(&self, body: usize) -> Place {
+        Series { first: self.first, step: self.step }.place(body)
+    }
+}
+
+/// How well displacements are known.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Sigma {
+    /// Standard uncertainty of every displacement, and the least where the file states them.
+    pub(super) usual_m: Positive,
+    /// Where the file states them.
+    pub(super) series: Option<Series>,
+    /// What 1 stands for there.
+    #[serde(default = "Sigma::usual_unit")]
+    pub(super) unit_m: Positive,
+}
+
+impl Sigma {
+    fn usual_unit() -> Positive {
+        Positive::ONE
+    }
+}
+
+impl Mapping {
+    /// Reads a mapping; an error points at the line.
+    pub(super) fn read(path: &Path) -> Result<Self, Error> {
+        let wrong = |message: String| Error::Configuration { path: path.to_owned(), message };
+        let mapping: Self = toml::from_str(&read_text(path)?).map_err(|error| wrong(error.to_string()))?;
+        if mapping.chain.n_bodies < 2 || mapping.trials.is_empty() {
+            return Err(wrong("expected at least 2 bodies and 1 trial".into()));
+        }
+        let is_usable = mapping.displacement.unit_m.is_finite() && mapping.displacement.unit_m.abs() > 0.0;
+        if !is_usable {
+            let found = mapping.displacement.unit_m;
+            return Err(wrong(format!("displacement.unit_m: expected a number other than 0, found {found}")));
+        }
+        match mapping.time.rate_hz.is_some() == mapping.time.at.is_some() {
+            true => Err(wrong("[time]: expected either rate_hz or at with unit_s".into())),
+            false => Ok(mapping),
+        }
+    }
+}
+
+impl Time {
+    /// Times of the samples as the file says, in seconds.
+    pub(super) fn times_s(&self, numbers: &Numbers) -> Result<Vec<f64>, Error> {
+        let unit_s = self.unit_s.map_or(1.0, Positive::get);
+        match (self.rate_hz, self.at) {
+            (Some(rate_hz), _) => Ok((0..numbers.n_samples()).map(|k| k as f64 / rate_hz.get()).collect()),
+            (None, Some(at)) => Ok(numbers.full_series(Place(at))?.into_iter().map(|t| t * unit_s).collect()),
+            (None, None) => Ok(Vec::new()),
+        }
+    }
+}
