@@ -8,7 +8,7 @@ use crate::{LeadingPulse, Missing, StrainMap};
 
 /// Potential energy of a gap in joules as a function of its overlap in metres (compression positive), such as
 /// `|overlap_m| law.energy_j(overlap_m)` of a contact law: zero at rest, rising with the overlap on both sides.
-pub type EnergyLaw<'a> = &'a dyn Fn(f64) -> f64;
+pub type EnergyLaw<'a> = &'a (dyn Fn(f64) -> f64 + Sync);
 
 /// Peak potential energy of every gap that has one, with the covariance that a fit to them needs.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,6 +1,7 @@
+use std::num::NonZero;
 use std::ops::RangeInclusive;
 
-use chainwave_measurement::{ChainMotion, Estimate};
+use chainwave_measurement::{ChainMotion, Estimate, map_in_parallel};
 
 use crate::check::{check_motion, check_positive};
 use crate::columns::{Column, Columns, Scatter};
@@ -10,7 +11,7 @@ use crate::front::{FrontSettings, GapFront, LeadingPulse, leading_pulses};
 use crate::half_width::{HalfWidth, MovingProfile, half_width_times, half_widths};
 use crate::line_test::line_test;
 use crate::particle::particle_velocities_m_per_s;
-use crate::replicas::replicate;
+use crate::replicas::replica_m;
 use crate::spectrum::{LocalResonance, TailSpectrum, dominant_frequency, frequency_near, tail_spectrum};
 use crate::strain::{overlap_variance_m2, strain_with_variance};
 use crate::velocity::{GroupVelocity, Reflection, SpeedFit, fit_speed, undisturbed_gaps};
@@ -37,6 +38,8 @@ pub struct MeasureSettings {
     pub n_replicas: usize,
     /// Seed of the replicas.
     pub seed: u64,
+    /// Threads that the replicas are shared among; the result does not depend on their number.
+    pub n_threads: NonZero<usize>,
 }
 
 impl MeasureSettings {
@@ -50,6 +53,7 @@ impl MeasureSettings {
             velocity_gaps: None,
             n_replicas: 200,
             seed,
+            n_threads: NonZero::<usize>::MIN,
         }
     }
 
@@ -88,7 +92,7 @@ pub struct Measurement {
 }
 
 /// Measures a motion. Values come from the motion itself; standard uncertainties are what the same functions scatter over
-/// replicas of the motion with its stated errors ([`replicate`]), so every correlation between bodies and times counts. The
+/// replicas of the motion with its stated errors ([`crate::replicate`]), so every correlation between bodies and times counts. The
 /// choices of gaps and times are made once, from the motion, and kept for the replicas.
 ///
 /// # Errors
@@ -106,10 +110,13 @@ pub fn measure(
     let plan = Plan::new(&map, settings, energy_of);
     let values = plan.apply(motion, &map);
     let n_replicas = if is_exact(motion) { 0 } else { settings.n_replicas };
-    let replicas = replicate(motion, n_replicas, settings.seed).map(|noisy| {
+    let bare = ChainMotion { modes: Vec::new(), ..motion.clone() };
+    let replicas = map_in_parallel(n_replicas, settings.n_threads, |index| {
+        let displacement_m = replica_m(motion, index, settings.seed);
+        let noisy = ChainMotion { displacement_m, ..bare.clone() };
         plan.apply(&noisy, &strain_with_variance(&noisy, &variance, settings.pitch_m)).columns()
     });
-    let scatter = Scatter::new(values.columns(), replicas.collect());
+    let scatter = Scatter::new(values.columns(), replicas);
     Ok(assemble(map, &plan, &values, &scatter))
 }
 

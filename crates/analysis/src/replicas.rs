@@ -1,4 +1,5 @@
-use chainwave_measurement::ChainMotion;
+use chainwave_measurement::{ChainMotion, Estimate};
+use ndarray::Array2;
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
@@ -10,28 +11,25 @@ use rand_pcg::Pcg64;
 /// bodies and times in it. Replica k draws from its own stream of `seed`, so it does not depend on `n` or on the order in
 /// which replicas are used. Samples that were lost stay lost.
 pub fn replicate(motion: &ChainMotion, n: usize, seed: u64) -> impl Iterator<Item = ChainMotion> + '_ {
-    (0..n).map(move |index| replica(motion, index, seed))
+    (0..n).map(move |index| ChainMotion { displacement_m: replica_m(motion, index, seed), ..motion.clone() })
 }
 
-fn replica(motion: &ChainMotion, index: usize, seed: u64) -> ChainMotion {
+/// Displacements of replica `index` of a motion, as [`replicate`] gives it.
+pub(crate) fn replica_m(motion: &ChainMotion, index: usize, seed: u64) -> Array2<Option<Estimate>> {
     let mut random = generator(seed, index);
     let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
-    let mut noisy = motion.clone();
+    let mut error_m = Array2::<f64>::zeros(motion.displacement_m.dim());
     for mode in &motion.modes {
-        let amplitude = normal();
-        for (x, error) in noisy.displacement_m.iter_mut().zip(&mode.displacement_m) {
-            if let Some(x) = x {
-                x.value += amplitude * error;
-            }
-        }
+        error_m.scaled_add(normal(), &mode.displacement_m);
     }
-    for (x, sigma) in noisy.displacement_m.iter_mut().zip(&motion.independent_sigma_m) {
-        let deviate = normal();
+    error_m.zip_mut_with(&motion.independent_sigma_m, |error_m, sigma_m| *error_m += sigma_m * normal());
+    let mut displacement_m = motion.displacement_m.clone();
+    displacement_m.zip_mut_with(&error_m, |x, error_m| {
         if let Some(x) = x {
-            x.value += sigma * deviate;
+            x.value += error_m;
         }
-    }
-    noisy
+    });
+    displacement_m
 }
 
 /// The generator of one replica. Streams of a linear congruential generator that start from neighbouring states are related,
@@ -50,8 +48,8 @@ fn mixed(number: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use chainwave_measurement::{ErrorMode, Estimate};
-    use ndarray::{Array2, array};
+    use chainwave_measurement::ErrorMode;
+    use ndarray::array;
 
     fn motion() -> ChainMotion {
         let mut displacement_m = Array2::from_elem((2, 2), Some(Estimate::new(1.0, 0.5)));

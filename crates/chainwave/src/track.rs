@@ -7,7 +7,8 @@ use chainwave_camera::OpenOptions;
 use chainwave_correlation::{
     Method, ReferenceFrames, Settings, Shape, ShapeChoice, smallest_half_px, track_by_evidence,
 };
-use chainwave_measurement::{Lost, Position, Recording, Subset, Track};
+use chainwave_figures::PointMotion;
+use chainwave_measurement::{Estimate, Lost, Position, Recording, Subset, Track};
 use indicatif::ProgressBar;
 use polars::prelude::Column;
 
@@ -41,9 +42,13 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     bar.finish_and_clear();
     let mut outcome = Outcome::default();
     let mut rows = TrackRows::default();
+    let mut moved = Vec::new();
     for (name, result) in recordings.iter().zip(results) {
         match result {
-            Ok(tracked) => rows.add(name, &tracked),
+            Ok(tracked) => {
+                rows.add(name, &tracked);
+                moved.extend(motions(&tracked));
+            }
             Err(error) => outcome.fail(error),
         }
     }
@@ -51,7 +56,27 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
         return Err(Error::NothingLeft { what: "recordings", n: recordings.len() });
     }
     rows.write(&arguments.out)?;
+    if let Some(stem) = &arguments.picture {
+        chainwave_figures::tracks(stem, &moved)?;
+    }
     Ok(outcome)
+}
+
+/// How far each point moved along columns and rows from where it was first seen.
+fn motions(tracked: &Tracked) -> Vec<PointMotion> {
+    let coordinates: [(&str, fn(&Position) -> Estimate); 2] =
+        [("x", |position| position.x_px), ("y", |position| position.y_px)];
+    let of_track = |(track, _): &(Track, Option<Shape>)| {
+        coordinates.map(|(coordinate, of)| {
+            let seen: Vec<Option<Estimate>> =
+                track.positions.iter().map(|position| position.as_ref().ok().map(of)).collect();
+            let first_px = seen.iter().flatten().next().map_or(0.0, |first| first.value);
+            let from_first = |place: Estimate| Estimate::new(place.value - first_px, place.sigma);
+            let samples = tracked.times_s.iter().copied().zip(seen.iter().map(|place| place.map(from_first)));
+            PointMotion { name: format!("{}, {coordinate}", track.name), samples: samples.collect() }
+        })
+    };
+    tracked.tracks.iter().flat_map(of_track).collect()
 }
 
 /// Threads for each recording when all are worked on side by side: more than one where there are fewer recordings than

@@ -7,6 +7,7 @@
 mod integrators;
 mod rings;
 mod scene;
+mod simulations;
 mod tracking;
 
 use std::path::Path;

@@ -94,8 +94,7 @@ fn gradient_test(
     warp: &Warp,
     workspace: &mut Workspace,
 ) -> Option<f64> {
-    let found = affine.fits(window, warp).then(|| affine.evaluate(window, warp, workspace))??;
-    let residual = affine.residual(&found, workspace);
+    let (_, residual) = affine.compare(window, warp, workspace)?;
     p_of_zero(affine, warp, &residual, &[1, 2, 4, 5], &warp.gradient)
 }
 
@@ -106,8 +105,7 @@ fn curvature_test(
     warp: &Warp,
     workspace: &mut Workspace,
 ) -> Option<f64> {
-    let found = quadratic.fits(window, warp).then(|| quadratic.evaluate(window, warp, workspace))??;
-    let residual = quadratic.residual(&found, workspace);
+    let (found, residual) = quadratic.compare(window, warp, workspace)?;
     p_of_zero(quadratic, warp, &residual, &[3, 4, 5, 9, 10, 11], &found.step.curvature)
 }
 

@@ -19,8 +19,9 @@ use std::f64::consts::PI;
 use chainwave_measurement::Region;
 
 use crate::Reference;
-use crate::filter::{Line, filtered};
+use crate::filter::{Line, convolve, filtered};
 use crate::mask::usable_pixels;
+use crate::simd::dot;
 
 /// Radius of the derivative: the pole of the cubic spline to this power is 2e-6.
 const DERIVATIVE_RADIUS: usize = 10;
@@ -89,7 +90,7 @@ fn choose(reference: &Reference) -> GradientFilter {
     for patch in patches(reference.region()) {
         let plain = plain_filter.apply(reference, patch);
         let fourth = fourth_differences(reference, patch);
-        noise += noise_variance(fourth.iter().copied(), reference.level()) * patch.n_pixels() as f64;
+        noise += noise_variance(&fourth, fourth.len(), reference.level()) * patch.n_pixels() as f64;
         for (total, filter) in totals.iter_mut().zip(&filters) {
             let smooth = filter.apply(reference, patch);
             total[0].add(&smooth.x, &plain.x);
@@ -135,8 +136,6 @@ struct Energies {
 
 impl Energies {
     fn add(&mut self, smooth: &[f32], plain: &[f32]) {
-        let dot =
-            |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(&a, &b)| f64::from(a) * f64::from(b)).sum::<f64>();
         self.smooth += dot(smooth, smooth);
         self.with_plain += dot(smooth, plain);
     }
@@ -188,26 +187,28 @@ fn fourth_differences(reference: &Reference, part: Region) -> Vec<f32> {
     filtered(reference, part, &fourth, &fourth)
 }
 
-/// Variance of the noise of one pixel, the mean square of fourth differences, whose taps' squares sum to 70 along each
-/// axis.
+/// Variance of the noise of one pixel, by the mean square of the fourth differences of `n_pixels` (others being zero), whose
+/// taps' squares sum to 70 along each axis.
 ///
 /// (J. Immerkaer, Comput. Vis. Image Underst. 64 (1996) 300-302, uses second differences; by their spectrum, speckles
 /// of 4.5 px leave 1 % of full range in those and 0.2 % here.)
-pub(crate) fn noise_variance(fourth_differences: impl Iterator<Item = f32>, level: f64) -> f64 {
-    let add = |[n, sum]: [f64; 2], d: f32| [n + 1.0, sum + f64::from(d).powi(2)];
-    let [n, sum] = fourth_differences.fold([0.0; 2], add);
-    let mean_square = sum / n.max(1.0);
+pub(crate) fn noise_variance(fourth_differences: &[f32], n_pixels: usize, level: f64) -> f64 {
+    let mean_square = dot(fourth_differences, fourth_differences) / n_pixels.max(1) as f64;
     // Rounding of f32 pixels: so an image of exact stripes has no texture along them either.
     let rounding = 1e-6 * level.abs();
     mean_square / (70.0 * 70.0) + rounding * rounding
 }
 
-/// The derivative at a pixel of the cubic spline through all pixels: `-3 z^|k| sign(k)` at distance k, where
-/// z = sqrt(3) - 2 is the spline's pole.
+/// The filter that takes the derivative at a pixel of the cubic spline through all pixels.
 fn spline_derivative() -> Vec<f64> {
-    let pole = 3.0_f64.sqrt() - 2.0;
     let radius = DERIVATIVE_RADIUS as i32;
-    (-radius..=radius).map(|k| -3.0 * f64::from(k.signum()) * pole.powi(k.abs())).collect()
+    (-radius..=radius).map(spline_slope).collect()
+}
+
+/// What the pixel at a distance counts in that derivative: `-3 z^|k| sign(k)`, where z = sqrt(3) - 2 is the spline's pole.
+pub(crate) fn spline_slope(distance: i32) -> f64 {
+    let pole = 3.0_f64.sqrt() - 2.0;
+    -3.0 * f64::from(distance.signum()) * pole.powi(distance.abs())
 }
 
 /// A low-pass filter of unit sum, tapered by a raised cosine; a single 1 where nothing is cut off.
@@ -221,16 +222,6 @@ fn low_pass(cut_off: f64) -> Vec<f64> {
     let taps: Vec<f64> = (-radius..=radius).map(weight).collect();
     let sum: f64 = taps.iter().sum();
     taps.into_iter().map(|tap| tap / sum).collect()
-}
-
-fn convolve(a: &[f64], b: &[f64]) -> Vec<f64> {
-    let mut result = vec![0.0; a.len() + b.len() - 1];
-    for (i, a) in a.iter().enumerate() {
-        for (j, b) in b.iter().enumerate() {
-            result[i + j] += a * b;
-        }
-    }
-    result
 }
 
 #[cfg(test)]

@@ -142,8 +142,8 @@ impl PreparedSubset {
         if found.zncc < self.settings.min_zncc {
             return Err(Stop::Lost(Lost::LowCorrelation));
         }
-        let residual = self.residual(found, workspace);
-        let noise_ratio = noise_ratio(self, residual.sum_of_squares, residual.gain);
+        let residual = self.residual(warp, found, workspace);
+        let noise_ratio = noise_ratio(self, &residual);
         let structure = structure_factor(self, noise_ratio);
         let [noise_x, noise_y] = sigma_px(self, warp, &residual).map(|sigma| structure * sigma);
         let [bias_x, bias_y] = self.bias.sigma_px();
@@ -187,6 +187,18 @@ impl PreparedSubset {
         sum(self, &workspace.samples[..padded]).evaluate(self)
     }
 
+    /// How the window resembles the subset under a warp; `None` where it cannot be compared.
+    pub(crate) fn compare(
+        &self,
+        window: &Window,
+        warp: &Warp,
+        workspace: &mut Workspace,
+    ) -> Option<(Evaluation, Residual)> {
+        let found = self.fits(window, warp).then(|| self.evaluate(window, warp, workspace))??;
+        let residual = self.residual(warp, &found, workspace);
+        Some((found, residual))
+    }
+
     /// The residual of each pixel after the last evaluation, in counts; 0 where it is not used.
     pub(crate) fn residuals(&self, found: &Evaluation, workspace: &Workspace) -> Vec<f64> {
         let pixels = workspace.samples.iter().zip(&self.intensity).zip(&self.weights).take(self.n_pixels());
@@ -196,10 +208,11 @@ impl PreparedSubset {
         pixels.map(residual).collect()
     }
 
-    /// What the last evaluation left.
-    pub(crate) fn residual(&self, found: &Evaluation, workspace: &Workspace) -> Residual {
+    /// What the last evaluation, which was made under a warp, left.
+    pub(crate) fn residual(&self, warp: &Warp, found: &Evaluation, workspace: &Workspace) -> Residual {
         let [sum_of_squares, by_light] = squares(self, &workspace.samples, found.mean, found.gain);
-        Residual { gain: found.gain, sum_of_squares, by_light }
+        let of_interpolation = self.interpolation_energy.at(warp, self.lattice());
+        Residual { gain: found.gain, sum_of_squares, by_light, of_interpolation }
     }
 }
 

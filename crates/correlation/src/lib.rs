@@ -67,6 +67,7 @@
 //!
 //! Pixel (0, 0) is the centre of the top left pixel; x points right, y down.
 
+mod alias;
 mod bias;
 mod cardinal;
 mod damped;
@@ -80,7 +81,9 @@ mod filter;
 mod fourier;
 mod gradient;
 mod icgn;
+mod interpolation_energy;
 mod kernel;
+mod lagged;
 #[cfg(feature = "opencv")]
 mod lucas_kanade;
 mod mask;

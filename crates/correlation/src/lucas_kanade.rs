@@ -8,6 +8,7 @@ use opencv::video::{OPTFLOW_USE_INITIAL_FLOW, calc_optical_flow_pyr_lk};
 
 use crate::predict::History;
 use crate::search::search;
+use crate::simd::vectorised;
 use crate::track::{Found, Tracker, track_both_ways};
 use crate::uncertainty::sigma_px;
 use crate::warp::Warp;
@@ -87,7 +88,7 @@ impl<'a> Flow<'a> {
         let point = |subset: &Subset| {
             Reference::check_inside(recording, subset)?;
             let size = [subset.half_width_px, subset.half_height_px].map(|half| 2 * half as i32 + 1);
-            let history = History::starting_at(Warp::at([subset.x_px, subset.y_px]));
+            let history = History::of(subset);
             Ok(Point { subset: PreparedSubset::new(&reference, subset, &settings), history, size })
         };
         let points = subsets.iter().map(point).collect::<Result<_, CorrelationError>>()?;
@@ -169,11 +170,11 @@ impl<'a> Flow<'a> {
         if !subset.fits(window, &warp) {
             return Err(Lost::OutOfView);
         }
-        let found = subset.evaluate(window, &warp, &mut self.workspace).ok_or(Lost::LowCorrelation)?;
+        let compared = subset.compare(window, &warp, &mut self.workspace);
+        let (found, residual) = compared.ok_or(Lost::LowCorrelation)?;
         if found.zncc.is_nan() || found.zncc < self.settings.min_zncc {
             return Err(Lost::LowCorrelation);
         }
-        let residual = subset.residual(&found, &self.workspace);
         let [sigma_x, sigma_y] = sigma_px(subset, &warp, &residual).map(|sigma| sigma.hypot(BIAS_SIGMA_PX));
         let (x_px, y_px) = (Estimate::new(place[0], sigma_x), Estimate::new(place[1], sigma_y));
         Ok(Position { x_px, y_px, zncc: found.zncc, iterations: 0 })
@@ -208,20 +209,13 @@ impl Tracker for Flow<'_> {
             self.failure.get_or_insert(error);
             vec![Err(Lost::NotConverged); self.points.len()]
         });
-        for (point, found) in self.points.iter_mut().zip(&found) {
-            match found {
-                Ok(position) => point.history.found(Warp::at([position.x_px.value, position.y_px.value])),
-                Err(_) => point.history.lost(),
-            }
-        }
+        self.points.iter_mut().zip(&found).for_each(|(point, found)| point.history.note(found));
         found
     }
 
     fn restart(&mut self, found: &[Found]) {
         for (point, found) in self.points.iter_mut().zip(found) {
-            if let Ok(position) = found {
-                point.history = History::starting_at(Warp::at([position.x_px.value, position.y_px.value]));
-            }
+            point.history = point.history.restarted(found);
         }
     }
 }
@@ -241,8 +235,17 @@ impl EightBit {
     }
 
     fn convert(&self, pixels: &[f32]) -> Vec<u8> {
-        // `as` clips to 0..=255, and makes 0 of a pixel that is no number
-        pixels.iter().map(|pixel| ((pixel - self.low) * self.per_count).round() as u8).collect()
+        let mut bytes = vec![0; pixels.len()];
+        vectorised(
+            #[inline(always)]
+            || {
+                for (byte, pixel) in bytes.iter_mut().zip(pixels) {
+                    // `as` clips to 0..=255, and makes 0 of a pixel that is no number
+                    *byte = ((pixel - self.low) * self.per_count + 0.5) as u8;
+                }
+            },
+        );
+        bytes
     }
 }
 

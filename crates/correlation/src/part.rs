@@ -44,12 +44,7 @@ impl Part {
         [(self.region.x + self.column) as i64, (self.region.y + self.row) as i64]
     }
 
-    /// The subset's part of an image of the reference's size.
-    pub(crate) fn values<'a>(&self, image: &'a [f32]) -> impl Iterator<Item = f32> + use<'a, '_> {
-        let rows = image.chunks_exact(self.region.width).skip(self.row).take(self.height);
-        rows.flat_map(|row| row[self.column..self.column + self.width].iter().copied())
-    }
-
+    /// The subset's part of an image of the reference's size, padded to whole vectors by zeros.
     pub(crate) fn padded(&self, image: &[f32]) -> Vec<f32> {
         let mut values = Vec::with_capacity(self.n_pixels().next_multiple_of(LANES));
         for row in image.chunks_exact(self.region.width).skip(self.row).take(self.height) {
@@ -57,5 +52,18 @@ impl Part {
         }
         values.resize(values.len().next_multiple_of(LANES), 0.0);
         values
+    }
+
+    /// 1 for each of the subset's pixels that is `usable` (`None`: all are) and 0 for the others and the padding; and how
+    /// many are.
+    pub(crate) fn weights(&self, usable: Option<&[f32]>) -> (Vec<f32>, usize) {
+        let Some(usable) = usable else {
+            let mut ones = vec![1.0; self.n_pixels()];
+            ones.resize(self.n_pixels().next_multiple_of(LANES), 0.0);
+            return (ones, self.n_pixels());
+        };
+        let weights = self.padded(usable);
+        let n_used = weights.iter().filter(|&&weight| weight > 0.0).count();
+        (weights, n_used)
     }
 }

@@ -1,3 +1,6 @@
+use chainwave_measurement::{Position, Subset};
+
+use crate::track::Found;
 use crate::warp::Warp;
 
 /// What a subset's own past says of its next place.
@@ -13,6 +16,26 @@ impl History {
     /// A subset that was seen at one place so far.
     pub(crate) fn starting_at(warp: Warp) -> Self {
         Self { recent: vec![warp], n_lost: 0 }
+    }
+
+    /// A subset where it lies in the reference.
+    pub(crate) fn of(subset: &Subset) -> Self {
+        Self::starting_at(Warp::at([subset.x_px, subset.y_px]))
+    }
+
+    /// The same subset, seen at a position alone.
+    pub(crate) fn restarted(&self, found: &Found) -> Self {
+        let at =
+            |position: &Position| Self::starting_at(Warp::at([position.x_px.value, position.y_px.value]));
+        found.as_ref().map_or_else(|_| self.clone(), at)
+    }
+
+    /// Notes where, undeformed, the subset was found in the next frame, or that it was not.
+    pub(crate) fn note(&mut self, found: &Found) {
+        match found {
+            Ok(position) => self.found(Warp::at([position.x_px.value, position.y_px.value])),
+            Err(_) => self.lost(),
+        }
     }
 
     /// Adds the place in the next frame. After a loss the past says nothing of the velocity any more.

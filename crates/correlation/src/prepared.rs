@@ -2,13 +2,14 @@ use chainwave_measurement::{Lost, Position, Subset};
 use nalgebra::DMatrix;
 
 use crate::bias::InterpolationBias;
-use crate::gradient;
+use crate::gradient::noise_variance;
+use crate::interpolation_energy::InterpolationEnergy;
+use crate::lagged::Surroundings;
 use crate::moments::Places;
 use crate::normal::{Images, NormalEquations, ReferenceNoise};
 use crate::part::Part;
 use crate::sample::Lattice;
-use crate::search::Template;
-use crate::simd::LANES;
+use crate::simd::{LANES, dot, vectorised};
 use crate::uncertainty::UnitCovariance;
 use crate::warp::{MAX_PARAMETERS, Warp};
 use crate::{Reference, Settings};
@@ -71,6 +72,8 @@ pub struct PreparedSubset {
     pub(crate) light_moments: [f64; 3],
     /// What interpolation adds to the displacement.
     pub(crate) bias: InterpolationBias,
+    /// What it adds to the residual.
+    pub(crate) interpolation_energy: InterpolationEnergy,
     /// What is needed to prepare a part of the subset: gradients without smoothing, and the reference's noise.
     pub(crate) plain: [Vec<f32>; 2],
     pub(crate) noise: ReferenceNoise,
@@ -95,26 +98,20 @@ impl PreparedSubset {
     pub fn new(reference: &Reference, subset: &Subset, settings: &Settings) -> Result<Self, Lost> {
         let part = Part::new(reference, subset).ok_or(Lost::OutOfView)?;
         let gradients = reference.gradients();
-        let weights = match &gradients.usable {
-            Some(usable) => part.padded(usable),
-            None => pad((0..part.n_pixels()).map(|_| 1.0)),
-        };
-        let n_used = weights.iter().filter(|&&weight| weight > 0.0).count();
-        let fourth = part.values(&gradients.fourth).zip(&weights);
-        let fourth = fourth.filter(|(_, weight)| **weight > 0.0).map(|(value, _)| value);
-        let variance = gradient::noise_variance(fourth, reference.level());
-        let filter = &gradients.filter;
-        let noise = ReferenceNoise { variance, gain: filter.noise_gain, overlap: filter.plain_overlap };
-        let mut grey = part.padded(reference.pixels());
-        let mean = mean_of_used(&grey, &weights);
-        grey.iter_mut().for_each(|value| *value = (f64::from(*value) - mean) as f32);
-        let template = grey[..part.n_pixels()].to_vec();
-        grey.iter_mut().zip(&weights).for_each(|(value, weight)| *value *= weight);
+        let (weights, n_used) = part.weights(gradients.usable.as_deref());
         let used = |image: &[f32]| {
             let mut values = part.padded(image);
             values.iter_mut().zip(&weights).for_each(|(value, weight)| *value *= weight);
             values
         };
+        let variance = noise_variance(&used(&gradients.fourth), n_used, reference.level());
+        let filter = &gradients.filter;
+        let noise = ReferenceNoise { variance, gain: filter.noise_gain, overlap: filter.plain_overlap };
+        let mut grey = part.padded(reference.pixels());
+        let mean = dot(&grey, &weights) / n_used.max(1) as f64;
+        grey.iter_mut().for_each(|value| *value = (f64::from(*value) - mean) as f32);
+        let template = grey[..part.n_pixels()].to_vec();
+        grey.iter_mut().zip(&weights).for_each(|(value, weight)| *value *= weight);
         let plain = [used(&gradients.plain.x), used(&gradients.plain.y)];
         let crop = Crop {
             centre_px: [subset.x_px, subset.y_px],
@@ -136,18 +133,20 @@ impl PreparedSubset {
         }
         let steps = subset.steps();
         subset.light_moments = subset.light_moments_of(&steps);
-        let steps = steps.map(|values| Template::new(subset.width, subset.height, subset.first_px, values));
-        let first = part.first_in_image();
-        subset.bias = InterpolationBias::new(reference, first, &steps, settings.interpolation);
+        let around = Surroundings::new(reference, part.first_in_image(), [subset.width, subset.height]);
+        subset.bias = InterpolationBias::new(&around, &steps, settings.interpolation);
+        let noise_energy = n_used as f64 * variance;
+        subset.interpolation_energy =
+            InterpolationEnergy::new(&around, &subset.intensity, noise_energy, settings.interpolation);
         Ok(subset)
     }
 
     fn light_moments_of(&self, [along_x, along_y]: &[Vec<f32>; 2]) -> [f64; 3] {
-        let sum = |a: &[f32], b: &[f32]| -> f64 {
-            let terms = a.iter().zip(b).zip(&self.intensity);
-            terms.map(|((a, b), f)| f64::from(*a) * f64::from(*b) * f64::from(*f)).sum()
+        let lit = |image: &[f32]| -> Vec<f32> {
+            image.iter().zip(&self.intensity).map(|(value, f)| value * f).collect()
         };
-        [sum(along_x, along_x), sum(along_x, along_y), sum(along_y, along_y)]
+        let (lit_x, lit_y) = (lit(along_x), lit(along_y));
+        [dot(&lit_x, along_x), dot(&lit_x, along_y), dot(&lit_y, along_y)]
     }
 
     /// The displacement of the centre along x and y that a unit of each pixel's grey value makes: M^-1 Z'.
@@ -156,23 +155,33 @@ impl PreparedSubset {
         [0, n_terms].map(|parameter| {
             let row = &self.inverse[parameter];
             // the polynomials that each gradient is multiplied with
-            let [of_x, of_y]: [[f64; 6]; 2] = std::array::from_fn(|axis| {
-                std::array::from_fn(|term| if term < n_terms { row[axis * n_terms + term] } else { 0.0 })
-            });
-            let at = |q: &[f64; 6], x: f64, y: f64| {
-                q[0] + (q[1] + q[3] * x + q[4] * y) * x + (q[2] + q[5] * y) * y
+            let polynomial = |axis: usize| -> [f32; 6] {
+                let factor = |term: usize| if term < n_terms { row[axis * n_terms + term] } else { 0.0 };
+                std::array::from_fn(|term| factor(term) as f32)
             };
-            let projected = |i: usize| self.projections.iter().zip(row).map(|(p, m)| p[i] * m).sum::<f64>();
-            let [mean, slope] = [0, 1].map(projected);
-            let step = |i: usize| {
-                let (x, y) = (f64::from(self.columns[i]), f64::from(self.rows[i]));
-                let gradients = f64::from(self.gradient_x[i]) * at(&of_x, x, y)
-                    + f64::from(self.gradient_y[i]) * at(&of_y, x, y);
-                let own = mean * f64::from(self.weights[i]) + slope * f64::from(self.intensity[i]);
-                (gradients - own) as f32
-            };
-            (0..self.n_pixels()).map(step).collect()
+            let projected =
+                |i: usize| self.projections.iter().zip(row).map(|(p, m)| p[i] * m).sum::<f64>() as f32;
+            self.step_images([polynomial(0), polynomial(1)], [projected(0), projected(1)])
         })
+    }
+
+    /// The gradients times polynomials of the place, less multiples of 1 and of the reference.
+    fn step_images(&self, [of_x, of_y]: [[f32; 6]; 2], [mean, slope]: [f32; 2]) -> Vec<f32> {
+        let mut steps = vec![0.0; self.n_pixels()];
+        vectorised(
+            #[inline(always)]
+            || {
+                let places = self.columns.iter().zip(&self.rows);
+                let slopes = self.gradient_x.iter().zip(&self.gradient_y);
+                let own = self.weights.iter().zip(&self.intensity);
+                let pixels = places.zip(slopes).zip(own);
+                for (step, (((x, y), (slope_x, slope_y)), (weight, f))) in steps.iter_mut().zip(pixels) {
+                    let along = slope_x * second_order(&of_x, *x, *y) + slope_y * second_order(&of_y, *x, *y);
+                    *step = along - (mean * weight + slope * f);
+                }
+            },
+        );
+        steps
     }
 
     /// A subset from its images and their noise.
@@ -182,10 +191,7 @@ impl PreparedSubset {
         noise: ReferenceNoise,
         settings: &Settings,
     ) -> Result<Self, Lost> {
-        let n = crop.width * crop.height;
-        let place = |i: usize| [(i % crop.width) as f64, (i / crop.width) as f64];
-        let along = |axis: usize| pad((0..n).map(|i| (crop.first_px[axis] + place(i)[axis]) as f32));
-        let (columns, rows) = (along(0), along(1));
+        let [columns, rows] = places(crop.first_px, crop.width, crop.height);
         let images = Images {
             places: Places { columns: &columns, rows: &rows },
             intensity: &crop.intensity,
@@ -225,6 +231,7 @@ impl PreparedSubset {
             n_averaged: crop.n_averaged,
             light_moments: [0.0; 3],
             bias: InterpolationBias::default(),
+            interpolation_energy: InterpolationEnergy::default(),
             plain,
             noise,
         })
@@ -245,7 +252,7 @@ impl PreparedSubset {
         };
         let (mut intensity, weights) = (crop(&self.intensity), crop(&self.weights));
         let n_used = weights.iter().filter(|&&weight| weight > 0.0).count();
-        let mean = mean_of_used(&intensity, &weights);
+        let mean = dot(&intensity, &weights) / n_used.max(1) as f64;
         let centred = |(value, weight): (&mut f32, &f32)| *value = weight * (f64::from(*value) - mean) as f32;
         intensity.iter_mut().zip(&weights).for_each(centred);
         let smooth = [crop(&self.gradient_x), crop(&self.gradient_y)];
@@ -276,7 +283,7 @@ impl PreparedSubset {
         let weights = of_seen(&self.weights);
         let n_used = weights.iter().filter(|&&weight| weight > 0.0).count();
         let mut intensity = of_seen(&self.intensity);
-        let mean = mean_of_used(&intensity, &weights);
+        let mean = dot(&intensity, &weights) / n_used.max(1) as f64;
         let centred = |(value, weight): (&mut f32, &f32)| *value = weight * (f64::from(*value) - mean) as f32;
         intensity.iter_mut().zip(&weights).for_each(centred);
         let crop = Crop {
@@ -295,7 +302,9 @@ impl PreparedSubset {
         let plain = self.plain.each_ref().map(|image| of_seen(image));
         let subset = Self::from_crop(crop, plain, self.noise, &self.settings)?;
         // What interpolation and the light do is that of the whole subset, nearly: preparing a part must be quick.
-        Ok(Self { bias: self.bias, light_moments: self.light_moments, ..subset })
+        let interpolation_energy =
+            self.interpolation_energy.scaled(subset.n_used as f64 / self.n_used as f64);
+        Ok(Self { bias: self.bias, interpolation_energy, light_moments: self.light_moments, ..subset })
     }
 
     /// A subset of the same size around a position.
@@ -337,13 +346,19 @@ impl PreparedSubset {
     }
 }
 
-/// The mean of the pixels that count.
-fn mean_of_used(grey: &[f32], weights: &[f32]) -> f64 {
-    let add = |[sum, n]: [f64; 2], (&value, &weight): (&f32, &f32)| {
-        [sum + f64::from(value) * f64::from(weight), n + f64::from(weight)]
-    };
-    let [sum, n] = grey.iter().zip(weights).fold([0.0; 2], add);
-    sum / n.max(1.0)
+/// A polynomial of second order, of the coefficients of 1, x, y, x^2, xy, y^2.
+#[inline(always)]
+fn second_order(q: &[f32; 6], x: f32, y: f32) -> f32 {
+    q[0] + (q[1] + q[3] * x + q[4] * y) * x + (q[2] + q[5] * y) * y
+}
+
+/// Column and row of each pixel of a rectangle whose first is at a place.
+fn places([x, y]: [f64; 2], width: usize, height: usize) -> [Vec<f32>; 2] {
+    let line = |first: f64, n: usize| (0..n).map(move |i| (first + i as f64) as f32);
+    let columns: Vec<f32> = line(x, width).collect();
+    let mut rows = Vec::with_capacity((width * height).next_multiple_of(LANES));
+    line(y, height).for_each(|y| rows.resize(rows.len() + width, y));
+    [columns.repeat(height), rows].map(|values| pad(values.into_iter()))
 }
 
 fn pad(values: impl Iterator<Item = f32>) -> Vec<f32> {

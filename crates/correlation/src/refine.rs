@@ -49,7 +49,7 @@ pub(crate) fn track_by<R: Refine>(
         let of_subset = Reference::read(recording, subset, reference)?;
         let window = Window::empty(settings.interpolation);
         let target = Target::<R>::new(&of_subset, subset, &settings);
-        let history = History::starting_at(Warp::at([subset.x_px, subset.y_px]));
+        let history = History::of(subset);
         Ok(Point { target, history, window, workspace: Workspace::default() })
     };
     let points = subsets.iter().map(point).collect::<Result<_, CorrelationError>>()?;
@@ -123,8 +123,8 @@ fn judge(
     workspace: &mut Workspace,
 ) -> Option<Judgement> {
     let warp = Warp::at(place);
-    let found = subset.fits(window, &warp).then(|| subset.evaluate(window, &warp, workspace))??;
-    let [variance, _] = scales(subset, &warp, &subset.residual(&found, workspace));
+    let (found, residual) = subset.compare(window, &warp, workspace)?;
+    let [variance, _] = scales(subset, &warp, &residual);
     Some(Judgement { zncc: found.zncc, variance })
 }
 
@@ -202,10 +202,7 @@ impl<R: Refine> Tracker for Points<'_, R> {
     fn locate(&mut self, frame: usize) -> Vec<Found> {
         let locate = |point: &mut Point<R>| {
             let found = point.find(self.recording, frame);
-            match &found {
-                Ok(position) => point.history.found(Warp::at([position.x_px.value, position.y_px.value])),
-                Err(_) => point.history.lost(),
-            }
+            point.history.note(&found);
             found
         };
         self.points.iter_mut().map(locate).collect()
@@ -213,9 +210,7 @@ impl<R: Refine> Tracker for Points<'_, R> {
 
     fn restart(&mut self, found: &[Found]) {
         for (point, found) in self.points.iter_mut().zip(found) {
-            if let Ok(position) = found {
-                point.history = History::starting_at(Warp::at([position.x_px.value, position.y_px.value]));
-            }
+            point.history = point.history.restarted(found);
         }
     }
 }

@@ -17,6 +17,14 @@ pub(crate) struct Lattice {
     pub(crate) height: usize,
 }
 
+impl Lattice {
+    /// The middle pixel, or the one behind it.
+    pub(crate) fn middle_px(self) -> [f64; 2] {
+        let [x, y] = self.first_px;
+        [x + (self.width / 2) as f64, y + (self.height / 2) as f64]
+    }
+}
+
 /// Samples the window (counts less its level) at every pixel of a warped subset, row by row into `samples`, which has
 /// room for [`LANES`] values more. `rows` is a buffer.
 ///

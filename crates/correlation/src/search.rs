@@ -2,7 +2,7 @@ use chainwave_measurement::{ReadError, Recording, Region};
 
 use crate::PreparedSubset;
 use crate::fourier::{Image, correlations};
-use crate::simd::{LANES, sum_of_lanes, vectorised};
+use crate::simd::{LANES, dot, sum_of_lanes, vectorised};
 use crate::warp::Warp;
 
 /// Searches around a place for the subset at whole-pixel shifts, by the zero-normalised cross-correlation.
@@ -207,13 +207,8 @@ impl Template {
 
     /// Values of a rectangle, row by row.
     pub(crate) fn new(width: usize, height: usize, first_px: [f64; 2], values: Vec<f32>) -> Self {
-        let energy = values.iter().map(|&value| f64::from(value).powi(2)).sum();
+        let energy = dot(&values, &values);
         Self { width, height, first_px, values, energy }
-    }
-
-    /// Columns and rows.
-    pub(crate) fn size(&self) -> [usize; 2] {
-        [self.width, self.height]
     }
 
     /// Sum of the values times the pixels under them.
@@ -293,8 +288,7 @@ impl SummedArea {
 /// 1921); 5.5 standard deviations are passed once in 5e7 candidates. With the autocorrelation of a Gaussian speckle,
 /// exp(-(k_x x^2 + k_y y^2)/2), k = mean f_x^2 / mean f^2, a pixel counts sqrt(k_x k_y)/pi.
 pub(crate) fn chance_zncc(subset: &PreparedSubset) -> f64 {
-    let square = |values: &[f32]| values.iter().map(|&value| f64::from(value).powi(2)).sum::<f64>();
-    let [k_x, k_y] = [&subset.gradient_x, &subset.gradient_y].map(|g| square(g) / subset.energy);
+    let [k_x, k_y] = [&subset.gradient_x, &subset.gradient_y].map(|g| dot(g, g) / subset.energy);
     let n_independent = subset.n_used as f64 * (k_x * k_y).sqrt() / std::f64::consts::PI;
     (5.5 / (n_independent - 3.0).max(1.0).sqrt()).tanh()
 }

@@ -177,7 +177,7 @@ impl Film {
 /// the next frame allow, since fine texture adds to the one and motion to the other.
 fn noise_in(recording: &dyn Recording, region: Region, frame: usize) -> Result<f64, CorrelationError> {
     let single = Reference::read_region(recording, region, &ReferenceFrames::Single(frame))?;
-    let spatial = noise_variance(single.gradients().fourth.iter().copied(), single.level());
+    let spatial = noise_variance(&single.gradients().fourth, single.pixels().len(), single.level());
     if frame + 1 >= recording.info().n_frames {
         return Ok(spatial);
     }

@@ -51,10 +51,33 @@ impl<T: InBlocks> WithSimd for Blocks<T> {
     }
 }
 
-/// The sum of the lanes, in pairs, so that its order does not depend on the vectors' width.
+/// The sum of the products of two images' pixels: those of two f32 are exact in f64.
+pub(crate) fn dot(a: &[f32], b: &[f32]) -> f64 {
+    let product = |a: f32, b: f32| f64::from(a) * f64::from(b);
+    vectorised(
+        #[inline(always)]
+        || {
+            let ((a_lanes, a_rest), (b_lanes, b_rest)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
+            let mut lanes = [0.0; LANES];
+            for (a, b) in a_lanes.iter().zip(b_lanes) {
+                for i in 0..LANES {
+                    lanes[i] += product(a[i], b[i]);
+                }
+            }
+            sum_in_pairs(lanes) + a_rest.iter().zip(b_rest).map(|(&a, &b)| product(a, b)).sum::<f64>()
+        },
+    )
+}
+
+/// The sum of the lanes.
 #[inline(always)]
 pub(crate) fn sum_of_lanes(lanes: [f32; LANES]) -> f64 {
-    let mut sums = lanes.map(f64::from);
+    sum_in_pairs(lanes.map(f64::from))
+}
+
+/// The sum of the lanes, in pairs, so that its order does not depend on the vectors' width.
+#[inline(always)]
+fn sum_in_pairs(mut sums: [f64; LANES]) -> f64 {
     let mut n = LANES / 2;
     while n > 0 {
         for i in 0..n {

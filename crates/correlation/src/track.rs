@@ -196,7 +196,7 @@ impl<'a> Follower<'a> {
         Ok(Self {
             recording,
             reference_frame: (reference.n_averaged() == 1).then_some(frames.range().start),
-            history: History::starting_at(Warp::at([subset.x_px, subset.y_px])),
+            history: History::of(subset),
             window,
             workspace: Workspace::default(),
             acquisition_zncc: prepared.as_ref().map_or(1.0, chance_zncc).max(settings.min_zncc),

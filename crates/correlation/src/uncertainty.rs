@@ -4,13 +4,17 @@
 //! a phase between two pixels multiplies the variance of the target's noise by G <= 1 ([`crate::Interpolation`]), so
 //! the residual r = g - a - b f of N pixels and P + 2 fitted numbers (gain and offset are two) gives
 //!
-//! s^2 = sum r^2 / (N - P - 2) / (G + b^2/m).                                                      (1)
+//! s^2 = (sum r^2 - b^2 E) / (N - P - 2) / (G + b^2/m (1 - e)),                                   (1)
+//!
+//! where E is the energy that interpolation's own errors have in the residual and e the share of the reference's noise in
+//! what E was foreseen from ([`crate::interpolation_energy`]).
 //!
 //! Yet a displacement depends on the sums of r with the steepest descent images Z', which vary slowly: interpolation
-//! passes such sums unchanged, so there G is 1. (Taking the residual's variance itself would understate sigma by up to
+//! passes such sums unchanged but for the contrast C that it takes from the gradients themselves (1, nearly, for all kernels
+//! but the linear one), so there G is C^2. (Taking the residual's variance itself would understate sigma by up to
 //! a quarter.) With the gradient's noise of energy K (`noise` below) and S the energy of the rest (`signal`),
 //!
-//! cov dp = s^2/b^2 M^-1 [ (1 + b^2/m) S + G K ] M^-T.                                              (2)
+//! cov dp = s^2/b^2 M^-1 [ (C^2 + b^2/m) S + G K ] M^-T.                                            (2)
 //!
 //! Shot noise grows with the light. The variance of a pixel's noise is taken for a line over the reference's grey value f
 //! (less its mean), `s^2 (1 + c f)`, with `c = sum r^2 f / sum f^2` over the mean of r^2. S, a sum of squares over pixels,
@@ -22,6 +26,7 @@
 use nalgebra::DMatrix;
 
 use crate::PreparedSubset;
+use crate::interpolation_energy::Foreseen;
 use crate::warp::Warp;
 
 /// Covariance of the parameters per unit variance of a pixel's noise.
@@ -56,6 +61,8 @@ pub(crate) struct Residual {
     pub(crate) sum_of_squares: f64,
     /// Sum of r^2 f, f in counts of the reference.
     pub(crate) by_light: f64,
+    /// What interpolation has in the sum of r^2, for a gain of 1.
+    pub(crate) of_interpolation: Foreseen,
 }
 
 impl Residual {
@@ -72,14 +79,22 @@ pub(crate) fn sigma_px(subset: &PreparedSubset, warp: &Warp, residual: &Residual
     sigma_from(subset, warp, signal, noise, residual.growth(subset))
 }
 
+/// Least share of the foreseen energy of interpolation that is taken for noise where that energy is all there is: so well is
+/// it foreseen.
+const UNFORESEEN_ENERGY: f64 = 0.1;
+
 /// The factors of the two parts of [`UnitCovariance`] in the covariance of a match's parameters.
 pub(crate) fn scales(subset: &PreparedSubset, warp: &Warp, residual: &Residual) -> [f64; 2] {
     let interpolation_gain = mean_noise_gain(subset, warp);
     let from_reference = residual.gain.powi(2) / subset.n_averaged;
     let degrees_of_freedom = degrees_of_freedom(subset) as f64;
-    let variance = residual.sum_of_squares / degrees_of_freedom / (interpolation_gain + from_reference);
+    let foreseen = &residual.of_interpolation;
+    let interpolation = residual.gain.powi(2) * foreseen.energy;
+    let noise = (residual.sum_of_squares - interpolation).max(UNFORESEEN_ENERGY * interpolation);
+    let share = interpolation_gain + from_reference * (1.0 - foreseen.noise_share);
+    let variance = noise / degrees_of_freedom / share;
     let scale = variance / residual.gain.powi(2);
-    [scale * (1.0 + from_reference), scale * interpolation_gain]
+    [scale * (foreseen.contrast.powi(2) + from_reference), scale * interpolation_gain]
 }
 
 /// Pixels less the numbers that a match fits, with gain and offset of the light.

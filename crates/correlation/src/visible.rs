@@ -9,9 +9,10 @@ use chainwave_measurement::Lost;
 
 use crate::icgn::{Match, Stop};
 use crate::mask::{INVALID_MARGIN_PX, dilated};
-use crate::uncertainty::degrees_of_freedom;
+use crate::simd::dot;
+use crate::uncertainty::{Residual, degrees_of_freedom};
 use crate::warp::Warp;
-use crate::{Interpolation, PreparedSubset, Window, Workspace};
+use crate::{PreparedSubset, Window, Workspace};
 
 /// Share of a subset's pixels that must be seen.
 const LEAST_VISIBLE: f64 = 0.4;
@@ -132,13 +133,13 @@ fn robust_moments(subset: &PreparedSubset, residuals: &[f64]) -> [f64; 2] {
     [middle, 1.482_6 * *values.select_nth_unstable_by(half, f64::total_cmp).1]
 }
 
-/// Variance of a match's residuals over what the reference's noise explains, at its gain.
-pub(crate) fn noise_ratio(subset: &PreparedSubset, sum_of_squares: f64, gain: f64) -> f64 {
-    let explained = subset.noise_variance * (subset.n_averaged + 1.0) * gain * gain;
-    let variance = subset.signal_energy / subset.n_used as f64 * gain * gain;
-    let interpolated = interpolation_share(subset.settings.interpolation) * variance;
+/// Variance of a match's residuals over what the reference's noise and interpolation explain.
+pub(crate) fn noise_ratio(subset: &PreparedSubset, residual: &Residual) -> f64 {
+    let degrees_of_freedom = degrees_of_freedom(subset) as f64;
+    let noise = subset.noise_variance * (subset.n_averaged + 1.0);
+    let explained = residual.gain.powi(2) * (noise + residual.of_interpolation.energy / degrees_of_freedom);
     // rounding to counts leaves a twelfth in each image
-    sum_of_squares / degrees_of_freedom(subset) as f64 / (explained + interpolated + 1.0 / 6.0)
+    residual.sum_of_squares / degrees_of_freedom / (explained + 1.0 / 6.0)
 }
 
 /// Variance over that of the noise up to which residuals may be noise: of light that is dimmer than the reference's, shot
@@ -155,21 +156,8 @@ pub(crate) fn structure_factor(subset: &PreparedSubset, noise_ratio: f64) -> f64
     if noise_ratio <= NOISE_AT_MOST {
         return 1.0;
     }
-    let square = |values: &[f32]| values.iter().map(|&value| f64::from(value).powi(2)).sum::<f64>();
-    let [k_x, k_y] = [&subset.gradient_x, &subset.gradient_y].map(|g| square(g) / subset.energy);
+    let [k_x, k_y] = [&subset.gradient_x, &subset.gradient_y].map(|g| dot(g, g) / subset.energy);
     let pixels = 0.5 * std::f64::consts::PI / (k_x * k_y).sqrt();
     let share = 1.0 - NOISE_AT_MOST / noise_ratio;
     (1.0 + share * (pixels - 1.0).max(0.0)).sqrt()
-}
-
-/// Mean square error of interpolated speckles over their variance: by the kernel's spectrum, for an autocorrelation 3.7 px
-/// wide at half height.
-fn interpolation_share(interpolation: Interpolation) -> f64 {
-    match interpolation {
-        Interpolation::Linear => 7e-3,
-        Interpolation::Cubic => 1.1e-4,
-        Interpolation::CubicMoms => 6e-5,
-        Interpolation::Quintic => 1.6e-5,
-        Interpolation::QuinticMoms => 6e-6,
-    }
 }

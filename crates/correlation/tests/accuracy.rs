@@ -4,50 +4,60 @@
 
 mod support;
 
-use chainwave_correlation::{Interpolation, PreparedSubset, Settings, Shape, Window, Workspace};
+use chainwave_correlation::{Interpolation, PreparedSubset, Reference, Settings, Shape, Window, Workspace};
 use chainwave_measurement::{Position, Region, Subset};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
-use support::{FULL_RANGE, SIZE, Speckle, grid, moments, prepare, sense};
+use support::{FULL_RANGE, SIZE, Speckle, grid, moments, sense};
 
 fn settings(interpolation: Interpolation, shape: Shape) -> Settings {
     Settings { interpolation, shape, ..Settings::default() }
 }
 
-/// The position of each subset in `target`, with its error in x and y.
+/// A position, with its error in x and y.
+type Found = (Position, [f64; 2]);
+
+/// The position of each subset in `target`; not of those that are refused or lost.
 fn errors(
     settings: &Settings,
-    reference: &[f32],
+    reference: &Reference,
     target: &[f32],
     place: impl Fn([f64; 2]) -> [f64; 2],
-) -> Vec<(Position, [f64; 2])> {
-    let subsets = grid(16);
+) -> Vec<Found> {
     let window = Window::new(Region::whole(SIZE[0], SIZE[1]), target, settings.interpolation).unwrap();
     let mut workspace = Workspace::default();
-    let prepared = prepare(reference, &subsets, settings);
-    let mut find = |(subset, prepared): (&Subset, &PreparedSubset)| {
+    let mut find = |subset: &Subset| {
+        let prepared = PreparedSubset::new(reference, subset, settings).ok()?;
         let truth = place([subset.x_px, subset.y_px]);
-        let found = prepared.match_in(&window, truth.map(f64::round), &mut workspace).unwrap().position;
-        (found, [found.x_px.value - truth[0], found.y_px.value - truth[1]])
+        let found = prepared.match_in(&window, truth.map(f64::round), &mut workspace).ok()?.position;
+        Some((found, [found.x_px.value - truth[0], found.y_px.value - truth[1]]))
     };
-    subsets.iter().zip(&prepared).map(&mut find).collect()
+    grid(16).iter().filter_map(&mut find).collect()
 }
 
-/// Errors over ten sub-pixel shifts, each with its own noise.
-fn errors_of_shifts(settings: &Settings, radius_px: f64, noise: f64) -> Vec<(Position, [f64; 2])> {
-    let speckle = Speckle::new(1, radius_px);
+fn reference(image: Vec<f32>) -> Reference {
+    Reference::new(Region::whole(SIZE[0], SIZE[1]), image, 1).unwrap()
+}
+
+/// Errors of each of some settings over so many sub-pixel shifts, each with its own noise.
+fn errors_of_shifts(settings: &[Settings], noise: f64, n_shifts: u32) -> Vec<Vec<Found>> {
+    let speckle = Speckle::new(1, Speckle::RADIUS_PX);
     // with a little less light, so that hardly a speckle saturates
     let lit = |image: Vec<f64>| image.into_iter().map(|g| 0.85 * g).collect::<Vec<_>>();
     let still = lit(speckle.render(|spot| spot));
-    (0..10)
-        .flat_map(|step| {
-            let place = move |[x, y]: [f64; 2]| [x + 0.1 * f64::from(step), y - 0.37 * f64::from(step)];
-            let seed = 100 + 2 * step as u64;
-            let reference = sense(&still, noise, seed);
-            errors(settings, &reference, &sense(&lit(speckle.render(place)), noise, seed + 1), place)
-        })
-        .collect()
+    let mut found = vec![Vec::new(); settings.len()];
+    for step in 0..n_shifts {
+        let shift = f64::from(step) / f64::from(n_shifts);
+        let place = move |[x, y]: [f64; 2]| [x + shift, y - 3.7 * shift];
+        let seed = u64::from(100 + 2 * step);
+        let reference = reference(sense(&still, noise, seed));
+        let target = sense(&lit(speckle.render(place)), noise, seed + 1);
+        for (settings, found) in settings.iter().zip(&mut found) {
+            found.extend(errors(settings, &reference, &target, place));
+        }
+    }
+    found
 }
 
 /// Difference of the largest and the smallest mean error over sub-pixel shifts without noise, in pixels.
@@ -58,7 +68,7 @@ fn bias_px(interpolation: Interpolation, radius_px: f64) -> f64 {
         let image: Vec<f64> = speckle.render(place).into_iter().map(|g| 0.7 * g).collect();
         sense(&image, 0.0, 0)
     };
-    let reference = render(&|spot| spot);
+    let reference = reference(render(&|spot| spot));
     let settings = settings(interpolation, Shape::Affine);
     let means = (0..10).map(|step| {
         let place = move |[x, y]: [f64; 2]| [x + 0.1 * f64::from(step), y - 0.3];
@@ -92,7 +102,8 @@ fn the_bias_of_a_shift_falls_with_the_degree_of_the_spline() {
 fn the_standard_deviation_is_that_of_the_noise_floor() {
     let settings = settings(Interpolation::Cubic, Shape::Affine);
     for noise in [0.01, 0.02, 0.05] {
-        let found = errors_of_shifts(&settings, Speckle::RADIUS_PX, noise);
+        let found = errors_of_shifts(std::slice::from_ref(&settings), noise, 10).remove(0);
+        assert_eq!(found.len(), 1210, "no point is lost");
         let [mean, std] = moments(&found.iter().map(|found| found.1[0]).collect::<Vec<_>>());
         // Measured on two patterns with 20 draws of noise each, both axes (+- 0.01): 1.04 at 1 and 2 %, 1.07 at 5 %. The
         // Cramer-Rao bound of these textures is 1.033 for an affine shape, and 1.05 at 5 % since the reference is noisy
@@ -106,15 +117,29 @@ fn the_standard_deviation_is_that_of_the_noise_floor() {
 
 #[test]
 fn stated_intervals_cover_their_share_of_errors() {
-    for shape in Shape::ALL {
-        for noise in [0.002, 0.01, 0.02, 0.05] {
-            let found = errors_of_shifts(&settings(Interpolation::Cubic, shape), Speckle::RADIUS_PX, noise);
+    let shapes = Shape::ALL.map(|shape| settings(Interpolation::Cubic, shape));
+    // what the linear kernel takes from the image, and the quintic one does not
+    let kernels =
+        [Interpolation::Linear, Interpolation::Quintic].map(|kernel| settings(kernel, Shape::Affine));
+    let cases = [shapes.as_slice(), &kernels].concat();
+    for noise in [0.002, 0.01, 0.02, 0.05, 0.1] {
+        for (settings, found) in cases.iter().zip(errors_of_shifts(&cases, noise, 20)) {
+            let name = format!("{} {} at {noise}", settings.interpolation, settings.shape);
+            // at 10 % noise the least contrasted subsets are refused or lost
+            let share_found = found.len() as f64 / (20.0 * 121.0);
+            assert!(share_found >= if noise < 0.1 { 1.0 } else { 0.97 }, "{name}: {share_found}");
             let [one_sigma, interval_95] = coverage(&found);
-            // 68 +- 2 and 95 +- 1 %, and one standard error of a share of 2420 errors: 0.9 and 0.45 %
-            // At 0.2 % what interpolation errs by is a share of the residual, and sigma some 7 % too large.
-            let [above, above_95] = if noise < 0.005 { [4.9, 2.4] } else { [2.9, 1.45] };
-            assert!((-2.9..above).contains(&(one_sigma - 68.3)), "{shape} at {noise}: {one_sigma} %");
-            assert!((-1.45..above_95).contains(&(interval_95 - 95.0)), "{shape} at {noise}: {interval_95} %");
+            // 68 +- 2 and 95 +- 1 %, and one standard error of a share of 4840 errors: 0.67 and 0.31 %. The bias of linear
+            // interpolation is larger than the least noise, and differs from subset to subset: 74 and 96 %. From 5 % on what
+            // it takes from the noise is overrated: 66 and 94 %.
+            let wider = match settings.interpolation {
+                Interpolation::Linear if noise < 0.01 => 4.0,
+                Interpolation::Linear => 1.0,
+                _ => 0.0,
+            };
+            let holds = (one_sigma - 68.3).abs() < 2.67 + wider && (interval_95 - 95.0).abs() < 1.31 + wider;
+            assert!(holds, "{name}: {one_sigma} {interval_95} %");
+            println!("{name}: {one_sigma:.1} {interval_95:.1} %");
         }
     }
 }
@@ -138,7 +163,7 @@ fn noise_that_grows_with_the_light_is_in_sigma() {
             let place = move |[x, y]: [f64; 2]| [x + 0.083 * f64::from(step), y - 0.3];
             let seed = 300 + 2 * step as u64;
             let target = expose(&speckle.render(place), seed + 1);
-            errors(&Settings::default(), &expose(&still, seed), &target, place)
+            errors(&Settings::default(), &reference(expose(&still, seed)), &target, place)
         })
         .collect();
     let [one_sigma, interval_95] = coverage(&found);
@@ -148,10 +173,9 @@ fn noise_that_grows_with_the_light_is_in_sigma() {
 }
 
 /// Percent of errors within one stated sigma, and within the 95 % interval.
-fn coverage(found: &[(Position, [f64; 2])]) -> [f64; 2] {
-    let in_sigma = |(position, error): &(Position, [f64; 2])| {
-        [error[0] / position.x_px.sigma, error[1] / position.y_px.sigma]
-    };
+fn coverage(found: &[Found]) -> [f64; 2] {
+    let in_sigma =
+        |(position, error): &Found| [error[0] / position.x_px.sigma, error[1] / position.y_px.sigma];
     let pulls: Vec<f64> = found.iter().flat_map(in_sigma).collect();
     let share =
         |limit: f64| pulls.iter().filter(|pull| pull.abs() < limit).count() as f64 / pulls.len() as f64;
@@ -162,7 +186,7 @@ fn coverage(found: &[(Position, [f64; 2])]) -> [f64; 2] {
 fn light_that_changes_moves_nothing() {
     let speckle = Speckle::new(3, Speckle::RADIUS_PX);
     let place = |[x, y]: [f64; 2]| [x + 0.4, y + 0.2];
-    let reference = sense(&speckle.render(|spot| spot), 0.01, 1);
+    let reference = reference(sense(&speckle.render(|spot| spot), 0.01, 1));
     let target = sense(&speckle.render(place), 0.01, 2);
     let dimmed: Vec<f32> = target.iter().map(|g| 0.8 * g + 409.5).collect();
     let settings = Settings::default();
@@ -185,7 +209,7 @@ fn a_rotation_is_followed_by_an_affine_subset() {
         let (x, y) = (x - 210.0, y - 210.0);
         [210.0 + cos * x - sin * y, 210.0 + sin * x + cos * y]
     };
-    let reference = sense(&speckle.render(|spot| spot), 0.0, 1);
+    let reference = reference(sense(&speckle.render(|spot| spot), 0.0, 1));
     let target = sense(&speckle.render(place), 0.0, 2);
     let settings = Settings { convergence_px: 1e-5, ..settings(Interpolation::Quintic, Shape::Affine) };
     let found = errors(&settings, &reference, &target, place);

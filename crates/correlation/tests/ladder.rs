@@ -12,11 +12,13 @@ mod support;
 
 use std::time::Instant;
 
-use chainwave_correlation::{Interpolation, Method, ReferenceFrames, Settings, Shape, Window, Workspace};
-use chainwave_measurement::{Region, Subset, Track};
+use chainwave_correlation::{
+    Interpolation, Method, PreparedSubset, Reference, ReferenceFrames, Settings, Shape, Window, Workspace,
+};
+use chainwave_measurement::{Position, Region, Subset, Track};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use support::{FULL_RANGE, Film, SIZE, Speckle, grid, moments, prepare, sense};
+use support::{FULL_RANGE, Film, SIZE, Speckle, grid, moments, sense};
 
 const N_FRAMES: usize = 41;
 
@@ -86,36 +88,25 @@ fn every_method_on_one_scene() {
     }
 }
 
-/// Pull and error over the floor of every axis of every subset, by shape function and interpolation.
-type Pulls = Vec<[f64; 2]>;
+/// Pull, error over the floor, and error over the bound of the affine shape function, of every axis of every subset.
+type Pulls = Vec<[f64; 3]>;
 
-/// The Cramer-Rao bound of the affine shape function with unknown gain and offset, over the floor: root mean square
-/// over all subsets and both axes.
-fn affine_bound(still: &[f64], slopes: &[Vec<f64>; 2]) -> f64 {
-    let (mut bound, mut floor) = (0.0, 0.0);
-    for subset in grid(24) {
+/// The Cramer-Rao bound of the affine shape function with unknown gain and offset, of each subset along x and y.
+fn affine_bounds_px(still: &[f64], slopes: &[Vec<f64>; 2], noise: f64) -> Vec<[f64; 2]> {
+    let of = |subset: &Subset| {
         let (cx, cy) = (subset.x_px as usize, subset.y_px as usize);
         let mut hessian = nalgebra::DMatrix::<f64>::zeros(8, 8);
         for (x, y) in (0..33).flat_map(|y| (0..33).map(move |x| (x, y))) {
             let i = (cy + y - 16) * SIZE[0] + cx + x - 16;
             let (fx, fy, x, y) = (slopes[0][i], slopes[1][i], x as f64 - 16.0, y as f64 - 16.0);
-            let j = nalgebra::DVector::from_vec(vec![
-                fx,
-                fx * x,
-                fx * y,
-                fy,
-                fy * x,
-                fy * y,
-                1.0,
-                still[i] / 1e3,
-            ]);
+            let derivatives = [fx, fx * x, fx * y, fy, fy * x, fy * y, 1.0, still[i] / 1e3];
+            let j = nalgebra::DVector::from_row_slice(&derivatives);
             hessian += &j * j.transpose();
         }
-        floor += 1.0 / hessian[(0, 0)] + 1.0 / hessian[(3, 3)];
         let inverse = hessian.try_inverse().unwrap();
-        bound += inverse[(0, 0)] + inverse[(3, 3)];
-    }
-    (bound / floor).sqrt()
+        [0, 3].map(|i| (2.0 * inverse[(i, i)]).sqrt() * noise * FULL_RANGE)
+    };
+    grid(24).iter().map(of).collect()
 }
 
 /// The noise floor of a subset along x and y, from the images without noise.
@@ -147,29 +138,29 @@ fn pulls(noise: f64, n_draws: u64, methods: &[(Interpolation, Shape)]) -> Vec<Pu
             after.iter().zip(before).map(|(a, b)| (a - b) / 0.02).collect::<Vec<f64>>()
         };
         let slopes = [slope([1.0, 0.0]), slope([0.0, 1.0])];
-        println!("affine bound over floor {:.4}", affine_bound(&still, &slopes));
-        let floors = floors_px(&slopes, noise);
+        let limits: Vec<_> =
+            floors_px(&slopes, noise).into_iter().zip(affine_bounds_px(&still, &slopes, noise)).collect();
         for draw in 0..n_draws {
             let shift = [random.random_range(-0.5..0.5), random.random_range(-0.5..0.5)];
             let seed = 1000 * pattern + 2 * draw;
-            let reference = sense(&still, noise, seed);
+            let whole = Region::whole(SIZE[0], SIZE[1]);
+            let reference = Reference::new(whole, sense(&still, noise, seed), 1).unwrap();
             let target = sense(&lit(speckle.render(|[x, y]| [x + shift[0], y + shift[1]])), noise, seed + 1);
             for ((interpolation, shape), pulls) in methods.iter().zip(&mut all) {
                 let settings =
                     Settings { interpolation: *interpolation, shape: *shape, ..Settings::default() };
-                let window = Window::new(Region::whole(SIZE[0], SIZE[1]), &target, *interpolation).unwrap();
+                let window = Window::new(whole, &target, *interpolation).unwrap();
                 let mut workspace = Workspace::default();
-                let subsets = grid(24);
-                for ((subset, prepared), floor) in
-                    subsets.iter().zip(prepare(&reference, &subsets, &settings)).zip(&floors)
-                {
+                for (subset, (floor, bound)) in grid(24).iter().zip(&limits) {
+                    // at 10 % noise some are refused
+                    let Ok(prepared) = PreparedSubset::new(&reference, subset, &settings) else { continue };
                     let start = [subset.x_px, subset.y_px];
                     let Ok(found) = prepared.match_in(&window, start, &mut workspace) else { continue };
-                    let found = found.position;
-                    let error =
-                        [found.x_px.value - start[0] - shift[0], found.y_px.value - start[1] - shift[1]];
-                    pulls.push([error[0] / found.x_px.sigma, error[0] / floor[0]]);
-                    pulls.push([error[1] / found.y_px.sigma, error[1] / floor[1]]);
+                    let Position { x_px, y_px, .. } = found.position;
+                    for (axis, found) in [x_px, y_px].into_iter().enumerate() {
+                        let error = found.value - start[axis] - shift[axis];
+                        pulls.push([error / found.sigma, error / floor[axis], error / bound[axis]]);
+                    }
                 }
             }
         }
@@ -202,11 +193,12 @@ fn precision_and_coverage_at_every_noise() {
             let share = |limit: f64| 100.0 * pulls.iter().filter(|p| p[0].abs() < limit).count() as f64 / n;
             let rms = |i: usize| (pulls.iter().map(|p| p[i] * p[i]).sum::<f64>() / n).sqrt();
             println!(
-                "{:5.1} % {:12} {:12} std/floor {:.3}  rms pull {:.3}  {:.1} {:.1}  n {}",
+                "{:5.1} % {:12} {:12} std/floor {:.3}, /affine bound {:.3}  rms pull {:.3}  {:.1} {:.1}  n {}",
                 100.0 * noise,
                 interpolation.to_string(),
                 shape.to_string(),
                 rms(1),
+                rms(2),
                 rms(0),
                 share(1.0),
                 share(1.96),

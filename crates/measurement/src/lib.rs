@@ -20,7 +20,7 @@ mod region;
 mod track;
 
 pub use estimate::Estimate;
-pub use motion::{ChainMotion, ErrorMode, Moment, Trajectory};
+pub use motion::{ChainMotion, ErrorMode, Moment, Trajectory, samples_until};
 pub use observation::{BodyTrack, Observation};
 pub use parallel::map_in_parallel;
 pub use recording::{ReadError, Recording, RecordingInfo};

@@ -19,7 +19,7 @@ impl Trajectory {
     ///
     /// The displacement's error is at most h^4/384 max|x''''| for samples h apart.
     pub fn at(&self, time_s: f64) -> Option<Moment<'_>> {
-        let after = self.sample_after(time_s);
+        let after = samples_until(&self.times_s, time_s);
         let still = |sample: usize, slopes: [f64; 4]| Moment {
             trajectory: self,
             samples: [sample, sample],
@@ -38,19 +38,19 @@ impl Trajectory {
         let (weights, slopes) = (hermite_weights(at, step_s), hermite_slopes(at, step_s));
         Some(Moment { trajectory: self, samples: [before, after], weights, slopes })
     }
+}
 
-    /// The first sample after a time, which in most motions lies where equal steps put it.
-    fn sample_after(&self, time_s: f64) -> usize {
-        let times_s = &self.times_s;
-        let equal_steps = || {
-            let (first_s, last_s) = (*times_s.first()?, *times_s.last()?);
-            let guess = ((time_s - first_s) / (last_s - first_s) * (times_s.len() - 1) as f64) as usize;
-            let guess = guess.saturating_add(1);
-            let (before_s, after_s) = (*times_s.get(guess - 1)?, *times_s.get(guess)?);
-            (before_s <= time_s && time_s < after_s).then_some(guess)
-        };
-        equal_steps().unwrap_or_else(|| times_s.partition_point(|&sample_s| sample_s <= time_s))
-    }
+/// Number of samples up to a time (itself included), of increasing sample times: found at once where they are equally spaced, as
+/// most are, else by bisection.
+pub fn samples_until(times_s: &[f64], time_s: f64) -> usize {
+    let equal_steps = || {
+        let (first_s, last_s) = (*times_s.first()?, *times_s.last()?);
+        let guess = ((time_s - first_s) / (last_s - first_s) * (times_s.len() - 1) as f64) as usize;
+        let guess = guess.saturating_add(1);
+        let (before_s, after_s) = (*times_s.get(guess - 1)?, *times_s.get(guess)?);
+        (before_s <= time_s && time_s < after_s).then_some(guess)
+    };
+    equal_steps().unwrap_or_else(|| times_s.partition_point(|&sample_s| sample_s <= time_s))
 }
 
 /// A [`Trajectory`] at one time.
@@ -193,14 +193,10 @@ mod tests {
         let equal: Vec<f64> = (0..1000).map(|i| 0.1 + f64::from(i) * 1e-5).collect();
         let unequal: Vec<f64> = (0..1000).map(|i| (f64::from(i) * 1e-3).powi(2)).collect();
         for times_s in [equal, unequal, vec![0.3]] {
-            let still = Array2::zeros((1, times_s.len()));
-            let motion = Trajectory { times_s, displacement_m: still.clone(), velocity_m_per_s: still };
             let between = (0..2000).map(|i| f64::from(i) * 6e-4 - 0.05);
-            for time_s in
-                motion.times_s.iter().copied().chain(between).chain([f64::INFINITY, f64::NAN, 1e300])
-            {
-                let counted = motion.times_s.iter().filter(|sample_s| **sample_s <= time_s).count();
-                assert_eq!(motion.sample_after(time_s), counted, "{time_s} s");
+            for time_s in times_s.iter().copied().chain(between).chain([f64::INFINITY, f64::NAN, 1e300]) {
+                let counted = times_s.iter().filter(|sample_s| **sample_s <= time_s).count();
+                assert_eq!(samples_until(&times_s, time_s), counted, "{time_s} s");
             }
         }
     }

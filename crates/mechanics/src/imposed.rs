@@ -1,3 +1,5 @@
+use chainwave_measurement::samples_until;
+
 use crate::{MechanicsError, check};
 
 /// A motion x_1(t) given by samples: the interpolating cubic spline, twice continuously differentiable.
@@ -39,7 +41,7 @@ impl ImposedMotion {
     /// the nearest interval goes on.
     pub fn at(&self, time_s: f64) -> (f64, f64) {
         let last = self.times_s.len() - 2;
-        let i = self.times_s.partition_point(|&t| t <= time_s).saturating_sub(1).min(last);
+        let i = samples_until(&self.times_s, time_s).saturating_sub(1).min(last);
         let h = self.times_s[i + 1] - self.times_s[i];
         let (from_left, to_right) = (time_s - self.times_s[i], self.times_s[i + 1] - time_s);
         let (x_0, x_1) = (self.displacement_m[i], self.displacement_m[i + 1]);

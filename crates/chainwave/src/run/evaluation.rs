@@ -179,6 +179,7 @@ pub(crate) fn measure_motion(
         front: front_settings(job),
         velocity_gaps,
         n_replicas: analysis.n_replicas,
+        n_threads: threads(job.jobs),
         ..MeasureSettings::new(chain.pitch_m.get(), analysis.seed)
     };
     Ok(measure(motion, &settings, Some(&|overlap_m| law.energy_j(overlap_m)))?)

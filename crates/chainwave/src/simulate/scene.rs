@@ -105,12 +105,22 @@ enum DriveTable {
     Free { initial: PathBuf },
 }
 
-#[derive(Debug, Default, Deserialize)]
+/// `[far_end]` of a scene of either model.
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
 #[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
-enum FarEndTable {
+pub(super) enum FarEndTable {
     #[default]
     Free,
     Fixed,
+}
+
+impl From<FarEndTable> for FarEnd {
+    fn from(table: FarEndTable) -> Self {
+        match table {
+            FarEndTable::Free => Self::Free,
+            FarEndTable::Fixed => Self::Fixed,
+        }
+    }
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -181,10 +191,7 @@ impl Scene {
             )?,
             contact,
             drive: self.drive.drive(path, self.n_bodies)?,
-            far_end: match self.far_end {
-                FarEndTable::Free => FarEnd::Free,
-                FarEndTable::Fixed => FarEnd::Fixed,
-            },
+            far_end: self.far_end.into(),
         })
     }
 

@@ -1,10 +1,8 @@
-use std::time::Instant;
-
-use chainwave_mechanics::{Chain, Integration, Method, Schedule, Simulation, simulate};
+use chainwave_mechanics::{Integration, Method, Schedule, simulate};
 
 use super::Rung;
+use super::simulations::ladder;
 use crate::error::Error;
-use crate::progress;
 use crate::run::Job;
 
 /// Steps of the methods that take constant ones, in seconds: 1/90 to 1/1400 of the shortest period of the paper's chain.
@@ -13,76 +11,39 @@ const STEPS_S: [f64; 5] = [2e-5, 1e-5, 5e-6, 2.5e-6, 1.25e-6];
 const ACCURACIES: [f64; 4] = [1e-4, 1e-6, 1e-8, 1e-10];
 /// Accuracy of the simulation that stands for the truth.
 const REFERENCE: f64 = 1e-12;
-/// Repetitions of which the shortest counts.
-const REPETITIONS: usize = 3;
 
 /// Every integrator on an experiment's chain, while the wave crosses it.
 pub(super) fn of_experiment(job: &Job) -> Result<Vec<Rung>, Error> {
     let chain = job.chain()?;
     let pitches_per_s = (job.experiment.contact.power_law()?.k_0_n_per_m() / chain.mass_kg[0]).sqrt();
-    let frame_s = OUTPUT_INTERVAL_S;
-    ladder(&chain, (1.5 * chain.n_bodies() as f64 / pitches_per_s / frame_s).ceil() * frame_s, frame_s)
+    let n_outputs = (1.5 * chain.n_bodies() as f64 / pitches_per_s / OUTPUT_INTERVAL_S).ceil();
+    let schedule = |integration| Schedule {
+        integration,
+        ..Schedule::automatic(n_outputs * OUTPUT_INTERVAL_S, OUTPUT_INTERVAL_S)
+    };
+    let reference = Integration::Accuracy { method: Method::Dop853, accuracy: REFERENCE };
+    let truth = simulate(&chain, &schedule(reference))?.trajectory;
+    // A method that is not for this chain, or a step beyond its stability bound, is no rung here.
+    Ok(ladder("integrator", &truth, settings(), |integration| {
+        let found = simulate(&chain, &schedule(*integration)).ok()?;
+        Some((found.method.into(), found.trajectory))
+    }))
 }
 
 /// Interval between outputs: that of frames at 25 kHz.
 const OUTPUT_INTERVAL_S: f64 = 4e-5;
 
-/// Every integrator on the experiment's chain: its largest error of a displacement over the largest displacement, and the time
-/// of one simulation.
-fn ladder(chain: &Chain, duration_s: f64, output_interval_s: f64) -> Result<Vec<Rung>, Error> {
-    let schedule =
-        |integration| Schedule { integration, ..Schedule::automatic(duration_s, output_interval_s) };
-    let truth =
-        simulate(chain, &schedule(Integration::Accuracy { method: Method::Dop853, accuracy: REFERENCE }))?;
-    let constant = Method::LADDER.into_iter().filter(|method| !method.is_adaptive());
-    let mut settings: Vec<(String, Integration)> = Vec::new();
-    for method in constant {
-        let steps = STEPS_S.map(|dt_s| (format!("dt = {dt_s:e} s"), Integration::Steps { method, dt_s }));
-        settings.extend(steps);
-    }
-    for method in Method::LADDER.into_iter().filter(|method| method.is_adaptive()) {
-        let accuracies = ACCURACIES
-            .map(|accuracy| (format!("accuracy = {accuracy:e}"), Integration::Accuracy { method, accuracy }));
-        settings.extend(accuracies);
-    }
-    let bar = progress::bar("integrators", settings.len() as u64);
-    let mut rungs = Vec::with_capacity(settings.len());
-    for (settings, integration) in settings {
-        bar.inc(1);
-        // A method that is not for this chain, or a step beyond its stability bound, is no rung here.
-        let Some((found, seconds_per_item)) = timed(chain, &schedule(integration)) else { continue };
-        rungs.push(Rung {
-            step: "integrator",
-            method: found.method.into(),
-            settings,
-            error: distance(&found, &truth),
-            error_unit: "of largest displacement",
-            seconds_per_item,
-            items: REPETITIONS as u64,
-        });
-    }
-    bar.finish_and_clear();
-    Ok(rungs)
-}
-
-/// A simulation and the time that it takes, in seconds.
-fn timed(chain: &Chain, schedule: &Schedule) -> Option<(Simulation, f64)> {
-    let mut best: Option<(Simulation, f64)> = None;
-    for _ in 0..REPETITIONS {
-        let start = Instant::now();
-        let found = simulate(chain, schedule).ok()?;
-        let seconds = start.elapsed().as_secs_f64();
-        if best.as_ref().is_none_or(|(_, shortest)| seconds < *shortest) {
-            best = Some((found, seconds));
-        }
-    }
-    best
-}
-
-/// Largest difference of displacements over the largest displacement.
-fn distance(found: &Simulation, truth: &Simulation) -> f64 {
-    let (found, truth) = (&found.trajectory.displacement_m, &truth.trajectory.displacement_m);
-    let largest =
-        |values: &mut dyn Iterator<Item = f64>| values.fold(0.0_f64, |most, value| most.max(value.abs()));
-    largest(&mut found.iter().zip(truth).map(|(a, b)| a - b)) / largest(&mut truth.iter().copied())
+/// Constant steps down the ladder, then the accuracies of what chooses its own steps.
+fn settings() -> Vec<(String, Integration)> {
+    let steps = |method| {
+        STEPS_S.map(|dt_s| (format!("dt = {dt_s:e} s"), Integration::Steps { method, dt_s })).to_vec()
+    };
+    let accuracies = |method| {
+        let named =
+            |accuracy| (format!("accuracy = {accuracy:e}"), Integration::Accuracy { method, accuracy });
+        ACCURACIES.map(named).to_vec()
+    };
+    let (adaptive, constant): (Vec<Method>, Vec<Method>) =
+        Method::LADDER.into_iter().partition(|method| method.is_adaptive());
+    constant.into_iter().flat_map(steps).chain(adaptive.into_iter().flat_map(accuracies)).collect()
 }

@@ -1,6 +1,6 @@
 use std::path::{Path, PathBuf};
 
-use chainwave_mechanics::{FarEnd, ImposedMotion, Ring, RingChain, RingDrive, RingSchedule, RingStriker};
+use chainwave_mechanics::{ImposedMotion, Ring, RingChain, RingDrive, RingSchedule, RingStriker};
 use serde::Deserialize;
 
 use crate::error::Error;
@@ -10,7 +10,7 @@ use crate::parallel::threads;
 use crate::table::Table;
 
 use super::figures::FiguresTable;
-use crate::simulate::scene::State;
+use crate::simulate::scene::{FarEndTable, State};
 
 /// Points of a band between kappa a = 0 and pi where their number is not stated.
 const N_KAPPA: usize = 65;
@@ -131,14 +131,6 @@ enum DriveTable {
 }
 
 #[derive(Debug, Default, Deserialize)]
-#[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
-enum FarEndTable {
-    #[default]
-    Free,
-    Fixed,
-}
-
-#[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 struct Integrator {
     method: Method,
@@ -221,10 +213,7 @@ impl Scene {
             elements_per_ring: self.ring.elements_per_ring.unwrap_or(0),
             damping_kg_per_s: damping.map_or(0.0, NotNegative::get),
             drive,
-            far_end: match self.far_end {
-                FarEndTable::Free => FarEnd::Free,
-                FarEndTable::Fixed => FarEnd::Fixed,
-            },
+            far_end: self.far_end.into(),
         })
     }
 

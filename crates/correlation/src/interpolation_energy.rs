@@ -1,0 +1,243 @@
+//! The share of interpolation in a match's residual, foreseen from the reference alone.
+//!
+//! What interpolation does to the image ([`crate::alias`]) and is neither displacement nor gain stays in the residual. Counted
+//! as noise, it would overstate sigma where the noise is low. At each phase between two pixels it is an even and an odd
+//! filter of the reference along each axis, so its energy follows from the filters' taps and the reference's autocorrelation
+//! at a few lags. What the even filter has in common with the reference is gain, and what the odd one has in common with
+//! its derivative is displacement: neither stays.
+//!
+//! The reference's noise has its share in that energy, which is known but for the noise's variance: [`Foreseen`].
+
+use std::f64::consts::{PI, TAU};
+use std::sync::LazyLock;
+
+use crate::Interpolation;
+use crate::alias::{LAGS, error_response, fit, sinc};
+use crate::filter::convolve;
+use crate::gradient::spline_slope;
+use crate::lagged::Surroundings;
+use crate::sample::Lattice;
+use crate::warp::Warp;
+
+/// Phases from 0 to 1/2 at which the energy is known; it is the same on both sides of 1/2.
+const N_PHASES: usize = 5;
+/// The energy over the phase t as a sum of `cos(2 pi m t)`.
+type Waves = [f64; N_PHASES];
+/// An autocorrelation, or what it is to be multiplied with, at the lags from 0 on.
+type ByLag = [f64; 2 * LAGS + 1];
+
+/// The energy of interpolation's errors in a subset's residual over the phases of interpolation.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct InterpolationEnergy {
+    /// By interpolation along x and y, in counts squared.
+    axes: [Waves; 2],
+    /// What interpolation along x and y adds to the contrast of the reference's gradient along it, as a share.
+    contrast: [Waves; 2],
+    /// The same of a pixel of white noise of unit variance.
+    of_noise: Waves,
+}
+
+/// What interpolation adds to the sum of squares of a residual, for a target of unit gain.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Foreseen {
+    /// By the reference as it is, with its noise, in counts squared.
+    pub(crate) energy: f64,
+    /// What noise of unit variance has added to that in each pixel.
+    pub(crate) noise_share: f64,
+    /// What is left of the contrast of the gradients, and of noise that is as smooth.
+    pub(crate) contrast: f64,
+}
+
+impl InterpolationEnergy {
+    /// The energy for a subset of an `intensity` in its surroundings, in whose pixels noise has together `noise_energy`.
+    pub(crate) fn new(
+        surroundings: &Surroundings,
+        intensity: &[f32],
+        noise_energy: f64,
+        interpolation: Interpolation,
+    ) -> Self {
+        let spread = surroundings.spread(intensity);
+        let phases = &PHASES[interpolation as usize];
+        let autocorrelations = [0, 1].map(|axis| -> ByLag {
+            std::array::from_fn(|lag| {
+                let lags = [lag as i64, -(lag as i64)];
+                0.5 * lags.map(|lag| surroundings.correlation(&spread, axis, lag)).iter().sum::<f64>()
+            })
+        });
+        let over_phases = |of: &dyn Fn(&Phase, &ByLag) -> f64| {
+            autocorrelations.each_ref().map(|r| waves_through(phases.each_ref().map(|phase| of(phase, r))))
+        };
+        Self {
+            axes: over_phases(&|phase, r| phase.even.energy(r) + phase.odd.energy(r)),
+            contrast: over_phases(&|phase, r| {
+                let of_texture = |by_lag: &ByLag| sum(by_lag, r) - noise_energy * by_lag[0];
+                of_texture(&phase.of_slope) / of_texture(&phase.odd.absorbed)
+            }),
+            of_noise: waves_through(
+                phases.each_ref().map(|phase| phase.even.square[0] + phase.odd.square[0]),
+            ),
+        }
+    }
+
+    /// The energy in a part of the subset.
+    pub(crate) fn scaled(&self, share: f64) -> Self {
+        Self { axes: self.axes.map(|waves| waves.map(|wave| share * wave)), ..*self }
+    }
+
+    /// What is foreseen under a warp. Where the subset is deformed the phase varies over it; the mean over it is taken.
+    pub(crate) fn at(&self, warp: &Warp, lattice: Lattice) -> Foreseen {
+        let middle = warp.apply(lattice.middle_px());
+        let [ux, uy, vx, vy] = warp.gradient;
+        let (columns, rows) = (lattice.width as f64, lattice.height as f64);
+        let mut foreseen = Foreseen { energy: 0.0, noise_share: 0.0, contrast: 1.0 };
+        for (axis, [along, across]) in [[ux, uy], [vx, vy]].into_iter().enumerate() {
+            let cosine = (TAU * middle[axis]).cos();
+            let [mut before, mut wave] = [cosine, 1.0];
+            let mut contrast = 1.0;
+            for m in 0..N_PHASES {
+                let order = m as f64;
+                let mean = wave * sinc(order * along * columns) * sinc(order * across * rows);
+                foreseen.energy += self.axes[axis][m] * mean;
+                foreseen.noise_share += self.of_noise[m] * mean;
+                contrast += self.contrast[axis][m] * mean;
+                // cos((m + 1) a) = 2 cos(a) cos(m a) - cos((m - 1) a)
+                [before, wave] = [wave, 2.0 * cosine * wave - before];
+            }
+            foreseen.contrast *= contrast;
+        }
+        foreseen
+    }
+}
+
+/// The waves through the values at the phases.
+fn waves_through(values: [f64; N_PHASES]) -> Waves {
+    let last = N_PHASES - 1;
+    let share = |i: usize| if i == 0 || i == last { 0.5 } else { 1.0 };
+    std::array::from_fn(|m| {
+        let term = |(i, value): (usize, &f64)| share(i) * value * (PI * (m * i) as f64 / last as f64).cos();
+        2.0 / last as f64 * share(m) * values.iter().enumerate().map(term).sum::<f64>()
+    })
+}
+
+/// What interpolation does at a phase.
+struct Phase {
+    even: Filter,
+    odd: Filter,
+    /// What an autocorrelation is multiplied with for the product of the gradient and its even filter.
+    of_slope: ByLag,
+}
+
+/// The even or the odd filter of a phase, as what an autocorrelation is multiplied with.
+struct Filter {
+    /// For the energy of the filtered reference.
+    square: ByLag,
+    /// For its product with what the match absorbs: the reference itself, or its derivative.
+    shared: ByLag,
+    /// For the energy of the latter.
+    absorbed: ByLag,
+}
+
+static PHASES: LazyLock<[[Phase; N_PHASES]; 5]> = LazyLock::new(|| {
+    Interpolation::ALL.map(|interpolation| {
+        std::array::from_fn(|i| Phase::new(interpolation, 0.5 * i as f64 / (N_PHASES - 1) as f64))
+    })
+});
+
+impl Phase {
+    fn new(interpolation: Interpolation, phase: f64) -> Self {
+        let taps = fit(|w| error_response(interpolation, phase, w));
+        let [even, odd] = [0, 1].map(|parity| taps.map(|pair| pair[parity]));
+        let mut identity = [0.0; 2 * LAGS + 1];
+        identity[LAGS] = 1.0;
+        let slope: [f64; 2 * LAGS + 1] = std::array::from_fn(|i| spline_slope(i as i32 - LAGS as i32));
+        let filtered_slope = convolve(&even, &slope);
+        let centred_slope = convolve(&identity, &slope);
+        Self {
+            even: Filter::new(&even, &identity),
+            odd: Filter::new(&odd, &slope),
+            of_slope: by_lag(&filtered_slope, &centred_slope),
+        }
+    }
+}
+
+impl Filter {
+    fn new(taps: &[f64], absorbed: &[f64]) -> Self {
+        let [square, shared, absorbed] =
+            [(taps, taps), (taps, absorbed), (absorbed, absorbed)].map(|(a, b)| by_lag(a, b));
+        Self { square, shared, absorbed }
+    }
+
+    /// The energy that stays of what this filter makes of a reference.
+    fn energy(&self, autocorrelation: &ByLag) -> f64 {
+        let shared = sum(&self.shared, autocorrelation);
+        sum(&self.square, autocorrelation) - shared * shared / sum(&self.absorbed, autocorrelation)
+    }
+}
+
+/// The sums of products of two filters' taps that are so far apart; what is farther apart is next to nothing.
+fn by_lag(a: &[f64], b: &[f64]) -> ByLag {
+    let mut sums = [0.0; 2 * LAGS + 1];
+    for (i, a) in a.iter().enumerate() {
+        for (j, b) in b.iter().enumerate() {
+            if let Some(sum) = sums.get_mut(i.abs_diff(j)) {
+                *sum += a * b;
+            }
+        }
+    }
+    sums
+}
+
+fn sum(by_lag: &ByLag, autocorrelation: &ByLag) -> f64 {
+    by_lag.iter().zip(autocorrelation).map(|(a, r)| a * r).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::alias::tests::waves;
+    use crate::{PreparedSubset, Reference, Settings, Window, Workspace};
+    use chainwave_measurement::{Region, Subset};
+
+    #[test]
+    fn what_is_foreseen_is_what_a_match_without_noise_leaves() {
+        let whole = Region::whole(90, 90);
+        let reference = Reference::new(whole, waves([0.0; 2]), 1).unwrap();
+        let subset =
+            Subset { name: "a".into(), x_px: 45.0, y_px: 44.0, half_width_px: 16, half_height_px: 14 };
+        for interpolation in Interpolation::ALL {
+            let settings = Settings { interpolation, convergence_px: 1e-5, ..Settings::default() };
+            let subset = PreparedSubset::new(&reference, &subset, &settings).unwrap();
+            let mut workspace = Workspace::default();
+            for shift in [[0.5, 0.0], [0.0, 0.5], [0.5, 0.3], [0.2, 0.1], [0.8, 0.4], [0.3, 0.9]] {
+                let window = Window::new(whole, &waves(shift), interpolation).unwrap();
+                let start = Warp::at([45.0 + shift[0], 44.0 + shift[1]]);
+                let warp = subset.solve(&window, start, &mut workspace).unwrap().warp();
+                let (_, residual) = subset.compare(&window, &warp, &mut workspace).unwrap();
+                let (left, foreseen) = (residual.sum_of_squares, residual.of_interpolation);
+                // A quarter for what is odd along one axis and even along the other; and a millionth of the image's energy
+                // for the filters' few taps: a tenth of a count, of 450.
+                let error = (foreseen.energy - left).abs();
+                assert!(
+                    error < 0.25 * left + 1e-6 * subset.energy,
+                    "{interpolation} {shift:?}: {foreseen:?} {left}"
+                );
+                // Linear interpolation half way takes 1 - cos(w/2) of a wave; these have w of about 1.
+                let loss = 1.0 - foreseen.contrast;
+                let expected = if interpolation == Interpolation::Linear { 0.02..0.35 } else { -0.01..0.01 };
+                assert!(expected.contains(&loss), "{interpolation} {shift:?}: {loss}");
+            }
+        }
+    }
+
+    #[test]
+    fn waves_pass_through_their_values() {
+        let values = [0.0, 0.3, 1.0, 0.7, 0.2];
+        let waves = waves_through(values);
+        for (i, value) in values.into_iter().enumerate() {
+            let phase = 0.5 * i as f64 / 4.0;
+            let sum: f64 =
+                waves.iter().enumerate().map(|(m, wave)| wave * (TAU * m as f64 * phase).cos()).sum();
+            assert!((sum - value).abs() < 1e-12, "five waves, five values");
+        }
+    }
+}
