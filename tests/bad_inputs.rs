@@ -21,7 +21,7 @@ const WRONG_SETTINGS: [(&str, &str, &str); 10] = [
     ("p = 0.114", "p = inf", "above 0"),
     ("law = \"power\"", "law = \"hooke\"", "hooke"),
     ("[chain]\nn_bodies = 12", "[chain]\nn_bodies = 1", "at least 2"),
-    ("half_height_px = 9", "half_height_px = 9\nshape = \"cubist\"", "affine"),
+    ("half_height_px = 8", "half_height_px = 8\nshape = \"cubist\"", "affine"),
     ("half_width_px = 9 ", "half_width_px = 9.5 ", "half_width_px"),
     ("[contact]", "[contact", "]"),
 ];

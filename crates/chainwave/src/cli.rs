@@ -123,6 +123,9 @@ pub(crate) struct Track {
     /// Table to write (.csv or .parquet).
     #[arg(long)]
     pub(crate) out: PathBuf,
+    /// Picture of how far the points moved over time, without ending: .svg and .png are written.
+    #[arg(long, value_name = "STEM")]
+    pub(crate) picture: Option<PathBuf>,
     /// Reference frame, from 0.
     #[arg(long, default_value_t = 0)]
     pub(crate) reference: usize,

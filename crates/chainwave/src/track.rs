@@ -10,7 +10,8 @@ use chainwave_correlation::{
     Method, ReferenceFrames, Settings, Shape, ShapeChoice, SharpEdge, sharp_edge, smallest_half_px,
     track_by_evidence,
 };
-use chainwave_measurement::{Lost, Position, Recording, Subset, Track};
+use chainwave_figures::PointMotion;
+use chainwave_measurement::{Estimate, Lost, Position, Recording, Subset, Track};
 use indicatif::ProgressBar;
 use polars::prelude::Column;
 
@@ -45,11 +46,12 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     bar.finish_and_clear();
     let mut outcome = Outcome::default();
     let mut rows = TrackRows::default();
-    let mut noted = BTreeSet::new();
+    let (mut noted, mut moved) = (BTreeSet::new(), Vec::new());
     for (name, result) in recordings.iter().zip(results) {
         match result {
             Ok((tracked, notes)) => {
                 rows.add(name, &tracked);
+                moved.extend(motions(&tracked));
                 // once for each point, however many recordings show it
                 let new = notes.into_iter().filter(|note| noted.insert(note.point.clone()));
                 new.for_each(|note| warn(name, &note));
@@ -61,6 +63,9 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
         return Err(Error::NothingLeft { what: "recordings", n: recordings.len() });
     }
     rows.write(&arguments.out)?;
+    if let Some(stem) = &arguments.picture {
+        chainwave_figures::tracks(stem, &moved)?;
+    }
     Ok(outcome)
 }
 
@@ -97,6 +102,25 @@ fn edges_beside(
         notes.extend(edge.map(|edge| EdgeNote { point: subset.name.clone(), edge }));
     }
     Ok(notes)
+}
+
+/// Name of a coordinate, and how it is read from a position.
+type Coordinate = (&'static str, fn(&Position) -> Estimate);
+
+/// How far each point moved along columns and rows from where it was first seen.
+fn motions(tracked: &Tracked) -> Vec<PointMotion> {
+    let coordinates: [Coordinate; 2] = [("x", |position| position.x_px), ("y", |position| position.y_px)];
+    let of_track = |(track, _): &(Track, Option<Shape>)| {
+        coordinates.map(|(coordinate, of)| {
+            let seen: Vec<Option<Estimate>> =
+                track.positions.iter().map(|position| position.as_ref().ok().map(of)).collect();
+            let first_px = seen.iter().flatten().next().map_or(0.0, |first| first.value);
+            let from_first = |place: Estimate| Estimate::new(place.value - first_px, place.sigma);
+            let samples = tracked.times_s.iter().copied().zip(seen.iter().map(|place| place.map(from_first)));
+            PointMotion { name: format!("{}, {coordinate}", track.name), samples: samples.collect() }
+        })
+    };
+    tracked.tracks.iter().flat_map(of_track).collect()
 }
 
 /// Threads for each recording when all are worked on side by side: more than one where there are fewer recordings than

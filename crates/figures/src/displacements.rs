@@ -25,76 +25,112 @@ pub struct BodyMotion {
     pub model: Vec<(f64, f64)>,
 }
 
+/// The motion of one coordinate of a followed point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PointMotion {
+    /// Name of the point and of its coordinate.
+    pub name: String,
+    /// Time in seconds and displacement in pixels; `None` where the point was lost.
+    pub samples: Vec<(f64, Option<Estimate>)>,
+}
+
+/// A curve in the units of the axes.
+struct Curve {
+    name: String,
+    samples: Vec<(f64, Option<Estimate>)>,
+    model: Vec<(f64, f64)>,
+}
+
 /// Draws the displacements of bodies over time with 95 % bands, a cross where a body was lost, and a model as a dashed
 /// line.
 ///
 /// # Errors
 /// [`FigureError`] when a file cannot be written.
 pub fn displacements(stem: &Path, bodies: &[BodyMotion]) -> Result<(), FigureError> {
-    output::write(stem, &layout(bodies)?)
+    output::write(stem, &layout(&curves_of(bodies), "displacement (mm)")?)
 }
 
-fn layout(bodies: &[BodyMotion]) -> Result<Drawing, FigureError> {
+/// Draws how far points moved in the picture over time, with 95 % bands and a cross where a point was lost.
+///
+/// # Errors
+/// [`FigureError`] when a file cannot be written.
+pub fn tracks(stem: &Path, points: &[PointMotion]) -> Result<(), FigureError> {
+    let in_milliseconds = |&(t_s, x_px): &(f64, Option<Estimate>)| (1e3 * t_s, x_px);
+    let curve = |point: &PointMotion| Curve {
+        name: point.name.clone(),
+        samples: point.samples.iter().map(in_milliseconds).collect(),
+        model: Vec::new(),
+    };
+    output::write(stem, &layout(&points.iter().map(curve).collect::<Vec<_>>(), "displacement (px)")?)
+}
+
+/// Times in milliseconds and displacements in millimetres.
+fn curves_of(bodies: &[BodyMotion]) -> Vec<Curve> {
+    let curve = |body: &BodyMotion| Curve {
+        name: format!("body {}", body.body),
+        samples: body.samples.iter().map(|(t_s, x_m)| (1e3 * t_s, x_m.map(|x_m| x_m.scaled(1e3)))).collect(),
+        model: body.model.iter().map(|&(t_s, x_m)| (1e3 * t_s, 1e3 * x_m)).collect(),
+    };
+    bodies.iter().map(curve).collect()
+}
+
+fn layout(curves: &[Curve], of_displacement: &str) -> Result<Drawing, FigureError> {
     let mut drawing = Drawing::new(Drawing::TWO_COLUMNS_MM)?;
-    let (x, y) = scales(bodies);
+    let (x, y) = scales(curves);
     let left = plot::side_margin_mm(&drawing, &y, HEIGHT_MM);
-    let top = legend::draw(&mut drawing, &entries(bodies), (left, Drawing::TWO_COLUMNS_MM), 1.0) + 1.5;
+    let top = legend::draw(&mut drawing, &entries(curves), (left, Drawing::TWO_COLUMNS_MM), 1.0) + 1.5;
     let frame = Frame::new(left, top, Drawing::TWO_COLUMNS_MM - left - 2.0, HEIGHT_MM);
     let plot = Plot { frame, x, y };
     plot.level(&mut drawing, 0.0, plot::zero_line());
-    for (index, body) in bodies.iter().enumerate() {
-        draw_band(&mut drawing, &plot, body, ordered(index, bodies.len()).tint(0.35));
+    for (index, curve) in curves.iter().enumerate() {
+        draw_band(&mut drawing, &plot, curve, ordered(index, curves.len()).tint(0.35));
     }
-    for (index, body) in bodies.iter().enumerate() {
-        plot.line(&mut drawing, &in_milli(body), body_stroke(index, bodies.len()));
-        let model: Vec<(f64, f64)> = body.model.iter().map(|&(t_s, x_m)| (1e3 * t_s, 1e3 * x_m)).collect();
-        plot.line(&mut drawing, &model, model_stroke());
+    for (index, curve) in curves.iter().enumerate() {
+        plot.line(&mut drawing, &line_of(curve), curve_stroke(index, curves.len()));
+        plot.line(&mut drawing, &curve.model, model_stroke());
     }
-    for loss in bodies.iter().flat_map(losses) {
+    for loss in curves.iter().flat_map(losses) {
         if let Some(spot) = plot.spot(loss.0, loss.1).filter(|&spot| frame.holds(spot)) {
             draw_marker(&mut drawing, spot, LOST);
         }
     }
-    plot.axes(&mut drawing, Labels { x: "time (ms)", y: "displacement (mm)" });
+    plot.axes(&mut drawing, Labels { x: "time (ms)", y: of_displacement });
     drawing.extend_to(frame.bottom + BOTTOM_MARGIN_MM);
     Ok(drawing)
 }
 
-/// Time in milliseconds and displacement in millimetres, not a number where the body was not measured.
-fn in_milli(body: &BodyMotion) -> Vec<(f64, f64)> {
-    let point = |&(t_s, x_m): &(f64, Option<Estimate>)| {
-        (1e3 * t_s, x_m.map_or(f64::NAN, |estimate| 1e3 * estimate.value))
-    };
-    body.samples.iter().map(point).collect()
+/// A curve's points, not a number where it was not measured.
+fn line_of(curve: &Curve) -> Vec<(f64, f64)> {
+    curve.samples.iter().map(|(t, x)| (*t, x.map_or(f64::NAN, |x| x.value))).collect()
 }
 
-/// Time and the two ends of the 95 % interval, in milliseconds and millimetres, for each run of measured samples.
-fn bands(body: &BodyMotion) -> impl Iterator<Item = Vec<(f64, f64, f64)>> + '_ {
-    let ends = |&(t_s, x_m): &(f64, Option<Estimate>)| {
+/// Time and the two ends of the 95 % interval, for each run of measured samples.
+fn bands(curve: &Curve) -> impl Iterator<Item = Vec<(f64, f64, f64)>> + '_ {
+    let ends = |&(t, x): &(f64, Option<Estimate>)| {
         let half = |sigma: f64| Estimate::COVERAGE_95 * if sigma > 0.0 { sigma } else { 0.0 };
-        x_m.map(|x| (1e3 * t_s, 1e3 * (x.value - half(x.sigma)), 1e3 * (x.value + half(x.sigma))))
+        x.map(|x| (t, x.value - half(x.sigma), x.value + half(x.sigma)))
     };
-    let runs = body.samples.split(|(_, x_m)| x_m.is_none());
+    let runs = curve.samples.split(|(_, x)| x.is_none());
     runs.map(move |run| run.iter().filter_map(ends).collect())
 }
 
 /// The last measured sample before each loss.
-fn losses(body: &BodyMotion) -> Vec<(f64, f64)> {
+fn losses(curve: &Curve) -> Vec<(f64, f64)> {
     let lost = |pair: &&[(f64, Option<Estimate>)]| pair[0].1.is_some() && pair[1].1.is_none();
-    let last_seen = body.samples.windows(2).filter(lost);
-    last_seen.filter_map(|pair| pair[0].1.map(|x_m| (1e3 * pair[0].0, 1e3 * x_m.value))).collect()
+    let last_seen = curve.samples.windows(2).filter(lost);
+    last_seen.filter_map(|pair| pair[0].1.map(|x| (pair[0].0, x.value))).collect()
 }
 
-fn scales(bodies: &[BodyMotion]) -> (Scale, Scale) {
-    let ends = || bodies.iter().flat_map(bands).flatten();
-    let models = || bodies.iter().flat_map(|body| &body.model);
-    let x = Extent::of(ends().map(|(t_ms, ..)| t_ms).chain(models().map(|(t_s, _)| 1e3 * t_s)));
+fn scales(curves: &[Curve]) -> (Scale, Scale) {
+    let ends = || curves.iter().flat_map(bands).flatten();
+    let models = || curves.iter().flat_map(|curve| &curve.model);
+    let x = Extent::of(ends().map(|(t, ..)| t).chain(models().map(|(t, _)| *t)));
     let reach = ends().flat_map(|(_, low, high)| [low, high]);
-    let y = Extent::of(reach.chain(models().map(|(_, x_m)| 1e3 * x_m)));
+    let y = Extent::of(reach.chain(models().map(|(_, x)| *x)));
     (Scale::linear(x), Scale::linear(y.map(|extent| extent.padded(0.05))))
 }
 
-fn body_stroke(index: usize, count: usize) -> Stroke {
+fn curve_stroke(index: usize, count: usize) -> Stroke {
     Stroke::new(1.2, ordered(index, count), Dash::Solid)
 }
 
@@ -102,22 +138,21 @@ fn model_stroke() -> Stroke {
     Stroke::new(0.7, BLACK, Dash::Dashed)
 }
 
-fn entries(bodies: &[BodyMotion]) -> Vec<Entry> {
-    let line = |index| Key::Line(body_stroke(index, bodies.len()));
-    let name = |body: &BodyMotion| format!("body {}", body.body);
+fn entries(curves: &[Curve]) -> Vec<Entry> {
+    let line = |index| Key::Line(curve_stroke(index, curves.len()));
     let mut entries: Vec<Entry> =
-        bodies.iter().enumerate().map(|(index, body)| Entry::new(name(body), line(index))).collect();
-    if bodies.iter().any(|body| !body.model.is_empty()) {
+        curves.iter().enumerate().map(|(index, curve)| Entry::new(curve.name.clone(), line(index))).collect();
+    if curves.iter().any(|curve| !curve.model.is_empty()) {
         entries.push(Entry::new("model", Key::Line(model_stroke())));
     }
-    if bodies.iter().any(|body| !losses(body).is_empty()) {
+    if curves.iter().any(|curve| !losses(curve).is_empty()) {
         entries.push(Entry::new("lost", Key::Marker(LOST)));
     }
     entries
 }
 
-fn draw_band(drawing: &mut Drawing, plot: &Plot, body: &BodyMotion, fill: crate::colour::Rgb) {
-    for band in bands(body) {
+fn draw_band(drawing: &mut Drawing, plot: &Plot, curve: &Curve, fill: crate::colour::Rgb) {
+    for band in bands(curve) {
         let lower = band.iter().filter_map(|&(t, low, _)| plot.spot(t, low));
         let upper = band.iter().rev().filter_map(|&(t, _, high)| plot.spot(t, high));
         let border: Vec<Spot> = lower.chain(upper).collect();
@@ -137,11 +172,15 @@ mod tests {
         BodyMotion { body, samples: (0..100).map(sample).collect(), model: vec![(0.0, 0.0), (1e-3, 1e-3)] }
     }
 
+    fn losses_of(lost: std::ops::Range<i32>) -> Vec<(f64, f64)> {
+        losses(&curves_of(&[motion(1, lost)])[0])
+    }
+
     #[test]
     fn each_loss_is_marked_once_where_the_body_was_last_seen() {
-        assert_eq!(losses(&motion(1, 0..0)), []);
-        assert_eq!(losses(&motion(1, 0..5)), []);
-        let marked = losses(&motion(1, 40..60));
+        assert_eq!(losses_of(0..0), []);
+        assert_eq!(losses_of(0..5), []);
+        let marked = losses_of(40..60);
         assert_eq!(marked.len(), 1);
         // One multiplication by 1000 may round in the last digit.
         assert!((marked[0].0 - 0.39).abs() < 1e-12);
@@ -150,7 +189,7 @@ mod tests {
     #[test]
     fn labels_are_there_and_nothing_overlaps() {
         let bodies: Vec<BodyMotion> = (1..=26).map(|body| motion(body, 40..60)).collect();
-        let drawing = layout(&bodies).unwrap();
+        let drawing = layout(&curves_of(&bodies), "displacement (mm)").unwrap();
         drawing.assert_readable();
         let texts: Vec<String> = drawing.text_frames().into_iter().map(|(text, _)| text).collect();
         for label in ["time (ms)", "displacement (mm)", "body 26", "lost", "model"] {
@@ -162,7 +201,7 @@ mod tests {
     fn bodies_never_seen_leave_an_empty_panel() {
         let unseen = BodyMotion { body: 1, samples: vec![(0.0, None), (1.0, None)], model: vec![] };
         for bodies in [vec![], vec![unseen]] {
-            let drawing = layout(&bodies).unwrap();
+            let drawing = layout(&curves_of(&bodies), "displacement (mm)").unwrap();
             assert!(drawing.text_frames().iter().any(|(text, _)| text == "no data"));
         }
     }

@@ -44,7 +44,7 @@ mod typeface;
 
 pub use coverage::{CoverageRow, coverage};
 pub use dispersion::{DispersionPanel, dispersion};
-pub use displacements::{BodyMotion, displacements};
+pub use displacements::{BodyMotion, PointMotion, displacements, tracks};
 pub use error::FigureError;
 pub use extremes::{ExtremeRow, extremes};
 pub use field_map::{FieldMap, FieldPanel, field_map};

@@ -19,6 +19,11 @@ const ONSET_SHARE: f64 = 0.1;
 /// the onset's length: on the paper's chain beta is 9 us off, of 0.7 ms.
 const DEPARTURE: f64 = 0.013;
 
+/// What the variance of alpha adds to that of beta, relative to it: drives that noise makes too large leave both too small by the same
+/// factor, so that beta's error is z / (1 - a z) for a normal z and alpha's standard deviation a, whose variance is 1 + 9 a^2 to second
+/// order.
+const OF_SCALE: f64 = 9.0;
+
 /// The exchange of drives and offsets that makes the first body's onset proportional to the drive: there S = alpha X + beta
 /// dX/dt.
 #[derive(Debug, Clone, Copy)]
@@ -53,14 +58,17 @@ impl Gauge {
         let inverse = normal.try_inverse()?;
         let factors = inverse * right_side;
         let (scale, delay_s) = (factors[0], factors[1]);
-        let gains = onset.iter().map(|(_, response)| (inverse * columns(response))[1]);
+        let variance_of = |factor: usize| {
+            let gains = onset.iter().map(|(_, response)| (inverse * columns(response))[factor]);
+            errors.variance_of(onset, gains, drive)
+        };
         let moving = onset.iter().filter(|one| motion_m(one) > 0.01 * furthest_m).count();
         let departure_s = DEPARTURE * moving as f64 * interval_s;
-        // Far from 1 the onset holds too few samples to tell.
-        (0.3..3.0).contains(&scale).then(|| Self {
+        // Beyond this the onset holds too few samples to tell.
+        (0.05..20.0).contains(&scale).then(|| Self {
             scale,
             delay_s,
-            delay_variance_s2: errors.variance_of(onset, gains, drive) + departure_s.powi(2),
+            delay_variance_s2: variance_of(1) * (1.0 + OF_SCALE * variance_of(0)) + departure_s.powi(2),
         })
     }
 
