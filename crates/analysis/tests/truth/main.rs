@@ -9,6 +9,7 @@ mod common;
 mod coverage;
 #[cfg(test)]
 mod decisions;
+#[cfg(test)]
 mod energies;
 #[cfg(test)]
 mod imposed;
