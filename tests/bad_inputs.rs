@@ -22,7 +22,7 @@ const WRONG_SETTINGS: [(&str, &str, &str); 10] = [
     ("law = \"power\"", "law = \"hooke\"", "hooke"),
     ("[chain]\nn_bodies = 12", "[chain]\nn_bodies = 1", "at least 2"),
     ("half_height_px = 8", "half_height_px = 8\nshape = \"cubist\"", "affine"),
-    ("half_width_px = 9 ", "half_width_px = 9.5 ", "half_width_px"),
+    ("half_width_px = 8 ", "half_width_px = 8.5 ", "half_width_px"),
     ("[contact]", "[contact", "]"),
 ];
 
