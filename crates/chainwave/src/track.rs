@@ -75,9 +75,11 @@ fn warn(recording: &str, note: &EdgeNote) {
 }
 
 /// A point beside whose subset a sharp edge runs.
-struct EdgeNote {
-    point: String,
-    edge: SharpEdge,
+pub(crate) struct EdgeNote {
+    /// Its name.
+    pub(crate) point: String,
+    /// The edge.
+    pub(crate) edge: SharpEdge,
 }
 
 impl fmt::Display for EdgeNote {
@@ -91,7 +93,8 @@ impl fmt::Display for EdgeNote {
     }
 }
 
-fn edges_beside(
+/// The points beside whose subsets a sharp edge runs in the reference.
+pub(crate) fn edges_beside(
     recording: &dyn Recording,
     subsets: &[Subset],
     reference: &ReferenceFrames,

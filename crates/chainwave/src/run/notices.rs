@@ -5,6 +5,7 @@ use chainwave_stitching::{Alignment, Stitched};
 
 use super::Job;
 use super::tracking::Tracked;
+use crate::track::EdgeNote;
 
 /// Everything worth knowing of the recordings that were used, each with the names of those that it is about.
 pub(super) fn notices(job: &Job, tracked: &Tracked, stitched: &Stitched) -> Vec<String> {
@@ -14,9 +15,22 @@ pub(super) fn notices(job: &Job, tracked: &Tracked, stitched: &Stitched) -> Vec<
     remarks.into_iter().chain(unseen).chain(drives.map(|drive| drive.warning())).collect()
 }
 
-/// What a file says against itself: steps of its time stamps, a header that contradicts them, and the like.
-pub(super) fn remarks(recording: &str, info: &RecordingInfo) -> Vec<(String, String)> {
-    info.warnings.iter().map(|warning| (recording.to_owned(), warning.clone())).collect()
+/// What a file says against itself: steps of its time stamps, a header that contradicts them, and the like; and edges that bias its
+/// tracks.
+pub(super) fn remarks(recording: &str, info: &RecordingInfo, edges: &[EdgeNote]) -> Vec<(String, String)> {
+    let of_file = info.warnings.iter().cloned();
+    of_file.chain(sharp_edges(edges)).map(|remark| (recording.to_owned(), remark)).collect()
+}
+
+/// One sentence on all bodies beside whose subsets an edge runs.
+fn sharp_edges(edges: &[EdgeNote]) -> Option<String> {
+    let nearest_px = edges.iter().map(|note| note.edge.distance_px).min()?;
+    let bodies: Vec<&str> = edges.iter().map(|note| note.point.as_str()).collect();
+    Some(format!(
+        "sharp edges run beside the subsets of body {}, the nearest {nearest_px} px off, and ring into them, which biases positions by up \
+         to some thousandths of a pixel: leave 5 px of texture around subsets (a smaller half_width_px or half_height_px)",
+        bodies.join(", ")
+    ))
 }
 
 /// Recordings of which the same is said stand together.
@@ -114,9 +128,21 @@ fn drive(job: &Job, stitched: &Stitched, one: &Alignment) -> UnusualDrive {
 
 #[cfg(test)]
 mod tests {
+    use chainwave_correlation::{SharpEdge, Side};
     use chainwave_measurement::BodyTrack;
 
     use super::*;
+
+    #[test]
+    fn bodies_beside_an_edge_stand_in_one_sentence() {
+        let note = |body: &str, distance_px| EdgeNote {
+            point: body.into(),
+            edge: SharpEdge { side: Side::Left, distance_px },
+        };
+        assert_eq!(sharp_edges(&[]), None);
+        let said = sharp_edges(&[note("3", 2), note("4", 1)]).unwrap();
+        assert!(said.contains("body 3, 4, the nearest 1 px off"), "{said}");
+    }
 
     #[test]
     fn recordings_of_which_the_same_is_said_stand_together() {

@@ -23,7 +23,7 @@ use crate::output::{make_folder, remove_unfinished};
 use crate::parallel::map_in_parallel;
 use crate::progress;
 use crate::table::Table;
-use crate::track::{TrackRows, follow, threads_of_each};
+use crate::track::{TrackRows, edges_beside, follow, threads_of_each};
 
 /// Changes whenever the same recording and settings would give other tracks, so that kept ones are not mistaken for them.
 const TRACKS_VERSION: u32 = 2;
@@ -142,9 +142,9 @@ fn track_one(job: &Job, trial: &Trial, place: &Place, bar: &ProgressBar) -> Trac
     let path = job.recordings.join(&trial.recording);
     let recording = open(job, &path)?;
     let kept_path = place.kept.join(format!("{}.parquet", key(job, trial, place.stage_m, &path)?));
+    let reference = frames_at_rest(job, recording.as_ref())?;
+    let subsets = subsets_in_view(job, place.stage_m, recording.as_ref());
     if !kept_path.exists() {
-        let reference = frames_at_rest(job, recording.as_ref())?;
-        let subsets = subsets_in_view(job, place.stage_m, recording.as_ref());
         let tracked = follow(recording.as_ref(), &subsets, &reference, place.method, place.n_threads, bar)?;
         let mut rows = TrackRows::default();
         rows.add(&trial.recording, &tracked);
@@ -152,7 +152,8 @@ fn track_one(job: &Job, trial: &Trial, place: &Place, bar: &ProgressBar) -> Trac
     }
     let table = Table::read(&kept_path)?;
     let observation = observation(trial, &table, &job.calibration.of_chain.map)?;
-    Ok((table, observation, remarks(&trial.recording, recording.info())))
+    let edges = edges_beside(recording.as_ref(), &subsets, &reference)?;
+    Ok((table, observation, remarks(&trial.recording, recording.info(), &edges)))
 }
 
 /// Opens a recording that the calibration holds for.
