@@ -83,10 +83,11 @@ fn sharp_edge_in(reference: &Reference, subset: &Subset) -> Option<SharpEdge> {
             Some(sum / (end - start + 1) as f64)
         };
         let inside = (2 - depth..-REACH_PX).filter_map(roughness).fold(0.0, f64::max);
-        let found = (-REACH_PX..=REACH_PX).filter_map(|distance| Some((roughness(distance)?, distance)));
+        // Differences that end on an edge feel a ninth of it, so one just out of reach must be seen to be told from one within.
+        let found = (-REACH_PX..=REACH_PX + 1).filter_map(|distance| Some((roughness(distance)?, distance)));
         let (roughest, distance) = found.max_by(|a, b| a.0.total_cmp(&b.0))?;
         let distance_px = usize::try_from(distance).unwrap_or(0);
-        (roughest > EDGE_RATIO * inside).then_some(SharpEdge { side, distance_px })
+        (distance <= REACH_PX && roughest > EDGE_RATIO * inside).then_some(SharpEdge { side, distance_px })
     };
     sides.into_iter().filter_map(of_side).min_by_key(|edge| edge.distance_px)
 }
@@ -114,6 +115,8 @@ mod tests {
             sharp_edge_in(&marker(1100.0), &subset)
         };
         assert_eq!(edge(40.0, 40.0, 12), None);
+        assert_eq!(edge(37.0, 40.0, 12), None, "5 px are enough");
+        assert_eq!(edge(36.0, 40.0, 12), Some(SharpEdge { side: Side::Left, distance_px: 4 }));
         assert_eq!(edge(33.0, 40.0, 12), Some(SharpEdge { side: Side::Left, distance_px: 1 }));
         assert_eq!(edge(45.0, 40.0, 12), Some(SharpEdge { side: Side::Right, distance_px: 3 }));
         assert_eq!(edge(40.0, 29.0, 12), Some(SharpEdge { side: Side::Above, distance_px: 2 }));
