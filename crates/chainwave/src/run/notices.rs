@@ -22,10 +22,14 @@ pub(super) fn remarks(recording: &str, info: &RecordingInfo, edges: &[EdgeNote])
     of_file.chain(sharp_edges(edges)).map(|remark| (recording.to_owned(), remark)).collect()
 }
 
+/// An edge as near as this biases positions by a thousandth of a pixel or more; one a pixel farther off by half as much.
+const RINGING_PX: usize = 3;
+
 /// One sentence on all bodies beside whose subsets an edge runs.
 fn sharp_edges(edges: &[EdgeNote]) -> Option<String> {
-    let nearest_px = edges.iter().map(|note| note.edge.distance_px).min()?;
-    let bodies: Vec<&str> = edges.iter().map(|note| note.point.as_str()).collect();
+    let near = || edges.iter().filter(|note| note.edge.distance_px <= RINGING_PX);
+    let nearest_px = near().map(|note| note.edge.distance_px).min()?;
+    let bodies: Vec<&str> = near().map(|note| note.point.as_str()).collect();
     Some(format!(
         "sharp edges run beside the subsets of body {}, the nearest {nearest_px} px off, and ring into them, which biases positions by up \
          to some thousandths of a pixel: leave 5 px of texture around subsets (a smaller half_width_px or half_height_px)",
@@ -140,6 +144,7 @@ mod tests {
             edge: SharpEdge { side: Side::Left, distance_px },
         };
         assert_eq!(sharp_edges(&[]), None);
+        assert_eq!(sharp_edges(&[note("2", 4)]), None);
         let said = sharp_edges(&[note("3", 2), note("4", 1)]).unwrap();
         assert!(said.contains("body 3, 4, the nearest 1 px off"), "{said}");
     }
