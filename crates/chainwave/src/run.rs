@@ -18,6 +18,7 @@ mod strikers;
 mod summary;
 mod tracking;
 pub(crate) mod truth;
+mod wording;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;

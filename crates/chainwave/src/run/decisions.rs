@@ -8,6 +8,7 @@ use super::evaluation::Evaluation;
 use super::notices::farthest_drive;
 use super::results::band_edge_hz;
 use super::tracking::Tracked;
+use super::wording::{estimate, probability};
 use crate::table::Table;
 
 /// One choice of what is modelled, with the rule and the evidence behind it.
@@ -158,8 +159,10 @@ fn across_m(table: &Table, m_per_px: f64) -> Vec<Vec<Option<f64>>> {
 /// A test's outcome in words, with how often it is wrong.
 fn told(found: &Departure, what: &str, rate: &str) -> String {
     format!(
-        "{what}; chi squared {:.1} of {} degrees of freedom, p = {:.2e}; {rate}",
-        found.chi_squared, found.freedom, found.p_value
+        "{what}; chi squared {:.1} of {} degrees of freedom, {}; {rate}",
+        found.chi_squared,
+        found.freedom,
+        probability(found.p_value)
     )
 }
 
@@ -227,7 +230,7 @@ fn contact_law(job: &Job, evaluation: &Evaluation) -> Decision {
             rule,
             evidence: told(
                 &found,
-                &format!("{largest}; softening {:.4} +- {:.4}", found.size.value, found.size.sigma),
+                &format!("{largest}; softening {}", estimate(found.size)),
                 false_choices::SOFTENING,
             ),
         },
@@ -256,11 +259,11 @@ fn damping(evaluation: &Evaluation) -> Decision {
     };
     let off = |found: Estimate| found.value / found.sigma;
     let evidence = format!(
-        "from the {source}: c_d = {:.3} sigma, p = {:.2e}; c_s = {:.3} sigma, p = {:.2e}; {}",
+        "from the {source}: c_d = {:.2} sigma, {}; c_s = {:.2} sigma, {}; {}",
         off(damping.chain_damping_kg_per_s),
-        p_values[0],
+        probability(p_values[0]),
         off(damping.striker_damping_kg_per_s),
-        p_values[1],
+        probability(p_values[1]),
         false_choices::DAMPING
     );
     Decision { question, choice: choice.into(), rule, evidence }
@@ -279,7 +282,7 @@ fn scatter(evaluation: &Evaluation) -> Decision {
             rule,
             evidence: told(
                 &found,
-                &format!("{:.3} +- {:.3} % in mass", 100.0 * found.size.value, 100.0 * found.size.sigma),
+                &format!("{} % in mass", estimate(found.size.scaled(100.0))),
                 false_choices::SCATTER,
             ),
         },

@@ -5,6 +5,7 @@ use chainwave_stitching::{Alignment, Stitched};
 
 use super::Job;
 use super::tracking::Tracked;
+use super::wording::estimate;
 use crate::track::EdgeNote;
 
 /// Everything worth knowing of the recordings that were used, each with the names of those that it is about.
@@ -90,10 +91,9 @@ impl UnusualDrive {
     /// The recording and how far its drive is off.
     pub(super) fn as_text(&self) -> String {
         format!(
-            "{}, struck {:+.2} +- {:.2} % off the median ({:.1} of the stated scatter)",
+            "{}, struck {} % off the median ({:.1} of the stated scatter)",
             self.recording,
-            100.0 * self.deviation.value,
-            100.0 * self.deviation.sigma,
+            estimate(self.deviation.scaled(100.0)),
             self.in_scatters
         )
     }
