@@ -76,11 +76,6 @@ impl Moment<'_> {
         self.weigh(self.slopes, row)
     }
 
-    /// The same moment of another motion sampled at the same times.
-    pub fn of<'b>(&self, other: &'b Trajectory) -> Moment<'b> {
-        Moment { trajectory: other, samples: self.samples, weights: self.weights, slopes: self.slopes }
-    }
-
     fn weigh(&self, weights: [f64; 4], row: usize) -> f64 {
         let [before, after] = self.samples;
         let (x_m, v_m_per_s) = (&self.trajectory.displacement_m, &self.trajectory.velocity_m_per_s);

@@ -3,15 +3,12 @@
 
 #[path = "../tests/ring/implicit.rs"]
 mod implicit;
-#[path = "../tests/ring/paper.rs"]
-mod paper;
 
 use chainwave_mechanics::{
-    FarEnd, ImposedMotion, MechanicsError, RingChain, RingDrive, RingSchedule, RingSimulation, RingStriker,
-    Rod, simulate_rings,
+    FarEnd, ImposedMotion, MechanicsError, Ring, RingChain, RingDrive, RingSchedule, RingSimulation,
+    RingStriker, Rod, simulate_rings,
 };
 use divan::counter::ItemsCount;
-use paper::paper_ring;
 
 fn main() {
     divan::main();
@@ -24,7 +21,7 @@ fn run(
     n_threads: usize,
 ) -> Result<RingSimulation, MechanicsError> {
     let chain = RingChain {
-        ring: paper_ring(),
+        ring: Ring::PAPER,
         n_rings,
         elements_per_ring,
         damping_kg_per_s: 0.0,
@@ -66,7 +63,7 @@ fn preparation(elements: usize) -> Result<RingSimulation, MechanicsError> {
 #[divan::bench(args = [16, 32, 64], sample_count = 30)]
 fn plain_loop(bencher: divan::Bencher, elements: usize) {
     const STEPS: usize = 100;
-    let rod = Rod::half_ring(&paper_ring(), paper_ring().section(), elements);
+    let rod = Rod::half_ring(&Ring::PAPER, Ring::PAPER.section(), elements);
     let Ok(rod) = rod else { return };
     let masses_kg = rod.masses_kg();
     let last = 2 * rod.n_elements();
@@ -112,7 +109,7 @@ fn push() -> Result<ImposedMotion, MechanicsError> {
 
 fn pushed(drive: RingDrive) -> RingChain {
     RingChain {
-        ring: paper_ring(),
+        ring: Ring::PAPER,
         n_rings: 8,
         elements_per_ring: 16,
         damping_kg_per_s: 0.0,

@@ -16,19 +16,9 @@ const TABLE: [(f64, f64); 8] = [
 /// The paper's ring as the table has it, a thin wall that neither stretches nor shears, read at every hundredth of a newton. (Readings
 /// at equal overlaps give the steep beginning less weight, and another law: a = 54.4.)
 fn curve(to_m: f64) -> Curve {
-    let ring = Ring {
-        semi_major_m: 14.8e-3,
-        semi_minor_m: 8.8e-3,
-        wall_m: 0.4e-3,
-        width_m: 12e-3,
-        young_pa: 2.888e9,
-        poisson: 0.35,
-        density_kg_per_m3: 1237.0,
-        bond_width_m: 0.0,
-    };
-    let section = ring.section();
+    let section = Ring::PAPER.section();
     let stiff = Section { axial_n: 1e4 * section.axial_n, shear_n: f64::INFINITY, ..section };
-    let Compression { overlap_m, force_n, .. } = compress(&ring, stiff, 48, to_m, 2000).unwrap();
+    let Compression { overlap_m, force_n, .. } = compress(&Ring::PAPER, stiff, 48, to_m, 2000).unwrap();
     let reading = |force: f64| {
         let after = force_n.partition_point(|one| *one < force).max(1);
         let share = (force - force_n[after - 1]) / (force_n.get(after)? - force_n[after - 1]);

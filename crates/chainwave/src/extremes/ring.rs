@@ -22,16 +22,16 @@ pub(super) fn families() -> Vec<Family> {
             &[0.05e-3, 0.2e-3, 0.4e-3, 1e-3, 4e-3],
             BALANCE,
             1.0,
-            |wall_m| imbalance(Ring { wall_m, ..paper_ring() }, 16, 0.1),
+            |wall_m| imbalance(Ring { wall_m, ..Ring::PAPER }, 16, 0.1),
         ),
         Family::new("ring's aspect", "aspect", &[1.0, 2.0, 3.0, 4.0], BALANCE, 1.0, |aspect| {
             imbalance(of_aspect(aspect), 24, 1.0)
         }),
         Family::new("striker on rings", "velocity_m_per_s", &velocities, BALANCE, 1.0, |velocity_m_per_s| {
-            imbalance(paper_ring(), 32, velocity_m_per_s)
+            imbalance(Ring::PAPER, 32, velocity_m_per_s)
         }),
         Family::new("mesh of a ring", "elements", &[4.0, 8.0, 16.0, 64.0, 256.0], BALANCE, 1.0, |elements| {
-            imbalance(paper_ring(), elements as usize, 1.0)
+            imbalance(Ring::PAPER, elements as usize, 1.0)
         }),
         Family::new(
             "compression until the walls meet",
@@ -54,22 +54,8 @@ pub(super) fn families() -> Vec<Family> {
 
 const BALANCE: &str = "energy drift over 2e-3, or momentum drift over 1e-11,";
 
-/// The ring of the experiment.
-fn paper_ring() -> Ring {
-    Ring {
-        semi_major_m: 14.8e-3,
-        semi_minor_m: 8.8e-3,
-        wall_m: 0.4e-3,
-        width_m: 12e-3,
-        young_pa: 2.888e9,
-        poisson: 0.35,
-        density_kg_per_m3: 1237.0,
-        bond_width_m: 0.0,
-    }
-}
-
 fn of_aspect(aspect: f64) -> Ring {
-    let ring = paper_ring();
+    let ring = Ring::PAPER;
     Ring { semi_minor_m: ring.semi_major_m / aspect, ..ring }
 }
 
@@ -82,7 +68,7 @@ fn imbalance(ring: Ring, elements_per_ring: usize, velocity_m_per_s: f64) -> Res
 
 /// The largest overlap of rings whose walls meet under the strike, over the length inside.
 fn folding(velocity_m_per_s: f64) -> Result<f64, String> {
-    let ring = paper_ring();
+    let ring = Ring::PAPER;
     let found = struck(ring, 32, velocity_m_per_s)?;
     let contact = found.self_contact.ok_or("no contact of walls was reported")?;
     if found.trajectory.times_s.last().is_none_or(|last_s| *last_s >= contact.time_s) {

@@ -3,7 +3,7 @@ use std::f64::consts::PI;
 use chainwave_mechanics::{Compression, MechanicsError, Ring, Section, compress};
 
 use crate::elastica::overlap_m;
-use crate::scenes::{circle, inextensible, paper_ring};
+use crate::scenes::{circle, inextensible};
 
 /// Forces in newtons at overlaps in millimetres, to two decimals (physics.md).
 const TABLE: [(f64, f64); 8] = [
@@ -18,7 +18,7 @@ const TABLE: [(f64, f64); 8] = [
 ];
 
 fn force_n(section: Section, elements_per_ring: usize, overlap_m: f64) -> f64 {
-    let curve = compress(&paper_ring(), section, elements_per_ring, overlap_m, 4).unwrap();
+    let curve = compress(&Ring::PAPER, section, elements_per_ring, overlap_m, 4).unwrap();
     *curve.force_n.last().unwrap()
 }
 
@@ -30,7 +30,7 @@ fn stiffness_n_per_m(ring: &Ring, section: Section, elements_per_ring: usize) ->
 
 #[test]
 fn the_published_table_is_reproduced() {
-    let section = inextensible(paper_ring().section());
+    let section = inextensible(Ring::PAPER.section());
     for (force, overlap_mm) in TABLE {
         // The overlap is rounded to half a hundredth of a millimetre, the force to half a hundredth of a newton.
         let at = |overlap_mm: f64| force_n(section, 48, 1e-3 * overlap_mm);
@@ -42,7 +42,7 @@ fn the_published_table_is_reproduced() {
 /// The target is 0.1 %; 32 elements give a third of that.
 #[test]
 fn the_elastica_is_met_to_a_thousandth_by_32_elements() {
-    let section = inextensible(paper_ring().section());
+    let section = inextensible(Ring::PAPER.section());
     for force in [0.01, 0.7, 1.28, 2.26, 3.04, 3.7, 4.78, 5.64, 6.4] {
         let found = force_n(section, 32, overlap_m(force));
         assert!((found / force - 1.0).abs() < 5e-4, "{force} N: {found} N");
@@ -51,7 +51,7 @@ fn the_elastica_is_met_to_a_thousandth_by_32_elements() {
 
 #[test]
 fn the_error_falls_with_the_fourth_power_of_the_elements() {
-    let section = inextensible(paper_ring().section());
+    let section = inextensible(Ring::PAPER.section());
     // The stretching that is left counts 1e-4 of 0.14 %, so it is taken from the finest mesh.
     for force in [0.01, 3.04, 6.4] {
         let overlap = overlap_m(force);
@@ -65,11 +65,11 @@ fn the_error_falls_with_the_fourth_power_of_the_elements() {
 
 #[test]
 fn stretching_and_shear_soften_the_ring_a_little() {
-    let section = paper_ring().section();
-    let rigid = stiffness_n_per_m(&paper_ring(), inextensible(section), 128);
+    let section = Ring::PAPER.section();
+    let rigid = stiffness_n_per_m(&Ring::PAPER, inextensible(section), 128);
     let stretching = Section { shear_n: f64::INFINITY, ..section };
-    let stretched = stiffness_n_per_m(&paper_ring(), stretching, 128);
-    let both = stiffness_n_per_m(&paper_ring(), section, 128);
+    let stretched = stiffness_n_per_m(&Ring::PAPER, stretching, 128);
+    let both = stiffness_n_per_m(&Ring::PAPER, section, 128);
     // physics.md: 0.14 % by extension, 0.34 % with shear.
     assert!((rigid / 1474.0 - 1.0).abs() < 1e-3, "{rigid}");
     assert!((1.0 - stretched / rigid - 0.0014).abs() < 1e-4, "{}", 1.0 - stretched / rigid);
@@ -105,7 +105,7 @@ fn a_thicker_circle_stretches_and_shears_as_a_curved_beam() {
 
 #[test]
 fn the_curve_ends_where_walls_touch() {
-    let curve = compress(&paper_ring(), paper_ring().section(), 64, 40e-3, 200).unwrap();
+    let curve = compress(&Ring::PAPER, Ring::PAPER.section(), 64, 40e-3, 200).unwrap();
     // The poles' centrelines are then a wall apart, and the centrelines' poles were 29.6 mm apart.
     let contact_m = curve.self_contact_m.unwrap();
     assert!((contact_m - 29.2e-3).abs() <= 0.2e-3, "{contact_m}");
@@ -118,7 +118,7 @@ fn the_curve_ends_where_walls_touch() {
 #[test]
 fn a_bond_of_finite_width_stiffens_the_ring() {
     let stiffness = |bond_width_m: f64| {
-        let ring = Ring { bond_width_m, ..paper_ring() };
+        let ring = Ring { bond_width_m, ..Ring::PAPER };
         stiffness_n_per_m(&ring, ring.section(), 64)
     };
     let (line, narrow, wide) = (stiffness(0.0), stiffness(0.5e-3), stiffness(2e-3));
@@ -131,11 +131,11 @@ fn a_bond_of_finite_width_stiffens_the_ring() {
 fn rings_without_meaning_are_refused() {
     let refused = |ring: Ring, elements| compress(&ring, ring.section(), elements, 1e-3, 2).unwrap_err();
     let physical = |error: &MechanicsError| matches!(error, MechanicsError::NotPhysical { .. });
-    assert!(physical(&refused(Ring { wall_m: 0.0, ..paper_ring() }, 16)));
-    assert!(physical(&refused(Ring { wall_m: 6e-3, ..paper_ring() }, 16)));
-    assert!(physical(&refused(Ring { poisson: 0.6, ..paper_ring() }, 16)));
-    assert!(physical(&refused(Ring { bond_width_m: 9e-3, ..paper_ring() }, 16)));
-    assert!(physical(&refused(Ring { young_pa: f64::NAN, ..paper_ring() }, 16)));
-    assert!(physical(&refused(paper_ring(), 7)));
-    assert!(physical(&refused(paper_ring(), 2)));
+    assert!(physical(&refused(Ring { wall_m: 0.0, ..Ring::PAPER }, 16)));
+    assert!(physical(&refused(Ring { wall_m: 6e-3, ..Ring::PAPER }, 16)));
+    assert!(physical(&refused(Ring { poisson: 0.6, ..Ring::PAPER }, 16)));
+    assert!(physical(&refused(Ring { bond_width_m: 9e-3, ..Ring::PAPER }, 16)));
+    assert!(physical(&refused(Ring { young_pa: f64::NAN, ..Ring::PAPER }, 16)));
+    assert!(physical(&refused(Ring::PAPER, 7)));
+    assert!(physical(&refused(Ring::PAPER, 2)));
 }

@@ -1,10 +1,10 @@
-use chainwave_mechanics::{Rod, Section, Support};
+use chainwave_mechanics::{Ring, Rod, Section, Support};
 use nalgebra::DVector;
 
-use crate::scenes::{paper_ring, straight};
+use crate::scenes::straight;
 
 fn half_ring() -> Rod {
-    Rod::half_ring(&paper_ring(), paper_ring().section(), 16).unwrap()
+    Rod::half_ring(&Ring::PAPER, Ring::PAPER.section(), 16).unwrap()
 }
 
 /// A smooth deformation of some millimetres and tenths of a radian.
@@ -41,7 +41,7 @@ fn forces_are_the_energys_slopes_and_stiffnesses_theirs() {
 #[test]
 fn a_ring_that_moves_as_a_whole_is_not_strained() {
     let rod = half_ring();
-    let half = paper_ring();
+    let half = Ring::PAPER;
     let nodes: Vec<[f64; 2]> = nodes_m(&rod, &half);
     for angle in [1e-3_f64, 0.7, 3.0, -2.5] {
         let (sin, cos) = angle.sin_cos();
@@ -59,7 +59,7 @@ fn a_ring_that_moves_as_a_whole_is_not_strained() {
 }
 
 /// Places of the nodes: a free ring's first node stands at the left pole.
-fn nodes_m(rod: &Rod, ring: &chainwave_mechanics::Ring) -> Vec<[f64; 2]> {
+fn nodes_m(rod: &Rod, ring: &Ring) -> Vec<[f64; 2]> {
     let mut place = [-ring.semi_major_m, 0.0];
     let mut nodes = vec![place];
     for chord in rod.chords_m() {

@@ -4,7 +4,7 @@ use chainwave_mechanics::{
     MechanicsError, Ring, RingChain, RingSchedule, RingSimulation, compress, simulate_rings,
 };
 
-use crate::scenes::{chain, paper_ring, schedule};
+use crate::scenes::{chain, schedule};
 
 fn run(chain: &RingChain) -> Result<RingSimulation, MechanicsError> {
     simulate_rings(chain, &RingSchedule { output_interval_s: 1e-3, ..schedule(5e-3) })
@@ -21,7 +21,7 @@ fn assert_sound(what: &str, simulation: &RingSimulation) {
 #[test]
 fn walls_from_a_twentieth_to_four_millimetres() {
     let stiffness = |wall_m: f64| {
-        let ring = Ring { wall_m, ..paper_ring() };
+        let ring = Ring { wall_m, ..Ring::PAPER };
         let curve = compress(&ring, ring.section(), 32, 1e-8, 1).unwrap();
         curve.force_n[1] / 1e-8
     };
@@ -31,7 +31,7 @@ fn walls_from_a_twentieth_to_four_millimetres() {
     let thick = stiffness(4e-3) / 4e-3_f64.powi(3) / thin;
     assert!((thick - 1.0 / 1.34).abs() < 0.03, "{thick}");
     for wall_m in [0.05e-3, 0.2e-3, 1e-3, 4e-3] {
-        let ring = Ring { wall_m, ..paper_ring() };
+        let ring = Ring { wall_m, ..Ring::PAPER };
         assert_sound(&format!("wall {wall_m}"), &run(&RingChain { ring, ..chain(10, 16, 0.1) }).unwrap());
     }
 }
@@ -39,7 +39,7 @@ fn walls_from_a_twentieth_to_four_millimetres() {
 #[test]
 fn aspects_from_one_to_four() {
     for aspect in [1.0, 2.0, 3.0, 4.0] {
-        let ring = Ring { semi_minor_m: 14.8e-3 / aspect, ..paper_ring() };
+        let ring = Ring { semi_minor_m: 14.8e-3 / aspect, ..Ring::PAPER };
         assert_sound(&format!("aspect {aspect}"), &run(&RingChain { ring, ..chain(10, 24, 1.0) }).unwrap());
     }
 }
@@ -70,7 +70,7 @@ fn meshes_from_four_to_256_elements() {
 #[test]
 fn compression_to_self_contact_at_every_aspect() {
     for (aspect, wall_m) in [(1.0, 0.4e-3), (1.0, 3e-3), (1.7, 0.4e-3), (2.0, 1e-3)] {
-        let ring = Ring { semi_minor_m: 14.8e-3 / aspect, wall_m, ..paper_ring() };
+        let ring = Ring { semi_minor_m: 14.8e-3 / aspect, wall_m, ..Ring::PAPER };
         let curve = compress(&ring, ring.section(), 48, 2.0 * ring.semi_major_m, 200).unwrap();
         let contact_m = curve.self_contact_m.unwrap();
         assert!((contact_m - (29.6e-3 - wall_m)).abs() < 0.5e-3, "{aspect} {wall_m}: {contact_m}");

@@ -17,8 +17,6 @@ mod extremes;
 #[cfg(test)]
 mod implicit;
 #[cfg(test)]
-mod paper;
-#[cfg(test)]
 mod plain;
 #[cfg(test)]
 mod release;

@@ -1,11 +1,11 @@
 //! Chains that are let go from a state.
 
 use chainwave_mechanics::{
-    Compression, FarEnd, MechanicsError, RingChain, RingDrive, RingSchedule, RingSimulation, compress,
+    Compression, FarEnd, MechanicsError, Ring, RingChain, RingDrive, RingSchedule, RingSimulation, compress,
     simulate_rings,
 };
 
-use crate::scenes::{chain, paper_ring, schedule};
+use crate::scenes::{chain, schedule};
 
 fn let_go(
     displacement_m: Vec<f64>,
@@ -34,7 +34,7 @@ fn a_compressed_ring_starts_with_the_work_done_on_it_and_springs_back_evenly() {
     let overlap_m = 2e-3;
     let simulation = let_go(vec![0.5 * overlap_m, -0.5 * overlap_m], vec![0.0; 2], 24, &schedule(10e-3));
     let Compression { overlap_m: overlaps_m, force_n, .. } =
-        compress(&paper_ring(), paper_ring().section(), 24, overlap_m, 400).unwrap();
+        compress(&Ring::PAPER, Ring::PAPER.section(), 24, overlap_m, 400).unwrap();
     let work_j: f64 = overlaps_m
         .windows(2)
         .zip(force_n.windows(2))

@@ -2,11 +2,9 @@
 
 use chainwave_mechanics::{FarEnd, Ring, RingChain, RingDrive, RingSchedule, RingStriker, Rod, Section};
 
-pub(crate) use crate::paper::paper_ring;
-
 /// A thin circular ring of radius 10 mm.
 pub(crate) fn circle() -> Ring {
-    Ring { semi_major_m: 10e-3, semi_minor_m: 10e-3, wall_m: 0.05e-3, ..paper_ring() }
+    Ring { semi_major_m: 10e-3, semi_minor_m: 10e-3, wall_m: 0.05e-3, ..Ring::PAPER }
 }
 
 /// The same section that hardly stretches and does not shear: stretching is left with 1e-4 of its true part.
@@ -32,7 +30,7 @@ pub(crate) fn striker(velocity_m_per_s: f64) -> RingDrive {
 
 pub(crate) fn chain(n_rings: usize, elements_per_ring: usize, velocity_m_per_s: f64) -> RingChain {
     RingChain {
-        ring: paper_ring(),
+        ring: Ring::PAPER,
         n_rings,
         elements_per_ring,
         damping_kg_per_s: 0.0,

@@ -2,7 +2,7 @@ use std::f64::consts::PI;
 
 use chainwave_mechanics::{Boundary, Ring, Symmetry, compress, ring_bands, ring_modes};
 
-use crate::scenes::{circle, paper_ring};
+use crate::scenes::circle;
 
 /// omega_n^2 = n^2 (n^2 - 1)^2 / (n^2 + 1) EI / (m' R^4): inextensible bending of a thin circular ring (Love, art. 293).
 fn circle_hz(n: f64) -> f64 {
@@ -43,7 +43,7 @@ fn frequencies_converge_with_the_fourth_power() {
 /// Long waves run at a sqrt(k_0 / m), as in the chain model, with the static stiffness of the same mesh.
 #[test]
 fn long_waves_have_the_chains_speed() {
-    let ring = paper_ring();
+    let ring = Ring::PAPER;
     let overlap_m = 1e-9;
     let curve = compress(&ring, ring.section(), 32, overlap_m, 1).unwrap();
     let stiffness_n_per_m = curve.force_n[1] / overlap_m;
@@ -66,7 +66,7 @@ fn perimeter_m(ring: &Ring) -> f64 {
 /// ring's free poles do.
 #[test]
 fn band_edges_are_modes_of_a_single_ring() {
-    let ring = paper_ring();
+    let ring = Ring::PAPER;
     let modes = ring_modes(&ring, 32, 2).unwrap();
     let lowest = |boundary: Boundary| {
         modes.iter().find(|mode| mode.boundary == boundary).map(|mode| mode.frequency_hz).unwrap()
@@ -78,7 +78,7 @@ fn band_edges_are_modes_of_a_single_ring() {
 
 #[test]
 fn bands_are_even_and_periodic() {
-    let at = |kappa_a: f64, symmetry| ring_bands(&paper_ring(), 16, symmetry, &[kappa_a]).unwrap().remove(0);
+    let at = |kappa_a: f64, symmetry| ring_bands(&Ring::PAPER, 16, symmetry, &[kappa_a]).unwrap().remove(0);
     for symmetry in [Symmetry::Symmetric, Symmetry::Antisymmetric] {
         let (plus, minus, turned) = (at(1.1, symmetry), at(-1.1, symmetry), at(1.1 + 2.0 * PI, symmetry));
         for band in 0..4 {
