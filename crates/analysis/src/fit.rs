@@ -32,13 +32,13 @@ mod whitening;
 use std::num::NonZero;
 
 use chainwave_measurement::Estimate;
-use chainwave_mechanics::{Chain, MechanicsError};
+use chainwave_mechanics::{Chain, MechanicsError, Schedule};
 use ndarray::Array2;
 
 use crate::probability::normal_beyond;
 use crate::strain::strain_of_checked;
 use crate::{FrontSettings, PeakEnergies, StrainMap, exact_motion, leading_pulses, peak_energies};
-use prediction::Prediction;
+use prediction::{Prediction, Times};
 use problem::{Comparison, minimise};
 use whitening::cholesky_whitening;
 
@@ -177,13 +177,16 @@ pub fn fit_peak_energies(
     let covariance_j2 = &energies.covariance_j2 * correction;
     let whiten = cholesky_whitening(&covariance_j2, "peak energies")?;
     let interval_s = interval_s(measurement.times_s);
+    let duration_s = measurement.times_s.last().copied().unwrap_or(0.0) + 2.0 * interval_s;
     let comparison = Comparison {
         measured: whiten(energies.energy_j.iter().map(|energy| energy.value).collect()),
         predict: Box::new(|prediction: &Prediction| {
             whiten(predicted_energies(prediction, &energies.gaps, measurement, model))
         }),
-        duration_s: measurement.times_s.last().copied().unwrap_or(0.0) + 2.0 * interval_s,
-        output_interval_s: interval_s,
+        times: Times {
+            measured_s: measurement.times_s,
+            schedule: Schedule::automatic(duration_s, interval_s),
+        },
     };
     minimise(model, &comparison)
 }
@@ -196,14 +199,15 @@ fn predicted_energies(
     measurement: &EnergyMeasurement<'_>,
     model: &EnergyModel,
 ) -> Vec<f64> {
-    let moved = exact_motion(&prediction.trajectory(measurement.times_s));
+    let moved = exact_motion(&prediction.motion);
     let map = strain_of_checked(&moved, model.pitch_m);
     let pulses = leading_pulses(&map, measurement.front);
     let contact = model.chain.contact.first();
     let energy_of = |overlap_m: f64| contact.force_and_energy(overlap_m).1;
     let energies_j = peak_energies(&map, &pulses, &energy_of, measurement.front.peak_fraction);
     let found = |gap: &usize| energies_j.get(gap - 1).and_then(|energy| energy.ok());
-    gaps.iter().map(|gap| found(gap).unwrap_or_else(|| prediction.psi_max_j(*gap))).collect()
+    let beyond = |gap: &usize| prediction.peak_overlaps_m.get(gap - 1).map_or(0.0, |x_m| energy_of(*x_m));
+    gaps.iter().map(|gap| found(gap).unwrap_or_else(|| beyond(gap))).collect()
 }
 
 /// Residuals of a measured strain map against a model's on the same times, in units of the measured sigma, shape `[gap, time]`;

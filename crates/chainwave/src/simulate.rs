@@ -85,7 +85,7 @@ fn write_summary(path: &Path, simulation: &Simulation, wall_s: f64) -> Result<()
         "choice": simulation.choice,
         "error_estimate": simulation.error_estimate,
         "tension_events": simulation.tension_events,
-        "contact_switches": simulation.contact_switches,
+        "contact_switches": simulation.contact_switch_times_s.len(),
         "force_evaluations": simulation.force_evaluations,
         "wall_s": wall_s,
     });

@@ -4,8 +4,8 @@ use std::hint::black_box;
 use std::num::NonZero;
 
 use chainwave_mechanics::{
-    Bodies, Chain, Drive, FarEnd, Integration, MechanicsError, Method, PowerLaw, Schedule, Simulation,
-    Striker, scan, simulate,
+    Bodies, Chain, Change, Drive, FarEnd, Integration, MechanicsError, Method, PowerLaw, Schedule,
+    Sensitivities, Simulation, Striker, scan, simulate, simulate_with_sensitivities,
 };
 
 fn main() {
@@ -109,4 +109,35 @@ fn plain_rates(x: &[f64], v: &[f64], acceleration: &mut [f64]) {
         acceleration[i] = (before - behind - drag) / mass;
         before = behind;
     }
+}
+
+/// 26 bodies for 20 ms, and how their motion follows eight changes (c_d and seven more bodies' dampers).
+#[divan::bench]
+fn eight_sensitivities_of_26_bodies() -> Result<Sensitivities, MechanicsError> {
+    let chain = chain(26)?;
+    simulate_with_sensitivities(&chain, &SCHEDULE_OF_A_FIT, &changes(&chain))
+}
+
+/// The same by central differences of simulations.
+#[divan::bench]
+fn eight_central_differences_of_26_bodies() -> Result<Vec<Simulation>, MechanicsError> {
+    let sides = changes(&chain(26)?).into_iter().flat_map(|change| [change.below, change.above]);
+    sides.map(|side| simulate(&side, &SCHEDULE_OF_A_FIT)).collect()
+}
+
+const SCHEDULE_OF_A_FIT: Schedule = Schedule {
+    duration_s: 0.02,
+    output_interval_s: 1e-5,
+    integration: Integration::Automatic { accuracy: 1e-6 },
+    bodies: Bodies::Reached,
+};
+
+fn changes(chain: &Chain) -> Vec<Change> {
+    let damper = |body: usize, c_kg_per_s: f64| {
+        let mut chain = chain.clone();
+        chain.damping_kg_per_s[body] = c_kg_per_s;
+        chain
+    };
+    let change = |body: usize| Change { below: damper(body, 0.0), above: damper(body, C_D), width: C_D };
+    (0..8).map(change).collect()
 }

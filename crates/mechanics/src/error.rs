@@ -91,6 +91,16 @@ pub enum MechanicsError {
         /// The step that was still too long, in seconds.
         h_s: f64,
     },
+    /// A change of a chain is more than changed numbers.
+    #[error(
+        "change {index}: expected chains that differ from the given one in numbers alone, found another {what}"
+    )]
+    NotAlike {
+        /// Number of the change, from 0.
+        index: usize,
+        /// What differs.
+        what: &'static str,
+    },
     /// The simulation would need more steps or more stored samples than is sensible.
     #[error("{quantity}: expected at most {limit:.1e}, found {found:.1e} ({hint})")]
     TooLarge {

@@ -13,7 +13,8 @@
 //!
 //! Without a method asked for, a run takes the one that its scene calls for, to the accuracy asked for, and says why
 //! ([`Simulation::choice`]) and how far off it may be ([`Simulation::error_estimate`]).
-//! Many chains ([`scan`], [`ensemble`]) share the cores, each with the bits that it has alone.
+//! Many chains ([`scan`], [`ensemble`]) share the cores, each with the bits that it has alone. How a motion follows its parameters is
+//! integrated along with it ([`simulate_with_sensitivities`]), so that a fit needs no differences of simulations.
 //!
 //! Energy is booked along the way: kinetic and potential energy plus what the dampers took stays constant, and
 //! [`Simulation::energy_drift`] says how well. Nothing is allocated in a step, and the same input gives the same bits.
@@ -37,11 +38,13 @@ mod ring;
 mod row;
 mod run;
 mod scan;
+mod sensitivity;
 mod simulate;
 mod state;
 mod step_size;
 mod striker;
 mod switch;
+mod tangent;
 
 pub use chain::{Chain, Drive, FarEnd, Striker};
 pub use contact::{Contact, Contacts, Law, LinearLaw, PowerLaw, TableLaw, Tension};
@@ -54,4 +57,5 @@ pub use ring::{
     ring_bands, ring_modes, simulate_rings, simulate_rings_within,
 };
 pub use scan::{ensemble, scan};
+pub use sensitivity::{Change, Sensitivities, simulate_with_sensitivities};
 pub use simulate::{Bodies, Integration, Schedule, Simulation, StrikerMotion, simulate};

@@ -50,7 +50,7 @@ pub(crate) struct Run<'a> {
     pub(crate) ledger: Ledger,
     control: Control,
     steps: u64,
-    contact_switches: u32,
+    contact_switch_times_s: Vec<f64>,
     force_evaluations: u64,
 }
 
@@ -78,7 +78,7 @@ impl<'a> Run<'a> {
             ledger: Ledger::new(&model, &state),
             control,
             steps: 0,
-            contact_switches: 0,
+            contact_switch_times_s: Vec::new(),
             force_evaluations: 0,
             model,
             order,
@@ -166,7 +166,7 @@ impl<'a> Run<'a> {
     }
 
     fn switch(&mut self, state: &mut State, time_s: f64, in_a_row: u32) -> Result<(), MechanicsError> {
-        self.contact_switches += 1;
+        self.contact_switch_times_s.push(time_s);
         self.model.switch_contact(state);
         if in_a_row > MAX_SWITCHES {
             return Err(MechanicsError::Chatter { time_s, switches: in_a_row });
@@ -215,7 +215,7 @@ impl<'a> Run<'a> {
             choice,
             error_estimate,
             tension_events: self.ledger.tension_events,
-            contact_switches: self.contact_switches,
+            contact_switch_times_s: self.contact_switch_times_s,
             force_evaluations: self.force_evaluations,
         }
     }

@@ -92,8 +92,8 @@ pub struct Simulation {
     pub error_estimate: Option<f64>,
     /// Times a gap between bodies was pulled beyond its law's range.
     pub tension_events: u64,
-    /// Times the striker's contact opened or closed after t = 0.
-    pub contact_switches: u32,
+    /// When the striker's contact opened, closed again and so on, in seconds.
+    pub contact_switch_times_s: Vec<f64>,
     /// Contact forces evaluated.
     pub force_evaluations: u64,
 }

@@ -26,12 +26,17 @@ impl StrikerContact {
         self.spring.force_and_energy(overlap_m).1
     }
 
+    /// The force of the closed contact at an overlap in metres and a rate of closing in metres per second, in newtons.
+    pub(crate) fn push_n(&self, overlap_m: f64, closing_m_per_s: f64) -> f64 {
+        self.spring.force_n(overlap_m) + self.damping_kg_per_s * closing_m_per_s
+    }
+
     /// Positive where the contact should be closed and negative where open, in newtons: the smaller of the contact force and a
     /// linear spring's force at the same overlap. It is continuous, so that its roots are the switches; a damped contact
     /// opens when the dashpot would pull, before the overlap ends.
     pub(crate) fn margin_n(&self, overlap_m: f64, closing_m_per_s: f64) -> f64 {
         let spring_n = self.k_0_n_per_m * overlap_m;
-        spring_n.min(self.spring.force_n(overlap_m) + self.damping_kg_per_s * closing_m_per_s)
+        spring_n.min(self.push_n(overlap_m, closing_m_per_s))
     }
 
     /// A lower bound of the contact force in compression, in newtons, without a power.

@@ -39,12 +39,6 @@ impl TrackSums {
         self.n += 1;
     }
 
-    /// Sum of squares of one column.
-    #[cfg(test)]
-    pub(super) fn square(&self, column: usize) -> f64 {
-        self.products[column * (self.weighted.len() + 1)]
-    }
-
     /// Residuals less the one that the place at rest takes up.
     pub(super) fn freedom(&self) -> f64 {
         self.n.saturating_sub(1) as f64

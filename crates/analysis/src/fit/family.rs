@@ -2,7 +2,7 @@ use chainwave_mechanics::{Chain, Drive, Striker};
 
 /// Nodes in the striker's velocity. Between them the motion is a polynomial of fourth degree; its error on the
 /// paper's chain is below 1 nm where strikers differ by up to 5 % from their mean, and 15 nm at 10 %.
-pub(super) const N_NODES: usize = 5;
+const N_NODES: usize = 5;
 
 /// Striker velocities at which a chain is solved, so that the motion at any velocity between them is a sum of these motions.
 ///
@@ -13,25 +13,35 @@ pub(super) struct Family {
     nodes_m_per_s: Vec<f64>,
 }
 
+/// A chain and what strikes it, at some values of the shared unknowns.
+#[derive(Debug, Clone)]
+pub(super) struct Struck {
+    pub(super) chain: Chain,
+    pub(super) striker: Striker,
+}
+
 /// How the motions of a family add up to that at one striker velocity, or to its derivative.
 pub(super) type Weights = Vec<f64>;
 
 impl Family {
     /// Chebyshev nodes of the range `lowest..=highest` of striker velocities in metres per second.
-    pub(super) fn new([lowest, highest]: [f64; 2], n_nodes: usize) -> Self {
+    pub(super) fn new([lowest, highest]: [f64; 2]) -> Self {
         let node = |k: usize| {
-            let angle = std::f64::consts::PI * (k as f64 + 0.5) / n_nodes as f64;
+            let angle = std::f64::consts::PI * (k as f64 + 0.5) / N_NODES as f64;
             0.5 * (lowest + highest) - 0.5 * (highest - lowest) * angle.cos()
         };
-        Self { nodes_m_per_s: (0..n_nodes).map(node).collect() }
+        Self { nodes_m_per_s: (0..N_NODES).map(node).collect() }
     }
 
-    /// The chain, struck at the velocity of each node.
-    pub(super) fn struck(&self, chain: &Chain, striker: &Striker) -> impl Iterator<Item = Chain> {
-        self.nodes_m_per_s.iter().map(|&velocity_m_per_s| {
-            let drive = Drive::Striker(Striker { velocity_m_per_s, ..*striker });
-            Chain { drive, ..chain.clone() }
-        })
+    /// Number of nodes.
+    pub(super) fn n_nodes(&self) -> usize {
+        self.nodes_m_per_s.len()
+    }
+
+    /// The chain, struck at the velocity of a node.
+    pub(super) fn struck(&self, node: usize, Struck { chain, striker }: &Struck) -> Chain {
+        let drive = Drive::Striker(Striker { velocity_m_per_s: self.nodes_m_per_s[node], ..*striker });
+        Chain { drive, ..chain.clone() }
     }
 
     /// Weights of the motion at a striker velocity, and of its derivative by it: those of Lagrange's polynomials.
@@ -68,8 +78,9 @@ mod tests {
             far_end: FarEnd::Free,
         };
         let schedule = Schedule::automatic(0.02, 1e-4);
-        let family = Family::new([2.6, 2.87], N_NODES);
-        let struck: Vec<Chain> = family.struck(&chain, &striker).collect();
+        let family = Family::new([2.6, 2.87]);
+        let struck = Struck { chain: chain.clone(), striker };
+        let struck: Vec<Chain> = (0..family.n_nodes()).map(|node| family.struck(node, &struck)).collect();
         let displacement_m =
             |_: usize, simulation: chainwave_mechanics::Simulation| simulation.trajectory.displacement_m;
         let motions = ensemble(&struck, &schedule, NonZero::<usize>::MIN, displacement_m);

@@ -2,7 +2,9 @@ use std::num::NonZero;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use chainwave_measurement::{ChainMotion, Estimate, map_in_parallel};
-use chainwave_mechanics::{Chain, Drive, ImposedMotion, Schedule, Striker, simulate};
+use chainwave_mechanics::{
+    Chain, Change, Drive, ImposedMotion, Schedule, Striker, simulate_with_sensitivities,
+};
 use nalgebra::{DMatrix, DVector};
 use ndarray::Array2;
 use rand::SeedableRng;
@@ -65,8 +67,9 @@ pub fn fit_imposed(motion: &ChainMotion, model: &ImposedModel) -> Result<Imposed
     let problem = Problem::new(motion, model)?;
     let mut unknowns = problem.start();
     for _ in 0..MAX_ROUNDS {
-        let predicted = problem.predicted(&unknowns, &problem.driving_m)?;
-        let jacobian = problem.jacobian(&unknowns)?;
+        let asked: Vec<Asked<'_>> = (0..unknowns.len()).map(Asked::Unknown).collect();
+        let (predicted, columns) = problem.predicted(&unknowns, &asked)?;
+        let jacobian = DMatrix::from_columns(&columns);
         let (normal, side) = problem.equations(&jacobian, &predicted, &unknowns);
         let covariance = normal.cholesky().ok_or_else(undetermined)?.inverse();
         let step = &covariance * &side;
@@ -74,7 +77,7 @@ pub fn fit_imposed(motion: &ChainMotion, model: &ImposedModel) -> Result<Imposed
         unknowns += &step;
         unknowns[0] = unknowns[0].max(0.0);
         if length2 < CONVERGED_LENGTH2 {
-            return problem.finish(&unknowns, &jacobian, &covariance);
+            return problem.finish(&unknowns, (&predicted, &jacobian), &covariance);
         }
     }
     Err(FitError::NotConverged(format!("{MAX_ROUNDS} rounds did not settle")))
@@ -82,6 +85,20 @@ pub fn fit_imposed(motion: &ChainMotion, model: &ImposedModel) -> Result<Imposed
 
 fn undetermined() -> FitError {
     FitError::NotConverged("the motion behind body 1 does not determine the damping".into())
+}
+
+/// Errors of body 1 that go through one simulation.
+const TOGETHER: usize = 8;
+
+/// Values of the unknowns, and a motion of body 1.
+type Moved = (DVector<f64>, Vec<f64>);
+
+/// What the prediction's derivative is asked by.
+enum Asked<'a> {
+    /// An unknown.
+    Unknown(usize),
+    /// An error of body 1, sample by sample, in metres.
+    Driving(&'a [f64]),
 }
 
 struct Problem<'a> {
@@ -139,52 +156,102 @@ impl<'a> Problem<'a> {
         DVector::from_vec(start)
     }
 
-    /// Displacements at the samples compared, for a motion of body 1.
-    fn predicted(&self, unknowns: &DVector<f64>, driving_m: &[f64]) -> Result<DVector<f64>, FitError> {
+    /// Displacements at the samples compared, and their derivatives by what is asked.
+    fn predicted(
+        &self,
+        unknowns: &DVector<f64>,
+        asked: &[Asked<'_>],
+    ) -> Result<(DVector<f64>, Vec<DVector<f64>>), FitError> {
+        let scale = self.picture_scale(unknowns);
+        let mut sum = DVector::zeros(self.samples.len());
+        let mut derivatives = vec![sum.clone(); asked.len()];
+        for (weight, deviation) in &self.nodes {
+            let change = |asked: &Asked<'_>| -> Result<Change, FitError> {
+                let steps = self.steps(unknowns, asked);
+                let [below, above] =
+                    steps.map(|step| self.chain(&self.moved(unknowns, asked, step), *deviation));
+                Ok(Change { below: below?, above: above?, width: steps[1] - steps[0] })
+            };
+            let changes = asked.iter().map(change).collect::<Result<Vec<_>, _>>()?;
+            let here = self.chain(&(unknowns.clone(), self.driving_m.clone()), *deviation)?;
+            let found = simulate_with_sensitivities(&here, &self.schedule, &changes)?;
+            self.n_simulations.fetch_add(1, Ordering::Relaxed);
+            let moved_m = &found.simulation.trajectory.displacement_m;
+            self.add(&mut sum, moved_m, weight * scale);
+            for ((derivative, found), asked) in derivatives.iter_mut().zip(&found.derivatives).zip(asked) {
+                self.add(derivative, &found.displacement_m, weight * scale);
+                if self.is_scale(asked) {
+                    self.add(derivative, moved_m, *weight);
+                }
+            }
+        }
+        Ok((sum, derivatives))
+    }
+
+    /// Adds the samples compared of a motion since body 1 was first seen.
+    fn add(&self, sum: &mut DVector<f64>, moved_m: &Array2<f64>, weight: f64) {
+        let last = moved_m.ncols().saturating_sub(1);
+        for (entry, (row, k)) in sum.iter_mut().zip(&self.samples) {
+            *entry += weight * moved_m[(*row, (k - self.span.0).min(last))];
+        }
+    }
+
+    /// The chain with trial values in place, behind a motion of body 1 at one of the drives.
+    fn chain(&self, (unknowns, driving_m): &Moved, deviation: f64) -> Result<Chain, FitError> {
         let n = self.model.chain.n_bodies();
         let mut chain = Chain { damping_kg_per_s: vec![unknowns[0]; n], ..self.model.chain.clone() };
         // Quantities of the striker change nothing here.
         let mut striker = Striker { mass_kg: 1.0, velocity_m_per_s: 0.0, damping_kg_per_s: 0.0 };
-        let mut scale = 1.0;
         for (known, factor) in self.model.known.iter().zip(unknowns.iter().skip(1)) {
             known.quantity.apply(*factor, &mut chain, &mut striker);
-            scale = if known.quantity == Quantity::Scale { *factor } else { scale };
         }
         let first_s = self.motion.times_s[self.span.0];
-        let times_s: Vec<f64> =
-            (self.span.0..=self.span.1).map(|k| self.motion.times_s[k] - first_s).collect();
-        let mut sum = DVector::zeros(self.samples.len());
-        for (weight, deviation) in &self.nodes {
-            let driven_m = driving_m.iter().map(|x_m| x_m * (1.0 + deviation) / scale).collect();
-            chain.drive = Drive::Imposed(ImposedMotion::from_samples(times_s.clone(), driven_m)?);
-            let moved = simulate(&chain, &self.schedule)?.trajectory.displacement_m;
-            self.n_simulations.fetch_add(1, Ordering::Relaxed);
-            let last = moved.ncols().saturating_sub(1);
-            for (entry, (row, k)) in sum.iter_mut().zip(&self.samples) {
-                *entry += weight * scale * moved[(*row, (k - self.span.0).min(last))];
-            }
-        }
-        Ok(sum)
+        let times_s = (self.span.0..=self.span.1).map(|k| self.motion.times_s[k] - first_s).collect();
+        let share = (1.0 + deviation) / self.picture_scale(unknowns);
+        let driven_m = driving_m.iter().map(|x_m| x_m * share).collect();
+        chain.drive = Drive::Imposed(ImposedMotion::from_samples(times_s, driven_m)?);
+        Ok(chain)
     }
 
-    /// Derivatives by the unknowns, by central differences whose step is a thousandth of one per cent of critical or of the factor.
-    fn jacobian(&self, unknowns: &DVector<f64>) -> Result<DMatrix<f64>, FitError> {
-        let critical = 2.0 * (self.model.chain.contact.k_0_n_per_m() * self.model.chain.mass_kg[0]).sqrt();
-        let sides = |i: usize| {
-            let step = if i == 0 { 1e-5 * critical } else { 1e-4 };
-            [(unknowns[i] - step).max(0.0), unknowns[i] + step]
-        };
-        let points = map_in_parallel(2 * unknowns.len(), self.model.n_threads, |point| {
-            let mut shifted = unknowns.clone();
-            shifted[point / 2] = sides(point / 2)[point % 2];
-            self.predicted(&shifted, &self.driving_m)
-        });
-        let points: Vec<DVector<f64>> = points.into_iter().collect::<Result<_, FitError>>()?;
-        let column = |(i, pair): (usize, &[DVector<f64>])| {
-            let [lower, upper] = sides(i);
-            (&pair[1] - &pair[0]) / (upper - lower)
-        };
-        Ok(DMatrix::from_columns(&points.chunks(2).enumerate().map(column).collect::<Vec<_>>()))
+    fn is_scale(&self, asked: &Asked<'_>) -> bool {
+        let of_unknown = |unknown: usize| self.model.known.get(unknown.checked_sub(1)?);
+        match asked {
+            Asked::Unknown(unknown) => {
+                of_unknown(*unknown).is_some_and(|known| known.quantity == Quantity::Scale)
+            }
+            Asked::Driving(_) => false,
+        }
+    }
+
+    /// Length in the pictures over true length.
+    fn picture_scale(&self, unknowns: &DVector<f64>) -> f64 {
+        let known = self.model.known.iter().zip(unknowns.iter().skip(1));
+        known.filter(|(known, _)| known.quantity == Quantity::Scale).map(|(_, factor)| factor).product()
+    }
+
+    /// How far the chains on both sides of what is asked are from it: a thousandth of one per cent of critical, but no farther than to
+    /// no damping; a part of a factor; or all of an error, to which the chain responds in proportion.
+    fn steps(&self, unknowns: &DVector<f64>, asked: &Asked<'_>) -> [f64; 2] {
+        match asked {
+            Asked::Unknown(0) => {
+                let chain = &self.model.chain;
+                let step = 1e-5 * 2.0 * (chain.contact.k_0_n_per_m() * chain.mass_kg[0]).sqrt();
+                [-step.min(unknowns[0]), step]
+            }
+            Asked::Unknown(_) => [-1e-4, 1e-4],
+            Asked::Driving(_) => [-1.0, 1.0],
+        }
+    }
+
+    fn moved(&self, unknowns: &DVector<f64>, asked: &Asked<'_>, step: f64) -> Moved {
+        let (mut unknowns, mut driving_m) = (unknowns.clone(), self.driving_m.clone());
+        match asked {
+            Asked::Unknown(unknown) => unknowns[*unknown] += step,
+            Asked::Driving(error_m) => {
+                driving_m.iter_mut().zip(*error_m).for_each(|(x_m, error_m)| *x_m += step * error_m);
+            }
+        }
+        (unknowns, driving_m)
     }
 
     fn weight(&self, sample: (usize, usize)) -> f64 {
@@ -221,30 +288,25 @@ impl<'a> Problem<'a> {
     fn finish(
         self,
         unknowns: &DVector<f64>,
-        jacobian: &DMatrix<f64>,
+        (predicted, jacobian): (&DVector<f64>, &DMatrix<f64>),
         covariance: &DMatrix<f64>,
     ) -> Result<ImposedFit, FitError> {
-        let predicted = self.predicted(unknowns, &self.driving_m)?;
         let mut total = covariance.clone();
         let modes = &self.motion.modes;
-        let of_modes = map_in_parallel(modes.len(), self.model.n_threads, |k| {
-            let error_m = &modes[k].displacement_m;
-            let passed_on = self.passed_on(unknowns, &predicted, |i| error_m[(0, i)])?;
-            Ok::<_, FitError>(
-                covariance * self.projected(jacobian, |i| error_m[self.samples[i]] - passed_on[i]),
-            )
-        });
+        let of_body_1 =
+            |k: usize| (self.span.0..=self.span.1).map(|i| modes[k].displacement_m[(0, i)]).collect();
+        let errors_m: Vec<Vec<f64>> = (0..modes.len()).map(of_body_1).collect();
+        let passed_on = self.passed_on(unknowns, &errors_m)?;
+        for (mode, passed_on) in modes.iter().zip(&passed_on) {
+            let error_m = |i: usize| mode.displacement_m[self.samples[i]] - passed_on[i];
+            let shift = covariance * self.projected(jacobian, error_m);
+            total += &shift * shift.transpose();
+        }
         let mut random = Pcg64::seed_from_u64(SEED);
-        let draws: Vec<Array2<f64>> = (0..N_DRAWS).map(|_| self.noise_of_body_1(&mut random)).collect();
-        let of_noise = map_in_parallel(N_DRAWS, self.model.n_threads, |k| {
-            let passed_on = self.passed_on(unknowns, &predicted, |i| draws[k][(0, i)])?;
-            Ok::<_, FitError>(covariance * self.projected(jacobian, |i| -passed_on[i]))
-        });
-        for (shifts, share) in [(of_modes, 1.0), (of_noise, 1.0 / N_DRAWS as f64)] {
-            for shift in shifts {
-                let shift: DVector<f64> = shift?;
-                total += &shift * shift.transpose() * share;
-            }
+        let draws_m: Vec<Vec<f64>> = (0..N_DRAWS).map(|_| self.noise_of_body_1(&mut random)).collect();
+        for passed_on in self.passed_on(unknowns, &draws_m)? {
+            let shift = covariance * self.projected(jacobian, |i| -passed_on[i]);
+            total += &shift * shift.transpose() / N_DRAWS as f64;
         }
         let residual = |(i, sample): (usize, &(usize, usize))| {
             let x = self.motion.displacement_m[*sample]?;
@@ -267,25 +329,33 @@ impl<'a> Problem<'a> {
         })
     }
 
-    fn noise_of_body_1(&self, random: &mut Pcg64) -> Array2<f64> {
-        Array2::from_shape_fn((1, self.motion.times_s.len()), |place| {
+    fn noise_of_body_1(&self, random: &mut Pcg64) -> Vec<f64> {
+        let noise_m = |k: usize| {
             let deviate: f64 = StandardNormal.sample(random);
-            self.motion.independent_sigma_m[place] * deviate
-        })
+            self.motion.independent_sigma_m[(0, k)] * deviate
+        };
+        (self.span.0..=self.span.1).map(noise_m).collect()
     }
 
-    /// What an error of body 1, by sample, does to the prediction; nothing is simulated where it has none.
+    /// What errors of body 1, sample by sample, do to the prediction; nothing is solved for one that has none.
     fn passed_on(
         &self,
         unknowns: &DVector<f64>,
-        predicted: &DVector<f64>,
-        error_m: impl Fn(usize) -> f64,
-    ) -> Result<DVector<f64>, FitError> {
-        let errors_m: Vec<f64> = (self.span.0..=self.span.1).map(error_m).collect();
-        if errors_m.iter().all(|error| error.abs() <= 0.0) {
-            return Ok(DVector::zeros(self.samples.len()));
+        errors_m: &[Vec<f64>],
+    ) -> Result<Vec<DVector<f64>>, FitError> {
+        let felt: Vec<usize> =
+            (0..errors_m.len()).filter(|k| errors_m[*k].iter().any(|error| error.abs() > 0.0)).collect();
+        let groups: Vec<&[usize]> = felt.chunks(TOGETHER).collect();
+        let solved = map_in_parallel(groups.len(), self.model.n_threads, |group| {
+            let asked: Vec<Asked<'_>> = groups[group].iter().map(|k| Asked::Driving(&errors_m[*k])).collect();
+            Ok::<_, FitError>(self.predicted(unknowns, &asked)?.1)
+        });
+        let mut all = vec![DVector::zeros(self.samples.len()); errors_m.len()];
+        for (group, solved) in groups.iter().zip(solved) {
+            for (k, passed_on) in group.iter().zip(solved?) {
+                all[*k] = passed_on;
+            }
         }
-        let moved: Vec<f64> = self.driving_m.iter().zip(&errors_m).map(|(x_m, error)| x_m + error).collect();
-        Ok(self.predicted(unknowns, &moved)? - predicted)
+        Ok(all)
     }
 }

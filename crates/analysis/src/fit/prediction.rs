@@ -1,8 +1,13 @@
-use chainwave_measurement::Trajectory;
-use chainwave_mechanics::{Chain, Drive, Schedule, Simulation, Striker, simulate};
+use chainwave_measurement::{Trajectory, map_in_parallel};
+use chainwave_mechanics::{
+    Chain, Change, Drive, Schedule, Sensitivities, Striker, simulate_with_sensitivities,
+};
 use ndarray::Array2;
 
 use super::{EnergyModel, FitError, Quantity};
+
+/// c_d, c_s, the striker's velocity, and the scale of the drives' deviations; factors on what is known within an uncertainty follow.
+pub(super) const N_UNKNOWNS: usize = 4;
 
 /// What the fit varies.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,63 +21,122 @@ pub(super) struct Parameters {
     pub(super) factors: Vec<f64>,
 }
 
-/// The model's answer: the weighted mean of its runs at a slower and a faster drive, as the pictures show it.
+/// The model's answer: the weighted mean of its runs at a slower and a faster drive, as the pictures show it; or how that changes with
+/// an unknown.
+#[derive(Debug, Clone)]
 pub(super) struct Prediction {
-    runs: Vec<(f64, Simulation)>,
-    /// Length in the pictures over true length.
-    picture_scale: f64,
+    /// Motion at the measured times after the impact, at rest before it.
+    pub(super) motion: Trajectory,
+    /// Overlap of each gap when it is closed the most, filmed or not, in metres.
+    pub(super) peak_overlaps_m: Vec<f64>,
+}
+
+/// When the model is asked.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Times<'a> {
+    /// The measured times, in seconds.
+    pub(super) measured_s: &'a [f64],
+    /// How the simulations go, and how far beyond them.
+    pub(super) schedule: Schedule,
 }
 
 impl Prediction {
-    pub(super) fn new(
+    /// The prediction and its derivatives by the unknowns; `steps` says how far the chains on both sides of each are from it, and none
+    /// asks for no derivatives.
+    pub(super) fn with_slopes(
         model: &EnergyModel,
         parameters: &Parameters,
-        duration_s: f64,
-        output_interval_s: f64,
-    ) -> Result<Self, FitError> {
-        let schedule = Schedule::automatic(duration_s, output_interval_s);
-        let run = |(weight, deviation): (f64, f64)| -> Result<(f64, Simulation), FitError> {
-            let faster = 1.0 + parameters.drive_scale * deviation;
-            let velocity_m_per_s = parameters.striker_velocity_m_per_s * faster;
-            let chain = with_parameters(model, parameters, velocity_m_per_s).ok_or(FitError::NoStriker)?;
-            Ok((weight, simulate(&chain, &schedule)?))
-        };
-        let runs = quadrature(&model.drive_deviations).into_iter().map(run).collect::<Result<_, _>>()?;
-        let known = model.known.iter().zip(&parameters.factors);
-        let of_scale = known.filter(|(known, _)| known.quantity == Quantity::Scale);
-        Ok(Self { runs, picture_scale: of_scale.map(|(_, factor)| factor).product() })
-    }
-
-    /// Number of simulations behind the prediction.
-    pub(super) fn n_simulations(&self) -> u64 {
-        self.runs.len() as u64
-    }
-
-    /// Peak potential energy of a gap (from 1), in joules.
-    pub(super) fn psi_max_j(&self, gap: usize) -> f64 {
-        self.runs.iter().filter_map(|(weight, run)| Some(weight * run.psi_max_j.get(gap - 1)?)).sum()
-    }
-
-    /// Motion at times after the impact, at rest before it.
-    pub(super) fn trajectory(&self, times_s: &[f64]) -> Trajectory {
-        let n_bodies = self.runs.first().map_or(0, |(_, run)| run.trajectory.displacement_m.nrows());
-        let mut moved = Trajectory {
-            times_s: times_s.to_vec(),
-            displacement_m: Array2::zeros((n_bodies, times_s.len())),
-            velocity_m_per_s: Array2::zeros((n_bodies, times_s.len())),
-        };
-        for (weight, run) in &self.runs {
-            for (i, time_s) in times_s.iter().enumerate() {
-                let Some(moment) = run.trajectory.at(*time_s) else { continue };
-                for body in 0..n_bodies {
-                    let share = weight * self.picture_scale;
-                    moved.displacement_m[(body, i)] += share * moment.displacement_m(body);
-                    moved.velocity_m_per_s[(body, i)] += share * moment.velocity_m_per_s(body);
-                }
+        times: Times<'_>,
+        steps: &[f64],
+    ) -> Result<(Self, Vec<Self>), FitError> {
+        let runs = quadrature(&model.drive_deviations);
+        let solved = map_in_parallel(runs.len(), model.n_threads, |i| {
+            let chain = |parameters: &Parameters| with_parameters(model, parameters, runs[i].1);
+            let change = |(unknown, step): (usize, &f64)| -> Result<Change, FitError> {
+                let side = |step: f64| chain(&parameters.moved(unknown, step));
+                Ok(Change { below: side(-step)?, above: side(*step)?, width: 2.0 * step })
+            };
+            let changes = steps.iter().enumerate().map(change).collect::<Result<Vec<_>, _>>()?;
+            let found = simulate_with_sensitivities(&chain(parameters)?, &times.schedule, &changes)?;
+            Ok::<_, FitError>((runs[i].0, found))
+        });
+        let solved = solved.into_iter().collect::<Result<Vec<_>, _>>()?;
+        let scale = picture_scale(model, parameters);
+        let mean = |motion: &dyn Fn(&Sensitivities) -> Trajectory| {
+            let mut mean = Self::zero(model.chain.n_bodies(), times.measured_s);
+            for (weight, found) in &solved {
+                mean.add(weight * scale, &motion(found), &found.simulation.peak_times_s);
             }
+            mean
+        };
+        let here = mean(&|found| found.simulation.trajectory.clone());
+        let mut slopes: Vec<Self> =
+            (0..steps.len()).map(|unknown| mean(&|found| found.derivatives[unknown].clone())).collect();
+        for (known, slope) in model.known.iter().zip(slopes.iter_mut().skip(N_UNKNOWNS)) {
+            if known.quantity == Quantity::Scale {
+                *slope = here.scaled(scale.recip());
+            }
+        }
+        Ok((here, slopes))
+    }
+
+    /// The prediction where an unknown lies `step` farther, along its derivative.
+    pub(super) fn along(&self, slope: &Self, step: f64) -> Self {
+        let mut moved = self.clone();
+        moved.motion.displacement_m.scaled_add(step, &slope.motion.displacement_m);
+        moved.motion.velocity_m_per_s.scaled_add(step, &slope.motion.velocity_m_per_s);
+        let overlaps = moved.peak_overlaps_m.iter_mut().zip(&slope.peak_overlaps_m);
+        overlaps.for_each(|(overlap_m, slope)| *overlap_m += step * slope);
+        moved
+    }
+
+    fn zero(n_bodies: usize, times_s: &[f64]) -> Self {
+        let rest = Array2::zeros((n_bodies, times_s.len()));
+        let motion =
+            Trajectory { times_s: times_s.to_vec(), displacement_m: rest.clone(), velocity_m_per_s: rest };
+        Self { motion, peak_overlaps_m: vec![0.0; n_bodies.saturating_sub(1)] }
+    }
+
+    fn scaled(&self, factor: f64) -> Self {
+        let zero = Self::zero(self.motion.displacement_m.nrows(), &self.motion.times_s);
+        zero.along(self, factor)
+    }
+
+    fn add(&mut self, share: f64, run: &Trajectory, peak_times_s: &[Option<f64>]) {
+        for (i, time_s) in self.motion.times_s.iter().enumerate() {
+            let Some(moment) = run.at(*time_s) else { continue };
+            for body in 0..self.motion.displacement_m.nrows() {
+                self.motion.displacement_m[(body, i)] += share * moment.displacement_m(body);
+                self.motion.velocity_m_per_s[(body, i)] += share * moment.velocity_m_per_s(body);
+            }
+        }
+        let last_s = run.times_s.last().copied().unwrap_or(0.0);
+        for (gap, (overlap_m, peak_s)) in self.peak_overlaps_m.iter_mut().zip(peak_times_s).enumerate() {
+            let Some(moment) = run.at(peak_s.unwrap_or(last_s).min(last_s)) else { continue };
+            *overlap_m += share * (moment.displacement_m(gap) - moment.displacement_m(gap + 1));
+        }
+    }
+}
+
+impl Parameters {
+    /// With one of the unknowns moved.
+    fn moved(&self, unknown: usize, step: f64) -> Self {
+        let mut moved = self.clone();
+        match unknown {
+            0 => moved.chain_damping_kg_per_s += step,
+            1 => moved.striker_damping_kg_per_s += step,
+            2 => moved.striker_velocity_m_per_s += step,
+            3 => moved.drive_scale += step,
+            _ => moved.factors[unknown - N_UNKNOWNS] += step,
         }
         moved
     }
+}
+
+/// Length in the pictures over true length.
+fn picture_scale(model: &EnergyModel, parameters: &Parameters) -> f64 {
+    let known = model.known.iter().zip(&parameters.factors);
+    known.filter(|(known, _)| known.quantity == Quantity::Scale).map(|(_, factor)| factor).product()
 }
 
 /// Weights and nodes of the two-point Gauss quadrature whose mean, mean square and mean cube are those of the deviations from
@@ -92,18 +156,27 @@ pub(super) fn quadrature(deviations: &[f64]) -> Vec<(f64, f64)> {
     vec![(high / root, mean + sigma * low), (-low / root, mean + sigma * high)]
 }
 
-/// The chain with trial values in place; negative dampings are mirrored, so the search may step across zero.
-fn with_parameters(model: &EnergyModel, parameters: &Parameters, velocity_m_per_s: f64) -> Option<Chain> {
-    let Drive::Striker(striker) = &model.chain.drive else { return None };
+/// The chain with trial values in place, struck by one of the drives; negative dampings are mirrored, so the search may step across
+/// zero.
+fn with_parameters(
+    model: &EnergyModel,
+    parameters: &Parameters,
+    drive_deviation: f64,
+) -> Result<Chain, FitError> {
+    let Drive::Striker(striker) = &model.chain.drive else { return Err(FitError::NoStriker) };
     let n_bodies = model.chain.n_bodies();
     let damping_kg_per_s = vec![parameters.chain_damping_kg_per_s.abs(); n_bodies];
     let mut chain = Chain { damping_kg_per_s, ..model.chain.clone() };
-    let damping_kg_per_s = parameters.striker_damping_kg_per_s.abs();
-    let mut striker = Striker { velocity_m_per_s, damping_kg_per_s, ..*striker };
+    let faster = 1.0 + parameters.drive_scale * drive_deviation;
+    let mut striker = Striker {
+        velocity_m_per_s: parameters.striker_velocity_m_per_s * faster,
+        damping_kg_per_s: parameters.striker_damping_kg_per_s.abs(),
+        ..*striker
+    };
     for (known, factor) in model.known.iter().zip(&parameters.factors) {
         known.quantity.apply(*factor, &mut chain, &mut striker);
     }
-    Some(Chain { drive: Drive::Striker(striker), ..chain })
+    Ok(Chain { drive: Drive::Striker(striker), ..chain })
 }
 
 #[cfg(test)]

@@ -1,11 +1,11 @@
 use std::cell::Cell;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use chainwave_measurement::{Estimate, map_in_parallel};
+use chainwave_measurement::Estimate;
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::{DMatrix, DVector, Dyn, Owned};
 
-use super::prediction::{Parameters, Prediction};
+use super::prediction::{N_UNKNOWNS, Parameters, Prediction, Times, quadrature};
 use super::{Damping, EnergyFit, EnergyModel, FitError};
 
 /// Predicted values, whitened, from a prediction.
@@ -15,13 +15,13 @@ type Predict<'a> = Box<dyn Fn(&Prediction) -> DVector<f64> + Sync + 'a>;
 pub(super) struct Comparison<'a> {
     pub(super) measured: DVector<f64>,
     pub(super) predict: Predict<'a>,
-    pub(super) duration_s: f64,
-    pub(super) output_interval_s: f64,
+    pub(super) times: Times<'a>,
 }
 
-/// Steps of the central differences, in units of the parameters' scales: their error (1e-6 of the curvature) and the
-/// simulation's rounding (1e-12 / 1e-3) are both far below the residuals.
-const DIFFERENCE: f64 = 1e-3;
+/// How far the chains on both sides of an unknown are from it, in units of its scale; and on both sides of a factor. What is between
+/// them is algebra, as straight there as its rounding (1e-13) lets one see.
+const BESIDE: f64 = 1e-3;
+const BESIDE_FACTOR: f64 = 1e-4;
 
 /// Starting points: factors on the model's c_d and c_s.
 const STARTS: [[f64; 2]; 3] = [[1.0, 1.0], [10.0, 0.1], [0.1, 10.0]];
@@ -66,8 +66,8 @@ fn search<'a>(
     }
 }
 
-/// c_d, c_s, the striker's velocity, and the scale of the drives' deviations; factors on what is known within an uncertainty follow.
-const N_UNKNOWNS: usize = 4;
+/// Of the unknowns only c_d and c_s, which stand first, have no prior.
+const N_DAMPINGS: usize = 2;
 
 struct Problem<'a> {
     residuals: Residuals<'a>,
@@ -99,11 +99,8 @@ impl Residuals<'_> {
     /// Whitened residuals, and last the striker's velocity, the drives' scale and the factors against their priors.
     fn at(&self, scaled: &DVector<f64>) -> Result<DVector<f64>, FitError> {
         let parameters = self.values(scaled);
-        let comparison = self.comparison;
-        let prediction =
-            Prediction::new(self.model, &parameters, comparison.duration_s, comparison.output_interval_s)?;
-        self.n_simulations.fetch_add(prediction.n_simulations(), Ordering::Relaxed);
-        let residuals = (comparison.predict)(&prediction) - &comparison.measured;
+        let (prediction, _) = self.predict(&parameters, &[])?;
+        let residuals = (self.comparison.predict)(&prediction) - &self.comparison.measured;
         let prior = self.model.striker_velocity_m_per_s;
         let deviation = (parameters.striker_velocity_m_per_s - prior.value) / prior.sigma;
         let scale_deviation = (parameters.drive_scale - 1.0) / self.model.drive_scale_sigma;
@@ -113,18 +110,39 @@ impl Residuals<'_> {
         Ok(DVector::from_vec(all.collect()))
     }
 
-    /// Derivatives by central differences, whose points are solved side by side.
+    /// Derivatives of [`Residuals::at`]: those of the motion solve the variational equations, those of what is measured in it are
+    /// differences along them.
     fn jacobian_at(&self, scaled: &DVector<f64>) -> Result<DMatrix<f64>, FitError> {
-        let at_point = |point: usize| {
-            let mut shifted = scaled.clone();
-            shifted[point / 2] += if point.is_multiple_of(2) { DIFFERENCE } else { -DIFFERENCE };
-            self.at(&shifted)
-        };
-        let points = map_in_parallel(2 * scaled.len(), self.model.n_threads, at_point);
-        let points: Vec<DVector<f64>> = points.into_iter().collect::<Result<_, FitError>>()?;
-        let columns: Vec<_> =
-            points.chunks(2).map(|pair| (&pair[0] - &pair[1]) / (2.0 * DIFFERENCE)).collect();
-        Ok(DMatrix::from_columns(&columns))
+        let steps: Vec<f64> = (0..scaled.len())
+            .map(|i| if i < N_UNKNOWNS { BESIDE * self.scales[i] } else { BESIDE_FACTOR })
+            .collect();
+        let (here, slopes) = self.predict(&self.values(scaled), &steps)?;
+        let measured = &self.comparison.predict;
+        let n_measured = self.comparison.measured.len();
+        let mut jacobian = DMatrix::zeros(n_measured + scaled.len() - N_DAMPINGS, scaled.len());
+        for (i, (slope, step)) in slopes.iter().zip(&steps).enumerate() {
+            let [below, above] = [-step, *step].map(|step| measured(&here.along(slope, step)));
+            let column = (above - below) * (self.scales[i] / (2.0 * step));
+            jacobian.view_mut((0, i), (n_measured, 1)).copy_from(&column);
+        }
+        let known = self.model.known.iter().map(|known| known.relative_sigma);
+        let sigmas = [self.model.striker_velocity_m_per_s.sigma, self.model.drive_scale_sigma];
+        for (prior, sigma) in sigmas.into_iter().chain(known).enumerate() {
+            let unknown = N_DAMPINGS + prior;
+            jacobian[(n_measured + prior, unknown)] = self.scales[unknown] / sigma;
+        }
+        Ok(jacobian)
+    }
+
+    fn predict(
+        &self,
+        parameters: &Parameters,
+        steps: &[f64],
+    ) -> Result<(Prediction, Vec<Prediction>), FitError> {
+        let found = Prediction::with_slopes(self.model, parameters, self.comparison.times, steps)?;
+        let n_runs = quadrature(&self.model.drive_deviations).len();
+        self.n_simulations.fetch_add(n_runs as u64, Ordering::Relaxed);
+        Ok(found)
     }
 }
 

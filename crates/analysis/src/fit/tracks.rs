@@ -7,11 +7,11 @@ use ndarray::Array2;
 
 use super::arrow::{Own, OwnCovariance};
 use super::bootstrap::bootstrap;
-use super::family::{Family, N_NODES};
+use super::family::Family;
 use super::profile::{Interval, interval_95};
 use super::quantity::{Known, Quantity};
 use super::search::{Minimum, search, undetermined};
-use super::track_problem::{N_DAMPINGS, Problem, SAMPLES_PER_FRAME, State, chain_of, range_of};
+use super::track_problem::{N_DAMPINGS, Problem, SAMPLES_PER_FRAME, State, range_of, struck};
 use super::{Damping, FitError};
 
 /// What is assumed of the experiment behind the tracks, and where the search begins.
@@ -196,12 +196,12 @@ pub fn fitted_motion(model: &TrackModel, fit: &TrackFit, times_s: &[f64]) -> Res
         vec![fit.damping.chain_damping_kg_per_s.value, fit.damping.striker_damping_kg_per_s.value];
     shared.extend(fit.factors.iter().map(|(_, factor)| factor.value));
     let quantities = model.known.iter().map(|known| known.quantity);
-    let (chain, striker) = chain_of(model, &DVector::from_vec(shared), quantities)?;
+    let struck = struck(model, &DVector::from_vec(shared), quantities)?;
     let span_s = (times_s.last().copied().unwrap_or(0.0) - impact_time_s).max(f64::MIN_POSITIVE);
     let interval_s = span_s / (times_s.len().max(2) - 1) as f64 / SAMPLES_PER_FRAME;
     let schedule = Schedule::automatic(span_s + 2.0 * interval_s, interval_s);
-    let family = Family::new(range_of(&strikers, model), N_NODES);
-    let struck: Vec<Chain> = family.struck(&chain, &striker).collect();
+    let family = Family::new(range_of(&strikers, model));
+    let struck: Vec<Chain> = (0..family.n_nodes()).map(|node| family.struck(node, &struck)).collect();
     // The mean of the strikers' motions is that of their weights.
     let weights: Vec<_> =
         strikers.iter().map(|velocity_m_per_s| family.weights(*velocity_m_per_s).0).collect();

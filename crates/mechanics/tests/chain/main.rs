@@ -16,4 +16,6 @@ mod paper;
 #[cfg(test)]
 mod scenes;
 #[cfg(test)]
+mod sensitivities;
+#[cfg(test)]
 mod waves;
