@@ -126,19 +126,23 @@ fn offsets_are_recovered_to_a_fiftieth_of_a_frame_at_one_per_cent_of_noise() {
 }
 
 #[test]
-fn offsets_lie_within_their_stated_intervals() {
-    let (mut inside, mut total) = (0, 0);
+fn offsets_and_drives_lie_within_their_stated_intervals() {
+    let (mut inside, mut total) = ([0, 0], 0);
     for seed in 100..150 {
         let experiment = experiment(seed);
         let stitched = stitch(&experiment.observations);
-        let found = stitched.alignments.iter().map(|alignment| alignment.trigger_offset_s);
-        inside +=
-            found.zip(&experiment.trials).filter(|(found, trial)| found.covers_95(trial.offset_s)).count();
+        for (found, trial) in stitched.alignments.iter().zip(&experiment.trials) {
+            inside[0] += usize::from(found.trigger_offset_s.covers_95(trial.offset_s));
+            inside[1] += usize::from(found.drive_deviation.covers_95(trial.drive));
+        }
         total += experiment.trials.len();
     }
-    let coverage = inside as f64 / total as f64;
-    // One delay of a whole experiment's offsets by their drives is most of their error, so 50 experiments scatter by some 3 %.
-    assert!((0.9..=1.0).contains(&coverage), "coverage {coverage}");
+    for (what, inside) in ["offsets", "drives"].into_iter().zip(inside) {
+        let coverage = inside as f64 / total as f64;
+        // One delay of a whole experiment's offsets by their drives, and one scale of these, is most of their errors, so 50 experiments
+        // scatter by some 3 %.
+        assert!((0.9..=1.0).contains(&coverage), "{what}: coverage {coverage}");
+    }
 }
 
 #[test]
