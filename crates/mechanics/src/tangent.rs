@@ -1,11 +1,15 @@
+use std::borrow::Cow;
+
 use chainwave_measurement::Trajectory;
 use pulp::{Simd, WithSimd};
 
 use crate::{
     Chain, Change,
+    contact::Spring,
     force_row::ForceRow,
     lanes::{padded, vectorised},
     model::Model,
+    sensitivity::Seat,
     state::{State, row_length},
 };
 
@@ -17,6 +21,8 @@ use crate::{
 pub(crate) struct Tangent<'a> {
     model: &'a Model<'a>,
     motion: &'a Trajectory,
+    /// The spring of each gap of the row.
+    springs: Vec<Cow<'a, Spring>>,
     sides: Vec<Sides<'a>>,
     n_lanes: usize,
     touching: bool,
@@ -37,7 +43,7 @@ struct Sides<'a> {
     below: Model<'a>,
     above: Model<'a>,
     width: f64,
-    is_felt: bool,
+    seat: Seat,
 }
 
 /// Rates of a stage: those of s and of u.
@@ -59,9 +65,10 @@ struct Coefficients {
     imposed: Option<[Vec<f64>; 2]>,
 }
 
-/// Rows for the accelerations of the two sides.
+/// The motion at one time, its springs' forces, and rows for the accelerations of the two sides.
 struct Work {
     state: State,
+    springs_n: ForceRow,
     force_n: ForceRow,
     accelerations: [Vec<f64>; 2],
 }
@@ -101,7 +108,8 @@ impl<'a> Tangent<'a> {
             trial: [row.clone(), row],
             coefficients: [coefficients.clone(), coefficients.clone(), coefficients],
             begun_s: None,
-            work: Work { state, force_n: ForceRow::new(n), accelerations },
+            work: Work { state, springs_n: ForceRow::new(n), force_n: ForceRow::new(n), accelerations },
+            springs: (0..n).map(|gap| model.spring(gap)).collect(),
             model,
             motion,
             sides,
@@ -156,13 +164,20 @@ impl<'a> Tangent<'a> {
     /// Works out the coefficients at a time.
     #[inline(always)]
     fn prepare<S: Simd>(&mut self, simd: S, which: usize, time_s: f64) {
-        let Self { model, motion, sides, work, touching, n_lanes, .. } = self;
+        let Self { model, motion, springs, sides, work, touching, n_lanes, .. } = self;
         let Coefficients { k_n_per_m, c_kg_per_s, forcing, imposed } = &mut self.coefficients[which];
         work.place(motion, time_s, *touching);
+        work.press(simd, model);
+        let springs_n = work.springs_n.behind(work.state.active);
         for (gap, (k, c)) in k_n_per_m.iter_mut().zip(c_kg_per_s).enumerate() {
-            (*k, *c) = (model.stiffness_n_per_m(gap, &work.state), model.dashpot_kg_per_s(gap, *touching));
+            let overlap_m = work.state.x_m[gap] - work.state.x_m[gap + 1];
+            *k = match model.carries(gap, *touching) {
+                true => springs[gap].stiffness_n_per_m(overlap_m, springs_n[gap]),
+                false => 0.0,
+            };
+            *c = model.dashpot_kg_per_s(gap, *touching);
         }
-        for (lane, side) in sides.iter().enumerate().filter(|(_, side)| side.is_felt) {
+        for (lane, side) in sides.iter().enumerate().filter(|(_, side)| side.seat != Seat::Drive) {
             let difference = work.difference(simd, side, model.n_masses());
             for (place, difference) in forcing[lane..].iter_mut().step_by(*n_lanes).zip(difference) {
                 *place = difference / side.width;
@@ -282,8 +297,7 @@ impl WithSimd for Stepping<'_, '_> {
 impl<'a> Sides<'a> {
     fn new(change: &'a Change) -> Self {
         let Change { below, above, width } = change;
-        let is_felt = change.is_felt();
-        Self { below: Model::new(below), above: Model::new(above), width: *width, is_felt }
+        Self { below: Model::new(below), above: Model::new(above), width: *width, seat: change.seat() }
     }
 }
 
@@ -293,18 +307,30 @@ impl Work {
         let last_s = motion.times_s.last().copied().unwrap_or(0.0);
         let Some(moment) = motion.at(time_s.min(last_s)) else { return };
         self.state.touching = touching;
-        for mass in 0..motion.displacement_m.nrows() {
-            self.state.x_m[mass] = moment.displacement_m(mass);
-            self.state.v_m_per_s[mass] = moment.velocity_m_per_s(mass);
-        }
+        moment.fill(&mut self.state.x_m, &mut self.state.v_m_per_s);
+    }
+
+    /// Works out the springs' forces.
+    #[inline(always)]
+    fn press<S: Simd>(&mut self, simd: S, model: &Model<'_>) {
+        let State { x_m, touching, active, .. } = &self.state;
+        model.spring_forces(simd, x_m, *touching, *active, &mut self.springs_n);
     }
 
     /// By how much the first `n` masses accelerate more above than below.
     #[inline(always)]
     fn difference<S: Simd>(&mut self, simd: S, sides: &Sides<'_>, n: usize) -> impl Iterator<Item = f64> {
-        let Self { state, force_n, accelerations: [low, high] } = self;
-        sides.below.rates(simd, state.place(), force_n, low);
-        sides.above.rates(simd, state.place(), force_n, high);
+        let Self { state, springs_n, force_n, accelerations } = self;
+        for (model, acceleration) in [&sides.below, &sides.above].into_iter().zip(accelerations.iter_mut()) {
+            match sides.seat {
+                Seat::Contacts => model.rates(simd, state.place(), force_n, acceleration),
+                _ => {
+                    force_n.copy_from(springs_n);
+                    model.rates_by_springs(simd, state.place(), force_n, acceleration)
+                }
+            };
+        }
+        let [low, high] = accelerations;
         high[..n].iter().zip(&low[..n]).map(|(high, low)| high - low)
     }
 }
