@@ -12,7 +12,7 @@ use crate::half_width::{HalfWidth, MovingProfile, half_width_times, half_widths}
 use crate::line_test::line_test;
 use crate::particle::particle_velocities_m_per_s;
 use crate::replicas::replica_m;
-use crate::spectrum::{LocalResonance, TailSpectrum, dominant_frequency, frequency_near, tail_spectrum};
+use crate::spectrum::{LocalResonance, Maximum, TailSpectrum, tail_spectrum};
 use crate::strain::{overlap_variance_m2, strain_with_variance};
 use crate::velocity::{GroupVelocity, Reflection, SpeedFit, fit_speed, undisturbed_gaps};
 use crate::{AnalysisError, Missing, StrainMap};
@@ -130,8 +130,8 @@ struct Plan<'a> {
     energy_of: Option<EnergyLaw<'a>>,
     velocity_gaps: RangeInclusive<usize>,
     half_width_times_s: Vec<f64>,
-    /// Dominant frequency of the tails, and its resolution.
-    resonance: Result<(f64, f64), Missing>,
+    /// The dominant maximum of the tails' spectra.
+    resonance: Result<Maximum, Missing>,
 }
 
 impl<'a> Plan<'a> {
@@ -146,7 +146,7 @@ impl<'a> Plan<'a> {
         };
         let speed = fit_speed(&pulses, settings.pitch_m, &velocity_gaps);
         let half_width_times_s = speed.map_or_else(|_| Vec::new(), times_s);
-        let resonance = dominant_frequency(&tail_spectrum(map, &pulses));
+        let resonance = Maximum::of(&tail_spectrum(map, &pulses));
         Self { settings, energy_of, velocity_gaps, half_width_times_s, resonance }
     }
 
@@ -165,7 +165,7 @@ impl<'a> Plan<'a> {
             .energy_of
             .map_or_else(Vec::new, |energy_of| peak_energies(map, &pulses, energy_of, front.peak_fraction));
         let spectrum = tail_spectrum(map, &pulses);
-        let resonance_hz = self.resonance.ok().and_then(|found| frequency_near(&spectrum, found));
+        let resonance_hz = self.resonance.ok().and_then(|found| found.moved_hz(&spectrum));
         let particles_m_per_s = particle_velocities_m_per_s(motion, map, &pulses);
         let particle_m_per_s = mean_within(&particles_m_per_s, &self.velocity_gaps);
         Values {
@@ -238,11 +238,11 @@ fn assemble(map: StrainMap, plan: &Plan<'_>, values: &Values, scatter: &Scatter)
         half_widths: plan.half_width_times_s.iter().enumerate().filter_map(half_width).collect(),
         energies: plan.energy_of.map(|_| energies(&values.energies_j, scatter)),
         spectrum: values.spectrum.clone(),
-        local_resonance: plan.resonance.and_then(|(frequency_hz, resolution_hz)| {
+        local_resonance: plan.resonance.and_then(|found| {
             Ok(LocalResonance {
                 frequency_hz: scatter.estimate(Column::Resonance, 0)?,
-                resolution_hz,
-                line: line_test(&map, &values.pulses, frequency_hz)?,
+                resolution_hz: found.resolution_hz,
+                line: line_test(&map, &values.pulses, found.frequency_hz)?,
             })
         }),
         dispersion: dispersion_map(&map, &values.pulses),

@@ -115,21 +115,40 @@ fn hann_amplitudes(values: &[f64], n_padded: usize, transform: &dyn rustfft::Fft
 /// [`Missing::NoTail`] when no gap has a tail, [`Missing::NoMaximum`] when the power has no maximum in that band,
 /// [`Missing::BelowNoise`] when noise may have made it.
 pub fn dominant_frequency(spectrum: &TailSpectrum) -> Result<(f64, f64), Missing> {
-    let mean = MeanPower::of(spectrum).ok_or(Missing::NoTail)?;
-    let first = spectrum.frequency_hz.partition_point(|f| *f < DECAY_LOBE * mean.coarsest_hz).max(1);
-    let top = mean.highest(first, mean.power.len()).ok_or(Missing::NoMaximum)?;
-    match mean.stands_out_of_noise(top, spectrum) {
-        true => Ok((mean.between_bins(top) * spectrum.frequency_hz[1], mean.coarsest_hz)),
-        false => Err(Missing::BelowNoise),
-    }
+    Maximum::of(spectrum).map(|maximum| (maximum.frequency_hz, maximum.resolution_hz))
 }
 
-/// The same maximum in another draw of the noise: the greatest within one resolution of a frequency that was found.
-pub(crate) fn frequency_near(spectrum: &TailSpectrum, (found_hz, resolution_hz): (f64, f64)) -> Option<f64> {
-    let mean = MeanPower::of(spectrum)?;
-    let bin = |hz: f64| spectrum.frequency_hz.partition_point(|f| *f < hz);
-    let top = mean.highest(bin(found_hz - resolution_hz).max(1), bin(found_hz + resolution_hz))?;
-    Some(mean.between_bins(top) * spectrum.frequency_hz[1])
+/// The maximum that [`dominant_frequency`] finds.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Maximum {
+    pub(crate) frequency_hz: f64,
+    pub(crate) resolution_hz: f64,
+    bin: usize,
+    /// Second derivative of the power's logarithm there, by bins.
+    curvature: f64,
+}
+
+impl Maximum {
+    pub(crate) fn of(spectrum: &TailSpectrum) -> Result<Self, Missing> {
+        let mean = MeanPower::of(spectrum).ok_or(Missing::NoTail)?;
+        let first = spectrum.frequency_hz.partition_point(|f| *f < DECAY_LOBE * mean.coarsest_hz).max(1);
+        let bin = mean.highest(first, mean.power.len()).ok_or(Missing::NoMaximum)?;
+        if !mean.stands_out_of_noise(bin, spectrum) {
+            return Err(Missing::BelowNoise);
+        }
+        let [slope, curvature] = mean.log_derivatives(bin);
+        let frequency_hz = (bin as f64 - slope / curvature) * spectrum.frequency_hz[1];
+        Ok(Self { frequency_hz, resolution_hz: mean.coarsest_hz, bin, curvature })
+    }
+
+    /// Where another draw of the noise puts this maximum, to first order: what the slope of the power is there, over the curvature that
+    /// was measured. The highest point of the draw itself would often be one of the noise, which a replica holds twice.
+    pub(crate) fn moved_hz(&self, spectrum: &TailSpectrum) -> Option<f64> {
+        let mean = MeanPower::of(spectrum)?;
+        let [slope, _] = mean.log_derivatives(self.bin);
+        let place = self.bin as f64 - slope / self.curvature;
+        place.is_finite().then_some(place * spectrum.frequency_hz[1])
+    }
 }
 
 /// Power of the longer tails, averaged.
@@ -165,11 +184,10 @@ impl MeanPower {
         bins.max_by(|a, b| self.power[*a].total_cmp(&self.power[*b]))
     }
 
-    /// Place of a maximum, in bins.
-    fn between_bins(&self, top: usize) -> f64 {
-        let [before, here, after] = [self.power[top - 1], self.power[top], self.power[top + 1]].map(f64::ln);
-        let offset = 0.5 * (before - after) / (before - 2.0 * here + after);
-        top as f64 + if offset.is_finite() { offset } else { 0.0 }
+    /// First and second derivative of the power's logarithm at a bin, by bins.
+    fn log_derivatives(&self, bin: usize) -> [f64; 2] {
+        let [before, here, after] = [self.power[bin - 1], self.power[bin], self.power[bin + 1]].map(f64::ln);
+        [0.5 * (after - before), before - 2.0 * here + after]
     }
 
     /// Whether the highest of all resolved bins of noise would be as high as this one with a probability below the level.
@@ -238,7 +256,5 @@ mod tests {
         assert!(found.len() > 95, "{} of 100", found.len());
         // A line's frequency in noise sqrt(2) has a standard error of about 2 Hz (Rife and Boorstyn 1974, over a Hann window): five.
         assert!(found.iter().all(|hz| (hz - 1100.0).abs() < 40.0), "{found:?}");
-        let near = frequency_near(&spectrum(&mut random, 0.6, 1100.0), (1100.0, 278.0)).unwrap();
-        assert!((near - 1100.0).abs() < 40.0, "{near}");
     }
 }

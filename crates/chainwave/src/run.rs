@@ -14,6 +14,7 @@ mod results;
 mod share;
 mod shared_errors;
 mod stages;
+mod standing;
 mod strikers;
 mod summary;
 mod tracking;

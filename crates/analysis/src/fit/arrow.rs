@@ -190,22 +190,35 @@ pub(super) fn own_steps(recordings: &[Eliminated], shared: &DVector<f64>) -> Vec
     recordings.iter().map(|recording| recording.own_step(shared)).collect()
 }
 
-/// Covariance of each recording's own unknowns, and of their mean.
-pub(super) fn own_covariance(
-    recordings: &[Eliminated],
-    shared: &DMatrix<f64>,
-) -> (Vec<Matrix2<f64>>, Matrix2<f64>) {
-    let mut carried = OMatrix::<f64, U2, Dyn>::zeros(shared.nrows());
-    let mut alone = Matrix2::zeros();
-    let mut own = Vec::with_capacity(recordings.len());
-    for recording in recordings {
-        let by_shared = recording.own_by_shared();
-        own.push(recording.own_inverse + &by_shared * shared * by_shared.transpose());
-        carried += by_shared;
-        alone += recording.own_inverse;
+/// Covariances of the recordings' own unknowns.
+pub(super) struct OwnCovariance {
+    /// Of each recording's.
+    pub(super) of_each: Vec<Matrix2<f64>>,
+    /// Of each recording's less the mean over all.
+    pub(super) about_mean: Vec<Matrix2<f64>>,
+    /// Of that mean.
+    pub(super) of_mean: Matrix2<f64>,
+}
+
+impl OwnCovariance {
+    /// What the recordings' own residuals leave open, and what the shared unknowns, of the given covariance, carry into them.
+    pub(super) fn of(recordings: &[Eliminated], shared: &DMatrix<f64>) -> Self {
+        let n = recordings.len() as f64;
+        let by_shared: Vec<OMatrix<f64, U2, Dyn>> =
+            recordings.iter().map(Eliminated::own_by_shared).collect();
+        let mut mean = OMatrix::<f64, U2, Dyn>::zeros(shared.nrows());
+        by_shared.iter().for_each(|one| mean += one / n);
+        let carried = |by: &OMatrix<f64, U2, Dyn>| by * shared * by.transpose();
+        let alone = recordings.iter().map(|recording| recording.own_inverse).sum::<Matrix2<f64>>() / (n * n);
+        let pairs = || recordings.iter().zip(&by_shared);
+        Self {
+            of_each: pairs().map(|(one, by)| one.own_inverse + carried(by)).collect(),
+            about_mean: pairs()
+                .map(|(one, by)| one.own_inverse * (1.0 - 2.0 / n) + alone + carried(&(by - &mean)))
+                .collect(),
+            of_mean: alone + carried(&mean),
+        }
     }
-    let n = recordings.len() as f64;
-    (own, (alone + &carried * shared * carried.transpose()) / (n * n))
 }
 
 #[cfg(test)]
@@ -248,7 +261,7 @@ mod tests {
         recordings.iter().for_each(|recording| equations.add(recording, 1.0));
         let (step, covariance) = (equations.step().unwrap(), equations.covariance().unwrap());
         let own = own_steps(&recordings, &step);
-        let (of_recordings, of_mean) = own_covariance(&recordings, &covariance);
+        let errors = OwnCovariance::of(&recordings, &covariance);
         let place = |r: usize, k: usize| N_SHARED + 3 * r + k;
         // Rounding, times a condition number of some tens.
         let close = |found: f64, expected: f64| (found - expected).abs() < 1e-12;
@@ -257,13 +270,17 @@ mod tests {
             assert!((0..N_SHARED).all(|j| close(covariance[(i, j)], inverse[(i, j)])));
         }
         for k in 0..N_OWN {
-            let mut mean = 0.0;
+            let variance = |weight: &dyn Fn(usize) -> f64| -> f64 {
+                let pairs = (0..N_RECORDINGS).flat_map(|r| (0..N_RECORDINGS).map(move |q| (r, q)));
+                pairs.map(|(r, q)| weight(r) * weight(q) * inverse[(place(r, k), place(q, k))]).sum()
+            };
             for r in 0..N_RECORDINGS {
                 assert!(close(own[r][k], expected[place(r, k)]));
-                assert!(close(of_recordings[r][(k, k)], inverse[(place(r, k), place(r, k))]));
-                mean += (0..N_RECORDINGS).map(|q| inverse[(place(r, k), place(q, k))]).sum::<f64>() / 9.0;
+                let is_this = |q: usize| f64::from(u8::from(q == r));
+                assert!(close(errors.of_each[r][(k, k)], variance(&is_this)));
+                assert!(close(errors.about_mean[r][(k, k)], variance(&|q| is_this(q) - 1.0 / 3.0)));
             }
-            assert!(close(of_mean[(k, k)], mean));
+            assert!(close(errors.of_mean[(k, k)], variance(&|_| 1.0 / 3.0)));
         }
     }
 

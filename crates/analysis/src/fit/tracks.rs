@@ -2,10 +2,10 @@ use std::num::NonZero;
 
 use chainwave_measurement::{Estimate, Observation, Trajectory};
 use chainwave_mechanics::{Chain, Drive, Schedule, ensemble};
-use nalgebra::{DVector, Matrix2};
+use nalgebra::DVector;
 use ndarray::Array2;
 
-use super::arrow::{Own, own_covariance};
+use super::arrow::{Own, OwnCovariance};
 use super::bootstrap::bootstrap;
 use super::family::Family;
 use super::profile::{Interval, interval_95};
@@ -66,6 +66,10 @@ pub struct FittedRecording {
     pub striker_velocity_m_per_s: Estimate,
     /// Stamp of its impact, in seconds after its trigger.
     pub impact_time_s: Estimate,
+    /// Velocity of its striker over the mean of all recordings, less one.
+    pub drive_deviation: Estimate,
+    /// Its trigger's lead over the mean trigger, in seconds: the stamp of its impact less the mean of all.
+    pub trigger_offset_s: Estimate,
     /// Residuals' rms over what the tracker's sigma lets expect.
     pub scatter_ratio: f64,
 }
@@ -129,27 +133,30 @@ fn finish(
     let Minimum { state, at } = best;
     let recordings = at.eliminated(0.0).ok_or_else(undetermined)?;
     let covariance = at.equations(&recordings, |_| 1.0, 0.0).covariance().ok_or_else(undetermined)?;
-    let (own, mean_own) = own_covariance(&recordings, &covariance);
+    let errors = OwnCovariance::of(&recordings, &covariance);
     let reduced_chi_squared = at.chi_squared / freedom(problem) as f64;
     // Residuals larger than stated widen the intervals; smaller ones do not narrow them.
     let inflation = reduced_chi_squared.max(1.0).sqrt();
     let estimate = |value: f64, variance: f64| Estimate::new(value, inflation * variance.sqrt());
     let of_shared = |i: usize| estimate(state.shared[i], covariance[(i, i)]);
-    let mean = |k: usize| {
-        let values = state.own.iter().map(|own| own[k]);
-        estimate(values.sum::<f64>() / state.own.len() as f64, mean_own[(k, k)])
-    };
+    let mean = state.own.iter().sum::<Own>() / state.own.len() as f64;
+    let of_mean = |k: usize| estimate(mean[k], errors.of_mean[(k, k)]);
     let mut interval = |i: usize| {
         let moves = covariance.column(i) / covariance[(i, i)];
         interval_95(problem, best, (i, &moves), of_shared(i), inflation, &mut n_simulations)
     };
     let intervals_95 = [interval(0)?, interval(1)?];
     let factor = |(i, known): (usize, &Known)| (known.quantity, of_shared(N_DAMPINGS + i));
-    let recording = |r: usize, own: &Own, variance: &Matrix2<f64>| FittedRecording {
-        recording: problem.observations[r].recording.clone(),
-        striker_velocity_m_per_s: estimate(own[0], variance[(0, 0)]),
-        impact_time_s: estimate(own[1], variance[(1, 1)]),
-        scatter_ratio: (at.by_recording[r].0 / at.by_recording[r].1.max(1.0)).sqrt(),
+    let recording = |(r, own): (usize, &Own)| {
+        let (of_own, about_mean) = (errors.of_each[r], errors.about_mean[r]);
+        FittedRecording {
+            recording: problem.observations[r].recording.clone(),
+            striker_velocity_m_per_s: estimate(own[0], of_own[(0, 0)]),
+            impact_time_s: estimate(own[1], of_own[(1, 1)]),
+            drive_deviation: estimate(own[0] - mean[0], about_mean[(0, 0)]).scaled(mean[0].recip()),
+            trigger_offset_s: estimate(own[1] - mean[1], about_mean[(1, 1)]),
+            scatter_ratio: (at.by_recording[r].0 / at.by_recording[r].1.max(1.0)).sqrt(),
+        }
     };
     Ok(TrackFit {
         damping: Damping {
@@ -161,9 +168,9 @@ fn finish(
         bootstrap_sigma: bootstrap(problem, at, &recordings),
         starts: (n_best, STARTS.len()),
         factors: problem.model.known.iter().enumerate().map(factor).collect(),
-        striker_velocity_m_per_s: mean(0),
-        impact_time_s: mean(1),
-        recordings: state.own.iter().zip(&own).enumerate().map(|(r, (x, v))| recording(r, x, v)).collect(),
+        striker_velocity_m_per_s: of_mean(0),
+        impact_time_s: of_mean(1),
+        recordings: state.own.iter().enumerate().map(recording).collect(),
         chi_squared: at.chi_squared,
         reduced_chi_squared,
         n_residuals: problem.n_residuals,

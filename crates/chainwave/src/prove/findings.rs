@@ -127,7 +127,7 @@ fn of_damping(
     }
 }
 
-/// Trigger, striker and impact of each recording; the truth of trigger offsets counts from their mean.
+/// Trigger, drive, striker and impact of each recording; the truths of triggers and drives count from their means.
 fn of_recordings(
     job: &Job,
     evaluation: &Evaluation,
@@ -139,9 +139,15 @@ fn of_recordings(
     let alignments = &evaluation.stitched.alignments;
     let row = |recording: &str| job.trials.iter().position(|trial| trial.recording == recording);
     let rows: Vec<usize> = alignments.iter().filter_map(|alignment| row(&alignment.recording)).collect();
-    let mean_s = rows.iter().map(|row| delays_s[*row]).sum::<f64>() / rows.len().max(1) as f64;
-    for (alignment, row) in alignments.iter().zip(&rows) {
-        add("trigger offset", alignment.trigger_offset_s, mean_s - delays_s[*row]);
+    let mean = |of: &[f64]| rows.iter().map(|row| of[*row]).sum::<f64>() / rows.len().max(1) as f64;
+    let (mean_delay_s, mean_striker) = (mean(&delays_s), mean(&strikers));
+    let standings = &evaluation.standings.of_recordings;
+    for ((standing, alignment), row) in standings.iter().zip(alignments).zip(&rows) {
+        let (offset_s, drive) = (mean_delay_s - delays_s[*row], strikers[*row] / mean_striker - 1.0);
+        add("trigger offset", standing.trigger_offset_s, offset_s);
+        add("trigger offset by onset", alignment.trigger_offset_s, offset_s);
+        add("drive", standing.drive_deviation, drive);
+        add("drive by onset", alignment.drive_deviation, drive);
     }
     for one in evaluation.track_fit.iter().flat_map(|fit| &fit.recordings) {
         if let Some(row) = row(&one.recording) {

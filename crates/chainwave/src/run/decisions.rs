@@ -7,6 +7,7 @@ use super::Job;
 use super::evaluation::Evaluation;
 use super::notices::farthest_drive;
 use super::results::band_edge_hz;
+use super::standing::{Standing, Standings};
 use super::tracking::Tracked;
 use super::wording::{estimate, probability};
 use crate::table::Table;
@@ -32,6 +33,7 @@ pub(crate) fn decide(job: &Job, tracked: &Tracked, evaluation: &Evaluation) -> V
         stages(tracked),
         left_out(evaluation),
         drives(job, evaluation),
+        standing_source(evaluation),
         contact_law(job, evaluation),
         damping(evaluation),
         scatter(evaluation),
@@ -191,12 +193,13 @@ fn stages(tracked: &Tracked) -> Decision {
 }
 
 fn drives(job: &Job, evaluation: &Evaluation) -> Decision {
-    let alignments = &evaluation.stitched.alignments;
-    let n = alignments.len().max(1) as f64;
-    let rms =
-        |of: &dyn Fn(usize) -> f64| ((0..alignments.len()).map(|r| of(r).powi(2)).sum::<f64>() / n).sqrt();
-    let drive = rms(&|r| alignments[r].drive_deviation.value);
-    let offset_s = rms(&|r| alignments[r].trigger_offset_s.value);
+    let standings = &evaluation.standings.of_recordings;
+    let n = standings.len().max(1) as f64;
+    let rms = |of: &dyn Fn(&Standing) -> Estimate| {
+        (standings.iter().map(|one| of(one).value.powi(2)).sum::<f64>() / n).sqrt()
+    };
+    let drive = rms(&|one| one.drive_deviation);
+    let offset_s = rms(&|one| one.trigger_offset_s);
     Decision {
         question: "differences between trials",
         choice: "a trigger offset and a drive for each recording, response of second order".into(),
@@ -206,7 +209,24 @@ fn drives(job: &Job, evaluation: &Evaluation) -> Decision {
             100.0 * drive,
             1e6 * offset_s,
             evaluation.stitched.rounds,
-            farthest_drive(job, &evaluation.stitched).map_or("none".into(), |drive| drive.as_text())
+            farthest_drive(job, &evaluation.standings).map_or("none".into(), |drive| drive.as_text())
+        ),
+    }
+}
+
+fn standing_source(evaluation: &Evaluation) -> Decision {
+    let (standings, alignments) = (&evaluation.standings, &evaluation.stitched.alignments);
+    let mean_us = |sigma_s: &dyn Fn(usize) -> f64| {
+        1e6 * (0..alignments.len()).map(sigma_s).sum::<f64>() / alignments.len().max(1) as f64
+    };
+    Decision {
+        question: "what trigger offsets and drives are taken from",
+        choice: standings.source.into(),
+        rule: Standings::RULE,
+        evidence: format!(
+            "offsets are known to {:.3} us on average; to {:.3} us from the onset alone",
+            mean_us(&|r| standings.of_recordings[r].trigger_offset_s.sigma),
+            mean_us(&|r| alignments[r].trigger_offset_s.sigma),
         ),
     }
 }

@@ -15,6 +15,7 @@ use chainwave_stitching::{Outlier, Settings, Stitched, merge, outliers};
 use super::Job;
 use super::notices::notices;
 use super::shared_errors::SharedErrors;
+use super::standing::Standings;
 use super::tracking::Tracked;
 use crate::error::Error;
 use crate::experiment::{NotNegative, Positive};
@@ -28,6 +29,8 @@ pub(crate) struct Evaluation {
     notices: Vec<String>,
     /// The motion, and how views and trials were aligned.
     pub(crate) stitched: Stitched,
+    /// Trigger and drive of each recording, by the model where the tracks accept it.
+    pub(crate) standings: Standings,
     /// Front, group velocity, half width, energies, spectra.
     pub(crate) measurement: Measurement,
     /// Damping from the tracks of all recordings.
@@ -118,10 +121,12 @@ pub(crate) fn evaluate(job: &Job, tracked: &Tracked) -> Result<Evaluation, Error
             scatter: scatter_of_bodies(&kept.observations, &track_model, fit).ok(),
         })
     });
+    let standings = Standings::of(&stitched.alignments, accepted(&track_fit));
     Ok(Evaluation {
         left_out,
-        notices: notices(job, &kept, &stitched),
+        notices: notices(job, &kept, &standings),
         stitched,
+        standings,
         measurement,
         track_fit,
         imposed_fit,
@@ -147,14 +152,18 @@ impl Evaluation {
 
     /// The damping that stands for the experiment, and where it comes from.
     pub(crate) fn damping(&self) -> Option<(Damping, &'static str)> {
-        let tracks = self.track_fit.as_ref().ok();
+        let tracks = self.track_fit.as_ref().ok().map(|fit| (fit.damping, "tracks"));
         let energies = self.energy_fit.as_ref().ok().map(|fit| (fit.damping, "peak energies"));
-        match tracks {
-            Some(fit) if fit.reduced_chi_squared <= ACCEPTED_CHI_SQUARED => Some((fit.damping, "tracks")),
-            Some(fit) => energies.or(Some((fit.damping, "tracks"))),
-            None => energies,
+        match accepted(&self.track_fit) {
+            Some(_) => tracks,
+            None => energies.or(tracks),
         }
     }
+}
+
+/// A fit to the tracks that explains them.
+fn accepted(track_fit: &Result<TrackFit, FitError>) -> Option<&TrackFit> {
+    track_fit.as_ref().ok().filter(|fit| fit.reduced_chi_squared <= ACCEPTED_CHI_SQUARED)
 }
 
 /// The gaps of the group velocity that the experiment names.

@@ -1,18 +1,18 @@
 //! What recordings had amiss that was put right or does no harm: the reader should know of it all the same.
 
 use chainwave_measurement::{Estimate, Observation, RecordingInfo};
-use chainwave_stitching::{Alignment, Stitched};
 
 use super::Job;
+use super::standing::{Standing, Standings};
 use super::tracking::Tracked;
 use super::wording::estimate;
 use crate::track::EdgeNote;
 
 /// Everything worth knowing of the recordings that were used, each with the names of those that it is about.
-pub(super) fn notices(job: &Job, tracked: &Tracked, stitched: &Stitched) -> Vec<String> {
+pub(super) fn notices(job: &Job, tracked: &Tracked, standings: &Standings) -> Vec<String> {
     let remarks = grouped(&tracked.remarks);
     let unseen = tracked.observations.iter().flat_map(unseen_for_a_while);
-    let drives = unusual_drives(job, stitched).into_iter();
+    let drives = unusual_drives(job, standings).into_iter();
     remarks.into_iter().chain(unseen).chain(drives.map(|drive| drive.warning())).collect()
 }
 
@@ -107,20 +107,20 @@ impl UnusualDrive {
 const UNUSUAL: f64 = 2.58;
 
 /// Recordings whose drive the stated scatter hardly explains.
-fn unusual_drives(job: &Job, stitched: &Stitched) -> Vec<UnusualDrive> {
-    let drives = stitched.alignments.iter().map(|one| drive(job, stitched, one));
+fn unusual_drives(job: &Job, standings: &Standings) -> Vec<UnusualDrive> {
+    let drives = standings.of_recordings.iter().map(|one| drive(job, standings, one));
     drives.filter(|drive| drive.in_scatters.abs() > UNUSUAL).collect()
 }
 
 /// The recording whose drive lies farthest from the median.
-pub(super) fn farthest_drive(job: &Job, stitched: &Stitched) -> Option<UnusualDrive> {
-    let drives = stitched.alignments.iter().map(|one| drive(job, stitched, one));
+pub(super) fn farthest_drive(job: &Job, standings: &Standings) -> Option<UnusualDrive> {
+    let drives = standings.of_recordings.iter().map(|one| drive(job, standings, one));
     drives.max_by(|a, b| a.in_scatters.abs().total_cmp(&b.in_scatters.abs()))
 }
 
-fn drive(job: &Job, stitched: &Stitched, one: &Alignment) -> UnusualDrive {
+fn drive(job: &Job, standings: &Standings, one: &Standing) -> UnusualDrive {
     let mut values: Vec<f64> =
-        stitched.alignments.iter().map(|alignment| alignment.drive_deviation.value).collect();
+        standings.of_recordings.iter().map(|standing| standing.drive_deviation.value).collect();
     values.sort_by(f64::total_cmp);
     let striker = &job.experiment.striker;
     let scatter = striker.velocity_sigma_m_per_s.get() / striker.velocity_m_per_s.get();

@@ -4,6 +4,7 @@ use super::Job;
 use super::decisions::Decision;
 use super::evaluation::Evaluation;
 use super::figures::Figure;
+use super::standing::Standing;
 use super::summary::{Row, rows};
 use super::truth::KnownTruth;
 use crate::error::Error;
@@ -108,24 +109,26 @@ fn decisions_table(decisions: &[Decision]) -> String {
 }
 
 fn alignment_table(evaluation: &Evaluation) -> String {
-    let row = |one: &chainwave_stitching::Alignment| {
+    let standings = &evaluation.standings;
+    let row = |(one, standing): (&chainwave_stitching::Alignment, &Standing)| {
         format!(
             "<tr><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{:+.2} ± {:.2}</td>\
              <td class=\"n\">{:+.3} ± {:.3}</td><td class=\"n\">{:.2}</td></tr>",
             escaped(&one.recording),
             one.view,
             one.trial,
-            1e6 * one.trigger_offset_s.value,
-            1e6 * one.trigger_offset_s.sigma,
-            100.0 * one.drive_deviation.value,
-            100.0 * one.drive_deviation.sigma,
+            1e6 * standing.trigger_offset_s.value,
+            1e6 * standing.trigger_offset_s.sigma,
+            100.0 * standing.drive_deviation.value,
+            100.0 * standing.drive_deviation.sigma,
             one.scatter_ratio
         )
     };
-    let rows: String = evaluation.stitched.alignments.iter().map(row).collect();
+    let rows: String = evaluation.stitched.alignments.iter().zip(&standings.of_recordings).map(row).collect();
     format!(
-        "<h2>Recordings</h2><table><tr><th>recording</th><th>view</th><th>trial</th><th>trigger offset (µs)</th>\
-         <th>drive (%)</th><th>residuals over stated noise</th></tr>{rows}</table>"
+        "<h2>Recordings</h2><p>Trigger offsets and drives are taken from {}.</p><table><tr><th>recording</th><th>view</th><th>trial</th><th>trigger offset (µs)</th>\
+         <th>drive (%)</th><th>residuals over stated noise</th></tr>{rows}</table>",
+        standings.source
     )
 }
 

@@ -13,6 +13,7 @@ use serde_json::{Map, Value, json};
 use super::Job;
 use super::decisions::Decision;
 use super::evaluation::{Evaluation, ModelBeside};
+use super::standing::Standing;
 use super::tracking::Tracked;
 use crate::error::Error;
 use crate::experiment::Trial;
@@ -171,14 +172,22 @@ fn write_alignment(job: &Job, tracked: &Tracked, evaluation: &Evaluation) -> Res
         (0..alignments.len()).map(|r| found.and_then(|fit| fit.recordings.get(r)).map(value)).collect()
     };
     let of = |value: &dyn Fn(&Alignment) -> f64| alignments.iter().map(value).collect::<Vec<f64>>();
+    let standings = &evaluation.standings;
+    let stated =
+        |value: &dyn Fn(&Standing) -> f64| standings.of_recordings.iter().map(value).collect::<Vec<f64>>();
     let columns = vec![
         column("recording", alignments.iter().map(|one| one.recording.as_str()).collect::<Vec<_>>()),
         column("view", alignments.iter().map(|one| one.view).collect::<Vec<_>>()),
         column("trial", alignments.iter().map(|one| one.trial).collect::<Vec<_>>()),
-        column("trigger_offset_s", of(&|one| one.trigger_offset_s.value)),
-        column("trigger_offset_sigma_s", of(&|one| one.trigger_offset_s.sigma)),
-        column("drive_deviation", of(&|one| one.drive_deviation.value)),
-        column("drive_deviation_sigma", of(&|one| one.drive_deviation.sigma)),
+        column("trigger_offset_s", stated(&|one| one.trigger_offset_s.value)),
+        column("trigger_offset_sigma_s", stated(&|one| one.trigger_offset_s.sigma)),
+        column("drive_deviation", stated(&|one| one.drive_deviation.value)),
+        column("drive_deviation_sigma", stated(&|one| one.drive_deviation.sigma)),
+        column("offset_and_drive_from", vec![standings.source; alignments.len()]),
+        column("onset_trigger_offset_s", of(&|one| one.trigger_offset_s.value)),
+        column("onset_trigger_offset_sigma_s", of(&|one| one.trigger_offset_s.sigma)),
+        column("onset_drive_deviation", of(&|one| one.drive_deviation.value)),
+        column("onset_drive_deviation_sigma", of(&|one| one.drive_deviation.sigma)),
         column("scatter_ratio", of(&|one| one.scatter_ratio)),
         column("striker_velocity_m_per_s", fitted(&|one| one.striker_velocity_m_per_s.value)),
         column("striker_velocity_sigma", fitted(&|one| one.striker_velocity_m_per_s.sigma)),
