@@ -1,6 +1,6 @@
 //! Files written whole or not at all.
 
-use std::fs::{self, File};
+use std::fs::{self, File, TryLockError};
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
@@ -17,6 +17,8 @@ pub(crate) fn write_whole(
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let unfinished = temporary_name().tempfile_in(folder).map_err(Error::file(path, "create"))?;
     let (file, name) = unfinished.into_parts();
+    // Where a file system knows no locks, another process may take this file for one that was left behind.
+    let _ = file.lock();
     let mut writer = BufWriter::new(file);
     fill(&mut writer)?;
     writer.flush().map_err(Error::file(path, "write"))?;
@@ -36,15 +38,20 @@ fn temporary_name() -> tempfile::Builder<'static, 'static> {
     builder
 }
 
-/// Removes what a killed process left unfinished in a folder.
+/// Removes what a killed process left unfinished in a folder; what another one is still writing it has locked, and it stays.
 pub(crate) fn remove_unfinished(folder: &Path) -> Result<(), Error> {
     for entry in fs::read_dir(folder).map_err(Error::file(folder, "list"))? {
         let path = entry.map_err(Error::file(folder, "list"))?.path();
-        if path.to_string_lossy().ends_with(UNFINISHED) {
+        if path.to_string_lossy().ends_with(UNFINISHED) && !is_being_written(&path) {
             fs::remove_file(&path).map_err(Error::file(&path, "remove"))?;
         }
     }
     Ok(())
+}
+
+fn is_being_written(path: &Path) -> bool {
+    let found = File::open(path).map(|file| file.try_lock());
+    matches!(found, Ok(Err(TryLockError::WouldBlock)))
 }
 
 /// Writes a text file whole.
@@ -68,4 +75,25 @@ pub(crate) fn make_folder(path: &Path) -> Result<(), Error> {
 /// Reads a text file.
 pub(crate) fn read_text(path: &Path) -> Result<String, Error> {
     fs::read_to_string(path).map_err(Error::file(path, "read"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_another_process_writes_is_not_taken_for_left_behind() {
+        let folder = tempfile::tempdir().unwrap();
+        let abandoned = folder.path().join(".tmpdead.unfinished");
+        fs::write(&abandoned, "half").unwrap();
+        let whole = folder.path().join("whole.txt");
+        write_whole(&whole, |writer| {
+            remove_unfinished(folder.path())?;
+            assert!(!abandoned.exists());
+            writer.write_all(b"all of it").map_err(Error::file(&whole, "write"))
+        })
+        .unwrap();
+        assert_eq!(fs::read_to_string(&whole).unwrap(), "all of it");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
 }

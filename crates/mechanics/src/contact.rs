@@ -245,6 +245,17 @@ impl Spring {
         }
     }
 
+    /// Stiffness in newtons per metre at an overlap in metres with its force in newtons.
+    #[inline(always)]
+    pub(crate) fn stiffness_n_per_m(&self, overlap_m: f64, force_n: f64) -> f64 {
+        match self {
+            Self::Power(kernel) => kernel.stiffness_n_per_m(overlap_m, force_n),
+            Self::Linear { least_m, .. } | Self::Table { least_m, .. } if overlap_m < *least_m => 0.0,
+            Self::Linear { law, .. } => law.k_n_per_m,
+            Self::Table { law, .. } => law.stiffness_n_per_m(overlap_m),
+        }
+    }
+
     /// Force in newtons and energy in joules at an overlap in metres.
     pub(crate) fn force_and_energy(&self, overlap_m: f64) -> (f64, f64) {
         match self {

@@ -15,6 +15,12 @@ impl ForceRow {
         Self { force_n: Row::zeros(row_length(n_masses)) }
     }
 
+    /// Takes over the forces of another row of as many masses.
+    #[inline(always)]
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.force_n.copy_from_slice(&other.force_n);
+    }
+
     /// The forces behind the first `n` masses.
     #[inline(always)]
     pub(crate) fn behind(&mut self, n: usize) -> &mut [f64] {

@@ -156,8 +156,20 @@ impl<'a> Model<'a> {
         force_n: &mut ForceRow,
         acceleration_m_per_s2: &mut [f64],
     ) -> f64 {
-        let Place { x_m, v_m_per_s, touching, active } = at;
-        self.spring_forces(simd, x_m, touching, active, force_n);
+        self.spring_forces(simd, at.x_m, at.touching, at.active, force_n);
+        self.rates_by_springs(simd, at, force_n, acceleration_m_per_s2)
+    }
+
+    /// [`Model::rates`] where `force_n` holds the springs' forces already.
+    #[inline(always)]
+    pub(crate) fn rates_by_springs<S: Simd>(
+        &self,
+        simd: S,
+        at: Place<'_>,
+        force_n: &mut ForceRow,
+        acceleration_m_per_s2: &mut [f64],
+    ) -> f64 {
+        let Place { v_m_per_s, touching, active, .. } = at;
         let mut lost_w = self.gaps.damp(v_m_per_s, force_n.behind(active));
         lost_w += self.damp_striker(v_m_per_s, touching, force_n.behind(active));
         if self.imposed.is_some() {
@@ -242,7 +254,7 @@ impl<'a> Model<'a> {
     }
 
     /// Whether a gap carries force: not that of a striker that has left, nor the one behind a free end.
-    fn carries(&self, gap: usize, touching: bool) -> bool {
+    pub(crate) fn carries(&self, gap: usize, touching: bool) -> bool {
         let open = gap == 0 && self.striker.is_some() && !touching;
         gap < self.n_masses && !open && (gap + 1 < self.n_masses || self.has_wall)
     }

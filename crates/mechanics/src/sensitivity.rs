@@ -1,5 +1,5 @@
 use chainwave_measurement::Trajectory;
-use ndarray::{Array2, Axis, Slice, concatenate};
+use ndarray::{Array2, Axis, ShapeBuilder, Slice};
 
 use crate::{
     Chain, Drive, MechanicsError, Method, Schedule, Simulation, check, model::Model, simulate,
@@ -106,15 +106,17 @@ fn steps_between(chain: &Chain, output_interval_s: f64) -> usize {
     (output_interval_s / longest_s).ceil().max(1.0) as usize
 }
 
-/// The motion of all masses, the striker's in front.
+/// The motion of all masses, the striker's in front; those of one time lie side by side.
 fn motion_of_masses(simulation: &Simulation) -> Trajectory {
     let Trajectory { times_s, displacement_m, velocity_m_per_s } = &simulation.trajectory;
     let with = |striker: Option<&Vec<f64>>, bodies: &Array2<f64>| {
-        let Some(row) = striker.and_then(|row| Array2::from_shape_vec((1, row.len()), row.clone()).ok())
-        else {
-            return bodies.clone();
-        };
-        concatenate(Axis(0), &[row.view(), bodies.view()]).unwrap_or_else(|_| bodies.clone())
+        let first = usize::from(striker.is_some());
+        let mut all = Array2::zeros((bodies.nrows() + first, bodies.ncols()).f());
+        all.slice_axis_mut(Axis(0), Slice::from(first..)).assign(bodies);
+        if let Some(striker) = striker {
+            all.row_mut(0).iter_mut().zip(striker).for_each(|(place, value)| *place = *value);
+        }
+        all
     };
     let striker = simulation.striker.as_ref();
     Trajectory {
@@ -163,16 +165,30 @@ impl Change {
         Ok(())
     }
 
-    /// Whether it changes how the bodies accelerate, and not only what is imposed on them or where they begin.
-    pub(crate) fn is_felt(&self) -> bool {
+    /// Where it changes how the bodies accelerate.
+    pub(crate) fn seat(&self) -> Seat {
         let Self { below, above, .. } = self;
+        if below.contact != above.contact {
+            return Seat::Contacts;
+        }
         let of_striker = |chain: &Chain| match &chain.drive {
             Drive::Striker(striker) => Some((striker.mass_kg, striker.damping_kg_per_s)),
             _ => None,
         };
-        below.mass_kg != above.mass_kg
+        let is_felt = below.mass_kg != above.mass_kg
             || below.damping_kg_per_s != above.damping_kg_per_s
-            || below.contact != above.contact
-            || of_striker(below) != of_striker(above)
+            || of_striker(below) != of_striker(above);
+        if is_felt { Seat::MassesAndDampers } else { Seat::Drive }
     }
+}
+
+/// What a change is in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Seat {
+    /// What the gaps hold.
+    Contacts,
+    /// The same springs move other masses, or against other dampers.
+    MassesAndDampers,
+    /// What is imposed on a body, or how it begins: accelerations are the same.
+    Drive,
 }

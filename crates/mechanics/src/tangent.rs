@@ -1,69 +1,39 @@
+mod along;
+
 use chainwave_measurement::Trajectory;
 use pulp::{Simd, WithSimd};
 
 use crate::{
     Chain, Change,
-    force_row::ForceRow,
-    lanes::{padded, vectorised},
+    lanes::{PADDING, padded, vectorised},
     model::Model,
-    state::{State, row_length},
 };
+use along::{Along, Coefficients};
 
 /// The variational equations along a motion: how displacements and velocities of all masses change with each of several changes.
 ///
 /// m s_i'' = k_{i-1} (s_{i-1} - s_i) - k_i (s_i - s_{i+1}) + (the same for dashpots) - c_i s_i' + m g_i, with the gaps' tangent
 /// stiffnesses k and what the change does to the acceleration at a given state, g. All changes share k, so they are stepped side by
-/// side, one lane each, by the classical Runge-Kutta method; the motion between its samples is their Hermite interpolant.
+/// side, one lane each, by the classical Runge-Kutta method.
 pub(crate) struct Tangent<'a> {
     model: &'a Model<'a>,
-    motion: &'a Trajectory,
-    sides: Vec<Sides<'a>>,
+    along: Along<'a>,
     n_lanes: usize,
-    touching: bool,
-    /// Derivatives of displacement and velocity, mass after mass, and a row for the wall.
-    s: Vec<f64>,
-    u: Vec<f64>,
-    stages: [Stage; 4],
-    trial: [Vec<f64>; 2],
+    here: Derivatives,
+    trial: Derivatives,
+    /// Rates of the four stages.
+    stages: [Derivatives; 4],
     /// Coefficients at start, middle and end of a step.
     coefficients: [Coefficients; 3],
-    /// Time for which the first of them stand.
-    begun_s: Option<f64>,
-    work: Work,
+    /// Time for which the last of them stand, where the motion goes on from there.
+    end_s: Option<f64>,
 }
 
-/// A chain on both sides of a change.
-struct Sides<'a> {
-    below: Model<'a>,
-    above: Model<'a>,
-    width: f64,
-    is_felt: bool,
-}
-
-/// Rates of a stage: those of s and of u.
-#[derive(Clone)]
-struct Stage {
+/// Derivatives of displacement and velocity, mass after mass and a row for the wall, or their rates.
+#[derive(Debug, Clone)]
+struct Derivatives {
     s: Vec<f64>,
     u: Vec<f64>,
-}
-
-/// What the equations hold at one time.
-#[derive(Clone)]
-struct Coefficients {
-    /// Tangent stiffness and dashpot of the gap behind each mass.
-    k_n_per_m: Vec<f64>,
-    c_kg_per_s: Vec<f64>,
-    /// g of each mass and change.
-    forcing: Vec<f64>,
-    /// Derivatives of displacement and velocity that an imposed motion gives mass 0, change after change.
-    imposed: Option<[Vec<f64>; 2]>,
-}
-
-/// Rows for the accelerations of the two sides.
-struct Work {
-    state: State,
-    force_n: ForceRow,
-    accelerations: [Vec<f64>; 2],
 }
 
 impl<'a> Tangent<'a> {
@@ -74,40 +44,26 @@ impl<'a> Tangent<'a> {
         motion: &'a Trajectory,
         changes: &'a [Change],
     ) -> Self {
-        let sides: Vec<Sides<'a>> = changes.iter().map(Sides::new).collect();
-        let (n, n_lanes) = (model.n_masses(), padded(changes.len()));
-        let row = vec![0.0; (n + 1) * n_lanes];
-        let stage = Stage { s: row.clone(), u: row.clone() };
-        let coefficients = Coefficients {
-            k_n_per_m: vec![0.0; n],
-            c_kg_per_s: vec![0.0; n],
-            forcing: row.clone(),
-            imposed: model.is_imposed().then(|| [vec![0.0; n_lanes], vec![0.0; n_lanes]]),
-        };
-        let (mut s, mut u) = (row.clone(), row.clone());
-        for (lane, (change, side)) in changes.iter().zip(&sides).enumerate() {
-            let (below, above) =
-                (side.below.initial_state(&change.below), side.above.initial_state(&change.above));
-            for mass in 0..n {
-                s[mass * n_lanes + lane] = (above.x_m[mass] - below.x_m[mass]) / change.width;
-                u[mass * n_lanes + lane] = (above.v_m_per_s[mass] - below.v_m_per_s[mass]) / change.width;
+        let n_lanes = padded(changes.len());
+        let row = vec![0.0; (model.n_masses() + 1) * n_lanes];
+        let zero = Derivatives { s: row.clone(), u: row };
+        let along = Along::new(chain, model, motion, changes);
+        let mut here = zero.clone();
+        for (lane, change) in along.changes_at_start(changes).into_iter().enumerate() {
+            for (mass, [s, u]) in change.into_iter().enumerate() {
+                (here.s[mass * n_lanes + lane], here.u[mass * n_lanes + lane]) = (s, u);
             }
         }
-        let state = model.initial_state(chain);
-        let accelerations = [vec![0.0; row_length(n)], vec![0.0; row_length(n)]];
+        let coefficients = along.coefficients(n_lanes);
         Self {
-            touching: state.touching,
-            stages: [stage.clone(), stage.clone(), stage.clone(), stage],
-            trial: [row.clone(), row],
-            coefficients: [coefficients.clone(), coefficients.clone(), coefficients],
-            begun_s: None,
-            work: Work { state, force_n: ForceRow::new(n), accelerations },
             model,
-            motion,
-            sides,
+            along,
             n_lanes,
-            s,
-            u,
+            here,
+            stages: std::array::from_fn(|_| zero.clone()),
+            trial: zero,
+            coefficients: std::array::from_fn(|_| coefficients.clone()),
+            end_s: None,
         }
     }
 
@@ -120,24 +76,17 @@ impl<'a> Tangent<'a> {
 
     /// Opens or closes the striker's contact.
     ///
-    /// It opens where its force has come to zero, and nothing jumps. Where it closes its force J sets in at once, at an instant that moves
-    /// by -(s_0 - s_1) over the rate of closing; the sooner, the longer it acts.
+    /// It opens where its force has come to zero, and nothing jumps. Where it closes its force sets in at once, at an instant that moves by
+    /// -(s_0 - s_1) over the rate of closing; the sooner, the longer it acts.
     pub(crate) fn switch(&mut self, time_s: f64) {
-        self.touching = !self.touching;
-        self.begun_s = None;
-        self.work.place(self.motion, time_s, self.touching);
-        let Some(contact) = self.model.striker.as_ref().filter(|_| self.touching) else { return };
-        let state = &self.work.state;
-        let closing_m_per_s = state.striker_closing_m_per_s();
-        let push_n = contact.push_n(state.striker_overlap_m(), closing_m_per_s);
-        if closing_m_per_s <= 0.0 {
-            return;
-        }
-        let n = self.n_lanes;
-        for lane in 0..self.sides.len() {
-            let sooner_s = (self.s[lane] - self.s[n + lane]) / closing_m_per_s;
-            self.u[lane] -= push_n * sooner_s * self.model.inverse_mass_per_kg[0];
-            self.u[n + lane] += push_n * sooner_s * self.model.inverse_mass_per_kg[1];
+        self.end_s = None;
+        let Some((push_n, closing_m_per_s)) = self.along.switch(time_s) else { return };
+        let Derivatives { s, u } = &mut self.here;
+        let inverse_mass_per_kg = &self.model.inverse_mass_per_kg;
+        for (of_striker, of_body) in (0..self.n_lanes).zip(self.n_lanes..) {
+            let sooner_s = (s[of_striker] - s[of_body]) / closing_m_per_s;
+            u[of_striker] -= push_n * sooner_s * inverse_mass_per_kg[0];
+            u[of_body] += push_n * sooner_s * inverse_mass_per_kg[1];
         }
     }
 
@@ -145,73 +94,42 @@ impl<'a> Tangent<'a> {
     pub(crate) fn record(&self, k: usize, derivatives: &mut [Trajectory]) {
         let first = self.model.first_gap();
         for (lane, derivative) in derivatives.iter_mut().enumerate() {
-            let of_body = |row: &[f64], body: usize| row[(first + body) * self.n_lanes + lane];
             for body in 0..derivative.displacement_m.nrows() {
-                derivative.displacement_m[(body, k)] = of_body(&self.s, body);
-                derivative.velocity_m_per_s[(body, k)] = of_body(&self.u, body);
+                let place = (first + body) * self.n_lanes + lane;
+                derivative.displacement_m[(body, k)] = self.here.s[place];
+                derivative.velocity_m_per_s[(body, k)] = self.here.u[place];
             }
         }
     }
 
-    /// Works out the coefficients at a time.
-    #[inline(always)]
-    fn prepare<S: Simd>(&mut self, simd: S, which: usize, time_s: f64) {
-        let Self { model, motion, sides, work, touching, n_lanes, .. } = self;
-        let Coefficients { k_n_per_m, c_kg_per_s, forcing, imposed } = &mut self.coefficients[which];
-        work.place(motion, time_s, *touching);
-        for (gap, (k, c)) in k_n_per_m.iter_mut().zip(c_kg_per_s).enumerate() {
-            (*k, *c) = (model.stiffness_n_per_m(gap, &work.state), model.dashpot_kg_per_s(gap, *touching));
-        }
-        for (lane, side) in sides.iter().enumerate().filter(|(_, side)| side.is_felt) {
-            let difference = work.difference(simd, side, model.n_masses());
-            for (place, difference) in forcing[lane..].iter_mut().step_by(*n_lanes).zip(difference) {
-                *place = difference / side.width;
-            }
-        }
-        if let Some([s, u]) = imposed {
-            for (lane, side) in sides.iter().enumerate() {
-                let ends = [&side.below, &side.above].map(|model| {
-                    let (mut x_m, mut v_m_per_s) = ([0.0], [0.0]);
-                    model.impose(time_s, &mut x_m, &mut v_m_per_s);
-                    [x_m[0], v_m_per_s[0]]
-                });
-                s[lane] = (ends[1][0] - ends[0][0]) / side.width;
-                u[lane] = (ends[1][1] - ends[0][1]) / side.width;
-            }
-        }
-    }
-
-    /// Rates of stage number `stage` into its place, at the state that lies in `trial`.
+    /// Rates of a stage at the state that lies in `trial`.
     #[inline(always)]
     fn rates(&mut self, stage: usize) {
         let n_lanes = self.n_lanes;
-        let Coefficients { k_n_per_m, c_kg_per_s, forcing, imposed } =
-            &self.coefficients[COEFFICIENTS_OF_STAGE[stage]];
-        let [s, u] = &mut self.trial;
-        if let Some([s_0, u_0]) = imposed {
-            s[..n_lanes].copy_from_slice(s_0);
-            u[..n_lanes].copy_from_slice(u_0);
-        }
+        let coefficients = &self.coefficients[COEFFICIENTS_OF_STAGE[stage]];
+        coefficients.impose(&mut self.trial.s, &mut self.trial.u);
+        let Derivatives { s, u } = &self.trial;
         let rates = &mut self.stages[stage];
+        // The wall's row stays at rest.
         let n_values = rates.s.len() - n_lanes;
         rates.s[..n_values].copy_from_slice(&u[..n_values]);
-        let mut before = [0.0; WIDEST];
-        for first in (0..n_lanes).step_by(WIDEST) {
-            before.fill(0.0);
+        for first in (0..n_lanes).step_by(PADDING) {
+            let mut before_n = [0.0; PADDING];
             for mass in 0..self.model.n_masses() {
-                let (k, c) = (k_n_per_m[mass], c_kg_per_s[mass]);
+                let (k, c) = (coefficients.k_n_per_m[mass], coefficients.c_kg_per_s[mass]);
                 let ground = self.model.damping_kg_per_s[mass];
                 let inverse_mass = self.model.inverse_mass_per_kg[mass];
                 let here = mass * n_lanes + first;
                 let there = here + n_lanes;
-                let (s_i, s_j) = (&s[here..][..WIDEST], &s[there..][..WIDEST]);
-                let (u_i, u_j) = (&u[here..][..WIDEST], &u[there..][..WIDEST]);
-                let forcing = &forcing[here..][..WIDEST];
-                let out = &mut rates.u[here..][..WIDEST];
-                for lane in 0..WIDEST {
-                    let behind = k * (s_i[lane] - s_j[lane]) + c * (u_i[lane] - u_j[lane]);
-                    out[lane] = inverse_mass * (before[lane] - behind - ground * u_i[lane]) + forcing[lane];
-                    before[lane] = behind;
+                let (s_i, s_j) = (&s[here..][..PADDING], &s[there..][..PADDING]);
+                let (u_i, u_j) = (&u[here..][..PADDING], &u[there..][..PADDING]);
+                let forcing = &coefficients.forcing[here..][..PADDING];
+                let out = &mut rates.u[here..][..PADDING];
+                for lane in 0..PADDING {
+                    let behind_n = k * (s_i[lane] - s_j[lane]) + c * (u_i[lane] - u_j[lane]);
+                    let net_n = before_n[lane] - behind_n - ground * u_i[lane];
+                    out[lane] = inverse_mass * net_n + forcing[lane];
+                    before_n[lane] = behind_n;
                 }
             }
         }
@@ -220,11 +138,11 @@ impl<'a> Tangent<'a> {
     /// The state a part of a step along the rates of a stage, into `trial`.
     #[inline(always)]
     fn try_along(&mut self, stage: usize, part_s: f64) {
-        let Stage { s, u } = &self.stages[stage];
-        for (to, (from, rate)) in self.trial[0].iter_mut().zip(self.s.iter().zip(s)) {
+        let Derivatives { s, u } = &self.stages[stage];
+        for (to, (from, rate)) in self.trial.s.iter_mut().zip(self.here.s.iter().zip(s)) {
             *to = from + part_s * rate;
         }
-        for (to, (from, rate)) in self.trial[1].iter_mut().zip(self.u.iter().zip(u)) {
+        for (to, (from, rate)) in self.trial.u.iter_mut().zip(self.here.u.iter().zip(u)) {
             *to = from + part_s * rate;
         }
     }
@@ -232,20 +150,17 @@ impl<'a> Tangent<'a> {
     #[inline(always)]
     fn finish(&mut self, h_s: f64) {
         let [first, second, third, last] = &self.stages;
+        let Derivatives { s, u } = &mut self.here;
         let sixth_s = h_s / 6.0;
-        for i in 0..self.s.len() {
-            self.s[i] += sixth_s * (first.s[i] + 2.0 * (second.s[i] + third.s[i]) + last.s[i]);
-            self.u[i] += sixth_s * (first.u[i] + 2.0 * (second.u[i] + third.u[i]) + last.u[i]);
+        for i in 0..s.len() {
+            s[i] += sixth_s * (first.s[i] + 2.0 * (second.s[i] + third.s[i]) + last.s[i]);
+            u[i] += sixth_s * (first.u[i] + 2.0 * (second.u[i] + third.u[i]) + last.u[i]);
         }
-        if let [_, _, Coefficients { imposed: Some([s, u]), .. }] = &self.coefficients {
-            self.s[..self.n_lanes].copy_from_slice(s);
-            self.u[..self.n_lanes].copy_from_slice(u);
-        }
+        let [_, _, end] = &self.coefficients;
+        end.impose(s, u);
     }
 }
 
-/// Lanes that are stepped side by side: what the changes are padded to.
-const WIDEST: usize = crate::lanes::PADDING;
 /// Which coefficients each stage of the classical method sees.
 const COEFFICIENTS_OF_STAGE: [usize; 4] = [0, 1, 1, 2];
 
@@ -261,14 +176,15 @@ impl WithSimd for Stepping<'_, '_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { tangent, start_s, end_s } = self;
+        let Tangent { along, coefficients, .. } = tangent;
         let h_s = end_s - start_s;
-        match tangent.begun_s == Some(start_s) {
-            true => tangent.coefficients.swap(0, 2),
-            false => tangent.prepare(simd, 0, start_s),
+        match tangent.end_s == Some(start_s) {
+            true => coefficients.swap(0, 2),
+            false => along.work_out(simd, start_s, &mut coefficients[0]),
         }
-        tangent.prepare(simd, 1, start_s + 0.5 * h_s);
-        tangent.prepare(simd, 2, end_s);
-        tangent.begun_s = Some(end_s);
+        along.work_out(simd, start_s + 0.5 * h_s, &mut coefficients[1]);
+        along.work_out(simd, end_s, &mut coefficients[2]);
+        tangent.end_s = Some(end_s);
         tangent.try_along(0, 0.0);
         tangent.rates(0);
         for (stage, part) in [(1, 0.5), (2, 0.5), (3, 1.0)] {
@@ -276,35 +192,5 @@ impl WithSimd for Stepping<'_, '_> {
             tangent.rates(stage);
         }
         tangent.finish(h_s);
-    }
-}
-
-impl<'a> Sides<'a> {
-    fn new(change: &'a Change) -> Self {
-        let Change { below, above, width } = change;
-        let is_felt = change.is_felt();
-        Self { below: Model::new(below), above: Model::new(above), width: *width, is_felt }
-    }
-}
-
-impl Work {
-    /// Puts the masses where the motion has them at a time.
-    fn place(&mut self, motion: &Trajectory, time_s: f64, touching: bool) {
-        let last_s = motion.times_s.last().copied().unwrap_or(0.0);
-        let Some(moment) = motion.at(time_s.min(last_s)) else { return };
-        self.state.touching = touching;
-        for mass in 0..motion.displacement_m.nrows() {
-            self.state.x_m[mass] = moment.displacement_m(mass);
-            self.state.v_m_per_s[mass] = moment.velocity_m_per_s(mass);
-        }
-    }
-
-    /// By how much the first `n` masses accelerate more above than below.
-    #[inline(always)]
-    fn difference<S: Simd>(&mut self, simd: S, sides: &Sides<'_>, n: usize) -> impl Iterator<Item = f64> {
-        let Self { state, force_n, accelerations: [low, high] } = self;
-        sides.below.rates(simd, state.place(), force_n, low);
-        sides.above.rates(simd, state.place(), force_n, high);
-        high[..n].iter().zip(&low[..n]).map(|(high, low)| high - low)
     }
 }

@@ -62,16 +62,16 @@ impl Prediction {
         });
         let solved = solved.into_iter().collect::<Result<Vec<_>, _>>()?;
         let scale = picture_scale(model, parameters);
-        let mean = |motion: &dyn Fn(&Sensitivities) -> Trajectory| {
+        let mean = |of_run: &dyn Fn(&Sensitivities) -> &Trajectory| {
             let mut mean = Self::zero(model.chain.n_bodies(), times.measured_s);
             for (weight, found) in &solved {
-                mean.add(weight * scale, &motion(found), &found.simulation.peak_times_s);
+                mean.add(weight * scale, of_run(found), &found.simulation.peak_times_s);
             }
             mean
         };
-        let here = mean(&|found| found.simulation.trajectory.clone());
+        let here = mean(&|found| &found.simulation.trajectory);
         let mut slopes: Vec<Self> =
-            (0..steps.len()).map(|unknown| mean(&|found| found.derivatives[unknown].clone())).collect();
+            (0..steps.len()).map(|unknown| mean(&|found| &found.derivatives[unknown])).collect();
         for (known, slope) in model.known.iter().zip(slopes.iter_mut().skip(N_UNKNOWNS)) {
             if known.quantity == Quantity::Scale {
                 *slope = here.scaled(scale.recip());

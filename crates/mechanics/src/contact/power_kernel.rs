@@ -50,6 +50,18 @@ impl PowerKernel {
         vectorised(Forces { kernel: self, overlaps_m })
     }
 
+    /// Stiffness in newtons per metre at an overlap in metres with its force in newtons, without a power.
+    #[inline(always)]
+    pub(crate) fn stiffness_n_per_m(&self, overlap_m: f64, force_n: f64) -> f64 {
+        if overlap_m < self.open_below_m {
+            return 0.0;
+        }
+        if overlap_m < self.limit_m {
+            return self.f_0_n * self.slope_per_m;
+        }
+        self.p * (force_n + self.f_0_n) / (overlap_m + self.delta_0_m)
+    }
+
     /// Force in newtons and energy in joules at an overlap in metres.
     pub(crate) fn force_and_energy(&self, overlap_m: f64) -> (f64, f64) {
         vectorised(OneGap { kernel: self, overlap_m })
@@ -162,6 +174,20 @@ mod tests {
             n_rows += 1;
         }
         assert!(n_rows > 100);
+    }
+
+    #[test]
+    fn stiffness_follows_from_the_force() {
+        for tension in [Tension::default(), Tension::Detach] {
+            let law = PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap();
+            let kernel = PowerKernel::new(&law, tension);
+            for overlap_m in [-3e-3, -2.2e-3, -2e-3, -1e-6, 0.0, 1e-12, 1e-3, 1e-2] {
+                let found = kernel.stiffness_n_per_m(overlap_m, kernel.force_n(overlap_m));
+                let truth = law.stiffness_under(tension, overlap_m);
+                // Ten roundings, which near -delta_0 the sum with it makes forty of.
+                assert!((found - truth).abs() <= 1e-14 * truth, "{tension:?} {overlap_m}: {found} {truth}");
+            }
+        }
     }
 
     /// Every instruction set that this machine has gives the same bits.

@@ -4,7 +4,7 @@ use chainwave_mechanics::{
     Chain, Change, Contacts, Drive, FarEnd, ImposedMotion, Integration, Law, LinearLaw, MechanicsError,
     PowerLaw, Schedule, Striker, simulate, simulate_with_sensitivities,
 };
-use ndarray::Array2;
+use ndarray::{Array2, Axis};
 
 use crate::scenes::{MASS_KG, STRIKER_KG, hec_chain, striker};
 
@@ -173,9 +173,14 @@ fn a_striker_that_comes_back_keeps_them_true() {
         let asked = [change(&heavy, number, value, 1e-4)];
         let found = simulate_with_sensitivities(&heavy, &schedule, &asked).unwrap();
         let expected = difference(&heavy, &schedule, number, value);
-        let error = differs_by(&found.derivatives[0].displacement_m, &expected);
-        // The touch itself moves within the differences by 1e-5 of the whole; without the jump it would be 0.6.
-        assert!(error < 5e-5, "{value}: {error}");
+        let error = &found.derivatives[0].displacement_m - &expected;
+        // Within a difference a touch moves by up to 0.2 ms, so it tells nothing that near to one.
+        let is_clear = |k: &usize| switches.iter().all(|switch_s| (*k as f64 * 2e-5 - switch_s).abs() > 5e-4);
+        let clear = (0..error.ncols()).filter(is_clear);
+        let error =
+            clear.map(|k| largest(&error.column(k).to_owned().insert_axis(Axis(1)))).fold(0.0, f64::max);
+        // The differences' own error of fourth order, which the touches amplify; without the jump it would be 0.6.
+        assert!(error < 1e-5 * largest(&expected), "{value}: {error} {}", largest(&expected));
     }
 }
 
