@@ -6,7 +6,7 @@
 //! and Q = 0. The mean motion over all drives does not depend on alpha, gamma and delta to second order in s; on beta it does,
 //! by beta times the mean square of s, a time. So alpha and beta are exchanged, while gamma and delta stay as the priors set
 //! them, near a small Q (an exchange by noisy values would leave errors of third order). What delta is then off counts among the
-//! errors of the offsets, though not of the motion.
+//! errors of the offsets, and what alpha is among those of the drives, though not of the motion.
 
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 

@@ -2,7 +2,6 @@ use chainwave_measurement::{ChainMotion, Estimate, Observation, median};
 use nalgebra::DMatrix;
 use ndarray::Array2;
 
-use crate::StitchingError;
 use crate::align::{Contribution, NormalEquations, Prior, Response, ResponsePrior};
 use crate::consistency::check;
 use crate::gauge::{Exchange, Gauge, ReadingErrors, closed_directions};
@@ -10,6 +9,7 @@ use crate::modes::{AlignmentDirection, AlignmentErrors};
 use crate::resample::Stencil;
 use crate::rest::{Displacement, displacement_from_rest};
 use crate::time_base::{common_times, rounded};
+use crate::{Spread, StitchingError};
 
 /// How to stitch.
 #[derive(Debug, Clone, PartialEq)]
@@ -71,6 +71,8 @@ pub struct Stitched {
     pub motion: ChainMotion,
     /// One entry for each recording, in the order given.
     pub alignments: Vec<Alignment>,
+    /// What scatters within a trial, and what from trial to trial.
+    pub spread: Spread,
     /// Rounds of the alignment until it settled.
     pub rounds: usize,
     /// What the reader should know, such as a view that shares no body with the others.
@@ -300,7 +302,8 @@ impl<'a> Stitch<'a> {
         let alignments = (0..self.observations.len())
             .map(|r| self.alignment(r, field, &directions, scale_sigma))
             .collect();
-        Stitched { motion, alignments, rounds, warnings: self.warnings(rounds) }
+        let spread = self.spread(field, &ratios);
+        Stitched { motion, alignments, spread, rounds, warnings: self.warnings(rounds) }
     }
 
     /// Residuals' rms of the chosen contributions over what the trackers' sigma lets expect.

@@ -171,6 +171,23 @@ fn the_motion_lies_within_its_stated_intervals() {
 }
 
 #[test]
+fn noise_within_trials_is_told_from_scatter_between_them() {
+    let experiment = experiment(3);
+    let stitched = stitch(&experiment.observations);
+    let (row, last) = (3, stitched.motion.times_s.len() - 40);
+    let at_s = stitched.motion.times_s[last];
+    let moved: Vec<f64> =
+        experiment.trials.iter().map(|trial| displacement_m(row + 1, at_s, trial.drive)).collect();
+    let mean = moved.iter().sum::<f64>() / moved.len() as f64;
+    let scatter_m = (moved.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (moved.len() - 1) as f64).sqrt();
+    // The trials that saw the body tell the others' motion within some per cent; the noise is known to 1 %.
+    let (within_m, between_m) =
+        (stitched.spread.within_m[(row, last)], stitched.spread.between_m[(row, last)]);
+    assert!((between_m / scatter_m - 1.0).abs() < 0.1, "{between_m} {scatter_m}");
+    assert!((within_m / NOISE_M - 1.0).abs() < 0.05, "{within_m}");
+}
+
+#[test]
 fn a_lost_body_leaves_a_gap_in_its_trial_only() {
     let mut experiment = experiment(3);
     let n_trials_before = stitch(&experiment.observations).motion.n_trials;
