@@ -16,15 +16,14 @@ pub struct Spread {
 impl Stitch<'_> {
     /// The spread of readings and of trials; `ratios` are the residuals' rms over what the trackers' sigma lets expect, by body.
     pub(crate) fn spread(&self, field: &Field, ratios: &[f64]) -> Spread {
-        let of = |value: &dyn Fn(usize, &(Vec<Contribution>, Response)) -> f64| {
-            let shape = (field.len(), self.times_s.len());
-            Array2::from_shape_fn(shape, |(row, i)| {
-                if field[row][i].0.is_empty() { 0.0 } else { value(row, &field[row][i]) }
-            })
+        let shape = (field.len(), self.times_s.len());
+        let within_m = |(row, i): (usize, usize)| {
+            let readings: &[Contribution] = &field[row][i].0;
+            ratios[row] * rms(readings.iter().map(|one| one.read.sigma))
         };
         Spread {
-            within_m: of(&|row, (readings, _)| ratios[row] * rms(readings.iter().map(|one| one.read.sigma))),
-            between_m: of(&|_, (_, response)| self.between_m(response)),
+            within_m: Array2::from_shape_fn(shape, within_m),
+            between_m: Array2::from_shape_fn(shape, |(row, i)| self.between_m(&field[row][i].1)),
         }
     }
 
