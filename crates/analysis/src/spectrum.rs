@@ -1,4 +1,4 @@
-use chainwave_measurement::Estimate;
+use chainwave_measurement::{Estimate, median};
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
 
@@ -195,9 +195,7 @@ impl MeanPower {
     /// The noise is the median power up to a quarter of the sampling rate, which chain waves hardly fill and interpolation between
     /// frames does not damp. Neighbouring gaps share a body, so every second one counts as independent.
     fn stands_out_of_noise(&self, top: usize, spectrum: &TailSpectrum) -> bool {
-        let mut lower = self.power[1..self.power.len() / 2].to_vec();
-        lower.sort_by(f64::total_cmp);
-        let Some(median) = lower.get(lower.len() / 2) else { return false };
+        let Some(median) = median(self.power[1..self.power.len() / 2].to_vec()) else { return false };
         let freedom = 2 * self.n_gaps.div_ceil(2);
         // The median of chi squared (Wilson and Hilferty 1931).
         let noise = median / (1.0 - 2.0 / (9.0 * freedom as f64)).powi(3);

@@ -48,7 +48,7 @@ pub(crate) fn import(arguments: &cli::Import) -> Result<Outcome, Error> {
     let stitched = merge(&observations, &settings)?;
     let measurement = measured(&mapping, &stitched)?;
     make_folder(&arguments.out)?;
-    write_measurement(&arguments.out, &stitched.motion, &measurement)?;
+    write_measurement(&arguments.out, &stitched, &measurement)?;
     draw_motion(&arguments.out, &mapping.name, &stitched.motion, &measurement)?;
     write_json(&arguments.out.join("results.json"), &results(&stitched, &measurement))?;
     print(&mapping.name, &stitched, &measurement);

@@ -1,7 +1,8 @@
 //! The vocabulary of chainwave: the types that two or more crates use, with their units and conventions.
 //!
-//! No algorithm and no input or output lives here; [`map_in_parallel`], the one way in which work is spread over threads, is here
-//! because it is what makes results the same for any number of them. Conventions that hold everywhere:
+//! No algorithm and no input or output lives here, but for two tools that every crate may need: [`map_in_parallel`], the one way in which
+//! work is spread over threads, as it is what makes results the same for any number of them, and the [`median`] of numbers. Conventions
+//! that hold everywhere:
 //!
 //! - Pixel (0, 0) is the *centre* of the top left pixel; x points right and y down; a [`Region`] is half open.
 //! - Images are `f32` arrays of shape `[height, width]` in linear counts as recorded; everything else is `f64`.
@@ -12,6 +13,7 @@
 //! - A value that was not measured is `None`, or an error that names the reason; never a sentinel.
 
 mod estimate;
+mod median;
 mod motion;
 mod observation;
 mod parallel;
@@ -20,6 +22,7 @@ mod region;
 mod track;
 
 pub use estimate::Estimate;
+pub use median::median;
 pub use motion::{ChainMotion, ErrorMode, Moment, Trajectory, samples_until};
 pub use observation::{BodyTrack, Observation};
 pub use parallel::map_in_parallel;

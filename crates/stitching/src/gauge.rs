@@ -6,7 +6,7 @@
 //! and Q = 0. The mean motion over all drives does not depend on alpha, gamma and delta to second order in s; on beta it does,
 //! by beta times the mean square of s, a time. So alpha and beta are exchanged, while gamma and delta stay as the priors set
 //! them, near a small Q (an exchange by noisy values would leave errors of third order). What delta is then off counts among the
-//! errors of the offsets, though not of the motion.
+//! errors of the offsets, and what alpha is among those of the drives, though not of the motion.
 
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
@@ -18,6 +18,10 @@ const ONSET_SHARE: f64 = 0.1;
 /// Standard deviation of what the response of a softening chain leaves of proportion within the onset, as an error of beta over
 /// the onset's length: on the paper's chain beta is 9 us off, of 0.7 ms.
 const DEPARTURE: f64 = 0.013;
+
+/// The same as a relative error of alpha, and so of the drives' scale: on the paper's chain alpha is 0.913 at 2.73 m/s and 0.967 at
+/// 0.83 m/s.
+const DEPARTURE_OF_SCALE: f64 = 0.1;
 
 /// What the variance of alpha adds to that of beta, relative to it: drives that noise makes too large leave both too small by the same
 /// factor, so that beta's error is z / (1 - a z) for a normal z and alpha's standard deviation a, whose variance is 1 + 9 a^2 to second
@@ -32,6 +36,8 @@ pub(crate) struct Gauge {
     scale: f64,
     /// beta.
     delay_s: f64,
+    /// Variance of alpha.
+    scale_variance: f64,
     /// Variance of beta.
     delay_variance_s2: f64,
 }
@@ -64,11 +70,13 @@ impl Gauge {
         };
         let moving = onset.iter().filter(|one| motion_m(one) > 0.01 * furthest_m).count();
         let departure_s = DEPARTURE * moving as f64 * interval_s;
+        let [of_scale, of_delay_s2] = [0, 1].map(variance_of);
         // Beyond this the onset holds too few samples to tell.
         (0.05..20.0).contains(&scale).then(|| Self {
             scale,
             delay_s,
-            delay_variance_s2: variance_of(1) * (1.0 + OF_SCALE * variance_of(0)) + departure_s.powi(2),
+            scale_variance: of_scale + DEPARTURE_OF_SCALE.powi(2),
+            delay_variance_s2: of_delay_s2 * (1.0 + OF_SCALE * of_scale) + departure_s.powi(2),
         })
     }
 
@@ -107,7 +115,11 @@ impl Gauge {
         let closed =
             closed_directions(drive, &transformed).unwrap_or_else(|| DMatrix::identity(2 * n, 2 * n));
         let delayed = |row: usize| if row < n { 0.0 } else { self.delay_variance_s2.sqrt() * drive[row - n] };
-        Exchange { errors: closed * derivative, delay_error: DVector::from_fn(2 * n, |row, _| delayed(row)) }
+        Exchange {
+            errors: closed * derivative,
+            delay_error: DVector::from_fn(2 * n, |row, _| delayed(row)),
+            scale_sigma: self.scale_variance.sqrt(),
+        }
     }
 }
 
@@ -147,13 +159,15 @@ pub(crate) struct Exchange {
     pub(crate) errors: DMatrix<f64>,
     /// One standard deviation of beta, the open direction that moves the mean motion, as an error of (s, tau).
     pub(crate) delay_error: DVector<f64>,
+    /// Standard deviation of alpha, a relative error of all drives that leaves the mean motion as it is.
+    pub(crate) scale_sigma: f64,
 }
 
 impl Exchange {
-    /// No exchange.
+    /// No exchange: the priors are all that tells the open directions, and their share of the covariance stays.
     pub(crate) fn none(n_recordings: usize) -> Self {
         let n = 2 * n_recordings;
-        Self { errors: DMatrix::identity(n, n), delay_error: DVector::zeros(n) }
+        Self { errors: DMatrix::identity(n, n), delay_error: DVector::zeros(n), scale_sigma: 0.0 }
     }
 }
 

@@ -1,15 +1,15 @@
-use chainwave_measurement::{ChainMotion, Estimate, Observation};
+use chainwave_measurement::{ChainMotion, Estimate, Observation, median};
 use nalgebra::DMatrix;
 use ndarray::Array2;
 
-use crate::StitchingError;
 use crate::align::{Contribution, NormalEquations, Prior, Response, ResponsePrior};
 use crate::consistency::check;
 use crate::gauge::{Exchange, Gauge, ReadingErrors, closed_directions};
 use crate::modes::{AlignmentDirection, AlignmentErrors};
 use crate::resample::Stencil;
 use crate::rest::{Displacement, displacement_from_rest};
-use crate::time_base::{common_times, median, rounded};
+use crate::time_base::{common_times, rounded};
+use crate::{Spread, StitchingError};
 
 /// How to stitch.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,15 +32,16 @@ impl Settings {
     /// Usual settings for a chain of `n_bodies` that rests until the trigger, less `trigger_margin_s`.
     ///
     /// The drives of repeated trials differ by less than 5 %. The response of a softening chain differs from plain scaling by
-    /// 0.2 to 0.7 of a body's motion, and curves by 0.1 of it (1 at the front), with a third order of 0.01 to 0.4 (chain
-    /// model, 2.73 m/s, N = 26).
+    /// 0.01 to 0.45 of a body's rms motion, and curves by as much, with a third order of up to 0.35 (chain model of the paper, 0.83 to
+    /// 2.73 m/s, N = 12 and 26; the least where the strike is slow, the most in the last bodies). A drive's scale is found only within
+    /// some tenths, which adds to the first.
     pub fn new(n_bodies: usize, trigger_margin_s: f64) -> Self {
         Self {
             n_bodies,
             rest_until_s: -trigger_margin_s,
             drive_prior: 0.05,
             slope_prior: 1.0,
-            curvature_prior: 1.0,
+            curvature_prior: 0.5,
             third_order_prior: 0.2,
         }
     }
@@ -70,6 +71,8 @@ pub struct Stitched {
     pub motion: ChainMotion,
     /// One entry for each recording, in the order given.
     pub alignments: Vec<Alignment>,
+    /// What scatters within a trial, and what from trial to trial.
+    pub spread: Spread,
     /// Rounds of the alignment until it settled.
     pub rounds: usize,
     /// What the reader should know, such as a view that shares no body with the others.
@@ -132,8 +135,8 @@ impl<'a> Stitch<'a> {
                 seen.map(|track| displacement_from_rest(observation, track, settings.rest_until_s));
             displacements.push(of_bodies.collect::<Result<Vec<_>, _>>()?);
         }
-        let frame_interval_s =
-            rounded(median(observations.iter().map(Observation::frame_interval_s).collect()));
+        let intervals_s = observations.iter().map(Observation::frame_interval_s).collect();
+        let frame_interval_s = rounded(median(intervals_s).ok_or(StitchingError::Empty)?);
         Ok(Self {
             times_s: common_times(observations, frame_interval_s),
             frame_interval_s,
@@ -295,9 +298,12 @@ impl<'a> Stitch<'a> {
                 motion.n_trials[(row, i)] = contributions.len() as u32;
             }
         }
-        let alignments =
-            (0..self.observations.len()).map(|r| self.alignment(r, field, &directions)).collect();
-        Stitched { motion, alignments, rounds, warnings: self.warnings(rounds) }
+        let scale_sigma = errors.exchange.scale_sigma;
+        let alignments = (0..self.observations.len())
+            .map(|r| self.alignment(r, field, &directions, scale_sigma))
+            .collect();
+        let spread = self.spread(field, &ratios);
+        Stitched { motion, alignments, spread, rounds, warnings: self.warnings(rounds) }
     }
 
     /// Residuals' rms of the chosen contributions over what the trackers' sigma lets expect.
@@ -317,7 +323,13 @@ impl<'a> Stitch<'a> {
         if freedom > 1.0 { (squares / freedom).sqrt() } else { 1.0 }
     }
 
-    fn alignment(&self, r: usize, field: &Field, directions: &[AlignmentDirection]) -> Alignment {
+    fn alignment(
+        &self,
+        r: usize,
+        field: &Field,
+        directions: &[AlignmentDirection],
+        scale_sigma: f64,
+    ) -> Alignment {
         let n = self.observations.len();
         let observation = &self.observations[r];
         let rows = self.displacements[r].iter().map(|displacement| displacement.row);
@@ -333,7 +345,7 @@ impl<'a> Stitch<'a> {
             view: observation.view,
             trial: observation.trial,
             trigger_offset_s: Estimate::new(self.offsets_s[r], sigma(n + r).hypot(bent_s)),
-            drive_deviation: Estimate::new(self.drive[r], sigma(r)),
+            drive_deviation: Estimate::new(self.drive[r], sigma(r).hypot(scale_sigma * self.drive[r])),
             scatter_ratio: mean_square.sqrt(),
         }
     }

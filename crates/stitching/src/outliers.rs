@@ -1,8 +1,7 @@
 use std::fmt;
 
-use chainwave_measurement::Observation;
+use chainwave_measurement::{Observation, median};
 
-use crate::time_base::median;
 use crate::{Settings, Stitched, StitchingError, merge};
 
 /// A recording that does not belong with the others of its view, and why.
@@ -68,7 +67,7 @@ const LATE_FRAMES: f64 = 5.0;
 const LEAST_TRIALS: usize = 4;
 
 /// Finds recordings that contradict the others of their view: each view is merged alone, then without each of its recordings
-/// in turn. The one whose absence helps most is named if it helps enough, or the one whose trigger is far from the others', and
+/// in turn. The one whose absence helps most is named if it helps enough, or else the one whose trigger is far from the others', and
 /// the rest are asked again.
 ///
 /// # Errors
@@ -90,7 +89,7 @@ pub fn outliers(observations: &[Observation], settings: &Settings) -> Result<Vec
     Ok(found)
 }
 
-/// The recording that stands out of its view by its trigger, or without which the others agree much better.
+/// The recording without which the others agree much better, or else one that stands out of its view by its trigger.
 fn worst(
     observations: &[Observation],
     kept: &[usize],
@@ -112,30 +111,30 @@ fn worst(
         evidence,
     };
     let all = merged(None)?;
-    if let Some((place, evidence)) = late(&all, observations[kept[0]].frame_interval_s()) {
-        return Ok(Some(outlier(kept[place], evidence)));
-    }
     let with = scatter(&all);
-    if with < SOUND_SCATTER {
-        return Ok(None);
-    }
-    let mut best: Option<(usize, f64)> = None;
-    for index in kept {
-        let without = scatter(&merged(Some(*index))?);
-        if best.is_none_or(|(_, least)| without < least) {
-            best = Some((*index, without));
+    if with >= SOUND_SCATTER {
+        let mut best: Option<(usize, f64)> = None;
+        for index in kept {
+            let without = scatter(&merged(Some(*index))?);
+            if best.is_none_or(|(_, least)| without < least) {
+                best = Some((*index, without));
+            }
+        }
+        if let Some((index, without)) = best.filter(|(_, without)| with > LEAST_GAIN * without) {
+            return Ok(Some(outlier(index, Evidence::Scatter { with, without })));
         }
     }
-    let helps = best.filter(|(_, without)| with > LEAST_GAIN * without);
-    Ok(helps.map(|(index, without)| outlier(index, Evidence::Scatter { with, without })))
+    // Only now: a recording that contradicts the others throws their triggers about as well.
+    let late = late(&all, observations[kept[0]].frame_interval_s());
+    Ok(late.map(|(place, evidence)| outlier(kept[place], evidence)))
 }
 
 /// The recording whose trigger stands farthest from the view's median, where that is out of proportion.
 fn late(stitched: &Stitched, frame_interval_s: f64) -> Option<(usize, Evidence)> {
     let offsets_s: Vec<f64> =
         stitched.alignments.iter().map(|alignment| alignment.trigger_offset_s.value).collect();
-    let middle_s = median(offsets_s.clone());
-    let usual_s = median(offsets_s.iter().map(|offset_s| (offset_s - middle_s).abs()).collect());
+    let middle_s = median(offsets_s.clone())?;
+    let usual_s = median(offsets_s.iter().map(|offset_s| (offset_s - middle_s).abs()).collect())?;
     let distance_s = |r: usize| (offsets_s[r] - middle_s).abs();
     let farthest = (0..offsets_s.len()).max_by(|a, b| distance_s(*a).total_cmp(&distance_s(*b)))?;
     let limit_s = (LATE_RATIO * usual_s).max(LATE_FRAMES * frame_interval_s);

@@ -15,8 +15,3 @@ pub(crate) fn rounded(interval_s: f64) -> f64 {
     let scale = 10.0_f64.powi(4 - interval_s.log10().floor() as i32);
     (interval_s * scale).round() / scale
 }
-
-pub(crate) fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
-}

@@ -126,19 +126,23 @@ fn offsets_are_recovered_to_a_fiftieth_of_a_frame_at_one_per_cent_of_noise() {
 }
 
 #[test]
-fn offsets_lie_within_their_stated_intervals() {
-    let (mut inside, mut total) = (0, 0);
+fn offsets_and_drives_lie_within_their_stated_intervals() {
+    let (mut inside, mut total) = ([0, 0], 0);
     for seed in 100..150 {
         let experiment = experiment(seed);
         let stitched = stitch(&experiment.observations);
-        let found = stitched.alignments.iter().map(|alignment| alignment.trigger_offset_s);
-        inside +=
-            found.zip(&experiment.trials).filter(|(found, trial)| found.covers_95(trial.offset_s)).count();
+        for (found, trial) in stitched.alignments.iter().zip(&experiment.trials) {
+            inside[0] += usize::from(found.trigger_offset_s.covers_95(trial.offset_s));
+            inside[1] += usize::from(found.drive_deviation.covers_95(trial.drive));
+        }
         total += experiment.trials.len();
     }
-    let coverage = inside as f64 / total as f64;
-    // One delay of a whole experiment's offsets by their drives is most of their error, so 50 experiments scatter by some 3 %.
-    assert!((0.9..=1.0).contains(&coverage), "coverage {coverage}");
+    for (what, inside) in ["offsets", "drives"].into_iter().zip(inside) {
+        let coverage = inside as f64 / total as f64;
+        // One delay of a whole experiment's offsets by their drives, and one scale of these, is most of their errors, so 50 experiments
+        // scatter by some 3 %.
+        assert!((0.9..=1.0).contains(&coverage), "{what}: coverage {coverage}");
+    }
 }
 
 #[test]
@@ -164,6 +168,23 @@ fn the_motion_lies_within_its_stated_intervals() {
     // Five trials of 0.6 um give 0.27 um where their drives scatter well. Where they are alike, the response is poorly known,
     // and the stated sigma says so: the median is what a usual experiment reaches.
     assert!(rms_m[10] < 0.6e-6, "median rms {}", rms_m[10]);
+}
+
+#[test]
+fn noise_within_trials_is_told_from_scatter_between_them() {
+    let experiment = experiment(3);
+    let stitched = stitch(&experiment.observations);
+    let (row, last) = (3, stitched.motion.times_s.len() - 40);
+    let at_s = stitched.motion.times_s[last];
+    let moved: Vec<f64> =
+        experiment.trials.iter().map(|trial| displacement_m(row + 1, at_s, trial.drive)).collect();
+    let mean = moved.iter().sum::<f64>() / moved.len() as f64;
+    let scatter_m = (moved.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (moved.len() - 1) as f64).sqrt();
+    // The trials that saw the body tell the others' motion within some per cent; the noise is known to 1 %.
+    let (within_m, between_m) =
+        (stitched.spread.within_m[(row, last)], stitched.spread.between_m[(row, last)]);
+    assert!((between_m / scatter_m - 1.0).abs() < 0.1, "{between_m} {scatter_m}");
+    assert!((within_m / NOISE_M - 1.0).abs() < 0.05, "{within_m}");
 }
 
 #[test]

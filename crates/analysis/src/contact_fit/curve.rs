@@ -1,3 +1,5 @@
+use chainwave_measurement::median;
+
 use super::ContactFitError;
 use super::branches::range;
 
@@ -136,8 +138,8 @@ impl Curve {
         let (lowest_n, highest_n) = range(self.force_n.iter().copied());
         let allowed_n = (REAL_DROP.0 * (highest_n - lowest_n)).max(REAL_DROP.1 * self.noise_n());
         let mut from_n = f64::NEG_INFINITY;
-        for (window, overlap_m) in self.force_n.windows(3).zip(&self.overlap_m[1..]) {
-            let to_n = median(window.to_vec());
+        let medians_n = self.force_n.windows(3).filter_map(|window| median(window.to_vec()));
+        for (to_n, overlap_m) in medians_n.zip(&self.overlap_m[1..]) {
             from_n = from_n.max(to_n);
             if from_n - to_n > allowed_n {
                 return Err(ContactFitError::DroppingForce { overlap_m: *overlap_m, from_n, to_n });
@@ -156,7 +158,7 @@ impl Curve {
             let off_n = f[1] - (1.0 - weight) * f[0] - weight * f[2];
             off_n.abs() / (1.0 + (1.0 - weight).powi(2) + weight * weight).sqrt()
         };
-        median((1..self.len() - 1).map(off_line).collect()) / MEDIAN_OF_NORMAL
+        median((1..self.len() - 1).map(off_line).collect()).unwrap_or(0.0) / MEDIAN_OF_NORMAL
     }
 
     /// Number of readings before contact, 0 where there are none to be seen: the force there is flat, against the slope of
@@ -213,12 +215,6 @@ impl Sums {
             spread_m: (n * variance).sqrt(),
         }
     }
-}
-
-/// The median of at least one number.
-fn median(mut values: Vec<f64>) -> f64 {
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 #[cfg(test)]

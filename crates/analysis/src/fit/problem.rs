@@ -23,6 +23,10 @@ pub(super) struct Comparison<'a> {
 const BESIDE: f64 = 1e-3;
 const BESIDE_FACTOR: f64 = 1e-4;
 
+/// c_d and c_s stay below critical, here in units of their scales: a contact that is damped more hardly moves, and the search would follow
+/// a valley without end.
+const CRITICAL: [f64; 2] = [100.0, 10.0];
+
 /// Starting points: factors on the model's c_d and c_s.
 const STARTS: [[f64; 2]; 3] = [[1.0, 1.0], [10.0, 0.1], [0.1, 10.0]];
 
@@ -220,6 +224,7 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
 
     fn set_params(&mut self, parameters: &DVector<f64>) {
         self.parameters.copy_from(parameters);
+        self.parameters.iter_mut().zip(CRITICAL).for_each(|(value, most)| *value = value.clamp(-most, most));
     }
 
     fn params(&self) -> DVector<f64> {

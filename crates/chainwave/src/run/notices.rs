@@ -1,6 +1,6 @@
 //! What recordings had amiss that was put right or does no harm: the reader should know of it all the same.
 
-use chainwave_measurement::{Estimate, Observation, RecordingInfo};
+use chainwave_measurement::{Estimate, Observation, RecordingInfo, median};
 
 use super::Job;
 use super::standing::{Standing, Standings};
@@ -119,13 +119,11 @@ pub(super) fn farthest_drive(job: &Job, standings: &Standings) -> Option<Unusual
 }
 
 fn drive(job: &Job, standings: &Standings, one: &Standing) -> UnusualDrive {
-    let mut values: Vec<f64> =
-        standings.of_recordings.iter().map(|standing| standing.drive_deviation.value).collect();
-    values.sort_by(f64::total_cmp);
+    let values = standings.of_recordings.iter().map(|standing| standing.drive_deviation.value).collect();
     let striker = &job.experiment.striker;
     let scatter = striker.velocity_sigma_m_per_s.get() / striker.velocity_m_per_s.get();
     let found = one.drive_deviation;
-    let deviation = Estimate::new(found.value - values[values.len() / 2], found.sigma);
+    let deviation = Estimate::new(found.value - median(values).unwrap_or(0.0), found.sigma);
     let recording = one.recording.clone();
     UnusualDrive { recording, in_scatters: deviation.value / scatter, deviation }
 }

@@ -4,8 +4,8 @@ use chainwave_analysis::fit::{
     Damping, EnergyFit, FitError, FittedRecording, ImposedFit, Quantity, TrackFit,
 };
 use chainwave_analysis::{DampingShare, LocalResonance, Measurement, linear_dispersion_hz};
-use chainwave_measurement::{ChainMotion, Estimate};
-use chainwave_stitching::Alignment;
+use chainwave_measurement::Estimate;
+use chainwave_stitching::{Alignment, Stitched};
 use ndarray::Array2;
 use polars::prelude::Column;
 use serde_json::{Map, Value, json};
@@ -27,9 +27,9 @@ pub(crate) fn write(
     evaluation: &Evaluation,
     decisions: &[Decision],
 ) -> Result<(), Error> {
-    let (motion, measurement) = (&evaluation.stitched.motion, &evaluation.measurement);
+    let measurement = &evaluation.measurement;
     Table::write_joined(&job.result("tracks.parquet"), &tracked.tables)?;
-    write_measurement(&job.out, motion, measurement)?;
+    write_measurement(&job.out, &evaluation.stitched, measurement)?;
     write_energies(job, measurement)?;
     write_dispersion(job, measurement)?;
     write_alignment(job, tracked, evaluation)?;
@@ -40,10 +40,10 @@ pub(crate) fn write(
 /// Writes the tables that follow from a motion alone.
 pub(crate) fn write_measurement(
     folder: &Path,
-    motion: &ChainMotion,
+    stitched: &Stitched,
     measurement: &Measurement,
 ) -> Result<(), Error> {
-    write_motion(folder, motion)?;
+    write_motion(folder, stitched)?;
     write_strain(folder, measurement)?;
     write_front(folder, measurement)?;
     write_half_widths(folder, measurement)?;
@@ -57,7 +57,8 @@ fn by_time(values: &Array2<Option<Estimate>>) -> impl Iterator<Item = (usize, us
     places.filter_map(|(row, i)| Some((row, i, values[(row, i)]?)))
 }
 
-fn write_motion(folder: &Path, motion: &ChainMotion) -> Result<(), Error> {
+fn write_motion(folder: &Path, stitched: &Stitched) -> Result<(), Error> {
+    let (motion, spread) = (&stitched.motion, &stitched.spread);
     let rows: Vec<(usize, usize, Estimate)> = by_time(&motion.displacement_m).collect();
     let columns = vec![
         column("t_s", rows.iter().map(|(_, i, _)| motion.times_s[*i]).collect::<Vec<_>>()),
@@ -65,6 +66,14 @@ fn write_motion(folder: &Path, motion: &ChainMotion) -> Result<(), Error> {
         column("x_m", rows.iter().map(|(.., x)| x.value).collect::<Vec<_>>()),
         column("sigma_m", rows.iter().map(|(.., x)| x.sigma).collect::<Vec<_>>()),
         column("n_trials", rows.iter().map(|(row, i, _)| motion.n_trials[(*row, *i)]).collect::<Vec<_>>()),
+        column(
+            "within_trial_m",
+            rows.iter().map(|(row, i, _)| spread.within_m[(*row, *i)]).collect::<Vec<_>>(),
+        ),
+        column(
+            "between_trials_m",
+            rows.iter().map(|(row, i, _)| spread.between_m[(*row, *i)]).collect::<Vec<_>>(),
+        ),
     ];
     table::write(&folder.join("motion.parquet"), columns)
 }
