@@ -94,18 +94,22 @@ const GAUGE_ROUNDS: usize = 20;
 /// # Errors
 /// [`StitchingError`] when there is nothing to merge, an observation contradicts itself, or a body was never at rest.
 pub fn merge(observations: &[Observation], settings: &Settings) -> Result<Stitched, StitchingError> {
-    let mut stitch = Stitch::new(observations, settings)?;
-    let mut rounds = 0;
-    loop {
-        rounds += 1;
-        let field = stitch.responses();
-        let (change, covariance) = stitch.align(&field, rounds)?;
-        if change < 1e-5 || rounds == MAX_ROUNDS {
-            let exchange = stitch.fix_gauge(&covariance);
-            stitch.trim_times();
-            return Ok(stitch.finish(&AlignmentErrors { covariance, exchange }, rounds));
-        }
-    }
+    let (mut stitch, covariance, rounds) = Stitch::aligned(observations, settings)?;
+    let exchange = stitch.fix_gauge(&covariance);
+    stitch.trim_times();
+    Ok(stitch.finish(&AlignmentErrors { covariance, exchange }, rounds))
+}
+
+/// Merges as [`merge`] does, with what the readings leave open as the priors put it: how well recordings agree does not depend on it, and
+/// few recordings far from the impact tell it so badly that it would be put where even their agreement suffers.
+pub(crate) fn merge_as_read(
+    observations: &[Observation],
+    settings: &Settings,
+) -> Result<Stitched, StitchingError> {
+    let (mut stitch, covariance, rounds) = Stitch::aligned(observations, settings)?;
+    stitch.trim_times();
+    let exchange = Exchange::none(observations.len());
+    Ok(stitch.finish(&AlignmentErrors { covariance, exchange }, rounds))
 }
 
 /// The alignment under way.
@@ -146,6 +150,23 @@ impl<'a> Stitch<'a> {
             settings,
             displacements,
         })
+    }
+
+    /// Drives and offsets as the readings have them, with their covariance and the rounds that it took.
+    fn aligned(
+        observations: &'a [Observation],
+        settings: &'a Settings,
+    ) -> Result<(Self, DMatrix<f64>, usize), StitchingError> {
+        let mut stitch = Self::new(observations, settings)?;
+        let mut rounds = 0;
+        loop {
+            rounds += 1;
+            let field = stitch.responses();
+            let (change, covariance) = stitch.align(&field, rounds)?;
+            if change < 1e-5 || rounds == MAX_ROUNDS {
+                return Ok((stitch, covariance, rounds));
+            }
+        }
     }
 
     /// Reads every recording on the common time base at its present offset, and fits motion and response.

@@ -2,7 +2,8 @@ use std::fmt;
 
 use chainwave_measurement::{Observation, median};
 
-use crate::{Settings, Stitched, StitchingError, merge};
+use crate::merge::merge_as_read;
+use crate::{Settings, Stitched, StitchingError};
 
 /// A recording that does not belong with the others of its view, and why.
 #[derive(Debug, Clone, PartialEq)]
@@ -71,7 +72,7 @@ const LEAST_TRIALS: usize = 4;
 /// the rest are asked again.
 ///
 /// # Errors
-/// As for [`merge`].
+/// As for [`merge`](crate::merge).
 pub fn outliers(observations: &[Observation], settings: &Settings) -> Result<Vec<Outlier>, StitchingError> {
     let mut views: Vec<u32> = observations.iter().map(|observation| observation.view).collect();
     views.sort_unstable();
@@ -102,7 +103,7 @@ fn worst(
     let merged = |left_out: Option<usize>| {
         let others = kept.iter().filter(|index| Some(**index) != left_out);
         let others: Vec<Observation> = others.map(|index| observations[*index].clone()).collect();
-        merge(&others, settings)
+        merge_as_read(&others, settings)
     };
     let outlier = |index: usize, evidence: Evidence| Outlier {
         index,
