@@ -243,6 +243,8 @@ fn found_outliers(observations: &[Observation]) -> Vec<String> {
 fn sound_trials_are_kept() {
     for seed in 20..40 {
         assert!(found_outliers(&experiment(seed).observations).is_empty(), "seed {seed}");
+        let noisy = filmed(seed, 0.0, 10.0 * NOISE_M);
+        assert!(found_outliers(&noisy.observations).is_empty(), "seed {seed}, ten times the noise");
     }
 }
 
