@@ -82,6 +82,7 @@
 
 mod alias;
 mod bias;
+mod calibration;
 mod cardinal;
 mod damped;
 mod edge;
