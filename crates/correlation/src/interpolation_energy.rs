@@ -21,6 +21,8 @@ use crate::warp::Warp;
 
 /// Phases from 0 to 1/2 at which the energy is known; it is the same on both sides of 1/2.
 const N_PHASES: usize = 5;
+/// What the contrast of the finest usable texture loses, half way between two pixels.
+const LARGEST_LOSS: f64 = -0.5;
 /// The energy over the phase t as a sum of `cos(2 pi m t)`.
 type Waves = [f64; N_PHASES];
 /// An autocorrelation, or what it is to be multiplied with, at the lags from 0 on.
@@ -78,14 +80,16 @@ impl InterpolationEnergy {
         let over_phases = |of: &dyn Fn(&Phase, &ByLag) -> f64| {
             autocorrelations.each_ref().map(|r| waves_through(phases.each_ref().map(|phase| of(phase, r))))
         };
+        // where noise hides the texture, what is left after its share is taken off may be anything
+        let contrast = |added: f64, of: f64| (added / of).clamp(LARGEST_LOSS, -LARGEST_LOSS);
         let of_texture = |by_lag: &ByLag, r: &ByLag| sum(by_lag, r) - noise_energy * by_lag[0];
         Self {
             axes: over_phases(&|phase, r| phase.even.energy(r) + phase.odd.energy(r)),
             slopes: over_phases(&|phase, r| {
-                of_texture(&phase.of_slope, r) / of_texture(&phase.odd.absorbed, r)
+                contrast(of_texture(&phase.of_slope, r), of_texture(&phase.odd.absorbed, r))
             }),
             greys: over_phases(&|phase, r| {
-                of_texture(&phase.even.shared, r) / of_texture(&phase.even.absorbed, r)
+                contrast(of_texture(&phase.even.shared, r), of_texture(&phase.even.absorbed, r))
             }),
             of_noise: waves_through(
                 phases.each_ref().map(|phase| phase.even.square[0] + phase.odd.square[0]),

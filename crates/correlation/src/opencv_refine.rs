@@ -13,7 +13,9 @@ use crate::warp::Warp;
 use crate::{PreparedSubset, Window};
 
 /// `findTransformECC` (G. D. Evangelidis, E. Z. Psarakis, IEEE Trans. Pattern Anal. Mach. Intell. 30 (2008) 1858-1865):
-/// translation, bilinear interpolation, both images smoothed by OpenCV's usual Gaussian of 5 x 5 px.
+/// translation, bilinear interpolation, without OpenCV's smoothing, which mixes other pixels into the edge of the cut subset
+/// than into the frame's. OpenCV warps by places on a grid, and its steps lead to where the error is the distance from it;
+/// so the last ones start on the grid.
 pub(crate) struct EnhancedCorrelation;
 
 /// Side of the Gaussian: no smoothing.
@@ -69,8 +71,10 @@ fn step(template: &Mat, scene: &Mat, [x, y]: [f64; 2], iterations: i32) -> openc
 /// Image Velocimetry, 3rd ed., 2018, section 5.3.4.3), the multiple being that of the last pass.
 pub(crate) struct PhaseCorrelation;
 
-/// Power over that of the noise above which a frequency counts fully.
+/// Power over that of the noise, and of what the window's edge makes of the contrast, above which a frequency counts.
 const NOISE_TIMES: f64 = 4.0;
+/// Variance of the latter over that of the grey values.
+const EDGE_SHARE: f64 = 0.1;
 /// Passes at most, and the shift that ends them.
 const N_PASSES: usize = 12;
 const NO_SHIFT_PX: f64 = 1e-3;
@@ -116,10 +120,11 @@ fn shift(subset: &PreparedSubset, part: &[f32]) -> opencv::Result<[f64; 2]> {
     let (width, height) = (subset.width, subset.height);
     let mut window = Mat::default();
     create_hanning_window(&mut window, Size::new(width as i32, height as i32), CV_32F)?;
-    // the mean of the square of the window is 9/64, and so much of a pixel's noise each frequency has
-    let noise = 9.0 / 64.0
-        * (width * height) as f64
-        * (subset.noise_variance + 0.1 * subset.signal_energy / subset.n_used as f64);
+    // OpenCV divides each frequency by its power plus f32's epsilon: scaled so, those where there is noise alone count little.
+    // Of a pixel's variance each has the mean square of the window, 9/64.
+    let contrast = subset.signal_energy / subset.n_used as f64;
+    let variance = subset.noise_variance + EDGE_SHARE * contrast;
+    let noise = 9.0 / 64.0 * (width * height) as f64 * variance;
     let scale = (f64::from(f32::EPSILON).sqrt() / (NOISE_TIMES * noise)).sqrt() as f32;
     let scaled = |values: &[f32]| -> opencv::Result<Mat> {
         let values: Vec<f32> = values.iter().map(|value| scale * value).collect();
