@@ -10,13 +10,14 @@ use std::f64::consts::TAU;
 
 use crate::Interpolation;
 use crate::alias::{LAGS, N_HARMONICS, filters, sinc};
+use crate::interpolation_energy::Foreseen;
 use crate::lagged::Surroundings;
 use crate::sample::Lattice;
 use crate::warp::Warp;
 
-/// Share of the bias that is not foreseen. On speckles of 3.7 to 6.3 px, 0.02 (cubic) to 0.09 (linear, which has a third
-/// alias) of it is left.
-const UNFORESEEN_SHARE: f64 = 0.05;
+/// Share of the bias that is not foreseen: 0.02 (cubic) to 0.075 (linear, which has a third alias) of it is left on speckles of
+/// 3 to 6 px.
+const UNFORESEEN_SHARE: f64 = 0.07;
 
 /// The bias of a subset's position over the phases of interpolation.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -54,8 +55,9 @@ impl InterpolationBias {
     /// The displacement of the subset's centre, in its own coordinates, that interpolation feigns under a warp.
     ///
     /// Where the subset is deformed the phase varies over it, and with it the bias: its mean over a texture that is the
-    /// same everywhere is that of the sine and cosine.
-    pub(crate) fn at(&self, warp: &Warp, lattice: Lattice) -> [f64; 2] {
+    /// same everywhere is that of the sine and cosine. Interpolation along an axis leaves but a part of the contrast
+    /// of the gradients, so the same error displaces so much farther; that along the other axis takes as much of the error.
+    pub(crate) fn at(&self, warp: &Warp, lattice: Lattice, foreseen: &Foreseen) -> [f64; 2] {
         let (columns, rows) = (lattice.width as f64, lattice.height as f64);
         let middle = warp.apply(lattice.middle_px());
         let slopes = [[warp.gradient[0], warp.gradient[1]], [warp.gradient[2], warp.gradient[3]]];
@@ -67,16 +69,17 @@ impl InterpolationBias {
             for (harmonic, [sin, cos]) in waves.into_iter().enumerate() {
                 let order = (harmonic + 1) as f64;
                 let evenness = sinc(order * along * columns) * sinc(order * across * rows);
-                for (sum, amplitudes) in sum.iter_mut().zip(&self.amplitudes) {
+                for (along, (sum, amplitudes)) in sum.iter_mut().zip(&self.amplitudes).enumerate() {
+                    let contrast = if along == axis { foreseen.slopes[axis] } else { foreseen.greys[axis] };
                     let [even, odd] = amplitudes[axis][harmonic];
-                    *sum += even * (evenness * cos - 1.0) + odd * evenness * sin;
+                    *sum += (even * (evenness * cos - 1.0) + odd * evenness * sin) / contrast;
                 }
             }
         }
         sum
     }
 
-    /// Standard uncertainty along x and y of what is taken off: a twentieth of its root mean square over all phases.
+    /// Standard uncertainty along x and y of what is taken off, by its root mean square over all phases.
     pub(crate) fn sigma_px(&self) -> [f64; 2] {
         self.amplitudes.map(|of_axes| {
             // of cos - 1: 1/2 and the square of its mean

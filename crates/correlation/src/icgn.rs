@@ -1,5 +1,6 @@
 use chainwave_measurement::{Estimate, Lost, Position};
 
+use crate::interpolation_energy::Foreseen;
 use crate::sample::sample;
 use crate::simd::LANES;
 use crate::sums::{Evaluation, squares, sum};
@@ -147,7 +148,7 @@ impl PreparedSubset {
         let structure = structure_factor(self, noise_ratio, || self.residuals(found, workspace));
         let [noise_x, noise_y] = sigma_px(self, warp, &residual).map(|sigma| structure * sigma);
         let [bias_x, bias_y] = self.bias.sigma_px();
-        let [x, y] = self.without_bias(warp);
+        let [x, y] = self.without_bias(warp, &residual.of_interpolation);
         let (x_px, y_px) = (Estimate::new(x, noise_x.hypot(bias_x)), Estimate::new(y, noise_y.hypot(bias_y)));
         Ok(Match {
             position: Position { x_px, y_px, zncc: found.zncc, iterations },
@@ -158,8 +159,8 @@ impl PreparedSubset {
     }
 
     /// The position without what interpolation adds to it.
-    fn without_bias(&self, warp: &Warp) -> [f64; 2] {
-        let [dx, dy] = self.bias.at(warp, self.lattice());
+    fn without_bias(&self, warp: &Warp, foreseen: &Foreseen) -> [f64; 2] {
+        let [dx, dy] = self.bias.at(warp, self.lattice(), foreseen);
         let [ux, uy, vx, vy] = warp.gradient;
         let [x, y] = warp.position_px;
         [x + (1.0 + ux) * dx + uy * dy, y + vx * dx + (1.0 + vy) * dy]

@@ -21,6 +21,8 @@ use crate::warp::Warp;
 
 /// Phases from 0 to 1/2 at which the energy is known; it is the same on both sides of 1/2.
 const N_PHASES: usize = 5;
+/// What the contrast of the finest usable texture loses, half way between two pixels.
+const LARGEST_LOSS: f64 = -0.5;
 /// The energy over the phase t as a sum of `cos(2 pi m t)`.
 type Waves = [f64; N_PHASES];
 /// An autocorrelation, or what it is to be multiplied with, at the lags from 0 on.
@@ -32,7 +34,9 @@ pub(crate) struct InterpolationEnergy {
     /// By interpolation along x and y, in counts squared.
     axes: [Waves; 2],
     /// What interpolation along x and y adds to the contrast of the reference's gradient along it, as a share.
-    contrast: [Waves; 2],
+    slopes: [Waves; 2],
+    /// And to that of the reference itself.
+    greys: [Waves; 2],
     /// The same of a pixel of white noise of unit variance.
     of_noise: Waves,
 }
@@ -44,8 +48,17 @@ pub(crate) struct Foreseen {
     pub(crate) energy: f64,
     /// What noise of unit variance has added to that in each pixel.
     pub(crate) noise_share: f64,
-    /// What is left of the contrast of the gradients, and of noise that is as smooth.
-    pub(crate) contrast: f64,
+    /// What interpolation along x and y leaves of the contrast of the gradient along it.
+    pub(crate) slopes: [f64; 2],
+    /// And of the reference itself, or of its gradient across.
+    pub(crate) greys: [f64; 2],
+}
+
+impl Foreseen {
+    /// What interpolation leaves of the contrast of the gradient along x and y.
+    pub(crate) fn gradients(&self) -> [f64; 2] {
+        [self.slopes[0] * self.greys[1], self.slopes[1] * self.greys[0]]
+    }
 }
 
 impl InterpolationEnergy {
@@ -67,11 +80,16 @@ impl InterpolationEnergy {
         let over_phases = |of: &dyn Fn(&Phase, &ByLag) -> f64| {
             autocorrelations.each_ref().map(|r| waves_through(phases.each_ref().map(|phase| of(phase, r))))
         };
+        // where noise hides the texture, what is left after its share is taken off may be anything
+        let contrast = |added: f64, of: f64| (added / of).clamp(LARGEST_LOSS, -LARGEST_LOSS);
+        let of_texture = |by_lag: &ByLag, r: &ByLag| sum(by_lag, r) - noise_energy * by_lag[0];
         Self {
             axes: over_phases(&|phase, r| phase.even.energy(r) + phase.odd.energy(r)),
-            contrast: over_phases(&|phase, r| {
-                let of_texture = |by_lag: &ByLag| sum(by_lag, r) - noise_energy * by_lag[0];
-                of_texture(&phase.of_slope) / of_texture(&phase.odd.absorbed)
+            slopes: over_phases(&|phase, r| {
+                contrast(of_texture(&phase.of_slope, r), of_texture(&phase.odd.absorbed, r))
+            }),
+            greys: over_phases(&|phase, r| {
+                contrast(of_texture(&phase.even.shared, r), of_texture(&phase.even.absorbed, r))
             }),
             of_noise: waves_through(
                 phases.each_ref().map(|phase| phase.even.square[0] + phase.odd.square[0]),
@@ -89,21 +107,27 @@ impl InterpolationEnergy {
         let middle = warp.apply(lattice.middle_px());
         let [ux, uy, vx, vy] = warp.gradient;
         let (columns, rows) = (lattice.width as f64, lattice.height as f64);
-        let mut foreseen = Foreseen { energy: 0.0, noise_share: 0.0, contrast: 1.0 };
+        let mut foreseen = Foreseen { energy: 0.0, noise_share: 0.0, slopes: [1.0; 2], greys: [1.0; 2] };
+        let mut of_axes = [[0.0; 2]; 2];
         for (axis, [along, across]) in [[ux, uy], [vx, vy]].into_iter().enumerate() {
             let cosine = (TAU * middle[axis]).cos();
             let [mut before, mut wave] = [cosine, 1.0];
-            let mut contrast = 1.0;
             for m in 0..N_PHASES {
                 let order = m as f64;
                 let mean = wave * sinc(order * along * columns) * sinc(order * across * rows);
-                foreseen.energy += self.axes[axis][m] * mean;
-                foreseen.noise_share += self.of_noise[m] * mean;
-                contrast += self.contrast[axis][m] * mean;
+                of_axes[axis][0] += self.axes[axis][m] * mean;
+                of_axes[axis][1] += self.of_noise[m] * mean;
+                foreseen.slopes[axis] += self.slopes[axis][m] * mean;
+                foreseen.greys[axis] += self.greys[axis][m] * mean;
                 // cos((m + 1) a) = 2 cos(a) cos(m a) - cos((m - 1) a)
                 [before, wave] = [wave, 2.0 * cosine * wave - before];
             }
-            foreseen.contrast *= contrast;
+        }
+        // interpolation along the other axis takes as much of an error's contrast as of the reference's
+        for (axis, [energy, of_noise]) in of_axes.into_iter().enumerate() {
+            let left = foreseen.greys[1 - axis].powi(2);
+            foreseen.energy += left * energy;
+            foreseen.noise_share += left * of_noise;
         }
         foreseen
     }
@@ -222,7 +246,7 @@ mod tests {
                     "{interpolation} {shift:?}: {foreseen:?} {left}"
                 );
                 // Linear interpolation half way takes 1 - cos(w/2) of a wave; these have w of about 1.
-                let loss = 1.0 - foreseen.contrast;
+                let loss = 1.0 - foreseen.slopes[0] * foreseen.slopes[1];
                 let expected = if interpolation == Interpolation::Linear { 0.02..0.35 } else { -0.01..0.01 };
                 assert!(expected.contains(&loss), "{interpolation} {shift:?}: {loss}");
             }

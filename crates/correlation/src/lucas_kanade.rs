@@ -6,11 +6,11 @@ use chainwave_measurement::{Estimate, Lost, Position, Recording, Region, Subset,
 use opencv::core::{Mat, Point2f, Size, TermCriteria, TermCriteria_COUNT, TermCriteria_EPS, Vector};
 use opencv::video::{OPTFLOW_USE_INITIAL_FLOW, calc_optical_flow_pyr_lk};
 
+use crate::calibration::{Calibration, judge};
 use crate::predict::History;
 use crate::search::search;
 use crate::simd::vectorised;
 use crate::tracker::{Found, Tracker, track_both_ways};
-use crate::uncertainty::sigma_px;
 use crate::warp::Warp;
 use crate::{
     CorrelationError, Interpolation, PreparedSubset, Reference, ReferenceFrames, Settings, Shape, Window,
@@ -24,8 +24,8 @@ use crate::{
 /// `settings`, the convergence, the iterations, the search and `min_zncc` count. `Position::iterations` is 0, for
 /// OpenCV does not tell.
 ///
-/// Sigma has two parts, added in squares: the residual of the 8-bit images (so their rounding is in it) through the
-/// Hessian, as for this crate's own methods, and 9 mpx for the bias of bilinear interpolation.
+/// The bias of bilinear interpolation is taken off and sigma stated as [`crate::calibration`] finds them on each subset, by
+/// the residual of the 8-bit images, so that their rounding is in it.
 ///
 /// # Errors
 /// As [`crate::track`], and [`CorrelationError::OpenCv`].
@@ -43,9 +43,6 @@ pub fn track_lucas_kanade(
     flow.failure.map_or(Ok(tracks), |failure| Err(failure.into()))
 }
 
-/// Root mean square of the bias of bilinear interpolation over the phases: that of a sine of 25 mpx peak to peak, as
-/// measured (tests/lucas_kanade.rs) on speckles of 4.5 px; smaller ones have more.
-const BIAS_SIGMA_PX: f64 = 0.009;
 /// Halvings of the image above the first.
 const PYRAMID_LEVELS: i32 = 3;
 /// Least eigenvalue of the window's structure tensor, OpenCV's default.
@@ -65,6 +62,7 @@ struct Flow<'a> {
 
 struct Point {
     subset: Result<PreparedSubset, Lost>,
+    calibration: Result<Calibration, Lost>,
     history: History,
     size: [i32; 2],
 }
@@ -83,13 +81,18 @@ impl<'a> Flow<'a> {
         let image = Reference::read_region(recording, whole, frames)?;
         let eight_bit = EightBit::of(image.pixels());
         let bytes = eight_bit.convert(image.pixels());
-        let reference =
-            Reference::new(whole, bytes.iter().map(|&byte| f32::from(byte)).collect(), image.n_averaged())?;
+        let reference = eight_bit.reference(&image)?;
         let point = |subset: &Subset| {
             Reference::check_inside(recording, subset)?;
             let size = [subset.half_width_px, subset.half_height_px].map(|half| 2 * half as i32 + 1);
             let history = History::of(subset);
-            Ok(Point { subset: PreparedSubset::new(&reference, subset, &settings), history, size })
+            let around = eight_bit.reference(&Reference::read(recording, subset, frames)?)?;
+            let prepared = PreparedSubset::new(&reference, subset, &settings);
+            let calibration = prepared
+                .as_ref()
+                .map_err(|reason| *reason)
+                .and_then(|subset| calibrate(&around, subset, size));
+            Ok(Point { subset: prepared, calibration, history, size })
         };
         let points = subsets.iter().map(point).collect::<Result<_, CorrelationError>>()?;
         let workspace = Workspace::default();
@@ -133,50 +136,33 @@ impl<'a> Flow<'a> {
     fn flow_of_size(
         &self,
         bytes: &[u8],
-        [width, height]: [i32; 2],
+        size: [i32; 2],
         from: impl Iterator<Item = [f64; 2]>,
         to: impl Iterator<Item = [f64; 2]>,
     ) -> opencv::Result<Vec<Option<[f64; 2]>>> {
-        let columns = self.recording.info().width_px as i32;
-        let rows = self.recording.info().height_px as i32;
-        let point = |[x, y]: [f64; 2]| Point2f::new(x as f32, y as f32);
-        let from: Vector<Point2f> = from.map(point).collect();
-        let mut to: Vector<Point2f> = to.map(point).collect();
-        let (mut status, mut error) = (Vector::<u8>::new(), Vector::<f32>::new());
-        let kind = TermCriteria_COUNT + TermCriteria_EPS;
-        let iterations = i32::try_from(self.settings.max_iterations).unwrap_or(i32::MAX);
-        calc_optical_flow_pyr_lk(
-            &Mat::new_rows_cols_with_data(rows, columns, &self.reference)?,
-            &Mat::new_rows_cols_with_data(rows, columns, bytes)?,
-            &from,
-            &mut to,
-            &mut status,
-            &mut error,
-            Size::new(width, height),
-            PYRAMID_LEVELS,
-            TermCriteria::new(kind, iterations, self.settings.convergence_px)?,
-            OPTFLOW_USE_INITIAL_FLOW,
-            MIN_EIGENVALUE,
-        )?;
-        let place =
-            |(point, status): (Point2f, u8)| (status == 1).then(|| [f64::from(point.x), f64::from(point.y)]);
-        Ok(to.iter().zip(status.iter()).map(place).collect())
+        let info = self.recording.info();
+        let images = Images {
+            columns: info.width_px as i32,
+            rows: info.height_px as i32,
+            still: &self.reference,
+            moved: bytes,
+        };
+        images.flow(size, &self.settings, from, to)
     }
 
     /// The position with its uncertainty, if the frame resembles the reference there.
     fn judge(&mut self, i: usize, window: &Window, place: [f64; 2]) -> Found {
         let subset = self.points[i].subset.as_ref().map_err(|reason| *reason)?;
-        let warp = Warp::at(place);
-        if !subset.fits(window, &warp) {
+        if !subset.fits(window, &Warp::at(place)) {
             return Err(Lost::OutOfView);
         }
-        let compared = subset.compare(window, &warp, &mut self.workspace);
-        let (found, residual) = compared.ok_or(Lost::LowCorrelation)?;
+        let found = judge(subset, window, place, &mut self.workspace).ok_or(Lost::LowCorrelation)?;
         if found.zncc.is_nan() || found.zncc < self.settings.min_zncc {
             return Err(Lost::LowCorrelation);
         }
-        let [sigma_x, sigma_y] = sigma_px(subset, &warp, &residual).map(|sigma| sigma.hypot(BIAS_SIGMA_PX));
-        let (x_px, y_px) = (Estimate::new(place[0], sigma_x), Estimate::new(place[1], sigma_y));
+        let calibration = self.points[i].calibration.as_ref().map_err(|reason| *reason)?;
+        let [x_px, y_px] =
+            calibration.correct(place, &found).map(|(value, sigma)| Estimate::new(value, sigma));
         Ok(Position { x_px, y_px, zncc: found.zncc, iterations: 0 })
     }
 
@@ -220,6 +206,64 @@ impl Tracker for Flow<'_> {
     }
 }
 
+/// The bias and precision of the method on pictures of a subset of an 8-bit reference.
+fn calibrate(reference: &Reference, subset: &PreparedSubset, size: [i32; 2]) -> Result<Calibration, Lost> {
+    let region = reference.region();
+    let corner = [region.x as f64, region.y as f64];
+    let here = [0, 1].map(|axis| subset.centre_px[axis] - corner[axis]);
+    let bytes = |pixels: &[f32]| -> Vec<u8> { pixels.iter().map(|pixel| (pixel + 0.5) as u8).collect() };
+    Calibration::new(reference, subset, 1.0 / 12.0, |still, picture| {
+        let (still, moved) = (bytes(still), bytes(picture));
+        let images =
+            Images { columns: region.width as i32, rows: region.height as i32, still: &still, moved: &moved };
+        let once = || std::iter::once(here);
+        let found = images.flow(size, &subset.settings, once(), once()).ok()?.pop()??;
+        Some([0, 1].map(|axis| found[axis] + corner[axis]))
+    })
+}
+
+/// Two 8-bit images of the same size.
+struct Images<'a> {
+    columns: i32,
+    rows: i32,
+    still: &'a [u8],
+    moved: &'a [u8],
+}
+
+impl Images<'_> {
+    /// The flow of windows of a size around points; `None` where OpenCV found none.
+    fn flow(
+        &self,
+        [width, height]: [i32; 2],
+        settings: &Settings,
+        from: impl Iterator<Item = [f64; 2]>,
+        to: impl Iterator<Item = [f64; 2]>,
+    ) -> opencv::Result<Vec<Option<[f64; 2]>>> {
+        let point = |[x, y]: [f64; 2]| Point2f::new(x as f32, y as f32);
+        let from: Vector<Point2f> = from.map(point).collect();
+        let mut to: Vector<Point2f> = to.map(point).collect();
+        let (mut status, mut error) = (Vector::<u8>::new(), Vector::<f32>::new());
+        let kind = TermCriteria_COUNT + TermCriteria_EPS;
+        let iterations = i32::try_from(settings.max_iterations).unwrap_or(i32::MAX);
+        calc_optical_flow_pyr_lk(
+            &Mat::new_rows_cols_with_data(self.rows, self.columns, self.still)?,
+            &Mat::new_rows_cols_with_data(self.rows, self.columns, self.moved)?,
+            &from,
+            &mut to,
+            &mut status,
+            &mut error,
+            Size::new(width, height),
+            PYRAMID_LEVELS,
+            TermCriteria::new(kind, iterations, settings.convergence_px)?,
+            OPTFLOW_USE_INITIAL_FLOW,
+            MIN_EIGENVALUE,
+        )?;
+        let place =
+            |(point, status): (Point2f, u8)| (status == 1).then(|| [f64::from(point.x), f64::from(point.y)]);
+        Ok(to.iter().zip(status.iter()).map(place).collect())
+    }
+}
+
 /// The scale from counts to 8 bits.
 struct EightBit {
     low: f32,
@@ -232,6 +276,12 @@ impl EightBit {
         let low = pixels.iter().copied().fold(f32::INFINITY, f32::min);
         let high = pixels.iter().copied().fold(f32::NEG_INFINITY, f32::max);
         Self { low, per_count: 255.0 / (high - low).max(f32::MIN_POSITIVE) }
+    }
+
+    /// A reference in 8 bits.
+    fn reference(&self, counts: &Reference) -> Result<Reference, CorrelationError> {
+        let bytes = self.convert(counts.pixels()).into_iter().map(f32::from).collect();
+        Reference::new(counts.region(), bytes, counts.n_averaged())
     }
 
     fn convert(&self, pixels: &[f32]) -> Vec<u8> {

@@ -107,9 +107,9 @@ impl Method {
             // some eight iterations on the smoothed and warped scene, and on its two gradients
             #[cfg(feature = "opencv")]
             Self::EnhancedCorrelation => 400.0,
-            // three Fourier transforms of the subset
+            // three Fourier transforms of the subset in each of some four passes
             #[cfg(feature = "opencv")]
-            Self::PhaseCorrelation => 150.0,
+            Self::PhaseCorrelation => 600.0,
             Self::IcGn { interpolation, shape } => {
                 let taps = interpolation.n_taps() as f64;
                 // a window has some 2.5 times the subset's pixels; a pole filters there and back along two axes

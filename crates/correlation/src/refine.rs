@@ -3,12 +3,11 @@
 
 use chainwave_measurement::{Estimate, Lost, Position, Recording, Region, Subset, Track};
 
+use crate::calibration::{Calibration, judge};
 use crate::predict::History;
 use crate::search::{Scene, search};
-use crate::shift::{Normal, shifted};
 use crate::track::window_around;
 use crate::tracker::{Found, Tracker, track_both_ways};
-use crate::uncertainty::scales;
 use crate::warp::Warp;
 use crate::{
     CorrelationError, PreparedSubset, Reference, ReferenceFrames, Settings, Shape, Window, Workspace,
@@ -26,14 +25,11 @@ pub(crate) trait Refine: Sized {
 
 /// Columns and rows around a subset that its scene holds.
 pub(crate) const REACH_PX: i64 = 4;
-/// Shifted pictures behind a sigma: it is known to a seventh.
-const N_PICTURES: u32 = 24;
 
 /// Follows subsets as [`crate::track`] does, by a method of translation that compares each frame directly with the
 /// reference. Of `settings`, the search and `min_zncc` count.
 ///
-/// Sigma is the root mean square error of the method on 24 pictures of the subset, shifted by known amounts under the
-/// reference's own noise, so its bias is in it; where a frame's residual is larger than theirs, it grows with it.
+/// The method's bias is taken off and sigma stated as [`crate::calibration`] finds them on shifted pictures of each subset.
 ///
 /// # Errors
 /// As [`crate::track`].
@@ -62,77 +58,22 @@ pub(crate) fn track_by<R: Refine>(
 struct Target<R> {
     subset: PreparedSubset,
     method: R,
-    /// Root mean square error along x and y on shifted pictures, and the mean variance of their noise over the gain.
-    sigma_px: [f64; 2],
-    variance: f64,
+    calibration: Calibration,
 }
 
 impl<R: Refine> Target<R> {
     fn new(reference: &Reference, subset: &Subset, settings: &Settings) -> Result<Self, Lost> {
         let prepared = PreparedSubset::new(reference, subset, settings)?;
-        let method = R::prepare(&prepared);
-        let (sigma_px, variance) = calibrate::<R>(reference, subset, &prepared)?;
-        Ok(Self { subset: prepared, method, sigma_px, variance })
+        let region = reference.region();
+        let scene = |pixels: &[f32]| Scene::new(region, pixels.to_vec(), prepared.mean as f32);
+        let calibration = Calibration::new(reference, &prepared, 0.0, |still, picture| {
+            let [left, top] = [0, 1].map(|axis| (prepared.centre_px[axis] + prepared.first_px[axis]).round());
+            let template = scene(still).part([left as i64, top as i64], prepared.width, prepared.height)?;
+            let subset = PreparedSubset { template, ..prepared.clone() };
+            R::prepare(&subset).refine(&subset, &scene(picture), subset.centre_px)
+        })?;
+        Ok(Self { method: R::prepare(&prepared), subset: prepared, calibration })
     }
-}
-
-/// Root mean square errors along x and y on pictures of the subset, and the mean variance of their noise.
-///
-/// The scene is the reference without the frequencies where noise is; the subset and the pictures have noise of their own.
-fn calibrate<R: Refine>(
-    reference: &Reference,
-    subset: &Subset,
-    prepared: &PreparedSubset,
-) -> Result<([f64; 2], f64), Lost> {
-    let region = reference.region();
-    let scene: Vec<f64> = reference.without_noise().into_iter().map(f64::from).collect();
-    let mut random = Normal(1);
-    let mut noisy = |scene: &[f64], variance: f64| -> Vec<f32> {
-        scene.iter().map(|value| (value + variance.sqrt() * random.next()) as f32).collect()
-    };
-    let still = noisy(&scene, prepared.noise_variance);
-    let still = Reference::new(region, still, reference.n_averaged()).map_err(|_| Lost::NoTexture)?;
-    let target = PreparedSubset::new(&still, subset, &prepared.settings)?;
-    let method = R::prepare(&target);
-    let of_frame = prepared.noise_variance * prepared.n_averaged;
-    let (mut squares, mut variance, mut n) = ([0.0; 2], 0.0, 0.0);
-    let mut workspace = Workspace::default();
-    for picture in 0..N_PICTURES {
-        // multiples of two irrational numbers fill the square of all phases evenly
-        let shift = [0.618_034, 0.754_878].map(|step| (f64::from(picture) * step).fract() - 0.5);
-        let pixels = noisy(&shifted(&scene, region, shift), of_frame);
-        let window = Window::new(region, &pixels, target.settings.interpolation);
-        let start = target.centre_px;
-        let place = method.refine(&target, &Scene::new(region, pixels, target.mean as f32), start);
-        let (Some(place), Ok(window)) = (place, window) else { continue };
-        let Some(found) = judge(&target, &window, place, &mut workspace) else { continue };
-        for axis in 0..2 {
-            squares[axis] += (place[axis] - start[axis] - shift[axis]).powi(2);
-        }
-        variance += found.variance;
-        n += 1.0;
-    }
-    let enough = 2.0 * n > f64::from(N_PICTURES);
-    enough.then(|| (squares.map(|square| (square / n).sqrt()), variance / n)).ok_or(Lost::NotConverged)
-}
-
-/// How the frame resembles the reference at a place; `None` where it cannot be compared.
-fn judge(
-    subset: &PreparedSubset,
-    window: &Window,
-    place: [f64; 2],
-    workspace: &mut Workspace,
-) -> Option<Judgement> {
-    let warp = Warp::at(place);
-    let (found, residual) = subset.compare(window, &warp, workspace)?;
-    let [variance, _] = scales(subset, &warp, &residual);
-    Some(Judgement { zncc: found.zncc, variance })
-}
-
-struct Judgement {
-    zncc: f64,
-    /// Of the noise, over the squared gain.
-    variance: f64,
 }
 
 /// One subset on its way.
@@ -177,8 +118,8 @@ impl<R: Refine> Point<R> {
         if found.zncc.is_nan() || found.zncc < subset.settings.min_zncc {
             return Err(Lost::LowCorrelation);
         }
-        let noisier = (found.variance / target.variance).max(1.0).sqrt();
-        let [x_px, y_px] = [0, 1].map(|axis| Estimate::new(place[axis], noisier * target.sigma_px[axis]));
+        let [x_px, y_px] =
+            target.calibration.correct(place, &found).map(|(value, sigma)| Estimate::new(value, sigma));
         Ok(Position { x_px, y_px, zncc: found.zncc, iterations: 0 })
     }
 }

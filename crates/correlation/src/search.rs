@@ -130,7 +130,6 @@ impl Scene {
     }
 
     /// The pixels of a rectangle, row by row; `None` where it reaches beyond the scene.
-    #[cfg(feature = "opencv")]
     pub(crate) fn part(&self, [left, top]: [i64; 2], width: usize, height: usize) -> Option<Vec<f32>> {
         let column = usize::try_from(left - self.region.x as i64).ok()?;
         let row = usize::try_from(top - self.region.y as i64).ok()?;

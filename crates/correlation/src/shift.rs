@@ -9,22 +9,22 @@ use chainwave_measurement::Region;
 pub(crate) fn shifted(pixels: &[f64], region: Region, [dx, dy]: [f64; 2]) -> Vec<f64> {
     let Region { width, height, .. } = region;
     let (along_x, along_y) = (shift_matrix(width, dx), shift_matrix(height, dy));
-    let mut by_row = Vec::with_capacity(pixels.len());
-    for row in pixels.chunks_exact(width) {
-        let dot =
-            |weights: &[f64]| weights.iter().zip(row).map(|(weight, value)| weight * value).sum::<f64>();
-        by_row.extend(along_x.chunks_exact(width).map(dot));
+    let mut by_row = vec![0.0; pixels.len()];
+    for (row, out) in pixels.chunks_exact(width).zip(by_row.chunks_exact_mut(width)) {
+        for (value, weights) in row.iter().zip(along_x.chunks_exact(width)) {
+            out.iter_mut().zip(weights).for_each(|(sum, weight)| *sum += weight * value);
+        }
     }
     let mut result = vec![0.0; pixels.len()];
-    for (weights, out) in along_y.chunks_exact(height).zip(result.chunks_exact_mut(width)) {
-        for (weight, row) in weights.iter().zip(by_row.chunks_exact(width)) {
+    for (row, weights) in by_row.chunks_exact(width).zip(along_y.chunks_exact(height)) {
+        for (out, weight) in result.chunks_exact_mut(width).zip(weights) {
             out.iter_mut().zip(row).for_each(|(sum, value)| *sum += weight * value);
         }
     }
     result
 }
 
-/// What each of n values adds to each shifted one, the line being mirrored at its ends; row by row.
+/// What each of n values, row by row, adds to each shifted one, the line being mirrored at its ends.
 fn shift_matrix(n: usize, shift: f64) -> Vec<f64> {
     let period = 2.0 * n as f64;
     let kernel = |distance: f64| {
@@ -35,10 +35,11 @@ fn shift_matrix(n: usize, shift: f64) -> Vec<f64> {
         let angle = std::f64::consts::PI * t;
         angle.sin() / (period * (angle / period).tan())
     };
+    // by the distance of the shifted value from the other
+    let of_distance: Vec<f64> = (0..2 * n).map(|distance| kernel(distance as f64 - shift)).collect();
     let weight = |i: usize| {
-        let place = (i / n) as f64 - shift;
-        let column = (i % n) as f64;
-        kernel(place - column) + kernel(place - (period - 1.0 - column))
+        let (column, place) = (i / n, i % n);
+        of_distance[(place + 2 * n - column) % (2 * n)] + of_distance[(place + column + 1) % (2 * n)]
     };
     (0..n * n).map(weight).collect()
 }

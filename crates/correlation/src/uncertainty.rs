@@ -66,6 +66,12 @@ pub(crate) struct Residual {
 }
 
 impl Residual {
+    /// Gain of the scene that the target shows over the reference: the target, interpolated, has less contrast.
+    pub(crate) fn gain_of_scene(&self) -> f64 {
+        let [x, y] = self.of_interpolation.greys;
+        self.gain / (x * y)
+    }
+
     /// How the noise's variance grows with the light: share per count of the reference above its mean.
     fn growth(&self, subset: &PreparedSubset) -> f64 {
         let mean_square = self.sum_of_squares / subset.n_used as f64;
@@ -79,9 +85,9 @@ pub(crate) fn sigma_px(subset: &PreparedSubset, warp: &Warp, residual: &Residual
     sigma_from(subset, warp, signal, noise, residual.growth(subset))
 }
 
-/// Least share of the foreseen energy of interpolation that is taken for noise where that energy is all there is: so well is
-/// it foreseen.
-const UNFORESEEN_ENERGY: f64 = 0.1;
+/// Share of the foreseen energy of interpolation by which it may be wrong: twice the scatter of it over subsets of 3 to 6 px
+/// speckles.
+const UNFORESEEN_ENERGY: f64 = 0.15;
 
 /// The factors of the two parts of [`UnitCovariance`] in the covariance of a match's parameters.
 pub(crate) fn scales(subset: &PreparedSubset, warp: &Warp, residual: &Residual) -> [f64; 2] {
@@ -89,12 +95,19 @@ pub(crate) fn scales(subset: &PreparedSubset, warp: &Warp, residual: &Residual) 
     let from_reference = residual.gain.powi(2) / subset.n_averaged;
     let degrees_of_freedom = degrees_of_freedom(subset) as f64;
     let foreseen = &residual.of_interpolation;
-    let interpolation = residual.gain.powi(2) * foreseen.energy;
-    let noise = (residual.sum_of_squares - interpolation).max(UNFORESEEN_ENERGY * interpolation);
+    let gain = residual.gain_of_scene();
+    let interpolation = gain.powi(2) * foreseen.energy;
     let share = interpolation_gain + from_reference * (1.0 - foreseen.noise_share);
+    // Where interpolation has most of the residual, that tells little of the noise: then it is the reference's, unless more is
+    // left, or less, than interpolation explains.
+    let of_reference = subset.noise_variance * subset.n_averaged * share * degrees_of_freedom;
+    let excess = residual.sum_of_squares - interpolation - of_reference;
+    let unclear = UNFORESEEN_ENERGY * interpolation.abs();
+    let noise = (of_reference + excess - excess.clamp(-unclear, unclear)).max(of_reference.min(unclear));
     let variance = noise / degrees_of_freedom / share;
-    let scale = variance / residual.gain.powi(2);
-    [scale * (foreseen.contrast.powi(2) + from_reference), scale * interpolation_gain]
+    let scale = variance / gain.powi(2);
+    let [x, y] = foreseen.gradients();
+    [scale * (1.0 + gain.powi(2) / subset.n_averaged), scale * interpolation_gain / (x * y)]
 }
 
 /// Pixels less the numbers that a match fits, with gain and offset of the light.
@@ -106,6 +119,17 @@ pub(crate) fn degrees_of_freedom(subset: &PreparedSubset) -> usize {
 /// zero; what is uncertain is which point of the body the noisy reference stands for.
 pub(crate) fn reference_sigma_px(subset: &PreparedSubset) -> [f64; 2] {
     sigma_from(subset, &Warp::at(subset.centre_px), subset.noise_variance, 0.0, 0.0)
+}
+
+/// As [`sigma_px`], without the share of the noise in the gradients that this crate's own matches have.
+pub(crate) fn signal_sigma_px(subset: &PreparedSubset, warp: &Warp, residual: &Residual) -> [f64; 2] {
+    let [signal, _] = scales(subset, warp, residual);
+    sigma_from(subset, warp, signal, 0.0, residual.growth(subset))
+}
+
+/// What [`signal_sigma_px`] is expected to be for a frame like the reference, with noise of a `variance` in the reference.
+pub(crate) fn expected_sigma_px(subset: &PreparedSubset, variance: f64) -> [f64; 2] {
+    sigma_from(subset, &Warp::at(subset.centre_px), variance * (1.0 + subset.n_averaged), 0.0, 0.0)
 }
 
 fn sigma_from(subset: &PreparedSubset, warp: &Warp, signal: f64, noise: f64, growth: f64) -> [f64; 2] {

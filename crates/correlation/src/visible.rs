@@ -137,7 +137,8 @@ fn robust_moments(subset: &PreparedSubset, residuals: &[f64]) -> [f64; 2] {
 pub(crate) fn noise_ratio(subset: &PreparedSubset, residual: &Residual) -> f64 {
     let degrees_of_freedom = degrees_of_freedom(subset) as f64;
     let noise = subset.noise_variance * (subset.n_averaged + 1.0);
-    let explained = residual.gain.powi(2) * (noise + residual.of_interpolation.energy / degrees_of_freedom);
+    let of_interpolation = residual.of_interpolation.energy / degrees_of_freedom;
+    let explained = residual.gain.powi(2) * noise + residual.gain_of_scene().powi(2) * of_interpolation;
     // rounding to counts leaves a twelfth in each image
     residual.sum_of_squares / degrees_of_freedom / (explained + 1.0 / 6.0)
 }

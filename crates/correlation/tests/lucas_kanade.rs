@@ -22,7 +22,7 @@ fn moving(n_frames: i32, noise: f64) -> Film {
 }
 
 #[test]
-fn errors_are_those_of_bilinear_interpolation_and_lie_within_the_stated_interval() {
+fn the_bias_of_bilinear_interpolation_is_taken_off_and_the_rest_lies_within_the_stated_interval() {
     let tracks = follow(&moving(11, 0.01), 5);
     let mut pulls = Vec::new();
     let mut means = Vec::new();
@@ -40,9 +40,11 @@ fn errors_are_those_of_bilinear_interpolation_and_lie_within_the_stated_interval
     }
     let bias = means.iter().fold(f64::MIN, |a, &b| a.max(b)) - means.iter().fold(f64::MAX, |a, &b| a.min(b));
     println!("bias {:.1} mpx peak to peak, pulls {:.2}", 1e3 * bias, moments(&pulls)[1]);
-    assert!((0.015..0.035).contains(&bias), "24-25 mpx in the peer's own measurement: {bias}");
+    // 24 mpx before; 49 errors at 1 % noise tell each of these eleven means to 0.7 mpx
+    assert!(bias < 0.006, "{bias}");
     let within = pulls.iter().filter(|pull| pull.abs() < 1.96).count() as f64 / pulls.len() as f64;
-    assert!(within > 0.9, "a bias is no random error, yet the interval must hold it: {within}");
+    // 490 errors, of which ten each share a reference
+    assert!((0.92..0.985).contains(&within), "{within}");
 }
 
 #[test]
