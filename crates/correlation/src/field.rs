@@ -1,13 +1,17 @@
 //! The displacement field between two images, found from its most reliable points outwards.
 
+mod queue;
+mod seed;
+pub(crate) mod strain;
+
 use std::collections::{BinaryHeap, VecDeque};
 use std::num::NonZero;
 
 use chainwave_measurement::{Lost, Subset};
 
 use crate::evidence::ShapeTest;
-use crate::field_queue::Candidate;
-use crate::field_seed::Seeds;
+use crate::field::queue::Candidate;
+use crate::field::seed::Seeds;
 use crate::icgn::{Match, Stop};
 use crate::warp::Warp;
 use crate::{CorrelationError, PreparedSubset, Reference, Settings, Shape, ShapeChoice, Window, Workspace};

@@ -1,12 +1,16 @@
+mod damped;
+mod sums;
+mod visible;
+
 use chainwave_measurement::{Estimate, Lost, Position};
 
-use crate::interpolation_energy::Foreseen;
-use crate::sample::sample;
+use crate::icgn::sums::{Evaluation, squares, sum};
+use crate::icgn::visible::{noise_ratio, structure_factor};
 use crate::simd::LANES;
-use crate::sums::{Evaluation, squares, sum};
+use crate::uncertainty::interpolation_energy::Foreseen;
 use crate::uncertainty::{Residual, sigma_px};
-use crate::visible::{noise_ratio, structure_factor};
 use crate::warp::Warp;
+use crate::window::sample::sample;
 use crate::{PreparedSubset, Window};
 
 /// Where a subset was found, and how it is deformed there.

@@ -81,7 +81,7 @@
 //! without its pyramid).
 //!
 //! Pixels of the reference that saturate, that are no numbers or that show dark ground are left out of a subset, with
-//! those near them, and sigma grows with what that costs; how dark and how near, `mask.rs` says. The sharp edge of a marker
+//! those near them, and sigma grows with what that costs; how dark and how near, `reference/mask.rs` says. The sharp edge of a marker
 //! rings into subsets that come nearer to it than some 5 px where the ground is not dark enough to be left out: 1 to 2 mpx
 //! at 3 px, half as much with each further one. [`sharp_edge`] finds such an edge. So a marker should reach 5 px beyond its
 //! subset on each side. What a frame alone does not show (glints, dead pixels, an obstacle) is left out of that match, and sigma
@@ -90,67 +90,35 @@
 //!
 //! Pixel (0, 0) is the centre of the top left pixel; x points right, y down.
 
-mod alias;
-mod bias;
-mod calibration;
-mod cardinal;
-mod damped;
-mod edge;
 mod error;
 mod evidence;
 mod field;
-mod field_queue;
-mod field_seed;
-mod field_strain;
-mod filter;
-mod fourier;
-mod gradient;
 mod icgn;
-mod interpolation_energy;
-mod kernel;
-mod lagged;
-#[cfg(feature = "opencv")]
-mod lucas_kanade;
-mod mask;
 mod method;
-mod moments;
-mod normal;
-#[cfg(feature = "opencv")]
-mod opencv_refine;
-mod part;
-mod predict;
-mod prefilter;
 mod prepared;
 mod reference;
 mod refine;
-mod renewal;
-mod sample;
 mod search;
 mod self_test;
 mod settings;
-mod shift;
 mod simd;
 mod subset_size;
-mod sums;
-mod template;
 mod track;
-mod tracker;
 mod uncertainty;
-mod visible;
 mod warp;
 mod window;
 
-pub use edge::{SharpEdge, Side, sharp_edge};
 pub use error::CorrelationError;
 pub use evidence::ShapeEvidence;
+pub use field::strain::{Strain, strains};
 pub use field::{Field, FieldGrid, FieldPoint, correlate};
-pub use field_strain::{Strain, strains};
 pub use icgn::{Match, Workspace};
-#[cfg(feature = "opencv")]
-pub use lucas_kanade::track_lucas_kanade;
 pub use method::{METHODS, Method};
 pub use prepared::PreparedSubset;
+pub use reference::edge::{SharpEdge, Side, sharp_edge};
 pub use reference::{Reference, mean_of_frames};
+#[cfg(feature = "opencv")]
+pub use refine::lucas_kanade::track_lucas_kanade;
 pub use self_test::{RungError, cheapest_within, self_test};
 pub use settings::{Interpolation, ReferenceFrames, Settings, Shape, ShapeChoice};
 pub use subset_size::smallest_half_px;

@@ -3,9 +3,9 @@ use std::str::FromStr;
 
 use chainwave_measurement::{Recording, Subset, Track};
 
+use crate::refine::template::TemplateSearch;
 use crate::refine::track_by;
 use crate::settings::by_name;
-use crate::template::TemplateSearch;
 use crate::{
     CorrelationError, Interpolation, ReferenceFrames, Settings, Shape, ShapeChoice, track, track_by_evidence,
 };
@@ -146,11 +146,11 @@ impl Method {
                 track_by::<TemplateSearch>(recording, subsets, reference, settings, progress)
             }
             #[cfg(feature = "opencv")]
-            Self::EnhancedCorrelation => track_by::<crate::opencv_refine::EnhancedCorrelation>(
+            Self::EnhancedCorrelation => track_by::<crate::refine::opencv::EnhancedCorrelation>(
                 recording, subsets, reference, settings, progress,
             ),
             #[cfg(feature = "opencv")]
-            Self::PhaseCorrelation => track_by::<crate::opencv_refine::PhaseCorrelation>(
+            Self::PhaseCorrelation => track_by::<crate::refine::opencv::PhaseCorrelation>(
                 recording, subsets, reference, settings, progress,
             ),
             Self::IcGn { interpolation, shape: ShapeChoice::Named(shape) } => {

@@ -1,17 +1,22 @@
+pub(crate) mod lagged;
+pub(crate) mod moments;
+pub(crate) mod normal;
+mod part;
+
 use chainwave_measurement::{Lost, Position, Subset};
 use nalgebra::DMatrix;
 
-use crate::bias::InterpolationBias;
-use crate::gradient::noise_variance;
-use crate::interpolation_energy::InterpolationEnergy;
-use crate::lagged::Surroundings;
-use crate::moments::Places;
-use crate::normal::{Images, NormalEquations, ReferenceNoise};
-use crate::part::Part;
-use crate::sample::Lattice;
+use crate::prepared::lagged::Surroundings;
+use crate::prepared::moments::Places;
+use crate::prepared::normal::{Images, NormalEquations, ReferenceNoise};
+use crate::prepared::part::Part;
+use crate::reference::gradient::noise_variance;
 use crate::simd::{LANES, dot, vectorised};
 use crate::uncertainty::UnitCovariance;
+use crate::uncertainty::bias::InterpolationBias;
+use crate::uncertainty::interpolation_energy::InterpolationEnergy;
 use crate::warp::{MAX_PARAMETERS, Warp};
+use crate::window::sample::Lattice;
 use crate::{Reference, Settings};
 
 /// A subset of the reference with everything that does not depend on the target: grey values, steepest descent images

@@ -1,8 +1,13 @@
+pub(crate) mod edge;
+pub(crate) mod filter;
+pub(crate) mod gradient;
+pub(crate) mod mask;
+
 use std::sync::OnceLock;
 
 use chainwave_measurement::{ReadError, Recording, Region, Subset};
 
-use crate::gradient::Gradients;
+use crate::reference::gradient::Gradients;
 use crate::{CorrelationError, ReferenceFrames};
 
 /// The pixels of the reference image around a subset, or around many.
@@ -21,7 +26,7 @@ pub struct Reference {
 impl Reference {
     /// Pixels beyond the subset on each side that the gradients and the estimate of the noise use where the image has
     /// them.
-    pub const MARGIN_PX: usize = crate::gradient::MARGIN_PX;
+    pub const MARGIN_PX: usize = gradient::MARGIN_PX;
 
     /// A reference from its pixels (counts, row by row from the top), the mean of `n_averaged` frames. A pixel that is no
     /// number is left out of every subset.

@@ -1,13 +1,20 @@
 //! Tracking by methods that give a place and no covariance: each of their places has the uncertainty that the method
 //! showed on shifted pictures of the very subset.
 
+mod calibration;
+#[cfg(feature = "opencv")]
+pub(crate) mod lucas_kanade;
+#[cfg(feature = "opencv")]
+pub(crate) mod opencv;
+pub(crate) mod template;
+
 use chainwave_measurement::{Estimate, Lost, Position, Recording, Region, Subset, Track};
 
-use crate::calibration::{Calibration, judge};
-use crate::predict::History;
+use crate::refine::calibration::{Calibration, judge};
 use crate::search::{Scene, search};
+use crate::track::predict::History;
+use crate::track::tracker::{Found, Tracker, track_both_ways};
 use crate::track::window_around;
-use crate::tracker::{Found, Tracker, track_both_ways};
 use crate::warp::Warp;
 use crate::{
     CorrelationError, PreparedSubset, Reference, ReferenceFrames, Settings, Shape, Window, Workspace,
@@ -29,7 +36,7 @@ pub(crate) const REACH_PX: i64 = 4;
 /// Follows subsets as [`crate::track`] does, by a method of translation that compares each frame directly with the
 /// reference. Of `settings`, the search and `min_zncc` count.
 ///
-/// The method's bias is taken off and sigma stated as [`crate::calibration`] finds them on shifted pictures of each subset.
+/// The method's bias is taken off and sigma stated as [`crate::refine::calibration`] finds them on shifted pictures of each subset.
 ///
 /// # Errors
 /// As [`crate::track`].

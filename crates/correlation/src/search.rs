@@ -1,7 +1,9 @@
+mod fourier;
+
 use chainwave_measurement::{ReadError, Recording, Region};
 
 use crate::PreparedSubset;
-use crate::fourier::{Image, correlations};
+use crate::search::fourier::{Image, correlations};
 use crate::simd::{LANES, dot, sum_of_lanes, vectorised};
 use crate::warp::Warp;
 

@@ -1,16 +1,18 @@
 //! What each rung of the ladder does on the user's own scene: patches of the reference, shifted by known amounts, under
 //! the recording's own noise.
 //!
-//! Patches are shifted as in [`crate::shift`]. The patch counts as the scene, with the little noise
+//! Patches are shifted as in [`crate::self_test::shift`]. The patch counts as the scene, with the little noise
 //! that the reference has, and fresh noise of the variance measured in one frame is added to each picture. So the error
 //! comes out on the safe side where the reference is a single noisy frame.
+
+pub(crate) mod shift;
 
 use std::path::Path;
 
 use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region, Subset};
 
-use crate::gradient::noise_variance;
-use crate::shift::{Normal, shifted};
+use crate::reference::gradient::noise_variance;
+use crate::self_test::shift::{Normal, shifted};
 use crate::{CorrelationError, Method, Reference, ReferenceFrames, Settings};
 
 /// What a rung did in a self-test.

@@ -1,11 +1,15 @@
+pub(crate) mod predict;
+mod renewal;
+pub(crate) mod tracker;
+
 use chainwave_measurement::{Lost, Position, Recording, Region, Subset, Track};
 
 use crate::evidence::ShapeTest;
 use crate::icgn::{Match, Stop};
-use crate::predict::History;
-use crate::renewal::Decay;
 use crate::search::{chance_zncc, search, search_turned};
-use crate::tracker::{Found, Tracker, track_both_ways};
+use crate::track::predict::History;
+use crate::track::renewal::Decay;
+use crate::track::tracker::{Found, Tracker, track_both_ways};
 use crate::uncertainty::reference_sigma_px;
 use crate::warp::Warp;
 use crate::window::can_sample;

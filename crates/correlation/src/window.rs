@@ -1,8 +1,13 @@
+mod cardinal;
+pub(crate) mod kernel;
+mod prefilter;
+pub(crate) mod sample;
+
 use chainwave_measurement::Region;
 
-use crate::prefilter::{Pixels, Prefilter, Rows, prefilter};
 use crate::search::Scene;
 use crate::simd::{LANES, vectorised};
+use crate::window::prefilter::{Pixels, Prefilter, Rows, prefilter};
 use crate::{CorrelationError, Interpolation};
 
 /// The spline coefficients of a part of an image, made once and sampled at any place in it.
@@ -195,8 +200,8 @@ pub(crate) fn can_sample(region: Region, interpolation: Interpolation, [x, y]: [
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sample::{Lattice, sample};
     use crate::warp::Warp;
+    use crate::window::sample::{Lattice, sample};
 
     fn value(window: &Window, point: [f64; 2]) -> f64 {
         let mut out = [0.0; 1 + LANES];

@@ -4,7 +4,7 @@
 use std::sync::LazyLock;
 
 use crate::Interpolation;
-use crate::kernel::{BSpline, Kernel, Moms};
+use crate::window::kernel::{BSpline, Kernel, Moms};
 
 impl Interpolation {
     /// Coefficients that carry weight along one axis.

@@ -6,11 +6,11 @@ use chainwave_measurement::{Estimate, Lost, Position, Recording, Region, Subset,
 use opencv::core::{Mat, Point2f, Size, TermCriteria, TermCriteria_COUNT, TermCriteria_EPS, Vector};
 use opencv::video::{OPTFLOW_USE_INITIAL_FLOW, calc_optical_flow_pyr_lk};
 
-use crate::calibration::{Calibration, judge};
-use crate::predict::History;
+use crate::refine::calibration::{Calibration, judge};
 use crate::search::search;
 use crate::simd::vectorised;
-use crate::tracker::{Found, Tracker, track_both_ways};
+use crate::track::predict::History;
+use crate::track::tracker::{Found, Tracker, track_both_ways};
 use crate::warp::Warp;
 use crate::{
     CorrelationError, Interpolation, PreparedSubset, Reference, ReferenceFrames, Settings, Shape, Window,
@@ -24,7 +24,7 @@ use crate::{
 /// `settings`, the convergence, the iterations, the search and `min_zncc` count. `Position::iterations` is 0, for
 /// OpenCV does not tell.
 ///
-/// The bias of bilinear interpolation is taken off and sigma stated as [`crate::calibration`] finds them on each subset, by
+/// The bias of bilinear interpolation is taken off and sigma stated as [`crate::refine::calibration`] finds them on each subset, by
 /// the residual of the 8-bit images, so that their rounding is in it.
 ///
 /// # Errors

@@ -3,8 +3,8 @@
 use pulp::Simd;
 
 use crate::Reference;
-use crate::alias::LAGS;
 use crate::simd::{InBlocks, LANES, sum_of_lanes};
+use crate::uncertainty::alias::LAGS;
 
 /// Blocks that are summed side by side.
 const BLOCKS: usize = 4;

@@ -4,7 +4,7 @@ use pulp::Simd;
 
 use crate::PreparedSubset;
 use crate::Shape;
-use crate::moments::PARENTS;
+use crate::prepared::moments::PARENTS;
 use crate::simd::{InBlocks, LANES, sum_of_lanes, vectorised};
 use crate::warp::{MAX_PARAMETERS, Step};
 

@@ -8,7 +8,7 @@
 use chainwave_measurement::Lost;
 
 use crate::icgn::{Match, Stop};
-use crate::mask::{INVALID_MARGIN_PX, dilated};
+use crate::reference::mask::{INVALID_MARGIN_PX, dilated};
 use crate::simd::dot;
 use crate::uncertainty::{Residual, degrees_of_freedom};
 use crate::warp::Warp;

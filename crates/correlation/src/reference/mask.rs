@@ -27,7 +27,7 @@ const GROUND_MARGIN_PX: usize = 4;
 pub(crate) const INVALID_MARGIN_PX: usize = 2;
 
 /// 1 for each pixel that is used and 0 for each that is not, row by row; `None` where all are used. `fourth` are the
-/// fourth differences of the pixels along both axes ([`crate::gradient`]).
+/// fourth differences of the pixels along both axes ([`crate::reference::gradient`]).
 pub(crate) fn usable_pixels(
     region: Region,
     pixels: &[f32],

@@ -4,9 +4,9 @@ use std::marker::PhantomData;
 
 use pulp::Simd;
 
-use crate::kernel::{BSpline, Kernel, Moms};
 use crate::simd::{InBlocks, LANES, vectorised};
 use crate::warp::Warp;
+use crate::window::kernel::{BSpline, Kernel, Moms};
 use crate::{Interpolation, Window};
 
 /// The pixels of a subset: `width` columns and `height` rows, the first at `first_px` from the centre.

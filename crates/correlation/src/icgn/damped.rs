@@ -2,8 +2,8 @@ use chainwave_measurement::Lost;
 use nalgebra::DMatrix;
 
 use crate::icgn::Stop;
-use crate::normal::invert_for;
-use crate::sums::Evaluation;
+use crate::icgn::sums::Evaluation;
+use crate::prepared::normal::invert_for;
 use crate::warp::{MAX_PARAMETERS, Step, Warp};
 use crate::{PreparedSubset, Window, Workspace};
 

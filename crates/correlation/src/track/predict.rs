@@ -1,6 +1,6 @@
 use chainwave_measurement::{Position, Subset};
 
-use crate::tracker::Found;
+use crate::track::tracker::Found;
 use crate::warp::Warp;
 
 /// What a subset's own past says of its next place.

@@ -1,7 +1,7 @@
 //! What a foreign method makes of a subset between two pixels, found on shifted pictures of the very subset.
 //!
 //! Such a method has a bias that depends on the texture and on the place between two pixels, and no covariance. The
-//! reference, less its noise, is shifted by known amounts ([`crate::shift`]). From pictures without noise the bias is taken
+//! reference, less its noise, is shifted by known amounts ([`crate::self_test::shift`]). From pictures without noise the bias is taken
 //! as a sum of waves over the place found, of first and second order. From pictures with the reference's own noise comes the
 //! ratio of what is left to the standard uncertainty that this crate's own estimate of the same subset would have
 //! ([`crate::uncertainty`]): so many times that of each frame is the method's.
@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 use chainwave_measurement::{Lost, Subset};
 use nalgebra::{DMatrix, DVector};
 
-use crate::shift::{Normal, shifted};
+use crate::self_test::shift::{Normal, shifted};
 use crate::uncertainty::{expected_sigma_px, signal_sigma_px};
 use crate::warp::Warp;
 use crate::{PreparedSubset, Reference, Window, Workspace};

@@ -6,10 +6,10 @@ use opencv::prelude::*;
 use opencv::video::{MOTION_TRANSLATION, find_transform_ecc};
 
 use crate::refine::Refine;
-use crate::sample::sample;
 use crate::search::Scene;
 use crate::simd::LANES;
 use crate::warp::Warp;
+use crate::window::sample::sample;
 use crate::{PreparedSubset, Window};
 
 /// `findTransformECC` (G. D. Evangelidis, E. Z. Psarakis, IEEE Trans. Pattern Anal. Mach. Intell. 30 (2008) 1858-1865):

@@ -19,8 +19,8 @@ use std::f64::consts::PI;
 use chainwave_measurement::Region;
 
 use crate::Reference;
-use crate::filter::{Line, convolve, filtered};
-use crate::mask::usable_pixels;
+use crate::reference::filter::{Line, convolve, filtered};
+use crate::reference::mask::usable_pixels;
 use crate::simd::dot;
 
 /// Radius of the derivative: the pole of the cubic spline to this power is 2e-6.

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use crate::Shape;
-use crate::moments::{MAX_MONOMIALS, Places, TERMS, moments, monomial};
+use crate::prepared::moments::{MAX_MONOMIALS, Places, TERMS, moments, monomial};
 use crate::uncertainty::UnitCovariance;
 use crate::warp::MAX_PARAMETERS;
 

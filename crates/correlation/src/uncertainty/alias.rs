@@ -16,7 +16,7 @@ use std::sync::LazyLock;
 use nalgebra::{DMatrix, DVector};
 
 use crate::Interpolation;
-use crate::kernel::{BSpline, Kernel, Moms};
+use crate::window::kernel::{BSpline, Kernel, Moms};
 
 /// Lags on each side at which the filters have taps.
 pub(crate) const LAGS: usize = 5;
