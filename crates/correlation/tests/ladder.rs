@@ -26,10 +26,19 @@ fn shift_px(frame: usize) -> f64 {
     0.7 * frame as f64
 }
 
-fn film(noise: f64) -> Film {
-    let speckle = Speckle::new(11, Speckle::RADIUS_PX);
-    let frame =
-        |k: usize| sense(&speckle.render(|[x, y]| [x + shift_px(k), y - 0.3 * shift_px(k)]), noise, k as u64);
+/// Films of the scene with fresh noise in each, as the noise of a film's reference is one draw for all of its frames.
+const N_FILMS: usize = 6;
+
+fn scene() -> Speckle {
+    Speckle::new(11, Speckle::RADIUS_PX)
+}
+
+fn film(noise: f64, number: usize) -> Film {
+    let speckle = scene();
+    let frame = |k: usize| {
+        let moved = speckle.render(|[x, y]| [x + shift_px(k), y - 0.3 * shift_px(k)]);
+        sense(&moved, noise, (number * N_FRAMES + k) as u64)
+    };
     Film::new((0..N_FRAMES).map(frame).collect())
 }
 
@@ -47,13 +56,18 @@ fn errors(tracks: &[Track]) -> Vec<Vec<[f64; 2]>> {
 }
 
 #[test]
-#[ignore = "a measurement of a minute, not a check"]
+#[ignore = "a measurement of minutes, not a check"]
 fn every_method_on_one_scene() {
-    let (clean, noisy) = (film(0.0), film(0.02));
+    let clean = film(0.0, 0);
+    let noisy: Vec<Film> = (0..N_FILMS).map(|number| film(0.02, number)).collect();
     let subsets = grid(45);
+    let floors_px: Vec<f64> =
+        floors_px(&slopes(&scene(), 1.0), 0.02, &subsets).iter().map(|floor| floor[0]).collect();
+    let floor_px = rms(&floors_px);
+    println!("noise floor {:.2} mpx", 1e3 * floor_px);
     println!(
-        "{:26} {:>9} {:>9} {:>7} {:>7} {:>5} {:>9}",
-        "method", "bias mpx", "std mpx", "68 %", "95 %", "lost", "per s"
+        "{:26} {:>9} {:>9} {:>9} {:>7} {:>7} {:>5} {:>9}",
+        "method", "bias mpx", "std mpx", "std/floor", "68 %", "95 %", "lost", "per s"
     );
     let wanted = std::env::var("METHOD").unwrap_or_default();
     for method in Method::all().into_iter().filter(|method| method.to_string().contains(&wanted)) {
@@ -68,21 +82,21 @@ fn every_method_on_one_scene() {
         let bias =
             means.iter().fold(f64::MIN, |a, &b| a.max(b)) - means.iter().fold(f64::MAX, |a, &b| a.min(b));
         let start = Instant::now();
-        let tracks = run(&noisy);
+        let all: Vec<[f64; 2]> = noisy.iter().flat_map(|film| errors(&run(film)).concat()).collect();
         let wall_s = start.elapsed().as_secs_f64();
-        let all: Vec<[f64; 2]> = errors(&tracks).concat();
         let std = moments(&all.iter().map(|e| e[0]).collect::<Vec<_>>())[1];
         let share =
             |limit: f64| 100.0 * all.iter().filter(|e| e[1].abs() < limit).count() as f64 / all.len() as f64;
         println!(
-            "{:26} {:9.2} {:9.2} {:7.1} {:7.1} {:5} {:9.0}",
+            "{:26} {:9.2} {:9.2} {:9.3} {:7.1} {:7.1} {:5} {:9.0}",
             method.to_string(),
             1e3 * bias,
             1e3 * std,
+            std / floor_px,
             share(1.0),
             share(1.96),
-            (N_FRAMES - 1) * subsets.len() - all.len(),
-            (N_FRAMES * subsets.len()) as f64 / wall_s,
+            N_FILMS * (N_FRAMES - 1) * subsets.len() - all.len(),
+            (N_FILMS * N_FRAMES * subsets.len()) as f64 / wall_s,
         );
     }
 }
@@ -121,8 +135,21 @@ fn bound_of_unknown_texture(contrast: f64, noise: f64) -> f64 {
     (told.sum::<f64>() * step).powf(-0.5)
 }
 
-/// The noise floor of a subset along x and y, from the images without noise.
-fn floors_px(slopes: &[Vec<f64>; 2], noise: f64) -> Vec<[f64; 2]> {
+/// Root of the mean square.
+fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64).sqrt()
+}
+
+/// Derivatives of a pattern's image along x and y, in counts per pixel, in a share of the light.
+fn slopes(speckle: &Speckle, light: f64) -> [Vec<f64>; 2] {
+    [[1.0, 0.0], [0.0, 1.0]].map(|d| {
+        let [after, before] = [0.01, -0.01].map(|h| speckle.render(|[x, y]| [x + h * d[0], y + h * d[1]]));
+        after.iter().zip(before).map(|(a, b)| light * (a - b) / 0.02).collect()
+    })
+}
+
+/// The noise floor of each subset along x and y, from the images without noise.
+fn floors_px(slopes: &[Vec<f64>; 2], noise: f64, subsets: &[Subset]) -> Vec<[f64; 2]> {
     let of = |subset: &Subset| {
         let (cx, cy) = (subset.x_px as usize, subset.y_px as usize);
         let pixels =
@@ -132,8 +159,11 @@ fn floors_px(slopes: &[Vec<f64>; 2], noise: f64) -> Vec<[f64; 2]> {
             (2.0 * (noise * FULL_RANGE).powi(2) / energy).sqrt()
         })
     };
-    grid(24).iter().map(of).collect()
+    subsets.iter().map(of).collect()
 }
+
+/// Share of the light in which no speckle saturates.
+const LIGHT: f64 = 0.85;
 
 /// Matches with random displacements.
 fn pulls(noise: f64, n_draws: u64, methods: &[(Interpolation, Shape)]) -> Vec<Pulls> {
@@ -141,17 +171,13 @@ fn pulls(noise: f64, n_draws: u64, methods: &[(Interpolation, Shape)]) -> Vec<Pu
     let mut random = Pcg64Mcg::seed_from_u64(5);
     for pattern in 0..2 {
         let speckle = Speckle::new(31 + pattern, Speckle::RADIUS_PX);
-        // so that no speckle saturates
-        let lit = |image: Vec<f64>| image.into_iter().map(|g| 0.85 * g).collect::<Vec<_>>();
+        let lit = |image: Vec<f64>| image.into_iter().map(|g| LIGHT * g).collect::<Vec<_>>();
         let still = lit(speckle.render(|spot| spot));
-        let slope = |d: [f64; 2]| {
-            let [after, before] =
-                [0.01, -0.01].map(|h| lit(speckle.render(|[x, y]| [x + h * d[0], y + h * d[1]])));
-            after.iter().zip(before).map(|(a, b)| (a - b) / 0.02).collect::<Vec<f64>>()
-        };
-        let slopes = [slope([1.0, 0.0]), slope([0.0, 1.0])];
-        let limits: Vec<_> =
-            floors_px(&slopes, noise).into_iter().zip(affine_bounds_px(&still, &slopes, noise)).collect();
+        let slopes = slopes(&speckle, LIGHT);
+        let limits: Vec<_> = floors_px(&slopes, noise, &grid(24))
+            .into_iter()
+            .zip(affine_bounds_px(&still, &slopes, noise))
+            .collect();
         for draw in 0..n_draws {
             let shift = [random.random_range(-0.5..0.5), random.random_range(-0.5..0.5)];
             let seed = 1000 * pattern + 2 * draw;
@@ -198,14 +224,14 @@ fn precision_and_coverage_at_every_noise() {
         )
         .collect();
     for noise in [0.002, 0.01, 0.02, 0.05, 0.1] {
-        // 17 % of full range in 0.85 of the light
-        println!("bound of an unknown texture: {:.3} times", bound_of_unknown_texture(0.85 * 0.17, noise));
+        // the pattern's contrast is 17 % of full range
+        println!("bound of an unknown texture: {:.3} times", bound_of_unknown_texture(LIGHT * 0.17, noise));
         for ((interpolation, shape), pulls) in
             methods.iter().zip(pulls(noise, env("DRAWS", 20.0) as u64, &methods))
         {
             let n = pulls.len() as f64;
             let share = |limit: f64| 100.0 * pulls.iter().filter(|p| p[0].abs() < limit).count() as f64 / n;
-            let rms = |i: usize| (pulls.iter().map(|p| p[i] * p[i]).sum::<f64>() / n).sqrt();
+            let rms = |i: usize| rms(&pulls.iter().map(|p| p[i]).collect::<Vec<_>>());
             println!(
                 "{:5.1} % {:12} {:12} std/floor {:.3}, /affine bound {:.3}  rms pull {:.3}  {:.1} {:.1}  n {}",
                 100.0 * noise,
