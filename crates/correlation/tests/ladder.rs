@@ -61,8 +61,9 @@ fn every_method_on_one_scene() {
     let clean = film(0.0, 0);
     let noisy: Vec<Film> = (0..N_FILMS).map(|number| film(0.02, number)).collect();
     let subsets = grid(45);
+    let image: Image = Box::new(|[u, v]| scene().render(|[x, y]| [x + u, y + v]));
     let floors_px: Vec<f64> =
-        floors_px(&slopes(&scene(), 1.0), 0.02, &subsets).iter().map(|floor| floor[0]).collect();
+        floors_px(&slopes(&image), 0.02, &subsets).iter().map(|floor| floor[0]).collect();
     let floor_px = rms(&floors_px);
     println!("noise floor {:.2} mpx", 1e3 * floor_px);
     println!(
@@ -140,11 +141,41 @@ fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64).sqrt()
 }
 
-/// Derivatives of a pattern's image along x and y, in counts per pixel, in a share of the light.
-fn slopes(speckle: &Speckle, light: f64) -> [Vec<f64>; 2] {
+/// An image that has moved by so many pixels along x and y, in counts.
+type Image = Box<dyn Fn([f64; 2]) -> Vec<f64>>;
+
+/// Random spots in so much of the light that none saturates: 14 % contrast.
+fn random_spots(seed: u64) -> Image {
+    const LIGHT: f64 = 0.85;
+    let speckle = Speckle::new(seed, Speckle::RADIUS_PX);
+    Box::new(move |[u, v]| speckle.render(|[x, y]| [x + u, y + v]).iter().map(|g| LIGHT * g).collect())
+}
+
+/// Light and dark spots, spread about a grid as printed patterns are, with 20 % contrast.
+fn printed_spots(seed: u64) -> Image {
+    const SPACE_PX: f64 = 2.6 * Speckle::RADIUS_PX;
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let mut spots = [Vec::new(), Vec::new()];
+    let n = SIZE.map(|n| ((n as f64 + 40.0) / SPACE_PX) as usize);
+    for (column, row) in (0..n[0]).flat_map(|column| (0..n[1]).map(move |row| (column, row))) {
+        let place =
+            [column, row].map(|i| SPACE_PX * (i as f64 + 0.5 + random.random_range(-0.35..0.35)) - 20.0);
+        spots[usize::from(random.random_bool(0.5))].push(place);
+    }
+    let [light, dark] = spots.map(|spots| Speckle::at(spots, 1.0, 0.0));
+    let plain = move |[u, v]: [f64; 2]| -> Vec<f64> {
+        let [light, dark] = [&light, &dark].map(|spots| spots.render(|[x, y]| [x + u, y + v]));
+        light.iter().zip(dark).map(|(light, dark)| light - dark).collect()
+    };
+    let peak = 0.2 * FULL_RANGE / moments(&plain([0.0, 0.0]))[1];
+    Box::new(move |moved| plain(moved).iter().map(|g| 0.5 * FULL_RANGE + peak * g).collect())
+}
+
+/// Derivatives of an image along x and y, in counts per pixel.
+fn slopes(image: &Image) -> [Vec<f64>; 2] {
     [[1.0, 0.0], [0.0, 1.0]].map(|d| {
-        let [after, before] = [0.01, -0.01].map(|h| speckle.render(|[x, y]| [x + h * d[0], y + h * d[1]]));
-        after.iter().zip(before).map(|(a, b)| light * (a - b) / 0.02).collect()
+        let [after, before] = [0.01, -0.01].map(|h| image([h * d[0], h * d[1]]));
+        after.iter().zip(before).map(|(a, b)| (a - b) / 0.02).collect()
     })
 }
 
@@ -162,18 +193,13 @@ fn floors_px(slopes: &[Vec<f64>; 2], noise: f64, subsets: &[Subset]) -> Vec<[f64
     subsets.iter().map(of).collect()
 }
 
-/// Share of the light in which no speckle saturates.
-const LIGHT: f64 = 0.85;
-
-/// Matches with random displacements.
-fn pulls(noise: f64, n_draws: u64, methods: &[(Interpolation, Shape)]) -> Vec<Pulls> {
+/// Matches of images with random displacements.
+fn pulls(images: &[Image], noise: f64, n_draws: u64, methods: &[(Interpolation, Shape)]) -> Vec<Pulls> {
     let mut all = vec![Pulls::new(); methods.len()];
     let mut random = Pcg64Mcg::seed_from_u64(5);
-    for pattern in 0..2 {
-        let speckle = Speckle::new(31 + pattern, Speckle::RADIUS_PX);
-        let lit = |image: Vec<f64>| image.into_iter().map(|g| LIGHT * g).collect::<Vec<_>>();
-        let still = lit(speckle.render(|spot| spot));
-        let slopes = slopes(&speckle, LIGHT);
+    for (pattern, image) in (0..).zip(images) {
+        let still = image([0.0, 0.0]);
+        let slopes = slopes(image);
         let limits: Vec<_> = floors_px(&slopes, noise, &grid(24))
             .into_iter()
             .zip(affine_bounds_px(&still, &slopes, noise))
@@ -183,7 +209,7 @@ fn pulls(noise: f64, n_draws: u64, methods: &[(Interpolation, Shape)]) -> Vec<Pu
             let seed = 1000 * pattern + 2 * draw;
             let whole = Region::whole(SIZE[0], SIZE[1]);
             let reference = Reference::new(whole, sense(&still, noise, seed), 1).unwrap();
-            let target = sense(&lit(speckle.render(|[x, y]| [x + shift[0], y + shift[1]])), noise, seed + 1);
+            let target = sense(&image(shift), noise, seed + 1);
             for ((interpolation, shape), pulls) in methods.iter().zip(&mut all) {
                 let settings =
                     Settings { interpolation: *interpolation, shape: *shape, ..Settings::default() };
@@ -206,44 +232,66 @@ fn pulls(noise: f64, n_draws: u64, methods: &[(Interpolation, Shape)]) -> Vec<Pu
     all
 }
 
+fn draws() -> u64 {
+    std::env::var("DRAWS").ok().and_then(|value| value.parse().ok()).unwrap_or(20)
+}
+
+fn table(noise: f64, methods: &[(Interpolation, Shape)], pulls: &[Pulls]) -> String {
+    let row = |((interpolation, shape), pulls): (&(Interpolation, Shape), &Pulls)| {
+        let n = pulls.len() as f64;
+        let share = |limit: f64| 100.0 * pulls.iter().filter(|p| p[0].abs() < limit).count() as f64 / n;
+        let rms = |i: usize| rms(&pulls.iter().map(|p| p[i]).collect::<Vec<_>>());
+        format!(
+            "{:5.1} % {:12} {:12} std/floor {:.3}, /affine bound {:.3}  rms pull {:.3}  {:.1} {:.1}  n {}\n",
+            100.0 * noise,
+            interpolation.to_string(),
+            shape.to_string(),
+            rms(1),
+            rms(2),
+            rms(0),
+            share(1.0),
+            share(1.96),
+            n
+        )
+    };
+    methods.iter().zip(pulls).map(row).collect()
+}
+
 #[test]
 #[ignore = "a measurement of minutes, not a check"]
 fn precision_and_coverage_at_every_noise() {
-    let env = |name: &str, usual: f64| std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(usual);
-    let methods: Vec<(Interpolation, Shape)> = [Interpolation::Cubic]
-        .into_iter()
-        .flat_map(|interpolation| Shape::ALL.map(|shape| (interpolation, shape)))
-        .chain(
-            [
-                Interpolation::Linear,
-                Interpolation::CubicMoms,
-                Interpolation::Quintic,
-                Interpolation::QuinticMoms,
-            ]
-            .map(|i| (i, Shape::Affine)),
-        )
-        .collect();
+    let shapes = Shape::ALL.map(|shape| (Interpolation::Cubic, shape));
+    let others =
+        [Interpolation::Linear, Interpolation::CubicMoms, Interpolation::Quintic, Interpolation::QuinticMoms]
+            .map(|interpolation| (interpolation, Shape::Affine));
+    let methods: Vec<(Interpolation, Shape)> = shapes.into_iter().chain(others).collect();
     for noise in [0.002, 0.01, 0.02, 0.05, 0.1] {
-        // the pattern's contrast is 17 % of full range
-        println!("bound of an unknown texture: {:.3} times", bound_of_unknown_texture(LIGHT * 0.17, noise));
-        for ((interpolation, shape), pulls) in
-            methods.iter().zip(pulls(noise, env("DRAWS", 20.0) as u64, &methods))
-        {
-            let n = pulls.len() as f64;
-            let share = |limit: f64| 100.0 * pulls.iter().filter(|p| p[0].abs() < limit).count() as f64 / n;
-            let rms = |i: usize| rms(&pulls.iter().map(|p| p[i]).collect::<Vec<_>>());
-            println!(
-                "{:5.1} % {:12} {:12} std/floor {:.3}, /affine bound {:.3}  rms pull {:.3}  {:.1} {:.1}  n {}",
-                100.0 * noise,
-                interpolation.to_string(),
-                shape.to_string(),
-                rms(1),
-                rms(2),
-                rms(0),
-                share(1.0),
-                share(1.96),
-                n
-            );
+        println!("bound of an unknown texture: {:.3} times", bound_of_unknown_texture(0.145, noise));
+        print!("{}", table(noise, &methods, &pulls(&[31, 32].map(random_spots), noise, draws(), &methods)));
+    }
+}
+
+#[test]
+fn a_printed_pattern_is_matched_at_the_noise_floor() {
+    let methods = [Shape::Translation, Shape::Affine].map(|shape| (Interpolation::Cubic, shape));
+    for noise in [0.01, 0.02, 0.05] {
+        let found = pulls(&[printed_spots(41)], noise, 10, &methods);
+        for (pulls, over) in found.iter().zip([1, 2]) {
+            assert_eq!(pulls.len(), 2 * 10 * 121, "no point is lost");
+            let ratio = rms(&pulls.iter().map(|pull| pull[over]).collect::<Vec<_>>());
+            // A translation within 1.02 of the floor of a rigid shift and an affine shape within 1.02 of its own bound, 1.014 times that
+            // floor, as measured with 38 720 errors; the 2420 here tell a standard deviation to 1.4 %, of which two are left.
+            assert!(ratio < 1.02 + 0.028, "{noise}: {ratio}");
         }
+    }
+}
+
+#[test]
+#[ignore = "a measurement of minutes, not a check"]
+fn precision_on_printed_patterns() {
+    let methods = [Shape::Translation, Shape::Affine].map(|shape| (Interpolation::Cubic, shape));
+    for noise in [0.01, 0.02, 0.05, 0.1] {
+        println!("bound of an unknown texture: {:.3} times", bound_of_unknown_texture(0.2, noise));
+        print!("{}", table(noise, &methods, &pulls(&[41, 42].map(printed_spots), noise, draws(), &methods)));
     }
 }

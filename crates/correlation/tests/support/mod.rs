@@ -42,6 +42,11 @@ impl Speckle {
         Self { spots: (0..n_spots).map(spot).collect(), radius_px, peak: 1000.0, base: 200.0 }
     }
 
+    /// Spots of the usual width at these places.
+    pub fn at(spots: Vec<[f64; 2]>, peak: f64, base: f64) -> Self {
+        Self { spots, radius_px: Self::RADIUS_PX, peak, base }
+    }
+
     /// The image when the spot at (x, y) has moved to `place([x, y])`, in counts that are not rounded.
     pub fn render(&self, place: impl Fn([f64; 2]) -> [f64; 2]) -> Vec<f64> {
         let mut image = vec![self.base; SIZE[0] * SIZE[1]];
