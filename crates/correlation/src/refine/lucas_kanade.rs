@@ -24,7 +24,7 @@ use crate::{
 /// `settings`, the convergence, the iterations, the search and `min_zncc` count. `Position::iterations` is 0, for
 /// OpenCV does not tell.
 ///
-/// The bias of bilinear interpolation is taken off and sigma stated as [`crate::refine::calibration`] finds them on each subset, by
+/// The bias of bilinear interpolation is taken off and sigma stated as they are found on shifted pictures of each subset, by
 /// the residual of the 8-bit images, so that their rounding is in it.
 ///
 /// # Errors
