@@ -2,7 +2,7 @@
 //! thread and on two, next to OpenCV's Lucas-Kanade. `cargo bench --workspace --bench follow`; a frame is an item.
 //!
 //! The file (63 frames of 12 bits in 16, 33 MB, in the system's cache) is followed to and fro 30 times, so that preparing the
-//! subsets is a small part.
+//! subsets is a small part, but for `opencv-lk`, whose errors are found on pictures of each subset first.
 
 #![expect(clippy::unwrap_used, reason = "a benchmark fails by panicking")]
 

@@ -1,5 +1,4 @@
 use std::cell::Cell;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use chainwave_measurement::Estimate;
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
@@ -9,7 +8,7 @@ use super::prediction::{N_UNKNOWNS, Parameters, Prediction, Times, quadrature};
 use super::{Damping, EnergyFit, EnergyModel, FitError};
 
 /// Predicted values, whitened, from a prediction.
-type Predict<'a> = Box<dyn Fn(&Prediction) -> DVector<f64> + Sync + 'a>;
+type Predict<'a> = Box<dyn Fn(&Prediction) -> DVector<f64> + 'a>;
 
 /// What is compared: whitened measurement and whitened prediction.
 pub(super) struct Comparison<'a> {
@@ -38,7 +37,7 @@ pub(super) fn minimise(model: &EnergyModel, comparison: &Comparison<'_>) -> Resu
     for factors in STARTS {
         match search(model, comparison, factors) {
             Ok(found) => {
-                n_simulations += found.residuals.n_simulations.load(Ordering::Relaxed);
+                n_simulations += found.residuals.n_simulations.get();
                 let sum = |problem: &Problem<'_>| problem.sum_of_squares();
                 if best.as_ref().is_none_or(|best| sum(&found) < sum(best)) {
                     best = Some(found);
@@ -85,7 +84,7 @@ struct Residuals<'a> {
     comparison: &'a Comparison<'a>,
     /// Natural scale of each unknown.
     scales: Vec<f64>,
-    n_simulations: AtomicU64,
+    n_simulations: Cell<u64>,
 }
 
 impl Residuals<'_> {
@@ -145,7 +144,7 @@ impl Residuals<'_> {
     ) -> Result<(Prediction, Vec<Prediction>), FitError> {
         let found = Prediction::with_slopes(self.model, parameters, self.comparison.times, steps)?;
         let n_runs = quadrature(&self.model.drive_deviations).len();
-        self.n_simulations.fetch_add(n_runs as u64, Ordering::Relaxed);
+        self.n_simulations.set(self.n_simulations.get() + n_runs as u64);
         Ok(found)
     }
 }
@@ -171,7 +170,7 @@ impl<'a> Problem<'a> {
         start.resize(scales.len(), 1.0);
         Ok(Self {
             parameters: DVector::from_fn(scales.len(), |i, _| start[i] / scales[i]),
-            residuals: Residuals { model, comparison, scales, n_simulations: AtomicU64::new(0) },
+            residuals: Residuals { model, comparison, scales, n_simulations: Cell::new(0) },
             failure: Cell::new(None),
         })
     }
@@ -207,7 +206,7 @@ impl<'a> Problem<'a> {
             factors: known.zip(N_UNKNOWNS..).map(|(known, i)| (known.quantity, estimate(i))).collect(),
             reduced_chi_squared,
             n_residuals: residuals.len(),
-            n_simulations: self.residuals.n_simulations.load(Ordering::Relaxed),
+            n_simulations: self.residuals.n_simulations.get(),
         })
     }
 

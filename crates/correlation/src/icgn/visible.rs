@@ -5,7 +5,7 @@
 //! Outlier Detection, 1987), with their neighbours, are left out, and the rest is matched anew. Whatever is left out is
 //! missing in the Hessian, so sigma says what it cost. What is no noise and cannot be left out makes sigma larger.
 
-use chainwave_measurement::Lost;
+use chainwave_measurement::{Lost, median};
 
 use crate::icgn::{Match, Stop};
 use crate::reference::mask::{INVALID_MARGIN_PX, dilated};
@@ -123,14 +123,13 @@ impl PreparedSubset {
 /// Median and standard deviation of the bulk of the residuals of the pixels that are used.
 fn robust_moments(subset: &PreparedSubset, residuals: &[f64]) -> [f64; 2] {
     let used = residuals.iter().zip(&subset.weights).filter(|(_, weight)| **weight > 0.0);
-    let mut values: Vec<f64> = used.map(|(residual, _)| *residual).collect();
-    let half = values.len() / 2;
-    if half == 0 {
-        return [0.0, f64::INFINITY];
-    }
-    let middle = *values.select_nth_unstable_by(half, f64::total_cmp).1;
-    values.iter_mut().for_each(|value| *value = (*value - middle).abs());
-    [middle, 1.482_6 * *values.select_nth_unstable_by(half, f64::total_cmp).1]
+    let values: Vec<f64> = used.map(|(residual, _)| *residual).collect();
+    let moments = || {
+        let middle = median(values.clone())?;
+        let spread = median(values.iter().map(|value| (value - middle).abs()).collect())?;
+        Some([middle, 1.482_6 * spread])
+    };
+    moments().filter(|_| values.len() > 1).unwrap_or([0.0, f64::INFINITY])
 }
 
 /// Variance of a match's residuals over what the reference's noise and interpolation explain.
