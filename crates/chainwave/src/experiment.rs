@@ -272,6 +272,11 @@ pub(crate) struct Synthetic {
 }
 
 impl Striker {
+    /// Relative standard deviation of the velocity from trial to trial.
+    pub(crate) fn scatter(&self) -> f64 {
+        self.velocity_sigma_m_per_s.get() / self.velocity_m_per_s.get()
+    }
+
     /// Takes another velocity and its scatter; both are above zero.
     pub(crate) fn set_velocity(&mut self, velocity_m_per_s: Estimate) {
         self.velocity_m_per_s = Positive(velocity_m_per_s.value);
@@ -290,9 +295,8 @@ impl Contact {
 impl Experiment {
     /// Films with `noise` times the read noise, and another striker velocity of the same relative scatter.
     pub(crate) fn vary(&mut self, noise: f64, striker_m_per_s: f64) {
-        let (usual, scatter) =
-            (self.striker.velocity_m_per_s.get(), self.striker.velocity_sigma_m_per_s.get());
-        self.striker.set_velocity(Estimate::new(striker_m_per_s, scatter / usual * striker_m_per_s));
+        let sigma_m_per_s = self.striker.scatter() * striker_m_per_s;
+        self.striker.set_velocity(Estimate::new(striker_m_per_s, sigma_m_per_s));
         if let Some(synthetic) = &mut self.synthetic {
             synthetic.camera.sensor.read_noise_counts *= noise;
         }

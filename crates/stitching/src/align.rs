@@ -21,8 +21,28 @@ impl Contribution {
 pub(crate) struct ResponsePrior {
     /// Of S - X.
     pub(crate) slope_m: f64,
-    /// Of the curvature Q.
-    pub(crate) curvature_m: f64,
+    /// Of the curvature.
+    pub(crate) curvature: CurvaturePrior,
+}
+
+/// What is known of the curvature Q, as a standard deviation in metres.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum CurvaturePrior {
+    /// Of Q, at drives of any scale.
+    Small(f64),
+    /// Of Q - (S - X), at drives of their true scale. Where a motion is a power series of the drive `a`, a phi_1 + a^2 phi_2 + ...,
+    /// the second term alone makes Q = S - X: what is left of their difference begins with the third.
+    WeakNonLinearity(f64),
+}
+
+impl CurvaturePrior {
+    /// The sum of X, S and Q that is near zero, over its standard deviation.
+    fn row(self) -> Vector3<f64> {
+        match self {
+            Self::Small(sigma_m) => Vector3::new(0.0, 0.0, 1.0) / sigma_m,
+            Self::WeakNonLinearity(sigma_m) => Vector3::new(1.0, -1.0, 1.0) / sigma_m,
+        }
+    }
 }
 
 /// One body at one time as a function of the drive's deviation s: `X + s S + s^2 Q`, from the recordings that saw it.
@@ -49,11 +69,12 @@ pub(crate) struct Response {
 }
 
 impl Response {
-    /// Weighted least squares with the priors S = X and Q = 0: where the trials' drives are too alike to tell the response,
-    /// the motion scales with the drive, within the prior's uncertainty.
+    /// Weighted least squares with the priors S = X and that of the curvature: where the trials' drives are too alike to tell the
+    /// response, the motion scales with the drive, within the prior's uncertainty.
     pub(crate) fn fit(contributions: &[Contribution], drive: &[f64], prior: ResponsePrior) -> Self {
-        let (slope, curvature) = (prior.slope_m.powi(-2), prior.curvature_m.powi(-2));
-        let mut normal = Matrix3::new(slope, -slope, 0.0, -slope, slope, 0.0, 0.0, 0.0, curvature);
+        let scaled = Vector3::new(-1.0, 1.0, 0.0) / prior.slope_m;
+        let curved = prior.curvature.row();
+        let mut normal = scaled * scaled.transpose() + curved * curved.transpose();
         let mut right_side = Vector3::zeros();
         let mut right_side_rate = Vector3::zeros();
         for contribution in contributions {
@@ -78,6 +99,16 @@ impl Response {
             mean_covariance,
             variance_m2: (mean_covariance * mean_basis)[0],
         }
+    }
+
+    /// Velocity at s = 0 and its derivative by s, in metres per second.
+    pub(crate) fn velocity(&self) -> [f64; 2] {
+        [self.velocity_m_per_s, self.velocity_slope_m_per_s]
+    }
+
+    /// Takes another velocity.
+    pub(crate) fn set_velocity(&mut self, velocity: [f64; 2]) {
+        [self.velocity_m_per_s, self.velocity_slope_m_per_s] = velocity;
     }
 
     /// The fitted displacement at a drive deviation.

@@ -4,13 +4,16 @@
 //! s^2`, because each body's response may take up the difference: a later trigger and a drive that delays every body look
 //! alike. What holds is that the first body starts at the impact and in proportion to the drive, so that at its onset S = X
 //! and Q = 0. The mean motion over all drives does not depend on alpha, gamma and delta to second order in s; on beta it does,
-//! by beta times the mean square of s, a time. So alpha and beta are exchanged, while gamma and delta stay as the priors set
-//! them, near a small Q (an exchange by noisy values would leave errors of third order). What delta is then off counts among the
-//! errors of the offsets, and what alpha is among those of the drives, though not of the motion.
+//! by beta times the mean square of s, a time. So alpha and beta are exchanged, while gamma and delta follow the prior of the
+//! curvatures, Q = S - X, which holds at the alpha and beta found (an exchange by noisy values would leave errors of third order).
+//! What delta is then off counts among the errors of the offsets, and what alpha is among those of the drives, though not of the
+//! motion.
 
+use chainwave_measurement::Estimate;
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
 use crate::align::{Contribution, Response};
+use crate::drive_scatter::scale_of;
 
 /// The first body's onset ends when it has moved this share of its way. A shorter one knows beta worse, and the other bodies' do not
 /// begin in proportion to the drive.
@@ -23,29 +26,21 @@ const DEPARTURE: f64 = 0.013;
 /// 0.83 m/s.
 const DEPARTURE_OF_SCALE: f64 = 0.1;
 
-/// What the variance of alpha adds to that of beta, relative to it: drives that noise makes too large leave both too small by the same
-/// factor, so that beta's error is z / (1 - a z) for a normal z and alpha's standard deviation a, whose variance is 1 + 9 a^2 to second
-/// order.
-const OF_SCALE: f64 = 9.0;
-
-/// The exchange of drives and offsets that makes the first body's onset proportional to the drive: there S = alpha X + beta
-/// dX/dt.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Gauge {
-    /// alpha.
-    scale: f64,
-    /// beta.
-    delay_s: f64,
-    /// Variance of alpha.
-    scale_variance: f64,
-    /// Variance of beta.
-    delay_variance_s2: f64,
+/// What the first body's onset reads of (alpha, beta), for which there S = alpha X + beta dX/dt.
+#[derive(Debug, Clone)]
+pub(crate) struct Onset {
+    /// alpha, and beta in seconds.
+    factors: Vector2<f64>,
+    /// Their covariance.
+    covariance: Matrix2<f64>,
+    /// Their derivatives by the drives and offsets of all recordings.
+    derivatives: DMatrix<f64>,
 }
 
-impl Gauge {
-    /// The gauge from the readings of the first body over time, by least squares of its slope against its motion and velocity, which
-    /// have far less noise; `None` where the onset does not tell.
-    pub(crate) fn from_onset(
+impl Onset {
+    /// From the readings of the first body over time, by least squares of its slope against its motion and velocity, which have
+    /// far less noise; `None` where nothing moves.
+    pub(crate) fn read(
         of_body: &[(Vec<Contribution>, Response)],
         drive: &[f64],
         errors: &ReadingErrors<'_>,
@@ -55,28 +50,102 @@ impl Gauge {
         let furthest_m = of_body.iter().map(motion_m).fold(0.0, f64::max);
         let n_onset = of_body.iter().take_while(|one| motion_m(one) < ONSET_SHARE * furthest_m).count();
         let onset = &of_body[..n_onset];
-        let columns = |response: &Response| Vector2::new(response.motion_m, response.velocity_m_per_s);
-        let (mut normal, mut right_side) = (Matrix2::zeros(), Vector2::zeros());
-        for (_, response) in onset {
-            normal += columns(response) * columns(response).transpose();
-            right_side += columns(response) * response.slope_m;
-        }
-        let inverse = normal.try_inverse()?;
-        let factors = inverse * right_side;
-        let (scale, delay_s) = (factors[0], factors[1]);
-        let variance_of = |factor: usize| {
-            let gains = onset.iter().map(|(_, response)| (inverse * columns(response))[factor]);
-            errors.variance_of(onset, gains, drive)
-        };
+        let (factors, inverse) = scale_and_delay(onset)?;
+        let gains: Vec<Vector2<f64>> =
+            onset.iter().map(|(_, response)| inverse * scaled_and_delayed(response)).collect();
         let moving = onset.iter().filter(|one| motion_m(one) > 0.01 * furthest_m).count();
-        let departure_s = DEPARTURE * moving as f64 * interval_s;
-        let [of_scale, of_delay_s2] = [0, 1].map(variance_of);
-        // Beyond this the onset holds too few samples to tell.
+        let departure = Vector2::new(DEPARTURE_OF_SCALE, -DEPARTURE * moving as f64 * interval_s);
+        let covariance = errors.covariance_of(onset, &gains, drive) + departure * departure.transpose();
+        let mut derivatives = DMatrix::zeros(2, 2 * drive.len());
+        for ((contributions, response), gain) in onset.iter().zip(&gains) {
+            for one in contributions {
+                let by_reading = gain * response.slope_gain(one, drive);
+                let residual_slopes = response.residual_slopes(drive[one.recording]);
+                for (unknown, by_unknown) in
+                    [one.recording, drive.len() + one.recording].into_iter().zip(residual_slopes)
+                {
+                    let mut column = derivatives.column_mut(unknown);
+                    column += by_reading * by_unknown;
+                }
+            }
+        }
+        Some(Self { factors, covariance, derivatives })
+    }
+
+    /// alpha.
+    pub(crate) fn scale(&self) -> Estimate {
+        Estimate::new(self.factors[0], self.covariance[(0, 0)].sqrt())
+    }
+}
+
+/// A body's slope in terms of its motion X and its velocity, S = alpha X + beta dX/dt, by least squares over the given times; with the
+/// inverse of the normal matrix.
+pub(crate) fn scale_and_delay(
+    of_body: &[(Vec<Contribution>, Response)],
+) -> Option<(Vector2<f64>, Matrix2<f64>)> {
+    let (mut normal, mut right_side) = (Matrix2::zeros(), Vector2::zeros());
+    for (_, response) in of_body {
+        let columns = scaled_and_delayed(response);
+        normal += columns * columns.transpose();
+        right_side += columns * response.slope_m;
+    }
+    let inverse = normal.try_inverse()?;
+    Some((inverse * right_side, inverse))
+}
+
+fn scaled_and_delayed(response: &Response) -> Vector2<f64> {
+    Vector2::new(response.motion_m, response.velocity_m_per_s)
+}
+
+/// The exchange of drives and offsets that makes the first body's onset proportional to the drive.
+#[derive(Debug, Clone)]
+pub(crate) struct Gauge {
+    /// alpha.
+    scale: f64,
+    /// beta.
+    delay_s: f64,
+    /// Variance of alpha.
+    scale_variance: f64,
+    /// Variance of beta.
+    delay_variance_s2: f64,
+    /// Derivatives of alpha and beta by the drives and offsets that they were found from.
+    derivatives: DMatrix<f64>,
+}
+
+impl Gauge {
+    /// What the onset reads; `None` where that is no scale at all: too few samples, or drives all alike.
+    pub(crate) fn from_onset(onset: Onset) -> Option<Self> {
+        let scale = onset.factors[0];
         (0.05..20.0).contains(&scale).then(|| Self {
             scale,
-            delay_s,
-            scale_variance: of_scale + DEPARTURE_OF_SCALE.powi(2),
-            delay_variance_s2: of_delay_s2 * (1.0 + OF_SCALE * of_scale) + departure_s.powi(2),
+            delay_s: onset.factors[1],
+            scale_variance: onset.covariance[(0, 0)],
+            delay_variance_s2: onset.covariance[(1, 1)],
+            derivatives: onset.derivatives,
+        })
+    }
+
+    /// What the onset and the stated scatter of the drives say together (see [`scale_of`]).
+    pub(crate) fn from_onset_and_scatter(onset: Onset, drive: &[f64], scatter: f64) -> Option<Self> {
+        let scale = scale_of(drive, scatter, onset.scale())?;
+        let Onset { factors, covariance, mut derivatives } = onset;
+        // Of two quantities with a normal error, one as a function of the other.
+        let slope_s = covariance[(0, 1)] / covariance[(0, 0)];
+        let rest_s2 = covariance[(1, 1)] - slope_s * covariance[(0, 1)];
+        let weight_of_onset = (scale.sigma.powi(2) / covariance[(0, 0)]).min(1.0);
+        let squares: f64 = drive.iter().map(|s| s * s).sum();
+        for unknown in 0..derivatives.ncols() {
+            let by_scatter = drive.get(unknown).map_or(0.0, |s| -scale.value * s / squares);
+            let change = (1.0 - weight_of_onset) * (by_scatter - derivatives[(0, unknown)]);
+            derivatives[(0, unknown)] += change;
+            derivatives[(1, unknown)] += slope_s * change;
+        }
+        Some(Self {
+            scale: scale.value,
+            delay_s: factors[1] + slope_s * (scale.value - factors[0]),
+            scale_variance: scale.sigma.powi(2),
+            delay_variance_s2: rest_s2 + (slope_s * scale.sigma).powi(2),
+            derivatives,
         })
     }
 
@@ -86,37 +155,30 @@ impl Gauge {
         self.delay_s.abs() < SMALL * self.delay_variance_s2.sqrt() && (self.scale - 1.0).abs() < 0.1 * SMALL
     }
 
-    /// Exchanges drives and offsets; returns what becomes of their errors.
-    pub(crate) fn fix(&self, drive: &mut [f64], offsets_s: &mut [f64]) -> DMatrix<f64> {
-        let n = drive.len();
+    /// Exchanges drives and offsets.
+    pub(crate) fn fix(&self, drive: &mut [f64], offsets_s: &mut [f64]) {
         for (s, offset_s) in drive.iter_mut().zip(offsets_s.iter_mut()) {
             *offset_s -= self.delay_s * *s;
             *s *= self.scale;
         }
         take_out_mean(drive);
         take_out_mean(offsets_s);
-        DMatrix::from_fn(2 * n, 2 * n, |row, column| match (row < n, column < n) {
-            (true, true) if row == column => self.scale,
-            (false, false) if row == column => 1.0,
-            (false, true) if row - n == column => -self.delay_s,
-            _ => 0.0,
-        })
     }
 
-    /// What the exchanges did to errors of (s, tau) in all, of which `derivative` is the product, at the drives they led to.
-    pub(crate) fn errors(
-        &self,
-        drive: &[f64],
-        derivative: DMatrix<f64>,
-        covariance: &DMatrix<f64>,
-    ) -> Exchange {
+    /// What the exchange does to errors of (s, tau), at the drives it led to.
+    pub(crate) fn errors(&self, drive: &[f64], covariance: &DMatrix<f64>) -> Exchange {
         let n = drive.len();
-        let transformed = &derivative * covariance * derivative.transpose();
         let closed =
-            closed_directions(drive, &transformed).unwrap_or_else(|| DMatrix::identity(2 * n, 2 * n));
+            closed_directions(drive, covariance, 1).unwrap_or_else(|| DMatrix::identity(2 * n, 2 * n));
         let delayed = |row: usize| if row < n { 0.0 } else { self.delay_variance_s2.sqrt() * drive[row - n] };
+        // Errors of the first body's recordings move alpha and beta, and so all the others.
+        let by_drive = DVector::from_fn(2 * n, |row, _| if row < n { drive[row] } else { 0.0 });
+        let by_delay = DVector::from_fn(2 * n, |row, _| if row < n { 0.0 } else { -drive[row - n] });
+        let moved = DMatrix::identity(2 * n, 2 * n)
+            + by_drive * self.derivatives.row(0)
+            + by_delay * self.derivatives.row(1);
         Exchange {
-            errors: closed * derivative,
+            errors: moved * closed,
             delay_error: DVector::from_fn(2 * n, |row, _| delayed(row)),
             scale_sigma: self.scale_variance.sqrt(),
         }
@@ -132,24 +194,25 @@ pub(crate) struct ReadingErrors<'a> {
 }
 
 impl ReadingErrors<'_> {
-    /// Variance of a sum of slopes with the given gains. The noise of frames is independent, and is that of the frames where readings
-    /// between them are summed up over many; a place at rest is one error for all times.
-    fn variance_of(
+    /// Covariance of two sums of slopes with the given gains. The noise of frames is independent, and is that of the frames where
+    /// readings between them are summed up over many; a place at rest is one error for all times.
+    fn covariance_of(
         &self,
         onset: &[(Vec<Contribution>, Response)],
-        gains: impl Iterator<Item = f64>,
+        gains: &[Vector2<f64>],
         drive: &[f64],
-    ) -> f64 {
-        let mut noise = 0.0;
-        let mut of_rest_m = vec![0.0; self.rest_sigma_m.len()];
+    ) -> Matrix2<f64> {
+        let mut noise = Matrix2::zeros();
+        let mut of_rest = vec![Vector2::zeros(); self.rest_sigma_m.len()];
         for ((contributions, response), gain) in onset.iter().zip(gains) {
             for one in contributions {
                 let by_reading = gain * response.slope_gain(one, drive);
-                noise += (by_reading * one.read.sigma * self.scatter_ratio).powi(2);
-                of_rest_m[one.recording] += by_reading * self.rest_sigma_m[one.recording];
+                let sigma_m = one.read.sigma * self.scatter_ratio;
+                noise += by_reading * by_reading.transpose() * sigma_m.powi(2);
+                of_rest[one.recording] += by_reading * self.rest_sigma_m[one.recording];
             }
         }
-        noise + of_rest_m.iter().map(|error| error.powi(2)).sum::<f64>()
+        noise + of_rest.iter().map(|error| error * error.transpose()).sum::<Matrix2<f64>>()
     }
 }
 
@@ -171,15 +234,23 @@ impl Exchange {
     }
 }
 
-/// The projection of errors onto those that leave s and s^2 out of drives and offsets alike, along what the covariance ties to
-/// them; `None` where the drives do not scatter.
-pub(crate) fn closed_directions(drive: &[f64], covariance: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+/// The projection of errors onto those that leave the powers of s up to the given one out of drives and offsets alike, along what the
+/// covariance ties to them; `None` where the drives do not scatter.
+pub(crate) fn closed_directions(
+    drive: &[f64],
+    covariance: &DMatrix<f64>,
+    powers: usize,
+) -> Option<DMatrix<f64>> {
     let n = drive.len();
-    let mut squares: Vec<f64> = drive.iter().map(|s| s * s).collect();
-    take_out_mean(&mut squares);
-    let shapes = [drive, &squares];
-    let directions = DMatrix::from_fn(2 * n, 4, |row, k| {
-        let (of_offsets, shape) = (k / 2 == 1, shapes[k % 2]);
+    let shapes: Vec<Vec<f64>> = (1..=powers as i32)
+        .map(|power| {
+            let mut shape: Vec<f64> = drive.iter().map(|s| s.powi(power)).collect();
+            take_out_mean(&mut shape);
+            shape
+        })
+        .collect();
+    let directions = DMatrix::from_fn(2 * n, 2 * powers, |row, k| {
+        let (of_offsets, shape) = (k / powers == 1, &shapes[k % powers]);
         if (row >= n) == of_offsets { shape[row % n] } else { 0.0 }
     });
     let readings = (directions.transpose() * &directions).try_inverse()? * directions.transpose();

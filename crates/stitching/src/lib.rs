@@ -24,6 +24,7 @@
 
 mod align;
 mod consistency;
+mod drive_scatter;
 mod error;
 mod gauge;
 mod merge;

@@ -2,9 +2,10 @@ use chainwave_measurement::{ChainMotion, Estimate, Observation, median};
 use nalgebra::DMatrix;
 use ndarray::Array2;
 
-use crate::align::{Contribution, NormalEquations, Prior, Response, ResponsePrior};
+use crate::align::{Contribution, CurvaturePrior, NormalEquations, Prior, Response, ResponsePrior};
 use crate::consistency::check;
-use crate::gauge::{Exchange, Gauge, ReadingErrors, closed_directions};
+use crate::drive_scatter::contradicted;
+use crate::gauge::{Exchange, Gauge, Onset, ReadingErrors, closed_directions, scale_and_delay};
 use crate::modes::{AlignmentDirection, AlignmentErrors};
 use crate::resample::Stencil;
 use crate::rest::{Displacement, displacement_from_rest};
@@ -20,10 +21,16 @@ pub struct Settings {
     pub rest_until_s: f64,
     /// How far drives may differ between trials, as a relative standard deviation.
     pub drive_prior: f64,
+    /// Relative standard deviation of the drives about their mean, where it is known: it helps the first body's onset to tell their
+    /// scale.
+    pub drive_scatter: Option<f64>,
     /// How far a body's first-order response to the drive may differ from its motion, relative to its rms motion.
     pub slope_prior: f64,
     /// How large its second-order response may be, relative to its rms motion.
     pub curvature_prior: f64,
+    /// How far that may differ from what a weak non-linearity makes of the first order, once the drives' scale is known, relative to
+    /// its rms motion.
+    pub non_linearity_prior: f64,
     /// How large its third-order response, which is not fitted, may be, relative to its rms motion.
     pub third_order_prior: f64,
 }
@@ -32,16 +39,18 @@ impl Settings {
     /// Usual settings for a chain of `n_bodies` that rests until the trigger, less `trigger_margin_s`.
     ///
     /// The drives of repeated trials differ by less than 5 %. The response of a softening chain differs from plain scaling by
-    /// 0.01 to 0.45 of a body's rms motion, and curves by as much, with a third order of up to 0.35 (chain model of the paper, 0.83 to
-    /// 2.73 m/s, N = 12 and 26; the least where the strike is slow, the most in the last bodies). A drive's scale is found only within
-    /// some tenths, which adds to the first.
+    /// 0.01 to 0.45 of a body's rms motion, and curves by as much; the difference of the two is 0.001 to 0.13 in its own rms, and the
+    /// third order up to 0.35 (chain model of the paper, 0.83 to 2.73 m/s, N = 12 and 26; the least where the strike is slow, the most
+    /// in the last bodies). A drive's scale is found only within some tenths, which adds to the first.
     pub fn new(n_bodies: usize, trigger_margin_s: f64) -> Self {
         Self {
             n_bodies,
             rest_until_s: -trigger_margin_s,
             drive_prior: 0.05,
+            drive_scatter: None,
             slope_prior: 1.0,
             curvature_prior: 0.5,
+            non_linearity_prior: 0.15,
             third_order_prior: 0.2,
         }
     }
@@ -81,10 +90,12 @@ pub struct Stitched {
 
 /// Rounds after which the alignment stops in any case; 4 are usual.
 pub(crate) const MAX_ROUNDS: usize = 20;
+/// A step is the last one where it changes drives and offsets by less than this, in drives' priors and frames.
+const SETTLED: f64 = 1e-5;
 /// Rounds in which the open directions move too.
 const FREE_ROUNDS: usize = 2;
 /// Rounds in which the onset fixes the gauge, at most: where the first body's noise is a third of a per cent of its onset, each leaves
-/// a third of what was left before.
+/// a third of what was left before. An alignment that follows it need not settle as far as one that leads.
 const GAUGE_ROUNDS: usize = 20;
 
 /// Merges observations of one chain into its motion.
@@ -95,9 +106,12 @@ const GAUGE_ROUNDS: usize = 20;
 /// [`StitchingError`] when there is nothing to merge, an observation contradicts itself, or a body was never at rest.
 pub fn merge(observations: &[Observation], settings: &Settings) -> Result<Stitched, StitchingError> {
     let (mut stitch, covariance, rounds) = Stitch::aligned(observations, settings)?;
-    let exchange = stitch.fix_gauge(&covariance);
+    let stated = stitch.stated_scatter();
+    let errors = stitch.fix_gauge(covariance, stated.clone().unwrap_or(None))?;
     stitch.trim_times();
-    Ok(stitch.finish(&AlignmentErrors { covariance, exchange }, rounds))
+    let mut stitched = stitch.finish(&errors, rounds);
+    stitched.warnings.extend(stated.err());
+    Ok(stitched)
 }
 
 /// Merges as [`merge`] does, with what the readings leave open as the priors put it: how well recordings agree does not depend on it, and
@@ -112,6 +126,17 @@ pub(crate) fn merge_as_read(
     Ok(stitch.finish(&AlignmentErrors { covariance, exchange }, rounds))
 }
 
+/// What of the drives' scale, which the readings leave open, is settled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Scale {
+    /// Nothing: it follows the priors.
+    Open,
+    /// It is held where it came to be.
+    Held,
+    /// It is the true one, as the first body's onset has it.
+    True,
+}
+
 /// The alignment under way.
 pub(crate) struct Stitch<'a> {
     pub(crate) observations: &'a [Observation],
@@ -121,6 +146,7 @@ pub(crate) struct Stitch<'a> {
     pub(crate) frame_interval_s: f64,
     pub(crate) drive: Vec<f64>,
     pub(crate) offsets_s: Vec<f64>,
+    scale: Scale,
 }
 
 /// All contributions and the fitted response at each body and time, row by row.
@@ -146,6 +172,7 @@ impl<'a> Stitch<'a> {
             frame_interval_s,
             drive: vec![0.0; observations.len()],
             offsets_s: vec![0.0; observations.len()],
+            scale: Scale::Open,
             observations,
             settings,
             displacements,
@@ -162,8 +189,11 @@ impl<'a> Stitch<'a> {
         loop {
             rounds += 1;
             let field = stitch.responses();
-            let (change, covariance) = stitch.align(&field, rounds)?;
-            if change < 1e-5 || rounds == MAX_ROUNDS {
+            // The first rounds, from S = X, bring drives and offsets to their natural scale; later ones leave the open directions
+            // alone, along which only priors would pull, slowly and far.
+            stitch.scale = if rounds > FREE_ROUNDS { Scale::Held } else { Scale::Open };
+            let (change, covariance) = stitch.align(&field)?;
+            if change < SETTLED || rounds == MAX_ROUNDS {
                 return Ok((stitch, covariance, rounds));
             }
         }
@@ -200,10 +230,16 @@ impl<'a> Stitch<'a> {
         let most = readings.iter().map(Vec::len).max().unwrap_or(0);
         let enough = most.min(3);
         let prior_m = |relative: f64| (relative * rms_m).max(noise_m);
-        // Three recordings would be interpolated exactly, noise and all: they leave the curvature at zero.
-        let curvature_m = if most > 3 { prior_m(self.settings.curvature_prior) } else { 1e-3 * noise_m };
-        let prior = ResponsePrior { slope_m: prior_m(self.settings.slope_prior), curvature_m };
-        readings
+        let curvature = match (most > 3, self.scale) {
+            // Three recordings would be interpolated exactly, noise and all: they leave the curvature at zero.
+            (false, _) => CurvaturePrior::Small(1e-3 * noise_m),
+            (true, Scale::True) => {
+                CurvaturePrior::WeakNonLinearity(prior_m(self.settings.non_linearity_prior))
+            }
+            (true, _) => CurvaturePrior::Small(prior_m(self.settings.curvature_prior)),
+        };
+        let prior = ResponsePrior { slope_m: prior_m(self.settings.slope_prior), curvature };
+        let mut of_body: Vec<(Vec<Contribution>, Response)> = readings
             .into_iter()
             .map(|mut contributions| {
                 if contributions.len() < enough {
@@ -215,11 +251,15 @@ impl<'a> Stitch<'a> {
                 };
                 (contributions, response)
             })
-            .collect()
+            .collect();
+        if self.scale == Scale::True {
+            smooth_velocities(&mut of_body);
+        }
+        of_body
     }
 
     /// One joint least-squares step for all drives and offsets; the largest change, in drives' priors and frames.
-    fn align(&mut self, field: &Field, rounds: usize) -> Result<(f64, DMatrix<f64>), StitchingError> {
+    fn align(&mut self, field: &Field) -> Result<(f64, DMatrix<f64>), StitchingError> {
         let n = self.observations.len();
         let mut equations = NormalEquations::new(n);
         for (contributions, response) in field.iter().flatten().filter(|(all, _)| all.len() > 1) {
@@ -229,13 +269,12 @@ impl<'a> Stitch<'a> {
         let (solution, covariance) = equations
             .solve(&self.drive, &self.offsets_s, prior)
             .ok_or(StitchingError::Singular { n_recordings: n })?;
-        // The first rounds, from S = X, bring drives and offsets to their natural scale; later ones leave the open directions
-        // alone, along which only priors would pull, slowly and far.
-        let solution =
-            match (rounds > FREE_ROUNDS).then(|| closed_directions(&self.drive, &covariance)).flatten() {
-                Some(closed) => closed * solution,
-                None => solution,
-            };
+        let closed = match self.scale {
+            Scale::Open => None,
+            Scale::Held => closed_directions(&self.drive, &covariance, 2),
+            Scale::True => closed_directions(&self.drive, &covariance, 1),
+        };
+        let solution = closed.map_or(solution.clone(), |closed| closed * solution);
         let mut change = 0.0_f64;
         for r in 0..n {
             change = change.max(solution[r].abs() / self.settings.drive_prior);
@@ -255,28 +294,42 @@ impl<'a> Stitch<'a> {
         self.times_s = self.times_s[first..=last].to_vec();
     }
 
-    /// Fixes what the readings leave open by the first body's onset: again from where that led to, because noise in the velocity
-    /// matters in proportion to the delay that is left.
-    fn fix_gauge(&mut self, covariance: &DMatrix<f64>) -> Exchange {
-        let n = self.observations.len();
-        let (mut derivative, mut last) = (DMatrix::identity(2 * n, 2 * n), None);
+    /// Fixes what the readings leave open by the first body's onset, and aligns again from where that led to: the curvatures' prior
+    /// holds there. Returns the errors.
+    fn fix_gauge(
+        &mut self,
+        mut covariance: DMatrix<f64>,
+        scatter: Option<f64>,
+    ) -> Result<AlignmentErrors, StitchingError> {
+        let (mut last, mut change) = (None, f64::INFINITY);
         for _ in 0..GAUGE_ROUNDS {
-            let Some(gauge) = self.gauge() else { break };
-            derivative = gauge.fix(&mut self.drive, &mut self.offsets_s) * derivative;
-            let is_settled = gauge.is_settled();
+            let Some(gauge) = self.gauge(scatter) else { break };
+            gauge.fix(&mut self.drive, &mut self.offsets_s);
+            self.scale = Scale::True;
+            let is_settled = gauge.is_settled() && change < 10.0 * SETTLED;
             last = Some(gauge);
             if is_settled {
                 break;
             }
+            (change, covariance) = self.align(&self.responses())?;
         }
-        match last {
-            Some(gauge) => gauge.errors(&self.drive, derivative, covariance),
-            None => Exchange::none(n),
+        let exchange = match last {
+            Some(gauge) => gauge.errors(&self.drive, &covariance),
+            None => Exchange::none(self.observations.len()),
+        };
+        Ok(AlignmentErrors { covariance, exchange })
+    }
+
+    fn gauge(&self, scatter: Option<f64>) -> Option<Gauge> {
+        let onset = self.onset()?;
+        match scatter {
+            Some(scatter) => Gauge::from_onset_and_scatter(onset, &self.drive, scatter),
+            None => Gauge::from_onset(onset),
         }
     }
 
-    /// The gauge by the first body that three recordings saw.
-    fn gauge(&self) -> Option<Gauge> {
+    /// The onset of the first body that three recordings saw.
+    fn onset(&self) -> Option<Onset> {
         let field = self.responses();
         let row = field.iter().position(|of_body| of_body.iter().any(|(all, _)| all.len() > 2))?;
         let of_recording = |displacements: &Vec<Displacement>| {
@@ -286,7 +339,22 @@ impl<'a> Stitch<'a> {
         let rest_sigma_m: Vec<f64> = self.displacements.iter().map(of_recording).collect();
         let scatter_ratio = self.scatter_ratio(&field[row], |_| true).max(1.0);
         let errors = ReadingErrors { rest_sigma_m: &rest_sigma_m, scatter_ratio };
-        Gauge::from_onset(&field[row], &self.drive, &errors, self.frame_interval_s)
+        Onset::read(&field[row], &self.drive, &errors, self.frame_interval_s)
+    }
+
+    /// The stated scatter of the drives, unless the first body's onset contradicts it; then what the reader should know.
+    fn stated_scatter(&self) -> Result<Option<f64>, String> {
+        let (Some(stated), Some(onset)) = (self.settings.drive_scatter, self.onset()) else {
+            return Ok(self.settings.drive_scatter);
+        };
+        match contradicted(&self.drive, stated, onset.scale()) {
+            None => Ok(Some(stated)),
+            Some(found) => Err(format!(
+                "the drives scatter by {:.1} % by the first body's onset and by {:.1} % as stated: the stated scatter was left out",
+                100.0 * found,
+                100.0 * stated
+            )),
+        }
     }
 
     fn finish(&self, errors: &AlignmentErrors, rounds: usize) -> Stitched {
@@ -320,8 +388,9 @@ impl<'a> Stitch<'a> {
             }
         }
         let scale_sigma = errors.exchange.scale_sigma;
+        let bent_delay_s = self.bent_delay_s(field);
         let alignments = (0..self.observations.len())
-            .map(|r| self.alignment(r, field, &directions, scale_sigma))
+            .map(|r| self.alignment(r, field, &directions, scale_sigma, bent_delay_s))
             .collect();
         let spread = self.spread(field, &ratios);
         Stitched { motion, alignments, spread, rounds, warnings: self.warnings(rounds) }
@@ -350,35 +419,57 @@ impl<'a> Stitch<'a> {
         field: &Field,
         directions: &[AlignmentDirection],
         scale_sigma: f64,
+        bent_delay_s: f64,
     ) -> Alignment {
         let n = self.observations.len();
         let observation = &self.observations[r];
         let rows = self.displacements[r].iter().map(|displacement| displacement.row);
         let ratios: Vec<f64> =
             rows.map(|row| self.scatter_ratio(&field[row], |c| c.recording == r)).collect();
-        let mean_square = ratios.iter().map(|ratio| ratio.powi(2)).sum::<f64>() / ratios.len().max(1) as f64;
+        let scatter = ratios.iter().map(|ratio| ratio.powi(2)).sum::<f64>() / ratios.len().max(1) as f64;
         let square =
             |unknown: usize| directions.iter().map(move |direction| direction.error[unknown].powi(2));
         let sigma = |unknown: usize| square(unknown).sum::<f64>().sqrt();
-        let bent_s = self.bent_delay_s(r);
+        let mean_square = self.drive.iter().map(|s| s * s).sum::<f64>() / n as f64;
+        let bent_s = bent_delay_s * (self.drive[r].powi(2) - mean_square).abs();
         Alignment {
             recording: observation.recording.clone(),
             view: observation.view,
             trial: observation.trial,
             trigger_offset_s: Estimate::new(self.offsets_s[r], sigma(n + r).hypot(bent_s)),
             drive_deviation: Estimate::new(self.drive[r], sigma(r).hypot(scale_sigma * self.drive[r])),
-            scatter_ratio: mean_square.sqrt(),
+            scatter_ratio: scatter.sqrt(),
         }
     }
 
-    /// Error of an offset by a delay with the square of the drive, which nothing in the readings tells and which the mean motion does
-    /// not feel (see [`crate::gauge`]).
-    fn bent_delay_s(&self, r: usize) -> f64 {
-        let mean = self.drive.iter().map(|s| s * s).sum::<f64>() / self.drive.len() as f64;
-        let last_s = self.times_s.last().copied().unwrap_or(self.settings.rest_until_s);
-        BENT_DELAY * (last_s - self.settings.rest_until_s) * (self.drive[r].powi(2) - mean).abs()
+    /// Standard deviation of the delay with the square of the drive that the offsets may hold: nothing in the readings tells it, and the
+    /// mean motion does not feel it (see [`crate::gauge`]). A pulse that a drive `1 + s` delays by `T(s)` has beta = -T' in its slope and
+    /// -T' - T''/2 times the velocity in its curvature, between beta/2 (T goes with the drive's logarithm) and beta (in proportion), of
+    /// which the priors make nothing or all.
+    fn bent_delay_s(&self, field: &Field) -> f64 {
+        let of_bodies = field.iter().filter(|of_body| of_body.iter().any(|(all, _)| all.len() > 2));
+        let delays_s: Vec<f64> =
+            of_bodies.filter_map(|of_body| Some(scale_and_delay(of_body)?.0[1])).collect();
+        let squares: f64 = delays_s.iter().map(|delay_s| delay_s.powi(2)).sum();
+        BENT_SHARE * (squares / delays_s.len().max(1) as f64).sqrt()
     }
 }
 
-/// Standard deviation of that delay's coefficient, over the length of the record: 0.01 and 0.02 on the paper's chain of 12 and of 26.
-const BENT_DELAY: f64 = 0.02;
+/// Times on each side whose velocities are averaged: they tell only in which direction a delay moves a body, and there the noise that a
+/// velocity shares with the residual at the same time would pull at the delay, by its square.
+const VELOCITY_TIMES: usize = 2;
+
+/// Averages the velocities of neighbouring times.
+fn smooth_velocities(of_body: &mut [(Vec<Contribution>, Response)]) {
+    let read: Vec<Option<[f64; 2]>> =
+        of_body.iter().map(|(all, response)| (!all.is_empty()).then(|| response.velocity())).collect();
+    for (i, (_, response)) in of_body.iter_mut().enumerate() {
+        let around = &read[i.saturating_sub(VELOCITY_TIMES)..(i + VELOCITY_TIMES + 1).min(read.len())];
+        let n = around.iter().flatten().count().max(1) as f64;
+        let mean = |part: usize| around.iter().flatten().map(|velocity| velocity[part]).sum::<f64>() / n;
+        response.set_velocity([mean(0), mean(1)]);
+    }
+}
+
+/// The middle of that range.
+const BENT_SHARE: f64 = 0.2;

@@ -79,6 +79,7 @@ pub(crate) fn evaluate(job: &Job, tracked: &Tracked) -> Result<Evaluation, Error
     let experiment = &job.experiment;
     let settings = Settings {
         rest_until_s: experiment.tracking.rest_until_s,
+        drive_scatter: Some(experiment.striker.scatter()),
         ..Settings::new(experiment.chain.n_bodies, 0.0)
     };
     let left_out = outliers(&tracked.observations, &settings)?;
@@ -261,7 +262,7 @@ fn energy_model(job: &Job, stitched: &Stitched, chain: Chain) -> EnergyModel {
     }
 }
 
-/// The onset of the first body tells the scale of the drives to about 10 % (0.91 on the paper's chain, whose law softens).
+/// The onset of the first body and the stated scatter tell the scale of the drives to 11 to 18 %.
 const DRIVE_SCALE_SIGMA: f64 = 0.15;
 /// Where the fit of c_d begins: light damping, 0.04 % of critical for one HEC. The end does not depend on it.
 const STARTING_DAMPING_KG_PER_S: f64 = 1e-3;

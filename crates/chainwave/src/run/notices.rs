@@ -120,8 +120,7 @@ pub(super) fn farthest_drive(job: &Job, standings: &Standings) -> Option<Unusual
 
 fn drive(job: &Job, standings: &Standings, one: &Standing) -> UnusualDrive {
     let values = standings.of_recordings.iter().map(|standing| standing.drive_deviation.value).collect();
-    let striker = &job.experiment.striker;
-    let scatter = striker.velocity_sigma_m_per_s.get() / striker.velocity_m_per_s.get();
+    let scatter = job.experiment.striker.scatter();
     let found = one.drive_deviation;
     let deviation = Estimate::new(found.value - median(values).unwrap_or(0.0), found.sigma);
     let recording = one.recording.clone();
