@@ -42,6 +42,7 @@ use prediction::{Prediction, Times};
 use problem::{Comparison, minimise};
 use whitening::cholesky_whitening;
 
+pub use bootstrap::OverTrials;
 pub use departure::{Departure, scatter_of_bodies, softening};
 pub use imposed::{ImposedFit, ImposedModel, fit_imposed};
 pub use profile::Interval;

@@ -1,36 +1,21 @@
 //! Probabilities of being as far off by chance.
 
-/// Degrees of freedom beyond which the sums below would underflow, and a normal approximation is good to 1e-4.
-const MANY: usize = 200;
+use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 
 /// Probability that a standard normal number lies beyond `z`.
 pub(crate) fn normal_beyond(z: f64) -> f64 {
     0.5 * libm::erfc(z * std::f64::consts::FRAC_1_SQRT_2)
 }
 
-/// Probability that chi squared with `n` degrees of freedom lies beyond `x`: for even n a Poisson sum, for odd n the like sum over
-/// half numbers (Abramowitz and Stegun 26.4.4, 26.4.5); for many, Wilson and Hilferty's cube root.
+/// Probability that chi squared with `n` degrees of freedom lies beyond `x`.
 pub(crate) fn chi_squared_beyond(x: f64, n: usize) -> f64 {
-    if x <= 0.0 {
-        return 1.0;
-    }
-    if n > MANY {
-        let ninth = 2.0 / (9.0 * n as f64);
-        return normal_beyond(((x / n as f64).cbrt() - 1.0 + ninth) / ninth.sqrt());
-    }
-    let half = 0.5 * x;
-    let odd = n % 2 == 1;
-    // The first term of the sum and what stands before it; each next term is the last times half over its index.
-    let (mut term, mut index, mut sum) = match odd {
-        true => (2.0 * (half / std::f64::consts::PI).sqrt() * (-half).exp(), 0.5, libm::erfc(half.sqrt())),
-        false => ((-half).exp(), 0.0, 0.0),
-    };
-    for _ in 0..n / 2 {
-        sum += term;
-        index += 1.0;
-        term *= half / index;
-    }
-    sum.min(1.0)
+    ChiSquared::new(n as f64).map_or(1.0, |law| law.sf(x.max(0.0)))
+}
+
+/// Standard deviations, themselves found with `freedom` degrees of freedom, that 95 % of a normal quantity's values lie within
+/// (Student's t); without bound where nothing is known of them.
+pub(crate) fn student_95(freedom: f64) -> f64 {
+    StudentsT::new(0.0, 1.0, freedom).map_or(f64::INFINITY, |law| law.inverse_cdf(0.975))
 }
 
 #[cfg(test)]
@@ -51,9 +36,10 @@ mod tests {
         ] {
             assert!(close(chi_squared_beyond(x, n), p, 1e-4), "{x} {n}");
         }
-        // Where the sums end and the approximation begins.
-        let (below, above) = (chi_squared_beyond(230.0, 200), chi_squared_beyond(231.05, 201));
-        assert!((below - above).abs() < 2e-3, "{below} {above}");
+        for (freedom, t) in [(1.0, 12.706_2), (4.0, 2.776_45), (14.0, 2.144_79), (1e6, 1.959_97)] {
+            assert!(close(student_95(freedom), t, 1e-5), "{freedom}");
+        }
+        assert!(student_95(0.0).is_infinite());
         assert!(chi_squared_beyond(0.0, 3) >= 1.0);
     }
 }

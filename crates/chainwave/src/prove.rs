@@ -143,12 +143,12 @@ fn one(arguments: &cli::Prove, variant: &Variant, folder: &Path) -> Result<(Vec<
         share: None,
     })?;
     let mut outcome = Outcome::default();
-    let (evaluation, truth, decisions) = job.compare_with_truth(&mut outcome)?;
-    let warnings = evaluation.warnings();
-    let evidence: Vec<String> = decisions.into_iter().map(|decision| decision.evidence).collect();
-    let mut said = outcome.failures().iter().chain(&warnings).chain(&evidence);
+    let compared = job.compare_with_truth(&mut outcome)?;
+    let warnings = compared.evaluation.warnings();
+    let evidence = compared.decisions.iter().map(|decision| &decision.evidence);
+    let mut said = outcome.failures().iter().chain(&warnings).chain(evidence);
     let named = subject.map_or(!warnings.is_empty(), |subject| said.any(|text| text.contains(&subject)));
-    let found = findings::findings(&job, &evaluation, &truth)?;
+    let found = findings::findings(&job, &compared)?;
     std::fs::remove_dir_all(folder).map_err(Error::file(folder, "remove"))?;
     Ok((found, named))
 }

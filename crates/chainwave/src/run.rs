@@ -17,7 +17,7 @@ mod stages;
 mod standing;
 mod strikers;
 mod summary;
-mod tracking;
+pub(crate) mod tracking;
 pub(crate) mod truth;
 mod wording;
 
@@ -32,6 +32,7 @@ use self::evaluation::Evaluation;
 pub(crate) use self::figures::draw_motion;
 pub(crate) use self::results::write_measurement;
 pub(crate) use self::share::Share;
+use self::tracking::Tracked;
 pub(crate) use self::tracking::View;
 use self::truth::KnownTruth;
 use crate::calibration::ChainMap;
@@ -58,6 +59,18 @@ pub(crate) struct Job {
     pub(crate) out: PathBuf,
     /// Recordings tracked at a time.
     pub(crate) jobs: Option<u16>,
+}
+
+/// A synthetic experiment beside its truth.
+pub(crate) struct Comparison {
+    /// The tracks.
+    pub(crate) tracked: Tracked,
+    /// What followed from them.
+    pub(crate) evaluation: Evaluation,
+    /// The truth of it.
+    pub(crate) truth: KnownTruth,
+    /// What was decided.
+    pub(crate) decisions: Vec<Decision>,
 }
 
 /// Processes an experiment.
@@ -147,10 +160,7 @@ impl Job {
     }
 
     /// Evaluates a synthetic experiment beside its truth, and writes nothing but the kept tracks.
-    pub(crate) fn compare_with_truth(
-        &self,
-        outcome: &mut Outcome,
-    ) -> Result<(Evaluation, KnownTruth, Vec<Decision>), Error> {
+    pub(crate) fn compare_with_truth(&self, outcome: &mut Outcome) -> Result<Comparison, Error> {
         make_folder(&self.out)?;
         let tracked = tracking::track_all(self, outcome)?;
         let evaluation = evaluation::evaluate(self, &tracked)?;
@@ -159,7 +169,7 @@ impl Job {
             message: "expected truth.json and truth.parquet beside the recordings, found none".into(),
         })?;
         let decisions = decisions::decide(self, &tracked, &evaluation);
-        Ok((evaluation, truth, decisions))
+        Ok(Comparison { tracked, evaluation, truth, decisions })
     }
 
     /// The chain as the experiment states it, with usual damping.

@@ -12,6 +12,8 @@ const FRAME_S: f64 = 4e-5;
 const NOISE_M: f64 = 0.6e-6;
 /// What 1 % noise makes of a subset of 33 x 33 px: 5 mpx, at 5 px/mm.
 const NOISE_OF_ONE_PER_CENT_M: f64 = 1.0e-6;
+/// Standard deviation of the drives, as in the paper.
+const DRIVE_SCATTER: f64 = 0.018;
 const PER_VIEW: usize = 3;
 const N_BODIES: usize = 7;
 
@@ -47,8 +49,14 @@ fn filmed(seed: u64, harder: f64, noise_m: f64) -> Experiment {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let mut normal = |sigma: f64| Normal::new(0.0, sigma).unwrap().sample(&mut random);
     let mut trials: Vec<Trial> =
-        (0..15).map(|_| Trial { drive: normal(0.018), offset_s: normal(0.3 * FRAME_S) }).collect();
+        (0..15).map(|_| Trial { drive: normal(DRIVE_SCATTER), offset_s: normal(0.3 * FRAME_S) }).collect();
     trials[6].drive += harder;
+    observed(trials, noise_m, &mut random)
+}
+
+/// What is seen of the given trials.
+fn observed(mut trials: Vec<Trial>, noise_m: f64, random: &mut Pcg64Mcg) -> Experiment {
+    let mut normal = |sigma: f64| Normal::new(0.0, sigma).unwrap().sample(random);
     let mean_drive = trials.iter().map(|trial| trial.drive).sum::<f64>() / 15.0;
     let mean_offset_s = trials.iter().map(|trial| trial.offset_s).sum::<f64>() / 15.0;
     for trial in &mut trials {
@@ -143,6 +151,36 @@ fn offsets_and_drives_lie_within_their_stated_intervals() {
         // scatter by some 3 %.
         assert!((0.9..=1.0).contains(&coverage), "{what}: coverage {coverage}");
     }
+}
+
+#[test]
+fn strong_noise_pulls_at_no_offset() {
+    // Twenty times the usual noise: velocities, curvatures and slopes at one time drown in it.
+    let noise_m = 20.0 * NOISE_M;
+    let settings = Settings { drive_scatter: Some(DRIVE_SCATTER), ..Settings::new(N_BODIES, 2.0 * FRAME_S) };
+    let n = 100;
+    let (mut mean_error_s, mut drives, mut sigma_s) = (vec![0.0; 15], vec![0.0; 15], 0.0);
+    for seed in 0..n {
+        let mut random = Pcg64Mcg::seed_from_u64(70);
+        let mut normal = |sigma: f64| Normal::new(0.0, sigma).unwrap().sample(&mut random);
+        let trials = (0..15)
+            .map(|_| Trial { drive: normal(DRIVE_SCATTER), offset_s: normal(0.3 * FRAME_S) })
+            .collect();
+        let seen = observed(trials, noise_m, &mut Pcg64Mcg::seed_from_u64(seed));
+        let stitched = merge(&seen.observations, &settings).unwrap();
+        for (r, (found, trial)) in stitched.alignments.iter().zip(&seen.trials).enumerate() {
+            mean_error_s[r] += (found.trigger_offset_s.value - trial.offset_s) / n as f64;
+            drives[r] = trial.drive;
+            sigma_s += found.trigger_offset_s.sigma / (15 * n) as f64;
+        }
+    }
+    // The onset's delay, in proportion to the drive, is drawn towards what the stated scatter expects; nothing else is.
+    let squares: f64 = drives.iter().map(|s| s * s).sum();
+    let delay_s = mean_error_s.iter().zip(&drives).map(|(error_s, s)| error_s * s).sum::<f64>() / squares;
+    let left = mean_error_s.iter().zip(&drives).map(|(error_s, s)| (error_s - delay_s * s).powi(2));
+    let rms_s = (left.sum::<f64>() / 15.0).sqrt();
+    // A hundred draws leave 4 % of sigma; curvatures near zero instead of those of a weak non-linearity leave 14 %.
+    assert!(rms_s < 0.08 * sigma_s, "{rms_s:e} s of a stated {sigma_s:e} s");
 }
 
 #[test]

@@ -6,7 +6,7 @@ use nalgebra::DVector;
 use ndarray::Array2;
 
 use super::arrow::{Own, OwnCovariance};
-use super::bootstrap::bootstrap;
+use super::bootstrap::{OverTrials, bootstrap};
 use super::family::Family;
 use super::profile::{Interval, interval_95};
 use super::quantity::{Known, Quantity};
@@ -34,9 +34,9 @@ pub struct TrackFit {
     pub damping: Damping,
     /// 95 % intervals of c_d and c_s by profile likelihood.
     pub intervals_95: [Interval; 2],
-    /// Standard deviations of c_d and c_s over recordings drawn anew with replacement, view by view: with the differences between
-    /// trials in it that the model leaves out, but known only to 1/sqrt(2 n) for n trials.
-    pub bootstrap_sigma: [f64; 2],
+    /// How c_d and c_s scatter over recordings drawn anew with replacement, view by view: with the differences between trials in it
+    /// that the model leaves out, but known only as well as so few trials tell it. `None` where a view has a single recording.
+    pub bootstrap: Option<[OverTrials; 2]>,
     /// Starting points whose search ended at this minimum, and all of them.
     pub starts: (usize, usize),
     /// Factors on the quantities that are known only within an uncertainty, in their order.
@@ -165,7 +165,7 @@ fn finish(
             correlation: covariance[(0, 1)] / (covariance[(0, 0)] * covariance[(1, 1)]).sqrt(),
         },
         intervals_95,
-        bootstrap_sigma: bootstrap(problem, at, &recordings),
+        bootstrap: bootstrap(problem, at, &recordings),
         starts: (n_best, STARTS.len()),
         factors: problem.model.known.iter().enumerate().map(factor).collect(),
         striker_velocity_m_per_s: of_mean(0),

@@ -120,12 +120,14 @@ fn intervals_hold_the_truth_as_often_as_they_say() {
             let half = 0.5 * (interval.high - interval.low) / (Estimate::COVERAGE_95 * estimate.sigma);
             // The profile's tolerance.
             assert!((half - 1.0).abs() < 0.06, "{interval:?} {estimate:?}");
-            bootstrap[k] += fit.bootstrap_sigma[k] / estimate.sigma / N as f64;
+            bootstrap[k] += (fit.bootstrap.unwrap()[k].sigma / estimate.sigma).powi(2) / N as f64;
         }
     }
     for ratio in bootstrap {
-        // Two trials in a view scatter 1/sqrt(2) as much as they would about their true mean, on average.
-        assert!((0.5..1.1).contains(&ratio), "bootstrap over stated: {ratio}");
+        // Variances without bias, each of one or two degrees of freedom: 40 of them average to within 16 to 22 %; 2.5 of that. The
+        // model's own sigma squared knows the unknowns that all trials share, which these few hardly tell.
+        println!("bootstrap over stated: {ratio}");
+        assert!((0.5..1.5).contains(&ratio), "bootstrap over stated: {ratio}");
     }
     let names = ["c_d", "c_s", "strikers", "impacts", "drives", "trigger offsets"];
     for (what, sum) in names.into_iter().zip(squares) {

@@ -1,13 +1,16 @@
 use std::path::Path;
 
 use chainwave_analysis::Measurement;
+use chainwave_analysis::fit::Interval;
 use chainwave_measurement::{Estimate, Trajectory};
 
 use super::Variant;
 use crate::error::Error;
-use crate::run::Job;
 use crate::run::evaluation::Evaluation;
+use crate::run::tracking::Tracked;
 use crate::run::truth::KnownTruth;
+use crate::run::{Comparison, Job};
+use crate::synthesize::Truth;
 use crate::table::{self, Table, column};
 
 /// What stands for the kind of an experiment's fault where it has none.
@@ -46,11 +49,9 @@ impl Finding {
 }
 
 /// Every estimate of an evaluation whose truth is known.
-pub(super) fn findings(
-    job: &Job,
-    evaluation: &Evaluation,
-    truth: &KnownTruth,
-) -> Result<Vec<Finding>, Error> {
+pub(super) fn findings(job: &Job, compared: &Comparison) -> Result<Vec<Finding>, Error> {
+    let Comparison { tracked, evaluation, truth, .. } = compared;
+    let truths = Table::read(&job.recordings.join("truth_trials.csv"))?;
     let mut found = Vec::new();
     let mut add = |quantity: &'static str, estimate: Estimate, truth: f64| {
         found.push(Finding { quantity, estimate, truth });
@@ -58,7 +59,8 @@ pub(super) fn findings(
     of_motion(evaluation, &truth.motion, job.experiment.chain.pitch_m.get(), &mut add);
     of_wave(&evaluation.measurement, &truth.measurement, &mut add);
     of_damping(evaluation, truth, &mut add);
-    of_recordings(job, evaluation, &mut add)?;
+    of_recordings(job, evaluation, &truths, &mut add)?;
+    of_stages(job, tracked, &truths, &mut add)?;
     Ok(found)
 }
 
@@ -84,6 +86,13 @@ fn of_motion(
 fn of_wave(found: &Measurement, truth: &Measurement, add: &mut impl FnMut(&'static str, Estimate, f64)) {
     if let (Ok(found), Ok(truth)) = (&found.group_velocity, &truth.group_velocity) {
         add("group velocity", found.velocity_m_per_s, truth.velocity_m_per_s.value);
+        if let (Some(found), Some(truth)) = (found.relative_variation, truth.relative_variation) {
+            add("its variation", found, truth.value);
+        }
+        if let (Some(found), Some(truth)) = (found.particle_velocity_m_per_s, truth.particle_velocity_m_per_s)
+        {
+            add("particle velocity", found, truth.value);
+        }
     }
     for (found, truth) in found.fronts.iter().zip(&truth.fronts) {
         let (Ok(found), Ok(truth)) = (found, truth) else { continue };
@@ -91,6 +100,10 @@ fn of_wave(found: &Measurement, truth: &Measurement, add: &mut impl FnMut(&'stat
         add("peak strain", found.peak_strain, truth.peak_strain.value);
         if let (Some(found), Some(truth)) = (found.edge_time_s, truth.edge_time_s) {
             add("edge time", found, truth.value);
+        }
+        if let (Some(found), Some(truth)) = (found.particle_velocity_m_per_s, truth.particle_velocity_m_per_s)
+        {
+            add("particle velocity of a gap", found, truth.value);
         }
     }
     for width in found.half_widths.iter().step_by(THINNING) {
@@ -113,10 +126,20 @@ fn of_damping(
     truth: &KnownTruth,
     add: &mut impl FnMut(&'static str, Estimate, f64),
 ) {
-    let (c_d, c_s) = (truth.parameters.c_d_kg_per_s, truth.parameters.c_s_kg_per_s);
+    let Truth { c_d_kg_per_s: c_d, c_s_kg_per_s: c_s, striker_velocity_m_per_s, impact_time_s, .. } =
+        truth.parameters;
     if let Ok(fit) = &evaluation.track_fit {
-        add("c_d, tracks", fit.damping.chain_damping_kg_per_s, c_d);
-        add("c_s, tracks", fit.damping.striker_damping_kg_per_s, c_s);
+        let (chain, striker) = (fit.damping.chain_damping_kg_per_s, fit.damping.striker_damping_kg_per_s);
+        add("c_d, tracks", chain, c_d);
+        add("c_s, tracks", striker, c_s);
+        add("c_d, profile", middle(fit.intervals_95[0]), c_d);
+        add("c_s, profile", middle(fit.intervals_95[1]), c_s);
+        if let Some([of_chain, of_striker]) = fit.bootstrap {
+            add("c_d, bootstrap", of_chain.estimate(chain.value), c_d);
+            add("c_s, bootstrap", of_striker.estimate(striker.value), c_s);
+        }
+        add("mean striker, tracks", fit.striker_velocity_m_per_s, striker_velocity_m_per_s);
+        add("mean impact, tracks", fit.impact_time_s, impact_time_s);
     }
     if let Ok(fit) = &evaluation.imposed_fit {
         add("c_d, behind body 1", fit.chain_damping_kg_per_s, c_d);
@@ -124,16 +147,23 @@ fn of_damping(
     if let Ok(fit) = &evaluation.energy_fit {
         add("c_d, peak energies", fit.damping.chain_damping_kg_per_s, c_d);
         add("c_s, peak energies", fit.damping.striker_damping_kg_per_s, c_s);
+        add("mean striker, energies", fit.striker_velocity_m_per_s, striker_velocity_m_per_s);
     }
+}
+
+/// A 95 % interval as the estimate that has it.
+fn middle(interval: Interval) -> Estimate {
+    let half_width = 0.5 * (interval.high - interval.low);
+    Estimate::new(interval.low + half_width, half_width / Estimate::COVERAGE_95)
 }
 
 /// Trigger, drive, striker and impact of each recording; the truths of triggers and drives count from their means.
 fn of_recordings(
     job: &Job,
     evaluation: &Evaluation,
+    truths: &Table,
     add: &mut impl FnMut(&'static str, Estimate, f64),
 ) -> Result<(), Error> {
-    let truths = Table::read(&job.recordings.join("truth_trials.csv"))?;
     let delays_s = truths.full_numbers("trigger_delay_s")?;
     let strikers = truths.full_numbers("striker_velocity_m_per_s")?;
     let alignments = &evaluation.stitched.alignments;
@@ -153,6 +183,25 @@ fn of_recordings(
         if let Some(row) = row(&one.recording) {
             add("striker velocity", one.striker_velocity_m_per_s, strikers[row]);
             add("impact time", one.impact_time_s, -delays_s[row]);
+        }
+    }
+    Ok(())
+}
+
+/// Where the stage stood in each view that is tied to the first.
+fn of_stages(
+    job: &Job,
+    tracked: &Tracked,
+    truths: &Table,
+    add: &mut impl FnMut(&'static str, Estimate, f64),
+) -> Result<(), Error> {
+    let stages_m = truths.full_numbers("stage_m")?;
+    let first_of_view =
+        |row: &usize| job.trials[..*row].iter().all(|other| other.view != job.trials[*row].view);
+    for row in (0..job.trials.len()).filter(first_of_view) {
+        if let Some(refined_m) = tracked.stages.refined_m(&job.trials[row]).filter(|stage| stage.sigma > 0.0)
+        {
+            add("stage", refined_m, stages_m[row]);
         }
     }
     Ok(())

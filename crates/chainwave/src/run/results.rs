@@ -319,8 +319,13 @@ fn track_fit_as_json(fit: &TrackFit) -> Value {
             json!({ "low": interval.low, "high": interval.high, "is_quadratic": interval.is_quadratic });
         results.insert(name.into(), told);
     }
-    for (name, sigma) in ["c_d_bootstrap_sigma", "c_s_bootstrap_sigma"].into_iter().zip(fit.bootstrap_sigma) {
-        results.insert(name.into(), json!(sigma));
+    let values = [fit.damping.chain_damping_kg_per_s.value, fit.damping.striker_damping_kg_per_s.value];
+    let over_trials = fit.bootstrap.iter().flatten();
+    for ((name, value), found) in ["c_d_bootstrap", "c_s_bootstrap"].into_iter().zip(values).zip(over_trials)
+    {
+        let (low, high) = found.interval_95(value);
+        let told = json!({ "sigma": found.sigma, "degrees_of_freedom": found.freedom, "low_95": low, "high_95": high });
+        results.insert(name.into(), told);
     }
     results.insert("starts_at_this_minimum".into(), json!(fit.starts.0));
     results.insert("starts".into(), json!(fit.starts.1));
