@@ -26,11 +26,9 @@ pub struct Settings {
     pub drive_scatter: Option<f64>,
     /// How far a body's first-order response to the drive may differ from its motion, relative to its rms motion.
     pub slope_prior: f64,
-    /// How large its second-order response may be, relative to its rms motion.
+    /// How far its second-order response may differ from none or, once the drives' scale is known, from what a weak non-linearity makes
+    /// of the first order; relative to its rms motion.
     pub curvature_prior: f64,
-    /// How far that may differ from what a weak non-linearity makes of the first order, once the drives' scale is known, relative to
-    /// its rms motion.
-    pub non_linearity_prior: f64,
     /// How large its third-order response, which is not fitted, may be, relative to its rms motion.
     pub third_order_prior: f64,
 }
@@ -39,9 +37,10 @@ impl Settings {
     /// Usual settings for a chain of `n_bodies` that rests until the trigger, less `trigger_margin_s`.
     ///
     /// The drives of repeated trials differ by less than 5 %. The response of a softening chain differs from plain scaling by
-    /// 0.01 to 0.45 of a body's rms motion, and curves by as much; the difference of the two is 0.001 to 0.13 in its own rms, and the
-    /// third order up to 0.35 (chain model of the paper, 0.83 to 2.73 m/s, N = 12 and 26; the least where the strike is slow, the most
-    /// in the last bodies). A drive's scale is found only within some tenths, which adds to the first.
+    /// 0.01 to 0.45 of a body's rms motion, and curves by as much, with a third order of up to 0.35 (chain model of the paper, 0.83 to
+    /// 2.73 m/s, N = 12 and 26; the least where the strike is slow, the most in the last bodies). A drive's scale is found only within
+    /// some tenths, which adds to the first. The curvature differs from what a weak non-linearity makes of it by 0.001 to 0.13, one sign
+    /// over a whole pulse; the prior is wider, lest such a common error count as noise.
     pub fn new(n_bodies: usize, trigger_margin_s: f64) -> Self {
         Self {
             n_bodies,
@@ -50,7 +49,6 @@ impl Settings {
             drive_scatter: None,
             slope_prior: 1.0,
             curvature_prior: 0.5,
-            non_linearity_prior: 0.15,
             third_order_prior: 0.2,
         }
     }
@@ -233,9 +231,7 @@ impl<'a> Stitch<'a> {
         let curvature = match (most > 3, self.scale) {
             // Three recordings would be interpolated exactly, noise and all: they leave the curvature at zero.
             (false, _) => CurvaturePrior::Small(1e-3 * noise_m),
-            (true, Scale::True) => {
-                CurvaturePrior::WeakNonLinearity(prior_m(self.settings.non_linearity_prior))
-            }
+            (true, Scale::True) => CurvaturePrior::WeakNonLinearity(prior_m(self.settings.curvature_prior)),
             (true, _) => CurvaturePrior::Small(prior_m(self.settings.curvature_prior)),
         };
         let prior = ResponsePrior { slope_m: prior_m(self.settings.slope_prior), curvature };
@@ -444,8 +440,7 @@ impl<'a> Stitch<'a> {
 
     /// Standard deviation of the delay with the square of the drive that the offsets may hold: nothing in the readings tells it, and the
     /// mean motion does not feel it (see [`crate::gauge`]). A pulse that a drive `1 + s` delays by `T(s)` has beta = -T' in its slope and
-    /// -T' - T''/2 times the velocity in its curvature, between beta/2 (T goes with the drive's logarithm) and beta (in proportion), of
-    /// which the priors make nothing or all.
+    /// beta - T''/2 times the velocity in its curvature; a weak non-linearity, which delays in proportion, makes beta of it.
     fn bent_delay_s(&self, field: &Field) -> f64 {
         let of_bodies = field.iter().filter(|of_body| of_body.iter().any(|(all, _)| all.len() > 2));
         let delays_s: Vec<f64> =
@@ -471,5 +466,5 @@ fn smooth_velocities(of_body: &mut [(Vec<Contribution>, Response)]) {
     }
 }
 
-/// The middle of that range.
+/// T''/2 over beta: 0.02 to 0.09 in the bodies of the paper's chain, and 0.5 where T goes with the drive's logarithm.
 const BENT_SHARE: f64 = 0.2;

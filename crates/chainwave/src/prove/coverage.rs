@@ -86,13 +86,13 @@ impl Coverage {
     /// Prints the table.
     #[expect(clippy::print_stdout, reason = "the table is the command's result")]
     pub(super) fn print(&self) {
-        println!("{:<20}{:>8}{:>18}{:>18}{:>18}", "", "n", "bias (sigma)", "within 68 %", "within 95 %");
+        println!("{:<28}{:>8}{:>18}{:>18}{:>18}", "", "n", "bias (sigma)", "within 68 %", "within 95 %");
         for one in &self.quantities {
             let percent =
                 |share: Estimate| format!("{:.1} +- {:.1}", 100.0 * share.value, 100.0 * share.sigma);
             let bias = format!("{:+.2} +- {:.2}", one.bias.value, one.bias.sigma);
             let (inner, outer) = (percent(one.within_68), percent(one.within_95));
-            println!("{:<20}{:>8}{bias:>18}{inner:>18}{outer:>18}", one.name, one.n);
+            println!("{:<28}{:>8}{bias:>18}{inner:>18}{outer:>18}", one.name, one.n);
         }
     }
 }
