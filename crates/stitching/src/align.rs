@@ -64,8 +64,8 @@ pub(crate) struct Response {
     covariance: Matrix3<f64>,
     /// Covariance of the mean motion with (X, S, Q), in square metres.
     mean_covariance: RowVector3<f64>,
-    /// Variance of the mean motion, in square metres.
-    variance_m2: f64,
+    /// What one standard deviation of the priors of slope and curvature makes of the mean motion, in metres.
+    prior_errors_m: [f64; 2],
 }
 
 impl Response {
@@ -97,7 +97,7 @@ impl Response {
             velocity_slope_m_per_s: rates[1],
             covariance,
             mean_covariance,
-            variance_m2: (mean_covariance * mean_basis)[0],
+            prior_errors_m: [scaled, curved].map(|known| (mean_covariance * known)[0]),
         }
     }
 
@@ -116,9 +116,9 @@ impl Response {
         self.origin_m + drive * (self.slope_m + drive * self.curvature_m)
     }
 
-    /// Variance of the mean motion from the recordings' independent noise and the prior.
-    pub(crate) fn variance_m2(&self) -> f64 {
-        self.variance_m2
+    /// What one standard deviation of the priors of slope and curvature makes of the mean motion, in metres.
+    pub(crate) fn prior_errors_m(&self) -> [f64; 2] {
+        self.prior_errors_m
     }
 
     /// Derivative of the mean motion by the reading of one recording.

@@ -29,6 +29,8 @@ pub struct Settings {
     /// How far its second-order response may differ from none or, once the drives' scale is known, from what a weak non-linearity makes
     /// of the first order; relative to its rms motion.
     pub curvature_prior: f64,
+    /// How far it does differ from a weak non-linearity's, over a whole pulse and in all bodies of a view alike.
+    pub non_linearity: f64,
     /// How large its third-order response, which is not fitted, may be, relative to its rms motion.
     pub third_order_prior: f64,
 }
@@ -49,6 +51,7 @@ impl Settings {
             drive_scatter: None,
             slope_prior: 1.0,
             curvature_prior: 0.5,
+            non_linearity: 0.15,
             third_order_prior: 0.2,
         }
     }
@@ -144,7 +147,7 @@ pub(crate) struct Stitch<'a> {
     pub(crate) frame_interval_s: f64,
     pub(crate) drive: Vec<f64>,
     pub(crate) offsets_s: Vec<f64>,
-    scale: Scale,
+    pub(crate) scale: Scale,
 }
 
 /// All contributions and the fitted response at each body and time, row by row.

@@ -4,7 +4,7 @@ use ndarray::Array2;
 
 use crate::align::{Contribution, Response, offset_sensitivity};
 use crate::gauge::Exchange;
-use crate::merge::{Field, Stitch};
+use crate::merge::{Field, Scale, Stitch};
 
 /// What is known of the errors of drives and offsets.
 pub(crate) struct AlignmentErrors {
@@ -149,14 +149,18 @@ impl Stitch<'_> {
 
     /// Standard deviation of the mean motion beyond what the readings' own noise explains.
     fn response_error_m(&self, (contributions, response): &(Vec<Contribution>, Response), rms_m: f64) -> f64 {
-        let gains = || contributions.iter().map(|c| (c, response.gain(c, &self.drive)));
-        let noise: f64 = gains().map(|(c, gain)| (gain * c.read.sigma).powi(2)).sum();
-        let priors = (response.variance_m2() - noise).max(0.0);
+        let [slope_m, curvature_m] = response.prior_errors_m();
+        // The prior lets the curvatures differ from a weak non-linearity's farther than they do.
+        let common = match self.scale {
+            Scale::True => self.settings.non_linearity / self.settings.curvature_prior,
+            Scale::Open | Scale::Held => 1.0,
+        };
         let cube = |s: f64| s * s * s;
         let mean_cube = self.drive.iter().map(|s| cube(*s)).sum::<f64>() / self.drive.len() as f64;
-        let taken: f64 = gains().map(|(c, gain)| gain * cube(self.drive[c.recording])).sum();
+        let taken: f64 =
+            contributions.iter().map(|c| response.gain(c, &self.drive) * cube(self.drive[c.recording])).sum();
         let third_order_m = self.settings.third_order_prior * rms_m * (mean_cube - taken);
-        (priors + third_order_m.powi(2)).sqrt()
+        slope_m.hypot(common * curvature_m).hypot(third_order_m)
     }
 }
 
