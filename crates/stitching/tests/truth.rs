@@ -154,6 +154,17 @@ fn offsets_and_drives_lie_within_their_stated_intervals() {
 }
 
 #[test]
+fn a_stated_scatter_that_the_onset_contradicts_is_left_out() {
+    let experiment = experiment(3);
+    let settings =
+        Settings { drive_scatter: Some(20.0 * DRIVE_SCATTER), ..Settings::new(N_BODIES, 2.0 * FRAME_S) };
+    let stitched = merge(&experiment.observations, &settings).unwrap();
+    let said = stitched.warnings.concat();
+    assert!(said.contains("36.0 % as stated") && said.contains("left out"), "{said}");
+    assert_eq!(stitched.alignments, stitch(&experiment.observations).alignments);
+}
+
+#[test]
 fn strong_noise_pulls_at_no_offset() {
     // Twenty times the usual noise: velocities, curvatures and slopes at one time drown in it.
     let noise_m = 20.0 * NOISE_M;
