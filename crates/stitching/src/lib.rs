@@ -31,6 +31,7 @@ mod merge;
 mod modes;
 mod outliers;
 mod resample;
+mod responses;
 mod rest;
 mod spread;
 mod stages;

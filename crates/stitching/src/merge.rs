@@ -2,12 +2,12 @@ use chainwave_measurement::{ChainMotion, Estimate, Observation, median};
 use nalgebra::DMatrix;
 use ndarray::Array2;
 
-use crate::align::{Contribution, CurvaturePrior, NormalEquations, Prior, Response, ResponsePrior};
+use crate::align::{Contribution, NormalEquations, Prior, Response};
 use crate::consistency::check;
 use crate::drive_scatter::contradicted;
 use crate::gauge::{Exchange, Gauge, Onset, ReadingErrors, closed_directions, scale_and_delay};
 use crate::modes::{AlignmentDirection, AlignmentErrors};
-use crate::resample::Stencil;
+use crate::responses::Field;
 use crate::rest::{Displacement, displacement_from_rest};
 use crate::time_base::{common_times, rounded};
 use crate::{Spread, StitchingError};
@@ -150,9 +150,6 @@ pub(crate) struct Stitch<'a> {
     pub(crate) scale: Scale,
 }
 
-/// All contributions and the fitted response at each body and time, row by row.
-pub(crate) type Field = Vec<Vec<(Vec<Contribution>, Response)>>;
-
 impl<'a> Stitch<'a> {
     fn new(observations: &'a [Observation], settings: &'a Settings) -> Result<Self, StitchingError> {
         if observations.iter().all(|observation| observation.bodies.is_empty()) {
@@ -198,63 +195,6 @@ impl<'a> Stitch<'a> {
                 return Ok((stitch, covariance, rounds));
             }
         }
-    }
-
-    /// Reads every recording on the common time base at its present offset, and fits motion and response.
-    fn responses(&self) -> Field {
-        let n_times = self.times_s.len();
-        let mut readings: Vec<Vec<Vec<Contribution>>> =
-            vec![vec![Vec::new(); n_times]; self.settings.n_bodies];
-        for (recording, observation) in self.observations.iter().enumerate() {
-            for (i, time_s) in self.times_s.iter().enumerate() {
-                let Some(stencil) = Stencil::at(&observation.times_s, time_s + self.offsets_s[recording])
-                else {
-                    continue;
-                };
-                for displacement in &self.displacements[recording] {
-                    if let Some(read) = stencil.read(&displacement.samples) {
-                        readings[displacement.row][i].push(Contribution { recording, read });
-                    }
-                }
-            }
-        }
-        readings.into_iter().map(|of_body| self.fit_body(of_body)).collect()
-    }
-
-    /// Fits one body's motion. A time that fewer than three recordings cover, of more that saw the body, is left out: at the
-    /// ends of the time base one trial would stand for all.
-    fn fit_body(&self, readings: Vec<Vec<Contribution>>) -> Vec<(Vec<Contribution>, Response)> {
-        let all = || readings.iter().flatten().map(|contribution| &contribution.read);
-        let n = all().count().max(1) as f64;
-        let rms_m = (all().map(|read| read.value.powi(2)).sum::<f64>() / n).sqrt();
-        let noise_m = all().map(|read| read.sigma).sum::<f64>() / n;
-        let most = readings.iter().map(Vec::len).max().unwrap_or(0);
-        let enough = most.min(3);
-        let prior_m = |relative: f64| (relative * rms_m).max(noise_m);
-        let curvature = match (most > 3, self.scale) {
-            // Three recordings would be interpolated exactly, noise and all: they leave the curvature at zero.
-            (false, _) => CurvaturePrior::Small(1e-3 * noise_m),
-            (true, Scale::True) => CurvaturePrior::WeakNonLinearity(prior_m(self.settings.curvature_prior)),
-            (true, _) => CurvaturePrior::Small(prior_m(self.settings.curvature_prior)),
-        };
-        let prior = ResponsePrior { slope_m: prior_m(self.settings.slope_prior), curvature };
-        let mut of_body: Vec<(Vec<Contribution>, Response)> = readings
-            .into_iter()
-            .map(|mut contributions| {
-                if contributions.len() < enough {
-                    contributions.clear();
-                }
-                let response = match contributions.is_empty() {
-                    true => Response::default(),
-                    false => Response::fit(&contributions, &self.drive, prior),
-                };
-                (contributions, response)
-            })
-            .collect();
-        if self.scale == Scale::True {
-            smooth_velocities(&mut of_body);
-        }
-        of_body
     }
 
     /// One joint least-squares step for all drives and offsets; the largest change, in drives' priors and frames.
@@ -329,8 +269,12 @@ impl<'a> Stitch<'a> {
 
     /// The onset of the first body that three recordings saw.
     fn onset(&self) -> Option<Onset> {
-        let field = self.responses();
-        let row = field.iter().position(|of_body| of_body.iter().any(|(all, _)| all.len() > 2))?;
+        let seen = |row: usize| {
+            let of_row = |one: &&Vec<Displacement>| one.iter().any(|displacement| displacement.row == row);
+            self.displacements.iter().filter(of_row).count()
+        };
+        let row = (0..self.settings.n_bodies).find(|row| seen(*row) > 2)?;
+        let field = self.responses_of(|other| other == row);
         let of_recording = |displacements: &Vec<Displacement>| {
             let own = displacements.iter().find(|displacement| displacement.row == row);
             own.map_or(0.0, |displacement| displacement.rest_sigma_m)
@@ -450,22 +394,6 @@ impl<'a> Stitch<'a> {
             of_bodies.filter_map(|of_body| Some(scale_and_delay(of_body)?.0[1])).collect();
         let squares: f64 = delays_s.iter().map(|delay_s| delay_s.powi(2)).sum();
         BENT_SHARE * (squares / delays_s.len().max(1) as f64).sqrt()
-    }
-}
-
-/// Times on each side whose velocities are averaged: they tell only in which direction a delay moves a body, and there the noise that a
-/// velocity shares with the residual at the same time would pull at the delay, by its square.
-const VELOCITY_TIMES: usize = 2;
-
-/// Averages the velocities of neighbouring times.
-fn smooth_velocities(of_body: &mut [(Vec<Contribution>, Response)]) {
-    let read: Vec<Option<[f64; 2]>> =
-        of_body.iter().map(|(all, response)| (!all.is_empty()).then(|| response.velocity())).collect();
-    for (i, (_, response)) in of_body.iter_mut().enumerate() {
-        let around = &read[i.saturating_sub(VELOCITY_TIMES)..(i + VELOCITY_TIMES + 1).min(read.len())];
-        let n = around.iter().flatten().count().max(1) as f64;
-        let mean = |part: usize| around.iter().flatten().map(|velocity| velocity[part]).sum::<f64>() / n;
-        response.set_velocity([mean(0), mean(1)]);
     }
 }
 

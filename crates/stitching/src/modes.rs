@@ -4,7 +4,8 @@ use ndarray::Array2;
 
 use crate::align::{Contribution, Response, offset_sensitivity};
 use crate::gauge::Exchange;
-use crate::merge::{Field, Scale, Stitch};
+use crate::merge::{Scale, Stitch};
+use crate::responses::Field;
 
 /// What is known of the errors of drives and offsets.
 pub(crate) struct AlignmentErrors {

@@ -1,7 +1,8 @@
 use ndarray::Array2;
 
 use crate::align::{Contribution, Response};
-use crate::merge::{Field, Stitch};
+use crate::merge::Stitch;
+use crate::responses::Field;
 
 /// What scatters within a trial and what from trial to trial: standard deviations in metres, shape `[body, time]`, zero where nothing
 /// was measured.
