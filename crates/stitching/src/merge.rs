@@ -107,11 +107,11 @@ const GAUGE_ROUNDS: usize = 20;
 /// [`StitchingError`] when there is nothing to merge, an observation contradicts itself, or a body was never at rest.
 pub fn merge(observations: &[Observation], settings: &Settings) -> Result<Stitched, StitchingError> {
     let (mut stitch, covariance, rounds) = Stitch::aligned(observations, settings)?;
-    let stated = stitch.stated_scatter();
-    let errors = stitch.fix_gauge(covariance, stated.clone().unwrap_or(None))?;
+    let (scatter, contradiction) = stitch.stated_scatter();
+    let errors = stitch.fix_gauge(covariance, scatter)?;
     stitch.trim_times();
     let mut stitched = stitch.finish(&errors, rounds);
-    stitched.warnings.extend(stated.err());
+    stitched.warnings.extend(contradiction);
     Ok(stitched)
 }
 
@@ -285,18 +285,19 @@ impl<'a> Stitch<'a> {
         Onset::read(&field[row], &self.drive, &errors, self.frame_interval_s)
     }
 
-    /// The stated scatter of the drives, unless the first body's onset contradicts it; then what the reader should know.
-    fn stated_scatter(&self) -> Result<Option<f64>, String> {
-        let (Some(stated), Some(onset)) = (self.settings.drive_scatter, self.onset()) else {
-            return Ok(self.settings.drive_scatter);
-        };
-        match contradicted(&self.drive, stated, onset.scale()) {
-            None => Ok(Some(stated)),
-            Some(found) => Err(format!(
-                "the drives scatter by {:.1} % by the first body's onset and by {:.1} % as stated: the stated scatter was left out",
-                100.0 * found,
-                100.0 * stated
-            )),
+    /// The stated scatter of the drives, or else what the reader should know where the first body's onset contradicts it.
+    fn stated_scatter(&self) -> (Option<f64>, Option<String>) {
+        let Some(stated) = self.settings.drive_scatter else { return (None, None) };
+        match self.onset().and_then(|onset| contradicted(&self.drive, stated, onset.scale())) {
+            None => (Some(stated), None),
+            Some(found) => {
+                let contradiction = format!(
+                    "the drives scatter by {:.1} % by the first body's onset and by {:.1} % as stated: the stated scatter was left out",
+                    100.0 * found,
+                    100.0 * stated
+                );
+                (None, Some(contradiction))
+            }
         }
     }
 

@@ -91,6 +91,13 @@ fn mean(values: &[f64]) -> f64 {
 }
 
 #[test]
+fn one_trial_in_a_view_tells_nothing_of_trials_drawn_anew() {
+    let mut alone = experiment(1, 1.0);
+    alone.observations.retain(|observation| observation.view == 0 || observation.trial == 0);
+    assert_eq!(fitted(&alone, &model(Vec::new())).bootstrap, None);
+}
+
+#[test]
 fn intervals_hold_the_truth_as_often_as_they_say() {
     const N: u64 = 40;
     let mut squares = [0.0; 6];
