@@ -1,3 +1,5 @@
+//! How tests start the command `chainwave`, and assert that it succeeds or fails.
+
 use std::env;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};

@@ -1,3 +1,5 @@
+//! The same recordings give the same bytes, for any number of threads.
+
 mod slow {
     use crate::command::succeed;
     use crate::folder::assert_same;

@@ -1,15 +1,15 @@
 //! Pictures of the DIC Challenge, in the folder that `CHAINWAVE_REFERENCE_DATA` names, through the command.
 
+use chainwave_testkit::reference_data;
 use tempfile::TempDir;
 
 use crate::command::{chainwave, succeed};
-use crate::reference::data;
 use crate::table::Table;
 
 /// A strip of CFRP with a hole of 75 px in its middle, pulled along y more and more: no truth is known, but theory.
 #[test]
 fn the_strain_beside_the_hole_of_sample_12_is_concentrated() {
-    let Some(folder) = data().map(|data| data.join("dic/sample12")) else { return };
+    let Some(folder) = reference_data("dic/sample12") else { return };
     let results = TempDir::new().expect("a temporary folder can be made");
     let mut elongations = Vec::new();
     for load in ["01", "05", "11"] {

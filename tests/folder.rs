@@ -1,3 +1,5 @@
+//! The files of a folder, to compare one with another.
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};

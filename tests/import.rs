@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use chainwave_testkit::reference_data;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -121,15 +122,12 @@ fn what_does_not_fit_is_named_by_its_place() {
 /// Other people's chain, where its data are at hand.
 #[test]
 fn the_reference_chain_is_measured() {
-    let Some(data) = std::env::var_os("CHAINWAVE_REFERENCE_DATA") else {
-        eprintln!("CHAINWAVE_REFERENCE_DATA is not set");
-        return;
-    };
+    let Some(data) = reference_data("") else { return };
     let folder = TempDir::new().expect("a temporary folder can be made");
     for (name, beside) in [("measured", "chain/Neel-PRL"), ("simulated", "chain/Neel-PRL/sim")] {
         let out = folder.path().join(name);
         let mapping = root().join("pipelines/neel-chain").join(format!("{name}.toml"));
-        let data = Path::new(&data).join(beside);
+        let data = data.join(beside);
         succeed(chainwave().arg("import").arg(mapping).arg("--data").arg(data).arg("--out").arg(&out));
         let text = fs::read_to_string(out.join("results.json")).expect("it was written");
         let results: Value = serde_json::from_str(&text).expect("it is JSON");

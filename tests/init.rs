@@ -1,3 +1,5 @@
+//! From a folder of recordings to a first experiment: `chainwave init`.
+
 use std::fs;
 
 use tempfile::TempDir;

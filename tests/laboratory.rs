@@ -1,3 +1,5 @@
+//! A temporary folder with the small experiment in it, which the command films and evaluates.
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;

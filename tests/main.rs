@@ -2,7 +2,8 @@
 //!
 //! - `architecture`: what `Cargo.toml`s and sources must keep to;
 //! - `pipelines`: the small experiment all the way, held against the truth behind its recordings;
-//! - `determinism`, `resume`: the same bytes for any number of threads, and after a kill;
+//! - `determinism`, `resume`: the same bytes for any number of threads, and after a kill; `durable`: kept tables that are torn, full disks;
+//! - `golden`: numbers that change only with a version;
 //! - `bad_inputs`: what the command refuses, and how; `failures`: how it goes on without a bad recording;
 //! - `faults`: what goes wrong in a laboratory; `strikers`: several striker velocities; `ladders`: `tradeoff` and `prove`;
 //! - `extremes`: cases at the ends of what the program takes;
@@ -40,6 +41,8 @@ mod determinism;
 #[cfg(test)]
 mod dic;
 #[cfg(test)]
+mod durable;
+#[cfg(test)]
 mod extremes;
 #[cfg(test)]
 mod failures;
@@ -49,6 +52,8 @@ mod faults;
 mod film;
 #[cfg(test)]
 mod folder;
+#[cfg(test)]
+mod golden;
 #[cfg(test)]
 mod import;
 #[cfg(test)]

@@ -1,3 +1,5 @@
+//! A motion x_n(t) as the command writes it, looked up by body and time.
+
 use std::path::Path;
 
 use crate::table::Table;

@@ -1,9 +1,9 @@
 //! Other people's recordings, in the folder that `CHAINWAVE_REFERENCE_DATA` names; without it these tests say so and pass.
 
-use std::env;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
+use chainwave_testkit::reference_data;
 use serde_json::Value;
 use tempfile::TempDir;
 use tiff::decoder::{Decoder, DecodingResult};
@@ -54,7 +54,7 @@ const RECORDINGS: [(&str, Option<&str>); 10] = [
 
 #[test]
 fn every_recording_is_inspected_whole_and_refused_when_cut() {
-    let Some(data) = data() else { return };
+    let Some(data) = reference_data("") else { return };
     let folder = TempDir::new().expect("a temporary folder can be made");
     let points = folder.path().join("points.csv");
     std::fs::write(&points, "name,x_px,y_px,half_width_px,half_height_px\na,60,8,6,4\n").expect("a table");
@@ -114,15 +114,7 @@ fn a_frame_is_written_as_it_was_recorded() {
 
 /// A file of the real Phantom v1211.
 fn v1211(name: &str) -> Option<PathBuf> {
-    data().map(|folder| folder.join("cine/CineFiles.jl").join(name))
-}
-
-pub(crate) fn data() -> Option<PathBuf> {
-    let folder = env::var_os("CHAINWAVE_REFERENCE_DATA");
-    if folder.is_none() {
-        println!("skipped: CHAINWAVE_REFERENCE_DATA is not set");
-    }
-    folder.map(PathBuf::from)
+    reference_data("cine/CineFiles.jl").map(|folder| folder.join(name))
 }
 
 /// Size and values of a TIFF picture.

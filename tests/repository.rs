@@ -1,3 +1,5 @@
+//! The files of this repository, as the architecture tests read them.
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -1,3 +1,5 @@
+//! A run that was killed goes on where it was, and ends with the bytes of one that was not.
+
 mod slow {
     use std::collections::BTreeMap;
     use std::fs;

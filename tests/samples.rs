@@ -1,3 +1,5 @@
+//! The project's own small samples: made again byte for byte, and holding what their sidecars say.
+
 use std::fs;
 use std::path::{Path, PathBuf};
 

@@ -1,3 +1,5 @@
+//! Tables that the command wrote, read as its users read them.
+
 use std::fs::File;
 use std::path::Path;
 

@@ -1,22 +1,45 @@
+//! Which crate may know which, and where heavy libraries stay: the manifests against the design's table.
+
 use std::path::Path;
 
 use toml::{Table, Value};
 
 use crate::repository::{files, names_in, root};
 
-/// Which crates of the workspace a crate may depend on. `None`: on all of them.
-const ALLOWED: [(&str, Option<&[&str]>); 10] = [
-    ("analysis", Some(&["measurement", "mechanics"])),
+/// Which crates of the workspace a crate's product may depend on. `None`: on all of them.
+const ALLOWED: [(&str, Option<&[&str]>); 13] = [
+    ("analysis", Some(&["measurement"])),
     ("camera", Some(&["measurement"])),
     ("chainwave", None),
     ("correlation", Some(&["measurement"])),
+    (
+        "experiment",
+        Some(&[
+            "analysis",
+            "camera",
+            "correlation",
+            "inference",
+            "measurement",
+            "mechanics",
+            "stitching",
+            "synthetic",
+        ]),
+    ),
     ("figures", Some(&["measurement"])),
+    ("inference", Some(&["analysis", "measurement", "mechanics"])),
     ("measurement", Some(&[])),
     ("mechanics", Some(&["measurement"])),
     ("stitching", Some(&["measurement"])),
     ("synthetic", Some(&["measurement"])),
+    ("testkit", Some(&[])),
     ("xtask", Some(&[])),
 ];
+
+/// What tests share: any crate's tests may use it.
+const TESTKIT: &str = "testkit";
+
+/// What a crate's tests and benches may ask beyond that, for a truth to hold the product against.
+const ALLOWED_IN_TESTS: [(&str, &[&str]); 1] = [("analysis", &["mechanics"])];
 
 /// Libraries, by the start of their names, and the only packages that may know them. The tests read the command's tables as
 /// its users do; polars is compiled for the command in any case.
@@ -43,17 +66,32 @@ fn crates_depend_on_each_other_as_designed() {
     let roles: Vec<&str> = ALLOWED.iter().map(|(role, _)| *role).collect();
     for (role, allowed) in ALLOWED {
         let Some(allowed) = allowed else { continue };
-        for package in dependencies(&manifest_of(role)) {
+        let in_tests = ALLOWED_IN_TESTS.iter().find(|(of, _)| *of == role).map_or(&[][..], |(_, more)| more);
+        let (product, all) = (product_dependencies(&manifest_of(role)), dependencies(&manifest_of(role)));
+        for package in all {
             let used = package.strip_prefix("chainwave-").unwrap_or(&package);
-            assert!(!roles.contains(&used) || allowed.contains(&used), "{role} must not know {used}");
+            let is_in_tests = in_tests.contains(&used) && !product.contains(&package);
+            let is_allowed = allowed.contains(&used) || used == TESTKIT || is_in_tests;
+            assert!(!roles.contains(&used) || is_allowed, "{role} must not know {used}");
         }
+    }
+}
+
+#[test]
+fn the_testkit_serves_tests_alone() {
+    for (role, _) in ALLOWED {
+        let manifest = manifest_of(role);
+        let product = manifest.get("dependencies").and_then(Value::as_table).into_iter().flatten();
+        let uses_it =
+            product.map(|(key, value)| package(key, value)).any(|package| package.ends_with(TESTKIT));
+        assert!(!uses_it, "{role}: the testkit belongs into dev-dependencies");
     }
 }
 
 #[test]
 fn the_command_joins_all_crates() {
     let used = dependencies(&manifest_of("chainwave"));
-    for (role, _) in ALLOWED.iter().filter(|(role, _)| !["chainwave", "xtask"].contains(role)) {
+    for (role, _) in ALLOWED.iter().filter(|(role, _)| !["chainwave", TESTKIT, "xtask"].contains(role)) {
         assert!(used.contains(&format!("chainwave-{role}")), "chainwave does not use {role}");
     }
     assert!(!used.contains(&"xtask".to_owned()), "the set-up tool is no library");
@@ -114,10 +152,18 @@ fn manifest(path: &Path) -> Table {
 
 /// The packages that a manifest names as dependencies of any kind, on any platform, under their own names.
 fn dependencies(manifest: &Table) -> Vec<String> {
+    dependencies_of(manifest, &["dependencies", "dev-dependencies", "build-dependencies"])
+}
+
+/// Those that the product itself is built with.
+fn product_dependencies(manifest: &Table) -> Vec<String> {
+    dependencies_of(manifest, &["dependencies", "build-dependencies"])
+}
+
+fn dependencies_of(manifest: &Table, kinds: &[&str]) -> Vec<String> {
     let platforms = manifest.get("target").and_then(Value::as_table).into_iter().flat_map(Table::values);
     let tables = std::iter::once(manifest).chain(platforms.filter_map(Value::as_table));
-    let kinds = ["dependencies", "dev-dependencies", "build-dependencies"];
-    let sections = tables.flat_map(|table| kinds.map(|kind| table.get(kind).and_then(Value::as_table)));
+    let sections = tables.flat_map(|table| kinds.iter().map(|kind| table.get(*kind)?.as_table()));
     sections.flatten().flatten().map(|(key, value)| package(key, value)).collect()
 }
 

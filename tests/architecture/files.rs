@@ -1,3 +1,5 @@
+//! What lies where: the top of the repository, sizes of files, and samples beside their sidecars.
+
 use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,8 +10,22 @@ use toml::Table;
 use crate::repository::{files, files_below, names_in, root};
 
 /// What stands at the top of the repository beside files and folders whose names begin with a dot.
-const TOP: [&str; 7] =
-    ["Cargo.lock", "Cargo.toml", "README.md", "crates", "data-samples", "pipelines", "tests"];
+const TOP: [&str; 14] = [
+    "ARCHITECTURE.md",
+    "CHANGELOG.md",
+    "CITATION.cff",
+    "CONTRIBUTING.md",
+    "Cargo.lock",
+    "Cargo.toml",
+    "LICENSE-APACHE",
+    "LICENSE-MIT",
+    "README.md",
+    "crates",
+    "data-samples",
+    "docs",
+    "pipelines",
+    "tests",
+];
 
 /// A clone stays small: what is larger is made by a command.
 const LARGEST_BYTES: u64 = 2 * 1024 * 1024;

@@ -1,3 +1,5 @@
+//! What holds of every source file: its length, no silenced lint, nothing unfinished, no path of one machine.
+
 use crate::repository::{rust_sources, sources};
 
 /// Longer files hold more than one idea.

@@ -1,15 +1,10 @@
-//! Time of the analysis of an experiment of the paper's size: 26 bodies, five views of six, five trials each, 540 frames.
+//! Time of the analysis of an experiment of the paper's size: 26 bodies, 540 frames.
 
 use std::hint::black_box;
-use std::num::NonZero;
 
-use chainwave_analysis::fit::{FitError, TrackModel, fit_tracks, scatter_of_bodies};
 use chainwave_analysis::{MeasureSettings, exact_motion, measure};
-use chainwave_measurement::{BodyTrack, ChainMotion, Estimate, Observation, Trajectory};
+use chainwave_measurement::ChainMotion;
 use chainwave_mechanics::{Chain, Drive, FarEnd, MechanicsError, PowerLaw, Schedule, Striker, simulate};
-use rand::{RngExt, SeedableRng};
-use rand_distr::StandardNormal;
-use rand_pcg::Pcg64;
 
 fn main() {
     divan::main();
@@ -17,79 +12,11 @@ fn main() {
 
 const N_BODIES: usize = 26;
 const FRAME_S: f64 = 4e-5;
-const N_FRAMES: i32 = 540;
 const NOISE_M: f64 = 0.4e-6;
-const VELOCITY: Estimate = Estimate { value: 2.73, sigma: 0.05 };
 const PITCH_M: f64 = 0.030;
 
 fn law() -> Result<PowerLaw, MechanicsError> {
     PowerLaw::new(60.1, 2.27e-3, 0.114)
-}
-
-fn chain(velocity_m_per_s: f64) -> Result<Chain, MechanicsError> {
-    Ok(Chain {
-        mass_kg: vec![0.455e-3; N_BODIES],
-        damping_kg_per_s: vec![0.003; N_BODIES],
-        contact: law()?.into(),
-        drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s, damping_kg_per_s: 0.2 }),
-        far_end: FarEnd::Free,
-    })
-}
-
-fn moved(velocity_m_per_s: f64) -> Result<Trajectory, MechanicsError> {
-    Ok(simulate(&chain(velocity_m_per_s)?, &Schedule::automatic(0.022, FRAME_S))?.trajectory)
-}
-
-fn observations() -> Result<Vec<Observation>, MechanicsError> {
-    let mut random = Pcg64::seed_from_u64(1);
-    let mut normal = |sigma: f64| -> f64 { sigma * random.sample::<f64, _>(StandardNormal) };
-    let mut observations = Vec::new();
-    for (view, trial) in (0..5_u32).flat_map(|view| (0..5).map(move |trial| (view, trial))) {
-        let motion = moved(VELOCITY.value + normal(VELOCITY.sigma))?;
-        let (impact_s, times_s) = (normal(1e-5), (-40..N_FRAMES - 40).map(|k| f64::from(k) * FRAME_S));
-        let times_s: Vec<f64> = times_s.collect();
-        let bodies = (1..=6).map(|k| 5 * view as usize + k).map(|body| {
-            let place_m = |t_s: &f64| {
-                let at = motion.at(t_s - impact_s).map(|moment| moment.displacement_m(body - 1));
-                Some(Estimate::new(at? + normal(NOISE_M), NOISE_M))
-            };
-            BodyTrack { body, position_m: times_s.iter().map(place_m).collect() }
-        });
-        let bodies = bodies.collect();
-        observations.push(Observation { recording: format!("{view}-{trial}"), view, trial, times_s, bodies });
-    }
-    Ok(observations)
-}
-
-fn model() -> Result<TrackModel, MechanicsError> {
-    Ok(TrackModel {
-        chain: chain(VELOCITY.value)?,
-        striker_velocity_m_per_s: VELOCITY,
-        known: Vec::new(),
-        n_threads: NonZero::<usize>::MIN,
-    })
-}
-
-fn prepared() -> Result<(Vec<Observation>, TrackModel), FitError> {
-    Ok((observations()?, model()?))
-}
-
-/// Three starts, intervals by profile likelihood, bootstrap over the 25 trials.
-#[divan::bench(sample_count = 3)]
-fn fit_to_the_tracks(bencher: divan::Bencher<'_, '_>) {
-    if let Ok((observations, model)) = prepared() {
-        bencher.bench(|| fit_tracks(black_box(&observations), &[0.0; 25], &model));
-    }
-}
-
-/// A mass of its own for each of 26 bodies.
-#[divan::bench(sample_count = 3)]
-fn test_of_scatter(bencher: divan::Bencher<'_, '_>) {
-    if let Ok((observations, model)) = prepared()
-        && let Ok(fit) = fit_tracks(&observations, &[0.0; 25], &model)
-    {
-        bencher.bench(|| scatter_of_bodies(black_box(&observations), &model, &fit));
-    }
 }
 
 /// Everything that is measured of the motion, on 200 replicas.
@@ -102,7 +29,14 @@ fn measure_with_200_replicas(bencher: divan::Bencher<'_, '_>) {
 }
 
 fn noisy_motion() -> Result<ChainMotion, MechanicsError> {
-    let mut motion = exact_motion(&moved(VELOCITY.value)?);
+    let chain = Chain {
+        mass_kg: vec![0.455e-3; N_BODIES],
+        damping_kg_per_s: vec![0.003; N_BODIES],
+        contact: law()?.into(),
+        drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s: 2.73, damping_kg_per_s: 0.2 }),
+        far_end: FarEnd::Free,
+    };
+    let mut motion = exact_motion(&simulate(&chain, &Schedule::automatic(0.022, FRAME_S))?.trajectory);
     motion.independent_sigma_m.fill(NOISE_M);
     motion.displacement_m.iter_mut().flatten().for_each(|x| x.sigma = NOISE_M);
     Ok(motion)

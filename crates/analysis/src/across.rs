@@ -1,7 +1,11 @@
+//! Whether bodies move across the chain: block means against the noise between neighbouring frames.
+
 use chainwave_measurement::Estimate;
 
-use crate::fit::Departure;
+use crate::departure::Departure;
+use crate::measured_rates;
 use crate::probability::chi_squared_beyond;
+use crate::rule::{LEVEL, Rule};
 
 /// Frames whose mean stands for a slow excursion.
 const BLOCK: usize = 16;
@@ -41,6 +45,19 @@ pub fn motion_across(tracks: &[Vec<Option<f64>>]) -> Option<Departure> {
         let p_value = chi_squared_beyond(chi_squared, freedom);
         Departure { size: Estimate::new(deviation_m, sigma_m), chi_squared, freedom, p_value }
     })
+}
+
+/// The rule by which bodies count as moving across the chain.
+pub fn motion_across_rule() -> Rule {
+    Rule {
+        question: "dimensions of the motion",
+        text: format!(
+            "1-D unless means of {BLOCK} frames across the chain scatter by more than noise lets them (chi squared, {} % level)",
+            100.0 * LEVEL
+        ),
+        level: Some(LEVEL),
+        rates: measured_rates::MOTION_ACROSS.to_vec(),
+    }
 }
 
 fn mean(values: &[f64]) -> f64 {

@@ -1,3 +1,5 @@
+//! Refuses motions and settings that make no sense.
+
 use chainwave_measurement::ChainMotion;
 use ndarray::Array2;
 
@@ -46,7 +48,7 @@ fn check_shapes(motion: &ChainMotion) -> Result<(), AnalysisError> {
     };
     check("displacement_m", motion.displacement_m.dim())?;
     check("independent_sigma_m", motion.independent_sigma_m.dim())?;
-    motion.modes.iter().try_for_each(|mode| check(&mode.source, mode.displacement_m.dim()))
+    motion.modes.iter().try_for_each(|mode| check(&mode.source.to_string(), mode.displacement_m.dim()))
 }
 
 fn check_numbers(motion: &ChainMotion) -> Result<(), AnalysisError> {

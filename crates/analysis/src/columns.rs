@@ -1,3 +1,5 @@
+//! Point values of a motion and of its replicas, quantity by quantity, and the scatter that is their uncertainty.
+
 use chainwave_measurement::Estimate;
 use ndarray::Array2;
 

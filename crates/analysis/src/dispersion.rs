@@ -1,3 +1,5 @@
+//! The tails over wavenumber and frequency: the two-dimensional Fourier transform behind the leading pulse.
+
 use std::f64::consts::PI;
 
 use ndarray::Array2;

@@ -1,3 +1,5 @@
+//! Peak potential energy of every gap, and the share of its loss that damping explains.
+
 use chainwave_measurement::Estimate;
 use ndarray::Array2;
 

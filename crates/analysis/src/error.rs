@@ -1,3 +1,5 @@
+//! Why a motion cannot be analysed, or a single value of it cannot be measured.
+
 /// Why a motion cannot be analysed at all. A single value that is lost says so with [`Missing`] instead.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]

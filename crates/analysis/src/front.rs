@@ -1,3 +1,5 @@
+//! The leading pulse in each gap: peak time, peak strain and leading edge.
+
 use chainwave_measurement::Estimate;
 
 use crate::check::{check_fraction, check_positive};

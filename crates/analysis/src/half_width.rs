@@ -1,3 +1,5 @@
+//! Half width at half maximum of the front, in a frame that moves with the pulse.
+
 use chainwave_measurement::Estimate;
 
 use crate::front::compression;
@@ -22,6 +24,21 @@ pub struct HalfWidth {
     pub t_s: f64,
     /// Distance from the pulse's peak to half its height on the side away from the striker, in metres of the chain at rest.
     pub hwhm_m: Estimate,
+}
+
+/// Shares of the pulse's run at which profiles along the chain are shown: behind the striker, in the middle, before the far end.
+const PROFILE_SHARES: [f64; 3] = [0.2, 0.5, 0.8];
+
+/// Times in seconds at which profiles along the chain show the pulse on its way: a fifth, a half and four fifths of the time from its
+/// peak in the first gap that saw it to that in the last. None where fewer than two gaps saw it pass.
+pub fn profile_times(pulses: &[Result<LeadingPulse, Missing>]) -> Vec<f64> {
+    let peaks_s = || pulses.iter().flatten().map(|pulse| pulse.peak_time_s);
+    let first_s = peaks_s().fold(f64::INFINITY, f64::min);
+    let last_s = peaks_s().fold(f64::NEG_INFINITY, f64::max);
+    match last_s > first_s {
+        true => PROFILE_SHARES.map(|share| first_s + share * (last_s - first_s)).to_vec(),
+        false => Vec::new(),
+    }
 }
 
 /// The strain profile between the gaps, in a frame that moves with the pulse.

@@ -1,8 +1,12 @@
+//! A line or a continuum: Thomson's F-test on multitaper spectra of the tails.
+
 use std::f64::consts::PI;
 
 use rustfft::num_complex::Complex;
 
+use crate::measured_rates;
 use crate::probability::chi_squared_beyond;
+use crate::rule::{LEVEL, Rule};
 use crate::tail::Tail;
 use crate::{LeadingPulse, Missing, StrainMap};
 
@@ -47,6 +51,24 @@ pub fn line_test(
         half_bandwidth_hz: 0.5 * (N_TAPERS + 1) as f64 / (longest as f64 * map.interval_s()),
         n_gaps: tails.len(),
     })
+}
+
+/// The rule by which a tail counts as a line.
+pub fn line_rule() -> Rule {
+    Rule {
+        question: "what the tail is",
+        text: format!(
+            "a line where Thomson's F-test rejects a continuum at the dominant frequency ({} % level, all resolved frequencies allowed for)",
+            100.0 * LEVEL
+        ),
+        level: Some(LEVEL),
+        rates: measured_rates::LINE.to_vec(),
+    }
+}
+
+/// Joint probability of so large an F in the tails of several gaps at a frequency in cycles a sample that nothing has chosen.
+pub(crate) fn p_value_at(tails: &[Vec<f64>], cycles: f64) -> f64 {
+    fisher(&tails.iter().map(|tail| p_value(tail, cycles)).collect::<Vec<_>>())
 }
 
 /// Probability of so large an F at a frequency in cycles a sample, without a line there: of an F with 2 and 2 (K - 1) degrees of

@@ -1,3 +1,5 @@
+//! Local least-squares polynomials, smoothing and interpolation of one series with holes.
+
 use nalgebra::{SMatrix, SVector};
 
 /// Coefficients of the local polynomial (order six). On the chain's skew pulses an order of four needs windows so short, for

@@ -1,3 +1,5 @@
+//! Everything that one motion yields, with uncertainties from its replicas.
+
 use std::num::NonZero;
 use std::ops::RangeInclusive;
 

@@ -1,3 +1,5 @@
+//! Velocity of the bodies as the pulse's peak passes.
+
 use chainwave_measurement::{ChainMotion, Estimate};
 
 use crate::local::LocalPolynomial;

@@ -3,19 +3,20 @@
 use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 
 /// Probability that a standard normal number lies beyond `z`.
-pub(crate) fn normal_beyond(z: f64) -> f64 {
+pub fn normal_beyond(z: f64) -> f64 {
     0.5 * libm::erfc(z * std::f64::consts::FRAC_1_SQRT_2)
 }
 
 /// Probability that chi squared with `n` degrees of freedom lies beyond `x`.
-pub(crate) fn chi_squared_beyond(x: f64, n: usize) -> f64 {
+pub fn chi_squared_beyond(x: f64, n: usize) -> f64 {
     ChiSquared::new(n as f64).map_or(1.0, |law| law.sf(x.max(0.0)))
 }
 
-/// Standard deviations, themselves found with `freedom` degrees of freedom, that 95 % of a normal quantity's values lie within
-/// (Student's t); without bound where nothing is known of them.
-pub(crate) fn student_95(freedom: f64) -> f64 {
-    StudentsT::new(0.0, 1.0, freedom).map_or(f64::INFINITY, |law| law.inverse_cdf(0.975))
+/// The factor that makes of `deviations` of a normal distribution the interval of equal probability for an error whose size is itself
+/// known from `freedom` degrees of freedom only (Student's t); without bound where nothing is known of it.
+pub fn student(deviations: f64, freedom: f64) -> f64 {
+    let upper = 1.0 - normal_beyond(deviations);
+    StudentsT::new(0.0, 1.0, freedom).map_or(f64::INFINITY, |law| law.inverse_cdf(upper))
 }
 
 #[cfg(test)]
@@ -37,9 +38,12 @@ mod tests {
             assert!(close(chi_squared_beyond(x, n), p, 1e-4), "{x} {n}");
         }
         for (freedom, t) in [(1.0, 12.706_2), (4.0, 2.776_45), (14.0, 2.144_79), (120.0, 1.979_93)] {
-            assert!(close(student_95(freedom), t, 1e-5), "{freedom} {}", student_95(freedom));
+            let found = student(1.959_963_984_540_054, freedom);
+            assert!(close(found, t, 1e-5), "{freedom} {found}");
         }
-        assert!(student_95(0.0).is_infinite());
+        // Three deviations are 99.73 % of a normal distribution; the tables' t for that.
+        assert!(close(student(3.0, 10.0), 3.957, 1e-3));
+        assert!(student(1.96, 0.0).is_infinite());
         assert!(chi_squared_beyond(0.0, 3) >= 1.0);
     }
 }

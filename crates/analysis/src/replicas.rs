@@ -1,3 +1,5 @@
+//! Replicas of a motion with one more draw of its stated errors: the parametric bootstrap.
+
 use chainwave_measurement::{ChainMotion, Estimate};
 use ndarray::Array2;
 use rand::SeedableRng;

@@ -1,3 +1,5 @@
+//! Spectra of the strain behind the leading pulse, and their dominant frequency.
+
 use chainwave_measurement::{Estimate, median};
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;

@@ -1,3 +1,5 @@
+//! Strain of every gap over time.
+
 use chainwave_measurement::{ChainMotion, Estimate, Trajectory};
 use ndarray::{Array2, ArrayView1};
 
@@ -46,6 +48,15 @@ pub fn strain_map(motion: &ChainMotion, pitch_m: f64) -> Result<StrainMap, Analy
     check_positive("pitch_m", pitch_m)?;
     check_motion(motion)?;
     Ok(strain_of_checked(motion, pitch_m))
+}
+
+/// Residuals of a measured strain map against a model's on the same times, in units of the measured sigma, shape `[gap, time]`;
+/// `None` where nothing was measured.
+pub fn normalised_residuals(measured: &StrainMap, model: &StrainMap) -> Array2<Option<f64>> {
+    Array2::from_shape_fn(measured.strain.dim(), |at| {
+        let (measured, model) = (measured.strain[at]?, model.strain[at]?);
+        (measured.sigma > 0.0).then(|| (measured.value - model.value) / measured.sigma)
+    })
 }
 
 pub(crate) fn strain_of_checked(motion: &ChainMotion, pitch_m: f64) -> StrainMap {

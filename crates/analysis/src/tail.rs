@@ -1,3 +1,5 @@
+//! What follows the leading pulse in one gap, windowed for spectra.
+
 use crate::front::compression;
 use crate::velocity::Line;
 use crate::{LeadingPulse, Missing, StrainMap};

@@ -1,9 +1,14 @@
+//! Group velocity: the slope of peak position against peak time, where the far end's reflection has not yet come.
+
 use std::ops::RangeInclusive;
 
 use chainwave_measurement::Estimate;
 
 #[cfg(doc)]
 use crate::GapFront;
+use crate::measured_rates;
+use crate::probability::normal_beyond;
+use crate::rule::{LEVEL, Rule};
 use crate::{LeadingPulse, Missing};
 
 /// Gaps that a line is fitted to at least.
@@ -35,6 +40,28 @@ pub struct GroupVelocity {
     pub gaps: (usize, usize),
     /// Number of gaps in the fit.
     pub n_gaps: usize,
+}
+
+impl GroupVelocity {
+    /// Probability of so large a variation along the chain, either way, where there is none; `None` where it was not measured.
+    pub fn variation_p_value(&self) -> Option<f64> {
+        self.relative_variation
+            .map(|variation| 2.0 * normal_beyond((variation.value / variation.sigma).abs()))
+    }
+}
+
+/// The rule by which the group velocity counts as varying along the chain.
+pub fn one_speed_rule() -> Rule {
+    Rule {
+        question: "group velocity along the chain",
+        text: format!(
+            "one speed unless those of the first and the last third of the gaps differ by more than their errors let them (two-sided, \
+             {} % level)",
+            100.0 * LEVEL
+        ),
+        level: Some(LEVEL),
+        rates: measured_rates::ONE_SPEED.to_vec(),
+    }
 }
 
 /// The line through peak positions over peak times: point values.

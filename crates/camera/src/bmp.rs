@@ -1,7 +1,9 @@
+//! Windows bitmaps of 8, 24 or 32 bits without compression.
+
 use std::path::Path;
 
-use crate::CameraError;
 use crate::bytes::Bytes;
+use crate::error::CameraError;
 use crate::mapping::map_file;
 use crate::packing::Packing;
 use crate::picture::{Gray, Picture, Strips};
@@ -25,7 +27,7 @@ pub(crate) fn is_bmp(head: &[u8]) -> bool {
 pub(crate) fn load(path: &Path) -> Result<Picture, CameraError> {
     let map = map_file(path)?;
     let bytes = Bytes::new(path, &map);
-    let header = Header::read(bytes)?;
+    let header = BmpHeader::read(bytes)?;
     let stored = bytes.slice("pixels", header.pixels_offset, header.n_bytes())?;
     if header.bits > 8 {
         let gray = |pixel: &[u8]| (pixel[0] == pixel[1] && pixel[1] == pixel[2]).then_some(pixel[0]);
@@ -36,7 +38,7 @@ pub(crate) fn load(path: &Path) -> Result<Picture, CameraError> {
     match header.raster().filter(|_| is_plain) {
         Some(raster) => {
             let strips = Strips::whole(&raster, header.pixels_offset);
-            Ok(Picture::Mapped { map, raster, strips })
+            Ok(Picture::Mapped { map, raster, strips, bits: 8 })
         }
         None => {
             let gray = |pixel: &[u8]| levels.get(usize::from(pixel[0])).copied().flatten();
@@ -45,7 +47,7 @@ pub(crate) fn load(path: &Path) -> Result<Picture, CameraError> {
     }
 }
 
-struct Header {
+struct BmpHeader {
     pixels_offset: u64,
     info_bytes: u32,
     width_px: u32,
@@ -55,7 +57,7 @@ struct Header {
     bits: u16,
 }
 
-impl Header {
+impl BmpHeader {
     fn read(bytes: Bytes) -> Result<Self, CameraError> {
         let info_bytes = bytes.u32("information header's size", FILE_HEADER)?;
         if info_bytes < LEAST_INFO_BYTES {

@@ -1,13 +1,8 @@
-//! Boards for calibration, and their corners in a picture, found by OpenCV (feature `opencv`).
+//! Boards for calibration: checkerboards and ChArUco boards, and the corners that are seen of them.
 
-#[cfg(opencv_before_4_7)]
-mod charuco;
-#[cfg(feature = "opencv")]
-mod finder;
+use chainwave_measurement::Estimate;
 
-use chainwave_measurement::{Estimate, Recording};
-
-use crate::CameraError;
+use crate::error::CameraError;
 
 /// A flat board of equal squares, black and white in turn.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,7 +41,7 @@ pub struct Corner {
 
 impl Board {
     /// Refuses a board that is none, or that tells too little.
-    fn check(&self) -> Result<(), CameraError> {
+    pub(crate) fn check(&self) -> Result<(), CameraError> {
         let refusal = |what: &str, expected: &str, found: f64| {
             Err(CameraError::Calibration { what: what.into(), expected: expected.into(), found })
         };
@@ -64,31 +59,4 @@ impl Board {
             }
         }
     }
-}
-
-/// The corners of a board in a frame.
-///
-/// A checkerboard must be seen as a whole; of a ChArUco board any part will do.
-///
-/// # Errors
-/// [`CameraError`] when no board of this kind is found, or the build has no OpenCV.
-pub fn find_corners(
-    recording: &dyn Recording,
-    frame: usize,
-    board: &Board,
-) -> Result<Vec<Corner>, CameraError> {
-    board.check()?;
-    find(recording, frame, board)
-}
-
-#[cfg(feature = "opencv")]
-use finder::find;
-
-#[cfg(not(feature = "opencv"))]
-fn find(recording: &dyn Recording, _frame: usize, _board: &Board) -> Result<Vec<Corner>, CameraError> {
-    Err(CameraError::Unsupported {
-        path: recording.path().into(),
-        what: "a calibration board".into(),
-        hint: "build with the feature `opencv`".into(),
-    })
 }

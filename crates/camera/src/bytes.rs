@@ -1,7 +1,9 @@
+//! The checked cursor: every read of foreign bytes names what it reads and fails where the file ends.
+
 use std::fmt::Display;
 use std::path::Path;
 
-use crate::CameraError;
+use crate::error::CameraError;
 
 /// The bytes of a file, readable only where they exist.
 ///

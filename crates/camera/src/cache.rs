@@ -1,3 +1,5 @@
+//! The last decoded frames of a compressed recording, shared by threads.
+
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex};
 

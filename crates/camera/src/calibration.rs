@@ -6,15 +6,18 @@
 //! the work with each of those; the differences are the errors, with all their correlations.
 
 mod board_fit;
+mod checks;
 mod lens;
 mod marks;
 mod plane;
 
 use chainwave_measurement::Estimate;
 
-use crate::CameraError;
+use crate::error::CameraError;
+use checks::{check_length, check_sigma};
 pub use lens::Lens;
 pub use plane::PlaneMap;
+use plane::scaled_plane;
 
 /// A point whose number along a row of equally spaced ones is known, such as a body of the chain.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -124,36 +127,6 @@ impl PlaneMap {
         let [along, _] = self.m_per_px(at_px);
         Estimate::new(self.position_m(at_px)[0], (along[0] * x_px.sigma).hypot(along[1] * y_px.sigma))
     }
-}
-
-/// The plane of a picture without perspective, whose x points along `axis` in the picture from `origin_px`.
-fn scaled_plane(m_per_px: f64, axis: [f64; 2], origin_px: [f64; 2]) -> [[f64; 3]; 3] {
-    let across = [-axis[1], axis[0]];
-    let row = |direction: [f64; 2]| {
-        let [x, y] = direction.map(|component| component * m_per_px);
-        [x, y, -dot([x, y], origin_px)]
-    };
-    [row(axis), row(across), [0.0, 0.0, 1.0]]
-}
-
-fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
-    a[0] * b[0] + a[1] * b[1]
-}
-
-fn check_length(what: &str, length: Estimate) -> Result<(), CameraError> {
-    if !(length.value.is_finite() && length.value > 0.0) {
-        return Err(refusal(what, "a finite number above 0", length.value));
-    }
-    check_sigma(length.sigma)
-}
-
-fn check_sigma(sigma: f64) -> Result<(), CameraError> {
-    let valid = sigma.is_finite() && sigma >= 0.0;
-    valid.then_some(()).ok_or_else(|| refusal("standard uncertainty", "a finite number, 0 or above", sigma))
-}
-
-fn refusal(what: &str, expected: &str, found: f64) -> CameraError {
-    CameraError::Calibration { what: what.into(), expected: expected.into(), found }
 }
 
 #[cfg(test)]

@@ -1,12 +1,14 @@
+//! Paths that may hold a recording: their first bytes, and the files beside and inside them.
+
 use std::ffi::OsStr;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use crate::CameraError;
+use crate::error::CameraError;
 
-/// Bytes at the start of a file that suffice to recognise every format.
-const HEAD_BYTES: u64 = 512;
+/// Bytes at the start of a file that suffice to recognise every format, also those that are only named.
+const HEAD_BYTES: u64 = 4100;
 
 /// A path that may hold a recording, with what its format is found from.
 pub(crate) struct Candidate<'a> {

@@ -16,13 +16,16 @@ use chainwave_measurement::{RecordingInfo, Region};
 use memmap2::Mmap;
 
 use crate::bytes::Bytes;
+use crate::error::CameraError;
 use crate::file_recording::{FileRecording, PixelSource};
+use crate::format::{Format, Opened};
 use crate::mapping::map_file;
-use crate::{CameraError, Format, OpenOptions, Opened};
+use crate::options::OpenOptions;
+use crate::partial;
 use blocks::Blocks;
 use clock::Clock;
-use header::Header;
-use pixels::Layout;
+use header::CineHeader;
+use pixels::PixelLayout;
 use setup::Setup;
 
 pub(crate) const FORMAT: Format = Format {
@@ -37,14 +40,18 @@ const FRAME_HEAD_BYTES: u64 = 8;
 fn open(path: &Path, options: &OpenOptions) -> Opened {
     let map = map_file(path)?;
     let bytes = Bytes::new(path, &map);
-    let header = Header::read(bytes)?;
+    let mut header = CineHeader::read(bytes)?;
     let setup = Setup::read(bytes, header.setup_offset)?;
-    let layout = Layout::of(bytes, &header, &setup)?;
-    let blocks = Blocks::read(bytes, &header, &setup)?;
-    let frames = frame_offsets(bytes, &header, &layout)?;
+    let layout = PixelLayout::of(bytes, &header, &setup)?;
+    let mut blocks = Blocks::read(bytes, &header, &setup)?;
+    let (frames, cut) = frame_offsets(bytes, &header, &layout, options)?;
+    blocks.keep_first(frames.len());
+    // No more frames than before, which 32 bits count.
+    header.n_images = frames.len() as u32;
     let clock = Clock::of(bytes, &header, &setup, &blocks)?;
     let mut warnings = quirks::warnings(bytes, &header, &setup, &layout, &blocks, &frames);
     warnings.extend(clock.warnings);
+    warnings.extend(cut);
     let info = RecordingInfo {
         format: layout.storage.name().into(),
         width_px: layout.raster.width_px,
@@ -58,20 +65,20 @@ fn open(path: &Path, options: &OpenOptions) -> Opened {
         exposure_s: blocks.exposure_s().or(setup.exposure_s),
         warnings,
     };
-    let images = Images { path: path.into(), map, layout, frames };
+    let images = CineImages { path: path.into(), map, layout, frames };
     Ok(Box::new(FileRecording::new(path, info, images, options)))
 }
 
 /// The images of a .cine file.
-struct Images {
+struct CineImages {
     path: PathBuf,
     map: Mmap,
-    layout: Layout,
+    layout: PixelLayout,
     /// Offset of each frame's head, in bytes from the start of the file.
     frames: Vec<u64>,
 }
 
-impl Images {
+impl CineImages {
     /// The pixels of a frame as they are stored.
     ///
     /// The size of the picture is the header's: the frame's own size word is garbage in files of at least one camera.
@@ -92,21 +99,54 @@ impl Images {
     }
 }
 
-impl PixelSource for Images {
+impl PixelSource for CineImages {
     fn read(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<u64, String> {
         Ok(self.layout.raster.unpack(self.image(frame)?, region, pixels))
     }
 }
 
-/// Reads the table of pointers and checks that the file has room for every frame.
-fn frame_offsets(bytes: Bytes, header: &Header, layout: &Layout) -> Result<Vec<u64>, CameraError> {
+/// Reads the table of pointers and checks that the file has room for every frame; of a file that is cut short, the frames
+/// before the first that is not whole where `options` ask for them, and a warning.
+fn frame_offsets(
+    bytes: Bytes,
+    header: &CineHeader,
+    layout: &PixelLayout,
+    options: &OpenOptions,
+) -> Result<(Vec<u64>, Option<String>), CameraError> {
     let count = u64::from(header.n_images);
     let table =
         bytes.slice("image pointers", header.pointers_offset, count * header.pointer_width.bytes())?;
-    let frames = header.pointer_width.decode(table);
-    for (index, &start) in frames.iter().enumerate() {
-        let size = layout.frame_bytes.saturating_add(FRAME_HEAD_BYTES);
-        bytes.slice(format_args!("image {index}"), start, size)?;
+    let mut frames = header.pointer_width.decode(table);
+    let n_stated = frames.len();
+    let size = layout.frame_bytes.saturating_add(FRAME_HEAD_BYTES);
+    let room = |(index, &start): (usize, &u64)| bytes.slice(format_args!("image {index}"), start, size).err();
+    if let Some(error) = frames.iter().enumerate().find_map(room) {
+        if !partial::forgives(options, &error) {
+            return Err(error);
+        }
+        frames.truncate(frames.iter().enumerate().position(|frame| room(frame).is_some()).unwrap_or(0));
+        if frames.is_empty() {
+            return Err(error);
+        }
     }
-    Ok(frames)
+    // Annotations make a frame longer than it is at least; where frames follow each other, the last one tells.
+    while let Some(error) =
+        frames.last().and_then(|&start| unannotated(bytes, start, frames.len() - 1, layout))
+    {
+        if frames.len() == 1 || !partial::forgives(options, &error) {
+            return Err(error);
+        }
+        frames.pop();
+    }
+    let cut = (frames.len() < n_stated).then(|| partial::warning(frames.len(), Some(n_stated)));
+    Ok((frames, cut))
+}
+
+/// The error for a frame whose annotations leave no room for its pixels before the file ends.
+fn unannotated(bytes: Bytes, start: u64, index: usize, layout: &PixelLayout) -> Option<CameraError> {
+    let head = match bytes.u32("frame head", start) {
+        Ok(head) => u64::from(head),
+        Err(error) => return Some(error),
+    };
+    bytes.slice(format_args!("pixels of image {index}"), start + head, layout.frame_bytes).err()
 }

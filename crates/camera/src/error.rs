@@ -1,3 +1,5 @@
+//! Why a recording cannot be opened, surveyed or calibrated: file, place, expected, found, hint.
+
 use std::path::PathBuf;
 
 use chainwave_measurement::ReadError;
@@ -77,6 +79,26 @@ pub enum CameraError {
         path: PathBuf,
         /// What was given, in hertz.
         found: f64,
+    },
+    /// The stated geometry of a file without header is none.
+    #[error("geometry of raw pixels: expected {expected}, found `{found}`")]
+    RawGeometry {
+        /// What would do.
+        expected: String,
+        /// What was given.
+        found: String,
+    },
+    /// Dark frames, a flat field or defects that do not belong to a recording, or tell nothing of its sensor.
+    #[error("{}: {what}: expected {expected}, found {found}", path.display())]
+    Correction {
+        /// The recording that does not fit, or that tells nothing.
+        path: PathBuf,
+        /// What is wrong with it.
+        what: String,
+        /// What would do.
+        expected: String,
+        /// What it holds.
+        found: String,
     },
     /// A calibration that cannot be.
     #[error("calibration: {what}: expected {expected}, found {found}")]

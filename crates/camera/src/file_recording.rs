@@ -1,8 +1,10 @@
+//! A [`Recording`] made of what a file says of itself and of a source of pixels.
+
 use std::path::{Path, PathBuf};
 
 use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region};
 
-use crate::{ByteCounter, OpenOptions};
+use crate::options::{ByteCounter, OpenOptions};
 
 /// Where the pixels of a recording come from.
 pub(crate) trait PixelSource: Send + Sync {

@@ -1,11 +1,15 @@
+//! Uncompressed frames back to back in one file.
+
 use std::path::PathBuf;
 
 use chainwave_measurement::Region;
 use memmap2::Mmap;
 
-use crate::CameraError;
 use crate::bytes::Bytes;
+use crate::error::CameraError;
 use crate::file_recording::PixelSource;
+use crate::options::OpenOptions;
+use crate::partial;
 use crate::raster::Raster;
 
 /// Uncompressed frames that lie back to back in one memory-mapped file, which has [room](Self::check_room) for them.
@@ -27,6 +31,22 @@ impl FlatFrames {
     ) -> Result<(), CameraError> {
         let n_bytes = raster.frame_bytes().saturating_mul(n_frames as u64);
         bytes.slice(format_args!("{n_frames} frames"), first_byte, n_bytes).map(|_| ())
+    }
+
+    /// As [`check_room`](Self::check_room); gives the number of frames, of a file that is cut short the whole ones where
+    /// `options` ask for them, with a warning.
+    pub(crate) fn n_whole(
+        bytes: Bytes,
+        raster: &Raster,
+        first_byte: u64,
+        n_frames: usize,
+        options: &OpenOptions,
+    ) -> Result<(usize, Option<String>), CameraError> {
+        let n_whole = bytes.len().saturating_sub(first_byte) / raster.frame_bytes().max(1);
+        if options.partial && (1..n_frames as u64).contains(&n_whole) {
+            return Ok((n_whole as usize, Some(partial::warning(n_whole as usize, Some(n_frames)))));
+        }
+        Self::check_room(bytes, raster, first_byte, n_frames).map(|()| (n_frames, None))
     }
 }
 

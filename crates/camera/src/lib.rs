@@ -6,8 +6,9 @@
 //! | Phantom .cine | 8, 16 bit, P10, P12L | its rows |
 //! | Photron .mraw with .cih or .cihx, opened by either | 8, 10, 12, 16 bit | its rows |
 //! | TIFF, BigTIFF, ImageJ stacks | 8 to 16 bit | its rows; compressed: the frame, once |
-//! | folder of TIFF, PNG or BMP images, or one of them | 8, 16 bit | as above |
+//! | folder of TIFF, PNG, BMP, JPEG or PGM images, or one of them | 8, 16 bit; PGM 1 to 16 | as above |
 //! | NumPy .npy | 8, 16 bit | its rows |
+//! | pixels without a header, of a stated [`RawGeometry`] | 8 to 16 bit | its rows |
 //! | AVI, MP4, Matroska (feature `opencv`) | the codec's; above 8 bits by the program `ffmpeg` | the frame, once |
 //!
 //! - **One file per format.** [`open`] asks each entry of `FORMATS` whether a path is its own, by the first bytes of the
@@ -27,7 +28,32 @@
 //! - **No time is invented.** Where neither the file nor the caller ([`OpenOptions`]) knows a frame rate, it is `None`,
 //!   and times count frames.
 //!
-//! What is tracked in the pictures is no matter of this crate.
+//! - **Only what belongs to the light.** [`SensorCorrection`] takes the dark level, the gain and the defects of a sensor out of
+//!   what is read ([`Corrected`]), from files that the user has or from scenes at rest. What it rests on has an uncertainty, which
+//!   all frames share.
+//!
+//! What is tracked in the pictures is no matter of this crate. Its files import each other in one direction: readers of formats
+//! what they share (`bytes`, `raster`, `picture`, `file_recording`), and the list of formats below the readers; a module's parts may
+//! use the types that the module's own file defines.
+//!
+//! ```
+//! use chainwave_camera::open;
+//! use chainwave_measurement::Region;
+//!
+//! # let folder = tempfile::tempdir()?;
+//! # let path = folder.path().join("strike.pgm");
+//! # std::fs::write(&path, b"P5 4 2 255 \x0A\x14\x1E\x28\x32\x3C\x46\x50")?;
+//! let recording = open(&path)?;
+//! let info = recording.info();
+//! assert_eq!((info.width_px, info.height_px, info.n_frames, info.bit_depth), (4, 2, 1, 8));
+//!
+//! // Two columns of both rows, from the second column on.
+//! let region = Region { x: 1, y: 0, width: 2, height: 2 };
+//! let mut counts = vec![0.0; region.n_pixels()];
+//! recording.read_region(0, region, &mut counts)?;
+//! assert_eq!(counts, [20.0, 30.0, 60.0, 70.0]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod bmp;
 mod board;
@@ -36,18 +62,26 @@ mod cache;
 mod calibration;
 mod candidate;
 mod cine;
+mod corners;
 mod error;
 mod file_recording;
 mod flat;
+mod foreign;
+mod format;
+mod jpeg;
 mod linearise;
 mod mapping;
 mod mraw;
 mod npy;
 mod options;
 mod packing;
+mod partial;
+mod pgm;
 mod picture;
 mod png;
 mod raster;
+mod raw;
+mod sensor;
 mod series;
 mod survey;
 mod tiff;
@@ -58,26 +92,21 @@ use std::path::Path;
 
 use chainwave_measurement::Recording;
 
-pub use board::{Board, Corner, Markers, find_corners};
+pub use board::{Board, Corner, Markers};
 pub use calibration::{Calibration, Lens, MapError, Mark, PlaneMap, Source};
 use candidate::Candidate;
+pub use corners::find_corners;
 pub use error::CameraError;
+use format::Format;
 pub use options::{ByteCounter, OpenOptions};
+pub use raw::geometry::RawGeometry;
+pub use raw::open_raw;
+pub use sensor::{Corrected, Defect, DefectKind, DefectMap, PixelStatistics, SensorCorrection};
 pub use survey::{ContactSheet, Histogram, NoiseEstimate, SheetLayout, contact_sheet, histogram, noise};
 
 /// The formats, in the order in which they are asked.
 const FORMATS: &[Format] =
     &[cine::FORMAT, tiff::FORMAT, npy::FORMAT, series::IMAGE, series::FOLDER, video::FORMAT, mraw::FORMAT];
-
-/// A recording, or why it could not be opened.
-type Opened = Result<Box<dyn Recording>, CameraError>;
-
-/// A recording format: how to know it, and how to open it.
-struct Format {
-    name: &'static str,
-    recognises: fn(&Candidate) -> bool,
-    open: fn(&Path, &OpenOptions) -> Opened,
-}
 
 /// Opens a recording whose format is found from its first bytes, as [`open_with`] does with nothing else known of it.
 ///
@@ -91,13 +120,16 @@ pub fn open(path: &Path) -> Result<Box<dyn Recording>, CameraError> {
 ///
 /// # Errors
 /// [`CameraError`] when the file cannot be read, is of no known format, is in colour, contradicts itself, or ends
-/// before its last frame, and when the frame rate in `options` is none.
+/// before its last frame (unless [`OpenOptions::partial`] asks for the whole ones), and when the frame rate in `options` is none.
 pub fn open_with(path: &Path, options: &OpenOptions) -> Result<Box<dyn Recording>, CameraError> {
     options.check(path)?;
+    if let Some(geometry) = options.raw {
+        return open_raw(path, geometry, options);
+    }
     let candidate = Candidate::read(path)?;
     match FORMATS.iter().find(|format| (format.recognises)(&candidate)) {
         Some(format) => (format.open)(path, options),
-        None => Err(unknown_format(&candidate)),
+        None => Err(foreign::refusal(&candidate).unwrap_or_else(|| unknown_format(&candidate))),
     }
 }
 
@@ -111,6 +143,9 @@ fn unknown_format(candidate: &Candidate) -> CameraError {
             (false, true) => "an empty file".into(),
             (false, false) => format!("bytes {}", first.join(" ")),
         },
-        hint: format!("readable formats: {}", names.join("; ")),
+        hint: format!(
+            "readable formats: {}; pixels without a header, where their geometry is stated, such as 1280x800x12le",
+            names.join("; ")
+        ),
     }
 }

@@ -1,3 +1,5 @@
+//! The look-up table that turns companded 10-bit codes (P10) into linear counts.
+
 /// Linear 12-bit counts of the camera's companded 10-bit codes ("P10" storage).
 ///
 /// The camera stores Rec. 709's power law of the light, so that ten bits hold what twelve would. The inverse of that law with

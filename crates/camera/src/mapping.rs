@@ -1,9 +1,11 @@
+//! Files mapped into memory for reading; the crate's only unsafe code.
+
 use std::fs::File;
 use std::path::Path;
 
 use memmap2::Mmap;
 
-use crate::CameraError;
+use crate::error::CameraError;
 
 /// Maps a whole file into memory for reading; the system then loads only the pages that are touched.
 ///

@@ -4,6 +4,7 @@
 mod fields;
 mod header;
 mod levels;
+mod sidecar;
 
 use std::path::{Path, PathBuf};
 
@@ -11,13 +12,16 @@ use chainwave_measurement::RecordingInfo;
 
 use crate::bytes::Bytes;
 use crate::candidate::{Candidate, read_head, sibling};
+use crate::error::CameraError;
 use crate::file_recording::FileRecording;
 use crate::flat::FlatFrames;
+use crate::format::{Format, Opened};
 use crate::mapping::map_file;
-use crate::{CameraError, Format, OpenOptions, Opened};
+use crate::options::OpenOptions;
 use fields::is_header;
-use header::Header;
-use levels::Levels;
+use header::MrawHeader;
+use levels::StoredLevels;
+pub(crate) use sidecar::{Sidecar, sidecar};
 
 /// Pixels alone cannot be recognised, so a .mraw is known by its name, and its header by its first bytes.
 pub(crate) const FORMAT: Format = Format {
@@ -32,17 +36,20 @@ fn is_mraw(candidate: &Candidate) -> bool {
 
 fn open(path: &Path, options: &OpenOptions) -> Opened {
     let (header_path, pixel_path) = both_paths(path)?;
-    let header = Header::read(&header_path)?;
+    let mut header = MrawHeader::read(&header_path)?;
     let map = map_file(&pixel_path)?;
     let bytes = Bytes::new(&pixel_path, &map);
-    let levels = Levels::of(bytes, &header)?;
-    FlatFrames::check_room(bytes, &levels.raster, 0, header.n_frames)?;
+    let levels = StoredLevels::of(bytes, &header)?;
     let mut warnings = contradictions(bytes, &header, &levels);
+    let (n_frames, cut) = FlatFrames::n_whole(bytes, &levels.raster, 0, header.n_frames, options)?;
+    header.n_frames = n_frames;
+    warnings.extend(cut);
     let (rate_hz, times_s) = times(&header, options);
     warnings.push(format!(
         "the file holds no time stamps: times are computed from frame numbers, {rate_hz} saved frames a second"
     ));
     warnings.extend(levels.warnings);
+    warnings.extend(header.raw_remark);
     let info = RecordingInfo {
         format: format!("mraw {} bit", header.stored_bits),
         width_px: header.width_px,
@@ -51,9 +58,9 @@ fn open(path: &Path, options: &OpenOptions) -> Opened {
         bit_depth: levels.bit_depth,
         rate_hz: Some(rate_hz),
         times_s,
-        first_image: header.start_frame - header.trigger_frame,
-        camera: header.camera.clone(),
-        exposure_s: header.exposure_s,
+        first_image: header.shot.start_frame - header.shot.trigger_frame,
+        camera: header.shot.camera.clone(),
+        exposure_s: header.shot.exposure_s,
         warnings,
     };
     let frames = FlatFrames { path: pixel_path.clone(), map, raster: levels.raster, first_byte: 0 };
@@ -65,7 +72,9 @@ fn both_paths(path: &Path) -> Result<(PathBuf, PathBuf), CameraError> {
     let missing = |what: &str, beside: &str| CameraError::Unsupported {
         path: path.into(),
         what: format!("{what} alone"),
-        hint: format!("expected {beside} of the same name beside it, found none"),
+        hint: format!(
+            "expected {beside} of the same name beside it, found none; its pixels alone can be read where their geometry is stated"
+        ),
     };
     if is_header(&read_head(path)?) {
         let pixels = sibling(path, "mraw").ok_or_else(|| missing("the header of a recording", "a .mraw"))?;
@@ -77,31 +86,31 @@ fn both_paths(path: &Path) -> Result<(PathBuf, PathBuf), CameraError> {
 
 /// Saved frames per second, and the time of each after the trigger: frame number / rate of recording, unless the
 /// caller knows the rate better.
-fn times(header: &Header, options: &OpenOptions) -> (f64, Vec<f64>) {
-    let first = (header.start_frame - header.trigger_frame) as f64;
-    let step = header.step as f64;
+fn times(header: &MrawHeader, options: &OpenOptions) -> (f64, Vec<f64>) {
+    let first = (header.shot.start_frame - header.shot.trigger_frame) as f64;
+    let step = header.shot.step as f64;
     let frames = (0..header.n_frames).map(|frame| frame as f64);
     match options.rate_hz {
         Some(rate_hz) => {
-            let first_s = first / header.record_hz;
+            let first_s = first / header.shot.record_hz;
             (rate_hz, frames.map(|frame| first_s + frame / rate_hz).collect())
         }
         None => {
-            let rate_hz = header.record_hz / step;
-            (rate_hz, frames.map(|frame| (first + frame * step) / header.record_hz).collect())
+            let rate_hz = header.shot.record_hz / step;
+            (rate_hz, frames.map(|frame| (first + frame * step) / header.shot.record_hz).collect())
         }
     }
 }
 
 /// What the header says that cannot all be true, or that a reader of the times should know.
-fn contradictions(bytes: Bytes, header: &Header, levels: &Levels) -> Vec<String> {
+fn contradictions(bytes: Bytes, header: &MrawHeader, levels: &StoredLevels) -> Vec<String> {
     [step(header), trigger(header), other_length(bytes, header, levels)].into_iter().flatten().collect()
 }
 
-fn step(header: &Header) -> Option<String> {
-    let (step, n_frames) = (header.step, header.n_frames as u64);
+fn step(header: &MrawHeader) -> Option<String> {
+    let (step, n_frames) = (header.shot.step, header.n_frames as u64);
     let last = n_frames.saturating_sub(1).saturating_mul(step);
-    match header.n_recorded {
+    match header.shot.n_recorded {
         Some(n_recorded) if last >= n_recorded => Some(format!(
             "the header contradicts itself: {n_frames} frames, one in {step} saved, cannot come from {n_recorded} \
              recorded ones; times follow the step and may be wrong by a factor (the option `rate_hz` overrules them)"
@@ -110,12 +119,12 @@ fn step(header: &Header) -> Option<String> {
     }
 }
 
-fn trigger(header: &Header) -> Option<String> {
-    let number = header.trigger_frame;
+fn trigger(header: &MrawHeader) -> Option<String> {
+    let number = header.shot.trigger_frame;
     (number != 0).then(|| format!("the header moves the trigger to frame {number}; times count from there"))
 }
 
-fn other_length(bytes: Bytes, header: &Header, levels: &Levels) -> Option<String> {
+fn other_length(bytes: Bytes, header: &MrawHeader, levels: &StoredLevels) -> Option<String> {
     let frame_bytes = levels.raster.frame_bytes();
     let n_bytes = frame_bytes.saturating_mul(header.n_frames as u64);
     let rest = bytes.len().saturating_sub(n_bytes);

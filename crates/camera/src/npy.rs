@@ -9,11 +9,12 @@ use chainwave_measurement::RecordingInfo;
 use crate::bytes::Bytes;
 use crate::file_recording::FileRecording;
 use crate::flat::FlatFrames;
+use crate::format::{Format, Opened};
 use crate::mapping::map_file;
+use crate::options::OpenOptions;
 use crate::raster::Raster;
 use crate::timing::{Timing, unstated_depth};
-use crate::{Format, OpenOptions, Opened};
-use header::Header;
+use header::NpyHeader;
 
 pub(crate) const FORMAT: Format = Format {
     name: "NumPy .npy (starts with 93 NUMPY)",
@@ -24,20 +25,21 @@ pub(crate) const FORMAT: Format = Format {
 fn open(path: &Path, options: &OpenOptions) -> Opened {
     let map = map_file(path)?;
     let bytes = Bytes::new(path, &map);
-    let header = Header::read(bytes)?;
+    let header = NpyHeader::read(bytes)?;
     let raster = Raster::plain(header.packing, header.width_px, header.height_px).ok_or_else(|| {
         bytes.malformed("array shape", header.text_offset, "rows that fit into a file", header.width_px)
     })?;
-    FlatFrames::check_room(bytes, &raster, header.data_offset, header.n_frames)?;
+    let (n_frames, cut) = FlatFrames::n_whole(bytes, &raster, header.data_offset, header.n_frames, options)?;
     let bit_depth = header.packing.stored_bits();
-    let timing = Timing::of(0..header.n_frames as u64, options, None);
+    let timing = Timing::of(0..n_frames as u64, options, None);
     let mut warnings = vec![timing.warning];
     warnings.extend(unstated_depth(bit_depth));
+    warnings.extend(cut);
     let info = RecordingInfo {
         format: format!("npy {bit_depth} bit"),
         width_px: header.width_px,
         height_px: header.height_px,
-        n_frames: header.n_frames,
+        n_frames,
         bit_depth,
         rate_hz: timing.rate_hz,
         times_s: timing.times_s,

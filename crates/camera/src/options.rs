@@ -1,8 +1,11 @@
+//! What a caller may state when a recording is opened, and the count of bytes that were looked at.
+
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use crate::CameraError;
+use crate::error::CameraError;
+use crate::raw::geometry::RawGeometry;
 
 /// What the caller knows of a recording, or wants to know of its reading.
 #[derive(Debug, Clone, Default)]
@@ -10,6 +13,11 @@ pub struct OpenOptions {
     /// Frames per second, for recordings without time stamps of their own: images, arrays, TIFF stacks, videos (which
     /// often state the rate at which they were meant to be shown) and .mraw. Time stamps in a file win over it.
     pub rate_hz: Option<f64>,
+    /// Takes the whole frames of a recording that ends before its last one, and says in its warnings how many those are.
+    /// Otherwise such a recording is refused, as nobody asked for a part of it.
+    pub partial: bool,
+    /// Reads every file as pixels of this geometry without a header, whatever its first bytes are.
+    pub raw: Option<RawGeometry>,
     /// Counts the bytes of uncompressed pixels that are looked at.
     pub pixel_bytes: ByteCounter,
 }

@@ -1,3 +1,5 @@
+//! Pixels of 8, 10, 12 and 16 bits unpacked from the bytes of a row.
+
 use std::ops::Range;
 
 use crate::linearise::P10_LINEAR;

@@ -1,3 +1,5 @@
+//! One opened image: rows where they lie in the file, in strips, or decoded gray.
+
 use chainwave_measurement::Region;
 use memmap2::Mmap;
 
@@ -9,16 +11,23 @@ const MOST_EXPANSION: u64 = 1500;
 /// One image, opened.
 pub(crate) enum Picture {
     /// Uncompressed: its rows are read where they lie.
-    Mapped { map: Mmap, raster: Raster, strips: Strips },
+    Mapped {
+        /// The file.
+        map: Mmap,
+        raster: Raster,
+        strips: Strips,
+        /// Significant bits of a pixel.
+        bits: u32,
+    },
     /// Compressed: decoded as a whole.
     Decoded(Gray),
 }
 
 impl Picture {
-    /// Width, height and bits of a pixel.
+    /// Width, height and significant bits of a pixel.
     pub(crate) fn shape(&self) -> (usize, usize, u32) {
         match self {
-            Self::Mapped { raster, .. } => (raster.width_px, raster.height_px, raster.packing.stored_bits()),
+            Self::Mapped { raster, bits, .. } => (raster.width_px, raster.height_px, *bits),
             Self::Decoded(gray) => (gray.width_px, gray.height_px, gray.bits),
         }
     }
@@ -26,7 +35,7 @@ impl Picture {
     /// Writes the counts of `region`, which lies in the picture, and says how many stored bytes it looked at.
     pub(crate) fn unpack(&self, region: Region, pixels: &mut [f32]) -> u64 {
         match self {
-            Self::Mapped { map, raster, strips } => strips.unpack(map, raster, region, pixels),
+            Self::Mapped { map, raster, strips, .. } => strips.unpack(map, raster, region, pixels),
             Self::Decoded(gray) => {
                 gray.copy(region, pixels);
                 0

@@ -1,10 +1,12 @@
+//! PNG images of 8 or 16 bits, decoded by the library `png`.
+
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
 use png::{BitDepth, ColorType};
 
-use crate::CameraError;
+use crate::error::CameraError;
 use crate::picture::{Gray, Picture, is_plausible};
 
 pub(crate) const MAGIC: &[u8] = b"\x89PNG\r\n\x1A\n";

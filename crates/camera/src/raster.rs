@@ -1,3 +1,5 @@
+//! The rows of an uncompressed frame: their order, stride and scale, and a region unpacked from them.
+
 use chainwave_measurement::Region;
 
 use crate::packing::Packing;

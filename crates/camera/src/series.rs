@@ -1,40 +1,51 @@
-//! Folders of TIFF, PNG or BMP images, one frame each, in the order of the numbers in their names; and single PNG and BMP
-//! images.
+//! Folders of TIFF, PNG, BMP, JPEG or PGM images, one frame each, in the order of the numbers in their names; and such images
+//! alone.
 //!
 //! Opening a folder reads the names and the first image. An image that is damaged or of another size is an error when its frame
 //! is read.
 
 mod numbering;
+mod schedule;
 
 use std::path::{Path, PathBuf};
 
 use chainwave_measurement::{RecordingInfo, Region};
 
 use crate::cache::FrameCache;
-use crate::candidate::{files_in, read_head};
+use crate::candidate::{files_in, has_extension, read_head};
+use crate::error::CameraError;
 use crate::file_recording::{FileRecording, PixelSource};
+use crate::format::{Format, Opened};
+use crate::options::OpenOptions;
+use crate::partial;
 use crate::picture::Picture;
-use crate::timing::{Timing, unstated_depth};
-use crate::{CameraError, Format, OpenOptions, Opened, bmp, png, tiff};
+use crate::timing::unstated_depth;
+use crate::{bmp, jpeg, pgm, png, tiff};
 use numbering::Numbering;
+use schedule::Schedule;
 
 pub(crate) const FOLDER: Format = Format {
-    name: "folder of TIFF, PNG or BMP images",
+    name: "folder of TIFF, PNG, BMP, JPEG or PGM images",
     recognises: |candidate| candidate.is_folder,
     open: open_folder,
 };
 
 pub(crate) const IMAGE: Format = Format {
-    name: "PNG or BMP image",
+    name: "PNG, BMP, JPEG or PGM image",
     recognises: |candidate| Kind::of(&candidate.head).is_some(),
     open: |path, options| open(path, vec![path.into()], &Numbering::single(), options),
 };
+
+/// Endings of names that promise an image.
+const IMAGE_NAMES: [&str; 7] = ["tif", "tiff", "png", "bmp", "jpg", "jpeg", "pgm"];
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Kind {
     Tiff,
     Png,
     Bmp,
+    Jpeg,
+    Pgm,
 }
 
 impl Kind {
@@ -45,6 +56,10 @@ impl Kind {
             Some(Self::Png)
         } else if bmp::is_bmp(head) {
             Some(Self::Bmp)
+        } else if head.starts_with(jpeg::MAGIC) {
+            Some(Self::Jpeg)
+        } else if pgm::is_netpbm(head) {
+            Some(Self::Pgm)
         } else {
             None
         }
@@ -55,6 +70,8 @@ impl Kind {
             Self::Tiff => "tiff",
             Self::Png => "png",
             Self::Bmp => "bmp",
+            Self::Jpeg => "jpeg",
+            Self::Pgm => "pgm",
         }
     }
 }
@@ -67,11 +84,13 @@ fn load(path: &Path) -> Result<(Kind, Picture), CameraError> {
         Some(Kind::Tiff) => picture(Kind::Tiff, tiff::load(path)),
         Some(Kind::Png) => picture(Kind::Png, png::load(path)),
         Some(Kind::Bmp) => picture(Kind::Bmp, bmp::load(path)),
+        Some(Kind::Jpeg) => picture(Kind::Jpeg, jpeg::load(path)),
+        Some(Kind::Pgm) => picture(Kind::Pgm, pgm::load(path)),
         None => Err(CameraError::Malformed {
             path: path.into(),
             what: "image".into(),
             offset: 0,
-            expected: "the start of a TIFF, PNG or BMP image".into(),
+            expected: "the start of a TIFF, PNG, BMP, JPEG or PGM image".into(),
             found: "other bytes".into(),
         }),
     }
@@ -79,29 +98,50 @@ fn load(path: &Path) -> Result<(Kind, Picture), CameraError> {
 
 fn open_folder(path: &Path, options: &OpenOptions) -> Opened {
     let mut images = Vec::new();
+    let mut unreadable = Vec::new();
     for file in files_in(path)? {
-        if let Some(kind) = Kind::of(&read_head(&file)?) {
-            let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            images.push((kind, name, file));
+        let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        match Kind::of(&read_head(&file)?) {
+            Some(kind) => images.push((kind, name, file)),
+            None if IMAGE_NAMES.iter().any(|extension| has_extension(&file, extension)) => {
+                unreadable.push(name);
+            }
+            None => {}
         }
     }
     let names: Vec<(Kind, &str)> = images.iter().map(|(kind, name, _)| (*kind, name.as_str())).collect();
-    let numbering = Numbering::of(&names).map_err(|(what, hint)| CameraError::Unsupported {
+    let mut numbering = Numbering::of(&names).map_err(|(what, hint)| CameraError::Unsupported {
         path: path.into(),
         what,
         hint,
     })?;
+    if let Some(first) = unreadable.first() {
+        let n = unreadable.len();
+        numbering.warnings.push(format!("{n} files are named as images and hold none, such as `{first}`"));
+    }
     let files = numbering.order.iter().map(|&index| images[index].2.clone()).collect();
     open(path, files, &numbering, options)
 }
 
-fn open(path: &Path, files: Vec<PathBuf>, numbering: &Numbering, options: &OpenOptions) -> Opened {
+fn open(path: &Path, mut files: Vec<PathBuf>, numbering: &Numbering, options: &OpenOptions) -> Opened {
     let (kind, first) = load(&files[0])?;
     let shape @ (width_px, height_px, bit_depth) = first.shape();
-    let timing = Timing::of(numbering.steps.iter().copied(), options, None);
-    let mut warnings = vec![timing.warning];
+    let n_stated = files.len();
+    if options.partial {
+        // The copy of a folder ends in an image that is cut short, or in some that are empty.
+        while files.len() > 1 && files.last().is_some_and(|file| load(file).is_err()) {
+            files.pop();
+        }
+    }
+    let schedule = Schedule::of(path, &files, numbering, options)?;
+    let mut warnings = vec![schedule.timing.warning];
+    warnings.extend(schedule.warnings);
     warnings.extend(unstated_depth(bit_depth));
+    warnings.extend((kind == Kind::Jpeg).then(|| jpeg::LOSSY.into()));
     warnings.extend(numbering.warnings.iter().cloned());
+    if files.len() < n_stated {
+        warnings.push(partial::warning(files.len(), Some(n_stated)));
+    }
     let extent = if path.is_dir() { "series" } else { "image" };
     let info = RecordingInfo {
         format: format!("{} {extent} {bit_depth} bit", kind.name()),
@@ -109,26 +149,26 @@ fn open(path: &Path, files: Vec<PathBuf>, numbering: &Numbering, options: &OpenO
         height_px,
         n_frames: files.len(),
         bit_depth,
-        rate_hz: timing.rate_hz,
-        times_s: timing.times_s,
-        first_image: numbering.first,
-        camera: None,
-        exposure_s: None,
+        rate_hz: schedule.timing.rate_hz,
+        times_s: schedule.timing.times_s,
+        first_image: schedule.first_image,
+        camera: schedule.camera,
+        exposure_s: schedule.exposure_s,
         warnings,
     };
-    let images = Images { files, cache: FrameCache::new(()), shape };
+    let images = SeriesImages { files, cache: FrameCache::new(()), shape };
     Ok(Box::new(FileRecording::new(path, info, images, options)))
 }
 
 /// Images of one size, one frame each.
-struct Images {
+struct SeriesImages {
     files: Vec<PathBuf>,
     cache: FrameCache<(), Picture>,
     /// Width, height and bits of a pixel.
     shape: (usize, usize, u32),
 }
 
-impl Images {
+impl SeriesImages {
     fn picture(&self, frame: usize) -> Result<Picture, String> {
         let (_, picture) = load(&self.files[frame]).map_err(|error| error.to_string())?;
         if picture.shape() != self.shape {
@@ -140,7 +180,7 @@ impl Images {
     }
 }
 
-impl PixelSource for Images {
+impl PixelSource for SeriesImages {
     fn read(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<u64, String> {
         let picture = self.cache.get(frame, |()| self.picture(frame))?;
         Ok(picture.unpack(region, pixels))

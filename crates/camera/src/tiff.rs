@@ -5,18 +5,20 @@
 
 mod coded;
 mod directory;
+mod imagej;
 mod page;
 mod stack;
 
 use std::path::Path;
 
 use crate::bytes::Bytes;
+use crate::error::CameraError;
+use crate::format::Format;
 use crate::mapping::map_file;
 use crate::picture::Picture;
-use crate::{CameraError, Format};
 use directory::Reader;
 pub(crate) use directory::is_tiff;
-use page::{Page, Storage};
+use page::{Page, PageStorage};
 
 pub(crate) const FORMAT: Format = Format {
     name: "TIFF image or stack",
@@ -29,17 +31,15 @@ pub(crate) fn load(path: &Path) -> Result<Picture, CameraError> {
     let map = map_file(path)?;
     let reader = Reader::new(Bytes::new(path, &map))?;
     let directories = reader.directories()?;
-    let first = directories.first().ok_or_else(|| no_image(&reader))?;
+    let first = directories.first().ok_or_else(|| reader.no_image())?;
     let page = Page::read(&reader, first)?;
     match page.storage {
-        Storage::Plain { raster, strips } => Ok(Picture::Mapped { map, raster, strips }),
-        Storage::Coded => coded::Decoder::open(path, page.width_px * page.height_px)
-            .and_then(|mut decoder| decoder.image(0, (page.width_px, page.height_px, page.bits)))
-            .map(Picture::Decoded)
-            .map_err(|reason| CameraError::Decoder { path: path.into(), reason }),
+        PageStorage::Plain { raster, strips } => Ok(Picture::Mapped { map, raster, strips, bits: page.bits }),
+        PageStorage::Coded => {
+            let mut decoder = coded::CodedImages::open(path, page.width_px * page.height_px)
+                .map_err(|reason| CameraError::Decoder { path: path.into(), reason })?;
+            let gray = decoder.image(0, (page.width_px, page.height_px, page.bits));
+            gray.map(Picture::Decoded).map_err(|refusal| refusal.of(path))
+        }
     }
-}
-
-fn no_image(reader: &Reader) -> CameraError {
-    reader.bytes.malformed("first directory's offset", 4, "at least one image", "none")
 }

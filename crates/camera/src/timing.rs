@@ -1,4 +1,6 @@
-use crate::OpenOptions;
+//! Times of frames that have no time stamps: from a stated rate, or counted in frames.
+
+use crate::options::OpenOptions;
 
 /// When the frames of a recording without any clock were taken.
 pub(crate) struct Timing {

@@ -2,9 +2,13 @@
 //! to eight by the program `ffmpeg`, with the same codecs.
 
 #[cfg(feature = "opencv")]
+mod container;
+#[cfg(feature = "opencv")]
 mod decoder;
 #[cfg(feature = "opencv")]
 mod deep;
+#[cfg(feature = "opencv")]
+mod frames;
 #[cfg(feature = "opencv")]
 mod layout;
 #[cfg(feature = "opencv")]
@@ -13,8 +17,9 @@ mod player;
 use std::path::Path;
 
 #[cfg(not(feature = "opencv"))]
-use crate::CameraError;
-use crate::{Format, OpenOptions, Opened};
+use crate::error::CameraError;
+use crate::format::{Format, Opened};
+use crate::options::OpenOptions;
 
 pub(crate) const FORMAT: Format = Format {
     name: "AVI, MP4 or Matroska video",

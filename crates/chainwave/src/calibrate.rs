@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use chainwave_camera::{Board, Calibration, Corner, Markers, find_corners, open};
+use chainwave_experiment::CalibrationFile;
 use chainwave_measurement::Estimate;
 
-use crate::calibration::CalibrationFile;
 use crate::cli;
 use crate::error::Error;
 use crate::outcome::Outcome;

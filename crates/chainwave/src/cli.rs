@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use chainwave_analysis::contact_fit;
+use chainwave_inference::contact_fit;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 /// From high-speed recordings of an impacted chain to its wave, every number with its uncertainty.
@@ -45,6 +45,13 @@ pub(crate) enum Command {
     Init(Init),
     /// Make the small samples of the folder data-samples.
     Samples(Samples),
+}
+
+impl Command {
+    /// Whether a run that is interrupted goes on where it stopped, so that what is in hand is worth finishing.
+    pub(crate) fn keeps_what_is_done(&self) -> bool {
+        matches!(self, Self::Run(_) | Self::Prove(_) | Self::Synthesize(_))
+    }
 }
 
 /// Arguments of `inspect`.
@@ -270,10 +277,13 @@ pub(crate) struct Run {
     /// Recordings processed at a time; all cores when left out.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
+    /// Say, stage by stage, what is kept of an earlier run, what is made anew, and why.
+    #[arg(long)]
+    pub(crate) explain: bool,
     /// Only track, and only the K-th of N shares of the recordings: for the tasks of a cluster's array job, which all write into
     /// one folder. A run without it then evaluates what they tracked.
     #[arg(long, value_name = "K/N")]
-    pub(crate) share: Option<crate::run::Share>,
+    pub(crate) share: Option<chainwave_experiment::Share>,
 }
 
 /// Arguments of `import`.

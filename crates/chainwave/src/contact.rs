@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use chainwave_analysis::contact_fit::{
+use chainwave_inference::contact_fit::{
     ContactFit, ContactFitError, Hysteresis, PARAMETERS, Profile, Zero, fit_contact,
 };
 use serde::Serialize;
@@ -12,7 +12,7 @@ use crate::cli;
 use crate::error::Error;
 use crate::outcome::Outcome;
 use crate::output::{expect_folder_of, write_text};
-use crate::table::Table;
+use crate::table;
 
 /// What stands above the numbers.
 const HEAD: &str = "\
@@ -86,7 +86,7 @@ struct Branches {
 /// Fits the law and writes it.
 pub(crate) fn contact(arguments: &cli::Contact) -> Result<Outcome, Error> {
     expect_folder_of(&arguments.out)?;
-    let table = Table::read(&arguments.curve)?;
+    let table = table::read(&arguments.curve)?;
     let (overlap_m, force_n) = (table.full_numbers("overlap_m")?, table.full_numbers("force_n")?);
     let fit = fit_contact(&overlap_m, &force_n, arguments.zero.rule())
         .map_err(|refused| refusal(&arguments.curve, &refused))?;
@@ -97,7 +97,7 @@ pub(crate) fn contact(arguments: &cli::Contact) -> Result<Outcome, Error> {
 /// The refusal with its file, and the line where there is one.
 fn refusal(path: &Path, refused: &ContactFitError) -> Error {
     let line = refused.reading().map_or(String::new(), |reading| format!("line {}: ", reading + 2));
-    Error::Configuration { path: path.to_owned(), message: format!("{line}{refused}") }
+    Error::configuration(path, format!("{line}{refused}"))
 }
 
 fn text_of(fit: &ContactFit) -> Result<String, Error> {

@@ -16,9 +16,9 @@ use crate::error::Error;
 use crate::matching::Chosen;
 use crate::outcome::Outcome;
 use crate::output::expect_folder_of;
+use crate::parallel::threads;
 use crate::progress;
 use crate::table::{self, column};
-use crate::track::threads_of_each;
 
 /// Correlates two images and writes the field, its strain and its pictures.
 pub(crate) fn correlate(arguments: &cli::Correlate) -> Result<Outcome, Error> {
@@ -40,7 +40,7 @@ pub(crate) fn correlate(arguments: &cli::Correlate) -> Result<Outcome, Error> {
         grid,
         &Settings::default(),
         shape,
-        threads_of_each(arguments.jobs, 1),
+        threads(arguments.jobs),
         &|n| bar.inc(n),
     )?;
     bar.finish_and_clear();

@@ -1,29 +1,14 @@
+//! Why a command could do nothing (exit code 2).
+
 use std::path::{Path, PathBuf};
 
-/// Why a command could do nothing (exit code 2).
+/// Why a command could do nothing.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub(crate) enum Error {
-    /// A configuration that does not parse or makes no sense; the message points at the line.
-    #[error("{}: {message}", path.display())]
-    Configuration {
-        /// The file.
-        path: PathBuf,
-        /// Line, column, what was expected and found.
-        message: String,
-    },
-    /// A cell or column of an input table.
-    #[error("{}, {place}: expected {expected}, found {found}", path.display())]
-    Cell {
-        /// The file.
-        path: PathBuf,
-        /// Line and column.
-        place: String,
-        /// What was expected.
-        expected: String,
-        /// What was found.
-        found: String,
-    },
+    /// What the library refuses: configurations, input tables, recordings, stages of an experiment.
+    #[error(transparent)]
+    Experiment(#[from] chainwave_experiment::Error),
     /// A file or folder that cannot be read or written.
     #[error("{}: cannot {action}: {source}", path.display())]
     File {
@@ -45,14 +30,6 @@ pub(crate) enum Error {
     /// An option that makes no sense here.
     #[error("{0}")]
     Argument(String),
-    /// No input could be used; each reason was named before.
-    #[error("{what}: none of {n} could be used (the reasons are named above)")]
-    NothingLeft {
-        /// What the inputs are.
-        what: &'static str,
-        /// How many there were.
-        n: usize,
-    },
     /// Reading a recording.
     #[error(transparent)]
     Camera(#[from] chainwave_camera::CameraError),
@@ -76,7 +53,7 @@ pub(crate) enum Error {
     Analysis(#[from] chainwave_analysis::AnalysisError),
     /// Fitting.
     #[error(transparent)]
-    Fit(#[from] chainwave_analysis::fit::FitError),
+    Fit(#[from] chainwave_inference::FitError),
     /// Drawing.
     #[error(transparent)]
     Figure(#[from] chainwave_figures::FigureError),
@@ -93,5 +70,31 @@ impl Error {
     pub(crate) fn table(path: &Path) -> impl FnOnce(polars::error::PolarsError) -> Self {
         let path = path.to_owned();
         move |source| Self::Table { path, source }
+    }
+
+    /// A configuration that does not parse or makes no sense; the message points at the line.
+    pub(crate) fn configuration(path: &Path, message: impl Into<String>) -> Self {
+        chainwave_experiment::Error::Configuration { path: path.to_owned(), message: message.into() }.into()
+    }
+
+    /// A place in an input file that holds something else than expected.
+    pub(crate) fn place(path: &Path, place: &str, expected: &str, found: &str) -> Self {
+        chainwave_experiment::Error::Cell {
+            path: path.to_owned(),
+            place: place.into(),
+            expected: expected.into(),
+            found: found.into(),
+        }
+        .into()
+    }
+
+    /// Whether the user asked to stop.
+    pub(crate) fn is_interruption(&self) -> bool {
+        matches!(self, Self::Experiment(chainwave_experiment::Error::Cancelled { .. }))
+    }
+
+    /// No input could be used; each reason was named before.
+    pub(crate) fn nothing_left(what: &'static str, n: usize) -> Self {
+        chainwave_experiment::Error::NothingLeft { what, n }.into()
     }
 }

@@ -16,7 +16,7 @@ use crate::cli;
 use crate::error::Error;
 use crate::outcome::Outcome;
 use crate::output::{make_folder, remove_unfinished};
-use crate::parallel::map_in_parallel;
+use crate::parallel::threads;
 use crate::table::{self, column};
 
 /// A case over the values of its parameter.
@@ -59,8 +59,10 @@ pub(crate) fn extremes(arguments: &cli::Extremes) -> Result<Outcome, Error> {
         .flat_map(|(area, families)| families.iter().map(move |family| (*area, family)))
         .flat_map(|(area, family)| family.values.iter().map(move |value| (area, family, *value)))
         .collect();
-    let findings =
-        map_in_parallel(arguments.jobs, &cases, |(area, family, value)| family.try_at(area, *value));
+    let findings = chainwave_measurement::map_in_parallel(cases.len(), threads(arguments.jobs), |i| {
+        let (area, family, value) = &cases[i];
+        family.try_at(area, *value)
+    });
     write(&arguments.out.join("extremes.parquet"), &findings)?;
     let rows: Vec<ExtremeRow> = findings.iter().map(Finding::row).collect();
     draw(&arguments.out.join("extremes"), &rows)?;

@@ -19,8 +19,8 @@ use crate::cli;
 use crate::error::Error;
 use crate::outcome::Outcome;
 use crate::output::make_folder;
+use crate::output::write_json;
 use crate::run::{draw_motion, write_measurement};
-use crate::synthesize::write_json;
 
 /// Reads the trials of a mapping, merges and measures them, and writes tables, figures and `results.json`.
 pub(crate) fn import(arguments: &cli::Import) -> Result<Outcome, Error> {
@@ -36,7 +36,7 @@ pub(crate) fn import(arguments: &cli::Import) -> Result<Outcome, Error> {
         }
     }
     if observations.is_empty() {
-        return Err(Error::NothingLeft { what: "trials", n: mapping.trials.len() });
+        return Err(Error::nothing_left("trials", mapping.trials.len()));
     }
     let settings =
         Settings { rest_until_s: mapping.time.rest_until_s, ..Settings::new(mapping.chain.n_bodies, 0.0) };
@@ -75,12 +75,8 @@ fn observation(mapping: &Mapping, folder: &Path, name: &Path, trial: u32) -> Res
     let bodies = (1..=mapping.chain.n_bodies).map(of_body).collect::<Result<Vec<_>, _>>()?;
     let zero_s = match mapping.time.zero {
         Zero::Stated => 0.0,
-        Zero::FirstBody => half_way_s(&stated_s, &bodies[0]).ok_or_else(|| Error::Cell {
-            path: numbers.path().to_owned(),
-            place: "body 1".into(),
-            expected: "a motion past half of its way".into(),
-            found: "none".into(),
-        })?,
+        Zero::FirstBody => half_way_s(&stated_s, &bodies[0])
+            .ok_or_else(|| Error::place(numbers.path(), "body 1", "a motion past half of its way", "none"))?,
     };
     Ok(Observation {
         recording: name.display().to_string(),

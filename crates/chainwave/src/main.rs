@@ -6,16 +6,16 @@
 //! recordings, in parallel; what each recording gave is kept, so an interrupted run goes on where it stopped.
 
 mod calibrate;
-mod calibration;
 mod cli;
 mod contact;
 mod correlate;
 mod error;
-mod experiment;
 mod extremes;
 mod import;
 mod init;
 mod inspect;
+mod interrupt;
+mod kept;
 mod matching;
 mod outcome;
 mod output;
@@ -40,8 +40,16 @@ use crate::outcome::Outcome;
 
 #[expect(clippy::print_stderr, reason = "the last word on a failure goes to standard error")]
 fn main() -> ExitCode {
-    match carry_out(&Cli::parse().command) {
+    let command = Cli::parse().command;
+    if command.keeps_what_is_done() {
+        interrupt::listen();
+    }
+    match carry_out(&command) {
         Ok(outcome) => outcome.exit_code(),
+        Err(error) if error.is_interruption() => {
+            eprintln!("chainwave: {error} (hint: the same command goes on from there)");
+            interrupt::exit_code()
+        }
         Err(error) => {
             eprintln!("chainwave: {error}");
             ExitCode::from(2)

@@ -1,8 +1,10 @@
-//! Files written whole or not at all.
+//! Files written whole or not at all: under a temporary name, synced, renamed, and the folder synced.
 
 use std::fs::{self, File, TryLockError};
-use std::io::{BufWriter, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::Path;
+
+use serde::Serialize;
 
 use crate::error::Error;
 
@@ -21,9 +23,16 @@ pub(crate) fn write_whole(
     let _ = file.lock();
     let mut writer = BufWriter::new(file);
     fill(&mut writer)?;
-    writer.flush().map_err(Error::file(path, "write"))?;
-    drop(writer);
-    name.persist(path).map_err(|failure| Error::file(path, "rename to")(failure.error))
+    let file = writer.into_inner().map_err(|failure| Error::file(path, "write")(failure.into_error()))?;
+    file.sync_all().map_err(Error::file(path, "write"))?;
+    drop(file);
+    name.persist(path).map_err(|failure| Error::file(path, "rename to")(failure.error))?;
+    sync_folder(folder).map_err(Error::file(folder, "sync"))
+}
+
+/// Makes a renamed file's new name last a loss of power; where a folder cannot be opened, the system does so by itself.
+fn sync_folder(folder: &Path) -> io::Result<()> {
+    if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
 }
 
 /// A name like `.tmpa1b2c3.unfinished`, readable by whom the folder's owner lets read new files.
@@ -57,6 +66,12 @@ fn is_being_written(path: &Path) -> bool {
 /// Writes a text file whole.
 pub(crate) fn write_text(path: &Path, text: &str) -> Result<(), Error> {
     write_whole(path, |writer| writer.write_all(text.as_bytes()).map_err(Error::file(path, "write")))
+}
+
+/// Writes a value as indented JSON.
+pub(crate) fn write_json(path: &Path, value: &impl Serialize) -> Result<(), Error> {
+    let text = serde_json::to_string_pretty(value).map_err(|wrong| Error::Argument(wrong.to_string()))?;
+    write_text(path, &format!("{text}\n"))
 }
 
 /// Refuses a file in a folder that is not there, before long work is done for it.

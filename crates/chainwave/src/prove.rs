@@ -8,19 +8,22 @@ mod by_fault;
 mod coverage;
 mod findings;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+use chainwave_experiment::{EVALUATION_VERSION, Experiment, FAULT_KINDS, Fault, Setup, Table, Trial};
 
 use self::coverage::Coverage;
 use self::findings::Finding;
 use crate::cli;
 use crate::error::Error;
-use crate::experiment::Experiment;
+use crate::kept::{KeptFolder, Part, digest};
 use crate::outcome::Outcome;
-use crate::output::{make_folder, read_text, remove_unfinished, write_text};
+use crate::output::{read_text, remove_unfinished, write_text};
+use crate::parallel::threads;
 use crate::progress;
-use crate::run::Job;
-use crate::synthesize::{self, FAULT_KINDS, Fault};
-use crate::table::Table;
+use crate::run::name_failed;
+use crate::synthesize::film_into;
+use crate::table;
 
 /// What distinguishes one experiment of a proof from the others.
 #[derive(Debug, Clone, Copy)]
@@ -35,34 +38,29 @@ struct Variant {
 /// Films and processes the experiments, and writes every estimate beside its truth, the coverage, and its figure.
 pub(crate) fn prove(arguments: &cli::Prove) -> Result<Outcome, Error> {
     let experiment = Experiment::read(&arguments.experiment)?;
-    let kept = arguments.out.join(".work");
-    make_folder(&kept)?;
-    remove_unfinished(&kept)?;
+    let trials = experiment.read_trials(&arguments.experiment)?;
+    let kept = KeptFolder::in_results(&arguments.out)?;
+    kept.remove_unfinished()?;
     remove_unfinished(&arguments.out)?;
-    let variants = variants(arguments, &experiment)?;
     let mut outcome = Outcome::default();
-    let mut tables = Vec::with_capacity(variants.len());
+    let mut found: Vec<(PathBuf, Table)> = Vec::new();
+    let variants = variants(arguments, &experiment)?;
     let bar = progress::bar("proving", variants.len() as u64);
     for variant in &variants {
-        let name = variant.name();
-        let path = kept.join(format!("{name}.parquet"));
-        if !path.exists() {
-            let found = one(arguments, variant, &kept.join(&name));
-            match found {
-                Ok((found, named)) => Finding::write(&path, variant, named, &found)?,
-                Err(error) => outcome.fail(format!("{name}: {error}")),
-            }
-        }
-        if path.exists() {
-            tables.push(Table::read(&path)?);
+        let plan = Plan::of(arguments, variant, &experiment, &trials)?;
+        match plan.findings(&kept) {
+            Ok(table) => found.push((kept.path(&plan.name), table)),
+            Err(error) if error.is_interruption() => return Err(error),
+            Err(error) => outcome.fail(format!("{}: {error}", variant.name())),
         }
         bar.inc(1);
     }
     bar.finish_and_clear();
-    if tables.is_empty() {
-        return Err(Error::NothingLeft { what: "experiments", n: variants.len() });
+    if found.is_empty() {
+        return Err(Error::nothing_left("experiments", variants.len()));
     }
-    Table::write_joined(&arguments.out.join("proof.parquet"), &tables)?;
+    let (paths, tables): (Vec<PathBuf>, Vec<Table>) = found.into_iter().unzip();
+    table::write_joined(&arguments.out.join("proof.parquet"), &paths)?;
     let coverage = Coverage::of(&tables)?;
     coverage.write(&arguments.out)?;
     coverage.print();
@@ -103,52 +101,86 @@ fn variants(arguments: &cli::Prove, experiment: &Experiment) -> Result<Vec<Varia
     Ok((0..arguments.experiments).map(variant).collect())
 }
 
-/// Films one experiment, processes it, and removes its recordings; whether what went wrong was named, or, where nothing did, whether
-/// there was a warning all the same.
-fn one(arguments: &cli::Prove, variant: &Variant, folder: &Path) -> Result<(Vec<Finding>, bool), Error> {
-    make_folder(folder)?;
-    let mut experiment = Experiment::read(&arguments.experiment)?;
-    let trials = experiment.read_trials(&arguments.experiment)?;
-    experiment.vary(variant.noise, variant.striker_m_per_s);
-    let mut subject = None;
-    if let (Some(kind), Some(synthetic)) = (variant.fault, &mut experiment.synthetic) {
-        let fault = Fault::usual(kind, &trials, synthetic.camera.rate_hz);
-        subject = fault.as_ref().and_then(|fault| fault.subject(&trials));
-        synthetic.faults.extend(fault);
+/// One experiment of a proof, before it is filmed.
+struct Plan<'a> {
+    variant: &'a Variant,
+    experiment: Experiment,
+    trials: &'a [Trial],
+    /// The experiment whose variant it is.
+    path: &'a Path,
+    jobs: Option<u16>,
+    /// What a report has to say for the fault to count as named.
+    subject: Option<String>,
+    /// What its findings depend on.
+    key: Vec<Part>,
+    /// Under which they are kept.
+    name: String,
+}
+
+impl<'a> Plan<'a> {
+    fn of(
+        arguments: &'a cli::Prove,
+        variant: &'a Variant,
+        experiment: &Experiment,
+        trials: &'a [Trial],
+    ) -> Result<Self, Error> {
+        let path = arguments.experiment.as_path();
+        let mut experiment = experiment.clone();
+        experiment.vary(variant.noise, variant.striker_m_per_s);
+        let mut subject = None;
+        if let Some(synthetic) = &mut experiment.synthetic {
+            synthetic.seed = variant.seed;
+            if let Some(kind) = variant.fault {
+                let fault = Fault::usual(kind, trials, synthetic.camera.rate_hz);
+                subject = fault.as_ref().and_then(|fault| fault.subject(trials));
+                synthetic.faults.extend(fault);
+            }
+        }
+        let text = toml::to_string(&experiment).map_err(|wrong| Error::Argument(wrong.to_string()))?;
+        let calibration = experiment.camera.calibration.as_ref();
+        let calibration = calibration.map(|name| read_text(&path.with_file_name(name))).transpose()?;
+        let versions = format!("{EVALUATION_VERSION}, {}", chainwave_correlation::ALGORITHM_VERSION);
+        let key = vec![
+            Part::new("experiment", text),
+            Part::new("trials", format!("{trials:?}")),
+            Part::new("calibration", calibration.unwrap_or_default()),
+            Part::new("algorithm", versions),
+        ];
+        let name = format!("{}-{}", variant.name(), &digest(format!("{key:?}").as_bytes())[..16]);
+        Ok(Self { variant, experiment, trials, path, jobs: arguments.jobs, subject, key, name })
     }
-    let plan = folder.join("plan.toml");
-    let text = toml::to_string(&experiment).map_err(|wrong| Error::Argument(wrong.to_string()))?;
-    write_text(&plan, &text)?;
-    let beside = [Some(&experiment.trials), experiment.camera.calibration.as_ref()];
-    for name in beside.into_iter().flatten() {
-        let from = arguments.experiment.with_file_name(name);
-        write_text(&folder.join(name), &read_text(&from)?)?;
+
+    /// The kept findings; where there are none, the experiment is filmed and processed, and its recordings are removed.
+    fn findings(&self, kept: &KeptFolder) -> Result<Table, Error> {
+        let subject = self.variant.name();
+        if let Ok(Some(table)) = kept.table(&self.name, &subject, &self.key) {
+            return Ok(table);
+        }
+        let folder = kept.path(&self.name).with_extension("");
+        let (found, named) = self.carry_out(&folder)?;
+        let columns = Finding::columns(self.variant, named, &found);
+        kept.keep_table(&self.name, &subject, &self.key, columns)?;
+        std::fs::remove_dir_all(&folder).map_err(Error::file(&folder, "remove"))?;
+        table::read(&kept.path(&self.name))
     }
-    let recordings = folder.join("recordings");
-    let filming = cli::Synthesize {
-        experiment: plan,
-        out: recordings.clone(),
-        seed: Some(variant.seed),
-        jobs: arguments.jobs,
-    };
-    let _filmed = synthesize::synthesize(&filming)?;
-    if let Some(name) = &experiment.camera.calibration {
-        write_text(&recordings.join(name), &read_text(&folder.join(name))?)?;
+
+    /// The findings, and whether what went wrong was named, or, where nothing did, whether there was a warning all the same.
+    fn carry_out(&self, folder: &Path) -> Result<(Vec<Finding>, bool), Error> {
+        let recordings = folder.join("recordings");
+        film_into(&self.experiment, self.trials, self.path, &recordings, self.jobs)?;
+        if let Some(name) = &self.experiment.camera.calibration {
+            write_text(&recordings.join(name), &read_text(&self.path.with_file_name(name))?)?;
+        }
+        let setup = Setup::read(&recordings.join("experiment.toml"), None)?;
+        let store = KeptFolder::in_results(&folder.join("results"))?;
+        let results = setup.run(&store, threads(self.jobs), &progress::monitor(&|_| ()))?;
+        let mut outcome = Outcome::default();
+        name_failed(&results.tracked.failed, &mut outcome);
+        let warnings = results.evaluation.warnings();
+        let evidence = results.decisions.iter().map(|decision| &decision.evidence);
+        let mut said = outcome.failures().iter().chain(&warnings).chain(evidence);
+        let subject = self.subject.as_ref();
+        let named = subject.map_or(!warnings.is_empty(), |subject| said.any(|text| text.contains(subject)));
+        Ok((findings::findings(&setup, &results)?, named))
     }
-    let job = Job::read(&cli::Run {
-        experiment: recordings.join("experiment.toml"),
-        out: folder.join("results"),
-        recordings: None,
-        jobs: arguments.jobs,
-        share: None,
-    })?;
-    let mut outcome = Outcome::default();
-    let compared = job.compare_with_truth(&mut outcome)?;
-    let warnings = compared.evaluation.warnings();
-    let evidence = compared.decisions.iter().map(|decision| &decision.evidence);
-    let mut said = outcome.failures().iter().chain(&warnings).chain(evidence);
-    let named = subject.map_or(!warnings.is_empty(), |subject| said.any(|text| text.contains(&subject)));
-    let found = findings::findings(&job, &compared)?;
-    std::fs::remove_dir_all(folder).map_err(Error::file(folder, "remove"))?;
-    Ok((found, named))
 }

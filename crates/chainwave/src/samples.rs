@@ -5,8 +5,8 @@ use std::path::Path;
 use chainwave_measurement::Trajectory;
 use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Striker, simulate};
 use chainwave_synthetic::{
-    Camera, CompressionTest, FileFaults, Marker, Packing, Ring, Rods, Scene, Sensor, Shot, Specimen, Tones,
-    compression_curve, film,
+    Camera, CompressionTest, Effects, FileFaults, Marker, Packing, Ring, Rods, Scene, Sensor, Shot, Specimen,
+    Tones, compression_curve, film,
 };
 use serde::Serialize;
 use sha2::{Digest, Sha256};
@@ -69,6 +69,7 @@ fn view_of_one_trial(folder: &Path) -> Result<(), Error> {
         },
         optics: None,
         lighting: None,
+        effects: Effects::default(),
     };
     let specimen = Specimen {
         n_bodies: 3,
@@ -87,6 +88,7 @@ fn view_of_one_trial(folder: &Path) -> Result<(), Error> {
         frame_phase_s: 20e-6,
         noise_seed: 1,
         covers: Vec::new(),
+        view: 1,
     };
     let path = folder.join("hec-view1-trial1.cine");
     let motion = struck_chain()?;

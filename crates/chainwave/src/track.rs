@@ -1,18 +1,15 @@
 //! `chainwave track`: points followed through recordings.
 
 use std::collections::BTreeSet;
-use std::fmt;
-use std::num::NonZero;
 use std::path::Path;
 
 use chainwave_camera::OpenOptions;
-use chainwave_correlation::{
-    Method, ReferenceFrames, Settings, Shape, ShapeChoice, SharpEdge, sharp_edge, smallest_half_px,
-    track_by_evidence,
+use chainwave_correlation::{ReferenceFrames, smallest_half_px};
+use chainwave_experiment::{
+    EdgeNote, Followed, Monitor, RecordingTracks, edges_beside, follow, threads_of_each,
 };
 use chainwave_figures::PointMotion;
-use chainwave_measurement::{Estimate, Lost, Position, Recording, Subset, Track};
-use indicatif::ProgressBar;
+use chainwave_measurement::{Estimate, Lost, Position, Recording, Subset, map_in_parallel};
 use polars::prelude::Column;
 
 use crate::cli;
@@ -20,9 +17,9 @@ use crate::error::Error;
 use crate::matching::Chosen;
 use crate::outcome::Outcome;
 use crate::output::expect_folder_of;
-use crate::parallel::{map_in_parallel, threads};
+use crate::parallel::threads;
 use crate::progress;
-use crate::table::{self, Table, column};
+use crate::table::{self, column};
 
 /// Follows points through every recording, writes the tracks, and names the recordings that failed.
 pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
@@ -33,16 +30,19 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
         arguments.recordings.iter().map(|path| path.display().to_string()).collect();
     let bar = progress::bar("tracking", 0);
     let reference = ReferenceFrames::Single(arguments.reference);
-    let n_threads = threads_of_each(arguments.jobs, recordings.len());
-    let of_recording = |path: &std::path::PathBuf| -> Result<(Tracked, Vec<EdgeNote>), Error> {
+    let show = progress::shown_on(&bar);
+    let monitor = Monitor { on_progress: &show, ..Monitor::SILENT };
+    let n_threads = threads_of_each(threads(arguments.jobs), recordings.len());
+    let of_recording = |index: usize| -> Result<(Followed, Vec<EdgeNote>), Error> {
+        let path = &arguments.recordings[index];
         let options = OpenOptions { rate_hz: arguments.rate_hz, ..OpenOptions::default() };
         let recording = chainwave_camera::open_with(path, &options)?;
         let subsets = subsets_in(recording.as_ref(), &points, &reference, arguments.matching.accuracy)?;
         let method = chosen.method(recording.as_ref(), &subsets, &reference)?;
         let notes = edges_beside(recording.as_ref(), &subsets, &reference)?;
-        Ok((follow(recording.as_ref(), &subsets, &reference, method, n_threads, &bar)?, notes))
+        Ok((follow(recording.as_ref(), &subsets, &reference, method, n_threads, &monitor)?, notes))
     };
-    let results = map_in_parallel(arguments.jobs, &arguments.recordings, of_recording);
+    let results = map_in_parallel(recordings.len(), threads(arguments.jobs), of_recording);
     bar.finish_and_clear();
     let mut outcome = Outcome::default();
     let mut rows = TrackRows::default();
@@ -50,7 +50,7 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     for (name, result) in recordings.iter().zip(results) {
         match result {
             Ok((tracked, notes)) => {
-                rows.add(name, &tracked);
+                rows.add_points(name, &tracked);
                 moved.extend(motions(&tracked));
                 // once for each point, however many recordings show it
                 let new = notes.into_iter().filter(|note| noted.insert(note.point.clone()));
@@ -60,7 +60,7 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
         }
     }
     if outcome.n_failures() == recordings.len() {
-        return Err(Error::NothingLeft { what: "recordings", n: recordings.len() });
+        return Err(Error::nothing_left("recordings", recordings.len()));
     }
     rows.write(&arguments.out)?;
     if let Some(stem) = &arguments.picture {
@@ -74,99 +74,25 @@ fn warn(recording: &str, note: &EdgeNote) {
     println!("warning: {recording}: {note}");
 }
 
-/// A point beside whose subset a sharp edge runs.
-pub(crate) struct EdgeNote {
-    /// Its name.
-    pub(crate) point: String,
-    /// The edge.
-    pub(crate) edge: SharpEdge,
-}
-
-impl fmt::Display for EdgeNote {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { point, edge: SharpEdge { side, distance_px } } = self;
-        write!(
-            f,
-            "point {point}: a sharp edge runs {distance_px} px beyond its subset ({side}) and rings into it, which biases \
-             positions by up to some thousandths of a pixel: leave 5 px of texture around it"
-        )
-    }
-}
-
-/// The points beside whose subsets a sharp edge runs in the reference.
-pub(crate) fn edges_beside(
-    recording: &dyn Recording,
-    subsets: &[Subset],
-    reference: &ReferenceFrames,
-) -> Result<Vec<EdgeNote>, Error> {
-    let mut notes = Vec::new();
-    for subset in subsets {
-        let edge = sharp_edge(recording, subset, reference)?;
-        notes.extend(edge.map(|edge| EdgeNote { point: subset.name.clone(), edge }));
-    }
-    Ok(notes)
-}
-
 /// Name of a coordinate, and how it is read from a position.
 type Coordinate = (&'static str, fn(&Position) -> Estimate);
 
 /// How far each point moved along columns and rows from where it was first seen.
-fn motions(tracked: &Tracked) -> Vec<PointMotion> {
+fn motions(followed: &Followed) -> Vec<PointMotion> {
     let coordinates: [Coordinate; 2] = [("x", |position| position.x_px), ("y", |position| position.y_px)];
-    let of_track = |(track, _): &(Track, Option<Shape>)| {
+    let of_track = |one: &chainwave_experiment::FollowedSubset| {
+        let track = &one.track;
         coordinates.map(|(coordinate, of)| {
             let seen: Vec<Option<Estimate>> =
                 track.positions.iter().map(|position| position.as_ref().ok().map(of)).collect();
             let first_px = seen.iter().flatten().next().map_or(0.0, |first| first.value);
             let from_first = |place: Estimate| Estimate::new(place.value - first_px, place.sigma);
-            let samples = tracked.times_s.iter().copied().zip(seen.iter().map(|place| place.map(from_first)));
+            let samples =
+                followed.times_s.iter().copied().zip(seen.iter().map(|place| place.map(from_first)));
             PointMotion { name: format!("{}, {coordinate}", track.name), samples: samples.collect() }
         })
     };
-    tracked.tracks.iter().flat_map(of_track).collect()
-}
-
-/// Threads for each recording when all are worked on side by side: more than one where there are fewer recordings than
-/// threads.
-pub(crate) fn threads_of_each(jobs: Option<u16>, n_recordings: usize) -> NonZero<usize> {
-    NonZero::new(threads(jobs).get() / n_recordings.max(1)).unwrap_or(NonZero::<usize>::MIN)
-}
-
-/// The tracks of one recording, with its time stamps.
-pub(crate) struct Tracked {
-    /// Time of each frame after the trigger, in seconds.
-    pub(crate) times_s: Vec<f64>,
-    /// The method.
-    pub(crate) method: Method,
-    /// One track for each subset, with the shape function that evidence chose for it.
-    pub(crate) tracks: Vec<(Track, Option<Shape>)>,
-}
-
-/// Follows subsets through an opened recording.
-pub(crate) fn follow(
-    recording: &dyn Recording,
-    subsets: &[Subset],
-    reference: &ReferenceFrames,
-    method: Method,
-    n_threads: NonZero<usize>,
-    bar: &ProgressBar,
-) -> Result<Tracked, Error> {
-    bar.inc_length(recording.info().n_frames as u64);
-    let n_threads = if recording.is_sequential() { NonZero::<usize>::MIN } else { n_threads };
-    let settings = Settings { n_threads, ..Settings::default() };
-    let advance = |n| bar.inc(n);
-    let tracks = match method {
-        Method::IcGn { interpolation, shape: ShapeChoice::ByEvidence } => {
-            let settings = Settings { interpolation, ..settings };
-            let chosen = track_by_evidence(recording, subsets, reference, &settings, &advance)?;
-            chosen.into_iter().map(|(track, evidence)| (track, Some(evidence.shape))).collect()
-        }
-        other => {
-            let tracks = other.track(recording, subsets, reference, &settings, &advance)?;
-            tracks.into_iter().map(|track| (track, None)).collect()
-        }
-    };
-    Ok(Tracked { times_s: recording.info().times_s.clone(), method, tracks })
+    followed.tracks.iter().flat_map(of_track).collect()
 }
 
 /// Noise that a subset of no given size may leave, where no accuracy is asked for.
@@ -211,14 +137,14 @@ pub(crate) fn subsets_in(
 
 /// Reads a table of points.
 pub(crate) fn read_points(path: &Path) -> Result<Vec<Point>, Error> {
-    let table = Table::read(path)?;
+    let table = table::read(path)?;
     let names = table.texts("name")?;
     let (x_px, y_px) = (table.full_numbers("x_px")?, table.full_numbers("y_px")?);
     let halves = |name: &str| -> Result<Vec<Option<usize>>, Error> {
         let whole = |value: f64| value >= 0.0 && value.fract() == 0.0 && value < 1e6;
         let half = |(row, value): (usize, Option<f64>)| match value {
             Some(value) if !whole(value) => {
-                Err(table.cell(row, name, "a whole number from 0, or nothing", &value.to_string()))
+                Err(table.cell(row, name, "a whole number from 0, or nothing", &value.to_string()).into())
             }
             value => Ok(value.map(|value| value as usize)),
         };
@@ -232,18 +158,8 @@ pub(crate) fn read_points(path: &Path) -> Result<Vec<Point>, Error> {
     };
     let points: Vec<Point> = names.into_iter().enumerate().map(point).collect();
     match points.is_empty() {
-        true => Err(table.cell(0, "name", "at least one point", "none")),
+        true => Err(table.cell(0, "name", "at least one point", "none").into()),
         false => Ok(points),
-    }
-}
-
-/// The rung of the ladder that a track was made with.
-fn name_of_method(method: Method, chosen: Option<Shape>) -> String {
-    match (method, chosen) {
-        (Method::IcGn { interpolation, .. }, Some(shape)) => {
-            Method::IcGn { interpolation, shape: ShapeChoice::Named(shape) }.to_string()
-        }
-        _ => method.to_string(),
     }
 }
 
@@ -265,18 +181,35 @@ pub(crate) struct TrackRows {
 }
 
 impl TrackRows {
-    /// Adds the tracks of one recording.
-    pub(crate) fn add(&mut self, recording: &str, tracked: &Tracked) {
-        for (track, shape) in &tracked.tracks {
-            let method = name_of_method(tracked.method, *shape);
-            for (frame, (position, time_s)) in track.positions.iter().zip(&tracked.times_s).enumerate() {
-                self.recording.push(recording.to_owned());
-                self.name.push(track.name.clone());
-                self.frame.push(frame as u32);
-                self.t_s.push(*time_s);
-                self.add_position(position);
-                self.method.push(method.clone());
-            }
+    /// Adds the points of one recording.
+    pub(crate) fn add_points(&mut self, recording: &str, followed: &Followed) {
+        for one in &followed.tracks {
+            self.add(recording, &one.track.name, &one.method, &followed.times_s, &one.track.positions);
+        }
+    }
+
+    /// Adds the bodies of one recording.
+    pub(crate) fn add_bodies(&mut self, recording: &str, tracks: &RecordingTracks) {
+        for one in &tracks.bodies {
+            self.add(recording, &one.body.to_string(), &one.method, &tracks.times_s, &one.positions);
+        }
+    }
+
+    fn add(
+        &mut self,
+        recording: &str,
+        name: &str,
+        method: &str,
+        times_s: &[f64],
+        positions: &[Result<Position, Lost>],
+    ) {
+        for (frame, (position, time_s)) in positions.iter().zip(times_s).enumerate() {
+            self.recording.push(recording.to_owned());
+            self.name.push(name.to_owned());
+            self.frame.push(frame as u32);
+            self.t_s.push(*time_s);
+            self.add_position(position);
+            self.method.push(method.to_owned());
         }
     }
 
@@ -296,7 +229,8 @@ impl TrackRows {
         table::write(path, self.columns())
     }
 
-    fn columns(self) -> Vec<Column> {
+    /// The columns of the table.
+    pub(crate) fn columns(self) -> Vec<Column> {
         vec![
             column("recording", self.recording),
             column("name", self.name),

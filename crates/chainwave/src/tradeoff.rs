@@ -53,14 +53,14 @@ pub(crate) fn tradeoff(arguments: &cli::Tradeoff) -> Result<Outcome, Error> {
             Err(error) => outcome.fail(error),
         }
         if scene::is_experiment(input) {
-            match scene::read(input, arguments).and_then(|job| integrators::of_experiment(&job)) {
+            match integrators::of_experiment(input) {
                 Ok(found) => rungs.extend(found),
                 Err(error) => outcome.fail(error),
             }
         }
     }
     if rungs.is_empty() {
-        return Err(Error::NothingLeft { what: "inputs", n: arguments.inputs.len() });
+        return Err(Error::nothing_left("inputs", arguments.inputs.len()));
     }
     let rungs = averaged(rungs);
     let on_front: Vec<bool> = rungs.iter().map(|rung| is_on_front(rung, &rungs)).collect();

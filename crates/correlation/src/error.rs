@@ -1,3 +1,5 @@
+//! Why nothing could be tracked or correlated.
+
 use std::path::PathBuf;
 
 use chainwave_measurement::{ReadError, Region};

@@ -1,3 +1,5 @@
+//! Inverse compositional Gauss-Newton: one subset matched in one frame.
+
 mod damped;
 mod sums;
 mod visible;

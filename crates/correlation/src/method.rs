@@ -1,3 +1,5 @@
+//! The ladder of methods, by name.
+
 use std::fmt;
 use std::str::FromStr;
 

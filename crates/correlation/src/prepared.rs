@@ -1,3 +1,5 @@
+//! A subset prepared once: gradients, Hessian and noise, for many matches.
+
 pub(crate) mod lagged;
 pub(crate) mod moments;
 pub(crate) mod normal;

@@ -1,3 +1,5 @@
+//! The reference of a film: the mean of its frames at rest, its gradients and its noise.
+
 pub(crate) mod edge;
 pub(crate) mod filter;
 pub(crate) mod gradient;

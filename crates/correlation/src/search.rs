@@ -1,3 +1,5 @@
+//! Search for a subset at whole-pixel shifts.
+
 mod fourier;
 
 use chainwave_measurement::{ReadError, Recording, Region};

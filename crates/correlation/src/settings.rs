@@ -1,3 +1,5 @@
+//! How a subset is matched: shape function, interpolation, limits, reference frames.
+
 use std::fmt;
 use std::num::NonZero;
 use std::ops::Range;

@@ -1,3 +1,5 @@
+//! The smallest subset whose noise floor meets an accuracy.
+
 use chainwave_measurement::{Recording, Subset};
 
 use crate::{CorrelationError, PreparedSubset, Reference, ReferenceFrames, Settings, Shape};

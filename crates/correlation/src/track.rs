@@ -1,3 +1,5 @@
+//! Subsets followed through all frames of a recording.
+
 pub(crate) mod predict;
 mod renewal;
 pub(crate) mod tracker;

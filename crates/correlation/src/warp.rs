@@ -1,3 +1,5 @@
+//! Where a subset lies in an image, and how it is deformed: shape functions to second order.
+
 use crate::Shape;
 
 /// Where a subset lies in an image: the point at `(x, y)` from its centre is found at `position_px + (1 + gradient) (x,

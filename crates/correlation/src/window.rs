@@ -1,3 +1,5 @@
+//! A part of an image with its spline coefficients, sampled anywhere.
+
 mod cardinal;
 pub(crate) mod kernel;
 mod prefilter;

@@ -55,8 +55,9 @@ fn a_strained_plane_is_found_whole_with_its_strain_and_honest_intervals() {
     let pulls =
         visible.iter().zip(&errors).map(|(point, error)| error / point.found.unwrap().position.x_px.sigma);
     let inside = pulls.filter(|pull| pull.abs() < 1.96).count() as f64 / errors.len() as f64;
-    // Subsets overlap by ten: some 100 independent ones tell a share of 95 % to 2 %.
-    assert!((inside - 0.95).abs() < 0.05, "{inside}");
+    // Subsets overlap by ten: some 100 independent ones tell a share of 95 % to 2.2 %, of which two are left, and 1 % is what
+    // the crate claims.
+    assert!((inside - 0.95).abs() < 0.054, "{inside}");
     let lost: Vec<Lost> =
         field.points.iter().filter(|point| !in_view(point)).filter_map(|point| point.found.err()).collect();
     assert!(lost.len() > 50 && lost.iter().all(|&lost| lost == Lost::OutOfView), "{lost:?}");
@@ -66,8 +67,10 @@ fn a_strained_plane_is_found_whole_with_its_strain_and_honest_intervals() {
     let [mean, std] = moments(&found.iter().map(|s| s.xx.value).collect::<Vec<_>>());
     let sigma = found.iter().map(|s| s.xx.sigma).sum::<f64>() / found.len() as f64;
     println!("strain {mean:.6} +- {std:.6}, stated {sigma:.6}, truth {green:.6}");
-    assert!((mean - green).abs() < 1e-4, "{mean}");
-    assert!((std / sigma - 1.0).abs() < 0.25, "{std} {sigma}");
+    // A strain is that of 7 x 7 points and their subsets, 93 px wide: the plane holds some 16 independent ones, which tell a
+    // mean to a fourth of sigma and a standard deviation to 18 %; two of each.
+    assert!((mean - green).abs() < 0.5 * sigma, "{mean}");
+    assert!((std / sigma - 1.0).abs() < 0.36, "{std} {sigma}");
 }
 
 #[test]
@@ -102,7 +105,15 @@ fn a_turned_image_is_found() {
         [210.0 + cos * x - sin * y, 210.0 + sin * x + cos * y]
     };
     let errors: Vec<[f64; 2]> = field.points.iter().filter_map(|point| error(point, truth)).collect();
-    assert!(errors.len() > 250 && errors.iter().all(|e| e[0].hypot(e[1]) < 0.05), "{}", errors.len());
+    // 1 % noise makes 6 mpx of error
+    assert!(errors.iter().all(|e| e[0].hypot(e[1]) < 0.05), "six sigma");
+    // the points whose turned subsets lie in the picture, with the pixels that interpolation needs
+    let reach = 16.0 * (sin.abs() + cos.abs()) + 3.0;
+    let visible = |point: &&FieldPoint| {
+        truth([point.x_px, point.y_px]).into_iter().all(|place| place > reach && place < 419.0 - reach)
+    };
+    let n_visible = field.points.iter().filter(visible).count();
+    assert!(errors.len() >= n_visible, "{} of {n_visible}", errors.len());
 }
 
 /// Shares of the points with each shape function that evidence chose.
@@ -124,14 +135,13 @@ fn the_simplest_shape_function_is_rejected_as_often_as_the_level_says_and_a_stra
     for noise in [0.005, 0.02, 0.05] {
         let [translation, affine, quadratic] = shares(0.0, noise);
         println!("noise {noise}: no strain: {translation:.3} {affine:.3} {quadratic:.3}");
-        // two tests at 1 % over 484 subsets: 2 +- 0.65 %, and a reserve of as much for the approximations
-        assert!(translation > 0.955, "{noise}: {translation}");
+        // two tests at 1 % over 484 subsets: 2 +- 0.64 %, of which three
+        assert!(translation > 0.98 - 3.0 * 0.0064, "{noise}: {translation}");
         // Half the light, so twice the noise: at the highest one a strain of 2 % is seen in two of three subsets only.
         let [translation, affine, quadratic] = shares(0.05, noise);
         println!("noise {noise}: 5 % strain: {translation:.3} {affine:.3} {quadratic:.3}");
-        assert!(
-            translation < 0.01 && quadratic < 0.03 && affine > 0.97,
-            "{noise}: {translation} {quadratic}"
-        );
+        // one test at 1 %: 1 +- 0.45 %, of which three; and a strain of twelve of its sigmas is never overlooked
+        let most = 0.01 + 3.0 * 0.0045;
+        assert!(translation <= 0.0 && quadratic < most, "{noise}: {translation} {affine} {quadratic}");
     }
 }

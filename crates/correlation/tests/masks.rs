@@ -8,7 +8,7 @@ use chainwave_correlation::{
     Interpolation, PreparedSubset, Reference, ReferenceFrames, Settings, Window, Workspace, sharp_edge,
 };
 use chainwave_measurement::{Lost, Region};
-use support::{FULL_RANGE, Film, SIZE, Speckle, moments, sense, subset};
+use support::{FULL_RANGE, Film, SIZE, Speckle, Wrong, moments, sense, subset};
 
 /// Centres of the markers in the reference.
 fn centres() -> impl Iterator<Item = [f64; 2]> {
@@ -81,12 +81,16 @@ fn bias_px(errors: &[Vec<[f64; 3]>]) -> f64 {
 }
 
 fn assert_coverage(errors: &[[f64; 3]]) {
-    let within =
-        |limit: f64| errors.iter().filter(|e| e[1].abs() < limit).count() as f64 / errors.len() as f64;
-    let [one_sigma, interval_95] = [1.0, 1.96].map(|limit| 100.0 * within(limit));
-    // 490 errors: two standard errors of their shares are 4.2 and 2 %
-    assert!((one_sigma - 68.3).abs() < 4.2, "{one_sigma} %");
-    assert!((interval_95 - 95.0).abs() < 2.6, "{interval_95} %");
+    let pulls: Vec<f64> = errors.iter().map(|e| e[1]).collect();
+    support::assert_coverage("markers", &pulls, 1, Wrong::Both);
+}
+
+/// The bias is not seen under 1 % noise: it is less, from peak to peak, than one standard error of the mean of all markers,
+/// whose errors these are.
+fn assert_unseen(bias_px: f64, noisy: &[[f64; 3]]) {
+    let [_, std_px] = moments(&noisy.iter().map(|e| e[0]).collect::<Vec<_>>());
+    let unseen_px = std_px / (centres().count() as f64).sqrt();
+    assert!(bias_px < unseen_px, "{bias_px} px of {unseen_px} px");
 }
 
 #[test]
@@ -96,9 +100,8 @@ fn black_ground_around_a_marker_is_left_out() {
     for ground in [0.0, 70.0] {
         let picture = |shift| markers(&speckle, 29.0, ground, shift);
         let exact = errors_of_shifts(&picture, 0.0, Interpolation::CubicMoms);
-        // Measured 1.0 mpx; the bias of the interpolation itself is 0.25 mpx.
-        assert!(bias_px(&exact) < 1.3e-3, "{}", bias_px(&exact));
         let noisy = errors_of_shifts(&picture, 0.01, Interpolation::CubicMoms).concat();
+        assert_unseen(bias_px(&exact), &noisy);
         assert_coverage(&noisy);
         // 21 x 21 px, but for those at dark speckles of the edge, which ground reaches into by chance
         let n_used = noisy.iter().map(|e| e[2]).sum::<f64>() / noisy.len() as f64;
@@ -114,7 +117,9 @@ fn what_is_left_out_costs_precision_and_sigma_says_so() {
         let found = errors_of_shifts(&picture, 0.01, Interpolation::CubicMoms).concat();
         found.iter().map(|e| (e[0] / e[1]).abs()).sum::<f64>() / found.len() as f64
     };
-    // 33 x 33 px of a marker of 45 px, and the 21 x 21 px that one of 29 px leaves; a tenth for the texture's chance
+    // 33 x 33 px of a marker of 45 px, and the 21 x 21 px that one of 29 px leaves. The sum of squared slopes over 21 x 21 px
+    // of some 25 independent speckles scatters by a fifth from marker to marker, so sigma by a tenth: a sixty-fifth in the
+    // mean of 49. What is more, dark speckles at an edge are taken for ground: up to a fourteenth of the pixels.
     let expected = 33.0 / 21.0;
     assert!((sigma(29.0) / sigma(45.0) / expected - 1.0).abs() < 0.1, "{}", sigma(29.0) / sigma(45.0));
 }
@@ -139,8 +144,9 @@ fn glints_that_saturate_are_left_out() {
     let speckle = Speckle::new(6, Speckle::RADIUS_PX);
     let picture = |shift| with_glints(&speckle, shift);
     let exact = errors_of_shifts(&picture, 0.0, Interpolation::CubicMoms);
-    assert!(bias_px(&exact) < 1.3e-3, "{}", bias_px(&exact));
-    assert_coverage(&errors_of_shifts(&picture, 0.01, Interpolation::CubicMoms).concat());
+    let noisy = errors_of_shifts(&picture, 0.01, Interpolation::CubicMoms).concat();
+    assert_unseen(bias_px(&exact), &noisy);
+    assert_coverage(&noisy);
 }
 
 #[test]

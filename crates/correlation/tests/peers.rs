@@ -90,7 +90,8 @@ fn errors_do_not_add_up_over_frames() {
     let track = follow(&film(60, [0.43, 0.0], 0.8, 0.0), 150.0, &Settings::default());
     assert!(largest_pull(&track, 150.0, 0.43) < 5.0);
     let sigma = |k: usize| track.positions[k].unwrap().x_px.sigma;
-    assert!((sigma(59) / sigma(1) - 1.0).abs() < 0.1, "{} {}", sigma(59), sigma(1));
+    // each residual of 1089 px tells its noise to 2.1 %: three standard errors of the ratio
+    assert!((sigma(59) / sigma(1) - 1.0).abs() < 0.09, "{} {}", sigma(59), sigma(1));
 }
 
 #[test]
@@ -138,8 +139,8 @@ fn motion_blur_moves_nothing() {
     let track = follow(&film, 200.0, &Settings::default());
     for (k, found) in track.positions.iter().enumerate().skip(1) {
         let error = found.unwrap().x_px.value - 200.0 - 2.3 * k as f64;
-        // 3 mpx of noise; a blurred and a sharp picture differ symmetrically
-        assert!(error.abs() < 0.02, "{k}: {error}");
+        // 3 mpx of noise, of which five; a blurred and a sharp picture differ symmetrically
+        assert!(error.abs() < 0.015, "{k}: {error}");
     }
 }
 
@@ -182,6 +183,8 @@ fn what_is_read_of_a_frame_is_the_subset_and_what_its_interpolation_needs() {
         let per_frame = (read(11) - read(1)) as f64 / 10.0;
         let share = per_frame / f64::from(33 + support).powi(2);
         println!("{name}: {share:.2} times what is tracked, {:.2} times the subset", per_frame / 1089.0);
-        assert!(share < 1.3, "{name}: {share}");
+        // half a pixel of slack on each side, and whole pixels around that
+        let most = (f64::from(33 + support + 3) / f64::from(33 + support)).powi(2);
+        assert!(share < most.min(1.3), "{name}: {share}");
     }
 }

@@ -18,7 +18,8 @@ use chainwave_correlation::{
     correlate,
 };
 use chainwave_measurement::{Estimate, Region};
-use support::{moments, reference_data, subset};
+use chainwave_testkit::reference_data;
+use support::{moments, subset};
 
 /// Width, height and gray values.
 struct Image {

@@ -1,13 +1,15 @@
-//! Draws every figure from made-up, analytic data into the folder given as the argument.
+//! Draws every figure from made-up, analytic data into the folder given as the argument: SVG, PNG, PDF and the table of its
+//! numbers.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
 use chainwave_figures::{
-    BodyMotion, CoverageRow, EnergyShares, FrequencyMark, FrontPulse, FrontWidth, GapSpectrum,
-    GroupVelocities, PeakEnergy, PeakFit, PeakTrace, Point, ProfilePanel, ResidualMapPanel, Series,
-    StrainMapPanel, TailSpectrum, coverage, displacements, front_width, group_velocity, peak_energy,
-    peak_trace, residual_map, strain_map, strain_profiles, tail_spectrum,
+    Against, BodyMotion, ContactCurve, CoverageCount, CoverageRow, DataPoint, DispersionPanel, Draw,
+    EnergyShares, ExtremeRow, FieldMap, FieldPanel, Format, FrequencyMark, FrontPulse, FrontWidth,
+    GapSpectrum, GroupVelocities, GroupVelocityFigure, LongChain, PeakCurve, PeakEnergy, PeakFit, PeakTrace,
+    PointMotion, ProfilePanel, ResidualMapPanel, RightHalves, Series, StrainMapPanel, Style, TailSpectrum,
+    TradeOff, TradeOffPoint,
 };
 use chainwave_measurement::Estimate;
 use ndarray::Array2;
@@ -16,9 +18,16 @@ const N_GAPS: usize = 25;
 const PITCH_M: f64 = 0.03;
 const SPEED_M_PER_S: f64 = 51.6;
 
-fn main() -> Result<(), Box<dyn Error>> {
+type Outcome = Result<(), Box<dyn Error>>;
+
+fn main() -> Outcome {
     let folder = PathBuf::from(std::env::args_os().nth(1).ok_or("usage: gallery FOLDER")?);
     std::fs::create_dir_all(&folder)?;
+    contact(&folder)?;
+    long_chain(&folder)?;
+    tables(&folder)?;
+    fields(&folder)?;
+    waves(&folder)?;
     maps(&folder)?;
     profiles(&folder)?;
     widths(&folder)?;
@@ -29,6 +38,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     motions(&folder)?;
     coverages(&folder)?;
     Ok(())
+}
+
+fn save<D: Draw + ?Sized>(folder: &Path, name: &str, drawn: &D) -> Outcome {
+    Ok(drawn.draw(&Style::default())?.write(&folder.join(name), &Format::ALL)?)
 }
 
 /// Time at which the pulse of a gap peaks.
@@ -61,7 +74,7 @@ fn gaps() -> impl Iterator<Item = f64> {
     (1..=N_GAPS).map(|gap| gap as f64)
 }
 
-fn maps(folder: &Path) -> Result<(), Box<dyn Error>> {
+fn maps(folder: &Path) -> Outcome {
     let times_s: Vec<f64> = (0..450).map(|i| 4e-5 * f64::from(i)).collect();
     let shape = (N_GAPS, times_s.len());
     let model = Array2::from_shape_fn(shape, |(n, i)| Some(strain((n + 1) as f64, times_s[i])));
@@ -81,23 +94,23 @@ fn maps(folder: &Path) -> Result<(), Box<dyn Error>> {
     let experiment = panel("experiment", measured.view(), true);
     let chain = panel("discrete elements", model.view(), false);
     let ring = panel("finite elements", model.view(), false);
-    strain_map(&folder.join("strain_map"), &[experiment, ring, chain])?;
-    strain_map(&folder.join("strain_map_two"), &[experiment, chain])?;
-    strain_map(&folder.join("strain_map_single"), &[experiment])?;
+    save(folder, "strain_map", &[experiment, ring, chain][..])?;
+    save(folder, "strain_map_two", &[experiment, chain][..])?;
+    save(folder, "strain_map_single", &[experiment][..])?;
     let residual = Array2::from_shape_fn(shape, |(n, i)| {
         let sum: f64 = (0..6).map(|k| noise(n + 31 * k, i + 57 * k)).sum();
         seen(n, i).then(|| 0.7 * sum + 60.0 * strain((n + 1) as f64, times_s[i]) * noise(n, 7))
     });
     let panel = ResidualMapPanel { title: "strain", times_s: &times_s, residual: residual.view() };
-    residual_map(&folder.join("residual_map"), &[panel])?;
+    save(folder, "residual_map", &[panel][..])?;
     Ok(())
 }
 
-fn profiles(folder: &Path) -> Result<(), Box<dyn Error>> {
+fn profiles(folder: &Path) -> Outcome {
     let panel = |time_s: f64| {
         let measured = gaps().map(|gap| {
             let value = strain(gap, time_s) + 1.5e-3 * noise(gap as usize, (1e6 * time_s) as usize);
-            Point::measured(gap, Estimate::new(value, 1.2e-3))
+            DataPoint::measured(gap, Estimate::new(value, 1.2e-3))
         });
         let peak = (time_s - 0.8e-3) * SPEED_M_PER_S / PITCH_M;
         ProfilePanel {
@@ -110,12 +123,12 @@ fn profiles(folder: &Path) -> Result<(), Box<dyn Error>> {
             front: Some((peak, peak + 2.5 + 0.1 * peak)),
         }
     };
-    strain_profiles(&folder.join("strain_profiles"), &[2.73e-3, 6.78e-3, 10.88e-3].map(panel))?;
-    strain_profiles(&folder.join("strain_profiles_single"), &[panel(6.78e-3)])?;
+    save(folder, "strain_profiles", &[2.73e-3, 6.78e-3, 10.88e-3].map(panel)[..])?;
+    save(folder, "strain_profiles_single", &[panel(6.78e-3)][..])?;
     Ok(())
 }
 
-fn widths(folder: &Path) -> Result<(), Box<dyn Error>> {
+fn widths(folder: &Path) -> Outcome {
     let half_width = |t_s: f64| 0.9 + 6.0 * t_s.powf(0.42);
     let pulse = |t_s: f64| FrontPulse {
         time_s: t_s,
@@ -126,7 +139,7 @@ fn widths(folder: &Path) -> Result<(), Box<dyn Error>> {
     };
     let measured = (3..30).map(|i| 0.5e-3 * f64::from(i)).map(|t_s| {
         let value = PITCH_M * (half_width(t_s) + 0.04 * noise((2e4 * t_s) as usize, 3));
-        Point::measured(t_s, Estimate::new(value, 1.3e-3))
+        DataPoint::measured(t_s, Estimate::new(value, 1.3e-3))
     });
     let model = (1..=71).map(|i| 1e-3 * f64::from(i)).map(|t_s| (t_s, PITCH_M * half_width(t_s)));
     let front = FrontWidth {
@@ -137,24 +150,36 @@ fn widths(folder: &Path) -> Result<(), Box<dyn Error>> {
         ],
         pitch_m: Some(PITCH_M),
     };
-    front_width(&folder.join("front_width"), &front)?;
+    save(folder, "front_width", &front)?;
+    save(folder, "right_halves", &RightHalves(&front))?;
     Ok(())
 }
 
-fn trace(folder: &Path) -> Result<(), Box<dyn Error>> {
+fn trace(folder: &Path) -> Outcome {
     let peaks = gaps().map(|gap| {
         let scatter_s = 4e-6 * noise(gap as usize, 11) + 2e-8 * (gap - 13.0).powi(2);
         (gap, Estimate::new(peak_s(gap) + scatter_s, 3e-6))
     });
     let fit = PeakFit { group_velocity_m_per_s: Estimate::new(51.612, 0.036), t_at_gap_zero_s: 0.8e-3 };
     let trace = PeakTrace { peaks: peaks.collect(), pitch_m: PITCH_M, fit: Some(fit) };
-    peak_trace(&folder.join("peak_trace"), &trace)?;
+    save(folder, "peak_trace", &trace)?;
+    let time_s = |gap: f64| 0.8e-3 + 5.4e-4 * gap + 1.6e-6 * gap * gap;
+    let curve = PeakCurve {
+        peaks: gaps()
+            .map(|gap| (gap, Estimate::new(time_s(gap) + 2e-6 * noise(gap as usize, 4), 3e-6)))
+            .collect(),
+        pitch_m: PITCH_M,
+        group_velocity_m_per_s: Estimate::new(51.5, 0.4),
+        variation: Estimate::new(0.069, 0.004),
+        curve: gaps().map(|gap| (gap, time_s(gap))).collect(),
+    };
+    save(folder, "peak_curve", &curve)?;
     Ok(())
 }
 
-fn velocities(folder: &Path) -> Result<(), Box<dyn Error>> {
+fn velocities(folder: &Path) -> Outcome {
     let speed = |striker: f64| 45.0 + 9.0 * (-striker / 4.5).exp();
-    let measured = [(2.73, 0.05), (1.89, 0.07), (0.83, 0.04)].map(|(striker, sigma)| Point {
+    let measured = [(2.73, 0.05), (1.89, 0.07), (0.83, 0.04)].map(|(striker, sigma)| DataPoint {
         x: Estimate::new(striker, sigma),
         y: Estimate::new(speed(striker) + 0.1, 0.12),
     });
@@ -168,11 +193,14 @@ fn velocities(folder: &Path) -> Result<(), Box<dyn Error>> {
         ],
         sound_speed_m_per_s: Some(54.0),
     };
-    group_velocity(&folder.join("group_velocity"), &velocities)?;
+    let against = Against::Striker;
+    save(folder, "group_velocity", &GroupVelocityFigure { velocities: &velocities, against })?;
+    let short = GroupVelocities { series: velocities.series[..2].to_vec(), ..velocities };
+    save(folder, "group_velocity_short", &GroupVelocityFigure { velocities: &short, against })?;
     Ok(())
 }
 
-fn coverages(folder: &Path) -> Result<(), Box<dyn Error>> {
+fn coverages(folder: &Path) -> Outcome {
     let quantities = ["displacement", "group velocity", "c_d, tracks", "trigger offset"];
     let rows: Vec<CoverageRow> = quantities
         .iter()
@@ -183,17 +211,28 @@ fn coverages(folder: &Path) -> Result<(), Box<dyn Error>> {
             within_95: Estimate::new(0.95 + 0.01 * noise(i, 7), 0.01),
         })
         .collect();
-    coverage(&folder.join("coverage"), &rows)?;
+    save(folder, "coverage", &rows[..])?;
+    let counts: Vec<CoverageCount> = quantities
+        .iter()
+        .enumerate()
+        .map(|(i, quantity)| CoverageCount {
+            quantity: (*quantity).into(),
+            n: 40,
+            within_68: 25 + i,
+            within_95: 37 + i % 4,
+        })
+        .collect();
+    save(folder, "coverage_counts", &counts[..])?;
     Ok(())
 }
 
-fn energies(folder: &Path) -> Result<(), Box<dyn Error>> {
+fn energies(folder: &Path) -> Outcome {
     let undamped = |gap: f64| 0.15 + 0.85 * gap.powf(-0.42);
     let damped = |gap: f64| undamped(gap) * (-(gap - 1.0) / 140.0).exp();
     let measured = || {
         (1..=20).map(f64::from).map(|gap| {
             let value = damped(gap) * (1.0 + 0.03 * noise(gap as usize, 5));
-            Point::measured(gap, Estimate::new(value, 0.025 * value.sqrt()))
+            DataPoint::measured(gap, Estimate::new(value, 0.025 * value.sqrt()))
         })
     };
     let curve = |n_gaps: i32, f: &dyn Fn(f64) -> f64| {
@@ -210,12 +249,12 @@ fn energies(folder: &Path) -> Result<(), Box<dyn Error>> {
                 damping: undamped(end) - damped(end),
             }),
         };
-        peak_energy(&folder.join(name), &energy)?;
+        save(folder, name, &energy)?;
     }
     Ok(())
 }
 
-fn spectra(folder: &Path) -> Result<(), Box<dyn Error>> {
+fn spectra(folder: &Path) -> Outcome {
     let spectrum = |gap: usize| {
         let frequencies_hz: Vec<f64> = (0..260).map(|i| 12.5 * f64::from(i)).collect();
         let amplitude = |(i, f): (usize, &f64)| {
@@ -232,11 +271,11 @@ fn spectra(folder: &Path) -> Result<(), Box<dyn Error>> {
         marks: vec![mark("band edge, 572 Hz", 572.0), mark("local resonance, 541 Hz", 541.0)],
         max_frequency_hz: Some(2000.0),
     };
-    tail_spectrum(&folder.join("tail_spectrum"), &tail)?;
+    save(folder, "tail_spectrum", &tail)?;
     Ok(())
 }
 
-fn motions(folder: &Path) -> Result<(), Box<dyn Error>> {
+fn motions(folder: &Path) -> Outcome {
     let body = |body: usize| {
         let arrival_s = peak_s(body as f64) - 0.6e-3;
         let x_m = |t_s: f64| {
@@ -258,6 +297,110 @@ fn motions(folder: &Path) -> Result<(), Box<dyn Error>> {
         }
     };
     let bodies: Vec<BodyMotion> = [1, 5, 9, 14, 20, 26].map(body).to_vec();
-    displacements(&folder.join("displacements"), &bodies)?;
+    save(folder, "displacements", &bodies[..])?;
+    let point = |k: usize| {
+        let samples = body(1 + k % 26).samples.into_iter().map(|(t_s, x)| (t_s, x.map(|x| x.scaled(8e3))));
+        PointMotion { name: format!("point_{} {}", 1 + k / 2, ["x", "y"][k % 2]), samples: samples.collect() }
+    };
+    save(folder, "tracks", &(0..20).map(point).collect::<Vec<_>>()[..])?;
     Ok(())
+}
+
+/// A softening law and a compression test that follows it.
+fn contact(folder: &Path) -> Outcome {
+    let force = |mm: f64| 60.1 * ((mm + 2.27).powf(0.114) - 2.27_f64.powf(0.114));
+    let places = || (0..=50).map(|i| 2e-4 * f64::from(i));
+    let wave = |x_m: f64| 4e-3 * (900.0 * x_m).sin();
+    let measured = places().map(|x_m| {
+        let value = force(1e3 * x_m) + wave(x_m) + 4e-3 * noise((1e6 * x_m) as usize, 8);
+        DataPoint::measured(x_m, Estimate::new(value, 5e-3))
+    });
+    let measured: Vec<DataPoint> = measured.collect();
+    let left = measured.iter().map(|point| DataPoint {
+        y: Estimate::new(point.y.value - force(1e3 * point.x.value), point.y.sigma),
+        ..*point
+    });
+    let left = Series::measured("experiment", left.collect());
+    let law = Series::model("$F = A(Δ + δ_0)^p − f_0$", places().map(|x_m| (x_m, force(1e3 * x_m))));
+    let curve =
+        ContactCurve { series: vec![Series::measured("experiment", measured), law], residuals: Some(left) };
+    save(folder, "contact_curve", &curve)
+}
+
+fn long_chain(folder: &Path) -> Outcome {
+    let profile = |t_s: f64| {
+        let (front, height) = (SPEED_M_PER_S * t_s / PITCH_M, 0.055 * (5e-3 / t_s).powf(0.25));
+        let strain = move |n: f64| {
+            let behind = front - n;
+            let width = 4.0 + 60.0 * t_s;
+            if behind < 0.0 {
+                -height * (-(behind / width).powi(2)).exp()
+            } else {
+                -height * (-behind / 45.0).exp() * (0.3 + 0.7 * (behind / 2.6).cos())
+            }
+        };
+        (t_s, (1..300).map(f64::from).map(|n| (n, strain(n))).collect())
+    };
+    let profiles = [20e-3, 52e-3, 84e-3, 116e-3, 148e-3].map(profile).to_vec();
+    save(folder, "long_chain", &LongChain { profiles })
+}
+
+/// Figures of tables: extreme cases and methods.
+fn tables(folder: &Path) -> Outcome {
+    let row = |i: usize| ExtremeRow {
+        name: format!("case number {}, velocity_m_per_s = {:e}", i / 6, 10.0_f64.powi(i as i32 % 6 - 3)),
+        share_of_bound: (i % 17 != 3)
+            .then(|| 10.0_f64.powf(3.0 * noise(i, 2) - 3.0 + f64::from(i == 40) * 4.0)),
+        passed: i != 40,
+    };
+    save(folder, "extremes", &(0..110).map(row).collect::<Vec<_>>()[..])?;
+    let method = |i: usize| TradeOffPoint {
+        name: format!("method_{i}, step_s = 1e-6"),
+        seconds_per_item: 1e-6 * 2.0_f64.powi(i as i32),
+        error: 1e-2 * 0.4_f64.powi(i as i32) * (1.0 + f64::from(i % 3 == 1) * 20.0),
+        on_front: i % 3 != 1,
+    };
+    let methods = TradeOff {
+        time_label: "time per item (s)".into(),
+        error_label: "error (px)".into(),
+        points: (0..9).map(method).collect(),
+    };
+    save(folder, "trade_off", &methods)
+}
+
+fn fields(folder: &Path) -> Outcome {
+    let places = |n: usize| -> Vec<f64> { (0..n).map(|i| 20.0 + 10.0 * i as f64).collect() };
+    let (x_px, y_px) = (places(60), places(40));
+    let map = |f: &dyn Fn(f64, f64) -> f64| {
+        Array2::from_shape_fn((40, 60), |(row, column)| {
+            let hole = (row as f64 - 20.0).hypot(column as f64 - 30.0) < 6.0;
+            (!hole && (row * 7 + column * 3) % 211 != 0).then(|| f(x_px[column], y_px[row]))
+        })
+    };
+    let u = map(&|x, y| 1.5 + 2e-3 * x + 4e-4 * y);
+    let xx = map(&|x, y| 0.2 * (0.02 * x).sin() * (0.015 * y).cos());
+    let panels = [
+        FieldPanel { title: "displacement $u$ (px)", values: u.view() },
+        FieldPanel { title: "strain $ε_{xx}$ (%)", values: xx.view() },
+    ];
+    save(folder, "field_map", &FieldMap { x_px: &x_px, y_px: &y_px, panels: &panels })
+}
+
+fn waves(folder: &Path) -> Outcome {
+    use std::f64::consts::PI;
+    let kappa_rad: Vec<f64> = (0..64).map(|row| -PI + PI / 32.0 * f64::from(row)).collect();
+    let frequency_hz: Vec<f64> = (0..400).map(|bin| 4.0 * f64::from(bin)).collect();
+    let curve: Vec<(f64, f64)> = kappa_rad.iter().map(|k| (*k, 572.0 * (0.5 * k).sin().abs())).collect();
+    let amplitude = Array2::from_shape_fn((64, 400), |(row, bin)| {
+        let crest = 1e-3 / (1.0 + ((frequency_hz[bin] - curve[row].1) / 30.0).powi(2));
+        if kappa_rad[row] < 0.0 { 0.1 * crest } else { crest }
+    });
+    let panel = DispersionPanel {
+        kappa_rad: &kappa_rad,
+        frequency_hz: &frequency_hz,
+        amplitude: amplitude.view(),
+        curve: &curve,
+        max_frequency_hz: 1200.0,
+    };
+    save(folder, "dispersion", &panel)
 }

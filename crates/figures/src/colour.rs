@@ -1,30 +1,45 @@
+//! Colours: one for each model in all figures, maps in equal steps, and shades that also differ in grey.
+
 /// A colour on the screen (sRGB, 8 bit).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Rgb(pub(crate) u8, pub(crate) u8, pub(crate) u8);
 
 pub(crate) const BLACK: Rgb = Rgb(0, 0, 0);
 pub(crate) const WHITE: Rgb = Rgb(255, 255, 255);
-/// Rim of white lines on maps.
-pub(crate) const DARK: Rgb = Rgb(40, 40, 40);
 /// Reference lines.
 pub(crate) const GRAY: Rgb = Rgb(110, 110, 110);
 /// Ground of cells that were not measured, and the hatching on it.
-pub(crate) const BLANK: Rgb = Rgb(236, 236, 236);
-pub(crate) const HATCH: Rgb = Rgb(186, 186, 186);
+pub(crate) const BLANK: Rgb = WHITE;
+pub(crate) const HATCH: Rgb = Rgb(150, 150, 150);
 
-// The palette of Okabe and Ito, which colour-blind readers tell apart.
-pub(crate) const ORANGE: Rgb = Rgb(230, 159, 0);
-pub(crate) const SKY_BLUE: Rgb = Rgb(86, 180, 233);
-pub(crate) const GREEN: Rgb = Rgb(0, 158, 115);
-pub(crate) const BLUE: Rgb = Rgb(0, 114, 178);
-pub(crate) const VERMILLION: Rgb = Rgb(213, 94, 0);
-pub(crate) const PURPLE: Rgb = Rgb(204, 121, 167);
+// What is measured and the two models: colour-blind readers tell them apart, and so do their grey values (see the test).
+pub(crate) const EXPERIMENT: Rgb = Rgb(0, 68, 136);
+pub(crate) const RINGS: Rgb = Rgb(204, 62, 62);
+pub(crate) const CHAIN: Rgb = Rgb(226, 152, 0);
+/// Series that are none of these, in turn.
+pub(crate) const OTHERS: [Rgb; 4] = [BLACK, Rgb(0, 133, 100), Rgb(140, 70, 150), Rgb(90, 170, 215)];
+/// The wave's front, as a ground.
+pub(crate) const FRONT: Rgb = Rgb(200, 232, 205);
+/// Shares of the energy: damping, and dispersion with rarefaction.
+pub(crate) const DAMPING: Rgb = Rgb(120, 205, 220);
+pub(crate) const DISPERSION: Rgb = Rgb(45, 100, 170);
 
 impl Rgb {
     /// The colour mixed with white: `share` 1 is the colour itself, 0 is white.
     pub(crate) fn tint(self, share: f64) -> Self {
-        let mix = |channel: u8| (255.0 - share * (255.0 - f64::from(channel))).round() as u8;
-        Self(mix(self.0), mix(self.1), mix(self.2))
+        self.mixed(WHITE, share)
+    }
+
+    /// The colour mixed with another: `share` 1 is the colour itself.
+    fn mixed(self, other: Self, share: f64) -> Self {
+        let mix = |own: u8, of: u8| (f64::from(of) + share * (f64::from(own) - f64::from(of))).round() as u8;
+        Self(mix(self.0, other.0), mix(self.1, other.1), mix(self.2, other.2))
+    }
+
+    /// The colour as one of `count` in order, dark to light, none too light for a white page.
+    pub(crate) fn shade(self, index: usize, count: usize) -> Self {
+        let place = index as f64 / (count.max(2) - 1) as f64;
+        if place < 0.5 { self.mixed(BLACK, 0.45 + 1.1 * place) } else { self.tint(1.0 - 0.8 * (place - 0.5)) }
     }
 }
 
@@ -48,8 +63,8 @@ const VIRIDIS: [Rgb; 16] = [
     Rgb(0xfd, 0xe7, 0x25),
 ];
 
-/// The sequential colour map, dark to light, for `share` from 0 to 1 (clamped).
-pub(crate) fn sequential(share: f64) -> Rgb {
+/// Viridis, dark to light, for `share` from 0 to 1 (clamped).
+pub(crate) fn viridis(share: f64) -> Rgb {
     let place = share.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f64;
     let below = (place.floor() as usize).min(VIRIDIS.len() - 2);
     let fraction = place - below as f64;
@@ -58,9 +73,9 @@ pub(crate) fn sequential(share: f64) -> Rgb {
     Rgb(mix(from.0, to.0), mix(from.1, to.1), mix(from.2, to.2))
 }
 
-/// Colours for `count` curves in order, dark to light but none too light for a white page.
-pub(crate) fn ordered(index: usize, count: usize) -> Rgb {
-    sequential(0.82 * index as f64 / (count.max(2) - 1) as f64)
+/// Gray from black to nearly white in equal steps of lightness, for `share` from 0 to 1 (clamped).
+pub(crate) fn gray(share: f64) -> Rgb {
+    from_oklab(0.1 + 0.85 * share.clamp(0.0, 1.0), 0.0, 0.0)
 }
 
 /// The diverging colour map: blue for 0, nearly white for 0.5, red for 1 (clamped).
@@ -112,7 +127,7 @@ mod tests {
 
     #[test]
     fn the_sequential_map_rises_in_lightness_in_equal_steps() {
-        let steps: Vec<f64> = (0..=32).map(|i| lightness(sequential(f64::from(i) / 32.0))).collect();
+        let steps: Vec<f64> = (0..=32).map(|i| lightness(viridis(f64::from(i) / 32.0))).collect();
         let rises: Vec<f64> = steps.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let mean = rises.iter().sum::<f64>() / rises.len() as f64;
         // Viridis was built for equal steps in CAM02-UCS; in L* they agree within about a third, and 8-bit colours
@@ -134,12 +149,34 @@ mod tests {
     }
 
     #[test]
+    fn experiment_and_models_differ_in_gray() {
+        let mut values = [EXPERIMENT, RINGS, CHAIN].map(lightness);
+        values.sort_by(f64::total_cmp);
+        // Ten units of L* are told apart at a glance by lines of a point's width (a page has a hundred); the lightest must stand
+        // out from white as well.
+        assert!(values.windows(2).all(|pair| pair[1] - pair[0] > 15.0), "{values:?}");
+        assert!(values[2] < 75.0, "{values:?}");
+        for count in 2..=9 {
+            let shades: Vec<f64> = (0..count).map(|i| lightness(RINGS.shade(i, count))).collect();
+            assert!(shades.windows(2).all(|pair| pair[0] < pair[1]), "{shades:?}");
+        }
+    }
+
+    #[test]
+    fn the_gray_map_has_no_hue_and_rises_evenly() {
+        let steps: Vec<Rgb> = (0..=16).map(|i| gray(f64::from(i) / 16.0)).collect();
+        // The channels of a neutral colour agree to one step of 8 bits.
+        assert!(steps.iter().all(|Rgb(r, g, b)| r.abs_diff(*g) <= 1 && g.abs_diff(*b) <= 1), "{steps:?}");
+        assert!(steps.windows(2).all(|pair| lightness(pair[0]) < lightness(pair[1])));
+    }
+
+    #[test]
     fn shares_outside_the_map_are_clamped_and_white_is_neutral() {
-        assert_eq!(sequential(-1.0), sequential(0.0));
-        assert_eq!(sequential(7.0), sequential(1.0));
+        assert_eq!(viridis(-1.0), viridis(0.0));
+        assert_eq!(viridis(7.0), viridis(1.0));
         let Rgb(r, g, b) = diverging(0.5);
         assert!(r == g && g == b && r > 240);
-        assert_eq!(BLUE.tint(0.0), WHITE);
-        assert_eq!(BLUE.tint(1.0), BLUE);
+        assert_eq!(RINGS.tint(0.0), WHITE);
+        assert_eq!(RINGS.tint(1.0), RINGS);
     }
 }

@@ -1,19 +1,26 @@
+//! Amplitude of waves over wavenumber and frequency, with the dispersion curve of the linear chain.
+
 use std::path::Path;
 
 use ndarray::ArrayView2;
 
-use crate::colour::sequential;
-use crate::drawing::{Dash, Drawing};
-use crate::geometry::Frame;
+use crate::colour::{BLACK, WHITE};
+use crate::drawing::{Columns, Dash, Drawing, Stroke};
+use crate::figure::{self, Draw, Figure};
+use crate::geometry::PageRect;
 use crate::heat_map::{self, Cells, ColourScale, edges_between};
-use crate::legend::{self, Entry, Key};
-use crate::plot::{self, BOTTOM_MARGIN_MM, Labels, Plot};
+use crate::legend::{self, LegendEntry, LegendKey};
+use crate::plot::{self, Labels, Plot};
 use crate::scale::{Extent, Scale};
-use crate::{FigureError, output};
+use crate::series::DataPoint;
+use crate::{FigureError, Style};
 
 const HEIGHT_MM: f64 = 62.0;
 /// Range of the logarithmic colours below the largest amplitude.
 const RANGE: f64 = 1e-3;
+const LABELS: Labels = Labels { x: "phase from gap to gap $κ$ (rad)", y: "frequency (kHz)" };
+const AMPLITUDE: &str = "strain amplitude";
+const CURVE: &str = "dispersion of the linear chain";
 /// Most rows of the map.
 const MOST_ROWS: usize = 240;
 
@@ -37,46 +44,51 @@ pub struct DispersionPanel<'a> {
 /// # Errors
 /// [`FigureError`] when the map's shape does not fit its axes, or a file cannot be written.
 pub fn dispersion(stem: &Path, panel: &DispersionPanel) -> Result<(), FigureError> {
-    output::write(stem, &layout(stem, panel)?)
+    figure::write(stem, panel)
 }
 
-fn layout(stem: &Path, panel: &DispersionPanel) -> Result<Drawing, FigureError> {
-    check(stem, panel)?;
-    let mut drawing = Drawing::new(Drawing::ONE_COLUMN_MM)?;
+impl Draw for DispersionPanel<'_> {
+    fn draw(&self, style: &Style) -> Result<Figure, FigureError> {
+        layout(style, self).map(Figure::new)
+    }
+}
+
+fn layout(style: &Style, panel: &DispersionPanel) -> Result<Drawing, FigureError> {
+    check(panel)?;
+    let mut drawing = Drawing::new(style, Columns::One)?;
+    let page = drawing.width_mm;
     let map = cells(panel);
     let (x, y) = (Scale::linear(map.x_extent()), Scale::linear(map.y_extent()));
     let amplitudes = Extent::of(map.measured());
     let scale = Scale::log(amplitudes.map(|Extent { high, .. }| Extent { low: RANGE * high, high }));
-    let colours = ColourScale { scale, map: sequential, beyond: (amplitudes.is_some(), false) };
+    let colours = ColourScale::along(scale, style.colour_map, (amplitudes.is_some(), false));
     let left = plot::side_margin_mm(&drawing, &y, HEIGHT_MM);
-    let width = Drawing::ONE_COLUMN_MM - left - colours.bar_margin_mm(&drawing, HEIGHT_MM);
-    let entries = [Entry::new("dispersion of the linear chain", Key::Rimmed(Dash::Dashed))];
-    let top = legend::draw(&mut drawing, &entries, (left, Drawing::ONE_COLUMN_MM), 1.0) + 1.5;
-    let plot = Plot { frame: Frame::new(left, top, width, HEIGHT_MM), x, y };
-    heat_map::draw(
-        &mut drawing,
-        &plot,
-        &map,
-        &colours,
-        Labels { x: "phase from gap to gap (rad)", y: "frequency (kHz)" },
-    );
+    let width = page - left - colours.bar_margin_mm(&drawing, HEIGHT_MM);
+    let stroke = Stroke::new(1.1, BLACK, Dash::Dashed);
+    let entries = [LegendEntry::new(CURVE, LegendKey::Rimmed(stroke))];
+    let top = legend::draw(&mut drawing, &entries, (left, page), 1.0) + 1.5;
+    let plot = Plot::new(PageRect::new(left, top, width, HEIGHT_MM), x, y);
+    heat_map::draw(&mut drawing, &plot, &map, &colours, LABELS);
     let curve: Vec<(f64, f64)> = panel.curve.iter().map(|&(kappa_rad, hz)| (kappa_rad, 1e-3 * hz)).collect();
     for piece in plot.pieces(&curve) {
-        drawing.rimmed_line(&piece, Dash::Dashed);
+        drawing.rimmed_line(&piece, stroke, WHITE);
     }
-    colours.bar(&mut drawing, plot.frame, "strain amplitude");
-    drawing.extend_to(top + HEIGHT_MM + BOTTOM_MARGIN_MM);
+    colours.bar(&mut drawing, plot.frame, AMPLITUDE);
+    heat_map::record(&mut drawing, "", &map, LABELS, AMPLITUDE);
+    let points: Vec<DataPoint> = curve.iter().map(|&(x, y)| DataPoint::exact(x, y)).collect();
+    plot::record(&mut drawing, "", CURVE, LABELS, &points);
+    drawing.extend_to(top + HEIGHT_MM + plot::bottom_margin_mm(&drawing));
     Ok(drawing)
 }
 
-fn check(stem: &Path, panel: &DispersionPanel) -> Result<(), FigureError> {
+fn check(panel: &DispersionPanel) -> Result<(), FigureError> {
     let lengths = [
         ("rows of a map, one for each wavenumber", panel.kappa_rad.len(), panel.amplitude.nrows()),
         ("columns of a map, one for each frequency", panel.frequency_hz.len(), panel.amplitude.ncols()),
     ];
     let wrong = lengths.into_iter().find(|(_, expected, found)| expected != found);
     wrong.map_or(Ok(()), |(what, expected, found)| {
-        Err(FigureError::Length { stem: stem.into(), what: what.into(), expected, found })
+        Err(FigureError::Length { figure: "dispersion", what: what.into(), expected, found })
     })
 }
 
@@ -114,13 +126,12 @@ mod tests {
             curve: &curve,
             max_frequency_hz: 1200.0,
         };
-        let drawing = layout(Path::new("x"), &panel).unwrap();
+        let drawing = layout(&Style::default(), &panel).unwrap();
         drawing.assert_readable();
-        let texts: Vec<String> = drawing.text_frames().into_iter().map(|(text, _)| text).collect();
-        for label in ["phase from gap to gap (rad)", "frequency (kHz)", "strain amplitude"] {
-            assert!(texts.iter().any(|text| text == label), "{label} of {texts:?}");
+        for label in ["phase from gap to gap κ (rad)", "frequency (kHz)", "strain amplitude"] {
+            assert!(drawing.says(label), "{label} of {:?}", drawing.labels());
         }
         let wrong = DispersionPanel { kappa_rad: &kappa_rad[1..], ..panel };
-        assert!(layout(Path::new("x"), &wrong).unwrap_err().to_string().contains("expected 63"));
+        assert!(layout(&Style::default(), &wrong).unwrap_err().to_string().contains("expected 63"));
     }
 }

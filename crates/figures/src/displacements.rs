@@ -1,18 +1,26 @@
+//! Displacements of bodies, or of points followed in a picture, over time, with their intervals and what a model leaves.
+
 use std::path::Path;
 
 use chainwave_measurement::Estimate;
 
-use crate::colour::{BLACK, VERMILLION, ordered};
-use crate::drawing::{Dash, Drawing, Stroke};
-use crate::geometry::{Frame, Spot};
-use crate::legend::{self, Entry, Key};
-use crate::plot::{self, BOTTOM_MARGIN_MM, Labels, Plot, draw_marker};
+use crate::colour::{CHAIN, EXPERIMENT, GRAY, RINGS, Rgb};
+use crate::drawing::{Anchor, Columns, Dash, Drawing, Stroke};
+use crate::figure::{self, Draw, Figure};
+use crate::geometry::{PageRect, Spot};
+use crate::legend::{self, LegendEntry, LegendKey};
+use crate::plot::{self, BARE_MARGIN_MM, Labels, Plot, draw_marker};
 use crate::scale::{Extent, Scale};
-use crate::series::{Marker, MarkerShape};
-use crate::{FigureError, output};
+use crate::series::{DataPoint, MarkerShape, PlotMarker};
+use crate::{FigureError, Style};
 
 const HEIGHT_MM: f64 = 62.0;
-const LOST: Marker = Marker { shape: MarkerShape::Cross, colour: VERMILLION, hollow: false };
+const RESIDUAL_HEIGHT_MM: f64 = 26.0;
+/// Room between a frame and the names right of it.
+const NAME_GAP_MM: f64 = 3.0;
+/// The names take this share of the page at most.
+const WIDEST_NAME: f64 = 0.2;
+const LOST: PlotMarker = PlotMarker { shape: MarkerShape::Cross, colour: RINGS, hollow: false };
 
 /// The motion of one body.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,7 +29,7 @@ pub struct BodyMotion {
     pub body: usize,
     /// Time in seconds and displacement in metres; `None` where the body was not measured.
     pub samples: Vec<(f64, Option<Estimate>)>,
-    /// A model's time in seconds and displacement in metres, which may be empty.
+    /// A model's time in seconds, increasing, and displacement in metres, which may be empty.
     pub model: Vec<(f64, f64)>,
 }
 
@@ -35,19 +43,19 @@ pub struct PointMotion {
 }
 
 /// A curve in the units of the axes.
-struct Curve {
+struct MotionCurve {
     name: String,
     samples: Vec<(f64, Option<Estimate>)>,
     model: Vec<(f64, f64)>,
 }
 
 /// Draws the displacements of bodies over time with 95 % bands, a cross where a body was lost, and a model as a dashed
-/// line.
+/// line, with what was measured less the model below.
 ///
 /// # Errors
 /// [`FigureError`] when a file cannot be written.
 pub fn displacements(stem: &Path, bodies: &[BodyMotion]) -> Result<(), FigureError> {
-    output::write(stem, &layout(&curves_of(bodies), "displacement (mm)")?)
+    figure::write(stem, bodies)
 }
 
 /// Draws how far points moved in the picture over time, with 95 % bands and a cross where a point was lost.
@@ -55,18 +63,30 @@ pub fn displacements(stem: &Path, bodies: &[BodyMotion]) -> Result<(), FigureErr
 /// # Errors
 /// [`FigureError`] when a file cannot be written.
 pub fn tracks(stem: &Path, points: &[PointMotion]) -> Result<(), FigureError> {
-    let in_milliseconds = |&(t_s, x_px): &(f64, Option<Estimate>)| (1e3 * t_s, x_px);
-    let curve = |point: &PointMotion| Curve {
-        name: point.name.clone(),
-        samples: point.samples.iter().map(in_milliseconds).collect(),
-        model: Vec::new(),
-    };
-    output::write(stem, &layout(&points.iter().map(curve).collect::<Vec<_>>(), "displacement (px)")?)
+    figure::write(stem, points)
+}
+
+impl Draw for [BodyMotion] {
+    fn draw(&self, style: &Style) -> Result<Figure, FigureError> {
+        layout(style, &curves_of(self), "mm").map(Figure::new)
+    }
+}
+
+impl Draw for [PointMotion] {
+    fn draw(&self, style: &Style) -> Result<Figure, FigureError> {
+        let in_milliseconds = |&(t_s, x_px): &(f64, Option<Estimate>)| (1e3 * t_s, x_px);
+        let curve = |point: &PointMotion| MotionCurve {
+            name: point.name.clone(),
+            samples: point.samples.iter().map(in_milliseconds).collect(),
+            model: Vec::new(),
+        };
+        layout(style, &self.iter().map(curve).collect::<Vec<_>>(), "px").map(Figure::new)
+    }
 }
 
 /// Times in milliseconds and displacements in millimetres.
-fn curves_of(bodies: &[BodyMotion]) -> Vec<Curve> {
-    let curve = |body: &BodyMotion| Curve {
+fn curves_of(bodies: &[BodyMotion]) -> Vec<MotionCurve> {
+    let curve = |body: &BodyMotion| MotionCurve {
         name: format!("body {}", body.body),
         samples: body.samples.iter().map(|(t_s, x_m)| (1e3 * t_s, x_m.map(|x_m| x_m.scaled(1e3)))).collect(),
         model: body.model.iter().map(|&(t_s, x_m)| (1e3 * t_s, 1e3 * x_m)).collect(),
@@ -74,38 +94,125 @@ fn curves_of(bodies: &[BodyMotion]) -> Vec<Curve> {
     bodies.iter().map(curve).collect()
 }
 
-fn layout(curves: &[Curve], of_displacement: &str) -> Result<Drawing, FigureError> {
-    let mut drawing = Drawing::new(Drawing::TWO_COLUMNS_MM)?;
+fn layout(style: &Style, curves: &[MotionCurve], unit: &str) -> Result<Drawing, FigureError> {
+    let mut drawing = Drawing::new(style, Columns::Two)?;
+    let page = drawing.width_mm;
     let (x, y) = scales(curves);
-    let left = plot::side_margin_mm(&drawing, &y, HEIGHT_MM);
-    let top = legend::draw(&mut drawing, &entries(curves), (left, Drawing::TWO_COLUMNS_MM), 1.0) + 1.5;
-    let frame = Frame::new(left, top, Drawing::TWO_COLUMNS_MM - left - 2.0, HEIGHT_MM);
-    let plot = Plot { frame, x, y };
-    plot.level(&mut drawing, 0.0, plot::zero_line());
-    for (index, curve) in curves.iter().enumerate() {
-        draw_band(&mut drawing, &plot, curve, ordered(index, curves.len()).tint(0.35));
-    }
-    for (index, curve) in curves.iter().enumerate() {
-        plot.line(&mut drawing, &line_of(curve), curve_stroke(index, curves.len()));
-        plot.line(&mut drawing, &curve.model, model_stroke());
-    }
-    for loss in curves.iter().flat_map(losses) {
-        if let Some(spot) = plot.spot(loss.0, loss.1).filter(|&spot| frame.holds(spot)) {
-            draw_marker(&mut drawing, spot, LOST);
+    let residuals: Vec<Vec<(f64, f64)>> = curves.iter().map(residuals).collect();
+    let has_model = residuals.iter().any(|one| !one.is_empty());
+    let residual_y = Extent::of(residuals.iter().flatten().map(|point| point.1));
+    let residual_y = Scale::linear(residual_y.map(|extent| extent.including(0.0).padded(0.05)));
+    let left = plot::side_margin_mm(&drawing, &y, HEIGHT_MM).max(plot::side_margin_mm(
+        &drawing,
+        &residual_y,
+        RESIDUAL_HEIGHT_MM,
+    ));
+    let em = drawing.number_mm();
+    let names: Vec<String> =
+        curves.iter().map(|curve| drawing.fitted(&curve.name, em, WIDEST_NAME * page)).collect();
+    let widest = names.iter().map(|name| drawing.text_width(name, em)).fold(0.0, f64::max);
+    let width = page - left - NAME_GAP_MM - widest - 1.0;
+    let top = legend::draw(&mut drawing, &entries(curves), (left, page), 1.0) + 1.5;
+    let plot = Plot::new(PageRect::new(left, top, width, HEIGHT_MM), x, y);
+    draw_motions(&mut drawing, &plot, curves);
+    name_curves(&mut drawing, &plot, curves, &names);
+    let label = format!("displacement ({unit})");
+    let labels = Labels { x: "time (ms)", y: &label };
+    plot.axes(&mut drawing, Labels { x: if has_model { "" } else { labels.x }, ..labels });
+    record(&mut drawing, curves, labels);
+    let mut bottom = plot.frame.bottom;
+    if has_model {
+        let frame = PageRect::new(left, bottom + BARE_MARGIN_MM, width, RESIDUAL_HEIGHT_MM);
+        let lower = Plot::new(frame, x, residual_y);
+        for (index, residual) in residuals.iter().enumerate() {
+            lower.line(&mut drawing, residual, thin(index, curves.len()));
         }
+        lower.level(&mut drawing, 0.0, model_stroke());
+        let label = format!("residual ({unit})");
+        lower.axes(&mut drawing, Labels { y: &label, ..labels });
+        bottom = frame.bottom;
     }
-    plot.axes(&mut drawing, Labels { x: "time (ms)", y: of_displacement });
-    drawing.extend_to(frame.bottom + BOTTOM_MARGIN_MM);
+    drawing.extend_to(bottom + plot::bottom_margin_mm(&drawing));
     Ok(drawing)
 }
 
+fn draw_motions(drawing: &mut Drawing, plot: &Plot, curves: &[MotionCurve]) {
+    plot.level(drawing, 0.0, plot::zero_line());
+    for (index, curve) in curves.iter().enumerate() {
+        draw_band(drawing, plot, curve, colour(index, curves.len()).tint(0.3));
+    }
+    for (index, curve) in curves.iter().enumerate() {
+        plot.line(drawing, &line_of(curve), Stroke::new(1.2, colour(index, curves.len()), Dash::Solid));
+        plot.line(drawing, &curve.model, model_stroke());
+    }
+    for loss in curves.iter().flat_map(losses) {
+        if let Some(spot) = plot.spot(loss.0, loss.1).filter(|&spot| plot.frame.holds(spot)) {
+            draw_marker(drawing, spot, LOST);
+        }
+    }
+}
+
+/// Keeps the numbers for the figure's table.
+fn record(drawing: &mut Drawing, curves: &[MotionCurve], labels: Labels) {
+    for curve in curves {
+        let measured = curve.samples.iter().filter_map(|(t, x)| Some(DataPoint::measured(*t, (*x)?)));
+        plot::record(drawing, "", &curve.name, labels, &measured.collect::<Vec<_>>());
+        let model: Vec<DataPoint> = curve.model.iter().map(|&(t, x)| DataPoint::exact(t, x)).collect();
+        if !model.is_empty() {
+            plot::record(drawing, "", &format!("{}, chain model", curve.name), labels, &model);
+        }
+    }
+}
+
+/// Each curve's name right of the frame at the height of its last value, joined to it by a thin line; of very
+/// many curves, every second or third.
+fn name_curves(drawing: &mut Drawing, plot: &Plot, curves: &[MotionCurve], names: &[String]) {
+    let em = drawing.number_mm();
+    let row_mm = 1.3 * em;
+    let last = |curve: &MotionCurve| curve.samples.iter().rev().find_map(|(t, x)| plot.spot(*t, (*x)?.value));
+    let mut ends: Vec<(f64, &String)> =
+        curves.iter().zip(names).filter_map(|(curve, name)| Some((last(curve)?.1, name))).collect();
+    ends.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let n_fitting = (plot.frame.height() / row_mm).floor().max(1.0) as usize;
+    let stride = ends.len().div_ceil(n_fitting).max(1);
+    let ends: Vec<(f64, &String)> = ends.into_iter().step_by(stride).collect();
+    let blocks: Vec<(f64, f64)> = ends.iter().map(|(y, _)| (*y, row_mm)).collect();
+    let places = plot::spread(&blocks, (plot.frame.top, plot.frame.bottom), 0.0);
+    for ((end, name), y) in ends.iter().zip(places) {
+        let right = plot.frame.right;
+        drawing.segment(
+            (right + 0.3, *end),
+            (right + NAME_GAP_MM - 0.6, y),
+            Stroke::new(0.5, GRAY, Dash::Solid),
+        );
+        drawing.text(name, (right + NAME_GAP_MM, y), em, Anchor::Start);
+    }
+}
+
 /// A curve's points, not a number where it was not measured.
-fn line_of(curve: &Curve) -> Vec<(f64, f64)> {
+fn line_of(curve: &MotionCurve) -> Vec<(f64, f64)> {
     curve.samples.iter().map(|(t, x)| (*t, x.map_or(f64::NAN, |x| x.value))).collect()
 }
 
+/// Measured less modelled displacement, where both are known; the model between its samples along a straight line.
+fn residuals(curve: &MotionCurve) -> Vec<(f64, f64)> {
+    let model_at = |t: f64| {
+        let after = curve.model.partition_point(|sample| sample.0 < t);
+        let (to, from) = (curve.model.get(after)?, curve.model.get(after.saturating_sub(1))?);
+        if to.0 <= from.0 {
+            return (to.0 <= t).then_some(to.1);
+        }
+        Some(from.1 + (t - from.0) / (to.0 - from.0) * (to.1 - from.1))
+    };
+    if curve.model.is_empty() {
+        return Vec::new();
+    }
+    let residual = |x: Option<Estimate>, t: f64| Some(x?.value - model_at(t)?);
+    curve.samples.iter().map(|&(t, x)| (t, residual(x, t).unwrap_or(f64::NAN))).collect()
+}
+
 /// Time and the two ends of the 95 % interval, for each run of measured samples.
-fn bands(curve: &Curve) -> impl Iterator<Item = Vec<(f64, f64, f64)>> + '_ {
+fn bands(curve: &MotionCurve) -> impl Iterator<Item = Vec<(f64, f64, f64)>> + '_ {
     let ends = |&(t, x): &(f64, Option<Estimate>)| {
         let half = |sigma: f64| Estimate::COVERAGE_95 * if sigma > 0.0 { sigma } else { 0.0 };
         x.map(|x| (t, x.value - half(x.sigma), x.value + half(x.sigma)))
@@ -115,13 +222,13 @@ fn bands(curve: &Curve) -> impl Iterator<Item = Vec<(f64, f64, f64)>> + '_ {
 }
 
 /// The last measured sample before each loss.
-fn losses(curve: &Curve) -> Vec<(f64, f64)> {
+fn losses(curve: &MotionCurve) -> Vec<(f64, f64)> {
     let lost = |pair: &&[(f64, Option<Estimate>)]| pair[0].1.is_some() && pair[1].1.is_none();
     let last_seen = curve.samples.windows(2).filter(lost);
     last_seen.filter_map(|pair| pair[0].1.map(|x| (pair[0].0, x.value))).collect()
 }
 
-fn scales(curves: &[Curve]) -> (Scale, Scale) {
+fn scales(curves: &[MotionCurve]) -> (Scale, Scale) {
     let ends = || curves.iter().flat_map(bands).flatten();
     let models = || curves.iter().flat_map(|curve| &curve.model);
     let x = Extent::of(ends().map(|(t, ..)| t).chain(models().map(|(t, _)| *t)));
@@ -130,28 +237,32 @@ fn scales(curves: &[Curve]) -> (Scale, Scale) {
     (Scale::linear(x), Scale::linear(y.map(|extent| extent.padded(0.05))))
 }
 
-fn curve_stroke(index: usize, count: usize) -> Stroke {
-    Stroke::new(1.2, ordered(index, count), Dash::Solid)
+fn colour(index: usize, count: usize) -> Rgb {
+    EXPERIMENT.shade(index, count)
+}
+
+fn thin(index: usize, count: usize) -> Stroke {
+    Stroke::new(0.8, colour(index, count), Dash::Solid)
 }
 
 fn model_stroke() -> Stroke {
-    Stroke::new(0.7, BLACK, Dash::Dashed)
+    Stroke::new(0.9, CHAIN, Dash::Dashed)
 }
 
-fn entries(curves: &[Curve]) -> Vec<Entry> {
-    let line = |index| Key::Line(curve_stroke(index, curves.len()));
-    let mut entries: Vec<Entry> =
-        curves.iter().enumerate().map(|(index, curve)| Entry::new(curve.name.clone(), line(index))).collect();
+/// What the signs mean; curves are named beside their ends.
+fn entries(curves: &[MotionCurve]) -> Vec<LegendEntry> {
+    let measured = LegendKey::Band(Stroke::new(1.2, EXPERIMENT, Dash::Solid), EXPERIMENT.tint(0.3));
+    let mut entries = vec![LegendEntry::new("measured, with 95 % interval", measured)];
     if curves.iter().any(|curve| !curve.model.is_empty()) {
-        entries.push(Entry::new("model", Key::Line(model_stroke())));
+        entries.push(LegendEntry::new("chain model", LegendKey::Line(model_stroke())));
     }
     if curves.iter().any(|curve| !losses(curve).is_empty()) {
-        entries.push(Entry::new("lost", Key::Marker(LOST)));
+        entries.push(LegendEntry::new("lost", LegendKey::Marker(LOST)));
     }
     entries
 }
 
-fn draw_band(drawing: &mut Drawing, plot: &Plot, curve: &Curve, fill: crate::colour::Rgb) {
+fn draw_band(drawing: &mut Drawing, plot: &Plot, curve: &MotionCurve, fill: Rgb) {
     for band in bands(curve) {
         let lower = band.iter().filter_map(|&(t, low, _)| plot.spot(t, low));
         let upper = band.iter().rev().filter_map(|&(t, _, high)| plot.spot(t, high));
@@ -167,9 +278,14 @@ mod tests {
     use super::*;
 
     fn motion(body: usize, lost: std::ops::Range<i32>) -> BodyMotion {
-        let x_m = |i: i32| 1e-3 * (0.1 * f64::from(i)).tanh();
+        let x_m = |i: i32| 1e-3 * (0.1 * f64::from(i)).tanh() / (1.0 + 0.1 * body as f64);
         let sample = |i| (1e-5 * f64::from(i), (!lost.contains(&i)).then(|| Estimate::new(x_m(i), 1e-5)));
-        BodyMotion { body, samples: (0..100).map(sample).collect(), model: vec![(0.0, 0.0), (1e-3, 1e-3)] }
+        let model = (0..50).map(|i| (2e-5 * f64::from(i), x_m(2 * i)));
+        BodyMotion { body, samples: (0..100).map(sample).collect(), model: model.collect() }
+    }
+
+    fn drawn(bodies: &[BodyMotion]) -> Drawing {
+        layout(&Style::default(), &curves_of(bodies), "mm").unwrap()
     }
 
     fn losses_of(lost: std::ops::Range<i32>) -> Vec<(f64, f64)> {
@@ -187,22 +303,35 @@ mod tests {
     }
 
     #[test]
-    fn labels_are_there_and_nothing_overlaps() {
-        let bodies: Vec<BodyMotion> = (1..=26).map(|body| motion(body, 40..60)).collect();
-        let drawing = layout(&curves_of(&bodies), "displacement (mm)").unwrap();
-        drawing.assert_readable();
-        let texts: Vec<String> = drawing.text_frames().into_iter().map(|(text, _)| text).collect();
-        for label in ["time (ms)", "displacement (mm)", "body 26", "lost", "model"] {
-            assert!(texts.iter().any(|text| text == label), "{label}");
+    fn curves_are_named_beside_their_ends_and_nothing_overlaps() {
+        for count in [1, 5, 26] {
+            let bodies: Vec<BodyMotion> = (1..=count).map(|body| motion(body, 40..60)).collect();
+            let drawing = drawn(&bodies);
+            drawing.assert_readable();
+            for label in ["time (ms)", "displacement (mm)", "residual (mm)", "body 1", "lost", "chain model"]
+            {
+                assert!(drawing.says(label), "{label}");
+            }
         }
+    }
+
+    #[test]
+    fn residuals_are_known_where_body_and_model_are() {
+        let residual = &residuals(&curves_of(&[motion(1, 40..60)])[0]);
+        let known: Vec<&(f64, f64)> = residual.iter().filter(|point| point.1.is_finite()).collect();
+        // Of 100 samples 20 are lost, and the last one lies behind the model's end.
+        assert_eq!(known.len(), 79);
+        // At every second sample the model is the motion; between them a line is off by at most h^2 / 8 of the second
+        // derivative of tanh (0.77) times 0.01 per sample squared, of 0.91 mm.
+        let bound = 4.0 / 8.0 * 0.77 * 0.01 * 0.91;
+        assert!(known.iter().all(|point| point.1.abs() < 1.01 * bound));
     }
 
     #[test]
     fn bodies_never_seen_leave_an_empty_panel() {
         let unseen = BodyMotion { body: 1, samples: vec![(0.0, None), (1.0, None)], model: vec![] };
         for bodies in [vec![], vec![unseen]] {
-            let drawing = layout(&curves_of(&bodies), "displacement (mm)").unwrap();
-            assert!(drawing.text_frames().iter().any(|(text, _)| text == "no data"));
+            assert!(drawn(&bodies).says("no data"));
         }
     }
 }

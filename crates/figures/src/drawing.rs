@@ -1,19 +1,17 @@
-use crate::FigureError;
-use crate::colour::{BLACK, DARK, HATCH, Rgb, WHITE};
-use crate::geometry::{Frame, Spot, dashes, spaced};
-use crate::typeface::Typeface;
+//! A page as a list of marks in millimetres, from which the SVG, PNG and PDF files are all made.
 
-/// A typographic point in millimetres.
-pub(crate) const POINT_MM: f64 = 25.4 / 72.0;
-/// Size of labels and legends (8 points) and of numbers at ticks (7 points), in millimetres.
-pub(crate) const LABEL_MM: f64 = 8.0 * POINT_MM;
-pub(crate) const NUMBER_MM: f64 = 7.0 * POINT_MM;
+use crate::FigureError;
+use crate::colour::{BLACK, HATCH, Rgb};
+use crate::data::DataSet;
+use crate::geometry::{PageRect, Spot, Step, polyline};
+use crate::rich_text::plain;
+use crate::style::{POINT_MM, Style};
+use crate::typeface::Typeface;
 
 /// Half the height of a capital letter, in em.
 const HALF_CAPITAL_EM: f64 = 0.357;
-
-/// Size of an exponent relative to its number.
-const EXPONENT: f64 = 0.75;
+/// Controls of the cubic arc that is nearly a quarter of the unit circle.
+const QUARTER: f64 = 0.552_284_75;
 
 /// How a line is interrupted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,13 +24,14 @@ pub(crate) enum Dash {
 }
 
 impl Dash {
-    /// Lengths of dash, space and so on in millimetres; none for a solid line.
-    fn pattern_mm(self) -> &'static [f64] {
+    /// Lengths of dash and space in turn, in units of the line's width; none for a solid line.
+    fn pattern(self) -> &'static [f64] {
         match self {
             Self::Solid => &[],
-            Self::Dashed => &[1.7, 0.9],
-            Self::Dotted => &[0.35, 0.6],
-            Self::Chain => &[2.1, 0.65, 0.35, 0.65],
+            Self::Dashed => &[4.2, 2.2],
+            // Round ends make dots of dashes without length; renderers want some.
+            Self::Dotted => &[0.02, 2.1],
+            Self::Chain => &[5.0, 1.7, 1.0, 1.7],
         }
     }
 }
@@ -43,20 +42,38 @@ pub(crate) struct Stroke {
     pub(crate) width_mm: f64,
     pub(crate) colour: Rgb,
     pub(crate) dash: Dash,
+    /// The width that the dashes are measured by.
+    dash_mm: f64,
 }
 
 impl Stroke {
     pub(crate) fn new(width_pt: f64, colour: Rgb, dash: Dash) -> Self {
-        Self { width_mm: width_pt * POINT_MM, colour, dash }
+        let width_mm = width_pt * POINT_MM;
+        Self { width_mm, colour, dash, dash_mm: width_mm }
     }
 
     /// The thin black line of axes.
     pub(crate) fn axis() -> Self {
         Self::new(0.6, BLACK, Dash::Solid)
     }
+
+    /// The rim of a line: wider, with dashes at the same places.
+    fn rim(self, width_pt: f64, colour: Rgb) -> Self {
+        Self { width_mm: self.width_mm + width_pt * POINT_MM, colour, ..self }
+    }
+
+    /// Lengths of dash and space in turn, in millimetres; none for a solid line.
+    pub(crate) fn pattern_mm(&self) -> Vec<f64> {
+        self.dash.pattern().iter().map(|length| length * self.dash_mm).collect()
+    }
+
+    /// Whether dashes have round ends.
+    pub(crate) fn is_round(&self) -> bool {
+        self.dash == Dash::Dotted
+    }
 }
 
-/// Where a text lies relative to its spot along the line.
+/// Where a label lies relative to its spot along the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Anchor {
     Start,
@@ -64,45 +81,104 @@ pub(crate) enum Anchor {
     End,
 }
 
-/// One line of black text.
+/// One line of black letters.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Text {
-    pub(crate) text: String,
+pub(crate) struct Words {
+    pub(crate) label: String,
     /// On the base line.
     pub(crate) at: Spot,
     pub(crate) em_mm: f64,
     pub(crate) anchor: Anchor,
-    /// Whether the text runs upwards.
+    /// Whether the line runs upwards.
     pub(crate) upwards: bool,
 }
 
-/// What a page is made of; later shapes cover earlier ones.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Shape {
-    Line { points: Vec<Spot>, width_mm: f64, colour: Rgb },
-    Area { points: Vec<Spot>, fill: Rgb },
-    Box { frame: Frame, fill: Rgb },
-    Disc { centre: Spot, radius_mm: f64, fill: Rgb },
-    Text(Text),
+impl Words {
+    /// The label without the marks of its mathematics.
+    pub(crate) fn plain(&self) -> String {
+        plain(&self.label)
+    }
+
+    /// How far the first letter starts behind the spot.
+    fn start_mm(&self, typeface: &Typeface) -> f64 {
+        let width = || typeface.width(&self.label, self.em_mm);
+        match self.anchor {
+            Anchor::Start => 0.0,
+            Anchor::Middle => -0.5 * width(),
+            Anchor::End => -width(),
+        }
+    }
+
+    /// The outlines of its letters on the page.
+    pub(crate) fn outlines(&self, typeface: &Typeface) -> Vec<Step> {
+        let start = self.start_mm(typeface);
+        let place = |(x, y): Spot| {
+            let (along, down) = (start + x, y);
+            if self.upwards {
+                (self.at.0 + down, self.at.1 - along)
+            } else {
+                (self.at.0 + along, self.at.1 + down)
+            }
+        };
+        let mut steps = Vec::new();
+        typeface.outlines(&self.label, self.em_mm, |step| steps.push(step.placed(place)));
+        steps
+    }
 }
 
-/// A page as a list of shapes in millimetres, from which both the SVG and the PNG file are made.
+/// An opaque grid of equal pixels.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Raster {
+    pub(crate) width_px: usize,
+    pub(crate) height_px: usize,
+    /// Rows from the top.
+    pub(crate) pixels: Vec<Rgb>,
+}
+
+/// What a page is made of; later marks cover earlier ones.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Ink {
+    Line { points: Vec<Spot>, stroke: Stroke },
+    Area { points: Vec<Spot>, fill: Rgb },
+    Disc { centre: Spot, radius_mm: f64, fill: Rgb },
+    Words(Words),
+    Picture { rect: PageRect, raster: Raster },
+}
+
+/// Width of a figure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Columns {
+    One,
+    Two,
+}
+
+/// A page under construction.
 #[derive(Debug, Clone)]
 pub(crate) struct Drawing {
+    pub(crate) style: Style,
     pub(crate) width_mm: f64,
     /// Grows with the content (see [`Drawing::extend_to`]).
     pub(crate) height_mm: f64,
-    pub(crate) shapes: Vec<Shape>,
+    pub(crate) inks: Vec<Ink>,
     pub(crate) typeface: Typeface,
+    /// The numbers that were drawn.
+    pub(crate) data: Vec<DataSet>,
 }
 
 impl Drawing {
-    /// Width of a figure in one column of a journal, and in two, in millimetres.
-    pub(crate) const ONE_COLUMN_MM: f64 = 86.0;
-    pub(crate) const TWO_COLUMNS_MM: f64 = 178.0;
+    pub(crate) fn new(style: &Style, columns: Columns) -> Result<Self, FigureError> {
+        style.check()?;
+        let width_mm = if columns == Columns::One { style.column_mm } else { style.page_mm };
+        let typeface = Typeface::built_in()?;
+        Ok(Self { style: *style, width_mm, height_mm: 0.0, inks: Vec::new(), typeface, data: Vec::new() })
+    }
 
-    pub(crate) fn new(width_mm: f64) -> Result<Self, FigureError> {
-        Ok(Self { width_mm, height_mm: 0.0, shapes: Vec::new(), typeface: Typeface::built_in()? })
+    pub(crate) fn label_mm(&self) -> f64 {
+        self.style.label_mm()
+    }
+
+    pub(crate) fn number_mm(&self) -> f64 {
+        self.style.number_mm()
     }
 
     /// Makes the page at least `bottom_mm` high.
@@ -111,18 +187,9 @@ impl Drawing {
     }
 
     pub(crate) fn line(&mut self, points: &[Spot], stroke: Stroke) {
-        if points.len() < 2 {
-            return;
+        if points.len() > 1 {
+            self.inks.push(Ink::Line { points: points.to_vec(), stroke });
         }
-        let pieces = match stroke.dash.pattern_mm() {
-            [] => vec![points.to_vec()],
-            pattern => dashes(points, pattern),
-        };
-        self.shapes.extend(pieces.into_iter().map(|points| Shape::Line {
-            points,
-            width_mm: stroke.width_mm,
-            colour: stroke.colour,
-        }));
     }
 
     pub(crate) fn segment(&mut self, from: Spot, to: Spot, stroke: Stroke) {
@@ -136,98 +203,91 @@ impl Drawing {
         }
     }
 
-    /// The outline of a frame, closed.
-    pub(crate) fn outline(&mut self, frame: Frame, stroke: Stroke) {
-        let corners = frame.corners();
+    /// The outline of a rectangle, closed.
+    pub(crate) fn outline(&mut self, rect: PageRect, stroke: Stroke) {
+        let corners = rect.corners();
         self.line(&[corners[0], corners[1], corners[2], corners[3], corners[0], corners[1]], stroke);
     }
 
     pub(crate) fn area(&mut self, points: Vec<Spot>, fill: Rgb) {
-        self.shapes.push(Shape::Area { points, fill });
+        self.inks.push(Ink::Area { points, fill });
     }
 
-    pub(crate) fn fill(&mut self, frame: Frame, fill: Rgb) {
-        self.shapes.push(Shape::Box { frame, fill });
+    pub(crate) fn fill(&mut self, rect: PageRect, fill: Rgb) {
+        self.area(rect.corners().to_vec(), fill);
     }
 
     pub(crate) fn disc(&mut self, centre: Spot, radius_mm: f64, fill: Rgb) {
-        self.shapes.push(Shape::Disc { centre, radius_mm, fill });
+        self.inks.push(Ink::Disc { centre, radius_mm, fill });
     }
 
-    /// Black text whose capitals are centred on the height of `at`.
-    pub(crate) fn text(&mut self, text: &str, at: Spot, em_mm: f64, anchor: Anchor) {
+    pub(crate) fn picture(&mut self, rect: PageRect, raster: Raster) {
+        self.inks.push(Ink::Picture { rect, raster });
+    }
+
+    /// Black letters whose capitals are centred on the height of `at`.
+    pub(crate) fn text(&mut self, label: &str, at: Spot, em_mm: f64, anchor: Anchor) {
         let base_line = (at.0, at.1 + HALF_CAPITAL_EM * em_mm);
-        self.put_text(Text { text: text.into(), at: base_line, em_mm, anchor, upwards: false });
+        self.put(Words { label: label.into(), at: base_line, em_mm, anchor, upwards: false });
     }
 
-    /// A number at a tick; what follows a `^` is raised.
-    pub(crate) fn number(&mut self, label: &str, at: Spot, anchor: Anchor) {
-        let Some((base, exponent)) = label.split_once('^') else {
-            return self.text(label, at, NUMBER_MM, anchor);
-        };
-        let width = self.number_width(label);
-        let start = match anchor {
-            Anchor::Start => at.0,
-            Anchor::Middle => at.0 - 0.5 * width,
-            Anchor::End => at.0 - width,
-        };
-        let end = (start + width, at.1 - 0.35 * NUMBER_MM);
-        self.text(base, (start, at.1), NUMBER_MM, Anchor::Start);
-        self.text(exponent, end, EXPONENT * NUMBER_MM, Anchor::End);
-    }
-
-    /// Width of a number at a tick.
-    pub(crate) fn number_width(&self, label: &str) -> f64 {
-        let (base, exponent) = label.split_once('^').unwrap_or((label, ""));
-        let gap = if exponent.is_empty() { 0.0 } else { 0.05 * NUMBER_MM };
-        self.text_width(base, NUMBER_MM) + gap + self.text_width(exponent, EXPONENT * NUMBER_MM)
-    }
-
-    /// Black text that runs upwards, centred on `at`.
-    pub(crate) fn upward_text(&mut self, text: &str, at: Spot, em_mm: f64) {
+    /// Black letters that run upwards, centred on `at`.
+    pub(crate) fn upward_text(&mut self, label: &str, at: Spot, em_mm: f64) {
         let base_line = (at.0 + HALF_CAPITAL_EM * em_mm, at.1);
         let anchor = Anchor::Middle;
-        self.put_text(Text { text: text.into(), at: base_line, em_mm, anchor, upwards: true });
+        self.put(Words { label: label.into(), at: base_line, em_mm, anchor, upwards: true });
     }
 
-    fn put_text(&mut self, text: Text) {
-        if !text.text.is_empty() {
-            self.shapes.push(Shape::Text(text));
+    fn put(&mut self, words: Words) {
+        if !words.label.is_empty() {
+            self.inks.push(Ink::Words(words));
         }
     }
 
-    /// A white line with a dark rim, readable on every colour of a map.
-    pub(crate) fn rimmed_line(&mut self, points: &[Spot], dash: Dash) {
-        if dash == Dash::Dotted {
-            let dots = spaced(points, 1.3);
-            dots.iter().for_each(|&dot| self.disc(dot, 0.42, DARK));
-            dots.iter().for_each(|&dot| self.disc(dot, 0.3, WHITE));
-            return;
-        }
-        self.line(points, Stroke::new(1.7, DARK, dash));
-        self.line(points, Stroke::new(0.9, WHITE, dash));
+    /// A line with a rim, readable on every colour of a map.
+    pub(crate) fn rimmed_line(&mut self, points: &[Spot], stroke: Stroke, rim: Rgb) {
+        self.line(points, stroke.rim(0.9, rim));
+        self.line(points, stroke);
     }
 
-    /// Diagonal hatching, the sign for "not measured".
-    pub(crate) fn hatch(&mut self, frame: Frame) {
-        let spacing_mm = 0.9;
-        let n_lines = ((frame.width() + frame.height()) / spacing_mm).ceil() as usize;
+    /// Diagonal hatching, the sign for "not measured", where `is_blank` says so of places given as shares of the
+    /// rectangle's width and height.
+    pub(crate) fn hatch(&mut self, rect: PageRect, is_blank: impl Fn(f64, f64) -> bool) {
+        const SPACING_MM: f64 = 0.9;
+        const STEP_MM: f64 = 0.1;
+        let n_lines = ((rect.width() + rect.height()) / SPACING_MM).ceil() as usize;
         for i in 1..n_lines {
-            let reach = i as f64 * spacing_mm;
-            let from = (frame.left + reach, frame.top);
-            let to = (frame.left, frame.top + reach);
-            if let Some((from, to)) = frame.clip_segment(from, to) {
-                self.segment(from, to, Stroke::new(0.4, HATCH, Dash::Solid));
+            let reach = i as f64 * SPACING_MM;
+            let (from, to) = ((rect.left + reach, rect.top), (rect.left, rect.top + reach));
+            let Some((from, to)) = rect.clip_segment(from, to) else { continue };
+            let n_steps = ((to.1 - from.1) / STEP_MM).ceil().max(1.0) as usize;
+            let at = |step: usize| {
+                let share = step as f64 / n_steps as f64;
+                (from.0 + share * (to.0 - from.0), from.1 + share * (to.1 - from.1))
+            };
+            let blank: Vec<bool> = (0..n_steps)
+                .map(|step| {
+                    let ((x, y), (next_x, next_y)) = (at(step), at(step + 1));
+                    let (x, y) = (0.5 * (x + next_x) - rect.left, 0.5 * (y + next_y) - rect.top);
+                    is_blank(x / rect.width(), y / rect.height())
+                })
+                .collect();
+            let mut step = 0;
+            for run in blank.chunk_by(|a, b| a == b) {
+                if run[0] {
+                    self.segment(at(step), at(step + run.len()), Stroke::new(0.5, HATCH, Dash::Solid));
+                }
+                step += run.len();
             }
         }
     }
 
-    /// The text, cut short with an ellipsis where it is wider than `room_mm`.
-    pub(crate) fn fitted(&self, text: &str, em_mm: f64, room_mm: f64) -> String {
-        if self.text_width(text, em_mm) <= room_mm {
-            return text.into();
+    /// The label, cut short with an ellipsis where it is wider than `room_mm`.
+    pub(crate) fn fitted(&self, label: &str, em_mm: f64, room_mm: f64) -> String {
+        if self.text_width(label, em_mm) <= room_mm {
+            return label.into();
         }
-        let mut kept = text.to_string();
+        let mut kept = plain(label);
         while kept.pop().is_some() {
             let cut = format!("{}…", kept.trim_end());
             if self.text_width(&cut, em_mm) <= room_mm {
@@ -237,52 +297,86 @@ impl Drawing {
         kept
     }
 
-    pub(crate) fn text_width(&self, text: &str, em_mm: f64) -> f64 {
-        self.typeface.width(text, em_mm)
+    pub(crate) fn text_width(&self, label: &str, em_mm: f64) -> f64 {
+        self.typeface.width(label, em_mm)
     }
+
+    /// The path of a mark; none of a picture.
+    pub(crate) fn path(&self, ink: &Ink) -> Vec<Step> {
+        match ink {
+            Ink::Line { points, .. } => polyline(points).collect(),
+            Ink::Area { points, .. } => polyline(points).chain([Step::Close]).collect(),
+            Ink::Disc { centre, radius_mm, .. } => circle(*centre, *radius_mm),
+            Ink::Words(words) => words.outlines(&self.typeface),
+            Ink::Picture { .. } => Vec::new(),
+        }
+    }
+
+    /// The rectangle that each label covers, and the label without its marks.
+    pub(crate) fn text_frames(&self) -> Vec<(String, PageRect)> {
+        let frame_of = |words: &Words| {
+            let start = words.start_mm(&self.typeface);
+            let end = start + self.text_width(&words.label, words.em_mm);
+            // Numbers reach no lower than their base line, and exponents reach above capitals.
+            let down = if words.label.chars().any(char::is_alphabetic) { 0.2 } else { 0.02 } * words.em_mm;
+            let up = if words.label.contains('^') { 0.88 } else { 0.73 } * words.em_mm;
+            let (x, y) = words.at;
+            if words.upwards {
+                PageRect { left: x - up, right: x + down, top: y - end, bottom: y - start }
+            } else {
+                PageRect { left: x + start, right: x + end, top: y - up, bottom: y + down }
+            }
+        };
+        let words = self.inks.iter().filter_map(|ink| match ink {
+            Ink::Words(words) => Some((words.plain(), frame_of(words))),
+            _ => None,
+        });
+        words.collect()
+    }
+}
+
+fn circle((x, y): Spot, radius: f64) -> Vec<Step> {
+    let at = |(dx, dy): Spot| (x + radius * dx, y + radius * dy);
+    let corners = [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0), (1.0, 0.0)];
+    let quarter = |pair: &[Spot]| {
+        let (from, to) = (pair[0], pair[1]);
+        let first = (from.0 + QUARTER * to.0, from.1 + QUARTER * to.1);
+        let second = (to.0 + QUARTER * from.0, to.1 + QUARTER * from.1);
+        Step::Cubic(at(first), at(second), at(to))
+    };
+    let start = Step::Move(at(corners[0]));
+    std::iter::once(start).chain(corners.windows(2).map(quarter)).chain([Step::Close]).collect()
 }
 
 #[cfg(test)]
 impl Drawing {
-    /// The rectangle that each text covers, for tests of the layout.
-    pub(crate) fn text_frames(&self) -> Vec<(String, Frame)> {
-        let frame_of = |text: &Text| {
-            let width = self.text_width(&text.text, text.em_mm);
-            let start = match text.anchor {
-                Anchor::Start => 0.0,
-                Anchor::Middle => -0.5 * width,
-                Anchor::End => -width,
-            };
-            let (up, down) = (0.73 * text.em_mm, 0.2 * text.em_mm);
-            let (x, y) = text.at;
-            if text.upwards {
-                Frame { left: x - up, right: x + down, top: y - start - width, bottom: y - start }
-            } else {
-                Frame { left: x + start, right: x + start + width, top: y - up, bottom: y + down }
-            }
-        };
-        self.shapes
-            .iter()
-            .filter_map(|shape| match shape {
-                Shape::Text(text) => Some((text.text.clone(), frame_of(text))),
-                _ => None,
-            })
-            .collect()
+    /// The labels without their marks.
+    pub(crate) fn labels(&self) -> Vec<String> {
+        self.text_frames().into_iter().map(|(label, _)| label).collect()
     }
 
-    /// Fails when a text leaves the page or two texts overlap.
+    /// Whether a label stands somewhere.
+    pub(crate) fn says(&self, label: &str) -> bool {
+        self.labels().iter().any(|one| one == label)
+    }
+
+    /// Fails when a label leaves the page, two labels overlap, or a line runs through a label outside of a frame.
     pub(crate) fn assert_readable(&self) {
-        let page = Frame::new(0.0, 0.0, self.width_mm, self.height_mm);
+        let page = PageRect::new(0.0, 0.0, self.width_mm, self.height_mm);
         let frames = self.text_frames();
-        for (i, (text, frame)) in frames.iter().enumerate() {
-            assert!(frame.corners().iter().all(|&corner| page.holds(corner)), "{text:?} at {frame:?}");
+        for (i, (label, frame)) in frames.iter().enumerate() {
+            assert!(frame.corners().iter().all(|&corner| page.holds(corner)), "{label:?} at {frame:?}");
             for (other, with) in &frames[..i] {
-                let apart = frame.right <= with.left
-                    || with.right <= frame.left
-                    || frame.bottom <= with.top
-                    || with.bottom <= frame.top;
-                assert!(apart, "{text:?} and {other:?} overlap");
+                assert!(!frame.meets(with), "{label:?} and {other:?} overlap");
+            }
+            let axes = self.inks.iter().filter_map(|ink| match ink {
+                Ink::Line { points, stroke } if *stroke == Stroke::axis() => Some(points),
+                _ => None,
+            });
+            for pair in axes.flat_map(|points| points.windows(2)) {
+                assert!(frame.clip_segment(pair[0], pair[1]).is_none(), "an axis runs through {label:?}");
             }
         }
+        assert!(self.height_mm <= 240.0, "higher than a page: {} mm", self.height_mm);
     }
 }

@@ -1,20 +1,16 @@
+//! Why a figure was not drawn or not written.
+
 use std::path::PathBuf;
 
-/// Why a figure was not written.
+/// Why a figure was not drawn or not written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FigureError {
-    /// The figure was given no panel at all.
-    #[error("{}: expected at least one panel, found none", stem.display())]
-    NoPanels {
-        /// Path of the figure without its ending.
-        stem: PathBuf,
-    },
     /// Two inputs that belong together have different lengths.
-    #[error("{}: {what}: expected {expected} values, found {found}", stem.display())]
+    #[error("{figure}: {what}: expected {expected} values, found {found}")]
     Length {
-        /// Path of the figure without its ending.
-        stem: PathBuf,
+        /// The figure.
+        figure: &'static str,
         /// The input.
         what: String,
         /// The length that it must have.
@@ -23,10 +19,10 @@ pub enum FigureError {
         found: usize,
     },
     /// An input cannot be drawn as it is.
-    #[error("{}: {what}: expected {expected}, found {found}", stem.display())]
+    #[error("{figure}: {what}: expected {expected}, found {found}")]
     Value {
-        /// Path of the figure without its ending.
-        stem: PathBuf,
+        /// The figure.
+        figure: &'static str,
         /// The input.
         what: String,
         /// What it must be.
@@ -42,11 +38,9 @@ pub enum FigureError {
         /// The system's reason.
         source: std::io::Error,
     },
-    /// The drawing library refused an image.
-    #[error("{}: cannot be drawn: {reason}", path.display())]
-    Draw {
-        /// The file.
-        path: PathBuf,
+    /// An image could not be encoded.
+    #[error("a figure cannot be encoded: {reason}")]
+    Encode {
         /// The library's reason.
         reason: String,
     },

@@ -1,15 +1,17 @@
+//! Maps of a field over the pixels of an image, each with its own colours.
+
 use std::path::Path;
 
 use ndarray::{Array2, ArrayView2};
 
-use crate::colour::sequential;
-use crate::drawing::Drawing;
-use crate::geometry::Frame;
+use crate::drawing::{Columns, Drawing};
+use crate::figure::{self, Draw, Figure};
+use crate::geometry::PageRect;
 use crate::heat_map::{self, Cells, ColourScale, edges_between};
-use crate::legend::{self, Entry, Key};
-use crate::plot::{self, BOTTOM_MARGIN_MM, Labels, Plot};
+use crate::legend::{self, LegendEntry, LegendKey};
+use crate::plot::{self, Labels, Plot, TITLE_MM};
 use crate::scale::Scale;
-use crate::{FigureError, output};
+use crate::{FigureError, Style};
 
 /// Maps over the pixels of an image, as it is seen: columns to the right, rows downwards.
 #[derive(Debug, Clone, Copy)]
@@ -31,52 +33,64 @@ pub struct FieldPanel<'a> {
     pub values: ArrayView2<'a, Option<f64>>,
 }
 
-/// Draws maps of a field, each with its own colours; points that were not measured are hatched.
+/// Draws maps of a field, each with its own colours (values of both signs from blue through white to red); points that were not measured are hatched.
 ///
 /// # Errors
-/// [`FigureError`] when there is no panel, a map's shape does not fit its rows and columns, or a file cannot be written.
+/// [`FigureError`] when a map's shape does not fit its rows and columns, or a file cannot be written.
 pub fn field_map(stem: &Path, field: &FieldMap) -> Result<(), FigureError> {
-    output::write(stem, &layout(stem, field)?)
+    figure::write(stem, field)
+}
+
+impl Draw for FieldMap<'_> {
+    fn draw(&self, style: &Style) -> Result<Figure, FigureError> {
+        layout(style, self).map(Figure::new)
+    }
 }
 
 /// Most maps beside each other.
 const MOST_PER_ROW: usize = 5;
 /// The largest height of a map.
 const HEIGHT_MM: f64 = 70.0;
-const TITLE_MM: f64 = 5.2;
+const LABELS: Labels = Labels { x: "column (px)", y: "row (px)" };
 const GAP_MM: f64 = 6.0;
 /// Most columns and rows of a map; of a finer one every second or third point is drawn.
 const MOST_CELLS: usize = 200;
 /// Share of the values at each end that may lie beyond the colours: points at an edge can be far off.
 const BEYOND: f64 = 0.02;
 
-fn layout(stem: &Path, field: &FieldMap) -> Result<Drawing, FigureError> {
-    if field.panels.is_empty() {
-        return Err(FigureError::NoPanels { stem: stem.into() });
-    }
-    field.panels.iter().try_for_each(|panel| check(stem, field, panel))?;
+fn layout(style: &Style, field: &FieldMap) -> Result<Drawing, FigureError> {
+    field.panels.iter().try_for_each(|panel| check(field, panel))?;
+    let mut drawing = Drawing::new(style, Columns::Two)?;
+    let page = drawing.width_mm;
     let cells: Vec<Cells> = field.panels.iter().map(|panel| cells_of(field, panel)).collect();
+    let Some(first) = cells.first() else {
+        let frame = PageRect::new(5.0, 5.0, page - 10.0, HEIGHT_MM);
+        Plot::new(frame, Scale::linear(None), Scale::linear(None))
+            .axes(&mut drawing, Labels { x: "", y: "" });
+        drawing.extend_to(HEIGHT_MM + 10.0);
+        return Ok(drawing);
+    };
     let colours: Vec<ColourScale> =
-        cells.iter().map(|cells| colours_of(cells.measured().collect())).collect();
-    let mut drawing = Drawing::new(Drawing::TWO_COLUMNS_MM)?;
-    let (x, y) = (Scale::linear(cells[0].x_extent()), Scale::linear(cells[0].y_extent()).downwards());
+        cells.iter().map(|cells| colours_of(style, cells.measured().collect())).collect();
+    let (x, y) = (Scale::linear(first.x_extent()), Scale::linear(first.y_extent()).downwards());
     let left = plot::side_margin_mm(&drawing, &y, HEIGHT_MM);
     let bars: Vec<f64> = colours.iter().map(|scale| scale.bar_margin_mm(&drawing, HEIGHT_MM)).collect();
     let bar = bars.into_iter().fold(0.0, f64::max);
     let beside = left + bar + GAP_MM;
-    let (per_row, size) = arrangement(field, beside);
-    let mut top = legend::draw(&mut drawing, &entries(&cells), (left, Drawing::TWO_COLUMNS_MM), 1.0);
+    let (per_row, size) = arrangement(field, page, beside);
+    let mut top = legend::draw(&mut drawing, &entries(&cells), (left, page), 1.0);
     for (row, chunk) in field.panels.chunks(per_row).enumerate() {
         top += TITLE_MM;
         for (column, panel) in chunk.iter().enumerate() {
             let index = row * per_row + column;
-            let frame = Frame::new(left + column as f64 * (beside + size[0]), top, size[0], size[1]);
-            let labels = Labels { x: "column (px)", y: "row (px)" };
-            heat_map::draw(&mut drawing, &Plot { frame, x, y }, &cells[index], &colours[index], labels);
-            plot::title(&mut drawing, frame, &plot::lettered(index, field.panels.len(), panel.title));
+            let frame = PageRect::new(left + column as f64 * (beside + size[0]), top, size[0], size[1]);
+            heat_map::draw(&mut drawing, &Plot::new(frame, x, y), &cells[index], &colours[index], LABELS);
+            let title = plot::lettered(index, field.panels.len(), panel.title);
+            plot::title(&mut drawing, frame, &title);
+            heat_map::record(&mut drawing, &title, &cells[index], LABELS, panel.title);
             colours[index].bar(&mut drawing, frame, "");
         }
-        top += size[1] + BOTTOM_MARGIN_MM;
+        top += size[1] + plot::bottom_margin_mm(&drawing);
     }
     drawing.extend_to(top);
     Ok(drawing)
@@ -84,9 +98,9 @@ fn layout(stem: &Path, field: &FieldMap) -> Result<Drawing, FigureError> {
 
 /// How many maps stand beside each other, and their width and height when each takes `beside` for its axes: as many as
 /// make the maps largest.
-fn arrangement(field: &FieldMap, beside: f64) -> (usize, [f64; 2]) {
+fn arrangement(field: &FieldMap, page: f64, beside: f64) -> (usize, [f64; 2]) {
     let fitting = |per_row: usize| {
-        let width = (Drawing::TWO_COLUMNS_MM + GAP_MM) / per_row as f64 - beside;
+        let width = (page + GAP_MM) / per_row as f64 - beside;
         (per_row, panel_size(field, [width, HEIGHT_MM]))
     };
     let most = field.panels.len().clamp(1, MOST_PER_ROW);
@@ -107,27 +121,26 @@ fn panel_size(field: &FieldMap, [width, height]: [f64; 2]) -> [f64; 2] {
     if ratio * width <= height { [width, ratio * width] } else { [height / ratio, height] }
 }
 
-/// Colours over all values but the outermost.
-fn colours_of(mut values: Vec<f64>) -> ColourScale {
-    values.sort_by(f64::total_cmp);
-    let spare = (BEYOND * values.len() as f64) as usize;
-    let inner = values[spare..values.len() - spare].to_vec();
-    let mut colours = ColourScale::covering(inner, sequential);
-    if let Some(extent) = colours.scale.extent() {
-        let any = |outside: &dyn Fn(f64) -> bool| values.iter().any(|&value| outside(value));
-        colours.beyond = (any(&|value| value < extent.low), any(&|value| value > extent.high));
+/// Colours over all values but the outermost; around zero where values have both signs.
+fn colours_of(style: &Style, values: Vec<f64>) -> ColourScale {
+    let share =
+        |sign: f64| values.iter().filter(|&&value| sign * value > 0.0).count() as f64 / values.len() as f64;
+    let has_both_signs = share(1.0) > BEYOND && share(-1.0) > BEYOND;
+    if has_both_signs {
+        ColourScale::signed(values, BEYOND)
+    } else {
+        ColourScale::covering(values, BEYOND, style.colour_map)
     }
-    colours
 }
 
-fn check(stem: &Path, field: &FieldMap, panel: &FieldPanel) -> Result<(), FigureError> {
+fn check(field: &FieldMap, panel: &FieldPanel) -> Result<(), FigureError> {
     let lengths = [
         ("rows of a map, one for each row of points", field.y_px.len(), panel.values.nrows()),
         ("columns of a map, one for each column of points", field.x_px.len(), panel.values.ncols()),
     ];
     let wrong = lengths.into_iter().find(|(_, expected, found)| expected != found);
     wrong.map_or(Ok(()), |(what, expected, found)| {
-        Err(FigureError::Length { stem: stem.into(), what: what.into(), expected, found })
+        Err(FigureError::Length { figure: "field map", what: what.into(), expected, found })
     })
 }
 
@@ -144,9 +157,9 @@ fn cells_of(field: &FieldMap, panel: &FieldPanel) -> Cells {
     Cells { x_edges: edges_between(&x), y_edges, values }
 }
 
-fn entries(cells: &[Cells]) -> Vec<Entry> {
+fn entries(cells: &[Cells]) -> Vec<LegendEntry> {
     let blanks = cells.iter().any(Cells::shows_blanks);
-    blanks.then(|| Entry::new("not measured", Key::Hatch)).into_iter().collect()
+    blanks.then(|| LegendEntry::new("not measured", LegendKey::Hatch)).into_iter().collect()
 }
 
 #[cfg(test)]
@@ -171,18 +184,21 @@ mod tests {
         let cells = cells_of(&field, &panels[0]);
         assert_eq!(cells.values[[0, 0]], Some(29.0));
         assert_eq!((cells.y_edges[0], cells.y_edges[30]), (315.0, 15.0));
-        layout(Path::new("x"), &field).unwrap().assert_readable();
+        layout(&Style::default(), &field).unwrap().assert_readable();
+    }
+
+    fn of_nothing() -> Drawing {
+        layout(&Style::default(), &FieldMap { x_px: &[], y_px: &[], panels: &[] }).unwrap()
     }
 
     #[test]
     fn what_does_not_fit_is_refused_and_what_is_empty_says_so() {
-        let stem = Path::new("folder/field");
         let lost = Array2::from_elem((2, 3), None);
         let panel = [FieldPanel { title: "u", values: lost.view() }];
-        let of = |x_px, y_px| layout(stem, &FieldMap { x_px, y_px, panels: &panel });
+        let of = |x_px, y_px| layout(&Style::default(), &FieldMap { x_px, y_px, panels: &panel });
         assert!(of(&[0.0, 1.0], &[0.0, 1.0]).unwrap_err().to_string().contains("expected 2"));
         let drawing = of(&[0.0, 1.0, 2.0], &[0.0, 1.0]).unwrap();
-        assert!(drawing.text_frames().iter().any(|(text, _)| text == "no data"));
-        assert!(layout(stem, &FieldMap { x_px: &[], y_px: &[], panels: &[] }).is_err());
+        assert!(drawing.says("no data"));
+        assert!(of_nothing().says("no data"));
     }
 }

@@ -1,16 +1,45 @@
+//! Places on the page: upright rectangles, the part of a line inside one, and the steps of a path.
+
 /// A place on the page: millimetres from the top left corner, y down.
 pub(crate) type Spot = (f64, f64);
 
+/// One step of a path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Step {
+    Move(Spot),
+    Line(Spot),
+    /// A cubic arc: two controls and its end.
+    Cubic(Spot, Spot, Spot),
+    Close,
+}
+
+impl Step {
+    /// The step with each of its spots moved by `place`.
+    pub(crate) fn placed(self, place: impl Fn(Spot) -> Spot) -> Self {
+        match self {
+            Self::Move(to) => Self::Move(place(to)),
+            Self::Line(to) => Self::Line(place(to)),
+            Self::Cubic(first, second, to) => Self::Cubic(place(first), place(second), place(to)),
+            Self::Close => Self::Close,
+        }
+    }
+}
+
+/// The steps along a polyline.
+pub(crate) fn polyline(points: &[Spot]) -> impl Iterator<Item = Step> + '_ {
+    points.iter().enumerate().map(|(i, &spot)| if i == 0 { Step::Move(spot) } else { Step::Line(spot) })
+}
+
 /// An upright rectangle on the page, in millimetres.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Frame {
+pub(crate) struct PageRect {
     pub(crate) left: f64,
     pub(crate) top: f64,
     pub(crate) right: f64,
     pub(crate) bottom: f64,
 }
 
-impl Frame {
+impl PageRect {
     pub(crate) fn new(left: f64, top: f64, width: f64, height: f64) -> Self {
         Self { left, top, right: left + width, bottom: top + height }
     }
@@ -25,6 +54,20 @@ impl Frame {
 
     pub(crate) fn centre(&self) -> Spot {
         (0.5 * (self.left + self.right), 0.5 * (self.top + self.bottom))
+    }
+
+    /// The rectangle grown by `margin` on all sides.
+    pub(crate) fn grown(&self, margin: f64) -> Self {
+        let Self { left, top, right, bottom } = *self;
+        Self { left: left - margin, top: top - margin, right: right + margin, bottom: bottom + margin }
+    }
+
+    /// Whether the two have more than a border in common.
+    pub(crate) fn meets(&self, other: &Self) -> bool {
+        self.right > other.left
+            && other.right > self.left
+            && self.bottom > other.top
+            && other.bottom > self.top
     }
 
     /// Whether the spot lies inside, or outside by less than a hundredth of a millimetre (rounding).
@@ -78,68 +121,16 @@ impl Frame {
     }
 }
 
-/// Cuts a polyline into dashes: `pattern` holds the lengths of dash, space, dash, space and so on, in millimetres.
-pub(crate) fn dashes(points: &[Spot], pattern: &[f64]) -> Vec<Vec<Spot>> {
-    let mut pieces = Vec::new();
-    let mut piece: Vec<Spot> = points.first().copied().into_iter().collect();
-    let mut turn = 0;
-    let mut left_mm = pattern[0];
-    for pair in points.windows(2) {
-        let (mut from, to) = (pair[0], pair[1]);
-        let mut length = (to.0 - from.0).hypot(to.1 - from.1);
-        while length > left_mm {
-            let share = left_mm / length;
-            from = (from.0 + share * (to.0 - from.0), from.1 + share * (to.1 - from.1));
-            length -= left_mm;
-            if turn % 2 == 0 {
-                piece.push(from);
-                pieces.push(std::mem::take(&mut piece));
-            } else {
-                piece = vec![from];
-            }
-            turn += 1;
-            left_mm = pattern[turn % pattern.len()];
-        }
-        left_mm -= length;
-        if turn.is_multiple_of(2) {
-            piece.push(to);
-        }
-    }
-    if piece.len() > 1 {
-        pieces.push(piece);
-    }
-    pieces
-}
-
-/// Spots at equal distances along a polyline, the first at its start.
-pub(crate) fn spaced(points: &[Spot], distance_mm: f64) -> Vec<Spot> {
-    let tiny = 1e-6 * distance_mm;
-    dashes(points, &[tiny, distance_mm - tiny]).iter().filter_map(|dash| dash.first().copied()).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const FRAME: Frame = Frame { left: 0.0, top: 0.0, right: 10.0, bottom: 5.0 };
+    const FRAME: PageRect = PageRect { left: 0.0, top: 0.0, right: 10.0, bottom: 5.0 };
 
     #[test]
     fn clipping_cuts_at_the_border_and_splits_a_line_that_leaves() {
         let pieces = FRAME.clip(&[(-5.0, 1.0), (5.0, 1.0), (5.0, 9.0), (7.0, 9.0), (7.0, 2.0)]);
         assert_eq!(pieces, vec![vec![(0.0, 1.0), (5.0, 1.0), (5.0, 5.0)], vec![(7.0, 5.0), (7.0, 2.0)]]);
         assert!(FRAME.clip(&[(-1.0, -1.0), (11.0, -1.0)]).is_empty());
-    }
-
-    #[test]
-    fn dashes_run_on_around_corners_and_keep_their_total_length() {
-        let path = [(0.0, 0.0), (3.0, 0.0), (3.0, 4.0)];
-        let pieces = dashes(&path, &[2.0, 1.0]);
-        let drawn: f64 = pieces
-            .iter()
-            .flat_map(|piece| piece.windows(2).map(|p| (p[1].0 - p[0].0).hypot(p[1].1 - p[0].1)))
-            .sum();
-        // Of 7 mm: dash 2, space 1, dash 2, space 1, dash 1. Sums of small whole numbers are exact to rounding.
-        assert!((drawn - 5.0).abs() < 1e-12);
-        assert_eq!(spaced(&path, 3.5).len(), 2);
     }
 }

@@ -1,60 +1,94 @@
-//! Values in, figures out: one function for each published figure, which writes `STEM.svg` and `STEM.png`.
+//! Values in, figures out: what each published figure shows, drawn as SVG, PNG and PDF, with its numbers as a table.
 //!
 //! The crate knows numbers and their uncertainties, not where they come from: SI units go in; millimetres, milliseconds
-//! and percent appear on the page only. A figure is first laid out as a list of shapes in millimetres (`drawing`), at the
-//! width of one or two columns of a journal, and that list is then handed to plotters' SVG and bitmap backends. So both
-//! files show the same page, the layout can be tested without reading pixels, and plotters' whole-pixel coordinates do not
-//! limit it: the SVG grid is a hundredth of a millimetre, the bitmap is averaged down from three times its resolution.
+//! and percent appear on the page only. Compressive strain is drawn upwards: figures show -u_n.
 //!
-//! Text comes from a built-in typeface, so a machine without fonts draws the same bytes. Colours are Okabe and Ito's, and
-//! every line also differs by its dashes, every marker by its shape. What was not measured is left out or hatched; a panel
-//! without any value says "no data"; an input that makes no sense is a [`FigureError`].
+//! What can be drawn implements [`Draw`]: it becomes a [`Figure`] in a [`Style`], which writes its files ([`Format`]) and gives
+//! the numbers that it shows ([`DataSet`]). A function for each figure does so in the default style and writes `STEM.svg` and
+//! `STEM.png`.
 //!
-//! Compressive strain is drawn upwards: figures show -u_n.
+//! ```
+//! use chainwave_figures::{Draw, Format, PeakTrace, Style};
+//! use chainwave_measurement::Estimate;
+//!
+//! let peaks = (1..=25).map(|n| (f64::from(n), Estimate::new(6e-4 * f64::from(n), 2e-6))).collect();
+//! let trace = PeakTrace { peaks, pitch_m: 0.03, fit: None };
+//! let figure = trace.draw(&Style::default())?;
+//! assert_eq!(figure.data()[0].rows.len(), 25);
+//! assert!(figure.bytes(Format::Svg)?.starts_with(b"<svg"));
+//! # Ok::<(), chainwave_figures::FigureError>(())
+//! ```
+//!
+//! A figure is first laid out as a list of marks in millimetres (`drawing`), at the width of one or two columns of a journal;
+//! plotters' coordinates place values on its axes and its ticks. Three small writers turn the list into files, so all show the
+//! same page, and the layout is tested without reading pixels. Letters are outlines of a built-in typeface: every viewer draws
+//! them alike, and each label of an SVG carries its words. Maps are pictures inside, so no viewer shows seams between cells.
+//!
+//! The experiment and each model have one colour in all figures, whose grey values differ as well; lines also differ by dashes
+//! and markers by shape. What was not measured is left out or hatched, and a panel without any value says "no data". An input
+//! that makes no sense is a [`FigureError`].
 
 mod colour;
+mod contact_curve;
 mod coverage;
+mod data;
 mod dispersion;
 mod displacements;
 mod drawing;
 mod error;
 mod extremes;
 mod field_map;
+mod figure;
 mod front_width;
 mod geometry;
 mod group_velocity;
 mod heat_map;
+mod inset;
 mod legend;
+mod long_chain;
 mod map_row;
-mod output;
+mod names;
+mod pdf;
 mod peak_energy;
 mod peak_trace;
 mod plot;
 mod png;
 mod residual_map;
+mod rich_text;
 mod scale;
 mod series;
 mod strain_map;
 mod strain_profiles;
+mod style;
 mod svg;
 mod tail_spectrum;
 mod ticks;
 mod trade_off;
 mod typeface;
 
-pub use coverage::{CoverageRow, coverage};
+pub use contact_curve::{ContactCurve, contact_curve};
+pub use coverage::{CoverageCount, CoverageRow, coverage};
+pub use data::{DataRow, DataSet};
 pub use dispersion::{DispersionPanel, dispersion};
 pub use displacements::{BodyMotion, PointMotion, displacements, tracks};
 pub use error::FigureError;
 pub use extremes::{ExtremeRow, extremes};
 pub use field_map::{FieldMap, FieldPanel, field_map};
-pub use front_width::{FrontPulse, FrontWidth, front_width};
-pub use group_velocity::{GroupVelocities, group_velocity, group_velocity_by_particles};
+pub use figure::{Draw, Figure, Format};
+pub use front_width::{FrontPulse, FrontWidth, RightHalves, front_width};
+pub use group_velocity::{
+    Against, GroupVelocities, GroupVelocityFigure, group_velocity, group_velocity_by_particles,
+};
+pub use long_chain::{LongChain, long_chain};
 pub use peak_energy::{EnergyShares, PeakEnergy, peak_energy};
-pub use peak_trace::{PeakFit, PeakTrace, peak_trace};
+pub use peak_trace::{PeakCurve, PeakFit, PeakTrace, peak_trace};
 pub use residual_map::{ResidualMapPanel, residual_map};
-pub use series::{Origin, Point, Series};
+pub use series::{DataPoint, Origin, Series};
 pub use strain_map::{StrainMapPanel, strain_map};
 pub use strain_profiles::{ProfilePanel, strain_profiles};
+pub use style::{ColourMap, DecimalSign, Style};
 pub use tail_spectrum::{FrequencyMark, GapSpectrum, TailSpectrum, tail_spectrum};
 pub use trade_off::{TradeOff, TradeOffPoint, trade_off};
+
+/// [`DataPoint`] by its shorter name.
+pub type Point = DataPoint;

@@ -1,22 +1,28 @@
+//! Peak potential energy along the chain, with and without damping, and what took it (the paper's Fig. 4).
+
 use std::path::Path;
 
-use crate::colour::{BLACK, BLUE, ORANGE, Rgb, SKY_BLUE, VERMILLION, WHITE};
-use crate::drawing::{Anchor, Dash, Drawing, LABEL_MM, Stroke};
-use crate::geometry::Frame;
-use crate::legend::{self, Entry, Key};
-use crate::plot::{self, BOTTOM_MARGIN_MM, Labels, Plot};
+use crate::colour::{CHAIN, DAMPING, DISPERSION, EXPERIMENT, Rgb, WHITE};
+use crate::drawing::{Anchor, Columns, Dash, Drawing, Stroke};
+use crate::figure::{self, Draw, Figure};
+use crate::geometry::{PageRect, Spot};
+use crate::legend::{self, LegendEntry, LegendKey};
+use crate::plot::{self, Labels, Plot};
 use crate::scale::{Extent, Scale};
-use crate::series::{Look, Marker, MarkerShape, Point};
+use crate::series::{DataPoint, Look, MarkerShape, PlotMarker};
 use crate::ticks::fixed;
-use crate::{FigureError, output};
+use crate::{FigureError, Style};
 
-const HEIGHT_MM: f64 = 52.0;
-const TITLE_MM: f64 = 5.2;
+const HEIGHT_MM: f64 = 58.0;
 const BAR_MM: f64 = 4.5;
-/// Room for the bar of shares with its gap and names.
-const SHARES_MM: f64 = 3.0 + BAR_MM + 1.2 + 22.0;
-const LINE_MM: f64 = 3.5;
-const MEASURED: Look = Look::Markers(Marker { shape: MarkerShape::Diamond, colour: BLUE, hollow: false });
+/// Room for the bar of shares with its gap and names, in em of the names besides what is fixed.
+const NAMES_EM: f64 = 8.0;
+const BAR_GAP_MM: f64 = 3.0;
+/// Height of a line of the bar's names, in em.
+const LINE_EM: f64 = 1.24;
+const LABELS: Labels = Labels { x: "gap number $n$", y: "peak energy $Ψ(n)$ / input" };
+const MEASURED: Look =
+    Look::Markers(PlotMarker { shape: MarkerShape::Diamond, colour: EXPERIMENT, hollow: false });
 
 /// What the energy that enters the chain is lost to, as shares of the peak energy of gap 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,7 +37,7 @@ pub struct EnergyShares {
 #[derive(Debug, Clone, PartialEq)]
 pub struct PeakEnergy {
     /// Measured ratio against gap number.
-    pub measured: Vec<Point>,
+    pub measured: Vec<DataPoint>,
     /// Computed ratio with damping: gap number and ratio.
     pub damped: Vec<(f64, f64)>,
     /// Computed ratio without damping: gap number and ratio.
@@ -41,44 +47,65 @@ pub struct PeakEnergy {
 }
 
 /// Draws the peak potential energy along the chain, with and without damping, and a bar of the shares (the paper's
-/// Fig. 4). When the measured gaps are less than half of the computed ones, a second panel shows them enlarged.
+/// Fig. 4). When the measured gaps are less than half of the computed ones, an inset shows them enlarged.
 ///
 /// # Errors
 /// [`FigureError`] when the shares are not between 0 and 1 or add up to more than 1, or a file cannot be written.
 pub fn peak_energy(stem: &Path, energy: &PeakEnergy) -> Result<(), FigureError> {
-    output::write(stem, &layout(stem, energy)?)
+    figure::write(stem, energy)
 }
 
-fn layout(stem: &Path, energy: &PeakEnergy) -> Result<Drawing, FigureError> {
-    check_shares(stem, energy.shares)?;
+impl Draw for PeakEnergy {
+    fn draw(&self, style: &Style) -> Result<Figure, FigureError> {
+        layout(style, self).map(Figure::new)
+    }
+}
+
+fn layout(style: &Style, energy: &PeakEnergy) -> Result<Drawing, FigureError> {
+    check_shares(energy.shares)?;
     let enlarged = enlarged_extent(energy);
-    let page_width = if enlarged.is_some() { Drawing::TWO_COLUMNS_MM } else { Drawing::ONE_COLUMN_MM };
-    let mut drawing = Drawing::new(page_width)?;
-    let y = energy_scale(energy);
+    let columns = if enlarged.is_some() && energy.shares.is_some() { Columns::Two } else { Columns::One };
+    let mut drawing = Drawing::new(style, columns)?;
+    // Two columns are more than the curves need.
+    drawing.width_mm = drawing.width_mm.min(1.5 * style.column_mm);
+    let (y, page) = (energy_scale(energy), drawing.width_mm);
     let left = plot::side_margin_mm(&drawing, &y, HEIGHT_MM);
-    let shares_width = if energy.shares.is_some() { SHARES_MM } else { 1.5 };
-    let rest = page_width - left - shares_width - 1.5;
-    let width = if enlarged.is_some() { 0.5 * (rest - left) } else { rest };
-    let mut top = legend::draw(&mut drawing, &entries(energy), (left, page_width), 1.0) + 1.5;
-    top += if enlarged.is_some() { TITLE_MM } else { 0.0 };
+    let names = BAR_GAP_MM + BAR_MM + 1.2 + NAMES_EM * drawing.label_mm();
+    let width = page - left - if energy.shares.is_some() { names } else { 1.5 };
+    let top = legend::draw(&mut drawing, &entries(energy), (left, page), 1.0) + 1.5;
     let x = Scale::whole(gap_extent(energy).map(|extent| extent.padded(0.02)));
-    let whole = Plot { frame: Frame::new(left, top, width, HEIGHT_MM), x, y };
-    draw_curves(&mut drawing, &whole, energy);
+    let plot = Plot::new(PageRect::new(left, top, width, HEIGHT_MM), x, y);
+    draw_curves(&mut drawing, &plot, energy);
     if let Some(shares) = energy.shares {
-        draw_shares(&mut drawing, &whole, shares);
+        draw_shares(&mut drawing, &plot, shares);
     }
     if let Some(extent) = enlarged {
-        let start = page_width - 1.5 - width;
-        let frame = Frame::new(start, top, width, HEIGHT_MM);
-        draw_curves(&mut drawing, &Plot { frame, x: Scale::whole(Some(extent.padded(0.03))), y }, energy);
-        plot::title(&mut drawing, whole.frame, "(a)");
-        plot::title(&mut drawing, frame, "(b) measured gaps, enlarged");
+        let curves = [&energy.damped, &energy.undamped].into_iter().flat_map(|curve| plot.pieces(curve));
+        let measured = energy.measured.iter().filter_map(|point| plot.spot(point.x.value, point.y.value));
+        let lines: Vec<Vec<Spot>> = curves.chain(measured.map(|spot| vec![spot])).collect();
+        let axes = (Scale::whole(Some(extent.padded(0.05))), enlarged_scale(energy, extent));
+        if let Some(inset) = plot.inset(&mut drawing, axes, (0.6 * width, 0.56 * HEIGHT_MM), &lines) {
+            draw_curves(&mut drawing, &inset, energy);
+            inset.axes(&mut drawing, Labels { x: "$n$", y: "$Ψ(n)$ / input" });
+        }
     }
-    drawing.extend_to(top + HEIGHT_MM + BOTTOM_MARGIN_MM);
+    plot.axes(&mut drawing, LABELS);
+    record(&mut drawing, energy);
+    drawing.extend_to(top + HEIGHT_MM + plot::bottom_margin_mm(&drawing));
     Ok(drawing)
 }
 
-fn check_shares(stem: &Path, shares: Option<EnergyShares>) -> Result<(), FigureError> {
+/// Keeps the numbers for the figure's table.
+fn record(drawing: &mut Drawing, energy: &PeakEnergy) {
+    let exact = |curve: &[(f64, f64)]| curve.iter().map(|&(n, psi)| DataPoint::exact(n, psi)).collect();
+    let damped: Vec<DataPoint> = exact(&energy.damped);
+    let undamped: Vec<DataPoint> = exact(&energy.undamped);
+    for (name, points) in [(NAMES[0], &energy.measured), (NAMES[1], &damped), (NAMES[2], &undamped)] {
+        plot::record(drawing, "", name, LABELS, points);
+    }
+}
+
+fn check_shares(shares: Option<EnergyShares>) -> Result<(), FigureError> {
     let Some(EnergyShares { dispersion, damping }) = shares else { return Ok(()) };
     // The margin lets shares that were computed as differences round.
     let valid = |share: f64| (-1e-9..=1.0 + 1e-9).contains(&share);
@@ -86,7 +113,7 @@ fn check_shares(stem: &Path, shares: Option<EnergyShares>) -> Result<(), FigureE
         return Ok(());
     }
     Err(FigureError::Value {
-        stem: stem.into(),
+        figure: "peak energy",
         what: "shares of the energy".into(),
         expected: "two numbers from 0 to 1 that add up to 1 at most".into(),
         found: format!("dispersion {dispersion}, damping {damping}"),
@@ -107,24 +134,35 @@ fn enlarged_extent(energy: &PeakEnergy) -> Option<Extent> {
 
 fn energy_scale(energy: &PeakEnergy) -> Scale {
     let computed = energy.damped.iter().chain(&energy.undamped).map(|point| point.1);
-    let reach = energy.measured.iter().flat_map(Point::y_reach);
+    let reach = energy.measured.iter().flat_map(DataPoint::y_reach);
     let extent = Extent::of(computed.chain(reach)).map(|extent| extent.including(0.0).including(1.0));
     Scale::linear(extent.map(|Extent { low, high }| Extent { low, high: high + 0.05 * (high - low) }))
 }
 
+/// The energies of the measured gaps and of the models there.
+fn enlarged_scale(energy: &PeakEnergy, gaps: Extent) -> Scale {
+    let inside = |n: f64| (gaps.low..=gaps.high).contains(&n);
+    let computed = energy.damped.iter().chain(&energy.undamped).filter(|point| inside(point.0));
+    let reach = energy.measured.iter().flat_map(DataPoint::y_reach);
+    Scale::linear(Extent::of(computed.map(|point| point.1).chain(reach)).map(|extent| extent.padded(0.08)))
+}
+
 fn damped_stroke() -> Stroke {
-    Stroke::new(1.2, VERMILLION, Dash::Solid)
+    Stroke::new(1.2, CHAIN, Dash::Solid)
 }
 
 fn undamped_stroke() -> Stroke {
-    Stroke::new(1.2, BLACK, Dash::Dotted)
+    Stroke::new(1.2, CHAIN, Dash::Dotted)
 }
 
-fn entries(energy: &PeakEnergy) -> Vec<Entry> {
+/// Names of the measured, damped and undamped energies.
+const NAMES: [&str; 3] = ["experiment", "chain model", "chain model without damping"];
+
+fn entries(energy: &PeakEnergy) -> Vec<LegendEntry> {
     let entries = [
-        (energy.measured.is_empty(), Entry::new("measured", MEASURED)),
-        (energy.damped.is_empty(), Entry::new("model", Key::Line(damped_stroke()))),
-        (energy.undamped.is_empty(), Entry::new("model without damping", Key::Line(undamped_stroke()))),
+        (energy.measured.is_empty(), LegendEntry::new(NAMES[0], MEASURED)),
+        (energy.damped.is_empty(), LegendEntry::new(NAMES[1], LegendKey::Line(damped_stroke()))),
+        (energy.undamped.is_empty(), LegendEntry::new(NAMES[2], LegendKey::Line(undamped_stroke()))),
     ];
     entries.into_iter().filter(|(empty, _)| !empty).map(|(_, entry)| entry).collect()
 }
@@ -133,25 +171,24 @@ fn draw_curves(drawing: &mut Drawing, plot: &Plot, energy: &PeakEnergy) {
     plot.line(drawing, &energy.undamped, undamped_stroke());
     plot.line(drawing, &energy.damped, damped_stroke());
     plot.series(drawing, &energy.measured, MEASURED);
-    plot.axes(drawing, Labels { x: "gap number n", y: "peak energy Ψ(n) / input" });
 }
 
 /// One part of the bar, from one ordinate down to another.
-struct Part {
+struct BarPart {
     from: f64,
     to: f64,
     fill: Rgb,
     lines: Vec<String>,
 }
 
-fn parts(EnergyShares { dispersion, damping }: EnergyShares) -> [Part; 3] {
-    let percent = |share: f64| format!("{} %", fixed(100.0 * share, 1));
+fn parts(style: &Style, EnergyShares { dispersion, damping }: EnergyShares) -> [BarPart; 3] {
+    let percent = |share: f64| format!("{} %", style.decimals(&fixed(100.0 * share, 1)));
     let (first, second) = (1.0 - dispersion, 1.0 - dispersion - damping);
     let wave = vec!["dispersion".into(), "and rarefaction".into(), percent(dispersion)];
     [
-        Part { from: 1.0, to: first, fill: SKY_BLUE, lines: wave },
-        Part { from: first, to: second, fill: ORANGE, lines: vec!["damping".into(), percent(damping)] },
-        Part { from: second, to: 0.0, fill: WHITE, lines: vec!["kept".into(), percent(second.max(0.0))] },
+        BarPart { from: 1.0, to: first, fill: DISPERSION, lines: wave },
+        BarPart { from: first, to: second, fill: DAMPING, lines: vec!["damping".into(), percent(damping)] },
+        BarPart { from: second, to: 0.0, fill: WHITE, lines: vec!["kept".into(), percent(second.max(0.0))] },
     ]
 }
 
@@ -161,42 +198,25 @@ fn draw_shares(drawing: &mut Drawing, plot: &Plot, shares: EnergyShares) {
         let share = plot.y.share(value).unwrap_or(0.0).clamp(0.0, 1.0);
         plot.frame.bottom - share * plot.frame.height()
     };
-    let left = plot.frame.right + 3.0;
-    let parts = parts(shares);
+    let left = plot.frame.right + BAR_GAP_MM;
+    let (em, line_mm) = (drawing.label_mm(), LINE_EM * drawing.label_mm());
+    let parts = parts(&drawing.style, shares);
     let names: Vec<(f64, f64)> = parts
         .iter()
-        .map(|part| (0.5 * (height(part.from) + height(part.to)), LINE_MM * part.lines.len() as f64))
+        .map(|part| (0.5 * (height(part.from) + height(part.to)), line_mm * part.lines.len() as f64))
         .collect();
-    let centres = spread(&names, (plot.frame.top, plot.frame.bottom));
+    let centres = plot::spread(&names, (plot.frame.top, plot.frame.bottom), 0.8);
     for (part, (centre, (_, size))) in parts.iter().zip(centres.iter().zip(&names)) {
-        let bar = Frame { left, right: left + BAR_MM, top: height(part.from), bottom: height(part.to) };
+        let bar = PageRect { left, right: left + BAR_MM, top: height(part.from), bottom: height(part.to) };
         if bar.height() > 0.0 {
             drawing.fill(bar, part.fill);
             drawing.outline(bar, Stroke::axis());
         }
         for (i, line) in part.lines.iter().enumerate() {
-            let y = centre - 0.5 * size + (i as f64 + 0.5) * LINE_MM;
-            drawing.text(line, (left + BAR_MM + 1.2, y), LABEL_MM, Anchor::Start);
+            let y = centre - 0.5 * size + (i as f64 + 0.5) * line_mm;
+            drawing.text(line, (left + BAR_MM + 1.2, y), em, Anchor::Start);
         }
     }
-}
-
-/// Moves blocks of text (centre, height), ordered from the top, apart and between two heights.
-fn spread(blocks: &[(f64, f64)], (top, bottom): (f64, f64)) -> Vec<f64> {
-    let gap = 0.8;
-    let mut centres = Vec::with_capacity(blocks.len());
-    let mut free = top;
-    for &(centre, height) in blocks {
-        let placed = centre.max(free + 0.5 * height);
-        free = placed + 0.5 * height + gap;
-        centres.push(placed);
-    }
-    let mut limit = bottom;
-    for (centre, (_, height)) in centres.iter_mut().zip(blocks).rev() {
-        *centre = centre.min(limit - 0.5 * height);
-        limit = *centre - 0.5 * height - gap;
-    }
-    centres
 }
 
 #[cfg(test)]
@@ -207,7 +227,7 @@ mod tests {
     fn energy(n_gaps: i32, shares: EnergyShares) -> PeakEnergy {
         let curve = |rate: f64| (1..=n_gaps).map(f64::from).map(move |n| (n, (-rate * (n - 1.0)).exp()));
         PeakEnergy {
-            measured: (1..=20).map(|n| Point::measured(f64::from(n), Estimate::new(0.7, 0.02))).collect(),
+            measured: (1..=20).map(|n| DataPoint::measured(f64::from(n), Estimate::new(0.7, 0.02))).collect(),
             damped: curve(0.02).collect(),
             undamped: curve(0.006).collect(),
             shares: Some(shares),
@@ -219,11 +239,12 @@ mod tests {
         for (dispersion, damping) in [(0.768, 0.193), (0.0, 0.0), (1.0, 0.0), (0.01, 0.98), (0.0, 1.0)] {
             for n_gaps in [25, 250] {
                 let energy = energy(n_gaps, EnergyShares { dispersion, damping });
-                let drawing = layout(Path::new("x"), &energy).unwrap();
+                let drawing = layout(&Style::default(), &energy).unwrap();
                 drawing.assert_readable();
-                let texts: Vec<String> = drawing.text_frames().into_iter().map(|(text, _)| text).collect();
-                assert!(texts.contains(&"peak energy Ψ(n) / input".into()));
-                assert!(texts.contains(&format!("{:.1} %", 100.0 * dispersion)), "{texts:?}");
+                assert!(drawing.says("peak energy Ψ(n) / input"));
+                assert!(drawing.says(&format!("{:.1} %", 100.0 * dispersion)), "{:?}", drawing.labels());
+                // Only of the long chain the measured gaps are enlarged.
+                assert_eq!(drawing.says("Ψ(n) / input"), n_gaps == 250);
             }
         }
     }
@@ -232,10 +253,10 @@ mod tests {
     fn impossible_shares_are_refused_and_no_values_say_so() {
         for (dispersion, damping) in [(0.9, 0.2), (-0.1, 0.2), (f64::NAN, 0.1)] {
             let energy = energy(25, EnergyShares { dispersion, damping });
-            assert!(layout(Path::new("x"), &energy).is_err());
+            assert!(layout(&Style::default(), &energy).is_err());
         }
         let nothing = PeakEnergy { measured: vec![], damped: vec![], undamped: vec![], shares: None };
-        let drawing = layout(Path::new("x"), &nothing).unwrap();
-        assert!(drawing.text_frames().iter().any(|(text, _)| text == "no data"));
+        let drawing = layout(&Style::default(), &nothing).unwrap();
+        assert!(drawing.says("no data"));
     }
 }

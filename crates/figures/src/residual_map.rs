@@ -1,12 +1,14 @@
+//! Normalised residuals over gaps and time.
+
 use std::path::Path;
 
 use ndarray::ArrayView2;
 
-use crate::colour::diverging;
 use crate::drawing::Drawing;
+use crate::figure::{self, Draw, Figure};
 use crate::heat_map::{Cells, ColourScale, Summary, check_times};
 use crate::map_row::{self, MapPanel};
-use crate::{FigureError, output};
+use crate::{FigureError, Style};
 
 /// One map of normalised residuals over gaps and time.
 #[derive(Debug, Clone, Copy)]
@@ -26,14 +28,17 @@ pub struct ResidualMapPanel<'a> {
 /// # Errors
 /// As [`crate::strain_map`].
 pub fn residual_map(stem: &Path, panels: &[ResidualMapPanel]) -> Result<(), FigureError> {
-    output::write(stem, &layout(stem, panels)?)
+    figure::write(stem, panels)
 }
 
-fn layout(stem: &Path, panels: &[ResidualMapPanel]) -> Result<Drawing, FigureError> {
-    if panels.is_empty() {
-        return Err(FigureError::NoPanels { stem: stem.into() });
+impl Draw for [ResidualMapPanel<'_>] {
+    fn draw(&self, style: &Style) -> Result<Figure, FigureError> {
+        layout(style, self).map(Figure::new)
     }
-    panels.iter().try_for_each(|panel| check_times(stem, panel.times_s, &panel.residual))?;
+}
+
+fn layout(style: &Style, panels: &[ResidualMapPanel]) -> Result<Drawing, FigureError> {
+    panels.iter().try_for_each(|panel| check_times("residual map", panel.times_s, &panel.residual))?;
     let maps: Vec<MapPanel> = panels
         .iter()
         .map(|panel| MapPanel {
@@ -43,7 +48,12 @@ fn layout(stem: &Path, panels: &[ResidualMapPanel]) -> Result<Drawing, FigureErr
         })
         .collect();
     let values: Vec<f64> = maps.iter().flat_map(|map| map.cells.measured()).collect();
-    map_row::draw(&maps, &ColourScale::symmetric(&values, diverging), "(measured − model) / σ")
+    map_row::draw(
+        style,
+        &map_row::or_empty(maps),
+        &ColourScale::symmetric(&values),
+        "(measured − model) / $σ$",
+    )
 }
 
 #[cfg(test)]
@@ -56,10 +66,10 @@ mod tests {
         let times_s = [0.0, 1e-3, 2e-3];
         let residual = Array2::from_shape_fn((4, 3), |(n, i)| (n != i).then_some(n as f64 - 7.0 * i as f64));
         let panel = ResidualMapPanel { title: "strain", times_s: &times_s, residual: residual.view() };
-        let drawing = layout(Path::new("x"), &[panel]).unwrap();
+        let drawing = layout(&Style::default(), &[panel]).unwrap();
         drawing.assert_readable();
-        let texts: Vec<String> = drawing.text_frames().into_iter().map(|(text, _)| text).collect();
-        assert!(texts.contains(&"10".into()) && texts.contains(&"−10".into()), "{texts:?}");
-        assert!(texts.contains(&"not measured".into()));
+        assert!(drawing.says("10") && drawing.says("−10"), "{:?}", drawing.labels());
+        assert!(drawing.says("not measured"));
+        assert!(layout(&Style::default(), &[]).unwrap().says("no data"));
     }
 }

@@ -1,6 +1,8 @@
+//! Series of points: where their values come from decides whether they are markers or a line, and in which colour.
+
 use chainwave_measurement::Estimate;
 
-use crate::colour::{BLACK, BLUE, GREEN, ORANGE, PURPLE, Rgb, SKY_BLUE, VERMILLION};
+use crate::colour::{CHAIN, EXPERIMENT, OTHERS, RINGS, Rgb};
 use crate::drawing::{Dash, Stroke};
 
 /// Where the values of a [`Series`] come from, which decides how it is drawn.
@@ -14,17 +16,16 @@ pub enum Origin {
     ModelPoints,
 }
 
-/// One point of a series; a standard uncertainty above zero is drawn as an error bar of one sigma to each side (where
-/// the marker does not hide it).
+/// One point of a series; a standard uncertainty above zero is drawn as an error bar of one sigma to each side.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Point {
+pub struct DataPoint {
     /// Abscissa.
     pub x: Estimate,
     /// Ordinate.
     pub y: Estimate,
 }
 
-impl Point {
+impl DataPoint {
     /// A point without error bars.
     pub fn exact(x: f64, y: f64) -> Self {
         Self { x: Estimate::new(x, 0.0), y: Estimate::new(y, 0.0) }
@@ -40,7 +41,7 @@ impl Point {
         reach(self.y)
     }
 
-    /// As [`Point::y_reach`] for the abscissa.
+    /// As [`DataPoint::y_reach`] for the abscissa.
     pub(crate) fn x_reach(&self) -> [f64; 3] {
         reach(self.x)
     }
@@ -61,23 +62,25 @@ fn reach(Estimate { value, sigma }: Estimate) -> [f64; 3] {
 /// A point with a coordinate that is not finite is left out, and a line breaks there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
-    /// Name in the legend.
+    /// Name in the legend; what stands between dollar signs is mathematics, as in `$c_g$`. A name that begins with
+    /// `experiment`, with `rings`, `finite elements` or `FEM`, or with `chain model`, `discrete elements` or `DEM` has the
+    /// colour that this source has in all figures.
     pub name: String,
     /// Markers or line.
     pub origin: Origin,
     /// The points, in the order in which a line joins them.
-    pub points: Vec<Point>,
+    pub points: Vec<DataPoint>,
 }
 
 impl Series {
     /// A measured series.
-    pub fn measured(name: impl Into<String>, points: Vec<Point>) -> Self {
+    pub fn measured(name: impl Into<String>, points: Vec<DataPoint>) -> Self {
         Self { name: name.into(), origin: Origin::Measured, points }
     }
 
     /// A computed series, through exact points (x, y).
     pub fn model(name: impl Into<String>, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
-        let points = points.into_iter().map(|(x, y)| Point::exact(x, y)).collect();
+        let points = points.into_iter().map(|(x, y)| DataPoint::exact(x, y)).collect();
         Self { name: name.into(), origin: Origin::Model, points }
     }
 
@@ -104,7 +107,7 @@ pub(crate) enum MarkerShape {
 
 /// Shape and colour of a measured point.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Marker {
+pub(crate) struct PlotMarker {
     pub(crate) shape: MarkerShape,
     pub(crate) colour: Rgb,
     pub(crate) hollow: bool,
@@ -113,48 +116,93 @@ pub(crate) struct Marker {
 /// How a series is drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Look {
-    Markers(Marker),
+    Markers(PlotMarker),
     Line(Stroke),
 }
 
-const FILLED_MARKERS: [Marker; 4] = [
-    Marker { shape: MarkerShape::Circle, colour: BLUE, hollow: false },
-    Marker { shape: MarkerShape::Diamond, colour: BLACK, hollow: false },
-    Marker { shape: MarkerShape::Square, colour: PURPLE, hollow: false },
-    Marker { shape: MarkerShape::Triangle, colour: GREEN, hollow: false },
-];
+/// The source that a name begins with: its place among colours and dashes.
+fn source(name: &str) -> Option<usize> {
+    let name = name.to_lowercase();
+    let sources: [&[&str]; 3] = [
+        &["experiment", "measured"],
+        &["rings", "finite elements", "fem"],
+        &["chain model", "discrete elements", "dem"],
+    ];
+    sources.iter().position(|begins| begins.iter().any(|begin| name.starts_with(begin)))
+}
 
-const HOLLOW_MARKERS: [Marker; 3] = [
-    Marker { shape: MarkerShape::Square, colour: VERMILLION, hollow: true },
-    Marker { shape: MarkerShape::Triangle, colour: BLACK, hollow: true },
-    Marker { shape: MarkerShape::Diamond, colour: GREEN, hollow: true },
-];
-
-const LINES: [(Rgb, Dash); 5] = [
-    (VERMILLION, Dash::Solid),
-    (BLACK, Dash::Dashed),
-    (GREEN, Dash::Chain),
-    (SKY_BLUE, Dash::Solid),
-    (ORANGE, Dash::Dashed),
-];
-
-/// The look of each series: the k-th of an origin takes the k-th marker or line of that origin.
-pub(crate) fn looks(origins: impl IntoIterator<Item = Origin>) -> Vec<Look> {
-    let (mut n_measured, mut n_models, mut n_points) = (0, 0, 0);
-    let look = |origin| match origin {
-        Origin::Measured => {
-            n_measured += 1;
-            Look::Markers(FILLED_MARKERS[(n_measured - 1) % FILLED_MARKERS.len()])
+/// Colour and dashes of the three sources, and of others in turn.
+fn ink(source: Option<usize>, n_before: usize) -> (Rgb, Dash) {
+    const SOURCES: [(Rgb, Dash); 3] =
+        [(EXPERIMENT, Dash::Solid), (RINGS, Dash::Dashed), (CHAIN, Dash::Solid)];
+    const DASHES: [Dash; 4] = [Dash::Solid, Dash::Dashed, Dash::Chain, Dash::Dotted];
+    match source {
+        // A second series of one source keeps its colour and differs by its dashes.
+        Some(source) => {
+            (SOURCES[source].0, if n_before == 0 { SOURCES[source].1 } else { DASHES[n_before % 4] })
         }
-        Origin::ModelPoints => {
-            n_points += 1;
-            Look::Markers(HOLLOW_MARKERS[(n_points - 1) % HOLLOW_MARKERS.len()])
+        None => (OTHERS[n_before % OTHERS.len()], DASHES[n_before % DASHES.len()]),
+    }
+}
+
+/// The look of each series: colours by the source that its name tells, shapes and dashes by what was drawn before it.
+pub(crate) fn looks<'a>(series: impl IntoIterator<Item = &'a Series>) -> Vec<Look> {
+    const FILLED: [MarkerShape; 4] =
+        [MarkerShape::Circle, MarkerShape::Diamond, MarkerShape::Square, MarkerShape::Triangle];
+    const HOLLOW: [MarkerShape; 4] =
+        [MarkerShape::Square, MarkerShape::Triangle, MarkerShape::Diamond, MarkerShape::Circle];
+    let mut seen: Vec<(Origin, Option<usize>)> = Vec::new();
+    let look = |series: &Series| {
+        let mut source = source(&series.name);
+        // What is measured and says nothing else is the experiment's first series.
+        let is_first = seen.iter().all(|(origin, _)| *origin != Origin::Measured);
+        if series.origin == Origin::Measured && is_first {
+            source = source.or(Some(0));
         }
-        Origin::Model => {
-            n_models += 1;
-            let (colour, dash) = LINES[(n_models - 1) % LINES.len()];
-            Look::Line(Stroke::new(1.1, colour, dash))
+        let n_alike = seen.iter().filter(|one| **one == (series.origin, source)).count();
+        let n_of_origin = seen.iter().filter(|(origin, _)| *origin == series.origin).count();
+        seen.push((series.origin, source));
+        let (colour, dash) = ink(source, n_alike);
+        let shape = |shapes: [MarkerShape; 4]| shapes[n_of_origin % shapes.len()];
+        match series.origin {
+            Origin::Measured => Look::Markers(PlotMarker { shape: shape(FILLED), colour, hollow: false }),
+            Origin::ModelPoints => Look::Markers(PlotMarker { shape: shape(HOLLOW), colour, hollow: true }),
+            Origin::Model => Look::Line(Stroke::new(1.2, colour, dash)),
         }
     };
-    origins.into_iter().map(look).collect()
+    series.into_iter().map(look).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn colours(series: &[Series]) -> Vec<Rgb> {
+        let colour = |look| match look {
+            Look::Line(stroke) => stroke.colour,
+            Look::Markers(marker) => marker.colour,
+        };
+        looks(series).into_iter().map(colour).collect()
+    }
+
+    #[test]
+    fn a_model_has_one_colour_wherever_it_stands() {
+        let rings = || Series::model("rings, N = 300", []);
+        let chain = || Series::model_points("chain model", []);
+        let experiment = || Series::measured("experiment", vec![]);
+        assert_eq!(colours(&[rings(), chain(), experiment()]), [RINGS, CHAIN, EXPERIMENT]);
+        assert_eq!(colours(&[chain(), experiment(), rings()]), [CHAIN, EXPERIMENT, RINGS]);
+        assert_eq!(colours(&[Series::model("FEM", [])]), [RINGS]);
+    }
+
+    #[test]
+    fn series_of_one_colour_differ_by_dashes_or_shape() {
+        let series = [Series::model("chain model", []), Series::model("chain model, undamped", [])];
+        let both = looks(&series);
+        assert_ne!(both[0], both[1]);
+        let others = [Series::model("a", []), Series::model("b", [])];
+        assert_ne!(colours(&others)[0], colours(&others)[1]);
+        let measured = [Series::measured("experiment", vec![]), Series::measured("experiment, slow", vec![])];
+        assert_ne!(looks(&measured)[0], looks(&measured)[1]);
+    }
 }

@@ -1,12 +1,17 @@
+//! Strain over gaps and time, one map for the experiment and each model (the paper's Fig. 2 a-c).
+
 use std::path::Path;
 
 use ndarray::ArrayView2;
 
-use crate::colour::sequential;
 use crate::drawing::{Dash, Drawing};
+use crate::figure::{self, Draw, Figure};
 use crate::heat_map::{Cells, ColourScale, Summary, check_times};
 use crate::map_row::{self, MapPanel, MapTrace};
-use crate::{FigureError, output};
+use crate::{FigureError, Style};
+
+/// Share of the values at each end that may lie beyond the colours.
+const SPARE: f64 = 1.0 / 4000.0;
 
 /// One strain map of a chain over gaps and time.
 #[derive(Debug, Clone, Copy)]
@@ -26,23 +31,26 @@ pub struct StrainMapPanel<'a> {
 /// Draws strain maps beside each other with one colour scale (the paper's Fig. 2 a-c).
 ///
 /// With many samples, a cell shows the mean of neighbouring samples, so that no map has more than 300 rows. Cells that
-/// were not measured are hatched.
+/// were not measured are hatched. Compression is red, tension blue.
 ///
 /// # Errors
-/// [`FigureError`] when there is no panel, the columns of a map do not fit its times, times do not increase, or a file
+/// [`FigureError`] when the columns of a map do not fit its times, times do not increase, or a file
 /// cannot be written.
 pub fn strain_map(stem: &Path, panels: &[StrainMapPanel]) -> Result<(), FigureError> {
-    output::write(stem, &layout(stem, panels)?)
+    figure::write(stem, panels)
 }
 
-fn layout(stem: &Path, panels: &[StrainMapPanel]) -> Result<Drawing, FigureError> {
-    if panels.is_empty() {
-        return Err(FigureError::NoPanels { stem: stem.into() });
+impl Draw for [StrainMapPanel<'_>] {
+    fn draw(&self, style: &Style) -> Result<Figure, FigureError> {
+        layout(style, self).map(Figure::new)
     }
-    panels.iter().try_for_each(|panel| check_times(stem, panel.times_s, &panel.strain))?;
-    let maps: Vec<MapPanel> = panels.iter().map(map_panel).collect();
+}
+
+fn layout(style: &Style, panels: &[StrainMapPanel]) -> Result<Drawing, FigureError> {
+    panels.iter().try_for_each(|panel| check_times("strain map", panel.times_s, &panel.strain))?;
+    let maps: Vec<MapPanel> = map_row::or_empty(panels.iter().map(map_panel).collect());
     let values = maps.iter().flat_map(|map| map.cells.measured()).collect();
-    map_row::draw(&maps, &ColourScale::covering(values, sequential), "compressive strain (%)")
+    map_row::draw(style, &maps, &ColourScale::signed(values, SPARE), "compressive strain $−u_n$ (%)")
 }
 
 fn map_panel(panel: &StrainMapPanel) -> MapPanel {
@@ -78,32 +86,35 @@ mod tests {
             Some(-0.05 * (0.3 * (n as f64) - 0.02 * i as f64).sin())
         });
         for count in 1..=4 {
-            let drawing = layout(Path::new("x"), &vec![panel(&times_s, &strain); count]).unwrap();
+            let drawing = layout(&Style::default(), &vec![panel(&times_s, &strain); count]).unwrap();
             drawing.assert_readable();
-            let texts: Vec<String> = drawing.text_frames().into_iter().map(|(text, _)| text).collect();
-            for label in ["gap number n", "time (ms)", "compressive strain (%)"] {
-                assert!(texts.iter().any(|text| text == label), "{label}");
+            for label in ["gap number n", "time (ms)", "compressive strain −u_n (%)"] {
+                assert!(drawing.says(label), "{label}");
             }
         }
     }
 
     #[test]
     fn degenerate_maps_give_an_error_or_say_no_data() {
-        let stem = Path::new("folder/figure");
-        assert!(layout(stem, &[]).unwrap_err().to_string().contains("folder/figure"));
+        assert!(layout(&Style::default(), &[]).unwrap().says("no data"));
         let strain = Array2::from_elem((3, 2), Some(0.1));
-        assert!(layout(stem, &[panel(&[0.0], &strain)]).unwrap_err().to_string().contains("expected 1"));
-        assert!(layout(stem, &[panel(&[0.0, f64::NAN], &strain)]).is_err());
-        assert!(layout(stem, &[panel(&[1.0, 1.0], &strain)]).is_err());
+        assert!(
+            layout(&Style::default(), &[panel(&[0.0], &strain)])
+                .unwrap_err()
+                .to_string()
+                .contains("expected 1")
+        );
+        assert!(layout(&Style::default(), &[panel(&[0.0, f64::NAN], &strain)]).is_err());
+        assert!(layout(&Style::default(), &[panel(&[1.0, 1.0], &strain)]).is_err());
         for (lost, times_s) in [
             (Array2::from_elem((3, 2), None), vec![0.0, 1.0]),
             (Array2::from_elem((0, 2), None), vec![0.0, 1.0]),
             (Array2::from_elem((3, 0), None), vec![]),
             (Array2::from_elem((1, 1), Some(f64::NAN)), vec![0.0]),
         ] {
-            let drawing = layout(stem, &[panel(&times_s, &lost)]).unwrap();
-            assert!(drawing.text_frames().iter().any(|(text, _)| text == "no data"), "{lost:?}");
+            let drawing = layout(&Style::default(), &[panel(&times_s, &lost)]).unwrap();
+            assert!(drawing.says("no data"), "{lost:?}");
         }
-        assert!(layout(stem, &[panel(&[0.0], &Array2::from_elem((1, 1), Some(0.0)))]).is_ok());
+        assert!(layout(&Style::default(), &[panel(&[0.0], &Array2::from_elem((1, 1), Some(0.0)))]).is_ok());
     }
 }

@@ -1,19 +1,22 @@
+//! Strain over the chain at several times, with the wave's front shaded (the paper's Fig. 2 d-f).
+
 use std::path::Path;
 
-use crate::colour::GREEN;
-use crate::drawing::Drawing;
-use crate::geometry::Frame;
-use crate::legend::{self, Entry, Key};
-use crate::plot::{self, BOTTOM_MARGIN_MM, Labels, Plot};
+use crate::colour::FRONT;
+use crate::drawing::{Columns, Drawing};
+use crate::figure::{self, Draw, Figure};
+use crate::geometry::PageRect;
+use crate::legend::{self, LegendEntry, LegendKey};
+use crate::plot::{self, Labels, Plot, TITLE_MM};
 use crate::scale::{Extent, Scale};
-use crate::series::{Look, Series, looks};
+use crate::series::{Series, looks};
 use crate::ticks::trimmed;
-use crate::{FigureError, output};
+use crate::{FigureError, Style};
 
 const PER_ROW: usize = 3;
 const HEIGHT_MM: f64 = 44.0;
 const GAP_MM: f64 = 4.0;
-const TITLE_MM: f64 = 5.2;
+const LABELS: Labels = Labels { x: "gap number $n$", y: "compressive strain $−u_n$ (%)" };
 
 /// Strain over the chain at one time.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,37 +34,46 @@ pub struct ProfilePanel {
 /// A series keeps its look in all panels by its place in the list.
 ///
 /// # Errors
-/// [`FigureError`] when there is no panel or a file cannot be written.
+/// [`FigureError`] when a file cannot be written.
 pub fn strain_profiles(stem: &Path, panels: &[ProfilePanel]) -> Result<(), FigureError> {
-    output::write(stem, &layout(stem, panels)?)
+    figure::write(stem, panels)
 }
 
-fn layout(stem: &Path, panels: &[ProfilePanel]) -> Result<Drawing, FigureError> {
-    if panels.is_empty() {
-        return Err(FigureError::NoPanels { stem: stem.into() });
+impl Draw for [ProfilePanel] {
+    fn draw(&self, style: &Style) -> Result<Figure, FigureError> {
+        layout(style, self).map(Figure::new)
     }
-    let width = if panels.len() > 1 { Drawing::TWO_COLUMNS_MM } else { Drawing::ONE_COLUMN_MM };
-    let mut drawing = Drawing::new(width)?;
+}
+
+fn layout(style: &Style, panels: &[ProfilePanel]) -> Result<Drawing, FigureError> {
+    let mut drawing = Drawing::new(style, if panels.len() > 1 { Columns::Two } else { Columns::One })?;
+    let width = drawing.width_mm;
     let drawn: Vec<ProfilePanel> = panels.iter().map(in_percent).collect();
     let (x, y) = shared_scales(&drawn);
     let left = plot::side_margin_mm(&drawing, &y, HEIGHT_MM);
     let mut top = legend::draw(&mut drawing, &entries(panels), (left, width), 1.0);
-    let n_columns = panels.len().min(PER_ROW);
+    let n_columns = panels.len().clamp(1, PER_ROW);
     let panel_width = (width - 1.5 - left - GAP_MM * (n_columns - 1) as f64) / n_columns as f64;
+    if panels.is_empty() {
+        top += TITLE_MM;
+        Plot::new(PageRect::new(left, top, panel_width, HEIGHT_MM), x, y).axes(&mut drawing, LABELS);
+        drawing.extend_to(top + HEIGHT_MM + plot::bottom_margin_mm(&drawing));
+    }
     for (row, chunk) in drawn.chunks(PER_ROW).enumerate() {
         top += TITLE_MM;
         for (column, panel) in chunk.iter().enumerate() {
             let start = left + column as f64 * (panel_width + GAP_MM);
-            let frame = Frame::new(start, top, panel_width, HEIGHT_MM);
-            let y_label = if column == 0 { "compressive strain (%)" } else { "" };
-            draw_panel(&mut drawing, &Plot { frame, x, y }, panel, y_label);
-            let name = format!("t = {} ms", trimmed(1e3 * panel.time_s, 2));
+            let frame = PageRect::new(start, top, panel_width, HEIGHT_MM);
+            let time_ms = style.decimals(&trimmed(1e3 * panel.time_s, 2));
+            let name = format!("$t$ = {time_ms} ms");
             let title = plot::lettered(row * PER_ROW + column, panels.len(), &name);
+            let y_label = if column == 0 { LABELS.y } else { "" };
+            draw_panel(&mut drawing, &Plot::new(frame, x, y), panel, &title, y_label);
             plot::title(&mut drawing, frame, &title);
         }
-        top += HEIGHT_MM + BOTTOM_MARGIN_MM;
+        top += HEIGHT_MM + plot::bottom_margin_mm(&drawing);
+        drawing.extend_to(top);
     }
-    drawing.extend_to(top);
     Ok(drawing)
 }
 
@@ -79,30 +91,24 @@ fn shared_scales(panels: &[ProfilePanel]) -> (Scale, Scale) {
     (Scale::whole(x.map(|extent| extent.padded(0.03))), Scale::linear(y))
 }
 
-fn draw_panel(drawing: &mut Drawing, plot: &Plot, panel: &ProfilePanel, y_label: &str) {
+fn draw_panel(drawing: &mut Drawing, plot: &Plot, panel: &ProfilePanel, title: &str, y_label: &str) {
     if let Some(front) = panel.front {
-        plot.shade(drawing, front, GREEN.tint(0.22));
+        plot.shade(drawing, front, FRONT);
     }
     plot.level(drawing, 0.0, plot::zero_line());
-    let looks = looks(panel.series.iter().map(|series| series.origin));
-    let layers = panel.series.iter().zip(looks);
-    // Lines first, so that the measured points stay visible on them.
-    let (lines, markers): (Vec<_>, Vec<_>) = layers.partition(|(_, look)| matches!(look, Look::Line(_)));
-    for (series, look) in lines.into_iter().chain(markers) {
-        plot.series(drawing, &series.points, look);
-    }
-    plot.axes(drawing, Labels { x: "gap number n", y: y_label });
+    plot.all(drawing, title, LABELS, &panel.series, &looks(&panel.series));
+    plot.axes(drawing, Labels { y: y_label, ..LABELS });
 }
 
 /// The names of the panel with the most series, and the front.
-fn entries(panels: &[ProfilePanel]) -> Vec<Entry> {
+fn entries(panels: &[ProfilePanel]) -> Vec<LegendEntry> {
     let fullest = panels.iter().map(|panel| &panel.series).max_by_key(|series| series.len());
     let series = fullest.map(Vec::as_slice).unwrap_or_default();
-    let looks = looks(series.iter().map(|series| series.origin));
-    let mut entries: Vec<Entry> =
-        series.iter().zip(looks).map(|(series, look)| Entry::new(&series.name, look)).collect();
+    let looks = looks(series);
+    let mut entries: Vec<LegendEntry> =
+        series.iter().zip(looks).map(|(series, look)| LegendEntry::new(&series.name, look)).collect();
     if panels.iter().any(|panel| panel.front.is_some()) {
-        entries.push(Entry::new("front", Key::Area(GREEN.tint(0.22))));
+        entries.push(LegendEntry::new("front", LegendKey::Area(FRONT)));
     }
     entries
 }
@@ -110,13 +116,13 @@ fn entries(panels: &[ProfilePanel]) -> Vec<Entry> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Point;
+    use crate::DataPoint;
     use chainwave_measurement::Estimate;
 
     fn panel(time_s: f64) -> ProfilePanel {
         let strain = |n: f64| -0.05 * (-0.1 * (n - 8.0).powi(2)).exp();
         let gaps = || (1..=25).map(f64::from);
-        let measured = gaps().map(|n| Point::measured(n, Estimate::new(strain(n), 1e-3))).collect();
+        let measured = gaps().map(|n| DataPoint::measured(n, Estimate::new(strain(n), 1e-3))).collect();
         let series = vec![
             Series::measured("experiment", measured),
             Series::model("discrete elements", gaps().map(|n| (n, strain(n)))),
@@ -127,19 +133,20 @@ mod tests {
     #[test]
     fn labels_are_there_and_nothing_overlaps() {
         for count in 1..=5 {
-            let drawing = layout(Path::new("x"), &vec![panel(2.73e-3); count]).unwrap();
+            let drawing = layout(&Style::default(), &vec![panel(2.73e-3); count]).unwrap();
             drawing.assert_readable();
-            let texts: Vec<String> = drawing.text_frames().into_iter().map(|(text, _)| text).collect();
-            assert!(texts.iter().any(|text| text.ends_with("t = 2.73 ms")));
-            assert!(texts.contains(&"experiment".into()) && texts.contains(&"front".into()));
+            assert!(drawing.labels().iter().any(|label| label.ends_with("t = 2.73 ms")));
+            assert!(drawing.says("experiment") && drawing.says("front"));
+            // Each panel shows both series, and gives their numbers.
+            assert_eq!(drawing.data.len(), 2 * count);
         }
     }
 
     #[test]
     fn empty_panels_say_so() {
-        assert!(layout(Path::new("x"), &[]).is_err());
+        assert!(layout(&Style::default(), &[]).unwrap().says("no data"));
         let empty = ProfilePanel { time_s: f64::NAN, series: Vec::new(), front: Some((1.0, f64::NAN)) };
-        let drawing = layout(Path::new("x"), &[empty]).unwrap();
-        assert!(drawing.text_frames().iter().any(|(text, _)| text == "no data"));
+        let drawing = layout(&Style::default(), &[empty]).unwrap();
+        assert!(drawing.says("no data"));
     }
 }

@@ -1,125 +1,132 @@
-use plotters::prelude::{DrawingBackend, SVGBackend};
-use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{
-    Color, FontDesc, FontFamily, FontStyle, FontTransform, RGBColor, ShapeStyle, TextStyle,
-};
+//! The page as an SVG document: paths in millimetres, letters as outlines that carry their words, maps as pictures.
 
-use crate::colour::{BLACK, Rgb, WHITE};
-use crate::drawing::{Anchor, Drawing, Shape, Text};
-use crate::geometry::Spot;
-use crate::typeface::SVG_FAMILIES;
+use std::fmt::Write;
 
-/// Steps of the coordinate grid: plotters' backends take whole numbers.
-const STEPS_PER_MM: f64 = 100.0;
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 
-/// The page as an SVG document whose size is stated in millimetres.
+use crate::colour::{BLACK, Rgb};
+use crate::drawing::{Drawing, Ink, Raster, Stroke};
+use crate::geometry::{PageRect, Spot, Step};
+use crate::png;
+
+/// The document; its size and its coordinates are in millimetres.
 pub(crate) fn document(drawing: &Drawing) -> Result<String, String> {
-    let size = (steps(drawing.width_mm) as u32, steps(drawing.height_mm) as u32);
-    let mut text = String::new();
-    let mut backend = SVGBackend::with_string(&mut text, size);
-    let page = ((0, 0), (size.0 as i32, size.1 as i32));
-    backend.draw_rect(page.0, page.1, &ink(WHITE), true).map_err(|error| error.to_string())?;
-    for shape in &drawing.shapes {
-        draw(&mut backend, shape)?;
+    let (width, height) = (round(drawing.width_mm), round(drawing.height_mm));
+    let mut elements = String::new();
+    for ink in &drawing.inks {
+        element(&mut elements, drawing, ink)?;
     }
-    backend.present().map_err(|error| error.to_string())?;
-    drop(backend);
-    Ok(tidied(&text, drawing))
+    Ok(format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}mm\" height=\"{height}mm\" viewBox=\"0 0 {width} {height}\" \
+         stroke-linejoin=\"round\">\n<rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n{elements}</svg>\n"
+    ))
 }
 
-/// States the size in millimetres, rounds the corners of lines and leaves out attributes that say the default.
-fn tidied(text: &str, drawing: &Drawing) -> String {
-    let size = format!("width=\"{}\" height=\"{}\"", steps(drawing.width_mm), steps(drawing.height_mm));
-    let stated = format!(
-        "width=\"{:.2}mm\" height=\"{:.2}mm\" stroke-linejoin=\"round\"",
-        drawing.width_mm, drawing.height_mm
-    );
-    text.replacen(&size, &stated, 1).replace(" opacity=\"1\"", "").replace(" stroke=\"none\"", "")
-}
-
-fn draw(backend: &mut SVGBackend, shape: &Shape) -> Result<(), String> {
-    let drawn = match shape {
-        Shape::Line { points, width_mm, colour } => {
-            let stroke_width = steps(*width_mm).max(1) as u32;
-            backend.draw_path(on_grid(points), &ShapeStyle { stroke_width, ..ink(*colour) })
+fn element(to: &mut String, drawing: &Drawing, ink: &Ink) -> Result<(), String> {
+    let path = || path_data(&drawing.path(ink));
+    let written = match ink {
+        Ink::Line { stroke, .. } => {
+            writeln!(to, "<path d=\"{}\" fill=\"none\"{}/>", path(), stroke_attributes(stroke))
         }
-        Shape::Area { points, fill } => backend.fill_polygon(on_grid(points), &ink(*fill)),
-        Shape::Box { frame, fill } => {
-            let corners = (place((frame.left, frame.top)), place((frame.right, frame.bottom)));
-            backend.draw_rect(corners.0, corners.1, &ink(*fill), true)
+        Ink::Area { fill, .. } => writeln!(to, "<path d=\"{}\" fill=\"{}\"/>", path(), hex(*fill)),
+        Ink::Disc { centre, radius_mm, fill } => writeln!(
+            to,
+            "<circle cx=\"{}\" cy=\"{}\" r=\"{}\" fill=\"{}\"/>",
+            round(centre.0),
+            round(centre.1),
+            round(*radius_mm),
+            hex(*fill)
+        ),
+        Ink::Words(words) => {
+            let label = escaped(&words.plain());
+            writeln!(
+                to,
+                "<path role=\"img\" aria-label=\"{label}\" d=\"{}\" fill=\"{}\"/>",
+                path(),
+                hex(BLACK)
+            )
         }
-        Shape::Disc { centre, radius_mm, fill } => {
-            backend.draw_circle(place(*centre), steps(*radius_mm).max(1) as u32, &ink(*fill), true)
-        }
-        Shape::Text(text) => {
-            let (style, spot) = placed(text);
-            backend.draw_text(&text.text, &style, place(spot))
-        }
+        Ink::Picture { rect, raster } => writeln!(to, "{}", image(rect, raster)?),
     };
-    drawn.map_err(|error| error.to_string())
+    written.map_err(|error| error.to_string())
 }
 
-/// A text's style and spot. The backend moves text down by 0.76 em from its spot (plotters' `VPos::Top`) and states the font's size as size / 1.24,
-/// so both are undone here.
-fn placed(text: &Text) -> (TextStyle<'static>, Spot) {
-    let (x, y) = text.at;
-    let lift_mm = 0.76 * text.em_mm;
-    let (spot, transform) = if text.upwards {
-        ((x - lift_mm, y), FontTransform::Rotate270)
-    } else {
-        ((x, y - lift_mm), FontTransform::None)
+fn stroke_attributes(stroke: &Stroke) -> String {
+    let mut text = format!(" stroke=\"{}\" stroke-width=\"{}\"", hex(stroke.colour), round(stroke.width_mm));
+    let pattern: Vec<String> = stroke.pattern_mm().into_iter().map(round).collect();
+    if !pattern.is_empty() {
+        text += &format!(" stroke-dasharray=\"{}\"", pattern.join(" "));
+    }
+    if stroke.is_round() {
+        text += " stroke-linecap=\"round\"";
+    }
+    text
+}
+
+/// A grid of pixels stays one picture, so no viewer can show seams between its cells.
+fn image(rect: &PageRect, raster: &Raster) -> Result<String, String> {
+    Ok(format!(
+        "<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\" style=\"image-rendering:pixelated\" \
+         href=\"data:image/png;base64,{}\"/>",
+        round(rect.left),
+        round(rect.top),
+        round(rect.width()),
+        round(rect.height()),
+        STANDARD.encode(png::of_raster(raster)?)
+    ))
+}
+
+fn path_data(steps: &[Step]) -> String {
+    let spot = |(x, y): Spot| format!("{} {}", round(x), round(y));
+    let step = |step: &Step| match step {
+        Step::Move(to) => format!("M{}", spot(*to)),
+        Step::Line(to) => format!("L{}", spot(*to)),
+        Step::Cubic(first, second, to) => format!("C{} {} {}", spot(*first), spot(*second), spot(*to)),
+        Step::Close => "Z".into(),
     };
-    let h_pos = match text.anchor {
-        Anchor::Start => HPos::Left,
-        Anchor::Middle => HPos::Center,
-        Anchor::End => HPos::Right,
-    };
-    let size = 1.24 * (STEPS_PER_MM * text.em_mm).round();
-    let font = FontDesc::new(FontFamily::Name(SVG_FAMILIES), size, FontStyle::Normal).transform(transform);
-    let colour = rgb(BLACK).to_backend_color();
-    (TextStyle { font, color: colour, pos: Pos::new(h_pos, VPos::Top) }, spot)
+    steps.iter().map(step).collect()
 }
 
-fn on_grid(points: &[Spot]) -> Vec<(i32, i32)> {
-    let mut on_grid: Vec<(i32, i32)> = points.iter().map(|&spot| place(spot)).collect();
-    on_grid.dedup();
-    on_grid
+/// A length to the micrometre, without zeros at its end.
+fn round(length_mm: f64) -> String {
+    let text = format!("{length_mm:.3}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".into() } else { text.into() }
 }
 
-fn place((x, y): Spot) -> (i32, i32) {
-    (steps(x), steps(y))
+fn hex(Rgb(r, g, b): Rgb) -> String {
+    format!("#{r:02x}{g:02x}{b:02x}")
 }
 
-fn steps(length_mm: f64) -> i32 {
-    (STEPS_PER_MM * length_mm).round() as i32
-}
-
-fn rgb(Rgb(r, g, b): Rgb) -> RGBColor {
-    RGBColor(r, g, b)
-}
-
-fn ink(colour: Rgb) -> ShapeStyle {
-    rgb(colour).filled()
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::drawing::{Dash, LABEL_MM, Stroke};
+    use crate::Style;
+    use crate::drawing::{Anchor, Columns, Dash};
 
     #[test]
-    fn the_document_states_its_size_and_its_text() {
-        let mut drawing = Drawing::new(Drawing::ONE_COLUMN_MM).unwrap();
+    fn the_document_states_its_size_and_its_words() {
+        let mut drawing = Drawing::new(&Style::default(), Columns::One).unwrap();
         drawing.extend_to(40.0);
-        drawing.text("a < b", (10.0, 10.0), LABEL_MM, Anchor::Middle);
-        drawing.upward_text("time (ms)", (5.0, 20.0), LABEL_MM);
-        drawing.segment((1.0, 1.0), (2.0, 2.0), Stroke::axis());
-        drawing.line(&[(3.0, 1.0), (9.0, 2.0)], Stroke::new(1.0, WHITE, Dash::Dashed));
-        let text = document(&drawing).unwrap();
-        assert!(text.contains("width=\"86.00mm\" height=\"40.00mm\""), "{text}");
-        assert!(text.contains("a &lt; b") && text.contains("time (ms)"));
-        assert!(text.contains("font-size=\"282\"") && text.contains("text-anchor=\"middle\""), "{text}");
-        assert!(text.contains("rotate(270"));
-        assert!(text.trim_end().ends_with("</svg>"));
+        drawing.text("$a$ < \"b\"", (10.0, 10.0), 3.0, Anchor::Middle);
+        drawing.upward_text("time (ms)", (5.0, 20.0), 3.0);
+        drawing.line(&[(3.0, 1.0), (9.0, 2.0)], Stroke::new(1.0, BLACK, Dash::Dashed));
+        drawing.picture(
+            PageRect::new(1.0, 2.0, 3.0, 4.0),
+            Raster { width_px: 1, height_px: 1, pixels: vec![BLACK] },
+        );
+        let document = document(&drawing).unwrap();
+        assert!(document.contains("width=\"86mm\" height=\"40mm\" viewBox=\"0 0 86 40\""), "{document}");
+        assert!(document.contains("aria-label=\"a &lt; &quot;b&quot;\""), "{document}");
+        assert!(document.contains("aria-label=\"time (ms)\"") && document.contains("stroke-dasharray"));
+        assert!(document.contains("<image x=\"1\" y=\"2\" width=\"3\" height=\"4\""));
+        // Letters are outlines: no font of the viewer is asked for.
+        assert!(!document.contains("<text") && !document.contains("font"));
+        assert!(document.trim_end().ends_with("</svg>"));
     }
 }

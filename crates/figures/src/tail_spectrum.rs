@@ -1,26 +1,30 @@
+//! Spectra of the wave's tail: of single gaps as curves, of all gaps as a map, with frequencies pointed out.
+
 use std::path::Path;
 
 use ndarray::Array2;
 
-use crate::colour::{BLACK, BLUE, GRAY, GREEN, Rgb, VERMILLION, sequential};
-use crate::drawing::{Dash, Drawing, Stroke};
-use crate::geometry::Frame;
+use crate::colour::{BLACK, EXPERIMENT, WHITE};
+use crate::drawing::{Columns, Dash, Drawing, Stroke};
+use crate::figure::{self, Draw, Figure};
+use crate::geometry::PageRect;
 use crate::heat_map::{self, Cells, ColourScale};
-use crate::legend::{self, Entry, Key};
-use crate::plot::{self, BOTTOM_MARGIN_MM, Labels, Plot};
+use crate::legend::{self, LegendEntry, LegendKey};
+use crate::plot::{self, Labels, Plot, TITLE_MM};
 use crate::scale::{Extent, Scale, is_drawable};
-use crate::{FigureError, output};
+use crate::series::DataPoint;
+use crate::{FigureError, Style};
 
 const HEIGHT_MM: f64 = 54.0;
-const TITLE_MM: f64 = 5.2;
 /// Curves in the first panel.
 const MOST_CURVES: usize = 4;
 /// Columns of the map.
 const MOST_COLUMNS: usize = 240;
 /// Range of the logarithmic axes below the largest amplitude.
 const RANGE: f64 = 1e-4;
-const CURVES: [(Rgb, Dash); MOST_CURVES] =
-    [(BLUE, Dash::Solid), (VERMILLION, Dash::Dashed), (GREEN, Dash::Chain), (BLACK, Dash::Dotted)];
+const CURVE_DASHES: [Dash; MOST_CURVES] = [Dash::Solid, Dash::Dashed, Dash::Chain, Dash::Dotted];
+const SINGLE: Labels = Labels { x: "frequency (kHz)", y: "strain amplitude" };
+const MAP: Labels = Labels { x: SINGLE.x, y: "gap number $n$" };
 const MARK_DASHES: [Dash; 3] = [Dash::Dashed, Dash::Chain, Dash::Dotted];
 
 /// The spectrum of one gap's strain behind the leading pulse.
@@ -60,55 +64,67 @@ pub struct TailSpectrum {
 /// # Errors
 /// [`FigureError`] when a spectrum has other numbers of frequencies than of amplitudes, or a file cannot be written.
 pub fn tail_spectrum(stem: &Path, tail: &TailSpectrum) -> Result<(), FigureError> {
-    output::write(stem, &layout(stem, tail)?)
+    figure::write(stem, tail)
 }
 
-fn layout(stem: &Path, tail: &TailSpectrum) -> Result<Drawing, FigureError> {
-    tail.spectra.iter().try_for_each(|spectrum| check(stem, spectrum))?;
+impl Draw for TailSpectrum {
+    fn draw(&self, style: &Style) -> Result<Figure, FigureError> {
+        layout(style, self).map(Figure::new)
+    }
+}
+
+fn layout(style: &Style, tail: &TailSpectrum) -> Result<Drawing, FigureError> {
+    tail.spectra.iter().try_for_each(check)?;
     let curves = curves(tail);
-    let mut drawing = Drawing::new(Drawing::TWO_COLUMNS_MM)?;
+    let mut drawing = Drawing::new(style, Columns::Two)?;
+    let page = drawing.width_mm;
     let x = Scale::linear(frequency_extent(tail, &curves));
     let amplitude = amplitude_scale(&curves);
     let gaps = Scale::whole(Extent::of(curves.iter().flat_map(|c| [c.gap - 0.5, c.gap + 0.5])));
     let left = plot::side_margin_mm(&drawing, &amplitude, HEIGHT_MM);
     let map_margin = 3.0 + plot::side_margin_mm(&drawing, &gaps, HEIGHT_MM);
-    let colours = ColourScale { scale: amplitude, map: sequential, beyond: (false, false) };
+    let colours = ColourScale::along(amplitude, style.colour_map, (false, false));
     let bar_margin = colours.bar_margin_mm(&drawing, HEIGHT_MM);
-    let width = 0.5 * (Drawing::TWO_COLUMNS_MM - left - map_margin - bar_margin);
+    let width = 0.5 * (page - left - map_margin - bar_margin);
     let map = cells(&curves, x.extent(), amplitude);
     let mut entries = entries(tail, &curves);
     if map.shows_blanks() {
-        entries.push(Entry::new("not measured", Key::Hatch));
+        entries.push(LegendEntry::new("not measured", LegendKey::Hatch));
     }
-    let top = legend::draw(&mut drawing, &entries, (left, Drawing::TWO_COLUMNS_MM), 1.0) + TITLE_MM;
-    let frame = Frame::new(left, top, width, HEIGHT_MM);
-    draw_curves(&mut drawing, &Plot { frame, x, y: amplitude }, &curves, &tail.marks);
-    plot::title(&mut drawing, frame, "(a) single gaps");
-    let frame = Frame::new(left + width + map_margin, top, width, HEIGHT_MM);
-    draw_map(&mut drawing, &Plot { frame, x, y: gaps }, &map, &colours);
-    draw_marks(&mut drawing, &Plot { frame, x, y: gaps }, &tail.marks);
-    plot::title(&mut drawing, frame, "(b) all gaps");
-    drawing.extend_to(top + HEIGHT_MM + BOTTOM_MARGIN_MM);
+    let top = legend::draw(&mut drawing, &entries, (left, page), 1.0) + TITLE_MM;
+    let single = Plot::new(PageRect::new(left, top, width, HEIGHT_MM), x, amplitude);
+    draw_curves(&mut drawing, &single, &curves, &tail.marks);
+    plot::title(&mut drawing, single.frame, "(a) single gaps");
+    let all = Plot::new(PageRect::new(left + width + map_margin, top, width, HEIGHT_MM), x, gaps);
+    heat_map::draw(&mut drawing, &all, &map, &colours, MAP);
+    colours.bar(&mut drawing, all.frame, SINGLE.y);
+    draw_marks(&mut drawing, &all, &tail.marks);
+    plot::title(&mut drawing, all.frame, "(b) all gaps");
+    for curve in &curves {
+        let points: Vec<DataPoint> = curve.points.iter().map(|&(khz, u)| DataPoint::exact(khz, u)).collect();
+        plot::record(&mut drawing, "", &format!("gap {}", curve.gap), SINGLE, &points);
+    }
+    drawing.extend_to(top + HEIGHT_MM + plot::bottom_margin_mm(&drawing));
     Ok(drawing)
 }
 
-fn check(stem: &Path, spectrum: &GapSpectrum) -> Result<(), FigureError> {
+fn check(spectrum: &GapSpectrum) -> Result<(), FigureError> {
     let (expected, found) = (spectrum.frequencies_hz.len(), spectrum.amplitude.len());
     if expected == found {
         return Ok(());
     }
     let what = format!("amplitudes of gap {}", spectrum.gap);
-    Err(FigureError::Length { stem: stem.into(), what, expected, found })
+    Err(FigureError::Length { figure: "tail spectrum", what, expected, found })
 }
 
 /// A spectrum as it is drawn: points (kilohertz, amplitude) in the order of frequency, up to the wanted frequency.
-struct Curve {
+struct GapCurve {
     gap: f64,
     points: Vec<(f64, f64)>,
 }
 
 /// The spectra that have points, in the order of their gaps.
-fn curves(tail: &TailSpectrum) -> Vec<Curve> {
+fn curves(tail: &TailSpectrum) -> Vec<GapCurve> {
     let limit_khz = 1e-3 * tail.max_frequency_hz.unwrap_or(f64::INFINITY);
     let curve = |spectrum: &GapSpectrum| {
         let pairs = spectrum.frequencies_hz.iter().zip(&spectrum.amplitude);
@@ -117,21 +133,21 @@ fn curves(tail: &TailSpectrum) -> Vec<Curve> {
             .filter(|&(khz, amplitude)| is_drawable(khz) && is_drawable(amplitude) && khz <= limit_khz)
             .collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Curve { gap: spectrum.gap as f64, points }
+        GapCurve { gap: spectrum.gap as f64, points }
     };
-    let mut curves: Vec<Curve> =
+    let mut curves: Vec<GapCurve> =
         tail.spectra.iter().map(curve).filter(|curve| !curve.points.is_empty()).collect();
     curves.sort_by(|a, b| a.gap.total_cmp(&b.gap));
     curves
 }
 
-fn frequency_extent(tail: &TailSpectrum, curves: &[Curve]) -> Option<Extent> {
+fn frequency_extent(tail: &TailSpectrum, curves: &[GapCurve]) -> Option<Extent> {
     let frequencies = curves.iter().flat_map(|curve| &curve.points).map(|point| point.0);
     let limit = tail.max_frequency_hz.map(|limit_hz| 1e-3 * limit_hz).filter(|&limit| is_drawable(limit));
     Extent::of(frequencies).map(|extent| Extent { high: limit.unwrap_or(extent.high), ..extent })
 }
 
-fn amplitude_scale(curves: &[Curve]) -> Scale {
+fn amplitude_scale(curves: &[GapCurve]) -> Scale {
     let amplitudes = curves.iter().flat_map(|curve| &curve.points).map(|point| point.1);
     let extent = Extent::of(amplitudes.filter(|&amplitude| amplitude > 0.0));
     Scale::log(extent.map(|Extent { low, high }| Extent { low: low.max(RANGE * high), high: 1.5 * high }))
@@ -143,56 +159,53 @@ fn chosen(n_curves: usize) -> Vec<usize> {
     (0..count).map(|i| i * (n_curves - 1) / (count.max(2) - 1)).collect()
 }
 
-fn curve_stroke(index: usize) -> Stroke {
-    let (colour, dash) = CURVES[index % CURVES.len()];
-    Stroke::new(1.0, colour, dash)
+fn curve_stroke(index: usize, count: usize) -> Stroke {
+    Stroke::new(1.0, EXPERIMENT.shade(index, count), CURVE_DASHES[index % CURVE_DASHES.len()])
 }
 
 fn mark_stroke(index: usize) -> Stroke {
-    Stroke::new(0.9, GRAY, MARK_DASHES[index % MARK_DASHES.len()])
+    Stroke::new(0.8, BLACK, MARK_DASHES[index % MARK_DASHES.len()])
 }
 
-fn entries(tail: &TailSpectrum, curves: &[Curve]) -> Vec<Entry> {
+fn entries(tail: &TailSpectrum, curves: &[GapCurve]) -> Vec<LegendEntry> {
     let chosen = chosen(curves.len());
     let gaps = chosen.iter().enumerate().map(|(index, &curve)| {
-        Entry::new(format!("gap {}", curves[curve].gap), Key::Line(curve_stroke(index)))
+        LegendEntry::new(
+            format!("gap {}", curves[curve].gap),
+            LegendKey::Line(curve_stroke(index, chosen.len())),
+        )
     });
     let marks = tail.marks.iter().enumerate();
-    let marks = marks.map(|(index, mark)| Entry::new(&mark.name, Key::Line(mark_stroke(index))));
+    let marks = marks.map(|(index, mark)| LegendEntry::new(&mark.name, LegendKey::Line(mark_stroke(index))));
     gaps.chain(marks).collect()
 }
 
-fn draw_curves(drawing: &mut Drawing, plot: &Plot, curves: &[Curve], marks: &[FrequencyMark]) {
+fn draw_curves(drawing: &mut Drawing, plot: &Plot, curves: &[GapCurve], marks: &[FrequencyMark]) {
     for (index, mark) in marks.iter().enumerate() {
         plot.upright(drawing, 1e-3 * mark.frequency_hz, mark_stroke(index));
     }
     let chosen = chosen(curves.len());
     for (index, &curve) in chosen.iter().enumerate() {
-        plot.line(drawing, &curves[curve].points, curve_stroke(index));
+        plot.line(drawing, &curves[curve].points, curve_stroke(index, chosen.len()));
     }
-    plot.axes(drawing, Labels { x: "frequency (kHz)", y: "strain amplitude" });
+    plot.axes(drawing, SINGLE);
 }
 
-fn draw_map(drawing: &mut Drawing, plot: &Plot, map: &Cells, colours: &ColourScale) {
-    heat_map::draw(drawing, plot, map, colours, Labels { x: "frequency (kHz)", y: "gap number n" });
-    colours.bar(drawing, plot.frame, "strain amplitude");
-}
-
-/// Marks on the map: white with a dark rim, with the dashes of the first panel.
+/// Marks on the map: black with a white rim, with the dashes of the first panel.
 fn draw_marks(drawing: &mut Drawing, plot: &Plot, marks: &[FrequencyMark]) {
     let Some(gaps) = plot.y.extent() else { return };
     for (index, mark) in marks.iter().enumerate() {
         let khz = 1e-3 * mark.frequency_hz;
         for piece in plot.pieces(&[(khz, gaps.low), (khz, gaps.high)]) {
-            drawing.rimmed_line(&piece, MARK_DASHES[index % MARK_DASHES.len()]);
+            drawing.rimmed_line(&piece, mark_stroke(index), WHITE);
         }
     }
 }
 
 /// The map: in each column the largest amplitude of its frequencies, so that no line of a spectrum is lost.
-fn cells(curves: &[Curve], frequencies: Option<Extent>, amplitude: Scale) -> Cells {
+fn cells(curves: &[GapCurve], frequencies: Option<Extent>, amplitude: Scale) -> Cells {
     let (Some(Extent { low, high }), Some(floor)) = (frequencies, amplitude.extent()) else {
-        return Cells { x_edges: Vec::new(), y_edges: Vec::new(), values: Array2::from_elem((0, 0), None) };
+        return Cells::none();
     };
     let longest = curves.iter().map(|curve| curve.points.len()).max().unwrap_or(1);
     let n_columns = longest.clamp(1, MOST_COLUMNS);
@@ -249,11 +262,10 @@ mod tests {
     #[test]
     fn labels_are_there_and_nothing_overlaps() {
         for n_gaps in [1, 3, 25] {
-            let drawing = layout(Path::new("x"), &tail((1..=n_gaps).map(spectrum).collect())).unwrap();
+            let drawing = layout(&Style::default(), &tail((1..=n_gaps).map(spectrum).collect())).unwrap();
             drawing.assert_readable();
-            let texts: Vec<String> = drawing.text_frames().into_iter().map(|(text, _)| text).collect();
             for label in ["frequency (kHz)", "strain amplitude", "band edge", "gap 1"] {
-                assert!(texts.iter().any(|text| text == label), "{label}");
+                assert!(drawing.says(label), "{label}");
             }
         }
     }
@@ -270,14 +282,14 @@ mod tests {
     #[test]
     fn degenerate_spectra_are_refused_or_empty() {
         let short = GapSpectrum { amplitude: vec![1.0], ..spectrum(3) };
-        assert!(layout(Path::new("x"), &tail(vec![short])).unwrap_err().to_string().contains("gap 3"));
+        assert!(layout(&Style::default(), &tail(vec![short])).unwrap_err().to_string().contains("gap 3"));
         let flat = GapSpectrum { amplitude: vec![0.0; 300], ..spectrum(3) };
         let lost = GapSpectrum { amplitude: vec![f64::NAN; 300], ..spectrum(3) };
         for spectra in [vec![], vec![flat], vec![lost]] {
-            let drawing = layout(Path::new("x"), &tail(spectra)).unwrap();
-            assert!(drawing.text_frames().iter().any(|(text, _)| text == "no data"));
+            let drawing = layout(&Style::default(), &tail(spectra)).unwrap();
+            assert!(drawing.says("no data"));
         }
         let single = GapSpectrum { gap: 2, frequencies_hz: vec![500.0], amplitude: vec![1e-3] };
-        assert!(layout(Path::new("x"), &tail(vec![single])).is_ok());
+        assert!(layout(&Style::default(), &tail(vec![single])).is_ok());
     }
 }

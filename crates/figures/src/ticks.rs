@@ -1,60 +1,42 @@
-/// A labelled place on an axis; what follows a `^` in the label is an exponent.
+//! Places and labels of ticks, and numbers as they are written in print.
+
+use plotters::coord::ranged1d::Ranged;
+use plotters::coord::types::RangedCoordf64;
+
+/// A labelled place on an axis.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Tick {
     pub(crate) value: f64,
     pub(crate) label: String,
 }
 
-/// The smallest of 1, 2, 5 times a power of ten that divides `span` into at most `at_most` steps.
-pub(crate) fn nice_step(span: f64, at_most: usize) -> f64 {
-    let rough = span / at_most.max(1) as f64;
-    let decade = 10.0_f64.powf(rough.log10().floor());
-    // The margin keeps a span of exactly 5 steps of 0.2 at 0.2 in spite of rounding.
-    let steps = [1.0, 2.0, 5.0, 10.0];
-    let factor = steps.into_iter().find(|factor| factor * decade >= rough * (1.0 - 1e-9));
-    factor.unwrap_or(10.0) * decade
-}
-
-/// Ticks at multiples of the smallest nice step that divides `low..=high` about `at_most` times, that is, gives one
-/// tick more.
+/// Ticks at multiples of 1, 2 or 5 times a power of ten in `low..=high`: at most `at_most` steps, but always the two ticks
+/// that tell the scale of an axis (plotters' key points).
 pub(crate) fn linear_ticks(low: f64, high: f64, at_most: usize) -> Vec<Tick> {
-    multiples(low, high, fitting_step(low, high, at_most))
+    // Key points lose ranges that are small in absolute terms, so the range is brought near one.
+    let unit = 10.0_f64.powf((high - low).log10().floor());
+    let axis = RangedCoordf64::from(low / unit..high / unit);
+    let values = (at_most.max(2) + 1..=2 * at_most.max(2) + 8)
+        .map(|most| axis.key_points(most))
+        .find(|points| points.len() > 1)
+        .unwrap_or_default();
+    labelled(&values.iter().map(|value| value * unit).collect::<Vec<_>>())
 }
 
 /// As [`linear_ticks`], at whole numbers only.
 pub(crate) fn whole_ticks(low: f64, high: f64, at_most: usize) -> Vec<Tick> {
-    multiples(low, high, fitting_step(low, high, at_most).max(1.0))
-}
-
-/// Two ticks are the least that tell the scale of an axis, whatever the room.
-fn fitting_step(low: f64, high: f64, at_most: usize) -> f64 {
-    let finest = nice_step(high - low, 3 * at_most.max(2));
-    let count = |step: f64| last_multiple(high, step) - first_multiple(low, step) + 1.0;
-    // From a step to the next nice one: 1, 2, 5, 10.
-    let steps = std::iter::successors(Some(finest), |step| Some(nice_step(1.5 * step, 1)));
-    let telling = steps.take_while(|&step| count(step) >= 2.0);
-    let mut chosen = finest;
-    for step in telling {
-        chosen = step;
-        if count(step) <= at_most as f64 + 1.0 {
-            break;
-        }
+    let (first, last) = ((low - 1e-9).ceil(), (high + 1e-9).floor());
+    if last - first < at_most as f64 {
+        let count = (last - first + 1.0).max(0.0) as usize;
+        return labelled(&(0..count).map(|i| first + i as f64).collect::<Vec<_>>());
     }
-    chosen
+    linear_ticks(low, high, at_most)
 }
 
-fn first_multiple(low: f64, step: f64) -> f64 {
-    (low / step - 1e-9).ceil()
-}
-
-fn last_multiple(high: f64, step: f64) -> f64 {
-    (high / step + 1e-9).floor()
-}
-
-fn multiples(low: f64, high: f64, step: f64) -> Vec<Tick> {
-    let (first, last) = (first_multiple(low, step), last_multiple(high, step));
-    let count = (last - first + 1.0).max(0.0) as usize;
-    let values: Vec<f64> = (0..count).map(|i| (first + i as f64) * step).collect();
+/// The values with labels to the digit in which they differ.
+fn labelled(values: &[f64]) -> Vec<Tick> {
+    let step = values.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
+    let step = if step.is_finite() { step } else { 1.0 };
     let largest = values.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
     values.iter().map(|&value| Tick { value, label: label(value, step, largest) }).collect()
 }
@@ -89,7 +71,7 @@ fn decimals_of(step: f64) -> usize {
 }
 
 fn power_of_ten(power: i32) -> String {
-    format!("10^{}", fixed(f64::from(power), 0))
+    format!("$10^{{{}}}$", fixed(f64::from(power), 0))
 }
 
 /// A number with a true minus sign; rounding to zero never leaves "−0".
@@ -142,13 +124,16 @@ mod tests {
 
     #[test]
     fn very_small_and_large_numbers_are_written_with_a_power_of_ten() {
-        assert_eq!(labels(&linear_ticks(0.0, 2.0e-7, 2)), ["0", "1·10^−7", "2·10^−7"]);
-        assert_eq!(labels(&linear_ticks(0.0, 3.0e6, 3)), ["0", "1·10^6", "2·10^6", "3·10^6"]);
+        assert_eq!(labels(&linear_ticks(0.0, 2.0e-7, 2)), ["0", "1·$10^{−7}$", "2·$10^{−7}$"]);
+        assert_eq!(labels(&linear_ticks(0.0, 3.0e6, 3)), ["0", "1·$10^{6}$", "2·$10^{6}$", "3·$10^{6}$"]);
     }
 
     #[test]
     fn decades_are_thinned() {
-        assert_eq!(labels(&decade_ticks(2e-4, 20.0, 6)), ["10^−3", "10^−2", "10^−1", "10^0", "10^1"]);
+        assert_eq!(
+            labels(&decade_ticks(2e-4, 20.0, 6)),
+            ["$10^{−3}$", "$10^{−2}$", "$10^{−1}$", "$10^{0}$", "$10^{1}$"]
+        );
         assert_eq!(decade_ticks(1e-12, 1.0, 5).len(), 5);
     }
 

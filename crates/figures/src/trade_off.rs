@@ -1,20 +1,25 @@
+//! Error against time of several methods, with those that no other one beats.
+
 use std::path::Path;
 
-use crate::colour::{BLUE, GRAY};
-use crate::drawing::{Anchor, Dash, Drawing, NUMBER_MM, Stroke};
-use crate::geometry::Frame;
-use crate::legend::{self, Entry, Key};
-use crate::plot::{self, BOTTOM_MARGIN_MM, Labels, Plot};
+use crate::colour::{EXPERIMENT, GRAY};
+use crate::drawing::{Anchor, Columns, Dash, Drawing, Stroke};
+use crate::figure::{self, Draw, Figure};
+use crate::geometry::PageRect;
+use crate::legend::{self, LegendEntry, LegendKey};
+use crate::names::printed;
+use crate::plot::{self, Labels, Plot};
 use crate::scale::{Extent, Scale};
-use crate::series::{Look, Marker, MarkerShape, Point};
-use crate::{FigureError, output};
+use crate::series::{DataPoint, Look, MarkerShape, PlotMarker};
+use crate::{FigureError, Style};
 
 const HEIGHT_MM: f64 = 56.0;
-const NAME_ROW_MM: f64 = 3.6;
+/// Height of a row of names, in em.
+const ROW_EM: f64 = 1.45;
 /// Distance of a number from its marker.
 const OFFSET_MM: f64 = 1.9;
-const ON_FRONT: Marker = Marker { shape: MarkerShape::Circle, colour: BLUE, hollow: false };
-const OFF_FRONT: Marker = Marker { shape: MarkerShape::Square, colour: GRAY, hollow: true };
+const ON_FRONT: PlotMarker = PlotMarker { shape: MarkerShape::Circle, colour: EXPERIMENT, hollow: false };
+const OFF_FRONT: PlotMarker = PlotMarker { shape: MarkerShape::Square, colour: GRAY, hollow: true };
 
 /// What one method costs and how far it is off.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,11 +51,18 @@ pub struct TradeOff {
 /// # Errors
 /// [`FigureError`] when a file cannot be written.
 pub fn trade_off(stem: &Path, trade_off: &TradeOff) -> Result<(), FigureError> {
-    output::write(stem, &layout(trade_off)?)
+    figure::write(stem, trade_off)
 }
 
-fn layout(trade_off: &TradeOff) -> Result<Drawing, FigureError> {
-    let mut drawing = Drawing::new(Drawing::ONE_COLUMN_MM)?;
+impl Draw for TradeOff {
+    fn draw(&self, style: &Style) -> Result<Figure, FigureError> {
+        layout(style, self).map(Figure::new)
+    }
+}
+
+fn layout(style: &Style, trade_off: &TradeOff) -> Result<Drawing, FigureError> {
+    let mut drawing = Drawing::new(style, Columns::One)?;
+    let (page, em) = (drawing.width_mm, drawing.number_mm());
     let is_drawable = |point: &&TradeOffPoint| point.seconds_per_item > 0.0 && point.error > 0.0;
     let points: Vec<&TradeOffPoint> = trade_off.points.iter().filter(is_drawable).collect();
     let mut front: Vec<&TradeOffPoint> = points.iter().copied().filter(|point| point.on_front).collect();
@@ -59,30 +71,34 @@ fn layout(trade_off: &TradeOff) -> Result<Drawing, FigureError> {
     let y = Scale::log(Extent::of(points.iter().map(|point| point.error)).map(widened));
     let left = plot::side_margin_mm(&drawing, &y, HEIGHT_MM);
     let entries = [
-        Entry::new("no method is faster and better", Key::Marker(ON_FRONT)),
-        Entry::new("others", Key::Marker(OFF_FRONT)),
+        LegendEntry::new("no method is faster and better", LegendKey::Marker(ON_FRONT)),
+        LegendEntry::new("others", LegendKey::Marker(OFF_FRONT)),
     ];
-    let top = legend::draw(&mut drawing, &entries, (left, Drawing::ONE_COLUMN_MM), 1.0) + 1.5;
-    let frame = Frame::new(left, top, Drawing::ONE_COLUMN_MM - left - 3.0, HEIGHT_MM);
-    let plot = Plot { frame, x, y };
-    let at = |point: &&TradeOffPoint| Point::exact(point.seconds_per_item, point.error);
-    let line: Vec<Point> = front.iter().map(at).collect();
-    plot.series(&mut drawing, &line, Look::Line(Stroke::new(0.8, BLUE, Dash::Dotted)));
-    let others: Vec<Point> = points.iter().filter(|point| !point.on_front).map(at).collect();
+    let top = legend::draw(&mut drawing, &entries, (left, page), 1.0) + 1.5;
+    let frame = PageRect::new(left, top, page - left - 3.0, HEIGHT_MM);
+    let plot = Plot::new(frame, x, y);
+    let at = |point: &&TradeOffPoint| DataPoint::exact(point.seconds_per_item, point.error);
+    let line: Vec<DataPoint> = front.iter().map(at).collect();
+    plot.series(&mut drawing, &line, Look::Line(Stroke::new(0.8, EXPERIMENT, Dash::Dotted)));
+    let others: Vec<DataPoint> = points.iter().filter(|point| !point.on_front).map(at).collect();
     plot.series(&mut drawing, &others, Look::Markers(OFF_FRONT));
     plot.series(&mut drawing, &line, Look::Markers(ON_FRONT));
     for (i, point) in front.iter().enumerate() {
         if let Some((x, y)) = plot.spot(point.seconds_per_item, point.error) {
             let number = (i + 1).to_string();
-            drawing.text(&number, (x - 0.6 * OFFSET_MM, y + OFFSET_MM), NUMBER_MM, Anchor::Middle);
+            drawing.text(&number, (x - 0.6 * OFFSET_MM, y + OFFSET_MM), em, Anchor::Middle);
         }
     }
-    plot.axes(&mut drawing, Labels { x: &trade_off.time_label, y: &trade_off.error_label });
-    let mut bottom = frame.bottom + BOTTOM_MARGIN_MM;
+    let labels = Labels { x: &trade_off.time_label, y: &trade_off.error_label };
+    plot.axes(&mut drawing, labels);
+    for point in &points {
+        plot::record(&mut drawing, "", &point.name, labels, &[at(point)]);
+    }
+    let mut bottom = frame.bottom + plot::bottom_margin_mm(&drawing);
     for (i, point) in front.iter().enumerate() {
-        let name = drawing.fitted(&format!("{}  {}", i + 1, point.name), NUMBER_MM, frame.width());
-        drawing.text(&name, (left, bottom + 0.5 * NAME_ROW_MM), NUMBER_MM, Anchor::Start);
-        bottom += NAME_ROW_MM;
+        let name = drawing.fitted(&format!("{}  {}", i + 1, printed(&point.name)), em, frame.width());
+        drawing.text(&name, (left, bottom + 0.5 * ROW_EM * em), em, Anchor::Start);
+        bottom += ROW_EM * em;
     }
     drawing.extend_to(bottom + 1.0);
     Ok(drawing)
@@ -115,9 +131,8 @@ mod tests {
         ];
         let figure =
             TradeOff { time_label: "seconds per position".into(), error_label: "error (px)".into(), points };
-        let drawing = layout(&figure).unwrap();
+        let drawing = layout(&Style::default(), &figure).unwrap();
         drawing.assert_readable();
-        let texts: Vec<String> = drawing.text_frames().into_iter().map(|(text, _)| text).collect();
-        assert!(texts.contains(&"1  fast".into()) && texts.contains(&"2  slow and good".into()), "{texts:?}");
+        assert!(drawing.says("1  fast") && drawing.says("2  slow and good"), "{:?}", drawing.labels());
     }
 }

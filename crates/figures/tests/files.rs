@@ -4,10 +4,10 @@ use std::fs;
 use std::path::Path;
 
 use chainwave_figures::{
-    BodyMotion, FigureError, FrequencyMark, FrontPulse, FrontWidth, GapSpectrum, GroupVelocities, PeakEnergy,
-    PeakFit, PeakTrace, Point, ProfilePanel, ResidualMapPanel, Series, StrainMapPanel, TailSpectrum,
-    displacements, front_width, group_velocity, peak_energy, peak_trace, residual_map, strain_map,
-    strain_profiles, tail_spectrum,
+    Against, BodyMotion, DataPoint, Draw, FigureError, Format, FrequencyMark, FrontPulse, FrontWidth,
+    GapSpectrum, GroupVelocities, GroupVelocityFigure, PeakEnergy, PeakFit, PeakTrace, ProfilePanel,
+    ResidualMapPanel, Series, StrainMapPanel, Style, TailSpectrum, displacements, front_width,
+    group_velocity, peak_energy, peak_trace, residual_map, strain_map, strain_profiles, tail_spectrum,
 };
 use chainwave_measurement::Estimate;
 use ndarray::Array2;
@@ -15,12 +15,12 @@ use ndarray::Array2;
 type Outcome = Result<(), FigureError>;
 
 const NAMES: [(&str, &[&str]); 9] = [
-    ("strain_map", &["compressive strain (%)", "gap number n", "time (ms)", "not measured"]),
+    ("strain_map", &["compressive strain −u_n (%)", "gap number n", "time (ms)", "not measured"]),
     ("residual_map", &["(measured − model) / σ"]),
-    ("strain_profiles", &["compressive strain (%)", "t = 2.73 ms", "experiment"]),
+    ("strain_profiles", &["compressive strain −u_n (%)", "t = 2.73 ms", "experiment"]),
     ("front_width", &["distance from the peak (cells)", "half width at half maximum (mm)"]),
-    ("peak_trace", &["group velocity 52.00 ± 0.10 m/s", "residual (µs)"]),
-    ("group_velocity", &["striker velocity (m/s)", "group velocity (m/s)"]),
+    ("peak_trace", &["c_g = 52.00 ± 0.10 m/s", "residual (µs)"]),
+    ("group_velocity", &["striker velocity v_s (m/s)", "group velocity c_g (m/s)"]),
     ("peak_energy", &["peak energy Ψ(n) / input", "without damping"]),
     ("tail_spectrum", &["frequency (kHz)", "strain amplitude", "band edge"]),
     ("displacements", &["displacement (mm)", "lost"]),
@@ -30,8 +30,9 @@ fn draw_all(folder: &Path) -> Outcome {
     let stem = |name: &str| folder.join(name);
     draw_maps(&stem("strain_map"), &stem("residual_map"))?;
     let curve = |x: f64| -0.05 * (-0.1 * x).exp();
-    let points: Vec<Point> =
-        (1..20).map(|n| Point::measured(f64::from(n), Estimate::new(curve(f64::from(n)), 1e-3))).collect();
+    let points: Vec<DataPoint> = (1..20)
+        .map(|n| DataPoint::measured(f64::from(n), Estimate::new(curve(f64::from(n)), 1e-3)))
+        .collect();
     let series = vec![Series::measured("experiment", points.clone())];
     let profile = ProfilePanel { time_s: 2.73e-3, series: series.clone(), front: Some((3.0, 5.0)) };
     strain_profiles(&stem("strain_profiles"), &[profile])?;
@@ -96,6 +97,27 @@ fn every_figure_writes_both_files_with_its_labels_and_the_same_bytes_again() {
     }
     let n_files = fs::read_dir(first.path()).unwrap().count();
     assert_eq!(n_files, 2 * NAMES.len(), "no temporary file stays");
+}
+
+#[test]
+fn every_format_is_written_and_the_table_has_the_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let points: Vec<DataPoint> =
+        (1..4).map(|n| DataPoint::measured(f64::from(n), Estimate::new(50.0 - f64::from(n), 0.25))).collect();
+    let velocities =
+        GroupVelocities { series: vec![Series::measured("experiment", points)], sound_speed_m_per_s: None };
+    let figure = GroupVelocityFigure { velocities: &velocities, against: Against::Striker };
+    figure.draw(&Style::default()).unwrap().write(&folder.path().join("v"), &Format::ALL).unwrap();
+    let read = |ending: &str| fs::read(folder.path().join(format!("v.{ending}"))).unwrap();
+    assert!(read("svg").starts_with(b"<svg") && read("pdf").starts_with(b"%PDF"));
+    assert_eq!(&read("png")[1..4], b"PNG");
+    let table = String::from_utf8(read("csv")).unwrap();
+    assert_eq!(table.lines().count(), 4);
+    assert!(
+        table.contains(",experiment,striker velocity v_s (m/s),2,0,group velocity c_g (m/s),48,0.25,,"),
+        "{table}"
+    );
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 4, "no temporary file stays");
 }
 
 #[test]

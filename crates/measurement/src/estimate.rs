@@ -1,3 +1,5 @@
+//! A measured number with its standard uncertainty.
+
 /// A measured number with its standard uncertainty (one standard deviation), in the same unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {

@@ -11,7 +11,18 @@
 //!   bodies is body `i + 1`. Gap n lies between bodies n and n + 1.
 //! - t = 0 is the trigger.
 //! - A value that was not measured is `None`, or an error that names the reason; never a sentinel.
+//!
+//! ```
+//! use chainwave_measurement::Estimate;
+//!
+//! let strain = Estimate::new(-0.052, 0.0002);
+//! let in_per_cent = strain.scaled(100.0);
+//! assert_eq!(in_per_cent, Estimate::new(-5.2, 0.02));
+//! // The truth lies within 1.96 standard deviations of an estimate in 95 of 100 cases.
+//! assert!(strain.covers_95(-0.0517) && !strain.covers_95(-0.0515));
+//! ```
 
+mod error_source;
 mod estimate;
 mod median;
 mod motion;
@@ -21,6 +32,7 @@ mod recording;
 mod region;
 mod track;
 
+pub use error_source::ErrorSource;
 pub use estimate::Estimate;
 pub use median::median;
 pub use motion::{ChainMotion, ErrorMode, Moment, Trajectory, samples_until};

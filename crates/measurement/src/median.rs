@@ -1,3 +1,5 @@
+//! The median of numbers in any order.
+
 /// The upper median of values in any order; `None` of no value.
 pub fn median(mut values: Vec<f64>) -> Option<f64> {
     let middle = values.len() / 2;

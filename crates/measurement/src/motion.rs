@@ -1,6 +1,8 @@
+//! Motions of a chain over time: known exactly, or measured with every error that samples share.
+
 use ndarray::Array2;
 
-use crate::Estimate;
+use crate::{ErrorSource, Estimate};
 
 /// A motion known exactly (computed by a model or prescribed), sampled at common times.
 #[derive(Debug, Clone, PartialEq)]
@@ -150,7 +152,7 @@ impl ChainMotion {
 #[derive(Debug, Clone, PartialEq)]
 pub struct ErrorMode {
     /// Where the error comes from.
-    pub source: String,
+    pub source: ErrorSource,
     /// Displacement error in metres, shape `[body, time]`.
     pub displacement_m: Array2<f64>,
 }

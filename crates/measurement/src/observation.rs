@@ -1,3 +1,5 @@
+//! Tracked bodies of one recording, as positions along the chain (input of stitching).
+
 use crate::Estimate;
 
 /// The tracked bodies of one recording, as positions along the chain.

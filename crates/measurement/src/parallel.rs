@@ -1,3 +1,5 @@
+//! Work spread over threads, with results that do not depend on their number.
+
 use std::num::NonZero;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -1,3 +1,5 @@
+//! The trait by which pixels of a recording are read, and what a recording says of itself.
+
 use std::path::{Path, PathBuf};
 
 use crate::Region;

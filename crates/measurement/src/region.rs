@@ -1,3 +1,5 @@
+//! Rectangles of whole pixels.
+
 /// A half-open rectangle of whole pixels: columns `x..x + width`, rows `y..y + height`, from the top left pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Region {

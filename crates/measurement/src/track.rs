@@ -1,3 +1,5 @@
+//! Subsets followed through a recording, and why they are lost.
+
 use crate::Estimate;
 
 /// The rectangle of pixels that is followed, given in the reference frame.
@@ -48,6 +50,15 @@ pub enum Lost {
 }
 
 impl Lost {
+    /// All reasons.
+    pub const ALL: [Self; 5] =
+        [Self::OutOfView, Self::NoTexture, Self::LowCorrelation, Self::NotConverged, Self::Unreadable];
+
+    /// The reason of a name in a table's `status` column; `None` for `ok` and what is no reason.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|reason| reason.as_str() == name)
+    }
+
     /// The reason as it stands in a table's `status` column.
     pub fn as_str(self) -> &'static str {
         match self {

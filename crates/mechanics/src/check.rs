@@ -1,4 +1,6 @@
-use crate::MechanicsError;
+//! Checks of parameters, each with an error that names what was expected.
+
+use crate::error::MechanicsError;
 
 /// Requires a finite number above zero.
 pub(crate) fn positive(quantity: impl Into<String>, value: f64) -> Result<(), MechanicsError> {

@@ -1,3 +1,5 @@
+//! The crate's errors.
+
 /// Why a model could not be built or a simulation not be carried out.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]

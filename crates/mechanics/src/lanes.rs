@@ -1,3 +1,8 @@
+//! Arithmetic on vectors of numbers of any width, with the same bits on each instruction set.
+
+pub(crate) mod instruction_set;
+pub(crate) mod row;
+
 use std::any::Any;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -9,12 +14,15 @@ pub(crate) const PADDING: usize = 8;
 /// Entries of a table that vectors look up.
 pub(crate) const TABLE: usize = 16;
 
-/// Runs `work` with the best vectors of this machine: AVX-512, AVX2 with FMA, or none.
+/// Tables that stand side by side, a record for each place.
+pub(crate) const COLUMNS: usize = 4;
+
+/// Runs `work` with the vectors of the [`instruction_set::InstructionSet`] in use.
 ///
-/// All three give the same bits. Products that are added are fused where this is asked, in software if need be, and
+/// All give the same bits. Products that are added are fused where this is asked, in software if need be, and
 /// nowhere else; and no sum is split by the width of the vectors.
 pub(crate) fn vectorised<W: WithSimd>(work: W) -> W::Output {
-    pulp::Arch::new().dispatch(work)
+    instruction_set::arch().dispatch(work)
 }
 
 /// `n` rounded up to a multiple of [`PADDING`].
@@ -50,11 +58,14 @@ impl<S: Simd> PartialSums<S> {
         Self { sums: [simd.splat_f64s(0.0); PADDING] }
     }
 
-    /// Adds the products of vector number `i` of the row, each rounded once with its sum.
+    /// Vectors among [`PADDING`] numbers: so many sums are kept, and rows are gone through in blocks of as many vectors. A sum's
+    /// number is then known when the loop is compiled, and the sums stay in registers.
+    pub(crate) const VECTORS: usize = PADDING / S::F64_LANES;
+
+    /// Adds the products of a block's vector number `i`, each rounded once with its sum.
     #[inline(always)]
     pub(crate) fn add_product(&mut self, simd: S, i: usize, a: S::f64s, b: S::f64s) {
-        let sum = &mut self.sums[i % (PADDING / S::F64_LANES)];
-        *sum = simd.mul_add_f64s(a, b, *sum);
+        self.sums[i] = simd.mul_add_f64s(a, b, self.sums[i]);
     }
 
     #[inline(always)]
@@ -237,6 +248,28 @@ impl<S: Simd, const U: usize> Lanes<S, U> {
         self
     }
 
+    /// The columns of the records at the places that eight bits of each lane name, from bit number `FROM` on.
+    #[inline(always)]
+    pub(crate) fn records<const FROM: u32>(self, table: &[[f64; COLUMNS]; TABLE * TABLE]) -> [Self; COLUMNS] {
+        let mut columns = [self; COLUMNS];
+        for (i, bits) in self.values.into_iter().enumerate() {
+            let found = records::<S, FROM>(self.simd, bits, table);
+            for (column, found) in columns.iter_mut().zip(found) {
+                column.values[i] = found;
+            }
+        }
+        columns
+    }
+
+    /// Whether tables are better looked up one by one, in registers, than by records in memory.
+    #[inline(always)]
+    pub(crate) fn has_tables_in_registers(self) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        return (&self.simd as &dyn Any).is::<pulp::x86::V4>();
+        #[cfg(not(target_arch = "x86_64"))]
+        false
+    }
+
     /// Takes a whole number from the bits, wrapping round.
     #[inline(always)]
     pub(crate) fn bits_less(mut self, bits: u64) -> Self {
@@ -370,6 +403,72 @@ fn look_up<S: Simd, const FROM: u32>(simd: S, bits: S::f64s, table: &[f64; TABLE
         *lane = table[(lane.to_bits() >> FROM) as usize % TABLE];
     }
     S::as_simd_f64s(&lanes).0[0]
+}
+
+/// [`Lanes::records`] for one vector. With AVX2, each half of a record is loaded at once, and the halves are sorted into columns.
+///
+/// There is no closure in it, nor a function that takes one: what is not put in line is compiled without the vectors' instructions.
+#[inline(always)]
+fn records<S: Simd, const FROM: u32>(
+    simd: S,
+    bits: S::f64s,
+    table: &[[f64; COLUMNS]; TABLE * TABLE],
+) -> [S::f64s; COLUMNS] {
+    #[cfg(target_arch = "x86_64")]
+    if let (Some(v3), Ok([first, second, third, fourth])) =
+        ((&simd as &dyn Any).downcast_ref::<pulp::x86::V3>(), bytemuck::try_cast::<_, [u64; 4]>(bits))
+    {
+        let first = halves(record::<FROM>(first, table));
+        let second = halves(record::<FROM>(second, table));
+        let third = halves(record::<FROM>(third, table));
+        let fourth = halves(record::<FROM>(fourth, table));
+        let avx = v3.avx;
+        let left_even = avx._mm256_insertf128_pd::<1>(avx._mm256_castpd128_pd256(first[0]), third[0]);
+        let left_odd = avx._mm256_insertf128_pd::<1>(avx._mm256_castpd128_pd256(second[0]), fourth[0]);
+        let right_even = avx._mm256_insertf128_pd::<1>(avx._mm256_castpd128_pd256(first[1]), third[1]);
+        let right_odd = avx._mm256_insertf128_pd::<1>(avx._mm256_castpd128_pd256(second[1]), fourth[1]);
+        return [
+            from_avx::<S>(avx._mm256_unpacklo_pd(left_even, left_odd)),
+            from_avx::<S>(avx._mm256_unpackhi_pd(left_even, left_odd)),
+            from_avx::<S>(avx._mm256_unpacklo_pd(right_even, right_odd)),
+            from_avx::<S>(avx._mm256_unpackhi_pd(right_even, right_odd)),
+        ];
+    }
+    let mut numbers = [0.0_f64; PADDING];
+    S::as_mut_simd_f64s(&mut numbers).0[0] = bits;
+    let mut columns = [[0.0_f64; PADDING]; COLUMNS];
+    for lane in 0..S::F64_LANES {
+        let record = record::<FROM>(numbers[lane].to_bits(), table);
+        for column in 0..COLUMNS {
+            columns[column][lane] = record[column];
+        }
+    }
+    let mut found = [bits; COLUMNS];
+    for column in 0..COLUMNS {
+        found[column] = S::as_simd_f64s(&columns[column]).0[0];
+    }
+    found
+}
+
+/// The record at the place that eight bits name, from bit number `FROM` on.
+#[inline(always)]
+fn record<const FROM: u32>(bits: u64, table: &[[f64; COLUMNS]; TABLE * TABLE]) -> &[f64; COLUMNS] {
+    &table[(bits >> FROM) as usize % (TABLE * TABLE)]
+}
+
+/// The two halves of a record.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn halves(record: &[f64; COLUMNS]) -> [std::arch::x86_64::__m128d; 2] {
+    let [a, b, c, d] = *record;
+    [pulp::cast([a, b]), pulp::cast([c, d])]
+}
+
+/// A vector of AVX as the same vector of an instruction set that is AVX2.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn from_avx<S: Simd>(vector: std::arch::x86_64::__m256d) -> S::f64s {
+    bytemuck::cast(pulp::cast::<_, pulp::f64x4>(vector))
 }
 
 /// The bits of a vector of one lane.

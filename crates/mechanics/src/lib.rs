@@ -5,11 +5,29 @@
 //!
 //! - contact laws ([`Law`]) give force, energy and stiffness of one gap, each in a form that keeps its digits for any
 //!   overlap. What a chain's gaps hold is sorted by law once, and forces are computed for vectors of gaps, with the same bits
-//!   on every instruction set; a power law that all gaps share becomes a table, which costs a third of the formula;
+//!   on every [`InstructionSet`]; a power law that all gaps share becomes a table, which costs a third of the formula;
 //! - the model turns positions and velocities into accelerations, and knows masses, dampers, the drive and the far end;
 //! - integrators ([`Method`]) know rates and forces only. Where the striker's one-sided contact opens or closes, the step is
 //!   cut at that instant, so that each step sees smooth forces and every order holds. Between them and the model stands the
 //!   march: it chooses steps, leaves out bodies that the wave has not reached, books energies and peaks, and records outputs.
+//!
+//! ```
+//! use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Striker, simulate};
+//!
+//! let striker = Striker { mass_kg: 4.3e-3, velocity_m_per_s: 2.73, damping_kg_per_s: 0.2 };
+//! let chain = Chain {
+//!     mass_kg: vec![0.455e-3; 26],
+//!     damping_kg_per_s: vec![0.003; 26],
+//!     contact: PowerLaw::new(60.1, 2.27e-3, 0.114)?.into(),
+//!     drive: Drive::Striker(striker),
+//!     far_end: FarEnd::Free,
+//! };
+//! let c_m_per_s = simulate(&chain, &Schedule::automatic(0.02, 1e-4))?.group_velocity_m_per_s(0.030);
+//! println!("the leading pulse runs at {c_m_per_s:?} m/s");
+//! # let sound_m_per_s = chain.linear().map(|linear| linear.sound_speed_m_per_s(0.030));
+//! # assert!(c_m_per_s.is_some() && c_m_per_s < sound_m_per_s, "a softening law slows the wave down");
+//! # Ok::<(), chainwave_mechanics::MechanicsError>(())
+//! ```
 //!
 //! Without a method asked for, a run takes the one that its scene calls for, to the accuracy asked for, and says why
 //! ([`Simulation::choice`]) and how far off it may be ([`Simulation::error_estimate`]).
@@ -18,44 +36,36 @@
 //!
 //! Energy is booked along the way: kinetic and potential energy plus what the dampers took stays constant, and
 //! [`Simulation::energy_drift`] says how well. Nothing is allocated in a step, and the same input gives the same bits.
+//!
+//! Processor time beside a plain loop of the classical Runge-Kutta method with the library's power (`benches/chain.rs`, 300 bodies, the
+//! same minutes on two busy cores of an AMD EPYC with AVX2): the same method takes 0.22 of it, 0.14 where the front leaves bodies out,
+//! and velocity Verlet 0.09.
+//!
+//! A second model ([`RingChain`]) resolves each body as an elliptical ring of beams. What small motions of a chain see is told in
+//! closed form ([`LinearChain`]).
+//!
+//! Files import each other by their full paths and without circles. From below: vectors (`lanes`), contact laws (`contact`), the chain's
+//! parameters and its model (`chain/parameters.rs`, `chain/model.rs`), integrators (`integrator`), the march over them (`chain/run.rs`,
+//! `chain/simulate.rs`) and the rings (`ring`).
 
-mod automatic;
 mod chain;
 mod check;
 mod contact;
-mod course;
 mod error;
-mod force_row;
-mod front;
-mod gaps;
-mod imposed;
 mod integrator;
 mod lanes;
-mod ledger;
-mod model;
-mod recorder;
 mod ring;
-mod row;
-mod run;
-mod scan;
-mod sensitivity;
-mod simulate;
-mod state;
-mod step_size;
-mod striker;
-mod switch;
-mod tangent;
 
-pub use chain::{Chain, Drive, FarEnd, Striker};
+pub use chain::{
+    Bodies, Chain, Change, Drive, FarEnd, ImposedMotion, Integration, LinearChain, Schedule, Sensitivities,
+    Simulation, Striker, StrikerMotion, ensemble, scan, simulate, simulate_with_sensitivities,
+};
 pub use contact::{Contact, Contacts, Law, LinearLaw, PowerLaw, TableLaw, Tension};
 pub use error::MechanicsError;
-pub use imposed::ImposedMotion;
 pub use integrator::Method;
+pub use lanes::instruction_set::InstructionSet;
 pub use ring::{
-    Boundary, Compression, Equilibrium, Mode, RefinedSimulation, Response, Ring, RingChain, RingDrive,
+    Boundary, Compression, ElasticForces, Equilibrium, Mode, RefinedSimulation, Ring, RingChain, RingDrive,
     RingSchedule, RingSimulation, RingStriker, Rod, Section, SelfContact, Support, Symmetry, compress,
-    ring_bands, ring_modes, simulate_rings, simulate_rings_within,
+    ring_bands, ring_modes, ring_sound_speed_m_per_s, simulate_rings, simulate_rings_within,
 };
-pub use scan::{ensemble, scan};
-pub use sensitivity::{Change, Sensitivities, simulate_with_sensitivities};
-pub use simulate::{Bodies, Integration, Schedule, Simulation, StrikerMotion, simulate};

@@ -1,6 +1,8 @@
-use chainwave_measurement::Observation;
+//! Observations that contradict themselves or the chain are refused.
 
-use crate::StitchingError;
+use chainwave_measurement::{Estimate, Observation};
+
+use crate::error::StitchingError;
 
 /// Refuses an observation that contradicts itself or the chain.
 pub(crate) fn check(observation: &Observation, n_bodies: usize) -> Result<(), StitchingError> {
@@ -24,6 +26,15 @@ pub(crate) fn check(observation: &Observation, n_bodies: usize) -> Result<(), St
         if track.position_m.len() != times_s.len() {
             let found = format!("{} positions of body {}", track.position_m.len(), track.body);
             return Err(inconsistent(&format!("{} positions", times_s.len()), found));
+        }
+        // A reading without error would outweigh all others for ever, one without a number spoil them.
+        let is_sound = |x: &&Estimate| x.value.is_finite() && x.sigma.is_finite() && x.sigma > 0.0;
+        if let Some(x) = track.position_m.iter().flatten().find(|x| !is_sound(x)) {
+            let expected = "finite positions with a standard uncertainty above 0";
+            return Err(inconsistent(
+                expected,
+                format!("{} +- {} m of body {}", x.value, x.sigma, track.body),
+            ));
         }
     }
     Ok(())

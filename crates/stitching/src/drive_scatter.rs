@@ -1,3 +1,5 @@
+//! The scale of the drives' deviations from the scatter that they are stated to have.
+
 use chainwave_measurement::Estimate;
 
 /// One strike in so many is of another kind...

@@ -1,3 +1,5 @@
+//! Why observations could not be stitched, with the recording and what was expected.
+
 /// Why observations could not be stitched.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -37,6 +39,19 @@ pub enum StitchingError {
         body: usize,
         /// End of the rest, in seconds after the trigger.
         rest_until_s: f64,
+    },
+    /// Readings and priors do not tell a body's motion at some time.
+    #[error(
+        "stitching: body {body} at {time_s} s: expected readings that tell its motion, found none in {recordings} (hint: look at the \
+         stated uncertainty of these tracks)"
+    )]
+    Undetermined {
+        /// The body's number.
+        body: usize,
+        /// The time on the common time base, in seconds.
+        time_s: f64,
+        /// Names of the recordings that saw it.
+        recordings: String,
     },
     /// The least-squares problem of the alignment has no unique solution.
     #[error("stitching: the trigger offsets of {n_recordings} recordings could not be solved for")]

@@ -12,7 +12,7 @@
 use chainwave_measurement::Estimate;
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
-use crate::align::{Contribution, Response};
+use crate::body_response::{BodyResponse, FittedTime};
 use crate::drive_scatter::scale_of;
 
 /// The first body's onset ends when it has moved this share of its way. A shorter one knows beta worse, and the other bodies' do not
@@ -41,12 +41,12 @@ impl Onset {
     /// From the readings of the first body over time, by least squares of its slope against its motion and velocity, which have
     /// far less noise; `None` where nothing moves.
     pub(crate) fn read(
-        of_body: &[(Vec<Contribution>, Response)],
+        of_body: &[FittedTime],
         drive: &[f64],
         errors: &ReadingErrors<'_>,
         interval_s: f64,
     ) -> Option<Self> {
-        let motion_m = |(_, response): &(Vec<Contribution>, Response)| response.motion_m.abs();
+        let motion_m = |(_, response): &FittedTime| response.motion_m.abs();
         let furthest_m = of_body.iter().map(motion_m).fold(0.0, f64::max);
         let n_onset = of_body.iter().take_while(|one| motion_m(one) < ONSET_SHARE * furthest_m).count();
         let onset = &of_body[..n_onset];
@@ -80,9 +80,7 @@ impl Onset {
 
 /// A body's slope in terms of its motion X and its velocity, S = alpha X + beta dX/dt, by least squares over the given times; with the
 /// inverse of the normal matrix.
-pub(crate) fn scale_and_delay(
-    of_body: &[(Vec<Contribution>, Response)],
-) -> Option<(Vector2<f64>, Matrix2<f64>)> {
+pub(crate) fn scale_and_delay(of_body: &[FittedTime]) -> Option<(Vector2<f64>, Matrix2<f64>)> {
     let (mut normal, mut right_side) = (Matrix2::zeros(), Vector2::zeros());
     for (_, response) in of_body {
         let columns = scaled_and_delayed(response);
@@ -93,7 +91,7 @@ pub(crate) fn scale_and_delay(
     Some((inverse * right_side, inverse))
 }
 
-fn scaled_and_delayed(response: &Response) -> Vector2<f64> {
+fn scaled_and_delayed(response: &BodyResponse) -> Vector2<f64> {
     Vector2::new(response.motion_m, response.velocity_m_per_s)
 }
 
@@ -196,12 +194,7 @@ pub(crate) struct ReadingErrors<'a> {
 impl ReadingErrors<'_> {
     /// Covariance of two sums of slopes with the given gains. The noise of frames is independent, and is that of the frames where
     /// readings between them are summed up over many; a place at rest is one error for all times.
-    fn covariance_of(
-        &self,
-        onset: &[(Vec<Contribution>, Response)],
-        gains: &[Vector2<f64>],
-        drive: &[f64],
-    ) -> Matrix2<f64> {
+    fn covariance_of(&self, onset: &[FittedTime], gains: &[Vector2<f64>], drive: &[f64]) -> Matrix2<f64> {
         let mut noise = Matrix2::zeros();
         let mut of_rest = vec![Vector2::zeros(); self.rest_sigma_m.len()];
         for ((contributions, response), gain) in onset.iter().zip(gains) {

@@ -12,6 +12,18 @@
 //! least-squares problem over the whole graph of views and trials gives every tau_r and s_r. The result is the mean motion
 //! over the drives of all recordings, at their mean trigger (mean tau = mean s = 0).
 //!
+//! Two words of estimation theory, as they are used here:
+//!
+//! - *Nuisance parameters* are unknowns that nobody asks for, but without which the data cannot be described: here tau_r and s_r, and for
+//!   the alignment the responses S_n and Q_n, which it eliminates (variable projection).
+//! - A *gauge* is a choice among descriptions that fit the data equally well. If every trigger is taken to be later in proportion to its
+//!   drive, and every body to be delayed by the drive as much, no reading changes. Like the zero of a potential, such a choice must be
+//!   fixed by something else: the struck body starts at the impact and in proportion to the drive (see `gauge.rs`).
+//!
+//! Views that share no body have no such tie. Each group of recordings is then merged by itself, and the groups are joined by their
+//! triggers: this is as good as the average of trials by their triggers, and its error is that of the group's own mean drive and
+//! mean trigger, found from how far its trials scatter (see `trigger_scatter.rs`).
+//!
 //! - [`Observation`]: the tracked bodies of one recording, in metres;
 //! - [`outliers`]: the recordings that contradict the others of their view, with the evidence;
 //! - [`merge`]: observations -> [`Stitched`], which holds the [`ChainMotion`] and each recording's alignment;
@@ -19,27 +31,60 @@
 //!
 //! Pixels are unknown here, and so is what moves the chain.
 //!
+//! ```
+//! use chainwave_measurement::{BodyTrack, Estimate, Observation};
+//! use chainwave_stitching::{Settings, merge};
+//!
+//! // Three trials of one body, which starts at the trigger with 2 m/s and is seen every 0.1 ms; one trial triggers 20 us late.
+//! let trial = |trial: u32, late_s: f64| {
+//!     let times_s: Vec<f64> = (-20..60).map(|frame| f64::from(frame) * 1e-4).collect();
+//!     let moved_m = |time_s: &f64| 2.0 * (time_s - late_s).max(0.0).powi(2) / 1e-3;
+//!     let position_m = times_s.iter().map(|t| Some(Estimate::new(moved_m(t), 1e-6))).collect();
+//!     let bodies = vec![BodyTrack { body: 1, position_m }];
+//!     Observation { recording: format!("trial {trial}"), view: 1, trial, times_s, bodies }
+//! };
+//! let recordings = [trial(1, 0.0), trial(2, 20e-6), trial(3, 0.0)];
+//!
+//! let stitched = merge(&recordings, &Settings::new(1, 1e-4))?;
+//! let x = stitched.motion.displacement_m[(0, 50)].ok_or("body 1 was not seen")?;
+//! println!("{:.3} ms: x_1 = {:.4} +- {:.4} mm", 1e3 * stitched.motion.times_s[50], 1e3 * x.value, 1e3 * x.sigma);
+//! assert!(stitched.unsettled.is_none() && x.sigma > 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! [`Observation`]: chainwave_measurement::Observation
 //! [`ChainMotion`]: chainwave_measurement::ChainMotion
 
-mod align;
+mod assembly;
+mod body_response;
 mod consistency;
+mod course;
+mod detached;
 mod drive_scatter;
 mod error;
+mod fitted;
 mod gauge;
+mod groups;
 mod merge;
 mod modes;
+mod normal_equations;
+mod onset;
 mod outliers;
+mod phases;
 mod resample;
-mod responses;
 mod rest;
+mod settings;
 mod spread;
 mod stages;
-mod ties;
+mod state;
+mod stitched;
 mod time_base;
+mod trigger_scatter;
 
 pub use error::StitchingError;
-pub use merge::{Alignment, Settings, Stitched, merge};
+pub use merge::merge;
 pub use outliers::{Evidence, Outlier, outliers};
+pub use settings::Settings;
 pub use spread::Spread;
 pub use stages::{StageStep, refine_stages};
+pub use stitched::{Alignment, AlignmentPhase, Stitched, Unsettled};

@@ -1,11 +1,15 @@
-use chainwave_measurement::ErrorMode;
+//! Errors of the motion that many samples share: of drives, trigger offsets, places at rest, and of what priors stand in for.
+
+use chainwave_measurement::{ErrorMode, ErrorSource};
 use nalgebra::{DMatrix, DVector};
 use ndarray::Array2;
 
-use crate::align::{Contribution, Response, offset_sensitivity};
+use crate::body_response::{Contribution, FittedTime};
+use crate::fitted::Fitted;
 use crate::gauge::Exchange;
-use crate::merge::{Scale, Stitch};
-use crate::responses::Field;
+use crate::normal_equations::offset_sensitivity;
+use crate::rest::Displacement;
+use crate::state::{AlignmentState, Scale};
 
 /// What is known of the errors of drives and offsets.
 pub(crate) struct AlignmentErrors {
@@ -13,22 +17,24 @@ pub(crate) struct AlignmentErrors {
     pub(crate) covariance: DMatrix<f64>,
     /// What fixing the gauge did.
     pub(crate) exchange: Exchange,
+    /// How far (s, tau) may still have to go, where the alignment did not settle.
+    pub(crate) left: Option<DVector<f64>>,
 }
 
 /// One independent error of the alignment, of one standard deviation.
 pub(crate) struct AlignmentDirection {
     /// Where it comes from.
-    source: String,
+    source: ErrorSource,
     /// Error of the drives, then of the offsets in seconds.
     pub(crate) error: DVector<f64>,
     /// The error of a place at rest behind it: recording, row of the body, and standard deviation in metres.
     at_rest: Option<(usize, usize, f64)>,
 }
 
-impl Stitch<'_> {
+impl AlignmentState<'_> {
     /// Every displacement error that many samples share: of the alignment and the places at rest, and of what the responses'
     /// priors stand in for.
-    pub(crate) fn error_modes(&self, field: &Field, directions: &[AlignmentDirection]) -> Vec<ErrorMode> {
+    pub(crate) fn error_modes(&self, field: &Fitted, directions: &[AlignmentDirection]) -> Vec<ErrorMode> {
         let mut modes: Vec<ErrorMode> =
             directions.iter().map(|direction| self.displacement_error(field, direction)).collect();
         modes.extend(self.prior_modes(field));
@@ -39,21 +45,26 @@ impl Stitch<'_> {
     /// gauge's delay, and one for each place at rest, whose error pulls at drives and offsets too.
     pub(crate) fn alignment_directions(
         &self,
-        field: &Field,
+        field: &Fitted,
         errors: &AlignmentErrors,
     ) -> Vec<AlignmentDirection> {
         let mut directions = self.noise_directions(field, errors);
         let delay = errors.exchange.delay_error.clone();
         directions.push(AlignmentDirection {
-            source: "delay by the drive".into(),
+            source: ErrorSource::DelayByDrive,
             error: delay,
             at_rest: None,
         });
+        directions.extend(errors.left.iter().map(|left| AlignmentDirection {
+            source: ErrorSource::Unsettled,
+            error: left.clone(),
+            at_rest: None,
+        }));
         directions.extend(self.rest_directions(field, errors));
         directions
     }
 
-    fn noise_directions(&self, field: &Field, errors: &AlignmentErrors) -> Vec<AlignmentDirection> {
+    fn noise_directions(&self, field: &Fitted, errors: &AlignmentErrors) -> Vec<AlignmentDirection> {
         let n = self.observations.len();
         let ratio = field.iter().map(|of_body| self.scatter_ratio(of_body, |_| true)).fold(1.0, f64::max);
         let covariance = &errors.exchange.errors * &errors.covariance * errors.exchange.errors.transpose();
@@ -67,23 +78,22 @@ impl Stitch<'_> {
         kept.map(|k| {
             let amplitude = ratio * eigen.eigenvalues[k].sqrt();
             let error = DVector::from_fn(2 * n, |i, _| amplitude * unit(i) * eigen.eigenvectors[(i, k)]);
-            AlignmentDirection { source: format!("alignment {k}"), error, at_rest: None }
+            AlignmentDirection { source: ErrorSource::Alignment { direction: k }, error, at_rest: None }
         })
         .collect()
     }
 
-    fn rest_directions(&self, field: &Field, errors: &AlignmentErrors) -> Vec<AlignmentDirection> {
+    fn rest_directions(&self, field: &Fitted, errors: &AlignmentErrors) -> Vec<AlignmentDirection> {
         let rest = self.end_of_rest();
         let response = &errors.exchange.errors * &errors.covariance;
         let of_body = |row: usize| &response * offset_sensitivity(&field[row][rest..], &self.drive);
         let by_offset: Vec<DMatrix<f64>> = (0..field.len()).map(of_body).collect();
-        let of_recording = |(r, displacements): (usize, &Vec<crate::rest::Displacement>)| {
-            let direction = |displacement: &crate::rest::Displacement| AlignmentDirection {
-                source: format!(
-                    "rest of body {} in {}",
-                    displacement.row + 1,
-                    self.observations[r].recording
-                ),
+        let of_recording = |(r, displacements): (usize, &Vec<Displacement>)| {
+            let direction = |displacement: &Displacement| AlignmentDirection {
+                source: ErrorSource::Rest {
+                    recording: self.observations[r].recording.clone(),
+                    body: displacement.row + 1,
+                },
                 error: by_offset[displacement.row].column(r) * displacement.rest_sigma_m,
                 at_rest: Some((r, displacement.row, displacement.rest_sigma_m)),
             };
@@ -98,7 +108,7 @@ impl Stitch<'_> {
     }
 
     /// The displacement error that an alignment error makes, with the place at rest behind it.
-    fn displacement_error(&self, field: &Field, direction: &AlignmentDirection) -> ErrorMode {
+    fn displacement_error(&self, field: &Fitted, direction: &AlignmentDirection) -> ErrorMode {
         let mut displacement_m = self.alignment_error(field, &direction.error);
         if let Some((recording, row, rest_sigma_m)) = direction.at_rest {
             for (i, (contributions, response)) in field[row].iter().enumerate().skip(self.end_of_rest()) {
@@ -110,7 +120,16 @@ impl Stitch<'_> {
         ErrorMode { source: direction.source.clone(), displacement_m }
     }
 
-    fn alignment_error(&self, field: &Field, direction: &DVector<f64>) -> Array2<f64> {
+    /// What one unit of the mean drive and of the mean trigger (seconds) changes of the motion, in metres.
+    pub(crate) fn effects_of_means(&self, field: &Fitted) -> [Array2<f64>; 2] {
+        let n = self.observations.len();
+        let all = |of_offsets: bool| {
+            DVector::from_fn(2 * n, |row, _| f64::from(u8::from((row >= n) == of_offsets)))
+        };
+        [all(false), all(true)].map(|direction| self.alignment_error(field, &direction))
+    }
+
+    fn alignment_error(&self, field: &Fitted, direction: &DVector<f64>) -> Array2<f64> {
         let n = self.observations.len();
         Array2::from_shape_fn((field.len(), self.times_s.len()), |(row, i)| {
             let (contributions, response) = &field[row][i];
@@ -125,7 +144,7 @@ impl Stitch<'_> {
     /// For each group of bodies that the same recordings saw, the error of their responses beyond what readings tell: where the
     /// trials' drives leave slope and curvature to the priors, and of third order. A response follows the motion in time and
     /// is alike in neighbours, so this error is one for the group, in proportion to the motion.
-    fn prior_modes(&self, field: &Field) -> Vec<ErrorMode> {
+    fn prior_modes(&self, field: &Fitted) -> Vec<ErrorMode> {
         let recordings = |row: usize| -> Vec<usize> {
             let sees = |r: &usize| self.displacements[*r].iter().any(|displacement| displacement.row == row);
             (0..self.displacements.len()).filter(sees).collect()
@@ -140,7 +159,7 @@ impl Stitch<'_> {
             .filter(|row| !groups[*row].is_empty() && !groups[..*row].contains(&groups[*row]));
         leads
             .map(|lead| ErrorMode {
-                source: format!("response of body {} and those seen with it", lead + 1),
+                source: ErrorSource::Response { first_body: lead + 1 },
                 displacement_m: Array2::from_shape_fn((field.len(), self.times_s.len()), |(row, i)| {
                     if groups[row] == groups[lead] { error_m(row, i) } else { 0.0 }
                 }),
@@ -149,7 +168,7 @@ impl Stitch<'_> {
     }
 
     /// Standard deviation of the mean motion beyond what the readings' own noise explains.
-    fn response_error_m(&self, (contributions, response): &(Vec<Contribution>, Response), rms_m: f64) -> f64 {
+    fn response_error_m(&self, (contributions, response): &FittedTime, rms_m: f64) -> f64 {
         let [slope_m, curvature_m] = response.prior_errors_m();
         // The prior lets the curvatures differ from a weak non-linearity's farther than they do.
         let common = match self.scale {
@@ -166,7 +185,7 @@ impl Stitch<'_> {
 }
 
 /// Root mean square of a body's motion over the times it was seen, in metres.
-fn rms_motion_m(of_body: &[(Vec<Contribution>, Response)]) -> f64 {
+fn rms_motion_m(of_body: &[FittedTime]) -> f64 {
     let seen = || of_body.iter().filter(|(contributions, _)| !contributions.is_empty());
     let squares: f64 = seen().map(|(_, response)| response.motion_m.powi(2)).sum();
     (squares / seen().count().max(1) as f64).sqrt()

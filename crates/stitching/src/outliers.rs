@@ -1,9 +1,13 @@
+//! Recordings that contradict the others of their view, with the evidence.
+
 use std::fmt;
 
 use chainwave_measurement::{Observation, median};
 
+use crate::error::StitchingError;
 use crate::merge::merge_as_read;
-use crate::{Settings, Stitched, StitchingError};
+use crate::settings::Settings;
+use crate::stitched::Stitched;
 
 /// A recording that does not belong with the others of its view, and why.
 #[derive(Debug, Clone, PartialEq)]

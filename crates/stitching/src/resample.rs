@@ -1,3 +1,5 @@
+//! Local interpolation of a track between its frames, with the noise that it passes on.
+
 use chainwave_measurement::Estimate;
 
 /// Samples taken on each side of an interpolated time.

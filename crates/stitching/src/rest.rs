@@ -1,6 +1,8 @@
+//! Displacement of a body from its place at rest.
+
 use chainwave_measurement::{BodyTrack, Estimate, Observation};
 
-use crate::StitchingError;
+use crate::error::StitchingError;
 
 /// A body's displacement from its place at rest in one recording.
 #[derive(Debug, Clone)]

@@ -1,8 +1,10 @@
+//! Scatter of readings within a trial, and of the motion from trial to trial.
+
 use ndarray::Array2;
 
-use crate::align::{Contribution, Response};
-use crate::merge::Stitch;
-use crate::responses::Field;
+use crate::body_response::{BodyResponse, Contribution};
+use crate::fitted::Fitted;
+use crate::state::AlignmentState;
 
 /// What scatters within a trial and what from trial to trial: standard deviations in metres, shape `[body, time]`, zero where nothing
 /// was measured.
@@ -14,9 +16,9 @@ pub struct Spread {
     pub between_m: Array2<f64>,
 }
 
-impl Stitch<'_> {
+impl AlignmentState<'_> {
     /// The spread of readings and of trials; `ratios` are the residuals' rms over what the trackers' sigma lets expect, by body.
-    pub(crate) fn spread(&self, field: &Field, ratios: &[f64]) -> Spread {
+    pub(crate) fn spread(&self, field: &Fitted, ratios: &[f64]) -> Spread {
         let shape = (field.len(), self.times_s.len());
         let within_m = |(row, i): (usize, usize)| {
             let readings: &[Contribution] = &field[row][i].0;
@@ -28,7 +30,7 @@ impl Stitch<'_> {
         }
     }
 
-    fn between_m(&self, response: &Response) -> f64 {
+    fn between_m(&self, response: &BodyResponse) -> f64 {
         let n = self.drive.len() as f64;
         let from_mean_m = self.drive.iter().map(|s| response.at(*s) - response.motion_m);
         rms(from_mean_m) * (n / (n - 1.0).max(1.0)).sqrt()

@@ -1,7 +1,9 @@
+//! Where the camera's stage stood in each view, from bodies that two views saw at rest (least squares over a graph).
+
 use chainwave_measurement::Estimate;
 use nalgebra::{DMatrix, DVector};
 
-use crate::StitchingError;
+use crate::error::StitchingError;
 
 /// How far the stage moved from one view to another, by a body that both see at rest.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,13 +34,13 @@ pub fn refine_stages(
     steps: &[StageStep],
 ) -> Result<Vec<Option<Estimate>>, StitchingError> {
     let groups = groups(stated_m.len(), steps);
-    let problem = Problem::new(stated_m, stated_sigma_m, steps, &groups);
+    let graph = StageGraph::new(stated_m, stated_sigma_m, steps, &groups);
     let singular = || StitchingError::SingularStages { n_views: stated_m.len(), n_steps: steps.len() };
-    let first = problem.solve(1.0).ok_or_else(singular)?;
-    let enlargement = problem.contradiction(&first).max(1.0);
-    let solution = problem.solve(enlargement).ok_or_else(singular)?;
+    let first = graph.solve(1.0).ok_or_else(singular)?;
+    let enlargement = graph.contradiction(&first).max(1.0);
+    let solution = graph.solve(enlargement).ok_or_else(singular)?;
     let is_tied = |view: usize| groups.iter().filter(|group| **group == groups[view]).count() > 1;
-    let refined = |view: usize| match problem.unknowns[view] {
+    let refined = |view: usize| match graph.unknowns[view] {
         Some(unknown) => {
             let variance = solution.covariance[(unknown, unknown)];
             Estimate::new(stated_m[view] + solution.values[unknown], variance.sqrt())
@@ -60,7 +62,7 @@ fn groups(n_views: usize, steps: &[StageStep]) -> Vec<usize> {
 }
 
 /// Least squares in the corrections of the stated positions, then the shared errors in units of their deviations.
-struct Problem<'a> {
+struct StageGraph<'a> {
     steps: &'a [StageStep],
     /// Steps as the stated positions have them, in metres.
     stated_steps_m: Vec<f64>,
@@ -74,12 +76,12 @@ struct Problem<'a> {
     n_spare: usize,
 }
 
-struct Solution {
+struct StageCorrections {
     values: DVector<f64>,
     covariance: DMatrix<f64>,
 }
 
-impl<'a> Problem<'a> {
+impl<'a> StageGraph<'a> {
     fn new(stated_m: &[f64], stated_sigma_m: Option<f64>, steps: &'a [StageStep], groups: &[usize]) -> Self {
         let is_held = |view: usize| stated_sigma_m.is_none() && groups[view] == view;
         let mut n_views_free = 0;
@@ -103,7 +105,7 @@ impl<'a> Problem<'a> {
     }
 
     /// `None` when the normal equations are singular; variances of the steps count `enlargement` times.
-    fn solve(&self, enlargement: f64) -> Option<Solution> {
+    fn solve(&self, enlargement: f64) -> Option<StageCorrections> {
         let n = self.n_views_free + self.n_shared;
         let prior = |unknown: usize| if unknown < self.n_views_free { self.stated_weight } else { 1.0 };
         let mut normal = DMatrix::from_diagonal(&DVector::from_fn(n, |unknown, _| prior(unknown)));
@@ -116,7 +118,7 @@ impl<'a> Problem<'a> {
         }
         let covariance = normal.cholesky()?.inverse();
         let values = &covariance * right_side;
-        values.iter().all(|value| value.is_finite()).then_some(Solution { values, covariance })
+        values.iter().all(|value| value.is_finite()).then_some(StageCorrections { values, covariance })
     }
 
     /// Derivatives of a step by the unknowns.
@@ -132,7 +134,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Mean square of the steps' residuals over what their errors let expect; 1 where nothing is left over to tell.
-    fn contradiction(&self, solution: &Solution) -> f64 {
+    fn contradiction(&self, solution: &StageCorrections) -> f64 {
         let residual = |(index, step): (usize, &StageStep)| {
             let left_m =
                 step.step_m.value - self.stated_steps_m[index] - self.row(step).dot(&solution.values);

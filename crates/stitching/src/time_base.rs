@@ -1,4 +1,6 @@
-use chainwave_measurement::Observation;
+//! The common time base of all recordings.
+
+use chainwave_measurement::{Observation, median};
 
 /// Multiples of the frame interval that at least one recording covers.
 pub(crate) fn common_times(observations: &[Observation], interval_s: f64) -> Vec<f64> {
@@ -11,7 +13,12 @@ pub(crate) fn common_times(observations: &[Observation], interval_s: f64) -> Vec
 
 /// A value rounded to five significant digits: stamps are only as fine as the camera's clock, and a time base of round times
 /// can be joined with other tables.
-pub(crate) fn rounded(interval_s: f64) -> f64 {
+fn rounded(interval_s: f64) -> f64 {
     let scale = 10.0_f64.powi(4 - interval_s.log10().floor() as i32);
     (interval_s * scale).round() / scale
+}
+
+/// The median of the recordings' frame intervals, rounded; `None` without recordings.
+pub(crate) fn common_interval_s(observations: &[Observation]) -> Option<f64> {
+    median(observations.iter().map(Observation::frame_interval_s).collect()).map(rounded)
 }

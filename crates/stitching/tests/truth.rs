@@ -128,15 +128,17 @@ fn offsets_are_recovered_to_a_fiftieth_of_a_frame_at_one_per_cent_of_noise() {
         errors_frames.push(offset_error_frames(&experiment, &stitched));
     }
     errors_frames.sort_by(f64::total_cmp);
-    // The median of 160 experiments is 1/140 of a frame, and one in ten lies above 1/50: that whose first view was struck almost
-    // alike, so that its drives are poorly known.
-    assert!(errors_frames[10] < 0.01 && errors_frames[15] < 0.02, "{errors_frames:?}");
+    // The target is 1/50 of a frame. Where the trials of the first view were struck almost alike, their drives are poorly known, and the
+    // offsets with them: with five draws, the scatter is below half of its expectation in one experiment of eleven (chi squared of four
+    // degrees below one), so that at most five of twenty are such (binomial, 99 %).
+    assert!(errors_frames[14] < 0.02, "{errors_frames:?}");
 }
 
 #[test]
 fn offsets_and_drives_lie_within_their_stated_intervals() {
     let (mut inside, mut total) = ([0, 0], 0);
-    for seed in 100..150 {
+    let n_experiments = 200;
+    for seed in 100..100 + n_experiments {
         let experiment = experiment(seed);
         let stitched = stitch(&experiment.observations);
         for (found, trial) in stitched.alignments.iter().zip(&experiment.trials) {
@@ -147,9 +149,13 @@ fn offsets_and_drives_lie_within_their_stated_intervals() {
     }
     for (what, inside) in ["offsets", "drives"].into_iter().zip(inside) {
         let coverage = inside as f64 / total as f64;
-        // One delay of a whole experiment's offsets by their drives, and one scale of these, is most of their errors, so 50 experiments
-        // scatter by some 3 %.
-        assert!((0.9..=1.0).contains(&coverage), "{what}: coverage {coverage}");
+        // One delay of a whole experiment's offsets by their drives, and one scale of these, is most of their errors: one draw counts
+        // for each experiment. Three standard deviations of the binomial distribution on both sides.
+        let tolerance = 3.0 * (0.95 * 0.05 / n_experiments as f64).sqrt();
+        assert!(coverage > 0.95 - tolerance, "{what}: coverage {coverage}, expected 0.95 +- {tolerance}");
+        // The stated sigma of the drives holds the tenth by which the onset of a softening chain departs from proportion, and this one
+        // does not depart: their intervals are too wide here, those of the offsets are not.
+        assert!(what == "drives" || coverage < 0.95 + tolerance, "{what}: coverage {coverage}");
     }
 }
 
@@ -212,11 +218,11 @@ fn the_motion_lies_within_its_stated_intervals() {
     }
     let coverage = inside as f64 / total as f64;
     rms_m.sort_by(f64::total_cmp);
-    // 20 experiments share their alignment errors over all samples: the coverage itself scatters by about 1.5 %.
+    // What is asked of every stated interval, on both sides.
     assert!((0.93..0.97).contains(&coverage), "coverage {coverage}");
-    // Five trials of 0.6 um give 0.27 um where their drives scatter well. Where they are alike, the response is poorly known,
-    // and the stated sigma says so: the median is what a usual experiment reaches.
-    assert!(rms_m[10] < 0.6e-6, "median rms {}", rms_m[10]);
+    // Five trials of 0.6 um give 0.27 um where their drives are well known. Where they are alike, the response is poorly known,
+    // and the stated sigma says so; but a usual experiment must be better than a single reading, or merging gained nothing.
+    assert!(rms_m[10] < NOISE_M, "median rms {}", rms_m[10]);
 }
 
 #[test]
@@ -269,6 +275,15 @@ fn one_trial_is_enough_for_a_motion() {
     let stitched = stitch(&observations);
     assert_eq!(stitched.motion.n_trials.iter().copied().max(), Some(1));
     assert!(stitched.motion.displacement_m.iter().flatten().all(|estimate| estimate.sigma.is_finite()));
+}
+
+#[test]
+fn a_reading_without_an_uncertainty_is_refused_by_the_name_of_its_recording() {
+    let mut observations = experiment(6).observations;
+    let position = &mut observations[7].bodies[1].position_m[60];
+    *position = position.map(|x| Estimate::new(x.value, 0.0));
+    let said = merge(&observations, &Settings::new(N_BODIES, 2.0 * FRAME_S)).unwrap_err().to_string();
+    assert!(said.contains("view1 trial2") && said.contains("body 4"), "{said}");
 }
 
 #[test]

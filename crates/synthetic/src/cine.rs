@@ -1,3 +1,5 @@
+//! The headers of a Phantom .cine file, from the format's description.
+
 use crate::packing::n_bytes;
 use crate::settings::{Camera, Packing, Shot};
 
@@ -28,11 +30,11 @@ pub(crate) fn header(camera: &Camera, shot: &Shot, frames: &[usize], stated_hz: 
     let exposure_block = TIME_BLOCK + BLOCK_PREFIX + 8 * n_frames;
     let pointers = exposure_block + BLOCK_PREFIX + 4 * n_frames;
     let first_frame = pointers + 8 * n_frames;
-    let mut bytes = Bytes(vec![0; TIME_BLOCK]);
+    let mut bytes = HeaderBytes(vec![0; TIME_BLOCK]);
     put_file_header(&mut bytes, shot, n_frames, pointers);
     put_bitmap_header(&mut bytes, camera);
     put_setup(&mut bytes, camera, shot, stated_hz);
-    let Bytes(mut bytes) = bytes;
+    let HeaderBytes(mut bytes) = bytes;
     let stamps = frames.iter().flat_map(|&frame| stamp(shot.stamp_s(frame, camera.rate_hz)).to_le_bytes());
     let exposure = (camera.exposure_s * TICKS_PER_S).round() as u32;
     push_block(&mut bytes, 1002, true, stamps.collect());
@@ -45,7 +47,7 @@ pub(crate) fn header(camera: &Camera, shot: &Shot, frames: &[usize], stated_hz: 
 /// A frame as it stands in the file, its pixels still zero.
 pub(crate) fn empty_frame(camera: &Camera) -> Vec<u8> {
     let size = n_bytes(camera.packing, camera.width_px * camera.height_px);
-    let mut bytes = Bytes(vec![0; FRAME_PREFIX + size]);
+    let mut bytes = HeaderBytes(vec![0; FRAME_PREFIX + size]);
     bytes.put(0, &(FRAME_PREFIX as u32).to_le_bytes());
     bytes.put(4, &(size as u32).to_le_bytes());
     bytes.0
@@ -60,7 +62,7 @@ fn stamp(after_trigger_s: f64) -> u64 {
     (TRIGGER_UNIX_S << 32).wrapping_add_signed((after_trigger_s * TICKS_PER_S).round() as i64)
 }
 
-fn put_file_header(bytes: &mut Bytes, shot: &Shot, n_frames: usize, pointers: usize) {
+fn put_file_header(bytes: &mut HeaderBytes, shot: &Shot, n_frames: usize, pointers: usize) {
     let compression_none = 0_u16.to_le_bytes();
     let first_image = (shot.first_image as i32).to_le_bytes();
     let n_frames = (n_frames as u32).to_le_bytes();
@@ -78,7 +80,7 @@ fn put_file_header(bytes: &mut Bytes, shot: &Shot, n_frames: usize, pointers: us
     bytes.put(0x24, &(TRIGGER_UNIX_S << 32).to_le_bytes());
 }
 
-fn put_bitmap_header(bytes: &mut Bytes, camera: &Camera) {
+fn put_bitmap_header(bytes: &mut HeaderBytes, camera: &Camera) {
     let (bits, compression) = match camera.packing {
         Packing::Bits8 => (8_u16, 0_u32),
         Packing::Bits16 => (16, 0),
@@ -105,7 +107,7 @@ fn stored_depth(camera: &Camera) -> u32 {
     if camera.packing == Packing::P10 { 10 } else { camera.sensor.bit_depth }
 }
 
-fn put_setup(bytes: &mut Bytes, camera: &Camera, shot: &Shot, stated_hz: f64) {
+fn put_setup(bytes: &mut HeaderBytes, camera: &Camera, shot: &Shot, stated_hz: f64) {
     let depth = stored_depth(camera);
     let rate = stated_hz.round() as u32;
     let exposure_us = (camera.exposure_s * 1.0e6).round() as u32;
@@ -143,7 +145,7 @@ fn put_setup(bytes: &mut Bytes, camera: &Camera, shot: &Shot, stated_hz: f64) {
 }
 
 /// Neutral display settings: gain, gamma and 16-to-8-bit gain of 1.
-fn put_display(bytes: &mut Bytes) {
+fn put_display(bytes: &mut HeaderBytes) {
     for offset in [0x177C, 0x1788, 0x1AF4] {
         bytes.put(SETUP + offset, &1.0_f32.to_le_bytes());
     }
@@ -171,9 +173,9 @@ fn push_block(bytes: &mut Vec<u8>, kind: u16, more: bool, data: Vec<u8>) {
 }
 
 /// A block of bytes whose fields have fixed places.
-struct Bytes(Vec<u8>);
+struct HeaderBytes(Vec<u8>);
 
-impl Bytes {
+impl HeaderBytes {
     fn put(&mut self, offset: usize, field: &[u8]) {
         self.0[offset..offset + field.len()].copy_from_slice(field);
     }

@@ -1,10 +1,12 @@
+//! A quasi-static compression test: the readings of a load cell on a body of known force law.
+
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
 use crate::SyntheticError;
+use crate::check::{require, require_not_negative, require_positive};
 use crate::seed::{Purpose, stream};
-use crate::settings::{require, require_not_negative, require_positive};
 
 /// A quasi-static compression test of one body between plates.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

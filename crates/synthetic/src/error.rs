@@ -1,3 +1,5 @@
+//! Why a recording could not be synthesized.
+
 use std::path::PathBuf;
 
 /// Why a recording could not be synthesized.

@@ -1,3 +1,5 @@
+//! Writes a scene as a .cine file, with the faults that a file may have.
+
 use std::fs::File;
 use std::io::Write;
 use std::ops::Range;
@@ -5,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use crate::check::require;
 use crate::packing::Packer;
-use crate::settings::require;
 use crate::{Scene, SyntheticError, cine};
 
 /// What is wrong with a recording's file; by default nothing.

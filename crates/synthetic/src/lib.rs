@@ -26,22 +26,81 @@
 //! - Rings of any [`Shapes`] take the place of the rigid ones, so that a ring model's motion can be filmed.
 //! - A [`Cover`] hides a marker for a while, and [`FileFaults`] break the file itself.
 //!
-//! A frame's time stamp is the middle of its exposure.
+//! - Everything else that a real camera does ([`Effects`]: fixed pattern, defective pixels, reflections, a shadow, defocus, a
+//!   shake, a wrong scale, rolling shutter, compression, dropped lines) is drawn from seeds; [`Scene::camera_truth`] and
+//!   [`Scene::camera_pose`] tell what was drawn.
+//!
+//! A frame's time stamp is the middle of its exposure (under a rolling shutter, of its first line's).
+//!
+//! Apart from films of a chain, [`pictures`] makes pairs of pictures of a deformed texture with the displacement known in
+//! closed form.
+//!
+//! # A moving texture in ten lines
+//!
+//! ```
+//! use chainwave_measurement::Trajectory;
+//! use chainwave_synthetic::{Camera, Scene, Shot, Specimen};
+//! use ndarray::array;
+//!
+//! # let camera: Camera = toml::from_str(r#"
+//! #     width_px = 120
+//! #     height_px = 96
+//! #     rate_hz = 25000.0
+//! #     exposure_s = 10e-6
+//! #     packing = "16"
+//! #     scale_px_per_m = 5000.0
+//! #     sensor = { bit_depth = 12, black_level = 64.0, read_noise_counts = 6.0, counts_per_electron = 0.2 }
+//! # "#)?;
+//! # let specimen: Specimen = toml::from_str(r#"
+//! #     n_bodies = 1
+//! #     pitch_m = 0.030
+//! #     ring = { semi_major_m = 15e-3, semi_minor_m = 9e-3, wall_m = 0.4e-3 }
+//! #     marker = { half_width_m = 5.5e-3, half_height_m = 5.5e-3, speckle_diameter_px = 4.5, seed = 9 }
+//! #     rods = { diameter_m = 2.38e-3, below_axis_m = [] }
+//! # "#)?;
+//! # let shot: Shot = toml::from_str(r#"
+//! #     stage_m = 0.0
+//! #     first_body_px = [50.0, 47.5]
+//! #     first_image = 0
+//! #     n_frames = 10
+//! #     trigger_delay_s = 0.0
+//! #     frame_phase_s = 0.0
+//! #     noise_seed = 1
+//! # "#)?;
+//! // One body that moves at 2 m/s, before a camera of 5 px/mm at 25 000 frames a second.
+//! let motion = Trajectory {
+//!     times_s: vec![0.0, 1.0e-3],
+//!     displacement_m: array![[0.0, 2.0e-3]],
+//!     velocity_m_per_s: array![[2.0, 2.0]],
+//! };
+//! let scene = Scene::new(&camera, &specimen, &shot, &motion)?;
+//! let frames = (0..scene.n_frames()).map(|frame| scene.recorded_counts(frame)).collect::<Result<Vec<_>, _>>()?;
+//! let path_px = scene.body_centres_px(9)?[0][0] - scene.body_centres_px(0)?[0][0];
+//! assert!((path_px - 5000.0 * 2.0 * 9.0 / 25_000.0).abs() < 1e-9);
+//! assert_ne!(frames[0], frames[9]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod backdrop;
+mod blur;
 mod canvas;
+mod check;
 mod cine;
 mod compression;
+mod effects;
 mod error;
 mod film;
 mod gaussian;
 mod half_plane;
+mod layers;
 mod lighting;
 mod marker;
 mod motion;
 mod optics;
 mod p10;
 mod packing;
+pub mod pictures;
+mod recording_camera;
 mod ring;
 mod rods;
 mod sampled;
@@ -56,10 +115,15 @@ pub mod trials;
 mod view;
 
 pub use compression::{CompressionTest, compression_curve};
+pub use effects::{
+    DefectivePixels, Defocus, Effects, FixedPattern, HotPixel, Reflections, ScaleError, Shadow, Shake,
+    ShakeOnset,
+};
 pub use error::SyntheticError;
 pub use film::{FileFaults, film};
 pub use lighting::Lighting;
 pub use optics::Optics;
+pub use recording_camera::{CameraPose, CameraTruth};
 pub use scene::Scene;
 pub use settings::{Camera, Cover, Marker, Packing, Ring, Rods, Sensor, Shot, Specimen, Tones};
 pub use shapes::Shapes;

@@ -1,9 +1,11 @@
+//! The light over time: drift and flicker, averaged over an exposure.
+
 use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
 use crate::SyntheticError;
-use crate::settings::require;
+use crate::check::require;
 
 /// Light that is not the same in every frame: a factor (1 + drift t) (1 + amplitude sin(2 pi frequency t + phase)) on
 /// everything the camera sees, t after the trigger.

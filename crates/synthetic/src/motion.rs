@@ -1,3 +1,5 @@
+//! Checks of a prescribed motion.
+
 use chainwave_measurement::Trajectory;
 
 use crate::SyntheticError;

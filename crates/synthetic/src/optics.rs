@@ -1,7 +1,9 @@
+//! Lens and pose of the camera: how the picture departs from a parallel view at right angles.
+
 use serde::{Deserialize, Serialize};
 
 use crate::SyntheticError;
-use crate::settings::require;
+use crate::check::require;
 
 /// How the picture departs from a parallel view at right angles: the camera's turn against the chain, and its lens.
 ///
@@ -50,6 +52,19 @@ const LARGEST_TILT_RAD: f64 = 0.5;
 const UNDISTORT_STEPS: usize = 20;
 
 impl Optics {
+    /// No lens, and no turn; the focal length then has no effect.
+    pub(crate) const STRAIGHT: Self = Self {
+        focal_length_px: 1.0e4,
+        principal_point_px: None,
+        k1: 0.0,
+        k2: 0.0,
+        p1: 0.0,
+        p2: 0.0,
+        roll_rad: 0.0,
+        yaw_rad: 0.0,
+        pitch_rad: 0.0,
+    };
+
     pub(crate) fn check(&self) -> Result<(), SyntheticError> {
         let focal = self.focal_length_px >= 1.0 && self.focal_length_px <= 1.0e9;
         require(focal, "camera.optics.focal_length_px", "1 to 1e9 pixels", self.focal_length_px)?;
@@ -201,17 +216,7 @@ fn solve([first, second]: [[f64; 2]; 2], right: [f64; 2]) -> [f64; 2] {
 mod tests {
     use super::*;
 
-    const STRAIGHT: Optics = Optics {
-        focal_length_px: 10_000.0,
-        principal_point_px: Some([500.0, 50.0]),
-        k1: 0.0,
-        k2: 0.0,
-        p1: 0.0,
-        p2: 0.0,
-        roll_rad: 0.0,
-        yaw_rad: 0.0,
-        pitch_rad: 0.0,
-    };
+    const STRAIGHT: Optics = Optics { principal_point_px: Some([500.0, 50.0]), ..Optics::STRAIGHT };
 
     fn assert_shows(optics: Optics, ideal_px: [f64; 2], picture_px: [f64; 2]) {
         let found_px = Mapping::new(&optics, [1000, 100]).picture_px(ideal_px);

@@ -1,3 +1,5 @@
+//! The companding of P10 files: the 10-bit code of each 12-bit count.
+
 /// The code of a P10 file that stands for each 12-bit count: the one whose linear value is nearest.
 pub(crate) fn codes_of_counts() -> Vec<u16> {
     (0..4096).map(code_of_count).collect()

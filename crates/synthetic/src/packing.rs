@@ -1,3 +1,5 @@
+//! Counts to a file's bytes: 8, 16, 10 (companded) and 12 bits a pixel.
+
 use crate::p10;
 use crate::settings::Packing;
 
@@ -52,7 +54,7 @@ impl Packer {
     }
 }
 
-/// Bytes of a frame of `n_pixels`, a multiple of the packing's group.
+/// HeaderBytes of a frame of `n_pixels`, a multiple of the packing's group.
 pub(crate) fn n_bytes(packing: Packing, n_pixels: usize) -> usize {
     match packing {
         Packing::Bits8 => n_pixels,

@@ -1,10 +1,13 @@
+//! A body's outline: an elliptical ring whose halves stretch between the neighbours' joints.
+
 use std::ops::Range;
 
+use crate::blur::Blur;
 use crate::canvas::Canvas;
 use crate::half_plane::half_plane_coverage;
-use crate::marker::Place;
+use crate::marker::BodyPlace;
 use crate::settings::Ring;
-use crate::view::View;
+use crate::view::PixelView;
 
 /// Bounds of a ring's stretch along the chain; only motions that no chain makes reach them.
 const STRETCH: [f64; 2] = [0.2, 2.0];
@@ -36,24 +39,32 @@ impl Outline {
 
     /// Lays the ring over the canvas. `stretch` is the length along the chain of the left and of the right half, relative to
     /// rest.
-    pub(crate) fn draw(&self, place: Place, stretch: [f64; 2], tone: f32, view: &View, canvas: &mut Canvas) {
-        let halves = stretch.map(|stretch| self.half(stretch, place.blur_px));
+    pub(crate) fn draw(
+        &self,
+        place: BodyPlace,
+        stretch: [f64; 2],
+        tone: f32,
+        view: &PixelView,
+        canvas: &mut Canvas,
+    ) {
+        let halves = stretch.map(|stretch| self.half(stretch, place.blur));
         match view.is_warped() {
-            true => self.draw_sampled(place.centre_px, &halves, tone, view, canvas),
+            true => self.draw_sampled(place, &halves, tone, view, canvas),
             false => draw_upright(place.centre_px, &halves, tone, canvas),
         }
     }
 
     fn draw_sampled(
         &self,
-        centre_px: [f64; 2],
+        BodyPlace { centre_px, blur }: BodyPlace,
         halves: &[Half; 2],
         tone: f32,
-        view: &View,
+        view: &PixelView,
         canvas: &mut Canvas,
     ) {
-        let [columns, rows] = view.region(centre_px, [self.reach_px(), self.semi_y_px]);
-        for row in rows {
+        let reach_px = [self.reach_px() + blur.reach_px(), self.semi_y_px + blur.reach_px()];
+        let [columns, rows] = view.region(centre_px, reach_px);
+        for row in canvas.drawn(rows) {
             let values = canvas.row_mut(row);
             for column in columns.clone() {
                 let [x_px, y_px] = view.sight(column, row).from(centre_px).centre_px;
@@ -66,13 +77,13 @@ impl Outline {
         }
     }
 
-    fn half(&self, stretch: f64, blur_px: f64) -> Half {
+    fn half(&self, stretch: f64, blur: Blur) -> Half {
         let semi_x_px = self.semi_x_px * stretch.clamp(STRETCH[0], STRETCH[1]);
         let hole_px = |semi_px: f64| (semi_px - self.wall_px).max(LEAST_HOLE_PX);
         Half {
-            outer: Ellipse { semi_x_px, semi_y_px: self.semi_y_px },
-            inner: Ellipse { semi_x_px: hole_px(semi_x_px), semi_y_px: hole_px(self.semi_y_px) },
-            blur_px,
+            outer: Oval { semi_x_px, semi_y_px: self.semi_y_px },
+            inner: Oval { semi_x_px: hole_px(semi_x_px), semi_y_px: hole_px(self.semi_y_px) },
+            blur,
         }
     }
 }
@@ -99,22 +110,29 @@ fn draw_upright(centre_px: [f64; 2], [left, right]: &[Half; 2], tone: f32, canva
 
 /// The half of a ring on one side of its centre.
 struct Half {
-    outer: Ellipse,
-    inner: Ellipse,
-    /// How far the ring moves along the chain during the exposure.
-    blur_px: f64,
+    outer: Oval,
+    inner: Oval,
+    blur: Blur,
 }
 
 impl Half {
     /// Columns from the centre within which a row meets the ring; `None` where it passes beside it.
     fn reach_px(&self, y_px: f64) -> Option<f64> {
-        self.outer.half_chord_px(y_px.abs() - 1.0).map(|half| half + 1.0 + self.blur_px.abs() / 2.0)
+        let margin_px = 1.0 + self.blur.reach_px();
+        self.outer.half_chord_px(y_px.abs() - 1.0 - self.spread_px()).map(|half| half + margin_px)
     }
 
     /// Columns from the centre within which a row is all hole.
     fn hole_px(&self, y_px: f64) -> f64 {
-        let margin_px = 1.0 + self.blur_px.abs() / 2.0;
-        self.inner.half_chord_px(y_px.abs() + 1.0).map_or(0.0, |half| (half - margin_px).max(0.0))
+        let margin_px = 1.0 + self.blur.reach_px();
+        self.inner
+            .half_chord_px(y_px.abs() + 1.0 + self.spread_px())
+            .map_or(0.0, |half| (half - margin_px).max(0.0))
+    }
+
+    /// How far defocus carries the edges across the chain.
+    fn spread_px(&self) -> f64 {
+        Blur { path_px: 0.0, ..self.blur }.reach_px()
     }
 
     /// Whether the ring may cover some of the pixel centred at (`x_px`, `y_px`).
@@ -124,18 +142,18 @@ impl Half {
 
     /// The covered fraction of the pixel centred at (`x_px`, `y_px`) from the ring's centre.
     fn coverage(&self, x_px: f64, y_px: f64) -> f64 {
-        let outer = self.outer.coverage(x_px, y_px, self.blur_px);
-        if outer > 0.0 { outer - self.inner.coverage(x_px, y_px, self.blur_px) } else { 0.0 }
+        let outer = self.outer.coverage(x_px, y_px, self.blur);
+        if outer > 0.0 { outer - self.inner.coverage(x_px, y_px, self.blur) } else { 0.0 }
     }
 }
 
 /// An ellipse around the origin.
-struct Ellipse {
+struct Oval {
     semi_x_px: f64,
     semi_y_px: f64,
 }
 
-impl Ellipse {
+impl Oval {
     /// Half the length of the chord at the height `y_px`; `None` where there is none. Below 0 it is the longest.
     fn half_chord_px(&self, y_px: f64) -> Option<f64> {
         let height = y_px.max(0.0) / self.semi_y_px;
@@ -145,13 +163,13 @@ impl Ellipse {
     /// The fraction of a pixel that lies inside, with the ellipse replaced by its tangent near the pixel. The error is
     /// that of the curvature within a pixel: about 1/(24 R) at a radius of R pixels, and as much again for each pixel's
     /// square of motion.
-    fn coverage(&self, x_px: f64, y_px: f64, blur_px: f64) -> f64 {
+    fn coverage(&self, x_px: f64, y_px: f64, blur: Blur) -> f64 {
         let gradient = [x_px / (self.semi_x_px * self.semi_x_px), y_px / (self.semi_y_px * self.semi_y_px)];
         let level = x_px * gradient[0] + y_px * gradient[1];
         let steepness = (gradient[0] * gradient[0] + gradient[1] * gradient[1]).sqrt();
         if steepness > 0.0 {
             let normal = gradient.map(|component| component / steepness);
-            half_plane_coverage(normal, (level.sqrt() - level) / steepness, blur_px)
+            half_plane_coverage(normal, (level.sqrt() - level) / steepness, blur)
         } else {
             1.0
         }
@@ -168,8 +186,8 @@ mod tests {
 
     fn drawn(centre_px: [f64; 2], stretch: [f64; 2]) -> Canvas {
         let mut canvas = Canvas::new(170, 110);
-        let place = Place { centre_px, blur_px: 0.0 };
-        hec_at_5_px_per_mm().draw(place, stretch, 1.0, &View::straight(170, 110), &mut canvas);
+        let place = BodyPlace { centre_px, blur: Blur::default() };
+        hec_at_5_px_per_mm().draw(place, stretch, 1.0, &PixelView::straight(170, 110), &mut canvas);
         canvas
     }
 

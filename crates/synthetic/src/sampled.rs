@@ -1,13 +1,11 @@
+//! A speckle pattern seen by turned or sheared pixels, by Gauss-Legendre quadrature.
+
+use crate::blur::{Blur, NODE, WEIGHTS};
 use crate::speckle::{Pattern, REACH_SIGMA, Speckle};
 use crate::view::Sight;
 
 /// Side of the square cells by which speckles are found.
 const CELL_PX: f64 = 4.0;
-
-/// Outer node of the three-point Gauss-Legendre rule on [-1, 1], and the weights of the outer and the middle node (they
-/// add up to 1).
-const NODE: f64 = 0.774_596_669_241_483_4;
-const WEIGHTS: [f64; 3] = [5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0];
 
 /// A pattern that pixels of any orientation may look at.
 ///
@@ -17,17 +15,18 @@ const WEIGHTS: [f64; 3] = [5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0];
 /// exponential times powers of three others.
 pub(crate) struct Sampled {
     half_px: [f64; 2],
-    per_variance: f64,
+    sigma_px: f64,
     n_columns: usize,
     /// The speckles that a pixel in the cell may reach.
     cells: Vec<Vec<Speckle>>,
 }
 
 impl Sampled {
-    pub(crate) fn new(pattern: &Pattern) -> Self {
+    /// `defocus_px` is the most that the picture will be out of focus.
+    pub(crate) fn new(pattern: &Pattern, defocus_px: f64) -> Self {
         let half_px = [pattern.half_width_px, pattern.half_height_px];
         let n_cells = half_px.map(|half_px| (2.0 * half_px / CELL_PX).ceil() as usize + 1);
-        let reach_px = REACH_SIGMA * pattern.sigma_px + CELL_PX;
+        let reach_px = REACH_SIGMA * Blur { path_px: 0.0, defocus_px }.widened(pattern.sigma_px).0 + CELL_PX;
         let near = |cell: usize| {
             let middle = |index: usize, axis: usize| (index as f64 + 0.5) * CELL_PX - half_px[axis];
             let (x_px, y_px) = (middle(cell % n_cells[0], 0), middle(cell / n_cells[0], 1));
@@ -38,29 +37,33 @@ impl Sampled {
         };
         Self {
             half_px,
-            per_variance: 1.0 / (pattern.sigma_px * pattern.sigma_px),
+            sigma_px: pattern.sigma_px,
             n_columns: n_cells[0],
             cells: (0..n_cells[0] * n_cells[1]).map(near).collect(),
         }
     }
 
     /// The mean depth over the part of a pixel that lies on the pattern. `sight` is what the pixel looks at, relative to the
-    /// pattern's centre in the middle of the exposure; the pattern moves by `blur_px` along x while it lasts.
-    pub(crate) fn mean_depth(&self, sight: &Sight, blur_px: f64) -> f64 {
-        let (centre_px, share) = self.inside(sight);
+    /// pattern's centre in the middle of the exposure; the pattern moves along x while it lasts. Out of focus it is the mean
+    /// over the whole pixel: the edge then fades what lies about it.
+    pub(crate) fn mean_depth(&self, sight: &Sight, blur: Blur) -> f64 {
+        let whole = (sight.centre_px, [1.0; 2]);
+        let (centre_px, share) = if blur.is_focused() { self.inside(sight) } else { whole };
         let sides = [
             [0, 1].map(|axis| share[0] * sight.across_px[axis]),
             [0, 1].map(|axis| share[1] * sight.down_px[axis]),
         ];
-        let n_pieces = blur_px.abs().ceil().max(1.0);
-        let piece_px = blur_px / n_pieces;
+        let (sigma_px, height) = blur.widened(self.sigma_px);
+        let per_variance = 1.0 / (sigma_px * sigma_px);
+        let n_pieces = blur.path_px.abs().ceil().max(1.0);
+        let piece_px = blur.path_px / n_pieces;
         let pieces = 0..n_pieces as usize;
-        let shift_px = |piece: usize| (piece as f64 + 0.5) * piece_px - blur_px / 2.0;
+        let shift_px = |piece: usize| (piece as f64 + 0.5) * piece_px - blur.path_px / 2.0;
         let mean = |piece: usize| {
             let at_px = [centre_px[0] + shift_px(piece), centre_px[1]];
-            self.mean_over_box(at_px, [sides[0], sides[1], [piece_px, 0.0]])
+            self.mean_over_box(at_px, [sides[0], sides[1], [piece_px, 0.0]], per_variance)
         };
-        pieces.map(mean).sum::<f64>() / n_pieces
+        height * height * pieces.map(mean).sum::<f64>() / n_pieces
     }
 
     /// Centre of the part of a pixel that lies on the rectangle, and its share of the pixel along each side. (The pixel is
@@ -83,10 +86,10 @@ impl Sampled {
     }
 
     /// The mean over a parallelepiped with the given sides: along the pixel, down the pixel, along the motion.
-    fn mean_over_box(&self, at_px: [f64; 2], sides: [[f64; 2]; 3]) -> f64 {
+    fn mean_over_box(&self, at_px: [f64; 2], sides: [[f64; 2]; 3], per_variance: f64) -> f64 {
         let steps = sides.map(|side| side.map(|component| 0.5 * NODE * component));
-        let weights = self.weights(steps);
-        let scaled = |dot: f64| libm::exp(-self.per_variance * dot);
+        let weights = node_weights(steps, per_variance);
+        let scaled = |dot: f64| libm::exp(-per_variance * dot);
         self.near(at_px)
             .iter()
             .map(|speckle| {
@@ -101,30 +104,29 @@ impl Sampled {
             .sum()
     }
 
-    /// Of each node: the rule's weight times exp(-|node|^2/(2 sigma^2)).
-    fn weights(&self, steps: [[f64; 2]; 3]) -> [[[f64; 3]; 3]; 3] {
-        let place = |node: usize| node as f64 - 1.0;
-        let weight = |i: usize, j: usize, k: usize| {
-            let at = [0, 1].map(|axis| {
-                place(i) * steps[0][axis] + place(j) * steps[1][axis] + place(k) * steps[2][axis]
-            });
-            let square = at[0] * at[0] + at[1] * at[1];
-            WEIGHTS[i] * WEIGHTS[j] * WEIGHTS[k] * libm::exp(-0.5 * self.per_variance * square)
-        };
-        let nodes = [0, 1, 2];
-        if is_still(steps[2]) {
-            // No motion: all the weight lies in the middle of the exposure.
-            let still = |i: usize, j: usize| [0.0, weight(i, j, 1) / WEIGHTS[1], 0.0];
-            return nodes.map(|i| nodes.map(|j| still(i, j)));
-        }
-        nodes.map(|i| nodes.map(|j| nodes.map(|k| weight(i, j, k))))
-    }
-
     fn near(&self, at_px: [f64; 2]) -> &[Speckle] {
         let cell = |axis: usize| ((at_px[axis] + self.half_px[axis]) / CELL_PX).max(0.0) as usize;
         let n_rows = self.cells.len() / self.n_columns;
         &self.cells[cell(1).min(n_rows - 1) * self.n_columns + cell(0).min(self.n_columns - 1)]
     }
+}
+
+/// Of each node: the rule's weight times exp(-|node|^2/(2 sigma^2)).
+fn node_weights(steps: [[f64; 2]; 3], per_variance: f64) -> [[[f64; 3]; 3]; 3] {
+    let place = |node: usize| node as f64 - 1.0;
+    let weight = |i: usize, j: usize, k: usize| {
+        let at = [0, 1]
+            .map(|axis| place(i) * steps[0][axis] + place(j) * steps[1][axis] + place(k) * steps[2][axis]);
+        let square = at[0] * at[0] + at[1] * at[1];
+        WEIGHTS[i] * WEIGHTS[j] * WEIGHTS[k] * libm::exp(-0.5 * per_variance * square)
+    };
+    let nodes = [0, 1, 2];
+    if is_still(steps[2]) {
+        // No motion: all the weight lies in the middle of the exposure.
+        let still = |i: usize, j: usize| [0.0, weight(i, j, 1) / WEIGHTS[1], 0.0];
+        return nodes.map(|i| nodes.map(|j| still(i, j)));
+    }
+    nodes.map(|i| nodes.map(|j| nodes.map(|k| weight(i, j, k))))
 }
 
 fn is_still(step: [f64; 2]) -> bool {
@@ -151,14 +153,14 @@ mod tests {
     #[test]
     fn an_upright_pixel_agrees_with_the_closed_form() {
         let (pattern, centre_px) = (pattern(), [40.3, 41.6]);
-        let sampled = Sampled::new(&pattern);
+        let sampled = Sampled::new(&pattern, 0.0);
         let exact = pattern.depth_image(82, 84, centre_px);
         for ((row, column), depth) in exact.indexed_iter() {
             let apart = [column as f64 - centre_px[0], row as f64 - centre_px[1]];
             let whole = apart.iter().all(|apart| apart.abs() <= HALF_PX - 0.5);
             if whole {
                 let sight = Sight { centre_px: apart, across_px: [1.0, 0.0], down_px: [0.0, 1.0] };
-                let found = sampled.mean_depth(&sight, 0.0);
+                let found = sampled.mean_depth(&sight, Blur::default());
                 // 2e-6: the rule's error, 5e-7 of a depth along each side, and a neighbour's as much.
                 assert!((found - depth).abs() < 2.0e-6, "{apart:?}: {found} {depth}");
             }
@@ -168,7 +170,7 @@ mod tests {
     #[test]
     fn a_turned_pixel_that_moves_agrees_with_counting_points() {
         let pattern = pattern();
-        let sampled = Sampled::new(&pattern);
+        let sampled = Sampled::new(&pattern, 0.0);
         let sight = Sight { centre_px: [3.2, -1.7], across_px: [0.98, 0.11], down_px: [-0.07, 1.03] };
         for blur_px in [0.0, 0.4, -1.8] {
             let n = 40;
@@ -188,7 +190,11 @@ mod tests {
                 / (n * n * n) as f64;
             // 1e-4: the midpoint rule over 40 points of each side, (1/40)^2/24 times second derivatives below 1 a side,
             // 1.8^2 times as much along the motion.
-            assert!((sampled.mean_depth(&sight, blur_px) - counted).abs() < 1.0e-4, "{blur_px}");
+            assert!(
+                (sampled.mean_depth(&sight, Blur { path_px: blur_px, defocus_px: 0.0 }) - counted).abs()
+                    < 1.0e-4,
+                "{blur_px}"
+            );
         }
     }
 }

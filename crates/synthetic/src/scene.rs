@@ -1,44 +1,34 @@
-use std::sync::OnceLock;
+//! A scene: what one recording sees, drawn frame by frame, and its truth.
 
 use chainwave_measurement::Trajectory;
 use ndarray::Array2;
 
+use crate::blur::Blur;
 use crate::canvas::Canvas;
-use crate::lighting::Lighting;
-use crate::marker::{Place, Plate};
-use crate::ring::Outline;
-use crate::rods::RodPixels;
-use crate::settings::{Camera, Shot, Specimen, require};
-use crate::shapes::{Shapes, Wall};
-use crate::speckle::Pattern;
-use crate::view::View;
-use crate::{SyntheticError, backdrop, motion, sensor};
+use crate::check::require;
+use crate::layers::{Instant, Layers};
+use crate::marker::BodyPlace;
+use crate::recording_camera::{CameraPose, CameraTruth, RecordingCamera};
+use crate::settings::{Camera, Shot, Specimen};
+use crate::shapes::Shapes;
+use crate::{SyntheticError, motion, sensor};
 
 /// Largest half size of a marker in the picture.
 const MARKER_HALF_PX: f64 = 1024.0;
 
-/// A cover's size, relative to the marker that it hides, and its tone: dark cloth.
-const COVER_SIZE: f64 = 1.2;
-const COVER_TONE: f64 = 0.05;
-
-/// What one recording sees: the still parts drawn once, and what moves drawn for each frame.
+/// What one recording sees.
 ///
 /// An ideal camera shows body n's centre at the column `first_body_px[0] + scale ((n - 1) pitch - stage + x_n(t))` and the
-/// row `first_body_px[1]`, at the time t = time stamp + trigger delay; the optics move it from there.
+/// row `first_body_px[1]`, at the time t = time stamp + trigger delay; a shake displaces that ideal picture, and the optics
+/// move it from there.
 pub struct Scene<'a> {
     pub(crate) camera: &'a Camera,
     specimen: &'a Specimen,
     pub(crate) shot: &'a Shot,
     motion: &'a Trajectory,
-    shapes: Option<&'a Shapes>,
     flicker_phase_rad: f64,
-    view: View,
-    backdrop: Canvas,
-    outline: Outline,
-    rods: RodPixels,
-    /// One for each body, made when the body first comes into view.
-    markers: Vec<OnceLock<Plate>>,
-    cover: Plate,
+    recording: RecordingCamera<'a>,
+    layers: Layers<'a>,
 }
 
 impl<'a> Scene<'a> {
@@ -53,27 +43,11 @@ impl<'a> Scene<'a> {
         motion: &'a Trajectory,
     ) -> Result<Self, SyntheticError> {
         check(camera, specimen, shot, motion)?;
-        let view = View::new(camera)?;
-        let mut backdrop = Canvas::new(camera.width_px, camera.height_px);
-        let origin_px = [shot.first_body_px[0] - camera.scale_px_per_m * shot.stage_m, shot.first_body_px[1]];
-        backdrop::draw(&specimen.tones, origin_px, &view, &mut backdrop);
-        let half_px = marker_half_px(camera, specimen);
-        let hidden = Pattern::blank(half_px.map(|half_px| COVER_SIZE * half_px));
-        let scene = Self {
-            camera,
-            specimen,
-            shot,
-            motion,
-            shapes: None,
-            flicker_phase_rad: shot.flicker_phase_rad(),
-            backdrop,
-            outline: Outline::new(&specimen.ring, camera.scale_px_per_m),
-            rods: RodPixels::new(specimen, camera, shot.first_body_px[1], &view),
-            markers: (0..specimen.n_bodies).map(|_| OnceLock::new()).collect(),
-            cover: Plate::new(hidden, shot.first_body_px[1], COVER_TONE, 0.0),
-            view,
-        };
-        scene.places(shot.n_frames - 1)?;
+        let recording = RecordingCamera::new(camera, shot);
+        let layers = Layers::new(camera, specimen, shot, &recording)?;
+        let flicker_phase_rad = shot.flicker_phase_rad();
+        let scene = Self { camera, specimen, shot, motion, flicker_phase_rad, recording, layers };
+        scene.places(shot.n_frames - 1, &scene.instant(shot.n_frames - 1, camera.height_px as f64))?;
         Ok(scene)
     }
 
@@ -83,7 +57,7 @@ impl<'a> Scene<'a> {
     /// [`SyntheticError::Motion`] when the shapes are not those of the specimen's bodies.
     pub fn with_shapes(self, shapes: &'a Shapes) -> Result<Self, SyntheticError> {
         shapes.check(self.specimen.n_bodies)?;
-        Ok(Self { shapes: Some(shapes), ..self })
+        Ok(Self { layers: self.layers.with_shapes(shapes), ..self })
     }
 
     /// Frames in the recording.
@@ -92,22 +66,54 @@ impl<'a> Scene<'a> {
     }
 
     /// The truth: column and row of every body's centre in a frame, in pixels, as the picture shows it in the middle of the
-    /// exposure.
+    /// exposure of the line that it lies on.
     ///
     /// # Errors
     /// [`SyntheticError`] when the frame lies outside the recording or the motion.
     pub fn body_centres_px(&self, frame: usize) -> Result<Vec<[f64; 2]>, SyntheticError> {
-        Ok(self.places(frame)?.iter().map(|place| self.view.picture_px(place.centre_px)).collect())
+        let seen_px = |row: f64| -> Result<Vec<[f64; 2]>, SyntheticError> {
+            let instant = self.instant(frame, row);
+            let places = self.places(frame, &instant)?;
+            let turn_rad = instant.pose.turn_rad;
+            places.iter().map(|place| self.layers.picture_px(place.centre_px, turn_rad)).collect()
+        };
+        let mut centres_px = seen_px(0.0)?;
+        if self.recording.is_rolling() {
+            // A centre moves far less than a line while a line is read: the second step leaves nothing.
+            for (body, centre_px) in centres_px.iter_mut().enumerate() {
+                for _ in 0..2 {
+                    *centre_px = seen_px(centre_px[1])?[body];
+                }
+            }
+        }
+        Ok(centres_px)
+    }
+
+    /// What was drawn for this recording's camera.
+    pub fn camera_truth(&self) -> CameraTruth {
+        self.recording.truth()
+    }
+
+    /// How the camera stands and is focused at a frame's time stamp.
+    pub fn camera_pose(&self, frame: usize) -> CameraPose {
+        self.instant(frame, 0.0).pose
+    }
+
+    /// When a row of a frame is exposed.
+    fn instant(&self, frame: usize, row: f64) -> Instant {
+        let stamp_s = self.shot.stamp_s(frame, self.camera.rate_hz) + self.recording.delay_s(row);
+        let motion_s = stamp_s + self.shot.trigger_delay_s;
+        Instant { stamp_s, motion_s, pose: self.recording.pose(stamp_s) }
     }
 
     /// Where every body is in the ideal picture. Within the exposure its velocity is taken for constant: for an acceleration
     /// a, the mean of its path lies a exposure^2/24 farther, 6e-5 px for 3000 m/s^2 in 10 us at 5 px/mm.
-    fn places(&self, frame: usize) -> Result<Vec<Place>, SyntheticError> {
+    fn places(&self, frame: usize, instant: &Instant) -> Result<Vec<BodyPlace>, SyntheticError> {
         let n_frames = self.n_frames();
         if frame >= n_frames {
             return Err(SyntheticError::FrameOutside { frame, n_frames });
         }
-        let time_s = self.motion_time_s(frame);
+        let (time_s, pose) = (instant.motion_s, instant.pose);
         let half_exposure_s = if self.camera.blur { self.camera.exposure_s / 2.0 } else { 0.0 };
         let needed_s = time_s + half_exposure_s;
         let last_s = self.motion.times_s.last().copied().unwrap_or_default();
@@ -120,19 +126,15 @@ impl<'a> Scene<'a> {
             let rest_m = body as f64 * self.specimen.pitch_m - self.shot.stage_m;
             let along_m = rest_m + middle.displacement_m(body);
             let path_m = end.displacement_m(body) - start.displacement_m(body);
-            let [column_px, row_px] = self.shot.first_body_px;
-            let scale_px_per_m = self.camera.scale_px_per_m;
-            Place {
-                centre_px: [column_px + scale_px_per_m * along_m, row_px],
-                blur_px: scale_px_per_m * path_m,
+            let [column_px, row_px] = self.recording.first_body_px;
+            let scale_px_per_m = self.recording.scale_px_per_m;
+            let centre_px = [column_px + scale_px_per_m * along_m, row_px];
+            BodyPlace {
+                centre_px: [0, 1].map(|axis| centre_px[axis] + pose.shift_px[axis]),
+                blur: Blur { path_px: scale_px_per_m * path_m, defocus_px: pose.defocus_px },
             }
         };
         Ok((0..self.specimen.n_bodies).map(place).collect())
-    }
-
-    /// A frame's time after the impact.
-    fn motion_time_s(&self, frame: usize) -> f64 {
-        self.shot.stamp_s(frame, self.camera.rate_hz) + self.shot.trigger_delay_s
     }
 
     /// The counts that a frame would hold without noise and rounding, shape `[height, width]`.
@@ -161,7 +163,7 @@ impl<'a> Scene<'a> {
         Canvas::new(self.camera.width_px, self.camera.height_px)
     }
 
-    /// Sets `counts` to the frame as the sensor gives it, row by row from the top.
+    /// Sets `counts` to the frame as the camera stores it, row by row from the top.
     pub(crate) fn record(
         &self,
         frame: usize,
@@ -170,85 +172,23 @@ impl<'a> Scene<'a> {
     ) -> Result<(), SyntheticError> {
         self.expose(frame, canvas)?;
         sensor::record(&self.camera.sensor, &canvas.values, self.shot.noise_seed, frame, counts);
+        self.recording.store(frame, counts);
         Ok(())
     }
 
-    /// Draws a frame and turns its tones into expected counts.
+    /// Draws a frame, all rows at once or one after the other, and turns its tones into expected counts.
     fn expose(&self, frame: usize, canvas: &mut Canvas) -> Result<(), SyntheticError> {
-        self.draw(frame, &self.places(frame)?, canvas);
-        let black = self.camera.sensor.black_level as f32;
-        let range = self.camera.sensor.white_level() - self.camera.sensor.black_level;
-        let stamp_s = self.shot.stamp_s(frame, self.camera.rate_hz);
-        let factor =
-            |lighting: &Lighting| lighting.factor(stamp_s, self.camera.exposure_s, self.flicker_phase_rad);
-        let range = (range * self.camera.lighting.as_ref().map_or(1.0, factor)) as f32;
-        for value in &mut canvas.values {
-            *value = black + range * *value;
+        let height_px = self.camera.height_px;
+        let rows_at_once = if self.recording.is_rolling() { 1 } else { height_px };
+        for first_row in (0..height_px).step_by(rows_at_once) {
+            canvas.draw_in(first_row..first_row + rows_at_once);
+            let instant = self.instant(frame, first_row as f64);
+            self.layers.draw(&instant, &self.places(frame, &instant)?, canvas)?;
+            self.recording.collect(canvas.drawn_mut(), first_row, instant.stamp_s, self.flicker_phase_rad);
         }
+        canvas.draw_in(0..height_px);
+        self.recording.lay_pattern(&mut canvas.values);
         Ok(())
-    }
-
-    /// Composes the layers from back to front.
-    fn draw(&self, frame: usize, places: &[Place], canvas: &mut Canvas) {
-        canvas.values.copy_from_slice(&self.backdrop.values);
-        let visible: Vec<usize> = (0..places.len()).filter(|&body| self.is_in_view(places[body])).collect();
-        for &body in &visible {
-            self.draw_ring(frame, body, places, canvas);
-        }
-        let mut depths = Vec::new();
-        for &body in &visible {
-            let marker = self.markers[body].get_or_init(|| self.marker(body));
-            marker.draw(places[body], &self.view, canvas, &mut depths);
-            if self.is_covered(frame, body) {
-                self.cover.draw(places[body], &self.view, canvas, &mut depths);
-            }
-        }
-        self.rods.draw(canvas);
-    }
-
-    fn draw_ring(&self, frame: usize, body: usize, places: &[Place], canvas: &mut Canvas) {
-        let tone = self.specimen.tones.ring as f32;
-        let Some(shapes) = self.shapes else {
-            let stretch = self.stretch(places, body);
-            return self.outline.draw(places[body], stretch, tone, &self.view, canvas);
-        };
-        let (time_s, scale_px_per_m) = (self.motion_time_s(frame), self.camera.scale_px_per_m);
-        shapes.draw(&Wall { body, place: places[body], time_s, scale_px_per_m, tone }, &self.view, canvas);
-    }
-
-    /// Whether some of a body may be seen.
-    fn is_in_view(&self, place: Place) -> bool {
-        let scale_px_per_m = self.camera.scale_px_per_m;
-        let shapes_px = self.shapes.map_or(0.0, |shapes| shapes.reach_m() * scale_px_per_m);
-        let marker_px = COVER_SIZE * self.specimen.marker.half_width_m * scale_px_per_m;
-        let reach_px = self.outline.reach_px().max(shapes_px).max(marker_px + 2.0) + place.blur_px.abs();
-        let [columns, _] = self.view.region(place.centre_px, [reach_px, 0.0]);
-        !columns.is_empty()
-    }
-
-    fn is_covered(&self, frame: usize, body: usize) -> bool {
-        let stamp_s = self.shot.stamp_s(frame, self.camera.rate_hz);
-        let hides =
-            |cover: &crate::Cover| cover.body == body + 1 && (cover.from_s..cover.until_s).contains(&stamp_s);
-        self.shot.covers.iter().any(hides)
-    }
-
-    /// How far a body's left and right neighbour are, relative to rest; a free side is as at rest.
-    fn stretch(&self, places: &[Place], body: usize) -> [f64; 2] {
-        let pitch_px = self.specimen.pitch_m * self.camera.scale_px_per_m;
-        let apart = |left: Option<&Place>, right: Option<&Place>| {
-            left.zip(right).map_or(1.0, |(left, right)| (right.centre_px[0] - left.centre_px[0]) / pitch_px)
-        };
-        let at = |index: Option<usize>| index.and_then(|index| places.get(index));
-        let here = at(Some(body));
-        [apart(at(body.checked_sub(1)), here), apart(here, at(body.checked_add(1)))]
-    }
-
-    fn marker(&self, body: usize) -> Plate {
-        let (marker, tones) = (&self.specimen.marker, &self.specimen.tones);
-        let half_px = marker_half_px(self.camera, self.specimen);
-        let pattern = Pattern::scattered(marker.seed, body as u64 + 1, half_px, marker.speckle_diameter_px);
-        Plate::new(pattern, self.shot.first_body_px[1], tones.marker, tones.speckle_depth)
     }
 
     fn frame_of<T: Copy + Into<f32>>(&self, values: &[T]) -> Array2<f32> {
@@ -278,8 +218,4 @@ fn check(
         "at most 1024 px on each side of its centre",
         half_px,
     )
-}
-
-fn marker_half_px(camera: &Camera, specimen: &Specimen) -> [f64; 2] {
-    [specimen.marker.half_width_m, specimen.marker.half_height_m].map(|half_m| half_m * camera.scale_px_per_m)
 }

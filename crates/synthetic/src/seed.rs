@@ -1,3 +1,5 @@
+//! Random streams, each a function of purpose, seed and counter alone.
+
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
@@ -13,6 +15,13 @@ pub(crate) enum Purpose {
     Stage = 7,
     Body = 8,
     Walk = 9,
+    FixedPattern = 10,
+    Defects = 11,
+    Reflections = 12,
+    Shake = 13,
+    Magnification = 14,
+    RepeatedLines = 15,
+    PictureNoise = 16,
 }
 
 /// The random stream of (purpose, seed, counter): the same whatever was drawn before, in any order and thread.

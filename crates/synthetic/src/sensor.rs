@@ -1,3 +1,5 @@
+//! The sensor: shot noise, read noise and rounding to counts.
+
 use rand::RngExt;
 use rand_distr::StandardNormal;
 

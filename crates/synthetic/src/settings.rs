@@ -1,7 +1,11 @@
+//! What is filmed and by what camera: the settings that a configuration holds, and their checks.
+
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
 use crate::SyntheticError;
+use crate::check::{require, require_not_negative, require_positive};
+use crate::effects::Effects;
 use crate::lighting::Lighting;
 use crate::optics::Optics;
 use crate::seed::{Purpose, stream};
@@ -33,6 +37,9 @@ pub struct Camera {
     /// What the light does; steady when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lighting: Option<Lighting>,
+    /// What else a real camera does; nothing when absent.
+    #[serde(default, skip_serializing_if = "Effects::is_off")]
+    pub effects: Effects,
 }
 
 /// How a .cine file stores pixels.
@@ -178,6 +185,9 @@ pub struct Shot {
     pub frame_phase_s: f64,
     /// Seed of the sensor's noise and of the flicker's phase.
     pub noise_seed: u64,
+    /// Number of the view, from 1: what the camera's effects draw for a view follows from it.
+    #[serde(default)]
+    pub view: u64,
     /// Bodies whose markers are hidden for a while.
     #[serde(default)]
     pub covers: Vec<Cover>,
@@ -230,6 +240,7 @@ impl Camera {
         self.sensor.check()?;
         self.optics.iter().try_for_each(Optics::check)?;
         self.lighting.iter().try_for_each(Lighting::check)?;
+        self.effects.check(self.sensor.bit_depth, self.height_px, interval_s)?;
         self.check_packing()
     }
 
@@ -345,24 +356,4 @@ impl Cover {
         require(self.from_s.is_finite(), "shot.covers.from_s", "a finite number", self.from_s)?;
         require(self.until_s.is_finite(), "shot.covers.until_s", "a finite number", self.until_s)
     }
-}
-
-/// An error that names the setting unless `holds`.
-pub(crate) fn require(
-    holds: bool,
-    name: &'static str,
-    expected: &'static str,
-    found: impl ToString + Copy,
-) -> Result<(), SyntheticError> {
-    if holds { Ok(()) } else { Err(SyntheticError::Setting { name, expected, found: found.to_string() }) }
-}
-
-/// An error unless the setting is finite and above 0.
-pub(crate) fn require_positive(name: &'static str, value: f64) -> Result<(), SyntheticError> {
-    require(value > 0.0 && value.is_finite(), name, "a positive number", value)
-}
-
-/// An error unless the setting is finite and at least 0.
-pub(crate) fn require_not_negative(name: &'static str, value: f64) -> Result<(), SyntheticError> {
-    require(value >= 0.0 && value.is_finite(), name, "a number of at least 0", value)
 }

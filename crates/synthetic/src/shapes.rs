@@ -1,10 +1,13 @@
+//! Walls of any shape over time, drawn as chains of straight pieces.
+
 use ndarray::{Array4, Axis};
 
 use crate::SyntheticError;
+use crate::blur::Blur;
 use crate::canvas::Canvas;
 use crate::half_plane::half_plane_coverage;
-use crate::marker::Place;
-use crate::view::{Sight, View};
+use crate::marker::BodyPlace;
+use crate::view::{PixelView, Sight};
 
 /// The bodies' shapes over time, for rings that breathe and ovalise: each body's wall as a closed line of points.
 ///
@@ -21,7 +24,7 @@ pub struct Shapes {
 }
 
 /// A straight piece of a wall, in pixels.
-struct Piece {
+struct WallSegment {
     from_px: [f64; 2],
     to_px: [f64; 2],
 }
@@ -56,18 +59,19 @@ impl Shapes {
     }
 
     /// Lays a body's wall over the canvas. Before the first sample and after the last it has their shape.
-    pub(crate) fn draw(&self, wall: &Wall, view: &View, canvas: &mut Canvas) {
+    pub(crate) fn draw(&self, wall: &Wall, view: &PixelView, canvas: &mut Canvas) {
         let half_px = self.wall_m * wall.scale_px_per_m / 2.0;
-        let mut covered = vec![0.0_f32; canvas.values.len()];
+        let mut covered = Canvas::new(canvas.width_px, canvas.height_px());
+        covered.draw_in(canvas.rows());
         for piece in self.pieces(wall) {
-            piece.cover(half_px, wall.place.blur_px, view, &mut covered, canvas.width_px);
+            piece.cover(half_px, wall.place.blur, view, &mut covered);
         }
-        for (value, covered) in canvas.values.iter_mut().zip(covered) {
+        for (value, &covered) in canvas.drawn_mut().iter_mut().zip(&*covered.drawn_mut()) {
             *value += covered * (wall.tone - *value);
         }
     }
 
-    fn pieces(&self, wall: &Wall) -> Vec<Piece> {
+    fn pieces(&self, wall: &Wall) -> Vec<WallSegment> {
         let after = self.times_s.partition_point(|&sample_s| sample_s <= wall.time_s);
         let (before, after) = (after.saturating_sub(1), after.min(self.times_s.len() - 1));
         let step_s = self.times_s[after] - self.times_s[before];
@@ -80,36 +84,41 @@ impl Shapes {
                 wall.place.centre_px[axis] + wall.scale_px_per_m * mean_m
             })
         };
-        (0..n_points).map(|point| Piece { from_px: point_px(point), to_px: point_px(point + 1) }).collect()
+        (0..n_points)
+            .map(|point| WallSegment { from_px: point_px(point), to_px: point_px(point + 1) })
+            .collect()
     }
 }
 
 /// What of a body's wall is to be drawn.
 pub(crate) struct Wall {
     pub(crate) body: usize,
-    pub(crate) place: Place,
+    pub(crate) place: BodyPlace,
     pub(crate) time_s: f64,
     pub(crate) scale_px_per_m: f64,
     pub(crate) tone: f32,
 }
 
-impl Piece {
+impl WallSegment {
     /// Raises `covered` to the piece's own coverage where that is more: pieces meet at their ends and overlap nowhere else.
-    fn cover(&self, half_px: f64, blur_px: f64, view: &View, covered: &mut [f32], width_px: usize) {
+    fn cover(&self, half_px: f64, blur: Blur, view: &PixelView, covered: &mut Canvas) {
         let centre_px = [0, 1].map(|axis| (self.from_px[axis] + self.to_px[axis]) / 2.0);
         let reach_px = |axis: usize| (self.to_px[axis] - self.from_px[axis]).abs() / 2.0 + half_px + 1.0;
-        let [columns, rows] = view.region(centre_px, [reach_px(0) + blur_px.abs() / 2.0, reach_px(1)]);
-        for row in rows {
+        let spread_px = [blur, Blur { path_px: 0.0, ..blur }].map(Blur::reach_px);
+        let [columns, rows] =
+            view.region(centre_px, [reach_px(0) + spread_px[0], reach_px(1) + spread_px[1]]);
+        for row in covered.drawn(rows) {
+            let covered = covered.row_mut(row);
             for column in columns.clone() {
-                let share = self.coverage(&view.sight(column, row), half_px, blur_px) as f32;
-                let covered = &mut covered[row * width_px + column];
+                let share = self.coverage(&view.sight(column, row), half_px, blur) as f32;
+                let covered = &mut covered[column];
                 *covered = covered.max(share);
             }
         }
     }
 
     /// The share of a pixel within `half_px` of the piece, with the piece's bounds replaced by straight edges.
-    fn coverage(&self, sight: &Sight, half_px: f64, blur_px: f64) -> f64 {
+    fn coverage(&self, sight: &Sight, half_px: f64, blur: Blur) -> f64 {
         let apart = self.nearest(sight.centre_px);
         let distance = apart[0].hypot(apart[1]);
         let along = [self.to_px[1] - self.from_px[1], self.from_px[0] - self.to_px[0]];
@@ -121,7 +130,7 @@ impl Piece {
         } else {
             [1.0, 0.0]
         };
-        let within = |inside: f64| half_plane_coverage(normal, inside, blur_px);
+        let within = |inside: f64| half_plane_coverage(normal, inside, blur);
         within(half_px - distance) - within(-half_px - distance)
     }
 
@@ -159,11 +168,12 @@ mod tests {
 
     #[test]
     fn a_circular_wall_has_its_closed_form_area_at_rest_and_in_motion() {
-        for blur_px in [0.0, 0.8] {
+        for (blur_px, defocus_px) in [(0.0, 0.0), (0.8, 0.0), (0.0, 1.2)] {
             let mut canvas = Canvas::new(100, 90);
-            let place = Place { centre_px: [49.3, 44.8], blur_px };
+            let blur = Blur { path_px: blur_px, defocus_px };
+            let place = BodyPlace { centre_px: [49.3, 44.8], blur };
             let wall = Wall { body: 0, place, time_s: 0.0, scale_px_per_m: 1000.0, tone: 1.0 };
-            circle().draw(&wall, &View::straight(100, 90), &mut canvas);
+            circle().draw(&wall, &PixelView::straight(100, 90), &mut canvas);
             let area_px: f64 = canvas.values.iter().map(|&covered| f64::from(covered)).sum();
             let ring_px = std::f64::consts::TAU * 30.0 * 2.0;
             // 0.3 %: where pieces meet at 2.8 degrees, the larger coverage stands for the union.

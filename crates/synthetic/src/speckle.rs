@@ -2,10 +2,12 @@
 //! fraction of a pixel is exact.
 
 use std::f64::consts::SQRT_2;
+use std::ops::Range;
 
 use ndarray::Array2;
 use rand::RngExt;
 
+use crate::blur::Blur;
 use crate::seed::{Purpose, stream};
 use crate::smear::{Smear, differences};
 
@@ -49,7 +51,7 @@ impl Pattern {
         let n_tries =
             TRIES_PER_SQUARED_DIAMETER * 4.0 * reach_px[0] * reach_px[1] / (diameter_px * diameter_px);
         let mut random = stream(Purpose::Speckle, seed, index);
-        let mut places = Places::new(reach_px, SPACING_DIAMETERS * diameter_px);
+        let mut places = TakenCells::new(reach_px, SPACING_DIAMETERS * diameter_px);
         let mut speckles = Vec::new();
         for _ in 0..n_tries.ceil() as usize {
             let x_px = random.random_range(-reach_px[0]..reach_px[0]);
@@ -71,10 +73,11 @@ impl Pattern {
     /// The depth of the speckles averaged over each pixel of a frame, with the pattern's centre at (column, row)
     /// `centre_px`; a pixel that the rectangle's edge cuts counts only what lies within. Shape `[height, width]`.
     pub fn depth_image(&self, width_px: usize, height_px: usize, centre_px: [f64; 2]) -> Array2<f64> {
-        let (columns, rows) = (self.columns(centre_px[0], 0.0), self.rows(centre_px[1]));
+        let still = Blur::default();
+        let (columns, rows) = (self.columns(centre_px[0], still), self.rows(centre_px[1], still));
         let mut depths = Vec::new();
-        self.add_up(&columns, &rows, &mut depths);
-        let inside = |axis: &Axis, at: usize| {
+        self.add_up(&columns, &rows, 0..rows.n_pixels(), &mut depths);
+        let inside = |axis: &AxisIntegrals, at: usize| {
             usize::try_from(at as i64 - axis.first_px).ok().filter(|&pixel| pixel < axis.n_pixels())
         };
         Array2::from_shape_fn((height_px, width_px), |(row, column)| {
@@ -83,29 +86,40 @@ impl Pattern {
         })
     }
 
-    /// The pattern's pixels along x when its centre is at the column `centre_px` in the middle of the exposure and moves by
-    /// `blur_px` while it lasts.
-    pub(crate) fn columns(&self, centre_px: f64, blur_px: f64) -> Axis {
+    /// The pattern's pixels along x when its centre is at the column `centre_px` in the middle of the exposure.
+    pub(crate) fn columns(&self, centre_px: f64, blur: Blur) -> AxisIntegrals {
         let speckles_px = self.speckles.iter().map(|speckle| speckle.x_px);
-        Axis::new(Smear { half_px: self.half_width_px, blur_px }, self.sigma_px, centre_px, speckles_px)
+        AxisIntegrals::new(Smear { half_px: self.half_width_px, blur }, self.sigma_px, centre_px, speckles_px)
     }
 
-    /// The pattern's pixels along y when its centre is at the row `centre_px`.
-    pub(crate) fn rows(&self, centre_px: f64) -> Axis {
+    /// The pattern's pixels along y when its centre is at the row `centre_px`; it moves along x only.
+    pub(crate) fn rows(&self, centre_px: f64, blur: Blur) -> AxisIntegrals {
+        let blur = Blur { path_px: 0.0, ..blur };
         let speckles_px = self.speckles.iter().map(|speckle| speckle.y_px);
-        Axis::new(Smear { half_px: self.half_height_px, blur_px: 0.0 }, self.sigma_px, centre_px, speckles_px)
+        AxisIntegrals::new(
+            Smear { half_px: self.half_height_px, blur },
+            self.sigma_px,
+            centre_px,
+            speckles_px,
+        )
     }
 
-    /// Sets `depths` to the sum of the speckles in each pixel of `rows` by `columns`, row by row: a Gaussian's integral
-    /// over a pixel is the product of its integrals along x and y.
-    pub(crate) fn add_up(&self, columns: &Axis, rows: &Axis, depths: &mut Vec<f64>) {
+    /// Sets `depths` to the sum of the speckles in each pixel of some of the `rows` (counted from their first) by `columns`,
+    /// row by row: a Gaussian's integral over a pixel is the product of its integrals along x and y.
+    pub(crate) fn add_up(
+        &self,
+        columns: &AxisIntegrals,
+        rows: &AxisIntegrals,
+        summed: Range<usize>,
+        depths: &mut Vec<f64>,
+    ) {
         depths.clear();
-        depths.resize(rows.n_pixels() * columns.n_pixels(), 0.0);
+        depths.resize(summed.len() * columns.n_pixels(), 0.0);
         for (index, speckle) in self.speckles.iter().enumerate() {
             let (left, along_x) = columns.of_speckle(index);
             let (top, along_y) = rows.of_speckle(index);
-            for (row, weight_y) in along_y.iter().enumerate() {
-                let start = (top + row) * columns.n_pixels() + left;
+            for (row, weight_y) in (top..).zip(along_y).filter(|(row, _)| summed.contains(row)) {
+                let start = (row - summed.start) * columns.n_pixels() + left;
                 let weight = speckle.depth * weight_y;
                 for (depth, weight_x) in depths[start..start + along_x.len()].iter_mut().zip(along_x) {
                     *depth += weight * weight_x;
@@ -116,7 +130,7 @@ impl Pattern {
 }
 
 /// The pixels that a pattern covers along one axis, and each speckle's integral over them.
-pub(crate) struct Axis {
+pub(crate) struct AxisIntegrals {
     /// First pixel, counted from the frame's edge.
     pub(crate) first_px: i64,
     /// Covered fraction of each pixel.
@@ -129,7 +143,7 @@ pub(crate) struct Axis {
     integrals: Vec<f64>,
 }
 
-impl Axis {
+impl AxisIntegrals {
     fn new(smear: Smear, sigma_px: f64, centre_px: f64, speckles_px: impl Iterator<Item = f64>) -> Self {
         let reach_px = smear.half_px + smear.spread_px();
         let first_px = (centre_px - reach_px + 0.5).floor() as i64;
@@ -137,7 +151,7 @@ impl Axis {
         let n_pixels = (last_px - first_px) as usize + 1;
         let edge = |pixel: usize| (first_px + pixel as i64) as f64 - 0.5 - centre_px;
         let edges: Vec<f64> = (0..=n_pixels).map(edge).collect();
-        let speckle_reach_px = REACH_SIGMA * sigma_px + smear.spread_px();
+        let speckle_reach_px = REACH_SIGMA * smear.blur.widened(sigma_px).0 + smear.path_reach_px();
         let span = ((2.0 * speckle_reach_px).ceil() as usize + 2).min(n_pixels);
         let mut axis = Self {
             first_px,
@@ -160,21 +174,27 @@ impl Axis {
         self.covered.len()
     }
 
+    /// Which of the pixels, counted from the first, lie in a part of the frame.
+    pub(crate) fn seen(&self, part: &Range<usize>) -> Range<usize> {
+        let inside = |edge: usize| (edge as i64 - self.first_px).clamp(0, self.n_pixels() as i64) as usize;
+        inside(part.start)..inside(part.end)
+    }
+
     /// The first pixel that a speckle reaches, and its integrals from there on.
     fn of_speckle(&self, index: usize) -> (usize, &[f64]) {
         (self.starts[index], &self.integrals[index * self.span..(index + 1) * self.span])
     }
 }
 
-/// Places already taken, in cells so small that each holds at most one.
-struct Places {
+/// TakenCells already taken, in cells so small that each holds at most one.
+struct TakenCells {
     reach_px: [f64; 2],
     spacing_px: f64,
     n_columns: usize,
     cells: Vec<Option<[f64; 2]>>,
 }
 
-impl Places {
+impl TakenCells {
     fn new(reach_px: [f64; 2], spacing_px: f64) -> Self {
         let n_cells = |reach_px: f64| (2.0 * reach_px * SQRT_2 / spacing_px).ceil() as usize + 1;
         let (n_columns, n_rows) = (n_cells(reach_px[0]), n_cells(reach_px[1]));
@@ -227,7 +247,7 @@ mod tests {
         let pattern = Pattern::scattered(7, 3, [27.5, 20.25], 4.5);
         let image = pattern.depth_image(100, 100, [50.37, 49.81]);
         let along = |at: f64, half_px: f64| {
-            let smear = Smear { half_px, blur_px: 0.0 };
+            let smear = Smear { half_px, blur: Blur::default() };
             let mut integrals = Vec::new();
             smear.gaussian_between(&[-half_px, half_px], at, pattern.sigma_px, &mut integrals);
             integrals[0]

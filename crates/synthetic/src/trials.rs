@@ -5,8 +5,8 @@ use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
 use crate::SyntheticError;
+use crate::check::{require, require_not_negative, require_positive};
 use crate::seed::{Purpose, stream};
-use crate::settings::{require, require_not_negative, require_positive};
 
 /// How much trials differ.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -79,6 +79,11 @@ impl Scatter {
 pub fn stage_error_m(seed: u64, view: u64, sigma_m: f64) -> Result<f64, SyntheticError> {
     require_not_negative("stage_sigma_m", sigma_m)?;
     Ok(sigma_m * deviate(Purpose::Stage, seed, view))
+}
+
+/// The factor of a view's magnification: normal around 1, the same for every trial of the view.
+pub(crate) fn view_factor(seed: u64, view: u64, sigma: f64) -> f64 {
+    1.0 + sigma * deviate(Purpose::Magnification, seed, view)
 }
 
 /// How much bodies differ: one factor a body, normal around 1, the same in every trial. `what` tells quantities apart that

@@ -1,7 +1,9 @@
+//! Where each pixel looks: its sight in the ideal picture, through the optics or straight on.
+
 use std::ops::Range;
 
 use crate::SyntheticError;
-use crate::optics::Mapping;
+use crate::optics::{Mapping, Optics};
 use crate::settings::Camera;
 
 /// Points tried along each side of a box whose place in the picture is sought.
@@ -11,15 +13,17 @@ const SIDE_POINTS: usize = 9;
 const MARGIN_PX: f64 = 2.0;
 
 /// Where the picture shows what: for each pixel the point of an ideal picture that it looks at.
-pub(crate) struct View {
+pub(crate) struct PixelView {
     width_px: usize,
     height_px: usize,
-    warp: Option<Warp>,
+    warp: Option<PixelMap>,
 }
 
 /// The optics' mapping, and what it does to each pixel.
-struct Warp {
+struct PixelMap {
     mapping: Mapping,
+    /// Row of the first sight.
+    first_row: usize,
     sights: Vec<Sight>,
 }
 
@@ -41,22 +45,36 @@ impl Sight {
     }
 }
 
-impl View {
+impl PixelView {
     /// # Errors
     /// [`SyntheticError::Setting`] when the lens folds the picture over within the frame.
     pub(crate) fn new(camera: &Camera) -> Result<Self, SyntheticError> {
+        Self::through(camera.optics.as_ref(), camera, 0..camera.height_px)
+    }
+
+    /// The view of some rows when the camera has turned about its optical axis.
+    ///
+    /// # Errors
+    /// As [`PixelView::new`].
+    pub(crate) fn turned(camera: &Camera, turn_rad: f64, rows: Range<usize>) -> Result<Self, SyntheticError> {
+        let optics = camera.optics.unwrap_or(Optics::STRAIGHT);
+        let turned = Optics { roll_rad: optics.roll_rad + turn_rad, ..optics };
+        Self::through(Some(&turned), camera, rows)
+    }
+
+    fn through(optics: Option<&Optics>, camera: &Camera, rows: Range<usize>) -> Result<Self, SyntheticError> {
         let [width_px, height_px] = [camera.width_px, camera.height_px];
-        let warp = camera.optics.as_ref().map(|optics| {
+        let warp = optics.map(|optics| {
             let mapping = Mapping::new(optics, [width_px, height_px]);
             let sight =
                 |pixel: usize| sight(&mapping, [(pixel % width_px) as f64, (pixel / width_px) as f64]);
-            let sights = (0..width_px * height_px).map(sight).collect::<Option<Vec<_>>>();
+            let sights = (rows.start * width_px..rows.end * width_px).map(sight).collect::<Option<Vec<_>>>();
             let folded = || SyntheticError::Setting {
                 name: "camera.optics",
                 expected: "a lens that shows every point of the frame once",
                 found: "a picture folded over (weaken k1, k2, p1, p2, or lengthen focal_length_px)".into(),
             };
-            Ok(Warp { sights: sights.ok_or_else(folded)?, mapping })
+            Ok(PixelMap { sights: sights.ok_or_else(folded)?, first_row: rows.start, mapping })
         });
         Ok(Self { width_px, height_px, warp: warp.transpose()? })
     }
@@ -74,7 +92,7 @@ impl View {
 
     pub(crate) fn sight(&self, column: usize, row: usize) -> Sight {
         match &self.warp {
-            Some(warp) => warp.sights[row * self.width_px + column],
+            Some(warp) => warp.sights[(row - warp.first_row) * self.width_px + column],
             None => {
                 Sight { centre_px: [column as f64, row as f64], across_px: [1.0, 0.0], down_px: [0.0, 1.0] }
             }

@@ -27,6 +27,7 @@ fn shot() -> Shot {
         trigger_delay_s: 1.0e-3,
         frame_phase_s: 1.0e-5,
         noise_seed: 1,
+        view: 1,
         covers: Vec::new(),
     }
 }

@@ -25,6 +25,7 @@ fn shot() -> Shot {
         trigger_delay_s: 4.0e-6,
         frame_phase_s: 2.0e-5,
         noise_seed: 1,
+        view: 1,
         covers: Vec::new(),
     }
 }

@@ -54,6 +54,7 @@ fn shot() -> Shot {
         trigger_delay_s: 2.5e-6,
         frame_phase_s: 1.3e-5,
         noise_seed: 77,
+        view: 1,
         covers: Vec::new(),
     }
 }
@@ -268,6 +269,32 @@ fn with_every_effect_off_the_bytes_are_those_of_the_plain_camera() {
         ("p12l", Packing::P12L, 0x7E7B_C507_CD15_C6DF_u64),
     ] {
         let found = digest(&filmed(&folder.path().join(name), packing));
+        assert_eq!(found, golden, "{name}: {found:#X}");
+    }
+}
+
+#[test]
+fn optics_light_and_motion_blur_are_what_they_were_without_effects() {
+    let folder = tempfile::tempdir().unwrap();
+    let optics = r#"
+        optics = { focal_length_px = 3000.0, k1 = 0.4, roll_rad = 2e-3, yaw_rad = 0.03 }
+        lighting = { drift_per_s = 2.0, flicker_amplitude = 0.03, flicker_hz = 900.0 }
+        blur = true
+    "#;
+    let light = r#"
+        lighting = { drift_per_s = 2.0, flicker_amplitude = 0.03, flicker_hz = 900.0 }
+        blur = true
+    "#;
+    // Digests of the files as they were before fixed patterns, shaking and the like could be switched on.
+    for (name, keys, golden) in
+        [("warped", optics, 0xBBD9_331C_E049_5963_u64), ("blurred", light, 0xB0DF_9275_60B9_66E8)]
+    {
+        let camera: Camera = toml::from_str(&format!("{keys}{CAMERA}")).unwrap();
+        let (specimen, shot, motion) = (specimen(), shot(), accelerated());
+        let path = folder.path().join(name);
+        film(&path, &Scene::new(&camera, &specimen, &shot, &motion).unwrap(), &FileFaults::default())
+            .unwrap();
+        let found = digest(&std::fs::read(&path).unwrap());
         assert_eq!(found, golden, "{name}: {found:#X}");
     }
 }

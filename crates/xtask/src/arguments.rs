@@ -1,3 +1,5 @@
+//! The words after `cargo xtask`, and what they ask for.
+
 use std::ffi::OsString;
 use std::path::PathBuf;
 
@@ -17,6 +19,7 @@ cargo xtask test [--no-opencv] [--fast] [--package NAME]...
     --fast           leaves out the tests in modules named `slow`
     --package NAME   only the tests of this package; may be repeated
     CHAINWAVE_REFERENCE_DATA names the folder of third-party recordings; tests that need it skip without it.
+    The last line says how many tests skipped, and why.
 
 cargo xtask setup [--no-opencv]
     Looks for what the build needs from the system and installs what is missing.

@@ -1,3 +1,5 @@
+//! A command with its arguments: printed as a line for a shell, then run.
+
 use std::env;
 use std::ffi::{OsStr, OsString};
 use std::fmt;

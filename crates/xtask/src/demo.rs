@@ -1,3 +1,5 @@
+//! `cargo xtask demo`: builds the command, films the synthetic experiment and processes it.
+
 use std::path::{self, Path, PathBuf};
 
 use crate::command_line::CommandLine;

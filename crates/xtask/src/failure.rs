@@ -1,3 +1,5 @@
+//! Why a task ended early, and the exit code that tells it.
+
 use std::fmt;
 use std::io;
 use std::process::ExitCode;

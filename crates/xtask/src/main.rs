@@ -12,6 +12,7 @@ mod demo;
 mod failure;
 mod needs;
 mod setup;
+mod skipped;
 mod system;
 mod test_run;
 

@@ -1,3 +1,5 @@
+//! What a build needs from the system, and the plan to install what is missing.
+
 use crate::command_line::CommandLine;
 
 /// Something that chainwave needs from the system, besides the Rust toolchain.

@@ -1,3 +1,5 @@
+//! Sets the system up: looks for what a build needs and installs it where that is possible.
+
 use crate::command_line::CommandLine;
 use crate::failure::Failure;
 use crate::needs::{self, Need, Plan};

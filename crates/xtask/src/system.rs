@@ -1,3 +1,5 @@
+//! What this system has: programs, OpenCV, libclang, and rights to install.
+
 use std::env;
 use std::fs;
 use std::io::{self, IsTerminal};

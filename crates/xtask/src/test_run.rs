@@ -1,10 +1,14 @@
+//! `cargo xtask test`: builds and runs the tests, and says which of them skipped and why.
+
 use std::env;
+use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::command_line::CommandLine;
 use crate::failure::Failure;
 use crate::setup;
+use crate::skipped;
 
 /// The package whose tests run the command `chainwave`.
 const WHOLE_WAY: &str = "chainwave-tests";
@@ -26,10 +30,12 @@ impl Default for TestRun {
     }
 }
 
-/// Sets up, builds and runs the tests; the runner's summary is the last thing printed.
+/// Sets up, builds and runs the tests; the runner's summary, and which tests skipped, are the last things printed.
 pub(crate) fn run(test_run: &TestRun) -> Result<(), Failure> {
-    let chainwave = chainwave_beside_xtask()
-        .map_err(|source| Failure::NotStarted { command: "chainwave".to_owned(), source })?;
+    let not_started =
+        |command: &'static str| move |source| Failure::NotStarted { command: command.to_owned(), source };
+    let chainwave = chainwave_beside_xtask().map_err(not_started("chainwave"))?;
+    let skipped = skipped::new_list(&chainwave).map_err(not_started("the list of skipped tests"))?;
     if env::var_os("CHAINWAVE_REFERENCE_DATA").is_none() {
         println!("CHAINWAVE_REFERENCE_DATA is not set: tests with third-party recordings will skip.");
     }
@@ -37,10 +43,12 @@ pub(crate) fn run(test_run: &TestRun) -> Result<(), Failure> {
     if !nextest {
         println!("cargo-nextest is not installed: the tests run with cargo test.");
     }
-    setup::run_then(test_run.opencv, &commands(test_run, nextest, &chainwave))
+    let outcome = setup::run_then(test_run.opencv, &commands(test_run, nextest, &chainwave, &skipped));
+    println!("{}", skipped::told(&fs::read_to_string(&skipped).unwrap_or_default()));
+    outcome
 }
 
-fn commands(test_run: &TestRun, nextest: bool, chainwave: &Path) -> Vec<CommandLine> {
+fn commands(test_run: &TestRun, nextest: bool, chainwave: &Path, skipped: &Path) -> Vec<CommandLine> {
     let features = if test_run.opencv { &[][..] } else { &["--no-default-features"] };
     let cargo = |words: &[&str]| CommandLine::new(["cargo"]).with(words).with(["--release"]).with(features);
     let runner: &[&str] = if nextest { &["nextest", "run"] } else { &["test", "--tests"] };
@@ -57,7 +65,8 @@ fn commands(test_run: &TestRun, nextest: bool, chainwave: &Path) -> Vec<CommandL
     if all {
         commands.push(cargo(&["test", "--quiet", "--doc"]).with(["--workspace"]));
     }
-    commands.push(tests.with_variable("CHAINWAVE_COMMAND", chainwave));
+    commands
+        .push(tests.with_variable("CHAINWAVE_COMMAND", chainwave).with_variable(skipped::VARIABLE, skipped));
     commands
 }
 
@@ -78,7 +87,10 @@ mod tests {
     use super::*;
 
     fn lines(test_run: &TestRun, nextest: bool) -> Vec<String> {
-        commands(test_run, nextest, Path::new("/bin/chainwave")).iter().map(CommandLine::to_string).collect()
+        commands(test_run, nextest, Path::new("/b/chainwave"), Path::new("/b/list"))
+            .iter()
+            .map(CommandLine::to_string)
+            .collect()
     }
 
     #[test]
@@ -88,7 +100,7 @@ mod tests {
             [
                 "cargo build --release --workspace --bins --tests",
                 "cargo test --quiet --doc --release --workspace",
-                "CHAINWAVE_COMMAND=/bin/chainwave cargo nextest run --release --workspace",
+                "CHAINWAVE_COMMAND=/b/chainwave CHAINWAVE_SKIPPED=/b/list cargo nextest run --release --workspace",
             ]
         );
     }
@@ -96,16 +108,14 @@ mod tests {
     #[test]
     fn cargo_test_stands_in_for_nextest() {
         let lines = lines(&TestRun { fast: true, ..TestRun::default() }, false);
-        let last =
-            "CHAINWAVE_COMMAND=/bin/chainwave cargo test --tests --release --workspace -- --skip slow::";
+        let last = "CHAINWAVE_COMMAND=/b/chainwave CHAINWAVE_SKIPPED=/b/list cargo test --tests --release --workspace -- --skip slow::";
         assert_eq!(lines.last().map(String::as_str), Some(last));
     }
 
     #[test]
     fn chosen_packages_run_alone() {
         let test_run = TestRun { opencv: false, fast: false, packages: vec!["a".into(), "b".into()] };
-        let only =
-            "CHAINWAVE_COMMAND=/bin/chainwave cargo nextest run --release --no-default-features -p a -p b";
+        let only = "CHAINWAVE_COMMAND=/b/chainwave CHAINWAVE_SKIPPED=/b/list cargo nextest run --release --no-default-features -p a -p b";
         assert_eq!(lines(&test_run, true), [only]);
     }
 

@@ -72,6 +72,8 @@ pub(crate) fn with_late_view(
         let slope = (x[(body, after)] - x[(body, before)]) / ((after - before) as f64 * INTERVAL_S);
         if bodies.contains(&body) { -shift_s * slope } else { 0.0 }
     });
-    motion.modes.push(ErrorMode { source: format!("timing of bodies {bodies:?}"), displacement_m: error });
+    motion
+        .modes
+        .push(ErrorMode { source: format!("timing of bodies {bodies:?}").into(), displacement_m: error });
     motion
 }

@@ -8,44 +8,72 @@ use crate::common::{PITCH_M, paper_chain, ring_law, with_late_view, with_sigma};
 
 const N_EXPERIMENTS: usize = 40;
 
-/// Counts how many estimates hold their truth within one and within 1.96 standard uncertainties.
+/// Replicas behind each standard uncertainty.
+const N_REPLICAS: usize = 60;
+
+/// How far estimates are off, in units of what they state, experiment by experiment.
 #[derive(Default)]
 struct Coverage {
-    n: f64,
-    within_68: f64,
-    within_95: f64,
-    /// Sum of the errors in standard uncertainties.
-    error: f64,
+    /// Errors in standard uncertainties; one entry for each experiment that had any.
+    experiments: Vec<Vec<f64>>,
 }
 
 impl Coverage {
-    fn add(&mut self, found: Estimate, truth: Estimate) {
-        let distance = (found.value - truth.value).abs();
-        self.error += (found.value - truth.value) / found.sigma;
-        self.n += 1.0;
-        self.within_68 += f64::from(u8::from(distance < found.sigma));
-        self.within_95 += f64::from(u8::from(found.covers_95(truth.value)));
+    fn begin(&mut self) {
+        self.experiments.push(Vec::new());
     }
 
-    /// The tolerances allow for `N_EXPERIMENTS` correlated experiments of 60 replicas, whose sigma is known to 9 %.
-    fn check(&self, what: &str, tolerance_68: f64, tolerance_95: f64) {
-        let (share_68, share_95) = (self.within_68 / self.n, self.within_95 / self.n);
-        let bias = self.error / self.n;
-        println!(
-            "{what}: {} values, {share_68:.3} within 68 %, {share_95:.3} within 95 %, {bias:+.3}",
-            self.n
-        );
-        // The mean of `N_EXPERIMENTS` scatters by a sixth of a standard uncertainty where all of an experiment's errors are one.
-        assert!(bias.abs() < 0.4, "{what}: errors are {bias} standard uncertainties on average");
-        assert!((share_68 - 0.68).abs() < tolerance_68, "{what}: 68 % interval holds {share_68}");
-        assert!(share_95 > 0.95 - tolerance_95, "{what}: 95 % interval holds {share_95}");
+    fn add(&mut self, found: Estimate, truth: Estimate) {
+        if let Some(experiment) = self.experiments.last_mut() {
+            experiment.push((found.value - truth.value) / found.sigma);
+        }
+    }
+
+    fn n(&self) -> usize {
+        self.experiments.iter().map(Vec::len).sum()
+    }
+
+    /// Mean over experiments, whose errors are independent, of a mean over the errors of each, which are not; with its standard error.
+    fn mean(&self, of: impl Fn(f64) -> f64) -> Estimate {
+        let seen = self.experiments.iter().filter(|errors| !errors.is_empty());
+        let means: Vec<f64> =
+            seen.map(|errors| errors.iter().map(|z| of(*z)).sum::<f64>() / errors.len() as f64).collect();
+        let n = means.len() as f64;
+        let mean = means.iter().sum::<f64>() / n;
+        let variance = means.iter().map(|one| (one - mean).powi(2)).sum::<f64>() / (n - 1.0);
+        Estimate::new(mean, (variance / n).sqrt())
+    }
+
+    /// Neither too narrow nor too wide, and without bias: each within four standard errors of what a sigma from so few replicas leaves
+    /// (Student's t), once in 3000 by chance.
+    fn check(&self, what: &str) {
+        let freedom = (N_REPLICAS - 1) as f64;
+        let holds = |z: f64| f64::from(u8::from(z.abs() < Estimate::COVERAGE_95));
+        // Of Student's t, 94.5 % lie within 1.96.
+        let expected = [
+            ("bias", self.mean(|z| z), 0.0),
+            ("square", self.mean(|z| z * z), freedom / (freedom - 2.0)),
+            ("95 %", self.mean(holds), 0.945),
+        ];
+        for (which, found, expected) in expected {
+            println!("{what}: {which} {:.3} +- {:.3}, expected {expected:.3}", found.value, found.sigma);
+            // A share of which every experiment has the same leaves no scatter to tell its error by: that of one error in as many.
+            let sigma = found.sigma.max(1.0 / self.n() as f64);
+            assert!(
+                (found.value - expected).abs() < 4.0 * sigma,
+                "{what}: {which} {found:?}, expected {expected}"
+            );
+        }
     }
 }
 
 fn measured(motion: &ChainMotion, seed: u64) -> Measurement {
     let law = ring_law();
-    let settings =
-        MeasureSettings { n_replicas: 60, velocity_gaps: Some(3..=9), ..MeasureSettings::new(PITCH_M, seed) };
+    let settings = MeasureSettings {
+        n_replicas: N_REPLICAS,
+        velocity_gaps: Some(3..=9),
+        ..MeasureSettings::new(PITCH_M, seed)
+    };
     measure(motion, &settings, Some(&|overlap_m| law.energy_j(overlap_m))).unwrap()
 }
 
@@ -56,6 +84,9 @@ fn check_coverage(sigma_m: f64, late_s: f64) {
     let [mut peaks, mut edges, mut energies, mut speeds, mut widths, mut tails] =
         [(); 6].map(|()| Coverage::default());
     for (index, noisy) in replicate(&stated, N_EXPERIMENTS, 2024).enumerate() {
+        for coverage in [&mut peaks, &mut edges, &mut energies, &mut speeds, &mut widths, &mut tails] {
+            coverage.begin();
+        }
         let found = measured(&noisy, index as u64);
         for (found, truth) in found.fronts.iter().zip(&truth.fronts).take(9) {
             let (found, truth) = (found.unwrap(), truth.unwrap());
@@ -75,14 +106,14 @@ fn check_coverage(sigma_m: f64, late_s: f64) {
             same.into_iter().for_each(|same| widths.add(width.hwhm_m, same.hwhm_m));
         }
     }
-    peaks.check("peaks", 0.06, 0.03);
-    edges.check("edges", 0.08, 0.04);
-    energies.check("energies", 0.08, 0.04);
-    widths.check("half widths", 0.10, 0.05);
-    speeds.check("group velocity", 0.20, 0.08);
+    peaks.check("peaks");
+    edges.check("edges");
+    energies.check("energies");
+    widths.check("half widths");
+    speeds.check("group velocity");
     // Strong noise hides the maximum.
-    if tails.n > 0.5 * N_EXPERIMENTS as f64 {
-        tails.check("tail frequency", 0.20, 0.08);
+    if tails.n() > N_EXPERIMENTS / 2 {
+        tails.check("tail frequency");
     }
 }
 
@@ -100,7 +131,7 @@ fn strong_noise_is_covered() {
 #[test]
 fn the_group_velocity_is_known_to_a_thousandth_at_the_papers_scale() {
     let exact = exact_motion(&paper_chain(26, 2.73, FarEnd::Free, 0.018).trajectory);
-    let settings = |seed| MeasureSettings { n_replicas: 60, ..MeasureSettings::new(PITCH_M, seed) };
+    let settings = |seed| MeasureSettings { n_replicas: N_REPLICAS, ..MeasureSettings::new(PITCH_M, seed) };
     let truth = measure(&exact, &settings(0), None).unwrap().group_velocity.unwrap();
     let late = |motion, view: usize| with_late_view(motion, 5 * view..(5 * view + 6).min(26), 0.3e-6);
     let stated = (0..5).fold(with_sigma(exact, 1e-6), late);

@@ -10,14 +10,8 @@ mod coverage;
 #[cfg(test)]
 mod decisions;
 #[cfg(test)]
-mod energies;
-#[cfg(test)]
-mod imposed;
-#[cfg(test)]
 mod pulses;
 #[cfg(test)]
 mod robustness;
-#[cfg(test)]
-mod tracks;
 #[cfg(test)]
 mod waves;

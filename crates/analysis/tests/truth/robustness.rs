@@ -1,7 +1,8 @@
 //! Motions with holes, without a wave, or that make no sense.
 
 use chainwave_analysis::{
-    AnalysisError, MeasureSettings, Measurement, Missing, exact_motion, measure, replicate,
+    AnalysisError, FrontSettings, MeasureSettings, Measurement, Missing, exact_motion, leading_pulses,
+    measure, profile_times, replicate, strain_map,
 };
 use chainwave_measurement::{ChainMotion, ErrorMode};
 use chainwave_mechanics::FarEnd;
@@ -106,6 +107,24 @@ fn a_record_that_ends_on_the_rise_has_no_peak() {
     let measured = measured(&motion);
     assert!(measured.fronts[6].is_ok());
     assert_eq!(measured.fronts[11], Err(Missing::PeakOutsideRecord));
+}
+
+#[test]
+fn profiles_are_shown_while_the_pulse_runs_however_short_the_record_is() {
+    let pulses = |n_times: usize| {
+        let mut motion = chain();
+        motion.times_s.truncate(n_times);
+        motion.displacement_m = motion.displacement_m.slice(ndarray::s![.., ..n_times]).to_owned();
+        motion.independent_sigma_m = motion.independent_sigma_m.slice(ndarray::s![.., ..n_times]).to_owned();
+        leading_pulses(&strain_map(&motion, PITCH_M).unwrap(), &FrontSettings::default())
+    };
+    for n_times in [400, 120, 90] {
+        let times_s = profile_times(&pulses(n_times));
+        assert_eq!(times_s.len(), 3, "{n_times}");
+        assert!(times_s.is_sorted() && times_s[0] > 0.0 && times_s[2] < 4e-5 * n_times as f64, "{times_s:?}");
+    }
+    // It ends before the pulse has passed two gaps.
+    assert!(profile_times(&pulses(10)).is_empty());
 }
 
 #[test]

@@ -1,9 +1,13 @@
+//! Calibration by pictures of a board: lens distortion, perspective and scale by least squares, with their covariance.
+
 use nalgebra::{DMatrix, DVector, Dyn, linalg::Cholesky};
 
-use super::plane::{PlaneMap, corners_px, product, projected};
-use super::{Calibration, Lens, MapError, Source, check_length, refusal};
-use crate::CameraError;
+use super::checks::{check_length, refusal};
+use super::lens::Lens;
+use super::plane::{PlaneMap, adjugate, corners_px, product, projected};
+use super::{Calibration, MapError, Source};
 use crate::board::{Board, Corner};
+use crate::error::CameraError;
 
 /// Unknowns of a picture: the perspective in which it shows the board.
 const PER_PICTURE: usize = 8;
@@ -95,8 +99,7 @@ impl Frame {
     /// The map of the first picture's board, turned so that x follows the picture's rows at its centre, which is 0.
     fn plane_map(&self, unknowns: &DVector<f64>, square_m: f64) -> PlaneMap {
         let lens = self.lens(unknowns);
-        let board_from_image =
-            super::plane::adjugate(&self.image_from_board(&unknowns.as_slice()[..PER_PICTURE]));
+        let board_from_image = adjugate(&self.image_from_board(&unknowns.as_slice()[..PER_PICTURE]));
         let in_squares = PlaneMap { lens, plane_from_image: board_from_image };
         let [[xx, xy], [yx, yy]] = in_squares.m_per_px(self.middle_px);
         let length = xx.hypot(yx);
@@ -113,7 +116,7 @@ impl Frame {
 }
 
 /// A corner on the board, in squares from the middle of those seen, and in the picture.
-struct Point {
+struct SeenCorner {
     board: [f64; 2],
     at_px: [f64; 2],
 }
@@ -129,7 +132,7 @@ struct Fitted {
 
 struct Fit {
     frame: Frame,
-    pictures: Vec<Vec<Point>>,
+    pictures: Vec<Vec<SeenCorner>>,
 }
 
 impl Fit {
@@ -140,11 +143,11 @@ impl Fit {
                 corners.iter().map(|corner| corner.column as f64).sum::<f64>() / n,
                 corners.iter().map(|corner| corner.row as f64).sum::<f64>() / n,
             ];
-            let point = |corner: &Corner| Point {
+            let point = |corner: &Corner| SeenCorner {
                 board: [corner.column as f64 - middle[0], corner.row as f64 - middle[1]],
                 at_px: [corner.x_px, corner.y_px],
             };
-            corners.iter().map(point).collect::<Vec<Point>>()
+            corners.iter().map(point).collect::<Vec<SeenCorner>>()
         };
         Ok(Self { frame, pictures: pictures.iter().map(points).collect() })
     }
@@ -199,12 +202,12 @@ impl Fit {
     }
 
     /// Each corner with the number of its picture's first unknown.
-    fn points(&self) -> impl Iterator<Item = (usize, &Point)> {
+    fn points(&self) -> impl Iterator<Item = (usize, &SeenCorner)> {
         let numbered = self.pictures.iter().enumerate();
         numbered.flat_map(|(index, points)| points.iter().map(move |point| (PER_PICTURE * index, point)))
     }
 
-    fn residual(&self, unknowns: &DVector<f64>, first: usize, point: &Point) -> [f64; 2] {
+    fn residual(&self, unknowns: &DVector<f64>, first: usize, point: &SeenCorner) -> [f64; 2] {
         let matrix = self.frame.image_from_board(&unknowns.as_slice()[first..first + PER_PICTURE]);
         let model_px = self.frame.lens(unknowns).distorted_px(projected(&matrix, point.board));
         [model_px[0] - point.at_px[0], model_px[1] - point.at_px[1]]
@@ -248,7 +251,7 @@ impl Fit {
     }
 
     /// Derivatives of a corner's place by its picture's unknowns and the lens's, in pixels.
-    fn slopes(&self, unknowns: &DVector<f64>, first: usize, point: &Point) -> [[f64; 12]; 2] {
+    fn slopes(&self, unknowns: &DVector<f64>, first: usize, point: &SeenCorner) -> [[f64; 12]; 2] {
         let matrix = self.frame.image_from_board(&unknowns.as_slice()[first..first + PER_PICTURE]);
         let lens = self.frame.lens(unknowns);
         let ideal_px = projected(&matrix, point.board);
@@ -308,7 +311,7 @@ fn factored(normal: DMatrix<f64>) -> Result<Cholesky<f64, Dyn>, CameraError> {
 }
 
 /// The perspective of a picture from its corners by linear least squares, without distortion (the direct linear transform).
-fn perspective(points: &[Point], frame: Frame) -> Result<DVector<f64>, CameraError> {
+fn perspective(points: &[SeenCorner], frame: Frame) -> Result<DVector<f64>, CameraError> {
     let mut matrix = DMatrix::zeros(2 * points.len(), PER_PICTURE);
     let mut right = DVector::zeros(2 * points.len());
     for (index, point) in points.iter().enumerate() {

@@ -1,3 +1,5 @@
+//! Radial lens distortion (k1, k2): distorting and undistorting a point, and the Jacobian.
+
 /// A lens's radial distortion, in OpenCV's convention: a ray that an ideal lens images at q, in focal lengths from the
 /// centre, is imaged at q (1 + k1 |q|^2 + k2 |q|^4) (Brown, 1971).
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,9 +1,12 @@
+//! Calibration by a row of marks at a known pitch: a straight line through them.
+
 use chainwave_measurement::Estimate;
 
-use super::plane::PlaneMap;
-use super::{Calibration, Mark, Source, check_length, check_sigma, dot, refusal, scaled_plane};
-use crate::CameraError;
-use crate::calibration::lens::Lens;
+use super::checks::{check_length, check_sigma, refusal};
+use super::lens::Lens;
+use super::plane::{PlaneMap, dot, scaled_plane};
+use super::{Calibration, Mark, Source};
+use crate::error::CameraError;
 
 impl Calibration {
     /// The scale from marks at a known pitch, in metres, by a least-squares line through them in the order of their

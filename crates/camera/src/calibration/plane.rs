@@ -1,5 +1,8 @@
+//! The homography from undistorted pixels to the plane of the chain, with lens distortion undone before it.
+
+use super::checks::refusal;
 use super::lens::{Jacobian, Lens};
-use crate::CameraError;
+use crate::error::CameraError;
 
 /// Points closer than this are the same but for rounding, however far outside the picture.
 const SAME_POINT_PX: f64 = 1e-6;
@@ -40,15 +43,15 @@ impl PlaneMap {
 
     /// Refuses a map that does not give every point of a picture one place in the plane.
     pub fn check(&self, width_px: usize, height_px: usize) -> Result<(), CameraError> {
-        let refusal = |what: &str, expected: &str, found| Err(super::refusal(what, expected, found));
+        let refused = |what: &str, expected: &str, found| Err(refusal(what, expected, found));
         let corners_px = corners_px(width_px, height_px);
         let [cx, cy] = self.lens.centre_px;
         let radius_px = corners_px.iter().map(|[x, y]| (x - cx).hypot(y - cy)).fold(0.0, f64::max);
         if !(self.lens.focal_px.is_finite() && self.lens.focal_px > 0.0) {
-            return refusal("length that k1 and k2 refer to", "more than 0 px", self.lens.focal_px);
+            return refused("length that k1 and k2 refer to", "more than 0 px", self.lens.focal_px);
         }
         if !self.lens.is_invertible(radius_px) {
-            return refusal(
+            return refused(
                 "distortion k1",
                 "one that can be undone in the whole picture, with k2",
                 self.lens.k1,
@@ -58,7 +61,7 @@ impl PlaneMap {
         let same_side = depths.iter().all(|depth| depth * depths[0] > 0.0);
         let determinant = determinant(&self.plane_from_image);
         if !(same_side && determinant.is_finite() && determinant != 0.0) {
-            return refusal("perspective", "the whole picture on one side of the horizon", depths[0]);
+            return refused("perspective", "the whole picture on one side of the horizon", depths[0]);
         }
         Ok(())
     }
@@ -68,6 +71,20 @@ impl PlaneMap {
 pub(super) fn corners_px(width_px: usize, height_px: usize) -> [[f64; 2]; 4] {
     let (right, bottom) = (width_px as f64 - 1.0, height_px as f64 - 1.0);
     [[0.0, 0.0], [right, 0.0], [0.0, bottom], [right, bottom]]
+}
+
+/// The plane of a picture without perspective, whose x points along `axis` in the picture from `origin_px`.
+pub(super) fn scaled_plane(m_per_px: f64, axis: [f64; 2], origin_px: [f64; 2]) -> [[f64; 3]; 3] {
+    let across = [-axis[1], axis[0]];
+    let row = |direction: [f64; 2]| {
+        let [x, y] = direction.map(|component| component * m_per_px);
+        [x, y, -dot([x, y], origin_px)]
+    };
+    [row(axis), row(across), [0.0, 0.0, 1.0]]
+}
+
+pub(super) fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
 }
 
 /// Third component of the image of (x, y, 1).

@@ -1,7 +1,9 @@
-use super::header::Header;
+//! The tagged blocks of a .cine: time stamps and exposures of the images.
+
+use super::header::CineHeader;
 use super::setup::Setup;
-use crate::CameraError;
 use crate::bytes::Bytes;
+use crate::error::CameraError;
 
 /// Size (u32), type (u16) and a reserved u16.
 const BLOCK_HEAD_BYTES: u64 = 8;
@@ -23,11 +25,11 @@ pub(super) struct Blocks {
 }
 
 impl Blocks {
-    pub(super) fn read(bytes: Bytes, header: &Header, setup: &Setup) -> Result<Self, CameraError> {
+    pub(super) fn read(bytes: Bytes, header: &CineHeader, setup: &Setup) -> Result<Self, CameraError> {
         let mut blocks = Self::default();
         let mut offset = header.setup_offset + setup.length;
         while offset < header.pointers_offset {
-            let block = Block::read(bytes, offset, header.pointers_offset)?;
+            let block = TaggedBlock::read(bytes, offset, header.pointers_offset)?;
             match block.kind {
                 IMAGE_TIMES => {
                     let table = block.per_image(bytes, "time stamps", header.n_images)?;
@@ -47,6 +49,16 @@ impl Blocks {
         Ok(blocks)
     }
 
+    /// Forgets what belongs to frames behind the first `n_frames`.
+    pub(super) fn keep_first(&mut self, n_frames: usize) {
+        if let Some(stamps) = &mut self.stamps {
+            stamps.truncate(n_frames);
+        }
+        if let Some(exposures) = &mut self.exposures {
+            exposures.truncate(n_frames);
+        }
+    }
+
     /// Median exposure in seconds, which a dummy frame does not move.
     pub(super) fn exposure_s(&self) -> Option<f64> {
         let mut exposures = self.exposures.clone()?;
@@ -56,14 +68,14 @@ impl Blocks {
     }
 }
 
-struct Block {
+struct TaggedBlock {
     offset: u64,
     /// Bytes of the block, its head included.
     size: u64,
     kind: u16,
 }
 
-impl Block {
+impl TaggedBlock {
     /// The block at `offset`, which must end at `end` at the latest.
     fn read(bytes: Bytes, offset: u64, end: u64) -> Result<Self, CameraError> {
         let size = u64::from(bytes.u32("block size", offset)?);
@@ -76,7 +88,7 @@ impl Block {
     }
 
     /// The file's part of the time stamps of a camera's whole memory; `None` where it lies outside, and nothing is certain.
-    fn stamps_of_memory(&self, bytes: Bytes, header: &Header) -> Option<Vec<u64>> {
+    fn stamps_of_memory(&self, bytes: Bytes, header: &CineHeader) -> Option<Vec<u64>> {
         let before = u64::try_from(i64::from(header.first_image) - i64::from(header.first_in_memory)).ok()?;
         let wanted = 8 * before..8 * (before + u64::from(header.n_images));
         if wanted.end > self.size - BLOCK_HEAD_BYTES {

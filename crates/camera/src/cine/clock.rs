@@ -1,8 +1,10 @@
+//! Times of a .cine's frames after the trigger, from time stamps or from image numbers, and the frame rate.
+
 use super::blocks::{Blocks, TICKS_PER_SECOND};
-use super::header::Header;
+use super::header::CineHeader;
 use super::setup::Setup;
-use crate::CameraError;
 use crate::bytes::Bytes;
+use crate::error::CameraError;
 
 /// The two lowest bits of a time stamp say how the clock was synchronised.
 const STAMP_FLAGS: u64 = 0b11;
@@ -25,7 +27,7 @@ impl Clock {
     /// Times from the time stamps where they exist and increase, else from image numbers and the header's rate.
     pub(super) fn of(
         bytes: Bytes,
-        header: &Header,
+        header: &CineHeader,
         setup: &Setup,
         blocks: &Blocks,
     ) -> Result<Self, CameraError> {
@@ -44,7 +46,7 @@ impl Clock {
         }
     }
 
-    fn from_stamps(times_s: Vec<f64>, header: &Header, stated_hz: Option<f64>) -> Self {
+    fn from_stamps(times_s: Vec<f64>, header: &CineHeader, stated_hz: Option<f64>) -> Self {
         match (usual_interval_s(&times_s), stated_hz) {
             (Some(interval_s), _) => Self::in_step(times_s, header, interval_s, stated_hz),
             (None, Some(rate_hz)) if times_s.len() > 1 => {
@@ -58,7 +60,7 @@ impl Clock {
         }
     }
 
-    fn in_step(times_s: Vec<f64>, header: &Header, interval_s: f64, stated_hz: Option<f64>) -> Self {
+    fn in_step(times_s: Vec<f64>, header: &CineHeader, interval_s: f64, stated_hz: Option<f64>) -> Self {
         let rate_hz = interval_s.recip();
         let mut warnings = far_from_trigger(&times_s);
         warnings.extend(out_of_step(&times_s, interval_s));
@@ -67,7 +69,7 @@ impl Clock {
         Self { times_s, rate_hz: Some(rate_hz), warnings }
     }
 
-    fn from_numbers(header: &Header, rate_hz: f64, reason: &str) -> Self {
+    fn from_numbers(header: &CineHeader, rate_hz: f64, reason: &str) -> Self {
         let first = f64::from(header.first_image);
         let times_s = (0..header.n_images).map(|index| (first + f64::from(index)) / rate_hz).collect();
         let warning =

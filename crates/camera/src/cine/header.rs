@@ -1,11 +1,13 @@
-use crate::CameraError;
+//! The two fixed headers of a .cine: the file's own and the bitmap's.
+
 use crate::bytes::Bytes;
+use crate::error::CameraError;
 
 const HEADER_BYTES: u16 = 44;
 const BITMAP_BYTES: u64 = 40;
 
 /// What CINEFILEHEADER and BITMAPINFOHEADER say, as far as it matters here.
-pub(super) struct Header {
+pub(super) struct CineHeader {
     /// 0: gray or interpolated colour; 1: compressed by a vendor library; 2: raw colour mosaic.
     pub(super) compression: u16,
     pub(super) pointer_width: PointerWidth,
@@ -31,7 +33,7 @@ pub(super) struct Header {
     pub(super) n_levels: u32,
 }
 
-impl Header {
+impl CineHeader {
     pub(super) fn read(bytes: Bytes) -> Result<Self, CameraError> {
         bytes.slice("cine header", 0, HEADER_BYTES.into())?;
         let size = bytes.u16("header size", 2)?;

@@ -1,7 +1,9 @@
-use super::header::Header;
+//! How a .cine stores its pixels: bit depth, packing, order of rows.
+
+use super::header::CineHeader;
 use super::setup::Setup;
-use crate::CameraError;
 use crate::bytes::Bytes;
+use crate::error::CameraError;
 use crate::packing::Packing;
 use crate::raster::Raster;
 
@@ -9,8 +11,8 @@ use crate::raster::Raster;
 const PACKED_DEPTH: u32 = 12;
 
 /// How a frame's pixels lie in the file.
-pub(super) struct Layout {
-    pub(super) storage: Storage,
+pub(super) struct PixelLayout {
+    pub(super) storage: CineStorage,
     pub(super) raster: Raster,
     /// Significant bits of an unpacked pixel.
     pub(super) bit_depth: u32,
@@ -18,9 +20,9 @@ pub(super) struct Layout {
     pub(super) frame_bytes: u64,
 }
 
-impl Layout {
-    pub(super) fn of(bytes: Bytes, header: &Header, setup: &Setup) -> Result<Self, CameraError> {
-        let storage = Storage::of(bytes, header, setup)?;
+impl PixelLayout {
+    pub(super) fn of(bytes: Bytes, header: &CineHeader, setup: &Setup) -> Result<Self, CameraError> {
+        let storage = CineStorage::of(bytes, header, setup)?;
         let (width_px, height_px) = (header.width_px, header.height_px);
         let size_at = header.bitmap_offset + 0x14;
         let Some(raster) = storage.raster(width_px, height_px) else {
@@ -41,7 +43,7 @@ impl Layout {
 
 /// How a .cine file stores its pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Storage {
+pub(super) enum CineStorage {
     /// One byte a pixel.
     Gray8,
     /// Two bytes a pixel, value right-aligned.
@@ -52,8 +54,8 @@ pub(super) enum Storage {
     P12L,
 }
 
-impl Storage {
-    fn of(bytes: Bytes, header: &Header, setup: &Setup) -> Result<Self, CameraError> {
+impl CineStorage {
+    fn of(bytes: Bytes, header: &CineHeader, setup: &Setup) -> Result<Self, CameraError> {
         let path = bytes.path();
         let unsupported = |what: String, hint: &str| CameraError::Unsupported {
             path: path.into(),
@@ -108,7 +110,7 @@ impl Storage {
     }
 
     /// Significant bits: as the Setup block says, else as the number of gray levels says, else all that are stored.
-    fn bit_depth(self, header: &Header, setup: &Setup) -> u32 {
+    fn bit_depth(self, header: &CineHeader, setup: &Setup) -> u32 {
         let from_levels = header.n_levels.is_power_of_two().then(|| header.n_levels.ilog2());
         let stated = setup.bit_depth.or(from_levels).filter(|bits| (8..=16).contains(bits));
         match self {

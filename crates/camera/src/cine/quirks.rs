@@ -1,6 +1,8 @@
+//! What is odd about an otherwise readable .cine: garbage sizes, dummy frames, decimation, companding.
+
 use super::blocks::{Blocks, TICKS_PER_SECOND};
-use super::header::Header;
-use super::pixels::{Layout, Storage};
+use super::header::CineHeader;
+use super::pixels::{CineStorage, PixelLayout};
 use super::setup::Setup;
 use crate::bytes::Bytes;
 
@@ -10,9 +12,9 @@ const DUMMY_EXPOSURE_RATIO: f64 = 10.0;
 /// What a careful reader of the pixels should know of an otherwise readable file.
 pub(super) fn warnings(
     bytes: Bytes,
-    header: &Header,
+    header: &CineHeader,
     setup: &Setup,
-    layout: &Layout,
+    layout: &PixelLayout,
     blocks: &Blocks,
     frames: &[u64],
 ) -> Vec<String> {
@@ -29,7 +31,7 @@ pub(super) fn warnings(
 }
 
 /// Some cameras write garbage into a frame's own size word. The first and the last frame tell, and no more are touched.
-fn other_size_word(bytes: Bytes, layout: &Layout, frames: &[u64]) -> Option<String> {
+fn other_size_word(bytes: Bytes, layout: &PixelLayout, frames: &[u64]) -> Option<String> {
     let (first, last) = (*frames.first()?, *frames.last()?);
     [(0, first), (frames.len() - 1, last)].into_iter().find_map(|(index, start)| {
         let head = u64::from(bytes.u32("frame head", start).ok()?);
@@ -59,9 +61,9 @@ fn decimation(setup: &Setup) -> Option<String> {
     (every > 1.0).then(|| format!("only one image in {every} was saved"))
 }
 
-fn companding(setup: &Setup, layout: &Layout) -> Option<String> {
+fn companding(setup: &Setup, layout: &PixelLayout) -> Option<String> {
     match layout.storage {
-        Storage::P10 => {
+        CineStorage::P10 => {
             Some("pixels were stored as companded 10-bit codes; they are linearised to 12-bit counts".into())
         }
         _ if setup.was_companded => {
@@ -71,16 +73,16 @@ fn companding(setup: &Setup, layout: &Layout) -> Option<String> {
     }
 }
 
-fn unstated_depth(setup: &Setup, layout: &Layout) -> Option<String> {
+fn unstated_depth(setup: &Setup, layout: &PixelLayout) -> Option<String> {
     let stated = setup.bit_depth == Some(layout.bit_depth);
-    (layout.storage == Storage::Gray16 && !stated).then(|| match setup.bit_depth {
+    (layout.storage == CineStorage::Gray16 && !stated).then(|| match setup.bit_depth {
         Some(bits) => format!("the header states {bits} significant bits; {} are assumed", layout.bit_depth),
         None => format!("the header states no number of significant bits; {} are assumed", layout.bit_depth),
     })
 }
 
 /// A mosaic is refused; a colour filter in the settings of a file that calls itself gray is only odd.
-fn colour_filter(header: &Header, setup: &Setup) -> Option<String> {
+fn colour_filter(header: &CineHeader, setup: &Setup) -> Option<String> {
     let filter = setup.colour_filter;
     (header.compression == 0 && filter != 0)
         .then(|| format!("the settings name colour filter {filter}, but the pictures are stored as gray"))

@@ -1,5 +1,7 @@
-use crate::CameraError;
+//! The Setup block of a .cine: the camera's settings, as far as its version has them.
+
 use crate::bytes::Bytes;
+use crate::error::CameraError;
 
 /// Offset of the block's mark "ST" and of the length behind it.
 const MARK: u64 = 0x8C;
@@ -42,10 +44,10 @@ impl Setup {
             ));
         }
         let length = u64::from(bytes.u16("setup length", offset + MARK + 2)?);
-        Ok(Self::from_fields(&Fields(bytes.slice("setup block", offset, length)?)))
+        Ok(Self::from_fields(&SetupFields(bytes.slice("setup block", offset, length)?)))
     }
 
-    fn from_fields(fields: &Fields) -> Self {
+    fn from_fields(fields: &SetupFields) -> Self {
         let decimation = fields.f32(0x2894).map_or(1.0, f64::from);
         let decimation = if decimation.is_finite() { decimation.max(1.0) } else { 1.0 };
         Self {
@@ -64,13 +66,13 @@ impl Setup {
 }
 
 /// Rate before decimation: the newest field that exists and makes sense.
-fn rate_hz(fields: &Fields) -> Option<f64> {
+fn rate_hz(fields: &SetupFields) -> Option<f64> {
     let newest = fields.f64(0x28A0).filter(|rate_hz| rate_hz.is_finite() && (1e-3..1e9).contains(rate_hz));
     newest.or_else(|| fields.u32(0x300).map(f64::from)).filter(|&rate_hz| rate_hz > 0.0)
 }
 
 /// Exposure in nanoseconds since the field exists, before that in microseconds.
-fn exposure_s(fields: &Fields) -> Option<f64> {
+fn exposure_s(fields: &SetupFields) -> Option<f64> {
     let exposure_s = match fields.u32(0x620) {
         Some(nanoseconds) => f64::from(nanoseconds) * 1e-9,
         None => f64::from(fields.u32(0x304)?) * 1e-6,
@@ -78,16 +80,16 @@ fn exposure_s(fields: &Fields) -> Option<f64> {
     (exposure_s > 0.0).then_some(exposure_s)
 }
 
-fn display_turns(fields: &Fields) -> Vec<&'static str> {
+fn display_turns(fields: &SetupFields) -> Vec<&'static str> {
     let settings = [(0x2F4, "horizontal flip"), (0x2F8, "vertical flip"), (0x374, "rotation")];
     let is_set = |offset| fields.u32(offset).is_some_and(|value| value != 0);
     settings.iter().filter(|(offset, _)| is_set(*offset)).map(|(_, name)| *name).collect()
 }
 
 /// The bytes of the block; a field that reaches beyond them does not exist.
-struct Fields<'a>(&'a [u8]);
+struct SetupFields<'a>(&'a [u8]);
 
-impl Fields<'_> {
+impl SetupFields<'_> {
     fn array<const N: usize>(&self, offset: usize) -> Option<[u8; N]> {
         self.0.get(offset..)?.first_chunk().copied()
     }

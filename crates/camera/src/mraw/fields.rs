@@ -1,8 +1,10 @@
+//! The names and values of a .cih (text) or .cihx (XML), with the place of each in the file.
+
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use crate::CameraError;
 use crate::bytes::Bytes;
+use crate::error::CameraError;
 
 const TEXT_MARK: &[u8] = b"#Camera Information Header";
 const XML_MARK: &[u8] = b"CIHX";
@@ -28,7 +30,7 @@ fn is_xml(head: &[u8]) -> bool {
 }
 
 /// The values of a .cih or .cihx, by name.
-pub(super) struct Fields {
+pub(super) struct HeaderFields {
     path: PathBuf,
     is_xml: bool,
     fields: Vec<Field>,
@@ -41,7 +43,7 @@ struct Field {
     offset: usize,
 }
 
-impl Fields {
+impl HeaderFields {
     pub(super) fn read(path: &Path) -> Result<Self, CameraError> {
         let data = std::fs::read(path).map_err(|source| CameraError::Io { path: path.into(), source })?;
         let is_xml = is_xml(&data);
@@ -149,10 +151,10 @@ mod tests {
     const WIDTH: Key = Key { text: "Image Width", xml: "imageDataInfo/resolution/width" };
     const TYPE: Key = Key { text: "Color Type", xml: "imageDataInfo/colorInfo/type" };
 
-    fn fields(data: &[u8]) -> Result<Fields, CameraError> {
+    fn fields(data: &[u8]) -> Result<HeaderFields, CameraError> {
         let file = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(file.path(), data).unwrap();
-        Fields::read(file.path())
+        HeaderFields::read(file.path())
     }
 
     fn wrapped(xml: &str) -> Vec<u8> {

@@ -1,7 +1,9 @@
+//! What a .cih or .cihx says of its recording, as typed values with units.
+
 use std::path::Path;
 
-use super::fields::{Fields, Key};
-use crate::CameraError;
+use super::fields::{HeaderFields, Key};
+use crate::error::CameraError;
 
 const fn key(text: &'static str, xml: &'static str) -> Key {
     Key { text, xml }
@@ -25,7 +27,7 @@ const SHUTTER: Key = key("Shutter Speed(s)", "recordInfo/shutterSpeed");
 const CAMERA: Key = key("Camera Type", "deviceInfo/deviceName");
 
 /// What a .cih or .cihx says of its .mraw.
-pub(super) struct Header {
+pub(super) struct MrawHeader {
     pub(super) width_px: usize,
     pub(super) height_px: usize,
     /// Bits that a pixel takes in the file.
@@ -35,18 +37,27 @@ pub(super) struct Header {
     pub(super) side: Side,
     /// Frames in the file.
     pub(super) n_frames: usize,
-    /// Frames that the camera had recorded, of which the file holds some.
-    pub(super) n_recorded: Option<u64>,
+    pub(super) shot: Shot,
+    /// A remark on pixels that are called raw and are gray.
+    pub(super) raw_remark: Option<String>,
+}
+
+/// What a .cih or .cihx says of a shot, in whatever files its frames are kept.
+pub(crate) struct Shot {
+    /// Frames that the camera had recorded, of which the files hold some.
+    pub(crate) n_recorded: Option<u64>,
+    /// Frames that were saved.
+    pub(crate) n_saved: Option<u64>,
     /// Number of the first frame.
-    pub(super) start_frame: i64,
+    pub(crate) start_frame: i64,
     /// Number of the frame of the trigger.
-    pub(super) trigger_frame: i64,
+    pub(crate) trigger_frame: i64,
     /// Every how many-th recorded frame was saved, at least 1.
-    pub(super) step: u64,
+    pub(crate) step: u64,
     /// Rate at which the camera recorded.
-    pub(super) record_hz: f64,
-    pub(super) exposure_s: Option<f64>,
-    pub(super) camera: Option<String>,
+    pub(crate) record_hz: f64,
+    pub(crate) exposure_s: Option<f64>,
+    pub(crate) camera: Option<String>,
 }
 
 /// Which end of a stored value the significant bits lie at.
@@ -56,10 +67,11 @@ pub(super) enum Side {
     Higher,
 }
 
-impl Header {
+impl MrawHeader {
     pub(super) fn read(path: &Path) -> Result<Self, CameraError> {
-        let fields = Fields::read(path)?;
-        refuse_other_kinds(path, &fields)?;
+        let fields = HeaderFields::read(path)?;
+        let raw_remark = refuse_colours(path, &fields)?;
+        refuse_other_files(path, &fields)?;
         let stored_bits = stored_bits(path, &fields)?;
         Ok(Self {
             width_px: at_least_1(&fields, WIDTH)?,
@@ -68,22 +80,61 @@ impl Header {
             depth: depth(&fields)?.unwrap_or(stored_bits),
             side: side(&fields)?,
             n_frames: at_least_1(&fields, TOTAL)?,
+            shot: Shot::of(&fields)?,
+            raw_remark,
+        })
+    }
+}
+
+impl Shot {
+    /// Of a shot whose frames were saved as images.
+    pub(super) fn read(path: &Path) -> Result<Self, CameraError> {
+        let fields = HeaderFields::read(path)?;
+        refuse_colours(path, &fields)?;
+        Self::of(&fields)
+    }
+
+    fn of(fields: &HeaderFields) -> Result<Self, CameraError> {
+        Ok(Self {
             n_recorded: fields.optional(RECORDED, "a number of frames")?,
-            start_frame: frame_number(&fields, START)?,
-            trigger_frame: frame_number(&fields, TRIGGER)?,
+            n_saved: fields.optional(TOTAL, "a number of frames")?,
+            start_frame: frame_number(fields, START)?,
+            trigger_frame: frame_number(fields, TRIGGER)?,
             step: fields.optional(STEP, "a number of frames")?.unwrap_or(1).max(1),
-            record_hz: record_hz(&fields)?,
-            exposure_s: exposure_s(&fields)?,
+            record_hz: record_hz(fields)?,
+            exposure_s: exposure_s(fields)?,
             camera: fields.text(CAMERA).map(Into::into),
         })
     }
 }
 
-fn refuse_other_kinds(path: &Path, fields: &Fields) -> Result<(), CameraError> {
-    let colour = fields.text(COLOUR).unwrap_or("Mono");
-    if !colour.eq_ignore_ascii_case("mono") {
-        return Err(CameraError::Colour { path: path.into(), reason: format!("colour type {colour}") });
+/// Refuses colours. Monochrome models also call their pixels raw where they are saved as the sensor gave them, and then a
+/// remark says so.
+fn refuse_colours(path: &Path, fields: &HeaderFields) -> Result<Option<String>, CameraError> {
+    let kind = fields.text(COLOUR).unwrap_or("Mono");
+    let camera = fields.text(CAMERA).unwrap_or("a camera that is not named");
+    if kind.eq_ignore_ascii_case("mono") {
+        return Ok(None);
     }
+    if !kind.eq_ignore_ascii_case("raw") {
+        return Err(CameraError::Colour { path: path.into(), reason: format!("colour type {kind}") });
+    }
+    if is_monochrome_model(camera) {
+        return Ok(Some(format!(
+            "the header calls the pixels raw; {camera} is a monochrome model, so that they are gray"
+        )));
+    }
+    let reason = format!("colour type Raw, of {camera}, which no -M- in its name marks as monochrome");
+    Err(CameraError::Colour { path: path.into(), reason })
+}
+
+/// Whether a model's name has the part M, for monochrome, and not C, for colour, as in `FASTCAM SA-Z type 2100K-M-64GB`.
+fn is_monochrome_model(name: &str) -> bool {
+    let has = |letter: &str| name.split(['-', ' ']).any(|part| part.eq_ignore_ascii_case(letter));
+    has("M") && !has("C")
+}
+
+fn refuse_other_files(path: &Path, fields: &HeaderFields) -> Result<(), CameraError> {
     match fields.text(FILE_FORMAT) {
         Some(format) if !format.eq_ignore_ascii_case("mraw") => Err(CameraError::Unsupported {
             path: path.into(),
@@ -94,7 +145,7 @@ fn refuse_other_kinds(path: &Path, fields: &Fields) -> Result<(), CameraError> {
     }
 }
 
-fn stored_bits(path: &Path, fields: &Fields) -> Result<u32, CameraError> {
+fn stored_bits(path: &Path, fields: &HeaderFields) -> Result<u32, CameraError> {
     let expected = "8, 10, 12 or 16";
     match fields.number(STORED_BITS, expected)? {
         bits @ (8 | 10 | 12 | 16) => Ok(bits),
@@ -105,12 +156,12 @@ fn stored_bits(path: &Path, fields: &Fields) -> Result<u32, CameraError> {
     }
 }
 
-fn at_least_1(fields: &Fields, key: Key) -> Result<usize, CameraError> {
+fn at_least_1(fields: &HeaderFields, key: Key) -> Result<usize, CameraError> {
     let expected = "at least 1";
     Some(fields.number(key, expected)?).filter(|&n| n > 0).ok_or_else(|| fields.other(key, expected))
 }
 
-fn depth(fields: &Fields) -> Result<Option<u32>, CameraError> {
+fn depth(fields: &HeaderFields) -> Result<Option<u32>, CameraError> {
     let expected = "8 to 16 bits";
     let depth = fields.optional(DEPTH, expected)?;
     if depth.is_some_and(|bits| !(8..=16).contains(&bits)) {
@@ -119,7 +170,7 @@ fn depth(fields: &Fields) -> Result<Option<u32>, CameraError> {
     Ok(depth)
 }
 
-fn side(fields: &Fields) -> Result<Side, CameraError> {
+fn side(fields: &HeaderFields) -> Result<Side, CameraError> {
     match fields.text(SIDE) {
         None | Some("Lower") => Ok(Side::Lower),
         Some("Higher") => Ok(Side::Higher),
@@ -128,13 +179,13 @@ fn side(fields: &Fields) -> Result<Side, CameraError> {
 }
 
 /// A frame's number, which times are computed from without loss when it keeps below 2^53.
-fn frame_number(fields: &Fields, key: Key) -> Result<i64, CameraError> {
+fn frame_number(fields: &HeaderFields, key: Key) -> Result<i64, CameraError> {
     let expected = "a frame number";
     let number: i64 = fields.optional(key, expected)?.unwrap_or(0);
     Some(number).filter(|number| number.unsigned_abs() < 1 << 53).ok_or_else(|| fields.other(key, expected))
 }
 
-fn record_hz(fields: &Fields) -> Result<f64, CameraError> {
+fn record_hz(fields: &HeaderFields) -> Result<f64, CameraError> {
     let expected = "a rate above 0";
     let rate_hz: f64 = fields.number(RATE, expected)?;
     let is_rate = (1e-6..1e12).contains(&rate_hz);
@@ -142,7 +193,7 @@ fn record_hz(fields: &Fields) -> Result<f64, CameraError> {
 }
 
 /// From the exposure in nanoseconds, else from the shutter speed: `1/15371`, or a number, which is its reciprocal.
-fn exposure_s(fields: &Fields) -> Result<Option<f64>, CameraError> {
+fn exposure_s(fields: &HeaderFields) -> Result<Option<f64>, CameraError> {
     let nanoseconds: Option<f64> = fields.optional(SHUTTER_NS, "nanoseconds")?;
     let shutter = fields.text(SHUTTER).map(|text| text.trim_start_matches("1/"));
     let exposure_s = match (nanoseconds, shutter.and_then(|text| text.parse::<f64>().ok())) {
@@ -151,4 +202,25 @@ fn exposure_s(fields: &Fields) -> Result<Option<f64>, CameraError> {
         (None, None) => return Ok(None),
     };
     Ok((exposure_s.is_finite() && exposure_s > 0.0).then_some(exposure_s))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn monochrome_models_are_known_by_their_names() {
+        for name in [
+            "FASTCAM SA-Z type 2100K-M-64GB",
+            "FASTCAM Mini AX200 type 900K-M-32GB",
+            "FASTCAM SA5 model 1300K-M",
+        ] {
+            assert!(is_monochrome_model(name), "{name}");
+        }
+        for name in
+            ["FASTCAM SA-Z type 2100K-C-64GB", "FASTCAM SA-Z", "FASTCAM Multi", "", "FASTCAM 1000K-M-C"]
+        {
+            assert!(!is_monochrome_model(name), "{name}");
+        }
+    }
 }

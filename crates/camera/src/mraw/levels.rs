@@ -1,8 +1,10 @@
+//! Significant bits of Photron's stored values: how many, and at which end.
+
 use chainwave_measurement::Region;
 
-use super::header::{Header, Side};
-use crate::CameraError;
+use super::header::{MrawHeader, Side};
 use crate::bytes::Bytes;
+use crate::error::CameraError;
 use crate::packing::Packing;
 use crate::raster::Raster;
 
@@ -10,16 +12,16 @@ use crate::raster::Raster;
 const N_CHECKED_ROWS: usize = 16;
 
 /// How stored values become counts.
-pub(super) struct Levels {
+pub(super) struct StoredLevels {
     pub(super) raster: Raster,
     /// Significant bits of a count.
     pub(super) bit_depth: u32,
     pub(super) warnings: Vec<String>,
 }
 
-impl Levels {
+impl StoredLevels {
     /// As the header says, unless the first frame shows that it is wrong.
-    pub(super) fn of(bytes: Bytes, header: &Header) -> Result<Self, CameraError> {
+    pub(super) fn of(bytes: Bytes, header: &MrawHeader) -> Result<Self, CameraError> {
         let raster = raster(bytes, header)?;
         let stored = header.stored_bits;
         let (depth, side) = (header.depth, header.side);
@@ -43,7 +45,7 @@ impl Levels {
     }
 }
 
-fn raster(bytes: Bytes, header: &Header) -> Result<Raster, CameraError> {
+fn raster(bytes: Bytes, header: &MrawHeader) -> Result<Raster, CameraError> {
     let packing = match header.stored_bits {
         8 => Packing::Gray8,
         10 => Packing::Packed10,
@@ -58,7 +60,7 @@ fn raster(bytes: Bytes, header: &Header) -> Result<Raster, CameraError> {
 }
 
 /// What a file that keeps fewer bits than the camera gave has lost.
-fn lost_bits(header: &Header) -> Option<String> {
+fn lost_bits(header: &MrawHeader) -> Option<String> {
     let (depth, stored) = (header.depth, header.stored_bits);
     (depth > stored).then(|| match header.side {
         Side::Higher => format!("only the highest {stored} of the camera's {depth} bits were saved"),

@@ -1,11 +1,13 @@
-use crate::CameraError;
+//! The header of a NumPy array: element type, order and shape.
+
 use crate::bytes::Bytes;
+use crate::error::CameraError;
 use crate::packing::Packing;
 
 pub(super) const MAGIC: &[u8] = b"\x93NUMPY";
 
 /// What the array's header says.
-pub(super) struct Header {
+pub(super) struct NpyHeader {
     pub(super) packing: Packing,
     pub(super) n_frames: usize,
     pub(super) height_px: usize,
@@ -16,7 +18,7 @@ pub(super) struct Header {
     pub(super) data_offset: u64,
 }
 
-impl Header {
+impl NpyHeader {
     pub(super) fn read(bytes: Bytes) -> Result<Self, CameraError> {
         let version = bytes.slice("format version", 6, 2)?[0];
         let (text_offset, text_bytes) = match version {

@@ -1,3 +1,5 @@
+//! The order of a series of images, and when each was taken, from the numbers in their names.
+
 use std::collections::BTreeMap;
 
 /// Names of images in their order, and what the numbers in them say.
@@ -5,6 +7,8 @@ use std::collections::BTreeMap;
 pub(super) struct Numbering {
     /// Places of the images in the given list, frame by frame.
     pub(super) order: Vec<usize>,
+    /// What the numbers advance by, taken for one interval.
+    pub(super) spacing: u64,
     /// How many intervals after the first frame each frame was taken.
     pub(super) steps: Vec<u64>,
     /// Number of the first frame.
@@ -53,7 +57,7 @@ type Refusal = (String, String);
 impl Numbering {
     /// The numbering of one image.
     pub(super) fn single() -> Self {
-        Self { order: vec![0], steps: vec![0], first: 0, warnings: Vec::new() }
+        Self { order: vec![0], spacing: 1, steps: vec![0], first: 0, warnings: Vec::new() }
     }
 
     /// The order of the images that make a series: those of the kind and the name, but for numbers, that most have.
@@ -68,7 +72,8 @@ impl Numbering {
         let Some(((_, pattern), series)) = groups.into_iter().max_by_key(|(_, members)| members.len()) else {
             return Err((
                 "a folder without images".into(),
-                "a folder of TIFF, PNG or BMP images, or the path of a recording, is expected".into(),
+                "a folder of TIFF, PNG, BMP, JPEG or PGM images, or the path of a recording, is expected"
+                    .into(),
             ));
         };
         let n_others = images.len() - series.len();
@@ -109,6 +114,7 @@ impl Numbering {
         let steps = numbers.iter().map(|number| (number - numbers[0]) / spacing).collect();
         Ok(Self {
             order: series.iter().map(|(place, _)| *place).collect(),
+            spacing,
             steps,
             first: i64::try_from(numbers[0]).unwrap_or(0),
             warnings: gaps(&numbers, spacing),

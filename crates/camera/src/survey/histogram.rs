@@ -1,7 +1,9 @@
+//! The histogram of counts, and at which count the sensor saturates.
+
 use chainwave_measurement::Recording;
 
-use super::{spread, whole_frame};
-use crate::CameraError;
+use super::frames::{spread, whole_frame};
+use crate::error::CameraError;
 
 /// A level holds this many times its darker neighbours' mean when the sensor, not the scene, put pixels there.
 const SPIKE_RATIO: f64 = 10.0;

@@ -1,8 +1,10 @@
+//! Read noise and shot noise of a camera (photon transfer) from differences of consecutive frames.
+
 use chainwave_measurement::{Estimate, Recording};
 
-use super::regression::{BORDER_PX, Block, FREEDOM, Pair, SIDE_PX};
-use super::{spread, whole_frame};
-use crate::CameraError;
+use super::frames::{spread, whole_frame};
+use super::regression::{BORDER_PX, FREEDOM, NoiseBlock, Pair, SIDE_PX};
+use crate::error::CameraError;
 
 /// Blocks below which nothing is stated.
 const LEAST_BLOCKS: usize = 40;
@@ -77,7 +79,7 @@ pub fn noise(recording: &dyn Recording, n_pairs: usize) -> Result<NoiseEstimate,
 }
 
 /// The blocks without black or saturated pixels.
-fn usable_blocks(pair: &Pair, height_px: usize, full_scale: f32) -> Vec<Block> {
+fn usable_blocks(pair: &Pair, height_px: usize, full_scale: f32) -> Vec<NoiseBlock> {
     let starts = |size: usize| (BORDER_PX..(size + 1).saturating_sub(BORDER_PX + SIDE_PX)).step_by(SIDE_PX);
     let is_usable = |x: usize, y: usize| {
         (y..y + SIDE_PX).all(|row| {
@@ -91,7 +93,7 @@ fn usable_blocks(pair: &Pair, height_px: usize, full_scale: f32) -> Vec<Block> {
 }
 
 /// The line through the medians in bins of brightness, of the blocks at rest when there are enough of them.
-fn fit(mut blocks: Vec<Block>) -> NoiseEstimate {
+fn fit(mut blocks: Vec<NoiseBlock>) -> NoiseEstimate {
     blocks.sort_by(|a, b| a.level.total_cmp(&b.level));
     let n_all = blocks.len();
     let at_rest: Vec<bool> = bins(&blocks).flat_map(still_blocks).collect();
@@ -100,7 +102,7 @@ fn fit(mut blocks: Vec<Block>) -> NoiseEstimate {
         let mut still = at_rest.into_iter();
         blocks.retain(|_| still.next().unwrap_or(false));
     }
-    let points: Vec<Point> = bins(&blocks).map(Point::of).collect();
+    let points: Vec<NoiseAtLevel> = bins(&blocks).map(NoiseAtLevel::of).collect();
     let line = Line::through(&points);
     NoiseEstimate {
         variance_at_zero: Estimate::new(line.at_zero, line.at_zero_sigma),
@@ -114,7 +116,7 @@ fn fit(mut blocks: Vec<Block>) -> NoiseEstimate {
 }
 
 /// Blocks of like brightness, of a list that is sorted by it; at least two bins.
-fn bins(blocks: &[Block]) -> impl Iterator<Item = &[Block]> {
+fn bins(blocks: &[NoiseBlock]) -> impl Iterator<Item = &[NoiseBlock]> {
     let n_bins = (blocks.len() / BIN_BLOCKS).clamp(2, MOST_BINS);
     let edge = move |bin: usize| bin * blocks.len() / n_bins;
     (0..n_bins).map(move |bin| &blocks[edge(bin)..edge(bin + 1)])
@@ -122,12 +124,12 @@ fn bins(blocks: &[Block]) -> impl Iterator<Item = &[Block]> {
 
 /// Which blocks of a bin are at rest: motion explains no more of them than noise would. What motion explains is
 /// independent of the residual, so this choice does not favour blocks of little noise.
-fn still_blocks(bin: &[Block]) -> impl Iterator<Item = bool> {
+fn still_blocks(bin: &[NoiseBlock]) -> impl Iterator<Item = bool> {
     let most = MOVING_RATIO * 2.0 * median_residual(bin);
     bin.iter().map(move |block| block.motion <= most)
 }
 
-fn median_residual(bin: &[Block]) -> f64 {
+fn median_residual(bin: &[NoiseBlock]) -> f64 {
     let mut residuals: Vec<f64> = bin.iter().map(|block| block.residual).collect();
     residuals.sort_by(f64::total_cmp);
     residuals[residuals.len() / 2] / median_over_mean()
@@ -139,7 +141,7 @@ fn median_over_mean() -> f64 {
 }
 
 /// The noise at one brightness.
-struct Point {
+struct NoiseAtLevel {
     level: f64,
     /// Variance of one frame's counts, half that of the difference of two.
     variance: f64,
@@ -147,8 +149,8 @@ struct Point {
     relative_sigma: f64,
 }
 
-impl Point {
-    fn of(bin: &[Block]) -> Self {
+impl NoiseAtLevel {
+    fn of(bin: &[NoiseBlock]) -> Self {
         let n = bin.len() as f64;
         Self {
             level: bin.iter().map(|block| block.level).sum::<f64>() / n,
@@ -169,7 +171,7 @@ struct Line {
 impl Line {
     /// Weighted least squares; the weights follow the line itself, so that bins that came out low by chance do not weigh more.
     /// The uncertainty grows with the scatter about the line where that is larger than expected.
-    fn through(points: &[Point]) -> Self {
+    fn through(points: &[NoiseAtLevel]) -> Self {
         let mean = points.iter().map(|point| point.variance).sum::<f64>() / points.len() as f64;
         // Frames that are copies of each other have no noise at all, and weights must stay finite.
         let least = (0.01 * mean).max(f64::MIN_POSITIVE.sqrt());
@@ -181,16 +183,18 @@ impl Line {
         line
     }
 
-    fn improved(&self, points: &[Point], least: f64) -> Self {
-        let sigma =
-            |point: &Point| (self.at_zero + self.slope * point.level).max(least) * point.relative_sigma;
-        let weight = |point: &Point| sigma(point).powi(-2);
-        let sum =
-            |value: fn(&Point) -> f64| points.iter().map(|point| weight(point) * value(point)).sum::<f64>();
+    fn improved(&self, points: &[NoiseAtLevel], least: f64) -> Self {
+        let sigma = |point: &NoiseAtLevel| {
+            (self.at_zero + self.slope * point.level).max(least) * point.relative_sigma
+        };
+        let weight = |point: &NoiseAtLevel| sigma(point).powi(-2);
+        let sum = |value: fn(&NoiseAtLevel) -> f64| {
+            points.iter().map(|point| weight(point) * value(point)).sum::<f64>()
+        };
         let total = sum(|_| 1.0);
         let centre = sum(|point| point.level) / total;
         let height = sum(|point| point.variance) / total;
-        let about = |point: &Point| point.level - centre;
+        let about = |point: &NoiseAtLevel| point.level - centre;
         let spread: f64 = points.iter().map(|point| weight(point) * about(point).powi(2)).sum();
         let rise: f64 =
             points.iter().map(|point| weight(point) * about(point) * (point.variance - height)).sum();
@@ -206,7 +210,7 @@ impl Line {
             };
         }
         let slope = rise / spread;
-        let excess = |point: &Point| (point.variance - height - slope * about(point)) / sigma(point);
+        let excess = |point: &NoiseAtLevel| (point.variance - height - slope * about(point)) / sigma(point);
         let n_free = points.len().saturating_sub(2).max(1) as f64;
         let scatter = (points.iter().map(|point| excess(point).powi(2)).sum::<f64>() / n_free).max(1.0);
         let slope_variance = scatter / spread;

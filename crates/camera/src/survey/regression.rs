@@ -1,3 +1,5 @@
+//! The difference of two frames in small blocks, freed of motion and of a change of brightness by least squares.
+
 /// Side of a block, in pixels.
 pub(super) const SIDE_PX: usize = 5;
 /// Rows and columns around the blocks that the gradients reach into.
@@ -6,7 +8,7 @@ pub(super) const BORDER_PX: usize = 2;
 pub(super) const FREEDOM: f64 = (SIDE_PX * SIDE_PX - 3) as f64;
 
 /// What the difference between two frames is made of in one block.
-pub(super) struct Block {
+pub(super) struct NoiseBlock {
     /// Mean count of both frames.
     pub(super) level: f64,
     /// Variance of the difference that neither motion nor a change of brightness explains, in counts squared.
@@ -28,7 +30,7 @@ impl Pair<'_> {
     /// A small displacement (u, v) changes the counts by -u df/dx - v df/dy to first order (Horn and Schunck, 1981), here with the
     /// gradients of the mean of both frames, so that the second order cancels. Least squares take that and a
     /// constant out of the difference. The noise of the mean is independent of the difference's.
-    pub(super) fn block(&self, x: usize, y: usize) -> Block {
+    pub(super) fn block(&self, x: usize, y: usize) -> NoiseBlock {
         let mut sums = Sums::default();
         for row in y..y + SIDE_PX {
             for at in row * self.width_px + x..row * self.width_px + x + SIDE_PX {
@@ -82,7 +84,7 @@ impl Sums {
     }
 
     /// Least squares with the constant eliminated: everything about the means.
-    fn block(&self) -> Block {
+    fn block(&self) -> NoiseBlock {
         let about = |ab: f64, a: f64, b: f64| ab - a * b / self.n;
         let (xx, yy) = (about(self.gx_gx, self.gx, self.gx), about(self.gy_gy, self.gy, self.gy));
         let xy = about(self.gx_gy, self.gx, self.gy);
@@ -95,6 +97,6 @@ impl Sums {
             0.0
         };
         let residual = (dd - motion).max(0.0) / FREEDOM;
-        Block { level: self.mean / self.n, residual, motion }
+        NoiseBlock { level: self.mean / self.n, residual, motion }
     }
 }

@@ -1,11 +1,13 @@
+//! The contact sheet: reduced frames side by side, written as PNG.
+
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 
 use chainwave_measurement::Recording;
 
-use super::{spread, whole_frame};
-use crate::CameraError;
+use super::frames::{spread, whole_frame};
+use crate::error::CameraError;
 
 /// White between tiles, in pixels.
 const GAP_PX: usize = 4;
@@ -57,7 +59,7 @@ pub fn contact_sheet(recording: &dyn Recording, layout: SheetLayout) -> Result<C
         Ok(reduced(&pixels, (info.width_px, info.height_px), (width, height)))
     };
     let tiles: Vec<Vec<f32>> = frames.iter().map(reduce).collect::<Result<_, CameraError>>()?;
-    let levels = Levels::of(&tiles);
+    let levels = GrayRange::of(&tiles);
 
     let n_columns = layout.n_columns.clamp(1, frames.len().max(1));
     let n_rows = frames.len().div_ceil(n_columns);
@@ -114,12 +116,12 @@ fn reduced(pixels: &[f32], from: (usize, usize), to: (usize, usize)) -> Vec<f32>
 }
 
 /// The counts that become black and white.
-struct Levels {
+struct GrayRange {
     black: f32,
     white: f32,
 }
 
-impl Levels {
+impl GrayRange {
     fn of(tiles: &[Vec<f32>]) -> Self {
         let mut counts = tiles.concat();
         counts.sort_by(f32::total_cmp);

@@ -1,15 +1,48 @@
+//! Compressed TIFF images, decoded by the library `tiff`.
+
+use std::fmt::{Display, Formatter};
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
 use tiff::decoder::{Decoder as TiffDecoder, DecodingResult, Limits};
 
+use crate::error::CameraError;
 use crate::picture::Gray;
 
-/// The library's decoder of one file.
-pub(super) struct Decoder(TiffDecoder<BufReader<File>>);
+/// Why an image is not gray.
+#[derive(Debug)]
+pub(super) enum NotGray {
+    /// Its red, green and blue differ.
+    Colours,
+    /// It could not be decoded, for this reason.
+    Undecoded(String),
+}
 
-impl Decoder {
+impl NotGray {
+    /// The error for a recording at `path`.
+    pub(super) fn of(self, path: &Path) -> CameraError {
+        let reason = self.to_string();
+        match self {
+            Self::Colours => CameraError::Colour { path: path.into(), reason },
+            Self::Undecoded(_) => CameraError::Decoder { path: path.into(), reason },
+        }
+    }
+}
+
+impl Display for NotGray {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Colours => formatter.write_str("pixels whose red, green and blue differ"),
+            Self::Undecoded(reason) => formatter.write_str(reason),
+        }
+    }
+}
+
+/// The library's decoder of one file.
+pub(super) struct CodedImages(TiffDecoder<BufReader<File>>);
+
+impl CodedImages {
     /// A decoder of images of `n_pixels` pixels.
     pub(super) fn open(path: &Path, n_pixels: usize) -> Result<Self, String> {
         let file = File::open(path).map_err(|error| error.to_string())?;
@@ -23,19 +56,20 @@ impl Decoder {
     }
 
     /// The image of directory `index`, of the width, height and bits that the directory states.
-    pub(super) fn image(&mut self, index: usize, shape: (usize, usize, u32)) -> Result<Gray, String> {
+    pub(super) fn image(&mut self, index: usize, shape: (usize, usize, u32)) -> Result<Gray, NotGray> {
         let n_pixels = shape.0 * shape.1;
-        let samples = self.samples(index).map_err(|error| error.to_string())?;
-        let n_channels = samples.len().checked_div(n_pixels).unwrap_or(0);
-        let gray = (n_channels > 0).then(|| Gray::from_channels(shape, n_channels, &samples)).flatten();
-        gray.ok_or_else(|| {
-            format!(
-                "expected {} x {} gray pixels, found colours or {} numbers",
+        let samples = self.samples(index).map_err(|error| NotGray::Undecoded(error.to_string()))?;
+        match samples.len().checked_div(n_pixels) {
+            Some(n_channels @ 1..) if samples.len() == n_channels * n_pixels => {
+                Gray::from_channels(shape, n_channels, &samples).ok_or(NotGray::Colours)
+            }
+            _ => Err(NotGray::Undecoded(format!(
+                "expected {} x {} gray pixels, found {} numbers",
                 shape.0,
                 shape.1,
                 samples.len()
-            )
-        })
+            ))),
+        }
     }
 
     fn samples(&mut self, index: usize) -> tiff::TiffResult<Vec<u16>> {

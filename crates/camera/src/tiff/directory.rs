@@ -1,7 +1,9 @@
+//! Image file directories of TIFF and BigTIFF, read in either byte order.
+
 use std::collections::BTreeSet;
 
-use crate::CameraError;
 use crate::bytes::Bytes;
+use crate::error::CameraError;
 
 /// Classic TIFF's and BigTIFF's numbers behind the byte order's mark.
 const CLASSIC: u16 = 42;
@@ -48,6 +50,11 @@ impl<'a> Reader<'a> {
     /// The directories of the file's images, in their order.
     pub(super) fn directories(&self) -> Result<Vec<Directory>, CameraError> {
         let mut directories = Vec::new();
+        self.walk(&mut directories).map(|()| directories)
+    }
+
+    /// Appends the directories of the file's images, in their order, as far as they can be read, and says what ended it.
+    pub(super) fn walk(&self, directories: &mut Vec<Directory>) -> Result<(), CameraError> {
         let mut seen = BTreeSet::new();
         let mut n_bytes = 0;
         let mut at = self.number("first directory's offset", if self.is_big { 8 } else { 4 }, self.word())?;
@@ -68,7 +75,12 @@ impl<'a> Reader<'a> {
             at = self.number("next directory's offset", directory.end, self.word())?;
             directories.push(directory);
         }
-        Ok(directories)
+        Ok(())
+    }
+
+    /// The error for a file without images.
+    pub(super) fn no_image(&self) -> CameraError {
+        self.bytes.malformed("first directory's offset", 4, "at least one image", "none")
     }
 
     fn directory(&self, offset: u64) -> Result<Directory, CameraError> {
@@ -138,7 +150,10 @@ impl<'a> Reader<'a> {
     pub(super) fn text(&self, directory: &Directory, tag: u16) -> Option<String> {
         let entry = directory.find(tag).filter(|entry| entry.kind == 2)?;
         let text = self.bytes.slice("text", self.place(entry, 1).ok()?, entry.count).ok()?;
-        Some(String::from_utf8_lossy(text).trim_end_matches('\0').to_owned())
+        // Older programs write one byte a character.
+        let latin1 = || text.iter().map(|&byte| char::from(byte)).collect();
+        let text = std::str::from_utf8(text).map_or_else(|_| latin1(), str::to_owned);
+        Some(text.trim_end_matches('\0').to_owned())
     }
 }
 

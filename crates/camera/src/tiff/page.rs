@@ -1,5 +1,7 @@
+//! One image of a TIFF: its tags checked, and where its rows or strips lie.
+
 use super::directory::{Directory, Reader};
-use crate::CameraError;
+use crate::error::CameraError;
 use crate::packing::Packing;
 use crate::picture::{Strips, is_plausible};
 use crate::raster::Raster;
@@ -33,10 +35,10 @@ pub(super) struct Page {
     pub(super) bits: u32,
     /// A reduced copy of another image.
     pub(super) is_thumbnail: bool,
-    pub(super) storage: Storage,
+    pub(super) storage: PageStorage,
 }
 
-pub(super) enum Storage {
+pub(super) enum PageStorage {
     /// Rows lie in the file as they are.
     Plain { raster: Raster, strips: Strips },
     /// Compressed, in tiles, inverted, or gray written as colours: the whole image is decoded.
@@ -45,7 +47,7 @@ pub(super) enum Storage {
 
 impl Page {
     pub(super) fn read(reader: &Reader, directory: &Directory) -> Result<Self, CameraError> {
-        let page = Fields { reader, directory };
+        let page = PageFields { reader, directory };
         let (width_px, height_px) = (page.side("image width", WIDTH)?, page.side("image height", HEIGHT)?);
         let bits = page.bits()?;
         page.refuse_other_kinds()?;
@@ -58,12 +60,12 @@ impl Page {
     }
 }
 
-struct Fields<'a> {
+struct PageFields<'a> {
     reader: &'a Reader<'a>,
     directory: &'a Directory,
 }
 
-impl Fields<'_> {
+impl PageFields<'_> {
     fn number(&self, tag: u16, default: u64) -> Result<u64, CameraError> {
         Ok(self.reader.value(self.directory, tag)?.unwrap_or(default))
     }
@@ -152,7 +154,7 @@ impl Fields<'_> {
         Ok((is_gray && is_plain).then_some(packing))
     }
 
-    fn plain(&self, packing: Packing, width_px: usize, height_px: usize) -> Result<Storage, CameraError> {
+    fn plain(&self, packing: Packing, width_px: usize, height_px: usize) -> Result<PageStorage, CameraError> {
         let raster = Raster::plain(packing, width_px, height_px).ok_or_else(|| {
             let what = format!("rows of {width_px} pixels of {} bits", packing.stored_bits());
             self.unsupported(&what, &format!("a row is a multiple of {} pixels", packing.group().0))
@@ -171,10 +173,10 @@ impl Fields<'_> {
         for (offset, n_bytes) in strips.extents(&raster) {
             self.reader.bytes.slice("strip", offset, n_bytes)?;
         }
-        Ok(Storage::Plain { raster, strips })
+        Ok(PageStorage::Plain { raster, strips })
     }
 
-    fn coded(&self, width_px: usize, height_px: usize) -> Result<Storage, CameraError> {
+    fn coded(&self, width_px: usize, height_px: usize) -> Result<PageStorage, CameraError> {
         let n_samples = self.number(SAMPLES, 1)?;
         if !(1..=4).contains(&n_samples) {
             return Err(self.malformed("samples per pixel", "1 to 4", n_samples));
@@ -185,7 +187,7 @@ impl Fields<'_> {
         }
         self.check_pieces()?;
         self.reader.check_all(self.directory)?;
-        Ok(Storage::Coded)
+        Ok(PageStorage::Coded)
     }
 
     /// Refuses strips or tiles that the file has no room for, for which the decoder would make room in memory.

@@ -1,21 +1,26 @@
+//! A TIFF of one or many images as a recording, with ImageJ's description of the stack.
+
 use std::path::Path;
 
 use chainwave_measurement::{RecordingInfo, Region};
 use memmap2::Mmap;
 
-use super::coded::Decoder;
+use super::coded::CodedImages;
 use super::directory::{Directory, Reader};
-use super::no_image;
-use super::page::{Page, Storage};
+use super::imagej::Description;
+use super::page::{Page, PageStorage};
 use crate::bytes::Bytes;
 use crate::cache::FrameCache;
+use crate::error::CameraError;
 use crate::file_recording::{FileRecording, PixelSource};
 use crate::flat::FlatFrames;
+use crate::format::Opened;
 use crate::mapping::map_file;
+use crate::options::OpenOptions;
+use crate::partial;
 use crate::picture::{Gray, Strips};
 use crate::raster::Raster;
 use crate::timing::{Timing, unstated_depth};
-use crate::{CameraError, OpenOptions, Opened};
 
 const DESCRIPTION: u16 = 270;
 
@@ -23,12 +28,20 @@ const DESCRIPTION: u16 = 270;
 pub(super) fn open(path: &Path, options: &OpenOptions) -> Opened {
     let map = map_file(path)?;
     let reader = Reader::new(Bytes::new(path, &map))?;
-    let directories = reader.directories()?;
-    let first = directories.first().ok_or_else(|| no_image(&reader))?;
-    let description = reader.text(first, DESCRIPTION).unwrap_or_default();
-    let mut images = Images::read(&reader, &directories)?;
-    images.add_imagej_frames(reader.bytes, &description)?;
-    let info = images.info(stated_hz(&description), options);
+    let mut directories = Vec::new();
+    let mut ended = reader.walk(&mut directories).err();
+    if let Some(error) = ended.take_if(|error| directories.is_empty() || !partial::forgives(options, error)) {
+        return Err(error);
+    }
+    let first = directories.first().ok_or_else(|| reader.no_image())?;
+    let text = reader.text(first, DESCRIPTION).unwrap_or_default();
+    let description = Description::of(&text);
+    let mut images = StackImages::read(&reader, &directories, options)?;
+    if ended.is_some() {
+        images.is_cut = true;
+    }
+    images.add_imagej_frames(reader.bytes, &description, options)?;
+    let info = images.info(&description, options);
     let pixels = images.pixels(path, map)?;
     Ok(Box::new(FileRecording::new(path, info, pixels, options)))
 }
@@ -37,7 +50,7 @@ enum Pixels {
     /// Every frame lies in the file as it is.
     Plain { map: Mmap, raster: Raster, frames: Vec<Strips> },
     /// Frames are decoded, each from the directory of its number.
-    Coded { cache: Box<FrameCache<Decoder, Gray>>, directories: Vec<usize>, shape: (usize, usize, u32) },
+    Coded { cache: Box<FrameCache<CodedImages, Gray>>, directories: Vec<usize>, shape: (usize, usize, u32) },
 }
 
 impl PixelSource for Pixels {
@@ -45,7 +58,10 @@ impl PixelSource for Pixels {
         match self {
             Self::Plain { map, raster, frames } => Ok(frames[frame].unpack(map, raster, region, pixels)),
             Self::Coded { cache, directories, shape } => {
-                cache.get(frame, |decoder| decoder.image(directories[frame], *shape))?.copy(region, pixels);
+                let decode = |decoder: &mut CodedImages| {
+                    decoder.image(directories[frame], *shape).map_err(|refusal| refusal.to_string())
+                };
+                cache.get(frame, decode)?.copy(region, pixels);
                 Ok(0)
             }
         }
@@ -53,7 +69,7 @@ impl PixelSource for Pixels {
 }
 
 /// The images of a file that are frames: all of one size, and no thumbnails.
-struct Images {
+struct StackImages {
     /// Width, height and bits of a pixel.
     shape: (usize, usize, u32),
     /// Number of each frame's directory.
@@ -62,14 +78,24 @@ struct Images {
     raster: Option<Raster>,
     plain: Vec<Strips>,
     n_thumbnails: usize,
+    /// The file ends before its last frame.
+    is_cut: bool,
 }
 
-impl Images {
-    fn read(reader: &Reader, directories: &[Directory]) -> Result<Self, CameraError> {
+impl StackImages {
+    /// The frames of the directories; of a file that is cut short, those before the first that is not whole where `options` ask
+    /// for them.
+    fn read(reader: &Reader, directories: &[Directory], options: &OpenOptions) -> Result<Self, CameraError> {
         let mut images: Option<Self> = None;
         let mut n_thumbnails = 0;
         for (number, directory) in directories.iter().enumerate() {
-            let page = Page::read(reader, directory)?;
+            let page = match (Page::read(reader, directory), &mut images) {
+                (Err(error), Some(images)) if partial::forgives(options, &error) => {
+                    images.is_cut = true;
+                    break;
+                }
+                (page, _) => page?,
+            };
             if page.is_thumbnail {
                 n_thumbnails += 1;
             } else {
@@ -84,11 +110,18 @@ impl Images {
                 }
             }
         }
-        images.map(|images| Self { n_thumbnails, ..images }).ok_or_else(|| no_image(reader))
+        images.map(|images| Self { n_thumbnails, ..images }).ok_or_else(|| reader.no_image())
     }
 
     fn none(shape: (usize, usize, u32)) -> Self {
-        Self { shape, directories: Vec::new(), raster: None, plain: Vec::new(), n_thumbnails: 0 }
+        Self {
+            shape,
+            directories: Vec::new(),
+            raster: None,
+            plain: Vec::new(),
+            n_thumbnails: 0,
+            is_cut: false,
+        }
     }
 
     /// Takes an image as the next frame, or says what was expected and found.
@@ -99,7 +132,7 @@ impl Images {
             return Err((format!("{}, as the first", text(self.shape)), text(shape)));
         }
         self.directories.push(number);
-        if let Storage::Plain { raster, strips } = page.storage {
+        if let PageStorage::Plain { raster, strips } = page.storage {
             self.raster = Some(raster);
             self.plain.push(strips);
         }
@@ -113,14 +146,18 @@ impl Images {
     }
 
     /// ImageJ describes only the first of the frames of a file above 4 GB, and how many follow it.
-    fn add_imagej_frames(&mut self, bytes: Bytes, description: &str) -> Result<(), CameraError> {
-        let n_frames = imagej(description, "images").and_then(|text| text.parse::<usize>().ok());
+    fn add_imagej_frames(
+        &mut self,
+        bytes: Bytes,
+        description: &Description,
+        options: &OpenOptions,
+    ) -> Result<(), CameraError> {
         if let (Some(raster), [frame], [_], Some(n_frames)) =
-            (&self.raster, self.plain.as_slice(), self.directories.as_slice(), n_frames)
+            (&self.raster, self.plain.as_slice(), self.directories.as_slice(), description.n_images())
             && let Some(start) = frame.in_one_piece()
-            && n_frames > 1
         {
-            FlatFrames::check_room(bytes, raster, start, n_frames)?;
+            let (n_frames, cut) = FlatFrames::n_whole(bytes, raster, start, n_frames, options)?;
+            self.is_cut |= cut.is_some();
             let starts = (0..n_frames as u64).map(|index| start + index * raster.frame_bytes());
             self.plain = starts.map(|start| Strips::whole(raster, start)).collect();
             self.directories = vec![0; n_frames];
@@ -128,11 +165,19 @@ impl Images {
         Ok(())
     }
 
-    fn info(&self, stated_hz: Option<f64>, options: &OpenOptions) -> RecordingInfo {
+    fn info(&self, description: &Description, options: &OpenOptions) -> RecordingInfo {
         let (width_px, height_px, bit_depth) = self.shape;
         let n_frames = self.directories.len();
+        let (stated_hz, unknown_unit) = match description.rate_hz() {
+            Ok(stated_hz) => (stated_hz, None),
+            Err(warning) => (None, Some(warning)),
+        };
         let timing = Timing::of(0..n_frames as u64, options, stated_hz);
         let mut warnings = vec![timing.warning];
+        warnings.extend(unknown_unit);
+        if self.is_cut {
+            warnings.push(partial::warning(n_frames, description.n_images()));
+        }
         warnings.extend(unstated_depth(bit_depth));
         if self.n_thumbnails > 0 {
             warnings.push(format!("{} reduced copies of images are left out", self.n_thumbnails));
@@ -158,23 +203,14 @@ impl Images {
                 Ok(Pixels::Plain { map, raster, frames: self.plain })
             }
             _ => {
-                let decoder = Decoder::open(path, self.shape.0 * self.shape.1)
+                let mut decoder = CodedImages::open(path, self.shape.0 * self.shape.1)
                     .map_err(|reason| CameraError::Decoder { path: path.into(), reason })?;
+                // Whether the pictures are gray shows only when one is decoded.
+                let first = self.directories.first().copied().unwrap_or(0);
+                decoder.image(first, self.shape).map_err(|refusal| refusal.of(path))?;
                 let cache = Box::new(FrameCache::new(decoder));
                 Ok(Pixels::Coded { cache, directories: self.directories, shape: self.shape })
             }
         }
     }
-}
-
-/// A value of the description that ImageJ writes, line by line.
-fn imagej<'a>(description: &'a str, key: &str) -> Option<&'a str> {
-    let mut lines = description.starts_with("ImageJ=").then(|| description.lines())?;
-    lines.find_map(|line| line.strip_prefix(key)?.strip_prefix('='))
-}
-
-/// Frame rate from ImageJ's frame interval.
-fn stated_hz(description: &str) -> Option<f64> {
-    let interval_s: f64 = imagej(description, "finterval")?.trim().parse().ok()?;
-    Some(interval_s.recip()).filter(|rate_hz| rate_hz.is_finite() && *rate_hz > 0.0)
 }

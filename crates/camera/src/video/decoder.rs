@@ -1,25 +1,27 @@
+//! Video of 8 bits, decoded by OpenCV's videoio.
+
 use std::path::{Path, PathBuf};
 
 use opencv::core::Mat;
 use opencv::prelude::*;
 use opencv::{imgproc, videoio};
 
-use super::layout::Layout;
-use super::player::Frames;
+use super::frames::Frames;
+use super::layout::CodecLayout;
 use crate::picture::Gray;
 
 /// A compressed frame takes at least this many bytes of a file, its entry in the container's index alone.
 const LEAST_FRAME_BYTES: u64 = 8;
 
 /// OpenCV's decoder, whose pictures are gray of eight bits, or are made so.
-pub(super) struct Decoder {
+pub(super) struct VideoDecoder {
     path: PathBuf,
     capture: videoio::VideoCapture,
     /// Width and height.
     size_px: (usize, usize),
 }
 
-impl Decoder {
+impl VideoDecoder {
     pub(super) fn open(path: &Path) -> Result<Self, String> {
         let capture = capture(path)?;
         let side = |property| capture.get(property).map(|side| side as usize).map_err(message);
@@ -28,9 +30,9 @@ impl Decoder {
     }
 
     /// How the codec keeps its pixels.
-    pub(super) fn layout(&self) -> Result<Layout, String> {
+    pub(super) fn layout(&self) -> Result<CodecLayout, String> {
         let code = self.capture.get(videoio::CAP_PROP_CODEC_PIXEL_FORMAT).map_err(message)?;
-        Ok(Layout::of((code as i64 as u32).to_le_bytes()))
+        Ok(CodecLayout::of((code as i64 as u32).to_le_bytes()))
     }
 
     /// Width and height.
@@ -44,14 +46,16 @@ impl Decoder {
         is_rate.then_some(rate_hz).ok_or_else(|| format!("expected a frame rate above 0, found {rate_hz}"))
     }
 
-    /// The number of frames that the container states, or, where it states none that its size allows, as many as can
-    /// be decoded.
-    pub(super) fn n_frames(&self) -> Result<usize, String> {
+    /// The number of frames that the container states; `None` where it states none that its size allows.
+    pub(super) fn n_stated(&self) -> Result<Option<usize>, String> {
         let stated = self.capture.get(videoio::CAP_PROP_FRAME_COUNT).map_err(message)?;
         let file_bytes = std::fs::metadata(&self.path).map_err(|error| error.to_string())?.len();
-        if (1.0..(file_bytes / LEAST_FRAME_BYTES) as f64).contains(&stated) {
-            return Ok(stated as usize);
-        }
+        let is_possible = (1.0..(file_bytes / LEAST_FRAME_BYTES) as f64).contains(&stated);
+        Ok(is_possible.then_some(stated as usize))
+    }
+
+    /// The number of frames that can be decoded, by decoding them.
+    pub(super) fn count(&self) -> Result<usize, String> {
         let mut counter = capture(&self.path)?;
         let mut n_frames = 0;
         while counter.grab().map_err(message)? {
@@ -61,7 +65,7 @@ impl Decoder {
     }
 }
 
-impl Frames for Decoder {
+impl Frames for VideoDecoder {
     fn rewind(&mut self) -> Result<(), String> {
         self.capture = capture(&self.path)?;
         Ok(())

@@ -1,10 +1,12 @@
+//! Video of more than 8 bits, decoded by the program `ffmpeg` through a pipe.
+
 use std::ffi::OsString;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, Stdio};
 
-use super::player::Frames;
-use crate::CameraError;
+use super::frames::Frames;
+use crate::error::CameraError;
 use crate::picture::Gray;
 
 /// Frames of more than eight bits, which OpenCV would cut to eight: the program `ffmpeg` decodes them with the same codecs and

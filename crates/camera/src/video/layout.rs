@@ -1,6 +1,8 @@
+//! The pixel layout of a codec, from FFmpeg's four-letter codes.
+
 /// How a codec keeps its pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Layout {
+pub(super) enum CodecLayout {
     /// Eight bits, gray or in colours.
     Eight,
     /// More than eight bits, the brightness in a plane of its own.
@@ -12,7 +14,7 @@ pub(super) enum Layout {
     DeepColour,
 }
 
-impl Layout {
+impl CodecLayout {
     /// From FFmpeg's code of the layout, whose bytes come backwards where the pixels' high byte comes first.
     ///
     /// `Y` and the number of planes start a layout with a plane of brightness, `G` one with a plane for each colour, both with
@@ -42,18 +44,18 @@ mod tests {
     #[test]
     fn layouts_are_known_by_their_codes() {
         for (code, layout) in [
-            (*b"Y800", Layout::Eight),
-            (*b"I420", Layout::Eight),
-            ([b'R', b'G', b'B', 24], Layout::Eight),
-            ([b'Y', b'1', 0, 10], Layout::Deep { bits: 10 }),
-            ([16, 0, b'1', b'Y'], Layout::Deep { bits: 16 }),
-            ([b'Y', b'3', 11, 12], Layout::Deep { bits: 12 }),
-            ([b'Y', b'1', 0, 32], Layout::DeepColour),
-            ([12, 0, b'3', b'G'], Layout::DeepColour),
-            ([b'R', b'G', b'B', 48], Layout::DeepColour),
-            ([0xBA, b'B', b'G', 16], Layout::DeepColour),
+            (*b"Y800", CodecLayout::Eight),
+            (*b"I420", CodecLayout::Eight),
+            ([b'R', b'G', b'B', 24], CodecLayout::Eight),
+            ([b'Y', b'1', 0, 10], CodecLayout::Deep { bits: 10 }),
+            ([16, 0, b'1', b'Y'], CodecLayout::Deep { bits: 16 }),
+            ([b'Y', b'3', 11, 12], CodecLayout::Deep { bits: 12 }),
+            ([b'Y', b'1', 0, 32], CodecLayout::DeepColour),
+            ([12, 0, b'3', b'G'], CodecLayout::DeepColour),
+            ([b'R', b'G', b'B', 48], CodecLayout::DeepColour),
+            ([0xBA, b'B', b'G', 16], CodecLayout::DeepColour),
         ] {
-            assert_eq!(Layout::of(code), layout, "{code:?}");
+            assert_eq!(CodecLayout::of(code), layout, "{code:?}");
         }
     }
 }

@@ -1,14 +1,21 @@
+//! A video as a recording: frames decoded in order, the last of them kept.
+
 use std::path::Path;
 
 use chainwave_measurement::{RecordingInfo, Region};
 
-use super::decoder::Decoder;
+use super::container::{self, Cut};
+use super::decoder::VideoDecoder;
 use super::deep::DeepDecoder;
-use super::layout::Layout;
+use super::frames::Frames;
+use super::layout::CodecLayout;
 use crate::cache::FrameCache;
+use crate::error::CameraError;
 use crate::file_recording::{FileRecording, PixelSource};
+use crate::format::Opened;
+use crate::options::OpenOptions;
+use crate::partial;
 use crate::picture::Gray;
-use crate::{CameraError, OpenOptions, Opened};
 
 /// Memory for frames that are kept, so that going back costs a decoding from the start only once in many frames.
 const KEPT_BYTES: usize = 64 << 20;
@@ -16,14 +23,26 @@ const KEPT_BYTES: usize = 64 << 20;
 /// Opens a video of a named container.
 pub(super) fn open(path: &Path, container: &str, options: &OpenOptions) -> Opened {
     let failed = |reason: String| CameraError::Decoder { path: path.into(), reason };
-    let decoder = Decoder::open(path).map_err(failed)?;
+    let cut = container::cut(path)?;
+    let decoder = VideoDecoder::open(path).map_err(|reason| unopened(path, cut.as_ref(), reason))?;
     let stated_hz = decoder.rate_hz().map_err(failed)?;
     let rate_hz = options.rate_hz.unwrap_or(stated_hz);
     let (width_px, height_px) = decoder.size_px();
-    let n_frames = decoder.n_frames().map_err(failed)?;
+    let n_stated = decoder.n_stated().map_err(failed)?;
+    // Frames that the file does not hold any more are still counted by its header.
+    let n_frames = match n_stated {
+        Some(n_stated) if cut.is_none() && !options.partial => n_stated,
+        _ => {
+            let n_decoded = decoder.count().map_err(failed)?;
+            cut.as_ref().map_or(n_decoded, |cut| cut.n_whole(n_decoded))
+        }
+    };
+    if n_frames == 0 {
+        return Err(unopened(path, cut.as_ref(), "expected frames that can be decoded, found none".into()));
+    }
     let layout = decoder.layout().map_err(failed)?;
     let (bit_depth, remark) = depth(layout);
-    let info = RecordingInfo {
+    let mut info = RecordingInfo {
         format: format!("{container} video"),
         width_px,
         height_px,
@@ -41,11 +60,28 @@ pub(super) fn open(path: &Path, container: &str, options: &OpenOptions) -> Opene
             remark.into(),
         ],
     };
+    if cut.is_some() || n_stated.is_some_and(|n_stated| n_frames < n_stated) {
+        info.warnings.push(partial::warning(n_frames, n_stated));
+    }
     let player = Player::new(frames(path, layout, decoder, (width_px, height_px))?);
     let n_kept = KEPT_BYTES / (size_of::<u16>() * width_px * height_px).max(1);
     let video = Video(FrameCache::of_frames(player, n_kept));
     video.0.get_run(0, |player, n_kept| player.run(0, n_kept)).map_err(failed)?;
     Ok(Box::new(FileRecording::new(path, info, video, options)))
+}
+
+/// Why a video could not be opened: it ends before its container does, or what the decoder says.
+fn unopened(path: &Path, cut: Option<&Cut>, reason: String) -> CameraError {
+    match cut {
+        Some(cut) => CameraError::Truncated {
+            path: path.into(),
+            what: "video of which nothing can be decoded".into(),
+            offset: 0,
+            expected: cut.stated_bytes,
+            found: cut.file_bytes,
+        },
+        None => CameraError::Decoder { path: path.into(), reason },
+    }
 }
 
 /// A video, of which the last frames are kept: all regions of a frame cost one decoding.
@@ -60,17 +96,6 @@ impl PixelSource for Video {
     fn is_sequential(&self) -> bool {
         true
     }
-}
-
-/// Frames of a video that are decoded one after the other, because seeking in compressed video is not exact with
-/// every codec.
-pub(super) trait Frames: Send {
-    /// Goes back to before the first frame.
-    fn rewind(&mut self) -> Result<(), String>;
-    /// Goes on to the next frame; false at the end of the video.
-    fn advance(&mut self) -> Result<bool, String>;
-    /// The frame gone on to last.
-    fn picture(&mut self) -> Result<Gray, String>;
 }
 
 /// Frames and the place that they stand at.
@@ -108,14 +133,14 @@ impl Player {
 /// OpenCV's frames where it keeps their depth, else FFmpeg's own.
 fn frames(
     path: &Path,
-    layout: Layout,
-    decoder: Decoder,
+    layout: CodecLayout,
+    decoder: VideoDecoder,
     size_px: (usize, usize),
 ) -> Result<Box<dyn Frames>, CameraError> {
     match layout {
-        Layout::Eight => Ok(Box::new(decoder)),
-        Layout::Deep { bits } => Ok(Box::new(DeepDecoder::open(path, size_px, bits)?)),
-        Layout::DeepColour => Err(CameraError::Colour {
+        CodecLayout::Eight => Ok(Box::new(decoder)),
+        CodecLayout::Deep { bits } => Ok(Box::new(DeepDecoder::open(path, size_px, bits)?)),
+        CodecLayout::DeepColour => Err(CameraError::Colour {
             path: path.into(),
             reason: "a video of more than 8 bits without a plane of brightness".into(),
         }),
@@ -123,13 +148,13 @@ fn frames(
 }
 
 /// Significant bits of a pixel, and what a careful reader should know of them.
-fn depth(layout: Layout) -> (u32, &'static str) {
+fn depth(layout: CodecLayout) -> (u32, &'static str) {
     match layout {
-        Layout::Deep { bits } => (
+        CodecLayout::Deep { bits } => (
             bits,
             "the pixels are the codec's brightness, at its depth; all of its bits are taken for significant",
         ),
-        Layout::Eight | Layout::DeepColour => {
+        CodecLayout::Eight | CodecLayout::DeepColour => {
             (8, "frames are decoded to 8-bit gray, which the compression may have altered")
         }
     }

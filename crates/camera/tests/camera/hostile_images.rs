@@ -11,8 +11,10 @@ use tiff::encoder::Compression;
 
 use crate::allocation::largest_during;
 use crate::images::{bmp_bytes, gray_png, gray_tiff, npy_bytes};
+use crate::jpeg_writer::jpeg_bytes;
 use crate::mraw::MrawFile;
 use crate::property::{read_all, try_everything};
+use crate::recordings::pgm_bytes;
 use crate::tiff_writer::TiffFile;
 use crate::writer::{CineFile, codes, written};
 
@@ -44,6 +46,11 @@ fn samples() -> Vec<(&'static str, Vec<u8>)> {
         ("bmp", bmp_bytes((WIDTH, HEIGHT), &frames()[0], 8, false, |index| index)),
         ("bmp 24", bmp_bytes((WIDTH, HEIGHT), &frames()[0], 24, true, |index| index)),
         ("npy", npy_bytes(npy, &pixels)),
+        ("jpeg", jpeg_bytes((3, 2), &[frames()[0][..6].iter().map(|&code| code as u8).collect()])),
+        ("jpeg in colours", jpeg_bytes((2, 1), &[vec![7, 200], vec![128; 2], vec![128; 2]])),
+        ("pgm", pgm_bytes("P5", (WIDTH, HEIGHT), 4095, &frames()[0])),
+        ("pgm of bytes", pgm_bytes("P5", (WIDTH, HEIGHT), 255, &frames()[0])),
+        ("pgm of numbers", pgm_bytes("P2", (WIDTH, HEIGHT), 255, &frames()[0])),
     ]
 }
 

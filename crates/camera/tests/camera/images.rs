@@ -117,9 +117,7 @@ fn gray_written_as_colours_is_gray_and_colours_are_refused() {
     let (_folder, path) = written(&encoded::<RGB8>(Compression::Uncompressed, std::slice::from_ref(&gray)));
     assert_holds(&*open(&path).unwrap(), std::slice::from_ref(&codes));
     let (_folder, path) = written(&encoded::<RGB8>(Compression::Uncompressed, std::slice::from_ref(&colour)));
-    let recording = open(&path).unwrap();
-    let error = recording.read_region(0, Region::whole(1, 1), &mut [0.0]).unwrap_err();
-    assert!(error.to_string().contains("found colours"), "{error}");
+    assert!(matches!(open(&path), Err(CameraError::Colour { .. })));
 
     let (_folder, path) = written(&png_bytes(png::ColorType::Rgb, png::BitDepth::Eight, &gray));
     assert_holds(&*open(&path).unwrap(), std::slice::from_ref(&codes));

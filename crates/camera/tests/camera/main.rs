@@ -19,17 +19,25 @@ mod hostile_images;
 #[cfg(test)]
 mod images;
 #[cfg(test)]
+mod jpeg_writer;
+#[cfg(test)]
 mod mraw;
 #[cfg(test)]
 mod property;
+#[cfg(test)]
+mod recordings;
 #[cfg(test)]
 mod reference;
 #[cfg(test)]
 mod scene;
 #[cfg(test)]
+mod sensor;
+#[cfg(test)]
 mod survey;
 #[cfg(test)]
 mod tiff_writer;
+#[cfg(test)]
+mod unicode;
 #[cfg(test)]
 #[cfg(feature = "opencv")]
 mod video;

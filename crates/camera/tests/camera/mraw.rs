@@ -105,7 +105,7 @@ impl MrawFile {
     }
 
     /// Writes the pair into a folder that lives as long as the first returned value; the paths of pixels and header.
-    fn write(&self, extension: &str) -> (TempDir, PathBuf, PathBuf) {
+    pub(crate) fn write(&self, extension: &str) -> (TempDir, PathBuf, PathBuf) {
         let folder = tempfile::tempdir().unwrap();
         let pixels = folder.path().join("shot.mraw");
         let header = pixels.with_extension(extension);

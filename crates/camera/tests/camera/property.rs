@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use chainwave_camera::{CameraError, open};
+use chainwave_camera::{CameraError, OpenOptions, open, open_with};
 use chainwave_measurement::{Recording, Region};
 
 /// Frames that are read of a file that announces more.
@@ -10,13 +10,28 @@ const MOST_FRAMES: usize = 16;
 /// Larger frames are read in part, which is all that the time of a test allows.
 const MOST_PIXELS: usize = 1 << 22;
 
+/// What a caller may state of any file.
+fn statements() -> Vec<OpenOptions> {
+    let raw =
+        |geometry: &str| OpenOptions { raw: geometry.parse().ok(), partial: true, ..OpenOptions::default() };
+    let partial = OpenOptions { partial: true, ..OpenOptions::default() };
+    vec![OpenOptions::default(), partial, raw("7x3x8"), raw("5x4x12be"), raw("4x4x10p")]
+}
+
 /// Opens a recording and reads its frames: it refuses with an error that names the recording, or what it says of itself
 /// is consistent and every frame can be read or is refused.
 pub(crate) fn read_all(path: &Path) -> Result<(), CameraError> {
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let recording = open(path).inspect_err(|error| assert!(error.to_string().contains(&name), "{error}"))?;
-    read_frames(recording.as_ref());
-    Ok(())
+    let mut plain = Ok(());
+    for (index, options) in statements().iter().enumerate() {
+        let opened = open_with(path, options)
+            .inspect_err(|error| assert!(error.to_string().contains(&name), "{error}"));
+        let outcome = opened.map(|recording| read_frames(recording.as_ref()));
+        if index == 0 {
+            plain = outcome;
+        }
+    }
+    plain
 }
 
 fn read_frames(recording: &dyn Recording) {

@@ -8,18 +8,11 @@ use std::path::{Path, PathBuf};
 
 use chainwave_camera::{CameraError, open};
 use chainwave_measurement::{Recording, Region};
+use chainwave_testkit::reference_data;
 use tiff::decoder::{Decoder, DecodingResult};
 
-fn data_folder(name: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os("CHAINWAVE_REFERENCE_DATA").map(|folder| PathBuf::from(folder).join(name));
-    if folder.is_none() {
-        println!("skipped: CHAINWAVE_REFERENCE_DATA is not set");
-    }
-    folder
-}
-
 fn cine_folder() -> Option<PathBuf> {
-    data_folder("cine")
+    reference_data("cine")
 }
 
 fn opened(folder: &Path, name: &str) -> Box<dyn Recording> {
@@ -169,7 +162,7 @@ fn colour_and_files_of_another_kind_are_refused() {
 
 #[test]
 fn a_photron_recording_with_a_contradictory_header_is_read_and_named() {
-    let Some(folder) = data_folder("mraw") else { return };
+    let Some(folder) = reference_data("mraw") else { return };
     for name in ["pyMRAW/beam.mraw", "pyMRAW/beam.cihx"] {
         let recording = opened(&folder, name);
         let info = recording.info();
@@ -188,7 +181,7 @@ fn a_photron_recording_with_a_contradictory_header_is_read_and_named() {
 
 #[test]
 fn a_photron_recording_of_eight_bits_is_read() {
-    let Some(folder) = data_folder("mraw") else { return };
+    let Some(folder) = reference_data("mraw") else { return };
     let recording = opened(&folder, "pyidi/data_showcase.mraw");
     let info = recording.info();
     assert_eq!((info.format.as_str(), info.width_px, info.height_px), ("mraw 8 bit", 640, 40));
@@ -204,7 +197,7 @@ fn a_photron_recording_of_eight_bits_is_read() {
 
 #[test]
 fn a_numpy_stack_is_read() {
-    let Some(folder) = data_folder("highspeed") else { return };
+    let Some(folder) = reference_data("highspeed") else { return };
     let recording = opened(&folder, "speckle.npy");
     let info = recording.info();
     assert_eq!((info.width_px, info.height_px, info.n_frames, info.bit_depth), (40, 40, 200, 16));
@@ -215,7 +208,7 @@ fn a_numpy_stack_is_read() {
 
 #[test]
 fn published_test_images_are_read_one_by_one_and_as_folders() {
-    let Some(folder) = data_folder("dic") else { return };
+    let Some(folder) = reference_data("dic") else { return };
     for (name, size) in [
         ("pixel_shift/ref.tif", (512, 512)),
         ("sample12/oht_cfrp_00.tiff", (400, 1040)),

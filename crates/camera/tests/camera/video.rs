@@ -77,21 +77,36 @@ fn the_rate_of_the_shot_replaces_the_rate_of_showing() {
 }
 
 #[test]
-fn a_video_cut_short_keeps_the_frames_that_it_has() {
+fn a_video_cut_short_states_the_frames_that_it_has() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("strike.avi");
     write_video(&path);
     let bytes = std::fs::read(&path).unwrap();
-    // The index (200 bytes) and some of the frames of 230 bytes each.
-    std::fs::write(&path, &bytes[..bytes.len() - 1000]).unwrap();
-    let recording = open(&path).unwrap();
-    let last = recording.info().n_frames - 1;
-    let region = Region::whole(64, 48);
-    for _ in 0..2 {
-        let outcome = recording.read_region(last, region, &mut vec![0.0; region.n_pixels()]);
-        assert!(last < N_FRAMES - 1 || outcome.is_err(), "frame {last} is not in the file");
-        assert_shows(&*recording, 2);
+    let mut n_before = N_FRAMES;
+    // The index behind the frames has 16 bytes for each, and a frame has some hundred.
+    for n_missing in (1..bytes.len()).step_by(61) {
+        std::fs::write(&path, &bytes[..bytes.len() - n_missing]).unwrap();
+        let recording = match open(&path) {
+            Ok(recording) => recording,
+            Err(error) => {
+                assert!(error.to_string().contains("strike.avi"), "{error}");
+                continue;
+            }
+        };
+        let n_frames = recording.info().n_frames;
+        assert!((1..=n_before).contains(&n_frames), "{n_frames} of {n_before} with {n_missing} bytes less");
+        n_before = n_frames;
+        let warning = format!("of the {N_FRAMES} frames it states, the first {n_frames} are whole");
+        assert!(
+            recording.info().warnings.iter().any(|text| text.contains(&warning)),
+            "{:?}",
+            recording.info()
+        );
+        for frame in 0..n_frames {
+            assert_shows(&*recording, frame);
+        }
     }
+    assert_eq!(n_before, 1, "some length should leave one frame");
 }
 
 #[test]
@@ -99,6 +114,22 @@ fn a_damaged_video_is_an_error() {
     let (_folder, path) = written(b"RIFF\x40\0\0\0AVI LIST and nothing that follows");
     let message = open(&path).err().unwrap().to_string();
     assert!(message.contains("recording.bin"), "{message}");
+}
+
+#[test]
+fn a_video_is_read_by_any_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let plain = folder.path().join("strike.avi");
+    write_video(&plain);
+    let path = crate::unicode::written(folder.path(), "avi", &std::fs::read(&plain).unwrap());
+    let recording = open(&path).unwrap();
+    assert_eq!((recording.path(), recording.info().n_frames), (path.as_path(), N_FRAMES));
+    assert_shows(&*recording, 7);
+    let path = crate::unicode::written(folder.path(), "mkv", GRAY_16);
+    let Some(recording) = deep(&path) else { return };
+    let mut pixels = [0.0; 2];
+    recording.read_region(1, Region { x: 0, y: 0, width: 2, height: 1 }, &mut pixels).unwrap();
+    assert_eq!(pixels.map(|pixel| pixel as usize), [1000, 1017]);
 }
 
 /// Frames of 64 x 48 px whose pixel `at` of frame `frame` is 1000 frame + 17 at, made with FFmpeg (`-c:v ffv1`).
@@ -118,7 +149,7 @@ fn deep(path: &Path) -> Option<Box<dyn Recording>> {
     }
     let message = open(path).err().unwrap().to_string();
     assert!(message.contains("bits") && message.contains("the program ffmpeg"), "{message}");
-    eprintln!("skipped: no ffmpeg on this system");
+    chainwave_testkit::skip("no ffmpeg on this system");
     None
 }
 
@@ -147,13 +178,15 @@ fn deep_videos_are_read_at_the_depth_of_their_codec() {
 fn a_deep_video_cut_short_keeps_the_frames_that_it_has() {
     let (_folder, path) = written(&GRAY_16[..GRAY_16.len() / 2]);
     let Some(recording) = deep(&path) else { return };
+    let n_frames = recording.info().n_frames;
+    assert!((1..N_FRAMES).contains(&n_frames), "{n_frames} frames in half a file");
+    assert!(recording.info().warnings.iter().any(|text| text.contains("are whole and are read")));
     let region = Region { x: 0, y: 0, width: 4, height: 1 };
     let mut pixels = [0.0; 4];
-    for _ in 0..2 {
-        let last = recording.read_region(recording.info().n_frames - 1, region, &mut pixels);
-        assert!(last.is_err() || recording.info().n_frames < N_FRAMES, "the last frame is not in the file");
-        recording.read_region(1, region, &mut pixels).unwrap();
-        assert_eq!(pixels.map(|pixel| pixel as usize), [1000, 1017, 1034, 1051]);
+    for frame in (0..n_frames).chain([0]) {
+        recording.read_region(frame, region, &mut pixels).unwrap();
+        let expected = [0, 17, 34, 51].map(|shift| 1000 * frame + shift);
+        assert_eq!(pixels.map(|pixel| pixel as usize), expected, "frame {frame}");
     }
 }
 

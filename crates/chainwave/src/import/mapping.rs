@@ -1,11 +1,13 @@
+//! The mapping of an import: which numbers of a text file mean what.
+
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
 use super::numbers::{Numbers, Place};
 use crate::error::Error;
-use crate::experiment::Positive;
 use crate::output::read_text;
+use chainwave_experiment::Positive;
 
 /// Which numbers of the trials' files mean what.
 #[derive(Debug, Clone, Deserialize)]
@@ -178,7 +180,7 @@ impl Sigma {
 impl Mapping {
     /// Reads a mapping; an error points at the line.
     pub(super) fn read(path: &Path) -> Result<Self, Error> {
-        let wrong = |message: String| Error::Configuration { path: path.to_owned(), message };
+        let wrong = |message: String| Error::configuration(path, message);
         let mapping: Self = toml::from_str(&read_text(path)?).map_err(|error| wrong(error.to_string()))?;
         if mapping.chain.n_bodies < 2 || mapping.trials.is_empty() {
             return Err(wrong("expected at least 2 bodies and 1 trial".into()));

@@ -1,3 +1,5 @@
+//! The numbers of a text file, by column or by line.
+
 use std::path::{Path, PathBuf};
 
 use super::mapping::{Direction, Layout, Separator};
@@ -32,12 +34,12 @@ impl Numbers {
                 match cell.parse::<f64>() {
                     _ if cell.is_empty() => Ok(None),
                     Ok(value) if value.is_finite() => Ok(Some(value)),
-                    _ => Err(Error::Cell {
-                        path: path.to_owned(),
-                        place: format!("line {}, column {}", index + 1, column + 1),
-                        expected: "a number (hint: layout.head_lines and layout.separator)".into(),
-                        found: format!("{cell:?}"),
-                    }),
+                    _ => Err(Error::place(
+                        path,
+                        &format!("line {}, column {}", index + 1, column + 1),
+                        "a number (hint: layout.head_lines and layout.separator)",
+                        &format!("{cell:?}"),
+                    )),
                 }
             };
             if !line.trim().is_empty() {
@@ -66,11 +68,9 @@ impl Numbers {
             Direction::Columns => ("column", self.lines.iter().map(Vec::len).max().unwrap_or(0)),
             Direction::Lines => ("line of numbers", self.lines.len()),
         };
-        let missing = || Error::Cell {
-            path: self.path.clone(),
-            place: format!("below line {}", self.head_lines),
-            expected: format!("a {kind} {place}"),
-            found: format!("{n} of them"),
+        let missing = || {
+            let below = format!("below line {}", self.head_lines);
+            Error::place(&self.path, &below, &format!("a {kind} {place}"), &format!("{n} of them"))
         };
         let index = place.checked_sub(1).filter(|index| *index < n).ok_or_else(missing)?;
         Ok(match self.bodies {
@@ -85,12 +85,7 @@ impl Numbers {
     /// The numbers at a place, none of which may be lost.
     pub(super) fn full_series(&self, place: Place) -> Result<Vec<f64>, Error> {
         let series = self.series(place)?.into_iter().enumerate();
-        let lost = |k: usize| Error::Cell {
-            path: self.path.clone(),
-            place: format!("sample {}", k + 1),
-            expected: "a time".into(),
-            found: "nothing".into(),
-        };
+        let lost = |k: usize| Error::place(&self.path, &format!("sample {}", k + 1), "a time", "nothing");
         series.map(|(k, value)| value.ok_or_else(|| lost(k))).collect()
     }
 }

@@ -1,8 +1,12 @@
+//! What each kind of fault does to the results.
+
 use std::path::Path;
+
+use chainwave_experiment::Table;
 
 use super::coverage::Coverage;
 use crate::error::Error;
-use crate::table::{self, Table, column};
+use crate::table::{self, column};
 
 /// The quantities that stand for the rest.
 const QUANTITIES: [&str; 4] = ["displacement", "group velocity", "c_d, tracks", "trigger offset"];

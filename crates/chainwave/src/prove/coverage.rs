@@ -1,10 +1,13 @@
+//! How often stated intervals hold the truth.
+
 use std::path::Path;
 
+use chainwave_experiment::Table;
 use chainwave_figures::{CoverageRow, coverage};
 use chainwave_measurement::Estimate;
 
 use crate::error::Error;
-use crate::table::{self, Table, column};
+use crate::table::{self, column};
 
 /// How often the intervals of each quantity hold the truth.
 pub(super) struct Coverage {

@@ -1,17 +1,15 @@
-use std::path::Path;
+//! Estimates beside their truths.
 
 use chainwave_analysis::Measurement;
-use chainwave_analysis::fit::Interval;
+use chainwave_experiment::{Evaluation, KnownTruth, Results, Setup, Stages, Trial};
+use chainwave_inference::Interval;
 use chainwave_measurement::{Estimate, Trajectory};
+
+use polars::prelude::Column;
 
 use super::Variant;
 use crate::error::Error;
-use crate::run::evaluation::Evaluation;
-use crate::run::tracking::Tracked;
-use crate::run::truth::KnownTruth;
-use crate::run::{Comparison, Job};
-use crate::synthesize::Truth;
-use crate::table::{self, Table, column};
+use crate::table::column;
 
 /// What stands for the kind of an experiment's fault where it has none.
 const NO_FAULT: &str = "none";
@@ -28,12 +26,12 @@ pub(super) struct Finding {
 const THINNING: usize = 16;
 
 impl Finding {
-    /// Writes the findings of one experiment.
-    pub(super) fn write(path: &Path, variant: &Variant, named: bool, findings: &[Self]) -> Result<(), Error> {
+    /// The findings of one experiment as the columns of a table.
+    pub(super) fn columns(variant: &Variant, named: bool, findings: &[Self]) -> Vec<Column> {
         let Variant { seed, noise, striker_m_per_s, fault } = *variant;
         let n = findings.len();
         let of = |value: &dyn Fn(&Self) -> f64| findings.iter().map(value).collect::<Vec<f64>>();
-        let columns = vec![
+        vec![
             column("seed", vec![seed; n]),
             column("noise", vec![noise; n]),
             column("striker_velocity_m_per_s", vec![striker_m_per_s; n]),
@@ -43,24 +41,25 @@ impl Finding {
             column("value", of(&|finding| finding.estimate.value)),
             column("sigma", of(&|finding| finding.estimate.sigma)),
             column("truth", of(&|finding| finding.truth)),
-        ];
-        table::write(path, columns)
+        ]
     }
 }
 
 /// Every estimate of an evaluation whose truth is known.
-pub(super) fn findings(job: &Job, compared: &Comparison) -> Result<Vec<Finding>, Error> {
-    let Comparison { tracked, evaluation, truth, .. } = compared;
-    let truths = Table::read(&job.recordings.join("truth_trials.csv"))?;
+pub(super) fn findings(setup: &Setup, results: &Results) -> Result<Vec<Finding>, Error> {
+    let Results { tracked, evaluation, truth, .. } = results;
+    let truth = truth.as_ref().ok_or_else(|| {
+        Error::configuration(&setup.path, "expected truth.json beside the recordings, found none")
+    })?;
     let mut found = Vec::new();
     let mut add = |quantity: &'static str, estimate: Estimate, truth: f64| {
         found.push(Finding { quantity, estimate, truth });
     };
-    of_motion(evaluation, &truth.motion, job.experiment.chain.pitch_m.get(), &mut add);
+    of_motion(evaluation, &truth.motion, setup.experiment.chain.pitch_m.get(), &mut add);
     of_wave(&evaluation.measurement, &truth.measurement, &mut add);
     of_damping(evaluation, truth, &mut add);
-    of_recordings(job, evaluation, &truths, &mut add)?;
-    of_stages(job, tracked, &truths, &mut add)?;
+    of_recordings(evaluation, truth, &mut add);
+    of_stages(&setup.table, &tracked.stages, truth, &mut add);
     Ok(found)
 }
 
@@ -126,8 +125,8 @@ fn of_damping(
     truth: &KnownTruth,
     add: &mut impl FnMut(&'static str, Estimate, f64),
 ) {
-    let Truth { c_d_kg_per_s: c_d, c_s_kg_per_s: c_s, striker_velocity_m_per_s, impact_time_s, .. } =
-        truth.parameters;
+    let (c_d, c_s) = (truth.chain_damping_kg_per_s, truth.striker_damping_kg_per_s);
+    let (striker_velocity_m_per_s, impact_time_s) = (truth.striker_velocity_m_per_s, truth.impact_time_s);
     if let Ok(fit) = &evaluation.track_fit {
         let (chain, striker) = (fit.damping.chain_damping_kg_per_s, fit.damping.striker_damping_kg_per_s);
         add("c_d, tracks", chain, c_d);
@@ -159,15 +158,14 @@ fn middle(interval: Interval) -> Estimate {
 
 /// Trigger, drive, striker and impact of each recording; the truths of triggers and drives count from their means.
 fn of_recordings(
-    job: &Job,
     evaluation: &Evaluation,
-    truths: &Table,
+    truth: &KnownTruth,
     add: &mut impl FnMut(&'static str, Estimate, f64),
-) -> Result<(), Error> {
-    let delays_s = truths.full_numbers("trigger_delay_s")?;
-    let strikers = truths.full_numbers("striker_velocity_m_per_s")?;
+) {
+    let delays_s: Vec<f64> = truth.trials.iter().map(|trial| trial.trigger_delay_s).collect();
+    let strikers: Vec<f64> = truth.trials.iter().map(|trial| trial.striker_velocity_m_per_s).collect();
     let alignments = &evaluation.stitched.alignments;
-    let row = |recording: &str| job.trials.iter().position(|trial| trial.recording == recording);
+    let row = |recording: &str| truth.trials.iter().position(|trial| trial.recording == recording);
     let rows: Vec<usize> = alignments.iter().filter_map(|alignment| row(&alignment.recording)).collect();
     let mean = |of: &[f64]| rows.iter().map(|row| of[*row]).sum::<f64>() / rows.len().max(1) as f64;
     let (mean_delay_s, mean_striker) = (mean(&delays_s), mean(&strikers));
@@ -185,24 +183,19 @@ fn of_recordings(
             add("impact time", one.impact_time_s, -delays_s[row]);
         }
     }
-    Ok(())
 }
 
 /// Where the stage stood in each view that is tied to the first.
 fn of_stages(
-    job: &Job,
-    tracked: &Tracked,
-    truths: &Table,
+    trials: &[Trial],
+    stages: &Stages,
+    truth: &KnownTruth,
     add: &mut impl FnMut(&'static str, Estimate, f64),
-) -> Result<(), Error> {
-    let stages_m = truths.full_numbers("stage_m")?;
-    let first_of_view =
-        |row: &usize| job.trials[..*row].iter().all(|other| other.view != job.trials[*row].view);
-    for row in (0..job.trials.len()).filter(first_of_view) {
-        if let Some(refined_m) = tracked.stages.refined_m(&job.trials[row]).filter(|stage| stage.sigma > 0.0)
-        {
-            add("stage", refined_m, stages_m[row]);
+) {
+    let first_of_view = |row: &usize| trials[..*row].iter().all(|other| other.view != trials[*row].view);
+    for row in (0..trials.len()).filter(first_of_view) {
+        if let Some(refined_m) = stages.refined_m(&trials[row]).filter(|stage| stage.sigma > 0.0) {
+            add("stage", refined_m, truth.trials[row].stage_m);
         }
     }
-    Ok(())
 }

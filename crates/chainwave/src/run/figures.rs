@@ -1,7 +1,10 @@
+//! Every figure of a run.
+
 use std::path::{Path, PathBuf};
 
-use chainwave_analysis::fit::normalised_residuals;
+use chainwave_analysis::normalised_residuals;
 use chainwave_analysis::{DispersionMap, GapFront, Measurement, StrainMap, linear_dispersion_hz};
+use chainwave_experiment::{Evaluation, Experiment, ModelBeside};
 use chainwave_figures::{
     BodyMotion, DispersionPanel, EnergyShares, FrequencyMark, FrontPulse, FrontWidth, GapSpectrum,
     PeakEnergy, PeakFit, PeakTrace, Point, ProfilePanel, ResidualMapPanel, Series, StrainMapPanel,
@@ -10,11 +13,8 @@ use chainwave_figures::{
 use chainwave_measurement::{ChainMotion, Estimate};
 use ndarray::Array2;
 
-use super::Job;
-use super::evaluation::{Evaluation, ModelBeside};
-use super::results::band_edge_hz;
+use super::figures_folder;
 use crate::error::Error;
-use crate::output::make_folder;
 
 /// A figure that was drawn.
 pub(crate) struct Figure {
@@ -25,9 +25,12 @@ pub(crate) struct Figure {
 }
 
 /// Draws every figure of a run.
-pub(crate) fn draw(job: &Job, evaluation: &Evaluation) -> Result<Vec<Figure>, Error> {
-    let album = Album { job, evaluation, folder: job.result("figures") };
-    make_folder(&album.folder)?;
+pub(crate) fn draw(
+    experiment: &Experiment,
+    out: &Path,
+    evaluation: &Evaluation,
+) -> Result<Vec<Figure>, Error> {
+    let album = Album { experiment, evaluation, folder: figures_folder(out)? };
     let mut figures = vec![
         album.displacements()?,
         album.strain_maps()?,
@@ -53,8 +56,7 @@ pub(crate) fn draw_motion(
     motion: &ChainMotion,
     measurement: &Measurement,
 ) -> Result<(), Error> {
-    let folder = folder.join("figures");
-    make_folder(&folder)?;
+    let folder = figures_folder(folder)?;
     let body = |row| BodyMotion { body: row + 1, samples: samples_of(motion, row), model: Vec::new() };
     let bodies: Vec<BodyMotion> = spread_over(motion.n_bodies()).into_iter().map(body).collect();
     chainwave_figures::displacements(&folder.join("displacements"), &bodies)?;
@@ -68,7 +70,7 @@ fn spread_over(n: usize) -> Vec<usize> {
 }
 
 struct Album<'a> {
-    job: &'a Job,
+    experiment: &'a Experiment,
     evaluation: &'a Evaluation,
     folder: PathBuf,
 }
@@ -115,19 +117,28 @@ impl Album<'_> {
     fn strain_profiles(&self) -> Result<Figure, Error> {
         let map = &self.evaluation.measurement.strain;
         let last_s = map.times_s.last().copied().unwrap_or(0.0);
-        let times = self.job.experiment.analysis.profile_times_s.iter().filter(|time_s| **time_s <= last_s);
-        let panels: Vec<ProfilePanel> = times.map(|time_s| self.profile(map, *time_s)).collect();
-        if panels.is_empty() {
-            return Err(Error::Configuration {
-                path: self.job.path.clone(),
-                message: format!("analysis.profile_times_s: expected a time before {last_s} s, found none"),
-            });
-        }
+        let times = self.profile_times_s().into_iter().filter(|time_s| *time_s <= last_s);
+        let panels: Vec<ProfilePanel> = times.map(|time_s| self.profile(map, time_s)).collect();
         chainwave_figures::strain_profiles(&self.folder.join("strain-profiles"), &panels)?;
         Ok(Figure {
             name: "strain-profiles",
             caption: "Strain over the chain at several times; the front is shaded.".into(),
         })
+    }
+
+    /// The times that the experiment names, else those at which the pulse has passed a quarter, half and three quarters of its gaps.
+    fn profile_times_s(&self) -> Vec<f64> {
+        if let Some(times_s) = &self.experiment.analysis.profile_times_s {
+            return times_s.clone();
+        }
+        let fronts = self.evaluation.measurement.fronts.iter().flatten();
+        let mut peaks_s: Vec<f64> = fronts.map(|front| front.peak_time_s.value).collect();
+        peaks_s.sort_by(f64::total_cmp);
+        let last = peaks_s.len().saturating_sub(1);
+        let mut times_s: Vec<f64> =
+            (1..4).filter_map(|quarter| peaks_s.get((quarter * last).div_ceil(4)).copied()).collect();
+        times_s.dedup();
+        times_s
     }
 
     fn profile(&self, map: &StrainMap, time_s: f64) -> ProfilePanel {
@@ -155,7 +166,7 @@ impl Album<'_> {
 
     fn peak_trace(&self) -> Result<Figure, Error> {
         let measurement = &self.evaluation.measurement;
-        let pitch_m = self.job.experiment.chain.pitch_m.get();
+        let pitch_m = self.experiment.chain.pitch_m.get();
         let velocity = measurement.group_velocity.as_ref().ok();
         // Without a fit every peak is shown; with one, those that it uses (the others feel the striker or the far end).
         let used = velocity.map_or(1..=usize::MAX, |velocity| velocity.gaps.0..=velocity.gaps.1);
@@ -187,9 +198,9 @@ impl Album<'_> {
             let line = model.measurement.half_widths.iter().map(|width| (width.t_s, width.hwhm_m.value));
             hwhm.push(Series::model("chain model", line));
         }
-        let times = self.job.experiment.analysis.profile_times_s.iter();
-        let pulses = times.filter_map(|time_s| self.aligned_pulse(*time_s)).collect();
-        let front = FrontWidth { pulses, hwhm, pitch_m: Some(self.job.experiment.chain.pitch_m.get()) };
+        let pulses =
+            self.profile_times_s().into_iter().filter_map(|time_s| self.aligned_pulse(time_s)).collect();
+        let front = FrontWidth { pulses, hwhm, pitch_m: Some(self.experiment.chain.pitch_m.get()) };
         chainwave_figures::front_width(&self.folder.join("front-width"), &front)?;
         Ok(Figure {
             name: "front-width",
@@ -265,7 +276,7 @@ impl Album<'_> {
             frequencies_hz: frequencies_hz.clone(),
             amplitude: of_gap.amplitude.clone(),
         });
-        let band_edge_hz = band_edge_hz(self.job)?;
+        let band_edge_hz = self.experiment.band_edge_hz()?;
         let mut marks =
             vec![FrequencyMark { name: "band edge of the chain model".into(), frequency_hz: band_edge_hz }];
         if let Ok(resonance) = &measurement.local_resonance {
@@ -291,7 +302,7 @@ impl Album<'_> {
     }
 
     fn dispersion(&self, map: &DispersionMap) -> Result<Figure, Error> {
-        let experiment = &self.job.experiment;
+        let experiment = &self.experiment;
         let (law, mass_kg) = (experiment.contact.power_law()?, experiment.chain.mass_kg.get());
         let curve = |kappa: &f64| (*kappa, linear_dispersion_hz(law.k_0_n_per_m(), mass_kg, *kappa));
         let panel = DispersionPanel {
@@ -299,7 +310,7 @@ impl Album<'_> {
             frequency_hz: &map.frequency_hz,
             amplitude: map.amplitude.view(),
             curve: &map.kappa_rad.iter().map(curve).collect::<Vec<_>>(),
-            max_frequency_hz: 2.0 * band_edge_hz(self.job)?,
+            max_frequency_hz: 2.0 * self.experiment.band_edge_hz()?,
         };
         chainwave_figures::dispersion(&self.folder.join("dispersion"), &panel)?;
         Ok(Figure {

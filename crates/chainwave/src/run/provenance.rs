@@ -1,9 +1,11 @@
+//! What the results came from.
+
+use std::path::Path;
+
+use chainwave_experiment::{Experiment, Setup, Trial, fingerprint};
 use serde::Serialize;
 
-use super::Job;
-use super::tracking::fingerprint;
 use crate::error::Error;
-use crate::experiment::Experiment;
 use crate::output::write_text;
 
 /// What the results came from: enough to tell whether a run can be repeated.
@@ -23,9 +25,9 @@ struct Source {
 }
 
 /// Writes `provenance.toml`. It holds no time and no path, so equal inputs give equal bytes.
-pub(crate) fn write(job: &Job) -> Result<(), Error> {
-    let source = |trial: &crate::experiment::Trial| {
-        let fingerprint = fingerprint(&job.recordings.join(&trial.recording));
+pub(crate) fn write(setup: &Setup, out: &Path) -> Result<(), Error> {
+    let source = |trial: &Trial| {
+        let fingerprint = fingerprint(&setup.recordings.join(&trial.recording));
         Source {
             recording: trial.recording.clone(),
             fingerprint: fingerprint.unwrap_or_else(|_missing| "not read".into()),
@@ -35,9 +37,9 @@ pub(crate) fn write(job: &Job) -> Result<(), Error> {
         program: "chainwave",
         version: env!("CARGO_PKG_VERSION"),
         opencv: cfg!(feature = "opencv"),
-        recordings: job.trials.iter().map(source).collect(),
-        experiment: &job.experiment,
+        recordings: setup.trials.iter().map(source).collect(),
+        experiment: &setup.experiment,
     };
     let text = toml::to_string(&provenance).map_err(|wrong| Error::Argument(wrong.to_string()))?;
-    write_text(&job.result("provenance.toml"), &text)
+    write_text(&out.join("provenance.toml"), &text)
 }

@@ -1,12 +1,12 @@
-use std::fmt::Write;
+//! `report.html`.
 
-use super::Job;
-use super::decisions::Decision;
-use super::evaluation::Evaluation;
+use std::fmt::Write;
+use std::path::Path;
+
+use chainwave_experiment::{Decision, Evaluation, Results, Setup, Standing};
+
 use super::figures::Figure;
-use super::standing::Standing;
 use super::summary::{Row, rows};
-use super::truth::KnownTruth;
 use crate::error::Error;
 use crate::output::write_text;
 
@@ -16,17 +16,12 @@ table{border-collapse:collapse;margin:1rem 0}th,td{padding:.25rem .8rem;text-ali
 td.n{text-align:right;font-variant-numeric:tabular-nums}figure{margin:2rem 0}img{max-width:100%}figcaption{color:#555}";
 
 /// Writes `report.html`: the numbers, the figures, what was decided and why, and how the recordings were aligned.
-pub(crate) fn write(
-    job: &Job,
-    evaluation: &Evaluation,
-    truth: Option<&KnownTruth>,
-    decisions: &[Decision],
-    figures: &[Figure],
-) -> Result<(), Error> {
-    let name = escaped(&job.experiment.name);
+pub(crate) fn write(setup: &Setup, out: &Path, results: &Results, figures: &[Figure]) -> Result<(), Error> {
+    let Results { evaluation, truth, decisions, .. } = results;
+    let name = escaped(&setup.experiment.name);
     let body = [
-        format!("<h1>{name}</h1>{}", introduction(job, evaluation)),
-        numbers(&rows(evaluation, truth)),
+        format!("<h1>{name}</h1>{}", introduction(setup, evaluation)),
+        numbers(&rows(evaluation, truth.as_ref())),
         figures.iter().map(figure).collect(),
         decisions_table(decisions),
         alignment_table(evaluation),
@@ -39,15 +34,15 @@ pub(crate) fn write(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{name}</title><style>{STYLE}</style></head>\
          <body>{body}</body></html>\n"
     );
-    write_text(&job.result("report.html"), &page)
+    write_text(&out.join("report.html"), &page)
 }
 
-fn introduction(job: &Job, evaluation: &Evaluation) -> String {
+fn introduction(setup: &Setup, evaluation: &Evaluation) -> String {
     let mut text = format!(
         "<p>{} bodies, {} of {} recordings. Every number stands with its standard uncertainty.</p>",
-        job.experiment.chain.n_bodies,
+        setup.experiment.chain.n_bodies,
         evaluation.stitched.alignments.len(),
-        job.trials.len()
+        setup.trials.len()
     );
     for warning in &evaluation.warnings() {
         text.push_str(&format!("<p><strong>Warning:</strong> {}</p>", escaped(warning)));

@@ -1,40 +1,34 @@
+//! The tables of a run, `results.json` and `decisions.json`.
+
 use std::path::Path;
 
-use chainwave_analysis::fit::{
-    Damping, EnergyFit, FitError, FittedRecording, ImposedFit, Quantity, TrackFit,
-};
-use chainwave_analysis::{DampingShare, LocalResonance, Measurement, linear_dispersion_hz};
+use chainwave_analysis::{DampingShare, LocalResonance, Measurement};
+use chainwave_experiment::{Evaluation, Experiment, ModelBeside, Results, Standing, Tracked, Trial};
+use chainwave_inference::{Damping, EnergyFit, FitError, FittedRecording, ImposedFit, Quantity, TrackFit};
 use chainwave_measurement::Estimate;
 use chainwave_stitching::{Alignment, Stitched};
 use ndarray::Array2;
 use polars::prelude::Column;
 use serde_json::{Map, Value, json};
 
-use super::Job;
-use super::decisions::Decision;
-use super::evaluation::{Evaluation, ModelBeside};
-use super::standing::Standing;
-use super::tracking::Tracked;
 use crate::error::Error;
-use crate::experiment::Trial;
-use crate::synthesize::write_json;
-use crate::table::{self, Table, column};
+use crate::output::write_json;
+use crate::table::{self, column};
+use crate::track::TrackRows;
 
 /// Writes every table of the interface, `results.json` and `decisions.json`.
-pub(crate) fn write(
-    job: &Job,
-    tracked: &Tracked,
-    evaluation: &Evaluation,
-    decisions: &[Decision],
-) -> Result<(), Error> {
+pub(crate) fn write(experiment: &Experiment, out: &Path, results: &Results) -> Result<(), Error> {
+    let Results { tracked, evaluation, decisions, .. } = results;
     let measurement = &evaluation.measurement;
-    Table::write_joined(&job.result("tracks.parquet"), &tracked.tables)?;
-    write_measurement(&job.out, &evaluation.stitched, measurement)?;
-    write_energies(job, measurement)?;
-    write_dispersion(job, measurement)?;
-    write_alignment(job, tracked, evaluation)?;
-    write_json(&job.result("results.json"), &as_json(evaluation))?;
-    write_json(&job.result("decisions.json"), &decisions)
+    let mut tracks = TrackRows::default();
+    tracked.recordings.iter().for_each(|one| tracks.add_bodies(&one.trial.recording, &one.tracks));
+    tracks.write(&out.join("tracks.parquet"))?;
+    write_measurement(out, &evaluation.stitched, measurement)?;
+    write_energies(out, measurement)?;
+    write_dispersion(out, 3.0 * experiment.band_edge_hz()?, measurement)?;
+    write_alignment(out, tracked, evaluation)?;
+    write_json(&out.join("results.json"), &as_json(evaluation))?;
+    write_json(&out.join("decisions.json"), &decisions)
 }
 
 /// Writes the tables that follow from a motion alone.
@@ -124,7 +118,7 @@ fn write_half_widths(folder: &Path, measurement: &Measurement) -> Result<(), Err
     table::write(&folder.join("hwhm.parquet"), columns)
 }
 
-fn write_energies(job: &Job, measurement: &Measurement) -> Result<(), Error> {
+fn write_energies(folder: &Path, measurement: &Measurement) -> Result<(), Error> {
     let (gaps, energies): (Vec<usize>, Vec<Estimate>) = match &measurement.energies {
         Some(energies) => (energies.gaps.clone(), energies.energy_j.clone()),
         None => (Vec::new(), Vec::new()),
@@ -134,7 +128,7 @@ fn write_energies(job: &Job, measurement: &Measurement) -> Result<(), Error> {
         column("psi_max_j", energies.iter().map(|energy| energy.value).collect::<Vec<_>>()),
         column("sigma_j", energies.iter().map(|energy| energy.sigma).collect::<Vec<_>>()),
     ];
-    table::write(&job.result("energy.parquet"), columns)
+    table::write(&folder.join("energy.parquet"), columns)
 }
 
 fn write_spectrum(folder: &Path, measurement: &Measurement) -> Result<(), Error> {
@@ -150,9 +144,8 @@ fn write_spectrum(folder: &Path, measurement: &Measurement) -> Result<(), Error>
     table::write(&folder.join("spectrum.parquet"), columns)
 }
 
-/// The tails over wavenumber and frequency, up to three times the band edge of the chain; empty where too few gaps have a tail.
-fn write_dispersion(job: &Job, measurement: &Measurement) -> Result<(), Error> {
-    let limit_hz = 3.0 * band_edge_hz(job)?;
+/// The tails over wavenumber and frequency, up to a limit; empty where too few gaps have a tail.
+fn write_dispersion(folder: &Path, limit_hz: f64, measurement: &Measurement) -> Result<(), Error> {
     let map = measurement.dispersion.as_ref().ok();
     let cells = || map.into_iter().flat_map(|map| map.amplitude.indexed_iter().map(move |cell| (map, cell)));
     let shown: Vec<_> = cells().filter(|(map, ((_, bin), _))| map.frequency_hz[*bin] <= limit_hz).collect();
@@ -164,17 +157,11 @@ fn write_dispersion(job: &Job, measurement: &Measurement) -> Result<(), Error> {
         ),
         column("amplitude", shown.iter().map(|(_, (_, amplitude))| **amplitude).collect::<Vec<_>>()),
     ];
-    table::write(&job.result("dispersion.parquet"), columns)
-}
-
-/// Upper edge of the linear chain's band, sqrt(k_0/m)/pi.
-pub(crate) fn band_edge_hz(job: &Job) -> Result<f64, Error> {
-    let stiffness_n_per_m = job.experiment.contact.power_law()?.k_0_n_per_m();
-    Ok(linear_dispersion_hz(stiffness_n_per_m, job.experiment.chain.mass_kg.get(), std::f64::consts::PI))
+    table::write(&folder.join("dispersion.parquet"), columns)
 }
 
 /// Trigger offset, drive and stage of each recording, and what the fit found of its striker and impact.
-fn write_alignment(job: &Job, tracked: &Tracked, evaluation: &Evaluation) -> Result<(), Error> {
+fn write_alignment(folder: &Path, tracked: &Tracked, evaluation: &Evaluation) -> Result<(), Error> {
     let alignments = &evaluation.stitched.alignments;
     let fitted = |value: &dyn Fn(&FittedRecording) -> f64| -> Vec<Option<f64>> {
         let found = evaluation.track_fit.as_ref().ok();
@@ -205,12 +192,13 @@ fn write_alignment(job: &Job, tracked: &Tracked, evaluation: &Evaluation) -> Res
         column("model_scatter_ratio", fitted(&|one| one.scatter_ratio)),
     ];
     let stages = stage_columns(tracked, alignments);
-    table::write(&job.result("alignment.parquet"), columns.into_iter().chain(stages).collect())
+    table::write(&folder.join("alignment.parquet"), columns.into_iter().chain(stages).collect())
 }
 
 /// Where the stage stood by the experiment, and by the bodies that views share; empty where nothing ties a view to another.
 fn stage_columns(tracked: &Tracked, alignments: &[Alignment]) -> [Column; 3] {
-    let trial = |one: &Alignment| tracked.trials.iter().find(|trial| trial.recording == one.recording);
+    let trials = || tracked.recordings.iter().map(|recording| &recording.trial);
+    let trial = |one: &Alignment| trials().find(|trial| trial.recording == one.recording);
     let trials: Vec<Option<&Trial>> = alignments.iter().map(trial).collect();
     let refined = |value: fn(Estimate) -> f64| -> Vec<Option<f64>> {
         trials.iter().map(|trial| tracked.stages.refined_m((*trial)?).map(value)).collect()

@@ -1,27 +1,37 @@
-use chainwave_analysis::fit::{Damping, FitError};
+//! The summary on one screen, and its rows, which the report has too.
+
+use std::path::Path;
+
+use chainwave_experiment::{Evaluation, KnownTruth, Results, Setup};
+use chainwave_inference::{Damping, FitError};
 use chainwave_measurement::Estimate;
 
-use super::evaluation::Evaluation;
-use super::truth::KnownTruth;
-use super::{Clock, Job};
+use super::Clock;
+
+/// Prints lines.
+#[expect(clippy::print_stdout, reason = "what was kept and made anew is part of the command's result")]
+pub(crate) fn print_lines(lines: impl IntoIterator<Item = String>) {
+    lines.into_iter().for_each(|line| println!("{line}"));
+}
 
 /// Prints how many recordings a share tracked.
 #[expect(clippy::print_stdout, reason = "the summary is the command's result")]
-pub(crate) fn print_share(job: &Job, n_tracked: usize) {
-    println!("{}: {n_tracked} of {} recordings tracked", job.experiment.name, job.trials.len());
+pub(crate) fn print_share(setup: &Setup, n_tracked: usize) {
+    println!("{}: {n_tracked} of {} recordings tracked", setup.experiment.name, setup.trials.len());
 }
 
 /// Prints what was measured on one screen: values with uncertainties, the truth beside where it is known, the time that each
 /// stage took, and where the figures are.
 #[expect(clippy::print_stdout, reason = "the summary is the command's result")]
-pub(crate) fn print(job: &Job, evaluation: &Evaluation, truth: Option<&KnownTruth>, clock: &Clock) {
-    println!("{}: {} recordings", job.experiment.name, evaluation.stitched.alignments.len());
+pub(crate) fn print(setup: &Setup, out: &Path, results: &Results, clock: &Clock) {
+    let Results { evaluation, truth, .. } = results;
+    println!("{}: {} recordings", setup.experiment.name, evaluation.stitched.alignments.len());
     println!("{:<34}{:>12} {:>11}{:>13}{:>9}", "", "measured", "sigma", "truth", "off by");
-    for row in rows(evaluation, truth) {
+    for row in rows(evaluation, truth.as_ref()) {
         println!("{}", row.as_text());
     }
     if let Some(truth) = truth {
-        let rms_px = truth.motion_rms_m / job.calibration.m_per_px().value;
+        let rms_px = truth.motion_rms_m / setup.map.m_per_px().value;
         println!(
             "x_n(t): rms error {:.3} um = {rms_px:.4} px; the 95 % intervals hold {:.1} % of the truth",
             1e6 * truth.motion_rms_m,
@@ -34,11 +44,7 @@ pub(crate) fn print(job: &Job, evaluation: &Evaluation, truth: Option<&KnownTrut
     for (name, seconds) in clock.stages() {
         println!("{seconds:8.2} s  {name}");
     }
-    println!(
-        "figures in {}, report in {}",
-        job.result("figures").display(),
-        job.result("report.html").display()
-    );
+    println!("figures in {}, report in {}", out.join("figures").display(), out.join("report.html").display());
 }
 
 /// One measured quantity in the unit of the summary.
@@ -134,19 +140,18 @@ fn fit_rows(source: &str, damping: Result<Damping, &FitError>, truth: Option<&Kn
         measured: damping.as_ref().map(|damping| value(damping).scaled(factor)).map_err(ToString::to_string),
         truth: truth.map(|value| value * factor),
     };
-    let parameters = truth.map(|truth| &truth.parameters);
     vec![
         of(
             "c_d (g/s)",
             |damping| damping.chain_damping_kg_per_s,
             1e3,
-            parameters.map(|truth| truth.c_d_kg_per_s),
+            truth.map(|truth| truth.chain_damping_kg_per_s),
         ),
         of(
             "c_s (kg/s)",
             |damping| damping.striker_damping_kg_per_s,
             1.0,
-            parameters.map(|truth| truth.c_s_kg_per_s),
+            truth.map(|truth| truth.striker_damping_kg_per_s),
         ),
     ]
 }

@@ -13,9 +13,9 @@ use serde::de::{DeserializeOwned, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
 use crate::error::Error;
-use crate::experiment::{NotNegative, Positive};
 use crate::output::read_text;
-use crate::table::Table;
+use crate::table;
+use chainwave_experiment::{NotNegative, Positive};
 
 /// A chain, what drives it, and how it is integrated.
 #[derive(Debug, Deserialize)]
@@ -254,7 +254,7 @@ impl ContactTable {
                 damping_kg_per_s: damping(damping_kg_per_s),
             },
             Self::Table { file, tension, damping_kg_per_s } => {
-                let table = Table::read(&path.with_file_name(file))?;
+                let table = table::read(&path.with_file_name(file))?;
                 let points = (table.full_numbers("overlap_m")?, table.full_numbers("force_n")?);
                 Contact {
                     law: Law::Table(TableLaw::new(&points.0, &points.1)?),
@@ -296,7 +296,7 @@ impl DriveTable {
                 damping_kg_per_s: damping_kg_per_s.get(),
             }),
             Self::Imposed { file } => {
-                let table = Table::read(&path.with_file_name(file))?;
+                let table = table::read(&path.with_file_name(file))?;
                 let (times_s, x_m) = (table.full_numbers("t_s")?, table.full_numbers("x_m")?);
                 Drive::Imposed(ImposedMotion::from_samples(times_s, x_m)?)
             }
@@ -318,7 +318,7 @@ pub(super) struct State {
 impl State {
     /// Reads a state by the rows' body numbers, from 1; bodies without a row are at rest.
     pub(super) fn read(path: &Path, n_bodies: usize) -> Result<Self, Error> {
-        let table = Table::read(path)?;
+        let table = table::read(path)?;
         let bodies = table.counts("body")?;
         let (x_m, v_m_per_s) = (table.full_numbers("x_m")?, table.full_numbers("v_m_per_s")?);
         let mut state = Self { displacement_m: vec![0.0; n_bodies], velocity_m_per_s: vec![0.0; n_bodies] };
@@ -327,7 +327,7 @@ impl State {
             let index = body.wrapping_sub(1);
             if index >= n_bodies || std::mem::replace(&mut seen[index], true) {
                 let expected = format!("each body once, from 1 to {n_bodies}");
-                return Err(table.cell(row, "body", &expected, &body.to_string()));
+                return Err(table.cell(row, "body", &expected, &body.to_string()).into());
             }
             state.displacement_m[index] = x_m[row];
             state.velocity_m_per_s[index] = v_m_per_s[row];
@@ -337,7 +337,7 @@ impl State {
 }
 
 fn configuration(path: &Path, message: String) -> Error {
-    Error::Configuration { path: path.to_owned(), message }
+    Error::configuration(path, message)
 }
 
 impl<'de, T: DeserializeOwned> Deserialize<'de> for OneOrMany<T> {

@@ -1,9 +1,13 @@
+//! The ladder of integrators on an experiment's chain.
+
+use std::path::Path;
+
+use chainwave_experiment::Experiment;
 use chainwave_mechanics::{Integration, Method, Schedule, simulate};
 
 use super::Rung;
 use super::simulations::ladder;
 use crate::error::Error;
-use crate::run::Job;
 
 /// Steps of the methods that take constant ones, in seconds: 1/90 to 1/1400 of the shortest period of the paper's chain.
 const STEPS_S: [f64; 5] = [2e-5, 1e-5, 5e-6, 2.5e-6, 1.25e-6];
@@ -13,9 +17,10 @@ const ACCURACIES: [f64; 4] = [1e-4, 1e-6, 1e-8, 1e-10];
 const REFERENCE: f64 = 1e-12;
 
 /// Every integrator on an experiment's chain, while the wave crosses it.
-pub(super) fn of_experiment(job: &Job) -> Result<Vec<Rung>, Error> {
-    let chain = job.chain()?;
-    let pitches_per_s = (job.experiment.contact.power_law()?.k_0_n_per_m() / chain.mass_kg[0]).sqrt();
+pub(super) fn of_experiment(path: &Path) -> Result<Vec<Rung>, Error> {
+    let experiment = Experiment::read(path)?;
+    let chain = experiment.chain_model()?;
+    let pitches_per_s = (experiment.contact.power_law()?.k_0_n_per_m() / chain.mass_kg[0]).sqrt();
     let n_outputs = (1.5 * chain.n_bodies() as f64 / pitches_per_s / OUTPUT_INTERVAL_S).ceil();
     let schedule = |integration| Schedule {
         integration,

@@ -1,3 +1,5 @@
+//! The ladder of meshes of a scene of rings.
+
 use std::path::Path;
 
 use chainwave_mechanics::{RingChain, RingSchedule, simulate_rings};

@@ -1,12 +1,14 @@
+//! What a trade-off is measured on.
+
 use std::path::Path;
 
 use chainwave_camera::OpenOptions;
 use chainwave_correlation::ReferenceFrames;
+use chainwave_experiment::{Setup, View, first_view};
 use chainwave_measurement::{Recording, Region, Subset};
 
 use crate::cli;
 use crate::error::Error;
-use crate::run::{Job, View};
 use crate::track::{read_points, subsets_in};
 
 /// Half the size of the subsets that are chosen where the user names none.
@@ -19,7 +21,7 @@ const BORDER_PX: usize = 6;
 /// The scene of an experiment (its first recording and the bodies in it) or of a recording.
 pub(super) fn open(input: &Path, arguments: &cli::Tradeoff) -> Result<View, Error> {
     if is_experiment(input) {
-        return read(input, arguments)?.first_view();
+        return Ok(first_view(&Setup::read(input, None)?)?);
     }
     let options = OpenOptions { rate_hz: arguments.rate_hz, ..OpenOptions::default() };
     let recording = chainwave_camera::open_with(input, &options)?;
@@ -34,12 +36,6 @@ pub(super) fn open(input: &Path, arguments: &cli::Tradeoff) -> Result<View, Erro
 /// Whether an input is an experiment, by its ending.
 pub(super) fn is_experiment(input: &Path) -> bool {
     input.extension().is_some_and(|ending| ending == "toml")
-}
-
-/// Reads an experiment.
-pub(super) fn read(input: &Path, arguments: &cli::Tradeoff) -> Result<Job, Error> {
-    let (experiment, out) = (input.to_owned(), arguments.out.clone());
-    Job::read(&cli::Run { experiment, out, recordings: None, jobs: None, share: None })
 }
 
 /// The squares of the first frame with the steepest gradients, none overlapping another.
@@ -68,13 +64,13 @@ fn textured(recording: &dyn Recording) -> Result<Vec<Subset>, Error> {
     let subsets: Vec<Subset> = squares.iter().take(MOST_SUBSETS).enumerate().map(subset).collect();
     match subsets.is_empty() {
         false => Ok(subsets),
-        true => Err(Error::Configuration {
-            path: recording.path().to_owned(),
-            message: format!(
+        true => Err(Error::configuration(
+            recording.path(),
+            format!(
                 "expected room for a subset of {size} x {size} px, found a frame of {width} x {height} px \
                  (hint: --points names smaller ones)"
             ),
-        }),
+        )),
     }
 }
 

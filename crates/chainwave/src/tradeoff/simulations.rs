@@ -1,3 +1,5 @@
+//! A ladder of simulations, each held against a finer one.
+
 use std::time::Instant;
 
 use chainwave_measurement::Trajectory;

@@ -1,13 +1,15 @@
+//! The ladder of tracking methods on a scene.
+
 use std::path::Path;
 use std::time::Instant;
 
 use chainwave_correlation::{Method, Settings, self_test};
+use chainwave_experiment::View;
 use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region};
 
 use super::Rung;
 use crate::error::Error;
 use crate::progress;
-use crate::run::View;
 
 /// Frames of the recording that each method is timed on.
 const TIMED_FRAMES: usize = 150;

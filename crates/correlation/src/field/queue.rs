@@ -1,3 +1,5 @@
+//! The order in which a field grows: the point with the best correlation first (reliability-guided).
+
 use std::cmp::Ordering;
 
 use crate::warp::Warp;

@@ -1,3 +1,5 @@
+//! Strain of a field, by planes through neighbouring displacements.
+
 use crate::Field;
 use chainwave_measurement::Estimate;
 

@@ -1,3 +1,5 @@
+//! The damped match (Levenberg and Marquardt), for what plain Gauss-Newton does not settle.
+
 use chainwave_measurement::Lost;
 use nalgebra::DMatrix;
 

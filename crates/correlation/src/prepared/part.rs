@@ -1,3 +1,5 @@
+//! Where a subset lies in its reference.
+
 use chainwave_measurement::{Region, Subset};
 
 use crate::Reference;

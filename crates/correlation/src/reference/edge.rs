@@ -1,3 +1,5 @@
+//! Sharp edges beside a subset, which ring through the interpolation into it.
+
 use std::fmt;
 
 use chainwave_measurement::{Recording, Subset};

@@ -4,9 +4,10 @@
 //! reference, less its noise, is shifted by known amounts ([`crate::self_test::shift`]). From pictures without noise the bias is taken
 //! as a sum of waves over the place found, of first and second order. From pictures with the reference's own noise comes the
 //! ratio of what is left to the standard uncertainty that this crate's own estimate of the same subset would have
-//! ([`crate::uncertainty`]): so many times that of each frame is the method's.
+//! ([`crate::uncertainty`]): so many times that of each frame is the method's. What is left of a bias is more half way between
+//! two pixels than at a pixel, so the ratio's square is found as a function of the place ([`Ratio`]).
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use chainwave_measurement::{Lost, Subset};
 use nalgebra::{DMatrix, DVector};
@@ -18,7 +19,7 @@ use crate::{PreparedSubset, Reference, Window, Workspace};
 
 /// Pictures without noise, by which the bias is fitted.
 const N_STILL: usize = 48;
-/// Pictures with noise; two axes of each make the ratio known to a fourteenth.
+/// Pictures with noise; two axes of each make a constant ratio known to a fourteenth.
 const N_NOISY: usize = 48;
 /// A constant and waves of first and second order.
 const N_WAVES: usize = 15;
@@ -28,8 +29,53 @@ const N_WAVES: usize = 15;
 pub(crate) struct Calibration {
     /// Of the position along x and y, without noise.
     bias: [Bias; 2],
-    /// Errors over this crate's own standard uncertainty, root mean square.
-    ratio: f64,
+    ratio: Ratio,
+}
+
+/// The square of errors over this crate's own standard uncertainty: a constant and, where it is seen, what is added half way
+/// between two pixels along the axis of the error and along the other one, by the squared sine of the place.
+#[derive(Debug, Clone, Copy)]
+struct Ratio([f64; 3]);
+
+/// Standard errors by which a term must be above zero to count.
+const SEEN: f64 = 3.0;
+
+impl Ratio {
+    /// What the square depends on, for the error along an axis at a place.
+    fn terms(place: [f64; 2], axis: usize) -> [f64; 3] {
+        let half_way = |axis: usize| (PI * place[axis]).sin().powi(2);
+        [1.0, half_way(axis), half_way(1 - axis)]
+    }
+
+    /// The one that describes squares best, each with its terms, by those terms that are seen.
+    fn fit(squares: &[([f64; 3], f64)]) -> Self {
+        let mut used = vec![0, 1, 2];
+        loop {
+            let columns = DMatrix::from_fn(squares.len(), used.len(), |i, k| squares[i].0[used[k]]);
+            let target = DVector::from_fn(squares.len(), |i, _| squares[i].1);
+            let Some(inverse) = (columns.transpose() * &columns).try_inverse() else {
+                used = vec![0];
+                continue;
+            };
+            let factors = &inverse * columns.transpose() * &target;
+            let freedom = squares.len().saturating_sub(used.len()).max(1) as f64;
+            let variance = (&columns * &factors - target).norm_squared() / freedom;
+            let unseen = (1..used.len()).filter(|&k| factors[k] < SEEN * (variance * inverse[(k, k)]).sqrt());
+            let Some(least) = unseen.min_by(|&a, &b| factors[a].total_cmp(&factors[b])) else {
+                // so that squares of errors over sigma are 1 on average, though the ratio itself is uncertain: the mean of F
+                let n = squares.len() as f64;
+                let uncertain = n / (n - 2.0 * used.len() as f64);
+                let mut all = [0.0; 3];
+                used.iter().zip(&factors).for_each(|(&k, factor)| all[k] = uncertain * factor.max(0.0));
+                return Self(all);
+            };
+            used.remove(least);
+        }
+    }
+
+    fn at(&self, place: [f64; 2], axis: usize) -> f64 {
+        self.0.iter().zip(Self::terms(place, axis)).map(|(factor, term)| factor * term).sum::<f64>().sqrt()
+    }
 }
 
 /// What the waves are multiplied with.
@@ -79,7 +125,7 @@ impl Calibration {
     /// The place that the method means by the one that it found, and its standard uncertainty.
     pub(crate) fn correct(&self, place: [f64; 2], judgement: &Judgement) -> [(f64, f64); 2] {
         let bias = bias_at(&self.bias, place);
-        [0, 1].map(|axis| (place[axis] - bias[axis], self.ratio * judgement.sigma_px[axis]))
+        [0, 1].map(|axis| (place[axis] - bias[axis], self.ratio.at(place, axis) * judgement.sigma_px[axis]))
     }
 }
 
@@ -120,7 +166,7 @@ impl<'a> Pictures<'a> {
         pixels
     }
 
-    /// Errors less the bias over this crate's own standard uncertainty, root mean square, on pictures with noise.
+    /// Errors less the bias over this crate's own standard uncertainty, on pictures with noise.
     ///
     /// The scene has less contrast than what the reference shows through its noise. So it is given less noise too: so much
     /// that it is located as well.
@@ -130,7 +176,7 @@ impl<'a> Pictures<'a> {
         bias: &[Bias; 2],
         rounding: f64,
         locate: impl Fn(&[f32], &[f32]) -> Option<[f64; 2]>,
-    ) -> Result<f64, Lost> {
+    ) -> Result<Ratio, Lost> {
         let region = self.reference.region();
         let n_averaged = self.reference.n_averaged();
         let scene = Reference::new(region, self.still(), n_averaged).map_err(|_| Lost::NoTexture)?;
@@ -147,15 +193,16 @@ impl<'a> Pictures<'a> {
             let window = Window::new(region, &moved, subset.settings.interpolation).ok()?;
             let found = judge(subset, &window, place, &mut workspace)?;
             let (error, of_bias) = (self.error(place, shift), bias_at(bias, place));
-            let pull = [0, 1].map(|axis| (error[axis] - of_bias[axis]) / own_px[axis]);
+            let pull = [0, 1].map(|axis| {
+                let square = ((error[axis] - of_bias[axis]) / own_px[axis]).powi(2);
+                (Ratio::terms(place, axis), square)
+            });
             (found.zncc >= subset.settings.min_zncc).then_some(pull)
         };
         // other shifts than the bias was fitted to
         let other = shifts().skip(N_STILL).take(N_NOISY);
-        let pulls: Vec<f64> = other.filter_map(&mut pull).flatten().collect();
-        let enough = pulls.len() > N_NOISY;
-        let square = pulls.iter().map(|pull| pull * pull).sum::<f64>() / pulls.len() as f64;
-        enough.then(|| square.sqrt()).ok_or(Lost::NotConverged)
+        let squares: Vec<([f64; 3], f64)> = other.filter_map(&mut pull).flatten().collect();
+        (squares.len() > N_NOISY).then(|| Ratio::fit(&squares)).ok_or(Lost::NotConverged)
     }
 
     fn error(&self, place: [f64; 2], shift: [f64; 2]) -> [f64; 2] {
@@ -207,4 +254,36 @@ fn fit(found: &[([f64; 2], [f64; 2])]) -> Result<[Bias; 2], Lost> {
     };
     let (x, y) = (along(0)?, along(1)?);
     Ok([x, y].map(|factors| std::array::from_fn(|k| factors[k])))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ratio_is_that_of_its_squares_by_the_terms_that_are_seen() {
+        let places =
+            || (0..96).map(|i| ([0.754_878 * f64::from(i), 0.569_840 * f64::from(i)], i as usize % 2));
+        let of = |factors: [f64; 3], noise: f64| {
+            let mut random = Normal(3);
+            let mut square = |(place, axis)| {
+                let terms = Ratio::terms(place, axis);
+                let square: f64 = terms.iter().zip(factors).map(|(term, factor)| term * factor).sum();
+                (terms, square * (1.0 + noise * (random.next().powi(2) - 1.0)))
+            };
+            Ratio::fit(&places().map(&mut square).collect::<Vec<_>>()).0
+        };
+        for factors in [[1.0, 3.0, 0.5], [2.0, 0.0, 0.0]] {
+            let terms = factors.iter().filter(|factor| **factor > 0.0).count() as f64;
+            let expected = factors.map(|factor| 96.0 / (96.0 - 2.0 * terms) * factor);
+            let found = of(factors, 0.0);
+            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "rounding: {found:?}");
+        }
+        // squares of normal errors that are the same everywhere: their mean, to a seventh, and no other terms
+        let [constant, own, other] = of([1.0, 0.0, 0.0], 1.0);
+        assert!((constant - 1.0).abs() < 3.0 / 7.0 && own + other <= 0.0, "{constant} {own} {other}");
+        // squares that fall half way are described by their mean
+        let [constant, own, other] = of([2.0, -1.0, 0.0], 0.0);
+        assert!((constant - 96.0 / 94.0 * 1.5).abs() < 0.1 && own + other <= 0.0, "{constant} {own} {other}");
+    }
 }

@@ -1,3 +1,5 @@
+//! Template search: whole pixels, and the top of a paraboloid.
+
 use crate::PreparedSubset;
 use crate::refine::Refine;
 use crate::search::{Scene, Template};

@@ -1,3 +1,5 @@
+//! What a subset's own past says of its next place.
+
 use chainwave_measurement::{Position, Subset};
 
 use crate::track::tracker::Found;

@@ -1,4 +1,6 @@
-use crate::{MechanicsError, check};
+//! The linear spring.
+
+use crate::{check, error::MechanicsError};
 
 /// A linear spring, F = k Delta: in tension too, unless the contact detaches at zero overlap.
 #[derive(Debug, Clone, Copy, PartialEq)]

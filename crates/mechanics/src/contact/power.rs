@@ -1,5 +1,7 @@
-use super::{PowerKernel, Tension};
-use crate::{MechanicsError, check};
+//! The power law a ((Delta + delta_0)^p - delta_0^p): parameters and stiffness.
+
+use super::tension::Tension;
+use crate::{check, error::MechanicsError};
 
 /// The power law of one gap, F(Delta) = a (Delta + delta_0)^p - f_0 with f_0 = a delta_0^p and overlap Delta.
 ///
@@ -34,16 +36,6 @@ impl PowerLaw {
     /// As for [`PowerLaw::new`].
     pub fn from_stiffness(k_0_n_per_m: f64, delta_0_m: f64, p: f64) -> Result<Self, MechanicsError> {
         Self::new(k_0_n_per_m * delta_0_m.powf(1.0 - p) / p, delta_0_m, p)
-    }
-
-    /// Contact force in newtons, positive in compression, at an overlap in metres.
-    pub fn force_n(&self, overlap_m: f64) -> f64 {
-        PowerKernel::new(self, Tension::default()).force_n(overlap_m)
-    }
-
-    /// Potential energy in joules, the integral of the force from zero overlap.
-    pub fn energy_j(&self, overlap_m: f64) -> f64 {
-        PowerKernel::new(self, Tension::default()).force_and_energy(overlap_m).1
     }
 
     /// Tangent stiffness dF/dDelta in newtons per metre.

@@ -1,6 +1,12 @@
+//! Force and energy of the power law for single gaps, to the last digits.
+
 use pulp::{Simd, WithSimd};
 
-use super::{PowerLanes, PowerLaw, Tension};
+use super::{
+    power::PowerLaw,
+    power_lanes::{COLUMNS, PowerLanes},
+    tension::Tension,
+};
 use crate::lanes::{Lanes, PADDING, vectorised};
 
 /// The power law with all that depends on its parameters alone worked out; [`PowerLanes`] is its formula.
@@ -47,7 +53,7 @@ impl PowerKernel {
 
     /// Contact forces in newtons at overlaps in metres.
     pub(crate) fn forces_n(&self, overlaps_m: [f64; PADDING]) -> [f64; PADDING] {
-        vectorised(Forces { kernel: self, overlaps_m })
+        vectorised(KernelForces { kernel: self, overlaps_m })
     }
 
     /// Stiffness in newtons per metre at an overlap in metres with its force in newtons, without a power.
@@ -86,6 +92,18 @@ impl PowerKernel {
     }
 }
 
+impl PowerLaw {
+    /// Contact force in newtons, positive in compression, at an overlap in metres.
+    pub fn force_n(&self, overlap_m: f64) -> f64 {
+        PowerKernel::new(self, Tension::default()).force_n(overlap_m)
+    }
+
+    /// Potential energy in joules, the integral of the force from zero overlap.
+    pub fn energy_j(&self, overlap_m: f64) -> f64 {
+        PowerKernel::new(self, Tension::default()).force_and_energy(overlap_m).1
+    }
+}
+
 struct OneGap<'a> {
     kernel: &'a PowerKernel,
     overlap_m: f64,
@@ -96,24 +114,24 @@ impl WithSimd for OneGap<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> (f64, f64) {
-        let law = PowerLanes::splat(simd, self.kernel);
+        let law = PowerLanes::splat(simd, self.kernel.columns());
         let (force, energy) = law.force_and_energy(Lanes::<S, 1>::splat(simd, self.overlap_m));
         (force.first(), energy.first())
     }
 }
 
-struct Forces<'a> {
+struct KernelForces<'a> {
     kernel: &'a PowerKernel,
     overlaps_m: [f64; PADDING],
 }
 
-impl WithSimd for Forces<'_> {
+impl WithSimd for KernelForces<'_> {
     type Output = [f64; PADDING];
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> [f64; PADDING] {
         let Self { kernel, mut overlaps_m } = self;
-        let law = PowerLanes::<S, 1>::splat(simd, kernel);
+        let law = PowerLanes::<S, 1>::splat(simd, kernel.columns());
         for vector in S::as_mut_simd_f64s(&mut overlaps_m).0 {
             [*vector] = law.force(Lanes::new(simd, [*vector])).values();
         }
@@ -131,13 +149,10 @@ impl WithSimd for OnePower<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let law = PowerLanes::splat(simd, self.kernel);
+        let law = PowerLanes::splat(simd, self.kernel.columns());
         law.power_minus_one(Lanes::<S, 1>::splat(simd, self.overlap_m)).first()
     }
 }
-
-/// Parameters of a [`PowerKernel`].
-pub(super) const COLUMNS: usize = 7;
 
 #[cfg(test)]
 mod tests {
@@ -198,7 +213,7 @@ mod tests {
             type Output = Vec<(u64, u64)>;
             #[inline(always)]
             fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-                let law = PowerLanes::splat(simd, self.0);
+                let law = PowerLanes::splat(simd, self.0.columns());
                 let overlaps = (-400..2000).map(|i| 1e-5 * f64::from(i) + 1e-9);
                 overlaps
                     .map(|overlap_m| law.force_and_energy(Lanes::<S, 1>::splat(simd, overlap_m)))

@@ -1,8 +1,9 @@
+//! The power law's formula for vectors of gaps: logarithm and exponential without a branch.
+
 use std::f64::consts::LOG2_E;
 
 use pulp::Simd;
 
-use super::{PowerKernel, power_kernel::COLUMNS};
 use crate::lanes::Lanes;
 
 /// Parts of ln 2; the first has zeros at the end, so that its product with an exponent is exact.
@@ -38,19 +39,22 @@ const ENERGY_TERMS: u32 = 12;
 /// |y| max(p, 1) up to which the energy follows its series: above it, the closed form loses less than two digits.
 const ENERGY_LIMIT: f64 = 0.05;
 
-/// Kernels that differ from gap to gap, parameter by parameter.
+/// Parameters of one power law as the formula needs them: p, delta_0, 1 / delta_0, f_0, the overlap below which the rule in tension
+/// holds, dE/dDelta there, and the overlap below which the contact has opened.
+pub(super) const COLUMNS: usize = 7;
+
+/// Laws that differ from gap to gap, parameter by parameter.
 #[derive(Debug, Clone)]
 pub(crate) struct PowerColumns {
     columns: [Vec<f64>; COLUMNS],
 }
 
 impl PowerColumns {
-    pub(crate) fn new(kernels: &[PowerKernel]) -> Self {
-        let rows: Vec<_> = kernels.iter().map(PowerKernel::columns).collect();
+    pub(super) fn new(rows: &[[f64; COLUMNS]]) -> Self {
         Self { columns: std::array::from_fn(|c| rows.iter().map(|row| row[c]).collect()) }
     }
 
-    /// The kernels of the `U` vectors of gaps from vector number `first` on.
+    /// The laws of the `U` vectors of gaps from vector number `first` on.
     #[inline(always)]
     pub(crate) fn lanes<S: Simd, const U: usize>(&self, simd: S, first: usize) -> PowerLanes<S, U> {
         let mut lanes = [Lanes::splat(simd, 0.0); COLUMNS];
@@ -91,11 +95,11 @@ pub(crate) struct PowerLanes<S: Simd, const U: usize> {
 }
 
 impl<S: Simd, const U: usize> PowerLanes<S, U> {
-    /// The same kernel in every lane.
+    /// The same law in every lane.
     #[inline(always)]
-    pub(crate) fn splat(simd: S, kernel: &PowerKernel) -> Self {
+    pub(super) fn splat(simd: S, parameters: [f64; COLUMNS]) -> Self {
         let mut lanes = [Lanes::splat(simd, 0.0); COLUMNS];
-        for (lanes, value) in lanes.iter_mut().zip(kernel.columns()) {
+        for (lanes, value) in lanes.iter_mut().zip(parameters) {
             *lanes = Lanes::splat(simd, value);
         }
         Self::from_columns(lanes)

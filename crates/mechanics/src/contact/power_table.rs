@@ -1,7 +1,9 @@
+//! The power law of one set of parameters by tables, for the inner loop.
+
 use pulp::{Simd, WithSimd};
 
-use super::{PowerKernel, PowerLanes, PowerLaw, Tension};
-use crate::lanes::{Lanes, TABLE};
+use super::{power::PowerLaw, power_kernel::PowerKernel, power_lanes::PowerLanes, tension::Tension};
+use crate::lanes::{COLUMNS, Lanes, TABLE};
 
 /// The power law of fixed parameters as a table, for the inner loop: no division, no logarithm, no exponential.
 ///
@@ -32,6 +34,9 @@ pub(crate) struct PowerTable {
     of_centre: [f64; TABLE],
     /// 2^(k p) - 1, from k = -8 on.
     of_octave: [f64; TABLE],
+    /// What the tables above say for each octave and interval: (2^(-k) - 1) delta_0, 1 / (c delta_0), (c - 1) / c and T - 1, for
+    /// machines that look them up faster together.
+    records: [[f64; COLUMNS]; TABLE * TABLE],
     /// Coefficients of ((1 + t)^p - 1) / t.
     series: [f64; TERMS],
     /// Bits of the least S / delta_0 that the tables hold, and how many numbers from there on.
@@ -67,15 +72,26 @@ impl PowerTable {
         };
         let scale_per_m = centre_m.map(|centre_m| (law.delta_0_m + centre_m).recip());
         let [low, high] = RANGE.map(|overlap| 1.0 + overlap.max(kernel.limit_m() / law.delta_0_m));
+        let shift: [f64; TABLE] = std::array::from_fn(|i| -centre_m[i] * scale_per_m[i]);
+        let octave_m: [f64; TABLE] =
+            std::array::from_fn(|i| (2.0_f64.powi(MIDDLE as i32 - i as i32) - 1.0) * law.delta_0_m);
+        let of_centre = centre_m.map(|centre_m| kernel.power_minus_one(centre_m));
+        let of_octave: [f64; TABLE] = std::array::from_fn(octave);
+        let record = |place: usize| {
+            let (k, i) = (place / TABLE, place % TABLE);
+            let factor_minus_one = of_octave[k].mul_add(of_centre[i], of_octave[k] + of_centre[i]);
+            [octave_m[k], scale_per_m[i], shift[i], factor_minus_one]
+        };
         let n_places = if law.p <= LARGEST_EXPONENT { high.to_bits() - low.to_bits() } else { 0 };
         Self {
             first_place: low.to_bits(),
-            octave_m: std::array::from_fn(|i| (2.0_f64.powi(MIDDLE as i32 - i as i32) - 1.0) * law.delta_0_m),
+            octave_m,
             n_places,
-            shift: std::array::from_fn(|i| -centre_m[i] * scale_per_m[i]),
+            shift,
             scale_per_m,
-            of_centre: centre_m.map(|centre_m| kernel.power_minus_one(centre_m)),
-            of_octave: std::array::from_fn(octave),
+            of_centre,
+            of_octave,
+            records: std::array::from_fn(record),
             series: binomial_series(law.p),
             kernel,
         }
@@ -137,12 +153,20 @@ impl<'a, S: Simd, const U: usize> TableLanes<'a, S, U> {
         let outside = ratio.bits_less(table.first_place).select_bits_below(table.n_places, zero, one);
         let place = ratio.bits_less(FIRST - (MIDDLE << FRACTION));
         let inverse_power = place.and_bits(0xfff << FRACTION).less_bits(ONE + (MIDDLE << FRACTION));
-        let beyond_m = overlap_m.mul_add(inverse_power, place.look_up::<FRACTION>(&table.octave_m));
-        let t =
-            beyond_m.mul_add(place.look_up::<PART>(&table.scale_per_m), place.look_up::<PART>(&table.shift));
-        let octave = place.look_up::<FRACTION>(&table.of_octave);
-        let centre = place.look_up::<PART>(&table.of_centre);
-        (Placed { t, factor_minus_one: octave.mul_add(centre, octave + centre) }, outside)
+        let [octave_m, scale_per_m, shift, factor_minus_one] = if place.has_tables_in_registers() {
+            let octave = place.look_up::<FRACTION>(&table.of_octave);
+            let centre = place.look_up::<PART>(&table.of_centre);
+            [
+                place.look_up::<FRACTION>(&table.octave_m),
+                place.look_up::<PART>(&table.scale_per_m),
+                place.look_up::<PART>(&table.shift),
+                octave.mul_add(centre, octave + centre),
+            ]
+        } else {
+            place.records::<PART>(&table.records)
+        };
+        let t = overlap_m.mul_add(inverse_power, octave_m).mul_add(scale_per_m, shift);
+        (Placed { t, factor_minus_one }, outside)
     }
 
     /// Contact forces in newtons at overlaps in their places; of no meaning where the tables do not hold them.
@@ -199,7 +223,7 @@ impl WithSimd for Outside<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { table, x_m, force_n } = self;
         let (fast, general) =
-            (TableLanes::<S, 1>::new(simd, table), PowerLanes::<S, 1>::splat(simd, &table.kernel));
+            (TableLanes::<S, 1>::new(simd, table), PowerLanes::<S, 1>::splat(simd, table.kernel.columns()));
         let n = force_n.len();
         let (left, right) = (S::as_simd_f64s(&x_m[..n]).0, S::as_simd_f64s(&x_m[1..=n]).0);
         let pairs = left.iter().zip(right);
@@ -220,10 +244,10 @@ mod tests {
     use super::*;
     use crate::lanes::vectorised;
 
-    /// Forces at overlaps, with one vector at a time.
-    struct Forces<'a>(&'a PowerTable, &'a [f64]);
+    /// TableForces at overlaps, with one vector at a time.
+    struct TableForces<'a>(&'a PowerTable, &'a [f64]);
 
-    impl WithSimd for Forces<'_> {
+    impl WithSimd for TableForces<'_> {
         type Output = Vec<f64>;
 
         #[inline(always)]
@@ -247,7 +271,7 @@ mod tests {
             let [p, overlap_m, force_n, _] = numbers[..] else { panic!("four columns") };
             let table = table(p, Tension::Tangent { limit: -1.0 + 5e-13 });
             if !table.is_outside(overlap_m) {
-                let found = vectorised(Forces(&table, &[overlap_m]))[0];
+                let found = vectorised(TableForces(&table, &[overlap_m]))[0];
                 assert!(
                     (found / force_n - 1.0).abs() <= 2e-15,
                     "p {p}, overlap {overlap_m}: {found} {force_n}"
@@ -263,11 +287,11 @@ mod tests {
         let overlaps: Vec<f64> = (-2200..40_000).map(|i| 1e-6 * f64::from(i) + 1e-10).collect();
         for p in [0.114, 0.5, 1.5] {
             let table = table(p, Tension::Detach);
-            let plain = Forces(&table, &overlaps).with_simd(pulp::Scalar);
-            assert!(vectorised(Forces(&table, &overlaps)).iter().eq(&plain));
+            let plain = TableForces(&table, &overlaps).with_simd(pulp::Scalar);
+            assert!(vectorised(TableForces(&table, &overlaps)).iter().eq(&plain));
             #[cfg(target_arch = "x86_64")]
             if let Some(avx2) = pulp::x86::V3::try_new() {
-                assert!(Simd::vectorize(avx2, Forces(&table, &overlaps)).iter().eq(&plain));
+                assert!(Simd::vectorize(avx2, TableForces(&table, &overlaps)).iter().eq(&plain));
             }
         }
     }

@@ -1,6 +1,8 @@
+//! A monotone cubic through measured points of force over overlap (Fritsch and Butland).
+
 use std::sync::Arc;
 
-use crate::{MechanicsError, check};
+use crate::{check, error::MechanicsError};
 
 /// A monotone curve through measured points of overlap and force, with a continuous slope.
 ///
@@ -11,13 +13,13 @@ use crate::{MechanicsError, check};
 #[derive(Debug, Clone, PartialEq)]
 pub struct TableLaw {
     /// Shared, for a chain holds one law for each of its gaps.
-    pieces: Arc<[Piece]>,
+    pieces: Arc<[CubicPiece]>,
     first_m: f64,
 }
 
 /// One piece of the curve: the cubic in the distance from its start.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Piece {
+struct CubicPiece {
     start_m: f64,
     /// Coefficients of the force, lowest power first.
     force: [f64; 4],
@@ -50,18 +52,18 @@ impl TableLaw {
 
     fn through(x: &[f64], f: &[f64]) -> Self {
         let slopes = monotone_slopes(x, f);
-        let mut pieces: Vec<Piece> = (0..x.len() - 1)
+        let mut pieces: Vec<CubicPiece> = (0..x.len() - 1)
             .map(|i| {
                 let h = x[i + 1] - x[i];
                 let chord = (f[i + 1] - f[i]) / h;
                 let (left, right) = (slopes[i], slopes[i + 1]);
                 let square = (3.0 * chord - 2.0 * left - right) / h;
                 let cube = (left + right - 2.0 * chord) / (h * h);
-                Piece { start_m: x[i], force: [f[i], left, square, cube], energy_j: 0.0 }
+                CubicPiece { start_m: x[i], force: [f[i], left, square, cube], energy_j: 0.0 }
             })
             .collect();
         let last = x.len() - 1;
-        pieces.push(Piece { start_m: x[last], force: [f[last], slopes[last], 0.0, 0.0], energy_j: 0.0 });
+        pieces.push(CubicPiece { start_m: x[last], force: [f[last], slopes[last], 0.0, 0.0], energy_j: 0.0 });
         let mut law = Self { pieces: pieces.into(), first_m: x[0] };
         let zero_n = law.evaluate(0.0).0;
         law.shift(zero_n);
@@ -80,14 +82,15 @@ impl TableLaw {
         }
         self.pieces = pieces.into();
         let zero_j = self.evaluate(0.0).1;
-        self.pieces = self.pieces.iter().map(|p| Piece { energy_j: p.energy_j - zero_j, ..*p }).collect();
+        self.pieces =
+            self.pieces.iter().map(|p| CubicPiece { energy_j: p.energy_j - zero_j, ..*p }).collect();
     }
 
     /// Force in newtons and energy in joules at an overlap in metres.
     pub(crate) fn evaluate(&self, overlap_m: f64) -> (f64, f64) {
         let first = &self.pieces[0];
         if overlap_m < self.first_m {
-            let tangent = Piece { force: [first.force[0], first.force[1], 0.0, 0.0], ..*first };
+            let tangent = CubicPiece { force: [first.force[0], first.force[1], 0.0, 0.0], ..*first };
             return tangent.evaluate(overlap_m);
         }
         self.piece_at(overlap_m).evaluate(overlap_m)
@@ -118,13 +121,13 @@ impl TableLaw {
         ends.chain(reached).fold(0.0, f64::max)
     }
 
-    fn piece_at(&self, overlap_m: f64) -> &Piece {
+    fn piece_at(&self, overlap_m: f64) -> &CubicPiece {
         let after = self.pieces.partition_point(|piece| piece.start_m <= overlap_m);
         &self.pieces[after.saturating_sub(1)]
     }
 }
 
-impl Piece {
+impl CubicPiece {
     fn evaluate(&self, overlap_m: f64) -> (f64, f64) {
         let s = overlap_m - self.start_m;
         let [c, linear, square, cube] = self.force;
@@ -159,7 +162,7 @@ fn monotone_slopes(x: &[f64], f: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::PowerLaw;
+    use crate::contact::power::PowerLaw;
 
     fn samples_of(law: &PowerLaw, n: usize) -> TableLaw {
         let x: Vec<f64> = (0..=n).map(|i| -1e-3 + 9e-3 * i as f64 / n as f64).collect();

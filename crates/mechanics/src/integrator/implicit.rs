@@ -1,10 +1,15 @@
+//! ESDIRK4(3)6L\[2\]SA: implicit Runge-Kutta for stiff dampers, with a tridiagonal Newton step.
+
 use pulp::Simd;
 
-use super::{Integrator, LocalError, Step, rows::Rows};
-use crate::{
+use super::{
+    rows::StageRates,
+    step::{Integrator, LocalError, Step},
+};
+use crate::chain::{
     force_row::ForceRow,
-    model::Model,
-    state::{State, row_length},
+    model::ChainModel,
+    state::{ChainState, row_length},
 };
 
 /// ESDIRK4(3)6L\[2\]SA: a Runge-Kutta method of order 4 with one implicit equation in each stage, L-stable and stiffly accurate
@@ -17,8 +22,8 @@ use crate::{
 #[derive(Debug)]
 pub(crate) struct Implicit {
     /// Stages' velocities and accelerations.
-    velocity: Rows,
-    acceleration: Rows,
+    velocity: StageRates,
+    acceleration: StageRates,
     lost_w: [f64; STAGES],
     /// What a stage knows before it is solved, and the residual of its equation.
     known_x_m: Vec<f64>,
@@ -65,12 +70,12 @@ const MAX_ITERATIONS: u32 = 12;
 const SOLVED: f64 = 1e-13;
 
 impl Implicit {
-    pub(super) fn new(model: &Model<'_>) -> Self {
+    pub(super) fn new(model: &ChainModel<'_>) -> Self {
         let length = row_length(model.n_masses());
         let row = vec![0.0; length];
         Self {
-            velocity: Rows::new(STAGES, length),
-            acceleration: Rows::new(STAGES, length),
+            velocity: StageRates::new(STAGES, length),
+            acceleration: StageRates::new(STAGES, length),
             lost_w: [0.0; STAGES],
             known_x_m: row.clone(),
             known_v_m_per_s: row.clone(),
@@ -85,7 +90,14 @@ impl Implicit {
 
     /// Solves stage `i` (from 1); returns whether that succeeded.
     #[inline(always)]
-    fn stage<S: Simd>(&mut self, simd: S, model: &Model<'_>, from: &State, step: Step, i: usize) -> bool {
+    fn stage<S: Simd>(
+        &mut self,
+        simd: S,
+        model: &ChainModel<'_>,
+        from: &ChainState,
+        step: Step,
+        i: usize,
+    ) -> bool {
         let Step { time_s, h_s } = step;
         let active = from.active;
         self.velocity.combine(simd, &from.x_m, h_s, BEFORE[i], &mut self.known_x_m[..active]);
@@ -107,7 +119,7 @@ impl Implicit {
 
     /// Positions of stage `i` by its velocities.
     #[inline(always)]
-    fn place(&mut self, model: &Model<'_>, active: usize, h_s: f64, i: usize) {
+    fn place(&mut self, model: &ChainModel<'_>, active: usize, h_s: f64, i: usize) {
         let first = usize::from(model.is_imposed());
         let places = self.x_m[first..active].iter_mut().zip(&self.known_x_m[first..active]);
         for ((x, known), v) in places.zip(&self.velocity.row(i)[first..active]) {
@@ -117,7 +129,14 @@ impl Implicit {
 
     /// One step of Newton's method for stage `i`; returns whether it changed nothing any more.
     #[inline(always)]
-    fn correct<S: Simd>(&mut self, simd: S, model: &Model<'_>, from: &State, h_s: f64, i: usize) -> bool {
+    fn correct<S: Simd>(
+        &mut self,
+        simd: S,
+        model: &ChainModel<'_>,
+        from: &ChainState,
+        h_s: f64,
+        i: usize,
+    ) -> bool {
         let active = from.active;
         let implicit_s = DIAGONAL * h_s;
         self.place(model, active, h_s, i);
@@ -145,7 +164,7 @@ impl Implicit {
     }
 
     /// The power lost, and what an imposed motion takes out of the books.
-    fn finish(&mut self, model: &Model<'_>, active: usize, i: usize) {
+    fn finish(&mut self, model: &ChainModel<'_>, active: usize, i: usize) {
         let velocity = self.velocity.row_mut(i);
         self.lost_w[i] = self.system.power_w(model, velocity, active);
         if model.is_imposed() {
@@ -176,7 +195,7 @@ impl Implicit {
 
 impl Integrator for Implicit {
     #[inline(always)]
-    fn begin<S: Simd>(&mut self, simd: S, model: &Model<'_>, from: &State, _continued: bool) {
+    fn begin<S: Simd>(&mut self, simd: S, model: &ChainModel<'_>, from: &ChainState, _continued: bool) {
         let active = from.active;
         self.system.set_springs(model, from);
         self.x_m[..active].copy_from_slice(&from.x_m[..active]);
@@ -192,7 +211,14 @@ impl Integrator for Implicit {
     }
 
     #[inline(always)]
-    fn advance<S: Simd>(&mut self, simd: S, model: &Model<'_>, from: &State, step: Step, to: &mut State) {
+    fn advance<S: Simd>(
+        &mut self,
+        simd: S,
+        model: &ChainModel<'_>,
+        from: &ChainState,
+        step: Step,
+        to: &mut ChainState,
+    ) {
         let Step { time_s, h_s } = step;
         let active = from.active;
         self.system.factor(model, active, DIAGONAL * h_s);
@@ -244,14 +270,14 @@ impl System {
         }
     }
 
-    fn set_springs(&mut self, model: &Model<'_>, state: &State) {
+    fn set_springs(&mut self, model: &ChainModel<'_>, state: &ChainState) {
         for gap in 0..state.active {
             self.dashpots[gap] = model.dashpot_kg_per_s(gap, state.touching);
             self.stiffnesses[gap] = model.stiffness_n_per_m(gap, state);
         }
     }
 
-    fn factor(&mut self, model: &Model<'_>, active: usize, s: f64) {
+    fn factor(&mut self, model: &ChainModel<'_>, active: usize, s: f64) {
         let (mut before, mut carried) = (0.0, 0.0);
         for i in 0..active {
             let scale = s * model.inverse_mass_per_kg[i];
@@ -281,7 +307,7 @@ impl System {
     }
 
     /// Accelerations by the dampers.
-    fn accelerate(&self, model: &Model<'_>, v_m_per_s: &[f64], accelerations: &mut [f64]) {
+    fn accelerate(&self, model: &ChainModel<'_>, v_m_per_s: &[f64], accelerations: &mut [f64]) {
         let mut before_n = 0.0;
         for (i, acceleration) in accelerations.iter_mut().enumerate() {
             let behind_n = self.dashpots[i] * (v_m_per_s[i] - v_m_per_s[i + 1]);
@@ -292,7 +318,7 @@ impl System {
     }
 
     /// Power that the dampers take, in watts.
-    fn power_w(&self, model: &Model<'_>, v_m_per_s: &[f64], active: usize) -> f64 {
+    fn power_w(&self, model: &ChainModel<'_>, v_m_per_s: &[f64], active: usize) -> f64 {
         (0..active)
             .map(|i| {
                 let closing = v_m_per_s[i] - v_m_per_s[i + 1];

@@ -1,22 +1,27 @@
+//! The kick of a symplectic splitting: forces that stand still, with the exact flow of the dampers.
+
 use pulp::Simd;
 
-use crate::{force_row::ForceRow, lanes::PartialSums, model::Model, row::Row, state::State};
+use crate::{
+    chain::{force_row::ForceRow, model::ChainModel, state::ChainState},
+    lanes::{PartialSums, row::AlignedRow},
+};
 
 /// The flow of forces that stand still and dampers over a time, worked out for one time at a time.
 #[derive(Debug, Default)]
 pub(super) struct Kick {
     tau_s: f64,
     /// Velocities keep this part, where there are dampers to ground.
-    decay: Option<Row>,
+    decay: Option<AlignedRow>,
     /// Velocities gain this times the force: the integral of the decay over the mass; the time over the mass without
     /// dampers.
-    gain_s_per_kg: Row,
+    gain_s_per_kg: AlignedRow,
     /// The striker and the body that it touches, where their contact is damped.
-    pair: Option<Pair>,
+    pair: Option<DampedPair>,
 }
 
 impl Kick {
-    pub(super) fn prepare(&mut self, model: &Model<'_>, tau_s: f64) {
+    pub(super) fn prepare(&mut self, model: &ChainModel<'_>, tau_s: f64) {
         if self.tau_s.to_bits() == tau_s.to_bits() && !self.gain_s_per_kg.is_empty() {
             return;
         }
@@ -33,10 +38,10 @@ impl Kick {
                 (last.1, last.2 * inverse_mass)
             })
             .collect();
-        self.gain_s_per_kg = Row::padded(flows.iter().map(|flow| flow.1), flows.len());
-        self.decay = damped.then(|| Row::padded(flows.iter().map(|flow| flow.0), flows.len()));
+        self.gain_s_per_kg = AlignedRow::padded(flows.iter().map(|flow| flow.1), flows.len());
+        self.decay = damped.then(|| AlignedRow::padded(flows.iter().map(|flow| flow.0), flows.len()));
         let contact = model.striker.as_ref().filter(|contact| contact.damping_kg_per_s > 0.0);
-        self.pair = contact.map(|contact| Pair::new(model, contact.damping_kg_per_s, tau_s));
+        self.pair = contact.map(|contact| DampedPair::new(model, contact.damping_kg_per_s, tau_s));
     }
 
     /// Kicks the velocities; returns what the dampers took, in joules.
@@ -44,9 +49,9 @@ impl Kick {
     pub(super) fn apply<S: Simd>(
         &self,
         simd: S,
-        model: &Model<'_>,
+        model: &ChainModel<'_>,
         force_n: &ForceRow,
-        state: &mut State,
+        state: &mut ChainState,
     ) -> f64 {
         let pair = self.pair.as_ref().filter(|_| state.touching);
         let Some(pair) = pair else { return self.apply_to_row(simd, model, force_n, state) };
@@ -68,31 +73,35 @@ impl Kick {
     fn apply_to_row<S: Simd>(
         &self,
         simd: S,
-        model: &Model<'_>,
+        model: &ChainModel<'_>,
         force_n: &ForceRow,
-        state: &mut State,
+        state: &mut ChainState,
     ) -> f64 {
         let active = state.active;
         let (before, behind) = force_n.beside::<S>(active);
         let (gains, _) = S::as_simd_f64s(&self.gain_s_per_kg[..active]);
         let (velocities, _) = S::as_mut_simd_f64s(&mut state.v_m_per_s[..active]);
-        let kicks = velocities.iter_mut().zip(gains).zip(before.iter().zip(behind));
         let Some(decay) = &self.decay else {
-            for ((v, gain), (before, behind)) in kicks {
+            let gaps = before.iter().zip(behind);
+            for ((v, gain), (before, behind)) in velocities.iter_mut().zip(gains).zip(gaps) {
                 *v = simd.mul_add_f64s(simd.sub_f64s(*before, *behind), *gain, *v);
             }
             return 0.0;
         };
         let (decays, _) = S::as_simd_f64s(&decay[..active]);
         let (dampings, _) = S::as_simd_f64s(&model.damping_kg_per_s[..active]);
+        let n_vectors = PartialSums::<S>::VECTORS;
+        let gaps = before.chunks_exact(n_vectors).zip(behind.chunks_exact(n_vectors));
+        let dampers = decays.chunks_exact(n_vectors).zip(dampings.chunks_exact(n_vectors));
+        let kicks = velocities.chunks_exact_mut(n_vectors).zip(gains.chunks_exact(n_vectors));
         let mut lost = PartialSums::new(simd);
-        for (i, (((v, gain), (before, behind)), (decay, damping))) in
-            kicks.zip(decays.iter().zip(dampings)).enumerate()
-        {
-            let old = *v;
-            *v = simd.mul_add_f64s(simd.sub_f64s(*before, *behind), *gain, simd.mul_f64s(old, *decay));
-            let squares = simd.mul_add_f64s(old, simd.add_f64s(old, *v), simd.mul_f64s(*v, *v));
-            lost.add_product(simd, i, *damping, squares);
+        for (((v, gain), (before, behind)), (decay, damping)) in kicks.zip(gaps).zip(dampers) {
+            for i in 0..n_vectors {
+                let (old, net_n) = (v[i], simd.sub_f64s(before[i], behind[i]));
+                v[i] = simd.mul_add_f64s(net_n, gain[i], simd.mul_f64s(old, decay[i]));
+                let squares = simd.mul_add_f64s(old, simd.add_f64s(old, v[i]), simd.mul_f64s(v[i], v[i]));
+                lost.add_product(simd, i, damping[i], squares);
+            }
         }
         self.tau_s / 3.0 * lost.total()
     }
@@ -111,14 +120,14 @@ fn decayed_time_s(rate_per_s: f64, tau_s: f64) -> f64 {
 /// The flow of two masses with a dashpot between them and one to ground, v' = (F - D v) / m with constant F: with A = M^-1 D,
 /// v(t) = exp(-A t) v + (integral of exp(-A s)) M^-1 F. Both are worked out for M^(-1/2) D M^(-1/2), a symmetric matrix.
 #[derive(Debug)]
-struct Pair {
+struct DampedPair {
     contact_kg_per_s: f64,
     decay: [[f64; 2]; 2],
     gain_s_per_kg: [[f64; 2]; 2],
 }
 
-impl Pair {
-    fn new(model: &Model<'_>, contact_kg_per_s: f64, tau_s: f64) -> Self {
+impl DampedPair {
+    fn new(model: &ChainModel<'_>, contact_kg_per_s: f64, tau_s: f64) -> Self {
         let [m_0, m_1] = [model.mass_kg[0], model.mass_kg[1]];
         let a = (contact_kg_per_s + model.damping_kg_per_s[0]) / m_0;
         let b = -contact_kg_per_s / (m_0 * m_1).sqrt();

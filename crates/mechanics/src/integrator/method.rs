@@ -1,7 +1,9 @@
+//! The integrators by name, with their orders and stability bounds.
+
 use std::{fmt, str::FromStr};
 
 use super::symplectic;
-use crate::MechanicsError;
+use crate::error::MechanicsError;
 
 /// The rungs of the ladder of integrators, by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,17 +1,19 @@
+//! Rates of all stages of a Runge-Kutta method, and their weighted sums.
+
 use pulp::Simd;
 
-use crate::row::Row;
+use crate::lanes::row::AlignedRow;
 
 /// One row for each stage of a method, in one piece of memory.
 #[derive(Debug, Clone)]
-pub(super) struct Rows {
+pub(super) struct StageRates {
     length: usize,
-    values: Row,
+    values: AlignedRow,
 }
 
-impl Rows {
+impl StageRates {
     pub(super) fn new(n_rows: usize, length: usize) -> Self {
-        Self { length, values: Row::zeros(n_rows * length) }
+        Self { length, values: AlignedRow::zeros(n_rows * length) }
     }
 
     #[inline(always)]
@@ -48,6 +50,16 @@ impl Rows {
         out: &mut [f64],
     ) {
         let h = simd.splat_f64s(h);
+        if let [(j, a)] = *terms {
+            // Half of a classical method's sums have one term, and want no loop over terms inside that over vectors.
+            let (a, zero) = (simd.splat_f64s(a), simd.splat_f64s(0.0));
+            let (rates, _) = S::as_simd_f64s(&self.row(j)[..out.len()]);
+            let (bases, _) = S::as_simd_f64s(&base[..out.len()]);
+            for ((out, rate), base) in S::as_mut_simd_f64s(out).0.iter_mut().zip(rates).zip(bases) {
+                *out = simd.mul_add_f64s(h, simd.mul_add_f64s(a, *rate, zero), *base);
+            }
+            return;
+        }
         let (base_blocks, base_rest) = S::as_simd_f64s(&base[..out.len()]).0.as_chunks::<BLOCK>();
         let (blocks, rest) = S::as_mut_simd_f64s(out).0.as_chunks_mut::<BLOCK>();
         let n_done = BLOCK * blocks.len();

@@ -1,16 +1,19 @@
+//! Explicit Runge-Kutta methods: RK4, and DOP853 with its error estimate and interpolation.
+
 use pulp::{Simd, WithSimd};
 
 use super::{
-    Integrator, LocalError, Step,
-    rows::Rows,
+    rows::StageRates,
+    step::{Integrator, LocalError, Step},
     tableau::{Extra, Tableau},
 };
 use crate::{
-    force_row::ForceRow,
-    lanes,
-    model::{Model, Place},
-    row::Row,
-    state::{State, row_length},
+    chain::{
+        force_row::ForceRow,
+        model::{ChainModel, PhasePoint},
+        state::{ChainState, row_length},
+    },
+    lanes::{self, row::AlignedRow},
 };
 
 /// An explicit Runge-Kutta method with its work space.
@@ -18,10 +21,10 @@ use crate::{
 pub(crate) struct RungeKutta {
     tableau: &'static Tableau,
     /// Velocities and accelerations of the stages, those at the result and for the interpolation included.
-    velocity: Rows,
-    acceleration: Rows,
+    velocity: StageRates,
+    acceleration: StageRates,
     lost_w: Vec<f64>,
-    stage_x_m: Row,
+    stage_x_m: AlignedRow,
     force_n: ForceRow,
     local_error: Option<LocalError>,
     /// Whether the interpolation's stages belong to the last step.
@@ -30,16 +33,16 @@ pub(crate) struct RungeKutta {
 }
 
 impl RungeKutta {
-    pub(super) fn new(tableau: &'static Tableau, model: &Model<'_>) -> Self {
+    pub(super) fn new(tableau: &'static Tableau, model: &ChainModel<'_>) -> Self {
         let length = row_length(model.n_masses());
         let n_stages = tableau.stages.len() + 1;
         let n_rows = n_stages + tableau.extra.map_or(0, |extra| 1 + extra.stages.len());
         Self {
             tableau,
-            velocity: Rows::new(n_rows, length),
-            acceleration: Rows::new(n_rows, length),
+            velocity: StageRates::new(n_rows, length),
+            acceleration: StageRates::new(n_rows, length),
             lost_w: vec![0.0; n_rows],
-            stage_x_m: Row::zeros(length),
+            stage_x_m: AlignedRow::zeros(length),
             force_n: ForceRow::new(model.n_masses()),
             local_error: None,
             dense: false,
@@ -54,7 +57,7 @@ impl RungeKutta {
 
     /// Places stage `i` by its terms, and evaluates its rates.
     #[inline(always)]
-    fn stage<S: Simd>(&mut self, simd: S, model: &Model<'_>, from: &State, at: StageAt<'_>) {
+    fn stage<S: Simd>(&mut self, simd: S, model: &ChainModel<'_>, from: &ChainState, at: StageAt<'_>) {
         let StageAt { stage, time_s, h_s, terms } = at;
         let active = from.active;
         self.velocity.combine(simd, &from.x_m, h_s, terms, &mut self.stage_x_m[..active]);
@@ -62,14 +65,14 @@ impl RungeKutta {
         self.acceleration.combine(simd, &from.v_m_per_s, h_s, terms, &mut velocity[..active]);
         model.impose(time_s, &mut self.stage_x_m, velocity);
         self.evaluations += 1;
-        let place = Place { x_m: &self.stage_x_m, v_m_per_s: velocity, touching: from.touching, active };
+        let place = PhasePoint { x_m: &self.stage_x_m, v_m_per_s: velocity, touching: from.touching, active };
         self.lost_w[stage] = model.rates(simd, place, &mut self.force_n, self.acceleration.row_mut(stage));
         self.leave_imposed(model, stage);
     }
 
     /// An imposed motion is no result of the rates, and its samples' unrest is no error of theirs.
     #[inline(always)]
-    fn leave_imposed(&mut self, model: &Model<'_>, stage: usize) {
+    fn leave_imposed(&mut self, model: &ChainModel<'_>, stage: usize) {
         if model.is_imposed() {
             self.velocity.row_mut(stage)[0] = 0.0;
         }
@@ -78,7 +81,7 @@ impl RungeKutta {
     /// Evaluates the rates at the result, and the errors that the embedded results tell: Hairer, Norsett and Wanner's
     /// combination of the estimates of order 5 and 3, which is of order 7 in the step (II.10, eq. 10.17).
     #[inline(always)]
-    fn estimate<S: Simd>(&mut self, simd: S, model: &Model<'_>, to: &State, h_s: f64) {
+    fn estimate<S: Simd>(&mut self, simd: S, model: &ChainModel<'_>, to: &ChainState, h_s: f64) {
         let Some(extra) = self.tableau.extra else { return };
         let last = self.last();
         lanes::copy(simd, &to.v_m_per_s[..to.active], &mut self.velocity.row_mut(last)[..to.active]);
@@ -94,7 +97,7 @@ impl RungeKutta {
 
 /// The two estimates of the error as one, for each second of the step.
 #[inline(always)]
-fn combined_error<S: Simd>(simd: S, rates: &Rows, active: usize, extra: &Extra) -> f64 {
+fn combined_error<S: Simd>(simd: S, rates: &StageRates, active: usize, extra: &Extra) -> f64 {
     let fifth = rates.largest(simd, active, extra.errors[0]);
     let third = rates.largest(simd, active, extra.errors[1]);
     let scale = (fifth * fifth + 0.01 * third * third).sqrt();
@@ -112,7 +115,7 @@ struct StageAt<'a> {
 
 impl Integrator for RungeKutta {
     #[inline(always)]
-    fn begin<S: Simd>(&mut self, simd: S, model: &Model<'_>, from: &State, continued: bool) {
+    fn begin<S: Simd>(&mut self, simd: S, model: &ChainModel<'_>, from: &ChainState, continued: bool) {
         let active = from.active;
         lanes::copy(simd, &from.v_m_per_s[..active], &mut self.velocity.row_mut(0)[..active]);
         self.leave_imposed(model, 0);
@@ -128,7 +131,14 @@ impl Integrator for RungeKutta {
     }
 
     #[inline(always)]
-    fn advance<S: Simd>(&mut self, simd: S, model: &Model<'_>, from: &State, step: Step, to: &mut State) {
+    fn advance<S: Simd>(
+        &mut self,
+        simd: S,
+        model: &ChainModel<'_>,
+        from: &ChainState,
+        step: Step,
+        to: &mut ChainState,
+    ) {
         let Step { time_s, h_s } = step;
         let tableau = self.tableau;
         for (i, (node, terms)) in tableau.nodes.iter().zip(tableau.stages).enumerate() {
@@ -157,11 +167,11 @@ impl Integrator for RungeKutta {
 /// A state within the last step of a method with interpolation.
 pub(super) struct Interpolate<'a> {
     pub(super) rung: &'a mut RungeKutta,
-    pub(super) model: &'a Model<'a>,
-    pub(super) ends: [&'a State; 2],
+    pub(super) model: &'a ChainModel<'a>,
+    pub(super) ends: [&'a ChainState; 2],
     pub(super) step: Step,
     pub(super) fraction: f64,
-    pub(super) at: &'a mut State,
+    pub(super) at: &'a mut ChainState,
 }
 
 impl WithSimd for Interpolate<'_> {

@@ -1,7 +1,15 @@
+//! Symplectic compositions: Euler, Verlet, and Blanes and Moan's of order 4 and 6.
+
 use pulp::Simd;
 
-use super::{Integrator, LocalError, Step, kick::Kick};
-use crate::{force_row::ForceRow, lanes, model::Model, state::State};
+use super::{
+    kick::Kick,
+    step::{Integrator, LocalError, Step},
+};
+use crate::{
+    chain::{force_row::ForceRow, model::ChainModel, state::ChainState},
+    lanes,
+};
 
 /// A composition of drifts (positions move along the velocities) and kicks (velocities change by the forces).
 ///
@@ -78,7 +86,7 @@ pub(crate) struct Symplectic {
 }
 
 impl Symplectic {
-    pub(super) fn new(composition: &'static Composition, model: &Model<'_>) -> Self {
+    pub(super) fn new(composition: &'static Composition, model: &ChainModel<'_>) -> Self {
         Self {
             composition,
             start_n: ForceRow::new(model.n_masses()),
@@ -99,7 +107,14 @@ impl Symplectic {
 
     /// Kicks the velocities of `to`, and books what the dampers took.
     #[inline(always)]
-    fn kick<S: Simd>(&mut self, simd: S, model: &Model<'_>, part: usize, tau_s: f64, to: &mut State) {
+    fn kick<S: Simd>(
+        &mut self,
+        simd: S,
+        model: &ChainModel<'_>,
+        part: usize,
+        tau_s: f64,
+        to: &mut ChainState,
+    ) {
         let force_n = if part == 0 && self.starts_with_kick() { &self.start_n } else { &self.force_n };
         let kick = &mut self.kicks[part];
         kick.prepare(model, tau_s);
@@ -112,7 +127,7 @@ impl Symplectic {
 
 impl Integrator for Symplectic {
     #[inline(always)]
-    fn begin<S: Simd>(&mut self, simd: S, model: &Model<'_>, from: &State, continued: bool) {
+    fn begin<S: Simd>(&mut self, simd: S, model: &ChainModel<'_>, from: &ChainState, continued: bool) {
         if !self.starts_with_kick() {
             return;
         }
@@ -125,7 +140,14 @@ impl Integrator for Symplectic {
     }
 
     #[inline(always)]
-    fn advance<S: Simd>(&mut self, simd: S, model: &Model<'_>, from: &State, step: Step, to: &mut State) {
+    fn advance<S: Simd>(
+        &mut self,
+        simd: S,
+        model: &ChainModel<'_>,
+        from: &ChainState,
+        step: Step,
+        to: &mut ChainState,
+    ) {
         let Step { time_s, h_s } = step;
         let active = from.active;
         lanes::copy(simd, &from.x_m[..active], &mut to.x_m[..active]);
@@ -159,7 +181,7 @@ impl Integrator for Symplectic {
 
 /// The drift: positions move on for a time.
 #[inline(always)]
-fn go<S: Simd>(simd: S, state: &mut State, tau_s: f64) {
+fn go<S: Simd>(simd: S, state: &mut ChainState, tau_s: f64) {
     let active = state.active;
     let tau = simd.splat_f64s(tau_s);
     let (velocities, _) = S::as_simd_f64s(&state.v_m_per_s[..active]);

@@ -1,3 +1,5 @@
+//! Butcher tableaux of the explicit Runge-Kutta methods.
+
 /// Coefficients of an explicit Runge-Kutta method; a term `(j, a)` stands for `a` times the rates of stage `j`.
 #[derive(Debug)]
 pub(crate) struct Tableau {

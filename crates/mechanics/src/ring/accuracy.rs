@@ -1,5 +1,7 @@
-use super::{RingChain, RingSchedule, RingSimulation, simulate_rings};
-use crate::{MechanicsError, check};
+//! Mesh refinement: finer and finer elements until two meshes agree.
+
+use super::{chain::RingChain, schedule::RingSchedule, simulate::simulate_rings, simulation::RingSimulation};
+use crate::{check, error::MechanicsError};
 
 /// Elements per ring that are tried in turn. The time step shrinks with the elements, so both errors do.
 const LADDER: [usize; 10] = [12, 16, 24, 32, 48, 64, 96, 128, 192, 256];

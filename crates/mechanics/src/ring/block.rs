@@ -1,25 +1,28 @@
-use pulp::{Simd, WithSimd, bytemuck::cast_slice_mut};
+//! Eight neighbouring half rings in vectors, and a Verlet step of their inner nodes.
+
+use pulp::{
+    Simd, WithSimd,
+    bytemuck::{cast_slice, cast_slice_mut},
+};
 
 use super::{
-    Rod,
-    clock::Clock,
-    kernel::{Kernel, NODE, Outcome},
+    clock::RingClock,
+    kernel::{NODE, RingForces, RingKernel, Rings},
+    rod::Rod,
     walls::Walls,
 };
-use crate::lanes::Lanes;
+use crate::lanes::{Lanes, row::AlignedRow, vectorised};
 
 /// Rings handled together, whatever the machine's vectors are.
 pub(crate) const RINGS: usize = 8;
-/// Bytes to which vectors are aligned in memory.
-const ALIGNMENT: usize = 64;
 
 /// Eight neighbouring half rings and the nine joints that they hang between, in the kernel's units.
 ///
 /// Rings beyond the end of the chain fill the last block; they stay at rest.
 #[derive(Debug)]
-pub(crate) struct Block {
+pub(crate) struct RingBlock {
     /// By vector of rings, then inner node, then value (x, y, and their velocities), then ring.
-    nodes: Aligned,
+    nodes: AlignedRow,
     /// The outermost two are shared with the neighbours, which move their own copies in the same way.
     pub(crate) joints: Joints,
     /// 1 for each ring of the chain, 0 beyond its end: those stay at rest.
@@ -54,52 +57,26 @@ pub(crate) struct Joints {
     pub(crate) inverse_masses: [f64; RINGS + 1],
 }
 
-/// Values that begin where a vector may.
-#[derive(Debug)]
-pub(crate) struct Aligned {
-    values: Vec<f64>,
-    first: usize,
-    len: usize,
-}
-
-impl Aligned {
-    pub(crate) fn zeros(len: usize) -> Self {
-        let values = vec![0.0; len + ALIGNMENT / size_of::<f64>()];
-        let first = values.as_ptr().align_offset(ALIGNMENT).min(ALIGNMENT / size_of::<f64>());
-        Self { values, first, len }
-    }
-
-    fn get(&self) -> &[f64] {
-        &self.values[self.first..self.first + self.len]
-    }
-
-    fn get_mut(&mut self) -> &mut [f64] {
-        &mut self.values[self.first..self.first + self.len]
-    }
-}
-
-/// What blocks share: the loop, and the instruction set.
+/// What blocks share: the element loop, and how many rings go in a vector.
 #[derive(Debug)]
 pub(crate) struct Machine {
-    pub(crate) kernel: Kernel,
+    pub(crate) kernel: RingKernel,
     walls: Walls,
-    arch: pulp::Arch,
     /// Rings in a vector.
     lanes: usize,
     n_inner: usize,
 }
 
 impl Machine {
-    pub(crate) fn new(rod: &Rod, walls: Walls, clock: &Clock) -> Self {
-        let arch = pulp::Arch::new();
-        let lanes = arch.dispatch(CountLanes).min(RINGS);
-        let kernel = Kernel::new(rod, clock.dt_s, clock.decay_per_s);
-        Self { kernel, walls, arch, lanes, n_inner: rod.n_elements() - 1 }
+    pub(crate) fn new(rod: &Rod, walls: Walls, clock: &RingClock) -> Self {
+        let lanes = vectorised(CountLanes).min(RINGS);
+        let kernel = RingKernel::new(rod, clock.dt_s, clock.decay_per_s);
+        Self { kernel, walls, lanes, n_inner: rod.n_elements() - 1 }
     }
 
     /// Room for the values that a step of one block keeps between its sweeps.
-    pub(crate) fn scratch(&self) -> Aligned {
-        Aligned::zeros(self.kernel.scratch_len() * RINGS)
+    pub(crate) fn scratch(&self) -> AlignedRow {
+        AlignedRow::zeros(self.kernel.scratch_len() * RINGS)
     }
 
     pub(crate) fn block(
@@ -108,9 +85,9 @@ impl Machine {
         n_rings: usize,
         n_own_joints: usize,
         is_driven: bool,
-    ) -> Block {
-        Block {
-            nodes: Aligned::zeros(self.n_inner * NODE * RINGS),
+    ) -> RingBlock {
+        RingBlock {
+            nodes: AlignedRow::zeros(self.n_inner * NODE * RINGS),
             joints,
             is_ring: std::array::from_fn(|ring| if ring < n_rings { 1.0 } else { 0.0 }),
             ends: [[0.0; RINGS]; 2],
@@ -126,19 +103,19 @@ impl Machine {
     }
 
     /// Finds the forces in blocks and moves their inner nodes by a step; energies are booked on request.
-    pub(crate) fn step(&self, blocks: &mut [Block], scratch: &mut Aligned, book: bool) {
+    pub(crate) fn step(&self, blocks: &mut [RingBlock], scratch: &mut AlignedRow, book: bool) {
         match (book, self.kernel.keep() < 1.0) {
-            (false, false) => self.arch.dispatch(Step::<false, false> { machine: self, blocks, scratch }),
-            (true, false) => self.arch.dispatch(Step::<true, false> { machine: self, blocks, scratch }),
-            (false, true) => self.arch.dispatch(Step::<false, true> { machine: self, blocks, scratch }),
-            (true, true) => self.arch.dispatch(Step::<true, true> { machine: self, blocks, scratch }),
+            (false, false) => vectorised(StepBlocks::<false, false> { machine: self, blocks, scratch }),
+            (true, false) => vectorised(StepBlocks::<true, false> { machine: self, blocks, scratch }),
+            (false, true) => vectorised(StepBlocks::<false, true> { machine: self, blocks, scratch }),
+            (true, true) => vectorised(StepBlocks::<true, true> { machine: self, blocks, scratch }),
         }
     }
 
     /// Moves a block's joints by a step under the forces of its own rings and of the neighbours' outermost ones; a driven
     /// first joint has moved already.
-    pub(crate) fn move_joints(&self, block: &mut Block, left: f64, right: f64) {
-        let Block { joints, ends: [on_left, on_right], .. } = block;
+    pub(crate) fn move_joints(&self, block: &mut RingBlock, left: f64, right: f64) {
+        let RingBlock { joints, ends: [on_left, on_right], .. } = block;
         let keep = self.kernel.keep();
         let mut push = |joint: usize, force: f64| {
             let velocity = joints.velocities[joint] * keep + force * joints.inverse_masses[joint];
@@ -165,7 +142,7 @@ impl Machine {
     }
 
     /// The first ring of a block whose walls touch, at the joints' places; `places_m` is room for one ring's.
-    pub(crate) fn touching(&self, block: &Block, places_m: &mut Vec<[f64; 2]>) -> Option<usize> {
+    pub(crate) fn touching(&self, block: &RingBlock, places_m: &mut Vec<[f64; 2]>) -> Option<usize> {
         let length_m = self.kernel.length_m();
         let n_rings = block.is_ring.iter().filter(|is_ring| **is_ring > 0.0).count();
         (0..n_rings).find(|&ring| {
@@ -180,16 +157,16 @@ impl Machine {
     }
 
     /// Sets an inner node's displacement, and its velocity half a step before.
-    pub(crate) fn set_inner(&self, block: &mut Block, ring: usize, node: usize, values: [f64; NODE]) {
-        let (at, nodes) = (self.index(ring, node), block.nodes.get_mut());
+    pub(crate) fn set_inner(&self, block: &mut RingBlock, ring: usize, node: usize, values: [f64; NODE]) {
+        let (at, nodes) = (self.index(ring, node), &mut block.nodes);
         for (k, value) in values.into_iter().enumerate() {
             nodes[at + k * self.lanes] = value;
         }
     }
 
     /// Displacement of a ring's inner node before it last moved, in the kernel's units.
-    pub(crate) fn inner_place_before(&self, block: &Block, ring: usize, node: usize) -> [f64; 2] {
-        let (at, nodes) = (self.index(ring, node), block.nodes.get());
+    pub(crate) fn inner_place_before(&self, block: &RingBlock, ring: usize, node: usize) -> [f64; 2] {
+        let (at, nodes) = (self.index(ring, node), &block.nodes);
         let before = |axis: usize| nodes[at + axis * self.lanes] - nodes[at + (axis + 2) * self.lanes];
         [before(0), before(1)]
     }
@@ -212,58 +189,94 @@ impl WithSimd for CountLanes {
     }
 }
 
-struct Step<'a, const BOOK: bool, const DAMPED: bool> {
+struct StepBlocks<'a, const BOOK: bool, const DAMPED: bool> {
     machine: &'a Machine,
-    blocks: &'a mut [Block],
-    scratch: &'a mut Aligned,
+    blocks: &'a mut [RingBlock],
+    scratch: &'a mut AlignedRow,
 }
 
-impl<const BOOK: bool, const DAMPED: bool> WithSimd for Step<'_, BOOK, DAMPED> {
+impl<const BOOK: bool, const DAMPED: bool> WithSimd for StepBlocks<'_, BOOK, DAMPED> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         for block in self.blocks {
-            for first in (0..RINGS).step_by(S::F64_LANES) {
-                self.machine.step_vector::<S, BOOK, DAMPED>(simd, block, self.scratch, first);
-            }
+            self.machine.step_block::<S, BOOK, DAMPED>(simd, block, self.scratch);
         }
     }
 }
 
 impl Machine {
-    /// Steps the rings from `first` on that fit a vector.
+    /// Steps a block's rings. Where one of them is bent beyond the fast functions' range, all of the block go by the slower ones, so that
+    /// no ring's digits depend on how many fit a vector.
     #[inline(always)]
-    fn step_vector<S: Simd, const BOOK: bool, const DAMPED: bool>(
+    fn step_block<S: Simd, const BOOK: bool, const DAMPED: bool>(
         &self,
         simd: S,
-        block: &mut Block,
-        scratch: &mut Aligned,
-        first: usize,
+        block: &mut RingBlock,
+        scratch: &mut AlignedRow,
     ) {
-        let lanes = S::F64_LANES;
-        let is_ring = Lanes::read(simd, &block.is_ring[first..]);
-        let joint = |from: usize| Lanes::read(simd, &block.joints.places[from..]) * is_ring;
-        let joints = [joint(first), joint(first + 1)];
-        let per_ring = self.n_inner * NODE;
-        let nodes = cast_slice_mut(&mut block.nodes.get_mut()[first * per_ring..(first + lanes) * per_ring]);
-        let kept = cast_slice_mut(&mut scratch.get_mut()[..self.kernel.scratch_len() * lanes]);
-        if !self.kernel.deform::<S, false>(simd, nodes, joints, kept) {
-            block.wide_steps += lanes as u64;
-            if !self.kernel.deform::<S, true>(simd, nodes, joints, kept) {
+        if !self.deform::<S, false>(simd, block, scratch) {
+            block.wide_steps += RINGS as u64;
+            if !self.deform::<S, true>(simd, block, scratch) {
                 block.broken = true;
                 return;
             }
         }
-        let outcome = self.kernel.load_and_move::<S, BOOK, DAMPED>(simd, nodes, joints, kept);
-        outcome.store::<BOOK, DAMPED>(block, first);
+        for first in (0..RINGS).step_by(S::F64_LANES) {
+            let joints = self.joints::<S>(simd, block, first);
+            let nodes = cast_slice_mut(&mut block.nodes[self.nodes_of::<S>(first)]);
+            let kept = cast_slice(&scratch[self.kept_of::<S>(first)]);
+            let forces = self.kernel.load_and_move::<S, BOOK, DAMPED>(simd, nodes, joints, kept);
+            forces.store::<BOOK, DAMPED>(block, first);
+        }
+    }
+
+    /// The first sweep over all rings of a block; whether all lie in the range of its functions.
+    #[inline(always)]
+    fn deform<S: Simd, const WIDE: bool>(
+        &self,
+        simd: S,
+        block: &RingBlock,
+        scratch: &mut AlignedRow,
+    ) -> bool {
+        let mut is_in_range = true;
+        for first in (0..RINGS).step_by(S::F64_LANES) {
+            let joints = self.joints::<S>(simd, block, first);
+            let nodes = cast_slice(&block.nodes[self.nodes_of::<S>(first)]);
+            let kept = cast_slice_mut(&mut scratch[self.kept_of::<S>(first)]);
+            is_in_range &= self.kernel.deform::<S, WIDE>(simd, nodes, joints, kept);
+        }
+        is_in_range
+    }
+
+    /// Places of the left and right joints of the rings from `first` on that fit a vector.
+    #[inline(always)]
+    fn joints<S: Simd>(&self, simd: S, block: &RingBlock, first: usize) -> [Rings<S>; 2] {
+        let is_ring = Lanes::read(simd, &block.is_ring[first..]);
+        let places = &block.joints.places;
+        [Lanes::read(simd, &places[first..]) * is_ring, Lanes::read(simd, &places[first + 1..]) * is_ring]
+    }
+
+    /// Where a block's nodes of these rings stand.
+    #[inline(always)]
+    fn nodes_of<S: Simd>(&self, first: usize) -> std::ops::Range<usize> {
+        let per_ring = self.n_inner * NODE;
+        first * per_ring..(first + S::F64_LANES) * per_ring
+    }
+
+    /// Where the values stand that a step keeps of these rings between its sweeps.
+    #[inline(always)]
+    fn kept_of<S: Simd>(&self, first: usize) -> std::ops::Range<usize> {
+        let per_ring = self.kernel.scratch_len();
+        first * per_ring..(first + S::F64_LANES) * per_ring
     }
 }
 
-impl<S: Simd> Outcome<S> {
+impl<S: Simd> RingForces<S> {
     /// Writes the values of the rings from `first` on.
     #[inline(always)]
-    fn store<const BOOK: bool, const DAMPED: bool>(self, block: &mut Block, first: usize) {
+    fn store<const BOOK: bool, const DAMPED: bool>(self, block: &mut RingBlock, first: usize) {
         self.ends[0].write(&mut block.ends[0][first..]);
         self.ends[1].write(&mut block.ends[1][first..]);
         if BOOK {

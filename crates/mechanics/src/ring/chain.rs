@@ -1,5 +1,11 @@
-use super::Ring;
-use crate::{FarEnd, ImposedMotion, MechanicsError, check};
+//! A chain of rings: ring, number, mesh, drive and far end.
+
+use super::section::Ring;
+use crate::{
+    chain::{imposed::ImposedMotion, parameters::FarEnd},
+    check,
+    error::MechanicsError,
+};
 
 /// A chain of equal rings, bonded at their poles, that moves in mirror symmetry about its axis.
 ///

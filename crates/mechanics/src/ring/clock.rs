@@ -1,5 +1,13 @@
-use super::{RingChain, RingDrive, RingSchedule, Rod, ellipse::HalfEllipse, linear::Vibration};
-use crate::{MechanicsError, check};
+//! Time step of a chain of rings from its stability bound, and the size of the whole computation.
+
+use super::{
+    chain::{RingChain, RingDrive},
+    ellipse::HalfEllipse,
+    linear::Vibration,
+    rod::Rod,
+    schedule::RingSchedule,
+};
+use crate::{check, error::MechanicsError};
 
 /// Automatic step over the largest stable one at rest; rings stiffen somewhat when they are pulled.
 const SAFETY: f64 = 0.9;
@@ -9,7 +17,7 @@ const MAX_ELEMENT_STEPS: f64 = 4e12;
 const MAX_SAMPLES: f64 = 2.5e8;
 
 /// The rod of a half ring, its masses, and the steps that fit.
-pub(crate) struct Clock {
+pub(crate) struct RingClock {
     pub(crate) rod: Rod,
     pub(crate) half: HalfEllipse,
     /// Mass of the half ring's wall within one bond.
@@ -22,7 +30,7 @@ pub(crate) struct Clock {
     pub(crate) n_outputs: usize,
 }
 
-impl Clock {
+impl RingClock {
     pub(crate) fn new(chain: &RingChain, schedule: &RingSchedule) -> Result<Self, MechanicsError> {
         let ring = &chain.ring;
         let rod = Rod::half_ring(ring, ring.section(), chain.elements_per_ring)?;

@@ -1,7 +1,14 @@
+//! Quasi-static compression of one ring: force over overlap.
+
 use nalgebra::DVector;
 
-use super::{Ring, Rod, Section, Support, walls::Walls};
-use crate::{MechanicsError, check};
+use super::{
+    rod::Rod,
+    section::{Ring, Section},
+    statics::Support,
+    walls::Walls,
+};
+use crate::{check, error::MechanicsError};
 
 /// Times a step of the overlap is halved when Newton's method fails.
 const HALVINGS: u32 = 12;

@@ -1,5 +1,10 @@
-use super::{RingChain, RingDrive, block::Joints};
-use crate::ImposedMotion;
+//! What moves the first joint: the striker or an imposed motion.
+
+use super::{
+    block::Joints,
+    chain::{RingChain, RingDrive},
+};
+use crate::chain::imposed::ImposedMotion;
 
 /// What moves the first joint, in the kernel's units.
 #[derive(Debug)]
@@ -15,13 +20,13 @@ pub(crate) struct Driver<'a> {
 
 #[derive(Debug)]
 enum Kind<'a> {
-    Striker(Striker),
+    Striker(HalfStriker),
     Imposed { motion: &'a ImposedMotion, dt_s: f64, length_m: f64 },
 }
 
 /// Half of the striker: the other half strikes the mirror image.
 #[derive(Debug, Clone, Copy)]
-struct Striker {
+struct HalfStriker {
     place: f64,
     velocity: f64,
     inverse_mass: f64,
@@ -32,10 +37,10 @@ struct Striker {
 
 /// What a step did to the first joint and the striker.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Kick {
+pub(crate) struct DriveStep {
     /// Velocity of the joint after the step.
     pub(crate) velocity: f64,
-    /// Place of the striker, and its velocity before and after.
+    /// PhasePoint of the striker, and its velocity before and after.
     pub(crate) striker: Option<[f64; 3]>,
     /// Energy held by the striker: of its motion and of its contact.
     pub(crate) energy: f64,
@@ -60,7 +65,7 @@ impl<'a> Driver<'a> {
     pub(crate) fn new(chain: &'a RingChain, units: Units) -> Option<Self> {
         let Units { length_m, element_kg, dt_s, keep, gain } = units;
         let kind = match &chain.drive {
-            RingDrive::Striker(striker) => Kind::Striker(Striker {
+            RingDrive::Striker(striker) => Kind::Striker(HalfStriker {
                 place: 0.0,
                 velocity: striker.velocity_m_per_s * dt_s / length_m,
                 inverse_mass: 2.0 * element_kg / striker.mass_kg,
@@ -75,7 +80,7 @@ impl<'a> Driver<'a> {
     }
 
     /// Moves the drive and the first joint by a step; `force` is the ring's on the joint.
-    pub(crate) fn kick(&mut self, step: u64, joints: &mut Joints, force: f64) -> Kick {
+    pub(crate) fn kick(&mut self, step: u64, joints: &mut Joints, force: f64) -> DriveStep {
         let (place, velocity, inverse_mass) =
             (joints.places[0], joints.velocities[0], joints.inverse_masses[0]);
         let (mut kick, lost) = match &mut self.kind {
@@ -93,7 +98,13 @@ impl<'a> Driver<'a> {
                 // The ring's force on the joint does work against the drive.
                 let lost = force / self.gain * 0.5 * (velocity + velocity_after);
                 (
-                    Kick { velocity: velocity_after, striker: None, energy: 0.0, momentum: 0.0, lost: 0.0 },
+                    DriveStep {
+                        velocity: velocity_after,
+                        striker: None,
+                        energy: 0.0,
+                        momentum: 0.0,
+                        lost: 0.0,
+                    },
                     lost,
                 )
             }
@@ -106,7 +117,7 @@ impl<'a> Driver<'a> {
     }
 }
 
-impl Striker {
+impl HalfStriker {
     /// Contact force by the rule of the mean velocity, and the motion of both sides.
     fn kick(
         &mut self,
@@ -115,7 +126,7 @@ impl Striker {
         velocity: f64,
         [keep, gain]: [f64; 2],
         pushed: f64,
-    ) -> (Kick, f64) {
+    ) -> (DriveStep, f64) {
         let overlap = self.place - place;
         self.touching = overlap >= 0.0;
         // Mean closing velocity over the step: `closing` without the contact force, less `give` times the force.
@@ -135,7 +146,7 @@ impl Striker {
         let lost = if self.touching { share * (force - spring) * mean_closing } else { 0.0 };
         // At t = 0 the velocity is known at that time.
         let before = if share < 1.0 { 2.0 * before - after } else { before };
-        let kick = Kick {
+        let kick = DriveStep {
             velocity: velocity * keep + pushed + gain * force,
             striker: Some([self.place, before, after]),
             energy: 0.5 * before * after / self.inverse_mass + stored,

@@ -1,6 +1,8 @@
+//! Half an ellipse cut into arcs of equal length.
+
 use std::f64::consts::PI;
 
-use super::Ring;
+use super::section::Ring;
 
 /// Abscissae and weights of Gauss's rule with eight points on [-1, 1], the positive half (Abramowitz and Stegun, table 25.4).
 const GAUSS: [(f64, f64); 4] = [

@@ -1,13 +1,19 @@
+//! Puts the blocks' records together to one result in SI units.
+
 use chainwave_measurement::Trajectory;
 use ndarray::{Array2, Array4};
 
 use super::{
-    RingChain, RingDrive, RingSchedule, RingSimulation, SelfContact, block::RINGS, march::Run,
+    block::RINGS,
+    chain::{RingChain, RingDrive},
+    march::RingRun,
     record::Balance,
+    schedule::RingSchedule,
+    simulation::{RingSimulation, SelfContact},
 };
-use crate::{FarEnd, StrikerMotion};
+use crate::chain::{parameters::FarEnd, simulation::StrikerMotion};
 
-impl Run<'_> {
+impl RingRun<'_> {
     /// Puts what the blocks wrote together, in SI units and for the whole chain.
     pub(crate) fn finish(self, chain: &RingChain, schedule: &RingSchedule) -> RingSimulation {
         let clock = self.clock;

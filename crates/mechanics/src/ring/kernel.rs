@@ -1,12 +1,11 @@
+//! The element loop of the ring: units and constants of its two sweeps.
+
 mod deform;
 mod load;
 
 use pulp::Simd;
 
-use super::{
-    Rod,
-    rod::{BULGE, Chord},
-};
+use super::rod::{BULGE, Chord, Rod};
 use crate::lanes::Lanes;
 
 /// Values kept of each element between the two sweeps: the turn at its left node, the same eliminated, the inverse stretch of
@@ -28,7 +27,7 @@ pub(crate) type Rings<S> = Lanes<S, 1>;
 /// `elongation * axial` plus the bulge, and a moment the bending's plus the normal force times the bulge's slope, with no
 /// factor on either.
 #[derive(Debug, Clone)]
-pub(crate) struct Kernel {
+pub(crate) struct RingKernel {
     elements: Vec<Element>,
     /// [`Element::bending_pivot`] of the last node.
     last_bending_pivot: f64,
@@ -63,16 +62,16 @@ struct Element {
 
 /// Forces and energies of a vector of rings.
 #[derive(Clone, Copy)]
-pub(crate) struct Outcome<S: Simd> {
+pub(crate) struct RingForces<S: Simd> {
     /// Force along the chain on the left and right joint.
     pub(crate) ends: [Rings<S>; 2],
     pub(crate) strain_energy: Rings<S>,
-    pub(crate) moved: Moved<S>,
+    pub(crate) moved: NodeSums<S>,
 }
 
 /// Sums over inner nodes that moved, where they are asked for; a node's mass is 1.
 #[derive(Clone, Copy)]
-pub(crate) struct Moved<S: Simd> {
+pub(crate) struct NodeSums<S: Simd> {
     /// Half the product of the velocities before and after.
     pub(crate) kinetic_energy: Rings<S>,
     /// Mean of the momentum along the chain before and after.
@@ -81,7 +80,7 @@ pub(crate) struct Moved<S: Simd> {
     pub(crate) mean_squares: Rings<S>,
 }
 
-impl Kernel {
+impl RingKernel {
     /// The loop for a half ring, a time step in seconds and the rate, in 1/s, at which dampers to ground take momentum.
     pub(crate) fn new(rod: &Rod, dt_s: f64, decay_per_s: f64) -> Self {
         let (section, arc_m) = (rod.section(), rod.arc_m);
@@ -144,8 +143,32 @@ impl Kernel {
     }
 }
 
-/// A vector in the plane from its two components.
+/// The same numbers in every lane.
+///
+/// Here and in the sweeps no closure stands between the vectors: what is not put in line is compiled without their instructions.
 #[inline(always)]
-fn components<S: Simd>(simd: S, values: [f64; 2]) -> [Rings<S>; 2] {
-    values.map(|value| Lanes::splat(simd, value))
+fn splat<S: Simd, const N: usize>(simd: S, numbers: [f64; N]) -> [Rings<S>; N] {
+    let mut lanes = [Lanes::splat(simd, 0.0); N];
+    for (lanes, number) in lanes.iter_mut().zip(numbers) {
+        *lanes = Lanes::splat(simd, number);
+    }
+    lanes
+}
+
+/// Vectors as they lie in memory.
+#[inline(always)]
+fn load<S: Simd, const N: usize>(simd: S, vectors: &[S::f64s; N]) -> [Rings<S>; N] {
+    let mut lanes = [Lanes::splat(simd, 0.0); N];
+    for (lanes, vector) in lanes.iter_mut().zip(vectors) {
+        *lanes = Lanes::new(simd, [*vector]);
+    }
+    lanes
+}
+
+/// Writes vectors to memory.
+#[inline(always)]
+fn store<S: Simd, const N: usize>(lanes: [Rings<S>; N], vectors: &mut [S::f64s; N]) {
+    for (vector, lanes) in vectors.iter_mut().zip(lanes) {
+        *vector = lanes.vector();
+    }
 }

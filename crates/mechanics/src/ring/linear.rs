@@ -1,7 +1,10 @@
+//! Small vibrations: natural modes of a ring and Bloch bands of the chain.
+
 use nalgebra::{Complex, DMatrix, DVector};
 
-use super::{Rod, ellipse::HalfEllipse};
-use crate::{MechanicsError, Ring, check};
+use super::section::Ring;
+use super::{ellipse::HalfEllipse, rod::Rod};
+use crate::{check, error::MechanicsError};
 
 /// Frequencies below this share of the highest are those of a body that moves as a whole.
 const RIGID: f64 = 1e-6;
@@ -86,6 +89,25 @@ pub fn ring_bands(
             Ok(frequencies.into_iter().map(|omega| omega / (2.0 * std::f64::consts::PI)).collect())
         })
         .collect()
+}
+
+/// Turn from ring to ring, in radians, of the wave whose phase velocity stands for that of the longest: it lies below by
+/// kappa^2 / 24 = 4e-6 and what the ring's own inertia adds.
+const LONG_WAVE_RAD: f64 = 0.01;
+
+/// Speed of sound in metres per second of an infinite chain of rings, that of waves long against a ring and along the chain, for a
+/// pitch in metres.
+///
+/// # Errors
+/// [`MechanicsError::NotPhysical`] for a ring or mesh without meaning.
+pub fn ring_sound_speed_m_per_s(
+    ring: &Ring,
+    elements_per_ring: usize,
+    pitch_m: f64,
+) -> Result<f64, MechanicsError> {
+    let bands = ring_bands(ring, elements_per_ring, Symmetry::Symmetric, &[LONG_WAVE_RAD])?;
+    let frequency_hz = bands.first().and_then(|bands| bands.first()).copied().unwrap_or(0.0);
+    Ok(2.0 * std::f64::consts::PI * frequency_hz / LONG_WAVE_RAD * pitch_m)
 }
 
 impl Vibration {

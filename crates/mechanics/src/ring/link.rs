@@ -1,4 +1,6 @@
-use std::sync::atomic::{AtomicU64, Ordering};
+//! Two threads' exchange of the force on the joint between them, without a lock.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 /// Times that a thread looks for its neighbour's force before it lets others run.
 const PATIENCE: u32 = 300;
@@ -6,15 +8,17 @@ const PATIENCE: u32 = 300;
 /// Two threads' exchange of the forces on the joint between their parts of the chain.
 #[derive(Debug, Default)]
 pub(crate) struct Link {
-    sides: [Side; 2],
+    sides: [LinkSide; 2],
     /// Times that a thread let others run.
     waits: AtomicU64,
+    /// Whether a thread has left before its last step.
+    is_left: AtomicBool,
 }
 
 /// What one of the two says, in a cache line of its own.
 #[derive(Debug, Default)]
 #[repr(align(128))]
-struct Side {
+struct LinkSide {
     /// The forces of the last even and odd step, as bits.
     forces: [AtomicU64; 2],
     /// Number of steps whose force was said.
@@ -43,8 +47,13 @@ impl Link {
         self.waits.load(Ordering::Relaxed)
     }
 
-    /// The other bank's force on the joint at a step, as soon as it is known.
-    pub(crate) fn hear(&self, bank: Bank, step: u64) -> f64 {
+    /// Tells the other bank that no force will follow.
+    pub(crate) fn leave(&self) {
+        self.is_left.store(true, Ordering::Release);
+    }
+
+    /// The other bank's force on the joint at a step, as soon as it is known; none where the other has left.
+    pub(crate) fn hear(&self, bank: Bank, step: u64) -> Option<f64> {
         let side = &self.sides[1 - bank as usize];
         let mut looks = 0;
         while side.steps.load(Ordering::Acquire) <= step {
@@ -56,8 +65,11 @@ impl Link {
             if looks == PATIENCE {
                 self.waits.fetch_add(1, Ordering::Relaxed);
             }
+            if self.is_left.load(Ordering::Acquire) {
+                return None;
+            }
             std::thread::yield_now();
         }
-        f64::from_bits(side.forces[(step % 2) as usize].load(Ordering::Relaxed))
+        Some(f64::from_bits(side.forces[(step % 2) as usize].load(Ordering::Relaxed)))
     }
 }

@@ -1,16 +1,19 @@
+//! Time stepping of a chain of rings on several threads.
+
 use std::f64::consts::PI;
 
 use super::{
-    RingChain, RingDrive, RingSchedule,
-    block::{Block, Joints, Machine, RINGS},
-    clock::Clock,
+    block::{Joints, Machine, RINGS, RingBlock},
+    chain::{RingChain, RingDrive},
+    clock::RingClock,
     driver::{Driver, Units},
     link::Link,
     record::BlockRecord,
     release::Release,
+    schedule::RingSchedule,
     span::{Progress, Span, Stretch},
 };
-use crate::{FarEnd, MechanicsError};
+use crate::{chain::parameters::FarEnd, error::MechanicsError};
 
 /// Force that counts as none on a joint at rest, over that of a wave of the drive's velocity. What is neglected stays
 /// below the chain's rounding errors.
@@ -29,9 +32,9 @@ const SHARES_ALONE: u32 = 8;
 const BLOCKS_PER_THREAD: usize = 3;
 
 /// A simulation under way.
-pub(crate) struct Run<'a> {
-    pub(super) clock: &'a Clock,
-    pub(super) blocks: Vec<Block>,
+pub(crate) struct RingRun<'a> {
+    pub(super) clock: &'a RingClock,
+    pub(super) blocks: Vec<RingBlock>,
     pub(super) records: Vec<BlockRecord>,
     pub(super) driver: Option<Driver<'a>>,
     n_reached: usize,
@@ -41,11 +44,11 @@ pub(crate) struct Run<'a> {
     pub(super) units: Units,
 }
 
-impl<'a> Run<'a> {
+impl<'a> RingRun<'a> {
     pub(crate) fn new(
         chain: &'a RingChain,
         schedule: &RingSchedule,
-        clock: &'a Clock,
+        clock: &'a RingClock,
         machine: &Machine,
     ) -> Result<Self, MechanicsError> {
         let units = Units {
@@ -62,7 +65,7 @@ impl<'a> Run<'a> {
             let own = if b + 1 == n_blocks { n_here + 1 } else { RINGS };
             machine.block(joints(chain, clock, b * RINGS), n_here, own, b == 0 && driver.is_some())
         });
-        let mut blocks: Vec<Block> = blocks.collect();
+        let mut blocks: Vec<RingBlock> = blocks.collect();
         let records = (0..n_blocks).map(|_| BlockRecord::new(schedule.shapes)).collect();
         let force_unit_n = units.element_kg * units.length_m / (clock.dt_s * clock.dt_s);
         let (n_reached, least_force) = match &chain.drive {
@@ -96,13 +99,7 @@ impl<'a> Run<'a> {
             alone = alone.saturating_sub(1);
             let links: Vec<Link> = (1..n_spans).map(|_| Link::default()).collect();
             let spans = self.spans(&links, n_spans);
-            let outcomes: Vec<Progress> = std::thread::scope(|scope| {
-                let mut spans = spans.into_iter();
-                let first = spans.next();
-                let others: Vec<_> = spans.map(|span| scope.spawn(|| span.run(machine, &stretch))).collect();
-                let first = first.map(|span| span.run(machine, &stretch));
-                first.into_iter().chain(others.into_iter().filter_map(|thread| thread.join().ok())).collect()
-            });
+            let outcomes = run_in_parallel(spans, machine, &stretch);
             if links.iter().map(Link::n_waits).sum::<u64>() > STEPS_PER_SHARE / WAITING_SHARE {
                 (alone, next_alone) = (next_alone, next_alone.saturating_mul(2));
             }
@@ -148,8 +145,22 @@ impl<'a> Run<'a> {
     }
 }
 
+/// Runs each span on a thread of its own, the first on this one. A panic of any ends the others at their next exchange and goes on here.
+fn run_in_parallel(spans: Vec<Span<'_, '_>>, machine: &Machine, stretch: &Stretch) -> Vec<Progress> {
+    let outcomes: std::thread::Result<Vec<Progress>> = std::thread::scope(|scope| {
+        let mut spans = spans.into_iter();
+        let first = spans.next();
+        let others: Vec<_> = spans.map(|span| scope.spawn(|| span.run(machine, stretch))).collect();
+        let first = first.map(|span| Ok(span.run(machine, stretch)));
+        // All are joined, so that the panic that goes on is the first one and not the scope's word for several.
+        let others: Vec<_> = others.into_iter().map(|thread| thread.join()).collect();
+        first.into_iter().chain(others).collect()
+    });
+    outcomes.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+}
+
 /// A block's joints from the one of the given number (from 0) on.
-fn joints(chain: &RingChain, clock: &Clock, first: usize) -> Joints {
+fn joints(chain: &RingChain, clock: &RingClock, first: usize) -> Joints {
     let element_kg = clock.rod.section().mass_kg_per_m * clock.rod.arc_m;
     let bonded = clock.bonded_kg / element_kg;
     let last = chain.n_rings;
@@ -165,8 +176,65 @@ fn joints(chain: &RingChain, clock: &Clock, first: usize) -> Joints {
 
 /// Force of a weak wave of the given velocity in the upper half of the chain, in newtons: sqrt(k m) v, with the stiffness k
 /// of a half circle of the same length, 2 EI / ((pi / 4 - 2 / pi) R^3) / 4, which gives the order of magnitude.
-fn wave_force_n(clock: &Clock, velocity_m_per_s: f64) -> f64 {
+fn wave_force_n(clock: &RingClock, velocity_m_per_s: f64) -> f64 {
     let radius_m = clock.rod.arc_m * clock.rod.n_elements() as f64 / PI;
     let stiffness_n_per_m = 3.4 * clock.rod.section().bending_nm2 / radius_m.powi(3);
     (clock.half_ring_kg * stiffness_n_per_m).sqrt() * velocity_m_per_s
+}
+
+#[cfg(test)]
+mod tests {
+    use std::{sync::mpsc, thread, time::Duration};
+
+    use super::*;
+    use crate::ring::{section::Ring, walls::Walls};
+
+    /// A chain on the move from the start, which so many rings share among as many threads as blocks allow.
+    fn moving_chain(n_rings: usize, elements_per_ring: usize) -> RingChain {
+        RingChain {
+            ring: Ring::PAPER,
+            n_rings,
+            elements_per_ring,
+            damping_kg_per_s: 0.0,
+            drive: RingDrive::Free {
+                displacement_m: vec![0.0; n_rings + 1],
+                velocity_m_per_s: (0..=n_rings).map(|joint| 1e-3 * (joint as f64).sin()).collect(),
+            },
+            far_end: FarEnd::Free,
+        }
+    }
+
+    const SCHEDULE: RingSchedule =
+        RingSchedule { duration_s: 1e-3, output_interval_s: 1e-4, dt_s: None, shapes: false, n_threads: 3 };
+
+    fn machine_of(chain: &RingChain, clock: &RingClock) -> Machine {
+        Machine::new(&clock.rod, Walls::new(&chain.ring, chain.elements_per_ring), clock)
+    }
+
+    /// A block with the nodes of a coarser mesh is too short for the element loop, which panics in the thread that has it: the first
+    /// one, one between two others, and the last one. The whole run takes milliseconds, so a minute is for ever.
+    #[test]
+    fn a_panic_of_one_thread_comes_out_and_none_waits_for_it() {
+        for broken in [0, 4, 8] {
+            let (report, reported) = mpsc::channel();
+            let worker = thread::spawn(move || {
+                let (chain, coarser) = (moving_chain(9 * RINGS, 12), moving_chain(9 * RINGS, 6));
+                let clock = RingClock::new(&chain, &SCHEDULE).unwrap();
+                let machine = machine_of(&chain, &clock);
+                let mut run = RingRun::new(&chain, &SCHEDULE, &clock, &machine).unwrap();
+                let coarser_clock = RingClock::new(&coarser, &SCHEDULE).unwrap();
+                run.blocks[broken] =
+                    machine_of(&coarser, &coarser_clock).block(Joints::default(), RINGS, RINGS, false);
+                let marched = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+                    run.go(&machine, SCHEDULE.n_threads).is_ok()
+                }));
+                report.send(marched.map_err(|panic| panic.downcast_ref::<String>().cloned())).unwrap();
+            });
+            let marched = reported.recv_timeout(Duration::from_secs(60)).unwrap();
+            worker.join().unwrap();
+            // The message is that of the slice which was too short.
+            let message = marched.unwrap_err().unwrap();
+            assert!(message.contains("range end index"), "{broken}: {message}");
+        }
+    }
 }

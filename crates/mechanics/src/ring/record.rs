@@ -1,6 +1,8 @@
+//! What a block of rings did at the outputs: motion, energies, peaks, contact of walls.
+
 use super::{
-    block::{Block, Joints, Machine, RINGS},
-    driver::Kick,
+    block::{Joints, Machine, RINGS, RingBlock},
+    driver::DriveStep,
 };
 
 /// What a block did at the outputs since the wave reached it, in the kernel's units.
@@ -15,7 +17,7 @@ pub(crate) struct BlockRecord {
     pub(crate) peak_energies: [f64; RINGS],
     /// Step and ring of the first contact of a ring's walls.
     pub(crate) contact: Option<(u64, usize)>,
-    /// Place and velocity of the striker.
+    /// PhasePoint and velocity of the striker.
     pub(crate) striker: Vec<[f64; 2]>,
     /// Displacements of the inner nodes of each ring, where they are asked for.
     pub(crate) shapes: Vec<[f64; 2]>,
@@ -40,7 +42,7 @@ pub(crate) struct Balance {
 /// A block's joints before they moved, and what the drive did.
 pub(crate) struct Before {
     pub(crate) joints: Joints,
-    pub(crate) kick: Option<Kick>,
+    pub(crate) kick: Option<DriveStep>,
 }
 
 impl BlockRecord {
@@ -49,14 +51,14 @@ impl BlockRecord {
     }
 
     /// Keeps the largest strain energy of each ring, after a step that booked it.
-    pub(crate) fn look_for_peaks(&mut self, machine: &Machine, block: &Block) {
+    pub(crate) fn look_for_peaks(&mut self, machine: &Machine, block: &RingBlock) {
         for (peak, energy) in self.peak_energies.iter_mut().zip(&block.strain_energy) {
             *peak = peak.max(*energy / machine.kernel.gain());
         }
     }
 
     /// Looks for a ring whose walls touch, after a step of the inner nodes and before that of the joints.
-    pub(crate) fn look_for_contact(&mut self, machine: &Machine, block: &Block, step: u64) {
+    pub(crate) fn look_for_contact(&mut self, machine: &Machine, block: &RingBlock, step: u64) {
         if self.contact.is_none() {
             self.contact = machine.touching(block, &mut self.places_m).map(|ring| (step, ring));
         }
@@ -64,7 +66,13 @@ impl BlockRecord {
 
     /// Books a step that joints and inner nodes have just made: what dampers took, and the motion where the step begins at an
     /// output.
-    pub(crate) fn book(&mut self, machine: &Machine, block: &Block, before: &Before, output: Option<usize>) {
+    pub(crate) fn book(
+        &mut self,
+        machine: &Machine,
+        block: &RingBlock,
+        before: &Before,
+        output: Option<usize>,
+    ) {
         let lost = lost(machine, block, before);
         if let Some(output) = output {
             self.write(machine, block, before, output, self.lost + 0.5 * lost);
@@ -72,7 +80,7 @@ impl BlockRecord {
         self.lost += lost;
     }
 
-    fn write(&mut self, machine: &Machine, block: &Block, before: &Before, output: usize, lost: f64) {
+    fn write(&mut self, machine: &Machine, block: &RingBlock, before: &Before, output: usize, lost: f64) {
         if self.motion.is_empty() {
             self.first_output = output;
         }
@@ -90,7 +98,7 @@ impl BlockRecord {
     }
 }
 
-fn balance(machine: &Machine, block: &Block, before: &Before, lost: f64) -> Balance {
+fn balance(machine: &Machine, block: &RingBlock, before: &Before, lost: f64) -> Balance {
     let (mut kinetic, mut momentum) = (0.0, 0.0);
     for j in 0..block.n_own_joints {
         let inverse_mass = block.joints.inverse_masses[j];
@@ -113,7 +121,7 @@ fn balance(machine: &Machine, block: &Block, before: &Before, lost: f64) -> Bala
 }
 
 /// Energy that the dampers of a block's rings took in the step just made.
-fn lost(machine: &Machine, block: &Block, before: &Before) -> f64 {
+fn lost(machine: &Machine, block: &RingBlock, before: &Before) -> f64 {
     if !machine.is_damped() {
         return 0.0;
     }

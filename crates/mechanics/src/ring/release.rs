@@ -1,12 +1,14 @@
+//! A chain of rings let go from a given state: each ring in the equilibrium of its overlap.
+
 use nalgebra::DVector;
 
 use super::{
-    Rod,
-    block::{Block, Machine, RINGS},
+    block::{Machine, RINGS, RingBlock},
     compression::advance,
     driver::Units,
+    rod::Rod,
 };
-use crate::MechanicsError;
+use crate::error::MechanicsError;
 
 /// Overlap over half a ring's length below which the ring answers linearly: the quadratic part is then smaller still by
 /// some 1e-8, and rounding would keep Newton's method from finding it.
@@ -41,7 +43,7 @@ impl<'a> Release<'a> {
     }
 
     /// Puts blocks at rest into this state, their velocities half a step before it.
-    pub(crate) fn set(&self, machine: &Machine, blocks: &mut [Block], units: Units) {
+    pub(crate) fn set(&self, machine: &Machine, blocks: &mut [RingBlock], units: Units) {
         let velocity_unit = units.length_m / units.dt_s;
         // v(0) is the mean of the velocities half a step before and after, keep v + f. Inner nodes are in equilibrium: no f.
         let before =

@@ -1,7 +1,13 @@
+//! The rod of co-rotational beam elements: strain energy, forces and tangent stiffness.
+
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
-use super::{Ring, Section, ellipse::HalfEllipse, three_moments::ThreeMoments};
-use crate::{MechanicsError, check};
+use super::{
+    ellipse::HalfEllipse,
+    section::{Ring, Section},
+    three_moments::ThreeMoments,
+};
+use crate::{check, error::MechanicsError};
 
 /// (a^2 + a b + b^2) times this is what a curve exceeds its chord by, relative to its length, when its curvature goes linearly
 /// from a to b over that length (half the mean square of its slope against the chord, to leading order).
@@ -41,7 +47,7 @@ pub(crate) struct Strains {
 
 /// Energy of a rod and its gradient.
 #[derive(Debug, Clone)]
-pub struct Response {
+pub struct ElasticForces {
     /// Strain energy in joules.
     pub energy_j: f64,
     /// Derivatives by the unknowns: the forces in newtons and end moments in newton metres that hold the rod.
@@ -149,14 +155,14 @@ impl Rod {
     }
 
     /// Energy and forces in a configuration.
-    pub fn response(&self, unknowns: &DVector<f64>) -> Response {
+    pub fn elastic_forces(&self, unknowns: &DVector<f64>) -> ElasticForces {
         let strains = self.strains(unknowns);
         let internal = self.internal(&strains);
         let turns = strains.turn.iter().zip(&internal.bending_nm);
         let bending_j: f64 = turns.map(|(turn, moment)| 0.5 * turn * moment).sum();
         let axial = strains.stretch.iter().zip(&internal.normal_n);
         let axial_j: f64 = axial.map(|(stretch, normal)| 0.5 * self.arc_m * stretch * normal).sum();
-        Response { energy_j: bending_j + axial_j, forces: self.forces(&strains, &internal) }
+        ElasticForces { energy_j: bending_j + axial_j, forces: self.forces(&strains, &internal) }
     }
 
     /// Second derivatives of the energy by the unknowns.

@@ -1,4 +1,6 @@
-use crate::{MechanicsError, check};
+//! A ring's dimensions and material, and the stiffnesses of its cross-section.
+
+use crate::{check, error::MechanicsError};
 
 /// Shear correction factor of a solid rectangular section.
 const SHEAR_CORRECTION: f64 = 5.0 / 6.0;

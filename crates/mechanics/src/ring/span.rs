@@ -1,5 +1,7 @@
+//! Neighbouring blocks that one thread moves, step by step.
+
 use super::{
-    block::{Block, Machine, RINGS},
+    block::{Machine, RINGS, RingBlock},
     driver::Driver,
     link::{Bank, Link},
     record::{Before, BlockRecord},
@@ -8,7 +10,7 @@ use super::{
 /// Neighbouring blocks that one thread moves, with what they meet at either side.
 #[derive(Debug)]
 pub(crate) struct Span<'s, 'a> {
-    pub(crate) blocks: &'s mut [Block],
+    pub(crate) blocks: &'s mut [RingBlock],
     pub(crate) records: &'s mut [BlockRecord],
     /// Blocks that the wave has reached; those behind are at rest. All of them, where another thread goes on to the right.
     pub(crate) n_reached: usize,
@@ -38,8 +40,9 @@ pub(crate) struct Progress {
 }
 
 impl Span<'_, '_> {
-    /// Takes the steps.
+    /// Takes the steps, or those until a neighbour left in a panic.
     pub(crate) fn run(mut self, machine: &Machine, stretch: &Stretch) -> Progress {
+        let mut presence = Presence { links: [self.left, self.right], has_finished: false };
         let mut scratch = machine.scratch();
         let mut block_steps = 0;
         for step in stretch.steps.clone() {
@@ -67,8 +70,11 @@ impl Span<'_, '_> {
                     record.look_for_contact(machine, block, step);
                 }
             }
-            self.move_joints(machine, step, output);
+            if self.move_joints(machine, step, output).is_none() {
+                return Progress { n_reached: self.n_reached, block_steps };
+            }
         }
+        presence.has_finished = true;
         Progress { n_reached: self.n_reached, block_steps }
     }
 
@@ -80,9 +86,11 @@ impl Span<'_, '_> {
         }
     }
 
-    fn move_joints(&mut self, machine: &Machine, step: u64, output: Option<usize>) {
-        let mut left = self.left.map_or(0.0, |link| link.hear(Bank::Right, step));
-        let from_right = self.right.map_or(0.0, |link| link.hear(Bank::Left, step));
+    /// Moves the joints by a step; returns none where a neighbour has left, whose force they would need.
+    fn move_joints(&mut self, machine: &Machine, step: u64, output: Option<usize>) -> Option<()> {
+        let force = |link: Option<&Link>, bank: Bank| link.map_or(Some(0.0), |link| link.hear(bank, step));
+        let mut left = force(self.left, Bank::Right)?;
+        let from_right = force(self.right, Bank::Left)?;
         for b in 0..self.n_reached {
             let next_left = self.blocks[b].ends[1][RINGS - 1];
             let right = match self.blocks.get(b + 1) {
@@ -102,6 +110,21 @@ impl Span<'_, '_> {
                 self.records[b].book(machine, block, &Before { joints: before, kick }, output);
             }
             left = next_left;
+        }
+        Some(())
+    }
+}
+
+/// Tells the neighbours when a thread leaves before its last step, in a panic of its own or after another's, so that none waits for it.
+struct Presence<'s> {
+    links: [Option<&'s Link>; 2],
+    has_finished: bool,
+}
+
+impl Drop for Presence<'_> {
+    fn drop(&mut self) {
+        if !self.has_finished {
+            self.links.into_iter().flatten().for_each(Link::leave);
         }
     }
 }

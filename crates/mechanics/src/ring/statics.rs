@@ -1,7 +1,9 @@
+//! Static equilibria of a rod by Newton's method.
+
 use nalgebra::{DMatrix, DVector};
 
-use super::Rod;
-use crate::MechanicsError;
+use super::rod::Rod;
+use crate::error::MechanicsError;
 
 /// Newton steps allowed; near a solution the error squares in each.
 const MAX_STEPS: usize = 60;
@@ -47,21 +49,21 @@ impl Rod {
         let free = self.free_unknowns(support);
         let mut least = f64::INFINITY;
         for steps in 0..MAX_STEPS {
-            let response = self.response(&unknowns);
+            let elastic = self.elastic_forces(&unknowns);
             // What is prescribed moves together with the rest, so that no element takes all of it alone.
             let mut step = DVector::zeros(self.n_unknowns());
             for &(unknown, value) in &support.prescribed {
                 step[unknown] = value - unknowns[unknown];
             }
-            self.add_newton_step(&mut step, &unknowns, &(&response.forces - &loads), &free)?;
+            self.add_newton_step(&mut step, &unknowns, &(&elastic.forces - &loads), &free)?;
             // The step, not the residual, is held against rounding: a stiff section has large forces that cancel.
             let size = (0..self.n_unknowns()).map(|k| self.length_m(k, step[k])).fold(0.0, f64::max);
             let extent = (0..self.n_unknowns()).map(|k| self.length_m(k, unknowns[k])).fold(0.0, f64::max);
             if size <= CONVERGED * extent || (steps > 3 && size < STALLED * extent && size >= least) {
                 return Ok(Equilibrium {
                     unknowns,
-                    forces: response.forces,
-                    energy_j: response.energy_j,
+                    forces: elastic.forces,
+                    energy_j: elastic.energy_j,
                     steps,
                 });
             }

@@ -1,3 +1,5 @@
+//! Clapeyron's theorem of three moments, with shear: bending moments from turns.
+
 use nalgebra::DMatrix;
 
 /// The theorem of three moments: turns of a rod at its nodes from the bending moments there.

@@ -1,4 +1,6 @@
-use super::{Ring, ellipse::HalfEllipse};
+//! Contact of a ring's walls with each other.
+
+use super::{ellipse::HalfEllipse, section::Ring};
 
 /// Shortening of a ring, over its length, below which no walls far from each other are looked at: a ring whose poles are
 /// farther apart than three quarters of their distance at rest cannot have its left touch its right.

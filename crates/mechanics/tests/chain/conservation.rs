@@ -1,7 +1,9 @@
+//! Conservation of energy and momentum in the chain model.
+
 use chainwave_mechanics::{Drive, Schedule, simulate};
 use ndarray::Axis;
 
-use crate::scenes::{MASS_KG, STRIKER_KG, hec_chain, run, striker};
+use crate::scenes::{MASS_KG, STRIKER_KG, hec_chain, rk4_energy_loss, run, striker};
 
 /// The project's target for the automatic step.
 #[test]
@@ -17,11 +19,10 @@ fn a_long_undamped_run_keeps_its_energy() {
 fn energy_and_what_the_dampers_took_balance() {
     let simulation = run(&hec_chain(60, 0.003, striker(2.73, 0.2)), 0.042, 5e-6);
     assert_eq!(simulation.contact_switch_times_s.len(), 9);
-    // Measured 3e-11.
-    assert!(simulation.energy_drift < 1e-9, "{:e}", simulation.energy_drift);
+    assert!(simulation.energy_drift < rk4_energy_loss(0.042, 5e-6), "{:e}", simulation.energy_drift);
 }
 
-/// Linear invariants survive every Runge-Kutta step; what is left is rounding, 1e-16 a step at random.
+/// Linear invariants survive every Runge-Kutta step; what is left is rounding, of 5000 steps by 2e-16 each if all go one way.
 #[test]
 fn momentum_without_ground_damping_is_kept() {
     for c_s in [0.0, 0.2] {
@@ -29,7 +30,7 @@ fn momentum_without_ground_damping_is_kept() {
         let chain_momentum = simulation.trajectory.velocity_m_per_s.sum_axis(Axis(0)) * MASS_KG;
         let striker_v = simulation.striker.unwrap().velocity_m_per_s;
         for (chain, v) in chain_momentum.iter().zip(striker_v) {
-            assert!(((chain + STRIKER_KG * v) / (STRIKER_KG * 2.73) - 1.0).abs() < 1e-12);
+            assert!(((chain + STRIKER_KG * v) / (STRIKER_KG * 2.73) - 1.0).abs() < 5000.0 * f64::EPSILON);
         }
     }
 }

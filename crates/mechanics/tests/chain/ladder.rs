@@ -1,3 +1,5 @@
+//! Every integrator against a solution of 24 digits, its order, its invariants, and closed forms.
+
 use std::num::NonZero;
 
 use chainwave_mechanics::{
@@ -43,14 +45,16 @@ fn every_rung_meets_a_solution_of_24_digits() {
         }
         largest / truth[0][0]
     };
-    // Roundings of some hundred steps.
-    assert!(error(&to_accuracy(&chain, 0.002, Method::Dop853, 1e-12)) < 2e-15);
-    assert!(error(&simulate(&chain, &Schedule::automatic(0.002, 1e-3)).unwrap()) < 1e-8);
+    // Each step rounds displacements and velocities by a unit in the last place: in its sums, and at its end; all of them one way.
+    let finest = to_accuracy(&chain, 0.002, Method::Dop853, 1e-12);
+    assert!(error(&finest) < finest.steps as f64 * 2.0 * f64::EPSILON, "{:e}", error(&finest));
+    assert!(error(&simulate(&chain, &Schedule::automatic(0.002, 1e-3)).unwrap()) < Schedule::ACCURACY);
+    // A velocity in mm/s errs by more than a displacement in metres, by the fastest oscillation over 1000 rad/s.
+    let omega_ms = 2e-3 * (ring_law().k_0_n_per_m() / MASS_KG).sqrt();
     for method in Method::LADDER {
-        // What was asked for in displacements; velocities in mm/s count as much.
         let accuracy = if method == Method::SymplecticEuler { 1e-3 } else { 1e-6 };
         let found = to_accuracy(&chain, 0.002, method, accuracy);
-        assert!(error(&found) < 3.0 * accuracy, "{method}: {:e}", error(&found));
+        assert!(error(&found) < omega_ms * accuracy, "{method}: {:e}", error(&found));
         assert!(found.error_estimate.unwrap() <= accuracy);
     }
 }
@@ -101,7 +105,7 @@ fn symmetric_compositions_can_be_reversed() {
         ends.iter().zip(displacement_m).fold(0.0_f64, |largest, (x, y)| largest.max((x - y).abs()))
     };
     for method in [Method::Verlet, Method::Symplectic4, Method::Symplectic6] {
-        // Displacements of 1 mm, and the roundings of 200 steps.
+        // Displacements of 1 mm, in 200 steps of up to 11 drifts and 10 kicks, are rounded by 1e-19 m each, all one way.
         assert!(returned(method) < 1e-15, "{method}: {:e}", returned(method));
     }
     assert!(returned(Method::Rk4) > 1e-9);
@@ -116,21 +120,23 @@ fn every_rung_keeps_the_momentum() {
         let momenta = found.trajectory.velocity_m_per_s.sum_axis(Axis(0)) * MASS_KG;
         let of_striker = found.striker.unwrap().velocity_m_per_s;
         for (momentum, v) in momenta.iter().zip(of_striker) {
-            // Implicit stages are solved to 1e-13.
+            // Implicit stages are solved to 1e-13, in 1000 steps.
             let change = (momentum + 4.3e-3 * v) / (4.3e-3 * 2.73) - 1.0;
-            assert!(change.abs() < 1e-11, "{method}: {change:e}");
+            assert!(change.abs() < 1e-10, "{method}: {change:e}");
         }
     }
 }
 
-/// A change of the striker's velocity by one unit in the last place grows with the chain's own sensitivity, not beyond.
+/// A change of the striker's velocity by one unit in the last place, and the roundings of all steps, grow by no more than the 200 that
+/// the control of the steps leaves room for.
 #[test]
 fn rounding_does_not_grow() {
     let end = |v: f64| {
         let chain = hec_chain(100, 0.0, striker(v, 0.0));
         simulate(&chain, &Schedule::automatic(0.1, 1e-3)).unwrap()
     };
-    assert!(relative_error(&end(2.73), &end(2.73_f64.next_up())) < 1e-11);
+    let (one, other) = (end(2.73), end(2.73_f64.next_up()));
+    assert!(relative_error(&one, &other) < 200.0 * one.steps as f64 * f64::EPSILON);
 }
 
 #[test]

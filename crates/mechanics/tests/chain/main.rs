@@ -12,6 +12,8 @@ mod extremes;
 #[cfg(test)]
 mod ladder;
 #[cfg(test)]
+mod linear;
+#[cfg(test)]
 mod paper;
 #[cfg(test)]
 mod scenes;

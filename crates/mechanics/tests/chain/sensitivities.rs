@@ -1,3 +1,5 @@
+//! Sensitivities against closed forms and differences of simulations.
+
 use std::f64::consts::PI;
 
 use chainwave_mechanics::{

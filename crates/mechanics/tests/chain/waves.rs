@@ -1,3 +1,5 @@
+//! Dispersion, speed of sound, and the energy that rarefaction takes.
+
 use std::f64::consts::PI;
 
 use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Simulation};

@@ -1,3 +1,5 @@
+//! The beam element in large deflections: Mattiasson's cantilever and a rod rolled up to a circle.
+
 use std::f64::consts::PI;
 
 use chainwave_mechanics::{Rod, Support};

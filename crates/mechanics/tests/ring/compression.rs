@@ -1,3 +1,5 @@
+//! Quasi-static compression of a ring against the elastica and curved-beam theory.
+
 use std::f64::consts::PI;
 
 use chainwave_mechanics::{Compression, MechanicsError, Ring, Section, compress};

@@ -1,3 +1,5 @@
+//! The rings' dynamics: conservation, convergence, threads, and slow obvious code.
+
 use chainwave_mechanics::{
     FarEnd, ImposedMotion, MechanicsError, RingChain, RingDrive, RingSchedule, RingSimulation, RingStriker,
     simulate_rings,
@@ -62,7 +64,9 @@ fn rings_ahead_of_the_wave_are_left_out_unnoticed() {
 fn energy_and_momentum_are_kept() {
     let simulation = run(&chain(30, 16, 2.73), &schedule(20e-3));
     assert!(simulation.energy_drift < 1e-4, "{}", simulation.energy_drift);
-    assert!(simulation.momentum_drift.unwrap() < 1e-13, "{:?}", simulation.momentum_drift);
+    // Each step rounds what it adds to the momentum, all of them one way.
+    let rounding = simulation.steps as f64 * f64::EPSILON;
+    assert!(simulation.momentum_drift.unwrap() < rounding, "{:?}", simulation.momentum_drift);
     let half = RingSchedule { dt_s: Some(0.5 * simulation.dt_s), ..schedule(20e-3) };
     let finer = run(&chain(30, 16, 2.73), &half);
     // Second order: a quarter, but for where the striker's contact happens to switch.
@@ -70,7 +74,7 @@ fn energy_and_momentum_are_kept() {
     let weak = run(&chain(30, 16, 1e-6), &schedule(20e-3));
     // What is left is the contact's: each time it opens or closes within a step.
     assert!(weak.energy_drift < 1e-4, "{}", weak.energy_drift);
-    assert!(weak.momentum_drift.unwrap() < 1e-13, "{:?}", weak.momentum_drift);
+    assert!(weak.momentum_drift.unwrap() < rounding, "{:?}", weak.momentum_drift);
 }
 
 #[test]

@@ -48,7 +48,7 @@ impl Implicit {
     pub(crate) fn energy_j(&self) -> f64 {
         let kinetic = |v: &DVector<f64>| 0.5 * v.component_mul(v).dot(&self.masses_kg);
         let rings = self.rings_m.iter().zip(&self.velocities);
-        rings.map(|(x, v)| self.rod.response(x).energy_j + kinetic(v)).sum()
+        rings.map(|(x, v)| self.rod.elastic_forces(x).energy_j + kinetic(v)).sum()
     }
 
     /// Takes steps to the end of a time, the first joint moving as given.
@@ -96,7 +96,7 @@ impl Implicit {
         let at = |share: f64| start + &change * share;
         let residual = GAUSS
             .iter()
-            .fold(inertia, |sum, &(share, weight)| sum + self.rod.response(&at(share)).forces * weight);
+            .fold(inertia, |sum, &(share, weight)| sum + self.rod.elastic_forces(&at(share)).forces * weight);
         let mut tangent = self.rod.stiffness(&at(0.5)) * 0.5;
         for k in 0..=last + 1 {
             tangent[(k, k)] += 2.0 * self.masses_kg[k] / (dt_s * dt_s);

@@ -13,7 +13,7 @@ pub(crate) fn joints_m(chain: &RingChain, dt_s: f64, n_steps: usize) -> Vec<f64>
     let mut velocities = rings.clone();
     let (mut striker_m, mut striker_v) = (0.0, striker.velocity_m_per_s);
     for _ in 0..n_steps {
-        let forces: Vec<DVector<f64>> = rings.iter().map(|ring| -rod.response(ring).forces).collect();
+        let forces: Vec<DVector<f64>> = rings.iter().map(|ring| -rod.elastic_forces(ring).forces).collect();
         // Half of the striker strikes the upper half of the chain.
         let push_n = (0.5 * striker.contact_stiffness_n_per_m * (striker_m - rings[0][0])).max(0.0);
         striker_v -= push_n / (0.5 * striker.mass_kg) * dt_s;

@@ -25,7 +25,9 @@ fn a_chain_that_moves_as_a_whole_is_not_strained() {
         let expected_m = 3e-3 - 2.0 * simulation.trajectory.times_s[k];
         assert!((x_m - expected_m).abs() < 1e-14, "{k}: {x_m} {expected_m}");
     }
-    assert!(simulation.momentum_drift.unwrap() < 1e-13, "{:?}", simulation.momentum_drift);
+    // Each step rounds what it adds to the momentum, all of them one way.
+    let rounding = simulation.steps as f64 * f64::EPSILON;
+    assert!(simulation.momentum_drift.unwrap() < rounding, "{:?}", simulation.momentum_drift);
     assert!(simulation.striker.is_none());
 }
 

@@ -1,6 +1,10 @@
+//! Natural modes and Bloch bands of rings against closed forms.
+
 use std::f64::consts::PI;
 
-use chainwave_mechanics::{Boundary, Ring, Symmetry, compress, ring_bands, ring_modes};
+use chainwave_mechanics::{
+    Boundary, LinearChain, Ring, Symmetry, compress, ring_bands, ring_modes, ring_sound_speed_m_per_s,
+};
 
 use crate::scenes::circle;
 
@@ -51,7 +55,11 @@ fn long_waves_have_the_chains_speed() {
     let kappa_a = 0.01;
     let bands = ring_bands(&ring, 32, Symmetry::Symmetric, &[kappa_a]).unwrap();
     // 2 sqrt(k / m) sin(kappa / 2); the ring's own inertia enters with kappa^2.
-    let expected = kappa_a * (stiffness_n_per_m / mass_kg).sqrt() / (2.0 * PI);
+    let linear = LinearChain { stiffness_n_per_m, mass_kg };
+    let expected = linear.frequency_hz(kappa_a);
+    let pitch_m = 2.0 * ring.semi_major_m;
+    let sound_m_per_s = ring_sound_speed_m_per_s(&ring, 32, pitch_m).unwrap();
+    assert!((sound_m_per_s / linear.sound_speed_m_per_s(pitch_m) - 1.0).abs() < 1e-4, "{sound_m_per_s}");
     assert!((bands[0][0] / expected - 1.0).abs() < 1e-4, "{} {expected}", bands[0][0]);
 }
 

@@ -1,6 +1,6 @@
 //! What is filmed, and with what camera.
 
-use chainwave_synthetic::{Camera, Marker, Packing, Ring, Rods, Sensor, Specimen, Tones};
+use chainwave_synthetic::{Camera, Effects, Marker, Packing, Ring, Rods, Sensor, Specimen, Tones};
 
 /// Pictures of 400 px, 5 px a millimetre, with nothing but the sensor's own errors.
 pub(crate) fn camera(height_px: usize, exposure_s: f64, sensor: Sensor) -> Camera {
@@ -15,6 +15,7 @@ pub(crate) fn camera(height_px: usize, exposure_s: f64, sensor: Sensor) -> Camer
         sensor,
         optics: None,
         lighting: None,
+        effects: Effects::default(),
     }
 }
 

@@ -1,3 +1,5 @@
+//! Figures of ring scenes (paper, Fig. 3).
+
 use std::path::{Path, PathBuf};
 
 use chainwave_analysis::{
@@ -10,9 +12,9 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use crate::error::Error;
-use crate::experiment::Positive;
 use crate::output::{make_folder, write_text};
 use crate::table::{self, column};
+use chainwave_experiment::Positive;
 
 /// Gaps to either side of its peak that an aligned pulse shows.
 const PULSE_REACH: f64 = 25.0;

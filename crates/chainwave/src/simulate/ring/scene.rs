@@ -1,13 +1,15 @@
+//! Scenes of rings, as TOML has them.
+
 use std::path::{Path, PathBuf};
 
 use chainwave_mechanics::{ImposedMotion, Ring, RingChain, RingDrive, RingSchedule, RingStriker};
 use serde::Deserialize;
 
 use crate::error::Error;
-use crate::experiment::{NotNegative, Positive};
 use crate::output::read_text;
 use crate::parallel::threads;
-use crate::table::Table;
+use crate::table;
+use chainwave_experiment::{NotNegative, Positive};
 
 use super::figures::FiguresTable;
 use crate::simulate::scene::{FarEndTable, State};
@@ -193,7 +195,7 @@ impl Scene {
                 damping_kg_per_s: damping_kg_per_s.map_or(0.0, NotNegative::get),
             }),
             Some(DriveTable::Imposed { file }) => {
-                let table = Table::read(&path.with_file_name(file))?;
+                let table = table::read(&path.with_file_name(file))?;
                 let (times_s, x_m) = (table.full_numbers("t_s")?, table.full_numbers("x_m")?);
                 RingDrive::Imposed(ImposedMotion::from_samples(times_s, x_m)?)
             }
@@ -265,7 +267,7 @@ impl RingTable {
 }
 
 fn wrong_in(path: &Path, message: String) -> Error {
-    Error::Configuration { path: path.to_owned(), message }
+    Error::configuration(path, message)
 }
 
 fn missing(path: &Path, what: &str, hint: &str) -> Error {

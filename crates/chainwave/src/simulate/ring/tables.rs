@@ -1,3 +1,5 @@
+//! Tables of ring scenes: motion, compression, modes, bands.
+
 use std::f64::consts::PI;
 use std::path::Path;
 

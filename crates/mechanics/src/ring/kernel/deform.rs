@@ -1,6 +1,8 @@
+//! First sweep: stretch, rotation and turn of each element.
+
 use pulp::Simd;
 
-use super::{KEPT, Kernel, NODE, Rings, components};
+use super::{KEPT, NODE, RingKernel, Rings, splat, store};
 use crate::lanes::Lanes;
 
 /// Largest sine whose arc the polynomial gives: changes of turn up to 15 degrees without, and 120 with three halvings.
@@ -22,7 +24,7 @@ const INVERSE_ROOT: [f64; 5] = [
     0.246_282_406_934_921_35,
 ];
 
-impl Kernel {
+impl RingKernel {
     /// First sweep, from left to right: stretch and rotation of each chord, turn at each node, and the elimination in the
     /// theorem of three moments. `nodes` holds x, y and the velocities of each inner node; `joints` the places of the two
     /// joints. False where a ring is deformed beyond the polynomials' range, which is that of large deformations where it is
@@ -55,8 +57,8 @@ impl Kernel {
         joints: [Rings<S>; 2],
         scratch: &mut [[S::f64s; KEPT]],
     ) -> Rings<S> {
-        let all = |value| Lanes::splat(simd, value);
-        let (zero, one) = (all(0.0), all(1.0));
+        let [zero, one] = splat(simd, [0.0, 1.0]);
+        let inverse_root = splat(simd, INVERSE_ROOT);
         let (mut place, mut largest) = ([joints[0], zero], zero);
         for (e, (element, kept)) in self.elements.iter().zip(scratch.iter_mut()).enumerate() {
             let next = match nodes.get(e) {
@@ -66,7 +68,7 @@ impl Kernel {
             let change = [next[0] - place[0], next[1] - place[1]];
             place = next;
             // In the frame of the unstressed chord, over its length, the chord is now (1 + along, sideways).
-            let [ax, ay] = components(simd, element.inverse);
+            let [ax, ay] = splat(simd, element.inverse);
             let along = ax.mul_add(change[0], ay * change[1]);
             let sideways = ay.mul_sub_from(change[0], ax * change[1]);
             let stretch = sideways.mul_add(sideways, along.mul_add(along, along + along));
@@ -75,13 +77,13 @@ impl Kernel {
                 (one / length, stretch / (one + length))
             } else {
                 largest = largest.max(stretch.abs());
-                let shortening = polynomial(stretch, INVERSE_ROOT.map(all));
+                let shortening = polynomial(stretch, inverse_root);
                 let inverse = stretch.mul_sub_from(shortening, one);
                 // sqrt(1 + e) - 1 = e (r - w) with r = 1 / sqrt(1 + e) = 1 - e w.
                 (inverse, stretch * (inverse - shortening))
             };
             let [cosine, sine] = [along.mul_add(inverse, inverse), sideways * inverse];
-            *kept = [cosine, sine, inverse, elongation].map(Lanes::vector);
+            store([cosine, sine, inverse, elongation], kept);
         }
         largest
     }
@@ -90,8 +92,7 @@ impl Kernel {
     /// node behind. Returns the largest square of a sine.
     #[inline(always)]
     fn turn<S: Simd, const WIDE: bool>(&self, simd: S, scratch: &mut [[S::f64s; KEPT]]) -> Rings<S> {
-        let all = |value| Lanes::splat(simd, value);
-        let (zero, one) = (all(0.0), all(1.0));
+        let [zero, one] = splat(simd, [0.0, 1.0]);
         let to_turn = Arc::new(simd, self.turn_unit);
         let mut rotation = [one, zero];
         let (mut eliminated, mut factor, mut largest) = (zero, 0.0, zero);
@@ -103,7 +104,7 @@ impl Kernel {
             let next = [Lanes::new(simd, [kept[0]]), Lanes::new(simd, [kept[1]])];
             let (turn, sine_square) = to_turn.between::<WIDE>(rotation, next);
             rotation = next;
-            eliminated = all(factor).mul_sub_from(eliminated, turn);
+            eliminated = Lanes::splat(simd, factor).mul_sub_from(eliminated, turn);
             factor = next_factor;
             largest = largest.max(sine_square);
             (kept[0], kept[1]) = (turn.vector(), eliminated.vector());
@@ -123,8 +124,12 @@ struct Arc<S: Simd> {
 impl<S: Simd> Arc<S> {
     #[inline(always)]
     fn new(simd: S, unit: f64) -> Self {
-        let coefficients = ARC.map(|coefficient| Lanes::splat(simd, coefficient * unit));
-        Self { simd, unit: Lanes::splat(simd, unit), coefficients }
+        let unit = Lanes::splat(simd, unit);
+        let mut coefficients = splat(simd, ARC);
+        for coefficient in &mut coefficients {
+            *coefficient = *coefficient * unit;
+        }
+        Self { simd, unit, coefficients }
     }
 
     /// The turn from one direction to the next, and the square of the sine that it was found from.
@@ -134,13 +139,12 @@ impl<S: Simd> Arc<S> {
         if !WIDE {
             return self.of(sine);
         }
-        let [one, half, eight] = [1.0, 0.5, 8.0].map(|value| Lanes::splat(self.simd, value));
+        let [one, half, eight] = splat(self.simd, [1.0, 0.5, 8.0]);
         // sin(phi / 2) = sin(phi) / (2 cos(phi / 2)), three times.
-        let halved = |cosine: Rings<S>| ((one + cosine) * half).sqrt();
         let cosine = to[0].mul_add(from[0], to[1] * from[1]);
-        let second = halved(cosine);
-        let fourth = halved(second);
-        let eighth = halved(fourth);
+        let second = ((one + cosine) * half).sqrt();
+        let fourth = ((one + second) * half).sqrt();
+        let eighth = ((one + fourth) * half).sqrt();
         let (turn, square) = self.of(sine / (second * fourth * eighth * eight));
         (turn * eight, square)
     }

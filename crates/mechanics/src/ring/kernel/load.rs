@@ -1,12 +1,14 @@
+//! Second sweep: moments, normal and shear forces, and the nodes' motion by a step.
+
 use pulp::Simd;
 
-use super::{Element, KEPT, Kernel, Moved, NODE, Outcome, Rings, components};
+use super::{Element, KEPT, NODE, NodeSums, RingForces, RingKernel, Rings, load, splat, store};
 use crate::lanes::Lanes;
 
 /// The second sweep on its way to the left, between two elements.
 #[derive(Clone, Copy)]
 struct Sweep<S: Simd> {
-    /// Place of the node.
+    /// PhasePoint of the node.
     place: [Rings<S>; 2],
     /// Its turn; twice that at an end, where it is the turn over half an element.
     turn: Rings<S>,
@@ -27,7 +29,7 @@ struct Loaded<S: Simd> {
     right_moment: Rings<S>,
 }
 
-impl Kernel {
+impl RingKernel {
     /// Second sweep, from right to left: moments, normal and shear forces, and the motion of the inner nodes by a step.
     #[inline(always)]
     pub(crate) fn load_and_move<S: Simd, const BOOK: bool, const DAMPED: bool>(
@@ -36,12 +38,12 @@ impl Kernel {
         nodes: &mut [[S::f64s; NODE]],
         joints: [Rings<S>; 2],
         scratch: &[[S::f64s; KEPT]],
-    ) -> Outcome<S> {
+    ) -> RingForces<S> {
         let zero = Lanes::splat(simd, 0.0);
         let keep = Lanes::splat(simd, self.keep);
         let (elements, scratch) = (self.elements.as_slice(), &scratch[..=self.elements.len()]);
         let last = elements.len() - 1;
-        let [turn, eliminated, ..] = scratch[last + 1].map(|kept| Lanes::new(simd, [kept]));
+        let [turn, eliminated, ..] = load(simd, &scratch[last + 1]);
         let bending = eliminated * Lanes::splat(simd, self.last_bending_pivot);
         let mut sweep = Sweep {
             place: [joints[1], zero],
@@ -50,7 +52,7 @@ impl Kernel {
             moment: bending,
             strain_energy: if BOOK { bending * turn } else { zero },
         };
-        let mut moved = Moved { kinetic_energy: zero, momentum: zero, mean_squares: zero };
+        let mut moved = NodeSums { kinetic_energy: zero, momentum: zero, mean_squares: zero };
         let mut behind: Option<Loaded<S>> = None;
         let mut force_behind: Option<[Rings<S>; 2]> = None;
         let mut right_end = zero;
@@ -84,7 +86,7 @@ impl Kernel {
             moved.push::<BOOK, DAMPED>(simd, keep, node, [force, right]);
             left_end = force[0];
         }
-        Outcome {
+        RingForces {
             ends: [left_end, right_end],
             strain_energy: sweep.strain_energy * Lanes::splat(simd, 0.5 / self.turn_unit),
             moved: moved.scaled(simd),
@@ -102,14 +104,15 @@ impl<S: Simd> Sweep<S> {
         kept: &[S::f64s; KEPT],
         place: [Rings<S>; 2],
     ) -> Loaded<S> {
-        let all = |value| Lanes::splat(simd, value);
-        let [left_turn, eliminated, inverse_stretch, elongation] = kept.map(|kept| Lanes::new(simd, [kept]));
-        let bending = all(element.lower).mul_sub_from(self.bending, eliminated * all(element.bending_pivot));
+        let [left_turn, eliminated, inverse_stretch, elongation] = load(simd, kept);
+        let [lower, pivot, axial, inverse_rest_length] =
+            splat(simd, [element.lower, element.bending_pivot, element.axial, element.inverse_length]);
+        let bending = lower.mul_sub_from(self.bending, eliminated * pivot);
         let (left, right) = (if FIRST { left_turn + left_turn } else { left_turn }, self.turn);
-        let [a, b] = components(simd, element.turns);
+        let [a, b] = splat(simd, element.turns);
         let (left_sum, right_sum) = (a + left + right, b + right);
         let bulge = left.mul_add(left_sum, right * right_sum);
-        let normal = elongation.mul_add(all(element.axial), bulge);
+        let normal = elongation.mul_add(axial, bulge);
         let (left_slope, right_slope) = (left_sum + left, right_sum + right + left);
         let mut right_moment = normal.mul_add(right_slope, self.moment);
         if LAST {
@@ -119,14 +122,14 @@ impl<S: Simd> Sweep<S> {
         if FIRST {
             moment = normal.mul_add(left_slope, moment);
         }
-        let at_rest = components(simd, element.chord);
-        let chord = [0, 1].map(|axis| at_rest[axis] + (self.place[axis] - place[axis]));
+        let at_rest = splat(simd, element.chord);
+        let chord = [at_rest[0] + (self.place[0] - place[0]), at_rest[1] + (self.place[1] - place[1])];
         let mut strain_energy = self.strain_energy;
         if BOOK {
             strain_energy = strain_energy + bending.mul_add(left_turn, normal * normal);
         }
         *self = Self { place, turn: left, bending, moment, strain_energy };
-        let inverse_length = inverse_stretch * all(element.inverse_length);
+        let inverse_length = inverse_stretch * inverse_rest_length;
         Loaded { chord, normal: normal * inverse_length, inverse_length, right_moment }
     }
 }
@@ -141,7 +144,7 @@ impl<S: Simd> Loaded<S> {
     }
 }
 
-impl<S: Simd> Moved<S> {
+impl<S: Simd> NodeSums<S> {
     /// Moves a node by a step; the forces pull it to the left and to the right.
     #[inline(always)]
     fn push<const BOOK: bool, const DAMPED: bool>(
@@ -158,7 +161,7 @@ impl<S: Simd> Moved<S> {
             true => [before_x.mul_add(keep, pulled[0]), before_y.mul_add(keep, pulled[1])],
             false => [before_x + pulled[0], before_y + pulled[1]],
         };
-        *node = [x + after_x, y + after_y, after_x, after_y].map(Lanes::vector);
+        store([x + after_x, y + after_y, after_x, after_y], node);
         let (sum_x, sum_y) = (before_x + after_x, before_y + after_y);
         if BOOK {
             self.kinetic_energy = before_x.mul_add(after_x, before_y.mul_add(after_y, self.kinetic_energy));

@@ -1,0 +1,340 @@
+//! `experiment.toml` and `trials.csv`: what was done in the laboratory, and how to evaluate it.
+
+mod trials;
+
+use std::path::{Path, PathBuf};
+
+use chainwave_analysis::linear_dispersion_hz;
+use chainwave_correlation::{Interpolation, Shape, ShapeChoice};
+use chainwave_measurement::Estimate;
+use chainwave_mechanics::PowerLaw;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
+
+pub use self::trials::Trial;
+use crate::error::Error;
+use crate::evaluation::starting_chain;
+use crate::film::{Fault, FilmedRings};
+use crate::numbers::{NotNegative, Positive};
+
+/// An experiment: one chain, filmed in several views and trials.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Experiment {
+    /// Name, for the report.
+    pub name: String,
+    /// The table of recordings, beside this file.
+    pub trials: PathBuf,
+    /// The chain.
+    pub chain: Chain,
+    /// What struck it.
+    pub striker: Striker,
+    /// The contact law between neighbours, as fitted to a compression curve.
+    pub contact: Contact,
+    /// How pictures map to the chain.
+    pub camera: Camera,
+    /// How bodies are followed.
+    pub tracking: Tracking,
+    /// What is evaluated.
+    #[serde(default)]
+    pub analysis: Analysis,
+    /// What `synthesize` films.
+    pub synthetic: Option<Synthetic>,
+}
+
+/// The chain.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Chain {
+    /// Number of bodies, at least two.
+    #[serde(deserialize_with = "several")]
+    pub n_bodies: usize,
+    /// Distance between neighbouring bodies at rest.
+    pub pitch_m: Positive,
+    /// Its standard uncertainty, common to all gaps.
+    pub pitch_sigma_m: Option<NotNegative>,
+    /// Mass of a body.
+    pub mass_kg: Positive,
+    /// Its standard uncertainty, common to all bodies.
+    pub mass_sigma_kg: Option<NotNegative>,
+}
+
+/// What struck the chain.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Striker {
+    /// Mass.
+    pub mass_kg: Positive,
+    /// Its standard uncertainty.
+    pub mass_sigma_kg: Option<NotNegative>,
+    /// Mean velocity at the impact.
+    pub velocity_m_per_s: Positive,
+    /// Standard deviation of the velocity from trial to trial.
+    pub velocity_sigma_m_per_s: Positive,
+}
+
+/// The contact law F(overlap) = a ((overlap + delta_0)^p - delta_0^p).
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Contact {
+    /// Name of the law.
+    pub law: Law,
+    /// Prefactor in N/m^p.
+    pub a: Positive,
+    /// Effective precompression.
+    pub delta_0_m: Positive,
+    /// Exponent.
+    pub p: Positive,
+    /// Standard uncertainty of the prefactor.
+    pub a_sigma: Option<NotNegative>,
+    /// Standard uncertainty of the effective precompression.
+    pub delta_0_sigma_m: Option<NotNegative>,
+    /// Standard uncertainty of the exponent.
+    pub p_sigma: Option<NotNegative>,
+}
+
+/// The contact laws known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Law {
+    /// The power law.
+    Power,
+}
+
+/// How pictures map to the chain: by exactly one of a magnification, a ruler, marks or a calibration.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Camera {
+    /// Magnification.
+    pub scale_px_per_m: Option<Positive>,
+    /// Its standard uncertainty.
+    pub scale_sigma_px_per_m: Option<NotNegative>,
+    /// A known length in the picture.
+    pub ruler: Option<Ruler>,
+    /// Bodies at rest in the picture, whose distance is the chain's pitch.
+    pub marks: Option<Marks>,
+    /// What `chainwave calibrate` wrote, beside this file.
+    pub calibration: Option<PathBuf>,
+    /// Column and row of body 1's marker at rest, with the stage at 0.
+    pub first_body_px: [f64; 2],
+    /// Standard uncertainty of the stage's stated positions. With it, subsets are placed by the positions that bodies in two views
+    /// give; without it, those are reported alone.
+    pub stage_sigma_m: Option<NotNegative>,
+    /// Frames per second of recordings that do not state them, such as folders of images.
+    pub rate_hz: Option<Positive>,
+}
+
+/// A known length in the picture.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Ruler {
+    /// Column and row of both ends.
+    pub ends_px: [[f64; 2]; 2],
+    /// Standard uncertainty of an end's place, in each direction.
+    pub sigma_px: NotNegative,
+    /// The length.
+    pub length_m: Positive,
+    /// Its standard uncertainty.
+    pub length_sigma_m: NotNegative,
+}
+
+/// Bodies at rest in the picture.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Marks {
+    /// Numbers of the bodies.
+    pub bodies: Vec<i32>,
+    /// Column and row of the same point of each.
+    pub at_px: Vec<[f64; 2]>,
+    /// Standard uncertainty of a point's place, in each direction.
+    pub sigma_px: NotNegative,
+}
+
+/// How bodies are followed.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Tracking {
+    /// Columns of a subset on each side of its centre.
+    pub half_width_px: usize,
+    /// Rows of a subset above and below its centre.
+    pub half_height_px: usize,
+    /// Shape function by name.
+    #[serde(default = "Tracking::usual_shape", with = "named")]
+    pub shape: ShapeChoice,
+    /// Interpolation by name.
+    #[serde(default = "Tracking::usual_interpolation", with = "named")]
+    pub interpolation: Interpolation,
+    /// Frames stamped before this time show the chain at rest, in seconds after the trigger.
+    pub rest_until_s: f64,
+}
+
+impl Tracking {
+    fn usual_shape() -> ShapeChoice {
+        ShapeChoice::Named(Shape::Affine)
+    }
+
+    fn usual_interpolation() -> Interpolation {
+        Interpolation::Quintic
+    }
+}
+
+/// Reads a number of bodies that make a chain; refused here, a wrong one is shown with its line.
+fn several<'de, D: Deserializer<'de>>(number: D) -> Result<usize, D::Error> {
+    match usize::deserialize(number)? {
+        found @ (0 | 1) => Err(D::Error::custom(format!("expected at least 2 bodies, found {found}"))),
+        n_bodies => Ok(n_bodies),
+    }
+}
+
+/// A choice by its name; refused here, an unknown one is shown with its line.
+mod named {
+    use std::fmt::Display;
+    use std::str::FromStr;
+
+    use serde::de::Error as _;
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    pub(super) fn serialize<S: Serializer>(choice: &impl Display, out: S) -> Result<S::Ok, S::Error> {
+        out.collect_str(choice)
+    }
+
+    pub(super) fn deserialize<'de, D, Choice>(name: D) -> Result<Choice, D::Error>
+    where
+        D: Deserializer<'de>,
+        Choice: FromStr<Err: Display>,
+    {
+        String::deserialize(name)?.parse().map_err(D::Error::custom)
+    }
+}
+
+/// What is evaluated.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Analysis {
+    /// The leading edge is where a gap first exceeds this fraction of its peak.
+    pub edge_fraction: f64,
+    /// First gap of the fit of the group velocity.
+    pub first_gap: Option<usize>,
+    /// Last gap of the fit of the group velocity.
+    pub last_gap: Option<usize>,
+    /// Times of the strain profiles; where none are named, those at which the pulse has passed a quarter, half and three quarters of the
+    /// gaps that it was seen in.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub profile_times_s: Option<Vec<f64>>,
+    /// Replicas of the measured motion behind each uncertainty.
+    pub n_replicas: usize,
+    /// Seed of the replicas' noise.
+    pub seed: u64,
+}
+
+impl Default for Analysis {
+    fn default() -> Self {
+        Self {
+            edge_fraction: 0.1,
+            first_gap: None,
+            last_gap: None,
+            profile_times_s: None,
+            n_replicas: 200,
+            seed: 1,
+        }
+    }
+}
+
+/// What `synthesize` films: the truth, and the camera that sees it.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Synthetic {
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Damping c_d of each body.
+    pub damping_kg_per_s: NotNegative,
+    /// Damping c_s of the striker's contact.
+    pub striker_damping_kg_per_s: NotNegative,
+    /// Standard deviation of the trigger's delay from trial to trial.
+    pub trigger_jitter_s: NotNegative,
+    /// Standard deviation of what the trigger's delay gains from trial to trial and keeps.
+    #[serde(default)]
+    pub trigger_walk_s: NotNegative,
+    /// Standard deviation of the stage's position, from view to view.
+    #[serde(default)]
+    pub stage_sigma_m: NotNegative,
+    /// Standard deviation of the mass, from body to body.
+    #[serde(default)]
+    pub mass_sigma_kg: NotNegative,
+    /// Standard deviation of the contact law's prefactor, relative to it, from gap to gap.
+    #[serde(default)]
+    pub stiffness_scatter: NotNegative,
+    /// Camera number of the first image (the trigger is image 0).
+    pub first_image: i64,
+    /// Frames in a recording.
+    pub n_frames: usize,
+    /// The camera.
+    pub camera: chainwave_synthetic::Camera,
+    /// The chain as the camera sees it.
+    pub specimen: chainwave_synthetic::Specimen,
+    /// The rings that the specimen's bodies are, where they are to move and to bend as the ring model says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rings: Option<FilmedRings>,
+    /// What goes wrong.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub faults: Vec<Fault>,
+}
+
+impl Striker {
+    /// Relative standard deviation of the velocity from trial to trial.
+    pub fn scatter(&self) -> f64 {
+        self.velocity_sigma_m_per_s.get() / self.velocity_m_per_s.get()
+    }
+
+    /// Takes another velocity and its scatter; both are above zero.
+    pub fn set_velocity(&mut self, velocity_m_per_s: Estimate) {
+        self.velocity_m_per_s = Positive(velocity_m_per_s.value);
+        self.velocity_sigma_m_per_s = Positive(velocity_m_per_s.sigma);
+    }
+}
+
+impl Contact {
+    /// The law as the chain model uses it.
+    pub fn power_law(&self) -> Result<PowerLaw, Error> {
+        let Law::Power = self.law;
+        Ok(PowerLaw::new(self.a.get(), self.delta_0_m.get(), self.p.get())?)
+    }
+}
+
+impl Experiment {
+    /// Upper edge of the linear chain's band, sqrt(k_0/m)/pi, in hertz.
+    ///
+    /// # Errors
+    /// A contact law that makes no sense.
+    pub fn band_edge_hz(&self) -> Result<f64, Error> {
+        let stiffness_n_per_m = self.contact.power_law()?.k_0_n_per_m();
+        Ok(linear_dispersion_hz(stiffness_n_per_m, self.chain.mass_kg.get(), std::f64::consts::PI))
+    }
+
+    /// The chain with usual damping, as a fit starts from it.
+    ///
+    /// # Errors
+    /// A contact law that makes no sense.
+    pub fn chain_model(&self) -> Result<chainwave_mechanics::Chain, Error> {
+        Ok(starting_chain(self, self.contact.power_law()?))
+    }
+
+    /// Films with `noise` times the read noise, and another striker velocity of the same relative scatter.
+    pub fn vary(&mut self, noise: f64, striker_m_per_s: f64) {
+        let sigma_m_per_s = self.striker.scatter() * striker_m_per_s;
+        self.striker.set_velocity(Estimate::new(striker_m_per_s, sigma_m_per_s));
+        if let Some(synthetic) = &mut self.synthetic {
+            synthetic.camera.sensor.read_noise_counts *= noise;
+        }
+    }
+
+    /// Reads `experiment.toml`; an error points at the line.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let text = Error::read_text(path)?;
+        let configuration = |wrong: toml::de::Error| Error::Configuration {
+            path: path.to_owned(),
+            message: wrong.to_string(),
+        };
+        toml::from_str(&text).map_err(configuration)
+    }
+}

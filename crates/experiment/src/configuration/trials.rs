@@ -1,0 +1,77 @@
+//! `trials.csv`: the recordings of an experiment.
+
+use std::path::Path;
+
+use chainwave_measurement::Estimate;
+
+use super::Experiment;
+use crate::error::Error;
+use crate::table::Table;
+
+/// One recording of an experiment: a row of `trials.csv`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trial {
+    /// File name of the recording, relative to the table's folder.
+    pub recording: String,
+    /// Number of the camera view.
+    pub view: u32,
+    /// Number of the trial in that view.
+    pub trial: u32,
+    /// Position of the camera's stage along the chain.
+    pub stage_m: f64,
+    /// Nominal striker velocity where an experiment has several, with its scatter from trial to trial.
+    pub striker_velocity_m_per_s: Option<Estimate>,
+}
+
+impl Experiment {
+    /// Reads the table of recordings that the experiment names; `experiment_path` is where the experiment itself lies.
+    pub fn read_trials(&self, experiment_path: &Path) -> Result<Vec<Trial>, Error> {
+        let path = experiment_path.with_file_name(&self.trials);
+        let table = Table::read_csv(&path)?;
+        let recordings = table.texts("recording")?;
+        let (views, trials) = (table.counts("view")?, table.counts("trial")?);
+        let stages_m = table.full_numbers("stage_m")?;
+        let strikers = self.striker_velocities(&table)?;
+        let mut rows: Vec<Trial> = Vec::with_capacity(recordings.len());
+        for (row, recording) in recordings.into_iter().enumerate() {
+            if recording.is_empty() {
+                return Err(table.cell(row, "recording", "a file name", "nothing"));
+            }
+            if rows.iter().any(|earlier| earlier.recording == recording) {
+                return Err(table.cell(row, "recording", "each recording once", &recording));
+            }
+            let number = |name: &str, count: usize| {
+                u32::try_from(count)
+                    .map_err(|_too_large| table.cell(row, name, "a number below 2^32", &count.to_string()))
+            };
+            let (view, trial) = (number("view", views[row])?, number("trial", trials[row])?);
+            let striker_velocity_m_per_s = strikers.as_ref().map(|strikers| strikers[row]);
+            rows.push(Trial { recording, view, trial, stage_m: stages_m[row], striker_velocity_m_per_s });
+        }
+        match rows.is_empty() {
+            true => Err(table.cell(0, "recording", "at least one recording", "none")),
+            false => Ok(rows),
+        }
+    }
+
+    /// The striker velocities of a table that has them: the columns `striker_velocity_m_per_s` and, where its scatter is not that
+    /// of the experiment, `striker_velocity_sigma_m_per_s`.
+    fn striker_velocities(&self, table: &Table) -> Result<Option<Vec<Estimate>>, Error> {
+        let (name, sigma_name) = ("striker_velocity_m_per_s", "striker_velocity_sigma_m_per_s");
+        if !table.has(name) {
+            return Ok(None);
+        }
+        let values = table.full_numbers(name)?;
+        let usual = self.striker.velocity_sigma_m_per_s.get();
+        let sigmas = match table.has(sigma_name) {
+            true => table.full_numbers(sigma_name)?,
+            false => vec![usual; values.len()],
+        };
+        for (name, numbers) in [(name, &values), (sigma_name, &sigmas)] {
+            if let Some(row) = numbers.iter().position(|number| *number <= 0.0) {
+                return Err(table.cell(row, name, "a number above 0", &numbers[row].to_string()));
+            }
+        }
+        Ok(Some(values.into_iter().zip(sigmas).map(|(value, sigma)| Estimate::new(value, sigma)).collect()))
+    }
+}

@@ -1,0 +1,334 @@
+//! What follows from the tracks: stitched motion, wave quantities, fits, and the model beside the measurement.
+
+use std::num::NonZero;
+use std::ops::RangeInclusive;
+
+use chainwave_analysis::Departure;
+use chainwave_analysis::{
+    DampingShare, FrontSettings, MeasureSettings, Measurement, damping_share, exact_motion, measure,
+};
+use chainwave_inference::{
+    Damping, EnergyFit, EnergyMeasurement, EnergyModel, FitError, ImposedFit, ImposedModel, Known, Quantity,
+    TrackFit, TrackModel, fit_imposed, fit_peak_energies, fit_tracks, fitted_motion, scatter_of_bodies,
+    softening,
+};
+use chainwave_measurement::{ChainMotion, Estimate, Trajectory};
+use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Striker, simulate};
+use chainwave_stitching::{Outlier, Settings, Stitched, merge, outliers};
+
+use crate::calibration::ChainMap;
+use crate::configuration::Experiment;
+use crate::error::Error;
+use crate::notices::notices;
+use crate::numbers::{NotNegative, Positive};
+use crate::setup::Setup;
+use crate::shared_errors::SharedErrors;
+use crate::standing::Standings;
+use crate::tracking::Tracked;
+
+/// To be raised whenever the same tracks would give other results; `golden_results` among the tests of the whole guards it.
+pub const EVALUATION_VERSION: u32 = 1;
+
+/// Everything that follows from the tracks.
+pub struct Evaluation {
+    /// Recordings that contradict the others of their view, and were left out.
+    pub left_out: Vec<Outlier>,
+    /// What recordings had amiss that was put right.
+    notices: Vec<String>,
+    /// The motion, and how views and trials were aligned.
+    pub stitched: Stitched,
+    /// Trigger and drive of each recording, by the model where the tracks accept it.
+    pub standings: Standings,
+    /// Front, group velocity, half width, energies, spectra.
+    pub measurement: Measurement,
+    /// Damping from the tracks of all recordings.
+    pub track_fit: Result<TrackFit, FitError>,
+    /// Whether the tracks ask for more than the simplest model, where they could be fitted.
+    pub departures: Option<Departures>,
+    /// c_d from the motion behind body 1, which drives the chain as it was measured.
+    pub imposed_fit: Result<ImposedFit, FitError>,
+    /// Damping from the peak potential energies, as in the paper.
+    pub energy_fit: Result<EnergyFit, FitError>,
+    /// The fitted chain model beside the measurement, where the fit succeeded.
+    pub model: Option<ModelBeside>,
+}
+
+/// What the tracks say of simpler models.
+pub struct Departures {
+    /// Of a contact law that does not soften.
+    pub softening: Departure,
+    /// Of bodies that are alike; absent where the recordings do not tell all their masses.
+    pub scatter: Option<Departure>,
+}
+
+/// The chain model with the fitted damping.
+pub struct ModelBeside {
+    /// Its motion on the measured time base.
+    pub motion: Trajectory,
+    /// What the analysis makes of that motion.
+    pub measurement: Measurement,
+    /// Peak potential energies with the fitted damping, gap by gap, in joules.
+    pub damped_j: Vec<f64>,
+    /// The same without damping.
+    pub undamped_j: Vec<f64>,
+}
+
+impl ModelBeside {
+    /// What damping took of the peak energy, and what dispersion and rarefaction did, two thirds down the chain: the last gaps
+    /// before a free end never fill.
+    pub fn damping_share(&self) -> Option<DampingShare> {
+        let shares = damping_share(&self.damped_j, &self.undamped_j);
+        shares.get(2 * shares.len() / 3).copied()
+    }
+}
+
+/// Stitches, measures and fits.
+///
+/// # Errors
+/// Tracks that cannot be stitched or measured; a fit that fails is no error but stands in its field.
+pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> Result<Evaluation, Error> {
+    let experiment = &setup.experiment;
+    let settings = Settings {
+        rest_until_s: experiment.tracking.rest_until_s,
+        drive_scatter: Some(experiment.striker.scatter()),
+        ..Settings::new(experiment.chain.n_bodies, 0.0)
+    };
+    let left_out = outliers(&tracked.observations, &settings)?;
+    let (recordings, observations) = tracked.kept(&left_out);
+    let mut stitched = merge(&observations, &settings)?;
+    let shared = SharedErrors::of(setup, &recordings, &settings, &stitched, n_threads)?;
+    shared.add_to(&mut stitched.motion);
+    let law = experiment.contact.power_law()?;
+    let chosen = chosen_gaps(experiment);
+    let measurement = shared.measure(experiment, &stitched.motion, &law, chosen, n_threads)?;
+    let used = measurement.group_velocity.as_ref().ok().map(|velocity| velocity.gaps.0..=velocity.gaps.1);
+    let chain = starting_chain(experiment, law);
+    let known = known(experiment, &setup.map);
+    let track_model = track_model(experiment, chain.clone(), &known, n_threads);
+    let offsets_s: Vec<f64> = stitched.alignments.iter().map(|one| one.trigger_offset_s.value).collect();
+    let track_fit = fit_tracks(&observations, &offsets_s, &track_model);
+    let imposed_model = ImposedModel {
+        chain: chain.clone(),
+        known: known_of_chain(&known),
+        drive_deviations: stitched.alignments.iter().map(|one| one.drive_deviation.value).collect(),
+        n_threads,
+    };
+    let imposed_fit = fit_imposed(&stitched.motion, &imposed_model);
+    let energy_model = energy_model(experiment, &stitched, chain, &known, n_threads);
+    let energy_fit = shared.fit_energies(
+        experiment,
+        &stitched.motion,
+        &law,
+        n_threads,
+        |energies, times_s| match energies {
+            Some(energies) => {
+                let front = &front_settings(experiment);
+                let n_replicas = experiment.analysis.n_replicas;
+                fit_peak_energies(energies, &EnergyMeasurement { times_s, front, n_replicas }, &energy_model)
+            }
+            None => Err(FitError::TooFew { what: "peak energies", expected: 1, found: 0 }),
+        },
+    )?;
+    let beside = match &track_fit {
+        Ok(fit) => Some(model_beside(experiment, &stitched.motion, &track_model, fit, used)?),
+        Err(_) => None,
+    };
+    let departures = track_fit.as_ref().ok().and_then(|fit| {
+        Some(Departures {
+            softening: softening(&observations, &track_model, fit).ok()?,
+            scatter: scatter_of_bodies(&observations, &track_model, fit).ok(),
+        })
+    });
+    let standings = Standings::of(&stitched.alignments, accepted(&track_fit));
+    Ok(Evaluation {
+        left_out,
+        notices: notices(experiment, &tracked.recordings, &observations, &standings),
+        stitched,
+        standings,
+        measurement,
+        track_fit,
+        imposed_fit,
+        departures,
+        energy_fit,
+        model: beside,
+    })
+}
+
+/// Residuals of the tracks' fit, relative to stated noise, up to which it gives the damping. It uses all that was measured and
+/// is ten times sharper than that of the peak energies; where the model leaves something out, it is the first to go astray.
+const ACCEPTED_CHI_SQUARED: f64 = 1.2;
+
+impl Evaluation {
+    /// What the reader should know.
+    pub fn warnings(&self) -> Vec<String> {
+        let left_out = self
+            .left_out
+            .iter()
+            .map(|outlier| format!("{} was left out: {}", outlier.recording, outlier.evidence));
+        left_out.chain(self.stitched.warnings.iter().cloned()).chain(self.notices.iter().cloned()).collect()
+    }
+
+    /// The damping that stands for the experiment, and where it comes from.
+    pub fn damping(&self) -> Option<(Damping, &'static str)> {
+        let tracks = self.track_fit.as_ref().ok().map(|fit| (fit.damping, "tracks"));
+        let energies = self.energy_fit.as_ref().ok().map(|fit| (fit.damping, "peak energies"));
+        match accepted(&self.track_fit) {
+            Some(_) => tracks,
+            None => energies.or(tracks),
+        }
+    }
+}
+
+/// A fit to the tracks that explains them.
+fn accepted(track_fit: &Result<TrackFit, FitError>) -> Option<&TrackFit> {
+    track_fit.as_ref().ok().filter(|fit| fit.reduced_chi_squared <= ACCEPTED_CHI_SQUARED)
+}
+
+/// The gaps of the group velocity that the experiment names.
+fn chosen_gaps(experiment: &Experiment) -> Option<RangeInclusive<usize>> {
+    let analysis = &experiment.analysis;
+    analysis.first_gap.zip(analysis.last_gap).map(|(first, last)| first..=last)
+}
+
+fn front_settings(experiment: &Experiment) -> FrontSettings {
+    FrontSettings { edge_fraction: experiment.analysis.edge_fraction, ..FrontSettings::default() }
+}
+
+/// Measures a motion by the experiment's settings; the group velocity over the given gaps, or those that the motion suggests.
+///
+/// # Errors
+/// A motion too short to measure.
+pub fn measure_motion(
+    experiment: &Experiment,
+    motion: &ChainMotion,
+    law: &PowerLaw,
+    velocity_gaps: Option<RangeInclusive<usize>>,
+    n_threads: NonZero<usize>,
+) -> Result<Measurement, Error> {
+    let (chain, analysis) = (&experiment.chain, &experiment.analysis);
+    let settings = MeasureSettings {
+        front: front_settings(experiment),
+        velocity_gaps,
+        n_replicas: analysis.n_replicas,
+        n_threads,
+        ..MeasureSettings::new(chain.pitch_m.get(), analysis.seed)
+    };
+    Ok(measure(motion, &settings, Some(&|overlap_m| law.energy_j(overlap_m)))?)
+}
+
+/// The chain as the experiment states it, with usual damping to start a fit from.
+pub(crate) fn starting_chain(experiment: &Experiment, contact: PowerLaw) -> Chain {
+    Chain {
+        mass_kg: vec![experiment.chain.mass_kg.get(); experiment.chain.n_bodies],
+        damping_kg_per_s: vec![STARTING_DAMPING_KG_PER_S; experiment.chain.n_bodies],
+        contact: contact.into(),
+        drive: Drive::Striker(Striker {
+            mass_kg: experiment.striker.mass_kg.get(),
+            velocity_m_per_s: experiment.striker.velocity_m_per_s.get(),
+            damping_kg_per_s: STARTING_STRIKER_DAMPING_KG_PER_S,
+        }),
+        far_end: FarEnd::Free,
+    }
+}
+
+fn track_model(
+    experiment: &Experiment,
+    chain: Chain,
+    known: &[Known],
+    n_threads: NonZero<usize>,
+) -> TrackModel {
+    let striker = &experiment.striker;
+    let (velocity, scatter) = (striker.velocity_m_per_s.get(), striker.velocity_sigma_m_per_s.get());
+    TrackModel {
+        chain,
+        striker_velocity_m_per_s: Estimate::new(velocity, scatter),
+        known: known.to_vec(),
+        n_threads,
+    }
+}
+
+/// What the experiment knows only within an uncertainty, and the fit may move. Of a lens, what remains of its distortion counts as
+/// an error of the scale, by its size in the picture's middle.
+fn known(experiment: &Experiment, map: &ChainMap) -> Vec<Known> {
+    let scale = map.m_per_px();
+    let (chain, striker, contact) = (&experiment.chain, &experiment.striker, &experiment.contact);
+    let relative =
+        |sigma: Option<NotNegative>, value: Positive| sigma.map_or(0.0, NotNegative::get) / value.get();
+    [
+        (Quantity::Scale, scale.sigma / scale.value),
+        (Quantity::BodyMass, relative(chain.mass_sigma_kg, chain.mass_kg)),
+        (Quantity::StrikerMass, relative(striker.mass_sigma_kg, striker.mass_kg)),
+        (Quantity::Prefactor, relative(contact.a_sigma, contact.a)),
+        (Quantity::Offset, relative(contact.delta_0_sigma_m, contact.delta_0_m)),
+        (Quantity::Exponent, relative(contact.p_sigma, contact.p)),
+    ]
+    .into_iter()
+    .filter(|(_, relative_sigma)| *relative_sigma > 0.0)
+    .map(|(quantity, relative_sigma)| Known { quantity, relative_sigma })
+    .collect()
+}
+
+/// The same without what the pictures' scale leaves open: it stands among the errors that the motion states.
+fn known_of_chain(known: &[Known]) -> Vec<Known> {
+    known.iter().filter(|known| known.quantity != Quantity::Scale).cloned().collect()
+}
+
+fn energy_model(
+    experiment: &Experiment,
+    stitched: &Stitched,
+    chain: Chain,
+    known: &[Known],
+    n_threads: NonZero<usize>,
+) -> EnergyModel {
+    let striker = &experiment.striker;
+    let mean_sigma = striker.velocity_sigma_m_per_s.get() / (stitched.alignments.len() as f64).sqrt();
+    EnergyModel {
+        chain,
+        striker_velocity_m_per_s: Estimate::new(striker.velocity_m_per_s.get(), mean_sigma),
+        drive_deviations: stitched.alignments.iter().map(|one| one.drive_deviation.value).collect(),
+        drive_scale_sigma: DRIVE_SCALE_SIGMA,
+        known: known_of_chain(known),
+        pitch_m: experiment.chain.pitch_m.get(),
+        n_threads,
+    }
+}
+
+/// The onset of the first body and the stated scatter tell the scale of the drives to 11 to 18 %.
+const DRIVE_SCALE_SIGMA: f64 = 0.15;
+/// Where the fit of c_d begins: light damping, 0.04 % of critical for one HEC. The end does not depend on it.
+const STARTING_DAMPING_KG_PER_S: f64 = 1e-3;
+/// Where the fit of c_s begins.
+const STARTING_STRIKER_DAMPING_KG_PER_S: f64 = 0.1;
+
+fn model_beside(
+    experiment: &Experiment,
+    motion: &ChainMotion,
+    model: &TrackModel,
+    fit: &TrackFit,
+    velocity_gaps: Option<RangeInclusive<usize>>,
+) -> Result<ModelBeside, Error> {
+    let law = experiment.contact.power_law()?;
+    let fitted = fitted_motion(model, fit, &motion.times_s)?;
+    let measurement =
+        measure_motion(experiment, &exact_motion(&fitted), &law, velocity_gaps, model.n_threads)?;
+    let energies = |damping: f64| -> Result<Vec<f64>, Error> {
+        let chain = Chain {
+            damping_kg_per_s: vec![
+                damping * fit.damping.chain_damping_kg_per_s.value;
+                model.chain.n_bodies()
+            ],
+            drive: Drive::Striker(Striker {
+                mass_kg: experiment.striker.mass_kg.get(),
+                velocity_m_per_s: fit.striker_velocity_m_per_s.value,
+                damping_kg_per_s: damping * fit.damping.striker_damping_kg_per_s.value,
+            }),
+            ..model.chain.clone()
+        };
+        // Long enough for the wave to cross the chain at half the sound speed.
+        let pitches_per_s = (law.k_0_n_per_m() / model.chain.mass_kg[0]).sqrt();
+        let duration_s = 2.0 * model.chain.n_bodies() as f64 / pitches_per_s;
+        let schedule = Schedule::automatic(duration_s, duration_s / 100.0);
+        Ok(simulate(&chain, &schedule)?.psi_max_j)
+    };
+    Ok(ModelBeside { motion: fitted, measurement, damped_j: energies(1.0)?, undamped_j: energies(0.0)? })
+}

@@ -1,0 +1,243 @@
+//! Films of an experiment whose truth is known: what is drawn for each trial, the motion it makes, and the recording.
+
+mod faults;
+mod rings;
+mod truth;
+
+use std::num::NonZero;
+use std::path::Path;
+
+use chainwave_measurement::{Estimate, Trajectory, map_in_parallel};
+use chainwave_mechanics::{Contact, Contacts, Drive, FarEnd, Law, PowerLaw, Schedule, Striker};
+use chainwave_synthetic::trials::{BodyQuantity, Draw, Scatter, body_factors, draw, stage_error_m};
+use chainwave_synthetic::{Scene, Shot, film};
+
+use self::faults::Faults;
+pub use self::faults::{FAULT_KINDS, Fault};
+pub use self::rings::FilmedRings;
+pub use self::truth::{MeanMotion, StrikerTruth, TrueTrial, Truth};
+use crate::configuration::{Experiment, Synthetic, Trial};
+use crate::error::Error;
+use crate::monitor::{Monitor, Stage};
+
+/// Interval of the simulated motion and of the truth: 1/175 of the shortest period of the chain.
+const TRUTH_INTERVAL_S: f64 = 1e-5;
+
+/// The truth behind a film.
+pub struct FilmTruth {
+    /// What stands for all sound trials.
+    pub parameters: Truth,
+    /// The mean motion of the sound trials, for each nominal striker velocity.
+    pub motions: Vec<MeanMotion>,
+    /// What was drawn for each trial.
+    pub trials: Vec<TrueTrial>,
+    /// The bodies' masses, in kilograms.
+    pub masses_kg: Vec<f64>,
+}
+
+impl Experiment {
+    /// Refuses an experiment that cannot be filmed: without a synthetic part, or with faults of recordings that are not in the table.
+    ///
+    /// # Errors
+    /// What is missing; `path` is where the experiment lies.
+    pub fn check_film(&self, trials: &[Trial], path: &Path) -> Result<&Synthetic, Error> {
+        let synthetic = self.synthetic.as_ref().ok_or_else(|| Error::Configuration {
+            path: path.to_owned(),
+            message: "expected a [synthetic] part that says what is filmed, found none".into(),
+        })?;
+        Faults(&synthetic.faults).check(trials, path)?;
+        Ok(synthetic)
+    }
+}
+
+/// Films every recording of a trials table into a folder, and returns the truth behind them. A recording that is there already is kept.
+///
+/// `path` is where the experiment lies, for messages.
+///
+/// # Errors
+/// An experiment without a synthetic part, faults of recordings that are not in the table, a chain or camera that cannot be computed,
+/// files that cannot be written, or the caller asked to stop.
+pub fn film_experiment(
+    experiment: &Experiment,
+    trials: &[Trial],
+    path: &Path,
+    folder: &Path,
+    n_threads: NonZero<usize>,
+    monitor: &Monitor<'_>,
+) -> Result<FilmTruth, Error> {
+    let synthetic = experiment.check_film(trials, path)?;
+    let studio = Studio::new(experiment, synthetic)?;
+    let takes = studio.takes(trials, n_threads)?;
+    monitor.planned(Stage::Filming, trials.len() as u64);
+    let filmed = map_in_parallel(takes.len(), n_threads, |i| {
+        if (monitor.is_cancelled)() {
+            return Err(Error::Cancelled { n_done: 0, n: takes.len() });
+        }
+        studio.film(&takes[i], folder).inspect(|()| monitor.done(Stage::Filming, 1))
+    });
+    monitor.ended(Stage::Filming);
+    filmed.into_iter().collect::<Result<(), _>>()?;
+    Ok(studio.truth(&takes))
+}
+
+/// The chain that is filmed, and how.
+pub(crate) struct Studio<'a> {
+    experiment: &'a Experiment,
+    synthetic: &'a Synthetic,
+    contact: Contacts,
+    masses_kg: Vec<f64>,
+}
+
+/// One trial as it really was.
+pub(crate) struct Take<'a> {
+    trial: &'a Trial,
+    draw: Draw,
+    /// What the experiment takes its striker velocity for.
+    nominal_m_per_s: f64,
+    /// Where the stage really stands.
+    stage_m: f64,
+    motion: Trajectory,
+}
+
+impl<'a> Studio<'a> {
+    pub(crate) fn new(experiment: &'a Experiment, synthetic: &'a Synthetic) -> Result<Self, Error> {
+        let chain = &experiment.chain;
+        let mass_kg = chain.mass_kg.get();
+        let scatter = synthetic.mass_sigma_kg.get() / mass_kg;
+        let stiffness_scatter = synthetic.stiffness_scatter.get();
+        if synthetic.rings.is_some() && scatter + stiffness_scatter > 0.0 {
+            return Err(Error::Value(
+                "[synthetic] mass_sigma_kg, stiffness_scatter: expected 0 with [synthetic.rings], whose rings are all alike, \
+                 found more"
+                    .into(),
+            ));
+        }
+        let factors = body_factors(synthetic.seed, BodyQuantity::Mass, chain.n_bodies, scatter)?;
+        let stiffness =
+            body_factors(synthetic.seed, BodyQuantity::Stiffness, chain.n_bodies, stiffness_scatter)?;
+        Ok(Self {
+            experiment,
+            synthetic,
+            contact: contacts(experiment.contact.power_law()?, stiffness_scatter, &stiffness),
+            masses_kg: factors.into_iter().map(|factor| factor * mass_kg).collect(),
+        })
+    }
+
+    fn faults(&self) -> Faults<'a> {
+        Faults(&self.synthetic.faults)
+    }
+
+    /// Draws and simulates every trial.
+    pub(crate) fn takes<'b>(
+        &self,
+        trials: &'b [Trial],
+        n_threads: NonZero<usize>,
+    ) -> Result<Vec<Take<'b>>, Error> {
+        let scatters: Vec<Scatter> = trials.iter().map(|trial| self.scatter(trial)).collect();
+        let draws = draw(self.synthetic.seed, &scatters)?;
+        let drawn: Vec<(&Trial, Draw)> = trials.iter().zip(draws).collect();
+        let take = |i: usize| {
+            let (trial, draw): (&Trial, Draw) = drawn[i];
+            self.take(trial, draw)
+        };
+        map_in_parallel(drawn.len(), n_threads, take).into_iter().collect()
+    }
+
+    fn take<'b>(&self, trial: &'b Trial, mut draw: Draw) -> Result<Take<'b>, Error> {
+        draw.striker_velocity_m_per_s *= self.faults().striker_factor(trial);
+        let sigma_m = self.synthetic.stage_sigma_m.get();
+        Ok(Take {
+            nominal_m_per_s: self.nominal(trial).value,
+            stage_m: trial.stage_m + stage_error_m(self.synthetic.seed, trial.view.into(), sigma_m)?,
+            motion: self.motion(&draw)?,
+            trial,
+            draw,
+        })
+    }
+
+    fn scatter(&self, trial: &Trial) -> Scatter {
+        let nominal_m_per_s = self.nominal(trial);
+        Scatter {
+            striker_velocity_m_per_s: nominal_m_per_s.value,
+            striker_velocity_sigma_m_per_s: nominal_m_per_s.sigma,
+            trigger_jitter_s: self.synthetic.trigger_jitter_s.get(),
+            trigger_walk_s: self.synthetic.trigger_walk_s.get(),
+            rate_hz: self.synthetic.camera.rate_hz,
+        }
+    }
+
+    /// The striker velocity that the trials table names, else the experiment's, with its scatter.
+    fn nominal(&self, trial: &Trial) -> Estimate {
+        let striker = &self.experiment.striker;
+        let usual = Estimate::new(striker.velocity_m_per_s.get(), striker.velocity_sigma_m_per_s.get());
+        trial.striker_velocity_m_per_s.unwrap_or(usual)
+    }
+
+    /// Films a trial, unless its recording is there or lost.
+    fn film(&self, take: &Take, folder: &Path) -> Result<(), Error> {
+        let faults = self.faults();
+        let path = folder.join(faults.file_name(take.trial));
+        if path.exists() || faults.is_lost(take.trial) {
+            return Ok(());
+        }
+        let shot = Shot {
+            stage_m: take.stage_m,
+            first_body_px: self.experiment.camera.first_body_px,
+            first_image: self.synthetic.first_image,
+            n_frames: self.synthetic.n_frames,
+            trigger_delay_s: take.draw.trigger_delay_s,
+            frame_phase_s: take.draw.frame_phase_s,
+            noise_seed: take.draw.noise_seed,
+            covers: faults.covers(take.trial),
+            view: take.trial.view.into(),
+        };
+        let scene = Scene::new(&self.synthetic.camera, &self.synthetic.specimen, &shot, &take.motion)?;
+        let rings = self.synthetic.rings.as_ref();
+        let shapes = rings.map(|rings| rings.shapes(self, &take.draw)).transpose()?;
+        let scene = match &shapes {
+            Some(shapes) => scene.with_shapes(shapes)?,
+            None => scene,
+        };
+        Ok(film(&path, &scene, &faults.of_file(take.trial))?)
+    }
+
+    fn motion(&self, draw: &Draw) -> Result<Trajectory, Error> {
+        if let Some(rings) = &self.synthetic.rings {
+            return rings.motion(self, draw);
+        }
+        let model = chainwave_mechanics::Chain {
+            mass_kg: self.masses_kg.clone(),
+            damping_kg_per_s: vec![self.synthetic.damping_kg_per_s.get(); self.masses_kg.len()],
+            contact: self.contact.clone(),
+            drive: Drive::Striker(Striker {
+                mass_kg: self.experiment.striker.mass_kg.get(),
+                velocity_m_per_s: draw.striker_velocity_m_per_s,
+                damping_kg_per_s: self.synthetic.striker_damping_kg_per_s.get(),
+            }),
+            far_end: FarEnd::Free,
+        };
+        let duration_s = self.last_time_s() + 1e-3;
+        let schedule = Schedule::automatic(duration_s, TRUTH_INTERVAL_S);
+        Ok(chainwave_mechanics::simulate(&model, &schedule)?.trajectory)
+    }
+
+    fn first_time_s(&self) -> f64 {
+        self.synthetic.first_image as f64 / self.synthetic.camera.rate_hz
+    }
+
+    fn last_time_s(&self) -> f64 {
+        self.first_time_s() + self.synthetic.n_frames as f64 / self.synthetic.camera.rate_hz
+    }
+}
+
+/// The contacts of bodies whose stiffnesses scatter: a gap is half of either neighbour, in series.
+fn contacts(law: PowerLaw, scatter: f64, stiffness: &[f64]) -> Contacts {
+    if scatter <= 0.0 {
+        return law.into();
+    }
+    let gap = |pair: &[f64]| {
+        let factor = 2.0 / (pair[0].recip() + pair[1].recip());
+        Contact::from(Law::Power(PowerLaw { a: factor * law.a, ..law }))
+    };
+    Contacts::Each(stiffness.windows(2).map(gap).collect())
+}

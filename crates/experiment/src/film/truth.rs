@@ -1,0 +1,175 @@
+//! The truth behind films: what was drawn, and the mean motion that it made.
+
+use chainwave_measurement::{Moment, Trajectory};
+use ndarray::Array2;
+use serde::{Deserialize, Serialize};
+
+use super::{FilmTruth, Studio, TRUTH_INTERVAL_S, Take};
+
+/// The truth behind a synthetic experiment, as `truth.json` has it. Trials that were struck too fast on purpose, or whose view is
+/// missing, are left out of every mean.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Truth {
+    /// Seed that everything was drawn from.
+    pub seed: u64,
+    /// c_d.
+    pub c_d_kg_per_s: f64,
+    /// c_s.
+    pub c_s_kg_per_s: f64,
+    /// Mean of the trials' striker velocities.
+    pub striker_velocity_m_per_s: f64,
+    /// Instant of the impact after the trials' mean trigger.
+    pub impact_time_s: f64,
+    /// The same for each nominal striker velocity, in the order of the trials table.
+    pub strikers: Vec<StrikerTruth>,
+}
+
+/// The truth behind the trials of one nominal striker velocity.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StrikerTruth {
+    /// The nominal velocity.
+    pub nominal_m_per_s: f64,
+    /// Mean of the trials' striker velocities.
+    pub striker_velocity_m_per_s: f64,
+    /// Instant of the impact after the trials' mean trigger.
+    pub impact_time_s: f64,
+}
+
+/// What was drawn for one trial.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrueTrial {
+    /// Name of the recording.
+    pub recording: String,
+    /// Velocity of the striker, in metres per second.
+    pub striker_velocity_m_per_s: f64,
+    /// The trigger's delay after the impact, in seconds.
+    pub trigger_delay_s: f64,
+    /// Time of image 0 after the trigger, in seconds.
+    pub frame_phase_s: f64,
+    /// Where the stage really stood, in metres.
+    pub stage_m: f64,
+    /// The kinds of its faults, with spaces between.
+    pub faults: String,
+}
+
+/// The mean motion of all sound trials of one nominal striker velocity.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeanMotion {
+    /// The nominal velocity, in metres per second.
+    pub nominal_m_per_s: f64,
+    /// Sample times after the trials' mean trigger, in seconds.
+    pub times_s: Vec<f64>,
+    /// Displacement from rest in metres, shape `[time, body]`.
+    pub displacement_m: Array2<f64>,
+}
+
+/// Whether two nominal velocities are the same; they are copies of one number.
+fn is_nominal(one_m_per_s: f64, other_m_per_s: f64) -> bool {
+    one_m_per_s.total_cmp(&other_m_per_s).is_eq()
+}
+
+impl Studio<'_> {
+    /// What is behind the recordings: for each nominal striker velocity the mean motion over its trials, each from its own impact, at the
+    /// trials' mean trigger; what was drawn for each trial and each body.
+    pub(super) fn truth(&self, takes: &[Take<'_>]) -> FilmTruth {
+        let sound: Vec<&Take> = takes.iter().filter(|take| self.faults().is_sound(take.trial)).collect();
+        let mut nominals: Vec<f64> = Vec::new();
+        for take in &sound {
+            if !nominals.iter().any(|nominal| is_nominal(*nominal, take.nominal_m_per_s)) {
+                nominals.push(take.nominal_m_per_s);
+            }
+        }
+        let of = |nominal: f64| {
+            sound.iter().copied().filter(move |take| is_nominal(take.nominal_m_per_s, nominal))
+        };
+        let strikers: Vec<StrikerTruth> =
+            nominals.iter().map(|&nominal| striker(nominal, &of(nominal).collect::<Vec<_>>())).collect();
+        let all = striker(0.0, &sound);
+        let motion = |striker: &StrikerTruth| {
+            let motions: Vec<&Trajectory> = of(striker.nominal_m_per_s).map(|take| &take.motion).collect();
+            self.mean_over_film(striker, &motions)
+        };
+        FilmTruth {
+            motions: strikers.iter().map(motion).collect(),
+            trials: self.true_trials(takes),
+            masses_kg: self.masses_kg.clone(),
+            parameters: Truth {
+                seed: self.synthetic.seed,
+                c_d_kg_per_s: self.synthetic.damping_kg_per_s.get(),
+                c_s_kg_per_s: self.synthetic.striker_damping_kg_per_s.get(),
+                striker_velocity_m_per_s: all.striker_velocity_m_per_s,
+                impact_time_s: all.impact_time_s,
+                strikers,
+            },
+        }
+    }
+
+    /// What was drawn for each trial.
+    pub(crate) fn true_trials(&self, takes: &[Take<'_>]) -> Vec<TrueTrial> {
+        let of_take = |take: &Take| TrueTrial {
+            recording: take.trial.recording.clone(),
+            striker_velocity_m_per_s: take.draw.striker_velocity_m_per_s,
+            trigger_delay_s: take.draw.trigger_delay_s,
+            frame_phase_s: take.draw.frame_phase_s,
+            stage_m: take.stage_m,
+            faults: self.faults().names(take.trial),
+        };
+        takes.iter().map(of_take).collect()
+    }
+
+    /// The mean motion of some recordings' trials, each from its own impact, at their mean trigger, on the given times; `None` where
+    /// no trial has these recordings.
+    pub(crate) fn mean_motion(
+        &self,
+        takes: &[Take<'_>],
+        recordings: &[&str],
+        times_s: &[f64],
+    ) -> Option<(StrikerTruth, Trajectory)> {
+        let kept: Vec<&Take> =
+            takes.iter().filter(|take| recordings.contains(&take.trial.recording.as_str())).collect();
+        let truth = striker(kept.first()?.nominal_m_per_s, &kept);
+        let shape = (self.experiment.chain.n_bodies, times_s.len());
+        let mut mean = Trajectory {
+            times_s: times_s.to_vec(),
+            displacement_m: Array2::zeros(shape),
+            velocity_m_per_s: Array2::zeros(shape),
+        };
+        for (i, time_s) in times_s.iter().enumerate() {
+            for moment in kept.iter().filter_map(|take| take.motion.at(time_s - truth.impact_time_s)) {
+                for row in 0..shape.0 {
+                    mean.displacement_m[(row, i)] += moment.displacement_m(row) / kept.len() as f64;
+                    mean.velocity_m_per_s[(row, i)] += moment.velocity_m_per_s(row) / kept.len() as f64;
+                }
+            }
+        }
+        Some((truth, mean))
+    }
+
+    fn mean_over_film(&self, striker: &StrikerTruth, motions: &[&Trajectory]) -> MeanMotion {
+        let [first, last] = [self.first_time_s(), self.last_time_s()].map(|time_s| time_s / TRUTH_INTERVAL_S);
+        let times_s: Vec<f64> =
+            (first.ceil() as i64..=last.floor() as i64).map(|k| k as f64 * TRUTH_INTERVAL_S).collect();
+        let mut displacement_m = Array2::zeros((times_s.len(), self.experiment.chain.n_bodies));
+        for (time_s, mut row) in times_s.iter().zip(displacement_m.rows_mut()) {
+            let moments: Vec<Moment<'_>> =
+                motions.iter().filter_map(|motion| motion.at(time_s - striker.impact_time_s)).collect();
+            for (body, mean_m) in row.iter_mut().enumerate() {
+                let sum_m: f64 = moments.iter().map(|moment| moment.displacement_m(body)).sum();
+                *mean_m = sum_m / moments.len() as f64;
+            }
+        }
+        MeanMotion { nominal_m_per_s: striker.nominal_m_per_s, times_s, displacement_m }
+    }
+}
+
+fn striker(nominal_m_per_s: f64, takes: &[&Take<'_>]) -> StrikerTruth {
+    let n = takes.len().max(1) as f64;
+    StrikerTruth {
+        nominal_m_per_s,
+        striker_velocity_m_per_s: takes.iter().map(|take| take.draw.striker_velocity_m_per_s).sum::<f64>()
+            / n,
+        impact_time_s: -takes.iter().map(|take| take.draw.trigger_delay_s).sum::<f64>() / n,
+    }
+}

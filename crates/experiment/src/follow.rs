@@ -1,0 +1,105 @@
+//! Subsets followed through one opened recording, and what stands beside them that biases their places.
+
+use std::fmt;
+use std::num::NonZero;
+
+use chainwave_correlation::{
+    Method, ReferenceFrames, Settings, Shape, ShapeChoice, SharpEdge, sharp_edge, track_by_evidence,
+};
+use chainwave_measurement::{Recording, Subset, Track};
+
+use crate::error::Error;
+use crate::monitor::{Monitor, Stage};
+
+/// The tracks of subsets in one recording, with its time stamps.
+#[derive(Debug, Clone)]
+pub struct Followed {
+    /// Time of each frame after the trigger, in seconds.
+    pub times_s: Vec<f64>,
+    /// One track for each subset.
+    pub tracks: Vec<FollowedSubset>,
+}
+
+/// One subset's track, and how it was made.
+#[derive(Debug, Clone)]
+pub struct FollowedSubset {
+    /// The track.
+    pub track: Track,
+    /// The rung of the ladder, with the shape function that evidence chose where it was asked to.
+    pub method: String,
+}
+
+/// Follows subsets through an opened recording.
+///
+/// # Errors
+/// What the correlation refuses, and pixels that cannot be read.
+pub fn follow(
+    recording: &dyn Recording,
+    subsets: &[Subset],
+    reference: &ReferenceFrames,
+    method: Method,
+    n_threads: NonZero<usize>,
+    monitor: &Monitor<'_>,
+) -> Result<Followed, Error> {
+    monitor.planned(Stage::Tracking, recording.info().n_frames as u64);
+    let n_threads = if recording.is_sequential() { NonZero::<usize>::MIN } else { n_threads };
+    let settings = Settings { n_threads, ..Settings::default() };
+    let advance = |n| monitor.done(Stage::Tracking, n);
+    let of_method = |method: Method, track: Track| FollowedSubset { track, method: method.to_string() };
+    let tracks = match method {
+        Method::IcGn { interpolation, shape: ShapeChoice::ByEvidence } => {
+            let settings = Settings { interpolation, ..settings };
+            let named = |shape: Shape| Method::IcGn { interpolation, shape: ShapeChoice::Named(shape) };
+            let chosen = track_by_evidence(recording, subsets, reference, &settings, &advance)?;
+            chosen.into_iter().map(|(track, evidence)| of_method(named(evidence.shape), track)).collect()
+        }
+        other => {
+            let tracks = other.track(recording, subsets, reference, &settings, &advance)?;
+            tracks.into_iter().map(|track| of_method(other, track)).collect()
+        }
+    };
+    Ok(Followed { times_s: recording.info().times_s.clone(), tracks })
+}
+
+/// Threads for each recording when all are worked on side by side: more than one where there are fewer recordings than
+/// threads.
+pub fn threads_of_each(n_threads: NonZero<usize>, n_recordings: usize) -> NonZero<usize> {
+    NonZero::new(n_threads.get() / n_recordings.max(1)).unwrap_or(NonZero::<usize>::MIN)
+}
+
+/// A point beside whose subset a sharp edge runs.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct EdgeNote {
+    /// Name of the point.
+    pub point: String,
+    /// The edge.
+    pub edge: SharpEdge,
+}
+
+impl fmt::Display for EdgeNote {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { point, edge: SharpEdge { side, distance_px } } = self;
+        write!(
+            f,
+            "point {point}: a sharp edge runs {distance_px} px beyond its subset ({side}) and rings into it, which biases \
+             positions by up to some thousandths of a pixel: leave 5 px of texture around it"
+        )
+    }
+}
+
+/// The points beside whose subsets a sharp edge runs in the reference.
+///
+/// # Errors
+/// Pixels of the reference that cannot be read.
+pub fn edges_beside(
+    recording: &dyn Recording,
+    subsets: &[Subset],
+    reference: &ReferenceFrames,
+) -> Result<Vec<EdgeNote>, Error> {
+    let mut notes = Vec::new();
+    for subset in subsets {
+        let edge = sharp_edge(recording, subset, reference)?;
+        notes.extend(edge.map(|edge| EdgeNote { point: subset.name.clone(), edge }));
+    }
+    Ok(notes)
+}

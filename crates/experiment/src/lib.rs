@@ -1,0 +1,81 @@
+//! An experiment as a library: its configuration, and the way from its recordings to tracks, motion, wave quantities and fitted damping.
+//!
+//! A [`Setup`] is an experiment with everything that was read for it. [`Setup::run`] goes the whole way: [`track`] follows bodies through
+//! the recordings and keeps what it found in a [`TrackStore`]; [`Setup::conclude`] stitches, measures, fits, compares with a truth where
+//! there is one, and decides what was modelled. The crate knows neither a command line nor a terminal, no clock, no table format and no
+//! page: progress leaves it through a [`Monitor`], warnings and failures as values.
+//!
+//! ```
+//! use std::num::NonZero;
+//! use std::path::Path;
+//!
+//! use chainwave_experiment::{MemoryStore, Monitor, Setup};
+//! # use chainwave_experiment::film_experiment;
+//! # let experiment = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/small-experiment/experiment.toml"));
+//! # let filmed = tempfile::tempdir()?;
+//! # let recordings = filmed.path();
+//! # let setup = Setup::read(experiment, None)?;
+//! # let two = NonZero::new(2).ok_or("two")?;
+//! # film_experiment(&setup.experiment, &setup.table, experiment, recordings, two, &Monitor::SILENT)?;
+//!
+//! let setup = Setup::read(experiment, Some(recordings))?;
+//! let n_threads = std::thread::available_parallelism().unwrap_or(NonZero::<usize>::MIN);
+//! let results = setup.run(&MemoryStore::default(), n_threads, &Monitor::SILENT)?;
+//! let c_g = results.evaluation.measurement.group_velocity.map_err(|missing| missing.as_str())?.velocity_m_per_s;
+//! println!("c_g = {:.3} +- {:.3} m/s", c_g.value, c_g.sigma);
+//! # // Five sigma: one run in two million errs by more.
+//! # let of_chain = 42.9;
+//! # assert!((c_g.value - of_chain).abs() < 1.0, "{c_g:?}");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod calibration;
+mod configuration;
+mod decisions;
+mod error;
+mod evaluation;
+mod film;
+mod follow;
+mod key;
+mod monitor;
+mod notices;
+mod numbers;
+mod setup;
+mod share;
+mod shared_errors;
+mod stages;
+mod standing;
+mod store;
+mod strikers;
+mod table;
+mod tracking;
+mod tracks;
+mod truth;
+mod wording;
+
+pub use calibration::{CalibrationFile, ChainMap, ErrorTable, MapTable, middle_px};
+pub use configuration::{
+    Analysis, Camera, Chain, Contact, Experiment, Law, Marks, Ruler, Striker, Synthetic, Tracking, Trial,
+};
+pub use decisions::Decision;
+pub use error::Error;
+pub use evaluation::{Departures, EVALUATION_VERSION, Evaluation, ModelBeside, evaluate, measure_motion};
+pub use film::{
+    FAULT_KINDS, Fault, FilmTruth, FilmedRings, MeanMotion, StrikerTruth, TrueTrial, Truth, film_experiment,
+};
+pub use follow::{EdgeNote, Followed, FollowedSubset, edges_beside, follow, threads_of_each};
+pub use key::{TrackKey, fingerprint};
+pub use monitor::{Monitor, Progress, Stage};
+pub use numbers::{NotNegative, Positive};
+pub use setup::{Results, Setup};
+pub use share::Share;
+pub use stages::Stages;
+pub use standing::{Standing, Standings};
+pub use store::{Kept, MemoryStore, TrackStore};
+pub use strikers::{StrikerWave, WaveSource, compare_strikers};
+pub use table::{Column, Table};
+pub use tracking::{
+    FailedRecording, Origin, Tracked, TrackedRecording, View, first_view, track, track_share,
+};
+pub use tracks::{FollowedBody, RecordingTracks};
+pub use truth::KnownTruth;

@@ -1,0 +1,182 @@
+//! What recordings had amiss that was put right or does no harm: the reader should know of it all the same.
+
+use chainwave_measurement::{Estimate, Observation, RecordingInfo, median};
+
+use crate::configuration::Experiment;
+use crate::follow::EdgeNote;
+use crate::standing::{Standing, Standings};
+use crate::tracking::TrackedRecording;
+use crate::wording::estimate;
+
+/// Everything worth knowing of the recordings that were used, each with the names of those that it is about.
+pub(crate) fn notices(
+    experiment: &Experiment,
+    recordings: &[TrackedRecording],
+    observations: &[Observation],
+    standings: &Standings,
+) -> Vec<String> {
+    let of_file = |one: &TrackedRecording| {
+        one.remarks.iter().map(|remark| (one.trial.recording.clone(), remark.clone())).collect::<Vec<_>>()
+    };
+    let remarks = grouped(&recordings.iter().flat_map(of_file).collect::<Vec<_>>());
+    let unseen = observations.iter().flat_map(unseen_for_a_while);
+    let drives = unusual_drives(experiment, standings).into_iter();
+    remarks.into_iter().chain(unseen).chain(drives.map(|drive| drive.warning())).collect()
+}
+
+/// What a file says against itself: steps of its time stamps, a header that contradicts them, and the like; and edges that bias its
+/// tracks.
+pub(crate) fn remarks(info: &RecordingInfo, edges: &[EdgeNote]) -> Vec<String> {
+    info.warnings.iter().cloned().chain(sharp_edges(edges)).collect()
+}
+
+/// An edge as near as this biases positions by a thousandth of a pixel or more; one a pixel farther off by half as much.
+const RINGING_PX: usize = 3;
+
+/// One sentence on all bodies beside whose subsets an edge runs.
+fn sharp_edges(edges: &[EdgeNote]) -> Option<String> {
+    let near = || edges.iter().filter(|note| note.edge.distance_px <= RINGING_PX);
+    let nearest_px = near().map(|note| note.edge.distance_px).min()?;
+    let bodies: Vec<&str> = near().map(|note| note.point.as_str()).collect();
+    Some(format!(
+        "sharp edges run beside the subsets of body {}, the nearest {nearest_px} px off, and ring into them, which biases positions by up \
+         to some thousandths of a pixel: leave 5 px of texture around subsets (a smaller half_width_px or half_height_px)",
+        bodies.join(", ")
+    ))
+}
+
+/// Recordings of which the same is said stand together.
+fn grouped(remarks: &[(String, String)]) -> Vec<String> {
+    let mut groups: Vec<(&str, Vec<&str>)> = Vec::new();
+    for (recording, remark) in remarks {
+        match groups.iter_mut().find(|(said, _)| said == remark) {
+            Some((_, recordings)) => recordings.push(recording),
+            None => groups.push((remark, vec![recording])),
+        }
+    }
+    groups.into_iter().map(|(remark, recordings)| format!("{}: {remark}", named(&recordings))).collect()
+}
+
+/// All of a few recordings, or the first of many.
+fn named(recordings: &[&str]) -> String {
+    const MOST: usize = 3;
+    match recordings {
+        [first, others @ ..] if others.len() >= MOST => format!("{first} and {} others", others.len()),
+        few => few.join(", "),
+    }
+}
+
+/// Bodies that were lost and found again.
+fn unseen_for_a_while(observation: &Observation) -> Vec<String> {
+    let of_body = |track: &chainwave_measurement::BodyTrack| {
+        let seen = |k: &usize| track.position_m[*k].is_some();
+        let (first, last) =
+            ((0..track.position_m.len()).find(seen)?, (0..track.position_m.len()).rfind(seen)?);
+        let unseen: Vec<usize> = (first..last).filter(|k| !seen(k)).collect();
+        let (from_ms, until_ms) =
+            (1e3 * observation.times_s[*unseen.first()?], 1e3 * observation.times_s[*unseen.last()?]);
+        Some(format!(
+            "{}: body {} was not seen in {} frames between {from_ms:.2} and {until_ms:.2} ms; the other trials stand for it there",
+            observation.recording,
+            track.body,
+            unseen.len()
+        ))
+    };
+    observation.bodies.iter().filter_map(of_body).collect()
+}
+
+/// A trial whose drive lies far from the others'.
+pub(crate) struct UnusualDrive {
+    recording: String,
+    /// Less the median of all recordings.
+    deviation: Estimate,
+    /// The same in units of the scatter that the experiment states.
+    in_scatters: f64,
+}
+
+impl UnusualDrive {
+    /// The recording and how far its drive is off.
+    pub(crate) fn as_text(&self) -> String {
+        format!(
+            "{}, struck {} % off the median ({:.1} of the stated scatter)",
+            self.recording,
+            estimate(self.deviation.scaled(100.0)),
+            self.in_scatters
+        )
+    }
+
+    fn warning(&self) -> String {
+        format!("{}: kept, with its own drive fitted", self.as_text())
+    }
+}
+
+/// Scatters from the median at which a drive is unusual: one sound trial in a hundred.
+const UNUSUAL: f64 = 2.58;
+
+/// Recordings whose drive the stated scatter hardly explains.
+fn unusual_drives(experiment: &Experiment, standings: &Standings) -> Vec<UnusualDrive> {
+    let drives = standings.of_recordings.iter().map(|one| drive(experiment, standings, one));
+    drives.filter(|drive| drive.in_scatters.abs() > UNUSUAL).collect()
+}
+
+/// The recording whose drive lies farthest from the median.
+pub(crate) fn farthest_drive(experiment: &Experiment, standings: &Standings) -> Option<UnusualDrive> {
+    let drives = standings.of_recordings.iter().map(|one| drive(experiment, standings, one));
+    drives.max_by(|a, b| a.in_scatters.abs().total_cmp(&b.in_scatters.abs()))
+}
+
+fn drive(experiment: &Experiment, standings: &Standings, one: &Standing) -> UnusualDrive {
+    let values = standings.of_recordings.iter().map(|standing| standing.drive_deviation.value).collect();
+    let scatter = experiment.striker.scatter();
+    let found = one.drive_deviation;
+    let deviation = Estimate::new(found.value - median(values).unwrap_or(0.0), found.sigma);
+    let recording = one.recording.clone();
+    UnusualDrive { recording, in_scatters: deviation.value / scatter, deviation }
+}
+
+#[cfg(test)]
+mod tests {
+    use chainwave_correlation::{SharpEdge, Side};
+    use chainwave_measurement::BodyTrack;
+
+    use super::*;
+
+    #[test]
+    fn bodies_beside_an_edge_stand_in_one_sentence() {
+        let note = |body: &str, distance_px| EdgeNote {
+            point: body.into(),
+            edge: SharpEdge { side: Side::Left, distance_px },
+        };
+        assert_eq!(sharp_edges(&[]), None);
+        assert_eq!(sharp_edges(&[note("2", 4)]), None);
+        let said = sharp_edges(&[note("3", 2), note("4", 1)]).unwrap();
+        assert!(said.contains("body 3, 4, the nearest 1 px off"), "{said}");
+    }
+
+    #[test]
+    fn recordings_of_which_the_same_is_said_stand_together() {
+        let said = |recording: &str, remark: &str| (recording.to_owned(), remark.to_owned());
+        let mut remarks = vec![said("a", "late"), said("b", "dark"), said("c", "late")];
+        assert_eq!(grouped(&remarks), ["a, c: late", "b: dark"]);
+        remarks.extend([said("d", "late"), said("e", "late")]);
+        assert_eq!(grouped(&remarks)[0], "a and 3 others: late");
+    }
+
+    #[test]
+    fn a_body_that_leaves_the_view_is_no_news_and_one_that_comes_back_is() {
+        let position = |seen: bool| seen.then_some(Estimate::new(0.0, 1e-6));
+        let of = |seen: [bool; 5]| Observation {
+            recording: "one.cine".into(),
+            view: 1,
+            trial: 1,
+            times_s: (0..5).map(|k| 1e-3 * f64::from(k)).collect(),
+            bodies: vec![BodyTrack { body: 7, position_m: seen.map(position).into() }],
+        };
+        assert!(unseen_for_a_while(&of([false, true, true, true, false])).is_empty());
+        let told = unseen_for_a_while(&of([true, false, false, true, true])).concat();
+        assert!(
+            told.contains("one.cine: body 7") && told.contains("2 frames between 1.00 and 2.00 ms"),
+            "{told}"
+        );
+    }
+}

@@ -1,0 +1,117 @@
+//! An experiment that can be run: its configuration, calibration and trials, and where its recordings lie.
+
+use std::num::NonZero;
+use std::path::{Path, PathBuf};
+
+use chainwave_correlation::Method;
+use chainwave_measurement::Estimate;
+
+use crate::calibration::ChainMap;
+use crate::configuration::{Experiment, Trial};
+use crate::decisions::{Decision, decide};
+use crate::error::Error;
+use crate::evaluation::{Evaluation, evaluate};
+use crate::monitor::Monitor;
+use crate::store::TrackStore;
+use crate::tracking::{Tracked, track};
+use crate::truth::{KnownTruth, known_truth};
+
+/// An experiment with everything that was read for it.
+#[derive(Clone)]
+pub struct Setup {
+    /// The experiment.
+    pub experiment: Experiment,
+    /// Where it was read.
+    pub path: PathBuf,
+    /// From its pictures to the chain.
+    pub map: ChainMap,
+    /// The whole trials table.
+    pub table: Vec<Trial>,
+    /// The trials that are evaluated together: those of one striker velocity.
+    pub trials: Vec<Trial>,
+    /// The folder of the recordings.
+    pub recordings: PathBuf,
+}
+
+/// What a run found.
+pub struct Results {
+    /// The tracks.
+    pub tracked: Tracked,
+    /// What followed from them.
+    pub evaluation: Evaluation,
+    /// The truth, where `synthesize` filmed the recordings.
+    pub truth: Option<KnownTruth>,
+    /// What was decided.
+    pub decisions: Vec<Decision>,
+}
+
+impl Setup {
+    /// Reads an experiment, its trials table and its calibration. Its recordings lie beside it unless a folder is named.
+    ///
+    /// # Errors
+    /// A file that cannot be read or makes no sense.
+    pub fn read(path: &Path, recordings: Option<&Path>) -> Result<Self, Error> {
+        let experiment = Experiment::read(path)?;
+        let table = experiment.read_trials(path)?;
+        let map = ChainMap::read(&experiment, path)?;
+        let beside = path.parent().unwrap_or(Path::new(""));
+        let recordings = recordings.unwrap_or(beside).to_owned();
+        Ok(Self { experiment, path: path.to_owned(), map, trials: table.clone(), table, recordings })
+    }
+
+    /// One for each striker velocity of the trials table, fastest first.
+    #[must_use]
+    pub fn by_striker(&self) -> Vec<Self> {
+        let mut velocities: Vec<Estimate> =
+            self.trials.iter().filter_map(|trial| trial.striker_velocity_m_per_s).collect();
+        velocities.sort_by(|a, b| b.value.total_cmp(&a.value));
+        velocities.dedup_by(|a, b| a.value.total_cmp(&b.value).is_eq());
+        let of_velocity = |velocity: &Estimate| {
+            let mut setup = self.clone();
+            let nominal = |trial: &Trial| trial.striker_velocity_m_per_s.map(|found| found.value);
+            setup
+                .trials
+                .retain(|trial| nominal(trial).is_some_and(|value| value.total_cmp(&velocity.value).is_eq()));
+            setup.experiment.striker.set_velocity(*velocity);
+            setup
+        };
+        match velocities.is_empty() {
+            true => vec![self.clone()],
+            false => velocities.iter().map(of_velocity).collect(),
+        }
+    }
+
+    /// Tracks, evaluates, compares with the truth where there is one, and decides.
+    ///
+    /// # Errors
+    /// No recording can be tracked, or what was tracked cannot be evaluated; a single recording that fails is no error and stands in
+    /// [`Tracked::failed`].
+    pub fn run(
+        &self,
+        store: &dyn TrackStore,
+        n_threads: NonZero<usize>,
+        monitor: &Monitor<'_>,
+    ) -> Result<Results, Error> {
+        self.conclude(track(self, store, n_threads, monitor)?, n_threads)
+    }
+
+    /// What follows from tracks.
+    ///
+    /// # Errors
+    /// Nothing was tracked, or it cannot be evaluated.
+    pub fn conclude(&self, tracked: Tracked, n_threads: NonZero<usize>) -> Result<Results, Error> {
+        if tracked.recordings.is_empty() {
+            return Err(Error::NothingLeft { what: "recordings", n: self.trials.len() });
+        }
+        let evaluation = evaluate(self, &tracked, n_threads)?;
+        let truth = known_truth(self, &evaluation, n_threads)?;
+        let decisions = decide(self, &tracked, &evaluation);
+        Ok(Results { tracked, evaluation, truth, decisions })
+    }
+
+    /// The tracking method that the experiment names.
+    pub fn method(&self) -> Method {
+        let tracking = &self.experiment.tracking;
+        Method::IcGn { shape: tracking.shape, interpolation: tracking.interpolation }
+    }
+}

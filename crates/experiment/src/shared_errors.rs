@@ -1,0 +1,192 @@
+//! What an error of the calibration or of the pitch does to everything that is measured.
+
+use std::num::NonZero;
+use std::ops::RangeInclusive;
+
+use chainwave_analysis::{Measurement, PeakEnergies};
+use chainwave_camera::{MapError, Source};
+use chainwave_inference::{Damping, EnergyFit, FitError};
+use chainwave_measurement::{ChainMotion, ErrorMode, ErrorSource, Estimate, Observation, map_in_parallel};
+use chainwave_mechanics::PowerLaw;
+use chainwave_stitching::{Settings, Stitched, merge};
+use ndarray::Array2;
+
+use crate::configuration::Experiment;
+use crate::error::Error;
+use crate::evaluation::measure_motion;
+use crate::numbers::NotNegative;
+use crate::setup::Setup;
+use crate::tracking::TrackedRecording;
+
+/// Errors that all recordings share, which repeating a trial does not reduce.
+pub(crate) struct SharedErrors {
+    /// Displacement errors of the calibration.
+    modes: Vec<ErrorMode>,
+    /// Relative standard uncertainty of the pitch.
+    pitch: f64,
+    /// Whether the calibration rests on the pitch, so that its length is the pitch's.
+    rests_on_pitch: bool,
+}
+
+impl SharedErrors {
+    /// Stitches once more with each error of the calibration; the differences are its effects, with what they do to the
+    /// alignment of views and trials.
+    pub(crate) fn of(
+        setup: &Setup,
+        recordings: &[TrackedRecording],
+        settings: &Settings,
+        stitched: &Stitched,
+        n_threads: NonZero<usize>,
+    ) -> Result<Self, Error> {
+        let errors = &setup.map.of_chain.errors;
+        let mode = |error: &MapError| -> Result<ErrorMode, Error> {
+            let moved = recordings.iter().map(|one| one.tracks.observation(&one.trial, &error.map));
+            let observations: Vec<Observation> = moved.collect();
+            let moved = merge(&observations, settings)?.motion;
+            let source = match error.source {
+                Source::Length => ErrorSource::CalibrationLength,
+                Source::Points => ErrorSource::CalibrationPoints,
+            };
+            Ok(ErrorMode { source, displacement_m: difference(&moved, &stitched.motion) })
+        };
+        let modes = map_in_parallel(errors.len(), n_threads, |i| mode(&errors[i]))
+            .into_iter()
+            .collect::<Result<_, _>>()?;
+        let chain = &setup.experiment.chain;
+        let pitch = chain.pitch_sigma_m.map_or(0.0, NotNegative::get) / chain.pitch_m.get();
+        Ok(Self { modes, pitch, rests_on_pitch: setup.map.rests_on_pitch })
+    }
+
+    /// Adds the errors to a motion's own.
+    pub(crate) fn add_to(&self, motion: &mut ChainMotion) {
+        for mode in &self.modes {
+            for (x, error_m) in motion.displacement_m.iter_mut().zip(&mode.displacement_m) {
+                *x = x.map(|x| with_error(x, *error_m));
+            }
+        }
+        motion.modes.extend(self.modes.iter().cloned());
+    }
+
+    /// Measures a motion that has the errors.
+    ///
+    /// Where the calibration rests on the pitch, an error of the pitch changes displacements and energies but not the strain,
+    /// which is a ratio of lengths in the picture: so it is left out of all but the energies.
+    pub(crate) fn measure(
+        &self,
+        experiment: &Experiment,
+        motion: &ChainMotion,
+        law: &PowerLaw,
+        velocity_gaps: Option<RangeInclusive<usize>>,
+        n_threads: NonZero<usize>,
+    ) -> Result<Measurement, Error> {
+        let mut measurement = measure_motion(experiment, motion, law, velocity_gaps.clone(), n_threads)?;
+        if self.rests_on_pitch {
+            let without = free_of(motion, |source| *source == ErrorSource::CalibrationLength);
+            let of_strain = measure_motion(experiment, &without, law, velocity_gaps, n_threads)?;
+            measurement = Measurement { energies: measurement.energies, ..of_strain };
+        }
+        self.add_pitch(&mut measurement);
+        Ok(measurement)
+    }
+
+    /// Fits damping to the peak energies: once as they are, and once with each of the errors, whose effects join the fit's own.
+    ///
+    /// Were the errors left among those of the energies, all of which they move alike and by much more than noise does, least
+    /// squares would trade them against the model's shape (Peelle's puzzle).
+    pub(crate) fn fit_energies(
+        &self,
+        experiment: &Experiment,
+        motion: &ChainMotion,
+        law: &PowerLaw,
+        n_threads: NonZero<usize>,
+        fit: impl Fn(Option<&PeakEnergies>, &[f64]) -> Result<EnergyFit, FitError>,
+    ) -> Result<Result<EnergyFit, FitError>, Error> {
+        let own = free_of(motion, |source| self.modes.iter().any(|mode| mode.source == *source));
+        let fitted = |motion: &ChainMotion| -> Result<Result<EnergyFit, FitError>, Error> {
+            let measurement = measure_motion(experiment, motion, law, None, n_threads)?;
+            Ok(fit(measurement.energies.as_ref(), &motion.times_s))
+        };
+        let mut energy_fit = fitted(&own)?;
+        for mode in &self.modes {
+            let moved = fitted(&shifted(&own, mode))?;
+            energy_fit = energy_fit.and_then(|mut energy_fit| {
+                energy_fit.damping = widened(energy_fit.damping, moved?.damping);
+                Ok(energy_fit)
+            });
+        }
+        Ok(energy_fit)
+    }
+
+    /// Adds the error of the pitch to what is measured in pitches.
+    fn add_pitch(&self, measurement: &mut Measurement) {
+        let relative = |x: &mut Estimate| *x = with_error(*x, self.pitch * x.value);
+        if let Ok(velocity) = &mut measurement.group_velocity {
+            relative(&mut velocity.velocity_m_per_s);
+        }
+        measurement.half_widths.iter_mut().for_each(|width| relative(&mut width.hwhm_m));
+        if !self.rests_on_pitch {
+            measurement.strain.strain.iter_mut().flatten().for_each(relative);
+            measurement.fronts.iter_mut().flatten().for_each(|front| relative(&mut front.peak_strain));
+        }
+    }
+}
+
+fn with_error(x: Estimate, error: f64) -> Estimate {
+    Estimate::new(x.value, x.sigma.hypot(error))
+}
+
+/// A motion without the errors of some sources.
+fn free_of(motion: &ChainMotion, is_left_out: impl Fn(&ErrorSource) -> bool) -> ChainMotion {
+    let mut free = motion.clone();
+    let (left_out, modes) = free.modes.drain(..).partition(|mode| is_left_out(&mode.source));
+    free.modes = modes;
+    let left_out: Vec<ErrorMode> = left_out;
+    // The last that was added goes first: differences of squares are taken as the sums were made.
+    left_out.iter().rev().for_each(|mode| subtract(&mut free, mode));
+    free
+}
+
+/// Takes a mode's share out of a motion's uncertainty.
+fn subtract(motion: &mut ChainMotion, mode: &ErrorMode) {
+    for (x, error_m) in motion.displacement_m.iter_mut().zip(&mode.displacement_m) {
+        *x = x.map(|x| Estimate::new(x.value, (x.sigma.powi(2) - error_m.powi(2)).max(0.0).sqrt()));
+    }
+}
+
+/// A motion with an error of one standard deviation.
+fn shifted(motion: &ChainMotion, mode: &ErrorMode) -> ChainMotion {
+    let mut shifted = motion.clone();
+    for (x, error_m) in shifted.displacement_m.iter_mut().zip(&mode.displacement_m) {
+        *x = x.map(|x| Estimate::new(x.value + error_m, x.sigma));
+    }
+    shifted
+}
+
+/// Damping with one more error, of which `moved` is what one standard deviation makes of it.
+fn widened(damping: Damping, moved: Damping) -> Damping {
+    let (c_d, c_s) = (damping.chain_damping_kg_per_s, damping.striker_damping_kg_per_s);
+    let by =
+        [moved.chain_damping_kg_per_s.value - c_d.value, moved.striker_damping_kg_per_s.value - c_s.value];
+    let covariance = damping.correlation * c_d.sigma * c_s.sigma + by[0] * by[1];
+    let (c_d, c_s) = (with_error(c_d, by[0]), with_error(c_s, by[1]));
+    Damping {
+        chain_damping_kg_per_s: c_d,
+        striker_damping_kg_per_s: c_s,
+        correlation: covariance / (c_d.sigma * c_s.sigma),
+    }
+}
+
+/// One motion less the other at the other's times; 0 where either lacks the body. Both have times that are multiples of one
+/// interval.
+fn difference(moved: &ChainMotion, motion: &ChainMotion) -> Array2<f64> {
+    let column = |time_s: f64| {
+        let interval_s = motion.times_s.get(1).map_or(1.0, |second| second - motion.times_s[0]);
+        let index = moved.times_s.partition_point(|moved_s| *moved_s < time_s - 0.5 * interval_s);
+        (index < moved.times_s.len() && moved.times_s[index] < time_s + 0.5 * interval_s).then_some(index)
+    };
+    let columns: Vec<Option<usize>> = motion.times_s.iter().map(|time_s| column(*time_s)).collect();
+    Array2::from_shape_fn(motion.displacement_m.dim(), |(row, i)| {
+        let moved = columns[i].and_then(|column| moved.displacement_m[(row, column)]);
+        moved.zip(motion.displacement_m[(row, i)]).map_or(0.0, |(moved, x)| moved.value - x.value)
+    })
+}

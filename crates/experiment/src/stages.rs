@@ -1,0 +1,250 @@
+//! Where the stage really stood in each view, from the bodies that views share.
+//!
+//! A body at rest bears the same marker in every view that shows it. The mean frame at rest of one recording is matched in that
+//! of another, and the difference of the two places in the plane of the chain is the step of the stage between their views, to a
+//! thousandth of a pixel where a stage's scale may be read to 20 um. Displacements from rest do not feel the stage, and so
+//! nothing that follows from them does; what it decides is where subsets lie on their markers.
+
+use std::num::NonZero;
+use std::path::{Path, PathBuf};
+
+use chainwave_camera::MapError;
+use chainwave_correlation::{Method, ReferenceFrames, Settings, mean_of_frames};
+use chainwave_measurement::{Estimate, ReadError, Recording, RecordingInfo, Region, Subset, map_in_parallel};
+use chainwave_stitching::{StageStep, refine_stages};
+
+use crate::configuration::Trial;
+use crate::error::Error;
+use crate::numbers::NotNegative;
+use crate::setup::Setup;
+use crate::tracking::{bodies_in_view, frames_at_rest, open};
+
+/// Where the stage stood in each view.
+#[derive(Clone)]
+pub struct Stages {
+    views: Vec<View>,
+    /// Whether positions count as refined wherever they are used, for which their stated ones need an uncertainty.
+    is_used: bool,
+}
+
+/// Recordings that were made with the stage in one place.
+#[derive(Clone)]
+struct View {
+    number: u32,
+    stated_m: f64,
+    trials: Vec<Trial>,
+    refined_m: Option<Estimate>,
+}
+
+impl Stages {
+    /// Matches what neighbouring views share. A recording that cannot be read is passed over here: tracking names it.
+    pub(crate) fn refine(setup: &Setup, method: Method, n_threads: NonZero<usize>) -> Result<Self, Error> {
+        let mut views = views(&setup.trials);
+        let sigma_m =
+            setup.experiment.camera.stage_sigma_m.map(NotNegative::get).filter(|sigma_m| *sigma_m > 0.0);
+        let pairs: Vec<[usize; 2]> =
+            (0..views.len()).flat_map(|one| (one + 1..views.len()).map(move |other| [one, other])).collect();
+        let steps =
+            map_in_parallel(pairs.len(), n_threads, |i| steps_between(setup, &views, pairs[i], method));
+        let stated_m: Vec<f64> = views.iter().map(|view| view.stated_m).collect();
+        let refined = refine_stages(&stated_m, sigma_m, &steps.concat())?;
+        views.iter_mut().zip(refined).for_each(|(view, refined_m)| view.refined_m = refined_m);
+        Ok(Self { views, is_used: sigma_m.is_some() })
+    }
+
+    /// The refined position of a recording's stage, where another view ties it down.
+    pub fn refined_m(&self, trial: &Trial) -> Option<Estimate> {
+        self.views.iter().find(|view| view.holds(trial)).and_then(|view| view.refined_m)
+    }
+
+    /// The position that a recording's subsets are placed by.
+    pub fn placing_m(&self, trial: &Trial) -> f64 {
+        let refined_m = self.refined_m(trial).filter(|_| self.is_used);
+        refined_m.map_or(trial.stage_m, |refined_m| refined_m.value)
+    }
+
+    /// Whether subsets are placed by the refined positions.
+    pub fn is_used(&self) -> bool {
+        self.is_used
+    }
+
+    /// The largest correction with its uncertainty, in metres, and the number of views refined.
+    pub fn largest_correction_m(&self) -> Option<(Estimate, usize)> {
+        let correction = |view: &View| {
+            view.refined_m.map(|refined| Estimate::new(refined.value - view.stated_m, refined.sigma))
+        };
+        let corrections: Vec<Estimate> = self.views.iter().filter_map(correction).collect();
+        let largest = corrections.iter().max_by(|a, b| a.value.abs().total_cmp(&b.value.abs()));
+        largest.map(|largest| (*largest, corrections.len()))
+    }
+}
+
+impl View {
+    fn holds(&self, trial: &Trial) -> bool {
+        self.number == trial.view && self.stated_m.total_cmp(&trial.stage_m).is_eq()
+    }
+}
+
+fn views(trials: &[Trial]) -> Vec<View> {
+    let mut views: Vec<View> = Vec::new();
+    for trial in trials {
+        match views.iter_mut().find(|view| view.holds(trial)) {
+            Some(view) => view.trials.push(trial.clone()),
+            None => views.push(View {
+                number: trial.view,
+                stated_m: trial.stage_m,
+                trials: vec![trial.clone()],
+                refined_m: None,
+            }),
+        }
+    }
+    views
+}
+
+/// Every recording of one view beside one of the other: the scatter of their steps tells whether bodies come back to their places.
+fn steps_between(setup: &Setup, views: &[View], [one, other]: [usize; 2], method: Method) -> Vec<StageStep> {
+    let trials = views[one].trials.iter().zip(&views[other].trials);
+    let steps = trials.filter_map(|(first, second)| {
+        let (first, second) = (AtRest::of(setup, first).ok()?, AtRest::of(setup, second).ok()?);
+        Some(
+            first
+                .shared_with(&second)
+                .filter_map(|pair| pair.step(setup, [one, other], method))
+                .collect::<Vec<_>>(),
+        )
+    });
+    steps.flatten().collect()
+}
+
+/// A recording and where its bodies should be at rest.
+struct AtRest {
+    recording: Box<dyn Recording>,
+    bodies: Vec<(usize, Subset)>,
+    frames: ReferenceFrames,
+}
+
+impl AtRest {
+    fn of(setup: &Setup, trial: &Trial) -> Result<Self, Error> {
+        let recording = open(setup, &setup.recordings.join(&trial.recording))?;
+        let bodies = bodies_in_view(setup, trial.stage_m, recording.as_ref());
+        let frames = frames_at_rest(setup, recording.as_ref())?;
+        Ok(Self { recording, bodies, frames })
+    }
+
+    fn shared_with<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = Pair> + 'a {
+        self.bodies.iter().filter_map(move |(body, subset)| {
+            let (_, same) = other.bodies.iter().find(|(number, _)| number == body)?;
+            Pair::of([(self, subset), (other, same)])
+        })
+    }
+}
+
+/// Columns and rows around a subset that the pictures of a pair hold: a stage that is off by less is found.
+const REACH_PX: usize = 32;
+
+/// One body at rest as two recordings show it: two frames whose noise is the same, both being means.
+struct Pair {
+    path: PathBuf,
+    info: RecordingInfo,
+    frames: [Vec<f32>; 2],
+    /// Column and row of each frame's first pixel in its recording.
+    corners_px: [[f64; 2]; 2],
+    /// In the first frame.
+    subset: Subset,
+}
+
+impl Pair {
+    /// `None` where a recording cannot be read.
+    fn of(shown: [(&AtRest, &Subset); 2]) -> Option<Self> {
+        let regions = regions(shown)?;
+        let mut frames = shown.iter().zip(regions).map(|((at_rest, _), region)| {
+            mean_of_frames(at_rest.recording.as_ref(), region, at_rest.frames.range()).ok()
+        });
+        let frames = [frames.next()??, frames.next()??];
+        let (at_rest, subset) = shown[0];
+        let corners_px = regions.map(|region| [region.x as f64, region.y as f64]);
+        Some(Self {
+            path: at_rest.recording.path().into(),
+            info: RecordingInfo {
+                width_px: regions[0].width,
+                height_px: regions[0].height,
+                n_frames: frames.len(),
+                times_s: vec![0.0, 1.0],
+                ..at_rest.recording.info().clone()
+            },
+            frames,
+            corners_px,
+            subset: Subset {
+                x_px: subset.x_px - corners_px[0][0],
+                y_px: subset.y_px - corners_px[0][1],
+                ..subset.clone()
+            },
+        })
+    }
+
+    /// The step of the stage, with what the errors of the calibration add to it; `None` where the marker is not found again.
+    fn step(&self, setup: &Setup, [from, to]: [usize; 2], method: Method) -> Option<StageStep> {
+        let subsets = std::slice::from_ref(&self.subset);
+        let tracks = method.track(self, subsets, &ReferenceFrames::Single(0), &Settings::default(), &|_| ());
+        let found = tracks.ok()?.pop()?.positions.pop()?.ok()?;
+        let [[x0_px, y0_px], [x1_px, y1_px]] = self.corners_px;
+        let before = [self.subset.x_px + x0_px, self.subset.y_px + y0_px];
+        let after = [found.x_px, found.y_px];
+        let after = [(after[0], x1_px), (after[1], y1_px)]
+            .map(|(place, corner)| Estimate::new(place.value + corner, place.sigma));
+        let calibration = &setup.map.of_chain;
+        let place_m = calibration.map.position_of(after[0], after[1]);
+        let at_px = after.map(|place| place.value);
+        let step_m = calibration.map.position_m(before)[0] - place_m.value;
+        let with_error =
+            |error: &MapError| error.map.position_m(before)[0] - error.map.position_m(at_px)[0] - step_m;
+        Some(StageStep {
+            from,
+            to,
+            step_m: Estimate::new(step_m, place_m.sigma),
+            shared_m: calibration.errors.iter().map(with_error).collect(),
+        })
+    }
+}
+
+/// Equal parts of two recordings about one body, as large as both allow.
+fn regions(shown: [(&AtRest, &Subset); 2]) -> Option<[Region; 2]> {
+    let centres = shown.map(|(_, subset)| [subset.x_px.round() as i64, subset.y_px.round() as i64]);
+    let sizes = shown.map(|(at_rest, _)| {
+        let info = at_rest.recording.info();
+        [info.width_px as i64, info.height_px as i64]
+    });
+    let half_px = [shown[0].1.half_width_px, shown[0].1.half_height_px];
+    let reach = |axis: usize| {
+        let wanted = (half_px[axis] + REACH_PX) as i64;
+        let before = wanted.min(centres[0][axis]).min(centres[1][axis]);
+        let room = |side: usize| sizes[side][axis] - 1 - centres[side][axis];
+        (before, wanted.min(room(0)).min(room(1)))
+    };
+    let ((left, right), (above, below)) = (reach(0), reach(1));
+    let region = |side: usize| {
+        let ([x, y], [width, height]) = (centres[side], sizes[side]);
+        let (x, y) = ((x - left, x + right + 1), (y - above, y + below + 1));
+        Region::clipped(x.0, y.0, x.1, y.1, width as usize, height as usize)
+    };
+    Some([region(0)?, region(1)?])
+}
+
+impl Recording for Pair {
+    fn path(&self) -> &Path {
+        &self.path
+    }
+
+    fn info(&self) -> &RecordingInfo {
+        &self.info
+    }
+
+    fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {
+        self.check_request(frame, region, pixels.len())?;
+        let rows = self.frames[frame].chunks_exact(self.info.width_px).skip(region.y);
+        for (row, out) in rows.zip(pixels.chunks_exact_mut(region.width)) {
+            out.copy_from_slice(&row[region.x..region.x + region.width]);
+        }
+        Ok(())
+    }
+}

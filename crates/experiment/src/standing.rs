@@ -1,0 +1,60 @@
+//! Where each recording stands among the others: its trigger and its drive.
+
+use chainwave_inference::{FittedRecording, TrackFit};
+use chainwave_measurement::Estimate;
+use chainwave_stitching::Alignment;
+
+/// Where a recording stands among the others.
+#[derive(Debug, Clone)]
+pub struct Standing {
+    /// Name of the recording.
+    pub recording: String,
+    /// Its trigger's lead over the mean trigger, in seconds.
+    pub trigger_offset_s: Estimate,
+    /// Its drive relative to the mean drive, less one.
+    pub drive_deviation: Estimate,
+}
+
+/// Trigger and drive of all recordings.
+pub struct Standings {
+    /// Whence they come.
+    pub source: &'static str,
+    /// One for each recording, in the order of the alignments.
+    pub of_recordings: Vec<Standing>,
+}
+
+impl Standings {
+    /// By which rule the source is chosen.
+    pub const RULE: &'static str = "the chain model's impacts and strikers while it explains the tracks (reduced chi squared up to 1.2), else the first body's \
+         onset, which needs no model: to the rest of the motion a later trigger and a drive that delays every body look alike";
+
+    /// From the model where the data accept it, else from the alignment without one.
+    pub fn of(alignments: &[Alignment], accepted: Option<&TrackFit>) -> Self {
+        match accepted {
+            Some(fit) => Self {
+                source: "the chain model's impacts and strikers",
+                of_recordings: fit.recordings.iter().map(by_model).collect(),
+            },
+            None => Self {
+                source: "the first body's onset",
+                of_recordings: alignments.iter().map(by_onset).collect(),
+            },
+        }
+    }
+}
+
+fn by_model(fitted: &FittedRecording) -> Standing {
+    Standing {
+        recording: fitted.recording.clone(),
+        trigger_offset_s: fitted.trigger_offset_s,
+        drive_deviation: fitted.drive_deviation,
+    }
+}
+
+fn by_onset(alignment: &Alignment) -> Standing {
+    Standing {
+        recording: alignment.recording.clone(),
+        trigger_offset_s: alignment.trigger_offset_s,
+        drive_deviation: alignment.drive_deviation,
+    }
+}

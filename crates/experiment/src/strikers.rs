@@ -1,0 +1,122 @@
+//! The wave against the strike: group velocities of several strikers, measured and by the chain model (paper, Fig. 3 c).
+
+use std::num::NonZero;
+
+use chainwave_analysis::exact_motion;
+use chainwave_measurement::Estimate;
+use chainwave_mechanics::{Chain, Drive, FarEnd, Schedule, Striker, simulate};
+
+use crate::error::Error;
+use crate::evaluation::{Evaluation, measure_motion};
+use crate::setup::Setup;
+
+/// Striker velocities at which the model is asked, up to a little above the fastest.
+const N_MODEL_POINTS: usize = 24;
+/// The slowest of them, relative to the fastest strike: nearly the linear chain.
+const SLOWEST: f64 = 0.02;
+
+/// The wave after one strike. What the model gives has no uncertainty: its sigmas are 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StrikerWave {
+    /// Velocity of the striker, in metres per second.
+    pub striker_m_per_s: Estimate,
+    /// Group velocity, in metres per second.
+    pub group_m_per_s: Estimate,
+    /// Velocity of the bodies as the pulse's peak passes, on average over the gaps of the group velocity, in metres per second.
+    pub particle_m_per_s: Option<Estimate>,
+    /// Whence it is known.
+    pub source: WaveSource,
+}
+
+/// Whence a wave is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WaveSource {
+    /// It was measured.
+    Experiment,
+    /// The chain model with the fitted damping makes it.
+    ChainModel,
+}
+
+impl WaveSource {
+    /// The name in tables and figures.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Experiment => "experiment",
+            Self::ChainModel => "chain model",
+        }
+    }
+}
+
+/// The waves of several strikers, measured, and by the chain model from nearly linear ones to a little above the fastest.
+///
+/// # Errors
+/// A chain that cannot be simulated.
+pub fn compare_strikers(
+    setups: &[Setup],
+    evaluations: &[Evaluation],
+    n_threads: NonZero<usize>,
+) -> Result<Vec<StrikerWave>, Error> {
+    let pairs = setups.iter().zip(evaluations);
+    let mut waves: Vec<StrikerWave> = pairs.filter_map(|(setup, found)| measured(setup, found)).collect();
+    if let Some((setup, found)) = setups.iter().zip(evaluations).next() {
+        waves.extend(modelled(setup, found, n_threads)?);
+    }
+    Ok(waves)
+}
+
+/// The measured group velocity; the striker's is the fitted mean where there is one, else the stated one.
+fn measured(setup: &Setup, evaluation: &Evaluation) -> Option<StrikerWave> {
+    let stated = &setup.experiment.striker;
+    let scatter = stated.velocity_sigma_m_per_s.get() / (setup.trials.len() as f64).sqrt();
+    let nominal = Estimate::new(stated.velocity_m_per_s.get(), scatter);
+    let striker = evaluation.track_fit.as_ref().map_or(nominal, |fit| fit.striker_velocity_m_per_s);
+    let found = evaluation.measurement.group_velocity.as_ref().ok()?;
+    Some(StrikerWave {
+        striker_m_per_s: striker,
+        group_m_per_s: found.velocity_m_per_s,
+        particle_m_per_s: found.particle_velocity_m_per_s,
+        source: WaveSource::Experiment,
+    })
+}
+
+/// The chain model's group velocity over the same gaps, with the damping found at the fastest strike.
+fn modelled(
+    setup: &Setup,
+    evaluation: &Evaluation,
+    n_threads: NonZero<usize>,
+) -> Result<Vec<StrikerWave>, Error> {
+    let Some((damping, _)) = evaluation.damping() else { return Ok(Vec::new()) };
+    let gaps = evaluation.measurement.group_velocity.as_ref().ok().map(|found| found.gaps.0..=found.gaps.1);
+    let experiment = &setup.experiment;
+    let (chain, law) = (&experiment.chain, experiment.contact.power_law()?);
+    let fastest_m_per_s = 1.1 * experiment.striker.velocity_m_per_s.get();
+    let crossing_s = chain.n_bodies as f64 / (law.k_0_n_per_m() / chain.mass_kg.get()).sqrt();
+    let schedule = Schedule::automatic(1.5 * crossing_s, crossing_s / 400.0);
+    let mut waves = Vec::with_capacity(N_MODEL_POINTS);
+    for k in 0..N_MODEL_POINTS {
+        let share = SLOWEST + (1.0 - SLOWEST) * k as f64 / (N_MODEL_POINTS - 1) as f64;
+        let velocity_m_per_s = share * fastest_m_per_s;
+        let model = Chain {
+            mass_kg: vec![chain.mass_kg.get(); chain.n_bodies],
+            damping_kg_per_s: vec![damping.chain_damping_kg_per_s.value; chain.n_bodies],
+            contact: law.into(),
+            drive: Drive::Striker(Striker {
+                mass_kg: experiment.striker.mass_kg.get(),
+                velocity_m_per_s,
+                damping_kg_per_s: damping.striker_damping_kg_per_s.value,
+            }),
+            far_end: FarEnd::Free,
+        };
+        let motion = exact_motion(&simulate(&model, &schedule)?.trajectory);
+        if let Ok(found) = measure_motion(experiment, &motion, &law, gaps.clone(), n_threads)?.group_velocity
+        {
+            waves.push(StrikerWave {
+                striker_m_per_s: Estimate::new(velocity_m_per_s, 0.0),
+                group_m_per_s: found.velocity_m_per_s,
+                particle_m_per_s: found.particle_velocity_m_per_s,
+                source: WaveSource::ChainModel,
+            });
+        }
+    }
+    Ok(waves)
+}

@@ -1,0 +1,223 @@
+//! Input tables: named columns of texts or numbers, and CSV as laboratories write it.
+
+use std::path::{Path, PathBuf};
+
+use crate::error::Error;
+
+/// A table that was read, with its path for messages.
+///
+/// CSV may be separated by commas, semicolons or tabs, whichever its first line has; where that is no comma, numbers may have decimal
+/// commas. A byte order mark and spaces around cells count for nothing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    path: PathBuf,
+    columns: Vec<(String, Column)>,
+    /// Lines of the file on which rows begin; empty where the file has no lines.
+    lines: Vec<u64>,
+    has_decimal_commas: bool,
+}
+
+/// The cells of a column.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Column {
+    /// Texts, empty where there is none.
+    Texts(Vec<String>),
+    /// Numbers, `None` where there is none.
+    Numbers(Vec<Option<f64>>),
+}
+
+impl Table {
+    /// A table whose columns were read elsewhere.
+    pub fn new(path: &Path, columns: Vec<(String, Column)>) -> Self {
+        Self { path: path.to_owned(), columns, lines: Vec::new(), has_decimal_commas: false }
+    }
+
+    /// Reads a CSV file. Every cell is kept as text, so that a wrong one can be named with its line.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is no UTF-8, names a column twice, or has rows of unequal length.
+    pub fn read_csv(path: &Path) -> Result<Self, Error> {
+        let text = Error::read_text(path)?;
+        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+        let separator = separator(text.lines().next().unwrap_or_default());
+        let mut reader =
+            csv::ReaderBuilder::new().delimiter(separator).trim(csv::Trim::All).from_reader(text.as_bytes());
+        let wrong = |error: csv::Error| row_error(path, &error);
+        let names: Vec<String> = reader.headers().map_err(wrong)?.iter().map(str::to_owned).collect();
+        if let Some(twice) = names.iter().enumerate().find(|(at, name)| names[..*at].contains(name)) {
+            return Err(Error::Cell {
+                path: path.to_owned(),
+                place: "line 1".into(),
+                expected: "each column once".into(),
+                found: format!("{} twice", twice.1),
+            });
+        }
+        let mut columns: Vec<Vec<String>> = vec![Vec::new(); names.len()];
+        let mut lines = Vec::new();
+        for record in reader.records() {
+            let record = record.map_err(wrong)?;
+            lines.push(record.position().map_or(0, |at| line_of(text, at)));
+            record.iter().zip(&mut columns).for_each(|(cell, column)| column.push(cell.to_owned()));
+        }
+        let columns = names.into_iter().zip(columns.into_iter().map(Column::Texts)).collect();
+        Ok(Self { path: path.to_owned(), columns, lines, has_decimal_commas: separator != b',' })
+    }
+
+    /// Whether there is a column of this name.
+    pub fn has(&self, name: &str) -> bool {
+        self.columns.iter().any(|(known, _)| known == name)
+    }
+
+    /// A column as texts, empty where there is none.
+    ///
+    /// # Errors
+    /// A missing column.
+    pub fn texts(&self, name: &str) -> Result<Vec<String>, Error> {
+        Ok(match self.column(name)? {
+            Column::Texts(texts) => texts.clone(),
+            Column::Numbers(numbers) => numbers
+                .iter()
+                .map(|value| value.map_or_else(String::new, |value| value.to_string()))
+                .collect(),
+        })
+    }
+
+    /// A column of numbers; `None` where there is none.
+    ///
+    /// # Errors
+    /// A missing column, or a cell that is no finite number.
+    pub fn numbers(&self, name: &str) -> Result<Vec<Option<f64>>, Error> {
+        match self.column(name)? {
+            Column::Numbers(numbers) => Ok(numbers.clone()),
+            Column::Texts(texts) => {
+                texts.iter().enumerate().map(|(row, text)| self.number(name, row, text)).collect()
+            }
+        }
+    }
+
+    /// A column of numbers without gaps.
+    ///
+    /// # Errors
+    /// As [`Table::numbers`], and an empty cell.
+    pub fn full_numbers(&self, name: &str) -> Result<Vec<f64>, Error> {
+        let numbers = self.numbers(name)?.into_iter().enumerate();
+        numbers.map(|(row, value)| value.ok_or_else(|| self.cell(row, name, "a number", "nothing"))).collect()
+    }
+
+    /// A column of whole numbers from 0 without gaps.
+    ///
+    /// # Errors
+    /// As [`Table::full_numbers`], and a number that is negative or not whole.
+    pub fn counts(&self, name: &str) -> Result<Vec<usize>, Error> {
+        let numbers = self.full_numbers(name)?.into_iter().enumerate();
+        numbers
+            .map(|(row, value)| match value >= 0.0 && value.fract() == 0.0 && value < 1e15 {
+                true => Ok(value as usize),
+                false => Err(self.cell(row, name, "a whole number from 0", &value.to_string())),
+            })
+            .collect()
+    }
+
+    /// An error that names a cell; `row` counts from 0 below the header.
+    pub fn cell(&self, row: usize, name: &str, expected: &str, found: &str) -> Error {
+        let line = self.lines.get(row).copied().unwrap_or(row as u64 + 2);
+        Error::Cell {
+            path: self.path.clone(),
+            place: format!("line {line}, column {name}"),
+            expected: expected.into(),
+            found: found.into(),
+        }
+    }
+
+    fn number(&self, name: &str, row: usize, text: &str) -> Result<Option<f64>, Error> {
+        let parsed = match self.has_decimal_commas && !text.contains('.') {
+            true => text.replacen(',', ".", 1).parse::<f64>(),
+            false => text.parse::<f64>(),
+        };
+        match (text.is_empty(), parsed) {
+            (true, _) => Ok(None),
+            (false, Ok(value)) if value.is_finite() => Ok(Some(value)),
+            _ => Err(self.cell(row, name, "a number", &format!("{text:?}"))),
+        }
+    }
+
+    fn column(&self, name: &str) -> Result<&Column, Error> {
+        let found = self.columns.iter().find(|(known, _)| known == name);
+        found.map(|(_, column)| column).ok_or_else(|| Error::Cell {
+            path: self.path.clone(),
+            place: "line 1".into(),
+            expected: format!("a column named {name}"),
+            found: self.columns.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(","),
+        })
+    }
+}
+
+/// The line on which a row begins; its position is where the row before it ends, with empty lines still to come.
+fn line_of(text: &str, position: &csv::Position) -> u64 {
+    let before = usize::try_from(position.byte()).ok().and_then(|byte| text.get(byte..)).unwrap_or_default();
+    let empty = before.bytes().take_while(|byte| matches!(byte, b'\r' | b'\n')).filter(|byte| *byte == b'\n');
+    position.line() + empty.count() as u64
+}
+
+/// What separates the names of a header; a decimal comma has no place there.
+fn separator(header: &str) -> u8 {
+    [b';', b'\t'].into_iter().find(|mark| header.as_bytes().contains(mark)).unwrap_or(b',')
+}
+
+fn row_error(path: &Path, error: &csv::Error) -> Error {
+    let place = error.position().map_or_else(|| "the table".into(), |at| format!("line {}", at.line()));
+    let (expected, found) = match error.kind() {
+        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
+            (format!("{expected_len} cells, as in line 1"), len.to_string())
+        }
+        _ => ("a row of cells".into(), error.to_string()),
+    };
+    Error::Cell { path: path.to_owned(), place, expected, found }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(bytes: &[u8]) -> Result<Table, Error> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("Tabelle-äöü.csv");
+        std::fs::write(&path, bytes).unwrap();
+        Table::read_csv(&path)
+    }
+
+    #[test]
+    fn tables_of_every_laboratory_say_the_same() {
+        let usual = read(b"name,x_px\na,1.5\nb,\n").unwrap();
+        for text in [
+            "name;x_px\na;1.5\nb;\n",
+            "name;x_px\r\na;1,5\r\nb;\r\n",
+            "name\tx_px\na\t1,5\nb\t\n",
+            "\u{feff}name, x_px\n a , 1.5 \nb,\n\n",
+        ] {
+            let table = read(text.as_bytes()).unwrap();
+            assert_eq!(table.texts("name").unwrap(), usual.texts("name").unwrap(), "{text}");
+            assert_eq!(table.numbers("x_px").unwrap(), [Some(1.5), None], "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_its_line() {
+        let told = |text: &str, ask: fn(&Table) -> Result<(), Error>| {
+            let found = read(text.as_bytes()).and_then(|table| ask(&table));
+            found.unwrap_err().to_string()
+        };
+        let numbers = |table: &Table| table.full_numbers("x").map(drop);
+        assert!(
+            told("n,x\na,1\nb,1,5\n", numbers).contains("line 3: expected 2 cells, as in line 1, found 3")
+        );
+        assert!(
+            told("n,x\na,1\n\nb,one\n", numbers)
+                .contains("line 4, column x: expected a number, found \"one\"")
+        );
+        assert!(told("n,x\na,\n", numbers).contains("line 2, column x: expected a number, found nothing"));
+        assert!(told("n,y\na,1\n", numbers).contains("line 1: expected a column named x, found n,y"));
+        assert!(told("x,x\n1,2\n", numbers).contains("each column once, found x twice"));
+        assert!(told("x\n1e999\n", numbers).contains("found \"1e999\""));
+    }
+}

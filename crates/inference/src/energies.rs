@@ -1,0 +1,119 @@
+//! Damping fitted to the peak potential energies.
+
+mod model;
+mod prediction;
+mod residuals;
+mod whitening;
+
+use chainwave_analysis::{PeakEnergies, exact_motion, leading_pulses, peak_energies, strain_map};
+use chainwave_measurement::Estimate;
+use chainwave_mechanics::Schedule;
+
+use crate::damping::{Damping, STARTS};
+use crate::error::FitError;
+use crate::least_squares::{Failure, Stop, least_of};
+use prediction::{DRIVE_SCALE, N_ALWAYS, Prediction, Times, VELOCITY};
+use residuals::{Comparison, EnergyResiduals};
+use whitening::cholesky_whitening;
+
+pub use model::{EnergyFit, EnergyMeasurement, EnergyModel};
+
+/// Fits c_d and c_s to the peak potential energies of the gaps, with their covariance (paper, Fig. 4).
+///
+/// # Errors
+/// [`FitError`] as its variants say.
+pub fn fit_peak_energies(
+    energies: &PeakEnergies,
+    measurement: &EnergyMeasurement<'_>,
+    model: &EnergyModel,
+) -> Result<EnergyFit, FitError> {
+    const LEAST_GAPS: usize = 5;
+    let found = energies.gaps.len();
+    if found < LEAST_GAPS {
+        return Err(FitError::TooFew { what: "peak energies", expected: LEAST_GAPS, found });
+    }
+    if measurement.n_replicas < found + 3 {
+        let found_replicas = measurement.n_replicas;
+        return Err(FitError::TooFew {
+            what: "energies' replicas",
+            expected: found + 3,
+            found: found_replicas,
+        });
+    }
+    let correction = (measurement.n_replicas - 1) as f64 / (measurement.n_replicas - found - 2) as f64;
+    let covariance_j2 = &energies.covariance_j2 * correction;
+    let whiten = cholesky_whitening(&covariance_j2, "peak energies")?;
+    let interval_s = interval_s(measurement.times_s);
+    let duration_s = measurement.times_s.last().copied().unwrap_or(0.0) + 2.0 * interval_s;
+    let comparison = Comparison {
+        measured: whiten(energies.energy_j.iter().map(|energy| energy.value).collect()),
+        predict: Box::new(|prediction: &Prediction| {
+            Ok(whiten(predicted_energies(prediction, &energies.gaps, measurement, model)?))
+        }),
+        times: Times {
+            measured_s: measurement.times_s,
+            schedule: Schedule::automatic(duration_s, interval_s),
+        },
+    };
+    fit(&EnergyResiduals::new(model, &comparison))
+}
+
+/// Follows several starting points, and takes the covariance at the lowest minimum.
+fn fit(problem: &EnergyResiduals<'_>) -> Result<EnergyFit, FitError> {
+    let failure = |why: Failure<FitError>| problem.failure(why);
+    let starts = STARTS.map(|factors| problem.start(factors)).into_iter().collect::<Result<Vec<_>, _>>()?;
+    let minimum = least_of(problem, starts, &[], &Stop::STATED).map_err(failure)?.minimum;
+    let (_, covariance) = minimum.solved().map_err(failure)?;
+    let values = &minimum.at.shared;
+    let n_residuals = problem.n_residuals();
+    let freedom = n_residuals.saturating_sub(values.len()).max(1);
+    let reduced_chi_squared = minimum.chi_squared() / freedom as f64;
+    // Residuals larger than stated widen the intervals; smaller ones do not narrow them.
+    let inflation = reduced_chi_squared.max(1.0).sqrt();
+    let estimate = |i: usize| Estimate::new(values[i], inflation * covariance[(i, i)].sqrt());
+    Ok(EnergyFit {
+        damping: Damping {
+            chain_damping_kg_per_s: estimate(0),
+            striker_damping_kg_per_s: estimate(1),
+            correlation: covariance[(0, 1)] / (covariance[(0, 0)] * covariance[(1, 1)]).sqrt(),
+        },
+        striker_velocity_m_per_s: estimate(VELOCITY),
+        drive_scale: values[DRIVE_SCALE],
+        factors: problem
+            .model
+            .known
+            .iter()
+            .zip(N_ALWAYS..)
+            .map(|(known, i)| (known.quantity, estimate(i)))
+            .collect(),
+        reduced_chi_squared,
+        n_residuals,
+        n_simulations: problem.n_simulations(),
+    })
+}
+
+/// Peak energies of the mean motion over the drives, found in it as in the measured motion: by the law that the experiment states,
+/// whatever law the trial values give the chain.
+fn predicted_energies(
+    prediction: &Prediction,
+    gaps: &[usize],
+    measurement: &EnergyMeasurement<'_>,
+    model: &EnergyModel,
+) -> Result<Vec<f64>, FitError> {
+    let moved = exact_motion(&prediction.motion);
+    let map = strain_map(&moved, model.pitch_m)?;
+    let pulses = leading_pulses(&map, measurement.front);
+    let contact = model.chain.contact.first();
+    let energy_of = |overlap_m: f64| contact.force_and_energy(overlap_m).1;
+    let energies_j = peak_energies(&map, &pulses, &energy_of, measurement.front.peak_fraction);
+    let found = |gap: &usize| energies_j.get(gap - 1).and_then(|energy| energy.ok());
+    let beyond = |gap: &usize| prediction.peak_overlaps_m.get(gap - 1).map_or(0.0, |x_m| energy_of(*x_m));
+    Ok(gaps.iter().map(|gap| found(gap).unwrap_or_else(|| beyond(gap))).collect())
+}
+
+fn interval_s(times_s: &[f64]) -> f64 {
+    match times_s {
+        [first, .., last] => (last - first) / (times_s.len() - 1) as f64,
+        _ => 0.0,
+    }
+}

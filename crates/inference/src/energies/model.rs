@@ -1,0 +1,61 @@
+//! What is assumed of an experiment whose peak energies are fitted, and what is found.
+
+use std::num::NonZero;
+
+use chainwave_analysis::FrontSettings;
+use chainwave_measurement::Estimate;
+use chainwave_mechanics::Chain;
+
+use crate::damping::Damping;
+use crate::quantity::{Known, Quantity};
+
+/// What is assumed of the experiment, and where the search begins.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EnergyModel {
+    /// The chain with its striker; the dampings and the striker's velocity are the starting values.
+    pub chain: Chain,
+    /// The striker's mean velocity as known beforehand, in metres per second.
+    pub striker_velocity_m_per_s: Estimate,
+    /// Drive of each recording behind the motion, relative to the mean drive, less one.
+    pub drive_deviations: Vec<f64>,
+    /// Relative standard uncertainty of the scale of these deviations.
+    pub drive_scale_sigma: f64,
+    /// Quantities that are known only within an uncertainty; the others count as exact.
+    pub known: Vec<Known>,
+    /// Distance between neighbouring bodies, in metres.
+    pub pitch_m: f64,
+    /// Threads that carry the simulations; the result does not depend on their number.
+    pub n_threads: NonZero<usize>,
+}
+
+/// Damping fitted to the peak potential energies, and what went along.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EnergyFit {
+    /// c_d and c_s.
+    pub damping: Damping,
+    /// The striker's mean velocity, in metres per second.
+    pub striker_velocity_m_per_s: Estimate,
+    /// Factor on the drives' deviations, which the fit moves within its prior.
+    pub drive_scale: f64,
+    /// Factors on the quantities that are known only within an uncertainty, in their order.
+    pub factors: Vec<(Quantity, Estimate)>,
+    /// Sum of squared whitened residuals over their number less the parameters; near 1 (or below, where interpolated samples
+    /// are smoother than their stated noise) when model and stated errors explain the measurement.
+    pub reduced_chi_squared: f64,
+    /// Whitened residuals.
+    pub n_residuals: usize,
+    /// Chain simulations carried out.
+    pub n_simulations: u64,
+}
+
+/// How the peak energies were measured, so that the model's are measured alike.
+#[derive(Debug, Clone, Copy)]
+pub struct EnergyMeasurement<'a> {
+    /// Time base of the motion behind the energies, in seconds: a peak counts while it was filmed.
+    pub times_s: &'a [f64],
+    /// How the leading pulse was found.
+    pub front: &'a FrontSettings,
+    /// Replicas behind the covariance. Its inverse, as an estimate, is too large by (n - 1)/(n - k - 2) for k energies
+    /// (Hartlap, Simon and Schneider 2007), which is taken out.
+    pub n_replicas: usize,
+}

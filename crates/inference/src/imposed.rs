@@ -1,0 +1,114 @@
+//! Damping fitted to the motion behind body 1, which drives the chain as it was measured.
+
+mod model;
+mod residuals;
+
+use chainwave_measurement::{ChainMotion, Estimate};
+use nalgebra::{DMatrix, DVector};
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+
+use crate::error::FitError;
+use crate::least_squares::{Failure, Minimum, Stop, minimise};
+use crate::quantity::Quantity;
+use residuals::ImposedResiduals;
+
+pub use model::ImposedModel;
+
+/// Damping of the chain fitted to the motion behind body 1. The striker's contact does not act on it, so c_s is not identifiable.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImposedFit {
+    /// c_d.
+    pub chain_damping_kg_per_s: Estimate,
+    /// Factors on the quantities that are known only within an uncertainty, in their order.
+    pub factors: Vec<(Quantity, Estimate)>,
+    /// Sum of squared residuals, relative to the samples' total sigma, over their number.
+    pub reduced_chi_squared: f64,
+    /// Displacements compared.
+    pub n_residuals: usize,
+    /// Chain simulations carried out.
+    pub n_simulations: u64,
+}
+
+impl ImposedFit {
+    /// Why it gives no c_s.
+    pub const NO_STRIKER_DAMPING: &'static str = "not identifiable: the measured motion of body 1 drives the chain, and the striker's contact acts on no other body";
+}
+
+/// Draws of body 1's noise, whose effect is known to 1/sqrt(2 n).
+const N_DRAWS: usize = 50;
+const SEED: u64 = 1;
+
+/// Fits c_d to the displacement field of a motion, whose body 1 drives the chain as it was measured.
+///
+/// The motion is a mean over drives, and so is the model's, by the quadrature that the fit to the peak energies uses, with body 1 in
+/// proportion to the drive. Samples are weighted by their independent noise; the errors that many of them share (the motion's modes)
+/// and the noise of body 1 itself, which the model passes on, go through the estimator into the uncertainty.
+///
+/// # Errors
+/// [`FitError`] as its variants say.
+pub fn fit_imposed(motion: &ChainMotion, model: &ImposedModel) -> Result<ImposedFit, FitError> {
+    let problem = ImposedResiduals::new(motion, model)?;
+    let found = minimise(&problem, problem.start(), &[], &Stop::STATED);
+    finish(&problem, &found.map_err(|why| problem.failure(why))?)
+}
+
+/// Takes through the estimator what errors of many samples and of body 1 do.
+fn finish(problem: &ImposedResiduals<'_>, minimum: &Minimum) -> Result<ImposedFit, FitError> {
+    let (_, covariance) = minimum.solved().map_err(|why: Failure<FitError>| problem.failure(why))?;
+    let unknowns = &minimum.at.shared;
+    let ImposedResiduals { motion, span, samples, .. } = problem;
+    let (predicted, columns) = problem.predicted_by_unknowns(unknowns)?;
+    let jacobian = DMatrix::from_columns(&columns);
+    let shift = |error_m: &dyn Fn(usize) -> f64| &covariance * projected(problem, &jacobian, error_m);
+    let mut total = covariance.clone();
+    let of_body_1 = |k: usize| (span.0..=span.1).map(|i| motion.modes[k].displacement_m[(0, i)]).collect();
+    let errors_m: Vec<Vec<f64>> = (0..motion.modes.len()).map(of_body_1).collect();
+    for (mode, passed_on) in motion.modes.iter().zip(problem.passed_on(unknowns, &errors_m)?) {
+        let shift = shift(&|i| mode.displacement_m[samples[i]] - passed_on[i]);
+        total += &shift * shift.transpose();
+    }
+    let mut random = Pcg64::seed_from_u64(SEED);
+    let draws_m: Vec<Vec<f64>> = (0..N_DRAWS).map(|_| noise_of_body_1(problem, &mut random)).collect();
+    for passed_on in problem.passed_on(unknowns, &draws_m)? {
+        let shift = shift(&|i| -passed_on[i]);
+        total += &shift * shift.transpose() / N_DRAWS as f64;
+    }
+    let residual = |(i, sample): (usize, &(usize, usize))| {
+        let x = motion.displacement_m[*sample]?;
+        Some(((x.value - predicted[i]) / x.sigma).powi(2))
+    };
+    let squares: f64 = samples.iter().enumerate().filter_map(residual).sum();
+    let estimate = |i: usize| Estimate::new(unknowns[i], total[(i, i)].sqrt());
+    let known = problem.model.known.iter().zip(1..);
+    Ok(ImposedFit {
+        chain_damping_kg_per_s: estimate(0),
+        factors: known.map(|(known, i)| (known.quantity, estimate(i))).collect(),
+        reduced_chi_squared: squares / samples.len() as f64,
+        n_residuals: samples.len(),
+        n_simulations: problem.n_simulations(),
+    })
+}
+
+/// J' W e.
+fn projected(
+    problem: &ImposedResiduals<'_>,
+    jacobian: &DMatrix<f64>,
+    error_m: &dyn Fn(usize) -> f64,
+) -> DVector<f64> {
+    let mut side = DVector::zeros(jacobian.ncols());
+    for (i, sample) in problem.samples.iter().enumerate() {
+        let weight = problem.motion.independent_sigma_m[*sample].powi(-2);
+        side.axpy(weight * error_m(i), &jacobian.row(i).transpose(), 1.0);
+    }
+    side
+}
+
+fn noise_of_body_1(problem: &ImposedResiduals<'_>, random: &mut Pcg64) -> Vec<f64> {
+    let noise_m = |k: usize| {
+        let deviate: f64 = StandardNormal.sample(random);
+        problem.motion.independent_sigma_m[(0, k)] * deviate
+    };
+    (problem.span.0..=problem.span.1).map(noise_m).collect()
+}

@@ -1,0 +1,264 @@
+//! The displacement field behind body 1 against the chain model's, as a least-squares problem.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use chainwave_measurement::{ChainMotion, map_in_parallel};
+use chainwave_mechanics::{
+    Chain, Change, Drive, ImposedMotion, Schedule, Striker, simulate_with_sensitivities,
+};
+use nalgebra::DVector;
+use ndarray::Array2;
+
+use super::model::ImposedModel;
+use crate::damping::{critical_kg_per_s, mean_damping_kg_per_s};
+use crate::error::FitError;
+use crate::least_squares::{Bounds, Failure, LeastSquares, NormalEquations, Unknowns};
+use crate::quadrature::quadrature;
+use crate::quantity::Quantity;
+use crate::steps::{DAMPING_STEPS, DERIVATIVES_TOGETHER, FACTOR_STEP};
+
+/// Values of the unknowns, and a motion of body 1.
+type Moved = (DVector<f64>, Vec<f64>);
+
+/// By what the prediction's derivative is asked.
+pub(super) enum By<'a> {
+    /// An unknown.
+    Unknown(usize),
+    /// An error of body 1, sample by sample, in metres.
+    Driving(&'a [f64]),
+}
+
+/// Displacements behind body 1, in units of their independent noise.
+pub(super) struct ImposedResiduals<'a> {
+    pub(super) motion: &'a ChainMotion,
+    pub(super) model: &'a ImposedModel,
+    /// First and last sample at which body 1 was seen.
+    pub(super) span: (usize, usize),
+    driving_m: Vec<f64>,
+    nodes: Vec<(f64, f64)>,
+    schedule: Schedule,
+    /// Samples compared: row and time, within the span.
+    pub(super) samples: Vec<(usize, usize)>,
+    bounds: Bounds,
+    n_simulations: AtomicU64,
+}
+
+impl<'a> ImposedResiduals<'a> {
+    pub(super) fn new(motion: &'a ChainMotion, model: &'a ImposedModel) -> Result<Self, FitError> {
+        const LEAST: usize = 100;
+        let seen = |k: &usize| motion.displacement_m[(0, *k)].is_some();
+        let n_times = motion.times_s.len();
+        let (first, last) = ((0..n_times).find(seen).unwrap_or(0), (0..n_times).rfind(seen).unwrap_or(0));
+        let driving_m: Vec<f64> =
+            (first..=last).filter_map(|k| Some(motion.displacement_m[(0, k)]?.value)).collect();
+        if driving_m.len() != last + 1 - first || driving_m.len() < LEAST {
+            return Err(FitError::TooFew {
+                what: "samples of body 1 without a hole",
+                expected: (last + 1 - first).max(LEAST),
+                found: driving_m.len(),
+            });
+        }
+        if model.chain.n_bodies() != motion.n_bodies() {
+            let (expected, found) = (motion.n_bodies(), model.chain.n_bodies());
+            return Err(FitError::TooFew { what: "bodies in the model", expected, found });
+        }
+        let rows = 1..motion.n_bodies();
+        let told = |(row, k): &(usize, usize)| {
+            motion.displacement_m[(*row, *k)].is_some() && motion.independent_sigma_m[(*row, *k)] > 0.0
+        };
+        let samples: Vec<(usize, usize)> =
+            rows.flat_map(|row| (first..=last).map(move |k| (row, k))).filter(told).collect();
+        if samples.len() < LEAST {
+            return Err(FitError::TooFew { what: "positions", expected: LEAST, found: samples.len() });
+        }
+        let interval_s = (motion.times_s[last] - motion.times_s[first]) / (last - first) as f64;
+        let schedule = Schedule::automatic(interval_s * (last - first) as f64, interval_s);
+        let nodes = quadrature(&model.drive_deviations);
+        let mut shared = vec![(0.0, f64::INFINITY)];
+        shared.resize(1 + model.known.len(), (f64::NEG_INFINITY, f64::INFINITY));
+        Ok(Self {
+            motion,
+            model,
+            span: (first, last),
+            driving_m,
+            nodes,
+            schedule,
+            samples,
+            bounds: Bounds::dense(shared),
+            n_simulations: AtomicU64::new(0),
+        })
+    }
+
+    /// Where the search begins.
+    pub(super) fn start(&self) -> Unknowns {
+        let mut start = vec![mean_damping_kg_per_s(&self.model.chain)];
+        start.resize(1 + self.model.known.len(), 1.0);
+        Unknowns::dense(DVector::from_vec(start))
+    }
+
+    /// Chain simulations carried out.
+    pub(super) fn n_simulations(&self) -> u64 {
+        self.n_simulations.load(Ordering::Relaxed)
+    }
+
+    /// A search's failure in words.
+    pub(super) fn failure(&self, failure: Failure<FitError>) -> FitError {
+        FitError::of(failure, "the motion behind body 1", |unknown| match unknown.checked_sub(1) {
+            None => "c_d".into(),
+            Some(known) => self.model.known[known].quantity.as_str().into(),
+        })
+    }
+
+    /// Displacements at the samples compared, and their derivatives by what is asked.
+    pub(super) fn predicted(
+        &self,
+        unknowns: &DVector<f64>,
+        asked: &[By<'_>],
+    ) -> Result<(DVector<f64>, Vec<DVector<f64>>), FitError> {
+        let scale = self.picture_scale(unknowns);
+        let mut sum = DVector::zeros(self.samples.len());
+        let mut derivatives = vec![sum.clone(); asked.len()];
+        for (weight, deviation) in &self.nodes {
+            let change = |asked: &By<'_>| -> Result<Change, FitError> {
+                let steps = self.steps(unknowns, asked);
+                let [below, above] =
+                    steps.map(|step| self.chain(&self.moved(unknowns, asked, step), *deviation));
+                Ok(Change { below: below?, above: above?, width: steps[1] - steps[0] })
+            };
+            let changes = asked.iter().map(change).collect::<Result<Vec<_>, _>>()?;
+            let here = self.chain(&(unknowns.clone(), self.driving_m.clone()), *deviation)?;
+            let found = simulate_with_sensitivities(&here, &self.schedule, &changes)?;
+            self.n_simulations.fetch_add(1, Ordering::Relaxed);
+            let moved_m = &found.simulation.trajectory.displacement_m;
+            self.add(&mut sum, moved_m, weight * scale);
+            for ((derivative, found), asked) in derivatives.iter_mut().zip(&found.derivatives).zip(asked) {
+                self.add(derivative, &found.displacement_m, weight * scale);
+                if self.is_scale(asked) {
+                    self.add(derivative, moved_m, *weight);
+                }
+            }
+        }
+        Ok((sum, derivatives))
+    }
+
+    /// The same by every unknown.
+    pub(super) fn predicted_by_unknowns(
+        &self,
+        unknowns: &DVector<f64>,
+    ) -> Result<(DVector<f64>, Vec<DVector<f64>>), FitError> {
+        self.predicted(unknowns, &(0..unknowns.len()).map(By::Unknown).collect::<Vec<_>>())
+    }
+
+    /// Adds the samples compared of a motion since body 1 was first seen.
+    fn add(&self, sum: &mut DVector<f64>, moved_m: &Array2<f64>, weight: f64) {
+        let last = moved_m.ncols().saturating_sub(1);
+        for (entry, (row, k)) in sum.iter_mut().zip(&self.samples) {
+            *entry += weight * moved_m[(*row, (k - self.span.0).min(last))];
+        }
+    }
+
+    /// The chain with trial values in place, behind a motion of body 1 at one of the drives.
+    fn chain(&self, (unknowns, driving_m): &Moved, deviation: f64) -> Result<Chain, FitError> {
+        let n = self.model.chain.n_bodies();
+        let mut chain = Chain { damping_kg_per_s: vec![unknowns[0]; n], ..self.model.chain.clone() };
+        // Quantities of the striker change nothing here.
+        let mut striker = Striker { mass_kg: 1.0, velocity_m_per_s: 0.0, damping_kg_per_s: 0.0 };
+        for (known, factor) in self.model.known.iter().zip(unknowns.iter().skip(1)) {
+            known.quantity.apply(*factor, &mut chain, &mut striker);
+        }
+        let first_s = self.motion.times_s[self.span.0];
+        let times_s = (self.span.0..=self.span.1).map(|k| self.motion.times_s[k] - first_s).collect();
+        let share = (1.0 + deviation) / self.picture_scale(unknowns);
+        let driven_m = driving_m.iter().map(|x_m| x_m * share).collect();
+        chain.drive = Drive::Imposed(ImposedMotion::from_samples(times_s, driven_m)?);
+        Ok(chain)
+    }
+
+    fn is_scale(&self, asked: &By<'_>) -> bool {
+        let of_unknown = |unknown: usize| self.model.known.get(unknown.checked_sub(1)?);
+        match asked {
+            By::Unknown(unknown) => {
+                of_unknown(*unknown).is_some_and(|known| known.quantity == Quantity::Scale)
+            }
+            By::Driving(_) => false,
+        }
+    }
+
+    /// Length in the pictures over true length.
+    fn picture_scale(&self, unknowns: &DVector<f64>) -> f64 {
+        let known = self.model.known.iter().zip(unknowns.iter().skip(1));
+        known.filter(|(known, _)| known.quantity == Quantity::Scale).map(|(_, factor)| factor).product()
+    }
+
+    /// How far the chains on both sides of what is asked are from it: a step of a damping, but no farther than to none; a step of a factor;
+    /// or all of an error, to which the chain responds in proportion.
+    fn steps(&self, unknowns: &DVector<f64>, asked: &By<'_>) -> [f64; 2] {
+        match asked {
+            By::Unknown(0) => {
+                let step = DAMPING_STEPS[0] * critical_kg_per_s(&self.model.chain);
+                [-step.min(unknowns[0]), step]
+            }
+            By::Unknown(_) => [-FACTOR_STEP, FACTOR_STEP],
+            By::Driving(_) => [-1.0, 1.0],
+        }
+    }
+
+    fn moved(&self, unknowns: &DVector<f64>, asked: &By<'_>, step: f64) -> Moved {
+        let (mut unknowns, mut driving_m) = (unknowns.clone(), self.driving_m.clone());
+        match asked {
+            By::Unknown(unknown) => unknowns[*unknown] += step,
+            By::Driving(error_m) => {
+                driving_m.iter_mut().zip(*error_m).for_each(|(x_m, error_m)| *x_m += step * error_m);
+            }
+        }
+        (unknowns, driving_m)
+    }
+
+    /// What errors of body 1, sample by sample, do to the prediction; nothing is solved for one that has none.
+    pub(super) fn passed_on(
+        &self,
+        unknowns: &DVector<f64>,
+        errors_m: &[Vec<f64>],
+    ) -> Result<Vec<DVector<f64>>, FitError> {
+        let felt: Vec<usize> =
+            (0..errors_m.len()).filter(|k| errors_m[*k].iter().any(|error| error.abs() > 0.0)).collect();
+        let groups: Vec<&[usize]> = felt.chunks(DERIVATIVES_TOGETHER).collect();
+        let solved = map_in_parallel(groups.len(), self.model.n_threads, |group| {
+            let asked: Vec<By<'_>> = groups[group].iter().map(|k| By::Driving(&errors_m[*k])).collect();
+            Ok::<_, FitError>(self.predicted(unknowns, &asked)?.1)
+        });
+        let mut all = vec![DVector::zeros(self.samples.len()); errors_m.len()];
+        for (group, solved) in groups.iter().zip(solved) {
+            for (k, passed_on) in group.iter().zip(solved?) {
+                all[*k] = passed_on;
+            }
+        }
+        Ok(all)
+    }
+}
+
+impl LeastSquares for ImposedResiduals<'_> {
+    type Error = FitError;
+
+    fn bounds(&self) -> &Bounds {
+        &self.bounds
+    }
+
+    fn equations(&self, at: &Unknowns) -> Result<NormalEquations, FitError> {
+        let (predicted, columns) = self.predicted_by_unknowns(&at.shared)?;
+        let mut equations = NormalEquations::new(columns.len());
+        let mut row = vec![0.0; columns.len() + 1];
+        for (i, sample) in self.samples.iter().enumerate() {
+            let inverse_sigma = self.motion.independent_sigma_m[*sample].recip();
+            let measured_m = self.motion.displacement_m[*sample].map_or(0.0, |x| x.value);
+            row.iter_mut().zip(&columns).for_each(|(entry, column)| *entry = inverse_sigma * column[i]);
+            row[columns.len()] = inverse_sigma * (predicted[i] - measured_m);
+            equations.add_row(&row);
+        }
+        for (known, unknown) in self.model.known.iter().zip(1..) {
+            let residual = (at.shared[unknown] - 1.0) / known.relative_sigma;
+            equations.add_prior(unknown, residual, known.relative_sigma.recip());
+        }
+        Ok(equations)
+    }
+}

@@ -1,0 +1,378 @@
+//! One least-squares solver for all fits: Gauss-Newton steps with Marquardt's damping, between bounds, from several starts, and at the
+//! minimum the covariance or the unknowns that have none.
+//!
+//! Problems differ in what they compare; what they hand over is alike: their normal equations ([`NormalEquations`]), in which the unknowns
+//! of single recordings border those that all share. A dense problem has no recordings. The crate `levenberg-marquardt` wants the whole
+//! Jacobian, residuals apart from derivatives, and knows no bounds: a fit to tracks has up to a million residuals, gets its derivatives along
+//! with them from the same simulations, and has unknowns that end at zero.
+
+mod bordered;
+
+pub(crate) use bordered::{Block, N_OWN, NormalEquations, Own, OwnCovariance, Reduced, TrackSums};
+
+use bordered::SharedSystem;
+use nalgebra::{DMatrix, DVector};
+
+/// Marquardt's damping at least after a step that went wrong.
+const FIRST_DAMPING: f64 = 1e-3;
+/// Below this it counts as none.
+const LEAST_DAMPING: f64 = 1e-9;
+/// Beyond this a step is no step.
+const MOST_DAMPING: f64 = 1e12;
+/// Factor on the damping after a step that went wrong, and its inverse after one that did not.
+const DAMPING_FACTOR: f64 = 10.0;
+/// How far rounding may raise a sum of squares, relative to it.
+const ROUNDING: f64 = 1e-12;
+/// Rounds in a row of which none made the sum of squares fall by what a short step is worth: along a kink of the model steps stay long.
+const STALLED_ROUNDS: usize = 8;
+/// Minima whose sums of squares differ by less, in units of the noise's variance, are one.
+const SAME_MINIMUM: f64 = 0.1;
+
+/// A least-squares problem, as the solver sees it.
+pub(crate) trait LeastSquares {
+    /// Why it may refuse values.
+    type Error;
+
+    /// Between what its unknowns lie.
+    fn bounds(&self) -> &Bounds;
+
+    /// Its normal equations around values of the unknowns.
+    fn equations(&self, at: &Unknowns) -> Result<NormalEquations, Self::Error>;
+}
+
+/// Values of all unknowns, or a step of them.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Unknowns {
+    /// Those that all residuals share.
+    pub(crate) shared: DVector<f64>,
+    /// Those of each recording.
+    pub(crate) own: Vec<Own>,
+}
+
+/// Lowest and highest values.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Bounds {
+    /// Of each shared unknown.
+    pub(crate) shared: Vec<(f64, f64)>,
+    /// Of each recording's own, the same for all.
+    pub(crate) own: [(f64, f64); N_OWN],
+}
+
+/// When a search ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Stop {
+    /// A step shorter than this, in standard errors, changes nothing.
+    pub(crate) step: f64,
+    /// Rounds after which it has failed.
+    pub(crate) max_rounds: usize,
+    /// Marquardt's damping at the start.
+    pub(crate) first_damping: f64,
+}
+
+impl Stop {
+    /// The rule where errors are stated: a hundredth of a standard error.
+    pub(crate) const STATED: Self = Self { step: 1e-2, max_rounds: 60, first_damping: FIRST_DAMPING };
+
+    /// Whether a step changes nothing, by the square of its length in standard errors.
+    fn is_short(&self, length2: f64) -> bool {
+        length2 < self.step * self.step
+    }
+}
+
+/// Where a search ended.
+#[derive(Debug, Clone)]
+pub(crate) struct Minimum {
+    pub(crate) at: Unknowns,
+    pub(crate) equations: NormalEquations,
+    /// Shared unknowns that were held at their values.
+    held: Vec<usize>,
+}
+
+/// Why a search found no minimum, or the minimum has no width.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Failure<E> {
+    /// The problem refused its values.
+    Problem(E),
+    /// Shared unknowns that the residuals do not determine; none where it is a recording that does not determine its own.
+    Undetermined(Vec<usize>),
+    /// Steps did not become short.
+    Unsettled {
+        /// Rounds gone.
+        rounds: usize,
+    },
+}
+
+impl Minimum {
+    pub(crate) fn chi_squared(&self) -> f64 {
+        self.equations.chi_squared()
+    }
+
+    /// The equations without the recordings' own unknowns, and the covariance of the shared ones in units of the residuals' variance.
+    pub(crate) fn solved<E>(&self) -> Result<(Reduced, DMatrix<f64>), Failure<E>> {
+        let reduced = self.equations.reduced(0.0).ok_or(Failure::Undetermined(Vec::new()))?;
+        let mut system = reduced.system();
+        self.held.iter().for_each(|unknown| system.hold(*unknown));
+        let mut covariance = system.covariance().map_err(Failure::Undetermined)?;
+        self.held.iter().for_each(|unknown| covariance[(*unknown, *unknown)] = 0.0);
+        Ok((reduced, covariance))
+    }
+}
+
+/// The least minimum of several starts.
+#[derive(Debug, Clone)]
+pub(crate) struct Best {
+    pub(crate) minimum: Minimum,
+    /// Starts whose search ended there.
+    pub(crate) n_same: usize,
+}
+
+/// Follows every start to its minimum, the shared unknowns `held` at their values; a start that fails counts only when all do.
+pub(crate) fn least_of<P: LeastSquares>(
+    problem: &P,
+    starts: impl IntoIterator<Item = Unknowns>,
+    held: &[usize],
+    stop: &Stop,
+) -> Result<Best, Failure<P::Error>> {
+    let mut minima: Vec<Minimum> = Vec::new();
+    let mut failed = Failure::Unsettled { rounds: 0 };
+    for start in starts {
+        match minimise(problem, start, held, stop) {
+            Ok(minimum) => minima.push(minimum),
+            Err(failure) => failed = failure,
+        }
+    }
+    let sums: Vec<f64> = minima.iter().map(Minimum::chi_squared).collect();
+    let Some(minimum) = minima.into_iter().min_by(|a, b| a.chi_squared().total_cmp(&b.chi_squared())) else {
+        return Err(failed);
+    };
+    let least = minimum.chi_squared();
+    let same = least + SAME_MINIMUM;
+    Ok(Best { minimum, n_same: sums.iter().filter(|sum| **sum < same).count() })
+}
+
+/// Follows a start to its minimum; the shared unknowns `held` stay at their values.
+pub(crate) fn minimise<P: LeastSquares>(
+    problem: &P,
+    start: Unknowns,
+    held: &[usize],
+    stop: &Stop,
+) -> Result<Minimum, Failure<P::Error>> {
+    let bounds = problem.bounds();
+    let mut at = bounds.nearest(start);
+    let mut here = problem.equations(&at).map_err(Failure::Problem)?;
+    let mut damping = stop.first_damping;
+    let mut n_stalled = 0;
+    for _ in 0..stop.max_rounds {
+        let Some(Step { step, length2, fall }) = constrained_step(&here, &at, bounds, held, damping) else {
+            damping = raised(damping);
+            if damping > MOST_DAMPING {
+                return Err(Failure::Undetermined(undetermined(&here, held)));
+            }
+            continue;
+        };
+        let trial = bounds.nearest(at.moved(&step));
+        let there = problem.equations(&trial).map_err(Failure::Problem)?;
+        let is_short = stop.is_short(length2);
+        if there.chi_squared().is_nan() || there.chi_squared() > here.chi_squared() * (1.0 + ROUNDING) {
+            // At a kink of the model no step is short, but the shortest that is worth a try goes up on both sides.
+            if is_short || fall < ROUNDING * here.chi_squared() {
+                return Ok(Minimum { at, equations: here, held: held.to_vec() });
+            }
+            damping = raised(damping);
+            continue;
+        }
+        let fell = here.chi_squared() - there.chi_squared();
+        n_stalled = if stop.is_short(fell) { n_stalled + 1 } else { 0 };
+        (at, here) = (trial, there);
+        damping = if damping > LEAST_DAMPING { damping / DAMPING_FACTOR } else { 0.0 };
+        if is_short || n_stalled == STALLED_ROUNDS {
+            return Ok(Minimum { at, equations: here, held: held.to_vec() });
+        }
+    }
+    Err(Failure::Unsettled { rounds: stop.max_rounds })
+}
+
+fn raised(damping: f64) -> f64 {
+    (DAMPING_FACTOR * damping).max(FIRST_DAMPING)
+}
+
+fn undetermined(equations: &NormalEquations, held: &[usize]) -> Vec<usize> {
+    let system = equations.reduced(0.0).and_then(|reduced| {
+        let mut system = reduced.system();
+        held.iter().for_each(|unknown| system.hold(*unknown));
+        system.covariance().err()
+    });
+    system.unwrap_or_default()
+}
+
+/// A step, and the square of the length in standard errors of the step that no damping would shorten.
+struct Step {
+    step: Unknowns,
+    length2: f64,
+    /// By how much the sum of squares would fall at least, were the problem linear.
+    fall: f64,
+}
+
+fn constrained_step(
+    here: &NormalEquations,
+    at: &Unknowns,
+    bounds: &Bounds,
+    held: &[usize],
+    damping: f64,
+) -> Option<Step> {
+    let reduced = here.reduced(damping)?;
+    let (shared, resting) = within(&reduced.system(), &at.shared, &bounds.shared, held)?;
+    let own = reduced.own_steps(&shared);
+    // What damping makes short is not settled: the length is that of the full step, where there is one.
+    let full = if damping > 0.0 { here.reduced(0.0) } else { None };
+    let length2 = full.and_then(|full| {
+        let mut system = full.system();
+        resting.iter().for_each(|unknown| system.hold(*unknown));
+        let shared = system.step()?;
+        Some(system.length2(&shared) + full.own_length2(&shared))
+    });
+    let mut system = reduced.system();
+    resting.iter().for_each(|unknown| system.hold(*unknown));
+    let fall = system.length2(&shared) + reduced.own_length2(&shared);
+    Some(Step { step: Unknowns { shared, own }, length2: length2.unwrap_or(fall), fall })
+}
+
+/// The step of the shared unknowns, none of which leaves its bounds from a bound, and those that rest: what would go beyond its bound
+/// stays there, and the others find their place without it (active set).
+fn within(
+    system: &SharedSystem,
+    at: &DVector<f64>,
+    bounds: &[(f64, f64)],
+    held: &[usize],
+) -> Option<(DVector<f64>, Vec<usize>)> {
+    let mut resting = held.to_vec();
+    loop {
+        let mut free = system.clone();
+        resting.iter().for_each(|unknown| free.hold(*unknown));
+        let step = free.step()?;
+        let leaves = |i: usize| {
+            let (lowest, highest) = bounds[i];
+            at[i] <= lowest && step[i] < 0.0 || at[i] >= highest && step[i] > 0.0
+        };
+        let leaving: Vec<usize> = (0..step.len()).filter(|i| !resting.contains(i) && leaves(*i)).collect();
+        if leaving.is_empty() {
+            return Some((step, resting));
+        }
+        resting.extend(leaving);
+    }
+}
+
+impl Unknowns {
+    /// Shared unknowns alone.
+    pub(crate) fn dense(shared: DVector<f64>) -> Self {
+        Self { shared, own: Vec::new() }
+    }
+
+    fn moved(&self, step: &Self) -> Self {
+        let own = self.own.iter().zip(&step.own).map(|(own, step)| own + step).collect();
+        Self { shared: &self.shared + &step.shared, own }
+    }
+}
+
+impl Bounds {
+    /// Bounds of shared unknowns alone.
+    pub(crate) fn dense(shared: Vec<(f64, f64)>) -> Self {
+        Self { shared, own: [(f64::NEG_INFINITY, f64::INFINITY); N_OWN] }
+    }
+
+    /// The nearest values between the bounds.
+    pub(crate) fn nearest(&self, mut values: Unknowns) -> Unknowns {
+        let shared = values.shared.iter_mut().zip(&self.shared);
+        shared.for_each(|(value, (lowest, highest))| *value = value.clamp(*lowest, *highest));
+        for own in &mut values.own {
+            let each = own.iter_mut().zip(&self.own);
+            each.for_each(|(value, (lowest, highest))| *value = value.clamp(*lowest, *highest));
+        }
+        values
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// y = a exp(-b x), with derivatives by a and b, and a third unknown that may change nothing.
+    struct Decay {
+        y: Vec<f64>,
+        bounds: Bounds,
+    }
+
+    impl Decay {
+        fn of(a: f64, b: f64, bounds: Vec<(f64, f64)>) -> Self {
+            let y = (0..30).map(|k| a * (-b * 0.1 * f64::from(k)).exp()).collect();
+            Self { y, bounds: Bounds::dense(bounds) }
+        }
+    }
+
+    impl LeastSquares for Decay {
+        type Error = ();
+
+        fn bounds(&self) -> &Bounds {
+            &self.bounds
+        }
+
+        fn equations(&self, at: &Unknowns) -> Result<NormalEquations, ()> {
+            let mut equations = NormalEquations::new(at.shared.len());
+            for (k, y) in self.y.iter().enumerate() {
+                let x = 0.1 * k as f64;
+                let decayed = (-at.shared[1] * x).exp();
+                let mut row = vec![decayed, -at.shared[0] * x * decayed, 0.0];
+                row.truncate(at.shared.len());
+                row.push(at.shared[0] * decayed - y);
+                equations.add_row(&row);
+            }
+            Ok(equations)
+        }
+    }
+
+    const FREE: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
+
+    fn start(values: &[f64]) -> Unknowns {
+        Unknowns::dense(DVector::from_column_slice(values))
+    }
+
+    #[test]
+    fn it_finds_a_minimum_from_afar() {
+        let problem = Decay::of(3.0, 1.5, vec![FREE; 2]);
+        let found =
+            least_of(&problem, [start(&[1.0, 0.0]), start(&[10.0, 4.0])], &[], &Stop::STATED).unwrap();
+        assert_eq!(found.n_same, 2);
+        // The last step was below 1e-2 of a standard error (some 0.5 here), and converges quadratically.
+        assert!((found.minimum.at.shared - DVector::from_column_slice(&[3.0, 1.5])).amax() < 1e-4);
+    }
+
+    #[test]
+    fn an_unknown_stays_at_its_bound_and_the_others_find_their_place() {
+        let problem = Decay::of(3.0, -0.2, vec![FREE, (0.0, f64::INFINITY)]);
+        let found = minimise(&problem, start(&[1.0, 1.0]), &[], &Stop::STATED).unwrap();
+        assert!(found.at.shared[1].abs() < f64::MIN_POSITIVE, "{:?}", found.at);
+        // A constant's best value is the mean.
+        let mean = problem.y.iter().sum::<f64>() / problem.y.len() as f64;
+        // The last step was below a hundredth of a standard error (0.2) and at most a thousandth of it was left: Marquardt's damping.
+        assert!((found.at.shared[0] - mean).abs() < 2e-6, "{:?}", found.at);
+    }
+
+    #[test]
+    fn an_unknown_that_is_held_stays() {
+        let problem = Decay::of(3.0, 1.5, vec![FREE; 2]);
+        let found = minimise(&problem, start(&[1.0, 1.2]), &[1], &Stop::STATED).unwrap();
+        assert!((found.at.shared[1] - 1.2).abs() < f64::EPSILON);
+        let decayed: Vec<f64> = (0..30).map(|k| (-1.2 * 0.1 * f64::from(k)).exp()).collect();
+        let products: f64 = decayed.iter().zip(&problem.y).map(|(left, right)| left * right).sum();
+        let best = products / decayed.iter().map(|value| value * value).sum::<f64>();
+        // The last step was below a hundredth of a standard error (0.3) and at most a thousandth of it was left: Marquardt's damping.
+        assert!((found.at.shared[0] - best).abs() < 3e-6, "{:?}", found.at);
+    }
+
+    #[test]
+    fn what_nothing_depends_on_is_named() {
+        let problem = Decay::of(3.0, 1.5, vec![FREE; 3]);
+        let found = minimise(&problem, start(&[1.0, 1.0, 7.0]), &[], &Stop::STATED);
+        assert_eq!(found.err(), Some(Failure::Undetermined(vec![2])));
+    }
+}

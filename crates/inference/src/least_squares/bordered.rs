@@ -1,0 +1,394 @@
+//! The normal equations: a bordered block-diagonal matrix. Each recording's own unknowns make a block, the unknowns that all share
+//! the border; eliminating the blocks leaves the Schur complement, a small dense system.
+
+use nalgebra::{DMatrix, DVector, Dyn, Matrix2, OMatrix, SymmetricEigen, U2, Vector2};
+
+/// A pair of numbers for the two unknowns that belong to one recording.
+pub(crate) type Own = Vector2<f64>;
+
+/// Unknowns that belong to one recording.
+pub(crate) const N_OWN: usize = 2;
+
+/// Eigenvalues of the matrix with unit diagonal below this are rounding: nothing is known along their vectors.
+const SINGULAR: f64 = 1e-14;
+/// An unknown takes part in such a vector with at least this share.
+const PART: f64 = 0.1;
+
+/// Products of all residuals and their derivatives, summed up.
+#[derive(Debug, Clone)]
+pub(crate) struct NormalEquations {
+    /// Of residuals that depend on shared unknowns alone: over these and last the residual itself, upper triangle.
+    shared: DMatrix<f64>,
+    recordings: Vec<Block>,
+}
+
+/// The same of one recording's residuals: a symmetric matrix over the recording's own unknowns, the shared ones, and last the residual
+/// itself. Only the upper triangle is filled.
+#[derive(Debug, Clone)]
+pub(crate) struct Block {
+    products: DMatrix<f64>,
+}
+
+/// The same of one body's track, less what its place at rest takes up.
+pub(crate) struct TrackSums {
+    products: Vec<f64>,
+    weighted: Vec<f64>,
+    weight: f64,
+}
+
+impl NormalEquations {
+    pub(crate) fn new(n_shared: usize) -> Self {
+        Self { shared: DMatrix::zeros(n_shared + 1, n_shared + 1), recordings: Vec::new() }
+    }
+
+    /// Number of shared unknowns.
+    pub(crate) fn n_shared(&self) -> usize {
+        self.shared.nrows() - 1
+    }
+
+    /// Adds a residual of unit variance that depends on shared unknowns alone: its derivatives by them, and the residual.
+    pub(crate) fn add_row(&mut self, row: &[f64]) {
+        for (i, left) in row.iter().enumerate() {
+            for (j, right) in row.iter().enumerate().skip(i) {
+                self.shared[(i, j)] += left * right;
+            }
+        }
+    }
+
+    /// Adds a residual of unit variance that depends on one shared unknown alone: a prior.
+    pub(crate) fn add_prior(&mut self, unknown: usize, residual: f64, slope: f64) {
+        let last = self.n_shared();
+        self.shared[(unknown, unknown)] += slope * slope;
+        self.shared[(unknown, last)] += slope * residual;
+        self.shared[(last, last)] += residual * residual;
+    }
+
+    pub(crate) fn add_recording(&mut self, recording: Block) {
+        self.recordings.push(recording);
+    }
+
+    /// Sum of squared residuals, priors included.
+    pub(crate) fn chi_squared(&self) -> f64 {
+        let last = self.n_shared();
+        self.recordings.iter().map(Block::chi_squared).sum::<f64>() + self.shared[(last, last)]
+    }
+
+    /// The same of one recording.
+    pub(crate) fn chi_squared_of(&self, recording: usize) -> f64 {
+        self.recordings[recording].chi_squared()
+    }
+
+    /// The equations without the recordings' own unknowns, every diagonal entry raised by the share `damping` (Marquardt); `None` where
+    /// a recording does not determine its own.
+    pub(crate) fn reduced(&self, damping: f64) -> Option<Reduced> {
+        let n = self.n_shared();
+        let shared = DMatrix::from_fn(n + 1, n + 1, |i, j| {
+            let raised = if i == j && i < n { 1.0 + damping } else { 1.0 };
+            raised * self.shared[(i.min(j), i.max(j))]
+        });
+        let recordings = self.recordings.iter().map(|recording| recording.eliminated(damping));
+        Some(Reduced { shared, recordings: recordings.collect::<Option<_>>()? })
+    }
+}
+
+impl TrackSums {
+    pub(crate) fn new(n_shared: usize) -> Self {
+        let width = N_OWN + n_shared + 1;
+        Self { products: vec![0.0; width * width], weighted: vec![0.0; width], weight: 0.0 }
+    }
+
+    /// Adds a row (own, shared, residual) in units of the residual's sigma.
+    pub(crate) fn add(&mut self, row: &[f64], inverse_sigma: f64) {
+        let width = row.len();
+        for (i, left) in row.iter().enumerate() {
+            let line = &mut self.products[i * width + i..(i + 1) * width];
+            line.iter_mut().zip(&row[i..]).for_each(|(sum, right)| *sum += left * right);
+            self.weighted[i] += inverse_sigma * left;
+        }
+        self.weight += inverse_sigma * inverse_sigma;
+    }
+}
+
+impl Block {
+    pub(crate) fn new(n_shared: usize) -> Self {
+        let width = N_OWN + n_shared + 1;
+        Self { products: DMatrix::zeros(width, width) }
+    }
+
+    /// Adds a track whose place at rest is free: the mean row, by weight, is taken out of all.
+    pub(crate) fn add_track(&mut self, track: &TrackSums) {
+        let width = self.products.nrows();
+        for i in 0..width {
+            for j in i..width {
+                let mean = track.weighted[i] * track.weighted[j] / track.weight.max(f64::MIN_POSITIVE);
+                self.products[(i, j)] += track.products[i * width + j] - mean;
+            }
+        }
+    }
+
+    /// Adds a residual of unit variance that depends on one own unknown alone: a prior.
+    pub(crate) fn add_prior(&mut self, own: usize, residual: f64, slope: f64) {
+        let last = self.products.nrows() - 1;
+        self.products[(own, own)] += slope * slope;
+        self.products[(own, last)] += slope * residual;
+        self.products[(last, last)] += residual * residual;
+    }
+
+    /// Sum of squared residuals.
+    pub(crate) fn chi_squared(&self) -> f64 {
+        let last = self.products.nrows() - 1;
+        self.products[(last, last)]
+    }
+
+    fn eliminated(&self, damping: f64) -> Option<Eliminated> {
+        let full = DMatrix::from_fn(self.products.nrows(), self.products.ncols(), |i, j| {
+            let raised = if i == j && i + 1 < self.products.nrows() { 1.0 + damping } else { 1.0 };
+            raised * self.products[(i.min(j), i.max(j))]
+        });
+        let n_rest = full.nrows() - N_OWN;
+        let own: Matrix2<f64> = full.fixed_view::<N_OWN, N_OWN>(0, 0).into_owned();
+        let own_inverse = own.cholesky()?.inverse();
+        let coupling = full.view((N_OWN, 0), (n_rest, N_OWN)).into_owned();
+        let rest = full.view((N_OWN, N_OWN), (n_rest, n_rest)).into_owned();
+        let products = rest - &coupling * own_inverse * coupling.transpose();
+        Some(Eliminated { products, coupling, own_inverse })
+    }
+}
+
+/// The equations after elimination of the recordings' own unknowns.
+#[derive(Debug, Clone)]
+pub(crate) struct Reduced {
+    /// Of what depends on shared unknowns alone.
+    shared: DMatrix<f64>,
+    recordings: Vec<Eliminated>,
+}
+
+/// One recording after elimination of its own unknowns.
+#[derive(Debug, Clone)]
+struct Eliminated {
+    /// Over the shared unknowns and, last, the residual.
+    products: DMatrix<f64>,
+    coupling: DMatrix<f64>,
+    own_inverse: Matrix2<f64>,
+}
+
+impl Reduced {
+    /// The equations of the shared unknowns.
+    pub(crate) fn system(&self) -> SharedSystem {
+        self.weighted(|_| 1.0)
+    }
+
+    /// The same, each recording with its weight.
+    pub(crate) fn weighted(&self, weight: impl Fn(usize) -> f64) -> SharedSystem {
+        let mut products = self.shared.clone();
+        for (r, recording) in self.recordings.iter().enumerate() {
+            products += &recording.products * weight(r);
+        }
+        let n = products.nrows() - 1;
+        SharedSystem {
+            matrix: products.view((0, 0), (n, n)).into_owned(),
+            side: -products.view((0, n), (n, 1)).column(0).into_owned(),
+        }
+    }
+
+    /// Number of recordings.
+    pub(crate) fn n_recordings(&self) -> usize {
+        self.recordings.len()
+    }
+
+    /// Steps of all recordings' own unknowns that go with a step of the shared ones.
+    pub(super) fn own_steps(&self, shared: &DVector<f64>) -> Vec<Own> {
+        self.recordings.iter().map(|recording| recording.own_step(shared)).collect()
+    }
+
+    /// Square of the length in standard errors, the shared unknowns held, of those steps.
+    pub(super) fn own_length2(&self, shared: &DVector<f64>) -> f64 {
+        let length2 = |recording: &Eliminated| {
+            let step = recording.own_step(shared);
+            recording.own_inverse.try_inverse().map_or(0.0, |own| step.dot(&(own * step)))
+        };
+        self.recordings.iter().map(length2).sum()
+    }
+}
+
+impl Eliminated {
+    fn own_step(&self, shared: &DVector<f64>) -> Own {
+        let extended = shared.clone().push(1.0);
+        let side = self.coupling.tr_mul(&extended);
+        -(self.own_inverse * Own::new(side[0], side[1]))
+    }
+
+    /// Derivatives of the own unknowns by the shared ones.
+    fn own_by_shared(&self) -> OMatrix<f64, U2, Dyn> {
+        -(self.own_inverse * self.coupling.rows(0, self.coupling.nrows() - 1).transpose())
+    }
+}
+
+/// The equations of the shared unknowns alone: the Schur complement.
+#[derive(Debug, Clone)]
+pub(crate) struct SharedSystem {
+    matrix: DMatrix<f64>,
+    side: DVector<f64>,
+}
+
+impl SharedSystem {
+    /// Holds an unknown at its value.
+    pub(crate) fn hold(&mut self, unknown: usize) {
+        self.matrix.row_mut(unknown).fill(0.0);
+        self.matrix.column_mut(unknown).fill(0.0);
+        self.matrix[(unknown, unknown)] = 1.0;
+        self.side[unknown] = 0.0;
+    }
+
+    /// The step; `None` where the equations are singular.
+    pub(crate) fn step(&self) -> Option<DVector<f64>> {
+        let scale = self.scale();
+        let factor = self.scaled().cholesky()?;
+        Some(factor.solve(&self.side.component_mul(&scale)).component_mul(&scale))
+    }
+
+    /// Covariance of the unknowns in units of the residuals' variance, or those that have none.
+    pub(crate) fn covariance(&self) -> Result<DMatrix<f64>, Vec<usize>> {
+        let scale = self.scale();
+        let unknown: Vec<usize> = (0..scale.len()).filter(|i| !scale[*i].is_finite()).collect();
+        if !unknown.is_empty() {
+            return Err(unknown);
+        }
+        let SymmetricEigen { eigenvalues, eigenvectors } = SymmetricEigen::new(self.scaled());
+        let open: Vec<usize> = (0..scale.len()).filter(|k| eigenvalues[*k] < SINGULAR).collect();
+        if !open.is_empty() {
+            let takes_part = |i: &usize| open.iter().any(|k| eigenvectors[(*i, *k)].abs() > PART);
+            return Err((0..scale.len()).filter(takes_part).collect());
+        }
+        let inverse = self.scaled().cholesky().map(|factor| factor.inverse());
+        let inverse = inverse.ok_or_else(|| (0..scale.len()).collect::<Vec<_>>())?;
+        Ok(DMatrix::from_fn(scale.len(), scale.len(), |i, j| inverse[(i, j)] * scale[i] * scale[j]))
+    }
+
+    /// Square of a step's length in standard errors.
+    pub(crate) fn length2(&self, step: &DVector<f64>) -> f64 {
+        self.side.dot(step)
+    }
+
+    /// Dampings are thousandths and factors near one: unit diagonal before factoring.
+    fn scale(&self) -> DVector<f64> {
+        self.matrix.diagonal().map(|entry| entry.sqrt().recip())
+    }
+
+    fn scaled(&self) -> DMatrix<f64> {
+        let scale = self.scale();
+        DMatrix::from_fn(scale.len(), scale.len(), |i, j| self.matrix[(i, j)] * scale[i] * scale[j])
+    }
+}
+
+/// Covariances of the recordings' own unknowns.
+pub(crate) struct OwnCovariance {
+    /// Of each recording's.
+    pub(crate) of_each: Vec<Matrix2<f64>>,
+    /// Of each recording's less the mean over all.
+    pub(crate) about_mean: Vec<Matrix2<f64>>,
+    /// Of that mean.
+    pub(crate) of_mean: Matrix2<f64>,
+}
+
+impl OwnCovariance {
+    /// What the recordings' own residuals leave open, and what the shared unknowns, of the given covariance, carry into them.
+    pub(crate) fn of(reduced: &Reduced, shared: &DMatrix<f64>) -> Self {
+        let recordings = &reduced.recordings;
+        let n = recordings.len() as f64;
+        let by_shared: Vec<OMatrix<f64, U2, Dyn>> =
+            recordings.iter().map(Eliminated::own_by_shared).collect();
+        let mut mean = OMatrix::<f64, U2, Dyn>::zeros(shared.nrows());
+        by_shared.iter().for_each(|one| mean += one / n);
+        let carried = |by: &OMatrix<f64, U2, Dyn>| by * shared * by.transpose();
+        let alone = recordings.iter().map(|recording| recording.own_inverse).sum::<Matrix2<f64>>() / (n * n);
+        let pairs = || recordings.iter().zip(&by_shared);
+        Self {
+            of_each: pairs().map(|(one, by)| one.own_inverse + carried(by)).collect(),
+            about_mean: pairs()
+                .map(|(one, by)| one.own_inverse * (1.0 - 2.0 / n) + alone + carried(&(by - &mean)))
+                .collect(),
+            of_mean: alone + carried(&mean),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three recordings of one track each, and two shared unknowns, against the same least squares as one dense matrix with the
+    /// places at rest among its unknowns.
+    #[test]
+    fn elimination_gives_the_dense_solution() {
+        const N_SHARED: usize = 2;
+        const N_RECORDINGS: usize = 3;
+        let mut tracks: Vec<TrackSums> = (0..N_RECORDINGS).map(|_| TrackSums::new(N_SHARED)).collect();
+        let n_unknowns = N_SHARED + 3 * N_RECORDINGS;
+        let (mut rows, mut side) = (Vec::new(), Vec::new());
+        for k in 0..36_u32 {
+            let wave = |i: u32| ((1.7 + 0.37 * f64::from(i)) * f64::from(k) + 0.9 * f64::from(i * i)).sin();
+            let recording = k as usize % N_RECORDINGS;
+            let inverse_sigma = 1.0 + 0.5 * wave(6);
+            tracks[recording].add(&[wave(3), wave(4), wave(1), wave(2), wave(5)], inverse_sigma);
+            let mut row = vec![0.0; n_unknowns];
+            row[..N_SHARED].copy_from_slice(&[wave(1), wave(2)]);
+            let first = N_SHARED + 3 * recording;
+            row[first..first + 3].copy_from_slice(&[wave(3), wave(4), inverse_sigma]);
+            rows.extend(row);
+            side.push(-wave(5));
+        }
+        let dense = DMatrix::from_row_slice(36, n_unknowns, &rows);
+        let inverse = (dense.transpose() * &dense).try_inverse().unwrap();
+        let expected = &inverse * dense.transpose() * DVector::from_vec(side);
+        let mut equations = NormalEquations::new(N_SHARED);
+        for track in &tracks {
+            let mut recording = Block::new(N_SHARED);
+            recording.add_track(track);
+            equations.add_recording(recording);
+        }
+        let reduced = equations.reduced(0.0).unwrap();
+        let (step, covariance) = (reduced.system().step().unwrap(), reduced.system().covariance().unwrap());
+        let own = reduced.own_steps(&step);
+        let errors = OwnCovariance::of(&reduced, &covariance);
+        let place = |r: usize, k: usize| N_SHARED + 3 * r + k;
+        // Rounding, times a condition number of some tens.
+        let close = |found: f64, expected: f64| (found - expected).abs() < 1e-12;
+        for i in 0..N_SHARED {
+            assert!(close(step[i], expected[i]));
+            assert!((0..N_SHARED).all(|j| close(covariance[(i, j)], inverse[(i, j)])));
+        }
+        for k in 0..N_OWN {
+            let variance = |weight: &dyn Fn(usize) -> f64| -> f64 {
+                let pairs = (0..N_RECORDINGS).flat_map(|r| (0..N_RECORDINGS).map(move |q| (r, q)));
+                pairs.map(|(r, q)| weight(r) * weight(q) * inverse[(place(r, k), place(q, k))]).sum()
+            };
+            for r in 0..N_RECORDINGS {
+                assert!(close(own[r][k], expected[place(r, k)]));
+                let is_this = |q: usize| f64::from(u8::from(q == r));
+                assert!(close(errors.of_each[r][(k, k)], variance(&is_this)));
+                assert!(close(errors.about_mean[r][(k, k)], variance(&|q| is_this(q) - 1.0 / 3.0)));
+            }
+            assert!(close(errors.of_mean[(k, k)], variance(&|_| 1.0 / 3.0)));
+        }
+    }
+
+    #[test]
+    fn recordings_without_information_are_singular() {
+        assert!(Block::new(1).eliminated(0.0).is_none());
+        let empty = NormalEquations::new(1).reduced(0.0).unwrap().system();
+        assert!(empty.step().is_none());
+        assert_eq!(empty.covariance(), Err(vec![0]));
+    }
+
+    #[test]
+    fn unknowns_that_stand_for_each_other_are_named() {
+        let mut equations = NormalEquations::new(3);
+        for k in 0..20 {
+            let x = f64::from(k);
+            // The first and the third are one.
+            equations.add_row(&[x, x.cos(), 2.0 * x, x.sin()]);
+        }
+        assert_eq!(equations.reduced(0.0).unwrap().system().covariance(), Err(vec![0, 2]));
+    }
+}

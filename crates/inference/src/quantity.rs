@@ -1,0 +1,71 @@
+//! Quantities of the experiment that a fit may move.
+
+use chainwave_mechanics::{Chain, Striker};
+
+/// A quantity of the experiment that a fit may move within what is known of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Quantity {
+    /// Mass of the bodies.
+    BodyMass,
+    /// Mass of the striker.
+    StrikerMass,
+    /// Prefactor A of the contact law.
+    Prefactor,
+    /// Offset delta_0 of the contact law.
+    Offset,
+    /// Exponent p of the contact law.
+    Exponent,
+    /// Length in the pictures over true length.
+    Scale,
+    /// Mass of one body, from 1.
+    MassOfBody(usize),
+    /// How fast the contact law softens at a given stiffness: 0 is the spring, 1 the law as it is (delta_0 falls as its inverse).
+    Softening,
+}
+
+/// How well a quantity is known beforehand.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Known {
+    /// What.
+    pub quantity: Quantity,
+    /// Relative standard uncertainty.
+    pub relative_sigma: f64,
+}
+
+impl Quantity {
+    /// Its name in tables.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::BodyMass => "body_mass",
+            Self::StrikerMass => "striker_mass",
+            Self::Prefactor => "contact_a",
+            Self::Offset => "contact_delta_0",
+            Self::Exponent => "contact_p",
+            Self::Scale => "scale",
+            Self::MassOfBody(_) => "mass_of_body",
+            Self::Softening => "softening",
+        }
+    }
+
+    /// Multiplies the quantity in a model; the scale is not the model's.
+    pub(crate) fn apply(self, factor: f64, chain: &mut Chain, striker: &mut Striker) {
+        match self {
+            Self::BodyMass => chain.mass_kg.iter_mut().for_each(|mass_kg| *mass_kg *= factor),
+            Self::StrikerMass => striker.mass_kg *= factor,
+            Self::Prefactor => chain.contact.for_each_power_law(|law| law.a *= factor),
+            Self::Offset => chain.contact.for_each_power_law(|law| law.delta_0_m *= factor),
+            Self::Exponent => chain.contact.for_each_power_law(|law| law.p *= factor),
+            Self::Scale => {}
+            Self::MassOfBody(body) => {
+                if let Some(mass_kg) = body.checked_sub(1).and_then(|row| chain.mass_kg.get_mut(row)) {
+                    *mass_kg *= factor;
+                }
+            }
+            Self::Softening => chain.contact.for_each_power_law(|law| {
+                law.delta_0_m /= factor;
+                law.a *= factor.powf(law.p - 1.0);
+            }),
+        }
+    }
+}

@@ -1,0 +1,196 @@
+//! Damping fitted to the tracks of all recordings at once.
+
+mod bootstrap;
+mod departure;
+mod family;
+mod model;
+mod outcome;
+mod profile;
+mod residuals;
+mod response;
+
+use chainwave_analysis::Departure;
+use chainwave_measurement::{Estimate, Observation, Trajectory};
+use chainwave_mechanics::{Chain, Schedule, ensemble};
+use nalgebra::{DMatrix, DVector};
+use ndarray::Array2;
+
+use crate::damping::{Damping, N_DAMPINGS, STARTS};
+use crate::error::FitError;
+use crate::least_squares::{Best, Failure, Minimum, Own, OwnCovariance, Stop, Unknowns, least_of, minimise};
+use crate::quantity::Known;
+use bootstrap::bootstrap;
+use departure::{scatter_of_bodies_at, softening_at};
+use family::Family;
+use profile::interval_95;
+use residuals::{SAMPLES_PER_FRAME, TrackResiduals, freedom, range_of, struck};
+
+pub use bootstrap::OverTrials;
+pub use departure::{scatter_of_bodies, scatter_of_bodies_rule, softening, softening_rule};
+pub use model::TrackModel;
+pub use outcome::{FittedRecording, TrackFit, damping_source_rule};
+pub use profile::Interval;
+
+/// Fits c_d and c_s to the tracks of all recordings at once.
+///
+/// Each recording keeps its own striker velocity (with its prior), instant of impact, and place at rest of each body, so
+/// nothing has to be averaged before: the model is compared with what the tracker saw, frame by frame, whose errors are
+/// independent and stated. The search is Gauss-Newton with Marquardt's damping from several starting points; the recordings'
+/// unknowns are eliminated from each step, and a body's place at rest from its residuals. Dampings stay at or above zero.
+///
+/// `impact_times_s` are first guesses of the recordings' impacts, within about half a pulse.
+///
+/// # Errors
+/// [`FitError`] as its variants say.
+pub fn fit_tracks(
+    observations: &[Observation],
+    impact_times_s: &[f64],
+    model: &TrackModel,
+) -> Result<TrackFit, FitError> {
+    let problem = TrackResiduals::new(observations, model, &[])?;
+    let starts = STARTS.map(|factors| problem.start(impact_times_s, factors));
+    let starts = starts.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let best = least_of(&problem, starts, &[], &Stop::STATED).map_err(|why| problem.failure(why))?;
+    finish(&problem, &best)
+}
+
+fn finish(problem: &TrackResiduals<'_>, best: &Best) -> Result<TrackFit, FitError> {
+    let Best { minimum, n_same } = best;
+    let Minimum { at, equations, .. } = minimum;
+    let (reduced, covariance) = minimum.solved().map_err(|why: Failure<FitError>| problem.failure(why))?;
+    let errors = OwnCovariance::of(&reduced, &covariance);
+    let chi_squared = minimum.chi_squared();
+    let reduced_chi_squared = chi_squared / freedom(problem) as f64;
+    let inflation = inflation_of(problem, chi_squared);
+    let estimate = |value: f64, variance: f64| Estimate::new(value, inflation * variance.sqrt());
+    let of_shared = |i: usize| estimate(at.shared[i], covariance[(i, i)]);
+    let mean = at.own.iter().sum::<Own>() / at.own.len() as f64;
+    let of_mean = |k: usize| estimate(mean[k], errors.of_mean[(k, k)]);
+    let interval = |i: usize| {
+        let moves = covariance.column(i) / covariance[(i, i)];
+        interval_95(problem, minimum, (i, &moves), of_shared(i), inflation)
+    };
+    let intervals_95 = [interval(0)?, interval(1)?];
+    let factor = |(i, known): (usize, &Known)| (known.quantity, of_shared(N_DAMPINGS + i));
+    let recording = |(r, own): (usize, &Own)| {
+        let (of_own, about_mean) = (errors.of_each[r], errors.about_mean[r]);
+        let (squares, freedom) = problem.of_recording(r, equations, at);
+        FittedRecording {
+            recording: problem.observations[r].recording.clone(),
+            striker_velocity_m_per_s: estimate(own[0], of_own[(0, 0)]),
+            impact_time_s: estimate(own[1], of_own[(1, 1)]),
+            drive_deviation: estimate(own[0] - mean[0], about_mean[(0, 0)]).scaled(mean[0].recip()),
+            trigger_offset_s: estimate(own[1] - mean[1], about_mean[(1, 1)]),
+            scatter_ratio: (squares / freedom.max(1.0)).sqrt(),
+        }
+    };
+    Ok(TrackFit {
+        damping: damping_of(at, &covariance, inflation),
+        intervals_95,
+        bootstrap: bootstrap(problem.observations, &reduced),
+        starts: (*n_same, STARTS.len()),
+        factors: problem.model.known.iter().enumerate().map(factor).collect(),
+        striker_velocity_m_per_s: of_mean(0),
+        impact_time_s: of_mean(1),
+        recordings: at.own.iter().enumerate().map(recording).collect(),
+        chi_squared,
+        reduced_chi_squared,
+        n_residuals: problem.n_residuals,
+        n_simulations: problem.n_simulations(),
+    })
+}
+
+fn damping_of(at: &Unknowns, covariance: &DMatrix<f64>, inflation: f64) -> Damping {
+    let of_shared = |i: usize| Estimate::new(at.shared[i], inflation * covariance[(i, i)].sqrt());
+    Damping {
+        chain_damping_kg_per_s: of_shared(0),
+        striker_damping_kg_per_s: of_shared(1),
+        correlation: covariance[(0, 1)] / (covariance[(0, 0)] * covariance[(1, 1)]).sqrt(),
+    }
+}
+
+/// The dampings and departures that [`fit_tracks`], [`softening`] and [`scatter_of_bodies`] would find, from the model's own starting
+/// values and without intervals.
+pub(crate) fn tested(
+    observations: &[Observation],
+    model: &TrackModel,
+) -> Result<(Damping, [Departure; 2]), FitError> {
+    let problem = TrackResiduals::new(observations, model, &[])?;
+    let failure = |why: Failure<FitError>| problem.failure(why);
+    let start = problem.start(&[], STARTS[0])?;
+    let minimum = minimise(&problem, start, &[], &Stop::STATED).map_err(failure)?;
+    let (_, covariance) = minimum.solved().map_err(failure)?;
+    let damping = damping_of(&minimum.at, &covariance, inflation_of(&problem, minimum.chi_squared()));
+    let softening = softening_at(observations, model, &minimum.at)?;
+    Ok((damping, [softening, scatter_of_bodies_at(observations, model, &minimum.at)?]))
+}
+
+/// Residuals larger than stated widen the intervals; smaller ones do not narrow them.
+fn inflation_of(problem: &TrackResiduals<'_>, chi_squared: f64) -> f64 {
+    (chi_squared / freedom(problem) as f64).max(1.0).sqrt()
+}
+
+/// The mean motion over the recordings' strikers at their mean impact, which is what stitching estimates.
+///
+/// # Errors
+/// [`FitError::Model`] when the chain model refuses the values.
+pub fn fitted_motion(model: &TrackModel, fit: &TrackFit, times_s: &[f64]) -> Result<Trajectory, FitError> {
+    let impact_time_s = fit.impact_time_s.value;
+    let strikers: Vec<f64> = fit.recordings.iter().map(|one| one.striker_velocity_m_per_s.value).collect();
+    let mut shared =
+        vec![fit.damping.chain_damping_kg_per_s.value, fit.damping.striker_damping_kg_per_s.value];
+    shared.extend(fit.factors.iter().map(|(_, factor)| factor.value));
+    let quantities = model.known.iter().map(|known| known.quantity);
+    let struck = struck(model, &DVector::from_vec(shared), quantities)?;
+    let span_s = (times_s.last().copied().unwrap_or(0.0) - impact_time_s).max(f64::MIN_POSITIVE);
+    let interval_s = span_s / (times_s.len().max(2) - 1) as f64 / SAMPLES_PER_FRAME;
+    let schedule = Schedule::automatic(span_s + 2.0 * interval_s, interval_s);
+    let family = Family::new(range_of(&strikers, model));
+    let struck: Vec<Chain> = (0..family.n_nodes()).map(|node| family.struck(node, &struck)).collect();
+    // The mean of the strikers' motions is that of their weights.
+    let weights: Vec<_> =
+        strikers.iter().map(|velocity_m_per_s| family.weights(*velocity_m_per_s).0).collect();
+    let of_node =
+        |k: usize| weights.iter().map(|of_striker| of_striker[k]).sum::<f64>() / weights.len() as f64;
+    let n_bodies = model.chain.n_bodies();
+    let mut mean = Trajectory {
+        times_s: times_s.to_vec(),
+        displacement_m: Array2::zeros((n_bodies, times_s.len())),
+        velocity_m_per_s: Array2::zeros((n_bodies, times_s.len())),
+    };
+    let motions = ensemble(&struck, &schedule, model.n_threads, |_, simulation| simulation.trajectory);
+    for (k, motion) in motions.into_iter().enumerate() {
+        let (motion, weight) = (motion?, of_node(k));
+        for (i, time_s) in times_s.iter().enumerate() {
+            let Some(moment) = motion.at(time_s - impact_time_s) else { continue };
+            for body in 0..n_bodies {
+                mean.displacement_m[(body, i)] += weight * moment.displacement_m(body);
+                mean.velocity_m_per_s[(body, i)] += weight * moment.velocity_m_per_s(body);
+            }
+        }
+    }
+    Ok(mean)
+}
+
+#[cfg(test)]
+pub(crate) fn diagnosed(observations: &[Observation], model: &TrackModel) -> Result<Vec<f64>, FitError> {
+    use profile::rise_at;
+    let problem = TrackResiduals::new(observations, model, &[])?;
+    let failure = |why: Failure<FitError>| problem.failure(why);
+    let start = problem.start(&[], STARTS[0])?;
+    let minimum = minimise(&problem, start, &[], &Stop::STATED).map_err(failure)?;
+    let (_, covariance) = minimum.solved().map_err(failure)?;
+    let sigma = covariance[(0, 0)].sqrt();
+    let moves = covariance.column(0) / covariance[(0, 0)];
+    let rise = rise_at(&problem, &minimum, (0, &moves.into_owned()), 0.0)?;
+    let inflation = inflation_of(&problem, minimum.chi_squared());
+    Ok(vec![
+        minimum.at.shared[0],
+        sigma,
+        inflation,
+        rise.sqrt(),
+        minimum.at.shared[1],
+        covariance[(1, 1)].sqrt(),
+        covariance[(0, 1)] / (sigma * covariance[(1, 1)].sqrt()),
+    ])
+}

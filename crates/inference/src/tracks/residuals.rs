@@ -1,0 +1,376 @@
+//! Tracks of all recordings against the chain model, as a least-squares problem.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use chainwave_measurement::{BodyTrack, Estimate, Observation, map_in_parallel};
+use chainwave_mechanics::{Chain, Drive, Schedule, Striker};
+use nalgebra::DVector;
+
+use super::family::{Family, Struck, Weights};
+use super::model::TrackModel;
+use super::response::{MotionAtTracks, Question, Sides, respond};
+use crate::damping::{N_DAMPINGS, critical_kg_per_s, mean_damping_kg_per_s};
+use crate::error::FitError;
+use crate::least_squares::{
+    Block, Bounds, Failure, LeastSquares, N_OWN, NormalEquations, Own, TrackSums, Unknowns,
+};
+use crate::quantity::Quantity;
+use crate::steps::{DAMPING_STEPS, FACTOR_STEP};
+
+/// Simulated samples per frame; between them, cubic Hermite interpolation is exact to 1e-11 m on the paper's chain.
+pub(super) const SAMPLES_PER_FRAME: f64 = 4.0;
+/// Frames by which an impact may precede its trigger.
+const MARGIN_FRAMES: f64 = 25.0;
+/// Strikers farther from the mean than this, relative to it, are beyond the family's interpolation.
+const WIDEST_DRIVE: f64 = 0.5;
+/// Factors on quantities stay within this of one, up and down.
+const LARGEST_FACTOR: f64 = 2.0;
+
+/// The tracks of all recordings against the chain model.
+///
+/// Sensitivities by the striker's velocity are the derivative of the family's polynomial, those by time the model's velocities, those
+/// by shared quantities the solutions of the variational equations.
+pub(super) struct TrackResiduals<'a> {
+    pub(super) observations: &'a [Observation],
+    pub(super) model: &'a TrackModel,
+    /// Quantities without a prior, beside those of the model.
+    asked: &'a [Quantity],
+    /// How far the chains on both sides of a shared unknown are from it.
+    steps: Vec<f64>,
+    schedule: Schedule,
+    bounds: Bounds,
+    pub(super) n_residuals: usize,
+    n_simulations: AtomicU64,
+}
+
+/// The model at values of the unknowns.
+struct SolvedModel {
+    response: MotionAtTracks,
+    /// Which of the response's derivatives belongs to each shared unknown; none to one that the chain does not feel.
+    derivatives: Vec<Option<usize>>,
+    /// Length in the pictures over true length, and its place among the shared unknowns.
+    scale: f64,
+    scale_unknown: Option<usize>,
+}
+
+impl<'a> TrackResiduals<'a> {
+    pub(super) fn new(
+        observations: &'a [Observation],
+        model: &'a TrackModel,
+        asked: &'a [Quantity],
+    ) -> Result<Self, FitError> {
+        let n_residuals = check(observations, model)?;
+        let critical = critical_kg_per_s(&model.chain);
+        let n_factors = model.known.len() + asked.len();
+        let mut steps = DAMPING_STEPS.map(|step| step * critical).to_vec();
+        steps.extend((0..n_factors).map(|_| FACTOR_STEP));
+        let span = |observation: &Observation| observation.span_s().map_or(0.0, |span| span.1);
+        let frame_s = observations.iter().map(Observation::frame_interval_s).fold(f64::INFINITY, f64::min);
+        let last_s = observations.iter().map(span).fold(0.0, f64::max);
+        let duration_s = last_s + (MARGIN_FRAMES * frame_s).max(0.1 * last_s);
+        let schedule = Schedule::automatic(duration_s, frame_s / SAMPLES_PER_FRAME);
+        let mean = model.striker_velocity_m_per_s.value;
+        let mut shared = vec![(0.0, f64::INFINITY); N_DAMPINGS];
+        shared.extend((0..n_factors).map(|_| (LARGEST_FACTOR.recip(), LARGEST_FACTOR)));
+        let strikers = ((1.0 - WIDEST_DRIVE) * mean, (1.0 + WIDEST_DRIVE) * mean);
+        let bounds = Bounds { shared, own: [strikers, (f64::NEG_INFINITY, f64::INFINITY)] };
+        let n_simulations = AtomicU64::new(0);
+        Ok(Self { observations, model, asked, steps, schedule, bounds, n_residuals, n_simulations })
+    }
+
+    /// Number of shared unknowns.
+    pub(super) fn n_shared(&self) -> usize {
+        self.steps.len()
+    }
+
+    /// Chain simulations carried out.
+    pub(super) fn n_simulations(&self) -> u64 {
+        self.n_simulations.load(Ordering::Relaxed)
+    }
+
+    /// Where a search begins: factors on the model's c_d and c_s, and first guesses of the impacts.
+    pub(super) fn start(
+        &self,
+        impact_times_s: &[f64],
+        factors: [f64; N_DAMPINGS],
+    ) -> Result<Unknowns, FitError> {
+        let Drive::Striker(striker) = &self.model.chain.drive else { return Err(FitError::NoStriker) };
+        let mean_damping = mean_damping_kg_per_s(&self.model.chain);
+        let mut shared = vec![factors[0] * mean_damping, factors[1] * striker.damping_kg_per_s];
+        shared.resize(self.n_shared(), 1.0);
+        let velocity_m_per_s = self.model.striker_velocity_m_per_s.value;
+        let impact = |r: usize| impact_times_s.get(r).copied().unwrap_or(0.0);
+        let own = (0..self.observations.len()).map(|r| Own::new(velocity_m_per_s, impact(r))).collect();
+        Ok(Unknowns { shared: DVector::from_vec(shared), own })
+    }
+
+    /// A search's failure in words.
+    pub(super) fn failure(&self, failure: Failure<FitError>) -> FitError {
+        let quantity = |i: usize| {
+            let known = self.model.known.iter().map(|known| known.quantity);
+            known.chain(self.asked.iter().copied()).nth(i).map_or("?", Quantity::as_str)
+        };
+        FitError::of(failure, "the tracks", |unknown| match unknown {
+            0 => "c_d".into(),
+            1 => "c_s".into(),
+            factor => quantity(factor - N_DAMPINGS).into(),
+        })
+    }
+
+    /// Sum of squares of a recording's residuals at a minimum, and their number less the places at rest.
+    pub(super) fn of_recording(&self, r: usize, equations: &NormalEquations, at: &Unknowns) -> (f64, f64) {
+        let Estimate { value, sigma } = self.model.striker_velocity_m_per_s;
+        let prior = ((at.own[r][0] - value) / sigma).powi(2);
+        let n_positions = |track: &BodyTrack| track.position_m.iter().flatten().count().saturating_sub(1);
+        let freedom: usize = self.observations[r].bodies.iter().map(n_positions).sum();
+        (equations.chi_squared_of(r) - prior, freedom as f64)
+    }
+
+    /// The model at values of the unknowns.
+    fn solve(&self, at: &Unknowns) -> Result<SolvedModel, FitError> {
+        let strikers: Vec<f64> = at.own.iter().map(|own| own[0]).collect();
+        let scale_unknown = scale_unknown(self.model);
+        let mut sides = Vec::with_capacity(self.n_shared());
+        let mut derivatives = Vec::with_capacity(self.n_shared());
+        for (i, step) in self.steps.iter().enumerate() {
+            // The chain does not feel the scale of the pictures.
+            let is_felt = Some(i) != scale_unknown;
+            derivatives.push(is_felt.then_some(sides.len()));
+            if is_felt {
+                let (mut lower, mut upper) = (at.shared.clone(), at.shared.clone());
+                lower[i] = (lower[i] - step).max(0.0);
+                upper[i] += step;
+                let width = upper[i] - lower[i];
+                sides.push(Sides { below: self.struck(&lower)?, above: self.struck(&upper)?, width });
+            }
+        }
+        let question = Question { centre: self.struck(&at.shared)?, sides };
+        let family = Family::new(range_of(&strikers, self.model));
+        let places = (self.observations, at.own.as_slice());
+        let response = respond(&question, family, &self.schedule, places, self.model.n_threads)?;
+        self.n_simulations.fetch_add(response.n_simulations(), Ordering::Relaxed);
+        let scale = scale_unknown.map_or(1.0, |unknown| at.shared[unknown]);
+        Ok(SolvedModel { response, derivatives, scale, scale_unknown })
+    }
+
+    fn struck(&self, shared: &DVector<f64>) -> Result<Struck, FitError> {
+        let quantities =
+            self.model.known.iter().map(|known| known.quantity).chain(self.asked.iter().copied());
+        struck(self.model, shared, quantities)
+    }
+}
+
+impl LeastSquares for TrackResiduals<'_> {
+    type Error = FitError;
+
+    fn bounds(&self) -> &Bounds {
+        &self.bounds
+    }
+
+    /// Solves the chain around the values, and sums up residuals and derivatives.
+    fn equations(&self, at: &Unknowns) -> Result<NormalEquations, FitError> {
+        let model = self.solve(at)?;
+        let n_positions = |observation: &Observation| -> usize {
+            observation.bodies.iter().map(|track| track.position_m.iter().flatten().count()).sum()
+        };
+        let first_places: Vec<usize> = self
+            .observations
+            .iter()
+            .scan(0, |sum, observation| Some(std::mem::replace(sum, *sum + n_positions(observation))))
+            .collect();
+        let recordings = map_in_parallel(self.observations.len(), self.model.n_threads, |r| {
+            let own = &at.own[r];
+            let mut recording = Block::new(self.n_shared());
+            for track in Mixture::new(&model, own[0]).tracks(&self.observations[r], first_places[r]) {
+                recording.add_track(&track);
+            }
+            let Estimate { value, sigma } = self.model.striker_velocity_m_per_s;
+            recording.add_prior(0, (own[0] - value) / sigma, sigma.recip());
+            recording
+        });
+        let mut equations = NormalEquations::new(self.n_shared());
+        recordings.into_iter().for_each(|recording| equations.add_recording(recording));
+        for (known, unknown) in self.model.known.iter().zip(N_DAMPINGS..) {
+            let residual = (at.shared[unknown] - 1.0) / known.relative_sigma;
+            equations.add_prior(unknown, residual, known.relative_sigma.recip());
+        }
+        Ok(equations)
+    }
+}
+
+/// The number of positions; refuses tracks that make no sense.
+fn check(observations: &[Observation], model: &TrackModel) -> Result<usize, FitError> {
+    const LEAST_POSITIONS: usize = 100;
+    let n_bodies = model.chain.n_bodies();
+    let count = |track: &BodyTrack| track.position_m.iter().flatten().count();
+    let tracks = || observations.iter().flat_map(|observation| &observation.bodies);
+    let found = tracks().map(count).sum();
+    if found < LEAST_POSITIONS {
+        return Err(FitError::TooFew { what: "positions", expected: LEAST_POSITIONS, found });
+    }
+    if let Some(track) = tracks().find(|track| !(1..=n_bodies).contains(&track.body)) {
+        return Err(FitError::TooFew { what: "bodies in the model", expected: track.body, found: n_bodies });
+    }
+    let is_exact = |x: &Estimate| x.sigma.is_nan() || x.sigma <= 0.0;
+    match tracks().any(|track| track.position_m.iter().flatten().any(is_exact)) {
+        true => Err(FitError::SingularCovariance { what: "tracks" }),
+        false => Ok(found),
+    }
+}
+
+/// The chain and its striker at values of the shared unknowns.
+pub(super) fn struck(
+    model: &TrackModel,
+    shared: &DVector<f64>,
+    quantities: impl Iterator<Item = Quantity>,
+) -> Result<Struck, FitError> {
+    let Drive::Striker(striker) = &model.chain.drive else { return Err(FitError::NoStriker) };
+    let mut chain =
+        Chain { damping_kg_per_s: vec![shared[0]; model.chain.n_bodies()], ..model.chain.clone() };
+    let mut striker = Striker { damping_kg_per_s: shared[1], ..*striker };
+    for (quantity, factor) in quantities.zip(shared.iter().skip(N_DAMPINGS)) {
+        quantity.apply(*factor, &mut chain, &mut striker);
+    }
+    Ok(Struck { chain, striker })
+}
+
+/// Residuals less unknowns, the places at rest among them.
+pub(super) fn freedom(problem: &TrackResiduals<'_>) -> usize {
+    let n_tracks = problem.observations.iter().map(|observation| observation.bodies.len()).sum::<usize>();
+    let n_unknowns = N_DAMPINGS + 2 * problem.observations.len() + n_tracks;
+    problem.n_residuals.saturating_sub(n_unknowns).max(1)
+}
+
+/// The range of striker velocities that a family must span: those given, and two standard deviations of the prior.
+pub(super) fn range_of(strikers_m_per_s: &[f64], model: &TrackModel) -> [f64; 2] {
+    let Estimate { value, sigma } = model.striker_velocity_m_per_s;
+    let lowest = strikers_m_per_s.iter().copied().fold(value - 2.0 * sigma, f64::min);
+    let highest = strikers_m_per_s.iter().copied().fold(value + 2.0 * sigma, f64::max);
+    [lowest.max(1e-3 * value), highest]
+}
+
+fn scale_unknown(model: &TrackModel) -> Option<usize> {
+    let place = model.known.iter().position(|known| known.quantity == Quantity::Scale);
+    place.map(|i| N_DAMPINGS + i)
+}
+
+/// How the model's simulations add up for one recording's striker.
+struct Mixture<'a> {
+    model: &'a SolvedModel,
+    value: Weights,
+    slope: Weights,
+}
+
+impl<'a> Mixture<'a> {
+    fn new(model: &'a SolvedModel, striker_m_per_s: f64) -> Self {
+        let (value, slope) = model.response.weights(striker_m_per_s);
+        Self { model, value, slope }
+    }
+
+    /// The sums of each track of a recording, whose positions begin at `place` among all.
+    fn tracks(&self, observation: &Observation, mut place: usize) -> Vec<TrackSums> {
+        let n_shared = self.model.derivatives.len();
+        let mut row = vec![0.0; N_OWN + n_shared + 1];
+        let sums_of = |track: &BodyTrack| {
+            let (origin_m, mut sums) = (first_position_m(track), TrackSums::new(n_shared));
+            for position in track.position_m.iter().flatten() {
+                let from_first = Estimate::new(position.value - origin_m, position.sigma);
+                self.fill(&mut row, place, from_first);
+                sums.add(&row, position.sigma.recip());
+                place += 1;
+            }
+            sums
+        };
+        observation.bodies.iter().map(sums_of).collect()
+    }
+
+    /// A row (own, shared, residual) in units of the position's sigma; the residual is model less measurement.
+    fn fill(&self, row: &mut [f64], place: usize, position: Estimate) {
+        let SolvedModel { response, derivatives, scale, scale_unknown } = self.model;
+        let inverse_sigma = position.sigma.recip();
+        let factor = scale * inverse_sigma;
+        let last = row.len() - 1;
+        let x_m = response.displacement_m(&self.value, place);
+        row[0] = factor * response.displacement_m(&self.slope, place);
+        row[1] = -factor * response.velocity_m_per_s(&self.value, place);
+        row[last] = factor * x_m - position.value * inverse_sigma;
+        for (entry, which) in row[N_OWN..last].iter_mut().zip(derivatives) {
+            *entry = factor * which.map_or(0.0, |which| response.derivative_m(&self.value, which, place));
+        }
+        if let Some(unknown) = scale_unknown {
+            row[N_OWN + unknown] = x_m * inverse_sigma;
+        }
+    }
+}
+
+/// Positions count from the first one seen, so that sums of squares keep their digits.
+fn first_position_m(track: &BodyTrack) -> f64 {
+    track.position_m.iter().flatten().next().map_or(0.0, |position| position.value)
+}
+
+#[cfg(test)]
+mod tests {
+    use chainwave_mechanics::{FarEnd, PowerLaw, simulate};
+
+    use super::*;
+    use crate::quantity::Known;
+
+    /// One trial that sees eight bodies, without noise.
+    fn observed(chain: &Chain) -> Observation {
+        let moved = simulate(chain, &Schedule::automatic(0.008, 1e-5)).unwrap().trajectory;
+        let times_s: Vec<f64> = (0..150).map(|k| 4e-5 * f64::from(k)).collect();
+        let track = |body: usize| {
+            let place = |t_s: &f64| Some(Estimate::new(moved.at(*t_s)?.displacement_m(body - 1), 0.4e-6));
+            BodyTrack { body, position_m: times_s.iter().map(place).collect() }
+        };
+        let bodies = (1..=8).map(track).collect();
+        Observation { recording: "one".into(), view: 0, trial: 0, times_s, bodies }
+    }
+
+    #[test]
+    fn sensitivities_are_those_of_simulations() {
+        let chain = Chain {
+            mass_kg: vec![0.455e-3; 8],
+            damping_kg_per_s: vec![0.003; 8],
+            contact: PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap().into(),
+            drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s: 2.73, damping_kg_per_s: 0.2 }),
+            far_end: FarEnd::Free,
+        };
+        let quantities = [
+            Quantity::BodyMass,
+            Quantity::Prefactor,
+            Quantity::Offset,
+            Quantity::Exponent,
+            Quantity::Softening,
+        ];
+        let known = quantities.map(|quantity| Known { quantity, relative_sigma: 0.01 }).into();
+        let observations = [observed(&chain)];
+        let velocity = Estimate::new(2.73, 0.05);
+        let n_threads = std::num::NonZero::<usize>::MIN;
+        let model = TrackModel { chain, striker_velocity_m_per_s: velocity, known, n_threads };
+        let problem = TrackResiduals::new(&observations, &model, &[]).unwrap();
+        let shared = DVector::from_vec([vec![0.003, 0.2], vec![1.0; 5]].concat());
+        let state = Unknowns { shared, own: vec![Own::new(2.73, 0.0)] };
+        let response_at = |state: &Unknowns| problem.solve(state).unwrap().response;
+        let n_places = observations[0].bodies.len() * observations[0].times_s.len();
+        let weights = response_at(&state).weights(2.73).0;
+        let here = response_at(&state);
+        for unknown in 0..problem.n_shared() {
+            let value = state.shared[unknown];
+            let displacement_m = |part: f64| {
+                let mut beside = state.clone();
+                beside.shared[unknown] += part * value;
+                let there = response_at(&beside);
+                let of_place = |place| there.displacement_m(&weights, place);
+                DVector::from_iterator(n_places, (0..n_places).map(of_place))
+            };
+            let slope = |part: f64| (displacement_m(part) - displacement_m(-part)) / (2.0 * part * value);
+            let expected = (slope(1e-3) * 4.0 - slope(2e-3)) / 3.0;
+            let of_place = |place| here.derivative_m(&weights, unknown, place);
+            let found = DVector::from_iterator(n_places, (0..n_places).map(of_place));
+            let error = (&found - &expected).amax() / expected.amax();
+            // The simulations in the differences step differently, to 1e-6 of the motion by their own account.
+            assert!(error < 5e-6, "unknown {unknown}: {error}");
+        }
+    }
+}

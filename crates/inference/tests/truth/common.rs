@@ -1,0 +1,57 @@
+//! Motions with known answers.
+
+use chainwave_measurement::{ChainMotion, ErrorMode};
+use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Simulation, Striker, simulate};
+use ndarray::Array2;
+
+pub(crate) const PITCH_M: f64 = 0.030;
+pub(crate) const INTERVAL_S: f64 = 4e-5;
+
+/// The law fitted to the ring's compression curve (physics.md).
+pub(crate) fn ring_law() -> PowerLaw {
+    PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap()
+}
+
+/// The paper's chain with its striker, sampled at 25 kHz.
+pub(crate) fn paper_chain(
+    n_bodies: usize,
+    velocity_m_per_s: f64,
+    far_end: FarEnd,
+    duration_s: f64,
+) -> Simulation {
+    let chain = Chain {
+        mass_kg: vec![0.455e-3; n_bodies],
+        damping_kg_per_s: vec![0.003; n_bodies],
+        contact: ring_law().into(),
+        drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s, damping_kg_per_s: 0.2 }),
+        far_end,
+    };
+    let schedule = Schedule::automatic(duration_s, INTERVAL_S);
+    simulate(&chain, &schedule).unwrap()
+}
+
+/// The motion with its independent sigma set.
+pub(crate) fn with_sigma(mut motion: ChainMotion, sigma_m: f64) -> ChainMotion {
+    motion.independent_sigma_m.fill(sigma_m);
+    motion.displacement_m.iter_mut().flatten().for_each(|x| x.sigma = sigma_m);
+    motion
+}
+
+/// The motion with an error mode: every body in `bodies` (from 0) is seen `shift_s` late, at one standard deviation.
+pub(crate) fn with_late_view(
+    mut motion: ChainMotion,
+    bodies: std::ops::Range<usize>,
+    shift_s: f64,
+) -> ChainMotion {
+    let last = motion.times_s.len() - 1;
+    let x = motion.displacement_m.mapv(|x| x.map_or(0.0, |x| x.value));
+    let error = Array2::from_shape_fn(x.dim(), |(body, k)| {
+        let (before, after) = (k.saturating_sub(1), (k + 1).min(last));
+        let slope = (x[(body, after)] - x[(body, before)]) / ((after - before) as f64 * INTERVAL_S);
+        if bodies.contains(&body) { -shift_s * slope } else { 0.0 }
+    });
+    motion
+        .modes
+        .push(ErrorMode { source: format!("timing of bodies {bodies:?}").into(), displacement_m: error });
+    motion
+}

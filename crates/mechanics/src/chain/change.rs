@@ -1,0 +1,66 @@
+//! A changed parameter of a chain, as the chain on both sides of it.
+
+use super::parameters::{Chain, Drive};
+use crate::{check, error::MechanicsError};
+
+/// A change of a chain whose effect on the motion is asked for: the chain on both sides of it.
+///
+/// The two may differ in any number (masses, dampers, contact laws, the drive), not in the number of bodies, the kind of drive or
+/// the far end. Where the chain cannot go below a value (a damper of zero), it may itself stand for the chain below.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Change {
+    /// The chain a step below.
+    pub below: Chain,
+    /// The chain a step above.
+    pub above: Chain,
+    /// The step from below to above, in the unit of what is changed.
+    pub width: f64,
+}
+
+impl Change {
+    pub(super) fn check(&self, index: usize, chain: &Chain) -> Result<(), MechanicsError> {
+        check::positive(format!("width of change {index}"), self.width)?;
+        for side in [&self.below, &self.above] {
+            side.check()?;
+            let kind = |drive: &Drive| std::mem::discriminant(drive);
+            let not_alike = |what: &'static str| Err(MechanicsError::NotAlike { index, what });
+            if side.n_bodies() != chain.n_bodies() {
+                return not_alike("number of bodies");
+            }
+            if kind(&side.drive) != kind(&chain.drive) {
+                return not_alike("kind of drive");
+            }
+            if side.far_end != chain.far_end {
+                return not_alike("far end");
+            }
+        }
+        Ok(())
+    }
+
+    /// Where it changes how the bodies accelerate.
+    pub(crate) fn seat(&self) -> Seat {
+        let Self { below, above, .. } = self;
+        if below.contact != above.contact {
+            return Seat::Contacts;
+        }
+        let of_striker = |chain: &Chain| match &chain.drive {
+            Drive::Striker(striker) => Some((striker.mass_kg, striker.damping_kg_per_s)),
+            _ => None,
+        };
+        let is_felt = below.mass_kg != above.mass_kg
+            || below.damping_kg_per_s != above.damping_kg_per_s
+            || of_striker(below) != of_striker(above);
+        if is_felt { Seat::MassesAndDampers } else { Seat::Drive }
+    }
+}
+
+/// What a change is in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Seat {
+    /// What the gaps hold.
+    Contacts,
+    /// The same springs move other masses, or against other dampers.
+    MassesAndDampers,
+    /// What is imposed on a body, or how it begins: accelerations are the same.
+    Drive,
+}

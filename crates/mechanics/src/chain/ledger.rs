@@ -1,0 +1,211 @@
+//! Energy balance, and the peaks of each gap's overlap over all steps and between them.
+
+use pulp::{Simd, WithSimd};
+
+use super::{course::Course, model::ChainModel, state::ChainState};
+use crate::{
+    integrator::step::Step,
+    lanes::{PADDING, row::AlignedRow, vectorised},
+};
+
+/// What is booked after every step: how far each gap was closed and stretched, and the balance of energy.
+#[derive(Debug)]
+pub(crate) struct Ledger {
+    /// Times a gap between bodies passed beyond its law's range in tension.
+    pub(crate) tension_events: u64,
+    /// Largest and smallest overlap of each gap of the row so far, in metres.
+    most_m: AlignedRow,
+    least_m: AlignedRow,
+    /// When each gap of the row turned at its largest overlap, in seconds; not a number before it turned.
+    most_at_s: Vec<f64>,
+    /// Overlaps in metres below which the tension rules hold; minus infinity where no bond is.
+    limits_m: AlignedRow,
+    /// Vectors of gaps among which one may have peaked within the step.
+    may_peak: Vec<usize>,
+    initial_j: Option<f64>,
+    largest_j: f64,
+    drift_j: f64,
+}
+
+impl Ledger {
+    pub(crate) fn new(model: &ChainModel<'_>, state: &ChainState) -> Self {
+        let n = model.gaps.limits_m().len();
+        let mut limits_m = AlignedRow::padded(model.gaps.limits_m().iter().copied(), n);
+        let bonds = model.first_gap()..model.n_masses() - usize::from(!model.has_wall);
+        for (gap, limit) in limits_m.iter_mut().enumerate() {
+            if !bonds.contains(&gap) {
+                *limit = f64::NEG_INFINITY;
+            }
+        }
+        let row = AlignedRow::zeros(n);
+        let mut ledger = Self {
+            tension_events: 0,
+            most_m: row.clone(),
+            most_at_s: vec![f64::NAN; n],
+            least_m: row,
+            limits_m,
+            may_peak: Vec::with_capacity(n),
+            initial_j: None,
+            largest_j: 0.0,
+            drift_j: 0.0,
+        };
+        for gap in 0..model.n_masses() {
+            let overlap_m = state.x_m[gap] - state.x_m[gap + 1];
+            ledger.most_m[gap] = overlap_m.max(0.0);
+            ledger.least_m[gap] = overlap_m.min(0.0);
+            ledger.tension_events += u64::from(overlap_m < ledger.limits_m[gap]);
+        }
+        ledger
+    }
+
+    /// Books a step; returns the largest displacement (metres) and velocity (metres per second) at its end.
+    pub(crate) fn book_gaps(
+        &mut self,
+        model: &ChainModel<'_>,
+        from: &ChainState,
+        to: &ChainState,
+        step: Step,
+    ) -> (f64, f64) {
+        let reach = vectorised(BookGaps { ledger: self, from, to, step });
+        if !self.may_peak.is_empty() {
+            self.book_peaks(model, [from, to], step);
+        }
+        reach
+    }
+
+    /// When each gap between bodies was closed the most, in seconds; none where it was never seen to open again.
+    pub(crate) fn peak_times_s(&self, model: &ChainModel<'_>) -> Vec<Option<f64>> {
+        let first = model.first_gap();
+        let times_s = self.most_at_s[first..first + model.n_gaps()].iter();
+        times_s.map(|time_s| time_s.is_finite().then_some(*time_s)).collect()
+    }
+
+    /// Books the whole energy at `state`, and returns what the masses and gaps hold, in joules.
+    pub(crate) fn book_total(&mut self, model: &ChainModel<'_>, state: &ChainState) -> f64 {
+        let held_j = model.energy_j(state);
+        let initial_j = *self.initial_j.get_or_insert(held_j);
+        self.largest_j = self.largest_j.max(held_j);
+        self.drift_j = self.drift_j.max((held_j + state.lost_j - initial_j).abs());
+        held_j
+    }
+
+    /// Largest change of held and lost energy, over the largest energy held; the latter is the initial energy, except
+    /// for an imposed motion, which feeds energy in.
+    pub(crate) fn energy_drift(&self) -> f64 {
+        if self.largest_j > 0.0 { self.drift_j / self.largest_j } else { self.drift_j }
+    }
+
+    /// Peak potential energy of each gap between bodies, in joules. The energy grows with the overlap's distance from zero,
+    /// so it peaks where the overlap does.
+    pub(crate) fn psi_max_j(&self, model: &ChainModel<'_>) -> Vec<f64> {
+        let first = model.first_gap();
+        let energy = |gap: usize, overlap_m: f64| model.spring(gap).force_and_energy(overlap_m).1;
+        (first..first + model.n_gaps())
+            .map(|gap| energy(gap, self.most_m[gap]).max(energy(gap, self.least_m[gap])))
+            .collect()
+    }
+
+    /// Smallest and largest overlap of a gap of the row, in metres.
+    pub(crate) fn range_m(&self, gap: usize) -> [f64; 2] {
+        [self.least_m[gap], self.most_m[gap]]
+    }
+
+    /// Looks for peaks between the ends of a step.
+    #[cold]
+    fn book_peaks(&mut self, model: &ChainModel<'_>, ends: [&ChainState; 2], step: Step) {
+        while let Some(first) = self.may_peak.pop() {
+            for gap in first..(first + PADDING).min(model.n_masses()) {
+                if self.may_peak(ends, step.h_s, gap) {
+                    self.book_peak(model, ends, step, gap);
+                }
+            }
+        }
+    }
+
+    /// Whether a gap turned within a step, and the tangent at the start leads to a new extreme before it did.
+    fn may_peak(&self, ends: [&ChainState; 2], h_s: f64, gap: usize) -> bool {
+        let [rate, rate_after] = ends.map(|state| state.v_m_per_s[gap] - state.v_m_per_s[gap + 1]);
+        let reach_m = ends[0].x_m[gap] - ends[0].x_m[gap + 1] + h_s * rate;
+        rate * rate_after < 0.0 && (reach_m > self.most_m[gap] || reach_m < self.least_m[gap])
+    }
+
+    fn book_peak(&mut self, model: &ChainModel<'_>, ends: [&ChainState; 2], step: Step, gap: usize) {
+        let course = Course::of_gap(model, ends, step.h_s, gap);
+        let part = course.turn();
+        let peak_m = course.overlap_m(part);
+        if peak_m > self.most_m[gap] || (peak_m >= self.most_m[gap] && course.rate_m_per_s(0.0) > 0.0) {
+            self.most_m[gap] = peak_m;
+            self.most_at_s[gap] = step.time_s + part * step.h_s;
+        }
+        self.least_m[gap] = self.least_m[gap].min(peak_m);
+    }
+}
+
+struct BookGaps<'a> {
+    ledger: &'a mut Ledger,
+    from: &'a ChainState,
+    to: &'a ChainState,
+    step: Step,
+}
+
+impl WithSimd for BookGaps<'_> {
+    type Output = (f64, f64);
+
+    /// Ends of the step for all gaps, and which of them want a look in between.
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> (f64, f64) {
+        let Self { ledger, from, to, step } = self;
+        let n = to.active;
+        let h = simd.splat_f64s(step.h_s);
+        let zero = simd.splat_f64s(0.0);
+        let one = simd.splat_f64s(1.0);
+        let (mut passes, mut x, mut v) = (zero, zero, zero);
+        let (x_from, x_to) = (Neighbours::<S>::of(&from.x_m, n), Neighbours::<S>::of(&to.x_m, n));
+        let (v_from, v_to) = (Neighbours::<S>::of(&from.v_m_per_s, n), Neighbours::<S>::of(&to.v_m_per_s, n));
+        let (most, _) = S::as_mut_simd_f64s(&mut ledger.most_m[..n]);
+        let (least, _) = S::as_mut_simd_f64s(&mut ledger.least_m[..n]);
+        let (limits, _) = S::as_simd_f64s(&ledger.limits_m[..n]);
+        for (vector, ((most, least), limit)) in most.iter_mut().zip(least).zip(limits).enumerate() {
+            x = simd.max_f64s(x, simd.abs_f64s(x_to.left[vector]));
+            v = simd.max_f64s(v, simd.abs_f64s(v_to.left[vector]));
+            let (before, after) = (x_from.difference(simd, vector), x_to.difference(simd, vector));
+            let rate = v_from.difference(simd, vector);
+            let turned = simd.less_than_f64s(simd.mul_f64s(rate, v_to.difference(simd, vector)), zero);
+            let reach = simd.mul_add_f64s(h, rate, before);
+            let extreme = simd.or_m64s(simd.less_than_f64s(*most, reach), simd.less_than_f64s(reach, *least));
+            if simd.first_true_m64s(simd.and_m64s(turned, extreme)) < S::F64_LANES {
+                let first = vector * S::F64_LANES / PADDING * PADDING;
+                if ledger.may_peak.last() != Some(&first) {
+                    ledger.may_peak.push(first);
+                }
+            }
+            let beyond = simd.less_than_f64s(after, *limit);
+            if simd.first_true_m64s(beyond) < S::F64_LANES {
+                let within = simd.select_f64s(simd.less_than_f64s(before, *limit), zero, one);
+                passes = simd.add_f64s(passes, simd.select_f64s(beyond, within, zero));
+            }
+            *least = simd.min_f64s(*least, after);
+            *most = simd.max_f64s(*most, after);
+        }
+        ledger.tension_events += simd.reduce_sum_f64s(passes) as u64;
+        (simd.reduce_max_f64s(x), simd.reduce_max_f64s(v))
+    }
+}
+
+/// A row's values, and their neighbours to the right, as vectors.
+struct Neighbours<'a, S: Simd> {
+    left: &'a [S::f64s],
+    right: &'a [S::f64s],
+}
+
+impl<'a, S: Simd> Neighbours<'a, S> {
+    #[inline(always)]
+    fn of(row: &'a [f64], n: usize) -> Self {
+        Self { left: S::as_simd_f64s(&row[..n]).0, right: S::as_simd_f64s(&row[1..=n]).0 }
+    }
+
+    #[inline(always)]
+    fn difference(&self, simd: S, vector: usize) -> S::f64s {
+        simd.sub_f64s(self.left[vector], self.right[vector])
+    }
+}

@@ -1,0 +1,57 @@
+//! The linear chain that small motions see: its dispersion relation, band edge, speed of sound and critical damping.
+
+use std::f64::consts::PI;
+
+use super::parameters::Chain;
+
+/// An infinite chain of equal masses on equal linear springs: what a chain of contacts is to motions far below delta_0.
+///
+/// A wave that turns by kappa from body to body has omega = 2 sqrt(k_0 / m) |sin(kappa / 2)| (C. Kittel, Introduction to Solid State
+/// Physics, chapter 4).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinearChain {
+    /// Stiffness k_0 of one gap in newtons per metre.
+    pub stiffness_n_per_m: f64,
+    /// Mass m of one body in kilograms.
+    pub mass_kg: f64,
+}
+
+impl LinearChain {
+    /// Frequency in hertz of a wave that turns by `kappa_rad` from body to body.
+    pub fn frequency_hz(&self, kappa_rad: f64) -> f64 {
+        self.bodies_per_s() * (0.5 * kappa_rad).sin().abs() / PI
+    }
+
+    /// Upper edge of the band in hertz, sqrt(k_0 / m) / pi: no wave of a higher frequency runs down the chain.
+    pub fn band_edge_hz(&self) -> f64 {
+        self.frequency_hz(PI)
+    }
+
+    /// Speed of sound, that of the longest waves, in bodies a second: sqrt(k_0 / m).
+    pub fn bodies_per_s(&self) -> f64 {
+        (self.stiffness_n_per_m / self.mass_kg).sqrt()
+    }
+
+    /// Speed of sound in metres per second, for a pitch in metres.
+    pub fn sound_speed_m_per_s(&self, pitch_m: f64) -> f64 {
+        pitch_m * self.bodies_per_s()
+    }
+
+    /// Time in seconds that sound takes past `n_bodies` bodies.
+    pub fn crossing_time_s(&self, n_bodies: usize) -> f64 {
+        n_bodies as f64 / self.bodies_per_s()
+    }
+
+    /// The dashpot in kilograms per second at which one mass on one of the springs, 2 sqrt(k_0 m), no longer oscillates.
+    pub fn critical_damping_kg_per_s(&self) -> f64 {
+        2.0 * (self.stiffness_n_per_m * self.mass_kg).sqrt()
+    }
+}
+
+impl Chain {
+    /// The linear chain of the first gap's stiffness at zero overlap and the first body's mass, none for a chain without a body.
+    pub fn linear(&self) -> Option<LinearChain> {
+        let stiffness_n_per_m = self.contact.k_0_n_per_m();
+        self.mass_kg.first().map(|&mass_kg| LinearChain { stiffness_n_per_m, mass_kg })
+    }
+}

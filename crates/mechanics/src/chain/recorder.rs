@@ -1,0 +1,54 @@
+//! Displacements and velocities at the output times.
+
+use chainwave_measurement::Trajectory;
+use ndarray::Array2;
+
+use super::{simulation::StrikerMotion, state::ChainState};
+
+/// Collects the motion at the output times.
+#[derive(Debug)]
+pub(crate) struct Recorder {
+    trajectory: Trajectory,
+    striker: Option<StrikerMotion>,
+}
+
+impl Recorder {
+    pub(crate) fn new(n_bodies: usize, times_s: Vec<f64>, has_striker: bool) -> Self {
+        let shape = (n_bodies, times_s.len());
+        let striker = has_striker.then(|| StrikerMotion {
+            displacement_m: vec![0.0; times_s.len()],
+            velocity_m_per_s: vec![0.0; times_s.len()],
+        });
+        let (displacement_m, velocity_m_per_s) = (Array2::zeros(shape), Array2::zeros(shape));
+        Self { trajectory: Trajectory { times_s, displacement_m, velocity_m_per_s }, striker }
+    }
+
+    /// Writes `state` as output number `k`; the last masses of the row are the bodies.
+    pub(crate) fn record(&mut self, k: usize, state: &ChainState) {
+        let first = usize::from(self.striker.is_some());
+        for (to, &x_m) in self.trajectory.displacement_m.column_mut(k).iter_mut().zip(&state.x_m[first..]) {
+            *to = x_m;
+        }
+        for (to, &v) in
+            self.trajectory.velocity_m_per_s.column_mut(k).iter_mut().zip(&state.v_m_per_s[first..])
+        {
+            *to = v;
+        }
+        if let Some(striker) = &mut self.striker {
+            striker.displacement_m[k] = state.x_m[0];
+            striker.velocity_m_per_s[k] = state.v_m_per_s[0];
+        }
+    }
+
+    /// Largest difference of displacement to another record over the largest displacement.
+    pub(crate) fn relative_difference(&self, other: &Self) -> f64 {
+        let (x, y) = (&self.trajectory.displacement_m, &other.trajectory.displacement_m);
+        let largest = x.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
+        let difference = x.iter().zip(y).fold(0.0_f64, |largest, (x, y)| largest.max((x - y).abs()));
+        if difference > 0.0 { difference / largest } else { 0.0 }
+    }
+
+    pub(crate) fn finish(self) -> (Trajectory, Option<StrikerMotion>) {
+        (self.trajectory, self.striker)
+    }
+}

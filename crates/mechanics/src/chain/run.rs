@@ -1,0 +1,383 @@
+//! The march of one integration: steps and their control, switches, outputs.
+
+use super::{
+    front::Front, ledger::Ledger, model::ChainModel, parameters::Chain, recorder::Recorder, schedule::Bodies,
+    simulation::Simulation, state::ChainState, step_size::Pace, switch::cut_at_switch,
+};
+use crate::{
+    check,
+    error::MechanicsError,
+    integrator::{
+        method::Method,
+        rung::Rung,
+        step::{LocalError, Step},
+    },
+};
+
+/// Steps times bodies beyond which a simulation is refused (minutes of computing).
+const MAX_BODY_STEPS: f64 = 2e11;
+/// Switches of the striker's contact without a whole step in between beyond which a run is given up.
+const MAX_SWITCHES: u32 = 1000;
+/// Outputs at which the energy is booked.
+const ENERGY_BOOKINGS: usize = 512;
+/// Bodies ahead of the front move by less than this part of the accuracy.
+const NEGLIGIBLE: f64 = 1e-6;
+/// The same for constant steps, whose accuracy is not known beforehand.
+const NEGLIGIBLE_AT_CONSTANT_STEPS: f64 = 1e-16;
+
+/// What a run is asked for.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Order {
+    pub(crate) method: Method,
+    pub(crate) pacing: Pacing,
+    pub(crate) bodies: Bodies,
+    pub(crate) output_interval_s: f64,
+    pub(crate) n_outputs: usize,
+}
+
+/// How a run finds its steps.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Pacing {
+    /// The largest step up to this one that divides the output interval.
+    Constant { dt_s: f64 },
+    /// Steps whose estimated errors add up to this accuracy over the run when they grow by the factor `room` on their way.
+    Adaptive { accuracy: f64, room: f64 },
+}
+
+/// One integration, and what it collects.
+pub(crate) struct Run<'a> {
+    model: ChainModel<'a>,
+    order: Order,
+    rung: Rung,
+    front: Front,
+    recorder: Recorder,
+    pub(crate) ledger: Ledger,
+    control: Control,
+    steps: u64,
+    contact_switch_times_s: Vec<f64>,
+    force_evaluations: u64,
+}
+
+impl<'a> Run<'a> {
+    /// Integrates to the last output.
+    pub(crate) fn complete(chain: &'a Chain, pace: &Pace<'_>, order: Order) -> Result<Self, MechanicsError> {
+        let model = ChainModel::new(chain);
+        if order.method.is_symplectic() && model.has_neighbours_coupled() {
+            let what = "dashpots between neighbours";
+            return Err(MechanicsError::NotFor { method: order.method.name(), what });
+        }
+        let mut state = model.initial_state(chain);
+        let control = Control::new(&order, pace, &state)?;
+        let negligible = match order.pacing {
+            Pacing::Constant { .. } => NEGLIGIBLE_AT_CONSTANT_STEPS,
+            Pacing::Adaptive { accuracy, .. } => NEGLIGIBLE * accuracy,
+        };
+        let front = Front::new((order.bodies == Bodies::Reached).then_some(negligible), model.n_masses());
+        front.begin(&mut state);
+        let times_s: Vec<f64> = (0..order.n_outputs).map(|k| k as f64 * order.output_interval_s).collect();
+        let mut run = Self {
+            rung: Rung::new(order.method, &model),
+            front,
+            recorder: Recorder::new(chain.n_bodies(), times_s, model.striker.is_some()),
+            ledger: Ledger::new(&model, &state),
+            control,
+            steps: 0,
+            contact_switch_times_s: Vec::new(),
+            force_evaluations: 0,
+            model,
+            order,
+        };
+        run.output(0, &state)?;
+        run.march(state)?;
+        Ok(run)
+    }
+
+    /// Steps from t = 0 to the end.
+    fn march(&mut self, mut state: ChainState) -> Result<(), MechanicsError> {
+        let mut ahead = state.clone();
+        let mut between = state.clone();
+        let mut time_s = 0.0;
+        let mut next_output = 1;
+        let mut continued = false;
+        let mut switches_in_a_row = 0;
+        while next_output < self.order.n_outputs {
+            self.begin(&state, continued);
+            let target_s = self.control.target_s(time_s, next_output, &self.order);
+            let (h_s, cut) = self.step(time_s, target_s, &state, &mut ahead)?;
+            let reached = cut.is_none() && time_s + h_s * (1.0 + 1e-5) >= target_s;
+            let end_s = if reached { target_s } else { time_s + h_s };
+            let reach = self.ledger.book_gaps(&self.model, &state, &ahead, Step { time_s, h_s });
+            self.control.reach(reach);
+            while next_output < self.order.n_outputs && self.time_of(next_output) <= end_s {
+                let output_s = self.time_of(next_output);
+                if reached && output_s >= target_s {
+                    self.output(next_output, &ahead)?;
+                } else {
+                    let step = Step { time_s, h_s };
+                    let fraction = (output_s - time_s) / h_s;
+                    self.rung.interpolate(&self.model, [&state, &ahead], step, fraction, &mut between);
+                    self.output(next_output, &between)?;
+                }
+                next_output += 1;
+            }
+            std::mem::swap(&mut state, &mut ahead);
+            time_s = end_s;
+            continued = cut.is_none();
+            switches_in_a_row = if continued { 0 } else { switches_in_a_row + 1 };
+            if cut.is_some() {
+                self.switch(&mut state, time_s, switches_in_a_row)?;
+            }
+            self.front.advance(&mut state, self.control.x_m, self.control.v_m_per_s);
+        }
+        Ok(())
+    }
+
+    fn time_of(&self, output: usize) -> f64 {
+        output as f64 * self.order.output_interval_s
+    }
+
+    fn begin(&mut self, state: &ChainState, continued: bool) {
+        let before = self.rung.evaluations();
+        self.rung.begin(&self.model, state, continued);
+        self.force_evaluations += (self.rung.evaluations() - before) * state.active as u64;
+    }
+
+    /// One step towards `target_s`, shortened until its error is small enough, and again to the first switch of the
+    /// striker's contact; returns its length, and whether a switch ended it.
+    fn step(
+        &mut self,
+        time_s: f64,
+        target_s: f64,
+        state: &ChainState,
+        ahead: &mut ChainState,
+    ) -> Result<(f64, Option<Switched>), MechanicsError> {
+        let before = self.rung.evaluations();
+        let mut h_s = self.control.step_s(target_s - time_s);
+        loop {
+            self.rung.advance(&self.model, state, Step { time_s, h_s }, ahead);
+            match self.control.judge(self.rung.local_error(), h_s) {
+                None => break,
+                Some(shorter_s) => h_s = shorter_s,
+            }
+            if h_s < self.control.least_s {
+                return Err(self.control.out_of_reach(&self.order, time_s, h_s));
+            }
+        }
+        let cut = cut_at_switch(&mut self.rung, &self.model, state, Step { time_s, h_s }, ahead);
+        self.steps += 1;
+        self.force_evaluations += (self.rung.evaluations() - before) * state.active as u64;
+        Ok((cut.unwrap_or(h_s), cut.map(|_| Switched)))
+    }
+
+    fn switch(&mut self, state: &mut ChainState, time_s: f64, in_a_row: u32) -> Result<(), MechanicsError> {
+        self.contact_switch_times_s.push(time_s);
+        self.model.switch_contact(state);
+        if in_a_row > MAX_SWITCHES {
+            return Err(MechanicsError::Chatter { time_s, switches: in_a_row });
+        }
+        Ok(())
+    }
+
+    fn output(&mut self, k: usize, state: &ChainState) -> Result<(), MechanicsError> {
+        self.recorder.record(k, state);
+        let last = self.order.n_outputs - 1;
+        if k.is_multiple_of(last.div_ceil(ENERGY_BOOKINGS)) || k == last {
+            let held_j = self.ledger.book_total(&self.model, state);
+            if !held_j.is_finite() {
+                return Err(MechanicsError::NotFinite { time_s: self.time_of(k) });
+            }
+        }
+        Ok(())
+    }
+
+    /// Estimated error of the displacements over the largest displacement, where the method has estimates: what its steps add
+    /// up to, with the room that they have to grow.
+    pub(crate) fn error_estimate(&self) -> Option<f64> {
+        match self.order.pacing {
+            Pacing::Constant { .. } => None,
+            Pacing::Adaptive { room, .. } => Some(room * self.control.error),
+        }
+    }
+
+    pub(crate) fn finish(self, choice: String) -> Simulation {
+        let error_estimate = self.error_estimate();
+        let duration_s = self.time_of(self.order.n_outputs - 1);
+        let dt_s = match self.order.pacing {
+            Pacing::Constant { .. } => self.control.h_s,
+            Pacing::Adaptive { .. } => duration_s / self.steps as f64,
+        };
+        let (trajectory, striker) = self.recorder.finish();
+        Simulation {
+            trajectory,
+            striker,
+            energy_drift: self.ledger.energy_drift(),
+            psi_max_j: self.ledger.psi_max_j(&self.model),
+            peak_times_s: self.ledger.peak_times_s(&self.model),
+            steps: self.steps,
+            dt_s,
+            method: self.order.method.name(),
+            choice,
+            error_estimate,
+            tension_events: self.ledger.tension_events,
+            contact_switch_times_s: self.contact_switch_times_s,
+            force_evaluations: self.force_evaluations,
+        }
+    }
+
+    /// Displacements of the bodies at the outputs.
+    pub(crate) fn recorder(&self) -> &Recorder {
+        &self.recorder
+    }
+
+    /// The constant step, in seconds.
+    pub(crate) fn dt_s(&self) -> f64 {
+        self.control.h_s
+    }
+}
+
+/// Says that a switch of the striker's contact ended the step.
+#[derive(Debug, Clone, Copy)]
+struct Switched;
+
+/// Chooses the steps and adds up their errors.
+#[derive(Debug)]
+struct Control {
+    adaptive: Option<Tolerance>,
+    /// Whether steps may pass outputs, which are then interpolated.
+    passes_outputs: bool,
+    /// The constant step, or the next one.
+    h_s: f64,
+    /// Steps between two outputs, where they are constant.
+    n_between: f64,
+    least_s: f64,
+    /// Largest displacement and velocity so far; at first those of the fastest oscillation.
+    x_m: f64,
+    v_m_per_s: f64,
+    /// Sum of the steps' relative errors.
+    error: f64,
+}
+
+/// What adaptive steps are held to.
+#[derive(Debug, Clone, Copy)]
+struct Tolerance {
+    /// Relative error for each second of the run.
+    per_second: f64,
+    /// Relative error that any step may make: short transients and corners need not be followed to the end.
+    least: f64,
+    /// Order of the error of a step, less one.
+    order: f64,
+    omega_rad_per_s: f64,
+}
+
+/// Share of the whole tolerance that any one step may take.
+const LEAST_SHARE: f64 = 1e-4;
+/// Part of the longest permissible step that the next one takes.
+const SAFETY: f64 = 0.9;
+/// Bounds of the next step over the last.
+const CHANGE: [f64; 2] = [0.2, 3.0];
+/// First step of an adaptive method, in radians of the fastest oscillation.
+const FIRST_STEP_RAD: f64 = 0.05;
+/// Shortest step of an adaptive method, in radians of the fastest oscillation at rest.
+const LEAST_STEP_RAD: f64 = 1e-9;
+
+impl Control {
+    fn new(order: &Order, pace: &Pace<'_>, state: &ChainState) -> Result<Self, MechanicsError> {
+        let omega_rad_per_s = pace.omega_at_rest();
+        let largest = |row: &[f64]| row.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
+        let (x_m, v_m_per_s) = (largest(&state.x_m), largest(&state.v_m_per_s));
+        let duration_s = order.output_interval_s * (order.n_outputs - 1) as f64;
+        let scale_s = if omega_rad_per_s > 0.0 { omega_rad_per_s.recip() } else { duration_s };
+        let mut control = Self {
+            adaptive: None,
+            passes_outputs: false,
+            h_s: 0.0,
+            n_between: 1.0,
+            least_s: 0.0,
+            x_m: x_m.max(v_m_per_s * scale_s),
+            v_m_per_s: v_m_per_s.max(x_m / scale_s),
+            error: 0.0,
+        };
+        match order.pacing {
+            Pacing::Constant { dt_s } => {
+                control.n_between = (order.output_interval_s / dt_s).ceil().max(1.0);
+                control.h_s = order.output_interval_s / control.n_between;
+                let n_steps = control.n_between * order.n_outputs as f64;
+                let hint = "very strong damping or very stiff contacts need very small steps";
+                let body_steps = n_steps * state.x_m.len() as f64;
+                check::limit("time steps times bodies", MAX_BODY_STEPS, body_steps, hint)?;
+            }
+            Pacing::Adaptive { accuracy, room } => {
+                let tolerance = accuracy / room;
+                control.adaptive = Some(Tolerance {
+                    per_second: tolerance / duration_s,
+                    least: LEAST_SHARE * tolerance,
+                    order: f64::from(order.method.error_order()) - 1.0,
+                    omega_rad_per_s: scale_s.recip(),
+                });
+                control.passes_outputs = order.method.is_dense();
+                control.h_s = (FIRST_STEP_RAD * scale_s).min(duration_s);
+                control.least_s = LEAST_STEP_RAD * scale_s.min(duration_s);
+            }
+        }
+        Ok(control)
+    }
+
+    /// Where the steps must stop next.
+    fn target_s(&self, time_s: f64, next_output: usize, order: &Order) -> f64 {
+        let interval_s = order.output_interval_s;
+        if self.adaptive.is_none() {
+            let start_s = (next_output - 1) as f64 * interval_s;
+            let done = ((time_s - start_s) / self.h_s * (1.0 + 1e-9)).floor() + 1.0;
+            return if done >= self.n_between {
+                next_output as f64 * interval_s
+            } else {
+                start_s + done * self.h_s
+            };
+        }
+        let output = if self.passes_outputs { order.n_outputs - 1 } else { next_output };
+        output as f64 * interval_s
+    }
+
+    /// Length of the next step, `left_s` before it must stop.
+    fn step_s(&self, left_s: f64) -> f64 {
+        match self.adaptive {
+            // A rounding of the time must not make a new step length.
+            None if (left_s - self.h_s).abs() < 1e-6 * self.h_s => self.h_s,
+            None => left_s,
+            // Two equal steps rather than a whole one and a tiny one.
+            Some(_) if self.h_s < left_s && left_s < 2.0 * self.h_s => 0.5 * left_s,
+            Some(_) => left_s.min(self.h_s),
+        }
+    }
+
+    /// Accepts a step and sets the next one, or says how much shorter it must be.
+    fn judge(&mut self, error: Option<LocalError>, h_s: f64) -> Option<f64> {
+        let (Some(tolerance), Some(error)) = (self.adaptive, error) else { return None };
+        // Errors of the velocity count as displacements within a radian of the fastest oscillation.
+        let relative = (error.x_m / self.x_m).max(error.v_m_per_s / (tolerance.omega_rad_per_s * self.x_m));
+        let ratio = relative / (tolerance.per_second * h_s).max(tolerance.least);
+        let change = SAFETY * ratio.max(1e-30).powf(-1.0 / tolerance.order);
+        if ratio > 1.0 || !ratio.is_finite() {
+            let [least, _] = CHANGE;
+            return Some(h_s * if change.is_finite() { change.clamp(least, SAFETY) } else { least });
+        }
+        self.error += relative;
+        // A step that was cut short by a stop says nothing against a longer one.
+        self.h_s =
+            (h_s * change.clamp(CHANGE[0], CHANGE[1])).max(if h_s < self.h_s { self.h_s } else { 0.0 });
+        None
+    }
+
+    /// Takes in the largest displacement and velocity of a state.
+    fn reach(&mut self, (x_m, v_m_per_s): (f64, f64)) {
+        self.x_m = self.x_m.max(x_m);
+        self.v_m_per_s = self.v_m_per_s.max(v_m_per_s);
+    }
+
+    fn out_of_reach(&self, order: &Order, time_s: f64, h_s: f64) -> MechanicsError {
+        let Pacing::Adaptive { accuracy, .. } = order.pacing else {
+            return MechanicsError::NotFinite { time_s };
+        };
+        MechanicsError::OutOfReach { method: order.method.name(), accuracy, time_s, h_s }
+    }
+}

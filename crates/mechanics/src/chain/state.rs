@@ -1,0 +1,42 @@
+//! Positions and velocities of all masses at one time.
+
+use crate::lanes::{PADDING, padded, row::AlignedRow};
+
+/// Where the masses are, how fast they move, and what has gone in or out.
+///
+/// The rows end in masses that never move, up to a whole number of vectors and one more, so that every gap of a vector has
+/// a mass on each side.
+#[derive(Debug, Clone)]
+pub(crate) struct ChainState {
+    pub(crate) x_m: AlignedRow,
+    pub(crate) v_m_per_s: AlignedRow,
+    /// Energy that the dampers took, less the work of an imposed motion.
+    pub(crate) lost_j: f64,
+    /// Whether the striker's contact is closed.
+    pub(crate) touching: bool,
+    /// Masses that are integrated, a multiple of the vectors' length; those beyond rest.
+    pub(crate) active: usize,
+}
+
+/// Length of a row of `n` masses with what pads it.
+pub(crate) fn row_length(n: usize) -> usize {
+    padded(n) + PADDING
+}
+
+impl ChainState {
+    pub(crate) fn at_rest(n_masses: usize) -> Self {
+        let row = AlignedRow::zeros(row_length(n_masses));
+        let active = padded(n_masses);
+        Self { x_m: row.clone(), v_m_per_s: row, lost_j: 0.0, touching: false, active }
+    }
+
+    /// Overlap of the striker (mass 0) with body 1, in metres.
+    pub(crate) fn striker_overlap_m(&self) -> f64 {
+        self.x_m[0] - self.x_m[1]
+    }
+
+    /// Rate at which that overlap grows, in metres per second.
+    pub(crate) fn striker_closing_m_per_s(&self) -> f64 {
+        self.v_m_per_s[0] - self.v_m_per_s[1]
+    }
+}

@@ -1,0 +1,198 @@
+//! Coefficients of the variational equations: stiffnesses, dashpots and forcing along a motion.
+
+use std::borrow::Cow;
+
+use chainwave_measurement::Trajectory;
+use pulp::Simd;
+
+use super::super::{
+    change::{Change, Seat},
+    force_row::ForceRow,
+    model::ChainModel,
+    parameters::Chain,
+    state::{ChainState, row_length},
+};
+use crate::contact::spring::Spring;
+
+/// A motion, between its samples its Hermite interpolant, and what changes of the chain do to the accelerations along it.
+pub(super) struct Along<'a> {
+    model: &'a ChainModel<'a>,
+    motion: &'a Trajectory,
+    /// The spring of each gap of the row.
+    springs: Vec<Cow<'a, Spring>>,
+    sides: Vec<ChangedModels<'a>>,
+    /// The motion at one time, and its springs' forces.
+    state: ChainState,
+    springs_n: ForceRow,
+    /// Rows for the two sides of a change.
+    force_n: ForceRow,
+    accelerations: [Vec<f64>; 2],
+}
+
+/// A chain on both sides of a change.
+struct ChangedModels<'a> {
+    below: ChainModel<'a>,
+    above: ChainModel<'a>,
+    width: f64,
+    seat: Seat,
+}
+
+/// What the variational equations hold at one time.
+#[derive(Debug, Clone)]
+pub(super) struct Coefficients {
+    /// Tangent stiffness and dashpot of the gap behind each mass.
+    pub(super) k_n_per_m: Vec<f64>,
+    pub(super) c_kg_per_s: Vec<f64>,
+    /// What each change adds to the acceleration of each mass, mass after mass.
+    pub(super) forcing: Vec<f64>,
+    /// Derivatives of displacement and velocity that an imposed motion gives mass 0, change after change.
+    imposed: Option<[Vec<f64>; 2]>,
+}
+
+impl Coefficients {
+    /// Sets what is imposed in rows of derivatives of displacement and velocity.
+    #[inline(always)]
+    pub(super) fn impose(&self, s: &mut [f64], u: &mut [f64]) {
+        if let Some([s_0, u_0]) = &self.imposed {
+            s[..s_0.len()].copy_from_slice(s_0);
+            u[..u_0.len()].copy_from_slice(u_0);
+        }
+    }
+}
+
+impl<'a> Along<'a> {
+    pub(super) fn new(
+        chain: &Chain,
+        model: &'a ChainModel<'a>,
+        motion: &'a Trajectory,
+        changes: &'a [Change],
+    ) -> Self {
+        let n = model.n_masses();
+        Self {
+            model,
+            motion,
+            springs: (0..n).map(|gap| model.spring(gap)).collect(),
+            sides: changes.iter().map(ChangedModels::new).collect(),
+            state: model.initial_state(chain),
+            springs_n: ForceRow::new(n),
+            force_n: ForceRow::new(n),
+            accelerations: [vec![0.0; row_length(n)], vec![0.0; row_length(n)]],
+        }
+    }
+
+    /// Room for the coefficients, the changes padded to `n_lanes`.
+    pub(super) fn coefficients(&self, n_lanes: usize) -> Coefficients {
+        let n = self.model.n_masses();
+        Coefficients {
+            k_n_per_m: vec![0.0; n],
+            c_kg_per_s: vec![0.0; n],
+            forcing: vec![0.0; (n + 1) * n_lanes],
+            imposed: self.model.is_imposed().then(|| [vec![0.0; n_lanes], vec![0.0; n_lanes]]),
+        }
+    }
+
+    /// Derivatives of displacement and velocity of each mass at t = 0, change after change.
+    pub(super) fn changes_at_start(&self, changes: &[Change]) -> Vec<Vec<[f64; 2]>> {
+        let of_change = |(change, sides): (&Change, &ChangedModels<'_>)| {
+            let below = sides.below.initial_state(&change.below);
+            let above = sides.above.initial_state(&change.above);
+            let of_mass = |mass: usize| {
+                [above.x_m[mass] - below.x_m[mass], above.v_m_per_s[mass] - below.v_m_per_s[mass]]
+                    .map(|difference| difference / sides.width)
+            };
+            (0..self.model.n_masses()).map(of_mass).collect()
+        };
+        changes.iter().zip(&self.sides).map(of_change).collect()
+    }
+
+    /// Opens or closes the striker's contact; where it closes, returns the force in newtons that sets in, and the rate of closing in metres
+    /// per second.
+    pub(super) fn switch(&mut self, time_s: f64) -> Option<(f64, f64)> {
+        self.state.touching = !self.state.touching;
+        self.place(time_s);
+        let contact = self.model.striker.as_ref().filter(|_| self.state.touching)?;
+        let closing_m_per_s = self.state.striker_closing_m_per_s();
+        let push_n = contact.push_n(self.state.striker_overlap_m(), closing_m_per_s);
+        (closing_m_per_s > 0.0).then_some((push_n, closing_m_per_s))
+    }
+
+    /// Works out the coefficients at a time.
+    #[inline(always)]
+    pub(super) fn work_out<S: Simd>(&mut self, simd: S, time_s: f64, coefficients: &mut Coefficients) {
+        self.place(time_s);
+        let Coefficients { k_n_per_m, c_kg_per_s, forcing, imposed } = coefficients;
+        let ChainState { x_m, touching, active, .. } = &self.state;
+        self.model.spring_forces(simd, x_m, *touching, *active, &mut self.springs_n);
+        let springs_n = self.springs_n.behind(*active);
+        for (gap, (k, c)) in k_n_per_m.iter_mut().zip(c_kg_per_s).enumerate() {
+            *k = match self.model.carries(gap, *touching) {
+                true => self.springs[gap].stiffness_n_per_m(x_m[gap] - x_m[gap + 1], springs_n[gap]),
+                false => 0.0,
+            };
+            *c = self.model.dashpot_kg_per_s(gap, *touching);
+        }
+        let n_lanes = forcing.len() / (self.model.n_masses() + 1);
+        for lane in 0..self.sides.len() {
+            if self.sides[lane].seat == Seat::Drive {
+                continue;
+            }
+            self.accelerate(simd, lane);
+            let ([low, high], width) = (&self.accelerations, self.sides[lane].width);
+            let of_masses = forcing[lane..].iter_mut().step_by(n_lanes).take(self.model.n_masses());
+            for (place, (high, low)) in of_masses.zip(high.iter().zip(low)) {
+                *place = (high - low) / width;
+            }
+        }
+        if let Some([s, u]) = imposed {
+            for (sides, (s, u)) in self.sides.iter().zip(s.iter_mut().zip(u)) {
+                (*s, *u) = sides.imposed(time_s);
+            }
+        }
+    }
+
+    /// Puts the masses where the motion has them at a time.
+    fn place(&mut self, time_s: f64) {
+        let last_s = self.motion.times_s.last().copied().unwrap_or(0.0);
+        if let Some(moment) = self.motion.at(time_s.min(last_s)) {
+            moment.fill(&mut self.state.x_m, &mut self.state.v_m_per_s);
+        }
+    }
+
+    /// Accelerations of the masses below and above a change.
+    #[inline(always)]
+    fn accelerate<S: Simd>(&mut self, simd: S, change: usize) {
+        let Self { state, springs_n, force_n, .. } = self;
+        let sides = &self.sides[change];
+        for (model, acceleration) in [&sides.below, &sides.above].into_iter().zip(&mut self.accelerations) {
+            match sides.seat {
+                Seat::Contacts => model.rates(simd, state.place(), force_n, acceleration),
+                Seat::MassesAndDampers | Seat::Drive => {
+                    force_n.copy_from(springs_n);
+                    model.rates_by_springs(simd, state.place(), force_n, acceleration)
+                }
+            };
+        }
+    }
+}
+
+impl<'a> ChangedModels<'a> {
+    fn new(change: &'a Change) -> Self {
+        let Change { below, above, width } = change;
+        Self {
+            below: ChainModel::new(below),
+            above: ChainModel::new(above),
+            width: *width,
+            seat: change.seat(),
+        }
+    }
+
+    /// Derivatives of displacement and velocity that are imposed on mass 0.
+    fn imposed(&self, time_s: f64) -> (f64, f64) {
+        let [below, above] = [&self.below, &self.above].map(|model| {
+            let (mut x_m, mut v_m_per_s) = ([0.0], [0.0]);
+            model.impose(time_s, &mut x_m, &mut v_m_per_s);
+            (x_m[0], v_m_per_s[0])
+        });
+        ((above.0 - below.0) / self.width, (above.1 - below.1) / self.width)
+    }
+}

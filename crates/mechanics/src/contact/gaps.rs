@@ -1,0 +1,384 @@
+//! Contact forces and energies of a row of gaps, sorted by law for vectors.
+
+use pulp::Simd;
+
+use super::{
+    contacts::{Contact, Law},
+    power_kernel::PowerKernel,
+    power_lanes::{PowerColumns, PowerLanes},
+    power_table::{Outside, PowerTable, TableLanes},
+    spring::Spring,
+};
+use crate::lanes::{self, Lanes, PADDING};
+
+/// Vectors of gaps that go through the power law side by side; four hide its latency.
+const SIDE_BY_SIDE: usize = 2;
+
+/// Gaps that carry nothing whatever their overlap: that of a striker that has left, and the one behind a free end.
+pub(crate) type Idle = [Option<usize>; 2];
+
+/// The contacts of a row of gaps, sorted by law so that vectors of gaps share one. Gap `i` lies between masses `i` and
+/// `i + 1` of the row.
+#[derive(Debug)]
+pub(crate) struct Gaps {
+    power: PowerGaps,
+    springs: Vec<Springs>,
+    /// Gaps that follow a table, one by one.
+    tables: Vec<(usize, Spring)>,
+    /// Dashpots of the gaps in kilograms per second, where there are any.
+    dashpots: Option<Vec<f64>>,
+    /// Overlaps in metres below which the tension rules hold.
+    limits_m: Vec<f64>,
+}
+
+#[derive(Debug)]
+enum PowerGaps {
+    None,
+    /// The same law, in all gaps or all but those that follow another kind of law.
+    Same(Box<PowerTable>),
+    Each(PowerColumns),
+}
+
+/// Neighbouring gaps with linear springs.
+#[derive(Debug)]
+struct Springs {
+    first: usize,
+    k_n_per_m: Vec<f64>,
+    /// Overlap in metres at which the spring detaches, or minus infinity.
+    least_m: Vec<f64>,
+}
+
+impl Gaps {
+    /// The gaps with these contacts, in a row padded to a whole number of vectors.
+    pub(crate) fn new(contacts: &[&Contact]) -> Self {
+        let mut springs: Vec<Springs> = Vec::new();
+        let mut tables = Vec::new();
+        for (i, contact) in contacts.iter().enumerate() {
+            match &contact.law {
+                Law::Power(_) => {}
+                Law::Table(_) => tables.push((i, contact.spring())),
+                Law::Linear(law) => {
+                    let joins = springs.last().is_some_and(|run| run.first + run.k_n_per_m.len() == i);
+                    if !joins {
+                        springs.push(Springs { first: i, k_n_per_m: vec![], least_m: vec![] });
+                    }
+                    if let Some(run) = springs.last_mut() {
+                        run.k_n_per_m.push(law.k_n_per_m);
+                        run.least_m.push(contact.limit_m());
+                    }
+                }
+            }
+        }
+        let damped = contacts.iter().any(|contact| contact.damping_kg_per_s > 0.0);
+        let column = |value: fn(&Contact) -> f64| contacts.iter().map(|contact| value(contact)).collect();
+        Self {
+            power: PowerGaps::new(contacts),
+            springs,
+            tables,
+            dashpots: damped.then(|| column(|contact| contact.damping_kg_per_s)),
+            limits_m: column(Contact::limit_m),
+        }
+    }
+
+    pub(crate) fn limits_m(&self) -> &[f64] {
+        &self.limits_m
+    }
+
+    pub(crate) fn has_dashpots(&self) -> bool {
+        self.dashpots.is_some()
+    }
+
+    /// Dashpot of a gap in kilograms per second.
+    pub(crate) fn dashpot_kg_per_s(&self, gap: usize) -> f64 {
+        self.dashpots.as_ref().map_or(0.0, |dashpots| dashpots[gap])
+    }
+
+    /// Fills `force_n` with the springs' forces of the first gaps, positive in compression, in newtons.
+    #[inline(always)]
+    pub(crate) fn forces<S: Simd>(&self, simd: S, x_m: &[f64], idle: Idle, force_n: &mut [f64]) {
+        match &self.power {
+            PowerGaps::None => {}
+            PowerGaps::Same(table) => same_power(simd, table, x_m, idle, force_n),
+            PowerGaps::Each(columns) => each_power(simd, columns, x_m, force_n),
+        }
+        for run in &self.springs {
+            run.forces(x_m, force_n);
+        }
+        for (i, spring) in &self.tables {
+            if let Some(force) = force_n.get_mut(*i) {
+                *force = spring.force_and_energy(x_m[*i] - x_m[i + 1]).0;
+            }
+        }
+    }
+
+    /// Adds the dashpots' forces to `force_n`, and returns the power in watts that they take.
+    #[inline(always)]
+    pub(crate) fn damp(&self, v_m_per_s: &[f64], force_n: &mut [f64]) -> f64 {
+        let Some(dashpots) = &self.dashpots else { return 0.0 };
+        let n = force_n.len();
+        let closing = v_m_per_s[..n].iter().zip(&v_m_per_s[1..]);
+        for ((force, c), (v, next)) in force_n.iter_mut().zip(dashpots).zip(closing) {
+            *force += c * (v - next);
+        }
+        let mut sums = [0.0; PADDING];
+        for first in (0..n).step_by(PADDING) {
+            for (i, sum) in sums.iter_mut().enumerate() {
+                let closing = v_m_per_s[first + i] - v_m_per_s[first + i + 1];
+                *sum += dashpots[first + i] * closing * closing;
+            }
+        }
+        lanes::total(sums)
+    }
+
+    /// Fills `energy_j` with the potential energy of the first gaps, in joules.
+    #[inline(always)]
+    pub(crate) fn energies<S: Simd>(&self, simd: S, x_m: &[f64], energy_j: &mut [f64]) {
+        match &self.power {
+            PowerGaps::None => {}
+            PowerGaps::Same(table) => {
+                let law = PowerLanes::<S, 1>::splat(simd, table.kernel().columns());
+                over_row(
+                    simd,
+                    0,
+                    x_m,
+                    energy_j,
+                    #[inline(always)]
+                    |_, overlap| law.force_and_energy(overlap).1,
+                );
+            }
+            PowerGaps::Each(columns) => {
+                over_row(
+                    simd,
+                    0,
+                    x_m,
+                    energy_j,
+                    #[inline(always)]
+                    |first, overlap| columns.lanes::<S, 1>(simd, first).force_and_energy(overlap).1,
+                );
+            }
+        }
+        for run in &self.springs {
+            run.energies(x_m, energy_j);
+        }
+        for (i, spring) in &self.tables {
+            if let Some(energy) = energy_j.get_mut(*i) {
+                *energy = spring.force_and_energy(x_m[*i] - x_m[i + 1]).1;
+            }
+        }
+    }
+}
+
+/// The forces of the same law in every gap; `idle` gaps may hold anything.
+#[inline(always)]
+fn same_power<S: Simd>(simd: S, table: &PowerTable, x_m: &[f64], idle: Idle, force_n: &mut [f64]) {
+    let n_outside = if force_n.len() >= SIDE_BY_SIDE * S::F64_LANES {
+        by_table::<S, SIDE_BY_SIDE>(simd, table, x_m, force_n)
+    } else {
+        by_table::<S, 1>(simd, table, x_m, force_n)
+    };
+    let expected = idle.iter().flatten().filter(|gap| **gap < force_n.len());
+    let expected = expected.filter(|gap| table.is_outside(x_m[**gap] - x_m[**gap + 1])).count();
+    if n_outside > expected as f64 {
+        simd.vectorize(Outside { table, x_m, force_n });
+    }
+}
+
+/// RowForces by the table, `U` vectors of gaps at a time; returns how many gaps the table does not hold, or more. The last block
+/// goes over gaps already done where vectors are left over.
+#[inline(always)]
+fn by_table<S: Simd, const U: usize>(simd: S, table: &PowerTable, x_m: &[f64], force_n: &mut [f64]) -> f64 {
+    let law = TableLanes::<S, U>::new(simd, table);
+    let n = force_n.len();
+    let (left, right) = (S::as_simd_f64s(&x_m[..n]).0, S::as_simd_f64s(&x_m[1..=n]).0);
+    let (out, _) = S::as_mut_simd_f64s(force_n);
+    let Some(last) = out.len().checked_sub(U) else { return 0.0 };
+    let (mut placed, mut n_outside) = law.place(overlaps(simd, left, right, 0));
+    // Places of one block beside forces of the one before: the machine waits half as long for either.
+    let mut done = 0;
+    while done < last {
+        let next = (done + U).min(last);
+        let (next_placed, outside) = law.place(overlaps(simd, left, right, next));
+        store(law.force(placed), &mut out[done..]);
+        n_outside = n_outside + outside;
+        (placed, done) = (next_placed, next);
+    }
+    store(law.force(placed), &mut out[last..]);
+    n_outside.total()
+}
+
+/// The overlaps of `U` vectors of gaps from vector number `first` on.
+#[inline(always)]
+fn overlaps<S: Simd, const U: usize>(
+    simd: S,
+    left: &[S::f64s],
+    right: &[S::f64s],
+    first: usize,
+) -> Lanes<S, U> {
+    let mut overlap = Lanes::splat(simd, 0.0);
+    overlap.load(&left[first..first + U]);
+    let mut neighbour = overlap;
+    neighbour.load(&right[first..first + U]);
+    overlap - neighbour
+}
+
+#[inline(always)]
+fn store<S: Simd, const U: usize>(values: Lanes<S, U>, out: &mut [S::f64s]) {
+    for (out, value) in out[..U].iter_mut().zip(values.values()) {
+        *out = value;
+    }
+}
+
+#[inline(always)]
+fn each_power<S: Simd>(simd: S, columns: &PowerColumns, x_m: &[f64], force_n: &mut [f64]) {
+    let done = over_row(
+        simd,
+        0,
+        x_m,
+        force_n,
+        #[inline(always)]
+        |first, overlap| columns.lanes::<S, SIDE_BY_SIDE>(simd, first).force(overlap),
+    );
+    over_row(
+        simd,
+        done,
+        x_m,
+        force_n,
+        #[inline(always)]
+        |first, overlap| columns.lanes::<S, 1>(simd, first).force(overlap),
+    );
+}
+
+/// Fills a row, `U` vectors at a time from vector number `from` on, with a function of the vectors' number and the gaps'
+/// overlaps; returns the number of vectors before what is left over.
+#[inline(always)]
+fn over_row<S: Simd, const U: usize>(
+    simd: S,
+    from: usize,
+    x_m: &[f64],
+    row: &mut [f64],
+    of_overlap: impl Fn(usize, Lanes<S, U>) -> Lanes<S, U>,
+) -> usize {
+    let n = row.len();
+    let (left, right) = (S::as_simd_f64s(&x_m[..n]).0, S::as_simd_f64s(&x_m[1..=n]).0);
+    let blocks = S::as_mut_simd_f64s(row).0[from..].as_chunks_mut::<U>().0;
+    for (i, block) in blocks.iter_mut().enumerate() {
+        let first = from + U * i;
+        *block = of_overlap(first, overlaps(simd, left, right, first)).values();
+    }
+    from + U * blocks.len()
+}
+
+impl PowerGaps {
+    fn new(contacts: &[&Contact]) -> Self {
+        let law_of = |contact: &Contact| match &contact.law {
+            Law::Power(law) => Some((*law, contact.tension)),
+            _ => None,
+        };
+        let Some((law, tension)) = contacts.iter().find_map(|contact| law_of(contact)) else {
+            return Self::None;
+        };
+        if contacts.iter().filter_map(|contact| law_of(contact)).all(|other| other == (law, tension)) {
+            return Self::Same(Box::new(PowerTable::new(&law, tension)));
+        }
+        // Gaps of another kind compute any power law and are then overwritten.
+        let rows: Vec<_> = contacts
+            .iter()
+            .map(|contact| law_of(contact).unwrap_or((law, tension)))
+            .map(|(law, tension)| PowerKernel::new(&law, tension).columns())
+            .collect();
+        Self::Each(PowerColumns::new(&rows))
+    }
+}
+
+impl Springs {
+    #[inline(always)]
+    fn forces(&self, x_m: &[f64], force_n: &mut [f64]) {
+        self.for_each(
+            x_m,
+            force_n,
+            #[inline(always)]
+            |k, overlap_m| k * overlap_m,
+        );
+    }
+
+    #[inline(always)]
+    fn energies(&self, x_m: &[f64], energy_j: &mut [f64]) {
+        self.for_each(
+            x_m,
+            energy_j,
+            #[inline(always)]
+            |k, overlap_m| 0.5 * k * overlap_m * overlap_m,
+        );
+    }
+
+    #[inline(always)]
+    fn for_each(&self, x_m: &[f64], row: &mut [f64], of_overlap: impl Fn(f64, f64) -> f64) {
+        let end = row.len().min(self.first + self.k_n_per_m.len());
+        let Some(row) = row.get_mut(self.first..end) else { return };
+        let pairs = x_m[self.first..].iter().zip(&x_m[self.first + 1..]);
+        let springs = self.k_n_per_m.iter().zip(&self.least_m);
+        for ((value, (left, right)), (k, least_m)) in row.iter_mut().zip(pairs).zip(springs) {
+            let overlap_m = left - right;
+            *value = of_overlap(*k, if overlap_m > *least_m { overlap_m } else { least_m.max(f64::MIN) });
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use pulp::WithSimd;
+
+    use super::*;
+    use crate::{contact::power::PowerLaw, lanes::vectorised};
+
+    struct RowForces<'a> {
+        gaps: &'a Gaps,
+        x_m: &'a [f64],
+        idle: Idle,
+    }
+
+    impl WithSimd for RowForces<'_> {
+        type Output = Vec<f64>;
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) -> Vec<f64> {
+            let mut force_n = vec![0.0; self.x_m.len() - PADDING];
+            self.gaps.forces(simd, self.x_m, self.idle, &mut force_n);
+            force_n
+        }
+    }
+
+    /// In rows of one block, of several and of an odd number of vectors, with gaps beyond the tables on either side; whatever an
+    /// idle gap holds, it disturbs none of the others.
+    #[test]
+    fn rows_of_one_law_follow_it_beyond_its_tables() {
+        let law = PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap();
+        let contact = Contact::from(Law::Power(law));
+        let spring = contact.spring();
+        for n_vectors in [1, 2, 3, 8, 9] {
+            let n = n_vectors * PADDING;
+            let gaps = Gaps::new(&vec![&contact; n]);
+            let overlaps_m: Vec<f64> = (0..n)
+                .map(|gap| match gap % 11 {
+                    3 => -2.2e-3 * gap as f64,
+                    7 => 0.5 * gap as f64,
+                    _ => 2e-3 * (0.3 * gap as f64).sin(),
+                })
+                .collect();
+            let mut x_m = vec![0.0; n + PADDING];
+            for gap in 0..n {
+                x_m[gap + 1] = x_m[gap] - overlaps_m[gap];
+            }
+            for idle in [[None, None], [Some(3), None], [Some(0), Some(n - 1)]] {
+                let found = vectorised(RowForces { gaps: &gaps, x_m: &x_m, idle });
+                let plain = RowForces { gaps: &gaps, x_m: &x_m, idle }.with_simd(pulp::Scalar);
+                for gap in (0..n).filter(|gap| !idle.contains(&Some(*gap))) {
+                    let truth_n = spring.force_n(x_m[gap] - x_m[gap + 1]);
+                    // Two formulas, each within 2e-15 of the law.
+                    assert!((found[gap] - truth_n).abs() <= 4e-15 * truth_n.abs(), "{n_vectors} {gap}");
+                    assert_eq!(found[gap].to_bits(), plain[gap].to_bits(), "{n_vectors} {gap}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! Every body's motion and response at the present drives and trigger offsets.
+
+use crate::body_response::{BodyResponse, Contribution, CurvaturePrior, FittedTime, ResponsePrior};
+use crate::error::StitchingError;
+use crate::resample::Stencil;
+use crate::state::{AlignmentState, Scale};
+
+/// All contributions and the fitted response at each body and time, row by row.
+pub(crate) type Fitted = Vec<Vec<FittedTime>>;
+
+impl AlignmentState<'_> {
+    /// Reads every recording on the common time base at its present offset, and fits motion and response.
+    ///
+    /// # Errors
+    /// [`StitchingError::Undetermined`] where readings and priors do not tell a body's motion.
+    pub(crate) fn responses(&self) -> Result<Fitted, StitchingError> {
+        self.responses_of(|_| true)
+    }
+
+    /// The same for the rows that are wanted; nothing in the others.
+    pub(crate) fn responses_of(&self, is_wanted: impl Fn(usize) -> bool) -> Result<Fitted, StitchingError> {
+        let n_times = self.times_s.len();
+        let mut readings: Vec<Vec<Vec<Contribution>>> =
+            vec![vec![Vec::new(); n_times]; self.settings.n_bodies];
+        for (recording, observation) in self.observations.iter().enumerate() {
+            for (i, time_s) in self.times_s.iter().enumerate() {
+                let Some(stencil) = Stencil::at(&observation.times_s, time_s + self.offsets_s[recording])
+                else {
+                    continue;
+                };
+                for displacement in self.displacements[recording].iter().filter(|one| is_wanted(one.row)) {
+                    if let Some(read) = stencil.read(&displacement.samples) {
+                        readings[displacement.row][i].push(Contribution { recording, read });
+                    }
+                }
+            }
+        }
+        readings.into_iter().enumerate().map(|(row, of_body)| self.fit_body(row, of_body)).collect()
+    }
+
+    /// Fits one body's motion. A time that fewer than three recordings cover, of more that saw the body, is left out: at the
+    /// ends of the time base one trial would stand for all.
+    fn fit_body(
+        &self,
+        row: usize,
+        readings: Vec<Vec<Contribution>>,
+    ) -> Result<Vec<FittedTime>, StitchingError> {
+        let all = || readings.iter().flatten().map(|contribution| &contribution.read);
+        let n = all().count().max(1) as f64;
+        let rms_m = (all().map(|read| read.value.powi(2)).sum::<f64>() / n).sqrt();
+        let noise_m = all().map(|read| read.sigma).sum::<f64>() / n;
+        let most = readings.iter().map(Vec::len).max().unwrap_or(0);
+        let enough = most.min(3);
+        let prior_m = |relative: f64| (relative * rms_m).max(noise_m);
+        let curvature = match (most > 3, self.scale) {
+            // Three recordings would be interpolated exactly, noise and all: they leave the curvature at zero.
+            (false, _) => CurvaturePrior::Small(1e-3 * noise_m),
+            (true, Scale::True) => CurvaturePrior::WeakNonLinearity(prior_m(self.settings.curvature_prior)),
+            (true, _) => CurvaturePrior::Small(prior_m(self.settings.curvature_prior)),
+        };
+        let prior = ResponsePrior { slope_m: prior_m(self.settings.slope_prior), curvature };
+        let fit = |(i, mut contributions): (usize, Vec<Contribution>)| {
+            if contributions.len() < enough {
+                contributions.clear();
+            }
+            let response = match contributions.is_empty() {
+                true => BodyResponse::default(),
+                false => BodyResponse::fit(&contributions, &self.drive, prior)
+                    .ok_or_else(|| self.undetermined(row, i, &contributions))?,
+            };
+            Ok((contributions, response))
+        };
+        let mut of_body =
+            readings.into_iter().enumerate().map(fit).collect::<Result<Vec<FittedTime>, StitchingError>>()?;
+        if self.scale == Scale::True {
+            smooth_velocities(&mut of_body);
+        }
+        Ok(of_body)
+    }
+
+    fn undetermined(&self, row: usize, i: usize, contributions: &[Contribution]) -> StitchingError {
+        let name = |one: &Contribution| self.observations[one.recording].recording.clone();
+        StitchingError::Undetermined {
+            body: row + 1,
+            time_s: self.times_s[i],
+            recordings: contributions.iter().map(name).collect::<Vec<_>>().join(", "),
+        }
+    }
+}
+
+/// Times on each side whose velocities are averaged: they tell only in which direction a delay moves a body, and there the noise that a
+/// velocity shares with the residual at the same time would pull at the delay, by its square.
+const VELOCITY_TIMES: usize = 2;
+
+/// Averages the velocities of neighbouring times.
+fn smooth_velocities(of_body: &mut [FittedTime]) {
+    let read: Vec<Option<[f64; 2]>> =
+        of_body.iter().map(|(all, response)| (!all.is_empty()).then(|| response.velocity())).collect();
+    for (i, (_, response)) in of_body.iter_mut().enumerate() {
+        let around = &read[i.saturating_sub(VELOCITY_TIMES)..(i + VELOCITY_TIMES + 1).min(read.len())];
+        let n = around.iter().flatten().count().max(1) as f64;
+        let mean = |part: usize| around.iter().flatten().map(|velocity| velocity[part]).sum::<f64>() / n;
+        response.set_velocity([mean(0), mean(1)]);
+    }
+}

@@ -1,0 +1,51 @@
+//! The onset of the struck body, from which the drives' scale and the delay by the drive are read.
+
+use crate::drive_scatter::contradicted;
+use crate::error::StitchingError;
+use crate::gauge::{Gauge, Onset, ReadingErrors};
+use crate::rest::Displacement;
+use crate::state::AlignmentState;
+
+impl AlignmentState<'_> {
+    /// The exchange of drives and offsets that the onset asks for, with the stated scatter where there is one.
+    pub(crate) fn gauge(&self, scatter: Option<f64>) -> Result<Option<Gauge>, StitchingError> {
+        Ok(self.onset()?.and_then(|onset| match scatter {
+            Some(scatter) => Gauge::from_onset_and_scatter(onset, &self.drive, scatter),
+            None => Gauge::from_onset(onset),
+        }))
+    }
+
+    /// The onset of the first body that three recordings saw.
+    fn onset(&self) -> Result<Option<Onset>, StitchingError> {
+        let seen = |row: usize| {
+            let of_row = |one: &&Vec<Displacement>| one.iter().any(|displacement| displacement.row == row);
+            self.displacements.iter().filter(of_row).count()
+        };
+        let Some(row) = (0..self.settings.n_bodies).find(|row| seen(*row) > 2) else { return Ok(None) };
+        let field = self.responses_of(|other| other == row)?;
+        let of_recording = |displacements: &Vec<Displacement>| {
+            let own = displacements.iter().find(|displacement| displacement.row == row);
+            own.map_or(0.0, |displacement| displacement.rest_sigma_m)
+        };
+        let rest_sigma_m: Vec<f64> = self.displacements.iter().map(of_recording).collect();
+        let scatter_ratio = self.scatter_ratio(&field[row], |_| true).max(1.0);
+        let errors = ReadingErrors { rest_sigma_m: &rest_sigma_m, scatter_ratio };
+        Ok(Onset::read(&field[row], &self.drive, &errors, self.frame_interval_s))
+    }
+
+    /// The stated scatter of the drives, or else what the reader should know where the first body's onset contradicts it.
+    pub(crate) fn stated_scatter(&self) -> Result<(Option<f64>, Option<String>), StitchingError> {
+        let Some(stated) = self.settings.drive_scatter else { return Ok((None, None)) };
+        Ok(match self.onset()?.and_then(|onset| contradicted(&self.drive, stated, onset.scale())) {
+            None => (Some(stated), None),
+            Some(found) => {
+                let contradiction = format!(
+                    "the drives scatter by {:.1} % by the first body's onset and by {:.1} % as stated: the stated scatter was left out",
+                    100.0 * found,
+                    100.0 * stated
+                );
+                (None, Some(contradiction))
+            }
+        })
+    }
+}

@@ -1,0 +1,219 @@
+//! The phases of merging as types: recordings are aligned, then their gauge is fixed, then the ends are trimmed; no other order
+//! can be written.
+
+use chainwave_measurement::Observation;
+use nalgebra::{DMatrix, DVector};
+use ndarray::Array2;
+
+use crate::course::Course;
+use crate::error::StitchingError;
+use crate::fitted::Fitted;
+use crate::gauge::{Exchange, closed_directions};
+use crate::modes::AlignmentErrors;
+use crate::normal_equations::{NormalEquations, Prior};
+use crate::settings::Settings;
+use crate::state::{AlignmentState, Scale};
+use crate::stitched::{AlignmentPhase, Stitched, Unsettled};
+
+/// Rounds after which the alignment stops in any case; 4 are usual.
+const MAX_ROUNDS: usize = 20;
+/// A step is the last one where it changes drives and offsets by less than this, in drives' priors and frames.
+const SETTLED: f64 = 1e-5;
+/// Rounds in which the open directions move too.
+const FREE_ROUNDS: usize = 2;
+/// Rounds in which the onset fixes the gauge, at most: where the first body's noise is a third of a per cent of its onset, each leaves
+/// a third of what was left before. An alignment that follows it need not settle as far as one that leads.
+const GAUGE_ROUNDS: usize = 20;
+
+/// Drives and offsets as the readings have them; what these leave open is as the priors put it.
+pub(crate) struct Aligned<'a> {
+    state: AlignmentState<'a>,
+    covariance: DMatrix<f64>,
+    rounds: usize,
+    unsettled: Option<(Unsettled, DVector<f64>)>,
+}
+
+/// Drives and offsets with what the readings leave open fixed, or left to the priors by choice.
+pub(crate) struct Gauged<'a> {
+    state: AlignmentState<'a>,
+    errors: AlignmentErrors,
+    rounds: usize,
+    unsettled: Option<Unsettled>,
+    warnings: Vec<String>,
+}
+
+/// Gauged, on the times at which something was measured.
+pub(crate) struct Trimmed<'a> {
+    gauged: Gauged<'a>,
+}
+
+impl<'a> Aligned<'a> {
+    /// Aligns recordings by the bodies that they share.
+    pub(crate) fn of(
+        observations: &'a [Observation],
+        settings: &'a Settings,
+        frame_interval_s: f64,
+    ) -> Result<Self, StitchingError> {
+        let mut state = AlignmentState::new(observations, settings, frame_interval_s)?;
+        let mut rounds = 0;
+        let mut course = Course::from(&state.drive, &state.offsets_s);
+        loop {
+            rounds += 1;
+            let fitted = state.responses()?;
+            // The first rounds, from S = X, bring drives and offsets to their natural scale; later ones leave the open directions
+            // alone, along which only priors would pull, slowly and far.
+            state.scale = if rounds > FREE_ROUNDS { Scale::Held } else { Scale::Open };
+            let (change, covariance) = state.align(&fitted)?;
+            course.goes_to(&state.drive, &state.offsets_s);
+            if change < SETTLED || rounds == MAX_ROUNDS {
+                let unsettled = (change >= SETTLED).then(|| state.left(&course, AlignmentPhase::Readings));
+                return Ok(Self { state, covariance, rounds, unsettled });
+            }
+        }
+    }
+
+    /// Leaves open what the readings leave open: how well recordings agree does not depend on it.
+    pub(crate) fn ungauged(self) -> Gauged<'a> {
+        let exchange = Exchange::none(self.state.observations.len());
+        let (unsettled, left) = self.unsettled.unzip();
+        let errors = AlignmentErrors { covariance: self.covariance, exchange, left };
+        Gauged { state: self.state, errors, rounds: self.rounds, unsettled, warnings: Vec::new() }
+    }
+
+    /// Fixes what the readings leave open by the first body's onset, and aligns again from where that led to: the curvatures' prior
+    /// holds there. Where this does not settle, the errors hold how far it may still have to go.
+    pub(crate) fn gauged(mut self) -> Result<Gauged<'a>, StitchingError> {
+        let state = &mut self.state;
+        let (scatter, contradiction) = state.stated_scatter()?;
+        let (mut last, mut change) = (None, f64::INFINITY);
+        let mut course = Course::from(&state.drive, &state.offsets_s);
+        for _ in 0..GAUGE_ROUNDS {
+            let Some(gauge) = state.gauge(scatter)? else { break };
+            gauge.fix(&mut state.drive, &mut state.offsets_s);
+            state.scale = Scale::True;
+            let is_settled = gauge.is_settled() && change < 10.0 * SETTLED;
+            last = Some(gauge);
+            if is_settled {
+                self.unsettled = None;
+                break;
+            }
+            (change, self.covariance) = state.align(&state.responses()?)?;
+            course.goes_to(&state.drive, &state.offsets_s);
+            self.unsettled = Some(state.left(&course, AlignmentPhase::Onset));
+        }
+        let exchange = match last {
+            Some(gauge) => gauge.errors(&state.drive, &self.covariance),
+            None => Exchange::none(state.observations.len()),
+        };
+        let (unsettled, left) = self.unsettled.unzip();
+        let errors = AlignmentErrors { covariance: self.covariance, exchange, left };
+        let warnings = contradiction.into_iter().collect();
+        Ok(Gauged { state: self.state, errors, rounds: self.rounds, unsettled, warnings })
+    }
+}
+
+impl<'a> Gauged<'a> {
+    /// Drops the times at both ends at which no body was measured.
+    pub(crate) fn trimmed(mut self) -> Result<Trimmed<'a>, StitchingError> {
+        let state = &mut self.state;
+        let fitted = state.responses()?;
+        let measured = |i: &usize| fitted.iter().any(|of_body| !of_body[*i].0.is_empty());
+        let first = (0..state.times_s.len()).find(measured).unwrap_or(0);
+        let last = (0..state.times_s.len()).rfind(measured).unwrap_or(0);
+        state.times_s = state.times_s[first..=last].to_vec();
+        Ok(Trimmed { gauged: self })
+    }
+}
+
+impl Trimmed<'_> {
+    /// The merged motion, with what one unit of mean drive and of mean trigger (seconds) changes of it, in metres.
+    pub(crate) fn stitched(self) -> Result<(Stitched, [Array2<f64>; 2]), StitchingError> {
+        let Gauged { state, errors, rounds, unsettled, warnings } = self.gauged;
+        let (motion, alignments, spread, of_mean_m) = state.assembled(&errors)?;
+        let said = unsettled.map(|unsettled| unsettled.to_string());
+        let warnings = said.into_iter().chain(warnings).collect();
+        Ok((Stitched { motion, alignments, spread, rounds, unsettled, warnings }, of_mean_m))
+    }
+}
+
+impl AlignmentState<'_> {
+    /// What an alignment that is given up still changed, and how far it may still have to go.
+    fn left(&self, course: &Course, phase: AlignmentPhase) -> (Unsettled, DVector<f64>) {
+        (course.unsettled(phase), course.left(self.frame_interval_s, self.settings.drive_prior))
+    }
+
+    /// One joint least-squares step for all drives and offsets; the largest change, in drives' priors and frames.
+    fn align(&mut self, field: &Fitted) -> Result<(f64, DMatrix<f64>), StitchingError> {
+        let n = self.observations.len();
+        let mut equations = NormalEquations::new(n);
+        for (contributions, response) in field.iter().flatten().filter(|(all, _)| all.len() > 1) {
+            equations.add(contributions, response, &self.drive);
+        }
+        let prior = Prior {
+            offset_s: self.settings.trigger_prior_s(self.frame_interval_s),
+            drive: self.settings.drive_prior,
+        };
+        let (solution, covariance) = equations
+            .solve(&self.drive, &self.offsets_s, prior)
+            .ok_or(StitchingError::Singular { n_recordings: n })?;
+        let closed = match self.scale {
+            Scale::Open => None,
+            Scale::Held => closed_directions(&self.drive, &covariance, 2),
+            Scale::True => closed_directions(&self.drive, &covariance, 1),
+        };
+        let solution = closed.map_or(solution.clone(), |closed| closed * solution);
+        let mut change = 0.0_f64;
+        for r in 0..n {
+            change = change.max(solution[r].abs() / self.settings.drive_prior);
+            change = change.max(solution[n + r].abs() / self.frame_interval_s);
+            self.drive[r] += solution[r];
+            self.offsets_s[r] += solution[n + r];
+        }
+        Ok((change, covariance))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use chainwave_measurement::{BodyTrack, ErrorSource, Estimate};
+
+    use super::*;
+
+    /// Three trials of one body on a parabola.
+    fn trials() -> Vec<Observation> {
+        let position = |t: f64| Some(Estimate::new(3.0 * t.max(0.0).powi(2), 1e-6));
+        let trial = |trial: u32| {
+            let times_s: Vec<f64> = (-20..60).map(|frame| f64::from(frame) * 1e-3).collect();
+            let body = BodyTrack { body: 1, position_m: times_s.iter().map(|t| position(*t)).collect() };
+            Observation { recording: format!("trial {trial}"), view: 1, trial, times_s, bodies: vec![body] }
+        };
+        (1..4).map(trial).collect()
+    }
+
+    #[test]
+    fn an_alignment_that_did_not_settle_says_so_and_keeps_no_small_sigma() {
+        let (observations, settings) = (trials(), Settings::new(1, 2e-3));
+        let aligned = || Aligned::of(&observations, &settings, 1e-3).unwrap();
+        let (settled, _) = aligned().ungauged().trimmed().unwrap().stitched().unwrap();
+        assert!(settled.unsettled.is_none() && settled.warnings.is_empty());
+
+        let mut unsettled = aligned();
+        let mut course = Course::from(&[0.0; 3], &[0.0; 3]);
+        course.goes_to(&[0.0; 3], &[1e-3, 1e-3, 1e-3]);
+        unsettled.unsettled = Some((course.unsettled(AlignmentPhase::Readings), course.left(1e-3, 0.05)));
+        let (unsettled, _) = unsettled.ungauged().trimmed().unwrap().stitched().unwrap();
+        assert_eq!(unsettled.unsettled.map(|one| one.offset_change_s), Some(1e-3));
+        assert!(unsettled.warnings[0].contains("not settled after 1 rounds"), "{:?}", unsettled.warnings);
+        let mode = unsettled.motion.modes.iter().find(|mode| mode.source == ErrorSource::Unsettled).unwrap();
+        // All triggers may be a frame off for as many rounds again, while the body moves with a velocity of 6 t.
+        let (i, time_s) = (60, unsettled.motion.times_s[60]);
+        let before = settled.motion.displacement_m[(0, i)].unwrap().sigma;
+        let after = unsettled.motion.displacement_m[(0, i)].unwrap().sigma;
+        assert!(
+            mode.displacement_m[(0, i)].abs() > 0.9 * 6.0 * time_s * 1e-3,
+            "{}",
+            mode.displacement_m[(0, i)]
+        );
+        assert!((after - before.hypot(mode.displacement_m[(0, i)])).abs() < 1e-9 * after);
+    }
+}

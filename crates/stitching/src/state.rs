@@ -1,0 +1,81 @@
+//! What is under way while recordings are aligned: their displacements, and each one's drive and trigger offset.
+
+use chainwave_measurement::Observation;
+
+use crate::body_response::{Contribution, FittedTime};
+use crate::consistency::check;
+use crate::error::StitchingError;
+use crate::rest::{Displacement, displacement_from_rest};
+use crate::settings::Settings;
+use crate::time_base::common_times;
+
+/// What of the drives' scale, which the readings leave open, is settled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Scale {
+    /// Nothing: it follows the priors.
+    Open,
+    /// It is held where it came to be.
+    Held,
+    /// It is the true one, as the first body's onset has it.
+    True,
+}
+
+/// The alignment under way.
+pub(crate) struct AlignmentState<'a> {
+    pub(crate) observations: &'a [Observation],
+    pub(crate) settings: &'a Settings,
+    pub(crate) displacements: Vec<Vec<Displacement>>,
+    pub(crate) times_s: Vec<f64>,
+    pub(crate) frame_interval_s: f64,
+    pub(crate) drive: Vec<f64>,
+    pub(crate) offsets_s: Vec<f64>,
+    pub(crate) scale: Scale,
+}
+
+impl<'a> AlignmentState<'a> {
+    /// The recordings' displacements from rest, with all drives and triggers alike.
+    pub(crate) fn new(
+        observations: &'a [Observation],
+        settings: &'a Settings,
+        frame_interval_s: f64,
+    ) -> Result<Self, StitchingError> {
+        if observations.iter().all(|observation| observation.bodies.is_empty()) {
+            return Err(StitchingError::Empty);
+        }
+        let mut displacements = Vec::with_capacity(observations.len());
+        for observation in observations {
+            check(observation, settings.n_bodies)?;
+            let seen = observation.bodies.iter().filter(|track| track.position_m.iter().any(Option::is_some));
+            let of_bodies =
+                seen.map(|track| displacement_from_rest(observation, track, settings.rest_until_s));
+            displacements.push(of_bodies.collect::<Result<Vec<_>, _>>()?);
+        }
+        Ok(Self {
+            times_s: common_times(observations, frame_interval_s),
+            frame_interval_s,
+            drive: vec![0.0; observations.len()],
+            offsets_s: vec![0.0; observations.len()],
+            scale: Scale::Open,
+            observations,
+            settings,
+            displacements,
+        })
+    }
+
+    /// Residuals' rms of the chosen contributions over what the trackers' sigma lets expect.
+    pub(crate) fn scatter_ratio(
+        &self,
+        of_body: &[FittedTime],
+        chosen: impl Fn(&Contribution) -> bool,
+    ) -> f64 {
+        let (mut squares, mut freedom) = (0.0, 0.0);
+        for (contributions, response) in of_body.iter().filter(|(all, _)| all.len() > 2) {
+            for contribution in contributions.iter().filter(|contribution| chosen(contribution)) {
+                let residual = contribution.read.value - response.at(self.drive[contribution.recording]);
+                squares += contribution.weight() * residual.powi(2) / contribution.read.noise_gain;
+                freedom += 1.0 - response.leverage(contribution, &self.drive);
+            }
+        }
+        if freedom > 1.0 { (squares / freedom).sqrt() } else { 1.0 }
+    }
+}

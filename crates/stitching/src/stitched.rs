@@ -1,0 +1,81 @@
+//! What merging yields: the motion, and where each recording stands.
+
+use std::fmt;
+
+use chainwave_measurement::{ChainMotion, Estimate};
+
+use crate::spread::Spread;
+
+/// Where one recording stands among the others.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Alignment {
+    /// Name of the recording.
+    pub recording: String,
+    /// Number of the camera view.
+    pub view: u32,
+    /// Number of the trial in that view.
+    pub trial: u32,
+    /// Its trigger's lead over the mean trigger, in seconds: motion time = stamp - offset.
+    pub trigger_offset_s: Estimate,
+    /// Its drive relative to the mean drive, less one.
+    pub drive_deviation: Estimate,
+    /// Residuals' rms over what the trackers' sigma lets expect; near 1 when both are right.
+    pub scatter_ratio: f64,
+}
+
+/// The chain's motion and how it was put together.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stitched {
+    /// The motion at the mean drive and the mean trigger of all recordings.
+    pub motion: ChainMotion,
+    /// One entry for each recording, in the order given.
+    pub alignments: Vec<Alignment>,
+    /// What scatters within a trial, and what from trial to trial.
+    pub spread: Spread,
+    /// Rounds of the alignment until it settled, or was given up.
+    pub rounds: usize,
+    /// What still moved when the alignment was given up; `None` where it settled. The errors of the motion hold it.
+    pub unsettled: Option<Unsettled>,
+    /// What the reader should know, such as a view that shares no body with the others.
+    pub warnings: Vec<String>,
+}
+
+/// An alignment that was given up before it settled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unsettled {
+    /// What had not settled.
+    pub phase: AlignmentPhase,
+    /// Rounds after which it was given up.
+    pub rounds: usize,
+    /// Largest change of a trigger offset in the last round, in seconds.
+    pub offset_change_s: f64,
+    /// Largest change of a drive deviation in the last round.
+    pub drive_change: f64,
+}
+
+/// A phase of the alignment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum AlignmentPhase {
+    /// Drives and offsets as the readings have them.
+    Readings,
+    /// What the readings leave open, from the onset of the first body.
+    Onset,
+}
+
+impl fmt::Display for Unsettled {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let what = match self.phase {
+            AlignmentPhase::Readings => "of trials",
+            AlignmentPhase::Onset => "of trials by the first body's onset",
+        };
+        write!(
+            f,
+            "the alignment {what} had not settled after {} rounds: the last one moved triggers by up to {:.2} us and drives by up to \
+             {:.3} %",
+            self.rounds,
+            1e6 * self.offset_change_s,
+            100.0 * self.drive_change
+        )
+    }
+}
