@@ -62,11 +62,6 @@ pub fn dispersion_map(
     })
 }
 
-/// Frequency in hertz of the linear chain at a phase from gap to gap, 2 sqrt(k_0/m) |sin(kappa/2)| / 2 pi (physics.md).
-pub fn linear_dispersion_hz(stiffness_n_per_m: f64, mass_kg: f64, kappa_rad: f64) -> f64 {
-    (stiffness_n_per_m / mass_kg).sqrt() * (0.5 * kappa_rad).sin().abs() / PI
-}
-
 fn longest_run(map: &StrainMap, pulses: &[Result<LeadingPulse, Missing>]) -> Vec<Tail> {
     let tails: Vec<Option<Tail>> = pulses.iter().map(|pulse| Tail::of(map, &pulse.ok()?).ok()).collect();
     let runs = tails.split(Option::is_none);

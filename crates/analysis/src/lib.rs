@@ -64,7 +64,7 @@ mod velocity;
 
 pub use across::{motion_across, motion_across_rule};
 pub use departure::Departure;
-pub use dispersion::{DispersionMap, dispersion_map, linear_dispersion_hz};
+pub use dispersion::{DispersionMap, dispersion_map};
 pub use energy::{DampingShare, EnergyLaw, PeakEnergies, damping_share, peak_energies};
 pub use error::{AnalysisError, Missing};
 pub use front::{FrontSettings, GapFront, LeadingPulse, leading_pulses};

@@ -98,7 +98,7 @@ fn p_value(values: &[f64], cycles: f64) -> f64 {
 /// Fisher's rule: minus twice the sum of the logarithms of n probabilities is chi squared with 2 n degrees of freedom.
 fn fisher(p_values: &[f64]) -> f64 {
     let sum: f64 = p_values.iter().map(|p| -2.0 * p.max(f64::MIN_POSITIVE).ln()).sum();
-    chi_squared_beyond(sum, 2 * p_values.len())
+    chi_squared_beyond(sum, 2.0 * p_values.len() as f64)
 }
 
 #[cfg(test)]

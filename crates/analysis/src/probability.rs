@@ -8,8 +8,8 @@ pub fn normal_beyond(z: f64) -> f64 {
 }
 
 /// Probability that chi squared with `n` degrees of freedom lies beyond `x`.
-pub fn chi_squared_beyond(x: f64, n: usize) -> f64 {
-    ChiSquared::new(n as f64).map_or(1.0, |law| law.sf(x.max(0.0)))
+pub fn chi_squared_beyond(x: f64, n: f64) -> f64 {
+    ChiSquared::new(n).map_or(1.0, |law| law.sf(x.max(0.0)))
 }
 
 /// The factor that makes of `deviations` of a normal distribution the interval of equal probability for an error whose size is itself
@@ -29,11 +29,11 @@ mod tests {
         let close = |found: f64, expected: f64, tolerance: f64| (found / expected - 1.0).abs() < tolerance;
         assert!(close(normal_beyond(1.959_963_984_540_054), 0.025, 1e-12));
         for (x, n, p) in [
-            (3.841_46, 1, 0.05),
-            (5.991_46, 2, 0.05),
-            (7.814_73, 3, 0.05),
-            (11.070_5, 5, 0.05),
-            (37.652_5, 25, 0.05),
+            (3.841_46, 1.0, 0.05),
+            (5.991_46, 2.0, 0.05),
+            (7.814_73, 3.0, 0.05),
+            (11.070_5, 5.0, 0.05),
+            (37.652_5, 25.0, 0.05),
         ] {
             assert!(close(chi_squared_beyond(x, n), p, 1e-4), "{x} {n}");
         }
@@ -44,6 +44,6 @@ mod tests {
         // Three deviations are 99.73 % of a normal distribution; the tables' t for that.
         assert!(close(student(3.0, 10.0), 3.957, 1e-3));
         assert!(student(1.96, 0.0).is_infinite());
-        assert!(chi_squared_beyond(0.0, 3) >= 1.0);
+        assert!(chi_squared_beyond(0.0, 3.0) >= 1.0);
     }
 }

@@ -203,7 +203,8 @@ impl MeanPower {
         let noise = median / (1.0 - 2.0 / (9.0 * freedom as f64)).powi(3);
         let nyquist_hz = spectrum.frequency_hz.last().copied().unwrap_or(0.0);
         let n_resolved = HANN_RESOLUTION * nyquist_hz / self.finest_hz;
-        n_resolved * chi_squared_beyond(freedom as f64 * self.power[top] / noise, freedom) < NOISE_LEVEL
+        n_resolved * chi_squared_beyond(freedom as f64 * self.power[top] / noise, freedom as f64)
+            < NOISE_LEVEL
     }
 }
 

@@ -4,10 +4,9 @@ mod trials;
 
 use std::path::{Path, PathBuf};
 
-use chainwave_analysis::linear_dispersion_hz;
 use chainwave_correlation::{Interpolation, Shape, ShapeChoice};
 use chainwave_measurement::Estimate;
-use chainwave_mechanics::PowerLaw;
+use chainwave_mechanics::{LinearChain, PowerLaw};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 
@@ -286,6 +285,12 @@ impl Striker {
         self.velocity_sigma_m_per_s.get() / self.velocity_m_per_s.get()
     }
 
+    /// The mean velocity of so many strikes, as stated.
+    pub fn mean_velocity_m_per_s(&self, n_strikes: usize) -> Estimate {
+        let sigma = self.velocity_sigma_m_per_s.get() / (n_strikes.max(1) as f64).sqrt();
+        Estimate::new(self.velocity_m_per_s.get(), sigma)
+    }
+
     /// Takes another velocity and its scatter; both are above zero.
     pub fn set_velocity(&mut self, velocity_m_per_s: Estimate) {
         self.velocity_m_per_s = Positive(velocity_m_per_s.value);
@@ -302,13 +307,13 @@ impl Contact {
 }
 
 impl Experiment {
-    /// Upper edge of the linear chain's band, sqrt(k_0/m)/pi, in hertz.
+    /// The chain as motions far below delta_0 feel it.
     ///
     /// # Errors
     /// A contact law that makes no sense.
-    pub fn band_edge_hz(&self) -> Result<f64, Error> {
+    pub fn linear_chain(&self) -> Result<LinearChain, Error> {
         let stiffness_n_per_m = self.contact.power_law()?.k_0_n_per_m();
-        Ok(linear_dispersion_hz(stiffness_n_per_m, self.chain.mass_kg.get(), std::f64::consts::PI))
+        Ok(LinearChain { stiffness_n_per_m, mass_kg: self.chain.mass_kg.get() })
     }
 
     /// The chain with usual damping, as a fit starts from it.

@@ -1,11 +1,11 @@
 //! What was modelled, by which rule and on what evidence.
 
-use chainwave_analysis::Departure;
-use chainwave_analysis::motion_across;
+use chainwave_analysis::{Departure, Rule, line_rule, motion_across, motion_across_rule, one_speed_rule};
+use chainwave_inference::{damping_rule, damping_source_rule, scatter_of_bodies_rule, softening_rule};
 use chainwave_measurement::Estimate;
 use serde::Serialize;
 
-use chainwave_correlation::ShapeChoice;
+use chainwave_correlation::{ShapeChoice, ShapeEvidence};
 
 use crate::calibration::ChainMap;
 use crate::configuration::Experiment;
@@ -25,9 +25,26 @@ pub struct Decision {
     /// What was chosen.
     pub choice: String,
     /// By which rule.
-    pub rule: &'static str,
-    /// On what evidence.
+    pub rule: String,
+    /// On what evidence, and how often such evidence errs.
     pub evidence: String,
+}
+
+impl Decision {
+    fn by(rule: Rule, choice: impl Into<String>, evidence: impl Into<String>) -> Self {
+        let rates = rule.rates_in_words();
+        let mut evidence = evidence.into();
+        if !rates.is_empty() {
+            evidence.push_str("; ");
+            evidence.push_str(&rates);
+        }
+        Self { question: rule.question, choice: choice.into(), rule: rule.text, evidence }
+    }
+}
+
+/// A rule without a test.
+fn plain(question: &'static str, text: impl Into<String>) -> Rule {
+    Rule { question, text: text.into(), level: None, rates: Vec::new() }
 }
 
 /// The choices that this run made, and those that the experiment made for it.
@@ -54,13 +71,14 @@ fn left_out(evaluation: &Evaluation) -> Decision {
     let names: Vec<&str> = outliers.iter().map(|outlier| outlier.recording.as_str()).collect();
     let evidence: Vec<String> =
         outliers.iter().map(|outlier| format!("{}: {}", outlier.recording, outlier.evidence)).collect();
-    Decision {
-        question: "recordings left out",
-        choice: if names.is_empty() { "none".into() } else { names.join(", ") },
-        rule: "a recording without which its view scatters at least three times less (and by more than 2 sigma with it), or whose \
-               motion comes more than 5 frames and ten times the usual distance from the view's median; in views of four trials or more",
-        evidence: if evidence.is_empty() { "every view's trials agree".into() } else { evidence.join("; ") },
-    }
+    let rule = plain(
+        "recordings left out",
+        "a recording without which its view scatters at least three times less (and by more than 2 sigma with it), or whose motion comes \
+         more than 5 frames and ten times the usual distance from the view's median; in views of four trials or more",
+    );
+    let choice = if names.is_empty() { "none".into() } else { names.join(", ") };
+    let evidence = if evidence.is_empty() { "every view's trials agree".into() } else { evidence.join("; ") };
+    Decision::by(rule, choice, evidence)
 }
 
 fn damping_source(evaluation: &Evaluation) -> Decision {
@@ -68,46 +86,35 @@ fn damping_source(evaluation: &Evaluation) -> Decision {
         |chi_squared: Option<f64>| chi_squared.map_or("-".into(), |value| format!("{value:.3}"));
     let tracks = chi_squared(evaluation.track_fit.as_ref().ok().map(|fit| fit.reduced_chi_squared));
     let energies = chi_squared(evaluation.energy_fit.as_ref().ok().map(|fit| fit.reduced_chi_squared));
-    Decision {
-        question: "what the damping is taken from",
-        choice: evaluation.damping().map_or("nothing", |(_, source)| source).into(),
-        rule: "the tracks while the model explains them (reduced chi squared up to 1.2), else the peak energies, which feel less of \
-               what the model leaves out",
-        evidence: format!("reduced chi squared {tracks} of the tracks, {energies} of the peak energies"),
-    }
+    Decision::by(
+        damping_source_rule(),
+        evaluation.damping().map_or("nothing", |(_, source)| source),
+        format!("reduced chi squared {tracks} of the tracks, {energies} of the peak energies"),
+    )
 }
+
+/// A simpler shape is falsely left in less than this share of subsets, both tests counted (by the tests of the correlation).
+const SHAPE_FALSELY_LEFT_PERCENT: f64 = 4.5;
 
 fn shape_function(experiment: &Experiment) -> Decision {
     let tracking = &experiment.tracking;
-    let (by_evidence, named) = (
-        "for each subset the simplest that its matches do not reject (Wald's test, 1 % level)",
-        "as the experiment names it",
-    );
-    let is_by_evidence = tracking.shape == ShapeChoice::ByEvidence;
-    let rate = if is_by_evidence { false_choices::SHAPE } else { "not tested" };
-    Decision {
-        question: "shape function",
-        choice: tracking.shape.to_string(),
-        rule: if is_by_evidence { by_evidence } else { named },
-        evidence: format!("interpolation {}; {rate}", tracking.interpolation),
-    }
-}
-
-/// Level of every test: the probability of leaving the simpler model although it holds.
-const LEVEL: f64 = 0.01;
-
-/// How often each test left the simpler model although it held: the first three measured on 300 synthetic experiments at the level, the
-/// speed's on 1000 (by `rates_of_false_choices` and `rates_of_false_choices_of_the_speed` among the tests of the analysis), the shape
-/// function's by the tests of the correlation, the others at 5 % by unit tests of the analysis.
-mod false_choices {
-    pub(super) const SOFTENING: &str = "falsely told in 0.7 +- 0.5 % of synthetic experiments";
-    pub(super) const SCATTER: &str = "falsely told in 0.3 +- 0.3 % of synthetic experiments";
-    pub(super) const DAMPING: &str = "c_d falsely told in 2.7 +- 0.9 % of synthetic experiments";
-    pub(super) const SPEED: &str = "falsely told in 1.1 +- 0.3 % of synthetic pulses of one speed";
-    pub(super) const SHAPE: &str =
-        "a simpler one falsely left in less than 4.5 % of subsets, two tests counted";
-    pub(super) const ACROSS: &str = "at a level of 5 % falsely told in at most 10 % of noise";
-    pub(super) const LINE: &str = "at a level of 5 % falsely told in 3 to 7 % of noise";
+    let level = 100.0 * ShapeEvidence::LEVEL;
+    let (text, rate) = match tracking.shape {
+        ShapeChoice::ByEvidence => (
+            format!(
+                "for each subset the simplest that its matches do not reject (Wald's test, {level} % level)"
+            ),
+            format!(
+                "a simpler one falsely left in less than {SHAPE_FALSELY_LEFT_PERCENT} % of subsets, two tests counted"
+            ),
+        ),
+        ShapeChoice::Named(_) => ("as the experiment names it".into(), "not tested".into()),
+    };
+    Decision::by(
+        plain("shape function", text),
+        tracking.shape.to_string(),
+        format!("interpolation {}; {rate}", tracking.interpolation),
+    )
 }
 
 /// The chain moves along x; whether its bodies strayed across it is tested on their positions across.
@@ -115,37 +122,21 @@ fn motion(map: &ChainMap, tracked: &Tracked) -> Decision {
     let m_per_px = map.m_per_px().value;
     let bodies = tracked.recordings.iter().flat_map(|one| &one.tracks.bodies);
     let tracks: Vec<Vec<Option<f64>>> = bodies.map(|body| across_m(body, m_per_px)).collect();
-    let rule = "1-D unless means of 16 frames across the chain scatter by more than noise lets them (chi squared, 1 % level)";
-    let question = "dimensions of the motion";
+    let rule = motion_across_rule();
+    let along = "1-D, along the chain";
     match motion_across(&tracks) {
-        Some(found) if found.p_value < LEVEL => Decision {
-            question,
-            choice:
-                "2-D: bodies move across the chain; what the chain model explains is their motion along it"
-                    .into(),
-            rule,
-            evidence: told(
-                &found,
-                &format!("{:.3} um (rms) across", 1e6 * found.size.value),
-                false_choices::ACROSS,
-            ),
-        },
-        Some(found) => Decision {
-            question,
-            choice: "1-D, along the chain".into(),
-            rule,
-            evidence: told(
-                &found,
-                &format!("less than {:.3} um (95 %) across", 1e6 * upper(found.size)),
-                false_choices::ACROSS,
-            ),
-        },
-        None => Decision {
-            question,
-            choice: "1-D, along the chain".into(),
-            rule,
-            evidence: "no track is long enough to tell".into(),
-        },
+        Some(found) if rule.rejects(found.p_value) => {
+            let evidence = told(&found, &format!("{:.3} um (rms) across", 1e6 * found.size.value));
+            let choice =
+                "2-D: bodies move across the chain; what the chain model explains is their motion along it";
+            Decision::by(rule, choice, evidence)
+        }
+        Some(found) => {
+            let evidence =
+                told(&found, &format!("less than {:.3} um (95 %) across", 1e6 * upper(found.size)));
+            Decision::by(rule, along, evidence)
+        }
+        None => Decision::by(rule, along, "no track is long enough to tell"),
     }
 }
 
@@ -154,10 +145,10 @@ fn across_m(followed: &FollowedBody, m_per_px: f64) -> Vec<Option<f64>> {
     followed.positions.iter().map(|found| Some(m_per_px * found.as_ref().ok()?.y_px.value)).collect()
 }
 
-/// A test's outcome in words, with how often it is wrong.
-fn told(found: &Departure, what: &str, rate: &str) -> String {
+/// A test's outcome in words.
+fn told(found: &Departure, what: &str) -> String {
     format!(
-        "{what}; chi squared {:.1} of {} degrees of freedom, {}; {rate}",
+        "{what}; chi squared {:.1} of {} degrees of freedom, {}",
         found.chi_squared,
         found.freedom,
         probability(found.p_value)
@@ -179,13 +170,12 @@ fn stages(tracked: &Tracked) -> Decision {
         ),
         None => "no body could be matched in two views".into(),
     };
-    Decision {
-        question: "positions of the stage",
-        choice: if tracked.stages.is_used() { used } else { stated }.into(),
-        rule: "refined where camera.stage_sigma_m states how well they are known; they place subsets on their markers and do not enter \
-               displacements",
-        evidence,
-    }
+    let rule = plain(
+        "positions of the stage",
+        "refined where camera.stage_sigma_m states how well they are known; they place subsets on their markers and do not enter \
+         displacements",
+    );
+    Decision::by(rule, if tracked.stages.is_used() { used } else { stated }, evidence)
 }
 
 fn drives(experiment: &Experiment, evaluation: &Evaluation) -> Decision {
@@ -196,18 +186,18 @@ fn drives(experiment: &Experiment, evaluation: &Evaluation) -> Decision {
     };
     let drive = rms(&|one| one.drive_deviation);
     let offset_s = rms(&|one| one.trigger_offset_s);
-    Decision {
-        question: "differences between trials",
-        choice: "a trigger offset and a drive for each recording, response of second order".into(),
-        rule: "always fitted; priors of one frame and 5 % decide what the data leave open",
-        evidence: format!(
-            "drives scatter by {:.2} %, trigger offsets by {:.2} us; aligned in {} rounds; farthest is {}",
-            100.0 * drive,
-            1e6 * offset_s,
-            evaluation.stitched.rounds,
-            farthest_drive(experiment, &evaluation.standings).map_or("none".into(), |drive| drive.as_text())
-        ),
-    }
+    let rule = plain(
+        "differences between trials",
+        "always fitted; priors of one frame and 5 % decide what the data leave open",
+    );
+    let evidence = format!(
+        "drives scatter by {:.2} %, trigger offsets by {:.2} us; aligned in {} rounds; farthest is {}",
+        100.0 * drive,
+        1e6 * offset_s,
+        evaluation.stitched.rounds,
+        farthest_drive(experiment, &evaluation.standings).map_or("none".into(), |drive| drive.as_text())
+    );
+    Decision::by(rule, "a trigger offset and a drive for each recording, response of second order", evidence)
 }
 
 fn standing_source(evaluation: &Evaluation) -> Decision {
@@ -215,16 +205,12 @@ fn standing_source(evaluation: &Evaluation) -> Decision {
     let mean_us = |sigma_s: &dyn Fn(usize) -> f64| {
         1e6 * (0..alignments.len()).map(sigma_s).sum::<f64>() / alignments.len().max(1) as f64
     };
-    Decision {
-        question: "what trigger offsets and drives are taken from",
-        choice: standings.source.into(),
-        rule: Standings::RULE,
-        evidence: format!(
-            "offsets are known to {:.3} us on average; to {:.3} us from the onset alone",
-            mean_us(&|r| standings.of_recordings[r].trigger_offset_s.sigma),
-            mean_us(&|r| alignments[r].trigger_offset_s.sigma),
-        ),
-    }
+    let evidence = format!(
+        "offsets are known to {:.3} us on average; to {:.3} us from the onset alone",
+        mean_us(&|r| standings.of_recordings[r].trigger_offset_s.sigma),
+        mean_us(&|r| alignments[r].trigger_offset_s.sigma),
+    );
+    Decision::by(Standings::rule(), standings.source, evidence)
 }
 
 fn contact_law(experiment: &Experiment, evaluation: &Evaluation) -> Decision {
@@ -234,40 +220,31 @@ fn contact_law(experiment: &Experiment, evaluation: &Evaluation) -> Decision {
     let depth = strain * experiment.chain.pitch_m.get() / contact.delta_0_m.get();
     // F = A delta_0^p ((1 + y)^p - 1) leaves its tangent by (1 - p) y / 2 to first order.
     let bend = 50.0 * (1.0 - contact.p.get()).abs() * depth;
-    let question = "contact law";
-    let rule = "a spring unless the tracks tell the law's softening from zero (one-sided, 1 % level); 1 is the law that the experiment gives";
+    let rule = softening_rule();
     let largest =
         format!("largest overlap {depth:.3} delta_0, where force leaves the tangent by about {bend:.0} %");
-    let softening = evaluation.departures.as_ref().map(|departures| departures.softening);
-    match softening {
-        Some(found) => Decision {
-            question,
-            choice: if found.p_value < LEVEL { "power law" } else { "a spring would do" }.into(),
+    match evaluation.departures.as_ref().map(|departures| departures.softening) {
+        Some(found) => {
+            let choice = if rule.rejects(found.p_value) { "power law" } else { "a spring would do" };
+            let evidence = told(&found, &format!("{largest}; softening {}", estimate(found.size)));
+            Decision::by(rule, choice, evidence)
+        }
+        None => Decision::by(
             rule,
-            evidence: told(
-                &found,
-                &format!("{largest}; softening {}", estimate(found.size)),
-                false_choices::SOFTENING,
-            ),
-        },
-        None => Decision {
-            question,
-            choice: "power law, as the experiment gives it".into(),
-            rule,
-            evidence: format!("{largest}; not tested, as there is no fit to the tracks"),
-        },
+            "power law, as the experiment gives it",
+            format!("{largest}; not tested, as there is no fit to the tracks"),
+        ),
     }
 }
 
 fn damping(evaluation: &Evaluation) -> Decision {
-    let rule = "each of c_d and c_s is zero unless told from it (one-sided, 1 % level)";
-    let question = "damping";
+    let rule = damping_rule();
     let Some((damping, source)) = evaluation.damping() else {
         let evidence = evaluation.track_fit.as_ref().err().map(ToString::to_string).unwrap_or_default();
-        return Decision { question, choice: "not fitted".into(), rule, evidence };
+        return Decision::by(rule, "not fitted", evidence);
     };
     let p_values = damping.told_from_zero();
-    let choice = match p_values.map(|p_value| p_value < LEVEL) {
+    let choice = match p_values.map(|p_value| rule.rejects(p_value)) {
         [true, true] => "c_d and c_s",
         [true, false] => "c_d (c_s is not told from zero)",
         [false, true] => "c_s (c_d is not told from zero)",
@@ -275,107 +252,71 @@ fn damping(evaluation: &Evaluation) -> Decision {
     };
     let off = |found: Estimate| found.value / found.sigma;
     let evidence = format!(
-        "from the {source}: c_d = {:.2} sigma, {}; c_s = {:.2} sigma, {}; {}",
+        "from the {source}: c_d = {:.2} sigma, {}; c_s = {:.2} sigma, {}",
         off(damping.chain_damping_kg_per_s),
         probability(p_values[0]),
         off(damping.striker_damping_kg_per_s),
         probability(p_values[1]),
-        false_choices::DAMPING
     );
-    Decision { question, choice: choice.into(), rule, evidence }
+    Decision::by(rule, choice, evidence)
 }
 
 fn scatter(evaluation: &Evaluation) -> Decision {
-    let question = "differences between bodies";
-    let rule = "none unless masses that are free in each body scatter by more than their errors (chi squared, 1 % level); a stiffness that \
-                scatters from gap to gap shows as well";
+    let rule = scatter_of_bodies_rule();
     let found = evaluation.departures.as_ref().and_then(|departures| departures.scatter);
     match found {
-        Some(found) if found.p_value < LEVEL => Decision {
-            question,
-            choice: "bodies differ; one mass stands for all in the fit, whose residuals say what that costs"
-                .into(),
-            rule,
-            evidence: told(
-                &found,
-                &format!("{} % in mass", estimate(found.size.scaled(100.0))),
-                false_choices::SCATTER,
-            ),
-        },
-        Some(found) => Decision {
-            question,
-            choice: "none: bodies are alike".into(),
-            rule,
-            evidence: told(
-                &found,
-                &format!("less than {:.3} % in mass (95 %)", 100.0 * upper(found.size)),
-                false_choices::SCATTER,
-            ),
-        },
-        None => Decision {
-            question,
-            choice: "bodies count as alike".into(),
-            rule,
-            evidence: "not tested, as there is no fit to the tracks".into(),
-        },
+        Some(found) if rule.rejects(found.p_value) => {
+            let evidence = told(&found, &format!("{} % in mass", estimate(found.size.scaled(100.0))));
+            let choice =
+                "bodies differ; one mass stands for all in the fit, whose residuals say what that costs";
+            Decision::by(rule, choice, evidence)
+        }
+        Some(found) => {
+            let size = format!("less than {:.3} % in mass (95 %)", 100.0 * upper(found.size));
+            Decision::by(rule, "none: bodies are alike", told(&found, &size))
+        }
+        None => Decision::by(rule, "bodies count as alike", "not tested, as there is no fit to the tracks"),
     }
 }
 
 fn group_velocity(evaluation: &Evaluation) -> Decision {
-    let question = "group velocity along the chain";
-    let rule = "one speed unless those of the first and the last third of the gaps differ by more than 2.58 standard uncertainties (1 % level)";
-    let found = evaluation.measurement.group_velocity.as_ref();
-    let variation = found.ok().and_then(|velocity| velocity.relative_variation);
-    let Some(variation) = variation else {
-        return Decision {
-            question,
-            choice: "not told".into(),
-            rule,
-            evidence: "fewer than six gaps".into(),
-        };
+    let rule = one_speed_rule();
+    let found = evaluation.measurement.group_velocity.as_ref().ok();
+    let tested =
+        found.and_then(|found| Some((found.relative_variation?.scaled(100.0), found.variation_p_value()?)));
+    let Some((variation, p_value)) = tested else {
+        return Decision::by(rule, "not told", "fewer than six gaps");
     };
-    let varies = variation.value.abs() > 2.58 * variation.sigma;
-    Decision {
-        question,
-        choice: if varies {
-            "it varies; the speed stated is that of the line through all gaps"
-        } else {
-            "one speed"
-        }
-        .into(),
-        rule,
-        evidence: format!(
-            "last third less first: {:+.3} +- {:.3} %; {}",
-            100.0 * variation.value,
-            100.0 * variation.sigma,
-            false_choices::SPEED
-        ),
-    }
+    let choice = match rule.rejects(p_value) {
+        true => "it varies; the speed stated is that of the line through all gaps",
+        false => "one speed",
+    };
+    let evidence = format!(
+        "last third less first: {:+.3} +- {:.3} %, {}",
+        variation.value,
+        variation.sigma,
+        probability(p_value)
+    );
+    Decision::by(rule, choice, evidence)
 }
 
 fn tail(experiment: &Experiment, evaluation: &Evaluation) -> Decision {
-    let question = "what the tail is";
-    let rule = "a line where Thomson's F-test rejects a continuum at the dominant frequency (1 % level, all resolved frequencies allowed for)";
+    let rule = line_rule();
     let resonance = match &evaluation.measurement.local_resonance {
         Ok(resonance) => resonance,
-        Err(reason) => {
-            let (choice, evidence) = ("not told".into(), reason.as_str().into());
-            return Decision { question, choice, rule, evidence };
-        }
+        Err(reason) => return Decision::by(rule, "not told", reason.as_str()),
     };
-    let is_line = resonance.line.p_value < LEVEL;
-    let edge_hz = experiment.band_edge_hz().unwrap_or(f64::NAN);
-    Decision {
-        question,
-        choice: if is_line { "a line" } else { "the crest of a continuum, as dispersion makes it" }.into(),
-        rule,
-        evidence: format!(
-            "{:.1} Hz, resolution {:.0} Hz, p = {:.2e} over {} gaps; the chain's band ends at {edge_hz:.0} Hz; {}",
-            resonance.frequency_hz.value,
-            resonance.resolution_hz,
-            resonance.line.p_value,
-            resonance.line.n_gaps,
-            false_choices::LINE
-        ),
-    }
+    let choice = match rule.rejects(resonance.line.p_value) {
+        true => "a line",
+        false => "the crest of a continuum, as dispersion makes it",
+    };
+    let band = match experiment.linear_chain() {
+        Ok(chain) => format!("the chain's band ends at {:.0} Hz", chain.band_edge_hz()),
+        Err(why) => why.to_string(),
+    };
+    let evidence = format!(
+        "{:.1} Hz, resolution {:.0} Hz, p = {:.2e} over {} gaps; {band}",
+        resonance.frequency_hz.value, resonance.resolution_hz, resonance.line.p_value, resonance.line.n_gaps,
+    );
+    Decision::by(rule, choice, evidence)
 }

@@ -154,10 +154,6 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
     })
 }
 
-/// Residuals of the tracks' fit, relative to stated noise, up to which it gives the damping. It uses all that was measured and
-/// is ten times sharper than that of the peak energies; where the model leaves something out, it is the first to go astray.
-const ACCEPTED_CHI_SQUARED: f64 = 1.2;
-
 impl Evaluation {
     /// What the reader should know.
     pub fn warnings(&self) -> Vec<String> {
@@ -181,7 +177,7 @@ impl Evaluation {
 
 /// A fit to the tracks that explains them.
 fn accepted(track_fit: &Result<TrackFit, FitError>) -> Option<&TrackFit> {
-    track_fit.as_ref().ok().filter(|fit| fit.reduced_chi_squared <= ACCEPTED_CHI_SQUARED)
+    track_fit.as_ref().ok().filter(|fit| fit.explains_the_tracks())
 }
 
 /// The gaps of the group velocity that the experiment names.
@@ -281,10 +277,9 @@ fn energy_model(
     n_threads: NonZero<usize>,
 ) -> EnergyModel {
     let striker = &experiment.striker;
-    let mean_sigma = striker.velocity_sigma_m_per_s.get() / (stitched.alignments.len() as f64).sqrt();
     EnergyModel {
         chain,
-        striker_velocity_m_per_s: Estimate::new(striker.velocity_m_per_s.get(), mean_sigma),
+        striker_velocity_m_per_s: striker.mean_velocity_m_per_s(stitched.alignments.len()),
         drive_deviations: stitched.alignments.iter().map(|one| one.drive_deviation.value).collect(),
         drive_scale_sigma: DRIVE_SCALE_SIGMA,
         known: known_of_chain(known),
@@ -325,8 +320,7 @@ fn model_beside(
             ..model.chain.clone()
         };
         // Long enough for the wave to cross the chain at half the sound speed.
-        let pitches_per_s = (law.k_0_n_per_m() / model.chain.mass_kg[0]).sqrt();
-        let duration_s = 2.0 * model.chain.n_bodies() as f64 / pitches_per_s;
+        let duration_s = 2.0 * experiment.linear_chain()?.crossing_time_s(model.chain.n_bodies());
         let schedule = Schedule::automatic(duration_s, duration_s / 100.0);
         Ok(simulate(&chain, &schedule)?.psi_max_j)
     };

@@ -1,5 +1,6 @@
 //! Where each recording stands among the others: its trigger and its drive.
 
+use chainwave_analysis::Rule;
 use chainwave_inference::{FittedRecording, TrackFit};
 use chainwave_measurement::Estimate;
 use chainwave_stitching::Alignment;
@@ -25,8 +26,19 @@ pub struct Standings {
 
 impl Standings {
     /// By which rule the source is chosen.
-    pub const RULE: &'static str = "the chain model's impacts and strikers while it explains the tracks (reduced chi squared up to 1.2), else the first body's \
-         onset, which needs no model: to the rest of the motion a later trigger and a drive that delays every body look alike";
+    pub fn rule() -> Rule {
+        Rule {
+            question: "what trigger offsets and drives are taken from",
+            text: format!(
+                "the chain model's impacts and strikers while it explains the tracks (reduced chi squared up to {}), else the first \
+                 body's onset, which needs no model: to the rest of the motion a later trigger and a drive that delays every body look \
+                 alike",
+                TrackFit::LARGEST_REDUCED_CHI_SQUARED
+            ),
+            level: None,
+            rates: Vec::new(),
+        }
+    }
 
     /// From the model where the data accept it, else from the alignment without one.
     pub fn of(alignments: &[Alignment], accepted: Option<&TrackFit>) -> Self {

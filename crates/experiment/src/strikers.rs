@@ -66,9 +66,7 @@ pub fn compare_strikers(
 
 /// The measured group velocity; the striker's is the fitted mean where there is one, else the stated one.
 fn measured(setup: &Setup, evaluation: &Evaluation) -> Option<StrikerWave> {
-    let stated = &setup.experiment.striker;
-    let scatter = stated.velocity_sigma_m_per_s.get() / (setup.trials.len() as f64).sqrt();
-    let nominal = Estimate::new(stated.velocity_m_per_s.get(), scatter);
+    let nominal = setup.experiment.striker.mean_velocity_m_per_s(evaluation.stitched.alignments.len());
     let striker = evaluation.track_fit.as_ref().map_or(nominal, |fit| fit.striker_velocity_m_per_s);
     let found = evaluation.measurement.group_velocity.as_ref().ok()?;
     Some(StrikerWave {
@@ -90,7 +88,7 @@ fn modelled(
     let experiment = &setup.experiment;
     let (chain, law) = (&experiment.chain, experiment.contact.power_law()?);
     let fastest_m_per_s = 1.1 * experiment.striker.velocity_m_per_s.get();
-    let crossing_s = chain.n_bodies as f64 / (law.k_0_n_per_m() / chain.mass_kg.get()).sqrt();
+    let crossing_s = experiment.linear_chain()?.crossing_time_s(chain.n_bodies);
     let schedule = Schedule::automatic(1.5 * crossing_s, crossing_s / 400.0);
     let mut waves = Vec::with_capacity(N_MODEL_POINTS);
     for k in 0..N_MODEL_POINTS {

@@ -2,7 +2,7 @@
 
 use std::ffi::OsString;
 use std::fs::File;
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use crate::data::{DataSet, csv};
@@ -100,6 +100,7 @@ impl Figure {
             });
             written
                 .and_then(|()| std::fs::rename(&partial, &path))
+                .and_then(|()| sync_folder_of(&path))
                 .map_err(|source| FigureError::Write { path, source })?;
         }
         Ok(())
@@ -109,6 +110,12 @@ impl Figure {
 /// Draws in the default style and writes `STEM.svg` and `STEM.png`.
 pub(crate) fn write<D: Draw + ?Sized>(stem: &Path, drawn: &D) -> Result<(), FigureError> {
     drawn.draw(&Style::default())?.write(stem, &[Format::Svg, Format::Png])
+}
+
+/// Makes a renamed file's new name last a loss of power; elsewhere than on Unix the system does so by itself.
+fn sync_folder_of(path: &Path) -> io::Result<()> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
 }
 
 /// The stem with an ending put behind it; a dot in the stem stays.

@@ -30,7 +30,7 @@ use nalgebra::DMatrix;
 
 use branches::{Branches, branches, hysteresis};
 use curve::{Curve, LEAST_APPROACH, check_readings};
-use profile::{EXPONENTS, Profiler};
+use profile::Profiler;
 use search::{Minimum, STARTS, Unknowns, search};
 use statistics::{covariance, derived, residual, straightness, student};
 
@@ -213,20 +213,9 @@ fn fit_best(curve: Curve, zero: Zero, start_m: f64) -> Result<Found, ContactFitE
     let unknowns = Unknowns { p: true, offset: zero != Zero::Stated, start: zero == Zero::Contact };
     check_curvature(&curve, unknowns, start_m)?;
     let minimum = search(&curve, unknowns, start_m, &STARTS)?;
-    let minimum = within_bounds(&curve, unknowns, minimum)?;
     let residual = residual(&curve, &minimum, unknowns);
     let covariance = covariance(&curve, &minimum, unknowns, &residual)?;
     Ok(Found { curve, zero, unknowns, minimum, residual, covariance, neglected_offset_n: None })
-}
-
-/// The minimum itself, or the best law at the end of the range of p that it lies beyond.
-fn within_bounds(curve: &Curve, unknowns: Unknowns, minimum: Minimum) -> Result<Minimum, ContactFitError> {
-    let found = minimum.parameters.law.p;
-    let p = found.clamp(EXPONENTS.0, EXPONENTS.1);
-    match (found - p).abs() > 0.0 {
-        true => search(curve, Unknowns { p: false, ..unknowns }, minimum.parameters.start_m, &[p]),
-        false => Ok(minimum),
-    }
 }
 
 /// Refuses a straight line: with no curvature, any delta_0 fits as well with p = 1.

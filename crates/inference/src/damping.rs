@@ -12,9 +12,9 @@ pub(crate) const N_DAMPINGS: usize = 2;
 /// Starting points of a fit: factors on the model's c_d and c_s.
 pub(crate) const STARTS: [[f64; N_DAMPINGS]; 3] = [[1.0, 1.0], [10.0, 0.1], [0.1, 10.0]];
 
-/// Critical damping of a body on one contact, 2 sqrt(k_0 m).
+/// Critical damping of the first body on the first contact; a chain to be fitted has bodies.
 pub(crate) fn critical_kg_per_s(chain: &Chain) -> f64 {
-    2.0 * (chain.contact.k_0_n_per_m() * chain.mass_kg[0]).sqrt()
+    chain.linear().map_or(0.0, |linear| linear.critical_damping_kg_per_s())
 }
 
 /// Mean c_d of the bodies.

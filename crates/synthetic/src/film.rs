@@ -1,7 +1,7 @@
 //! Writes a scene as a .cine file, with the faults that a file may have.
 
 use std::fs::File;
-use std::io::Write;
+use std::io::{self, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -33,8 +33,11 @@ pub struct FileFaults {
 pub fn film(path: &Path, scene: &Scene, faults: &FileFaults) -> Result<(), SyntheticError> {
     let frames = faults.frames(scene.n_frames())?;
     let part = part_of(path);
-    let written = write(&part, scene, &frames, faults)
-        .and_then(|()| std::fs::rename(&part, path).map_err(|source| write_error(path, source)));
+    let written = write(&part, scene, &frames, faults).and_then(|()| {
+        std::fs::rename(&part, path)
+            .and_then(|()| sync_folder_of(path))
+            .map_err(|source| write_error(path, source))
+    });
     if written.is_err() {
         // The first error is the one to report; a part that cannot be removed does no harm.
         let _ = std::fs::remove_file(&part);
@@ -63,6 +66,12 @@ fn part_of(path: &Path) -> PathBuf {
     name.into()
 }
 
+/// Makes a renamed file's new name last a loss of power; elsewhere than on Unix the system does so by itself.
+fn sync_folder_of(path: &Path) -> io::Result<()> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
+}
+
 fn write(part: &Path, scene: &Scene, frames: &[usize], faults: &FileFaults) -> Result<(), SyntheticError> {
     let mut file = File::create(part).map_err(|source| write_error(part, source))?;
     let mut put = |bytes: &[u8]| file.write_all(bytes).map_err(|source| write_error(part, source));
@@ -76,14 +85,14 @@ fn write(part: &Path, scene: &Scene, frames: &[usize], faults: &FileFaults) -> R
         packer.pack(&counts, camera.width_px, &mut bytes[cine::FRAME_PREFIX..]);
         put(&bytes)?;
     }
-    faults.kept_fraction.map_or(Ok(()), |kept| {
-        let whole = file.metadata().map(|metadata| metadata.len());
-        whole
-            .and_then(|n_bytes| file.set_len((kept * n_bytes as f64) as u64))
-            .map_err(|source| write_error(part, source))
-    })
+    let cut = |kept: f64| file.set_len((kept * file.metadata()?.len() as f64) as u64);
+    faults
+        .kept_fraction
+        .map_or(Ok(()), cut)
+        .and_then(|()| file.sync_all())
+        .map_err(|source| write_error(part, source))
 }
 
-fn write_error(path: &Path, source: std::io::Error) -> SyntheticError {
+fn write_error(path: &Path, source: io::Error) -> SyntheticError {
     SyntheticError::Write { path: path.into(), source }
 }

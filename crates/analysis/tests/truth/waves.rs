@@ -4,10 +4,10 @@ use std::f64::consts::PI;
 
 use chainwave_analysis::{
     DispersionMap, FrontSettings, LineTest, dispersion_map, dominant_frequency, exact_motion, leading_pulses,
-    line_test, linear_dispersion_hz, replicate, strain_map, tail_spectrum,
+    line_test, replicate, strain_map, tail_spectrum,
 };
 use chainwave_measurement::ChainMotion;
-use chainwave_mechanics::{Chain, Drive, FarEnd, LinearLaw, Schedule, Striker, simulate};
+use chainwave_mechanics::{Chain, Drive, FarEnd, LinearChain, LinearLaw, Schedule, Striker, simulate};
 
 use crate::common::{INTERVAL_S, PITCH_M, motion_of_strain, with_sigma};
 
@@ -75,7 +75,7 @@ fn the_tail_of_a_linear_chain_lies_on_its_dispersion_curve() {
     for (row, kappa) in map.kappa_rad.iter().enumerate().filter(|(_, kappa)| (1.2..3.0).contains(*kappa)) {
         let spectrum = map.amplitude.row(row);
         let top = (0..spectrum.len()).max_by(|a, b| spectrum[*a].total_cmp(&spectrum[*b])).unwrap();
-        let known_hz = linear_dispersion_hz(stiffness_n_per_m, mass_kg, *kappa);
+        let known_hz = LinearChain { stiffness_n_per_m, mass_kg }.frequency_hz(*kappa);
         assert!(
             (map.frequency_hz[top] - known_hz).abs() < 0.5 * map.frequency_resolution_hz,
             "kappa {kappa}: {} Hz, expected {known_hz}",

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use chainwave_analysis::normalised_residuals;
-use chainwave_analysis::{DispersionMap, GapFront, Measurement, StrainMap, linear_dispersion_hz};
+use chainwave_analysis::{DispersionMap, GapFront, Measurement, StrainMap};
 use chainwave_experiment::{Evaluation, Experiment, ModelBeside};
 use chainwave_figures::{
     BodyMotion, DispersionPanel, EnergyShares, FrequencyMark, FrontPulse, FrontWidth, GapSpectrum,
@@ -276,7 +276,7 @@ impl Album<'_> {
             frequencies_hz: frequencies_hz.clone(),
             amplitude: of_gap.amplitude.clone(),
         });
-        let band_edge_hz = self.experiment.band_edge_hz()?;
+        let band_edge_hz = self.experiment.linear_chain()?.band_edge_hz();
         let mut marks =
             vec![FrequencyMark { name: "band edge of the chain model".into(), frequency_hz: band_edge_hz }];
         if let Ok(resonance) = &measurement.local_resonance {
@@ -302,15 +302,14 @@ impl Album<'_> {
     }
 
     fn dispersion(&self, map: &DispersionMap) -> Result<Figure, Error> {
-        let experiment = &self.experiment;
-        let (law, mass_kg) = (experiment.contact.power_law()?, experiment.chain.mass_kg.get());
-        let curve = |kappa: &f64| (*kappa, linear_dispersion_hz(law.k_0_n_per_m(), mass_kg, *kappa));
+        let chain = self.experiment.linear_chain()?;
+        let curve = |kappa: &f64| (*kappa, chain.frequency_hz(*kappa));
         let panel = DispersionPanel {
             kappa_rad: &map.kappa_rad,
             frequency_hz: &map.frequency_hz,
             amplitude: map.amplitude.view(),
             curve: &map.kappa_rad.iter().map(curve).collect::<Vec<_>>(),
-            max_frequency_hz: 2.0 * self.experiment.band_edge_hz()?,
+            max_frequency_hz: 2.0 * chain.band_edge_hz(),
         };
         chainwave_figures::dispersion(&self.folder.join("dispersion"), &panel)?;
         Ok(Figure {

@@ -93,7 +93,7 @@ fn decisions_table(decisions: &[Decision]) -> String {
             "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
             escaped(decision.question),
             escaped(&decision.choice),
-            escaped(decision.rule),
+            escaped(&decision.rule),
             escaped(&decision.evidence)
         )
     };

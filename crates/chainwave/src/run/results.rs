@@ -25,7 +25,7 @@ pub(crate) fn write(experiment: &Experiment, out: &Path, results: &Results) -> R
     tracks.write(&out.join("tracks.parquet"))?;
     write_measurement(out, &evaluation.stitched, measurement)?;
     write_energies(out, measurement)?;
-    write_dispersion(out, 3.0 * experiment.band_edge_hz()?, measurement)?;
+    write_dispersion(out, 3.0 * experiment.linear_chain()?.band_edge_hz(), measurement)?;
     write_alignment(out, tracked, evaluation)?;
     write_json(&out.join("results.json"), &as_json(evaluation))?;
     write_json(&out.join("decisions.json"), &decisions)

@@ -28,8 +28,7 @@ pub(super) fn write(experiment: &Experiment, out: &Path, waves: &[StrikerWave]) 
 }
 
 fn draw(experiment: &Experiment, out: &Path, waves: &[StrikerWave]) -> Result<(), Error> {
-    let (chain, law) = (&experiment.chain, experiment.contact.power_law()?);
-    let sound_m_per_s = chain.pitch_m.get() * (law.k_0_n_per_m() / chain.mass_kg.get()).sqrt();
+    let sound_m_per_s = experiment.linear_chain()?.sound_speed_m_per_s(experiment.chain.pitch_m.get());
     let folder = figures_folder(out)?;
     let against = |velocity: fn(&StrikerWave) -> Option<Estimate>| {
         let point = |wave: &StrikerWave| Some(Point { x: velocity(wave)?, y: wave.group_m_per_s });

@@ -8,8 +8,8 @@ use std::path::Path;
 use std::time::Instant;
 
 use chainwave_mechanics::{
-    RefinedSimulation, Ring, RingChain, RingDrive, RingSchedule, RingSimulation, RingStriker, SelfContact,
-    Symmetry, compress, ring_bands, ring_modes, simulate_rings, simulate_rings_within,
+    RefinedSimulation, RingChain, RingDrive, RingSchedule, RingSimulation, RingStriker, SelfContact,
+    compress, ring_modes, ring_sound_speed_m_per_s, simulate_rings, simulate_rings_within,
 };
 use serde::Deserialize;
 use serde_json::json;
@@ -160,16 +160,8 @@ fn draw(
     figures::draw_velocities(
         &folder,
         &rows,
-        sound_speed_m_per_s(&rings.ring, rings.elements_per_ring, pitch_m)?,
+        ring_sound_speed_m_per_s(&rings.ring, rings.elements_per_ring, pitch_m)?,
     )
-}
-
-/// Speed of waves that are long against a ring, in metres per second.
-fn sound_speed_m_per_s(ring: &Ring, elements: usize, pitch_m: f64) -> Result<f64, Error> {
-    const KAPPA_A: f64 = 0.01;
-    let bands = ring_bands(ring, elements, Symmetry::Symmetric, &[KAPPA_A])?;
-    let frequency_hz = bands.first().and_then(|bands| bands.first()).copied().unwrap_or(0.0);
-    Ok(2.0 * std::f64::consts::PI * frequency_hz / KAPPA_A * pitch_m)
 }
 
 fn summary(simulation: &RingSimulation, elements: usize, difference: Option<f64>) -> serde_json::Value {

@@ -20,8 +20,8 @@ const REFERENCE: f64 = 1e-12;
 pub(super) fn of_experiment(path: &Path) -> Result<Vec<Rung>, Error> {
     let experiment = Experiment::read(path)?;
     let chain = experiment.chain_model()?;
-    let pitches_per_s = (experiment.contact.power_law()?.k_0_n_per_m() / chain.mass_kg[0]).sqrt();
-    let n_outputs = (1.5 * chain.n_bodies() as f64 / pitches_per_s / OUTPUT_INTERVAL_S).ceil();
+    let crossing_s = experiment.linear_chain()?.crossing_time_s(chain.n_bodies());
+    let n_outputs = (1.5 * crossing_s / OUTPUT_INTERVAL_S).ceil();
     let schedule = |integration| Schedule {
         integration,
         ..Schedule::automatic(n_outputs * OUTPUT_INTERVAL_S, OUTPUT_INTERVAL_S)

@@ -1,3 +1,5 @@
+//! What a curve cannot tell apart, in sentences for people.
+
 use chainwave_mechanics::PowerLaw;
 
 use super::{ContactFit, PARAMETERS, Zero};

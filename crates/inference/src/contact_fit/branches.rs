@@ -1,3 +1,5 @@
+//! Loading and unloading told apart by the order of the readings, and the work lost between them.
+
 use super::Hysteresis;
 
 /// A turn is a change of direction that the overlap follows for more than this fraction of its range.

@@ -1,3 +1,5 @@
+//! One branch of a compression curve: what makes it one, its noise, and the readings before contact.
+
 use chainwave_measurement::median;
 
 use super::ContactFitError;
@@ -109,6 +111,11 @@ impl Curve {
         range(self.overlap_m.iter().copied())
     }
 
+    /// What sums over forces err by.
+    pub(super) fn rounding_n(&self) -> f64 {
+        ROUNDING * self.force_n.iter().fold(0.0_f64, |most, f| most.max(f.abs()))
+    }
+
     fn check_number(&self) -> Result<(), ContactFitError> {
         expect_number("readings on the loading branch", self.len(), LEAST_READINGS)?;
         let different = 1 + self.overlap_m.windows(2).filter(|pair| pair[1] > pair[0]).count();
@@ -122,8 +129,7 @@ impl Curve {
         let residual_n = |(x, f): (&f64, &f64)| f - line.mean_n - line.slope_n_per_m * (x - line.mean_m);
         let squares: f64 =
             self.overlap_m.iter().zip(&self.force_n).map(|reading| residual_n(reading).powi(2)).sum();
-        let rounding_n = ROUNDING * self.force_n.iter().fold(0.0_f64, |most, f| most.max(f.abs()));
-        let noise_n = (squares / freedom).sqrt().max(rounding_n);
+        let noise_n = (squares / freedom).sqrt().max(self.rounding_n());
         if line.slope_n_per_m.abs() <= REAL_SLOPE * noise_n / line.spread_m {
             return Err(ContactFitError::ConstantForce { mean_n: line.mean_n, noise_n });
         }

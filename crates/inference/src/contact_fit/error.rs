@@ -1,3 +1,5 @@
+//! Why a curve gives no contact law.
+
 /// Why no contact law could be fitted to a curve. Readings are numbered from 0, in the order given.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]

@@ -1,3 +1,5 @@
+//! The power law by its stiffness, with derivatives: a form that goes on where the exponent is zero or negative.
+
 use chainwave_mechanics::{MechanicsError, PowerLaw};
 
 /// Series terms of [`slope_term`]; with |z| < 1/2 the rest is below 1e-17.

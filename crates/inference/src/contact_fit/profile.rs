@@ -1,3 +1,5 @@
+//! Exponents that a curve cannot reject, by the profile of the sum of squares.
+
 use super::curve::Curve;
 use super::search::{Minimum, Unknowns, descend};
 use super::{LawOnProfile, Profile};

@@ -1,3 +1,5 @@
+//! Noise, covariance and derived parameters of a fitted law, and Student's factor.
+
 use chainwave_measurement::Estimate;
 use chainwave_mechanics::PowerLaw;
 use nalgebra::{DMatrix, DVector};

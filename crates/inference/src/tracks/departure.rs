@@ -110,7 +110,7 @@ pub(crate) fn scatter_of_bodies_at(
     let deviation = variance.max(0.0).sqrt();
     let total = variance.max(0.0) + of_errors;
     let sigma = total * (0.5 / n).sqrt() / deviation.max(total.sqrt() * (0.5 / n).powf(0.25));
-    let p_value = chi_squared_beyond(chi_squared, freedom);
+    let p_value = chi_squared_beyond(chi_squared, freedom as f64);
     Ok(Departure { size: Estimate::new(deviation, sigma), chi_squared, freedom, p_value })
 }
 

@@ -38,13 +38,13 @@ pub struct TrackFit {
     pub n_simulations: u64,
 }
 
-/// Reduced chi squared up to which the chain model explains the tracks.
-const LARGEST_REDUCED_CHI_SQUARED: f64 = 1.2;
-
 impl TrackFit {
+    /// Reduced chi squared up to which the chain model explains the tracks.
+    pub const LARGEST_REDUCED_CHI_SQUARED: f64 = 1.2;
+
     /// Whether the chain model explains the tracks well enough for their damping to be believed ([`damping_source_rule`]).
     pub fn explains_the_tracks(&self) -> bool {
-        self.reduced_chi_squared <= LARGEST_REDUCED_CHI_SQUARED
+        self.reduced_chi_squared <= Self::LARGEST_REDUCED_CHI_SQUARED
     }
 }
 
@@ -53,8 +53,9 @@ pub fn damping_source_rule() -> Rule {
     Rule {
         question: "what the damping is taken from",
         text: format!(
-            "the tracks while the model explains them (reduced chi squared up to {LARGEST_REDUCED_CHI_SQUARED}), else the peak energies, \
-             which feel less of what the model leaves out"
+            "the tracks while the model explains them (reduced chi squared up to {}), else the peak energies, which feel less of what the \
+             model leaves out",
+            TrackFit::LARGEST_REDUCED_CHI_SQUARED
         ),
         level: None,
         rates: Vec::new(),

@@ -1,3 +1,5 @@
+//! Curves of known laws, and the fit as most tests call it.
+
 use chainwave_inference::contact_fit::{ContactFit, Zero, fit_contact};
 use chainwave_mechanics::PowerLaw;
 use rand::SeedableRng;

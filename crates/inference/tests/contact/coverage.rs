@@ -1,3 +1,5 @@
+//! How often stated intervals hold the truth, over many noisy curves.
+
 use chainwave_inference::contact_fit::{PARAMETERS, Zero};
 use chainwave_mechanics::PowerLaw;
 

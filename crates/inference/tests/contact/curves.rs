@@ -1,3 +1,5 @@
+//! Curves as laboratories have them: with an approach, a way back, an offset, in any order and unit.
+
 use chainwave_inference::contact_fit::{ContactFit, Zero, fit_contact};
 use chainwave_mechanics::PowerLaw;
 

@@ -1,3 +1,5 @@
+//! What is no compression curve is refused, with the reason.
+
 use chainwave_inference::contact_fit::{ContactFitError, Zero, fit_contact};
 
 use crate::common::{noisy, ramp, ring_law};

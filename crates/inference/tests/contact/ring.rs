@@ -1,3 +1,5 @@
+//! The paper's ring, whose elastica no power law follows exactly.
+
 use chainwave_mechanics::{Compression, PowerLaw, Ring, Section, compress};
 
 use crate::common::{Curve, fitted};
