@@ -7,11 +7,14 @@
 //! and sentences for people.
 //!
 //! *Noise.* The readings' errors are taken as independent, normal and equal, of forces only; their size comes from the residuals,
-//! so intervals take Student's factor ([`ContactFit::factor_95`]). Where neighbouring residuals are correlated beyond chance
-//! (coefficient r), every sigma is widened by sqrt((1 + r)/(1 - r)), what a first-order process costs a smooth fit.
+//! so intervals take Student's factor ([`ContactFit::factor_95`]). Where residuals are correlated beyond chance, every sigma is widened
+//! by what that costs a smooth fit: sqrt((1 + r)/(1 - r)) of neighbours (a first-order process), or the root of one plus twice the sum
+//! of the correlations over more lags, whichever is larger.
 //!
 //! *Zero.* A constant error of the force and an overlap counted from the wrong place look alike in this law, so at most one of
-//! them can be found unless readings were taken before contact. [`Zero`] says which; [`Zero::Auto`] decides by a rule.
+//! them can be found unless readings were taken before contact. [`Zero`] says which; [`Zero::Auto`] decides by a rule. A law that
+//! only approximates the specimen's looks like an offset too: without readings before contact an offset is not stated where the
+//! residuals show such a misfit, and not taken out where it is as small as a misfit that noise may hide.
 
 mod ambiguity;
 mod branches;
@@ -36,6 +39,9 @@ use statistics::{covariance, derived, residual, straightness, student};
 
 /// A load cell's offset or a curvature is real from this many standard uncertainties (with Student's factor).
 const REAL: f64 = 3.0;
+/// What the misfit of a good law makes an offset err by, relative to the largest force: the elastica of the paper's ring, which the law
+/// follows to a thousandth, looks like an offset of two thousandths.
+const MISFIT: f64 = 2e-3;
 
 /// Parameters of the law, in the order of [`ContactFit::estimates`] and [`ContactFit::correlation`].
 pub const PARAMETERS: [&str; 5] = ["a", "delta_0_m", "p", "f_0_n", "k_0_n_per_m"];
@@ -44,8 +50,8 @@ pub const PARAMETERS: [&str; 5] = ["a", "delta_0_m", "p", "f_0_n", "k_0_n_per_m"
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Zero {
     /// [`Zero::Contact`] where readings before contact are seen (at least five, whose slope is below a tenth of the slope of as many
-    /// that follow, by four standard uncertainties); else [`Zero::LoadCell`] where that offset is three standard
-    /// uncertainties from zero; else [`Zero::Stated`].
+    /// that follow, by four standard uncertainties); else [`Zero::LoadCell`] where residuals are independent and that offset is three
+    /// standard uncertainties from zero, two thousandths of the largest force counted among them; else [`Zero::Stated`].
     #[default]
     Auto,
     /// Contact begins at overlap 0 with force 0, as the curve states.
@@ -74,7 +80,8 @@ pub struct ContactFit {
     pub residual: Residual,
     /// Where zero was found to be; never [`Zero::Auto`].
     pub zero: Zero,
-    /// What the load cell shows without a force, in newtons, as fitted along; taken out unless `zero` is [`Zero::Stated`].
+    /// What the load cell shows without a force, in newtons, as fitted along; taken out unless `zero` is [`Zero::Stated`]. `None` where
+    /// it is undetermined: nothing was read before contact, and correlated residuals show a misfit that looks like an offset.
     pub load_cell_offset_n: Option<Estimate>,
     /// Overlap as stated at which contact begins, in metres, where that was fitted.
     pub contact_start_m: Option<Estimate>,
@@ -201,6 +208,9 @@ fn find_zero(curve: &Curve, zero: Zero) -> Result<Found, ContactFitError> {
     }
     let mut stated = fit_best(curve.clone(), Zero::Stated, 0.0)?;
     let Ok(with_offset) = fit_best(curve, Zero::LoadCell, 0.0) else { return Ok(stated) };
+    if with_offset.residual.widening > 1.0 {
+        return Ok(stated);
+    }
     if zero == Zero::Auto && with_offset.offset_is_real() {
         return Ok(with_offset);
     }
@@ -242,7 +252,9 @@ impl Found {
 
     fn offset_is_real(&self) -> bool {
         let offset_n = self.offset_n();
-        offset_n.value.abs() > student(REAL, self.residual.degrees_of_freedom) * offset_n.sigma
+        let largest_n = self.curve.force_n.iter().fold(0.0_f64, |most, force| most.max(force.abs()));
+        let sigma_n = offset_n.sigma.hypot(MISFIT * largest_n);
+        offset_n.value.abs() > student(REAL, self.residual.degrees_of_freedom) * sigma_n
     }
 }
 

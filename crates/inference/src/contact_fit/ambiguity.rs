@@ -58,9 +58,13 @@ fn of_pairs(fit: &ContactFit) -> Option<String> {
 
 /// Where force and overlap are zero.
 fn of_zero(fit: &ContactFit) -> String {
-    let offset = fit.load_cell_offset_n.map_or("was not found".to_owned(), |offset| {
-        format!("is {:.3e} +- {:.1e} N when fitted along", offset.value, offset.sigma)
-    });
+    let offset = fit.load_cell_offset_n.map_or_else(
+        || {
+            "is undetermined (nothing was read before contact, and what the law misses would look like one)"
+                .to_owned()
+        },
+        |offset| format!("is {:.3e} +- {:.1e} N when fitted along", offset.value, offset.sigma),
+    );
     match fit.zero {
         Zero::Contact => "zero: the force before contact is the load cell's offset, and contact starts where the law leaves it".into(),
         Zero::LoadCell => format!(
@@ -79,7 +83,7 @@ fn of_the_residuals(fit: &ContactFit) -> Option<String> {
     let residual = &fit.residual;
     (residual.widening > 1.0).then(|| {
         format!(
-            "residuals: neighbours are correlated by {:.2}, so they are no independent noise (the law is an approximation, or the load \
+            "residuals: they follow each other (neighbours are correlated by {:.2}), so they are no independent noise (the law is an approximation, or the load \
              cell drifts): every sigma was widened by {:.2}, and beyond the measured overlaps the law is not to be trusted",
             residual.autocorrelation, residual.widening
         )

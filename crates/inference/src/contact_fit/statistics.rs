@@ -8,7 +8,7 @@ use super::curve::Curve;
 use super::search::{Minimum, Unknowns, jacobian, residuals};
 use super::{ContactFitError, PARAMETERS, Residual};
 
-/// Neighbouring residuals of white noise are correlated by less than this over the root of their number (three sigma).
+/// A correlation of white residuals, in its standard errors.
 const WHITE: f64 = 3.0;
 /// Residuals known to follow each other more closely than this leave no estimate of what they cost.
 const CLOSEST: f64 = 0.99;
@@ -35,24 +35,39 @@ pub(super) fn residual(curve: &Curve, minimum: &Minimum, unknowns: Unknowns) -> 
     let degrees_of_freedom = n - unknowns.count();
     let floor_n = ROUNDING * curve.force_n.iter().fold(0.0_f64, |most, f| most.max(f.abs()));
     let scatter_n = (residuals.norm_squared() / degrees_of_freedom as f64).sqrt();
-    let autocorrelation = autocorrelation(&residuals);
-    let structured = scatter_n > floor_n && autocorrelation > WHITE / (n as f64).sqrt();
-    let close = autocorrelation.min(CLOSEST);
+    let autocorrelation = autocorrelation(&residuals, 1);
+    let widening = if scatter_n > floor_n { memory(&residuals).sqrt() } else { 1.0 };
     Residual {
         rms_n: (residuals.norm_squared() / n as f64).sqrt(),
         largest_n: residuals.amax(),
         noise_n: scatter_n.max(floor_n),
         autocorrelation,
-        widening: if structured { ((1.0 + close) / (1.0 - close)).sqrt() } else { 1.0 },
+        widening,
         n_readings: n,
         degrees_of_freedom,
     }
 }
 
-/// Correlation of neighbours.
-fn autocorrelation(residuals: &DVector<f64>) -> f64 {
+/// Variance of a sum of many residuals over that of as many independent ones; 1 where they may well be independent. Two tests see
+/// different structure: neighbours that resemble each other (a process of first order), and a slow misfit that is small against noise
+/// (correlations of all lags up to the root of the number, summed up; Newey and West 1987).
+fn memory(residuals: &DVector<f64>) -> f64 {
     let n = residuals.len();
-    let products = residuals.rows(0, n - 1).dot(&residuals.rows(1, n - 1));
+    let correlation_sigma = (n as f64).sqrt().recip();
+    let of_neighbours = autocorrelation(residuals, 1);
+    let close = of_neighbours.min(CLOSEST);
+    let first_order =
+        if of_neighbours > WHITE * correlation_sigma { (1.0 + close) / (1.0 - close) } else { 1.0 };
+    let n_lags = n.isqrt();
+    let sum: f64 = (1..=n_lags).map(|lag| autocorrelation(residuals, lag)).sum();
+    let slow = if sum > WHITE * correlation_sigma * (n_lags as f64).sqrt() { 1.0 + 2.0 * sum } else { 1.0 };
+    first_order.max(slow)
+}
+
+/// Correlation of residuals that are `lag` apart.
+fn autocorrelation(residuals: &DVector<f64>, lag: usize) -> f64 {
+    let n = residuals.len();
+    let products = residuals.rows(0, n - lag).dot(&residuals.rows(lag, n - lag));
     let squares = residuals.norm_squared();
     if squares > 0.0 { products / squares } else { 0.0 }
 }
@@ -142,6 +157,25 @@ fn polynomial(curve: &Curve, with_offset: bool, degree: usize) -> Option<Estimat
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_slow_misfit_below_the_noise_is_seen_and_noise_is_not() {
+        use rand::SeedableRng;
+        use rand_distr::{Distribution, StandardNormal};
+        let residuals = |seed: u64, misfit: f64| {
+            let mut random = rand_pcg::Pcg64::seed_from_u64(seed);
+            DVector::from_fn(500, |i, _| {
+                let noise: f64 = StandardNormal.sample(&mut random);
+                noise + misfit * (i as f64 / 25.0).sin()
+            })
+        };
+        // Two tests at three standard errors, one-sided: 0.27 % of noise, and 4 of 400 with a probability of 3 %.
+        let n_false = (0..400).filter(|seed| memory(&residuals(*seed, 0.0)) > 1.0).count();
+        assert!(n_false <= 6, "{n_false} of 400");
+        // A third of the noise: neighbours are correlated by 0.05, about their standard error; 22 lags by their sum of a half.
+        let n_seen = (0..50).filter(|seed| memory(&residuals(*seed, 0.5)) > 1.0).count();
+        assert!(n_seen >= 45, "{n_seen} of 50");
+    }
 
     #[test]
     fn the_quantiles_are_the_published_ones() {

@@ -1,8 +1,9 @@
 //! The paper's ring, whose elastica no power law follows exactly.
 
+use chainwave_inference::contact_fit::Zero;
 use chainwave_mechanics::{Compression, PowerLaw, Ring, Section, compress};
 
-use crate::common::{Curve, fitted};
+use crate::common::{Curve, deviates, fitted, noisy, ramp, ring_law};
 
 /// Forces in newtons and overlaps in millimetres of this ring, derived elsewhere, to two decimals (physics.md).
 const TABLE: [(f64, f64); 8] = [
@@ -60,6 +61,36 @@ fn over_shorter_ranges_k_0_stays_and_the_others_trade() {
         let said = &fit.ambiguities[0];
         assert!(said.starts_with("p: 0.0100 to") && said.contains("no lower limit"), "{to_mm} mm: {said}");
     }
+}
+
+/// The load cell of these readings has no offset; what the law misses of the elastica looks like one, of 13 mN over 10 mm.
+#[test]
+fn the_laws_misfit_is_not_taken_for_an_offset() {
+    for (to_mm, noises_n) in
+        [(10.0, [1e-3, 5e-3, 20e-3]), (6.0, [1e-3, 5e-3, 20e-3]), (4.0, [1e-3, 5e-3, 20e-3])]
+    {
+        let (overlap_m, force_n) = curve(1e-3 * to_mm);
+        for (noise_n, seed) in noises_n.into_iter().zip(0..) {
+            let errors_n = deviates(force_n.len(), seed).into_iter().map(|deviate| noise_n * deviate);
+            let read_n = force_n.iter().zip(errors_n).map(|(force, error)| force + error).collect();
+            let fit = fitted(&(overlap_m.clone(), read_n));
+            assert_eq!(fit.zero, Zero::Stated, "{to_mm} mm, {noise_n} N");
+            // Undetermined where the misfit shows; else known no better than the noise lets it.
+            let holds = fit.load_cell_offset_n.is_none_or(|offset| offset.value.abs() < 4.0 * offset.sigma);
+            assert!(holds, "{to_mm} mm, {noise_n} N: {:?}", fit.load_cell_offset_n);
+            let is_said = fit.ambiguities.iter().any(|sentence| sentence.contains("is undetermined"));
+            assert_eq!(is_said, fit.load_cell_offset_n.is_none());
+        }
+    }
+}
+
+#[test]
+fn an_offset_beyond_any_misfit_is_taken_out() {
+    let (overlap_m, force_n) = noisy(&ring_law(), ramp(0.0, 0.01, 400), 5e-3, 8);
+    let fit = fitted(&(overlap_m, force_n.iter().map(|force| force + 0.1).collect()));
+    assert_eq!(fit.zero, Zero::LoadCell);
+    let offset = fit.load_cell_offset_n.unwrap();
+    assert!((offset.value - 0.1).abs() < 4.0 * offset.sigma, "{offset:?}");
 }
 
 #[test]
