@@ -7,11 +7,11 @@ use toml::{Table, Value};
 use crate::repository::{files, names_in, root};
 
 /// Which crates of the workspace a crate's product may depend on. `None`: on all of them.
-const ALLOWED: [(&str, Option<&[&str]>); 13] = [
+const ALLOWED: [(&str, Option<&[&str]>); 14] = [
     ("analysis", Some(&["measurement"])),
     ("camera", Some(&["measurement"])),
     ("chainwave", None),
-    ("correlation", Some(&["measurement"])),
+    ("correlation", Some(&["measurement", "vectors"])),
     (
         "experiment",
         Some(&[
@@ -28,10 +28,11 @@ const ALLOWED: [(&str, Option<&[&str]>); 13] = [
     ("figures", Some(&["measurement"])),
     ("inference", Some(&["analysis", "measurement", "mechanics"])),
     ("measurement", Some(&[])),
-    ("mechanics", Some(&["measurement"])),
+    ("mechanics", Some(&["measurement", "vectors"])),
     ("stitching", Some(&["measurement"])),
     ("synthetic", Some(&["measurement"])),
     ("testkit", Some(&[])),
+    ("vectors", Some(&[])),
     ("xtask", Some(&[])),
 ];
 
@@ -91,7 +92,8 @@ fn the_testkit_serves_tests_alone() {
 #[test]
 fn the_command_joins_all_crates() {
     let used = dependencies(&manifest_of("chainwave"));
-    for (role, _) in ALLOWED.iter().filter(|(role, _)| !["chainwave", TESTKIT, "xtask"].contains(role)) {
+    let no_step = ["chainwave", TESTKIT, "vectors", "xtask"];
+    for (role, _) in ALLOWED.iter().filter(|(role, _)| !no_step.contains(role)) {
         assert!(used.contains(&format!("chainwave-{role}")), "chainwave does not use {role}");
     }
     assert!(!used.contains(&"xtask".to_owned()), "the set-up tool is no library");

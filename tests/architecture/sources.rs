@@ -29,6 +29,20 @@ fn no_file_is_too_long() {
 }
 
 #[test]
+fn every_file_says_first_what_it_holds() {
+    let silent: Vec<String> = rust_sources()
+        .iter()
+        .filter(|source| !source.text.starts_with("//! "))
+        .map(|source| source.path.display().to_string())
+        .collect();
+    assert!(
+        silent.is_empty(),
+        "begin these with a line `//! ...` that says what is in the room:\n{}",
+        silent.join("\n")
+    );
+}
+
+#[test]
 fn no_path_of_one_machine_is_written_down() {
     let found: Vec<String> =
         sources().iter().flat_map(|source| source.lines_where(names_a_machines_folder)).collect();

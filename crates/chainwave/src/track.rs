@@ -99,13 +99,13 @@ fn motions(followed: &Followed) -> Vec<PointMotion> {
 const USUAL_ERROR_PX: f64 = 0.01;
 
 /// A point to follow; the size of its subset may be left open.
-pub(crate) struct Point {
+pub(crate) struct PlacedPoint {
     name: String,
     place_px: [f64; 2],
     half_px: [Option<usize>; 2],
 }
 
-impl Point {
+impl PlacedPoint {
     /// The subset in a recording: of the given size, or of the smallest that the noise allows.
     fn subset(
         &self,
@@ -127,7 +127,7 @@ impl Point {
 /// The subsets around points; one of no given size is as small as an error (0.01 px where none is asked for) allows.
 pub(crate) fn subsets_in(
     recording: &dyn Recording,
-    points: &[Point],
+    points: &[PlacedPoint],
     reference: &ReferenceFrames,
     error_px: Option<f64>,
 ) -> Result<Vec<Subset>, Error> {
@@ -136,7 +136,7 @@ pub(crate) fn subsets_in(
 }
 
 /// Reads a table of points.
-pub(crate) fn read_points(path: &Path) -> Result<Vec<Point>, Error> {
+pub(crate) fn read_points(path: &Path) -> Result<Vec<PlacedPoint>, Error> {
     let table = table::read(path)?;
     let names = table.texts("name")?;
     let (x_px, y_px) = (table.full_numbers("x_px")?, table.full_numbers("y_px")?);
@@ -151,12 +151,12 @@ pub(crate) fn read_points(path: &Path) -> Result<Vec<Point>, Error> {
         table.numbers(name)?.into_iter().enumerate().map(half).collect()
     };
     let (half_widths, half_heights) = (halves("half_width_px")?, halves("half_height_px")?);
-    let point = |(row, name): (usize, String)| Point {
+    let point = |(row, name): (usize, String)| PlacedPoint {
         name,
         place_px: [x_px[row], y_px[row]],
         half_px: [half_widths[row], half_heights[row]],
     };
-    let points: Vec<Point> = names.into_iter().enumerate().map(point).collect();
+    let points: Vec<PlacedPoint> = names.into_iter().enumerate().map(point).collect();
     match points.is_empty() {
         true => Err(table.cell(0, "name", "at least one point", "none").into()),
         false => Ok(points),

@@ -28,7 +28,8 @@ struct Rung {
     step: &'static str,
     method: String,
     settings: String,
-    error: f64,
+    /// None where nothing was found.
+    error: Option<f64>,
     error_unit: &'static str,
     seconds_per_item: f64,
     items: u64,
@@ -78,7 +79,10 @@ fn averaged(rungs: Vec<Rung>) -> Vec<Rung> {
         };
         match merged.iter_mut().find(same) {
             Some((known, n)) => {
-                known.error = ((known.error.powi(2) * *n + rung.error.powi(2)) / (*n + 1.0)).sqrt();
+                known.error = known
+                    .error
+                    .zip(rung.error)
+                    .map(|(mean, error)| ((mean.powi(2) * *n + error.powi(2)) / (*n + 1.0)).sqrt());
                 known.seconds_per_item = (known.seconds_per_item * *n + rung.seconds_per_item) / (*n + 1.0);
                 known.items += rung.items;
                 *n += 1.0;
@@ -91,22 +95,23 @@ fn averaged(rungs: Vec<Rung>) -> Vec<Rung> {
 
 /// Whether no other method of the step is at least as good in both respects and better in one.
 fn is_on_front(rung: &Rung, all: &[Rung]) -> bool {
+    let Some(error) = rung.error else { return false };
     let beats = |other: &Rung| {
         other.step == rung.step
-            && other.error <= rung.error
             && other.seconds_per_item <= rung.seconds_per_item
-            && (other.error < rung.error || other.seconds_per_item < rung.seconds_per_item)
+            && other.error.is_some_and(|of_other| {
+                of_other < error || of_other <= error && other.seconds_per_item < rung.seconds_per_item
+            })
     };
-    rung.error.is_finite() && !all.iter().any(beats)
+    !all.iter().any(beats)
 }
 
 fn write(folder: &Path, rungs: &[Rung], on_front: &[bool]) -> Result<(), Error> {
-    let known = |value: f64| value.is_finite().then_some(value);
     let columns = vec![
         column("step", rungs.iter().map(|rung| rung.step).collect::<Vec<_>>()),
         column("method", rungs.iter().map(|rung| rung.method.as_str()).collect::<Vec<_>>()),
         column("settings", rungs.iter().map(|rung| rung.settings.as_str()).collect::<Vec<_>>()),
-        column("error", rungs.iter().map(|rung| known(rung.error)).collect::<Vec<_>>()),
+        column("error", rungs.iter().map(|rung| rung.error).collect::<Vec<_>>()),
         column("error_unit", rungs.iter().map(|rung| rung.error_unit).collect::<Vec<_>>()),
         column("seconds_per_item", rungs.iter().map(|rung| rung.seconds_per_item).collect::<Vec<_>>()),
         column("items", rungs.iter().map(|rung| rung.items).collect::<Vec<_>>()),
@@ -118,17 +123,19 @@ fn write(folder: &Path, rungs: &[Rung], on_front: &[bool]) -> Result<(), Error> 
     for step in steps {
         let of_step: Vec<(&Rung, &bool)> =
             rungs.iter().zip(on_front).filter(|(rung, _)| rung.step == step).collect();
-        let point = |(rung, on_front): &(&Rung, &bool)| TradeOffPoint {
-            name: format!("{} {}", rung.method, rung.settings).trim_end().to_owned(),
-            seconds_per_item: rung.seconds_per_item,
-            error: rung.error,
-            on_front: **on_front,
+        let point = |(rung, on_front): &(&Rung, &bool)| {
+            Some(TradeOffPoint {
+                name: format!("{} {}", rung.method, rung.settings).trim_end().to_owned(),
+                seconds_per_item: rung.seconds_per_item,
+                error: rung.error?,
+                on_front: **on_front,
+            })
         };
         let unit = of_step.first().map_or("", |(rung, _)| rung.error_unit);
         let figure = TradeOff {
             time_label: "time per item (s)".into(),
             error_label: format!("error ({unit})"),
-            points: of_step.iter().map(point).collect(),
+            points: of_step.iter().filter_map(point).collect(),
         };
         trade_off(&folder.join(format!("tradeoff-{step}")), &figure)?;
     }
@@ -141,9 +148,10 @@ fn print(rungs: &[Rung], on_front: &[bool]) {
     for (rung, on_front) in rungs.iter().zip(on_front) {
         let name = format!("{} {}", rung.method, rung.settings);
         let mark = if *on_front { "  *" } else { "" };
+        let error = rung.error.map_or("-".into(), |error| format!("{error:.3e}"));
         println!(
-            "{:<12}{name:<36}{:>12.3e} {:<10}{:>12.3e}{mark}",
-            rung.step, rung.error, rung.error_unit, rung.seconds_per_item
+            "{:<12}{name:<36}{error:>12} {:<10}{:>12.3e}{mark}",
+            rung.step, rung.error_unit, rung.seconds_per_item
         );
     }
 }
@@ -152,13 +160,13 @@ fn print(rungs: &[Rung], on_front: &[bool]) {
 mod tests {
     use super::*;
 
-    fn rung(method: &str, error: f64, seconds_per_item: f64) -> Rung {
+    fn rung(method: &str, error: impl Into<Option<f64>>, seconds_per_item: f64) -> Rung {
         let (step, error_unit) = ("tracking", "px");
         Rung {
             step,
             method: method.into(),
             settings: String::new(),
-            error,
+            error: error.into(),
             error_unit,
             seconds_per_item,
             items: 10,
@@ -167,7 +175,7 @@ mod tests {
 
     #[test]
     fn the_front_holds_what_nothing_beats() {
-        let rungs = [rung("a", 1.0, 1.0), rung("b", 0.5, 2.0), rung("c", 1.0, 3.0), rung("d", f64::NAN, 0.1)];
+        let rungs = [rung("a", 1.0, 1.0), rung("b", 0.5, 2.0), rung("c", 1.0, 3.0), rung("d", None, 0.1)];
         let front: Vec<bool> = rungs.iter().map(|one| is_on_front(one, &rungs)).collect();
         assert_eq!(front, [true, true, false, false]);
     }
@@ -178,7 +186,7 @@ mod tests {
         assert_eq!(merged.len(), 2);
         // Rounding.
         assert!(
-            (merged[0].error - 12.5_f64.sqrt()).abs() < 1e-14
+            merged[0].error.is_some_and(|error| (error - 12.5_f64.sqrt()).abs() < 1e-14)
                 && (merged[0].seconds_per_item - 2.0).abs() < 1e-14
         );
         assert_eq!(merged[0].items, 20);

@@ -79,14 +79,14 @@ pub fn correlate(
 ) -> Result<Field, CorrelationError> {
     settings.check()?;
     let settings = Settings { interpolation: target.interpolation, ..settings.clone() };
-    let scene = Scene { reference, target, settings, choice, half_px: grid.half_px };
-    let mut growth = Growth::new(scene, grid, n_threads)?;
+    let pair = ImagePair { reference, target, settings, choice, half_px: grid.half_px };
+    let mut growth = Growth::new(pair, grid, n_threads)?;
     growth.grow(progress);
     Ok(growth.finish(grid))
 }
 
 /// What is compared, and how.
-pub(crate) struct Scene<'a> {
+pub(crate) struct ImagePair<'a> {
     pub(crate) reference: &'a Reference,
     pub(crate) target: &'a Window,
     settings: Settings,
@@ -97,7 +97,7 @@ pub(crate) struct Scene<'a> {
 /// A match, and the shape function it was made with.
 pub(crate) type Settled = (Result<Match, Lost>, Shape);
 
-impl Scene<'_> {
+impl ImagePair<'_> {
     fn subset(&self, [x_px, y_px]: [f64; 2]) -> Subset {
         Subset { name: String::new(), x_px, y_px, half_width_px: self.half_px, half_height_px: self.half_px }
     }
@@ -163,7 +163,7 @@ fn reason_of(stop: Stop) -> Lost {
 
 /// A field on its way from the first point to the last.
 struct Growth<'a> {
-    scene: Scene<'a>,
+    pair: ImagePair<'a>,
     places: Vec<[f64; 2]>,
     n_columns: usize,
     step_px: f64,
@@ -175,8 +175,12 @@ struct Growth<'a> {
 }
 
 impl<'a> Growth<'a> {
-    fn new(scene: Scene<'a>, grid: FieldGrid, n_threads: NonZero<usize>) -> Result<Self, CorrelationError> {
-        let region = scene.reference.region();
+    fn new(
+        pair: ImagePair<'a>,
+        grid: FieldGrid,
+        n_threads: NonZero<usize>,
+    ) -> Result<Self, CorrelationError> {
+        let region = pair.reference.region();
         let margin = grid.half_px + BORDER_PX;
         let line = |first: usize, n: usize| -> Vec<f64> {
             let places = (first + margin)..(first + n).saturating_sub(margin);
@@ -189,7 +193,7 @@ impl<'a> Growth<'a> {
         }
         let places: Vec<[f64; 2]> = rows.iter().flat_map(|&y| columns.iter().map(move |&x| [x, y])).collect();
         Ok(Self {
-            scene,
+            pair,
             n_columns: columns.len(),
             step_px: grid.step_px.max(1) as f64,
             settled: vec![None; places.len()],
@@ -203,7 +207,7 @@ impl<'a> Growth<'a> {
     fn grow(&mut self, progress: &(dyn Fn(u64) + Sync)) {
         let mut seeds = Seeds::new(self.n_columns, self.places.len());
         while let Some(point) = seeds.next(&self.settled) {
-            let found = seeds.find(&self.scene, self.places[point], &mut self.workspaces[0]);
+            let found = seeds.find(&self.pair, self.places[point], &mut self.workspaces[0]);
             let Some(settled) = found else { continue };
             self.settle(point, settled);
             progress(1);
@@ -254,10 +258,10 @@ impl<'a> Growth<'a> {
             vxy * x + 2.0 * vyy * y,
         ];
         // A curvature is not carried further than the subset it was fitted to.
-        let carried = self.step_px <= self.scene.half_px as f64;
+        let carried = self.step_px <= self.pair.half_px as f64;
         let warp = if carried { *warp } else { Warp { curvature: [0.0; 6], ..*warp } };
         let gradient = std::array::from_fn(|i| warp.gradient[i] + if carried { bend[i] } else { 0.0 });
-        let (curvature, gradient) = match self.scene.first_shape() {
+        let (curvature, gradient) = match self.pair.first_shape() {
             Shape::Quadratic => (warp.curvature, gradient),
             Shape::Translation => ([0.0; 6], [0.0; 4]),
             _ => ([0.0; 6], gradient),
@@ -269,10 +273,10 @@ impl<'a> Growth<'a> {
     fn settle_all(&mut self, starts: &[(usize, Warp)]) -> Vec<Settled> {
         /// Fewer points than this are not worth a thread.
         const LEAST_SHARE: usize = 8;
-        let (scene, places) = (&self.scene, &self.places);
+        let (pair, places) = (&self.pair, &self.places);
         let n_threads = self.workspaces.len().min(starts.len() / LEAST_SHARE).max(1);
         let settle = |workspace: &mut Workspace, part: &[(usize, Warp)]| -> Vec<Settled> {
-            part.iter().map(|&(point, start)| scene.settle(places[point], start, workspace)).collect()
+            part.iter().map(|&(point, start)| pair.settle(places[point], start, workspace)).collect()
         };
         if n_threads == 1 {
             return settle(&mut self.workspaces[0], starts);
@@ -301,7 +305,7 @@ impl<'a> Growth<'a> {
 
     fn finish(mut self, grid: FieldGrid) -> Field {
         self.explain_the_rest();
-        let never = (Err(Lost::LowCorrelation), self.scene.first_shape());
+        let never = (Err(Lost::LowCorrelation), self.pair.first_shape());
         let points = self.places.iter().zip(self.settled).map(|(&[x_px, y_px], settled)| {
             let (found, shape) = settled.unwrap_or(never);
             FieldPoint { x_px, y_px, found, shape }

@@ -8,6 +8,7 @@ use chainwave_measurement::{Estimate, Lost, Position};
 
 use crate::icgn::sums::{Evaluation, squares, sum};
 use crate::icgn::visible::{noise_ratio, structure_factor};
+use crate::prepared::Linearised;
 use crate::simd::LANES;
 use crate::uncertainty::interpolation_energy::Foreseen;
 use crate::uncertainty::{Residual, sigma_px};
@@ -100,6 +101,69 @@ impl PreparedSubset {
         self.solve(window, higher, workspace)
     }
 
+    pub(crate) fn solve(
+        &self,
+        window: &Window,
+        start: Warp,
+        workspace: &mut Workspace,
+    ) -> Result<Match, Stop> {
+        let end = self.iterate(window, start, workspace)?;
+        Ok(self.finish(&end, workspace))
+    }
+
+    fn finish(&self, end: &End, workspace: &Workspace) -> Match {
+        let End { warp, found, iterations } = end;
+        let residual = self.residual(warp, found, workspace);
+        let noise_ratio = noise_ratio(self, &residual);
+        let structure = structure_factor(self, noise_ratio, || self.residuals(found, workspace));
+        let [noise_x, noise_y] = sigma_px(self, warp, &residual).map(|sigma| structure * sigma);
+        let [bias_x, bias_y] = self.bias.sigma_px();
+        let [x, y] = self.without_bias(warp, &residual.of_interpolation);
+        let (x_px, y_px) = (Estimate::new(x, noise_x.hypot(bias_x)), Estimate::new(y, noise_y.hypot(bias_y)));
+        Match {
+            position: Position { x_px, y_px, zncc: found.zncc, iterations: *iterations },
+            gradient: warp.gradient,
+            curvature: warp.curvature,
+            noise_ratio,
+        }
+    }
+
+    /// The position without what interpolation adds to it.
+    fn without_bias(&self, warp: &Warp, foreseen: &Foreseen) -> [f64; 2] {
+        let [dx, dy] = self.bias.at(warp, self.lattice(), foreseen);
+        let [ux, uy, vx, vy] = warp.gradient;
+        let [x, y] = warp.position_px;
+        [x + (1.0 + ux) * dx + uy * dy, y + vx * dx + (1.0 + vy) * dy]
+    }
+
+    /// How the window resembles the subset under a warp; `None` where it cannot be compared.
+    pub(crate) fn compare(
+        &self,
+        window: &Window,
+        warp: &Warp,
+        workspace: &mut Workspace,
+    ) -> Option<(Evaluation, Residual)> {
+        let found = self.fits(window, warp).then(|| self.evaluate(window, warp, workspace))??;
+        let residual = self.residual(warp, &found, workspace);
+        Some((found, residual))
+    }
+
+    /// What the last evaluation, which was made under a warp, left.
+    pub(crate) fn residual(&self, warp: &Warp, found: &Evaluation, workspace: &Workspace) -> Residual {
+        let [sum_of_squares, by_light] = squares(self, &workspace.samples, found.mean, found.gain);
+        let of_interpolation = self.interpolation_energy.at(warp, self.lattice());
+        Residual { gain: found.gain, sum_of_squares, by_light, of_interpolation }
+    }
+}
+
+/// Where steps became short.
+struct End {
+    warp: Warp,
+    found: Evaluation,
+    iterations: u32,
+}
+
+impl Linearised {
     /// Where the middle of the subset is found, sought from the middle of the middle.
     fn approach(&self, window: &Window, start: Warp, workspace: &mut Workspace) -> Option<Warp> {
         let mut inner = self.inner()?;
@@ -107,15 +171,11 @@ impl PreparedSubset {
         inner.settings.min_zncc = inner.settings.min_zncc.min(0.5);
         let from_inside = inner.approach(window, start, workspace);
         let starts = [from_inside, Some(start)].into_iter().flatten();
-        starts.filter_map(|start| inner.solve(window, start, workspace).ok()).map(|found| found.warp()).next()
+        starts.filter_map(|start| inner.iterate(window, start, workspace).ok()).map(|end| end.warp).next()
     }
 
-    pub(crate) fn solve(
-        &self,
-        window: &Window,
-        start: Warp,
-        workspace: &mut Workspace,
-    ) -> Result<Match, Stop> {
+    /// Gauss-Newton steps from a start to where they become short.
+    fn iterate(&self, window: &Window, start: Warp, workspace: &mut Workspace) -> Result<End, Stop> {
         let mut warp = start;
         let (mut damping, mut previous_px) = (1.0, f64::INFINITY);
         for iteration in 1..=self.settings.max_iterations {
@@ -133,43 +193,12 @@ impl PreparedSubset {
                 return Err(Stop::Lost(Lost::NotConverged));
             }
             if step_px <= self.settings.convergence_px.max(FINEST_STEP_PX) {
-                return self.finish(&warp, &found, iteration, workspace);
+                let resembles = found.zncc >= self.settings.min_zncc;
+                let end = End { warp, found, iterations: iteration };
+                return resembles.then_some(end).ok_or(Stop::Lost(Lost::LowCorrelation));
             }
         }
         Err(Stop::Lost(Lost::NotConverged))
-    }
-
-    fn finish(
-        &self,
-        warp: &Warp,
-        found: &Evaluation,
-        iterations: u32,
-        workspace: &Workspace,
-    ) -> Result<Match, Stop> {
-        if found.zncc < self.settings.min_zncc {
-            return Err(Stop::Lost(Lost::LowCorrelation));
-        }
-        let residual = self.residual(warp, found, workspace);
-        let noise_ratio = noise_ratio(self, &residual);
-        let structure = structure_factor(self, noise_ratio, || self.residuals(found, workspace));
-        let [noise_x, noise_y] = sigma_px(self, warp, &residual).map(|sigma| structure * sigma);
-        let [bias_x, bias_y] = self.bias.sigma_px();
-        let [x, y] = self.without_bias(warp, &residual.of_interpolation);
-        let (x_px, y_px) = (Estimate::new(x, noise_x.hypot(bias_x)), Estimate::new(y, noise_y.hypot(bias_y)));
-        Ok(Match {
-            position: Position { x_px, y_px, zncc: found.zncc, iterations },
-            gradient: warp.gradient,
-            curvature: warp.curvature,
-            noise_ratio,
-        })
-    }
-
-    /// The position without what interpolation adds to it.
-    fn without_bias(&self, warp: &Warp, foreseen: &Foreseen) -> [f64; 2] {
-        let [dx, dy] = self.bias.at(warp, self.lattice(), foreseen);
-        let [ux, uy, vx, vy] = warp.gradient;
-        let [x, y] = warp.position_px;
-        [x + (1.0 + ux) * dx + uy * dy, y + vx * dx + (1.0 + vy) * dy]
     }
 
     /// Whether the warped subset can be sampled from the window.
@@ -194,18 +223,6 @@ impl PreparedSubset {
         sum(self, &workspace.samples[..padded]).evaluate(self)
     }
 
-    /// How the window resembles the subset under a warp; `None` where it cannot be compared.
-    pub(crate) fn compare(
-        &self,
-        window: &Window,
-        warp: &Warp,
-        workspace: &mut Workspace,
-    ) -> Option<(Evaluation, Residual)> {
-        let found = self.fits(window, warp).then(|| self.evaluate(window, warp, workspace))??;
-        let residual = self.residual(warp, &found, workspace);
-        Some((found, residual))
-    }
-
     /// The residual of each pixel after the last evaluation, in counts; 0 where it is not used.
     pub(crate) fn residuals(&self, found: &Evaluation, workspace: &Workspace) -> Vec<f64> {
         let pixels = workspace.samples.iter().zip(&self.intensity).zip(&self.weights).take(self.n_pixels());
@@ -213,13 +230,6 @@ impl PreparedSubset {
             f64::from(*weight) * (f64::from(*g) - found.mean - found.gain * f64::from(*f))
         };
         pixels.map(residual).collect()
-    }
-
-    /// What the last evaluation, which was made under a warp, left.
-    pub(crate) fn residual(&self, warp: &Warp, found: &Evaluation, workspace: &Workspace) -> Residual {
-        let [sum_of_squares, by_light] = squares(self, &workspace.samples, found.mean, found.gain);
-        let of_interpolation = self.interpolation_energy.at(warp, self.lattice());
-        Residual { gain: found.gain, sum_of_squares, by_light, of_interpolation }
     }
 }
 

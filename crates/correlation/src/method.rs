@@ -143,7 +143,9 @@ impl Method {
     ) -> Result<Vec<Track>, CorrelationError> {
         match self {
             #[cfg(feature = "opencv")]
-            Self::LucasKanade => crate::track_lucas_kanade(recording, subsets, reference, settings, progress),
+            Self::LucasKanade => crate::refine::lucas_kanade::track_lucas_kanade(
+                recording, subsets, reference, settings, progress,
+            ),
             Self::TemplateParabola => {
                 track_by::<TemplateSearch>(recording, subsets, reference, settings, progress)
             }

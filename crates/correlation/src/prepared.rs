@@ -5,6 +5,8 @@ pub(crate) mod moments;
 pub(crate) mod normal;
 mod part;
 
+use std::ops::Deref;
+
 use chainwave_measurement::{Lost, Position, Subset};
 use nalgebra::DMatrix;
 
@@ -21,8 +23,8 @@ use crate::warp::{MAX_PARAMETERS, Warp};
 use crate::window::sample::Lattice;
 use crate::{Reference, Settings};
 
-/// A subset of the reference with everything that does not depend on the target: grey values, steepest descent images
-/// and the inverse of their Hessian.
+/// A subset of the reference with everything that its match needs and that does not depend on the target: grey values, steepest descent
+/// images and the inverse of their Hessian.
 ///
 /// Let f be the reference less its mean, J_p its derivatives by the shape function's parameters p, and Z_p the same
 /// from a gradient that is smoothed as the noise requires. A target g = a + b f(x + J dp), of unknown offset a and
@@ -34,7 +36,7 @@ use crate::{Reference, Settings};
 /// its normalisation included. The noise of the reference, of variance s^2, adds `s^2 <d, d'>` to products of two
 /// gradients with the filters d and d', and s^2 to f^2; both are subtracted.
 #[derive(Debug, Clone)]
-pub struct PreparedSubset {
+pub struct Linearised {
     pub(crate) settings: Settings,
     /// The centre in the reference image.
     pub(crate) centre_px: [f64; 2],
@@ -74,6 +76,16 @@ pub struct PreparedSubset {
     pub(crate) noise_variance: f64,
     /// Frames behind the reference.
     pub(crate) n_averaged: f64,
+    /// What is needed to prepare a part of the subset: gradients without smoothing, and the reference's noise.
+    pub(crate) plain: [Vec<f32>; 2],
+    pub(crate) noise: ReferenceNoise,
+}
+
+/// A subset of a reference image, prepared once to be matched often: what Gauss-Newton steps need, and what their end is stated with.
+#[derive(Debug, Clone)]
+pub struct PreparedSubset {
+    /// What finds a place.
+    pub(crate) linearised: Linearised,
     /// Sums over the pixels of the reference times the squares of what a unit of their grey value displaces the centre by:
     /// xx, xy and yy.
     pub(crate) light_moments: [f64; 3],
@@ -81,9 +93,15 @@ pub struct PreparedSubset {
     pub(crate) bias: InterpolationBias,
     /// What it adds to the residual.
     pub(crate) interpolation_energy: InterpolationEnergy,
-    /// What is needed to prepare a part of the subset: gradients without smoothing, and the reference's noise.
-    pub(crate) plain: [Vec<f32>; 2],
-    pub(crate) noise: ReferenceNoise,
+}
+
+/// Whatever finds a place by the linearised subset does so by the whole one.
+impl Deref for PreparedSubset {
+    type Target = Linearised;
+
+    fn deref(&self) -> &Linearised {
+        &self.linearised
+    }
 }
 
 /// Least share of signal in the energy of the grey values, and in that of the gradient along each axis. A patch of pure
@@ -133,21 +151,48 @@ impl PreparedSubset {
             mean,
             n_averaged: reference.n_averaged() as f64,
         };
-        let mut subset = Self::from_crop(crop, plain, noise, settings)?;
+        let subset = Linearised::from_crop(crop, plain, noise, settings)?;
         let sigma_px = (variance * subset.covariance.largest_signal()).sqrt();
         if sigma_px.is_nan() || sigma_px > LARGEST_REFERENCE_SIGMA_PX {
             return Err(Lost::NoTexture);
         }
         let steps = subset.steps();
-        subset.light_moments = subset.light_moments_of(&steps);
         let around = Surroundings::new(reference, part.first_in_image(), [subset.width, subset.height]);
-        subset.bias = InterpolationBias::new(&around, &steps, settings.interpolation);
-        let noise_energy = n_used as f64 * variance;
-        subset.interpolation_energy =
-            InterpolationEnergy::new(&around, &subset.intensity, noise_energy, settings.interpolation);
-        Ok(subset)
+        let (noise_energy, interpolation) = (n_used as f64 * variance, settings.interpolation);
+        Ok(Self {
+            light_moments: subset.light_moments_of(&steps),
+            bias: InterpolationBias::new(&around, &steps, interpolation),
+            interpolation_energy: InterpolationEnergy::new(
+                &around,
+                &subset.intensity,
+                noise_energy,
+                interpolation,
+            ),
+            linearised: subset,
+        })
     }
 
+    /// The subset with those of its pixels alone that are used here and `visible`.
+    pub(crate) fn masked(&self, visible: &[bool]) -> Result<Self, Lost> {
+        let linearised = self.linearised.masked(visible)?;
+        // What interpolation and the light do is that of the whole subset, nearly: preparing a part must be quick.
+        let interpolation_energy =
+            self.interpolation_energy.scaled(linearised.n_used as f64 / self.n_used as f64);
+        Ok(Self { linearised, bias: self.bias, interpolation_energy, light_moments: self.light_moments })
+    }
+
+    /// Pixels of the subset.
+    pub fn n_pixels(&self) -> usize {
+        self.width * self.height
+    }
+
+    /// Pixels that the match uses: not those that saturate, that are no numbers or that show the dark ground.
+    pub fn n_used(&self) -> usize {
+        self.linearised.n_used
+    }
+}
+
+impl Linearised {
     fn light_moments_of(&self, [along_x, along_y]: &[Vec<f32>; 2]) -> [f64; 3] {
         let lit = |image: &[f32]| -> Vec<f32> {
             image.iter().zip(&self.intensity).map(|(value, f)| value * f).collect()
@@ -236,9 +281,6 @@ impl PreparedSubset {
             hessian: normal.hessian,
             noise_variance: noise.variance,
             n_averaged: crop.n_averaged,
-            light_moments: [0.0; 3],
-            bias: InterpolationBias::default(),
-            interpolation_energy: InterpolationEnergy::default(),
             plain,
             noise,
         })
@@ -281,8 +323,7 @@ impl PreparedSubset {
         Self::from_crop(crop, smooth, noise, &self.settings).ok()
     }
 
-    /// The subset with those of its pixels alone that are used here and `visible`.
-    pub(crate) fn masked(&self, visible: &[bool]) -> Result<Self, Lost> {
+    fn masked(&self, visible: &[bool]) -> Result<Self, Lost> {
         let seen = pad(visible.iter().map(|&visible| if visible { 1.0 } else { 0.0 }));
         let of_seen = |image: &[f32]| -> Vec<f32> {
             image.iter().zip(&seen).map(|(value, seen)| value * seen).collect()
@@ -307,11 +348,7 @@ impl PreparedSubset {
             n_averaged: self.n_averaged,
         };
         let plain = self.plain.each_ref().map(|image| of_seen(image));
-        let subset = Self::from_crop(crop, plain, self.noise, &self.settings)?;
-        // What interpolation and the light do is that of the whole subset, nearly: preparing a part must be quick.
-        let interpolation_energy =
-            self.interpolation_energy.scaled(subset.n_used as f64 / self.n_used as f64);
-        Ok(Self { bias: self.bias, interpolation_energy, light_moments: self.light_moments, ..subset })
+        Self::from_crop(crop, plain, self.noise, &self.settings)
     }
 
     /// A subset of the same size around a position.
@@ -325,14 +362,8 @@ impl PreparedSubset {
         }
     }
 
-    /// Pixels of the subset.
-    pub fn n_pixels(&self) -> usize {
+    pub(crate) fn n_pixels(&self) -> usize {
         self.width * self.height
-    }
-
-    /// Pixels that the match uses: not those that saturate, that are no numbers or that show the dark ground.
-    pub fn n_used(&self) -> usize {
-        self.n_used
     }
 
     pub(crate) fn lattice(&self) -> Lattice {

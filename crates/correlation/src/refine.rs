@@ -11,7 +11,7 @@ pub(crate) mod template;
 use chainwave_measurement::{Estimate, Lost, Position, Recording, Region, Subset, Track};
 
 use crate::refine::calibration::{Calibration, judge};
-use crate::search::{Scene, search};
+use crate::search::{SearchArea, search};
 use crate::track::predict::History;
 use crate::track::tracker::{Found, Tracker, track_both_ways};
 use crate::track::window_around;
@@ -27,7 +27,7 @@ pub(crate) trait Refine: Sized {
 
     /// Where the subset's centre lies in a scene around it, from a start that is less than [`REACH_PX`] away. `None`
     /// where there is no such place.
-    fn refine(&self, subset: &PreparedSubset, scene: &Scene, start_px: [f64; 2]) -> Option<[f64; 2]>;
+    fn refine(&self, subset: &PreparedSubset, scene: &SearchArea, start_px: [f64; 2]) -> Option<[f64; 2]>;
 }
 
 /// Columns and rows around a subset that its scene holds.
@@ -54,7 +54,7 @@ pub(crate) fn track_by<R: Refine>(
         let window = Window::empty(settings.interpolation);
         let target = Target::<R>::new(&of_subset, subset, &settings);
         let history = History::of(subset);
-        Ok(Point { target, history, window, workspace: Workspace::default() })
+        Ok(RefinedSubset { target, history, window, workspace: Workspace::default() })
     };
     let points = subsets.iter().map(point).collect::<Result<_, CorrelationError>>()?;
     let mut points = Points { recording, points };
@@ -72,11 +72,12 @@ impl<R: Refine> Target<R> {
     fn new(reference: &Reference, subset: &Subset, settings: &Settings) -> Result<Self, Lost> {
         let prepared = PreparedSubset::new(reference, subset, settings)?;
         let region = reference.region();
-        let scene = |pixels: &[f32]| Scene::new(region, pixels.to_vec(), prepared.mean as f32);
+        let scene = |pixels: &[f32]| SearchArea::new(region, pixels.to_vec(), prepared.mean as f32);
         let calibration = Calibration::new(reference, &prepared, 0.0, |still, picture| {
             let [left, top] = [0, 1].map(|axis| (prepared.centre_px[axis] + prepared.first_px[axis]).round());
             let template = scene(still).part([left as i64, top as i64], prepared.width, prepared.height)?;
-            let subset = PreparedSubset { template, ..prepared.clone() };
+            let mut subset = prepared.clone();
+            subset.linearised.template = template;
             R::prepare(&subset).refine(&subset, &scene(picture), subset.centre_px)
         })?;
         Ok(Self { method: R::prepare(&prepared), subset: prepared, calibration })
@@ -84,14 +85,14 @@ impl<R: Refine> Target<R> {
 }
 
 /// One subset on its way.
-struct Point<R> {
+struct RefinedSubset<R> {
     target: Result<Target<R>, Lost>,
     history: History,
     window: Window,
     workspace: Workspace,
 }
 
-impl<R: Refine> Point<R> {
+impl<R: Refine> RefinedSubset<R> {
     fn find(&mut self, recording: &dyn Recording, frame: usize) -> Found {
         let expected = self.history.predict().position_px;
         if self.history.n_lost == 0 {
@@ -114,7 +115,7 @@ impl<R: Refine> Point<R> {
         let region = region_around(subset, start, width, height).ok_or(Lost::OutOfView)?;
         let mut pixels = vec![0.0; region.n_pixels()];
         recording.read_region(frame, region, &mut pixels).map_err(|_| Lost::Unreadable)?;
-        let scene = Scene::new(region, pixels, subset.mean as f32);
+        let scene = SearchArea::new(region, pixels, subset.mean as f32);
         let place = target.method.refine(subset, &scene, start).ok_or(Lost::NotConverged)?;
         let (region, margins) =
             window_around(subset, &Warp::at(place), width, height).ok_or(Lost::OutOfView)?;
@@ -144,12 +145,12 @@ fn region_around(subset: &PreparedSubset, [x, y]: [f64; 2], width: usize, height
 
 struct Points<'a, R> {
     recording: &'a dyn Recording,
-    points: Vec<Point<R>>,
+    points: Vec<RefinedSubset<R>>,
 }
 
 impl<R: Refine> Tracker for Points<'_, R> {
     fn locate(&mut self, frame: usize) -> Vec<Found> {
-        let locate = |point: &mut Point<R>| {
+        let locate = |point: &mut RefinedSubset<R>| {
             let found = point.find(self.recording, frame);
             point.history.note(&found);
             found

@@ -19,7 +19,7 @@ pub(crate) fn search(
     subset: &PreparedSubset,
     around_px: [f64; 2],
 ) -> Result<Option<[f64; 2]>, ReadError> {
-    let scene = Scene::read(recording, frame, subset, around_px)?;
+    let scene = SearchArea::read(recording, frame, subset, around_px)?;
     Ok(scene.and_then(|scene| scene.find(&Template::upright(subset))).map(|found| found.place_px))
 }
 
@@ -30,14 +30,14 @@ pub(crate) fn search_turned(
     subset: &PreparedSubset,
     around_px: [f64; 2],
 ) -> Result<Option<Warp>, ReadError> {
-    Ok(Scene::read(recording, frame, subset, around_px)?.and_then(|scene| scene.find_turned(subset)))
+    Ok(SearchArea::read(recording, frame, subset, around_px)?.and_then(|scene| scene.find_turned(subset)))
 }
 
 /// Angles that a turned subset is searched at: neighbours are near enough for an iteration to start from.
 const N_ANGLES: usize = 24;
 
 /// The pixels that a subset is searched in.
-pub(crate) struct Scene {
+pub(crate) struct SearchArea {
     region: Region,
     /// Less a level near their mean.
     pixels: Vec<f32>,
@@ -51,7 +51,7 @@ pub(crate) struct Found {
     pub(crate) zncc: f64,
 }
 
-impl Scene {
+impl SearchArea {
     /// A scene from its pixels, row by row.
     pub(crate) fn new(region: Region, mut pixels: Vec<f32>, level: f32) -> Self {
         pixels.iter_mut().for_each(|pixel| *pixel -= level);

@@ -20,8 +20,8 @@ use crate::{CorrelationError, Method, Reference, ReferenceFrames, Settings};
 pub struct RungError {
     /// The rung.
     pub method: Method,
-    /// Root mean square error along one axis of the positions found, in pixels; NaN where none was found.
-    pub error_px: f64,
+    /// Root mean square error along one axis of the positions found, in pixels; `None` where none was found.
+    pub error_px: Option<f64>,
     /// Share of the error that stays the same when the noise changes, peak to peak over sub-pixel shifts, in pixels.
     pub bias_px: f64,
     /// Positions that were found.
@@ -76,16 +76,17 @@ pub fn cheapest_within(
 ) -> Result<Method, CorrelationError> {
     let mut rungs = self_test(methods, recording, subsets, reference, settings)?;
     rungs.sort_by(|a, b| a.effort.total_cmp(&b.effort));
-    let good = rungs.iter().find(|rung| rung.n_lost == 0 && rung.error_px <= error_px);
-    good.map(|rung| rung.method).ok_or_else(|| {
-        let whole = rungs.iter().filter(|rung| rung.n_lost == 0 && !rung.error_px.is_nan());
-        let best = whole.min_by(|a, b| a.error_px.total_cmp(&b.error_px));
+    let whole =
+        || rungs.iter().filter(|rung| rung.n_lost == 0).filter_map(|rung| Some((rung, rung.error_px?)));
+    let good = whole().find(|(_, found_px)| *found_px <= error_px);
+    good.map(|(rung, _)| rung.method).ok_or_else(|| {
+        let best = whole().min_by(|(_, a), (_, b)| a.total_cmp(b));
         CorrelationError::AccuracyNotReached {
             path: recording.path().into(),
             asked_px: error_px,
             best: best.map_or_else(
                 || "no method without lost positions".into(),
-                |rung| format!("{:.5} px by {}", rung.error_px, rung.method),
+                |(rung, found_px)| format!("{found_px:.5} px by {}", rung.method),
             ),
         }
     })
@@ -117,7 +118,7 @@ fn test_one(method: Method, films: &[Film], settings: &Settings) -> Result<RungE
     }
     let means = means.iter().map(|[sum, n]| sum / n);
     let (low, high) = means.fold((f64::MAX, f64::MIN), |(low, high), mean| (low.min(mean), high.max(mean)));
-    let error_px = if n_found == 0 { f64::NAN } else { (square / (2 * n_found) as f64).sqrt() };
+    let error_px = (n_found > 0).then(|| (square / (2 * n_found) as f64).sqrt());
     let effort = effort / films.len().max(1) as f64;
     Ok(RungError { method, error_px, bias_px: high - low, n_found, n_lost, effort })
 }

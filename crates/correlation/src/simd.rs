@@ -2,7 +2,7 @@
 //!
 //! The hot loops are written over arrays of [`LANES`] values, whatever the machine's vectors are, and multiply and add
 //! in one rounding. So a sum is split in the same way everywhere, and results have the same bits with AVX-512, with
-//! AVX2 and without either; [`vectorised`] compiles a loop for each and chooses at run time. (A processor of before 2013
+//! AVX2 and without either; [`vectorised`] compiles a loop for each, and the [`chainwave_vectors::InstructionSet`] in use is chosen at run time. (A processor of before 2013
 //! that cannot multiply and add in one rounding does so by the C library, slowly.)
 
 use pulp::{Simd, WithSimd};
@@ -13,7 +13,7 @@ pub(crate) const LANES: usize = 16;
 /// Runs `work` compiled for the best instruction set of this machine. Only what is inlined into `work` profits, so the
 /// functions that it calls are `#[inline(always)]`.
 pub(crate) fn vectorised<R>(work: impl FnOnce() -> R) -> R {
-    pulp::Arch::new().dispatch(work)
+    chainwave_vectors::dispatch(work)
 }
 
 /// Work on blocks of [`LANES`] values, which are `VECTORS` vectors of the instruction set `S`.
@@ -25,7 +25,7 @@ pub(crate) trait InBlocks: Sized {
 
     /// Does the work with the best instruction set of this machine.
     fn dispatch(self) -> Self::Output {
-        pulp::Arch::new().dispatch(Blocks(self))
+        chainwave_vectors::dispatch(Blocks(self))
     }
 
     /// Does the work value by value, for comparison.

@@ -264,7 +264,7 @@ impl<'a> Follower<'a> {
     /// The nearest place where the undeformed subset lies in the frame.
     fn nearest_in_frame(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let info = self.recording.info();
-        let [half_x, half_y] = self.subset.as_ref().map_or([0.0; 2], PreparedSubset::half_px);
+        let [half_x, half_y] = self.subset.as_ref().map_or([0.0; 2], |subset| subset.half_px());
         let inside = |value: f64, half: f64, n: usize| value.min(n as f64 - 1.0 - half).max(half);
         [inside(x, half_x, info.width_px), inside(y, half_y, info.height_px)]
     }

@@ -7,7 +7,7 @@ pub(crate) mod sample;
 
 use chainwave_measurement::Region;
 
-use crate::search::Scene;
+use crate::search::SearchArea;
 use crate::simd::{LANES, vectorised};
 use crate::window::prefilter::{Pixels, Prefilter, Rows, prefilter};
 use crate::{CorrelationError, Interpolation};
@@ -156,12 +156,12 @@ impl Window {
     }
 
     /// All pixels, to be searched.
-    pub(crate) fn scene(&self) -> Scene {
-        Scene::new(self.source, self.pixels.clone(), self.level)
+    pub(crate) fn scene(&self) -> SearchArea {
+        SearchArea::new(self.source, self.pixels.clone(), self.level)
     }
 
     /// The pixels within some columns and rows of a place, to be searched; `None` outside of the image.
-    pub(crate) fn part_around(&self, [x, y]: [f64; 2], [columns, rows]: [usize; 2]) -> Option<Scene> {
+    pub(crate) fn part_around(&self, [x, y]: [f64; 2], [columns, rows]: [usize; 2]) -> Option<SearchArea> {
         let Region { x: left, y: top, width, height } = self.source;
         let (x, y) = (x.round() as i64 - left as i64, y.round() as i64 - top as i64);
         let (columns, rows) = (columns as i64, rows as i64);
@@ -169,7 +169,7 @@ impl Window {
         let lines = self.pixels.chunks_exact(width).skip(part.y).take(part.height);
         let pixels = lines.flat_map(|line| line[part.x..part.x + part.width].iter().copied()).collect();
         let region = Region { x: left + part.x, y: top + part.y, ..part };
-        Some(Scene::new(region, pixels, self.level))
+        Some(SearchArea::new(region, pixels, self.level))
     }
 
     /// Index of the first coefficient that a point in the pixel at `(column, row)` of the window needs.

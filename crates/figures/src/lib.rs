@@ -89,6 +89,3 @@ pub use strain_profiles::{ProfilePanel, strain_profiles};
 pub use style::{ColourMap, DecimalSign, Style};
 pub use tail_spectrum::{FrequencyMark, GapSpectrum, TailSpectrum, tail_spectrum};
 pub use trade_off::{TradeOff, TradeOffPoint, trade_off};
-
-/// [`DataPoint`] by its shorter name.
-pub type Point = DataPoint;

@@ -42,7 +42,7 @@ pub enum ColourMap {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DecimalSign {
     /// 2.73
-    Point,
+    DataPoint,
     /// 2,73
     Comma,
 }
@@ -54,7 +54,7 @@ impl Default for Style {
             page_mm: 178.0,
             font_pt: 8.0,
             colour_map: ColourMap::Viridis,
-            decimal_sign: DecimalSign::Point,
+            decimal_sign: DecimalSign::DataPoint,
         }
     }
 }
@@ -90,7 +90,7 @@ impl Style {
     /// A number that was written with a point.
     pub(crate) fn decimals(&self, number: &str) -> String {
         match self.decimal_sign {
-            DecimalSign::Point => number.into(),
+            DecimalSign::DataPoint => number.into(),
             DecimalSign::Comma => number.replace('.', ","),
         }
     }

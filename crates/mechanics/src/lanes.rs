@@ -1,6 +1,5 @@
 //! Arithmetic on vectors of numbers of any width, with the same bits on each instruction set.
 
-pub(crate) mod instruction_set;
 pub(crate) mod row;
 
 use std::any::Any;
@@ -17,12 +16,12 @@ pub(crate) const TABLE: usize = 16;
 /// Tables that stand side by side, a record for each place.
 pub(crate) const COLUMNS: usize = 4;
 
-/// Runs `work` with the vectors of the [`instruction_set::InstructionSet`] in use.
+/// Runs `work` with the vectors of the [`chainwave_vectors::InstructionSet`] in use.
 ///
 /// All give the same bits. Products that are added are fused where this is asked, in software if need be, and
 /// nowhere else; and no sum is split by the width of the vectors.
 pub(crate) fn vectorised<W: WithSimd>(work: W) -> W::Output {
-    instruction_set::arch().dispatch(work)
+    chainwave_vectors::dispatch(work)
 }
 
 /// `n` rounded up to a multiple of [`PADDING`].

@@ -60,10 +60,10 @@ pub use chain::{
     Bodies, Chain, Change, Drive, FarEnd, ImposedMotion, Integration, LinearChain, Schedule, Sensitivities,
     Simulation, Striker, StrikerMotion, ensemble, scan, simulate, simulate_with_sensitivities,
 };
+pub use chainwave_vectors::InstructionSet;
 pub use contact::{Contact, Contacts, Law, LinearLaw, PowerLaw, TableLaw, Tension};
 pub use error::MechanicsError;
 pub use integrator::Method;
-pub use lanes::instruction_set::InstructionSet;
 pub use ring::{
     Boundary, Compression, ElasticForces, Equilibrium, Mode, RefinedSimulation, Ring, RingChain, RingDrive,
     RingSchedule, RingSimulation, RingStriker, Rod, Section, SelfContact, Support, Symmetry, compress,

@@ -6,9 +6,8 @@ use chainwave_analysis::normalised_residuals;
 use chainwave_analysis::{DispersionMap, GapFront, Measurement, StrainMap};
 use chainwave_experiment::{Evaluation, Experiment, ModelBeside};
 use chainwave_figures::{
-    BodyMotion, DispersionPanel, EnergyShares, FrequencyMark, FrontPulse, FrontWidth, GapSpectrum,
-    PeakEnergy, PeakFit, PeakTrace, Point, ProfilePanel, ResidualMapPanel, Series, StrainMapPanel,
-    TailSpectrum,
+    BodyMotion, DataPoint, DispersionPanel, EnergyShares, FrequencyMark, FrontPulse, FrontWidth, GapSpectrum,
+    PeakEnergy, PeakFit, PeakTrace, ProfilePanel, ResidualMapPanel, Series, StrainMapPanel, TailSpectrum,
 };
 use chainwave_measurement::{ChainMotion, Estimate};
 use ndarray::Array2;
@@ -145,7 +144,8 @@ impl Album<'_> {
         let index = nearest(&map.times_s, time_s);
         let measured = map.strain.column(index);
         let points = measured.iter().enumerate();
-        let points = points.filter_map(|(row, strain)| Some(Point::measured((row + 1) as f64, (*strain)?)));
+        let points =
+            points.filter_map(|(row, strain)| Some(DataPoint::measured((row + 1) as f64, (*strain)?)));
         let mut series = vec![Series::measured("experiment", points.collect())];
         if let Some(model) = &self.evaluation.model {
             let strain = model.measurement.strain.strain.column(index);
@@ -189,7 +189,7 @@ impl Album<'_> {
 
     fn front_width(&self) -> Result<Figure, Error> {
         let measurement = &self.evaluation.measurement;
-        let width = |width: &chainwave_analysis::HalfWidth| Point::measured(width.t_s, width.hwhm_m);
+        let width = |width: &chainwave_analysis::HalfWidth| DataPoint::measured(width.t_s, width.hwhm_m);
         // Every sample would be a solid band: about 25 markers.
         let step = measurement.half_widths.len().div_ceil(25).max(1);
         let points = measurement.half_widths.iter().step_by(step).map(width).collect();
@@ -234,7 +234,7 @@ impl Album<'_> {
         let input_j = modelled_input.or(measured_input).unwrap_or(1.0);
         let measured = energies.map_or_else(Vec::new, |energies| {
             let point = |(gap, energy): (&usize, &Estimate)| {
-                Point::measured(*gap as f64, energy.scaled(1.0 / input_j))
+                DataPoint::measured(*gap as f64, energy.scaled(1.0 / input_j))
             };
             energies.gaps.iter().zip(&energies.energy_j).map(point).collect()
         });

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use chainwave_experiment::{Experiment, StrikerWave, WaveSource};
-use chainwave_figures::{GroupVelocities, Point, Series, group_velocity, group_velocity_by_particles};
+use chainwave_figures::{DataPoint, GroupVelocities, Series, group_velocity, group_velocity_by_particles};
 use chainwave_measurement::Estimate;
 
 use super::figures_folder;
@@ -31,7 +31,7 @@ fn draw(experiment: &Experiment, out: &Path, waves: &[StrikerWave]) -> Result<()
     let sound_m_per_s = experiment.linear_chain()?.sound_speed_m_per_s(experiment.chain.pitch_m.get());
     let folder = figures_folder(out)?;
     let against = |velocity: fn(&StrikerWave) -> Option<Estimate>| {
-        let point = |wave: &StrikerWave| Some(Point { x: velocity(wave)?, y: wave.group_m_per_s });
+        let point = |wave: &StrikerWave| Some(DataPoint { x: velocity(wave)?, y: wave.group_m_per_s });
         let of =
             |source: WaveSource| waves.iter().filter(move |wave| wave.source == source).filter_map(point);
         let (measured, modelled) = (WaveSource::Experiment, WaveSource::ChainModel);

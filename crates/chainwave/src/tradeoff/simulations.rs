@@ -29,7 +29,7 @@ pub(super) fn ladder<S>(
             step,
             method,
             settings: name,
-            error: distance(&motion, truth),
+            error: Some(distance(&motion, truth)).filter(|error| error.is_finite()),
             error_unit: "of largest displacement",
             seconds_per_item,
             items: REPETITIONS as u64,

@@ -2,7 +2,7 @@
 
 use chainwave_measurement::Lost;
 
-use crate::field::{Scene, Settled};
+use crate::field::{ImagePair, Settled};
 use crate::search::{self, Template, chance_zncc};
 use crate::warp::Warp;
 use crate::{PreparedSubset, Workspace};
@@ -49,22 +49,22 @@ impl Seeds {
     /// whole image, upright and turned.
     pub(crate) fn find(
         &mut self,
-        scene: &Scene<'_>,
+        pair: &ImagePair<'_>,
         place_px: [f64; 2],
         workspace: &mut Workspace,
     ) -> Option<Settled> {
-        let subset = scene.prepare(place_px).ok()?;
+        let subset = pair.prepare(place_px).ok()?;
         let [u, v] = self.displacement_px.unwrap_or([0.0; 2]);
         let expected = [place_px[0] + u, place_px[1] + v];
-        let near = scene.target.part_around(expected, scene_reach(&subset));
-        let mut found = near.and_then(|part| try_upright(scene, &subset, &part, place_px, workspace));
+        let near = pair.target.part_around(expected, scene_reach(&subset));
+        let mut found = near.and_then(|part| try_upright(pair, &subset, &part, place_px, workspace));
         if found.is_none() && self.displacement_px.is_none() && self.n_whole_searches < MAX_WHOLE_SEARCHES {
             self.n_whole_searches += 1;
-            let whole = scene.target.scene();
-            found = try_upright(scene, &subset, &whole, place_px, workspace).or_else(|| {
+            let whole = pair.target.scene();
+            found = try_upright(pair, &subset, &whole, place_px, workspace).or_else(|| {
                 let turned =
                     (self.n_whole_searches <= MAX_TURNED_SEARCHES).then(|| whole.find_turned(&subset));
-                try_at(scene, &subset, turned??, place_px, workspace)
+                try_at(pair, &subset, turned??, place_px, workspace)
             });
         }
         let (Ok(position), _) = found.as_ref()? else { return None };
@@ -80,25 +80,25 @@ fn scene_reach(subset: &PreparedSubset) -> [usize; 2] {
 }
 
 fn try_upright(
-    scene: &Scene<'_>,
+    pair: &ImagePair<'_>,
     subset: &PreparedSubset,
-    part: &search::Scene,
+    part: &search::SearchArea,
     place_px: [f64; 2],
     workspace: &mut Workspace,
 ) -> Option<Settled> {
     let found = part.find(&Template::upright(subset))?;
-    try_at(scene, subset, Warp::at(found.place_px), place_px, workspace)
+    try_at(pair, subset, Warp::at(found.place_px), place_px, workspace)
 }
 
 /// A match from a place found by search, unless it may be a coincidence.
 fn try_at(
-    scene: &Scene<'_>,
+    pair: &ImagePair<'_>,
     subset: &PreparedSubset,
     start: Warp,
     place_px: [f64; 2],
     workspace: &mut Workspace,
 ) -> Option<Settled> {
-    let settled = scene.settle(place_px, start, workspace);
+    let settled = pair.settle(place_px, start, workspace);
     let certain = |zncc: f64| zncc >= chance_zncc(subset).max(subset.settings.min_zncc);
     let position: &Result<_, Lost> = &settled.0;
     position.as_ref().is_ok_and(|found| certain(found.position.zncc)).then_some(settled)

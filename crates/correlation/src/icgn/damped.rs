@@ -5,9 +5,10 @@ use nalgebra::DMatrix;
 
 use crate::icgn::Stop;
 use crate::icgn::sums::Evaluation;
+use crate::prepared::Linearised;
 use crate::prepared::normal::invert_for;
 use crate::warp::{MAX_PARAMETERS, Step, Warp};
-use crate::{PreparedSubset, Window, Workspace};
+use crate::{Window, Workspace};
 
 /// Damping of the first step, and the factor by which it falls or grows (D. W. Marquardt, J. Soc. Ind. Appl. Math. 11
 /// (1963) 431-441).
@@ -16,7 +17,7 @@ const FACTOR: f64 = 10.0;
 /// Damping at which steps are a millionth of the plain ones: nothing better is near.
 const LARGEST_DAMPING: f64 = 1e6;
 
-impl PreparedSubset {
+impl Linearised {
     /// The best place that steps of Levenberg and Marquardt reach from a start, each of which must raise the correlation:
     /// where plain steps overshoot, from afar or in the weak directions of a noisy texture, these do not.
     pub(crate) fn climb(

@@ -2,8 +2,8 @@
 
 use pulp::Simd;
 
-use crate::PreparedSubset;
 use crate::Shape;
+use crate::prepared::Linearised;
 use crate::prepared::moments::PARENTS;
 use crate::simd::{InBlocks, LANES, sum_of_lanes, vectorised};
 use crate::warp::{MAX_PARAMETERS, Step};
@@ -22,7 +22,7 @@ pub(crate) struct Sums {
 }
 
 /// Sums `samples` (the subset's pixels row by row, then zeros up to whole vectors).
-pub(crate) fn sum(subset: &PreparedSubset, samples: &[f32]) -> Sums {
+pub(crate) fn sum(subset: &Linearised, samples: &[f32]) -> Sums {
     match subset.settings.shape {
         Shape::Translation => Summation::<1> { subset, samples }.dispatch(),
         Shape::Rigid | Shape::Affine => Summation::<3> { subset, samples }.dispatch(),
@@ -35,7 +35,7 @@ pub(crate) fn sum(subset: &PreparedSubset, samples: &[f32]) -> Sums {
 ///
 /// Written in explicit vectors, for compilers keep the sums of an array's lanes in memory.
 struct Summation<'a, const TERMS: usize> {
-    subset: &'a PreparedSubset,
+    subset: &'a Linearised,
     samples: &'a [f32],
 }
 
@@ -46,7 +46,7 @@ impl<const TERMS: usize> InBlocks for Summation<'_, TERMS> {
     fn run<S: Simd, const VECTORS: usize>(self, simd: S) -> Sums {
         let zeros = [simd.splat_f32s(0.0); VECTORS];
         let (mut along_x, mut along_y, mut others) = ([zeros; TERMS], [zeros; TERMS], [zeros; 3]);
-        let PreparedSubset { intensity, gradient_x, gradient_y, columns, rows, .. } = self.subset;
+        let Linearised { intensity, gradient_x, gradient_y, columns, rows, .. } = self.subset;
         let [target, reference, slope_x, slope_y, columns, rows] =
             [self.samples, intensity, gradient_x, gradient_y, columns, rows]
                 .map(|values| S::as_simd_f32s(values).0.as_chunks::<VECTORS>().0);
@@ -92,7 +92,7 @@ impl<const TERMS: usize> InBlocks for Summation<'_, TERMS> {
 ///
 /// The first number follows from the sums, yet where the images are nearly free of noise only as the difference of two
 /// that agree to all digits of f32.
-pub(crate) fn squares(subset: &PreparedSubset, samples: &[f32], mean: f64, gain: f64) -> [f64; 2] {
+pub(crate) fn squares(subset: &Linearised, samples: &[f32], mean: f64, gain: f64) -> [f64; 2] {
     let (mean, gain) = (mean as f32, gain as f32);
     let target = samples[..subset.intensity.len()].as_chunks::<LANES>().0;
     let (reference, weights) =
@@ -131,8 +131,8 @@ pub(crate) struct Evaluation {
 const LEAST_GAIN: f64 = 1e-3;
 
 impl Sums {
-    /// The step of [`PreparedSubset`]'s normal equations; `None` when the target has no contrast of the same sign.
-    pub(crate) fn evaluate(&self, subset: &PreparedSubset) -> Option<Evaluation> {
+    /// The step of [`Linearised`]'s normal equations; `None` when the target has no contrast of the same sign.
+    pub(crate) fn evaluate(&self, subset: &Linearised) -> Option<Evaluation> {
         let variation = self.square - self.total * self.total / subset.n_used as f64;
         let gain = self.intensity / subset.signal_energy;
         let usable = gain > LEAST_GAIN && variation > 0.0 && gain.is_finite() && variation.is_finite();
@@ -163,7 +163,7 @@ impl Sums {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Interpolation, Reference, Settings};
+    use crate::{Interpolation, PreparedSubset, Reference, Settings};
     use chainwave_measurement::{Region, Subset};
 
     #[test]

@@ -29,7 +29,7 @@ use crate::{
 ///
 /// # Errors
 /// As [`crate::track`], and [`CorrelationError::OpenCv`].
-pub fn track_lucas_kanade(
+pub(crate) fn track_lucas_kanade(
     recording: &dyn Recording,
     subsets: &[Subset],
     reference: &ReferenceFrames,
@@ -54,13 +54,13 @@ struct Flow<'a> {
     eight_bit: EightBit,
     reference: Vec<u8>,
     settings: Settings,
-    points: Vec<Point>,
+    points: Vec<FlowPoint>,
     workspace: Workspace,
     /// OpenCV's first refusal, which ends the run.
     failure: Option<opencv::Error>,
 }
 
-struct Point {
+struct FlowPoint {
     subset: Result<PreparedSubset, Lost>,
     calibration: Result<Calibration, Lost>,
     history: History,
@@ -92,7 +92,7 @@ impl<'a> Flow<'a> {
                 .as_ref()
                 .map_err(|reason| *reason)
                 .and_then(|subset| calibrate(&around, subset, size));
-            Ok(Point { subset: prepared, calibration, history, size })
+            Ok(FlowPoint { subset: prepared, calibration, history, size })
         };
         let points = subsets.iter().map(point).collect::<Result<_, CorrelationError>>()?;
         let workspace = Workspace::default();
@@ -101,7 +101,7 @@ impl<'a> Flow<'a> {
 
     /// Where each subset's flow starts in a frame: where the past expects it, or where a search finds it.
     fn starts(&self, frame: usize) -> Vec<Result<[f64; 2], Lost>> {
-        let start = |point: &Point| {
+        let start = |point: &FlowPoint| {
             let subset = point.subset.as_ref().map_err(|reason| *reason)?;
             if point.history.n_lost == 0 {
                 return Ok(point.history.predict().position_px);

@@ -6,7 +6,7 @@ use opencv::prelude::*;
 use opencv::video::{MOTION_TRANSLATION, find_transform_ecc};
 
 use crate::refine::Refine;
-use crate::search::Scene;
+use crate::search::SearchArea;
 use crate::simd::LANES;
 use crate::warp::Warp;
 use crate::window::sample::sample;
@@ -32,13 +32,13 @@ impl Refine for EnhancedCorrelation {
         Self
     }
 
-    fn refine(&self, subset: &PreparedSubset, scene: &Scene, start_px: [f64; 2]) -> Option<[f64; 2]> {
+    fn refine(&self, subset: &PreparedSubset, scene: &SearchArea, start_px: [f64; 2]) -> Option<[f64; 2]> {
         // OpenCV gives an error where the iteration does not settle.
         maximise(subset, scene, start_px).ok().filter(|place| place.iter().all(|value| value.is_finite()))
     }
 }
 
-fn maximise(subset: &PreparedSubset, scene: &Scene, start_px: [f64; 2]) -> opencv::Result<[f64; 2]> {
+fn maximise(subset: &PreparedSubset, scene: &SearchArea, start_px: [f64; 2]) -> opencv::Result<[f64; 2]> {
     let (region, pixels) = scene.pixels();
     let first = [region.x as f64, region.y as f64];
     let template = image(subset.width, subset.height, &subset.template)?;
@@ -86,7 +86,7 @@ impl Refine for PhaseCorrelation {
         Self
     }
 
-    fn refine(&self, subset: &PreparedSubset, scene: &Scene, start_px: [f64; 2]) -> Option<[f64; 2]> {
+    fn refine(&self, subset: &PreparedSubset, scene: &SearchArea, start_px: [f64; 2]) -> Option<[f64; 2]> {
         let (region, pixels) = scene.pixels();
         let window = Window::new(region, pixels, subset.settings.interpolation).ok()?;
         let (mut rows, mut samples) = (Vec::new(), vec![0.0; subset.n_pixels() + LANES]);

@@ -2,7 +2,7 @@
 
 use crate::PreparedSubset;
 use crate::refine::Refine;
-use crate::search::{Scene, Template};
+use crate::search::{SearchArea, Template};
 
 /// Search for the subset at whole pixels, and the top of a paraboloid through the correlation there and at its eight
 /// neighbours (the peak fit of particle image velocimetry: M. Raffel et al., Particle Image Velocimetry, 3rd ed., 2018,
@@ -14,7 +14,7 @@ impl Refine for TemplateSearch {
         Self(Template::upright(subset))
     }
 
-    fn refine(&self, _: &PreparedSubset, scene: &Scene, _: [f64; 2]) -> Option<[f64; 2]> {
+    fn refine(&self, _: &PreparedSubset, scene: &SearchArea, _: [f64; 2]) -> Option<[f64; 2]> {
         let [x, y] = scene.find(&self.0)?.place_px;
         let mut zncc = [[0.0; 3]; 3];
         for (dy, row) in (-1..=1).zip(&mut zncc) {

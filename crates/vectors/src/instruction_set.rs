@@ -1,4 +1,4 @@
-//! The vector instructions that the crate's loops run with: the best of the machine, or those that the environment names.
+//! The instruction sets by name, and the choice among them.
 
 use std::fmt;
 use std::sync::OnceLock;
@@ -80,7 +80,7 @@ impl fmt::Display for InstructionSet {
 
 /// What runs the loops of this process.
 #[inline]
-pub(super) fn arch() -> Arch {
+pub(crate) fn arch() -> Arch {
     selected().1
 }
 

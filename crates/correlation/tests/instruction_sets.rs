@@ -1,0 +1,89 @@
+//! Every instruction set that the machine has gives the same bits: tracks by every kernel and shape, in a process each.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod support;
+
+use std::process::Command;
+
+use chainwave_correlation::{Interpolation, ReferenceFrames, Settings, Shape, track};
+use chainwave_vectors::InstructionSet;
+use support::{Film, SIZE, Speckle, sense, subset};
+
+/// Which set a process that this test starts is to find in use.
+const EXPECTED: &str = "CHAINWAVE_TEST_EXPECTED_SET";
+const MARK: &str = "bits of ";
+const NAME: &str = "every_instruction_set_gives_the_same_bits";
+
+/// Starts itself once for each set, by the switch that users have. Each process says what it computed; all say the same.
+#[test]
+fn every_instruction_set_gives_the_same_bits() {
+    if let Ok(expected) = std::env::var(EXPECTED) {
+        assert_eq!(InstructionSet::in_use().name(), expected);
+        digests().iter().for_each(|digest| println!("{MARK}{digest}"));
+        return;
+    }
+    let said = |asked: &str, expected: InstructionSet| {
+        let run = Command::new(std::env::current_exe().unwrap())
+            .args(["--exact", NAME, "--nocapture"])
+            .env(InstructionSet::VARIABLE, asked)
+            .env(EXPECTED, expected.name())
+            .output()
+            .unwrap();
+        let text = String::from_utf8(run.stdout).unwrap();
+        assert!(run.status.success(), "{asked}: {text}{}", String::from_utf8_lossy(&run.stderr));
+        text.lines().filter_map(|line| Some(line.split_once(MARK)?.1.to_owned())).collect::<Vec<_>>()
+    };
+    let sets: Vec<InstructionSet> = InstructionSet::available().collect();
+    let best = *sets.last().unwrap();
+    let of_best = said("a name that is none", best);
+    assert_eq!(of_best.len(), SHAPES.len() * KERNELS.len());
+    for set in sets {
+        assert_eq!(said(set.name(), set), of_best, "{set} against {best}");
+    }
+}
+
+const SHAPES: [Shape; 4] = [Shape::Translation, Shape::Rigid, Shape::Affine, Shape::Quadratic];
+const KERNELS: [Interpolation; 3] = [Interpolation::Linear, Interpolation::Cubic, Interpolation::QuinticMoms];
+
+/// What each shape function and kernel found in three frames of a speckle that moves and turns, in a word each.
+fn digests() -> Vec<String> {
+    let speckle = Speckle::new(7, Speckle::RADIUS_PX);
+    let frame = |k: u64| {
+        let (sin, cos) = (0.02 * k as f64).sin_cos();
+        let [x_0, y_0] = SIZE.map(|n| 0.5 * n as f64);
+        let image = speckle.render(|[x, y]| {
+            let [x, y] = [x - x_0, y - y_0];
+            [x_0 + cos * x - sin * y + 0.37 * k as f64, y_0 + sin * x + cos * y]
+        });
+        sense(&image, 0.01, 30 + k)
+    };
+    let film = Film::new((0..3).map(frame).collect());
+    // Widths that are no multiples of a vector, and places between pixels.
+    let subsets = [subset(150.0, 190.0, 16), subset(233.3, 240.6, 11), subset(300.0, 130.0, 20)];
+    let mut digests = Vec::new();
+    for shape in SHAPES {
+        for interpolation in KERNELS {
+            let settings = Settings { shape, interpolation, ..Settings::default() };
+            let tracks = track(&film, &subsets, &ReferenceFrames::Single(0), &settings, &|_| ()).unwrap();
+            let found = tracks.iter().flat_map(|track| &track.positions).flat_map(|position| {
+                let position = position.as_ref().unwrap();
+                [
+                    position.x_px.value,
+                    position.x_px.sigma,
+                    position.y_px.value,
+                    position.y_px.sigma,
+                    position.zncc,
+                ]
+            });
+            digests.push(format!("{shape} {interpolation} {:016x}", digest(found)));
+        }
+    }
+    digests
+}
+
+/// The bits of all values by the FNV-1a hash (G. Fowler, L. C. Noll, K.-P. Vo).
+fn digest(values: impl Iterator<Item = f64>) -> u64 {
+    let start = 0xcbf2_9ce4_8422_2325_u64;
+    values.fold(start, |hash, value| (hash ^ value.to_bits()).wrapping_mul(0x0100_0000_01b3))
+}
