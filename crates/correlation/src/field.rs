@@ -1,5 +1,6 @@
 //! The displacement field between two images, found from its most reliable points outwards.
 
+mod pair;
 mod queue;
 mod seed;
 pub(crate) mod strain;
@@ -7,14 +8,14 @@ pub(crate) mod strain;
 use std::collections::{BinaryHeap, VecDeque};
 use std::num::NonZero;
 
-use chainwave_measurement::{Lost, Subset};
+use chainwave_measurement::Lost;
 
-use crate::evidence::ShapeTest;
+use crate::field::pair::{ImagePair, Settled};
 use crate::field::queue::Candidate;
 use crate::field::seed::Seeds;
-use crate::icgn::{Match, Stop};
+use crate::icgn::outcome::Match;
 use crate::warp::Warp;
-use crate::{CorrelationError, PreparedSubset, Reference, Settings, Shape, ShapeChoice, Window, Workspace};
+use crate::{CorrelationError, Reference, Settings, Shape, ShapeChoice, Window, Workspace};
 
 /// Where the points of a field lie, and how large their subsets are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -83,82 +84,6 @@ pub fn correlate(
     let mut growth = Growth::new(pair, grid, n_threads)?;
     growth.grow(progress);
     Ok(growth.finish(grid))
-}
-
-/// What is compared, and how.
-pub(crate) struct ImagePair<'a> {
-    pub(crate) reference: &'a Reference,
-    pub(crate) target: &'a Window,
-    settings: Settings,
-    choice: ShapeChoice,
-    half_px: usize,
-}
-
-/// A match, and the shape function it was made with.
-pub(crate) type Settled = (Result<Match, Lost>, Shape);
-
-impl ImagePair<'_> {
-    fn subset(&self, [x_px, y_px]: [f64; 2]) -> Subset {
-        Subset { name: String::new(), x_px, y_px, half_width_px: self.half_px, half_height_px: self.half_px }
-    }
-
-    /// The subset around a place, with the shape function that is tried first.
-    pub(crate) fn prepare(&self, place_px: [f64; 2]) -> Result<PreparedSubset, Lost> {
-        self.prepare_with(place_px, self.first_shape())
-    }
-
-    fn prepare_with(&self, place_px: [f64; 2], shape: Shape) -> Result<PreparedSubset, Lost> {
-        let settings = Settings { shape, ..self.settings.clone() };
-        PreparedSubset::new(self.reference, &self.subset(place_px), &settings)
-    }
-
-    pub(crate) fn first_shape(&self) -> Shape {
-        match self.choice {
-            ShapeChoice::Named(shape) => shape,
-            ShapeChoice::ByEvidence => Shape::Affine,
-        }
-    }
-
-    /// Matches the subset around a place, with the shape function that it needs.
-    pub(crate) fn settle(&self, place_px: [f64; 2], start: Warp, workspace: &mut Workspace) -> Settled {
-        let first = self.first_shape();
-        let prepared = match self.prepare(place_px) {
-            Ok(prepared) => prepared,
-            Err(reason) => return (Err(reason), first),
-        };
-        let found = prepared.solve_visible(self.target, start, workspace).map_err(reason_of);
-        match (self.choice, &found) {
-            (ShapeChoice::ByEvidence, Ok(affine)) => self.simplify(place_px, &prepared, *affine, workspace),
-            _ => (found, first),
-        }
-    }
-
-    fn simplify(
-        &self,
-        place_px: [f64; 2],
-        affine: &PreparedSubset,
-        found: Match,
-        workspace: &mut Workspace,
-    ) -> Settled {
-        let mut test = ShapeTest::new(self.reference, &self.subset(place_px), &self.settings);
-        test.add(affine, self.target, &found.warp(), workspace);
-        let shape = test.evidence().shape;
-        let start = match shape {
-            Shape::Affine => return (Ok(found), shape),
-            Shape::Translation => Warp::at(found.warp().position_px),
-            _ => found.warp(),
-        };
-        let again = self.prepare_with(place_px, shape);
-        let again = again.and_then(|subset| subset.solve(self.target, start, workspace).map_err(reason_of));
-        again.map_or((Ok(found), Shape::Affine), |again| (Ok(again), shape))
-    }
-}
-
-fn reason_of(stop: Stop) -> Lost {
-    match stop {
-        Stop::Escaped(_) => Lost::OutOfView,
-        Stop::Lost(reason) => reason,
-    }
 }
 
 /// A field on its way from the first point to the last.

@@ -1,57 +1,22 @@
 //! Inverse compositional Gauss-Newton: one subset matched in one frame.
 
 mod damped;
+pub(crate) mod outcome;
 mod sums;
 mod visible;
 
 use chainwave_measurement::{Estimate, Lost, Position};
 
+use crate::icgn::outcome::{Match, Stop, Workspace};
 use crate::icgn::sums::{Evaluation, squares, sum};
 use crate::icgn::visible::{noise_ratio, structure_factor};
+use crate::interpolation_error::energy::Foreseen;
 use crate::prepared::Linearised;
 use crate::simd::LANES;
-use crate::uncertainty::interpolation_energy::Foreseen;
 use crate::uncertainty::{Residual, sigma_px};
 use crate::warp::Warp;
 use crate::window::sample::sample;
 use crate::{PreparedSubset, Window};
-
-/// Where a subset was found, and how it is deformed there.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Match {
-    /// The centre, with its uncertainty.
-    pub position: Position,
-    /// Displacement gradient du/dx, du/dy, dv/dx, dv/dy; zero for a translation.
-    pub gradient: [f64; 4],
-    /// Coefficients of x^2, xy and y^2 in u, then in v, per pixel; zero but for the quadratic shape function.
-    pub curvature: [f64; 6],
-    /// Variance of the residuals over what the reference's noise explains: about 1 where the frame shows nothing else.
-    pub noise_ratio: f64,
-}
-
-impl Match {
-    pub(crate) fn warp(&self) -> Warp {
-        let Position { x_px, y_px, .. } = self.position;
-        let position_px = [x_px.value, y_px.value];
-        Warp { position_px, gradient: self.gradient, curvature: self.curvature }
-    }
-}
-
-/// Buffers that a match reuses, so that it allocates nothing.
-#[derive(Debug, Clone, Default)]
-pub struct Workspace {
-    samples: Vec<f32>,
-    rows: Vec<f32>,
-}
-
-/// Why an iteration stopped without a match.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Stop {
-    /// The subset left the window for this place.
-    Escaped(Warp),
-    /// It is lost.
-    Lost(Lost),
-}
 
 /// A step farther than this from the start, in pixels, is no refinement of it any more.
 const LARGEST_DRIFT_PX: f64 = 8.0;

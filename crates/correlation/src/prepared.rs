@@ -1,6 +1,5 @@
 //! A subset prepared once: gradients, Hessian and noise, for many matches.
 
-pub(crate) mod lagged;
 pub(crate) mod moments;
 pub(crate) mod normal;
 mod part;
@@ -10,15 +9,14 @@ use std::ops::Deref;
 use chainwave_measurement::{Lost, Position, Subset};
 use nalgebra::DMatrix;
 
-use crate::prepared::lagged::Surroundings;
+use crate::interpolation_error::bias::InterpolationBias;
+use crate::interpolation_error::energy::InterpolationEnergy;
+use crate::interpolation_error::lagged::Surroundings;
 use crate::prepared::moments::Places;
-use crate::prepared::normal::{Images, NormalEquations, ReferenceNoise};
+use crate::prepared::normal::{Images, NormalEquations, ReferenceNoise, UnitCovariance};
 use crate::prepared::part::Part;
 use crate::reference::gradient::noise_variance;
 use crate::simd::{LANES, dot, vectorised};
-use crate::uncertainty::UnitCovariance;
-use crate::uncertainty::bias::InterpolationBias;
-use crate::uncertainty::interpolation_energy::InterpolationEnergy;
 use crate::warp::{MAX_PARAMETERS, Warp};
 use crate::window::sample::Lattice;
 use crate::{Reference, Settings};
@@ -157,7 +155,8 @@ impl PreparedSubset {
             return Err(Lost::NoTexture);
         }
         let steps = subset.steps();
-        let around = Surroundings::new(reference, part.first_in_image(), [subset.width, subset.height]);
+        let around =
+            Surroundings::new(reference.image(), part.first_in_image(), [subset.width, subset.height]);
         let (noise_energy, interpolation) = (n_used as f64 * variance, settings.interpolation);
         Ok(Self {
             light_moments: subset.light_moments_of(&steps),

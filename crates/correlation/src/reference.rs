@@ -3,6 +3,7 @@
 pub(crate) mod edge;
 pub(crate) mod filter;
 pub(crate) mod gradient;
+pub(crate) mod image;
 pub(crate) mod mask;
 
 use std::sync::OnceLock;
@@ -10,18 +11,13 @@ use std::sync::OnceLock;
 use chainwave_measurement::{ReadError, Recording, Region, Subset};
 
 use crate::reference::gradient::Gradients;
+use crate::reference::image::ReferenceImage;
 use crate::{CorrelationError, ReferenceFrames};
 
 /// The pixels of the reference image around a subset, or around many.
 #[derive(Debug, Clone)]
 pub struct Reference {
-    region: Region,
-    pixels: Vec<f32>,
-    n_averaged: usize,
-    /// Whether each pixel saturates or is no number.
-    invalid: Vec<bool>,
-    /// Mean of the pixels, in counts.
-    level: f64,
+    image: ReferenceImage,
     gradients: OnceLock<Gradients>,
 }
 
@@ -35,24 +31,19 @@ impl Reference {
     ///
     /// # Errors
     /// [`CorrelationError::PixelCount`] when the pixels do not fill the region.
-    pub fn new(region: Region, mut pixels: Vec<f32>, n_averaged: usize) -> Result<Self, CorrelationError> {
+    pub fn new(region: Region, pixels: Vec<f32>, n_averaged: usize) -> Result<Self, CorrelationError> {
         if pixels.len() != region.n_pixels() || pixels.is_empty() {
             return Err(CorrelationError::PixelCount { region, found: pixels.len() });
         }
-        let invalid: Vec<bool> = pixels.iter().map(|pixel| !pixel.is_finite()).collect();
-        let n_valid = invalid.iter().filter(|invalid| !**invalid).count().max(1);
-        let sum: f64 = pixels.iter().filter(|pixel| pixel.is_finite()).map(|&pixel| f64::from(pixel)).sum();
-        let level = sum / n_valid as f64;
-        // so that the filters do not spread what is no number
-        pixels.iter_mut().filter(|pixel| !pixel.is_finite()).for_each(|pixel| *pixel = level as f32);
-        Ok(Self { region, pixels, n_averaged: n_averaged.max(1), invalid, level, gradients: OnceLock::new() })
+        Ok(Self { image: ReferenceImage::new(region, pixels, n_averaged), gradients: OnceLock::new() })
     }
 
     /// Leaves out of every subset the pixels at `full_scale` (counts) and above: what was brighter looks the same there.
     #[must_use]
     pub fn saturating_at(mut self, full_scale: f64) -> Self {
         let saturates = |pixel: f32| f64::from(pixel) >= full_scale;
-        self.invalid.iter_mut().zip(&self.pixels).for_each(|(invalid, &pixel)| *invalid |= saturates(pixel));
+        let pixels = self.image.invalid.iter_mut().zip(&self.image.pixels);
+        pixels.for_each(|(invalid, &pixel)| *invalid |= saturates(pixel));
         self.gradients = OnceLock::new();
         self
     }
@@ -112,86 +103,55 @@ impl Reference {
 
     /// Frames behind the mean.
     pub fn n_averaged(&self) -> usize {
-        self.n_averaged
+        self.image.n_averaged
+    }
+
+    /// Its pixels without what follows from them.
+    pub(crate) fn image(&self) -> &ReferenceImage {
+        &self.image
     }
 
     /// Where the reference lies in its image.
     pub(crate) fn region(&self) -> Region {
-        self.region
+        self.image.region
     }
 
     /// Mean of the pixels, in counts.
     pub(crate) fn level(&self) -> f64 {
-        self.level
+        self.image.level
     }
 
     /// The gradients of all pixels, made when they are asked for first.
     pub(crate) fn gradients(&self) -> &Gradients {
-        self.gradients.get_or_init(|| Gradients::of(self))
+        self.gradients.get_or_init(|| Gradients::of(&self.image))
     }
 
     /// The pixels smoothed as their noise requires.
     pub(crate) fn without_noise(&self) -> Vec<f32> {
-        let mut smooth = self.gradients().filter.smooth(self, self.region);
-        smooth.iter_mut().for_each(|value| *value += self.level as f32);
+        let mut smooth = self.gradients().filter.smooth(&self.image, self.image.region);
+        smooth.iter_mut().for_each(|value| *value += self.image.level as f32);
         smooth
-    }
-
-    /// Whether each pixel saturates or is no number.
-    pub(crate) fn invalid(&self) -> &[bool] {
-        &self.invalid
-    }
-
-    /// Copies the pixels of the row `y` from the column `x` on, mirrored beyond the edges.
-    pub(crate) fn copy_row(&self, x: i64, y: i64, line: &mut [f32]) {
-        let start = mirrored(y - self.region.y as i64, self.region.height) * self.region.width;
-        let row = &self.pixels[start..start + self.region.width];
-        let first = x - self.region.x as i64;
-        let (n, width) = (line.len() as i64, self.region.width as i64);
-        let (inside, end) = ((-first).clamp(0, n), (width - first).clamp(0, n));
-        let mirror = |i: i64| row[mirrored(first + i, self.region.width)];
-        (0..inside).chain(end..n).for_each(|i| line[i as usize] = mirror(i));
-        if inside < end {
-            let from = (first + inside) as usize;
-            let n = (end - inside) as usize;
-            line[inside as usize..][..n].copy_from_slice(&row[from..from + n]);
-        }
     }
 
     /// The pixels, row by row from the top.
     pub(crate) fn pixels(&self) -> &[f32] {
-        &self.pixels
+        &self.image.pixels
     }
 
     /// Whether the reference holds the pixels of columns `x0..=x1` and rows `y0..=y1`.
-    pub(crate) fn holds(&self, [x0, x1]: [i64; 2], [y0, y1]: [i64; 2]) -> bool {
-        let within =
-            |low: i64, high: i64, first: usize, n: usize| low >= first as i64 && high < (first + n) as i64;
-        within(x0, x1, self.region.x, self.region.width) && within(y0, y1, self.region.y, self.region.height)
+    pub(crate) fn holds(&self, columns: [i64; 2], rows: [i64; 2]) -> bool {
+        self.image.holds(columns, rows)
     }
 
     /// The pixel at a place of the image that subsets use; `None` for others, and beyond the reference.
     pub(crate) fn usable_pixel(&self, [x, y]: [i64; 2]) -> Option<f64> {
-        let (column, row) = (x - self.region.x as i64, y - self.region.y as i64);
+        let region = self.image.region;
+        let (column, row) = (x - region.x as i64, y - region.y as i64);
         let inside = self.holds([x, x], [y, y]);
-        let index = inside.then(|| row as usize * self.region.width + column as usize)?;
+        let index = inside.then(|| row as usize * region.width + column as usize)?;
         let usable = self.gradients().usable.as_ref().is_none_or(|usable| usable[index] > 0.0);
-        usable.then(|| f64::from(self.pixels[index]))
+        usable.then(|| f64::from(self.image.pixels[index]))
     }
-
-    /// The pixel at a place of the image; beyond the reference, the one that mirrors it at the edge.
-    #[cfg(test)]
-    pub(crate) fn pixel(&self, x: i64, y: i64) -> f64 {
-        let column = mirrored(x - self.region.x as i64, self.region.width);
-        let row = mirrored(y - self.region.y as i64, self.region.height);
-        f64::from(self.pixels[row * self.region.width + column])
-    }
-}
-
-fn mirrored(i: i64, n: usize) -> usize {
-    let last = n as i64 - 1;
-    let folded = i.rem_euclid((2 * last).max(1));
-    usize::try_from(folded.min(2 * last - folded)).unwrap_or(0)
 }
 
 /// The subset with its margin, clipped to the frame; `None` when the subset itself reaches outside.
@@ -259,7 +219,7 @@ mod tests {
     fn beyond_its_edge_a_reference_is_mirrored() {
         let pixels = (0..12).map(|i| i as f32).collect();
         let reference = Reference::new(Region { x: 10, y: 20, width: 4, height: 3 }, pixels, 1).unwrap();
-        let row = |y: i64| [9, 10, 13, 14].map(|x| reference.pixel(x, y) as u8);
+        let row = |y: i64| [9, 10, 13, 14].map(|x| reference.image.pixel(x, y) as u8);
         assert_eq!(row(20), [1, 0, 3, 2]);
         assert_eq!(row(19), row(21));
         assert_eq!(row(23), row(21));

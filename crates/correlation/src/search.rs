@@ -4,10 +4,10 @@ mod fourier;
 
 use chainwave_measurement::{ReadError, Recording, Region};
 
-use crate::PreparedSubset;
 use crate::search::fourier::{Image, correlations};
 use crate::simd::{LANES, dot, sum_of_lanes, vectorised};
 use crate::warp::Warp;
+use crate::{PreparedSubset, Window};
 
 /// Searches around a place for the subset at whole-pixel shifts, by the zero-normalised cross-correlation.
 ///
@@ -52,6 +52,23 @@ pub(crate) struct Found {
 }
 
 impl SearchArea {
+    /// All pixels of a window.
+    pub(crate) fn of(window: &Window) -> Self {
+        Self::new(window.source, window.pixels.clone(), window.level)
+    }
+
+    /// The pixels of a window within some columns and rows of a place; `None` outside of the image.
+    pub(crate) fn around(window: &Window, [x, y]: [f64; 2], [columns, rows]: [usize; 2]) -> Option<Self> {
+        let Region { x: left, y: top, width, height } = window.source;
+        let (x, y) = (x.round() as i64 - left as i64, y.round() as i64 - top as i64);
+        let (columns, rows) = (columns as i64, rows as i64);
+        let part = Region::clipped(x - columns, y - rows, x + columns + 1, y + rows + 1, width, height)?;
+        let lines = window.pixels.chunks_exact(width).skip(part.y).take(part.height);
+        let pixels = lines.flat_map(|line| line[part.x..part.x + part.width].iter().copied()).collect();
+        let region = Region { x: left + part.x, y: top + part.y, ..part };
+        Some(Self::new(region, pixels, window.level))
+    }
+
     /// A scene from its pixels, row by row.
     pub(crate) fn new(region: Region, mut pixels: Vec<f32>, level: f32) -> Self {
         pixels.iter_mut().for_each(|pixel| *pixel -= level);

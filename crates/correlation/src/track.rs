@@ -7,7 +7,7 @@ pub(crate) mod tracker;
 use chainwave_measurement::{Lost, Position, Recording, Region, Subset, Track};
 
 use crate::evidence::ShapeTest;
-use crate::icgn::{Match, Stop};
+use crate::icgn::outcome::{Match, Stop};
 use crate::search::{chance_zncc, search, search_turned};
 use crate::track::predict::History;
 use crate::track::renewal::Decay;

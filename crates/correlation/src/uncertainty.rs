@@ -7,7 +7,7 @@
 //! s^2 = (sum r^2 - b^2 E) / (N - P - 2) / (G + b^2/m (1 - e)),                                   (1)
 //!
 //! where E is the energy that interpolation's own errors have in the residual and e the share of the reference's noise in
-//! what E was foreseen from ([`crate::uncertainty::interpolation_energy`]).
+//! what E was foreseen from ([`crate::interpolation_error::energy`]).
 //!
 //! Yet a displacement depends on the sums of r with the steepest descent images Z', which vary slowly: interpolation
 //! passes such sums unchanged but for the contrast C that it takes from the gradients themselves (1, nearly, for all kernels
@@ -23,38 +23,10 @@
 //! The reference's noise has no product with K: the filters are antisymmetric, D^T = -D, and n^T D n = 0. The noise in
 //! the gradient is white, so the target's interpolated noise multiplies it with variance G.
 
-pub(crate) mod alias;
-pub(crate) mod bias;
-pub(crate) mod interpolation_energy;
-
-use nalgebra::DMatrix;
-
 use crate::PreparedSubset;
-use crate::uncertainty::interpolation_energy::Foreseen;
+use crate::interpolation_error::energy::Foreseen;
+use crate::prepared::normal::of_centre;
 use crate::warp::Warp;
-
-/// Covariance of the parameters per unit variance of a pixel's noise.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct UnitCovariance {
-    /// M^-1 S M^-T.
-    pub(crate) signal: DMatrix<f64>,
-    /// M^-1 K M^-T.
-    pub(crate) noise: DMatrix<f64>,
-}
-
-impl UnitCovariance {
-    pub(crate) fn largest_signal(&self) -> f64 {
-        let [xx, _, yy] = of_centre(&self.signal);
-        // NaN stays NaN
-        if xx > yy { xx } else { yy }
-    }
-}
-
-/// Covariance of the displacement of the centre (xx, xy, yy), out of that of all parameters.
-fn of_centre(full: &DMatrix<f64>) -> [f64; 3] {
-    let v = full.nrows() / 2;
-    [full[(0, 0)], full[(0, v)], full[(v, v)]]
-}
 
 /// What a match leaves.
 #[derive(Debug, Clone, Copy)]

@@ -7,7 +7,6 @@ pub(crate) mod sample;
 
 use chainwave_measurement::Region;
 
-use crate::search::SearchArea;
 use crate::simd::{LANES, vectorised};
 use crate::window::prefilter::{Pixels, Prefilter, Rows, prefilter};
 use crate::{CorrelationError, Interpolation};
@@ -19,9 +18,9 @@ pub struct Window {
     /// Where the coefficients lie.
     pub(crate) region: Region,
     /// Where the pixels lie that they are made of.
-    source: Region,
+    pub(crate) source: Region,
     /// Counts, row by row from the top.
-    pixels: Vec<f32>,
+    pub(crate) pixels: Vec<f32>,
     /// Row by row from the top, after [`LANES`] zeros and before twice as many, so that a vector of which some values are
     /// not used stays inside.
     pub(crate) coefficients: Vec<f32>,
@@ -153,23 +152,6 @@ impl Window {
         let flags: &[bool] = if self.has_flagged { &self.flags } else { &[] };
         let flagged = flags.iter().enumerate().filter(|(_, flagged)| **flagged);
         flagged.map(move |(i, _)| [(x + i % width) as f64, (y + i / width) as f64])
-    }
-
-    /// All pixels, to be searched.
-    pub(crate) fn scene(&self) -> SearchArea {
-        SearchArea::new(self.source, self.pixels.clone(), self.level)
-    }
-
-    /// The pixels within some columns and rows of a place, to be searched; `None` outside of the image.
-    pub(crate) fn part_around(&self, [x, y]: [f64; 2], [columns, rows]: [usize; 2]) -> Option<SearchArea> {
-        let Region { x: left, y: top, width, height } = self.source;
-        let (x, y) = (x.round() as i64 - left as i64, y.round() as i64 - top as i64);
-        let (columns, rows) = (columns as i64, rows as i64);
-        let part = Region::clipped(x - columns, y - rows, x + columns + 1, y + rows + 1, width, height)?;
-        let lines = self.pixels.chunks_exact(width).skip(part.y).take(part.height);
-        let pixels = lines.flat_map(|line| line[part.x..part.x + part.width].iter().copied()).collect();
-        let region = Region { x: left + part.x, y: top + part.y, ..part };
-        Some(SearchArea::new(region, pixels, self.level))
     }
 
     /// Index of the first coefficient that a point in the pixel at `(column, row)` of the window needs.

@@ -2,8 +2,8 @@
 
 use chainwave_measurement::Lost;
 
-use crate::field::{ImagePair, Settled};
-use crate::search::{self, Template, chance_zncc};
+use crate::field::pair::{ImagePair, Settled};
+use crate::search::{SearchArea, Template, chance_zncc};
 use crate::warp::Warp;
 use crate::{PreparedSubset, Workspace};
 
@@ -56,11 +56,11 @@ impl Seeds {
         let subset = pair.prepare(place_px).ok()?;
         let [u, v] = self.displacement_px.unwrap_or([0.0; 2]);
         let expected = [place_px[0] + u, place_px[1] + v];
-        let near = pair.target.part_around(expected, scene_reach(&subset));
+        let near = SearchArea::around(pair.target, expected, scene_reach(&subset));
         let mut found = near.and_then(|part| try_upright(pair, &subset, &part, place_px, workspace));
         if found.is_none() && self.displacement_px.is_none() && self.n_whole_searches < MAX_WHOLE_SEARCHES {
             self.n_whole_searches += 1;
-            let whole = pair.target.scene();
+            let whole = SearchArea::of(pair.target);
             found = try_upright(pair, &subset, &whole, place_px, workspace).or_else(|| {
                 let turned =
                     (self.n_whole_searches <= MAX_TURNED_SEARCHES).then(|| whole.find_turned(&subset));
@@ -82,7 +82,7 @@ fn scene_reach(subset: &PreparedSubset) -> [usize; 2] {
 fn try_upright(
     pair: &ImagePair<'_>,
     subset: &PreparedSubset,
-    part: &search::SearchArea,
+    part: &SearchArea,
     place_px: [f64; 2],
     workspace: &mut Workspace,
 ) -> Option<Settled> {

@@ -3,7 +3,7 @@
 use chainwave_measurement::Lost;
 use nalgebra::DMatrix;
 
-use crate::icgn::Stop;
+use crate::icgn::outcome::Stop;
 use crate::icgn::sums::Evaluation;
 use crate::prepared::Linearised;
 use crate::prepared::normal::invert_for;

@@ -7,7 +7,7 @@
 
 use chainwave_measurement::{Lost, median};
 
-use crate::icgn::{Match, Stop};
+use crate::icgn::outcome::{Match, Stop};
 use crate::reference::mask::{INVALID_MARGIN_PX, dilated};
 use crate::simd::dot;
 use crate::uncertainty::{Residual, degrees_of_freedom};

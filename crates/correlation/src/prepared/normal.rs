@@ -4,7 +4,6 @@ use nalgebra::DMatrix;
 
 use crate::Shape;
 use crate::prepared::moments::{MAX_MONOMIALS, Places, TERMS, moments, monomial};
-use crate::uncertainty::UnitCovariance;
 use crate::warp::MAX_PARAMETERS;
 
 /// The images of a subset from which the equations are made, padded to whole vectors by zeros.
@@ -183,4 +182,27 @@ fn invert(hessian: DMatrix<f64>) -> Option<DMatrix<f64>> {
     let largest = scaled.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
     // Texture in one direction alone leaves a pivot that is rounding: 1e6 is far above any usable texture's.
     (largest.is_finite() && largest < 1e6 * size as f64).then(|| &scale * scaled * &scale)
+}
+
+/// Covariance of the parameters per unit variance of a pixel's noise.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct UnitCovariance {
+    /// M^-1 S M^-T.
+    pub(crate) signal: DMatrix<f64>,
+    /// M^-1 K M^-T.
+    pub(crate) noise: DMatrix<f64>,
+}
+
+impl UnitCovariance {
+    pub(crate) fn largest_signal(&self) -> f64 {
+        let [xx, _, yy] = of_centre(&self.signal);
+        // NaN stays NaN
+        if xx > yy { xx } else { yy }
+    }
+}
+
+/// Covariance of the displacement of the centre (xx, xy, yy), out of that of all parameters.
+pub(crate) fn of_centre(full: &DMatrix<f64>) -> [f64; 3] {
+    let v = full.nrows() / 2;
+    [full[(0, 0)], full[(0, v)], full[(v, v)]]
 }

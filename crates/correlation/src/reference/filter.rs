@@ -3,7 +3,7 @@
 use chainwave_measurement::Region;
 use pulp::Simd;
 
-use crate::Reference;
+use crate::reference::image::ReferenceImage;
 use crate::simd::{InBlocks, LANES};
 
 /// The taps of a filter along a line: that at its centre, and those at the distances 1, 2 and so on, which the other
@@ -111,9 +111,9 @@ pub(crate) fn convolve(a: &[f64], b: &[f64]) -> Vec<f64> {
 }
 
 /// The pixels of `part` (inside the reference), less the reference's level, filtered by `along_x` and `along_y`.
-pub(crate) fn filtered(reference: &Reference, part: Region, along_x: &Line, along_y: &Line) -> Vec<f32> {
+pub(crate) fn filtered(reference: &ReferenceImage, part: Region, along_x: &Line, along_y: &Line) -> Vec<f32> {
     let (before, above) = (along_x.radius(), along_y.radius());
-    let level = reference.level() as f32;
+    let level = reference.level as f32;
     let n_rows = part.height + 2 * above;
     let mut by_row = vec![0.0; n_rows * part.width];
     let mut line = vec![0.0; part.width + 2 * before];
@@ -138,7 +138,7 @@ mod tests {
     fn filters_are_their_sums() {
         let region = Region { x: 3, y: 8, width: 40, height: 30 };
         let pixels = (0..region.n_pixels()).map(|i| ((i * 7919) % 512) as f32).collect();
-        let reference = Reference::new(region, pixels, 1).unwrap();
+        let reference = ReferenceImage::new(region, pixels, 1);
         let (smooth, slope) = ([0.25, 0.5, 0.25], [-0.1, -0.4, 0.0, 0.4, 0.1]);
         let expected = |x: i64, y: i64| {
             let taps = smooth

@@ -18,8 +18,8 @@ use std::f64::consts::PI;
 
 use chainwave_measurement::Region;
 
-use crate::Reference;
 use crate::reference::filter::{Line, convolve, filtered};
+use crate::reference::image::ReferenceImage;
 use crate::reference::mask::usable_pixels;
 use crate::simd::dot;
 
@@ -66,13 +66,13 @@ pub(crate) struct Gradients {
 }
 
 impl Gradients {
-    pub(crate) fn of(reference: &Reference) -> Self {
+    pub(crate) fn of(reference: &ReferenceImage) -> Self {
         let filter = choose(reference);
-        let whole = reference.region();
+        let whole = reference.region;
         let (plain, smooth) =
             (GradientFilter::new(PI).apply(reference, whole), filter.apply(reference, whole));
         let fourth = fourth_differences(reference, whole);
-        let usable = usable_pixels(whole, reference.pixels(), reference.invalid(), &fourth);
+        let usable = usable_pixels(whole, &reference.pixels, &reference.invalid, &fourth);
         Self { plain, smooth, filter, fourth, usable }
     }
 }
@@ -82,22 +82,22 @@ const PATCH_PX: usize = 48;
 const MAX_PATCHES: usize = 4;
 
 /// The filter with the least predicted variance of a displacement, over patches spread over the reference.
-fn choose(reference: &Reference) -> GradientFilter {
+fn choose(reference: &ReferenceImage) -> GradientFilter {
     let mut totals = CUT_OFFS.map(|_| [Energies::default(); 2]);
     let filters = CUT_OFFS.map(GradientFilter::new);
     let plain_filter = GradientFilter::new(PI);
     let mut noise = 0.0;
-    for patch in patches(reference.region()) {
+    for patch in patches(reference.region) {
         let plain = plain_filter.apply(reference, patch);
         let fourth = fourth_differences(reference, patch);
-        noise += noise_variance(&fourth, fourth.len(), reference.level()) * patch.n_pixels() as f64;
+        noise += noise_variance(&fourth, fourth.len(), reference.level) * patch.n_pixels() as f64;
         for (total, filter) in totals.iter_mut().zip(&filters) {
             let smooth = filter.apply(reference, patch);
             total[0].add(&smooth.x, &plain.x);
             total[1].add(&smooth.y, &plain.y);
         }
     }
-    let n_averaged = reference.n_averaged() as f64;
+    let n_averaged = reference.n_averaged as f64;
     let predicted = |(total, filter): (&[Energies; 2], &GradientFilter)| -> f64 {
         total.iter().map(|energies| energies.predicted_variance(filter, noise, n_averaged)).sum()
     };
@@ -170,11 +170,11 @@ impl GradientFilter {
     }
 
     /// The smoothed pixels of a part, less the reference's level.
-    pub(crate) fn smooth(&self, reference: &Reference, part: Region) -> Vec<f32> {
+    pub(crate) fn smooth(&self, reference: &ReferenceImage, part: Region) -> Vec<f32> {
         filtered(reference, part, &self.smoothing, &self.smoothing)
     }
 
-    fn apply(&self, reference: &Reference, part: Region) -> Gradient {
+    fn apply(&self, reference: &ReferenceImage, part: Region) -> Gradient {
         let x = filtered(reference, part, &self.derivative, &self.smoothing);
         let y = filtered(reference, part, &self.smoothing, &self.derivative);
         Gradient { x, y }
@@ -182,7 +182,7 @@ impl GradientFilter {
 }
 
 /// The image's highest frequencies, where optics leave no texture: fourth differences along x and y, 1 -4 6 -4 1 in each.
-fn fourth_differences(reference: &Reference, part: Region) -> Vec<f32> {
+fn fourth_differences(reference: &ReferenceImage, part: Region) -> Vec<f32> {
     let fourth = Line::symmetric(&[1.0, -4.0, 6.0, -4.0, 1.0]);
     filtered(reference, part, &fourth, &fourth)
 }

@@ -6,7 +6,7 @@
 
 use chainwave_measurement::Position;
 
-use crate::icgn::Match;
+use crate::icgn::outcome::Match;
 
 /// Frames in a row in which the match must have decayed.
 const PATIENCE: u32 = 3;

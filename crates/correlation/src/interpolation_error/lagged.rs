@@ -2,9 +2,9 @@
 
 use pulp::Simd;
 
-use crate::Reference;
+use crate::interpolation_error::alias::LAGS;
+use crate::reference::image::ReferenceImage;
 use crate::simd::{InBlocks, LANES, sum_of_lanes};
-use crate::uncertainty::alias::LAGS;
 
 /// Blocks that are summed side by side.
 const BLOCKS: usize = 4;
@@ -20,12 +20,16 @@ pub(crate) struct Surroundings {
 
 impl Surroundings {
     /// Around the subset whose first pixel is at `(column, row)` of the image.
-    pub(crate) fn new(reference: &Reference, [column, row]: [i64; 2], [width, height]: [usize; 2]) -> Self {
+    pub(crate) fn new(
+        reference: &ReferenceImage,
+        [column, row]: [i64; 2],
+        [width, height]: [usize; 2],
+    ) -> Self {
         let stride = width + 2 * MARGIN;
         let mut scene = vec![0.0; stride * (height + 2 * MARGIN)];
         for (line, y) in scene.chunks_exact_mut(stride).zip(row - MARGIN as i64..) {
             reference.copy_row(column - MARGIN as i64, y, line);
-            line.iter_mut().for_each(|value| *value -= reference.level() as f32);
+            line.iter_mut().for_each(|value| *value -= reference.level as f32);
         }
         // so that whole blocks of a spread image lie inside at every lag
         scene.resize(scene.len() + BLOCKS * LANES + MARGIN, 0.0);
@@ -93,7 +97,7 @@ mod tests {
     fn correlations_are_the_plain_sums_with_the_same_bits_everywhere() {
         let region = Region { x: 7, y: 3, width: 60, height: 50 };
         let value = |i: usize| ((i * 7919) % 211) as f32;
-        let reference = Reference::new(region, (0..region.n_pixels()).map(value).collect(), 1).unwrap();
+        let reference = ReferenceImage::new(region, (0..region.n_pixels()).map(value).collect(), 1);
         // at the image's edge, where it is mirrored, and inside
         for (first, [width, height]) in [([7, 4], [33, 21]), ([30, 20], [9, 25]), ([40, 40], [27, 13])] {
             let around = Surroundings::new(&reference, first, [width, height]);
@@ -103,7 +107,7 @@ mod tests {
                 let pixel = |i: usize| {
                     let (x, y) = (first[0] + (i % width) as i64, first[1] + (i / width) as i64);
                     let place = if axis == 0 { [x - lag, y] } else { [x, y - lag] };
-                    reference.pixel(place[0], place[1]) - reference.level()
+                    reference.pixel(place[0], place[1]) - reference.level
                 };
                 let terms = || (0..image.len()).map(|i| f64::from(image[i]) * pixel(i));
                 let [expected, size] = [terms().sum::<f64>(), terms().map(f64::abs).sum()];

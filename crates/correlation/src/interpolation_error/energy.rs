@@ -1,6 +1,6 @@
 //! The share of interpolation in a match's residual, foreseen from the reference alone.
 //!
-//! What interpolation does to the image ([`crate::uncertainty::alias`]) and is neither displacement nor gain stays in the residual. Counted
+//! What interpolation does to the image ([`crate::interpolation_error::alias`]) and is neither displacement nor gain stays in the residual. Counted
 //! as noise, it would overstate sigma where the noise is low. At each phase between two pixels it is an even and an odd
 //! filter of the reference along each axis, so its energy follows from the filters' taps and the reference's autocorrelation
 //! at a few lags. What the even filter has in common with the reference is gain, and what the odd one has in common with
@@ -12,10 +12,10 @@ use std::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
 
 use crate::Interpolation;
-use crate::prepared::lagged::Surroundings;
+use crate::interpolation_error::alias::{LAGS, error_response, fit, sinc};
+use crate::interpolation_error::lagged::Surroundings;
 use crate::reference::filter::convolve;
 use crate::reference::gradient::spline_slope;
-use crate::uncertainty::alias::{LAGS, error_response, fit, sinc};
 use crate::warp::Warp;
 use crate::window::sample::Lattice;
 
@@ -218,7 +218,7 @@ fn sum(by_lag: &ByLag, autocorrelation: &ByLag) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::uncertainty::alias::tests::waves;
+    use crate::interpolation_error::alias::tests::waves;
     use crate::{PreparedSubset, Reference, Settings, Window, Workspace};
     use chainwave_measurement::{Region, Subset};
 

@@ -1,6 +1,6 @@
 //! The bias that interpolation leaves in a displacement, foreseen from the reference alone and taken off.
 //!
-//! What a Gauss-Newton step makes of the error image of an alias ([`crate::uncertainty::alias`]), `M^-1 sum Z' e`
+//! What a Gauss-Newton step makes of the error image of an alias ([`crate::interpolation_error::alias`]), `M^-1 sum Z' e`
 //! ([`crate::PreparedSubset`]), is the bias: the well-known sine over the phase (H. W. Schreier, J. R. Braasch, M.
 //! A. Sutton, Opt. Eng. 39 (2000) 2915-2921; Y. Su et al., Opt. Express 23 (2015) 19242-19260), and what this very texture
 //! adds to it. It consists of the correlations of `M^-1 Z'` and f at a few lags, so it is known once a subset is prepared,
@@ -9,9 +9,9 @@
 use std::f64::consts::TAU;
 
 use crate::Interpolation;
-use crate::prepared::lagged::Surroundings;
-use crate::uncertainty::alias::{LAGS, N_HARMONICS, filters, sinc};
-use crate::uncertainty::interpolation_energy::Foreseen;
+use crate::interpolation_error::alias::{LAGS, N_HARMONICS, filters, sinc};
+use crate::interpolation_error::energy::Foreseen;
+use crate::interpolation_error::lagged::Surroundings;
 use crate::warp::Warp;
 use crate::window::sample::Lattice;
 
@@ -92,7 +92,7 @@ impl InterpolationBias {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::uncertainty::alias::tests::waves;
+    use crate::interpolation_error::alias::tests::waves;
     use crate::{PreparedSubset, Reference, Settings, Shape, Window, Workspace};
     use chainwave_measurement::{Region, Subset};
 

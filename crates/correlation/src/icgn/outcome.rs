@@ -1,0 +1,42 @@
+//! What a match gives, why there is none, and the buffers that it reuses.
+
+use chainwave_measurement::{Lost, Position};
+
+use crate::warp::Warp;
+
+/// Where a subset was found, and how it is deformed there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Match {
+    /// The centre, with its uncertainty.
+    pub position: Position,
+    /// Displacement gradient du/dx, du/dy, dv/dx, dv/dy; zero for a translation.
+    pub gradient: [f64; 4],
+    /// Coefficients of x^2, xy and y^2 in u, then in v, per pixel; zero but for the quadratic shape function.
+    pub curvature: [f64; 6],
+    /// Variance of the residuals over what the reference's noise explains: about 1 where the frame shows nothing else.
+    pub noise_ratio: f64,
+}
+
+impl Match {
+    pub(crate) fn warp(&self) -> Warp {
+        let Position { x_px, y_px, .. } = self.position;
+        let position_px = [x_px.value, y_px.value];
+        Warp { position_px, gradient: self.gradient, curvature: self.curvature }
+    }
+}
+
+/// Buffers that a match reuses, so that it allocates nothing.
+#[derive(Debug, Clone, Default)]
+pub struct Workspace {
+    pub(crate) samples: Vec<f32>,
+    pub(crate) rows: Vec<f32>,
+}
+
+/// Why an iteration stopped without a match.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Stop {
+    /// The subset left the window for this place.
+    Escaped(Warp),
+    /// It is lost.
+    Lost(Lost),
+}
