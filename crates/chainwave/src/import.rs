@@ -3,6 +3,7 @@
 //! A mapping (TOML) says which numbers of a text file are the displacements of which body. Its trials are aligned and merged as those
 //! of a recording are, and what follows needs no pictures: strain, leading pulse, group velocity, spectra.
 
+mod layout;
 mod mapping;
 mod numbers;
 

@@ -3,6 +3,7 @@
 mod ring;
 mod scan;
 mod scene;
+mod velocities;
 
 use std::path::Path;
 use std::time::Instant;
@@ -17,8 +18,8 @@ use crate::outcome::Outcome;
 use crate::output::write_text;
 use crate::table::{self, column};
 pub(crate) use ring::{is_ring_scene, ring_scene};
-pub(crate) use scan::Velocities;
 use scene::Scene;
+pub(crate) use velocities::Velocities;
 
 /// Simulates a scene and writes the motion, and a summary where that is asked; or, with several striker velocities, each
 /// one's pulse.

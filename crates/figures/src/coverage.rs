@@ -5,7 +5,7 @@ use std::path::Path;
 use chainwave_measurement::Estimate;
 
 use crate::colour::{EXPERIMENT, GRAY, RINGS};
-use crate::drawing::{Columns, Dash, Drawing, Stroke};
+use crate::drawing::{Columns, Drawing};
 use crate::figure::{self, Draw, Figure};
 use crate::geometry::PageRect;
 use crate::legend::{self, LegendEntry, LegendKey};
@@ -13,6 +13,7 @@ use crate::names::printed;
 use crate::plot::{self, Labels, Plot, draw_marker};
 use crate::scale::{Extent, Scale};
 use crate::series::{DataPoint, MarkerShape, PlotMarker};
+use crate::stroke::{Dash, Stroke};
 use crate::{FigureError, Style};
 
 const ROW_MM: f64 = 4.4;

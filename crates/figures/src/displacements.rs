@@ -5,13 +5,14 @@ use std::path::Path;
 use chainwave_measurement::Estimate;
 
 use crate::colour::{CHAIN, EXPERIMENT, GRAY, RINGS, Rgb};
-use crate::drawing::{Anchor, Columns, Dash, Drawing, Stroke};
+use crate::drawing::{Anchor, Columns, Drawing};
 use crate::figure::{self, Draw, Figure};
 use crate::geometry::{PageRect, Spot};
 use crate::legend::{self, LegendEntry, LegendKey};
 use crate::plot::{self, BARE_MARGIN_MM, Labels, Plot, draw_marker};
 use crate::scale::{Extent, Scale};
 use crate::series::{DataPoint, MarkerShape, PlotMarker};
+use crate::stroke::{Dash, Stroke};
 use crate::{FigureError, Style};
 
 const HEIGHT_MM: f64 = 62.0;

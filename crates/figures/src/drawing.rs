@@ -1,77 +1,18 @@
 //! A page as a list of marks in millimetres, from which the SVG, PNG and PDF files are all made.
 
 use crate::FigureError;
-use crate::colour::{BLACK, HATCH, Rgb};
+use crate::colour::{HATCH, Rgb};
 use crate::data::DataSet;
 use crate::geometry::{PageRect, Spot, Step, polyline};
 use crate::rich_text::plain;
-use crate::style::{POINT_MM, Style};
+use crate::stroke::{Dash, Stroke};
+use crate::style::Style;
 use crate::typeface::Typeface;
 
 /// Half the height of a capital letter, in em.
 const HALF_CAPITAL_EM: f64 = 0.357;
 /// Controls of the cubic arc that is nearly a quarter of the unit circle.
 const QUARTER: f64 = 0.552_284_75;
-
-/// How a line is interrupted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Dash {
-    Solid,
-    Dashed,
-    Dotted,
-    /// Dash, dot, dash.
-    Chain,
-}
-
-impl Dash {
-    /// Lengths of dash and space in turn, in units of the line's width; none for a solid line.
-    fn pattern(self) -> &'static [f64] {
-        match self {
-            Self::Solid => &[],
-            Self::Dashed => &[4.2, 2.2],
-            // Round ends make dots of dashes without length; renderers want some.
-            Self::Dotted => &[0.02, 2.1],
-            Self::Chain => &[5.0, 1.7, 1.0, 1.7],
-        }
-    }
-}
-
-/// Width, colour and dashes of a line.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Stroke {
-    pub(crate) width_mm: f64,
-    pub(crate) colour: Rgb,
-    pub(crate) dash: Dash,
-    /// The width that the dashes are measured by.
-    dash_mm: f64,
-}
-
-impl Stroke {
-    pub(crate) fn new(width_pt: f64, colour: Rgb, dash: Dash) -> Self {
-        let width_mm = width_pt * POINT_MM;
-        Self { width_mm, colour, dash, dash_mm: width_mm }
-    }
-
-    /// The thin black line of axes.
-    pub(crate) fn axis() -> Self {
-        Self::new(0.6, BLACK, Dash::Solid)
-    }
-
-    /// The rim of a line: wider, with dashes at the same places.
-    fn rim(self, width_pt: f64, colour: Rgb) -> Self {
-        Self { width_mm: self.width_mm + width_pt * POINT_MM, colour, ..self }
-    }
-
-    /// Lengths of dash and space in turn, in millimetres; none for a solid line.
-    pub(crate) fn pattern_mm(&self) -> Vec<f64> {
-        self.dash.pattern().iter().map(|length| length * self.dash_mm).collect()
-    }
-
-    /// Whether dashes have round ends.
-    pub(crate) fn is_round(&self) -> bool {
-        self.dash == Dash::Dotted
-    }
-}
 
 /// Where a label lies relative to its spot along the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

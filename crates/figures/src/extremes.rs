@@ -5,7 +5,7 @@ use std::path::Path;
 use chainwave_measurement::Estimate;
 
 use crate::colour::{EXPERIMENT, GRAY, RINGS};
-use crate::drawing::{Anchor, Columns, Dash, Drawing, Stroke};
+use crate::drawing::{Anchor, Columns, Drawing};
 use crate::figure::{self, Draw, Figure};
 use crate::geometry::{PageRect, Spot};
 use crate::legend::{self, LegendEntry, LegendKey};
@@ -13,6 +13,7 @@ use crate::names::printed;
 use crate::plot::{self, Labels, Plot};
 use crate::scale::{Extent, Scale};
 use crate::series::{DataPoint, Look, MarkerShape, PlotMarker};
+use crate::stroke::{Dash, Stroke};
 use crate::{FigureError, Style};
 
 /// Height of a row, less where there are many.

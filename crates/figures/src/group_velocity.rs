@@ -3,13 +3,14 @@
 use std::path::Path;
 
 use crate::colour::GRAY;
-use crate::drawing::{Columns, Dash, Drawing, Stroke};
+use crate::drawing::{Columns, Drawing};
 use crate::figure::{self, Draw, Figure};
 use crate::geometry::PageRect;
 use crate::legend::{self, LegendEntry, LegendKey};
 use crate::plot::{self, Labels, Plot};
 use crate::scale::{Extent, Scale};
 use crate::series::{DataPoint, Look, Origin, Series, looks};
+use crate::stroke::{Dash, Stroke};
 use crate::ticks::trimmed;
 use crate::{FigureError, Style};
 

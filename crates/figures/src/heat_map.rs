@@ -6,11 +6,12 @@ use ndarray::{Array2, ArrayView2};
 use crate::FigureError;
 use crate::colour::{BLANK, Rgb, diverging};
 use crate::data::{DataRow, DataSet};
-use crate::drawing::{Drawing, Raster, Stroke};
+use crate::drawing::{Drawing, Raster};
 use crate::geometry::PageRect;
 use crate::plot::{Labels, Plot, side_margin_mm};
 use crate::rich_text::plain;
 use crate::scale::{Extent, Scale, is_drawable};
+use crate::stroke::Stroke;
 use crate::style::ColourMap;
 
 /// Most columns and rows of a map: finer ones cannot be seen in print and only make the file large.

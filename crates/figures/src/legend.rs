@@ -1,10 +1,11 @@
 //! The legend: a sign and a name for each thing drawn, in as many columns as fit.
 
 use crate::colour::{BLACK, BLANK, Rgb, WHITE};
-use crate::drawing::{Anchor, Drawing, Stroke};
+use crate::drawing::{Anchor, Drawing};
 use crate::geometry::PageRect;
 use crate::plot::draw_marker;
 use crate::series::{Look, PlotMarker};
+use crate::stroke::Stroke;
 
 /// The sign before a name.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -59,6 +59,7 @@ mod scale;
 mod series;
 mod strain_map;
 mod strain_profiles;
+mod stroke;
 mod style;
 mod svg;
 mod tail_spectrum;

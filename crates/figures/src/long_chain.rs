@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
-use crate::drawing::{Anchor, Columns, Dash, Drawing, Stroke};
+use crate::drawing::{Anchor, Columns, Drawing};
 use crate::figure::{self, Draw, Figure};
 use crate::geometry::PageRect;
 use crate::plot::{self, Labels, Plot};
 use crate::scale::{Extent, Scale};
 use crate::series::DataPoint;
+use crate::stroke::{Dash, Stroke};
 use crate::ticks::trimmed;
 use crate::{FigureError, Style};
 

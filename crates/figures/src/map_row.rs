@@ -1,13 +1,14 @@
 //! Maps over gap and time beside each other, with common axes and colours.
 
 use crate::colour::{BLACK, WHITE};
-use crate::drawing::{Columns, Dash, Drawing, Stroke};
+use crate::drawing::{Columns, Drawing};
 use crate::geometry::PageRect;
 use crate::heat_map::{self, Cells, ColourScale};
 use crate::legend::{self, LegendEntry, LegendKey};
 use crate::plot::{self, Labels, Plot, TITLE_MM};
 use crate::scale::{Extent, Scale};
 use crate::series::DataPoint;
+use crate::stroke::{Dash, Stroke};
 use crate::{FigureError, Style};
 
 /// Panels beside each other in a row.

@@ -5,8 +5,9 @@ use pdf_writer::types::{LineCapStyle, LineJoinStyle};
 use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref};
 
 use crate::colour::{BLACK, Rgb};
-use crate::drawing::{Drawing, Ink, Raster, Stroke};
+use crate::drawing::{Drawing, Ink, Raster};
 use crate::geometry::{PageRect, Step};
+use crate::stroke::Stroke;
 use crate::style::POINT_MM;
 
 const POINTS_PER_MM: f32 = (1.0 / POINT_MM) as f32;
@@ -131,7 +132,8 @@ fn shares(Rgb(r, g, b): Rgb) -> [f32; 3] {
 mod tests {
     use super::*;
     use crate::Style;
-    use crate::drawing::{Anchor, Columns, Dash};
+    use crate::drawing::{Anchor, Columns};
+    use crate::stroke::Dash;
 
     #[test]
     fn the_page_has_its_size_and_its_pictures() {

@@ -3,13 +3,14 @@
 use std::path::Path;
 
 use crate::colour::{CHAIN, DAMPING, DISPERSION, EXPERIMENT, Rgb, WHITE};
-use crate::drawing::{Anchor, Columns, Dash, Drawing, Stroke};
+use crate::drawing::{Anchor, Columns, Drawing};
 use crate::figure::{self, Draw, Figure};
 use crate::geometry::{PageRect, Spot};
 use crate::legend::{self, LegendEntry, LegendKey};
 use crate::plot::{self, Labels, Plot};
 use crate::scale::{Extent, Scale};
 use crate::series::{DataPoint, Look, MarkerShape, PlotMarker};
+use crate::stroke::{Dash, Stroke};
 use crate::ticks::fixed;
 use crate::{FigureError, Style};
 

@@ -5,13 +5,14 @@ use std::path::Path;
 use chainwave_measurement::Estimate;
 
 use crate::colour::{BLACK, EXPERIMENT};
-use crate::drawing::{Columns, Dash, Drawing, Stroke};
+use crate::drawing::{Columns, Drawing};
 use crate::figure::{self, Draw, Figure};
 use crate::geometry::PageRect;
 use crate::legend::{self, LegendEntry, LegendKey};
 use crate::plot::{self, BARE_MARGIN_MM, Labels, Plot};
 use crate::scale::{Extent, Scale};
 use crate::series::{DataPoint, Look, MarkerShape, PlotMarker};
+use crate::stroke::{Dash, Stroke};
 use crate::ticks::{fixed, with_uncertainty};
 use crate::{FigureError, Style};
 

@@ -2,10 +2,11 @@
 
 use crate::colour::{BLACK, Rgb, WHITE};
 use crate::data::DataSet;
-use crate::drawing::{Anchor, Dash, Drawing, Stroke};
+use crate::drawing::{Anchor, Drawing};
 use crate::geometry::{PageRect, Spot};
 use crate::scale::Scale;
 use crate::series::{DataPoint, Look, MarkerShape, PlotMarker, Series};
+use crate::stroke::{Dash, Stroke};
 use crate::ticks::Tick;
 
 /// Room above a frame for its title.

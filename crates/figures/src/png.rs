@@ -6,8 +6,9 @@ use tiny_skia::{
 };
 
 use crate::colour::{BLACK, Rgb, WHITE};
-use crate::drawing::{Drawing, Ink, Raster, Stroke};
+use crate::drawing::{Drawing, Ink, Raster};
 use crate::geometry::{PageRect, Step};
+use crate::stroke::Stroke;
 
 const PIXELS_PER_MM: f64 = 300.0 / 25.4;
 
@@ -111,7 +112,8 @@ fn colour(Rgb(r, g, b): Rgb) -> tiny_skia::Color {
 mod tests {
     use super::*;
     use crate::Style;
-    use crate::drawing::{Columns, Dash};
+    use crate::drawing::Columns;
+    use crate::stroke::Dash;
 
     /// How much black each pixel of the page has, from 0 to 1.
     fn darkness(drawing: &Drawing) -> Vec<f64> {

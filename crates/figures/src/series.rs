@@ -3,7 +3,7 @@
 use chainwave_measurement::Estimate;
 
 use crate::colour::{CHAIN, EXPERIMENT, OTHERS, RINGS, Rgb};
-use crate::drawing::{Dash, Stroke};
+use crate::stroke::{Dash, Stroke};
 
 /// Where the values of a [`Series`] come from, which decides how it is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,10 +4,11 @@ use std::path::Path;
 
 use ndarray::ArrayView2;
 
-use crate::drawing::{Dash, Drawing};
+use crate::drawing::Drawing;
 use crate::figure::{self, Draw, Figure};
 use crate::heat_map::{Cells, ColourScale, Summary, check_times};
 use crate::map_row::{self, MapPanel, MapTrace};
+use crate::stroke::Dash;
 use crate::{FigureError, Style};
 
 /// Share of the values at each end that may lie beyond the colours.

@@ -6,9 +6,10 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
 use crate::colour::{BLACK, Rgb};
-use crate::drawing::{Drawing, Ink, Raster, Stroke};
+use crate::drawing::{Drawing, Ink, Raster};
 use crate::geometry::{PageRect, Spot, Step};
 use crate::png;
+use crate::stroke::Stroke;
 
 /// The document; its size and its coordinates are in millimetres.
 pub(crate) fn document(drawing: &Drawing) -> Result<String, String> {
@@ -107,7 +108,8 @@ fn escaped(text: &str) -> String {
 mod tests {
     use super::*;
     use crate::Style;
-    use crate::drawing::{Anchor, Columns, Dash};
+    use crate::drawing::{Anchor, Columns};
+    use crate::stroke::Dash;
 
     #[test]
     fn the_document_states_its_size_and_its_words() {

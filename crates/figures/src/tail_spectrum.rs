@@ -5,7 +5,7 @@ use std::path::Path;
 use ndarray::Array2;
 
 use crate::colour::{BLACK, EXPERIMENT, WHITE};
-use crate::drawing::{Columns, Dash, Drawing, Stroke};
+use crate::drawing::{Columns, Drawing};
 use crate::figure::{self, Draw, Figure};
 use crate::geometry::PageRect;
 use crate::heat_map::{self, Cells, ColourScale};
@@ -13,6 +13,7 @@ use crate::legend::{self, LegendEntry, LegendKey};
 use crate::plot::{self, Labels, Plot, TITLE_MM};
 use crate::scale::{Extent, Scale, is_drawable};
 use crate::series::DataPoint;
+use crate::stroke::{Dash, Stroke};
 use crate::{FigureError, Style};
 
 const HEIGHT_MM: f64 = 54.0;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::colour::{EXPERIMENT, GRAY};
-use crate::drawing::{Anchor, Columns, Dash, Drawing, Stroke};
+use crate::drawing::{Anchor, Columns, Drawing};
 use crate::figure::{self, Draw, Figure};
 use crate::geometry::PageRect;
 use crate::legend::{self, LegendEntry, LegendKey};
@@ -11,6 +11,7 @@ use crate::names::printed;
 use crate::plot::{self, Labels, Plot};
 use crate::scale::{Extent, Scale};
 use crate::series::{DataPoint, Look, MarkerShape, PlotMarker};
+use crate::stroke::{Dash, Stroke};
 use crate::{FigureError, Style};
 
 const HEIGHT_MM: f64 = 56.0;

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
+use super::layout::Layout;
 use super::numbers::{Numbers, Place};
 use crate::error::Error;
 use crate::output::read_text;
@@ -55,38 +56,6 @@ impl Chain {
     fn usual_edge_fraction() -> f64 {
         0.1
     }
-}
-
-/// How a file is written.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Layout {
-    /// What stands between numbers.
-    pub(super) separator: Separator,
-    /// Lines above the numbers.
-    #[serde(default)]
-    pub(super) head_lines: usize,
-    /// Whether a body's numbers stand below each other or in a line.
-    pub(super) bodies: Direction,
-}
-
-/// What stands between numbers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum Separator {
-    Comma,
-    Semicolon,
-    Blanks,
-}
-
-/// How a body's numbers stand.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum Direction {
-    /// Each body has a column, each line is an instant.
-    Columns,
-    /// Each body has a line, each column is an instant.
-    Lines,
 }
 
 /// When the samples were taken: at a rate, or at times that the file holds.

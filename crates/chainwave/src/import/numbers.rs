@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::mapping::{Direction, Layout, Separator};
+use super::layout::{Direction, Layout, Separator};
 use crate::error::Error;
 use crate::output::read_text;
 

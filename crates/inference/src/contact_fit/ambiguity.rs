@@ -2,7 +2,7 @@
 
 use chainwave_mechanics::PowerLaw;
 
-use super::{ContactFit, PARAMETERS, Zero};
+use super::outcome::{ContactFit, PARAMETERS, Zero};
 
 /// Correlations from here on leave two parameters to trade against each other.
 const TRADING: f64 = 0.95;

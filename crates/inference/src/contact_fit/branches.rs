@@ -1,6 +1,6 @@
 //! Loading and unloading told apart by the order of the readings, and the work lost between them.
 
-use super::Hysteresis;
+use super::outcome::Hysteresis;
 
 /// A turn is a change of direction that the overlap follows for more than this fraction of its range.
 const TURN: f64 = 0.1;

@@ -2,8 +2,8 @@
 
 use chainwave_measurement::median;
 
-use super::ContactFitError;
 use super::branches::range;
+use super::error::ContactFitError;
 
 /// Readings on the loading branch that a fit needs: three parameters, and five more to know the scatter by.
 pub(super) const LEAST_READINGS: usize = 8;

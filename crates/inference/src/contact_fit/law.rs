@@ -2,6 +2,8 @@
 
 use chainwave_mechanics::{MechanicsError, PowerLaw};
 
+/// Exponents between which a law is sought, those of the laws that the chain model is tested for.
+pub(super) const EXPONENTS: (f64, f64) = (0.01, 5.0);
 /// Series terms of [`slope_term`]; with |z| < 1/2 the rest is below 1e-17.
 const TERMS: u32 = 14;
 

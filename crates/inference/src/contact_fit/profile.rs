@@ -1,11 +1,10 @@
 //! Exponents that a curve cannot reject, by the profile of the sum of squares.
 
 use super::curve::Curve;
+use super::law::EXPONENTS;
+use super::outcome::{LawOnProfile, Profile};
 use super::search::{Minimum, Unknowns, descend};
-use super::{LawOnProfile, Profile};
 
-/// Exponents between which the profile looks, those of the laws that the chain model is tested for.
-pub(super) const EXPONENTS: (f64, f64) = (0.01, 5.0);
 /// Laws on the profile that are reported.
 const N_LAWS: usize = 7;
 /// Halvings of the interval in which the profile crosses its threshold: to a thousandth of the interval.

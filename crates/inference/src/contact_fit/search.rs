@@ -4,10 +4,9 @@ use std::convert::Infallible;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::ContactFitError;
 use super::curve::Curve;
-use super::law::{Law, power_term};
-use super::profile::EXPONENTS;
+use super::error::ContactFitError;
+use super::law::{EXPONENTS, Law, power_term};
 use crate::least_squares::{self, Bounds, LeastSquares, NormalEquations, Stop, minimise};
 
 /// Exponents from which the search starts.

@@ -5,8 +5,9 @@ use chainwave_mechanics::PowerLaw;
 use nalgebra::{DMatrix, DVector};
 
 use super::curve::Curve;
+use super::error::ContactFitError;
+use super::outcome::{PARAMETERS, Residual};
 use super::search::{Minimum, Unknowns, jacobian, residuals};
-use super::{ContactFitError, PARAMETERS, Residual};
 
 /// A correlation of white residuals, in its standard errors.
 const WHITE: f64 = 3.0;
