@@ -40,7 +40,8 @@ const ALLOWED: [(&str, Option<&[&str]>); 14] = [
 const TESTKIT: &str = "testkit";
 
 /// What a crate's tests and benches may ask beyond that, for a truth to hold the product against.
-const ALLOWED_IN_TESTS: [(&str, &[&str]); 1] = [("analysis", &["mechanics"])];
+const ALLOWED_IN_TESTS: [(&str, &[&str]); 2] =
+    [("analysis", &["mechanics"]), ("correlation", &["synthetic"])];
 
 /// Libraries, by the start of their names, and the only packages that may know them. The tests read the command's tables as
 /// its users do; polars is compiled for the command in any case.

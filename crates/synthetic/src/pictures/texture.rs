@@ -8,7 +8,7 @@ use crate::speckle::{Pattern, REACH_SIGMA, Speckle};
 const CELL_PX: f64 = 8.0;
 
 /// Dark Gaussian spots on a plane, in the pixels of the reference picture.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
     sigma_px: f64,
     spots: Vec<Speckle>,
@@ -74,7 +74,7 @@ impl Texture {
 }
 
 /// The spots that reach into each square cell.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 struct Cells {
     corner_px: [f64; 2],
     n_columns: usize,
