@@ -1,5 +1,6 @@
 //! The displacement field between two images, found from its most reliable points outwards.
 
+mod consensus;
 mod pair;
 mod queue;
 mod seed;
@@ -10,6 +11,7 @@ use std::num::NonZero;
 
 use chainwave_measurement::Lost;
 
+use crate::field::consensus::Consensus;
 use crate::field::pair::{ImagePair, Settled};
 use crate::field::queue::Candidate;
 use crate::field::seed::Seeds;
@@ -56,6 +58,8 @@ pub struct Field {
 const BORDER_PX: usize = 3;
 /// Points from which the field grows in one go. It does not depend on the threads, nor does the result.
 const BATCH: usize = 64;
+/// Correlation below which no neighbours make a match believed.
+const LEAST_ZNCC: f64 = 0.4;
 /// Neighbours from which a point is tried before it is given up.
 const MAX_TRIES: u8 = 3;
 
@@ -79,7 +83,9 @@ pub fn correlate(
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Field, CorrelationError> {
     settings.check()?;
-    let settings = Settings { interpolation: target.interpolation, ..settings.clone() };
+    // What resembles less than usual under heavy noise stands by its neighbours: the consensus decides.
+    let min_zncc = settings.min_zncc.min(LEAST_ZNCC);
+    let settings = Settings { interpolation: target.interpolation, min_zncc, ..settings.clone() };
     let pair = ImagePair { reference, target, settings, choice, half_px: grid.half_px };
     let mut growth = Growth::new(pair, grid, n_threads)?;
     growth.grow(progress);
@@ -229,6 +235,9 @@ impl<'a> Growth<'a> {
     }
 
     fn finish(mut self, grid: FieldGrid) -> Field {
+        let (pair, places) = (&self.pair, self.places.as_slice());
+        let consensus = Consensus { pair, places, n_columns: self.n_columns, step_px: self.step_px };
+        consensus.judge(&mut self.settled);
         self.explain_the_rest();
         let never = (Err(Lost::LowCorrelation), self.pair.first_shape());
         let points = self.places.iter().zip(self.settled).map(|(&[x_px, y_px], settled)| {

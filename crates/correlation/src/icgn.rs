@@ -154,7 +154,7 @@ impl Linearised {
             }
             previous_px = step_px;
             warp = warp.compose_inverse(&found.step.scaled(damping)).ok_or(Stop::Lost(Lost::NotConverged))?;
-            if distance_px(&warp, &start) > LARGEST_DRIFT_PX {
+            if distance_px(&warp, &start) > LARGEST_DRIFT_PX || !warp.is_plausible() {
                 return Err(Stop::Lost(Lost::NotConverged));
             }
             if step_px <= self.settings.convergence_px.max(FINEST_STEP_PX) {

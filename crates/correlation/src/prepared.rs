@@ -180,6 +180,19 @@ impl PreparedSubset {
         Ok(Self { linearised, bias: self.bias, interpolation_energy, light_moments: self.light_moments })
     }
 
+    /// Share of the pixels in its middle, half as wide and high, that the match uses.
+    pub(crate) fn share_used_in_middle(&self) -> f64 {
+        let middle = |n: usize| n / 4..n - n / 4;
+        let columns = middle(self.width);
+        let rows = middle(self.height).map(|row| &self.weights[row * self.width..][columns.clone()]);
+        let (mut n_used, mut n) = (0.0, 0.0);
+        for weight in rows.flatten() {
+            n_used += f64::from(*weight);
+            n += 1.0;
+        }
+        n_used / n
+    }
+
     /// Pixels of the subset.
     pub fn n_pixels(&self) -> usize {
         self.width * self.height

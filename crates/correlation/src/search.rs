@@ -1,6 +1,9 @@
 //! Search for a subset at whole-pixel shifts.
 
+mod deformed;
 mod fourier;
+
+pub(crate) use deformed::Patch;
 
 use chainwave_measurement::{ReadError, Recording, Region};
 
@@ -67,6 +70,11 @@ impl SearchArea {
         let pixels = lines.flat_map(|line| line[part.x..part.x + part.width].iter().copied()).collect();
         let region = Region { x: left + part.x, y: top + part.y, ..part };
         Some(Self::new(region, pixels, window.level))
+    }
+
+    /// Number of its pixels.
+    pub(crate) fn n_pixels(&self) -> usize {
+        self.pixels.len()
     }
 
     /// A scene from its pixels, row by row.
@@ -308,7 +316,11 @@ impl SummedArea {
 /// 1921); 5.5 standard deviations are passed once in 5e7 candidates. With the autocorrelation of a Gaussian speckle,
 /// exp(-(k_x x^2 + k_y y^2)/2), k = mean f_x^2 / mean f^2, a pixel counts sqrt(k_x k_y)/pi.
 pub(crate) fn chance_zncc(subset: &PreparedSubset) -> f64 {
+    (5.5 / (n_independent(subset) - 3.0).max(1.0).sqrt()).tanh()
+}
+
+/// Independent speckles of a subset.
+pub(crate) fn n_independent(subset: &PreparedSubset) -> f64 {
     let [k_x, k_y] = [&subset.gradient_x, &subset.gradient_y].map(|g| dot(g, g) / subset.energy);
-    let n_independent = subset.n_used as f64 * (k_x * k_y).sqrt() / std::f64::consts::PI;
-    (5.5 / (n_independent - 3.0).max(1.0).sqrt()).tanh()
+    subset.n_used as f64 * (k_x * k_y).sqrt() / std::f64::consts::PI
 }

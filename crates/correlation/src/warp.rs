@@ -31,6 +31,18 @@ impl Warp {
         Self { gradient: rotation(angle_rad), ..Self::at(position_px) }
     }
 
+    /// Whether a subset may have been so deformed: no length is less than a third of what it was, nor more than three times. A warp that
+    /// gathers a subset in a spot resembles anything smooth.
+    pub(crate) fn is_plausible(&self) -> bool {
+        const MOST: f64 = 3.0;
+        let [ux, uy, vx, vy] = self.gradient;
+        let (a, b, c, d) = (1.0 + ux, uy, vx, 1.0 + vy);
+        // Singular values of a matrix of two rows: half the sum and half the difference of these.
+        let (sum, difference) = ((a + d).hypot(b - c), (a - d).hypot(b + c));
+        let (largest, smallest) = (0.5 * (sum + difference), 0.5 * (sum - difference));
+        largest <= MOST && smallest >= MOST.recip()
+    }
+
     /// Whether the subset is moved and not deformed.
     pub(crate) fn is_translation(&self) -> bool {
         self.gradient.iter().chain(&self.curvature).all(|&slope| slope == 0.0)

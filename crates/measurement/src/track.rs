@@ -43,6 +43,8 @@ pub enum Lost {
     NoTexture,
     /// The best match resembles the reference too little.
     LowCorrelation,
+    /// The best match resembles the reference no more than the reference resembles itself elsewhere: its pattern repeats.
+    Ambiguous,
     /// The iteration did not settle within its limit.
     NotConverged,
     /// The frame's pixels could not be read.
@@ -51,8 +53,14 @@ pub enum Lost {
 
 impl Lost {
     /// All reasons.
-    pub const ALL: [Self; 5] =
-        [Self::OutOfView, Self::NoTexture, Self::LowCorrelation, Self::NotConverged, Self::Unreadable];
+    pub const ALL: [Self; 6] = [
+        Self::OutOfView,
+        Self::NoTexture,
+        Self::LowCorrelation,
+        Self::Ambiguous,
+        Self::NotConverged,
+        Self::Unreadable,
+    ];
 
     /// The reason of a name in a table's `status` column; `None` for `ok` and what is no reason.
     pub fn named(name: &str) -> Option<Self> {
@@ -65,6 +73,7 @@ impl Lost {
             Self::OutOfView => "out_of_view",
             Self::NoTexture => "no_texture",
             Self::LowCorrelation => "low_correlation",
+            Self::Ambiguous => "ambiguous",
             Self::NotConverged => "not_converged",
             Self::Unreadable => "unreadable",
         }

@@ -7,6 +7,9 @@ use crate::icgn::outcome::{Match, Stop};
 use crate::warp::Warp;
 use crate::{PreparedSubset, Reference, Settings, Shape, ShapeChoice, Window, Workspace};
 
+/// Least share of the middle of a subset, half as wide and high, that has to be usable.
+const LEAST_MIDDLE: f64 = 0.5;
+
 /// What is compared, and how.
 pub(crate) struct ImagePair<'a> {
     pub(crate) reference: &'a Reference,
@@ -32,7 +35,9 @@ impl ImagePair<'_> {
 
     fn prepare_with(&self, place_px: [f64; 2], shape: Shape) -> Result<PreparedSubset, Lost> {
         let settings = Settings { shape, ..self.settings.clone() };
-        PreparedSubset::new(self.reference, &self.subset(place_px), &settings)
+        let subset = PreparedSubset::new(self.reference, &self.subset(place_px), &settings)?;
+        // A point of the ground beside a texture moves with nothing that its subset shows.
+        (subset.share_used_in_middle() >= LEAST_MIDDLE).then_some(subset).ok_or(Lost::NoTexture)
     }
 
     pub(crate) fn first_shape(&self) -> Shape {

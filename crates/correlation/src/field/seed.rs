@@ -3,16 +3,22 @@
 use chainwave_measurement::Lost;
 
 use crate::field::pair::{ImagePair, Settled};
-use crate::search::{SearchArea, Template, chance_zncc};
+use crate::search::{Patch, SearchArea, Template, chance_zncc, n_independent};
 use crate::warp::Warp;
 use crate::{PreparedSubset, Workspace};
 
 /// Points between two candidates for a seed, along x and y.
 const SPACING: usize = 4;
-/// Candidates that are searched for in the whole image before the images count as unrelated.
-const MAX_WHOLE_SEARCHES: usize = 12;
-/// Of these, the first so many are searched for at all angles too.
-const MAX_TURNED_SEARCHES: usize = 3;
+/// Candidates that are searched for in the whole image in vain before no more are.
+const MAX_WHOLE_FAILURES: usize = 12;
+/// The same at all angles and lengths, for a picture of [`USUAL_PIXELS`]; fewer for a larger one.
+const MAX_DEFORMED_FAILURES: usize = 6;
+/// Pixels of a picture in which such a search takes a second or so.
+const USUAL_PIXELS: usize = 512 * 512;
+/// Reach of the patch that is searched for so, over half the subset's side: its square is cut from a turned one.
+const PATCH: f64 = 1.6;
+/// Independent speckles of a pixel below which a picture of half the size still shows them.
+const COARSE: f64 = 0.11;
 /// Columns and rows around the expected place that are searched first.
 const NEAR_PX: usize = 24;
 
@@ -21,7 +27,8 @@ pub(crate) struct Seeds {
     candidates: std::vec::IntoIter<usize>,
     /// Displacement of the last seed found.
     displacement_px: Option<[f64; 2]>,
-    n_whole_searches: usize,
+    n_whole_failures: usize,
+    n_deformed_failures: usize,
 }
 
 impl Seeds {
@@ -37,7 +44,12 @@ impl Seeds {
             row.abs_diff(n_rows / 2).pow(2) + column.abs_diff(n_columns / 2).pow(2)
         };
         candidates.sort_by_key(far);
-        Self { candidates: candidates.into_iter(), displacement_px: None, n_whole_searches: 0 }
+        Self {
+            candidates: candidates.into_iter(),
+            displacement_px: None,
+            n_whole_failures: 0,
+            n_deformed_failures: 0,
+        }
     }
 
     /// The next candidate that nothing has led to.
@@ -45,8 +57,8 @@ impl Seeds {
         self.candidates.find(|&point| !matches!(settled[point], Some((Ok(_), _))))
     }
 
-    /// Searches for a point: near where the last seed's displacement puts it, then, until there is a first seed, in the
-    /// whole image, upright and turned.
+    /// Searches for a point: near where the last seed's displacement puts it, then in the whole image, upright and deformed, until that
+    /// has failed too often.
     pub(crate) fn find(
         &mut self,
         pair: &ImagePair<'_>,
@@ -57,19 +69,45 @@ impl Seeds {
         let [u, v] = self.displacement_px.unwrap_or([0.0; 2]);
         let expected = [place_px[0] + u, place_px[1] + v];
         let near = SearchArea::around(pair.target, expected, scene_reach(&subset));
-        let mut found = near.and_then(|part| try_upright(pair, &subset, &part, place_px, workspace));
-        if found.is_none() && self.displacement_px.is_none() && self.n_whole_searches < MAX_WHOLE_SEARCHES {
-            self.n_whole_searches += 1;
-            let whole = SearchArea::of(pair.target);
-            found = try_upright(pair, &subset, &whole, place_px, workspace).or_else(|| {
-                let turned =
-                    (self.n_whole_searches <= MAX_TURNED_SEARCHES).then(|| whole.find_turned(&subset));
-                try_at(pair, &subset, turned??, place_px, workspace)
-            });
-        }
-        let (Ok(position), _) = found.as_ref()? else { return None };
+        let found = near
+            .and_then(|part| try_upright(pair, &subset, &part, place_px, workspace))
+            .or_else(|| self.find_anywhere(pair, &subset, place_px, workspace))?;
+        let (Ok(position), _) = &found else { return None };
         let [x, y] = position.warp().position_px;
         self.displacement_px = Some([x - place_px[0], y - place_px[1]]);
+        Some(found)
+    }
+
+    fn find_anywhere(
+        &mut self,
+        pair: &ImagePair<'_>,
+        subset: &PreparedSubset,
+        place_px: [f64; 2],
+        workspace: &mut Workspace,
+    ) -> Option<Settled> {
+        if self.n_whole_failures >= MAX_WHOLE_FAILURES {
+            return None;
+        }
+        let whole = SearchArea::of(pair.target);
+        let upright = try_upright(pair, subset, &whole, place_px, workspace);
+        let most =
+            (MAX_DEFORMED_FAILURES * USUAL_PIXELS / whole.n_pixels().max(1)).clamp(1, MAX_DEFORMED_FAILURES);
+        let found = match upright {
+            None if self.n_deformed_failures < most => {
+                let speckles_per_px = n_independent(subset) / subset.n_used() as f64;
+                let patch = Patch {
+                    reference: pair.reference.image(),
+                    place_px,
+                    reach_px: PATCH * pair.half_px as f64,
+                    coarseness: if speckles_per_px < COARSE { 2 } else { 1 },
+                };
+                let deformed = patch.find(&whole, |start| try_at(pair, subset, start, place_px, workspace));
+                self.n_deformed_failures += usize::from(deformed.is_none());
+                deformed
+            }
+            upright => upright,
+        };
+        self.n_whole_failures += usize::from(found.is_none());
         found
     }
 }

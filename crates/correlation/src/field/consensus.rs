@@ -1,0 +1,176 @@
+//! Which points of a field are to be believed: groups of neighbours that agree with each other, and resemble the reference more than
+//! chance, or the reference itself elsewhere, lets a place do.
+
+use chainwave_measurement::Lost;
+
+use crate::field::pair::{ImagePair, Settled};
+use crate::icgn::outcome::Match;
+use crate::search::{SearchArea, Template, n_independent};
+use crate::{PreparedSubset, Shape};
+
+/// Disagreement of neighbours, per pixel between them, that a field may have beyond its gradient: its curvature.
+const BEND: f64 = 0.12;
+/// The same where a match has no gradient of its own.
+const STRETCH: f64 = 0.6;
+/// What neighbours may differ by in any case, in pixels and in their standard uncertainties.
+const SLACK: (f64, f64) = (0.5, 5.0);
+/// By how many standard errors a group's correlation has to exceed what chance gives: once in 5e7.
+const BEYOND_CHANCE: f64 = 5.5;
+/// Standard errors that a search among thousands of places, and the shape function's freedom, gain by chance.
+const BY_SEARCH: f64 = 4.0;
+/// Independent subsets of a group that count: more of them do not make a resemblance that is low likelier.
+const MOST_INDEPENDENT: f64 = 16.0;
+/// Members of a group whose own texture is looked at.
+const N_ASKED: usize = 5;
+/// How far around its place a subset is searched for in the reference itself.
+const REPEATS_WITHIN_PX: usize = 32;
+
+/// The grid that groups are formed on.
+pub(crate) struct Consensus<'a> {
+    pub(crate) pair: &'a ImagePair<'a>,
+    pub(crate) places: &'a [[f64; 2]],
+    pub(crate) n_columns: usize,
+    pub(crate) step_px: f64,
+}
+
+impl Consensus<'_> {
+    /// Takes the positions of points that no group supports.
+    pub(crate) fn judge(&self, settled: &mut [Option<Settled>]) {
+        let groups = self.groups(settled);
+        let Some(reference) = self.searched_reference(&groups) else { return };
+        for group in groups {
+            let Err(reason) = self.supported(&group, settled, &reference) else { continue };
+            for point in group {
+                if let Some((found, _)) = &mut settled[point] {
+                    *found = Err(reason);
+                }
+            }
+        }
+    }
+
+    fn searched_reference(&self, groups: &[Vec<usize>]) -> Option<SearchArea> {
+        let image = self.pair.reference.image();
+        (!groups.is_empty()).then(|| SearchArea::new(image.region, image.pixels.clone(), image.level as f32))
+    }
+
+    /// Found points, grouped by agreement with their neighbours.
+    fn groups(&self, settled: &[Option<Settled>]) -> Vec<Vec<usize>> {
+        let mut open: Vec<bool> = settled.iter().map(|one| matches!(one, Some((Ok(_), _)))).collect();
+        let mut groups = Vec::new();
+        for first in 0..settled.len() {
+            if !std::mem::take(&mut open[first]) {
+                continue;
+            }
+            let mut group = vec![first];
+            let mut next = 0;
+            while let Some(&point) = group.get(next) {
+                next += 1;
+                for neighbour in super::neighbours(point, self.n_columns, self.places.len()) {
+                    if open[neighbour] && self.agree(settled, point, neighbour) {
+                        open[neighbour] = false;
+                        group.push(neighbour);
+                    }
+                }
+            }
+            groups.push(group);
+        }
+        groups
+    }
+
+    fn agree(&self, settled: &[Option<Settled>], left: usize, right: usize) -> bool {
+        let (Some((Ok(a), shape)), Some((Ok(b), _))) = (&settled[left], &settled[right]) else {
+            return false;
+        };
+        let apart = [0, 1].map(|axis| self.places[right][axis] - self.places[left][axis]);
+        let (there, back) = (a.warp().apply(apart), b.warp().apply(apart.map(|value| -value)));
+        let off = |expected: [f64; 2], found: &Match| {
+            let [x, y] = found.warp().position_px;
+            (expected[0] - x).hypot(expected[1] - y)
+        };
+        // Their mean: what a curvature adds to the one it takes from the other.
+        let off_px = 0.5 * (off(there, b) + off(back, a));
+        let bend = if *shape == Shape::Translation { STRETCH } else { BEND };
+        let sigma = |found: &Match| found.position.x_px.sigma.hypot(found.position.y_px.sigma);
+        off_px <= SLACK.0 + SLACK.1 * sigma(a).hypot(sigma(b)) + bend * apart[0].hypot(apart[1])
+    }
+
+    /// Whether a group resembles the reference beyond chance, and beyond what the reference resembles itself elsewhere.
+    fn supported(
+        &self,
+        group: &[usize],
+        settled: &[Option<Settled>],
+        reference: &SearchArea,
+    ) -> Result<(), Lost> {
+        let correlation = |point: &usize| match &settled[*point] {
+            Some((Ok(found), _)) => fisher(found.position.zncc),
+            _ => 0.0,
+        };
+        let mean = group.iter().map(correlation).sum::<f64>() / group.len() as f64;
+        let side = (2 * self.pair.half_px + 1) as f64;
+        let n_subsets = (group.len() as f64 * (self.step_px / side).powi(2)).clamp(1.0, MOST_INDEPENDENT);
+        let asked = group.iter().step_by(group.len().div_ceil(N_ASKED));
+        let mut reasons = Vec::new();
+        for point in asked {
+            let subset = self.pair.prepare(self.places[*point])?;
+            let sigma = (n_independent(&subset) - 3.0).max(1.0).sqrt().recip();
+            let beyond = BEYOND_CHANCE * sigma / n_subsets.sqrt();
+            if mean < BY_SEARCH * sigma + beyond {
+                reasons.push(Lost::LowCorrelation);
+            } else if mean < self.repeats(&subset, reference) + beyond {
+                reasons.push(Lost::Ambiguous);
+            }
+        }
+        // The group stands where most of those that were asked let it stand.
+        match reasons.as_slice() {
+            [reason, ..] if 2 * reasons.len() > group.len().min(N_ASKED) => Err(*reason),
+            _ => Ok(()),
+        }
+    }
+
+    /// How well the reference resembles a subset of its own somewhere else near it.
+    fn repeats(&self, subset: &PreparedSubset, reference: &SearchArea) -> f64 {
+        let template = Template::upright(subset);
+        let own_px = correlation_length_px(subset);
+        let best = reference.best_elsewhere(&template, subset.centre_px, REPEATS_WITHIN_PX, own_px);
+        best.map_or(0.0, fisher)
+    }
+}
+
+/// Fisher's transform of a correlation.
+fn fisher(zncc: f64) -> f64 {
+    zncc.clamp(-0.999_999, 0.999_999).atanh()
+}
+
+/// Shifts within which a subset resembles itself: twice the width of its autocorrelation at half its height.
+fn correlation_length_px(subset: &PreparedSubset) -> f64 {
+    let n = n_independent(subset);
+    let area_px = subset.n_used() as f64 / n.max(1.0);
+    (2.0 * area_px.sqrt()).clamp(3.0, subset.half_px()[0].max(3.0))
+}
+
+impl SearchArea {
+    /// The best correlation of a template around a place, but for shifts up to `own_px`.
+    fn best_elsewhere(
+        &self,
+        template: &Template,
+        place_px: [f64; 2],
+        reach: usize,
+        own_px: f64,
+    ) -> Option<f64> {
+        let reach = reach as i64;
+        let mut best: Option<f64> = None;
+        for dy in -reach..=reach {
+            for dx in -reach..=reach {
+                let (dx, dy) = (dx as f64, dy as f64);
+                if dx.hypot(dy) <= own_px {
+                    continue;
+                }
+                let zncc = self.zncc_at(template, [place_px[0] + dx, place_px[1] + dy]);
+                best = zncc
+                    .filter(|zncc| zncc.is_finite())
+                    .map_or(best, |zncc| Some(best.map_or(zncc, |most| most.max(zncc))));
+            }
+        }
+        best
+    }
+}
