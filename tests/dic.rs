@@ -20,8 +20,9 @@ fn the_strain_beside_the_hole_of_sample_12_is_concentrated() {
         succeed(correlate.args(["--step", "10", "--half-size", "12", "--out"]).arg(&field));
         assert!(field.with_extension("png").is_file(), "a picture of the field is written");
         let [far, beside, above, measured] = strains(&Table::read(&field));
-        // The hole is an eighth of the picture, and subsets at its edge and the border have no place.
-        assert!(measured > 0.84, "{load}: {measured} of the points are found");
+        // Six of the 37 columns of points lie beside the strip, which leaves 0.84; the hole with the bare rim around it takes a thirtieth
+        // of these, and two of the 101 rows leave the picture as it is pulled: 0.795.
+        assert!(measured > 0.79, "{load}: {measured} of the points are found");
         // Beside a hole elongation is 2 to 3 times that far away (E. G. Kirsch, 1898), less in a mean over 30 px, and above it
         // next to none.
         assert!((1.8..3.2).contains(&(beside / far)), "{load}: {beside} beside the hole, {far} far away");

@@ -239,29 +239,52 @@ impl<'a> Growth<'a> {
         let consensus = Consensus { pair, places, n_columns: self.n_columns, step_px: self.step_px };
         consensus.judge(&mut self.settled);
         self.explain_the_rest();
-        let never = (Err(Lost::LowCorrelation), self.pair.first_shape());
-        let points = self.places.iter().zip(self.settled).map(|(&[x_px, y_px], settled)| {
-            let (found, shape) = settled.unwrap_or(never);
-            FieldPoint { x_px, y_px, found, shape }
+        let points = self.places.iter().zip(self.settled).filter_map(|(&[x_px, y_px], settled)| {
+            settled.map(|(found, shape)| FieldPoint { x_px, y_px, found, shape })
         });
         let points = points.collect();
         Field { step_px: grid.step_px, half_px: grid.half_px, n_columns: self.n_columns, points }
     }
 
-    /// Points that nothing led to are lost for the reason of those before them: behind what has left the view lies
-    /// what has left it too.
+    /// A point that was not found is lost for its own reason: it has no texture, or lies outside of the picture where the nearest point
+    /// that was found expects it; else for what its match met.
     fn explain_the_rest(&mut self) {
-        let failed = |settled: &Option<Settled>| matches!(settled, Some((Err(_), _)));
-        let mut open: VecDeque<usize> =
-            (0..self.settled.len()).filter(|&point| failed(&self.settled[point])).collect();
+        let nearest = self.nearest_found();
+        for point in 0..self.settled.len() {
+            let (reason, shape) = match &self.settled[point] {
+                Some((Ok(_), _)) => continue,
+                Some((Err(reason), shape)) => (*reason, *shape),
+                None => (Lost::LowCorrelation, self.pair.first_shape()),
+            };
+            let leaves = |from: usize| match &self.settled[from] {
+                Some((Ok(found), _)) => {
+                    !self.pair.is_well_inside(&self.start_from(&found.warp(), from, point))
+                }
+                _ => false,
+            };
+            let reason = match (reason, nearest[point]) {
+                (Lost::NotConverged | Lost::LowCorrelation, Some(from)) if leaves(from) => Lost::OutOfView,
+                (reason, _) => self.pair.prepare(self.places[point]).err().unwrap_or(reason),
+            };
+            self.settled[point] = Some((Err(reason), shape));
+        }
+    }
+
+    /// For each point one that was found, as few steps away as any.
+    fn nearest_found(&self) -> Vec<Option<usize>> {
+        let is_found = |point: &usize| matches!(self.settled[*point], Some((Ok(_), _)));
+        let mut open: VecDeque<usize> = (0..self.settled.len()).filter(is_found).collect();
+        let mut nearest = vec![None; self.settled.len()];
+        open.iter().for_each(|point| nearest[*point] = Some(*point));
         while let Some(point) = open.pop_front() {
             for neighbour in neighbours(point, self.n_columns, self.places.len()) {
-                if self.settled[neighbour].is_none() {
-                    self.settled[neighbour] = self.settled[point];
+                if nearest[neighbour].is_none() {
+                    nearest[neighbour] = nearest[point];
                     open.push_back(neighbour);
                 }
             }
         }
+        nearest
     }
 }
 

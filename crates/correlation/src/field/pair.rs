@@ -10,6 +10,9 @@ use crate::{PreparedSubset, Reference, Settings, Shape, ShapeChoice, Window, Wor
 /// Least share of the middle of a subset, half as wide and high, that has to be usable.
 const LEAST_MIDDLE: f64 = 0.5;
 
+/// What is lost where it is expected within so many pixels of the edge has left the view.
+const SPARE_PX: f64 = 3.0;
+
 /// What is compared, and how.
 pub(crate) struct ImagePair<'a> {
     pub(crate) reference: &'a Reference,
@@ -59,6 +62,12 @@ impl ImagePair<'_> {
             (ShapeChoice::ByEvidence, Ok(affine)) => self.simplify(place_px, &prepared, *affine, workspace),
             _ => (found, first),
         }
+    }
+
+    /// Whether a subset would be seen whole where it is expected, with some pixels to spare.
+    pub(crate) fn is_well_inside(&self, expected: &Warp) -> bool {
+        let half = self.half_px as f64 + SPARE_PX;
+        expected.bounds([-half; 2], [half; 2]).into_iter().all(|corner| self.target.contains(corner))
     }
 
     fn simplify(
