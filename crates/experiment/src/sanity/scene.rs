@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use chainwave_correlation::{PreparedSubset, Reference, Settings, Shape, mean_of_frames};
+use chainwave_correlation::{PreparedSubset, Reference, Settings, Shape, ShapeChoice, mean_of_frames};
 use chainwave_measurement::{Recording, Region, Subset};
 
 use super::pitch::pitch_in_picture;
@@ -92,7 +92,12 @@ impl Facts {
         let whole = Region::whole(info.width_px, info.height_px);
         let picture = mean_of_frames(recording, whole, rest.start..rest.start + n_frames).ok()?;
         let pitch_px = pitch_in_picture(&picture, info.width_px, &scene.bodies);
-        let looked_at = Looked { width_px: info.width_px, picture: &picture };
+        // By evidence, subsets are followed with the affine shape function first.
+        let shape = match setup.experiment.tracking.shape {
+            ShapeChoice::Named(shape) => shape,
+            ShapeChoice::ByEvidence => Shape::Affine,
+        };
+        let looked_at = Looked { width_px: info.width_px, picture: &picture, shape };
         let reference =
             Reference::new(whole, picture.clone(), n_frames).ok()?.saturating_at(info.full_scale());
         let place = |body: i64, subset: &Subset| Place {
@@ -124,11 +129,13 @@ fn subset_at(setup: &Setup, body: i64, stage_m: f64) -> Option<Subset> {
 struct Looked<'a> {
     width_px: usize,
     picture: &'a [f32],
+    /// The shape function that subsets are followed with.
+    shape: Shape,
 }
 
 impl Looked<'_> {
     fn texture(&self, reference: &Reference, subset: &Subset) -> Option<Texture> {
-        let settings = Settings { shape: Shape::Translation, ..Settings::default() };
+        let settings = Settings { shape: self.shape, ..Settings::default() };
         let prepared = PreparedSubset::new(reference, subset, &settings).ok()?;
         let used = prepared.n_used() as f64 / prepared.n_pixels().max(1) as f64;
         Some(Texture { steepness: self.steepness(subset), used })
