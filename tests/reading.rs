@@ -233,4 +233,46 @@ mod slow {
         tracked.dedup();
         assert_eq!(tracked.len(), 15);
     }
+
+    /// An ordinary sensor's pattern, three times as strong as usual, in every film.
+    const SENSOR: &str = "[synthetic.camera.effects]\nfixed_pattern = { offset_sigma = 0.003, gain_sigma = 0.01 }\n\
+                          defective_pixels = { hot_fraction = 0.001, hot_offset_mean = 0.3 }\n";
+
+    /// The bytes of a film by that sensor of nothing, or of an even field, without rods.
+    fn even_field(tone: f64) -> Vec<u8> {
+        let tones = format!(
+            "below_axis_m = []\n\n[synthetic.specimen.tones]\nbackdrop = {tone}\nblot = 0.0\nring = {tone}\nmarker = {tone}\n\
+             speckle_depth = 0.0\nrod = {tone}\n\n{SENSOR}"
+        );
+        let laboratory = Laboratory::with_experiment("below_axis_m = [-7e-3, 7e-3]", &tones);
+        fs::read(laboratory.film().join("view1_trial1.cine")).expect("it was filmed")
+    }
+
+    /// How many of its standard uncertainties the damping of the bodies is off its truth.
+    fn damping_off_by(results: &Path) -> f64 {
+        let text = fs::read_to_string(results.join("results.json")).expect("it was written");
+        let found: serde_json::Value = serde_json::from_str(&text).expect("it is JSON");
+        let number = |name: &str| found[name].as_f64().expect("a number");
+        (number("c_d_kg_per_s") - 0.003) / number("c_d_sigma")
+    }
+
+    #[test]
+    fn dark_frames_and_a_flat_field_bring_the_damping_back_into_its_interval() {
+        let laboratory = Laboratory::with_appended(SENSOR);
+        let recordings = laboratory.film();
+        let [plain, corrected] = ["plain", "corrected"].map(|name| laboratory.path(name));
+        succeed(&mut evaluation(&recordings, &plain));
+        for (tone, name) in [(0.0, "dunkel.cine"), (0.5, "weiß.cine")] {
+            fs::write(recordings.join(name), even_field(tone)).expect("it can be written");
+        }
+        let plan = fs::read_to_string(recordings.join("experiment.toml")).expect("it was written");
+        let keys = "dark = \"dunkel.cine\"\nflat = \"weiß.cine\"\nfirst_body_px";
+        fs::write(recordings.join("experiment.toml"), plan.replacen("first_body_px", keys, 1))
+            .expect("it can be written");
+        let said = succeed(&mut evaluation(&recordings, &corrected));
+        assert!(said.contains("gains follow 330 frames of a flat field"), "{said}");
+        // A pattern that is taken for motion is off by far more than chance; four standard uncertainties are chance.
+        let (off, corrected) = (damping_off_by(&plain), damping_off_by(&corrected));
+        assert!(off.abs() > 10.0 && corrected.abs() < 4.0, "off by {off} sigma, corrected by {corrected}");
+    }
 }

@@ -94,13 +94,7 @@ impl ModelBeside {
 /// Tracks that cannot be stitched or measured; a fit that fails is no error but stands in its field.
 pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> Result<Evaluation, Error> {
     let experiment = &setup.experiment;
-    let settings = Settings {
-        rest_until_s: experiment.tracking.rest_until_s,
-        drive_scatter: Some(experiment.striker.scatter()),
-        trigger_sigma_s: experiment.trigger.sigma_s.map(Positive::get),
-        view_trigger_sigma_s: experiment.trigger.view_sigma_s.map(NotNegative::get),
-        ..Settings::new(experiment.chain.n_bodies, 0.0)
-    };
+    let settings = stitching_settings(experiment);
     let Joined { recordings, observations, mut stitched, outliers, unjoined } = join(tracked, &settings)?;
     let shared = SharedErrors::of(setup, &recordings, &settings, &stitched, n_threads)?;
     shared.add_to(&mut stitched.motion);
@@ -166,6 +160,17 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
         energy_fit,
         model: beside,
     })
+}
+
+/// What the experiment states of rest, drives and triggers.
+fn stitching_settings(experiment: &Experiment) -> Settings {
+    Settings {
+        rest_until_s: experiment.tracking.rest_until_s,
+        drive_scatter: Some(experiment.striker.scatter()),
+        trigger_sigma_s: experiment.trigger.sigma_s.map(Positive::get),
+        view_trigger_sigma_s: experiment.trigger.view_sigma_s.map(NotNegative::get),
+        ..Settings::new(experiment.chain.n_bodies, 0.0)
+    }
 }
 
 impl Evaluation {
@@ -343,4 +348,24 @@ fn model_beside(
         Ok(simulate(&chain, &schedule)?.psi_max_j)
     };
     Ok(ModelBeside { motion: fitted, measurement, damped_j: energies(1.0)?, undamped_j: energies(0.0)? })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stated_scatter_of_triggers_reaches_the_stitching() {
+        let read = |more: &str| {
+            let text = format!("{}\n{more}", include_str!("../../../tests/small-experiment/experiment.toml"));
+            toml::from_str::<Experiment>(&text)
+        };
+        let stated = |more: &str| stitching_settings(&read(more).unwrap());
+        let usual = stated("");
+        assert_eq!((usual.trigger_sigma_s, usual.view_trigger_sigma_s), (None, None));
+        let known = stated("[trigger]\nsigma_s = 1e-5\nview_sigma_s = 2e-5\n");
+        assert_eq!((known.trigger_sigma_s, known.view_trigger_sigma_s), (Some(1e-5), Some(2e-5)));
+        let refused = read("[trigger]\nsigma_s = 0.0\n").unwrap_err().to_string();
+        assert!(refused.contains("above 0"), "{refused}");
+    }
 }

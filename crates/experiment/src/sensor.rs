@@ -79,7 +79,7 @@ mod tests {
         let corrected = read(&dark).correct(open_with(&scene, &options).unwrap()).unwrap();
         let mut light = [0.0; 64];
         corrected.read_region(0, Region::whole(8, 8), &mut light).unwrap();
-        assert_eq!(light, [40.0; 64]);
+        assert!(light.iter().all(|count: &f32| (count - 40.0).abs() < 1e-6), "{light:?}");
         assert_ne!(read(&dark).content(), read(&other).content());
         assert!(SensorFiles::read(None, None, &options).unwrap().is_none());
         let missing = SensorFiles::read(Some(&folder.path().join("nowhere")), None, &options);

@@ -48,7 +48,10 @@ pub(super) fn motion(setup: &Setup, tracked: &Tracked) -> Vec<Finding> {
     let mut views: Vec<u32> = found.iter().map(|moving| moving.view).collect();
     views.sort_unstable();
     views.dedup();
-    let of_view = |view: u32| finding(setup, found.iter().filter(|moving| moving.view == view).collect());
+    let of_view = |view: u32| {
+        let of_view: Vec<&Moving> = found.iter().filter(|moving| moving.view == view).collect();
+        finding(setup, &of_view)
+    };
     views.into_iter().filter_map(of_view).collect()
 }
 
@@ -79,7 +82,7 @@ impl Moving {
     }
 }
 
-fn finding(setup: &Setup, moving: Vec<&Moving>) -> Option<Finding> {
+fn finding(setup: &Setup, moving: &[&Moving]) -> Option<Finding> {
     let farthest = moving.iter().max_by(|a, b| a.by_px.abs().total_cmp(&b.by_px.abs()))?;
     let mut recordings: Vec<&str> = moving.iter().map(|one| one.recording.as_str()).collect();
     recordings.dedup();
