@@ -11,6 +11,7 @@ use tiff::encoder::colortype::Gray16;
 use crate::command::{chainwave, fail, succeed};
 use crate::laboratory::{Laboratory, N_RECORDINGS, evaluation};
 use crate::repository::root;
+use crate::table::Table;
 
 /// A wrong experiment: the text to replace, what to put there, and a word of the message beside the line.
 const WRONG_SETTINGS: [(&str, &str, &str); 10] = [
@@ -41,11 +42,15 @@ const WRONG_CELLS: [(&str, &str, &str); 7] = [
 const POINTS: &str = "name,x_px,y_px,half_width_px,half_height_px\n1,25,19.5,11,11\n2,100,19.5,11,11\n";
 
 /// A wrong table of points, and what the message names.
-const WRONG_POINTS: [(&str, &str); 4] = [
+const WRONG_POINTS: [(&str, &str); 5] = [
     ("name,x_px,y_px,half_width_px,half_height_px\n1,30,mid,11,11\n", "line 2, column y_px"),
     ("name,x_px,y_px,half_width_px,half_height_px\n1,30,23.5,11,11.5\n", "line 2, column half_height_px"),
     ("name,x_px,y_px,half_width_px\n1,30,23.5,11\n", "half_height_px"),
     ("name,x_px,y_px,half_width_px,half_height_px\n", "at least one point"),
+    (
+        "name,x_px,y_px,half_width_px,half_height_px\n1,25,19.5,11,11\n1,100,19.5,11,11\n",
+        "line 3, column name: expected each name once",
+    ),
 ];
 
 #[test]
@@ -144,6 +149,43 @@ fn a_wrong_table_of_points_is_refused_at_its_cell() {
         let message = fail(tracking(&points(&folder, text), &out).arg(sample()), 2);
         assert!(message.contains("points.csv") && message.contains(place), "expected {place}: {message}");
     }
+    assert!(!out.exists(), "nothing could be done");
+}
+
+#[test]
+fn a_table_under_an_unknown_ending_is_refused_before_any_work() {
+    let folder = TempDir::new().expect("a temporary folder can be made");
+    for name in ["tracks.xlsx", "tracks", "tracks.parquet.tmp"] {
+        let out = folder.path().join(name);
+        let message = fail(tracking(&points(&folder, POINTS), &out).arg(sample()), 2);
+        assert!(message.contains(".csv or .parquet") && message.contains(name), "{message}");
+        assert!(!out.exists());
+    }
+    let mut inspect = chainwave();
+    inspect.arg("inspect").arg(sample()).args(["--frame", "0", "--out"]).arg(folder.path().join("0.png"));
+    let message = fail(&mut inspect, 2);
+    assert!(message.contains(".tif"), "{message}");
+}
+
+#[test]
+fn a_point_off_the_image_loses_itself_only_and_all_points_lost_are_nothing() {
+    let folder = TempDir::new().expect("a temporary folder can be made");
+    let out = folder.path().join("tracks.parquet");
+    let off = "far,1000,19.5,11,11\n\"am Rand, links\",3,19.5,11,11\nopen,500,500,,\n";
+    let said = succeed(tracking(&points(&folder, &format!("{POINTS}{off}")), &out).arg(sample()));
+    assert!(said.contains("point far at (1000, 19.5): its subset reaches outside the image"), "{said}");
+    assert!(said.contains("240 of 600 readings ok, median sigma"), "{said}");
+    let tracks = Table::read(&out);
+    let (names, statuses) = (tracks.texts("name"), tracks.texts("status"));
+    for (name, status) in names.iter().zip(&statuses) {
+        let is_inside = name == "1" || name == "2";
+        assert_eq!(status, if is_inside { "ok" } else { "out_of_view" }, "{name}");
+    }
+
+    fs::remove_file(&out).expect("it was written");
+    let (head, _) = POINTS.split_once('\n').expect("a head line");
+    let message = fail(tracking(&points(&folder, &format!("{head}\n{off}")), &out).arg(sample()), 2);
+    assert!(message.contains("all 360 lost: 360 out_of_view"), "{message}");
     assert!(!out.exists(), "nothing could be done");
 }
 

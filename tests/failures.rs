@@ -4,7 +4,7 @@ use std::fs;
 
 use tempfile::TempDir;
 
-use crate::command::{chainwave, fail};
+use crate::command::{chainwave, fail, succeed};
 use crate::laboratory::{Laboratory, N_RECORDINGS, evaluation};
 use crate::repository::root;
 use crate::table::Table;
@@ -55,5 +55,62 @@ mod slow {
         assert_eq!(tracked.len(), N_RECORDINGS - 2);
         assert!(!tracked.iter().any(|name| name == truncated || name == missing), "{tracked:?}");
         assert!(results.join("report.html").exists(), "the rest is done");
+    }
+
+    #[test]
+    fn tracks_that_cannot_be_evaluated_are_written_with_the_reason() {
+        // Seven frames: enough to track, too few for a local polynomial.
+        let laboratory = Laboratory::with_experiment(
+            "first_image = -40\nn_frames = 330",
+            "first_image = -5\nn_frames = 7",
+        );
+        let (recordings, results) = (laboratory.film(), laboratory.path("results"));
+        fs::create_dir(&results).expect("a folder can be made");
+        fs::write(results.join("strain.parquet"), "of an earlier run").expect("a file can be written");
+        let message = fail(&mut evaluation(&recordings, &results), 1);
+        assert!(message.contains("at least 8 sample times"), "{message}");
+        assert_eq!(
+            Table::read(&results.join("tracks.parquet")).n_rows(),
+            7 * 5 * 14,
+            "5 trials, 14 bodies in views"
+        );
+        let text = fs::read_to_string(results.join("results.json")).expect("it was written");
+        assert!(
+            text.contains("could not be evaluated") && text.contains("at least 8 sample times"),
+            "{text}"
+        );
+        assert!(
+            !results.join("strain.parquet").exists(),
+            "nothing of an earlier run is taken for this one's"
+        );
+    }
+
+    #[test]
+    fn a_body_that_is_not_found_at_rest_is_left_out_of_its_recording() {
+        let laboratory = Laboratory::with_appended(
+            r#"
+[[synthetic.faults]]
+kind = "covered_body"
+recording = "view2_trial3.cine"
+body = 6
+from_s = -0.01
+until_s = 0.0
+"#,
+        );
+        let results = laboratory.path("results");
+        let printed = succeed(&mut evaluation(&laboratory.film(), &results));
+        assert!(printed.contains("view2_trial3.cine: body 6 is left out"), "{printed}");
+        let motion = Table::read(&results.join("motion.parquet"));
+        let (bodies, n_trials) = (motion.full("body"), motion.full("n_trials"));
+        let most = |body: f64| {
+            let of_body = bodies.iter().zip(&n_trials).filter(|(other, _)| (**other - body).abs() < 0.5);
+            of_body.map(|(_, n)| *n).fold(0.0, f64::max)
+        };
+        assert!(
+            (most(6.0) - 4.0).abs() < 0.5 && (most(7.0) - 5.0).abs() < 0.5,
+            "{} {}",
+            most(6.0),
+            most(7.0)
+        );
     }
 }

@@ -6,6 +6,7 @@
 //! - `golden`: numbers that change only with a version;
 //! - `bad_inputs`: what the command refuses, and how; `failures`: how it goes on without a bad recording;
 //! - `faults`: what goes wrong in a laboratory; `strikers`: several striker velocities; `ladders`: `tradeoff` and `prove`;
+//! - `reading`: recordings without a header, cut short, with what the sensor adds; `sanity`: mistakes in an experiment's numbers;
 //! - `extremes`: cases at the ends of what the program takes;
 //! - `board`, `calibration`: from pictures of a board to the uncertainties of the results; `lens`, `stages`: a distorting lens and a stage
 //!   that stands off, undone;
@@ -69,6 +70,8 @@ mod motion;
 #[cfg(test)]
 mod pipelines;
 #[cfg(test)]
+mod reading;
+#[cfg(test)]
 mod reference;
 #[cfg(test)]
 mod repository;
@@ -78,6 +81,8 @@ mod resume;
 mod ring;
 #[cfg(test)]
 mod samples;
+#[cfg(test)]
+mod sanity;
 #[cfg(test)]
 mod stages;
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use chainwave_camera::{OpenOptions, RawGeometry};
 use chainwave_inference::contact_fit;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
@@ -74,6 +75,39 @@ pub(crate) struct Inspect {
     /// Frames per second of a recording that does not state them, such as a folder of images.
     #[arg(long)]
     pub(crate) rate_hz: Option<f64>,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
+}
+
+/// How recordings are read.
+#[derive(Debug, Args)]
+pub(crate) struct Reading {
+    /// Take every recording for pixels without a header of this geometry, such as 1280x800x12le: columns, rows, bits, and le
+    /// (two bytes a pixel, low one first), be (high one first) or p (10 or 12 bits packed).
+    #[arg(long, value_name = "WxHxBITS[le|be|p]")]
+    pub(crate) raw: Option<RawGeometry>,
+    /// Take the whole frames of a recording that was cut short, and say how many they are.
+    #[arg(long)]
+    pub(crate) partial: bool,
+}
+
+impl Reading {
+    /// The same for the camera, with a frame rate where one is known.
+    pub(crate) fn options(&self, rate_hz: Option<f64>) -> OpenOptions {
+        OpenOptions { rate_hz, partial: self.partial, raw: self.raw, ..OpenOptions::default() }
+    }
+}
+
+/// What is known of the sensor.
+#[derive(Debug, Args)]
+pub(crate) struct Sensor {
+    /// Dark frames of the same camera, exposure and part of the sensor: a recording, a folder of images or one of them. Their
+    /// mean is taken off, and hot pixels are filled from their neighbours.
+    #[arg(long, value_name = "FRAMES")]
+    pub(crate) dark: Option<PathBuf>,
+    /// Frames of an evenly lit field, likewise: gains are evened out, and dead pixels filled.
+    #[arg(long, value_name = "FRAMES")]
+    pub(crate) flat: Option<PathBuf>,
 }
 
 /// Arguments of `calibrate`.
@@ -140,6 +174,10 @@ pub(crate) struct Track {
     #[arg(long)]
     pub(crate) rate_hz: Option<f64>,
     #[command(flatten)]
+    pub(crate) reading: Reading,
+    #[command(flatten)]
+    pub(crate) sensor: Sensor,
+    #[command(flatten)]
     pub(crate) matching: Matching,
     /// Recordings processed at a time; all cores when left out.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
@@ -180,6 +218,10 @@ pub(crate) struct Correlate {
     /// Table to write (.csv or .parquet); pictures of the field go beside it (.svg and .png).
     #[arg(long)]
     pub(crate) out: PathBuf,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
+    #[command(flatten)]
+    pub(crate) sensor: Sensor,
     #[command(flatten)]
     pub(crate) matching: Matching,
     /// Points along one side of the square that a strain is measured over; an odd number.
@@ -277,6 +319,9 @@ pub(crate) struct Run {
     /// Recordings processed at a time; all cores when left out.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
+    /// Take the whole frames of recordings that were cut short, and say how many they are.
+    #[arg(long)]
+    pub(crate) partial: bool,
     /// Say, stage by stage, what is kept of an earlier run, what is made anew, and why.
     #[arg(long)]
     pub(crate) explain: bool,
@@ -314,6 +359,8 @@ pub(crate) struct Tradeoff {
     /// Frames per second of recordings that do not state them, such as folders of images.
     #[arg(long)]
     pub(crate) rate_hz: Option<f64>,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
 }
 
 /// Arguments of `prove`.

@@ -3,19 +3,20 @@
 use std::path::Path;
 
 use chainwave_correlation::{
-    Field, FieldGrid, Interpolation, Method, Reference, ReferenceFrames, Settings, ShapeChoice, Strain,
-    Window,
+    Field, FieldGrid, FieldPoint, Interpolation, Method, Reference, ReferenceFrames, Settings, ShapeChoice,
+    Strain, Window,
 };
+use chainwave_experiment::SensorFiles;
 use chainwave_figures::{FieldMap, FieldPanel};
 use chainwave_measurement::{Estimate, Recording, Region, Subset};
 use ndarray::Array2;
 use polars::prelude::Column;
 
 use crate::cli;
+use crate::closing::{PointReadings, all_lost, closing_line};
 use crate::error::Error;
 use crate::matching::Chosen;
 use crate::outcome::Outcome;
-use crate::output::expect_folder_of;
 use crate::parallel::threads;
 use crate::progress;
 use crate::table::{self, column};
@@ -27,9 +28,8 @@ pub(crate) fn correlate(arguments: &cli::Correlate) -> Result<Outcome, Error> {
         let found = arguments.strain_window;
         return Err(Error::Argument(format!("--strain-window {found}: expected an odd number of points")));
     }
-    expect_folder_of(&arguments.out)?;
-    let reference = chainwave_camera::open(&arguments.reference)?;
-    let deformed = chainwave_camera::open(&arguments.deformed)?;
+    table::expect_writable(&arguments.out)?;
+    let [reference, deformed] = open(arguments)?;
     let half_px = usize::from(arguments.half_size);
     let (interpolation, shape) = solver(&chosen, reference.as_ref(), half_px)?;
     let grid = FieldGrid { step_px: usize::from(arguments.step), half_px };
@@ -44,10 +44,51 @@ pub(crate) fn correlate(arguments: &cli::Correlate) -> Result<Outcome, Error> {
         &|n| bar.inc(n),
     )?;
     bar.finish_and_clear();
+    let line = closing(&field)?;
     let strains = chainwave_correlation::strains(&field, usize::from(arguments.strain_window) / 2);
     table::write(&arguments.out, columns(&field, &strains))?;
     draw(&arguments.out, &field, &strains)?;
+    print(&line);
     Ok(Outcome::default())
+}
+
+/// Opens both images, without what the sensor adds where that is known. What they say of themselves matters where they are read in an
+/// unusual way.
+fn open(arguments: &cli::Correlate) -> Result<[Box<dyn Recording>; 2], Error> {
+    let cli::Correlate { reading, sensor: cli::Sensor { dark, flat }, .. } = arguments;
+    let options = reading.options(None);
+    let sensor = SensorFiles::read(dark.as_deref(), flat.as_deref(), &options)?;
+    let is_unusual = reading.raw.is_some() || reading.partial || sensor.is_some();
+    let open = |path: &Path| -> Result<Box<dyn Recording>, Error> {
+        let opened = chainwave_camera::open_with(path, &options)?;
+        let recording = match &sensor {
+            Some(sensor) => sensor.correct(opened)?,
+            None => opened,
+        };
+        for warning in recording.info().warnings.iter().filter(|_| is_unusual) {
+            print(&format!("warning: {}: {warning}", path.display()));
+        }
+        Ok(recording)
+    };
+    Ok([open(&arguments.reference)?, open(&arguments.deformed)?])
+}
+
+#[expect(clippy::print_stdout, reason = "what was correlated is no failure: standard error stays empty")]
+fn print(line: &str) {
+    println!("{line}");
+}
+
+/// The closing line, or that every point is lost.
+fn closing(field: &Field) -> Result<String, Error> {
+    let found = |point: &FieldPoint| {
+        let position = point.found.as_ref().ok()?.position;
+        Some(PointReadings::new(format!("({}, {})", point.x_px, point.y_px), [Some(&position)].into_iter()))
+    };
+    let readings: Vec<PointReadings> = field.points.iter().filter_map(found).collect();
+    match readings.is_empty() {
+        true => Err(all_lost(field.points.iter().filter_map(|point| point.found.as_ref().err()))),
+        false => Ok(closing_line(&readings, field.points.len() - readings.len())),
+    }
 }
 
 /// The first frame; what saturates in it counts as unseen.
@@ -87,7 +128,7 @@ fn solver(
 fn columns(field: &Field, strains: &[Option<Strain>]) -> Vec<Column> {
     let points = &field.points;
     let displacement = |axis: usize| -> Vec<Option<Estimate>> {
-        let of = |point: &chainwave_correlation::FieldPoint| {
+        let of = |point: &FieldPoint| {
             let position = point.found.as_ref().ok()?.position;
             let (moved, place) =
                 if axis == 0 { (position.x_px, point.x_px) } else { (position.y_px, point.y_px) };
@@ -103,9 +144,7 @@ fn columns(field: &Field, strains: &[Option<Strain>]) -> Vec<Column> {
     };
     let (xx, yy, xy) = (strain(|s| s.xx), strain(|s| s.yy), strain(|s| s.xy));
     let positions = || points.iter().map(|point| point.found.as_ref().ok().map(|found| found.position));
-    let status = |point: &chainwave_correlation::FieldPoint| {
-        point.found.as_ref().err().map_or("ok", |lost| lost.as_str())
-    };
+    let status = |point: &FieldPoint| point.found.as_ref().err().map_or("ok", |lost| lost.as_str());
     vec![
         column("x_px", points.iter().map(|point| point.x_px).collect::<Vec<_>>()),
         column("y_px", points.iter().map(|point| point.y_px).collect::<Vec<_>>()),

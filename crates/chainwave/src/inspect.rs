@@ -3,9 +3,7 @@
 use std::fs::File;
 use std::path::Path;
 
-use chainwave_camera::{
-    CameraError, Histogram, NoiseEstimate, OpenOptions, SheetLayout, contact_sheet, histogram, noise,
-};
+use chainwave_camera::{CameraError, Histogram, NoiseEstimate, SheetLayout, contact_sheet, histogram, noise};
 use chainwave_measurement::{Recording, RecordingInfo, Region};
 use serde_json::{Value, json};
 use tiff::encoder::{TiffEncoder, colortype::Gray16};
@@ -18,7 +16,10 @@ use crate::output::write_whole;
 /// Prints a recording's facts, and writes one of its frames where that is asked.
 #[expect(clippy::print_stdout, reason = "the facts are the command's result")]
 pub(crate) fn inspect(arguments: &Inspect) -> Result<Outcome, Error> {
-    let options = OpenOptions { rate_hz: arguments.rate_hz, ..OpenOptions::default() };
+    if let Some(out) = &arguments.out {
+        expect_tiff(out)?;
+    }
+    let options = arguments.reading.options(arguments.rate_hz);
     let recording = chainwave_camera::open_with(&arguments.recording, &options)?;
     if let (Some(frame), Some(out)) = (arguments.frame, &arguments.out) {
         write_frame(recording.as_ref(), frame, out)?;
@@ -32,6 +33,19 @@ pub(crate) fn inspect(arguments: &Inspect) -> Result<Outcome, Error> {
         false => print!("{}{}", as_text(&arguments.recording, recording.info()), survey.as_text()),
     }
     Ok(Outcome::default())
+}
+
+/// Refuses a frame under a name of another format.
+fn expect_tiff(path: &Path) -> Result<(), Error> {
+    let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    match ["tif", "tiff"].contains(&ending.as_str()) {
+        true => Ok(()),
+        false => Err(Error::Argument(format!(
+            "{}: expected a file that ends in .tif or .tiff, found {:?}",
+            path.display(),
+            path.file_name().unwrap_or_default().to_string_lossy()
+        ))),
+    }
 }
 
 /// What the pixels of a few frames tell, each with the reason where it cannot be told.

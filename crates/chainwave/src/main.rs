@@ -7,6 +7,7 @@
 
 mod calibrate;
 mod cli;
+mod closing;
 mod contact;
 mod correlate;
 mod error;

@@ -22,11 +22,6 @@ impl Outcome {
         &self.failures
     }
 
-    /// Number of failed inputs.
-    pub(crate) fn n_failures(&self) -> usize {
-        self.failures.len()
-    }
-
     /// 0 when all was done, 1 when some inputs failed.
     pub(crate) fn exit_code(&self) -> ExitCode {
         ExitCode::from(u8::from(!self.failures.is_empty()))

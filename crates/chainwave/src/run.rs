@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use chainwave_experiment::{
-    Evaluation, FailedRecording, Results, Setup, compare_strikers, track, track_share,
+    Evaluation, FailedRecording, Finding, Results, Setup, check, compare_strikers, track, track_share,
 };
 
 pub(crate) use self::figures::draw_motion;
@@ -31,7 +31,8 @@ use crate::progress;
 
 /// Processes an experiment.
 pub(crate) fn run(arguments: &cli::Run) -> Result<Outcome, Error> {
-    let whole = Setup::read(&arguments.experiment, arguments.recordings.as_deref())?;
+    let mut whole = Setup::read(&arguments.experiment, arguments.recordings.as_deref())?;
+    whole.takes_partial = arguments.partial;
     make_folder(&arguments.out)?;
     let setups = whole.by_striker();
     let folder_of = |setup: &Setup| match setups.len() {
@@ -47,19 +48,24 @@ pub(crate) fn run(arguments: &cli::Run) -> Result<Outcome, Error> {
             let bar = progress::bar("tracking", 0);
             let show = progress::shown_on(&bar);
             let monitor = progress::monitor(&show);
-            let (n_tracked, failed) = track_share(setup, share, &store, threads(arguments.jobs), &monitor)?;
+            let sanity = check(setup, threads(arguments.jobs))?;
+            name_findings(&sanity.findings);
+            let (n_tracked, failed) =
+                track_share(setup, &sanity, share, &store, threads(arguments.jobs), &monitor)?;
             name_failed(&failed, &mut outcome);
             summary::print_share(setup, n_tracked);
         }
         return Ok(outcome);
     }
-    let mut evaluations: Vec<Evaluation> = Vec::with_capacity(setups.len());
+    let mut concluded: Vec<(Setup, Evaluation)> = Vec::with_capacity(setups.len());
     for setup in &setups {
         let run = Run { setup, out: folder_of(setup), jobs: arguments.jobs, explain: arguments.explain };
         make_folder(&run.out)?;
-        evaluations.push(run.carry_out(&mut outcome)?.evaluation);
+        let results = run.carry_out(&mut outcome)?;
+        concluded.extend(results.map(|results| (setup.clone(), results.evaluation)));
     }
-    if setups.len() > 1 {
+    if concluded.len() > 1 {
+        let (setups, evaluations): (Vec<Setup>, Vec<Evaluation>) = concluded.into_iter().unzip();
         let waves = compare_strikers(&setups, &evaluations, threads(arguments.jobs))?;
         strikers::write(&whole.experiment, &arguments.out, &waves)?;
     }
@@ -75,23 +81,40 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    fn carry_out(&self, outcome: &mut Outcome) -> Result<Results, Error> {
+    /// `None` where tracks could not be evaluated: they are written all the same, and the failure is named.
+    fn carry_out(&self, outcome: &mut Outcome) -> Result<Option<Results>, Error> {
         let (setup, out) = (self.setup, self.out.as_path());
         let mut clock = Clock::new();
         let store = KeptFolder::in_results(out)?;
         store.remove_unfinished()?;
         remove_unfinished(out)?;
+        let sanity = check(setup, threads(self.jobs))?;
+        name_findings(&sanity.findings);
+        clock.stage("sanity");
         let bar = progress::bar("tracking", 0);
         let show = progress::shown_on(&bar);
         let monitor = progress::monitor(&show);
-        let tracked = track(setup, &store, threads(self.jobs), &monitor)?;
+        let tracked = track(setup, &sanity, &store, threads(self.jobs), &monitor)?;
         name_failed(&tracked.failed, outcome);
         summary::print_lines(explain::notes(&tracked));
         if self.explain {
             summary::print_lines(explain::stages(&tracked));
         }
         clock.stage("tracking");
-        let results = setup.conclude(tracked, threads(self.jobs))?;
+        if tracked.recordings.is_empty() {
+            return Err(Error::nothing_left("recordings", setup.trials.len()));
+        }
+        results::write_tracks(out, &tracked)?;
+        let findings = tracked.findings.clone();
+        let results = match setup.conclude(tracked, threads(self.jobs)) {
+            Ok(results) => results,
+            Err(error) => {
+                results::write_unsolved(out, &findings, &error)?;
+                provenance::write(setup, out)?;
+                outcome.fail(error);
+                return Ok(None);
+            }
+        };
         clock.stage("stitching, analysis and fit");
         results::write(&setup.experiment, out, &results)?;
         clock.stage("tables");
@@ -101,8 +124,13 @@ impl Run<'_> {
         provenance::write(setup, out)?;
         clock.stage("report");
         summary::print(setup, out, &results, &clock);
-        Ok(results)
+        Ok(Some(results))
     }
+}
+
+/// Tells what contradicts the experiment before time is spent on it; the summary says so again.
+fn name_findings(findings: &[Finding]) {
+    summary::print_lines(findings.iter().map(|finding| format!("warning, before work: {finding}")));
 }
 
 /// Names recordings that failed on standard error.

@@ -24,6 +24,7 @@ pub(crate) use velocities::Velocities;
 /// Simulates a scene and writes the motion, and a summary where that is asked; or, with several striker velocities, each
 /// one's pulse.
 pub(crate) fn simulate(arguments: &cli::Simulate) -> Result<Outcome, Error> {
+    table::expect_writable(&arguments.out)?;
     if is_ring_scene(&arguments.scene)? {
         return ring::simulate(arguments);
     }

@@ -1,4 +1,4 @@
-//! Tables in and out: Parquet or CSV by the ending of the name; a lost value is null.
+//! Tables in and out: Parquet or CSV by the ending of the name, which must be known; a lost value is null.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -7,29 +7,69 @@ use chainwave_experiment::{Column as Cells, Table};
 use polars::prelude::*;
 
 use crate::error::Error;
-use crate::output::write_whole;
+use crate::output::{expect_folder_of, write_whole};
 
-/// Writes a table; `.csv` gives CSV and every other ending Parquet.
+/// Kinds of tables.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Csv,
+    Parquet,
+}
+
+impl Kind {
+    /// The kind of a table to be written.
+    fn to_write(path: &Path) -> Result<Self, Error> {
+        Self::among(path, &[("csv", Self::Csv), ("parquet", Self::Parquet)])
+    }
+
+    /// The kind of a table to be read; what separates the cells of a text is found from its first line.
+    fn to_read(path: &Path) -> Result<Self, Error> {
+        let texts = ["csv", "tsv", "txt"].map(|ending| (ending, Self::Csv));
+        Self::among(path, &[&texts[..], &[("parquet", Self::Parquet)]].concat())
+    }
+
+    fn among(path: &Path, known: &[(&str, Self)]) -> Result<Self, Error> {
+        let found = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        let kind = known.iter().find(|(ending, _)| *ending == found).map(|(_, kind)| *kind);
+        kind.ok_or_else(|| {
+            let endings: Vec<String> = known.iter().map(|(ending, _)| format!(".{ending}")).collect();
+            let found = path.file_name().unwrap_or_default().to_string_lossy();
+            Error::Argument(format!(
+                "{}: expected a table that ends in {}, found {found:?}",
+                path.display(),
+                endings.join(" or ")
+            ))
+        })
+    }
+}
+
+/// Refuses a table that could not be written, before long work is done for it: an unknown ending, or a folder that is not there.
+pub(crate) fn expect_writable(path: &Path) -> Result<(), Error> {
+    Kind::to_write(path)?;
+    expect_folder_of(path)
+}
+
+/// Writes a table, CSV or Parquet by the ending of its name.
 pub(crate) fn write(path: &Path, columns: Vec<Column>) -> Result<(), Error> {
     write_frame(path, DataFrame::new_infer_height(columns).map_err(Error::table(path))?)
 }
 
 /// A table as the bytes of a Parquet file; `path` is where they shall go, for messages.
 pub(crate) fn to_parquet(path: &Path, columns: Vec<Column>) -> Result<Vec<u8>, Error> {
-    bytes(path, DataFrame::new_infer_height(columns).map_err(Error::table(path))?, false)
+    bytes(path, DataFrame::new_infer_height(columns).map_err(Error::table(path))?, Kind::Parquet)
 }
 
 /// The bytes are made first, so that what the disk refuses is told as the disk says it.
 fn write_frame(path: &Path, table: DataFrame) -> Result<(), Error> {
-    let bytes = bytes(path, table, is_csv(path))?;
+    let bytes = bytes(path, table, Kind::to_write(path)?)?;
     write_whole(path, |writer| writer.write_all(&bytes).map_err(Error::file(path, "write")))
 }
 
-fn bytes(path: &Path, mut table: DataFrame, csv: bool) -> Result<Vec<u8>, Error> {
+fn bytes(path: &Path, mut table: DataFrame, kind: Kind) -> Result<Vec<u8>, Error> {
     let mut bytes = Vec::new();
-    let written = match csv {
-        true => CsvWriter::new(&mut bytes).finish(&mut table),
-        false => ParquetWriter::new(&mut bytes).finish(&mut table).map(drop),
+    let written = match kind {
+        Kind::Csv => CsvWriter::new(&mut bytes).finish(&mut table),
+        Kind::Parquet => ParquetWriter::new(&mut bytes).finish(&mut table).map(drop),
     };
     written.map_err(Error::table(path))?;
     Ok(bytes)
@@ -43,9 +83,9 @@ where
     Series::new(name.into(), values).into()
 }
 
-/// Reads a CSV file (by its ending) or a Parquet file.
+/// Reads a table, text or Parquet by the ending of its name.
 pub(crate) fn read(path: &Path) -> Result<Table, Error> {
-    if is_csv(path) {
+    if Kind::to_read(path)? == Kind::Csv {
         return Ok(Table::read_csv(path)?);
     }
     let frame = read_parquet(path)?;
@@ -82,8 +122,4 @@ pub(crate) fn write_joined(path: &Path, parts: &[PathBuf]) -> Result<(), Error> 
     }
     joined.rechunk_mut();
     write_frame(path, joined)
-}
-
-fn is_csv(path: &Path) -> bool {
-    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"))
 }

@@ -1,77 +1,148 @@
 //! `chainwave track`: points followed through recordings.
 
 use std::collections::BTreeSet;
+use std::num::NonZero;
 use std::path::Path;
 
-use chainwave_camera::OpenOptions;
-use chainwave_correlation::{ReferenceFrames, smallest_half_px};
+use chainwave_correlation::{CorrelationError, Reference, ReferenceFrames, smallest_half_px};
 use chainwave_experiment::{
-    EdgeNote, Followed, Monitor, RecordingTracks, edges_beside, follow, threads_of_each,
+    Followed, FollowedSubset, Monitor, RecordingTracks, SensorFiles, edges_beside, follow, threads_of_each,
 };
 use chainwave_figures::PointMotion;
 use chainwave_measurement::{Estimate, Lost, Position, Recording, Subset, map_in_parallel};
 use polars::prelude::Column;
 
 use crate::cli;
+use crate::closing::{PointReadings, all_lost, closing_line};
 use crate::error::Error;
 use crate::matching::Chosen;
 use crate::outcome::Outcome;
-use crate::output::expect_folder_of;
 use crate::parallel::threads;
 use crate::progress;
 use crate::table::{self, column};
 
-/// Follows points through every recording, writes the tracks, and names the recordings that failed.
+/// Follows points through every recording, writes the tracks, names the recordings that failed, and closes with how well it went.
 pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     let points = read_points(&arguments.points)?;
     let chosen = Chosen::of(&arguments.matching)?;
-    expect_folder_of(&arguments.out)?;
+    table::expect_writable(&arguments.out)?;
+    let files = &arguments.sensor;
+    let options = arguments.reading.options(arguments.rate_hz);
+    let sensor = SensorFiles::read(files.dark.as_deref(), files.flat.as_deref(), &options)?;
     let recordings: Vec<String> =
         arguments.recordings.iter().map(|path| path.display().to_string()).collect();
     let bar = progress::bar("tracking", 0);
-    let reference = ReferenceFrames::Single(arguments.reference);
     let show = progress::shown_on(&bar);
-    let monitor = Monitor { on_progress: &show, ..Monitor::SILENT };
-    let n_threads = threads_of_each(threads(arguments.jobs), recordings.len());
-    let of_recording = |index: usize| -> Result<(Followed, Vec<EdgeNote>), Error> {
-        let path = &arguments.recordings[index];
-        let options = OpenOptions { rate_hz: arguments.rate_hz, ..OpenOptions::default() };
-        let recording = chainwave_camera::open_with(path, &options)?;
-        let subsets = subsets_in(recording.as_ref(), &points, &reference, arguments.matching.accuracy)?;
-        let method = chosen.method(recording.as_ref(), &subsets, &reference)?;
-        let notes = edges_beside(recording.as_ref(), &subsets, &reference)?;
-        Ok((follow(recording.as_ref(), &subsets, &reference, method, n_threads, &monitor)?, notes))
+    let job = Job {
+        arguments,
+        points: &points,
+        chosen,
+        sensor: sensor.as_ref(),
+        reference: ReferenceFrames::Single(arguments.reference),
+        n_threads: threads_of_each(threads(arguments.jobs), recordings.len()),
+        monitor: Monitor { on_progress: &show, ..Monitor::SILENT },
     };
-    let results = map_in_parallel(recordings.len(), threads(arguments.jobs), of_recording);
+    let results = map_in_parallel(recordings.len(), threads(arguments.jobs), |index| {
+        job.carry_out(&arguments.recordings[index])
+    });
     bar.finish_and_clear();
     let mut outcome = Outcome::default();
-    let mut rows = TrackRows::default();
-    let (mut noted, mut moved) = (BTreeSet::new(), Vec::new());
+    let (mut told, mut done) = (BTreeSet::new(), Vec::new());
     for (name, result) in recordings.iter().zip(results) {
         match result {
             Ok((tracked, notes)) => {
-                rows.add_points(name, &tracked);
-                moved.extend(motions(&tracked));
-                // once for each point, however many recordings show it
-                let new = notes.into_iter().filter(|note| noted.insert(note.point.clone()));
-                new.for_each(|note| warn(name, &note));
+                // once for each thing that is said, however many recordings give cause to say it
+                let new = notes.into_iter().filter(|note| told.insert(note.clone()));
+                new.for_each(|note| print(&format!("warning: {name}: {note}")));
+                done.push((name.as_str(), tracked));
             }
             Err(error) => outcome.fail(error),
         }
     }
-    if outcome.n_failures() == recordings.len() {
+    if done.is_empty() {
         return Err(Error::nothing_left("recordings", recordings.len()));
     }
+    expect_any_found(&done, arguments.reference)?;
+    let mut rows = TrackRows::default();
+    done.iter().for_each(|(name, tracked)| rows.add_points(name, tracked));
     rows.write(&arguments.out)?;
     if let Some(stem) = &arguments.picture {
+        let moved: Vec<PointMotion> = done.iter().flat_map(|(_, tracked)| motions(tracked)).collect();
         chainwave_figures::tracks(stem, &moved)?;
     }
+    print(&closing_line(&readings(&done), 0));
     Ok(outcome)
 }
 
+/// What every recording is tracked with.
+struct Job<'a> {
+    arguments: &'a cli::Track,
+    points: &'a [Point],
+    chosen: Chosen,
+    sensor: Option<&'a SensorFiles>,
+    reference: ReferenceFrames,
+    n_threads: NonZero<usize>,
+    monitor: Monitor<'a>,
+}
+
+impl Job<'_> {
+    /// Follows the points through one recording; with what is to be said of it.
+    fn carry_out(&self, path: &Path) -> Result<(Followed, Vec<String>), Error> {
+        let (arguments, reference) = (self.arguments, &self.reference);
+        let opened = chainwave_camera::open_with(path, &arguments.reading.options(arguments.rate_hz))?;
+        let recording = match self.sensor {
+            Some(sensor) => sensor.correct(opened)?,
+            None => opened,
+        };
+        let subsets = subsets_in(recording.as_ref(), self.points, reference, arguments.matching.accuracy)?;
+        let (inside, outside): (Vec<Subset>, Vec<Subset>) =
+            subsets.iter().cloned().partition(|subset| Reference::lies_inside(recording.as_ref(), subset));
+        let mut notes = recording.info().warnings.clone();
+        notes.extend(outside.iter().map(|Subset { name, x_px, y_px, .. }| {
+            format!("point {name} at ({x_px}, {y_px}): its subset reaches outside the image, so it is lost")
+        }));
+        notes.extend(edges_beside(recording.as_ref(), &inside, reference)?.iter().map(ToString::to_string));
+        let method = self.chosen.method(recording.as_ref(), &inside, reference)?;
+        let followed =
+            follow(recording.as_ref(), &subsets, reference, method, self.n_threads, &self.monitor)?;
+        Ok((followed, notes))
+    }
+}
+
 #[expect(clippy::print_stdout, reason = "what was tracked is no failure: standard error stays empty")]
-fn warn(recording: &str, note: &EdgeNote) {
-    println!("warning: {recording}: {note}");
+fn print(line: &str) {
+    println!("{line}");
+}
+
+/// Refuses tracks that hold in no frame but the reference, where a point always finds itself.
+fn expect_any_found(done: &[(&str, Followed)], reference: usize) -> Result<(), Error> {
+    let elsewhere = |n_frames: usize, frame: usize| n_frames == 1 || frame != reference;
+    let of_track = |one: &FollowedSubset| {
+        let positions = &one.track.positions;
+        (0..positions.len()).any(|frame| elsewhere(positions.len(), frame) && positions[frame].is_ok())
+    };
+    let tracks = || done.iter().flat_map(|(_, tracked)| &tracked.tracks);
+    match tracks().any(of_track) {
+        true => Ok(()),
+        false => Err(all_lost(
+            tracks().flat_map(|one| &one.track.positions).filter_map(|found| found.as_ref().err()),
+        )),
+    }
+}
+
+/// What became of each point in each recording; of several, their names stand with it.
+fn readings(done: &[(&str, Followed)]) -> Vec<PointReadings> {
+    let of_recording = |(recording, tracked): &(&str, Followed)| -> Vec<PointReadings> {
+        let of_track = |one: &FollowedSubset| {
+            let name = match done.len() {
+                1 => one.track.name.clone(),
+                _ => format!("{} of {recording}", one.track.name),
+            };
+            PointReadings::new(name, one.track.positions.iter().map(|found| found.as_ref().ok()))
+        };
+        tracked.tracks.iter().map(of_track).collect()
+    };
+    done.iter().flat_map(of_recording).collect()
 }
 
 /// Name of a coordinate, and how it is read from a position.
@@ -80,7 +151,7 @@ type Coordinate = (&'static str, fn(&Position) -> Estimate);
 /// How far each point moved along columns and rows from where it was first seen.
 fn motions(followed: &Followed) -> Vec<PointMotion> {
     let coordinates: [Coordinate; 2] = [("x", |position| position.x_px), ("y", |position| position.y_px)];
-    let of_track = |one: &chainwave_experiment::FollowedSubset| {
+    let of_track = |one: &FollowedSubset| {
         let track = &one.track;
         coordinates.map(|(coordinate, of)| {
             let seen: Vec<Option<Estimate>> =
@@ -97,6 +168,8 @@ fn motions(followed: &Followed) -> Vec<PointMotion> {
 
 /// Noise that a subset of no given size may leave, where no accuracy is asked for.
 const USUAL_ERROR_PX: f64 = 0.01;
+/// Half size of a subset of no given size that lies in no frame.
+const LEAST_HALF_PX: usize = 5;
 
 /// A point to follow; the size of its subset may be left open.
 pub(crate) struct PlacedPoint {
@@ -116,7 +189,11 @@ impl PlacedPoint {
         let [width, height] = self.half_px;
         let half = match width.or(height) {
             Some(given) => given,
-            None => smallest_half_px(recording, self.place_px, reference, error_px)?,
+            None => match smallest_half_px(recording, self.place_px, reference, error_px) {
+                // No subset fits there: the point is lost, whatever the size.
+                Err(CorrelationError::SubsetOutside { .. }) => LEAST_HALF_PX,
+                found => found?,
+            },
         };
         let [x_px, y_px] = self.place_px;
         let (half_width_px, half_height_px) = (width.unwrap_or(half), height.unwrap_or(half));
@@ -139,6 +216,9 @@ pub(crate) fn subsets_in(
 pub(crate) fn read_points(path: &Path) -> Result<Vec<PlacedPoint>, Error> {
     let table = table::read(path)?;
     let names = table.texts("name")?;
+    if let Some(row) = (1..names.len()).find(|row| names[..*row].contains(&names[*row])) {
+        return Err(table.cell(row, "name", "each name once", &names[row]).into());
+    }
     let (x_px, y_px) = (table.full_numbers("x_px")?, table.full_numbers("y_px")?);
     let halves = |name: &str| -> Result<Vec<Option<usize>>, Error> {
         let whole = |value: f64| value >= 0.0 && value.fract() == 0.0 && value < 1e6;

@@ -92,6 +92,11 @@ impl Reference {
         Ok(Self::new(region, pixels, n_averaged)?.saturating_at(info.full_scale()))
     }
 
+    /// Whether a subset lies in the frames of a recording, so that it can be prepared there.
+    pub fn lies_inside(recording: &dyn Recording, subset: &Subset) -> bool {
+        Self::check_inside(recording, subset).is_ok()
+    }
+
     /// The pixels that a subset's preparation uses.
     pub(crate) fn check_inside(
         recording: &dyn Recording,

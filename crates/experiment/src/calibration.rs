@@ -212,8 +212,9 @@ impl ChainMap {
         self.of_chain.m_per_px(middle.unwrap_or(self.first_body_px))
     }
 
-    /// Column and row of a body's marker at rest, in pixels; bodies are numbered from 1. `None` far outside the picture.
-    pub fn rest_px(&self, body: usize, stage_m: f64) -> Option<[f64; 2]> {
+    /// Column and row of a body's marker at rest, in pixels; bodies are numbered from 1, and 0 lies a pitch before them. `None` far
+    /// outside the picture.
+    pub fn rest_px(&self, body: i64, stage_m: f64) -> Option<[f64; 2]> {
         let [x_m, y_m] = self.of_chain.map.position_m(self.first_body_px);
         let along_m = (body - 1) as f64 * self.pitch_m - stage_m;
         self.of_chain.map.image_px([x_m + along_m, y_m])

@@ -4,6 +4,7 @@ mod trials;
 
 use std::path::{Path, PathBuf};
 
+use chainwave_camera::RawGeometry;
 use chainwave_correlation::{Interpolation, Shape, ShapeChoice};
 use chainwave_measurement::Estimate;
 use chainwave_mechanics::{LinearChain, PowerLaw};
@@ -15,6 +16,7 @@ use crate::error::Error;
 use crate::evaluation::starting_chain;
 use crate::film::{Fault, FilmedRings};
 use crate::numbers::{NotNegative, Positive};
+use crate::sanity::expect_filled_in;
 
 /// An experiment: one chain, filmed in several views and trials.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -34,6 +36,9 @@ pub struct Experiment {
     pub camera: Camera,
     /// How bodies are followed.
     pub tracking: Tracking,
+    /// How well triggers repeat.
+    #[serde(default, skip_serializing_if = "Trigger::is_unknown")]
+    pub trigger: Trigger,
     /// What is evaluated.
     #[serde(default)]
     pub analysis: Analysis,
@@ -121,6 +126,29 @@ pub struct Camera {
     pub stage_sigma_m: Option<NotNegative>,
     /// Frames per second of recordings that do not state them, such as folders of images.
     pub rate_hz: Option<Positive>,
+    /// Geometry of recordings without a header, such as `1280x800x12le`.
+    #[serde(default, with = "named::optional", skip_serializing_if = "Option::is_none")]
+    pub raw: Option<RawGeometry>,
+    /// Dark frames beside this file: a recording, a folder of images or one of them.
+    pub dark: Option<PathBuf>,
+    /// Frames of an evenly lit field, likewise.
+    pub flat: Option<PathBuf>,
+}
+
+/// How well triggers repeat, where it is known.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Trigger {
+    /// Standard deviation of the trigger's delay from trial to trial of a view.
+    pub sigma_s: Option<Positive>,
+    /// The same from view to view, in common for all trials of a view.
+    pub view_sigma_s: Option<NotNegative>,
+}
+
+impl Trigger {
+    fn is_unknown(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 /// A known length in the picture.
@@ -203,6 +231,29 @@ mod named {
         Choice: FromStr<Err: Display>,
     {
         String::deserialize(name)?.parse().map_err(D::Error::custom)
+    }
+
+    /// The same, where nothing may be chosen.
+    pub(super) mod optional {
+        use super::{Deserializer, Display, FromStr, Serializer};
+
+        pub(in super::super) fn serialize<S: Serializer>(
+            choice: &Option<impl Display>,
+            out: S,
+        ) -> Result<S::Ok, S::Error> {
+            match choice {
+                Some(choice) => super::serialize(choice, out),
+                None => out.serialize_none(),
+            }
+        }
+
+        pub(in super::super) fn deserialize<'de, D, Choice>(name: D) -> Result<Option<Choice>, D::Error>
+        where
+            D: Deserializer<'de>,
+            Choice: FromStr<Err: Display>,
+        {
+            super::deserialize(name).map(Some)
+        }
     }
 }
 
@@ -336,6 +387,7 @@ impl Experiment {
     /// Reads `experiment.toml`; an error points at the line.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let text = Error::read_text(path)?;
+        expect_filled_in(path, &text)?;
         let configuration = |wrong: toml::de::Error| Error::Configuration {
             path: path.to_owned(),
             message: wrong.to_string(),

@@ -14,13 +14,15 @@ use chainwave_inference::{
 };
 use chainwave_measurement::{ChainMotion, Estimate, Trajectory};
 use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Striker, simulate};
-use chainwave_stitching::{Outlier, Settings, Stitched, merge, outliers};
+use chainwave_stitching::{Outlier, Settings, Stitched};
 
 use crate::calibration::ChainMap;
 use crate::configuration::Experiment;
 use crate::error::Error;
+use crate::joining::{Joined, Unjoined, join};
 use crate::notices::notices;
 use crate::numbers::{NotNegative, Positive};
+use crate::sanity::{Finding, speed};
 use crate::setup::Setup;
 use crate::shared_errors::SharedErrors;
 use crate::standing::Standings;
@@ -33,6 +35,10 @@ pub const EVALUATION_VERSION: u32 = 1;
 pub struct Evaluation {
     /// Recordings that contradict the others of their view, and were left out.
     pub left_out: Vec<Outlier>,
+    /// Recordings whose view could not be joined with the others.
+    pub unjoined: Vec<Unjoined>,
+    /// What contradicts the experiment.
+    pub findings: Vec<Finding>,
     /// What recordings had amiss that was put right.
     notices: Vec<String>,
     /// The motion, and how views and trials were aligned.
@@ -88,14 +94,8 @@ impl ModelBeside {
 /// Tracks that cannot be stitched or measured; a fit that fails is no error but stands in its field.
 pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> Result<Evaluation, Error> {
     let experiment = &setup.experiment;
-    let settings = Settings {
-        rest_until_s: experiment.tracking.rest_until_s,
-        drive_scatter: Some(experiment.striker.scatter()),
-        ..Settings::new(experiment.chain.n_bodies, 0.0)
-    };
-    let left_out = outliers(&tracked.observations, &settings)?;
-    let (recordings, observations) = tracked.kept(&left_out);
-    let mut stitched = merge(&observations, &settings)?;
+    let settings = stitching_settings(experiment);
+    let Joined { recordings, observations, mut stitched, outliers, unjoined } = join(tracked, &settings)?;
     let shared = SharedErrors::of(setup, &recordings, &settings, &stitched, n_threads)?;
     shared.add_to(&mut stitched.motion);
     let law = experiment.contact.power_law()?;
@@ -129,20 +129,28 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
             None => Err(FitError::TooFew { what: "peak energies", expected: 1, found: 0 }),
         },
     )?;
-    let beside = match &track_fit {
-        Ok(fit) => Some(model_beside(experiment, &stitched.motion, &track_model, fit, used)?),
-        Err(_) => None,
-    };
+    let standings = Standings::of(&stitched.alignments, accepted(&track_fit));
+    let mut notices = notices(experiment, &tracked.recordings, &observations, &standings);
+    let beside = track_fit.as_ref().ok().and_then(|fit| {
+        let beside = model_beside(experiment, &stitched.motion, &track_model, fit, used);
+        beside
+            .map_err(|why| notices.push(format!("the fitted model is not shown beside the motion: {why}")))
+            .ok()
+    });
     let departures = track_fit.as_ref().ok().and_then(|fit| {
         Some(Departures {
             softening: softening(&observations, &track_model, fit).ok()?,
             scatter: scatter_of_bodies(&observations, &track_model, fit).ok(),
         })
     });
-    let standings = Standings::of(&stitched.alignments, accepted(&track_fit));
+    let speed =
+        measurement.group_velocity.as_ref().ok().map(|found| speed(experiment, found.velocity_m_per_s));
+    let speed = speed.transpose()?.flatten();
     Ok(Evaluation {
-        left_out,
-        notices: notices(experiment, &tracked.recordings, &observations, &standings),
+        left_out: outliers,
+        unjoined,
+        findings: tracked.findings.iter().cloned().chain(speed).collect(),
+        notices,
         stitched,
         standings,
         measurement,
@@ -154,6 +162,17 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
     })
 }
 
+/// What the experiment states of rest, drives and triggers.
+fn stitching_settings(experiment: &Experiment) -> Settings {
+    Settings {
+        rest_until_s: experiment.tracking.rest_until_s,
+        drive_scatter: Some(experiment.striker.scatter()),
+        trigger_sigma_s: experiment.trigger.sigma_s.map(Positive::get),
+        view_trigger_sigma_s: experiment.trigger.view_sigma_s.map(NotNegative::get),
+        ..Settings::new(experiment.chain.n_bodies, 0.0)
+    }
+}
+
 impl Evaluation {
     /// What the reader should know.
     pub fn warnings(&self) -> Vec<String> {
@@ -161,7 +180,11 @@ impl Evaluation {
             .left_out
             .iter()
             .map(|outlier| format!("{} was left out: {}", outlier.recording, outlier.evidence));
-        left_out.chain(self.stitched.warnings.iter().cloned()).chain(self.notices.iter().cloned()).collect()
+        let unjoined =
+            self.unjoined.iter().map(|one| format!("{} was left out: {}", one.recording, one.reason));
+        let findings = self.findings.iter().map(ToString::to_string);
+        let others = self.stitched.warnings.iter().chain(&self.notices).cloned();
+        findings.chain(left_out).chain(unjoined).chain(others).collect()
     }
 
     /// The damping that stands for the experiment, and where it comes from.
@@ -325,4 +348,24 @@ fn model_beside(
         Ok(simulate(&chain, &schedule)?.psi_max_j)
     };
     Ok(ModelBeside { motion: fitted, measurement, damped_j: energies(1.0)?, undamped_j: energies(0.0)? })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stated_scatter_of_triggers_reaches_the_stitching() {
+        let read = |more: &str| {
+            let text = format!("{}\n{more}", include_str!("../../../tests/small-experiment/experiment.toml"));
+            toml::from_str::<Experiment>(&text)
+        };
+        let stated = |more: &str| stitching_settings(&read(more).unwrap());
+        let usual = stated("");
+        assert_eq!((usual.trigger_sigma_s, usual.view_trigger_sigma_s), (None, None));
+        let known = stated("[trigger]\nsigma_s = 1e-5\nview_sigma_s = 2e-5\n");
+        assert_eq!((known.trigger_sigma_s, known.view_trigger_sigma_s), (Some(1e-5), Some(2e-5)));
+        let refused = read("[trigger]\nsigma_s = 0.0\n").unwrap_err().to_string();
+        assert!(refused.contains("above 0"), "{refused}");
+    }
 }

@@ -4,9 +4,10 @@ use std::fmt;
 use std::num::NonZero;
 
 use chainwave_correlation::{
-    Method, ReferenceFrames, Settings, Shape, ShapeChoice, SharpEdge, sharp_edge, track_by_evidence,
+    Method, Reference, ReferenceFrames, Settings, Shape, ShapeChoice, SharpEdge, sharp_edge,
+    track_by_evidence,
 };
-use chainwave_measurement::{Recording, Subset, Track};
+use chainwave_measurement::{Lost, Recording, Subset, Track};
 
 use crate::error::Error;
 use crate::monitor::{Monitor, Stage};
@@ -29,7 +30,7 @@ pub struct FollowedSubset {
     pub method: String,
 }
 
-/// Follows subsets through an opened recording.
+/// Follows subsets through an opened recording. One that does not lie in its frames is lost as out of view in each of them.
 ///
 /// # Errors
 /// What the correlation refuses, and pixels that cannot be read.
@@ -46,18 +47,30 @@ pub fn follow(
     let settings = Settings { n_threads, ..Settings::default() };
     let advance = |n| monitor.done(Stage::Tracking, n);
     let of_method = |method: Method, track: Track| FollowedSubset { track, method: method.to_string() };
-    let tracks = match method {
+    let inside: Vec<Subset> =
+        subsets.iter().filter(|subset| Reference::lies_inside(recording, subset)).cloned().collect();
+    let found = match method {
         Method::IcGn { interpolation, shape: ShapeChoice::ByEvidence } => {
             let settings = Settings { interpolation, ..settings };
             let named = |shape: Shape| Method::IcGn { interpolation, shape: ShapeChoice::Named(shape) };
-            let chosen = track_by_evidence(recording, subsets, reference, &settings, &advance)?;
+            let chosen = track_by_evidence(recording, &inside, reference, &settings, &advance)?;
             chosen.into_iter().map(|(track, evidence)| of_method(named(evidence.shape), track)).collect()
         }
         other => {
-            let tracks = other.track(recording, subsets, reference, &settings, &advance)?;
-            tracks.into_iter().map(|track| of_method(other, track)).collect()
+            let tracks = other.track(recording, &inside, reference, &settings, &advance)?;
+            tracks.into_iter().map(|track| of_method(other, track)).collect::<Vec<_>>()
         }
     };
+    let mut found = found.into_iter();
+    let out_of_view = |subset: &Subset| {
+        let positions = vec![Err(Lost::OutOfView); recording.info().n_frames];
+        of_method(method, Track { name: subset.name.clone(), positions })
+    };
+    let of_subset = |subset: &Subset| match Reference::lies_inside(recording, subset) {
+        true => found.next().unwrap_or_else(|| out_of_view(subset)),
+        false => out_of_view(subset),
+    };
+    let tracks = subsets.iter().map(of_subset).collect();
     Ok(Followed { times_s: recording.info().times_s.clone(), tracks })
 }
 
@@ -87,7 +100,7 @@ impl fmt::Display for EdgeNote {
     }
 }
 
-/// The points beside whose subsets a sharp edge runs in the reference.
+/// The points beside whose subsets a sharp edge runs in the reference; of subsets outside the frames nothing is said.
 ///
 /// # Errors
 /// Pixels of the reference that cannot be read.
@@ -97,7 +110,7 @@ pub fn edges_beside(
     reference: &ReferenceFrames,
 ) -> Result<Vec<EdgeNote>, Error> {
     let mut notes = Vec::new();
-    for subset in subsets {
+    for subset in subsets.iter().filter(|subset| Reference::lies_inside(recording, subset)) {
         let edge = sharp_edge(recording, subset, reference)?;
         notes.extend(edge.map(|edge| EdgeNote { point: subset.name.clone(), edge }));
     }

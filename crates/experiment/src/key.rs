@@ -5,11 +5,13 @@ use std::fs::{File, Metadata};
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
+use chainwave_camera::OpenOptions;
 use chainwave_correlation::{Method, ReferenceFrames};
 use chainwave_measurement::Subset;
 use sha2::{Digest, Sha256};
 
 use crate::error::Error;
+use crate::sensor::SensorFiles;
 
 /// What the tracks of one recording depend on.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -28,8 +30,10 @@ pub(crate) struct Task<'a> {
     pub(crate) reference: &'a ReferenceFrames,
     /// The method.
     pub(crate) method: Method,
-    /// Frames per second of a recording that does not state them.
-    pub(crate) rate_hz: Option<f64>,
+    /// How the recording is opened.
+    pub(crate) options: &'a OpenOptions,
+    /// What is known of the sensor.
+    pub(crate) sensor: Option<&'a SensorFiles>,
 }
 
 impl TrackKey {
@@ -45,9 +49,11 @@ impl TrackKey {
             ("subsets", subsets),
             ("reference", format!("frames {:?}", task.reference.range())),
             ("method", task.method.to_string()),
+            ("frame rate", or_as_stated(task.options.rate_hz.map(|hz| format!("{hz:?} Hz")))),
+            ("geometry", or_as_stated(task.options.raw.map(|geometry| geometry.to_string()))),
             (
-                "frame rate",
-                task.rate_hz.map_or_else(|| "as the recording states it".into(), |hz| format!("{hz:?} Hz")),
+                "sensor correction",
+                task.sensor.map_or_else(|| "none".into(), |sensor| sensor.content().to_owned()),
             ),
             ("algorithm", format!("version {}", chainwave_correlation::ALGORITHM_VERSION)),
         ];
@@ -77,6 +83,11 @@ impl TrackKey {
     }
 }
 
+/// What the caller states, or that the recording does.
+fn or_as_stated(stated: Option<String>) -> String {
+    stated.unwrap_or_else(|| "as the recording states it".into())
+}
+
 /// Recordings up to this size are digested whole.
 const DIGESTED_WHOLE_BYTES: u64 = 16 << 20;
 /// Of larger ones, so much at the beginning (header and time stamps) and at the end.
@@ -87,7 +98,7 @@ const DIGESTED_ENDS_BYTES: u64 = 1 << 20;
 /// A file of up to 16 MiB is digested whole, and its time does not matter. Of a larger one, of which tracking reads a few per cent, the
 /// first and last MiB are digested, and the times of its last modification and change count as well: no program can write a byte without
 /// moving the latter.
-fn content(path: &Path) -> Result<String, Error> {
+pub(crate) fn content(path: &Path) -> Result<String, Error> {
     let metadata = std::fs::metadata(path).map_err(Error::file(path, "read the size of"))?;
     if metadata.is_dir() {
         return content_of_folder(path);
@@ -196,14 +207,14 @@ fn hexadecimal(bytes: &[u8]) -> String {
 mod tests {
     use super::*;
 
-    fn key(path: &Path, change: impl Fn(&mut Subset, &mut Option<f64>)) -> String {
+    fn key(path: &Path, change: impl Fn(&mut Subset, &mut OpenOptions)) -> String {
         let half = 16;
         let mut subset =
             Subset { name: "1".into(), x_px: 40.0, y_px: 20.0, half_width_px: half, half_height_px: half };
-        let mut rate_hz = None;
-        change(&mut subset, &mut rate_hz);
-        let (subsets, reference) = (&[subset][..], &ReferenceFrames::Mean(0..9));
-        let task = Task { subsets, reference, method: Method::default(), rate_hz };
+        let mut options = OpenOptions::default();
+        change(&mut subset, &mut options);
+        let (subsets, reference, options) = (&[subset][..], &ReferenceFrames::Mean(0..9), &options);
+        let task = Task { subsets, reference, method: Method::default(), options, sensor: None };
         TrackKey::of("a.cine", path, &task).unwrap().name()
     }
 
@@ -219,7 +230,8 @@ mod tests {
         assert_eq!(key(&copy, |_, _| ()), usual);
         assert_ne!(key(&path, |subset, _| subset.x_px = 40.5), usual);
         assert_ne!(key(&path, |subset, _| subset.half_width_px = 17), usual);
-        assert_ne!(key(&path, |_, rate_hz| *rate_hz = Some(25e3)), usual);
+        assert_ne!(key(&path, |_, options| options.rate_hz = Some(25e3)), usual);
+        assert_ne!(key(&path, |_, options| options.raw = "8x8x8".parse().ok()), usual);
         for at in [0, 1 << 20, 2_500_000, bytes.len() - 1] {
             bytes[at] ^= 1;
             std::fs::write(&path, &bytes).unwrap();

@@ -1,9 +1,9 @@
 //! An experiment as a library: its configuration, and the way from its recordings to tracks, motion, wave quantities and fitted damping.
 //!
-//! A [`Setup`] is an experiment with everything that was read for it. [`Setup::run`] goes the whole way: [`track`] follows bodies through
-//! the recordings and keeps what it found in a [`TrackStore`]; [`Setup::conclude`] stitches, measures, fits, compares with a truth where
-//! there is one, and decides what was modelled. The crate knows neither a command line nor a terminal, no clock, no table format and no
-//! page: progress leaves it through a [`Monitor`], warnings and failures as values.
+//! A [`Setup`] is an experiment with everything that was read for it. [`Setup::run`] goes the whole way: [`check`] looks whether it makes
+//! sense, [`track`] follows bodies through the recordings and keeps what it found in a [`TrackStore`]; [`Setup::conclude`] stitches,
+//! measures, fits, compares with a truth where there is one, and decides what was modelled. The crate knows neither a command line nor a
+//! terminal, no clock, no table format and no page: progress leaves it through a [`Monitor`], warnings and failures as values.
 //!
 //! ```
 //! use std::num::NonZero;
@@ -37,10 +37,13 @@ mod error;
 mod evaluation;
 mod film;
 mod follow;
+mod joining;
 mod key;
 mod monitor;
 mod notices;
 mod numbers;
+mod sanity;
+mod sensor;
 mod setup;
 mod share;
 mod shared_errors;
@@ -57,6 +60,7 @@ mod wording;
 pub use calibration::{CalibrationFile, ChainMap, ErrorTable, MapTable, middle_px};
 pub use configuration::{
     Analysis, Camera, Chain, Contact, Experiment, Law, Marks, Ruler, Striker, Synthetic, Tracking, Trial,
+    Trigger,
 };
 pub use decisions::Decision;
 pub use error::Error;
@@ -65,9 +69,12 @@ pub use film::{
     FAULT_KINDS, Fault, FilmTruth, FilmedRings, MeanMotion, StrikerTruth, TrueTrial, Truth, film_experiment,
 };
 pub use follow::{EdgeNote, Followed, FollowedSubset, edges_beside, follow, threads_of_each};
+pub use joining::Unjoined;
 pub use key::{TrackKey, fingerprint};
 pub use monitor::{Monitor, Progress, Stage};
 pub use numbers::{NotNegative, Positive};
+pub use sanity::{Finding, Sanity, check};
+pub use sensor::SensorFiles;
 pub use setup::{Results, Setup};
 pub use share::Share;
 pub use stages::Stages;

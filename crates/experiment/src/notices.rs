@@ -19,9 +19,10 @@ pub(crate) fn notices(
         one.remarks.iter().map(|remark| (one.trial.recording.clone(), remark.clone())).collect::<Vec<_>>()
     };
     let remarks = grouped(&recordings.iter().flat_map(of_file).collect::<Vec<_>>());
+    let remarks = remarks.into_iter().map(|(recordings, remark)| format!("{recordings}: {remark}"));
     let unseen = observations.iter().flat_map(unseen_for_a_while);
     let drives = unusual_drives(experiment, standings).into_iter();
-    remarks.into_iter().chain(unseen).chain(drives.map(|drive| drive.warning())).collect()
+    remarks.chain(unseen).chain(drives.map(|drive| drive.warning())).collect()
 }
 
 /// What a file says against itself: steps of its time stamps, a header that contradicts them, and the like; and edges that bias its
@@ -45,8 +46,8 @@ fn sharp_edges(edges: &[EdgeNote]) -> Option<String> {
     ))
 }
 
-/// Recordings of which the same is said stand together.
-fn grouped(remarks: &[(String, String)]) -> Vec<String> {
+/// Recordings of which the same is said stand together, before what is said.
+pub(crate) fn grouped(remarks: &[(String, String)]) -> Vec<(String, String)> {
     let mut groups: Vec<(&str, Vec<&str>)> = Vec::new();
     for (recording, remark) in remarks {
         match groups.iter_mut().find(|(said, _)| said == remark) {
@@ -54,7 +55,7 @@ fn grouped(remarks: &[(String, String)]) -> Vec<String> {
             None => groups.push((remark, vec![recording])),
         }
     }
-    groups.into_iter().map(|(remark, recordings)| format!("{}: {remark}", named(&recordings))).collect()
+    groups.into_iter().map(|(remark, recordings)| (named(&recordings), remark.to_owned())).collect()
 }
 
 /// All of a few recordings, or the first of many.
@@ -157,9 +158,9 @@ mod tests {
     fn recordings_of_which_the_same_is_said_stand_together() {
         let said = |recording: &str, remark: &str| (recording.to_owned(), remark.to_owned());
         let mut remarks = vec![said("a", "late"), said("b", "dark"), said("c", "late")];
-        assert_eq!(grouped(&remarks), ["a, c: late", "b: dark"]);
+        assert_eq!(grouped(&remarks), [said("a, c", "late"), said("b", "dark")]);
         remarks.extend([said("d", "late"), said("e", "late")]);
-        assert_eq!(grouped(&remarks)[0], "a and 3 others: late");
+        assert_eq!(grouped(&remarks)[0], said("a and 3 others", "late"));
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
 
+use chainwave_camera::OpenOptions;
 use chainwave_correlation::Method;
 use chainwave_measurement::Estimate;
 
@@ -12,6 +13,9 @@ use crate::decisions::{Decision, decide};
 use crate::error::Error;
 use crate::evaluation::{Evaluation, evaluate};
 use crate::monitor::Monitor;
+use crate::numbers::Positive;
+use crate::sanity::check;
+use crate::sensor::SensorFiles;
 use crate::store::TrackStore;
 use crate::tracking::{Tracked, track};
 use crate::truth::{KnownTruth, known_truth};
@@ -31,6 +35,10 @@ pub struct Setup {
     pub trials: Vec<Trial>,
     /// The folder of the recordings.
     pub recordings: PathBuf,
+    /// Dark frames and flat field, where the experiment names them.
+    pub sensor: Option<SensorFiles>,
+    /// Whether the whole frames of a recording that was cut short are taken; otherwise it is refused.
+    pub takes_partial: bool,
 }
 
 /// What a run found.
@@ -46,7 +54,7 @@ pub struct Results {
 }
 
 impl Setup {
-    /// Reads an experiment, its trials table and its calibration. Its recordings lie beside it unless a folder is named.
+    /// Reads an experiment, its trials table, its calibration and its dark frames and flat field. Its recordings lie beside it unless a folder is named.
     ///
     /// # Errors
     /// A file that cannot be read or makes no sense.
@@ -56,7 +64,23 @@ impl Setup {
         let map = ChainMap::read(&experiment, path)?;
         let beside = path.parent().unwrap_or(Path::new(""));
         let recordings = recordings.unwrap_or(beside).to_owned();
-        Ok(Self { experiment, path: path.to_owned(), map, trials: table.clone(), table, recordings })
+        let [dark, flat] = [&experiment.camera.dark, &experiment.camera.flat]
+            .map(|name| name.as_ref().map(|name| path.with_file_name(name)));
+        let options = OpenOptions { raw: experiment.camera.raw, ..OpenOptions::default() };
+        let sensor = SensorFiles::read(dark.as_deref(), flat.as_deref(), &options)?;
+        let (path, trials) = (path.to_owned(), table.clone());
+        Ok(Self { experiment, path, map, table, trials, recordings, sensor, takes_partial: false })
+    }
+
+    /// How recordings are opened.
+    pub(crate) fn open_options(&self) -> OpenOptions {
+        let camera = &self.experiment.camera;
+        OpenOptions {
+            rate_hz: camera.rate_hz.map(Positive::get),
+            partial: self.takes_partial,
+            raw: camera.raw,
+            ..OpenOptions::default()
+        }
     }
 
     /// One for each striker velocity of the trials table, fastest first.
@@ -81,10 +105,10 @@ impl Setup {
         }
     }
 
-    /// Tracks, evaluates, compares with the truth where there is one, and decides.
+    /// Checks, tracks, evaluates, compares with the truth where there is one, and decides.
     ///
     /// # Errors
-    /// No recording can be tracked, or what was tracked cannot be evaluated; a single recording that fails is no error and stands in
+    /// The experiment makes no sense, no recording can be tracked, or what was tracked cannot be evaluated; a single recording that fails is no error and stands in
     /// [`Tracked::failed`].
     pub fn run(
         &self,
@@ -92,7 +116,8 @@ impl Setup {
         n_threads: NonZero<usize>,
         monitor: &Monitor<'_>,
     ) -> Result<Results, Error> {
-        self.conclude(track(self, store, n_threads, monitor)?, n_threads)
+        let sanity = check(self, n_threads)?;
+        self.conclude(track(self, &sanity, store, n_threads, monitor)?, n_threads)
     }
 
     /// What follows from tracks.

@@ -9,13 +9,16 @@ use std::num::NonZero;
 use std::path::{Path, PathBuf};
 
 use chainwave_camera::MapError;
-use chainwave_correlation::{Method, ReferenceFrames, Settings, mean_of_frames};
-use chainwave_measurement::{Estimate, ReadError, Recording, RecordingInfo, Region, Subset, map_in_parallel};
+use chainwave_correlation::{Method, PreparedSubset, Reference, ReferenceFrames, Settings, mean_of_frames};
+use chainwave_measurement::{
+    Estimate, Position, ReadError, Recording, RecordingInfo, Region, Subset, map_in_parallel,
+};
 use chainwave_stitching::{StageStep, refine_stages};
 
 use crate::configuration::Trial;
 use crate::error::Error;
 use crate::numbers::NotNegative;
+use crate::sanity::StatedStep;
 use crate::setup::Setup;
 use crate::tracking::{bodies_in_view, frames_at_rest, open};
 
@@ -23,6 +26,10 @@ use crate::tracking::{bodies_in_view, frames_at_rest, open};
 #[derive(Clone)]
 pub struct Stages {
     views: Vec<View>,
+    /// Between views that share bodies, as the trials table states them and as the pictures have them.
+    steps_m: Vec<StatedStep>,
+    /// Why the steps could not be solved for, where they could not.
+    unsolved: Option<String>,
     /// Whether positions count as refined wherever they are used, for which their stated ones need an uncertainty.
     is_used: bool,
 }
@@ -37,9 +44,10 @@ struct View {
 }
 
 impl Stages {
-    /// Matches what neighbouring views share. A recording that cannot be read is passed over here: tracking names it.
-    pub(crate) fn refine(setup: &Setup, method: Method, n_threads: NonZero<usize>) -> Result<Self, Error> {
-        let mut views = views(&setup.trials);
+    /// Matches what the views of some trials share. A recording that cannot be read is passed over here: tracking names it. Steps that
+    /// cannot be solved for leave the positions as they are stated.
+    pub(crate) fn refine(setup: &Setup, trials: &[Trial], method: Method, n_threads: NonZero<usize>) -> Self {
+        let mut views = views(trials);
         let sigma_m =
             setup.experiment.camera.stage_sigma_m.map(NotNegative::get).filter(|sigma_m| *sigma_m > 0.0);
         let pairs: Vec<[usize; 2]> =
@@ -47,9 +55,22 @@ impl Stages {
         let steps =
             map_in_parallel(pairs.len(), n_threads, |i| steps_between(setup, &views, pairs[i], method));
         let stated_m: Vec<f64> = views.iter().map(|view| view.stated_m).collect();
-        let refined = refine_stages(&stated_m, sigma_m, &steps.concat())?;
+        let steps_m = steps.iter().filter_map(|steps| stated_step(&views, steps)).collect();
+        let refined = refine_stages(&stated_m, sigma_m, &steps.concat());
+        let unsolved = refined.as_ref().err().map(ToString::to_string);
+        let refined = refined.into_iter().flatten();
         views.iter_mut().zip(refined).for_each(|(view, refined_m)| view.refined_m = refined_m);
-        Ok(Self { views, is_used: sigma_m.is_some() })
+        Self { views, steps_m, unsolved, is_used: sigma_m.is_some() }
+    }
+
+    /// Steps of the stage between views that share bodies.
+    pub(crate) fn steps_m(&self) -> &[StatedStep] {
+        &self.steps_m
+    }
+
+    /// Why the steps could not be solved for, where they could not.
+    pub(crate) fn unsolved(&self) -> Option<&str> {
+        self.unsolved.as_deref()
     }
 
     /// The refined position of a recording's stage, where another view ties it down.
@@ -78,6 +99,38 @@ impl Stages {
         largest.map(|largest| (*largest, corrections.len()))
     }
 }
+
+/// The weighted mean of the steps between two views, with what shared errors add; they scatter as they do, or as they state.
+fn stated_step(views: &[View], steps: &[StageStep]) -> Option<StatedStep> {
+    let first = steps.first()?;
+    let weight = |step: &StageStep| step.step_m.sigma.powi(-2);
+    let weights: f64 = steps.iter().map(weight).sum();
+    let mean_m = steps.iter().map(|step| weight(step) * step.step_m.value).sum::<f64>() / weights;
+    let chi_squared: f64 = steps.iter().map(|step| weight(step) * (step.step_m.value - mean_m).powi(2)).sum();
+    let enlargement = (chi_squared / (steps.len() as f64 - 1.0).max(1.0)).max(1.0);
+    let shared_m2: f64 = first.shared_m.iter().map(|shared_m| shared_m.powi(2)).sum();
+    let sigma_m = (enlargement / weights + shared_m2).sqrt();
+    Some(StatedStep {
+        views: [views[first.from].number, views[first.to].number],
+        stated_m: views[first.to].stated_m - views[first.from].stated_m,
+        found_m: Estimate::new(mean_m, sigma_m),
+    })
+}
+
+/// How many bodies with texture two recordings should share at rest, and how many of those look the same in both; `None` where one cannot be read.
+pub(crate) fn shared_and_found(setup: &Setup, one: &Trial, other: &Trial) -> Option<(usize, usize)> {
+    let (one, other) = (AtRest::of(setup, one).ok()?, AtRest::of(setup, other).ok()?);
+    let is_same = |pair: &Pair| {
+        let found = pair.matched(setup.method());
+        found.is_some_and(|found| found.zncc >= SAME_MARKER_ZNCC)
+    };
+    let pairs: Vec<Pair> = one.shared_with(&other).filter(Pair::has_texture).collect();
+    Some((pairs.len(), pairs.iter().filter(|pair| is_same(pair)).count()))
+}
+
+/// Correlation of a marker with itself in another view, both means of frames. The best of the thousand places that are searched of
+/// another marker's speckle, a few dozen dots, reaches 0.7.
+const SAME_MARKER_ZNCC: f64 = 0.8;
 
 impl View {
     fn holds(&self, trial: &Trial) -> bool {
@@ -182,11 +235,24 @@ impl Pair {
         })
     }
 
-    /// The step of the stage, with what the errors of the calibration add to it; `None` where the marker is not found again.
-    fn step(&self, setup: &Setup, [from, to]: [usize; 2], method: Method) -> Option<StageStep> {
+    /// Whether the first recording has something to find again.
+    fn has_texture(&self) -> bool {
+        let reference = Reference::read(self, &self.subset, &ReferenceFrames::Single(0));
+        reference.is_ok_and(|reference| {
+            PreparedSubset::new(&reference, &self.subset, &Settings::default()).is_ok()
+        })
+    }
+
+    /// Where the first recording's marker is found in the second one's picture.
+    fn matched(&self, method: Method) -> Option<Position> {
         let subsets = std::slice::from_ref(&self.subset);
         let tracks = method.track(self, subsets, &ReferenceFrames::Single(0), &Settings::default(), &|_| ());
-        let found = tracks.ok()?.pop()?.positions.pop()?.ok()?;
+        tracks.ok()?.pop()?.positions.pop()?.ok()
+    }
+
+    /// The step of the stage, with what the errors of the calibration add to it; `None` where the marker is not found again.
+    fn step(&self, setup: &Setup, [from, to]: [usize; 2], method: Method) -> Option<StageStep> {
+        let found = self.matched(method)?;
         let [[x0_px, y0_px], [x1_px, y1_px]] = self.corners_px;
         let before = [self.subset.x_px + x0_px, self.subset.y_px + y0_px];
         let after = [found.x_px, found.y_px];

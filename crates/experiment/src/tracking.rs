@@ -4,18 +4,16 @@ use std::num::NonZero;
 use std::ops::Range;
 use std::path::Path;
 
-use chainwave_camera::OpenOptions;
 use chainwave_correlation::ReferenceFrames;
-use chainwave_measurement::{Observation, Recording, RecordingInfo, Subset, map_in_parallel};
-use chainwave_stitching::Outlier;
+use chainwave_measurement::{BodyTrack, Observation, Recording, RecordingInfo, Subset, map_in_parallel};
 
 use crate::configuration::Trial;
 use crate::error::Error;
 use crate::follow::{edges_beside, follow, threads_of_each};
 use crate::key::{Task, TrackKey};
 use crate::monitor::{Monitor, Stage};
-use crate::notices::remarks;
-use crate::numbers::Positive;
+use crate::notices::{grouped, remarks};
+use crate::sanity::{Finding, Sanity, of_tracks};
 use crate::setup::Setup;
 use crate::share::Share;
 use crate::stages::Stages;
@@ -35,6 +33,8 @@ pub struct Tracked {
     pub failed: Vec<FailedRecording>,
     /// Where the stage stood.
     pub stages: Stages,
+    /// What contradicts the experiment, before work and by the tracks.
+    pub findings: Vec<Finding>,
 }
 
 /// A recording that was tracked.
@@ -69,41 +69,76 @@ pub struct FailedRecording {
     pub error: Error,
 }
 
-impl Tracked {
-    /// The same without some recordings.
-    pub(crate) fn kept(&self, left_out: &[Outlier]) -> (Vec<TrackedRecording>, Vec<Observation>) {
-        let is_kept = |index: &usize| left_out.iter().all(|outlier| outlier.index != *index);
-        let kept: Vec<usize> = (0..self.recordings.len()).filter(is_kept).collect();
-        (
-            kept.iter().map(|index| self.recordings[*index].clone()).collect(),
-            kept.iter().map(|index| self.observations[*index].clone()).collect(),
-        )
-    }
-}
-
-/// Tracks every recording that the store does not hold yet. One that fails is named and left out.
+/// Tracks every recording that the store does not hold yet and that made sense before work. One that fails is named and left out.
 ///
 /// # Errors
-/// No recording could be tracked, stages contradict each other, or the caller asked to stop.
+/// The caller asked to stop.
 pub fn track(
     setup: &Setup,
+    sanity: &Sanity,
     store: &dyn TrackStore,
     n_threads: NonZero<usize>,
     monitor: &Monitor<'_>,
 ) -> Result<Tracked, Error> {
-    let (stages, results) = track_each(setup, &setup.trials, store, n_threads, monitor)?;
+    let (stages, results) = track_each(setup, &setup.trials, sanity, store, n_threads, monitor)?;
+    let findings = sanity.findings.clone();
     let mut tracked =
-        Tracked { recordings: Vec::new(), observations: Vec::new(), failed: Vec::new(), stages };
+        Tracked { recordings: Vec::new(), observations: Vec::new(), failed: Vec::new(), stages, findings };
+    let mut unusable = Vec::new();
     for (trial, result) in setup.trials.iter().zip(results) {
-        match result {
-            Ok(recording) => {
-                tracked.observations.push(recording.tracks.observation(trial, &setup.map.of_chain.map));
+        match result.and_then(|recording| observed(setup, recording)) {
+            Ok((recording, observation, lost)) => {
+                unusable.extend(lost.map(|lost| (trial.recording.clone(), lost)));
+                tracked.observations.push(observation);
                 tracked.recordings.push(recording);
             }
             Err(error) => tracked.failed.push(FailedRecording { trial: trial.clone(), error }),
         }
     }
+    let left_out = |(subject, text)| Finding { code: "body_left_out", subject, text };
+    tracked.findings.extend(grouped(&unusable).into_iter().map(left_out));
+    let by_tracks = of_tracks(setup, &tracked);
+    tracked.findings.extend(by_tracks);
     Ok(tracked)
+}
+
+/// A recording's tracks as positions along the chain, without bodies that were never found at rest, which have no displacement; and what
+/// is to be said of those.
+///
+/// # Errors
+/// A recording of which no body is left.
+fn observed(
+    setup: &Setup,
+    recording: TrackedRecording,
+) -> Result<(TrackedRecording, Observation, Option<String>), Error> {
+    let rest_until_s = setup.experiment.tracking.rest_until_s;
+    let mut observation = recording.tracks.observation(&recording.trial, &setup.map.of_chain.map);
+    let n_rest = observation.times_s.iter().take_while(|time_s| **time_s < rest_until_s).count();
+    let is_found = |track: &BodyTrack| track.position_m.iter().take(n_rest).any(Option::is_some);
+    let (kept, lost): (Vec<BodyTrack>, Vec<BodyTrack>) = observation.bodies.into_iter().partition(is_found);
+    observation.bodies = kept;
+    let numbers: Vec<String> = lost.iter().map(|track| track.body.to_string()).collect();
+    let (name, numbers) = (&recording.trial.recording, numbers.join(", "));
+    let why = || {
+        let bodies = recording.tracks.bodies.iter();
+        let reasons = bodies
+            .flat_map(|body| body.positions.iter().take(n_rest))
+            .filter_map(|found| found.as_ref().err());
+        reasons.map(|lost| lost.as_str()).next().unwrap_or("not seen")
+    };
+    if observation.bodies.is_empty() {
+        return Err(Error::Value(format!(
+            "{name}: expected bodies that are found at rest, found none: {numbers} are lost before rest_until_s ({}; hint: do subsets lie on their markers?)",
+            why()
+        )));
+    }
+    let unusable = (!lost.is_empty()).then(|| {
+        format!(
+            "body {numbers} is left out: it was not found at rest ({}), where displacements count from",
+            why()
+        )
+    });
+    Ok((recording, observation, unusable))
 }
 
 /// Tracks the recordings of a share that the store does not hold yet, for a run that evaluates all of them later; returns how many are
@@ -113,13 +148,14 @@ pub fn track(
 /// As [`track`], but for recordings that fail.
 pub fn track_share(
     setup: &Setup,
+    sanity: &Sanity,
     share: Share,
     store: &dyn TrackStore,
     n_threads: NonZero<usize>,
     monitor: &Monitor<'_>,
 ) -> Result<(usize, Vec<FailedRecording>), Error> {
     let trials = share.of(&setup.trials);
-    let (_, results) = track_each(setup, &trials, store, n_threads, monitor)?;
+    let (_, results) = track_each(setup, &trials, sanity, store, n_threads, monitor)?;
     let n_tracked = results.iter().filter(|result| result.is_ok()).count();
     let failed = trials
         .into_iter()
@@ -134,17 +170,22 @@ type TrackedEach = (Stages, Vec<Result<TrackedRecording, Error>>);
 fn track_each(
     setup: &Setup,
     trials: &[Trial],
+    sanity: &Sanity,
     store: &dyn TrackStore,
     n_threads: NonZero<usize>,
     monitor: &Monitor<'_>,
 ) -> Result<TrackedEach, Error> {
-    let method = setup.method();
-    let stages = Stages::refine(setup, method, n_threads)?;
+    let usable: Vec<Trial> =
+        setup.trials.iter().filter(|trial| sanity.reason(&trial.recording).is_none()).cloned().collect();
+    let stages = Stages::refine(setup, &usable, setup.method(), n_threads);
     let of_each = threads_of_each(n_threads, trials.len());
     let one = |index: usize| {
         let trial = &trials[index];
         if (monitor.is_cancelled)() {
             return Err(Error::Cancelled { n_done: 0, n: 0 });
+        }
+        if let Some(reason) = sanity.reason(&trial.recording) {
+            return Err(Error::Value(format!("{} is left out: {reason}", trial.recording)));
         }
         track_one(setup, trial, stages.placing_m(trial), store, of_each, monitor)
     };
@@ -171,8 +212,8 @@ fn track_one(
     let reference = frames_at_rest(setup, recording.as_ref())?;
     let in_view = bodies_in_view(setup, stage_m, recording.as_ref());
     let (bodies, subsets): (Vec<usize>, Vec<Subset>) = in_view.into_iter().unzip();
-    let rate_hz = setup.experiment.camera.rate_hz.map(Positive::get);
-    let task = Task { subsets: &subsets, reference: &reference, method: setup.method(), rate_hz };
+    let (method, options, sensor) = (setup.method(), &setup.open_options(), setup.sensor.as_ref());
+    let task = Task { subsets: &subsets, reference: &reference, method, options, sensor };
     let key = TrackKey::of(&trial.recording, &path, &task)?;
     let (tracks, origin) = match store.load(&key)? {
         Kept::Tracks(tracks) => (tracks, Origin::Kept),
@@ -196,12 +237,14 @@ fn track_one(
     Ok(TrackedRecording { trial: trial.clone(), tracks, origin, remarks: remarks(recording.info(), &edges) })
 }
 
-/// Opens a recording that the calibration holds for.
+/// Opens a recording that the calibration holds for, without what the sensor adds where that is known.
 pub(crate) fn open(setup: &Setup, path: &Path) -> Result<Box<dyn Recording>, Error> {
-    let rate_hz = setup.experiment.camera.rate_hz.map(Positive::get);
-    let recording = chainwave_camera::open_with(path, &OpenOptions { rate_hz, ..OpenOptions::default() })?;
+    let recording = chainwave_camera::open_with(path, &setup.open_options())?;
     setup.map.check_size(recording.as_ref())?;
-    Ok(recording)
+    match &setup.sensor {
+        Some(sensor) => sensor.correct(recording),
+        None => Ok(recording),
+    }
 }
 
 /// The frames of a recording before the wave.
@@ -245,7 +288,7 @@ pub(crate) fn bodies_in_view(setup: &Setup, stage_m: f64, recording: &dyn Record
         centre - reach >= 0.0 && centre + reach <= size as f64 - 1.0
     };
     (1..=setup.experiment.chain.n_bodies)
-        .filter_map(|body| Some((body, setup.map.rest_px(body, stage_m)?)))
+        .filter_map(|body| Some((body, setup.map.rest_px(body as i64, stage_m)?)))
         .filter(|(_, [x_px, y_px])| {
             inside(*x_px, tracking.half_width_px, info.width_px)
                 && inside(*y_px, tracking.half_height_px, info.height_px)

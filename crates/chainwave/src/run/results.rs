@@ -1,9 +1,11 @@
 //! The tables of a run, `results.json` and `decisions.json`.
 
+use std::fs;
+use std::io;
 use std::path::Path;
 
 use chainwave_analysis::{DampingShare, LocalResonance, Measurement};
-use chainwave_experiment::{Evaluation, Experiment, ModelBeside, Results, Standing, Tracked, Trial};
+use chainwave_experiment::{Evaluation, Experiment, Finding, ModelBeside, Results, Standing, Tracked, Trial};
 use chainwave_inference::{Damping, EnergyFit, FitError, FittedRecording, ImposedFit, Quantity, TrackFit};
 use chainwave_measurement::Estimate;
 use chainwave_stitching::{Alignment, Stitched};
@@ -16,13 +18,56 @@ use crate::output::write_json;
 use crate::table::{self, column};
 use crate::track::TrackRows;
 
-/// Writes every table of the interface, `results.json` and `decisions.json`.
+/// Writes the tracks.
+pub(crate) fn write_tracks(out: &Path, tracked: &Tracked) -> Result<(), Error> {
+    let mut tracks = TrackRows::default();
+    tracked.recordings.iter().for_each(|one| tracks.add_bodies(&one.trial.recording, &one.tracks));
+    tracks.write(&out.join("tracks.parquet"))
+}
+
+/// What follows from a motion, and so is missing where none was found.
+const OF_MOTION: [&str; 12] = [
+    "motion.parquet",
+    "strain.parquet",
+    "front.parquet",
+    "hwhm.parquet",
+    "energy.parquet",
+    "spectrum.parquet",
+    "dispersion.parquet",
+    "alignment.parquet",
+    "decisions.json",
+    "report.html",
+    "results.json",
+    "figures",
+];
+
+/// Writes `results.json` of tracks that could not be evaluated: the reason, and what contradicts the experiment. What an earlier run left
+/// in its place goes, as it would be taken for this one's.
+pub(crate) fn write_unsolved(
+    out: &Path,
+    findings: &[Finding],
+    reason: &chainwave_experiment::Error,
+) -> Result<(), Error> {
+    for name in OF_MOTION {
+        let path = out.join(name);
+        let removed = if path.is_dir() { fs::remove_dir_all(&path) } else { fs::remove_file(&path) };
+        match removed {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                return Err(Error::file(&path, "remove")(error));
+            }
+            _ => {}
+        }
+    }
+    let unsolved = format!("the tracks could not be evaluated: {reason}");
+    let warnings: Vec<String> =
+        std::iter::once(unsolved).chain(findings.iter().map(ToString::to_string)).collect();
+    write_json(&out.join("results.json"), &json!({ "warnings": warnings }))
+}
+
+/// Writes every table of the interface but the tracks, `results.json` and `decisions.json`.
 pub(crate) fn write(experiment: &Experiment, out: &Path, results: &Results) -> Result<(), Error> {
     let Results { tracked, evaluation, decisions, .. } = results;
     let measurement = &evaluation.measurement;
-    let mut tracks = TrackRows::default();
-    tracked.recordings.iter().for_each(|one| tracks.add_bodies(&one.trial.recording, &one.tracks));
-    tracks.write(&out.join("tracks.parquet"))?;
     write_measurement(out, &evaluation.stitched, measurement)?;
     write_energies(out, measurement)?;
     write_dispersion(out, 3.0 * experiment.linear_chain()?.band_edge_hz(), measurement)?;

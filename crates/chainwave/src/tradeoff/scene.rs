@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use chainwave_camera::OpenOptions;
 use chainwave_correlation::ReferenceFrames;
 use chainwave_experiment::{Setup, View, first_view};
 use chainwave_measurement::{Recording, Region, Subset};
@@ -23,8 +22,7 @@ pub(super) fn open(input: &Path, arguments: &cli::Tradeoff) -> Result<View, Erro
     if is_experiment(input) {
         return Ok(first_view(&Setup::read(input, None)?)?);
     }
-    let options = OpenOptions { rate_hz: arguments.rate_hz, ..OpenOptions::default() };
-    let recording = chainwave_camera::open_with(input, &options)?;
+    let recording = chainwave_camera::open_with(input, &arguments.reading.options(arguments.rate_hz))?;
     let reference = ReferenceFrames::Single(0);
     let subsets = match &arguments.points {
         Some(points) => subsets_in(recording.as_ref(), &read_points(points)?, &reference, None)?,

@@ -6,6 +6,7 @@ use chainwave_measurement::Estimate;
 
 use super::Experiment;
 use crate::error::Error;
+use crate::sanity::expect_filled_in;
 use crate::table::Table;
 
 /// One recording of an experiment: a row of `trials.csv`.
@@ -27,6 +28,7 @@ impl Experiment {
     /// Reads the table of recordings that the experiment names; `experiment_path` is where the experiment itself lies.
     pub fn read_trials(&self, experiment_path: &Path) -> Result<Vec<Trial>, Error> {
         let path = experiment_path.with_file_name(&self.trials);
+        expect_filled_in(&path, &Error::read_text(&path)?)?;
         let table = Table::read_csv(&path)?;
         let recordings = table.texts("recording")?;
         let (views, trials) = (table.counts("view")?, table.counts("trial")?);

@@ -1,0 +1,115 @@
+//! The closing line of `track` and `correlate`: how many readings hold, how well, and where it is worst.
+
+use chainwave_measurement::{Estimate, Lost, median};
+
+use crate::error::Error;
+
+/// What became of the readings of one point.
+pub(crate) struct PointReadings {
+    name: String,
+    n_readings: usize,
+    /// Of those that hold, the larger standard uncertainty along either axis.
+    sigmas_px: Vec<f64>,
+}
+
+impl PointReadings {
+    /// From each reading's position along x and y, where it holds.
+    pub(crate) fn new<'a>(
+        name: String,
+        readings: impl Iterator<Item = Option<&'a chainwave_measurement::Position>>,
+    ) -> Self {
+        let mut of_point = Self { name, n_readings: 0, sigmas_px: Vec::new() };
+        for reading in readings {
+            of_point.n_readings += 1;
+            let sigma = |along: Estimate| along.sigma;
+            of_point.sigmas_px.extend(reading.map(|found| sigma(found.x_px).max(sigma(found.y_px))));
+        }
+        of_point
+    }
+
+    /// Share of the readings that are lost, then the median sigma: whatever is larger is worse.
+    fn badness(&self) -> (f64, f64) {
+        let lost = 1.0 - self.sigmas_px.len() as f64 / self.n_readings.max(1) as f64;
+        (lost, median(self.sigmas_px.clone()).unwrap_or(f64::INFINITY))
+    }
+}
+
+/// The closing line: readings that hold, their median sigma, and the worst point. Of a field, whose points have one reading each, that is
+/// the one of the largest sigma; `n_lost` more were lost.
+pub(crate) fn closing_line(points: &[PointReadings], n_lost: usize) -> String {
+    let all: Vec<f64> = points.iter().flat_map(|point| &point.sigmas_px).copied().collect();
+    let n_readings = n_lost + points.iter().map(|point| point.n_readings).sum::<usize>();
+    let mut line = format!("{} of {n_readings} readings ok", all.len());
+    let worst = points.iter().max_by(|a, b| {
+        let (a, b) = (a.badness(), b.badness());
+        a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
+    });
+    if let (Some(sigma), Some(worst)) = (median(all), worst) {
+        line.push_str(&format!(", median sigma {sigma:.4} px, worst point {}: ", worst.name));
+        let (n_ok, n_own) = (worst.sigmas_px.len(), worst.n_readings);
+        line.push_str(&match median(worst.sigmas_px.clone()) {
+            Some(sigma) if n_ok < n_own => format!("{n_ok} of {n_own} ok, {sigma:.4} px"),
+            Some(sigma) => format!("{sigma:.4} px"),
+            None => "lost".into(),
+        });
+    }
+    line
+}
+
+/// The error of readings that are all lost, with how often each reason occurs.
+pub(crate) fn all_lost<'a>(reasons: impl Iterator<Item = &'a Lost>) -> Error {
+    let reasons: Vec<&Lost> = reasons.collect();
+    let count = |reason: &Lost| reasons.iter().filter(|found| **found == reason).count();
+    let told: Vec<String> = Lost::ALL
+        .iter()
+        .map(|reason| (count(reason), reason.as_str()))
+        .filter(|(n, _)| *n > 0)
+        .map(|(n, reason)| format!("{n} {reason}"))
+        .collect();
+    Error::Argument(format!(
+        "expected at least one reading that holds, found all {} lost: {} (hint: do the points lie on texture, and are the subsets large \
+         enough?)",
+        reasons.len(),
+        told.join(", ")
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use chainwave_measurement::Position;
+
+    use super::*;
+
+    fn readings(name: &str, sigmas_px: &[Option<f64>]) -> PointReadings {
+        let position = |sigma: f64| Position {
+            x_px: Estimate::new(0.0, sigma),
+            y_px: Estimate::new(0.0, 0.5 * sigma),
+            zncc: 1.0,
+            iterations: 2,
+        };
+        let found: Vec<Option<Position>> = sigmas_px.iter().map(|sigma| sigma.map(position)).collect();
+        PointReadings::new(name.into(), found.iter().map(Option::as_ref))
+    }
+
+    #[test]
+    fn the_point_that_is_lost_most_often_is_worst_and_then_that_of_the_largest_sigma() {
+        let good = readings("good", &[Some(0.001), Some(0.003)]);
+        let noisy = readings("noisy", &[Some(0.02)]);
+        let line = closing_line(&[good, noisy], 0);
+        assert_eq!(line, "3 of 3 readings ok, median sigma 0.0030 px, worst point noisy: 0.0200 px");
+        let lost = readings("lost", &[None, Some(0.002)]);
+        let noisy = readings("noisy", &[Some(0.02), Some(0.02)]);
+        let line = closing_line(&[noisy, lost], 3);
+        assert!(
+            line.starts_with("3 of 7 readings ok") && line.ends_with("lost: 1 of 2 ok, 0.0020 px"),
+            "{line}"
+        );
+    }
+
+    #[test]
+    fn reasons_are_counted_where_nothing_holds() {
+        let reasons = [Lost::NoTexture, Lost::OutOfView, Lost::NoTexture];
+        let told = all_lost(reasons.iter()).to_string();
+        assert!(told.contains("all 3 lost: 1 out_of_view, 2 no_texture"), "{told}");
+    }
+}

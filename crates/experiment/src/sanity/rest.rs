@@ -1,0 +1,175 @@
+//! Motion while the chain should be at rest: a trigger that came late, or something that drifts.
+
+use chainwave_measurement::{Estimate, Observation, median};
+
+use super::Finding;
+use crate::setup::Setup;
+use crate::tracking::Tracked;
+use crate::tracks::FollowedBody;
+
+/// Fewer frames at rest do not tell motion from noise.
+const LEAST_FRAMES: usize = 6;
+/// A reading this many sigma off those of the first half has left its place, where the next one has too. Two readings in a row do so
+/// on one side by chance for one body in 300 000.
+const LEFT_SIGMAS: f64 = 3.0;
+/// One reading alone must be farther off.
+const LEFT_AT_ONCE_SIGMAS: f64 = 6.0;
+/// Means of the two halves this many sigma apart do not agree.
+const DRIFT_SIGMAS: f64 = 5.0;
+/// Standard deviation of normal numbers over the median of their distances from the median.
+const SIGMA_OF_MEDIAN: f64 = 1.4826;
+
+/// What a body does while it should rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Motion {
+    /// It has left its place before the rest ends.
+    Left {
+        /// From this frame on.
+        frame: usize,
+        /// How far it came, in the readings' unit.
+        by: f64,
+    },
+    /// The second half lies elsewhere than the first.
+    Drift {
+        /// By so much.
+        by: f64,
+        /// In standard deviations.
+        sigmas: f64,
+    },
+}
+
+/// The bodies of a recording that move before `rest_until_s`, told view by view with the largest one.
+pub(super) fn motion(setup: &Setup, tracked: &Tracked) -> Vec<Finding> {
+    let mut found: Vec<Moving> = Vec::new();
+    for (recording, observation) in tracked.recordings.iter().zip(&tracked.observations) {
+        let bodies = recording.tracks.bodies.iter();
+        found.extend(bodies.filter_map(|body| Moving::of(setup, observation, body)));
+    }
+    let mut views: Vec<u32> = found.iter().map(|moving| moving.view).collect();
+    views.sort_unstable();
+    views.dedup();
+    let of_view = |view: u32| {
+        let of_view: Vec<&Moving> = found.iter().filter(|moving| moving.view == view).collect();
+        finding(setup, &of_view)
+    };
+    views.into_iter().filter_map(of_view).collect()
+}
+
+/// A body that moves while it should rest.
+struct Moving {
+    view: u32,
+    recording: String,
+    body: usize,
+    /// How far, in pixels along the chain.
+    by_px: f64,
+    /// When the motion begins, where it has a beginning.
+    onset_s: Option<f64>,
+    drift_sigmas: f64,
+}
+
+impl Moving {
+    fn of(setup: &Setup, observation: &Observation, body: &FollowedBody) -> Option<Self> {
+        let rest_until_s = setup.experiment.tracking.rest_until_s;
+        let n_rest = observation.times_s.iter().take_while(|time_s| **time_s < rest_until_s).count();
+        let readings: Vec<Option<Estimate>> =
+            body.positions.iter().take(n_rest).map(|found| Some(found.as_ref().ok()?.x_px)).collect();
+        let (by_px, onset_s, drift_sigmas) = match moved(&readings)? {
+            Motion::Left { frame, by } => (by, observation.times_s.get(frame).copied(), 0.0),
+            Motion::Drift { by, sigmas } => (by, None, sigmas),
+        };
+        let (view, recording) = (observation.view, observation.recording.clone());
+        Some(Self { view, recording, body: body.body, by_px, onset_s, drift_sigmas })
+    }
+}
+
+fn finding(setup: &Setup, moving: &[&Moving]) -> Option<Finding> {
+    let farthest = moving.iter().max_by(|a, b| a.by_px.abs().total_cmp(&b.by_px.abs()))?;
+    let mut recordings: Vec<&str> = moving.iter().map(|one| one.recording.as_str()).collect();
+    recordings.dedup();
+    let rest_until_s = setup.experiment.tracking.rest_until_s;
+    let others = match recordings.len() {
+        1 => String::new(),
+        n => format!(" (and in {} other recordings of view {})", n - 1, farthest.view),
+    };
+    let onset_s = moving.iter().filter_map(|one| one.onset_s).fold(f64::INFINITY, f64::min);
+    let how = match onset_s.is_finite() {
+        true => format!(
+            "it begins at about {:.3} ms, before the rest ends at {:.3} ms: displacements count from places that bodies have already left \
+             (hint: a tracking.rest_until_s before {onset_s:.2e}; does the trigger come late?)",
+            1e3 * onset_s,
+            1e3 * rest_until_s
+        ),
+        false => format!(
+            "the second half of the rest lies elsewhere than the first by {:.1} standard deviations (hint: does the camera or the chain \
+             drift, or does the motion begin early?)",
+            farthest.drift_sigmas.abs()
+        ),
+    };
+    Some(Finding {
+        code: "motion_at_rest",
+        subject: farthest.recording.clone(),
+        text: format!(
+            "body {} moves by {:+.3} px while the chain should rest{others}; {how}",
+            farthest.body, farthest.by_px
+        ),
+    })
+}
+
+/// Whether readings at rest move, and how.
+fn moved(readings: &[Option<Estimate>]) -> Option<Motion> {
+    let seen: Vec<(usize, Estimate)> =
+        readings.iter().enumerate().filter_map(|(frame, reading)| Some((frame, (*reading)?))).collect();
+    if seen.len() < LEAST_FRAMES {
+        return None;
+    }
+    let (early, late) = seen.split_at(seen.len() / 2);
+    let values = |half: &[(usize, Estimate)]| half.iter().map(|(_, x)| x.value).collect::<Vec<f64>>();
+    let middle = median(values(early))?;
+    let distance = median(early.iter().map(|(_, x)| (x.value - middle).abs()).collect())?;
+    let stated = median(seen.iter().map(|(_, x)| x.sigma).collect())?;
+    let sigma = stated.max(SIGMA_OF_MEDIAN * distance);
+    let off = |x: &Estimate| (x.value - middle) / sigma;
+    let side = off(&seen.last()?.1).signum();
+    let tail = late.iter().rev().take_while(|(_, x)| side * off(x) > LEFT_SIGMAS).count();
+    let farthest = seen.last()?.1;
+    if tail >= 2 || (tail == 1 && off(&farthest).abs() > LEFT_AT_ONCE_SIGMAS) {
+        let (frame, _) = late[late.len() - tail];
+        return Some(Motion::Left { frame, by: farthest.value - middle });
+    }
+    let mean = |half: &[(usize, Estimate)]| values(half).iter().sum::<f64>() / half.len() as f64;
+    let by = mean(late) - mean(early);
+    let sigmas = by / (sigma * ((late.len() as f64).recip() + (early.len() as f64).recip()).sqrt());
+    (sigmas.abs() > DRIFT_SIGMAS).then_some(Motion::Drift { by, sigmas })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Readings of unit sigma whose noise is spread like a normal one's: the same each time.
+    fn readings(n: u32, motion: impl Fn(u32) -> f64) -> Vec<Option<Estimate>> {
+        let noise = |k: u32| 1.3 * f64::sin(f64::from(k * k) * 2.4) + 0.4 * f64::sin(f64::from(k) * 7.1);
+        (0..n).map(|k| Some(Estimate::new(noise(k) + motion(k), 1.0))).collect()
+    }
+
+    #[test]
+    fn noise_is_no_motion() {
+        assert_eq!(moved(&readings(38, |_| 0.0)), None);
+        assert_eq!(moved(&readings(400, |_| 0.0)), None);
+        assert_eq!(moved(&readings(3, |_| 100.0)), None);
+    }
+
+    #[test]
+    fn an_early_start_and_a_drift_are_told_apart() {
+        let Some(Motion::Left { frame, by }) =
+            moved(&readings(40, |k| 5.0 * f64::from(k.saturating_sub(32)).powi(2)))
+        else {
+            panic!("expected a start")
+        };
+        assert!((33..=34).contains(&frame) && (by - 245.0).abs() < 5.0, "{frame}, {by}");
+        let Some(Motion::Drift { by, .. }) = moved(&readings(400, |k| 0.004 * f64::from(k))) else {
+            panic!("expected a drift")
+        };
+        assert!((by - 0.8).abs() < 0.3, "{by}");
+    }
+}

@@ -1,0 +1,161 @@
+//! One view at rest: the first of its recordings that can be read, which bodies it should show, and what its picture has there.
+
+use std::sync::Arc;
+
+use chainwave_correlation::{PreparedSubset, Reference, Settings, Shape, ShapeChoice, mean_of_frames};
+use chainwave_measurement::{Recording, Region, Subset};
+
+use super::pitch::pitch_in_picture;
+use crate::configuration::Trial;
+use crate::setup::Setup;
+use crate::tracking::{bodies_in_view, frames_at_rest, open};
+
+/// Frames at rest whose mean is looked at: enough to see texture, and little to read.
+const MOST_FRAMES: usize = 8;
+
+/// A view as one of its recordings shows it.
+pub(super) struct Scene {
+    /// The recordings of the view that were made with the stage in one place.
+    pub(super) trials: Vec<Trial>,
+    /// The one that was opened.
+    pub(super) trial: Trial,
+    pub(super) recording: Arc<dyn Recording>,
+    /// The bodies that it should show, with their subsets.
+    pub(super) bodies: Vec<(usize, Subset)>,
+}
+
+/// One scene for each view and place of the stage.
+pub(super) fn scenes(setup: &Setup) -> Vec<Scene> {
+    let mut views: Vec<Vec<Trial>> = Vec::new();
+    for trial in &setup.trials {
+        let same =
+            |other: &Trial| other.view == trial.view && other.stage_m.total_cmp(&trial.stage_m).is_eq();
+        match views.iter_mut().find(|view| same(&view[0])) {
+            Some(view) => view.push(trial.clone()),
+            None => views.push(vec![trial.clone()]),
+        }
+    }
+    views.into_iter().filter_map(|trials| Scene::of(setup, trials)).collect()
+}
+
+impl Scene {
+    fn of(setup: &Setup, trials: Vec<Trial>) -> Option<Self> {
+        let opened = |trial: &Trial| {
+            Some((trial.clone(), open(setup, &setup.recordings.join(&trial.recording)).ok()?))
+        };
+        let (trial, recording) = trials.iter().find_map(opened)?;
+        let bodies = bodies_in_view(setup, trial.stage_m, recording.as_ref());
+        Some(Self { trials, trial, recording: recording.into(), bodies })
+    }
+
+    /// The view by its number and its place.
+    pub(super) fn name(&self) -> String {
+        format!("view {} (stage at {} m)", self.trial.view, self.trial.stage_m)
+    }
+}
+
+/// What the picture of a view at rest has at some body's place.
+pub(super) struct Place {
+    /// Number of the body; 0 and one more than the last lie a pitch beyond the chain's ends.
+    pub(super) body: i64,
+    pub(super) at_px: [f64; 2],
+    /// Texture, if there is any that places can be told by.
+    pub(super) texture: Option<Texture>,
+}
+
+/// The texture of a subset.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Texture {
+    /// Mean square of the differences between neighbouring pixels, in counts squared.
+    pub(super) steepness: f64,
+    /// Share of the pixels that can be used.
+    pub(super) used: f64,
+}
+
+/// What the picture of one view at rest tells.
+pub(super) struct Facts {
+    pub(super) view: String,
+    /// The bodies in view, in their order.
+    pub(super) bodies: Vec<Place>,
+    /// Places a pitch beyond either end of the chain that lie in the picture.
+    pub(super) beyond: Vec<Place>,
+    /// Pixels between neighbours: as the experiment has them, and as the picture repeats itself.
+    pub(super) pitch_px: Option<[f64; 2]>,
+}
+
+impl Facts {
+    /// `None` where the frames at rest cannot be read: tracking says why.
+    pub(super) fn of(setup: &Setup, scene: &Scene) -> Option<Self> {
+        let (recording, info) = (scene.recording.as_ref(), scene.recording.info());
+        let rest = frames_at_rest(setup, recording).ok()?.range();
+        let n_frames = rest.len().min(MOST_FRAMES);
+        let whole = Region::whole(info.width_px, info.height_px);
+        let picture = mean_of_frames(recording, whole, rest.start..rest.start + n_frames).ok()?;
+        let pitch_px = pitch_in_picture(&picture, info.width_px, &scene.bodies);
+        // By evidence, subsets are followed with the affine shape function first.
+        let shape = match setup.experiment.tracking.shape {
+            ShapeChoice::Named(shape) => shape,
+            ShapeChoice::ByEvidence => Shape::Affine,
+        };
+        let looked_at = Looked { width_px: info.width_px, picture: &picture, shape };
+        let reference =
+            Reference::new(whole, picture.clone(), n_frames).ok()?.saturating_at(info.full_scale());
+        let place = |body: i64, subset: &Subset| Place {
+            body,
+            at_px: [subset.x_px, subset.y_px],
+            texture: looked_at.texture(&reference, subset),
+        };
+        let beyond = [0, setup.experiment.chain.n_bodies as i64 + 1].into_iter().filter_map(|body| {
+            let subset = subset_at(setup, body, scene.trial.stage_m)?;
+            Reference::lies_inside(recording, &subset).then(|| place(body, &subset))
+        });
+        Some(Self {
+            view: scene.name(),
+            beyond: beyond.collect(),
+            bodies: scene.bodies.iter().map(|(body, subset)| place(*body as i64, subset)).collect(),
+            pitch_px,
+        })
+    }
+}
+
+fn subset_at(setup: &Setup, body: i64, stage_m: f64) -> Option<Subset> {
+    let tracking = &setup.experiment.tracking;
+    let [x_px, y_px] = setup.map.rest_px(body, stage_m)?;
+    let (half_width_px, half_height_px) = (tracking.half_width_px, tracking.half_height_px);
+    Some(Subset { name: body.to_string(), x_px, y_px, half_width_px, half_height_px })
+}
+
+/// A picture, row by row from the top.
+struct Looked<'a> {
+    width_px: usize,
+    picture: &'a [f32],
+    /// The shape function that subsets are followed with.
+    shape: Shape,
+}
+
+impl Looked<'_> {
+    fn texture(&self, reference: &Reference, subset: &Subset) -> Option<Texture> {
+        let settings = Settings { shape: self.shape, ..Settings::default() };
+        let prepared = PreparedSubset::new(reference, subset, &settings).ok()?;
+        let used = prepared.n_used() as f64 / prepared.n_pixels().max(1) as f64;
+        Some(Texture { steepness: self.steepness(subset), used })
+    }
+
+    fn steepness(&self, subset: &Subset) -> f64 {
+        let (x, y) = (subset.x_px.round() as usize, subset.y_px.round() as usize);
+        let columns = x.saturating_sub(subset.half_width_px)..x + subset.half_width_px;
+        let rows = y.saturating_sub(subset.half_height_px)..y + subset.half_height_px;
+        let count = |column: usize, row: usize| {
+            self.picture.get(row * self.width_px + column).copied().map_or(0.0, f64::from)
+        };
+        let (mut sum, mut n) = (0.0, 0.0);
+        for row in rows {
+            for column in columns.clone() {
+                let here = count(column, row);
+                sum += (count(column + 1, row) - here).powi(2) + (count(column, row + 1) - here).powi(2);
+                n += 2.0;
+            }
+        }
+        sum / f64::max(n, 1.0)
+    }
+}

@@ -1,0 +1,226 @@
+//! Whether the stage stood where the trials table has it: bodies in every view, the same bodies where views overlap, steps and pictures
+//! that agree.
+
+use chainwave_measurement::Estimate;
+
+use super::scene::Scene;
+use super::{Finding, Sanity};
+use crate::configuration::Trial;
+use crate::error::Error;
+use crate::numbers::NotNegative;
+use crate::setup::Setup;
+use crate::stages::{Stages, shared_and_found};
+use crate::tracking::bodies_in_view;
+
+/// Another meaning of a stage's position.
+struct Meaning {
+    what: &'static str,
+    position_m: fn(f64, f64) -> f64,
+}
+
+/// What a position may have meant, from the position as it stands and the pitch.
+const MEANINGS: [Meaning; 5] = [
+    Meaning { what: "does it count the other way?", position_m: |stage_m, _| -stage_m },
+    Meaning { what: "is it in millimetres?", position_m: |stage_m, _| 1e-3 * stage_m },
+    Meaning {
+        what: "is it in millimetres, and does it count the other way?",
+        position_m: |stage_m, _| -1e-3 * stage_m,
+    },
+    Meaning { what: "is it a pitch too far?", position_m: |stage_m, pitch_m| stage_m - pitch_m },
+    Meaning { what: "is it a pitch too near?", position_m: |stage_m, pitch_m| stage_m + pitch_m },
+];
+
+/// Views in which no body lies are left out.
+///
+/// # Errors
+/// [`Error::Configuration`] where no view has a body.
+pub(super) fn empty_views(setup: &Setup, scenes: &[Scene], sanity: &mut Sanity) -> Result<(), Error> {
+    for scene in scenes.iter().filter(|scene| scene.bodies.is_empty()) {
+        let info = scene.recording.info();
+        let stage_m = scene.trial.stage_m;
+        let first = setup.map.rest_px(1, stage_m);
+        let place = first.map_or("far outside the picture".into(), |[x, y]| format!("at ({x:.0}, {y:.0})"));
+        let shown = |meaning: &&Meaning| {
+            let other_m = (meaning.position_m)(stage_m, setup.experiment.chain.pitch_m.get());
+            !bodies_in_view(setup, other_m, scene.recording.as_ref()).is_empty()
+        };
+        let hint = MEANINGS
+            .iter()
+            .take(3)
+            .find(shown)
+            .map_or(String::new(), |meaning| format!(" (hint: {})", meaning.what));
+        let reason = format!(
+            "no body lies in the {} x {} px of {}: body 1 would be {place}{hint}",
+            info.width_px,
+            info.height_px,
+            scene.name()
+        );
+        sanity.leave_out(&scene.trials, &reason);
+    }
+    match scenes.iter().all(|scene| scene.bodies.is_empty()) {
+        false => Ok(()),
+        true => Err(Error::Configuration {
+            path: setup.path.clone(),
+            message: format!(
+                "camera.first_body_px, the scale and stage_m: expected bodies in at least one view, found: {}",
+                sanity.left_out.first().map_or("none", |(_, reason)| reason)
+            ),
+        }),
+    }
+}
+
+/// Views that should show a body of another view, and show another one there. Where another meaning of the stage's position finds the
+/// same body, the view is left out: its bodies would be taken for others. Views that should share none, and do by another meaning, are
+/// told.
+pub(super) fn other_bodies(setup: &Setup, scenes: &[Scene], sanity: &mut Sanity) {
+    let mut order: Vec<&Scene> = scenes.iter().filter(|scene| !scene.bodies.is_empty()).collect();
+    // The view whose stage moved least is believed: the others are compared outwards from it.
+    order.sort_by(|a, b| a.trial.stage_m.abs().total_cmp(&b.trial.stage_m.abs()));
+    let mut believed: Vec<&Scene> = Vec::new();
+    for scene in order {
+        let meaning = || {
+            MEANINGS.iter().find(|meaning| {
+                let pitch_m = setup.experiment.chain.pitch_m.get();
+                let stage_m = (meaning.position_m)(scene.trial.stage_m, pitch_m);
+                let moved = Trial { stage_m, ..scene.trial.clone() };
+                matches!(compared(setup, &believed, scene, &moved), Compared::SameBodies)
+            })
+        };
+        let told = match compared(setup, &believed, scene, &scene.trial) {
+            Compared::SameBodies => None,
+            Compared::OtherBodies(beside) => {
+                let what = format!("bodies that {beside} shows too look different there");
+                if let Some(meaning) = meaning() {
+                    let why = format!("{}: {what}, and are found elsewhere (stage_m: {})", scene.name(), meaning.what);
+                    sanity.leave_out(&scene.trials, &why);
+                    continue;
+                }
+                Some(format!("{what} (hint: is stage_m right, and the light the same?)"))
+            }
+            Compared::NothingShared => meaning().map(|meaning| {
+                format!("it should share no body with views nearer to stage 0, and shows one of theirs (stage_m: {})", meaning.what)
+            }),
+        };
+        let finding = |text| Finding { code: "other_bodies", subject: scene.name(), text };
+        sanity.findings.extend(told.map(finding));
+        believed.push(scene);
+    }
+}
+
+/// What a view shows of the bodies of others.
+enum Compared {
+    NothingShared,
+    SameBodies,
+    /// None of the bodies that it should share with this view.
+    OtherBodies(String),
+}
+
+fn compared(setup: &Setup, believed: &[&Scene], scene: &Scene, trial: &Trial) -> Compared {
+    let numbers: Vec<usize> = bodies_in_view(setup, trial.stage_m, scene.recording.as_ref())
+        .into_iter()
+        .map(|(body, _)| body)
+        .collect();
+    let shares = |other: &&&Scene| other.bodies.iter().any(|(body, _)| numbers.contains(body));
+    let mut beside = None;
+    // The views nearest along the chain share most.
+    for other in believed.iter().rev().filter(shares) {
+        match shared_and_found(setup, &other.trial, trial) {
+            Some((1.., 1..)) => return Compared::SameBodies,
+            Some((1.., 0)) => {
+                beside.get_or_insert_with(|| other.name());
+            }
+            _ => {}
+        }
+    }
+    beside.map_or(Compared::NothingShared, Compared::OtherBodies)
+}
+
+/// Relative difference of the stage's steps by pictures and by the table from which on it matters.
+const LEAST_SHARE: f64 = 1e-3;
+/// Standard deviations from which on a difference is none of chance.
+const SIGMAS: f64 = 4.0;
+
+/// Steps of the stage that the pictures contradict: all of them in proportion, as of a wrong scale, or one by itself.
+pub(super) fn contradicted(setup: &Setup, stages: &Stages) -> Vec<Finding> {
+    let steps = stages.steps_m();
+    let stage_sigma_m = setup.experiment.camera.stage_sigma_m.map_or(0.0, NotNegative::get);
+    let unsolved = stages.unsolved().map(|reason| Finding {
+        code: "stage_steps",
+        subject: "stage_m".into(),
+        text: format!("{reason}: positions stay as trials.csv states them"),
+    });
+    let mut findings: Vec<Finding> = unsolved.into_iter().collect();
+    let Some(slope) = slope(steps, stage_sigma_m) else { return findings };
+    let is_off = (slope.value - 1.0).abs() > LEAST_SHARE.max(SIGMAS * slope.sigma);
+    if is_off {
+        let px_per_m = setup.map.m_per_px().value.recip();
+        findings.push(Finding {
+            code: "stage_steps",
+            subject: format!("{} and stage_m", super::stated::scale_key(setup)),
+            text: format!(
+                "by the bodies that views share the stage moved {:.5} +- {:.5} times as far as trials.csv states: a scale of {:.2} px/m in place \
+                 of {px_per_m:.2} would agree, else the stage is off by {:+.2} %",
+                slope.value,
+                slope.sigma,
+                slope.value * px_per_m,
+                100.0 * (slope.value - 1.0)
+            ),
+        });
+    }
+    let in_proportion = if is_off { slope.value } else { 1.0 };
+    // Half a pixel puts no subset off its marker.
+    let least_m = 0.5 * setup.map.m_per_px().value;
+    for step in steps {
+        let off_m = step.found_m.value - in_proportion * step.stated_m;
+        if off_m.abs() > least_m.max(SIGMAS * step.found_m.sigma.hypot(stage_sigma_m)) {
+            findings.push(Finding {
+                code: "stage_steps",
+                subject: format!("views {} and {}", step.views[0], step.views[1]),
+                text: format!(
+                    "by the bodies that they share the stage moved {:.4} +- {:.4} mm between them, {:.4} mm by trials.csv",
+                    1e3 * step.found_m.value,
+                    1e3 * step.found_m.sigma,
+                    1e3 * step.stated_m
+                ),
+            });
+        }
+    }
+    findings
+}
+
+/// A step of the stage between two views.
+#[derive(Debug, Clone)]
+pub(crate) struct StatedStep {
+    pub(crate) views: [u32; 2],
+    pub(crate) stated_m: f64,
+    pub(crate) found_m: Estimate,
+}
+
+/// How many times as far as stated the stage moved, over all steps.
+fn slope(steps: &[StatedStep], stage_sigma_m: f64) -> Option<Estimate> {
+    let squares: f64 = steps.iter().map(|step| step.stated_m.powi(2)).sum();
+    if squares <= 0.0 {
+        return None;
+    }
+    let products: f64 = steps.iter().map(|step| step.stated_m * step.found_m.value).sum();
+    let variances: f64 =
+        steps.iter().map(|step| (step.stated_m * step.found_m.sigma.hypot(stage_sigma_m)).powi(2)).sum();
+    Some(Estimate::new(products / squares, variances.sqrt() / squares))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_in_proportion_tell_a_scale() {
+        let step = |stated_m: f64| StatedStep {
+            views: [1, 2],
+            stated_m,
+            found_m: Estimate::new(1.01 * stated_m, 1e-6),
+        };
+        let told = slope(&[step(0.12), step(0.24)], 0.0).unwrap();
+        assert!((told.value - 1.01).abs() < 1e-12 && told.sigma < 1e-5, "{told:?}");
+        assert!(slope(&[], 0.0).is_none() && slope(&[step(0.0)], 0.0).is_none());
+    }
+}

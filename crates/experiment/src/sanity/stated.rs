@@ -1,0 +1,123 @@
+//! Numbers that contradict each other before any picture is looked at: the scale, the masses.
+
+use chainwave_measurement::RecordingInfo;
+
+use super::Finding;
+use super::scene::Scene;
+use crate::error::Error;
+use crate::setup::Setup;
+
+/// The key that the scale comes from.
+pub(super) fn scale_key(setup: &Setup) -> &'static str {
+    let camera = &setup.experiment.camera;
+    match (&camera.ruler, &camera.marks, &camera.calibration) {
+        (Some(_), ..) => "camera.ruler",
+        (_, Some(_), _) => "camera.marks",
+        (.., Some(_)) => "camera.calibration",
+        _ => "camera.scale_px_per_m",
+    }
+}
+
+/// Neighbours must be apart in the picture, and several of them in it.
+///
+/// # Errors
+/// [`Error::Configuration`] where neighbours lie inside each other's subsets.
+pub(super) fn scale(setup: &Setup, scenes: &[Scene]) -> Result<Option<Finding>, Error> {
+    let (chain, tracking) = (&setup.experiment.chain, &setup.experiment.tracking);
+    let px_per_m = setup.map.m_per_px().value.recip();
+    let pitch_px = chain.pitch_m.get() * px_per_m;
+    let subset_px = (2 * tracking.half_width_px + 1) as f64;
+    let width_px = scenes.iter().map(|scene| scene.recording.info().width_px).max().unwrap_or(0) as f64;
+    let key = scale_key(setup);
+    let stated = format!(
+        "neighbours should lie {pitch_px:.4} px apart (chain.pitch_m = {}, {px_per_m} px/m)",
+        chain.pitch_m.get()
+    );
+    let fits = |factor: f64| (subset_px..=width_px).contains(&(factor * pitch_px));
+    let unit = [(1e3, "px/mm"), (1e-3, "px/km"), (1e6, "px/um"), (1e2, "px/cm")]
+        .into_iter()
+        .find(|(factor, _)| fits(*factor))
+        .map(|(factor, unit)| {
+            format!(" (hint: {} px/m if this is in {unit}, or pitch_m in another unit)", factor * px_per_m)
+        })
+        .unwrap_or_default();
+    if pitch_px <= 0.5 * subset_px {
+        return Err(Error::Configuration {
+            path: setup.path.clone(),
+            message: format!("{key}: {stated}, inside each other's subsets of {subset_px} px{unit}"),
+        });
+    }
+    let found = |code, text| Ok(Some(Finding { code, subject: key.into(), text }));
+    if pitch_px < subset_px {
+        return found(
+            "subsets_overlap",
+            format!("{stated}, and subsets of {subset_px} px overlap: each sees its neighbours move{unit}"),
+        );
+    }
+    if pitch_px > width_px {
+        return found(
+            "scale",
+            format!("{stated}, in a picture of {width_px} px that then shows one body at most{unit}"),
+        );
+    }
+    Ok(None)
+}
+
+/// A striker so many times as heavy or light as a body is none.
+const MOST_MASS_RATIO: f64 = 1000.0;
+/// Fewer gaps than this in a whole recording are no wave that could be measured.
+const LEAST_GAPS: f64 = 2.0;
+/// More gaps than this between two frames cannot be told apart.
+const MOST_GAPS_A_FRAME: f64 = 2.0;
+
+/// Masses and contact law say how fast a wave runs: it should pass a few gaps while it is filmed, and not many from frame to frame.
+///
+/// # Errors
+/// A contact law that makes no sense.
+pub(super) fn masses(setup: &Setup, scenes: &[Scene]) -> Result<Vec<Finding>, Error> {
+    let (chain, striker) = (&setup.experiment.chain, &setup.experiment.striker);
+    let mut findings = Vec::new();
+    let ratio = striker.mass_kg.get() / chain.mass_kg.get();
+    if !(MOST_MASS_RATIO.recip()..=MOST_MASS_RATIO).contains(&ratio) {
+        findings.push(Finding {
+            code: "masses",
+            subject: "striker.mass_kg".into(),
+            text: format!(
+                "{} kg is {ratio:.3e} times chain.mass_kg = {} kg (hint: is one of them in grams?)",
+                striker.mass_kg.get(),
+                chain.mass_kg.get()
+            ),
+        });
+    }
+    let linear = setup.experiment.linear_chain()?;
+    let infos = || scenes.iter().map(|scene| scene.recording.info());
+    let longest_s = infos().filter_map(|info| info.times_s.last()).fold(0.0, |a: f64, b| a.max(*b));
+    let frame_s = infos().filter_map(interval_s).fold(f64::INFINITY, f64::min);
+    let bodies_per_s = linear.bodies_per_s();
+    let (in_all, in_a_frame) = (bodies_per_s * longest_s, bodies_per_s * frame_s);
+    let speed = linear.sound_speed_m_per_s(chain.pitch_m.get());
+    let told = format!(
+        "with a mass of {} kg and a stiffness of {:.4e} N/m a wave runs at {speed:.3e} m/s",
+        chain.mass_kg.get(),
+        linear.stiffness_n_per_m
+    );
+    let subject = || "chain.mass_kg and contact".to_owned();
+    if longest_s > 0.0 && in_all < LEAST_GAPS {
+        let hint = "are masses in grams, or is the contact law in other units?";
+        let text = format!(
+            "{told} and passes {in_all:.2} gaps in the {longest_s:.4} s that are filmed after the trigger (hint: {hint})"
+        );
+        findings.push(Finding { code: "masses", subject: subject(), text });
+    } else if in_a_frame > MOST_GAPS_A_FRAME {
+        let hint = "is the mass in other units, or the frame rate wrong?";
+        let text =
+            format!("{told} and passes {in_a_frame:.1} gaps from one frame to the next (hint: {hint})");
+        findings.push(Finding { code: "masses", subject: subject(), text });
+    }
+    Ok(findings)
+}
+
+fn interval_s(info: &RecordingInfo) -> Option<f64> {
+    let (first, last) = (info.times_s.first()?, info.times_s.last()?);
+    (info.times_s.len() > 1).then(|| (last - first) / (info.times_s.len() - 1) as f64)
+}
