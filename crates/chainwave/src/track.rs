@@ -77,7 +77,7 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
 /// What every recording is tracked with.
 struct Job<'a> {
     arguments: &'a cli::Track,
-    points: &'a [Point],
+    points: &'a [PlacedPoint],
     chosen: Chosen,
     sensor: Option<&'a SensorFiles>,
     reference: ReferenceFrames,

@@ -13,6 +13,9 @@ use crate::least_squares::{self, Bounds, LeastSquares, NormalEquations, Stop, mi
 pub(super) const STARTS: [f64; 11] = [0.01, 0.1, 0.2, 0.3, 0.5, 0.7, 1.3, 1.5, 2.0, 3.0, 5.0];
 /// Offsets delta_0 from which it starts, as fractions of the largest overlap: 10^(-3 + k/2).
 const N_OFFSETS: i32 = 11;
+/// Least and largest delta_0 over the largest overlap: a pure power of the overlap has none, an exponential one without end.
+const SHORTEST_OFFSET: f64 = 1e-6;
+const LONGEST_OFFSET: f64 = 1e4;
 /// Readings on which the grid is tried: enough to tell good starts from bad ones.
 const GRID_READINGS: usize = 64;
 /// Starts that are followed to their minimum.
@@ -153,7 +156,9 @@ struct Problem<'a> {
 impl<'a> Problem<'a> {
     fn new(curve: &'a Curve, unknowns: Unknowns, fixed: Parameters) -> Self {
         let free = (f64::NEG_INFINITY, f64::INFINITY);
-        let chosen = unknowns.chosen([free, free, EXPONENTS, free, free]);
+        let range_m = curve.ends_m().1;
+        let ln_delta_0 = (SHORTEST_OFFSET * range_m, LONGEST_OFFSET * range_m);
+        let chosen = unknowns.chosen([free, (ln_delta_0.0.ln(), ln_delta_0.1.ln()), EXPONENTS, free, free]);
         let bounds = Bounds::dense(chosen.collect());
         Self { curve, unknowns, fixed, noise_n: curve.noise_n().max(curve.rounding_n()), bounds }
     }
