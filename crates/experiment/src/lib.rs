@@ -62,7 +62,8 @@ pub use decisions::Decision;
 pub use error::Error;
 pub use evaluation::{Departures, EVALUATION_VERSION, Evaluation, ModelBeside, evaluate, measure_motion};
 pub use film::{
-    FAULT_KINDS, Fault, FilmTruth, FilmedRings, MeanMotion, StrikerTruth, TrueTrial, Truth, film_experiment,
+    CameraEffect, FAULT_KINDS, Fault, FilmTruth, FilmedRings, MeanMotion, StrikerTruth, TrueTrial, Truth,
+    film_experiment,
 };
 pub use follow::{EdgeNote, Followed, FollowedSubset, edges_beside, follow, threads_of_each};
 pub use key::{TrackKey, fingerprint};
