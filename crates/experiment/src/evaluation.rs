@@ -21,9 +21,12 @@ use crate::configuration::Experiment;
 use crate::error::Error;
 use crate::notices::notices;
 use crate::numbers::{NotNegative, Positive};
+use crate::picture_errors::PictureErrors;
+use crate::scale::ScaleCheck;
 use crate::setup::Setup;
 use crate::shared_errors::SharedErrors;
 use crate::standing::Standings;
+use crate::steadying::Steadying;
 use crate::tracking::Tracked;
 
 /// To be raised whenever the same tracks would give other results; `golden_results` among the tests of the whole guards it.
@@ -33,6 +36,10 @@ pub const EVALUATION_VERSION: u32 = 1;
 pub struct Evaluation {
     /// Recordings that contradict the others of their view, and were left out.
     pub left_out: Vec<Outlier>,
+    /// Whether the camera moves.
+    pub(crate) steadying: Steadying,
+    /// What of the camera is shared by frames and trials: its motion, its scale, and what lies on its sensor.
+    of_camera: Vec<String>,
     /// What recordings had amiss that was put right.
     notices: Vec<String>,
     /// The motion, and how views and trials were aligned.
@@ -93,17 +100,30 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
         drive_scatter: Some(experiment.striker.scatter()),
         ..Settings::new(experiment.chain.n_bodies, 0.0)
     };
-    let left_out = outliers(&tracked.observations, &settings)?;
-    let (recordings, observations) = tracked.kept(&left_out);
-    let mut stitched = merge(&observations, &settings)?;
-    let shared = SharedErrors::of(setup, &recordings, &settings, &stitched, n_threads)?;
-    shared.add_to(&mut stitched.motion);
     let law = experiment.contact.power_law()?;
+    let steadying = Steadying::of(experiment, &tracked.observations, &tracked.stages.scale, &law)?;
+    let steadied = steadying.steadied(tracked.observations.clone());
+    let left_out = outliers(&steadied, &settings)?;
+    let (recordings, observations) = tracked.kept(&steadied, &left_out);
+    let mut stitched = merge(&observations, &settings)?;
+    let shared = SharedErrors::of(setup, &recordings, &steadying, &settings, &stitched, n_threads)?;
+    shared.add_to(&mut stitched.motion);
+    steadying.add_to(&mut stitched.motion, &observations);
+    let (_, as_read) = tracked.kept(&tracked.observations, &left_out);
+    let picture_errors = PictureErrors::of(
+        &as_read,
+        experiment.tracking.rest_until_s,
+        &steadying.rests_until_s,
+        setup.map.m_per_px().value,
+    );
+    picture_errors.add_to(&mut stitched.motion);
+    tracked.stages.scale.add_to(&mut stitched.motion, &observations);
+    let observations = picture_errors.widened(observations);
     let chosen = chosen_gaps(experiment);
     let measurement = shared.measure(experiment, &stitched.motion, &law, chosen, n_threads)?;
     let used = measurement.group_velocity.as_ref().ok().map(|velocity| velocity.gaps.0..=velocity.gaps.1);
     let chain = starting_chain(experiment, law);
-    let known = known(experiment, &setup.map);
+    let known = known(experiment, &setup.map, &tracked.stages.scale);
     let track_model = track_model(experiment, chain.clone(), &known, n_threads);
     let offsets_s: Vec<f64> = stitched.alignments.iter().map(|one| one.trigger_offset_s.value).collect();
     let track_fit = fit_tracks(&observations, &offsets_s, &track_model);
@@ -142,6 +162,13 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
     let standings = Standings::of(&stitched.alignments, accepted(&track_fit));
     Ok(Evaluation {
         left_out,
+        of_camera: steadying
+            .warning()
+            .into_iter()
+            .chain(tracked.stages.scale.warnings())
+            .chain(picture_errors.warnings())
+            .collect(),
+        steadying,
         notices: notices(experiment, &tracked.recordings, &observations, &standings),
         stitched,
         standings,
@@ -161,6 +188,7 @@ impl Evaluation {
             .left_out
             .iter()
             .map(|outlier| format!("{} was left out: {}", outlier.recording, outlier.evidence));
+        let left_out = left_out.chain(self.of_camera.iter().cloned());
         left_out.chain(self.stitched.warnings.iter().cloned()).chain(self.notices.iter().cloned()).collect()
     }
 
@@ -244,14 +272,14 @@ fn track_model(
 }
 
 /// What the experiment knows only within an uncertainty, and the fit may move. Of a lens, what remains of its distortion counts as
-/// an error of the scale, by its size in the picture's middle.
-fn known(experiment: &Experiment, map: &ChainMap) -> Vec<Known> {
+/// an error of the scale, by its size in the picture's middle. A scale that the stage contradicts is known only within that.
+fn known(experiment: &Experiment, map: &ChainMap, contradiction: &ScaleCheck) -> Vec<Known> {
     let scale = map.m_per_px();
     let (chain, striker, contact) = (&experiment.chain, &experiment.striker, &experiment.contact);
     let relative =
         |sigma: Option<NotNegative>, value: Positive| sigma.map_or(0.0, NotNegative::get) / value.get();
     [
-        (Quantity::Scale, scale.sigma / scale.value),
+        (Quantity::Scale, (scale.sigma / scale.value).hypot(contradiction.relative_sigma())),
         (Quantity::BodyMass, relative(chain.mass_sigma_kg, chain.mass_kg)),
         (Quantity::StrikerMass, relative(striker.mass_sigma_kg, striker.mass_kg)),
         (Quantity::Prefactor, relative(contact.a_sigma, contact.a)),

@@ -16,6 +16,7 @@ use chainwave_stitching::{StageStep, refine_stages};
 use crate::configuration::Trial;
 use crate::error::Error;
 use crate::numbers::NotNegative;
+use crate::scale::{ScaleCheck, SharedBody};
 use crate::setup::Setup;
 use crate::tracking::{bodies_in_view, frames_at_rest, open};
 
@@ -25,6 +26,8 @@ pub struct Stages {
     views: Vec<View>,
     /// Whether positions count as refined wherever they are used, for which their stated ones need an uncertainty.
     is_used: bool,
+    /// What the steps and the bodies' sizes say of the pictures' scale.
+    pub(crate) scale: ScaleCheck,
 }
 
 /// Recordings that were made with the stage in one place.
@@ -44,12 +47,15 @@ impl Stages {
             setup.experiment.camera.stage_sigma_m.map(NotNegative::get).filter(|sigma_m| *sigma_m > 0.0);
         let pairs: Vec<[usize; 2]> =
             (0..views.len()).flat_map(|one| (one + 1..views.len()).map(move |other| [one, other])).collect();
-        let steps =
+        let between =
             map_in_parallel(pairs.len(), n_threads, |i| steps_between(setup, &views, pairs[i], method));
+        let (steps, shared): (Vec<StageStep>, Vec<SharedBody>) = between.concat().into_iter().unzip();
         let stated_m: Vec<f64> = views.iter().map(|view| view.stated_m).collect();
-        let refined = refine_stages(&stated_m, sigma_m, &steps.concat())?;
+        let refined = refine_stages(&stated_m, sigma_m, &steps)?;
         views.iter_mut().zip(refined).for_each(|(view, refined_m)| view.refined_m = refined_m);
-        Ok(Self { views, is_used: sigma_m.is_some() })
+        let scale = setup.map.m_per_px();
+        let scale = ScaleCheck::of(&shared, sigma_m, scale.sigma / scale.value);
+        Ok(Self { views, is_used: sigma_m.is_some(), scale })
     }
 
     /// The refined position of a recording's stage, where another view ties it down.
@@ -102,16 +108,29 @@ fn views(trials: &[Trial]) -> Vec<View> {
 }
 
 /// Every recording of one view beside one of the other: the scatter of their steps tells whether bodies come back to their places.
-fn steps_between(setup: &Setup, views: &[View], [one, other]: [usize; 2], method: Method) -> Vec<StageStep> {
+fn steps_between(
+    setup: &Setup,
+    views: &[View],
+    [one, other]: [usize; 2],
+    method: Method,
+) -> Vec<(StageStep, SharedBody)> {
+    let shared = |pair: Pair| {
+        let step = pair.step(setup, [one, other], method)?;
+        let stated_m = views[other].stated_m - views[one].stated_m;
+        let place_px = pair.subset.x_px + pair.corners_px[0][0] - pair.middle_px;
+        let body = SharedBody {
+            views: [one, other].map(|view| views[view].number),
+            stated_m,
+            from_middle: setup.map.m_per_px().value * place_px / stated_m,
+            found_m: step.step_m,
+            magnified: pair.magnified(method),
+        };
+        Some((step, body))
+    };
     let trials = views[one].trials.iter().zip(&views[other].trials);
     let steps = trials.filter_map(|(first, second)| {
         let (first, second) = (AtRest::of(setup, first).ok()?, AtRest::of(setup, second).ok()?);
-        Some(
-            first
-                .shared_with(&second)
-                .filter_map(|pair| pair.step(setup, [one, other], method))
-                .collect::<Vec<_>>(),
-        )
+        Some(first.shared_with(&second).filter_map(shared).collect::<Vec<_>>())
     });
     steps.flatten().collect()
 }
@@ -151,6 +170,8 @@ struct Pair {
     corners_px: [[f64; 2]; 2],
     /// In the first frame.
     subset: Subset,
+    /// Column of the middle of the first recording's pictures.
+    middle_px: f64,
 }
 
 impl Pair {
@@ -174,12 +195,34 @@ impl Pair {
             },
             frames,
             corners_px,
+            middle_px: 0.5 * (at_rest.recording.info().width_px as f64 - 1.0),
             subset: Subset {
                 x_px: subset.x_px - corners_px[0][0],
                 y_px: subset.y_px - corners_px[0][1],
                 ..subset.clone()
             },
         })
+    }
+
+    /// How much larger the marker is in the second frame, by the places of its left and its right half there; `None` where it is too
+    /// small for halves, or one is not found again.
+    fn magnified(&self, method: Method) -> Option<Estimate> {
+        let half_width_px = self.subset.half_width_px.checked_sub(1)? / 2;
+        let apart_px = (self.subset.half_width_px - half_width_px) as f64;
+        let half = |side: f64| Subset {
+            x_px: self.subset.x_px + side * apart_px,
+            half_width_px,
+            ..self.subset.clone()
+        };
+        let halves = [half(-1.0), half(1.0)];
+        let tracks = method.track(self, &halves, &ReferenceFrames::Single(0), &Settings::default(), &|_| ());
+        let mut found = tracks.ok()?.into_iter().map(|mut track| Some(track.positions.pop()?.ok()?.x_px));
+        let (left, right) = (found.next()??, found.next()??);
+        let before_px = 2.0 * apart_px;
+        Some(Estimate::new(
+            (right.value - left.value) / before_px - 1.0,
+            right.sigma.hypot(left.sigma) / before_px,
+        ))
     }
 
     /// The step of the stage, with what the errors of the calibration add to it; `None` where the marker is not found again.
