@@ -12,7 +12,7 @@ use chainwave_inference::{
     TrackFit, TrackModel, fit_imposed, fit_peak_energies, fit_tracks, fitted_motion, scatter_of_bodies,
     softening,
 };
-use chainwave_measurement::{ChainMotion, Estimate, Trajectory};
+use chainwave_measurement::{ChainMotion, Estimate, Observation, Trajectory};
 use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Striker, simulate};
 use chainwave_stitching::{Outlier, Settings, Stitched, merge, outliers};
 
@@ -30,7 +30,7 @@ use crate::steadying::Steadying;
 use crate::tracking::Tracked;
 
 /// To be raised whenever the same tracks would give other results; `golden_results` among the tests of the whole guards it.
-pub const EVALUATION_VERSION: u32 = 1;
+pub const EVALUATION_VERSION: u32 = 2;
 
 /// Everything that follows from the tracks.
 pub struct Evaluation {
@@ -95,30 +95,9 @@ impl ModelBeside {
 /// Tracks that cannot be stitched or measured; a fit that fails is no error but stands in its field.
 pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> Result<Evaluation, Error> {
     let experiment = &setup.experiment;
-    let settings = Settings {
-        rest_until_s: experiment.tracking.rest_until_s,
-        drive_scatter: Some(experiment.striker.scatter()),
-        ..Settings::new(experiment.chain.n_bodies, 0.0)
-    };
     let law = experiment.contact.power_law()?;
-    let steadying = Steadying::of(experiment, &tracked.observations, &tracked.stages.scale, &law)?;
-    let steadied = steadying.steadied(tracked.observations.clone());
-    let left_out = outliers(&steadied, &settings)?;
-    let (recordings, observations) = tracked.kept(&steadied, &left_out);
-    let mut stitched = merge(&observations, &settings)?;
-    let shared = SharedErrors::of(setup, &recordings, &steadying, &settings, &stitched, n_threads)?;
-    shared.add_to(&mut stitched.motion);
-    steadying.add_to(&mut stitched.motion, &observations);
-    let (_, as_read) = tracked.kept(&tracked.observations, &left_out);
-    let picture_errors = PictureErrors::of(
-        &as_read,
-        experiment.tracking.rest_until_s,
-        &steadying.rests_until_s,
-        setup.map.m_per_px().value,
-    );
-    picture_errors.add_to(&mut stitched.motion);
-    tracked.stages.scale.add_to(&mut stitched.motion, &observations);
-    let observations = picture_errors.widened(observations);
+    let Merged { left_out, steadying, of_camera, shared, stitched, observations } =
+        merged(setup, tracked, &law, n_threads)?;
     let chosen = chosen_gaps(experiment);
     let measurement = shared.measure(experiment, &stitched.motion, &law, chosen, n_threads)?;
     let used = measurement.group_velocity.as_ref().ok().map(|velocity| velocity.gaps.0..=velocity.gaps.1);
@@ -162,12 +141,7 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
     let standings = Standings::of(&stitched.alignments, accepted(&track_fit));
     Ok(Evaluation {
         left_out,
-        of_camera: steadying
-            .warning()
-            .into_iter()
-            .chain(tracked.stages.scale.warnings())
-            .chain(picture_errors.warnings())
-            .collect(),
+        of_camera,
         steadying,
         notices: notices(experiment, &tracked.recordings, &observations, &standings),
         stitched,
@@ -179,6 +153,53 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
         energy_fit,
         model: beside,
     })
+}
+
+/// Recordings merged to one motion.
+struct Merged {
+    left_out: Vec<Outlier>,
+    steadying: Steadying,
+    /// What the reader should know of the camera.
+    of_camera: Vec<String>,
+    shared: SharedErrors,
+    stitched: Stitched,
+    /// The recordings that were kept, as fits take them.
+    observations: Vec<Observation>,
+}
+
+/// Merges recordings. What the camera does of its own is taken out of them first, or else stands among the motion's errors.
+fn merged(
+    setup: &Setup,
+    tracked: &Tracked,
+    law: &PowerLaw,
+    n_threads: NonZero<usize>,
+) -> Result<Merged, Error> {
+    let (experiment, scale) = (&setup.experiment, &tracked.stages.scale);
+    let settings = Settings {
+        rest_until_s: experiment.tracking.rest_until_s,
+        drive_scatter: Some(experiment.striker.scatter()),
+        ..Settings::new(experiment.chain.n_bodies, 0.0)
+    };
+    let steadying = Steadying::of(experiment, &tracked.observations, scale, law)?;
+    let steadied = steadying.steadied(tracked.observations.clone());
+    let left_out = outliers(&steadied, &settings)?;
+    let (recordings, observations) = tracked.kept(&steadied, &left_out);
+    let mut stitched = merge(&observations, &settings)?;
+    let shared = SharedErrors::of(setup, &recordings, &steadying, &settings, &stitched, n_threads)?;
+    shared.add_to(&mut stitched.motion);
+    steadying.add_to(&mut stitched.motion, &observations);
+    let (_, as_read) = tracked.kept(&tracked.observations, &left_out);
+    let picture_errors = PictureErrors::of(
+        &as_read,
+        experiment.tracking.rest_until_s,
+        &steadying.rests_until_s,
+        setup.map.m_per_px().value,
+    );
+    picture_errors.add_to(&mut stitched.motion);
+    scale.add_to(&mut stitched.motion, &observations);
+    let observations = picture_errors.widened(observations);
+    let said = steadying.warning().into_iter().chain(scale.warnings()).chain(picture_errors.warnings());
+    Ok(Merged { of_camera: said.collect(), left_out, steadying, shared, stitched, observations })
 }
 
 impl Evaluation {
