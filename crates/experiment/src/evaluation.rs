@@ -197,7 +197,7 @@ fn merged(
     );
     picture_errors.add_to(&mut stitched.motion);
     scale.add_to(&mut stitched.motion, &observations);
-    let observations = picture_errors.widened(observations);
+    let observations = steadying.widened(picture_errors.widened(observations));
     let said = steadying.warning().into_iter().chain(scale.warnings()).chain(picture_errors.warnings());
     Ok(Merged { of_camera: said.collect(), left_out, steadying, shared, stitched, observations })
 }

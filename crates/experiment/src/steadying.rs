@@ -74,6 +74,27 @@ impl Steadying {
         motion.modes.push(ErrorMode { source: ErrorSource::CameraMotion, displacement_m });
     }
 
+    /// Positions whose uncertainty is such that a fit to all of them, which takes them for independent, gives an unknown motion its weight:
+    /// it hardly changes from frame to frame, so that its variance counts as often as there are frames in which it is not known, and
+    /// what all recordings share of it as often again as there are recordings.
+    pub(crate) fn widened(&self, mut observations: Vec<Observation>) -> Vec<Observation> {
+        let Some(camera) = self.motion() else { return observations };
+        let shared_m2 = camera.shared_m.powi(2);
+        let own_m2 = (camera.departure.size.value.powi(2) - shared_m2).max(0.0);
+        let of_all_m2 = own_m2 + shared_m2 * observations.len() as f64;
+        for observation in &mut observations {
+            let is_known = |time_s: &f64| camera.is_known(&observation.recording, *time_s);
+            let known: Vec<bool> = observation.times_s.iter().map(is_known).collect();
+            let extra_m2 = of_all_m2 * known.iter().filter(|known| !**known).count() as f64;
+            for track in &mut observation.bodies {
+                let open = track.position_m.iter_mut().zip(&known).filter(|(_, known)| !**known);
+                let widened = |x: Estimate| Estimate::new(x.value, (x.sigma.powi(2) + extra_m2).sqrt());
+                open.for_each(|(place, _)| *place = place.map(widened));
+            }
+        }
+        observations
+    }
+
     /// What the reader should know of a camera that moves.
     pub(crate) fn warning(&self) -> Option<String> {
         let camera = self.motion()?;
@@ -85,7 +106,7 @@ impl Steadying {
         Some(format!(
             "the camera moves: bodies that the wave has not reached swing together by {:.2} um (rms){set_off}. It was taken out of the \
              {:.0} % of frames that show two such bodies; in the others it counts as an uncertainty, which hardly varies within a \
-             period, so that damping and speeds may be farther off than stated",
+             period, so that speeds may be farther off than stated (hint: a firmer stand, or more bodies ahead of the wave in view)",
             1e6 * camera.departure.size.value,
             100.0 * n_known as f64 / n.max(1) as f64
         ))
