@@ -180,15 +180,15 @@ fn merged(
         drive_scatter: Some(experiment.striker.scatter()),
         ..Settings::new(experiment.chain.n_bodies, 0.0)
     };
-    let steadying = Steadying::of(experiment, &tracked.observations, scale, law)?;
-    let steadied = steadying.steadied(tracked.observations.clone());
-    let left_out = outliers(&steadied, &settings)?;
-    let (recordings, observations) = tracked.kept(&steadied, &left_out);
+    // A recording of other bodies than it is taken for would move the camera.
+    let left_out = outliers(&tracked.observations, &settings)?;
+    let (recordings, as_read) = tracked.kept(&left_out);
+    let steadying = Steadying::of(experiment, &as_read, scale, law)?;
+    let observations = steadying.steadied(as_read.clone());
     let mut stitched = merge(&observations, &settings)?;
     let shared = SharedErrors::of(setup, &recordings, &steadying, &settings, &stitched, n_threads)?;
     shared.add_to(&mut stitched.motion);
     steadying.add_to(&mut stitched.motion, &observations);
-    let (_, as_read) = tracked.kept(&tracked.observations, &left_out);
     let picture_errors = PictureErrors::of(
         &as_read,
         experiment.tracking.rest_until_s,

@@ -123,7 +123,7 @@ fn steps_between(
             stated_m,
             from_middle: setup.map.m_per_px().value * place_px / stated_m,
             found_m: step.step_m,
-            magnified: pair.magnified(method),
+            magnified: pair.magnified(setup, method),
         };
         Some((step, body))
     };
@@ -204,9 +204,9 @@ impl Pair {
         })
     }
 
-    /// How much larger the marker is in the second frame, by the places of its left and its right half there; `None` where it is too
+    /// How much larger the marker is in the second frame, by the calibration and by the places of its left and its right half there; `None` where it is too
     /// small for halves, or one is not found again.
-    fn magnified(&self, method: Method) -> Option<Estimate> {
+    fn magnified(&self, setup: &Setup, method: Method) -> Option<Estimate> {
         let half_width_px = self.subset.half_width_px.checked_sub(1)? / 2;
         let apart_px = (self.subset.half_width_px - half_width_px) as f64;
         let half = |side: f64| Subset {
@@ -216,13 +216,19 @@ impl Pair {
         };
         let halves = [half(-1.0), half(1.0)];
         let tracks = method.track(self, &halves, &ReferenceFrames::Single(0), &Settings::default(), &|_| ());
-        let mut found = tracks.ok()?.into_iter().map(|mut track| Some(track.positions.pop()?.ok()?.x_px));
+        let mut found = tracks.ok()?.into_iter().map(|mut track| track.positions.pop()?.ok());
         let (left, right) = (found.next()??, found.next()??);
-        let before_px = 2.0 * apart_px;
-        Some(Estimate::new(
-            (right.value - left.value) / before_px - 1.0,
-            right.sigma.hypot(left.sigma) / before_px,
-        ))
+        let map = &setup.map.of_chain.map;
+        let place_m = |frame: usize, [x_px, y_px]: [f64; 2]| {
+            let [x0_px, y0_px] = self.corners_px[frame];
+            map.position_m([x_px + x0_px, y_px + y0_px])[0]
+        };
+        let [before_left_m, before_right_m] =
+            halves.each_ref().map(|half| place_m(0, [half.x_px, half.y_px]));
+        let [after_left_m, after_right_m] =
+            [left, right].map(|half| place_m(1, [half.x_px.value, half.y_px.value]));
+        let size = (after_right_m - after_left_m) / (before_right_m - before_left_m);
+        Some(Estimate::new(size - 1.0, right.x_px.sigma.hypot(left.x_px.sigma) / (2.0 * apart_px)))
     }
 
     /// The step of the stage, with what the errors of the calibration add to it; `None` where the marker is not found again.

@@ -70,17 +70,13 @@ pub struct FailedRecording {
 }
 
 impl Tracked {
-    /// The recordings without some, and of as many observations the same.
-    pub(crate) fn kept(
-        &self,
-        observations: &[Observation],
-        left_out: &[Outlier],
-    ) -> (Vec<TrackedRecording>, Vec<Observation>) {
+    /// The same without some recordings.
+    pub(crate) fn kept(&self, left_out: &[Outlier]) -> (Vec<TrackedRecording>, Vec<Observation>) {
         let is_kept = |index: &usize| left_out.iter().all(|outlier| outlier.index != *index);
         let kept: Vec<usize> = (0..self.recordings.len()).filter(is_kept).collect();
         (
             kept.iter().map(|index| self.recordings[*index].clone()).collect(),
-            kept.iter().map(|index| observations[*index].clone()).collect(),
+            kept.iter().map(|index| self.observations[*index].clone()).collect(),
         )
     }
 }
