@@ -40,6 +40,7 @@
 //! ```
 
 mod across;
+mod camera_motion;
 mod check;
 mod columns;
 mod departure;
@@ -63,6 +64,7 @@ mod tail;
 mod velocity;
 
 pub use across::{motion_across, motion_across_rule};
+pub use camera_motion::{CameraMotion, camera_motion, camera_motion_rule};
 pub use departure::Departure;
 pub use dispersion::{DispersionMap, dispersion_map};
 pub use energy::{DampingShare, EnergyLaw, PeakEnergies, damping_share, peak_energies};

@@ -1,6 +1,6 @@
 //! Probabilities of being as far off by chance.
 
-use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
+use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, StudentsT};
 
 /// Probability that a standard normal number lies beyond `z`.
 pub fn normal_beyond(z: f64) -> f64 {
@@ -10,6 +10,11 @@ pub fn normal_beyond(z: f64) -> f64 {
 /// Probability that chi squared with `n` degrees of freedom lies beyond `x`.
 pub fn chi_squared_beyond(x: f64, n: f64) -> f64 {
     ChiSquared::new(n).map_or(1.0, |law| law.sf(x.max(0.0)))
+}
+
+/// Probability that the ratio of two estimates of one variance, from `above` and `below` degrees of freedom, lies beyond `x` (Fisher's F).
+pub fn variance_ratio_beyond(x: f64, above: f64, below: f64) -> f64 {
+    FisherSnedecor::new(above, below).map_or(1.0, |law| law.sf(x.max(0.0)))
 }
 
 /// The factor that makes of `deviations` of a normal distribution the interval of equal probability for an error whose size is itself
@@ -43,6 +48,12 @@ mod tests {
         }
         // Three deviations are 99.73 % of a normal distribution; the tables' t for that.
         assert!(close(student(3.0, 10.0), 3.957, 1e-3));
+        // Abramowitz and Stegun, table 26.9.
+        for (x, above, below, p) in
+            [(4.964_6, 1.0, 10.0, 0.05), (2.978_2, 10.0, 10.0, 0.05), (1.649_1, 30.0, 60.0, 0.05)]
+        {
+            assert!(close(variance_ratio_beyond(x, above, below), p, 3e-2), "{x} {above} {below}");
+        }
         assert!(student(1.96, 0.0).is_infinite());
         assert!(chi_squared_beyond(0.0, 3.0) >= 1.0);
     }

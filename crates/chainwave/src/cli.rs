@@ -386,6 +386,10 @@ pub(crate) struct Prove {
     /// Give the experiments, in turn, no fault and each kind of fault, and count by fault as well.
     #[arg(long)]
     pub(crate) faults: bool,
+    /// Give the experiments, in turn, an ideal camera and each of these effects of a real one, all with the same seeds, and count by
+    /// effect as well; all effects when none is named.
+    #[arg(long, value_delimiter = ',', num_args = 0.., value_name = "EFFECT", conflicts_with = "faults")]
+    pub(crate) camera: Option<Vec<String>>,
     /// Recordings processed at a time; all cores when left out.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,

@@ -2,16 +2,20 @@
 //!
 //! Each experiment has its own seed, and takes its noise and striker from the lists given. What it found is kept in the folder
 //! `.work`, so a proof that was interrupted goes on where it stopped; its recordings are removed once they are processed. On request
-//! the experiments have faults, in turn none and one of each kind, and the table says what each does to the results.
+//! the experiments have faults, or a real camera's effects, in turn none and one of each kind, and a table says what each does to the
+//! results.
 
-mod by_fault;
+mod by_kind;
 mod coverage;
 mod findings;
 
 use std::path::{Path, PathBuf};
 
-use chainwave_experiment::{EVALUATION_VERSION, Experiment, FAULT_KINDS, Fault, Setup, Table, Trial};
+use chainwave_experiment::{
+    CameraEffect, EVALUATION_VERSION, Experiment, FAULT_KINDS, Fault, Setup, Table, Trial,
+};
 
+use self::by_kind::Kinds;
 use self::coverage::Coverage;
 use self::findings::Finding;
 use crate::cli;
@@ -33,6 +37,8 @@ struct Variant {
     striker_m_per_s: f64,
     /// Kind of what goes wrong.
     fault: Option<&'static str>,
+    /// What the camera adds to the ideal picture.
+    effect: Option<CameraEffect>,
 }
 
 /// Films and processes the experiments, and writes every estimate beside its truth, the coverage, and its figure.
@@ -65,19 +71,40 @@ pub(crate) fn prove(arguments: &cli::Prove) -> Result<Outcome, Error> {
     coverage.write(&arguments.out)?;
     coverage.print();
     if arguments.faults {
-        by_fault::write(&arguments.out, &tables)?;
+        Kinds::FAULTS.write(&arguments.out, &tables)?;
+    }
+    if arguments.camera.is_some() {
+        Kinds::EFFECTS.write(&arguments.out, &tables)?;
     }
     Ok(outcome)
 }
 
 impl Variant {
     fn name(&self) -> String {
-        let fault = self.fault.map_or_else(String::new, |fault| format!("-{fault}"));
-        format!("seed-{}-noise-{}-striker-{}{fault}", self.seed, self.noise, self.striker_m_per_s)
+        let kind = self.fault.or(self.effect.map(|effect| effect.name));
+        let kind = kind.map_or_else(String::new, |kind| format!("-{kind}"));
+        format!("seed-{}-noise-{}-striker-{}{kind}", self.seed, self.noise, self.striker_m_per_s)
     }
 }
 
-/// Seeds one after the other, with noise and striker taken in turn.
+/// The effects that a proof counts by, none first; that alone where it does not ask for them.
+fn effects(arguments: &cli::Prove) -> Result<Vec<Option<CameraEffect>>, Error> {
+    let known = || CameraEffect::ALL.iter().copied().map(Some);
+    let effect = |name: &String| {
+        CameraEffect::named(name).map(Some).ok_or_else(|| {
+            let names: Vec<&str> = CameraEffect::ALL.iter().map(|effect| effect.name).collect();
+            Error::Argument(format!("--camera: expected some of {}, found {name}", names.join(", ")))
+        })
+    };
+    let chosen = match &arguments.camera {
+        None => Vec::new(),
+        Some(names) if names.is_empty() => known().collect(),
+        Some(names) => names.iter().map(effect).collect::<Result<_, _>>()?,
+    };
+    Ok(std::iter::once(None).chain(chosen).collect())
+}
+
+/// Seeds one after the other, with noise and striker taken in turn; each effect of the camera has the same seeds.
 fn variants(arguments: &cli::Prove, experiment: &Experiment) -> Result<Vec<Variant>, Error> {
     let own = [experiment.striker.velocity_m_per_s.get()];
     let strikers: &[f64] = if arguments.striker.is_empty() { &own } else { &arguments.striker };
@@ -86,10 +113,13 @@ fn variants(arguments: &cli::Prove, experiment: &Experiment) -> Result<Vec<Varia
             return Err(Error::Argument(format!("{name}: expected numbers above 0, found {found}")));
         }
     }
+    let effects = effects(arguments)?;
     let variant = |k: u64| {
-        let index = usize::try_from(k).unwrap_or(0);
+        let place = usize::try_from(k).unwrap_or(0);
+        let index = place / effects.len();
         Variant {
-            seed: arguments.first_seed + k,
+            seed: arguments.first_seed + index as u64,
+            effect: effects[place % effects.len()],
             noise: arguments.noise[index % arguments.noise.len()],
             striker_m_per_s: strikers[index / arguments.noise.len() % strikers.len()],
             fault: FAULT_KINDS
@@ -109,8 +139,8 @@ struct Plan<'a> {
     /// The experiment whose variant it is.
     path: &'a Path,
     jobs: Option<u16>,
-    /// What a report has to say for the fault to count as named.
-    subject: Option<String>,
+    /// What a report has to say one of for what is wrong to count as named; nothing where nothing is wrong.
+    subjects: Vec<String>,
     /// What its findings depend on.
     key: Vec<Part>,
     /// Under which they are kept.
@@ -127,13 +157,17 @@ impl<'a> Plan<'a> {
         let path = arguments.experiment.as_path();
         let mut experiment = experiment.clone();
         experiment.vary(variant.noise, variant.striker_m_per_s);
-        let mut subject = None;
+        let mut subjects = Vec::new();
         if let Some(synthetic) = &mut experiment.synthetic {
             synthetic.seed = variant.seed;
             if let Some(kind) = variant.fault {
                 let fault = Fault::usual(kind, trials, synthetic.camera.rate_hz);
-                subject = fault.as_ref().and_then(|fault| fault.subject(trials));
+                subjects.extend(fault.as_ref().and_then(|fault| fault.subject(trials)));
                 synthetic.faults.extend(fault);
+            }
+            if let Some(effect) = variant.effect {
+                effect.add_to(synthetic);
+                subjects.extend(effect.causes.iter().map(|cause| (*cause).to_owned()));
             }
         }
         let text = toml::to_string(&experiment).map_err(|wrong| Error::Argument(wrong.to_string()))?;
@@ -147,7 +181,7 @@ impl<'a> Plan<'a> {
             Part::new("algorithm", versions),
         ];
         let name = format!("{}-{}", variant.name(), &digest(format!("{key:?}").as_bytes())[..16]);
-        Ok(Self { variant, experiment, trials, path, jobs: arguments.jobs, subject, key, name })
+        Ok(Self { variant, experiment, trials, path, jobs: arguments.jobs, subjects, key, name })
     }
 
     /// The kept findings; where there are none, the experiment is filmed and processed, and its recordings are removed.
@@ -177,10 +211,15 @@ impl<'a> Plan<'a> {
         let mut outcome = Outcome::default();
         name_failed(&results.tracked.failed, &mut outcome);
         let warnings = results.evaluation.warnings();
-        let evidence = results.decisions.iter().map(|decision| &decision.evidence);
-        let mut said = outcome.failures().iter().chain(&warnings).chain(evidence);
-        let subject = self.subject.as_ref();
-        let named = subject.map_or(!warnings.is_empty(), |subject| said.any(|text| text.contains(subject)));
+        let named = if self.subjects.is_empty() {
+            !warnings.is_empty()
+        } else {
+            // What is wrong with one recording may stand in a decision; what is wrong with all of them is to be warned of.
+            let decisions = results.decisions.iter().filter(|_| self.variant.effect.is_none());
+            let evidence = decisions.map(|decision| &decision.evidence);
+            let mut said = outcome.failures().iter().chain(&warnings).chain(evidence);
+            said.any(|text| self.subjects.iter().any(|subject| text.contains(subject)))
+        };
         Ok((findings::findings(&setup, &results)?, named))
     }
 }

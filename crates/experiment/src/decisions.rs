@@ -1,6 +1,8 @@
 //! What was modelled, by which rule and on what evidence.
 
-use chainwave_analysis::{Departure, Rule, line_rule, motion_across, motion_across_rule, one_speed_rule};
+use chainwave_analysis::{
+    Departure, Rule, camera_motion_rule, line_rule, motion_across, motion_across_rule, one_speed_rule,
+};
 use chainwave_inference::{damping_rule, damping_source_rule, scatter_of_bodies_rule, softening_rule};
 use chainwave_measurement::Estimate;
 use serde::Serialize;
@@ -53,6 +55,7 @@ pub(crate) fn decide(setup: &Setup, tracked: &Tracked, evaluation: &Evaluation) 
     vec![
         shape_function(experiment),
         motion(&setup.map, tracked),
+        camera(evaluation),
         stages(tracked),
         left_out(evaluation),
         drives(experiment, evaluation),
@@ -138,6 +141,29 @@ fn motion(map: &ChainMap, tracked: &Tracked) -> Decision {
         }
         None => Decision::by(rule, along, "no track is long enough to tell"),
     }
+}
+
+fn camera(evaluation: &Evaluation) -> Decision {
+    let rule = camera_motion_rule();
+    let Some(found) = &evaluation.steadying.found else {
+        return Decision::by(
+            rule,
+            "counts as still",
+            "no recording shows two bodies that the wave has not reached",
+        );
+    };
+    let departure = &found.departure;
+    if rule.rejects(departure.p_value) {
+        let evidence =
+            told(departure, &format!("{:.3} um (rms) along the chain", 1e6 * departure.size.value));
+        return Decision::by(
+            rule,
+            "it moves; its motion was taken out where bodies at rest tell it",
+            evidence,
+        );
+    }
+    let size = format!("less than {:.3} um (95 %) along the chain", 1e6 * upper(departure.size));
+    Decision::by(rule, "none", told(departure, &size))
 }
 
 /// Positions of a body across the chain, in metres.

@@ -12,24 +12,27 @@ use chainwave_inference::{
     TrackFit, TrackModel, fit_imposed, fit_peak_energies, fit_tracks, fitted_motion, scatter_of_bodies,
     softening,
 };
-use chainwave_measurement::{ChainMotion, Estimate, Trajectory};
+use chainwave_measurement::{ChainMotion, Estimate, Observation, Trajectory};
 use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Striker, simulate};
 use chainwave_stitching::{Outlier, Settings, Stitched};
 
 use crate::calibration::ChainMap;
 use crate::configuration::Experiment;
 use crate::error::Error;
-use crate::joining::{Joined, Unjoined, join};
+use crate::joining::{Joined, Unjoined, chosen, join, sound};
 use crate::notices::notices;
 use crate::numbers::{NotNegative, Positive};
+use crate::picture_errors::PictureErrors;
 use crate::sanity::{Finding, speed};
+use crate::scale::ScaleCheck;
 use crate::setup::Setup;
 use crate::shared_errors::SharedErrors;
 use crate::standing::Standings;
-use crate::tracking::Tracked;
+use crate::steadying::Steadying;
+use crate::tracking::{Tracked, TrackedRecording};
 
 /// To be raised whenever the same tracks would give other results; `golden_results` among the tests of the whole guards it.
-pub const EVALUATION_VERSION: u32 = 1;
+pub const EVALUATION_VERSION: u32 = 2;
 
 /// Everything that follows from the tracks.
 pub struct Evaluation {
@@ -39,6 +42,10 @@ pub struct Evaluation {
     pub unjoined: Vec<Unjoined>,
     /// What contradicts the experiment.
     pub findings: Vec<Finding>,
+    /// Whether the camera moves.
+    pub(crate) steadying: Steadying,
+    /// What of the camera is shared by frames and trials: its motion, its scale, and what lies on its sensor.
+    of_camera: Vec<String>,
     /// What recordings had amiss that was put right.
     notices: Vec<String>,
     /// The motion, and how views and trials were aligned.
@@ -94,16 +101,14 @@ impl ModelBeside {
 /// Tracks that cannot be stitched or measured; a fit that fails is no error but stands in its field.
 pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> Result<Evaluation, Error> {
     let experiment = &setup.experiment;
-    let settings = stitching_settings(experiment);
-    let Joined { recordings, observations, mut stitched, outliers, unjoined } = join(tracked, &settings)?;
-    let shared = SharedErrors::of(setup, &recordings, &settings, &stitched, n_threads)?;
-    shared.add_to(&mut stitched.motion);
     let law = experiment.contact.power_law()?;
+    let Merged { left_out, unjoined, steadying, of_camera, shared, stitched, observations } =
+        merged(setup, tracked, &law, n_threads)?;
     let chosen = chosen_gaps(experiment);
     let measurement = shared.measure(experiment, &stitched.motion, &law, chosen, n_threads)?;
     let used = measurement.group_velocity.as_ref().ok().map(|velocity| velocity.gaps.0..=velocity.gaps.1);
     let chain = starting_chain(experiment, law);
-    let known = known(experiment, &setup.map);
+    let known = known(experiment, &setup.map, &tracked.stages.scale);
     let track_model = track_model(experiment, chain.clone(), &known, n_threads);
     let offsets_s: Vec<f64> = stitched.alignments.iter().map(|one| one.trigger_offset_s.value).collect();
     let track_fit = fit_tracks(&observations, &offsets_s, &track_model);
@@ -147,9 +152,11 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
         measurement.group_velocity.as_ref().ok().map(|found| speed(experiment, found.velocity_m_per_s));
     let speed = speed.transpose()?.flatten();
     Ok(Evaluation {
-        left_out: outliers,
+        left_out,
         unjoined,
         findings: tracked.findings.iter().cloned().chain(speed).collect(),
+        of_camera,
+        steadying,
         notices,
         stitched,
         standings,
@@ -173,6 +180,57 @@ fn stitching_settings(experiment: &Experiment) -> Settings {
     }
 }
 
+/// Recordings merged to one motion.
+struct Merged {
+    left_out: Vec<Outlier>,
+    unjoined: Vec<Unjoined>,
+    steadying: Steadying,
+    /// What the reader should know of the camera.
+    of_camera: Vec<String>,
+    shared: SharedErrors,
+    stitched: Stitched,
+    /// The recordings that were kept, as fits take them.
+    observations: Vec<Observation>,
+}
+
+/// Merges recordings. What the camera does of its own is taken out of them first, or else stands among the motion's errors.
+fn merged(
+    setup: &Setup,
+    tracked: &Tracked,
+    law: &PowerLaw,
+    n_threads: NonZero<usize>,
+) -> Result<Merged, Error> {
+    let (experiment, scale) = (&setup.experiment, &tracked.stages.scale);
+    let settings = stitching_settings(experiment);
+    // A recording of other bodies than it is taken for would move the camera.
+    let (sound, left_out) = sound(&tracked.observations, &settings);
+    let mut as_read = chosen(&tracked.observations, &sound);
+    let mut steadying = Steadying::of(experiment, &as_read, scale, law)?;
+    let mut observations = steadying.steadied(as_read.clone());
+    let Joined { kept, mut stitched, unjoined } = join(&observations, &settings)?;
+    if !unjoined.is_empty() {
+        as_read = chosen(&as_read, &kept);
+        observations = chosen(&observations, &kept);
+        steadying = Steadying::of(experiment, &as_read, scale, law)?;
+    }
+    let recordings: Vec<TrackedRecording> =
+        kept.iter().map(|index| tracked.recordings[sound[*index]].clone()).collect();
+    let shared = SharedErrors::of(setup, &recordings, &steadying, &settings, &stitched, n_threads)?;
+    shared.add_to(&mut stitched.motion);
+    steadying.add_to(&mut stitched.motion, &observations);
+    let picture_errors = PictureErrors::of(
+        &as_read,
+        experiment.tracking.rest_until_s,
+        &steadying.rests_until_s,
+        setup.map.m_per_px().value,
+    );
+    picture_errors.add_to(&mut stitched.motion);
+    scale.add_to(&mut stitched.motion, &observations);
+    let observations = steadying.widened(picture_errors.widened(observations));
+    let said = steadying.warning().into_iter().chain(scale.warnings()).chain(picture_errors.warnings());
+    Ok(Merged { of_camera: said.collect(), left_out, unjoined, steadying, shared, stitched, observations })
+}
+
 impl Evaluation {
     /// What the reader should know.
     pub fn warnings(&self) -> Vec<String> {
@@ -184,7 +242,8 @@ impl Evaluation {
             self.unjoined.iter().map(|one| format!("{} was left out: {}", one.recording, one.reason));
         let findings = self.findings.iter().map(ToString::to_string);
         let others = self.stitched.warnings.iter().chain(&self.notices).cloned();
-        findings.chain(left_out).chain(unjoined).chain(others).collect()
+        let of_camera = self.of_camera.iter().cloned();
+        findings.chain(left_out).chain(unjoined).chain(of_camera).chain(others).collect()
     }
 
     /// The damping that stands for the experiment, and where it comes from.
@@ -267,14 +326,14 @@ fn track_model(
 }
 
 /// What the experiment knows only within an uncertainty, and the fit may move. Of a lens, what remains of its distortion counts as
-/// an error of the scale, by its size in the picture's middle.
-fn known(experiment: &Experiment, map: &ChainMap) -> Vec<Known> {
+/// an error of the scale, by its size in the picture's middle. A scale that the stage contradicts is known only within that.
+fn known(experiment: &Experiment, map: &ChainMap, contradiction: &ScaleCheck) -> Vec<Known> {
     let scale = map.m_per_px();
     let (chain, striker, contact) = (&experiment.chain, &experiment.striker, &experiment.contact);
     let relative =
         |sigma: Option<NotNegative>, value: Positive| sigma.map_or(0.0, NotNegative::get) / value.get();
     [
-        (Quantity::Scale, scale.sigma / scale.value),
+        (Quantity::Scale, (scale.sigma / scale.value).hypot(contradiction.relative_sigma())),
         (Quantity::BodyMass, relative(chain.mass_sigma_kg, chain.mass_kg)),
         (Quantity::StrikerMass, relative(striker.mass_sigma_kg, striker.mass_kg)),
         (Quantity::Prefactor, relative(contact.a_sigma, contact.a)),

@@ -1,5 +1,6 @@
 //! Films of an experiment whose truth is known: what is drawn for each trial, the motion it makes, and the recording.
 
+mod camera_effects;
 mod faults;
 mod rings;
 mod truth;
@@ -12,6 +13,7 @@ use chainwave_mechanics::{Contact, Contacts, Drive, FarEnd, Law, PowerLaw, Sched
 use chainwave_synthetic::trials::{BodyQuantity, Draw, Scatter, body_factors, draw, stage_error_m};
 use chainwave_synthetic::{Scene, Shot, film};
 
+pub use self::camera_effects::CameraEffect;
 use self::faults::Faults;
 pub use self::faults::{FAULT_KINDS, Fault};
 pub use self::rings::FilmedRings;

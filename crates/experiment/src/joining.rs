@@ -3,16 +3,11 @@
 use chainwave_measurement::Observation;
 use chainwave_stitching::{Outlier, Settings, Stitched, StitchingError, merge, outliers};
 
-use crate::error::Error;
-use crate::tracking::{Tracked, TrackedRecording};
-
 /// Recordings that were joined, and those that were not.
 pub(crate) struct Joined {
-    pub(crate) recordings: Vec<TrackedRecording>,
-    pub(crate) observations: Vec<Observation>,
+    /// Places of the recordings that were joined, among those given.
+    pub(crate) kept: Vec<usize>,
     pub(crate) stitched: Stitched,
-    /// Recordings that contradict the others of their view.
-    pub(crate) outliers: Vec<Outlier>,
     /// Recordings whose view cannot be joined.
     pub(crate) unjoined: Vec<Unjoined>,
 }
@@ -26,27 +21,25 @@ pub struct Unjoined {
     pub reason: String,
 }
 
-/// Joins the recordings. Where that fails, views that cannot be joined even alone are left out, else the first one without which the
-/// others can.
+/// Places of the recordings that agree with the others of their view, and those that do not.
+pub(crate) fn sound(all: &[Observation], settings: &Settings) -> (Vec<usize>, Vec<Outlier>) {
+    let outliers = outliers_of_views(all, settings);
+    let is_sound = |index: &usize| outliers.iter().all(|outlier| outlier.index != *index);
+    ((0..all.len()).filter(is_sound).collect(), outliers)
+}
+
+/// Joins recordings. Where that fails, views that cannot be joined even alone are left out, else the first one without which the others
+/// can.
 ///
 /// # Errors
 /// No view can be joined.
-pub(crate) fn join(tracked: &Tracked, settings: &Settings) -> Result<Joined, Error> {
-    let all = &tracked.observations;
-    let outliers = outliers_of_views(all, settings);
-    let is_sound = |index: &usize| outliers.iter().all(|outlier| outlier.index != *index);
-    let sound: Vec<usize> = (0..all.len()).filter(is_sound).collect();
-    let (kept, stitched, reasons) = merged(all, sound, settings)?;
-    Ok(Joined {
-        recordings: kept.iter().map(|index| tracked.recordings[*index].clone()).collect(),
-        observations: chosen(all, &kept),
-        stitched,
-        outliers,
-        unjoined: reasons
-            .into_iter()
-            .map(|(index, reason)| Unjoined { recording: all[index].recording.clone(), reason })
-            .collect(),
-    })
+pub(crate) fn join(observations: &[Observation], settings: &Settings) -> Result<Joined, StitchingError> {
+    let (kept, stitched, reasons) = merged(observations, (0..observations.len()).collect(), settings)?;
+    let unjoined = reasons
+        .into_iter()
+        .map(|(index, reason)| Unjoined { recording: observations[index].recording.clone(), reason })
+        .collect();
+    Ok(Joined { kept, stitched, unjoined })
 }
 
 /// The outliers of each view; of a view that cannot be merged there are none, as [`merged`] leaves it out.
@@ -97,7 +90,8 @@ fn merged(
     Err(failure)
 }
 
-fn chosen(observations: &[Observation], indices: &[usize]) -> Vec<Observation> {
+/// Some of the recordings.
+pub(crate) fn chosen(observations: &[Observation], indices: &[usize]) -> Vec<Observation> {
     indices.iter().map(|index| observations[*index].clone()).collect()
 }
 

@@ -42,13 +42,16 @@ mod key;
 mod monitor;
 mod notices;
 mod numbers;
+mod picture_errors;
 mod sanity;
+mod scale;
 mod sensor;
 mod setup;
 mod share;
 mod shared_errors;
 mod stages;
 mod standing;
+mod steadying;
 mod store;
 mod strikers;
 mod table;
@@ -66,7 +69,8 @@ pub use decisions::Decision;
 pub use error::Error;
 pub use evaluation::{Departures, EVALUATION_VERSION, Evaluation, ModelBeside, evaluate, measure_motion};
 pub use film::{
-    FAULT_KINDS, Fault, FilmTruth, FilmedRings, MeanMotion, StrikerTruth, TrueTrial, Truth, film_experiment,
+    CameraEffect, FAULT_KINDS, Fault, FilmTruth, FilmedRings, MeanMotion, StrikerTruth, TrueTrial, Truth,
+    film_experiment,
 };
 pub use follow::{EdgeNote, Followed, FollowedSubset, edges_beside, follow, threads_of_each};
 pub use joining::Unjoined;

@@ -16,6 +16,7 @@ use crate::error::Error;
 use crate::evaluation::measure_motion;
 use crate::numbers::NotNegative;
 use crate::setup::Setup;
+use crate::steadying::Steadying;
 use crate::tracking::TrackedRecording;
 
 /// Errors that all recordings share, which repeating a trial does not reduce.
@@ -34,6 +35,7 @@ impl SharedErrors {
     pub(crate) fn of(
         setup: &Setup,
         recordings: &[TrackedRecording],
+        steadying: &Steadying,
         settings: &Settings,
         stitched: &Stitched,
         n_threads: NonZero<usize>,
@@ -42,7 +44,7 @@ impl SharedErrors {
         let mode = |error: &MapError| -> Result<ErrorMode, Error> {
             let moved = recordings.iter().map(|one| one.tracks.observation(&one.trial, &error.map));
             let observations: Vec<Observation> = moved.collect();
-            let moved = merge(&observations, settings)?.motion;
+            let moved = merge(&steadying.steadied(observations), settings)?.motion;
             let source = match error.source {
                 Source::Length => ErrorSource::CalibrationLength,
                 Source::Points => ErrorSource::CalibrationPoints,

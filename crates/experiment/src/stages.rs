@@ -19,6 +19,7 @@ use crate::configuration::Trial;
 use crate::error::Error;
 use crate::numbers::NotNegative;
 use crate::sanity::StatedStep;
+use crate::scale::{ScaleCheck, SharedBody};
 use crate::setup::Setup;
 use crate::tracking::{bodies_in_view, frames_at_rest, open};
 
@@ -32,6 +33,8 @@ pub struct Stages {
     unsolved: Option<String>,
     /// Whether positions count as refined wherever they are used, for which their stated ones need an uncertainty.
     is_used: bool,
+    /// What the steps and the bodies' sizes say of the pictures' scale.
+    pub(crate) scale: ScaleCheck,
 }
 
 /// Recordings that were made with the stage in one place.
@@ -52,15 +55,19 @@ impl Stages {
             setup.experiment.camera.stage_sigma_m.map(NotNegative::get).filter(|sigma_m| *sigma_m > 0.0);
         let pairs: Vec<[usize; 2]> =
             (0..views.len()).flat_map(|one| (one + 1..views.len()).map(move |other| [one, other])).collect();
-        let steps =
+        let between =
             map_in_parallel(pairs.len(), n_threads, |i| steps_between(setup, &views, pairs[i], method));
+        let (steps, shared): (Vec<Vec<StageStep>>, Vec<Vec<SharedBody>>) =
+            between.into_iter().map(|of_pair| of_pair.into_iter().unzip()).unzip();
         let stated_m: Vec<f64> = views.iter().map(|view| view.stated_m).collect();
+        let scale = setup.map.m_per_px();
+        let scale = ScaleCheck::of(&shared.concat(), sigma_m, scale.sigma / scale.value);
         let steps_m = steps.iter().filter_map(|steps| stated_step(&views, steps)).collect();
         let refined = refine_stages(&stated_m, sigma_m, &steps.concat());
         let unsolved = refined.as_ref().err().map(ToString::to_string);
         let refined = refined.into_iter().flatten();
         views.iter_mut().zip(refined).for_each(|(view, refined_m)| view.refined_m = refined_m);
-        Self { views, steps_m, unsolved, is_used: sigma_m.is_some() }
+        Self { views, steps_m, unsolved, is_used: sigma_m.is_some(), scale }
     }
 
     /// Steps of the stage between views that share bodies.
@@ -155,16 +162,29 @@ fn views(trials: &[Trial]) -> Vec<View> {
 }
 
 /// Every recording of one view beside one of the other: the scatter of their steps tells whether bodies come back to their places.
-fn steps_between(setup: &Setup, views: &[View], [one, other]: [usize; 2], method: Method) -> Vec<StageStep> {
+fn steps_between(
+    setup: &Setup,
+    views: &[View],
+    [one, other]: [usize; 2],
+    method: Method,
+) -> Vec<(StageStep, SharedBody)> {
+    let shared = |pair: Pair| {
+        let step = pair.step(setup, [one, other], method)?;
+        let stated_m = views[other].stated_m - views[one].stated_m;
+        let place_px = pair.subset.x_px + pair.corners_px[0][0] - pair.middle_px;
+        let body = SharedBody {
+            views: [one, other].map(|view| views[view].number),
+            stated_m,
+            from_middle: setup.map.m_per_px().value * place_px / stated_m,
+            found_m: step.step_m,
+            magnified: pair.magnified(setup, method),
+        };
+        Some((step, body))
+    };
     let trials = views[one].trials.iter().zip(&views[other].trials);
     let steps = trials.filter_map(|(first, second)| {
         let (first, second) = (AtRest::of(setup, first).ok()?, AtRest::of(setup, second).ok()?);
-        Some(
-            first
-                .shared_with(&second)
-                .filter_map(|pair| pair.step(setup, [one, other], method))
-                .collect::<Vec<_>>(),
-        )
+        Some(first.shared_with(&second).filter_map(shared).collect::<Vec<_>>())
     });
     steps.flatten().collect()
 }
@@ -204,6 +224,8 @@ struct Pair {
     corners_px: [[f64; 2]; 2],
     /// In the first frame.
     subset: Subset,
+    /// Column of the middle of the first recording's pictures.
+    middle_px: f64,
 }
 
 impl Pair {
@@ -227,12 +249,40 @@ impl Pair {
             },
             frames,
             corners_px,
+            middle_px: 0.5 * (at_rest.recording.info().width_px as f64 - 1.0),
             subset: Subset {
                 x_px: subset.x_px - corners_px[0][0],
                 y_px: subset.y_px - corners_px[0][1],
                 ..subset.clone()
             },
         })
+    }
+
+    /// How much larger the marker is in the second frame, by the calibration and by the places of its left and its right half there; `None` where it is too
+    /// small for halves, or one is not found again.
+    fn magnified(&self, setup: &Setup, method: Method) -> Option<Estimate> {
+        let half_width_px = self.subset.half_width_px.checked_sub(1)? / 2;
+        let apart_px = (self.subset.half_width_px - half_width_px) as f64;
+        let half = |side: f64| Subset {
+            x_px: self.subset.x_px + side * apart_px,
+            half_width_px,
+            ..self.subset.clone()
+        };
+        let halves = [half(-1.0), half(1.0)];
+        let tracks = method.track(self, &halves, &ReferenceFrames::Single(0), &Settings::default(), &|_| ());
+        let mut found = tracks.ok()?.into_iter().map(|mut track| track.positions.pop()?.ok());
+        let (left, right) = (found.next()??, found.next()??);
+        let map = &setup.map.of_chain.map;
+        let place_m = |frame: usize, [x_px, y_px]: [f64; 2]| {
+            let [x0_px, y0_px] = self.corners_px[frame];
+            map.position_m([x_px + x0_px, y_px + y0_px])[0]
+        };
+        let [before_left_m, before_right_m] =
+            halves.each_ref().map(|half| place_m(0, [half.x_px, half.y_px]));
+        let [after_left_m, after_right_m] =
+            [left, right].map(|half| place_m(1, [half.x_px.value, half.y_px.value]));
+        let size = (after_right_m - after_left_m) / (before_right_m - before_left_m);
+        Some(Estimate::new(size - 1.0, right.x_px.sigma.hypot(left.x_px.sigma) / (2.0 * apart_px)))
     }
 
     /// Whether the first recording has something to find again.

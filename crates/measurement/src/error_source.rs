@@ -42,6 +42,8 @@ pub enum ErrorSource {
     CalibrationLength,
     /// The points by which pictures are measured.
     CalibrationPoints,
+    /// A motion of the camera that all trials share, where no body at rest tells it.
+    CameraMotion,
     /// Any other, by its name.
     Other(String),
 }
@@ -60,6 +62,7 @@ impl fmt::Display for ErrorSource {
             Self::MeanTrigger { first_body } => write!(f, "mean trigger of body {first_body}'s recordings"),
             Self::CalibrationLength => write!(f, "calibration: length"),
             Self::CalibrationPoints => write!(f, "calibration: points"),
+            Self::CameraMotion => write!(f, "motion of the camera"),
             Self::Other(name) => write!(f, "{name}"),
         }
     }

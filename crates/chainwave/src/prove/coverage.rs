@@ -21,6 +21,8 @@ struct Quantity {
     n: usize,
     /// Mean error in standard uncertainties.
     bias: Estimate,
+    /// Root mean square error in standard uncertainties.
+    rms: f64,
     /// Share of the 68 % intervals that hold the truth.
     within_68: Estimate,
     /// Share of the 95 % intervals.
@@ -32,6 +34,7 @@ struct Quantity {
 struct Tally {
     n: f64,
     error: f64,
+    square: f64,
     within_68: f64,
     within_95: f64,
 }
@@ -86,6 +89,11 @@ impl Coverage {
         self.quantities.iter().find(|one| one.name == name).map(|one| (one.within_95, one.bias))
     }
 
+    /// Root mean square error of one quantity in standard uncertainties.
+    pub(super) fn rms_of(&self, name: &str) -> Option<f64> {
+        self.quantities.iter().find(|one| one.name == name).map(|one| one.rms)
+    }
+
     /// Prints the table.
     #[expect(clippy::print_stdout, reason = "the table is the command's result")]
     pub(super) fn print(&self) {
@@ -105,6 +113,7 @@ impl Tally {
         let error = (estimate.value - truth) / estimate.sigma;
         self.n += 1.0;
         self.error += error;
+        self.square += error * error;
         self.within_68 += f64::from(u8::from(error.abs() <= 1.0));
         self.within_95 += f64::from(u8::from(estimate.covers_95(truth)));
     }
@@ -125,6 +134,7 @@ impl Quantity {
             name,
             n: seen.iter().map(|tally| tally.n).sum::<f64>() as usize,
             bias: mean(|tally| tally.error),
+            rms: mean(|tally| tally.square).value.sqrt(),
             within_68: mean(|tally| tally.within_68),
             within_95: mean(|tally| tally.within_95),
         }

@@ -11,8 +11,8 @@ use super::Variant;
 use crate::error::Error;
 use crate::table::column;
 
-/// What stands for the kind of an experiment's fault where it has none.
-const NO_FAULT: &str = "none";
+/// What stands for the kind of an experiment's fault, or of its camera's effect, where it has none.
+const NONE: &str = "none";
 
 /// One estimate beside its truth.
 #[derive(Debug, Clone, Copy)]
@@ -28,14 +28,15 @@ const THINNING: usize = 16;
 impl Finding {
     /// The findings of one experiment as the columns of a table.
     pub(super) fn columns(variant: &Variant, named: bool, findings: &[Self]) -> Vec<Column> {
-        let Variant { seed, noise, striker_m_per_s, fault } = *variant;
+        let Variant { seed, noise, striker_m_per_s, fault, effect } = *variant;
         let n = findings.len();
         let of = |value: &dyn Fn(&Self) -> f64| findings.iter().map(value).collect::<Vec<f64>>();
         vec![
             column("seed", vec![seed; n]),
             column("noise", vec![noise; n]),
             column("striker_velocity_m_per_s", vec![striker_m_per_s; n]),
-            column("fault", vec![fault.unwrap_or(NO_FAULT); n]),
+            column("fault", vec![fault.unwrap_or(NONE); n]),
+            column("effect", vec![effect.map_or(NONE, |effect| effect.name); n]),
             column("named", vec![f64::from(u8::from(named)); n]),
             column("quantity", findings.iter().map(|finding| finding.quantity).collect::<Vec<_>>()),
             column("value", of(&|finding| finding.estimate.value)),

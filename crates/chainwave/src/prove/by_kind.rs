@@ -1,0 +1,127 @@
+//! What each kind of fault, or each effect of a real camera, does to the results.
+
+use std::path::Path;
+
+use chainwave_experiment::Table;
+use chainwave_measurement::Estimate;
+
+use super::coverage::Coverage;
+use crate::error::Error;
+use crate::table::{self, column};
+
+/// What experiments are counted by.
+pub(super) struct Kinds {
+    /// The column that holds the kind, here and in the proof's table.
+    column: &'static str,
+    /// The table's name.
+    file: &'static str,
+    /// The quantities that stand for the rest.
+    quantities: &'static [&'static str],
+}
+
+/// What one kind does.
+struct Row {
+    kind: String,
+    n_experiments: usize,
+    /// Experiments whose failures, warnings or decisions name what is wrong; where nothing is, those with a warning.
+    n_named: usize,
+    coverage: Coverage,
+}
+
+/// What one kind does to one quantity.
+struct Cell {
+    within: Estimate,
+    bias: Estimate,
+    rms: f64,
+}
+
+impl Kinds {
+    /// Of faults.
+    pub(super) const FAULTS: Self = Self {
+        column: "fault",
+        file: "faults.parquet",
+        quantities: &["displacement", "group velocity", "c_d, tracks", "trigger offset"],
+    };
+    /// Of the camera's effects.
+    pub(super) const EFFECTS: Self = Self {
+        column: "effect",
+        file: "camera.parquet",
+        quantities: &["displacement", "peak strain", "c_d, tracks", "c_s, tracks"],
+    };
+
+    /// Writes the table (one row a kind and quantity), and prints it.
+    pub(super) fn write(&self, folder: &Path, tables: &[Table]) -> Result<(), Error> {
+        let rows = self.rows(tables)?;
+        let cells: Vec<(&Row, &str, Cell)> = rows
+            .iter()
+            .flat_map(|row| {
+                self.quantities.iter().filter_map(move |name| Some((row, *name, row.cell(name)?)))
+            })
+            .collect();
+        let texts = |of: fn(&(&Row, &'static str, Cell)) -> String| cells.iter().map(of).collect::<Vec<_>>();
+        let counts = |of: fn(&Row) -> usize| cells.iter().map(|cell| of(cell.0) as u64).collect::<Vec<_>>();
+        let numbers = |of: fn(&Cell) -> f64| cells.iter().map(|cell| of(&cell.2)).collect::<Vec<_>>();
+        let columns = vec![
+            column(self.column, texts(|cell| cell.0.kind.clone())),
+            column("n_experiments", counts(|row| row.n_experiments)),
+            column("n_named", counts(|row| row.n_named)),
+            column("quantity", texts(|cell| cell.1.to_owned())),
+            column("within_95", numbers(|cell| cell.within.value)),
+            column("within_95_uncertainty", numbers(|cell| cell.within.sigma)),
+            column("bias_sigma", numbers(|cell| cell.bias.value)),
+            column("bias_uncertainty", numbers(|cell| cell.bias.sigma)),
+            column("rms_sigma", numbers(|cell| cell.rms)),
+        ];
+        table::write(&folder.join(self.file), columns)?;
+        self.print(&rows);
+        Ok(())
+    }
+
+    fn rows(&self, tables: &[Table]) -> Result<Vec<Row>, Error> {
+        let mut by_kind: Vec<(String, usize, Vec<Table>)> = Vec::new();
+        for table in tables {
+            let kind = table.texts(self.column)?.into_iter().next().unwrap_or_default();
+            let named = usize::from(table.full_numbers("named")?.first().is_some_and(|named| *named > 0.0));
+            match by_kind.iter_mut().find(|(known, ..)| *known == kind) {
+                Some((_, n_named, found)) => {
+                    *n_named += named;
+                    found.push(table.clone());
+                }
+                None => by_kind.push((kind, named, vec![table.clone()])),
+            }
+        }
+        let row = |(kind, n_named, found): (String, usize, Vec<Table>)| {
+            Ok(Row { kind, n_experiments: found.len(), n_named, coverage: Coverage::of(&found)? })
+        };
+        by_kind.into_iter().map(row).collect()
+    }
+
+    #[expect(clippy::print_stdout, reason = "the table is the command's result")]
+    fn print(&self, rows: &[Row]) {
+        println!("95 % intervals that hold, in per cent, and the rms error in sigma:");
+        print!("{:<18}{:>12}{:>8}", self.column, "experiments", "named");
+        self.quantities.iter().for_each(|name| print!("{name:>22}"));
+        println!();
+        for row in rows {
+            print!("{:<18}{:>12}{:>8}", row.kind, row.n_experiments, row.n_named);
+            for name in self.quantities {
+                let told = row.cell(name).map_or_else(
+                    || "-".into(),
+                    |Cell { within, rms, .. }| {
+                        format!("{:.0} +- {:.0}; {rms:.1}", 100.0 * within.value, 100.0 * within.sigma)
+                    },
+                );
+                print!("{told:>22}");
+            }
+            println!();
+        }
+    }
+}
+
+impl Row {
+    /// `None` where nothing of a quantity was found.
+    fn cell(&self, quantity: &str) -> Option<Cell> {
+        let (within, bias) = self.coverage.of_quantity(quantity)?;
+        Some(Cell { within, bias, rms: self.coverage.rms_of(quantity)? })
+    }
+}

@@ -1,0 +1,133 @@
+//! Effects of a real camera, one of each kind as a laboratory might have it, and the words by which a report names their cause.
+
+use chainwave_synthetic::{
+    DefectivePixels, Defocus, Effects, FixedPattern, Reflections, ScaleError, Shadow, Shake, ShakeOnset,
+};
+
+use crate::configuration::Synthetic;
+
+/// A kind of what a real camera adds to the ideal picture.
+#[derive(Debug, Clone, Copy)]
+pub struct CameraEffect {
+    /// Its name.
+    pub name: &'static str,
+    /// Words of which a warning has to say one for the cause to count as named.
+    pub causes: &'static [&'static str],
+    add: fn(&mut Effects, &Picture),
+}
+
+/// What effects are measured by: the width of the picture and the length of a recording.
+struct Picture {
+    width_px: f64,
+    duration_s: f64,
+}
+
+impl CameraEffect {
+    /// One of each kind.
+    pub const ALL: &'static [Self] = &[
+        Self { name: "fixed_pattern", causes: &["fixed pattern"], add: |to, _| fixed_pattern(to, 1.0) },
+        Self { name: "strong_pattern", causes: &["fixed pattern"], add: |to, _| fixed_pattern(to, 3.0) },
+        Self { name: "hot_pixels", causes: &["hot pixels"], add: |to, _| hot_pixels(to) },
+        Self { name: "reflections", causes: &["reflections"], add: |to, _| reflections(to) },
+        Self { name: "shadow", causes: &["shadow"], add: shadow },
+        Self { name: "defocus", causes: &["focus"], add: |to, _| defocus(to) },
+        Self { name: "shake", causes: &["camera moves"], add: |to, _| shake(to, 0.2, ShakeOnset::Always) },
+        Self {
+            name: "shake_by_strike",
+            causes: &["camera moves"],
+            add: |to, _| shake(to, 0.2, ShakeOnset::Impact),
+        },
+        Self {
+            name: "small_shake",
+            causes: &["camera moves"],
+            add: |to, _| shake(to, 0.02, ShakeOnset::Always),
+        },
+        Self {
+            name: "small_by_strike",
+            causes: &["camera moves"],
+            add: |to, _| shake(to, 0.02, ShakeOnset::Impact),
+        },
+        Self { name: "scale", causes: &["scale"], add: |to, _| scale(to, 0.01, Vec::new()) },
+        Self { name: "small_scale", causes: &["scale"], add: |to, _| scale(to, 0.005, Vec::new()) },
+        Self { name: "view_magnified", causes: &["magnified"], add: |to, _| scale(to, 0.0, vec![0.0, 0.02]) },
+        Self {
+            name: "view_by_little",
+            causes: &["magnified"],
+            add: |to, _| scale(to, 0.0, vec![0.0, 0.004]),
+        },
+        Self {
+            name: "rolling_shutter",
+            causes: &["rolling shutter"],
+            add: |to, _| to.line_time_s = Some(2e-7),
+        },
+        Self { name: "eight_bits", causes: &["grey levels"], add: |to, _| to.stored_bits = Some(8) },
+        Self { name: "compression", causes: &["compression"], add: |to, _| to.jpeg_quality = Some(80) },
+        Self {
+            name: "repeated_lines",
+            causes: &["repeated lines"],
+            add: |to, _| to.repeated_lines = Some(0.02),
+        },
+    ];
+
+    /// The kind of a name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.iter().find(|effect| effect.name == name).copied()
+    }
+
+    /// Gives it to the camera that films.
+    pub fn add_to(&self, synthetic: &mut Synthetic) {
+        let camera = &mut synthetic.camera;
+        let picture = Picture {
+            width_px: camera.width_px as f64,
+            duration_s: synthetic.n_frames as f64 / camera.rate_hz,
+        };
+        camera.effects.seed = synthetic.seed;
+        (self.add)(&mut camera.effects, &picture);
+    }
+}
+
+/// An ordinary sensor: 0.1 % of the range and 0.3 % of the gain, or a multiple of both.
+fn fixed_pattern(to: &mut Effects, factor: f64) {
+    to.fixed_pattern = Some(FixedPattern {
+        offset_sigma: 1e-3 * factor,
+        gain_sigma: 3e-3 * factor,
+        ..FixedPattern::default()
+    });
+}
+
+fn hot_pixels(to: &mut Effects) {
+    to.defective_pixels =
+        Some(DefectivePixels { hot_fraction: 1e-3, hot_offset_mean: 0.2, ..DefectivePixels::default() });
+}
+
+fn reflections(to: &mut Effects) {
+    to.reflections = Some(Reflections { glare: 0.06, dirt: 0.0, size_px: 20.0, per_view: false });
+}
+
+/// An edge of a twentieth of the width that crosses the picture within the recording.
+fn shadow(to: &mut Effects, picture: &Picture) {
+    to.shadow = Some(Shadow {
+        depth: 0.4,
+        start_px: 0.0,
+        speed_px_per_s: picture.width_px / picture.duration_s,
+        edge_sigma_px: 0.05 * picture.width_px,
+    });
+}
+
+fn defocus(to: &mut Effects) {
+    to.defocus = Some(Defocus { first_px: 0.0, last_px: 1.2 });
+}
+
+fn shake(to: &mut Effects, amplitude_px: f64, onset: ShakeOnset) {
+    to.shake = Some(Shake {
+        amplitude_px: [amplitude_px, amplitude_px],
+        turn_amplitude_rad: 0.0,
+        frequency_hz: 200.0,
+        onset,
+        decay_per_s: 0.0,
+    });
+}
+
+fn scale(to: &mut Effects, error: f64, views: Vec<f64>) {
+    to.scale = Some(ScaleError { error, view_sigma: 0.0, views });
+}

@@ -1,0 +1,417 @@
+//! What pictures of bodies show beyond noise once they have moved: an error that the trials of a view share.
+//!
+//! A reading's stated variance comes from what its match leaves over. While a body rests, a pattern of the sensor, a hot pixel, a blot on
+//! the window or an edge of a compressed block lies on the same speckles as in the reference, and the match leaves noise alone. Once the
+//! body has moved, it leaves the noise and twice the pattern. So the excess of the stated variance over that at rest is the variance of
+//! an error that depends on the place on the sensor: all trials of a view make it alike, and neighbouring frames too, so that neither
+//! repeating a trial nor taking more frames reduces it. It is tested against the scatter of the excess from trial to trial; where there
+//! is none, nothing changes. Where bodies show an excess that still rest, it is the light or the focus that changes.
+
+use chainwave_measurement::{BodyTrack, ChainMotion, ErrorMode, ErrorSource, Estimate, Observation, median};
+use ndarray::Array2;
+
+/// The excess of variances over those at rest.
+pub(crate) struct PictureErrors {
+    groups: Vec<Group>,
+    /// Whether it is more than chance and interpolation make.
+    is_found: bool,
+    /// Relative excess of bodies that still rest after the trigger, where that is more than chance.
+    at_rest: Option<f64>,
+    /// Frames in which all bodies are seen much worse than just before and after, and all frames.
+    n_torn: [usize; 2],
+    /// Distance on the sensor over which the error changes, in metres of the chain.
+    correlation_m: f64,
+}
+
+/// One body as one view saw it.
+struct Group {
+    body: usize,
+    view: u32,
+    /// Median excess over the frames in which it has moved, relative to the variance at rest: mean and scatter over trials.
+    excess: Estimate,
+    trials: Vec<Reading>,
+}
+
+/// One trial of a group.
+struct Reading {
+    recording: String,
+    times_s: Vec<f64>,
+    /// Variance beyond that at rest, frame by frame, smoothed.
+    extra_m2: Vec<f64>,
+}
+
+/// Relative excess that interpolation and unequal light may make: five times the most that films without such errors show.
+const UNCLEAR_EXCESS: f64 = 0.03;
+/// Standard errors beyond that by which the excess of all bodies is told, and that of a single one among many.
+const TOLD_SIGMA: [f64; 2] = [3.0, 5.0];
+/// The distance on the sensor over which such an error changes, in pixels: the gradients of speckles of 3 to 6 px.
+const CORRELATION_PX: f64 = 3.0;
+/// Modes that stand for one body in one view, at most.
+const MOST_MODES: f64 = 8.0;
+/// Frames on each side over which an excess is averaged.
+const SMOOTHING: usize = 5;
+/// Variance of a reading over the median around it in a frame that is torn: six times the scatter from noise on 17 x 17 pixels.
+const TORN: f64 = 1.5;
+
+impl PictureErrors {
+    /// Looks for the excess. Bodies rest until `rest_until_s` in any case, and each as long as `rests_until_s` says.
+    pub(crate) fn of(
+        observations: &[Observation],
+        rest_until_s: f64,
+        rests_until_s: &[f64],
+        m_per_px: f64,
+    ) -> Self {
+        let mut groups: Vec<Group> = Vec::new();
+        let (mut found, mut resting) = (Vec::<Vec<f64>>::new(), Vec::new());
+        for observation in observations {
+            for track in &observation.bodies {
+                let Some(own) = Excess::of(observation, track, rest_until_s, m_per_px) else { continue };
+                let until_s = rests_until_s.get(track.body - 1).copied().unwrap_or(rest_until_s);
+                resting.extend(own.between(observation, rest_until_s, until_s));
+                let Some(moved) = median(own.moved.clone()) else { continue };
+                let reading = Reading {
+                    recording: observation.recording.clone(),
+                    times_s: observation.times_s.clone(),
+                    extra_m2: own.smoothed_m2(),
+                };
+                let known =
+                    groups.iter().position(|one| one.body == track.body && one.view == observation.view);
+                let index = known.unwrap_or(groups.len());
+                if index == groups.len() {
+                    let (body, view) = (track.body, observation.view);
+                    groups.push(Group { body, view, excess: Estimate::new(0.0, 0.0), trials: Vec::new() });
+                    found.push(Vec::new());
+                }
+                groups[index].trials.push(reading);
+                found[index].push(moved);
+            }
+        }
+        let scatter = scatter_within(&found);
+        for (group, found) in groups.iter_mut().zip(&found) {
+            let n = found.len() as f64;
+            group.excess = Estimate::new(found.iter().sum::<f64>() / n, scatter / n.sqrt());
+        }
+        let is_told = |one: Estimate, sigmas: f64| one.value > UNCLEAR_EXCESS + sigmas * one.sigma;
+        let all = mean_of(&groups.iter().map(|group| group.excess.value).collect::<Vec<_>>());
+        let is_found = all.is_some_and(|all| is_told(all, TOLD_SIGMA[0]))
+            || groups.iter().any(|group| group.trials.len() > 1 && is_told(group.excess, TOLD_SIGMA[1]));
+        let at_rest = mean_of(&resting).filter(|rest| is_told(*rest, TOLD_SIGMA[0])).map(|rest| rest.value);
+        let n_frames = observations.iter().map(|one| one.times_s.len()).sum();
+        let n_torn = [observations.iter().map(torn_frames).sum(), n_frames];
+        Self { groups, is_found, at_rest, n_torn, correlation_m: CORRELATION_PX * m_per_px }
+    }
+
+    /// Adds the error that the trials of a view share to a motion: one mode for each stretch of each body's way in each view. A mean of n
+    /// readings already has the n-th part of its variance.
+    pub(crate) fn add_to(&self, motion: &mut ChainMotion) {
+        if !self.is_found {
+            return;
+        }
+        for group in &self.groups {
+            let modes = group.modes(motion, self.correlation_m);
+            for mode in &modes {
+                for (x, error_m) in motion.displacement_m.iter_mut().zip(&mode.displacement_m) {
+                    *x = x.map(|x| Estimate::new(x.value, x.sigma.hypot(*error_m)));
+                }
+            }
+            motion.modes.extend(modes);
+        }
+    }
+
+    /// Positions whose uncertainty is such that a fit to all of them, which takes them for independent, gives the shared error its
+    /// weight: its variance counts as often as there are readings that have it in common.
+    pub(crate) fn widened(&self, mut observations: Vec<Observation>) -> Vec<Observation> {
+        if !self.is_found {
+            return observations;
+        }
+        for observation in &mut observations {
+            for track in &mut observation.bodies {
+                let of_view = |group: &&Group| group.body == track.body && group.view == observation.view;
+                let Some(group) = self.groups.iter().find(of_view) else { continue };
+                let own = group.trials.iter().find(|one| one.recording == observation.recording);
+                let Some(own) = own else { continue };
+                let n_alike = alike(&track.position_m, self.correlation_m);
+                for (frame, place) in track.position_m.iter_mut().enumerate() {
+                    let extra_m2 =
+                        (n_alike[frame] * group.trials.len() as f64 - 1.0).max(0.0) * own.extra_m2[frame];
+                    *place = place.map(|x| Estimate::new(x.value, (x.sigma.powi(2) + extra_m2).sqrt()));
+                }
+            }
+        }
+        observations
+    }
+
+    /// What the reader should know.
+    pub(crate) fn warnings(&self) -> Vec<String> {
+        let worst = self.groups.iter().max_by(|a, b| a.excess.value.total_cmp(&b.excess.value));
+        let on_sensor = worst.filter(|_| self.is_found).map(|worst| {
+            format!(
+                "pictures of bodies that have moved differ from those at rest by more than noise: up to {:.0} % more variance (body {} in \
+                 view {}), as a fixed pattern, hot pixels, dirt, reflections or lossy compression leave it. Trials of a view share this \
+                 error; it was counted so, as far as it varies within a subset",
+                100.0 * worst.excess.value,
+                worst.body,
+                worst.view
+            )
+        });
+        let changing = self.at_rest.map(|excess| {
+            format!(
+                "the light or the focus changes while bodies still rest: their pictures differ from those before the trigger by {:.0} % more \
+                 variance than noise (a shadow, a lamp, a lens out of focus); places may be off by more than stated",
+                100.0 * excess
+            )
+        });
+        let [n_torn, n_frames] = self.n_torn;
+        let torn = (n_torn > 0).then(|| {
+            format!(
+                "in {n_torn} of {n_frames} frames all bodies are seen much worse than just before and after, as of torn pictures (repeated \
+                 lines, dropouts); their readings count less"
+            )
+        });
+        on_sensor.into_iter().chain(changing).chain(torn).collect()
+    }
+}
+
+/// One body's variances in one recording.
+struct Excess {
+    at_rest_m2: f64,
+    /// Variance frame by frame; `None` where the body was lost.
+    variance_m2: Vec<Option<f64>>,
+    /// Relative excess in each frame in which the body has moved by more than a pixel.
+    moved: Vec<f64>,
+}
+
+impl Excess {
+    /// `None` where the body was never seen at rest.
+    fn of(observation: &Observation, track: &BodyTrack, rest_until_s: f64, m_per_px: f64) -> Option<Self> {
+        let n_rest = observation.times_s.partition_point(|time_s| *time_s < rest_until_s);
+        let at_rest = || track.position_m.iter().take(n_rest).flatten();
+        let n = at_rest().count() as f64;
+        // The reference is the mean of these frames: it has the n-th part of each one's own noise, which no other frame's match has.
+        let of_others = if n > 1.0 { (n + 1.0) / (n - 1.0) } else { 1.0 };
+        let at_rest_m2 = of_others * median(at_rest().map(|x| x.sigma.powi(2)).collect())?;
+        let origin_m = at_rest().map(|x| x.value).sum::<f64>() / n;
+        let moved = track.position_m.iter().flatten().filter(|x| (x.value - origin_m).abs() > m_per_px);
+        let moved = moved.map(|x| x.sigma.powi(2) / at_rest_m2 - 1.0).collect();
+        let variance_m2 = track.position_m.iter().map(|x| x.map(|x| x.sigma.powi(2))).collect();
+        Some(Self { at_rest_m2, variance_m2, moved })
+    }
+
+    /// Median relative excess between two times, where that is long enough to tell.
+    fn between(&self, observation: &Observation, from_s: f64, until_s: f64) -> Option<f64> {
+        let inside = |time_s: &f64| (from_s..until_s).contains(time_s);
+        let frames = observation.times_s.iter().zip(&self.variance_m2).filter(|(time_s, _)| inside(time_s));
+        let found: Vec<f64> = frames.filter_map(|(_, v)| Some((*v)? / self.at_rest_m2 - 1.0)).collect();
+        if found.len() < 2 * SMOOTHING { None } else { median(found) }
+    }
+
+    /// The excess frame by frame, averaged over neighbours, and at least 0.
+    fn smoothed_m2(&self) -> Vec<f64> {
+        let n = self.variance_m2.len();
+        let around = |frame: usize| {
+            let seen =
+                self.variance_m2[frame.saturating_sub(SMOOTHING)..(frame + SMOOTHING + 1).min(n)].iter();
+            let (count, sum) = seen.flatten().fold((0.0, 0.0), |(count, sum), v| (count + 1.0, sum + v));
+            if count > 0.0 { (sum / count - self.at_rest_m2).max(0.0) } else { 0.0 }
+        };
+        (0..n).map(around).collect()
+    }
+}
+
+impl Group {
+    /// The error along the body's way: stretches follow each other with weights whose squares add to one, so that the error's
+    /// variance is right everywhere and it changes from stretch to stretch.
+    fn modes(&self, motion: &ChainMotion, correlation_m: f64) -> Vec<ErrorMode> {
+        let row = self.body - 1;
+        let places: Vec<Option<f64>> =
+            motion.displacement_m.row(row).iter().map(|x| x.map(|x| x.value)).collect();
+        let (from_m, until_m) = places
+            .iter()
+            .flatten()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(from, until), x| (from.min(*x), until.max(*x)));
+        if from_m > until_m {
+            return Vec::new();
+        }
+        let stretch_m = correlation_m.max((until_m - from_m) / (MOST_MODES - 1.0));
+        let amplitude_m: Vec<f64> = motion
+            .times_s
+            .iter()
+            .enumerate()
+            .map(|(i, t)| self.shared_m(*t, motion.n_trials[(row, i)]))
+            .collect();
+        let n_modes = ((until_m - from_m) / stretch_m).ceil() as usize + 1;
+        let mode = |k: usize| {
+            let mut displacement_m = Array2::zeros(motion.displacement_m.dim());
+            for (i, x_m) in places.iter().enumerate() {
+                let Some(x_m) = x_m else { continue };
+                let apart = ((x_m - from_m) / stretch_m - k as f64).abs().min(1.0);
+                displacement_m[(row, i)] = amplitude_m[i] * weight(apart);
+            }
+            let source = format!("pictures of body {} in view {}, stretch {}", self.body, self.view, k + 1);
+            ErrorMode { source: ErrorSource::from(source), displacement_m }
+        };
+        (0..n_modes).map(mode).collect()
+    }
+
+    /// Standard deviation of what the view's trials share of the mean of `n` readings at a time, beyond the n-th part that readings which
+    /// count as independent already have.
+    fn shared_m(&self, time_s: f64, n: u32) -> f64 {
+        let extra = |one: &Reading| {
+            let frame = one.times_s.partition_point(|stamp_s| *stamp_s < time_s);
+            one.extra_m2.get(frame).copied()
+        };
+        let seen: Vec<f64> = self.trials.iter().filter_map(extra).collect();
+        let (own, all) = (seen.len() as f64, f64::from(n.max(1)));
+        if seen.is_empty() {
+            return 0.0;
+        }
+        let own = own.min(all);
+        let mean_m2 = seen.iter().sum::<f64>() / seen.len() as f64;
+        (mean_m2 * (own * own - own)).max(0.0).sqrt() / all
+    }
+}
+
+/// The weight of a stretch at a share of the way to the next one, 1 at 0 and 0 at 1, smooth at both; with that of the next, its square adds
+/// to one.
+fn weight(share: f64) -> f64 {
+    (1.0 - share * share * (3.0 - 2.0 * share)).max(0.0).sqrt()
+}
+
+/// How many frames of a body have each frame's error in common: those in which it stood within a distance, weighted by how near.
+fn alike(places: &[Option<Estimate>], within_m: f64) -> Vec<f64> {
+    let weight = |one: &Option<Estimate>, other: &Option<Estimate>| match (one, other) {
+        (Some(one), Some(other)) => (1.0 - (one.value - other.value).abs() / within_m).max(0.0),
+        _ => 0.0,
+    };
+    places.iter().map(|one| places.iter().map(|other| weight(one, other)).sum()).collect()
+}
+
+/// Root mean square deviation of values from the means of their groups; 0 where no group has two.
+fn scatter_within(groups: &[Vec<f64>]) -> f64 {
+    let squares = |group: &Vec<f64>| {
+        let mean = group.iter().sum::<f64>() / group.len() as f64;
+        group.iter().map(|value| (value - mean).powi(2)).sum::<f64>()
+    };
+    let freedom: usize = groups.iter().map(|group| group.len() - 1).sum();
+    (groups.iter().map(squares).sum::<f64>() / freedom.max(1) as f64).sqrt()
+}
+
+/// The mean with its standard error; `None` of fewer than two.
+fn mean_of(values: &[f64]) -> Option<Estimate> {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let square = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    (values.len() > 1).then(|| Estimate::new(mean, (square / n).sqrt()))
+}
+
+/// Frames in which every body that is seen, two or more, has a variance far above the median of the frames around.
+fn torn_frames(observation: &Observation) -> usize {
+    let is_torn = |frame: &usize| {
+        let worse = |track: &BodyTrack| {
+            let variance = track.position_m[*frame]?.sigma.powi(2);
+            let around = track.position_m[frame.saturating_sub(SMOOTHING)..].iter().take(2 * SMOOTHING + 1);
+            Some(variance > TORN * median(around.flatten().map(|x| x.sigma.powi(2)).collect())?)
+        };
+        let seen: Vec<bool> = observation.bodies.iter().filter_map(worse).collect();
+        seen.len() > 1 && seen.into_iter().all(|worse| worse)
+    };
+    (0..observation.times_s.len()).filter(is_torn).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PX_M: f64 = 4e-4;
+    const AT_REST_M: f64 = 1e-6;
+
+    /// Four trials of two bodies in a view: at rest until the trigger, then moving; variances scatter by some per cent, and are larger by
+    /// `excess` once the body has moved.
+    fn observations(excess: f64) -> Vec<Observation> {
+        let times_s: Vec<f64> = (-40..100).map(|frame| f64::from(frame) * 4e-5).collect();
+        let recording = |trial: u32| {
+            let body = |body: usize| {
+                let place = |(frame, time_s): (usize, &f64)| {
+                    let moved_m = 2.0 * time_s.max(0.0);
+                    let wave = (2.4 * (frame + 31 * body) as f64 + f64::from(trial)).sin();
+                    let ratio = 1.0 + 0.08 * wave + if moved_m > 0.0 { excess } else { 0.0 };
+                    Some(Estimate::new(moved_m, AT_REST_M * ratio.sqrt()))
+                };
+                BodyTrack { body, position_m: times_s.iter().enumerate().map(place).collect() }
+            };
+            let bodies = vec![body(1), body(2)];
+            Observation { recording: trial.to_string(), view: 1, trial, times_s: times_s.clone(), bodies }
+        };
+        (1..5).map(recording).collect()
+    }
+
+    fn motion(observations: &[Observation]) -> ChainMotion {
+        let times_s = observations[0].times_s.clone();
+        let x = |(row, i): (usize, usize)| {
+            observations[0].bodies[row].position_m[i].map(|x| Estimate::new(x.value, 0.5 * x.sigma))
+        };
+        let shape = (2, times_s.len());
+        ChainMotion {
+            displacement_m: Array2::from_shape_fn(shape, x),
+            independent_sigma_m: Array2::from_elem(shape, 0.5 * AT_REST_M),
+            modes: Vec::new(),
+            n_trials: Array2::from_elem(shape, 4),
+            times_s,
+        }
+    }
+
+    #[test]
+    fn without_an_excess_nothing_changes() {
+        let clean = observations(0.0);
+        let found = PictureErrors::of(&clean, 0.0, &[0.0, 0.0], PX_M);
+        assert!(found.warnings().is_empty(), "{:?}", found.warnings());
+        let mut same = motion(&clean);
+        found.add_to(&mut same);
+        assert_eq!(same, motion(&clean));
+        assert_eq!(found.widened(clean.clone()), clean);
+    }
+
+    #[test]
+    fn an_excess_counts_as_common_to_the_trials_of_a_view() {
+        let patterned = observations(0.5);
+        let found = PictureErrors::of(&patterned, 0.0, &[0.0, 0.0], PX_M);
+        assert!(found.warnings().concat().contains("fixed pattern"), "{:?}", found.warnings());
+        let mut motion = motion(&patterned);
+        found.add_to(&mut motion);
+        for i in [60, 90, 120] {
+            let x = motion.displacement_m[(1, i)].unwrap();
+            // A quarter of the noise's variance, and all of the pattern's: 0.25 + 0.5. Variances scatter by 8 %, the smoothed by less.
+            let variance = (x.sigma / AT_REST_M).powi(2);
+            assert!((variance - 0.75).abs() < 0.06, "{variance}");
+            let modes: f64 = motion.modes.iter().map(|mode| mode.displacement_m[(1, i)].powi(2)).sum();
+            assert!((modes / AT_REST_M.powi(2) - 0.375).abs() < 0.04, "{modes}");
+        }
+        let before = motion.displacement_m[(1, 10)].unwrap();
+        assert!((before.sigma / AT_REST_M - 0.5).abs() < 0.03, "{before:?}");
+        let widened = found.widened(patterned.clone());
+        let sigma = |observations: &[Observation], frame: usize| {
+            observations[0].bodies[0].position_m[frame].unwrap().sigma
+        };
+        assert!(sigma(&widened, 100) > 3.0 * sigma(&patterned, 100), "{}", sigma(&widened, 100));
+        assert!((sigma(&widened, 10) / sigma(&patterned, 10) - 1.0).abs() < 0.2);
+    }
+
+    #[test]
+    fn bodies_at_rest_that_look_different_tell_of_light_or_focus() {
+        let changing = observations(0.5);
+        // The bodies are said to rest for half a millisecond more.
+        let found = PictureErrors::of(&changing, 0.0, &[5e-4, 5e-4], PX_M);
+        assert!(found.warnings().concat().contains("focus"), "{:?}", found.warnings());
+    }
+
+    #[test]
+    fn torn_frames_are_counted() {
+        let mut torn = observations(0.0);
+        for track in &mut torn[0].bodies {
+            let place = track.position_m[70].as_mut().unwrap();
+            place.sigma *= 2.0;
+        }
+        let found = PictureErrors::of(&torn, 0.0, &[0.0, 0.0], PX_M);
+        assert!(found.warnings().concat().contains("in 1 of 560 frames"), "{:?}", found.warnings());
+    }
+}

@@ -1,0 +1,256 @@
+//! Whether the pictures' scale is the stated one: the stage's steps and the sizes of bodies that two views show tell it.
+//!
+//! A body at rest that two views show lies a step of the stage apart in their pictures. Measured by the stated scale, the step is as much
+//! too long as the scale is too small. Where one view is magnified against another, the marker itself is larger in it.
+
+use chainwave_measurement::{ChainMotion, ErrorMode, ErrorSource, Estimate, Observation, median};
+use ndarray::Array2;
+
+use crate::wording::estimate;
+
+/// A step of the stage between two views, and how much larger bodies are in the second.
+#[derive(Debug, Clone)]
+pub(crate) struct SharedBody {
+    /// Numbers of the views.
+    pub(crate) views: [u32; 2],
+    /// The step as the trials table states it, in metres.
+    pub(crate) stated_m: f64,
+    /// The step as the pictures have it by the stated scale.
+    pub(crate) found_m: Estimate,
+    /// Where the body stands in the first view, in steps from the middle of its picture.
+    pub(crate) from_middle: f64,
+    /// The marker's size in the second view over that in the first, less one; `None` where it is too small to be told in halves.
+    pub(crate) magnified: Option<Estimate>,
+}
+
+/// What the pictures say against the stated scale.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct ScaleCheck {
+    /// True scale over the stated one, less one, where the two contradict each other.
+    error: Option<Estimate>,
+    /// Where views are magnified against others: each view's magnification over their median, less one.
+    views: Vec<(u32, Estimate)>,
+}
+
+/// Standard deviation of a stage's position where none is stated: a scale that is read to some hundredths of a millimetre.
+const USUAL_STAGE_SIGMA_M: f64 = 2e-5;
+/// Deviations from which on a contradiction is said.
+const CONTRADICTED: f64 = 3.0;
+/// Standard uncertainty of a marker's relative size beyond noise: interpolation moves each half by some thousandths of a pixel.
+const SIZE_SIGMA: f64 = 3e-4;
+
+impl ScaleCheck {
+    /// Compares steps and sizes with what is stated; `scale_sigma` is the stated relative uncertainty of the scale.
+    pub(crate) fn of(shared: &[SharedBody], stage_sigma_m: Option<f64>, scale_sigma: f64) -> Self {
+        let mut pairs: Vec<[u32; 2]> = shared.iter().map(|one| one.views).collect();
+        pairs.sort_unstable();
+        pairs.dedup();
+        let of_pair = |views: &[u32; 2]| shared.iter().filter(|one| one.views == *views).collect::<Vec<_>>();
+        let size = |views: &[u32; 2]| {
+            let sizes: Vec<Estimate> = of_pair(views).iter().filter_map(|one| one.magnified).collect();
+            let size = mean(&sizes)?;
+            Some((*views, Estimate::new(size.value, size.sigma.hypot(SIZE_SIGMA))))
+        };
+        let views = magnifications(&pairs.iter().filter_map(size).collect::<Vec<_>>());
+        let magnified =
+            |view: u32| views.iter().find(|(number, _)| *number == view).map_or(0.0, |(_, m)| m.value);
+        let step = |views: &[u32; 2]| relative_step(&of_pair(views), views.map(magnified), stage_sigma_m);
+        let steps: Vec<Estimate> = pairs.iter().filter_map(step).collect();
+        let error =
+            mean(&steps).filter(|error| error.value.abs() > CONTRADICTED * error.sigma.hypot(scale_sigma));
+        Self { error, views }
+    }
+
+    /// Positions along the chain by the scale that all views have in common; as they are where none is magnified.
+    pub(crate) fn levelled(&self, mut observations: Vec<Observation>) -> Vec<Observation> {
+        for observation in &mut observations {
+            let Some((_, size)) = self.views.iter().find(|(view, _)| *view == observation.view) else {
+                continue;
+            };
+            let factor = (1.0 + size.value).recip();
+            let places = observation.bodies.iter_mut().flat_map(|track| &mut track.position_m);
+            places.for_each(|place| *place = place.map(|x| x.scaled(factor)));
+        }
+        observations
+    }
+
+    /// Adds to a motion what is not known of the views' magnifications, each in proportion to the motion and to the share of a body's
+    /// recordings that the view has.
+    fn add_views_to(&self, motion: &mut ChainMotion, observations: &[Observation]) {
+        let share = |row: usize, view: u32| {
+            let seen = observations.iter().filter(|one| one.bodies.iter().any(|track| track.body == row + 1));
+            let (of_view, all) = seen.fold((0.0, 0.0_f64), |(of_view, all), one| {
+                (of_view + f64::from(u8::from(one.view == view)), all + 1.0)
+            });
+            of_view / all.max(1.0)
+        };
+        for (view, size) in &self.views {
+            let shares: Vec<f64> = (0..motion.displacement_m.nrows()).map(|row| share(row, *view)).collect();
+            let error_m = |(row, i): (usize, usize)| {
+                motion.displacement_m[(row, i)].map_or(0.0, |x| shares[row] * size.sigma * x.value)
+            };
+            let displacement_m = Array2::from_shape_fn(motion.displacement_m.dim(), error_m);
+            add(motion, format!("magnification of view {view}"), displacement_m);
+        }
+    }
+
+    /// Adds to a motion what a contradicted scale leaves open: an error as large as the contradiction, in proportion to the motion.
+    pub(crate) fn add_to(&self, motion: &mut ChainMotion, observations: &[Observation]) {
+        self.add_views_to(motion, observations);
+        let Some(error) = self.error else { return };
+        let displacement_m = motion.displacement_m.mapv(|x| x.map_or(0.0, |x| error.value * x.value));
+        add(motion, "scale that the stage's steps contradict".to_owned(), displacement_m);
+    }
+
+    /// The relative uncertainty of the scale that contradictions ask for; 0 without one.
+    pub(crate) fn relative_sigma(&self) -> f64 {
+        let of_views = self.views.iter().map(|(_, size)| size.sigma).fold(0.0, f64::max);
+        self.error.map_or(0.0, |error| error.value.abs()).hypot(of_views)
+    }
+
+    /// What the reader should know.
+    pub(crate) fn warnings(&self) -> Vec<String> {
+        let percent = |value: Estimate| estimate(value.scaled(100.0));
+        let wrong = self.error.map(|error| {
+            format!(
+                "the scale contradicts the stage: by the stated scale, bodies that two views show stand {} % farther apart than the stage \
+                 went. Displacements may be wrong by as much, which their uncertainty holds (hint: calibrate the scale, or check stage_m and scale_px_per_m)",
+                percent(error)
+            )
+        });
+        let of_view = |(view, size): &(u32, Estimate)| format!("view {view} by {} %", percent(*size));
+        let views: Vec<String> = self.views.iter().map(of_view).collect();
+        let differ = (!views.is_empty()).then(|| {
+            format!(
+                "views are magnified differently, by the size of bodies that two of them show: {}, counted from their median. Their motions \
+                 were put on one scale, and the uncertainty of that joined theirs (hint: keep focus and distance of the camera)",
+                views.join(", ")
+            )
+        });
+        wrong.into_iter().chain(differ).collect()
+    }
+}
+
+/// Adds an error mode to a motion, and its share to the uncertainty.
+fn add(motion: &mut ChainMotion, source: String, displacement_m: Array2<f64>) {
+    for (x, error_m) in motion.displacement_m.iter_mut().zip(&displacement_m) {
+        *x = x.map(|x| Estimate::new(x.value, x.sigma.hypot(*error_m)));
+    }
+    motion.modes.push(ErrorMode { source: ErrorSource::from(source), displacement_m });
+}
+
+/// Rounds in which views that are tied one to the next find their magnifications.
+const ROUNDS: usize = 500;
+
+/// Each view's magnification over their median, from how pairs of views differ; none where no pair contradicts one scale for all.
+fn magnifications(pairs: &[([u32; 2], Estimate)]) -> Vec<(u32, Estimate)> {
+    let is_told = |(_, size): &([u32; 2], Estimate)| size.value.abs() > CONTRADICTED * size.sigma;
+    if !pairs.iter().any(is_told) {
+        return Vec::new();
+    }
+    let mut views: Vec<u32> = pairs.iter().flat_map(|(views, _)| *views).collect();
+    views.sort_unstable();
+    views.dedup();
+    let mut sizes = vec![0.0; views.len()];
+    let place = |view: u32| views.iter().position(|other| *other == view).unwrap_or(0);
+    for _ in 0..ROUNDS {
+        for index in 0..views.len() {
+            let told = pairs.iter().filter_map(|([one, other], size)| match (place(*one), place(*other)) {
+                (one, other) if one == index => Some(sizes[other] - size.value),
+                (one, other) if other == index => Some(sizes[one] + size.value),
+                _ => None,
+            });
+            let (n, sum) = told.fold((0.0, 0.0), |(n, sum), size| (n + 1.0, sum + size));
+            sizes[index] = sum / n;
+        }
+    }
+    let middle = median(sizes.clone()).unwrap_or(0.0);
+    // A chain of views hands its errors on.
+    let sigma =
+        pairs.iter().map(|(_, size)| size.sigma).fold(0.0, f64::max) * (0.5 * views.len() as f64).sqrt();
+    views.into_iter().zip(sizes).map(|(view, size)| (view, Estimate::new(size - middle, sigma))).collect()
+}
+
+/// How much longer a step is than stated, relative to it, over the bodies and trials that show it; they share the stage's error. What the
+/// two views' magnifications make of it is taken off.
+fn relative_step(
+    shared: &[&SharedBody],
+    magnified: [f64; 2],
+    stage_sigma_m: Option<f64>,
+) -> Option<Estimate> {
+    let stated_m = shared.first()?.stated_m;
+    let expected =
+        |one: &SharedBody| 1.0 + magnified[0] * one.from_middle - magnified[1] * (one.from_middle - 1.0);
+    let longer =
+        |one: &&SharedBody| Estimate::new(one.found_m.value - stated_m * expected(one), one.found_m.sigma);
+    let found: Vec<Estimate> = shared.iter().map(longer).collect();
+    let found = mean(&found)?;
+    let stage_m = std::f64::consts::SQRT_2 * stage_sigma_m.unwrap_or(USUAL_STAGE_SIGMA_M);
+    let is_step = stated_m.abs() > 100.0 * stage_m;
+    is_step.then(|| Estimate::new(found.value / stated_m, found.sigma.hypot(stage_m) / stated_m.abs()))
+}
+
+/// The mean, with the larger of the standard errors that are stated and that the scatter shows; `None` of nothing.
+fn mean(found: &[Estimate]) -> Option<Estimate> {
+    let n = found.len() as f64;
+    let mean = found.iter().map(|one| one.value).sum::<f64>() / n;
+    let stated = found.iter().map(|one| one.sigma.powi(2)).sum::<f64>().sqrt() / n;
+    let squares = found.iter().map(|one| (one.value - mean).powi(2)).sum::<f64>();
+    let scatter = (squares / (n - 1.0).max(1.0) / n).sqrt();
+    (!found.is_empty()).then(|| Estimate::new(mean, stated.max(scatter)))
+}
+
+#[cfg(test)]
+mod tests {
+    use chainwave_measurement::BodyTrack;
+
+    use super::*;
+
+    /// Two steps of 120 mm, seen in three trials each.
+    fn shared(scale_error: f64, second_view: f64) -> Vec<SharedBody> {
+        let one = |(views, trial): ([u32; 2], u32)| SharedBody {
+            views,
+            stated_m: 0.12,
+            found_m: Estimate::new(0.12 * (1.0 + scale_error) + 1e-6 * f64::from(trial), 1e-6),
+            from_middle: 0.5,
+            magnified: Some(Estimate::new(if views == [1, 2] { second_view } else { -second_view }, 2e-4)),
+        };
+        [[1, 2], [2, 3]]
+            .into_iter()
+            .flat_map(|views| (0..3).map(move |trial| (views, trial)))
+            .map(one)
+            .collect()
+    }
+
+    #[test]
+    fn a_scale_that_steps_contradict_is_said() {
+        let sound = ScaleCheck::of(&shared(2e-4, 2e-4), None, 0.0);
+        assert!(sound.warnings().is_empty(), "{:?}", sound.warnings());
+        let wrong = ScaleCheck::of(&shared(5e-3, 0.0), None, 0.0);
+        assert!(wrong.warnings().concat().contains("0.50"), "{:?}", wrong.warnings());
+        // One that is stated to be no better known does not contradict anything.
+        assert!(ScaleCheck::of(&shared(5e-3, 0.0), None, 3e-3).warnings().is_empty());
+        assert!(ScaleCheck::of(&[], None, 0.0).warnings().is_empty());
+    }
+
+    #[test]
+    fn a_view_that_is_magnified_is_said() {
+        // A step of which the body stands half before the middle of one view and half behind that of the other grows by half of 0.4 %.
+        let found = ScaleCheck::of(&shared(2e-3, 4e-3), None, 0.0);
+        let said = found.warnings().concat();
+        assert!(
+            said.contains("view 2 by 0.40") && said.contains("view 1 by") && !said.contains("contradicts"),
+            "{said}"
+        );
+        let one = |view: u32| Observation {
+            recording: view.to_string(),
+            view,
+            trial: 1,
+            times_s: vec![0.0],
+            bodies: vec![BodyTrack { body: 1, position_m: vec![Some(Estimate::new(0.1, 1e-6))] }],
+        };
+        let levelled = found.levelled(vec![one(1), one(2)]);
+        let place_m = |index: usize| levelled[index].bodies[0].position_m[0].unwrap().value;
+        assert!((place_m(0) - 0.1).abs() < 1e-9 && (place_m(1) - 0.1 / 1.004).abs() < 1e-9);
+    }
+}

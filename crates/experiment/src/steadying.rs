@@ -1,0 +1,129 @@
+//! The camera's motion: found from bodies that the wave has not reached, and taken out of what is stitched.
+
+use chainwave_analysis::{CameraMotion, camera_motion, camera_motion_rule};
+use chainwave_measurement::{ChainMotion, ErrorMode, ErrorSource, Estimate, Observation, median};
+use chainwave_mechanics::{PowerLaw, Schedule, simulate};
+use ndarray::Array2;
+
+use crate::configuration::Experiment;
+use crate::error::Error;
+use crate::evaluation::starting_chain;
+use crate::scale::ScaleCheck;
+
+/// Whether the camera moves, and its motion; before that, views that are magnified differently are put on one scale.
+pub(crate) struct Steadying {
+    scale: ScaleCheck,
+    /// Absent where no recording shows two bodies at rest.
+    pub(crate) found: Option<CameraMotion>,
+    /// Until when each body certainly rests, in seconds after the trigger.
+    pub(crate) rests_until_s: Vec<f64>,
+}
+
+/// Share of the time to the wave's arrival by the stated chain in which a body certainly rests: a sound speed that is a tenth off changes
+/// nothing.
+const CERTAIN_SHARE: f64 = 0.9;
+/// Displacement, in standard uncertainties of a reading, by which the wave has arrived.
+const ARRIVED_SIGMA: f64 = 0.1;
+
+impl Steadying {
+    /// Follows the camera through all recordings.
+    pub(crate) fn of(
+        experiment: &Experiment,
+        observations: &[Observation],
+        scale: &ScaleCheck,
+        law: &PowerLaw,
+    ) -> Result<Self, Error> {
+        let scale = scale.clone();
+        let observations = &scale.levelled(observations.to_vec());
+        let sigmas = observations.iter().flat_map(|one| &one.bodies).flat_map(|track| &track.position_m);
+        let Some(sigma_m) = median(sigmas.flatten().map(|place| place.sigma).collect()) else {
+            return Ok(Self { scale, found: None, rests_until_s: Vec::new() });
+        };
+        let rests_until_s = rests_until_s(experiment, *law, ARRIVED_SIGMA * sigma_m)?;
+        Ok(Self { found: camera_motion(observations, &rests_until_s), scale, rests_until_s })
+    }
+
+    /// The motion, where the camera is told to move.
+    fn motion(&self) -> Option<&CameraMotion> {
+        self.found.as_ref().filter(|found| camera_motion_rule().rejects(found.departure.p_value))
+    }
+
+    /// Positions by one scale and without the camera's motion; as they are where nothing was found.
+    pub(crate) fn steadied(&self, observations: Vec<Observation>) -> Vec<Observation> {
+        let levelled = self.scale.levelled(observations);
+        match self.motion() {
+            Some(motion) => motion.taken_out_of(&levelled),
+            None => levelled,
+        }
+    }
+
+    /// Adds to a motion the error that all trials share: where no recording that saw a body knew the camera's motion.
+    pub(crate) fn add_to(&self, motion: &mut ChainMotion, observations: &[Observation]) {
+        let Some(camera) = self.motion().filter(|camera| camera.shared_m > 0.0) else { return };
+        let error_m = |(row, i): (usize, usize)| {
+            let sees = |one: &&Observation| one.bodies.iter().any(|track| track.body == row + 1);
+            let is_known = |one: &Observation| camera.is_known(&one.recording, motion.times_s[i]);
+            let is_open =
+                motion.displacement_m[(row, i)].is_some() && !observations.iter().filter(sees).any(is_known);
+            if is_open { camera.shared_m } else { 0.0 }
+        };
+        let displacement_m = Array2::from_shape_fn(motion.displacement_m.dim(), error_m);
+        for (x, error_m) in motion.displacement_m.iter_mut().zip(&displacement_m) {
+            *x = x.map(|x| if *error_m > 0.0 { Estimate::new(x.value, x.sigma.hypot(*error_m)) } else { x });
+        }
+        motion.modes.push(ErrorMode { source: ErrorSource::CameraMotion, displacement_m });
+    }
+
+    /// Positions whose uncertainty is such that a fit to all of them, which takes them for independent, gives an unknown motion its weight:
+    /// it hardly changes from frame to frame, so that its variance counts as often as there are frames in which it is not known, and
+    /// what all recordings share of it as often again as there are recordings.
+    pub(crate) fn widened(&self, mut observations: Vec<Observation>) -> Vec<Observation> {
+        let Some(camera) = self.motion() else { return observations };
+        let shared_m2 = camera.shared_m.powi(2);
+        let own_m2 = (camera.departure.size.value.powi(2) - shared_m2).max(0.0);
+        let of_all_m2 = own_m2 + shared_m2 * observations.len() as f64;
+        for observation in &mut observations {
+            let is_known = |time_s: &f64| camera.is_known(&observation.recording, *time_s);
+            let known: Vec<bool> = observation.times_s.iter().map(is_known).collect();
+            let extra_m2 = of_all_m2 * known.iter().filter(|known| !**known).count() as f64;
+            for track in &mut observation.bodies {
+                let open = track.position_m.iter_mut().zip(&known).filter(|(_, known)| !**known);
+                let widened = |x: Estimate| Estimate::new(x.value, (x.sigma.powi(2) + extra_m2).sqrt());
+                open.for_each(|(place, _)| *place = place.map(widened));
+            }
+        }
+        observations
+    }
+
+    /// What the reader should know of a camera that moves.
+    pub(crate) fn warning(&self) -> Option<String> {
+        let camera = self.motion()?;
+        let [n_known, n] = camera.n_known;
+        let set_off = match camera.shared_m > 0.5 * camera.departure.size.value {
+            true => "; all trials share most of it, as of a camera that the strike sets off",
+            false => "",
+        };
+        Some(format!(
+            "the camera moves: bodies that the wave has not reached swing together by {:.2} um (rms){set_off}. It was taken out of the \
+             {:.0} % of frames that show two such bodies; in the others it counts as an uncertainty, which hardly varies within a \
+             period, so that speeds may be farther off than stated (hint: a firmer stand, or more bodies ahead of the wave in view)",
+            1e6 * camera.departure.size.value,
+            100.0 * n_known as f64 / n.max(1) as f64
+        ))
+    }
+}
+
+/// Until when each body certainly rests, in seconds after the trigger: the chain is at rest before `tracking.rest_until_s`, so the wave
+/// comes later by the time that it needs.
+fn rests_until_s(experiment: &Experiment, law: PowerLaw, moved_m: f64) -> Result<Vec<f64>, Error> {
+    let chain = starting_chain(experiment, law);
+    let duration_s = 1.5 * experiment.linear_chain()?.crossing_time_s(chain.n_bodies());
+    let motion = simulate(&chain, &Schedule::automatic(duration_s, duration_s / 2000.0))?.trajectory;
+    let arrival_s = |body: usize| {
+        let row = motion.displacement_m.row(body);
+        let arrived = row.iter().position(|x_m| x_m.abs() > moved_m);
+        motion.times_s[arrived.map_or(motion.times_s.len() - 1, |frame| frame.saturating_sub(1))]
+    };
+    let from_s = experiment.tracking.rest_until_s;
+    Ok((0..chain.n_bodies()).map(|body| from_s + CERTAIN_SHARE * arrival_s(body)).collect())
+}
