@@ -8,6 +8,7 @@
 mod by_kind;
 mod coverage;
 mod findings;
+mod variant;
 
 use std::path::{Path, PathBuf};
 
@@ -18,6 +19,7 @@ use chainwave_experiment::{
 use self::by_kind::Kinds;
 use self::coverage::Coverage;
 use self::findings::Finding;
+use self::variant::Variant;
 use crate::cli;
 use crate::error::Error;
 use crate::kept::{KeptFolder, Part, digest};
@@ -28,18 +30,6 @@ use crate::progress;
 use crate::run::name_failed;
 use crate::synthesize::film_into;
 use crate::table;
-
-/// What distinguishes one experiment of a proof from the others.
-#[derive(Debug, Clone, Copy)]
-struct Variant {
-    seed: u64,
-    noise: f64,
-    striker_m_per_s: f64,
-    /// Kind of what goes wrong.
-    fault: Option<&'static str>,
-    /// What the camera adds to the ideal picture.
-    effect: Option<CameraEffect>,
-}
 
 /// Films and processes the experiments, and writes every estimate beside its truth, the coverage, and its figure.
 pub(crate) fn prove(arguments: &cli::Prove) -> Result<Outcome, Error> {
@@ -77,14 +67,6 @@ pub(crate) fn prove(arguments: &cli::Prove) -> Result<Outcome, Error> {
         Kinds::EFFECTS.write(&arguments.out, &tables)?;
     }
     Ok(outcome)
-}
-
-impl Variant {
-    fn name(&self) -> String {
-        let kind = self.fault.or(self.effect.map(|effect| effect.name));
-        let kind = kind.map_or_else(String::new, |kind| format!("-{kind}"));
-        format!("seed-{}-noise-{}-striker-{}{kind}", self.seed, self.noise, self.striker_m_per_s)
-    }
 }
 
 /// The effects that a proof counts by, none first; that alone where it does not ask for them.

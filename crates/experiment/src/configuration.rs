@@ -1,5 +1,7 @@
 //! `experiment.toml` and `trials.csv`: what was done in the laboratory, and how to evaluate it.
 
+mod rings;
+mod trial;
 mod trials;
 
 use std::path::{Path, PathBuf};
@@ -11,10 +13,10 @@ use chainwave_mechanics::{LinearChain, PowerLaw};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 
-pub use self::trials::Trial;
+pub use self::rings::FilmedRings;
+pub use self::trial::Trial;
 use crate::error::Error;
-use crate::evaluation::starting_chain;
-use crate::film::{Fault, FilmedRings};
+use crate::film::Fault;
 use crate::numbers::{NotNegative, Positive};
 use crate::sanity::expect_filled_in;
 
@@ -365,14 +367,6 @@ impl Experiment {
     pub fn linear_chain(&self) -> Result<LinearChain, Error> {
         let stiffness_n_per_m = self.contact.power_law()?.k_0_n_per_m();
         Ok(LinearChain { stiffness_n_per_m, mass_kg: self.chain.mass_kg.get() })
-    }
-
-    /// The chain with usual damping, as a fit starts from it.
-    ///
-    /// # Errors
-    /// A contact law that makes no sense.
-    pub fn chain_model(&self) -> Result<chainwave_mechanics::Chain, Error> {
-        Ok(starting_chain(self, self.contact.power_law()?))
     }
 
     /// Films with `noise` times the read noise, and another striker velocity of the same relative scatter.

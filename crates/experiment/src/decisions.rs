@@ -15,7 +15,7 @@ use crate::evaluation::Evaluation;
 use crate::notices::farthest_drive;
 use crate::setup::Setup;
 use crate::standing::{Standing, Standings};
-use crate::tracking::Tracked;
+use crate::tracked::Tracked;
 use crate::tracks::FollowedBody;
 use crate::wording::{estimate, probability};
 

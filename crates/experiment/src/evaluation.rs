@@ -4,32 +4,33 @@ use std::num::NonZero;
 use std::ops::RangeInclusive;
 
 use chainwave_analysis::Departure;
-use chainwave_analysis::{
-    DampingShare, FrontSettings, MeasureSettings, Measurement, damping_share, exact_motion, measure,
-};
+use chainwave_analysis::{DampingShare, Measurement, damping_share, exact_motion};
 use chainwave_inference::{
     Damping, EnergyFit, EnergyMeasurement, EnergyModel, FitError, ImposedFit, ImposedModel, Known, Quantity,
     TrackFit, TrackModel, fit_imposed, fit_peak_energies, fit_tracks, fitted_motion, scatter_of_bodies,
     softening,
 };
 use chainwave_measurement::{ChainMotion, Estimate, Observation, Trajectory};
-use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Striker, simulate};
+use chainwave_mechanics::{Chain, Drive, PowerLaw, Schedule, Striker, simulate};
 use chainwave_stitching::{Outlier, Settings, Stitched};
 
 use crate::calibration::ChainMap;
+use crate::chain_model::starting_chain;
 use crate::configuration::Experiment;
 use crate::error::Error;
+use crate::finding::Finding;
 use crate::joining::{Joined, Unjoined, chosen, join, sound};
+use crate::measuring::{front_settings, measure_motion};
 use crate::notices::notices;
 use crate::numbers::{NotNegative, Positive};
 use crate::picture_errors::PictureErrors;
-use crate::sanity::{Finding, speed};
+use crate::sanity::speed;
 use crate::scale::ScaleCheck;
 use crate::setup::Setup;
 use crate::shared_errors::SharedErrors;
 use crate::standing::Standings;
 use crate::steadying::Steadying;
-use crate::tracking::{Tracked, TrackedRecording};
+use crate::tracked::{Tracked, TrackedRecording};
 
 /// To be raised whenever the same tracks would give other results; `golden_results` among the tests of the whole guards it.
 pub const EVALUATION_VERSION: u32 = 2;
@@ -268,47 +269,6 @@ fn chosen_gaps(experiment: &Experiment) -> Option<RangeInclusive<usize>> {
     analysis.first_gap.zip(analysis.last_gap).map(|(first, last)| first..=last)
 }
 
-fn front_settings(experiment: &Experiment) -> FrontSettings {
-    FrontSettings { edge_fraction: experiment.analysis.edge_fraction, ..FrontSettings::default() }
-}
-
-/// Measures a motion by the experiment's settings; the group velocity over the given gaps, or those that the motion suggests.
-///
-/// # Errors
-/// A motion too short to measure.
-pub fn measure_motion(
-    experiment: &Experiment,
-    motion: &ChainMotion,
-    law: &PowerLaw,
-    velocity_gaps: Option<RangeInclusive<usize>>,
-    n_threads: NonZero<usize>,
-) -> Result<Measurement, Error> {
-    let (chain, analysis) = (&experiment.chain, &experiment.analysis);
-    let settings = MeasureSettings {
-        front: front_settings(experiment),
-        velocity_gaps,
-        n_replicas: analysis.n_replicas,
-        n_threads,
-        ..MeasureSettings::new(chain.pitch_m.get(), analysis.seed)
-    };
-    Ok(measure(motion, &settings, Some(&|overlap_m| law.energy_j(overlap_m)))?)
-}
-
-/// The chain as the experiment states it, with usual damping to start a fit from.
-pub(crate) fn starting_chain(experiment: &Experiment, contact: PowerLaw) -> Chain {
-    Chain {
-        mass_kg: vec![experiment.chain.mass_kg.get(); experiment.chain.n_bodies],
-        damping_kg_per_s: vec![STARTING_DAMPING_KG_PER_S; experiment.chain.n_bodies],
-        contact: contact.into(),
-        drive: Drive::Striker(Striker {
-            mass_kg: experiment.striker.mass_kg.get(),
-            velocity_m_per_s: experiment.striker.velocity_m_per_s.get(),
-            damping_kg_per_s: STARTING_STRIKER_DAMPING_KG_PER_S,
-        }),
-        far_end: FarEnd::Free,
-    }
-}
-
 fn track_model(
     experiment: &Experiment,
     chain: Chain,
@@ -372,10 +332,6 @@ fn energy_model(
 
 /// The onset of the first body and the stated scatter tell the scale of the drives to 11 to 18 %.
 const DRIVE_SCALE_SIGMA: f64 = 0.15;
-/// Where the fit of c_d begins: light damping, 0.04 % of critical for one HEC. The end does not depend on it.
-const STARTING_DAMPING_KG_PER_S: f64 = 1e-3;
-/// Where the fit of c_s begins.
-const STARTING_STRIKER_DAMPING_KG_PER_S: f64 = 0.1;
 
 fn model_beside(
     experiment: &Experiment,

@@ -16,7 +16,6 @@ use chainwave_synthetic::{Scene, Shot, film};
 pub use self::camera_effects::CameraEffect;
 use self::faults::Faults;
 pub use self::faults::{FAULT_KINDS, Fault};
-pub use self::rings::FilmedRings;
 pub use self::truth::{MeanMotion, StrikerTruth, TrueTrial, Truth};
 use crate::configuration::{Experiment, Synthetic, Trial};
 use crate::error::Error;

@@ -31,18 +31,23 @@
 //! ```
 
 mod calibration;
+mod chain_model;
 mod configuration;
+mod content;
 mod decisions;
 mod error;
 mod evaluation;
 mod film;
+mod finding;
 mod follow;
 mod joining;
 mod key;
+mod measuring;
 mod monitor;
 mod notices;
 mod numbers;
 mod picture_errors;
+mod results;
 mod sanity;
 mod scale;
 mod sensor;
@@ -55,39 +60,44 @@ mod steadying;
 mod store;
 mod strikers;
 mod table;
+mod tracked;
 mod tracking;
 mod tracks;
 mod truth;
+mod view;
 mod wording;
 
 pub use calibration::{CalibrationFile, ChainMap, ErrorTable, MapTable, middle_px};
 pub use configuration::{
-    Analysis, Camera, Chain, Contact, Experiment, Law, Marks, Ruler, Striker, Synthetic, Tracking, Trial,
-    Trigger,
+    Analysis, Camera, Chain, Contact, Experiment, FilmedRings, Law, Marks, Ruler, Striker, Synthetic,
+    Tracking, Trial, Trigger,
 };
+pub use content::fingerprint;
 pub use decisions::Decision;
 pub use error::Error;
-pub use evaluation::{Departures, EVALUATION_VERSION, Evaluation, ModelBeside, evaluate, measure_motion};
+pub use evaluation::{Departures, EVALUATION_VERSION, Evaluation, ModelBeside, evaluate};
 pub use film::{
-    CameraEffect, FAULT_KINDS, Fault, FilmTruth, FilmedRings, MeanMotion, StrikerTruth, TrueTrial, Truth,
-    film_experiment,
+    CameraEffect, FAULT_KINDS, Fault, FilmTruth, MeanMotion, StrikerTruth, TrueTrial, Truth, film_experiment,
 };
+pub use finding::{Finding, Sanity};
 pub use follow::{EdgeNote, Followed, FollowedSubset, edges_beside, follow, threads_of_each};
 pub use joining::Unjoined;
-pub use key::{TrackKey, fingerprint};
+pub use key::TrackKey;
+pub use measuring::measure_motion;
 pub use monitor::{Monitor, Progress, Stage};
 pub use numbers::{NotNegative, Positive};
-pub use sanity::{Finding, Sanity, check};
+pub use results::Results;
+pub use sanity::check;
 pub use sensor::SensorFiles;
-pub use setup::{Results, Setup};
+pub use setup::Setup;
 pub use share::Share;
 pub use stages::Stages;
 pub use standing::{Standing, Standings};
 pub use store::{Kept, MemoryStore, TrackStore};
 pub use strikers::{StrikerWave, WaveSource, compare_strikers};
 pub use table::{Column, Table};
-pub use tracking::{
-    FailedRecording, Origin, Tracked, TrackedRecording, View, first_view, track, track_share,
-};
+pub use tracked::{FailedRecording, Origin, Tracked, TrackedRecording};
+pub use tracking::{track, track_share};
 pub use tracks::{FollowedBody, RecordingTracks};
 pub use truth::KnownTruth;
+pub use view::{View, first_view};

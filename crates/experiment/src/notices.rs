@@ -5,7 +5,7 @@ use chainwave_measurement::{Estimate, Observation, RecordingInfo, median};
 use crate::configuration::Experiment;
 use crate::follow::EdgeNote;
 use crate::standing::{Standing, Standings};
-use crate::tracking::TrackedRecording;
+use crate::tracked::TrackedRecording;
 use crate::wording::estimate;
 
 /// Everything worth knowing of the recordings that were used, each with the names of those that it is about.

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use chainwave_camera::{Corrected, OpenOptions, SensorCorrection, open_with};
 use chainwave_measurement::Recording;
 
+use crate::content::content;
 use crate::error::Error;
-use crate::key::content;
 
 /// A sensor's dark level, gains and defects, with what the files that tell them hold.
 #[derive(Debug, Clone)]

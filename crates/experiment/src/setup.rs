@@ -1,6 +1,5 @@
 //! An experiment that can be run: its configuration, calibration and trials, and where its recordings lie.
 
-use std::num::NonZero;
 use std::path::{Path, PathBuf};
 
 use chainwave_camera::OpenOptions;
@@ -9,16 +8,9 @@ use chainwave_measurement::Estimate;
 
 use crate::calibration::ChainMap;
 use crate::configuration::{Experiment, Trial};
-use crate::decisions::{Decision, decide};
 use crate::error::Error;
-use crate::evaluation::{Evaluation, evaluate};
-use crate::monitor::Monitor;
 use crate::numbers::Positive;
-use crate::sanity::check;
 use crate::sensor::SensorFiles;
-use crate::store::TrackStore;
-use crate::tracking::{Tracked, track};
-use crate::truth::{KnownTruth, known_truth};
 
 /// An experiment with everything that was read for it.
 #[derive(Clone)]
@@ -39,18 +31,6 @@ pub struct Setup {
     pub sensor: Option<SensorFiles>,
     /// Whether the whole frames of a recording that was cut short are taken; otherwise it is refused.
     pub takes_partial: bool,
-}
-
-/// What a run found.
-pub struct Results {
-    /// The tracks.
-    pub tracked: Tracked,
-    /// What followed from them.
-    pub evaluation: Evaluation,
-    /// The truth, where `synthesize` filmed the recordings.
-    pub truth: Option<KnownTruth>,
-    /// What was decided.
-    pub decisions: Vec<Decision>,
 }
 
 impl Setup {
@@ -103,35 +83,6 @@ impl Setup {
             true => vec![self.clone()],
             false => velocities.iter().map(of_velocity).collect(),
         }
-    }
-
-    /// Checks, tracks, evaluates, compares with the truth where there is one, and decides.
-    ///
-    /// # Errors
-    /// The experiment makes no sense, no recording can be tracked, or what was tracked cannot be evaluated; a single recording that fails is no error and stands in
-    /// [`Tracked::failed`].
-    pub fn run(
-        &self,
-        store: &dyn TrackStore,
-        n_threads: NonZero<usize>,
-        monitor: &Monitor<'_>,
-    ) -> Result<Results, Error> {
-        let sanity = check(self, n_threads)?;
-        self.conclude(track(self, &sanity, store, n_threads, monitor)?, n_threads)
-    }
-
-    /// What follows from tracks.
-    ///
-    /// # Errors
-    /// Nothing was tracked, or it cannot be evaluated.
-    pub fn conclude(&self, tracked: Tracked, n_threads: NonZero<usize>) -> Result<Results, Error> {
-        if tracked.recordings.is_empty() {
-            return Err(Error::NothingLeft { what: "recordings", n: self.trials.len() });
-        }
-        let evaluation = evaluate(self, &tracked, n_threads)?;
-        let truth = known_truth(self, &evaluation, n_threads)?;
-        let decisions = decide(self, &tracked, &evaluation);
-        Ok(Results { tracked, evaluation, truth, decisions })
     }
 
     /// The tracking method that the experiment names.

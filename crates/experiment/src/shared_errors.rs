@@ -13,11 +13,11 @@ use ndarray::Array2;
 
 use crate::configuration::Experiment;
 use crate::error::Error;
-use crate::evaluation::measure_motion;
+use crate::measuring::measure_motion;
 use crate::numbers::NotNegative;
 use crate::setup::Setup;
 use crate::steadying::Steadying;
-use crate::tracking::TrackedRecording;
+use crate::tracked::TrackedRecording;
 
 /// Errors that all recordings share, which repeating a trial does not reduce.
 pub(crate) struct SharedErrors {

@@ -18,10 +18,9 @@ use chainwave_stitching::{StageStep, refine_stages};
 use crate::configuration::Trial;
 use crate::error::Error;
 use crate::numbers::NotNegative;
-use crate::sanity::StatedStep;
 use crate::scale::{ScaleCheck, SharedBody};
 use crate::setup::Setup;
-use crate::tracking::{bodies_in_view, frames_at_rest, open};
+use crate::view::{bodies_in_view, frames_at_rest, open};
 
 /// Where the stage stood in each view.
 #[derive(Clone)]
@@ -35,6 +34,14 @@ pub struct Stages {
     is_used: bool,
     /// What the steps and the bodies' sizes say of the pictures' scale.
     pub(crate) scale: ScaleCheck,
+}
+
+/// A step of the stage between two views.
+#[derive(Debug, Clone)]
+pub(crate) struct StatedStep {
+    pub(crate) views: [u32; 2],
+    pub(crate) stated_m: f64,
+    pub(crate) found_m: Estimate,
 }
 
 /// Recordings that were made with the stage in one place.

@@ -5,9 +5,9 @@ use chainwave_measurement::{ChainMotion, ErrorMode, ErrorSource, Estimate, Obser
 use chainwave_mechanics::{PowerLaw, Schedule, simulate};
 use ndarray::Array2;
 
+use crate::chain_model::starting_chain;
 use crate::configuration::Experiment;
 use crate::error::Error;
-use crate::evaluation::starting_chain;
 use crate::scale::ScaleCheck;
 
 /// Whether the camera moves, and its motion; before that, views that are magnified differently are put on one scale.

@@ -7,7 +7,8 @@ use chainwave_measurement::Estimate;
 use chainwave_mechanics::{Chain, Drive, FarEnd, Schedule, Striker, simulate};
 
 use crate::error::Error;
-use crate::evaluation::{Evaluation, measure_motion};
+use crate::evaluation::Evaluation;
+use crate::measuring::measure_motion;
 use crate::setup::Setup;
 
 /// Striker velocities at which the model is asked, up to a little above the fastest.

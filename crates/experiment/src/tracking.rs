@@ -1,73 +1,24 @@
 //! From recordings to tracks: which subsets lie in each view, what is kept of earlier runs, and what is followed anew.
 
 use std::num::NonZero;
-use std::ops::Range;
-use std::path::Path;
 
-use chainwave_correlation::ReferenceFrames;
-use chainwave_measurement::{BodyTrack, Observation, Recording, RecordingInfo, Subset, map_in_parallel};
+use chainwave_measurement::{BodyTrack, Observation, Subset, map_in_parallel};
 
 use crate::configuration::Trial;
 use crate::error::Error;
+use crate::finding::{Finding, Sanity};
 use crate::follow::{edges_beside, follow, threads_of_each};
 use crate::key::{Task, TrackKey};
 use crate::monitor::{Monitor, Stage};
 use crate::notices::{grouped, remarks};
-use crate::sanity::{Finding, Sanity, of_tracks};
+use crate::sanity::of_tracks;
 use crate::setup::Setup;
 use crate::share::Share;
 use crate::stages::Stages;
 use crate::store::{Kept, TrackStore};
+use crate::tracked::{FailedRecording, Origin, Tracked, TrackedRecording};
 use crate::tracks::{FollowedBody, RecordingTracks};
-
-/// Rows and columns that a subset must keep from the frame's border at rest: the tracker interpolates around it.
-const BORDER_PX: f64 = 4.0;
-
-/// The tracks of all recordings that could be read.
-pub struct Tracked {
-    /// The recordings, in the order of the trials table.
-    pub recordings: Vec<TrackedRecording>,
-    /// The same as positions along the chain in metres.
-    pub observations: Vec<Observation>,
-    /// The recordings that could not be read, and why.
-    pub failed: Vec<FailedRecording>,
-    /// Where the stage stood.
-    pub stages: Stages,
-    /// What contradicts the experiment, before work and by the tracks.
-    pub findings: Vec<Finding>,
-}
-
-/// A recording that was tracked.
-#[derive(Clone)]
-pub struct TrackedRecording {
-    /// Its row of the trials table.
-    pub trial: Trial,
-    /// The tracks.
-    pub tracks: RecordingTracks,
-    /// Where the tracks come from.
-    pub origin: Origin,
-    /// What the file says against itself.
-    pub(crate) remarks: Vec<String>,
-}
-
-/// Where the tracks of a recording come from.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Origin {
-    /// They were kept.
-    Kept,
-    /// They were made, as nothing was kept under their key: the parts of the key in which what is kept of the same recording differs.
-    New(Vec<&'static str>),
-    /// They were made anew, as what was kept is torn: what is wrong with it.
-    Torn(String),
-}
-
-/// A recording that could not be tracked.
-pub struct FailedRecording {
-    /// Its row of the trials table.
-    pub trial: Trial,
-    /// Why.
-    pub error: Error,
-}
+use crate::view::{bodies_in_view, frames_at_rest, open};
 
 /// Tracks every recording that the store does not hold yet and that made sense before work. One that fails is named and left out.
 ///
@@ -235,86 +186,4 @@ fn track_one(
     };
     let edges = edges_beside(recording.as_ref(), &subsets, &reference)?;
     Ok(TrackedRecording { trial: trial.clone(), tracks, origin, remarks: remarks(recording.info(), &edges) })
-}
-
-/// Opens a recording that the calibration holds for, without what the sensor adds where that is known.
-pub(crate) fn open(setup: &Setup, path: &Path) -> Result<Box<dyn Recording>, Error> {
-    let recording = chainwave_camera::open_with(path, &setup.open_options())?;
-    setup.map.check_size(recording.as_ref())?;
-    match &setup.sensor {
-        Some(sensor) => sensor.correct(recording),
-        None => Ok(recording),
-    }
-}
-
-/// The frames of a recording before the wave.
-pub(crate) fn frames_at_rest(setup: &Setup, recording: &dyn Recording) -> Result<ReferenceFrames, Error> {
-    let rest = rest_frames(recording.info(), setup.experiment.tracking.rest_until_s);
-    Ok(ReferenceFrames::Mean(rest.ok_or_else(|| no_rest(setup, recording.path(), recording.info()))?))
-}
-
-/// A recording with the subsets that are followed in it.
-pub struct View {
-    /// The recording.
-    pub recording: Box<dyn Recording>,
-    /// The subsets in its reference.
-    pub subsets: Vec<Subset>,
-    /// The reference.
-    pub reference: ReferenceFrames,
-}
-
-/// The first recording that shows bodies, with their subsets and the frames at rest.
-///
-/// # Errors
-/// A recording that cannot be read, or none that shows a body.
-pub fn first_view(setup: &Setup) -> Result<View, Error> {
-    for trial in &setup.trials {
-        let recording = open(setup, &setup.recordings.join(&trial.recording))?;
-        let in_view = bodies_in_view(setup, trial.stage_m, recording.as_ref());
-        if !in_view.is_empty() {
-            let reference = frames_at_rest(setup, recording.as_ref())?;
-            let subsets = in_view.into_iter().map(|(_, subset)| subset).collect();
-            return Ok(View { recording, subsets, reference });
-        }
-    }
-    Err(Error::NothingLeft { what: "recordings with a body in view", n: setup.trials.len() })
-}
-
-/// The bodies whose subsets lie in the frame at rest, with those.
-pub(crate) fn bodies_in_view(setup: &Setup, stage_m: f64, recording: &dyn Recording) -> Vec<(usize, Subset)> {
-    let (info, tracking) = (recording.info(), &setup.experiment.tracking);
-    let inside = |centre: f64, half: usize, size: usize| {
-        let reach = half as f64 + BORDER_PX;
-        centre - reach >= 0.0 && centre + reach <= size as f64 - 1.0
-    };
-    (1..=setup.experiment.chain.n_bodies)
-        .filter_map(|body| Some((body, setup.map.rest_px(body as i64, stage_m)?)))
-        .filter(|(_, [x_px, y_px])| {
-            inside(*x_px, tracking.half_width_px, info.width_px)
-                && inside(*y_px, tracking.half_height_px, info.height_px)
-        })
-        .map(|(body, [x_px, y_px])| {
-            let (half_width_px, half_height_px) = (tracking.half_width_px, tracking.half_height_px);
-            (body, Subset { name: body.to_string(), x_px, y_px, half_width_px, half_height_px })
-        })
-        .collect()
-}
-
-/// The frames before the wave: all from the first one that are stamped before `rest_until_s`.
-fn rest_frames(info: &RecordingInfo, rest_until_s: f64) -> Option<Range<usize>> {
-    let n = info.times_s.iter().take_while(|time_s| **time_s < rest_until_s).count();
-    (n > 0).then_some(0..n)
-}
-
-fn no_rest(setup: &Setup, path: &Path, info: &RecordingInfo) -> Error {
-    let first_s = info.times_s.first().copied().unwrap_or(f64::NAN);
-    Error::Configuration {
-        path: setup.path.clone(),
-        message: format!(
-            "tracking.rest_until_s: expected frames of {} before {} s, found its first at {first_s} s \
-             (hint: a later rest_until_s, or recordings with more pre-trigger frames)",
-            path.display(),
-            setup.experiment.tracking.rest_until_s,
-        ),
-    }
 }

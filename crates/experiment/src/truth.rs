@@ -6,8 +6,9 @@ use chainwave_analysis::{Measurement, exact_motion};
 use chainwave_measurement::{Estimate, Trajectory};
 
 use crate::error::Error;
-use crate::evaluation::{Evaluation, measure_motion};
+use crate::evaluation::Evaluation;
 use crate::film::{Studio, TrueTrial};
+use crate::measuring::measure_motion;
 use crate::setup::Setup;
 
 /// The truth of a synthetic experiment.

@@ -7,7 +7,7 @@ use chainwave_measurement::{Estimate, Trajectory};
 
 use polars::prelude::Column;
 
-use super::Variant;
+use super::variant::Variant;
 use crate::error::Error;
 use crate::table::column;
 

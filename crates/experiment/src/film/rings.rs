@@ -7,29 +7,13 @@ use chainwave_mechanics::{
 use chainwave_synthetic::Shapes;
 use chainwave_synthetic::trials::Draw;
 use ndarray::{Array2, Array4};
-use serde::{Deserialize, Serialize};
 
 use super::{Studio, TRUTH_INTERVAL_S};
+use crate::configuration::FilmedRings;
 use crate::error::Error;
-use crate::numbers::Positive;
 
 /// Points of the outline on each element.
 const POINTS_PER_ELEMENT: usize = 4;
-
-/// `[synthetic.rings]`: bodies move, and bend in the picture, as the ring model says. Their axes and wall are those of
-/// `[synthetic.specimen.ring]`, the rest is here.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct FilmedRings {
-    /// Width of a ring, out of the plane.
-    width_m: Positive,
-    young_pa: Positive,
-    poisson: f64,
-    density_kg_per_m3: Positive,
-    elements_per_ring: usize,
-    /// Stiffness of the striker's contact.
-    contact_stiffness_n_per_m: Positive,
-}
 
 impl FilmedRings {
     /// Motion of the bodies' centres: each halfway between its ring's poles. Markers sit there, and stay rigid.

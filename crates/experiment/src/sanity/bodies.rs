@@ -2,9 +2,9 @@
 
 use chainwave_measurement::median;
 
-use super::Finding;
 use super::scene::{Facts, Place};
 use crate::error::Error;
+use crate::finding::Finding;
 use crate::setup::Setup;
 
 /// Steepness, relative to that of the usual body, below which a subset does not lie on a marker.

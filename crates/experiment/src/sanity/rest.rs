@@ -2,9 +2,9 @@
 
 use chainwave_measurement::{Estimate, Observation, median};
 
-use super::Finding;
+use crate::finding::Finding;
 use crate::setup::Setup;
-use crate::tracking::Tracked;
+use crate::tracked::Tracked;
 use crate::tracks::FollowedBody;
 
 /// Fewer frames at rest do not tell motion from noise.

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use chainwave_correlation::{PreparedSubset, Reference, Settings, Shape, ShapeChoice, mean_of_frames};
 use chainwave_measurement::{Recording, Region, Subset};
 
-use super::pitch::pitch_in_picture;
+use super::repetition::pitch_in_picture;
 use crate::configuration::Trial;
 use crate::setup::Setup;
-use crate::tracking::{bodies_in_view, frames_at_rest, open};
+use crate::view::{bodies_in_view, frames_at_rest, open};
 
 /// Frames at rest whose mean is looked at: enough to see texture, and little to read.
 const MOST_FRAMES: usize = 8;

@@ -2,9 +2,9 @@
 
 use chainwave_measurement::Estimate;
 
-use super::Finding;
 use crate::configuration::Experiment;
 use crate::error::Error;
+use crate::finding::Finding;
 
 /// Softening under a hard strike slows a wave down to this share of the speed of weak waves, or less.
 const SLOWEST: f64 = 0.25;

@@ -4,13 +4,13 @@
 use chainwave_measurement::Estimate;
 
 use super::scene::Scene;
-use super::{Finding, Sanity};
 use crate::configuration::Trial;
 use crate::error::Error;
+use crate::finding::{Finding, Sanity};
 use crate::numbers::NotNegative;
 use crate::setup::Setup;
-use crate::stages::{Stages, shared_and_found};
-use crate::tracking::bodies_in_view;
+use crate::stages::{Stages, StatedStep, shared_and_found};
+use crate::view::bodies_in_view;
 
 /// Another meaning of a stage's position.
 struct Meaning {
@@ -186,14 +186,6 @@ pub(super) fn contradicted(setup: &Setup, stages: &Stages) -> Vec<Finding> {
         }
     }
     findings
-}
-
-/// A step of the stage between two views.
-#[derive(Debug, Clone)]
-pub(crate) struct StatedStep {
-    pub(crate) views: [u32; 2],
-    pub(crate) stated_m: f64,
-    pub(crate) found_m: Estimate,
 }
 
 /// How many times as far as stated the stage moved, over all steps.

@@ -2,9 +2,9 @@
 
 use chainwave_measurement::RecordingInfo;
 
-use super::Finding;
 use super::scene::Scene;
 use crate::error::Error;
+use crate::finding::Finding;
 use crate::setup::Setup;
 
 /// The key that the scale comes from.

@@ -1,0 +1,23 @@
+//! What distinguishes one experiment of a proof from the others.
+
+use chainwave_experiment::CameraEffect;
+
+/// What distinguishes one experiment of a proof from the others.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Variant {
+    pub(super) seed: u64,
+    pub(super) noise: f64,
+    pub(super) striker_m_per_s: f64,
+    /// Kind of what goes wrong.
+    pub(super) fault: Option<&'static str>,
+    /// What the camera adds to the ideal picture.
+    pub(super) effect: Option<CameraEffect>,
+}
+
+impl Variant {
+    pub(super) fn name(&self) -> String {
+        let kind = self.fault.or(self.effect.map(|effect| effect.name));
+        let kind = kind.map_or_else(String::new, |kind| format!("-{kind}"));
+        format!("seed-{}-noise-{}-striker-{}{kind}", self.seed, self.noise, self.striker_m_per_s)
+    }
+}

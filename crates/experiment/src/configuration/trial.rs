@@ -1,0 +1,18 @@
+//! One recording of an experiment.
+
+use chainwave_measurement::Estimate;
+
+/// One recording of an experiment: a row of `trials.csv`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trial {
+    /// File name of the recording, relative to the table's folder.
+    pub recording: String,
+    /// Number of the camera view.
+    pub view: u32,
+    /// Number of the trial in that view.
+    pub trial: u32,
+    /// Position of the camera's stage along the chain.
+    pub stage_m: f64,
+    /// Nominal striker velocity where an experiment has several, with its scatter from trial to trial.
+    pub striker_velocity_m_per_s: Option<Estimate>,
+}

@@ -1,0 +1,43 @@
+//! What contradicts an experiment, and the recordings that it leaves out.
+
+use std::fmt;
+
+use crate::configuration::Trial;
+
+/// Something that contradicts what the experiment states; the work can go on.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Finding {
+    /// Its kind, in a word for programs.
+    pub code: &'static str,
+    /// What it is about: a key of the configuration, a view, recordings.
+    pub subject: String,
+    /// What was expected and found, with numbers, and what may be behind it.
+    pub text: String,
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.subject, self.text)
+    }
+}
+
+/// What was found before work.
+#[derive(Debug, Clone, Default)]
+pub struct Sanity {
+    /// What contradicts the experiment.
+    pub findings: Vec<Finding>,
+    /// Recordings that are not to be tracked, and why.
+    pub left_out: Vec<(String, String)>,
+}
+
+impl Sanity {
+    /// Why a recording is left out, where it is.
+    pub(crate) fn reason(&self, recording: &str) -> Option<&str> {
+        self.left_out.iter().find(|(name, _)| name == recording).map(|(_, reason)| reason.as_str())
+    }
+
+    /// Leaves out all recordings of a view.
+    pub(crate) fn leave_out(&mut self, trials: &[Trial], reason: &str) {
+        self.left_out.extend(trials.iter().map(|trial| (trial.recording.clone(), reason.to_owned())));
+    }
+}

@@ -1,0 +1,55 @@
+//! Recordings that were tracked, those that could not be, and where tracks come from.
+
+use chainwave_measurement::Observation;
+
+use crate::configuration::Trial;
+use crate::error::Error;
+use crate::finding::Finding;
+use crate::stages::Stages;
+use crate::tracks::RecordingTracks;
+
+/// The tracks of all recordings that could be read.
+pub struct Tracked {
+    /// The recordings, in the order of the trials table.
+    pub recordings: Vec<TrackedRecording>,
+    /// The same as positions along the chain in metres.
+    pub observations: Vec<Observation>,
+    /// The recordings that could not be read, and why.
+    pub failed: Vec<FailedRecording>,
+    /// Where the stage stood.
+    pub stages: Stages,
+    /// What contradicts the experiment, before work and by the tracks.
+    pub findings: Vec<Finding>,
+}
+
+/// A recording that was tracked.
+#[derive(Clone)]
+pub struct TrackedRecording {
+    /// Its row of the trials table.
+    pub trial: Trial,
+    /// The tracks.
+    pub tracks: RecordingTracks,
+    /// Where the tracks come from.
+    pub origin: Origin,
+    /// What the file says against itself.
+    pub(crate) remarks: Vec<String>,
+}
+
+/// Where the tracks of a recording come from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Origin {
+    /// They were kept.
+    Kept,
+    /// They were made, as nothing was kept under their key: the parts of the key in which what is kept of the same recording differs.
+    New(Vec<&'static str>),
+    /// They were made anew, as what was kept is torn: what is wrong with it.
+    Torn(String),
+}
+
+/// A recording that could not be tracked.
+pub struct FailedRecording {
+    /// Its row of the trials table.
+    pub trial: Trial,
+    /// Why.
+    pub error: Error,
+}

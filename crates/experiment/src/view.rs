@@ -1,0 +1,95 @@
+//! What a recording shows at rest: opened as the experiment says, the bodies in its view, the frames before the wave.
+
+use std::ops::Range;
+use std::path::Path;
+
+use chainwave_correlation::ReferenceFrames;
+use chainwave_measurement::{Recording, RecordingInfo, Subset};
+
+use crate::error::Error;
+use crate::setup::Setup;
+
+/// Rows and columns that a subset must keep from the frame's border at rest: the tracker interpolates around it.
+const BORDER_PX: f64 = 4.0;
+
+/// Opens a recording that the calibration holds for, without what the sensor adds where that is known.
+pub(crate) fn open(setup: &Setup, path: &Path) -> Result<Box<dyn Recording>, Error> {
+    let recording = chainwave_camera::open_with(path, &setup.open_options())?;
+    setup.map.check_size(recording.as_ref())?;
+    match &setup.sensor {
+        Some(sensor) => sensor.correct(recording),
+        None => Ok(recording),
+    }
+}
+
+/// The frames of a recording before the wave.
+pub(crate) fn frames_at_rest(setup: &Setup, recording: &dyn Recording) -> Result<ReferenceFrames, Error> {
+    let rest = rest_frames(recording.info(), setup.experiment.tracking.rest_until_s);
+    Ok(ReferenceFrames::Mean(rest.ok_or_else(|| no_rest(setup, recording.path(), recording.info()))?))
+}
+
+/// A recording with the subsets that are followed in it.
+pub struct View {
+    /// The recording.
+    pub recording: Box<dyn Recording>,
+    /// The subsets in its reference.
+    pub subsets: Vec<Subset>,
+    /// The reference.
+    pub reference: ReferenceFrames,
+}
+
+/// The first recording that shows bodies, with their subsets and the frames at rest.
+///
+/// # Errors
+/// A recording that cannot be read, or none that shows a body.
+pub fn first_view(setup: &Setup) -> Result<View, Error> {
+    for trial in &setup.trials {
+        let recording = open(setup, &setup.recordings.join(&trial.recording))?;
+        let in_view = bodies_in_view(setup, trial.stage_m, recording.as_ref());
+        if !in_view.is_empty() {
+            let reference = frames_at_rest(setup, recording.as_ref())?;
+            let subsets = in_view.into_iter().map(|(_, subset)| subset).collect();
+            return Ok(View { recording, subsets, reference });
+        }
+    }
+    Err(Error::NothingLeft { what: "recordings with a body in view", n: setup.trials.len() })
+}
+
+/// The bodies whose subsets lie in the frame at rest, with those.
+pub(crate) fn bodies_in_view(setup: &Setup, stage_m: f64, recording: &dyn Recording) -> Vec<(usize, Subset)> {
+    let (info, tracking) = (recording.info(), &setup.experiment.tracking);
+    let inside = |centre: f64, half: usize, size: usize| {
+        let reach = half as f64 + BORDER_PX;
+        centre - reach >= 0.0 && centre + reach <= size as f64 - 1.0
+    };
+    (1..=setup.experiment.chain.n_bodies)
+        .filter_map(|body| Some((body, setup.map.rest_px(body as i64, stage_m)?)))
+        .filter(|(_, [x_px, y_px])| {
+            inside(*x_px, tracking.half_width_px, info.width_px)
+                && inside(*y_px, tracking.half_height_px, info.height_px)
+        })
+        .map(|(body, [x_px, y_px])| {
+            let (half_width_px, half_height_px) = (tracking.half_width_px, tracking.half_height_px);
+            (body, Subset { name: body.to_string(), x_px, y_px, half_width_px, half_height_px })
+        })
+        .collect()
+}
+
+/// The frames before the wave: all from the first one that are stamped before `rest_until_s`.
+fn rest_frames(info: &RecordingInfo, rest_until_s: f64) -> Option<Range<usize>> {
+    let n = info.times_s.iter().take_while(|time_s| **time_s < rest_until_s).count();
+    (n > 0).then_some(0..n)
+}
+
+fn no_rest(setup: &Setup, path: &Path, info: &RecordingInfo) -> Error {
+    let first_s = info.times_s.first().copied().unwrap_or(f64::NAN);
+    Error::Configuration {
+        path: setup.path.clone(),
+        message: format!(
+            "tracking.rest_until_s: expected frames of {} before {} s, found its first at {first_s} s \
+             (hint: a later rest_until_s, or recordings with more pre-trigger frames)",
+            path.display(),
+            setup.experiment.tracking.rest_until_s,
+        ),
+    }
+}
