@@ -250,7 +250,7 @@ impl<'a> Growth<'a> {
     /// that was found expects it; else for what its match met.
     fn explain_the_rest(&mut self) {
         let nearest = self.nearest_found();
-        for point in 0..self.settled.len() {
+        for (point, nearest) in nearest.into_iter().enumerate() {
             let (reason, shape) = match &self.settled[point] {
                 Some((Ok(_), _)) => continue,
                 Some((Err(reason), shape)) => (*reason, *shape),
@@ -262,7 +262,7 @@ impl<'a> Growth<'a> {
                 }
                 _ => false,
             };
-            let reason = match (reason, nearest[point]) {
+            let reason = match (reason, nearest) {
                 (Lost::NotConverged | Lost::LowCorrelation, Some(from)) if leaves(from) => Lost::OutOfView,
                 (reason, _) => self.pair.prepare(self.places[point]).err().unwrap_or(reason),
             };

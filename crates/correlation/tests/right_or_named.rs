@@ -2,6 +2,7 @@
 //! other, drawn in closed form by a renderer that knows no matcher.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking, and shows what it measured")]
+#![expect(clippy::print_stdout, reason = "what each case gave is a table to be read")]
 
 use std::f64::consts::PI;
 use std::num::NonZero;
