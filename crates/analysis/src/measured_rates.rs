@@ -8,7 +8,7 @@ const NOISE: &str = "synthetic tails of noise";
 const PULSES: &str = "synthetic pulses of one speed";
 
 pub(crate) const MOTION_ACROSS: [FalseRate; 1] =
-    [FalseRate { what: "motion across", level: 0.01, told: 18, of: 1000, cases: TRACKS }];
+    [FalseRate { what: "motion across", level: 0.01, told: 13, of: 1000, cases: TRACKS }];
 pub(crate) const LINE: [FalseRate; 1] =
     [FalseRate { what: "a line", level: 0.01, told: 11, of: 1000, cases: NOISE }];
 pub(crate) const ONE_SPEED: [FalseRate; 1] =

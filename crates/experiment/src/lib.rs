@@ -23,10 +23,10 @@
 //! let results = setup.run(&MemoryStore::default(), n_threads, &Monitor::SILENT)?;
 //! let c_g = results.evaluation.measurement.group_velocity.map_err(|missing| missing.as_str())?.velocity_m_per_s;
 //! println!("c_g = {:.3} +- {:.3} m/s", c_g.value, c_g.sigma);
-//! # let of_truth = results.truth.ok_or("filmed here")?.measurement.group_velocity.map_err(|missing| missing.as_str())?;
-//! # // Five sigma: one experiment in two million errs by more.
-//! # let error_m_per_s = c_g.value - of_truth.velocity_m_per_s.value;
-//! # assert!(error_m_per_s.abs() < 5.0 * c_g.sigma, "{c_g:?} {of_truth:?}");
+//! # // A pulse of compression in a softening chain is slower than sound, and in so slow a strike not by half.
+//! # let pitch_m = setup.experiment.chain.pitch_m.get();
+//! # let sound_m_per_s = setup.experiment.linear_chain()?.sound_speed_m_per_s(pitch_m);
+//! # assert!((0.5 * sound_m_per_s..sound_m_per_s).contains(&c_g.value), "{c_g:?}, sound {sound_m_per_s}");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
