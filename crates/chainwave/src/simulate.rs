@@ -18,7 +18,7 @@ use crate::outcome::Outcome;
 use crate::output::write_text;
 use crate::table::{self, column};
 pub(crate) use ring::{is_ring_scene, ring_scene};
-use scene::Scene;
+use scene::ChainScene;
 pub(crate) use velocities::Velocities;
 
 /// Simulates a scene and writes the motion, and a summary where that is asked; or, with several striker velocities, each
@@ -28,7 +28,7 @@ pub(crate) fn simulate(arguments: &cli::Simulate) -> Result<Outcome, Error> {
     if is_ring_scene(&arguments.scene)? {
         return ring::simulate(arguments);
     }
-    let scene = Scene::read(&arguments.scene)?;
+    let scene = ChainScene::read(&arguments.scene)?;
     let (chain, schedule) = (scene.chain(&arguments.scene)?, scene.schedule(&arguments.scene)?);
     if let Some(velocities) = &arguments.scan {
         return scan::scan(&chain, &schedule, scene.pitch_m(), velocities, arguments);
@@ -45,7 +45,7 @@ pub(crate) fn simulate(arguments: &cli::Simulate) -> Result<Outcome, Error> {
 
 /// Motion of a scene of the chain model, with another velocity of its striker where one is given.
 fn chain_trajectory(path: &Path, striker_velocity_m_per_s: Option<f64>) -> Result<Trajectory, Error> {
-    let scene = Scene::read(path)?;
+    let scene = ChainScene::read(path)?;
     let mut chain = scene.chain(path)?;
     if let (Drive::Striker(striker), Some(velocity_m_per_s)) = (&mut chain.drive, striker_velocity_m_per_s) {
         striker.velocity_m_per_s = velocity_m_per_s;

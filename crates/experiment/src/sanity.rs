@@ -9,18 +9,18 @@ mod fill_in;
 mod pitch;
 mod repetition;
 mod rest;
-mod scene;
 mod speed;
 mod stage;
 mod stated;
+mod view_at_rest;
 
 use std::num::NonZero;
 
 use chainwave_measurement::map_in_parallel;
 
 pub(crate) use self::fill_in::expect_filled_in;
-use self::scene::{Facts, Scene, scenes};
 pub(crate) use self::speed::speed;
+use self::view_at_rest::{Facts, ViewAtRest, views_at_rest};
 use crate::error::Error;
 use crate::finding::{Finding, Sanity};
 use crate::setup::Setup;
@@ -33,17 +33,17 @@ use crate::tracked::Tracked;
 /// [`Error::Configuration`] where nothing is left to track: neighbours inside each other's subsets, no body in any view, no texture under
 /// any subset.
 pub fn check(setup: &Setup, n_threads: NonZero<usize>) -> Result<Sanity, Error> {
-    let scenes = scenes(setup);
+    let views = views_at_rest(setup);
     let mut sanity = Sanity::default();
-    if scenes.is_empty() {
+    if views.is_empty() {
         return Ok(sanity);
     }
-    sanity.findings.extend(stated::scale(setup, &scenes)?);
-    sanity.findings.extend(stated::masses(setup, &scenes)?);
-    stage::empty_views(setup, &scenes, &mut sanity)?;
-    stage::other_bodies(setup, &scenes, &mut sanity);
-    let is_used = |scene: &&Scene| sanity.reason(&scene.trial.recording).is_none();
-    let used: Vec<&Scene> = scenes.iter().filter(is_used).collect();
+    sanity.findings.extend(stated::scale(setup, &views)?);
+    sanity.findings.extend(stated::masses(setup, &views)?);
+    stage::empty_views(setup, &views, &mut sanity)?;
+    stage::other_bodies(setup, &views, &mut sanity);
+    let is_used = |view: &&ViewAtRest| sanity.reason(&view.trial.recording).is_none();
+    let used: Vec<&ViewAtRest> = views.iter().filter(is_used).collect();
     let facts = map_in_parallel(used.len(), n_threads, |index| Facts::of(setup, used[index]));
     let facts: Vec<Facts> = facts.into_iter().flatten().collect();
     sanity.findings.extend(bodies::off_texture(setup, &facts)?);

@@ -21,6 +21,8 @@ mod images;
 #[cfg(test)]
 mod jpeg_writer;
 #[cfg(test)]
+mod moving_speckle;
+#[cfg(test)]
 mod mraw;
 #[cfg(test)]
 mod property;
@@ -28,8 +30,6 @@ mod property;
 mod recordings;
 #[cfg(test)]
 mod reference;
-#[cfg(test)]
-mod scene;
 #[cfg(test)]
 mod sensor;
 #[cfg(test)]

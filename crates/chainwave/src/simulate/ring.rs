@@ -20,7 +20,7 @@ use crate::outcome::Outcome;
 use crate::output::{read_text, write_text};
 
 use figures::{FiguresTable, Measured, VelocityRow};
-use scene::{Mesh, Scene, Task};
+use scene::{Mesh, RingScene, Task};
 
 /// Elements per ring of quasi-static and linear tasks where none are stated: frequencies and forces are then good to 1e-4.
 const FINE: usize = 64;
@@ -37,13 +37,13 @@ pub(crate) fn is_ring_scene(path: &Path) -> Result<bool, Error> {
 
 /// The chain and the schedule of a scene of rings that move; the elements are the scene's, or none where it asks for an accuracy.
 pub(crate) fn ring_scene(path: &Path) -> Result<(RingChain, RingSchedule), Error> {
-    let scene = Scene::read(path)?;
+    let scene = RingScene::read(path)?;
     Ok((scene.chain(path)?, scene.schedule(path, None)?))
 }
 
 /// Carries out a scene of rings.
 pub(super) fn simulate(arguments: &cli::Simulate) -> Result<Outcome, Error> {
-    let scene = Scene::read(&arguments.scene)?;
+    let scene = RingScene::read(&arguments.scene)?;
     let start = Instant::now();
     let mut outcome = Outcome::default();
     let summary = match scene.task(&arguments.scene)? {
@@ -87,7 +87,7 @@ pub(super) fn simulate(arguments: &cli::Simulate) -> Result<Outcome, Error> {
 /// Integrates the motion, writes it, and returns the summary. A motion that walls in contact end is a failure of what is missing.
 fn motion(
     arguments: &cli::Simulate,
-    scene: &Scene,
+    scene: &RingScene,
     outcome: &mut Outcome,
 ) -> Result<serde_json::Value, Error> {
     let (mut chain, schedule) =
@@ -122,7 +122,7 @@ fn motion(
 /// Draws what the scene asks for, with the chain model beside the rings.
 fn draw(
     arguments: &cli::Simulate,
-    scene: &Scene,
+    scene: &RingScene,
     asked: &FiguresTable,
     rings: &RingChain,
     simulation: &RingSimulation,

@@ -20,7 +20,7 @@ use chainwave_experiment::{NotNegative, Positive};
 /// A chain, what drives it, and how it is integrated.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Scene {
+pub(crate) struct ChainScene {
     #[expect(dead_code, reason = "read to refuse scenes of another model")]
     model: ModelName,
     n_bodies: usize,
@@ -144,7 +144,7 @@ enum BodiesName {
 /// Name of the choice of method and step by the scene.
 const AUTOMATIC: &str = "auto";
 
-impl Scene {
+impl ChainScene {
     /// Reads a scene; an error points at the line.
     pub(crate) fn read(path: &Path) -> Result<Self, Error> {
         let scene: Self =

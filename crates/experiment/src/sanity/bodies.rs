@@ -2,7 +2,7 @@
 
 use chainwave_measurement::median;
 
-use super::scene::{Facts, Place};
+use super::view_at_rest::{Facts, Place};
 use crate::error::Error;
 use crate::finding::Finding;
 use crate::setup::Setup;

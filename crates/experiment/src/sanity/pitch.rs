@@ -2,8 +2,8 @@
 
 use chainwave_measurement::{Estimate, median};
 
-use super::scene::Facts;
 use super::stated::scale_key;
+use super::view_at_rest::Facts;
 use crate::finding::Finding;
 use crate::setup::Setup;
 

@@ -3,7 +3,7 @@
 
 use chainwave_measurement::Estimate;
 
-use super::scene::Scene;
+use super::view_at_rest::ViewAtRest;
 use crate::configuration::Trial;
 use crate::error::Error;
 use crate::finding::{Finding, Sanity};
@@ -34,15 +34,15 @@ const MEANINGS: [Meaning; 5] = [
 ///
 /// # Errors
 /// [`Error::Configuration`] where no view has a body.
-pub(super) fn empty_views(setup: &Setup, scenes: &[Scene], sanity: &mut Sanity) -> Result<(), Error> {
-    for scene in scenes.iter().filter(|scene| scene.bodies.is_empty()) {
-        let info = scene.recording.info();
-        let stage_m = scene.trial.stage_m;
+pub(super) fn empty_views(setup: &Setup, views: &[ViewAtRest], sanity: &mut Sanity) -> Result<(), Error> {
+    for view in views.iter().filter(|view| view.bodies.is_empty()) {
+        let info = view.recording.info();
+        let stage_m = view.trial.stage_m;
         let first = setup.map.rest_px(1, stage_m);
         let place = first.map_or("far outside the picture".into(), |[x, y]| format!("at ({x:.0}, {y:.0})"));
         let shown = |meaning: &&Meaning| {
             let other_m = (meaning.position_m)(stage_m, setup.experiment.chain.pitch_m.get());
-            !bodies_in_view(setup, other_m, scene.recording.as_ref()).is_empty()
+            !bodies_in_view(setup, other_m, view.recording.as_ref()).is_empty()
         };
         let hint = MEANINGS
             .iter()
@@ -53,11 +53,11 @@ pub(super) fn empty_views(setup: &Setup, scenes: &[Scene], sanity: &mut Sanity) 
             "no body lies in the {} x {} px of {}: body 1 would be {place}{hint}",
             info.width_px,
             info.height_px,
-            scene.name()
+            view.name()
         );
-        sanity.leave_out(&scene.trials, &reason);
+        sanity.leave_out(&view.trials, &reason);
     }
-    match scenes.iter().all(|scene| scene.bodies.is_empty()) {
+    match views.iter().all(|view| view.bodies.is_empty()) {
         false => Ok(()),
         true => Err(Error::Configuration {
             path: setup.path.clone(),
@@ -72,27 +72,27 @@ pub(super) fn empty_views(setup: &Setup, scenes: &[Scene], sanity: &mut Sanity) 
 /// Views that should show a body of another view, and show another one there. Where another meaning of the stage's position finds the
 /// same body, the view is left out: its bodies would be taken for others. Views that should share none, and do by another meaning, are
 /// told.
-pub(super) fn other_bodies(setup: &Setup, scenes: &[Scene], sanity: &mut Sanity) {
-    let mut order: Vec<&Scene> = scenes.iter().filter(|scene| !scene.bodies.is_empty()).collect();
+pub(super) fn other_bodies(setup: &Setup, views: &[ViewAtRest], sanity: &mut Sanity) {
+    let mut order: Vec<&ViewAtRest> = views.iter().filter(|view| !view.bodies.is_empty()).collect();
     // The view whose stage moved least is believed: the others are compared outwards from it.
     order.sort_by(|a, b| a.trial.stage_m.abs().total_cmp(&b.trial.stage_m.abs()));
-    let mut believed: Vec<&Scene> = Vec::new();
-    for scene in order {
+    let mut believed: Vec<&ViewAtRest> = Vec::new();
+    for view in order {
         let meaning = || {
             MEANINGS.iter().find(|meaning| {
                 let pitch_m = setup.experiment.chain.pitch_m.get();
-                let stage_m = (meaning.position_m)(scene.trial.stage_m, pitch_m);
-                let moved = Trial { stage_m, ..scene.trial.clone() };
-                matches!(compared(setup, &believed, scene, &moved), Compared::SameBodies)
+                let stage_m = (meaning.position_m)(view.trial.stage_m, pitch_m);
+                let moved = Trial { stage_m, ..view.trial.clone() };
+                matches!(compared(setup, &believed, view, &moved), Compared::SameBodies)
             })
         };
-        let told = match compared(setup, &believed, scene, &scene.trial) {
+        let told = match compared(setup, &believed, view, &view.trial) {
             Compared::SameBodies => None,
             Compared::OtherBodies(beside) => {
                 let what = format!("bodies that {beside} shows too look different there");
                 if let Some(meaning) = meaning() {
-                    let why = format!("{}: {what}, and are found elsewhere (stage_m: {})", scene.name(), meaning.what);
-                    sanity.leave_out(&scene.trials, &why);
+                    let why = format!("{}: {what}, and are found elsewhere (stage_m: {})", view.name(), meaning.what);
+                    sanity.leave_out(&view.trials, &why);
                     continue;
                 }
                 Some(format!("{what} (hint: is stage_m right, and the light the same?)"))
@@ -101,9 +101,9 @@ pub(super) fn other_bodies(setup: &Setup, scenes: &[Scene], sanity: &mut Sanity)
                 format!("it should share no body with views nearer to stage 0, and shows one of theirs (stage_m: {})", meaning.what)
             }),
         };
-        let finding = |text| Finding { code: "other_bodies", subject: scene.name(), text };
+        let finding = |text| Finding { code: "other_bodies", subject: view.name(), text };
         sanity.findings.extend(told.map(finding));
-        believed.push(scene);
+        believed.push(view);
     }
 }
 
@@ -115,12 +115,12 @@ enum Compared {
     OtherBodies(String),
 }
 
-fn compared(setup: &Setup, believed: &[&Scene], scene: &Scene, trial: &Trial) -> Compared {
-    let numbers: Vec<usize> = bodies_in_view(setup, trial.stage_m, scene.recording.as_ref())
+fn compared(setup: &Setup, believed: &[&ViewAtRest], view: &ViewAtRest, trial: &Trial) -> Compared {
+    let numbers: Vec<usize> = bodies_in_view(setup, trial.stage_m, view.recording.as_ref())
         .into_iter()
         .map(|(body, _)| body)
         .collect();
-    let shares = |other: &&&Scene| other.bodies.iter().any(|(body, _)| numbers.contains(body));
+    let shares = |other: &&&ViewAtRest| other.bodies.iter().any(|(body, _)| numbers.contains(body));
     let mut beside = None;
     // The views nearest along the chain share most.
     for other in believed.iter().rev().filter(shares) {

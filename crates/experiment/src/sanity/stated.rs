@@ -2,7 +2,7 @@
 
 use chainwave_measurement::RecordingInfo;
 
-use super::scene::Scene;
+use super::view_at_rest::ViewAtRest;
 use crate::error::Error;
 use crate::finding::Finding;
 use crate::setup::Setup;
@@ -22,12 +22,12 @@ pub(super) fn scale_key(setup: &Setup) -> &'static str {
 ///
 /// # Errors
 /// [`Error::Configuration`] where neighbours lie inside each other's subsets.
-pub(super) fn scale(setup: &Setup, scenes: &[Scene]) -> Result<Option<Finding>, Error> {
+pub(super) fn scale(setup: &Setup, views: &[ViewAtRest]) -> Result<Option<Finding>, Error> {
     let (chain, tracking) = (&setup.experiment.chain, &setup.experiment.tracking);
     let px_per_m = setup.map.m_per_px().value.recip();
     let pitch_px = chain.pitch_m.get() * px_per_m;
     let subset_px = (2 * tracking.half_width_px + 1) as f64;
-    let width_px = scenes.iter().map(|scene| scene.recording.info().width_px).max().unwrap_or(0) as f64;
+    let width_px = views.iter().map(|view| view.recording.info().width_px).max().unwrap_or(0) as f64;
     let key = scale_key(setup);
     let stated = format!(
         "neighbours should lie {pitch_px:.4} px apart (chain.pitch_m = {}, {px_per_m} px/m)",
@@ -74,7 +74,7 @@ const MOST_GAPS_A_FRAME: f64 = 2.0;
 ///
 /// # Errors
 /// A contact law that makes no sense.
-pub(super) fn masses(setup: &Setup, scenes: &[Scene]) -> Result<Vec<Finding>, Error> {
+pub(super) fn masses(setup: &Setup, views: &[ViewAtRest]) -> Result<Vec<Finding>, Error> {
     let (chain, striker) = (&setup.experiment.chain, &setup.experiment.striker);
     let mut findings = Vec::new();
     let ratio = striker.mass_kg.get() / chain.mass_kg.get();
@@ -90,7 +90,7 @@ pub(super) fn masses(setup: &Setup, scenes: &[Scene]) -> Result<Vec<Finding>, Er
         });
     }
     let linear = setup.experiment.linear_chain()?;
-    let infos = || scenes.iter().map(|scene| scene.recording.info());
+    let infos = || views.iter().map(|view| view.recording.info());
     let longest_s = infos().filter_map(|info| info.times_s.last()).fold(0.0, |a: f64, b| a.max(*b));
     let frame_s = infos().filter_map(interval_s).fold(f64::INFINITY, f64::min);
     let bodies_per_s = linear.bodies_per_s();

@@ -20,7 +20,7 @@ const N_KAPPA: usize = 65;
 /// `SCENE.toml` of rings, as interface.md gives it. What a task does not need may be left out.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Scene {
+pub(super) struct RingScene {
     #[expect(dead_code, reason = "was looked at to find that this is a scene of rings")]
     model: String,
     task: Option<TaskName>,
@@ -150,7 +150,7 @@ enum Method {
     Verlet,
 }
 
-impl Scene {
+impl RingScene {
     pub(super) fn read(path: &Path) -> Result<Self, Error> {
         toml::from_str(&read_text(path)?).map_err(|wrong| wrong_in(path, wrong.to_string()))
     }

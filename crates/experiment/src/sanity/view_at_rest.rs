@@ -14,7 +14,7 @@ use crate::view::{bodies_in_view, frames_at_rest, open};
 const MOST_FRAMES: usize = 8;
 
 /// A view as one of its recordings shows it.
-pub(super) struct Scene {
+pub(super) struct ViewAtRest {
     /// The recordings of the view that were made with the stage in one place.
     pub(super) trials: Vec<Trial>,
     /// The one that was opened.
@@ -24,8 +24,8 @@ pub(super) struct Scene {
     pub(super) bodies: Vec<(usize, Subset)>,
 }
 
-/// One scene for each view and place of the stage.
-pub(super) fn scenes(setup: &Setup) -> Vec<Scene> {
+/// One for each view and place of the stage.
+pub(super) fn views_at_rest(setup: &Setup) -> Vec<ViewAtRest> {
     let mut views: Vec<Vec<Trial>> = Vec::new();
     for trial in &setup.trials {
         let same =
@@ -35,10 +35,10 @@ pub(super) fn scenes(setup: &Setup) -> Vec<Scene> {
             None => views.push(vec![trial.clone()]),
         }
     }
-    views.into_iter().filter_map(|trials| Scene::of(setup, trials)).collect()
+    views.into_iter().filter_map(|trials| ViewAtRest::of(setup, trials)).collect()
 }
 
-impl Scene {
+impl ViewAtRest {
     fn of(setup: &Setup, trials: Vec<Trial>) -> Option<Self> {
         let opened = |trial: &Trial| {
             Some((trial.clone(), open(setup, &setup.recordings.join(&trial.recording)).ok()?))
@@ -85,13 +85,13 @@ pub(super) struct Facts {
 
 impl Facts {
     /// `None` where the frames at rest cannot be read: tracking says why.
-    pub(super) fn of(setup: &Setup, scene: &Scene) -> Option<Self> {
-        let (recording, info) = (scene.recording.as_ref(), scene.recording.info());
+    pub(super) fn of(setup: &Setup, view: &ViewAtRest) -> Option<Self> {
+        let (recording, info) = (view.recording.as_ref(), view.recording.info());
         let rest = frames_at_rest(setup, recording).ok()?.range();
         let n_frames = rest.len().min(MOST_FRAMES);
         let whole = Region::whole(info.width_px, info.height_px);
         let picture = mean_of_frames(recording, whole, rest.start..rest.start + n_frames).ok()?;
-        let pitch_px = pitch_in_picture(&picture, info.width_px, &scene.bodies);
+        let pitch_px = pitch_in_picture(&picture, info.width_px, &view.bodies);
         // By evidence, subsets are followed with the affine shape function first.
         let shape = match setup.experiment.tracking.shape {
             ShapeChoice::Named(shape) => shape,
@@ -106,13 +106,13 @@ impl Facts {
             texture: looked_at.texture(&reference, subset),
         };
         let beyond = [0, setup.experiment.chain.n_bodies as i64 + 1].into_iter().filter_map(|body| {
-            let subset = subset_at(setup, body, scene.trial.stage_m)?;
+            let subset = subset_at(setup, body, view.trial.stage_m)?;
             Reference::lies_inside(recording, &subset).then(|| place(body, &subset))
         });
         Some(Self {
-            view: scene.name(),
+            view: view.name(),
             beyond: beyond.collect(),
-            bodies: scene.bodies.iter().map(|(body, subset)| place(*body as i64, subset)).collect(),
+            bodies: view.bodies.iter().map(|(body, subset)| place(*body as i64, subset)).collect(),
             pitch_px,
         })
     }

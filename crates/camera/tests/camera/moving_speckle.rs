@@ -5,12 +5,12 @@ use std::path::Path;
 use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region};
 
 /// What the camera sees and adds.
-pub(crate) struct Scene {
+pub(crate) struct MovingSpeckle {
     pub(crate) info: RecordingInfo,
     frames: Vec<Vec<f32>>,
 }
 
-/// The scene's camera.
+/// The camera.
 #[derive(Clone, Copy)]
 pub(crate) struct Camera {
     pub(crate) n_frames: usize,
@@ -26,7 +26,7 @@ pub(crate) struct Camera {
 pub(crate) const WIDTH: usize = 160;
 pub(crate) const HEIGHT: usize = 120;
 
-impl Scene {
+impl MovingSpeckle {
     pub(crate) fn new(camera: Camera) -> Self {
         let mut random = Random(1);
         let frame = |index: usize| {
@@ -66,7 +66,7 @@ fn brightness(x: usize, y: usize, time: f64, motion_px: (f64, f64)) -> f64 {
     1750.0 + 200.0 * speckle + 700.0 * (x / 40.0).sin().min(0.7)
 }
 
-impl Recording for Scene {
+impl Recording for MovingSpeckle {
     fn path(&self) -> &Path {
         Path::new("scene")
     }
