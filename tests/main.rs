@@ -10,6 +10,7 @@
 //! - `extremes`: cases at the ends of what the program takes;
 //! - `board`, `calibration`: from pictures of a board to the uncertainties of the results; `lens`, `stages`: a distorting lens and a stage
 //!   that stands off, undone;
+//! - `camera`: what a camera does of its own, found in a run;
 //! - `uncertain`: quantities known within an uncertainty; `decisions`: what is chosen to be modelled;
 //! - `cluster`: shares of an experiment that several machines track;
 //! - `ring`: motion, compression, modes and bands of rings; `film`: rings that bend in the picture;
@@ -29,6 +30,8 @@ mod bad_inputs;
 mod board;
 #[cfg(test)]
 mod calibration;
+#[cfg(test)]
+mod camera;
 #[cfg(test)]
 mod cluster;
 #[cfg(test)]

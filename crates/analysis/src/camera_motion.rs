@@ -108,6 +108,14 @@ impl CameraMotion {
         })
     }
 
+    /// The motion in each recording: its name and, frame by frame, the time after the trigger in seconds and the motion along the chain in
+    /// metres from its mean before the trigger; `None` where fewer than two bodies are known to rest.
+    pub fn of_recordings(&self) -> impl Iterator<Item = (&str, Vec<(f64, Option<Estimate>)>)> {
+        let samples =
+            |one: &Followed| one.times_s.iter().copied().zip(one.motion_m.iter().copied()).collect();
+        self.recordings.iter().map(move |one| (one.recording.as_str(), samples(one)))
+    }
+
     fn of(&self, recording: &str) -> Option<&Followed> {
         self.recordings.iter().find(|followed| followed.recording == recording)
     }

@@ -128,6 +128,8 @@ pub struct Camera {
     pub stage_sigma_m: Option<NotNegative>,
     /// Frames per second of recordings that do not state them, such as folders of images.
     pub rate_hz: Option<Positive>,
+    /// Time from the exposure of one line of a picture to that of the next, of a camera with a rolling shutter, by which times are corrected.
+    pub line_time_s: Option<NotNegative>,
     /// Geometry of recordings without a header, such as `1280x800x12le`.
     #[serde(default, with = "named::optional", skip_serializing_if = "Option::is_none")]
     pub raw: Option<RawGeometry>,

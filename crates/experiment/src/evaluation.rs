@@ -4,7 +4,7 @@ use std::num::NonZero;
 use std::ops::RangeInclusive;
 
 use chainwave_analysis::Departure;
-use chainwave_analysis::{DampingShare, Measurement, damping_share, exact_motion};
+use chainwave_analysis::{CameraMotion, DampingShare, Measurement, damping_share, exact_motion};
 use chainwave_inference::{
     Damping, EnergyFit, EnergyMeasurement, EnergyModel, FitError, ImposedFit, ImposedModel, Known, Quantity,
     TrackFit, TrackModel, fit_imposed, fit_peak_energies, fit_tracks, fitted_motion, scatter_of_bodies,
@@ -233,6 +233,11 @@ fn merged(
 }
 
 impl Evaluation {
+    /// The camera's motion, where the camera is told to move; it was taken out.
+    pub fn camera_motion(&self) -> Option<&CameraMotion> {
+        self.steadying.motion()
+    }
+
     /// What the reader should know.
     pub fn warnings(&self) -> Vec<String> {
         let left_out = self

@@ -34,6 +34,7 @@ mod calibration;
 mod chain_model;
 mod configuration;
 mod content;
+mod crops;
 mod decisions;
 mod error;
 mod evaluation;

@@ -9,6 +9,7 @@ mod fill_in;
 mod pitch;
 mod repetition;
 mod rest;
+mod shutter;
 mod speed;
 mod stage;
 mod stated;
@@ -53,6 +54,8 @@ pub fn check(setup: &Setup, n_threads: NonZero<usize>) -> Result<Sanity, Error> 
 }
 
 /// What the tracks contradict.
-pub(crate) fn of_tracks(setup: &Setup, tracked: &Tracked) -> Vec<Finding> {
-    rest::motion(setup, tracked).into_iter().chain(stage::contradicted(setup, &tracked.stages)).collect()
+pub(crate) fn of_tracks(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> Vec<Finding> {
+    let at_rest = rest::motion(setup, tracked).into_iter();
+    let of_stage = stage::contradicted(setup, &tracked.stages);
+    at_rest.chain(of_stage).chain(shutter::rolls(setup, tracked, n_threads)).collect()
 }

@@ -9,7 +9,7 @@ use chainwave_measurement::Estimate;
 use crate::calibration::ChainMap;
 use crate::configuration::{Experiment, Trial};
 use crate::error::Error;
-use crate::numbers::Positive;
+use crate::numbers::{NotNegative, Positive};
 use crate::sensor::SensorFiles;
 
 /// An experiment with everything that was read for it.
@@ -61,6 +61,11 @@ impl Setup {
             raw: camera.raw,
             ..OpenOptions::default()
         }
+    }
+
+    /// Time from the exposure of one line of a picture to that of the next, in seconds: 0 but for a rolling shutter.
+    pub(crate) fn line_time_s(&self) -> f64 {
+        self.experiment.camera.line_time_s.map_or(0.0, NotNegative::get)
     }
 
     /// One for each striker velocity of the trials table, fastest first.

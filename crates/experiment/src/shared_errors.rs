@@ -42,8 +42,9 @@ impl SharedErrors {
     ) -> Result<Self, Error> {
         let errors = &setup.map.of_chain.errors;
         let mode = |error: &MapError| -> Result<ErrorMode, Error> {
-            let moved = recordings.iter().map(|one| one.tracks.observation(&one.trial, &error.map));
-            let observations: Vec<Observation> = moved.collect();
+            let moved =
+                |one: &TrackedRecording| one.tracks.observation(&one.trial, &error.map, setup.line_time_s());
+            let observations: Vec<Observation> = recordings.iter().map(moved).collect();
             let moved = merge(&steadying.steadied(observations), settings)?.motion;
             let source = match error.source {
                 Source::Length => ErrorSource::CalibrationLength,

@@ -6,16 +6,14 @@
 //! nothing that follows from them does; what it decides is where subsets lie on their markers.
 
 use std::num::NonZero;
-use std::path::{Path, PathBuf};
 
 use chainwave_camera::MapError;
 use chainwave_correlation::{Method, PreparedSubset, Reference, ReferenceFrames, Settings, mean_of_frames};
-use chainwave_measurement::{
-    Estimate, Position, ReadError, Recording, RecordingInfo, Region, Subset, map_in_parallel,
-};
+use chainwave_measurement::{Estimate, Position, Recording, Region, Subset, map_in_parallel};
 use chainwave_stitching::{StageStep, refine_stages};
 
 use crate::configuration::Trial;
+use crate::crops::Crops;
 use crate::error::Error;
 use crate::numbers::NotNegative;
 use crate::scale::{ScaleCheck, SharedBody};
@@ -224,9 +222,7 @@ const REACH_PX: usize = 32;
 
 /// One body at rest as two recordings show it: two frames whose noise is the same, both being means.
 struct Pair {
-    path: PathBuf,
-    info: RecordingInfo,
-    frames: [Vec<f32>; 2],
+    frames: Crops,
     /// Column and row of each frame's first pixel in its recording.
     corners_px: [[f64; 2]; 2],
     /// In the first frame.
@@ -242,19 +238,11 @@ impl Pair {
         let mut frames = shown.iter().zip(regions).map(|((at_rest, _), region)| {
             mean_of_frames(at_rest.recording.as_ref(), region, at_rest.frames.range()).ok()
         });
-        let frames = [frames.next()??, frames.next()??];
+        let frames = vec![frames.next()??, frames.next()??];
         let (at_rest, subset) = shown[0];
         let corners_px = regions.map(|region| [region.x as f64, region.y as f64]);
         Some(Self {
-            path: at_rest.recording.path().into(),
-            info: RecordingInfo {
-                width_px: regions[0].width,
-                height_px: regions[0].height,
-                n_frames: frames.len(),
-                times_s: vec![0.0, 1.0],
-                ..at_rest.recording.info().clone()
-            },
-            frames,
+            frames: Crops::new(at_rest.recording.as_ref(), regions[0].width, frames),
             corners_px,
             middle_px: 0.5 * (at_rest.recording.info().width_px as f64 - 1.0),
             subset: Subset {
@@ -276,7 +264,8 @@ impl Pair {
             ..self.subset.clone()
         };
         let halves = [half(-1.0), half(1.0)];
-        let tracks = method.track(self, &halves, &ReferenceFrames::Single(0), &Settings::default(), &|_| ());
+        let tracks =
+            method.track(&self.frames, &halves, &ReferenceFrames::Single(0), &Settings::default(), &|_| ());
         let mut found = tracks.ok()?.into_iter().map(|mut track| track.positions.pop()?.ok());
         let (left, right) = (found.next()??, found.next()??);
         let map = &setup.map.of_chain.map;
@@ -294,7 +283,7 @@ impl Pair {
 
     /// Whether the first recording has something to find again.
     fn has_texture(&self) -> bool {
-        let reference = Reference::read(self, &self.subset, &ReferenceFrames::Single(0));
+        let reference = Reference::read(&self.frames, &self.subset, &ReferenceFrames::Single(0));
         reference.is_ok_and(|reference| {
             PreparedSubset::new(&reference, &self.subset, &Settings::default()).is_ok()
         })
@@ -303,7 +292,8 @@ impl Pair {
     /// Where the first recording's marker is found in the second one's picture.
     fn matched(&self, method: Method) -> Option<Position> {
         let subsets = std::slice::from_ref(&self.subset);
-        let tracks = method.track(self, subsets, &ReferenceFrames::Single(0), &Settings::default(), &|_| ());
+        let tracks =
+            method.track(&self.frames, subsets, &ReferenceFrames::Single(0), &Settings::default(), &|_| ());
         tracks.ok()?.pop()?.positions.pop()?.ok()
     }
 
@@ -351,23 +341,4 @@ fn regions(shown: [(&AtRest, &Subset); 2]) -> Option<[Region; 2]> {
         Region::clipped(x.0, y.0, x.1, y.1, width as usize, height as usize)
     };
     Some([region(0)?, region(1)?])
-}
-
-impl Recording for Pair {
-    fn path(&self) -> &Path {
-        &self.path
-    }
-
-    fn info(&self) -> &RecordingInfo {
-        &self.info
-    }
-
-    fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {
-        self.check_request(frame, region, pixels.len())?;
-        let rows = self.frames[frame].chunks_exact(self.info.width_px).skip(region.y);
-        for (row, out) in rows.zip(pixels.chunks_exact_mut(region.width)) {
-            out.copy_from_slice(&row[region.x..region.x + region.width]);
-        }
-        Ok(())
-    }
 }

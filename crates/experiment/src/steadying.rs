@@ -44,7 +44,7 @@ impl Steadying {
     }
 
     /// The motion, where the camera is told to move.
-    fn motion(&self) -> Option<&CameraMotion> {
+    pub(crate) fn motion(&self) -> Option<&CameraMotion> {
         self.found.as_ref().filter(|found| camera_motion_rule().rejects(found.departure.p_value))
     }
 

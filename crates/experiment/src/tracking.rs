@@ -48,7 +48,7 @@ pub fn track(
     }
     let left_out = |(subject, text)| Finding { code: "body_left_out", subject, text };
     tracked.findings.extend(grouped(&unusable).into_iter().map(left_out));
-    let by_tracks = of_tracks(setup, &tracked);
+    let by_tracks = of_tracks(setup, &tracked, n_threads);
     tracked.findings.extend(by_tracks);
     Ok(tracked)
 }
@@ -63,7 +63,8 @@ fn observed(
     recording: TrackedRecording,
 ) -> Result<(TrackedRecording, Observation, Option<String>), Error> {
     let rest_until_s = setup.experiment.tracking.rest_until_s;
-    let mut observation = recording.tracks.observation(&recording.trial, &setup.map.of_chain.map);
+    let mut observation =
+        recording.tracks.observation(&recording.trial, &setup.map.of_chain.map, setup.line_time_s());
     let n_rest = observation.times_s.iter().take_while(|time_s| **time_s < rest_until_s).count();
     let is_found = |track: &BodyTrack| track.position_m.iter().take(n_rest).any(Option::is_some);
     let (kept, lost): (Vec<BodyTrack>, Vec<BodyTrack>) = observation.bodies.into_iter().partition(is_found);

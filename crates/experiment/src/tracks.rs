@@ -26,8 +26,8 @@ pub struct FollowedBody {
 }
 
 impl RecordingTracks {
-    /// The tracks as positions along the chain.
-    pub(crate) fn observation(&self, trial: &Trial, map: &PlaneMap) -> Observation {
+    /// The tracks as positions along the chain; each line of a picture is exposed `line_time_s` after the one above.
+    pub(crate) fn observation(&self, trial: &Trial, map: &PlaneMap, line_time_s: f64) -> Observation {
         let place = |position: &Result<Position, Lost>| {
             position.as_ref().ok().map(|found| map.position_of(found.x_px, found.y_px))
         };
@@ -35,13 +35,22 @@ impl RecordingTracks {
             body: followed.body,
             position_m: followed.positions.iter().map(place).collect(),
         };
+        let delay_s = line_time_s * self.row_px().unwrap_or(0.0);
+        // A recording in which no body is seen says nothing, not even of time.
+        let seen_s: &[f64] = if self.bodies.is_empty() { &[] } else { &self.times_s };
         Observation {
             recording: trial.recording.clone(),
             view: trial.view,
             trial: trial.trial,
-            // A recording in which no body is seen says nothing, not even of time.
-            times_s: if self.bodies.is_empty() { Vec::new() } else { self.times_s.clone() },
+            times_s: seen_s.iter().map(|time_s| time_s + delay_s).collect(),
             bodies: self.bodies.iter().map(of_body).collect(),
         }
+    }
+
+    /// The row of the picture that the bodies lie on, in the mean of them.
+    fn row_px(&self) -> Option<f64> {
+        let first_row = |body: &FollowedBody| Some(body.positions.iter().flatten().next()?.y_px.value);
+        let rows: Vec<f64> = self.bodies.iter().filter_map(first_row).collect();
+        (!rows.is_empty()).then(|| rows.iter().sum::<f64>() / rows.len() as f64)
     }
 }

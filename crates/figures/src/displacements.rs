@@ -43,6 +43,15 @@ pub struct PointMotion {
     pub samples: Vec<(f64, Option<Estimate>)>,
 }
 
+/// The motion of the camera in one recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RecordingMotion {
+    /// Name of the recording.
+    pub recording: String,
+    /// Time in seconds and motion in metres; `None` where it is not known.
+    pub samples: Vec<(f64, Option<Estimate>)>,
+}
+
 /// A curve in the units of the axes.
 struct MotionCurve {
     name: String,
@@ -67,6 +76,14 @@ pub fn tracks(stem: &Path, points: &[PointMotion]) -> Result<(), FigureError> {
     figure::write(stem, points)
 }
 
+/// Draws how the camera moved in some recordings over time, with 95 % bands, where it is known.
+///
+/// # Errors
+/// [`FigureError`] when a file cannot be written.
+pub fn camera_motion(stem: &Path, recordings: &[RecordingMotion]) -> Result<(), FigureError> {
+    figure::write(stem, recordings)
+}
+
 impl Draw for [BodyMotion] {
     fn draw(&self, style: &Style) -> Result<Figure, FigureError> {
         layout(style, &curves_of(self), "mm").map(Figure::new)
@@ -82,6 +99,19 @@ impl Draw for [PointMotion] {
             model: Vec::new(),
         };
         layout(style, &self.iter().map(curve).collect::<Vec<_>>(), "px").map(Figure::new)
+    }
+}
+
+impl Draw for [RecordingMotion] {
+    fn draw(&self, style: &Style) -> Result<Figure, FigureError> {
+        let curve = |one: &RecordingMotion| {
+            let is_known = |sample: &&(f64, Option<Estimate>)| sample.1.is_some();
+            let known = one.samples.iter().rposition(|sample| is_known(&sample)).map_or(0, |last| last + 1);
+            let scaled = |(t_s, x_m): &(f64, Option<Estimate>)| (1e3 * t_s, x_m.map(|x_m| x_m.scaled(1e6)));
+            let samples = one.samples[..known].iter().skip_while(|sample| !is_known(sample)).map(scaled);
+            MotionCurve { name: one.recording.clone(), samples: samples.collect(), model: Vec::new() }
+        };
+        layout(style, &self.iter().map(curve).collect::<Vec<_>>(), "µm").map(Figure::new)
     }
 }
 

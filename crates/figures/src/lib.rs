@@ -71,7 +71,7 @@ pub use contact_curve::{ContactCurve, contact_curve};
 pub use coverage::{CoverageCount, CoverageRow, coverage};
 pub use data::{DataRow, DataSet};
 pub use dispersion::{DispersionPanel, dispersion};
-pub use displacements::{BodyMotion, PointMotion, displacements, tracks};
+pub use displacements::{BodyMotion, PointMotion, RecordingMotion, camera_motion, displacements, tracks};
 pub use error::FigureError;
 pub use extremes::{ExtremeRow, extremes};
 pub use field_map::{FieldMap, FieldPanel, field_map};

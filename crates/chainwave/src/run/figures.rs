@@ -3,11 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use chainwave_analysis::normalised_residuals;
-use chainwave_analysis::{DispersionMap, GapFront, Measurement, StrainMap};
+use chainwave_analysis::{CameraMotion, DispersionMap, GapFront, Measurement, StrainMap};
 use chainwave_experiment::{Evaluation, Experiment, ModelBeside};
 use chainwave_figures::{
     BodyMotion, DataPoint, DispersionPanel, EnergyShares, FrequencyMark, FrontPulse, FrontWidth, GapSpectrum,
-    PeakEnergy, PeakFit, PeakTrace, ProfilePanel, ResidualMapPanel, Series, StrainMapPanel, TailSpectrum,
+    PeakEnergy, PeakFit, PeakTrace, ProfilePanel, RecordingMotion, ResidualMapPanel, Series, StrainMapPanel,
+    TailSpectrum,
 };
 use chainwave_measurement::{ChainMotion, Estimate};
 use ndarray::Array2;
@@ -44,6 +45,9 @@ pub(crate) fn draw(
     }
     if let Some(model) = &evaluation.model {
         figures.push(album.residuals(model)?);
+    }
+    if let Some(motion) = evaluation.camera_motion() {
+        figures.push(album.camera_motion(motion)?);
     }
     Ok(figures)
 }
@@ -98,6 +102,22 @@ impl Album<'_> {
             caption:
                 "Displacements of five bodies with 95 % bands, and the chain model with the fitted damping."
                     .into(),
+        })
+    }
+
+    fn camera_motion(&self, motion: &CameraMotion) -> Result<Figure, Error> {
+        let named = |(name, samples): (&str, _)| RecordingMotion { recording: name.into(), samples };
+        let all: Vec<RecordingMotion> = motion.of_recordings().map(named).collect();
+        let shown: Vec<RecordingMotion> =
+            spread_over(all.len()).into_iter().map(|at| all[at].clone()).collect();
+        chainwave_figures::camera_motion(&self.folder.join("camera-motion"), &shown)?;
+        Ok(Figure {
+            name: "camera-motion",
+            caption: format!(
+                "Motion of the camera, told by bodies that the wave has not reached, with 95 % bands: {} of {} recordings. It was taken out.",
+                shown.len(),
+                all.len()
+            ),
         })
     }
 

@@ -1,0 +1,244 @@
+//! Whether the lines of a picture are exposed one after another: a body that moves along the lines is then sheared in its picture, by its
+//! velocity times the time from one line to the next.
+
+use std::num::NonZero;
+
+use chainwave_analysis::probability::variance_ratio_beyond;
+use chainwave_correlation::{ReferenceFrames, Settings, mean_of_frames};
+use chainwave_measurement::{Estimate, Position, Recording, Region, Subset, map_in_parallel};
+
+use crate::crops::Crops;
+use crate::finding::Finding;
+use crate::setup::Setup;
+use crate::tracked::{Tracked, TrackedRecording};
+use crate::tracks::FollowedBody;
+use crate::view::{frames_at_rest, open};
+use crate::wording::estimate;
+
+/// Bodies of recordings that are looked at, spread evenly over all.
+const MOST_BODIES: usize = 48;
+/// Frames of each, spread evenly over those in which it is fast.
+const MOST_FRAMES: usize = 32;
+/// A body is fast from this share of its largest velocity on.
+const FAST: f64 = 0.5;
+/// Fewer bodies do not tell a shear from what markers happen to look like.
+const LEAST_BODIES: usize = 4;
+/// Chance at which a shutter that rolls is told of one that does not.
+const LEVEL: f64 = 1e-3;
+/// A picture whose last line is later than its first by less than this share of a frame's period is not worth a word.
+const WORTH_A_WORD: f64 = 0.01;
+/// Columns and rows around a subset in what is matched again.
+const MARGIN_PX: i64 = 8;
+
+/// The shutter, where it rolls by another time than is stated.
+pub(super) fn rolls(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> Option<Finding> {
+    let line_time = line_time(setup, tracked, n_threads)?;
+    let stated_s = setup.line_time_s();
+    let contradicts = (line_time.found_s.value - stated_s).abs() * line_time.n_lines
+        > WORTH_A_WORD * line_time.period_s
+        && line_time.p_value < LEVEL;
+    let stated = match stated_s > 0.0 {
+        true => format!("{:.3} us stated", 1e6 * stated_s),
+        false => "a global shutter stated".into(),
+    };
+    contradicts.then(|| Finding {
+        code: "rolling_shutter",
+        subject: "camera.line_time_s".into(),
+        text: format!(
+            "bodies are sheared in their pictures in proportion to their velocity, as by a rolling shutter whose lines are exposed {} us after \
+             one another, with {stated} (p = {:.1e}): times are off by that times the row of the picture (hint: state camera.line_time_s)",
+            estimate(line_time.found_s.scaled(1e6)),
+            line_time.p_value
+        ),
+    })
+}
+
+/// The time between lines that shears ask for.
+struct LineTime {
+    found_s: Estimate,
+    /// Chance of being as far off what is stated, were that true.
+    p_value: f64,
+    /// Lines of a picture.
+    n_lines: f64,
+    /// From frame to frame.
+    period_s: f64,
+}
+
+/// The slope of shear over velocity, fitted to all bodies by least squares; what bodies differ by is its uncertainty.
+fn line_time(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> Option<LineTime> {
+    let of_recording = |one: &'_ TrackedRecording| (0..one.tracks.bodies.len()).collect::<Vec<usize>>();
+    let all: Vec<(usize, usize)> = tracked
+        .recordings
+        .iter()
+        .enumerate()
+        .flat_map(|(index, one)| of_recording(one).into_iter().map(move |body| (index, body)))
+        .collect();
+    let chosen: Vec<(usize, usize)> = spread(&all, MOST_BODIES);
+    let products = map_in_parallel(chosen.len(), n_threads, |i| {
+        let (recording, body) = chosen[i];
+        let recording = &tracked.recordings[recording];
+        Sheared::of(setup, recording, &recording.tracks.bodies[body])
+    });
+    let sheared: Vec<Sheared> = products.into_iter().flatten().collect();
+    let n = sheared.len();
+    if n < LEAST_BODIES {
+        return None;
+    }
+    let sum = |of: fn(&Sheared) -> f64| sheared.iter().map(of).sum::<f64>();
+    let squares = sum(|one| one.velocity_squared);
+    let slope_s = sum(|one| one.shear_by_velocity) / squares;
+    let left_over = |one: &Sheared| (one.shear_by_velocity - slope_s * one.velocity_squared).powi(2);
+    let freedom = n as f64 - 1.0;
+    let variance = sheared.iter().map(left_over).sum::<f64>() / squares.powi(2) * (n as f64 / freedom);
+    let off = slope_s - setup.line_time_s();
+    let info = sheared.first()?;
+    Some(LineTime {
+        found_s: Estimate::new(slope_s, variance.sqrt()),
+        p_value: variance_ratio_beyond(off.powi(2) / variance, 1.0, freedom),
+        n_lines: info.n_lines,
+        period_s: info.period_s,
+    })
+}
+
+/// Every so many of a list, not more than `most`.
+fn spread<T: Copy>(all: &[T], most: usize) -> Vec<T> {
+    let n = all.len().min(most);
+    (0..n).map(|i| all[i * all.len() / n]).collect()
+}
+
+/// What one body in one recording says: sums over frames for the slope of its shear over its velocity along the lines.
+struct Sheared {
+    /// Velocity times shear, in px/s.
+    shear_by_velocity: f64,
+    /// Velocity squared, in (px/s)^2.
+    velocity_squared: f64,
+    n_lines: f64,
+    period_s: f64,
+}
+
+impl Sheared {
+    /// `None` where the body is too small for halves, hardly seen, or cannot be read again.
+    fn of(setup: &Setup, tracked: &TrackedRecording, body: &FollowedBody) -> Option<Self> {
+        let recording = open(setup, &setup.recordings.join(&tracked.trial.recording)).ok()?;
+        let reference = frames_at_rest(setup, recording.as_ref()).ok()?;
+        let fast = fast_frames(&tracked.tracks.times_s, body);
+        let at_rest = body.positions.get(reference.range())?.iter().flatten().next()?;
+        let crops = cropped(setup, recording.as_ref(), &reference, at_rest, &fast)?;
+        let (mut shear_by_velocity, mut velocity_squared) = (0.0, 0.0);
+        for (velocity, shear) in shears(setup, &crops)? {
+            shear_by_velocity += velocity * shear;
+            velocity_squared += velocity.powi(2);
+        }
+        let info = recording.info();
+        let span_s = info.times_s.last()? - info.times_s.first()?;
+        (velocity_squared > 0.0).then(|| Self {
+            shear_by_velocity,
+            velocity_squared,
+            n_lines: info.height_px as f64,
+            period_s: span_s / (info.n_frames as f64 - 1.0),
+        })
+    }
+}
+
+/// A frame in which a body is fast.
+#[derive(Clone, Copy)]
+struct Fast {
+    frame: usize,
+    place: Position,
+    /// Along the lines, in px/s.
+    velocity: f64,
+}
+
+fn fast_frames(times_s: &[f64], body: &FollowedBody) -> Vec<Fast> {
+    let at = |frame: usize| body.positions.get(frame)?.as_ref().ok();
+    let of_frame = |frame: usize| {
+        let (before, here, after) = (at(frame - 1)?, at(frame)?, at(frame + 1)?);
+        let velocity = (after.x_px.value - before.x_px.value) / (times_s[frame + 1] - times_s[frame - 1]);
+        Some(Fast { frame, place: *here, velocity })
+    };
+    let last = times_s.len().saturating_sub(1);
+    let moving: Vec<Fast> = (1..last.max(1)).filter_map(of_frame).collect();
+    let fastest = moving.iter().map(|one| one.velocity.abs()).fold(0.0, f64::max);
+    let fast: Vec<Fast> =
+        moving.into_iter().filter(|one| one.velocity.abs() >= FAST * fastest && fastest > 0.0).collect();
+    spread(&fast, MOST_FRAMES)
+}
+
+/// A body as its recording shows it at rest (first) and in frames in which it is fast, each cut out where it is by then.
+struct BodyCrops {
+    pictures: Crops,
+    /// Velocities in the frames from the second on, in px/s.
+    velocities: Vec<f64>,
+    subset: Subset,
+}
+
+fn cropped(
+    setup: &Setup,
+    recording: &dyn Recording,
+    reference: &ReferenceFrames,
+    at_rest: &Position,
+    fast: &[Fast],
+) -> Option<BodyCrops> {
+    let tracking = &setup.experiment.tracking;
+    let (width_px, height_px) = (recording.info().width_px, recording.info().height_px);
+    let half_px = [tracking.half_width_px as i64 + MARGIN_PX, tracking.half_height_px as i64 + MARGIN_PX];
+    let region = |place: &Position| {
+        let [x, y] = [place.x_px.value.round() as i64, place.y_px.value.round() as i64];
+        let region = Region::clipped(
+            x - half_px[0],
+            y - half_px[1],
+            x + half_px[0] + 1,
+            y + half_px[1] + 1,
+            width_px,
+            height_px,
+        )?;
+        let is_whole =
+            region.width as i64 == 2 * half_px[0] + 1 && region.height as i64 == 2 * half_px[1] + 1;
+        is_whole.then_some(region)
+    };
+    let first = region(at_rest)?;
+    let mut frames = vec![mean_of_frames(recording, first, reference.range()).ok()?];
+    let mut velocities = Vec::new();
+    for one in fast {
+        let Some(region) = region(&one.place) else { continue };
+        let mut pixels = vec![0.0; region.n_pixels()];
+        recording.read_region(one.frame, region, &mut pixels).ok()?;
+        frames.push(pixels);
+        velocities.push(one.velocity);
+    }
+    let subset = Subset {
+        name: String::new(),
+        x_px: at_rest.x_px.value - first.x as f64,
+        y_px: at_rest.y_px.value - first.y as f64,
+        half_width_px: tracking.half_width_px,
+        half_height_px: tracking.half_height_px,
+    };
+    Some(BodyCrops { pictures: Crops::new(recording, first.width, frames), velocities, subset })
+}
+
+/// Velocity and shear in each frame: how far the lower half leads the upper one along the lines, and the right half the left one across
+/// them, of which a turn leaves nothing.
+fn shears(setup: &Setup, body: &BodyCrops) -> Option<Vec<(f64, f64)>> {
+    let subset = &body.subset;
+    let half_width_px = subset.half_width_px.checked_sub(1)? / 2;
+    let half_height_px = subset.half_height_px.checked_sub(1)? / 2;
+    let apart_px =
+        [subset.half_width_px - half_width_px, subset.half_height_px - half_height_px].map(|px| px as f64);
+    let beside =
+        |side: f64| Subset { x_px: subset.x_px + side * apart_px[0], half_width_px, ..subset.clone() };
+    let above =
+        |side: f64| Subset { y_px: subset.y_px + side * apart_px[1], half_height_px, ..subset.clone() };
+    let parts = [above(-1.0), above(1.0), beside(-1.0), beside(1.0)];
+    let reference = ReferenceFrames::Single(0);
+    let tracks =
+        setup.method().track(&body.pictures, &parts, &reference, &Settings::default(), &|_| ()).ok()?;
+    let place = |part: usize, frame: usize| tracks.get(part)?.positions.get(frame)?.as_ref().ok();
+    let of_frame = |(index, velocity): (usize, &f64)| {
+        let at = |part: usize| place(part, index + 1);
+        let (upper, lower, left, right) = (at(0)?, at(1)?, at(2)?, at(3)?);
+        let along = (lower.x_px.value - upper.x_px.value) / (2.0 * apart_px[1]);
+        let across = (right.y_px.value - left.y_px.value) / (2.0 * apart_px[0]);
+        Some((*velocity, along + across))
+    };
+    Some(body.velocities.iter().enumerate().filter_map(of_frame).collect())
+}

@@ -1,0 +1,66 @@
+//! What a camera does of its own is found in a run, named, and taken out where that can be.
+
+mod slow {
+    use std::fs;
+    use std::path::Path;
+
+    use serde_json::Value;
+
+    use crate::command::succeed;
+    use crate::laboratory::{Laboratory, evaluation};
+
+    /// Films the small experiment with a camera that has some effects.
+    fn filmed_with(effects: &str) -> Laboratory {
+        let laboratory = Laboratory::with_appended(&format!("\n[synthetic.camera.effects]\n{effects}\n"));
+        laboratory.film();
+        laboratory
+    }
+
+    /// Evaluates what was filmed, with another text in one place of the plan; the results and their warnings.
+    fn run(laboratory: &Laboratory, from: &str, to: &str) -> (Value, String) {
+        let plan = laboratory.path("recordings/experiment.toml");
+        let text = fs::read_to_string(&plan).expect("it was written");
+        fs::write(&plan, text.replacen(from, to, 1)).expect("it can be written");
+        let results = laboratory.path("results");
+        succeed(&mut evaluation(&laboratory.path("recordings"), &results));
+        let text = fs::read_to_string(results.join("results.json")).expect("results were written");
+        let results: Value = serde_json::from_str(&text).expect("it is JSON");
+        let warnings = results["warnings"].to_string();
+        (results, warnings)
+    }
+
+    #[test]
+    fn a_rolling_shutter_is_named_and_a_stated_one_is_not() {
+        // The last of 48 lines is 9.4 us later than the first, a quarter of a frame's period.
+        let laboratory = filmed_with("line_time_s = 2e-7");
+        let (_, warnings) = run(&laboratory, "", "");
+        assert!(warnings.contains("rolling shutter"), "{warnings}");
+        let (_, warnings) = run(&laboratory, "[camera]\n", "[camera]\nline_time_s = 2e-7\n");
+        assert!(!warnings.contains("rolling shutter"), "{warnings}");
+    }
+
+    #[test]
+    fn a_camera_that_shakes_is_named_and_drawn() {
+        let laboratory = filmed_with(
+            "shake = { amplitude_px = [0.2, 0.2], turn_amplitude_rad = 0.0, frequency_hz = 200.0, onset = \"always\", decay_per_s = 0.0 }",
+        );
+        let (_, warnings) = run(&laboratory, "", "");
+        assert!(warnings.contains("the camera moves"), "{warnings}");
+        let figures = laboratory.path("results/figures");
+        let drawn = |ending: &str| Path::new(&figures).join(format!("camera-motion.{ending}")).exists();
+        assert!(drawn("svg") && drawn("png"), "the camera's motion is drawn");
+        let report = fs::read_to_string(laboratory.path("results/report.html")).expect("it was written");
+        assert!(report.contains("camera-motion"), "the report shows it");
+    }
+
+    #[test]
+    fn a_sound_camera_is_not_accused() {
+        let laboratory = Laboratory::new();
+        laboratory.film();
+        let (_, warnings) = run(&laboratory, "", "");
+        for word in ["rolling shutter", "the camera moves", "scale contradicts", "magnified"] {
+            assert!(!warnings.contains(word), "{word}: {warnings}");
+        }
+        assert!(!laboratory.path("results/figures/camera-motion.svg").exists(), "nothing to draw");
+    }
+}
