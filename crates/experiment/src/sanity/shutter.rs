@@ -3,6 +3,7 @@
 
 use std::num::NonZero;
 
+use chainwave_analysis::LEVEL;
 use chainwave_analysis::probability::variance_ratio_beyond;
 use chainwave_correlation::{ReferenceFrames, Settings, mean_of_frames};
 use chainwave_measurement::{Estimate, Position, Recording, Region, Subset, map_in_parallel};
@@ -16,15 +17,13 @@ use crate::view::{frames_at_rest, open};
 use crate::wording::estimate;
 
 /// Bodies of recordings that are looked at, spread evenly over all.
-const MOST_BODIES: usize = 48;
-/// Frames of each, spread evenly over those in which it is fast.
-const MOST_FRAMES: usize = 32;
+const MOST_BODIES: usize = 256;
+/// Frames of all of them together, spread evenly over those in which they are fast: the work of some thousandths of a large experiment.
+const MOST_FRAMES: usize = 8192;
 /// A body is fast from this share of its largest velocity on.
-const FAST: f64 = 0.5;
+const FAST: f64 = 0.25;
 /// Fewer bodies do not tell a shear from what markers happen to look like.
 const LEAST_BODIES: usize = 4;
-/// Chance at which a shutter that rolls is told of one that does not.
-const LEVEL: f64 = 1e-3;
 /// A picture whose last line is later than its first by less than this share of a frame's period is not worth a word.
 const WORTH_A_WORD: f64 = 0.01;
 /// Columns and rows around a subset in what is matched again.
@@ -66,20 +65,20 @@ struct LineTime {
 
 /// The slope of shear over velocity, fitted to all bodies by least squares; what bodies differ by is its uncertainty.
 fn line_time(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> Option<LineTime> {
-    let of_recording = |one: &'_ TrackedRecording| (0..one.tracks.bodies.len()).collect::<Vec<usize>>();
     let all: Vec<(usize, usize)> = tracked
         .recordings
         .iter()
         .enumerate()
-        .flat_map(|(index, one)| of_recording(one).into_iter().map(move |body| (index, body)))
+        .flat_map(|(index, one)| (0..one.tracks.bodies.len()).map(move |body| (index, body)))
         .collect();
     let chosen: Vec<(usize, usize)> = spread(&all, MOST_BODIES);
-    let products = map_in_parallel(chosen.len(), n_threads, |i| {
+    let n_frames = MOST_FRAMES / chosen.len().max(1);
+    let sheared = map_in_parallel(chosen.len(), n_threads, |i| {
         let (recording, body) = chosen[i];
         let recording = &tracked.recordings[recording];
-        Sheared::of(setup, recording, &recording.tracks.bodies[body])
+        Sheared::of(setup, recording, &recording.tracks.bodies[body], n_frames)
     });
-    let sheared: Vec<Sheared> = products.into_iter().flatten().collect();
+    let sheared: Vec<Sheared> = sheared.into_iter().flatten().collect();
     let n = sheared.len();
     if n < LEAST_BODIES {
         return None;
@@ -91,12 +90,12 @@ fn line_time(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> Opt
     let freedom = n as f64 - 1.0;
     let variance = sheared.iter().map(left_over).sum::<f64>() / squares.powi(2) * (n as f64 / freedom);
     let off = slope_s - setup.line_time_s();
-    let info = sheared.first()?;
+    let first = sheared.first()?;
     Some(LineTime {
         found_s: Estimate::new(slope_s, variance.sqrt()),
         p_value: variance_ratio_beyond(off.powi(2) / variance, 1.0, freedom),
-        n_lines: info.n_lines,
-        period_s: info.period_s,
+        n_lines: first.n_lines,
+        period_s: first.period_s,
     })
 }
 
@@ -118,10 +117,10 @@ struct Sheared {
 
 impl Sheared {
     /// `None` where the body is too small for halves, hardly seen, or cannot be read again.
-    fn of(setup: &Setup, tracked: &TrackedRecording, body: &FollowedBody) -> Option<Self> {
+    fn of(setup: &Setup, tracked: &TrackedRecording, body: &FollowedBody, n_frames: usize) -> Option<Self> {
         let recording = open(setup, &setup.recordings.join(&tracked.trial.recording)).ok()?;
         let reference = frames_at_rest(setup, recording.as_ref()).ok()?;
-        let fast = fast_frames(&tracked.tracks.times_s, body);
+        let fast = spread(&fast_frames(&tracked.tracks.times_s, body), n_frames);
         let at_rest = body.positions.get(reference.range())?.iter().flatten().next()?;
         let crops = cropped(setup, recording.as_ref(), &reference, at_rest, &fast)?;
         let (mut shear_by_velocity, mut velocity_squared) = (0.0, 0.0);
@@ -159,9 +158,7 @@ fn fast_frames(times_s: &[f64], body: &FollowedBody) -> Vec<Fast> {
     let last = times_s.len().saturating_sub(1);
     let moving: Vec<Fast> = (1..last.max(1)).filter_map(of_frame).collect();
     let fastest = moving.iter().map(|one| one.velocity.abs()).fold(0.0, f64::max);
-    let fast: Vec<Fast> =
-        moving.into_iter().filter(|one| one.velocity.abs() >= FAST * fastest && fastest > 0.0).collect();
-    spread(&fast, MOST_FRAMES)
+    moving.into_iter().filter(|one| one.velocity.abs() >= FAST * fastest && fastest > 0.0).collect()
 }
 
 /// A body as its recording shows it at rest (first) and in frames in which it is fast, each cut out where it is by then.
