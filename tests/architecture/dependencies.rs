@@ -31,7 +31,7 @@ const ALLOWED: [(&str, Option<&[&str]>); 14] = [
     ("mechanics", Some(&["measurement", "vectors"])),
     ("stitching", Some(&["measurement"])),
     ("synthetic", Some(&["measurement"])),
-    ("testkit", Some(&[])),
+    ("testkit", Some(&["vectors"])),
     ("vectors", Some(&[])),
     ("xtask", Some(&[])),
 ];

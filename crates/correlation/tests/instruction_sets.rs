@@ -4,43 +4,17 @@
 
 mod support;
 
-use std::process::Command;
-
 use chainwave_correlation::{Interpolation, ReferenceFrames, Settings, Shape, track};
-use chainwave_vectors::InstructionSet;
+use chainwave_testkit::hold_each_to_the_same_bits;
 use support::{Film, SIZE, Speckle, sense, subset};
 
-/// Which set a process that this test starts is to find in use.
-const EXPECTED: &str = "CHAINWAVE_TEST_EXPECTED_SET";
-const MARK: &str = "bits of ";
-const NAME: &str = "every_instruction_set_gives_the_same_bits";
-
-/// Starts itself once for each set, by the switch that users have. Each process says what it computed; all say the same.
 #[test]
 fn every_instruction_set_gives_the_same_bits() {
-    if let Ok(expected) = std::env::var(EXPECTED) {
-        assert_eq!(InstructionSet::in_use().name(), expected);
-        digests().iter().for_each(|digest| println!("{MARK}{digest}"));
-        return;
-    }
-    let said = |asked: &str, expected: InstructionSet| {
-        let run = Command::new(std::env::current_exe().unwrap())
-            .args(["--exact", NAME, "--nocapture"])
-            .env(InstructionSet::VARIABLE, asked)
-            .env(EXPECTED, expected.name())
-            .output()
-            .unwrap();
-        let text = String::from_utf8(run.stdout).unwrap();
-        assert!(run.status.success(), "{asked}: {text}{}", String::from_utf8_lossy(&run.stderr));
-        text.lines().filter_map(|line| Some(line.split_once(MARK)?.1.to_owned())).collect::<Vec<_>>()
-    };
-    let sets: Vec<InstructionSet> = InstructionSet::available().collect();
-    let best = *sets.last().unwrap();
-    let of_best = said("a name that is none", best);
-    assert_eq!(of_best.len(), SHAPES.len() * KERNELS.len());
-    for set in sets {
-        assert_eq!(said(set.name(), set), of_best, "{set} against {best}");
-    }
+    hold_each_to_the_same_bits(
+        "every_instruction_set_gives_the_same_bits",
+        SHAPES.len() * KERNELS.len(),
+        digests,
+    );
 }
 
 const SHAPES: [Shape; 4] = [Shape::Translation, Shape::Rigid, Shape::Affine, Shape::Quadratic];

@@ -1,8 +1,12 @@
-//! What tests of several crates share: where third-party reference data lie, and how a test says that it skips.
+//! What tests of several crates share: where third-party reference data lie, how a test says that it skips, and how it asks every
+//! instruction set for the same bits.
 //!
 //! No runner knows of a test that finds out only while it runs that it lacks something: it returns, and counts as passed. So each such
-//! test tells [`skip`] why, and `cargo xtask test` counts them after the runner's summary. This crate is a dependency of tests alone,
-//! and depends on nothing.
+//! test tells [`skip`] why, and `cargo xtask test` counts them after the runner's summary. This crate is a dependency of tests alone.
+
+mod instruction_sets;
+
+pub use self::instruction_sets::hold_each_to_the_same_bits;
 
 use std::env;
 use std::fs::OpenOptions;
