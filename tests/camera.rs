@@ -41,6 +41,23 @@ mod slow {
     }
 
     #[test]
+    fn a_view_of_another_scale_is_told_unless_its_scale_is_stated() {
+        let laboratory = filmed_with("scale = { error = 0.0, view_sigma = 0.0, views = [0.0, 0.02, 0.0] }");
+        let (_, warnings) = run(&laboratory, "", "");
+        assert!(warnings.contains("view 2 by 2.0"), "{warnings}");
+        let trials = laboratory.path("recordings/trials.csv");
+        let text = fs::read_to_string(&trials).expect("it was written");
+        let row = |line: &str| match line {
+            line if line.starts_with("recording,") => format!("{line},scale_px_per_m\n"),
+            line if line.starts_with("view2_") => format!("{line},2550\n"),
+            line => format!("{line},\n"),
+        };
+        fs::write(&trials, text.lines().map(row).collect::<String>()).expect("it can be written");
+        let (_, warnings) = run(&laboratory, "", "");
+        assert!(!warnings.contains("magnified") && !warnings.contains("contradicts"), "{warnings}");
+    }
+
+    #[test]
     fn a_camera_that_shakes_is_named_and_drawn() {
         let laboratory = filmed_with(
             "shake = { amplitude_px = [0.2, 0.2], turn_amplitude_rad = 0.0, frequency_hz = 200.0, onset = \"always\", decay_per_s = 0.0 }",

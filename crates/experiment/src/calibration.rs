@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use chainwave_camera::{Calibration, Lens, MapError, Mark, PlaneMap, Source};
-use chainwave_measurement::{Estimate, Recording};
+use chainwave_measurement::{Estimate, Recording, RecordingInfo};
 use serde::{Deserialize, Serialize};
 
 use crate::configuration::{Camera, Experiment};
@@ -186,6 +186,23 @@ impl ChainMap {
             pitch_m: experiment.chain.pitch_m.get(),
             first_body_px: camera.first_body_px,
         })
+    }
+
+    /// The map of a view whose pictures of `info` are larger by a factor about their middle.
+    #[must_use]
+    pub(crate) fn magnified(&self, factor: f64, info: &RecordingInfo) -> Self {
+        let about_px = middle_px(info.width_px, info.height_px);
+        let larger = |map: &PlaneMap| map.magnified(factor, about_px);
+        let error = |error: &MapError| MapError { map: larger(&error.map), ..error.clone() };
+        let [x, y] = self.first_body_px;
+        let of_chain = Calibration {
+            map: larger(&self.of_chain.map),
+            errors: self.of_chain.errors.iter().map(error).collect(),
+            ..self.of_chain.clone()
+        };
+        let first_body_px =
+            [about_px[0] + factor * (x - about_px[0]), about_px[1] + factor * (y - about_px[1])];
+        Self { of_chain, first_body_px, ..self.clone() }
     }
 
     /// Refuses a recording of another size than the pictures of the calibration, whose lens then lies elsewhere.

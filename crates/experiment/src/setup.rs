@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use chainwave_camera::OpenOptions;
 use chainwave_correlation::Method;
-use chainwave_measurement::Estimate;
+use chainwave_measurement::{Estimate, RecordingInfo};
 
 use crate::calibration::ChainMap;
 use crate::configuration::{Experiment, Trial};
@@ -60,6 +60,14 @@ impl Setup {
             partial: self.takes_partial,
             raw: camera.raw,
             ..OpenOptions::default()
+        }
+    }
+
+    /// From the pictures of a recording to the chain: by the scale that the trials table states for its view, where it does.
+    pub(crate) fn map_of(&self, trial: &Trial, info: &RecordingInfo) -> ChainMap {
+        match trial.scale_px_per_m {
+            Some(scale_px_per_m) => self.map.magnified(scale_px_per_m * self.map.m_per_px().value, info),
+            None => self.map.clone(),
         }
     }
 

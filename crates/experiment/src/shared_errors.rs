@@ -41,20 +41,20 @@ impl SharedErrors {
         n_threads: NonZero<usize>,
     ) -> Result<Self, Error> {
         let errors = &setup.map.of_chain.errors;
-        let mode = |error: &MapError| -> Result<ErrorMode, Error> {
-            let moved =
-                |one: &TrackedRecording| one.tracks.observation(&one.trial, &error.map, setup.line_time_s());
+        let mode = |index: usize| -> Result<ErrorMode, Error> {
+            let with_error = |one: &TrackedRecording| one.map.of_chain.errors[index].map;
+            let moved = |one: &TrackedRecording| {
+                one.tracks.observation(&one.trial, &with_error(one), setup.line_time_s())
+            };
             let observations: Vec<Observation> = recordings.iter().map(moved).collect();
             let moved = merge(&steadying.steadied(observations), settings)?.motion;
-            let source = match error.source {
+            let source = match errors[index].source {
                 Source::Length => ErrorSource::CalibrationLength,
                 Source::Points => ErrorSource::CalibrationPoints,
             };
             Ok(ErrorMode { source, displacement_m: difference(&moved, &stitched.motion) })
         };
-        let modes = map_in_parallel(errors.len(), n_threads, |i| mode(&errors[i]))
-            .into_iter()
-            .collect::<Result<_, _>>()?;
+        let modes = map_in_parallel(errors.len(), n_threads, mode).into_iter().collect::<Result<_, _>>()?;
         let chain = &setup.experiment.chain;
         let pitch = chain.pitch_sigma_m.map_or(0.0, NotNegative::get) / chain.pitch_m.get();
         Ok(Self { modes, pitch, rests_on_pitch: setup.map.rests_on_pitch })

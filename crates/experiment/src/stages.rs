@@ -7,11 +7,12 @@
 
 use std::num::NonZero;
 
-use chainwave_camera::MapError;
+use chainwave_camera::{Calibration, MapError};
 use chainwave_correlation::{Method, PreparedSubset, Reference, ReferenceFrames, Settings, mean_of_frames};
 use chainwave_measurement::{Estimate, Position, Recording, Region, Subset, map_in_parallel};
 use chainwave_stitching::{StageStep, refine_stages};
 
+use crate::calibration::ChainMap;
 use crate::configuration::Trial;
 use crate::crops::Crops;
 use crate::error::Error;
@@ -174,7 +175,7 @@ fn steps_between(
     method: Method,
 ) -> Vec<(StageStep, SharedBody)> {
     let shared = |pair: Pair| {
-        let step = pair.step(setup, [one, other], method)?;
+        let step = pair.step([one, other], method)?;
         let stated_m = views[other].stated_m - views[one].stated_m;
         let place_px = pair.subset.x_px + pair.corners_px[0][0] - pair.middle_px;
         let body = SharedBody {
@@ -182,7 +183,7 @@ fn steps_between(
             stated_m,
             from_middle: setup.map.m_per_px().value * place_px / stated_m,
             found_m: step.step_m,
-            magnified: pair.magnified(setup, method),
+            magnified: pair.magnified(method),
         };
         Some((step, body))
     };
@@ -199,14 +200,17 @@ struct AtRest {
     recording: Box<dyn Recording>,
     bodies: Vec<(usize, Subset)>,
     frames: ReferenceFrames,
+    /// From its pictures to the chain.
+    map: ChainMap,
 }
 
 impl AtRest {
     fn of(setup: &Setup, trial: &Trial) -> Result<Self, Error> {
         let recording = open(setup, &setup.recordings.join(&trial.recording))?;
-        let bodies = bodies_in_view(setup, trial.stage_m, recording.as_ref());
+        let bodies = bodies_in_view(setup, trial, recording.as_ref());
         let frames = frames_at_rest(setup, recording.as_ref())?;
-        Ok(Self { recording, bodies, frames })
+        let map = setup.map_of(trial, recording.info());
+        Ok(Self { recording, bodies, frames, map })
     }
 
     fn shared_with<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = Pair> + 'a {
@@ -229,6 +233,8 @@ struct Pair {
     subset: Subset,
     /// Column of the middle of the first recording's pictures.
     middle_px: f64,
+    /// From the pictures of each recording to the chain.
+    maps: [Calibration; 2],
 }
 
 impl Pair {
@@ -244,6 +250,7 @@ impl Pair {
         Some(Self {
             frames: Crops::new(at_rest.recording.as_ref(), regions[0].width, frames),
             corners_px,
+            maps: shown.map(|(at_rest, _)| at_rest.map.of_chain.clone()),
             middle_px: 0.5 * (at_rest.recording.info().width_px as f64 - 1.0),
             subset: Subset {
                 x_px: subset.x_px - corners_px[0][0],
@@ -255,7 +262,7 @@ impl Pair {
 
     /// How much larger the marker is in the second frame, by the calibration and by the places of its left and its right half there; `None` where it is too
     /// small for halves, or one is not found again.
-    fn magnified(&self, setup: &Setup, method: Method) -> Option<Estimate> {
+    fn magnified(&self, method: Method) -> Option<Estimate> {
         let half_width_px = self.subset.half_width_px.checked_sub(1)? / 2;
         let apart_px = (self.subset.half_width_px - half_width_px) as f64;
         let half = |side: f64| Subset {
@@ -268,10 +275,9 @@ impl Pair {
             method.track(&self.frames, &halves, &ReferenceFrames::Single(0), &Settings::default(), &|_| ());
         let mut found = tracks.ok()?.into_iter().map(|mut track| track.positions.pop()?.ok());
         let (left, right) = (found.next()??, found.next()??);
-        let map = &setup.map.of_chain.map;
         let place_m = |frame: usize, [x_px, y_px]: [f64; 2]| {
             let [x0_px, y0_px] = self.corners_px[frame];
-            map.position_m([x_px + x0_px, y_px + y0_px])[0]
+            self.maps[frame].map.position_m([x_px + x0_px, y_px + y0_px])[0]
         };
         let [before_left_m, before_right_m] =
             halves.each_ref().map(|half| place_m(0, [half.x_px, half.y_px]));
@@ -298,24 +304,25 @@ impl Pair {
     }
 
     /// The step of the stage, with what the errors of the calibration add to it; `None` where the marker is not found again.
-    fn step(&self, setup: &Setup, [from, to]: [usize; 2], method: Method) -> Option<StageStep> {
+    fn step(&self, [from, to]: [usize; 2], method: Method) -> Option<StageStep> {
         let found = self.matched(method)?;
         let [[x0_px, y0_px], [x1_px, y1_px]] = self.corners_px;
         let before = [self.subset.x_px + x0_px, self.subset.y_px + y0_px];
         let after = [found.x_px, found.y_px];
         let after = [(after[0], x1_px), (after[1], y1_px)]
             .map(|(place, corner)| Estimate::new(place.value + corner, place.sigma));
-        let calibration = &setup.map.of_chain;
-        let place_m = calibration.map.position_of(after[0], after[1]);
+        let [first, second] = &self.maps;
+        let place_m = second.map.position_of(after[0], after[1]);
         let at_px = after.map(|place| place.value);
-        let step_m = calibration.map.position_m(before)[0] - place_m.value;
-        let with_error =
-            |error: &MapError| error.map.position_m(before)[0] - error.map.position_m(at_px)[0] - step_m;
+        let step_m = first.map.position_m(before)[0] - place_m.value;
+        let with_error = |(first, second): (&MapError, &MapError)| {
+            first.map.position_m(before)[0] - second.map.position_m(at_px)[0] - step_m
+        };
         Some(StageStep {
             from,
             to,
             step_m: Estimate::new(step_m, place_m.sigma),
-            shared_m: calibration.errors.iter().map(with_error).collect(),
+            shared_m: first.errors.iter().zip(&second.errors).map(with_error).collect(),
         })
     }
 }

@@ -2,6 +2,7 @@
 
 use chainwave_measurement::Observation;
 
+use crate::calibration::ChainMap;
 use crate::configuration::Trial;
 use crate::error::Error;
 use crate::finding::Finding;
@@ -29,6 +30,8 @@ pub struct TrackedRecording {
     pub trial: Trial,
     /// The tracks.
     pub tracks: RecordingTracks,
+    /// From its pictures to the chain.
+    pub(crate) map: ChainMap,
     /// Where the tracks come from.
     pub origin: Origin,
     /// What the file says against itself.

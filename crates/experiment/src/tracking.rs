@@ -64,7 +64,7 @@ fn observed(
 ) -> Result<(TrackedRecording, Observation, Option<String>), Error> {
     let rest_until_s = setup.experiment.tracking.rest_until_s;
     let mut observation =
-        recording.tracks.observation(&recording.trial, &setup.map.of_chain.map, setup.line_time_s());
+        recording.tracks.observation(&recording.trial, &recording.map.of_chain.map, setup.line_time_s());
     let n_rest = observation.times_s.iter().take_while(|time_s| **time_s < rest_until_s).count();
     let is_found = |track: &BodyTrack| track.position_m.iter().take(n_rest).any(Option::is_some);
     let (kept, lost): (Vec<BodyTrack>, Vec<BodyTrack>) = observation.bodies.into_iter().partition(is_found);
@@ -162,7 +162,8 @@ fn track_one(
     let path = setup.recordings.join(&trial.recording);
     let recording = open(setup, &path)?;
     let reference = frames_at_rest(setup, recording.as_ref())?;
-    let in_view = bodies_in_view(setup, stage_m, recording.as_ref());
+    let placed = Trial { stage_m, ..trial.clone() };
+    let in_view = bodies_in_view(setup, &placed, recording.as_ref());
     let (bodies, subsets): (Vec<usize>, Vec<Subset>) = in_view.into_iter().unzip();
     let (method, options, sensor) = (setup.method(), &setup.open_options(), setup.sensor.as_ref());
     let task = Task { subsets: &subsets, reference: &reference, method, options, sensor };
@@ -186,5 +187,6 @@ fn track_one(
         }
     };
     let edges = edges_beside(recording.as_ref(), &subsets, &reference)?;
-    Ok(TrackedRecording { trial: trial.clone(), tracks, origin, remarks: remarks(recording.info(), &edges) })
+    let (trial, map) = (trial.clone(), setup.map_of(trial, recording.info()));
+    Ok(TrackedRecording { trial, tracks, map, origin, remarks: remarks(recording.info(), &edges) })
 }

@@ -6,6 +6,7 @@ use std::path::Path;
 use chainwave_correlation::ReferenceFrames;
 use chainwave_measurement::{Recording, RecordingInfo, Subset};
 
+use crate::configuration::Trial;
 use crate::error::Error;
 use crate::setup::Setup;
 
@@ -45,7 +46,7 @@ pub struct View {
 pub fn first_view(setup: &Setup) -> Result<View, Error> {
     for trial in &setup.trials {
         let recording = open(setup, &setup.recordings.join(&trial.recording))?;
-        let in_view = bodies_in_view(setup, trial.stage_m, recording.as_ref());
+        let in_view = bodies_in_view(setup, trial, recording.as_ref());
         if !in_view.is_empty() {
             let reference = frames_at_rest(setup, recording.as_ref())?;
             let subsets = in_view.into_iter().map(|(_, subset)| subset).collect();
@@ -55,15 +56,20 @@ pub fn first_view(setup: &Setup) -> Result<View, Error> {
     Err(Error::NothingLeft { what: "recordings with a body in view", n: setup.trials.len() })
 }
 
-/// The bodies whose subsets lie in the frame at rest, with those.
-pub(crate) fn bodies_in_view(setup: &Setup, stage_m: f64, recording: &dyn Recording) -> Vec<(usize, Subset)> {
+/// The bodies whose subsets lie in the frame at rest, with those, by the place of the stage that a trial has.
+pub(crate) fn bodies_in_view(
+    setup: &Setup,
+    trial: &Trial,
+    recording: &dyn Recording,
+) -> Vec<(usize, Subset)> {
     let (info, tracking) = (recording.info(), &setup.experiment.tracking);
+    let map = setup.map_of(trial, info);
     let inside = |centre: f64, half: usize, size: usize| {
         let reach = half as f64 + BORDER_PX;
         centre - reach >= 0.0 && centre + reach <= size as f64 - 1.0
     };
     (1..=setup.experiment.chain.n_bodies)
-        .filter_map(|body| Some((body, setup.map.rest_px(body as i64, stage_m)?)))
+        .filter_map(|body| Some((body, map.rest_px(body as i64, trial.stage_m)?)))
         .filter(|(_, [x_px, y_px])| {
             inside(*x_px, tracking.half_width_px, info.width_px)
                 && inside(*y_px, tracking.half_height_px, info.height_px)

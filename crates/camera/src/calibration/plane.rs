@@ -34,6 +34,20 @@ impl PlaneMap {
         is_same.then_some(at_px)
     }
 
+    /// The map of a picture that is larger by a factor about a point: what lies at `at_px` by this map lies at
+    /// `about_px + factor (at_px - about_px)` by that one.
+    #[must_use]
+    pub fn magnified(&self, factor: f64, about_px: [f64; 2]) -> Self {
+        let [x, y] = self.lens.centre_px;
+        let centre_px = [about_px[0] + factor * (x - about_px[0]), about_px[1] + factor * (y - about_px[1])];
+        let lens = Lens { centre_px, focal_px: factor * self.lens.focal_px, ..self.lens };
+        let smaller = |[x, y, one]: [f64; 3]| {
+            let kept = 1.0 - factor.recip();
+            [x / factor, y / factor, one + kept * (x * about_px[0] + y * about_px[1])]
+        };
+        Self { lens, plane_from_image: self.plane_from_image.map(smaller) }
+    }
+
     /// Derivative of [`PlaneMap::position_m`]: metres of the plane for a pixel of the picture.
     pub fn m_per_px(&self, at_px: [f64; 2]) -> [[f64; 2]; 2] {
         let ideal_px = self.lens.undistorted_px(at_px);
@@ -141,6 +155,21 @@ mod tests {
         let lens = Lens { centre_px: [630.0, 410.0], focal_px: 754.0, k1: -0.12, k2: 0.03 };
         let plane_from_image = [[2e-4, 3e-6, -0.12], [-2e-6, 2.1e-4, -0.08], [1e-5, -2e-5, 1.0]];
         PlaneMap { lens, plane_from_image }
+    }
+
+    #[test]
+    fn a_larger_picture_shows_the_same_plane() {
+        let (factor, about_px) = (1.02, [639.5, 399.5]);
+        let larger = map().magnified(factor, about_px);
+        for [x, y] in [[0.0, 0.0], [639.5, 399.5], [1279.0, 120.0]] {
+            let at_px = [about_px[0] + factor * (x - about_px[0]), about_px[1] + factor * (y - about_px[1])];
+            let (there, here) = (larger.position_m(at_px), map().position_m([x, y]));
+            // Rounding of numbers below 1 m after some tens of operations.
+            assert!(
+                (there[0] - here[0]).abs() < 1e-13 && (there[1] - here[1]).abs() < 1e-13,
+                "{there:?} {here:?}"
+            );
+        }
     }
 
     #[test]

@@ -13,6 +13,8 @@ pub struct Trial {
     pub trial: u32,
     /// Position of the camera's stage along the chain.
     pub stage_m: f64,
+    /// Magnification of the view in the middle of its pictures, where it is not that of the others.
+    pub scale_px_per_m: Option<f64>,
     /// Nominal striker velocity where an experiment has several, with its scatter from trial to trial.
     pub striker_velocity_m_per_s: Option<Estimate>,
 }

@@ -20,6 +20,7 @@ impl Experiment {
         let (views, trials) = (table.counts("view")?, table.counts("trial")?);
         let stages_m = table.full_numbers("stage_m")?;
         let strikers = self.striker_velocities(&table)?;
+        let scales = scales(&table, recordings.len())?;
         let mut rows: Vec<Trial> = Vec::with_capacity(recordings.len());
         for (row, recording) in recordings.into_iter().enumerate() {
             if recording.is_empty() {
@@ -34,7 +35,8 @@ impl Experiment {
             };
             let (view, trial) = (number("view", views[row])?, number("trial", trials[row])?);
             let striker_velocity_m_per_s = strikers.as_ref().map(|strikers| strikers[row]);
-            rows.push(Trial { recording, view, trial, stage_m: stages_m[row], striker_velocity_m_per_s });
+            let (stage_m, scale_px_per_m) = (stages_m[row], scales[row]);
+            rows.push(Trial { recording, view, trial, stage_m, scale_px_per_m, striker_velocity_m_per_s });
         }
         match rows.is_empty() {
             true => Err(table.cell(0, "recording", "at least one recording", "none")),
@@ -61,5 +63,18 @@ impl Experiment {
             }
         }
         Ok(Some(values.into_iter().zip(sigmas).map(|(value, sigma)| Estimate::new(value, sigma)).collect()))
+    }
+}
+
+/// The column `scale_px_per_m`, whose cells may be empty; nothing for each row of a table without it.
+fn scales(table: &Table, n_rows: usize) -> Result<Vec<Option<f64>>, Error> {
+    const NAME: &str = "scale_px_per_m";
+    if !table.has(NAME) {
+        return Ok(vec![None; n_rows]);
+    }
+    let scales = table.numbers(NAME)?;
+    match scales.iter().position(|scale| scale.is_some_and(|scale| !(scale > 0.0 && scale.is_finite()))) {
+        Some(row) => Err(table.cell(row, NAME, "a number above 0", &scales[row].unwrap_or(0.0).to_string())),
+        None => Ok(scales),
     }
 }

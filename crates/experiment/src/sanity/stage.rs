@@ -38,11 +38,12 @@ pub(super) fn empty_views(setup: &Setup, views: &[ViewAtRest], sanity: &mut Sani
     for view in views.iter().filter(|view| view.bodies.is_empty()) {
         let info = view.recording.info();
         let stage_m = view.trial.stage_m;
-        let first = setup.map.rest_px(1, stage_m);
+        let first = setup.map_of(&view.trial, info).rest_px(1, stage_m);
         let place = first.map_or("far outside the picture".into(), |[x, y]| format!("at ({x:.0}, {y:.0})"));
         let shown = |meaning: &&Meaning| {
             let other_m = (meaning.position_m)(stage_m, setup.experiment.chain.pitch_m.get());
-            !bodies_in_view(setup, other_m, view.recording.as_ref()).is_empty()
+            let moved = Trial { stage_m: other_m, ..view.trial.clone() };
+            !bodies_in_view(setup, &moved, view.recording.as_ref()).is_empty()
         };
         let hint = MEANINGS
             .iter()
@@ -116,10 +117,8 @@ enum Compared {
 }
 
 fn compared(setup: &Setup, believed: &[&ViewAtRest], view: &ViewAtRest, trial: &Trial) -> Compared {
-    let numbers: Vec<usize> = bodies_in_view(setup, trial.stage_m, view.recording.as_ref())
-        .into_iter()
-        .map(|(body, _)| body)
-        .collect();
+    let numbers: Vec<usize> =
+        bodies_in_view(setup, trial, view.recording.as_ref()).into_iter().map(|(body, _)| body).collect();
     let shares = |other: &&&ViewAtRest| other.bodies.iter().any(|(body, _)| numbers.contains(body));
     let mut beside = None;
     // The views nearest along the chain share most.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use chainwave_correlation::{PreparedSubset, Reference, Settings, Shape, ShapeChoice, mean_of_frames};
-use chainwave_measurement::{Recording, Region, Subset};
+use chainwave_measurement::{Recording, RecordingInfo, Region, Subset};
 
 use super::repetition::pitch_in_picture;
 use crate::configuration::Trial;
@@ -44,7 +44,7 @@ impl ViewAtRest {
             Some((trial.clone(), open(setup, &setup.recordings.join(&trial.recording)).ok()?))
         };
         let (trial, recording) = trials.iter().find_map(opened)?;
-        let bodies = bodies_in_view(setup, trial.stage_m, recording.as_ref());
+        let bodies = bodies_in_view(setup, &trial, recording.as_ref());
         Some(Self { trials, trial, recording: recording.into(), bodies })
     }
 
@@ -106,7 +106,7 @@ impl Facts {
             texture: looked_at.texture(&reference, subset),
         };
         let beyond = [0, setup.experiment.chain.n_bodies as i64 + 1].into_iter().filter_map(|body| {
-            let subset = subset_at(setup, body, view.trial.stage_m)?;
+            let subset = subset_at(setup, body, &view.trial, info)?;
             Reference::lies_inside(recording, &subset).then(|| place(body, &subset))
         });
         Some(Self {
@@ -118,9 +118,9 @@ impl Facts {
     }
 }
 
-fn subset_at(setup: &Setup, body: i64, stage_m: f64) -> Option<Subset> {
+fn subset_at(setup: &Setup, body: i64, trial: &Trial, info: &RecordingInfo) -> Option<Subset> {
     let tracking = &setup.experiment.tracking;
-    let [x_px, y_px] = setup.map.rest_px(body, stage_m)?;
+    let [x_px, y_px] = setup.map_of(trial, info).rest_px(body, trial.stage_m)?;
     let (half_width_px, half_height_px) = (tracking.half_width_px, tracking.half_height_px);
     Some(Subset { name: body.to_string(), x_px, y_px, half_width_px, half_height_px })
 }
