@@ -4,7 +4,7 @@ use std::num::NonZero;
 use std::ops::RangeInclusive;
 
 use chainwave_analysis::{Measurement, PeakEnergies};
-use chainwave_camera::{MapError, Source};
+use chainwave_camera::Source;
 use chainwave_inference::{Damping, EnergyFit, FitError};
 use chainwave_measurement::{ChainMotion, ErrorMode, ErrorSource, Estimate, Observation, map_in_parallel};
 use chainwave_mechanics::PowerLaw;
