@@ -17,7 +17,7 @@ const LEFT_AT_ONCE_SIGMAS: f64 = 6.0;
 /// Means of the two halves this many sigma apart do not agree.
 const DRIFT_SIGMAS: f64 = 5.0;
 /// Standard deviation of normal numbers over the median of their distances from the median.
-const SIGMA_OF_MEDIAN: f64 = 1.4826;
+pub(super) const SIGMA_OF_MEDIAN: f64 = 1.4826;
 
 /// What a body does while it should rest.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -6,8 +6,9 @@ use std::num::NonZero;
 use chainwave_analysis::LEVEL;
 use chainwave_analysis::probability::variance_ratio_beyond;
 use chainwave_correlation::{ReferenceFrames, Settings, mean_of_frames};
-use chainwave_measurement::{Estimate, Position, Recording, Region, Subset, map_in_parallel};
+use chainwave_measurement::{Estimate, Position, Recording, Region, Subset, map_in_parallel, median};
 
+use super::rest::SIGMA_OF_MEDIAN;
 use crate::crops::Crops;
 use crate::finding::Finding;
 use crate::setup::Setup;
@@ -26,6 +27,8 @@ const FAST: f64 = 0.25;
 const LEAST_BODIES: usize = 4;
 /// A picture whose last line is later than its first by less than this share of a frame's period is not worth a word.
 const WORTH_A_WORD: f64 = 0.01;
+/// Shears farther from their median than this many standard deviations are no shears: one of a million normal ones is.
+const STRAY_SIGMAS: f64 = 5.0;
 /// Columns and rows around a subset in what is matched again.
 const MARGIN_PX: i64 = 8;
 
@@ -124,7 +127,7 @@ impl Sheared {
         let at_rest = body.positions.get(reference.range())?.iter().flatten().next()?;
         let crops = cropped(setup, recording.as_ref(), &reference, at_rest, &fast)?;
         let (mut shear_by_velocity, mut velocity_squared) = (0.0, 0.0);
-        for (velocity, shear) in shears(setup, &crops)? {
+        for (velocity, shear) in without_strays(shears(setup, &crops)?)? {
             shear_by_velocity += velocity * shear;
             velocity_squared += velocity.powi(2);
         }
@@ -137,6 +140,17 @@ impl Sheared {
             period_s: span_s / (info.n_frames as f64 - 1.0),
         })
     }
+}
+
+/// Frames without those in which some half was matched elsewhere: shears that lie many deviations, by the median of their distances, off the
+/// median.
+fn without_strays(shears: Vec<(f64, f64)>) -> Option<Vec<(f64, f64)>> {
+    let values = || shears.iter().map(|(_, shear)| *shear);
+    let middle = median(values().collect())?;
+    let distance = median(values().map(|shear| (shear - middle).abs()).collect())?;
+    let is_near =
+        |(_, shear): &(f64, f64)| (shear - middle).abs() <= STRAY_SIGMAS * SIGMA_OF_MEDIAN * distance;
+    Some(shears.into_iter().filter(is_near).collect())
 }
 
 /// A frame in which a body is fast.
