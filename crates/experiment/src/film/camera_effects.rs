@@ -58,7 +58,8 @@ impl CameraEffect {
         Self {
             name: "rolling_shutter",
             causes: &["rolling shutter"],
-            add: |to, _| to.line_time_s = Some(2e-7),
+            // A sensor that reads its lines all the time: a frame of 48 lines takes its whole period at 25 kHz.
+            add: |to, _| to.line_time_s = Some(8e-7),
         },
         Self { name: "eight_bits", causes: &["grey levels"], add: |to, _| to.stored_bits = Some(8) },
         Self { name: "compression", causes: &["compression"], add: |to, _| to.jpeg_quality = Some(80) },
