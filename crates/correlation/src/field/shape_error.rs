@@ -32,9 +32,9 @@ use crate::icgn::outcome::Match;
 use crate::prepared::response::Response;
 
 /// What is left beyond the fourth order, over the square of what this adds to the second and over what the second order makes of
-/// an affine subset. Of waves longer than two subsets in any direction it is 0.25 to 0.33 for affine subsets, and 0.4 to 0.8 for
-/// quadratic ones, by the responses of subsets of equal texture.
-const CLOSING: [f64; 2] = [0.3, 0.6];
+/// an affine subset. Of waves longer than two subsets in any direction it is 0.25 to 0.33 for affine subsets and 0.4 to 0.8 for
+/// quadratic ones, by the responses of subsets of equal texture; the latter's is rounded up, for what is not linear in so large a rest.
+const CLOSING: [f64; 2] = [0.3, 1.0];
 /// Reach of the neighbours over half a subset: farther, less noise; nearer, less of it is left. Two strides each way.
 const STRIDE: [f64; 2] = [0.75, 0.5];
 
@@ -68,7 +68,7 @@ impl ShapeError<'_> {
         let bends = where_it_bends(grid, &readings, apart, self.side_px());
         let bent: Vec<usize> =
             (0..bends.len()).filter(|&point| bends[point] && readings[point].is_some()).collect();
-        if bent.is_empty() || std::env::var("RAW").is_ok() {
+        if bent.is_empty() {
             return;
         }
         let around = |point: &usize| {
@@ -81,21 +81,23 @@ impl ShapeError<'_> {
         });
         let mut errors: Vec<Option<[LocalError; 2]>> = vec![None; self.places.len()];
         bent.iter().zip(found).for_each(|(&point, found)| errors[point] = found);
-        if std::env::var("DEBUG").is_ok() {
-            for &point in &bent {
-                let Some(e) = errors[point] else { continue };
-                let m = responses[point].unwrap().moments[1][1];
-                eprintln!("dbg {} {} {:.3} {:.3} {:.3} {:.3} m {:?}", self.places[point][0], self.places[point][1], 1e3 * e[1].parts_px[0], 1e3 * e[1].parts_px[1], 1e3 * e[1].covariance[1][1].sqrt(), 1e3 * readings[point].unwrap().u_px[1], m);
-            }
-        }
-        for axis in 0..2 {
-            let sizes = sizes(grid, &errors, axis, 2 * apart);
-            for &point in &bent {
-                let Some((Ok(found), shape)) = &mut settled[point] else { continue };
+        // The second order leaves another error than the first: each is known by those of its kind.
+        let is_quadratic =
+            |point: usize| readings[point].is_some_and(|reading| reading.shape == Shape::Quadratic);
+        let sizes = [false, true].map(|quadratic| {
+            let of_kind = |point: usize| errors[point].filter(|_| is_quadratic(point) == quadratic);
+            let errors: Vec<_> = (0..errors.len()).map(of_kind).collect();
+            [0, 1].map(|axis| sizes(grid, &errors, axis, 2 * apart))
+        });
+        for point in bent {
+            let Some((Ok(found), shape)) = &mut settled[point] else { continue };
+            let of_kind = &sizes[usize::from(is_quadratic(point))];
+            let of_axes = [of_kind[0][point], of_kind[1][point]];
+            let further = closing(*shape).powi(2) * growth(of_axes);
+            let position = &mut found.position;
+            for (axis, estimate) in [&mut position.x_px, &mut position.y_px].into_iter().enumerate() {
                 let error = errors[point].map(|of_axes| of_axes[axis]);
-                let position = &mut found.position;
-                let estimate = if axis == 0 { &mut position.x_px } else { &mut position.y_px };
-                *estimate = without(*estimate, error, sizes[point], closing(*shape));
+                *estimate = without(*estimate, error, of_axes[axis].parts, further);
             }
         }
     }
@@ -196,28 +198,33 @@ fn sizes(grid: Grid, errors: &[Option<[LocalError; 2]>], axis: usize, reach: usi
     grid.sums(&squares, reach).into_iter().map(size).collect()
 }
 
+/// The square of what the fourth order adds over that of what the second makes of an affine subset, along both axes together.
+fn growth([u, v]: [Sizes; 2]) -> f64 {
+    let (fourth, of_affine) = (u.parts[1] + v.parts[1], u.of_affine + v.of_affine);
+    if of_affine > 0.0 { fourth / of_affine } else { 1.0 }
+}
+
 fn closing(shape: Shape) -> f64 {
     CLOSING[usize::from(shape == Shape::Quadratic)]
 }
 
-/// A place without the error of its shape function, as far as that is known, and with what is left of it in its sigma.
-fn without(found: Estimate, error: Option<LocalError>, sizes: Sizes, closing: f64) -> Estimate {
-    let [second, fourth] = sizes.parts;
-    let beyond = match sizes.of_affine {
-        size if size > 0.0 => (closing * fourth).powi(2) / size,
-        _ => fourth,
-    };
+/// A place without the error of its shape function, as far as that is known, and with what is left of it in its sigma; `further` is
+/// what is left beyond the fourth order over what this adds, squared.
+fn without(found: Estimate, error: Option<LocalError>, [second, fourth]: [f64; 2], further: f64) -> Estimate {
+    let beyond = further * fourth;
     let Some(error) = error else {
         return Estimate::new(found.value, (found.sigma.powi(2) + second + fourth + beyond).sqrt());
     };
-    let shares = shares(&error, sizes.parts);
+    let shares = shares(&error, [second, fourth]);
     let [[a, b], [_, c]] = error.covariance;
     let [k, l] = shares;
     let of_noise =
         k * k * a + 2.0 * k * l * b + l * l * c - 2.0 * (k * error.with_own[0] + l * error.with_own[1]);
     let left = (1.0 - k).powi(2) * second + (1.0 - l).powi(2) * fourth;
     let taken_px = k * error.parts_px[0] + l * error.parts_px[1];
-    let variance = found.sigma.powi(2) + of_noise + left + beyond;
+    // At an edge polynomials reach beyond what tells them: as much may be left as the fourth order adds.
+    let at_edge = if error.is_aside { fourth } else { 0.0 };
+    let variance = found.sigma.powi(2) + of_noise + left + beyond + at_edge;
     Estimate::new(found.value - taken_px, variance.max(0.0).sqrt())
 }
 

@@ -73,7 +73,8 @@ mod tests {
         let subset =
             Subset { name: "a".into(), x_px: 45.0, y_px: 44.0, half_width_px: 16, half_height_px: 14 };
         // A checkerboard of one count is noise: what it adds to products of gradients is taken off.
-        let noisy = waves([0.0; 2]).iter().enumerate().map(|(i, g)| g + ((i * 7919) % 13) as f32 - 6.0).collect();
+        let noisy =
+            waves([0.0; 2]).iter().enumerate().map(|(i, g)| g + ((i * 7919) % 13) as f32 - 6.0).collect();
         for image in [waves([0.0; 2]), noisy] {
             let reference = Reference::new(Region::whole(90, 90), image, 1).unwrap();
             for (shape, order) in [(Shape::Translation, 0), (Shape::Affine, 1), (Shape::Quadratic, 2)] {
@@ -87,7 +88,10 @@ mod tests {
                             let found = response.moments[component][axis][monomial(i, j)];
                             let of_edge = 16.0_f64.powi((i + j) as i32);
                             // sums of f32 over a thousand pixels
-                            assert!((found - expected).abs() < 1e-4 * of_edge, "{shape} {component} {axis} {i} {j}: {found}");
+                            assert!(
+                                (found - expected).abs() < 1e-4 * of_edge,
+                                "{shape} {component} {axis} {i} {j}: {found}"
+                            );
                         }
                     }
                 }
