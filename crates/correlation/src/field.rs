@@ -1,9 +1,11 @@
 //! The displacement field between two images, found from its most reliable points outwards.
 
 mod consensus;
+mod overlap;
 mod pair;
 mod queue;
 mod seed;
+mod shape_error;
 pub(crate) mod strain;
 
 use std::collections::{BinaryHeap, VecDeque};
@@ -15,6 +17,7 @@ use crate::field::consensus::Consensus;
 use crate::field::pair::{ImagePair, Settled};
 use crate::field::queue::Candidate;
 use crate::field::seed::Seeds;
+use crate::field::shape_error::ShapeError;
 use crate::icgn::outcome::Match;
 use crate::warp::Warp;
 use crate::{CorrelationError, Reference, Settings, Shape, ShapeChoice, Window, Workspace};
@@ -239,11 +242,19 @@ impl<'a> Growth<'a> {
         let consensus = Consensus { pair, places, n_columns: self.n_columns, step_px: self.step_px };
         consensus.judge(&mut self.settled);
         self.explain_the_rest();
+        self.take_off_shape_error();
         let points = self.places.iter().zip(self.settled).filter_map(|(&[x_px, y_px], settled)| {
             settled.map(|(found, shape)| FieldPoint { x_px, y_px, found, shape })
         });
         let points = points.collect();
         Field { step_px: grid.step_px, half_px: grid.half_px, n_columns: self.n_columns, points }
+    }
+
+    fn take_off_shape_error(&mut self) {
+        let n_threads = NonZero::new(self.workspaces.len()).unwrap_or(NonZero::<usize>::MIN);
+        let (pair, places) = (&self.pair, self.places.as_slice());
+        let (n_columns, step_px) = (self.n_columns, self.step_px);
+        ShapeError { pair, places, n_columns, step_px, n_threads }.take_off(&mut self.settled);
     }
 
     /// A point that was not found is lost for its own reason: it has no texture, or lies outside of the picture where the nearest point

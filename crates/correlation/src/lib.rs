@@ -22,6 +22,10 @@
 //!   methods and the template search leave between pixels is found on shifted pictures of each subset, taken off, and
 //!   what is left of it stated.
 //!
+//! - Where a field bends, what the shape function leaves of it is foreseen from the neighbours, taken off, and what is left of it
+//!   is part of sigma (`field/shape_error.rs`): with the shape function by evidence 95 % intervals
+//!   hold 93 to 97 % of the errors at waves of two subsets' length and more.
+//!
 //! How near all of them come to the noise floor, how often their intervals hold, and what they cost stands in the book, "What image
 //! correlation reaches" (`docs/src/measured/correlation.md`); `tests/ladder.rs` and `benches/matching.rs` make its tables anew.
 //! The instruction set is chosen at run time, and results have the same bits with each, for any number of threads.

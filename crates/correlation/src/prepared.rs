@@ -3,6 +3,7 @@
 pub(crate) mod moments;
 pub(crate) mod normal;
 mod part;
+pub(crate) mod response;
 
 use std::ops::Deref;
 
@@ -215,17 +216,21 @@ impl Linearised {
 
     /// The displacement of the centre along x and y that a unit of each pixel's grey value makes: M^-1 Z'.
     fn steps(&self) -> [Vec<f32>; 2] {
-        let n_terms = self.settings.shape.n_terms();
-        [0, n_terms].map(|parameter| {
-            let row = &self.inverse[parameter];
-            // the polynomials that each gradient is multiplied with
-            let polynomial = |axis: usize| -> [f32; 6] {
-                let factor = |term: usize| if term < n_terms { row[axis * n_terms + term] } else { 0.0 };
-                std::array::from_fn(|term| factor(term) as f32)
-            };
+        [0, 1].map(|component| {
+            let row = &self.inverse[component * self.settings.shape.n_terms()];
             let projected =
                 |i: usize| self.projections.iter().zip(row).map(|(p, m)| p[i] * m).sum::<f64>() as f32;
-            self.step_images([polynomial(0), polynomial(1)], [projected(0), projected(1)])
+            self.step_images(self.step_polynomials(component), [projected(0), projected(1)])
+        })
+    }
+
+    /// The polynomials that the gradients along x and y are multiplied with for a displacement of the centre along one of them.
+    fn step_polynomials(&self, component: usize) -> [[f32; 6]; 2] {
+        let n_terms = self.settings.shape.n_terms();
+        let row = &self.inverse[component * n_terms];
+        [0, 1].map(|axis| {
+            let factor = |term: usize| if term < n_terms { row[axis * n_terms + term] } else { 0.0 };
+            std::array::from_fn(|term| factor(term) as f32)
         })
     }
 

@@ -36,7 +36,8 @@ impl ImagePair<'_> {
         self.prepare_with(place_px, self.first_shape())
     }
 
-    fn prepare_with(&self, place_px: [f64; 2], shape: Shape) -> Result<PreparedSubset, Lost> {
+    /// The subset around a place, with a shape function.
+    pub(crate) fn prepare_with(&self, place_px: [f64; 2], shape: Shape) -> Result<PreparedSubset, Lost> {
         let settings = Settings { shape, ..self.settings.clone() };
         let subset = PreparedSubset::new(self.reference, &self.subset(place_px), &settings)?;
         // A point of the ground beside a texture moves with nothing that its subset shows.

@@ -1,0 +1,268 @@
+//! What the shape function leaves of a field that bends: found from the neighbours, taken off, and what is left of it stated.
+//!
+//! A match follows the displacement within its subset to the order of its shape function and gives a weighted mean of the
+//! rest ([`crate::prepared::response`]); at a wave of three subsets' length an affine one misses a sixth of the amplitude. A subset
+//! alone tells the next order badly: a quadratic match has twice the noise. The points around it tell it well.
+//!
+//! 1. Where a field bends is tested ([`bend`]), at a level of 1 %. Elsewhere nothing is changed.
+//! 2. There the displacement is taken for a polynomial of second order, and of fourth, of which the matches of 5 x 5 points are
+//!    what they are ([`local_fit`]). Both give an error b of the match, with covariances of their noise: b_2, and d = b_4 - b_2.
+//! 3. How large they really are around a point, beyond their noise, is told by all points near it: `t^2 = mean(b^2 - var b)`,
+//!    no less than 0. With that for a prior (empirical Bayes: H. Robbins, Proc. 3rd Berkeley Symp. 1 (1956) 157-163) so much of both is
+//!    taken off, `l = (V + T)^-1 (T 1 + q)`, V and q the covariances of their noise with each other and that of the match, that
+//!    the variance left, `s^2 - 2 l q + l V l + (1 - l) T (1 - l)`, is least; this is the square of the new sigma.
+//! 4. What the series leaves beyond the fourth order goes on as it began, in the ratio of the parts: [`CLOSING`].
+//!
+//! So sigma holds the errors on both sides: b is no noise, and a sigma that grew by it instead would be too wide where b is known.
+
+mod bend;
+mod grid;
+mod local_fit;
+
+use std::num::NonZero;
+
+use chainwave_measurement::Estimate;
+
+use crate::Shape;
+use crate::field::pair::{ImagePair, Settled};
+use crate::field::shape_error::bend::where_it_bends;
+use crate::field::shape_error::grid::Grid;
+use crate::field::shape_error::local_fit::{LocalError, Neighbour, local_error};
+use crate::icgn::outcome::Match;
+use crate::prepared::response::Response;
+
+/// What is left beyond the fourth order, over the square of what this adds to the second and over what the second order makes of
+/// an affine subset. Of waves longer than two subsets in any direction it is 0.25 to 0.33 for affine subsets and 0.4 to 0.8 for
+/// quadratic ones, by the responses of subsets of equal texture; the latter's is rounded up, for what is not linear in so large a rest.
+const CLOSING: [f64; 2] = [0.3, 1.0];
+/// Reach of the neighbours over half a subset: farther, less noise; nearer, less of it is left. Two strides each way.
+const STRIDE: [f64; 2] = [0.75, 0.5];
+
+/// A point of the field as found.
+#[derive(Debug, Clone, Copy)]
+struct Reading {
+    u_px: [f64; 2],
+    sigma_px: [f64; 2],
+    shape: Shape,
+}
+
+/// A field of which all points are settled.
+pub(crate) struct ShapeError<'a> {
+    pub(crate) pair: &'a ImagePair<'a>,
+    pub(crate) places: &'a [[f64; 2]],
+    pub(crate) n_columns: usize,
+    pub(crate) step_px: f64,
+    pub(crate) n_threads: NonZero<usize>,
+}
+
+impl ShapeError<'_> {
+    /// Takes the error off the points where the field bends, and states what is left in their sigma.
+    pub(crate) fn take_off(&self, settled: &mut [Option<Settled>]) {
+        let grid = Grid {
+            n_columns: self.n_columns,
+            n_rows: self.places.len() / self.n_columns,
+            step_px: self.step_px,
+        };
+        let readings = self.readings(settled);
+        let apart = (self.pair.half_px as f64 / self.step_px).ceil().max(1.0) as usize;
+        let bends = where_it_bends(grid, &readings, apart, self.side_px());
+        let bent: Vec<usize> =
+            (0..bends.len()).filter(|&point| bends[point] && readings[point].is_some()).collect();
+        if bent.is_empty() {
+            return;
+        }
+        let around = |point: &usize| {
+            let shape = readings[*point].map_or(Shape::Affine, |reading| reading.shape);
+            grid.around(*point, self.stride(shape))
+        };
+        let responses = self.responses(settled, bent.iter().flat_map(around));
+        let found = side_by_side(self.n_threads, &bent, |point| {
+            self.error_at(*point, &around(point), &readings, &responses)
+        });
+        let mut errors: Vec<Option<[LocalError; 2]>> = vec![None; self.places.len()];
+        bent.iter().zip(found).for_each(|(&point, found)| errors[point] = found);
+        // The second order leaves another error than the first: each is known by those of its kind.
+        let is_quadratic =
+            |point: usize| readings[point].is_some_and(|reading| reading.shape == Shape::Quadratic);
+        let sizes = [false, true].map(|quadratic| {
+            let of_kind = |point: usize| errors[point].filter(|_| is_quadratic(point) == quadratic);
+            let errors: Vec<_> = (0..errors.len()).map(of_kind).collect();
+            [0, 1].map(|axis| sizes(grid, &errors, axis, 2 * apart))
+        });
+        for point in bent {
+            let Some((Ok(found), shape)) = &mut settled[point] else { continue };
+            let of_kind = &sizes[usize::from(is_quadratic(point))];
+            let of_axes = [of_kind[0][point], of_kind[1][point]];
+            let further = closing(*shape).powi(2) * growth(of_axes);
+            let position = &mut found.position;
+            for (axis, estimate) in [&mut position.x_px, &mut position.y_px].into_iter().enumerate() {
+                let error = errors[point].map(|of_axes| of_axes[axis]);
+                *estimate = without(*estimate, error, of_axes[axis].parts, further);
+            }
+        }
+    }
+
+    fn side_px(&self) -> f64 {
+        (2 * self.pair.half_px + 1) as f64
+    }
+
+    /// Columns from one of a point's neighbours to the next.
+    fn stride(&self, shape: Shape) -> usize {
+        let stride_px = STRIDE[usize::from(shape == Shape::Quadratic)] * self.pair.half_px as f64;
+        (stride_px / self.step_px).round().max(1.0) as usize
+    }
+
+    fn readings(&self, settled: &[Option<Settled>]) -> Vec<Option<Reading>> {
+        let reading = |(settled, place): (&Option<Settled>, &[f64; 2])| {
+            let Some((Ok(found), shape)) = settled else { return None };
+            let [x, y] = [found.position.x_px, found.position.y_px];
+            let u_px = [x.value - place[0], y.value - place[1]];
+            Some(Reading { u_px, sigma_px: [x.sigma, y.sigma], shape: *shape })
+        };
+        settled.iter().zip(self.places).map(reading).collect()
+    }
+
+    /// How the matches of some points answer to displacements within their subsets.
+    fn responses(
+        &self,
+        settled: &[Option<Settled>],
+        points: impl Iterator<Item = usize>,
+    ) -> Vec<Option<Response>> {
+        let mut wanted = vec![false; settled.len()];
+        points.for_each(|point| wanted[point] = true);
+        let found = |point: usize| -> Option<(usize, &Match, Shape)> {
+            match &settled[point] {
+                Some((Ok(found), shape)) if wanted[point] => Some((point, found, *shape)),
+                _ => None,
+            }
+        };
+        let matches: Vec<(usize, &Match, Shape)> = (0..settled.len()).filter_map(found).collect();
+        let response = |&(point, found, shape): &(usize, &Match, Shape)| {
+            let subset = self.pair.prepare_with(self.places[point], shape).ok()?;
+            Some(subset.response(&found.warp()))
+        };
+        let mut responses = vec![None; settled.len()];
+        let made = side_by_side(self.n_threads, &matches, response);
+        matches.iter().zip(made).for_each(|((point, ..), response)| responses[*point] = response);
+        responses
+    }
+
+    fn error_at(
+        &self,
+        point: usize,
+        around: &[usize],
+        readings: &[Option<Reading>],
+        responses: &[Option<Response>],
+    ) -> Option<[LocalError; 2]> {
+        let centre = self.places[point];
+        let mut own = None;
+        let mut neighbours = Vec::with_capacity(around.len());
+        for &other in around {
+            let (Some(reading), Some(response)) = (&readings[other], &responses[other]) else { continue };
+            if other == point {
+                own = Some(neighbours.len());
+            }
+            let Reading { u_px, sigma_px, shape } = *reading;
+            let offset_px = [0, 1].map(|axis| self.places[other][axis] - centre[axis]);
+            neighbours.push(Neighbour { offset_px, u_px, sigma_px, shape, response });
+        }
+        let shape = readings[point]?.shape;
+        let reach_px = 2.0 * self.stride(shape) as f64 * self.step_px;
+        local_error(&neighbours, own?, reach_px, self.side_px())
+    }
+}
+
+/// How large the parts of the error are around a point, squared: those of [`LocalError`], and what the second order makes of an
+/// affine subset.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sizes {
+    parts: [f64; 2],
+    of_affine: f64,
+}
+
+/// The sizes of the errors along an axis, from the points up to `reach` columns and rows away.
+fn sizes(grid: Grid, errors: &[Option<[LocalError; 2]>], axis: usize, reach: usize) -> Vec<Sizes> {
+    let squares = |error: &Option<[LocalError; 2]>| {
+        let Some(error) = error.map(|of_axes| of_axes[axis]) else { return [0.0; 5] };
+        let of_part = |part: usize| error.parts_px[part].powi(2) - error.covariance[part][part];
+        let of_affine = error.of_affine_px.powi(2) - error.variance_of_affine;
+        let (fourth, n_fourth) = if error.has_fourth { (of_part(1), 1.0) } else { (0.0, 0.0) };
+        [of_part(0), of_affine, 1.0, fourth, n_fourth]
+    };
+    let squares: Vec<[f64; 5]> = errors.iter().map(squares).collect();
+    let mean = |sum: f64, n: f64| if n > 0.0 { (sum / n).max(0.0) } else { 0.0 };
+    let size = |[second, of_affine, n, fourth, n_fourth]: [f64; 5]| Sizes {
+        parts: [mean(second, n), mean(fourth, n_fourth)],
+        of_affine: mean(of_affine, n),
+    };
+    grid.sums(&squares, reach).into_iter().map(size).collect()
+}
+
+/// The square of what the fourth order adds over that of what the second makes of an affine subset, along both axes together.
+fn growth([u, v]: [Sizes; 2]) -> f64 {
+    let (fourth, of_affine) = (u.parts[1] + v.parts[1], u.of_affine + v.of_affine);
+    if of_affine > 0.0 { fourth / of_affine } else { 1.0 }
+}
+
+fn closing(shape: Shape) -> f64 {
+    CLOSING[usize::from(shape == Shape::Quadratic)]
+}
+
+/// A place without the error of its shape function, as far as that is known, and with what is left of it in its sigma; `further` is
+/// what is left beyond the fourth order over what this adds, squared.
+fn without(found: Estimate, error: Option<LocalError>, [second, fourth]: [f64; 2], further: f64) -> Estimate {
+    let beyond = further * fourth;
+    let Some(error) = error else {
+        return Estimate::new(found.value, (found.sigma.powi(2) + second + fourth + beyond).sqrt());
+    };
+    let shares = shares(&error, [second, fourth]);
+    let [[a, b], [_, c]] = error.covariance;
+    let [k, l] = shares;
+    let of_noise =
+        k * k * a + 2.0 * k * l * b + l * l * c - 2.0 * (k * error.with_own[0] + l * error.with_own[1]);
+    let left = (1.0 - k).powi(2) * second + (1.0 - l).powi(2) * fourth;
+    let taken_px = k * error.parts_px[0] + l * error.parts_px[1];
+    // At an edge polynomials reach beyond what tells them: as much may be left as the fourth order adds.
+    let at_edge = if error.is_aside { fourth } else { 0.0 };
+    let variance = found.sigma.powi(2) + of_noise + left + beyond + at_edge;
+    Estimate::new(found.value - taken_px, variance.max(0.0).sqrt())
+}
+
+/// The shares of the parts of an error that leave the least variance.
+fn shares(error: &LocalError, [second, fourth]: [f64; 2]) -> [f64; 2] {
+    let [[a, b], [_, c]] = error.covariance;
+    let (a, c) = (a + second, c + fourth);
+    let [p, q] = [second + error.with_own[0], fourth + error.with_own[1]];
+    let alone = |size: f64, wanted: f64, variance: f64| {
+        if size > 0.0 { (wanted / variance).clamp(0.0, 1.0) } else { 0.0 }
+    };
+    if !error.has_fourth || fourth <= 0.0 {
+        return [alone(second, p, a), 0.0];
+    }
+    if second <= 0.0 {
+        return [0.0, alone(fourth, q, c)];
+    }
+    let determinant = a * c - b * b;
+    [(c * p - b * q) / determinant, (a * q - b * p) / determinant].map(|share| share.clamp(0.0, 1.0))
+}
+
+/// What `work` makes of each item, side by side on some threads.
+fn side_by_side<I: Sync, T: Send>(
+    n_threads: NonZero<usize>,
+    items: &[I],
+    work: impl Fn(&I) -> T + Sync,
+) -> Vec<T> {
+    if n_threads.get() == 1 {
+        return items.iter().map(work).collect();
+    }
+    let work = &work;
+    std::thread::scope(|scope| {
+        let parts = items.chunks(items.len().div_ceil(n_threads.get()).max(1));
+        let threads: Vec<_> =
+            parts.map(|part| scope.spawn(move || part.iter().map(work).collect::<Vec<T>>())).collect();
+        let join = |thread: std::thread::ScopedJoinHandle<'_, Vec<T>>| {
+            thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        };
+        threads.into_iter().flat_map(join).collect()
+    })
+}

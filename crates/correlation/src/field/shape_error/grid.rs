@@ -1,0 +1,52 @@
+//! A field's points as columns and rows: which of them surround another, and sums over squares of them.
+
+/// Columns and rows of a field.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Grid {
+    pub(super) n_columns: usize,
+    pub(super) n_rows: usize,
+    pub(super) step_px: f64,
+}
+
+impl Grid {
+    /// The point so many columns and rows from another, if there is one.
+    pub(super) fn at(&self, point: usize, [columns, rows]: [i64; 2]) -> Option<usize> {
+        let place = |from: usize, by: i64, n: usize| {
+            usize::try_from(from as i64 + by).ok().filter(|&place| place < n)
+        };
+        let column = place(point % self.n_columns, columns, self.n_columns)?;
+        Some(place(point / self.n_columns, rows, self.n_rows)? * self.n_columns + column)
+    }
+
+    /// Every `stride`th point around one, five columns and rows of them, which at an edge are those nearest to it.
+    pub(super) fn around(&self, point: usize, stride: usize) -> Vec<usize> {
+        let line = |place: usize, n: usize| -> Vec<usize> {
+            let first = place % stride;
+            let (own, count) = (place / stride, (n - first).div_ceil(stride));
+            let start = own.saturating_sub(2).min(count.saturating_sub(5));
+            (start..(start + 5).min(count)).map(|k| first + k * stride).collect()
+        };
+        let columns = line(point % self.n_columns, self.n_columns);
+        let rows = line(point / self.n_columns, self.n_rows);
+        rows.iter().flat_map(|row| columns.iter().map(move |column| row * self.n_columns + column)).collect()
+    }
+
+    /// For each point the sum of some numbers over those up to `reach` columns and rows away.
+    pub(super) fn sums<const N: usize>(&self, values: &[[f64; N]], reach: usize) -> Vec<[f64; N]> {
+        let along = |values: &[[f64; N]], n: usize, place: &dyn Fn(usize) -> usize, spacing: usize| {
+            let sum = |point: usize| {
+                let own = place(point);
+                let line = own.saturating_sub(reach)..(own + reach + 1).min(n);
+                let mut sum = [0.0; N];
+                for other in line {
+                    let value = &values[point + other * spacing - own * spacing];
+                    sum.iter_mut().zip(value).for_each(|(sum, value)| *sum += value);
+                }
+                sum
+            };
+            (0..values.len()).map(sum).collect::<Vec<_>>()
+        };
+        let in_rows = along(values, self.n_columns, &|point| point % self.n_columns, 1);
+        along(&in_rows, self.n_rows, &|point| point / self.n_columns, self.n_columns)
+    }
+}

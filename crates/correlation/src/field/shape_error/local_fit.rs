@@ -1,0 +1,220 @@
+//! The displacement around a point as a polynomial of which the matches of its neighbours are what they are.
+//!
+//! Each match gives `u_i = sum K_i(x) u(X_i + x)` and noise, with the moments of K_i known
+//! ([`crate::prepared::response`]). For a polynomial u its coefficients follow by least squares, and from them the systematic error of
+//! the point's own match. Both the second order and the fourth are taken: what the latter adds tells how the series goes on.
+
+use nalgebra::DMatrix;
+
+use crate::Shape;
+use crate::field::overlap::noise_correlation;
+use crate::prepared::moments::{MAX_MONOMIALS, monomial};
+use crate::prepared::response::Response;
+
+/// Monomials up to the second order, and neighbours from which on they are told.
+const N_SECOND: usize = 6;
+const LEAST_FOR_SECOND: usize = 8;
+/// Neighbours from which on the fourth order is told: half as many more as it has monomials.
+const LEAST_FOR_FOURTH: usize = 22;
+
+/// Share of their reach by which the middle of the neighbours may lie aside of the point where the point is not at an edge of them.
+const ASIDE: f64 = 0.2;
+
+/// What one point of a field says of the displacement around another.
+pub(super) struct Neighbour<'a> {
+    /// From the point in question, in the reference.
+    pub(super) offset_px: [f64; 2],
+    pub(super) u_px: [f64; 2],
+    pub(super) sigma_px: [f64; 2],
+    pub(super) shape: Shape,
+    pub(super) response: &'a Response,
+}
+
+/// Estimates of the systematic error of a match along one axis, in pixels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct LocalError {
+    /// By a polynomial of second order, and what the fourth adds.
+    pub(super) parts_px: [f64; 2],
+    /// By the second order, were the texture equal everywhere and the shape function affine.
+    pub(super) of_affine_px: f64,
+    /// Covariance of the noise of the two parts.
+    pub(super) covariance: [[f64; 2]; 2],
+    /// Variance of the noise of `of_affine_px`.
+    pub(super) variance_of_affine: f64,
+    /// Covariance of the noise of the parts with that of the match itself.
+    pub(super) with_own: [f64; 2],
+    /// Whether the neighbours tell the fourth order: else the second part is zero and says nothing.
+    pub(super) has_fourth: bool,
+    /// Whether the point lies aside of the middle of its neighbours, as at an edge.
+    pub(super) is_aside: bool,
+}
+
+/// The errors along x and y of the match of the neighbour that is `own`; `None` where too few surround it. `reach_px` is how far
+/// they go, and `side_px` the side of a subset.
+pub(super) fn local_error(
+    neighbours: &[Neighbour<'_>],
+    own: usize,
+    reach_px: f64,
+    side_px: f64,
+) -> Option<[LocalError; 2]> {
+    if neighbours.len() < LEAST_FOR_SECOND {
+        return None;
+    }
+    let design = Design::new(neighbours, own, reach_px);
+    let second = design.functionals(N_SECOND, &design.own)?;
+    let of_affine = design.functionals(N_SECOND, &design.of_affine(side_px))?;
+    let [x, y] = [0, 1].map(|axis| neighbours.iter().map(|neighbour| neighbour.offset_px[axis]).sum::<f64>());
+    let is_aside = x.abs().max(y.abs()) / neighbours.len() as f64 > ASIDE * reach_px;
+    let fourth = (neighbours.len() >= LEAST_FOR_FOURTH)
+        .then(|| design.functionals(MAX_MONOMIALS, &design.own))
+        .flatten();
+    let has_fourth = fourth.is_some();
+    let beyond = fourth.map_or_else(|| DMatrix::zeros(second.nrows(), 2), |fourth| fourth - &second);
+    let covariance = noise_covariance(neighbours, side_px);
+    let through = [&second, &beyond, &of_affine].map(|weights| &covariance * weights);
+    let displacement = |k: usize| neighbours[k / 2].u_px[k % 2] - neighbours[own].u_px[k % 2];
+    Some([0, 1].map(|component| {
+        let value = |weights: &DMatrix<f64>| -> f64 {
+            weights.column(component).iter().enumerate().map(|(k, weight)| weight * displacement(k)).sum()
+        };
+        let product = |weights: &DMatrix<f64>, through: &DMatrix<f64>| {
+            weights.column(component).dot(&through.column(component))
+        };
+        let mixed = product(&second, &through[1]);
+        LocalError {
+            parts_px: [value(&second), value(&beyond)],
+            of_affine_px: value(&of_affine),
+            covariance: [[product(&second, &through[0]), mixed], [mixed, product(&beyond, &through[1])]],
+            variance_of_affine: product(&of_affine, &through[2]),
+            with_own: [0, 1].map(|part| through[part][(2 * own + component, component)]),
+            has_fourth,
+            is_aside,
+        }
+    }))
+}
+
+/// Covariance of the neighbours' noise; row and column 2 i + axis is the displacement of the i-th along an axis.
+fn noise_covariance(neighbours: &[Neighbour<'_>], side_px: f64) -> DMatrix<f64> {
+    let n = neighbours.len();
+    let mut covariance = DMatrix::zeros(2 * n, 2 * n);
+    for (i, a) in neighbours.iter().enumerate() {
+        for (j, b) in neighbours[..=i].iter().enumerate() {
+            let apart = [0, 1].map(|axis| a.offset_px[axis] - b.offset_px[axis]);
+            let shared = noise_correlation([a.shape, b.shape], apart, side_px);
+            for axis in 0..2 {
+                let value = shared * a.sigma_px[axis] * b.sigma_px[axis];
+                covariance[(2 * i + axis, 2 * j + axis)] = value;
+                covariance[(2 * j + axis, 2 * i + axis)] = value;
+            }
+        }
+    }
+    covariance
+}
+
+/// What polynomials in x and y over the reach make of the matches.
+struct Design {
+    /// Of u in the first columns, of v in the others; rows as in [`noise_covariance`].
+    of_monomials: DMatrix<f64>,
+    /// What a row weighs: less where sigma is larger than usual, and no more where it is smaller, since what is left of the field
+    /// weighs on all alike.
+    weights: Vec<f64>,
+    /// What the monomials make of the match in question beyond their value at its centre.
+    own: [[f64; 2 * MAX_MONOMIALS]; 2],
+    reach_px: f64,
+}
+
+impl Design {
+    fn new(neighbours: &[Neighbour<'_>], own: usize, reach_px: f64) -> Self {
+        let n = neighbours.len();
+        let mut of_monomials = DMatrix::zeros(2 * n, 2 * MAX_MONOMIALS);
+        for (i, neighbour) in neighbours.iter().enumerate() {
+            let offset = neighbour.offset_px.map(|offset| offset / reach_px);
+            for component in 0..2 {
+                for axis in 0..2 {
+                    let moments = scaled(&neighbour.response.moments[component][axis], reach_px);
+                    let moved = moved(&moments, offset);
+                    for (k, value) in moved.into_iter().enumerate() {
+                        of_monomials[(2 * i + component, axis * MAX_MONOMIALS + k)] = value;
+                    }
+                }
+            }
+        }
+        let variances: Vec<f64> =
+            neighbours.iter().flat_map(|neighbour| neighbour.sigma_px.map(|sigma| sigma * sigma)).collect();
+        let usual = variances.iter().sum::<f64>() / variances.len() as f64;
+        let own = [0, 1].map(|component| {
+            std::array::from_fn(|k| match k % MAX_MONOMIALS {
+                0 => 0.0,
+                _ => of_monomials[(2 * own + component, k)],
+            })
+        });
+        let weights = variances.into_iter().map(|variance| (variance + usual).recip()).collect();
+        Self { weights, own, of_monomials, reach_px }
+    }
+
+    /// What the second order makes of an affine subset of equal texture: the mean of x^2 and y^2 over its pixels.
+    fn of_affine(&self, side_px: f64) -> [[f64; 2 * MAX_MONOMIALS]; 2] {
+        let mean_square = (side_px * side_px - 1.0) / 12.0 / self.reach_px.powi(2);
+        [0, 1].map(|component| {
+            let mut of_monomials = [0.0; 2 * MAX_MONOMIALS];
+            for square in [monomial(2, 0), monomial(0, 2)] {
+                of_monomials[component * MAX_MONOMIALS + square] = mean_square;
+            }
+            of_monomials
+        })
+    }
+
+    /// The weights of the matches in two sums of the coefficients of the first monomials; `None` where the matches do not tell them.
+    fn functionals(&self, n_monomials: usize, sums: &[[f64; 2 * MAX_MONOMIALS]; 2]) -> Option<DMatrix<f64>> {
+        let place = |k: usize| k / n_monomials * MAX_MONOMIALS + k % n_monomials;
+        let columns: Vec<usize> = (0..2 * n_monomials).map(place).collect();
+        let design = self.of_monomials.select_columns(&columns);
+        let mut weighted = design.clone();
+        for (mut row, weight) in weighted.row_iter_mut().zip(&self.weights) {
+            row *= *weight;
+        }
+        let normal = design.tr_mul(&weighted).cholesky()?;
+        let sums = DMatrix::from_fn(columns.len(), 2, |k, component| sums[component][columns[k]]);
+        let functionals = weighted * normal.solve(&sums);
+        functionals.iter().all(|weight| weight.is_finite()).then_some(functionals)
+    }
+}
+
+/// Moments of places in units of a length.
+fn scaled(moments: &[f64; MAX_MONOMIALS], unit_px: f64) -> [f64; MAX_MONOMIALS] {
+    let mut scaled = *moments;
+    for_each_monomial(|i, j| scaled[monomial(i, j)] *= unit_px.powi(-((i + j) as i32)));
+    scaled
+}
+
+/// Moments about a point from which the centre is offset: the mean of `(a + x)^i (b + y)^j`.
+fn moved(moments: &[f64; MAX_MONOMIALS], [a, b]: [f64; 2]) -> [f64; MAX_MONOMIALS] {
+    /// Pascal's triangle.
+    const BINOMIALS: [[f64; 5]; 5] = [
+        [1.0, 0.0, 0.0, 0.0, 0.0],
+        [1.0, 1.0, 0.0, 0.0, 0.0],
+        [1.0, 2.0, 1.0, 0.0, 0.0],
+        [1.0, 3.0, 3.0, 1.0, 0.0],
+        [1.0, 4.0, 6.0, 4.0, 1.0],
+    ];
+    let powers = |x: f64| [1.0, x, x * x, x * x * x, x * x * x * x];
+    let (a, b) = (powers(a), powers(b));
+    let mut moved = [0.0; MAX_MONOMIALS];
+    for_each_monomial(|i, j| {
+        for p in 0..=i {
+            for q in 0..=j {
+                let factor = BINOMIALS[i][p] * a[i - p] * BINOMIALS[j][q] * b[j - q];
+                moved[monomial(i, j)] += factor * moments[monomial(p, q)];
+            }
+        }
+    });
+    moved
+}
+
+fn for_each_monomial(mut visit: impl FnMut(usize, usize)) {
+    for order in 0..=4 {
+        for j in 0..=order {
+            visit(order - j, j);
+        }
+    }
+}
