@@ -22,14 +22,14 @@ const AFFINE: ShapeChoice = ShapeChoice::Named(Shape::Affine);
 const AUTO: ShapeChoice = ShapeChoice::ByEvidence;
 
 /// A surface before and after its deformation, without noise.
-struct Scene {
+struct Pictures {
     deformation: Deformation,
     seed: u64,
     before: ndarray::Array2<f64>,
     after: ndarray::Array2<f64>,
 }
 
-impl Scene {
+impl Pictures {
     fn new(deformation: Deformation, seed: u64) -> Self {
         let texture = Texture::speckles(seed, 4.5, MIDDLE_PX, [230.0; 2]);
         let surface = Surface::everywhere(texture, Deformation::NONE);
@@ -69,10 +69,10 @@ struct Told {
     sigma_px: f64,
 }
 
-fn told(scenes: &[Scene], noise: f64, choice: ShapeChoice) -> Told {
+fn told(pictures: &[Pictures], noise: f64, choice: ShapeChoice) -> Told {
     let mut errors = Vec::new();
-    for scene in scenes {
-        let (found, n_points) = scene.errors(noise, choice);
+    for one in pictures {
+        let (found, n_points) = one.errors(noise, choice);
         // a point or two in a hundred may be lost where a subset leaves the picture
         assert!(found.len() * 50 >= n_points * 49, "{} of {n_points}", found.len());
         errors.extend(found);
@@ -89,22 +89,22 @@ fn wave(amplitude_px: f64, period_px: f64) -> Deformation {
     Deformation::Wave { amplitude_px: [0.0, amplitude_px], along: [1.0, 0.0], period_px }
 }
 
-fn scenes(deformation: Deformation, n: u64) -> Vec<Scene> {
-    (1..=n).map(|seed| Scene::new(deformation, seed)).collect()
+fn cases(deformation: Deformation, n: u64) -> Vec<Pictures> {
+    (1..=n).map(|seed| Pictures::new(deformation, seed)).collect()
 }
 
 /// The claim is 93 to 97 %, beyond which two standard errors of the independent subsets are left.
-fn assert_both_sides(name: &str, told: &Told, n_scenes: f64) {
+fn assert_both_sides(name: &str, told: &Told, n_cases: f64) {
     println!("{name}: {:.1} % of 95", 100.0 * told.inside);
-    let standard_error = (0.95 * 0.05 / (n_scenes * N_INDEPENDENT)).sqrt();
+    let standard_error = (0.95 * 0.05 / (n_cases * N_INDEPENDENT)).sqrt();
     assert!((told.inside - 0.95).abs() < 0.02 + 2.0 * standard_error, "{name}: {}", told.inside);
 }
 
 #[test]
 fn by_evidence_intervals_hold_at_every_period() {
     for period_px in [50.0, 70.0, 100.0, 200.0, 400.0] {
-        let scenes = scenes(wave(0.5, period_px), 2);
-        assert_both_sides(&format!("period {period_px} px"), &told(&scenes, 0.01, AUTO), 2.0);
+        let cases = cases(wave(0.5, period_px), 2);
+        assert_both_sides(&format!("period {period_px} px"), &told(&cases, 0.01, AUTO), 2.0);
     }
 }
 
@@ -116,15 +116,15 @@ fn a_star_pattern_is_held() {
         periods_px: [60.0, 300.0],
         width_px: SIZE_PX[0] as f64,
     };
-    let scenes = scenes(star, 2);
-    assert_both_sides("star", &told(&scenes, 0.01, AUTO), 2.0);
+    let cases = cases(star, 2);
+    assert_both_sides("star", &told(&cases, 0.01, AUTO), 2.0);
 }
 
 #[test]
 fn affine_subsets_hold_where_they_follow_and_are_never_sure_where_they_do_not() {
     for (period_px, follows) in [(60.0, false), (150.0, true), (300.0, true)] {
-        let scenes = scenes(wave(0.5, period_px), 2);
-        let told = told(&scenes, 0.01, AFFINE);
+        let cases = cases(wave(0.5, period_px), 2);
+        let told = told(&cases, 0.01, AFFINE);
         if follows {
             assert_both_sides(&format!("affine, period {period_px} px"), &told, 2.0);
         } else {
@@ -137,8 +137,8 @@ fn affine_subsets_hold_where_they_follow_and_are_never_sure_where_they_do_not() 
 #[test]
 fn a_field_that_does_not_bend_is_stated_as_before() {
     let stretched = Deformation::stretch(MIDDLE_PX, [0.01, -0.01]);
-    let scenes = scenes(stretched, 2);
-    let told = told(&scenes, 0.02, AFFINE);
+    let cases = cases(stretched, 2);
+    let told = told(&cases, 0.02, AFFINE);
     assert_both_sides("stretched", &told, 2.0);
     // 162 independent errors tell a standard deviation to 5.6 %, of which two
     assert!((told.sigma_px / told.rms_px - 1.0).abs() < 0.112, "{} {}", told.sigma_px, told.rms_px);
@@ -146,10 +146,10 @@ fn a_field_that_does_not_bend_is_stated_as_before() {
 
 #[test]
 fn bits_do_not_depend_on_the_number_of_threads() {
-    let scene = Scene::new(wave(0.7, 90.0), 3);
-    let one = scene.field(0.01, AUTO, 1);
+    let one = Pictures::new(wave(0.7, 90.0), 3);
+    let of_one = one.field(0.01, AUTO, 1);
     for n_threads in [2, 5] {
-        assert_eq!(scene.field(0.01, AUTO, n_threads), one);
+        assert_eq!(one.field(0.01, AUTO, n_threads), of_one);
     }
 }
 
@@ -159,10 +159,10 @@ fn bits_do_not_depend_on_the_number_of_threads() {
 fn table() {
     println!("| period | affine | sigma/rms | auto | sigma/rms |");
     for period_px in [50.0, 70.0, 100.0, 150.0, 200.0, 400.0] {
-        let scenes = scenes(wave(0.5, period_px), 4);
+        let cases = cases(wave(0.5, period_px), 4);
         for noise in [0.002, 0.01, 0.03] {
             let [affine, auto] = [AFFINE, AUTO].map(|choice| {
-                let Told { inside, rms_px, sigma_px } = told(&scenes, noise, choice);
+                let Told { inside, rms_px, sigma_px } = told(&cases, noise, choice);
                 format!("{:.1} % | {:.1}/{:.1} mpx", 100.0 * inside, 1e3 * sigma_px, 1e3 * rms_px)
             });
             println!("| {period_px} px, {:.1} % | {affine} | {auto} |", 100.0 * noise);
