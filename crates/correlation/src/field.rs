@@ -17,7 +17,7 @@ use crate::field::queue::Candidate;
 use crate::field::seed::Seeds;
 use crate::icgn::outcome::Match;
 use crate::warp::Warp;
-use crate::{CorrelationError, Reference, Settings, Shape, ShapeChoice, Window, Workspace};
+use crate::{Acceptance, CorrelationError, Reference, Settings, Shape, ShapeChoice, Window, Workspace};
 
 /// Where the points of a field lie, and how large their subsets are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,8 +58,6 @@ pub struct Field {
 const BORDER_PX: usize = 3;
 /// Points from which the field grows in one go. It does not depend on the threads, nor does the result.
 const BATCH: usize = 64;
-/// Correlation below which no neighbours make a match believed.
-const LEAST_ZNCC: f64 = 0.4;
 /// Neighbours from which a point is tried before it is given up.
 const MAX_TRIES: u8 = 3;
 
@@ -83,9 +81,7 @@ pub fn correlate(
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Field, CorrelationError> {
     settings.check()?;
-    // What resembles less than usual under heavy noise stands by its neighbours: the consensus decides.
-    let min_zncc = settings.min_zncc.min(LEAST_ZNCC);
-    let settings = Settings { interpolation: target.interpolation, min_zncc, ..settings.clone() };
+    let settings = Settings { interpolation: target.interpolation, ..settings.clone() };
     let pair = ImagePair { reference, target, settings, choice, half_px: grid.half_px };
     let mut growth = Growth::new(pair, grid, n_threads)?;
     growth.grow(progress);
@@ -235,9 +231,11 @@ impl<'a> Growth<'a> {
     }
 
     fn finish(mut self, grid: FieldGrid) -> Field {
-        let (pair, places) = (&self.pair, self.places.as_slice());
-        let consensus = Consensus { pair, places, n_columns: self.n_columns, step_px: self.step_px };
-        consensus.judge(&mut self.settled);
+        if self.pair.settings.acceptance == Acceptance::ByEvidence {
+            let (pair, places) = (&self.pair, self.places.as_slice());
+            let consensus = Consensus { pair, places, n_columns: self.n_columns, step_px: self.step_px };
+            consensus.judge(&mut self.settled);
+        }
         self.explain_the_rest();
         let points = self.places.iter().zip(self.settled).filter_map(|(&[x_px, y_px], settled)| {
             settled.map(|(found, shape)| FieldPoint { x_px, y_px, found, shape })

@@ -76,6 +76,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod acceptance;
 mod error;
 mod evidence;
 mod field;
@@ -105,7 +106,7 @@ pub use prepared::PreparedSubset;
 pub use reference::edge::{SharpEdge, Side, sharp_edge};
 pub use reference::{Reference, mean_of_frames};
 pub use self_test::{RungError, cheapest_within, self_test};
-pub use settings::{Interpolation, ReferenceFrames, Settings, Shape, ShapeChoice};
+pub use settings::{Acceptance, Interpolation, ReferenceFrames, Settings, Shape, ShapeChoice};
 pub use subset_size::smallest_half_px;
 pub use track::{track, track_by_evidence};
 pub use window::Window;

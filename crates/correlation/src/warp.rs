@@ -26,9 +26,18 @@ impl Warp {
         Self { position_px, gradient: [0.0; 4], curvature: [0.0; 6] }
     }
 
-    /// The same, turned by an angle from x towards y.
-    pub(crate) fn turned(position_px: [f64; 2], angle_rad: f64) -> Self {
-        Self { gradient: rotation(angle_rad), ..Self::at(position_px) }
+    /// The gradient that follows two others where each step deforms as the one before: of the deformations F and G that is `G F^-1 G`.
+    /// `None` where F folds.
+    pub(crate) fn gradient_after(before: &[f64; 4], newest: &[f64; 4]) -> Option<[f64; 4]> {
+        let [a, b, c, d] = [1.0 + before[0], before[1], before[2], 1.0 + before[3]];
+        let determinant = a * d - b * c;
+        let inverse = [d, -b, -c, a].map(|entry| entry / determinant);
+        let newest = [1.0 + newest[0], newest[1], newest[2], 1.0 + newest[3]];
+        let times = |l: [f64; 4], r: [f64; 4]| {
+            [l[0] * r[0] + l[1] * r[2], l[0] * r[1] + l[1] * r[3], l[2] * r[0] + l[3] * r[2], l[2] * r[1] + l[3] * r[3]]
+        };
+        let [xx, xy, yx, yy] = times(times(newest, inverse), newest);
+        (determinant > 0.1).then_some([xx - 1.0, xy, yx, yy - 1.0])
     }
 
     /// Whether a subset may have been so deformed: no length is less than a third of what it was, nor more than three times. A warp that

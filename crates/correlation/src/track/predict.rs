@@ -2,8 +2,40 @@
 
 use chainwave_measurement::{Position, Subset};
 
+use crate::search::patch::Deformations;
 use crate::track::tracker::Found;
 use crate::warp::Warp;
+
+/// Where and how a subset is searched for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Search {
+    pub(crate) around_px: [f64; 2],
+    pub(crate) reach: Reach,
+    /// How it may be deformed; `None` for as it is.
+    pub(crate) deformations: Option<Deformations>,
+}
+
+/// How far around a place is searched.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Reach {
+    /// The search radius of the settings.
+    Near,
+    /// Four times that.
+    Far,
+    /// The frame.
+    Whole,
+}
+
+impl Reach {
+    /// The same in pixels, for a search radius and a frame whose longer side is `frame_px`.
+    pub(crate) fn px(self, radius_px: usize, frame_px: usize) -> usize {
+        match self {
+            Self::Near => radius_px,
+            Self::Far => radius_px.saturating_mul(4).min(frame_px),
+            Self::Whole => frame_px,
+        }
+    }
+}
 
 /// What a subset's own past says of its next place.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,13 +92,34 @@ impl History {
         self.recent[0]
     }
 
-    /// Where to search in the next frame: in turn where the subset would be by now and where it was seen last. From
-    /// the fifth lost frame on only every fourth is searched.
-    pub(crate) fn search_place(&self) -> Option<[f64; 2]> {
+    /// The searches of the next frame, until one of them finds the subset: near where it is expected as it is and deformed, then farther
+    /// away. A subset that is lost is searched for in turn where it would be by now and where it was seen last; from the fifth lost frame
+    /// on in every fourth alone. The whole frame is searched when 2, 16, 128, .. frames are lost.
+    pub(crate) fn searches(&self) -> Vec<Search> {
         const EAGER: usize = 4;
         let turn = if self.n_lost < EAGER { self.n_lost } else { self.n_lost / EAGER };
-        let place = if turn.is_multiple_of(2) { self.predict() } else { self.last() };
-        (self.n_lost < EAGER || self.n_lost.is_multiple_of(EAGER)).then_some(place.position_px)
+        let warp = if turn.is_multiple_of(2) { self.predict() } else { self.last() };
+        let around_px = warp.position_px;
+        let search = |reach, deformations| Search { around_px, reach, deformations };
+        let near = |deformations| [search(Reach::Near, None), search(Reach::Near, Some(deformations))];
+        let far = |reach| [search(reach, None), search(reach, Some(Deformations::Turns))];
+        let is_whole = self.n_lost.is_power_of_two() && self.n_lost.ilog2() % 3 == 1;
+        match self.n_lost {
+            0 => [near(Deformations::All), far(Reach::Far)].concat(),
+            _ if is_whole => [near(Deformations::Turns), far(Reach::Whole)].concat(),
+            n if n < EAGER => [near(Deformations::Turns), far(Reach::Far)].concat(),
+            n if n.is_multiple_of(EAGER) => near(Deformations::Turns).to_vec(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// As [`Self::predict`], for a subset that goes on to turn and stretch as it did; `None` where it did not.
+    pub(crate) fn predict_turning(&self) -> Option<Warp> {
+        const NOTHING: f64 = 0.02;
+        let [newest, before, ..] = self.recent.as_slice() else { return None };
+        let changed = newest.gradient.iter().zip(before.gradient).any(|(new, old)| (new - old).abs() > NOTHING);
+        let gradient = Warp::gradient_after(&before.gradient, &newest.gradient)?;
+        (changed && self.n_lost == 0).then(|| Warp { gradient, ..self.predict() })
     }
 
     /// The expected place in the next frame: constant acceleration, constant velocity or rest, as the past allows;
