@@ -92,23 +92,34 @@ impl History {
         self.recent[0]
     }
 
-    /// The searches of the next frame, until one of them finds the subset: near where it is expected as it is and deformed, then farther
-    /// away. A subset that is lost is searched for in turn where it would be by now and where it was seen last; from the fifth lost frame
-    /// on in every fourth alone. The whole frame is searched when 2, 16, 128, .. frames are lost.
+    /// The searches of the next frame, until one of them finds the subset: as it is near where it is expected and farther around where it
+    /// was, then turned, then stretched. A subset that is lost is searched for in turn where it would be by now and where it was seen
+    /// last; from the fifth lost frame on in every fourth alone. The whole frame is searched when 2, 16, 128, .. frames are lost.
     pub(crate) fn searches(&self) -> Vec<Search> {
         const EAGER: usize = 4;
         let turn = if self.n_lost < EAGER { self.n_lost } else { self.n_lost / EAGER };
-        let warp = if turn.is_multiple_of(2) { self.predict() } else { self.last() };
-        let around_px = warp.position_px;
-        let search = |reach, deformations| Search { around_px, reach, deformations };
-        let near = |deformations| [search(Reach::Near, None), search(Reach::Near, Some(deformations))];
-        let far = |reach| [search(reach, None), search(reach, Some(Deformations::Turns))];
+        let expected = if turn.is_multiple_of(2) { self.predict() } else { self.last() };
+        let near = |deformations| {
+            let around_px = expected.position_px;
+            Search { around_px, reach: Reach::Near, deformations }
+        };
+        let around = |reach, deformations| {
+            let around_px = self.last().position_px;
+            Search { around_px, reach, deformations }
+        };
+        let turns = Some(Deformations::Turns);
         let is_whole = self.n_lost.is_power_of_two() && self.n_lost.ilog2() % 3 == 1;
         match self.n_lost {
-            0 => [near(Deformations::All), far(Reach::Far)].concat(),
-            _ if is_whole => [near(Deformations::Turns), far(Reach::Whole)].concat(),
-            n if n < EAGER => [near(Deformations::Turns), far(Reach::Far)].concat(),
-            n if n.is_multiple_of(EAGER) => near(Deformations::Turns).to_vec(),
+            0 => vec![
+                near(None),
+                around(Reach::Far, None),
+                near(turns),
+                around(Reach::Far, turns),
+                near(Some(Deformations::Stretches)),
+            ],
+            _ if is_whole => vec![near(None), around(Reach::Whole, None), near(turns), around(Reach::Whole, turns)],
+            n if n < EAGER => vec![near(None), around(Reach::Far, None), near(turns)],
+            n if n.is_multiple_of(EAGER) => vec![near(None), near(turns)],
             _ => Vec::new(),
         }
     }
