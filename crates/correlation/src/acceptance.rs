@@ -8,10 +8,10 @@
 use chainwave_measurement::{Lost, Recording};
 
 use crate::search::area::{Found, SearchArea};
-use crate::search::{area_around, region_around};
 use crate::search::chance::{RARE, chance_zncc, correlation_length_px, fisher};
 use crate::search::patch::Patch;
 use crate::search::template::Template;
+use crate::search::{area_around, region_around};
 use crate::warp::Warp;
 use crate::{Acceptance, PreparedSubset, ReferenceFrames, Window, Workspace, mean_of_frames};
 
@@ -155,12 +155,9 @@ impl Standard {
         let template = of_warp.unwrap_or_else(|| Template::upright(subset));
         let peaks = area.peaks_elsewhere(&template, place_px, self.own_px, N_RIVALS);
         let mut again = again;
-        let best = self.best_rival(
-            place_px,
-            found.zncc,
-            &peaks,
-            |place_px| again(Warp { position_px: place_px, ..found.warp }),
-        );
+        let best = self.best_rival(place_px, found.zncc, &peaks, |place_px| {
+            again(Warp { position_px: place_px, ..found.warp })
+        });
         if fisher(found.zncc) < best + self.noise { Err(Lost::Ambiguous) } else { Ok(()) }
     }
 

@@ -122,9 +122,11 @@ impl<R: Refine> RefinedSubset<R> {
         let (window, workspace) = (&mut self.window, &mut self.workspace);
         let history = &self.history;
         let quest = Quest { recording, subset, standard, history, reason: self.reason, is_reference };
-        let (place, found) = quest.find(frame, &mut Refined { recording, subset, method, window, workspace })?;
+        let (place, found) =
+            quest.find(frame, &mut Refined { recording, subset, method, window, workspace })?;
         standard.note(found.zncc);
-        let [x_px, y_px] = calibration.correct(place, &found).map(|(value, sigma)| Estimate::new(value, sigma));
+        let [x_px, y_px] =
+            calibration.correct(place, &found).map(|(value, sigma)| Estimate::new(value, sigma));
         Ok(Position { x_px, y_px, zncc: found.zncc, iterations: 0 })
     }
 }

@@ -100,7 +100,11 @@ pub fn cheapest_within(
         (Some(_), false) => "none that follows the motion of this film so".into(),
     };
     let (path, asked_px) = (recording.path().into(), error_px);
-    let hint = if good.is_empty() { more_texture(recording, subsets) } else { "a shape function that turns and stretches" };
+    let hint = if good.is_empty() {
+        more_texture(recording, subsets)
+    } else {
+        "a shape function that turns and stretches"
+    };
     Err(CorrelationError::AccuracyNotReached { path, asked_px, best, hint })
 }
 

@@ -24,8 +24,8 @@ pub struct Settings {
     /// that is seen: once three frames in a row lie below. From then on the uncertainty of its place there is part of
     /// every sigma.
     pub renewal_share: f64,
-    /// Columns and rows on each side of the expected place that a search covers; a body may move this far between
-    /// two frames without being predicted.
+    /// Columns and rows on each side of the expected place that a search covers first; a body may move this far between two frames
+    /// without being predicted, so a pattern that repeats within it is ambiguous.
     pub search_radius_px: usize,
     /// Threads that the subsets of a recording are shared among; the result does not depend on it.
     pub n_threads: NonZero<usize>,

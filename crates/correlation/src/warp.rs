@@ -34,7 +34,12 @@ impl Warp {
         let inverse = [d, -b, -c, a].map(|entry| entry / determinant);
         let newest = [1.0 + newest[0], newest[1], newest[2], 1.0 + newest[3]];
         let times = |l: [f64; 4], r: [f64; 4]| {
-            [l[0] * r[0] + l[1] * r[2], l[0] * r[1] + l[1] * r[3], l[2] * r[0] + l[3] * r[2], l[2] * r[1] + l[3] * r[3]]
+            [
+                l[0] * r[0] + l[1] * r[2],
+                l[0] * r[1] + l[1] * r[3],
+                l[2] * r[0] + l[3] * r[2],
+                l[2] * r[1] + l[3] * r[3],
+            ]
         };
         let [xx, xy, yx, yy] = times(times(newest, inverse), newest);
         (determinant > 0.1).then_some([xx - 1.0, xy, yx, yy - 1.0])

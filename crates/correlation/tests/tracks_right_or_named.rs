@@ -132,9 +132,12 @@ impl Scene {
             for (frame, found) in track.positions.iter().enumerate() {
                 let truth = self.truth(frame, [subset.x_px, subset.y_px]);
                 let is_right = |found: &Position| {
-                    let off = |value: f64, sigma: f64, truth: f64| (value - truth).abs() <= WRONG.0 + WRONG.1 * sigma;
+                    let off = |value: f64, sigma: f64, truth: f64| {
+                        (value - truth).abs() <= WRONG.0 + WRONG.1 * sigma
+                    };
                     truth.is_some_and(|[x, y]| {
-                        off(found.x_px.value, found.x_px.sigma, x) && off(found.y_px.value, found.y_px.sigma, y)
+                        off(found.x_px.value, found.x_px.sigma, x)
+                            && off(found.y_px.value, found.y_px.sigma, y)
                     })
                 };
                 let right = found.as_ref().ok().map(is_right);
@@ -296,18 +299,23 @@ fn count(methods: &[(&str, usize)], seeds: std::ops::Range<u64>) -> BTreeMap<(St
                 let subsets: Vec<Subset> = scene.subsets.iter().step_by(every).cloned().collect();
                 let settings = Settings { n_threads: NonZero::new(2).unwrap(), ..Settings::default() };
                 let by: Method = method.parse().unwrap();
-                let tracks = by.track(&film, &subsets, &ReferenceFrames::Single(0), &settings, &|_| ()).unwrap();
+                let tracks =
+                    by.track(&film, &subsets, &ReferenceFrames::Single(0), &settings, &|_| ()).unwrap();
                 let outcome = scene.outcome(&subsets, &tracks);
                 if outcome.n_wrong > 0 {
                     println!("seed {seed}, {name}, {method}, noise {}: {outcome:?}", scene.noise);
                 }
-                all.entry((method.to_owned(), (*name).to_owned())).or_insert_with(Outcome::default).add(&outcome);
+                all.entry((method.to_owned(), (*name).to_owned()))
+                    .or_insert_with(Outcome::default)
+                    .add(&outcome);
             }
         }
     }
     println!();
     for ((method, name), Outcome { n_ok, n_wrong, n_visible, n_found }) in &all {
-        println!("{method:<26} {name:<36} ok {n_ok:7}  wrong {n_wrong:3}  found {n_found:7} of {n_visible:7} visible");
+        println!(
+            "{method:<26} {name:<36} ok {n_ok:7}  wrong {n_wrong:3}  found {n_found:7} of {n_visible:7} visible"
+        );
     }
     let total = all.values().fold(Outcome::default(), |mut sum, outcome| {
         sum.add(outcome);

@@ -128,7 +128,11 @@ impl<'a> Flow<'a> {
     }
 
     /// The flow of all subsets from the reference to a frame; `None` where OpenCV found none. Subsets of the same size go together.
-    fn flow(&self, images: &Images<'_>, starts: &[Option<[f64; 2]>]) -> opencv::Result<Vec<Option<[f64; 2]>>> {
+    fn flow(
+        &self,
+        images: &Images<'_>,
+        starts: &[Option<[f64; 2]>],
+    ) -> opencv::Result<Vec<Option<[f64; 2]>>> {
         let mut by_size: BTreeMap<[i32; 2], Vec<usize>> = BTreeMap::new();
         for (i, (point, _)) in
             self.points.iter().zip(starts).enumerate().filter(|(_, (_, start))| start.is_some())

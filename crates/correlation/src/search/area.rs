@@ -89,7 +89,8 @@ impl SearchArea {
             let (left, right) = (column.saturating_sub(1), (column + 1).min(columns - 1));
             let (above, below) = (row.saturating_sub(1), (row + 1).min(rows - 1));
             here > 0.0
-                && (above..=below).all(|j| (left..=right).all(|i| scores[j * columns + i].total_cmp(&here).is_le()))
+                && (above..=below)
+                    .all(|j| (left..=right).all(|i| scores[j * columns + i].total_cmp(&here).is_le()))
         };
         let mut peaks: Vec<Found> = (0..columns * rows)
             .map(|i| [i % columns, i / columns])

@@ -33,8 +33,7 @@ pub(crate) fn n_speckles(subset: &PreparedSubset) -> f64 {
 /// (M. S. Bartlett, J. R. Stat. Soc. B 8 (1946) 27-41): pixels share their speckle, but not their noise.
 fn n_independent(subset: &PreparedSubset) -> f64 {
     let n = subset.n_used as f64;
-    let [k_x, k_y] =
-        [&subset.gradient_x, &subset.gradient_y].map(|g| dot(g, g) / subset.signal_energy);
+    let [k_x, k_y] = [&subset.gradient_x, &subset.gradient_y].map(|g| dot(g, g) / subset.signal_energy);
     let speckle_px = (std::f64::consts::PI / (k_x * k_y).sqrt()).max(1.0);
     let contrast = subset.signal_energy / n;
     let in_frame = contrast / (contrast + subset.noise_variance * subset.n_averaged);

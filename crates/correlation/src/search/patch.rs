@@ -260,7 +260,8 @@ impl SearchArea {
     fn binned(&self, factor: usize) -> Self {
         let Region { x, y, width, height } = self.region;
         let (left, top) = (x.next_multiple_of(factor) - x, y.next_multiple_of(factor) - y);
-        let aligned = Region { x: left, y: top, width: width.saturating_sub(left), height: height.saturating_sub(top) };
+        let aligned =
+            Region { x: left, y: top, width: width.saturating_sub(left), height: height.saturating_sub(top) };
         let pixels = binned(&self.cropped(aligned), aligned.width, factor);
         let region = Region {
             x: (x + left) / factor,

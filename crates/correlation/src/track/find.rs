@@ -114,12 +114,7 @@ impl Quest<'_> {
     }
 
     /// A match where a search finds the subset in a frame.
-    fn by_search<L: Locate>(
-        &self,
-        frame: usize,
-        search: Search,
-        locate: &mut L,
-    ) -> Result<L::Found, Lost> {
+    fn by_search<L: Locate>(&self, frame: usize, search: Search, locate: &mut L) -> Result<L::Found, Lost> {
         let info = self.recording.info();
         let frame_px = info.width_px.max(info.height_px);
         let reach_px = search.reach.px(self.subset.settings.search_radius_px, frame_px);

@@ -117,7 +117,9 @@ impl History {
                 around(Reach::Far, turns),
                 near(Some(Deformations::Stretches)),
             ],
-            _ if is_whole => vec![near(None), around(Reach::Whole, None), near(turns), around(Reach::Whole, turns)],
+            _ if is_whole => {
+                vec![near(None), around(Reach::Whole, None), near(turns), around(Reach::Whole, turns)]
+            }
             n if n < EAGER => vec![near(None), around(Reach::Far, None), near(turns)],
             n if n.is_multiple_of(EAGER) => vec![near(None), near(turns)],
             _ => Vec::new(),
@@ -128,7 +130,8 @@ impl History {
     pub(crate) fn predict_turning(&self) -> Option<Warp> {
         const NOTHING: f64 = 0.02;
         let [newest, before, ..] = self.recent.as_slice() else { return None };
-        let changed = newest.gradient.iter().zip(before.gradient).any(|(new, old)| (new - old).abs() > NOTHING);
+        let changed =
+            newest.gradient.iter().zip(before.gradient).any(|(new, old)| (new - old).abs() > NOTHING);
         let gradient = Warp::gradient_after(&before.gradient, &newest.gradient)?;
         (changed && self.n_lost == 0).then(|| Warp { gradient, ..self.predict() })
     }
@@ -160,6 +163,34 @@ mod tests {
         history.found(place(2.0));
         let [x, y] = history.predict().position_px;
         assert!((x - place(3.0).position_px[0]).abs() < 1e-12 && (y - 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_turn_goes_on() {
+        let turned = |angle: f64| {
+            let (sin, cos) = angle.sin_cos();
+            Warp { gradient: [cos - 1.0, -sin, sin, cos - 1.0], ..Warp::at([10.0, 20.0]) }
+        };
+        let mut history = History::starting_at(turned(0.2));
+        assert_eq!(history.predict_turning(), None);
+        history.found(turned(0.7));
+        let next = history.predict_turning().unwrap();
+        let off =
+            next.gradient.iter().zip(turned(1.2).gradient).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-14, "rounding of two products: {off}");
+    }
+
+    #[test]
+    fn the_whole_frame_is_searched_more_and_more_rarely() {
+        let mut history = History::starting_at(Warp::at([0.0, 0.0]));
+        let mut whole = Vec::new();
+        for n_lost in 0..200 {
+            if history.searches().iter().any(|search| search.reach == Reach::Whole) {
+                whole.push(n_lost);
+            }
+            history.lost();
+        }
+        assert_eq!(whole, [2, 16, 128]);
     }
 
     #[test]
