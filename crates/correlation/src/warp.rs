@@ -29,18 +29,15 @@ impl Warp {
     /// The gradient that follows two others where each step deforms as the one before: of the deformations F and G that is `G F^-1 G`.
     /// `None` where F folds.
     pub(crate) fn gradient_after(before: &[f64; 4], newest: &[f64; 4]) -> Option<[f64; 4]> {
-        let [a, b, c, d] = [1.0 + before[0], before[1], before[2], 1.0 + before[3]];
-        let determinant = a * d - b * c;
-        let inverse = [d, -b, -c, a].map(|entry| entry / determinant);
-        let newest = [1.0 + newest[0], newest[1], newest[2], 1.0 + newest[3]];
-        let times = |l: [f64; 4], r: [f64; 4]| {
-            [
-                l[0] * r[0] + l[1] * r[2],
-                l[0] * r[1] + l[1] * r[3],
-                l[2] * r[0] + l[3] * r[2],
-                l[2] * r[1] + l[3] * r[3],
-            ]
+        let linear = |[xx, xy, yx, yy]: &[f64; 4]| [1.0 + xx, *xy, *yx, 1.0 + yy];
+        let times = |left: [f64; 4], right: [f64; 4]| {
+            let entry =
+                |row: usize, column: usize| left[row] * right[column] + left[row + 1] * right[column + 2];
+            [entry(0, 0), entry(0, 1), entry(2, 0), entry(2, 1)]
         };
+        let (newest, before) = (linear(newest), linear(before));
+        let determinant = before[0] * before[3] - before[1] * before[2];
+        let inverse = [before[3], -before[1], -before[2], before[0]].map(|entry| entry / determinant);
         let [xx, xy, yx, yy] = times(times(newest, inverse), newest);
         (determinant > 0.1).then_some([xx - 1.0, xy, yx, yy - 1.0])
     }
