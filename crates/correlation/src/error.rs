@@ -77,8 +77,8 @@ pub enum CorrelationError {
     },
     /// No method is as accurate as was asked.
     #[error(
-        "{}: accuracy: expected a method with an error of at most {asked_px} px on the shifted reference, found {best}; \
-         hint: larger subsets, more light, or the mean of several reference frames",
+        "{}: accuracy: expected a method with an error of at most {asked_px} px on the shifted reference and the film, found {best}; \
+         hint: {hint}",
         path.display()
     )]
     AccuracyNotReached {
@@ -88,6 +88,8 @@ pub enum CorrelationError {
         asked_px: f64,
         /// The best that was found.
         best: String,
+        /// What may help.
+        hint: &'static str,
     },
     /// A setting has no meaning.
     #[error("setting {name}: expected {expected}, found {found}")]

@@ -20,7 +20,7 @@ use crate::field::seed::Seeds;
 use crate::field::shape_error::ShapeError;
 use crate::icgn::outcome::Match;
 use crate::warp::Warp;
-use crate::{CorrelationError, Reference, Settings, Shape, ShapeChoice, Window, Workspace};
+use crate::{Acceptance, CorrelationError, Reference, Settings, Shape, ShapeChoice, Window, Workspace};
 
 /// Where the points of a field lie, and how large their subsets are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,8 +61,6 @@ pub struct Field {
 const BORDER_PX: usize = 3;
 /// Points from which the field grows in one go. It does not depend on the threads, nor does the result.
 const BATCH: usize = 64;
-/// Correlation below which no neighbours make a match believed.
-const LEAST_ZNCC: f64 = 0.4;
 /// Neighbours from which a point is tried before it is given up.
 const MAX_TRIES: u8 = 3;
 
@@ -86,9 +84,7 @@ pub fn correlate(
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Field, CorrelationError> {
     settings.check()?;
-    // What resembles less than usual under heavy noise stands by its neighbours: the consensus decides.
-    let min_zncc = settings.min_zncc.min(LEAST_ZNCC);
-    let settings = Settings { interpolation: target.interpolation, min_zncc, ..settings.clone() };
+    let settings = Settings { interpolation: target.interpolation, ..settings.clone() };
     let pair = ImagePair { reference, target, settings, choice, half_px: grid.half_px };
     let mut growth = Growth::new(pair, grid, n_threads)?;
     growth.grow(progress);
@@ -238,9 +234,11 @@ impl<'a> Growth<'a> {
     }
 
     fn finish(mut self, grid: FieldGrid) -> Field {
-        let (pair, places) = (&self.pair, self.places.as_slice());
-        let consensus = Consensus { pair, places, n_columns: self.n_columns, step_px: self.step_px };
-        consensus.judge(&mut self.settled);
+        if self.pair.settings.acceptance == Acceptance::ByEvidence {
+            let (pair, places) = (&self.pair, self.places.as_slice());
+            let consensus = Consensus { pair, places, n_columns: self.n_columns, step_px: self.step_px };
+            consensus.judge(&mut self.settled);
+        }
         self.explain_the_rest();
         self.take_off_shape_error();
         let points = self.places.iter().zip(self.settled).filter_map(|(&[x_px, y_px], settled)| {

@@ -16,7 +16,7 @@ use crate::simd::LANES;
 use crate::uncertainty::{Residual, sigma_px};
 use crate::warp::Warp;
 use crate::window::sample::sample;
-use crate::{PreparedSubset, Window};
+use crate::{Acceptance, PreparedSubset, Window};
 
 /// A step farther than this from the start, in pixels, is no refinement of it any more.
 const LARGEST_DRIFT_PX: f64 = 8.0;
@@ -35,7 +35,7 @@ impl PreparedSubset {
     ///
     /// # Errors
     /// [`Lost::OutOfView`] when the subset and the pixels that interpolation needs leave the window,
-    /// [`Lost::LowCorrelation`] below the settings' `min_zncc`, [`Lost::NotConverged`] beyond their `max_iterations`.
+    /// [`Lost::LowCorrelation`] below what the settings' `acceptance` allows, [`Lost::NotConverged`] beyond their `max_iterations`.
     pub fn match_in(
         &self,
         window: &Window,
@@ -133,7 +133,7 @@ impl Linearised {
     fn approach(&self, window: &Window, start: Warp, workspace: &mut Workspace) -> Option<Warp> {
         let mut inner = self.inner()?;
         inner.settings.convergence_px = inner.settings.convergence_px.max(0.02);
-        inner.settings.min_zncc = inner.settings.min_zncc.min(0.5);
+        inner.settings.acceptance = Acceptance::Zncc(inner.settings.acceptance.least_zncc().min(0.5));
         let from_inside = inner.approach(window, start, workspace);
         let starts = [from_inside, Some(start)].into_iter().flatten();
         starts.filter_map(|start| inner.iterate(window, start, workspace).ok()).map(|end| end.warp).next()
@@ -158,7 +158,7 @@ impl Linearised {
                 return Err(Stop::Lost(Lost::NotConverged));
             }
             if step_px <= self.settings.convergence_px.max(FINEST_STEP_PX) {
-                let resembles = found.zncc >= self.settings.min_zncc;
+                let resembles = found.zncc >= self.settings.acceptance.least_zncc();
                 let end = End { warp, found, iterations: iteration };
                 return resembles.then_some(end).ok_or(Stop::Lost(Lost::LowCorrelation));
             }

@@ -12,10 +12,12 @@
 //!   close to the Cramer-Rao bound at several percent of noise.
 //! - Every position has its standard uncertainty, from the residual and the Hessian, or the reason why there is none
 //!   ([`chainwave_measurement::Lost`]). [`track`] predicts from the subset's own past and falls back to a search, also of
-//!   turned bodies; [`correlate()`] grows a field from its most reliable points.
+//!   turned and stretched bodies; [`correlate()`] grows a field from its most reliable points.
+//! - A match is believed by **evidence** ([`Acceptance`]): it resembles the reference more than chance gives on its texture, and than
+//!   anything else does where the body may be. What may as well be another place is [`chainwave_measurement::Lost::Ambiguous`].
 //! - What a scene requires is found by evidence: the shape function by a test of what the matches would have to explain
-//!   as noise ([`ShapeEvidence`]), the rung of the ladder by shifting the user's own reference ([`self_test()`]), the
-//!   subset's size by the noise floor ([`smallest_half_px`]).
+//!   as noise ([`ShapeEvidence`]), the rung of the ladder by shifting the user's own reference and on the motion that the film shows
+//!   ([`self_test()`], [`cheapest_within`]), the subset's size by the noise floor ([`smallest_half_px`]).
 //!
 //! - Interpolation leaves a bias that follows from its kernel and the reference alone. It is foreseen for each subset and
 //!   taken off, which makes the cheap kernels nearly as good as the dear ones; 7 % of it stays in sigma. What OpenCV's
@@ -80,6 +82,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod acceptance;
 mod error;
 mod evidence;
 mod field;
@@ -109,11 +112,11 @@ pub use prepared::PreparedSubset;
 pub use reference::edge::{SharpEdge, Side, sharp_edge};
 pub use reference::{Reference, mean_of_frames};
 pub use self_test::{RungError, cheapest_within, self_test};
-pub use settings::{Interpolation, ReferenceFrames, Settings, Shape, ShapeChoice};
+pub use settings::{Acceptance, Interpolation, ReferenceFrames, Settings, Shape, ShapeChoice};
 pub use subset_size::smallest_half_px;
 pub use track::{track, track_by_evidence};
 pub use window::Window;
 
 /// Version of the numbers that this crate finds: to be raised whenever the same pictures would give other tracks, which kept ones are then
 /// not taken for. The golden tracks among the tests of the whole guard it.
-pub const ALGORITHM_VERSION: u32 = 3;
+pub const ALGORITHM_VERSION: u32 = 4;

@@ -8,13 +8,18 @@ pub(crate) mod lucas_kanade;
 pub(crate) mod opencv;
 pub(crate) mod template;
 
+use std::ops::Range;
+
 use chainwave_measurement::{Estimate, Lost, Position, Recording, Region, Subset, Track};
 
-use crate::refine::calibration::{Calibration, judge};
-use crate::search::{SearchArea, search};
+use crate::acceptance::{Seen, Standard};
+use crate::refine::calibration::{Calibration, Judgement, judge};
+use crate::search::area::SearchArea;
+use crate::track::find::{Locate, Quest};
+use crate::track::matcher::window_around;
 use crate::track::predict::History;
+use crate::track::together::without_collisions;
 use crate::track::tracker::{Found, Tracker, track_both_ways};
-use crate::track::window_around;
 use crate::warp::Warp;
 use crate::{
     CorrelationError, PreparedSubset, Reference, ReferenceFrames, Settings, Shape, Window, Workspace,
@@ -34,7 +39,7 @@ pub(crate) trait Refine: Sized {
 pub(crate) const REACH_PX: i64 = 4;
 
 /// Follows subsets as [`crate::track`] does, by a method of translation that compares each frame directly with the
-/// reference. Of `settings`, the search and `min_zncc` count.
+/// reference. Of `settings`, the search and what counts as a match are taken.
 ///
 /// The method's bias is taken off and sigma stated as [`crate::refine::calibration`] finds them on shifted pictures of each subset.
 ///
@@ -50,15 +55,16 @@ pub(crate) fn track_by<R: Refine>(
     settings.check()?;
     let settings = Settings { shape: Shape::Translation, ..settings.clone() };
     let point = |subset: &Subset| {
-        let of_subset = Reference::read(recording, subset, reference)?;
         let window = Window::empty(settings.interpolation);
-        let target = Target::<R>::new(&of_subset, subset, &settings);
-        let history = History::of(subset);
-        Ok(RefinedSubset { target, history, window, workspace: Workspace::default() })
+        let target = Target::<R>::new(recording, reference, subset, &settings)?;
+        let (history, workspace) = (History::of(subset), Workspace::default());
+        Ok(RefinedSubset { target, history, reason: Lost::LowCorrelation, window, workspace })
     };
     let points = subsets.iter().map(point).collect::<Result<_, CorrelationError>>()?;
-    let mut points = Points { recording, points };
-    Ok(track_both_ways(&mut points, reference.range().start, recording.info().n_frames, subsets, progress))
+    let mut points = Points { recording, reference: reference.range(), points };
+    let first = reference.range().start;
+    let tracks = track_both_ways(&mut points, first, recording.info().n_frames, subsets, progress);
+    Ok(without_collisions(tracks, subsets, first, &settings))
 }
 
 /// What is looked for.
@@ -66,21 +72,36 @@ struct Target<R> {
     subset: PreparedSubset,
     method: R,
     calibration: Calibration,
+    standard: Standard,
 }
 
 impl<R: Refine> Target<R> {
-    fn new(reference: &Reference, subset: &Subset, settings: &Settings) -> Result<Self, Lost> {
-        let prepared = PreparedSubset::new(reference, subset, settings)?;
+    fn new(
+        recording: &dyn Recording,
+        frames: &ReferenceFrames,
+        subset: &Subset,
+        settings: &Settings,
+    ) -> Result<Result<Self, Lost>, CorrelationError> {
+        let reference = Reference::read(recording, subset, frames)?;
+        let calibrated = || {
+            let prepared = PreparedSubset::new(&reference, subset, settings)?;
+            let calibration = Self::calibrate(&reference, &prepared)?;
+            let standard = Standard::new(recording, frames, &prepared);
+            Ok(Self { method: R::prepare(&prepared), subset: prepared, calibration, standard })
+        };
+        Ok(calibrated())
+    }
+
+    fn calibrate(reference: &Reference, prepared: &PreparedSubset) -> Result<Calibration, Lost> {
         let region = reference.region();
         let scene = |pixels: &[f32]| SearchArea::new(region, pixels.to_vec(), prepared.mean as f32);
-        let calibration = Calibration::new(reference, &prepared, 0.0, |still, picture| {
+        Calibration::new(reference, prepared, 0.0, |still, picture| {
             let [left, top] = [0, 1].map(|axis| (prepared.centre_px[axis] + prepared.first_px[axis]).round());
             let template = scene(still).part([left as i64, top as i64], prepared.width, prepared.height)?;
             let mut subset = prepared.clone();
             subset.linearised.template = template;
             R::prepare(&subset).refine(&subset, &scene(picture), subset.centre_px)
-        })?;
-        Ok(Self { method: R::prepare(&prepared), subset: prepared, calibration })
+        })
     }
 }
 
@@ -88,47 +109,64 @@ impl<R: Refine> Target<R> {
 struct RefinedSubset<R> {
     target: Result<Target<R>, Lost>,
     history: History,
+    /// Why it was lost in the last frame that it was searched in.
+    reason: Lost,
     window: Window,
     workspace: Workspace,
 }
 
 impl<R: Refine> RefinedSubset<R> {
-    fn find(&mut self, recording: &dyn Recording, frame: usize) -> Found {
-        let expected = self.history.predict().position_px;
-        if self.history.n_lost == 0 {
-            match self.find_near(recording, frame, expected) {
-                Err(Lost::NotConverged | Lost::LowCorrelation) => (),
-                settled => return settled,
-            }
-        }
-        let target = self.target.as_ref().map_err(|reason| *reason)?;
-        let around = self.history.search_place().ok_or(Lost::LowCorrelation)?;
-        let place = search(recording, frame, &target.subset, around).map_err(|_| Lost::Unreadable)?;
-        self.find_near(recording, frame, place.ok_or(Lost::OutOfView)?)
+    fn find(&mut self, recording: &dyn Recording, is_reference: bool, frame: usize) -> Found {
+        let target = self.target.as_mut().map_err(|reason| *reason)?;
+        let Target { subset, method, calibration, standard } = target;
+        let (window, workspace) = (&mut self.window, &mut self.workspace);
+        let history = &self.history;
+        let quest = Quest { recording, subset, standard, history, reason: self.reason, is_reference };
+        let (place, found) =
+            quest.find(frame, &mut Refined { recording, subset, method, window, workspace })?;
+        standard.note(found.zncc);
+        let [x_px, y_px] =
+            calibration.correct(place, &found).map(|(value, sigma)| Estimate::new(value, sigma));
+        Ok(Position { x_px, y_px, zncc: found.zncc, iterations: 0 })
     }
+}
 
-    fn find_near(&mut self, recording: &dyn Recording, frame: usize, start: [f64; 2]) -> Found {
-        let target = self.target.as_ref().map_err(|reason| *reason)?;
-        let subset = &target.subset;
-        let info = recording.info();
+/// A subset that is located by a method.
+struct Refined<'a, R> {
+    recording: &'a dyn Recording,
+    subset: &'a PreparedSubset,
+    method: &'a R,
+    window: &'a mut Window,
+    workspace: &'a mut Workspace,
+}
+
+impl<R: Refine> Locate for Refined<'_, R> {
+    type Found = ([f64; 2], Judgement);
+    const DEFORMS: bool = false;
+
+    fn locate(&mut self, frame: usize, start: Warp) -> Result<Self::Found, Lost> {
+        let (subset, start_px) = (self.subset, start.position_px);
+        let info = self.recording.info();
         let (width, height) = (info.width_px, info.height_px);
-        let region = region_around(subset, start, width, height).ok_or(Lost::OutOfView)?;
+        let region = region_around(subset, start_px, width, height).ok_or(Lost::OutOfView)?;
         let mut pixels = vec![0.0; region.n_pixels()];
-        recording.read_region(frame, region, &mut pixels).map_err(|_| Lost::Unreadable)?;
+        self.recording.read_region(frame, region, &mut pixels).map_err(|_| Lost::Unreadable)?;
         let scene = SearchArea::new(region, pixels, subset.mean as f32);
-        let place = target.method.refine(subset, &scene, start).ok_or(Lost::NotConverged)?;
+        let place = self.method.refine(subset, &scene, start_px).ok_or(Lost::NotConverged)?;
         let (region, margins) =
             window_around(subset, &Warp::at(place), width, height).ok_or(Lost::OutOfView)?;
         let pixels = self.window.start(region, margins);
-        recording.read_region(frame, region, pixels).map_err(|_| Lost::Unreadable)?;
+        self.recording.read_region(frame, region, pixels).map_err(|_| Lost::Unreadable)?;
         self.window.finish();
-        let found = judge(subset, &self.window, place, &mut self.workspace).ok_or(Lost::OutOfView)?;
-        if found.zncc.is_nan() || found.zncc < subset.settings.min_zncc {
+        let found = judge(subset, self.window, place, self.workspace).ok_or(Lost::OutOfView)?;
+        if found.zncc.is_nan() || found.zncc < subset.settings.acceptance.least_zncc() {
             return Err(Lost::LowCorrelation);
         }
-        let [x_px, y_px] =
-            target.calibration.correct(place, &found).map(|(value, sigma)| Estimate::new(value, sigma));
-        Ok(Position { x_px, y_px, zncc: found.zncc, iterations: 0 })
+        Ok((place, found))
+    }
+
+    fn seen((place, found): &Self::Found) -> Seen {
+        Seen { warp: Warp::at(*place), zncc: found.zncc }
     }
 }
 
@@ -145,14 +183,16 @@ fn region_around(subset: &PreparedSubset, [x, y]: [f64; 2], width: usize, height
 
 struct Points<'a, R> {
     recording: &'a dyn Recording,
+    reference: Range<usize>,
     points: Vec<RefinedSubset<R>>,
 }
 
 impl<R: Refine> Tracker for Points<'_, R> {
     fn locate(&mut self, frame: usize) -> Vec<Found> {
         let locate = |point: &mut RefinedSubset<R>| {
-            let found = point.find(self.recording, frame);
+            let found = point.find(self.recording, self.reference.contains(&frame), frame);
             point.history.note(&found);
+            point.reason = found.err().unwrap_or(point.reason);
             found
         };
         self.points.iter_mut().map(locate).collect()
@@ -161,6 +201,9 @@ impl<R: Refine> Tracker for Points<'_, R> {
     fn restart(&mut self, found: &[Found]) {
         for (point, found) in self.points.iter_mut().zip(found) {
             point.history = point.history.restarted(found);
+            if let Ok(target) = &mut point.target {
+                target.standard.restart();
+            }
         }
     }
 }

@@ -1,11 +1,14 @@
 //! What each rung of the ladder does on the user's own scene: patches of the reference, shifted by known amounts, under
 //! the recording's own noise.
 //!
+//! What the film itself shows beyond shifts (turns, stretches, speed) is tried on its own frames ([`trial`]).
+//!
 //! Patches are shifted as in [`crate::self_test::shift`]. The patch counts as the scene, with the little noise
 //! that the reference has, and fresh noise of the variance measured in one frame is added to each picture. So the error
 //! comes out on the safe side where the reference is a single noisy frame.
 
 pub(crate) mod shift;
+mod trial;
 
 use std::path::Path;
 
@@ -13,6 +16,7 @@ use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region, Subset}
 
 use crate::reference::gradient::noise_variance;
 use crate::self_test::shift::{Normal, shifted};
+use crate::self_test::trial::Trial;
 use crate::{CorrelationError, Method, Reference, ReferenceFrames, Settings};
 
 /// What a rung did in a self-test.
@@ -62,7 +66,8 @@ pub fn self_test(
     methods.iter().map(|&method| test_one(method, &films, settings)).collect()
 }
 
-/// The method with the least effort whose error in a self-test is at most `error_px` and which loses nothing.
+/// The method with the least effort whose error in a self-test is at most `error_px` and which loses nothing there, nor of what the film
+/// itself shows from its first motion on: bodies that turn, stretch or move fast.
 ///
 /// # Errors
 /// As [`self_test`], and [`CorrelationError::AccuracyNotReached`].
@@ -78,18 +83,43 @@ pub fn cheapest_within(
     rungs.sort_by(|a, b| a.effort.total_cmp(&b.effort));
     let whole =
         || rungs.iter().filter(|rung| rung.n_lost == 0).filter_map(|rung| Some((rung, rung.error_px?)));
-    let good = whole().find(|(_, found_px)| *found_px <= error_px);
-    good.map(|(rung, _)| rung.method).ok_or_else(|| {
-        let best = whole().min_by(|(_, a), (_, b)| a.total_cmp(b));
-        CorrelationError::AccuracyNotReached {
-            path: recording.path().into(),
-            asked_px: error_px,
-            best: best.map_or_else(
-                || "no method without lost positions".into(),
-                |(rung, found_px)| format!("{found_px:.5} px by {}", rung.method),
-            ),
+    let good: Vec<Method> =
+        whole().filter(|(_, found_px)| *found_px <= error_px).map(|(rung, _)| rung.method).collect();
+    if !good.is_empty() && !subsets.is_empty() {
+        let trial = Trial::new(recording, subsets, reference, settings)?;
+        for &method in &good {
+            if trial.is_held_by(method, error_px, settings)? {
+                return Ok(method);
+            }
         }
-    })
+    }
+    let best = whole().min_by(|(_, a), (_, b)| a.total_cmp(b));
+    let best = match (best, good.is_empty()) {
+        (None, _) => "no method without lost positions".into(),
+        (Some((rung, found_px)), true) => format!("{found_px:.5} px by {}", rung.method),
+        (Some(_), false) => "none that follows the motion of this film so".into(),
+    };
+    let (path, asked_px) = (recording.path().into(), error_px);
+    let hint = if good.is_empty() {
+        more_texture(recording, subsets)
+    } else {
+        "a shape function that turns and stretches"
+    };
+    Err(CorrelationError::AccuracyNotReached { path, asked_px, best, hint })
+}
+
+/// What makes every method more accurate; larger subsets only where the frame holds them.
+fn more_texture(recording: &dyn Recording, subsets: &[Subset]) -> &'static str {
+    let larger = |subset: &Subset| {
+        let grown = |half: usize| half + half.div_ceil(4);
+        let (half_width_px, half_height_px) = (grown(subset.half_width_px), grown(subset.half_height_px));
+        Reference::lies_inside(recording, &Subset { half_width_px, half_height_px, ..subset.clone() })
+    };
+    if subsets.iter().all(larger) {
+        "larger subsets, more light, or the mean of several reference frames"
+    } else {
+        "more light, or the mean of several reference frames (the frame holds no larger subsets)"
+    }
 }
 
 fn test_one(method: Method, films: &[Film], settings: &Settings) -> Result<RungError, CorrelationError> {

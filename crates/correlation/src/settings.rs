@@ -18,14 +18,14 @@ pub struct Settings {
     pub convergence_px: f64,
     /// Gauss-Newton steps after which a match counts as not converged.
     pub max_iterations: u32,
-    /// Least zero-normalised cross-correlation with the reference that counts as a match.
-    pub min_zncc: f64,
+    /// What counts as a match.
+    pub acceptance: Acceptance,
     /// Share of its first correlation below which a subset has changed so much that it is prepared anew from the frame where
     /// that is seen: once three frames in a row lie below. From then on the uncertainty of its place there is part of
     /// every sigma.
     pub renewal_share: f64,
-    /// Columns and rows on each side of the expected place that a search covers; a body may move this far between
-    /// two frames without being predicted.
+    /// Columns and rows on each side of the expected place that a search covers first; a body may move this far between two frames
+    /// without being predicted, so a pattern that repeats within it is ambiguous.
     pub search_radius_px: usize,
     /// Threads that the subsets of a recording are shared among; the result does not depend on it.
     pub n_threads: NonZero<usize>,
@@ -38,7 +38,7 @@ impl Default for Settings {
             interpolation: Interpolation::Cubic,
             convergence_px: 1e-3,
             max_iterations: 30,
-            min_zncc: 0.6,
+            acceptance: Acceptance::ByEvidence,
             renewal_share: 0.85,
             search_radius_px: 24,
             n_threads: NonZero::<usize>::MIN,
@@ -55,8 +55,9 @@ impl Settings {
                 ("convergence_px", "a positive number of pixels", self.convergence_px);
             return Err(CorrelationError::Setting { name, expected, found });
         }
-        if !(-1.0..=1.0).contains(&self.min_zncc) {
-            let (name, expected, found) = ("min_zncc", "a correlation between -1 and 1", self.min_zncc);
+        if !(-1.0..=1.0).contains(&self.acceptance.least_zncc()) {
+            let (name, expected, found) =
+                ("acceptance", "a correlation between -1 and 1", self.acceptance.least_zncc());
             return Err(CorrelationError::Setting { name, expected, found });
         }
         if !(0.0..1.0).contains(&self.renewal_share) {
@@ -72,6 +73,29 @@ impl Settings {
             });
         }
         Ok(())
+    }
+}
+
+/// What counts as a match.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Acceptance {
+    /// What resembles the reference by more than chance gives on this texture, and than the texture repeats itself where the body may be;
+    /// in a field what its neighbours support so.
+    ByEvidence,
+    /// A zero-normalised cross-correlation with the reference of at least so much, whatever else may resemble it as well.
+    Zncc(f64),
+}
+
+impl Acceptance {
+    /// Correlation below which no evidence makes a match believed.
+    const LEAST_ZNCC: f64 = 0.4;
+
+    /// Least correlation that an iteration may end with.
+    pub(crate) fn least_zncc(self) -> f64 {
+        match self {
+            Self::ByEvidence => Self::LEAST_ZNCC,
+            Self::Zncc(least) => least,
+        }
     }
 }
 
@@ -277,7 +301,7 @@ mod tests {
     fn settings_without_meaning_are_refused() {
         assert!(Settings::default().check().is_ok());
         assert!(Settings { convergence_px: f64::NAN, ..Settings::default() }.check().is_err());
-        assert!(Settings { min_zncc: 1.5, ..Settings::default() }.check().is_err());
+        assert!(Settings { acceptance: Acceptance::Zncc(1.5), ..Settings::default() }.check().is_err());
         assert!(Settings { renewal_share: 1.0, ..Settings::default() }.check().is_err());
         assert!(Settings { max_iterations: 0, ..Settings::default() }.check().is_err());
     }

@@ -26,9 +26,20 @@ impl Warp {
         Self { position_px, gradient: [0.0; 4], curvature: [0.0; 6] }
     }
 
-    /// The same, turned by an angle from x towards y.
-    pub(crate) fn turned(position_px: [f64; 2], angle_rad: f64) -> Self {
-        Self { gradient: rotation(angle_rad), ..Self::at(position_px) }
+    /// The gradient that follows two others where each step deforms as the one before: of the deformations F and G that is `G F^-1 G`.
+    /// `None` where F folds.
+    pub(crate) fn gradient_after(before: &[f64; 4], newest: &[f64; 4]) -> Option<[f64; 4]> {
+        let linear = |[xx, xy, yx, yy]: &[f64; 4]| [1.0 + xx, *xy, *yx, 1.0 + yy];
+        let times = |left: [f64; 4], right: [f64; 4]| {
+            let entry =
+                |row: usize, column: usize| left[row] * right[column] + left[row + 1] * right[column + 2];
+            [entry(0, 0), entry(0, 1), entry(2, 0), entry(2, 1)]
+        };
+        let (newest, before) = (linear(newest), linear(before));
+        let determinant = before[0] * before[3] - before[1] * before[2];
+        let inverse = [before[3], -before[1], -before[2], before[0]].map(|entry| entry / determinant);
+        let [xx, xy, yx, yy] = times(times(newest, inverse), newest);
+        (determinant > 0.1).then_some([xx - 1.0, xy, yx, yy - 1.0])
     }
 
     /// Whether a subset may have been so deformed: no length is less than a third of what it was, nor more than three times. A warp that

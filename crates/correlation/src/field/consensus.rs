@@ -5,7 +5,9 @@ use chainwave_measurement::Lost;
 
 use crate::field::pair::{ImagePair, Settled};
 use crate::icgn::outcome::Match;
-use crate::search::{SearchArea, Template, n_independent};
+use crate::search::area::SearchArea;
+use crate::search::chance::{correlation_length_px, fisher, n_speckles};
+use crate::search::template::Template;
 use crate::{PreparedSubset, Shape};
 
 /// Disagreement of neighbours, per pixel between them, that a field may have beyond its gradient: its curvature.
@@ -112,7 +114,7 @@ impl Consensus<'_> {
         let mut reasons = Vec::new();
         for point in asked {
             let subset = self.pair.prepare(self.places[*point])?;
-            let sigma = (n_independent(&subset) - 3.0).max(1.0).sqrt().recip();
+            let sigma = (n_speckles(&subset) - 3.0).max(1.0).sqrt().recip();
             let beyond = BEYOND_CHANCE * sigma / n_subsets.sqrt();
             if mean < BY_SEARCH * sigma + beyond {
                 reasons.push(Lost::LowCorrelation);
@@ -134,18 +136,6 @@ impl Consensus<'_> {
         let best = reference.best_elsewhere(&template, subset.centre_px, REPEATS_WITHIN_PX, own_px);
         best.map_or(0.0, fisher)
     }
-}
-
-/// Fisher's transform of a correlation.
-fn fisher(zncc: f64) -> f64 {
-    zncc.clamp(-0.999_999, 0.999_999).atanh()
-}
-
-/// Shifts within which a subset resembles itself: twice the width of its autocorrelation at half its height.
-fn correlation_length_px(subset: &PreparedSubset) -> f64 {
-    let n = n_independent(subset);
-    let area_px = subset.n_used() as f64 / n.max(1.0);
-    (2.0 * area_px.sqrt()).clamp(3.0, subset.half_px()[0].max(3.0))
 }
 
 impl SearchArea {

@@ -3,7 +3,10 @@
 use chainwave_measurement::Lost;
 
 use crate::field::pair::{ImagePair, Settled};
-use crate::search::{Patch, SearchArea, Template, chance_zncc, n_independent};
+use crate::search::area::SearchArea;
+use crate::search::chance::{RARE, chance_zncc};
+use crate::search::patch::{Deformations, Patch};
+use crate::search::template::Template;
 use crate::warp::Warp;
 use crate::{PreparedSubset, Workspace};
 
@@ -17,8 +20,6 @@ const MAX_DEFORMED_FAILURES: usize = 6;
 const USUAL_PIXELS: usize = 512 * 512;
 /// Reach of the patch that is searched for so, over half the subset's side: its square is cut from a turned one.
 const PATCH: f64 = 1.6;
-/// Independent speckles of a pixel below which a picture of half the size still shows them.
-const COARSE: f64 = 0.11;
 /// Columns and rows around the expected place that are searched first.
 const NEAR_PX: usize = 24;
 
@@ -29,6 +30,8 @@ pub(crate) struct Seeds {
     displacement_px: Option<[f64; 2]>,
     n_whole_failures: usize,
     n_deformed_failures: usize,
+    /// The whole target, once it has been searched.
+    whole: Option<SearchArea>,
 }
 
 impl Seeds {
@@ -49,6 +52,7 @@ impl Seeds {
             displacement_px: None,
             n_whole_failures: 0,
             n_deformed_failures: 0,
+            whole: None,
         }
     }
 
@@ -88,20 +92,16 @@ impl Seeds {
         if self.n_whole_failures >= MAX_WHOLE_FAILURES {
             return None;
         }
-        let whole = SearchArea::of(pair.target);
-        let upright = try_upright(pair, subset, &whole, place_px, workspace);
+        let whole = self.whole.get_or_insert_with(|| SearchArea::of(pair.target));
         let most =
             (MAX_DEFORMED_FAILURES * USUAL_PIXELS / whole.n_pixels().max(1)).clamp(1, MAX_DEFORMED_FAILURES);
-        let found = match upright {
+        let found = match try_upright(pair, subset, whole, place_px, workspace) {
             None if self.n_deformed_failures < most => {
-                let speckles_per_px = n_independent(subset) / subset.n_used() as f64;
-                let patch = Patch {
-                    reference: pair.reference.image(),
-                    place_px,
-                    reach_px: PATCH * pair.half_px as f64,
-                    coarseness: if speckles_per_px < COARSE { 2 } else { 1 },
-                };
-                let deformed = patch.find(&whole, |start| try_at(pair, subset, start, place_px, workspace));
+                let patch = Patch::around(pair.reference.image(), subset, PATCH * pair.half_px as f64);
+                let n_trials = whole.n_pixels() * Deformations::All.count();
+                let deformed = patch.find(whole, Deformations::All, |start| {
+                    try_at(pair, subset, start, n_trials, place_px, workspace)
+                });
                 self.n_deformed_failures += usize::from(deformed.is_none());
                 deformed
             }
@@ -125,19 +125,20 @@ fn try_upright(
     workspace: &mut Workspace,
 ) -> Option<Settled> {
     let found = part.find(&Template::upright(subset))?;
-    try_at(pair, subset, Warp::at(found.place_px), place_px, workspace)
+    try_at(pair, subset, Warp::at(found.place_px), part.n_pixels(), place_px, workspace)
 }
 
-/// A match from a place found by search, unless it may be a coincidence.
+/// A match from a place found by search among so many, unless it may be a coincidence.
 fn try_at(
     pair: &ImagePair<'_>,
     subset: &PreparedSubset,
     start: Warp,
+    n_trials: usize,
     place_px: [f64; 2],
     workspace: &mut Workspace,
 ) -> Option<Settled> {
     let settled = pair.settle(place_px, start, workspace);
-    let certain = |zncc: f64| zncc >= chance_zncc(subset).max(subset.settings.min_zncc);
+    let certain = |zncc: f64| zncc >= chance_zncc(subset, n_trials as f64, RARE);
     let position: &Result<_, Lost> = &settled.0;
     position.as_ref().is_ok_and(|found| certain(found.position.zncc)).then_some(settled)
 }

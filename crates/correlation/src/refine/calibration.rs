@@ -82,6 +82,7 @@ impl Ratio {
 type Bias = [f64; N_WAVES];
 
 /// How a frame resembles the reference at a place, and this crate's own standard uncertainty of such a place.
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct Judgement {
     pub(crate) zncc: f64,
     sigma_px: [f64; 2],
@@ -197,7 +198,7 @@ impl<'a> Pictures<'a> {
                 let square = ((error[axis] - of_bias[axis]) / own_px[axis]).powi(2);
                 (Ratio::terms(place, axis), square)
             });
-            (found.zncc >= subset.settings.min_zncc).then_some(pull)
+            (found.zncc >= subset.settings.acceptance.least_zncc()).then_some(pull)
         };
         // other shifts than the bias was fitted to
         let other = shifts().skip(N_STILL).take(N_NOISY);

@@ -1,15 +1,18 @@
 //! Tracking by OpenCV's pyramidal Lucas-Kanade method: the peer that this crate's own rungs are measured against.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use chainwave_measurement::{Estimate, Lost, Position, Recording, Region, Subset, Track};
 use opencv::core::{Mat, Point2f, Size, TermCriteria, TermCriteria_COUNT, TermCriteria_EPS, Vector};
 use opencv::video::{OPTFLOW_USE_INITIAL_FLOW, calc_optical_flow_pyr_lk};
 
-use crate::refine::calibration::{Calibration, judge};
-use crate::search::search;
+use crate::acceptance::{Seen, Standard};
+use crate::refine::calibration::{Calibration, Judgement, judge};
 use crate::simd::vectorised;
+use crate::track::find::{Locate, Quest};
 use crate::track::predict::History;
+use crate::track::together::without_collisions;
 use crate::track::tracker::{Found, Tracker, track_both_ways};
 use crate::warp::Warp;
 use crate::{
@@ -21,7 +24,7 @@ use crate::{
 /// Lucas Kanade feature tracker, 2000): translation, bilinear interpolation, each frame directly against the reference.
 ///
 /// The method takes 8-bit images: the reference's least count becomes 0 and its largest 255, in every frame. Of
-/// `settings`, the convergence, the iterations, the search and `min_zncc` count. `Position::iterations` is 0, for
+/// `settings`, the convergence, the iterations, the search and what counts as a match are taken. `Position::iterations` is 0, for
 /// OpenCV does not tell.
 ///
 /// The bias of bilinear interpolation is taken off and sigma stated as they are found on shifted pictures of each subset, by
@@ -40,6 +43,7 @@ pub(crate) fn track_lucas_kanade(
     let mut flow = Flow::new(recording, subsets, reference, settings)?;
     let (first, n_frames) = (reference.range().start, recording.info().n_frames);
     let tracks = track_both_ways(&mut flow, first, n_frames, subsets, progress);
+    let tracks = without_collisions(tracks, subsets, first, settings);
     flow.failure.map_or(Ok(tracks), |failure| Err(failure.into()))
 }
 
@@ -51,6 +55,7 @@ const MIN_EIGENVALUE: f64 = 1e-4;
 /// All subsets on their way.
 struct Flow<'a> {
     recording: &'a dyn Recording,
+    reference_frames: Range<usize>,
     eight_bit: EightBit,
     reference: Vec<u8>,
     settings: Settings,
@@ -61,10 +66,17 @@ struct Flow<'a> {
 }
 
 struct FlowPoint {
-    subset: Result<PreparedSubset, Lost>,
-    calibration: Result<Calibration, Lost>,
+    target: Result<FlowTarget, Lost>,
     history: History,
+    /// Why it was lost in the last frame that it was searched in.
+    reason: Lost,
     size: [i32; 2],
+}
+
+struct FlowTarget {
+    subset: PreparedSubset,
+    calibration: Calibration,
+    standard: Standard,
 }
 
 impl<'a> Flow<'a> {
@@ -85,85 +97,57 @@ impl<'a> Flow<'a> {
         let point = |subset: &Subset| {
             Reference::check_inside(recording, subset)?;
             let size = [subset.half_width_px, subset.half_height_px].map(|half| 2 * half as i32 + 1);
-            let history = History::of(subset);
             let around = eight_bit.reference(&Reference::read(recording, subset, frames)?)?;
             let prepared = PreparedSubset::new(&reference, subset, &settings);
-            let calibration = prepared
-                .as_ref()
-                .map_err(|reason| *reason)
-                .and_then(|subset| calibrate(&around, subset, size));
-            Ok(FlowPoint { subset: prepared, calibration, history, size })
+            let target = prepared.and_then(|subset| {
+                let calibration = calibrate(&around, &subset, size)?;
+                let standard = Standard::new(recording, frames, &subset);
+                Ok(FlowTarget { subset, calibration, standard })
+            });
+            Ok(FlowPoint { target, history: History::of(subset), reason: Lost::LowCorrelation, size })
         };
         let points = subsets.iter().map(point).collect::<Result<_, CorrelationError>>()?;
-        let workspace = Workspace::default();
-        Ok(Self { recording, eight_bit, reference: bytes, settings, points, workspace, failure: None })
+        Ok(Self {
+            recording,
+            reference_frames: frames.range(),
+            eight_bit,
+            reference: bytes,
+            settings,
+            points,
+            workspace: Workspace::default(),
+            failure: None,
+        })
     }
 
-    /// Where each subset's flow starts in a frame: where the past expects it, or where a search finds it.
-    fn starts(&self, frame: usize) -> Vec<Result<[f64; 2], Lost>> {
+    /// Where each subset's flow starts in a frame, if the past leads to expect it somewhere.
+    fn starts(&self) -> Vec<Option<[f64; 2]>> {
         let start = |point: &FlowPoint| {
-            let subset = point.subset.as_ref().map_err(|reason| *reason)?;
-            if point.history.n_lost == 0 {
-                return Ok(point.history.predict().position_px);
-            }
-            let place = point.history.search_place().ok_or(Lost::LowCorrelation)?;
-            let found = search(self.recording, frame, subset, place).map_err(|_| Lost::Unreadable)?;
-            found.ok_or(Lost::OutOfView)
+            (point.target.is_ok() && point.history.n_lost == 0).then(|| point.history.predict().position_px)
         };
         self.points.iter().map(start).collect()
     }
 
-    /// The flow of all subsets from the reference to `bytes`; `None` where OpenCV found none. Subsets of the same
-    /// size go together.
-    fn flow(&self, bytes: &[u8], starts: &[Result<[f64; 2], Lost>]) -> opencv::Result<Vec<Option<[f64; 2]>>> {
+    /// The flow of all subsets from the reference to a frame; `None` where OpenCV found none. Subsets of the same size go together.
+    fn flow(
+        &self,
+        images: &Images<'_>,
+        starts: &[Option<[f64; 2]>],
+    ) -> opencv::Result<Vec<Option<[f64; 2]>>> {
         let mut by_size: BTreeMap<[i32; 2], Vec<usize>> = BTreeMap::new();
         for (i, (point, _)) in
-            self.points.iter().zip(starts).enumerate().filter(|(_, (_, start))| start.is_ok())
+            self.points.iter().zip(starts).enumerate().filter(|(_, (_, start))| start.is_some())
         {
             by_size.entry(point.size).or_default().push(i);
         }
         let mut places = vec![None; self.points.len()];
         for (size, members) in by_size {
-            let from =
-                members.iter().filter_map(|&i| self.points[i].subset.as_ref().ok()).map(|s| s.centre_px);
-            let to = members.iter().filter_map(|&i| starts[i].ok());
-            let found = self.flow_of_size(bytes, size, from, to)?;
+            let targets = members.iter().filter_map(|&i| self.points[i].target.as_ref().ok());
+            let from = targets.map(|target| target.subset.centre_px);
+            let to = members.iter().filter_map(|&i| starts[i]);
+            let found = images.flow(size, &self.settings, from, to)?;
             members.into_iter().zip(found).for_each(|(i, place)| places[i] = place);
         }
         Ok(places)
-    }
-
-    fn flow_of_size(
-        &self,
-        bytes: &[u8],
-        size: [i32; 2],
-        from: impl Iterator<Item = [f64; 2]>,
-        to: impl Iterator<Item = [f64; 2]>,
-    ) -> opencv::Result<Vec<Option<[f64; 2]>>> {
-        let info = self.recording.info();
-        let images = Images {
-            columns: info.width_px as i32,
-            rows: info.height_px as i32,
-            still: &self.reference,
-            moved: bytes,
-        };
-        images.flow(size, &self.settings, from, to)
-    }
-
-    /// The position with its uncertainty, if the frame resembles the reference there.
-    fn judge(&mut self, i: usize, window: &Window, place: [f64; 2]) -> Found {
-        let subset = self.points[i].subset.as_ref().map_err(|reason| *reason)?;
-        if !subset.fits(window, &Warp::at(place)) {
-            return Err(Lost::OutOfView);
-        }
-        let found = judge(subset, window, place, &mut self.workspace).ok_or(Lost::LowCorrelation)?;
-        if found.zncc.is_nan() || found.zncc < self.settings.min_zncc {
-            return Err(Lost::LowCorrelation);
-        }
-        let calibration = self.points[i].calibration.as_ref().map_err(|reason| *reason)?;
-        let [x_px, y_px] =
-            calibration.correct(place, &found).map(|(value, sigma)| Estimate::new(value, sigma));
-        Ok(Position { x_px, y_px, zncc: found.zncc, iterations: 0 })
     }
 
     fn locate_all(&mut self, frame: usize) -> opencv::Result<Vec<Found>> {
@@ -174,8 +158,6 @@ impl<'a> Flow<'a> {
             return Ok(vec![Err(Lost::Unreadable); self.points.len()]);
         }
         let bytes = self.eight_bit.convert(&pixels);
-        let starts = self.starts(frame);
-        let places = self.flow(&bytes, &starts)?;
         let mut window = Window::empty(Interpolation::Linear);
         window
             .start(whole, [0; 2])
@@ -183,9 +165,85 @@ impl<'a> Flow<'a> {
             .zip(&bytes)
             .for_each(|(value, &byte)| *value = f32::from(byte));
         window.finish();
-        let ends =
-            starts.into_iter().zip(places).map(|(start, place)| start.and(place.ok_or(Lost::NotConverged)));
-        Ok(ends.enumerate().map(|(i, end)| self.judge(i, &window, end?)).collect())
+        let (columns, rows) = (info.width_px as i32, info.height_px as i32);
+        let reference = std::mem::take(&mut self.reference);
+        let images = Images { columns, rows, still: &reference, moved: &bytes };
+        let starts = self.starts();
+        let places = self.flow(&images, &starts);
+        let found = places.map(|places| {
+            let first = starts.iter().zip(places).map(|(start, place)| start.map(|_| place));
+            first.enumerate().map(|(i, first)| self.find(i, frame, first, &images, &window)).collect()
+        });
+        self.reference = reference;
+        found
+    }
+
+    /// The position of one subset, whose flow from where it was expected leads to a place.
+    fn find(
+        &mut self,
+        i: usize,
+        frame: usize,
+        first: Option<Option<[f64; 2]>>,
+        images: &Images<'_>,
+        window: &Window,
+    ) -> Found {
+        let FlowPoint { target, history, reason, size } = &mut self.points[i];
+        let FlowTarget { subset, calibration, standard } = target.as_mut().map_err(|reason| *reason)?;
+        let is_reference = self.reference_frames.contains(&frame);
+        let recording = self.recording;
+        let quest = Quest { recording, subset, standard, history, reason: *reason, is_reference };
+        let (settings, workspace, failure) = (&self.settings, &mut self.workspace, &mut self.failure);
+        let mut single = SingleFlow { images, window, subset, size: *size, settings, workspace, failure };
+        let first = first.map(|place| single.judged(place.ok_or(Lost::NotConverged)?));
+        let (place, found) = quest.find_after(frame, first, &mut single)?;
+        standard.note(found.zncc);
+        let [x_px, y_px] =
+            calibration.correct(place, &found).map(|(value, sigma)| Estimate::new(value, sigma));
+        Ok(Position { x_px, y_px, zncc: found.zncc, iterations: 0 })
+    }
+}
+
+/// The flow of one subset.
+struct SingleFlow<'a> {
+    images: &'a Images<'a>,
+    window: &'a Window,
+    subset: &'a PreparedSubset,
+    size: [i32; 2],
+    settings: &'a Settings,
+    workspace: &'a mut Workspace,
+    failure: &'a mut Option<opencv::Error>,
+}
+
+impl SingleFlow<'_> {
+    /// A place, if the frame resembles the reference there.
+    fn judged(&mut self, place: [f64; 2]) -> Result<([f64; 2], Judgement), Lost> {
+        if !self.subset.fits(self.window, &Warp::at(place)) {
+            return Err(Lost::OutOfView);
+        }
+        let found = judge(self.subset, self.window, place, self.workspace).ok_or(Lost::LowCorrelation)?;
+        let resembles = found.zncc >= self.settings.acceptance.least_zncc();
+        if resembles { Ok((place, found)) } else { Err(Lost::LowCorrelation) }
+    }
+}
+
+impl Locate for SingleFlow<'_> {
+    type Found = ([f64; 2], Judgement);
+    const DEFORMS: bool = false;
+
+    fn locate(&mut self, _: usize, start: Warp) -> Result<Self::Found, Lost> {
+        let (from, to) = (self.subset.centre_px, start.position_px);
+        let once = std::iter::once::<[f64; 2]>;
+        match self.images.flow(self.size, self.settings, once(from), once(to)) {
+            Ok(places) => self.judged(places.into_iter().next().flatten().ok_or(Lost::NotConverged)?),
+            Err(error) => {
+                self.failure.get_or_insert(error);
+                Err(Lost::NotConverged)
+            }
+        }
+    }
+
+    fn seen((place, found): &Self::Found) -> Seen {
+        Seen { warp: Warp::at(*place), zncc: found.zncc }
     }
 }
 
@@ -195,13 +253,19 @@ impl Tracker for Flow<'_> {
             self.failure.get_or_insert(error);
             vec![Err(Lost::NotConverged); self.points.len()]
         });
-        self.points.iter_mut().zip(&found).for_each(|(point, found)| point.history.note(found));
+        for (point, found) in self.points.iter_mut().zip(&found) {
+            point.history.note(found);
+            point.reason = found.err().unwrap_or(point.reason);
+        }
         found
     }
 
     fn restart(&mut self, found: &[Found]) {
         for (point, found) in self.points.iter_mut().zip(found) {
             point.history = point.history.restarted(found);
+            if let Ok(target) = &mut point.target {
+                target.standard.restart();
+            }
         }
     }
 }

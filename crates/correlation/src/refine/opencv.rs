@@ -6,7 +6,7 @@ use opencv::prelude::*;
 use opencv::video::{MOTION_TRANSLATION, find_transform_ecc};
 
 use crate::refine::Refine;
-use crate::search::SearchArea;
+use crate::search::area::SearchArea;
 use crate::simd::LANES;
 use crate::warp::Warp;
 use crate::window::sample::sample;

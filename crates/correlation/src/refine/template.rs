@@ -2,7 +2,8 @@
 
 use crate::PreparedSubset;
 use crate::refine::Refine;
-use crate::search::{SearchArea, Template};
+use crate::search::area::SearchArea;
+use crate::search::template::Template;
 
 /// Search for the subset at whole pixels, and the top of a paraboloid through the correlation there and at its eight
 /// neighbours (the peak fit of particle image velocimetry: M. Raffel et al., Particle Image Velocimetry, 3rd ed., 2018,

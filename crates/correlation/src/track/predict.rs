@@ -2,8 +2,40 @@
 
 use chainwave_measurement::{Position, Subset};
 
+use crate::search::patch::Deformations;
 use crate::track::tracker::Found;
 use crate::warp::Warp;
+
+/// Where and how a subset is searched for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Search {
+    pub(crate) around_px: [f64; 2],
+    pub(crate) reach: Reach,
+    /// How it may be deformed; `None` for as it is.
+    pub(crate) deformations: Option<Deformations>,
+}
+
+/// How far around a place is searched.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Reach {
+    /// The search radius of the settings.
+    Near,
+    /// Four times that.
+    Far,
+    /// The frame.
+    Whole,
+}
+
+impl Reach {
+    /// The same in pixels, for a search radius and a frame whose longer side is `frame_px`.
+    pub(crate) fn px(self, radius_px: usize, frame_px: usize) -> usize {
+        match self {
+            Self::Near => radius_px,
+            Self::Far => radius_px.saturating_mul(4).min(frame_px),
+            Self::Whole => frame_px,
+        }
+    }
+}
 
 /// What a subset's own past says of its next place.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,13 +92,48 @@ impl History {
         self.recent[0]
     }
 
-    /// Where to search in the next frame: in turn where the subset would be by now and where it was seen last. From
-    /// the fifth lost frame on only every fourth is searched.
-    pub(crate) fn search_place(&self) -> Option<[f64; 2]> {
+    /// The searches of the next frame, until one of them finds the subset: as it is near where it is expected and farther around where it
+    /// was, then turned, then stretched. A subset that is lost is searched for in turn where it would be by now and where it was seen
+    /// last; from the fifth lost frame on in every fourth alone. The whole frame is searched when 2, 16, 128, .. frames are lost.
+    pub(crate) fn searches(&self) -> Vec<Search> {
         const EAGER: usize = 4;
         let turn = if self.n_lost < EAGER { self.n_lost } else { self.n_lost / EAGER };
-        let place = if turn.is_multiple_of(2) { self.predict() } else { self.last() };
-        (self.n_lost < EAGER || self.n_lost.is_multiple_of(EAGER)).then_some(place.position_px)
+        let expected = if turn.is_multiple_of(2) { self.predict() } else { self.last() };
+        let near = |deformations| {
+            let around_px = expected.position_px;
+            Search { around_px, reach: Reach::Near, deformations }
+        };
+        let around = |reach, deformations| {
+            let around_px = self.last().position_px;
+            Search { around_px, reach, deformations }
+        };
+        let turns = Some(Deformations::Turns);
+        let is_whole = self.n_lost.is_power_of_two() && self.n_lost.ilog2() % 3 == 1;
+        match self.n_lost {
+            0 => vec![
+                near(None),
+                around(Reach::Far, None),
+                near(turns),
+                around(Reach::Far, turns),
+                near(Some(Deformations::Stretches)),
+            ],
+            _ if is_whole => {
+                vec![near(None), around(Reach::Whole, None), near(turns), around(Reach::Whole, turns)]
+            }
+            n if n < EAGER => vec![near(None), around(Reach::Far, None), near(turns)],
+            n if n.is_multiple_of(EAGER) => vec![near(None), near(turns)],
+            _ => Vec::new(),
+        }
+    }
+
+    /// As [`Self::predict`], for a subset that goes on to turn and stretch as it did; `None` where it did not.
+    pub(crate) fn predict_turning(&self) -> Option<Warp> {
+        const NOTHING: f64 = 0.02;
+        let [newest, before, ..] = self.recent.as_slice() else { return None };
+        let changed =
+            newest.gradient.iter().zip(before.gradient).any(|(new, old)| (new - old).abs() > NOTHING);
+        let gradient = Warp::gradient_after(&before.gradient, &newest.gradient)?;
+        (changed && self.n_lost == 0).then(|| Warp { gradient, ..self.predict() })
     }
 
     /// The expected place in the next frame: constant acceleration, constant velocity or rest, as the past allows;
@@ -96,6 +163,34 @@ mod tests {
         history.found(place(2.0));
         let [x, y] = history.predict().position_px;
         assert!((x - place(3.0).position_px[0]).abs() < 1e-12 && (y - 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_turn_goes_on() {
+        let turned = |angle: f64| {
+            let (sin, cos) = angle.sin_cos();
+            Warp { gradient: [cos - 1.0, -sin, sin, cos - 1.0], ..Warp::at([10.0, 20.0]) }
+        };
+        let mut history = History::starting_at(turned(0.2));
+        assert_eq!(history.predict_turning(), None);
+        history.found(turned(0.7));
+        let next = history.predict_turning().unwrap();
+        let off =
+            next.gradient.iter().zip(turned(1.2).gradient).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-14, "rounding of two products: {off}");
+    }
+
+    #[test]
+    fn the_whole_frame_is_searched_more_and_more_rarely() {
+        let mut history = History::starting_at(Warp::at([0.0, 0.0]));
+        let mut whole = Vec::new();
+        for n_lost in 0..200 {
+            if history.searches().iter().any(|search| search.reach == Reach::Whole) {
+                whole.push(n_lost);
+            }
+            history.lost();
+        }
+        assert_eq!(whole, [2, 16, 128]);
     }
 
     #[test]

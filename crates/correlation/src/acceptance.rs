@@ -1,0 +1,193 @@
+//! Whether a match in a frame of a film is to be believed: by what chance gives on its texture, by where the texture repeats itself, by how
+//! the subset fared before, and where that does not settle it, by what else the frame shows around it.
+//!
+//! What stands clear of chance and of the reference's own repeats, which are looked for once, and has not suddenly fallen below what it was
+//! in the frames before, is believed at once. Any other match is held against its rivals: the places around it that resemble the subset
+//! most, each matched as it was itself. It is right where it resembles more than chance allows and none of them as much.
+
+use chainwave_measurement::{Lost, Recording};
+
+use crate::search::area::{Found, SearchArea};
+use crate::search::chance::{RARE, chance_zncc, correlation_length_px, fisher};
+use crate::search::patch::Patch;
+use crate::search::template::Template;
+use crate::search::{area_around, region_around};
+use crate::warp::Warp;
+use crate::{Acceptance, PreparedSubset, ReferenceFrames, Window, Workspace, mean_of_frames};
+
+/// Share of matches of something else, at a place where the subset was expected, that may be taken for it: what is expected need not be as
+/// improbable by chance as what is searched for.
+const RARE_WHERE_EXPECTED: f64 = 1e-6;
+/// Places among which an iteration chooses by itself.
+const N_NEAR: f64 = 8.0;
+/// Standard errors by which noise may change the difference of two correlations, of which each has the variance 1 over the pixels after
+/// Fisher's transform.
+const BEYOND_NOISE: f64 = 5.5;
+/// Rivals that are matched.
+const N_RIVALS: usize = 3;
+/// Share of a match's correlation that a rival has between pixels at least.
+const RIVAL_SHARE: f64 = 0.5;
+/// Share of the usual correlation, after Fisher's transform, below which it has fallen suddenly.
+const SUDDEN: f64 = 0.6;
+/// Frames that the usual correlation is a mean of.
+const USUAL_FRAMES: f64 = 8.0;
+/// Largest part of a gradient under which the subset is searched for as it is.
+const NEARLY_UPRIGHT: f64 = 0.03;
+
+/// Where something was matched, and how well.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Seen {
+    pub(crate) warp: Warp,
+    pub(crate) zncc: f64,
+}
+
+/// How a match was come by.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Origin {
+    /// From where the frames before led to expect it.
+    Expected,
+    /// As the best of so many places and deformations.
+    Searched { n_trials: usize, reach_px: usize },
+}
+
+/// What the matches of one subset are held against.
+pub(crate) struct Standard {
+    acceptance: Acceptance,
+    /// Correlation that nothing else has where the subset is expected.
+    clear_zncc: f64,
+    /// How well the reference resembles the subset elsewhere, after Fisher's transform.
+    repeats: f64,
+    /// What noise may change a difference of correlations by.
+    noise: f64,
+    own_px: f64,
+    patch: Patch,
+    /// Mean correlation of the last matches, after Fisher's transform, and how many they were.
+    usual: (f64, f64),
+}
+
+impl Standard {
+    /// The standard for a subset of reference frames.
+    pub(crate) fn new(recording: &dyn Recording, frames: &ReferenceFrames, subset: &PreparedSubset) -> Self {
+        let mut standard = Self {
+            acceptance: subset.settings.acceptance,
+            clear_zncc: chance_zncc(subset, N_NEAR, RARE),
+            repeats: 0.0,
+            noise: BEYOND_NOISE * (2.0 / subset.n_used as f64).sqrt(),
+            own_px: correlation_length_px(subset),
+            patch: Patch::of(subset),
+            usual: (0.0, 0.0),
+        };
+        if standard.acceptance == Acceptance::ByEvidence {
+            standard.repeats = standard.repeats_in(recording, frames, subset).unwrap_or(0.0);
+        }
+        standard
+    }
+
+    /// The standard for the same subset when it is followed anew.
+    pub(crate) fn restart(&mut self) {
+        self.usual = (0.0, 0.0);
+    }
+
+    /// The pixels of the subset, to be searched for.
+    pub(crate) fn patch(&self) -> &Patch {
+        &self.patch
+    }
+
+    fn repeats_in(
+        &self,
+        recording: &dyn Recording,
+        frames: &ReferenceFrames,
+        subset: &PreparedSubset,
+    ) -> Option<f64> {
+        let reach_px = subset.settings.search_radius_px;
+        let region = region_around(recording, subset, subset.centre_px, reach_px)?;
+        let pixels = mean_of_frames(recording, region, frames.range()).ok()?;
+        let window = Window::new(region, &pixels, subset.settings.interpolation).ok()?;
+        let area = SearchArea::new(region, pixels, subset.mean as f32);
+        let mut workspace = Workspace::default();
+        let peaks = area.peaks_elsewhere(&Template::upright(subset), subset.centre_px, self.own_px, N_RIVALS);
+        let between_pixels = |place_px| {
+            let found = subset.solve(&window, Warp::at(place_px), &mut workspace).ok()?;
+            Some(Seen { warp: found.warp(), zncc: found.position.zncc })
+        };
+        Some(self.best_rival(subset.centre_px, 1.0, &peaks, between_pixels))
+    }
+
+    /// Whether a match from where the subset was expected is beyond doubt at once.
+    pub(crate) fn is_clear(&self, zncc: f64) -> bool {
+        match self.acceptance {
+            Acceptance::Zncc(least) => zncc >= least,
+            Acceptance::ByEvidence => {
+                let z = fisher(zncc);
+                zncc >= self.clear_zncc && z >= self.repeats + self.noise && z >= SUDDEN * self.usual.0
+            }
+        }
+    }
+
+    /// Whether a match that is not beyond doubt is to be believed; `again` matches from another start.
+    ///
+    /// # Errors
+    /// [`Lost::LowCorrelation`] where chance may give as much, [`Lost::Ambiguous`] where another place resembles the subset as well.
+    pub(crate) fn verify(
+        &self,
+        recording: &dyn Recording,
+        frame: usize,
+        subset: &PreparedSubset,
+        found: Seen,
+        origin: Origin,
+        again: impl FnMut(Warp) -> Option<Seen>,
+    ) -> Result<(), Lost> {
+        let (n_trials, p, reach_px) = match (self.acceptance, origin) {
+            (Acceptance::Zncc(least), _) => {
+                return if found.zncc >= least { Ok(()) } else { Err(Lost::LowCorrelation) };
+            }
+            (_, Origin::Expected) => (N_NEAR, RARE_WHERE_EXPECTED, subset.settings.search_radius_px),
+            (_, Origin::Searched { n_trials, reach_px }) => (n_trials as f64, RARE, reach_px),
+        };
+        if found.zncc.is_nan() || found.zncc < chance_zncc(subset, n_trials, p) {
+            return Err(Lost::LowCorrelation);
+        }
+        let place_px = found.warp.position_px;
+        let area = area_around(recording, frame, subset, place_px, reach_px).map_err(|_| Lost::Unreadable)?;
+        let Some(area) = area else { return Ok(()) };
+        let deformed = found.warp.gradient.iter().any(|slope| slope.abs() > NEARLY_UPRIGHT);
+        let of_warp = if deformed { self.patch.template(&found.warp) } else { None };
+        let template = of_warp.unwrap_or_else(|| Template::upright(subset));
+        let peaks = area.peaks_elsewhere(&template, place_px, self.own_px, N_RIVALS);
+        let mut again = again;
+        let best = self.best_rival(place_px, found.zncc, &peaks, |place_px| {
+            again(Warp { position_px: place_px, ..found.warp })
+        });
+        if fisher(found.zncc) < best + self.noise { Err(Lost::Ambiguous) } else { Ok(()) }
+    }
+
+    /// The best correlation at any of some places and where a match goes from there, unless it goes back to the match itself; after
+    /// Fisher's transform.
+    fn best_rival(
+        &self,
+        own_px: [f64; 2],
+        own_zncc: f64,
+        peaks: &[Found],
+        mut again: impl FnMut([f64; 2]) -> Option<Seen>,
+    ) -> f64 {
+        let mut best = 0.0_f64;
+        for &Found { place_px, zncc } in peaks {
+            if zncc < RIVAL_SHARE * own_zncc {
+                continue;
+            }
+            let rival = again(place_px);
+            let [x, y] = rival.map_or(place_px, |rival| rival.warp.position_px);
+            if (x - own_px[0]).hypot(y - own_px[1]) > self.own_px {
+                best = best.max(fisher(rival.map_or(zncc, |rival| rival.zncc.max(zncc))));
+            }
+        }
+        best
+    }
+
+    /// Notes a match that was believed.
+    pub(crate) fn note(&mut self, zncc: f64) {
+        let (mean, n) = self.usual;
+        let n = (n + 1.0).min(USUAL_FRAMES);
+        self.usual = (mean + (fisher(zncc) - mean) / n, n);
+    }
+}

@@ -1,0 +1,53 @@
+//! How well a texture resembles another one by chance.
+
+use crate::PreparedSubset;
+use crate::simd::dot;
+
+/// Share of searches in which something unrelated may resemble a subset by more than the level of chance.
+pub(crate) const RARE: f64 = 2e-8;
+
+/// The correlation that a subset reaches with something unrelated in a share `p` of cases, at the best of `n_trials` places and
+/// deformations.
+///
+/// Of n independent pairs, P regressors of the one explain more than a share r^2 of the other with a probability of about
+/// `(1 - r^2)^((n - 2 - P)/2)` (R. A. Fisher's distribution of the correlation, 1915, whose tail is exactly so for n = 4 and P = 0): the
+/// parameters of the shape function count as regressors, for the match goes where they resemble most.
+pub(crate) fn chance_zncc(subset: &PreparedSubset, n_trials: f64, p: f64) -> f64 {
+    let freedom = (n_independent(subset) - 2.0 - subset.settings.shape.n_parameters() as f64).max(1.0);
+    let unexplained = (p / n_trials.max(1.0)).powf(2.0 / freedom);
+    (1.0 - unexplained).max(0.0).sqrt()
+}
+
+/// Speckles of a subset that are independent of each other.
+///
+/// With the autocorrelation of a Gaussian speckle, exp(-(k_x x^2 + k_y y^2)/2), k = mean f_x^2 / mean f^2, a pixel counts
+/// sqrt(k_x k_y)/pi.
+pub(crate) fn n_speckles(subset: &PreparedSubset) -> f64 {
+    let [k_x, k_y] = [&subset.gradient_x, &subset.gradient_y].map(|g| dot(g, g) / subset.energy);
+    subset.n_used as f64 * (k_x * k_y).sqrt() / std::f64::consts::PI
+}
+
+/// Independent pairs of grey values of a subset and something unrelated with such a texture and noise.
+///
+/// The variance of their correlation is the sum of the products of both autocorrelations over all shifts, over the number of pixels
+/// (M. S. Bartlett, J. R. Stat. Soc. B 8 (1946) 27-41): pixels share their speckle, but not their noise.
+fn n_independent(subset: &PreparedSubset) -> f64 {
+    let n = subset.n_used as f64;
+    let [k_x, k_y] = [&subset.gradient_x, &subset.gradient_y].map(|g| dot(g, g) / subset.signal_energy);
+    let speckle_px = (std::f64::consts::PI / (k_x * k_y).sqrt()).max(1.0);
+    let contrast = subset.signal_energy / n;
+    let in_frame = contrast / (contrast + subset.noise_variance * subset.n_averaged);
+    let in_reference = (subset.signal_energy / subset.energy).min(1.0);
+    n / (1.0 + in_frame * in_reference * (speckle_px - 1.0))
+}
+
+/// Shifts within which a subset resembles itself: twice the width of its autocorrelation at half its height.
+pub(crate) fn correlation_length_px(subset: &PreparedSubset) -> f64 {
+    let area_px = subset.n_used() as f64 / n_speckles(subset).max(1.0);
+    (2.0 * area_px.sqrt()).clamp(3.0, subset.half_px()[0].max(3.0))
+}
+
+/// Fisher's transform of a correlation.
+pub(crate) fn fisher(zncc: f64) -> f64 {
+    zncc.clamp(-0.999_999, 0.999_999).atanh()
+}

@@ -1,0 +1,166 @@
+//! The way to one subset in one frame, whatever matches it: from where it is expected, or by search, and never to what may be something
+//! else.
+
+use chainwave_measurement::{Lost, Recording, Region};
+
+use crate::PreparedSubset;
+use crate::acceptance::{Origin, Seen, Standard};
+use crate::search::area_around;
+use crate::search::patch::Deformations;
+use crate::search::template::Template;
+use crate::track::predict::{History, Search};
+use crate::warp::Warp;
+use crate::window::can_sample;
+
+/// What matches a subset in a frame.
+pub(crate) trait Locate {
+    /// What it gives.
+    type Found: Copy;
+    /// Whether it finds subsets that are turned or stretched.
+    const DEFORMS: bool;
+
+    /// The match in a frame from a start.
+    fn locate(&mut self, frame: usize, start: Warp) -> Result<Self::Found, Lost>;
+
+    /// Where it is, and how well it resembles the reference.
+    fn seen(found: &Self::Found) -> Seen;
+}
+
+/// What is looked for in a frame, and what is known of it.
+pub(crate) struct Quest<'a> {
+    pub(crate) recording: &'a dyn Recording,
+    pub(crate) subset: &'a PreparedSubset,
+    pub(crate) standard: &'a Standard,
+    pub(crate) history: &'a History,
+    /// Why it was lost in the frame before.
+    pub(crate) reason: Lost,
+    /// Whether the frame is one of the reference's: where the subset was defined it is itself.
+    pub(crate) is_reference: bool,
+}
+
+impl Quest<'_> {
+    /// The match in a frame.
+    pub(crate) fn find<L: Locate>(&self, frame: usize, locate: &mut L) -> Result<L::Found, Lost> {
+        let first = (self.history.n_lost == 0).then(|| locate.locate(frame, self.history.predict()));
+        self.find_after(frame, first, locate)
+    }
+
+    /// The match in a frame, after what was found where the subset was expected.
+    pub(crate) fn find_after<L: Locate>(
+        &self,
+        frame: usize,
+        first: Option<Result<L::Found, Lost>>,
+        locate: &mut L,
+    ) -> Result<L::Found, Lost> {
+        let mut reason = match first {
+            Some(first) => match self.expected(frame, first, locate) {
+                Ok(found) => return Ok(found),
+                Err(reason @ (Lost::NoTexture | Lost::Unreadable)) => return Err(reason),
+                Err(reason) => reason,
+            },
+            None if !self.would_be_seen() => Lost::OutOfView,
+            None if self.reason == Lost::Ambiguous => Lost::Ambiguous,
+            None => Lost::LowCorrelation,
+        };
+        for search in self.history.searches() {
+            if search.deformations.is_some() && !L::DEFORMS {
+                continue;
+            }
+            match self.by_search(frame, search, locate) {
+                Ok(found) => return Ok(found),
+                Err(Lost::Unreadable) => return Err(Lost::Unreadable),
+                Err(by_search) => reason = worse(reason, by_search),
+            }
+            // What repeats here does so elsewhere.
+            if reason == Lost::Ambiguous {
+                break;
+            }
+        }
+        Err(reason)
+    }
+
+    /// A match from where the subset was expected to go, or to turn, unless it may be something else.
+    fn expected<L: Locate>(
+        &self,
+        frame: usize,
+        first: Result<L::Found, Lost>,
+        locate: &mut L,
+    ) -> Result<L::Found, Lost> {
+        let believed = |found: Result<L::Found, Lost>, locate: &mut L| {
+            let found = found?;
+            let clear = self.is_reference || self.standard.is_clear(L::seen(&found).zncc);
+            if clear { Ok(found) } else { self.verified(frame, found, Origin::Expected, locate) }
+        };
+        let found = believed(first, locate);
+        match (&found, self.history.predict_turning()) {
+            (Err(Lost::NotConverged | Lost::LowCorrelation), Some(turning)) if L::DEFORMS => {
+                let again = locate.locate(frame, turning);
+                believed(again, locate).or(found)
+            }
+            _ => found,
+        }
+    }
+
+    fn verified<L: Locate>(
+        &self,
+        frame: usize,
+        found: L::Found,
+        origin: Origin,
+        locate: &mut L,
+    ) -> Result<L::Found, Lost> {
+        let again = |start| locate.locate(frame, start).ok().map(|found| L::seen(&found));
+        self.standard.verify(self.recording, frame, self.subset, L::seen(&found), origin, again)?;
+        Ok(found)
+    }
+
+    /// A match where a search finds the subset in a frame.
+    fn by_search<L: Locate>(&self, frame: usize, search: Search, locate: &mut L) -> Result<L::Found, Lost> {
+        let info = self.recording.info();
+        let frame_px = info.width_px.max(info.height_px);
+        let reach_px = search.reach.px(self.subset.settings.search_radius_px, frame_px);
+        let around_px = self.nearest_in_frame(search.around_px);
+        let area = area_around(self.recording, frame, self.subset, around_px, reach_px);
+        let area = area.map_err(|_| Lost::Unreadable)?.ok_or(Lost::OutOfView)?;
+        let n_trials = area.n_pixels() * search.deformations.map_or(1, Deformations::count);
+        let origin = Origin::Searched { n_trials, reach_px };
+        let mut certainly = |start: Warp| {
+            let found = locate.locate(frame, start)?;
+            self.verified(frame, found, origin, locate)
+        };
+        match search.deformations {
+            None => {
+                let best = area.find(&Template::upright(self.subset)).ok_or(Lost::LowCorrelation)?;
+                certainly(Warp::at(best.place_px))
+            }
+            Some(deformations) => {
+                let found = self.standard.patch().find(&area, deformations, |start| certainly(start).ok());
+                found.ok_or(Lost::LowCorrelation)
+            }
+        }
+    }
+
+    /// Whether the frame holds the subset, and what its interpolation needs, where it is expected.
+    fn would_be_seen(&self) -> bool {
+        let frame = Region::whole(self.recording.info().width_px, self.recording.info().height_px);
+        let interpolation = self.subset.settings.interpolation;
+        let corners = self.subset.bounds(&self.history.predict());
+        corners.into_iter().all(|corner| can_sample(frame, interpolation, corner))
+    }
+
+    /// The nearest place where the undeformed subset lies in the frame.
+    fn nearest_in_frame(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let info = self.recording.info();
+        let [half_x, half_y] = self.subset.half_px();
+        let inside = |value: f64, half: f64, n: usize| value.min(n as f64 - 1.0 - half).max(half);
+        [inside(x, half_x, info.width_px), inside(y, half_y, info.height_px)]
+    }
+}
+
+/// Of two reasons, the one that says more: a search that fails does not change that the body left the view, or that its pattern repeats.
+fn worse(before: Lost, by_search: Lost) -> Lost {
+    match (before, by_search) {
+        (Lost::OutOfView | Lost::Ambiguous, _) => before,
+        (reason, Lost::OutOfView) => reason,
+        (_, reason) => reason,
+    }
+}

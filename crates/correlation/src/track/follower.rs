@@ -1,0 +1,192 @@
+//! One subset on its way through a recording, by Gauss-Newton from where the frames before lead to expect it, or by search.
+
+use std::ops::Range;
+
+use chainwave_measurement::{Lost, Position, Recording, Subset};
+
+use crate::acceptance::{Seen, Standard};
+use crate::evidence::ShapeTest;
+use crate::icgn::outcome::Match;
+use crate::track::find::{Locate, Quest};
+use crate::track::matcher::Matcher;
+use crate::track::predict::History;
+use crate::track::renewal::Decay;
+use crate::track::tracker::Found;
+use crate::uncertainty::reference_sigma_px;
+use crate::warp::Warp;
+use crate::{CorrelationError, PreparedSubset, Reference, ReferenceFrames, Settings, Window, Workspace};
+
+/// One subset on its way through a recording.
+pub(crate) struct Follower<'a> {
+    matcher: Matcher<'a>,
+    target: Result<Target, Lost>,
+    reference_frames: Range<usize>,
+    history: History,
+    decay: Decay,
+    /// The target as it was prepared first, once it has been prepared anew.
+    original: Option<Target>,
+    /// Why the subset was lost in the last frame that it was searched in.
+    reason: Lost,
+    /// Tests whether the affine shape function is needed, and enough.
+    pub(crate) shape_test: Option<ShapeTest>,
+}
+
+/// What is looked for, and what its matches are held against.
+struct Target {
+    subset: PreparedSubset,
+    standard: Standard,
+}
+
+impl Target {
+    fn new(
+        recording: &dyn Recording,
+        subset: &Subset,
+        frames: &ReferenceFrames,
+        settings: &Settings,
+    ) -> Result<Result<Self, Lost>, CorrelationError> {
+        let reference = Reference::read(recording, subset, frames)?;
+        Ok(PreparedSubset::new(&reference, subset, settings).map(|subset| {
+            let standard = Standard::new(recording, frames, &subset);
+            Self { subset, standard }
+        }))
+    }
+}
+
+impl<'a> Follower<'a> {
+    pub(crate) fn new(
+        recording: &'a dyn Recording,
+        subset: &Subset,
+        frames: &ReferenceFrames,
+        settings: &Settings,
+    ) -> Result<Self, CorrelationError> {
+        let target = Target::new(recording, subset, frames, settings)?;
+        let mut window = Window::empty_of(settings.interpolation, recording.info().full_scale());
+        window.level = target.as_ref().map_or(0.0, |target| target.subset.mean as f32);
+        Ok(Self {
+            reference_frames: frames.range(),
+            history: History::of(subset),
+            matcher: Matcher { recording, window, workspace: Workspace::default() },
+            target,
+            decay: Decay::default(),
+            original: None,
+            reason: Lost::LowCorrelation,
+            shape_test: None,
+        })
+    }
+
+    /// Goes back to where the subset was at the start, to follow it the other way.
+    pub(crate) fn restart(&mut self, found: &Found) {
+        if let Some(original) = self.original.take() {
+            self.target = Ok(original);
+        }
+        self.decay = Decay::default();
+        let position = match (found, &mut self.target) {
+            (Ok(position), _) => [position.x_px.value, position.y_px.value],
+            (_, Ok(target)) => target.subset.centre_px,
+            _ => return,
+        };
+        if let Ok(target) = &mut self.target {
+            target.standard.restart();
+        }
+        self.history = History::starting_at(Warp::at(position));
+    }
+
+    /// The subset's position in the next frame of its way.
+    pub(crate) fn locate(&mut self, frame: usize) -> Found {
+        match self.find(frame) {
+            Ok(found) => {
+                self.history.found(found.warp());
+                self.test_shape(frame, &found.warp());
+                let position = self.decay.total(self.with_reference_sigma(frame, found.position));
+                if !self.is_reference(frame) {
+                    if let Ok(target) = &mut self.target {
+                        target.standard.note(found.position.zncc);
+                    }
+                    self.renew(frame, &found, &position);
+                }
+                Ok(position)
+            }
+            Err(reason) => {
+                self.history.lost();
+                self.reason = reason;
+                Err(reason)
+            }
+        }
+    }
+
+    /// Whether a frame is the whole reference.
+    fn is_reference(&self, frame: usize) -> bool {
+        self.reference_frames == (frame..frame + 1)
+    }
+
+    /// Frames of the recording.
+    pub(crate) fn n_frames(&self) -> usize {
+        self.matcher.recording.info().n_frames
+    }
+
+    /// Prepares the subset anew from a frame where its match has decayed.
+    fn renew(&mut self, frame: usize, found: &Match, position: &Position) {
+        let Ok(Target { subset, .. }) = &self.target else { return };
+        if !self.decay.calls_for_renewal(found, subset.settings.renewal_share) {
+            return;
+        }
+        let (place, settings) = (subset.at(position), subset.settings.clone());
+        let renewed = Target::new(self.matcher.recording, &place, &ReferenceFrames::Single(frame), &settings);
+        let Ok(Ok(renewed)) = renewed else { return };
+        self.decay = Decay::renewed_at(position);
+        let before = std::mem::replace(&mut self.target, Ok(renewed));
+        self.original = self.original.take().or(before.ok());
+        self.history = History::starting_at(Warp::at([position.x_px.value, position.y_px.value]));
+    }
+
+    fn test_shape(&mut self, frame: usize, warp: &Warp) {
+        // The reference frame agrees with itself in all digits, whatever its shape.
+        let other_frame = !self.is_reference(frame);
+        if let (true, Some(test), Ok(target)) = (other_frame, &mut self.shape_test, &self.target) {
+            test.add(&target.subset, &self.matcher.window, warp, &mut self.matcher.workspace);
+        }
+    }
+
+    fn find(&mut self, frame: usize) -> Result<Match, Lost> {
+        let Target { subset, standard } = self.target.as_ref().map_err(|reason| *reason)?;
+        let quest = Quest {
+            recording: self.matcher.recording,
+            subset,
+            standard,
+            history: &self.history,
+            reason: self.reason,
+            is_reference: self.reference_frames.contains(&frame),
+        };
+        let found = quest.find(frame, &mut Matched { matcher: &mut self.matcher, subset })?;
+        if self.shape_test.is_some() {
+            self.matcher.read_window(subset, frame, &found.warp())?;
+        }
+        Ok(found)
+    }
+
+    fn with_reference_sigma(&self, frame: usize, mut position: Position) -> Position {
+        if let (true, Ok(target)) = (self.is_reference(frame), &self.target) {
+            [position.x_px.sigma, position.y_px.sigma] = reference_sigma_px(&target.subset);
+        }
+        position
+    }
+}
+
+/// A subset that is matched by Gauss and Newton's iteration.
+struct Matched<'a, 'b> {
+    matcher: &'a mut Matcher<'b>,
+    subset: &'a PreparedSubset,
+}
+
+impl Locate for Matched<'_, '_> {
+    type Found = Match;
+    const DEFORMS: bool = true;
+
+    fn locate(&mut self, frame: usize, start: Warp) -> Result<Match, Lost> {
+        self.matcher.match_from(self.subset, frame, start)
+    }
+
+    fn seen(found: &Match) -> Seen {
+        Seen { warp: found.warp(), zncc: found.position.zncc }
+    }
+}
