@@ -1,7 +1,7 @@
 //! The damping that stands for the experiment: of three fits the one that holds and says most, or the reason why none does.
 
 use chainwave_analysis::Rule;
-use chainwave_inference::{EnergyFit, FitError, ImposedFit, TrackFit, refusal};
+use chainwave_inference::{Damping, EnergyFit, FitError, Hypothesis, ImposedFit, TrackFit, refusal};
 use chainwave_measurement::Estimate;
 
 /// The damping that stands for the experiment.
@@ -15,18 +15,20 @@ pub struct StatedDamping {
     pub correlation: Option<f64>,
     /// The fit that they are taken from; `None` where every fit was refused.
     pub source: Option<&'static str>,
+    /// Critical damping of the first body on the first contact, in kilograms per second: a damping whose sigma is larger is not told.
+    pub critical_kg_per_s: f64,
     /// Fits that were refused, each with its reason.
     pub refused: Vec<(&'static str, String)>,
     /// What the reader should know of the choice.
     pub warnings: Vec<String>,
 }
 
-/// The three fits.
-pub(crate) const TRACKS: &str = "tracks";
-/// See [`TRACKS`].
-pub(crate) const BEHIND_BODY_1: &str = "behind body 1";
-/// See [`TRACKS`].
-pub(crate) const PEAK_ENERGIES: &str = "peak energies";
+/// The fit to the tracks of all recordings.
+pub const TRACKS: &str = "tracks";
+/// The fit to the motion behind body 1, which drives the chain as it was measured.
+pub const BEHIND_BODY_1: &str = "behind body 1";
+/// The fit to the peak potential energies.
+pub const PEAK_ENERGIES: &str = "peak energies";
 
 /// Two fits to the same tracks contradict each other where their c_d differ by more than this many standard uncertainties: one sound
 /// experiment in 2000.
@@ -46,41 +48,39 @@ impl StatedDamping {
         energies: &Result<EnergyFit, FitError>,
         critical_kg_per_s: f64,
     ) -> Self {
-        let told = |found: Estimate| match refusal(found, critical_kg_per_s) {
-            None => Ok(found),
-            Some(reason) => Err(reason),
-        };
-        let mut refused = Vec::new();
-        let mut believed = |source: &'static str, reason: Option<String>| match reason {
-            None => true,
-            Some(reason) => {
-                refused.push((source, reason));
-                false
-            }
-        };
-        let tracks = tracks.as_ref().map_err(ToString::to_string);
-        let of_tracks = match &tracks {
-            Ok(fit) => unexplained(fit),
-            Err(why) => Some(why.clone()),
-        };
-        let tracks = tracks.ok().filter(|_| believed(TRACKS, of_tracks));
-        let of_behind = match behind_body_1 {
-            Ok(fit) => misfit(fit.reduced_chi_squared, LARGEST_BEHIND_BODY_1)
-                .or_else(|| refusal(fit.chain_damping_kg_per_s, critical_kg_per_s)),
-            Err(why) => Some(why.to_string()),
-        };
-        let behind = behind_body_1.as_ref().ok().filter(|_| believed(BEHIND_BODY_1, of_behind));
-        let of_energies = match energies {
-            Ok(fit) => misfit(fit.reduced_chi_squared, LARGEST_OF_ENERGIES)
-                .or_else(|| refusal(fit.damping.chain_damping_kg_per_s, critical_kg_per_s)),
-            Err(why) => Some(why.to_string()),
-        };
-        let energies = energies.as_ref().ok().filter(|_| believed(PEAK_ENERGIES, of_energies));
+        let told = |found: Estimate| refusal(found, critical_kg_per_s).map_or(Ok(found), Err);
+        let of_stated_model = |needs_striker: bool| rejected_model(tracks, needs_striker);
+        let bound = |c_d: Estimate| refusal(c_d, critical_kg_per_s);
+        let reasons = [
+            (TRACKS, reason(tracks, unexplained)),
+            (
+                BEHIND_BODY_1,
+                reason(behind_body_1, |fit| {
+                    of_stated_model(false)
+                        .or_else(|| misfit(fit.reduced_chi_squared, LARGEST_BEHIND_BODY_1))
+                        .or_else(|| bound(fit.chain_damping_kg_per_s))
+                }),
+            ),
+            (
+                PEAK_ENERGIES,
+                reason(energies, |fit| {
+                    of_stated_model(true)
+                        .or_else(|| misfit(fit.reduced_chi_squared, LARGEST_OF_ENERGIES))
+                        .or_else(|| bound(fit.damping.chain_damping_kg_per_s))
+                }),
+            ),
+        ];
+        let [holds_tracks, holds_behind, holds_energies] = reasons.each_ref().map(|(_, why)| why.is_none());
+        let mut refused: Vec<(&'static str, String)> =
+            reasons.into_iter().filter_map(|(source, why)| Some((source, why?))).collect();
+        let tracks = tracks.as_ref().ok().filter(|_| holds_tracks);
+        let behind = behind_body_1.as_ref().ok().filter(|_| holds_behind);
+        let energies = energies.as_ref().ok().filter(|_| holds_energies);
         let mut warnings = Vec::new();
         let by_tracks = tracks.map(|fit| fit.damping.chain_damping_kg_per_s);
-        let contradiction = by_tracks.zip(behind).and_then(|(c_d, fit)| {
-            contradiction((TRACKS, c_d), (BEHIND_BODY_1, fit.chain_damping_kg_per_s))
-        });
+        let contradiction = by_tracks
+            .zip(behind)
+            .and_then(|(c_d, fit)| contradiction((TRACKS, c_d), (BEHIND_BODY_1, fit.chain_damping_kg_per_s)));
         let tracks = tracks.filter(|_| contradiction.is_none());
         if let (Some(fit), Some(energies)) = (tracks, energies) {
             let (c_d, of_energies) =
@@ -88,11 +88,12 @@ impl StatedDamping {
             let said = contradiction_of_energies(c_d, of_energies);
             warnings.extend(said);
         }
-        let of_both = |source: &'static str, damping: chainwave_inference::Damping| Self {
+        let of_both = |source: &'static str, damping: Damping| Self {
             chain_damping_kg_per_s: told(damping.chain_damping_kg_per_s),
             striker_damping_kg_per_s: told(damping.striker_damping_kg_per_s),
             correlation: Some(damping.correlation),
             source: Some(source),
+            critical_kg_per_s,
             refused: Vec::new(),
             warnings: Vec::new(),
         };
@@ -111,6 +112,7 @@ impl StatedDamping {
                     )),
                     correlation: None,
                     source: Some(BEHIND_BODY_1),
+                    critical_kg_per_s,
                     refused: Vec::new(),
                     warnings: Vec::new(),
                 }
@@ -131,6 +133,7 @@ impl StatedDamping {
                     striker_damping_kg_per_s: Err(reason),
                     correlation: None,
                     source: None,
+                    critical_kg_per_s,
                     refused: Vec::new(),
                     warnings: Vec::new(),
                 }
@@ -141,6 +144,11 @@ impl StatedDamping {
         }
         (stated.refused, stated.warnings) = (refused, warnings);
         stated
+    }
+
+    /// Why a fit was refused, where it was.
+    pub fn reason(&self, source: &str) -> Option<&str> {
+        self.refused.iter().find(|(name, _)| *name == source).map(|(_, reason)| reason.as_str())
     }
 
     /// Every result that was refused, by its name: what a run's note says.
@@ -165,6 +173,25 @@ impl StatedDamping {
             rates: Vec::new(),
         }
     }
+}
+
+/// Why a fit is refused: it failed, or what is asked of it.
+fn reason<F>(fit: &Result<F, FitError>, asked: impl Fn(&F) -> Option<String>) -> Option<String> {
+    match fit {
+        Ok(fit) => asked(fit),
+        Err(why) => Some(why.to_string()),
+    }
+}
+
+/// Why a fit that assumes the model as stated does not hold, where the tracks ask for another; one that needs no striker does not mind what
+/// they ask of the striker's contact.
+fn rejected_model(tracks: &Result<TrackFit, FitError>, needs_striker: bool) -> Option<String> {
+    let fit = tracks.as_ref().ok()?;
+    let is_felt = |one: &&Hypothesis| needs_striker || **one != Hypothesis::StrikerContact;
+    let felt: Vec<&str> = fit.beyond.iter().filter(is_felt).map(|one| one.in_words()).collect();
+    (!felt.is_empty()).then(|| {
+        format!("it assumes the chain model as stated, and the tracks move as if {}", felt.join(", and "))
+    })
 }
 
 /// Why the fit to the tracks is not to be believed, where it is not.

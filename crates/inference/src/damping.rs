@@ -57,7 +57,8 @@ impl Damping {
     /// Why c_d and c_s are no results, where they are none: at the bound of zero, or so uncertain that they may be anything up to critical
     /// damping, which `critical_kg_per_s` is of each.
     pub fn refusals(&self, critical_kg_per_s: f64) -> [Option<String>; N_DAMPINGS] {
-        [self.chain_damping_kg_per_s, self.striker_damping_kg_per_s].map(|found| refusal(found, critical_kg_per_s))
+        [self.chain_damping_kg_per_s, self.striker_damping_kg_per_s]
+            .map(|found| refusal(found, critical_kg_per_s))
     }
 
     /// Probabilities that c_d and c_s, were they zero, would be found so large or larger (one-sided, as neither can be negative).

@@ -217,7 +217,8 @@ pub fn fitted_motion(fit: &TrackFit, times_s: &[f64]) -> Result<Trajectory, FitE
         displacement_m: Array2::zeros((n_bodies, times_s.len())),
         velocity_m_per_s: Array2::zeros((n_bodies, times_s.len())),
     };
-    let motions = map_in_parallel(struck.len(), model.n_threads, |k| rubbed(&struck[k], &schedule, friction_n));
+    let motions =
+        map_in_parallel(struck.len(), model.n_threads, |k| rubbed(&struck[k], &schedule, friction_n));
     for (k, motion) in motions.into_iter().enumerate() {
         let (motion, weight) = (motion?, of_node(k));
         for (i, time_s) in times_s.iter().enumerate() {
@@ -236,7 +237,8 @@ fn rubbed(chain: &Chain, schedule: &Schedule, friction_n: f64) -> Result<Traject
     if friction_n <= 0.0 {
         return Ok(simulate(chain, schedule)?.trajectory);
     }
-    let Sensitivities { simulation, derivatives } = simulate_with_friction(chain, schedule, &[], &[friction_n])?;
+    let Sensitivities { simulation, derivatives } =
+        simulate_with_friction(chain, schedule, &[], &[friction_n])?;
     let mut motion = simulation.trajectory;
     for rubbed in &derivatives {
         motion.displacement_m += &rubbed.displacement_m;

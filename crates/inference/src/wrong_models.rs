@@ -101,8 +101,7 @@ impl TrueChain {
 /// # Errors
 /// None: the law is a sound one.
 pub fn stated_model(n_threads: NonZero<usize>) -> Result<TrackModel, FitError> {
-    let striker =
-        Striker { mass_kg: STRIKER_KG, velocity_m_per_s: VELOCITY.value, damping_kg_per_s: 0.1 };
+    let striker = Striker { mass_kg: STRIKER_KG, velocity_m_per_s: VELOCITY.value, damping_kg_per_s: 0.1 };
     Ok(TrackModel {
         chain: Chain {
             mass_kg: vec![BODY_KG; N_BODIES],

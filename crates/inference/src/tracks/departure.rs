@@ -20,10 +20,7 @@ use crate::quantity::Quantity;
 ///
 /// # Errors
 /// [`FitError`] when the tracks do not determine it.
-pub fn softening(
-    observations: &[Observation],
-    fit: &TrackFit,
-) -> Result<Departure, FitError> {
+pub fn softening(observations: &[Observation], fit: &TrackFit) -> Result<Departure, FitError> {
     softening_at(observations, (&fit.model, &asked_of(fit)), &unknowns_of(fit))
 }
 
@@ -73,10 +70,7 @@ pub fn scatter_of_bodies_rule() -> Rule {
 ///
 /// # Errors
 /// [`FitError`] when the tracks do not determine it.
-pub fn scatter_of_bodies(
-    observations: &[Observation],
-    fit: &TrackFit,
-) -> Result<Departure, FitError> {
+pub fn scatter_of_bodies(observations: &[Observation], fit: &TrackFit) -> Result<Departure, FitError> {
     scatter_of_bodies_at(observations, (&fit.model, &asked_of(fit)), &unknowns_of(fit))
 }
 

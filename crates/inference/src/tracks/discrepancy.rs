@@ -26,7 +26,8 @@ pub(super) fn discrepancy(
     let place = |body: usize| bodies.binary_search(&body).map_or(PARTS, |row| row * PARTS / bodies.len());
     let mut times_s: Vec<f64> = moving().map(|residual| residual.after_impact_s).collect();
     times_s.sort_by(f64::total_cmp);
-    let bounds: Vec<f64> = (1..PARTS).filter_map(|k| times_s.get(k * times_s.len() / PARTS).copied()).collect();
+    let bounds: Vec<f64> =
+        (1..PARTS).filter_map(|k| times_s.get(k * times_s.len() / PARTS).copied()).collect();
     let part_of_time = |time_s: f64| bounds.partition_point(|bound| *bound <= time_s);
     let by_bodies = among(&minimum.equations, noise_variance, |part| {
         problem.equations_of(model, &minimum.at, |_, body, time_s| time_s <= 0.0 || place(body) != part)

@@ -11,10 +11,16 @@ use crate::quantity::{Known, Quantity};
 pub enum Hypothesis {
     /// The contacts are as much stiffer or softer than stated.
     ContactStiffness,
+    /// All bodies are as much heavier or lighter than stated.
+    BodyMass,
+    /// The striker is heavier or lighter than stated.
+    StrikerMass,
     /// The pictures' scale is another than stated.
     Scale,
     /// The striker meets body 1 in a contact of its own stiffness.
     StrikerContact,
+    /// The contacts' law bends otherwise than stated, at another stiffness.
+    ContactLaw,
     /// Bodies are rubbed by what carries them, with a force that does not depend on their speed.
     Friction,
     /// Neighbours are damped against each other.
@@ -32,10 +38,13 @@ const MASS_SCATTER: f64 = 0.05;
 
 impl Hypothesis {
     /// All, simple ones first.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 11] = [
         Self::ContactStiffness,
+        Self::BodyMass,
+        Self::StrikerMass,
         Self::Scale,
         Self::StrikerContact,
+        Self::ContactLaw,
         Self::Friction,
         Self::DampingBetween,
         Self::MassOfEverySecond,
@@ -47,12 +56,17 @@ impl Hypothesis {
     pub fn in_words(self) -> &'static str {
         match self {
             Self::ContactStiffness => "the contacts were of another stiffness than stated (contact.a)",
+            Self::BodyMass => "all bodies had another mass than stated (chain.mass_kg)",
+            Self::StrikerMass => "the striker had another mass than stated (striker.mass_kg)",
             Self::Scale => "the pictures had another scale than stated (camera.scale_px_per_m)",
             Self::StrikerContact => "the striker's contact had a stiffness of its own",
+            Self::ContactLaw => "the contacts followed another curve than stated (contact.a, delta_0_m, p)",
             Self::Friction => "dry friction held the bodies back",
             Self::DampingBetween => "neighbours were damped against each other",
             Self::MassOfEverySecond => "every second body had another mass (chain.mass_kg)",
-            Self::OtherEnd => "the far end were held where it counts as free, or free where it counts as held",
+            Self::OtherEnd => {
+                "the far end were held where it counts as free, or free where it counts as held"
+            }
             Self::MassesScatter => "masses scattered from body to body (chain.mass_scatter)",
         }
     }
@@ -61,6 +75,9 @@ impl Hypothesis {
     pub(super) fn quantities(self) -> &'static [Quantity] {
         match self {
             Self::ContactStiffness => &[Quantity::Prefactor],
+            Self::BodyMass => &[Quantity::BodyMass],
+            Self::StrikerMass => &[Quantity::StrikerMass],
+            Self::ContactLaw => &[Quantity::Prefactor, Quantity::Softening],
             Self::Scale => &[Quantity::Scale],
             Self::StrikerContact => &[Quantity::StrikerContact],
             Self::Friction => &[Quantity::Friction],
@@ -75,20 +92,25 @@ impl Hypothesis {
         match self {
             Self::StrikerContact => &[1.0, 2.0, 0.5],
             Self::MassOfEverySecond => &[1.0, 1.3, 0.8],
-            Self::ContactStiffness | Self::Scale => &[1.0],
-            _ => &[0.0],
+            Self::Friction | Self::DampingBetween => &[0.0],
+            _ => &[1.0],
         }
     }
 
     /// Whether a model does not say it already, and can.
-    pub(super) fn is_open(self, model: &TrackModel) -> bool {
-        let is_known = |quantity: &Quantity| model.known.iter().any(|known| known.quantity == *quantity);
-        let is_power = matches!(&model.chain.contact, Contacts::Same(contact) if matches!(contact.law, Law::Power(_)));
+    pub(super) fn is_open(self, model: &TrackModel, asked: &[Quantity]) -> bool {
+        let is_known = |quantity: &Quantity| {
+            asked.contains(quantity) || model.known.iter().any(|known| known.quantity == *quantity)
+        };
+        let is_power =
+            matches!(&model.chain.contact, Contacts::Same(contact) if matches!(contact.law, Law::Power(_)));
         match self {
-            Self::ContactStiffness | Self::StrikerContact => {
+            Self::ContactStiffness | Self::ContactLaw | Self::StrikerContact => {
                 is_power && !self.quantities().iter().any(is_known)
             }
-            Self::MassesScatter => !model.known.iter().any(|known| matches!(known.quantity, Quantity::MassOfBody(_))),
+            Self::MassesScatter => {
+                !model.known.iter().any(|known| matches!(known.quantity, Quantity::MassOfBody(_)))
+            }
             _ => !self.quantities().iter().any(is_known),
         }
     }

@@ -78,7 +78,9 @@ impl TrackFit {
             let found: Vec<String> = self
                 .found
                 .iter()
-                .map(|(quantity, found)| format!("{} {:.4e} +- {:.1e}", quantity.as_str(), found.value, found.sigma))
+                .map(|(quantity, found)| {
+                    format!("{} {:.4e} +- {:.1e}", quantity.as_str(), found.value, found.sigma)
+                })
                 .collect();
             let rivals: Vec<&str> = self.rivals.iter().map(|one| one.in_words()).collect();
             let others = match rivals.is_empty() {

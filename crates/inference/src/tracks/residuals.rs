@@ -383,8 +383,8 @@ impl<'a> Mixture<'a> {
         let factor = scale * inverse_sigma;
         let last = row.len() - 1;
         let rubbed_m = |which: usize| response.derivative_m(&self.value, which, place);
-        let x_m = response.displacement_m(&self.value, place)
-            + friction.map_or(0.0, |(_, which)| rubbed_m(which));
+        let x_m =
+            response.displacement_m(&self.value, place) + friction.map_or(0.0, |(_, which)| rubbed_m(which));
         row[0] = factor * response.displacement_m(&self.slope, place);
         row[1] = -factor * response.velocity_m_per_s(&self.value, place);
         row[last] = factor * x_m - position.value * inverse_sigma;

@@ -17,6 +17,9 @@ const MOST: usize = 2;
 /// A hypothesis takes away at least this share of the structure's excess to be believed, or to stand beside one that is.
 const SHARE: f64 = 0.5;
 
+/// A hypothesis whose chi squared is farther behind the best one's than this is a thousand times less likely, and no rival.
+const FAR_BEHIND: f64 = 14.0;
+
 /// A model at its minimum, and what it leaves over.
 pub(super) struct Fit {
     /// The model, what is believed beyond the stated one applied.
@@ -74,7 +77,7 @@ pub(super) fn explained(observations: &[Observation], mut fit: Fit) -> (Fit, Vec
     while fit.structure.is_told() && fit.beyond.len() < MOST {
         let excess = fit.structure.excess();
         let open = |hypothesis: &Hypothesis| {
-            !fit.beyond.contains(hypothesis) && hypothesis.is_open(&fit.model)
+            !fit.beyond.contains(hypothesis) && hypothesis.is_open(&fit.model, &fit.asked)
         };
         let mut n_simulations = fit.n_simulations;
         let mut found: Vec<(Hypothesis, Fit)> = Vec::new();
@@ -83,9 +86,7 @@ pub(super) fn explained(observations: &[Observation], mut fit: Fit) -> (Fit, Vec
             if hypothesis == Hypothesis::MassesScatter && !found.is_empty() {
                 continue;
             }
-            let got = freed(observations, &fit, hypothesis);
-            if std::env::var("DBG").is_ok() { match &got { Ok(r) => eprintln!("{:?}+{hypothesis:?}: excess {excess:.0} -> {:.0} ratio {:.3} p {:.1e} chi2 {:.0} shared {:?}", fit.beyond, r.structure.excess(), r.structure.ratio, r.structure.p_value, r.minimum.chi_squared(), r.minimum.at.shared.as_slice()), Err(e) => eprintln!("{hypothesis:?} {e}") } }
-            if let Ok(richer) = got {
+            if let Ok(richer) = freed(observations, &fit, hypothesis) {
                 n_simulations += richer.n_simulations;
                 if richer.structure.excess() < (1.0 - SHARE) * excess {
                     found.push((hypothesis, richer));
@@ -103,6 +104,7 @@ pub(super) fn explained(observations: &[Observation], mut fit: Fit) -> (Fit, Vec
                 damping: std::array::from_fn(|i| other.minimum.at.shared[i]),
                 behind: (other.minimum.chi_squared() - best.minimum.chi_squared()) / unit,
             })
+            .filter(|rival: &Rival| rival.behind < FAR_BEHIND)
             .collect();
         fit = Fit { as_stated: fit.as_stated, n_simulations, ..best };
     }
@@ -141,7 +143,8 @@ pub(super) fn noise_variance(fit: &Fit) -> f64 {
 /// Cells as long as an eighth of a period of the chain's fastest oscillation, and two frames at least.
 fn fitted(problem: &TrackResiduals<'_>) -> Fitted {
     const PART: f64 = 8.0;
-    let frame_s = problem.observations.iter().map(Observation::frame_interval_s).fold(f64::INFINITY, f64::min);
+    let frame_s =
+        problem.observations.iter().map(Observation::frame_interval_s).fold(f64::INFINITY, f64::min);
     let period_s = problem.model.chain.linear().map_or(0.0, |linear| linear.band_edge_hz().recip());
     let n_shared = problem.n_shared();
     let n_own = problem.n_residuals.saturating_sub(freedom(problem) + N_DAMPINGS);

@@ -199,7 +199,9 @@ mod tests {
     fn noise_of_any_size_is_left_at_the_level() {
         const N: u64 = 400;
         let told = |noise: f64| {
-            (0..N).filter(|seed| Structure::of(&residuals(*seed, noise, 0.0), NOTHING_FITTED).p_value < 0.1).count()
+            (0..N)
+                .filter(|seed| Structure::of(&residuals(*seed, noise, 0.0), NOTHING_FITTED).p_value < 0.1)
+                .count()
         };
         for noise in [0.3, 1.0, 5.0] {
             // 40 +- 6; four deviations.

@@ -4,8 +4,14 @@ use chainwave_measurement::Trajectory;
 use ndarray::{Array2, Axis, ShapeBuilder, Slice};
 
 use super::{
-    change::{Asked, Change}, model::ChainModel, parameters::Chain, schedule::Schedule, simulate::simulate,
-    simulation::Simulation, step_size::Pace, tangent::Tangent,
+    change::{Asked, Change},
+    model::ChainModel,
+    parameters::Chain,
+    schedule::Schedule,
+    simulate::simulate,
+    simulation::Simulation,
+    step_size::Pace,
+    tangent::Tangent,
 };
 use crate::{check, error::MechanicsError, integrator::method::Method};
 
