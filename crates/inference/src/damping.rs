@@ -39,6 +39,9 @@ impl Damping {
         let of = |found: Estimate, more: f64| Estimate::new(found.value, found.sigma.hypot(more.sqrt()));
         let (c_d, c_s) = (self.chain_damping_kg_per_s, self.striker_damping_kg_per_s);
         let (chain, striker) = (of(c_d, more[0]), of(c_s, more[1]));
+        if more.iter().all(|more| *more <= 0.0) {
+            return self;
+        }
         Self {
             chain_damping_kg_per_s: chain,
             striker_damping_kg_per_s: striker,
