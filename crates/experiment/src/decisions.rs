@@ -4,7 +4,7 @@ use chainwave_analysis::probability::normal_beyond;
 use chainwave_analysis::{
     Departure, Rule, camera_motion_rule, line_rule, motion_across, motion_across_rule, one_speed_rule,
 };
-use chainwave_inference::{damping_rule, scatter_of_bodies_rule, softening_rule, structure_rule};
+use chainwave_inference::{Hypothesis, damping_rule, scatter_of_bodies_rule, softening_rule, structure_rule};
 use chainwave_measurement::Estimate;
 use serde::Serialize;
 
@@ -320,6 +320,13 @@ fn damping(evaluation: &Evaluation) -> Decision {
 
 fn scatter(evaluation: &Evaluation) -> Decision {
     let rule = scatter_of_bodies_rule();
+    let beyond = evaluation.track_fit.as_ref().map_or(&[][..], |fit| fit.beyond.as_slice());
+    let scatters =
+        |one: &&Hypothesis| matches!(one, Hypothesis::MassesScatter | Hypothesis::StiffnessScatters);
+    if let (Some(one), Ok(fit)) = (beyond.iter().find(scatters), &evaluation.track_fit) {
+        let choice = format!("bodies differ: the tracks move as if {}", one.in_words());
+        return Decision::by(rule, choice, fit.as_stated.in_words());
+    }
     let found = evaluation.departures.as_ref().and_then(|departures| departures.scatter);
     match found {
         Some(found) if rule.rejects(found.p_value) => {

@@ -1,6 +1,6 @@
 //! Quantities of the experiment that a fit may move.
 
-use chainwave_mechanics::{Chain, Contacts, Striker};
+use chainwave_mechanics::{Chain, Contacts, Law, Striker};
 
 /// A quantity of the experiment that a fit may move within what is known of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,6 +20,8 @@ pub enum Quantity {
     Scale,
     /// Mass of one body, from 1.
     MassOfBody(usize),
+    /// Stiffness of one gap, from 1; the striker's contact is like the first.
+    StiffnessOfGap(usize),
     /// How fast the contact law softens at a given stiffness: 0 is the spring, 1 the law as it is (delta_0 falls as its inverse).
     Softening,
     /// Mass of every second body, from the second one on.
@@ -52,6 +54,7 @@ impl Quantity {
             Self::Exponent => "contact_p",
             Self::Scale => "scale",
             Self::MassOfBody(_) => "mass_of_body",
+            Self::StiffnessOfGap(_) => "stiffness_of_gap",
             Self::Softening => "softening",
             Self::MassOfEverySecond => "mass_of_every_second_body",
             Self::StrikerContact => "striker_contact_a",
@@ -95,6 +98,17 @@ impl Quantity {
             Self::MassOfBody(body) => {
                 if let Some(mass_kg) = body.checked_sub(1).and_then(|row| chain.mass_kg.get_mut(row)) {
                     *mass_kg *= factor;
+                }
+            }
+            Self::StiffnessOfGap(gap) => {
+                if let Contacts::Same(contact) = &chain.contact {
+                    chain.contact = Contacts::Each(vec![contact.clone(); chain.mass_kg.len().max(2) - 1]);
+                }
+                if let Contacts::Each(contacts) = &mut chain.contact
+                    && let Some(contact) = contacts.get_mut(gap.wrapping_sub(1))
+                    && let Law::Power(law) = &mut contact.law
+                {
+                    law.a *= factor;
                 }
             }
             Self::Softening => chain.contact.for_each_power_law(|law| {

@@ -31,14 +31,18 @@ pub enum Hypothesis {
     OtherEnd,
     /// Masses scatter from body to body.
     MassesScatter,
+    /// The contacts' stiffness scatters from gap to gap.
+    StiffnessScatters,
 }
 
 /// How far masses may scatter: wide beside the paper's 1.3 %.
 const MASS_SCATTER: f64 = 0.05;
+/// The same of stiffness, of which 5 % have been seen.
+const STIFFNESS_SCATTER: f64 = 0.15;
 
 impl Hypothesis {
     /// All, simple ones first.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::ContactStiffness,
         Self::BodyMass,
         Self::StrikerMass,
@@ -50,6 +54,7 @@ impl Hypothesis {
         Self::MassOfEverySecond,
         Self::OtherEnd,
         Self::MassesScatter,
+        Self::StiffnessScatters,
     ];
 
     /// What it says, after "as if".
@@ -67,6 +72,7 @@ impl Hypothesis {
             Self::OtherEnd => {
                 "the far end were held where it counts as free, or free where it counts as held"
             }
+            Self::StiffnessScatters => "the stiffness scattered from gap to gap (contact.stiffness_scatter)",
             Self::MassesScatter => "masses scattered from body to body (chain.mass_scatter)",
         }
     }
@@ -83,7 +89,7 @@ impl Hypothesis {
             Self::Friction => &[Quantity::Friction],
             Self::DampingBetween => &[Quantity::DampingBetween],
             Self::MassOfEverySecond => &[Quantity::MassOfEverySecond],
-            Self::OtherEnd | Self::MassesScatter => &[],
+            Self::OtherEnd | Self::MassesScatter | Self::StiffnessScatters => &[],
         }
     }
 
@@ -108,8 +114,11 @@ impl Hypothesis {
             Self::ContactStiffness | Self::ContactLaw | Self::StrikerContact => {
                 is_power && !self.quantities().iter().any(is_known)
             }
-            Self::MassesScatter => {
-                !model.known.iter().any(|known| matches!(known.quantity, Quantity::MassOfBody(_)))
+            Self::MassesScatter | Self::StiffnessScatters => {
+                let is_free = |known: &Known| {
+                    matches!(known.quantity, Quantity::MassOfBody(_) | Quantity::StiffnessOfGap(_))
+                };
+                !model.known.iter().any(is_free) && (is_power || self == Self::MassesScatter)
             }
             _ => !self.quantities().iter().any(is_known),
         }
@@ -132,8 +141,21 @@ impl Hypothesis {
                 };
                 model.known.extend(bodies.iter().map(known));
             }
+            Self::StiffnessScatters => {
+                let known = |gap: usize| Known {
+                    quantity: Quantity::StiffnessOfGap(gap),
+                    relative_sigma: STIFFNESS_SCATTER,
+                };
+                let last = bodies.last().copied().unwrap_or(0).min(model.chain.n_bodies().saturating_sub(1));
+                model.known.extend((1..=last).map(known));
+            }
             _ => {}
         }
         model
+    }
+
+    /// Whether it has a number for each body or gap, and would take the blame for anything simpler.
+    pub(super) fn is_wide(self) -> bool {
+        matches!(self, Self::MassesScatter | Self::StiffnessScatters)
     }
 }
