@@ -17,6 +17,15 @@ impl Outcome {
         self.failures.push(failure.to_string());
     }
 
+    /// Says on standard error what was refused though every input was read: the exit code stays as it is.
+    #[expect(
+        clippy::print_stderr,
+        reason = "a result that was asked for and refused is named beside the exit code"
+    )]
+    pub(crate) fn note(what: impl std::fmt::Display) {
+        eprintln!("chainwave: {what}");
+    }
+
     /// The failed inputs, each with what was wrong.
     pub(crate) fn failures(&self) -> &[String] {
         &self.failures

@@ -124,6 +124,9 @@ impl Run<'_> {
         provenance::write(setup, out)?;
         clock.stage("report");
         summary::print(setup, out, &results, &clock);
+        for (name, reason) in results.evaluation.damping.refusals() {
+            Outcome::note(format!("{name} is refused: {reason}"));
+        }
         Ok(Some(results))
     }
 }

@@ -22,9 +22,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
         Err(reason) => println!("no group velocity: {}", reason.as_str()),
     }
-    if let Some((damping, source)) = results.evaluation.damping() {
-        let c_d = damping.chain_damping_kg_per_s;
-        println!("c_d = {:.6} +- {:.6} kg/s, from the {source}", c_d.value, c_d.sigma);
+    let damping = &results.evaluation.damping;
+    match &damping.chain_damping_kg_per_s {
+        Ok(c_d) => {
+            let source = damping.source.unwrap_or_default();
+            println!("c_d = {:.6} +- {:.6} kg/s, from the {source}", c_d.value, c_d.sigma);
+        }
+        Err(reason) => println!("no c_d: {reason}"),
     }
     for decision in &results.decisions {
         println!("{}: {}", decision.question, decision.choice);

@@ -1,9 +1,10 @@
 //! What was modelled, by which rule and on what evidence.
 
+use chainwave_analysis::probability::normal_beyond;
 use chainwave_analysis::{
     Departure, Rule, camera_motion_rule, line_rule, motion_across, motion_across_rule, one_speed_rule,
 };
-use chainwave_inference::{damping_rule, damping_source_rule, scatter_of_bodies_rule, softening_rule};
+use chainwave_inference::{Hypothesis, damping_rule, scatter_of_bodies_rule, softening_rule, structure_rule};
 use chainwave_measurement::Estimate;
 use serde::Serialize;
 
@@ -11,6 +12,7 @@ use chainwave_correlation::{ShapeChoice, ShapeEvidence};
 
 use crate::calibration::ChainMap;
 use crate::configuration::Experiment;
+use crate::damping::StatedDamping;
 use crate::evaluation::Evaluation;
 use crate::notices::farthest_drive;
 use crate::setup::Setup;
@@ -65,6 +67,7 @@ pub(crate) fn decide(setup: &Setup, tracked: &Tracked, evaluation: &Evaluation) 
         scatter(evaluation),
         group_velocity(evaluation),
         tail(experiment, evaluation),
+        chain_model(evaluation),
         damping_source(evaluation),
     ]
 }
@@ -84,15 +87,40 @@ fn left_out(evaluation: &Evaluation) -> Decision {
     Decision::by(rule, choice, evidence)
 }
 
+fn chain_model(evaluation: &Evaluation) -> Decision {
+    let rule = structure_rule();
+    let fit = match &evaluation.track_fit {
+        Ok(fit) => fit,
+        Err(why) => return Decision::by(rule, "not told", why.to_string()),
+    };
+    let beyond: Vec<&str> = fit.beyond.iter().map(|one| one.in_words()).collect();
+    let choice = match (beyond.is_empty(), fit.leaves_noise_alone()) {
+        (true, true) => "as the experiment states it".into(),
+        (false, true) => format!("as if {}", beyond.join(", and ")),
+        (true, false) => "as the experiment states it, which does not explain all".into(),
+        (false, false) => format!("as if {}, which does not explain all", beyond.join(", and ")),
+    };
+    let evidence = match beyond.is_empty() {
+        true => fit.structure.in_words(),
+        false => format!("as stated: {}; with it: {}", fit.as_stated.in_words(), fit.structure.in_words()),
+    };
+    Decision::by(rule, choice, evidence)
+}
+
 fn damping_source(evaluation: &Evaluation) -> Decision {
     let chi_squared =
         |chi_squared: Option<f64>| chi_squared.map_or("-".into(), |value| format!("{value:.3}"));
     let tracks = chi_squared(evaluation.track_fit.as_ref().ok().map(|fit| fit.reduced_chi_squared));
+    let behind = chi_squared(evaluation.imposed_fit.as_ref().ok().map(|fit| fit.reduced_chi_squared));
     let energies = chi_squared(evaluation.energy_fit.as_ref().ok().map(|fit| fit.reduced_chi_squared));
+    let refused: String =
+        evaluation.damping.refused.iter().map(|(source, why)| format!("; {source} refused: {why}")).collect();
     Decision::by(
-        damping_source_rule(),
-        evaluation.damping().map_or("nothing", |(_, source)| source),
-        format!("reduced chi squared {tracks} of the tracks, {energies} of the peak energies"),
+        StatedDamping::rule(),
+        evaluation.damping.source.unwrap_or("nothing"),
+        format!(
+            "reduced chi squared {tracks} of the tracks, {behind} behind body 1, {energies} of the peak energies{refused}"
+        ),
     )
 }
 
@@ -265,30 +293,40 @@ fn contact_law(experiment: &Experiment, evaluation: &Evaluation) -> Decision {
 
 fn damping(evaluation: &Evaluation) -> Decision {
     let rule = damping_rule();
-    let Some((damping, source)) = evaluation.damping() else {
-        let evidence = evaluation.track_fit.as_ref().err().map(ToString::to_string).unwrap_or_default();
-        return Decision::by(rule, "not fitted", evidence);
+    let stated = &evaluation.damping;
+    let found = [&stated.chain_damping_kg_per_s, &stated.striker_damping_kg_per_s];
+    let Some(source) = stated.source else {
+        let reasons: Vec<String> =
+            stated.refused.iter().map(|(source, why)| format!("{source}: {why}")).collect();
+        return Decision::by(rule, "refused", reasons.join("; "));
     };
-    let p_values = damping.told_from_zero();
-    let choice = match p_values.map(|p_value| rule.rejects(p_value)) {
+    let p_value = |found: &Estimate| normal_beyond(found.value / found.sigma);
+    let is_told = found.map(|found| found.as_ref().is_ok_and(|found| rule.rejects(p_value(found))));
+    let choice = match is_told {
         [true, true] => "c_d and c_s",
         [true, false] => "c_d (c_s is not told from zero)",
         [false, true] => "c_s (c_d is not told from zero)",
         [false, false] => "none (neither is told from zero)",
     };
-    let off = |found: Estimate| found.value / found.sigma;
-    let evidence = format!(
-        "from the {source}: c_d = {:.2} sigma, {}; c_s = {:.2} sigma, {}",
-        off(damping.chain_damping_kg_per_s),
-        probability(p_values[0]),
-        off(damping.striker_damping_kg_per_s),
-        probability(p_values[1]),
-    );
+    let said = |name: &str, found: &Result<Estimate, String>| match found {
+        Ok(found) => {
+            format!("{name} = {:.2} sigma, {}", found.value / found.sigma, probability(p_value(found)))
+        }
+        Err(why) => format!("{name} is refused: {why}"),
+    };
+    let evidence = format!("from the {source}: {}; {}", said("c_d", found[0]), said("c_s", found[1]));
     Decision::by(rule, choice, evidence)
 }
 
 fn scatter(evaluation: &Evaluation) -> Decision {
     let rule = scatter_of_bodies_rule();
+    let beyond = evaluation.track_fit.as_ref().map_or(&[][..], |fit| fit.beyond.as_slice());
+    let scatters =
+        |one: &&Hypothesis| matches!(one, Hypothesis::MassesScatter | Hypothesis::StiffnessScatters);
+    if let (Some(one), Ok(fit)) = (beyond.iter().find(scatters), &evaluation.track_fit) {
+        let choice = format!("bodies differ: the tracks move as if {}", one.in_words());
+        return Decision::by(rule, choice, fit.as_stated.in_words());
+    }
     let found = evaluation.departures.as_ref().and_then(|departures| departures.scatter);
     match found {
         Some(found) if rule.rejects(found.p_value) => {

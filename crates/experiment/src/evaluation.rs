@@ -6,9 +6,9 @@ use std::ops::RangeInclusive;
 use chainwave_analysis::Departure;
 use chainwave_analysis::{CameraMotion, DampingShare, Measurement, damping_share, exact_motion};
 use chainwave_inference::{
-    Damping, EnergyFit, EnergyMeasurement, EnergyModel, FitError, ImposedFit, ImposedModel, Known, Quantity,
-    TrackFit, TrackModel, fit_imposed, fit_peak_energies, fit_tracks, fitted_motion, scatter_of_bodies,
-    softening,
+    EnergyFit, EnergyMeasurement, EnergyModel, FitError, ImposedFit, ImposedModel, Known, Quantity, TrackFit,
+    TrackModel, critical_kg_per_s, fit_imposed, fit_peak_energies, fit_tracks, fitted_motion,
+    scatter_of_bodies, softening,
 };
 use chainwave_measurement::{ChainMotion, Estimate, Observation, Trajectory};
 use chainwave_mechanics::{Chain, Drive, PowerLaw, Schedule, Striker, simulate};
@@ -17,6 +17,7 @@ use chainwave_stitching::{Outlier, Settings, Stitched};
 use crate::calibration::ChainMap;
 use crate::chain_model::starting_chain;
 use crate::configuration::Experiment;
+use crate::damping::StatedDamping;
 use crate::error::Error;
 use crate::finding::Finding;
 use crate::joining::{Joined, Unjoined, chosen, join, sound};
@@ -33,7 +34,7 @@ use crate::steadying::Steadying;
 use crate::tracked::{Tracked, TrackedRecording};
 
 /// To be raised whenever the same tracks would give other results; `golden_results` among the tests of the whole guards it.
-pub const EVALUATION_VERSION: u32 = 2;
+pub const EVALUATION_VERSION: u32 = 3;
 
 /// Everything that follows from the tracks.
 pub struct Evaluation {
@@ -63,7 +64,9 @@ pub struct Evaluation {
     pub imposed_fit: Result<ImposedFit, FitError>,
     /// Damping from the peak potential energies, as in the paper.
     pub energy_fit: Result<EnergyFit, FitError>,
-    /// The fitted chain model beside the measurement, where the fit succeeded.
+    /// The damping that stands for the experiment, or why there is none.
+    pub damping: StatedDamping,
+    /// The fitted chain model beside the measurement, where the fit is believed.
     pub model: Option<ModelBeside>,
 }
 
@@ -120,6 +123,7 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
         n_threads,
     };
     let imposed_fit = fit_imposed(&stitched.motion, &imposed_model);
+    let critical = critical_kg_per_s(&chain);
     let energy_model = energy_model(experiment, &stitched, chain, &known, n_threads);
     let energy_fit = shared.fit_energies(
         experiment,
@@ -137,16 +141,18 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
     )?;
     let standings = Standings::of(&stitched.alignments, accepted(&track_fit));
     let mut notices = notices(experiment, &tracked.recordings, &observations, &standings);
-    let beside = track_fit.as_ref().ok().and_then(|fit| {
-        let beside = model_beside(experiment, &stitched.motion, &track_model, fit, used);
+    let damping = StatedDamping::of(&track_fit, &imposed_fit, &energy_fit, critical);
+    notices.extend(track_fit.iter().flat_map(TrackFit::warnings));
+    let beside = track_fit.as_ref().ok().filter(|fit| fit.is_believed()).and_then(|fit| {
+        let beside = model_beside(experiment, &stitched.motion, fit, used);
         beside
             .map_err(|why| notices.push(format!("the fitted model is not shown beside the motion: {why}")))
             .ok()
     });
     let departures = track_fit.as_ref().ok().and_then(|fit| {
         Some(Departures {
-            softening: softening(&observations, &track_model, fit).ok()?,
-            scatter: scatter_of_bodies(&observations, &track_model, fit).ok(),
+            softening: softening(&observations, fit).ok()?,
+            scatter: scatter_of_bodies(&observations, fit).ok(),
         })
     });
     let speed =
@@ -166,6 +172,7 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
         imposed_fit,
         departures,
         energy_fit,
+        damping,
         model: beside,
     })
 }
@@ -249,23 +256,14 @@ impl Evaluation {
         let findings = self.findings.iter().map(ToString::to_string);
         let others = self.stitched.warnings.iter().chain(&self.notices).cloned();
         let of_camera = self.of_camera.iter().cloned();
-        findings.chain(left_out).chain(unjoined).chain(of_camera).chain(others).collect()
-    }
-
-    /// The damping that stands for the experiment, and where it comes from.
-    pub fn damping(&self) -> Option<(Damping, &'static str)> {
-        let tracks = self.track_fit.as_ref().ok().map(|fit| (fit.damping, "tracks"));
-        let energies = self.energy_fit.as_ref().ok().map(|fit| (fit.damping, "peak energies"));
-        match accepted(&self.track_fit) {
-            Some(_) => tracks,
-            None => energies.or(tracks),
-        }
+        let of_damping = self.damping.warnings.iter().cloned();
+        findings.chain(left_out).chain(unjoined).chain(of_camera).chain(others).chain(of_damping).collect()
     }
 }
 
 /// A fit to the tracks that explains them.
 fn accepted(track_fit: &Result<TrackFit, FitError>) -> Option<&TrackFit> {
-    track_fit.as_ref().ok().filter(|fit| fit.explains_the_tracks())
+    track_fit.as_ref().ok().filter(|fit| fit.leaves_noise_alone())
 }
 
 /// The gaps of the group velocity that the experiment names.
@@ -341,12 +339,12 @@ const DRIVE_SCALE_SIGMA: f64 = 0.15;
 fn model_beside(
     experiment: &Experiment,
     motion: &ChainMotion,
-    model: &TrackModel,
     fit: &TrackFit,
     velocity_gaps: Option<RangeInclusive<usize>>,
 ) -> Result<ModelBeside, Error> {
     let law = experiment.contact.power_law()?;
-    let fitted = fitted_motion(model, fit, &motion.times_s)?;
+    let model = &fit.model;
+    let fitted = fitted_motion(fit, &motion.times_s)?;
     let measurement =
         measure_motion(experiment, &exact_motion(&fitted), &law, velocity_gaps, model.n_threads)?;
     let energies = |damping: f64| -> Result<Vec<f64>, Error> {

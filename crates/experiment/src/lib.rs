@@ -35,6 +35,7 @@ mod chain_model;
 mod configuration;
 mod content;
 mod crops;
+mod damping;
 mod decisions;
 mod error;
 mod evaluation;
@@ -74,6 +75,7 @@ pub use configuration::{
     Tracking, Trial, Trigger,
 };
 pub use content::fingerprint;
+pub use damping::{BEHIND_BODY_1, PEAK_ENERGIES, StatedDamping, TRACKS};
 pub use decisions::Decision;
 pub use error::Error;
 pub use evaluation::{Departures, EVALUATION_VERSION, Evaluation, ModelBeside, evaluate};

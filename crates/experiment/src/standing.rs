@@ -29,12 +29,10 @@ impl Standings {
     pub fn rule() -> Rule {
         Rule {
             question: "what trigger offsets and drives are taken from",
-            text: format!(
-                "the chain model's impacts and strikers while it explains the tracks (reduced chi squared up to {}), else the first \
-                 body's onset, which needs no model: to the rest of the motion a later trigger and a drive that delays every body look \
-                 alike",
-                TrackFit::LARGEST_REDUCED_CHI_SQUARED
-            ),
+            text: "the chain model's impacts and strikers while it explains the tracks (with what they ask for beyond the stated model), else \
+                   the first body's onset, which needs no model: to the rest of the motion a later trigger and a drive that delays every \
+                   body look alike"
+                .into(),
             level: None,
             rates: Vec::new(),
         }

@@ -84,7 +84,10 @@ fn modelled(
     evaluation: &Evaluation,
     n_threads: NonZero<usize>,
 ) -> Result<Vec<StrikerWave>, Error> {
-    let Some((damping, _)) = evaluation.damping() else { return Ok(Vec::new()) };
+    let stated = &evaluation.damping;
+    let (Ok(c_d), Ok(c_s)) = (&stated.chain_damping_kg_per_s, &stated.striker_damping_kg_per_s) else {
+        return Ok(Vec::new());
+    };
     let gaps = evaluation.measurement.group_velocity.as_ref().ok().map(|found| found.gaps.0..=found.gaps.1);
     let experiment = &setup.experiment;
     let (chain, law) = (&experiment.chain, experiment.contact.power_law()?);
@@ -97,12 +100,12 @@ fn modelled(
         let velocity_m_per_s = share * fastest_m_per_s;
         let model = Chain {
             mass_kg: vec![chain.mass_kg.get(); chain.n_bodies],
-            damping_kg_per_s: vec![damping.chain_damping_kg_per_s.value; chain.n_bodies],
+            damping_kg_per_s: vec![c_d.value; chain.n_bodies],
             contact: law.into(),
             drive: Drive::Striker(Striker {
                 mass_kg: experiment.striker.mass_kg.get(),
                 velocity_m_per_s,
-                damping_kg_per_s: damping.striker_damping_kg_per_s.value,
+                damping_kg_per_s: c_s.value,
             }),
             far_end: FarEnd::Free,
         };

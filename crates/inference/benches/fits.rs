@@ -82,6 +82,6 @@ fn test_of_scatter(bencher: divan::Bencher<'_, '_>) {
     if let Ok((observations, model)) = prepared()
         && let Ok(fit) = fit_tracks(&observations, &[0.0; 25], &model)
     {
-        bencher.bench(|| scatter_of_bodies(black_box(&observations), &model, &fit));
+        bencher.bench(|| scatter_of_bodies(black_box(&observations), &fit));
     }
 }

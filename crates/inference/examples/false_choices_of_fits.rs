@@ -20,6 +20,7 @@ fn main() -> Result<(), FitError> {
         ("SOFTENING", &linear, (|found| found.softening) as fn(&PValues) -> f64),
         ("SCATTER", &alike, |found| found.scatter),
         ("DAMPING", &alike, |found| found.chain_damping),
+        ("STRUCTURE", &alike, |found| found.structure),
     ] {
         for level in [LEVEL, 0.05, 0.1, 0.3] {
             let told = found.iter().filter(|found| p_value(found) < level).count();

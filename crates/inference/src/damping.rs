@@ -13,7 +13,7 @@ pub(crate) const N_DAMPINGS: usize = 2;
 pub(crate) const STARTS: [[f64; N_DAMPINGS]; 3] = [[1.0, 1.0], [10.0, 0.1], [0.1, 10.0]];
 
 /// Critical damping of the first body on the first contact; a chain to be fitted has bodies.
-pub(crate) fn critical_kg_per_s(chain: &Chain) -> f64 {
+pub fn critical_kg_per_s(chain: &Chain) -> f64 {
     chain.linear().map_or(0.0, |linear| linear.critical_damping_kg_per_s())
 }
 
@@ -34,11 +34,62 @@ pub struct Damping {
 }
 
 impl Damping {
+    /// With more variance of c_d and of c_s, of errors that do not go together.
+    pub(crate) fn widened(self, more: [f64; N_DAMPINGS]) -> Self {
+        let of = |found: Estimate, more: f64| Estimate::new(found.value, found.sigma.hypot(more.sqrt()));
+        let (c_d, c_s) = (self.chain_damping_kg_per_s, self.striker_damping_kg_per_s);
+        let (chain, striker) = (of(c_d, more[0]), of(c_s, more[1]));
+        if more.iter().all(|more| *more <= 0.0) {
+            return self;
+        }
+        Self {
+            chain_damping_kg_per_s: chain,
+            striker_damping_kg_per_s: striker,
+            correlation: self.correlation * c_d.sigma * c_s.sigma / (chain.sigma * striker.sigma),
+        }
+    }
+
+    /// How many times as large its sigmas are as another's.
+    pub(crate) fn sigmas_over(&self, other: &Self) -> [f64; N_DAMPINGS] {
+        [
+            self.chain_damping_kg_per_s.sigma / other.chain_damping_kg_per_s.sigma,
+            self.striker_damping_kg_per_s.sigma / other.striker_damping_kg_per_s.sigma,
+        ]
+    }
+
+    /// Why c_d and c_s are no results, where they are none: at the bound of zero, or so uncertain that they may be anything up to critical
+    /// damping, which `critical_kg_per_s` is of each.
+    pub fn refusals(&self, critical_kg_per_s: f64) -> [Option<String>; N_DAMPINGS] {
+        [self.chain_damping_kg_per_s, self.striker_damping_kg_per_s]
+            .map(|found| refusal(found, critical_kg_per_s))
+    }
+
     /// Probabilities that c_d and c_s, were they zero, would be found so large or larger (one-sided, as neither can be negative).
     pub fn told_from_zero(&self) -> [f64; 2] {
         [self.chain_damping_kg_per_s, self.striker_damping_kg_per_s]
             .map(|found| normal_beyond(found.value / found.sigma))
     }
+}
+
+/// Below this many standard errors a search that ends at zero has ended there.
+const AT_ZERO: f64 = 1e-3;
+/// Beyond this share of critical damping a search that is bound by it has ended there.
+const AT_CRITICAL: f64 = 0.999;
+
+/// Why a damping is no result, where it is none.
+pub fn refusal(found: Estimate, critical_kg_per_s: f64) -> Option<String> {
+    let high = Estimate::COVERAGE_95 * found.sigma;
+    if !(found.value.is_finite() && found.sigma < critical_kg_per_s) {
+        return Some(format!(
+            "not told: its sigma of {:.2e} kg/s is beyond critical damping ({critical_kg_per_s:.2e} kg/s)",
+            found.sigma
+        ));
+    }
+    if found.value <= AT_ZERO * found.sigma {
+        return Some(format!("at its bound of zero: below {high:.2e} kg/s (95 %)"));
+    }
+    (found.value >= AT_CRITICAL * critical_kg_per_s)
+        .then(|| format!("at its bound of critical damping ({critical_kg_per_s:.2e} kg/s)"))
 }
 
 /// The rule by which the dampings count as zero.

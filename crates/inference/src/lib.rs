@@ -45,13 +45,14 @@ mod quadrature;
 mod quantity;
 mod steps;
 mod tracks;
+pub mod wrong_models;
 
-pub use damping::{Damping, damping_rule};
+pub use damping::{Damping, critical_kg_per_s, damping_rule, refusal};
 pub use energies::{EnergyFit, EnergyMeasurement, EnergyModel, fit_peak_energies};
 pub use error::FitError;
 pub use imposed::{ImposedFit, ImposedModel, fit_imposed};
 pub use quantity::{Known, Quantity};
 pub use tracks::{
-    FittedRecording, Interval, OverTrials, TrackFit, TrackModel, damping_source_rule, fit_tracks,
-    fitted_motion, scatter_of_bodies, scatter_of_bodies_rule, softening, softening_rule,
+    FittedRecording, Hypothesis, Interval, OverTrials, Structure, TrackFit, TrackModel, fit_tracks,
+    fitted_motion, scatter_of_bodies, scatter_of_bodies_rule, softening, softening_rule, structure_rule,
 };

@@ -11,3 +11,5 @@ pub(crate) const SCATTER: [FalseRate; 1] =
     [FalseRate { what: "a scatter of bodies", level: 0.01, told: 13, of: 1000, cases: EXPERIMENTS }];
 pub(crate) const DAMPING: [FalseRate; 1] =
     [FalseRate { what: "c_d", level: 0.01, told: 7, of: 1000, cases: EXPERIMENTS }];
+pub(crate) const STRUCTURE: [FalseRate; 1] =
+    [FalseRate { what: "structure", level: 0.01, told: 10, of: 1000, cases: EXPERIMENTS }];

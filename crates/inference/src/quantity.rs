@@ -1,6 +1,6 @@
 //! Quantities of the experiment that a fit may move.
 
-use chainwave_mechanics::{Chain, Striker};
+use chainwave_mechanics::{Chain, Contacts, Law, Striker};
 
 /// A quantity of the experiment that a fit may move within what is known of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,8 +20,18 @@ pub enum Quantity {
     Scale,
     /// Mass of one body, from 1.
     MassOfBody(usize),
+    /// Stiffness of one gap, from 1; the striker's contact is like the first.
+    StiffnessOfGap(usize),
     /// How fast the contact law softens at a given stiffness: 0 is the spring, 1 the law as it is (delta_0 falls as its inverse).
     Softening,
+    /// Mass of every second body, from the second one on.
+    MassOfEverySecond,
+    /// Stiffness of the contact between striker and body 1, which has the law of the gaps otherwise.
+    StrikerContact,
+    /// Damping between neighbours, in kilograms per second; not a factor, and none where nothing is said.
+    DampingBetween,
+    /// Dry friction of each body, in newtons; not a factor, and none where nothing is said.
+    Friction,
 }
 
 /// How well a quantity is known beforehand.
@@ -44,11 +54,27 @@ impl Quantity {
             Self::Exponent => "contact_p",
             Self::Scale => "scale",
             Self::MassOfBody(_) => "mass_of_body",
+            Self::StiffnessOfGap(_) => "stiffness_of_gap",
             Self::Softening => "softening",
+            Self::MassOfEverySecond => "mass_of_every_second_body",
+            Self::StrikerContact => "striker_contact_a",
+            Self::DampingBetween => "damping_between_kg_per_s",
+            Self::Friction => "friction_n",
         }
     }
 
-    /// Multiplies the quantity in a model; the scale is not the model's.
+    /// Its value where nothing is said of it: a factor of one, or none of what is no factor.
+    pub(crate) fn usual(self) -> f64 {
+        if self.is_factor() { 1.0 } else { 0.0 }
+    }
+
+    /// Whether it multiplies what the model states.
+    pub(crate) fn is_factor(self) -> bool {
+        !matches!(self, Self::DampingBetween | Self::Friction)
+    }
+
+    /// Multiplies the quantity in a model, or adds to it; the scale is not the model's, nor is friction, whose effect is added to its
+    /// motion.
     pub(crate) fn apply(self, factor: f64, chain: &mut Chain, striker: &mut Striker) {
         match self {
             Self::BodyMass => chain.mass_kg.iter_mut().for_each(|mass_kg| *mass_kg *= factor),
@@ -56,10 +82,33 @@ impl Quantity {
             Self::Prefactor => chain.contact.for_each_power_law(|law| law.a *= factor),
             Self::Offset => chain.contact.for_each_power_law(|law| law.delta_0_m *= factor),
             Self::Exponent => chain.contact.for_each_power_law(|law| law.p *= factor),
-            Self::Scale => {}
+            Self::Scale | Self::Friction => {}
+            Self::MassOfEverySecond => {
+                chain.mass_kg.iter_mut().skip(1).step_by(2).for_each(|mass_kg| *mass_kg *= factor);
+            }
+            Self::StrikerContact => {
+                if let Contacts::Same(between) = &chain.contact {
+                    let mut contact = Contacts::Same(between.clone());
+                    contact.for_each_power_law(|law| law.a *= factor);
+                    chain.contact =
+                        Contacts::Struck { striker: contact.first().clone(), between: between.clone() };
+                }
+            }
+            Self::DampingBetween => chain.contact.for_each_gap(|contact| contact.damping_kg_per_s += factor),
             Self::MassOfBody(body) => {
                 if let Some(mass_kg) = body.checked_sub(1).and_then(|row| chain.mass_kg.get_mut(row)) {
                     *mass_kg *= factor;
+                }
+            }
+            Self::StiffnessOfGap(gap) => {
+                if let Contacts::Same(contact) = &chain.contact {
+                    chain.contact = Contacts::Each(vec![contact.clone(); chain.mass_kg.len().max(2) - 1]);
+                }
+                if let Contacts::Each(contacts) = &mut chain.contact
+                    && let Some(contact) = contacts.get_mut(gap.wrapping_sub(1))
+                    && let Law::Power(law) = &mut contact.law
+                {
+                    law.a *= factor;
                 }
             }
             Self::Softening => chain.contact.for_each_power_law(|law| {

@@ -2,34 +2,42 @@
 
 mod bootstrap;
 mod departure;
+mod discrepancy;
 mod family;
+mod hypothesis;
 mod model;
 mod outcome;
 mod profile;
 mod residuals;
 mod response;
+mod selection;
+mod structure;
 
 use chainwave_analysis::Departure;
-use chainwave_measurement::{Estimate, Observation, Trajectory};
-use chainwave_mechanics::{Chain, Schedule, ensemble};
+use chainwave_measurement::{Estimate, Observation, Trajectory, map_in_parallel};
+use chainwave_mechanics::{Chain, Schedule, Sensitivities, simulate, simulate_with_friction};
 use nalgebra::{DMatrix, DVector};
 use ndarray::Array2;
 
 use crate::damping::{Damping, N_DAMPINGS, STARTS};
 use crate::error::FitError;
-use crate::least_squares::{Best, Failure, Minimum, Own, OwnCovariance, Stop, Unknowns, least_of, minimise};
-use crate::quantity::Known;
+use crate::least_squares::{Failure, Minimum, Own, OwnCovariance, Stop, Unknowns, least_of, minimise};
+use crate::quantity::{Known, Quantity};
 use bootstrap::bootstrap;
 use departure::{scatter_of_bodies_at, softening_at};
+use discrepancy::discrepancy;
 use family::Family;
 use profile::interval_95;
 use residuals::{SAMPLES_PER_FRAME, TrackResiduals, freedom, range_of, struck};
+use selection::{Fit, Rival, explained};
 
 pub use bootstrap::OverTrials;
 pub use departure::{scatter_of_bodies, scatter_of_bodies_rule, softening, softening_rule};
+pub use hypothesis::Hypothesis;
 pub use model::TrackModel;
-pub use outcome::{FittedRecording, TrackFit, damping_source_rule};
+pub use outcome::{FittedRecording, TrackFit};
 pub use profile::Interval;
+pub use structure::{Structure, structure_rule};
 
 /// Fits c_d and c_s to the tracks of all recordings at once.
 ///
@@ -51,11 +59,23 @@ pub fn fit_tracks(
     let starts = STARTS.map(|factors| problem.start(impact_times_s, factors));
     let starts = starts.into_iter().collect::<Result<Vec<_>, _>>()?;
     let best = least_of(&problem, starts, &[], &Stop::STATED).map_err(|why| problem.failure(why))?;
-    finish(&problem, &best)
+    let (_, covariance) = best.minimum.solved().map_err(|why| problem.failure(why))?;
+    let inflation = inflation_of(&problem, best.minimum.chi_squared());
+    let stated = damping_of(&best.minimum.at, &covariance, inflation);
+    let (as_stated, _) = Fit::at(&problem, best.minimum, Vec::new())?;
+    let (fit, rivals) = explained(observations, as_stated);
+    finish(observations, (&fit, &rivals), (stated, best.n_same))
 }
 
-fn finish(problem: &TrackResiduals<'_>, best: &Best) -> Result<TrackFit, FitError> {
-    let Best { minimum, n_same } = best;
+/// The estimates and their uncertainties at a minimum: what noise makes of them, what the structure that is left may do, and what other
+/// hypotheses that explain as much would say.
+fn finish(
+    observations: &[Observation],
+    (fit, rivals): (&Fit, &[Rival]),
+    (stated, n_same): (Damping, usize),
+) -> Result<TrackFit, FitError> {
+    let problem = &TrackResiduals::new(observations, &fit.model, &fit.asked)?;
+    let minimum = &fit.minimum;
     let Minimum { at, equations, .. } = minimum;
     let (reduced, covariance) = minimum.solved().map_err(|why: Failure<FitError>| problem.failure(why))?;
     let errors = OwnCovariance::of(&reduced, &covariance);
@@ -66,12 +86,26 @@ fn finish(problem: &TrackResiduals<'_>, best: &Best) -> Result<TrackFit, FitErro
     let of_shared = |i: usize| estimate(at.shared[i], covariance[(i, i)]);
     let mean = at.own.iter().sum::<Own>() / at.own.len() as f64;
     let of_mean = |k: usize| estimate(mean[k], errors.of_mean[(k, k)]);
-    let interval = |i: usize| {
+    let by_noise = damping_of(at, &covariance, inflation);
+    let missed = match fit.structure.is_told() {
+        true => {
+            let solved = problem.solve(at)?;
+            discrepancy(problem, (&solved, minimum), &fit.residuals, inflation * inflation)
+        }
+        false => [0.0; N_DAMPINGS],
+    };
+    let between = between_hypotheses(at, rivals);
+    let more: [f64; N_DAMPINGS] = std::array::from_fn(|i| missed[i] + between[i]);
+    let damping = by_noise.widened(more);
+    let wider = damping.sigmas_over(&by_noise);
+    let interval = |i: usize| -> Result<Interval, FitError> {
         let moves = covariance.column(i) / covariance[(i, i)];
-        interval_95(problem, minimum, (i, &moves), of_shared(i), inflation)
+        let interval = interval_95(problem, minimum, (i, &moves), of_shared(i), inflation)?;
+        Ok(interval.widened(at.shared[i], wider[i]))
     };
     let intervals_95 = [interval(0)?, interval(1)?];
     let factor = |(i, known): (usize, &Known)| (known.quantity, of_shared(N_DAMPINGS + i));
+    let asked = fit.asked.iter().zip(N_DAMPINGS + fit.model.known.len()..);
     let recording = |(r, own): (usize, &Own)| {
         let (of_own, about_mean) = (errors.of_each[r], errors.about_mean[r]);
         let (squares, freedom) = problem.of_recording(r, equations, at);
@@ -85,18 +119,37 @@ fn finish(problem: &TrackResiduals<'_>, best: &Best) -> Result<TrackFit, FitErro
         }
     };
     Ok(TrackFit {
-        damping: damping_of(at, &covariance, inflation),
+        damping,
+        by_noise,
+        stated,
         intervals_95,
         bootstrap: bootstrap(problem.observations, &reduced),
-        starts: (*n_same, STARTS.len()),
-        factors: problem.model.known.iter().enumerate().map(factor).collect(),
+        starts: (n_same, STARTS.len()),
+        factors: fit.model.known.iter().enumerate().map(factor).collect(),
+        beyond: fit.beyond.clone(),
+        found: asked.map(|(quantity, i)| (*quantity, of_shared(i))).collect(),
+        rivals: rivals.iter().map(|rival| rival.hypothesis).collect(),
+        as_stated: fit.as_stated.clone(),
+        structure: fit.structure.clone(),
+        model: fit.model.clone(),
         striker_velocity_m_per_s: of_mean(0),
         impact_time_s: of_mean(1),
         recordings: at.own.iter().enumerate().map(recording).collect(),
         chi_squared,
         reduced_chi_squared,
         n_residuals: problem.n_residuals,
-        n_simulations: problem.n_simulations(),
+        n_simulations: fit.n_simulations + problem.n_simulations(),
+    })
+}
+
+/// Variance of the dampings among hypotheses, each by its likelihood (the between-model variance of J. A. Hoeting et al., Statist. Sci.
+/// 14 (1999) 382-417), about the best one's.
+fn between_hypotheses(at: &Unknowns, rivals: &[Rival]) -> [f64; N_DAMPINGS] {
+    let weight = |rival: &Rival| (-0.5 * rival.behind.max(0.0)).exp();
+    let sum = 1.0 + rivals.iter().map(weight).sum::<f64>();
+    std::array::from_fn(|i| {
+        let squares = rivals.iter().map(|rival| weight(rival) * (rival.damping[i] - at.shared[i]).powi(2));
+        squares.sum::<f64>() / sum
     })
 }
 
@@ -114,15 +167,17 @@ fn damping_of(at: &Unknowns, covariance: &DMatrix<f64>, inflation: f64) -> Dampi
 pub(crate) fn tested(
     observations: &[Observation],
     model: &TrackModel,
-) -> Result<(Damping, [Departure; 2]), FitError> {
+) -> Result<(Damping, [Departure; 2], Structure), FitError> {
     let problem = TrackResiduals::new(observations, model, &[])?;
     let failure = |why: Failure<FitError>| problem.failure(why);
     let start = problem.start(&[], STARTS[0])?;
     let minimum = minimise(&problem, start, &[], &Stop::STATED).map_err(failure)?;
     let (_, covariance) = minimum.solved().map_err(failure)?;
     let damping = damping_of(&minimum.at, &covariance, inflation_of(&problem, minimum.chi_squared()));
-    let softening = softening_at(observations, model, &minimum.at)?;
-    Ok((damping, [softening, scatter_of_bodies_at(observations, model, &minimum.at)?]))
+    let softening = softening_at(observations, (model, &[]), &minimum.at)?;
+    let scatter = scatter_of_bodies_at(observations, (model, &[]), &minimum.at)?;
+    let (fit, _) = Fit::at(&problem, minimum, Vec::new())?;
+    Ok((damping, [softening, scatter], fit.structure))
 }
 
 /// Residuals larger than stated widen the intervals; smaller ones do not narrow them.
@@ -134,13 +189,17 @@ fn inflation_of(problem: &TrackResiduals<'_>, chi_squared: f64) -> f64 {
 ///
 /// # Errors
 /// [`FitError::Model`] when the chain model refuses the values.
-pub fn fitted_motion(model: &TrackModel, fit: &TrackFit, times_s: &[f64]) -> Result<Trajectory, FitError> {
+pub fn fitted_motion(fit: &TrackFit, times_s: &[f64]) -> Result<Trajectory, FitError> {
+    let model = &fit.model;
     let impact_time_s = fit.impact_time_s.value;
     let strikers: Vec<f64> = fit.recordings.iter().map(|one| one.striker_velocity_m_per_s.value).collect();
     let mut shared =
         vec![fit.damping.chain_damping_kg_per_s.value, fit.damping.striker_damping_kg_per_s.value];
-    shared.extend(fit.factors.iter().map(|(_, factor)| factor.value));
-    let quantities = model.known.iter().map(|known| known.quantity);
+    let moved = || fit.factors.iter().chain(&fit.found);
+    shared.extend(moved().map(|(_, found)| found.value));
+    let quantities = moved().map(|(quantity, _)| *quantity);
+    let friction_n = fit.found.iter().find(|(quantity, _)| *quantity == Quantity::Friction);
+    let friction_n = friction_n.map_or(0.0, |(_, found)| found.value);
     let struck = struck(model, &DVector::from_vec(shared), quantities)?;
     let span_s = (times_s.last().copied().unwrap_or(0.0) - impact_time_s).max(f64::MIN_POSITIVE);
     let interval_s = span_s / (times_s.len().max(2) - 1) as f64 / SAMPLES_PER_FRAME;
@@ -158,7 +217,8 @@ pub fn fitted_motion(model: &TrackModel, fit: &TrackFit, times_s: &[f64]) -> Res
         displacement_m: Array2::zeros((n_bodies, times_s.len())),
         velocity_m_per_s: Array2::zeros((n_bodies, times_s.len())),
     };
-    let motions = ensemble(&struck, &schedule, model.n_threads, |_, simulation| simulation.trajectory);
+    let motions =
+        map_in_parallel(struck.len(), model.n_threads, |k| rubbed(&struck[k], &schedule, friction_n));
     for (k, motion) in motions.into_iter().enumerate() {
         let (motion, weight) = (motion?, of_node(k));
         for (i, time_s) in times_s.iter().enumerate() {
@@ -170,6 +230,21 @@ pub fn fitted_motion(model: &TrackModel, fit: &TrackFit, times_s: &[f64]) -> Res
         }
     }
     Ok(mean)
+}
+
+/// The motion of a chain, with what dry friction adds to it.
+fn rubbed(chain: &Chain, schedule: &Schedule, friction_n: f64) -> Result<Trajectory, FitError> {
+    if friction_n <= 0.0 {
+        return Ok(simulate(chain, schedule)?.trajectory);
+    }
+    let Sensitivities { simulation, derivatives } =
+        simulate_with_friction(chain, schedule, &[], &[friction_n])?;
+    let mut motion = simulation.trajectory;
+    for rubbed in &derivatives {
+        motion.displacement_m += &rubbed.displacement_m;
+        motion.velocity_m_per_s += &rubbed.velocity_m_per_s;
+    }
+    Ok(motion)
 }
 
 #[cfg(test)]

@@ -29,6 +29,6 @@ pub use linear_chain::LinearChain;
 pub use parameters::{Chain, Drive, FarEnd, Striker};
 pub use scan::{ensemble, scan};
 pub use schedule::{Bodies, Integration, Schedule};
-pub use sensitivity::{Sensitivities, simulate_with_sensitivities};
+pub use sensitivity::{Sensitivities, simulate_with_friction, simulate_with_sensitivities};
 pub use simulate::simulate;
 pub use simulation::{Simulation, StrikerMotion};

@@ -58,7 +58,8 @@ mod ring;
 
 pub use chain::{
     Bodies, Chain, Change, Drive, FarEnd, ImposedMotion, Integration, LinearChain, Schedule, Sensitivities,
-    Simulation, Striker, StrikerMotion, ensemble, scan, simulate, simulate_with_sensitivities,
+    Simulation, Striker, StrikerMotion, ensemble, scan, simulate, simulate_with_friction,
+    simulate_with_sensitivities,
 };
 pub use chainwave_vectors::InstructionSet;
 pub use contact::{Contact, Contacts, Law, LinearLaw, PowerLaw, TableLaw, Tension};

@@ -1,7 +1,9 @@
 //! Estimates beside their truths.
 
 use chainwave_analysis::Measurement;
-use chainwave_experiment::{Evaluation, KnownTruth, Results, Setup, Stages, Trial};
+use chainwave_experiment::{
+    BEHIND_BODY_1, Evaluation, KnownTruth, PEAK_ENERGIES, Results, Setup, Stages, TRACKS, Trial,
+};
 use chainwave_inference::Interval;
 use chainwave_measurement::{Estimate, Trajectory};
 
@@ -128,7 +130,15 @@ fn of_damping(
 ) {
     let (c_d, c_s) = (truth.chain_damping_kg_per_s, truth.striker_damping_kg_per_s);
     let (striker_velocity_m_per_s, impact_time_s) = (truth.striker_velocity_m_per_s, truth.impact_time_s);
-    if let Ok(fit) = &evaluation.track_fit {
+    let stated = &evaluation.damping;
+    if let Ok(stated) = &stated.chain_damping_kg_per_s {
+        add("c_d, stated", *stated, c_d);
+    }
+    if let Ok(stated) = &stated.striker_damping_kg_per_s {
+        add("c_s, stated", *stated, c_s);
+    }
+    let holds = |source: &str| stated.reason(source).is_none();
+    if let Some(fit) = evaluation.track_fit.as_ref().ok().filter(|_| holds(TRACKS)) {
         let (chain, striker) = (fit.damping.chain_damping_kg_per_s, fit.damping.striker_damping_kg_per_s);
         add("c_d, tracks", chain, c_d);
         add("c_s, tracks", striker, c_s);
@@ -141,10 +151,10 @@ fn of_damping(
         add("mean striker, tracks", fit.striker_velocity_m_per_s, striker_velocity_m_per_s);
         add("mean impact, tracks", fit.impact_time_s, impact_time_s);
     }
-    if let Ok(fit) = &evaluation.imposed_fit {
+    if let Some(fit) = evaluation.imposed_fit.as_ref().ok().filter(|_| holds(BEHIND_BODY_1)) {
         add("c_d, behind body 1", fit.chain_damping_kg_per_s, c_d);
     }
-    if let Ok(fit) = &evaluation.energy_fit {
+    if let Some(fit) = evaluation.energy_fit.as_ref().ok().filter(|_| holds(PEAK_ENERGIES)) {
         add("c_d, peak energies", fit.damping.chain_damping_kg_per_s, c_d);
         add("c_s, peak energies", fit.damping.striker_damping_kg_per_s, c_s);
         add("mean striker, energies", fit.striker_velocity_m_per_s, striker_velocity_m_per_s);
@@ -178,7 +188,8 @@ fn of_recordings(
         add("drive", standing.drive_deviation, drive);
         add("drive by onset", alignment.drive_deviation, drive);
     }
-    for one in evaluation.track_fit.iter().flat_map(|fit| &fit.recordings) {
+    let fit = evaluation.track_fit.iter().filter(|_| evaluation.damping.reason(TRACKS).is_none());
+    for one in fit.flat_map(|fit| &fit.recordings) {
         if let Some(row) = row(&one.recording) {
             add("striker velocity", one.striker_velocity_m_per_s, strikers[row]);
             add("impact time", one.impact_time_s, -delays_s[row]);

@@ -5,8 +5,13 @@ use std::io;
 use std::path::Path;
 
 use chainwave_analysis::{DampingShare, LocalResonance, Measurement};
-use chainwave_experiment::{Evaluation, Experiment, Finding, ModelBeside, Results, Standing, Tracked, Trial};
-use chainwave_inference::{Damping, EnergyFit, FitError, FittedRecording, ImposedFit, Quantity, TrackFit};
+use chainwave_experiment::{
+    BEHIND_BODY_1, Evaluation, Experiment, Finding, ModelBeside, PEAK_ENERGIES, Results, Standing, TRACKS,
+    Tracked, Trial,
+};
+use chainwave_inference::{
+    Damping, EnergyFit, FitError, FittedRecording, ImposedFit, Quantity, Structure, TrackFit,
+};
 use chainwave_measurement::Estimate;
 use chainwave_stitching::{Alignment, Stitched};
 use ndarray::Array2;
@@ -209,7 +214,8 @@ fn write_dispersion(folder: &Path, limit_hz: f64, measurement: &Measurement) -> 
 fn write_alignment(folder: &Path, tracked: &Tracked, evaluation: &Evaluation) -> Result<(), Error> {
     let alignments = &evaluation.stitched.alignments;
     let fitted = |value: &dyn Fn(&FittedRecording) -> f64| -> Vec<Option<f64>> {
-        let found = evaluation.track_fit.as_ref().ok();
+        let found =
+            evaluation.track_fit.as_ref().ok().filter(|_| evaluation.damping.reason(TRACKS).is_none());
         (0..alignments.len()).map(|r| found.and_then(|fit| fit.recordings.get(r)).map(value)).collect()
     };
     let of = |value: &dyn Fn(&Alignment) -> f64| alignments.iter().map(value).collect::<Vec<f64>>();
@@ -260,12 +266,11 @@ fn as_json(evaluation: &Evaluation) -> Value {
     let mut results = Map::new();
     let velocity = measurement.group_velocity.as_ref().ok().map(|velocity| velocity.velocity_m_per_s);
     put(&mut results, "group_velocity_m_per_s", "group_velocity_sigma", velocity);
-    let damping = evaluation.damping();
-    let of = |value: fn(&Damping) -> Estimate| damping.as_ref().map(|(damping, _)| value(damping));
-    put(&mut results, "c_d_kg_per_s", "c_d_sigma", of(|damping| damping.chain_damping_kg_per_s));
-    put(&mut results, "c_s_kg_per_s", "c_s_sigma", of(|damping| damping.striker_damping_kg_per_s));
-    results.insert("correlation".into(), json!(damping.map(|(damping, _)| damping.correlation)));
-    results.insert("damping_from".into(), json!(damping.map(|(_, source)| source)));
+    let damping = &evaluation.damping;
+    put_or_refuse(&mut results, ("c_d_kg_per_s", "c_d_sigma"), damping.chain_damping_kg_per_s.as_ref());
+    put_or_refuse(&mut results, ("c_s_kg_per_s", "c_s_sigma"), damping.striker_damping_kg_per_s.as_ref());
+    results.insert("correlation".into(), json!(damping.correlation));
+    results.insert("damping_from".into(), json!(damping.source));
     let resonance = measurement.local_resonance.as_ref().ok().map(|resonance| resonance.frequency_hz);
     put(&mut results, "local_resonance_hz", "local_resonance_sigma", resonance);
     let told = measurement.local_resonance.as_ref().ok().map(resonance_as_json);
@@ -279,12 +284,23 @@ fn as_json(evaluation: &Evaluation) -> Value {
     let particle =
         measurement.group_velocity.as_ref().ok().and_then(|velocity| velocity.particle_velocity_m_per_s);
     put(&mut results, "particle_velocity_m_per_s", "particle_velocity_sigma", particle);
-    let of_tracks = evaluation.track_fit.as_ref().map(track_fit_as_json);
-    results.insert("fit_to_tracks".into(), of_tracks.unwrap_or_else(failed));
-    let of_energies = evaluation.energy_fit.as_ref().map(energy_fit_as_json);
-    results.insert("fit_to_peak_energies".into(), of_energies.unwrap_or_else(failed));
-    let imposed = evaluation.imposed_fit.as_ref().map(imposed_fit_as_json);
-    results.insert("fit_behind_body_1".into(), imposed.unwrap_or_else(failed));
+    let fits = [
+        (
+            "fit_to_tracks",
+            TRACKS,
+            evaluation.track_fit.as_ref().map(|fit| track_fit_as_json(fit, evaluation)),
+        ),
+        (
+            "fit_to_peak_energies",
+            PEAK_ENERGIES,
+            evaluation.energy_fit.as_ref().map(|fit| energy_fit_as_json(fit, evaluation)),
+        ),
+        ("fit_behind_body_1", BEHIND_BODY_1, evaluation.imposed_fit.as_ref().map(imposed_fit_as_json)),
+    ];
+    for (key, source, fit) in fits {
+        let fit = fit.map_or_else(failed, |fit| unless_refused(fit, damping.reason(source)));
+        results.insert(key.into(), Value::Object(fit));
+    }
     results.insert("warnings".into(), json!(evaluation.warnings()));
     Value::Object(results)
 }
@@ -333,20 +349,68 @@ fn put_goodness(
     results.insert("n_simulations".into(), json!(n_simulations));
 }
 
-fn failed(reason: &FitError) -> Value {
-    json!({ "failed": reason.to_string() })
+/// An estimate as two keys, or the reason why it is refused under a key of its own.
+fn put_or_refuse(
+    results: &mut Map<String, Value>,
+    (name, sigma_name): (&str, &str),
+    estimate: Result<&Estimate, &String>,
+) {
+    match estimate {
+        Ok(estimate) => put(results, name, sigma_name, Some(*estimate)),
+        Err(reason) => {
+            results.insert(format!("{name}_refused"), json!(reason));
+        }
+    }
 }
 
-fn damping_as_json(damping: &Damping) -> Map<String, Value> {
+fn failed(reason: &FitError) -> Map<String, Value> {
+    Map::from_iter([("failed".into(), json!(reason.to_string()))])
+}
+
+/// What remains of a fit that is refused: the reason, and how well it describes what it was fitted to.
+fn unless_refused(fit: Map<String, Value>, reason: Option<&str>) -> Map<String, Value> {
+    const OF_ANY_FIT: [&str; 6] =
+        ["reduced_chi_squared", "n_residuals", "n_simulations", "structure", "structure_as_stated", "c_s"];
+    let Some(reason) = reason else { return fit };
+    let kept = fit.into_iter().filter(|(key, _)| OF_ANY_FIT.contains(&key.as_str()));
+    std::iter::once(("refused".to_owned(), json!(reason))).chain(kept).collect()
+}
+
+fn damping_as_json(damping: &Damping, evaluation: &Evaluation) -> Map<String, Value> {
     let mut results = Map::new();
-    put(&mut results, "c_d_kg_per_s", "c_d_sigma", Some(damping.chain_damping_kg_per_s));
-    put(&mut results, "c_s_kg_per_s", "c_s_sigma", Some(damping.striker_damping_kg_per_s));
+    let [of_chain, of_striker] = damping.refusals(evaluation.damping.critical_kg_per_s);
+    let told = |found: Estimate, refused: Option<String>| refused.map_or(Ok(found), Err);
+    let c_d = told(damping.chain_damping_kg_per_s, of_chain);
+    let c_s = told(damping.striker_damping_kg_per_s, of_striker);
+    put_or_refuse(&mut results, ("c_d_kg_per_s", "c_d_sigma"), c_d.as_ref());
+    put_or_refuse(&mut results, ("c_s_kg_per_s", "c_s_sigma"), c_s.as_ref());
     results.insert("correlation".into(), json!(damping.correlation));
     results
 }
 
-fn track_fit_as_json(fit: &TrackFit) -> Value {
-    let mut results = damping_as_json(&fit.damping);
+fn structure_as_json(found: &Structure) -> Value {
+    json!({
+        "variance_ratio": found.ratio,
+        "degrees_of_freedom": [found.freedom.0, found.freedom.1],
+        "p_value": found.p_value,
+        "size": found.size,
+        "bodies": found.bodies.iter().map(|(body, _)| body).collect::<Vec<_>>(),
+        "worst_s": [found.worst_s.0, found.worst_s.1],
+    })
+}
+
+fn track_fit_as_json(fit: &TrackFit, evaluation: &Evaluation) -> Map<String, Value> {
+    let mut results = damping_as_json(&fit.damping, evaluation);
+    results.insert("structure".into(), structure_as_json(&fit.structure));
+    if !fit.beyond.is_empty() {
+        let causes: Vec<&str> = fit.beyond.iter().map(|one| one.in_words()).collect();
+        results.insert("as_if".into(), json!(causes));
+        results.insert("structure_as_stated".into(), structure_as_json(&fit.as_stated));
+        for (quantity, found) in &fit.found {
+            let name = quantity.as_str();
+            put(&mut results, &format!("{name}_found"), &format!("{name}_found_sigma"), Some(*found));
+        }
+    }
     for (name, interval) in ["c_d_interval_95", "c_s_interval_95"].into_iter().zip(fit.intervals_95) {
         let told =
             json!({ "low": interval.low, "high": interval.high, "is_quadratic": interval.is_quadratic });
@@ -367,23 +431,23 @@ fn track_fit_as_json(fit: &TrackFit) -> Value {
     put(&mut results, "impact_time_s", "impact_time_sigma", Some(fit.impact_time_s));
     put_factors(&mut results, &fit.factors);
     put_goodness(&mut results, fit.reduced_chi_squared, fit.n_residuals, fit.n_simulations);
-    Value::Object(results)
+    results
 }
 
-fn imposed_fit_as_json(fit: &ImposedFit) -> Value {
+fn imposed_fit_as_json(fit: &ImposedFit) -> Map<String, Value> {
     let mut results = Map::new();
     put(&mut results, "c_d_kg_per_s", "c_d_sigma", Some(fit.chain_damping_kg_per_s));
     results.insert("c_s".into(), json!(ImposedFit::NO_STRIKER_DAMPING));
     put_factors(&mut results, &fit.factors);
     put_goodness(&mut results, fit.reduced_chi_squared, fit.n_residuals, fit.n_simulations);
-    Value::Object(results)
+    results
 }
 
-fn energy_fit_as_json(fit: &EnergyFit) -> Value {
-    let mut results = damping_as_json(&fit.damping);
+fn energy_fit_as_json(fit: &EnergyFit, evaluation: &Evaluation) -> Map<String, Value> {
+    let mut results = damping_as_json(&fit.damping, evaluation);
     let velocity = Some(fit.striker_velocity_m_per_s);
     put(&mut results, "striker_velocity_m_per_s", "striker_velocity_sigma", velocity);
     put_factors(&mut results, &fit.factors);
     put_goodness(&mut results, fit.reduced_chi_squared, fit.n_residuals, fit.n_simulations);
-    Value::Object(results)
+    results
 }

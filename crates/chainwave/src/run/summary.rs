@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use chainwave_experiment::{Evaluation, KnownTruth, Results, Setup};
+use chainwave_experiment::{BEHIND_BODY_1, Evaluation, KnownTruth, PEAK_ENERGIES, Results, Setup, TRACKS};
 use chainwave_inference::{Damping, FitError};
 use chainwave_measurement::Estimate;
 
@@ -111,8 +111,22 @@ pub(crate) fn rows(evaluation: &Evaluation, truth: Option<&KnownTruth>) -> Vec<R
         ),
     ];
     rows.extend(energy_rows(evaluation, truth));
-    rows.extend(fit_rows("tracks", evaluation.track_fit.as_ref().map(|fit| fit.damping), truth));
-    rows.extend(fit_rows("peak energies", evaluation.energy_fit.as_ref().map(|fit| fit.damping), truth));
+    let stated = &evaluation.damping;
+    let told = |source: &str, fit: Result<Damping, &FitError>| match (fit, stated.reason(source)) {
+        (Err(why), _) => Err(why.to_string()),
+        (_, Some(reason)) => Err(format!("refused: {reason}")),
+        (Ok(damping), None) => Ok(damping),
+    };
+    let of_tracks = told(TRACKS, evaluation.track_fit.as_ref().map(|fit| fit.damping));
+    let of_energies = told(PEAK_ENERGIES, evaluation.energy_fit.as_ref().map(|fit| fit.damping));
+    let critical = stated.critical_kg_per_s;
+    rows.extend(fit_rows(TRACKS, &of_tracks, critical, truth));
+    rows.extend(fit_rows(PEAK_ENERGIES, &of_energies, critical, truth));
+    if stated.source == Some(BEHIND_BODY_1) {
+        let c_d = stated.chain_damping_kg_per_s.clone();
+        let name = format!("c_d (g/s), {BEHIND_BODY_1}");
+        rows.push(row(&name, c_d, 1e3, of_truth(&|truth| Some(truth.chain_damping_kg_per_s))));
+    }
     rows
 }
 
@@ -134,24 +148,25 @@ fn energy_rows(evaluation: &Evaluation, truth: Option<&KnownTruth>) -> Option<Ro
     })
 }
 
-fn fit_rows(source: &str, damping: Result<Damping, &FitError>, truth: Option<&KnownTruth>) -> Vec<Row> {
-    let of = |name: &str, value: fn(&Damping) -> Estimate, factor: f64, truth: Option<f64>| Row {
-        name: format!("{name}, {source}"),
-        measured: damping.as_ref().map(|damping| value(damping).scaled(factor)).map_err(ToString::to_string),
-        truth: truth.map(|value| value * factor),
+fn fit_rows(
+    source: &str,
+    damping: &Result<Damping, String>,
+    critical_kg_per_s: f64,
+    truth: Option<&KnownTruth>,
+) -> Vec<Row> {
+    let of = |name: &str, which: usize, factor: f64, truth: Option<f64>| {
+        let measured = damping.as_ref().map_err(Clone::clone).and_then(|damping| {
+            let found = [damping.chain_damping_kg_per_s, damping.striker_damping_kg_per_s][which];
+            let [of_chain, of_striker] = damping.refusals(critical_kg_per_s);
+            match [of_chain, of_striker].into_iter().nth(which).flatten() {
+                Some(reason) => Err(format!("refused: {reason}")),
+                None => Ok(found.scaled(factor)),
+            }
+        });
+        Row { name: format!("{name}, {source}"), measured, truth: truth.map(|value| value * factor) }
     };
     vec![
-        of(
-            "c_d (g/s)",
-            |damping| damping.chain_damping_kg_per_s,
-            1e3,
-            truth.map(|truth| truth.chain_damping_kg_per_s),
-        ),
-        of(
-            "c_s (kg/s)",
-            |damping| damping.striker_damping_kg_per_s,
-            1.0,
-            truth.map(|truth| truth.striker_damping_kg_per_s),
-        ),
+        of("c_d (g/s)", 0, 1e3, truth.map(|truth| truth.chain_damping_kg_per_s)),
+        of("c_s (kg/s)", 1, 1.0, truth.map(|truth| truth.striker_damping_kg_per_s)),
     ]
 }

@@ -20,18 +20,14 @@ use crate::quantity::Quantity;
 ///
 /// # Errors
 /// [`FitError`] when the tracks do not determine it.
-pub fn softening(
-    observations: &[Observation],
-    model: &TrackModel,
-    fit: &TrackFit,
-) -> Result<Departure, FitError> {
-    softening_at(observations, model, &unknowns_of(fit))
+pub fn softening(observations: &[Observation], fit: &TrackFit) -> Result<Departure, FitError> {
+    softening_at(observations, (&fit.model, &asked_of(fit)), &unknowns_of(fit))
 }
 
-/// The same at the unknowns of a minimum.
+/// The same at the unknowns of a minimum of a model, and what is asked of it.
 pub(crate) fn softening_at(
     observations: &[Observation],
-    model: &TrackModel,
+    model: (&TrackModel, &[Quantity]),
     at: &Unknowns,
 ) -> Result<Departure, FitError> {
     let asked = FreedQuantities::of(observations, model, at, &[Quantity::Softening])?;
@@ -74,18 +70,14 @@ pub fn scatter_of_bodies_rule() -> Rule {
 ///
 /// # Errors
 /// [`FitError`] when the tracks do not determine it.
-pub fn scatter_of_bodies(
-    observations: &[Observation],
-    model: &TrackModel,
-    fit: &TrackFit,
-) -> Result<Departure, FitError> {
-    scatter_of_bodies_at(observations, model, &unknowns_of(fit))
+pub fn scatter_of_bodies(observations: &[Observation], fit: &TrackFit) -> Result<Departure, FitError> {
+    scatter_of_bodies_at(observations, (&fit.model, &asked_of(fit)), &unknowns_of(fit))
 }
 
-/// The same at the unknowns of a minimum.
+/// The same at the unknowns of a minimum of a model, and what is asked of it.
 pub(crate) fn scatter_of_bodies_at(
     observations: &[Observation],
-    model: &TrackModel,
+    model: (&TrackModel, &[Quantity]),
     at: &Unknowns,
 ) -> Result<Departure, FitError> {
     let mut bodies: Vec<usize> = observations
@@ -123,11 +115,12 @@ struct FreedQuantities {
 impl FreedQuantities {
     fn of(
         observations: &[Observation],
-        model: &TrackModel,
+        (model, asked): (&TrackModel, &[Quantity]),
         at: &Unknowns,
         quantities: &[Quantity],
     ) -> Result<Self, FitError> {
-        let problem = TrackResiduals::new(observations, model, quantities)?;
+        let asked = [asked, quantities].concat();
+        let problem = TrackResiduals::new(observations, model, &asked)?;
         let failed = |failure: Failure<FitError>| problem.failure(failure);
         let mut at = at.clone();
         at.shared = at.shared.resize_vertically(problem.n_shared(), 1.0);
@@ -145,10 +138,15 @@ impl FreedQuantities {
     }
 }
 
+/// The quantities without a prior that a fit found.
+fn asked_of(fit: &TrackFit) -> Vec<Quantity> {
+    fit.found.iter().map(|(quantity, _)| *quantity).collect()
+}
+
 fn unknowns_of(fit: &TrackFit) -> Unknowns {
     let damping = &fit.damping;
     let mut shared = vec![damping.chain_damping_kg_per_s.value, damping.striker_damping_kg_per_s.value];
-    shared.extend(fit.factors.iter().map(|(_, factor)| factor.value));
+    shared.extend(fit.factors.iter().chain(&fit.found).map(|(_, found)| found.value));
     let own = |one: &FittedRecording| Own::new(one.striker_velocity_m_per_s.value, one.impact_time_s.value);
     Unknowns { shared: DVector::from_vec(shared), own: fit.recordings.iter().map(own).collect() }
 }

@@ -1,18 +1,24 @@
 //! What a fit to the tracks found.
 
-use chainwave_analysis::Rule;
 use chainwave_measurement::Estimate;
 
 use super::bootstrap::OverTrials;
+use super::hypothesis::Hypothesis;
+use super::model::TrackModel;
 use super::profile::Interval;
+use super::structure::Structure;
 use crate::damping::Damping;
 use crate::quantity::Quantity;
 
 /// Damping fitted to the tracks of all recordings, and what went along.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrackFit {
-    /// c_d and c_s.
+    /// c_d and c_s, with what the model's error may do to them.
     pub damping: Damping,
+    /// The same with what noise does to them alone.
+    pub by_noise: Damping,
+    /// The same of the model as it is stated, whether it explains the tracks or not: for comparison.
+    pub stated: Damping,
     /// 95 % intervals of c_d and c_s by profile likelihood.
     pub intervals_95: [Interval; 2],
     /// How c_d and c_s scatter over recordings drawn anew with replacement, view by view: with the differences between trials in it
@@ -22,6 +28,18 @@ pub struct TrackFit {
     pub starts: (usize, usize),
     /// Factors on the quantities that are known only within an uncertainty, in their order.
     pub factors: Vec<(Quantity, Estimate)>,
+    /// What the tracks ask for beyond the stated model.
+    pub beyond: Vec<Hypothesis>,
+    /// The quantities of that, in their order: factors on what is stated, or what is added.
+    pub found: Vec<(Quantity, Estimate)>,
+    /// Other hypotheses that take as much structure away.
+    pub rivals: Vec<Hypothesis>,
+    /// What the stated model leaves over.
+    pub as_stated: Structure,
+    /// What the model leaves over with what it was given beyond that.
+    pub structure: Structure,
+    /// The model with that.
+    pub model: TrackModel,
     /// Mean striker velocity of the recordings, in metres per second.
     pub striker_velocity_m_per_s: Estimate,
     /// Mean stamp of the impact, in seconds after the trigger.
@@ -39,26 +57,56 @@ pub struct TrackFit {
 }
 
 impl TrackFit {
-    /// Reduced chi squared up to which the chain model explains the tracks.
-    pub const LARGEST_REDUCED_CHI_SQUARED: f64 = 1.2;
-
-    /// Whether the chain model explains the tracks well enough for their damping to be believed ([`damping_source_rule`]).
-    pub fn explains_the_tracks(&self) -> bool {
-        self.reduced_chi_squared <= Self::LARGEST_REDUCED_CHI_SQUARED
+    /// Whether the model, with what it was given beyond the stated one, leaves nothing but noise.
+    pub fn leaves_noise_alone(&self) -> bool {
+        !self.structure.is_told()
     }
-}
 
-/// The rule by which the damping is taken from the tracks or from the peak energies.
-pub fn damping_source_rule() -> Rule {
-    Rule {
-        question: "what the damping is taken from",
-        text: format!(
-            "the tracks while the model explains them (reduced chi squared up to {}), else the peak energies, which feel less of what the \
-             model leaves out",
-            TrackFit::LARGEST_REDUCED_CHI_SQUARED
-        ),
-        level: None,
-        rates: Vec::new(),
+    /// Whether its dampings may be believed: the model leaves nothing but noise, or what it leaves over cannot make c_d by itself (c_d is told
+    /// from zero by more than 1.96 of a sigma that contains what that may do).
+    pub fn is_believed(&self) -> bool {
+        let c_d = self.damping.chain_damping_kg_per_s;
+        self.leaves_noise_alone() || c_d.value > Estimate::COVERAGE_95 * c_d.sigma
+    }
+
+    /// What the reader should know of the model: what was believed beyond the stated one, and what structure is left.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut said = Vec::new();
+        let chi_squared = self.reduced_chi_squared;
+        if !self.beyond.is_empty() {
+            let causes: Vec<&str> = self.beyond.iter().map(|one| one.in_words()).collect();
+            let found: Vec<String> = self
+                .found
+                .iter()
+                .map(|(quantity, found)| {
+                    format!("{} {:.4e} +- {:.1e}", quantity.as_str(), found.value, found.sigma)
+                })
+                .collect();
+            let rivals: Vec<&str> = self.rivals.iter().map(|one| one.in_words()).collect();
+            let others = match rivals.is_empty() {
+                true => String::new(),
+                false => format!("; it might as well be as if {}", rivals.join(", or ")),
+            };
+            said.push(format!(
+                "the chain model as stated does not explain the tracks ({}). They move as if {}: {} (reduced chi squared {chi_squared:.3} with \
+                 it){others}. The results stated have it; c_d and c_s contain what the choice may do to them",
+                self.as_stated.in_words(),
+                causes.join(", and "),
+                found.join(", "),
+            ));
+        }
+        if self.structure.is_told() {
+            said.push(format!(
+                "the chain model does not explain all of the tracks: reduced chi squared {chi_squared:.3}, {}; {}. The sigmas of c_d and c_s \
+                 contain how they differ between parts of the chain and of the time",
+                self.structure.in_words(),
+                match self.beyond.is_empty() {
+                    true => "nothing that was tried beyond the stated model takes half of that away",
+                    false => "this is what is left with what it was given beyond the stated one",
+                }
+            ));
+        }
+        said
     }
 }
 

@@ -20,6 +20,14 @@ pub struct Interval {
     pub is_quadratic: bool,
 }
 
+impl Interval {
+    /// The interval whose ends lie so many times as far from a value, and no lower than zero.
+    pub(super) fn widened(self, value: f64, times: f64) -> Self {
+        let end = |end: f64| value + times * (end - value);
+        Self { low: end(self.low).max(0.0), high: end(self.high), ..self }
+    }
+}
+
 /// How far the square root of chi squared's rise may be off at an end.
 const TOLERANCE: f64 = 0.05;
 const MAX_ROUNDS: usize = 4;

@@ -15,7 +15,7 @@ use crate::least_squares::{
     Block, Bounds, Failure, LeastSquares, N_OWN, NormalEquations, Own, TrackSums, Unknowns,
 };
 use crate::quantity::Quantity;
-use crate::steps::{DAMPING_STEPS, FACTOR_STEP};
+use crate::steps::{DAMPING_STEPS, FACTOR_STEP, FRICTION_STEP_N};
 
 /// Simulated samples per frame; between them, cubic Hermite interpolation is exact to 1e-11 m on the paper's chain.
 pub(super) const SAMPLES_PER_FRAME: f64 = 4.0;
@@ -23,8 +23,10 @@ pub(super) const SAMPLES_PER_FRAME: f64 = 4.0;
 const MARGIN_FRAMES: f64 = 25.0;
 /// Strikers farther from the mean than this, relative to it, are beyond the family's interpolation.
 const WIDEST_DRIVE: f64 = 0.5;
-/// Factors on quantities stay within this of one, up and down.
+/// Factors on quantities that are known stay within this of one, up and down.
 const LARGEST_FACTOR: f64 = 2.0;
+/// The same of factors that are asked for.
+const LARGEST_ASKED: f64 = 8.0;
 
 /// The tracks of all recordings against the chain model.
 ///
@@ -34,7 +36,7 @@ pub(super) struct TrackResiduals<'a> {
     pub(super) observations: &'a [Observation],
     pub(super) model: &'a TrackModel,
     /// Quantities without a prior, beside those of the model.
-    asked: &'a [Quantity],
+    pub(super) asked: &'a [Quantity],
     /// How far the chains on both sides of a shared unknown are from it.
     steps: Vec<f64>,
     schedule: Schedule,
@@ -44,13 +46,28 @@ pub(super) struct TrackResiduals<'a> {
 }
 
 /// The model at values of the unknowns.
-struct SolvedModel {
+pub(super) struct SolvedModel {
     response: MotionAtTracks,
     /// Which of the response's derivatives belongs to each shared unknown; none to one that the chain does not feel.
     derivatives: Vec<Option<usize>>,
     /// Length in the pictures over true length, and its place among the shared unknowns.
     scale: f64,
     scale_unknown: Option<usize>,
+    /// Where dry friction stands among the shared unknowns, and the first of the two columns of the response that tell its effect.
+    friction: Option<(usize, usize)>,
+}
+
+/// A position less the model's, where it was seen.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Residual {
+    /// Its recording.
+    pub(super) recording: usize,
+    /// Its body, from 1.
+    pub(super) body: usize,
+    /// Time after the recording's impact, in seconds.
+    pub(super) after_impact_s: f64,
+    /// In units of the stated sigma, the place at rest fitted.
+    pub(super) value: f64,
 }
 
 impl<'a> TrackResiduals<'a> {
@@ -61,9 +78,13 @@ impl<'a> TrackResiduals<'a> {
     ) -> Result<Self, FitError> {
         let n_residuals = check(observations, model)?;
         let critical = critical_kg_per_s(&model.chain);
-        let n_factors = model.known.len() + asked.len();
+        let quantities = || model.known.iter().map(|known| known.quantity).chain(asked.iter().copied());
         let mut steps = DAMPING_STEPS.map(|step| step * critical).to_vec();
-        steps.extend((0..n_factors).map(|_| FACTOR_STEP));
+        let step = |quantity: Quantity| match quantity.is_factor() {
+            true => FACTOR_STEP,
+            false => DAMPING_STEPS[0] * critical,
+        };
+        steps.extend(quantities().map(step));
         let span = |observation: &Observation| observation.span_s().map_or(0.0, |span| span.1);
         let frame_s = observations.iter().map(Observation::frame_interval_s).fold(f64::INFINITY, f64::min);
         let last_s = observations.iter().map(span).fold(0.0, f64::max);
@@ -71,7 +92,11 @@ impl<'a> TrackResiduals<'a> {
         let schedule = Schedule::automatic(duration_s, frame_s / SAMPLES_PER_FRAME);
         let mean = model.striker_velocity_m_per_s.value;
         let mut shared = vec![(0.0, f64::INFINITY); N_DAMPINGS];
-        shared.extend((0..n_factors).map(|_| (LARGEST_FACTOR.recip(), LARGEST_FACTOR)));
+        shared.extend(model.known.iter().map(|_| (LARGEST_FACTOR.recip(), LARGEST_FACTOR)));
+        shared.extend(asked.iter().map(|quantity| match quantity.is_factor() {
+            true => (LARGEST_ASKED.recip(), LARGEST_ASKED),
+            false => (0.0, f64::INFINITY),
+        }));
         let strikers = ((1.0 - WIDEST_DRIVE) * mean, (1.0 + WIDEST_DRIVE) * mean);
         let bounds = Bounds { shared, own: [strikers, (f64::NEG_INFINITY, f64::INFINITY)] };
         let n_simulations = AtomicU64::new(0);
@@ -81,6 +106,16 @@ impl<'a> TrackResiduals<'a> {
     /// Number of shared unknowns.
     pub(super) fn n_shared(&self) -> usize {
         self.steps.len()
+    }
+
+    /// The quantities among the shared unknowns, in their order.
+    fn quantities(&self) -> impl Iterator<Item = Quantity> {
+        self.model.known.iter().map(|known| known.quantity).chain(self.asked.iter().copied())
+    }
+
+    /// Where a quantity stands among the shared unknowns.
+    fn unknown_of(&self, quantity: Quantity) -> Option<usize> {
+        self.quantities().position(|found| found == quantity).map(|i| N_DAMPINGS + i)
     }
 
     /// Chain simulations carried out.
@@ -97,7 +132,7 @@ impl<'a> TrackResiduals<'a> {
         let Drive::Striker(striker) = &self.model.chain.drive else { return Err(FitError::NoStriker) };
         let mean_damping = mean_damping_kg_per_s(&self.model.chain);
         let mut shared = vec![factors[0] * mean_damping, factors[1] * striker.damping_kg_per_s];
-        shared.resize(self.n_shared(), 1.0);
+        shared.extend(self.quantities().map(Quantity::usual));
         let velocity_m_per_s = self.model.striker_velocity_m_per_s.value;
         let impact = |r: usize| impact_times_s.get(r).copied().unwrap_or(0.0);
         let own = (0..self.observations.len()).map(|r| Own::new(velocity_m_per_s, impact(r))).collect();
@@ -106,10 +141,7 @@ impl<'a> TrackResiduals<'a> {
 
     /// A search's failure in words.
     pub(super) fn failure(&self, failure: Failure<FitError>) -> FitError {
-        let quantity = |i: usize| {
-            let known = self.model.known.iter().map(|known| known.quantity);
-            known.chain(self.asked.iter().copied()).nth(i).map_or("?", Quantity::as_str)
-        };
+        let quantity = |i: usize| self.quantities().nth(i).map_or("?", Quantity::as_str);
         FitError::of(failure, "the tracks", |unknown| match unknown {
             0 => "c_d".into(),
             1 => "c_s".into(),
@@ -127,14 +159,15 @@ impl<'a> TrackResiduals<'a> {
     }
 
     /// The model at values of the unknowns.
-    fn solve(&self, at: &Unknowns) -> Result<SolvedModel, FitError> {
+    pub(super) fn solve(&self, at: &Unknowns) -> Result<SolvedModel, FitError> {
         let strikers: Vec<f64> = at.own.iter().map(|own| own[0]).collect();
-        let scale_unknown = scale_unknown(self.model);
+        let [scale_unknown, friction_unknown] =
+            [Quantity::Scale, Quantity::Friction].map(|quantity| self.unknown_of(quantity));
         let mut sides = Vec::with_capacity(self.n_shared());
         let mut derivatives = Vec::with_capacity(self.n_shared());
         for (i, step) in self.steps.iter().enumerate() {
-            // The chain does not feel the scale of the pictures.
-            let is_felt = Some(i) != scale_unknown;
+            // The chain does not feel the scale of the pictures, and friction's effect is added to its motion.
+            let is_felt = Some(i) != scale_unknown && Some(i) != friction_unknown;
             derivatives.push(is_felt.then_some(sides.len()));
             if is_felt {
                 let (mut lower, mut upper) = (at.shared.clone(), at.shared.clone());
@@ -144,19 +177,20 @@ impl<'a> TrackResiduals<'a> {
                 sides.push(Sides { below: self.struck(&lower)?, above: self.struck(&upper)?, width });
             }
         }
-        let question = Question { centre: self.struck(&at.shared)?, sides };
+        let friction = friction_unknown.map(|unknown| (unknown, sides.len()));
+        let force_n = friction_unknown.map(|unknown| at.shared[unknown]);
+        let frictions_n = force_n.map_or(Vec::new(), |force_n| vec![force_n, force_n + FRICTION_STEP_N]);
+        let question = Question { centre: self.struck(&at.shared)?, sides, frictions_n };
         let family = Family::new(range_of(&strikers, self.model));
         let places = (self.observations, at.own.as_slice());
         let response = respond(&question, family, &self.schedule, places, self.model.n_threads)?;
         self.n_simulations.fetch_add(response.n_simulations(), Ordering::Relaxed);
         let scale = scale_unknown.map_or(1.0, |unknown| at.shared[unknown]);
-        Ok(SolvedModel { response, derivatives, scale, scale_unknown })
+        Ok(SolvedModel { response, derivatives, scale, scale_unknown, friction })
     }
 
     fn struck(&self, shared: &DVector<f64>) -> Result<Struck, FitError> {
-        let quantities =
-            self.model.known.iter().map(|known| known.quantity).chain(self.asked.iter().copied());
-        struck(self.model, shared, quantities)
+        struck(self.model, shared, self.quantities())
     }
 }
 
@@ -169,19 +203,25 @@ impl LeastSquares for TrackResiduals<'_> {
 
     /// Solves the chain around the values, and sums up residuals and derivatives.
     fn equations(&self, at: &Unknowns) -> Result<NormalEquations, FitError> {
-        let model = self.solve(at)?;
-        let n_positions = |observation: &Observation| -> usize {
-            observation.bodies.iter().map(|track| track.position_m.iter().flatten().count()).sum()
-        };
-        let first_places: Vec<usize> = self
-            .observations
-            .iter()
-            .scan(0, |sum, observation| Some(std::mem::replace(sum, *sum + n_positions(observation))))
-            .collect();
+        Ok(self.equations_of(&self.solve(at)?, at, |_, _, _| true))
+    }
+}
+
+impl TrackResiduals<'_> {
+    /// The equations of the positions that `takes` takes, by their recording, body and time after the impact, and of the priors.
+    pub(super) fn equations_of(
+        &self,
+        model: &SolvedModel,
+        at: &Unknowns,
+        takes: impl Fn(usize, usize, f64) -> bool + Sync,
+    ) -> NormalEquations {
+        let first_places = self.first_places();
         let recordings = map_in_parallel(self.observations.len(), self.model.n_threads, |r| {
             let own = &at.own[r];
             let mut recording = Block::new(self.n_shared());
-            for track in Mixture::new(&model, own[0]).tracks(&self.observations[r], first_places[r]) {
+            let mixture = Mixture::new(model, own[0]);
+            let takes = |body: usize, time_s: f64| takes(r, body, time_s - own[1]);
+            for track in mixture.tracks(&self.observations[r], first_places[r], takes) {
                 recording.add_track(&track);
             }
             let Estimate { value, sigma } = self.model.striker_velocity_m_per_s;
@@ -194,7 +234,28 @@ impl LeastSquares for TrackResiduals<'_> {
             let residual = (at.shared[unknown] - 1.0) / known.relative_sigma;
             equations.add_prior(unknown, residual, known.relative_sigma.recip());
         }
-        Ok(equations)
+        equations
+    }
+
+    /// Every residual at values of the unknowns, recording after recording, body after body, frame after frame.
+    pub(super) fn residuals(&self, model: &SolvedModel, at: &Unknowns) -> Vec<Residual> {
+        let places = self.first_places();
+        let of_recording = |r: usize| {
+            let mixture = Mixture::new(model, at.own[r][0]);
+            mixture.residuals(r, (&self.observations[r], at.own[r][1]), places[r])
+        };
+        map_in_parallel(self.observations.len(), self.model.n_threads, of_recording).concat()
+    }
+
+    /// Where the positions of each recording begin among all.
+    fn first_places(&self) -> Vec<usize> {
+        let n_positions = |observation: &Observation| -> usize {
+            observation.bodies.iter().map(|track| track.position_m.iter().flatten().count()).sum()
+        };
+        self.observations
+            .iter()
+            .scan(0, |sum, observation| Some(std::mem::replace(sum, *sum + n_positions(observation))))
+            .collect()
     }
 }
 
@@ -249,11 +310,6 @@ pub(super) fn range_of(strikers_m_per_s: &[f64], model: &TrackModel) -> [f64; 2]
     [lowest.max(1e-3 * value), highest]
 }
 
-fn scale_unknown(model: &TrackModel) -> Option<usize> {
-    let place = model.known.iter().position(|known| known.quantity == Quantity::Scale);
-    place.map(|i| N_DAMPINGS + i)
-}
-
 /// How the model's simulations add up for one recording's striker.
 struct Mixture<'a> {
     model: &'a SolvedModel,
@@ -267,16 +323,23 @@ impl<'a> Mixture<'a> {
         Self { model, value, slope }
     }
 
-    /// The sums of each track of a recording, whose positions begin at `place` among all.
-    fn tracks(&self, observation: &Observation, mut place: usize) -> Vec<TrackSums> {
+    /// The sums of each track of a recording, whose positions begin at `place` among all, over those that `takes` takes.
+    fn tracks(
+        &self,
+        observation: &Observation,
+        mut place: usize,
+        takes: impl Fn(usize, f64) -> bool,
+    ) -> Vec<TrackSums> {
         let n_shared = self.model.derivatives.len();
         let mut row = vec![0.0; N_OWN + n_shared + 1];
         let sums_of = |track: &BodyTrack| {
             let (origin_m, mut sums) = (first_position_m(track), TrackSums::new(n_shared));
-            for position in track.position_m.iter().flatten() {
-                let from_first = Estimate::new(position.value - origin_m, position.sigma);
-                self.fill(&mut row, place, from_first);
-                sums.add(&row, position.sigma.recip());
+            for (time_s, position) in seen(observation, track) {
+                if takes(track.body, time_s) {
+                    let from_first = Estimate::new(position.value - origin_m, position.sigma);
+                    self.fill(&mut row, place, from_first);
+                    sums.add(&row, position.sigma.recip());
+                }
                 place += 1;
             }
             sums
@@ -284,13 +347,44 @@ impl<'a> Mixture<'a> {
         observation.bodies.iter().map(sums_of).collect()
     }
 
+    /// The residuals of recording number `recording`, whose positions begin at `place` among all, and its impact's stamp.
+    fn residuals(
+        &self,
+        recording: usize,
+        (observation, impact_s): (&Observation, f64),
+        mut place: usize,
+    ) -> Vec<Residual> {
+        let mut row = vec![0.0; N_OWN + self.model.derivatives.len() + 1];
+        let mut all = Vec::new();
+        for track in &observation.bodies {
+            let origin_m = first_position_m(track);
+            let first = all.len();
+            let (mut weighted, mut weight) = (0.0, 0.0);
+            for (time_s, position) in seen(observation, track) {
+                self.fill(&mut row, place, Estimate::new(position.value - origin_m, position.sigma));
+                let value = row.last().copied().unwrap_or_default();
+                all.push(Residual { recording, body: track.body, after_impact_s: time_s - impact_s, value });
+                weighted += value / position.sigma;
+                weight += position.sigma.powi(-2);
+                place += 1;
+            }
+            let rest_m = weighted / weight.max(f64::MIN_POSITIVE);
+            for (residual, (_, position)) in all[first..].iter_mut().zip(seen(observation, track)) {
+                residual.value -= rest_m / position.sigma;
+            }
+        }
+        all
+    }
+
     /// A row (own, shared, residual) in units of the position's sigma; the residual is model less measurement.
     fn fill(&self, row: &mut [f64], place: usize, position: Estimate) {
-        let SolvedModel { response, derivatives, scale, scale_unknown } = self.model;
+        let SolvedModel { response, derivatives, scale, scale_unknown, friction } = self.model;
         let inverse_sigma = position.sigma.recip();
         let factor = scale * inverse_sigma;
         let last = row.len() - 1;
-        let x_m = response.displacement_m(&self.value, place);
+        let rubbed_m = |which: usize| response.derivative_m(&self.value, which, place);
+        let x_m =
+            response.displacement_m(&self.value, place) + friction.map_or(0.0, |(_, which)| rubbed_m(which));
         row[0] = factor * response.displacement_m(&self.slope, place);
         row[1] = -factor * response.velocity_m_per_s(&self.value, place);
         row[last] = factor * x_m - position.value * inverse_sigma;
@@ -300,7 +394,20 @@ impl<'a> Mixture<'a> {
         if let Some(unknown) = scale_unknown {
             row[N_OWN + unknown] = x_m * inverse_sigma;
         }
+        if let Some((unknown, which)) = friction {
+            let by_force = (rubbed_m(which + 1) - rubbed_m(*which)) / FRICTION_STEP_N;
+            row[N_OWN + unknown] = factor * by_force;
+        }
     }
+}
+
+/// When and where a body was seen.
+fn seen<'a>(
+    observation: &'a Observation,
+    track: &'a BodyTrack,
+) -> impl Iterator<Item = (f64, Estimate)> + 'a {
+    let places = observation.times_s.iter().zip(&track.position_m);
+    places.filter_map(|(time_s, position)| Some((*time_s, (*position)?)))
 }
 
 /// Positions count from the first one seen, so that sums of squares keep their digits.

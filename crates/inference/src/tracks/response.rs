@@ -3,7 +3,7 @@
 use std::num::NonZero;
 
 use chainwave_measurement::{Moment, Observation, Trajectory, map_in_parallel};
-use chainwave_mechanics::{Change, MechanicsError, Schedule, Sensitivities, simulate_with_sensitivities};
+use chainwave_mechanics::{Change, MechanicsError, Schedule, Sensitivities, simulate_with_friction};
 
 use super::family::{Family, Struck, Weights};
 use crate::least_squares::Own;
@@ -13,6 +13,8 @@ use crate::steps::DERIVATIVES_TOGETHER;
 pub(super) struct Question {
     pub(super) centre: Struck,
     pub(super) sides: Vec<Sides>,
+    /// Forces of dry friction, in newtons, of which what each adds to the motion follows the derivatives by the sides.
+    pub(super) frictions_n: Vec<f64>,
 }
 
 /// The chain a step below and a step above in one unknown.
@@ -61,8 +63,9 @@ pub(super) fn respond(
             .map(change)
             .collect();
         let centre = family.struck(node, &question.centre);
+        let frictions_n = if group + 1 == n_groups { question.frictions_n.as_slice() } else { &[] };
         let Sensitivities { simulation, derivatives } =
-            simulate_with_sensitivities(&centre, schedule, &changes)?;
+            simulate_with_friction(&centre, schedule, &changes, frictions_n)?;
         let columns = (group == 0).then(|| Columns {
             displacement_m: read(&simulation.trajectory, places, |moment, row| moment.displacement_m(row)),
             velocity_m_per_s: read(&simulation.trajectory, places, |moment, row| {

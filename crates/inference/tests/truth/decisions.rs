@@ -4,7 +4,7 @@ use std::num::NonZero;
 
 use chainwave_analysis::{FalseRate, Rule};
 use chainwave_inference::false_choices::{PValues, TrueChain, p_values};
-use chainwave_inference::{damping_rule, scatter_of_bodies_rule, softening_rule};
+use chainwave_inference::{damping_rule, scatter_of_bodies_rule, softening_rule, structure_rule};
 
 /// Seeds that the table was not counted from.
 const FIRST_SEED: u64 = 500_000;
@@ -48,6 +48,7 @@ fn like_bodies_and_no_damping_are_taken_for_others_as_often_as_the_table_says() 
     let of = |p_value: fn(&PValues) -> f64| found.iter().map(p_value).collect::<Vec<_>>();
     hold(&scatter_of_bodies_rule(), &of(|found| found.scatter));
     hold(&damping_rule(), &of(|found| found.chain_damping));
+    hold(&structure_rule(), &of(|found| found.structure));
 }
 
 #[test]

@@ -9,4 +9,6 @@ mod energies;
 #[cfg(test)]
 mod imposed;
 #[cfg(test)]
+mod models;
+#[cfg(test)]
 mod tracks;

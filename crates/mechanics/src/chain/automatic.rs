@@ -192,12 +192,7 @@ fn steepest_bend_per_m(contacts: &Contacts) -> Option<f64> {
         Law::Power(law) => Some((law.p - 1.0).abs() / law.delta_0_m),
         _ => None,
     };
-    match contacts {
-        Contacts::Same(contact) => bend(contact),
-        Contacts::Each(contacts) => {
-            contacts.iter().map(bend).try_fold(0.0_f64, |largest, bend| Some(largest.max(bend?)))
-        }
-    }
+    contacts.all().into_iter().map(bend).try_fold(0.0_f64, |largest, bend| Some(largest.max(bend?)))
 }
 
 /// The contacts with springs of the stiffness at zero overlap.
@@ -209,5 +204,8 @@ fn linearised(contacts: &Contacts) -> Result<Contacts, MechanicsError> {
     Ok(match contacts {
         Contacts::Same(contact) => Contacts::Same(linear(contact)?),
         Contacts::Each(contacts) => Contacts::Each(contacts.iter().map(linear).collect::<Result<_, _>>()?),
+        Contacts::Struck { striker, between } => {
+            Contacts::Struck { striker: linear(striker)?, between: linear(between)? }
+        }
     })
 }

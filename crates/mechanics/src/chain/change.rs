@@ -54,6 +54,21 @@ impl Change {
     }
 }
 
+/// By what derivatives are asked for.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Asked<'a> {
+    pub(crate) changes: &'a [Change],
+    /// Forces of dry friction whose effect is asked for behind the changes, in newtons.
+    pub(crate) frictions_n: &'a [f64],
+}
+
+impl Asked<'_> {
+    /// Everything asked for.
+    pub(crate) fn n(&self) -> usize {
+        self.changes.len() + self.frictions_n.len()
+    }
+}
+
 /// What a change is in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Seat {

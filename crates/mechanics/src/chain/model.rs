@@ -48,8 +48,7 @@ impl<'a> ChainModel<'a> {
             Drive::Striker(body) => {
                 mass_kg.insert(0, body.mass_kg);
                 damping_kg_per_s.insert(0, 0.0);
-                let first = chain.contact.of_gap(0);
-                striker = Some(StrikerContact::new(first, body.damping_kg_per_s));
+                striker = Some(StrikerContact::new(chain.contact.of_striker(), body.damping_kg_per_s));
             }
             Drive::Imposed(motion) => {
                 (mass_kg[0], damping_kg_per_s[0]) = (0.0, 0.0);
@@ -66,7 +65,7 @@ impl<'a> ChainModel<'a> {
             contacts: &chain.contact,
             same_spring: match &chain.contact {
                 Contacts::Same(contact) => Some(contact.spring()),
-                Contacts::Each(_) => None,
+                Contacts::Each(_) | Contacts::Struck { .. } => None,
             },
             inverse_mass_per_kg,
             mass_kg: row(mass_kg),
@@ -282,7 +281,7 @@ impl<'a> ChainModel<'a> {
         if !self.carries(gap, state.touching) {
             return 0.0;
         }
-        let contact = self.contacts.of_gap(gap.saturating_sub(self.first_gap()));
+        let contact = self.contacts.behind(gap, self.first_gap());
         contact.stiffness_n_per_m(state.x_m[gap] - state.x_m[gap + 1])
     }
 
@@ -290,7 +289,7 @@ impl<'a> ChainModel<'a> {
     pub(crate) fn spring(&self, gap: usize) -> Cow<'_, Spring> {
         match &self.same_spring {
             Some(spring) => Cow::Borrowed(spring),
-            None => Cow::Owned(self.contacts.of_gap(gap.saturating_sub(self.first_gap())).spring()),
+            None => Cow::Owned(self.contacts.behind(gap, self.first_gap()).spring()),
         }
     }
 
@@ -335,7 +334,7 @@ impl ChainState {
 fn row_of_gaps(chain: &Chain, has_striker: bool, n_masses: usize) -> Gaps {
     let shift = usize::from(has_striker);
     let undamped = |contact: &Contact| Contact { damping_kg_per_s: 0.0, ..contact.clone() };
-    let first = undamped(chain.contact.of_gap(0));
+    let first = undamped(chain.contact.of_striker());
     let last = undamped(chain.contact.of_gap(n_masses));
     let contacts: Vec<&Contact> = (0..padded(n_masses))
         .map(|gap| match gap {

@@ -69,7 +69,9 @@ impl Chain {
     /// Whether a dashpot takes energy from the bodies once the striker has left.
     pub(crate) fn is_damped(&self) -> bool {
         let between = match &self.contact {
-            Contacts::Same(contact) => contact.damping_kg_per_s > 0.0,
+            Contacts::Same(contact) | Contacts::Struck { between: contact, .. } => {
+                contact.damping_kg_per_s > 0.0
+            }
             Contacts::Each(contacts) => contacts.iter().any(|contact| contact.damping_kg_per_s > 0.0),
         };
         between || self.damping_kg_per_s.iter().any(|&c| c > 0.0)

@@ -4,8 +4,14 @@ use chainwave_measurement::Trajectory;
 use ndarray::{Array2, Axis, ShapeBuilder, Slice};
 
 use super::{
-    change::Change, model::ChainModel, parameters::Chain, schedule::Schedule, simulate::simulate,
-    simulation::Simulation, step_size::Pace, tangent::Tangent,
+    change::{Asked, Change},
+    model::ChainModel,
+    parameters::Chain,
+    schedule::Schedule,
+    simulate::simulate,
+    simulation::Simulation,
+    step_size::Pace,
+    tangent::Tangent,
 };
 use crate::{check, error::MechanicsError, integrator::method::Method};
 
@@ -41,6 +47,30 @@ pub fn simulate_with_sensitivities(
     schedule: &Schedule,
     changes: &[Change],
 ) -> Result<Sensitivities, MechanicsError> {
+    solve(chain, schedule, Asked { changes, frictions_n: &[] })
+}
+
+/// The same, and behind the derivatives by the changes what dry friction does to the motion, for each of some forces: the motion with it less
+/// that without, in metres and metres per second. The force is the same on every body and against its motion, and holds it at rest
+/// where nothing stronger moves it.
+///
+/// The contacts answer the difference by their stiffness along the motion without friction: right to second order in the difference over
+/// the length in which the contacts' stiffness changes.
+///
+/// # Errors
+/// As for [`simulate_with_sensitivities`]; [`MechanicsError::NotPhysical`] for a negative force.
+pub fn simulate_with_friction(
+    chain: &Chain,
+    schedule: &Schedule,
+    changes: &[Change],
+    frictions_n: &[f64],
+) -> Result<Sensitivities, MechanicsError> {
+    frictions_n.iter().try_for_each(|force_n| check::not_negative("friction_n", *force_n))?;
+    solve(chain, schedule, Asked { changes, frictions_n })
+}
+
+fn solve(chain: &Chain, schedule: &Schedule, asked: Asked<'_>) -> Result<Sensitivities, MechanicsError> {
+    let changes = asked.changes;
     chain.check()?;
     changes.iter().enumerate().try_for_each(|(index, change)| change.check(index, chain))?;
     check::positive("output_interval_s", schedule.output_interval_s)?;
@@ -49,7 +79,7 @@ pub fn simulate_with_sensitivities(
     let mut simulation = simulate(chain, &Schedule { output_interval_s, ..*schedule })?;
     let n_outputs = simulation.trajectory.times_s.len().div_ceil(n_between);
     let outputs_s: Vec<f64> = (0..n_outputs).map(|k| k as f64 * schedule.output_interval_s).collect();
-    let derivatives = derivatives(chain, &simulation, changes, (&outputs_s, n_between))?;
+    let derivatives = derivatives(chain, &simulation, asked, (&outputs_s, n_between))?;
     thin(&mut simulation, n_between);
     simulation.trajectory.times_s = outputs_s;
     Ok(Sensitivities { simulation, derivatives })
@@ -58,14 +88,14 @@ pub fn simulate_with_sensitivities(
 fn derivatives(
     chain: &Chain,
     simulation: &Simulation,
-    changes: &[Change],
+    asked: Asked<'_>,
     (outputs_s, n_between): (&[f64], usize),
 ) -> Result<Vec<Trajectory>, MechanicsError> {
     let motion = motion_of_masses(simulation);
     let times_s = &motion.times_s;
     let model = ChainModel::new(chain);
-    let mut tangent = Tangent::new(chain, &model, &motion, changes);
-    let mut found = vec![at_rest(chain.n_bodies(), outputs_s); changes.len()];
+    let mut tangent = Tangent::new(chain, &model, &motion, asked);
+    let mut found = vec![at_rest(chain.n_bodies(), outputs_s); asked.n()];
     tangent.record(0, &mut found);
     let mut switches = simulation.contact_switch_times_s.iter().peekable();
     for (k, ends_s) in times_s.windows(2).enumerate() {

@@ -48,7 +48,7 @@ impl<'a> Pace<'a> {
 
     /// The contact behind a mass of the row.
     fn contact(&self, gap: usize) -> &Contact {
-        self.chain.contact.of_gap(gap.saturating_sub(self.shift))
+        self.chain.contact.behind(gap, self.shift)
     }
 
     /// Gershgorin's bound of the eigenvalues of M^-1 times a matrix of couplings behind the masses and to ground.
@@ -70,7 +70,7 @@ impl<'a> Pace<'a> {
         let k_0_n_per_m = self.chain.contact.k_0_n_per_m();
         let stiffness = |gap: usize| match &self.chain.contact {
             Contacts::Same(_) => k_0_n_per_m,
-            Contacts::Each(_) => self.contact(gap).stiffness_n_per_m(0.0),
+            Contacts::Each(_) | Contacts::Struck { .. } => self.contact(gap).stiffness_n_per_m(0.0),
         };
         self.largest_row(stiffness, |_| 0.0).sqrt()
     }

@@ -5,7 +5,7 @@ mod along;
 use chainwave_measurement::Trajectory;
 use pulp::{Simd, WithSimd};
 
-use super::{change::Change, model::ChainModel, parameters::Chain};
+use super::{change::Asked, model::ChainModel, parameters::Chain};
 use crate::lanes::{PADDING, padded, vectorised};
 use along::{Along, Coefficients};
 
@@ -17,6 +17,9 @@ use along::{Along, Coefficients};
 pub(crate) struct Tangent<'a> {
     model: &'a ChainModel<'a>,
     along: Along<'a>,
+    /// Forces of dry friction, in newtons, and the first of their lanes.
+    frictions_n: &'a [f64],
+    first_friction: usize,
     n_lanes: usize,
     here: Derivatives,
     trial: Derivatives,
@@ -41,14 +44,14 @@ impl<'a> Tangent<'a> {
         chain: &Chain,
         model: &'a ChainModel<'a>,
         motion: &'a Trajectory,
-        changes: &'a [Change],
+        asked: Asked<'a>,
     ) -> Self {
-        let n_lanes = padded(changes.len());
+        let n_lanes = padded(asked.n());
         let row = vec![0.0; (model.n_masses() + 1) * n_lanes];
         let zero = Derivatives { s: row.clone(), u: row };
-        let along = Along::new(chain, model, motion, changes);
+        let along = Along::new(chain, model, motion, asked);
         let mut here = zero.clone();
-        for (lane, change) in along.changes_at_start(changes).into_iter().enumerate() {
+        for (lane, change) in along.changes_at_start(asked.changes).into_iter().enumerate() {
             for (mass, [s, u]) in change.into_iter().enumerate() {
                 (here.s[mass * n_lanes + lane], here.u[mass * n_lanes + lane]) = (s, u);
             }
@@ -57,6 +60,8 @@ impl<'a> Tangent<'a> {
         Self {
             model,
             along,
+            frictions_n: asked.frictions_n,
+            first_friction: asked.changes.len(),
             n_lanes,
             here,
             stages: std::array::from_fn(|_| zero.clone()),
@@ -134,6 +139,24 @@ impl<'a> Tangent<'a> {
         }
     }
 
+    /// Adds dry friction to the rates of a stage at the state that lies in `trial`.
+    ///
+    /// Below a creeping speed it grows with speed, which stands for holding; the creeping is as slow as a step of `h_s` can follow.
+    #[inline(always)]
+    fn rub(&mut self, stage: usize, h_s: f64) {
+        let v_m_per_s = &self.coefficients[COEFFICIENTS_OF_STAGE[stage]].v_m_per_s;
+        for (k, force_n) in self.frictions_n.iter().enumerate() {
+            let lane = self.first_friction + k;
+            for mass in self.model.first_gap()..self.model.n_masses() {
+                let place = mass * self.n_lanes + lane;
+                let most_m_per_s2 = force_n * self.model.inverse_mass_per_kg[mass];
+                let creeping_m_per_s = CREEPING_M_PER_S.max(most_m_per_s2 * h_s);
+                let speed = (v_m_per_s[mass] + self.trial.u[place]) / creeping_m_per_s;
+                self.stages[stage].u[place] -= most_m_per_s2 * speed / (1.0 + speed * speed).sqrt();
+            }
+        }
+    }
+
     /// The state a part of a step along the rates of a stage, into `trial`.
     #[inline(always)]
     fn try_along(&mut self, stage: usize, part_s: f64) {
@@ -159,6 +182,9 @@ impl<'a> Tangent<'a> {
         end.impose(s, u);
     }
 }
+
+/// Bodies that friction holds creep more slowly than this: 0.1 um in 10 ms.
+const CREEPING_M_PER_S: f64 = 1e-5;
 
 /// Which coefficients each stage of the classical method sees.
 const COEFFICIENTS_OF_STAGE: [usize; 4] = [0, 1, 1, 2];
@@ -186,9 +212,11 @@ impl WithSimd for Stepping<'_, '_> {
         tangent.end_s = Some(end_s);
         tangent.try_along(0, 0.0);
         tangent.rates(0);
+        tangent.rub(0, h_s);
         for (stage, part) in [(1, 0.5), (2, 0.5), (3, 1.0)] {
             tangent.try_along(stage - 1, part * h_s);
             tangent.rates(stage);
+            tangent.rub(stage, h_s);
         }
         tangent.finish(h_s);
     }

@@ -35,6 +35,13 @@ pub enum Contacts {
     Same(Contact),
     /// One for each gap between bodies, from body 1 on. The striker meets the first gap's law, a wall the last one's.
     Each(Vec<Contact>),
+    /// A striker that meets body 1 in a contact of its own, and the contact in every gap.
+    Struck {
+        /// Between striker and body 1; its dashpot is the striker's.
+        striker: Contact,
+        /// In every gap between bodies.
+        between: Contact,
+    },
 }
 
 impl From<Law> for Contact {
@@ -66,8 +73,33 @@ impl Contacts {
     /// The contact of a gap, counted from 0 between bodies 1 and 2; a gap before the first or behind the last is like it.
     pub(crate) fn of_gap(&self, gap: usize) -> &Contact {
         match self {
-            Self::Same(contact) => contact,
+            Self::Same(contact) | Self::Struck { between: contact, .. } => contact,
             Self::Each(contacts) => &contacts[gap.min(contacts.len() - 1)],
+        }
+    }
+
+    /// The contact between striker and body 1.
+    pub fn of_striker(&self) -> &Contact {
+        match self {
+            Self::Struck { striker, .. } => striker,
+            _ => self.of_gap(0),
+        }
+    }
+
+    /// The contact behind a mass of the row in which `shift` strikers (none or one) stand in front of the bodies.
+    pub(crate) fn behind(&self, mass: usize, shift: usize) -> &Contact {
+        match mass.checked_sub(shift) {
+            Some(gap) => self.of_gap(gap),
+            None => self.of_striker(),
+        }
+    }
+
+    /// Every contact that is not like another, that of the striker included.
+    pub(crate) fn all(&self) -> Vec<&Contact> {
+        match self {
+            Self::Same(contact) => vec![contact],
+            Self::Each(contacts) => contacts.iter().collect(),
+            Self::Struck { striker, between } => vec![striker, between],
         }
     }
 
@@ -78,15 +110,26 @@ impl Contacts {
 
     /// Changes every power law among the contacts.
     pub fn for_each_power_law(&mut self, mut change: impl FnMut(&mut PowerLaw)) {
-        let contacts = match self {
-            Self::Same(contact) => std::slice::from_mut(contact),
-            Self::Each(contacts) => contacts,
+        let contacts: Vec<&mut Contact> = match self {
+            Self::Same(contact) => vec![contact],
+            Self::Each(contacts) => contacts.iter_mut().collect(),
+            Self::Struck { striker, between } => vec![striker, between],
         };
         for contact in contacts {
             if let Law::Power(law) = &mut contact.law {
                 change(law);
             }
         }
+    }
+
+    /// Changes the contact of every gap between bodies.
+    pub fn for_each_gap(&mut self, change: impl FnMut(&mut Contact)) {
+        match self {
+            Self::Same(contact) | Self::Struck { between: contact, .. } => std::slice::from_mut(contact),
+            Self::Each(contacts) => contacts,
+        }
+        .iter_mut()
+        .for_each(change);
     }
 
     /// Tangent stiffness of the first gap at zero overlap, in newtons per metre.
@@ -97,6 +140,10 @@ impl Contacts {
     pub(crate) fn check(&self, n_bodies: usize) -> Result<(), MechanicsError> {
         match self {
             Self::Same(contact) => contact.check("contact"),
+            Self::Struck { striker, between } => {
+                striker.check("contact of the striker")?;
+                between.check("contact")
+            }
             Self::Each(contacts) => {
                 check::length("contacts", (n_bodies - 1).max(1), contacts.len())?;
                 let mut named = contacts.iter().enumerate();

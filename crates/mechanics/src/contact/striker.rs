@@ -13,12 +13,12 @@ pub(crate) struct StrikerContact {
 }
 
 impl StrikerContact {
-    /// With the law of the first gap.
-    pub(crate) fn new(first: &Contact, damping_kg_per_s: f64) -> Self {
+    /// With a contact's law, and the striker's own dashpot.
+    pub(crate) fn new(contact: &Contact, damping_kg_per_s: f64) -> Self {
         Self {
-            spring: first.spring(),
-            k_0_n_per_m: first.stiffness_n_per_m(0.0),
-            softening_m: first.softening_m(),
+            spring: contact.spring(),
+            k_0_n_per_m: contact.stiffness_n_per_m(0.0),
+            softening_m: contact.softening_m(),
             damping_kg_per_s,
         }
     }

@@ -6,7 +6,7 @@ use chainwave_measurement::Trajectory;
 use pulp::Simd;
 
 use super::super::{
-    change::{Change, Seat},
+    change::{Asked, Change, Seat},
     force_row::ForceRow,
     model::ChainModel,
     parameters::Chain,
@@ -43,6 +43,8 @@ pub(super) struct Coefficients {
     /// Tangent stiffness and dashpot of the gap behind each mass.
     pub(super) k_n_per_m: Vec<f64>,
     pub(super) c_kg_per_s: Vec<f64>,
+    /// Velocity of each mass.
+    pub(super) v_m_per_s: Vec<f64>,
     /// What each change adds to the acceleration of each mass, mass after mass.
     pub(super) forcing: Vec<f64>,
     /// Derivatives of displacement and velocity that an imposed motion gives mass 0, change after change.
@@ -65,14 +67,14 @@ impl<'a> Along<'a> {
         chain: &Chain,
         model: &'a ChainModel<'a>,
         motion: &'a Trajectory,
-        changes: &'a [Change],
+        asked: Asked<'a>,
     ) -> Self {
         let n = model.n_masses();
         Self {
             model,
             motion,
             springs: (0..n).map(|gap| model.spring(gap)).collect(),
-            sides: changes.iter().map(ChangedModels::new).collect(),
+            sides: asked.changes.iter().map(ChangedModels::new).collect(),
             state: model.initial_state(chain),
             springs_n: ForceRow::new(n),
             force_n: ForceRow::new(n),
@@ -86,6 +88,7 @@ impl<'a> Along<'a> {
         Coefficients {
             k_n_per_m: vec![0.0; n],
             c_kg_per_s: vec![0.0; n],
+            v_m_per_s: vec![0.0; n],
             forcing: vec![0.0; (n + 1) * n_lanes],
             imposed: self.model.is_imposed().then(|| [vec![0.0; n_lanes], vec![0.0; n_lanes]]),
         }
@@ -120,7 +123,7 @@ impl<'a> Along<'a> {
     #[inline(always)]
     pub(super) fn work_out<S: Simd>(&mut self, simd: S, time_s: f64, coefficients: &mut Coefficients) {
         self.place(time_s);
-        let Coefficients { k_n_per_m, c_kg_per_s, forcing, imposed } = coefficients;
+        let Coefficients { k_n_per_m, c_kg_per_s, forcing, imposed, v_m_per_s } = coefficients;
         let ChainState { x_m, touching, active, .. } = &self.state;
         self.model.spring_forces(simd, x_m, *touching, *active, &mut self.springs_n);
         let springs_n = self.springs_n.behind(*active);
@@ -143,6 +146,7 @@ impl<'a> Along<'a> {
                 *place = (high - low) / width;
             }
         }
+        v_m_per_s.iter_mut().zip(self.state.v_m_per_s.iter()).for_each(|(to, from)| *to = *from);
         if let Some([s, u]) = imposed {
             for (sides, (s, u)) in self.sides.iter().zip(s.iter_mut().zip(u)) {
                 (*s, *u) = sides.imposed(time_s);

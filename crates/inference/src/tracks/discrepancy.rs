@@ -1,0 +1,64 @@
+//! What structure in the residuals may do to the dampings: how they differ between parts of the chain and of the time.
+
+use std::collections::BTreeSet;
+
+use super::residuals::{Residual, SolvedModel, TrackResiduals};
+use crate::damping::N_DAMPINGS;
+use crate::least_squares::{Minimum, NormalEquations};
+
+/// Parts into which the bodies, and the time, are cut.
+const PARTS: usize = 5;
+
+/// Variances of c_d and c_s for what the model misses: those among parts of the bodies or of the time, whichever is larger.
+///
+/// Each part is left out in turn, and one Gauss-Newton step tells where the unknowns go without it. Pseudo-values made of these (J. W. Tukey's
+/// jackknife) stand for what each part would say alone. Their variance, less what noise makes of it, is that of the model's error from part
+/// to part; it is not divided by the number of parts, as nothing says that parts err independently.
+pub(super) fn discrepancy(
+    problem: &TrackResiduals<'_>,
+    (model, minimum): (&SolvedModel, &Minimum),
+    residuals: &[Residual],
+    noise_variance: f64,
+) -> [f64; N_DAMPINGS] {
+    let moving = || residuals.iter().filter(|residual| residual.after_impact_s > 0.0);
+    let bodies: BTreeSet<usize> = moving().map(|residual| residual.body).collect();
+    let bodies: Vec<usize> = bodies.into_iter().collect();
+    let place = |body: usize| bodies.binary_search(&body).map_or(PARTS, |row| row * PARTS / bodies.len());
+    let mut times_s: Vec<f64> = moving().map(|residual| residual.after_impact_s).collect();
+    times_s.sort_by(f64::total_cmp);
+    let bounds: Vec<f64> =
+        (1..PARTS).filter_map(|k| times_s.get(k * times_s.len() / PARTS).copied()).collect();
+    let part_of_time = |time_s: f64| bounds.partition_point(|bound| *bound <= time_s);
+    let by_bodies = among(&minimum.equations, noise_variance, |part| {
+        problem.equations_of(model, &minimum.at, |_, body, time_s| time_s <= 0.0 || place(body) != part)
+    });
+    let by_time = among(&minimum.equations, noise_variance, |part| {
+        problem.equations_of(model, &minimum.at, |_, _, time_s| time_s <= 0.0 || part_of_time(time_s) != part)
+    });
+    std::array::from_fn(|i| by_bodies[i].max(by_time[i]))
+}
+
+/// The variance among parts, from the equations without each of them.
+fn among(
+    all: &NormalEquations,
+    noise_variance: f64,
+    without: impl Fn(usize) -> NormalEquations,
+) -> [f64; N_DAMPINGS] {
+    let Some((step, variance)) = stepped(all) else { return [0.0; N_DAMPINGS] };
+    let mut sums = [0.0; N_DAMPINGS];
+    // A part without which the dampings are open says nothing of how others differ from it.
+    for (left_step, left_variance) in (0..PARTS).filter_map(|part| stepped(&without(part))) {
+        for (i, sum) in sums.iter_mut().enumerate() {
+            let noise2 = noise_variance * (left_variance[i] - variance[i]);
+            *sum += (left_step[i] - step[i]).powi(2) - noise2;
+        }
+    }
+    sums.map(|sum| (PARTS - 1) as f64 * sum.max(0.0))
+}
+
+/// Where one step leads, and the variances there in units of the noise's; `None` where something is open.
+fn stepped(equations: &NormalEquations) -> Option<([f64; N_DAMPINGS], [f64; N_DAMPINGS])> {
+    let system = equations.reduced(0.0)?.system();
+    let (step, covariance) = (system.step()?, system.covariance().ok()?);
+    Some((std::array::from_fn(|i| step[i]), std::array::from_fn(|i| covariance[(i, i)])))
+}

@@ -1,0 +1,161 @@
+//! What may be true of a chain that its model does not state: each a model with more freedom, to be believed on evidence alone.
+
+use chainwave_mechanics::{Contacts, FarEnd, Law};
+
+use super::model::TrackModel;
+use crate::quantity::{Known, Quantity};
+
+/// Something that may be true of a chain and that its model does not state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Hypothesis {
+    /// The contacts are as much stiffer or softer than stated.
+    ContactStiffness,
+    /// All bodies are as much heavier or lighter than stated.
+    BodyMass,
+    /// The striker is heavier or lighter than stated.
+    StrikerMass,
+    /// The pictures' scale is another than stated.
+    Scale,
+    /// The striker meets body 1 in a contact of its own stiffness.
+    StrikerContact,
+    /// The contacts' law bends otherwise than stated, at another stiffness.
+    ContactLaw,
+    /// Bodies are rubbed by what carries them, with a force that does not depend on their speed.
+    Friction,
+    /// Neighbours are damped against each other.
+    DampingBetween,
+    /// Every second body is heavier or lighter.
+    MassOfEverySecond,
+    /// The last body is held by a wall in place of being free, or is free in place of held.
+    OtherEnd,
+    /// Masses scatter from body to body.
+    MassesScatter,
+    /// The contacts' stiffness scatters from gap to gap.
+    StiffnessScatters,
+}
+
+/// How far masses may scatter: wide beside the paper's 1.3 %.
+const MASS_SCATTER: f64 = 0.05;
+/// The same of stiffness, of which 5 % have been seen.
+const STIFFNESS_SCATTER: f64 = 0.15;
+
+impl Hypothesis {
+    /// All, simple ones first.
+    pub const ALL: [Self; 12] = [
+        Self::ContactStiffness,
+        Self::BodyMass,
+        Self::StrikerMass,
+        Self::Scale,
+        Self::StrikerContact,
+        Self::ContactLaw,
+        Self::Friction,
+        Self::DampingBetween,
+        Self::MassOfEverySecond,
+        Self::OtherEnd,
+        Self::MassesScatter,
+        Self::StiffnessScatters,
+    ];
+
+    /// What it says, after "as if".
+    pub fn in_words(self) -> &'static str {
+        match self {
+            Self::ContactStiffness => "the contacts were of another stiffness than stated (contact.a)",
+            Self::BodyMass => "all bodies had another mass than stated (chain.mass_kg)",
+            Self::StrikerMass => "the striker had another mass than stated (striker.mass_kg)",
+            Self::Scale => "the pictures had another scale than stated (camera.scale_px_per_m)",
+            Self::StrikerContact => "the striker's contact had a stiffness of its own",
+            Self::ContactLaw => "the contacts followed another curve than stated (contact.a, delta_0_m, p)",
+            Self::Friction => "dry friction held the bodies back",
+            Self::DampingBetween => "neighbours were damped against each other",
+            Self::MassOfEverySecond => "every second body had another mass (chain.mass_kg)",
+            Self::OtherEnd => {
+                "the far end were held where it counts as free, or free where it counts as held"
+            }
+            Self::StiffnessScatters => "the stiffness scattered from gap to gap (contact.stiffness_scatter)",
+            Self::MassesScatter => "masses scattered from body to body (chain.mass_scatter)",
+        }
+    }
+
+    /// The quantities that it frees without a prior.
+    pub(super) fn quantities(self) -> &'static [Quantity] {
+        match self {
+            Self::ContactStiffness => &[Quantity::Prefactor],
+            Self::BodyMass => &[Quantity::BodyMass],
+            Self::StrikerMass => &[Quantity::StrikerMass],
+            Self::ContactLaw => &[Quantity::Prefactor, Quantity::Softening],
+            Self::Scale => &[Quantity::Scale],
+            Self::StrikerContact => &[Quantity::StrikerContact],
+            Self::Friction => &[Quantity::Friction],
+            Self::DampingBetween => &[Quantity::DampingBetween],
+            Self::MassOfEverySecond => &[Quantity::MassOfEverySecond],
+            Self::OtherEnd | Self::MassesScatter | Self::StiffnessScatters => &[],
+        }
+    }
+
+    /// Where a search for these begins, beside their usual values: far from them, where the way is not straight.
+    pub(super) fn starts(self) -> &'static [f64] {
+        match self {
+            Self::StrikerContact => &[1.0, 2.0, 0.5],
+            Self::MassOfEverySecond => &[1.0, 1.3, 0.8],
+            Self::Friction | Self::DampingBetween => &[0.0],
+            _ => &[1.0],
+        }
+    }
+
+    /// Whether a model does not say it already, and can.
+    pub(super) fn is_open(self, model: &TrackModel, asked: &[Quantity]) -> bool {
+        let is_known = |quantity: &Quantity| {
+            asked.contains(quantity) || model.known.iter().any(|known| known.quantity == *quantity)
+        };
+        let is_power =
+            matches!(&model.chain.contact, Contacts::Same(contact) if matches!(contact.law, Law::Power(_)));
+        match self {
+            Self::ContactStiffness | Self::ContactLaw | Self::StrikerContact => {
+                is_power && !self.quantities().iter().any(is_known)
+            }
+            Self::MassesScatter | Self::StiffnessScatters => {
+                let is_free = |known: &Known| {
+                    matches!(known.quantity, Quantity::MassOfBody(_) | Quantity::StiffnessOfGap(_))
+                };
+                !model.known.iter().any(is_free) && (is_power || self == Self::MassesScatter)
+            }
+            _ => !self.quantities().iter().any(is_known),
+        }
+    }
+
+    /// The model with what is no quantity without a prior.
+    pub(super) fn applied(self, model: &TrackModel, bodies: &[usize]) -> TrackModel {
+        let mut model = model.clone();
+        match self {
+            Self::OtherEnd => {
+                model.chain.far_end = match model.chain.far_end {
+                    FarEnd::Free => FarEnd::Fixed,
+                    FarEnd::Fixed => FarEnd::Free,
+                };
+            }
+            Self::MassesScatter => {
+                let known = |body: &usize| Known {
+                    quantity: Quantity::MassOfBody(*body),
+                    relative_sigma: MASS_SCATTER,
+                };
+                model.known.extend(bodies.iter().map(known));
+            }
+            Self::StiffnessScatters => {
+                let known = |gap: usize| Known {
+                    quantity: Quantity::StiffnessOfGap(gap),
+                    relative_sigma: STIFFNESS_SCATTER,
+                };
+                let last = bodies.last().copied().unwrap_or(0).min(model.chain.n_bodies().saturating_sub(1));
+                model.known.extend((1..=last).map(known));
+            }
+            _ => {}
+        }
+        model
+    }
+
+    /// Whether it has a number for each body or gap, and would take the blame for anything simpler.
+    pub(super) fn is_wide(self) -> bool {
+        matches!(self, Self::MassesScatter | Self::StiffnessScatters)
+    }
+}

@@ -1,0 +1,161 @@
+//! The model that the tracks ask for: as it is stated, and more only where what it leaves over has structure and a hypothesis takes that away.
+
+use chainwave_measurement::Observation;
+use nalgebra::DVector;
+
+use super::hypothesis::Hypothesis;
+use super::model::TrackModel;
+use super::residuals::{Residual, SolvedModel, TrackResiduals, freedom};
+use super::structure::{Fitted, Structure};
+use crate::damping::N_DAMPINGS;
+use crate::error::FitError;
+use crate::least_squares::{Minimum, Stop, Unknowns, least_of};
+use crate::quantity::Quantity;
+
+/// Hypotheses that are believed at a time.
+const MOST: usize = 2;
+/// A hypothesis takes away at least this share of the structure's excess to be believed, or to stand beside one that is.
+const SHARE: f64 = 0.5;
+
+/// A hypothesis whose chi squared is farther behind the best one's than this is a thousand times less likely, and no rival.
+const FAR_BEHIND: f64 = 14.0;
+
+/// A model at its minimum, and what it leaves over.
+pub(super) struct Fit {
+    /// The model, what is believed beyond the stated one applied.
+    pub(super) model: TrackModel,
+    /// Quantities without a prior.
+    pub(super) asked: Vec<Quantity>,
+    /// What is believed beyond the stated model.
+    pub(super) beyond: Vec<Hypothesis>,
+    pub(super) minimum: Minimum,
+    pub(super) residuals: Vec<Residual>,
+    pub(super) structure: Structure,
+    /// The same of the model as it was stated.
+    pub(super) as_stated: Structure,
+    /// Simulations behind it, those of other hypotheses included.
+    pub(super) n_simulations: u64,
+}
+
+/// What another hypothesis that explains as much makes of the dampings.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rival {
+    pub(super) hypothesis: Hypothesis,
+    pub(super) damping: [f64; N_DAMPINGS],
+    /// Its chi squared less that of the one that is believed, in units of the structure that both leave.
+    pub(super) behind: f64,
+}
+
+impl Fit {
+    /// A model with quantities asked for, at a minimum.
+    pub(super) fn at(
+        problem: &TrackResiduals<'_>,
+        minimum: Minimum,
+        beyond: Vec<Hypothesis>,
+    ) -> Result<(Self, SolvedModel), FitError> {
+        let solved = problem.solve(&minimum.at)?;
+        let residuals = problem.residuals(&solved, &minimum.at);
+        let structure = Structure::of(&residuals, fitted(problem));
+        let fit = Self {
+            model: problem.model.clone(),
+            asked: problem.asked.to_vec(),
+            beyond,
+            minimum,
+            residuals,
+            as_stated: structure.clone(),
+            structure,
+            n_simulations: problem.n_simulations(),
+        };
+        Ok((fit, solved))
+    }
+}
+
+/// Adds hypotheses to a model while what it leaves over has structure and one of them takes at least half of that away; and the other
+/// hypotheses that would take as much.
+pub(super) fn explained(observations: &[Observation], mut fit: Fit) -> (Fit, Vec<Rival>) {
+    let mut rivals = Vec::new();
+    while fit.structure.is_told() && fit.beyond.len() < MOST {
+        let excess = fit.structure.excess();
+        let open = |hypothesis: &Hypothesis| {
+            !fit.beyond.contains(hypothesis) && hypothesis.is_open(&fit.model, &fit.asked)
+        };
+        let mut n_simulations = fit.n_simulations;
+        let mut found: Vec<(Hypothesis, Fit)> = Vec::new();
+        for hypothesis in Hypothesis::ALL.into_iter().filter(open) {
+            // Where something simple explains the tracks, what has a number for each body is not asked.
+            if hypothesis.is_wide() && found.iter().any(|(simple, _)| !simple.is_wide()) {
+                continue;
+            }
+            if let Ok(richer) = freed(observations, &fit, hypothesis) {
+                n_simulations += richer.n_simulations;
+                if richer.structure.excess() < (1.0 - SHARE) * excess {
+                    found.push((hypothesis, richer));
+                }
+            }
+        }
+        fit.n_simulations = n_simulations;
+        found.sort_by(|a, b| cost(&a.1).total_cmp(&cost(&b.1)));
+        let mut found = found.into_iter();
+        let Some((_, best)) = found.next() else { break };
+        let unit = best.structure.ratio.max(1.0) * noise_variance(&best);
+        rivals = found
+            .map(|(hypothesis, other)| Rival {
+                hypothesis,
+                damping: std::array::from_fn(|i| other.minimum.at.shared[i]),
+                behind: (cost(&other) - cost(&best)) / unit,
+            })
+            .filter(|rival: &Rival| rival.behind < FAR_BEHIND)
+            .collect();
+        fit = Fit { as_stated: fit.as_stated, n_simulations, ..best };
+    }
+    (fit, rivals)
+}
+
+/// The fit with one hypothesis more, from where it is.
+fn freed(observations: &[Observation], fit: &Fit, hypothesis: Hypothesis) -> Result<Fit, FitError> {
+    let mut bodies: Vec<usize> = fit.residuals.iter().map(|residual| residual.body).collect();
+    bodies.sort_unstable();
+    bodies.dedup();
+    let model = hypothesis.applied(&fit.model, &bodies);
+    let asked = [fit.asked.as_slice(), hypothesis.quantities()].concat();
+    let problem = TrackResiduals::new(observations, &model, &asked)?;
+    let at = &fit.minimum.at;
+    let (n_known, n_before) = (N_DAMPINGS + fit.model.known.len(), model.known.len() - fit.model.known.len());
+    let start = |value: f64| {
+        let mut shared: Vec<f64> = at.shared.iter().take(n_known).copied().collect();
+        shared.extend(vec![1.0; n_before]);
+        shared.extend(at.shared.iter().skip(n_known));
+        shared.resize(problem.n_shared(), value);
+        Unknowns { shared: DVector::from_vec(shared), own: at.own.clone() }
+    };
+    let starts: Vec<Unknowns> = hypothesis.starts().iter().map(|value| start(*value)).collect();
+    // A hypothesis that does not hold may lead anywhere; one that holds is near.
+    let stop = Stop { max_rounds: 20, ..Stop::STATED };
+    let best = least_of(&problem, starts, &[], &stop).map_err(|why| problem.failure(why))?;
+    let beyond = [fit.beyond.as_slice(), &[hypothesis]].concat();
+    Ok(Fit::at(&problem, best.minimum, beyond)?.0)
+}
+
+/// Chi squared, and for each number that the model may choose the logarithm of how many positions it explains (G. Schwarz, Ann. Statist. 6
+/// (1978) 461-464), in units of the residuals' variance: of two models that explain as much the simpler one costs less.
+fn cost(fit: &Fit) -> f64 {
+    let n_free = (fit.model.known.len() + fit.asked.len()) as f64;
+    fit.minimum.chi_squared() + n_free * (fit.residuals.len() as f64).ln() * noise_variance(fit)
+}
+
+/// Variance of the residuals, in units of the stated one.
+pub(super) fn noise_variance(fit: &Fit) -> f64 {
+    let squares: f64 = fit.residuals.iter().map(|residual| residual.value.powi(2)).sum();
+    squares / fit.residuals.len().max(1) as f64
+}
+
+/// Cells as long as an eighth of a period of the chain's fastest oscillation, and two frames at least.
+fn fitted(problem: &TrackResiduals<'_>) -> Fitted {
+    const PART: f64 = 8.0;
+    let frame_s =
+        problem.observations.iter().map(Observation::frame_interval_s).fold(f64::INFINITY, f64::min);
+    let period_s = problem.model.chain.linear().map_or(0.0, |linear| linear.band_edge_hz().recip());
+    let n_shared = problem.n_shared();
+    let n_own = problem.n_residuals.saturating_sub(freedom(problem) + N_DAMPINGS);
+    Fitted { n_shared, n_own, cell_s: (period_s / PART).max(2.0 * frame_s) }
+}

@@ -1,0 +1,257 @@
+//! Synthetic experiments on chains that are not what the fitted model states, and what the fits make of them.
+//!
+//! The chains are solved here by a plain Runge-Kutta march of their own, with everything that a real chain may have and the model does not
+//! say; noise as a tracker has it is added, and the fits get the positions.
+
+use std::num::NonZero;
+use std::ops::Range;
+
+use chainwave_measurement::{BodyTrack, Estimate, Observation, map_in_parallel};
+use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Striker};
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+
+use crate::error::FitError;
+use crate::tracks::{TrackFit, TrackModel, fit_tracks};
+
+/// c_d and c_s of all chains.
+pub const C_D_KG_PER_S: f64 = 0.003;
+/// See [`C_D_KG_PER_S`].
+pub const C_S_KG_PER_S: f64 = 0.2;
+
+const BODY_KG: f64 = 0.455e-3;
+const STRIKER_KG: f64 = 4.3e-3;
+const VELOCITY: Estimate = Estimate { value: 2.73, sigma: 0.05 };
+const PITCH_M: f64 = 0.03;
+/// Bodies of a view, of which neighbours share one.
+const BODIES_OF_VIEW: usize = 6;
+const N_VIEWS: usize = 3;
+const N_BODIES: usize = N_VIEWS * (BODIES_OF_VIEW - 1) + 1;
+const N_TRIALS: u32 = 3;
+const INTERVAL_S: f64 = 4e-5;
+const N_FRAMES: i32 = 260;
+const FIRST_FRAME: i32 = -20;
+const NOISE_M: f64 = 0.4e-6;
+
+/// What is true of a chain, beside what its model states.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrueChain {
+    /// Its name in tables.
+    pub name: &'static str,
+    /// Dry friction of each body, in newtons.
+    pub friction_n: f64,
+    /// Factor on the contacts' A.
+    pub stiffness: f64,
+    /// Factor on lengths in the pictures.
+    pub scale: f64,
+    /// Factor on A of the striker's contact.
+    pub striker_contact: f64,
+    /// Factor on the mass of every second body.
+    pub every_second: f64,
+    /// Relative standard deviation of masses from body to body.
+    pub mass_scatter: f64,
+    /// The same of the stiffness from gap to gap.
+    pub stiffness_scatter: f64,
+    /// Damping between neighbours, in kilograms per second.
+    pub damping_between_kg_per_s: f64,
+    /// Whether a wall holds the last body.
+    pub is_held: bool,
+    /// Exponent that is added to the contact law's.
+    pub exponent_added: f64,
+}
+
+impl TrueChain {
+    /// As the model states it.
+    pub const AS_STATED: Self = Self {
+        name: "as stated",
+        friction_n: 0.0,
+        stiffness: 1.0,
+        scale: 1.0,
+        striker_contact: 1.0,
+        every_second: 1.0,
+        mass_scatter: 0.0,
+        stiffness_scatter: 0.0,
+        damping_between_kg_per_s: 0.0,
+        is_held: false,
+        exponent_added: 0.0,
+    };
+
+    /// The chains of the proof: sound, wrong by a little, wrong by much, and two things wrong at once.
+    pub const ALL: [Self; 14] = [
+        Self::AS_STATED,
+        Self { name: "dry friction of 0.3 mN", friction_n: 3e-4, ..Self::AS_STATED },
+        Self { name: "dry friction of 0.03 mN", friction_n: 3e-5, ..Self::AS_STATED },
+        Self { name: "A 0.15 % off", stiffness: 1.0015, ..Self::AS_STATED },
+        Self { name: "scale 0.5 % off", scale: 1.005, ..Self::AS_STATED },
+        Self { name: "striker's contact twice as stiff", striker_contact: 2.0, ..Self::AS_STATED },
+        Self { name: "masses in turn 1 and 1.1", every_second: 1.1, ..Self::AS_STATED },
+        Self { name: "masses in turn 1 and 2", every_second: 2.0, ..Self::AS_STATED },
+        Self { name: "masses scatter by 1.3 %", mass_scatter: 0.013, ..Self::AS_STATED },
+        Self { name: "stiffness scatters by 5 %", stiffness_scatter: 0.05, ..Self::AS_STATED },
+        Self { name: "dampers between neighbours", damping_between_kg_per_s: 2e-3, ..Self::AS_STATED },
+        Self { name: "a wall at the far end", is_held: true, ..Self::AS_STATED },
+        Self { name: "p 0.3 % off", exponent_added: 0.114 * 0.003, ..Self::AS_STATED },
+        Self { name: "friction, and A 0.15 % off", friction_n: 3e-4, stiffness: 1.0015, ..Self::AS_STATED },
+    ];
+}
+
+/// The model that is stated of every chain.
+///
+/// # Errors
+/// None: the law is a sound one.
+pub fn stated_model(n_threads: NonZero<usize>) -> Result<TrackModel, FitError> {
+    let striker = Striker { mass_kg: STRIKER_KG, velocity_m_per_s: VELOCITY.value, damping_kg_per_s: 0.1 };
+    Ok(TrackModel {
+        chain: Chain {
+            mass_kg: vec![BODY_KG; N_BODIES],
+            damping_kg_per_s: vec![1e-3; N_BODIES],
+            contact: law()?.into(),
+            drive: Drive::Striker(striker),
+            far_end: FarEnd::Free,
+        },
+        striker_velocity_m_per_s: VELOCITY,
+        known: Vec::new(),
+        n_threads,
+    })
+}
+
+/// The fit to an experiment of each seed: three views of six bodies of sixteen, three trials each, at 25 kHz and 0.4 um of noise.
+///
+/// # Errors
+/// The law of the contacts; a fit that fails stands among the results.
+pub fn fits(
+    truth: &TrueChain,
+    seeds: Range<u64>,
+    n_threads: NonZero<usize>,
+) -> Result<Vec<Result<TrackFit, FitError>>, FitError> {
+    let model = stated_model(NonZero::<usize>::MIN)?;
+    let n = seeds.end.saturating_sub(seeds.start) as usize;
+    let fitted = map_in_parallel(n, n_threads, |index| {
+        let observations = filmed(truth, seeds.start + index as u64)?;
+        Ok(fit_tracks(&observations, &vec![0.0; observations.len()], &model))
+    });
+    fitted.into_iter().collect()
+}
+
+fn law() -> Result<PowerLaw, FitError> {
+    Ok(PowerLaw::new(60.1, 2.27e-3, 0.114)?)
+}
+
+/// The recordings of one experiment.
+///
+/// # Errors
+/// A law that makes no sense.
+pub fn filmed(truth: &TrueChain, seed: u64) -> Result<Vec<Observation>, FitError> {
+    let mut random = Pcg64::seed_from_u64(seed);
+    let mut normal = |sigma: f64| -> f64 {
+        let deviate: f64 = StandardNormal.sample(&mut random);
+        sigma * deviate
+    };
+    let stated = law()?;
+    let mut bodies = Bodies {
+        law: PowerLaw::new(stated.a, stated.delta_0_m, stated.p + truth.exponent_added)?,
+        truth: *truth,
+        mass_kg: vec![STRIKER_KG],
+        stiffness: vec![truth.stiffness * truth.striker_contact],
+    };
+    for body in 0..N_BODIES {
+        let pattern = if body % 2 == 1 { truth.every_second } else { 1.0 };
+        bodies.mass_kg.push(BODY_KG * pattern * (1.0 + normal(truth.mass_scatter)));
+        bodies.stiffness.push(truth.stiffness * (1.0 + normal(truth.stiffness_scatter)));
+    }
+    let mut observations = Vec::new();
+    for view in 0..N_VIEWS {
+        for trial in 0..N_TRIALS {
+            let velocity_m_per_s = VELOCITY.value + normal(VELOCITY.sigma);
+            let impact_s = normal(1e-5);
+            let times_s: Vec<f64> =
+                (FIRST_FRAME..FIRST_FRAME + N_FRAMES).map(|k| (f64::from(k) + 0.3) * INTERVAL_S).collect();
+            let duration_s = times_s.last().copied().unwrap_or(0.0) - impact_s;
+            let moved_m = bodies.march(velocity_m_per_s, duration_s);
+            let seen = |k: usize| view * (BODIES_OF_VIEW - 1) + k;
+            let mut track = |body: usize| {
+                let at = |time_s: f64| truth.scale * at_m(&moved_m, body, time_s - impact_s);
+                let rest_m = PITCH_M * body as f64;
+                let position = |t_s: &f64| Some(Estimate::new(rest_m + at(*t_s) + normal(NOISE_M), NOISE_M));
+                BodyTrack { body, position_m: times_s.iter().map(position).collect() }
+            };
+            let bodies = (1..=BODIES_OF_VIEW).map(|k| track(seen(k))).collect();
+            let recording = format!("view {view}, trial {trial}");
+            observations.push(Observation { recording, view: view as u32, trial, times_s, bodies });
+        }
+    }
+    Ok(observations)
+}
+
+/// Step of the march: linear interpolation between steps is good to 1e-9 m.
+const STEP_S: f64 = 1e-6;
+/// Below this speed friction is proportional to it, which stands for holding: a body creeps by less than 0.03 um in 10 ms.
+const HELD_M_PER_S: f64 = 3e-6;
+
+/// Striker and bodies, in a row.
+struct Bodies {
+    law: PowerLaw,
+    truth: TrueChain,
+    mass_kg: Vec<f64>,
+    /// Factor on the force of the contact behind each mass; the last is a wall's.
+    stiffness: Vec<f64>,
+}
+
+impl Bodies {
+    /// Displacements of all masses after the impact, step after step.
+    fn march(&self, velocity_m_per_s: f64, duration_s: f64) -> Vec<Vec<f64>> {
+        let n = self.mass_kg.len();
+        let mut state = vec![0.0; 2 * n];
+        state[n] = velocity_m_per_s;
+        let mut moved_m = vec![state[..n].to_vec()];
+        let mut rates = vec![vec![0.0; 2 * n]; 4];
+        let mut trial = state.clone();
+        for _ in 0..(duration_s / STEP_S).ceil() as usize + 1 {
+            for (stage, part) in [0.0, 0.5, 0.5, 1.0].into_iter().enumerate() {
+                for i in 0..2 * n {
+                    let before = if stage == 0 { 0.0 } else { rates[stage - 1][i] };
+                    trial[i] = state[i] + part * STEP_S * before;
+                }
+                self.rates(&trial, &mut rates[stage]);
+            }
+            for i in 0..2 * n {
+                let sum = rates[0][i] + 2.0 * (rates[1][i] + rates[2][i]) + rates[3][i];
+                state[i] += STEP_S / 6.0 * sum;
+            }
+            moved_m.push(state[..n].to_vec());
+        }
+        moved_m
+    }
+
+    /// Velocities and accelerations.
+    fn rates(&self, state: &[f64], rates: &mut [f64]) {
+        let n = self.mass_kg.len();
+        let (x_m, v_m_per_s) = state.split_at(n);
+        let mut before_n = 0.0;
+        for mass in 0..n {
+            let next = mass + 1;
+            let (x_next_m, v_next) = if next < n { (x_m[next], v_m_per_s[next]) } else { (0.0, 0.0) };
+            let (overlap_m, closing) = (x_m[mass] - x_next_m, v_m_per_s[mass] - v_next);
+            let spring_n = self.stiffness[mass] * self.law.force_n(overlap_m);
+            let behind_n = match mass {
+                0 if overlap_m < 0.0 => 0.0,
+                0 => (spring_n + C_S_KG_PER_S * closing).max(0.0),
+                _ if next == n && !self.truth.is_held => 0.0,
+                _ => spring_n + self.truth.damping_between_kg_per_s * closing,
+            };
+            let rubbed_n = self.truth.friction_n * (v_m_per_s[mass] / HELD_M_PER_S).tanh();
+            let ground_n = if mass == 0 { 0.0 } else { C_D_KG_PER_S * v_m_per_s[mass] + rubbed_n };
+            rates[mass] = v_m_per_s[mass];
+            rates[n + mass] = (before_n - behind_n - ground_n) / self.mass_kg[mass];
+            before_n = behind_n;
+        }
+    }
+}
+
+/// Where a body was at a time after the impact.
+fn at_m(moved_m: &[Vec<f64>], body: usize, after_impact_s: f64) -> f64 {
+    let place = (after_impact_s / STEP_S).max(0.0);
+    let (left, share) = ((place as usize).min(moved_m.len() - 2), place.fract());
+    (1.0 - share) * moved_m[left][body] + share * moved_m[left + 1][body]
+}
