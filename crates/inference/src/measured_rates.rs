@@ -12,4 +12,4 @@ pub(crate) const SCATTER: [FalseRate; 1] =
 pub(crate) const DAMPING: [FalseRate; 1] =
     [FalseRate { what: "c_d", level: 0.01, told: 7, of: 1000, cases: EXPERIMENTS }];
 pub(crate) const STRUCTURE: [FalseRate; 1] =
-    [FalseRate { what: "structure", level: 0.01, told: 10, of: 1000, cases: EXPERIMENTS }];
+    [FalseRate { what: "structure", level: 0.01, told: 2, of: 200, cases: EXPERIMENTS }];

@@ -82,8 +82,8 @@ pub(super) fn explained(observations: &[Observation], mut fit: Fit) -> (Fit, Vec
         let mut n_simulations = fit.n_simulations;
         let mut found: Vec<(Hypothesis, Fit)> = Vec::new();
         for hypothesis in Hypothesis::ALL.into_iter().filter(open) {
-            // Where something simple explains the tracks, what has a number for each body is not asked.
-            if hypothesis.is_wide() && found.iter().any(|(simple, _)| !simple.is_wide()) {
+            // Where something simple leaves noise alone, what has a number for each body is not asked.
+            if hypothesis.is_wide() && found.iter().any(|(_, simple)| !simple.structure.is_told()) {
                 continue;
             }
             if let Ok(richer) = freed(observations, &fit, hypothesis) {
