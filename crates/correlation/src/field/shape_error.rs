@@ -26,7 +26,7 @@ use chainwave_measurement::Estimate;
 use crate::Shape;
 use crate::field::pair::{ImagePair, Settled};
 use crate::field::shape_error::bend::where_it_bends;
-use crate::field::shape_error::grid::Grid;
+use crate::field::shape_error::grid::{Grid, Reading};
 use crate::field::shape_error::local_fit::{LocalError, Neighbour, local_error};
 use crate::icgn::outcome::Match;
 use crate::prepared::response::Response;
@@ -37,14 +37,6 @@ use crate::prepared::response::Response;
 const CLOSING: [f64; 2] = [0.3, 1.0];
 /// Reach of the neighbours over half a subset: farther, less noise; nearer, less of it is left. Two strides each way.
 const STRIDE: [f64; 2] = [0.75, 0.5];
-
-/// A point of the field as found.
-#[derive(Debug, Clone, Copy)]
-struct Reading {
-    u_px: [f64; 2],
-    sigma_px: [f64; 2],
-    shape: Shape,
-}
 
 /// A field of which all points are settled.
 pub(crate) struct ShapeError<'a> {

@@ -5,7 +5,7 @@ use std::num::NonZero;
 
 use chainwave_analysis::LEVEL;
 use chainwave_analysis::probability::variance_ratio_beyond;
-use chainwave_correlation::{ReferenceFrames, Settings, mean_of_frames};
+use chainwave_correlation::{Acceptance, ReferenceFrames, Settings, mean_of_frames};
 use chainwave_measurement::{Estimate, Position, Recording, Region, Subset, map_in_parallel, median};
 
 use super::rest::SIGMA_OF_MEDIAN;
@@ -19,8 +19,8 @@ use crate::wording::estimate;
 
 /// Bodies of recordings that are looked at, spread evenly over all.
 const MOST_BODIES: usize = 256;
-/// Frames of all of them together, spread evenly over those in which they are fast: the work of some thousandths of a large experiment.
-const MOST_FRAMES: usize = 8192;
+/// Frames of all of them together, spread evenly over those in which they are fast: the work of a thousandth of a large experiment.
+const MOST_FRAMES: usize = 2048;
 /// A body is fast from this share of its largest velocity on.
 const FAST: f64 = 0.25;
 /// Fewer bodies do not tell a shear from what markers happen to look like.
@@ -29,6 +29,8 @@ const LEAST_BODIES: usize = 4;
 const WORTH_A_WORD: f64 = 0.01;
 /// Shears farther from their median than this many standard deviations are no shears: one of a million normal ones is.
 const STRAY_SIGMAS: f64 = 5.0;
+/// Correlation of a half with its reference from which on it is the same.
+const ALIKE: f64 = 0.6;
 /// Columns and rows around a subset in what is matched again.
 const MARGIN_PX: i64 = 8;
 

@@ -7,8 +7,7 @@
 
 use crate::Shape;
 use crate::field::overlap::noise_correlation;
-use crate::field::shape_error::Reading;
-use crate::field::shape_error::grid::Grid;
+use crate::field::shape_error::grid::{Grid, Reading};
 
 /// Normal quantile of the level: 1 % of the squares of a field that does not bend are taken for bent.
 const LEVEL_QUANTILE: f64 = 2.326;

@@ -1,4 +1,14 @@
-//! A field's points as columns and rows: which of them surround another, and sums over squares of them.
+//! A field's points as columns and rows: what was found there, which of them surround another, and sums over squares of them.
+
+use crate::Shape;
+
+/// A point of the field as found.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Reading {
+    pub(super) u_px: [f64; 2],
+    pub(super) sigma_px: [f64; 2],
+    pub(super) shape: Shape,
+}
 
 /// Columns and rows of a field.
 #[derive(Debug, Clone, Copy)]
