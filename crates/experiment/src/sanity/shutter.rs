@@ -243,8 +243,10 @@ fn shears(setup: &Setup, body: &BodyCrops) -> Option<Vec<(f64, f64)>> {
         |side: f64| Subset { y_px: subset.y_px + side * apart_px[1], half_height_px, ..subset.clone() };
     let parts = [above(-1.0), above(1.0), beside(-1.0), beside(1.0)];
     let reference = ReferenceFrames::Single(0);
-    let tracks =
-        setup.method().track(&body.pictures, &parts, &reference, &Settings::default(), &|_| ()).ok()?;
+    // Each picture is cut out where the body is, so that nothing is searched for, and strays are told by the shears.
+    let settings =
+        Settings { acceptance: Acceptance::Zncc(ALIKE), search_radius_px: 2, ..Settings::default() };
+    let tracks = setup.method().track(&body.pictures, &parts, &reference, &settings, &|_| ()).ok()?;
     let place = |part: usize, frame: usize| tracks.get(part)?.positions.get(frame)?.as_ref().ok();
     let of_frame = |(index, velocity): (usize, &f64)| {
         let at = |part: usize| place(part, index + 1);
