@@ -20,7 +20,7 @@ use crate::wording::estimate;
 /// Bodies of recordings that are looked at, spread evenly over all.
 const MOST_BODIES: usize = 256;
 /// Frames of all of them together, spread evenly over those in which they are fast: the work of a thousandth of a large experiment.
-const MOST_FRAMES: usize = 2048;
+const MOST_FRAMES: usize = 1024;
 /// A body is fast from this share of its largest velocity on.
 const FAST: f64 = 0.25;
 /// Fewer bodies do not tell a shear from what markers happen to look like.
