@@ -21,7 +21,7 @@ mod local_fit;
 
 use std::num::NonZero;
 
-use chainwave_measurement::Estimate;
+use chainwave_measurement::{Estimate, map_in_parallel};
 
 use crate::Shape;
 use crate::field::pair::{ImagePair, Settled};
@@ -68,8 +68,8 @@ impl ShapeError<'_> {
             grid.around(*point, self.stride(shape))
         };
         let responses = self.responses(settled, bent.iter().flat_map(around));
-        let found = side_by_side(self.n_threads, &bent, |point| {
-            self.error_at(*point, &around(point), &readings, &responses)
+        let found = map_in_parallel(bent.len(), self.n_threads, |i| {
+            self.error_at(bent[i], &around(&bent[i]), &readings, &responses)
         });
         let mut errors: Vec<Option<[LocalError; 2]>> = vec![None; self.places.len()];
         bent.iter().zip(found).for_each(|(&point, found)| errors[point] = found);
@@ -134,7 +134,7 @@ impl ShapeError<'_> {
             Some(subset.response(&found.warp()))
         };
         let mut responses = vec![None; settled.len()];
-        let made = side_by_side(self.n_threads, &matches, response);
+        let made = map_in_parallel(matches.len(), self.n_threads, |i| response(&matches[i]));
         matches.iter().zip(made).for_each(|((point, ..), response)| responses[*point] = response);
         responses
     }
@@ -208,12 +208,14 @@ fn without(found: Estimate, error: Option<LocalError>, [second, fourth]: [f64; 2
         return Estimate::new(found.value, (found.sigma.powi(2) + second + fourth + beyond).sqrt());
     };
     let shares = shares(&error, [second, fourth]);
-    let [[a, b], [_, c]] = error.covariance;
-    let [k, l] = shares;
-    let of_noise =
-        k * k * a + 2.0 * k * l * b + l * l * c - 2.0 * (k * error.with_own[0] + l * error.with_own[1]);
-    let left = (1.0 - k).powi(2) * second + (1.0 - l).powi(2) * fourth;
-    let taken_px = k * error.parts_px[0] + l * error.parts_px[1];
+    let [of_second, of_fourth] = shares;
+    let [[var_second, between], [_, var_fourth]] = error.covariance;
+    let of_noise = of_second * of_second * var_second
+        + 2.0 * of_second * of_fourth * between
+        + of_fourth * of_fourth * var_fourth
+        - 2.0 * (of_second * error.with_own[0] + of_fourth * error.with_own[1]);
+    let left = (1.0 - of_second).powi(2) * second + (1.0 - of_fourth).powi(2) * fourth;
+    let taken_px = of_second * error.parts_px[0] + of_fourth * error.parts_px[1];
     // At an edge polynomials reach beyond what tells them: as much may be left as the fourth order adds.
     let at_edge = if error.is_aside { fourth } else { 0.0 };
     let variance = found.sigma.powi(2) + of_noise + left + beyond + at_edge;
@@ -222,39 +224,22 @@ fn without(found: Estimate, error: Option<LocalError>, [second, fourth]: [f64; 2
 
 /// The shares of the parts of an error that leave the least variance.
 fn shares(error: &LocalError, [second, fourth]: [f64; 2]) -> [f64; 2] {
-    let [[a, b], [_, c]] = error.covariance;
-    let (a, c) = (a + second, c + fourth);
-    let [p, q] = [second + error.with_own[0], fourth + error.with_own[1]];
+    let [[var_second, between], [_, var_fourth]] = error.covariance;
+    let (var_second, var_fourth) = (var_second + second, var_fourth + fourth);
+    let [with_second, with_fourth] = [second + error.with_own[0], fourth + error.with_own[1]];
     let alone = |size: f64, wanted: f64, variance: f64| {
         if size > 0.0 { (wanted / variance).clamp(0.0, 1.0) } else { 0.0 }
     };
     if !error.has_fourth || fourth <= 0.0 {
-        return [alone(second, p, a), 0.0];
+        return [alone(second, with_second, var_second), 0.0];
     }
     if second <= 0.0 {
-        return [0.0, alone(fourth, q, c)];
+        return [0.0, alone(fourth, with_fourth, var_fourth)];
     }
-    let determinant = a * c - b * b;
-    [(c * p - b * q) / determinant, (a * q - b * p) / determinant].map(|share| share.clamp(0.0, 1.0))
-}
-
-/// What `work` makes of each item, side by side on some threads.
-fn side_by_side<I: Sync, T: Send>(
-    n_threads: NonZero<usize>,
-    items: &[I],
-    work: impl Fn(&I) -> T + Sync,
-) -> Vec<T> {
-    if n_threads.get() == 1 {
-        return items.iter().map(work).collect();
-    }
-    let work = &work;
-    std::thread::scope(|scope| {
-        let parts = items.chunks(items.len().div_ceil(n_threads.get()).max(1));
-        let threads: Vec<_> =
-            parts.map(|part| scope.spawn(move || part.iter().map(work).collect::<Vec<T>>())).collect();
-        let join = |thread: std::thread::ScopedJoinHandle<'_, Vec<T>>| {
-            thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-        };
-        threads.into_iter().flat_map(join).collect()
-    })
+    let determinant = var_second * var_fourth - between * between;
+    [
+        (var_fourth * with_second - between * with_fourth) / determinant,
+        (var_second * with_fourth - between * with_second) / determinant,
+    ]
+    .map(|share| share.clamp(0.0, 1.0))
 }

@@ -50,7 +50,7 @@ impl<'a> Trial<'a> {
         };
         let n_frames = recording.info().n_frames;
         let first = (range.end..n_frames).find(moves).unwrap_or(range.end).max(range.end + 1) - 1;
-        let frames: Vec<usize> = range.clone().chain((first..n_frames).take(MAX_FRAMES)).collect();
+        let frames: Vec<usize> = range.chain((first..n_frames).take(MAX_FRAMES)).collect();
         let excerpt = Excerpt::new(recording, frames);
         let reference = match reference {
             ReferenceFrames::Single(_) => ReferenceFrames::Single(0),

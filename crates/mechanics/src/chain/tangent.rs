@@ -147,11 +147,13 @@ impl<'a> Tangent<'a> {
         let v_m_per_s = &self.coefficients[COEFFICIENTS_OF_STAGE[stage]].v_m_per_s;
         for (k, force_n) in self.frictions_n.iter().enumerate() {
             let lane = self.first_friction + k;
-            for mass in self.model.first_gap()..self.model.n_masses() {
+            let masses = v_m_per_s.iter().zip(self.model.inverse_mass_per_kg.iter()).enumerate();
+            let rubbed = masses.take(self.model.n_masses()).skip(self.model.first_gap());
+            for (mass, (driven_m_per_s, inverse_mass_per_kg)) in rubbed {
                 let place = mass * self.n_lanes + lane;
-                let most_m_per_s2 = force_n * self.model.inverse_mass_per_kg[mass];
+                let most_m_per_s2 = force_n * inverse_mass_per_kg;
                 let creeping_m_per_s = CREEPING_M_PER_S.max(most_m_per_s2 * h_s);
-                let speed = (v_m_per_s[mass] + self.trial.u[place]) / creeping_m_per_s;
+                let speed = (driven_m_per_s + self.trial.u[place]) / creeping_m_per_s;
                 self.stages[stage].u[place] -= most_m_per_s2 * speed / (1.0 + speed * speed).sqrt();
             }
         }
