@@ -48,28 +48,7 @@ impl StatedDamping {
         energies: &Result<EnergyFit, FitError>,
         critical_kg_per_s: f64,
     ) -> Self {
-        let told = |found: Estimate| refusal(found, critical_kg_per_s).map_or(Ok(found), Err);
-        let of_stated_model = |needs_striker: bool| rejected_model(tracks, needs_striker);
-        let bound = |c_d: Estimate| refusal(c_d, critical_kg_per_s);
-        let reasons = [
-            (TRACKS, reason(tracks, unexplained)),
-            (
-                BEHIND_BODY_1,
-                reason(behind_body_1, |fit| {
-                    of_stated_model(false)
-                        .or_else(|| misfit(fit.reduced_chi_squared, LARGEST_BEHIND_BODY_1))
-                        .or_else(|| bound(fit.chain_damping_kg_per_s))
-                }),
-            ),
-            (
-                PEAK_ENERGIES,
-                reason(energies, |fit| {
-                    of_stated_model(true)
-                        .or_else(|| misfit(fit.reduced_chi_squared, LARGEST_OF_ENERGIES))
-                        .or_else(|| bound(fit.damping.chain_damping_kg_per_s))
-                }),
-            ),
-        ];
+        let reasons = reasons(tracks, behind_body_1, energies, critical_kg_per_s);
         let [holds_tracks, holds_behind, holds_energies] = reasons.each_ref().map(|(_, why)| why.is_none());
         let mut refused: Vec<(&'static str, String)> =
             reasons.into_iter().filter_map(|(source, why)| Some((source, why?))).collect();
@@ -88,7 +67,34 @@ impl StatedDamping {
             let said = contradiction_of_energies(c_d, of_energies);
             warnings.extend(said);
         }
-        let of_both = |source: &'static str, damping: Damping| Self {
+        let mut stated = match (tracks, behind, energies) {
+            (Some(fit), ..) => Self::of_both(TRACKS, fit.damping, critical_kg_per_s),
+            (None, Some(fit), _) => {
+                warnings.push(contradiction.clone().unwrap_or_else(|| {
+                    format!("c_d is taken from the motion {BEHIND_BODY_1}, which needs no striker: the fit to the tracks is refused")
+                }));
+                Self::of_chain_alone(fit, critical_kg_per_s)
+            }
+            (None, None, Some(fit)) => {
+                warnings.push(format!(
+                    "c_d and c_s are taken from the {PEAK_ENERGIES}, a few numbers that feel less of what the model leaves out: the fits to \
+                     the tracks and {BEHIND_BODY_1} are refused"
+                ));
+                Self::of_both(PEAK_ENERGIES, fit.damping, critical_kg_per_s)
+            }
+            (None, None, None) => Self::of_nothing(&refused, critical_kg_per_s),
+        };
+        if let Some(reason) = contradiction {
+            refused.insert(0, (TRACKS, reason));
+        }
+        (stated.refused, stated.warnings) = (refused, warnings);
+        stated
+    }
+
+    /// Both dampings of a fit, each unless it is not told.
+    fn of_both(source: &'static str, damping: Damping, critical_kg_per_s: f64) -> Self {
+        let told = |found: Estimate| refusal(found, critical_kg_per_s).map_or(Ok(found), Err);
+        Self {
             chain_damping_kg_per_s: told(damping.chain_damping_kg_per_s),
             striker_damping_kg_per_s: told(damping.striker_damping_kg_per_s),
             correlation: Some(damping.correlation),
@@ -96,54 +102,39 @@ impl StatedDamping {
             critical_kg_per_s,
             refused: Vec::new(),
             warnings: Vec::new(),
-        };
-        let mut stated = match (tracks, behind, energies) {
-            (Some(fit), ..) => of_both(TRACKS, fit.damping),
-            (None, Some(fit), _) => {
-                let chosen = contradiction.clone().unwrap_or_else(|| {
-                    format!("c_d is taken from the motion {BEHIND_BODY_1}, which needs no striker: the fit to the tracks is refused")
-                });
-                warnings.push(chosen);
-                Self {
-                    chain_damping_kg_per_s: Ok(fit.chain_damping_kg_per_s),
-                    striker_damping_kg_per_s: Err(format!(
-                        "the fit to the tracks is refused, and {BEHIND_BODY_1} it is {}",
-                        ImposedFit::NO_STRIKER_DAMPING
-                    )),
-                    correlation: None,
-                    source: Some(BEHIND_BODY_1),
-                    critical_kg_per_s,
-                    refused: Vec::new(),
-                    warnings: Vec::new(),
-                }
-            }
-            (None, None, Some(fit)) => {
-                warnings.push(format!(
-                    "c_d and c_s are taken from the {PEAK_ENERGIES}, a few numbers that feel less of what the model leaves out: the fits to \
-                     the tracks and {BEHIND_BODY_1} are refused"
-                ));
-                of_both(PEAK_ENERGIES, fit.damping)
-            }
-            (None, None, None) => {
-                let reasons: Vec<String> =
-                    refused.iter().map(|(source, reason)| format!("{source}: {reason}")).collect();
-                let reason = format!("no fit holds ({})", reasons.join("; "));
-                Self {
-                    chain_damping_kg_per_s: Err(reason.clone()),
-                    striker_damping_kg_per_s: Err(reason),
-                    correlation: None,
-                    source: None,
-                    critical_kg_per_s,
-                    refused: Vec::new(),
-                    warnings: Vec::new(),
-                }
-            }
-        };
-        if let Some(reason) = contradiction {
-            refused.insert(0, (TRACKS, reason));
         }
-        (stated.refused, stated.warnings) = (refused, warnings);
-        stated
+    }
+
+    /// The chain's damping by the fit behind body 1, which does not know the striker's.
+    fn of_chain_alone(fit: &ImposedFit, critical_kg_per_s: f64) -> Self {
+        Self {
+            chain_damping_kg_per_s: Ok(fit.chain_damping_kg_per_s),
+            striker_damping_kg_per_s: Err(format!(
+                "the fit to the tracks is refused, and {BEHIND_BODY_1} it is {}",
+                ImposedFit::NO_STRIKER_DAMPING
+            )),
+            correlation: None,
+            source: Some(BEHIND_BODY_1),
+            critical_kg_per_s,
+            refused: Vec::new(),
+            warnings: Vec::new(),
+        }
+    }
+
+    /// No damping, as every fit was refused.
+    fn of_nothing(refused: &[(&'static str, String)], critical_kg_per_s: f64) -> Self {
+        let reasons: Vec<String> =
+            refused.iter().map(|(source, reason)| format!("{source}: {reason}")).collect();
+        let reason = format!("no fit holds ({})", reasons.join("; "));
+        Self {
+            chain_damping_kg_per_s: Err(reason.clone()),
+            striker_damping_kg_per_s: Err(reason),
+            correlation: None,
+            source: None,
+            critical_kg_per_s,
+            refused: Vec::new(),
+            warnings: Vec::new(),
+        }
     }
 
     /// Why a fit was refused, where it was.
@@ -173,6 +164,30 @@ impl StatedDamping {
             rates: Vec::new(),
         }
     }
+}
+
+/// Why each of the three fits is refused, where it is.
+fn reasons(
+    tracks: &Result<TrackFit, FitError>,
+    behind_body_1: &Result<ImposedFit, FitError>,
+    energies: &Result<EnergyFit, FitError>,
+    critical_kg_per_s: f64,
+) -> [(&'static str, Option<String>); 3] {
+    let of_behind = |fit: &ImposedFit| {
+        rejected_model(tracks, false)
+            .or_else(|| misfit(fit.reduced_chi_squared, LARGEST_BEHIND_BODY_1))
+            .or_else(|| refusal(fit.chain_damping_kg_per_s, critical_kg_per_s))
+    };
+    let of_energies = |fit: &EnergyFit| {
+        rejected_model(tracks, true)
+            .or_else(|| misfit(fit.reduced_chi_squared, LARGEST_OF_ENERGIES))
+            .or_else(|| refusal(fit.damping.chain_damping_kg_per_s, critical_kg_per_s))
+    };
+    [
+        (TRACKS, reason(tracks, unexplained)),
+        (BEHIND_BODY_1, reason(behind_body_1, of_behind)),
+        (PEAK_ENERGIES, reason(energies, of_energies)),
+    ]
 }
 
 /// Why a fit is refused: it failed, or what is asked of it.
