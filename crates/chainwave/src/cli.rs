@@ -32,6 +32,8 @@ pub(crate) enum Command {
     Simulate(Simulate),
     /// Film a synthetic experiment: recordings with known truth.
     Synthesize(Synthesize),
+    /// Say whether a run of an experiment makes sense, before time is spent on it.
+    Check(Check),
     /// Process an experiment: from recordings to figures, fitted damping and a report.
     Run(Run),
     /// Read tracks that another program wrote, merge their trials, and measure the wave.
@@ -301,6 +303,22 @@ pub(crate) struct Synthesize {
     #[arg(long)]
     pub(crate) seed: Option<u64>,
     /// Recordings filmed at a time; all cores when left out.
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) jobs: Option<u16>,
+}
+
+/// Arguments of `check`.
+#[derive(Debug, Args)]
+pub(crate) struct Check {
+    /// The experiment.
+    pub(crate) experiment: PathBuf,
+    /// Folder of the recordings that trials.csv names; the experiment's own folder when left out.
+    #[arg(long)]
+    pub(crate) recordings: Option<PathBuf>,
+    /// Print JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Views looked at side by side; all cores when left out.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
 }

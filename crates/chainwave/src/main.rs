@@ -6,6 +6,7 @@
 //! recordings, in parallel; what each recording gave is kept, so an interrupted run goes on where it stopped.
 
 mod calibrate;
+mod check;
 mod cli;
 mod closing;
 mod contact;
@@ -67,6 +68,7 @@ fn carry_out(command: &Command) -> Result<Outcome, Error> {
         Command::Contact(arguments) => contact::contact(arguments),
         Command::Simulate(arguments) => simulate::simulate(arguments),
         Command::Synthesize(arguments) => synthesize::synthesize(arguments),
+        Command::Check(arguments) => check::check(arguments),
         Command::Run(arguments) => run::run(arguments),
         Command::Import(arguments) => import::import(arguments),
         Command::Tradeoff(arguments) => tradeoff::tradeoff(arguments),

@@ -7,6 +7,7 @@ use std::process::ExitCode;
 #[must_use]
 pub(crate) struct Outcome {
     failures: Vec<String>,
+    warned: bool,
 }
 
 impl Outcome {
@@ -26,13 +27,18 @@ impl Outcome {
         eprintln!("chainwave: {what}");
     }
 
+    /// Everything could be done, and something was found that the caller should look at.
+    pub(crate) fn warned() -> Self {
+        Self { warned: true, ..Self::default() }
+    }
+
     /// The failed inputs, each with what was wrong.
     pub(crate) fn failures(&self) -> &[String] {
         &self.failures
     }
 
-    /// 0 when all was done, 1 when some inputs failed.
+    /// 0 when all was done, 1 when some inputs failed or there was a warning that the command was asked for.
     pub(crate) fn exit_code(&self) -> ExitCode {
-        ExitCode::from(u8::from(!self.failures.is_empty()))
+        ExitCode::from(u8::from(self.warned || !self.failures.is_empty()))
     }
 }

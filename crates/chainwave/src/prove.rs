@@ -192,7 +192,7 @@ impl<'a> Plan<'a> {
         let results = setup.run(&store, threads(self.jobs), &progress::monitor(&|_| ()))?;
         let mut outcome = Outcome::default();
         name_failed(&results.tracked.failed, &mut outcome);
-        let warnings = results.evaluation.warnings();
+        let warnings: Vec<String> = results.evaluation.warnings().iter().map(ToString::to_string).collect();
         let named = if self.subjects.is_empty() {
             !warnings.is_empty()
         } else {

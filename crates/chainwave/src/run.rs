@@ -16,11 +16,12 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use chainwave_experiment::{
-    Evaluation, FailedRecording, Finding, Results, Setup, check, compare_strikers, track, track_share,
+    Evaluation, FailedRecording, Finding, RecordingState, Results, Setup, Tracked, TrackedRecording, check,
+    compare_strikers, recording_states, track, track_share,
 };
 
 pub(crate) use self::figures::draw_motion;
-pub(crate) use self::results::write_measurement;
+pub(crate) use self::results::{states_as_json, warnings_as_json, write_measurement};
 use crate::cli;
 use crate::error::Error;
 use crate::kept::KeptFolder;
@@ -106,17 +107,18 @@ impl Run<'_> {
         }
         results::write_tracks(out, &tracked)?;
         let findings = tracked.findings.clone();
+        let unsolved = unsolved(setup, &tracked);
         let results = match setup.conclude(tracked, threads(self.jobs)) {
             Ok(results) => results,
             Err(error) => {
-                results::write_unsolved(out, &findings, &error)?;
+                results::write_unsolved(out, &findings, unsolved, &error.to_string())?;
                 provenance::write(setup, out)?;
                 outcome.fail(error);
                 return Ok(None);
             }
         };
         clock.stage("stitching, analysis and fit");
-        results::write(&setup.experiment, out, &results)?;
+        results::write(setup, out, &results)?;
         clock.stage("tables");
         let figures = figures::draw(&setup.experiment, out, &results.evaluation)?;
         clock.stage("figures");
@@ -134,6 +136,15 @@ impl Run<'_> {
 /// Tells what contradicts the experiment before time is spent on it; the summary says so again.
 fn name_findings(findings: &[Finding]) {
     summary::print_lines(findings.iter().map(|finding| format!("warning, before work: {finding}")));
+}
+
+/// What became of each recording where nothing follows from the tracks.
+fn unsolved(setup: &Setup, tracked: &Tracked) -> Vec<RecordingState> {
+    let left_out = |one: &TrackedRecording| {
+        (one.trial.recording.clone(), "the tracks could not be evaluated".to_owned())
+    };
+    let left_out: Vec<(String, String)> = tracked.recordings.iter().map(left_out).collect();
+    recording_states(&setup.trials, &tracked.failed, &left_out)
 }
 
 /// Names recordings that failed on standard error.

@@ -39,6 +39,14 @@ pub enum Error {
     /// A value of the experiment that makes no sense beside another.
     #[error("{0}")]
     Value(String),
+    /// A recording that was left out before it was tracked.
+    #[error("{recording} is left out: {reason}")]
+    LeftOut {
+        /// Its name in the trials table.
+        recording: String,
+        /// What contradicts the experiment.
+        reason: String,
+    },
     /// No input could be used; each reason was named before.
     #[error("{what}: none of {n} could be used (the reasons are named above)")]
     NothingLeft {

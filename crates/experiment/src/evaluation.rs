@@ -47,9 +47,9 @@ pub struct Evaluation {
     /// Whether the camera moves.
     pub(crate) steadying: Steadying,
     /// What of the camera is shared by frames and trials: its motion, its scale, and what lies on its sensor.
-    of_camera: Vec<String>,
+    of_camera: Vec<Finding>,
     /// What recordings had amiss that was put right.
-    notices: Vec<String>,
+    notices: Vec<Finding>,
     /// The motion, and how views and trials were aligned.
     pub stitched: Stitched,
     /// Trigger and drive of each recording, by the model where the tracks accept it.
@@ -142,11 +142,18 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
     let standings = Standings::of(&stitched.alignments, accepted(&track_fit));
     let mut notices = notices(experiment, &tracked.recordings, &observations, &standings);
     let damping = StatedDamping::of(&track_fit, &imposed_fit, &energy_fit, critical);
-    notices.extend(track_fit.iter().flat_map(TrackFit::warnings));
+    notices.extend(Finding::all_of(
+        "chain_model",
+        "the chain model",
+        track_fit.iter().flat_map(TrackFit::warnings),
+    ));
     let beside = track_fit.as_ref().ok().filter(|fit| fit.is_believed()).and_then(|fit| {
         let beside = model_beside(experiment, &stitched.motion, fit, used);
         beside
-            .map_err(|why| notices.push(format!("the fitted model is not shown beside the motion: {why}")))
+            .map_err(|why| {
+                let text = format!("not shown beside the motion: {why}");
+                notices.push(Finding { code: "chain_model", subject: "the fitted model".into(), text });
+            })
             .ok()
     });
     let departures = track_fit.as_ref().ok().and_then(|fit| {
@@ -194,7 +201,7 @@ struct Merged {
     unjoined: Vec<Unjoined>,
     steadying: Steadying,
     /// What the reader should know of the camera.
-    of_camera: Vec<String>,
+    of_camera: Vec<Finding>,
     shared: SharedErrors,
     stitched: Stitched,
     /// The recordings that were kept, as fits take them.
@@ -235,8 +242,20 @@ fn merged(
     picture_errors.add_to(&mut stitched.motion);
     scale.add_to(&mut stitched.motion, &observations);
     let observations = steadying.widened(picture_errors.widened(observations));
-    let said = steadying.warning().into_iter().chain(scale.warnings()).chain(picture_errors.warnings());
-    Ok(Merged { of_camera: said.collect(), left_out, unjoined, steadying, shared, stitched, observations })
+    let of_camera = [
+        Finding::all_of("camera_moves", "the camera", steadying.warning()),
+        Finding::all_of("scale", "camera.scale_px_per_m", scale.warnings()),
+        Finding::all_of("picture_errors", "the pictures", picture_errors.warnings()),
+    ];
+    Ok(Merged {
+        of_camera: of_camera.concat(),
+        left_out,
+        unjoined,
+        steadying,
+        shared,
+        stitched,
+        observations,
+    })
 }
 
 impl Evaluation {
@@ -246,18 +265,23 @@ impl Evaluation {
     }
 
     /// What the reader should know.
-    pub fn warnings(&self) -> Vec<String> {
-        let left_out = self
-            .left_out
-            .iter()
-            .map(|outlier| format!("{} was left out: {}", outlier.recording, outlier.evidence));
-        let unjoined =
-            self.unjoined.iter().map(|one| format!("{} was left out: {}", one.recording, one.reason));
-        let findings = self.findings.iter().map(ToString::to_string);
-        let others = self.stitched.warnings.iter().chain(&self.notices).cloned();
-        let of_camera = self.of_camera.iter().cloned();
-        let of_damping = self.damping.warnings.iter().cloned();
-        findings.chain(left_out).chain(unjoined).chain(of_camera).chain(others).chain(of_damping).collect()
+    pub fn warnings(&self) -> Vec<Finding> {
+        let left_out = self.left_out_recordings().into_iter().map(|(recording, reason)| Finding {
+            code: "left_out",
+            subject: recording,
+            text: format!("it was left out: {reason}"),
+        });
+        let aligned = Finding::all_of("alignment", "the alignment", self.stitched.warnings.iter().cloned());
+        let of_damping = Finding::all_of("damping", "the damping", self.damping.warnings.iter().cloned());
+        let findings = self.findings.iter().cloned().chain(left_out).chain(self.of_camera.iter().cloned());
+        findings.chain(aligned).chain(self.notices.iter().cloned()).chain(of_damping).collect()
+    }
+
+    /// Recordings that were tracked and have no part in the motion, each with the reason.
+    pub fn left_out_recordings(&self) -> Vec<(String, String)> {
+        let contradict = self.left_out.iter().map(|one| (one.recording.clone(), one.evidence.to_string()));
+        let unjoined = self.unjoined.iter().map(|one| (one.recording.clone(), one.reason.clone()));
+        contradict.chain(unjoined).collect()
     }
 }
 

@@ -21,6 +21,18 @@ impl fmt::Display for Finding {
     }
 }
 
+impl Finding {
+    /// Sentences of one kind, about one subject.
+    pub(crate) fn all_of(
+        code: &'static str,
+        subject: &str,
+        texts: impl IntoIterator<Item = String>,
+    ) -> Vec<Self> {
+        let of = |text| Self { code, subject: subject.to_owned(), text };
+        texts.into_iter().map(of).collect()
+    }
+}
+
 /// What was found before work.
 #[derive(Debug, Clone, Default)]
 pub struct Sanity {

@@ -3,6 +3,7 @@
 use chainwave_measurement::{Estimate, Observation, RecordingInfo, median};
 
 use crate::configuration::Experiment;
+use crate::finding::Finding;
 use crate::follow::EdgeNote;
 use crate::standing::{Standing, Standings};
 use crate::tracked::TrackedRecording;
@@ -14,12 +15,17 @@ pub(crate) fn notices(
     recordings: &[TrackedRecording],
     observations: &[Observation],
     standings: &Standings,
-) -> Vec<String> {
+) -> Vec<Finding> {
     let of_file = |one: &TrackedRecording| {
         one.remarks.iter().map(|remark| (one.trial.recording.clone(), remark.clone())).collect::<Vec<_>>()
     };
     let remarks = grouped(&recordings.iter().flat_map(of_file).collect::<Vec<_>>());
-    let remarks = remarks.into_iter().map(|(recordings, remark)| format!("{recordings}: {remark}"));
+    let remark = |(recordings, remark): (String, String)| Finding {
+        code: "recording",
+        subject: recordings,
+        text: remark,
+    };
+    let remarks = remarks.into_iter().map(remark);
     let unseen = observations.iter().flat_map(unseen_for_a_while);
     let drives = unusual_drives(experiment, standings).into_iter();
     remarks.chain(unseen).chain(drives.map(|drive| drive.warning())).collect()
@@ -68,7 +74,7 @@ fn named(recordings: &[&str]) -> String {
 }
 
 /// Bodies that were lost and found again.
-fn unseen_for_a_while(observation: &Observation) -> Vec<String> {
+fn unseen_for_a_while(observation: &Observation) -> Vec<Finding> {
     let of_body = |track: &chainwave_measurement::BodyTrack| {
         let seen = |k: &usize| track.position_m[*k].is_some();
         let (first, last) =
@@ -76,12 +82,14 @@ fn unseen_for_a_while(observation: &Observation) -> Vec<String> {
         let unseen: Vec<usize> = (first..last).filter(|k| !seen(k)).collect();
         let (from_ms, until_ms) =
             (1e3 * observation.times_s[*unseen.first()?], 1e3 * observation.times_s[*unseen.last()?]);
-        Some(format!(
-            "{}: body {} was not seen in {} frames between {from_ms:.2} and {until_ms:.2} ms; the other trials stand for it there",
-            observation.recording,
-            track.body,
-            unseen.len()
-        ))
+        let (body, n_unseen) = (track.body, unseen.len());
+        Some(Finding {
+            code: "body_unseen",
+            subject: observation.recording.clone(),
+            text: format!(
+                "body {body} was not seen in {n_unseen} frames between {from_ms:.2} and {until_ms:.2} ms; the other trials stand for it there"
+            ),
+        })
     };
     observation.bodies.iter().filter_map(of_body).collect()
 }
@@ -98,16 +106,20 @@ pub(crate) struct UnusualDrive {
 impl UnusualDrive {
     /// The recording and how far its drive is off.
     pub(crate) fn as_text(&self) -> String {
+        format!("{}, {}", self.recording, self.how_far())
+    }
+
+    fn how_far(&self) -> String {
         format!(
-            "{}, struck {} % off the median ({:.1} of the stated scatter)",
-            self.recording,
+            "struck {} % off the median ({:.1} of the stated scatter)",
             estimate(self.deviation.scaled(100.0)),
             self.in_scatters
         )
     }
 
-    fn warning(&self) -> String {
-        format!("{}: kept, with its own drive fitted", self.as_text())
+    fn warning(&self) -> Finding {
+        let text = format!("{}: kept, with its own drive fitted", self.how_far());
+        Finding { code: "unusual_drive", subject: self.recording.clone(), text }
     }
 }
 
@@ -174,10 +186,9 @@ mod tests {
             bodies: vec![BodyTrack { body: 7, position_m: seen.map(position).into() }],
         };
         assert!(unseen_for_a_while(&of([false, true, true, true, false])).is_empty());
-        let told = unseen_for_a_while(&of([true, false, false, true, true])).concat();
-        assert!(
-            told.contains("one.cine: body 7") && told.contains("2 frames between 1.00 and 2.00 ms"),
-            "{told}"
-        );
+        let told = unseen_for_a_while(&of([true, false, false, true, true]));
+        let [said] = told.as_slice() else { panic!("one notice, found {told:?}") };
+        assert_eq!((said.code, said.subject.as_str()), ("body_unseen", "one.cine"));
+        assert!(said.text.contains("body 7") && said.text.contains("2 frames between 1.00 and 2.00 ms"));
     }
 }

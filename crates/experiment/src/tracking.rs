@@ -137,7 +137,7 @@ fn track_each(
             return Err(Error::Cancelled { n_done: 0, n: 0 });
         }
         if let Some(reason) = sanity.reason(&trial.recording) {
-            return Err(Error::Value(format!("{} is left out: {reason}", trial.recording)));
+            return Err(Error::LeftOut { recording: trial.recording.clone(), reason: reason.to_owned() });
         }
         track_one(setup, trial, stages.placing_m(trial), store, of_each, monitor)
     };

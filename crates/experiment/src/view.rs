@@ -1,14 +1,16 @@
 //! What a recording shows at rest: opened as the experiment says, the bodies in its view, the frames before the wave.
 
+use std::num::NonZero;
 use std::ops::Range;
 use std::path::Path;
 
 use chainwave_correlation::ReferenceFrames;
-use chainwave_measurement::{Recording, RecordingInfo, Subset};
+use chainwave_measurement::{Recording, RecordingInfo, Subset, map_in_parallel};
 
 use crate::configuration::Trial;
 use crate::error::Error;
 use crate::setup::Setup;
+use crate::tracked::FailedRecording;
 
 /// Rows and columns that a subset must keep from the frame's border at rest: the tracker interpolates around it.
 const BORDER_PX: f64 = 4.0;
@@ -21,6 +23,17 @@ pub(crate) fn open(setup: &Setup, path: &Path) -> Result<Box<dyn Recording>, Err
         Some(sensor) => sensor.correct(recording),
         None => Ok(recording),
     }
+}
+
+/// The recordings that cannot be opened, or show no frame at rest, each with the reason.
+pub fn unreadable(setup: &Setup, n_threads: NonZero<usize>) -> Vec<FailedRecording> {
+    let failure = |index: usize| {
+        let trial = &setup.trials[index];
+        let recording = open(setup, &setup.recordings.join(&trial.recording));
+        let error = recording.and_then(|recording| frames_at_rest(setup, recording.as_ref())).err()?;
+        Some(FailedRecording { trial: trial.clone(), error })
+    };
+    map_in_parallel(setup.trials.len(), n_threads, failure).into_iter().flatten().collect()
 }
 
 /// The frames of a recording before the wave.

@@ -45,7 +45,7 @@ fn introduction(setup: &Setup, evaluation: &Evaluation) -> String {
         setup.trials.len()
     );
     for warning in &evaluation.warnings() {
-        text.push_str(&format!("<p><strong>Warning:</strong> {}</p>", escaped(warning)));
+        text.push_str(&format!("<p><strong>Warning:</strong> {}</p>", escaped(&warning.to_string())));
     }
     text
 }

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use chainwave_analysis::{DampingShare, LocalResonance, Measurement};
 use chainwave_experiment::{
-    BEHIND_BODY_1, Evaluation, Experiment, Finding, ModelBeside, PEAK_ENERGIES, Results, Standing, TRACKS,
-    Tracked, Trial,
+    BEHIND_BODY_1, Evaluation, Finding, ModelBeside, PEAK_ENERGIES, RecordingState, Results, Setup, Standing,
+    TRACKS, Tracked, Trial, recording_states,
 };
 use chainwave_inference::{
     Damping, EnergyFit, FitError, FittedRecording, ImposedFit, Quantity, Structure, TrackFit,
@@ -51,7 +51,8 @@ const OF_MOTION: [&str; 12] = [
 pub(crate) fn write_unsolved(
     out: &Path,
     findings: &[Finding],
-    reason: &chainwave_experiment::Error,
+    recordings: Vec<RecordingState>,
+    reason: &str,
 ) -> Result<(), Error> {
     for name in OF_MOTION {
         let path = out.join(name);
@@ -63,21 +64,26 @@ pub(crate) fn write_unsolved(
             _ => {}
         }
     }
-    let unsolved = format!("the tracks could not be evaluated: {reason}");
-    let warnings: Vec<String> =
-        std::iter::once(unsolved).chain(findings.iter().map(ToString::to_string)).collect();
-    write_json(&out.join("results.json"), &json!({ "warnings": warnings }))
+    let unsolved = Finding { code: "unsolved", subject: "the tracks".into(), text: reason.to_owned() };
+    let warnings: Vec<Finding> = std::iter::once(unsolved).chain(findings.iter().cloned()).collect();
+    let mut results = Map::from_iter([
+        ("warnings".into(), warnings_as_json(&warnings)),
+        ("recordings".into(), states_as_json(recordings)),
+    ]);
+    let refused = ["group_velocity_m_per_s", "c_d_kg_per_s", "c_s_kg_per_s", "local_resonance_hz"];
+    results.extend(refused.map(|name| (format!("{name}_refused"), json!(reason))));
+    write_json(&out.join("results.json"), &Value::Object(results))
 }
 
 /// Writes every table of the interface but the tracks, `results.json` and `decisions.json`.
-pub(crate) fn write(experiment: &Experiment, out: &Path, results: &Results) -> Result<(), Error> {
+pub(crate) fn write(setup: &Setup, out: &Path, results: &Results) -> Result<(), Error> {
     let Results { tracked, evaluation, decisions, .. } = results;
     let measurement = &evaluation.measurement;
     write_measurement(out, &evaluation.stitched, measurement)?;
     write_energies(out, measurement)?;
-    write_dispersion(out, 3.0 * experiment.linear_chain()?.band_edge_hz(), measurement)?;
+    write_dispersion(out, 3.0 * setup.experiment.linear_chain()?.band_edge_hz(), measurement)?;
     write_alignment(out, tracked, evaluation)?;
-    write_json(&out.join("results.json"), &as_json(evaluation))?;
+    write_json(&out.join("results.json"), &as_json(setup, tracked, evaluation))?;
     write_json(&out.join("decisions.json"), &decisions)
 }
 
@@ -261,18 +267,34 @@ fn stage_columns(tracked: &Tracked, alignments: &[Alignment]) -> [Column; 3] {
     ]
 }
 
-fn as_json(evaluation: &Evaluation) -> Value {
+fn as_json(setup: &Setup, tracked: &Tracked, evaluation: &Evaluation) -> Value {
     let measurement = &evaluation.measurement;
     let mut results = Map::new();
-    let velocity = measurement.group_velocity.as_ref().ok().map(|velocity| velocity.velocity_m_per_s);
-    put(&mut results, "group_velocity_m_per_s", "group_velocity_sigma", velocity);
+    let velocity = measurement.group_velocity.as_ref().map(|velocity| velocity.velocity_m_per_s);
+    put_or_refuse(
+        &mut results,
+        ("group_velocity_m_per_s", "group_velocity_sigma"),
+        velocity.as_ref().map_err(|missing| missing.as_str()),
+    );
     let damping = &evaluation.damping;
-    put_or_refuse(&mut results, ("c_d_kg_per_s", "c_d_sigma"), damping.chain_damping_kg_per_s.as_ref());
-    put_or_refuse(&mut results, ("c_s_kg_per_s", "c_s_sigma"), damping.striker_damping_kg_per_s.as_ref());
+    put_or_refuse(
+        &mut results,
+        ("c_d_kg_per_s", "c_d_sigma"),
+        damping.chain_damping_kg_per_s.as_ref().map_err(String::as_str),
+    );
+    put_or_refuse(
+        &mut results,
+        ("c_s_kg_per_s", "c_s_sigma"),
+        damping.striker_damping_kg_per_s.as_ref().map_err(String::as_str),
+    );
     results.insert("correlation".into(), json!(damping.correlation));
     results.insert("damping_from".into(), json!(damping.source));
-    let resonance = measurement.local_resonance.as_ref().ok().map(|resonance| resonance.frequency_hz);
-    put(&mut results, "local_resonance_hz", "local_resonance_sigma", resonance);
+    let resonance = measurement.local_resonance.as_ref().map(|resonance| resonance.frequency_hz);
+    put_or_refuse(
+        &mut results,
+        ("local_resonance_hz", "local_resonance_sigma"),
+        resonance.as_ref().map_err(|missing| missing.as_str()),
+    );
     let told = measurement.local_resonance.as_ref().ok().map(resonance_as_json);
     results.insert("local_resonance".into(), json!(told));
     let of_loss = evaluation.model.as_ref().and_then(ModelBeside::damping_share).map(share_as_json);
@@ -301,8 +323,30 @@ fn as_json(evaluation: &Evaluation) -> Value {
         let fit = fit.map_or_else(failed, |fit| unless_refused(fit, damping.reason(source)));
         results.insert(key.into(), Value::Object(fit));
     }
-    results.insert("warnings".into(), json!(evaluation.warnings()));
+    results.insert("warnings".into(), warnings_as_json(&evaluation.warnings()));
+    let states = recording_states(&setup.trials, &tracked.failed, &evaluation.left_out_recordings());
+    results.insert("recordings".into(), states_as_json(states));
     Value::Object(results)
+}
+
+/// What the reader should know, each with its kind in a word and what it is about.
+pub(crate) fn warnings_as_json(warnings: &[Finding]) -> Value {
+    let of = |one: &Finding| json!({ "code": one.code, "subject": one.subject, "text": one.text });
+    warnings.iter().map(of).collect()
+}
+
+/// What became of each recording.
+pub(crate) fn states_as_json(states: Vec<RecordingState>) -> Value {
+    let of = |one: RecordingState| {
+        json!({
+            "recording": one.recording,
+            "view": one.view,
+            "trial": one.trial,
+            "state": one.state.as_str(),
+            "reason": one.reason,
+        })
+    };
+    states.into_iter().map(of).collect()
 }
 
 fn resonance_as_json(resonance: &LocalResonance) -> Value {
@@ -353,7 +397,7 @@ fn put_goodness(
 fn put_or_refuse(
     results: &mut Map<String, Value>,
     (name, sigma_name): (&str, &str),
-    estimate: Result<&Estimate, &String>,
+    estimate: Result<&Estimate, &str>,
 ) {
     match estimate {
         Ok(estimate) => put(results, name, sigma_name, Some(*estimate)),
@@ -382,8 +426,8 @@ fn damping_as_json(damping: &Damping, evaluation: &Evaluation) -> Map<String, Va
     let told = |found: Estimate, refused: Option<String>| refused.map_or(Ok(found), Err);
     let c_d = told(damping.chain_damping_kg_per_s, of_chain);
     let c_s = told(damping.striker_damping_kg_per_s, of_striker);
-    put_or_refuse(&mut results, ("c_d_kg_per_s", "c_d_sigma"), c_d.as_ref());
-    put_or_refuse(&mut results, ("c_s_kg_per_s", "c_s_sigma"), c_s.as_ref());
+    put_or_refuse(&mut results, ("c_d_kg_per_s", "c_d_sigma"), c_d.as_ref().map_err(String::as_str));
+    put_or_refuse(&mut results, ("c_s_kg_per_s", "c_s_sigma"), c_s.as_ref().map_err(String::as_str));
     results.insert("correlation".into(), json!(damping.correlation));
     results
 }

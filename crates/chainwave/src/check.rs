@@ -1,0 +1,92 @@
+//! `chainwave check`: whether a run of an experiment makes sense, before time is spent on it.
+
+use chainwave_experiment::{
+    Error as ExperimentError, Finding, RecordingState, Setup, State, recording_states, unreadable,
+};
+use serde_json::{Value, json};
+
+use crate::cli;
+use crate::error::Error;
+use crate::outcome::Outcome;
+use crate::parallel::threads;
+use crate::run::{states_as_json, warnings_as_json};
+
+/// What a check found.
+struct Checked {
+    warnings: Vec<Finding>,
+    recordings: Vec<RecordingState>,
+}
+
+/// Looks at the experiment's numbers, at every recording's header and at the pictures of each view at rest: exit code 0 where a run makes
+/// sense, 1 with warnings, 2 where it cannot run.
+pub(crate) fn check(arguments: &cli::Check) -> Result<Outcome, Error> {
+    let checked = checked(arguments).inspect_err(|error| {
+        if arguments.json {
+            print(&json!({ "can_run": false, "error": error.to_string(), "warnings": [], "recordings": [] }));
+        }
+    })?;
+    let Checked { warnings, recordings } = &checked;
+    match arguments.json {
+        true => print(&json!({
+            "can_run": true,
+            "warnings": warnings_as_json(warnings),
+            "recordings": states_as_json(recordings.clone()),
+        })),
+        false => say(arguments, &checked),
+    }
+    Ok(if warnings.is_empty() { Outcome::default() } else { Outcome::warned() })
+}
+
+fn checked(arguments: &cli::Check) -> Result<Checked, Error> {
+    let whole = Setup::read(&arguments.experiment, arguments.recordings.as_deref())?;
+    let n_threads = threads(arguments.jobs);
+    let failed = unreadable(&whole, n_threads);
+    if failed.len() == whole.trials.len() {
+        return Err(failed
+            .into_iter()
+            .next()
+            .map_or_else(|| Error::nothing_left("recordings", 0), |one| Error::from(one.error)));
+    }
+    let unread = |one: &chainwave_experiment::FailedRecording| Finding {
+        code: "unreadable",
+        subject: one.trial.recording.clone(),
+        text: one.error.to_string(),
+    };
+    let mut warnings: Vec<Finding> = failed.iter().map(unread).collect();
+    let mut left_out = Vec::new();
+    for setup in whole.by_striker() {
+        let sanity = chainwave_experiment::check(&setup, n_threads)?;
+        warnings.extend(sanity.findings);
+        left_out.extend(sanity.left_out);
+    }
+    let recordings = recording_states(&whole.trials, &failed, &left_out);
+    if recordings.iter().all(|one| one.state != State::Used) {
+        let reasons: Vec<&str> = recordings.iter().filter_map(|one| one.reason.as_deref()).collect();
+        let reason = reasons.first().copied().unwrap_or("there are none");
+        return Err(ExperimentError::Value(format!("no recording is left to run: {reason}")).into());
+    }
+    Ok(Checked { warnings, recordings })
+}
+
+#[expect(clippy::print_stdout, reason = "what was found is the command's result")]
+fn print(found: &Value) {
+    println!("{found:#}");
+}
+
+#[expect(clippy::print_stdout, reason = "what was found is the command's result")]
+fn say(arguments: &cli::Check, Checked { warnings, recordings }: &Checked) {
+    for warning in warnings {
+        println!("warning: {warning}");
+    }
+    let n_used = recordings.iter().filter(|one| one.state == State::Used).count();
+    println!(
+        "{}: {n_used} of {} recordings can be used; {}",
+        arguments.experiment.display(),
+        recordings.len(),
+        match warnings.len() {
+            0 => "a run makes sense".to_owned(),
+            1 => "one warning".to_owned(),
+            n => format!("{n} warnings"),
+        }
+    );
+}
