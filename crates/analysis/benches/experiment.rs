@@ -24,7 +24,8 @@ fn law() -> Result<PowerLaw, MechanicsError> {
 fn measure_with_200_replicas(bencher: divan::Bencher<'_, '_>) {
     let settings = MeasureSettings::new(PITCH_M, 1);
     if let (Ok(motion), Ok(law)) = (noisy_motion(), law()) {
-        bencher.bench(|| measure(black_box(&motion), &settings, Some(&|overlap_m| law.energy_j(overlap_m))));
+        bencher
+            .bench(|| measure(black_box(&motion), &settings, Some(&|_, overlap_m| law.energy_j(overlap_m))));
     }
 }
 

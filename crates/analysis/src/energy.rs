@@ -8,9 +8,9 @@ use crate::half_width::half_windows;
 use crate::local::smooth;
 use crate::{LeadingPulse, Missing, StrainMap};
 
-/// Potential energy of a gap in joules as a function of its overlap in metres (compression positive), such as
-/// `|overlap_m| law.energy_j(overlap_m)` of a contact law: zero at rest, rising with the overlap on both sides.
-pub type EnergyLaw<'a> = &'a (dyn Fn(f64) -> f64 + Sync);
+/// Potential energy of a gap (from 1) in joules as a function of its overlap in metres (compression positive), such as
+/// `|_, overlap_m| law.energy_j(overlap_m)` of a contact law: zero at rest, rising with the overlap on both sides.
+pub type EnergyLaw<'a> = &'a (dyn Fn(usize, f64) -> f64 + Sync);
 
 /// Peak potential energy of every gap that has one, with the covariance that a fit to them needs.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,14 +54,15 @@ fn peak_energy(
 ) -> Result<f64, Missing> {
     let series = compression(map, gap);
     let smoothed = smooth(&series, half_window);
-    let (summit, sign) = extreme_of_energy(&smoothed, |strain| energy_of(strain * map.pitch_m))?;
+    let pitch_m = map.spacing.of_gap_m(gap);
+    let (summit, sign) = extreme_of_energy(&smoothed, |strain| energy_of(gap, strain * pitch_m))?;
     if summit == 0 || summit + 1 == series.len() {
         return Err(Missing::PeakOutsideRecord);
     }
     let turned =
         |series: &[Option<f64>]| series.iter().map(|value| value.map(|v| sign * v)).collect::<Vec<_>>();
     let extreme = refine_peak(&turned(&series), &turned(&smoothed), summit, peak_fraction)?;
-    Ok(energy_of(sign * extreme.value * map.pitch_m))
+    Ok(energy_of(gap, sign * extreme.value * pitch_m))
 }
 
 /// Index of the sample of greatest energy and the sign of its strain. The energy rises with the strain on both sides of

@@ -4,6 +4,7 @@ use chainwave_measurement::Estimate;
 
 use crate::front::compression;
 use crate::local::{cubic_weights, interpolate, smooth};
+use crate::spacing::Spacing;
 use crate::velocity::Reflection;
 use crate::{LeadingPulse, Missing, StrainMap};
 
@@ -68,7 +69,7 @@ impl MovingProfile {
         Self {
             first_time_s: map.times_s.first().copied().unwrap_or_default(),
             interval_s: map.interval_s(),
-            slowness_s: map.pitch_m / velocity_m_per_s,
+            slowness_s: map.spacing.mean_m() / velocity_m_per_s,
             smoothed: (1..=map.n_gaps()).zip(windows).map(smooth_gap).collect(),
             trace: rising_trace(pulses),
         }
@@ -208,8 +209,8 @@ fn rising_trace(pulses: &[Result<LeadingPulse, Missing>]) -> Vec<(f64, f64)> {
 }
 
 /// Half widths of the front at the given times, in metres; `None` where the profile is not known.
-pub fn half_widths(profile: &MovingProfile, pitch_m: f64, times_s: &[f64]) -> Vec<Option<f64>> {
-    let width = |t_s: &f64| profile.peak_and_half(*t_s).map(|(peak, half)| (half - peak) * pitch_m);
+pub fn half_widths(profile: &MovingProfile, spacing: &Spacing, times_s: &[f64]) -> Vec<Option<f64>> {
+    let width = |t_s: &f64| profile.peak_and_half(*t_s).map(|(peak, half)| spacing.between_m(peak, half));
     times_s.iter().map(width).collect()
 }
 

@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 
 use chainwave_measurement::{ChainMotion, Estimate, map_in_parallel};
 
-use crate::check::{check_motion, check_positive};
+use crate::check::check_motion;
 use crate::columns::{Column, Columns, Scatter};
 use crate::dispersion::{DispersionMap, dispersion_map};
 use crate::energy::{EnergyLaw, PeakEnergies, peak_energies};
@@ -14,6 +14,7 @@ use crate::half_width::{HalfWidth, MovingProfile, half_width_times, half_widths}
 use crate::line_test::line_test;
 use crate::particle::particle_velocities_m_per_s;
 use crate::replicas::replica_m;
+use crate::spacing::Spacing;
 use crate::spectrum::{LocalResonance, Maximum, TailSpectrum, tail_spectrum};
 use crate::strain::{overlap_variance_m2, strain_with_variance};
 use crate::velocity::{GroupVelocity, Reflection, SpeedFit, fit_speed, undisturbed_gaps};
@@ -25,8 +26,8 @@ const MIN_REPLICAS: usize = 20;
 /// What is measured, and how.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasureSettings {
-    /// Length of a cell in metres.
-    pub pitch_m: f64,
+    /// How far apart neighbours rest.
+    pub spacing: Spacing,
     /// How the leading pulse is found.
     pub front: FrontSettings,
     /// First gap in which the pulse counts as formed: the group velocity begins there, the half width when the peak passes it.
@@ -45,10 +46,10 @@ pub struct MeasureSettings {
 }
 
 impl MeasureSettings {
-    /// The default settings for a chain of the given pitch, 200 replicas.
-    pub fn new(pitch_m: f64, seed: u64) -> Self {
+    /// The default settings for a chain whose neighbours rest so far apart (a number of metres, or one for each gap), 200 replicas.
+    pub fn new(spacing: impl Into<Spacing>, seed: u64) -> Self {
         Self {
-            pitch_m,
+            spacing: spacing.into(),
             front: FrontSettings::default(),
             first_gap: 3,
             end_reflects: true,
@@ -60,7 +61,7 @@ impl MeasureSettings {
     }
 
     fn check(&self) -> Result<(), AnalysisError> {
-        check_positive("pitch_m", self.pitch_m)?;
+        self.spacing.check()?;
         self.front.check()?;
         if self.n_replicas < MIN_REPLICAS {
             let found = self.n_replicas as f64;
@@ -108,7 +109,7 @@ pub fn measure(
     settings.check()?;
     check_motion(motion)?;
     let variance = overlap_variance_m2(motion);
-    let map = strain_with_variance(motion, &variance, settings.pitch_m);
+    let map = strain_with_variance(motion, &variance, &settings.spacing);
     let plan = Plan::new(&map, settings, energy_of);
     let values = plan.apply(motion, &map);
     let n_replicas = if is_exact(motion) { 0 } else { settings.n_replicas };
@@ -116,7 +117,7 @@ pub fn measure(
     let replicas = map_in_parallel(n_replicas, settings.n_threads, |index| {
         let displacement_m = replica_m(motion, index, settings.seed);
         let noisy = ChainMotion { displacement_m, ..bare.clone() };
-        plan.apply(&noisy, &strain_with_variance(&noisy, &variance, settings.pitch_m)).columns()
+        plan.apply(&noisy, &strain_with_variance(&noisy, &variance, &settings.spacing)).columns()
     });
     let scatter = Scatter::new(values.columns(), replicas);
     Ok(assemble(map, &plan, &values, &scatter))
@@ -146,7 +147,7 @@ impl<'a> Plan<'a> {
             let profile = MovingProfile::new(map, &pulses, speed.velocity_m_per_s);
             half_width_times(map, &profile, reflection.as_ref(), settings.first_gap)
         };
-        let speed = fit_speed(&pulses, settings.pitch_m, &velocity_gaps);
+        let speed = fit_speed(&pulses, &settings.spacing, &velocity_gaps);
         let half_width_times_s = speed.map_or_else(|_| Vec::new(), times_s);
         let resonance = Maximum::of(&tail_spectrum(map, &pulses));
         Self { settings, energy_of, velocity_gaps, half_width_times_s, resonance }
@@ -155,12 +156,12 @@ impl<'a> Plan<'a> {
     fn apply(&self, motion: &ChainMotion, map: &StrainMap) -> Values {
         let front = &self.settings.front;
         let pulses = leading_pulses(map, front);
-        let speed = fit_speed(&pulses, map.pitch_m, &self.velocity_gaps);
+        let speed = fit_speed(&pulses, &map.spacing, &self.velocity_gaps);
         let half_widths_m = speed.map_or_else(
             |_| vec![None; self.half_width_times_s.len()],
             |speed| {
                 let profile = MovingProfile::new(map, &pulses, speed.velocity_m_per_s);
-                half_widths(&profile, map.pitch_m, &self.half_width_times_s)
+                half_widths(&profile, &map.spacing, &self.half_width_times_s)
             },
         );
         let energies_j = self

@@ -4,7 +4,8 @@ use chainwave_measurement::{ChainMotion, Estimate, Trajectory};
 use ndarray::{Array2, ArrayView1};
 
 use crate::AnalysisError;
-use crate::check::{check_motion, check_positive};
+use crate::check::check_motion;
+use crate::spacing::Spacing;
 
 /// Strain of every gap over time with its standard uncertainty.
 ///
@@ -14,8 +15,8 @@ use crate::check::{check_motion, check_positive};
 pub struct StrainMap {
     /// Sample times in seconds, equally spaced.
     pub times_s: Vec<f64>,
-    /// Length of a cell in metres.
-    pub pitch_m: f64,
+    /// How far apart neighbours rest.
+    pub spacing: Spacing,
     /// u_n(t), compression negative, shape `[gap, time]` (row i is gap i + 1); `None` where a body of the gap was not seen.
     pub strain: Array2<Option<Estimate>>,
 }
@@ -37,17 +38,18 @@ impl StrainMap {
     }
 }
 
-/// The strain map of a motion, u_n = (x_{n+1} - x_n)/a (physics.md, Conventions).
+/// The strain map of a motion, u_n = (x_{n+1} - x_n)/a (physics.md, Conventions); a is the distance at rest, in metres, of all gaps or of each.
 ///
 /// The variance of a strain is the sum of both bodies' own variances and, mode by mode, the squared *difference*
 /// of the bodies' errors: an error that both bodies share (a stage position, say) cancels.
 ///
 /// # Errors
 /// [`AnalysisError`] when the pitch is not positive or the motion is inconsistent.
-pub fn strain_map(motion: &ChainMotion, pitch_m: f64) -> Result<StrainMap, AnalysisError> {
-    check_positive("pitch_m", pitch_m)?;
+pub fn strain_map(motion: &ChainMotion, spacing: impl Into<Spacing>) -> Result<StrainMap, AnalysisError> {
+    let spacing = spacing.into();
+    spacing.check()?;
     check_motion(motion)?;
-    Ok(strain_of_checked(motion, pitch_m))
+    Ok(strain_with_variance(motion, &overlap_variance_m2(motion), &spacing))
 }
 
 /// Residuals of a measured strain map against a model's on the same times, in units of the measured sigma, shape `[gap, time]`;
@@ -59,18 +61,19 @@ pub fn normalised_residuals(measured: &StrainMap, model: &StrainMap) -> Array2<O
     })
 }
 
-pub(crate) fn strain_of_checked(motion: &ChainMotion, pitch_m: f64) -> StrainMap {
-    strain_with_variance(motion, &overlap_variance_m2(motion), pitch_m)
-}
-
-/// The same with variances of the overlaps that are known already, such as those of a replica's original.
-pub(crate) fn strain_with_variance(motion: &ChainMotion, variance: &Array2<f64>, pitch_m: f64) -> StrainMap {
+/// The strain map of a checked motion with variances of the overlaps that are known already, such as those of a replica's original.
+pub(crate) fn strain_with_variance(
+    motion: &ChainMotion,
+    variance: &Array2<f64>,
+    spacing: &Spacing,
+) -> StrainMap {
     let strain = Array2::from_shape_fn(variance.dim(), |(gap, time)| {
         let near = motion.displacement_m[(gap, time)]?;
         let far = motion.displacement_m[(gap + 1, time)]?;
+        let pitch_m = spacing.of_gap_m(gap + 1);
         Some(Estimate::new((far.value - near.value) / pitch_m, variance[(gap, time)].sqrt() / pitch_m))
     });
-    StrainMap { times_s: motion.times_s.clone(), pitch_m, strain }
+    StrainMap { times_s: motion.times_s.clone(), spacing: spacing.clone(), strain }
 }
 
 /// Variance of each gap's overlap in square metres, shape `[gap, time]`.

@@ -9,6 +9,7 @@ use crate::GapFront;
 use crate::measured_rates;
 use crate::probability::normal_beyond;
 use crate::rule::{LEVEL, Rule};
+use crate::spacing::Spacing;
 use crate::{LeadingPulse, Missing};
 
 /// Gaps that a line is fitted to at least.
@@ -95,14 +96,14 @@ impl SpeedFit {
 /// [`Missing::TooFewGaps`] when fewer than three gaps have a peak, [`Missing::NoProgress`] when they do not peak one after the other.
 pub fn fit_speed(
     pulses: &[Result<LeadingPulse, Missing>],
-    pitch_m: f64,
+    spacing: &Spacing,
     gaps: &RangeInclusive<usize>,
 ) -> Result<SpeedFit, Missing> {
     let points: Vec<(f64, f64)> = pulses
         .iter()
         .flatten()
         .filter(|pulse| gaps.contains(&pulse.gap))
-        .map(|pulse| (pulse.peak_time_s, pulse.gap as f64 * pitch_m))
+        .map(|pulse| (pulse.peak_time_s, spacing.place_m(pulse.gap as f64)))
         .collect();
     if points.len() < MIN_GAPS {
         return Err(Missing::TooFewGaps);

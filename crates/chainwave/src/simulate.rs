@@ -31,7 +31,7 @@ pub(crate) fn simulate(arguments: &cli::Simulate) -> Result<Outcome, Error> {
     let scene = ChainScene::read(&arguments.scene)?;
     let (chain, schedule) = (scene.chain(&arguments.scene)?, scene.schedule(&arguments.scene)?);
     if let Some(velocities) = &arguments.scan {
-        return scan::scan(&chain, &schedule, scene.pitch_m(), velocities, arguments);
+        return scan::scan(&chain, &schedule, &scene.spacing(&arguments.scene)?, velocities, arguments);
     }
     let start = Instant::now();
     let simulation = chainwave_mechanics::simulate(&chain, &schedule)?;

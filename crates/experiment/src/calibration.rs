@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use chainwave_analysis::Spacing;
 use chainwave_camera::{Calibration, Lens, MapError, Mark, PlaneMap, Source};
 use chainwave_measurement::{Estimate, Recording, RecordingInfo};
 use serde::{Deserialize, Serialize};
@@ -152,7 +153,7 @@ pub struct ChainMap {
     pub rests_on_pitch: bool,
     /// Size of the pictures that it holds for, where that matters.
     size_px: Option<(usize, usize)>,
-    pitch_m: f64,
+    spacing: Spacing,
     first_body_px: [f64; 2],
 }
 
@@ -183,7 +184,7 @@ impl ChainMap {
             of_chain,
             rests_on_pitch: camera.marks.is_some(),
             size_px: file.map(|file| (file.width_px, file.height_px)),
-            pitch_m: experiment.chain.pitch_m.get(),
+            spacing: experiment.chain.spacing()?,
             first_body_px: camera.first_body_px,
         })
     }
@@ -233,7 +234,7 @@ impl ChainMap {
     /// outside the picture.
     pub fn rest_px(&self, body: i64, stage_m: f64) -> Option<[f64; 2]> {
         let [x_m, y_m] = self.of_chain.map.position_m(self.first_body_px);
-        let along_m = (body - 1) as f64 * self.pitch_m - stage_m;
+        let along_m = self.spacing.of_body_m(body) - stage_m;
         self.of_chain.map.image_px([x_m + along_m, y_m])
     }
 }
@@ -247,7 +248,7 @@ fn stated(camera: &Camera, experiment: &Experiment) -> Result<Calibration, chain
     }
     if let Some(marks) = &camera.marks {
         let chain = &experiment.chain;
-        let pitch_m = Estimate::new(chain.pitch_m.get(), sigma(chain.pitch_sigma_m));
+        let pitch_m = Estimate::new(chain.mean_pitch_m(), sigma(chain.pitch_sigma_m));
         let numbered = marks.bodies.iter().zip(&marks.at_px);
         let points: Vec<Mark> = numbered
             .map(|(number, [x_px, y_px])| Mark { number: *number, x_px: *x_px, y_px: *y_px })

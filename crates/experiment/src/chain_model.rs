@@ -1,6 +1,6 @@
 //! The chain as an experiment states it.
 
-use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Striker};
+use chainwave_mechanics::{Chain, Drive, Striker};
 
 use crate::configuration::Experiment;
 use crate::error::Error;
@@ -16,21 +16,25 @@ impl Experiment {
     /// # Errors
     /// A contact law that makes no sense.
     pub fn chain_model(&self) -> Result<Chain, Error> {
-        Ok(starting_chain(self, self.contact.power_law()?))
-    }
-}
-
-/// The chain as the experiment states it, with usual damping to start a fit from.
-pub(crate) fn starting_chain(experiment: &Experiment, contact: PowerLaw) -> Chain {
-    Chain {
-        mass_kg: vec![experiment.chain.mass_kg.get(); experiment.chain.n_bodies],
-        damping_kg_per_s: vec![STARTING_DAMPING_KG_PER_S; experiment.chain.n_bodies],
-        contact: contact.into(),
-        drive: Drive::Striker(Striker {
-            mass_kg: experiment.striker.mass_kg.get(),
-            velocity_m_per_s: experiment.striker.velocity_m_per_s.get(),
+        let striker = Striker {
+            mass_kg: self.striker.mass_kg.get(),
+            velocity_m_per_s: self.striker.velocity_m_per_s.get(),
             damping_kg_per_s: STARTING_STRIKER_DAMPING_KG_PER_S,
-        }),
-        far_end: FarEnd::Free,
+        };
+        self.chain_struck_by(striker, STARTING_DAMPING_KG_PER_S)
+    }
+
+    /// The chain as it is stated, struck by a striker, with a mean damping of its bodies.
+    ///
+    /// # Errors
+    /// As for [`Experiment::chain_model`].
+    pub fn chain_struck_by(&self, striker: Striker, damping_kg_per_s: f64) -> Result<Chain, Error> {
+        Ok(Chain {
+            mass_kg: self.chain.masses_kg()?,
+            damping_kg_per_s: self.chain.dampings_kg_per_s(damping_kg_per_s)?,
+            contact: self.contact.contacts(self.chain.n_bodies)?,
+            drive: Drive::Striker(striker),
+            far_end: self.far_end.into(),
+        })
     }
 }

@@ -1,24 +1,30 @@
 //! `experiment.toml` and `trials.csv`: what was done in the laboratory, and how to evaluate it.
 
+mod contact;
+mod pattern;
 mod rings;
 mod trial;
 mod trials;
 
 use std::path::{Path, PathBuf};
 
+use chainwave_analysis::Spacing;
 use chainwave_camera::RawGeometry;
 use chainwave_correlation::{Interpolation, Shape, ShapeChoice};
 use chainwave_measurement::Estimate;
-use chainwave_mechanics::{LinearChain, PowerLaw};
+use chainwave_mechanics::{Contacts, FarEnd, LinearChain};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 
+pub use self::contact::{Contact, ContactTable, Gaps, Law};
+pub use self::pattern::Pattern;
 pub use self::rings::FilmedRings;
 pub use self::trial::Trial;
 use crate::error::Error;
 use crate::film::Fault;
 use crate::numbers::{NotNegative, Positive};
 use crate::sanity::expect_filled_in;
+use crate::table::Table;
 
 /// An experiment: one chain, filmed in several views and trials.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -32,8 +38,11 @@ pub struct Experiment {
     pub chain: Chain,
     /// What struck it.
     pub striker: Striker,
-    /// The contact law between neighbours, as fitted to a compression curve.
+    /// What lies in the gaps: a contact law as fitted to a compression curve, one for each gap, or some that take turns.
     pub contact: Contact,
+    /// What stands behind the last body.
+    #[serde(default, skip_serializing_if = "FarEndTable::is_free")]
+    pub far_end: FarEndTable,
     /// How pictures map to the chain.
     pub camera: Camera,
     /// How bodies are followed.
@@ -55,14 +64,95 @@ pub struct Chain {
     /// Number of bodies, at least two.
     #[serde(deserialize_with = "several")]
     pub n_bodies: usize,
-    /// Distance between neighbouring bodies at rest.
-    pub pitch_m: Positive,
+    /// Distances between neighbouring bodies at rest, gap by gap.
+    pub pitch_m: Pattern<Positive>,
     /// Its standard uncertainty, common to all gaps.
     pub pitch_sigma_m: Option<NotNegative>,
-    /// Mass of a body.
-    pub mass_kg: Positive,
-    /// Its standard uncertainty, common to all bodies.
+    /// Masses of the bodies.
+    pub mass_kg: Pattern<Positive>,
+    /// Standard uncertainty of their mean, common to all bodies.
     pub mass_sigma_kg: Option<NotNegative>,
+    /// Standard deviation of the mass from body to body, relative to what is stated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass_scatter: Option<NotNegative>,
+    /// How the bodies' dampings to ground stand to each other, where they differ; the fit finds their mean.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub damping_kg_per_s: Option<Pattern<NotNegative>>,
+}
+
+/// What stands behind the last body.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
+pub enum FarEndTable {
+    /// Nothing.
+    #[default]
+    Free,
+    /// A wall, behind one more gap like the last.
+    Fixed,
+}
+
+impl FarEndTable {
+    fn is_free(&self) -> bool {
+        *self == Self::Free
+    }
+}
+
+impl From<FarEndTable> for FarEnd {
+    fn from(table: FarEndTable) -> Self {
+        match table {
+            FarEndTable::Free => Self::Free,
+            FarEndTable::Fixed => Self::Fixed,
+        }
+    }
+}
+
+impl Chain {
+    /// Mean distance between neighbours, in metres.
+    pub fn mean_pitch_m(&self) -> f64 {
+        self.pitch_m.mean(self.n_bodies - 1)
+    }
+
+    /// Mean mass of the bodies, in kilograms.
+    pub fn mean_mass_kg(&self) -> f64 {
+        self.mass_kg.mean(self.n_bodies)
+    }
+
+    /// How far apart neighbours rest.
+    ///
+    /// # Errors
+    /// A list of another length than there are gaps.
+    pub fn spacing(&self) -> Result<Spacing, Error> {
+        match self.pitch_m.same() {
+            Some(pitch_m) => Ok(pitch_m.into()),
+            None => Ok(self.pitch_m.values(self.n_bodies - 1, "chain.pitch_m").map_err(Error::Value)?.into()),
+        }
+    }
+
+    /// Masses of the bodies, in kilograms.
+    ///
+    /// # Errors
+    /// A list of another length than there are bodies.
+    pub fn masses_kg(&self) -> Result<Vec<f64>, Error> {
+        self.mass_kg.values(self.n_bodies, "chain.mass_kg").map_err(Error::Value)
+    }
+
+    /// Dampings of the bodies in the proportions that are stated, with a mean; all alike where none are.
+    ///
+    /// # Errors
+    /// A list of another length than there are bodies, or no damping at all.
+    pub fn dampings_kg_per_s(&self, mean_kg_per_s: f64) -> Result<Vec<f64>, Error> {
+        let Some(stated) = self.damping_kg_per_s.as_ref().filter(|stated| stated.same().is_none()) else {
+            return Ok(vec![mean_kg_per_s; self.n_bodies]);
+        };
+        let own = stated.values(self.n_bodies, "chain.damping_kg_per_s").map_err(Error::Value)?;
+        let mean = own.iter().sum::<f64>() / self.n_bodies as f64;
+        if mean <= 0.0 {
+            return Err(Error::Value(
+                "chain.damping_kg_per_s: expected a damping above 0 somewhere, found none".into(),
+            ));
+        }
+        Ok(own.into_iter().map(|own| mean_kg_per_s * (own / mean)).collect())
+    }
 }
 
 /// What struck the chain.
@@ -77,34 +167,6 @@ pub struct Striker {
     pub velocity_m_per_s: Positive,
     /// Standard deviation of the velocity from trial to trial.
     pub velocity_sigma_m_per_s: Positive,
-}
-
-/// The contact law F(overlap) = a ((overlap + delta_0)^p - delta_0^p).
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Contact {
-    /// Name of the law.
-    pub law: Law,
-    /// Prefactor in N/m^p.
-    pub a: Positive,
-    /// Effective precompression.
-    pub delta_0_m: Positive,
-    /// Exponent.
-    pub p: Positive,
-    /// Standard uncertainty of the prefactor.
-    pub a_sigma: Option<NotNegative>,
-    /// Standard uncertainty of the effective precompression.
-    pub delta_0_sigma_m: Option<NotNegative>,
-    /// Standard uncertainty of the exponent.
-    pub p_sigma: Option<NotNegative>,
-}
-
-/// The contact laws known.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Law {
-    /// The power law.
-    Power,
 }
 
 /// How pictures map to the chain: by exactly one of a magnification, a ruler, marks or a calibration.
@@ -353,22 +415,21 @@ impl Striker {
     }
 }
 
-impl Contact {
-    /// The law as the chain model uses it.
-    pub fn power_law(&self) -> Result<PowerLaw, Error> {
-        let Law::Power = self.law;
-        Ok(PowerLaw::new(self.a.get(), self.delta_0_m.get(), self.p.get())?)
-    }
-}
-
 impl Experiment {
-    /// The chain as motions far below delta_0 feel it.
+    /// The chain as long, small waves feel it: the mean mass, and springs in series at zero overlap (J. Billingham and A. C. King, Wave
+    /// Motion (2000), for a chain that repeats). Where bodies or gaps differ its band is that of the chain that is alike throughout.
     ///
     /// # Errors
     /// A contact law that makes no sense.
     pub fn linear_chain(&self) -> Result<LinearChain, Error> {
-        let stiffness_n_per_m = self.contact.power_law()?.k_0_n_per_m();
-        Ok(LinearChain { stiffness_n_per_m, mass_kg: self.chain.mass_kg.get() })
+        let n_bodies = self.chain.n_bodies;
+        let contacts = self.contact.contacts(n_bodies)?;
+        let soft = |gap: usize| contacts.of_gap(gap).stiffness_n_per_m(0.0).recip();
+        let stiffness_n_per_m = match &contacts {
+            Contacts::Same(_) => contacts.k_0_n_per_m(),
+            _ => (n_bodies - 1) as f64 / (0..n_bodies - 1).map(soft).sum::<f64>(),
+        };
+        Ok(LinearChain { stiffness_n_per_m, mass_kg: self.chain.mean_mass_kg() })
     }
 
     /// Films with `noise` times the read noise, and another striker velocity of the same relative scatter.
@@ -388,6 +449,24 @@ impl Experiment {
             path: path.to_owned(),
             message: wrong.to_string(),
         };
-        toml::from_str(&text).map_err(configuration)
+        let mut experiment: Self = toml::from_str(&text).map_err(configuration)?;
+        experiment.contact.read_tables(|file| {
+            let table = Table::read_csv(&path.with_file_name(file))?;
+            Ok::<_, Error>((table.full_numbers("overlap_m")?, table.full_numbers("force_n")?))
+        })?;
+        experiment
+            .check_chain()
+            .map_err(|wrong| Error::Configuration { path: path.to_owned(), message: wrong.to_string() })?;
+        Ok(experiment)
+    }
+
+    /// Refuses lists that are no chain's.
+    fn check_chain(&self) -> Result<(), Error> {
+        let chain = &self.chain;
+        chain.masses_kg()?;
+        chain.spacing()?;
+        chain.dampings_kg_per_s(1.0)?;
+        self.contact.contacts(chain.n_bodies)?;
+        Ok(())
     }
 }

@@ -6,12 +6,13 @@ use chainwave_analysis::{
 };
 use chainwave_inference::{Hypothesis, damping_rule, scatter_of_bodies_rule, softening_rule, structure_rule};
 use chainwave_measurement::Estimate;
+use chainwave_mechanics::Law as ForceLaw;
 use serde::Serialize;
 
 use chainwave_correlation::{ShapeChoice, ShapeEvidence};
 
 use crate::calibration::ChainMap;
-use crate::configuration::Experiment;
+use crate::configuration::{Experiment, Law};
 use crate::damping::StatedDamping;
 use crate::evaluation::Evaluation;
 use crate::notices::farthest_drive;
@@ -271,21 +272,27 @@ fn contact_law(experiment: &Experiment, evaluation: &Evaluation) -> Decision {
     let contact = &experiment.contact;
     let peak = |front: &chainwave_analysis::GapFront| front.peak_strain.value.abs();
     let strain = evaluation.measurement.fronts.iter().flatten().map(peak).fold(0.0, f64::max);
-    let depth = strain * experiment.chain.pitch_m.get() / contact.delta_0_m.get();
-    // F = A delta_0^p ((1 + y)^p - 1) leaves its tangent by (1 - p) y / 2 to first order.
-    let bend = 50.0 * (1.0 - contact.p.get()).abs() * depth;
+    let overlap_m = strain * experiment.chain.mean_pitch_m();
     let rule = softening_rule();
-    let largest =
-        format!("largest overlap {depth:.3} delta_0, where force leaves the tangent by about {bend:.0} %");
+    let stated = contact.laws().next().map_or("none", Law::in_words);
+    let largest = match contact.laws().next().map(Law::force_law) {
+        Some(Ok(ForceLaw::Power(law))) => {
+            let depth = overlap_m / law.delta_0_m;
+            // F = A delta_0^p ((1 + y)^p - 1) leaves its tangent by (1 - p) y / 2 to first order.
+            let bend = 50.0 * (1.0 - law.p).abs() * depth;
+            format!("largest overlap {depth:.3} delta_0, where force leaves the tangent by about {bend:.0} %")
+        }
+        _ => format!("largest overlap {overlap_m:.2e} m"),
+    };
     match evaluation.departures.as_ref().map(|departures| departures.softening) {
         Some(found) => {
-            let choice = if rule.rejects(found.p_value) { "power law" } else { "a spring would do" };
+            let choice = if rule.rejects(found.p_value) { stated } else { "a spring would do" };
             let evidence = told(&found, &format!("{largest}; softening {}", estimate(found.size)));
             Decision::by(rule, choice, evidence)
         }
         None => Decision::by(
             rule,
-            "power law, as the experiment gives it",
+            &format!("{stated}, as the experiment gives it"),
             format!("{largest}; not tested, as there is no fit to the tracks"),
         ),
     }

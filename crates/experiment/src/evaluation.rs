@@ -11,11 +11,10 @@ use chainwave_inference::{
     scatter_of_bodies, softening,
 };
 use chainwave_measurement::{ChainMotion, Estimate, Observation, Trajectory};
-use chainwave_mechanics::{Chain, Drive, PowerLaw, Schedule, Striker, simulate};
+use chainwave_mechanics::{Chain, Drive, Schedule, Striker, simulate};
 use chainwave_stitching::{Outlier, Settings, Stitched};
 
 use crate::calibration::ChainMap;
-use crate::chain_model::starting_chain;
 use crate::configuration::Experiment;
 use crate::damping::StatedDamping;
 use crate::error::Error;
@@ -105,13 +104,12 @@ impl ModelBeside {
 /// Tracks that cannot be stitched or measured; a fit that fails is no error but stands in its field.
 pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> Result<Evaluation, Error> {
     let experiment = &setup.experiment;
-    let law = experiment.contact.power_law()?;
     let Merged { left_out, unjoined, steadying, of_camera, shared, stitched, observations } =
-        merged(setup, tracked, &law, n_threads)?;
+        merged(setup, tracked, n_threads)?;
     let chosen = chosen_gaps(experiment);
-    let measurement = shared.measure(experiment, &stitched.motion, &law, chosen, n_threads)?;
+    let measurement = shared.measure(experiment, &stitched.motion, chosen, n_threads)?;
     let used = measurement.group_velocity.as_ref().ok().map(|velocity| velocity.gaps.0..=velocity.gaps.1);
-    let chain = starting_chain(experiment, law);
+    let chain = experiment.chain_model()?;
     let known = known(experiment, &setup.map, &tracked.stages.scale);
     let track_model = track_model(experiment, chain.clone(), &known, n_threads);
     let offsets_s: Vec<f64> = stitched.alignments.iter().map(|one| one.trigger_offset_s.value).collect();
@@ -124,21 +122,16 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
     };
     let imposed_fit = fit_imposed(&stitched.motion, &imposed_model);
     let critical = critical_kg_per_s(&chain);
-    let energy_model = energy_model(experiment, &stitched, chain, &known, n_threads);
-    let energy_fit = shared.fit_energies(
-        experiment,
-        &stitched.motion,
-        &law,
-        n_threads,
-        |energies, times_s| match energies {
+    let energy_model = energy_model(experiment, &stitched, chain, &known, n_threads)?;
+    let energy_fit =
+        shared.fit_energies(experiment, &stitched.motion, n_threads, |energies, times_s| match energies {
             Some(energies) => {
                 let front = &front_settings(experiment);
                 let n_replicas = experiment.analysis.n_replicas;
                 fit_peak_energies(energies, &EnergyMeasurement { times_s, front, n_replicas }, &energy_model)
             }
             None => Err(FitError::TooFew { what: "peak energies", expected: 1, found: 0 }),
-        },
-    )?;
+        })?;
     let standings = Standings::of(&stitched.alignments, accepted(&track_fit));
     let mut notices = notices(experiment, &tracked.recordings, &observations, &standings);
     let damping = StatedDamping::of(&track_fit, &imposed_fit, &energy_fit, critical);
@@ -209,24 +202,19 @@ struct Merged {
 }
 
 /// Merges recordings. What the camera does of its own is taken out of them first, or else stands among the motion's errors.
-fn merged(
-    setup: &Setup,
-    tracked: &Tracked,
-    law: &PowerLaw,
-    n_threads: NonZero<usize>,
-) -> Result<Merged, Error> {
+fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> Result<Merged, Error> {
     let (experiment, scale) = (&setup.experiment, &tracked.stages.scale);
     let settings = stitching_settings(experiment);
     // A recording of other bodies than it is taken for would move the camera.
     let (sound, left_out) = sound(&tracked.observations, &settings);
     let mut as_read = chosen(&tracked.observations, &sound);
-    let mut steadying = Steadying::of(experiment, &as_read, scale, law)?;
+    let mut steadying = Steadying::of(experiment, &as_read, scale)?;
     let mut observations = steadying.steadied(as_read.clone());
     let Joined { kept, mut stitched, unjoined } = join(&observations, &settings)?;
     if !unjoined.is_empty() {
         as_read = chosen(&as_read, &kept);
         observations = chosen(&observations, &kept);
-        steadying = Steadying::of(experiment, &as_read, scale, law)?;
+        steadying = Steadying::of(experiment, &as_read, scale)?;
     }
     let recordings: Vec<TrackedRecording> =
         kept.iter().map(|index| tracked.recordings[sound[*index]].clone()).collect();
@@ -316,18 +304,25 @@ fn track_model(
 /// an error of the scale, by its size in the picture's middle. A scale that the stage contradicts is known only within that.
 fn known(experiment: &Experiment, map: &ChainMap, contradiction: &ScaleCheck) -> Vec<Known> {
     let scale = map.m_per_px();
-    let (chain, striker, contact) = (&experiment.chain, &experiment.striker, &experiment.contact);
-    let relative =
-        |sigma: Option<NotNegative>, value: Positive| sigma.map_or(0.0, NotNegative::get) / value.get();
+    let (chain, striker) = (&experiment.chain, &experiment.striker);
+    let relative = |sigma: Option<NotNegative>, value: f64| sigma.map_or(0.0, NotNegative::get) / value;
+    let [of_prefactor, of_offset, of_exponent] = experiment.contact.relative_sigmas();
+    let scatter = |scatter: Option<NotNegative>| scatter.map_or(0.0, NotNegative::get);
+    let of_masses =
+        (1..=chain.n_bodies).map(|body| (Quantity::MassOfBody(body), scatter(chain.mass_scatter)));
+    let of_gaps = (1..chain.n_bodies)
+        .map(|gap| (Quantity::StiffnessOfGap(gap), scatter(experiment.contact.stiffness_scatter)));
     [
         (Quantity::Scale, (scale.sigma / scale.value).hypot(contradiction.relative_sigma())),
-        (Quantity::BodyMass, relative(chain.mass_sigma_kg, chain.mass_kg)),
-        (Quantity::StrikerMass, relative(striker.mass_sigma_kg, striker.mass_kg)),
-        (Quantity::Prefactor, relative(contact.a_sigma, contact.a)),
-        (Quantity::Offset, relative(contact.delta_0_sigma_m, contact.delta_0_m)),
-        (Quantity::Exponent, relative(contact.p_sigma, contact.p)),
+        (Quantity::BodyMass, relative(chain.mass_sigma_kg, chain.mean_mass_kg())),
+        (Quantity::StrikerMass, relative(striker.mass_sigma_kg, striker.mass_kg.get())),
+        (Quantity::Prefactor, of_prefactor),
+        (Quantity::Offset, of_offset),
+        (Quantity::Exponent, of_exponent),
     ]
     .into_iter()
+    .chain(of_masses)
+    .chain(of_gaps)
     .filter(|(_, relative_sigma)| *relative_sigma > 0.0)
     .map(|(quantity, relative_sigma)| Known { quantity, relative_sigma })
     .collect()
@@ -344,17 +339,17 @@ fn energy_model(
     chain: Chain,
     known: &[Known],
     n_threads: NonZero<usize>,
-) -> EnergyModel {
+) -> Result<EnergyModel, Error> {
     let striker = &experiment.striker;
-    EnergyModel {
+    Ok(EnergyModel {
         chain,
         striker_velocity_m_per_s: striker.mean_velocity_m_per_s(stitched.alignments.len()),
         drive_deviations: stitched.alignments.iter().map(|one| one.drive_deviation.value).collect(),
         drive_scale_sigma: DRIVE_SCALE_SIGMA,
         known: known_of_chain(known),
-        pitch_m: experiment.chain.pitch_m.get(),
+        spacing: experiment.chain.spacing()?,
         n_threads,
-    }
+    })
 }
 
 /// The onset of the first body and the stated scatter tell the scale of the drives to 11 to 18 %.
@@ -366,17 +361,14 @@ fn model_beside(
     fit: &TrackFit,
     velocity_gaps: Option<RangeInclusive<usize>>,
 ) -> Result<ModelBeside, Error> {
-    let law = experiment.contact.power_law()?;
     let model = &fit.model;
     let fitted = fitted_motion(fit, &motion.times_s)?;
-    let measurement =
-        measure_motion(experiment, &exact_motion(&fitted), &law, velocity_gaps, model.n_threads)?;
+    let measurement = measure_motion(experiment, &exact_motion(&fitted), velocity_gaps, model.n_threads)?;
     let energies = |damping: f64| -> Result<Vec<f64>, Error> {
         let chain = Chain {
-            damping_kg_per_s: vec![
-                damping * fit.damping.chain_damping_kg_per_s.value;
-                model.chain.n_bodies()
-            ],
+            damping_kg_per_s: experiment
+                .chain
+                .dampings_kg_per_s(damping * fit.damping.chain_damping_kg_per_s.value)?,
             drive: Drive::Striker(Striker {
                 mass_kg: experiment.striker.mass_kg.get(),
                 velocity_m_per_s: fit.striker_velocity_m_per_s.value,

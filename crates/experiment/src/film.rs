@@ -9,7 +9,7 @@ use std::num::NonZero;
 use std::path::Path;
 
 use chainwave_measurement::{Estimate, Trajectory, map_in_parallel};
-use chainwave_mechanics::{Contact, Contacts, Drive, FarEnd, Law, PowerLaw, Schedule, Striker};
+use chainwave_mechanics::{Chain, Contacts, Schedule, Striker};
 use chainwave_synthetic::trials::{BodyQuantity, Draw, Scatter, body_factors, draw, stage_error_m};
 use chainwave_synthetic::{Scene, Shot, film};
 
@@ -103,8 +103,8 @@ pub(crate) struct Take<'a> {
 impl<'a> Studio<'a> {
     pub(crate) fn new(experiment: &'a Experiment, synthetic: &'a Synthetic) -> Result<Self, Error> {
         let chain = &experiment.chain;
-        let mass_kg = chain.mass_kg.get();
-        let scatter = synthetic.mass_sigma_kg.get() / mass_kg;
+        let masses_kg = chain.masses_kg()?;
+        let scatter = synthetic.mass_sigma_kg.get() / chain.mean_mass_kg();
         let stiffness_scatter = synthetic.stiffness_scatter.get();
         if synthetic.rings.is_some() && scatter + stiffness_scatter > 0.0 {
             return Err(Error::Value(
@@ -119,8 +119,8 @@ impl<'a> Studio<'a> {
         Ok(Self {
             experiment,
             synthetic,
-            contact: contacts(experiment.contact.power_law()?, stiffness_scatter, &stiffness),
-            masses_kg: factors.into_iter().map(|factor| factor * mass_kg).collect(),
+            contact: scattered(experiment.contact.contacts(chain.n_bodies)?, stiffness_scatter, &stiffness),
+            masses_kg: factors.iter().zip(&masses_kg).map(|(factor, mass_kg)| factor * mass_kg).collect(),
         })
     }
 
@@ -206,17 +206,13 @@ impl<'a> Studio<'a> {
         if let Some(rings) = &self.synthetic.rings {
             return rings.motion(self, draw);
         }
-        let model = chainwave_mechanics::Chain {
-            mass_kg: self.masses_kg.clone(),
-            damping_kg_per_s: vec![self.synthetic.damping_kg_per_s.get(); self.masses_kg.len()],
-            contact: self.contact.clone(),
-            drive: Drive::Striker(Striker {
-                mass_kg: self.experiment.striker.mass_kg.get(),
-                velocity_m_per_s: draw.striker_velocity_m_per_s,
-                damping_kg_per_s: self.synthetic.striker_damping_kg_per_s.get(),
-            }),
-            far_end: FarEnd::Free,
+        let striker = Striker {
+            mass_kg: self.experiment.striker.mass_kg.get(),
+            velocity_m_per_s: draw.striker_velocity_m_per_s,
+            damping_kg_per_s: self.synthetic.striker_damping_kg_per_s.get(),
         };
+        let stated = self.experiment.chain_struck_by(striker, self.synthetic.damping_kg_per_s.get())?;
+        let model = Chain { mass_kg: self.masses_kg.clone(), contact: self.contact.clone(), ..stated };
         let duration_s = self.last_time_s() + 1e-3;
         let schedule = Schedule::automatic(duration_s, TRUTH_INTERVAL_S);
         Ok(chainwave_mechanics::simulate(&model, &schedule)?.trajectory)
@@ -232,13 +228,14 @@ impl<'a> Studio<'a> {
 }
 
 /// The contacts of bodies whose stiffnesses scatter: a gap is half of either neighbour, in series.
-fn contacts(law: PowerLaw, scatter: f64, stiffness: &[f64]) -> Contacts {
+fn scattered(contacts: Contacts, scatter: f64, stiffness: &[f64]) -> Contacts {
     if scatter <= 0.0 {
-        return law.into();
+        return contacts;
     }
-    let gap = |pair: &[f64]| {
+    let mut each = contacts.one_by_one(stiffness.len().saturating_sub(1));
+    for (gap, pair) in stiffness.windows(2).enumerate() {
         let factor = 2.0 / (pair[0].recip() + pair[1].recip());
-        Contact::from(Law::Power(PowerLaw { a: factor * law.a, ..law }))
-    };
-    Contacts::Each(stiffness.windows(2).map(gap).collect())
+        each.change_gap(gap, |contact| contact.law = contact.law.times(factor));
+    }
+    each
 }

@@ -24,7 +24,7 @@
 //! let c_g = results.evaluation.measurement.group_velocity.map_err(|missing| missing.as_str())?.velocity_m_per_s;
 //! println!("c_g = {:.3} +- {:.3} m/s", c_g.value, c_g.sigma);
 //! # // A pulse of compression in a softening chain is slower than sound, and in so slow a strike not by half.
-//! # let pitch_m = setup.experiment.chain.pitch_m.get();
+//! # let pitch_m = setup.experiment.chain.mean_pitch_m();
 //! # let sound_m_per_s = setup.experiment.linear_chain()?.sound_speed_m_per_s(pitch_m);
 //! # assert!((0.5 * sound_m_per_s..sound_m_per_s).contains(&c_g.value), "{c_g:?}, sound {sound_m_per_s}");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -72,8 +72,8 @@ mod wording;
 
 pub use calibration::{CalibrationFile, ChainMap, ErrorTable, MapTable, middle_px};
 pub use configuration::{
-    Analysis, Camera, Chain, Contact, Experiment, FilmedRings, Law, Marks, Ruler, Striker, Synthetic,
-    Tracking, Trial, Trigger,
+    Analysis, Camera, Chain, Contact, ContactTable, Experiment, FarEndTable, FilmedRings, Gaps, Law, Marks,
+    Pattern, Ruler, Striker, Synthetic, Tracking, Trial, Trigger,
 };
 pub use content::fingerprint;
 pub use damping::{BEHIND_BODY_1, PEAK_ENERGIES, StatedDamping, TRACKS};

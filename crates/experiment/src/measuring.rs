@@ -5,7 +5,6 @@ use std::ops::RangeInclusive;
 
 use chainwave_analysis::{FrontSettings, MeasureSettings, Measurement, measure};
 use chainwave_measurement::ChainMotion;
-use chainwave_mechanics::PowerLaw;
 
 use crate::configuration::Experiment;
 use crate::error::Error;
@@ -17,7 +16,6 @@ use crate::error::Error;
 pub fn measure_motion(
     experiment: &Experiment,
     motion: &ChainMotion,
-    law: &PowerLaw,
     velocity_gaps: Option<RangeInclusive<usize>>,
     n_threads: NonZero<usize>,
 ) -> Result<Measurement, Error> {
@@ -27,9 +25,12 @@ pub fn measure_motion(
         velocity_gaps,
         n_replicas: analysis.n_replicas,
         n_threads,
-        ..MeasureSettings::new(chain.pitch_m.get(), analysis.seed)
+        ..MeasureSettings::new(chain.spacing()?, analysis.seed)
     };
-    Ok(measure(motion, &settings, Some(&|overlap_m| law.energy_j(overlap_m)))?)
+    let contacts = experiment.contact.contacts(chain.n_bodies)?;
+    let of_gaps: Vec<_> = (0..chain.n_bodies - 1).map(|gap| contacts.of_gap(gap).energy()).collect();
+    let energy_of = |gap: usize, overlap_m: f64| of_gaps.get(gap - 1).map_or(0.0, |energy| energy(overlap_m));
+    Ok(measure(motion, &settings, Some(&energy_of))?)
 }
 
 pub(crate) fn front_settings(experiment: &Experiment) -> FrontSettings {

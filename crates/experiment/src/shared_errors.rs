@@ -7,7 +7,6 @@ use chainwave_analysis::{Measurement, PeakEnergies};
 use chainwave_camera::Source;
 use chainwave_inference::{Damping, EnergyFit, FitError};
 use chainwave_measurement::{ChainMotion, ErrorMode, ErrorSource, Estimate, Observation, map_in_parallel};
-use chainwave_mechanics::PowerLaw;
 use chainwave_stitching::{Settings, Stitched, merge};
 use ndarray::Array2;
 
@@ -56,7 +55,7 @@ impl SharedErrors {
         };
         let modes = map_in_parallel(errors.len(), n_threads, mode).into_iter().collect::<Result<_, _>>()?;
         let chain = &setup.experiment.chain;
-        let pitch = chain.pitch_sigma_m.map_or(0.0, NotNegative::get) / chain.pitch_m.get();
+        let pitch = chain.pitch_sigma_m.map_or(0.0, NotNegative::get) / chain.mean_pitch_m();
         Ok(Self { modes, pitch, rests_on_pitch: setup.map.rests_on_pitch })
     }
 
@@ -78,14 +77,13 @@ impl SharedErrors {
         &self,
         experiment: &Experiment,
         motion: &ChainMotion,
-        law: &PowerLaw,
         velocity_gaps: Option<RangeInclusive<usize>>,
         n_threads: NonZero<usize>,
     ) -> Result<Measurement, Error> {
-        let mut measurement = measure_motion(experiment, motion, law, velocity_gaps.clone(), n_threads)?;
+        let mut measurement = measure_motion(experiment, motion, velocity_gaps.clone(), n_threads)?;
         if self.rests_on_pitch {
             let without = free_of(motion, |source| *source == ErrorSource::CalibrationLength);
-            let of_strain = measure_motion(experiment, &without, law, velocity_gaps, n_threads)?;
+            let of_strain = measure_motion(experiment, &without, velocity_gaps, n_threads)?;
             measurement = Measurement { energies: measurement.energies, ..of_strain };
         }
         self.add_pitch(&mut measurement);
@@ -100,13 +98,12 @@ impl SharedErrors {
         &self,
         experiment: &Experiment,
         motion: &ChainMotion,
-        law: &PowerLaw,
         n_threads: NonZero<usize>,
         fit: impl Fn(Option<&PeakEnergies>, &[f64]) -> Result<EnergyFit, FitError>,
     ) -> Result<Result<EnergyFit, FitError>, Error> {
         let own = free_of(motion, |source| self.modes.iter().any(|mode| mode.source == *source));
         let fitted = |motion: &ChainMotion| -> Result<Result<EnergyFit, FitError>, Error> {
-            let measurement = measure_motion(experiment, motion, law, None, n_threads)?;
+            let measurement = measure_motion(experiment, motion, None, n_threads)?;
             Ok(fit(measurement.energies.as_ref(), &motion.times_s))
         };
         let mut energy_fit = fitted(&own)?;

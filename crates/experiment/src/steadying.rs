@@ -2,10 +2,9 @@
 
 use chainwave_analysis::{CameraMotion, camera_motion, camera_motion_rule};
 use chainwave_measurement::{ChainMotion, ErrorMode, ErrorSource, Estimate, Observation, median};
-use chainwave_mechanics::{PowerLaw, Schedule, simulate};
+use chainwave_mechanics::{Schedule, simulate};
 use ndarray::Array2;
 
-use crate::chain_model::starting_chain;
 use crate::configuration::Experiment;
 use crate::error::Error;
 use crate::scale::ScaleCheck;
@@ -31,7 +30,6 @@ impl Steadying {
         experiment: &Experiment,
         observations: &[Observation],
         scale: &ScaleCheck,
-        law: &PowerLaw,
     ) -> Result<Self, Error> {
         let scale = scale.clone();
         let observations = &scale.levelled(observations.to_vec());
@@ -39,7 +37,7 @@ impl Steadying {
         let Some(sigma_m) = median(sigmas.flatten().map(|place| place.sigma).collect()) else {
             return Ok(Self { scale, found: None, rests_until_s: Vec::new() });
         };
-        let rests_until_s = rests_until_s(experiment, *law, ARRIVED_SIGMA * sigma_m)?;
+        let rests_until_s = rests_until_s(experiment, ARRIVED_SIGMA * sigma_m)?;
         Ok(Self { found: camera_motion(observations, &rests_until_s), scale, rests_until_s })
     }
 
@@ -115,8 +113,8 @@ impl Steadying {
 
 /// Until when each body certainly rests, in seconds after the trigger: the chain is at rest before `tracking.rest_until_s`, so the wave
 /// comes later by the time that it needs.
-fn rests_until_s(experiment: &Experiment, law: PowerLaw, moved_m: f64) -> Result<Vec<f64>, Error> {
-    let chain = starting_chain(experiment, law);
+fn rests_until_s(experiment: &Experiment, moved_m: f64) -> Result<Vec<f64>, Error> {
+    let chain = experiment.chain_model()?;
     let duration_s = 1.5 * experiment.linear_chain()?.crossing_time_s(chain.n_bodies());
     let motion = simulate(&chain, &Schedule::automatic(duration_s, duration_s / 2000.0))?.trajectory;
     let arrival_s = |body: usize| {

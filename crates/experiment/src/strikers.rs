@@ -4,7 +4,7 @@ use std::num::NonZero;
 
 use chainwave_analysis::exact_motion;
 use chainwave_measurement::Estimate;
-use chainwave_mechanics::{Chain, Drive, FarEnd, Schedule, Striker, simulate};
+use chainwave_mechanics::{Schedule, Striker, simulate};
 
 use crate::error::Error;
 use crate::evaluation::Evaluation;
@@ -90,28 +90,21 @@ fn modelled(
     };
     let gaps = evaluation.measurement.group_velocity.as_ref().ok().map(|found| found.gaps.0..=found.gaps.1);
     let experiment = &setup.experiment;
-    let (chain, law) = (&experiment.chain, experiment.contact.power_law()?);
     let fastest_m_per_s = 1.1 * experiment.striker.velocity_m_per_s.get();
-    let crossing_s = experiment.linear_chain()?.crossing_time_s(chain.n_bodies);
+    let crossing_s = experiment.linear_chain()?.crossing_time_s(experiment.chain.n_bodies);
     let schedule = Schedule::automatic(1.5 * crossing_s, crossing_s / 400.0);
     let mut waves = Vec::with_capacity(N_MODEL_POINTS);
     for k in 0..N_MODEL_POINTS {
         let share = SLOWEST + (1.0 - SLOWEST) * k as f64 / (N_MODEL_POINTS - 1) as f64;
         let velocity_m_per_s = share * fastest_m_per_s;
-        let model = Chain {
-            mass_kg: vec![chain.mass_kg.get(); chain.n_bodies],
-            damping_kg_per_s: vec![c_d.value; chain.n_bodies],
-            contact: law.into(),
-            drive: Drive::Striker(Striker {
-                mass_kg: experiment.striker.mass_kg.get(),
-                velocity_m_per_s,
-                damping_kg_per_s: c_s.value,
-            }),
-            far_end: FarEnd::Free,
+        let striker = Striker {
+            mass_kg: experiment.striker.mass_kg.get(),
+            velocity_m_per_s,
+            damping_kg_per_s: c_s.value,
         };
+        let model = experiment.chain_struck_by(striker, c_d.value)?;
         let motion = exact_motion(&simulate(&model, &schedule)?.trajectory);
-        if let Ok(found) = measure_motion(experiment, &motion, &law, gaps.clone(), n_threads)?.group_velocity
-        {
+        if let Ok(found) = measure_motion(experiment, &motion, gaps.clone(), n_threads)?.group_velocity {
             waves.push(StrikerWave {
                 striker_m_per_s: Estimate::new(velocity_m_per_s, 0.0),
                 group_m_per_s: found.velocity_m_per_s,

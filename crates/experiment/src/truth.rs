@@ -55,7 +55,6 @@ pub(crate) fn known_truth(
     let kept: Vec<&str> = alignments.iter().map(|alignment| alignment.recording.as_str()).collect();
     let times_s = &evaluation.stitched.motion.times_s;
     let Some((striker, truth)) = studio.mean_motion(&takes, &kept, times_s) else { return Ok(None) };
-    let law = setup.experiment.contact.power_law()?;
     let measured = &evaluation.stitched.motion.displacement_m;
     let mut seen = exact_motion(&truth);
     // What was not measured is withheld from the truth too, so that both are evaluated over the same samples.
@@ -63,7 +62,7 @@ pub(crate) fn known_truth(
         .zip_mut_with(measured, |truth, measured| *truth = truth.filter(|_| measured.is_some()));
     let velocity = evaluation.measurement.group_velocity.as_ref().ok();
     let gaps = velocity.map(|velocity| velocity.gaps.0..=velocity.gaps.1);
-    let measurement = measure_motion(&setup.experiment, &seen, &law, gaps, n_threads)?;
+    let measurement = measure_motion(&setup.experiment, &seen, gaps, n_threads)?;
     let pairs: Vec<(Estimate, f64)> =
         measured.iter().zip(&truth.displacement_m).filter_map(|(x, truth)| Some(((*x)?, *truth))).collect();
     let n = pairs.len().max(1) as f64;

@@ -22,6 +22,16 @@ pub(crate) fn mean_damping_kg_per_s(chain: &Chain) -> f64 {
     chain.damping_kg_per_s.iter().sum::<f64>() / chain.n_bodies() as f64
 }
 
+/// Dampings of the bodies whose mean is `c_d_kg_per_s`, in the proportions that the chain states; all alike where it states none.
+pub(crate) fn damping_like(chain: &Chain, c_d_kg_per_s: f64) -> Vec<f64> {
+    let (stated, mean) = (&chain.damping_kg_per_s, mean_damping_kg_per_s(chain));
+    let are_alike = stated.windows(2).all(|pair| pair[0].total_cmp(&pair[1]).is_eq());
+    match are_alike || mean <= 0.0 {
+        true => vec![c_d_kg_per_s; stated.len()],
+        false => stated.iter().map(|own| c_d_kg_per_s * own / mean).collect(),
+    }
+}
+
 /// Fitted damping with standard uncertainties.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Damping {

@@ -101,13 +101,15 @@ fn predicted_energies(
     model: &EnergyModel,
 ) -> Result<Vec<f64>, FitError> {
     let moved = exact_motion(&prediction.motion);
-    let map = strain_map(&moved, model.pitch_m)?;
+    let map = strain_map(&moved, model.spacing.clone())?;
     let pulses = leading_pulses(&map, measurement.front);
-    let contact = model.chain.contact.first();
-    let energy_of = |overlap_m: f64| contact.force_and_energy(overlap_m).1;
+    let n_gaps = model.chain.n_bodies().saturating_sub(1);
+    let of_gaps: Vec<_> = (0..n_gaps).map(|gap| model.chain.contact.of_gap(gap).energy()).collect();
+    let energy_of = |gap: usize, overlap_m: f64| of_gaps.get(gap - 1).map_or(0.0, |energy| energy(overlap_m));
     let energies_j = peak_energies(&map, &pulses, &energy_of, measurement.front.peak_fraction);
     let found = |gap: &usize| energies_j.get(gap - 1).and_then(|energy| energy.ok());
-    let beyond = |gap: &usize| prediction.peak_overlaps_m.get(gap - 1).map_or(0.0, |x_m| energy_of(*x_m));
+    let beyond =
+        |gap: &usize| prediction.peak_overlaps_m.get(gap - 1).map_or(0.0, |x_m| energy_of(*gap, *x_m));
     Ok(gaps.iter().map(|gap| found(gap).unwrap_or_else(|| beyond(gap))).collect())
 }
 

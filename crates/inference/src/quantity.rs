@@ -1,6 +1,6 @@
 //! Quantities of the experiment that a fit may move.
 
-use chainwave_mechanics::{Chain, Contacts, Law, Striker};
+use chainwave_mechanics::{Chain, Contact, Contacts, Striker};
 
 /// A quantity of the experiment that a fit may move within what is known of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -10,7 +10,7 @@ pub enum Quantity {
     BodyMass,
     /// Mass of the striker.
     StrikerMass,
-    /// Prefactor A of the contact law.
+    /// Stiffness of the contacts: the prefactor A of a power law, the force of any other.
     Prefactor,
     /// Offset delta_0 of the contact law.
     Offset,
@@ -79,7 +79,7 @@ impl Quantity {
         match self {
             Self::BodyMass => chain.mass_kg.iter_mut().for_each(|mass_kg| *mass_kg *= factor),
             Self::StrikerMass => striker.mass_kg *= factor,
-            Self::Prefactor => chain.contact.for_each_power_law(|law| law.a *= factor),
+            Self::Prefactor => chain.contact.for_each(&mut |contact| stiffen(contact, factor)),
             Self::Offset => chain.contact.for_each_power_law(|law| law.delta_0_m *= factor),
             Self::Exponent => chain.contact.for_each_power_law(|law| law.p *= factor),
             Self::Scale | Self::Friction => {}
@@ -87,29 +87,27 @@ impl Quantity {
                 chain.mass_kg.iter_mut().skip(1).step_by(2).for_each(|mass_kg| *mass_kg *= factor);
             }
             Self::StrikerContact => {
-                if let Contacts::Same(between) = &chain.contact {
-                    let mut contact = Contacts::Same(between.clone());
-                    contact.for_each_power_law(|law| law.a *= factor);
-                    chain.contact =
-                        Contacts::Struck { striker: contact.first().clone(), between: between.clone() };
-                }
+                let mut own = chain.contact.of_striker().clone();
+                stiffen(&mut own, factor);
+                let between = match &chain.contact {
+                    Contacts::Struck { between, .. } => between.clone(),
+                    gaps => Box::new(gaps.clone()),
+                };
+                chain.contact = Contacts::Struck { striker: own, between };
             }
-            Self::DampingBetween => chain.contact.for_each_gap(|contact| contact.damping_kg_per_s += factor),
+            Self::DampingBetween => {
+                chain.contact.for_each_gap(&mut |contact| contact.damping_kg_per_s += factor);
+            }
             Self::MassOfBody(body) => {
                 if let Some(mass_kg) = body.checked_sub(1).and_then(|row| chain.mass_kg.get_mut(row)) {
                     *mass_kg *= factor;
                 }
             }
             Self::StiffnessOfGap(gap) => {
-                if let Contacts::Same(contact) = &chain.contact {
-                    chain.contact = Contacts::Each(vec![contact.clone(); chain.mass_kg.len().max(2) - 1]);
-                }
-                if let Contacts::Each(contacts) = &mut chain.contact
-                    && let Some(contact) = contacts.get_mut(gap.wrapping_sub(1))
-                    && let Law::Power(law) = &mut contact.law
-                {
-                    law.a *= factor;
-                }
+                let n_gaps = chain.mass_kg.len().saturating_sub(1);
+                let mut contacts = chain.contact.clone().one_by_one(n_gaps);
+                contacts.change_gap(gap.wrapping_sub(1), |contact| stiffen(contact, factor));
+                chain.contact = contacts;
             }
             Self::Softening => chain.contact.for_each_power_law(|law| {
                 law.delta_0_m /= factor;
@@ -117,4 +115,8 @@ impl Quantity {
             }),
         }
     }
+}
+
+fn stiffen(contact: &mut Contact, factor: f64) {
+    contact.law = contact.law.times(factor);
 }

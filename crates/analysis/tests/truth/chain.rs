@@ -12,7 +12,7 @@ use crate::common::{PITCH_M, paper_chain, ring_law, with_sigma};
 fn measured(trajectory: &Trajectory) -> Measurement {
     let law = ring_law();
     let settings = MeasureSettings::new(PITCH_M, 1);
-    measure(&exact_motion(trajectory), &settings, Some(&|overlap_m| law.energy_j(overlap_m))).unwrap()
+    measure(&exact_motion(trajectory), &settings, Some(&|_, overlap_m| law.energy_j(overlap_m))).unwrap()
 }
 
 /// Every `step`-th sample of a trajectory.

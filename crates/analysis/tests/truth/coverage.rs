@@ -74,7 +74,7 @@ fn measured(motion: &ChainMotion, seed: u64) -> Measurement {
         velocity_gaps: Some(3..=9),
         ..MeasureSettings::new(PITCH_M, seed)
     };
-    measure(motion, &settings, Some(&|overlap_m| law.energy_j(overlap_m))).unwrap()
+    measure(motion, &settings, Some(&|_, overlap_m| law.energy_j(overlap_m))).unwrap()
 }
 
 fn check_coverage(sigma_m: f64, late_s: f64) {

@@ -1,6 +1,6 @@
 //! Estimates beside their truths.
 
-use chainwave_analysis::Measurement;
+use chainwave_analysis::{Measurement, Spacing};
 use chainwave_experiment::{
     BEHIND_BODY_1, Evaluation, KnownTruth, PEAK_ENERGIES, Results, Setup, Stages, TRACKS, Trial,
 };
@@ -58,7 +58,7 @@ pub(super) fn findings(setup: &Setup, results: &Results) -> Result<Vec<Finding>,
     let mut add = |quantity: &'static str, estimate: Estimate, truth: f64| {
         found.push(Finding { quantity, estimate, truth });
     };
-    of_motion(evaluation, &truth.motion, setup.experiment.chain.pitch_m.get(), &mut add);
+    of_motion(evaluation, &truth.motion, &setup.experiment.chain.spacing()?, &mut add);
     of_wave(&evaluation.measurement, &truth.measurement, &mut add);
     of_damping(evaluation, truth, &mut add);
     of_recordings(evaluation, truth, &mut add);
@@ -69,7 +69,7 @@ pub(super) fn findings(setup: &Setup, results: &Results) -> Result<Vec<Finding>,
 fn of_motion(
     evaluation: &Evaluation,
     truth: &Trajectory,
-    pitch_m: f64,
+    spacing: &Spacing,
     add: &mut impl FnMut(&'static str, Estimate, f64),
 ) {
     for ((row, i), x) in evaluation.stitched.motion.displacement_m.indexed_iter() {
@@ -80,7 +80,7 @@ fn of_motion(
     for ((row, i), strain) in evaluation.measurement.strain.strain.indexed_iter() {
         if let Some(strain) = strain.filter(|_| i % THINNING == 0) {
             let difference_m = truth.displacement_m[(row + 1, i)] - truth.displacement_m[(row, i)];
-            add("strain", strain, difference_m / pitch_m);
+            add("strain", strain, difference_m / spacing.of_gap_m(row + 1));
         }
     }
 }

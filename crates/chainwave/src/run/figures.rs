@@ -186,7 +186,7 @@ impl Album<'_> {
 
     fn peak_trace(&self) -> Result<Figure, Error> {
         let measurement = &self.evaluation.measurement;
-        let pitch_m = self.experiment.chain.pitch_m.get();
+        let pitch_m = self.experiment.chain.mean_pitch_m();
         let velocity = measurement.group_velocity.as_ref().ok();
         // Without a fit every peak is shown; with one, those that it uses (the others feel the striker or the far end).
         let used = velocity.map_or(1..=usize::MAX, |velocity| velocity.gaps.0..=velocity.gaps.1);
@@ -220,7 +220,7 @@ impl Album<'_> {
         }
         let pulses =
             self.profile_times_s().into_iter().filter_map(|time_s| self.aligned_pulse(time_s)).collect();
-        let front = FrontWidth { pulses, hwhm, pitch_m: Some(self.experiment.chain.pitch_m.get()) };
+        let front = FrontWidth { pulses, hwhm, pitch_m: Some(self.experiment.chain.mean_pitch_m()) };
         chainwave_figures::front_width(&self.folder.join("front-width"), &front)?;
         Ok(Figure {
             name: "front-width",

@@ -28,7 +28,7 @@ pub(super) fn write(experiment: &Experiment, out: &Path, waves: &[StrikerWave]) 
 }
 
 fn draw(experiment: &Experiment, out: &Path, waves: &[StrikerWave]) -> Result<(), Error> {
-    let sound_m_per_s = experiment.linear_chain()?.sound_speed_m_per_s(experiment.chain.pitch_m.get());
+    let sound_m_per_s = experiment.linear_chain()?.sound_speed_m_per_s(experiment.chain.mean_pitch_m());
     let folder = figures_folder(out)?;
     let against = |velocity: fn(&StrikerWave) -> Option<Estimate>| {
         let point = |wave: &StrikerWave| Some(DataPoint { x: velocity(wave)?, y: wave.group_m_per_s });

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use chainwave_mechanics::{Chain, Schedule, Simulation};
+use chainwave_analysis::{MeasureSettings, Spacing, exact_motion, measure};
+use chainwave_mechanics::{Chain, Drive, MechanicsError, Schedule, Simulation, Striker, ensemble};
 
 use crate::cli;
 use crate::error::Error;
@@ -12,22 +13,31 @@ use crate::table::{self, column};
 
 use super::velocities::Velocities;
 
-/// Simulates every member and writes a row for each gap of each.
+/// Simulates every member and writes a row for each gap of each. The group velocity is that of `run`: the same analysis of the motion at
+/// the scene's output interval, over the gaps that it chooses.
 pub(crate) fn scan(
     chain: &Chain,
     schedule: &Schedule,
-    pitch_m: f64,
+    spacing: &Spacing,
     velocities: &Velocities,
     arguments: &cli::Simulate,
 ) -> Result<Outcome, Error> {
-    // Peaks are found between the steps, so no outputs are needed but the end.
-    let schedule = Schedule { output_interval_s: schedule.duration_s, ..*schedule };
-    let members = chainwave_mechanics::scan(chain, &velocities.0, &schedule, threads(arguments.jobs))?;
+    let Drive::Striker(striker) = &chain.drive else {
+        let what = "a drive other than a striker";
+        return Err(MechanicsError::NotFor { method: "scan of striker velocities", what }.into());
+    };
+    let struck = |velocity_m_per_s: &f64| {
+        let drive = Drive::Striker(Striker { velocity_m_per_s: *velocity_m_per_s, ..*striker });
+        Chain { drive, ..chain.clone() }
+    };
+    let chains: Vec<Chain> = velocities.0.iter().map(struck).collect();
+    let members =
+        ensemble(&chains, schedule, threads(arguments.jobs), |_, simulation| Member::of(simulation, spacing));
     let mut outcome = Outcome::default();
     let mut rows = Rows::default();
     for (velocity_m_per_s, member) in velocities.0.iter().zip(members) {
         match member {
-            Ok(simulation) => rows.add(*velocity_m_per_s, pitch_m, &simulation),
+            Ok(member) => rows.add(*velocity_m_per_s, &member),
             Err(failure) => outcome.fail(format!("striker at {velocity_m_per_s} m/s: {failure}")),
         }
     }
@@ -35,10 +45,34 @@ pub(crate) fn scan(
     Ok(outcome)
 }
 
+/// What is kept of a simulation.
+struct Member {
+    group_m_per_s: Option<f64>,
+    /// How much the speed varies along the gaps, relative to it.
+    variation: Option<f64>,
+    simulation: Simulation,
+}
+
+impl Member {
+    fn of(mut simulation: Simulation, spacing: &Spacing) -> Self {
+        let motion = exact_motion(&simulation.trajectory);
+        let measured = measure(&motion, &MeasureSettings::new(spacing.clone(), 0), None);
+        let found = measured.ok().and_then(|measured| measured.group_velocity.ok());
+        // The motion itself is long, and there may be many members.
+        simulation.trajectory = chainwave_measurement::Trajectory::default();
+        Self {
+            group_m_per_s: found.as_ref().map(|found| found.velocity_m_per_s.value),
+            variation: found.and_then(|found| found.relative_variation).map(|variation| variation.value),
+            simulation,
+        }
+    }
+}
+
 #[derive(Debug, Default)]
 struct Rows {
     striker_m_per_s: Vec<f64>,
     group_m_per_s: Vec<Option<f64>>,
+    variation: Vec<Option<f64>>,
     gap: Vec<u32>,
     peak_s: Vec<Option<f64>>,
     psi_max_j: Vec<f64>,
@@ -48,12 +82,13 @@ struct Rows {
 }
 
 impl Rows {
-    fn add(&mut self, velocity_m_per_s: f64, pitch_m: f64, simulation: &Simulation) {
-        let group = simulation.group_velocity_m_per_s(pitch_m);
+    fn add(&mut self, velocity_m_per_s: f64, member: &Member) {
+        let simulation = &member.simulation;
         let gaps = simulation.psi_max_j.iter().zip(&simulation.peak_times_s).enumerate();
         for (gap, (psi_max_j, peak_s)) in gaps {
             self.striker_m_per_s.push(velocity_m_per_s);
-            self.group_m_per_s.push(group);
+            self.group_m_per_s.push(member.group_m_per_s);
+            self.variation.push(member.variation);
             self.gap.push(gap as u32 + 1);
             self.peak_s.push(*peak_s);
             self.psi_max_j.push(*psi_max_j);
@@ -69,6 +104,7 @@ impl Rows {
             vec![
                 column("striker_velocity_m_per_s", self.striker_m_per_s),
                 column("group_velocity_m_per_s", self.group_m_per_s),
+                column("group_velocity_variation", self.variation),
                 column("gap", self.gap),
                 column("t_peak_s", self.peak_s),
                 column("psi_max_j", self.psi_max_j),

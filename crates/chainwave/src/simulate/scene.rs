@@ -1,21 +1,15 @@
 //! `SCENE.toml` of a chain, as interface.md gives it.
 
-use std::fmt;
-use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
 
-use chainwave_mechanics::{
-    Bodies, Chain, Contact, Contacts, Drive, FarEnd, ImposedMotion, Integration, Law, LinearLaw, Method,
-    PowerLaw, Schedule, Striker, TableLaw, Tension,
-};
-use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
-use serde::de::{DeserializeOwned, MapAccess, SeqAccess, Visitor};
-use serde::{Deserialize, Deserializer};
+use chainwave_analysis::Spacing;
+use chainwave_mechanics::{Bodies, Chain, Drive, ImposedMotion, Integration, Method, Schedule, Striker};
+use serde::Deserialize;
 
 use crate::error::Error;
 use crate::output::read_text;
 use crate::table;
-use chainwave_experiment::{NotNegative, Positive};
+use chainwave_experiment::{Contact, FarEndTable, NotNegative, Pattern, Positive};
 
 /// A chain, what drives it, and how it is integrated.
 #[derive(Debug, Deserialize)]
@@ -27,7 +21,7 @@ pub(crate) struct ChainScene {
     duration_s: Positive,
     output_interval_s: Positive,
     body: Body,
-    contact: OneOrMany<ContactTable>,
+    contact: Contact,
     drive: DriveTable,
     #[serde(default)]
     far_end: FarEndTable,
@@ -44,57 +38,9 @@ enum ModelName {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Body {
-    mass_kg: PerBody<Positive>,
-    pitch_m: Positive,
-    damping_kg_per_s: PerBody<NotNegative>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(untagged)]
-enum PerBody<T> {
-    All(T),
-    Each(Vec<T>),
-}
-
-/// A table, or a list of tables. Unlike an untagged enum it passes on what is wrong inside.
-#[derive(Debug)]
-enum OneOrMany<T> {
-    One(T),
-    Many(Vec<T>),
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(tag = "law", rename_all = "lowercase", deny_unknown_fields)]
-enum ContactTable {
-    Power {
-        a: Positive,
-        delta_0_m: Positive,
-        p: Positive,
-        #[serde(default)]
-        tension: TensionName,
-        tension_limit: Option<f64>,
-        damping_kg_per_s: Option<NotNegative>,
-    },
-    Linear {
-        k_n_per_m: Positive,
-        #[serde(default)]
-        tension: TensionName,
-        damping_kg_per_s: Option<NotNegative>,
-    },
-    Table {
-        file: PathBuf,
-        #[serde(default)]
-        tension: TensionName,
-        damping_kg_per_s: Option<NotNegative>,
-    },
-}
-
-#[derive(Debug, Clone, Copy, Default, Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum TensionName {
-    #[default]
-    Tangent,
-    Detach,
+    mass_kg: Pattern<Positive>,
+    pitch_m: Pattern<Positive>,
+    damping_kg_per_s: Pattern<NotNegative>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -103,24 +49,6 @@ enum DriveTable {
     Striker { mass_kg: Positive, velocity_m_per_s: Positive, damping_kg_per_s: NotNegative },
     Imposed { file: PathBuf },
     Free { initial: PathBuf },
-}
-
-/// `[far_end]` of a scene of either model.
-#[derive(Debug, Clone, Copy, Default, Deserialize)]
-#[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
-pub(super) enum FarEndTable {
-    #[default]
-    Free,
-    Fixed,
-}
-
-impl From<FarEndTable> for FarEnd {
-    fn from(table: FarEndTable) -> Self {
-        match table {
-            FarEndTable::Free => Self::Free,
-            FarEndTable::Fixed => Self::Fixed,
-        }
-    }
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -155,9 +83,15 @@ impl ChainScene {
         Ok(scene)
     }
 
-    /// Distance between neighbouring bodies at rest, in metres.
-    pub(crate) fn pitch_m(&self) -> f64 {
-        self.body.pitch_m.get()
+    /// How far apart neighbours rest.
+    pub(crate) fn spacing(&self, path: &Path) -> Result<Spacing, Error> {
+        match self.body.pitch_m.same() {
+            Some(pitch_m) => Ok(pitch_m.into()),
+            None => {
+                let gaps_m = self.body.pitch_m.values(self.n_bodies.max(2) - 1, "body.pitch_m");
+                Ok(gaps_m.map_err(|wrong| configuration(path, wrong))?.into())
+            }
+        }
     }
 
     /// The schedule; `path` is that of the scene.
@@ -175,45 +109,20 @@ impl ChainScene {
 
     /// The chain; files are looked for beside the scene at `path`.
     pub(crate) fn chain(&self, path: &Path) -> Result<Chain, Error> {
-        let contact = match &self.contact {
-            OneOrMany::One(table) => Contacts::Same(table.contact(path)?),
-            OneOrMany::Many(tables) => {
-                Contacts::Each(tables.iter().map(|table| table.contact(path)).collect::<Result<_, Error>>()?)
-            }
-        };
+        let n = self.n_bodies;
+        let values = |values: Result<Vec<f64>, String>| values.map_err(|wrong| configuration(path, wrong));
+        let mut contact = self.contact.clone();
+        contact.read_tables(|file| {
+            let table = table::read(&path.with_file_name(file))?;
+            Ok::<_, Error>((table.full_numbers("overlap_m")?, table.full_numbers("force_n")?))
+        })?;
         Ok(Chain {
-            mass_kg: self.per_body(path, "mass_kg", &self.body.mass_kg, Positive::get)?,
-            damping_kg_per_s: self.per_body(
-                path,
-                "damping_kg_per_s",
-                &self.body.damping_kg_per_s,
-                NotNegative::get,
-            )?,
-            contact,
-            drive: self.drive.drive(path, self.n_bodies)?,
+            mass_kg: values(self.body.mass_kg.values(n, "body.mass_kg"))?,
+            damping_kg_per_s: values(self.body.damping_kg_per_s.values(n, "body.damping_kg_per_s"))?,
+            contact: contact.contacts(n).map_err(|wrong| configuration(path, wrong.to_string()))?,
+            drive: self.drive.drive(path, n)?,
             far_end: self.far_end.into(),
         })
-    }
-
-    fn per_body<T: Copy>(
-        &self,
-        path: &Path,
-        key: &str,
-        values: &PerBody<T>,
-        get: impl Fn(T) -> f64,
-    ) -> Result<Vec<f64>, Error> {
-        match values {
-            PerBody::All(value) => Ok(vec![get(*value); self.n_bodies]),
-            PerBody::Each(values) if values.len() == self.n_bodies => {
-                Ok(values.iter().map(|value| get(*value)).collect())
-            }
-            PerBody::Each(values) => {
-                let (expected, found) = (self.n_bodies, values.len());
-                let message =
-                    format!("body.{key}: expected a number or {expected} numbers (n_bodies), found {found}");
-                Err(configuration(path, message))
-            }
-        }
     }
 }
 
@@ -235,54 +144,6 @@ impl Integrator {
             }
             (Some(method), None, _) => Ok(Integration::Accuracy { method, accuracy }),
             (None, None, _) => Ok(Integration::Automatic { accuracy }),
-        }
-    }
-}
-
-impl ContactTable {
-    fn contact(&self, path: &Path) -> Result<Contact, Error> {
-        let damping = |damping: &Option<NotNegative>| damping.map_or(0.0, NotNegative::get);
-        Ok(match self {
-            Self::Power { a, delta_0_m, p, tension, tension_limit, damping_kg_per_s } => Contact {
-                law: Law::Power(PowerLaw::new(a.get(), delta_0_m.get(), p.get())?),
-                tension: tension.rule_from(*tension_limit, path)?,
-                damping_kg_per_s: damping(damping_kg_per_s),
-            },
-            Self::Linear { k_n_per_m, tension, damping_kg_per_s } => Contact {
-                law: Law::Linear(LinearLaw::new(k_n_per_m.get())?),
-                tension: tension.rule(),
-                damping_kg_per_s: damping(damping_kg_per_s),
-            },
-            Self::Table { file, tension, damping_kg_per_s } => {
-                let table = table::read(&path.with_file_name(file))?;
-                let points = (table.full_numbers("overlap_m")?, table.full_numbers("force_n")?);
-                Contact {
-                    law: Law::Table(TableLaw::new(&points.0, &points.1)?),
-                    tension: tension.rule(),
-                    damping_kg_per_s: damping(damping_kg_per_s),
-                }
-            }
-        })
-    }
-}
-
-impl TensionName {
-    fn rule(self) -> Tension {
-        match self {
-            Self::Detach => Tension::Detach,
-            Self::Tangent => Tension::default(),
-        }
-    }
-
-    /// The rule with the overlap over delta_0 where the tangent takes over.
-    fn rule_from(self, limit: Option<f64>, path: &Path) -> Result<Tension, Error> {
-        match (self, limit) {
-            (_, None) => Ok(self.rule()),
-            (Self::Tangent, Some(limit)) => Ok(Tension::Tangent { limit }),
-            (Self::Detach, Some(_)) => {
-                let message = "contact: expected tension_limit with tension = \"tangent\" only, found it with \"detach\"";
-                Err(configuration(path, message.into()))
-            }
         }
     }
 }
@@ -338,28 +199,4 @@ impl State {
 
 fn configuration(path: &Path, message: String) -> Error {
     Error::configuration(path, message)
-}
-
-impl<'de, T: DeserializeOwned> Deserialize<'de> for OneOrMany<T> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(OneOrManyVisitor(PhantomData))
-    }
-}
-
-struct OneOrManyVisitor<T>(PhantomData<T>);
-
-impl<'de, T: DeserializeOwned> Visitor<'de> for OneOrManyVisitor<T> {
-    type Value = OneOrMany<T>;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a table or a list of tables")
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
-        T::deserialize(MapAccessDeserializer::new(map)).map(OneOrMany::One)
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, sequence: A) -> Result<Self::Value, A::Error> {
-        Vec::deserialize(SeqAccessDeserializer::new(sequence)).map(OneOrMany::Many)
-    }
 }

@@ -2,7 +2,7 @@
 
 use chainwave_measurement::Trajectory;
 use chainwave_mechanics::{
-    FarEnd, Ring, RingChain, RingDrive, RingSchedule, RingSimulation, RingStriker, simulate_rings,
+    Ring, RingChain, RingDrive, RingSchedule, RingSimulation, RingStriker, simulate_rings,
 };
 use chainwave_synthetic::Shapes;
 use chainwave_synthetic::trials::Draw;
@@ -91,7 +91,7 @@ impl FilmedRings {
                 contact_stiffness_n_per_m: self.contact_stiffness_n_per_m.get(),
                 damping_kg_per_s: synthetic.striker_damping_kg_per_s.get(),
             }),
-            far_end: FarEnd::Free,
+            far_end: experiment.far_end.into(),
         }
     }
 }

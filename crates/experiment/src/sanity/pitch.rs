@@ -23,7 +23,7 @@ pub(super) fn contradicted(setup: &Setup, facts: &[Facts]) -> Option<Finding> {
     if (ratio.value - 1.0).abs() <= limit {
         return None;
     }
-    let stated_px = setup.experiment.chain.pitch_m.get() / scale.value;
+    let stated_px = setup.experiment.chain.mean_pitch_m() / scale.value;
     let px_per_m = scale.value.recip();
     Some(Finding {
         code: "pitch_in_picture",

@@ -17,7 +17,7 @@ const FASTEST: f64 = 1.6;
 /// A contact law that makes no sense.
 pub(crate) fn speed(experiment: &Experiment, measured_m_per_s: Estimate) -> Result<Option<Finding>, Error> {
     let chain = &experiment.chain;
-    let expected = experiment.linear_chain()?.sound_speed_m_per_s(chain.pitch_m.get());
+    let expected = experiment.linear_chain()?.sound_speed_m_per_s(chain.mean_pitch_m());
     let ratio = measured_m_per_s.value / expected;
     Ok((!(SLOWEST..=FASTEST).contains(&ratio)).then(|| Finding {
         code: "speed",
@@ -26,7 +26,7 @@ pub(crate) fn speed(experiment: &Experiment, measured_m_per_s: Estimate) -> Resu
             "the wave runs at {:.2} m/s, {ratio:.3} times as fast as weak waves should with a mass of {} kg and this contact law \
              ({expected:.2} m/s; hint: are masses in grams, or is the scale wrong?)",
             measured_m_per_s.value,
-            chain.mass_kg.get()
+            chain.mean_mass_kg()
         ),
     }))
 }

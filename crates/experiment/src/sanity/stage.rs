@@ -41,7 +41,7 @@ pub(super) fn empty_views(setup: &Setup, views: &[ViewAtRest], sanity: &mut Sani
         let first = setup.map_of(&view.trial, info).rest_px(1, stage_m);
         let place = first.map_or("far outside the picture".into(), |[x, y]| format!("at ({x:.0}, {y:.0})"));
         let shown = |meaning: &&Meaning| {
-            let other_m = (meaning.position_m)(stage_m, setup.experiment.chain.pitch_m.get());
+            let other_m = (meaning.position_m)(stage_m, setup.experiment.chain.mean_pitch_m());
             let moved = Trial { stage_m: other_m, ..view.trial.clone() };
             !bodies_in_view(setup, &moved, view.recording.as_ref()).is_empty()
         };
@@ -81,7 +81,7 @@ pub(super) fn other_bodies(setup: &Setup, views: &[ViewAtRest], sanity: &mut San
     for view in order {
         let meaning = || {
             MEANINGS.iter().find(|meaning| {
-                let pitch_m = setup.experiment.chain.pitch_m.get();
+                let pitch_m = setup.experiment.chain.mean_pitch_m();
                 let stage_m = (meaning.position_m)(view.trial.stage_m, pitch_m);
                 let moved = Trial { stage_m, ..view.trial.clone() };
                 matches!(compared(setup, &believed, view, &moved), Compared::SameBodies)

@@ -25,13 +25,13 @@ pub(super) fn scale_key(setup: &Setup) -> &'static str {
 pub(super) fn scale(setup: &Setup, views: &[ViewAtRest]) -> Result<Option<Finding>, Error> {
     let (chain, tracking) = (&setup.experiment.chain, &setup.experiment.tracking);
     let px_per_m = setup.map.m_per_px().value.recip();
-    let pitch_px = chain.pitch_m.get() * px_per_m;
+    let pitch_px = chain.mean_pitch_m() * px_per_m;
     let subset_px = (2 * tracking.half_width_px + 1) as f64;
     let width_px = views.iter().map(|view| view.recording.info().width_px).max().unwrap_or(0) as f64;
     let key = scale_key(setup);
     let stated = format!(
         "neighbours should lie {pitch_px:.4} px apart (chain.pitch_m = {}, {px_per_m} px/m)",
-        chain.pitch_m.get()
+        chain.mean_pitch_m()
     );
     let fits = |factor: f64| (subset_px..=width_px).contains(&(factor * pitch_px));
     let unit = [(1e3, "px/mm"), (1e-3, "px/km"), (1e6, "px/um"), (1e2, "px/cm")]
@@ -77,7 +77,7 @@ const MOST_GAPS_A_FRAME: f64 = 2.0;
 pub(super) fn masses(setup: &Setup, views: &[ViewAtRest]) -> Result<Vec<Finding>, Error> {
     let (chain, striker) = (&setup.experiment.chain, &setup.experiment.striker);
     let mut findings = Vec::new();
-    let ratio = striker.mass_kg.get() / chain.mass_kg.get();
+    let ratio = striker.mass_kg.get() / chain.mean_mass_kg();
     if !(MOST_MASS_RATIO.recip()..=MOST_MASS_RATIO).contains(&ratio) {
         findings.push(Finding {
             code: "masses",
@@ -85,7 +85,7 @@ pub(super) fn masses(setup: &Setup, views: &[ViewAtRest]) -> Result<Vec<Finding>
             text: format!(
                 "{} kg is {ratio:.3e} times chain.mass_kg = {} kg (hint: is one of them in grams?)",
                 striker.mass_kg.get(),
-                chain.mass_kg.get()
+                chain.mean_mass_kg()
             ),
         });
     }
@@ -95,10 +95,10 @@ pub(super) fn masses(setup: &Setup, views: &[ViewAtRest]) -> Result<Vec<Finding>
     let frame_s = infos().filter_map(interval_s).fold(f64::INFINITY, f64::min);
     let bodies_per_s = linear.bodies_per_s();
     let (in_all, in_a_frame) = (bodies_per_s * longest_s, bodies_per_s * frame_s);
-    let speed = linear.sound_speed_m_per_s(chain.pitch_m.get());
+    let speed = linear.sound_speed_m_per_s(chain.mean_pitch_m());
     let told = format!(
         "with a mass of {} kg and a stiffness of {:.4e} N/m a wave runs at {speed:.3e} m/s",
-        chain.mass_kg.get(),
+        chain.mean_mass_kg(),
         linear.stiffness_n_per_m
     );
     let subject = || "chain.mass_kg and contact".to_owned();

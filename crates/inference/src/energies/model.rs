@@ -2,7 +2,7 @@
 
 use std::num::NonZero;
 
-use chainwave_analysis::FrontSettings;
+use chainwave_analysis::{FrontSettings, Spacing};
 use chainwave_measurement::Estimate;
 use chainwave_mechanics::Chain;
 
@@ -22,8 +22,8 @@ pub struct EnergyModel {
     pub drive_scale_sigma: f64,
     /// Quantities that are known only within an uncertainty; the others count as exact.
     pub known: Vec<Known>,
-    /// Distance between neighbouring bodies, in metres.
-    pub pitch_m: f64,
+    /// How far apart neighbours rest.
+    pub spacing: Spacing,
     /// Threads that carry the simulations; the result does not depend on their number.
     pub n_threads: NonZero<usize>,
 }

@@ -8,7 +8,7 @@ use nalgebra::DVector;
 use ndarray::Array2;
 
 use super::model::EnergyModel;
-use crate::damping::N_DAMPINGS;
+use crate::damping::{N_DAMPINGS, damping_like};
 use crate::error::FitError;
 use crate::quadrature::quadrature;
 use crate::quantity::Quantity;
@@ -137,8 +137,8 @@ fn with_values(
     drive_deviation: f64,
 ) -> Result<Chain, FitError> {
     let Drive::Striker(striker) = &model.chain.drive else { return Err(FitError::NoStriker) };
-    let n_bodies = model.chain.n_bodies();
-    let mut chain = Chain { damping_kg_per_s: vec![unknowns[0]; n_bodies], ..model.chain.clone() };
+    let damping_kg_per_s = damping_like(&model.chain, unknowns[0]);
+    let mut chain = Chain { damping_kg_per_s, ..model.chain.clone() };
     let mut striker = Striker {
         velocity_m_per_s: unknowns[VELOCITY] * (1.0 + unknowns[DRIVE_SCALE] * drive_deviation),
         damping_kg_per_s: unknowns[1],

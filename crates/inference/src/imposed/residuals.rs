@@ -10,7 +10,7 @@ use nalgebra::DVector;
 use ndarray::Array2;
 
 use super::model::ImposedModel;
-use crate::damping::{critical_kg_per_s, mean_damping_kg_per_s};
+use crate::damping::{critical_kg_per_s, damping_like, mean_damping_kg_per_s};
 use crate::error::FitError;
 use crate::least_squares::{Bounds, Failure, LeastSquares, NormalEquations, Unknowns};
 use crate::quadrature::quadrature;
@@ -159,8 +159,8 @@ impl<'a> ImposedResiduals<'a> {
 
     /// The chain with trial values in place, behind a motion of body 1 at one of the drives.
     fn chain(&self, (unknowns, driving_m): &Moved, deviation: f64) -> Result<Chain, FitError> {
-        let n = self.model.chain.n_bodies();
-        let mut chain = Chain { damping_kg_per_s: vec![unknowns[0]; n], ..self.model.chain.clone() };
+        let damping_kg_per_s = damping_like(&self.model.chain, unknowns[0]);
+        let mut chain = Chain { damping_kg_per_s, ..self.model.chain.clone() };
         // Quantities of the striker change nothing here.
         let mut striker = Striker { mass_kg: 1.0, velocity_m_per_s: 0.0, damping_kg_per_s: 0.0 };
         for (known, factor) in self.model.known.iter().zip(unknowns.iter().skip(1)) {

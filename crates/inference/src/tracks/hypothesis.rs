@@ -1,6 +1,6 @@
 //! What may be true of a chain that its model does not state: each a model with more freedom, to be believed on evidence alone.
 
-use chainwave_mechanics::{Contacts, FarEnd, Law};
+use chainwave_mechanics::{FarEnd, Law};
 
 use super::model::TrackModel;
 use crate::quantity::{Known, Quantity};
@@ -108,17 +108,16 @@ impl Hypothesis {
         let is_known = |quantity: &Quantity| {
             asked.contains(quantity) || model.known.iter().any(|known| known.quantity == *quantity)
         };
-        let is_power =
-            matches!(&model.chain.contact, Contacts::Same(contact) if matches!(contact.law, Law::Power(_)));
         match self {
-            Self::ContactStiffness | Self::ContactLaw | Self::StrikerContact => {
+            Self::ContactLaw => {
+                let is_power = matches!(model.chain.contact.first().law, Law::Power(_));
                 is_power && !self.quantities().iter().any(is_known)
             }
             Self::MassesScatter | Self::StiffnessScatters => {
                 let is_free = |known: &Known| {
                     matches!(known.quantity, Quantity::MassOfBody(_) | Quantity::StiffnessOfGap(_))
                 };
-                !model.known.iter().any(is_free) && (is_power || self == Self::MassesScatter)
+                !model.known.iter().any(is_free)
             }
             _ => !self.quantities().iter().any(is_known),
         }

@@ -9,7 +9,7 @@ use nalgebra::DVector;
 use super::family::{Family, Struck, Weights};
 use super::model::TrackModel;
 use super::response::{MotionAtTracks, Question, Sides, respond};
-use crate::damping::{N_DAMPINGS, critical_kg_per_s, mean_damping_kg_per_s};
+use crate::damping::{N_DAMPINGS, critical_kg_per_s, damping_like, mean_damping_kg_per_s};
 use crate::error::FitError;
 use crate::least_squares::{
     Block, Bounds, Failure, LeastSquares, N_OWN, NormalEquations, Own, TrackSums, Unknowns,
@@ -286,8 +286,7 @@ pub(super) fn struck(
     quantities: impl Iterator<Item = Quantity>,
 ) -> Result<Struck, FitError> {
     let Drive::Striker(striker) = &model.chain.drive else { return Err(FitError::NoStriker) };
-    let mut chain =
-        Chain { damping_kg_per_s: vec![shared[0]; model.chain.n_bodies()], ..model.chain.clone() };
+    let mut chain = Chain { damping_kg_per_s: damping_like(&model.chain, shared[0]), ..model.chain.clone() };
     let mut striker = Striker { damping_kg_per_s: shared[1], ..*striker };
     for (quantity, factor) in quantities.zip(shared.iter().skip(N_DAMPINGS)) {
         quantity.apply(*factor, &mut chain, &mut striker);

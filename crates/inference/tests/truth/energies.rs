@@ -16,7 +16,7 @@ const VELOCITY: Estimate = Estimate { value: 2.73, sigma: 0.01 };
 fn fitted(motion: &ChainMotion, known: Vec<Known>) -> EnergyFit {
     let settings = MeasureSettings { n_replicas: N_REPLICAS, ..MeasureSettings::new(PITCH_M, 1) };
     let law = ring_law();
-    let measured = measure(motion, &settings, Some(&|overlap_m| law.energy_j(overlap_m))).unwrap();
+    let measured = measure(motion, &settings, Some(&|_, overlap_m| law.energy_j(overlap_m))).unwrap();
     let front = FrontSettings::default();
     let times = EnergyMeasurement { times_s: &motion.times_s, front: &front, n_replicas: N_REPLICAS };
     let striker = Striker { mass_kg: 4.3e-3, velocity_m_per_s: VELOCITY.value, damping_kg_per_s: 0.1 };
@@ -32,7 +32,7 @@ fn fitted(motion: &ChainMotion, known: Vec<Known>) -> EnergyFit {
         drive_deviations: vec![0.0],
         drive_scale_sigma: 0.15,
         known,
-        pitch_m: PITCH_M,
+        spacing: PITCH_M.into(),
         n_threads: NonZero::<usize>::MIN,
     };
     fit_peak_energies(&measured.energies.unwrap(), &times, &model).unwrap()

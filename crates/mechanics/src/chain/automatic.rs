@@ -205,7 +205,7 @@ fn linearised(contacts: &Contacts) -> Result<Contacts, MechanicsError> {
         Contacts::Same(contact) => Contacts::Same(linear(contact)?),
         Contacts::Each(contacts) => Contacts::Each(contacts.iter().map(linear).collect::<Result<_, _>>()?),
         Contacts::Struck { striker, between } => {
-            Contacts::Struck { striker: linear(striker)?, between: linear(between)? }
+            Contacts::Struck { striker: linear(striker)?, between: Box::new(linearised(between)?) }
         }
     })
 }

@@ -68,12 +68,8 @@ impl Chain {
 
     /// Whether a dashpot takes energy from the bodies once the striker has left.
     pub(crate) fn is_damped(&self) -> bool {
-        let between = match &self.contact {
-            Contacts::Same(contact) | Contacts::Struck { between: contact, .. } => {
-                contact.damping_kg_per_s > 0.0
-            }
-            Contacts::Each(contacts) => contacts.iter().any(|contact| contact.damping_kg_per_s > 0.0),
-        };
+        let gaps = 0..self.n_bodies();
+        let between = gaps.into_iter().any(|gap| self.contact.of_gap(gap).damping_kg_per_s > 0.0);
         between || self.damping_kg_per_s.iter().any(|&c| c > 0.0)
     }
 

@@ -24,7 +24,7 @@ pub enum Law {
     Power(PowerLaw),
     /// k Delta.
     Linear(LinearLaw),
-    /// A monotone curve through points.
+    /// A curve through points.
     Table(TableLaw),
 }
 
@@ -35,12 +35,12 @@ pub enum Contacts {
     Same(Contact),
     /// One for each gap between bodies, from body 1 on. The striker meets the first gap's law, a wall the last one's.
     Each(Vec<Contact>),
-    /// A striker that meets body 1 in a contact of its own, and the contact in every gap.
+    /// A striker that meets body 1 in a contact of its own, and the contacts in the gaps.
     Struck {
         /// Between striker and body 1; its dashpot is the striker's.
         striker: Contact,
-        /// In every gap between bodies.
-        between: Contact,
+        /// In the gaps between bodies.
+        between: Box<Contacts>,
     },
 }
 
@@ -71,10 +71,11 @@ impl From<Contact> for Contacts {
 
 impl Contacts {
     /// The contact of a gap, counted from 0 between bodies 1 and 2; a gap before the first or behind the last is like it.
-    pub(crate) fn of_gap(&self, gap: usize) -> &Contact {
+    pub fn of_gap(&self, gap: usize) -> &Contact {
         match self {
-            Self::Same(contact) | Self::Struck { between: contact, .. } => contact,
+            Self::Same(contact) => contact,
             Self::Each(contacts) => &contacts[gap.min(contacts.len() - 1)],
+            Self::Struck { between, .. } => between.of_gap(gap),
         }
     }
 
@@ -99,7 +100,7 @@ impl Contacts {
         match self {
             Self::Same(contact) => vec![contact],
             Self::Each(contacts) => contacts.iter().collect(),
-            Self::Struck { striker, between } => vec![striker, between],
+            Self::Struck { striker, between } => [vec![striker], between.all()].concat(),
         }
     }
 
@@ -108,28 +109,55 @@ impl Contacts {
         self.of_gap(0)
     }
 
+    /// Changes every contact, that of the striker included.
+    pub fn for_each(&mut self, change: &mut dyn FnMut(&mut Contact)) {
+        if let Self::Struck { striker, .. } = self {
+            change(striker);
+        }
+        self.for_each_gap(change);
+    }
+
     /// Changes every power law among the contacts.
     pub fn for_each_power_law(&mut self, mut change: impl FnMut(&mut PowerLaw)) {
-        let contacts: Vec<&mut Contact> = match self {
-            Self::Same(contact) => vec![contact],
-            Self::Each(contacts) => contacts.iter_mut().collect(),
-            Self::Struck { striker, between } => vec![striker, between],
-        };
-        for contact in contacts {
+        self.for_each(&mut |contact| {
             if let Law::Power(law) = &mut contact.law {
                 change(law);
+            }
+        });
+    }
+
+    /// Changes the contact of every gap between bodies.
+    pub fn for_each_gap(&mut self, change: &mut dyn FnMut(&mut Contact)) {
+        match self {
+            Self::Same(contact) => change(contact),
+            Self::Each(contacts) => contacts.iter_mut().for_each(change),
+            Self::Struck { between, .. } => between.for_each_gap(change),
+        }
+    }
+
+    /// The same contacts, one for each of so many gaps, so that each can be changed alone; one at least, as a chain holds.
+    #[must_use]
+    pub fn one_by_one(self, n_gaps: usize) -> Self {
+        match self {
+            Self::Same(contact) => Self::Each(vec![contact; n_gaps.max(1)]),
+            Self::Each(contacts) => Self::Each(contacts),
+            Self::Struck { striker, between } => {
+                Self::Struck { striker, between: Box::new(between.one_by_one(n_gaps)) }
             }
         }
     }
 
-    /// Changes the contact of every gap between bodies.
-    pub fn for_each_gap(&mut self, change: impl FnMut(&mut Contact)) {
+    /// Changes the contact of one gap, counted from 0, where each gap has its own ([`Contacts::one_by_one`]).
+    pub fn change_gap(&mut self, gap: usize, change: impl FnOnce(&mut Contact)) {
         match self {
-            Self::Same(contact) | Self::Struck { between: contact, .. } => std::slice::from_mut(contact),
-            Self::Each(contacts) => contacts,
+            Self::Same(_) => {}
+            Self::Each(contacts) => {
+                if let Some(contact) = contacts.get_mut(gap) {
+                    change(contact);
+                }
+            }
+            Self::Struck { between, .. } => between.change_gap(gap, change),
         }
-        .iter_mut()
-        .for_each(change);
     }
 
     /// Tangent stiffness of the first gap at zero overlap, in newtons per metre.
@@ -142,7 +170,7 @@ impl Contacts {
             Self::Same(contact) => contact.check("contact"),
             Self::Struck { striker, between } => {
                 striker.check("contact of the striker")?;
-                between.check("contact")
+                between.check(n_bodies)
             }
             Self::Each(contacts) => {
                 check::length("contacts", (n_bodies - 1).max(1), contacts.len())?;
@@ -153,10 +181,28 @@ impl Contacts {
     }
 }
 
+impl Law {
+    /// The law with so many times the force.
+    #[must_use]
+    pub fn times(&self, factor: f64) -> Self {
+        match self {
+            Self::Power(law) => Self::Power(PowerLaw { a: factor * law.a, ..*law }),
+            Self::Linear(law) => Self::Linear(LinearLaw { k_n_per_m: factor * law.k_n_per_m }),
+            Self::Table(law) => Self::Table(law.times(factor)),
+        }
+    }
+}
+
 impl Contact {
     /// Contact force in newtons and potential energy in joules at an overlap in metres.
     pub fn force_and_energy(&self, overlap_m: f64) -> (f64, f64) {
         self.spring().force_and_energy(overlap_m)
+    }
+
+    /// Potential energy in joules as a function of the overlap in metres, worked out for many evaluations.
+    pub fn energy(&self) -> impl Fn(f64) -> f64 + Send + Sync + 'static {
+        let spring = self.spring();
+        move |overlap_m| spring.force_and_energy(overlap_m).1
     }
 
     /// The law and its rule in tension, worked out for many evaluations.

@@ -1,13 +1,14 @@
-//! A monotone cubic through measured points of force over overlap (Fritsch and Butland).
+//! A cubic through measured points of force over overlap that goes to and fro with them alone (Fritsch and Butland).
 
 use std::sync::Arc;
 
 use crate::{check, error::MechanicsError};
 
-/// A monotone curve through measured points of overlap and force, with a continuous slope.
+/// A curve through measured points of overlap and force, with a continuous slope.
 ///
 /// Between points it is the cubic that has F. N. Fritsch and J. Butland's slopes there (SIAM J. Sci. Stat. Comput. 5
-/// (1984) 300-304), which never overshoots. Beyond the last point, and in tension before the first, it goes on along its
+/// (1984) 300-304), which never overshoots: it rises and falls as the points do, and where they turn, as those of a bistable contact,
+/// it is level. Beyond the last point, and in tension before the first, it goes on along its
 /// tangent. The force is counted from its value at zero overlap, which the points must enclose, so that a chain at rest
 /// rests.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,11 +29,12 @@ struct CubicPiece {
 }
 
 impl TableLaw {
-    /// The curve through points of increasing overlap (metres) and increasing force (newtons).
+    /// The curve through points of increasing overlap (metres) and their force (newtons).
     ///
     /// # Errors
     /// [`MechanicsError::Length`] for lists of unequal length or fewer than three points, [`MechanicsError::NotPhysical`]
-    /// for a value that is not finite, points that do not increase, or points that do not enclose zero overlap.
+    /// for a value that is not finite, overlaps that do not increase or do not enclose zero, or a force that does not increase there: a
+    /// chain at rest would not stay so.
     pub fn new(overlap_m: &[f64], force_n: &[f64]) -> Result<Self, MechanicsError> {
         check::length("forces of the contact table", overlap_m.len(), force_n.len())?;
         check::length("points of the contact table", overlap_m.len().max(3), overlap_m.len())?;
@@ -40,14 +42,16 @@ impl TableLaw {
             for (i, &value) in values.iter().enumerate() {
                 check::finite(format!("{name} of point {} of the contact table", i + 1), value)?;
             }
-            for (i, pair) in values.windows(2).enumerate() {
-                let quantity = format!("{name} of point {} of the contact table", i + 2);
-                check::require(pair[1] > pair[0], quantity, "more than at the point before", pair[1])?;
-            }
+        }
+        for (i, pair) in overlap_m.windows(2).enumerate() {
+            let quantity = format!("overlap of point {} of the contact table", i + 2);
+            check::require(pair[1] > pair[0], quantity, "more than at the point before", pair[1])?;
         }
         let encloses = overlap_m[0] <= 0.0 && overlap_m[overlap_m.len() - 1] > 0.0;
         check::require(encloses, "first overlap of the contact table", "points around 0", overlap_m[0])?;
-        Ok(Self::through(overlap_m, force_n))
+        let law = Self::through(overlap_m, force_n);
+        check::positive("stiffness of the contact table at zero overlap", law.stiffness_n_per_m(0.0))?;
+        Ok(law)
     }
 
     fn through(x: &[f64], f: &[f64]) -> Self {
@@ -68,6 +72,17 @@ impl TableLaw {
         let zero_n = law.evaluate(0.0).0;
         law.shift(zero_n);
         law
+    }
+
+    /// The curve with so many times the force.
+    #[must_use]
+    pub(crate) fn times(&self, factor: f64) -> Self {
+        let piece = |piece: &CubicPiece| CubicPiece {
+            force: piece.force.map(|coefficient| factor * coefficient),
+            energy_j: factor * piece.energy_j,
+            ..*piece
+        };
+        Self { pieces: self.pieces.iter().map(piece).collect(), ..*self }
     }
 
     /// Counts the force from `zero_n` and the energy from zero overlap.
@@ -109,15 +124,16 @@ impl TableLaw {
         self.piece_at(overlap_m).slope(overlap_m)
     }
 
-    /// The largest slope between two overlaps: at an end of the range, at a point, or at a piece's middle turn.
+    /// The largest slope, up or down, between two overlaps: at an end of the range, at a point, or at a piece's middle turn. Where the force
+    /// falls nothing oscillates, and motions grow as fast as they would turn on a slope as steep that rises.
     pub(crate) fn stiffest_n_per_m(&self, least_m: f64, most_m: f64) -> f64 {
-        let ends = [least_m, most_m].map(|x| self.stiffness_n_per_m(x)).into_iter();
+        let ends = [least_m, most_m].map(|x| self.stiffness_n_per_m(x).abs()).into_iter();
         let inner = self.pieces.iter().flat_map(|piece| {
             let turn = piece.start_m - piece.force[2] / (3.0 * piece.force[3]);
             [piece.start_m, turn].map(|x| (x, piece.slope(x)))
         });
         let reached =
-            inner.filter(|(x, _)| *x > least_m && *x < most_m).map(|(x, _)| self.stiffness_n_per_m(x));
+            inner.filter(|(x, _)| *x > least_m && *x < most_m).map(|(x, _)| self.stiffness_n_per_m(x).abs());
         ends.chain(reached).fold(0.0, f64::max)
     }
 
@@ -142,7 +158,7 @@ impl CubicPiece {
     }
 }
 
-/// Slopes at the points: the weighted harmonic mean of the chords beside a point; at the ends the chord's own slope.
+/// Slopes at the points: the weighted harmonic mean of the chords beside a point, none where these turn; at the ends the chord's own.
 fn monotone_slopes(x: &[f64], f: &[f64]) -> Vec<f64> {
     let h = |i: usize| x[i + 1] - x[i];
     let chord = |i: usize| (f[i + 1] - f[i]) / h(i);
@@ -151,6 +167,7 @@ fn monotone_slopes(x: &[f64], f: &[f64]) -> Vec<f64> {
         .map(|i| match i {
             0 => chord(0),
             _ if i == n - 1 => chord(n - 2),
+            _ if chord(i - 1) * chord(i) <= 0.0 => 0.0,
             _ => {
                 let (w_1, w_2) = (2.0 * h(i) + h(i - 1), h(i) + 2.0 * h(i - 1));
                 (w_1 + w_2) / (w_1 / chord(i - 1) + w_2 / chord(i))

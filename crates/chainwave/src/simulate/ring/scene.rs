@@ -9,10 +9,10 @@ use crate::error::Error;
 use crate::output::read_text;
 use crate::parallel::threads;
 use crate::table;
-use chainwave_experiment::{NotNegative, Positive};
+use chainwave_experiment::{FarEndTable, NotNegative, Positive};
 
 use super::figures::FiguresTable;
-use crate::simulate::scene::{FarEndTable, State};
+use crate::simulate::scene::State;
 
 /// Points of a band between kappa a = 0 and pi where their number is not stated.
 const N_KAPPA: usize = 65;

@@ -1,0 +1,532 @@
+//! What lies in the gaps, as a configuration states it: for a table, a list of tables, or a pattern that repeats.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use chainwave_mechanics::{
+    Contact as GapContact, Contacts, Law as ForceLaw, LinearLaw, MechanicsError, PowerLaw, TableLaw, Tension,
+};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Error as _, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use crate::error::Error;
+use crate::numbers::{NotNegative, Positive};
+
+/// The contacts of a chain.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contact {
+    /// What they are, gap by gap.
+    pub gaps: Gaps,
+    /// Standard deviation of the stiffness from gap to gap, relative to it.
+    pub stiffness_scatter: Option<NotNegative>,
+}
+
+/// What lies in the gaps from the first one on.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Gaps {
+    /// The same in all.
+    Same(ContactTable),
+    /// One table for each.
+    Each(Vec<ContactTable>),
+    /// Tables that take turns; one at least.
+    Repeat(Vec<ContactTable>),
+}
+
+/// What lies in one gap.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactTable {
+    /// Force over overlap.
+    pub law: Law,
+    /// Whether neighbours that part stay bonded, along the law's tangent, or come apart.
+    tension: TensionName,
+    /// Overlap over delta_0 where the tangent takes over.
+    tension_limit: Option<f64>,
+    /// Dashpot between the neighbours.
+    damping_kg_per_s: Option<NotNegative>,
+}
+
+/// Force over overlap, with what is known of its parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Law {
+    /// F(overlap) = a ((overlap + delta_0)^p - delta_0^p).
+    Power {
+        /// Prefactor in N/m^p.
+        a: Positive,
+        /// Effective precompression.
+        delta_0_m: Positive,
+        /// Exponent.
+        p: Positive,
+        /// Standard uncertainties of these three.
+        sigmas: [Option<NotNegative>; 3],
+    },
+    /// Two like spheres, precompressed (H. Hertz): the power law of p = 3/2.
+    Hertz {
+        /// Radius of a sphere.
+        radius_m: Positive,
+        /// Young's modulus of both.
+        young_pa: Positive,
+        /// Their Poisson number.
+        poisson: NotNegative,
+        /// Force that presses the chain together at rest.
+        precompression_n: Positive,
+    },
+    /// A spring.
+    Linear {
+        /// Its stiffness.
+        k_n_per_m: Positive,
+        /// Standard uncertainty of that.
+        sigma: Option<NotNegative>,
+    },
+    /// A curve through points.
+    Table {
+        /// Where the points stand, while they were not read.
+        file: Option<PathBuf>,
+        /// Overlaps in metres.
+        overlap_m: Vec<f64>,
+        /// Forces in newtons.
+        force_n: Vec<f64>,
+    },
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+enum LawName {
+    Power,
+    Hertz,
+    Linear,
+    Table,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+enum TensionName {
+    Tangent,
+    Detach,
+}
+
+/// Every key that a contact may have.
+#[derive(Debug, Clone, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+struct Keys {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    law: Option<LawName>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    a: Option<Positive>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    delta_0_m: Option<Positive>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    p: Option<Positive>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    a_sigma: Option<NotNegative>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    delta_0_sigma_m: Option<NotNegative>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    p_sigma: Option<NotNegative>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    radius_m: Option<Positive>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    young_pa: Option<Positive>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    poisson: Option<NotNegative>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    precompression_n: Option<Positive>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    k_n_per_m: Option<Positive>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    k_sigma_n_per_m: Option<NotNegative>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    file: Option<PathBuf>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    overlap_m: Option<Vec<f64>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    force_n: Option<Vec<f64>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tension: Option<TensionName>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tension_limit: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    damping_kg_per_s: Option<NotNegative>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stiffness_scatter: Option<NotNegative>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    repeat: Option<Vec<Keys>>,
+}
+
+impl Contact {
+    /// The same law in every gap.
+    pub fn same(law: Law) -> Self {
+        let table =
+            ContactTable { law, tension: TensionName::Tangent, tension_limit: None, damping_kg_per_s: None };
+        Self { gaps: Gaps::Same(table), stiffness_scatter: None }
+    }
+
+    /// The tables, in their order; one at least.
+    fn tables(&self) -> &[ContactTable] {
+        match &self.gaps {
+            Gaps::Same(table) => std::slice::from_ref(table),
+            Gaps::Each(tables) | Gaps::Repeat(tables) => tables,
+        }
+    }
+
+    /// The laws, in the order in which they are stated.
+    pub fn laws(&self) -> impl Iterator<Item = &Law> {
+        self.tables().iter().map(|table| &table.law)
+    }
+
+    /// Reads the points of laws that are tables, which lie beside the configuration; `read` gives the columns `overlap_m` and `force_n`.
+    ///
+    /// # Errors
+    /// Those of `read`.
+    pub fn read_tables<E>(
+        &mut self,
+        mut read: impl FnMut(&Path) -> Result<(Vec<f64>, Vec<f64>), E>,
+    ) -> Result<(), E> {
+        let tables = match &mut self.gaps {
+            Gaps::Same(table) => std::slice::from_mut(table),
+            Gaps::Each(tables) | Gaps::Repeat(tables) => tables,
+        };
+        for table in tables {
+            if let Law::Table { file, overlap_m, force_n } = &mut table.law
+                && let Some(file) = file.take()
+            {
+                (*overlap_m, *force_n) = read(&file)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The contacts of a chain of so many bodies.
+    ///
+    /// # Errors
+    /// A law that makes no sense, or a list of another length than there are gaps.
+    pub fn contacts(&self, n_bodies: usize) -> Result<Contacts, Error> {
+        let n_gaps = n_bodies.saturating_sub(1);
+        let contact = |table: &ContactTable| table.contact();
+        Ok(match &self.gaps {
+            Gaps::Same(table) => Contacts::Same(table.contact()?),
+            Gaps::Each(tables) if tables.len() == n_gaps => {
+                Contacts::Each(tables.iter().map(contact).collect::<Result<_, _>>()?)
+            }
+            Gaps::Each(tables) => {
+                let found = tables.len();
+                return Err(Error::Value(format!(
+                    "contact: expected a table or {n_gaps} tables, one for each gap, found {found}"
+                )));
+            }
+            Gaps::Repeat(tables) => {
+                let gaps = tables.iter().cycle().take(n_gaps.max(1));
+                Contacts::Each(gaps.map(contact).collect::<Result<_, _>>()?)
+            }
+        })
+    }
+
+    /// Relative standard uncertainties of stiffness, offset and exponent, each the largest that a law states; 0 where none does.
+    pub fn relative_sigmas(&self) -> [f64; 3] {
+        let relative =
+            |sigma: &Option<NotNegative>, value: &Positive| sigma.map_or(0.0, NotNegative::get) / value.get();
+        let of = |law: &Law| match law {
+            Law::Power { a, delta_0_m, p, sigmas } => {
+                [relative(&sigmas[0], a), relative(&sigmas[1], delta_0_m), relative(&sigmas[2], p)]
+            }
+            Law::Linear { k_n_per_m, sigma } => [relative(sigma, k_n_per_m), 0.0, 0.0],
+            _ => [0.0; 3],
+        };
+        self.laws().map(of).fold([0.0; 3], |most, own| std::array::from_fn(|i| f64::max(most[i], own[i])))
+    }
+}
+
+impl Law {
+    /// The law as the chain model uses it.
+    ///
+    /// # Errors
+    /// Parameters that make no sense.
+    pub fn force_law(&self) -> Result<ForceLaw, MechanicsError> {
+        Ok(match self {
+            Self::Power { a, delta_0_m, p, .. } => {
+                ForceLaw::Power(PowerLaw::new(a.get(), delta_0_m.get(), p.get())?)
+            }
+            Self::Hertz { radius_m, young_pa, poisson, precompression_n } => {
+                // K. L. Johnson, Contact Mechanics (1985), eq. 4.23, for two like spheres.
+                let prefactor =
+                    young_pa.get() * (2.0 * radius_m.get()).sqrt() / (3.0 * (1.0 - poisson.get().powi(2)));
+                let delta_0_m = (precompression_n.get() / prefactor).powf(2.0 / 3.0);
+                ForceLaw::Power(PowerLaw::new(prefactor, delta_0_m, 1.5)?)
+            }
+            Self::Linear { k_n_per_m, .. } => ForceLaw::Linear(LinearLaw::new(k_n_per_m.get())?),
+            Self::Table { overlap_m, force_n, .. } => ForceLaw::Table(TableLaw::new(overlap_m, force_n)?),
+        })
+    }
+
+    /// Its name in words.
+    pub fn in_words(&self) -> &'static str {
+        match self {
+            Self::Power { .. } => "power law",
+            Self::Hertz { .. } => "Hertz's law",
+            Self::Linear { .. } => "spring",
+            Self::Table { .. } => "measured curve",
+        }
+    }
+}
+
+impl ContactTable {
+    fn contact(&self) -> Result<GapContact, MechanicsError> {
+        let tension = match (self.tension, self.tension_limit) {
+            (TensionName::Detach, _) => Tension::Detach,
+            (TensionName::Tangent, Some(limit)) => Tension::Tangent { limit },
+            (TensionName::Tangent, None) => Tension::default(),
+        };
+        let damping_kg_per_s = self.damping_kg_per_s.map_or(0.0, NotNegative::get);
+        Ok(GapContact { law: self.law.force_law()?, tension, damping_kg_per_s })
+    }
+}
+
+impl Keys {
+    /// The keys that are stated and belong to some laws alone.
+    fn stated(&self) -> Vec<&'static str> {
+        let keys = [
+            ("a", self.a.is_some()),
+            ("delta_0_m", self.delta_0_m.is_some()),
+            ("p", self.p.is_some()),
+            ("a_sigma", self.a_sigma.is_some()),
+            ("delta_0_sigma_m", self.delta_0_sigma_m.is_some()),
+            ("p_sigma", self.p_sigma.is_some()),
+            ("radius_m", self.radius_m.is_some()),
+            ("young_pa", self.young_pa.is_some()),
+            ("poisson", self.poisson.is_some()),
+            ("precompression_n", self.precompression_n.is_some()),
+            ("k_n_per_m", self.k_n_per_m.is_some()),
+            ("k_sigma_n_per_m", self.k_sigma_n_per_m.is_some()),
+            ("file", self.file.is_some()),
+            ("overlap_m", self.overlap_m.is_some()),
+            ("force_n", self.force_n.is_some()),
+            ("tension_limit", self.tension_limit.is_some()),
+        ];
+        keys.into_iter().filter(|(_, is_stated)| *is_stated).map(|(key, _)| key).collect()
+    }
+
+    /// Refuses keys that a law does not have.
+    fn only(&self, law: &str, known: &[&str]) -> Result<(), String> {
+        match self.stated().into_iter().find(|key| !known.contains(key)) {
+            Some(other) => Err(format!("law = \"{law}\" takes {}, found {other}", known.join(", "))),
+            None => Ok(()),
+        }
+    }
+
+    fn law(&self) -> Result<Law, String> {
+        let missing = |key: &str| format!("missing field `{key}`");
+        Ok(match self.law.ok_or_else(|| missing("law"))? {
+            LawName::Power => {
+                let known = ["a", "delta_0_m", "p", "a_sigma", "delta_0_sigma_m", "p_sigma", "tension_limit"];
+                self.only("power", &known)?;
+                Law::Power {
+                    a: self.a.ok_or_else(|| missing("a"))?,
+                    delta_0_m: self.delta_0_m.ok_or_else(|| missing("delta_0_m"))?,
+                    p: self.p.ok_or_else(|| missing("p"))?,
+                    sigmas: [self.a_sigma, self.delta_0_sigma_m, self.p_sigma],
+                }
+            }
+            LawName::Hertz => {
+                self.only(
+                    "hertz",
+                    &["radius_m", "young_pa", "poisson", "precompression_n", "tension_limit"],
+                )?;
+                Law::Hertz {
+                    radius_m: self.radius_m.ok_or_else(|| missing("radius_m"))?,
+                    young_pa: self.young_pa.ok_or_else(|| missing("young_pa"))?,
+                    poisson: self.poisson.ok_or_else(|| missing("poisson"))?,
+                    precompression_n: self.precompression_n.ok_or_else(|| missing("precompression_n"))?,
+                }
+            }
+            LawName::Linear => {
+                self.only("linear", &["k_n_per_m", "k_sigma_n_per_m"])?;
+                let k_n_per_m = self.k_n_per_m.ok_or_else(|| missing("k_n_per_m"))?;
+                Law::Linear { k_n_per_m, sigma: self.k_sigma_n_per_m }
+            }
+            LawName::Table => {
+                self.only("table", &["file", "overlap_m", "force_n"])?;
+                let (overlap_m, force_n) = (self.overlap_m.clone(), self.force_n.clone());
+                match (&self.file, overlap_m, force_n) {
+                    (Some(file), None, None) => {
+                        Law::Table { file: Some(file.clone()), overlap_m: Vec::new(), force_n: Vec::new() }
+                    }
+                    (None, Some(overlap_m), Some(force_n)) => Law::Table { file: None, overlap_m, force_n },
+                    _ => return Err("law = \"table\" takes file, or overlap_m and force_n".into()),
+                }
+            }
+        })
+    }
+
+    fn table(&self) -> Result<ContactTable, String> {
+        if self.repeat.is_some() {
+            return Err("expected repeat at the top alone, found it within a list".into());
+        }
+        let law = self.law()?;
+        let usual = match law {
+            Law::Hertz { .. } => TensionName::Detach,
+            _ => TensionName::Tangent,
+        };
+        let tension = self.tension.unwrap_or(usual);
+        if self.tension_limit.is_some() && tension == TensionName::Detach {
+            let message = "expected tension_limit with tension = \"tangent\" only, found it with \"detach\"";
+            return Err(message.into());
+        }
+        let (tension_limit, damping_kg_per_s) = (self.tension_limit, self.damping_kg_per_s);
+        Ok(ContactTable { law, tension, tension_limit, damping_kg_per_s })
+    }
+
+    fn tables(all: &[Self]) -> Result<Vec<ContactTable>, String> {
+        match all.is_empty() {
+            true => Err("expected at least one table, found none".into()),
+            false => all.iter().map(Self::table).collect(),
+        }
+    }
+
+    /// Of a table: one law for all gaps, or laws that take turns.
+    fn contact(&self) -> Result<Contact, String> {
+        let stiffness_scatter = self.stiffness_scatter;
+        let gaps = match &self.repeat {
+            None => Gaps::Same(self.table()?),
+            Some(repeat) if self.law.is_none() && self.stated().is_empty() => {
+                Gaps::Repeat(Self::tables(repeat)?)
+            }
+            Some(_) => return Err("expected a law or repeat = [..], found both".into()),
+        };
+        Ok(Contact { gaps, stiffness_scatter })
+    }
+
+    fn of(table: &ContactTable) -> Self {
+        let mut keys = Self {
+            tension: Some(table.tension),
+            tension_limit: table.tension_limit,
+            damping_kg_per_s: table.damping_kg_per_s,
+            ..Self::default()
+        };
+        match &table.law {
+            Law::Power { a, delta_0_m, p, sigmas } => {
+                keys.law = Some(LawName::Power);
+                (keys.a, keys.delta_0_m, keys.p) = (Some(*a), Some(*delta_0_m), Some(*p));
+                [keys.a_sigma, keys.delta_0_sigma_m, keys.p_sigma] = *sigmas;
+            }
+            Law::Hertz { radius_m, young_pa, poisson, precompression_n } => {
+                keys.law = Some(LawName::Hertz);
+                (keys.radius_m, keys.young_pa) = (Some(*radius_m), Some(*young_pa));
+                (keys.poisson, keys.precompression_n) = (Some(*poisson), Some(*precompression_n));
+            }
+            Law::Linear { k_n_per_m, sigma } => {
+                keys.law = Some(LawName::Linear);
+                (keys.k_n_per_m, keys.k_sigma_n_per_m) = (Some(*k_n_per_m), *sigma);
+            }
+            Law::Table { file: Some(file), .. } => {
+                (keys.law, keys.file) = (Some(LawName::Table), Some(file.clone()));
+            }
+            Law::Table { file: None, overlap_m, force_n } => {
+                keys.law = Some(LawName::Table);
+                (keys.overlap_m, keys.force_n) = (Some(overlap_m.clone()), Some(force_n.clone()));
+            }
+        }
+        keys
+    }
+}
+
+impl Serialize for Contact {
+    fn serialize<S: Serializer>(&self, out: S) -> Result<S::Ok, S::Error> {
+        let stiffness_scatter = self.stiffness_scatter;
+        match &self.gaps {
+            Gaps::Same(table) => Keys { stiffness_scatter, ..Keys::of(table) }.serialize(out),
+            Gaps::Each(tables) => tables.iter().map(Keys::of).collect::<Vec<_>>().serialize(out),
+            Gaps::Repeat(tables) => {
+                let repeat = Some(tables.iter().map(Keys::of).collect());
+                Keys { repeat, stiffness_scatter, ..Keys::default() }.serialize(out)
+            }
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Contact {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(ContactVisitor)
+    }
+}
+
+/// A table, or a list of tables. Unlike an untagged enum it passes on what is wrong inside.
+struct ContactVisitor;
+
+impl<'de> Visitor<'de> for ContactVisitor {
+    type Value = Contact;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a table, a list of tables, or { repeat = [..] }")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Contact, A::Error> {
+        Keys::deserialize(MapAccessDeserializer::new(map))?.contact().map_err(A::Error::custom)
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut sequence: A) -> Result<Contact, A::Error> {
+        let mut all: Vec<Keys> = Vec::new();
+        while let Some(keys) = sequence.next_element()? {
+            all.push(keys);
+        }
+        let stiffness_scatter = all.iter().find_map(|keys| keys.stiffness_scatter);
+        let gaps = Gaps::Each(Keys::tables(&all).map_err(A::Error::custom)?);
+        Ok(Contact { gaps, stiffness_scatter })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Debug, Deserialize, Serialize)]
+    struct Table {
+        contact: Contact,
+    }
+
+    fn read(text: &str) -> Result<Contact, String> {
+        toml::from_str::<Table>(text).map(|table| table.contact).map_err(|wrong| wrong.to_string())
+    }
+
+    const POWER: &str = "law = \"power\"\na = 60.1\ndelta_0_m = 2.27e-3\np = 0.114\n";
+
+    #[test]
+    fn contacts_in_every_form_are_read_and_written() {
+        let lists = [
+            format!("[contact]\n{POWER}stiffness_scatter = 0.05\n"),
+            format!("[[contact]]\n{POWER}[[contact]]\nlaw = \"linear\"\nk_n_per_m = 1500\nk_sigma_n_per_m = 15.0\n"),
+            "[contact]\nrepeat = [{ law = \"linear\", k_n_per_m = 1e3 }, { law = \"table\", overlap_m = [-1e-3, 0.0, 1e-3], \
+             force_n = [-1.0, 0.0, 2.0] }]\n"
+                .to_owned(),
+            "[contact]\nlaw = \"hertz\"\nradius_m = 4.76e-3\nyoung_pa = 193e9\npoisson = 0.3\nprecompression_n = 2.0\n".to_owned(),
+        ];
+        for text in lists {
+            let contact = read(&text).unwrap();
+            let written = toml::to_string(&Table { contact: contact.clone() }).unwrap();
+            assert_eq!(read(&written).unwrap(), contact, "{written}");
+            let contacts = contact.contacts(3).unwrap();
+            assert!(contacts.k_0_n_per_m() > 0.0);
+        }
+    }
+
+    #[test]
+    fn a_hertzian_contact_bears_its_precompression() {
+        let text = "[contact]\nlaw = \"hertz\"\nradius_m = 4.76e-3\nyoung_pa = 193e9\npoisson = 0.3\nprecompression_n = 2.0\n";
+        let contacts = read(text).unwrap().contacts(2).unwrap();
+        let ForceLaw::Power(law) = contacts.first().law else { panic!("expected a power law") };
+        // Steel spheres of 3/8 inch: A = 6.9e9 N/m^1.5 (C. Coste, E. Falcon, S. Fauve, Phys. Rev. E 56 (1997) 6104, for their steel).
+        assert!((law.a / 6.89e9 - 1.0).abs() < 0.01, "{law:?}");
+        assert!((law.f_0_n() - 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_is_wrong_is_said() {
+        let said = |text: &str| read(text).unwrap_err();
+        assert!(said("[contact]\nlaw = \"power\"\na = 1.0\np = 0.5\n").contains("missing field `delta_0_m`"));
+        assert!(said("[contact]\nlaw = \"linear\"\nk_n_per_m = 1.0\np = 0.5\n").contains("found p"));
+        assert!(said(&format!("[contact]\n{POWER}repeat = []\n")).contains("found both"));
+        assert!(said("contact = []").contains("at least one table"));
+        assert!(said("[contact]\nlaw = \"rubber\"\n").contains("unknown variant `rubber`"));
+        let two = read(&format!("[[contact]]\n{POWER}[[contact]]\n{POWER}")).unwrap();
+        assert!(two.contacts(4).unwrap_err().to_string().contains("expected a table or 3 tables"));
+    }
+}
