@@ -50,20 +50,27 @@ struct Member {
     group_m_per_s: Option<f64>,
     /// How much the speed varies along the gaps, relative to it.
     variation: Option<f64>,
-    simulation: Simulation,
+    psi_max_j: Vec<f64>,
+    peak_times_s: Vec<Option<f64>>,
+    energy_drift: f64,
+    error_estimate: Option<f64>,
+    tension_events: u64,
 }
 
 impl Member {
-    fn of(mut simulation: Simulation, spacing: &Spacing) -> Self {
+    /// The motion itself is long, there may be many members, and it is not kept.
+    fn of(simulation: Simulation, spacing: &Spacing) -> Self {
         let motion = exact_motion(&simulation.trajectory);
         let measured = measure(&motion, &MeasureSettings::new(spacing.clone(), 0), None);
         let found = measured.ok().and_then(|measured| measured.group_velocity.ok());
-        // The motion itself is long, and there may be many members.
-        simulation.trajectory = chainwave_measurement::Trajectory::default();
         Self {
             group_m_per_s: found.as_ref().map(|found| found.velocity_m_per_s.value),
             variation: found.and_then(|found| found.relative_variation).map(|variation| variation.value),
-            simulation,
+            psi_max_j: simulation.psi_max_j,
+            peak_times_s: simulation.peak_times_s,
+            energy_drift: simulation.energy_drift,
+            error_estimate: simulation.error_estimate,
+            tension_events: simulation.tension_events,
         }
     }
 }
@@ -83,8 +90,7 @@ struct Rows {
 
 impl Rows {
     fn add(&mut self, velocity_m_per_s: f64, member: &Member) {
-        let simulation = &member.simulation;
-        let gaps = simulation.psi_max_j.iter().zip(&simulation.peak_times_s).enumerate();
+        let gaps = member.psi_max_j.iter().zip(&member.peak_times_s).enumerate();
         for (gap, (psi_max_j, peak_s)) in gaps {
             self.striker_m_per_s.push(velocity_m_per_s);
             self.group_m_per_s.push(member.group_m_per_s);
@@ -92,9 +98,9 @@ impl Rows {
             self.gap.push(gap as u32 + 1);
             self.peak_s.push(*peak_s);
             self.psi_max_j.push(*psi_max_j);
-            self.energy_drift.push(simulation.energy_drift);
-            self.error_estimate.push(simulation.error_estimate);
-            self.tension_events.push(simulation.tension_events);
+            self.energy_drift.push(member.energy_drift);
+            self.error_estimate.push(member.error_estimate);
+            self.tension_events.push(member.tension_events);
         }
     }
 
