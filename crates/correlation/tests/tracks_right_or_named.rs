@@ -142,6 +142,9 @@ impl Shown {
                     })
                 };
                 let right = found.as_ref().ok().map(is_right);
+                if let (Some(false), Ok(found)) = (right, found) {
+                    println!("{} in frame {frame}: {found:?}, truth {truth:?}", subset.name);
+                }
                 let visible = self.shows(frame, subset);
                 outcome.n_ok += usize::from(right.is_some());
                 outcome.n_wrong += usize::from(right == Some(false));

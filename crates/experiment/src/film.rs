@@ -11,7 +11,7 @@ use std::path::Path;
 use chainwave_measurement::{Estimate, Trajectory, map_in_parallel};
 use chainwave_mechanics::{Chain, Contacts, Schedule, Striker};
 use chainwave_synthetic::trials::{BodyQuantity, Draw, Scatter, body_factors, draw, stage_error_m};
-use chainwave_synthetic::{Scene, Shot, film};
+use chainwave_synthetic::{Scene, Shot, Specimen, film};
 
 pub use self::camera_effects::CameraEffect;
 use self::faults::Faults;
@@ -87,6 +87,8 @@ pub(crate) struct Studio<'a> {
     synthetic: &'a Synthetic,
     contact: Contacts,
     masses_kg: Vec<f64>,
+    /// The bodies as far apart as the chain states, where it does so gap by gap.
+    specimen: Specimen,
 }
 
 /// One trial as it really was.
@@ -116,7 +118,13 @@ impl<'a> Studio<'a> {
         let factors = body_factors(synthetic.seed, BodyQuantity::Mass, chain.n_bodies, scatter)?;
         let stiffness =
             body_factors(synthetic.seed, BodyQuantity::Stiffness, chain.n_bodies, stiffness_scatter)?;
+        let mut specimen = synthetic.specimen.clone();
+        if chain.pitch_m.same().is_none() {
+            let spacing = chain.spacing()?;
+            specimen.gaps_m = (1..chain.n_bodies).map(|gap| spacing.of_gap_m(gap)).collect();
+        }
         Ok(Self {
+            specimen,
             experiment,
             synthetic,
             contact: scattered(experiment.contact.contacts(chain.n_bodies)?, stiffness_scatter, &stiffness),
@@ -192,7 +200,7 @@ impl<'a> Studio<'a> {
             covers: faults.covers(take.trial),
             view: take.trial.view.into(),
         };
-        let scene = Scene::new(&self.synthetic.camera, &self.synthetic.specimen, &shot, &take.motion)?;
+        let scene = Scene::new(&self.synthetic.camera, &self.specimen, &shot, &take.motion)?;
         let rings = self.synthetic.rings.as_ref();
         let shapes = rings.map(|rings| rings.shapes(self, &take.draw)).transpose()?;
         let scene = match &shapes {

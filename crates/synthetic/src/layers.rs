@@ -191,13 +191,12 @@ impl<'a> Layers<'a> {
 
     /// How far a body's left and right neighbour are, relative to rest; a free side is as at rest.
     fn stretch(&self, places: &[BodyPlace], body: usize) -> [f64; 2] {
-        let pitch_px = self.specimen.pitch_m * self.scale_px_per_m;
-        let apart = |left: Option<&BodyPlace>, right: Option<&BodyPlace>| {
-            left.zip(right).map_or(1.0, |(left, right)| (right.centre_px[0] - left.centre_px[0]) / pitch_px)
+        let stretched = |left: Option<usize>| {
+            let left = left?;
+            let apart_px = places.get(left + 1)?.centre_px[0] - places.get(left)?.centre_px[0];
+            Some(apart_px / (self.specimen.gap_m(left) * self.scale_px_per_m))
         };
-        let at = |index: Option<usize>| index.and_then(|index| places.get(index));
-        let here = at(Some(body));
-        [apart(at(body.checked_sub(1)), here), apart(here, at(body.checked_add(1)))]
+        [body.checked_sub(1), Some(body)].map(|left| stretched(left).unwrap_or(1.0))
     }
 
     fn marker(&self, body: usize) -> Plate {

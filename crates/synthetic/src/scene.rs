@@ -123,7 +123,7 @@ impl<'a> Scene<'a> {
         let (middle, end) = (moment_at(time_s)?, moment_at(needed_s)?);
         let start = moment_at(time_s - half_exposure_s)?;
         let place = |body: usize| {
-            let rest_m = body as f64 * self.specimen.pitch_m - self.shot.stage_m;
+            let rest_m = self.specimen.rest_m(body) - self.shot.stage_m;
             let along_m = rest_m + middle.displacement_m(body);
             let path_m = end.displacement_m(body) - start.displacement_m(body);
             let [column_px, row_px] = self.recording.first_body_px;

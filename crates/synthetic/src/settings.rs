@@ -94,6 +94,9 @@ pub struct Specimen {
     pub n_bodies: usize,
     /// Distance between neighbouring bodies at rest, in metres.
     pub pitch_m: f64,
+    /// The same of each gap where they differ, from the first one on; none where they do not.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub gaps_m: Vec<f64>,
     /// The outline of a body.
     pub ring: Ring,
     /// The rigid marker at the centre of each body.
@@ -274,15 +277,31 @@ impl Sensor {
 }
 
 impl Specimen {
+    /// Distance in metres from a body, counted from 0, to the next one at rest.
+    pub(crate) fn gap_m(&self, body: usize) -> f64 {
+        self.gaps_m.get(body).copied().unwrap_or(self.pitch_m)
+    }
+
+    /// Distance in metres from the first body to another at rest, counted from 0.
+    pub(crate) fn rest_m(&self, body: usize) -> f64 {
+        match self.gaps_m.is_empty() {
+            true => body as f64 * self.pitch_m,
+            false => (0..body).map(|gap| self.gap_m(gap)).sum(),
+        }
+    }
+
     pub(crate) fn check(&self) -> Result<(), SyntheticError> {
         require(self.n_bodies > 0, "specimen.n_bodies", "at least 1", self.n_bodies)?;
         require_positive("specimen.pitch_m", self.pitch_m)?;
+        let is_whole = self.gaps_m.is_empty() || self.gaps_m.len() + 1 == self.n_bodies;
+        require(is_whole, "specimen.gaps_m", "one for each gap, or none", self.gaps_m.len())?;
+        self.gaps_m.iter().try_for_each(|gap_m| require_positive("specimen.gaps_m", *gap_m))?;
         require_positive("specimen.ring.semi_major_m", self.ring.semi_major_m)?;
         require_positive("specimen.ring.semi_minor_m", self.ring.semi_minor_m)?;
         let thin =
             self.ring.wall_m > 0.0 && self.ring.wall_m < self.ring.semi_major_m.min(self.ring.semi_minor_m);
         require(thin, "specimen.ring.wall_m", "above 0, below both semi-axes", self.ring.wall_m)?;
-        self.marker.check(self.pitch_m)?;
+        self.marker.check(self.gaps_m.iter().copied().fold(self.pitch_m, f64::min))?;
         require_positive("specimen.rods.diameter_m", self.rods.diameter_m)?;
         for &below_m in &self.rods.below_axis_m {
             require(below_m.is_finite(), "specimen.rods.below_axis_m", "finite numbers", below_m)?;

@@ -14,6 +14,8 @@ const LEAST_SIGMA: f64 = 0.001;
 
 /// The stated scale or pitch, where the pictures contradict it by more than they scatter from view to view.
 pub(super) fn contradicted(setup: &Setup, facts: &[Facts]) -> Option<Finding> {
+    // Where gaps differ nothing repeats itself by the pitch.
+    setup.experiment.chain.pitch_m.same()?;
     let ratios: Vec<f64> =
         facts.iter().filter_map(|facts| facts.pitch_px).map(|[stated, found]| found / stated).collect();
     let ratio = of_views(&ratios)?;

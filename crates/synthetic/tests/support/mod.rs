@@ -24,6 +24,7 @@ pub(crate) fn specimen() -> Specimen {
     Specimen {
         n_bodies: 3,
         pitch_m: 0.030,
+        gaps_m: Vec::new(),
         ring: Ring { semi_major_m: 15.0e-3, semi_minor_m: 9.0e-3, wall_m: 0.4e-3 },
         marker: Marker { half_width_m: 5.5e-3, half_height_m: 5.5e-3, speckle_diameter_px: 4.5, seed: 9 },
         rods: Rods { diameter_m: 2.38e-3, below_axis_m: vec![-7.0e-3, 7.0e-3] },
