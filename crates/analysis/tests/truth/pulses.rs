@@ -23,7 +23,7 @@ fn strain(gap: usize, t_s: f64) -> f64 {
 fn measured() -> Measurement {
     let motion = motion_of_strain(N_GAPS, 600, strain);
     let settings = MeasureSettings { end_reflects: false, ..MeasureSettings::new(PITCH_M, 1) };
-    measure(&motion, &settings, Some(&|overlap_m| 0.5 * 1474.0 * overlap_m * overlap_m)).unwrap()
+    measure(&motion, &settings, Some(&|_, overlap_m| 0.5 * 1474.0 * overlap_m * overlap_m)).unwrap()
 }
 
 #[test]

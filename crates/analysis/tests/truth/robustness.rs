@@ -19,7 +19,7 @@ fn chain() -> ChainMotion {
 }
 
 fn measured(motion: &ChainMotion) -> Measurement {
-    measure(motion, &settings(), Some(&|overlap_m| overlap_m * overlap_m)).unwrap()
+    measure(motion, &settings(), Some(&|_, overlap_m| overlap_m * overlap_m)).unwrap()
 }
 
 #[test]
@@ -157,6 +157,6 @@ fn a_motion_that_makes_no_sense_is_refused() {
     assert!(matches!(refused(&motion), AnalysisError::TooFewTimes { found: 0, .. }));
     let wrong = MeasureSettings { n_replicas: 3, ..settings() };
     assert!(matches!(measure(&chain(), &wrong, None).unwrap_err(), AnalysisError::Setting { .. }));
-    let wrong = MeasureSettings { pitch_m: -0.03, ..settings() };
+    let wrong = MeasureSettings { spacing: (-0.03).into(), ..settings() };
     assert!(measure(&chain(), &wrong, None).unwrap_err().to_string().contains("pitch_m"));
 }
