@@ -31,6 +31,12 @@ const RIVAL_SHARE: f64 = 0.5;
 const SUDDEN: f64 = 0.6;
 /// Frames that the usual correlation is a mean of.
 const USUAL_FRAMES: f64 = 8.0;
+/// Share of the correlation length by which starts beside a match are off.
+const BESIDE: f64 = 0.5;
+/// Angles in radians by which they are turned.
+const BESIDE_RAD: [f64; 4] = [0.2, -0.2, 0.45, -0.45];
+/// Matches closer than this are the same.
+const APART_PX: f64 = 0.5;
 /// Largest part of a gradient under which the subset is searched for as it is.
 const NEARLY_UPRIGHT: f64 = 0.03;
 
@@ -127,7 +133,8 @@ impl Standard {
     /// Whether a match that is not beyond doubt is to be believed; `again` matches from another start.
     ///
     /// # Errors
-    /// [`Lost::LowCorrelation`] where chance may give as much, [`Lost::Ambiguous`] where another place resembles the subset as well.
+    /// [`Lost::LowCorrelation`] where chance may give as much, [`Lost::NotConverged`] where an iteration from close by ends in a better match
+    /// close by, [`Lost::Ambiguous`] where another place resembles the subset as well.
     pub(crate) fn verify(
         &self,
         recording: &dyn Recording,
@@ -147,6 +154,10 @@ impl Standard {
         if found.zncc.is_nan() || found.zncc < chance_zncc(subset, n_trials, p) {
             return Err(Lost::LowCorrelation);
         }
+        let mut again = again;
+        if self.is_beside_a_better_one(found, &mut again) {
+            return Err(Lost::NotConverged);
+        }
         let place_px = found.warp.position_px;
         let area = area_around(recording, frame, subset, place_px, reach_px).map_err(|_| Lost::Unreadable)?;
         let Some(area) = area else { return Ok(()) };
@@ -154,11 +165,25 @@ impl Standard {
         let of_warp = if deformed { self.patch.template(&found.warp) } else { None };
         let template = of_warp.unwrap_or_else(|| Template::upright(subset));
         let peaks = area.peaks_elsewhere(&template, place_px, self.own_px, N_RIVALS);
-        let mut again = again;
         let best = self.best_rival(place_px, found.zncc, &peaks, |place_px| {
             again(Warp { position_px: place_px, ..found.warp })
         });
         if fisher(found.zncc) < best + self.noise { Err(Lost::Ambiguous) } else { Ok(()) }
+    }
+
+    /// Whether iterations from starts around a match, a little off or turned, settle in another place with a better correlation.
+    /// A texture that is turned or stretched holds the iteration in side maxima within its own correlation length, which resemble it more
+    /// than chance does.
+    fn is_beside_a_better_one(&self, found: Seen, again: &mut impl FnMut(Warp) -> Option<Seen>) -> bool {
+        let [x, y] = found.warp.position_px;
+        let away_px = BESIDE * self.own_px;
+        let moved = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]]
+            .map(|[u, v]| Warp { position_px: [x + away_px * u, y + away_px * v], ..found.warp });
+        let turned = BESIDE_RAD.map(|angle_rad| found.warp.turned(angle_rad));
+        moved.into_iter().chain(turned).filter_map(again).any(|other| {
+            let [u, v] = other.warp.position_px;
+            (u - x).hypot(v - y) > APART_PX && fisher(other.zncc) > fisher(found.zncc) + self.noise
+        })
     }
 
     /// The best correlation at any of some places and where a match goes from there, unless it goes back to the match itself; after

@@ -42,6 +42,16 @@ impl Warp {
         (determinant > 0.1).then_some([xx - 1.0, xy, yx, yy - 1.0])
     }
 
+    /// The same, then turned about its centre by an angle in radians.
+    pub(crate) fn turned(&self, angle_rad: f64) -> Self {
+        let (sin, cos) = angle_rad.sin_cos();
+        let [ux, uy, vx, vy] = self.gradient;
+        let (xx, yy) = (1.0 + ux, 1.0 + vy);
+        let gradient =
+            [cos * xx - sin * vx - 1.0, cos * uy - sin * yy, sin * xx + cos * vx, sin * uy + cos * yy - 1.0];
+        Self { gradient, ..*self }
+    }
+
     /// Whether a subset may have been so deformed: no length is less than a third of what it was, nor more than three times. A warp that
     /// gathers a subset in a spot resembles anything smooth.
     pub(crate) fn is_plausible(&self) -> bool {
