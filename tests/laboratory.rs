@@ -32,6 +32,12 @@ impl Laboratory {
         Self::with(&replaced(EXPERIMENT, from, to), TRIALS)
     }
 
+    /// The small experiment with other texts in several places of `experiment.toml`; each must be there once.
+    pub(crate) fn with_replaced(places: &[(&str, &str)]) -> Self {
+        let changed = places.iter().fold(EXPERIMENT.to_owned(), |text, (from, to)| replaced(&text, from, to));
+        Self::with(&changed, TRIALS)
+    }
+
     /// The small experiment with another text in one place of `trials.csv`; that place must be there once.
     pub(crate) fn with_trials(from: &str, to: &str) -> Self {
         Self::with(EXPERIMENT, &replaced(TRIALS, from, to))

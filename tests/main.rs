@@ -3,6 +3,7 @@
 //! - `architecture`: what `Cargo.toml`s and sources must keep to;
 //! - `pipelines`: the small experiment all the way, held against the truth behind its recordings;
 //! - `determinism`, `resume`: the same bytes for any number of threads, and after a kill; `durable`: kept tables that are torn, full disks;
+//! - `any_chain`: chains that are not alike throughout; `check`: whether a run makes sense, before it;
 //! - `golden`: numbers that change only with a version;
 //! - `bad_inputs`: what the command refuses, and how; `failures`: how it goes on without a bad recording;
 //! - `faults`: what goes wrong in a laboratory; `strikers`: several striker velocities; `ladders`: `tradeoff` and `prove`;
@@ -23,6 +24,8 @@
 
 // The attribute on each module tells the lints that helpers outside of `#[test]` functions are tests too.
 #[cfg(test)]
+mod any_chain;
+#[cfg(test)]
 mod architecture;
 #[cfg(test)]
 mod bad_inputs;
@@ -32,6 +35,8 @@ mod board;
 mod calibration;
 #[cfg(test)]
 mod camera;
+#[cfg(test)]
+mod check;
 #[cfg(test)]
 mod cluster;
 #[cfg(test)]

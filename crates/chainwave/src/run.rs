@@ -120,7 +120,7 @@ impl Run<'_> {
         clock.stage("stitching, analysis and fit");
         results::write(setup, out, &results)?;
         clock.stage("tables");
-        let figures = figures::draw(&setup.experiment, out, &results.evaluation)?;
+        let figures = figures::draw(&setup.experiment, out, &results.evaluation, outcome)?;
         clock.stage("figures");
         report::write(setup, out, &results, &figures)?;
         provenance::write(setup, out)?;

@@ -15,6 +15,7 @@ use ndarray::Array2;
 
 use super::figures_folder;
 use crate::error::Error;
+use crate::outcome::Outcome;
 
 /// A figure that was drawn.
 pub(crate) struct Figure {
@@ -24,32 +25,29 @@ pub(crate) struct Figure {
     pub(crate) caption: String,
 }
 
-/// Draws every figure of a run.
+/// Draws every figure of a run; one that cannot be drawn is named, and the others are there.
 pub(crate) fn draw(
     experiment: &Experiment,
     out: &Path,
     evaluation: &Evaluation,
+    outcome: &mut Outcome,
 ) -> Result<Vec<Figure>, Error> {
     let album = Album { experiment, evaluation, folder: figures_folder(out)? };
     let mut figures = vec![
-        album.displacements()?,
-        album.strain_maps()?,
-        album.strain_profiles()?,
-        album.peak_trace()?,
-        album.front_width()?,
-        album.peak_energy()?,
-        album.tail_spectrum()?,
+        album.displacements(),
+        album.strain_maps(),
+        album.strain_profiles(),
+        album.peak_trace(),
+        album.front_width(),
+        album.peak_energy(),
+        album.tail_spectrum(),
     ];
-    if let Ok(map) = &evaluation.measurement.dispersion {
-        figures.push(album.dispersion(map)?);
-    }
-    if let Some(model) = &evaluation.model {
-        figures.push(album.residuals(model)?);
-    }
-    if let Some(motion) = evaluation.camera_motion() {
-        figures.push(album.camera_motion(motion)?);
-    }
-    Ok(figures)
+    figures.extend(evaluation.measurement.dispersion.as_ref().ok().map(|map| album.dispersion(map)));
+    figures.extend(evaluation.model.as_ref().map(|model| album.residuals(model)));
+    figures.extend(evaluation.camera_motion().map(|motion| album.camera_motion(motion)));
+    let drawn =
+        |figure: Result<Figure, Error>| figure.map_err(|why| outcome.fail(format!("a figure: {why}"))).ok();
+    Ok(figures.into_iter().filter_map(drawn).collect())
 }
 
 /// Draws what follows from a motion alone: displacements and the strain map.
@@ -261,7 +259,10 @@ impl Album<'_> {
         let ratio = |energies: &[f64]| -> Vec<(f64, f64)> {
             energies.iter().enumerate().map(|(row, energy)| ((row + 1) as f64, energy / input_j)).collect()
         };
-        let share = model.and_then(ModelBeside::damping_share);
+        // Where the pulse gains on its way, as in a stiffening chain, there is no loss to share.
+        let share = model
+            .and_then(ModelBeside::damping_share)
+            .filter(|share| share.spread >= 0.0 && share.damped >= 0.0);
         let energy = PeakEnergy {
             measured,
             damped: model.map_or_else(Vec::new, |model| ratio(&model.damped_j)),
