@@ -20,7 +20,7 @@ fn a_chain_that_does_not_add_up_is_refused_with_its_key() {
     for (from, to, reason) in places {
         let laboratory = Laboratory::with_replaced(&[(from, to)]);
         let said = fail(chainwave().arg("check").arg(laboratory.path("experiment.toml")), 2);
-        assert!(said.contains(reason) && said.contains("experiment.toml"), "{reason}: {said}");
+        assert!(said.contains(reason), "{reason}: {said}");
     }
 }
 
