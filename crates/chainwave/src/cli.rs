@@ -408,6 +408,10 @@ pub(crate) struct Prove {
     /// effect as well; all effects when none is named.
     #[arg(long, value_delimiter = ',', num_args = 0.., value_name = "EFFECT", conflicts_with = "faults")]
     pub(crate) camera: Option<Vec<String>>,
+    /// Give the experiments, in turn, a chain that is what is stated and each of these that are not, all with the same seeds, and count
+    /// by chain as well; all chains when none is named.
+    #[arg(long, value_delimiter = ',', num_args = 0.., value_name = "CHAIN", conflicts_with_all = ["faults", "camera"])]
+    pub(crate) models: Option<Vec<String>>,
     /// Recordings processed at a time; all cores when left out.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,

@@ -13,7 +13,7 @@ mod variant;
 use std::path::{Path, PathBuf};
 
 use chainwave_experiment::{
-    CameraEffect, EVALUATION_VERSION, Experiment, FAULT_KINDS, Fault, Setup, Table, Trial,
+    CameraEffect, EVALUATION_VERSION, Experiment, FAULT_KINDS, Fault, Setup, Table, Trial, WrongChain,
 };
 
 use self::by_kind::Kinds;
@@ -66,27 +66,34 @@ pub(crate) fn prove(arguments: &cli::Prove) -> Result<Outcome, Error> {
     if arguments.camera.is_some() {
         Kinds::EFFECTS.write(&arguments.out, &tables)?;
     }
+    if arguments.models.is_some() {
+        Kinds::CHAINS.write(&arguments.out, &tables)?;
+    }
     Ok(outcome)
 }
 
-/// The effects that a proof counts by, none first; that alone where it does not ask for them.
-fn effects(arguments: &cli::Prove) -> Result<Vec<Option<CameraEffect>>, Error> {
-    let known = || CameraEffect::ALL.iter().copied().map(Some);
-    let effect = |name: &String| {
-        CameraEffect::named(name).map(Some).ok_or_else(|| {
-            let names: Vec<&str> = CameraEffect::ALL.iter().map(|effect| effect.name).collect();
-            Error::Argument(format!("--camera: expected some of {}, found {name}", names.join(", ")))
+/// The kinds that a proof counts by, none first; that alone where it does not ask for them, and all where it names none.
+fn kinds<Kind: Copy>(
+    option: &str,
+    chosen: Option<&[String]>,
+    all: &[Kind],
+    name: fn(&Kind) -> &'static str,
+) -> Result<Vec<Option<Kind>>, Error> {
+    let named = |asked: &String| {
+        all.iter().find(|kind| name(kind) == asked).copied().map(Some).ok_or_else(|| {
+            let names: Vec<&str> = all.iter().map(name).collect();
+            Error::Argument(format!("{option}: expected some of {}, found {asked}", names.join(", ")))
         })
     };
-    let chosen = match &arguments.camera {
+    let chosen = match chosen {
         None => Vec::new(),
-        Some(names) if names.is_empty() => known().collect(),
-        Some(names) => names.iter().map(effect).collect::<Result<_, _>>()?,
+        Some([]) => all.iter().copied().map(Some).collect(),
+        Some(names) => names.iter().map(named).collect::<Result<_, _>>()?,
     };
     Ok(std::iter::once(None).chain(chosen).collect())
 }
 
-/// Seeds one after the other, with noise and striker taken in turn; each effect of the camera has the same seeds.
+/// Seeds one after the other, with noise and striker taken in turn; each effect of the camera, and each chain, has the same seeds.
 fn variants(arguments: &cli::Prove, experiment: &Experiment) -> Result<Vec<Variant>, Error> {
     let own = [experiment.striker.velocity_m_per_s.get()];
     let strikers: &[f64] = if arguments.striker.is_empty() { &own } else { &arguments.striker };
@@ -95,13 +102,16 @@ fn variants(arguments: &cli::Prove, experiment: &Experiment) -> Result<Vec<Varia
             return Err(Error::Argument(format!("{name}: expected numbers above 0, found {found}")));
         }
     }
-    let effects = effects(arguments)?;
+    let effects = kinds("--camera", arguments.camera.as_deref(), CameraEffect::ALL, |effect| effect.name)?;
+    let chains = kinds("--models", arguments.models.as_deref(), WrongChain::ALL, |chain| chain.name)?;
+    let n_kinds = effects.len() * chains.len();
     let variant = |k: u64| {
         let place = usize::try_from(k).unwrap_or(0);
-        let index = place / effects.len();
+        let index = place / n_kinds;
         Variant {
             seed: arguments.first_seed + index as u64,
             effect: effects[place % effects.len()],
+            chain: chains[place / effects.len() % chains.len()],
             noise: arguments.noise[index % arguments.noise.len()],
             striker_m_per_s: strikers[index / arguments.noise.len() % strikers.len()],
             fault: FAULT_KINDS
@@ -140,6 +150,10 @@ impl<'a> Plan<'a> {
         let mut experiment = experiment.clone();
         experiment.vary(variant.noise, variant.striker_m_per_s);
         let mut subjects = Vec::new();
+        if let Some(chain) = variant.chain {
+            chain.add_to(&mut experiment);
+            subjects.extend(chain.causes.iter().map(|cause| (*cause).to_owned()));
+        }
         if let Some(synthetic) = &mut experiment.synthetic {
             synthetic.seed = variant.seed;
             if let Some(kind) = variant.fault {

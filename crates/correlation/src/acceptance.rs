@@ -29,6 +29,8 @@ const N_RIVALS: usize = 3;
 const RIVAL_SHARE: f64 = 0.5;
 /// Share of the usual correlation, after Fisher's transform, below which it has fallen suddenly.
 const SUDDEN: f64 = 0.6;
+/// The same of a match that a search gave, below which it is not believed.
+const SEARCHED_SHARE: f64 = 0.5;
 /// Frames that the usual correlation is a mean of.
 const USUAL_FRAMES: f64 = 8.0;
 /// Share of the correlation length by which starts beside a match are off.
@@ -152,6 +154,12 @@ impl Standard {
             (_, Origin::Searched { n_trials, reach_px }) => (n_trials as f64, RARE, reach_px),
         };
         if found.zncc.is_nan() || found.zncc < chance_zncc(subset, n_trials, p) {
+            return Err(Lost::LowCorrelation);
+        }
+        // Where it is not expected, what resembles the subset much less than the subset did itself is more likely a part of something else than
+        // a subset that changed while it was out of sight.
+        let is_searched = matches!(origin, Origin::Searched { .. });
+        if is_searched && fisher(found.zncc) < SEARCHED_SHARE * self.usual.0 {
             return Err(Lost::LowCorrelation);
         }
         let mut again = again;

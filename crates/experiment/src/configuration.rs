@@ -21,7 +21,7 @@ pub use self::pattern::Pattern;
 pub use self::rings::FilmedRings;
 pub use self::trial::Trial;
 use crate::error::Error;
-use crate::film::Fault;
+use crate::film::{Fault, TrueChain};
 use crate::numbers::{NotNegative, Positive};
 use crate::sanity::expect_filled_in;
 use crate::table::Table;
@@ -380,6 +380,9 @@ pub struct Synthetic {
     /// Standard deviation of the contact law's prefactor, relative to it, from gap to gap.
     #[serde(default)]
     pub stiffness_scatter: NotNegative,
+    /// What is true of the chain that is filmed, where that is not what is stated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chain: Option<TrueChain>,
     /// Camera number of the first image (the trigger is image 0).
     pub first_image: i64,
     /// Frames in a recording.

@@ -3,7 +3,9 @@
 mod camera_effects;
 mod faults;
 mod rings;
+mod rubbed;
 mod truth;
+mod wrong_chains;
 
 use std::num::NonZero;
 use std::path::Path;
@@ -16,7 +18,9 @@ use chainwave_synthetic::{Scene, Shot, Specimen, film};
 pub use self::camera_effects::CameraEffect;
 use self::faults::Faults;
 pub use self::faults::{FAULT_KINDS, Fault};
+use self::rubbed::rubbed;
 pub use self::truth::{MeanMotion, StrikerTruth, TrueTrial, Truth};
+pub use self::wrong_chains::{TrueChain, WrongChain};
 use crate::configuration::{Experiment, Synthetic, Trial};
 use crate::error::Error;
 use crate::monitor::{Monitor, Stage};
@@ -220,8 +224,15 @@ impl<'a> Studio<'a> {
             damping_kg_per_s: self.synthetic.striker_damping_kg_per_s.get(),
         };
         let stated = self.experiment.chain_struck_by(striker, self.synthetic.damping_kg_per_s.get())?;
-        let model = Chain { mass_kg: self.masses_kg.clone(), contact: self.contact.clone(), ..stated };
+        let chain = Chain { mass_kg: self.masses_kg.clone(), contact: self.contact.clone(), ..stated };
         let duration_s = self.last_time_s() + 1e-3;
+        let (model, friction_n) = match &self.synthetic.chain {
+            Some(truth) => (truth.of(chain), truth.friction_n.get()),
+            None => (chain, 0.0),
+        };
+        if friction_n > 0.0 {
+            return rubbed(&model, friction_n, duration_s, TRUTH_INTERVAL_S);
+        }
         let schedule = Schedule::automatic(duration_s, TRUTH_INTERVAL_S);
         Ok(chainwave_mechanics::simulate(&model, &schedule)?.trajectory)
     }

@@ -81,7 +81,8 @@ pub use decisions::Decision;
 pub use error::Error;
 pub use evaluation::{Departures, EVALUATION_VERSION, Evaluation, ModelBeside, evaluate};
 pub use film::{
-    CameraEffect, FAULT_KINDS, Fault, FilmTruth, MeanMotion, StrikerTruth, TrueTrial, Truth, film_experiment,
+    CameraEffect, FAULT_KINDS, Fault, FilmTruth, MeanMotion, StrikerTruth, TrueChain, TrueTrial, Truth,
+    WrongChain, film_experiment,
 };
 pub use finding::{Finding, Sanity};
 pub use follow::{EdgeNote, Followed, FollowedSubset, edges_beside, follow, threads_of_each};

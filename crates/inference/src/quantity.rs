@@ -1,6 +1,6 @@
 //! Quantities of the experiment that a fit may move.
 
-use chainwave_mechanics::{Chain, Contact, Contacts, Striker};
+use chainwave_mechanics::{Chain, Contact, Striker};
 
 /// A quantity of the experiment that a fit may move within what is known of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -87,13 +87,7 @@ impl Quantity {
                 chain.mass_kg.iter_mut().skip(1).step_by(2).for_each(|mass_kg| *mass_kg *= factor);
             }
             Self::StrikerContact => {
-                let mut own = chain.contact.of_striker().clone();
-                stiffen(&mut own, factor);
-                let between = match &chain.contact {
-                    Contacts::Struck { between, .. } => between.clone(),
-                    gaps => Box::new(gaps.clone()),
-                };
-                chain.contact = Contacts::Struck { striker: own, between };
+                chain.contact = chain.contact.clone().struck_through(factor);
             }
             Self::DampingBetween => {
                 chain.contact.for_each_gap(&mut |contact| contact.damping_kg_per_s += factor);

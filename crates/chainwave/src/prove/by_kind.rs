@@ -48,6 +48,12 @@ impl Kinds {
         file: "camera.parquet",
         quantities: &["displacement", "peak strain", "c_d, tracks", "c_s, tracks"],
     };
+    /// Of chains that are not what is stated.
+    pub(super) const CHAINS: Self = Self {
+        column: "chain",
+        file: "models.parquet",
+        quantities: &["c_d, stated", "c_s, stated", "trigger offset", "drive", "peak energy"],
+    };
 
     /// Writes the table (one row a kind and quantity), and prints it.
     pub(super) fn write(&self, folder: &Path, tables: &[Table]) -> Result<(), Error> {
@@ -99,11 +105,11 @@ impl Kinds {
     #[expect(clippy::print_stdout, reason = "the table is the command's result")]
     fn print(&self, rows: &[Row]) {
         println!("95 % intervals that hold, in per cent, and the rms error in sigma:");
-        print!("{:<18}{:>12}{:>8}", self.column, "experiments", "named");
+        print!("{:<26}{:>12}{:>8}", self.column, "experiments", "named");
         self.quantities.iter().for_each(|name| print!("{name:>22}"));
         println!();
         for row in rows {
-            print!("{:<18}{:>12}{:>8}", row.kind, row.n_experiments, row.n_named);
+            print!("{:<26}{:>12}{:>8}", row.kind, row.n_experiments, row.n_named);
             for name in self.quantities {
                 let told = row.cell(name).map_or_else(
                     || "-".into(),

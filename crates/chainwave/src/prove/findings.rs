@@ -30,7 +30,7 @@ const THINNING: usize = 16;
 impl Finding {
     /// The findings of one experiment as the columns of a table.
     pub(super) fn columns(variant: &Variant, named: bool, findings: &[Self]) -> Vec<Column> {
-        let Variant { seed, noise, striker_m_per_s, fault, effect } = *variant;
+        let Variant { seed, noise, striker_m_per_s, fault, effect, chain } = *variant;
         let n = findings.len();
         let of = |value: &dyn Fn(&Self) -> f64| findings.iter().map(value).collect::<Vec<f64>>();
         vec![
@@ -39,6 +39,7 @@ impl Finding {
             column("striker_velocity_m_per_s", vec![striker_m_per_s; n]),
             column("fault", vec![fault.unwrap_or(NONE); n]),
             column("effect", vec![effect.map_or(NONE, |effect| effect.name); n]),
+            column("chain", vec![chain.map_or(NONE, |chain| chain.name); n]),
             column("named", vec![f64::from(u8::from(named)); n]),
             column("quantity", findings.iter().map(|finding| finding.quantity).collect::<Vec<_>>()),
             column("value", of(&|finding| finding.estimate.value)),

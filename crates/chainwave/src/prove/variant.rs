@@ -1,6 +1,6 @@
 //! What distinguishes one experiment of a proof from the others.
 
-use chainwave_experiment::CameraEffect;
+use chainwave_experiment::{CameraEffect, WrongChain};
 
 /// What distinguishes one experiment of a proof from the others.
 #[derive(Debug, Clone, Copy)]
@@ -12,11 +12,14 @@ pub(super) struct Variant {
     pub(super) fault: Option<&'static str>,
     /// What the camera adds to the ideal picture.
     pub(super) effect: Option<CameraEffect>,
+    /// What the chain is beside what is stated.
+    pub(super) chain: Option<WrongChain>,
 }
 
 impl Variant {
     pub(super) fn name(&self) -> String {
-        let kind = self.fault.or(self.effect.map(|effect| effect.name));
+        let wrong = self.effect.map(|effect| effect.name).or(self.chain.map(|chain| chain.name));
+        let kind = self.fault.or(wrong);
         let kind = kind.map_or_else(String::new, |kind| format!("-{kind}"));
         format!("seed-{}-noise-{}-striker-{}{kind}", self.seed, self.noise, self.striker_m_per_s)
     }

@@ -221,6 +221,20 @@ impl Contact {
         })
     }
 
+    /// States relative standard uncertainties of stiffness, offset and exponent of the laws that have them.
+    pub(crate) fn state_sigmas(&mut self, relative: [f64; 3]) {
+        let tables = match &mut self.gaps {
+            Gaps::Same(table) => std::slice::from_mut(table),
+            Gaps::Each(tables) | Gaps::Repeat(tables) => tables,
+        };
+        for table in tables {
+            if let Law::Power { a, delta_0_m, p, sigmas } = &mut table.law {
+                let values = [a.get(), delta_0_m.get(), p.get()];
+                *sigmas = std::array::from_fn(|i| NotNegative::try_from(relative[i] * values[i]).ok());
+            }
+        }
+    }
+
     /// Relative standard uncertainties of stiffness, offset and exponent, each the largest that a law states; 0 where none does.
     pub fn relative_sigmas(&self) -> [f64; 3] {
         let relative =

@@ -70,11 +70,6 @@ impl CameraEffect {
         },
     ];
 
-    /// The kind of a name.
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.iter().find(|effect| effect.name == name).copied()
-    }
-
     /// Gives it to the camera that films.
     pub fn add_to(&self, synthetic: &mut Synthetic) {
         let camera = &mut synthetic.camera;

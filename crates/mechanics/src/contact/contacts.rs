@@ -147,6 +147,18 @@ impl Contacts {
         }
     }
 
+    /// The same contacts behind a striker that meets body 1 in a contact of its own, so many times as stiff as it was.
+    #[must_use]
+    pub fn struck_through(self, factor: f64) -> Self {
+        let own = self.of_striker().clone();
+        let striker = Contact { law: own.law.times(factor), ..own };
+        let between = match self {
+            Self::Struck { between, .. } => between,
+            gaps => Box::new(gaps),
+        };
+        Self::Struck { striker, between }
+    }
+
     /// Changes the contact of one gap, counted from 0, where each gap has its own ([`Contacts::one_by_one`]).
     pub fn change_gap(&mut self, gap: usize, change: impl FnOnce(&mut Contact)) {
         match self {
