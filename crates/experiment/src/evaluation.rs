@@ -6,9 +6,9 @@ use std::ops::RangeInclusive;
 use chainwave_analysis::Departure;
 use chainwave_analysis::{CameraMotion, DampingShare, Measurement, damping_share, exact_motion};
 use chainwave_inference::{
-    EnergyFit, EnergyMeasurement, EnergyModel, FitError, ImposedFit, ImposedModel, Known, Quantity, TrackFit,
-    TrackModel, critical_kg_per_s, fit_imposed, fit_peak_energies, fit_tracks, fitted_motion,
-    scatter_of_bodies, softening,
+    AlignedMotion, EnergyFit, EnergyMeasurement, EnergyModel, FitError, ImposedFit, ImposedModel, Known,
+    Quantity, TrackFit, TrackModel, aligned_motion, critical_kg_per_s, fit_imposed, fit_peak_energies,
+    fit_tracks, fitted_motion, scatter_of_bodies, softening,
 };
 use chainwave_measurement::{ChainMotion, Estimate, Observation, Trajectory};
 use chainwave_mechanics::{Chain, Drive, Schedule, Striker, simulate};
@@ -67,6 +67,8 @@ pub struct Evaluation {
     pub damping: StatedDamping,
     /// The fitted chain model beside the measurement, where the fit is believed.
     pub model: Option<ModelBeside>,
+    /// The motion aligned by that model's triggers and drives, where it leaves noise alone.
+    pub by_model: Option<AlignedMotion>,
 }
 
 /// What the tracks say of simpler models.
@@ -149,6 +151,17 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
             })
             .ok()
     });
+    let by_model = accepted(&track_fit).and_then(|fit| {
+        let aligned = aligned_motion(&observations, fit, &stitched.motion.times_s);
+        let said = |why| {
+            Finding::all_of(
+                "chain_model",
+                "the motion aligned by the chain model",
+                [format!("there is none: {why}")],
+            )
+        };
+        aligned.map_err(|why| notices.extend(said(why))).ok()
+    });
     let departures = track_fit.as_ref().ok().and_then(|fit| {
         Some(Departures {
             softening: softening(&observations, fit).ok()?,
@@ -174,6 +187,7 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
         energy_fit,
         damping,
         model: beside,
+        by_model,
     })
 }
 

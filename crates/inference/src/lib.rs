@@ -53,6 +53,7 @@ pub use error::FitError;
 pub use imposed::{ImposedFit, ImposedModel, fit_imposed};
 pub use quantity::{Known, Quantity};
 pub use tracks::{
-    FittedRecording, Hypothesis, Interval, OverTrials, Structure, TrackFit, TrackModel, fit_tracks,
-    fitted_motion, scatter_of_bodies, scatter_of_bodies_rule, softening, softening_rule, structure_rule,
+    AlignedMotion, FittedRecording, Hypothesis, Interval, OverTrials, Structure, TrackFit, TrackModel,
+    aligned_motion, fit_tracks, fitted_motion, scatter_of_bodies, scatter_of_bodies_rule, softening,
+    softening_rule, structure_rule,
 };

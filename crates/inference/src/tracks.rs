@@ -1,9 +1,11 @@
 //! Damping fitted to the tracks of all recordings at once.
 
+mod aligned;
 mod bootstrap;
 mod departure;
 mod discrepancy;
 mod family;
+mod fitted;
 mod hypothesis;
 mod model;
 mod outcome;
@@ -14,10 +16,8 @@ mod selection;
 mod structure;
 
 use chainwave_analysis::Departure;
-use chainwave_measurement::{Estimate, Observation, Trajectory, map_in_parallel};
-use chainwave_mechanics::{Chain, Schedule, Sensitivities, simulate, simulate_with_friction};
-use nalgebra::{DMatrix, DVector};
-use ndarray::Array2;
+use chainwave_measurement::{Estimate, Observation};
+use nalgebra::DMatrix;
 
 use crate::damping::{Damping, N_DAMPINGS, STARTS};
 use crate::error::FitError;
@@ -26,13 +26,14 @@ use crate::quantity::{Known, Quantity};
 use bootstrap::bootstrap;
 use departure::{scatter_of_bodies_at, softening_at};
 use discrepancy::discrepancy;
-use family::Family;
 use profile::interval_95;
-use residuals::{SAMPLES_PER_FRAME, TrackResiduals, freedom, range_of, struck};
+use residuals::{TrackResiduals, freedom};
 use selection::{Fit, Rival, explained};
 
+pub use aligned::{AlignedMotion, aligned_motion};
 pub use bootstrap::OverTrials;
 pub use departure::{scatter_of_bodies, scatter_of_bodies_rule, softening, softening_rule};
+pub use fitted::fitted_motion;
 pub use hypothesis::Hypothesis;
 pub use model::TrackModel;
 pub use outcome::{FittedRecording, TrackFit};
@@ -183,68 +184,6 @@ pub(crate) fn tested(
 /// Residuals larger than stated widen the intervals; smaller ones do not narrow them.
 fn inflation_of(problem: &TrackResiduals<'_>, chi_squared: f64) -> f64 {
     (chi_squared / freedom(problem) as f64).max(1.0).sqrt()
-}
-
-/// The mean motion over the recordings' strikers at their mean impact, which is what stitching estimates.
-///
-/// # Errors
-/// [`FitError::Model`] when the chain model refuses the values.
-pub fn fitted_motion(fit: &TrackFit, times_s: &[f64]) -> Result<Trajectory, FitError> {
-    let model = &fit.model;
-    let impact_time_s = fit.impact_time_s.value;
-    let strikers: Vec<f64> = fit.recordings.iter().map(|one| one.striker_velocity_m_per_s.value).collect();
-    let mut shared =
-        vec![fit.damping.chain_damping_kg_per_s.value, fit.damping.striker_damping_kg_per_s.value];
-    let moved = || fit.factors.iter().chain(&fit.found);
-    shared.extend(moved().map(|(_, found)| found.value));
-    let quantities = moved().map(|(quantity, _)| *quantity);
-    let friction_n = fit.found.iter().find(|(quantity, _)| *quantity == Quantity::Friction);
-    let friction_n = friction_n.map_or(0.0, |(_, found)| found.value);
-    let struck = struck(model, &DVector::from_vec(shared), quantities)?;
-    let span_s = (times_s.last().copied().unwrap_or(0.0) - impact_time_s).max(f64::MIN_POSITIVE);
-    let interval_s = span_s / (times_s.len().max(2) - 1) as f64 / SAMPLES_PER_FRAME;
-    let schedule = Schedule::automatic(span_s + 2.0 * interval_s, interval_s);
-    let family = Family::new(range_of(&strikers, model));
-    let struck: Vec<Chain> = (0..family.n_nodes()).map(|node| family.struck(node, &struck)).collect();
-    // The mean of the strikers' motions is that of their weights.
-    let weights: Vec<_> =
-        strikers.iter().map(|velocity_m_per_s| family.weights(*velocity_m_per_s).0).collect();
-    let of_node =
-        |k: usize| weights.iter().map(|of_striker| of_striker[k]).sum::<f64>() / weights.len() as f64;
-    let n_bodies = model.chain.n_bodies();
-    let mut mean = Trajectory {
-        times_s: times_s.to_vec(),
-        displacement_m: Array2::zeros((n_bodies, times_s.len())),
-        velocity_m_per_s: Array2::zeros((n_bodies, times_s.len())),
-    };
-    let motions =
-        map_in_parallel(struck.len(), model.n_threads, |k| rubbed(&struck[k], &schedule, friction_n));
-    for (k, motion) in motions.into_iter().enumerate() {
-        let (motion, weight) = (motion?, of_node(k));
-        for (i, time_s) in times_s.iter().enumerate() {
-            let Some(moment) = motion.at(time_s - impact_time_s) else { continue };
-            for body in 0..n_bodies {
-                mean.displacement_m[(body, i)] += weight * moment.displacement_m(body);
-                mean.velocity_m_per_s[(body, i)] += weight * moment.velocity_m_per_s(body);
-            }
-        }
-    }
-    Ok(mean)
-}
-
-/// The motion of a chain, with what dry friction adds to it.
-fn rubbed(chain: &Chain, schedule: &Schedule, friction_n: f64) -> Result<Trajectory, FitError> {
-    if friction_n <= 0.0 {
-        return Ok(simulate(chain, schedule)?.trajectory);
-    }
-    let Sensitivities { simulation, derivatives } =
-        simulate_with_friction(chain, schedule, &[], &[friction_n])?;
-    let mut motion = simulation.trajectory;
-    for rubbed in &derivatives {
-        motion.displacement_m += &rubbed.displacement_m;
-        motion.velocity_m_per_s += &rubbed.velocity_m_per_s;
-    }
-    Ok(motion)
 }
 
 #[cfg(test)]

@@ -78,6 +78,12 @@ fn of_motion(
             add("displacement", x, truth.displacement_m[(row, i)]);
         }
     }
+    let by_model = evaluation.by_model.iter().flat_map(|motion| motion.displacement_m.indexed_iter());
+    for ((row, i), x) in by_model {
+        if let Some(x) = x.filter(|_| i % THINNING == 0) {
+            add("displacement by model", x, truth.displacement_m[(row, i)]);
+        }
+    }
     for ((row, i), strain) in evaluation.measurement.strain.strain.indexed_iter() {
         if let Some(strain) = strain.filter(|_| i % THINNING == 0) {
             let difference_m = truth.displacement_m[(row + 1, i)] - truth.displacement_m[(row, i)];

@@ -10,7 +10,7 @@ use chainwave_experiment::{
     TRACKS, Tracked, Trial, recording_states,
 };
 use chainwave_inference::{
-    Damping, EnergyFit, FitError, FittedRecording, ImposedFit, Quantity, Structure, TrackFit,
+    AlignedMotion, Damping, EnergyFit, FitError, FittedRecording, ImposedFit, Quantity, Structure, TrackFit,
 };
 use chainwave_measurement::Estimate;
 use chainwave_stitching::{Alignment, Stitched};
@@ -31,8 +31,9 @@ pub(crate) fn write_tracks(out: &Path, tracked: &Tracked) -> Result<(), Error> {
 }
 
 /// What follows from a motion, and so is missing where none was found.
-const OF_MOTION: [&str; 12] = [
+const OF_MOTION: [&str; 13] = [
     "motion.parquet",
+    "motion_by_model.parquet",
     "strain.parquet",
     "front.parquet",
     "hwhm.parquet",
@@ -54,16 +55,7 @@ pub(crate) fn write_unsolved(
     recordings: Vec<RecordingState>,
     reason: &str,
 ) -> Result<(), Error> {
-    for name in OF_MOTION {
-        let path = out.join(name);
-        let removed = if path.is_dir() { fs::remove_dir_all(&path) } else { fs::remove_file(&path) };
-        match removed {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                return Err(Error::file(&path, "remove")(error));
-            }
-            _ => {}
-        }
-    }
+    OF_MOTION.iter().try_for_each(|name| remove(&out.join(name)))?;
     let unsolved = Finding { code: "unsolved", subject: "the tracks".into(), text: reason.to_owned() };
     let warnings: Vec<Finding> = std::iter::once(unsolved).chain(findings.iter().cloned()).collect();
     let mut results = Map::from_iter([
@@ -80,6 +72,7 @@ pub(crate) fn write(setup: &Setup, out: &Path, results: &Results) -> Result<(), 
     let Results { tracked, evaluation, decisions, .. } = results;
     let measurement = &evaluation.measurement;
     write_measurement(out, &evaluation.stitched, measurement)?;
+    write_by_model(out, evaluation.by_model.as_ref())?;
     write_energies(out, measurement)?;
     write_dispersion(out, 3.0 * setup.experiment.linear_chain()?.band_edge_hz(), measurement)?;
     write_alignment(out, tracked, evaluation)?;
@@ -126,6 +119,30 @@ fn write_motion(folder: &Path, stitched: &Stitched) -> Result<(), Error> {
         ),
     ];
     table::write(&folder.join("motion.parquet"), columns)
+}
+
+/// The motion aligned by the chain model; what an earlier run left goes where there is none.
+fn write_by_model(folder: &Path, by_model: Option<&AlignedMotion>) -> Result<(), Error> {
+    let path = folder.join("motion_by_model.parquet");
+    let Some(motion) = by_model else { return remove(&path) };
+    let rows: Vec<(usize, usize, Estimate)> = by_time(&motion.displacement_m).collect();
+    let columns = vec![
+        column("t_s", rows.iter().map(|(_, i, _)| motion.times_s[*i]).collect::<Vec<_>>()),
+        column("body", rows.iter().map(|(row, ..)| *row as u32 + 1).collect::<Vec<_>>()),
+        column("x_m", rows.iter().map(|(.., x)| x.value).collect::<Vec<_>>()),
+        column("sigma_m", rows.iter().map(|(.., x)| x.sigma).collect::<Vec<_>>()),
+        column("n_trials", rows.iter().map(|(row, i, _)| motion.n_trials[(*row, *i)]).collect::<Vec<_>>()),
+    ];
+    table::write(&path, columns)
+}
+
+/// Removes a file or folder, if it is there.
+fn remove(path: &Path) -> Result<(), Error> {
+    let removed = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
+    match removed {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(Error::file(path, "remove")(error)),
+        _ => Ok(()),
+    }
 }
 
 fn write_strain(folder: &Path, measurement: &Measurement) -> Result<(), Error> {

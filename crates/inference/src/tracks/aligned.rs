@@ -1,0 +1,148 @@
+//! The motion as the tracks have it, aligned by the chain model that explains them.
+
+use std::collections::BTreeMap;
+
+use chainwave_measurement::{Estimate, Observation, Trajectory};
+use nalgebra::DVector;
+use ndarray::Array2;
+
+use super::fitted::fitted_motion;
+use super::outcome::TrackFit;
+use super::residuals::{Residual, TrackResiduals};
+use crate::error::FitError;
+use crate::least_squares::{Own, Unknowns};
+use crate::quantity::Quantity;
+
+/// Displacements from rest of all bodies, as the mean striker moves them at the mean trigger.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AlignedMotion {
+    /// Sample times in seconds, after the mean trigger.
+    pub times_s: Vec<f64>,
+    /// Displacement in metres, shape `[body, time]`; `None` where no recording saw the body.
+    pub displacement_m: Array2<Option<Estimate>>,
+    /// Recordings behind each, in the same shape.
+    pub n_trials: Array2<u32>,
+}
+
+/// A relative step in the strikers' velocity, for the motion's derivative by it: rounding and curvature are both below 1e-6 of it.
+const DRIVE_STEP: f64 = 1e-3;
+
+/// What the recordings saw of each body over the model's motion of their own striker at their own impact, averaged over them, on top of the
+/// model's mean motion.
+///
+/// Nothing of the model's shape remains in it: what its motion of one recording misses, this recording's readings bring back. The model
+/// serves to know the triggers and drives, far better than a body's own readings do, and its uncertainty counts through these: a recording's
+/// trigger moves its readings by the body's velocity, its drive by the motion's derivative. As a sum of differences from a model known in
+/// closed form it is a control variate (R. Y. Rubinstein, Simulation and the Monte Carlo Method (1981), ch. 4.3).
+///
+/// # Errors
+/// [`FitError::Model`] when the chain model refuses the fitted values, [`FitError::TooFew`] for observations that are not those of the fit.
+pub fn aligned_motion(
+    observations: &[Observation],
+    fit: &TrackFit,
+    times_s: &[f64],
+) -> Result<AlignedMotion, FitError> {
+    if observations.len() != fit.recordings.len() {
+        let (expected, found) = (fit.recordings.len(), observations.len());
+        return Err(FitError::TooFew { what: "recordings of the fit", expected, found });
+    }
+    let asked: Vec<Quantity> = fit.found.iter().map(|(quantity, _)| *quantity).collect();
+    let problem = TrackResiduals::new(observations, &fit.model, &asked)?;
+    let dampings = [fit.damping.chain_damping_kg_per_s, fit.damping.striker_damping_kg_per_s];
+    let moved = fit.factors.iter().chain(&fit.found).map(|(_, found)| *found);
+    let shared: Vec<f64> = dampings.into_iter().chain(moved).map(|found| found.value).collect();
+    let own = fit
+        .recordings
+        .iter()
+        .map(|one| Own::new(one.striker_velocity_m_per_s.value, one.impact_time_s.value));
+    let at = Unknowns { shared: DVector::from_vec(shared), own: own.collect() };
+    let residuals = problem.residuals(&problem.solve(&at)?, &at);
+    let scale = fit.factors.iter().chain(&fit.found).find(|(quantity, _)| *quantity == Quantity::Scale);
+    let scale = scale.map_or(1.0, |(_, found)| found.value);
+    let seen = Seen::of(observations, &residuals, scale);
+    let mean = fitted_motion(fit, times_s)?;
+    let harder = fitted_motion(&struck_harder(fit), times_s)?;
+    let inflation = fit.reduced_chi_squared.max(1.0).sqrt();
+    let at_body = |body: usize, k: usize| {
+        let after_impact_s = times_s[k] - fit.impact_time_s.value;
+        let readings = seen.at(body, after_impact_s);
+        let n = readings.len() as f64;
+        let by_trigger = mean.velocity_m_per_s[(body - 1, k)];
+        let by_drive = slope(&harder, &mean, body, k);
+        let sum = readings.iter().fold((0.0, 0.0), |(value, variance), reading| {
+            let one = &fit.recordings[reading.recording];
+            let own = (inflation * reading.off_m.sigma).powi(2)
+                + (by_trigger * one.trigger_offset_s.sigma).powi(2)
+                + (by_drive * one.drive_deviation.sigma).powi(2);
+            (value + reading.off_m.value, variance + own)
+        });
+        let x_m = mean.displacement_m[(body - 1, k)] + sum.0 / n;
+        ((!readings.is_empty()).then(|| Estimate::new(x_m, sum.1.sqrt() / n)), readings.len() as u32)
+    };
+    let shape = (fit.model.chain.n_bodies(), times_s.len());
+    let all = Array2::from_shape_fn(shape, |(row, k)| at_body(row + 1, k));
+    Ok(AlignedMotion {
+        times_s: times_s.to_vec(),
+        displacement_m: all.mapv(|(x, _)| x),
+        n_trials: all.mapv(|(_, n)| n),
+    })
+}
+
+/// Derivative of a displacement by the relative velocity of the strikers.
+fn slope(harder: &Trajectory, mean: &Trajectory, body: usize, k: usize) -> f64 {
+    (harder.displacement_m[(body - 1, k)] - mean.displacement_m[(body - 1, k)]) / DRIVE_STEP
+}
+
+fn struck_harder(fit: &TrackFit) -> TrackFit {
+    let mut harder = fit.clone();
+    for one in &mut harder.recordings {
+        one.striker_velocity_m_per_s.value *= 1.0 + DRIVE_STEP;
+    }
+    harder
+}
+
+/// What a recording saw of a body, over the model.
+#[derive(Debug, Clone, Copy)]
+struct Reading {
+    recording: usize,
+    after_impact_s: f64,
+    off_m: Estimate,
+}
+
+/// The readings of each body and recording, in the order of their times.
+struct Seen {
+    tracks: BTreeMap<(usize, usize), Vec<Reading>>,
+    /// Half the interval between frames, for each recording.
+    reach_s: Vec<f64>,
+}
+
+impl Seen {
+    /// `scale` is length in the pictures over true length.
+    fn of(observations: &[Observation], residuals: &[Residual], scale: f64) -> Self {
+        let sigmas_m = observations.iter().flat_map(|observation| {
+            observation.bodies.iter().flat_map(|track| track.position_m.iter().flatten().map(|x| x.sigma))
+        });
+        let mut tracks: BTreeMap<(usize, usize), Vec<Reading>> = BTreeMap::new();
+        for (residual, sigma_m) in residuals.iter().zip(sigmas_m) {
+            // Residuals are model less measurement.
+            let off_m = Estimate::new(-residual.value * sigma_m / scale, sigma_m / scale);
+            let Residual { recording, body, after_impact_s, .. } = *residual;
+            tracks.entry((body, recording)).or_default().push(Reading { recording, after_impact_s, off_m });
+        }
+        let reach_s = observations.iter().map(|observation| 0.5 * observation.frame_interval_s()).collect();
+        Self { tracks, reach_s }
+    }
+
+    /// The reading of each recording that is nearest to a time, no farther than half a frame.
+    fn at(&self, body: usize, after_impact_s: f64) -> Vec<Reading> {
+        let nearest = |(&(_, recording), track): (&(usize, usize), &Vec<Reading>)| {
+            let behind = track.partition_point(|reading| reading.after_impact_s < after_impact_s);
+            let away = |reading: &Reading| (reading.after_impact_s - after_impact_s).abs();
+            let candidates = track[behind.saturating_sub(1)..].iter().take(2);
+            let best = candidates.min_by(|a, b| away(a).total_cmp(&away(b)))?;
+            // Rounding of frame times.
+            (away(best) <= 1.001 * self.reach_s[recording]).then_some(*best)
+        };
+        self.tracks.range((body, 0)..(body + 1, 0)).filter_map(nearest).collect()
+    }
+}
