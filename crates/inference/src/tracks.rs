@@ -22,7 +22,7 @@ use nalgebra::DMatrix;
 use crate::damping::{Damping, N_DAMPINGS, STARTS};
 use crate::error::FitError;
 use crate::least_squares::{Failure, Minimum, Own, OwnCovariance, Stop, Unknowns, least_of, minimise};
-use crate::quantity::{Known, Quantity};
+use crate::quantity::Known;
 use bootstrap::bootstrap;
 use departure::{scatter_of_bodies_at, softening_at};
 use discrepancy::discrepancy;
