@@ -158,14 +158,51 @@ fn bits_do_not_depend_on_the_number_of_threads() {
 #[ignore = "a table of several minutes"]
 fn table() {
     println!("| period | affine | sigma/rms | auto | sigma/rms |");
-    for period_px in [50.0, 70.0, 100.0, 150.0, 200.0, 400.0] {
+    let list = |name: &str, usual: &[f64]| std::env::var(name).map_or(usual.to_vec(), |s| s.split(',').map(|p| p.parse().unwrap()).collect());
+    for period_px in list("PERIOD", &[50.0, 70.0, 100.0, 150.0, 200.0, 400.0]) {
         let cases = cases(wave(0.5, period_px), 4);
-        for noise in [0.002, 0.01, 0.03] {
+        for noise in list("NOISE", &[0.002, 0.01, 0.03]) {
             let [affine, auto] = [AFFINE, AUTO].map(|choice| {
                 let Told { inside, rms_px, sigma_px } = told(&cases, noise, choice);
                 format!("{:.1} % | {:.1}/{:.1} mpx", 100.0 * inside, 1e3 * sigma_px, 1e3 * rms_px)
             });
             println!("| {period_px} px, {:.1} % | {affine} | {auto} |", 100.0 * noise);
+        }
+    }
+}
+
+#[test]
+#[ignore]
+fn explore() {
+    let list = |name: &str, usual: &[f64]| std::env::var(name).map_or(usual.to_vec(), |s| s.split(',').map(|p| p.parse().unwrap()).collect());
+    for period_px in list("PERIOD", &[50.0]) {
+        let cases = cases(wave(0.5, period_px), 3);
+        for noise in list("NOISE", &[0.002]) {
+            let mut groups = std::collections::BTreeMap::<String, Vec<[f64; 3]>>::new();
+            for one in &cases {
+                let field = one.field(noise, AUTO, 1);
+                let nc = field.n_columns; let nr = field.points.len() / nc;
+                for (i, p) in field.points.iter().enumerate() {
+                    let Ok(m) = &p.found else { continue };
+                    let [_, truth] = one.deformation.displaced_px([p.x_px, p.y_px]);
+                    let (c, r) = (i % nc, i / nc);
+                    let d = c.min(nc - 1 - c); let dr = r.min(nr - 1 - r);
+                    let phase = (p.x_px / period_px * 8.0).rem_euclid(8.0).round() as i32 % 4;
+                    let e = m.position.y_px.value - truth;
+                    let v = [e, m.position.y_px.sigma, 0.0];
+                    groups.entry(format!("{:?} column edge {}", p.shape, d.min(4))).or_default().push(v);
+                    groups.entry(format!("row edge {}", dr.min(4))).or_default().push(v);
+                    if d >= 4 { groups.entry(format!("phase {phase}")).or_default().push(v);
+                      let s = v[1]; let bin = (s * 1e3).log2().floor(); groups.entry(format!("sigma 2^{bin}")).or_default().push(v); }
+                }
+            }
+            for (k, v) in groups {
+                let n = v.len() as f64;
+                let inside = v.iter().filter(|v| v[0].abs() < 1.96 * v[1]).count() as f64 / n;
+                let r = |i: usize| (v.iter().map(|v| v[i] * v[i]).sum::<f64>() / n).sqrt() * 1e3;
+                let pull = (v.iter().map(|v| (v[0] / v[1]).powi(2)).sum::<f64>() / n).sqrt();
+                println!("{period_px} {noise} {k}: n {n} {:.1}% rms e {:.1} s {:.1} pull {pull:.2}", 100.0 * inside, r(0), r(1));
+            }
         }
     }
 }
