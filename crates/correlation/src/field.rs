@@ -8,6 +8,7 @@ mod queue;
 mod seed;
 mod shape_error;
 pub(crate) mod strain;
+mod truncation;
 
 use std::collections::{BinaryHeap, VecDeque};
 use std::num::NonZero;

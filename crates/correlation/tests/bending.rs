@@ -8,7 +8,7 @@
 use std::num::NonZero;
 
 use chainwave_correlation::{
-    Field, FieldGrid, FieldPoint, Reference, Settings, Shape, ShapeChoice, Window, correlate,
+    Field, FieldGrid, FieldPoint, Reference, Settings, Shape, ShapeChoice, Window, correlate, strains,
 };
 use chainwave_measurement::Region;
 use chainwave_synthetic::pictures::{Deformation, Surface, Texture, counts, picture};
@@ -144,6 +144,33 @@ fn a_field_that_does_not_bend_is_stated_as_before() {
     assert!((told.sigma_px / told.rms_px - 1.0).abs() < 0.112, "{} {}", told.sigma_px, told.rms_px);
 }
 
+/// Strains over 7 x 7 points of waves of the displacement along x that run along it: u = A sin(k x), and of the Green-Lagrange strain
+/// `g + g^2/2` of the gradient g.
+#[test]
+fn strains_state_what_their_plane_leaves() {
+    for (period_px, noise) in STRAINED {
+        let deformation = Deformation::Wave { amplitude_px: [0.5, 0.0], along: [1.0, 0.0], period_px };
+        let mut pulls = Vec::new();
+        for seed in [1, 2] {
+            let field = Pictures::new(deformation, seed).field(noise, AUTO, 1);
+            for (point, strain) in field.points.iter().zip(strains(&field, 3)) {
+                let gradient = deformation.gradient([point.x_px, point.y_px])[0][0];
+                let Some(strain) = strain else { continue };
+                pulls.push((strain.xx.value - gradient - 0.5 * gradient * gradient) / strain.xx.sigma);
+            }
+        }
+        let inside = pulls.iter().filter(|pull| pull.abs() < 1.96).count() as f64 / pulls.len() as f64;
+        println!("| {period_px} px | {} % | {:.1} % |", 100.0 * noise, 100.0 * inside);
+        // Windows of 81 px, 4 x 4 side by side in each of two pictures; where the truncation exceeds the noise it may be wider.
+        let standard_error = (0.95 * 0.05 / 32.0_f64).sqrt();
+        assert!(inside > 0.93 - 2.0 * standard_error, "{period_px} px, {noise}: {inside}");
+    }
+}
+
+/// Periods and noises of strained waves.
+const STRAINED: [(f64, f64); 6] =
+    [(70.0, 0.01), (100.0, 0.002), (100.0, 0.02), (200.0, 0.002), (200.0, 0.02), (400.0, 0.01)];
+
 #[test]
 fn bits_do_not_depend_on_the_number_of_threads() {
     let one = Pictures::new(wave(0.7, 90.0), 3);
@@ -158,51 +185,14 @@ fn bits_do_not_depend_on_the_number_of_threads() {
 #[ignore = "a table of several minutes"]
 fn table() {
     println!("| period | affine | sigma/rms | auto | sigma/rms |");
-    let list = |name: &str, usual: &[f64]| std::env::var(name).map_or(usual.to_vec(), |s| s.split(',').map(|p| p.parse().unwrap()).collect());
-    for period_px in list("PERIOD", &[50.0, 70.0, 100.0, 150.0, 200.0, 400.0]) {
+    for period_px in [50.0, 70.0, 100.0, 150.0, 200.0, 400.0] {
         let cases = cases(wave(0.5, period_px), 4);
-        for noise in list("NOISE", &[0.002, 0.01, 0.03]) {
+        for noise in [0.002, 0.01, 0.03] {
             let [affine, auto] = [AFFINE, AUTO].map(|choice| {
                 let Told { inside, rms_px, sigma_px } = told(&cases, noise, choice);
                 format!("{:.1} % | {:.1}/{:.1} mpx", 100.0 * inside, 1e3 * sigma_px, 1e3 * rms_px)
             });
             println!("| {period_px} px, {:.1} % | {affine} | {auto} |", 100.0 * noise);
-        }
-    }
-}
-
-#[test]
-#[ignore]
-fn explore() {
-    let list = |name: &str, usual: &[f64]| std::env::var(name).map_or(usual.to_vec(), |s| s.split(',').map(|p| p.parse().unwrap()).collect());
-    for period_px in list("PERIOD", &[50.0]) {
-        let cases = cases(wave(0.5, period_px), 3);
-        for noise in list("NOISE", &[0.002]) {
-            let mut groups = std::collections::BTreeMap::<String, Vec<[f64; 3]>>::new();
-            for one in &cases {
-                let field = one.field(noise, AUTO, 1);
-                let nc = field.n_columns; let nr = field.points.len() / nc;
-                for (i, p) in field.points.iter().enumerate() {
-                    let Ok(m) = &p.found else { continue };
-                    let [_, truth] = one.deformation.displaced_px([p.x_px, p.y_px]);
-                    let (c, r) = (i % nc, i / nc);
-                    let d = c.min(nc - 1 - c); let dr = r.min(nr - 1 - r);
-                    let phase = (p.x_px / period_px * 8.0).rem_euclid(8.0).round() as i32 % 4;
-                    let e = m.position.y_px.value - truth;
-                    let v = [e, m.position.y_px.sigma, 0.0];
-                    groups.entry(format!("{:?} column edge {}", p.shape, d.min(4))).or_default().push(v);
-                    groups.entry(format!("row edge {}", dr.min(4))).or_default().push(v);
-                    if d >= 4 { groups.entry(format!("phase {phase}")).or_default().push(v);
-                      let s = v[1]; let bin = (s * 1e3).log2().floor(); groups.entry(format!("sigma 2^{bin}")).or_default().push(v); }
-                }
-            }
-            for (k, v) in groups {
-                let n = v.len() as f64;
-                let inside = v.iter().filter(|v| v[0].abs() < 1.96 * v[1]).count() as f64 / n;
-                let r = |i: usize| (v.iter().map(|v| v[i] * v[i]).sum::<f64>() / n).sqrt() * 1e3;
-                let pull = (v.iter().map(|v| (v[0] / v[1]).powi(2)).sum::<f64>() / n).sqrt();
-                println!("{period_px} {noise} {k}: n {n} {:.1}% rms e {:.1} s {:.1} pull {pull:.2}", 100.0 * inside, r(0), r(1));
-            }
         }
     }
 }

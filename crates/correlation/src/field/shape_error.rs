@@ -15,8 +15,8 @@
 //!
 //! So sigma holds the errors on both sides: b is no noise, and a sigma that grew by it instead would be too wide where b is known.
 
-mod bend;
-mod grid;
+pub(super) mod bend;
+pub(super) mod grid;
 mod local_fit;
 
 use std::num::NonZero;
@@ -199,7 +199,8 @@ fn weighted_sizes(
     };
     let squares = |(error, expected): (&Option<[LocalError; 2]>, &Sizes)| {
         let Some(error) = error.map(|of_axes| of_axes[axis]) else { return [0.0; 6] };
-        let of_part = |part: usize| term(error.parts_px[part], error.covariance[part][part], expected.parts[part]);
+        let of_part =
+            |part: usize| term(error.parts_px[part], error.covariance[part][part], expected.parts[part]);
         let [second, n_second] = of_part(0);
         let [fourth, n_fourth] = if error.has_fourth { of_part(1) } else { [0.0; 2] };
         let [of_affine, n_affine] = term(error.of_affine_px, error.variance_of_affine, expected.of_affine);
