@@ -168,8 +168,7 @@ fn strains_state_what_their_plane_leaves() {
 }
 
 /// Periods and noises of strained waves.
-const STRAINED: [(f64, f64); 6] =
-    [(70.0, 0.01), (100.0, 0.002), (100.0, 0.02), (200.0, 0.002), (200.0, 0.02), (400.0, 0.01)];
+const STRAINED: [(f64, f64); 4] = [(70.0, 0.01), (100.0, 0.002), (200.0, 0.02), (400.0, 0.01)];
 
 #[test]
 fn bits_do_not_depend_on_the_number_of_threads() {

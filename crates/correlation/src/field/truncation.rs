@@ -24,6 +24,9 @@ const PLANE: [[i32; 2]; 3] = [[0, 0], [1, 0], [0, 1]];
 /// Points from which on ten coefficients are told: half as many more.
 const LEAST_POINTS: usize = 15;
 
+/// Square of a normal number that one in a thousand exceeds.
+const CLEAR: f64 = 10.8;
+
 /// The truncation of the plane at each point of a field.
 pub(super) fn truncations(field: &Field, reach: usize) -> Vec<Truncation> {
     let stride = (field.half_px / field.step_px.max(1)).clamp(1, reach.max(1));
@@ -32,15 +35,30 @@ pub(super) fn truncations(field: &Field, reach: usize) -> Vec<Truncation> {
         .map(|point| {
             let plane = samples_around(field, point, reach, 1);
             let Some(slopes) = slope_weights(&plane) else { return [None; 2] };
-            let by = |samples: &[Sample]| missed(field, &plane, &slopes, samples);
-            [by(&samples_around(field, point, wide, stride)), by(&plane)]
+            // Beside what was lost, or in a corner, a cubic would reach far beyond what tells it.
+            let by = |samples: &[Sample], side: usize| {
+                (2 * samples.len() >= side * side).then(|| missed(field, &plane, &slopes, samples))?
+            };
+            let around = samples_around(field, point, wide, stride);
+            [by(&around, 2 * wide / stride + 1), by(&plane, 2 * reach + 1)]
         })
         .collect();
     let n_columns = field.n_columns;
     let grid = Grid { n_columns, n_rows: found.len() / n_columns, step_px: field.step_px as f64 };
-    let [by_wide, by_own] = [0, 1].map(|window| grid.sums(&terms(&found, window), 2 * reach));
     let window = ((2 * reach + 1) * (2 * reach + 1)) as f64;
-    by_wide.into_iter().zip(by_own).map(|(wide, own)| larger(&wide, &own, window)).collect()
+    let mut truncations = vec![[[0.0; 2]; 2]; found.len()];
+    for (component, axis) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+        let of_gradient = |missed: &Option<Missed>| missed.map(|missed| missed[component][axis]);
+        let [wide, own] = [0, 1].map(|which| {
+            let terms: Vec<Sums> = found.iter().map(|missed| terms(of_gradient(&missed[which]))).collect();
+            grid.sums(&terms, 2 * reach)
+        });
+        for (point, truncation) in truncations.iter_mut().enumerate() {
+            let here = of_gradient(&found[point][0]);
+            truncation[component][axis] = larger(&wide[point], &own[point], here, window);
+        }
+    }
+    truncations
 }
 
 /// What a plane misses of the gradients, and the variance of its noise.
@@ -80,31 +98,24 @@ fn missed(field: &Field, plane: &[Sample], slopes: &[[f64; 2]], samples: &[Sampl
     }))
 }
 
-/// Of each gradient the square of what is missed less its noise, and that square over its noise; last, 1 where there are any.
-fn terms(found: &[[Option<Missed>; 2]], window: usize) -> Vec<[f64; 9]> {
-    let of_point = |of_windows: &[Option<Missed>; 2]| {
-        let mut terms = [0.0; 9];
-        let Some(missed) = of_windows[window] else { return terms };
-        for (k, [missed, variance]) in missed.into_iter().flatten().enumerate() {
-            terms[k] = missed * missed - variance;
-            terms[4 + k] = if variance > 0.0 { missed * missed / variance } else { 0.0 };
-        }
-        terms[8] = 1.0;
-        terms
-    };
-    found.iter().map(of_point).collect()
+/// Sums over points of one gradient: the square of what is missed less its noise and the weight of that, the square over its noise, and 1.
+/// Weights fall with the square of the noise, as they should for such squares: at an edge a cubic may have a hundred times as much.
+type Sums = [f64; 4];
+
+fn terms(missed: Option<[f64; 2]>) -> Sums {
+    let Some([missed, variance]) = missed.filter(|[_, variance]| *variance > 0.0) else { return [0.0; 4] };
+    let weight = variance.powi(-2);
+    [weight * (missed * missed - variance), weight, missed * missed / variance, 1.0]
 }
 
-/// The larger of what the windows tell; what the plane's own does counts where all it missed stands clear of its noise.
-fn larger(wide: &[f64; 9], own: &[f64; 9], window: f64) -> Truncation {
-    let mean = |sums: &[f64; 9], k: usize| if sums[8] > 0.0 { (sums[k] / sums[8]).max(0.0) } else { 0.0 };
-    let [of_u, of_v] = [0, 1].map(|component| {
-        [0, 1].map(|axis| {
-            let k = 2 * component + axis;
-            let is_clear = mean(own, 4 + k) > largest_mean(own[8] / window);
-            let by_own = if is_clear { mean(own, k) } else { 0.0 };
-            mean(wide, k).max(by_own)
-        })
-    });
-    [of_u, of_v]
+/// The larger of what the windows tell around a point, and of what the wide one tells there alone where that is clear; what the
+/// plane's own does counts where all it missed stands clear of its noise.
+fn larger(wide: &Sums, own: &Sums, here: Option<[f64; 2]>, window: f64) -> f64 {
+    let mean = |[sum, weights, ..]: &Sums| if *weights > 0.0 { (sum / weights).max(0.0) } else { 0.0 };
+    let [.., ratios, n] = *own;
+    let is_clear = n > 0.0 && ratios / n > largest_mean(n / window);
+    let by_own = if is_clear { mean(own) } else { 0.0 };
+    let clear = |[missed, variance]: &[f64; 2]| missed * missed > CLEAR * variance;
+    let by_itself = here.filter(clear).map_or(0.0, |[missed, variance]| missed * missed - variance);
+    mean(wide).max(by_own).max(by_itself)
 }
