@@ -1,5 +1,6 @@
 //! The displacement field between two images, found from its most reliable points outwards.
 
+mod agreement;
 mod consensus;
 mod overlap;
 mod pair;
@@ -7,12 +8,14 @@ mod queue;
 mod seed;
 mod shape_error;
 pub(crate) mod strain;
+mod truncation;
 
 use std::collections::{BinaryHeap, VecDeque};
 use std::num::NonZero;
 
 use chainwave_measurement::Lost;
 
+use crate::field::agreement::agree_on_shapes;
 use crate::field::consensus::Consensus;
 use crate::field::pair::{ImagePair, Settled};
 use crate::field::queue::Candidate;
@@ -240,7 +243,9 @@ impl<'a> Growth<'a> {
             consensus.judge(&mut self.settled);
         }
         self.explain_the_rest();
-        self.take_off_shape_error();
+        let n_threads = NonZero::new(self.workspaces.len()).unwrap_or(NonZero::<usize>::MIN);
+        agree_on_shapes(&self.pair, &self.places, self.n_columns, n_threads, &mut self.settled);
+        self.take_off_shape_error(n_threads);
         let points = self.places.iter().zip(self.settled).filter_map(|(&[x_px, y_px], settled)| {
             settled.map(|(found, shape)| FieldPoint { x_px, y_px, found, shape })
         });
@@ -248,8 +253,7 @@ impl<'a> Growth<'a> {
         Field { step_px: grid.step_px, half_px: grid.half_px, n_columns: self.n_columns, points }
     }
 
-    fn take_off_shape_error(&mut self) {
-        let n_threads = NonZero::new(self.workspaces.len()).unwrap_or(NonZero::<usize>::MIN);
+    fn take_off_shape_error(&mut self, n_threads: NonZero<usize>) {
         let (pair, places) = (&self.pair, self.places.as_slice());
         let (n_columns, step_px) = (self.n_columns, self.step_px);
         ShapeError { pair, places, n_columns, step_px, n_threads }.take_off(&mut self.settled);

@@ -110,6 +110,11 @@ const LEAST_SIGNAL_SHARE: f64 = 0.2;
 const LEAST_GRADIENT_SHARE: f64 = 0.3;
 /// A reference whose own noise moves it by more than this cannot be located to a pixel.
 const LARGEST_REFERENCE_SIGMA_PX: f64 = 0.5;
+/// Largest relative standard error with which a subset may know its own Hessian, and so sigma, where that locates it: beyond it readings
+/// scatter by another sigma than is stated, and a lone round spot, whose turn is open, is taken for any other.
+const LARGEST_SENSITIVITY_ERROR: f64 = 0.4;
+/// Pixels over which a filter of the gradients shares the noise of one: two along each axis, nearly.
+const CORRELATED_PX: f64 = 4.0;
 /// Least width and height of the middle of a subset that a start is sought with.
 const LEAST_SIDE_PX: usize = 9;
 
@@ -156,6 +161,13 @@ impl PreparedSubset {
             return Err(Lost::NoTexture);
         }
         let steps = subset.steps();
+        let is_unclear = |axis: usize| {
+            let error = subset.covariance.sensitivity_error(axis, n_independent(&steps[axis]));
+            error.is_nan() || error > LARGEST_SENSITIVITY_ERROR
+        };
+        if is_unclear(0) || is_unclear(1) {
+            return Err(Lost::NoTexture);
+        }
         let around =
             Surroundings::new(reference.image(), part.first_in_image(), [subset.width, subset.height]);
         let (noise_energy, interpolation) = (n_used as f64 * variance, settings.interpolation);
@@ -399,6 +411,13 @@ impl Linearised {
         let [x, y] = self.first_px;
         warp.bounds(self.first_px, [x + (self.width - 1) as f64, y + (self.height - 1) as f64])
     }
+}
+
+/// How many pixels tell a displacement, by the participation of its squares; [`CORRELATED_PX`] of them share their gradients' noise.
+fn n_independent(step: &[f32]) -> f64 {
+    let square: Vec<f32> = step.iter().map(|value| value * value).collect();
+    let of_squares = dot(step, step);
+    of_squares * of_squares / dot(&square, &square) / CORRELATED_PX
 }
 
 /// A polynomial of second order, of the coefficients of 1, x, y, x^2, xy, y^2.

@@ -8,7 +8,7 @@
 use std::num::NonZero;
 
 use chainwave_correlation::{
-    Field, FieldGrid, FieldPoint, Reference, Settings, Shape, ShapeChoice, Window, correlate,
+    Field, FieldGrid, FieldPoint, Reference, Settings, Shape, ShapeChoice, Window, correlate, strains,
 };
 use chainwave_measurement::Region;
 use chainwave_synthetic::pictures::{Deformation, Surface, Texture, counts, picture};
@@ -143,6 +143,32 @@ fn a_field_that_does_not_bend_is_stated_as_before() {
     // 162 independent errors tell a standard deviation to 5.6 %, of which two
     assert!((told.sigma_px / told.rms_px - 1.0).abs() < 0.112, "{} {}", told.sigma_px, told.rms_px);
 }
+
+/// Strains over 7 x 7 points of waves of the displacement along x that run along it: u = A sin(k x), and of the Green-Lagrange strain
+/// `g + g^2/2` of the gradient g.
+#[test]
+fn strains_state_what_their_plane_leaves() {
+    for (period_px, noise) in STRAINED {
+        let deformation = Deformation::Wave { amplitude_px: [0.5, 0.0], along: [1.0, 0.0], period_px };
+        let mut pulls = Vec::new();
+        for seed in [1, 2] {
+            let field = Pictures::new(deformation, seed).field(noise, AUTO, 1);
+            for (point, strain) in field.points.iter().zip(strains(&field, 3)) {
+                let gradient = deformation.gradient([point.x_px, point.y_px])[0][0];
+                let Some(strain) = strain else { continue };
+                pulls.push((strain.xx.value - gradient - 0.5 * gradient * gradient) / strain.xx.sigma);
+            }
+        }
+        let inside = pulls.iter().filter(|pull| pull.abs() < 1.96).count() as f64 / pulls.len() as f64;
+        println!("| {period_px} px | {} % | {:.1} % |", 100.0 * noise, 100.0 * inside);
+        // Windows of 81 px, 4 x 4 side by side in each of two pictures; where the truncation exceeds the noise it may be wider.
+        let standard_error = (0.95 * 0.05 / 32.0_f64).sqrt();
+        assert!(inside > 0.93 - 2.0 * standard_error, "{period_px} px, {noise}: {inside}");
+    }
+}
+
+/// Periods and noises of strained waves.
+const STRAINED: [(f64, f64); 4] = [(70.0, 0.01), (100.0, 0.002), (200.0, 0.02), (400.0, 0.01)];
 
 #[test]
 fn bits_do_not_depend_on_the_number_of_threads() {

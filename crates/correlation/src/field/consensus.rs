@@ -6,7 +6,7 @@ use chainwave_measurement::Lost;
 use crate::field::pair::{ImagePair, Settled};
 use crate::icgn::outcome::Match;
 use crate::search::area::SearchArea;
-use crate::search::chance::{correlation_length_px, fisher, n_speckles};
+use crate::search::chance::{correlation_length_px, fisher, n_speckles, n_speckles_told};
 use crate::search::template::Template;
 use crate::{PreparedSubset, Shape};
 
@@ -22,6 +22,9 @@ const BEYOND_CHANCE: f64 = 5.5;
 const BY_SEARCH: f64 = 4.0;
 /// Independent subsets of a group that count: more of them do not make a resemblance that is low likelier.
 const MOST_INDEPENDENT: f64 = 16.0;
+/// Independent subsets below which a group stands by its own speckles alone: a lone spot resembles every other one, and as it turns
+/// freely it is found anywhere.
+const FEW: f64 = 4.0;
 /// Members of a group whose own texture is looked at.
 const N_ASKED: usize = 5;
 /// How far around its place a subset is searched for in the reference itself.
@@ -114,7 +117,8 @@ impl Consensus<'_> {
         let mut reasons = Vec::new();
         for point in asked {
             let subset = self.pair.prepare(self.places[*point])?;
-            let sigma = (n_speckles(&subset) - 3.0).max(1.0).sqrt().recip();
+            let n_told = if n_subsets < FEW { n_speckles_told(&subset) } else { n_speckles(&subset) };
+            let sigma = (n_told - 3.0).max(1.0).sqrt().recip();
             let beyond = BEYOND_CHANCE * sigma / n_subsets.sqrt();
             if mean < BY_SEARCH * sigma + beyond {
                 reasons.push(Lost::LowCorrelation);

@@ -86,9 +86,19 @@ impl ImagePair<'_> {
             Shape::Translation => Warp::at(found.warp().position_px),
             _ => found.warp(),
         };
-        let again = self.prepare_with(place_px, shape);
-        let again = again.and_then(|subset| subset.solve(self.target, start, workspace).map_err(reason_of));
+        let again = self.settle_with(place_px, shape, start, workspace);
         again.map_or((Ok(found), Shape::Affine), |again| (Ok(again), shape))
+    }
+
+    /// The match around a place with a shape function, if there is one.
+    pub(crate) fn settle_with(
+        &self,
+        place_px: [f64; 2],
+        shape: Shape,
+        start: Warp,
+        workspace: &mut Workspace,
+    ) -> Option<Match> {
+        self.prepare_with(place_px, shape).ok()?.solve(self.target, start, workspace).ok()
     }
 }
 

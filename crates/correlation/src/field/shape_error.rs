@@ -15,8 +15,8 @@
 //!
 //! So sigma holds the errors on both sides: b is no noise, and a sigma that grew by it instead would be too wide where b is known.
 
-mod bend;
-mod grid;
+pub(super) mod bend;
+pub(super) mod grid;
 mod local_fit;
 
 use std::num::NonZero;
@@ -27,7 +27,7 @@ use crate::Shape;
 use crate::field::pair::{ImagePair, Settled};
 use crate::field::shape_error::bend::where_it_bends;
 use crate::field::shape_error::grid::{Grid, Reading};
-use crate::field::shape_error::local_fit::{LocalError, Neighbour, local_error};
+use crate::field::shape_error::local_fit::{LEAST_FOR_FOURTH, LocalError, Neighbour, local_error};
 use crate::icgn::outcome::Match;
 use crate::prepared::response::Response;
 
@@ -35,6 +35,9 @@ use crate::prepared::response::Response;
 /// an affine subset. Of waves longer than two subsets in any direction it is 0.25 to 0.33 for affine subsets and 0.4 to 0.8 for
 /// quadratic ones, by the responses of subsets of equal texture; the latter's is rounded up, for what is not linear in so large a rest.
 const CLOSING: [f64; 2] = [0.3, 1.0];
+/// At an edge polynomials reach beyond what tells them: what they leave there over what the fourth order adds, for a point at the outermost
+/// of its neighbours. Of waves of one and a half subsets' length and more it is 0.5 to 1.8 by the same responses, one row inside half of it.
+const AT_EDGE: f64 = 2.0;
 /// Reach of the neighbours over half a subset: farther, less noise; nearer, less of it is left. Two strides each way.
 const STRIDE: [f64; 2] = [0.75, 0.5];
 
@@ -73,17 +76,16 @@ impl ShapeError<'_> {
         });
         let mut errors: Vec<Option<[LocalError; 2]>> = vec![None; self.places.len()];
         bent.iter().zip(found).for_each(|(&point, found)| errors[point] = found);
-        // The second order leaves another error than the first: each is known by those of its kind.
-        let is_quadratic =
-            |point: usize| readings[point].is_some_and(|reading| reading.shape == Shape::Quadratic);
-        let sizes = [false, true].map(|quadratic| {
-            let of_kind = |point: usize| errors[point].filter(|_| is_quadratic(point) == quadratic);
-            let errors: Vec<_> = (0..errors.len()).map(of_kind).collect();
+        // Each shape function leaves another error: it is known by those of its kind.
+        let kind = |point: usize| readings[point].map_or(KIND_OF_AFFINE, |reading| kind_of(reading.shape));
+        let sizes = [0, KIND_OF_AFFINE, KIND_OF_QUADRATIC].map(|one| {
+            let errors: Vec<_> =
+                (0..errors.len()).map(|point| errors[point].filter(|_| kind(point) == one)).collect();
             [0, 1].map(|axis| sizes(grid, &errors, axis, 2 * apart))
         });
         for point in bent {
             let Some((Ok(found), shape)) = &mut settled[point] else { continue };
-            let of_kind = &sizes[usize::from(is_quadratic(point))];
+            let of_kind = &sizes[kind(point)];
             let of_axes = [of_kind[0][point], of_kind[1][point]];
             let further = closing(*shape).powi(2) * growth(of_axes);
             let position = &mut found.position;
@@ -147,18 +149,20 @@ impl ShapeError<'_> {
         responses: &[Option<Response>],
     ) -> Option<[LocalError; 2]> {
         let centre = self.places[point];
-        let mut own = None;
         let mut neighbours = Vec::with_capacity(around.len());
         for &other in around {
             let (Some(reading), Some(response)) = (&readings[other], &responses[other]) else { continue };
-            if other == point {
-                own = Some(neighbours.len());
-            }
             let Reading { u_px, sigma_px, shape } = *reading;
             let offset_px = [0, 1].map(|axis| self.places[other][axis] - centre[axis]);
             neighbours.push(Neighbour { offset_px, u_px, sigma_px, shape, response });
         }
         let shape = readings[point]?.shape;
+        // What a lower order leaves is larger than linear: it may tell nothing to a higher one that can do without.
+        let alike = |neighbour: &Neighbour<'_>| kind_of(neighbour.shape) >= kind_of(shape);
+        if neighbours.iter().filter(|neighbour| alike(neighbour)).count() >= LEAST_FOR_FOURTH {
+            neighbours.retain(alike);
+        }
+        let own = neighbours.iter().position(|neighbour| neighbour.offset_px == [0.0; 2]);
         let reach_px = 2.0 * self.stride(shape) as f64 * self.step_px;
         local_error(&neighbours, own?, reach_px, self.side_px())
     }
@@ -173,19 +177,40 @@ struct Sizes {
 }
 
 /// The sizes of the errors along an axis, from the points up to `reach` columns and rows away.
+///
+/// Those that tell a size better count for more: the square of a normal number less its variance scatters by sqrt(2) of its whole
+/// variance, noise and size together. The first sizes are found by the noise alone, the second by these (after R. C. Paule, J. Mandel,
+/// J. Res. Natl. Bur. Stand. 87 (1982) 377-385). A plain mean would give what the worst subset's noise leaves to all those around it.
 fn sizes(grid: Grid, errors: &[Option<[LocalError; 2]>], axis: usize, reach: usize) -> Vec<Sizes> {
-    let squares = |error: &Option<[LocalError; 2]>| {
-        let Some(error) = error.map(|of_axes| of_axes[axis]) else { return [0.0; 5] };
-        let of_part = |part: usize| error.parts_px[part].powi(2) - error.covariance[part][part];
-        let of_affine = error.of_affine_px.powi(2) - error.variance_of_affine;
-        let (fourth, n_fourth) = if error.has_fourth { (of_part(1), 1.0) } else { (0.0, 0.0) };
-        [of_part(0), of_affine, 1.0, fourth, n_fourth]
+    let first = weighted_sizes(grid, errors, axis, reach, &vec![Sizes::default(); errors.len()]);
+    weighted_sizes(grid, errors, axis, reach, &first)
+}
+
+fn weighted_sizes(
+    grid: Grid,
+    errors: &[Option<[LocalError; 2]>],
+    axis: usize,
+    reach: usize,
+    expected: &[Sizes],
+) -> Vec<Sizes> {
+    let term = |value_px: f64, variance: f64, size: f64| {
+        let weight = (variance + size).powi(-2);
+        if weight.is_finite() { [weight * (value_px.powi(2) - variance), weight] } else { [0.0; 2] }
     };
-    let squares: Vec<[f64; 5]> = errors.iter().map(squares).collect();
+    let squares = |(error, expected): (&Option<[LocalError; 2]>, &Sizes)| {
+        let Some(error) = error.map(|of_axes| of_axes[axis]) else { return [0.0; 6] };
+        let of_part =
+            |part: usize| term(error.parts_px[part], error.covariance[part][part], expected.parts[part]);
+        let [second, n_second] = of_part(0);
+        let [fourth, n_fourth] = if error.has_fourth { of_part(1) } else { [0.0; 2] };
+        let [of_affine, n_affine] = term(error.of_affine_px, error.variance_of_affine, expected.of_affine);
+        [second, n_second, fourth, n_fourth, of_affine, n_affine]
+    };
+    let squares: Vec<[f64; 6]> = errors.iter().zip(expected).map(squares).collect();
     let mean = |sum: f64, n: f64| if n > 0.0 { (sum / n).max(0.0) } else { 0.0 };
-    let size = |[second, of_affine, n, fourth, n_fourth]: [f64; 5]| Sizes {
-        parts: [mean(second, n), mean(fourth, n_fourth)],
-        of_affine: mean(of_affine, n),
+    let size = |[second, n_second, fourth, n_fourth, of_affine, n_affine]: [f64; 6]| Sizes {
+        parts: [mean(second, n_second), mean(fourth, n_fourth)],
+        of_affine: mean(of_affine, n_affine),
     };
     grid.sums(&squares, reach).into_iter().map(size).collect()
 }
@@ -194,6 +219,18 @@ fn sizes(grid: Grid, errors: &[Option<[LocalError; 2]>], axis: usize, reach: usi
 fn growth([u, v]: [Sizes; 2]) -> f64 {
     let (fourth, of_affine) = (u.parts[1] + v.parts[1], u.of_affine + v.of_affine);
     if of_affine > 0.0 { fourth / of_affine } else { 1.0 }
+}
+
+/// Shape functions by the order that they follow: none, the first, the second.
+const KIND_OF_AFFINE: usize = 1;
+const KIND_OF_QUADRATIC: usize = 2;
+
+fn kind_of(shape: Shape) -> usize {
+    match shape {
+        Shape::Quadratic => KIND_OF_QUADRATIC,
+        Shape::Affine => KIND_OF_AFFINE,
+        _ => 0,
+    }
 }
 
 fn closing(shape: Shape) -> f64 {
@@ -216,8 +253,7 @@ fn without(found: Estimate, error: Option<LocalError>, [second, fourth]: [f64; 2
         - 2.0 * (of_second * error.with_own[0] + of_fourth * error.with_own[1]);
     let left = (1.0 - of_second).powi(2) * second + (1.0 - of_fourth).powi(2) * fourth;
     let taken_px = of_second * error.parts_px[0] + of_fourth * error.parts_px[1];
-    // At an edge polynomials reach beyond what tells them: as much may be left as the fourth order adds.
-    let at_edge = if error.is_aside { fourth } else { 0.0 };
+    let at_edge = (AT_EDGE * error.aside).powi(2) * fourth;
     let variance = found.sigma.powi(2) + of_noise + left + beyond + at_edge;
     Estimate::new(found.value - taken_px, variance.max(0.0).sqrt())
 }

@@ -1,6 +1,7 @@
 //! Strain of a field, by planes through neighbouring displacements.
 
 use crate::Field;
+use crate::field::truncation::{Truncation, truncations};
 use chainwave_measurement::Estimate;
 
 /// The Green-Lagrange strain of the reference's plane at one point, with rotation taken out.
@@ -19,20 +20,26 @@ pub struct Strain {
 /// found, or all in a line.
 ///
 /// The points' errors come from pixels, so two points share as much of their error as their subsets overlap: that
-/// share of area is taken for their correlation.
+/// share of area is taken for their correlation. What the plane leaves of a displacement that bends is part of the uncertainty
+/// (`field/truncation.rs`): where it exceeds the noise, intervals are as wide as it is around the point.
 pub fn strains(field: &Field, reach: usize) -> Vec<Option<Strain>> {
-    (0..field.points.len()).map(|point| strain_at(field, point, reach)).collect()
+    let truncations = truncations(field, reach);
+    truncations
+        .iter()
+        .enumerate()
+        .map(|(point, truncation)| strain_at(field, point, reach, truncation))
+        .collect()
 }
 
 /// A point's offset from the centre, its displacement, and the variances of that.
-struct Sample {
-    offset_px: [f64; 2],
-    u_px: [f64; 2],
+pub(super) struct Sample {
+    pub(super) offset_px: [f64; 2],
+    pub(super) u_px: [f64; 2],
     sigma_px: [f64; 2],
 }
 
-fn strain_at(field: &Field, point: usize, reach: usize) -> Option<Strain> {
-    let samples = samples_around(field, point, reach);
+fn strain_at(field: &Field, point: usize, reach: usize, truncation: &Truncation) -> Option<Strain> {
+    let samples = samples_around(field, point, reach, 1);
     let side = 2 * reach + 1;
     if samples.len() * 2 < side * side || samples.len() < 3 {
         return None;
@@ -41,8 +48,10 @@ fn strain_at(field: &Field, point: usize, reach: usize) -> Option<Strain> {
     let gradient = |component: usize, axis: usize| -> f64 {
         samples.iter().zip(&slopes).map(|(sample, weights)| weights[axis] * sample.u_px[component]).sum()
     };
-    let variance =
-        |component: usize, a: usize, b: usize| covariance(field, &samples, &slopes, component, [a, b]);
+    let variance = |component: usize, a: usize, b: usize| {
+        let of_plane = if a == b { truncation[component][a] } else { 0.0 };
+        covariance(field, &samples, &slopes, component, [a, b]) + of_plane
+    };
     let [ux, uy, vx, vy] = [gradient(0, 0), gradient(0, 1), gradient(1, 0), gradient(1, 1)];
     let along = |value: f64, [du, dv]: [f64; 2], axis: usize| {
         let sum = du * du * variance(0, axis, axis) + dv * dv * variance(1, axis, axis);
@@ -63,13 +72,15 @@ fn strain_at(field: &Field, point: usize, reach: usize) -> Option<Strain> {
     })
 }
 
-fn samples_around(field: &Field, point: usize, reach: usize) -> Vec<Sample> {
+/// Every `stride`th point up to `reach` columns and rows away that was found.
+pub(super) fn samples_around(field: &Field, point: usize, reach: usize, stride: usize) -> Vec<Sample> {
     let (column, row) = (point % field.n_columns, point / field.n_columns);
     let n_rows = field.points.len() / field.n_columns;
-    let (columns, rows) = (
-        column.saturating_sub(reach)..(column + reach + 1).min(field.n_columns),
-        row.saturating_sub(reach)..(row + reach + 1).min(n_rows),
-    );
+    let line = |own: usize, n: usize| {
+        let first = own - own.min(reach) / stride * stride;
+        (first..(own + reach + 1).min(n)).step_by(stride)
+    };
+    let (columns, rows) = (line(column, field.n_columns), line(row, n_rows));
     let centre = &field.points[point];
     let sample = |i: usize| {
         let point = &field.points[i];
@@ -86,7 +97,7 @@ fn samples_around(field: &Field, point: usize, reach: usize) -> Vec<Sample> {
 }
 
 /// How much each sample adds to the slope of the plane along x and y.
-fn slope_weights(samples: &[Sample]) -> Option<Vec<[f64; 2]>> {
+pub(super) fn slope_weights(samples: &[Sample]) -> Option<Vec<[f64; 2]>> {
     let n = samples.len() as f64;
     let mean = [0, 1].map(|axis| samples.iter().map(|sample| sample.offset_px[axis]).sum::<f64>() / n);
     let from_mean = |sample: &Sample| [sample.offset_px[0] - mean[0], sample.offset_px[1] - mean[1]];
@@ -100,7 +111,7 @@ fn slope_weights(samples: &[Sample]) -> Option<Vec<[f64; 2]>> {
 }
 
 /// Covariance of the slopes of one component of the displacement along two axes.
-fn covariance(
+pub(super) fn covariance(
     field: &Field,
     samples: &[Sample],
     weights: &[[f64; 2]],

@@ -199,6 +199,18 @@ impl UnitCovariance {
         // NaN stays NaN
         if xx > yy { xx } else { yy }
     }
+
+    /// Relative standard error with which a subset knows how the displacement of its centre along x or y (0 or 1) answers to the texture,
+    /// where `n` independent gradients tell it.
+    ///
+    /// The square of a gradient of energy S with noise of energy K has, less K, a variance of `(4 S K + 2 K^2)/n`; M, and with it sigma, is
+    /// known no better than that. It counts in the direction that moves the centre: where that depends on a parameter which the
+    /// texture hardly shows (the turn of a lone round spot), S is that parameter's.
+    pub(crate) fn sensitivity_error(&self, axis: usize, n: f64) -> f64 {
+        let place = axis * (self.signal.nrows() / 2);
+        let noise = self.noise[(place, place)] / self.signal[(place, place)];
+        ((4.0 * noise + 2.0 * noise * noise) / n).sqrt()
+    }
 }
 
 /// Covariance of the displacement of the centre (xx, xy, yy), out of that of all parameters.

@@ -81,7 +81,7 @@ fn squared(
 
 /// What the mean of n squares of normal numbers exceeds in 1 % of cases (E. B. Wilson, M. M. Hilferty, Proc. Natl. Acad. Sci.
 /// 17 (1931) 684-688).
-fn largest_mean(n: f64) -> f64 {
+pub(in crate::field) fn largest_mean(n: f64) -> f64 {
     let spread = 2.0 / (9.0 * n.max(1.0));
     (1.0 - spread + LEVEL_QUANTILE * spread.sqrt()).powi(3)
 }

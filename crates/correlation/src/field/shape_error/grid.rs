@@ -12,10 +12,10 @@ pub(super) struct Reading {
 
 /// Columns and rows of a field.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Grid {
-    pub(super) n_columns: usize,
-    pub(super) n_rows: usize,
-    pub(super) step_px: f64,
+pub(in crate::field) struct Grid {
+    pub(in crate::field) n_columns: usize,
+    pub(in crate::field) n_rows: usize,
+    pub(in crate::field) step_px: f64,
 }
 
 impl Grid {
@@ -42,7 +42,7 @@ impl Grid {
     }
 
     /// For each point the sum of some numbers over those up to `reach` columns and rows away.
-    pub(super) fn sums<const N: usize>(&self, values: &[[f64; N]], reach: usize) -> Vec<[f64; N]> {
+    pub(in crate::field) fn sums<const N: usize>(&self, values: &[[f64; N]], reach: usize) -> Vec<[f64; N]> {
         let along = |values: &[[f64; N]], n: usize, place: &dyn Fn(usize) -> usize, spacing: usize| {
             let sum = |point: usize| {
                 let own = place(point);

@@ -15,10 +15,7 @@ use crate::prepared::response::Response;
 const N_SECOND: usize = 6;
 const LEAST_FOR_SECOND: usize = 8;
 /// Neighbours from which on the fourth order is told: half as many more as it has monomials.
-const LEAST_FOR_FOURTH: usize = 22;
-
-/// Share of their reach by which the middle of the neighbours may lie aside of the point where the point is not at an edge of them.
-const ASIDE: f64 = 0.2;
+pub(super) const LEAST_FOR_FOURTH: usize = 22;
 
 /// What one point of a field says of the displacement around another.
 pub(super) struct Neighbour<'a> {
@@ -45,8 +42,8 @@ pub(super) struct LocalError {
     pub(super) with_own: [f64; 2],
     /// Whether the neighbours tell the fourth order: else the second part is zero and says nothing.
     pub(super) has_fourth: bool,
-    /// Whether the point lies aside of the middle of its neighbours, as at an edge.
-    pub(super) is_aside: bool,
+    /// How far the point lies aside of the middle of its neighbours, as a share of their reach: 1 in the outermost row of a field.
+    pub(super) aside: f64,
 }
 
 /// The errors along x and y of the match of the neighbour that is `own`; `None` where too few surround it. `reach_px` is how far
@@ -64,7 +61,7 @@ pub(super) fn local_error(
     let second = design.functionals(N_SECOND, &design.own)?;
     let of_affine = design.functionals(N_SECOND, &design.of_affine(side_px))?;
     let [x, y] = [0, 1].map(|axis| neighbours.iter().map(|neighbour| neighbour.offset_px[axis]).sum::<f64>());
-    let is_aside = x.abs().max(y.abs()) / neighbours.len() as f64 > ASIDE * reach_px;
+    let aside = x.abs().max(y.abs()) / neighbours.len() as f64 / reach_px;
     let fourth = (neighbours.len() >= LEAST_FOR_FOURTH)
         .then(|| design.functionals(MAX_MONOMIALS, &design.own))
         .flatten();
@@ -88,7 +85,7 @@ pub(super) fn local_error(
             variance_of_affine: product(&of_affine, &through[2]),
             with_own: [0, 1].map(|part| through[part][(2 * own + component, component)]),
             has_fourth,
-            is_aside,
+            aside,
         }
     }))
 }
