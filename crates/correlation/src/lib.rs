@@ -45,27 +45,17 @@
 //! ```
 //! use chainwave_correlation::{ReferenceFrames, Settings, track};
 //! use chainwave_measurement::Subset;
-//! # use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region};
-//! # /// A texture of forty waves that moves right by an eighth of a pixel a frame.
-//! # struct Film(RecordingInfo);
-//! # impl Recording for Film {
-//! #     fn path(&self) -> &std::path::Path { std::path::Path::new("film") }
-//! #     fn info(&self) -> &RecordingInfo { &self.0 }
-//! #     fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {
-//! #         self.check_request(frame, region, pixels.len())?;
-//! #         for (k, pixel) in pixels.iter_mut().enumerate() {
-//! #             let x = (region.x + k % region.width) as f64 - 0.125 * frame as f64;
-//! #             let y = (region.y + k / region.width) as f64;
-//! #             let wave = |n: i32| (0.9 * f64::from(n).sin() * x + 0.9 * f64::from(2 * n + 1).sin() * y + f64::from(n * n)).sin();
-//! #             *pixel = (2000.0 + 150.0 * (1..=40).map(wave).sum::<f64>()) as f32;
-//! #         }
-//! #         Ok(())
-//! #     }
-//! # }
-//! # let recording = Film(RecordingInfo {
-//! #     format: "in memory".into(), width_px: 96, height_px: 80, n_frames: 9, bit_depth: 12, rate_hz: Some(1e4),
-//! #     times_s: (0..9).map(|k| 1e-4 * f64::from(k)).collect(), first_image: 0, camera: None, exposure_s: None, warnings: vec![],
-//! # });
+//! # use chainwave_measurement::MemoryRecording;
+//! # // A texture of forty waves that moves right by an eighth of a pixel a frame.
+//! # let frame = |k: u32| -> Vec<f32> {
+//! #     let pixel = |i: u32| {
+//! #         let (x, y) = (f64::from(i % 96) - 0.125 * f64::from(k), f64::from(i / 96));
+//! #         let wave = |n: i32| (0.9 * f64::from(n).sin() * x + 0.9 * f64::from(2 * n + 1).sin() * y + f64::from(n * n)).sin();
+//! #         (2000.0 + 150.0 * (1..=40).map(wave).sum::<f64>()) as f32
+//! #     };
+//! #     (0..96 * 80).map(pixel).collect()
+//! # };
+//! # let recording = MemoryRecording::new(96, 12, (0..9).map(frame).collect());
 //!
 //! let marker = Subset { name: "marker".into(), x_px: 45.0, y_px: 40.0, half_width_px: 16, half_height_px: 16 };
 //! let first = ReferenceFrames::Single(0);

@@ -10,9 +10,7 @@
 pub(crate) mod shift;
 mod trial;
 
-use std::path::Path;
-
-use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region, Subset};
+use chainwave_measurement::{MemoryRecording, Recording, Region, Subset};
 
 use crate::reference::gradient::noise_variance;
 use crate::self_test::shift::{Normal, shifted};
@@ -128,7 +126,8 @@ fn test_one(method: Method, films: &[Film], settings: &Settings) -> Result<RungE
     let mut effort = 0.0;
     for film in films {
         let subsets = std::slice::from_ref(&film.subset);
-        let tracks = method.track(film, subsets, &ReferenceFrames::Single(0), settings, &|_| ())?;
+        let tracks =
+            method.track(&film.recording, subsets, &ReferenceFrames::Single(0), settings, &|_| ())?;
         let n_pixels = (2 * film.subset.half_width_px + 1) * (2 * film.subset.half_height_px + 1);
         effort += method.effort(n_pixels);
         for (found, (shift, &[dx, dy])) in
@@ -155,12 +154,11 @@ fn test_one(method: Method, films: &[Film], settings: &Settings) -> Result<RungE
 
 /// A patch of the reference, and the same patch shifted, with noise.
 struct Film {
-    info: RecordingInfo,
+    recording: MemoryRecording,
     /// In the film's own pixels.
     subset: Subset,
     /// Of each frame after the first.
     shifts: Vec<[f64; 2]>,
-    frames: Vec<Vec<f32>>,
 }
 
 impl Film {
@@ -191,18 +189,10 @@ impl Film {
             y_px: subset.y_px - region.y as f64,
             ..subset.clone()
         };
-        let info = RecordingInfo {
-            format: "self-test".into(),
-            width_px: region.width,
-            height_px: region.height,
-            n_frames: frames.len(),
-            // what saturates in the recording has an exact truth once it is shifted as it is
-            bit_depth: f32::MAX_EXP.unsigned_abs(),
-            times_s: (0..frames.len()).map(|frame| frame as f64).collect(),
-            warnings: Vec::new(),
-            ..recording.info().clone()
-        };
-        Ok(Self { info, subset, shifts, frames })
+        let mut recording = MemoryRecording::cut_from(recording, region.width, frames);
+        // what saturates in the recording has an exact truth once it is shifted as it is
+        recording.info.bit_depth = f32::MAX_EXP.unsigned_abs();
+        Ok(Self { recording, subset, shifts })
     }
 }
 
@@ -244,23 +234,4 @@ fn away_from_edges(subset: &Subset, region: Region) -> [f64; 2] {
         }
     };
     [along(x0, x1, region.x, region.width), along(y0, y1, region.y, region.height)]
-}
-
-impl Recording for Film {
-    fn path(&self) -> &Path {
-        Path::new("self-test")
-    }
-
-    fn info(&self) -> &RecordingInfo {
-        &self.info
-    }
-
-    fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {
-        self.check_request(frame, region, pixels.len())?;
-        let rows = self.frames[frame].chunks_exact(self.info.width_px).skip(region.y);
-        for (out, row) in pixels.chunks_exact_mut(region.width).zip(rows) {
-            out.copy_from_slice(&row[region.x..region.x + region.width]);
-        }
-        Ok(())
-    }
 }

@@ -6,19 +6,20 @@ use chainwave_correlation::{
     CorrelationError, Interpolation, Method, ReferenceFrames, Settings, Shape, ShapeChoice, cheapest_within,
     self_test, smallest_half_px,
 };
-use support::{Film, SIZE, Speckle, grid, moments, sense, subset};
+use chainwave_measurement::MemoryRecording;
+use support::{SIZE, Speckle, grid, moments, recorded, sense, subset};
 
 const FIRST: ReferenceFrames = ReferenceFrames::Single(0);
 
 /// Frame k has moved by (k - 1)/10 px; the first two show the plane at rest.
-fn film(noise: f64) -> Film {
+fn film(noise: f64) -> MemoryRecording {
     let speckle = Speckle::new(17, Speckle::RADIUS_PX);
     let frame = |k: i32| {
         let way = 0.1 * f64::from((k - 1).max(0));
         let image = speckle.render(|[x, y]| [x + way, y - 3.0 * way]);
         sense(&image, noise, 40 + k as u64)
     };
-    Film::new((0..12).map(frame).collect())
+    recorded((0..12).map(frame).collect())
 }
 
 fn method(interpolation: Interpolation) -> Method {

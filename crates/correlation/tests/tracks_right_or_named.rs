@@ -6,22 +6,23 @@
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking, and shows what it measured")]
 #![expect(clippy::print_stdout, reason = "what each case gave is a table to be read")]
 
+#[path = "support/outcome.rs"]
+mod outcome;
+
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::num::NonZero;
-use std::path::Path;
 
 use chainwave_correlation::{Method, ReferenceFrames, Settings};
-use chainwave_measurement::{Position, ReadError, Recording, RecordingInfo, Region, Subset, Track};
+use chainwave_measurement::{Lost, MemoryRecording, Position, Subset, Track};
 use chainwave_synthetic::pictures::{Deformation, Surface, Texture, counts, picture};
+use outcome::Outcome;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 const SIZE_PX: [usize; 2] = [176, 176];
 const MIDDLE_PX: [f64; 2] = [87.5, 87.5];
 const N_FRAMES: usize = 12;
-/// Errors beyond so many pixels and so many sigma more are no errors of a match, but another place.
-const WRONG: (f64, f64) = (1.0, 6.0);
 
 /// A film: what each frame shows, and where its points lie in the first.
 struct Shown {
@@ -30,70 +31,13 @@ struct Shown {
     subsets: Vec<Subset>,
 }
 
-/// What tracks say of some films.
-#[derive(Debug, Default, Clone, Copy)]
-struct Outcome {
-    n_ok: usize,
-    n_wrong: usize,
-    /// Readings whose subset the frame shows whole.
-    n_visible: usize,
-    /// Of these, right.
-    n_found: usize,
-}
-
-impl Outcome {
-    fn add(&mut self, other: &Self) {
-        self.n_ok += other.n_ok;
-        self.n_wrong += other.n_wrong;
-        self.n_visible += other.n_visible;
-        self.n_found += other.n_found;
-    }
-}
-
-struct Film {
-    info: RecordingInfo,
-    frames: Vec<Vec<f32>>,
-}
-
-impl Recording for Film {
-    fn path(&self) -> &Path {
-        Path::new("film")
-    }
-
-    fn info(&self) -> &RecordingInfo {
-        &self.info
-    }
-
-    fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {
-        self.check_request(frame, region, pixels.len())?;
-        for (y, row) in pixels.chunks_exact_mut(region.width).enumerate() {
-            let start = (region.y + y) * SIZE_PX[0] + region.x;
-            row.copy_from_slice(&self.frames[frame][start..start + region.width]);
-        }
-        Ok(())
-    }
-}
-
 impl Shown {
-    fn film(&self, seed: u64) -> Film {
+    fn film(&self, seed: u64) -> MemoryRecording {
         let seen = |(number, surfaces): (u64, &Vec<Surface>)| {
             let counts = counts(&picture(SIZE_PX, surfaces).unwrap(), 12, self.noise, seed, number).unwrap();
             counts.into_raw_vec_and_offset().0
         };
-        let info = RecordingInfo {
-            format: "memory".into(),
-            width_px: SIZE_PX[0],
-            height_px: SIZE_PX[1],
-            n_frames: self.frames.len(),
-            bit_depth: 12,
-            rate_hz: None,
-            times_s: (0..self.frames.len()).map(|frame| frame as f64).collect(),
-            first_image: 0,
-            camera: None,
-            exposure_s: None,
-            warnings: Vec::new(),
-        };
-        Film { info, frames: (0..).zip(&self.frames).map(seen).collect() }
+        MemoryRecording::new(SIZE_PX[0], 12, (0..).zip(&self.frames).map(seen).collect())
     }
 
     /// The topmost surface of the first frame at a point.
@@ -126,29 +70,16 @@ impl Shown {
         })
     }
 
+    /// What tracks say of the film.
     fn outcome(&self, subsets: &[Subset], tracks: &[Track]) -> Outcome {
-        let mut outcome = Outcome::default();
-        for (subset, track) in subsets.iter().zip(tracks) {
-            for (frame, found) in track.positions.iter().enumerate() {
-                let truth = self.truth(frame, [subset.x_px, subset.y_px]);
-                let is_right = |found: &Position| {
-                    let off = |value: f64, sigma: f64, truth: f64| {
-                        (value - truth).abs() <= WRONG.0 + WRONG.1 * sigma
-                    };
-                    truth.is_some_and(|[x, y]| {
-                        off(found.x_px.value, found.x_px.sigma, x)
-                            && off(found.y_px.value, found.y_px.sigma, y)
-                    })
-                };
-                let right = found.as_ref().ok().map(is_right);
-                let visible = self.shows(frame, subset);
-                outcome.n_ok += usize::from(right.is_some());
-                outcome.n_wrong += usize::from(right == Some(false));
-                outcome.n_visible += usize::from(visible);
-                outcome.n_found += usize::from(visible && right == Some(true));
-            }
-        }
-        outcome
+        let of_reading = |subset: &Subset, frame: usize, found: &Result<Position, Lost>| {
+            let truth = self.truth(frame, [subset.x_px, subset.y_px]);
+            Outcome::of(found.as_ref().ok(), truth, self.shows(frame, subset))
+        };
+        let of_track = |(subset, track): (&Subset, &Track)| -> Outcome {
+            (0..).zip(&track.positions).map(|(frame, found)| of_reading(subset, frame, found)).sum()
+        };
+        subsets.iter().zip(tracks).map(of_track).sum()
     }
 }
 
@@ -305,23 +236,16 @@ fn count(methods: &[(&str, usize)], seeds: std::ops::Range<u64>) -> BTreeMap<(St
                 if outcome.n_wrong > 0 {
                     println!("seed {seed}, {name}, {method}, noise {}: {outcome:?}", scene.noise);
                 }
-                all.entry((method.to_owned(), (*name).to_owned()))
-                    .or_insert_with(Outcome::default)
-                    .add(&outcome);
+                let sum = all.entry((method.to_owned(), (*name).to_owned())).or_insert_with(Outcome::default);
+                *sum = [*sum, outcome].into_iter().sum();
             }
         }
     }
     println!();
-    for ((method, name), Outcome { n_ok, n_wrong, n_visible, n_found }) in &all {
-        println!(
-            "{method:<26} {name:<36} ok {n_ok:7}  wrong {n_wrong:3}  found {n_found:7} of {n_visible:7} visible"
-        );
+    for ((method, name), outcome) in &all {
+        println!("{method:<26} {name:<36} {outcome}");
     }
-    let total = all.values().fold(Outcome::default(), |mut sum, outcome| {
-        sum.add(outcome);
-        sum
-    });
-    println!("in all {total:?}");
+    println!("in all {}", all.values().copied().sum::<Outcome>());
     all
 }
 

@@ -1,11 +1,10 @@
 //! The ladder of tracking methods on a scene.
 
-use std::path::Path;
 use std::time::Instant;
 
 use chainwave_correlation::{Method, Settings, self_test};
 use chainwave_experiment::View;
-use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region};
+use chainwave_measurement::{Excerpt, Recording};
 
 use super::Rung;
 use crate::error::Error;
@@ -46,41 +45,13 @@ pub(super) fn ladder(scene: &View) -> Result<Vec<Rung>, Error> {
 
 /// Time in seconds that a method takes on one thread, and positions that it gave.
 fn timed(scene: &View, method: Method, settings: &Settings) -> Result<(f64, u64), Error> {
-    let head = Head::of(scene.recording.as_ref(), TIMED_FRAMES);
+    let n_frames = scene.recording.info().n_frames.min(TIMED_FRAMES);
+    let head = Excerpt::new(scene.recording.as_ref(), (0..n_frames).collect());
     let mut shortest_s = f64::INFINITY;
     for _ in 0..REPETITIONS {
         let start = Instant::now();
         method.track(&head, &scene.subsets, &scene.reference, settings, &|_| ())?;
         shortest_s = shortest_s.min(start.elapsed().as_secs_f64());
     }
-    Ok((shortest_s, (head.info.n_frames * scene.subsets.len()) as u64))
-}
-
-/// The first frames of a recording.
-struct Head<'a> {
-    recording: &'a dyn Recording,
-    info: RecordingInfo,
-}
-
-impl<'a> Head<'a> {
-    fn of(recording: &'a dyn Recording, n_frames: usize) -> Self {
-        let info = recording.info();
-        let n_frames = info.n_frames.min(n_frames);
-        let times_s = info.times_s.iter().take(n_frames).copied().collect();
-        Self { recording, info: RecordingInfo { n_frames, times_s, ..info.clone() } }
-    }
-}
-
-impl Recording for Head<'_> {
-    fn path(&self) -> &Path {
-        self.recording.path()
-    }
-
-    fn info(&self) -> &RecordingInfo {
-        &self.info
-    }
-
-    fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {
-        self.recording.read_region(frame, region, pixels)
-    }
+    Ok((shortest_s, (n_frames * scene.subsets.len()) as u64))
 }

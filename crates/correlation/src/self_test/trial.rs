@@ -1,9 +1,7 @@
 //! Whether a method keeps up with what a film shows: tried on the film itself, from where it begins to move, against the method that follows
 //! most.
 
-use std::path::Path;
-
-use chainwave_measurement::{Position, ReadError, Recording, RecordingInfo, Region, Subset, Track};
+use chainwave_measurement::{Excerpt, Position, Recording, Subset, Track};
 
 use crate::{CorrelationError, Interpolation, Method, ReferenceFrames, Settings, Shape, ShapeChoice};
 
@@ -83,35 +81,5 @@ impl<'a> Trial<'a> {
             }
         }
         Ok(square <= n * error_px.powi(2) + variance)
-    }
-}
-
-/// Some frames of a recording.
-struct Excerpt<'a> {
-    recording: &'a dyn Recording,
-    info: RecordingInfo,
-    frames: Vec<usize>,
-}
-
-impl<'a> Excerpt<'a> {
-    fn new(recording: &'a dyn Recording, frames: Vec<usize>) -> Self {
-        let all = recording.info();
-        let times_s = frames.iter().filter_map(|&frame| all.times_s.get(frame).copied()).collect();
-        Self { info: RecordingInfo { n_frames: frames.len(), times_s, ..all.clone() }, recording, frames }
-    }
-}
-
-impl Recording for Excerpt<'_> {
-    fn path(&self) -> &Path {
-        self.recording.path()
-    }
-
-    fn info(&self) -> &RecordingInfo {
-        &self.info
-    }
-
-    fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {
-        self.check_request(frame, region, pixels.len())?;
-        self.recording.read_region(self.frames[frame], region, pixels)
     }
 }
