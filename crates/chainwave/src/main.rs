@@ -6,6 +6,7 @@
 //! recordings, in parallel; what each recording gave is kept, so an interrupted run goes on where it stopped.
 
 mod calibrate;
+mod choices;
 mod cli;
 mod closing;
 mod contact;

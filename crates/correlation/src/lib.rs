@@ -17,7 +17,8 @@
 //!   anything else does where the body may be. What may as well be another place is [`chainwave_measurement::Lost::Ambiguous`].
 //! - What a scene requires is found by evidence: the shape function by a test of what the matches would have to explain
 //!   as noise ([`ShapeEvidence`]), the rung of the ladder by shifting the user's own reference and on the motion that the film shows
-//!   ([`self_test()`], [`cheapest_within`]), the subset's size by the noise floor ([`smallest_half_px`]).
+//!   ([`self_test()`], [`cheapest_within`]), the subset's size by the noise floor and by chance
+//!   ([`subset_size()`], [`ChosenGrid`]).
 //!
 //! - Interpolation leaves a bias that follows from its kernel and the reference alone. It is foreseen for each subset and
 //!   taken off, which makes the cheap kernels nearly as good as the dear ones; 7 % of it stays in sigma. What OpenCV's
@@ -76,9 +77,11 @@ mod acceptance;
 mod error;
 mod evidence;
 mod field;
+mod grid_choice;
 mod icgn;
 mod interpolation_error;
 mod method;
+mod middle;
 mod prepared;
 mod reference;
 mod refine;
@@ -96,6 +99,7 @@ pub use error::CorrelationError;
 pub use evidence::ShapeEvidence;
 pub use field::strain::{Strain, strains};
 pub use field::{Field, FieldGrid, FieldPoint, correlate};
+pub use grid_choice::{ChosenGrid, PicturePair};
 pub use icgn::outcome::{Match, Workspace};
 pub use method::{METHODS, Method};
 pub use prepared::PreparedSubset;
@@ -103,7 +107,7 @@ pub use reference::edge::{SharpEdge, Side, sharp_edge};
 pub use reference::{Reference, mean_of_frames};
 pub use self_test::{RungError, cheapest_within, self_test};
 pub use settings::{Acceptance, Interpolation, ReferenceFrames, Settings, Shape, ShapeChoice};
-pub use subset_size::smallest_half_px;
+pub use subset_size::{SizeReason, SubsetSize, subset_size};
 pub use track::{track, track_by_evidence};
 pub use window::Window;
 

@@ -3,8 +3,8 @@
 mod support;
 
 use chainwave_correlation::{
-    CorrelationError, Interpolation, Method, ReferenceFrames, Settings, Shape, ShapeChoice, cheapest_within,
-    self_test, smallest_half_px,
+    CorrelationError, Interpolation, Method, ReferenceFrames, Settings, Shape, ShapeChoice, SizeReason,
+    cheapest_within, self_test, subset_size,
 };
 use chainwave_measurement::MemoryRecording;
 use support::{SIZE, Speckle, grid, moments, recorded, sense, subset};
@@ -84,7 +84,8 @@ fn subsets_at_the_edge_of_the_frame_are_tested_too() {
 #[test]
 fn the_smallest_subset_that_the_noise_allows_is_as_good_as_promised() {
     let film = film(0.02);
-    let half = smallest_half_px(&film, [200.0, 210.0], &FIRST, 0.012).unwrap();
+    let half_at = |place: [f64; 2], error_px: f64| subset_size(&film, place, &[], &FIRST, error_px);
+    let half = half_at([200.0, 210.0], 0.012).unwrap().half_width_px;
     let sigma = |half: usize| {
         let subsets = [subset(200.0, 210.0, half)];
         let tracks =
@@ -92,11 +93,10 @@ fn the_smallest_subset_that_the_noise_allows_is_as_good_as_promised() {
         let position = tracks.unwrap()[0].positions[5].unwrap();
         position.x_px.sigma.max(position.y_px.sigma)
     };
-    // The floor is that of a translation. An affine shape costs up to 3 % more and the noise in the gradients 4 %; the
-    // residual tells its own noise to 5 %.
+    // The noise in the gradients costs 4 % more than the floor; the residual tells its own noise to 5 %. A size is met to an eighth.
     let [found, smaller] = [half, half - 3].map(sigma);
     assert!(found < 1.12 * 0.012 && smaller > 0.012, "{half}: {found} {smaller}");
-    let hopeless = smallest_half_px(&film, [200.0, 210.0], &FIRST, 1e-9).unwrap();
-    assert_eq!(hopeless, 60);
-    assert!(smallest_half_px(&film, [2.0, 210.0], &FIRST, 0.01).is_err());
+    let hopeless = half_at([200.0, 210.0], 1e-9).unwrap();
+    assert_eq!((hopeless.half_width_px, hopeless.reason), (60, SizeReason::Bounded));
+    assert!(half_at([2.0, 210.0], 0.01).is_err());
 }

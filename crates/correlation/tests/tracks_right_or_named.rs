@@ -186,6 +186,21 @@ fn repeats(draw: &mut Draw) -> Shown {
     scene
 }
 
+/// Dots on a lattice that set out from rest and go to and fro, by less than half a period from frame to frame.
+fn repeats_slowly(draw: &mut Draw) -> Shown {
+    let pitch = draw.between(9.0, 14.0);
+    let way = draw.between(0.5, 1.5) * pitch;
+    let angle = draw.between(0.0, 2.0 * PI);
+    let mut scene = plane(draw, |_, frame| {
+        // from rest over one and a half periods of the way, the velocity changing by at most 4 pi^2/24^2 = 0.07 ways a frame
+        let along = way * 0.5 * (1.0 - (2.0 * PI * (frame - 1.0).max(0.0) / 24.0).cos());
+        Deformation::rigid(MIDDLE_PX, 0.0, [along * angle.cos(), along * angle.sin()])
+    });
+    let dots = Texture::dots(pitch, 0.4 * pitch, MIDDLE_PX, [190.0; 2]);
+    scene.frames.iter_mut().flatten().for_each(|surface| surface.texture = dots.clone());
+    scene
+}
+
 /// Discs on black that turn by 30 degrees a frame and move by up to 60 px, some out of the picture and back.
 fn bodies(draw: &mut Draw) -> Shown {
     let turn = draw.between(0.0, 30.0) * PI / 180.0;
@@ -208,13 +223,14 @@ fn bodies(draw: &mut Draw) -> Shown {
 
 type Case = fn(&mut Draw) -> Shown;
 
-const CASES: [(&str, Case); 7] = [
+const CASES: [(&str, Case); 8] = [
     ("jumps of up to 50 px", jumps),
     ("turns of 5 to 30 degrees a frame", turns),
     ("stretches up to -0.35 .. 0.5", stretches),
     ("another texture every fourth frame", cuts),
     ("a disc goes before", hides),
     ("dots on a lattice, jumping", repeats),
+    ("dots on a lattice, slow", repeats_slowly),
     ("discs turning, jumping 60 px", bodies),
 ];
 
@@ -233,6 +249,22 @@ fn count(methods: &[(&str, usize)], seeds: std::ops::Range<u64>) -> BTreeMap<(St
                 let tracks =
                     by.track(&film, &subsets, &ReferenceFrames::Single(0), &settings, &|_| ()).unwrap();
                 let outcome = scene.outcome(&subsets, &tracks);
+                if std::env::var("SHOW").is_ok() {
+                    println!("half {} noise {}", subsets[0].half_width_px, scene.noise);
+                    for track in &tracks {
+                        let said: Vec<String> = track
+                            .positions
+                            .iter()
+                            .map(|found| {
+                                found.as_ref().map_or_else(
+                                    |lost| lost.as_str().to_owned(),
+                                    |p| format!("{:.2}", p.zncc),
+                                )
+                            })
+                            .collect();
+                        println!("{} {said:?}", track.name);
+                    }
+                }
                 if outcome.n_wrong > 0 {
                     println!("seed {seed}, {name}, {method}, noise {}: {outcome:?}", scene.noise);
                 }
