@@ -17,7 +17,7 @@
 //!   anything else does where the body may be. What may as well be another place is [`chainwave_measurement::Lost::Ambiguous`].
 //! - What a scene requires is found by evidence: the shape function by a test of what the matches would have to explain
 //!   as noise ([`ShapeEvidence`]), the rung of the ladder by shifting the user's own reference and on the motion that the film shows
-//!   ([`self_test()`], [`cheapest_within`]), the subset's size by the noise floor and by chance
+//!   ([`self_test()`], [`film_test`], [`cheapest_within`]), the subset's size by the noise floor and by chance
 //!   ([`subset_size()`], [`ChosenGrid`]).
 //!
 //! - Interpolation leaves a bias that follows from its kernel and the reference alone. It is foreseen for each subset and
@@ -105,7 +105,7 @@ pub use method::{METHODS, Method};
 pub use prepared::PreparedSubset;
 pub use reference::edge::{SharpEdge, Side, sharp_edge};
 pub use reference::{Reference, mean_of_frames};
-pub use self_test::{RungError, cheapest_within, self_test};
+pub use self_test::{FilmError, RungError, cheapest_within, film_test, self_test};
 pub use settings::{Acceptance, Interpolation, ReferenceFrames, Settings, Shape, ShapeChoice};
 pub use subset_size::{SizeReason, SubsetSize, subset_size};
 pub use track::{track, track_by_evidence};

@@ -14,7 +14,7 @@ use chainwave_measurement::{MemoryRecording, Recording, Region, Subset};
 
 use crate::reference::gradient::noise_variance;
 use crate::self_test::shift::{Normal, shifted};
-use crate::self_test::trial::Trial;
+use crate::self_test::trial::{OnFilm, Trial};
 use crate::{CorrelationError, Method, Reference, ReferenceFrames, Settings};
 
 /// What a rung did in a self-test.
@@ -64,6 +64,42 @@ pub fn self_test(
     methods.iter().map(|&method| test_one(method, &films, settings)).collect()
 }
 
+/// What a rung did on the film itself, against the rung that follows turns, stretches and jumps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FilmError {
+    /// The rung.
+    pub method: Method,
+    /// Root mean square difference along one axis from the other rung's positions beyond what noise explains, in pixels; `None` where nothing was
+    /// found.
+    pub error_px: Option<f64>,
+    /// Positions that both found.
+    pub n_found: u32,
+    /// Positions that the other alone found.
+    pub n_lost: u32,
+}
+
+/// Runs each method on the film from its first motion on: bodies that turn, stretch or move fast, which [`self_test`] does not know.
+///
+/// # Errors
+/// As [`crate::track`].
+pub fn film_test(
+    methods: &[Method],
+    recording: &dyn Recording,
+    subsets: &[Subset],
+    reference: &ReferenceFrames,
+    settings: &Settings,
+) -> Result<Vec<FilmError>, CorrelationError> {
+    if subsets.is_empty() {
+        return Ok(Vec::new());
+    }
+    let trial = Trial::new(recording, subsets, reference, settings)?;
+    let of = |&method: &Method| {
+        let OnFilm { error_px, n_found, n_lost, .. } = trial.of(method, settings)?;
+        Ok(FilmError { method, error_px, n_found, n_lost })
+    };
+    methods.iter().map(of).collect()
+}
+
 /// The method with the least effort whose error in a self-test is at most `error_px` and which loses nothing there, nor of what the film
 /// itself shows from its first motion on: bodies that turn, stretch or move fast.
 ///
@@ -86,7 +122,7 @@ pub fn cheapest_within(
     if !good.is_empty() && !subsets.is_empty() {
         let trial = Trial::new(recording, subsets, reference, settings)?;
         for &method in &good {
-            if trial.is_held_by(method, error_px, settings)? {
+            if trial.of(method, settings)?.holds(error_px) {
                 return Ok(method);
             }
         }
@@ -225,12 +261,14 @@ fn away_from_edges(subset: &Subset, region: Region) -> [f64; 2] {
     const NEAR_PX: i64 = 8;
     let [x0, x1, y0, y1] = crate::reference::pixel_bounds(subset);
     let along = |low: i64, high: i64, first: usize, n: usize| {
-        if low - (first as i64) < NEAR_PX {
-            4.0
-        } else if (first + n) as i64 - high <= NEAR_PX {
-            -5.0
-        } else {
-            0.0
+        let (before, after) = (low - first as i64, (first + n) as i64 - high - 1);
+        match (before < NEAR_PX, after < NEAR_PX) {
+            (false, false) => 0.0,
+            (true, false) => 4.0,
+            (false, true) => -5.0,
+            // a strip: to the side where there is more room
+            (true, true) if before > after => -1.0,
+            (true, true) => 0.0,
         }
     };
     [along(x0, x1, region.x, region.width), along(y0, y1, region.y, region.height)]
