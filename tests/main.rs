@@ -33,6 +33,8 @@ mod calibration;
 #[cfg(test)]
 mod camera;
 #[cfg(test)]
+mod chosen_sizes;
+#[cfg(test)]
 mod cluster;
 #[cfg(test)]
 mod command;

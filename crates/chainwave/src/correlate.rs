@@ -12,7 +12,7 @@ use chainwave_measurement::{Estimate, Recording, Region, Subset};
 use ndarray::Array2;
 use polars::prelude::Column;
 
-use crate::choices::{Choices, ChosenSize, USUAL_ERROR_PX, file_name};
+use crate::choices::{Choices, ChosenSize, file_name, noise_px};
 use crate::cli;
 use crate::closing::{PointReadings, all_lost, closing_line};
 use crate::error::Error;
@@ -53,7 +53,7 @@ fn field(
     let whole = Reference::read_whole(reference, &ReferenceFrames::Single(0))?;
     let by_texture = match arguments.half_size {
         Some(_) => None,
-        None => Some(ChosenGrid::by_texture(&whole, accuracy_px.unwrap_or(USUAL_ERROR_PX))?),
+        None => Some(ChosenGrid::by_texture(&whole, noise_px(accuracy_px))?),
     };
     let half_px = by_texture.map_or(arguments.half_size.map_or(0, usize::from), |chosen| chosen.grid.half_px);
     let (interpolation, shape) = solver(chosen, reference, half_px)?;
@@ -75,7 +75,7 @@ fn field(
     let (field, settled) = match by_texture {
         None => (on(FieldGrid::with_half(half_px))?, None),
         Some(by_texture) => {
-            let (settled, field) = by_texture.correlate(&pair, choices.error_px())?;
+            let (settled, field) = by_texture.correlate(&pair, noise_px(accuracy_px))?;
             (if step_px.is_some() { on(settled.grid)? } else { field }, Some(settled))
         }
     };

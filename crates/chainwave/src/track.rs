@@ -13,7 +13,7 @@ use chainwave_figures::PointMotion;
 use chainwave_measurement::{Estimate, Lost, Position, Recording, Subset, map_in_parallel};
 use polars::prelude::Column;
 
-use crate::choices::{Choices, ChosenSize, USUAL_ERROR_PX, file_name};
+use crate::choices::{Choices, ChosenSize, file_name, noise_px};
 use crate::cli;
 use crate::closing::{PointReadings, all_lost, closing_line};
 use crate::error::Error;
@@ -77,6 +77,11 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     if let Some(stem) = &arguments.picture {
         let moved: Vec<PointMotion> = done.iter().flat_map(|(_, tracked)| motions(tracked)).collect();
         chainwave_figures::tracks(stem, &moved)?;
+    }
+    if arguments.matching.accuracy.is_some() {
+        done.iter()
+            .filter_map(|(name, tracked)| loses_most(name, tracked))
+            .for_each(|loss| outcome.fail(loss));
     }
     choices.write_beside(&arguments.out)?;
     choices.lines().iter().for_each(|line| print(line));
@@ -149,6 +154,21 @@ fn expect_any_found(done: &[(&str, Followed)], reference: usize) -> Result<(), E
             tracks().flat_map(|one| &one.track.positions).filter_map(|found| found.as_ref().err()),
         )),
     }
+}
+
+/// What is to be said of a recording of which more than a third of the readings in view is lost: its self-test saw another film than this.
+fn loses_most(name: &str, tracked: &Followed) -> Option<String> {
+    let in_view = || {
+        let all = tracked.tracks.iter().flat_map(|one| &one.track.positions);
+        all.filter(|found| !matches!(found, Err(Lost::OutOfView | Lost::NoTexture | Lost::Unreadable)))
+    };
+    let (n, n_lost) = (in_view().count(), in_view().filter(|found| found.is_err()).count());
+    (3 * n_lost > n).then(|| {
+        format!(
+            "{name}: the method that was chosen for its accuracy loses {n_lost} of {n} readings in view (hint: --method names another, \
+             --shape auto finds the shape function)"
+        )
+    })
 }
 
 /// What became of each point in each recording; of several, their names stand with it.
@@ -255,7 +275,7 @@ pub(crate) fn subsets_in(
     reference: &ReferenceFrames,
     error_px: Option<f64>,
 ) -> Result<Vec<PlacedSubset>, Error> {
-    let error_px = error_px.unwrap_or(USUAL_ERROR_PX);
+    let error_px = noise_px(error_px);
     let all: Vec<[f64; 2]> = points.iter().map(|point| point.place_px).collect();
     let one = |(i, point): (usize, &PlacedPoint)| {
         let others = [&all[..i], &all[i + 1..]].concat();

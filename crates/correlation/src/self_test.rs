@@ -15,6 +15,7 @@ use chainwave_measurement::{MemoryRecording, Recording, Region, Subset};
 use crate::reference::gradient::noise_variance;
 use crate::self_test::shift::{Normal, shifted};
 use crate::self_test::trial::{OnFilm, Trial};
+use crate::subset_size::BORDER_PX;
 use crate::{CorrelationError, Method, Reference, ReferenceFrames, Settings};
 
 /// What a rung did in a self-test.
@@ -142,10 +143,11 @@ pub fn cheapest_within(
     Err(CorrelationError::AccuracyNotReached { path, asked_px, best, hint })
 }
 
-/// What makes every method more accurate; larger subsets only where the frame holds them.
+/// What makes every method more accurate; larger subsets only where the frame holds them, with what interpolation and a little motion need
+/// around them.
 fn more_texture(recording: &dyn Recording, subsets: &[Subset]) -> &'static str {
     let larger = |subset: &Subset| {
-        let grown = |half: usize| half + half.div_ceil(4);
+        let grown = |half: usize| half + half.div_ceil(4) + BORDER_PX;
         let (half_width_px, half_height_px) = (grown(subset.half_width_px), grown(subset.half_height_px));
         Reference::lies_inside(recording, &Subset { half_width_px, half_height_px, ..subset.clone() })
     };
