@@ -167,7 +167,8 @@ pub(crate) fn best_within(
         }
         accurate_before |= is_accurate;
     }
-    largest
+    // noise looks like a texture now and then, but not where there is most of it
+    if largest.half_px == room { largest } else { none }
 }
 
 /// The noise of the reference and that of a frame, through the subset's gradients.

@@ -147,15 +147,14 @@ fn the_grid_that_pictures_ask_for_is_near_the_best() {
 #[test]
 fn a_picture_without_texture_is_refused_with_a_hint() {
     let whole = Region::whole(120, 100);
-    let mut random = 1_u32;
-    let bare = (0..whole.n_pixels()).map(|_| {
-        random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        1000.0 + (random >> 27) as f32
-    });
-    let reference = Reference::new(whole, bare.collect(), 1).unwrap();
-    let refused = ChosenGrid::by_texture(&reference, GOAL_PX).unwrap_err();
-    assert!(matches!(refused, CorrelationError::NoTexture { .. }), "{refused}");
-    assert!(refused.to_string().contains("hint: "), "{refused}");
+    let bare = Surface::everywhere(Texture::spots(&[], 4.0), Deformation::NONE);
+    for number in 0..8 {
+        let seen = counts(&picture([120, 100], &[bare.clone()]).unwrap(), 12, 0.01, 3, number).unwrap();
+        let reference = Reference::new(whole, seen.into_raw_vec_and_offset().0, 1).unwrap();
+        let refused = ChosenGrid::by_texture(&reference, GOAL_PX).unwrap_err();
+        assert!(matches!(refused, CorrelationError::NoTexture { .. }), "{refused}");
+        assert!(refused.to_string().contains("hint: "), "{refused}");
+    }
     let tiny = Reference::new(Region::whole(6, 6), vec![1.0; 36], 1).unwrap();
     assert!(matches!(ChosenGrid::by_texture(&tiny, GOAL_PX), Err(CorrelationError::GridTooLarge { .. })));
 }

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use chainwave_correlation::{FilmError, Method, RungError, Settings, film_test, self_test};
 use chainwave_experiment::View;
-use chainwave_measurement::{Excerpt, Recording};
+use chainwave_measurement::Excerpt;
 
 use super::Rung;
 use crate::error::Error;
