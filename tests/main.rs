@@ -38,6 +38,8 @@ mod camera;
 #[cfg(test)]
 mod check;
 #[cfg(test)]
+mod chosen_sizes;
+#[cfg(test)]
 mod cluster;
 #[cfg(test)]
 mod command;

@@ -12,11 +12,10 @@ mod support;
 #[path = "../../camera/tests/camera/writer.rs"]
 mod writer;
 
-use std::path::Path;
 use std::sync::LazyLock;
 
 use chainwave_correlation::{Method, ReferenceFrames, Settings};
-use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region, Subset};
+use chainwave_measurement::{Excerpt, Subset};
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use support::{SIZE, Speckle, grid, sense};
@@ -50,7 +49,9 @@ fn on_threads(bencher: Bencher, n_threads: usize) {
 fn follow(bencher: Bencher, name: &str, n_threads: usize) {
     let method: Method = name.parse().unwrap();
     let settings = Settings { n_threads: n_threads.try_into().unwrap(), ..Settings::default() };
-    let recording = Periodic::open();
+    let file = chainwave_camera::open(&FILE.1).unwrap();
+    // the file again and again
+    let recording = Excerpt::new(&*file, (0..PERIOD * N_PERIODS).map(|frame| frame % PERIOD).collect());
     let places = grid(45).into_iter().take(N_BODIES);
     let place = |subset: Subset| {
         let [x_px, y_px] = [subset.x_px, subset.y_px].map(|place| place + MARGIN as f64);
@@ -81,33 +82,3 @@ static FILE: LazyLock<(TempDir, std::path::PathBuf)> = LazyLock::new(|| {
     CineFile { frames, width_px: SIDE, height_px: SIDE, stamps: None, exposures: None, ..CineFile::default() }
         .write()
 });
-
-/// The file again and again.
-struct Periodic {
-    file: Box<dyn Recording>,
-    info: RecordingInfo,
-}
-
-impl Periodic {
-    fn open() -> Self {
-        let file = chainwave_camera::open(&FILE.1).unwrap();
-        let n_frames = PERIOD * N_PERIODS;
-        let times_s = (0..n_frames).map(|i| i as f64).collect();
-        let info = RecordingInfo { n_frames, times_s, ..file.info().clone() };
-        Self { file, info }
-    }
-}
-
-impl Recording for Periodic {
-    fn path(&self) -> &Path {
-        self.file.path()
-    }
-
-    fn info(&self) -> &RecordingInfo {
-        &self.info
-    }
-
-    fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {
-        self.file.read_region(frame % PERIOD, region, pixels)
-    }
-}

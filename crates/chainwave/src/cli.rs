@@ -160,7 +160,8 @@ pub(crate) struct Track {
     #[arg(required = true)]
     pub(crate) recordings: Vec<PathBuf>,
     /// Table of points: name,x_px,y_px,half_width_px,half_height_px in the reference frame. Where both half sizes are
-    /// empty, the smallest subset is taken that keeps the noise within --accuracy (0.01 px when left out).
+    /// empty or left out, the smallest subset is taken that keeps the noise within --accuracy (0.01 px when left out) and that cannot be
+    /// taken for another; frame and neighbours bound it.
     #[arg(long)]
     pub(crate) points: PathBuf,
     /// Table to write (.csv or .parquet).
@@ -211,12 +212,13 @@ pub(crate) struct Correlate {
     pub(crate) reference: PathBuf,
     /// The deformed image.
     pub(crate) deformed: PathBuf,
-    /// Pixels from one point to the next.
+    /// Pixels from one point to the next; half of the half size when left out.
     #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u16).range(1..))]
-    pub(crate) step: u16,
-    /// Columns and rows of a subset on each side of its centre.
+    pub(crate) step: Option<u16>,
+    /// Columns and rows of a subset on each side of its centre. When left out, the smallest that keeps the noise within --accuracy (0.01 px
+    /// when left out) and that cannot be taken for another, less where the field bends.
     #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u16).range(2..=500))]
-    pub(crate) half_size: u16,
+    pub(crate) half_size: Option<u16>,
     /// Table to write (.csv or .parquet); pictures of the field go beside it (.svg and .png).
     #[arg(long)]
     pub(crate) out: PathBuf,

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use chainwave_correlation::{
-    Field, FieldGrid, FieldPoint, Interpolation, Method, Reference, ReferenceFrames, Settings, ShapeChoice,
-    Strain, Window,
+    ChosenGrid, Field, FieldGrid, FieldPoint, Interpolation, Method, PicturePair, Reference, ReferenceFrames,
+    Settings, ShapeChoice, Strain, Window,
 };
 use chainwave_experiment::SensorFiles;
 use chainwave_figures::{FieldMap, FieldPanel};
@@ -12,6 +12,7 @@ use chainwave_measurement::{Estimate, Recording, Region, Subset};
 use ndarray::Array2;
 use polars::prelude::Column;
 
+use crate::choices::{Choices, ChosenSize, file_name, noise_px};
 use crate::cli;
 use crate::closing::{PointReadings, all_lost, closing_line};
 use crate::error::Error;
@@ -30,26 +31,68 @@ pub(crate) fn correlate(arguments: &cli::Correlate) -> Result<Outcome, Error> {
     }
     table::expect_writable(&arguments.out)?;
     let [reference, deformed] = open(arguments)?;
-    let half_px = usize::from(arguments.half_size);
-    let (interpolation, shape) = solver(&chosen, reference.as_ref(), half_px)?;
-    let grid = FieldGrid { step_px: usize::from(arguments.step), half_px };
-    let bar = progress::bar("correlating", 0);
-    let field = chainwave_correlation::correlate(
-        &Reference::read_whole(reference.as_ref(), &ReferenceFrames::Single(0))?,
-        &window(deformed.as_ref(), interpolation)?,
-        grid,
-        &Settings::default(),
-        shape,
-        threads(arguments.jobs),
-        &|n| bar.inc(n),
-    )?;
-    bar.finish_and_clear();
+    let (field, choices) = field(arguments, &chosen, reference.as_ref(), deformed.as_ref())?;
     let line = closing(&field)?;
     let strains = chainwave_correlation::strains(&field, usize::from(arguments.strain_window) / 2);
     table::write(&arguments.out, columns(&field, &strains))?;
     draw(&arguments.out, &field, &strains)?;
+    choices.write_beside(&arguments.out)?;
+    choices.lines().iter().for_each(|line| print(line));
     print(&line);
     Ok(Outcome::default())
+}
+
+/// The field on the grid that is asked for, or on one that the pictures ask for by themselves; and what was chosen.
+fn field(
+    arguments: &cli::Correlate,
+    chosen: &Chosen,
+    reference: &dyn Recording,
+    deformed: &dyn Recording,
+) -> Result<(Field, Choices), Error> {
+    let accuracy_px = arguments.matching.accuracy;
+    let whole = Reference::read_whole(reference, &ReferenceFrames::Single(0))?;
+    let by_texture = match arguments.half_size {
+        Some(_) => None,
+        None => Some(ChosenGrid::by_texture(&whole, noise_px(accuracy_px))?),
+    };
+    let half_px = by_texture.map_or(arguments.half_size.map_or(0, usize::from), |chosen| chosen.grid.half_px);
+    let (interpolation, shape) = solver(chosen, reference, half_px)?;
+    let bar = progress::bar("correlating", 0);
+    let pair = PicturePair {
+        reference: &whole,
+        target: &window(deformed, interpolation)?,
+        settings: &Settings::default(),
+        choice: shape,
+        n_threads: threads(arguments.jobs),
+        progress: &|n| bar.inc(n),
+    };
+    let step_px = arguments.step.map(usize::from);
+    let on = |grid: FieldGrid| pair.field(FieldGrid { step_px: step_px.unwrap_or(grid.step_px), ..grid });
+    let mut choices = Choices::new(accuracy_px);
+    if accuracy_px.is_some() {
+        choices.add_method(&arguments.reference, Method::IcGn { interpolation, shape });
+    }
+    let (field, settled) = match by_texture {
+        None => (on(FieldGrid::with_half(half_px))?, None),
+        Some(by_texture) => {
+            let (settled, field) = by_texture.correlate(&pair, noise_px(accuracy_px))?;
+            (if step_px.is_some() { on(settled.grid)? } else { field }, Some(settled))
+        }
+    };
+    bar.finish_and_clear();
+    if settled.is_some() || step_px.is_none() {
+        choices.add_sizes([ChosenSize {
+            recording: file_name(&arguments.reference),
+            point: "field".into(),
+            half_width_px: field.half_px,
+            half_height_px: field.half_px,
+            step_px: Some(field.step_px),
+            noise_px: settled.map(|settled| settled.floor_px),
+            reason: settled
+                .map_or("the step that goes with the half size".into(), |one| one.reason.to_string()),
+        }]);
+    }
+    Ok((field, choices))
 }
 
 /// Opens both images, without what the sensor adds where that is known. What they say of themselves matters where they are read in an

@@ -7,6 +7,7 @@
 
 mod calibrate;
 mod check;
+mod choices;
 mod cli;
 mod closing;
 mod contact;

@@ -4,14 +4,16 @@ use std::collections::BTreeSet;
 use std::num::NonZero;
 use std::path::Path;
 
-use chainwave_correlation::{CorrelationError, Reference, ReferenceFrames, smallest_half_px};
+use chainwave_correlation::{CorrelationError, Method, Reference, ReferenceFrames, SubsetSize, subset_size};
 use chainwave_experiment::{
-    Followed, FollowedSubset, Monitor, RecordingTracks, SensorFiles, edges_beside, follow, threads_of_each,
+    Followed, FollowedSubset, Monitor, RecordingTracks, SensorFiles, Table, edges_beside, follow,
+    threads_of_each,
 };
 use chainwave_figures::PointMotion;
 use chainwave_measurement::{Estimate, Lost, Position, Recording, Subset, map_in_parallel};
 use polars::prelude::Column;
 
+use crate::choices::{Choices, ChosenSize, file_name, noise_px};
 use crate::cli;
 use crate::closing::{PointReadings, all_lost, closing_line};
 use crate::error::Error;
@@ -48,9 +50,15 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     bar.finish_and_clear();
     let mut outcome = Outcome::default();
     let (mut told, mut done) = (BTreeSet::new(), Vec::new());
+    let mut choices = Choices::new(arguments.matching.accuracy);
     for (name, result) in recordings.iter().zip(results) {
         match result {
-            Ok((tracked, notes)) => {
+            Ok(carried_out) => {
+                let CarriedOut { tracked, notes, sizes, method } = carried_out;
+                choices.add_sizes(sizes);
+                if arguments.matching.accuracy.is_some() {
+                    choices.add_method(Path::new(name), method);
+                }
                 // once for each thing that is said, however many recordings give cause to say it
                 let new = notes.into_iter().filter(|note| told.insert(note.clone()));
                 new.for_each(|note| print(&format!("warning: {name}: {note}")));
@@ -70,8 +78,25 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
         let moved: Vec<PointMotion> = done.iter().flat_map(|(_, tracked)| motions(tracked)).collect();
         chainwave_figures::tracks(stem, &moved)?;
     }
+    if arguments.matching.accuracy.is_some() {
+        done.iter()
+            .filter_map(|(name, tracked)| loses_most(name, tracked))
+            .for_each(|loss| outcome.fail(loss));
+    }
+    choices.write_beside(&arguments.out)?;
+    choices.lines().iter().for_each(|line| print(line));
     print(&closing_line(&readings(&done), 0));
     Ok(outcome)
+}
+
+/// What came of one recording.
+struct CarriedOut {
+    tracked: Followed,
+    /// What is to be said of it.
+    notes: Vec<String>,
+    /// Sizes of subsets that were left open.
+    sizes: Vec<ChosenSize>,
+    method: Method,
 }
 
 /// What every recording is tracked with.
@@ -86,15 +111,17 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    /// Follows the points through one recording; with what is to be said of it.
-    fn carry_out(&self, path: &Path) -> Result<(Followed, Vec<String>), Error> {
+    /// Follows the points through one recording.
+    fn carry_out(&self, path: &Path) -> Result<CarriedOut, Error> {
         let (arguments, reference) = (self.arguments, &self.reference);
         let opened = chainwave_camera::open_with(path, &arguments.reading.options(arguments.rate_hz))?;
         let recording = match self.sensor {
             Some(sensor) => sensor.correct(opened)?,
             None => opened,
         };
-        let subsets = subsets_in(recording.as_ref(), self.points, reference, arguments.matching.accuracy)?;
+        let placed = subsets_in(recording.as_ref(), self.points, reference, arguments.matching.accuracy)?;
+        let sizes = placed.iter().filter_map(|placed| placed.chosen_in(path)).collect();
+        let subsets: Vec<Subset> = placed.into_iter().map(|placed| placed.subset).collect();
         let (inside, outside): (Vec<Subset>, Vec<Subset>) =
             subsets.iter().cloned().partition(|subset| Reference::lies_inside(recording.as_ref(), subset));
         let mut notes = recording.info().warnings.clone();
@@ -103,9 +130,8 @@ impl Job<'_> {
         }));
         notes.extend(edges_beside(recording.as_ref(), &inside, reference)?.iter().map(ToString::to_string));
         let method = self.chosen.method(recording.as_ref(), &inside, reference)?;
-        let followed =
-            follow(recording.as_ref(), &subsets, reference, method, self.n_threads, &self.monitor)?;
-        Ok((followed, notes))
+        let tracked = follow(recording.as_ref(), &subsets, reference, method, self.n_threads, &self.monitor)?;
+        Ok(CarriedOut { tracked, notes, sizes, method })
     }
 }
 
@@ -128,6 +154,21 @@ fn expect_any_found(done: &[(&str, Followed)], reference: usize) -> Result<(), E
             tracks().flat_map(|one| &one.track.positions).filter_map(|found| found.as_ref().err()),
         )),
     }
+}
+
+/// What is to be said of a recording of which more than a third of the readings in view is lost: its self-test saw another film than this.
+fn loses_most(name: &str, tracked: &Followed) -> Option<String> {
+    let in_view = || {
+        let all = tracked.tracks.iter().flat_map(|one| &one.track.positions);
+        all.filter(|found| !matches!(found, Err(Lost::OutOfView | Lost::NoTexture | Lost::Unreadable)))
+    };
+    let (n, n_lost) = (in_view().count(), in_view().filter(|found| found.is_err()).count());
+    (3 * n_lost > n).then(|| {
+        format!(
+            "{name}: the method that was chosen for its accuracy loses {n_lost} of {n} readings in view (hint: --method names another, \
+             --shape auto finds the shape function)"
+        )
+    })
 }
 
 /// What became of each point in each recording; of several, their names stand with it.
@@ -166,8 +207,6 @@ fn motions(followed: &Followed) -> Vec<PointMotion> {
     followed.tracks.iter().flat_map(of_track).collect()
 }
 
-/// Noise that a subset of no given size may leave, where no accuracy is asked for.
-const USUAL_ERROR_PX: f64 = 0.01;
 /// Half size of a subset of no given size that lies in no frame.
 const LEAST_HALF_PX: usize = 5;
 
@@ -179,25 +218,53 @@ pub(crate) struct PlacedPoint {
 }
 
 impl PlacedPoint {
-    /// The subset in a recording: of the given size, or of the smallest that the noise allows.
-    fn subset(
+    /// The subset in a recording: of the given size, or of one that the texture, the frame and the other points ask for.
+    fn placed(
         &self,
         recording: &dyn Recording,
+        others: &[[f64; 2]],
         reference: &ReferenceFrames,
         error_px: f64,
-    ) -> Result<Subset, Error> {
+    ) -> Result<PlacedSubset, Error> {
         let [width, height] = self.half_px;
-        let half = match width.or(height) {
-            Some(given) => given,
-            None => match smallest_half_px(recording, self.place_px, reference, error_px) {
+        let chosen = match width.or(height) {
+            Some(_) => None,
+            None => match subset_size(recording, self.place_px, others, reference, error_px) {
                 // No subset fits there: the point is lost, whatever the size.
-                Err(CorrelationError::SubsetOutside { .. }) => LEAST_HALF_PX,
-                found => found?,
+                Err(CorrelationError::SubsetOutside { .. }) => None,
+                found => Some(found?),
             },
         };
         let [x_px, y_px] = self.place_px;
-        let (half_width_px, half_height_px) = (width.unwrap_or(half), height.unwrap_or(half));
-        Ok(Subset { name: self.name.clone(), x_px, y_px, half_width_px, half_height_px })
+        let given = |half: Option<usize>, other: Option<usize>| half.or(other).unwrap_or(LEAST_HALF_PX);
+        let (half_width_px, half_height_px) = match chosen {
+            Some(size) => (size.half_width_px, size.half_height_px),
+            None => (given(width, height), given(height, width)),
+        };
+        let subset = Subset { name: self.name.clone(), x_px, y_px, half_width_px, half_height_px };
+        Ok(PlacedSubset { subset, chosen })
+    }
+}
+
+/// A subset, and how its size was chosen where it was left open.
+pub(crate) struct PlacedSubset {
+    pub(crate) subset: Subset,
+    chosen: Option<SubsetSize>,
+}
+
+impl PlacedSubset {
+    /// The choice, for a recording.
+    fn chosen_in(&self, recording: &Path) -> Option<ChosenSize> {
+        let Subset { name, half_width_px, half_height_px, .. } = &self.subset;
+        self.chosen.map(|chosen| ChosenSize {
+            recording: file_name(recording),
+            point: name.clone(),
+            half_width_px: *half_width_px,
+            half_height_px: *half_height_px,
+            step_px: None,
+            noise_px: chosen.floor_px,
+            reason: chosen.reason.to_string(),
+        })
     }
 }
 
@@ -207,9 +274,14 @@ pub(crate) fn subsets_in(
     points: &[PlacedPoint],
     reference: &ReferenceFrames,
     error_px: Option<f64>,
-) -> Result<Vec<Subset>, Error> {
-    let error_px = error_px.unwrap_or(USUAL_ERROR_PX);
-    points.iter().map(|point| point.subset(recording, reference, error_px)).collect()
+) -> Result<Vec<PlacedSubset>, Error> {
+    let error_px = noise_px(error_px);
+    let all: Vec<[f64; 2]> = points.iter().map(|point| point.place_px).collect();
+    let one = |(i, point): (usize, &PlacedPoint)| {
+        let others = [&all[..i], &all[i + 1..]].concat();
+        point.placed(recording, &others, reference, error_px)
+    };
+    points.iter().enumerate().map(one).collect()
 }
 
 /// Reads a table of points.
@@ -230,7 +302,10 @@ pub(crate) fn read_points(path: &Path) -> Result<Vec<PlacedPoint>, Error> {
         };
         table.numbers(name)?.into_iter().enumerate().map(half).collect()
     };
-    let (half_widths, half_heights) = (halves("half_width_px")?, halves("half_height_px")?);
+    let (half_widths, half_heights) = match sizes_left_out(&table) {
+        true => (vec![None; names.len()], vec![None; names.len()]),
+        false => (halves("half_width_px")?, halves("half_height_px")?),
+    };
     let point = |(row, name): (usize, String)| PlacedPoint {
         name,
         place_px: [x_px[row], y_px[row]],
@@ -241,6 +316,11 @@ pub(crate) fn read_points(path: &Path) -> Result<Vec<PlacedPoint>, Error> {
         true => Err(table.cell(0, "name", "at least one point", "none").into()),
         false => Ok(points),
     }
+}
+
+/// Whether a table of points has no column of sizes, nor one that may be meant for one.
+fn sizes_left_out(table: &Table) -> bool {
+    !table.names().any(|name| name.contains("half"))
 }
 
 /// The rows of a table of tracks.

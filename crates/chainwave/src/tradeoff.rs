@@ -1,7 +1,7 @@
 //! `chainwave tradeoff`: what each method of a step costs on the user's own scene, and how far it is off.
 //!
 //! Errors come from comparisons that know the truth: patches of the recording's own picture, shifted by known amounts under the
-//! recording's own noise; a far more accurate simulation of the same chain, or a
+//! recording's own noise, and the film's own motion as the method that follows most sees it; a far more accurate simulation of the same chain, or a
 //! far finer mesh of the same rings. Times are measured here, on the work itself: the shortest of a few repetitions, on one thread.
 
 mod integrators;

@@ -8,15 +8,14 @@ mod plain;
 #[path = "../tests/support/mod.rs"]
 mod support;
 
-use std::path::Path;
 use std::sync::LazyLock;
 
 use chainwave_correlation::{
     Interpolation, Method, PreparedSubset, Reference, ReferenceFrames, Settings, Shape, Window, Workspace,
 };
-use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region, Subset};
+use chainwave_measurement::{Excerpt, MemoryRecording, Region, Subset};
 use divan::Bencher;
-use support::{Film, SIZE, Speckle, grid, prepare, sense, subset};
+use support::{SIZE, Speckle, grid, prepare, recorded, sense, subset};
 
 const INTERPOLATIONS: [Interpolation; 5] = Interpolation::ALL;
 
@@ -110,12 +109,13 @@ fn follow_on(bencher: Bencher, name: &str, n_threads: usize) {
     let subsets: Vec<Subset> = grid(45).into_iter().take(26).collect();
     let settings = Settings { n_threads: n_threads.try_into().unwrap(), ..Settings::default() };
     let first = ReferenceFrames::Single(0);
-    let film = Periodic::new();
+    // the film again and again
+    let film = Excerpt::new(&*FILM, (0..PERIOD * N_PERIODS).map(|frame| frame % PERIOD).collect());
     let positions = divan::counter::ItemsCount::new(26 * PERIOD * N_PERIODS);
     bencher.counter(positions).bench(|| method.track(&film, &subsets, &first, &settings, &|_| ()).unwrap());
 }
 
-static FILM: LazyLock<Film> = LazyLock::new(|| {
+static FILM: LazyLock<MemoryRecording> = LazyLock::new(|| {
     let speckle = Speckle::new(1, Speckle::RADIUS_PX);
     let frame = |k: usize| {
         let way = 3.0 - 3.0 * (std::f64::consts::TAU * k as f64 / PERIOD as f64).cos();
@@ -124,33 +124,8 @@ static FILM: LazyLock<Film> = LazyLock::new(|| {
         let image: Vec<f64> = speckle.render(place).into_iter().map(|value| 0.7 * value).collect();
         sense(&image, 0.01, k as u64)
     };
-    Film::new((0..PERIOD).map(frame).collect())
+    recorded((0..PERIOD).map(frame).collect())
 });
-
-/// The film again and again.
-struct Periodic(RecordingInfo);
-
-impl Periodic {
-    fn new() -> Self {
-        let info = FILM.info();
-        let n_frames = PERIOD * N_PERIODS;
-        Self(RecordingInfo { n_frames, times_s: (0..n_frames).map(|i| i as f64).collect(), ..info.clone() })
-    }
-}
-
-impl Recording for Periodic {
-    fn path(&self) -> &Path {
-        FILM.path()
-    }
-
-    fn info(&self) -> &RecordingInfo {
-        &self.0
-    }
-
-    fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {
-        FILM.read_region(frame % PERIOD, region, pixels)
-    }
-}
 
 #[divan::bench]
 fn preparation(bencher: Bencher) {

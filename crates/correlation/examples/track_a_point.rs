@@ -2,12 +2,12 @@
 //!
 //! `cargo run --release -p chainwave-correlation --example track_a_point`
 
-use std::path::Path;
-
 use chainwave_correlation::{CorrelationError, ReferenceFrames, Settings, track};
-use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region, Subset};
+use chainwave_measurement::{MemoryRecording, Subset};
 
 const N_FRAMES: usize = 12;
+const WIDTH_PX: usize = 128;
+const HEIGHT_PX: usize = 100;
 const MIDDLE_PX: [f64; 2] = [60.0, 50.0];
 const STEP_PX: f64 = 0.3;
 const TURN_RAD: f64 = 0.01;
@@ -16,7 +16,7 @@ const TURN_RAD: f64 = 0.01;
 fn main() -> Result<(), CorrelationError> {
     let [x_px, y_px] = MIDDLE_PX;
     let marker = Subset { name: "marker".into(), x_px, y_px, half_width_px: 16, half_height_px: 16 };
-    let film = Film::new();
+    let film = film();
     let tracks = track(&film, &[marker], &ReferenceFrames::Single(0), &Settings::default(), &|_| ())?;
     println!("frame   x (px)               moved by    truth");
     for (frame, found) in tracks.iter().flat_map(|track| &track.positions).enumerate() {
@@ -37,45 +37,17 @@ fn main() -> Result<(), CorrelationError> {
 }
 
 /// A film in memory: forty waves, seen where they have come from.
-struct Film(RecordingInfo);
-
-impl Film {
-    fn new() -> Self {
-        Self(RecordingInfo {
-            format: "in memory".into(),
-            width_px: 128,
-            height_px: 100,
-            n_frames: N_FRAMES,
-            bit_depth: 12,
-            rate_hz: Some(1e4),
-            times_s: (0..N_FRAMES).map(|frame| 1e-4 * frame as f64).collect(),
-            first_image: 0,
-            camera: None,
-            exposure_s: None,
-            warnings: Vec::new(),
-        })
-    }
-}
-
-impl Recording for Film {
-    fn path(&self) -> &Path {
-        Path::new("film in memory")
-    }
-
-    fn info(&self) -> &RecordingInfo {
-        &self.0
-    }
-
-    fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {
-        self.check_request(frame, region, pixels.len())?;
+fn film() -> MemoryRecording {
+    let frame = |frame: usize| {
         let (sin, cos) = (TURN_RAD * frame as f64).sin_cos();
-        for (k, pixel) in pixels.iter_mut().enumerate() {
-            let x = (region.x + k % region.width) as f64 - MIDDLE_PX[0] - STEP_PX * frame as f64;
-            let y = (region.y + k / region.width) as f64 - MIDDLE_PX[1];
-            *pixel = brightness(cos * x + sin * y, cos * y - sin * x) as f32;
-        }
-        Ok(())
-    }
+        let pixel = |k: usize| {
+            let x = (k % WIDTH_PX) as f64 - MIDDLE_PX[0] - STEP_PX * frame as f64;
+            let y = (k / WIDTH_PX) as f64 - MIDDLE_PX[1];
+            brightness(cos * x + sin * y, cos * y - sin * x) as f32
+        };
+        (0..WIDTH_PX * HEIGHT_PX).map(pixel).collect()
+    };
+    MemoryRecording::new(WIDTH_PX, 12, (0..N_FRAMES).map(frame).collect())
 }
 
 /// Counts of the texture at rest.

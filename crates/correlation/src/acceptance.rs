@@ -7,6 +7,7 @@
 
 use chainwave_measurement::{Lost, Recording};
 
+use crate::middle::is_bare_in_middle;
 use crate::search::area::{Found, SearchArea};
 use crate::search::chance::{RARE, chance_zncc, correlation_length_px, fisher};
 use crate::search::patch::Patch;
@@ -27,6 +28,8 @@ const BEYOND_NOISE: f64 = 5.5;
 const N_RIVALS: usize = 3;
 /// Share of a match's correlation that a rival has between pixels at least.
 const RIVAL_SHARE: f64 = 0.5;
+/// Distance of the pixels next to one.
+const NEXT_PX: f64 = 1.5;
 /// Share of the usual correlation, after Fisher's transform, below which it has fallen suddenly.
 const SUDDEN: f64 = 0.6;
 /// The same of a match that a search gave, below which it is not believed.
@@ -41,6 +44,17 @@ const BESIDE_RAD: [f64; 4] = [0.2, -0.2, 0.45, -0.45];
 const APART_PX: f64 = 0.5;
 /// Largest part of a gradient under which the subset is searched for as it is.
 const NEARLY_UPRIGHT: f64 = 0.03;
+
+/// Whether a match of a subset is beyond chance at once, even with a correlation that has fallen as far as is not yet called sudden.
+///
+/// Expected is what the noise leaves of the correlation, of a reference of m frames and a frame with m times its variance.
+pub(crate) fn is_beyond_doubt(subset: &PreparedSubset) -> bool {
+    let contrast = subset.signal_energy / subset.n_used as f64;
+    let left = |variance: f64| contrast / (contrast + variance);
+    let noise = subset.noise_variance;
+    let expected = (left(noise) * left(noise * subset.n_averaged)).sqrt();
+    SUDDEN * fisher(expected) >= fisher(chance_zncc(subset, N_NEAR, RARE))
+}
 
 /// Where something was matched, and how well.
 #[derive(Debug, Clone, Copy)]
@@ -65,9 +79,13 @@ pub(crate) struct Standard {
     clear_zncc: f64,
     /// How well the reference resembles the subset elsewhere, after Fisher's transform.
     repeats: f64,
+    /// Distance of the nearest place where it does at all.
+    period_px: Option<f64>,
     /// What noise may change a difference of correlations by.
     noise: f64,
     own_px: f64,
+    /// Whether the point itself lies on bare ground.
+    is_bare: bool,
     patch: Patch,
     /// Mean correlation of the last matches, after Fisher's transform, and how many they were.
     usual: (f64, f64),
@@ -80,13 +98,16 @@ impl Standard {
             acceptance: subset.settings.acceptance,
             clear_zncc: chance_zncc(subset, N_NEAR, RARE),
             repeats: 0.0,
+            period_px: None,
             noise: BEYOND_NOISE * (2.0 / subset.n_used as f64).sqrt(),
             own_px: correlation_length_px(subset),
+            is_bare: is_bare_in_middle(subset),
             patch: Patch::of(subset),
             usual: (0.0, 0.0),
         };
         if standard.acceptance == Acceptance::ByEvidence {
-            standard.repeats = standard.repeats_in(recording, frames, subset).unwrap_or(0.0);
+            let repeats = standard.repeats_in(recording, frames, subset);
+            (standard.repeats, standard.period_px) = repeats.unwrap_or((0.0, None));
         }
         standard
     }
@@ -96,29 +117,56 @@ impl Standard {
         self.usual = (0.0, 0.0);
     }
 
+    /// Distance, in pixels, of the nearest place that resembles the subset in its own reference; none where nothing does.
+    pub(crate) fn period_px(&self) -> Option<f64> {
+        self.period_px
+    }
+
+    /// Whether a match where the subset was expected resembles it more than chance does.
+    pub(crate) fn is_no_chance(&self, subset: &PreparedSubset, zncc: f64) -> bool {
+        zncc >= chance_zncc(subset, N_NEAR, RARE_WHERE_EXPECTED)
+    }
+
     /// The pixels of the subset, to be searched for.
     pub(crate) fn patch(&self) -> &Patch {
         &self.patch
     }
 
+    /// How well the best of the places around the subset resembles it, and how far the nearest is that does.
     fn repeats_in(
         &self,
         recording: &dyn Recording,
         frames: &ReferenceFrames,
         subset: &PreparedSubset,
-    ) -> Option<f64> {
+    ) -> Option<(f64, Option<f64>)> {
         let reach_px = subset.settings.search_radius_px;
         let region = region_around(recording, subset, subset.centre_px, reach_px)?;
         let pixels = mean_of_frames(recording, region, frames.range()).ok()?;
         let window = Window::new(region, &pixels, subset.settings.interpolation).ok()?;
         let area = SearchArea::new(region, pixels, subset.mean as f32);
         let mut workspace = Workspace::default();
-        let peaks = area.peaks_elsewhere(&Template::upright(subset), subset.centre_px, self.own_px, N_RIVALS);
+        let own_px = subset.centre_px;
+        let apart_px = |peak: &Found| (peak.place_px[0] - own_px[0]).hypot(peak.place_px[1] - own_px[1]);
+        let all = area.peaks_elsewhere(&Template::upright(subset), own_px, NEXT_PX, usize::MAX);
+        let alike = all.iter().filter(|peak| peak.zncc >= RIVAL_SHARE);
+        let period_px = alike.map(apart_px).min_by(f64::total_cmp);
+        let mut peaks = all;
+        peaks.retain(|peak| apart_px(peak) > self.own_px);
+        peaks.truncate(N_RIVALS);
         let between_pixels = |place_px| {
             let found = subset.solve(&window, Warp::at(place_px), &mut workspace).ok()?;
             Some(Seen { warp: found.warp(), zncc: found.position.zncc })
         };
-        Some(self.best_rival(subset.centre_px, 1.0, &peaks, between_pixels))
+        Some((self.best_rival(own_px, 1.0, &peaks, between_pixels), period_px))
+    }
+
+    /// Why the subset is lost that is not found for a reason: what resembles it too little, of a point on bare ground, says that nothing is to
+    /// be seen there.
+    pub(crate) fn reason(&self, reason: Lost) -> Lost {
+        match reason {
+            Lost::LowCorrelation | Lost::NotConverged if self.is_bare => Lost::NoTexture,
+            other => other,
+        }
     }
 
     /// Whether a match from where the subset was expected is beyond doubt at once.

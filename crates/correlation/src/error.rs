@@ -57,6 +57,15 @@ pub enum CorrelationError {
         /// Rows of the image.
         height_px: usize,
     },
+    /// A reference image shows nothing that subsets could be told by.
+    #[error(
+        "reference image: expected texture, found none at any of {n_places} places over it; hint: is it the right picture, lit and in \
+         focus?"
+    )]
+    NoTexture {
+        /// Places that were looked at.
+        n_places: usize,
+    },
     /// A buffer of pixels has not the size of its region.
     #[error("pixels of {region:?}: expected {} values, found {found}", region.n_pixels())]
     PixelCount {

@@ -17,7 +17,8 @@
 //!   anything else does where the body may be. What may as well be another place is [`chainwave_measurement::Lost::Ambiguous`].
 //! - What a scene requires is found by evidence: the shape function by a test of what the matches would have to explain
 //!   as noise ([`ShapeEvidence`]), the rung of the ladder by shifting the user's own reference and on the motion that the film shows
-//!   ([`self_test()`], [`cheapest_within`]), the subset's size by the noise floor ([`smallest_half_px`]).
+//!   ([`self_test()`], [`film_test`], [`cheapest_within`]), the subset's size by the noise floor and by chance
+//!   ([`subset_size()`], [`ChosenGrid`]).
 //!
 //! - Interpolation leaves a bias that follows from its kernel and the reference alone. It is foreseen for each subset and
 //!   taken off, which makes the cheap kernels nearly as good as the dear ones; 7 % of it stays in sigma. What OpenCV's
@@ -45,27 +46,17 @@
 //! ```
 //! use chainwave_correlation::{ReferenceFrames, Settings, track};
 //! use chainwave_measurement::Subset;
-//! # use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region};
-//! # /// A texture of forty waves that moves right by an eighth of a pixel a frame.
-//! # struct Film(RecordingInfo);
-//! # impl Recording for Film {
-//! #     fn path(&self) -> &std::path::Path { std::path::Path::new("film") }
-//! #     fn info(&self) -> &RecordingInfo { &self.0 }
-//! #     fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {
-//! #         self.check_request(frame, region, pixels.len())?;
-//! #         for (k, pixel) in pixels.iter_mut().enumerate() {
-//! #             let x = (region.x + k % region.width) as f64 - 0.125 * frame as f64;
-//! #             let y = (region.y + k / region.width) as f64;
-//! #             let wave = |n: i32| (0.9 * f64::from(n).sin() * x + 0.9 * f64::from(2 * n + 1).sin() * y + f64::from(n * n)).sin();
-//! #             *pixel = (2000.0 + 150.0 * (1..=40).map(wave).sum::<f64>()) as f32;
-//! #         }
-//! #         Ok(())
-//! #     }
-//! # }
-//! # let recording = Film(RecordingInfo {
-//! #     format: "in memory".into(), width_px: 96, height_px: 80, n_frames: 9, bit_depth: 12, rate_hz: Some(1e4),
-//! #     times_s: (0..9).map(|k| 1e-4 * f64::from(k)).collect(), first_image: 0, camera: None, exposure_s: None, warnings: vec![],
-//! # });
+//! # use chainwave_measurement::MemoryRecording;
+//! # // A texture of forty waves that moves right by an eighth of a pixel a frame.
+//! # let frame = |k: u32| -> Vec<f32> {
+//! #     let pixel = |i: u32| {
+//! #         let (x, y) = (f64::from(i % 96) - 0.125 * f64::from(k), f64::from(i / 96));
+//! #         let wave = |n: i32| (0.9 * f64::from(n).sin() * x + 0.9 * f64::from(2 * n + 1).sin() * y + f64::from(n * n)).sin();
+//! #         (2000.0 + 150.0 * (1..=40).map(wave).sum::<f64>()) as f32
+//! #     };
+//! #     (0..96 * 80).map(pixel).collect()
+//! # };
+//! # let recording = MemoryRecording::new(96, 12, (0..9).map(frame).collect());
 //!
 //! let marker = Subset { name: "marker".into(), x_px: 45.0, y_px: 40.0, half_width_px: 16, half_height_px: 16 };
 //! let first = ReferenceFrames::Single(0);
@@ -86,9 +77,11 @@ mod acceptance;
 mod error;
 mod evidence;
 mod field;
+mod grid_choice;
 mod icgn;
 mod interpolation_error;
 mod method;
+mod middle;
 mod prepared;
 mod reference;
 mod refine;
@@ -106,14 +99,15 @@ pub use error::CorrelationError;
 pub use evidence::ShapeEvidence;
 pub use field::strain::{Strain, strains};
 pub use field::{Field, FieldGrid, FieldPoint, correlate};
+pub use grid_choice::{ChosenGrid, PicturePair};
 pub use icgn::outcome::{Match, Workspace};
 pub use method::{METHODS, Method};
 pub use prepared::PreparedSubset;
 pub use reference::edge::{SharpEdge, Side, sharp_edge};
 pub use reference::{Reference, mean_of_frames};
-pub use self_test::{RungError, cheapest_within, self_test};
+pub use self_test::{FilmError, RungError, cheapest_within, film_test, self_test};
 pub use settings::{Acceptance, Interpolation, ReferenceFrames, Settings, Shape, ShapeChoice};
-pub use subset_size::smallest_half_px;
+pub use subset_size::{SizeReason, SubsetSize, subset_size};
 pub use track::{track, track_by_evidence};
 pub use window::Window;
 

@@ -10,13 +10,12 @@
 pub(crate) mod shift;
 mod trial;
 
-use std::path::Path;
-
-use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region, Subset};
+use chainwave_measurement::{MemoryRecording, Recording, Region, Subset};
 
 use crate::reference::gradient::noise_variance;
 use crate::self_test::shift::{Normal, shifted};
-use crate::self_test::trial::Trial;
+use crate::self_test::trial::{OnFilm, Trial};
+use crate::subset_size::BORDER_PX;
 use crate::{CorrelationError, Method, Reference, ReferenceFrames, Settings};
 
 /// What a rung did in a self-test.
@@ -66,6 +65,42 @@ pub fn self_test(
     methods.iter().map(|&method| test_one(method, &films, settings)).collect()
 }
 
+/// What a rung did on the film itself, against the rung that follows turns, stretches and jumps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FilmError {
+    /// The rung.
+    pub method: Method,
+    /// Root mean square difference along one axis from the other rung's positions beyond what noise explains, in pixels; `None` where nothing was
+    /// found.
+    pub error_px: Option<f64>,
+    /// Positions that both found.
+    pub n_found: u32,
+    /// Positions that the other alone found.
+    pub n_lost: u32,
+}
+
+/// Runs each method on the film from its first motion on: bodies that turn, stretch or move fast, which [`self_test`] does not know.
+///
+/// # Errors
+/// As [`crate::track`].
+pub fn film_test(
+    methods: &[Method],
+    recording: &dyn Recording,
+    subsets: &[Subset],
+    reference: &ReferenceFrames,
+    settings: &Settings,
+) -> Result<Vec<FilmError>, CorrelationError> {
+    if subsets.is_empty() {
+        return Ok(Vec::new());
+    }
+    let trial = Trial::new(recording, subsets, reference, settings)?;
+    let of = |&method: &Method| {
+        let OnFilm { error_px, n_found, n_lost, .. } = trial.of(method, settings)?;
+        Ok(FilmError { method, error_px, n_found, n_lost })
+    };
+    methods.iter().map(of).collect()
+}
+
 /// The method with the least effort whose error in a self-test is at most `error_px` and which loses nothing there, nor of what the film
 /// itself shows from its first motion on: bodies that turn, stretch or move fast.
 ///
@@ -88,7 +123,7 @@ pub fn cheapest_within(
     if !good.is_empty() && !subsets.is_empty() {
         let trial = Trial::new(recording, subsets, reference, settings)?;
         for &method in &good {
-            if trial.is_held_by(method, error_px, settings)? {
+            if trial.of(method, settings)?.holds(error_px) {
                 return Ok(method);
             }
         }
@@ -108,10 +143,11 @@ pub fn cheapest_within(
     Err(CorrelationError::AccuracyNotReached { path, asked_px, best, hint })
 }
 
-/// What makes every method more accurate; larger subsets only where the frame holds them.
+/// What makes every method more accurate; larger subsets only where the frame holds them, with what interpolation and a little motion need
+/// around them.
 fn more_texture(recording: &dyn Recording, subsets: &[Subset]) -> &'static str {
     let larger = |subset: &Subset| {
-        let grown = |half: usize| half + half.div_ceil(4);
+        let grown = |half: usize| half + half.div_ceil(4) + BORDER_PX;
         let (half_width_px, half_height_px) = (grown(subset.half_width_px), grown(subset.half_height_px));
         Reference::lies_inside(recording, &Subset { half_width_px, half_height_px, ..subset.clone() })
     };
@@ -128,7 +164,8 @@ fn test_one(method: Method, films: &[Film], settings: &Settings) -> Result<RungE
     let mut effort = 0.0;
     for film in films {
         let subsets = std::slice::from_ref(&film.subset);
-        let tracks = method.track(film, subsets, &ReferenceFrames::Single(0), settings, &|_| ())?;
+        let tracks =
+            method.track(&film.recording, subsets, &ReferenceFrames::Single(0), settings, &|_| ())?;
         let n_pixels = (2 * film.subset.half_width_px + 1) * (2 * film.subset.half_height_px + 1);
         effort += method.effort(n_pixels);
         for (found, (shift, &[dx, dy])) in
@@ -155,12 +192,11 @@ fn test_one(method: Method, films: &[Film], settings: &Settings) -> Result<RungE
 
 /// A patch of the reference, and the same patch shifted, with noise.
 struct Film {
-    info: RecordingInfo,
+    recording: MemoryRecording,
     /// In the film's own pixels.
     subset: Subset,
     /// Of each frame after the first.
     shifts: Vec<[f64; 2]>,
-    frames: Vec<Vec<f32>>,
 }
 
 impl Film {
@@ -191,18 +227,10 @@ impl Film {
             y_px: subset.y_px - region.y as f64,
             ..subset.clone()
         };
-        let info = RecordingInfo {
-            format: "self-test".into(),
-            width_px: region.width,
-            height_px: region.height,
-            n_frames: frames.len(),
-            // what saturates in the recording has an exact truth once it is shifted as it is
-            bit_depth: f32::MAX_EXP.unsigned_abs(),
-            times_s: (0..frames.len()).map(|frame| frame as f64).collect(),
-            warnings: Vec::new(),
-            ..recording.info().clone()
-        };
-        Ok(Self { info, subset, shifts, frames })
+        let mut recording = MemoryRecording::cut_from(recording, region.width, frames);
+        // what saturates in the recording has an exact truth once it is shifted as it is
+        recording.info.bit_depth = f32::MAX_EXP.unsigned_abs();
+        Ok(Self { recording, subset, shifts })
     }
 }
 
@@ -235,32 +263,15 @@ fn away_from_edges(subset: &Subset, region: Region) -> [f64; 2] {
     const NEAR_PX: i64 = 8;
     let [x0, x1, y0, y1] = crate::reference::pixel_bounds(subset);
     let along = |low: i64, high: i64, first: usize, n: usize| {
-        if low - (first as i64) < NEAR_PX {
-            4.0
-        } else if (first + n) as i64 - high <= NEAR_PX {
-            -5.0
-        } else {
-            0.0
+        let (before, after) = (low - first as i64, (first + n) as i64 - high - 1);
+        match (before < NEAR_PX, after < NEAR_PX) {
+            (false, false) => 0.0,
+            (true, false) => 4.0,
+            (false, true) => -5.0,
+            // a strip: to the side where there is more room
+            (true, true) if before > after => -1.0,
+            (true, true) => 0.0,
         }
     };
     [along(x0, x1, region.x, region.width), along(y0, y1, region.y, region.height)]
-}
-
-impl Recording for Film {
-    fn path(&self) -> &Path {
-        Path::new("self-test")
-    }
-
-    fn info(&self) -> &RecordingInfo {
-        &self.info
-    }
-
-    fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {
-        self.check_request(frame, region, pixels.len())?;
-        let rows = self.frames[frame].chunks_exact(self.info.width_px).skip(region.y);
-        for (out, row) in pixels.chunks_exact_mut(region.width).zip(rows) {
-            out.copy_from_slice(&row[region.x..region.x + region.width]);
-        }
-        Ok(())
-    }
 }

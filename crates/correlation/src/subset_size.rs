@@ -1,46 +1,196 @@
-//! The smallest subset whose noise floor meets an accuracy.
+//! The size of a subset by the pictures themselves: the smallest that tells a place as well as is asked, and cannot be taken for another.
+//!
+//! Two things bound a size from below. The noise floor, `sigma sqrt(1 + 1/m) / sqrt(sum of squared gradients)` and what the shape function
+//! adds, with the noise of a pixel measured in the reference, a mean of m frames. And chance: a match must be beyond doubt by itself
+//! even if its correlation fell as far as is still not called sudden ([`crate::acceptance`]). The smallest size above both is taken, since what
+//! a field's bending leaves in a subset grows with its size. From above it is bounded by the frame, and by neighbours: subsets of other points
+//! do not overlap, unless what lies between the points tells no place at all, as on one surface with points close together.
+
+use std::fmt;
 
 use chainwave_measurement::{Recording, Subset};
 
-use crate::{CorrelationError, PreparedSubset, Reference, ReferenceFrames, Settings, Shape};
+use crate::acceptance::is_beyond_doubt;
+use crate::middle::shows_its_middle;
+use crate::{CorrelationError, PreparedSubset, Reference, ReferenceFrames, Settings};
 
 /// Least and most pixels on each side of the centre that are considered.
-const LEAST_HALF_PX: usize = 5;
-const MOST_HALF_PX: usize = 60;
+pub(crate) const LEAST_HALF_PX: usize = 5;
+pub(crate) const MOST_HALF_PX: usize = 60;
+/// Pixels between a subset and the edge of the frame: three that interpolation needs, and two by which it may move towards the edge, as
+/// strips do across their length, before it has left the view.
+pub(crate) const BORDER_PX: usize = 5;
 
-/// Half the width and height of the smallest square subset around a place whose noise floor is at most `error_px` along
-/// both axes: `sigma sqrt(1 + 1/m) / sqrt(sum of squared gradients)`, with the noise of a pixel measured in the reference,
-/// a mean of m frames. The largest that the frame holds, up to 60 px, where none is good enough.
+/// A size of subsets, and why it was taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SubsetSize {
+    /// Columns on each side of the centre.
+    pub half_width_px: usize,
+    /// Rows above and below the centre.
+    pub half_height_px: usize,
+    /// The noise floor along the worse axis, in pixels; none without texture.
+    pub floor_px: Option<f64>,
+    /// What settled it.
+    pub reason: SizeReason,
+}
+
+/// What settled the size of a subset.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum SizeReason {
+    /// The smallest with the accuracy that was asked for.
+    Accuracy,
+    /// The smallest that chance does not resemble, which is more accurate than was asked for.
+    Unambiguous,
+    /// The largest that the frame and the neighbours allow, which is not as accurate as was asked for.
+    Bounded,
+    /// Smaller than noise asks for, as the field bends.
+    Bending,
+    /// There is no texture, whatever the size.
+    NoTexture,
+}
+
+impl fmt::Display for SizeReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Accuracy => "the smallest of that accuracy",
+            Self::Unambiguous => "the smallest that chance does not resemble",
+            Self::Bounded => "the largest that frame and neighbours allow",
+            Self::Bending => "less than noise asks for, as the field bends",
+            Self::NoTexture => "there is no texture",
+        })
+    }
+}
+
+/// The smallest subset around a place whose noise floor is at most `error_px` along both axes and that chance does not resemble; where the
+/// frame or the places of `others` allow none, the largest that they do, up to 60 px. It is square, but where a side is bounded.
 ///
 /// # Errors
 /// [`CorrelationError::SubsetOutside`] when not even the smallest subset lies in the frame, and as [`Reference::read`].
-pub fn smallest_half_px(
+pub fn subset_size(
     recording: &dyn Recording,
     place_px: [f64; 2],
+    others: &[[f64; 2]],
     reference: &ReferenceFrames,
     error_px: f64,
-) -> Result<usize, CorrelationError> {
-    let [x_px, y_px] = place_px;
-    let subset = |half: usize| Subset {
-        name: format!("{x_px} {y_px}"),
-        x_px,
-        y_px,
-        half_width_px: half,
-        half_height_px: half,
+) -> Result<SubsetSize, CorrelationError> {
+    let info = recording.info();
+    let room = |axis: usize, n: usize| {
+        let centre = place_px[axis].round().max(0.0) as usize;
+        centre
+            .min((n - 1).saturating_sub(centre))
+            .saturating_sub(BORDER_PX)
+            .clamp(LEAST_HALF_PX, MOST_HALF_PX)
     };
-    let fits = |half: &usize| Reference::check_inside(recording, &subset(*half)).is_ok();
-    let most = (LEAST_HALF_PX..=MOST_HALF_PX).rev().find(fits).unwrap_or(LEAST_HALF_PX);
-    let reference = Reference::read(recording, &subset(most), reference)?;
-    let settings = Settings { shape: Shape::Translation, ..Settings::default() };
-    let good = |half: &usize| {
-        let prepared = PreparedSubset::new(&reference, &subset(*half), &settings);
-        prepared.is_ok_and(|prepared| floor_px(&prepared) <= error_px)
+    let in_frame = [room(0, info.width_px), room(1, info.height_px)];
+    let reference = Reference::read(recording, &subset_at(place_px, in_frame), reference)?;
+    let alone = between(place_px, others, in_frame);
+    let best = best_within(&reference, place_px, alone, error_px);
+    let size = match best.reason {
+        // points so close together that nothing between them tells one from the other lie on one surface
+        SizeReason::NoTexture | SizeReason::Bounded if alone != in_frame && !best.is_told => {
+            best_within(&reference, place_px, in_frame, error_px)
+        }
+        _ => best,
     };
-    Ok((LEAST_HALF_PX..most).find(good).unwrap_or(most))
+    Ok(size.into_size())
+}
+
+/// The largest subset, within one that the frame holds, that reaches no more than half the way to any other place.
+fn between([x, y]: [f64; 2], others: &[[f64; 2]], in_frame: [usize; 2]) -> [usize; 2] {
+    let mut room = in_frame;
+    for &[u, v] in others {
+        let apart = [(u - x).abs(), (v - y).abs()];
+        let axis = usize::from(apart[1] > apart[0]);
+        let half = (0.5 * (apart[axis] - 1.0)).floor();
+        if half >= 0.0 && apart[axis] > 0.0 {
+            room[axis] = room[axis].min(half as usize);
+        }
+    }
+    room
+}
+
+fn subset_at([x_px, y_px]: [f64; 2], [half_width_px, half_height_px]: [usize; 2]) -> Subset {
+    Subset { name: format!("{x_px} {y_px}"), x_px, y_px, half_width_px, half_height_px }
+}
+
+/// The sizes that are tried: each by an eighth larger than the one before, as a floor that falls with the side is then met to an eighth.
+pub(crate) fn sizes(most: usize) -> impl Iterator<Item = usize> {
+    let next = move |half: &usize| (*half < most).then(|| (half + (half / 8).max(1)).min(most));
+    std::iter::successors(Some(LEAST_HALF_PX.min(most)), next)
+}
+
+/// A size on trial.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Tried {
+    pub(crate) half_px: [usize; 2],
+    pub(crate) floor_px: Option<f64>,
+    pub(crate) reason: SizeReason,
+    /// Whether a match of it is beyond doubt.
+    pub(crate) is_told: bool,
+}
+
+impl Tried {
+    fn into_size(self) -> SubsetSize {
+        let [half_width_px, half_height_px] = self.half_px;
+        SubsetSize { half_width_px, half_height_px, floor_px: self.floor_px, reason: self.reason }
+    }
+}
+
+/// The best size around a place of a reference, within a room.
+pub(crate) fn best_within(
+    reference: &Reference,
+    place_px: [f64; 2],
+    room: [usize; 2],
+    error_px: f64,
+) -> Tried {
+    let least = room.map(|room| room.min(LEAST_HALF_PX));
+    let none = Tried { half_px: least, floor_px: None, reason: SizeReason::NoTexture, is_told: false };
+    let (mut largest, mut accurate_before) = (none, false);
+    for half in sizes(room[0].max(room[1])) {
+        let half_px = room.map(|room| room.min(half));
+        let prepared = PreparedSubset::new(reference, &subset_at(place_px, half_px), &Settings::default());
+        let Ok(prepared) = prepared else { continue };
+        if !shows_its_middle(&prepared) {
+            continue;
+        }
+        let (floor, is_told) = (floor_px(&prepared), is_beyond_doubt(&prepared));
+        let is_accurate = floor <= error_px;
+        let reason = match (is_told, is_accurate) {
+            (true, true) if accurate_before => SizeReason::Unambiguous,
+            (true, true) => SizeReason::Accuracy,
+            _ => SizeReason::Bounded,
+        };
+        largest = Tried { half_px, floor_px: Some(floor), reason, is_told };
+        if reason != SizeReason::Bounded {
+            return largest;
+        }
+        accurate_before |= is_accurate;
+    }
+    // noise looks like a texture now and then, but not where there is most of it
+    if largest.half_px == room { largest } else { none }
 }
 
 /// The noise of the reference and that of a frame, through the subset's gradients.
 fn floor_px(subset: &PreparedSubset) -> f64 {
     let frames = subset.n_averaged + 1.0;
     (subset.noise_variance * frames * subset.covariance.largest_signal()).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_grow_by_an_eighth_up_to_the_most() {
+        let all: Vec<usize> = sizes(20).collect();
+        assert_eq!(all, [5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 18, 20]);
+        assert_eq!(sizes(3).collect::<Vec<_>>(), [3]);
+    }
+
+    #[test]
+    fn subsets_of_neighbours_do_not_overlap() {
+        let room = between([50.0, 19.0], &[[80.0, 19.0], [50.0, 60.0]], [40, 16]);
+        assert_eq!(room, [14, 16], "2 * 14 + 1 columns from one to the next of 30, and the frame's rows");
+    }
 }

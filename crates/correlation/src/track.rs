@@ -1,5 +1,6 @@
 //! Subsets followed through all frames of a recording.
 
+mod continuity;
 pub(crate) mod find;
 mod follower;
 pub(crate) mod matcher;
@@ -8,7 +9,7 @@ mod renewal;
 pub(crate) mod together;
 pub(crate) mod tracker;
 
-use chainwave_measurement::{Recording, Subset, Track};
+use chainwave_measurement::{Position, Recording, Subset, Track};
 
 use crate::evidence::ShapeTest;
 use crate::track::follower::Follower;
@@ -22,7 +23,8 @@ use crate::{CorrelationError, Reference, ReferenceFrames, Settings, Shape, Shape
 /// A frame's start is predicted from the frames before it. Where the match from there fails, the subset is searched for around the
 /// prediction: as it is, turned and stretched, farther away, and now and then in the whole frame; a lost subset is searched for in the
 /// next frames, and from the fifth on in every fourth, in turn around where it would be by now and where it was seen last. A match is
-/// believed where it resembles the reference more than chance and than anything else around it does; two subsets are not found in one
+/// believed where it resembles the reference more than chance and than anything else around it does, or, of a pattern that repeats itself,
+/// where it has been followed from rest without a gap (`track/continuity.rs` states the condition); two subsets are not found in one
 /// place. `progress` receives 1 after each frame of the recording. A frame that cannot be read is [`Lost::Unreadable`] in every track; the
 /// others go on.
 ///
@@ -133,5 +135,9 @@ impl Tracker for [Follower<'_>] {
 
     fn restart(&mut self, found: &[Found]) {
         self.iter_mut().zip(found).for_each(|(follower, found)| follower.restart(found));
+    }
+
+    fn settled_late(&mut self) -> Vec<Vec<(usize, Position)>> {
+        self.iter_mut().map(Follower::settled_late).collect()
     }
 }

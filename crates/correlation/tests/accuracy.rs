@@ -287,7 +287,7 @@ fn the_mean_of_frames_at_rest_is_a_better_reference() {
     let place = |[x, y]: [f64; 2]| [x + 0.3, y - 0.3];
     let target = sense(&speckle.render(place), 0.02, 1);
     let frames: Vec<Vec<f32>> = (0..8).map(|frame| sense(&still, 0.02, 10 + frame)).collect();
-    let film = support::Film::new([frames, vec![target]].concat());
+    let film = support::recorded([frames, vec![target]].concat());
     let reference = chainwave_correlation::ReferenceFrames::Mean(0..8);
     let settings = settings(Interpolation::Quintic, Shape::Affine);
     let tracks = chainwave_correlation::track(&film, &grid(16), &reference, &settings, &|_| ()).unwrap();

@@ -5,14 +5,14 @@
 mod support;
 
 use chainwave_correlation::{Method, ReferenceFrames, Settings};
-use chainwave_measurement::Track;
-use support::{Film, Speckle, Wrong, assert_coverage, grid, rms, sense};
+use chainwave_measurement::{MemoryRecording, Track};
+use support::{Speckle, Wrong, assert_coverage, grid, recorded, rms, sense};
 
 /// Frames after the reference, which move by 0.7 px along x from one to the next, and by 0.21 px back along y.
 const N_FRAMES: usize = 5;
 
 /// A still frame, and as many more.
-fn film(seed: u64, noise: f64) -> Film {
+fn film(seed: u64, noise: f64) -> MemoryRecording {
     let speckle = Speckle::new(50 + seed, Speckle::RADIUS_PX);
     // with a little less light, so that hardly a speckle saturates
     let lit = |image: Vec<f64>| image.into_iter().map(|g| 0.85 * g).collect::<Vec<_>>();
@@ -21,7 +21,7 @@ fn film(seed: u64, noise: f64) -> Film {
         let way = if k == 0 { 0.0 } else { first + 0.7 * k as f64 };
         sense(&lit(speckle.render(|[x, y]| [x + way, y - 0.3 * way])), noise, 100 * seed + k as u64)
     };
-    Film::new((0..=N_FRAMES).map(frame).collect())
+    recorded((0..=N_FRAMES).map(frame).collect())
 }
 
 /// Errors over sigma of a method on some films.

@@ -6,7 +6,7 @@ mod support;
 
 use chainwave_correlation::{Interpolation, ReferenceFrames, Settings, Shape, track};
 use chainwave_testkit::hold_each_to_the_same_bits;
-use support::{Film, SIZE, Speckle, sense, subset};
+use support::{SIZE, Speckle, recorded, sense, subset};
 
 #[test]
 fn every_instruction_set_gives_the_same_bits() {
@@ -32,7 +32,7 @@ fn digests() -> Vec<String> {
         });
         sense(&image, 0.01, 30 + k)
     };
-    let film = Film::new((0..3).map(frame).collect());
+    let film = recorded((0..3).map(frame).collect());
     // Widths that are no multiples of a vector, and places between pixels.
     let subsets = [subset(150.0, 190.0, 16), subset(233.3, 240.6, 11), subset(300.0, 130.0, 20)];
     let mut digests = Vec::new();

@@ -14,12 +14,12 @@ use std::time::Instant;
 use chainwave_correlation::{
     Interpolation, Method, PreparedSubset, Reference, ReferenceFrames, Settings, Shape, Window, Workspace,
 };
-use chainwave_measurement::{Position, Region, Subset, Track};
+use chainwave_measurement::{MemoryRecording, Position, Region, Subset, Track};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use support::{
-    FULL_RANGE, Film, Image, SIZE, Speckle, affine_bounds_px, bound_of_unknown_texture, error_of_std,
-    floors_px, grid, moments, rms, sense, slopes,
+    FULL_RANGE, Image, SIZE, Speckle, affine_bounds_px, bound_of_unknown_texture, error_of_std, floors_px,
+    grid, moments, recorded, rms, sense, slopes,
 };
 
 const N_FRAMES: usize = 41;
@@ -36,13 +36,13 @@ fn scene() -> Speckle {
     Speckle::new(11, Speckle::RADIUS_PX)
 }
 
-fn film(noise: f64, number: usize) -> Film {
+fn film(noise: f64, number: usize) -> MemoryRecording {
     let speckle = scene();
     let frame = |k: usize| {
         let moved = speckle.render(|[x, y]| [x + shift_px(k), y - 0.3 * shift_px(k)]);
         sense(&moved, noise, (number * N_FRAMES + k) as u64)
     };
-    Film::new((0..N_FRAMES).map(frame).collect())
+    recorded((0..N_FRAMES).map(frame).collect())
 }
 
 /// Error in x, and error over sigma, of all positions after the reference; errors by frame.
@@ -62,7 +62,7 @@ fn errors(tracks: &[Track]) -> Vec<Vec<[f64; 2]>> {
 #[ignore = "a measurement of minutes, not a check"]
 fn every_method_on_one_scene() {
     let clean = film(0.0, 0);
-    let noisy: Vec<Film> = (0..N_FILMS).map(|number| film(0.02, number)).collect();
+    let noisy: Vec<MemoryRecording> = (0..N_FILMS).map(|number| film(0.02, number)).collect();
     let subsets = grid(45);
     let image: Image = Box::new(|[u, v]| scene().render(|[x, y]| [x + u, y + v]));
     let floors_px: Vec<f64> =
@@ -75,7 +75,7 @@ fn every_method_on_one_scene() {
     );
     let wanted = std::env::var("METHOD").unwrap_or_default();
     for method in Method::all().into_iter().filter(|method| method.to_string().contains(&wanted)) {
-        let run = |film: &Film| {
+        let run = |film: &MemoryRecording| {
             let reference = ReferenceFrames::Single(0);
             method.track(film, &subsets, &reference, &Settings::default(), &|_| ()).unwrap()
         };

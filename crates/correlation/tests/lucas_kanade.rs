@@ -6,19 +6,19 @@
 mod support;
 
 use chainwave_correlation::{Method, ReferenceFrames, Settings};
-use chainwave_measurement::Track;
-use support::{Film, SIZE, Speckle, Wrong, assert_coverage, grid, moments, sense};
+use chainwave_measurement::{MemoryRecording, Track};
+use support::{SIZE, Speckle, Wrong, assert_coverage, grid, moments, recorded, sense};
 
-fn follow(film: &Film, reference: usize) -> Vec<Track> {
+fn follow(film: &MemoryRecording, reference: usize) -> Vec<Track> {
     let method: Method = "opencv-lk".parse().unwrap();
     method.track(film, &grid(50), &ReferenceFrames::Single(reference), &Settings::default(), &|_| ()).unwrap()
 }
 
 /// Frames of a plane that moves by 0.9 px a frame.
-fn moving(n_frames: i32, noise: f64) -> Film {
+fn moving(n_frames: i32, noise: f64) -> MemoryRecording {
     let speckle = Speckle::new(8, Speckle::RADIUS_PX);
     let frame = |k: i32| sense(&speckle.render(|[x, y]| [x + 0.9 * f64::from(k), y]), noise, k as u64);
-    Film::new((0..n_frames).map(frame).collect())
+    recorded((0..n_frames).map(frame).collect())
 }
 
 #[test]

@@ -8,7 +8,7 @@ use chainwave_correlation::{
     Interpolation, PreparedSubset, Reference, ReferenceFrames, Settings, Window, Workspace, sharp_edge,
 };
 use chainwave_measurement::{Lost, Region};
-use support::{FULL_RANGE, Film, SIZE, Speckle, Wrong, moments, sense, subset};
+use support::{FULL_RANGE, SIZE, Speckle, Wrong, moments, recorded, sense, subset};
 
 /// Centres of the markers in the reference.
 fn centres() -> impl Iterator<Item = [f64; 2]> {
@@ -209,7 +209,7 @@ fn glints_that_do_not_go_with_the_body_are_left_out_of_the_target() {
 fn an_edge_that_rings_is_warned_of_and_one_that_does_not_is_not() {
     let speckle = Speckle::new(21, Speckle::RADIUS_PX);
     let warned = |side: f64, ground: f64, noise: f64| {
-        let film = Film::new(vec![sense(&markers(&speckle, side, ground, [0.0; 2]), noise, 3)]);
+        let film = recorded(vec![sense(&markers(&speckle, side, ground, [0.0; 2]), noise, 3)]);
         let first = ReferenceFrames::Single(0);
         let edge = |[x, y]: [f64; 2]| sharp_edge(&film, &subset(x, y, 16), &first).unwrap();
         let edges: Vec<_> = centres().map(edge).collect();

@@ -8,18 +8,18 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use chainwave_correlation::{Method, ReferenceFrames, Settings, track};
-use chainwave_measurement::{Lost, ReadError, Recording, RecordingInfo, Region, Track};
-use support::{Film, SIZE, Speckle, sense, subset};
+use chainwave_measurement::{Lost, MemoryRecording, ReadError, Recording, RecordingInfo, Region, Track};
+use support::{SIZE, Speckle, recorded, sense, subset};
 
 /// Speckle that moves by `shift` pixels a frame, in light of `gain` with an offset of some counts.
-fn film(n_frames: usize, shift: [f64; 2], gain: f64, offset: f64) -> Film {
+fn film(n_frames: usize, shift: [f64; 2], gain: f64, offset: f64) -> MemoryRecording {
     let speckle = Speckle::new(21, Speckle::RADIUS_PX);
     let frame = |k: usize| {
         let image = speckle.render(|[x, y]| [x + shift[0] * k as f64, y + shift[1] * k as f64]);
         let lit: Vec<f64> = image.into_iter().map(|value| gain * value + offset).collect();
         sense(&lit, 0.005, k as u64)
     };
-    Film::new((0..n_frames).map(frame).collect())
+    recorded((0..n_frames).map(frame).collect())
 }
 
 fn follow(recording: &dyn Recording, x: f64, settings: &Settings) -> Track {
@@ -135,7 +135,7 @@ fn motion_blur_moves_nothing() {
         sense(&(0..SIZE[0] * SIZE[1]).map(mean).collect::<Vec<_>>(), 0.005, middle as u64 + 3)
     };
     let still = film(1, [0.0; 2], 0.8, 0.0).frames.remove(0);
-    let film = Film::new(vec![still, blurred(2.3), blurred(4.6)]);
+    let film = recorded(vec![still, blurred(2.3), blurred(4.6)]);
     let track = follow(&film, 200.0, &Settings::default());
     for (k, found) in track.positions.iter().enumerate().skip(1) {
         let error = found.unwrap().x_px.value - 200.0 - 2.3 * k as f64;
@@ -145,7 +145,7 @@ fn motion_blur_moves_nothing() {
 }
 
 /// Counts the pixels that are read.
-struct Counted(Film, AtomicUsize);
+struct Counted(MemoryRecording, AtomicUsize);
 
 impl Recording for Counted {
     fn path(&self) -> &Path {
@@ -176,7 +176,7 @@ fn what_is_read_of_a_frame_is_the_subset_and_what_its_interpolation_needs() {
         let (reference, settings) = (ReferenceFrames::Single(0), Settings::default());
         let method: Method = name.parse().unwrap();
         let read = |n_frames: usize| {
-            let part = Counted(Film::new(frames[..n_frames].to_vec()), AtomicUsize::new(0));
+            let part = Counted(recorded(frames[..n_frames].to_vec()), AtomicUsize::new(0));
             method.track(&part, &subsets, &reference, &settings, &|_| ()).unwrap();
             part.1.into_inner()
         };

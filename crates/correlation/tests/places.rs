@@ -5,20 +5,20 @@
 mod support;
 
 use chainwave_correlation::{Method, ReferenceFrames, Settings};
-use chainwave_measurement::{Lost, Subset, Track};
-use support::{Film, SIZE, Speckle, sense};
+use chainwave_measurement::{Lost, MemoryRecording, Subset, Track};
+use support::{SIZE, Speckle, recorded, sense};
 
 /// 0.7 and -0.21 px a frame under 2 % noise.
-fn film(n_frames: usize) -> Film {
+fn film(n_frames: usize) -> MemoryRecording {
     let speckle = Speckle::new(11, Speckle::RADIUS_PX);
     let frame = |k: usize| {
         let way = 0.7 * k as f64;
         sense(&speckle.render(|[x, y]| [x + way, y - 0.3 * way]), 0.02, k as u64)
     };
-    Film::new((0..n_frames).map(frame).collect())
+    recorded((0..n_frames).map(frame).collect())
 }
 
-fn follow(name: &str, film: &Film, subsets: &[Subset]) -> Vec<Track> {
+fn follow(name: &str, film: &MemoryRecording, subsets: &[Subset]) -> Vec<Track> {
     let method: Method = name.parse().unwrap();
     method.track(film, subsets, &ReferenceFrames::Single(0), &Settings::default(), &|_| ()).unwrap()
 }

@@ -4,6 +4,9 @@
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking, and shows what it measured")]
 #![expect(clippy::print_stdout, reason = "what each case gave is a table to be read")]
 
+#[path = "support/outcome.rs"]
+mod outcome;
+
 use std::f64::consts::PI;
 use std::num::NonZero;
 
@@ -12,13 +15,12 @@ use chainwave_correlation::{
 };
 use chainwave_measurement::Region;
 use chainwave_synthetic::pictures::{Deformation, Surface, Texture, counts, picture};
+use outcome::Outcome;
 
 const SIZE_PX: [usize; 2] = [320, 320];
 const MIDDLE_PX: [f64; 2] = [159.5, 159.5];
 const HALF_PX: usize = 16;
 const STEP_PX: usize = 8;
-/// Errors beyond so many sigma and a pixel more are no errors of a match, but another place.
-const WRONG: (f64, f64) = (1.0, 6.0);
 
 /// Two pictures and where each point of the first has gone, if it is seen in the second.
 struct Case {
@@ -26,17 +28,6 @@ struct Case {
     before: Vec<Surface>,
     after: Vec<Surface>,
     noise: f64,
-}
-
-/// What a field says of a case.
-#[derive(Debug, Default, Clone, Copy)]
-struct Outcome {
-    n_ok: usize,
-    n_wrong: usize,
-    /// Points that the second picture shows whole.
-    n_visible: usize,
-    /// Of these, found right.
-    n_found: usize,
 }
 
 impl Case {
@@ -89,27 +80,14 @@ impl Case {
         (0..self.before.len()).rev().find(|which| inside(&self.before[*which]))
     }
 
+    /// What a field says of the case.
     fn outcome(&self) -> Outcome {
-        let mut outcome = Outcome::default();
-        for point in &self.field().points {
+        let of_point = |point: &FieldPoint| {
             let place = [point.x_px, point.y_px];
-            let is_right = |point: &FieldPoint| {
-                let (found, truth) = (point.found.ok()?.position, self.truth(place));
-                let off =
-                    |value: f64, sigma: f64, truth: f64| (value - truth).abs() <= WRONG.0 + WRONG.1 * sigma;
-                Some(truth.is_some_and(|[x, y]| {
-                    off(found.x_px.value, found.x_px.sigma, x) && off(found.y_px.value, found.y_px.sigma, y)
-                }))
-            };
-            let right = is_right(point);
-            outcome.n_ok += usize::from(right.is_some());
-            outcome.n_wrong += usize::from(right == Some(false));
-            if self.shows(place) {
-                outcome.n_visible += 1;
-                outcome.n_found += usize::from(right == Some(true));
-            }
-        }
-        outcome
+            let found = point.found.as_ref().ok().map(|found| &found.position);
+            Outcome::of(found, self.truth(place), self.shows(place))
+        };
+        self.field().points.iter().map(of_point).sum()
     }
 }
 
@@ -122,8 +100,7 @@ fn degrees(angle: f64) -> Deformation {
 }
 
 fn print(case: &Case, outcome: &Outcome) {
-    let Outcome { n_ok, n_wrong, n_visible, n_found } = outcome;
-    println!("{:<32} ok {n_ok:5}  wrong {n_wrong:5}  found {n_found:5} of {n_visible:5} visible", case.name);
+    println!("{:<32} {outcome}", case.name);
 }
 
 /// Every case has no wrong point, and finds at least a share of what is seen.

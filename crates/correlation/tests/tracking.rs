@@ -11,8 +11,10 @@ mod support;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use chainwave_correlation::{CorrelationError, ReferenceFrames, Settings, Shape, track};
-use chainwave_measurement::{Lost, ReadError, Recording, RecordingInfo, Region, Subset, Track};
-use support::{Film, SIZE, Speckle, sense, subset};
+use chainwave_measurement::{
+    Lost, MemoryRecording, ReadError, Recording, RecordingInfo, Region, Subset, Track,
+};
+use support::{SIZE, Speckle, recorded, sense, subset};
 
 /// A speckled body of 61 x 61 px around `centre` on a dark ground.
 fn picture(body: &Speckle, centre: [f64; 2], seed: u64) -> Vec<f32> {
@@ -25,9 +27,9 @@ fn picture(body: &Speckle, centre: [f64; 2], seed: u64) -> Vec<f32> {
     sense(&image, 0.01, seed)
 }
 
-fn film(centres: &[[f64; 2]]) -> Film {
+fn film(centres: &[[f64; 2]]) -> MemoryRecording {
     let body = Speckle::new(7, Speckle::RADIUS_PX);
-    Film::new(centres.iter().zip(1..).map(|(&centre, seed)| picture(&body, centre, seed)).collect())
+    recorded(centres.iter().zip(1..).map(|(&centre, seed)| picture(&body, centre, seed)).collect())
 }
 
 fn follow(recording: &dyn Recording, at: [f64; 2], reference: usize) -> Track {
@@ -122,7 +124,7 @@ fn a_subset_without_texture_says_so_in_every_frame() {
     let noise = sense(&vec![1000.0; SIZE[0] * SIZE[1]], 0.02, 1);
     for frame in [stripes, flat, noise] {
         for shape in Shape::ALL {
-            let film = Film::new(vec![frame.clone(); 2]);
+            let film = recorded(vec![frame.clone(); 2]);
             let settings = Settings { shape, ..Settings::default() };
             let tracks =
                 track(&film, &[subset(200.0, 200.0, 16)], &ReferenceFrames::Single(0), &settings, &|_| ());
@@ -143,7 +145,7 @@ fn a_body_that_has_turned_by_any_angle_between_two_frames_is_found() {
         sense(&image, 0.01, degrees as u64 + 1)
     };
     for degrees in [20.0, 67.0, 90.0, 181.0, 263.0] {
-        let film = Film::new(vec![sense(&body.deformed(|place| place), 0.01, 0), turned(degrees)]);
+        let film = recorded(vec![sense(&body.deformed(|place| place), 0.01, 0), turned(degrees)]);
         assert_close(&follow(&film, [210.0, 210.0], 0), 1, [205.0, 208.0]);
     }
 }
@@ -161,7 +163,7 @@ fn bits_do_not_depend_on_the_number_of_threads() {
 }
 
 /// A body whose texture turns into another one over 60 frames while it moves by 0.73 px a frame.
-fn changing_film() -> Film {
+fn changing_film() -> MemoryRecording {
     let [before, after] = [7, 8].map(|seed| Speckle::new(seed, Speckle::RADIUS_PX));
     let frame = |k: usize| {
         let place = |[x, y]: [f64; 2]| [x + 0.73 * k as f64, y - 0.21 * k as f64];
@@ -169,7 +171,7 @@ fn changing_film() -> Film {
         let both = before.render(place).into_iter().zip(after.render(place));
         sense(&both.map(|(a, b)| (1.0 - share) * a + share * b).collect::<Vec<_>>(), 0.01, k as u64)
     };
-    Film::new((0..80).map(frame).collect())
+    recorded((0..80).map(frame).collect())
 }
 
 #[test]
@@ -242,7 +244,7 @@ fn what_is_wrong_is_named() {
 }
 
 /// A film with one frame that cannot be read.
-struct Broken(Film);
+struct Broken(MemoryRecording);
 
 impl Recording for Broken {
     fn path(&self) -> &std::path::Path {

@@ -34,7 +34,6 @@ mod calibration;
 mod chain_model;
 mod configuration;
 mod content;
-mod crops;
 mod damping;
 mod decisions;
 mod error;

@@ -9,12 +9,13 @@ use std::num::NonZero;
 
 use chainwave_camera::{Calibration, MapError};
 use chainwave_correlation::{Method, PreparedSubset, Reference, ReferenceFrames, Settings, mean_of_frames};
-use chainwave_measurement::{Estimate, Position, Recording, Region, Subset, map_in_parallel};
+use chainwave_measurement::{
+    Estimate, MemoryRecording, Position, Recording, Region, Subset, map_in_parallel,
+};
 use chainwave_stitching::{StageStep, refine_stages};
 
 use crate::calibration::ChainMap;
 use crate::configuration::Trial;
-use crate::crops::Crops;
 use crate::error::Error;
 use crate::numbers::NotNegative;
 use crate::scale::{ScaleCheck, SharedBody};
@@ -226,7 +227,7 @@ const REACH_PX: usize = 32;
 
 /// One body at rest as two recordings show it: two frames whose noise is the same, both being means.
 struct Pair {
-    frames: Crops,
+    frames: MemoryRecording,
     /// Column and row of each frame's first pixel in its recording.
     corners_px: [[f64; 2]; 2],
     /// In the first frame.
@@ -248,7 +249,7 @@ impl Pair {
         let (at_rest, subset) = shown[0];
         let corners_px = regions.map(|region| [region.x as f64, region.y as f64]);
         Some(Self {
-            frames: Crops::new(at_rest.recording.as_ref(), regions[0].width, frames),
+            frames: MemoryRecording::cut_from(at_rest.recording.as_ref(), regions[0].width, frames),
             corners_px,
             maps: shown.map(|(at_rest, _)| at_rest.map.of_chain.clone()),
             middle_px: 0.5 * (at_rest.recording.info().width_px as f64 - 1.0),

@@ -68,6 +68,11 @@ impl Table {
         self.columns.iter().any(|(known, _)| known == name)
     }
 
+    /// The names of the columns, in their order.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.columns.iter().map(|(name, _)| name.as_str())
+    }
+
     /// A column as texts, empty where there is none.
     ///
     /// # Errors

@@ -25,6 +25,7 @@
 mod error_source;
 mod estimate;
 mod median;
+mod memory_recording;
 mod motion;
 mod observation;
 mod parallel;
@@ -35,6 +36,7 @@ mod track;
 pub use error_source::ErrorSource;
 pub use estimate::Estimate;
 pub use median::median;
+pub use memory_recording::{Excerpt, MemoryRecording};
 pub use motion::{ChainMotion, ErrorMode, Moment, Trajectory, samples_until};
 pub use observation::{BodyTrack, Observation};
 pub use parallel::map_in_parallel;

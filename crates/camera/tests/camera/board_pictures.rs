@@ -2,70 +2,31 @@
 //! them.
 
 use chainwave_camera::{Board, Calibration, Markers, PlaneMap, find_corners};
-use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region};
+use chainwave_measurement::MemoryRecording;
 use opencv::aruco::{self, CharucoBoard};
 use opencv::core::{Mat, Size};
 use opencv::prelude::*;
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
-use std::path::Path;
 
 use crate::boards::{DISPLACEMENTS_PX, HEIGHT, SQUARE_M, WIDTH, board, displacement_m, found_m, truth};
 
 /// Samples of a pixel in each direction.
 const SAMPLES: usize = 4;
 
-/// One picture of 12 bits in memory.
-struct Picture {
-    info: RecordingInfo,
-    pixels: Vec<f32>,
-}
-
-impl Picture {
-    /// What a camera sees of a plane of brightness 0 to 1, averaged over each pixel, with normal noise of 1 % of its range.
-    fn of(brightness: impl Fn([f64; 2]) -> f64, map: &PlaneMap, random: &mut Pcg64) -> Self {
-        let offset = |index: usize| (index as f64 + 0.5) / SAMPLES as f64 - 0.5;
-        let mut pixel = |at: usize| {
-            let (x, y) = ((at % WIDTH) as f64, (at / WIDTH) as f64);
-            let sample = |k: usize| [x + offset(k % SAMPLES), y + offset(k / SAMPLES)];
-            let light: f64 = (0..SAMPLES * SAMPLES).map(|k| brightness(map.position_m(sample(k)))).sum();
-            let noise: f64 = StandardNormal.sample(random);
-            (300.0 + 3000.0 * light / (SAMPLES * SAMPLES) as f64 + 40.0 * noise).round().clamp(0.0, 4095.0)
-                as f32
-        };
-        let pixels = (0..WIDTH * HEIGHT).map(&mut pixel).collect();
-        let info = RecordingInfo {
-            format: "rendered".into(),
-            width_px: WIDTH,
-            height_px: HEIGHT,
-            n_frames: 1,
-            bit_depth: 12,
-            rate_hz: None,
-            times_s: vec![0.0],
-            first_image: 0,
-            camera: None,
-            exposure_s: None,
-            warnings: Vec::new(),
-        };
-        Self { info, pixels }
-    }
-}
-
-impl Recording for Picture {
-    fn path(&self) -> &Path {
-        Path::new("board.tif")
-    }
-
-    fn info(&self) -> &RecordingInfo {
-        &self.info
-    }
-
-    fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {
-        self.check_request(frame, region, pixels.len())?;
-        pixels.copy_from_slice(&self.pixels);
-        Ok(())
-    }
+/// What a camera sees of a plane of brightness 0 to 1, averaged over each pixel, with normal noise of 1 % of its range.
+fn picture_of(brightness: impl Fn([f64; 2]) -> f64, map: &PlaneMap, random: &mut Pcg64) -> MemoryRecording {
+    let offset = |index: usize| (index as f64 + 0.5) / SAMPLES as f64 - 0.5;
+    let mut pixel = |at: usize| {
+        let (x, y) = ((at % WIDTH) as f64, (at / WIDTH) as f64);
+        let sample = |k: usize| [x + offset(k % SAMPLES), y + offset(k / SAMPLES)];
+        let light: f64 = (0..SAMPLES * SAMPLES).map(|k| brightness(map.position_m(sample(k)))).sum();
+        let noise: f64 = StandardNormal.sample(random);
+        (300.0 + 3000.0 * light / (SAMPLES * SAMPLES) as f64 + 40.0 * noise).round().clamp(0.0, 4095.0) as f32
+    };
+    let pixels = (0..WIDTH * HEIGHT).map(&mut pixel).collect();
+    MemoryRecording::new(WIDTH, 12, vec![pixels])
 }
 
 /// Black and white squares with a white margin, whose edges are ramps of about a pixel: steps would be seen only as finely as a
@@ -83,7 +44,7 @@ fn checkerboard([x_m, y_m]: [f64; 2]) -> f64 {
 }
 
 /// The displacements found, in standard errors from the truth.
-fn scores(picture: &Picture, board: &Board, map: &PlaneMap) -> Vec<f64> {
+fn scores(picture: &MemoryRecording, board: &Board, map: &PlaneMap) -> Vec<f64> {
     let corners = find_corners(picture, 0, board).unwrap();
     let calibration = Calibration::from_boards(&[corners], board, (WIDTH, HEIGHT)).unwrap();
     // Noise of 1 % over edges of one pixel leaves corners of a few hundredths of a pixel.
@@ -109,7 +70,7 @@ fn a_checkerboard_is_found_and_calibrates() {
         let mut random = Pcg64::seed_from_u64(seed);
         let map = truth(&mut random);
         // The board with its margin fills the picture; one that is cut off is not found, as OpenCV's detector says.
-        let picture = Picture::of(checkerboard, &nearer(&map), &mut random);
+        let picture = picture_of(checkerboard, &nearer(&map), &mut random);
         scores(&picture, &board(), &nearer(&map))
     };
     assert_normal(&(0..5).flat_map(of_seed).collect::<Vec<f64>>());
@@ -154,7 +115,7 @@ fn a_part_of_a_charuco_board_calibrates() {
     let of_seed = |seed: u64| {
         let mut random = Pcg64::seed_from_u64(seed);
         let map = truth(&mut random);
-        scores(&Picture::of(brightness, &map, &mut random), &charuco, &map)
+        scores(&picture_of(brightness, &map, &mut random), &charuco, &map)
     };
     assert_normal(&(20..24).flat_map(of_seed).collect::<Vec<f64>>());
 }
@@ -162,7 +123,7 @@ fn a_part_of_a_charuco_board_calibrates() {
 #[test]
 fn a_picture_without_a_board_is_refused() {
     let mut random = Pcg64::seed_from_u64(1);
-    let picture = Picture::of(|_| 0.5, &truth(&mut random), &mut random);
+    let picture = picture_of(|_| 0.5, &truth(&mut random), &mut random);
     let message = find_corners(&picture, 0, &board()).unwrap_err().to_string();
     assert!(message.contains("board.tif") && message.contains("13 x 9 squares"), "{message}");
     let markers = Some(Markers { dictionary: "4X4_99".into(), side_m: 0.7 * SQUARE_M });

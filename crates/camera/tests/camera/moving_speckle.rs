@@ -1,14 +1,6 @@
 //! A recording in memory: speckle that moves, seen by a camera of known noise.
 
-use std::path::Path;
-
-use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region};
-
-/// What the camera sees and adds.
-pub(crate) struct MovingSpeckle {
-    pub(crate) info: RecordingInfo,
-    frames: Vec<Vec<f32>>,
-}
+use chainwave_measurement::MemoryRecording;
 
 /// The camera.
 #[derive(Clone, Copy)]
@@ -26,35 +18,21 @@ pub(crate) struct Camera {
 pub(crate) const WIDTH: usize = 160;
 pub(crate) const HEIGHT: usize = 120;
 
-impl MovingSpeckle {
-    pub(crate) fn new(camera: Camera) -> Self {
-        let mut random = Random(1);
-        let frame = |index: usize| {
-            let flicker = camera.flicker * (index as f64).sin();
-            (0..WIDTH * HEIGHT)
-                .map(|at| {
-                    let light = brightness(at % WIDTH, at / WIDTH, index as f64, camera.motion_px) + flicker;
-                    let sigma = (camera.variance_at_zero + camera.variance_per_count * light).sqrt();
-                    (light + sigma * random.normal()).round().clamp(0.0, 4095.0) as f32
-                })
-                .collect()
-        };
-        let frames: Vec<Vec<f32>> = (0..camera.n_frames).map(frame).collect();
-        let info = RecordingInfo {
-            format: "scene".into(),
-            width_px: WIDTH,
-            height_px: HEIGHT,
-            n_frames: camera.n_frames,
-            bit_depth: 12,
-            rate_hz: None,
-            times_s: (0..camera.n_frames).map(|frame| frame as f64).collect(),
-            first_image: 0,
-            camera: None,
-            exposure_s: None,
-            warnings: Vec::new(),
-        };
-        Self { info, frames }
-    }
+/// What the camera sees and adds.
+pub(crate) fn moving_speckle(camera: Camera) -> MemoryRecording {
+    let mut random = Random(1);
+    let frame = |index: usize| {
+        let flicker = camera.flicker * (index as f64).sin();
+        (0..WIDTH * HEIGHT)
+            .map(|at| {
+                let light = brightness(at % WIDTH, at / WIDTH, index as f64, camera.motion_px) + flicker;
+                let sigma = (camera.variance_at_zero + camera.variance_per_count * light).sqrt();
+                (light + sigma * random.normal()).round().clamp(0.0, 4095.0) as f32
+            })
+            .collect()
+    };
+    let frames: Vec<Vec<f32>> = (0..camera.n_frames).map(frame).collect();
+    MemoryRecording::new(WIDTH, 12, frames)
 }
 
 /// Waves of 9 to 17 px in several directions on a slope, from about 500 to 3000 counts; the right half moves.
@@ -64,25 +42,6 @@ fn brightness(x: usize, y: usize, time: f64, motion_px: (f64, f64)) -> f64 {
     let waves = [(0.6, 0.2, 0.0), (-0.3, 0.5, 1.0), (0.1, -0.4, 2.0), (0.4, 0.4, 3.0)];
     let speckle: f64 = waves.iter().map(|(kx, ky, phase)| (kx * x + ky * y + phase).sin()).sum();
     1750.0 + 200.0 * speckle + 700.0 * (x / 40.0).sin().min(0.7)
-}
-
-impl Recording for MovingSpeckle {
-    fn path(&self) -> &Path {
-        Path::new("scene")
-    }
-
-    fn info(&self) -> &RecordingInfo {
-        &self.info
-    }
-
-    fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {
-        self.check_request(frame, region, pixels.len())?;
-        let rows = self.frames[frame].chunks(WIDTH).skip(region.y);
-        for (row, target) in rows.zip(pixels.chunks_exact_mut(region.width.max(1))) {
-            target.copy_from_slice(&row[region.x..region.x + region.width]);
-        }
-        Ok(())
-    }
 }
 
 /// SplitMix64 (Steele, Lea and Flood, 2014) and the polar form of a normal variate.

@@ -3,7 +3,7 @@
 use chainwave_camera::{CameraError, SheetLayout, contact_sheet, histogram, noise, open};
 use chainwave_measurement::Recording;
 
-use crate::moving_speckle::{Camera, HEIGHT, MovingSpeckle, WIDTH};
+use crate::moving_speckle::{Camera, HEIGHT, WIDTH, moving_speckle};
 
 const STILL: Camera = Camera {
     n_frames: 9,
@@ -21,7 +21,7 @@ const ROUNDING: f64 = 1.0 / 12.0;
 const MOST_SIGMAS: f64 = 4.0;
 
 fn assert_finds_the_noise(camera: Camera) {
-    let estimate = noise(&MovingSpeckle::new(camera), 8).unwrap();
+    let estimate = noise(&moving_speckle(camera), 8).unwrap();
     let truth = |count: f64| camera.variance_at_zero + ROUNDING + camera.variance_per_count * count;
     let (slope, at_zero) = (estimate.variance_per_count, estimate.variance_at_zero);
     // A block of 25 px less 3 unknowns has 22 degrees of freedom and tells a variance to sqrt(2 / 22); the median of n such is 1.25
@@ -69,7 +69,7 @@ fn motion_of_half_the_picture_and_flicker_do_not_disturb() {
 
 #[test]
 fn a_recording_of_one_frame_or_of_black_says_why_it_has_no_noise() {
-    let one = noise(&MovingSpeckle::new(Camera { n_frames: 1, ..STILL }), 8).unwrap_err();
+    let one = noise(&moving_speckle(Camera { n_frames: 1, ..STILL }), 8).unwrap_err();
     assert!(matches!(one, CameraError::TooLittle { .. }) && one.to_string().contains("2 or more"), "{one}");
 }
 
@@ -84,7 +84,7 @@ fn frames_that_are_copies_have_no_noise() {
 
 #[test]
 fn the_histogram_counts_every_pixel_of_its_frames() {
-    let scene = MovingSpeckle::new(Camera { variance_at_zero: 1e6, ..STILL });
+    let scene = moving_speckle(Camera { variance_at_zero: 1e6, ..STILL });
     let histogram = histogram(&scene, 3).unwrap();
     assert_eq!((histogram.frames.as_slice(), histogram.n_pixels.len()), ([0, 4, 8].as_slice(), 4096));
     assert_eq!(histogram.total(), (3 * WIDTH * HEIGHT) as u64);
@@ -97,7 +97,7 @@ fn the_histogram_counts_every_pixel_of_its_frames() {
 
 #[test]
 fn a_contact_sheet_shows_its_frames_and_is_a_readable_png() {
-    let scene = MovingSpeckle::new(STILL);
+    let scene = moving_speckle(STILL);
     let layout = SheetLayout { n_frames: 5, n_columns: 3, tile_width_px: 40 };
     let sheet = contact_sheet(&scene, layout).unwrap();
     assert_eq!(sheet.frames, [0, 2, 4, 6, 8]);

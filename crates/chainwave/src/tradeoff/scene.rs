@@ -25,7 +25,10 @@ pub(super) fn open(input: &Path, arguments: &cli::Tradeoff) -> Result<View, Erro
     let recording = chainwave_camera::open_with(input, &arguments.reading.options(arguments.rate_hz))?;
     let reference = ReferenceFrames::Single(0);
     let subsets = match &arguments.points {
-        Some(points) => subsets_in(recording.as_ref(), &read_points(points)?, &reference, None)?,
+        Some(points) => {
+            let placed = subsets_in(recording.as_ref(), &read_points(points)?, &reference, None)?;
+            placed.into_iter().map(|placed| placed.subset).collect()
+        }
         None => textured(recording.as_ref())?,
     };
     Ok(View { recording, subsets, reference })

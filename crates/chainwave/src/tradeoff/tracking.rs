@@ -1,11 +1,10 @@
 //! The ladder of tracking methods on a scene.
 
-use std::path::Path;
 use std::time::Instant;
 
-use chainwave_correlation::{Method, Settings, self_test};
+use chainwave_correlation::{FilmError, Method, RungError, Settings, film_test, self_test};
 use chainwave_experiment::View;
-use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region};
+use chainwave_measurement::Excerpt;
 
 use super::Rung;
 use crate::error::Error;
@@ -16,23 +15,24 @@ const TIMED_FRAMES: usize = 150;
 /// Repetitions of which the shortest counts.
 const REPETITIONS: usize = 3;
 
-/// Every method on a scene: its error in the self-test, and its time on the recording's first frames.
+/// Every method on a scene: its error in the self-test or on the film itself, whichever is larger, and its time on the recording's first frames.
 pub(super) fn ladder(scene: &View) -> Result<Vec<Rung>, Error> {
     let settings = Settings::default();
     let methods = Method::all();
+    let View { subsets, reference, .. } = scene;
+    let recording = scene.recording.as_ref();
+    let on_film = film_test(&methods, recording, subsets, reference, &settings)?;
     let bar = progress::bar("methods", methods.len() as u64);
     let mut rungs = Vec::with_capacity(methods.len());
-    for method in methods {
-        let errors =
-            self_test(&[method], scene.recording.as_ref(), &scene.subsets, &scene.reference, &settings)?;
+    for (method, film) in methods.into_iter().zip(&on_film) {
+        let errors = self_test(&[method], recording, subsets, reference, &settings)?;
         let (seconds, items) = timed(scene, method, &settings)?;
         for found in errors {
-            let lost = if found.n_lost > 0 { format!("{} lost", found.n_lost) } else { String::new() };
             rungs.push(Rung {
                 step: "tracking",
                 method: method.to_string(),
-                settings: lost,
-                error: found.error_px,
+                settings: lost(&found, film),
+                error: larger_px(&found, film),
                 error_unit: "px",
                 seconds_per_item: seconds / items as f64,
                 items,
@@ -44,43 +44,33 @@ pub(super) fn ladder(scene: &View) -> Result<Vec<Rung>, Error> {
     Ok(rungs)
 }
 
+/// What a method lost, of patches that were shifted and of the film.
+fn lost(shifted: &RungError, film: &FilmError) -> String {
+    let counts = [(shifted.n_lost, "lost"), (film.n_lost as usize, "lost on the film")];
+    let told: Vec<String> =
+        counts.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")).collect();
+    told.join(", ")
+}
+
+/// The larger of a method's errors, on shifted patches and on the film; none where it finds nothing on either. A film of its reference alone
+/// says nothing.
+fn larger_px(shifted: &RungError, film: &FilmError) -> Option<f64> {
+    let of_film = match film.error_px {
+        None if film.n_lost == 0 => Some(0.0),
+        found => found,
+    };
+    shifted.error_px.zip(of_film).map(|(shifted_px, film_px)| shifted_px.max(film_px))
+}
+
 /// Time in seconds that a method takes on one thread, and positions that it gave.
 fn timed(scene: &View, method: Method, settings: &Settings) -> Result<(f64, u64), Error> {
-    let head = Head::of(scene.recording.as_ref(), TIMED_FRAMES);
+    let n_frames = scene.recording.info().n_frames.min(TIMED_FRAMES);
+    let head = Excerpt::new(scene.recording.as_ref(), (0..n_frames).collect());
     let mut shortest_s = f64::INFINITY;
     for _ in 0..REPETITIONS {
         let start = Instant::now();
         method.track(&head, &scene.subsets, &scene.reference, settings, &|_| ())?;
         shortest_s = shortest_s.min(start.elapsed().as_secs_f64());
     }
-    Ok((shortest_s, (head.info.n_frames * scene.subsets.len()) as u64))
-}
-
-/// The first frames of a recording.
-struct Head<'a> {
-    recording: &'a dyn Recording,
-    info: RecordingInfo,
-}
-
-impl<'a> Head<'a> {
-    fn of(recording: &'a dyn Recording, n_frames: usize) -> Self {
-        let info = recording.info();
-        let n_frames = info.n_frames.min(n_frames);
-        let times_s = info.times_s.iter().take(n_frames).copied().collect();
-        Self { recording, info: RecordingInfo { n_frames, times_s, ..info.clone() } }
-    }
-}
-
-impl Recording for Head<'_> {
-    fn path(&self) -> &Path {
-        self.recording.path()
-    }
-
-    fn info(&self) -> &RecordingInfo {
-        &self.info
-    }
-
-    fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {
-        self.recording.read_region(frame, region, pixels)
-    }
+    Ok((shortest_s, (n_frames * scene.subsets.len()) as u64))
 }

@@ -4,11 +4,9 @@ use chainwave_measurement::{Lost, Subset};
 
 use crate::evidence::ShapeTest;
 use crate::icgn::outcome::{Match, Stop};
+use crate::middle::shows_its_middle;
 use crate::warp::Warp;
 use crate::{PreparedSubset, Reference, Settings, Shape, ShapeChoice, Window, Workspace};
-
-/// Least share of the middle of a subset, half as wide and high, that has to be usable.
-const LEAST_MIDDLE: f64 = 0.5;
 
 /// What is lost where it is expected within so many pixels of the edge has left the view.
 const SPARE_PX: f64 = 3.0;
@@ -40,8 +38,7 @@ impl ImagePair<'_> {
     pub(crate) fn prepare_with(&self, place_px: [f64; 2], shape: Shape) -> Result<PreparedSubset, Lost> {
         let settings = Settings { shape, ..self.settings.clone() };
         let subset = PreparedSubset::new(self.reference, &self.subset(place_px), &settings)?;
-        // A point of the ground beside a texture moves with nothing that its subset shows.
-        (subset.share_used_in_middle() >= LEAST_MIDDLE).then_some(subset).ok_or(Lost::NoTexture)
+        if shows_its_middle(&subset) { Ok(subset) } else { Err(Lost::NoTexture) }
     }
 
     pub(crate) fn first_shape(&self) -> Shape {

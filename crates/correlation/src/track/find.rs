@@ -76,7 +76,13 @@ impl Quest<'_> {
                 break;
             }
         }
-        Err(reason)
+        Err(self.standard.reason(reason))
+    }
+
+    /// A match where the subset was expected, of a pattern that repeats itself: it may be believed for what was seen before.
+    pub(crate) fn find_again<L: Locate>(&self, frame: usize, locate: &mut L) -> Option<L::Found> {
+        let found = locate.locate(frame, self.history.predict()).ok()?;
+        self.standard.is_no_chance(self.subset, L::seen(&found).zncc).then_some(found)
     }
 
     /// A match from where the subset was expected to go, or to turn, unless it may be something else.

@@ -7,6 +7,7 @@ use chainwave_measurement::{Lost, Position, Recording, Subset};
 use crate::acceptance::{Seen, Standard};
 use crate::evidence::ShapeTest;
 use crate::icgn::outcome::Match;
+use crate::track::continuity::Continuity;
 use crate::track::find::{Locate, Quest};
 use crate::track::matcher::Matcher;
 use crate::track::predict::History;
@@ -22,6 +23,7 @@ pub(crate) struct Follower<'a> {
     target: Result<Target, Lost>,
     reference_frames: Range<usize>,
     history: History,
+    continuity: Continuity,
     decay: Decay,
     /// The target as it was prepared first, once it has been prepared anew.
     original: Option<Target>,
@@ -65,6 +67,7 @@ impl<'a> Follower<'a> {
         Ok(Self {
             reference_frames: frames.range(),
             history: History::of(subset),
+            continuity: Continuity::from_rest(period_px(&target)),
             matcher: Matcher { recording, window, workspace: Workspace::default() },
             target,
             decay: Decay::default(),
@@ -89,12 +92,19 @@ impl<'a> Follower<'a> {
             target.standard.restart();
         }
         self.history = History::starting_at(Warp::at(position));
+        self.continuity.restart(period_px(&self.target));
+    }
+
+    /// Readings of earlier frames that were told by later ones, with their frames.
+    pub(crate) fn settled_late(&mut self) -> Vec<(usize, Position)> {
+        self.continuity.take_settled()
     }
 
     /// The subset's position in the next frame of its way.
     pub(crate) fn locate(&mut self, frame: usize) -> Found {
         match self.find(frame) {
-            Ok(found) => {
+            Ok((found, is_evident)) => {
+                let goes_on = self.continuity.goes_on_at(&self.history, found.warp().position_px);
                 self.history.found(found.warp());
                 self.test_shape(frame, &found.warp());
                 let position = self.decay.total(self.with_reference_sigma(frame, found.position));
@@ -104,9 +114,10 @@ impl<'a> Follower<'a> {
                     }
                     self.renew(frame, &found, &position);
                 }
-                Ok(position)
+                self.continuity.note(frame, position, goes_on, is_evident)
             }
             Err(reason) => {
+                self.continuity.end();
                 self.history.lost();
                 self.reason = reason;
                 Err(reason)
@@ -137,6 +148,7 @@ impl<'a> Follower<'a> {
         let before = std::mem::replace(&mut self.target, Ok(renewed));
         self.original = self.original.take().or(before.ok());
         self.history = History::starting_at(Warp::at([position.x_px.value, position.y_px.value]));
+        self.continuity.end();
     }
 
     fn test_shape(&mut self, frame: usize, warp: &Warp) {
@@ -147,7 +159,8 @@ impl<'a> Follower<'a> {
         }
     }
 
-    fn find(&mut self, frame: usize) -> Result<Match, Lost> {
+    /// The match in a frame, and whether the frame by itself tells that it is right.
+    fn find(&mut self, frame: usize) -> Result<(Match, bool), Lost> {
         let Target { subset, standard } = self.target.as_ref().map_err(|reason| *reason)?;
         let quest = Quest {
             recording: self.matcher.recording,
@@ -157,11 +170,20 @@ impl<'a> Follower<'a> {
             reason: self.reason,
             is_reference: self.reference_frames.contains(&frame),
         };
-        let found = quest.find(frame, &mut Matched { matcher: &mut self.matcher, subset })?;
+        let mut matched = Matched { matcher: &mut self.matcher, subset };
+        let by_frame = quest.find(frame, &mut matched);
+        let goes_on = |found: &Match| self.continuity.goes_on_at(&self.history, found.warp().position_px);
+        let (found, is_evident) = match by_frame {
+            Ok(found) => (found, true),
+            Err(Lost::Ambiguous) if self.continuity.lasts() => {
+                (quest.find_again(frame, &mut matched).filter(goes_on).ok_or(Lost::Ambiguous)?, false)
+            }
+            Err(reason) => return Err(reason),
+        };
         if self.shape_test.is_some() {
             self.matcher.read_window(subset, frame, &found.warp())?;
         }
-        Ok(found)
+        Ok((found, is_evident))
     }
 
     fn with_reference_sigma(&self, frame: usize, mut position: Position) -> Position {
@@ -170,6 +192,11 @@ impl<'a> Follower<'a> {
         }
         position
     }
+}
+
+/// The period of a pattern that repeats itself.
+fn period_px(target: &Result<Target, Lost>) -> Option<f64> {
+    target.as_ref().ok().and_then(|target| target.standard.period_px())
 }
 
 /// A subset that is matched by Gauss and Newton's iteration.

@@ -11,6 +11,11 @@ pub(crate) trait Tracker {
 
     /// Goes back to the first frame of the way, where the subsets were `found`, to follow them the other way.
     fn restart(&mut self, found: &[Found]);
+
+    /// Of each subset, readings of earlier frames that were told by later ones.
+    fn settled_late(&mut self) -> Vec<Vec<(usize, Position)>> {
+        Vec::new()
+    }
 }
 
 /// Tracks from frame `first` to the end, and from there back to frame 0.
@@ -33,6 +38,9 @@ pub(crate) fn track_both_ways(
     let mut frames: Vec<Vec<Found>> = (0..first).rev().map(|frame| locate(tracker, frame)).collect();
     frames.reverse();
     frames.extend(after);
+    for (i, late) in tracker.settled_late().into_iter().enumerate() {
+        late.into_iter().for_each(|(frame, position)| frames[frame][i] = Ok(position));
+    }
     let of_subset = |i: usize| frames.iter().map(|found| found[i]).collect();
     let named = |(i, subset): (usize, &Subset)| Track { name: subset.name.clone(), positions: of_subset(i) };
     subsets.iter().enumerate().map(named).collect()

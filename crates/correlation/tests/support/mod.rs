@@ -3,10 +3,8 @@
 #![expect(dead_code, unreachable_pub, reason = "each test binary uses a part of it")]
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use std::path::Path;
-
 use chainwave_correlation::{PreparedSubset, Reference, Settings};
-use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region, Subset};
+use chainwave_measurement::{MemoryRecording, Region, Subset};
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
@@ -104,48 +102,9 @@ pub fn sense(image: &[f64], noise: f64, seed: u64) -> Vec<f32> {
     image.iter().map(|&value| count(value)).collect()
 }
 
-/// Frames in memory.
-pub struct Film {
-    info: RecordingInfo,
-    pub frames: Vec<Vec<f32>>,
-}
-
-impl Film {
-    pub fn new(frames: Vec<Vec<f32>>) -> Self {
-        let info = RecordingInfo {
-            format: "memory".into(),
-            width_px: SIZE[0],
-            height_px: SIZE[1],
-            n_frames: frames.len(),
-            bit_depth: 12,
-            rate_hz: None,
-            times_s: (0..frames.len()).map(|i| i as f64).collect(),
-            first_image: 0,
-            camera: None,
-            exposure_s: None,
-            warnings: Vec::new(),
-        };
-        Self { info, frames }
-    }
-}
-
-impl Recording for Film {
-    fn path(&self) -> &Path {
-        Path::new("film")
-    }
-
-    fn info(&self) -> &RecordingInfo {
-        &self.info
-    }
-
-    fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {
-        self.check_request(frame, region, pixels.len())?;
-        for (y, row) in pixels.chunks_exact_mut(region.width).enumerate() {
-            let start = (region.y + y) * self.info.width_px + region.x;
-            row.copy_from_slice(&self.frames[frame][start..start + region.width]);
-        }
-        Ok(())
-    }
+/// A recording of 12 bits in memory, its frames of the usual size.
+pub fn recorded(frames: Vec<Vec<f32>>) -> MemoryRecording {
+    MemoryRecording::new(SIZE[0], 12, frames)
 }
 
 pub fn subset(x_px: f64, y_px: f64, half: usize) -> Subset {

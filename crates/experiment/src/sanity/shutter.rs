@@ -6,10 +6,11 @@ use std::num::NonZero;
 use chainwave_analysis::LEVEL;
 use chainwave_analysis::probability::variance_ratio_beyond;
 use chainwave_correlation::{Acceptance, ReferenceFrames, Settings, mean_of_frames};
-use chainwave_measurement::{Estimate, Position, Recording, Region, Subset, map_in_parallel, median};
+use chainwave_measurement::{
+    Estimate, MemoryRecording, Position, Recording, Region, Subset, map_in_parallel, median,
+};
 
 use super::rest::SIGMA_OF_MEDIAN;
-use crate::crops::Crops;
 use crate::finding::Finding;
 use crate::setup::Setup;
 use crate::tracked::{Tracked, TrackedRecording};
@@ -179,7 +180,7 @@ fn fast_frames(times_s: &[f64], body: &FollowedBody) -> Vec<Fast> {
 
 /// A body as its recording shows it at rest (first) and in frames in which it is fast, each cut out where it is by then.
 struct BodyCrops {
-    pictures: Crops,
+    pictures: MemoryRecording,
     /// Velocities in the frames from the second on, in px/s.
     velocities: Vec<f64>,
     subset: Subset,
@@ -226,7 +227,8 @@ fn cropped(
         half_width_px: tracking.half_width_px,
         half_height_px: tracking.half_height_px,
     };
-    Some(BodyCrops { pictures: Crops::new(recording, first.width, frames), velocities, subset })
+    let pictures = MemoryRecording::cut_from(recording, first.width, frames);
+    Some(BodyCrops { pictures, velocities, subset })
 }
 
 /// Velocity and shear in each frame: how far the lower half leads the upper one along the lines, and the right half the left one across

@@ -1,0 +1,62 @@
+//! Points on bare ground, which nothing can be told of: lost for want of texture, in every frame, whatever lies beside them.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking, and shows what it measured")]
+#![expect(clippy::print_stdout, reason = "what became of each point is a table to be read")]
+
+use std::collections::BTreeMap;
+
+use chainwave_correlation::{Method, ReferenceFrames, Settings};
+use chainwave_measurement::{Lost, MemoryRecording, Subset};
+use chainwave_synthetic::pictures::{Deformation, Surface, Texture, counts, picture};
+
+const SIZE_PX: [usize; 2] = [200, 120];
+const N_FRAMES: u64 = 6;
+
+/// A textured disc that moves right over ground of a tone, under noise.
+fn film(tone: f64, noise: f64) -> MemoryRecording {
+    let frame = |number: u64| {
+        let shift = [1.5 * number as f64, 0.0];
+        let disc = Surface::turned_disc(4, 4.0, ([50.0, 60.0], 30.0), 0.0, shift);
+        let bare = Texture::spots(&[], 4.0);
+        let ground = Surface { tone, ..Surface::everywhere(bare, Deformation::NONE) };
+        let seen = counts(&picture(SIZE_PX, &[ground, disc]).unwrap(), 12, noise, 3, number).unwrap();
+        seen.into_raw_vec_and_offset().0
+    };
+    MemoryRecording::new(SIZE_PX[0], 12, (0..N_FRAMES).map(frame).collect())
+}
+
+fn subset(x_px: f64, half: usize) -> Subset {
+    Subset { name: x_px.to_string(), x_px, y_px: 60.0, half_width_px: half, half_height_px: half }
+}
+
+#[test]
+fn bare_ground_is_lost_for_want_of_texture() {
+    let mut wrong = Vec::new();
+    for (tone, noise) in
+        [(0.0, 0.0), (0.0, 0.005), (0.0, 0.02), (0.05, 0.01), (0.3, 0.0), (0.3, 0.02), (0.8, 0.05)]
+    {
+        let film = film(tone, noise);
+        for name in ["icgn-cubic-affine", "template-parabola"] {
+            let method: Method = name.parse().unwrap();
+            // far from the disc, and so near that its edge reaches into the subset, whose middle stays bare
+            let subsets = [subset(150.0, 16), subset(110.0, 16), subset(94.0, 16), subset(90.0, 12)];
+            let first = ReferenceFrames::Single(0);
+            let tracks = method.track(&film, &subsets, &first, &Settings::default(), &|_| ()).unwrap();
+            for track in &tracks {
+                let mut count = BTreeMap::new();
+                for found in &track.positions {
+                    *count.entry(found.as_ref().map_or_else(|lost| lost.as_str(), |_| "ok")).or_insert(0) +=
+                        1;
+                }
+                println!("{name:<20} tone {tone} noise {noise} x {:>4}: {count:?}", track.name);
+                let is_near = track.name == "94" || track.name == "90";
+                let bare = track.positions.iter().all(|found| matches!(found, Err(Lost::NoTexture)));
+                // ground that is not dark is used like any texture, and its edge with it
+                if !bare && !(is_near && tone > 0.0) {
+                    wrong.push(format!("{name} tone {tone} noise {noise} x {}", track.name));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:?}");
+}
