@@ -17,7 +17,7 @@ use chainwave_synthetic::pictures::{Deformation, Surface, Texture, counts, pictu
 use ndarray::Array2;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use support::{Film, SIZE, rms, subset};
+use support::{SIZE, recorded, rms, subset};
 
 const MIDDLE_PX: [f64; 2] = [209.5, 209.5];
 const AFFINE: ShapeChoice = ShapeChoice::Named(Shape::Affine);
@@ -91,7 +91,7 @@ impl Pictures {
 
     /// Errors of subsets side by side that are followed through two frames.
     fn tracks(&self, [contrast, noise]: [f64; 2], half_px: usize, shape: Shape) -> Errors {
-        let film = Film::new((0..3).map(|number| self.counts(contrast, noise, number)).collect());
+        let film = recorded((0..3).map(|number| self.counts(contrast, noise, number)).collect());
         let line = || (half_px + 8..SIZE[0] - half_px - 8).step_by(4 * half_px);
         let places = line().flat_map(|y| line().map(move |x| subset(x as f64, y as f64, half_px)));
         let subsets: Vec<_> = places.collect();
