@@ -36,6 +36,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let specimen = Specimen {
         n_bodies: 3,
         pitch_m: 0.030,
+        gaps_m: Vec::new(),
         ring: Ring { semi_major_m: 0.015, semi_minor_m: 0.009, wall_m: 0.4e-3 },
         marker: Marker { half_width_m: 5.5e-3, half_height_m: 5.5e-3, speckle_diameter_px: 4.5, seed: 1 },
         rods: Rods { diameter_m: 2.38e-3, below_axis_m: vec![-7.6e-3, 7.6e-3] },
