@@ -127,6 +127,21 @@ impl PlaneMap {
         let [along, _] = self.m_per_px(at_px);
         Estimate::new(self.position_m(at_px)[0], (along[0] * x_px.sigma).hypot(along[1] * y_px.sigma))
     }
+
+    /// Position across the chain of a point of the picture, in metres, with the error of that point alone: positive on the side that is
+    /// down in the picture, where the chain goes to the right.
+    pub fn across_of(&self, x_px: Estimate, y_px: Estimate) -> Estimate {
+        let at_px = [x_px.value, y_px.value];
+        let [_, across] = self.m_per_px(at_px);
+        Estimate::new(self.position_m(at_px)[1], (across[0] * x_px.sigma).hypot(across[1] * y_px.sigma))
+    }
+
+    /// A rotation that a picture shows at a point, from right towards down, as a rotation in the plane of the chain, from the direction of
+    /// the chain towards the one across, in radians.
+    pub fn turn_of(&self, at_px: [f64; 2], theta_rad: Estimate) -> Estimate {
+        let [[xx, xy], [yx, yy]] = self.m_per_px(at_px);
+        Estimate::new(theta_rad.value.copysign(theta_rad.value * (xx * yy - xy * yx)), theta_rad.sigma)
+    }
 }
 
 #[cfg(test)]

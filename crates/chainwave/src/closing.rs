@@ -84,6 +84,7 @@ mod tests {
         let position = |sigma: f64| Position {
             x_px: Estimate::new(0.0, sigma),
             y_px: Estimate::new(0.0, 0.5 * sigma),
+            theta_rad: None,
             zncc: 1.0,
             iterations: 2,
         };

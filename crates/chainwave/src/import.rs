@@ -49,7 +49,7 @@ pub(crate) fn import(arguments: &cli::Import) -> Result<Outcome, Error> {
     let stitched = merge(&observations, &settings)?;
     let measurement = measured(&mapping, &stitched)?;
     make_folder(&arguments.out)?;
-    write_measurement(&arguments.out, &stitched, &measurement)?;
+    write_measurement(&arguments.out, &stitched, None, &measurement)?;
     draw_motion(&arguments.out, &mapping.name, &stitched.motion, &measurement)?;
     write_json(&arguments.out.join("results.json"), &results(&stitched, &measurement))?;
     print(&mapping.name, &stitched, &measurement);

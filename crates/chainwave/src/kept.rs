@@ -170,6 +170,7 @@ fn tracks(table: &Table) -> Result<RecordingTracks, ExperimentError> {
     let [x, sigma_x, y, sigma_y] =
         ["x_px", "sigma_x_px", "y_px", "sigma_y_px"].map(|name| table.numbers(name));
     let (x, sigma_x, y, sigma_y) = (x?, sigma_x?, y?, sigma_y?);
+    let (theta, sigma_theta) = (table.numbers("theta_rad")?, table.numbers("sigma_theta_rad")?);
     let (zncc, iterations) = (table.numbers("zncc")?, table.numbers("iterations")?);
     let mut tracks = RecordingTracks { times_s: Vec::new(), bodies: Vec::new() };
     for (row, name) in names.iter().enumerate() {
@@ -184,6 +185,7 @@ fn tracks(table: &Table) -> Result<RecordingTracks, ExperimentError> {
             Some(Position {
                 x_px: Estimate::new(x[row]?, sigma_x[row]?),
                 y_px: Estimate::new(y[row]?, sigma_y[row]?),
+                theta_rad: theta[row].zip(sigma_theta[row]).map(|(value, sigma)| Estimate::new(value, sigma)),
                 zncc: zncc[row]?,
                 iterations: iterations[row]? as u32,
             })
@@ -218,7 +220,8 @@ mod tests {
             if k % 5 == 4 {
                 Err(Lost::LowCorrelation)
             } else {
-                Ok(Position { x_px, y_px, zncc: 0.99, iterations: k })
+                let theta_rad = (k % 2 == 0).then(|| Estimate::new(0.01 * x, 3e-4));
+                Ok(Position { x_px, y_px, theta_rad, zncc: 0.99, iterations: k })
             }
         };
         let body =

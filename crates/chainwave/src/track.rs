@@ -334,6 +334,8 @@ pub(crate) struct TrackRows {
     y_px: Vec<Option<f64>>,
     sigma_x_px: Vec<Option<f64>>,
     sigma_y_px: Vec<Option<f64>>,
+    theta_rad: Vec<Option<f64>>,
+    sigma_theta_rad: Vec<Option<f64>>,
     zncc: Vec<Option<f64>>,
     iterations: Vec<Option<u32>>,
     status: Vec<&'static str>,
@@ -379,6 +381,9 @@ impl TrackRows {
         self.y_px.push(found.map(|position| position.y_px.value));
         self.sigma_x_px.push(found.map(|position| position.x_px.sigma));
         self.sigma_y_px.push(found.map(|position| position.y_px.sigma));
+        let theta_rad = found.and_then(|position| position.theta_rad);
+        self.theta_rad.push(theta_rad.map(|theta| theta.value));
+        self.sigma_theta_rad.push(theta_rad.map(|theta| theta.sigma));
         self.zncc.push(found.map(|position| position.zncc));
         self.iterations.push(found.map(|position| position.iterations));
         self.status.push(position.as_ref().err().map_or("ok", |lost| lost.as_str()));
@@ -400,6 +405,8 @@ impl TrackRows {
             column("y_px", self.y_px),
             column("sigma_x_px", self.sigma_x_px),
             column("sigma_y_px", self.sigma_y_px),
+            column("theta_rad", self.theta_rad),
+            column("sigma_theta_rad", self.sigma_theta_rad),
             column("zncc", self.zncc),
             column("iterations", self.iterations),
             column("status", self.status),

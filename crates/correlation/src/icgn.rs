@@ -13,7 +13,7 @@ use crate::icgn::visible::{noise_ratio, structure_factor};
 use crate::interpolation_error::energy::Foreseen;
 use crate::prepared::Linearised;
 use crate::simd::LANES;
-use crate::uncertainty::{Residual, sigma_px};
+use crate::uncertainty::{Residual, angle_rad, sigma_px};
 use crate::warp::Warp;
 use crate::window::sample::sample;
 use crate::{Acceptance, PreparedSubset, Window};
@@ -85,8 +85,9 @@ impl PreparedSubset {
         let [bias_x, bias_y] = self.bias.sigma_px();
         let [x, y] = self.without_bias(warp, &residual.of_interpolation);
         let (x_px, y_px) = (Estimate::new(x, noise_x.hypot(bias_x)), Estimate::new(y, noise_y.hypot(bias_y)));
+        let theta_rad = angle_rad(self, warp, [x_px.sigma, y_px.sigma]);
         Match {
-            position: Position { x_px, y_px, zncc: found.zncc, iterations: *iterations },
+            position: Position { x_px, y_px, theta_rad, zncc: found.zncc, iterations: *iterations },
             gradient: warp.gradient,
             curvature: warp.curvature,
             noise_ratio,

@@ -127,7 +127,7 @@ impl<R: Refine> RefinedSubset<R> {
         standard.note(found.zncc);
         let [x_px, y_px] =
             calibration.correct(place, &found).map(|(value, sigma)| Estimate::new(value, sigma));
-        Ok(Position { x_px, y_px, zncc: found.zncc, iterations: 0 })
+        Ok(Position { x_px, y_px, theta_rad: None, zncc: found.zncc, iterations: 0 })
     }
 }
 

@@ -23,6 +23,8 @@
 //! The reference's noise has no product with K: the filters are antisymmetric, D^T = -D, and n^T D n = 0. The noise in
 //! the gradient is white, so the target's interpolated noise multiplies it with variance G.
 
+use chainwave_measurement::Estimate;
+
 use crate::PreparedSubset;
 use crate::interpolation_error::energy::Foreseen;
 use crate::prepared::normal::of_centre;
@@ -106,6 +108,26 @@ pub(crate) fn signal_sigma_px(subset: &PreparedSubset, warp: &Warp, residual: &R
 /// What [`signal_sigma_px`] is expected to be for a frame like the reference, with noise of a `variance` in the reference.
 pub(crate) fn expected_sigma_px(subset: &PreparedSubset, variance: f64) -> [f64; 2] {
     sigma_from(subset, &Warp::at(subset.centre_px), variance * (1.0 + subset.n_averaged), 0.0, 0.0)
+}
+
+/// The angle by which a match turns the subset, in radians from x towards y; `None` for a shape function that only shifts.
+///
+/// What makes the centre uncertain by `sigma_px` makes the angle uncertain through the same normal equations, so its sigma is theirs, by the
+/// ratio of the angle's variance to the centre's that the subset's texture has.
+pub(crate) fn angle_rad(subset: &PreparedSubset, warp: &Warp, sigma_px: [f64; 2]) -> Option<Estimate> {
+    let n_terms = subset.settings.shape.n_terms();
+    if n_terms < 3 {
+        return None;
+    }
+    let covariance = &subset.covariance.signal;
+    let places = [1, 2, n_terms + 1, n_terms + 2];
+    let factors = warp.turn_of_step();
+    let terms = || places.iter().zip(factors);
+    let of_angle: f64 =
+        terms().flat_map(|(p, a)| terms().map(move |(q, b)| a * b * covariance[(*p, *q)])).sum();
+    let [x, y] = sigma_from(subset, warp, 1.0, 0.0, 0.0);
+    let sigma_rad = of_angle.max(0.0).sqrt() * sigma_px[0].hypot(sigma_px[1]) / x.hypot(y);
+    Some(Estimate::new(warp.angle_rad(), sigma_rad))
 }
 
 fn sigma_from(subset: &PreparedSubset, warp: &Warp, signal: f64, noise: f64, growth: f64) -> [f64; 2] {

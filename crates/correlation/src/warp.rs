@@ -64,6 +64,23 @@ impl Warp {
         largest <= MOST && smallest >= MOST.recip()
     }
 
+    /// The angle by which the linear part turns, from x towards y, in radians: that of the rotation R in its polar decomposition F = R U.
+    pub(crate) fn angle_rad(&self) -> f64 {
+        let [ux, uy, vx, vy] = self.gradient;
+        (vx - uy).atan2(2.0 + ux + vy)
+    }
+
+    /// What a unit of a small further deformation A, F (1 + A), turns: the factors of `du/dx`, `du/dy`, `dv/dx` and `dv/dy`. With F = R U
+    /// the rotation of R (U + U A) is, to first order, the antisymmetric part of U A over the trace of U.
+    pub(crate) fn turn_of_step(&self) -> [f64; 4] {
+        let [ux, uy, vx, vy] = self.gradient;
+        let (sin, cos) = self.angle_rad().sin_cos();
+        let (xx, yy) = (1.0 + ux, 1.0 + vy);
+        let stretch = [cos * xx + sin * vx, cos * uy + sin * yy, cos * yy - sin * uy];
+        let trace = stretch[0] + stretch[2];
+        [stretch[1], -stretch[0], stretch[2], -stretch[1]].map(|factor| factor / trace)
+    }
+
     /// Whether the subset is moved and not deformed.
     pub(crate) fn is_translation(&self) -> bool {
         self.gradient.iter().chain(&self.curvature).all(|&slope| slope == 0.0)

@@ -28,6 +28,7 @@ use crate::sanity::speed;
 use crate::scale::ScaleCheck;
 use crate::setup::Setup;
 use crate::shared_errors::SharedErrors;
+use crate::side_motion::SideMotion;
 use crate::standing::Standings;
 use crate::steadying::Steadying;
 use crate::tracked::{Tracked, TrackedRecording};
@@ -49,6 +50,8 @@ pub struct Evaluation {
     of_camera: Vec<Finding>,
     /// What recordings had amiss that was put right.
     notices: Vec<Finding>,
+    /// What the bodies do besides moving along the chain.
+    pub side_motion: SideMotion,
     /// The motion, and how views and trials were aligned.
     pub stitched: Stitched,
     /// Trigger and drive of each recording, by the model where the tracks accept it.
@@ -106,7 +109,7 @@ impl ModelBeside {
 /// Tracks that cannot be stitched or measured; a fit that fails is no error but stands in its field.
 pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> Result<Evaluation, Error> {
     let experiment = &setup.experiment;
-    let Merged { left_out, unjoined, steadying, of_camera, shared, stitched, observations } =
+    let Merged { left_out, unjoined, steadying, of_camera, shared, stitched, side_motion, observations } =
         merged(setup, tracked, n_threads)?;
     let chosen = chosen_gaps(experiment);
     let measurement = shared.measure(experiment, &stitched.motion, chosen, n_threads)?;
@@ -179,6 +182,7 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
         steadying,
         notices,
         stitched,
+        side_motion,
         standings,
         measurement,
         track_fit,
@@ -211,6 +215,7 @@ struct Merged {
     of_camera: Vec<Finding>,
     shared: SharedErrors,
     stitched: Stitched,
+    side_motion: SideMotion,
     /// The recordings that were kept, as fits take them.
     observations: Vec<Observation>,
 }
@@ -241,13 +246,17 @@ fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> Result
         &steadying.rests_until_s,
         setup.map.m_per_px().value,
     );
+    let mut side_motion = SideMotion::of(setup, &recordings, &steadying, &settings, &stitched);
+    let without_pictures = stitched.motion.clone();
     picture_errors.add_to(&mut stitched.motion);
+    side_motion.widen(&without_pictures, &stitched.motion);
     scale.add_to(&mut stitched.motion, &observations);
     let observations = steadying.widened(picture_errors.widened(observations));
     let of_camera = [
         Finding::all_of("camera_moves", "the camera", steadying.warning()),
         Finding::all_of("scale", "camera.scale_px_per_m", scale.warnings()),
         Finding::all_of("picture_errors", "the pictures", picture_errors.warnings()),
+        side_motion.findings.clone(),
     ];
     Ok(Merged {
         of_camera: of_camera.concat(),
@@ -256,6 +265,7 @@ fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> Result
         steadying,
         shared,
         stitched,
+        side_motion,
         observations,
     })
 }

@@ -41,6 +41,12 @@ impl Steadying {
         Ok(Self { found: camera_motion(observations, &rests_until_s), scale, rests_until_s })
     }
 
+    /// The camera's motion in another coordinate of the same bodies, which rest as long.
+    pub(crate) fn in_coordinate(&self, observations: &[Observation]) -> Self {
+        let found = camera_motion(observations, &self.rests_until_s);
+        Self { scale: self.scale.clone(), found, rests_until_s: self.rests_until_s.clone() }
+    }
+
     /// The motion, where the camera is told to move.
     pub(crate) fn motion(&self) -> Option<&CameraMotion> {
         self.found.as_ref().filter(|found| camera_motion_rule().rejects(found.departure.p_value))

@@ -1,7 +1,7 @@
 //! The tracks of one recording: each body's position in every frame, and the same as positions along the chain.
 
 use chainwave_camera::PlaneMap;
-use chainwave_measurement::{BodyTrack, Lost, Observation, Position};
+use chainwave_measurement::{BodyTrack, Estimate, Lost, Observation, Position};
 
 use crate::configuration::Trial;
 
@@ -25,11 +25,43 @@ pub struct FollowedBody {
     pub positions: Vec<Result<Position, Lost>>,
 }
 
+/// What of a body is observed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Coordinate {
+    /// Its position along the chain, in metres.
+    Along,
+    /// Its position across the chain, in metres.
+    Across,
+    /// Its rotation, in radians.
+    Turn,
+}
+
+impl Coordinate {
+    fn of(self, found: &Position, map: &PlaneMap) -> Option<Estimate> {
+        match self {
+            Self::Along => Some(map.position_of(found.x_px, found.y_px)),
+            Self::Across => Some(map.across_of(found.x_px, found.y_px)),
+            Self::Turn => Some(map.turn_of([found.x_px.value, found.y_px.value], found.theta_rad?)),
+        }
+    }
+}
+
 impl RecordingTracks {
     /// The tracks as positions along the chain; each line of a picture is exposed `line_time_s` after the one above.
     pub(crate) fn observation(&self, trial: &Trial, map: &PlaneMap, line_time_s: f64) -> Observation {
+        self.observation_of(Coordinate::Along, trial, map, line_time_s)
+    }
+
+    /// A coordinate of the bodies, in the same frames.
+    pub(crate) fn observation_of(
+        &self,
+        coordinate: Coordinate,
+        trial: &Trial,
+        map: &PlaneMap,
+        line_time_s: f64,
+    ) -> Observation {
         let place = |position: &Result<Position, Lost>| {
-            position.as_ref().ok().map(|found| map.position_of(found.x_px, found.y_px))
+            position.as_ref().ok().and_then(|found| coordinate.of(found, map))
         };
         let of_body = |followed: &FollowedBody| BodyTrack {
             body: followed.body,

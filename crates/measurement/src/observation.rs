@@ -22,7 +22,8 @@ pub struct Observation {
 pub struct BodyTrack {
     /// Number of the body; 1 is the struck one.
     pub body: usize,
-    /// Position along the chain in metres, from any fixed origin; `None` where the body was lost.
+    /// Position along the chain in metres, from any fixed origin; `None` where the body was lost. Of an observation across the chain it is
+    /// the position there, of an observation of rotations the angle in radians (the arc, in metres, at a radius of 1 m).
     pub position_m: Vec<Option<Estimate>>,
 }
 

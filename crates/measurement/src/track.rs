@@ -27,6 +27,9 @@ pub struct Position {
     pub x_px: Estimate,
     /// Row of the centre, in pixels.
     pub y_px: Estimate,
+    /// The angle by which the subset is turned since its reference, in radians, from right towards down in the picture, in
+    /// (-pi, pi]; `None` where the method does not tell it (a shape function that only shifts, the faster tiers).
+    pub theta_rad: Option<Estimate>,
     /// Zero-normalised cross-correlation with the reference, at most 1.
     pub zncc: f64,
     /// Gauss-Newton iterations used.

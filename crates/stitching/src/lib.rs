@@ -27,6 +27,7 @@
 //! - [`Observation`]: the tracked bodies of one recording, in metres;
 //! - [`outliers`]: the recordings that contradict the others of their view, with the evidence;
 //! - [`merge`]: observations -> [`Stitched`], which holds the [`ChainMotion`] and each recording's alignment;
+//! - [`averaged`]: another coordinate of the same recordings (across the chain, rotation), by the alignment that was found;
 //! - [`refine_stages`]: where the camera stood, from the bodies that views share. Displacements from rest do not depend on it.
 //!
 //! Pixels are unknown here, and so is what moves the chain.
@@ -56,6 +57,7 @@
 //! [`ChainMotion`]: chainwave_measurement::ChainMotion
 
 mod assembly;
+mod averaged;
 mod body_response;
 mod consistency;
 mod course;
@@ -81,6 +83,7 @@ mod stitched;
 mod time_base;
 mod trigger_scatter;
 
+pub use averaged::averaged;
 pub use error::StitchingError;
 pub use merge::merge;
 pub use outliers::{Evidence, Outlier, outliers};

@@ -6,14 +6,14 @@ use std::path::Path;
 
 use chainwave_analysis::{DampingShare, LocalResonance, Measurement};
 use chainwave_experiment::{
-    BEHIND_BODY_1, Evaluation, Finding, ModelBeside, PEAK_ENERGIES, RecordingState, Results, Setup, Standing,
-    TRACKS, Tracked, Trial, recording_states,
+    BEHIND_BODY_1, Evaluation, Finding, ModelBeside, PEAK_ENERGIES, RecordingState, Results, Setup,
+    SideMotion, Standing, TRACKS, Tracked, Trial, recording_states,
 };
 use chainwave_inference::{
-    AlignedMotion, Damping, EnergyFit, FitError, FittedRecording, ImposedFit, Quantity, Structure, TrackFit,
+    Damping, EnergyFit, FitError, FittedRecording, ImposedFit, Quantity, Structure, TrackFit,
 };
 use chainwave_measurement::Estimate;
-use chainwave_stitching::{Alignment, Stitched};
+use chainwave_stitching::{Alignment, Spread, Stitched};
 use ndarray::Array2;
 use polars::prelude::Column;
 use serde_json::{Map, Value, json};
@@ -71,8 +71,8 @@ pub(crate) fn write_unsolved(
 pub(crate) fn write(setup: &Setup, out: &Path, results: &Results) -> Result<(), Error> {
     let Results { tracked, evaluation, decisions, .. } = results;
     let measurement = &evaluation.measurement;
-    write_measurement(out, &evaluation.stitched, measurement)?;
-    write_by_model(out, evaluation.by_model.as_ref())?;
+    write_measurement(out, &evaluation.stitched, Some(&evaluation.side_motion), measurement)?;
+    write_by_model(out, evaluation)?;
     write_energies(out, measurement)?;
     write_dispersion(out, 3.0 * setup.experiment.linear_chain()?.band_edge_hz(), measurement)?;
     write_alignment(out, tracked, evaluation)?;
@@ -84,9 +84,10 @@ pub(crate) fn write(setup: &Setup, out: &Path, results: &Results) -> Result<(), 
 pub(crate) fn write_measurement(
     folder: &Path,
     stitched: &Stitched,
+    side_motion: Option<&SideMotion>,
     measurement: &Measurement,
 ) -> Result<(), Error> {
-    write_motion(folder, stitched)?;
+    write_motion(folder, stitched, side_motion)?;
     write_strain(folder, measurement)?;
     write_front(folder, measurement)?;
     write_half_widths(folder, measurement)?;
@@ -100,40 +101,57 @@ fn by_time(values: &Array2<Option<Estimate>>) -> impl Iterator<Item = (usize, us
     places.filter_map(|(row, i)| Some((row, i, values[(row, i)]?)))
 }
 
-fn write_motion(folder: &Path, stitched: &Stitched) -> Result<(), Error> {
-    let (motion, spread) = (&stitched.motion, &stitched.spread);
-    let rows: Vec<(usize, usize, Estimate)> = by_time(&motion.displacement_m).collect();
-    let columns = vec![
-        column("t_s", rows.iter().map(|(_, i, _)| motion.times_s[*i]).collect::<Vec<_>>()),
-        column("body", rows.iter().map(|(row, ..)| *row as u32 + 1).collect::<Vec<_>>()),
-        column("x_m", rows.iter().map(|(.., x)| x.value).collect::<Vec<_>>()),
-        column("sigma_m", rows.iter().map(|(.., x)| x.sigma).collect::<Vec<_>>()),
-        column("n_trials", rows.iter().map(|(row, i, _)| motion.n_trials[(*row, *i)]).collect::<Vec<_>>()),
-        column(
-            "within_trial_m",
-            rows.iter().map(|(row, i, _)| spread.within_m[(*row, *i)]).collect::<Vec<_>>(),
-        ),
-        column(
-            "between_trials_m",
-            rows.iter().map(|(row, i, _)| spread.between_m[(*row, *i)]).collect::<Vec<_>>(),
-        ),
-    ];
+/// What stands beside the displacement in a table of a motion.
+struct Beside<'a> {
+    spread: &'a Spread,
+    n_trials: &'a Array2<u32>,
+    side_motion: Option<&'a SideMotion>,
+}
+
+fn write_motion(folder: &Path, stitched: &Stitched, side_motion: Option<&SideMotion>) -> Result<(), Error> {
+    let motion = &stitched.motion;
+    let beside = Beside { spread: &stitched.spread, n_trials: &motion.n_trials, side_motion };
+    let columns = motion_columns(&motion.times_s, &motion.displacement_m, &beside);
     table::write(&folder.join("motion.parquet"), columns)
 }
 
 /// The motion aligned by the chain model; what an earlier run left goes where there is none.
-fn write_by_model(folder: &Path, by_model: Option<&AlignedMotion>) -> Result<(), Error> {
+fn write_by_model(folder: &Path, evaluation: &Evaluation) -> Result<(), Error> {
     let path = folder.join("motion_by_model.parquet");
-    let Some(motion) = by_model else { return remove(&path) };
-    let rows: Vec<(usize, usize, Estimate)> = by_time(&motion.displacement_m).collect();
-    let columns = vec![
-        column("t_s", rows.iter().map(|(_, i, _)| motion.times_s[*i]).collect::<Vec<_>>()),
+    let Some(motion) = &evaluation.by_model else { return remove(&path) };
+    let side_motion = Some(&evaluation.side_motion);
+    let beside = Beside { spread: &evaluation.stitched.spread, n_trials: &motion.n_trials, side_motion };
+    table::write(&path, motion_columns(&motion.times_s, &motion.displacement_m, &beside))
+}
+
+/// The columns of a motion, which has a row for each body and time where it was measured; across the chain and rotation where anything of
+/// them was.
+fn motion_columns(
+    times_s: &[f64],
+    displacement_m: &Array2<Option<Estimate>>,
+    beside: &Beside<'_>,
+) -> Vec<Column> {
+    let rows: Vec<(usize, usize, Estimate)> = by_time(displacement_m).collect();
+    let of = |array: &Array2<f64>| rows.iter().map(|(row, i, _)| array[(*row, *i)]).collect::<Vec<_>>();
+    let mut columns = vec![
+        column("t_s", rows.iter().map(|(_, i, _)| times_s[*i]).collect::<Vec<_>>()),
         column("body", rows.iter().map(|(row, ..)| *row as u32 + 1).collect::<Vec<_>>()),
         column("x_m", rows.iter().map(|(.., x)| x.value).collect::<Vec<_>>()),
         column("sigma_m", rows.iter().map(|(.., x)| x.sigma).collect::<Vec<_>>()),
-        column("n_trials", rows.iter().map(|(row, i, _)| motion.n_trials[(*row, *i)]).collect::<Vec<_>>()),
     ];
-    table::write(&path, columns)
+    let across = beside.side_motion.and_then(|side| side.across.as_ref());
+    let rotation = beside.side_motion.and_then(|side| side.rotation.as_ref());
+    for (motion, names) in [(across, ["y_m", "sigma_y_m"]), (rotation, ["theta_rad", "sigma_theta_rad"])] {
+        let Some(motion) = motion else { continue };
+        let found = |(row, i, _): &(usize, usize, Estimate)| motion.displacement_m[(*row, *i)];
+        columns.push(column(names[0], rows.iter().map(|at| Some(found(at)?.value)).collect::<Vec<_>>()));
+        columns.push(column(names[1], rows.iter().map(|at| Some(found(at)?.sigma)).collect::<Vec<_>>()));
+    }
+    let n_trials: Vec<u32> = rows.iter().map(|(row, i, _)| beside.n_trials[(*row, *i)]).collect();
+    columns.push(column("n_trials", n_trials));
+    columns.push(column("within_trial_m", of(&beside.spread.within_m)));
+    columns.push(column("between_trials_m", of(&beside.spread.between_m)));
+    columns
 }
 
 /// Removes a file or folder, if it is there.

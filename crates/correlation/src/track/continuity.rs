@@ -101,7 +101,7 @@ mod tests {
 
     fn position(x: f64) -> Position {
         let estimate = |value| Estimate::new(value, 0.01);
-        Position { x_px: estimate(x), y_px: estimate(0.0), zncc: 0.99, iterations: 3 }
+        Position { x_px: estimate(x), y_px: estimate(0.0), theta_rad: None, zncc: 0.99, iterations: 3 }
     }
 
     /// Follows places of a pattern of 10 px that no frame can tell; how many are told, at once or later.

@@ -13,7 +13,7 @@ use crate::track::matcher::Matcher;
 use crate::track::predict::History;
 use crate::track::renewal::Decay;
 use crate::track::tracker::Found;
-use crate::uncertainty::reference_sigma_px;
+use crate::uncertainty::{angle_rad, reference_sigma_px};
 use crate::warp::Warp;
 use crate::{CorrelationError, PreparedSubset, Reference, ReferenceFrames, Settings, Window, Workspace};
 
@@ -188,7 +188,10 @@ impl<'a> Follower<'a> {
 
     fn with_reference_sigma(&self, frame: usize, mut position: Position) -> Position {
         if let (true, Ok(target)) = (self.is_reference(frame), &self.target) {
-            [position.x_px.sigma, position.y_px.sigma] = reference_sigma_px(&target.subset);
+            let sigma_px = reference_sigma_px(&target.subset);
+            [position.x_px.sigma, position.y_px.sigma] = sigma_px;
+            let at_rest = Warp::at(target.subset.centre_px);
+            position.theta_rad = angle_rad(&target.subset, &at_rest, sigma_px);
         }
         position
     }

@@ -4,7 +4,7 @@
 //! match decays: each new one adds the uncertainty of its own place, for good (the drift by which trackers walk off that
 //! compare each frame with the one before).
 
-use chainwave_measurement::Position;
+use chainwave_measurement::{Estimate, Position};
 
 use crate::icgn::outcome::Match;
 
@@ -20,6 +20,8 @@ pub(crate) struct Decay {
     n_decayed: u32,
     /// Uncertainty of the place where the subset was prepared, along x and y.
     origin_px: [f64; 2],
+    /// How it was turned there.
+    origin_rad: Option<Estimate>,
 }
 
 impl Decay {
@@ -33,14 +35,19 @@ impl Decay {
 
     /// The state of a subset that is prepared at a position of a track, which [`Decay::total`] is part of.
     pub(crate) fn renewed_at(position: &Position) -> Self {
-        Self { origin_px: [position.x_px.sigma, position.y_px.sigma], ..Self::default() }
+        let origin_px = [position.x_px.sigma, position.y_px.sigma];
+        Self { origin_px, origin_rad: position.theta_rad, ..Self::default() }
     }
 
-    /// A position with the uncertainty of where its subset was prepared.
+    /// A position with the uncertainty of where its subset was prepared, and turned since the first reference.
     pub(crate) fn total(&self, position: Position) -> Position {
         let mut total = position;
         total.x_px.sigma = total.x_px.sigma.hypot(self.origin_px[0]);
         total.y_px.sigma = total.y_px.sigma.hypot(self.origin_px[1]);
+        if let (Some(origin), Some(theta)) = (self.origin_rad, &mut total.theta_rad) {
+            let (sin, cos) = (origin.value + theta.value).sin_cos();
+            *theta = Estimate::new(sin.atan2(cos), theta.sigma.hypot(origin.sigma));
+        }
         total
     }
 }

@@ -76,7 +76,13 @@ mod tests {
     fn the_one_that_came_from_farther_is_the_intruder() {
         let at = |x: f64| {
             let estimate = |value| Estimate::new(value, 0.01);
-            Ok(Position { x_px: estimate(x), y_px: estimate(50.0), zncc: 0.99, iterations: 3 })
+            Ok(Position {
+                x_px: estimate(x),
+                y_px: estimate(50.0),
+                theta_rad: None,
+                zncc: 0.99,
+                iterations: 3,
+            })
         };
         let subset =
             |x_px| Subset { name: String::new(), x_px, y_px: 50.0, half_width_px: 10, half_height_px: 10 };

@@ -1,0 +1,128 @@
+//! The angle by which a match says that its subset is turned: right, as exact as its noise lets it be, and within its interval.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking, and shows what it measured")]
+#![expect(clippy::print_stdout, reason = "what was measured is shown")]
+
+mod support;
+
+use std::f64::consts::PI;
+
+use chainwave_correlation::{ReferenceFrames, Settings, Shape, Window, Workspace, track};
+use chainwave_measurement::Region;
+use support::{SIZE, Speckle, Wrong, assert_coverage, grid, moments, prepare, recorded, sense, subset};
+
+const CENTRE: [f64; 2] = [210.0, 210.0];
+
+/// The plane turned about the middle of the picture, from right towards down, and stretched before that by `1 + stretch` along x.
+#[derive(Clone, Copy)]
+struct Turned {
+    degrees: f64,
+    stretch: f64,
+}
+
+impl Turned {
+    fn place(self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let (sin, cos) = self.degrees.to_radians().sin_cos();
+        let (dx, dy) = ((1.0 + self.stretch) * (x - CENTRE[0]), y - CENTRE[1]);
+        [CENTRE[0] + 0.3 + cos * dx - sin * dy, CENTRE[1] - 0.2 + sin * dx + cos * dy]
+    }
+
+    fn source(self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let (sin, cos) = self.degrees.to_radians().sin_cos();
+        let (dx, dy) = (x - CENTRE[0] - 0.3, y - CENTRE[1] + 0.2);
+        [CENTRE[0] + (cos * dx + sin * dy) / (1.0 + self.stretch), CENTRE[1] - sin * dx + cos * dy]
+    }
+}
+
+/// Errors of angles in radians, and over their sigmas, of subsets of 33 x 33 px.
+fn errors(turned: Turned, noise: f64, shape: Shape) -> [Vec<f64>; 2] {
+    const N_FRAMES: u64 = 6;
+    let speckle = Speckle::new(5, Speckle::RADIUS_PX);
+    // Half the light: what is clipped is not turned.
+    let dim = |image: Vec<f64>| image.into_iter().map(|g| 0.5 * g).collect::<Vec<_>>();
+    let still = dim(speckle.deformed(|place| place));
+    let moved = dim(speckle.deformed(|place| turned.source(place)));
+    let settings = Settings { shape, ..Settings::default() };
+    let mut subsets = grid(20);
+    subsets.retain(|one| (one.x_px - CENTRE[0]).hypot(one.y_px - CENTRE[1]) < 170.0);
+    let (mut workspace, mut errors) = (Workspace::default(), [Vec::new(), Vec::new()]);
+    for frame in 0..N_FRAMES {
+        let reference = sense(&still, noise, 100 + frame);
+        let target = sense(&moved, noise, 200 + frame);
+        let window = Window::new(Region::whole(SIZE[0], SIZE[1]), &target, settings.interpolation).unwrap();
+        for (subset, prepared) in subsets.iter().zip(prepare(&reference, &subsets, &settings)) {
+            let start = turned.place([subset.x_px, subset.y_px]);
+            let Ok(found) = prepared.match_in(&window, start, &mut workspace) else { continue };
+            let theta = found.position.theta_rad.unwrap();
+            let error = theta.value - turned.degrees.to_radians();
+            errors[0].push(error);
+            errors[1].push(error / theta.sigma);
+        }
+    }
+    errors
+}
+
+#[test]
+fn the_angle_is_right_within_its_interval() {
+    for (degrees, stretch, shape) in [
+        (0.0, 0.0, Shape::Rigid),
+        (0.0, 0.0, Shape::Affine),
+        (3.0, 0.0, Shape::Rigid),
+        (-5.0, 0.0, Shape::Affine),
+        (4.0, 0.05, Shape::Affine),
+        (2.0, 0.0, Shape::Quadratic),
+    ] {
+        for noise in [0.01, 0.03] {
+            let [errors, pulls] = errors(Turned { degrees, stretch }, noise, shape);
+            let [mean, std] = moments(&errors).map(|value| 1e3 * value);
+            println!(
+                "{degrees:4} degrees, stretched by {stretch}, {shape:10}, noise {noise}: {mean:+.3} +- {std:.3} mrad, {:?} % of {}",
+                support::coverage(&pulls),
+                pulls.len()
+            );
+            // Each reference is new, so that no two errors of a subset share one.
+            assert_coverage(&format!("{degrees} degrees, {shape}, {noise}"), &pulls, 1, Wrong::Both);
+        }
+    }
+}
+
+#[test]
+fn a_shift_is_no_rotation_and_tells_none() {
+    let speckle = Speckle::new(5, Speckle::RADIUS_PX);
+    let film = recorded((0..3).map(|frame| sense(&speckle.render(|p| p), 0.01, frame)).collect());
+    let subsets = [subset(200.0, 200.0, 16)];
+    for (shape, tells) in [(Shape::Translation, false), (Shape::Rigid, true), (Shape::Affine, true)] {
+        let settings = Settings { shape, ..Settings::default() };
+        let tracks = track(&film, &subsets, &ReferenceFrames::Single(0), &settings, &|_| ()).unwrap();
+        for position in tracks[0].positions.iter().map(|position| position.unwrap()) {
+            assert_eq!(position.theta_rad.is_some(), tells, "{shape}");
+            // Sigma is that of an angle: the centre's over about half the subset's half width, 13.5 px for a square of 33 px.
+            let expected = position.x_px.sigma.hypot(position.y_px.sigma) / 2_f64.sqrt() / 13.5;
+            assert!(position.theta_rad.is_none_or(|theta| (theta.sigma / expected - 1.0).abs() < 0.3));
+        }
+    }
+}
+
+#[test]
+fn a_body_that_turns_round_is_followed_through_its_renewals() {
+    let speckle = Speckle::new(5, Speckle::RADIUS_PX);
+    let turned = |frame: usize| Turned { degrees: 12.0 * frame as f64, stretch: 0.0 };
+    let frame = |frame: usize| {
+        let image = speckle.deformed(|place| turned(frame).source(place));
+        sense(&image.into_iter().map(|g| 0.5 * g).collect::<Vec<_>>(), 0.01, frame as u64)
+    };
+    let film = recorded((0..20).map(frame).collect());
+    let subsets = [subset(CENTRE[0], CENTRE[1], 16)];
+    let settings = Settings { shape: Shape::Rigid, ..Settings::default() };
+    let tracks = track(&film, &subsets, &ReferenceFrames::Single(0), &settings, &|_| ()).unwrap();
+    for (frame, position) in tracks[0].positions.iter().enumerate() {
+        let theta = position.unwrap().theta_rad.unwrap();
+        let truth = turned(frame).degrees.to_radians();
+        let off = (theta.value - truth + PI).rem_euclid(2.0 * PI) - PI;
+        // Twenty readings: 4 sigma, which one in 800 films would exceed.
+        assert!(
+            off.abs() < 4.0 * theta.sigma && theta.sigma < 2e-3,
+            "frame {frame}: {theta:?}, off by {off}"
+        );
+    }
+}
