@@ -125,7 +125,7 @@ fn a_picture_without_a_board_is_refused() {
     let mut random = Pcg64::seed_from_u64(1);
     let picture = picture_of(|_| 0.5, &truth(&mut random), &mut random);
     let message = find_corners(&picture, 0, &board()).unwrap_err().to_string();
-    assert!(message.contains("board.tif") && message.contains("13 x 9 squares"), "{message}");
+    assert!(message.contains("memory: ") && message.contains("13 x 9 squares"), "{message}");
     let markers = Some(Markers { dictionary: "4X4_99".into(), side_m: 0.7 * SQUARE_M });
     let message = find_corners(&picture, 0, &Board { markers, ..board() }).unwrap_err().to_string();
     assert!(message.contains("4X4_100"), "{message}");
