@@ -219,11 +219,43 @@ mod tests {
     }
 
     #[test]
+    fn a_bistable_curve_turns_at_its_points_alone_and_books_its_energy() {
+        // Snaps through between 2 and 4 mm, and rests again at 5 mm.
+        let points = [(0.0, 0.0), (1e-3, 0.8), (2e-3, 1.0), (4e-3, -0.5), (5e-3, 0.0), (6e-3, 1.5)];
+        let (x, f): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
+        let table = TableLaw::new(&x, &f).unwrap();
+        let force = |x: f64| table.evaluate(x).0;
+        let (mut sum_j, n) = (0.0, 6000);
+        let step_m = 6e-3 / f64::from(n);
+        for i in 0..n {
+            let [left, right] = [i, i + 1].map(|i| step_m * f64::from(i));
+            // Between two points the curve goes from one force to the other and no farther.
+            let piece = points.windows(2).find(|pair| right <= pair[1].0 + 1e-12).unwrap();
+            let (low, high) = (piece[0].1.min(piece[1].1), piece[0].1.max(piece[1].1));
+            assert!((low - 1e-9..=high + 1e-9).contains(&force(right)), "{right}: {}", force(right));
+            // The slope bounds what the step may do.
+            let steepest = table.stiffest_n_per_m(left, right);
+            assert!((force(right) - force(left)).abs() <= steepest * step_m * (1.0 + 1e-6) + 1e-12);
+            // Simpson's rule is exact for the cubic pieces, whose joints lie on the grid.
+            sum_j += step_m / 6.0 * (force(left) + 4.0 * force(0.5 * (left + right)) + force(right));
+            assert!((table.evaluate(right).1 - sum_j).abs() < 1e-13, "{right}");
+        }
+        for (x, f) in points {
+            assert!((force(x) - f).abs() < 1e-12);
+        }
+        // The barrier lies where the force falls through zero, the second well where it rises through it.
+        let well = table.evaluate(5e-3).1;
+        assert!(well < table.evaluate(3.2e-3).1 && well < table.evaluate(6e-3).1);
+    }
+
+    #[test]
     fn points_that_make_no_curve_are_refused_by_name() {
         let refused = |x: &[f64], f: &[f64]| TableLaw::new(x, f).unwrap_err().to_string();
         assert!(refused(&[0.0, 1.0], &[0.0, 1.0]).contains("expected 3 entries, found 2"));
         assert!(refused(&[0.0, 1.0, 1.0], &[0.0, 1.0, 2.0]).starts_with("overlap of point 3"));
-        assert!(refused(&[0.0, 1.0, 2.0], &[0.0, 1.0, 0.5]).starts_with("force of point 3"));
+        assert!(refused(&[0.0, 1.0, 2.0], &[0.0, f64::NAN, 0.5]).starts_with("force of point 2"));
+        // At rest the chain must be stable: what falls around zero overlap holds no body.
+        assert!(refused(&[-1.0, 0.0, 1.0], &[1.0, 0.0, -1.0]).starts_with("stiffness"));
         assert!(refused(&[0.1, 1.0, 2.0], &[0.0, 1.0, 2.0]).contains("points around 0"));
     }
 }
