@@ -177,6 +177,8 @@ pub struct Camera {
     pub scale_px_per_m: Option<Positive>,
     /// Its standard uncertainty.
     pub scale_sigma_px_per_m: Option<NotNegative>,
+    /// Standard deviation of the magnification from view to view, relative to it, where the camera was moved or focused anew between them.
+    pub view_scale_sigma: Option<Positive>,
     /// A known length in the picture.
     pub ruler: Option<Ruler>,
     /// Bodies at rest in the picture, whose distance is the chain's pitch.

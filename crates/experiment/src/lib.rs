@@ -43,6 +43,7 @@ mod finding;
 mod follow;
 mod joining;
 mod key;
+mod magnification;
 mod measuring;
 mod monitor;
 mod notices;

@@ -3,9 +3,10 @@
 //! A body at rest that two views show lies a step of the stage apart in their pictures. Measured by the stated scale, the step is as much
 //! too long as the scale is too small. Where one view is magnified against another, the marker itself is larger in it.
 
-use chainwave_measurement::{ChainMotion, ErrorMode, ErrorSource, Estimate, Observation, median};
+use chainwave_measurement::{ChainMotion, ErrorMode, ErrorSource, Estimate, Observation};
 use ndarray::Array2;
 
+use crate::magnification::{Magnifications, PairSize};
 use crate::wording::estimate;
 
 /// A step of the stage between two views, and how much larger bodies are in the second.
@@ -28,8 +29,21 @@ pub(crate) struct SharedBody {
 pub(crate) struct ScaleCheck {
     /// True scale over the stated one, less one, where the two contradict each other.
     error: Option<Estimate>,
-    /// Where views are magnified against others: each view's magnification over their median, less one.
-    views: Vec<(u32, Estimate)>,
+    /// How views are magnified against others, where that is told or stated.
+    views: Magnifications,
+}
+
+/// What an experiment states of its scale.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct StatedScale {
+    /// Standard uncertainty of a position of the stage, in metres.
+    pub(crate) stage_sigma_m: Option<f64>,
+    /// Standard uncertainty of the scale that all views have in common, relative to it.
+    pub(crate) sigma: f64,
+    /// Standard deviation of a view's scale about that, relative to it.
+    pub(crate) view_sigma: Option<f64>,
+    /// Numbers of the views.
+    pub(crate) views: Vec<u32>,
 }
 
 /// Standard deviation of a stage's position where none is stated: a scale that is read to some hundredths of a millimetre.
@@ -40,8 +54,8 @@ const CONTRADICTED: f64 = 3.0;
 const SIZE_SIGMA: f64 = 3e-4;
 
 impl ScaleCheck {
-    /// Compares steps and sizes with what is stated; `scale_sigma` is the stated relative uncertainty of the scale.
-    pub(crate) fn of(shared: &[SharedBody], stage_sigma_m: Option<f64>, scale_sigma: f64) -> Self {
+    /// Compares steps and sizes with what is stated.
+    pub(crate) fn of(shared: &[SharedBody], stated: &StatedScale) -> Self {
         let mut pairs: Vec<[u32; 2]> = shared.iter().map(|one| one.views).collect();
         pairs.sort_unstable();
         pairs.dedup();
@@ -51,23 +65,24 @@ impl ScaleCheck {
             let size = mean(&sizes)?;
             Some((*views, Estimate::new(size.value, size.sigma.hypot(SIZE_SIGMA))))
         };
-        let views = magnifications(&pairs.iter().filter_map(size).collect::<Vec<_>>());
-        let magnified =
-            |view: u32| views.iter().find(|(number, _)| *number == view).map_or(0.0, |(_, m)| m.value);
-        let step = |views: &[u32; 2]| relative_step(&of_pair(views), views.map(magnified), stage_sigma_m);
+        let sizes: Vec<PairSize> = pairs.iter().filter_map(size).collect();
+        let views = match stated.view_sigma {
+            Some(view_sigma) => Magnifications::stated(stated.views.clone(), &sizes, view_sigma),
+            None => Magnifications::told(&sizes),
+        };
+        let magnified = |view: u32| views.of(view);
+        let step =
+            |views: &[u32; 2]| relative_step(&of_pair(views), views.map(magnified), stated.stage_sigma_m);
         let steps: Vec<Estimate> = pairs.iter().filter_map(step).collect();
         let error =
-            mean(&steps).filter(|error| error.value.abs() > CONTRADICTED * error.sigma.hypot(scale_sigma));
+            mean(&steps).filter(|error| error.value.abs() > CONTRADICTED * error.sigma.hypot(stated.sigma));
         Self { error, views }
     }
 
     /// Positions along the chain by the scale that all views have in common; as they are where none is magnified.
     pub(crate) fn levelled(&self, mut observations: Vec<Observation>) -> Vec<Observation> {
         for observation in &mut observations {
-            let Some((_, size)) = self.views.iter().find(|(view, _)| *view == observation.view) else {
-                continue;
-            };
-            let factor = (1.0 + size.value).recip();
+            let factor = (1.0 + self.views.of(observation.view).value).recip();
             let places = observation.bodies.iter_mut().flat_map(|track| &mut track.position_m);
             places.for_each(|place| *place = place.map(|x| x.scaled(factor)));
         }
@@ -84,13 +99,15 @@ impl ScaleCheck {
             });
             of_view / all.max(1.0)
         };
-        for (view, size) in &self.views {
-            let shares: Vec<f64> = (0..motion.displacement_m.nrows()).map(|row| share(row, *view)).collect();
+        for (number, errors) in self.views.errors.iter().enumerate() {
+            let of_views = || self.views.views.iter().zip(errors);
+            let of_row = |row: usize| of_views().map(|((view, _), error)| share(row, *view) * error).sum();
+            let relative: Vec<f64> = (0..motion.displacement_m.nrows()).map(of_row).collect();
             let error_m = |(row, i): (usize, usize)| {
-                motion.displacement_m[(row, i)].map_or(0.0, |x| shares[row] * size.sigma * x.value)
+                motion.displacement_m[(row, i)].map_or(0.0, |x| relative[row] * x.value)
             };
             let displacement_m = Array2::from_shape_fn(motion.displacement_m.dim(), error_m);
-            add(motion, format!("magnification of view {view}"), displacement_m);
+            add(motion, format!("magnification of views, {}", number + 1), displacement_m);
         }
     }
 
@@ -104,8 +121,7 @@ impl ScaleCheck {
 
     /// The relative uncertainty of the scale that contradictions ask for; 0 without one.
     pub(crate) fn relative_sigma(&self) -> f64 {
-        let of_views = self.views.iter().map(|(_, size)| size.sigma).fold(0.0, f64::max);
-        self.error.map_or(0.0, |error| error.value.abs()).hypot(of_views)
+        self.error.map_or(0.0, |error| error.value.abs()).hypot(self.views.largest_sigma())
     }
 
     /// What the reader should know.
@@ -119,10 +135,10 @@ impl ScaleCheck {
             )
         });
         let of_view = |(view, size): &(u32, Estimate)| format!("view {view} by {} %", percent(*size));
-        let views: Vec<String> = self.views.iter().map(of_view).collect();
-        let differ = (!views.is_empty()).then(|| {
+        let views: Vec<String> = self.views.views.iter().map(of_view).collect();
+        let differ = self.views.differ().then(|| {
             format!(
-                "views are magnified differently, by the size of bodies that two of them show: {}, counted from their median. Their motions \
+                "views are magnified differently, by the size of bodies that two of them show: {}, counted from what they have in common. Their motions \
                  were put on one scale, and the uncertainty of that joined theirs (hint: keep focus and distance of the camera)",
                 views.join(", ")
             )
@@ -139,55 +155,26 @@ fn add(motion: &mut ChainMotion, source: String, displacement_m: Array2<f64>) {
     motion.modes.push(ErrorMode { source: ErrorSource::from(source), displacement_m });
 }
 
-/// Rounds in which views that are tied one to the next find their magnifications.
-const ROUNDS: usize = 500;
-
-/// Each view's magnification over their median, from how pairs of views differ; none where no pair contradicts one scale for all.
-fn magnifications(pairs: &[([u32; 2], Estimate)]) -> Vec<(u32, Estimate)> {
-    let is_told = |(_, size): &([u32; 2], Estimate)| size.value.abs() > CONTRADICTED * size.sigma;
-    if !pairs.iter().any(is_told) {
-        return Vec::new();
-    }
-    let mut views: Vec<u32> = pairs.iter().flat_map(|(views, _)| *views).collect();
-    views.sort_unstable();
-    views.dedup();
-    let mut sizes = vec![0.0; views.len()];
-    let place = |view: u32| views.iter().position(|other| *other == view).unwrap_or(0);
-    for _ in 0..ROUNDS {
-        for index in 0..views.len() {
-            let told = pairs.iter().filter_map(|([one, other], size)| match (place(*one), place(*other)) {
-                (one, other) if one == index => Some(sizes[other] - size.value),
-                (one, other) if other == index => Some(sizes[one] + size.value),
-                _ => None,
-            });
-            let (n, sum) = told.fold((0.0, 0.0), |(n, sum), size| (n + 1.0, sum + size));
-            sizes[index] = sum / n;
-        }
-    }
-    let middle = median(sizes.clone()).unwrap_or(0.0);
-    // A chain of views hands its errors on.
-    let sigma =
-        pairs.iter().map(|(_, size)| size.sigma).fold(0.0, f64::max) * (0.5 * views.len() as f64).sqrt();
-    views.into_iter().zip(sizes).map(|(view, size)| (view, Estimate::new(size - middle, sigma))).collect()
-}
-
 /// How much longer a step is than stated, relative to it, over the bodies and trials that show it; they share the stage's error. What the
 /// two views' magnifications make of it is taken off.
 fn relative_step(
     shared: &[&SharedBody],
-    magnified: [f64; 2],
+    magnified: [Estimate; 2],
     stage_sigma_m: Option<f64>,
 ) -> Option<Estimate> {
     let stated_m = shared.first()?.stated_m;
-    let expected =
-        |one: &SharedBody| 1.0 + magnified[0] * one.from_middle - magnified[1] * (one.from_middle - 1.0);
+    let by_views = |at: f64, of: fn(Estimate) -> f64| [of(magnified[0]) * at, -of(magnified[1]) * (at - 1.0)];
+    let expected = |one: &SharedBody| 1.0 + by_views(one.from_middle, |size| size.value).iter().sum::<f64>();
+    let at = shared.iter().map(|one| one.from_middle).sum::<f64>() / shared.len() as f64;
+    let [first, second] = by_views(at, |size| size.sigma);
     let longer =
         |one: &&SharedBody| Estimate::new(one.found_m.value - stated_m * expected(one), one.found_m.sigma);
     let found: Vec<Estimate> = shared.iter().map(longer).collect();
     let found = mean(&found)?;
     let stage_m = std::f64::consts::SQRT_2 * stage_sigma_m.unwrap_or(USUAL_STAGE_SIGMA_M);
     let is_step = stated_m.abs() > 100.0 * stage_m;
-    is_step.then(|| Estimate::new(found.value / stated_m, found.sigma.hypot(stage_m) / stated_m.abs()))
+    let sigma = found.sigma.hypot(stage_m) / stated_m.abs();
+    is_step.then(|| Estimate::new(found.value / stated_m, sigma.hypot(first.hypot(second))))
 }
 
 /// The mean, with the larger of the standard errors that are stated and that the scatter shows; `None` of nothing.
@@ -224,19 +211,23 @@ mod tests {
 
     #[test]
     fn a_scale_that_steps_contradict_is_said() {
-        let sound = ScaleCheck::of(&shared(2e-4, 2e-4), None, 0.0);
+        let sound = ScaleCheck::of(&shared(2e-4, 2e-4), &StatedScale::default());
         assert!(sound.warnings().is_empty(), "{:?}", sound.warnings());
-        let wrong = ScaleCheck::of(&shared(5e-3, 0.0), None, 0.0);
+        let wrong = ScaleCheck::of(&shared(5e-3, 0.0), &StatedScale::default());
         assert!(wrong.warnings().concat().contains("0.50"), "{:?}", wrong.warnings());
         // One that is stated to be no better known does not contradict anything.
-        assert!(ScaleCheck::of(&shared(5e-3, 0.0), None, 3e-3).warnings().is_empty());
-        assert!(ScaleCheck::of(&[], None, 0.0).warnings().is_empty());
+        assert!(
+            ScaleCheck::of(&shared(5e-3, 0.0), &StatedScale { sigma: 3e-3, ..StatedScale::default() })
+                .warnings()
+                .is_empty()
+        );
+        assert!(ScaleCheck::of(&[], &StatedScale::default()).warnings().is_empty());
     }
 
     #[test]
     fn a_view_that_is_magnified_is_said() {
         // A step of which the body stands half before the middle of one view and half behind that of the other grows by half of 0.4 %.
-        let found = ScaleCheck::of(&shared(2e-3, 4e-3), None, 0.0);
+        let found = ScaleCheck::of(&shared(2e-3, 4e-3), &StatedScale::default());
         let said = found.warnings().concat();
         assert!(
             said.contains("view 2 by 0.40") && said.contains("view 1 by") && !said.contains("contradicts"),

@@ -17,8 +17,8 @@ use chainwave_stitching::{StageStep, refine_stages};
 use crate::calibration::ChainMap;
 use crate::configuration::Trial;
 use crate::error::Error;
-use crate::numbers::NotNegative;
-use crate::scale::{ScaleCheck, SharedBody};
+use crate::numbers::{NotNegative, Positive};
+use crate::scale::{ScaleCheck, SharedBody, StatedScale};
 use crate::setup::Setup;
 use crate::view::{bodies_in_view, frames_at_rest, open};
 
@@ -68,7 +68,14 @@ impl Stages {
             between.into_iter().map(|of_pair| of_pair.into_iter().unzip()).unzip();
         let stated_m: Vec<f64> = views.iter().map(|view| view.stated_m).collect();
         let scale = setup.map.m_per_px();
-        let scale = ScaleCheck::of(&shared.concat(), sigma_m, scale.sigma / scale.value);
+        let camera = &setup.experiment.camera;
+        let stated = StatedScale {
+            stage_sigma_m: sigma_m,
+            sigma: scale.sigma / scale.value,
+            view_sigma: camera.view_scale_sigma.map(Positive::get),
+            views: views.iter().map(|view| view.number).collect(),
+        };
+        let scale = ScaleCheck::of(&shared.concat(), &stated);
         let steps_m = steps.iter().filter_map(|steps| stated_step(&views, steps)).collect();
         let refined = refine_stages(&stated_m, sigma_m, &steps.concat());
         let unsolved = refined.as_ref().err().map(ToString::to_string);
