@@ -4,6 +4,7 @@ mod agreement;
 mod consensus;
 mod overlap;
 mod pair;
+mod plane;
 mod queue;
 mod seed;
 mod shape_error;

@@ -1,10 +1,12 @@
 //! `experiment.toml` and `trials.csv`: what was done in the laboratory, and how to evaluate it.
 
 mod contact;
+mod far_end;
 mod pattern;
 mod rings;
 mod trial;
 mod trials;
+mod true_chain;
 
 use std::path::{Path, PathBuf};
 
@@ -12,16 +14,18 @@ use chainwave_analysis::Spacing;
 use chainwave_camera::RawGeometry;
 use chainwave_correlation::{Interpolation, Shape, ShapeChoice};
 use chainwave_measurement::Estimate;
-use chainwave_mechanics::{Contacts, FarEnd, LinearChain};
+use chainwave_mechanics::{Contacts, LinearChain};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 
 pub use self::contact::{Contact, ContactTable, Gaps, Law};
+pub use self::far_end::FarEndTable;
 pub use self::pattern::Pattern;
 pub use self::rings::FilmedRings;
 pub use self::trial::Trial;
+pub use self::true_chain::TrueChain;
 use crate::error::Error;
-use crate::film::{Fault, TrueChain};
+use crate::film::Fault;
 use crate::numbers::{NotNegative, Positive};
 use crate::sanity::expect_filled_in;
 use crate::table::Table;
@@ -78,32 +82,6 @@ pub struct Chain {
     /// How the bodies' dampings to ground stand to each other, where they differ; the fit finds their mean.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damping_kg_per_s: Option<Pattern<NotNegative>>,
-}
-
-/// What stands behind the last body.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
-pub enum FarEndTable {
-    /// Nothing.
-    #[default]
-    Free,
-    /// A wall, behind one more gap like the last.
-    Fixed,
-}
-
-impl FarEndTable {
-    fn is_free(&self) -> bool {
-        *self == Self::Free
-    }
-}
-
-impl From<FarEndTable> for FarEnd {
-    fn from(table: FarEndTable) -> Self {
-        match table {
-            FarEndTable::Free => Self::Free,
-            FarEndTable::Fixed => Self::Fixed,
-        }
-    }
 }
 
 impl Chain {

@@ -20,7 +20,7 @@ use self::faults::Faults;
 pub use self::faults::{FAULT_KINDS, Fault};
 use self::rubbed::rubbed;
 pub use self::truth::{MeanMotion, StrikerTruth, TrueTrial, Truth};
-pub use self::wrong_chains::{TrueChain, WrongChain};
+pub use self::wrong_chains::WrongChain;
 use crate::configuration::{Experiment, Synthetic, Trial};
 use crate::error::Error;
 use crate::monitor::{Monitor, Stage};

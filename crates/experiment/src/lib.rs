@@ -38,6 +38,7 @@ mod damping;
 mod decisions;
 mod error;
 mod evaluation;
+mod failed_recording;
 mod film;
 mod finding;
 mod follow;
@@ -74,16 +75,17 @@ mod wording;
 pub use calibration::{CalibrationFile, ChainMap, ErrorTable, MapTable, middle_px};
 pub use configuration::{
     Analysis, Camera, Chain, Contact, ContactTable, Experiment, FarEndTable, FilmedRings, Gaps, Law, Marks,
-    Pattern, Ruler, Striker, Synthetic, Tracking, Trial, Trigger,
+    Pattern, Ruler, Striker, Synthetic, Tracking, Trial, Trigger, TrueChain,
 };
 pub use content::fingerprint;
 pub use damping::{BEHIND_BODY_1, PEAK_ENERGIES, StatedDamping, TRACKS};
 pub use decisions::Decision;
 pub use error::Error;
 pub use evaluation::{Departures, EVALUATION_VERSION, Evaluation, ModelBeside, evaluate};
+pub use failed_recording::FailedRecording;
 pub use film::{
-    CameraEffect, FAULT_KINDS, Fault, FilmTruth, MeanMotion, StrikerTruth, TrueChain, TrueTrial, Truth,
-    WrongChain, film_experiment,
+    CameraEffect, FAULT_KINDS, Fault, FilmTruth, MeanMotion, StrikerTruth, TrueTrial, Truth, WrongChain,
+    film_experiment,
 };
 pub use finding::{Finding, Sanity};
 pub use follow::{EdgeNote, Followed, FollowedSubset, edges_beside, follow, threads_of_each};
@@ -104,7 +106,7 @@ pub use standing::{Standing, Standings};
 pub use store::{Kept, MemoryStore, TrackStore};
 pub use strikers::{StrikerWave, WaveSource, compare_strikers};
 pub use table::{Column, Table};
-pub use tracked::{FailedRecording, Origin, Tracked, TrackedRecording};
+pub use tracked::{Origin, Tracked, TrackedRecording};
 pub use tracking::{track, track_share};
 pub use tracks::{FollowedBody, RecordingTracks};
 pub use truth::KnownTruth;

@@ -2,7 +2,7 @@
 
 use crate::configuration::Trial;
 use crate::error::Error;
-use crate::tracked::FailedRecording;
+use crate::failed_recording::FailedRecording;
 
 /// What became of a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use chainwave_measurement::Observation;
 
 use crate::calibration::ChainMap;
 use crate::configuration::Trial;
-use crate::error::Error;
+use crate::failed_recording::FailedRecording;
 use crate::finding::Finding;
 use crate::stages::Stages;
 use crate::tracks::RecordingTracks;
@@ -47,12 +47,4 @@ pub enum Origin {
     New(Vec<&'static str>),
     /// They were made anew, as what was kept is torn: what is wrong with it.
     Torn(String),
-}
-
-/// A recording that could not be tracked.
-pub struct FailedRecording {
-    /// Its row of the trials table.
-    pub trial: Trial,
-    /// Why.
-    pub error: Error,
 }

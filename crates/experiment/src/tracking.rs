@@ -6,6 +6,7 @@ use chainwave_measurement::{BodyTrack, Observation, Subset, map_in_parallel};
 
 use crate::configuration::Trial;
 use crate::error::Error;
+use crate::failed_recording::FailedRecording;
 use crate::finding::{Finding, Sanity};
 use crate::follow::{edges_beside, follow, threads_of_each};
 use crate::key::{Task, TrackKey};
@@ -16,7 +17,7 @@ use crate::setup::Setup;
 use crate::share::Share;
 use crate::stages::Stages;
 use crate::store::{Kept, TrackStore};
-use crate::tracked::{FailedRecording, Origin, Tracked, TrackedRecording};
+use crate::tracked::{Origin, Tracked, TrackedRecording};
 use crate::tracks::{FollowedBody, RecordingTracks};
 use crate::view::{bodies_in_view, frames_at_rest, open};
 

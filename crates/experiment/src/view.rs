@@ -9,8 +9,8 @@ use chainwave_measurement::{Recording, RecordingInfo, Subset, map_in_parallel};
 
 use crate::configuration::Trial;
 use crate::error::Error;
+use crate::failed_recording::FailedRecording;
 use crate::setup::Setup;
-use crate::tracked::FailedRecording;
 
 /// Rows and columns that a subset must keep from the frame's border at rest: the tracker interpolates around it.
 const BORDER_PX: f64 = 4.0;

@@ -11,9 +11,9 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::Field;
+use crate::field::plane::{Sample, covariance, samples_around, slope_weights};
 use crate::field::shape_error::bend::largest_mean;
 use crate::field::shape_error::grid::Grid;
-use crate::field::strain::{Sample, covariance, samples_around, slope_weights};
 
 /// Variance of a gradient du/dx, du/dy, dv/dx, dv/dy by what the plane leaves, row by row.
 pub(super) type Truncation = [[f64; 2]; 2];

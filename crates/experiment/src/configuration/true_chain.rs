@@ -1,0 +1,56 @@
+//! What is true of a chain that is filmed, where that is not what the experiment states.
+
+use chainwave_mechanics::{Chain, Law, PowerLaw};
+use serde::{Deserialize, Serialize};
+
+use super::far_end::FarEndTable;
+use crate::numbers::{NotNegative, Positive};
+
+/// What is true of the chain that is filmed, beside what is stated of it.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TrueChain {
+    /// Dry friction that holds each body back.
+    pub friction_n: NotNegative,
+    /// Damping between neighbours.
+    pub damping_between_kg_per_s: NotNegative,
+    /// Factor on the stiffness of all contacts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stiffness_factor: Option<Positive>,
+    /// Factor on the stiffness of the striker's contact alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub striker_contact_factor: Option<Positive>,
+    /// Factor on the exponent of contacts that follow a power law.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub exponent_factor: Option<Positive>,
+    /// Factor on the mass of every second body, from the second one on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub every_second_mass_factor: Option<Positive>,
+    /// What stands behind the last body.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub far_end: Option<FarEndTable>,
+}
+
+impl TrueChain {
+    /// The chain as it is, from what is stated of it.
+    pub(crate) fn of(&self, mut chain: Chain) -> Chain {
+        let factor = |factor: Option<Positive>| factor.map_or(1.0, Positive::get);
+        let (stiffness, exponent) = (factor(self.stiffness_factor), factor(self.exponent_factor));
+        chain.contact.for_each(&mut |contact| {
+            contact.damping_kg_per_s += self.damping_between_kg_per_s.get();
+            contact.law = contact.law.times(stiffness);
+            if let Law::Power(law) = &mut contact.law {
+                *law = PowerLaw { p: law.p * exponent, ..*law };
+            }
+        });
+        if let Some(factor) = self.striker_contact_factor {
+            chain.contact = chain.contact.struck_through(factor.get());
+        }
+        let every_second = factor(self.every_second_mass_factor);
+        chain.mass_kg.iter_mut().skip(1).step_by(2).for_each(|mass_kg| *mass_kg *= every_second);
+        if let Some(far_end) = self.far_end {
+            chain.far_end = far_end.into();
+        }
+        chain
+    }
+}
