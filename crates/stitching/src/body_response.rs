@@ -67,6 +67,8 @@ pub(crate) struct BodyResponse {
     velocity_slope_m_per_s: f64,
     /// Covariance of (X, S, Q) in square metres.
     covariance: Matrix3<f64>,
+    /// The part of it that the readings' noise has, without the priors'.
+    noise: Matrix3<f64>,
     /// Covariance of the mean motion with (X, S, Q), in square metres.
     mean_covariance: RowVector3<f64>,
     /// What one standard deviation of the priors of slope and curvature makes of the mean motion, in metres.
@@ -80,16 +82,17 @@ impl BodyResponse {
     pub(crate) fn fit(contributions: &[Contribution], drive: &[f64], prior: ResponsePrior) -> Option<Self> {
         let scaled = Vector3::new(-1.0, 1.0, 0.0) / prior.slope_m;
         let curved = prior.curvature.row();
-        let mut normal = scaled * scaled.transpose() + curved * curved.transpose();
+        let known = scaled * scaled.transpose() + curved * curved.transpose();
+        let mut told = Matrix3::zeros();
         let mut right_side = Vector3::zeros();
         let mut right_side_rate = Vector3::zeros();
         for contribution in contributions {
             let basis = basis(drive[contribution.recording]);
-            normal += basis * basis.transpose() * contribution.weight();
+            told += basis * basis.transpose() * contribution.weight();
             right_side += basis * (contribution.weight() * contribution.read.value);
             right_side_rate += basis * (contribution.weight() * contribution.read.rate);
         }
-        let covariance = inverse_of(normal)?;
+        let covariance = inverse_of(known + told)?;
         let fitted = covariance * right_side;
         let rates = covariance * right_side_rate;
         let mean_basis = drive.iter().map(|s| basis(*s)).sum::<Vector3<f64>>() / drive.len() as f64;
@@ -102,6 +105,7 @@ impl BodyResponse {
             velocity_m_per_s: rates[0],
             velocity_slope_m_per_s: rates[1],
             covariance,
+            noise: covariance * told * covariance,
             mean_covariance,
             prior_errors_m: [scaled, curved].map(|known| (mean_covariance * known)[0]),
         })
@@ -153,6 +157,12 @@ impl BodyResponse {
     pub(crate) fn free_weight(&self, one: &Contribution, other: &Contribution, drive: &[f64]) -> f64 {
         let same = if one.recording == other.recording { one.weight() } else { 0.0 };
         same - self.shared_weight(one, other, drive)
+    }
+
+    /// What the readings' noise makes of the product of two residuals' derivatives by their drive deviations, in square metres.
+    pub(crate) fn slope_noise(&self, drive: f64, other_drive: f64) -> f64 {
+        let by_drive = |s: f64| Vector3::new(0.0, 1.0, 2.0 * s);
+        (by_drive(drive).transpose() * self.noise * by_drive(other_drive))[0]
     }
 
     /// Derivatives of a recording's residual by its drive deviation and its trigger offset.

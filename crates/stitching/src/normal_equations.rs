@@ -15,16 +15,31 @@ pub(crate) struct Prior {
 /// every X_n(t), S_n(t) and Q_n(t) eliminated: variable projection (Golub and Pereyra 1973) with Kaufman's derivative.
 ///
 /// Unknown `r` corrects s_r and unknown `n_recordings + r` corrects tau_r.
+///
+/// The responses that the derivatives are made of are fitted to the readings, noise and all, so that squares of them hold the noise's
+/// square at every sample, before the wave as well as behind it. Where the readings hardly tell a direction (a view that shares with the
+/// others a body's onset alone, which grows alike under a stronger drive and an earlier trigger) that is most of what is there: steps
+/// would be too short to arrive, and the covariance too small. So its expectation is subtracted, as it is from a regression with errors
+/// in its variables (W. A. Fuller, Measurement Error Models, Wiley 1987, ch. 1 and 3); the right side needs none of that, as a residual
+/// does not correlate with the response that was fitted to the same readings.
 pub(crate) struct NormalEquations {
     n_recordings: usize,
     matrix: DMatrix<f64>,
+    /// What noise in the responses adds to the matrix.
+    noise: DMatrix<f64>,
     right_side: DVector<f64>,
 }
+
+/// Least share of the matrix that is taken for the readings' own in a direction: what is less is not told from noise.
+const LEAST_SHARE: f64 = 0.1;
+/// The same where a step is made: three tenths of the way that noise leaves at a time, for the readings bend.
+const LEAST_SHARE_OF_STEP: f64 = 0.3;
 
 impl NormalEquations {
     pub(crate) fn new(n_recordings: usize) -> Self {
         let n = 2 * n_recordings;
-        Self { n_recordings, matrix: DMatrix::zeros(n, n), right_side: DVector::zeros(n) }
+        let noise = DMatrix::zeros(n_recordings, n_recordings);
+        Self { n_recordings, matrix: DMatrix::zeros(n, n), noise, right_side: DVector::zeros(n) }
     }
 
     /// Adds the readings of one body at one time, fitted by `response` at the present drives and offsets.
@@ -36,6 +51,8 @@ impl NormalEquations {
             for other in contributions {
                 let other_slopes = response.residual_slopes(drive[other.recording]);
                 let free = response.free_weight(one, other, drive);
+                self.noise[(one.recording, other.recording)] +=
+                    free * response.slope_noise(s, drive[other.recording]);
                 for (kind, slope) in one_slopes.iter().enumerate() {
                     for (other_kind, other_slope) in other_slopes.iter().enumerate() {
                         let row = kind * self.n_recordings + one.recording;
@@ -59,6 +76,7 @@ impl NormalEquations {
         prior: Prior,
     ) -> Option<(DVector<f64>, DMatrix<f64>)> {
         let n = self.n_recordings;
+        let noise = std::mem::replace(&mut self.noise, DMatrix::zeros(0, 0));
         for r in 0..n {
             self.matrix[(r, r)] += prior.drive.powi(-2);
             self.right_side[r] -= drive[r] * prior.drive.powi(-2);
@@ -68,12 +86,36 @@ impl NormalEquations {
         // Offsets are microseconds and drives per cent: unit diagonal before factoring.
         let scale = self.matrix.diagonal().map(|entry| entry.sqrt().recip());
         let scaling = DMatrix::from_diagonal(&scale);
-        let inverse = (&scaling * self.matrix * &scaling).cholesky()?.inverse();
-        let covariance = &scaling * inverse * &scaling;
-        let solution = &covariance * self.right_side;
+        let matrix = &scaling * self.matrix * &scaling;
+        let mut of_noise = DMatrix::zeros(2 * n, 2 * n);
+        of_noise.view_mut((0, 0), (n, n)).copy_from(&noise);
+        let [inverse, careful] = inverses_without(&matrix, &(&scaling * of_noise * &scaling))?;
+        // The right side scatters by all of the matrix.
+        let covariance = &scaling * &inverse * matrix * &inverse * &scaling;
+        let solution = &scaling * careful * &scaling * self.right_side;
         let centring = centring(n);
         Some((&centring * solution, &centring * covariance * &centring))
     }
+}
+
+/// The inverse of a positive definite matrix less the noise in it, of which no direction keeps less than [`LEAST_SHARE`], and the same with
+/// [`LEAST_SHARE_OF_STEP`]; `None` of a matrix that is not positive definite.
+fn inverses_without(matrix: &DMatrix<f64>, noise: &DMatrix<f64>) -> Option<[DMatrix<f64>; 2]> {
+    let is_clear = (matrix * (1.0 - LEAST_SHARE_OF_STEP) - noise).cholesky().is_some();
+    if is_clear {
+        let inverse = (matrix - noise).cholesky()?.inverse();
+        return Some([inverse.clone(), inverse]);
+    }
+    // With M = L L^T the noise's share in each direction is an eigenvalue of L^-1 N L^-T.
+    let factor = matrix.clone().cholesky()?.l();
+    let left = factor.solve_lower_triangular(noise)?;
+    let shares = factor.solve_lower_triangular(&left.transpose())?;
+    let eigen = (0.5 * (&shares + shares.transpose())).symmetric_eigen();
+    let back = factor.transpose().solve_upper_triangular(&eigen.eigenvectors)?;
+    Some([LEAST_SHARE, LEAST_SHARE_OF_STEP].map(|least| {
+        let kept = eigen.eigenvalues.map(|share| (1.0 - share).clamp(least, 1.0));
+        &back * DMatrix::from_diagonal(&kept.map(f64::recip)) * back.transpose()
+    }))
 }
 
 /// What a constant error of one body's readings does to the right side of the normal equations: column r is the derivative by
