@@ -24,6 +24,8 @@ const DURATION_S: f64 = 20e-3;
 struct Protocol {
     /// Scatter of the triggers from trial to trial of a view, and from view to view.
     trigger_s: [f64; 2],
+    /// Bodies that a view shows all the time.
+    n_in_view: usize,
     /// Way of the next body after which it is out of the picture; it is never in it at zero.
     neighbour_until_m: f64,
 }
@@ -52,7 +54,7 @@ fn filmed(chain: &Chain, protocol: Protocol, seed: u64) -> Experiment {
     let mut normal =
         |sigma: f64| if sigma > 0.0 { Normal::new(0.0, sigma).unwrap().sample(&mut random) } else { 0.0 };
     let mut experiment = Experiment { trials: Vec::new(), observations: Vec::new() };
-    for view in 0..N_BODIES {
+    for view in 0..N_BODIES.div_ceil(protocol.n_in_view) {
         let of_view_s = normal(protocol.trigger_s[1]);
         for trial in 0..N_TRIALS {
             let drive = normal(DRIVE_SCATTER);
@@ -67,9 +69,11 @@ fn filmed(chain: &Chain, protocol: Protocol, seed: u64) -> Experiment {
                 };
                 BodyTrack { body, position_m: times_s.iter().map(position).collect() }
             };
-            let mut bodies = vec![track(view + 1, f64::INFINITY)];
-            if protocol.neighbour_until_m > 0.0 && view + 2 <= N_BODIES {
-                bodies.push(track(view + 2, protocol.neighbour_until_m));
+            let first = view * protocol.n_in_view + 1;
+            let next = (first + protocol.n_in_view).min(N_BODIES + 1);
+            let mut bodies: Vec<BodyTrack> = (first..next).map(|body| track(body, f64::INFINITY)).collect();
+            if protocol.neighbour_until_m > 0.0 && next <= N_BODIES {
+                bodies.push(track(next, protocol.neighbour_until_m));
             }
             experiment.trials.push(Trial { view, drive, offset_s });
             experiment.observations.push(Observation {
@@ -110,6 +114,7 @@ impl Score {
     /// Errors against the mean motion over all trials, at their mean trigger.
     fn add(&mut self, chain: &Chain, experiment: &Experiment, stitched: &Stitched) {
         let trials = &experiment.trials;
+        let n_in_view = N_BODIES.div_ceil(trials.iter().map(|one| one.view).max().unwrap_or(0) + 1);
         let mean_s = trials.iter().map(|one| one.offset_s).sum::<f64>() / trials.len() as f64;
         for ((row, i), x) in stitched.motion.displacement_m.indexed_iter() {
             let (body, time_s) = (row + 1, stitched.motion.times_s[i]);
@@ -122,7 +127,7 @@ impl Score {
                 of.iter().map(moved_m).sum::<f64>() / of.len() as f64
             };
             let truth_m = mean_m(&trials.iter().collect::<Vec<_>>(), false);
-            let own: Vec<&Trial> = trials.iter().filter(|one| one.view == row).collect();
+            let own: Vec<&Trial> = trials.iter().filter(|one| one.view == row / n_in_view).collect();
             self.inside += usize::from(x.covers_95(truth_m));
             self.total += 1;
             self.squares_m2 += (x.value - truth_m).powi(2);
@@ -161,7 +166,7 @@ fn assert_no_worse_than_by_the_trigger(score: &Score, what: &str) {
     assert!(rms_m < 1.01 * by_trigger_m, "{what}: {rms_m} m, by the trigger {by_trigger_m} m");
 }
 
-const ONE_BODY: Protocol = Protocol { trigger_s: [10e-6, 0.0], neighbour_until_m: 0.0 };
+const ONE_BODY: Protocol = Protocol { trigger_s: [10e-6, 0.0], n_in_view: 1, neighbour_until_m: 0.0 };
 
 #[test]
 fn one_body_a_view_is_as_good_as_by_the_trigger_and_says_how_good() {
@@ -211,10 +216,28 @@ fn a_neighbour_in_the_picture_only_at_first_makes_no_false_sigma() {
     assert_coverage(&score, n, "neighbour");
 }
 
+/// Readings whose noise is 2 um in frames 25 times as many as the wave's shortest period: what is in common is well told of the body that
+/// leaves, and hardly of how its trials differ.
+#[test]
+fn views_that_share_a_body_at_first_alone_know_their_drives_as_well_as_they_say() {
+    let n = 8;
+    let protocol = Protocol { n_in_view: 4, neighbour_until_m: 4e-3, ..ONE_BODY };
+    let score = scored(protocol, &protocol.settings(), n);
+    println!(
+        "{:.4} {:.2} um, by the trigger {:.2} um",
+        score.coverage(),
+        1e6 * score.rms_m(),
+        1e6 * score.rms_by_trigger_m()
+    );
+    // What errors have in common goes from view to view: of 7 views, 3 at least are independent in each experiment.
+    let tolerance = 3.0 * (0.95 * 0.05 / (3.0 * n as f64)).sqrt();
+    assert!(score.coverage() > 0.95 - tolerance, "{}", score.coverage());
+}
+
 #[test]
 fn a_neighbour_seen_for_more_than_half_of_its_way_ties_views() {
     let chain = Chain::solved(N_BODIES, DURATION_S + 2e-3);
-    let protocol = Protocol { trigger_s: [10e-6, 60e-6], neighbour_until_m: 11e-3 };
+    let protocol = Protocol { trigger_s: [10e-6, 60e-6], neighbour_until_m: 11e-3, ..ONE_BODY };
     let experiment = filmed(&chain, protocol, 1);
     let stitched = merge(&experiment.observations, &protocol.settings()).unwrap();
     assert!(stitched.unsettled.is_none() && stitched.warnings.is_empty(), "{:?}", stitched.warnings);
