@@ -36,6 +36,8 @@ pub(crate) enum Command {
     Check(Check),
     /// Process an experiment: from recordings to figures, fitted damping and a report.
     Run(Run),
+    /// Pack results for an archive: an RO-Crate, with the hash of every file.
+    Archive(Archive),
     /// Read tracks that another program wrote, merge their trials, and measure the wave.
     Import(Import),
     /// Measure what each method costs on your own scene, and how far it is off.
@@ -110,6 +112,22 @@ pub(crate) struct Sensor {
     /// Frames of an evenly lit field, likewise: gains are evened out, and dead pixels filled.
     #[arg(long, value_name = "FRAMES")]
     pub(crate) flat: Option<PathBuf>,
+}
+
+/// Arguments of `archive`.
+#[derive(Debug, Args)]
+pub(crate) struct Archive {
+    /// Results of a run.
+    pub(crate) results: PathBuf,
+    /// A new folder for the package.
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// The folder of the recordings, to pack them too; without it they are named by size and hash of their beginning.
+    #[arg(long)]
+    pub(crate) recordings: Option<PathBuf>,
+    /// Address of the licence under which the package may be used, such as https://creativecommons.org/licenses/by/4.0/.
+    #[arg(long)]
+    pub(crate) license: Option<String>,
 }
 
 /// Arguments of `calibrate`.

@@ -5,6 +5,7 @@
 //! command reads its inputs, calls the inner crates (functions of values), and writes tables. Long work goes by
 //! recordings, in parallel; what each recording gave is kept, so an interrupted run goes on where it stopped.
 
+mod archive;
 mod calibrate;
 mod check;
 mod choices;
@@ -71,6 +72,7 @@ fn carry_out(command: &Command) -> Result<Outcome, Error> {
         Command::Synthesize(arguments) => synthesize::synthesize(arguments),
         Command::Check(arguments) => check::check(arguments),
         Command::Run(arguments) => run::run(arguments),
+        Command::Archive(arguments) => archive::archive(arguments),
         Command::Import(arguments) => import::import(arguments),
         Command::Tradeoff(arguments) => tradeoff::tradeoff(arguments),
         Command::Extremes(arguments) => extremes::extremes(arguments),

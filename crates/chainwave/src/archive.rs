@@ -1,0 +1,314 @@
+//! `chainwave archive`: results as a package that an archive takes, every file with its hash.
+//!
+//! The package is an RO-Crate 1.1 (S. Soiland-Reyes et al., Data Science 5 (2022) 97-138) by the profile Process Run Crate 0.5: a folder
+//! with `ro-crate-metadata.json`, which names each file, what made it, and from what.
+
+use std::fs::{self, File};
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use chrono::{DateTime, SecondsFormat, Utc};
+use serde::Deserialize;
+use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
+
+use crate::cli;
+use crate::error::Error;
+use crate::outcome::Outcome;
+use crate::output::{make_folder, read_text, write_json, write_whole};
+
+/// The file of an RO-Crate that says what is in it.
+const METADATA: &str = "ro-crate-metadata.json";
+const PROFILE: &str = "https://w3id.org/ro/wfrun/process/0.5";
+/// Bytes that are copied at a time.
+const PIECE: usize = 1 << 20;
+
+/// What is read of `provenance.toml`.
+#[derive(Deserialize)]
+struct Provenance {
+    version: String,
+    recordings: Vec<Source>,
+    experiment: Named,
+}
+
+#[derive(Deserialize)]
+struct Source {
+    recording: String,
+    fingerprint: String,
+}
+
+#[derive(Deserialize)]
+struct Named {
+    name: String,
+}
+
+/// A file of the package.
+struct Packed {
+    /// Where it lies in the package, parts divided by `/`.
+    name: String,
+    n_bytes: u64,
+    sha256: String,
+}
+
+/// Copies results, and the recordings where they are given, into a new folder, and writes beside them what they are.
+pub(crate) fn archive(arguments: &cli::Archive) -> Result<Outcome, Error> {
+    let cli::Archive { results, out, recordings, license } = arguments;
+    let provenance = provenance(results)?;
+    expect_new(out)?;
+    let written = fs::metadata(results.join("results.json")).and_then(|about| about.modified());
+    let written = written.map_err(Error::file(&results.join("results.json"), "read"))?;
+    let mut made = Vec::new();
+    for path in files_in(results)? {
+        made.push(pack(results, &path, out, "")?);
+    }
+    let mut sources = Vec::new();
+    if let Some(folder) = recordings {
+        for source in &provenance.recordings {
+            sources.push(pack(folder, &folder.join(&source.recording), out, "recordings/")?);
+        }
+    }
+    let metadata = metadata(&provenance, &made, &sources, license.as_deref(), written);
+    // Written last: a package without it is none.
+    write_json(&out.join(METADATA), &metadata)?;
+    say(out, made.iter().chain(&sources));
+    Ok(Outcome::default())
+}
+
+#[expect(clippy::print_stdout, reason = "what was written is the command's result")]
+fn say<'a>(out: &Path, files: impl Iterator<Item = &'a Packed>) {
+    let (n, n_bytes) = files.fold((0_u32, 0), |(n, sum), file| (n + 1, sum + file.n_bytes));
+    println!("wrote {}: {n} files, {:.1} MB, and {METADATA}", out.display(), n_bytes as f64 / 1e6);
+}
+
+fn provenance(results: &Path) -> Result<Provenance, Error> {
+    let path = results.join("provenance.toml");
+    if !path.is_file() {
+        let found = if results.is_dir() { "a folder without it" } else { "no such folder" };
+        return Err(Error::Argument(format!(
+            "{}: expected results of `chainwave run` with provenance.toml, found {found} (hint: the folder given to run's --out; a run that \
+             was cut off goes on when it is started again)",
+            results.display()
+        )));
+    }
+    toml::from_str(&read_text(&path)?).map_err(|wrong| Error::configuration(&path, wrong.to_string()))
+}
+
+/// Makes the folder; one that holds anything is refused, so that nothing is overwritten and nothing foreign is archived.
+fn expect_new(out: &Path) -> Result<(), Error> {
+    make_folder(out)?;
+    let mut entries = fs::read_dir(out).map_err(Error::file(out, "list"))?;
+    match entries.next() {
+        None => Ok(()),
+        Some(_) => Err(Error::Argument(format!(
+            "{}: expected a new or empty folder for the package, found files in it",
+            out.display()
+        ))),
+    }
+}
+
+/// All files of a folder and its folders in the order of their names, but for hidden ones, which are kept work.
+fn files_in(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    let entries = fs::read_dir(folder).map_err(Error::file(folder, "list"))?;
+    let mut paths = entries
+        .map(|entry| entry.map(|entry| entry.path()).map_err(Error::file(folder, "list")))
+        .collect::<Result<Vec<PathBuf>, Error>>()?;
+    let is_shown =
+        |path: &PathBuf| !path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
+    paths.retain(is_shown);
+    paths.sort();
+    let mut files = Vec::new();
+    for path in paths {
+        match path.is_dir() {
+            true => files.extend(files_in(&path)?),
+            false => files.push(path),
+        }
+    }
+    Ok(files)
+}
+
+/// Copies a file of a folder into the package, and hashes what is copied.
+fn pack(folder: &Path, path: &Path, out: &Path, below: &str) -> Result<Packed, Error> {
+    let inside = path.strip_prefix(folder).unwrap_or(path);
+    let parts: Vec<_> = inside.components().map(|part| part.as_os_str().to_string_lossy()).collect();
+    let name = format!("{below}{}", parts.join("/"));
+    let target = out.join(&name);
+    target.parent().map_or(Ok(()), make_folder)?;
+    let mut source = File::open(path).map_err(Error::file(path, "read"))?;
+    let (mut hash, mut n_bytes) = (Sha256::new(), 0);
+    write_whole(&target, |writer| {
+        let mut piece = vec![0; PIECE];
+        loop {
+            let n = source.read(&mut piece).map_err(Error::file(path, "read"))?;
+            if n == 0 {
+                return Ok(());
+            }
+            hash.update(&piece[..n]);
+            n_bytes += n as u64;
+            writer.write_all(&piece[..n]).map_err(Error::file(&target, "write"))?;
+        }
+    })?;
+    let sha256 = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+    Ok(Packed { name, n_bytes, sha256 })
+}
+
+fn metadata(
+    provenance: &Provenance,
+    made: &[Packed],
+    sources: &[Packed],
+    license: Option<&str>,
+    written: SystemTime,
+) -> Value {
+    let time = DateTime::<Utc>::from(written).to_rfc3339_opts(SecondsFormat::Secs, true);
+    let named =
+        |files: &[Packed]| -> Vec<Value> { files.iter().map(|file| id(&identifier(&file.name))).collect() };
+    let experiment = &provenance.experiment.name;
+    let used: Vec<Value> = match sources.is_empty() {
+        true => {
+            provenance.recordings.iter().map(|one| id(&format!("#{}", identifier(&one.recording)))).collect()
+        }
+        false => named(sources),
+    };
+    let mut root = json!({
+        "@id": "./", "@type": "Dataset", "name": format!("Experiment {experiment}, evaluated by chainwave"),
+        "description": format!(
+            "Motion, strain, wave quantities and fitted damping of the chain in experiment {experiment}, with standard uncertainties, from {} \
+             recordings of a high-speed camera",
+            provenance.recordings.len()
+        ),
+        "datePublished": time, "conformsTo": id(PROFILE),
+        "hasPart": [named(made), named(sources)].concat(), "mentions": id("#run"),
+    });
+    if let (Some(license), Some(root)) = (license, root.as_object_mut()) {
+        root.insert("license".into(), id(license));
+    }
+    let mut graph = vec![
+        json!({
+            "@id": METADATA, "@type": "CreativeWork", "about": id("./"),
+            "conformsTo": id("https://w3id.org/ro/crate/1.1"),
+        }),
+        root,
+        json!({ "@id": PROFILE, "@type": "CreativeWork", "name": "Process Run Crate", "version": "0.5" }),
+        json!({
+            "@id": "#chainwave", "@type": "SoftwareApplication", "name": "chainwave",
+            "softwareVersion": provenance.version,
+        }),
+        json!({
+            "@id": "#run", "@type": "CreateAction", "name": format!("chainwave run of experiment {experiment}"),
+            "instrument": id("#chainwave"), "object": used, "result": named(made), "endTime": time,
+            "actionStatus": id("http://schema.org/CompletedActionStatus"),
+        }),
+    ];
+    if let Some(license) = license {
+        graph.push(json!({ "@id": license, "@type": "CreativeWork", "name": license }));
+    }
+    if sources.is_empty() {
+        graph.extend(provenance.recordings.iter().map(|one| {
+            json!({
+                "@id": format!("#{}", identifier(&one.recording)), "@type": "CreativeWork", "name": one.recording,
+                "description": "A recording, which is not part of the package", "identifier": one.fingerprint,
+            })
+        }));
+    }
+    graph.extend(made.iter().chain(sources).map(entity));
+    json!({
+        "@context": ["https://w3id.org/ro/crate/1.1/context", "https://w3id.org/ro/terms/workflow-run"],
+        "@graph": graph,
+    })
+}
+
+fn id(of: &str) -> Value {
+    json!({ "@id": of })
+}
+
+fn entity(file: &Packed) -> Value {
+    json!({
+        "@id": identifier(&file.name), "@type": "File", "name": file.name, "description": described(&file.name),
+        "contentSize": file.n_bytes.to_string(), "encodingFormat": format_of(&file.name), "sha256": file.sha256,
+    })
+}
+
+/// A name as part of an address: what an address does not take stands as its bytes in hexadecimal digits (RFC 3986, 2.1).
+fn identifier(name: &str) -> String {
+    let of_byte = |byte: u8| match byte {
+        b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'.' | b'_' | b'~' | b'/' => {
+            char::from(byte).to_string()
+        }
+        _ => format!("%{byte:02X}"),
+    };
+    name.bytes().map(of_byte).collect()
+}
+
+/// The media type by the ending.
+fn format_of(name: &str) -> &'static str {
+    match Path::new(name).extension().and_then(|ending| ending.to_str()).unwrap_or_default() {
+        "parquet" => "application/vnd.apache.parquet",
+        "json" => "application/json",
+        "toml" => "application/toml",
+        "csv" => "text/csv",
+        "html" => "text/html",
+        "svg" => "image/svg+xml",
+        "png" => "image/png",
+        "pdf" => "application/pdf",
+        "tif" | "tiff" => "image/tiff",
+        "avi" => "video/x-msvideo",
+        _ => "application/octet-stream",
+    }
+}
+
+/// What a file of the results is.
+fn described(name: &str) -> &'static str {
+    match name.rsplit('/').next().unwrap_or(name) {
+        "tracks.parquet" => "Positions of all subsets in all frames of all recordings, in pixels",
+        "motion.parquet" => "Displacement of each body from rest over time, in metres, free of any model",
+        "motion_by_model.parquet" => {
+            "Displacement of each body over time, in metres, aligned by the accepted chain model"
+        }
+        "strain.parquet" => "Strain of each gap over time",
+        "front.parquet" => "Peak and edge of the front in each gap",
+        "hwhm.parquet" => "Half width at half maximum of the front over time, in metres",
+        "energy.parquet" => "Peak potential energy of each gap, in joules",
+        "spectrum.parquet" => "Spectra of the tail behind the front",
+        "dispersion.parquet" => "Spectrum of the motion over frequency and wavenumber",
+        "alignment.parquet" => "Trigger and drive of each recording",
+        "results.json" => {
+            "Group velocity, damping and other numbers with their standard uncertainties, warnings, and what became of each recording"
+        }
+        "decisions.json" => "What was modelled, by which test and on what evidence",
+        "provenance.toml" => "Version, settings and recordings",
+        "report.html" => "Report to be read",
+        other if other.ends_with(".svg") || other.ends_with(".png") => "Figure",
+        _ if name.starts_with("recordings/") => "Recording of the camera",
+        _ => "Part of the results",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_become_addresses() {
+        assert_eq!(identifier("figures/strain map.svg"), "figures/strain%20map.svg");
+        assert_eq!(identifier("Gänge%.cine"), "G%C3%A4nge%25.cine");
+    }
+
+    #[test]
+    fn results_that_are_none_and_folders_in_use_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let arguments = |results: &Path, out: PathBuf| cli::Archive {
+            results: results.to_owned(),
+            out,
+            recordings: None,
+            license: None,
+        };
+        let refused = |arguments: cli::Archive| archive(&arguments).unwrap_err().to_string();
+        let said = refused(arguments(folder.path(), folder.path().join("out")));
+        assert!(said.contains("expected results of `chainwave run`") && said.contains("hint"), "{said}");
+        assert!(!folder.path().join("out").exists());
+        let text = "version = \"0.1.0\"\nrecordings = []\n[experiment]\nname = \"small\"\n";
+        fs::write(folder.path().join("provenance.toml"), text).unwrap();
+        let said = refused(arguments(folder.path(), folder.path().to_owned()));
+        assert!(said.contains("expected a new or empty folder"), "{said}");
+    }
+}
