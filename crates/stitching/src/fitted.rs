@@ -58,7 +58,11 @@ impl AlignmentState<'_> {
             (true, Scale::True) => CurvaturePrior::WeakNonLinearity(prior_m(self.settings.curvature_prior)),
             (true, _) => CurvaturePrior::Small(prior_m(self.settings.curvature_prior)),
         };
-        let prior = ResponsePrior { slope_m: prior_m(self.settings.slope_prior), curvature };
+        // A body's response departs from plain scaling alike at all its times: where trials tell the slope at each, the prior counts once
+        // and not at every time, else the sum of all would pull at drives that the readings hardly tell.
+        let n_times = readings.iter().filter(|at_time| !at_time.is_empty()).count().max(1) as f64;
+        let once = if most > 3 { n_times.sqrt() } else { 1.0 };
+        let prior = ResponsePrior { slope_m: once * prior_m(self.settings.slope_prior), curvature };
         let fit = |(i, mut contributions): (usize, Vec<Contribution>)| {
             if contributions.len() < enough {
                 contributions.clear();

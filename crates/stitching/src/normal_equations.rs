@@ -32,8 +32,10 @@ pub(crate) struct NormalEquations {
 
 /// Least share of the matrix that is taken for the readings' own in a direction: what is less is not told from noise.
 const LEAST_SHARE: f64 = 0.1;
-/// The same where a step is made: three tenths of the way that noise leaves at a time, for the readings bend.
-const LEAST_SHARE_OF_STEP: f64 = 0.3;
+/// The same where a step is made: half of the way, for the readings bend.
+const LEAST_SHARE_OF_STEP: f64 = 0.5;
+/// Share of noise that changes a standard uncertainty by less than a hundredth.
+const NO_SHARE: f64 = 0.02;
 
 impl NormalEquations {
     pub(crate) fn new(n_recordings: usize) -> Self {
@@ -69,14 +71,8 @@ impl NormalEquations {
     }
 
     /// Solves for the corrections and their covariance, both with the means over the recordings taken out.
-    pub(crate) fn solve(
-        mut self,
-        drive: &[f64],
-        offsets_s: &[f64],
-        prior: Prior,
-    ) -> Option<(DVector<f64>, DMatrix<f64>)> {
+    pub(crate) fn solve(mut self, drive: &[f64], offsets_s: &[f64], prior: Prior) -> Option<Solved> {
         let n = self.n_recordings;
-        let noise = std::mem::replace(&mut self.noise, DMatrix::zeros(0, 0));
         for r in 0..n {
             self.matrix[(r, r)] += prior.drive.powi(-2);
             self.right_side[r] -= drive[r] * prior.drive.powi(-2);
@@ -86,36 +82,74 @@ impl NormalEquations {
         // Offsets are microseconds and drives per cent: unit diagonal before factoring.
         let scale = self.matrix.diagonal().map(|entry| entry.sqrt().recip());
         let scaling = DMatrix::from_diagonal(&scale);
-        let matrix = &scaling * self.matrix * &scaling;
-        let mut of_noise = DMatrix::zeros(2 * n, 2 * n);
-        of_noise.view_mut((0, 0), (n, n)).copy_from(&noise);
-        let [inverse, careful] = inverses_without(&matrix, &(&scaling * of_noise * &scaling))?;
-        // The right side scatters by all of the matrix.
-        let covariance = &scaling * &inverse * matrix * &inverse * &scaling;
-        let solution = &scaling * careful * &scaling * self.right_side;
+        let matrix = &scaling * &self.matrix * &scaling;
+        let mut noise = DMatrix::zeros(2 * n, 2 * n);
+        noise.view_mut((0, 0), (n, n)).copy_from(&self.noise);
+        let without = Without::noise(&matrix, &(&scaling * noise * &scaling))?;
+        let covariance = &scaling * without.covariance * &scaling;
+        let solution = &scaling * without.inverse_of_step * &scaling * self.right_side;
         let centring = centring(n);
-        Some((&centring * solution, &centring * covariance * &centring))
+        Some(Solved {
+            solution: &centring * solution,
+            covariance: &centring * covariance * &centring,
+            matrix: self.matrix,
+        })
     }
 }
 
-/// The inverse of a positive definite matrix less the noise in it, of which no direction keeps less than [`LEAST_SHARE`], and the same with
-/// [`LEAST_SHARE_OF_STEP`]; `None` of a matrix that is not positive definite.
-fn inverses_without(matrix: &DMatrix<f64>, noise: &DMatrix<f64>) -> Option<[DMatrix<f64>; 2]> {
-    let is_clear = (matrix * (1.0 - LEAST_SHARE_OF_STEP) - noise).cholesky().is_some();
-    if is_clear {
-        let inverse = (matrix - noise).cholesky()?.inverse();
-        return Some([inverse.clone(), inverse]);
+/// A step of the alignment.
+pub(crate) struct Solved {
+    /// Corrections of the drives, then of the offsets in seconds, with their means taken out.
+    pub(crate) solution: DVector<f64>,
+    /// Their covariance.
+    pub(crate) covariance: DMatrix<f64>,
+    /// The matrix of the normal equations, noise and all.
+    pub(crate) matrix: DMatrix<f64>,
+}
+
+impl Solved {
+    /// An upper bound of the length of a step in standard uncertainties.
+    pub(crate) fn length(&self, step: &DVector<f64>) -> f64 {
+        (step.transpose() * &self.matrix * step)[0].max(0.0).sqrt()
     }
-    // With M = L L^T the noise's share in each direction is an eigenvalue of L^-1 N L^-T.
-    let factor = matrix.clone().cholesky()?.l();
-    let left = factor.solve_lower_triangular(noise)?;
-    let shares = factor.solve_lower_triangular(&left.transpose())?;
-    let eigen = (0.5 * (&shares + shares.transpose())).symmetric_eigen();
-    let back = factor.transpose().solve_upper_triangular(&eigen.eigenvectors)?;
-    Some([LEAST_SHARE, LEAST_SHARE_OF_STEP].map(|least| {
-        let kept = eigen.eigenvalues.map(|share| (1.0 - share).clamp(least, 1.0));
-        &back * DMatrix::from_diagonal(&kept.map(f64::recip)) * back.transpose()
-    }))
+}
+
+/// What is left of a positive definite matrix M with noise N in it.
+struct Without {
+    /// `(M - N)^-1 M (M - N)^-1`: the right side scatters by all of the matrix.
+    covariance: DMatrix<f64>,
+    /// `(M - N)^-1`, of which a step is made.
+    inverse_of_step: DMatrix<f64>,
+}
+
+impl Without {
+    /// No direction keeps less than [`LEAST_SHARE`] of M in the covariance, and [`LEAST_SHARE_OF_STEP`] in the step. `None` of a matrix
+    /// that is not positive definite.
+    fn noise(matrix: &DMatrix<f64>, noise: &DMatrix<f64>) -> Option<Self> {
+        let is_below = |share: f64| (matrix * share - noise).cholesky().is_some();
+        if is_below(NO_SHARE) {
+            let inverse = (matrix - noise).cholesky()?.inverse();
+            return Some(Self { covariance: inverse.clone(), inverse_of_step: inverse });
+        }
+        if is_below(1.0 - LEAST_SHARE_OF_STEP) {
+            let inverse = (matrix - noise).cholesky()?.inverse();
+            return Some(Self { covariance: &inverse * matrix * &inverse, inverse_of_step: inverse });
+        }
+        // With M = L L^T the noise's share in each direction is an eigenvalue of L^-1 N L^-T.
+        let factor = matrix.clone().cholesky()?.l();
+        let left = factor.solve_lower_triangular(noise)?;
+        let shares = factor.solve_lower_triangular(&left.transpose())?;
+        let eigen = (0.5 * (&shares + shares.transpose())).symmetric_eigen();
+        let back = factor.transpose().solve_upper_triangular(&eigen.eigenvectors)?;
+        let with = |of_share: &dyn Fn(f64) -> f64| {
+            &back * DMatrix::from_diagonal(&eigen.eigenvalues.map(of_share)) * back.transpose()
+        };
+        let kept = |share: f64, least: f64| (1.0 - share).clamp(least, 1.0);
+        Some(Self {
+            covariance: with(&|share| kept(share, LEAST_SHARE).powi(-2)),
+            inverse_of_step: with(&|share| kept(share, LEAST_SHARE_OF_STEP).recip()),
+        })
+    }
 }
 
 /// What a constant error of one body's readings does to the right side of the normal equations: column r is the derivative by

@@ -16,14 +16,30 @@ use crate::state::{AlignmentState, Scale};
 use crate::stitched::{AlignmentPhase, Stitched, Unsettled};
 
 /// Rounds after which the alignment stops in any case; 4 are usual.
-const MAX_ROUNDS: usize = 20;
+const MAX_ROUNDS: usize = 50;
+/// Rounds after which an alignment counts as settled too where its step is short against its own uncertainty: in a direction that is hardly
+/// told from noise, steps are shorter than what is left by ten times at most.
+const LONG_ROUNDS: usize = 20;
+/// How short, in standard uncertainties.
+const SHORT: f64 = 1e-2;
+/// A step is shortened to this, in the same measure as [`SETTLED`]: the readings bend, and one that goes farther is led by noise.
+const LONGEST_STEP: f64 = 2.0;
 /// A step is the last one where it changes drives and offsets by less than this, in drives' priors and frames.
 const SETTLED: f64 = 1e-5;
 /// Rounds in which the open directions move too.
 const FREE_ROUNDS: usize = 2;
 /// Rounds in which the onset fixes the gauge, at most: where the first body's noise is a third of a per cent of its onset, each leaves
 /// a third of what was left before. An alignment that follows it need not settle as far as one that leads.
-const GAUGE_ROUNDS: usize = 20;
+const GAUGE_ROUNDS: usize = 50;
+
+/// A step that was made.
+struct Step {
+    /// The largest change, in drives' priors and frames.
+    change: f64,
+    /// An upper bound of its length, in standard uncertainties.
+    length: f64,
+    covariance: DMatrix<f64>,
+}
 
 /// Drives and offsets as the readings have them; what these leave open is as the priors put it.
 pub(crate) struct Aligned<'a> {
@@ -57,16 +73,26 @@ impl<'a> Aligned<'a> {
         let mut state = AlignmentState::new(observations, settings, frame_interval_s)?;
         let mut rounds = 0;
         let mut course = Course::from(&state.drive, &state.offsets_s);
+        let mut before = None;
         loop {
             rounds += 1;
             let fitted = state.responses()?;
             // The first rounds, from S = X, bring drives and offsets to their natural scale; later ones leave the open directions
             // alone, along which only priors would pull, slowly and far.
             state.scale = if rounds > FREE_ROUNDS { Scale::Held } else { Scale::Open };
-            let (change, covariance) = state.align(&fitted)?;
+            let Step { change, length, covariance } = match (state.align(&fitted), before.take()) {
+                (Ok(step), _) => step,
+                (Err(_), Some(covariance)) => {
+                    let unsettled = Some(state.left(&course, AlignmentPhase::Readings));
+                    return Ok(Self { state, covariance, rounds, unsettled });
+                }
+                (Err(failure), None) => return Err(failure),
+            };
             course.goes_to(&state.drive, &state.offsets_s);
-            if change < SETTLED || rounds == MAX_ROUNDS {
-                let unsettled = (change >= SETTLED).then(|| state.left(&course, AlignmentPhase::Readings));
+            before = Some(covariance.clone());
+            let is_settled = change < SETTLED || (rounds > LONG_ROUNDS && length < SHORT);
+            if is_settled || rounds == MAX_ROUNDS {
+                let unsettled = (!is_settled).then(|| state.left(&course, AlignmentPhase::Readings));
                 return Ok(Self { state, covariance, rounds, unsettled });
             }
         }
@@ -85,19 +111,21 @@ impl<'a> Aligned<'a> {
     pub(crate) fn gauged(mut self) -> Result<Gauged<'a>, StitchingError> {
         let state = &mut self.state;
         let (scatter, contradiction) = state.stated_scatter()?;
-        let (mut last, mut change) = (None, f64::INFINITY);
+        let (mut last, mut is_short) = (None, false);
         let mut course = Course::from(&state.drive, &state.offsets_s);
-        for _ in 0..GAUGE_ROUNDS {
+        for round in 1..=GAUGE_ROUNDS {
             let Some(gauge) = state.gauge(scatter)? else { break };
             gauge.fix(&mut state.drive, &mut state.offsets_s);
             state.scale = Scale::True;
-            let is_settled = gauge.is_settled() && change < 10.0 * SETTLED;
+            let is_settled = gauge.is_settled() && is_short;
             last = Some(gauge);
             if is_settled {
                 self.unsettled = None;
                 break;
             }
-            (change, self.covariance) = state.align(&state.responses()?)?;
+            let Ok(step) = state.align(&state.responses()?) else { break };
+            is_short = step.change < 10.0 * SETTLED || (round > LONG_ROUNDS && step.length < SHORT);
+            self.covariance = step.covariance;
             course.goes_to(&state.drive, &state.offsets_s);
             self.unsettled = Some(state.left(&course, AlignmentPhase::Onset));
         }
@@ -142,8 +170,8 @@ impl AlignmentState<'_> {
         (course.unsettled(phase), course.left(self.frame_interval_s, self.settings.drive_prior))
     }
 
-    /// One joint least-squares step for all drives and offsets; the largest change, in drives' priors and frames.
-    fn align(&mut self, field: &Fitted) -> Result<(f64, DMatrix<f64>), StitchingError> {
+    /// One joint least-squares step for all drives and offsets.
+    fn align(&mut self, field: &Fitted) -> Result<Step, StitchingError> {
         let n = self.observations.len();
         let mut equations = NormalEquations::new(n);
         for (contributions, response) in field.iter().flatten().filter(|(all, _)| all.len() > 1) {
@@ -153,23 +181,29 @@ impl AlignmentState<'_> {
             offset_s: self.settings.trigger_prior_s(self.frame_interval_s),
             drive: self.settings.drive_prior,
         };
-        let (solution, covariance) = equations
+        let solved = equations
             .solve(&self.drive, &self.offsets_s, prior)
             .ok_or(StitchingError::Singular { n_recordings: n })?;
         let closed = match self.scale {
             Scale::Open => None,
-            Scale::Held => closed_directions(&self.drive, &covariance, 2),
-            Scale::True => closed_directions(&self.drive, &covariance, 1),
+            Scale::Held => closed_directions(&self.drive, &solved.covariance, 2),
+            Scale::True => closed_directions(&self.drive, &solved.covariance, 1),
         };
-        let solution = closed.map_or(solution.clone(), |closed| closed * solution);
-        let mut change = 0.0_f64;
-        for r in 0..n {
-            change = change.max(solution[r].abs() / self.settings.drive_prior);
-            change = change.max(solution[n + r].abs() / self.frame_interval_s);
-            self.drive[r] += solution[r];
-            self.offsets_s[r] += solution[n + r];
+        let solution = closed.map_or(solved.solution.clone(), |closed| closed * &solved.solution);
+        if solution.iter().any(|entry| !entry.is_finite()) {
+            return Err(StitchingError::Singular { n_recordings: n });
         }
-        Ok((change, covariance))
+        let of_recording = |r: usize| {
+            let drive = solution[r].abs() / self.settings.drive_prior;
+            drive.max(solution[n + r].abs() / self.frame_interval_s)
+        };
+        let change = (0..n).map(of_recording).fold(0.0, f64::max);
+        let share = (LONGEST_STEP / change).min(1.0);
+        for r in 0..n {
+            self.drive[r] += share * solution[r];
+            self.offsets_s[r] += share * solution[n + r];
+        }
+        Ok(Step { change, length: solved.length(&solution), covariance: solved.covariance })
     }
 }
 
