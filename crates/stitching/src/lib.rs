@@ -49,7 +49,8 @@
 //! };
 //! let recordings = [trial(1, 0.0), trial(2, 20e-6), trial(3, 0.0)];
 //!
-//! let stitched = merge(&recordings, &Settings::new(1, 1e-4))?;
+//! let settings = Settings { drive_scatter: Some(0.02), ..Settings::new(1, 1e-4) };
+//! let stitched = merge(&recordings, &settings)?;
 //! let x = stitched.motion.displacement_m[(0, 50)].ok_or("body 1 was not seen")?;
 //! println!("{:.3} ms: x_1 = {:.4} +- {:.4} mm", 1e3 * stitched.motion.times_s[50], 1e3 * x.value, 1e3 * x.sigma);
 //! assert!(stitched.unsettled.is_none() && x.sigma > 0.0);

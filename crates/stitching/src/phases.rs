@@ -17,11 +17,11 @@ use crate::stitched::{AlignmentPhase, Stitched, Unsettled};
 
 /// Rounds after which the alignment stops in any case; 4 are usual.
 const MAX_ROUNDS: usize = 50;
-/// Rounds after which an alignment counts as settled too where its step is short against its own uncertainty: in a direction that is hardly
-/// told from noise, steps are shorter than what is left by ten times at most.
+/// Rounds after which an alignment counts as settled too where its step is short against its own uncertainty, as where a
+/// direction is hardly told from noise: it wanders within what it states. How far it may still have to go stands among the errors.
 const LONG_ROUNDS: usize = 20;
 /// How short, in standard uncertainties.
-const SHORT: f64 = 1e-2;
+const SHORT: f64 = 0.2;
 /// A step is shortened to this, in the same measure as [`SETTLED`]: the readings bend, and one that goes farther is led by noise.
 const LONGEST_STEP: f64 = 2.0;
 /// A step is the last one where it changes drives and offsets by less than this, in drives' priors and frames.
@@ -46,7 +46,9 @@ pub(crate) struct Aligned<'a> {
     state: AlignmentState<'a>,
     covariance: DMatrix<f64>,
     rounds: usize,
-    unsettled: Option<(Unsettled, DVector<f64>)>,
+    unsettled: Option<Unsettled>,
+    /// How far drives and offsets may still have to go.
+    left: Option<DVector<f64>>,
 }
 
 /// Drives and offsets with what the readings leave open fixed, or left to the priors by choice.
@@ -83,8 +85,14 @@ impl<'a> Aligned<'a> {
             let Step { change, length, covariance } = match (state.align(&fitted), before.take()) {
                 (Ok(step), _) => step,
                 (Err(_), Some(covariance)) => {
-                    let unsettled = Some(state.left(&course, AlignmentPhase::Readings));
-                    return Ok(Self { state, covariance, rounds, unsettled });
+                    let (unsettled, left) = state.left(&course, AlignmentPhase::Readings);
+                    return Ok(Self {
+                        state,
+                        covariance,
+                        rounds,
+                        unsettled: Some(unsettled),
+                        left: Some(left),
+                    });
                 }
                 (Err(failure), None) => return Err(failure),
             };
@@ -92,8 +100,14 @@ impl<'a> Aligned<'a> {
             before = Some(covariance.clone());
             let is_settled = change < SETTLED || (rounds > LONG_ROUNDS && length < SHORT);
             if is_settled || rounds == MAX_ROUNDS {
-                let unsettled = (!is_settled).then(|| state.left(&course, AlignmentPhase::Readings));
-                return Ok(Self { state, covariance, rounds, unsettled });
+                let (unsettled, left) = state.left(&course, AlignmentPhase::Readings);
+                return Ok(Self {
+                    state,
+                    covariance,
+                    rounds,
+                    unsettled: (!is_settled).then_some(unsettled),
+                    left: (change >= SETTLED).then_some(left),
+                });
             }
         }
     }
@@ -101,9 +115,9 @@ impl<'a> Aligned<'a> {
     /// Leaves open what the readings leave open: how well recordings agree does not depend on it.
     pub(crate) fn ungauged(self) -> Gauged<'a> {
         let exchange = Exchange::none(self.state.observations.len());
-        let (unsettled, left) = self.unsettled.unzip();
-        let errors = AlignmentErrors { covariance: self.covariance, exchange, left };
-        Gauged { state: self.state, errors, rounds: self.rounds, unsettled, warnings: Vec::new() }
+        let errors = AlignmentErrors { covariance: self.covariance, exchange, left: self.left };
+        let (rounds, unsettled) = (self.rounds, self.unsettled);
+        Gauged { state: self.state, errors, rounds, unsettled, warnings: Vec::new() }
     }
 
     /// Fixes what the readings leave open by the first body's onset, and aligns again from where that led to: the curvatures' prior
@@ -121,22 +135,23 @@ impl<'a> Aligned<'a> {
             last = Some(gauge);
             if is_settled {
                 self.unsettled = None;
+                self.left = self.left.filter(|_| round > LONG_ROUNDS);
                 break;
             }
             let Ok(step) = state.align(&state.responses()?) else { break };
             is_short = step.change < 10.0 * SETTLED || (round > LONG_ROUNDS && step.length < SHORT);
             self.covariance = step.covariance;
             course.goes_to(&state.drive, &state.offsets_s);
-            self.unsettled = Some(state.left(&course, AlignmentPhase::Onset));
+            let (unsettled, left) = state.left(&course, AlignmentPhase::Onset);
+            (self.unsettled, self.left) = (Some(unsettled), Some(left));
         }
         let exchange = match last {
             Some(gauge) => gauge.errors(&state.drive, &self.covariance),
             None => Exchange::none(state.observations.len()),
         };
-        let (unsettled, left) = self.unsettled.unzip();
-        let errors = AlignmentErrors { covariance: self.covariance, exchange, left };
+        let errors = AlignmentErrors { covariance: self.covariance, exchange, left: self.left };
         let warnings = contradiction.into_iter().collect();
-        Ok(Gauged { state: self.state, errors, rounds: self.rounds, unsettled, warnings })
+        Ok(Gauged { state: self.state, errors, rounds: self.rounds, unsettled: self.unsettled, warnings })
     }
 }
 
@@ -234,7 +249,8 @@ mod tests {
         let mut unsettled = aligned();
         let mut course = Course::from(&[0.0; 3], &[0.0; 3]);
         course.goes_to(&[0.0; 3], &[1e-3, 1e-3, 1e-3]);
-        unsettled.unsettled = Some((course.unsettled(AlignmentPhase::Readings), course.left(1e-3, 0.05)));
+        unsettled.unsettled = Some(course.unsettled(AlignmentPhase::Readings));
+        unsettled.left = Some(course.left(1e-3, 0.05));
         let (unsettled, _) = unsettled.ungauged().trimmed().unwrap().stitched().unwrap();
         assert_eq!(unsettled.unsettled.map(|one| one.offset_change_s), Some(1e-3));
         assert!(unsettled.warnings[0].contains("not settled after 1 rounds"), "{:?}", unsettled.warnings);
