@@ -76,10 +76,12 @@
 mod acceptance;
 mod error;
 mod evidence;
+mod expected;
 mod field;
 mod grid_choice;
 mod icgn;
 mod interpolation_error;
+mod markers;
 mod method;
 mod middle;
 mod prepared;
@@ -97,10 +99,13 @@ mod window;
 
 pub use error::CorrelationError;
 pub use evidence::ShapeEvidence;
+pub use expected::expected_sigma;
 pub use field::strain::{Strain, strains};
 pub use field::{Field, FieldGrid, FieldPoint, correlate};
 pub use grid_choice::{ChosenGrid, PicturePair};
 pub use icgn::outcome::{Match, Workspace};
+pub use markers::no_markers::NoMarkers;
+pub use markers::{Marker, MarkerRow, propose_markers};
 pub use method::{METHODS, Method};
 pub use prepared::PreparedSubset;
 pub use reference::edge::{SharpEdge, Side, sharp_edge};
