@@ -3,7 +3,7 @@
 //! A patch is where the smaller eigenvalue of the structure tensor (J. Shi, C. Tomasi, CVPR 1994, 593-600) is large: an edge, a rod or a
 //! ring has a gradient in one direction only, speckles have it in both. How large is large follows from no setting: patches are looked for
 //! at falling thresholds (`patches`), down to what noise alone could show (`texture`), and of all rows of like patches at a regular
-//! pitch (`row`) that with the most texture is taken.
+//! pitch (`row`) that with the most texture is taken. Ground between markers that holds edges, such as rings that touch, should be 40 px wide.
 
 pub(crate) mod no_markers;
 mod outline;
@@ -26,8 +26,9 @@ use crate::{CorrelationError, Reference, ReferenceFrames};
 /// its half size.
 const TO_EDGE_PX: f64 = 5.0;
 const TO_EDGE_SHARE: f64 = 0.25;
-/// Thresholds that are tried, each half of the one before.
-const N_THRESHOLDS: usize = 9;
+/// Thresholds that are tried, each a share of the one before.
+const N_THRESHOLDS: usize = 18;
+const THRESHOLD_SHARE: f32 = std::f32::consts::FRAC_1_SQRT_2;
 
 /// A row of markers.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,23 +66,23 @@ pub fn propose_markers(
     rest: &ReferenceFrames,
 ) -> Result<MarkerRow, CorrelationError> {
     let info = recording.info();
-    let whole = Region::whole(info.width_px, info.height_px);
+    let frame = Region::whole(info.width_px, info.height_px);
     Reference::check_frames(recording, rest)?;
-    let pixels = mean_of_frames(recording, whole, rest.range())?;
-    let between = noise_between(recording, whole, rest)?;
+    let pixels = mean_of_frames(recording, frame, rest.range())?;
+    let between = noise_between(recording, frame, rest)?;
     let texture =
         Texture::of(&pixels, [info.width_px, info.height_px], between.map(|v| v / rest.range().len() as f64));
     let no_markers = |reason| CorrelationError::NoMarkers { path: recording.path().into(), reason };
-    let (row, threshold) = most_textured_row(&texture).map_err(no_markers)?;
-    let outlines: Vec<Patch> =
-        row.members.iter().map(|(_, patch)| texture.outline(patch, threshold)).collect();
+    let noise_counts = (texture.noise_variance * rest.range().len() as f64).sqrt();
+    let row = most_textured_row(&texture).map_err(no_markers)?;
     let half_px = [0, 1].map(|axis| {
-        let half = median(outlines.iter().map(|outline| outline.half_px()[axis]).collect()).unwrap_or(0.0);
+        let half =
+            median(row.members.iter().map(|(_, marker)| marker.half_px()[axis]).collect()).unwrap_or(0.0);
         subset_half_px(half)
     });
-    let fitted = Row::fitted(row.members.iter().map(|(slot, _)| *slot).zip(&outlines));
+    let fitted = row.fitted();
     let mut markers = Vec::new();
-    for outline in &outlines {
+    for (_, outline) in &row.members {
         let [x_px, y_px] = outline.centre_px();
         let name = (markers.len() + 1).to_string();
         let subset = Subset { name, x_px, y_px, half_width_px: half_px[0], half_height_px: half_px[1] };
@@ -99,7 +100,7 @@ pub fn propose_markers(
         pitch_px: fitted.pitch_px,
         direction: fitted.direction,
         missing_px: fitted.missing_px,
-        noise_counts: (texture.noise_variance * rest.range().len() as f64).sqrt(),
+        noise_counts,
     })
 }
 
@@ -109,22 +110,28 @@ fn subset_half_px(marker_half_px: f64) -> usize {
     ((marker_half_px - to_edge).floor().max(0.0) as usize).clamp(LEAST_HALF_PX, MOST_HALF_PX)
 }
 
-/// The row with the most texture over all thresholds, and the threshold.
-fn most_textured_row(texture: &Texture) -> Result<(Row, f32), NoMarkers> {
+/// The row with the most texture, of the markers that any threshold shows: two that lie close are apart at a high one, and a faint one is
+/// whole at a low one.
+fn most_textured_row(texture: &Texture) -> Result<Row, NoMarkers> {
     let most = texture.most();
     if most <= texture.least {
         return Err(NoMarkers::NoTexture);
     }
-    let mut best: Option<(Row, f32)> = None;
+    let mut markers: Vec<Patch> = Vec::new();
     let mut is_everywhere = false;
-    let thresholds = std::iter::successors(Some(0.5 * most), |threshold| Some(0.5 * threshold));
+    let thresholds =
+        std::iter::successors(Some(THRESHOLD_SHARE * most), |threshold| Some(THRESHOLD_SHARE * threshold));
     for threshold in thresholds.take(N_THRESHOLDS).take_while(|threshold| *threshold > texture.least) {
-        let all = patches(texture, threshold);
-        is_everywhere |= all.iter().any(|patch| patch.is_everywhere(texture.size));
-        let Some(row) = best_row(&all, texture.size) else { continue };
-        if best.as_ref().is_none_or(|(found, _)| row.texture > found.texture) {
-            best = Some((row, threshold));
+        let (everywhere, some): (Vec<Patch>, Vec<Patch>) =
+            patches(texture, threshold).into_iter().partition(|patch| patch.is_everywhere(texture.size));
+        is_everywhere |= !everywhere.is_empty();
+        for marker in some.iter().filter_map(|patch| texture.marker(patch)) {
+            if !markers.iter().any(|found| found.is_same(&marker)) {
+                markers.push(marker);
+            }
         }
     }
-    best.ok_or(if is_everywhere { NoMarkers::Everywhere } else { NoMarkers::NoPatch })
+    let row = best_row(markers).map(|row| row.without_cut(texture.size));
+    let none = if is_everywhere { NoMarkers::Everywhere } else { NoMarkers::NoPatch };
+    row.filter(|row| !row.members.is_empty()).ok_or(none)
 }

@@ -105,4 +105,4 @@ pub use tracked::{FailedRecording, Origin, Tracked, TrackedRecording};
 pub use tracking::{track, track_share};
 pub use tracks::{FollowedBody, RecordingTracks};
 pub use truth::KnownTruth;
-pub use view::{View, first_view, unreadable};
+pub use view::{PlannedView, View, first_view, planned_view, unreadable};

@@ -46,6 +46,14 @@ impl Patch {
         })
     }
 
+    /// Whether two thresholds show the same, to a pixel.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        [0, 1].iter().all(|&axis| {
+            self.first[axis].abs_diff(other.first[axis]) <= 1
+                && self.last[axis].abs_diff(other.last[axis]) <= 1
+        })
+    }
+
     /// Whether it reaches from side to side and from top to bottom.
     pub(crate) fn is_everywhere(&self, size: [usize; 2]) -> bool {
         [0, 1].iter().all(|&axis| self.is_cut(size, axis) == [true, true])

@@ -32,8 +32,7 @@ pub(crate) struct Fitted {
 }
 
 /// The row with the most texture; one patch is a row, too.
-pub(crate) fn best_row(all: &[Patch], size: [usize; 2]) -> Option<Row> {
-    let mut patches: Vec<Patch> = all.iter().filter(|patch| !patch.is_everywhere(size)).copied().collect();
+pub(crate) fn best_row(mut patches: Vec<Patch>) -> Option<Row> {
     patches.sort_by(|a, b| b.texture.total_cmp(&a.texture));
     patches.truncate(MOST_PATCHES);
     let mut best: Option<Row> = None;
@@ -95,9 +94,18 @@ impl Row {
         Self { members, texture }
     }
 
-    /// Pitch, direction and empty places of patches at their places along a row.
-    pub(crate) fn fitted<'a>(members: impl Iterator<Item = (i64, &'a Patch)> + Clone) -> Fitted {
-        let places = members.map(|(slot, patch)| (slot, patch.centre_px()));
+    /// The row without markers that the picture's sides cut: their middle is not that of their body.
+    pub(crate) fn without_cut(mut self, size: [usize; 2]) -> Self {
+        if let Some([x, y]) = self.fitted().direction {
+            let axis = usize::from(y.abs() > x.abs());
+            self.members.retain(|(_, patch)| patch.is_cut(size, axis) == [false, false]);
+        }
+        self
+    }
+
+    /// Pitch, direction and empty places.
+    pub(crate) fn fitted(&self) -> Fitted {
+        let places = self.members.iter().map(|(slot, patch)| (*slot, patch.centre_px()));
         let n = places.clone().count();
         if n < 2 {
             return Fitted { pitch_px: None, direction: None, missing_px: Vec::new() };

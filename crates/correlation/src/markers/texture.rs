@@ -17,7 +17,9 @@ pub(crate) struct Texture {
     pub(crate) size: [usize; 2],
     /// Mean square of the gradient in the direction in which it is smaller, in counts squared per pixel squared.
     pub(crate) values: Vec<f32>,
-    /// What noise alone does not reach.
+    /// Derivatives along x and y, in counts per pixel.
+    pub(crate) gradients: [Vec<f32>; 2],
+    /// Mean square of a derivative of noise alone, which smaller eigenvalues of noise alone do not exceed once it is taken off.
     pub(crate) least: f32,
     /// Variance of the picture's noise, in counts squared.
     pub(crate) noise_variance: f64,
@@ -35,12 +37,10 @@ impl Texture {
             box_mean(&products, size)
         };
         let [xx, xy, yy] = [mean_of(&x, &x), mean_of(&x, &y), mean_of(&y, &y)];
-        let smaller = |i: usize| {
-            let (mean, apart) = (0.5 * (xx[i] + yy[i]), 0.5 * (xx[i] - yy[i]));
-            mean - apart.hypot(xy[i]) - of_noise
-        };
+        let smaller = |i: usize| 0.5 * (xx[i] + yy[i] - (xx[i] - yy[i]).hypot(2.0 * xy[i])) - of_noise;
+        let values = (0..pixels.len()).map(smaller).collect();
         // Averages over 121 pixels, which share their noise with neighbours, scatter by a quarter: four times that is once their mean.
-        Self { size, values: (0..pixels.len()).map(smaller).collect(), least: of_noise, noise_variance }
+        Self { size, values, gradients: [x, y], least: of_noise, noise_variance }
     }
 
     /// The strongest texture.
