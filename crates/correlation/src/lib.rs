@@ -29,6 +29,9 @@
 //!   is part of sigma (`field/shape_error.rs`): with the shape function by evidence 95 % intervals
 //!   hold 93 to 97 % of the errors at waves of two subsets' length and more.
 //!
+//! - Where subsets may go is proposed by the pictures, too: the **markers** of a row with their pitch and the sigma to expect
+//!   ([`propose_markers`], [`expected_sigma`]).
+//!
 //! How near all of them come to the noise floor, how often their intervals hold, and what they cost stands in the book, "What image
 //! correlation reaches" (`docs/src/measured/correlation.md`); `tests/ladder.rs` and `benches/matching.rs` make its tables anew.
 //! The instruction set is chosen at run time, and results have the same bits with each, for any number of threads.

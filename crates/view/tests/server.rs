@@ -1,12 +1,13 @@
 //! The server as a browser, and as somebody hostile, meets it: raw requests over TCP.
 
 #![cfg(test)]
-#![expect(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
 mod support;
 
+use chainwave_synthetic::pictures::{Surface, counts, picture};
+use chainwave_view::{Collection, ShownRecording};
 use serde_json::Value;
-use support::{Answer, Site, WIDTH, count};
+use support::{Answer, Site, WIDTH, count, write_frames};
 
 #[test]
 fn nobody_gets_in_without_the_token() {
@@ -259,4 +260,46 @@ fn tracks_are_given_frame_by_frame() {
         [place(0), place(1), place(2)],
         [serde_json::json!([40.0, 45.0]), Value::Null, serde_json::json!([41.5, 45.0])]
     );
+}
+
+#[test]
+fn markers_are_proposed_with_their_sigma() {
+    let folder = tempfile::tempdir().unwrap();
+    let shot = folder.path().join("shot");
+    let discs: Vec<Surface> = (0..4)
+        .map(|i| Surface::turned_disc(i, 4.5, ([50.0 + 90.0 * i as f64, 48.0], 26.0), 0.0, [0.0; 2]))
+        .collect();
+    let tones = picture([380, 96], &discs).unwrap();
+    let frames: Vec<Vec<u16>> = (0..2)
+        .map(|number| {
+            counts(&tones, 12, 0.01, 5, number).unwrap().iter().map(|&count| count as u16).collect()
+        })
+        .collect();
+    write_frames(&shot, 380, &frames);
+    let collection = Collection { recordings: vec![ShownRecording::new(shot)], ..Collection::default() };
+    let site = Site::of(folder, collection);
+
+    let found = site.json("/api/markers?frame=0");
+    assert_eq!(found["reason"], Value::Null, "{found}");
+    let markers = found["markers"].as_array().unwrap();
+    assert_eq!(markers.len(), 4, "{found}");
+    let number = |value: &Value| value.as_f64().unwrap();
+    for (i, marker) in markers.iter().enumerate() {
+        let subset = &marker["subset"];
+        // A third of the 11 px that an outline is averaged over.
+        assert!((number(&subset["x_px"]) - 50.0 - 90.0 * i as f64).abs() < 3.7, "{marker}");
+        assert!((number(&subset["y_px"]) - 48.0).abs() < 3.7, "{marker}");
+        assert_eq!(marker["number"], i + 1);
+        let path = format!(
+            "/api/sigma/0?x={}&y={}&half_width={}&half_height={}",
+            subset["x_px"], subset["y_px"], subset["half_width_px"], subset["half_height_px"]
+        );
+        assert_eq!(site.json(&path), marker["sigma"], "the same subset, asked for by itself");
+    }
+    // Four centres, each off by 2 px at most, over three pitches.
+    assert!((number(&found["pitch_px"][0]) - 90.0).abs() < 2.0, "{found}");
+    let bare = site.json("/api/sigma/0?x=95&y=48&half_width=8&half_height=8");
+    assert_eq!((&bare["sigma_px"], bare["reason"].as_str()), (&Value::Null, Some("no_texture")));
+    let outside = site.json("/api/sigma/0?x=3&y=48&half_width=8&half_height=8");
+    assert!(outside["reason"].as_str().unwrap().contains("outside"), "{outside}");
 }

@@ -12,7 +12,7 @@ const LIKE: f64 = 1.4;
 const OFF_SHARE: f64 = 0.12;
 /// Places in a row that may be empty before it ends.
 const MOST_EMPTY: usize = 2;
-/// Scatter of a patch's centre, in pixels, where fewer than three tell of it.
+/// Standard uncertainty of the middle of an outline, in pixels, at least: averages over 11 px, of speckles that differ.
 const CENTRE_SIGMA_PX: f64 = 1.5;
 
 /// A row of patches.
@@ -113,13 +113,12 @@ impl Row {
         let (start, step) = line(places.clone());
         let mean = places.clone().map(|(slot, _)| slot as f64).sum::<f64>() / n as f64;
         let spread: f64 = places.clone().map(|(slot, _)| (slot as f64 - mean).powi(2)).sum();
-        let left: f64 =
-            places.clone().map(|(slot, at)| length(minus(at, plus(start, step, slot as f64))).powi(2)).sum();
-        let scatter = match n {
-            2 => CENTRE_SIGMA_PX,
-            _ => (left / (2 * n - 4) as f64).sqrt(),
-        };
         let pitch = length(step);
+        let along = |[x, y]: [f64; 2]| (x * step[0] + y * step[1]) / pitch;
+        let left: f64 =
+            places.clone().map(|(slot, at)| along(minus(at, plus(start, step, slot as f64))).powi(2)).sum();
+        // A few outlines agree by chance.
+        let scatter = (left / n.saturating_sub(2).max(1) as f64).sqrt().max(CENTRE_SIGMA_PX);
         let slots: Vec<i64> = places.map(|(slot, _)| slot).collect();
         let all = slots.iter().min().zip(slots.iter().max()).map_or(0..=0, |(first, last)| *first..=*last);
         let missing_px =

@@ -190,7 +190,9 @@ function proposalText(found) {
 
 function takeProposal() {
   if (!state.proposal) return;
-  const taken = state.proposal.markers.map(({ subset, sigma }) => ({ ...subset, sigma }));
+  const all = state.proposal.markers.map(({ subset, sigma }) => ({ ...subset, sigma }));
+  const taken = all.filter((subset) => subsetUnder([subset.x_px, subset.y_px]) < 0);
+  if (taken.length < all.length) say(`${all.length - taken.length} marker(s) have a subset already`);
   remember();
   const free = new Set(state.subsets.map((subset) => subset.name));
   for (const subset of taken) {

@@ -1,9 +1,11 @@
 //! A recording, a server that shows it, and a client that says what it is told to.
 
-#![expect(clippy::unwrap_used, clippy::expect_used, unreachable_pub, reason = "a test fails by panicking")]
+#![expect(dead_code, unreachable_pub, reason = "each test binary uses a part of it")]
+#![expect(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -23,6 +25,16 @@ pub fn count(frame: usize, x: usize, y: usize) -> u16 {
     (mixed >> 20) as u16
 }
 
+/// Writes a folder of images of 12 bits.
+pub fn write_frames(folder: &Path, width: usize, frames: &[Vec<u16>]) {
+    std::fs::create_dir(folder).unwrap();
+    for (frame, counts) in frames.iter().enumerate() {
+        let mut bytes = format!("P5 {width} {} 4095\n", counts.len() / width).into_bytes();
+        bytes.extend(counts.iter().flat_map(|count| count.to_be_bytes()));
+        std::fs::write(folder.join(format!("{frame}.pgm")), bytes).unwrap();
+    }
+}
+
 /// A server of a recording `shot` and of one whose file is gone.
 pub struct Site {
     pub folder: TempDir,
@@ -34,12 +46,9 @@ impl Site {
     pub fn start() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let shot = folder.path().join("shot");
-        std::fs::create_dir(&shot).unwrap();
-        for frame in 0..N_FRAMES {
-            let mut bytes = format!("P5 {WIDTH} {HEIGHT} 4095\n").into_bytes();
-            bytes.extend((0..WIDTH * HEIGHT).flat_map(|i| count(frame, i % WIDTH, i / WIDTH).to_be_bytes()));
-            std::fs::write(shot.join(format!("{frame}.pgm")), bytes).unwrap();
-        }
+        let of_frame =
+            |frame: usize| (0..WIDTH * HEIGHT).map(|i| count(frame, i % WIDTH, i / WIDTH)).collect();
+        write_frames(&shot, WIDTH, &(0..N_FRAMES).map(of_frame).collect::<Vec<_>>());
         let subset =
             Subset { name: "body 1".into(), x_px: 40.0, y_px: 45.0, half_width_px: 10, half_height_px: 10 };
         let places_px = vec![Some([40.0, 45.0]), None, Some([41.5, 45.0])];
@@ -64,6 +73,11 @@ impl Site {
         let token = address.rsplit('=').next().unwrap().to_owned();
         std::thread::spawn(move || server.serve());
         Self { folder, token, port }
+    }
+
+    /// What a browser opens.
+    pub fn address(&self) -> String {
+        format!("http://127.0.0.1:{}/?token={}", self.port, self.token)
     }
 
     pub fn get(&self, path: &str) -> Answer {
