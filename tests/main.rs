@@ -103,3 +103,5 @@ mod strikers;
 mod table;
 #[cfg(test)]
 mod uncertain;
+#[cfg(test)]
+mod view;

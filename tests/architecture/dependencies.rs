@@ -7,7 +7,7 @@ use toml::{Table, Value};
 use crate::repository::{files, names_in, root};
 
 /// Which crates of the workspace a crate's product may depend on. `None`: on all of them.
-const ALLOWED: [(&str, Option<&[&str]>); 14] = [
+const ALLOWED: [(&str, Option<&[&str]>); 15] = [
     ("analysis", Some(&["measurement"])),
     ("camera", Some(&["measurement"])),
     ("chainwave", None),
@@ -33,6 +33,7 @@ const ALLOWED: [(&str, Option<&[&str]>); 14] = [
     ("synthetic", Some(&["measurement"])),
     ("testkit", Some(&["vectors"])),
     ("vectors", Some(&[])),
+    ("view", Some(&["camera", "correlation", "measurement"])),
     ("xtask", Some(&[])),
 ];
 
@@ -40,8 +41,8 @@ const ALLOWED: [(&str, Option<&[&str]>); 14] = [
 const TESTKIT: &str = "testkit";
 
 /// What a crate's tests and benches may ask beyond that, for a truth to hold the product against.
-const ALLOWED_IN_TESTS: [(&str, &[&str]); 2] =
-    [("analysis", &["mechanics"]), ("correlation", &["synthetic"])];
+const ALLOWED_IN_TESTS: [(&str, &[&str]); 3] =
+    [("analysis", &["mechanics"]), ("correlation", &["synthetic"]), ("view", &["synthetic"])];
 
 /// Libraries, by the start of their names, and the only packages that may know them. The tests read the command's tables as
 /// its users do; polars is compiled for the command in any case.

@@ -54,6 +54,9 @@ pub(crate) enum Error {
     /// Fitting.
     #[error(transparent)]
     Fit(#[from] chainwave_inference::FitError),
+    /// Serving a page.
+    #[error(transparent)]
+    View(#[from] chainwave_view::ViewError),
     /// Drawing.
     #[error(transparent)]
     Figure(#[from] chainwave_figures::FigureError),

@@ -2,10 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use chainwave_camera::OpenOptions;
 use chainwave_measurement::RecordingInfo;
 
 use crate::cli::Init;
 use crate::error::Error;
+use crate::listing::recordings_in;
 use crate::outcome::Outcome;
 use crate::output::write_text;
 
@@ -24,17 +26,11 @@ pub(crate) fn init(arguments: &Init) -> Result<Outcome, Error> {
             )));
         }
     }
-    let mut found: Vec<(String, RecordingInfo)> = Vec::new();
-    for path in entries_of(folder)? {
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        match chainwave_camera::open(&path) {
-            // A single image is no recording; a folder of them is.
-            Ok(recording) if recording.info().n_frames > 1 => found.push((name, recording.info().clone())),
-            Ok(_) | Err(chainwave_camera::CameraError::UnknownFormat { .. }) => {}
-            Err(_) if path.is_dir() => {}
-            Err(error) => outcome.fail(error),
-        }
-    }
+    let (listed, failed) = recordings_in(folder, &OpenOptions::default())?;
+    failed.into_iter().for_each(|error| outcome.fail(error));
+    let name_of = |path: PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let found: Vec<(String, RecordingInfo)> =
+        listed.into_iter().map(|(path, info)| (name_of(path), info)).collect();
     let Some((_, info)) = found.first() else {
         return Err(Error::Argument(format!(
             "{}: expected recordings, found none that can be read",
@@ -49,37 +45,6 @@ pub(crate) fn init(arguments: &Init) -> Result<Outcome, Error> {
         experiment_path.display()
     );
     Ok(outcome)
-}
-
-/// What lies in the folder by name, numbers in their natural order.
-fn entries_of(folder: &Path) -> Result<Vec<PathBuf>, Error> {
-    let entries = std::fs::read_dir(folder).map_err(Error::file(folder, "list"))?;
-    let mut paths = Vec::new();
-    for entry in entries {
-        paths.push(entry.map_err(Error::file(folder, "list"))?.path());
-    }
-    // A Photron header and its pixels are one recording.
-    let with_pixels = |path: &PathBuf| path.with_extension("mraw").exists();
-    paths.retain(|path| {
-        !(path.extension().is_some_and(|ending| ending == "cih" || ending == "cihx") && with_pixels(path))
-    });
-    paths.sort_by_key(|path| natural_key(&path.to_string_lossy()));
-    Ok(paths)
-}
-
-/// Texts and numbers of a name in turn, so that `view10` comes after `view9`.
-fn natural_key(name: &str) -> Vec<(String, u64)> {
-    let mut parts: Vec<(String, String)> = vec![(String::new(), String::new())];
-    for character in name.chars() {
-        let after_digits = parts.last().is_some_and(|(_, digits)| !digits.is_empty());
-        if !character.is_ascii_digit() && after_digits {
-            parts.push((String::new(), String::new()));
-        }
-        if let Some((text, digits)) = parts.last_mut() {
-            if character.is_ascii_digit() { digits.push(character) } else { text.push(character) }
-        }
-    }
-    parts.into_iter().map(|(text, digits)| (text, digits.parse().unwrap_or(u64::MAX))).collect()
 }
 
 /// One row a recording; view and trial are the last two numbers of its name, where it has two.
@@ -140,16 +105,4 @@ rest_until_s = -1e-4              # frames before this time (after the trigger) 
         n = info.n_frames,
         row = (info.height_px as f64 - 1.0) / 2.0,
     )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_sort_as_people_count() {
-        let mut names = vec!["view10_trial1", "view2_trial1", "view2_trial10", "view2_trial9"];
-        names.sort_by_key(|name| natural_key(name));
-        assert_eq!(names, ["view2_trial1", "view2_trial9", "view2_trial10", "view10_trial1"]);
-    }
 }

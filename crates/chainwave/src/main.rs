@@ -20,6 +20,7 @@ mod init;
 mod inspect;
 mod interrupt;
 mod kept;
+mod listing;
 mod matching;
 mod outcome;
 mod output;
@@ -33,6 +34,7 @@ mod synthesize;
 mod table;
 mod track;
 mod tradeoff;
+mod view;
 
 use std::process::ExitCode;
 
@@ -78,6 +80,7 @@ fn carry_out(command: &Command) -> Result<Outcome, Error> {
         Command::Extremes(arguments) => extremes::extremes(arguments),
         Command::Prove(arguments) => prove::prove(arguments),
         Command::Init(arguments) => init::init(arguments),
+        Command::View(arguments) => view::view(arguments),
         Command::Samples(arguments) => samples::samples(arguments),
     }
 }

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use chainwave_measurement::{ReadError, Region};
 
+use crate::markers::no_markers::NoMarkers;
+
 /// Why a recording could not be tracked at all. A subset that is lost in some frames is no error: its track says so.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -65,6 +67,14 @@ pub enum CorrelationError {
     NoTexture {
         /// Places that were looked at.
         n_places: usize,
+    },
+    /// No markers can be proposed.
+    #[error("{}: markers: expected speckled patches on plainer ground, found {reason}", path.display())]
+    NoMarkers {
+        /// The recording.
+        path: PathBuf,
+        /// What there is instead.
+        reason: NoMarkers,
     },
     /// A buffer of pixels has not the size of its region.
     #[error("pixels of {region:?}: expected {} values, found {found}", region.n_pixels())]

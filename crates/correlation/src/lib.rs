@@ -29,6 +29,9 @@
 //!   is part of sigma (`field/shape_error.rs`): with the shape function by evidence 95 % intervals
 //!   hold 93 to 97 % of the errors at waves of two subsets' length and more.
 //!
+//! - Where subsets may go is proposed by the pictures, too: the **markers** of a row with their pitch and the sigma to expect
+//!   ([`propose_markers`], [`expected_sigma`]).
+//!
 //! How near all of them come to the noise floor, how often their intervals hold, and what they cost stands in the book, "What image
 //! correlation reaches" (`docs/src/measured/correlation.md`); `tests/ladder.rs` and `benches/matching.rs` make its tables anew.
 //! The instruction set is chosen at run time, and results have the same bits with each, for any number of threads.
@@ -76,10 +79,12 @@
 mod acceptance;
 mod error;
 mod evidence;
+mod expected;
 mod field;
 mod grid_choice;
 mod icgn;
 mod interpolation_error;
+mod markers;
 mod method;
 mod middle;
 mod prepared;
@@ -97,10 +102,13 @@ mod window;
 
 pub use error::CorrelationError;
 pub use evidence::ShapeEvidence;
+pub use expected::expected_sigma;
 pub use field::strain::{Strain, strains};
 pub use field::{Field, FieldGrid, FieldPoint, correlate};
 pub use grid_choice::{ChosenGrid, PicturePair};
 pub use icgn::outcome::{Match, Workspace};
+pub use markers::no_markers::NoMarkers;
+pub use markers::{Marker, MarkerRow, propose_markers};
 pub use method::{METHODS, Method};
 pub use prepared::PreparedSubset;
 pub use reference::edge::{SharpEdge, Side, sharp_edge};

@@ -77,19 +77,24 @@ impl Reference {
         region: Region,
         frames: &ReferenceFrames,
     ) -> Result<Self, CorrelationError> {
+        Self::check_frames(recording, frames)?;
         let (info, frames) = (recording.info(), frames.range());
-        if frames.is_empty() || frames.end > info.n_frames {
-            let (path, n_frames) = (recording.path().into(), info.n_frames);
-            return Err(CorrelationError::NoSuchReference {
-                path,
-                first: frames.start,
-                end: frames.end,
-                n_frames,
-            });
-        }
         let n_averaged = frames.len();
         let pixels = mean_of_frames(recording, region, frames)?;
         Ok(Self::new(region, pixels, n_averaged)?.saturating_at(info.full_scale()))
+    }
+
+    /// Refuses reference frames that the recording does not have.
+    pub(crate) fn check_frames(
+        recording: &dyn Recording,
+        frames: &ReferenceFrames,
+    ) -> Result<(), CorrelationError> {
+        let (range, n_frames) = (frames.range(), recording.info().n_frames);
+        if range.is_empty() || range.end > n_frames {
+            let (path, first, end) = (recording.path().into(), range.start, range.end);
+            return Err(CorrelationError::NoSuchReference { path, first, end, n_frames });
+        }
+        Ok(())
     }
 
     /// Whether a subset lies in the frames of a recording, so that it can be prepared there.

@@ -110,4 +110,4 @@ pub use tracked::{Origin, Tracked, TrackedRecording};
 pub use tracking::{track, track_share};
 pub use tracks::{FollowedBody, RecordingTracks};
 pub use truth::KnownTruth;
-pub use view::{View, first_view, unreadable};
+pub use view::{PlannedView, View, first_view, planned_view, unreadable};

@@ -2,8 +2,9 @@
 
 use std::num::NonZero;
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use chainwave_camera::OpenOptions;
 use chainwave_correlation::ReferenceFrames;
 use chainwave_measurement::{Recording, RecordingInfo, Subset, map_in_parallel};
 
@@ -50,6 +51,28 @@ pub struct View {
     pub subsets: Vec<Subset>,
     /// The reference.
     pub reference: ReferenceFrames,
+}
+
+/// A recording of the trials table before it is opened for good: where it lies, how it is opened, and the subsets that are followed in it.
+pub struct PlannedView {
+    /// Where it lies.
+    pub path: PathBuf,
+    /// How it is opened.
+    pub options: OpenOptions,
+    /// The subsets of the bodies in view, in its frames at rest.
+    pub subsets: Vec<Subset>,
+}
+
+/// A recording of an experiment with the bodies that its stage shows; pictures are as the sensor gave them.
+///
+/// # Errors
+/// A recording that cannot be opened.
+pub fn planned_view(setup: &Setup, trial: &Trial) -> Result<PlannedView, Error> {
+    let path = setup.recordings.join(&trial.recording);
+    let recording = open(setup, &path)?;
+    let subsets = bodies_in_view(setup, trial, recording.as_ref());
+    let subsets = subsets.into_iter().map(|(_, subset)| subset).collect();
+    Ok(PlannedView { path, options: setup.open_options(), subsets })
 }
 
 /// The first recording that shows bodies, with their subsets and the frames at rest.

@@ -1,0 +1,56 @@
+//! How well a subset would be told, before anything is tracked.
+
+use chainwave_measurement::{Lost, Recording, Region, Subset};
+
+use crate::uncertainty::expected_sigma_px;
+use crate::{CorrelationError, PreparedSubset, Reference, ReferenceFrames, Settings};
+
+/// The expected standard uncertainty of a subset's position along x and y, in pixels, in a frame like the reference; or why it has none.
+///
+/// The noise of a pixel is that between the reference frames where there are two or more, else what the reference itself tells. What
+/// bending, light and obstacles add is not foreseen here.
+///
+/// # Errors
+/// As [`Reference::read`].
+pub fn expected_sigma(
+    recording: &dyn Recording,
+    subset: &Subset,
+    frames: &ReferenceFrames,
+) -> Result<Result<[f64; 2], Lost>, CorrelationError> {
+    let reference = Reference::read(recording, subset, frames)?;
+    let noise = noise_between(recording, reference.region(), frames)?;
+    let prepared = PreparedSubset::new(&reference, subset, &Settings::default());
+    Ok(prepared.map(|prepared| {
+        let of_mean = noise.map(|variance| variance / prepared.n_averaged);
+        expected_sigma_px(&prepared, of_mean.unwrap_or(prepared.noise_variance))
+    }))
+}
+
+/// The variance of a pixel's noise, in counts squared, as the frames of a reference differ from one to the next in a region, but for
+/// their light as a whole; `None` of a single frame.
+pub(crate) fn noise_between(
+    recording: &dyn Recording,
+    region: Region,
+    frames: &ReferenceFrames,
+) -> Result<Option<f64>, CorrelationError> {
+    let frames = frames.range();
+    let mut before = vec![0.0_f32; region.n_pixels()];
+    let mut after = before.clone();
+    let (mut sum, n_pairs) = (0.0, frames.len().saturating_sub(1));
+    for frame in frames.clone() {
+        recording.read_region(frame, region, &mut after)?;
+        if frame > frames.start {
+            sum += variance_of(before.iter().zip(&after).map(|(a, b)| f64::from(*b) - f64::from(*a)));
+        }
+        std::mem::swap(&mut before, &mut after);
+    }
+    // A difference has the noise of both frames.
+    Ok((n_pairs > 0).then(|| 0.5 * sum / n_pairs as f64))
+}
+
+/// The variance of some numbers about their mean.
+fn variance_of(values: impl Iterator<Item = f64>) -> f64 {
+    let (n, sum, square) = values
+        .fold((0.0, 0.0, 0.0), |(n, sum, square), value| (n + 1.0, sum + value, square + value * value));
+    if n > 1.0 { ((square - sum * sum / n) / (n - 1.0)).max(0.0) } else { 0.0 }
+}

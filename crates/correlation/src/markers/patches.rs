@@ -1,0 +1,108 @@
+//! Patches: connected pixels whose texture is above a threshold.
+
+use std::ops::Range;
+
+use crate::markers::texture::{RADIUS_PX, Texture};
+
+/// Smallest width and height of a patch, in pixels: where two edges cross, the averages make one of twice the radius.
+const LEAST_SIDE_PX: usize = 2 * RADIUS_PX + 4;
+/// Least share of its rectangle that a patch fills: half for a square that stands on a corner.
+const LEAST_FILL: f64 = 0.4;
+
+/// A patch of texture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Patch {
+    /// First column and row.
+    pub(crate) first: [usize; 2],
+    /// Last column and row.
+    pub(crate) last: [usize; 2],
+    /// Pixels.
+    pub(crate) area: usize,
+    /// Its pixels times the root of its mean texture.
+    pub(crate) texture: f64,
+}
+
+impl Patch {
+    /// Half of its width and height.
+    pub(crate) fn half_px(&self) -> [f64; 2] {
+        [0, 1].map(|axis| 0.5 * (self.last[axis] - self.first[axis]) as f64)
+    }
+
+    /// The middle of its rectangle.
+    pub(crate) fn centre_px(&self) -> [f64; 2] {
+        [0, 1].map(|axis| 0.5 * (self.last[axis] + self.first[axis]) as f64)
+    }
+
+    /// The pixel in its middle.
+    pub(crate) fn middle(&self) -> [usize; 2] {
+        [0, 1].map(|axis| usize::midpoint(self.last[axis], self.first[axis]))
+    }
+
+    /// Columns and rows of the middle half of its rectangle.
+    pub(crate) fn core(&self) -> [Range<usize>; 2] {
+        [0, 1].map(|axis| {
+            let quarter = (self.last[axis] - self.first[axis]) / 4;
+            self.first[axis] + quarter..self.last[axis] + 1 - quarter
+        })
+    }
+
+    /// Whether two thresholds show the same, to a pixel.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        [0, 1].iter().all(|&axis| {
+            self.first[axis].abs_diff(other.first[axis]) <= 1
+                && self.last[axis].abs_diff(other.last[axis]) <= 1
+        })
+    }
+
+    /// Whether it reaches from side to side and from top to bottom.
+    pub(crate) fn is_everywhere(&self, size: [usize; 2]) -> bool {
+        [0, 1].iter().all(|&axis| self.is_cut(size, axis) == [true, true])
+    }
+
+    /// Whether it touches the picture's two sides along an axis, but for what the averages blur.
+    pub(crate) fn is_cut(&self, size: [usize; 2], axis: usize) -> [bool; 2] {
+        [self.first[axis] <= 1, self.last[axis] + 2 >= size[axis]]
+    }
+}
+
+/// The patches above a threshold that could be markers, in the order of their first pixels.
+pub(crate) fn patches(texture: &Texture, threshold: f32) -> Vec<Patch> {
+    let [width, height] = texture.size;
+    let mut open: Vec<bool> = texture.values.iter().map(|value| *value > threshold).collect();
+    let (mut found, mut stack) = (Vec::new(), Vec::new());
+    for start in 0..open.len() {
+        if !std::mem::take(&mut open[start]) {
+            continue;
+        }
+        let (mut first, mut last) = ([width, height], [0, 0]);
+        let (mut area, mut sum) = (0_usize, 0.0);
+        stack.push(start);
+        while let Some(i) = stack.pop() {
+            let at = [i % width, i / width];
+            for axis in [0, 1] {
+                first[axis] = first[axis].min(at[axis]);
+                last[axis] = last[axis].max(at[axis]);
+            }
+            area += 1;
+            sum += f64::from(texture.values[i]);
+            let beside = [
+                (at[0] > 0, i.wrapping_sub(1)),
+                (at[0] + 1 < width, i + 1),
+                (at[1] > 0, i.wrapping_sub(width)),
+                (at[1] + 1 < height, i + width),
+            ];
+            stack.extend(
+                beside
+                    .into_iter()
+                    .filter(|&(inside, j)| inside && std::mem::take(&mut open[j]))
+                    .map(|(_, j)| j),
+            );
+        }
+        let sides = [0, 1].map(|axis| last[axis] + 1 - first[axis]);
+        let fill = area as f64 / (sides[0] * sides[1]) as f64;
+        if sides.iter().all(|side| *side >= LEAST_SIDE_PX) && fill >= LEAST_FILL {
+            found.push(Patch { first, last, area, texture: (area as f64 * sum).sqrt() });
+        }
+    }
+    found
+}
