@@ -177,7 +177,7 @@ fn metadata(
             provenance.recordings.len()
         ),
         "datePublished": time, "conformsTo": id(PROFILE),
-        "hasPart": [named(made), named(sources)].concat(), "mentions": id("#run"),
+        "hasPart": ([named(made), named(sources)].concat()), "mentions": id("#run"),
     });
     if let (Some(license), Some(root)) = (license, root.as_object_mut()) {
         root.insert("license".into(), id(license));
