@@ -8,7 +8,7 @@ use chainwave_measurement::{Excerpt, Lost, Recording, RecordingInfo, Subset};
 use serde_json::{Value, json};
 
 use crate::asked::Asked;
-use crate::collection::{Collection, OpenRecordings, ShownRecording};
+use crate::collection::{Collection, OpenRecordings, ShownRecording, ShownTrack};
 use crate::cut::Cut;
 use crate::page::page;
 use crate::picture::{greys, png_of};
@@ -177,7 +177,7 @@ impl Site {
     fn tracks(&self, asked: &Asked, frame: &str) -> Result<Value, Refusal> {
         let (shown, recording) = self.asked_for(asked)?;
         let frame = frame_of(asked, frame, recording.info())?;
-        let track = |track: &crate::ShownTrack| {
+        let track = |track: &ShownTrack| {
             let place = |frame: usize| track.places_px.get(frame).copied().flatten();
             let first = track.places_px.iter().flatten().next();
             json!({ "name": track.name, "half_px": track.half_px, "place_px": place(frame), "rest_px": first })
