@@ -1,7 +1,6 @@
 //! The angle by which a match says that its subset is turned: right, as exact as its noise lets it be, and within its interval.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking, and shows what it measured")]
-#![expect(clippy::print_stdout, reason = "what was measured is shown")]
 
 mod support;
 

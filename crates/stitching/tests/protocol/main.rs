@@ -1,7 +1,6 @@
 //! The camera before one body at a time: what is left when views share nothing but the trigger.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on should panic")]
-#![expect(clippy::print_stdout, reason = "what was measured is shown")]
 
 mod chain;
 
