@@ -220,7 +220,7 @@ mod tests {
             if k % 5 == 4 {
                 Err(Lost::LowCorrelation)
             } else {
-                let theta_rad = (k % 2 == 0).then(|| Estimate::new(0.01 * x, 3e-4));
+                let theta_rad = k.is_multiple_of(2).then(|| Estimate::new(0.01 * x, 3e-4));
                 Ok(Position { x_px, y_px, theta_rad, zncc: 0.99, iterations: k })
             }
         };

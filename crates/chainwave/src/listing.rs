@@ -7,12 +7,12 @@ use chainwave_measurement::RecordingInfo;
 
 use crate::error::Error;
 
+/// Recordings with what they say of themselves, and why others cannot be opened.
+pub(crate) type Listed = (Vec<(PathBuf, RecordingInfo)>, Vec<CameraError>);
+
 /// The recordings in a folder with what they say of themselves, and why others cannot be opened. A single image is no recording; a
 /// folder of them is. What is of no known format is passed over.
-pub(crate) fn recordings_in(
-    folder: &Path,
-    options: &OpenOptions,
-) -> Result<(Vec<(PathBuf, RecordingInfo)>, Vec<CameraError>), Error> {
+pub(crate) fn recordings_in(folder: &Path, options: &OpenOptions) -> Result<Listed, Error> {
     let (mut found, mut failed) = (Vec::new(), Vec::new());
     for path in entries_of(folder)? {
         match chainwave_camera::open_with(&path, options) {

@@ -1,7 +1,6 @@
 //! Markers proposed in pictures of the synthetic camera, against where its bodies are.
 
 #![cfg(test)]
-#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use chainwave_correlation::{CorrelationError, MarkerRow, NoMarkers, ReferenceFrames, propose_markers};
 use chainwave_measurement::{MemoryRecording, Trajectory};
@@ -69,7 +68,7 @@ impl Stage {
                 read_noise_counts: self.noise_counts,
                 counts_per_electron: 0.2,
             },
-            optics: (self.roll_rad != 0.0).then(|| Optics {
+            optics: (self.roll_rad != 0.0).then_some(Optics {
                 focal_length_px: 1.0e4,
                 principal_point_px: None,
                 k1: 0.0,

@@ -1,5 +1,7 @@
 //! The self-test of the ladder on a recording that it knows only by its reference.
 
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
 mod support;
 
 use chainwave_correlation::{

@@ -1,7 +1,6 @@
 //! Sizes of subsets that pictures ask for by themselves, held against all others on pictures of known deformation.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking, and shows what it measured")]
-#![expect(clippy::print_stdout, reason = "what each size gave is a table to be read")]
 
 use std::num::NonZero;
 
@@ -132,7 +131,7 @@ fn the_grid_that_pictures_ask_for_is_near_the_best() {
         let mut best_px = f64::INFINITY;
         for half_px in [7, 10, 14, 20, 28, 40].into_iter().filter(|half| *half <= most) {
             let (rms_px, share) = errors(FieldGrid { step_px: 14, half_px });
-            println!("{:>30} rms {rms_px:.4} px, {share:.3} found", half_px);
+            println!("{half_px:>30} rms {rms_px:.4} px, {share:.3} found");
             if share >= 0.95 {
                 best_px = best_px.min(rms_px);
             }
@@ -149,7 +148,8 @@ fn a_picture_without_texture_is_refused_with_a_hint() {
     let whole = Region::whole(120, 100);
     let bare = Surface::everywhere(Texture::spots(&[], 4.0), Deformation::NONE);
     for number in 0..8 {
-        let seen = counts(&picture([120, 100], &[bare.clone()]).unwrap(), 12, 0.01, 3, number).unwrap();
+        let seen =
+            counts(&picture([120, 100], std::slice::from_ref(&bare)).unwrap(), 12, 0.01, 3, number).unwrap();
         let reference = Reference::new(whole, seen.into_raw_vec_and_offset().0, 1).unwrap();
         let refused = ChosenGrid::by_texture(&reference, GOAL_PX).unwrap_err();
         assert!(matches!(refused, CorrelationError::NoTexture { .. }), "{refused}");

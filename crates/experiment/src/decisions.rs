@@ -292,7 +292,7 @@ fn contact_law(experiment: &Experiment, evaluation: &Evaluation) -> Decision {
         }
         None => Decision::by(
             rule,
-            &format!("{stated}, as the experiment gives it"),
+            format!("{stated}, as the experiment gives it"),
             format!("{largest}; not tested, as there is no fit to the tracks"),
         ),
     }

@@ -82,6 +82,14 @@ pub struct Departures {
     pub scatter: Option<Departure>,
 }
 
+impl Departures {
+    /// Tests the fit of a chain to recordings; `None` where the softening cannot be tested.
+    fn of(observations: &[Observation], fit: &TrackFit) -> Option<Self> {
+        let softening = softening(observations, fit).ok()?;
+        Some(Self { softening, scatter: scatter_of_bodies(observations, fit).ok() })
+    }
+}
+
 /// The chain model with the fitted damping.
 pub struct ModelBeside {
     /// Its motion on the measured time base.
@@ -154,23 +162,10 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
             })
             .ok()
     });
-    let by_model = accepted(&track_fit).and_then(|fit| {
-        let aligned = aligned_motion(&observations, fit, &stitched.motion.times_s);
-        let said = |why| {
-            Finding::all_of(
-                "chain_model",
-                "the motion aligned by the chain model",
-                [format!("there is none: {why}")],
-            )
-        };
-        aligned.map_err(|why| notices.extend(said(why))).ok()
-    });
-    let departures = track_fit.as_ref().ok().and_then(|fit| {
-        Some(Departures {
-            softening: softening(&observations, fit).ok()?,
-            scatter: scatter_of_bodies(&observations, fit).ok(),
-        })
-    });
+    let by_model =
+        accepted(&track_fit).map(|fit| aligned_motion(&observations, fit, &stitched.motion.times_s));
+    let by_model = by_model.and_then(|aligned| aligned.map_err(|why| notices.push(not_aligned(&why))).ok());
+    let departures = track_fit.as_ref().ok().and_then(|fit| Departures::of(&observations, fit));
     let speed =
         measurement.group_velocity.as_ref().ok().map(|found| speed(experiment, found.velocity_m_per_s));
     let speed = speed.transpose()?.flatten();
@@ -193,6 +188,12 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
         model: beside,
         by_model,
     })
+}
+
+/// Says that the accepted chain model aligns no motion.
+fn not_aligned(why: &FitError) -> Finding {
+    let text = format!("there is none: {why}");
+    Finding { code: "chain_model", subject: "the motion aligned by the chain model".into(), text }
 }
 
 /// What the experiment states of rest, drives and triggers.

@@ -103,7 +103,7 @@ mod tests {
         assert_eq!((asked.text("x"), asked.text("name")), (Some("10"), Some("a b c")));
         assert_eq!((asked.text("flag"), asked.text("y")), (Some(""), None));
         assert_eq!(asked.value("x", "a whole number", 0_usize).unwrap(), 10);
-        assert_eq!(asked.number("low", 0.0).unwrap(), -1.5);
+        assert_eq!(asked.number("low", 0.0).unwrap().to_bits(), (-1.5_f64).to_bits());
     }
 
     #[test]

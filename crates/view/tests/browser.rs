@@ -1,7 +1,6 @@
 //! The page in a headless browser, where there is one: it shows the recording, its subsets and no error.
 
 #![cfg(test)]
-#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod support;
 

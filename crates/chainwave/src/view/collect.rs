@@ -76,7 +76,7 @@ fn of_experiment(arguments: &cli::View) -> Result<Collection, Error> {
         let reason = notes.first().map_or("trials.csv names none", String::as_str);
         return Err(Error::Argument(format!("no recording can be shown: {reason}")));
     }
-    Ok(Collection { title: setup.experiment.name.clone(), recordings, notes })
+    Ok(Collection { title: setup.experiment.name, recordings, notes })
 }
 
 /// The recordings that a run tracked, with where it found the bodies.

@@ -162,7 +162,9 @@ impl ShapeError<'_> {
         if neighbours.iter().filter(|neighbour| alike(neighbour)).count() >= LEAST_FOR_FOURTH {
             neighbours.retain(alike);
         }
-        let own = neighbours.iter().position(|neighbour| neighbour.offset_px == [0.0; 2]);
+        let own = neighbours
+            .iter()
+            .position(|neighbour| neighbour.offset_px.iter().all(|offset| offset.abs() < 0.5));
         let reach_px = 2.0 * self.stride(shape) as f64 * self.step_px;
         local_error(&neighbours, own?, reach_px, self.side_px())
     }

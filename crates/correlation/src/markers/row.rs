@@ -110,7 +110,7 @@ impl Row {
         if n < 2 {
             return Fitted { pitch_px: None, direction: None, missing_px: Vec::new() };
         }
-        let (start, step) = line(places.clone());
+        let (start, step) = line(&places);
         let mean = places.clone().map(|(slot, _)| slot as f64).sum::<f64>() / n as f64;
         let spread: f64 = places.clone().map(|(slot, _)| (slot as f64 - mean).powi(2)).sum();
         let pitch = length(step);
@@ -132,7 +132,7 @@ impl Row {
 }
 
 /// The line of least squares through places at whole numbers of steps: where number 0 is, and a step.
-fn line(places: impl Iterator<Item = (i64, [f64; 2])> + Clone) -> ([f64; 2], [f64; 2]) {
+fn line(places: &(impl Iterator<Item = (i64, [f64; 2])> + Clone)) -> ([f64; 2], [f64; 2]) {
     let n = places.clone().count() as f64;
     let sum =
         |of: &dyn Fn(f64, [f64; 2]) -> f64| places.clone().map(|(slot, at)| of(slot as f64, at)).sum::<f64>();

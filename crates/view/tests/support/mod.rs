@@ -1,7 +1,6 @@
 //! A recording, a server that shows it, and a client that says what it is told to.
 
 #![expect(dead_code, unreachable_pub, reason = "each test binary uses a part of it")]
-#![expect(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
