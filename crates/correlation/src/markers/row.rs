@@ -72,7 +72,7 @@ impl Row {
             let mut slot = if way > 0 { 1 } else { 0 };
             while empty <= MOST_EMPTY {
                 slot += way;
-                let (start, step) = line(members.iter().map(|(slot, patch)| (*slot, patch.centre_px())));
+                let (start, step) = line(&members.iter().map(|(slot, patch)| (*slot, patch.centre_px())));
                 let expected = plus(start, step, slot as f64);
                 let most_off = OFF_SHARE * length(step);
                 let off = |patch: &Patch| length(minus(patch.centre_px(), expected));
