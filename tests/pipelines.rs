@@ -123,6 +123,13 @@ mod slow {
         }
         assert_coverage("motion", &samples, |body, time_s| truth.at(body, time_s));
 
+        // The bodies are filmed going along the chain alone.
+        for (value, sigma) in [("y_m", "sigma_y_m"), ("theta_rad", "sigma_theta_rad")] {
+            let samples = super::samples(&motion, "body", value, sigma);
+            assert_eq!(samples.len(), motion.n_rows(), "{value}");
+            assert_coverage(value, &samples, |_, _| 0.0);
+        }
+
         let strain = Table::read(&results.join("strain.parquet"));
         assert_coverage("strain", &super::samples(&strain, "gap", "strain", "sigma"), |gap, time_s| {
             (truth.at(gap + 1, time_s) - truth.at(gap, time_s)) / PITCH_M
