@@ -127,7 +127,7 @@ pub(crate) struct Archive {
     /// The folder of the recordings, to pack them too; without it they are named by size and hash of their beginning.
     #[arg(long)]
     pub(crate) recordings: Option<PathBuf>,
-    /// Address of the licence under which the package may be used, such as https://creativecommons.org/licenses/by/4.0/.
+    /// Address of the licence under which the package may be used, such as <https://creativecommons.org/licenses/by/4.0/>.
     #[arg(long)]
     pub(crate) license: Option<String>,
 }
