@@ -81,13 +81,15 @@ impl NormalEquations {
         }
         // Offsets are microseconds and drives per cent: unit diagonal before factoring.
         let scale = self.matrix.diagonal().map(|entry| entry.sqrt().recip());
-        let scaling = DMatrix::from_diagonal(&scale);
-        let matrix = &scaling * &self.matrix * &scaling;
+        let scaled = |matrix: &DMatrix<f64>| {
+            DMatrix::from_fn(2 * n, 2 * n, |row, column| scale[row] * matrix[(row, column)] * scale[column])
+        };
         let mut noise = DMatrix::zeros(2 * n, 2 * n);
         noise.view_mut((0, 0), (n, n)).copy_from(&self.noise);
-        let without = Without::noise(&matrix, &(&scaling * noise * &scaling))?;
-        let covariance = &scaling * without.covariance * &scaling;
-        let solution = &scaling * without.inverse_of_step * &scaling * self.right_side;
+        let without = Without::noise(&scaled(&self.matrix), &scaled(&noise))?;
+        let covariance = scaled(&without.covariance);
+        let right_side = self.right_side.component_mul(&scale);
+        let solution = (without.inverse_of_step * right_side).component_mul(&scale);
         let centring = centring(n);
         Some(Solved {
             solution: &centring * solution,
