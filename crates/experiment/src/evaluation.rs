@@ -247,7 +247,7 @@ fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> Result
         &steadying.rests_until_s,
         setup.map.m_per_px().value,
     );
-    let mut side_motion = SideMotion::of(setup, &recordings, &steadying, &settings, &stitched);
+    let mut side_motion = SideMotion::of(setup, &recordings, &steadying, &settings, &stitched, n_threads)?;
     let without_pictures = stitched.motion.clone();
     picture_errors.add_to(&mut stitched.motion);
     side_motion.widen(&without_pictures, &stitched.motion);

@@ -17,6 +17,7 @@ use crate::numbers::NotNegative;
 use crate::setup::Setup;
 use crate::steadying::Steadying;
 use crate::tracked::TrackedRecording;
+use crate::tracks::Coordinate;
 
 /// Errors that all recordings share, which repeating a trial does not reduce.
 pub(crate) struct SharedErrors {
@@ -39,21 +40,9 @@ impl SharedErrors {
         stitched: &Stitched,
         n_threads: NonZero<usize>,
     ) -> Result<Self, Error> {
-        let errors = &setup.map.of_chain.errors;
-        let mode = |index: usize| -> Result<ErrorMode, Error> {
-            let with_error = |one: &TrackedRecording| one.map.of_chain.errors[index].map;
-            let moved = |one: &TrackedRecording| {
-                one.tracks.observation(&one.trial, &with_error(one), setup.line_time_s())
-            };
-            let observations: Vec<Observation> = recordings.iter().map(moved).collect();
-            let moved = merge(&steadying.steadied(observations), settings)?.motion;
-            let source = match errors[index].source {
-                Source::Length => ErrorSource::CalibrationLength,
-                Source::Points => ErrorSource::CalibrationPoints,
-            };
-            Ok(ErrorMode { source, displacement_m: difference(&moved, &stitched.motion) })
-        };
-        let modes = map_in_parallel(errors.len(), n_threads, mode).into_iter().collect::<Result<_, _>>()?;
+        let merged = |observations| Ok(merge(&steadying.steadied(observations), settings)?.motion);
+        let along = (Coordinate::Along, recordings);
+        let modes = calibration_modes(setup, along, &stitched.motion, n_threads, merged)?;
         let chain = &setup.experiment.chain;
         let pitch = chain.pitch_sigma_m.map_or(0.0, NotNegative::get) / chain.mean_pitch_m();
         Ok(Self { modes, pitch, rests_on_pitch: setup.map.rests_on_pitch })
@@ -61,12 +50,7 @@ impl SharedErrors {
 
     /// Adds the errors to a motion's own.
     pub(crate) fn add_to(&self, motion: &mut ChainMotion) {
-        for mode in &self.modes {
-            for (x, error_m) in motion.displacement_m.iter_mut().zip(&mode.displacement_m) {
-                *x = x.map(|x| with_error(x, *error_m));
-            }
-        }
-        motion.modes.extend(self.modes.iter().cloned());
+        add_modes(motion, &self.modes);
     }
 
     /// Measures a motion that has the errors.
@@ -129,6 +113,39 @@ impl SharedErrors {
             measurement.fronts.iter_mut().flatten().for_each(|front| relative(&mut front.peak_strain));
         }
     }
+}
+
+/// The effects of the calibration's errors on a motion: what `merged` makes of recordings that are mapped with each, less the motion.
+pub(crate) fn calibration_modes(
+    setup: &Setup,
+    (coordinate, recordings): (Coordinate, &[TrackedRecording]),
+    motion: &ChainMotion,
+    n_threads: NonZero<usize>,
+    merged: impl Fn(Vec<Observation>) -> Result<ChainMotion, Error> + Sync,
+) -> Result<Vec<ErrorMode>, Error> {
+    let errors = &setup.map.of_chain.errors;
+    let mode = |index: usize| -> Result<ErrorMode, Error> {
+        let with_error = |one: &TrackedRecording| {
+            one.observation_of(coordinate, &one.map.of_chain.errors[index].map, setup.line_time_s())
+        };
+        let moved = merged(recordings.iter().map(with_error).collect())?;
+        let source = match errors[index].source {
+            Source::Length => ErrorSource::CalibrationLength,
+            Source::Points => ErrorSource::CalibrationPoints,
+        };
+        Ok(ErrorMode { source, displacement_m: difference(&moved, motion) })
+    };
+    map_in_parallel(errors.len(), n_threads, mode).into_iter().collect()
+}
+
+/// Adds errors to a motion's own.
+pub(crate) fn add_modes(motion: &mut ChainMotion, modes: &[ErrorMode]) {
+    for mode in modes {
+        for (x, error_m) in motion.displacement_m.iter_mut().zip(&mode.displacement_m) {
+            *x = x.map(|x| with_error(x, *error_m));
+        }
+    }
+    motion.modes.extend(modes.iter().cloned());
 }
 
 fn with_error(x: Estimate, error: f64) -> Estimate {

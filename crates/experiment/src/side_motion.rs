@@ -1,10 +1,14 @@
 //! The bodies' motion across the chain and their rotation, beside their motion along it.
 
+use std::num::NonZero;
+
 use chainwave_measurement::{ChainMotion, Estimate, Observation};
 use chainwave_stitching::{Settings, Stitched, averaged};
 
+use crate::error::Error;
 use crate::finding::Finding;
 use crate::setup::Setup;
+use crate::shared_errors::{add_modes, calibration_modes};
 use crate::steadying::Steadying;
 use crate::tracked::TrackedRecording;
 use crate::tracks::Coordinate;
@@ -23,42 +27,46 @@ pub struct SideMotion {
 }
 
 impl SideMotion {
-    /// Averages the recordings that were stitched, by their alignment. The camera's own motion in these coordinates is taken out, or
-    /// stands in the sigmas, as it is of the motion along the chain.
+    /// Averages the recordings that were stitched, by their alignment. Views that are magnified differently, the camera's own motion in
+    /// these coordinates and the calibration's errors are taken out, or stand in the sigmas, as they are of the motion along the chain.
     pub(crate) fn of(
         setup: &Setup,
         recordings: &[TrackedRecording],
         steadying: &Steadying,
         settings: &Settings,
         stitched: &Stitched,
-    ) -> Self {
+        n_threads: NonZero<usize>,
+    ) -> Result<Self, Error> {
         let mut findings = Vec::new();
-        let mut of = |coordinate: Coordinate, subject: &str| {
+        let mut of = |coordinate: Coordinate, subject: &str| -> Result<Option<ChainMotion>, Error> {
             let read = |one: &TrackedRecording| {
-                let map = &one.map.of_chain.map;
-                one.tracks.observation_of(coordinate, &one.trial, map, setup.line_time_s())
+                one.observation_of(coordinate, &one.map.of_chain.map, setup.line_time_s())
             };
             let observations: Vec<Observation> = recordings.iter().map(read).collect();
             if !observations.iter().any(has_readings) {
-                return None;
+                return Ok(None);
             }
-            let steadying = steadying.in_coordinate(&observations);
-            let steady = match steadying.motion() {
-                Some(camera) => camera.taken_out_of(&observations),
-                None => observations,
+            let steadying = steadying.in_coordinate(coordinate, &observations);
+            let mean = |observations: Vec<Observation>| {
+                let steady = steadying.steadied(observations);
+                averaged(&steady, &stitched.alignments, &stitched.motion.times_s, settings)
             };
-            let mut motion = averaged(&steady, &stitched.alignments, &stitched.motion.times_s, settings);
-            steadying.add_to(&mut motion, &steady);
+            let mut motion = mean(observations.clone());
+            let of_coordinate = (coordinate, recordings);
+            let modes = calibration_modes(setup, of_coordinate, &motion, n_threads, |moved| Ok(mean(moved)))?;
+            add_modes(&mut motion, &modes);
+            steadying.add_to(&mut motion, &observations);
+            steadying.scale.add_to(&mut motion, &observations);
             if steadying.motion().is_some() {
                 let text = "the camera moves in it as well: its motion was taken out where two bodies at rest tell it, and stands in the \
                             uncertainties elsewhere";
                 findings.extend(Finding::all_of("camera_moves", subject, [text.to_owned()]));
             }
-            Some(motion)
+            Ok(Some(motion))
         };
-        let across = of(Coordinate::Across, "motion across the chain");
-        let rotation = of(Coordinate::Turn, "rotation");
-        Self { across, rotation, findings }
+        let across = of(Coordinate::Across, "motion across the chain")?;
+        let rotation = of(Coordinate::Turn, "rotation")?;
+        Ok(Self { across, rotation, findings })
     }
 
     /// Adds what the pictures' own errors, which lie still while bodies move, do to these coordinates: as much, in proportion to the noise

@@ -8,10 +8,11 @@ use ndarray::Array2;
 use crate::configuration::Experiment;
 use crate::error::Error;
 use crate::scale::ScaleCheck;
+use crate::tracks::Coordinate;
 
 /// Whether the camera moves, and its motion; before that, views that are magnified differently are put on one scale.
 pub(crate) struct Steadying {
-    scale: ScaleCheck,
+    pub(crate) scale: ScaleCheck,
     /// Absent where no recording shows two bodies at rest.
     pub(crate) found: Option<CameraMotion>,
     /// Until when each body certainly rests, in seconds after the trigger.
@@ -41,10 +42,14 @@ impl Steadying {
         Ok(Self { found: camera_motion(observations, &rests_until_s), scale, rests_until_s })
     }
 
-    /// The camera's motion in another coordinate of the same bodies, which rest as long.
-    pub(crate) fn in_coordinate(&self, observations: &[Observation]) -> Self {
-        let found = camera_motion(observations, &self.rests_until_s);
-        Self { scale: self.scale.clone(), found, rests_until_s: self.rests_until_s.clone() }
+    /// The same in another coordinate of the same bodies, which rest as long: across the chain by the same scale, and turned by none.
+    pub(crate) fn in_coordinate(&self, coordinate: Coordinate, observations: &[Observation]) -> Self {
+        let scale = match coordinate {
+            Coordinate::Along | Coordinate::Across => self.scale.clone(),
+            Coordinate::Turn => ScaleCheck::default(),
+        };
+        let found = camera_motion(&scale.levelled(observations.to_vec()), &self.rests_until_s);
+        Self { scale, found, rests_until_s: self.rests_until_s.clone() }
     }
 
     /// The motion, where the camera is told to move.

@@ -1,5 +1,6 @@
 //! Recordings that were tracked, those that could not be, and where tracks come from.
 
+use chainwave_camera::PlaneMap;
 use chainwave_measurement::Observation;
 
 use crate::calibration::ChainMap;
@@ -7,7 +8,7 @@ use crate::configuration::Trial;
 use crate::failed_recording::FailedRecording;
 use crate::finding::Finding;
 use crate::stages::Stages;
-use crate::tracks::RecordingTracks;
+use crate::tracks::{Coordinate, RecordingTracks};
 
 /// The tracks of all recordings that could be read.
 pub struct Tracked {
@@ -36,6 +37,18 @@ pub struct TrackedRecording {
     pub origin: Origin,
     /// What the file says against itself.
     pub(crate) remarks: Vec<String>,
+}
+
+impl TrackedRecording {
+    /// A coordinate of its bodies by a map of its pictures, each line of which is exposed `line_time_s` after the one above.
+    pub(crate) fn observation_of(
+        &self,
+        coordinate: Coordinate,
+        map: &PlaneMap,
+        line_time_s: f64,
+    ) -> Observation {
+        self.tracks.observation_of(coordinate, &self.trial, map, line_time_s)
+    }
 }
 
 /// Where the tracks of a recording come from.

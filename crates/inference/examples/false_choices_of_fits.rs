@@ -21,6 +21,7 @@ fn main() -> Result<(), FitError> {
         ("SCATTER", &alike, |found| found.scatter),
         ("DAMPING", &alike, |found| found.chain_damping),
         ("STRUCTURE", &alike, |found| found.structure),
+        ("HYPOTHESIS", &alike, |found| found.hypothesis),
     ] {
         for level in [LEVEL, 0.05, 0.1, 0.3] {
             let told = found.iter().filter(|found| p_value(found) < level).count();

@@ -22,7 +22,7 @@ fn main() -> Result<(), FitError> {
     for truth in TrueChain::ALL.iter().filter(|truth| truth.name.contains(&part)) {
         let found: Vec<TrackFit> =
             fits(truth, first..first + n, n_threads)?.into_iter().filter_map(Result::ok).collect();
-        let told = found.iter().filter(|fit| fit.as_stated.is_told()).count();
+        let told = found.iter().filter(|fit| fit.as_stated.is_told() || !fit.beyond.is_empty()).count();
         let believed: Vec<&TrackFit> = found.iter().filter(|fit| fit.is_believed()).collect();
         let mean = |of: &dyn Fn(&TrackFit) -> f64| found.iter().map(of).sum::<f64>() / found.len() as f64;
         let c_d = |damping: &Damping| damping.chain_damping_kg_per_s;

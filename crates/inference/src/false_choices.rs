@@ -44,6 +44,8 @@ pub struct PValues {
     pub chain_damping: f64,
     /// Of structure in what the model leaves over.
     pub structure: f64,
+    /// Of the best of all single hypotheses.
+    pub hypothesis: f64,
 }
 
 /// Fits an experiment for each seed, three trials that see all eight bodies, from one starting point, and tests what it asks for.
@@ -66,12 +68,13 @@ pub fn p_values(
     let n = seeds.end.saturating_sub(seeds.start) as usize;
     let found = map_in_parallel(n, n_threads, |index| {
         let observations = filmed(truth, &contact, seeds.start + index as u64)?;
-        let (damping, [softening, scatter], structure) = tested(&observations, &model)?;
+        let (damping, [softening, scatter], structure, hypothesis) = tested(&observations, &model)?;
         Ok(PValues {
             softening: softening.p_value,
             scatter: scatter.p_value,
             chain_damping: damping.told_from_zero()[0],
             structure: structure.p_value,
+            hypothesis,
         })
     });
     found.into_iter().collect()

@@ -239,7 +239,7 @@ fn constrained_step(
 
 /// The step of the shared unknowns, none of which leaves its bounds from a bound, and those that rest: what would go beyond its bound
 /// stays there, and the others find their place without it (active set).
-fn within(
+pub(crate) fn within(
     system: &SharedSystem,
     at: &DVector<f64>,
     bounds: &[(f64, f64)],

@@ -3,6 +3,7 @@
 mod aligned;
 mod bootstrap;
 mod departure;
+mod directed;
 mod discrepancy;
 mod family;
 mod fitted;
@@ -28,11 +29,12 @@ use departure::{scatter_of_bodies_at, softening_at};
 use discrepancy::discrepancy;
 use profile::interval_95;
 use residuals::{TrackResiduals, freedom};
-use selection::{Fit, Rival, explained};
+use selection::{Fit, Rival, Rivals, Told, explained};
 
 pub use aligned::{AlignedMotion, aligned_motion};
 pub use bootstrap::OverTrials;
 pub use departure::{scatter_of_bodies, scatter_of_bodies_rule, softening, softening_rule};
+pub use directed::hypothesis_rule;
 pub use fitted::fitted_motion;
 pub use hypothesis::Hypothesis;
 pub use model::TrackModel;
@@ -72,7 +74,7 @@ pub fn fit_tracks(
 /// hypotheses that explain as much would say.
 fn finish(
     observations: &[Observation],
-    (fit, rivals): (&Fit, &[Rival]),
+    (fit, rivals): (&Fit, &Rivals),
     (stated, n_same): (Damping, usize),
 ) -> Result<TrackFit, FitError> {
     let problem = &TrackResiduals::new(observations, &fit.model, &fit.asked)?;
@@ -129,8 +131,9 @@ fn finish(
         factors: fit.model.known.iter().enumerate().map(factor).collect(),
         beyond: fit.beyond.clone(),
         found: asked.map(|(quantity, i)| (*quantity, of_shared(i))).collect(),
-        rivals: rivals.iter().map(|rival| rival.hypothesis).collect(),
+        rivals: rivals.instead.iter().map(|rival| rival.hypothesis).collect(),
         as_stated: fit.as_stated.clone(),
+        p_value_as_stated: fit.p_value_as_stated,
         structure: fit.structure.clone(),
         model: fit.model.clone(),
         striker_velocity_m_per_s: of_mean(0),
@@ -145,11 +148,12 @@ fn finish(
 
 /// Variance of the dampings among hypotheses, each by its likelihood (the between-model variance of J. A. Hoeting et al., Statist. Sci.
 /// 14 (1999) 382-417), about the best one's.
-fn between_hypotheses(at: &Unknowns, rivals: &[Rival]) -> [f64; N_DAMPINGS] {
+fn between_hypotheses(at: &Unknowns, rivals: &Rivals) -> [f64; N_DAMPINGS] {
     let weight = |rival: &Rival| (-0.5 * rival.behind.max(0.0)).exp();
-    let sum = 1.0 + rivals.iter().map(weight).sum::<f64>();
+    let all = || rivals.instead.iter().chain(&rivals.beside);
+    let sum = 1.0 + all().map(weight).sum::<f64>();
     std::array::from_fn(|i| {
-        let squares = rivals.iter().map(|rival| weight(rival) * (rival.damping[i] - at.shared[i]).powi(2));
+        let squares = all().map(|rival| weight(rival) * (rival.damping[i] - at.shared[i]).powi(2));
         squares.sum::<f64>() / sum
     })
 }
@@ -164,11 +168,11 @@ fn damping_of(at: &Unknowns, covariance: &DMatrix<f64>, inflation: f64) -> Dampi
 }
 
 /// The dampings and departures that [`fit_tracks`], [`softening`] and [`scatter_of_bodies`] would find, from the model's own starting
-/// values and without intervals.
+/// values and without intervals; with the probability of what single hypotheses find.
 pub(crate) fn tested(
     observations: &[Observation],
     model: &TrackModel,
-) -> Result<(Damping, [Departure; 2], Structure), FitError> {
+) -> Result<(Damping, [Departure; 2], Structure, f64), FitError> {
     let problem = TrackResiduals::new(observations, model, &[])?;
     let failure = |why: Failure<FitError>| problem.failure(why);
     let start = problem.start(&[], STARTS[0])?;
@@ -177,8 +181,9 @@ pub(crate) fn tested(
     let damping = damping_of(&minimum.at, &covariance, inflation_of(&problem, minimum.chi_squared()));
     let softening = softening_at(observations, (model, &[]), &minimum.at)?;
     let scatter = scatter_of_bodies_at(observations, (model, &[]), &minimum.at)?;
-    let (fit, _) = Fit::at(&problem, minimum, Vec::new())?;
-    Ok((damping, [softening, scatter], fit.structure))
+    let (mut fit, _) = Fit::at(&problem, minimum, Vec::new())?;
+    let hypothesis = Told::of(observations, &mut fit).least_p_value;
+    Ok((damping, [softening, scatter], fit.structure, hypothesis))
 }
 
 /// Residuals larger than stated widen the intervals; smaller ones do not narrow them.

@@ -32,10 +32,13 @@ pub struct TrackFit {
     pub beyond: Vec<Hypothesis>,
     /// The quantities of that, in their order: factors on what is stated, or what is added.
     pub found: Vec<(Quantity, Estimate)>,
-    /// Other hypotheses that take as much structure away.
+    /// Other hypotheses that explain as much as the last of these. What they would make of the dampings is in the uncertainties, each by its
+    /// likelihood, as is what those do that are neither told nor excluded.
     pub rivals: Vec<Hypothesis>,
     /// What the stated model leaves over.
     pub as_stated: Structure,
+    /// Probability, by chance, of what single hypotheses find at the stated model ([`hypothesis_rule`](super::hypothesis_rule)).
+    pub p_value_as_stated: f64,
     /// What the model leaves over with what it was given beyond that.
     pub structure: Structure,
     /// The model with that.
@@ -82,13 +85,17 @@ impl TrackFit {
                     format!("{} {:.4e} +- {:.1e}", quantity.as_str(), found.value, found.sigma)
                 })
                 .collect();
+            let directed = match self.as_stated.is_told() {
+                true => String::new(),
+                false => format!("; a test for single causes tells it, p = {:.1e}", self.p_value_as_stated),
+            };
             let rivals: Vec<&str> = self.rivals.iter().map(|one| one.in_words()).collect();
             let others = match rivals.is_empty() {
                 true => String::new(),
                 false => format!("; it might as well be as if {}", rivals.join(", or ")),
             };
             said.push(format!(
-                "the chain model as stated does not explain the tracks ({}). They move as if {}: {} (reduced chi squared {chi_squared:.3} with \
+                "the chain model as stated does not explain the tracks ({}{directed}). They move as if {}: {} (reduced chi squared {chi_squared:.3} with \
                  it){others}. The results stated have it; c_d and c_s contain what the choice may do to them",
                 self.as_stated.in_words(),
                 causes.join(", and "),

@@ -1,8 +1,10 @@
-//! The model that the tracks ask for: as it is stated, and more only where what it leaves over has structure and a hypothesis takes that away.
+//! The model that the tracks ask for: as it is stated, and more only where what it leaves over has structure and a hypothesis takes that
+//! away, or where it has the shape of a hypothesis.
 
 use chainwave_measurement::Observation;
 use nalgebra::DVector;
 
+use super::directed::{Directed, directed, hypothesis_rule};
 use super::hypothesis::Hypothesis;
 use super::model::TrackModel;
 use super::residuals::{Residual, SolvedModel, TrackResiduals, freedom};
@@ -33,6 +35,8 @@ pub(super) struct Fit {
     pub(super) structure: Structure,
     /// The same of the model as it was stated.
     pub(super) as_stated: Structure,
+    /// Probability, by chance, of what single hypotheses find at the model as it was stated.
+    pub(super) p_value_as_stated: f64,
     /// Simulations behind it, those of other hypotheses included.
     pub(super) n_simulations: u64,
 }
@@ -44,6 +48,15 @@ pub(super) struct Rival {
     pub(super) damping: [f64; N_DAMPINGS],
     /// Its chi squared less that of the one that is believed, in units of the structure that both leave.
     pub(super) behind: f64,
+}
+
+/// Hypotheses that might as well hold.
+#[derive(Debug, Default)]
+pub(super) struct Rivals {
+    /// In place of the last one that is believed.
+    pub(super) instead: Vec<Rival>,
+    /// Beside all that is believed: not told, and not excluded.
+    pub(super) beside: Vec<Rival>,
 }
 
 impl Fit {
@@ -63,6 +76,7 @@ impl Fit {
             minimum,
             residuals,
             as_stated: structure.clone(),
+            p_value_as_stated: 1.0,
             structure,
             n_simulations: problem.n_simulations(),
         };
@@ -70,35 +84,24 @@ impl Fit {
     }
 }
 
-/// Adds hypotheses to a model while what it leaves over has structure and one of them takes at least half of that away; and the other
-/// hypotheses that would take as much.
-pub(super) fn explained(observations: &[Observation], mut fit: Fit) -> (Fit, Vec<Rival>) {
-    let mut rivals = Vec::new();
-    while fit.structure.is_told() && fit.beyond.len() < MOST {
-        let excess = fit.structure.excess();
-        let open = |hypothesis: &Hypothesis| {
-            !fit.beyond.contains(hypothesis) && hypothesis.is_open(&fit.model, &fit.asked)
-        };
-        let mut n_simulations = fit.n_simulations;
-        let mut found: Vec<(Hypothesis, Fit)> = Vec::new();
-        for hypothesis in Hypothesis::ALL.into_iter().filter(open) {
-            // Where something simple leaves noise alone, what has a number for each body is not asked.
-            if hypothesis.is_wide() && found.iter().any(|(_, simple)| !simple.structure.is_told()) {
-                continue;
-            }
-            if let Ok(richer) = freed(observations, &fit, hypothesis) {
-                n_simulations += richer.n_simulations;
-                if richer.structure.excess() < (1.0 - SHARE) * excess {
-                    found.push((hypothesis, richer));
-                }
-            }
+/// Adds hypotheses to a model while the tracks ask for one: while what it leaves over has structure and one of them takes at least half of
+/// that away, or they have the shape of one. And the hypotheses that might as well hold.
+pub(super) fn explained(observations: &[Observation], mut fit: Fit) -> (Fit, Rivals) {
+    let mut instead = Vec::new();
+    loop {
+        let told = Told::of(observations, &mut fit);
+        if fit.beyond.is_empty() {
+            fit.p_value_as_stated = told.least_p_value;
         }
-        fit.n_simulations = n_simulations;
-        found.sort_by(|a, b| cost(&a.1).total_cmp(&cost(&b.1)));
+        let asks = fit.structure.is_told() || !told.hypotheses.is_empty();
+        let found =
+            if asks && fit.beyond.len() < MOST { richer(observations, &mut fit, &told) } else { Vec::new() };
         let mut found = found.into_iter();
-        let Some((_, best)) = found.next() else { break };
-        let unit = best.structure.ratio.max(1.0) * noise_variance(&best);
-        rivals = found
+        let Some((_, best)) = found.next() else {
+            return (fit, Rivals { instead, beside: told.undecided });
+        };
+        let unit = unit(&best);
+        instead = found
             .map(|(hypothesis, other)| Rival {
                 hypothesis,
                 damping: std::array::from_fn(|i| other.minimum.at.shared[i]),
@@ -106,9 +109,78 @@ pub(super) fn explained(observations: &[Observation], mut fit: Fit) -> (Fit, Vec
             })
             .filter(|rival: &Rival| rival.behind < FAR_BEHIND)
             .collect();
-        fit = Fit { as_stated: fit.as_stated, n_simulations, ..best };
+        let Fit { as_stated, p_value_as_stated, n_simulations, .. } = fit;
+        fit = Fit { as_stated, p_value_as_stated, n_simulations, ..best };
     }
-    (fit, rivals)
+}
+
+/// The fits with one hypothesis more that explain what the tracks ask for, the least cost first.
+fn richer(observations: &[Observation], fit: &mut Fit, told: &Told) -> Vec<(Hypothesis, Fit)> {
+    let excess = fit.structure.excess();
+    let has_structure = fit.structure.is_told();
+    let is_tried = |hypothesis: &Hypothesis| match has_structure {
+        true => !fit.beyond.contains(hypothesis) && hypothesis.is_open(&fit.model, &fit.asked),
+        false => told.hypotheses.contains(hypothesis),
+    };
+    let explains = |other: &Fit| match has_structure {
+        true => other.structure.excess() < (1.0 - SHARE) * excess,
+        false => cost(other) < cost(fit),
+    };
+    let mut n_simulations = 0;
+    let mut found: Vec<(Hypothesis, Fit)> = Vec::new();
+    for hypothesis in Hypothesis::ALL.into_iter().filter(is_tried) {
+        // Where something simple leaves noise alone, what has a number for each body is not asked.
+        if hypothesis.is_wide() && found.iter().any(|(_, simple)| !simple.structure.is_told()) {
+            continue;
+        }
+        if let Ok(other) = freed(observations, fit, hypothesis) {
+            n_simulations += other.n_simulations;
+            if explains(&other) {
+                found.push((hypothesis, other));
+            }
+        }
+    }
+    fit.n_simulations += n_simulations;
+    found.sort_by(|a, b| cost(&a.1).total_cmp(&cost(&b.1)));
+    found
+}
+
+/// What the tracks say of single hypotheses at a fit.
+pub(super) struct Told {
+    /// Those of whose shape the residuals have more than chance gives.
+    pub(super) hypotheses: Vec<Hypothesis>,
+    /// All of them, as what might as well hold.
+    pub(super) undecided: Vec<Rival>,
+    /// The least probability, by chance, of what was found.
+    pub(super) least_p_value: f64,
+}
+
+impl Told {
+    /// Of nothing where no step can be made.
+    pub(super) fn of(observations: &[Observation], fit: &mut Fit) -> Self {
+        let (found, n_simulations) =
+            directed(observations, (&fit.model, &fit.asked), &fit.minimum.at).unwrap_or_default();
+        fit.n_simulations += n_simulations;
+        let unit = unit(fit);
+        let p_value = |one: &Directed| one.p_value(unit, found.len());
+        let is_told = |one: &&Directed| hypothesis_rule().rejects(p_value(one));
+        let price = (fit.residuals.len() as f64).ln() * noise_variance(fit);
+        let rival = |one: &Directed| Rival {
+            hypothesis: one.hypothesis,
+            damping: one.damping,
+            behind: (one.n_free as f64 * price - one.fall) / unit,
+        };
+        Self {
+            hypotheses: found.iter().filter(is_told).map(|one| one.hypothesis).collect(),
+            undecided: found.iter().map(rival).filter(|rival| rival.behind < FAR_BEHIND).collect(),
+            least_p_value: found.iter().map(p_value).fold(1.0, f64::min),
+        }
+    }
+}
+
+/// Variance of what a fit leaves over, neighbours' common errors counted.
+fn unit(fit: &Fit) -> f64 {
+    fit.structure.ratio.max(1.0) * noise_variance(fit)
 }
 
 /// The fit with one hypothesis more, from where it is.

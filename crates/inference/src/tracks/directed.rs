@@ -1,0 +1,88 @@
+//! Hypotheses held against the tracks one by one, each by one step from a minimum: what the residuals have of its own shape.
+//!
+//! What is left over as a whole ([`super::structure`]) is blind to what is small everywhere: a friction that most of a damper's work hides is
+//! lost among some hundred cells of noise. A test that looks for its shape alone has one degree of freedom (the score test of C. R. Rao, Math.
+//! Proc. Camb. Phil. Soc. 44 (1948) 50-57), and as many tests as there are hypotheses share the level (Bonferroni).
+
+use chainwave_analysis::probability::chi_squared_beyond;
+use chainwave_analysis::{LEVEL, Rule};
+use chainwave_measurement::Observation;
+
+use super::hypothesis::Hypothesis;
+use super::model::TrackModel;
+use super::residuals::TrackResiduals;
+use crate::damping::N_DAMPINGS;
+use crate::error::FitError;
+use crate::least_squares::{LeastSquares, Unknowns, within};
+use crate::measured_rates;
+use crate::quantity::Quantity;
+
+/// What one step towards a hypothesis would do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Directed {
+    pub(super) hypothesis: Hypothesis,
+    /// Numbers that it frees.
+    pub(super) n_free: usize,
+    /// By how much chi squared would fall.
+    pub(super) fall: f64,
+    /// Where the dampings would go.
+    pub(super) damping: [f64; N_DAMPINGS],
+}
+
+/// Every hypothesis that frees quantities and is open to a model, at a minimum of it.
+pub(super) fn directed(
+    observations: &[Observation],
+    (model, asked): (&TrackModel, &[Quantity]),
+    at: &Unknowns,
+) -> Result<(Vec<Directed>, u64), FitError> {
+    let is_tried =
+        |hypothesis: &Hypothesis| !hypothesis.quantities().is_empty() && hypothesis.is_open(model, asked);
+    let tried: Vec<Hypothesis> = Hypothesis::ALL.into_iter().filter(is_tried).collect();
+    let mut all = asked.to_vec();
+    for quantity in tried.iter().flat_map(|hypothesis| hypothesis.quantities()) {
+        if !all.contains(quantity) {
+            all.push(*quantity);
+        }
+    }
+    let problem = TrackResiduals::new(observations, model, &all)?;
+    let n_before = at.shared.len();
+    let mut there = at.clone();
+    let first = all.len() - (problem.n_shared() - n_before);
+    let usual = all.iter().skip(first).map(|quantity| quantity.usual());
+    there.shared.extend(usual);
+    let equations = problem.equations(&there)?;
+    let Some(reduced) = equations.reduced(0.0) else { return Ok((Vec::new(), problem.n_simulations())) };
+    let system = reduced.system();
+    let place = |quantity: &Quantity| {
+        all.iter().skip(first).position(|other| other == quantity).map(|i| n_before + i)
+    };
+    let of = |hypothesis: Hypothesis| {
+        let free: Vec<usize> = hypothesis.quantities().iter().filter_map(place).collect();
+        let held: Vec<usize> = (n_before..problem.n_shared()).filter(|i| !free.contains(i)).collect();
+        let (step, _) = within(&system, &there.shared, &problem.bounds().shared, &held)?;
+        let fall = system.length2(&step);
+        let damping = std::array::from_fn(|i| (there.shared[i] + step[i]).max(0.0));
+        Some(Directed { hypothesis, n_free: free.len(), fall, damping })
+    };
+    Ok((tried.into_iter().filter_map(of).collect(), problem.n_simulations()))
+}
+
+impl Directed {
+    /// Probability of such a fall or a larger one, were there noise alone of variance `unit` and nothing but one of `n` hypotheses to try.
+    pub(super) fn p_value(&self, unit: f64, n: usize) -> f64 {
+        (n as f64 * chi_squared_beyond(self.fall / unit, self.n_free as f64)).min(1.0)
+    }
+}
+
+/// The rule by which one hypothesis is told where what is left over as a whole has no structure.
+pub fn hypothesis_rule() -> Rule {
+    Rule {
+        question: "whether the tracks have the shape of something that the chain model does not state",
+        text: format!(
+            "no unless freeing it lowers chi squared by more than chance does ({} % level, shared by all that are tried)",
+            100.0 * LEVEL
+        ),
+        level: Some(LEVEL),
+        rates: measured_rates::HYPOTHESIS.to_vec(),
+    }
+}
