@@ -15,7 +15,7 @@
 //! - `uncertain`: quantities known within an uncertainty; `decisions`: what is chosen to be modelled;
 //! - `cluster`: shares of an experiment that several machines track;
 //! - `ring`: motion, compression, modes and bands of rings; `film`: rings that bend in the picture;
-//! - `archive`: results as a package; `import`: tracks that another program wrote; `init`: from a folder of recordings to an experiment;
+//! - `figures`: figures of results in another style; `archive`: results as a package; `import`: tracks that another program wrote; `init`: from a folder of recordings to an experiment;
 //! - `samples`, `reference`: the project's own recordings, and other people's where they are at hand.
 //!
 //! A test that runs the command starts it with [`command::chainwave`], and films in a [`laboratory::Laboratory`]. One that
@@ -61,6 +61,8 @@ mod extremes;
 mod failures;
 #[cfg(test)]
 mod faults;
+#[cfg(test)]
+mod figures;
 #[cfg(test)]
 mod film;
 #[cfg(test)]

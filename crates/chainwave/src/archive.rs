@@ -246,6 +246,7 @@ fn format_of(name: &str) -> &'static str {
         "json" => "application/json",
         "toml" => "application/toml",
         "csv" => "text/csv",
+        "cbor" => "application/cbor",
         "html" => "text/html",
         "svg" => "image/svg+xml",
         "png" => "image/png",

@@ -222,16 +222,16 @@ fn draw(out: &Path, field: &Field, strains: &[Option<Strain>]) -> Result<(), Err
     let strain =
         |of: fn(&Strain) -> Estimate| map(&|i| strains[i].as_ref().map(|strain| 100.0 * of(strain).value));
     let (xx, yy, xy) = (strain(|s| s.xx), strain(|s| s.yy), strain(|s| s.xy));
-    let panel = |title, values| FieldPanel { title, values };
+    let panel = |title: &str, values| FieldPanel { title: title.into(), values };
     let x_px: Vec<f64> = field.points.iter().take(n_columns).map(|point| point.x_px).collect();
     let y_px: Vec<f64> = field.points.iter().step_by(n_columns).map(|point| point.y_px).collect();
-    let panels = [
-        panel("u (px)", u.view()),
-        panel("v (px)", v.view()),
-        panel("strain xx (%)", xx.view()),
-        panel("strain yy (%)", yy.view()),
-        panel("strain xy (%)", xy.view()),
+    let panels = vec![
+        panel("u (px)", u),
+        panel("v (px)", v),
+        panel("strain xx (%)", xx),
+        panel("strain yy (%)", yy),
+        panel("strain xy (%)", xy),
     ];
-    let field_map = FieldMap { x_px: &x_px, y_px: &y_px, panels: &panels };
+    let field_map = FieldMap { x_px, y_px, panels };
     Ok(chainwave_figures::field_map(&out.with_extension(""), &field_map)?)
 }

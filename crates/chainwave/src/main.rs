@@ -15,6 +15,7 @@ mod contact;
 mod correlate;
 mod error;
 mod extremes;
+mod figures;
 mod import;
 mod init;
 mod inspect;
@@ -74,6 +75,7 @@ fn carry_out(command: &Command) -> Result<Outcome, Error> {
         Command::Synthesize(arguments) => synthesize::synthesize(arguments),
         Command::Check(arguments) => check::check(arguments),
         Command::Run(arguments) => run::run(arguments),
+        Command::Figures(arguments) => figures::figures(arguments),
         Command::Archive(arguments) => archive::archive(arguments),
         Command::Import(arguments) => import::import(arguments),
         Command::Tradeoff(arguments) => tradeoff::tradeoff(arguments),

@@ -84,24 +84,24 @@ fn maps(folder: &Path) -> Outcome {
     });
     let peaks: Vec<_> = gaps().map(|gap| (gap, peak_s(gap))).collect();
     let edges: Vec<_> = gaps().map(|gap| (gap, peak_s(gap) - 0.9e-3 * (1.0 + 0.05 * gap))).collect();
-    let panel = |title, strain, traces: bool| StrainMapPanel {
-        title,
-        times_s: &times_s,
-        strain,
-        peak_trace: if traces { &peaks } else { &[] },
-        leading_edge: if traces { &edges } else { &[] },
+    let panel = |title: &str, strain: &Array2<Option<f64>>, traces: bool| StrainMapPanel {
+        title: title.into(),
+        times_s: times_s.clone(),
+        strain: strain.clone(),
+        peak_trace: if traces { peaks.clone() } else { Vec::new() },
+        leading_edge: if traces { edges.clone() } else { Vec::new() },
     };
-    let experiment = panel("experiment", measured.view(), true);
-    let chain = panel("discrete elements", model.view(), false);
-    let ring = panel("finite elements", model.view(), false);
-    save(folder, "strain_map", &[experiment, ring, chain][..])?;
-    save(folder, "strain_map_two", &[experiment, chain][..])?;
+    let experiment = panel("experiment", &measured, true);
+    let chain = panel("discrete elements", &model, false);
+    let ring = panel("finite elements", &model, false);
+    save(folder, "strain_map", &[experiment.clone(), ring, chain.clone()][..])?;
+    save(folder, "strain_map_two", &[experiment.clone(), chain][..])?;
     save(folder, "strain_map_single", &[experiment][..])?;
     let residual = Array2::from_shape_fn(shape, |(n, i)| {
         let sum: f64 = (0..6).map(|k| noise(n + 31 * k, i + 57 * k)).sum();
         seen(n, i).then(|| 0.7 * sum + 60.0 * strain((n + 1) as f64, times_s[i]) * noise(n, 7))
     });
-    let panel = ResidualMapPanel { title: "strain", times_s: &times_s, residual: residual.view() };
+    let panel = ResidualMapPanel { title: "strain".into(), times_s, residual };
     save(folder, "residual_map", &[panel][..])?;
     Ok(())
 }
@@ -151,7 +151,7 @@ fn widths(folder: &Path) -> Outcome {
         pitch_m: Some(PITCH_M),
     };
     save(folder, "front_width", &front)?;
-    save(folder, "right_halves", &RightHalves(&front))?;
+    save(folder, "right_halves", &RightHalves(front))?;
     Ok(())
 }
 
@@ -194,9 +194,9 @@ fn velocities(folder: &Path) -> Outcome {
         sound_speed_m_per_s: Some(54.0),
     };
     let against = Against::Striker;
-    save(folder, "group_velocity", &GroupVelocityFigure { velocities: &velocities, against })?;
     let short = GroupVelocities { series: velocities.series[..2].to_vec(), ..velocities };
-    save(folder, "group_velocity_short", &GroupVelocityFigure { velocities: &short, against })?;
+    save(folder, "group_velocity", &GroupVelocityFigure { velocities, against })?;
+    save(folder, "group_velocity_short", &GroupVelocityFigure { velocities: short, against })?;
     Ok(())
 }
 
@@ -379,11 +379,11 @@ fn fields(folder: &Path) -> Outcome {
     };
     let u = map(&|x, y| 1.5 + 2e-3 * x + 4e-4 * y);
     let xx = map(&|x, y| 0.2 * (0.02 * x).sin() * (0.015 * y).cos());
-    let panels = [
-        FieldPanel { title: "displacement $u$ (px)", values: u.view() },
-        FieldPanel { title: "strain $ε_{xx}$ (%)", values: xx.view() },
+    let panels = vec![
+        FieldPanel { title: "displacement $u$ (px)".into(), values: u },
+        FieldPanel { title: "strain $ε_{xx}$ (%)".into(), values: xx },
     ];
-    save(folder, "field_map", &FieldMap { x_px: &x_px, y_px: &y_px, panels: &panels })
+    save(folder, "field_map", &FieldMap { x_px, y_px, panels })
 }
 
 fn waves(folder: &Path) -> Outcome {
@@ -395,12 +395,6 @@ fn waves(folder: &Path) -> Outcome {
         let crest = 1e-3 / (1.0 + ((frequency_hz[bin] - curve[row].1) / 30.0).powi(2));
         if kappa_rad[row] < 0.0 { 0.1 * crest } else { crest }
     });
-    let panel = DispersionPanel {
-        kappa_rad: &kappa_rad,
-        frequency_hz: &frequency_hz,
-        amplitude: amplitude.view(),
-        curve: &curve,
-        max_frequency_hz: 1200.0,
-    };
+    let panel = DispersionPanel { kappa_rad, frequency_hz, amplitude, curve, max_frequency_hz: 1200.0 };
     save(folder, "dispersion", &panel)
 }

@@ -2,10 +2,13 @@
 
 use std::path::Path;
 
+use serde::{Deserialize, Serialize};
+
 use crate::drawing::{Columns, Drawing};
 use crate::figure::{self, Draw, Figure};
 use crate::geometry::PageRect;
 use crate::legend::{self, LegendEntry};
+use crate::picture::Picture;
 use crate::plot::{self, BARE_MARGIN_MM, Labels, Plot};
 use crate::scale::{Extent, Scale};
 use crate::series::{DataPoint, Look, Series, looks};
@@ -15,7 +18,7 @@ const HEIGHT_MM: f64 = 48.0;
 const RESIDUAL_HEIGHT_MM: f64 = 18.0;
 
 /// A quasi-static compression test and the law fitted to it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ContactCurve {
     /// Force in newtons against compression in metres: measured, of an elastic ring, and the fitted laws.
     pub series: Vec<Series>,
@@ -28,7 +31,7 @@ pub struct ContactCurve {
 /// # Errors
 /// [`FigureError`] when a file cannot be written.
 pub fn contact_curve(stem: &Path, curve: &ContactCurve) -> Result<(), FigureError> {
-    figure::write(stem, curve)
+    figure::write(stem, &Picture::ContactCurve(curve.clone()))
 }
 
 impl Draw for ContactCurve {

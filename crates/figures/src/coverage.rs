@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use chainwave_measurement::Estimate;
+use serde::{Deserialize, Serialize};
 
 use crate::colour::{EXPERIMENT, GRAY, RINGS};
 use crate::drawing::{Columns, Drawing};
@@ -10,6 +11,7 @@ use crate::figure::{self, Draw, Figure};
 use crate::geometry::PageRect;
 use crate::legend::{self, LegendEntry, LegendKey};
 use crate::names::printed;
+use crate::picture::Picture;
 use crate::plot::{self, Labels, Plot, draw_marker};
 use crate::scale::{Extent, Scale};
 use crate::series::{DataPoint, MarkerShape, PlotMarker};
@@ -27,7 +29,7 @@ const INTERVALS: [(&str, f64, PlotMarker); 2] = [
 ];
 
 /// How often the stated intervals of one quantity hold its truth.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CoverageRow {
     /// Name of the quantity.
     pub quantity: String,
@@ -38,7 +40,7 @@ pub struct CoverageRow {
 }
 
 /// How many of independent intervals of one quantity hold its truth; drawn with the binomial share's 95 % interval (Wilson).
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CoverageCount {
     /// Name of the quantity.
     pub quantity: String,
@@ -55,7 +57,7 @@ pub struct CoverageCount {
 /// # Errors
 /// [`FigureError`] when a file cannot be written.
 pub fn coverage(stem: &Path, rows: &[CoverageRow]) -> Result<(), FigureError> {
-    figure::write(stem, rows)
+    figure::write(stem, &Picture::Coverage(rows.to_vec()))
 }
 
 impl Draw for [CoverageRow] {

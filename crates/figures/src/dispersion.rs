@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use ndarray::ArrayView2;
+use ndarray::Array2;
+use serde::{Deserialize, Serialize};
 
 use crate::colour::{BLACK, WHITE};
 use crate::drawing::{Columns, Drawing};
@@ -10,6 +11,7 @@ use crate::figure::{self, Draw, Figure};
 use crate::geometry::PageRect;
 use crate::heat_map::{self, Cells, ColourScale, edges_between};
 use crate::legend::{self, LegendEntry, LegendKey};
+use crate::picture::Picture;
 use crate::plot::{self, Labels, Plot};
 use crate::scale::{Extent, Scale};
 use crate::series::DataPoint;
@@ -26,16 +28,16 @@ const CURVE: &str = "dispersion of the linear chain";
 const MOST_ROWS: usize = 240;
 
 /// Amplitude of waves over wavenumber and frequency, and a dispersion curve.
-#[derive(Debug, Clone, Copy)]
-pub struct DispersionPanel<'a> {
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DispersionPanel {
     /// Phase from gap to gap in radians, increasing.
-    pub kappa_rad: &'a [f64],
+    pub kappa_rad: Vec<f64>,
     /// Frequencies in hertz, increasing.
-    pub frequency_hz: &'a [f64],
+    pub frequency_hz: Vec<f64>,
     /// Strain amplitude, shape `[kappa, frequency]`.
-    pub amplitude: ArrayView2<'a, f64>,
+    pub amplitude: Array2<f64>,
     /// Phase and frequency of the curve, drawn dashed.
-    pub curve: &'a [(f64, f64)],
+    pub curve: Vec<(f64, f64)>,
     /// Upper end of the frequency axis in hertz.
     pub max_frequency_hz: f64,
 }
@@ -45,10 +47,10 @@ pub struct DispersionPanel<'a> {
 /// # Errors
 /// [`FigureError`] when the map's shape does not fit its axes, or a file cannot be written.
 pub fn dispersion(stem: &Path, panel: &DispersionPanel) -> Result<(), FigureError> {
-    figure::write(stem, panel)
+    figure::write(stem, &Picture::Dispersion(panel.clone()))
 }
 
-impl Draw for DispersionPanel<'_> {
+impl Draw for DispersionPanel {
     fn draw(&self, style: &Style) -> Result<Figure, FigureError> {
         layout(style, self).map(Figure::new)
     }
@@ -98,9 +100,9 @@ fn cells(panel: &DispersionPanel) -> Cells {
     let n_shown = panel.frequency_hz.partition_point(|hz| *hz <= panel.max_frequency_hz);
     let step = n_shown.div_ceil(MOST_ROWS).max(1);
     let rows: Vec<usize> = (0..n_shown).step_by(step).collect();
-    let x = panel.kappa_rad;
+    let x = &panel.kappa_rad;
     let y: Vec<f64> = rows.iter().map(|row| 1e-3 * panel.frequency_hz[*row]).collect();
-    let values = ndarray::Array2::from_shape_fn((x.len(), rows.len()), |(column, row)| {
+    let values = Array2::from_shape_fn((x.len(), rows.len()), |(column, row)| {
         Some(panel.amplitude[[column, rows[row]]]).filter(|amplitude| *amplitude > 0.0)
     });
     Cells { x_edges: edges_between(x), y_edges: edges_between(&y), values }
@@ -109,7 +111,6 @@ fn cells(panel: &DispersionPanel) -> Cells {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ndarray::Array2;
     use std::f64::consts::PI;
 
     #[test]
@@ -120,19 +121,13 @@ mod tests {
         let amplitude = Array2::from_shape_fn((64, 500), |(row, bin)| {
             1e-3 / (1.0 + ((frequency_hz[bin] - curve[row].1) / 60.0).powi(2))
         });
-        let panel = DispersionPanel {
-            kappa_rad: &kappa_rad,
-            frequency_hz: &frequency_hz,
-            amplitude: amplitude.view(),
-            curve: &curve,
-            max_frequency_hz: 1200.0,
-        };
+        let panel = DispersionPanel { kappa_rad, frequency_hz, amplitude, curve, max_frequency_hz: 1200.0 };
         let drawing = layout(&Style::default(), &panel).unwrap();
         drawing.assert_readable();
         for label in ["phase from gap to gap κ (rad)", "frequency (kHz)", "strain amplitude"] {
             assert!(drawing.says(label), "{label} of {:?}", drawing.labels());
         }
-        let wrong = DispersionPanel { kappa_rad: &kappa_rad[1..], ..panel };
+        let wrong = DispersionPanel { kappa_rad: panel.kappa_rad[1..].to_vec(), ..panel };
         assert!(layout(&Style::default(), &wrong).unwrap_err().to_string().contains("expected 63"));
     }
 }

@@ -3,12 +3,14 @@
 use std::path::Path;
 
 use chainwave_measurement::Estimate;
+use serde::{Deserialize, Serialize};
 
 use crate::colour::{CHAIN, EXPERIMENT, GRAY, RINGS, Rgb};
 use crate::drawing::{Anchor, Columns, Drawing};
 use crate::figure::{self, Draw, Figure};
 use crate::geometry::{PageRect, Spot};
 use crate::legend::{self, LegendEntry, LegendKey};
+use crate::picture::Picture;
 use crate::plot::{self, BARE_MARGIN_MM, Labels, Plot, draw_marker};
 use crate::scale::{Extent, Scale};
 use crate::series::{DataPoint, MarkerShape, PlotMarker};
@@ -24,7 +26,7 @@ const WIDEST_NAME: f64 = 0.2;
 const LOST: PlotMarker = PlotMarker { shape: MarkerShape::Cross, colour: RINGS, hollow: false };
 
 /// The motion of one body.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BodyMotion {
     /// Number of the body.
     pub body: usize,
@@ -35,7 +37,7 @@ pub struct BodyMotion {
 }
 
 /// The motion of one coordinate of a followed point.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PointMotion {
     /// Name of the point and of its coordinate.
     pub name: String,
@@ -44,7 +46,7 @@ pub struct PointMotion {
 }
 
 /// The motion of the camera in one recording.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RecordingMotion {
     /// Name of the recording.
     pub recording: String,
@@ -65,7 +67,7 @@ struct MotionCurve {
 /// # Errors
 /// [`FigureError`] when a file cannot be written.
 pub fn displacements(stem: &Path, bodies: &[BodyMotion]) -> Result<(), FigureError> {
-    figure::write(stem, bodies)
+    figure::write(stem, &Picture::Displacements(bodies.to_vec()))
 }
 
 /// Draws how far points moved in the picture over time, with 95 % bands and a cross where a point was lost.
@@ -73,7 +75,7 @@ pub fn displacements(stem: &Path, bodies: &[BodyMotion]) -> Result<(), FigureErr
 /// # Errors
 /// [`FigureError`] when a file cannot be written.
 pub fn tracks(stem: &Path, points: &[PointMotion]) -> Result<(), FigureError> {
-    figure::write(stem, points)
+    figure::write(stem, &Picture::Tracks(points.to_vec()))
 }
 
 /// Draws how the camera moved in some recordings over time, with 95 % bands, where it is known.
@@ -81,7 +83,7 @@ pub fn tracks(stem: &Path, points: &[PointMotion]) -> Result<(), FigureError> {
 /// # Errors
 /// [`FigureError`] when a file cannot be written.
 pub fn camera_motion(stem: &Path, recordings: &[RecordingMotion]) -> Result<(), FigureError> {
-    figure::write(stem, recordings)
+    figure::write(stem, &Picture::CameraMotion(recordings.to_vec()))
 }
 
 impl Draw for [BodyMotion] {

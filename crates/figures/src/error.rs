@@ -38,6 +38,14 @@ pub enum FigureError {
         /// The system's reason.
         source: std::io::Error,
     },
+    /// The values of a figure could not be read.
+    #[error("{}: expected the values of a figure as a run keeps them, found {reason}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// An image could not be encoded.
     #[error("a figure cannot be encoded: {reason}")]
     Encode {

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use chainwave_measurement::Estimate;
+use serde::{Deserialize, Serialize};
 
 use crate::colour::{EXPERIMENT, GRAY, RINGS};
 use crate::drawing::{Anchor, Columns, Drawing};
@@ -10,6 +11,7 @@ use crate::figure::{self, Draw, Figure};
 use crate::geometry::{PageRect, Spot};
 use crate::legend::{self, LegendEntry, LegendKey};
 use crate::names::printed;
+use crate::picture::Picture;
 use crate::plot::{self, Labels, Plot};
 use crate::scale::{Extent, Scale};
 use crate::series::{DataPoint, Look, MarkerShape, PlotMarker};
@@ -28,7 +30,7 @@ const KINDS: [(&str, PlotMarker); 3] = [
 ];
 
 /// One extreme case at one value of its parameter.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ExtremeRow {
     /// What was tried: the case and, behind its last comma, the value of its parameter.
     pub name: String,
@@ -63,7 +65,7 @@ impl ExtremeRow {
 /// # Errors
 /// [`FigureError`] when a file cannot be written.
 pub fn extremes(stem: &Path, rows: &[ExtremeRow]) -> Result<(), FigureError> {
-    figure::write(stem, rows)
+    figure::write(stem, &Picture::Extremes(rows.to_vec()))
 }
 
 impl Draw for [ExtremeRow] {

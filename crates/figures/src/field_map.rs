@@ -2,35 +2,37 @@
 
 use std::path::Path;
 
-use ndarray::{Array2, ArrayView2};
+use ndarray::Array2;
+use serde::{Deserialize, Serialize};
 
 use crate::drawing::{Columns, Drawing};
 use crate::figure::{self, Draw, Figure};
 use crate::geometry::PageRect;
 use crate::heat_map::{self, Cells, ColourScale, edges_between};
 use crate::legend::{self, LegendEntry, LegendKey};
+use crate::picture::Picture;
 use crate::plot::{self, Labels, Plot, TITLE_MM};
 use crate::scale::Scale;
 use crate::{FigureError, Style};
 
 /// Maps over the pixels of an image, as it is seen: columns to the right, rows downwards.
-#[derive(Debug, Clone, Copy)]
-pub struct FieldMap<'a> {
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FieldMap {
     /// Columns of the points in pixels, increasing.
-    pub x_px: &'a [f64],
+    pub x_px: Vec<f64>,
     /// Rows of the points in pixels, increasing.
-    pub y_px: &'a [f64],
+    pub y_px: Vec<f64>,
     /// The maps.
-    pub panels: &'a [FieldPanel<'a>],
+    pub panels: Vec<FieldPanel>,
 }
 
 /// One map of a field.
-#[derive(Debug, Clone, Copy)]
-pub struct FieldPanel<'a> {
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FieldPanel {
     /// Quantity and unit, such as `displacement u (px)`.
-    pub title: &'a str,
+    pub title: String,
     /// Shape `[row, column]`; `None` where nothing was measured.
-    pub values: ArrayView2<'a, Option<f64>>,
+    pub values: Array2<Option<f64>>,
 }
 
 /// Draws maps of a field, each with its own colours (values of both signs from blue through white to red); points that were not measured are hatched.
@@ -38,10 +40,10 @@ pub struct FieldPanel<'a> {
 /// # Errors
 /// [`FigureError`] when a map's shape does not fit its rows and columns, or a file cannot be written.
 pub fn field_map(stem: &Path, field: &FieldMap) -> Result<(), FigureError> {
-    figure::write(stem, field)
+    figure::write(stem, &Picture::FieldMap(field.clone()))
 }
 
-impl Draw for FieldMap<'_> {
+impl Draw for FieldMap {
     fn draw(&self, style: &Style) -> Result<Figure, FigureError> {
         layout(style, self).map(Figure::new)
     }
@@ -85,9 +87,9 @@ fn layout(style: &Style, field: &FieldMap) -> Result<Drawing, FigureError> {
             let index = row * per_row + column;
             let frame = PageRect::new(left + column as f64 * (beside + size[0]), top, size[0], size[1]);
             heat_map::draw(&mut drawing, &Plot::new(frame, x, y), &cells[index], &colours[index], LABELS);
-            let title = plot::lettered(index, field.panels.len(), panel.title);
+            let title = plot::lettered(index, field.panels.len(), &panel.title);
             plot::title(&mut drawing, frame, &title);
-            heat_map::record(&mut drawing, &title, &cells[index], LABELS, panel.title);
+            heat_map::record(&mut drawing, &title, &cells[index], LABELS, &panel.title);
             colours[index].bar(&mut drawing, frame, "");
         }
         top += size[1] + plot::bottom_margin_mm(&drawing);
@@ -116,7 +118,7 @@ fn arrangement(field: &FieldMap, page: f64, beside: f64) -> (usize, [f64; 2]) {
 fn panel_size(field: &FieldMap, [width, height]: [f64; 2]) -> [f64; 2] {
     let reach =
         |places: &[f64]| edges_between(places).last().zip(edges_between(places).first()).map(|(b, a)| b - a);
-    let ratio = reach(field.y_px).zip(reach(field.x_px)).map_or(1.0, |(rows, columns)| rows / columns);
+    let ratio = reach(&field.y_px).zip(reach(&field.x_px)).map_or(1.0, |(rows, columns)| rows / columns);
     let ratio = ratio.clamp(0.25, 4.0);
     if ratio * width <= height { [width, ratio * width] } else { [height / ratio, height] }
 }
@@ -148,7 +150,7 @@ fn check(field: &FieldMap, panel: &FieldPanel) -> Result<(), FigureError> {
 fn cells_of(field: &FieldMap, panel: &FieldPanel) -> Cells {
     let step = field.x_px.len().max(field.y_px.len()).div_ceil(MOST_CELLS).max(1);
     let places = |all: &[f64]| all.iter().copied().step_by(step).collect::<Vec<f64>>();
-    let (x, y) = (places(field.x_px), places(field.y_px));
+    let (x, y) = (places(&field.x_px), places(&field.y_px));
     let values = Array2::from_shape_fn((x.len(), y.len()), |(column, row)| {
         panel.values[[(y.len() - 1 - row) * step, column * step]]
     });
@@ -175,27 +177,28 @@ mod tests {
         let values = Array2::from_shape_fn((30, 40), |(row, column)| {
             (row != 3).then_some(row as f64 - 0.1 * column as f64)
         });
-        let panels = [
-            FieldPanel { title: "displacement u (px)", values: values.view() },
-            FieldPanel { title: "strain xx (%)", values: values.view() },
-            FieldPanel { title: "strain yy (%)", values: values.view() },
-        ];
-        let field = FieldMap { x_px: &x_px, y_px: &y_px, panels: &panels };
-        let cells = cells_of(&field, &panels[0]);
+        let titles = ["displacement u (px)", "strain xx (%)", "strain yy (%)"];
+        let panel = |title: &str| FieldPanel { title: title.into(), values: values.clone() };
+        let field = FieldMap { x_px, y_px, panels: titles.map(panel).into() };
+        let cells = cells_of(&field, &field.panels[0]);
         assert_eq!(cells.values[[0, 0]], Some(29.0));
         assert_eq!((cells.y_edges[0], cells.y_edges[30]), (315.0, 15.0));
         layout(&Style::default(), &field).unwrap().assert_readable();
     }
 
     fn of_nothing() -> Drawing {
-        layout(&Style::default(), &FieldMap { x_px: &[], y_px: &[], panels: &[] }).unwrap()
+        layout(&Style::default(), &FieldMap { x_px: Vec::new(), y_px: Vec::new(), panels: Vec::new() })
+            .unwrap()
     }
 
     #[test]
     fn what_does_not_fit_is_refused_and_what_is_empty_says_so() {
         let lost = Array2::from_elem((2, 3), None);
-        let panel = [FieldPanel { title: "u", values: lost.view() }];
-        let of = |x_px, y_px| layout(&Style::default(), &FieldMap { x_px, y_px, panels: &panel });
+        let panels = vec![FieldPanel { title: "u".into(), values: lost }];
+        let of = |x_px: &[f64], y_px: &[f64]| {
+            let field = FieldMap { x_px: x_px.into(), y_px: y_px.into(), panels: panels.clone() };
+            layout(&Style::default(), &field)
+        };
         assert!(of(&[0.0, 1.0], &[0.0, 1.0]).unwrap_err().to_string().contains("expected 2"));
         let drawing = of(&[0.0, 1.0, 2.0], &[0.0, 1.0]).unwrap();
         assert!(drawing.says("no data"));

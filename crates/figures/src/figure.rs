@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::data::{DataSet, csv};
 use crate::drawing::Drawing;
+use crate::picture::Picture;
 use crate::{FigureError, Style, pdf, png, svg};
 
 /// What can be drawn. A figure without data says so in its panels.
@@ -91,25 +92,39 @@ impl Figure {
     /// [`FigureError`] when a file cannot be written.
     pub fn write(&self, stem: &Path, formats: &[Format]) -> Result<(), FigureError> {
         for &format in formats {
-            let path = with_ending(stem, format.ending());
-            let partial = with_ending(stem, &format!("partial.{}", format.ending()));
             let bytes = self.bytes(format)?;
-            let written = File::create(&partial).and_then(|mut file| {
-                file.write_all(&bytes)?;
-                file.sync_all()
-            });
-            written
-                .and_then(|()| std::fs::rename(&partial, &path))
-                .and_then(|()| sync_folder_of(&path))
-                .map_err(|source| FigureError::Write { path, source })?;
+            put(stem, format.ending(), |mut file| file.write_all(&bytes))?;
         }
         Ok(())
     }
+
+    /// Whether it shows a map, whose table has a row for each cell.
+    fn has_map(&self) -> bool {
+        self.data().iter().any(|set| !set.colour.is_empty())
+    }
 }
 
-/// Draws in the default style and writes `STEM.svg` and `STEM.png`.
-pub(crate) fn write<D: Draw + ?Sized>(stem: &Path, drawn: &D) -> Result<(), FigureError> {
-    drawn.draw(&Style::default())?.write(stem, &[Format::Svg, Format::Png])
+/// Writes `STEM.ENDING` under a temporary name first.
+fn put(stem: &Path, ending: &str, write: impl FnOnce(&File) -> io::Result<()>) -> Result<(), FigureError> {
+    let path = with_ending(stem, ending);
+    let partial = with_ending(stem, &format!("partial.{ending}"));
+    let written = File::create(&partial).and_then(|file| {
+        write(&file)?;
+        file.sync_all()
+    });
+    written
+        .and_then(|()| std::fs::rename(&partial, &path))
+        .and_then(|()| sync_folder_of(&path))
+        .map_err(|source| FigureError::Write { path, source })
+}
+
+/// Draws in the default style and writes `STEM.svg` and `STEM.png`, the numbers of curves as `STEM.csv` (those of a map are in the tables that
+/// it is drawn from), and what is drawn as `STEM.cbor`.
+pub(crate) fn write(stem: &Path, picture: &Picture) -> Result<(), FigureError> {
+    let figure = picture.draw(&Style::default())?;
+    let table: &[Format] = if figure.has_map() { &[] } else { &[Format::Csv] };
+    figure.write(stem, &[&[Format::Svg, Format::Png], table].concat())?;
+    put(stem, Picture::ENDING, |file| picture.encode(file))
 }
 
 /// Makes a renamed file's new name last a loss of power; elsewhere than on Unix the system does so by itself.
@@ -156,11 +171,11 @@ mod tests {
         let strain =
             Array2::from_shape_fn((25, 60), |(n, i)| Some(0.05 * (0.3 * n as f64 - 0.1 * i as f64).sin()));
         let map = StrainMapPanel {
-            title: "rings",
-            times_s: &times_s,
-            strain: strain.view(),
-            peak_trace: &[(1.0, 1e-3), (25.0, 15e-3)],
-            leading_edge: &[],
+            title: "rings".into(),
+            times_s,
+            strain,
+            peak_trace: vec![(1.0, 1e-3), (25.0, 15e-3)],
+            leading_edge: Vec::new(),
         };
         let profile = ProfilePanel {
             time_s: 2.73e-3,
@@ -168,9 +183,11 @@ mod tests {
             front: None,
         };
         for style in styles() {
-            for figure in
-                [energy().draw(&style), [map; 3][..].draw(&style), vec![profile.clone(); 3][..].draw(&style)]
-            {
+            for figure in [
+                energy().draw(&style),
+                vec![map.clone(); 3][..].draw(&style),
+                vec![profile.clone(); 3][..].draw(&style),
+            ] {
                 let figure = figure.unwrap();
                 figure.drawing.assert_readable();
                 assert!(figure.size_mm().0 <= style.page_mm);
@@ -190,11 +207,11 @@ mod tests {
         let strain = Array2::from_shape_fn((25, 60), |(n, i)| (n != 3).then_some((n + i) as f64 * 1e-3));
         let times_s: Vec<f64> = (0..60).map(|i| 3e-4 * f64::from(i)).collect();
         let map = StrainMapPanel {
-            title: "rings",
-            times_s: &times_s,
-            strain: strain.view(),
-            peak_trace: &[],
-            leading_edge: &[],
+            title: "rings".into(),
+            times_s,
+            strain,
+            peak_trace: Vec::new(),
+            leading_edge: Vec::new(),
         };
         let figure = [map][..].draw(&Style::default()).unwrap();
         let document = String::from_utf8(figure.bytes(Format::Svg).unwrap()).unwrap();

@@ -2,10 +2,13 @@
 
 use std::path::Path;
 
+use serde::{Deserialize, Serialize};
+
 use crate::drawing::{Columns, Drawing};
 use crate::figure::{self, Draw, Figure};
 use crate::geometry::PageRect;
 use crate::legend::{self, LegendEntry, LegendKey};
+use crate::picture::Picture;
 use crate::plot::{self, Labels, Plot, TITLE_MM};
 use crate::scale::{Extent, Scale};
 use crate::series::{DataPoint, Series, looks};
@@ -22,7 +25,7 @@ const PULSES: Labels = Labels { x: "distance from the peak (cells)", y: "compres
 const WIDTHS: Labels = Labels { x: "time (ms)", y: "half width at half maximum (mm)" };
 
 /// The leading pulse at one time, moved so that its peak lies at zero.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FrontPulse {
     /// The time in seconds.
     pub time_s: f64,
@@ -31,7 +34,7 @@ pub struct FrontPulse {
 }
 
 /// How the leading pulse widens, as two panels: pulses, and half widths with a second axis in cells.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FrontWidth {
     /// The pulse at several times, in order.
     pub pulses: Vec<FrontPulse>,
@@ -43,15 +46,15 @@ pub struct FrontWidth {
 
 /// How the leading pulse widens, as the paper's Fig. 3 b shows it: the right halves of the pulses, with the half widths in an
 /// inset.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RightHalves<'a>(pub &'a FrontWidth);
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RightHalves(pub FrontWidth);
 
 /// Draws the leading pulses aligned at their peaks, and their half width over time, beside each other.
 ///
 /// # Errors
 /// [`FigureError`] when a file cannot be written.
 pub fn front_width(stem: &Path, front: &FrontWidth) -> Result<(), FigureError> {
-    figure::write(stem, front)
+    figure::write(stem, &Picture::FrontWidth(front.clone()))
 }
 
 impl Draw for FrontWidth {
@@ -60,9 +63,9 @@ impl Draw for FrontWidth {
     }
 }
 
-impl Draw for RightHalves<'_> {
+impl Draw for RightHalves {
     fn draw(&self, style: &Style) -> Result<Figure, FigureError> {
-        with_inset(style, self.0).map(Figure::new)
+        with_inset(style, &self.0).map(Figure::new)
     }
 }
 

@@ -2,11 +2,14 @@
 
 use std::path::Path;
 
+use serde::{Deserialize, Serialize};
+
 use crate::colour::GRAY;
 use crate::drawing::{Columns, Drawing};
 use crate::figure::{self, Draw, Figure};
 use crate::geometry::PageRect;
 use crate::legend::{self, LegendEntry, LegendKey};
+use crate::picture::Picture;
 use crate::plot::{self, Labels, Plot};
 use crate::scale::{Extent, Scale};
 use crate::series::{DataPoint, Look, Origin, Series, looks};
@@ -19,7 +22,7 @@ const HEIGHT_MM: f64 = 56.0;
 const SMALL: f64 = 0.45;
 
 /// Group velocity against striker or particle velocity.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct GroupVelocities {
     /// Group velocity against the other velocity, both in metres per second: measured (with error bars both ways) or
     /// computed.
@@ -29,7 +32,7 @@ pub struct GroupVelocities {
 }
 
 /// The velocity that a group velocity is shown against.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Against {
     /// Velocity of the striker.
     Striker,
@@ -39,10 +42,10 @@ pub enum Against {
 
 /// Group velocities over the velocity of the striker or of the bodies; an inset enlarges what was measured where that is a small
 /// part of the whole.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GroupVelocityFigure<'a> {
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct GroupVelocityFigure {
     /// The group velocities.
-    pub velocities: &'a GroupVelocities,
+    pub velocities: GroupVelocities,
     /// What they are shown against.
     pub against: Against,
 }
@@ -52,7 +55,11 @@ pub struct GroupVelocityFigure<'a> {
 /// # Errors
 /// [`FigureError`] when a file cannot be written.
 pub fn group_velocity(stem: &Path, velocities: &GroupVelocities) -> Result<(), FigureError> {
-    figure::write(stem, &GroupVelocityFigure { velocities, against: Against::Striker })
+    let velocities = velocities.clone();
+    figure::write(
+        stem,
+        &Picture::GroupVelocity(GroupVelocityFigure { velocities, against: Against::Striker }),
+    )
 }
 
 /// Draws the group velocity against the velocity of the bodies as the pulse's peak passes.
@@ -60,10 +67,14 @@ pub fn group_velocity(stem: &Path, velocities: &GroupVelocities) -> Result<(), F
 /// # Errors
 /// [`FigureError`] when a file cannot be written.
 pub fn group_velocity_by_particles(stem: &Path, velocities: &GroupVelocities) -> Result<(), FigureError> {
-    figure::write(stem, &GroupVelocityFigure { velocities, against: Against::Particles })
+    let velocities = velocities.clone();
+    figure::write(
+        stem,
+        &Picture::GroupVelocity(GroupVelocityFigure { velocities, against: Against::Particles }),
+    )
 }
 
-impl Draw for GroupVelocityFigure<'_> {
+impl Draw for GroupVelocityFigure {
     fn draw(&self, style: &Style) -> Result<Figure, FigureError> {
         layout(style, self).map(Figure::new)
     }
@@ -84,7 +95,7 @@ impl Against {
 }
 
 fn layout(style: &Style, figure: &GroupVelocityFigure) -> Result<Drawing, FigureError> {
-    let GroupVelocityFigure { velocities, against } = *figure;
+    let GroupVelocityFigure { velocities, against } = figure;
     let mut drawing = Drawing::new(style, Columns::One)?;
     let labels = against.labels();
     let (x, y) = scales(velocities);
@@ -169,7 +180,7 @@ mod tests {
     use chainwave_measurement::Estimate;
 
     fn drawn(velocities: &GroupVelocities) -> Drawing {
-        let figure = GroupVelocityFigure { velocities, against: Against::Striker };
+        let figure = GroupVelocityFigure { velocities: velocities.clone(), against: Against::Striker };
         layout(&Style::default(), &figure).unwrap()
     }
 

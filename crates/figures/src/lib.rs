@@ -4,8 +4,8 @@
 //! and percent appear on the page only. Compressive strain is drawn upwards: figures show -u_n.
 //!
 //! What can be drawn implements [`Draw`]: it becomes a [`Figure`] in a [`Style`], which writes its files ([`Format`]) and gives
-//! the numbers that it shows ([`DataSet`]). A function for each figure does so in the default style and writes `STEM.svg` and
-//! `STEM.png`.
+//! the numbers that it shows ([`DataSet`]). A function for each figure does so in the default style, writes `STEM.svg`, `STEM.png` and the
+//! numbers of curves, and keeps what was drawn, a [`Picture`], to be drawn again.
 //!
 //! ```
 //! use chainwave_figures::{Draw, Format, PeakTrace, Style};
@@ -51,6 +51,7 @@ mod names;
 mod pdf;
 mod peak_energy;
 mod peak_trace;
+mod picture;
 mod plot;
 mod png;
 mod residual_map;
@@ -83,6 +84,7 @@ pub use group_velocity::{
 pub use long_chain::{LongChain, long_chain};
 pub use peak_energy::{EnergyShares, PeakEnergy, peak_energy};
 pub use peak_trace::{PeakCurve, PeakFit, PeakTrace, peak_trace};
+pub use picture::Picture;
 pub use residual_map::{ResidualMapPanel, residual_map};
 pub use series::{DataPoint, Origin, Series};
 pub use strain_map::{StrainMapPanel, strain_map};

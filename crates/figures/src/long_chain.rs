@@ -2,9 +2,12 @@
 
 use std::path::Path;
 
+use serde::{Deserialize, Serialize};
+
 use crate::drawing::{Anchor, Columns, Drawing};
 use crate::figure::{self, Draw, Figure};
 use crate::geometry::PageRect;
+use crate::picture::Picture;
 use crate::plot::{self, Labels, Plot};
 use crate::scale::{Extent, Scale};
 use crate::series::DataPoint;
@@ -16,7 +19,7 @@ const HEIGHT_MM: f64 = 48.0;
 const LABELS: Labels = Labels { x: "gap number $n$", y: "compressive strain $−u_n$ (%)" };
 
 /// Strain over the chain at several times.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LongChain {
     /// Times in seconds, each with gap number and strain (negative in compression).
     pub profiles: Vec<(f64, Vec<(f64, f64)>)>,
@@ -27,7 +30,7 @@ pub struct LongChain {
 /// # Errors
 /// [`FigureError`] when a file cannot be written.
 pub fn long_chain(stem: &Path, chain: &LongChain) -> Result<(), FigureError> {
-    figure::write(stem, chain)
+    figure::write(stem, &Picture::LongChain(chain.clone()))
 }
 
 impl Draw for LongChain {

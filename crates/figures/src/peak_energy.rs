@@ -2,11 +2,14 @@
 
 use std::path::Path;
 
+use serde::{Deserialize, Serialize};
+
 use crate::colour::{CHAIN, DAMPING, DISPERSION, EXPERIMENT, Rgb, WHITE};
 use crate::drawing::{Anchor, Columns, Drawing};
 use crate::figure::{self, Draw, Figure};
 use crate::geometry::{PageRect, Spot};
 use crate::legend::{self, LegendEntry, LegendKey};
+use crate::picture::Picture;
 use crate::plot::{self, Labels, Plot};
 use crate::scale::{Extent, Scale};
 use crate::series::{DataPoint, Look, MarkerShape, PlotMarker};
@@ -26,7 +29,7 @@ const MEASURED: Look =
     Look::Markers(PlotMarker { shape: MarkerShape::Diamond, colour: EXPERIMENT, hollow: false });
 
 /// What the energy that enters the chain is lost to, as shares of the peak energy of gap 1.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct EnergyShares {
     /// Dispersion and rarefaction: the drop without damping, 0 to 1.
     pub dispersion: f64,
@@ -35,7 +38,7 @@ pub struct EnergyShares {
 }
 
 /// Peak potential energy of each gap relative to the input energy.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PeakEnergy {
     /// Measured ratio against gap number.
     pub measured: Vec<DataPoint>,
@@ -53,7 +56,7 @@ pub struct PeakEnergy {
 /// # Errors
 /// [`FigureError`] when the shares are not between 0 and 1 or add up to more than 1, or a file cannot be written.
 pub fn peak_energy(stem: &Path, energy: &PeakEnergy) -> Result<(), FigureError> {
-    figure::write(stem, energy)
+    figure::write(stem, &Picture::PeakEnergy(energy.clone()))
 }
 
 impl Draw for PeakEnergy {

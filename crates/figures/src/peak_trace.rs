@@ -3,12 +3,14 @@
 use std::path::Path;
 
 use chainwave_measurement::Estimate;
+use serde::{Deserialize, Serialize};
 
 use crate::colour::{BLACK, EXPERIMENT};
 use crate::drawing::{Columns, Drawing};
 use crate::figure::{self, Draw, Figure};
 use crate::geometry::PageRect;
 use crate::legend::{self, LegendEntry, LegendKey};
+use crate::picture::Picture;
 use crate::plot::{self, BARE_MARGIN_MM, Labels, Plot};
 use crate::scale::{Extent, Scale};
 use crate::series::{DataPoint, Look, MarkerShape, PlotMarker};
@@ -24,7 +26,7 @@ const PEAKS: Labels = Labels { x: "time (ms)", y: "gap number $n$" };
 const RESIDUALS: Labels = Labels { x: "time (ms)", y: "residual (µs)" };
 
 /// The straight line through peak positions against peak times: gap n peaks at `t_at_gap_zero_s + n pitch / c_g`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PeakFit {
     /// Group velocity in metres per second.
     pub group_velocity_m_per_s: Estimate,
@@ -33,7 +35,7 @@ pub struct PeakFit {
 }
 
 /// When the leading pulse of each gap peaks, with a straight line.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PeakTrace {
     /// Gap number and peak time in seconds.
     pub peaks: Vec<(f64, Estimate)>,
@@ -44,7 +46,7 @@ pub struct PeakTrace {
 }
 
 /// When the leading pulse of each gap peaks, with the curve of a pulse whose speed varies along the chain.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PeakCurve {
     /// Gap number and peak time in seconds.
     pub peaks: Vec<(f64, Estimate)>,
@@ -63,7 +65,7 @@ pub struct PeakCurve {
 /// # Errors
 /// [`FigureError`] when the pitch or the group velocity is not a positive number, or a file cannot be written.
 pub fn peak_trace(stem: &Path, trace: &PeakTrace) -> Result<(), FigureError> {
-    figure::write(stem, trace)
+    figure::write(stem, &Picture::PeakTrace(trace.clone()))
 }
 
 impl Draw for PeakTrace {

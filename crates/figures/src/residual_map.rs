@@ -2,23 +2,25 @@
 
 use std::path::Path;
 
-use ndarray::ArrayView2;
+use ndarray::Array2;
+use serde::{Deserialize, Serialize};
 
 use crate::drawing::Drawing;
 use crate::figure::{self, Draw, Figure};
 use crate::heat_map::{Cells, ColourScale, Summary, check_times};
 use crate::map_row::{self, MapPanel};
+use crate::picture::Picture;
 use crate::{FigureError, Style};
 
 /// One map of normalised residuals over gaps and time.
-#[derive(Debug, Clone, Copy)]
-pub struct ResidualMapPanel<'a> {
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ResidualMapPanel {
     /// Title, such as `strain`.
-    pub title: &'a str,
+    pub title: String,
     /// Sample times in seconds, increasing.
-    pub times_s: &'a [f64],
+    pub times_s: Vec<f64>,
     /// (measured - model) / sigma, shape `[gap, time]`, from gap 1; `None` where nothing was measured.
-    pub residual: ArrayView2<'a, Option<f64>>,
+    pub residual: Array2<Option<f64>>,
 }
 
 /// Draws maps of normalised residuals; the colours are symmetric around zero and reach at least 3 sigma to each side.
@@ -28,22 +30,24 @@ pub struct ResidualMapPanel<'a> {
 /// # Errors
 /// As [`crate::strain_map`].
 pub fn residual_map(stem: &Path, panels: &[ResidualMapPanel]) -> Result<(), FigureError> {
-    figure::write(stem, panels)
+    figure::write(stem, &Picture::ResidualMap(panels.to_vec()))
 }
 
-impl Draw for [ResidualMapPanel<'_>] {
+impl Draw for [ResidualMapPanel] {
     fn draw(&self, style: &Style) -> Result<Figure, FigureError> {
         layout(style, self).map(Figure::new)
     }
 }
 
 fn layout(style: &Style, panels: &[ResidualMapPanel]) -> Result<Drawing, FigureError> {
-    panels.iter().try_for_each(|panel| check_times("residual map", panel.times_s, &panel.residual))?;
+    panels
+        .iter()
+        .try_for_each(|panel| check_times("residual map", &panel.times_s, &panel.residual.view()))?;
     let maps: Vec<MapPanel> = panels
         .iter()
         .map(|panel| MapPanel {
-            title: panel.title.into(),
-            cells: Cells::over_time(panel.times_s, &panel.residual, 1.0, Summary::Middle),
+            title: panel.title.clone(),
+            cells: Cells::over_time(&panel.times_s, &panel.residual.view(), 1.0, Summary::Middle),
             traces: Vec::new(),
         })
         .collect();
@@ -59,13 +63,12 @@ fn layout(style: &Style, panels: &[ResidualMapPanel]) -> Result<Drawing, FigureE
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ndarray::Array2;
 
     #[test]
     fn the_colours_are_symmetric_and_nothing_overlaps() {
         let times_s = [0.0, 1e-3, 2e-3];
         let residual = Array2::from_shape_fn((4, 3), |(n, i)| (n != i).then_some(n as f64 - 7.0 * i as f64));
-        let panel = ResidualMapPanel { title: "strain", times_s: &times_s, residual: residual.view() };
+        let panel = ResidualMapPanel { title: "strain".into(), times_s: times_s.into(), residual };
         let drawing = layout(&Style::default(), &[panel]).unwrap();
         drawing.assert_readable();
         assert!(drawing.says("10") && drawing.says("−10"), "{:?}", drawing.labels());

@@ -1,12 +1,13 @@
 //! Series of points: where their values come from decides whether they are markers or a line, and in which colour.
 
 use chainwave_measurement::Estimate;
+use serde::{Deserialize, Serialize};
 
 use crate::colour::{CHAIN, EXPERIMENT, OTHERS, RINGS, Rgb};
 use crate::stroke::{Dash, Stroke};
 
 /// Where the values of a [`Series`] come from, which decides how it is drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Origin {
     /// Measured: markers with error bars.
     Measured,
@@ -17,7 +18,7 @@ pub enum Origin {
 }
 
 /// One point of a series; a standard uncertainty above zero is drawn as an error bar of one sigma to each side.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct DataPoint {
     /// Abscissa.
     pub x: Estimate,
@@ -60,7 +61,7 @@ fn reach(Estimate { value, sigma }: Estimate) -> [f64; 3] {
 /// Points that belong together under one name of the legend.
 ///
 /// A point with a coordinate that is not finite is left out, and a line breaks there.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Series {
     /// Name in the legend; what stands between dollar signs is mathematics, as in `$c_g$`. A name that begins with
     /// `experiment`, with `rings`, `finite elements` or `FEM`, or with `chain model`, `discrete elements` or `DEM` has the

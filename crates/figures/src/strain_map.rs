@@ -2,12 +2,14 @@
 
 use std::path::Path;
 
-use ndarray::ArrayView2;
+use ndarray::Array2;
+use serde::{Deserialize, Serialize};
 
 use crate::drawing::Drawing;
 use crate::figure::{self, Draw, Figure};
 use crate::heat_map::{Cells, ColourScale, Summary, check_times};
 use crate::map_row::{self, MapPanel, MapTrace};
+use crate::picture::Picture;
 use crate::stroke::Dash;
 use crate::{FigureError, Style};
 
@@ -15,18 +17,18 @@ use crate::{FigureError, Style};
 const SPARE: f64 = 1.0 / 4000.0;
 
 /// One strain map of a chain over gaps and time.
-#[derive(Debug, Clone, Copy)]
-pub struct StrainMapPanel<'a> {
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StrainMapPanel {
     /// Title, such as `experiment`.
-    pub title: &'a str,
+    pub title: String,
     /// Sample times in seconds, increasing.
-    pub times_s: &'a [f64],
+    pub times_s: Vec<f64>,
     /// Strain u_n, negative in compression, shape `[gap, time]`, from gap 1; `None` where it was not measured.
-    pub strain: ArrayView2<'a, Option<f64>>,
+    pub strain: Array2<Option<f64>>,
     /// Gap and time in seconds of the leading pulse's peak, drawn dotted.
-    pub peak_trace: &'a [(f64, f64)],
+    pub peak_trace: Vec<(f64, f64)>,
     /// Gap and time in seconds of the leading edge, drawn dashed.
-    pub leading_edge: &'a [(f64, f64)],
+    pub leading_edge: Vec<(f64, f64)>,
 }
 
 /// Draws strain maps beside each other with one colour scale (the paper's Fig. 2 a-c).
@@ -38,17 +40,17 @@ pub struct StrainMapPanel<'a> {
 /// [`FigureError`] when the columns of a map do not fit its times, times do not increase, or a file
 /// cannot be written.
 pub fn strain_map(stem: &Path, panels: &[StrainMapPanel]) -> Result<(), FigureError> {
-    figure::write(stem, panels)
+    figure::write(stem, &Picture::StrainMap(panels.to_vec()))
 }
 
-impl Draw for [StrainMapPanel<'_>] {
+impl Draw for [StrainMapPanel] {
     fn draw(&self, style: &Style) -> Result<Figure, FigureError> {
         layout(style, self).map(Figure::new)
     }
 }
 
 fn layout(style: &Style, panels: &[StrainMapPanel]) -> Result<Drawing, FigureError> {
-    panels.iter().try_for_each(|panel| check_times("strain map", panel.times_s, &panel.strain))?;
+    panels.iter().try_for_each(|panel| check_times("strain map", &panel.times_s, &panel.strain.view()))?;
     let maps: Vec<MapPanel> = map_row::or_empty(panels.iter().map(map_panel).collect());
     let values = maps.iter().flat_map(|map| map.cells.measured()).collect();
     map_row::draw(style, &maps, &ColourScale::signed(values, SPARE), "compressive strain $−u_n$ (%)")
@@ -57,16 +59,16 @@ fn layout(style: &Style, panels: &[StrainMapPanel]) -> Result<Drawing, FigureErr
 fn map_panel(panel: &StrainMapPanel) -> MapPanel {
     let in_ms = |points: &[(f64, f64)]| points.iter().map(|&(gap, t_s)| (gap, 1e3 * t_s)).collect();
     MapPanel {
-        title: panel.title.into(),
+        title: panel.title.clone(),
         // Percent, positive in compression.
-        cells: Cells::over_time(panel.times_s, &panel.strain, -100.0, Summary::Mean),
+        cells: Cells::over_time(&panel.times_s, &panel.strain.view(), -100.0, Summary::Mean),
         traces: vec![
             MapTrace {
                 name: "peak of the leading pulse",
                 dash: Dash::Dotted,
-                points: in_ms(panel.peak_trace),
+                points: in_ms(&panel.peak_trace),
             },
-            MapTrace { name: "leading edge", dash: Dash::Dashed, points: in_ms(panel.leading_edge) },
+            MapTrace { name: "leading edge", dash: Dash::Dashed, points: in_ms(&panel.leading_edge) },
         ],
     }
 }
@@ -74,10 +76,15 @@ fn map_panel(panel: &StrainMapPanel) -> MapPanel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ndarray::Array2;
 
-    fn panel<'a>(times_s: &'a [f64], strain: &'a Array2<Option<f64>>) -> StrainMapPanel<'a> {
-        StrainMapPanel { title: "model", times_s, strain: strain.view(), peak_trace: &[], leading_edge: &[] }
+    fn panel(times_s: &[f64], strain: &Array2<Option<f64>>) -> StrainMapPanel {
+        StrainMapPanel {
+            title: "model".into(),
+            times_s: times_s.into(),
+            strain: strain.clone(),
+            peak_trace: Vec::new(),
+            leading_edge: Vec::new(),
+        }
     }
 
     #[test]

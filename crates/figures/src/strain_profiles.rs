@@ -2,11 +2,14 @@
 
 use std::path::Path;
 
+use serde::{Deserialize, Serialize};
+
 use crate::colour::FRONT;
 use crate::drawing::{Columns, Drawing};
 use crate::figure::{self, Draw, Figure};
 use crate::geometry::PageRect;
 use crate::legend::{self, LegendEntry, LegendKey};
+use crate::picture::Picture;
 use crate::plot::{self, Labels, Plot, TITLE_MM};
 use crate::scale::{Extent, Scale};
 use crate::series::{Series, looks};
@@ -19,7 +22,7 @@ const GAP_MM: f64 = 4.0;
 const LABELS: Labels = Labels { x: "gap number $n$", y: "compressive strain $−u_n$ (%)" };
 
 /// Strain over the chain at one time.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ProfilePanel {
     /// The time in seconds.
     pub time_s: f64,
@@ -36,7 +39,7 @@ pub struct ProfilePanel {
 /// # Errors
 /// [`FigureError`] when a file cannot be written.
 pub fn strain_profiles(stem: &Path, panels: &[ProfilePanel]) -> Result<(), FigureError> {
-    figure::write(stem, panels)
+    figure::write(stem, &Picture::StrainProfiles(panels.to_vec()))
 }
 
 impl Draw for [ProfilePanel] {

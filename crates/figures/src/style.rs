@@ -1,12 +1,15 @@
 //! How figures look: widths, type size, colour map and decimal sign, one plain value for all of them.
 
+use serde::Deserialize;
+
 use crate::FigureError;
 use crate::colour::{Rgb, gray, viridis};
 
 /// A typographic point in millimetres.
 pub(crate) const POINT_MM: f64 = 25.4 / 72.0;
 
-/// How figures look. The default suits a journal with columns of 86 mm and type of 8 points.
+/// How figures look. The default suits a journal with columns of 86 mm and type of 8 points. As a file, each field is a key that may be left
+/// out: `colour_map = "viridis"` or `"gray"`, `decimal_sign = "point"` or `"comma"`.
 ///
 /// ```
 /// use chainwave_figures::{DecimalSign, Style};
@@ -14,7 +17,8 @@ pub(crate) const POINT_MM: f64 = 25.4 / 72.0;
 /// let poster = Style { font_pt: 12.0, decimal_sign: DecimalSign::Comma, ..Style::default() };
 /// assert_eq!(poster.column_mm, 86.0);
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Style {
     /// Width of a figure in one column, in millimetres, from 50 to 400.
     pub column_mm: f64,
@@ -29,7 +33,8 @@ pub struct Style {
 }
 
 /// Colours of quantities without a sign, dark to light in equal steps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum ColourMap {
     /// Viridis (Smith and van der Walt), from dark blue to yellow.
@@ -39,10 +44,11 @@ pub enum ColourMap {
 }
 
 /// Sign between the whole and the decimal digits of numbers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum DecimalSign {
     /// 2.73
-    DataPoint,
+    Point,
     /// 2,73
     Comma,
 }
@@ -54,13 +60,17 @@ impl Default for Style {
             page_mm: 178.0,
             font_pt: 8.0,
             colour_map: ColourMap::Viridis,
-            decimal_sign: DecimalSign::DataPoint,
+            decimal_sign: DecimalSign::Point,
         }
     }
 }
 
 impl Style {
-    pub(crate) fn check(&self) -> Result<(), FigureError> {
+    /// Refuses widths and sizes that no page can hold.
+    ///
+    /// # Errors
+    /// [`FigureError::Value`], which names the key and its limits.
+    pub fn check(&self) -> Result<(), FigureError> {
         let limits = [
             ("column_mm", self.column_mm, (50.0, 400.0)),
             ("page_mm", self.page_mm, (50.0, 400.0)),
@@ -90,7 +100,7 @@ impl Style {
     /// A number that was written with a point.
     pub(crate) fn decimals(&self, number: &str) -> String {
         match self.decimal_sign {
-            DecimalSign::DataPoint => number.into(),
+            DecimalSign::Point => number.into(),
             DecimalSign::Comma => number.replace('.', ","),
         }
     }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use ndarray::Array2;
+use serde::{Deserialize, Serialize};
 
 use crate::colour::{BLACK, EXPERIMENT, WHITE};
 use crate::drawing::{Columns, Drawing};
@@ -10,6 +11,7 @@ use crate::figure::{self, Draw, Figure};
 use crate::geometry::PageRect;
 use crate::heat_map::{self, Cells, ColourScale};
 use crate::legend::{self, LegendEntry, LegendKey};
+use crate::picture::Picture;
 use crate::plot::{self, Labels, Plot, TITLE_MM};
 use crate::scale::{Extent, Scale, is_drawable};
 use crate::series::DataPoint;
@@ -29,7 +31,7 @@ const MAP: Labels = Labels { x: SINGLE.x, y: "gap number $n$" };
 const MARK_DASHES: [Dash; 3] = [Dash::Dashed, Dash::Chain, Dash::Dotted];
 
 /// The spectrum of one gap's strain behind the leading pulse.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct GapSpectrum {
     /// Gap number.
     pub gap: usize,
@@ -40,7 +42,7 @@ pub struct GapSpectrum {
 }
 
 /// A frequency to point out, such as the band edge or a local resonance.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FrequencyMark {
     /// Name in the legend.
     pub name: String,
@@ -49,7 +51,7 @@ pub struct FrequencyMark {
 }
 
 /// Spectra of the wave's tail along the chain.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TailSpectrum {
     /// One spectrum for each gap, in any order; their frequencies may differ.
     pub spectra: Vec<GapSpectrum>,
@@ -65,7 +67,7 @@ pub struct TailSpectrum {
 /// # Errors
 /// [`FigureError`] when a spectrum has other numbers of frequencies than of amplitudes, or a file cannot be written.
 pub fn tail_spectrum(stem: &Path, tail: &TailSpectrum) -> Result<(), FigureError> {
-    figure::write(stem, tail)
+    figure::write(stem, &Picture::TailSpectrum(tail.clone()))
 }
 
 impl Draw for TailSpectrum {

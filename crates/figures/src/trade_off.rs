@@ -2,12 +2,15 @@
 
 use std::path::Path;
 
+use serde::{Deserialize, Serialize};
+
 use crate::colour::{EXPERIMENT, GRAY};
 use crate::drawing::{Anchor, Columns, Drawing};
 use crate::figure::{self, Draw, Figure};
 use crate::geometry::PageRect;
 use crate::legend::{self, LegendEntry, LegendKey};
 use crate::names::printed;
+use crate::picture::Picture;
 use crate::plot::{self, Labels, Plot};
 use crate::scale::{Extent, Scale};
 use crate::series::{DataPoint, Look, MarkerShape, PlotMarker};
@@ -23,7 +26,7 @@ const ON_FRONT: PlotMarker = PlotMarker { shape: MarkerShape::Circle, colour: EX
 const OFF_FRONT: PlotMarker = PlotMarker { shape: MarkerShape::Square, colour: GRAY, hollow: true };
 
 /// What one method costs and how far it is off.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TradeOffPoint {
     /// Method and settings.
     pub name: String,
@@ -36,7 +39,7 @@ pub struct TradeOffPoint {
 }
 
 /// The methods of one step of the work.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TradeOff {
     /// Label of the abscissa, such as `seconds per position`.
     pub time_label: String,
@@ -52,7 +55,7 @@ pub struct TradeOff {
 /// # Errors
 /// [`FigureError`] when a file cannot be written.
 pub fn trade_off(stem: &Path, trade_off: &TradeOff) -> Result<(), FigureError> {
-    figure::write(stem, trade_off)
+    figure::write(stem, &Picture::TradeOff(trade_off.clone()))
 }
 
 impl Draw for TradeOff {

@@ -4,9 +4,9 @@ use std::fs;
 use std::path::Path;
 
 use chainwave_figures::{
-    Against, BodyMotion, DataPoint, Draw, FigureError, Format, FrequencyMark, FrontPulse, FrontWidth,
-    GapSpectrum, GroupVelocities, GroupVelocityFigure, PeakEnergy, PeakFit, PeakTrace, ProfilePanel,
-    ResidualMapPanel, Series, StrainMapPanel, Style, TailSpectrum, displacements, front_width,
+    Against, BodyMotion, DataPoint, DecimalSign, Draw, FigureError, Format, FrequencyMark, FrontPulse,
+    FrontWidth, GapSpectrum, GroupVelocities, GroupVelocityFigure, PeakEnergy, PeakFit, PeakTrace, Picture,
+    ProfilePanel, ResidualMapPanel, Series, StrainMapPanel, Style, TailSpectrum, displacements, front_width,
     group_velocity, peak_energy, peak_trace, residual_map, strain_map, strain_profiles, tail_spectrum,
 };
 use chainwave_measurement::Estimate;
@@ -64,23 +64,24 @@ fn draw_maps(strain_stem: &Path, residual_stem: &Path) -> Outcome {
     let values =
         Array2::from_shape_fn((25, 450), |(n, i)| (n != 9).then(|| (0.37 * (n * 7 + i) as f64).sin()));
     let panel = StrainMapPanel {
-        title: "experiment",
-        times_s: &times_s,
-        strain: values.view(),
-        peak_trace: &[(1.0, 1e-3), (25.0, 15e-3)],
-        leading_edge: &[(1.0, 0.5e-3), (25.0, 13e-3)],
+        title: "experiment".into(),
+        times_s: times_s.clone(),
+        strain: values.clone(),
+        peak_trace: vec![(1.0, 1e-3), (25.0, 15e-3)],
+        leading_edge: vec![(1.0, 0.5e-3), (25.0, 13e-3)],
     };
     strain_map(strain_stem, &[panel])?;
-    residual_map(residual_stem, &[ResidualMapPanel { title: "", times_s: &times_s, residual: values.view() }])
+    residual_map(residual_stem, &[ResidualMapPanel { title: String::new(), times_s, residual: values }])
 }
 
 #[test]
-fn every_figure_writes_both_files_with_its_labels_and_the_same_bytes_again() {
+fn every_figure_writes_its_files_with_its_labels_and_the_same_bytes_again() {
     let (first, second) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     draw_all(first.path()).unwrap();
     draw_all(second.path()).unwrap();
     for (name, labels) in NAMES {
-        for ending in ["svg", "png"] {
+        let is_map = name.ends_with("_map");
+        for ending in if is_map { &["svg", "png", "cbor"][..] } else { &["svg", "png", "cbor", "csv"] } {
             let file = format!("{name}.{ending}");
             let bytes = fs::read(first.path().join(&file)).unwrap();
             assert_eq!(bytes, fs::read(second.path().join(&file)).unwrap(), "{file}");
@@ -96,7 +97,36 @@ fn every_figure_writes_both_files_with_its_labels_and_the_same_bytes_again() {
         assert_eq!(&image[1..4], b"PNG");
     }
     let n_files = fs::read_dir(first.path()).unwrap().count();
-    assert_eq!(n_files, 2 * NAMES.len(), "no temporary file stays");
+    // Two of the nine are maps.
+    assert_eq!(n_files, 4 * NAMES.len() - 2, "no temporary file stays");
+}
+
+#[test]
+fn a_figure_that_was_kept_is_drawn_again_to_the_last_byte_and_in_another_style() {
+    let folder = tempfile::tempdir().unwrap();
+    draw_all(folder.path()).unwrap();
+    let wide =
+        Style { column_mm: 120.0, page_mm: 240.0, decimal_sign: DecimalSign::Comma, ..Style::default() };
+    for (name, _) in NAMES {
+        let picture = Picture::read(&folder.path().join(format!("{name}.cbor"))).unwrap();
+        let again = picture.draw(&Style::default()).unwrap();
+        let svg = fs::read(folder.path().join(format!("{name}.svg"))).unwrap();
+        assert_eq!(again.bytes(Format::Svg).unwrap(), svg, "{name}");
+        let width_mm = picture.draw(&wide).unwrap().size_mm().0;
+        assert!(width_mm > again.size_mm().0 + 1.0, "{name}: {width_mm} mm");
+    }
+}
+
+#[test]
+fn what_is_no_kept_figure_is_refused_with_its_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("torn.cbor");
+    for bytes in [&b""[..], b"no figure", &[0xa2, 0x66]] {
+        fs::write(&path, bytes).unwrap();
+        let said = Picture::read(&path).unwrap_err().to_string();
+        assert!(said.contains("torn.cbor") && said.contains("expected the values of a figure"), "{said}");
+    }
+    assert!(Picture::read(&folder.path().join("none.cbor")).is_err());
 }
 
 #[test]
@@ -106,7 +136,7 @@ fn every_format_is_written_and_the_table_has_the_numbers() {
         (1..4).map(|n| DataPoint::measured(f64::from(n), Estimate::new(50.0 - f64::from(n), 0.25))).collect();
     let velocities =
         GroupVelocities { series: vec![Series::measured("experiment", points)], sound_speed_m_per_s: None };
-    let figure = GroupVelocityFigure { velocities: &velocities, against: Against::Striker };
+    let figure = GroupVelocityFigure { velocities, against: Against::Striker };
     figure.draw(&Style::default()).unwrap().write(&folder.path().join("v"), &Format::ALL).unwrap();
     let read = |ending: &str| fs::read(folder.path().join(format!("v.{ending}"))).unwrap();
     assert!(read("svg").starts_with(b"<svg") && read("pdf").starts_with(b"%PDF"));

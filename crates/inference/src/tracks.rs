@@ -149,9 +149,11 @@ fn finish(
 /// Variance of the dampings among hypotheses, each by its likelihood (the between-model variance of J. A. Hoeting et al., Statist. Sci.
 /// 14 (1999) 382-417), about the best one's.
 fn between_hypotheses(at: &Unknowns, rivals: &Rivals) -> [f64; N_DAMPINGS] {
-    let weight = |rival: &Rival| (-0.5 * rival.behind.max(0.0)).exp();
     let all = || rivals.instead.iter().chain(&rivals.beside);
-    let sum = 1.0 + all().map(weight).sum::<f64>();
+    // Counted from the likeliest, so that no weight is without bound.
+    let least = all().map(|rival| rival.behind).fold(0.0, f64::min);
+    let weight = |rival: &Rival| (0.5 * (least - rival.behind)).exp();
+    let sum = (0.5 * least).exp() + all().map(weight).sum::<f64>();
     std::array::from_fn(|i| {
         let squares = all().map(|rival| weight(rival) * (rival.damping[i] - at.shared[i]).powi(2));
         squares.sum::<f64>() / sum

@@ -1,7 +1,9 @@
 //! A measured number with its standard uncertainty.
 
+use serde::{Deserialize, Serialize};
+
 /// A measured number with its standard uncertainty (one standard deviation), in the same unit.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// Best estimate.
     pub value: f64,

@@ -11,7 +11,6 @@ use chainwave_figures::{
     TailSpectrum,
 };
 use chainwave_measurement::{ChainMotion, Estimate};
-use ndarray::Array2;
 
 use super::figures_folder;
 use crate::error::Error;
@@ -61,8 +60,7 @@ pub(crate) fn draw_motion(
     let body = |row| BodyMotion { body: row + 1, samples: samples_of(motion, row), model: Vec::new() };
     let bodies: Vec<BodyMotion> = spread_over(motion.n_bodies()).into_iter().map(body).collect();
     chainwave_figures::displacements(&folder.join("displacements"), &bodies)?;
-    let map = MapData::new(measurement);
-    Ok(chainwave_figures::strain_map(&folder.join("strain-map"), &[map.panel(name)])?)
+    Ok(chainwave_figures::strain_map(&folder.join("strain-map"), &[panel_of(name, measurement)])?)
 }
 
 /// Five rows spread over the chain keep a figure readable.
@@ -120,10 +118,9 @@ impl Album<'_> {
     }
 
     fn strain_maps(&self) -> Result<Figure, Error> {
-        let measured = MapData::new(&self.evaluation.measurement);
-        let modelled = self.evaluation.model.as_ref().map(|model| MapData::new(&model.measurement));
-        let mut panels = vec![measured.panel("experiment")];
-        panels.extend(modelled.as_ref().map(|data| data.panel("chain model")));
+        let mut panels = vec![panel_of("experiment", &self.evaluation.measurement)];
+        let model = self.evaluation.model.as_ref();
+        panels.extend(model.map(|model| panel_of("chain model", &model.measurement)));
         chainwave_figures::strain_map(&self.folder.join("strain-map"), &panels)?;
         Ok(Figure {
             name: "strain-map",
@@ -326,10 +323,10 @@ impl Album<'_> {
         let chain = self.experiment.linear_chain()?;
         let curve = |kappa: &f64| (*kappa, chain.frequency_hz(*kappa));
         let panel = DispersionPanel {
-            kappa_rad: &map.kappa_rad,
-            frequency_hz: &map.frequency_hz,
-            amplitude: map.amplitude.view(),
-            curve: &map.kappa_rad.iter().map(curve).collect::<Vec<_>>(),
+            kappa_rad: map.kappa_rad.clone(),
+            frequency_hz: map.frequency_hz.clone(),
+            amplitude: map.amplitude.clone(),
+            curve: map.kappa_rad.iter().map(curve).collect(),
             max_frequency_hz: 2.0 * chain.band_edge_hz(),
         };
         chainwave_figures::dispersion(&self.folder.join("dispersion"), &panel)?;
@@ -346,7 +343,7 @@ impl Album<'_> {
     fn residuals(&self, model: &ModelBeside) -> Result<Figure, Error> {
         let map = &self.evaluation.measurement.strain;
         let residual = normalised_residuals(map, &model.measurement.strain);
-        let panel = ResidualMapPanel { title: "strain", times_s: &map.times_s, residual: residual.view() };
+        let panel = ResidualMapPanel { title: "strain".into(), times_s: map.times_s.clone(), residual };
         chainwave_figures::residual_map(&self.folder.join("residual-map"), &[panel])?;
         Ok(Figure {
             name: "residual-map",
@@ -367,48 +364,15 @@ fn samples_of(motion: &ChainMotion, row: usize) -> Vec<(f64, Option<Estimate>)> 
     samples
 }
 
-/// A strain map with its traces, as a panel borrows them.
-struct MapData<'a> {
-    map: &'a StrainMap,
-    strain: Array2<Option<f64>>,
-    peak_trace: Vec<(f64, f64)>,
-    leading_edge: Vec<(f64, f64)>,
-}
-
-impl<'a> MapData<'a> {
-    fn new(measurement: &'a Measurement) -> Self {
-        let fronts = || measurement.fronts.iter().flatten();
-        Self {
-            map: &measurement.strain,
-            strain: measurement.strain.strain.mapv(|strain| strain.map(|strain| strain.value)),
-            peak_trace: fronts().map(|front| (front.gap as f64, front.peak_time_s.value)).collect(),
-            leading_edge: fronts()
-                .filter_map(|front| Some((front.gap as f64, front.edge_time_s?.value)))
-                .collect(),
-        }
+/// A strain map with its traces.
+fn panel_of(title: &str, measurement: &Measurement) -> StrainMapPanel {
+    let fronts = || measurement.fronts.iter().flatten();
+    let edge = |front: &GapFront| Some((front.gap as f64, front.edge_time_s?.value));
+    StrainMapPanel {
+        title: title.into(),
+        times_s: measurement.strain.times_s.clone(),
+        strain: measurement.strain.strain.mapv(|strain| strain.map(|strain| strain.value)),
+        peak_trace: fronts().map(|front| (front.gap as f64, front.peak_time_s.value)).collect(),
+        leading_edge: fronts().filter_map(edge).collect(),
     }
-
-    fn panel(&'a self, title: &'a str) -> StrainMapPanel<'a> {
-        StrainMapPanel {
-            title,
-            times_s: &self.map.times_s,
-            strain: self.strain.view(),
-            peak_trace: &self.peak_trace,
-            leading_edge: &self.leading_edge,
-        }
-    }
-}
-
-/// Index of the time nearest to `time_s`.
-fn nearest(times_s: &[f64], time_s: f64) -> usize {
-    let right = times_s.partition_point(|time| *time < time_s).min(times_s.len().saturating_sub(1));
-    let left = right.saturating_sub(1);
-    if (times_s[left] - time_s).abs() <= (times_s[right] - time_s).abs() { left } else { right }
-}
-
-/// Where a trace of (time, gap) stands at a time, linearly between its points.
-fn position_at(trace: &[(f64, f64)], time_s: f64) -> Option<f64> {
-    let pair = trace.windows(2).find(|pair| pair[0].0 <= time_s && time_s < pair[1].0)?;
-    let share = (time_s - pair[0].0) / (pair[1].0 - pair[0].0);
-    Some(pair[0].1 + share * (pair[1].1 - pair[0].1))
 }

@@ -46,7 +46,7 @@ pub(super) struct Fit {
 pub(super) struct Rival {
     pub(super) hypothesis: Hypothesis,
     pub(super) damping: [f64; N_DAMPINGS],
-    /// Its chi squared less that of the one that is believed, in units of the structure that both leave.
+    /// How much less likely it is than what is believed: minus twice the logarithm of the odds.
     pub(super) behind: f64,
 }
 
@@ -164,15 +164,14 @@ impl Told {
         let unit = unit(fit);
         let p_value = |one: &Directed| one.p_value(unit, found.len());
         let is_told = |one: &&Directed| hypothesis_rule().rejects(p_value(one));
-        let price = (fit.residuals.len() as f64).ln() * noise_variance(fit);
         let rival = |one: &Directed| Rival {
             hypothesis: one.hypothesis,
             damping: one.damping,
-            behind: (one.n_free as f64 * price - one.fall) / unit,
+            behind: one.behind(unit),
         };
         Self {
             hypotheses: found.iter().filter(is_told).map(|one| one.hypothesis).collect(),
-            undecided: found.iter().map(rival).filter(|rival| rival.behind < FAR_BEHIND).collect(),
+            undecided: found.iter().map(rival).collect(),
             least_p_value: found.iter().map(p_value).fold(1.0, f64::min),
         }
     }

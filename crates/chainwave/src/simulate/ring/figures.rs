@@ -70,13 +70,13 @@ impl Measured {
         &self.measurement.strain
     }
 
-    fn panel(&self) -> StrainMapPanel<'_> {
+    fn panel(&self) -> StrainMapPanel {
         StrainMapPanel {
-            title: self.name,
-            times_s: &self.map().times_s,
-            strain: self.strain.view(),
-            peak_trace: &self.peaks,
-            leading_edge: &self.edges,
+            title: self.name.into(),
+            times_s: self.map().times_s.clone(),
+            strain: self.strain.clone(),
+            peak_trace: self.peaks.clone(),
+            leading_edge: self.edges.clone(),
         }
     }
 
