@@ -4,7 +4,9 @@ use chainwave_analysis::probability::normal_beyond;
 use chainwave_analysis::{
     Departure, Rule, camera_motion_rule, line_rule, motion_across, motion_across_rule, one_speed_rule,
 };
-use chainwave_inference::{Hypothesis, damping_rule, scatter_of_bodies_rule, softening_rule, structure_rule};
+use chainwave_inference::{
+    Hypothesis, damping_rule, hypothesis_rule, scatter_of_bodies_rule, softening_rule, structure_rule,
+};
 use chainwave_measurement::Estimate;
 use chainwave_mechanics::Law as ForceLaw;
 use serde::Serialize;
@@ -69,6 +71,7 @@ pub(crate) fn decide(setup: &Setup, tracked: &Tracked, evaluation: &Evaluation) 
         group_velocity(evaluation),
         tail(experiment, evaluation),
         chain_model(evaluation),
+        single_causes(evaluation),
         damping_source(evaluation),
     ]
 }
@@ -106,6 +109,20 @@ fn chain_model(evaluation: &Evaluation) -> Decision {
         false => format!("as stated: {}; with it: {}", fit.as_stated.in_words(), fit.structure.in_words()),
     };
     Decision::by(rule, choice, evidence)
+}
+
+fn single_causes(evaluation: &Evaluation) -> Decision {
+    let rule = hypothesis_rule();
+    let fit = match &evaluation.track_fit {
+        Ok(fit) => fit,
+        Err(why) => return Decision::by(rule, "not told", why.to_string()),
+    };
+    let p_value = probability(fit.p_value_as_stated);
+    let choice = match rule.rejects(fit.p_value_as_stated) {
+        true => "they have; see what explains the tracks",
+        false => "no; what may hide in the noise is in the sigmas of c_d and c_s",
+    };
+    Decision::by(rule, choice, format!("the best of all that were tried, at the stated model: {p_value}"))
 }
 
 fn damping_source(evaluation: &Evaluation) -> Decision {

@@ -4,7 +4,9 @@ use std::num::NonZero;
 
 use chainwave_analysis::{FalseRate, Rule};
 use chainwave_inference::false_choices::{PValues, TrueChain, p_values};
-use chainwave_inference::{damping_rule, scatter_of_bodies_rule, softening_rule, structure_rule};
+use chainwave_inference::{
+    damping_rule, hypothesis_rule, scatter_of_bodies_rule, softening_rule, structure_rule,
+};
 
 /// Seeds that the table was not counted from.
 const FIRST_SEED: u64 = 500_000;
@@ -49,6 +51,14 @@ fn like_bodies_and_no_damping_are_taken_for_others_as_often_as_the_table_says() 
     hold(&scatter_of_bodies_rule(), &of(|found| found.scatter));
     hold(&damping_rule(), &of(|found| found.chain_damping));
     hold(&structure_rule(), &of(|found| found.structure));
+    // Tests that share a level err less often than it, as what they look for is alike.
+    let rule = hypothesis_rule();
+    for rate in &rule.rates {
+        let recount = FalseRate::count(rate.what, rate.cases, rate.level, &of(|found| found.hypothesis));
+        assert!(recount.agrees(rate, DEVIATIONS), "the table says {rate}, a recount {recount}");
+        let level = FalseRate { told: (1e6 * rate.level) as u32, of: 1_000_000, ..*rate };
+        assert!(rate.told * level.of <= level.told * rate.of || rate.agrees(&level, DEVIATIONS), "{rate}");
+    }
 }
 
 #[test]

@@ -55,14 +55,35 @@ fn a_scale_that_is_off_by_a_little_is_told() {
 fn a_chain_as_stated_is_left_as_it_is() {
     let truth = TrueChain::AS_STATED;
     let found = fits(&truth, SEED..SEED + 6, NonZero::<usize>::MIN).unwrap();
-    let told = found.iter().filter(|fit| fit.as_ref().is_ok_and(|fit| fit.as_stated.is_told())).count();
-    // One in a hundred: two of six are told once in 700 times.
+    let found: Vec<TrackFit> = found.into_iter().map(Result::unwrap).collect();
+    let asked = |fit: &&TrackFit| fit.as_stated.is_told() || !fit.beyond.is_empty();
+    let told = found.iter().filter(asked).count();
+    // Two in a hundred by two tests: two of six are told once in 170 times.
     assert!(told <= 1, "{told} of 6");
-    for fit in found {
+    for fit in found.iter().filter(|fit| !asked(fit)) {
+        assert!(fit.by_noise == fit.stated, "{fit:?}");
+        let (found, by_noise) = (fit.damping.chain_damping_kg_per_s, fit.by_noise.chain_damping_kg_per_s);
+        assert!((found.value - by_noise.value).abs() < f64::EPSILON, "{fit:?}");
+        // Nine hypotheses at odds of one to five or less, none of which carries more than a third of the variance of c_d a sigma: where one is
+        // at the edge of being told (ten times the variance of its own) and likelier than the model as stated, the variance is four times.
+        assert!((1.0..2.0).contains(&(found.sigma / by_noise.sigma)), "{found:?} by noise {by_noise:?}");
+    }
+}
+
+#[test]
+fn friction_that_noise_hides_from_the_whole_is_told_by_its_shape() {
+    let truth =
+        TrueChain::ALL.iter().find(|truth| truth.name == "noise of 2 um, dry friction of 0.03 mN").unwrap();
+    for fit in fits(truth, SEED..SEED + 3, NonZero::<usize>::MIN).unwrap() {
         let fit = fit.unwrap();
+        // It stands seven standard errors off zero, of which four make it told; the dampings hold as in any sound fit.
         assert!(
-            fit.as_stated.is_told() || fit.damping == fit.by_noise && fit.damping == fit.stated,
+            fit.beyond == [Hypothesis::Friction] || fit.rivals.contains(&Hypothesis::Friction),
             "{fit:?}"
         );
+        let found = off(fit.damping.chain_damping_kg_per_s);
+        assert!(found < 4.0, "c_d is {found} sigma off");
+        let said = fit.warnings().concat();
+        assert!(said.contains("a test for single causes tells it") || fit.as_stated.is_told(), "{said}");
     }
 }
