@@ -102,7 +102,10 @@ pub use options::{ByteCounter, OpenOptions};
 pub use raw::geometry::RawGeometry;
 pub use raw::open_raw;
 pub use sensor::{Corrected, Defect, DefectKind, DefectMap, PixelStatistics, SensorCorrection};
-pub use survey::{ContactSheet, Histogram, NoiseEstimate, SheetLayout, contact_sheet, histogram, noise};
+pub use survey::{
+    ContactSheet, GrayFrame, Histogram, NoiseEstimate, SheetLayout, contact_sheet, gray_frame, histogram,
+    noise,
+};
 
 /// The formats, in the order in which they are asked.
 const FORMATS: &[Format] =

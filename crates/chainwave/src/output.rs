@@ -92,6 +92,11 @@ pub(crate) fn read_text(path: &Path) -> Result<String, Error> {
     fs::read_to_string(path).map_err(Error::file(path, "read"))
 }
 
+/// Reads a file of any kind.
+pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, Error> {
+    fs::read(path).map_err(Error::file(path, "read"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

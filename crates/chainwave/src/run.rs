@@ -6,6 +6,7 @@
 
 mod explain;
 mod figures;
+mod markers;
 mod provenance;
 mod report;
 mod results;
@@ -21,6 +22,7 @@ use chainwave_experiment::{
 };
 
 pub(crate) use self::figures::draw_motion;
+use self::report::Velocity;
 pub(crate) use self::results::{states_as_json, warnings_as_json, write_measurement};
 use crate::cli;
 use crate::error::Error;
@@ -68,7 +70,14 @@ pub(crate) fn run(arguments: &cli::Run) -> Result<Outcome, Error> {
     if concluded.len() > 1 {
         let (setups, evaluations): (Vec<Setup>, Vec<Evaluation>) = concluded.into_iter().unzip();
         let waves = compare_strikers(&setups, &evaluations, threads(arguments.jobs))?;
-        strikers::write(&whole.experiment, &arguments.out, &waves)?;
+        let figures = strikers::write(&whole.experiment, &arguments.out, &waves)?;
+        let velocity = |(setup, evaluation)| Velocity {
+            setup,
+            evaluation,
+            folder: folder_of(setup).file_name().unwrap_or_default().to_string_lossy().into_owned(),
+        };
+        let velocities: Vec<Velocity<'_>> = setups.iter().zip(&evaluations).map(velocity).collect();
+        report::write_comparison(&arguments.out, &velocities, &figures)?;
     }
     Ok(outcome)
 }
@@ -120,7 +129,8 @@ impl Run<'_> {
         clock.stage("stitching, analysis and fit");
         results::write(setup, out, &results)?;
         clock.stage("tables");
-        let figures = figures::draw(&setup.experiment, out, &results.evaluation, outcome)?;
+        let mut figures = figures::draw(&setup.experiment, out, &results.evaluation, outcome)?;
+        figures.extend(markers::draw(setup, out, &results, outcome)?);
         clock.stage("figures");
         report::write(setup, out, &results, &figures)?;
         provenance::write(setup, out)?;

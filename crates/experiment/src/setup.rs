@@ -53,7 +53,7 @@ impl Setup {
     }
 
     /// How recordings are opened.
-    pub(crate) fn open_options(&self) -> OpenOptions {
+    pub fn open_options(&self) -> OpenOptions {
         let camera = &self.experiment.camera;
         OpenOptions {
             rate_hz: camera.rate_hz.map(Positive::get),

@@ -47,6 +47,7 @@ mod inset;
 mod legend;
 mod long_chain;
 mod map_row;
+mod marked_frame;
 mod names;
 mod pdf;
 mod peak_energy;
@@ -82,6 +83,7 @@ pub use group_velocity::{
     Against, GroupVelocities, GroupVelocityFigure, group_velocity, group_velocity_by_particles,
 };
 pub use long_chain::{LongChain, long_chain};
+pub use marked_frame::{MarkedFrame, MarkedSubset, marked_frame};
 pub use peak_energy::{EnergyShares, PeakEnergy, peak_energy};
 pub use peak_trace::{PeakCurve, PeakFit, PeakTrace, peak_trace};
 pub use picture::Picture;

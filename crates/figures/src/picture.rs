@@ -9,8 +9,9 @@ use serde::{Deserialize, Serialize};
 use crate::figure::{Draw, Figure};
 use crate::{
     BodyMotion, ContactCurve, CoverageCount, CoverageRow, DispersionPanel, ExtremeRow, FieldMap, FigureError,
-    FrontWidth, GroupVelocityFigure, LongChain, PeakCurve, PeakEnergy, PeakTrace, PointMotion, ProfilePanel,
-    RecordingMotion, ResidualMapPanel, RightHalves, StrainMapPanel, Style, TailSpectrum, TradeOff,
+    FrontWidth, GroupVelocityFigure, LongChain, MarkedFrame, PeakCurve, PeakEnergy, PeakTrace, PointMotion,
+    ProfilePanel, RecordingMotion, ResidualMapPanel, RightHalves, StrainMapPanel, Style, TailSpectrum,
+    TradeOff,
 };
 
 /// What a figure shows, whichever it is.
@@ -47,6 +48,8 @@ pub enum Picture {
     GroupVelocity(GroupVelocityFigure),
     /// See [`LongChain`].
     LongChain(LongChain),
+    /// See [`MarkedFrame`].
+    MarkedFrame(MarkedFrame),
     /// See [`PeakEnergy`].
     PeakEnergy(PeakEnergy),
     /// See [`PeakTrace`].
@@ -103,6 +106,7 @@ impl Draw for Picture {
             Self::RightHalves(drawn) => drawn.draw(style),
             Self::GroupVelocity(drawn) => drawn.draw(style),
             Self::LongChain(drawn) => drawn.draw(style),
+            Self::MarkedFrame(drawn) => drawn.draw(style),
             Self::PeakEnergy(drawn) => drawn.draw(style),
             Self::PeakTrace(drawn) => drawn.draw(style),
             Self::PeakCurve(drawn) => drawn.draw(style),

@@ -45,6 +45,35 @@ pub struct ContactSheet {
     pub frames: Vec<usize>,
 }
 
+/// One frame, made smaller, in 8-bit gray for looking at.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct GrayFrame {
+    /// Columns.
+    pub width_px: usize,
+    /// Rows.
+    pub height_px: usize,
+    /// Gray levels, row by row from the top.
+    pub pixels: Vec<u8>,
+}
+
+/// A frame at most `width_px` wide, reduced by averaging; the brightest and the darkest half per cent turn white and black.
+///
+/// # Errors
+/// [`CameraError::Read`] when the frame cannot be read.
+pub fn gray_frame(
+    recording: &dyn Recording,
+    frame: usize,
+    width_px: usize,
+) -> Result<GrayFrame, CameraError> {
+    let info = recording.info();
+    let width_px = width_px.clamp(1, info.width_px);
+    let height_px = (info.height_px * width_px / info.width_px).max(1);
+    let pixels = whole_frame(recording, frame)?;
+    let tile = reduced(&pixels, (info.width_px, info.height_px), (width_px, height_px));
+    let levels = GrayRange::of(std::slice::from_ref(&tile));
+    Ok(GrayFrame { width_px, height_px, pixels: tile.into_iter().map(|count| levels.gray(count)).collect() })
+}
+
 /// Draws a contact sheet. Frames are reduced by averaging, and all share one mapping of counts to gray.
 ///
 /// # Errors

@@ -19,7 +19,7 @@ use crate::outcome::Outcome;
 /// A figure that was drawn.
 pub(crate) struct Figure {
     /// File name without ending, in the folder `figures`.
-    pub(crate) name: &'static str,
+    pub(crate) name: String,
     /// What it shows.
     pub(crate) caption: String,
 }
@@ -94,7 +94,7 @@ impl Album<'_> {
         let bodies: Vec<BodyMotion> = rows.iter().map(body).collect();
         chainwave_figures::displacements(&self.folder.join("displacements"), &bodies)?;
         Ok(Figure {
-            name: "displacements",
+            name: "displacements".into(),
             caption:
                 "Displacements of five bodies with 95 % bands, and the chain model with the fitted damping."
                     .into(),
@@ -108,7 +108,7 @@ impl Album<'_> {
             spread_over(all.len()).into_iter().map(|at| all[at].clone()).collect();
         chainwave_figures::camera_motion(&self.folder.join("camera-motion"), &shown)?;
         Ok(Figure {
-            name: "camera-motion",
+            name: "camera-motion".into(),
             caption: format!(
                 "Motion of the camera, told by bodies that the wave has not reached, with 95 % bands: {} of {} recordings. It was taken out.",
                 shown.len(),
@@ -123,7 +123,7 @@ impl Album<'_> {
         panels.extend(model.map(|model| panel_of("chain model", &model.measurement)));
         chainwave_figures::strain_map(&self.folder.join("strain-map"), &panels)?;
         Ok(Figure {
-            name: "strain-map",
+            name: "strain-map".into(),
             caption: "Compressive strain over gaps and time; peak of the leading pulse dotted, leading edge dashed.".into(),
         })
     }
@@ -135,7 +135,7 @@ impl Album<'_> {
         let panels: Vec<ProfilePanel> = times.map(|time_s| self.profile(map, time_s)).collect();
         chainwave_figures::strain_profiles(&self.folder.join("strain-profiles"), &panels)?;
         Ok(Figure {
-            name: "strain-profiles",
+            name: "strain-profiles".into(),
             caption: "Strain over the chain at several times; the front is shaded.".into(),
         })
     }
@@ -197,7 +197,7 @@ impl Album<'_> {
         });
         chainwave_figures::peak_trace(&self.folder.join("peak-trace"), &PeakTrace { peaks, pitch_m, fit })?;
         Ok(Figure {
-            name: "peak-trace",
+            name: "peak-trace".into(),
             caption: "Peak of the leading pulse against time; its slope is the group velocity. Below: what is left.".into(),
         })
     }
@@ -218,7 +218,7 @@ impl Album<'_> {
         let front = FrontWidth { pulses, hwhm, pitch_m: Some(self.experiment.chain.mean_pitch_m()) };
         chainwave_figures::front_width(&self.folder.join("front-width"), &front)?;
         Ok(Figure {
-            name: "front-width",
+            name: "front-width".into(),
             caption:
                 "Leading pulses aligned at their peaks, and the half width at half maximum of the front."
                     .into(),
@@ -276,7 +276,7 @@ impl Album<'_> {
             )
         });
         Ok(Figure {
-            name: "peak-energy",
+            name: "peak-energy".into(),
             caption: format!(
                 "Peak potential energy of each gap relative to the input, which is what gap 1 takes up without damping.{told}"
             ),
@@ -305,7 +305,7 @@ impl Album<'_> {
             TailSpectrum { spectra: spectra.collect(), marks, max_frequency_hz: Some(3.0 * band_edge_hz) };
         chainwave_figures::tail_spectrum(&self.folder.join("tail-spectrum"), &tail)?;
         Ok(Figure {
-            name: "tail-spectrum",
+            name: "tail-spectrum".into(),
             caption: measurement.local_resonance.as_ref().map_or_else(
                 |_| "Amplitude spectrum of the strain behind the leading pulse.".into(),
                 |resonance| {
@@ -331,7 +331,7 @@ impl Album<'_> {
         };
         chainwave_figures::dispersion(&self.folder.join("dispersion"), &panel)?;
         Ok(Figure {
-            name: "dispersion",
+            name: "dispersion".into(),
             caption: format!(
                 "Strain behind the leading pulse over phase from gap to gap and frequency, gaps {} to {}; waves that come back stand \
                  left of 0. Resolution {:.2} rad and {:.0} Hz.",
@@ -346,7 +346,7 @@ impl Album<'_> {
         let panel = ResidualMapPanel { title: "strain".into(), times_s: map.times_s.clone(), residual };
         chainwave_figures::residual_map(&self.folder.join("residual-map"), &[panel])?;
         Ok(Figure {
-            name: "residual-map",
+            name: "residual-map".into(),
             caption: "Measured strain less the fitted chain model's, in units of the stated uncertainty."
                 .into(),
         })

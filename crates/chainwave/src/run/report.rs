@@ -1,132 +1,190 @@
-//! `report.html`.
+//! `report.html`: one file, which needs no other and no network. What went wrong comes first.
 
-use std::fmt::Write;
+mod markup;
+mod recordings;
+mod settings;
+
 use std::path::Path;
 
-use chainwave_experiment::{Decision, Evaluation, Results, Setup, Standing};
+use chainwave_experiment::{Decision, Evaluation, Results, Setup, State};
+use chainwave_measurement::Estimate;
 
+use self::markup::{Cell, escaped, inlined, table};
 use super::figures::Figure;
 use super::summary::{Row, rows};
 use crate::error::Error;
-use crate::output::write_text;
+use crate::output::{read_bytes, write_text};
 
-/// Style of the page: plain, and readable on paper.
-const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#222}\
-table{border-collapse:collapse;margin:1rem 0}th,td{padding:.25rem .8rem;text-align:left;border-bottom:1px solid #ddd}\
-td.n{text-align:right;font-variant-numeric:tabular-nums}figure{margin:2rem 0}img{max-width:100%}figcaption{color:#555}";
+/// Style of the page: plain, light and dark, readable on paper and on a narrow screen.
+const STYLE: &str = include_str!("report/style.css");
 
-/// Writes `report.html`: the numbers, the figures, what was decided and why, and how the recordings were aligned.
+/// Writes `report.html`: what went wrong, the numbers, the figures, what was decided and why, how it was measured, and every recording.
 pub(crate) fn write(setup: &Setup, out: &Path, results: &Results, figures: &[Figure]) -> Result<(), Error> {
-    let Results { evaluation, truth, decisions, .. } = results;
-    let name = escaped(&setup.experiment.name);
+    let shown = figures.iter().map(|one| figure(out, one)).collect::<Result<String, _>>()?;
     let body = [
-        format!("<h1>{name}</h1>{}", introduction(setup, evaluation)),
-        numbers(&rows(evaluation, truth.as_ref())),
-        figures.iter().map(figure).collect(),
-        decisions_table(decisions),
-        alignment_table(evaluation),
-        "<h2>Provenance</h2><p>Version, settings and recordings stand in <a href=\"provenance.toml\">provenance.toml</a>, all \
-         numbers in <a href=\"results.json\">results.json</a> and the Parquet tables beside it.</p>"
-            .to_owned(),
-    ]
-    .concat();
-    let page = format!(
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{name}</title><style>{STYLE}</style></head>\
-         <body>{body}</body></html>\n"
+        format!("<h1>{}</h1>{}", escaped(&setup.experiment.name), introduction(setup, results)),
+        problems(setup, results),
+        format!("<h2>Results</h2>{}", numbers_table(&rows(&results.evaluation, results.truth.as_ref()))),
+        format!("<h2>Figures</h2>{shown}"),
+        decisions_table(&results.decisions),
+        settings::section(setup, results),
+        recordings::section(setup, results),
+        provenance(""),
+    ];
+    write_text(&out.join("report.html"), &page(&setup.experiment.name, &body.concat()))
+}
+
+/// One velocity of the striker among several: what it was processed with, what came out, and the folder of its results.
+pub(super) struct Velocity<'a> {
+    pub(super) setup: &'a Setup,
+    pub(super) evaluation: &'a Evaluation,
+    pub(super) folder: String,
+}
+
+/// Writes the `report.html` of an experiment of several striker velocities: what differs among them, and the way to each.
+pub(super) fn write_comparison(
+    out: &Path,
+    velocities: &[Velocity<'_>],
+    figures: &[Figure],
+) -> Result<(), Error> {
+    let Some(first) = velocities.first() else { return Ok(()) };
+    let name = &first.setup.experiment.name;
+    let shown = figures.iter().map(|one| figure(out, one)).collect::<Result<String, _>>()?;
+    let section = |one: &Velocity<'_>| {
+        let velocity_m_per_s = one.setup.experiment.striker.velocity_m_per_s.get();
+        let folder = escaped(&one.folder);
+        format!(
+            "<h2>Striker at {velocity_m_per_s} m/s</h2><p><a href=\"{folder}/report.html\">Its report</a>, with all of its figures, decisions and \
+             recordings.</p>{}{}",
+            list("problems", warnings_of(one.evaluation)),
+            numbers_table(&rows(one.evaluation, None))
+        )
+    };
+    let sections: String = velocities.iter().map(section).collect();
+    let body = format!(
+        "<h1>{}</h1><p>{} striker velocities.</p><h2>Group velocity</h2>{shown}{sections}{}",
+        escaped(name),
+        velocities.len(),
+        provenance("its folder's ")
     );
-    write_text(&out.join("report.html"), &page)
+    write_text(&out.join("report.html"), &page(name, &body))
 }
 
-fn introduction(setup: &Setup, evaluation: &Evaluation) -> String {
-    let mut text = format!(
-        "<p>{} bodies, {} of {} recordings. Every number stands with its standard uncertainty.</p>",
-        setup.experiment.chain.n_bodies,
-        evaluation.stitched.alignments.len(),
-        setup.trials.len()
-    );
-    for warning in &evaluation.warnings() {
-        text.push_str(&format!("<p><strong>Warning:</strong> {}</p>", escaped(&warning.to_string())));
+/// Warnings and refusals of one evaluation, as items of a list.
+fn warnings_of(evaluation: &Evaluation) -> Vec<String> {
+    let refusals = evaluation.damping.refusals().into_iter();
+    let refused =
+        refusals.map(|(name, reason)| format!("<strong>{name}</strong> is refused: {}", escaped(reason)));
+    refused.chain(evaluation.warnings().iter().map(|warning| escaped(&warning.to_string()))).collect()
+}
+
+/// Items that are markup already, as a list; nothing where there are none.
+fn list(class: &str, items: Vec<String>) -> String {
+    let items: String = items.into_iter().map(|item| format!("<li>{item}</li>")).collect();
+    match items.is_empty() {
+        true => String::new(),
+        false => format!("<section class=\"{class}\"><ul>{items}</ul></section>"),
     }
-    text
 }
 
-fn numbers(rows: &[Row]) -> String {
-    let known = rows.iter().any(|row| row.truth.is_some());
-    let truth_head = if known { "<th>truth</th>" } else { "" };
-    let mut text =
-        format!("<h2>Results</h2><table><tr><th></th><th>measured</th><th>uncertainty</th>{truth_head}</tr>");
-    for row in rows {
-        let truth = row.truth.map_or_else(String::new, |truth| format!("<td class=\"n\">{truth:.5}</td>"));
-        let _infallible = match &row.measured {
-            Ok(estimate) => write!(
-                text,
-                "<tr><td>{}</td><td class=\"n\">{:.5}</td><td class=\"n\">{:.5}</td>{truth}</tr>",
-                escaped(&row.name),
-                estimate.value,
-                estimate.sigma
-            ),
-            Err(reason) => {
-                write!(
-                    text,
-                    "<tr><td>{}</td><td colspan=\"3\">{}</td></tr>",
-                    escaped(&row.name),
-                    escaped(reason)
-                )
-            }
-        };
-    }
-    text.push_str("</table>");
-    text
-}
-
-fn figure(figure: &Figure) -> String {
+/// A page with a title.
+fn page(title: &str, body: &str) -> String {
     format!(
-        "<figure><img src=\"figures/{0}.svg\" alt=\"{1}\"><figcaption>{1} (<a href=\"figures/{0}.png\">PNG</a>)</figcaption></figure>",
-        figure.name,
-        escaped(&figure.caption)
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\
+         <title>{}</title><style>{STYLE}</style></head><body><main>{body}</main></body></html>\n",
+        escaped(title)
     )
+}
+
+fn introduction(setup: &Setup, results: &Results) -> String {
+    format!(
+        "<p>{} bodies; {} of {} recordings are in the motion. Every number stands with its standard uncertainty.</p>",
+        setup.experiment.chain.n_bodies,
+        results.evaluation.stitched.alignments.len(),
+        setup.trials.len()
+    )
+}
+
+/// What may not be trusted: recordings that are missing, results that were refused, warnings.
+fn problems(setup: &Setup, results: &Results) -> String {
+    let states = recordings::states(setup, results);
+    let missing = states.iter().filter(|one| one.state != State::Used).map(|one| {
+        let state = if one.state == State::Failed { "could not be used" } else { "was left out" };
+        let reason = one.reason.as_deref().unwrap_or("no reason is known");
+        format!("<strong>{}</strong> {state}: {}", escaped(&one.recording), escaped(reason))
+    });
+    let mut said: Vec<String> = missing.collect();
+    let of_findings = results.tracked.findings.iter().map(|finding| escaped(&finding.to_string()));
+    for one in of_findings.chain(warnings_of(&results.evaluation)) {
+        if !said.contains(&one) {
+            said.push(one);
+        }
+    }
+    match said.is_empty() {
+        true => "<p><strong>Nothing contradicts:</strong> all recordings are used, no result is refused, and there is no warning.</p>".to_owned(),
+        false => format!("<h2>Look at this first</h2>{}", list("problems", said)),
+    }
+}
+
+/// Values with their intervals, and the truth where it is known.
+fn numbers_table(rows: &[Row]) -> String {
+    let is_known = rows.iter().any(|row| row.truth.is_some());
+    let row = |row: &Row| {
+        let mut cells = vec![Cell::text(&row.name)];
+        match &row.measured {
+            Ok(Estimate { value, sigma }) => {
+                let half = Estimate::COVERAGE_95 * sigma;
+                let relative = 100.0 * sigma / value.abs();
+                cells.extend([
+                    Cell::Number(format!("{value:.5}")),
+                    Cell::Number(format!("{sigma:.5}")),
+                    Cell::Number(format!("{:.5} to {:.5}", value - half, value + half)),
+                    Cell::Number(if relative.is_finite() { format!("{relative:.3}") } else { String::new() }),
+                ]);
+            }
+            Err(reason) => cells.push(Cell::text(reason)),
+        }
+        let known = row.truth.filter(|_| is_known && row.measured.is_ok());
+        cells.extend(known.map(|truth| Cell::Number(format!("{truth:.5}"))));
+        cells
+    };
+    let mut heads = vec!["", "measured", "σ", "95 % interval", "σ (%)"];
+    heads.extend(is_known.then_some("truth"));
+    table(&heads, rows.iter().map(row))
+}
+
+/// A figure, in the page itself.
+fn figure(out: &Path, figure: &Figure) -> Result<String, Error> {
+    let name = &figure.name;
+    let svg = read_bytes(&out.join("figures").join(format!("{name}.svg")))?;
+    Ok(format!(
+        "<figure><img src=\"{0}\" alt=\"{1}\"><figcaption>{1} (<a href=\"figures/{name}.svg\">SVG</a>, \
+         <a href=\"figures/{name}.png\">PNG</a>)</figcaption></figure>",
+        inlined("image/svg+xml", &svg),
+        escaped(&figure.caption)
+    ))
 }
 
 fn decisions_table(decisions: &[Decision]) -> String {
     let row = |decision: &Decision| {
-        format!(
-            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
-            escaped(decision.question),
-            escaped(&decision.choice),
-            escaped(&decision.rule),
-            escaped(&decision.evidence)
-        )
+        [decision.question, &*decision.choice, &*decision.rule, &*decision.evidence].map(Cell::text).into()
     };
-    let rows: String = decisions.iter().map(row).collect();
-    format!(
-        "<h2>What was modelled, and why</h2><table><tr><th>question</th><th>choice</th><th>rule</th><th>evidence</th></tr>{rows}</table>"
-    )
+    let heads = ["question", "choice", "rule", "evidence"];
+    format!("<h2>What was modelled, and why</h2>{}", table(&heads, decisions.iter().map(row)))
 }
 
-fn alignment_table(evaluation: &Evaluation) -> String {
-    let standings = &evaluation.standings;
-    let row = |(one, standing): (&chainwave_stitching::Alignment, &Standing)| {
-        format!(
-            "<tr><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{:+.2} ± {:.2}</td>\
-             <td class=\"n\">{:+.3} ± {:.3}</td><td class=\"n\">{:.2}</td></tr>",
-            escaped(&one.recording),
-            one.view,
-            one.trial,
-            1e6 * standing.trigger_offset_s.value,
-            1e6 * standing.trigger_offset_s.sigma,
-            100.0 * standing.drive_deviation.value,
-            100.0 * standing.drive_deviation.sigma,
-            one.scatter_ratio
-        )
+/// `where_from` is what stands before the files' names.
+fn provenance(where_from: &str) -> String {
+    let built = if cfg!(feature = "opencv") { "" } else { ", built without OpenCV" };
+    let link = |name: &str| match where_from.is_empty() {
+        true => format!("<a href=\"{name}\">{name}</a>"),
+        false => format!("{where_from}{name}"),
     };
-    let rows: String = evaluation.stitched.alignments.iter().zip(&standings.of_recordings).map(row).collect();
     format!(
-        "<h2>Recordings</h2><p>Trigger offsets and drives are taken from {}.</p><table><tr><th>recording</th><th>view</th><th>trial</th><th>trigger offset (µs)</th>\
-         <th>drive (%)</th><th>residuals over stated noise</th></tr>{rows}</table>",
-        standings.source
+        "<h2>Provenance</h2><p>chainwave {}{built}. Settings and recordings with their fingerprints stand in {}, all numbers in {} and the \
+         Parquet tables beside it.</p>",
+        env!("CARGO_PKG_VERSION"),
+        link("provenance.toml"),
+        link("results.json"),
     )
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -6,12 +6,17 @@ use chainwave_experiment::{Experiment, StrikerWave, WaveSource};
 use chainwave_figures::{DataPoint, GroupVelocities, Series, group_velocity, group_velocity_by_particles};
 use chainwave_measurement::Estimate;
 
+use super::figures::Figure;
 use super::figures_folder;
 use crate::error::Error;
 use crate::table::{self, column};
 
-/// Writes the table and draws the figures.
-pub(super) fn write(experiment: &Experiment, out: &Path, waves: &[StrikerWave]) -> Result<(), Error> {
+/// Writes the table and draws the figures, which it names.
+pub(super) fn write(
+    experiment: &Experiment,
+    out: &Path,
+    waves: &[StrikerWave],
+) -> Result<Vec<Figure>, Error> {
     let of = |value: &dyn Fn(&StrikerWave) -> Option<f64>| waves.iter().map(value).collect::<Vec<_>>();
     let known = |estimate: Estimate| (estimate.sigma > 0.0).then_some(estimate.sigma);
     let columns = vec![
@@ -27,7 +32,7 @@ pub(super) fn write(experiment: &Experiment, out: &Path, waves: &[StrikerWave]) 
     draw(experiment, out, waves)
 }
 
-fn draw(experiment: &Experiment, out: &Path, waves: &[StrikerWave]) -> Result<(), Error> {
+fn draw(experiment: &Experiment, out: &Path, waves: &[StrikerWave]) -> Result<Vec<Figure>, Error> {
     let sound_m_per_s = experiment.linear_chain()?.sound_speed_m_per_s(experiment.chain.mean_pitch_m());
     let folder = figures_folder(out)?;
     let against = |velocity: fn(&StrikerWave) -> Option<Estimate>| {
@@ -46,5 +51,15 @@ fn draw(experiment: &Experiment, out: &Path, waves: &[StrikerWave]) -> Result<()
     };
     group_velocity(&folder.join("group-velocity"), &against(|wave| Some(wave.striker_m_per_s)))?;
     let by_particles = against(|wave| wave.particle_m_per_s);
-    Ok(group_velocity_by_particles(&folder.join("group-velocity-by-particles"), &by_particles)?)
+    group_velocity_by_particles(&folder.join("group-velocity-by-particles"), &by_particles)?;
+    Ok(vec![
+        Figure {
+            name: "group-velocity".into(),
+            caption: "Group velocity of the leading pulse against the velocity of the striker.".into(),
+        },
+        Figure {
+            name: "group-velocity-by-particles".into(),
+            caption: "Group velocity against the velocity of the bodies as the pulse's peak passes.".into(),
+        },
+    ])
 }
