@@ -24,6 +24,11 @@ fn a_folder_of_recordings_becomes_an_experiment_to_fill_in() {
     );
     assert!(read("experiment.toml").contains("240 x 40 px, 12 bit, 120 frames"), "it says what was found");
 
+    // What the pictures tell is filled in: two markers stand in the sample, 105 px apart by its own description.
+    let text = read("experiment.toml");
+    assert!(text.contains("first_body_px = [") && !text.contains("first_body_px = [FILL_IN"), "{text}");
+    assert!(folder.path().join("markers.png").exists());
+
     // What is not filled in yet is named with its line.
     let experiment = folder.path().join("experiment.toml");
     let message =

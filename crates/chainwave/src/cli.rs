@@ -6,9 +6,23 @@ use chainwave_camera::{OpenOptions, RawGeometry};
 use chainwave_inference::contact_fit;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+/// What stands below the commands.
+const EXIT_CODES: &str = "\
+Exit codes:
+  0  all done
+  1  some inputs failed, each named on standard error, and the rest is done; for check: there are warnings
+  2  nothing could be done: bad arguments, a bad configuration
+
+First steps:
+  chainwave inspect SHOT.cine            what a recording holds
+  chainwave view FOLDER                  look at recordings, pick subsets
+  chainwave init FOLDER                  a first experiment.toml for a folder of recordings
+  chainwave check experiment.toml        whether a run makes sense
+  chainwave run experiment.toml --out RESULTS";
+
 /// From high-speed recordings of an impacted chain to its wave, every number with its uncertainty.
 #[derive(Debug, Parser)]
-#[command(version, max_term_width = 100)]
+#[command(version, max_term_width = 100, after_help = EXIT_CODES)]
 pub(crate) struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -54,6 +68,10 @@ pub(crate) enum Command {
     View(View),
     /// Make the small samples of the folder data-samples.
     Samples(Samples),
+    /// Print the script that makes a shell complete commands and options.
+    Completions(Completions),
+    /// Print a page of the manual, for `man -l -`.
+    Man(ManPage),
 }
 
 impl Command {
@@ -161,6 +179,20 @@ impl std::fmt::Display for FigureFormat {
             Self::Csv => "csv",
         })
     }
+}
+
+/// Arguments of `completions`.
+#[derive(Debug, Args)]
+pub(crate) struct Completions {
+    /// The shell.
+    pub(crate) shell: clap_complete::Shell,
+}
+
+/// Arguments of `man`.
+#[derive(Debug, Args)]
+pub(crate) struct ManPage {
+    /// The command whose page it is; the program's without it.
+    pub(crate) command: Option<String>,
 }
 
 /// Arguments of `archive`.

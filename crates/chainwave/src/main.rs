@@ -30,6 +30,7 @@ mod progress;
 mod prove;
 mod run;
 mod samples;
+mod shell;
 mod simulate;
 mod synthesize;
 mod table;
@@ -84,5 +85,7 @@ fn carry_out(command: &Command) -> Result<Outcome, Error> {
         Command::Init(arguments) => init::init(arguments),
         Command::View(arguments) => view::view(arguments),
         Command::Samples(arguments) => samples::samples(arguments),
+        Command::Completions(arguments) => shell::completions(arguments),
+        Command::Man(arguments) => shell::man(arguments),
     }
 }
