@@ -24,9 +24,20 @@ fn a_folder_of_recordings_becomes_an_experiment_to_fill_in() {
     );
     assert!(read("experiment.toml").contains("240 x 40 px, 12 bit, 120 frames"), "it says what was found");
 
-    // What the pictures tell is filled in: two markers stand in the sample, 105 px apart by its own description.
+    // What the pictures tell is filled in: by the sample's own description three markers stand in it, at (25, 19.5) and 75 px apart, and the
+    // striker comes at t = 0. Places of proposed markers are good to 2 px.
     let text = read("experiment.toml");
-    assert!(text.contains("first_body_px = [") && !text.contains("first_body_px = [FILL_IN"), "{text}");
+    let number_behind = |key: &str| -> f64 {
+        let (_, rest) = text.split_once(key).unwrap_or_else(|| panic!("{key} is missing in:\n{text}"));
+        let number: String =
+            rest.trim_start().chars().take_while(|c| c.is_ascii_digit() || "+-.e".contains(*c)).collect();
+        number.parse().unwrap_or_else(|_| panic!("{key} {number:?} in:\n{text}"))
+    };
+    assert!((number_behind("first_body_px = [") - 25.0).abs() < 2.0, "{text}");
+    assert!((number_behind("over the pitch:") - 75.0).abs() < 0.5, "{text}");
+    let rest_s = number_behind("rest_until_s =");
+    // Frames lie 80 us apart; a body that is struck is seen to move within a few of them.
+    assert!((-4e-3..4e-4).contains(&rest_s), "{rest_s}");
     assert!(folder.path().join("markers.png").exists());
 
     // What is not filled in yet is named with its line.
