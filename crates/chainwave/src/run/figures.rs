@@ -376,3 +376,17 @@ fn panel_of(title: &str, measurement: &Measurement) -> StrainMapPanel {
         leading_edge: fronts().filter_map(edge).collect(),
     }
 }
+
+/// Index of the time nearest to `time_s`.
+fn nearest(times_s: &[f64], time_s: f64) -> usize {
+    let right = times_s.partition_point(|time| *time < time_s).min(times_s.len().saturating_sub(1));
+    let left = right.saturating_sub(1);
+    if (times_s[left] - time_s).abs() <= (times_s[right] - time_s).abs() { left } else { right }
+}
+
+/// Where a trace of (time, gap) stands at a time, linearly between its points.
+fn position_at(trace: &[(f64, f64)], time_s: f64) -> Option<f64> {
+    let pair = trace.windows(2).find(|pair| pair[0].0 <= time_s && time_s < pair[1].0)?;
+    let share = (time_s - pair[0].0) / (pair[1].0 - pair[0].0);
+    Some(pair[0].1 + share * (pair[1].1 - pair[0].1))
+}
