@@ -30,7 +30,7 @@ pub(crate) fn man(arguments: &ManPage) -> Result<Outcome, Error> {
             let command = program.find_subcommand(name).ok_or_else(|| {
                 Error::Argument(format!("man: expected one of {}; found {name:?}", names()))
             })?;
-            Man::new(command.clone().name(format!("{NAME}-{name}")))
+            Man::new(command.clone()).title(format!("{NAME}-{name}"))
         }
     };
     let mut text = Vec::new();
