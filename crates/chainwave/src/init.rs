@@ -82,7 +82,10 @@ fn trials_table(found: &[(String, RecordingInfo)]) -> String {
 /// What was found, in a sentence.
 fn in_words(recording: &str, seen: &Seen) -> String {
     let n = seen.row.markers.len();
-    let pitch = seen.row.pitch_px.map_or_else(String::new, |pitch| format!(", {:.2} px apart", pitch.value));
+    let pitch = seen
+        .row
+        .pitch_px
+        .map_or_else(String::new, |pitch| format!(", {:.2} +- {:.2} px apart", pitch.value, pitch.sigma));
     let sigmas: Vec<f64> =
         seen.row.markers.iter().filter_map(|marker| Some(marker.sigma_px.as_ref().ok()?[0])).collect();
     let sigma =
@@ -114,7 +117,7 @@ impl Lines {
         let subset = &first.subset;
         Self {
             scale: seen.row.pitch_px.map_or(asked.scale, |pitch| {
-                format!("FILL_IN          # pixels between neighbours over the pitch: {:.3} px / pitch_m", pitch.value)
+                format!("FILL_IN          # pixels between neighbours over the pitch: {:.2} +- {:.2} px / pitch_m", pitch.value, pitch.sigma)
             }),
             first_body: format!(
                 "[{:.2}, {:.2}]   # the first marker of the first recording; right if that is body 1 and the stage stood at 0",

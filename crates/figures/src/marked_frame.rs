@@ -116,7 +116,7 @@ fn draw_subset(drawing: &mut Drawing, plot: &Plot, subset: &MarkedSubset) {
     if fits && room {
         let plate = PageRect::new(middle - 0.5 * wide - 0.4, edge - GAP_MM - em_mm, wide + 0.8, em_mm);
         drawing.fill(plate, CHAIN);
-        drawing.text(&subset.name, (middle, edge - GAP_MM - 0.2 * em_mm), em_mm, Anchor::Middle);
+        drawing.text(&subset.name, (middle, edge - GAP_MM - 0.5 * em_mm), em_mm, Anchor::Middle);
     }
 }
 
