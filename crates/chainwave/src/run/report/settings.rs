@@ -26,7 +26,11 @@ pub(super) fn section(setup: &Setup, results: &Results) -> String {
     }
     let tracking = &setup.experiment.tracking;
     let m_per_px = setup.map.m_per_px();
-    rows.push(("scale", format!("{:.2} ± {:.2} µm/px", 1e6 * m_per_px.value, 1e6 * m_per_px.sigma)));
+    let scale_sigma = match m_per_px.sigma > 0.0 {
+        true => format!("± {:.2} µm/px", 1e6 * m_per_px.sigma),
+        false => "µm/px, taken as exact".into(),
+    };
+    rows.push(("scale", format!("{:.2} {scale_sigma}", 1e6 * m_per_px.value)));
     rows.push((
         "subset",
         format!("{} x {} px", 2 * tracking.half_width_px + 1, 2 * tracking.half_height_px + 1),
