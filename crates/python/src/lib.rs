@@ -1,7 +1,7 @@
 //! The inside of the Python module `chainwave`: the library crates, callable.
 //!
 //! The crate converts and computes nothing: a Python value becomes a value of the library, work goes on in a thread of its own without the
-//! interpreter's lock ([`work`]), and what is found goes back as a table that every Arrow reader takes ([`table`]), or as numbers with
+//! interpreter's lock (`work`), and what is found goes back as a table that every Arrow reader takes (`table`), or as numbers with
 //! their sigmas. What a user sees, with types and documentation, is Python in `python/chainwave`; it calls nothing here that a user should.
 //!
 //! Only the stable ABI is used, so one build serves every Python from 3.9 on and needs none to be made. NumPy is met in Python alone:
@@ -28,6 +28,7 @@ use pyo3::prelude::*;
 fn _chainwave(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<recording::OpenedRecording>()?;
+    module.add_class::<recording::FrameView>()?;
     module.add_class::<table::ArrowTable>()?;
     module.add_function(wrap_pyfunction!(recording::open, module)?)?;
     module.add_function(wrap_pyfunction!(recording::recording_of_counts, module)?)?;

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use chainwave_camera::{OpenOptions, RawGeometry, SheetLayout, contact_sheet, open_with};
 use chainwave_experiment::SensorFiles;
-use chainwave_measurement::{MemoryRecording, Recording, RecordingInfo, Region};
+use chainwave_measurement::{MemoryRecording, PlainFrame, Recording, RecordingInfo, Region};
 use pyo3::prelude::*;
-use pyo3::types::{PyByteArray, PyBytes};
+use pyo3::types::{PyByteArray, PyBytes, PyDict};
 use serde_json::json;
 
 use crate::failure::Failure;
@@ -168,6 +168,18 @@ impl OpenedRecording {
         Ok(PyByteArray::new(py, &read?))
     }
 
+    /// A frame where it lies in memory, as NumPy's array interface; `None` where it must be read.
+    fn view(&self, frame: usize) -> Option<FrameView> {
+        let whole = FrameView { recording: Arc::clone(&self.recording), frame };
+        let fits = whole.plain().is_some_and(|plain| {
+            let pixel = if plain.pixel_bytes == 1 { Pixel::U1 } else { Pixel::U2 };
+            // Arrays have the machine's byte order, whatever the file's.
+            pixel == self.pixel
+                && (plain.pixel_bytes == 1 || plain.is_big_endian == cfg!(target_endian = "big"))
+        });
+        fits.then_some(whole)
+    }
+
     /// Some frames side by side, reduced: columns, rows and gray levels of the sheet.
     fn sheet<'py>(
         &self,
@@ -178,6 +190,47 @@ impl OpenedRecording {
         let layout = SheetLayout { n_frames, n_columns: n_frames, tile_width_px };
         let sheet = py.detach(|| contact_sheet(self.recording.as_ref(), layout).map_err(Failure::from))?;
         Ok((sheet.width_px, sheet.height_px, PyBytes::new(py, &sheet.pixels)))
+    }
+}
+
+/// A frame where it lies in memory. NumPy keeps this as long as an array shows it, and with it the recording.
+#[pyclass(frozen, module = "chainwave._chainwave")]
+pub(crate) struct FrameView {
+    recording: Arc<dyn Recording>,
+    frame: usize,
+}
+
+impl FrameView {
+    fn plain(&self) -> Option<PlainFrame<'_>> {
+        let info = self.recording.info();
+        let plain = self.recording.plain_frame(self.frame)?;
+        // The last row need not be filled up.
+        let n_bytes = info.height_px.checked_sub(1)? * plain.row_bytes + info.width_px * plain.pixel_bytes;
+        (plain.bytes.len() >= n_bytes).then_some(plain)
+    }
+}
+
+#[pymethods]
+impl FrameView {
+    /// NumPy's array interface, version 3: bytes that may not be written.
+    #[getter]
+    fn __array_interface__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let gone = || Failure::Argument(format!("frame {} no longer lies in memory", self.frame));
+        let plain = self.plain().ok_or_else(gone)?;
+        let info = self.recording.info();
+        let (first_byte, row_step) = match plain.bottom_row_first {
+            true => ((info.height_px - 1) * plain.row_bytes, -(plain.row_bytes as isize)),
+            false => (0, plain.row_bytes as isize),
+        };
+        let interface = PyDict::new(py);
+        let order = if plain.is_big_endian { '>' } else { '<' };
+        let kind = if plain.pixel_bytes == 1 { "|u1".to_owned() } else { format!("{order}u2") };
+        interface.set_item("version", 3)?;
+        interface.set_item("typestr", kind)?;
+        interface.set_item("shape", (info.height_px, info.width_px))?;
+        interface.set_item("strides", (row_step, plain.pixel_bytes))?;
+        interface.set_item("data", (plain.bytes.as_ptr() as usize + first_byte, true))?;
+        Ok(interface)
     }
 }
 

@@ -47,6 +47,23 @@ def test_bytes_stay_bytes(tmp_path: Path) -> None:
     assert opened.dtype == np.uint8 and np.array_equal(opened[0], bytes_of[0])
 
 
+def test_frames_of_whole_bytes_are_views_of_the_file(recording: Path, frames: Any, tmp_path: Path) -> None:
+    opened = cw.open(recording)
+    first, again = opened[3], opened[3]
+    address = first.__array_interface__["data"][0]
+    assert again.__array_interface__["data"][0] == address and not first.flags.writeable
+    assert opened[4].__array_interface__["data"][0] == address + frames[0].nbytes
+    part = opened[3, 10:20, 30:50]
+    assert part.__array_interface__["data"][0] == address + 2 * (10 * 96 + 30)
+    del opened, again, part
+    # The array keeps the file open.
+    assert np.array_equal(first, frames[3])
+    # What is stored high byte first is read, as arrays have the machine's order.
+    np.save(tmp_path / "big.npy", frames.astype(">u2"))
+    big = cw.open(tmp_path / "big.npy")
+    assert big[3].dtype == np.uint16 and np.array_equal(big[3], frames[3])
+
+
 def test_arrays_are_recordings(frames: Any) -> None:
     of_array = cw.Recording.from_array(frames, rate_hz=1e5)
     assert np.array_equal(of_array[2], frames[2]) and of_array.bit_depth == 16

@@ -1,11 +1,31 @@
 """The inside of the module: the library crates, callable. Users import `chainwave`."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, final
+
+__all__ = [
+    "ArrowTable",
+    "ExperimentResults",
+    "FrameView",
+    "MergedMotion",
+    "OpenedRecording",
+    "PreparedExperiment",
+    "__version__",
+    "correlate",
+    "fit",
+    "fit_contact",
+    "measure_motion",
+    "merge",
+    "open",
+    "read_text",
+    "recording_of_counts",
+    "simulate",
+    "toml_of_json",
+    "track",
+]
 
 __version__: str
 
-_Cells = Sequence[float | None] | Sequence[str]
 _Columns = list[tuple[str, list[Any]]]
 _Progress = Callable[[str, int, int], object]
 _Told = tuple[float, float, tuple[float, float]]
@@ -19,7 +39,13 @@ class OpenedRecording:
     def info(self) -> str: ...
     def times(self) -> bytes: ...
     def read(self, frame: int, x: int, y: int, width: int, height: int) -> bytearray: ...
+    def view(self, frame: int) -> FrameView | None: ...
     def sheet(self, n_frames: int, tile_width_px: int) -> tuple[int, int, bytes]: ...
+
+@final
+class FrameView:
+    @property
+    def __array_interface__(self) -> dict[str, Any]: ...
 
 @final
 class ArrowTable:
@@ -32,6 +58,69 @@ class ArrowTable:
     def __arrow_c_schema__(self) -> object: ...
     def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
 
+_Number = tuple[_Told | None, str | None]
+
+@final
+class PreparedExperiment:
+    def __new__(
+        cls,
+        path: str,
+        text: str,
+        *,
+        recordings: str | None = None,
+        trials: _Columns | None = None,
+        partial: bool = False,
+    ) -> PreparedExperiment: ...
+    def __len__(self) -> int: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def recordings(self) -> list[str]: ...
+    def check(self, *, n_threads: int | None = None) -> list[tuple[str, str, str]]: ...
+    def run(
+        self, striker: int, *, n_threads: int | None = None, progress: _Progress | None = None
+    ) -> ExperimentResults: ...
+
+@final
+class ExperimentResults:
+    @property
+    def striker_velocity_m_per_s(self) -> float: ...
+    @property
+    def numbers(self) -> list[tuple[str, _Number]]: ...
+    @property
+    def tables(self) -> list[tuple[str, ArrowTable]]: ...
+    @property
+    def warnings(self) -> list[tuple[str, str, str]]: ...
+    @property
+    def recordings(self) -> list[tuple[str, int, int, str, str | None]]: ...
+    @property
+    def details(self) -> str: ...
+    @property
+    def decisions(self) -> str: ...
+
+@final
+class MergedMotion: ...
+
+def merge(
+    tracks: str | _Columns,
+    *,
+    n_bodies: int | None,
+    rest_until_s: float,
+    drive_scatter: float | None,
+    trigger_sigma_s: float | None,
+    view_trigger_sigma_s: float | None,
+) -> tuple[MergedMotion, ArrowTable, str, list[str]]: ...
+def measure_motion(
+    motion: MergedMotion | str | _Columns, measuring: dict[str, Any]
+) -> tuple[list[tuple[str, _Number]], list[tuple[str, ArrowTable]]]: ...
+def fit(
+    merged: MergedMotion,
+    path: str,
+    text: str,
+    *,
+    striker_velocity_sigma_m_per_s: float,
+    n_threads: int | None,
+) -> tuple[list[tuple[str, _Number]], str, list[str]]: ...
 def open(
     path: str,
     *,

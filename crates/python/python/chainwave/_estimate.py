@@ -32,3 +32,13 @@ class Estimate(NamedTuple):
         if self.value is None:
             return f"refused: {self.refused}"
         return f"{self.value:.6g} +- {self.sigma:.2g}"
+
+
+def estimates_of(
+    numbers: list[tuple[str, tuple[Optional[tuple[float, float, tuple[float, float]]], Optional[str]]]],
+) -> dict[str, Estimate]:
+    """Numbers by their names; those that are refused with the reason."""
+    return {
+        name: Estimate(None, None, None, refused) if told is None else Estimate(*told)
+        for name, (told, refused) in numbers
+    }

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import ArrayLike, NDArray
 
-    Counts = NDArray[Any]
+    _Counts = NDArray[Any]
 
 
 class Recording:
@@ -31,7 +31,8 @@ class Recording:
     gains were taken out). ``recording[-1]`` is the last frame, ``recording[10:20]`` a stack of shape
     ``(10, height_px, width_px)``, and ``recording[k, 40:80, 100:200]`` reads rows 40 to 79 of columns 100 to 199 alone.
 
-    Opening reads the header alone; uncompressed files are memory-mapped, and a region costs its rows.
+    Opening reads the header alone; uncompressed files are memory-mapped, and a region costs its rows. Where the file holds 8 or 16 bits
+    a pixel as they are, a frame is a view of the file itself, without a copy, that cannot be written to: take ``.copy()`` for that.
 
     Recordings come from :func:`chainwave.open` and :meth:`Recording.from_array`.
     """
@@ -187,11 +188,11 @@ class Recording:
         """Number of frames."""
         return self.n_frames
 
-    def __iter__(self) -> Iterator[Counts]:
+    def __iter__(self) -> Iterator[_Counts]:
         """The frames, one after the other."""
         return (self[frame] for frame in range(len(self)))
 
-    def read_region(self, frame: int, x: int, y: int, width: int, height: int) -> Counts:
+    def read_region(self, frame: int, x: int, y: int, width: int, height: int) -> _Counts:
         """Counts of a rectangle of a frame; only its rows are read.
 
         Parameters
@@ -212,7 +213,12 @@ class Recording:
 
         if min(x, y, width, height) < 0:
             raise ChainwaveError(f"{self.path}: region {(x, y, width, height)}: expected numbers from 0")
-        counts = self._inner.read(self._frame(frame), x, y, width, height)
+        number = self._frame(frame)
+        view = self._inner.view(number)
+        if view is not None and x + width <= self.width_px and y + height <= self.height_px:
+            shown: _Counts = np.asarray(view)[y : y + height, x : x + width]
+            return shown
+        counts = self._inner.read(number, x, y, width, height)
         return np.frombuffer(counts, dtype=self.dtype).reshape(height, width)
 
     def _frame(self, frame: int) -> int:
@@ -222,30 +228,31 @@ class Recording:
         return number
 
     @overload
-    def __getitem__(self, key: int) -> Counts: ...
+    def __getitem__(self, key: int) -> _Counts: ...
 
     @overload
-    def __getitem__(self, key: slice) -> Counts: ...
+    def __getitem__(self, key: slice) -> _Counts: ...
 
     @overload
-    def __getitem__(self, key: tuple[Union[int, slice], ...]) -> Counts: ...
+    def __getitem__(self, key: tuple[Union[int, slice], ...]) -> _Counts: ...
 
-    def __getitem__(self, key: Union[int, slice, tuple[Union[int, slice], ...]]) -> Counts:
+    def __getitem__(self, key: Union[int, slice, tuple[Union[int, slice], ...]]) -> _Counts:
         """Frames by number or slice, and regions of them: ``recording[frames, rows, columns]``."""
         import operator
 
         import numpy as np
 
-        frames, *rest = key if isinstance(key, tuple) else (key,)
-        if len(rest) > 2:
-            raise IndexError("expected at most three indices: frames, rows, columns")
-        rows, columns = [*rest, *[slice(None)] * (2 - len(rest))]
+        keys: tuple[Union[int, slice], ...] = key if isinstance(key, tuple) else (key,)
+        if not 1 <= len(keys) <= 3:
+            raise IndexError(f"expected one to three indices, frames, rows, columns, found {len(keys)}")
+        padded = [*keys, slice(None), slice(None)]
+        frames, rows, columns = padded[0], padded[1], padded[2]
         y, height, row_key = _extent(rows, self.height_px)
         x, width, column_key = _extent(columns, self.width_px)
 
-        def one(frame: int) -> Counts:
+        def one(frame: int) -> _Counts:
             region = self.read_region(frame, x, y, width, height)
-            found: Counts = region[row_key, column_key]
+            found: _Counts = region[row_key, column_key]
             return found
 
         if isinstance(frames, slice):
@@ -256,7 +263,7 @@ class Recording:
             return np.empty((0, *empty.shape), dtype=self.dtype)
         return one(operator.index(frames))
 
-    def __array__(self, dtype: Any = None, copy: Optional[bool] = None) -> Counts:
+    def __array__(self, dtype: Any = None, copy: Optional[bool] = None) -> _Counts:
         """All frames, shape ``(n_frames, height_px, width_px)``; they are read."""
         import numpy as np
 
@@ -286,8 +293,7 @@ def _extent(key: Union[int, slice], n: int) -> tuple[int, int, Union[int, slice]
         if not numbers:
             return 0, 0, slice(None)
         first, last = min(numbers), max(numbers)
-        step = slice(None, None, numbers.step) if numbers.step > 0 else slice(None, None, numbers.step)
-        return first, last - first + 1, step
+        return first, last - first + 1, slice(None, None, numbers.step)
     number = operator.index(key)
     number = number + n if number < 0 else number
     if not 0 <= number < n:
