@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import doctest
+import importlib
+import os
 import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
+
+import pytest
 
 PROGRAM = """
 from conftest import film
@@ -21,10 +26,25 @@ print("done", flush=True)
 
 
 def test_import_is_quick_and_leaves_numpy_alone() -> None:
-    program = "import sys, time; start = time.perf_counter(); import chainwave; print(time.perf_counter() - start, 'numpy' in sys.modules)"
-    runs = [subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True) for _ in range(3)]
+    measure = "import time; start = time.process_time(); import chainwave; print(time.process_time() - start, 'numpy' in sys.modules)"
+    runs = [
+        subprocess.run([sys.executable, "-c", f"import sys; {measure}"], check=True, capture_output=True, text=True)
+        for _ in range(5)
+    ]
     seconds, with_numpy = zip(*(run.stdout.split() for run in runs))
-    assert min(map(float, seconds)) < 0.1 and set(with_numpy) == {"False"}
+    assert set(with_numpy) == {"False"}
+    if os.getloadavg()[0] > (os.cpu_count() or 1):
+        pytest.skip("the machine has other work: times say nothing")
+    assert min(map(float, seconds)) < 0.1
+
+
+def test_examples_in_the_documentation_hold() -> None:
+    import chainwave
+
+    modules = ["_estimate", "_experiment", "_models", "_pieces", "_recording", "_table", "_tracking"]
+    results = [doctest.testmod(importlib.import_module(f"chainwave.{name}")) for name in modules]
+    assert sum(result.attempted for result in results) > 0 and not any(result.failed for result in results)
+    assert all(getattr(chainwave, name).__doc__ for name in chainwave.__all__ if name != "__version__")
 
 
 def test_ctrl_c_ends_work_at_once() -> None:

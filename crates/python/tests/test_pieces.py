@@ -66,6 +66,7 @@ def test_a_motion_is_measured_with_and_without_errors() -> None:
     measured = cw.measure(noisy, pitch_m=[0.03] * 19, first_gap=2, last_gap=12)
     velocity = measured.group_velocity_m_per_s
     assert velocity.sigma is not None and 0 < velocity.sigma < 4.0 and abs(float(velocity) - 200.0) < 4 * velocity.sigma
+    assert np.array_equal(cw.strain_map(noisy, pitch_m=0.03)["strain"], measured.strain["strain"])
     assert measured.strain.columns == ["t_s", "gap", "strain", "sigma"] and len(measured.energy) == 0
 
 

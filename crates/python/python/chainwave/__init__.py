@@ -25,7 +25,7 @@ from ._errors import ChainwaveError, ChainwaveWarning, MissingFileError
 from ._estimate import Estimate
 from ._experiment import Experiment, Finding, RecordingState, Results
 from ._models import ContactLaw, Motion, fit_contact, simulate
-from ._pieces import Fit, Measurement, MergedMotion, fit, measure, merge
+from ._pieces import Fit, Measurement, MergedMotion, fit, measure, merge, strain_map
 from ._recording import Recording, open
 from ._table import Table
 from ._tracking import Field, Subset, Tracks, correlate, track
@@ -57,5 +57,6 @@ __all__ = [
     "merge",
     "open",
     "simulate",
+    "strain_map",
     "track",
 ]

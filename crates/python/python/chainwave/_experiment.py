@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import html
-import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union
 
@@ -49,6 +47,8 @@ class Results:
     """What a run of an experiment found. The tables have the columns of those that ``chainwave run`` writes."""
 
     def __init__(self, inner: _chainwave.ExperimentResults) -> None:
+        import json
+
         self._numbers = estimates_of(inner.numbers)
         self._tables = {name: Table(table) for name, table in inner.tables}
         #: Nominal velocity of the striker, in metres per second.
@@ -142,6 +142,8 @@ class Results:
         return f"<chainwave.Results: {told}>"
 
     def _repr_html_(self) -> str:
+        import html
+
         rows = "".join(
             f"<tr><th>{html.escape(name)}</th><td>{html.escape(str(estimate))}</td></tr>"
             for name, estimate in self._numbers.items()
@@ -243,5 +245,7 @@ class Experiment:
         return f"<chainwave.Experiment {self.name!r}: {len(self.recordings)} recordings>"
 
     def _repr_html_(self) -> str:
+        import html
+
         rows = "".join(f"<li>{html.escape(name)}</li>" for name in self.recordings)
         return f"<p>{html.escape(self.name)}</p><ul>{rows}</ul>"

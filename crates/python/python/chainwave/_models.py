@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Union
@@ -52,6 +51,8 @@ def simulate(scene: Union[Path, Mapping[str, Any]]) -> Motion:
     >>> motion.columns
     ['t_s', 'body', 'x_m', 'v_m_per_s']
     """
+    import json
+
     path, text = text_of(scene, "scene")
     inner, summary = _chainwave.simulate(path, text)
     return Motion(inner, json.loads(summary))
@@ -136,5 +137,7 @@ def fit_contact(curve: TableLike, *, zero: str = "auto") -> ContactLaw:
     ContactLaw
         `a`, `delta_0_m`, `p`, `f_0_n`, `k_0_n_per_m`, each with `.value`, `.sigma` and `.interval95` (by Student's factor).
     """
+    import json
+
     parameters, details = _chainwave.fit_contact(table_argument(curve, "curve"), zero)
     return ContactLaw({name: Estimate(*told) for name, told in parameters}, json.loads(details))

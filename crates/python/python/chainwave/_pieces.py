@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Optional, Union
 
@@ -150,6 +149,8 @@ def merge(
     MergedMotion
         Displacements from rest in metres, with their standard uncertainties.
     """
+    import json
+
     inner, table, alignments, notes = _chainwave.merge(
         _trials(tracks, m_per_px),
         n_bodies=n_bodies,
@@ -199,10 +200,17 @@ def _in_metres(columns: Columns, m_per_px: Optional[float]) -> Columns:
     kept = [(name, found[name]) for name in ("recording", "view", "trial", "t_s") if name in found]
     return [
         *kept,
-        ("body", found.get("body") or [float(name) for name in found["name"]]),
+        ("body", found.get("body") or [_body(name) for name in found["name"]]),
         ("x_m", scaled("x_px", m_per_px)),
         ("sigma_m", scaled("sigma_x_px", abs(m_per_px))),
     ]
+
+
+def _body(name: Any) -> int:
+    try:
+        return int(str(name))
+    except ValueError as wrong:
+        raise ChainwaveError(f"tracks: name {name!r}: expected the number of a body (hint: a column body says it)") from wrong
 
 
 def measure(
@@ -258,6 +266,18 @@ def measure(
     return Measurement(estimates_of(numbers), {name: Table(table) for name, table in tables})
 
 
+def strain_map(motion: TableLike, *, pitch_m: Union[float, Sequence[float]]) -> Table:
+    """Strain of every gap over time: `t_s`, `gap`, `strain`, `sigma`; compression is negative.
+
+    Parameters
+    ----------
+    motion, pitch_m
+        As for :func:`measure`.
+    """
+    # The sigma of a strain follows from those of the displacements, without replicas, of which 20 are the fewest.
+    return measure(motion, pitch_m=pitch_m, n_replicas=20).strain
+
+
 def fit(
     motion: MergedMotion,
     scene: Union[Path, Mapping[str, Any]],
@@ -279,6 +299,8 @@ def fit(
     threads : int, optional
         All cores when left out; the bits are the same for any number.
     """
+    import json
+
     if isinstance(scene, Mapping):
         scene = {"duration_s": 1.0, "output_interval_s": 1.0, **scene}
     path, text = text_of(scene, "scene")

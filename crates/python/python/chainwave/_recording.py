@@ -2,13 +2,7 @@
 
 from __future__ import annotations
 
-import base64
-import html
-import json
 import os
-import struct
-import warnings as _warnings
-import zlib
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Optional, Union, overload
 
@@ -39,6 +33,8 @@ class Recording:
 
     def __init__(self, inner: _chainwave.OpenedRecording) -> None:
         self._inner = inner
+        import json
+
         self._info: dict[str, Any] = json.loads(inner.info())
 
     @classmethod
@@ -278,6 +274,9 @@ class Recording:
         return f"<chainwave.Recording {self.path!r}: {self.format}, {size}, {rate}>"
 
     def _repr_html_(self) -> str:
+        import base64
+        import html
+
         width, height, gray = self._inner.sheet(6, 160)
         picture = base64.b64encode(_png(width, height, gray)).decode()
         caption = html.escape(repr(self).strip("<>"))
@@ -303,6 +302,8 @@ def _extent(key: Union[int, slice], n: int) -> tuple[int, int, Union[int, slice]
 
 def _png(width: int, height: int, gray: bytes) -> bytes:
     """A picture of 8-bit gray levels as PNG."""
+    import struct
+    import zlib
 
     def chunk(kind: bytes, data: bytes) -> bytes:
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
@@ -365,4 +366,6 @@ def as_recording(value: Any, **options: Any) -> Recording:
 
 def warn(message: str, stacklevel: int = 3) -> None:
     """Tells what a careful reader should know."""
-    _warnings.warn(message, ChainwaveWarning, stacklevel=stacklevel + 1)
+    import warnings
+
+    warnings.warn(message, ChainwaveWarning, stacklevel=stacklevel + 1)

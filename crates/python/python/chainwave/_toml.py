@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,6 +10,8 @@ from . import _chainwave
 
 def toml_of(tables: Mapping[str, Any]) -> str:
     """The text of a dict; ``None`` is left out, paths are texts, NumPy's numbers and arrays are numbers and lists."""
+    import json
+
     return _chainwave.toml_of_json(json.dumps(_plain(tables)))
 
 
