@@ -22,16 +22,21 @@ pub(crate) enum Cells {
 pub(crate) type NamedCells = Vec<(String, Cells)>;
 
 /// A table, with a name for messages.
-pub(crate) fn table_of(name: &str, columns: NamedCells) -> Table {
+pub(crate) fn table_of(table: &str, columns: NamedCells) -> Result<Table, Failure> {
     let of = |(name, cells): (String, Cells)| match cells {
-        // What is no number was lost, as NumPy and others write it.
         Cells::Numbers(values) => {
-            let finite = values.into_iter().map(|value| value.filter(|value| !value.is_nan()));
-            (name, Column::Numbers(finite.collect()))
+            let infinite = values.iter().position(|value| value.is_some_and(f64::is_infinite));
+            if let Some(row) = infinite {
+                let message = format!("{table}, row {row}, column {name}: expected a number, found infinity");
+                return Err(Failure::Argument(message));
+            }
+            // What is no number was lost, as NumPy and others write it.
+            let known = values.into_iter().map(|value| value.filter(|value| !value.is_nan()));
+            Ok((name, Column::Numbers(known.collect())))
         }
-        Cells::Texts(values) => (name, Column::Texts(values)),
+        Cells::Texts(values) => Ok((name, Column::Texts(values))),
     };
-    Table::new(Path::new(name), columns.into_iter().map(of).collect())
+    Ok(Table::new(Path::new(table), columns.into_iter().map(of).collect::<Result<_, _>>()?))
 }
 
 /// A table for a function: columns from Python, or the path of a CSV file.
@@ -49,7 +54,7 @@ impl TableArgument {
     /// The table; columns go under a name in messages.
     pub(crate) fn table(self, name: &str) -> Result<Table, Failure> {
         match self {
-            Self::Columns(columns) => Ok(table_of(name, columns)),
+            Self::Columns(columns) => table_of(name, columns),
             Self::File(path) => Ok(Table::read_csv(&path)?),
         }
     }

@@ -18,8 +18,8 @@ use crate::work::{Link, Stoppable, watched};
 #[expect(clippy::too_many_arguments, reason = "each is named where it is called, from Python")]
 pub(crate) fn correlate(
     py: Python<'_>,
-    reference: PyRef<'_, OpenedRecording>,
-    deformed: PyRef<'_, OpenedRecording>,
+    reference: &Bound<'_, OpenedRecording>,
+    deformed: &Bound<'_, OpenedRecording>,
     matching: Matching,
     step_px: Option<usize>,
     half_px: Option<usize>,
@@ -30,9 +30,9 @@ pub(crate) fn correlate(
         let message = format!("strain_window {strain_window}: expected an odd number of points from 3 to 99");
         return Err(Failure::Argument(message).into());
     }
-    let (choice, n_threads) = (matching.choice()?, matching.n_threads());
+    let (choice, n_threads) = matching.choice()?;
     let request = FieldRequest { choice, half_px, step_px, n_threads };
-    let pictures = [reference.recording.clone(), deformed.recording.clone()];
+    let pictures = [reference, deformed].map(|opened| Arc::clone(&opened.get().recording));
     let work = move |_: &Monitor<'_>, link: &Arc<Link>| {
         let [reference, deformed] = pictures.map(|recording| Stoppable { recording, link: Arc::clone(link) });
         let found = request.carry_out(&reference, &deformed, &|n| link.advance(n))?;

@@ -1,6 +1,6 @@
 //! An experiment from its recordings to its results, as `chainwave run` goes.
 
-use std::path::PathBuf;
+use std::path::Path;
 use std::sync::Arc;
 
 use chainwave_experiment::{
@@ -51,18 +51,19 @@ impl PreparedExperiment {
     #[new]
     #[pyo3(signature = (path, text, *, recordings = None, trials = None, partial = false))]
     fn new(
-        path: PathBuf,
+        path: &str,
         text: &str,
-        recordings: Option<PathBuf>,
+        recordings: Option<&str>,
         trials: Option<NamedCells>,
         partial: bool,
     ) -> Result<Self, Failure> {
-        let experiment = Experiment::parse(&path, text)?;
+        let path = Path::new(path);
+        let experiment = Experiment::parse(path, text)?;
         let table = match trials {
-            Some(columns) => experiment.trials_of(&table_of("trials", columns))?,
-            None => experiment.read_trials(&path)?,
+            Some(columns) => experiment.trials_of(&table_of("trials", columns)?)?,
+            None => experiment.read_trials(path)?,
         };
-        let mut setup = Setup::of(experiment, table, &path, recordings.as_deref())?;
+        let mut setup = Setup::of(experiment, table, path, recordings.map(Path::new))?;
         setup.takes_partial = partial;
         Ok(Self { setups: setup.by_striker(), store: Arc::new(MemoryStore::default()) })
     }

@@ -32,6 +32,8 @@ pub(crate) struct MergedMotion {
     observations: Arc<Vec<Observation>>,
 }
 
+/// Named numbers.
+type Numbers = Vec<(&'static str, Number)>;
 /// Named tables.
 type Tables = Vec<(&'static str, ArrowTable)>;
 
@@ -233,7 +235,7 @@ pub(crate) fn measure_motion(
     py: Python<'_>,
     motion: MotionArgument<'_>,
     measuring: Measuring,
-) -> PyResult<(Vec<(&'static str, Number)>, Tables)> {
+) -> PyResult<(Numbers, Tables)> {
     let motion = motion.motion()?;
     let found = watched(py, None, move |_, _| measured(&motion, &measuring))?;
     let velocity = found.group_velocity.as_ref();
@@ -302,7 +304,7 @@ pub(crate) fn fit(
     text: String,
     striker_velocity_sigma_m_per_s: f64,
     n_threads: Option<NonZero<usize>>,
-) -> PyResult<(Vec<(&'static str, Number)>, String, Vec<String>)> {
+) -> PyResult<(Numbers, String, Vec<String>)> {
     let merged = merged.get();
     let (stitched, observations) = (Arc::clone(&merged.stitched), Arc::clone(&merged.observations));
     let (fit, critical) = watched(py, None, move |_, _| {

@@ -1,6 +1,6 @@
 //! Recordings for Python: what they say of themselves, and pixels as bytes.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use chainwave_camera::{OpenOptions, RawGeometry, SheetLayout, contact_sheet, open_with};
@@ -43,18 +43,18 @@ impl OpenedRecording {
 #[pyo3(signature = (path, *, rate_hz = None, raw = None, partial = false, dark = None, flat = None))]
 pub(crate) fn open(
     py: Python<'_>,
-    path: PathBuf,
+    path: &str,
     rate_hz: Option<f64>,
     raw: Option<&str>,
     partial: bool,
-    dark: Option<PathBuf>,
-    flat: Option<PathBuf>,
+    dark: Option<&str>,
+    flat: Option<&str>,
 ) -> PyResult<OpenedRecording> {
     let raw: Option<RawGeometry> = raw.map(str::parse).transpose().map_err(Failure::from)?;
     let options = OpenOptions { rate_hz, partial, raw, ..OpenOptions::default() };
     let opened = py.detach(|| -> Result<OpenedRecording, Failure> {
-        let sensor = SensorFiles::read(dark.as_deref(), flat.as_deref(), &options)?;
-        let recording = open_with(&path, &options)?;
+        let sensor = SensorFiles::read(dark.map(Path::new), flat.map(Path::new), &options)?;
+        let recording = open_with(Path::new(path), &options)?;
         Ok(match sensor {
             None => OpenedRecording::of_counts(recording.into()),
             Some(sensor) => {

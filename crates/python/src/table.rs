@@ -26,7 +26,8 @@ impl ArrowTable {
     pub(crate) fn of(table: ResultTable) -> PyResult<Self> {
         let (fields, arrays): (Vec<Field>, Vec<ArrayRef>) =
             table.columns.into_iter().map(|(name, values)| column(name, values)).unzip();
-        let batch = RecordBatch::try_new(Arc::new(Schema::new(fields)), arrays).map_err(refused)?;
+        let batch =
+            RecordBatch::try_new(Arc::new(Schema::new(fields)), arrays).map_err(|error| refused(&error))?;
         Ok(Self { batch })
     }
 
@@ -48,7 +49,7 @@ fn column(name: &str, values: Values) -> (Field, ArrayRef) {
     (Field::new(name, arrow_array::Array::data_type(&array).clone(), true), array)
 }
 
-fn refused(error: ArrowError) -> PyErr {
+fn refused(error: &ArrowError) -> PyErr {
     PyRuntimeError::new_err(error.to_string())
 }
 
@@ -104,7 +105,8 @@ impl ArrowTable {
 
     /// The schema as an Arrow PyCapsule.
     fn __arrow_c_schema__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyCapsule>> {
-        let schema = FFI_ArrowSchema::try_from(self.batch.schema_ref().as_ref()).map_err(refused)?;
+        let schema =
+            FFI_ArrowSchema::try_from(self.batch.schema_ref().as_ref()).map_err(|error| refused(&error))?;
         PyCapsule::new_with_value(py, schema, SCHEMA)
     }
 

@@ -29,16 +29,12 @@ pub(crate) struct Matching {
 }
 
 impl Matching {
-    /// The way of matching.
-    pub(crate) fn choice(&self) -> Result<MethodChoice, Failure> {
-        let names = [&self.method, &self.shape, &self.interpolation].map(Option::as_deref);
+    /// The way of matching, and the threads.
+    pub(crate) fn choice(self) -> Result<(MethodChoice, NonZero<usize>), Failure> {
+        let Self { method, accuracy, shape, interpolation, threads: asked } = self;
+        let names = [&method, &shape, &interpolation].map(Option::as_deref);
         let [method, shape, interpolation] = names;
-        Ok(MethodChoice::named(method, self.accuracy, shape, interpolation)?)
-    }
-
-    /// Threads: all cores where they are left open.
-    pub(crate) fn n_threads(&self) -> NonZero<usize> {
-        threads(self.threads)
+        Ok((MethodChoice::named(method, accuracy, shape, interpolation)?, threads(asked)))
     }
 }
 
@@ -50,6 +46,9 @@ pub(crate) fn threads(asked: Option<NonZero<usize>>) -> NonZero<usize> {
 /// A subset as it was placed: recording, point, half width, half height, and why where its size was left open.
 type Placed = (String, String, usize, usize, Option<String>);
 
+/// A table of tracks, what is to be said of each recording, the subsets, and the method of each recording.
+type Found = (ArrowTable, Vec<(String, String)>, Vec<Placed>, Vec<String>);
+
 /// The tracks of points in recordings, what is to be said of each recording, the subsets, and the method of each recording.
 #[pyfunction]
 #[pyo3(signature = (recordings, points, matching, *, reference, progress = None))]
@@ -60,9 +59,9 @@ pub(crate) fn track(
     matching: Matching,
     reference: usize,
     progress: Option<&Bound<'_, PyAny>>,
-) -> PyResult<(ArrowTable, Vec<(String, String)>, Vec<Placed>, Vec<String>)> {
+) -> PyResult<Found> {
     let points = PlacedPoint::of_table(&points.table("points")?).map_err(Failure::from)?;
-    let (choice, n_threads) = (matching.choice()?, matching.n_threads());
+    let (choice, n_threads) = matching.choice()?;
     let recordings: Vec<_> =
         recordings.into_iter().map(|(name, opened)| (name, opened.recording.clone())).collect();
     let work = move |monitor: &chainwave_experiment::Monitor<'_>, link: &_| {

@@ -97,6 +97,8 @@ def test_wrong_points_are_named(recording: Path, tmp_path: Path) -> None:
         cw.track(recording, tmp_path / "points.csv")
     with pytest.raises(cw.ChainwaveError, match="expected one of"):
         cw.track(recording, {"name": ["a"], "x_px": [40], "y_px": [40]}, method="magic")
+    with pytest.raises(cw.ChainwaveError, match="points, row 0, column x_px: expected a number, found infinity"):
+        cw.track(recording, {"name": ["a"], "x_px": [np.inf], "y_px": [40]})
     with pytest.raises(FileNotFoundError):
         cw.track(recording, tmp_path / "nowhere.csv")
 
