@@ -7,7 +7,7 @@ use toml::{Table, Value};
 use crate::repository::{files, names_in, root};
 
 /// Which crates of the workspace a crate's product may depend on. `None`: on all of them.
-const ALLOWED: [(&str, Option<&[&str]>); 15] = [
+const ALLOWED: [(&str, Option<&[&str]>); 16] = [
     ("analysis", Some(&["measurement"])),
     ("camera", Some(&["measurement"])),
     ("chainwave", None),
@@ -29,6 +29,19 @@ const ALLOWED: [(&str, Option<&[&str]>); 15] = [
     ("inference", Some(&["analysis", "measurement", "mechanics"])),
     ("measurement", Some(&[])),
     ("mechanics", Some(&["measurement", "vectors"])),
+    (
+        "python",
+        Some(&[
+            "analysis",
+            "camera",
+            "correlation",
+            "experiment",
+            "inference",
+            "measurement",
+            "mechanics",
+            "stitching",
+        ]),
+    ),
     ("stitching", Some(&["measurement"])),
     ("synthetic", Some(&["measurement"])),
     ("testkit", Some(&["vectors"])),
@@ -94,7 +107,7 @@ fn the_testkit_serves_tests_alone() {
 #[test]
 fn the_command_joins_all_crates() {
     let used = dependencies(&manifest_of("chainwave"));
-    let no_step = ["chainwave", TESTKIT, "vectors", "xtask"];
+    let no_step = ["chainwave", "python", TESTKIT, "vectors", "xtask"];
     for (role, _) in ALLOWED.iter().filter(|(role, _)| !no_step.contains(role)) {
         assert!(used.contains(&format!("chainwave-{role}")), "chainwave does not use {role}");
     }

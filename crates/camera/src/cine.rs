@@ -12,7 +12,7 @@ mod setup;
 
 use std::path::{Path, PathBuf};
 
-use chainwave_measurement::{RecordingInfo, Region};
+use chainwave_measurement::{PlainFrame, RecordingInfo, Region};
 use memmap2::Mmap;
 
 use crate::bytes::Bytes;
@@ -102,6 +102,10 @@ impl CineImages {
 impl PixelSource for CineImages {
     fn read(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<u64, String> {
         Ok(self.layout.raster.unpack(self.image(frame)?, region, pixels))
+    }
+
+    fn plain_frame(&self, frame: usize) -> Option<PlainFrame<'_>> {
+        self.layout.raster.plain_frame(self.image(frame).ok()?)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use chainwave_measurement::{ReadError, Recording, RecordingInfo, Region};
+use chainwave_measurement::{PlainFrame, ReadError, Recording, RecordingInfo, Region};
 
 use crate::options::{ByteCounter, OpenOptions};
 
@@ -11,6 +11,11 @@ pub(crate) trait PixelSource: Send + Sync {
     /// Writes the counts of `region` in `frame`, which lie in the recording and are not empty, and says how many bytes of
     /// uncompressed pixels it looked at, or what was expected and found.
     fn read(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<u64, String>;
+
+    /// As [`Recording::plain_frame`]; the frame lies in the recording.
+    fn plain_frame(&self, _frame: usize) -> Option<PlainFrame<'_>> {
+        None
+    }
 
     /// As [`Recording::is_sequential`].
     fn is_sequential(&self) -> bool {
@@ -43,6 +48,10 @@ impl<S: PixelSource> Recording for FileRecording<S> {
 
     fn is_sequential(&self) -> bool {
         self.source.is_sequential()
+    }
+
+    fn plain_frame(&self, frame: usize) -> Option<PlainFrame<'_>> {
+        (frame < self.info.n_frames).then(|| self.source.plain_frame(frame))?
     }
 
     fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {

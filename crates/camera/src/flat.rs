@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use chainwave_measurement::Region;
+use chainwave_measurement::{PlainFrame, Region};
 use memmap2::Mmap;
 
 use crate::bytes::Bytes;
@@ -50,13 +50,22 @@ impl FlatFrames {
     }
 }
 
-impl PixelSource for FlatFrames {
-    fn read(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<u64, String> {
+impl FlatFrames {
+    /// The bytes of a frame.
+    fn image(&self, frame: usize) -> Result<&[u8], CameraError> {
         let frame_bytes = self.raster.frame_bytes();
         let start = self.first_byte + frame as u64 * frame_bytes;
-        let image = Bytes::new(&self.path, &self.map)
-            .slice("pixels", start, frame_bytes)
-            .map_err(|error| error.to_string())?;
+        Bytes::new(&self.path, &self.map).slice("pixels", start, frame_bytes)
+    }
+}
+
+impl PixelSource for FlatFrames {
+    fn read(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<u64, String> {
+        let image = self.image(frame).map_err(|error| error.to_string())?;
         Ok(self.raster.unpack(image, region, pixels))
+    }
+
+    fn plain_frame(&self, frame: usize) -> Option<PlainFrame<'_>> {
+        self.raster.plain_frame(self.image(frame).ok()?)
     }
 }

@@ -1,6 +1,6 @@
 //! The rows of an uncompressed frame: their order, stride and scale, and a region unpacked from them.
 
-use chainwave_measurement::Region;
+use chainwave_measurement::{PlainFrame, Region};
 
 use crate::packing::Packing;
 
@@ -36,6 +36,25 @@ impl Raster {
     /// The region lies in the frame, `image` has [`Raster::frame_bytes`], and `pixels` the region's size.
     pub(crate) fn unpack(&self, image: &[u8], region: Region, pixels: &mut [f32]) -> u64 {
         self.unpack_rows(region, pixels, |row| &image[row * self.row_bytes..][..self.row_bytes])
+    }
+
+    /// A frame as it lies in memory, where its pixels are whole bytes and mean what they say; `image` has [`Raster::frame_bytes`].
+    pub(crate) fn plain_frame<'a>(&self, image: &'a [u8]) -> Option<PlainFrame<'a>> {
+        let (pixel_bytes, is_big_endian) = match self.packing {
+            Packing::Gray8 => (1, false),
+            Packing::Gray16Little => (2, false),
+            Packing::Gray16Big => (2, true),
+            Packing::P10 | Packing::Packed10 | Packing::Packed12 => return None,
+        };
+        let Self { row_bytes, bottom_row_first, .. } = *self;
+        let is_unscaled = self.scale >= 1.0;
+        is_unscaled.then_some(PlainFrame {
+            bytes: image,
+            pixel_bytes,
+            is_big_endian,
+            row_bytes,
+            bottom_row_first,
+        })
     }
 
     /// As [`Raster::unpack`], for rows that lie where `stored_row` finds them.

@@ -3,20 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use chainwave_correlation::Method;
+use chainwave_experiment::USUAL_ERROR_PX;
 use serde::Serialize;
 
 use crate::error::Error;
 use crate::output::write_text;
-
-/// Noise that a subset of no given size may leave, where no accuracy is asked for, in pixels.
-const USUAL_ERROR_PX: f64 = 0.01;
-/// Share of an accuracy that noise may have, which leaves 0.6 of it, in the square, to what the method adds.
-const NOISE_SHARE: f64 = 0.8;
-
-/// Noise that a subset of no given size may leave, in pixels, for an accuracy or none.
-pub(crate) fn noise_px(accuracy_px: Option<f64>) -> f64 {
-    accuracy_px.map_or(USUAL_ERROR_PX, |accuracy_px| NOISE_SHARE * accuracy_px)
-}
 
 /// The choices of one run.
 #[derive(Serialize)]

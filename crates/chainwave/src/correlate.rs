@@ -2,39 +2,35 @@
 
 use std::path::Path;
 
-use chainwave_correlation::{
-    ChosenGrid, Field, FieldGrid, FieldPoint, Interpolation, Method, PicturePair, Reference, ReferenceFrames,
-    Settings, ShapeChoice, Strain, Window,
-};
-use chainwave_experiment::SensorFiles;
+use chainwave_correlation::{Field, FieldPoint, Strain};
+use chainwave_experiment::{FieldRequest, FoundField, MethodChoice, SensorFiles, field_table};
 use chainwave_figures::{FieldMap, FieldPanel};
-use chainwave_measurement::{Estimate, Recording, Region, Subset};
+use chainwave_measurement::{Estimate, Recording};
 use ndarray::Array2;
-use polars::prelude::Column;
 
-use crate::choices::{Choices, ChosenSize, file_name, noise_px};
+use crate::choices::{Choices, ChosenSize, file_name};
 use crate::cli;
 use crate::closing::{PointReadings, all_lost, closing_line};
 use crate::error::Error;
-use crate::matching::Chosen;
+use crate::matching;
 use crate::outcome::Outcome;
 use crate::parallel::threads;
 use crate::progress;
-use crate::table::{self, column};
+use crate::table;
 
 /// Correlates two images and writes the field, its strain and its pictures.
 pub(crate) fn correlate(arguments: &cli::Correlate) -> Result<Outcome, Error> {
-    let chosen = Chosen::of(&arguments.matching)?;
+    let choice = matching::choice(&arguments.matching)?;
     if arguments.strain_window.is_multiple_of(2) {
         let found = arguments.strain_window;
         return Err(Error::Argument(format!("--strain-window {found}: expected an odd number of points")));
     }
     table::expect_writable(&arguments.out)?;
     let [reference, deformed] = open(arguments)?;
-    let (field, choices) = field(arguments, &chosen, reference.as_ref(), deformed.as_ref())?;
+    let (field, choices) = field(arguments, choice, reference.as_ref(), deformed.as_ref())?;
     let line = closing(&field)?;
     let strains = chainwave_correlation::strains(&field, usize::from(arguments.strain_window) / 2);
-    table::write(&arguments.out, columns(&field, &strains))?;
+    table::write_result(&arguments.out, field_table(&field, &strains))?;
     draw(&arguments.out, &field, &strains)?;
     choices.write_beside(&arguments.out)?;
     choices.lines().iter().for_each(|line| print(line));
@@ -45,41 +41,20 @@ pub(crate) fn correlate(arguments: &cli::Correlate) -> Result<Outcome, Error> {
 /// The field on the grid that is asked for, or on one that the pictures ask for by themselves; and what was chosen.
 fn field(
     arguments: &cli::Correlate,
-    chosen: &Chosen,
+    choice: MethodChoice,
     reference: &dyn Recording,
     deformed: &dyn Recording,
 ) -> Result<(Field, Choices), Error> {
     let accuracy_px = arguments.matching.accuracy;
-    let whole = Reference::read_whole(reference, &ReferenceFrames::Single(0))?;
-    let by_texture = match arguments.half_size {
-        Some(_) => None,
-        None => Some(ChosenGrid::by_texture(&whole, noise_px(accuracy_px))?),
-    };
-    let half_px = by_texture.map_or(arguments.half_size.map_or(0, usize::from), |chosen| chosen.grid.half_px);
-    let (interpolation, shape) = solver(chosen, reference, half_px)?;
+    let (half_px, step_px) = (arguments.half_size.map(usize::from), arguments.step.map(usize::from));
+    let request = FieldRequest { choice, half_px, step_px, n_threads: threads(arguments.jobs) };
     let bar = progress::bar("correlating", 0);
-    let pair = PicturePair {
-        reference: &whole,
-        target: &window(deformed, interpolation)?,
-        settings: &Settings::default(),
-        choice: shape,
-        n_threads: threads(arguments.jobs),
-        progress: &|n| bar.inc(n),
-    };
-    let step_px = arguments.step.map(usize::from);
-    let on = |grid: FieldGrid| pair.field(FieldGrid { step_px: step_px.unwrap_or(grid.step_px), ..grid });
+    let FoundField { field, method, settled } = request.carry_out(reference, deformed, &|n| bar.inc(n))?;
+    bar.finish_and_clear();
     let mut choices = Choices::new(accuracy_px);
     if accuracy_px.is_some() {
-        choices.add_method(&arguments.reference, Method::IcGn { interpolation, shape });
+        choices.add_method(&arguments.reference, method);
     }
-    let (field, settled) = match by_texture {
-        None => (on(FieldGrid::with_half(half_px))?, None),
-        Some(by_texture) => {
-            let (settled, field) = by_texture.correlate(&pair, noise_px(accuracy_px))?;
-            (if step_px.is_some() { on(settled.grid)? } else { field }, Some(settled))
-        }
-    };
-    bar.finish_and_clear();
     if settled.is_some() || step_px.is_none() {
         choices.add_sizes([ChosenSize {
             recording: file_name(&arguments.reference),
@@ -132,80 +107,6 @@ fn closing(field: &Field) -> Result<String, Error> {
         true => Err(all_lost(field.points.iter().filter_map(|point| point.found.as_ref().err()))),
         false => Ok(closing_line(&readings, field.points.len() - readings.len())),
     }
-}
-
-/// The first frame; what saturates in it counts as unseen.
-fn window(recording: &dyn Recording, interpolation: Interpolation) -> Result<Window, Error> {
-    let info = recording.info();
-    let whole = Region::whole(info.width_px, info.height_px);
-    let mut pixels = vec![0.0; whole.n_pixels()];
-    recording.read_region(0, whole, &mut pixels)?;
-    Ok(Window::saturating_at(whole, &pixels, interpolation, info.full_scale())?)
-}
-
-/// The interpolation and the shape function; where an accuracy asks for them, by nine subsets over the reference.
-fn solver(
-    chosen: &Chosen,
-    reference: &dyn Recording,
-    half_px: usize,
-) -> Result<(Interpolation, ShapeChoice), Error> {
-    let (width, height) = (reference.info().width_px, reference.info().height_px);
-    let fits = width.min(height) > 2 * half_px + 1;
-    let place = |i: usize, n: usize| half_px as f64 + 0.25 * (i + 1) as f64 * (n - 2 * half_px - 1) as f64;
-    let subset = |i: usize| Subset {
-        name: i.to_string(),
-        x_px: place(i % 3, width).floor(),
-        y_px: place(i / 3, height).floor(),
-        half_width_px: half_px,
-        half_height_px: half_px,
-    };
-    let subsets: Vec<Subset> = (0..9).filter(|_| fits).map(subset).collect();
-    match chosen.method(reference, &subsets, &ReferenceFrames::Single(0))? {
-        Method::IcGn { interpolation, shape } => Ok((interpolation, shape)),
-        other => Err(Error::Argument(format!(
-            "method {other}: expected one of the icgn methods, which give a field (hint: --method icgn-cubic-affine)"
-        ))),
-    }
-}
-
-fn columns(field: &Field, strains: &[Option<Strain>]) -> Vec<Column> {
-    let points = &field.points;
-    let displacement = |axis: usize| -> Vec<Option<Estimate>> {
-        let of = |point: &FieldPoint| {
-            let position = point.found.as_ref().ok()?.position;
-            let (moved, place) =
-                if axis == 0 { (position.x_px, point.x_px) } else { (position.y_px, point.y_px) };
-            Some(Estimate::new(moved.value - place, moved.sigma))
-        };
-        points.iter().map(of).collect()
-    };
-    let (u, v) = (displacement(0), displacement(1));
-    let values = |of: &[Option<Estimate>]| of.iter().map(|e| e.map(|e| e.value)).collect::<Vec<_>>();
-    let sigmas = |of: &[Option<Estimate>]| of.iter().map(|e| e.map(|e| e.sigma)).collect::<Vec<_>>();
-    let strain = |of: fn(&Strain) -> Estimate| -> Vec<Option<Estimate>> {
-        strains.iter().map(|strain| strain.as_ref().map(of)).collect()
-    };
-    let (xx, yy, xy) = (strain(|s| s.xx), strain(|s| s.yy), strain(|s| s.xy));
-    let positions = || points.iter().map(|point| point.found.as_ref().ok().map(|found| found.position));
-    let status = |point: &FieldPoint| point.found.as_ref().err().map_or("ok", |lost| lost.as_str());
-    vec![
-        column("x_px", points.iter().map(|point| point.x_px).collect::<Vec<_>>()),
-        column("y_px", points.iter().map(|point| point.y_px).collect::<Vec<_>>()),
-        column("u_px", values(&u)),
-        column("v_px", values(&v)),
-        column("sigma_u_px", sigmas(&u)),
-        column("sigma_v_px", sigmas(&v)),
-        column("zncc", positions().map(|p| p.map(|p| p.zncc)).collect::<Vec<_>>()),
-        column("iterations", positions().map(|p| p.map(|p| p.iterations)).collect::<Vec<_>>()),
-        column("status", points.iter().map(status).collect::<Vec<_>>()),
-        column("shape", points.iter().map(|point| point.shape.to_string()).collect::<Vec<_>>()),
-        column("strain_xx", values(&xx)),
-        column("strain_yy", values(&yy)),
-        column("strain_xy", values(&xy)),
-        column("sigma_strain_xx", sigmas(&xx)),
-        column("sigma_strain_yy", sigmas(&yy)),
-        column("sigma_strain_xy", sigmas(&xy)),
-    ]
 }
 
 /// The pictures beside the table.

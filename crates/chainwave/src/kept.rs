@@ -9,7 +9,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use chainwave_experiment::{
-    Error as ExperimentError, FollowedBody, Kept, RecordingTracks, Table, TrackKey, TrackStore,
+    Error as ExperimentError, FollowedBody, Kept, RecordingTracks, Table, TrackKey, TrackRows, TrackStore,
 };
 use chainwave_measurement::{Estimate, Lost, Position};
 use polars::prelude::Column;
@@ -19,7 +19,6 @@ use sha2::{Digest, Sha256};
 use crate::error::Error;
 use crate::output::{make_folder, remove_unfinished, write_text, write_whole};
 use crate::table;
-use crate::track::TrackRows;
 
 /// Keeps tables in a folder, and tracks as such tables.
 pub(crate) struct KeptFolder {
@@ -137,7 +136,7 @@ impl TrackStore for KeptFolder {
     fn keep(&self, key: &TrackKey, tracks: &RecordingTracks) -> Result<(), ExperimentError> {
         let mut rows = TrackRows::default();
         rows.add_bodies(&key.recording, tracks);
-        let kept = self.keep_table(&key.name(), &key.recording, &parts(key), rows.columns());
+        let kept = self.keep_table(&key.name(), &key.recording, &parts(key), table::columns(rows.table()));
         kept.map_err(|error| ExperimentError::Store(error.into()))
     }
 

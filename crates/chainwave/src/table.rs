@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use chainwave_experiment::{Column as Cells, Table};
+use chainwave_experiment::{Column as Cells, ResultTable, Table, Values};
 use polars::prelude::*;
 
 use crate::error::Error;
@@ -52,6 +52,23 @@ pub(crate) fn expect_writable(path: &Path) -> Result<(), Error> {
 /// Writes a table, CSV or Parquet by the ending of its name.
 pub(crate) fn write(path: &Path, columns: Vec<Column>) -> Result<(), Error> {
     write_frame(path, DataFrame::new_infer_height(columns).map_err(Error::table(path))?)
+}
+
+/// Writes a table of results.
+pub(crate) fn write_result(path: &Path, table: ResultTable) -> Result<(), Error> {
+    write(path, columns(table))
+}
+
+/// The columns of a table of results for [`write()`].
+pub(crate) fn columns(table: ResultTable) -> Vec<Column> {
+    let of = |(name, values)| match values {
+        Values::Texts(values) => column(name, values),
+        Values::Counts(values) => column(name, values),
+        Values::MaybeCounts(values) => column(name, values),
+        Values::Numbers(values) => column(name, values),
+        Values::MaybeNumbers(values) => column(name, values),
+    };
+    table.columns.into_iter().map(of).collect()
 }
 
 /// A table as the bytes of a Parquet file; `path` is where they shall go, for messages.

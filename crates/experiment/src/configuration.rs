@@ -426,13 +426,20 @@ impl Experiment {
 
     /// Reads `experiment.toml`; an error points at the line.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let text = Error::read_text(path)?;
-        expect_filled_in(path, &text)?;
+        Self::parse(path, &Error::read_text(path)?)
+    }
+
+    /// The experiment of a text; an error points at the line. Files that it names are looked for beside `path`, where the text stands.
+    ///
+    /// # Errors
+    /// A text that is no experiment, and tables of contact laws that cannot be read.
+    pub fn parse(path: &Path, text: &str) -> Result<Self, Error> {
+        expect_filled_in(path, text)?;
         let configuration = |wrong: toml::de::Error| Error::Configuration {
             path: path.to_owned(),
             message: wrong.to_string(),
         };
-        let mut experiment: Self = toml::from_str(&text).map_err(configuration)?;
+        let mut experiment: Self = toml::from_str(text).map_err(configuration)?;
         experiment.contact.read_tables(|file| {
             let table = Table::read_csv(&path.with_file_name(file))?;
             Ok::<_, Error>((table.full_numbers("overlap_m")?, table.full_numbers("force_n")?))

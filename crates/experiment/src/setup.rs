@@ -41,6 +41,19 @@ impl Setup {
     pub fn read(path: &Path, recordings: Option<&Path>) -> Result<Self, Error> {
         let experiment = Experiment::read(path)?;
         let table = experiment.read_trials(path)?;
+        Self::of(experiment, table, path, recordings)
+    }
+
+    /// An experiment and its trials; reads its calibration and its dark frames and flat field. `path` is where the experiment stands.
+    ///
+    /// # Errors
+    /// A file that cannot be read or makes no sense.
+    pub fn of(
+        experiment: Experiment,
+        table: Vec<Trial>,
+        path: &Path,
+        recordings: Option<&Path>,
+    ) -> Result<Self, Error> {
         let map = ChainMap::read(&experiment, path)?;
         let beside = path.parent().unwrap_or(Path::new(""));
         let recordings = recordings.unwrap_or(beside).to_owned();

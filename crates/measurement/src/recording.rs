@@ -38,6 +38,21 @@ impl RecordingInfo {
     }
 }
 
+/// A frame whose pixels lie in memory as whole counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PlainFrame<'a> {
+    /// The bytes of all rows.
+    pub bytes: &'a [u8],
+    /// Bytes of a pixel: 1 or 2.
+    pub pixel_bytes: usize,
+    /// Whether the high byte of a pixel comes first.
+    pub is_big_endian: bool,
+    /// Bytes from the start of a row to the start of the next.
+    pub row_bytes: usize,
+    /// Whether the rows are stored from the bottom.
+    pub bottom_row_first: bool,
+}
+
 /// A sequence of monochrome frames whose pixels are read by region, so that a recording costs what is looked at.
 pub trait Recording: Send + Sync {
     /// Where the recording lies, for messages.
@@ -49,6 +64,12 @@ pub trait Recording: Send + Sync {
     /// Whether frames are decoded one after the other, so that readers at different frames hinder each other.
     fn is_sequential(&self) -> bool {
         false
+    }
+
+    /// A frame as it lies in memory, where that is how its counts are: neither packed, scaled, companded nor compressed. Another
+    /// way to the same counts as [`Recording::read_region`]'s, for who can do without a copy.
+    fn plain_frame(&self, _frame: usize) -> Option<PlainFrame<'_>> {
+        None
     }
 
     /// Writes the linear counts of `region` in `frame` into `pixels`, row by row from the top; `pixels` holds exactly

@@ -21,6 +21,10 @@ cargo xtask test [--no-opencv] [--fast] [--package NAME]...
     CHAINWAVE_REFERENCE_DATA names the folder of third-party recordings; tests that need it skip without it.
     The last line says how many tests skipped, and why.
 
+cargo xtask python
+    Builds the Python package into a fresh virtual environment (target/release/python) and runs its tests there.
+    Says so and does nothing where there is no Python with venv and pip.
+
 cargo xtask setup [--no-opencv]
     Looks for what the build needs from the system and installs what is missing.
 
@@ -34,6 +38,8 @@ pub(crate) enum Task {
     Demo(Demo),
     /// `cargo xtask test`.
     Test(TestRun),
+    /// `cargo xtask python`.
+    Python,
     /// `cargo xtask setup`.
     Setup {
         /// Whether OpenCV is wanted.
@@ -50,9 +56,10 @@ pub(crate) fn parse(words: impl IntoIterator<Item = OsString>) -> Result<Task, F
     match text(command)?.as_str() {
         "demo" => demo(words),
         "test" => test(words),
+        "python" => python(words),
         "setup" => setup(words),
         "help" | "--help" | "-h" => Ok(Task::Help),
-        other => Err(Failure::Usage(format!("expected demo, test, setup or help, found `{other}`"))),
+        other => Err(Failure::Usage(format!("expected demo, test, python, setup or help, found `{other}`"))),
     }
 }
 
@@ -80,6 +87,13 @@ fn test(mut words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
         }
     }
     Ok(Task::Test(test_run))
+}
+
+fn python(mut words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
+    match words.next() {
+        Some(word) => unknown("python", &text(word)?),
+        None => Ok(Task::Python),
+    }
 }
 
 fn setup(words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
@@ -124,6 +138,7 @@ mod tests {
         let test_run = TestRun { opencv: true, fast: true, packages: vec!["a".into(), "b".into()] };
         assert_eq!(parsed("test --fast -p a --package b").unwrap(), Task::Test(test_run));
         assert_eq!(parsed("setup --no-opencv").unwrap(), Task::Setup { opencv: false });
+        assert_eq!(parsed("python").unwrap(), Task::Python);
         assert_eq!(parsed("").unwrap(), Task::Help);
     }
 

@@ -14,12 +14,13 @@ use crate::failure::Failure;
 pub(crate) struct CommandLine {
     words: Vec<OsString>,
     environment: Vec<(&'static str, OsString)>,
+    folder: Option<PathBuf>,
 }
 
 impl CommandLine {
     /// The command `words[0]` with the arguments that follow it.
     pub(crate) fn new<W: Into<OsString>>(words: impl IntoIterator<Item = W>) -> Self {
-        Self { words: words.into_iter().map(Into::into).collect(), environment: Vec::new() }
+        Self { words: words.into_iter().map(Into::into).collect(), environment: Vec::new(), folder: None }
     }
 
     /// The same command with more arguments.
@@ -31,6 +32,12 @@ impl CommandLine {
     /// The same command with an environment variable.
     pub(crate) fn with_variable(mut self, name: &'static str, value: impl Into<OsString>) -> Self {
         self.environment.push((name, value.into()));
+        self
+    }
+
+    /// The same command run in a folder, in place of the top of the workspace.
+    pub(crate) fn within(mut self, folder: &Path) -> Self {
+        self.folder = Some(folder.to_owned());
         self
     }
 
@@ -57,7 +64,10 @@ impl CommandLine {
         let mut words = self.words.iter();
         let program = words.next().map(OsString::as_os_str).unwrap_or_default();
         let mut process = Command::new(actual_program(program));
-        process.args(words).envs(self.environment.iter().cloned()).current_dir(workspace());
+        process
+            .args(words)
+            .envs(self.environment.iter().cloned())
+            .current_dir(self.folder.as_deref().unwrap_or(workspace()));
         process
     }
 }

@@ -1,4 +1,4 @@
-//! Sets a fresh system up and runs the two commands of the README: `cargo xtask demo` and `cargo xtask test`.
+//! Sets a fresh system up and runs the two commands of the README, `cargo xtask demo` and `cargo xtask test`; and `cargo xtask python`.
 //!
 //! It is the first thing that is built in a fresh clone, before anything that the heavy crates need is installed, so
 //! it depends on the standard library alone. What is decided ([`arguments`], [`needs`], the command lists of [`demo`] and
@@ -15,6 +15,7 @@ mod setup;
 mod skipped;
 mod system;
 mod test_run;
+mod wheel;
 
 use std::env;
 use std::process::ExitCode;
@@ -36,6 +37,7 @@ fn run(task: Task) -> Result<(), Failure> {
     match task {
         Task::Demo(demo) => demo::run(&demo),
         Task::Test(test_run) => test_run::run(&test_run),
+        Task::Python => wheel::run(),
         Task::Setup { opencv } => {
             setup::run(opencv);
             Ok(())

@@ -7,27 +7,26 @@ use std::path::Path;
 use chainwave_analysis::{DampingShare, LocalResonance, Measurement};
 use chainwave_experiment::{
     BEHIND_BODY_1, Evaluation, Finding, ModelBeside, PEAK_ENERGIES, RecordingState, Results, Setup,
-    SideMotion, Standing, TRACKS, Tracked, Trial, recording_states,
+    SideMotion, Standing, TRACKS, TrackRows, Tracked, Trial, dispersion_table, energy_table, front_table,
+    half_width_table, motion_by_model_table, motion_table, recording_states, spectrum_table, strain_table,
 };
 use chainwave_inference::{
     Damping, EnergyFit, FitError, FittedRecording, ImposedFit, Quantity, Structure, TrackFit,
 };
 use chainwave_measurement::Estimate;
-use chainwave_stitching::{Alignment, Spread, Stitched};
-use ndarray::Array2;
+use chainwave_stitching::{Alignment, Stitched};
 use polars::prelude::Column;
 use serde_json::{Map, Value, json};
 
 use crate::error::Error;
 use crate::output::write_json;
 use crate::table::{self, column};
-use crate::track::TrackRows;
 
 /// Writes the tracks.
 pub(crate) fn write_tracks(out: &Path, tracked: &Tracked) -> Result<(), Error> {
     let mut tracks = TrackRows::default();
     tracked.recordings.iter().for_each(|one| tracks.add_bodies(&one.trial.recording, &one.tracks));
-    tracks.write(&out.join("tracks.parquet"))
+    table::write_result(&out.join("tracks.parquet"), tracks.table())
 }
 
 /// What follows from a motion, and so is missing where none was found.
@@ -73,8 +72,9 @@ pub(crate) fn write(setup: &Setup, out: &Path, results: &Results) -> Result<(), 
     let measurement = &evaluation.measurement;
     write_measurement(out, &evaluation.stitched, Some(&evaluation.side_motion), measurement)?;
     write_by_model(out, evaluation)?;
-    write_energies(out, measurement)?;
-    write_dispersion(out, 3.0 * setup.experiment.linear_chain()?.band_edge_hz(), measurement)?;
+    table::write_result(&out.join("energy.parquet"), energy_table(measurement))?;
+    let limit_hz = 3.0 * setup.experiment.linear_chain()?.band_edge_hz();
+    table::write_result(&out.join("dispersion.parquet"), dispersion_table(limit_hz, measurement))?;
     write_alignment(out, tracked, evaluation)?;
     write_json(&out.join("results.json"), &as_json(setup, tracked, evaluation))?;
     write_json(&out.join("decisions.json"), &decisions)
@@ -87,71 +87,20 @@ pub(crate) fn write_measurement(
     side_motion: Option<&SideMotion>,
     measurement: &Measurement,
 ) -> Result<(), Error> {
-    write_motion(folder, stitched, side_motion)?;
-    write_strain(folder, measurement)?;
-    write_front(folder, measurement)?;
-    write_half_widths(folder, measurement)?;
-    write_spectrum(folder, measurement)
-}
-
-/// Walks an array over (row, time) by time, as the tables are ordered, and keeps what was measured.
-fn by_time(values: &Array2<Option<Estimate>>) -> impl Iterator<Item = (usize, usize, Estimate)> + '_ {
-    let (n_rows, n_times) = values.dim();
-    let places = (0..n_times).flat_map(move |i| (0..n_rows).map(move |row| (row, i)));
-    places.filter_map(|(row, i)| Some((row, i, values[(row, i)]?)))
-}
-
-/// What stands beside the displacement in a table of a motion.
-struct Beside<'a> {
-    spread: &'a Spread,
-    n_trials: &'a Array2<u32>,
-    side_motion: Option<&'a SideMotion>,
-}
-
-fn write_motion(folder: &Path, stitched: &Stitched, side_motion: Option<&SideMotion>) -> Result<(), Error> {
-    let motion = &stitched.motion;
-    let beside = Beside { spread: &stitched.spread, n_trials: &motion.n_trials, side_motion };
-    let columns = motion_columns(&motion.times_s, &motion.displacement_m, &beside);
-    table::write(&folder.join("motion.parquet"), columns)
+    let write = |name: &str, table| table::write_result(&folder.join(name), table);
+    write("motion.parquet", motion_table(stitched, side_motion))?;
+    write("strain.parquet", strain_table(measurement))?;
+    write("front.parquet", front_table(measurement))?;
+    write("hwhm.parquet", half_width_table(measurement))?;
+    write("spectrum.parquet", spectrum_table(measurement))
 }
 
 /// The motion aligned by the chain model; what an earlier run left goes where there is none.
 fn write_by_model(folder: &Path, evaluation: &Evaluation) -> Result<(), Error> {
     let path = folder.join("motion_by_model.parquet");
     let Some(motion) = &evaluation.by_model else { return remove(&path) };
-    let side_motion = Some(&evaluation.side_motion);
-    let beside = Beside { spread: &evaluation.stitched.spread, n_trials: &motion.n_trials, side_motion };
-    table::write(&path, motion_columns(&motion.times_s, &motion.displacement_m, &beside))
-}
-
-/// The columns of a motion, which has a row for each body and time where it was measured; across the chain and rotation where anything of
-/// them was.
-fn motion_columns(
-    times_s: &[f64],
-    displacement_m: &Array2<Option<Estimate>>,
-    beside: &Beside<'_>,
-) -> Vec<Column> {
-    let rows: Vec<(usize, usize, Estimate)> = by_time(displacement_m).collect();
-    let of = |array: &Array2<f64>| rows.iter().map(|(row, i, _)| array[(*row, *i)]).collect::<Vec<_>>();
-    let mut columns = vec![
-        column("t_s", rows.iter().map(|(_, i, _)| times_s[*i]).collect::<Vec<_>>()),
-        column("body", rows.iter().map(|(row, ..)| *row as u32 + 1).collect::<Vec<_>>()),
-        column("x_m", rows.iter().map(|(.., x)| x.value).collect::<Vec<_>>()),
-        column("sigma_m", rows.iter().map(|(.., x)| x.sigma).collect::<Vec<_>>()),
-    ];
-    let across = beside.side_motion.and_then(|side| side.across.as_ref());
-    let rotation = beside.side_motion.and_then(|side| side.rotation.as_ref());
-    for (motion, names) in [(across, ["y_m", "sigma_y_m"]), (rotation, ["theta_rad", "sigma_theta_rad"])] {
-        let Some(motion) = motion else { continue };
-        let found = |(row, i, _): &(usize, usize, Estimate)| motion.displacement_m[(*row, *i)];
-        columns.push(column(names[0], rows.iter().map(|at| Some(found(at)?.value)).collect::<Vec<_>>()));
-        columns.push(column(names[1], rows.iter().map(|at| Some(found(at)?.sigma)).collect::<Vec<_>>()));
-    }
-    let n_trials: Vec<u32> = rows.iter().map(|(row, i, _)| beside.n_trials[(*row, *i)]).collect();
-    columns.push(column("n_trials", n_trials));
-    columns.push(column("within_trial_m", of(&beside.spread.within_m)));
-    columns.push(column("between_trials_m", of(&beside.spread.between_m)));
-    columns
+    let table = motion_by_model_table(motion, &evaluation.stitched, &evaluation.side_motion);
+    table::write_result(&path, table)
 }
 
 /// Removes a file or folder, if it is there.
@@ -161,94 +110,6 @@ fn remove(path: &Path) -> Result<(), Error> {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(Error::file(path, "remove")(error)),
         _ => Ok(()),
     }
-}
-
-fn write_strain(folder: &Path, measurement: &Measurement) -> Result<(), Error> {
-    let map = &measurement.strain;
-    let rows: Vec<(usize, usize, Estimate)> = by_time(&map.strain).collect();
-    let columns = vec![
-        column("t_s", rows.iter().map(|(_, i, _)| map.times_s[*i]).collect::<Vec<_>>()),
-        column("gap", rows.iter().map(|(row, ..)| *row as u32 + 1).collect::<Vec<_>>()),
-        column("strain", rows.iter().map(|(.., u)| u.value).collect::<Vec<_>>()),
-        column("sigma", rows.iter().map(|(.., u)| u.sigma).collect::<Vec<_>>()),
-    ];
-    table::write(&folder.join("strain.parquet"), columns)
-}
-
-/// A gap whose leading pulse is missing keeps its row, with the reason in `status`.
-fn write_front(folder: &Path, measurement: &Measurement) -> Result<(), Error> {
-    let fronts = &measurement.fronts;
-    let of = |value: &dyn Fn(&chainwave_analysis::GapFront) -> Option<f64>| -> Vec<Option<f64>> {
-        fronts.iter().map(|front| front.as_ref().ok().and_then(value)).collect()
-    };
-    let status = |front: &Result<_, chainwave_analysis::Missing>| {
-        front.as_ref().err().map_or("ok", |reason| reason.as_str())
-    };
-    let columns = vec![
-        column("gap", (1..=fronts.len() as u32).collect::<Vec<_>>()),
-        column("t_peak_s", of(&|front| Some(front.peak_time_s.value))),
-        column("t_peak_sigma_s", of(&|front| Some(front.peak_time_s.sigma))),
-        column("t_edge_s", of(&|front| front.edge_time_s.map(|time| time.value))),
-        column("t_edge_sigma_s", of(&|front| front.edge_time_s.map(|time| time.sigma))),
-        column("peak_strain", of(&|front| Some(front.peak_strain.value))),
-        column("peak_strain_sigma", of(&|front| Some(front.peak_strain.sigma))),
-        column("particle_velocity_m_per_s", of(&|front| front.particle_velocity_m_per_s.map(|v| v.value))),
-        column("particle_velocity_sigma", of(&|front| front.particle_velocity_m_per_s.map(|v| v.sigma))),
-        column("status", fronts.iter().map(status).collect::<Vec<_>>()),
-    ];
-    table::write(&folder.join("front.parquet"), columns)
-}
-
-fn write_half_widths(folder: &Path, measurement: &Measurement) -> Result<(), Error> {
-    let widths = &measurement.half_widths;
-    let columns = vec![
-        column("t_s", widths.iter().map(|width| width.t_s).collect::<Vec<_>>()),
-        column("hwhm_m", widths.iter().map(|width| width.hwhm_m.value).collect::<Vec<_>>()),
-        column("sigma_m", widths.iter().map(|width| width.hwhm_m.sigma).collect::<Vec<_>>()),
-    ];
-    table::write(&folder.join("hwhm.parquet"), columns)
-}
-
-fn write_energies(folder: &Path, measurement: &Measurement) -> Result<(), Error> {
-    let (gaps, energies): (Vec<usize>, Vec<Estimate>) = match &measurement.energies {
-        Some(energies) => (energies.gaps.clone(), energies.energy_j.clone()),
-        None => (Vec::new(), Vec::new()),
-    };
-    let columns = vec![
-        column("gap", gaps.iter().map(|gap| *gap as u32).collect::<Vec<_>>()),
-        column("psi_max_j", energies.iter().map(|energy| energy.value).collect::<Vec<_>>()),
-        column("sigma_j", energies.iter().map(|energy| energy.sigma).collect::<Vec<_>>()),
-    ];
-    table::write(&folder.join("energy.parquet"), columns)
-}
-
-fn write_spectrum(folder: &Path, measurement: &Measurement) -> Result<(), Error> {
-    let spectrum = &measurement.spectrum;
-    let lines =
-        || spectrum.gaps.iter().flat_map(|of_gap| of_gap.amplitude.iter().map(move |a| (of_gap.gap, *a)));
-    let n_gaps = spectrum.gaps.len();
-    let columns = vec![
-        column("gap", lines().map(|(gap, _)| gap as u32).collect::<Vec<_>>()),
-        column("frequency_hz", spectrum.frequency_hz.repeat(n_gaps)),
-        column("amplitude", lines().map(|(_, amplitude)| amplitude).collect::<Vec<_>>()),
-    ];
-    table::write(&folder.join("spectrum.parquet"), columns)
-}
-
-/// The tails over wavenumber and frequency, up to a limit; empty where too few gaps have a tail.
-fn write_dispersion(folder: &Path, limit_hz: f64, measurement: &Measurement) -> Result<(), Error> {
-    let map = measurement.dispersion.as_ref().ok();
-    let cells = || map.into_iter().flat_map(|map| map.amplitude.indexed_iter().map(move |cell| (map, cell)));
-    let shown: Vec<_> = cells().filter(|(map, ((_, bin), _))| map.frequency_hz[*bin] <= limit_hz).collect();
-    let columns = vec![
-        column("kappa_rad", shown.iter().map(|(map, ((row, _), _))| map.kappa_rad[*row]).collect::<Vec<_>>()),
-        column(
-            "frequency_hz",
-            shown.iter().map(|(map, ((_, bin), _))| map.frequency_hz[*bin]).collect::<Vec<_>>(),
-        ),
-        column("amplitude", shown.iter().map(|(_, (_, amplitude))| **amplitude).collect::<Vec<_>>()),
-    ];
-    table::write(&folder.join("dispersion.parquet"), columns)
 }
 
 /// Trigger offset, drive and stage of each recording, and what the fit found of its striker and impact.

@@ -7,6 +7,7 @@ mod tables;
 use std::path::Path;
 use std::time::Instant;
 
+use chainwave_experiment::simulated_table;
 use chainwave_mechanics::{
     RefinedSimulation, RingChain, RingDrive, RingSchedule, RingSimulation, RingStriker, SelfContact,
     compress, ring_modes, ring_sound_speed_m_per_s, simulate_rings, simulate_rings_within,
@@ -18,6 +19,7 @@ use crate::cli;
 use crate::error::Error;
 use crate::outcome::Outcome;
 use crate::output::{read_text, write_text};
+use crate::table;
 
 use figures::{FiguresTable, Measured, VelocityRow};
 use scene::{Mesh, RingScene, Task};
@@ -109,7 +111,8 @@ fn motion(
         ));
     }
     // Body 0 is the striker, body n the joint where ring n begins.
-    super::write_motion(&arguments.out, &simulation.trajectory, simulation.striker.as_ref())?;
+    let moved = simulated_table(&simulation.trajectory, simulation.striker.as_ref());
+    table::write_result(&arguments.out, moved)?;
     if let Some(file) = &scene.shapes_file {
         tables::write_shapes(&arguments.out.with_file_name(file), &simulation)?;
     }

@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use chainwave_correlation::ReferenceFrames;
-use chainwave_experiment::{Setup, View, first_view};
+use chainwave_experiment::{Setup, View, first_view, subsets_in};
 use chainwave_measurement::{Recording, Region, Subset};
 
 use crate::cli;
 use crate::error::Error;
-use crate::track::{read_points, subsets_in};
+use crate::track::read_points;
 
 /// Half the size of the subsets that are chosen where the user names none.
 const HALF_PX: usize = 16;

@@ -5,14 +5,14 @@ use std::path::Path;
 
 use chainwave_camera::OpenOptions;
 use chainwave_correlation::ReferenceFrames;
-use chainwave_experiment::{Setup, planned_view};
+use chainwave_experiment::{Setup, planned_view, subsets_in};
 use chainwave_view::{Collection, ShownRecording, ShownTrack};
 
 use crate::cli;
 use crate::error::Error;
 use crate::listing::recordings_in;
 use crate::table;
-use crate::track::{read_points, subsets_in};
+use crate::track::read_points;
 
 /// Tables that `run` leaves.
 const TRACKS: &str = "tracks.parquet";

@@ -15,12 +15,19 @@ impl Experiment {
     pub fn read_trials(&self, experiment_path: &Path) -> Result<Vec<Trial>, Error> {
         let path = experiment_path.with_file_name(&self.trials);
         expect_filled_in(&path, &Error::read_text(&path)?)?;
-        let table = Table::read_csv(&path)?;
+        self.trials_of(&Table::read_csv(&path)?)
+    }
+
+    /// The recordings of a table with the columns of `trials.csv`.
+    ///
+    /// # Errors
+    /// A missing column, a cell that makes no sense, a recording twice, and no recording at all.
+    pub fn trials_of(&self, table: &Table) -> Result<Vec<Trial>, Error> {
         let recordings = table.texts("recording")?;
         let (views, trials) = (table.counts("view")?, table.counts("trial")?);
         let stages_m = table.full_numbers("stage_m")?;
-        let strikers = self.striker_velocities(&table)?;
-        let scales = scales(&table, recordings.len())?;
+        let strikers = self.striker_velocities(table)?;
+        let scales = scales(table, recordings.len())?;
         let mut rows: Vec<Trial> = Vec::with_capacity(recordings.len());
         for (row, recording) in recordings.into_iter().enumerate() {
             if recording.is_empty() {

@@ -9,10 +9,9 @@ use crate::error::Error;
 use crate::output::read_text;
 use crate::parallel::threads;
 use crate::table;
-use chainwave_experiment::{FarEndTable, NotNegative, Positive};
+use chainwave_experiment::{BodyState, FarEndTable, NotNegative, Positive};
 
 use super::figures::FiguresTable;
-use crate::simulate::scene::State;
 
 /// Points of a band between kappa a = 0 and pi where their number is not stated.
 const N_KAPPA: usize = 65;
@@ -200,8 +199,9 @@ impl RingScene {
                 RingDrive::Imposed(ImposedMotion::from_samples(times_s, x_m)?)
             }
             Some(DriveTable::Free { initial }) => {
-                let State { displacement_m, velocity_m_per_s } =
-                    State::read(&path.with_file_name(initial), n_rings.saturating_add(1))?;
+                let table = table::read(&path.with_file_name(initial))?;
+                let BodyState { displacement_m, velocity_m_per_s } =
+                    BodyState::of_table(&table, n_rings.saturating_add(1))?;
                 RingDrive::Free { displacement_m, velocity_m_per_s }
             }
             Some(DriveTable::Compression { .. }) | None => {

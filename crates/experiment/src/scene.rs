@@ -1,4 +1,4 @@
-//! `SCENE.toml` of a chain, as interface.md gives it.
+//! `SCENE.toml` of a chain: the chain, what drives it, and how it is integrated.
 
 use std::path::{Path, PathBuf};
 
@@ -6,15 +6,15 @@ use chainwave_analysis::Spacing;
 use chainwave_mechanics::{Bodies, Chain, Drive, ImposedMotion, Integration, Method, Schedule, Striker};
 use serde::Deserialize;
 
+use crate::configuration::{Contact, FarEndTable, Pattern};
 use crate::error::Error;
-use crate::output::read_text;
-use crate::table;
-use chainwave_experiment::{Contact, FarEndTable, NotNegative, Pattern, Positive};
+use crate::numbers::{NotNegative, Positive};
+use crate::table::Table;
 
 /// A chain, what drives it, and how it is integrated.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct ChainScene {
+pub struct ChainScene {
     #[expect(dead_code, reason = "read to refuse scenes of another model")]
     model: ModelName,
     n_bodies: usize,
@@ -73,10 +73,12 @@ enum BodiesName {
 const AUTOMATIC: &str = "auto";
 
 impl ChainScene {
-    /// Reads a scene; an error points at the line.
-    pub(crate) fn read(path: &Path) -> Result<Self, Error> {
-        let scene: Self =
-            toml::from_str(&read_text(path)?).map_err(|wrong| configuration(path, wrong.to_string()))?;
+    /// The scene of a text; an error points at the line. `path` is where the text was read.
+    ///
+    /// # Errors
+    /// A text that is no scene of this model.
+    pub fn parse(path: &Path, text: &str) -> Result<Self, Error> {
+        let scene: Self = toml::from_str(text).map_err(|wrong| configuration(path, wrong.to_string()))?;
         if scene.n_bodies == 0 {
             return Err(configuration(path, "n_bodies: expected at least 1, found 0".into()));
         }
@@ -84,7 +86,10 @@ impl ChainScene {
     }
 
     /// How far apart neighbours rest.
-    pub(crate) fn spacing(&self, path: &Path) -> Result<Spacing, Error> {
+    ///
+    /// # Errors
+    /// A list of another length than there are gaps.
+    pub fn spacing(&self, path: &Path) -> Result<Spacing, Error> {
         match self.body.pitch_m.same() {
             Some(pitch_m) => Ok(pitch_m.into()),
             None => {
@@ -95,7 +100,10 @@ impl ChainScene {
     }
 
     /// The schedule; `path` is that of the scene.
-    pub(crate) fn schedule(&self, path: &Path) -> Result<Schedule, Error> {
+    ///
+    /// # Errors
+    /// A method that is none, and a step beside an accuracy.
+    pub fn schedule(&self, path: &Path) -> Result<Schedule, Error> {
         Ok(Schedule {
             duration_s: self.duration_s.get(),
             output_interval_s: self.output_interval_s.get(),
@@ -107,20 +115,28 @@ impl ChainScene {
         })
     }
 
-    /// The chain; files are looked for beside the scene at `path`.
-    pub(crate) fn chain(&self, path: &Path) -> Result<Chain, Error> {
+    /// The chain; tables are looked for beside the scene at `path`, and `read` reads them.
+    ///
+    /// # Errors
+    /// Tables that cannot be read, and values that are no chain's.
+    pub fn chain<E: From<Error>>(
+        &self,
+        path: &Path,
+        read: &dyn Fn(&Path) -> Result<Table, E>,
+    ) -> Result<Chain, E> {
         let n = self.n_bodies;
-        let values = |values: Result<Vec<f64>, String>| values.map_err(|wrong| configuration(path, wrong));
+        let values =
+            |values: Result<Vec<f64>, String>| values.map_err(|wrong| E::from(configuration(path, wrong)));
         let mut contact = self.contact.clone();
         contact.read_tables(|file| {
-            let table = table::read(&path.with_file_name(file))?;
-            Ok::<_, Error>((table.full_numbers("overlap_m")?, table.full_numbers("force_n")?))
+            let table = read(&path.with_file_name(file))?;
+            Ok::<_, E>((table.full_numbers("overlap_m")?, table.full_numbers("force_n")?))
         })?;
         Ok(Chain {
             mass_kg: values(self.body.mass_kg.values(n, "body.mass_kg"))?,
             damping_kg_per_s: values(self.body.damping_kg_per_s.values(n, "body.damping_kg_per_s"))?,
             contact: contact.contacts(n).map_err(|wrong| configuration(path, wrong.to_string()))?,
-            drive: self.drive.drive(path, n)?,
+            drive: self.drive.drive(path, n, read)?,
             far_end: self.far_end.into(),
         })
     }
@@ -149,7 +165,12 @@ impl Integrator {
 }
 
 impl DriveTable {
-    fn drive(&self, path: &Path, n_bodies: usize) -> Result<Drive, Error> {
+    fn drive<E: From<Error>>(
+        &self,
+        path: &Path,
+        n_bodies: usize,
+        read: &dyn Fn(&Path) -> Result<Table, E>,
+    ) -> Result<Drive, E> {
         Ok(match self {
             Self::Striker { mass_kg, velocity_m_per_s, damping_kg_per_s } => Drive::Striker(Striker {
                 mass_kg: mass_kg.get(),
@@ -157,13 +178,13 @@ impl DriveTable {
                 damping_kg_per_s: damping_kg_per_s.get(),
             }),
             Self::Imposed { file } => {
-                let table = table::read(&path.with_file_name(file))?;
+                let table = read(&path.with_file_name(file))?;
                 let (times_s, x_m) = (table.full_numbers("t_s")?, table.full_numbers("x_m")?);
-                Drive::Imposed(ImposedMotion::from_samples(times_s, x_m)?)
+                Drive::Imposed(ImposedMotion::from_samples(times_s, x_m).map_err(Error::from)?)
             }
             Self::Free { initial } => {
-                let State { displacement_m, velocity_m_per_s } =
-                    State::read(&path.with_file_name(initial), n_bodies)?;
+                let table = read(&path.with_file_name(initial))?;
+                let BodyState { displacement_m, velocity_m_per_s } = BodyState::of_table(&table, n_bodies)?;
                 Drive::Free { displacement_m, velocity_m_per_s }
             }
         })
@@ -171,15 +192,19 @@ impl DriveTable {
 }
 
 /// Displacements and velocities of all bodies.
-pub(super) struct State {
-    pub(super) displacement_m: Vec<f64>,
-    pub(super) velocity_m_per_s: Vec<f64>,
+pub struct BodyState {
+    /// Displacements, in metres.
+    pub displacement_m: Vec<f64>,
+    /// Velocities, in metres per second.
+    pub velocity_m_per_s: Vec<f64>,
 }
 
-impl State {
-    /// Reads a state by the rows' body numbers, from 1; bodies without a row are at rest.
-    pub(super) fn read(path: &Path, n_bodies: usize) -> Result<Self, Error> {
-        let table = table::read(path)?;
+impl BodyState {
+    /// A state by the rows' body numbers, from 1; bodies without a row are at rest.
+    ///
+    /// # Errors
+    /// A missing column, a body that is none, or one twice.
+    pub fn of_table(table: &Table, n_bodies: usize) -> Result<Self, Error> {
         let bodies = table.counts("body")?;
         let (x_m, v_m_per_s) = (table.full_numbers("x_m")?, table.full_numbers("v_m_per_s")?);
         let mut state = Self { displacement_m: vec![0.0; n_bodies], velocity_m_per_s: vec![0.0; n_bodies] };
@@ -188,7 +213,7 @@ impl State {
             let index = body.wrapping_sub(1);
             if index >= n_bodies || std::mem::replace(&mut seen[index], true) {
                 let expected = format!("each body once, from 1 to {n_bodies}");
-                return Err(table.cell(row, "body", &expected, &body.to_string()).into());
+                return Err(table.cell(row, "body", &expected, &body.to_string()));
             }
             state.displacement_m[index] = x_m[row];
             state.velocity_m_per_s[index] = v_m_per_s[row];
@@ -198,5 +223,5 @@ impl State {
 }
 
 fn configuration(path: &Path, message: String) -> Error {
-    Error::configuration(path, message)
+    Error::Configuration { path: path.to_owned(), message }
 }

@@ -1,0 +1,96 @@
+//! Tracks as a table.
+
+use chainwave_measurement::{Lost, Position};
+
+use crate::follow::Followed;
+use crate::result_table::{ResultTable, column};
+use crate::tracks::RecordingTracks;
+
+/// The rows of a table of tracks: `recording, name, frame, t_s, x_px, y_px, sigma_x_px, sigma_y_px, theta_rad, sigma_theta_rad, zncc,
+/// iterations, status, method`.
+#[derive(Default)]
+pub struct TrackRows {
+    recording: Vec<String>,
+    name: Vec<String>,
+    frame: Vec<u32>,
+    t_s: Vec<f64>,
+    x_px: Vec<Option<f64>>,
+    y_px: Vec<Option<f64>>,
+    sigma_x_px: Vec<Option<f64>>,
+    sigma_y_px: Vec<Option<f64>>,
+    theta_rad: Vec<Option<f64>>,
+    sigma_theta_rad: Vec<Option<f64>>,
+    zncc: Vec<Option<f64>>,
+    iterations: Vec<Option<u32>>,
+    status: Vec<&'static str>,
+    method: Vec<String>,
+}
+
+impl TrackRows {
+    /// Adds the points of one recording.
+    pub fn add_points(&mut self, recording: &str, followed: &Followed) {
+        for one in &followed.tracks {
+            self.add(recording, &one.track.name, &one.method, &followed.times_s, &one.track.positions);
+        }
+    }
+
+    /// Adds the bodies of one recording.
+    pub fn add_bodies(&mut self, recording: &str, tracks: &RecordingTracks) {
+        for one in &tracks.bodies {
+            self.add(recording, &one.body.to_string(), &one.method, &tracks.times_s, &one.positions);
+        }
+    }
+
+    fn add(
+        &mut self,
+        recording: &str,
+        name: &str,
+        method: &str,
+        times_s: &[f64],
+        positions: &[Result<Position, Lost>],
+    ) {
+        for (frame, (position, time_s)) in positions.iter().zip(times_s).enumerate() {
+            self.recording.push(recording.to_owned());
+            self.name.push(name.to_owned());
+            self.frame.push(frame as u32);
+            self.t_s.push(*time_s);
+            self.add_position(position);
+            self.method.push(method.to_owned());
+        }
+    }
+
+    fn add_position(&mut self, position: &Result<Position, Lost>) {
+        let found = position.as_ref().ok();
+        self.x_px.push(found.map(|position| position.x_px.value));
+        self.y_px.push(found.map(|position| position.y_px.value));
+        self.sigma_x_px.push(found.map(|position| position.x_px.sigma));
+        self.sigma_y_px.push(found.map(|position| position.y_px.sigma));
+        let theta_rad = found.and_then(|position| position.theta_rad);
+        self.theta_rad.push(theta_rad.map(|theta| theta.value));
+        self.sigma_theta_rad.push(theta_rad.map(|theta| theta.sigma));
+        self.zncc.push(found.map(|position| position.zncc));
+        self.iterations.push(found.map(|position| position.iterations));
+        self.status.push(position.as_ref().err().map_or("ok", |lost| lost.as_str()));
+    }
+
+    /// The table.
+    pub fn table(self) -> ResultTable {
+        let columns = vec![
+            column("recording", self.recording),
+            column("name", self.name),
+            column("frame", self.frame),
+            column("t_s", self.t_s),
+            column("x_px", self.x_px),
+            column("y_px", self.y_px),
+            column("sigma_x_px", self.sigma_x_px),
+            column("sigma_y_px", self.sigma_y_px),
+            column("theta_rad", self.theta_rad),
+            column("sigma_theta_rad", self.sigma_theta_rad),
+            column("zncc", self.zncc),
+            column("iterations", self.iterations),
+            column("status", self.status),
+            column("method", self.method),
+        ];
+        ResultTable { columns }
+    }
+}

@@ -1,0 +1,251 @@
+"""An experiment from its recordings to its results."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union
+
+from . import _chainwave
+from ._columns import Columns, Path, TableLike, columns_of, is_path
+from ._errors import ChainwaveError
+from ._estimate import Estimate, estimates_of
+from ._models import text_of
+from ._recording import warn
+from ._table import Table
+
+if TYPE_CHECKING:
+    from ._tracking import Progress
+
+
+class Finding(NamedTuple):
+    """What the reader should know."""
+
+    #: Its kind, in a word.
+    code: str
+    #: What it is about.
+    subject: str
+    #: What was expected and found.
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.subject}: {self.text}"
+
+
+class RecordingState(NamedTuple):
+    """What became of a recording."""
+
+    recording: str
+    view: int
+    trial: int
+    #: ``used``, ``left_out`` or ``failed``.
+    state: str
+    #: Why it is not used.
+    reason: Optional[str]
+
+
+class Results:
+    """What a run of an experiment found. The tables have the columns of those that ``chainwave run`` writes."""
+
+    def __init__(self, inner: _chainwave.ExperimentResults) -> None:
+        import json
+
+        self._numbers = estimates_of(inner.numbers)
+        self._tables = {name: Table(table) for name, table in inner.tables}
+        #: Nominal velocity of the striker, in metres per second.
+        self.nominal_striker_velocity_m_per_s: float = inner.striker_velocity_m_per_s
+        #: What the reader should know.
+        self.warnings: list[Finding] = [Finding(*one) for one in inner.warnings]
+        #: What became of each recording.
+        self.recordings: list[RecordingState] = [RecordingState(*one) for one in inner.recordings]
+        #: `correlation` of c_d and c_s, `damping_from` which fit, `group_velocity_gaps`, `reduced_chi_squared` of the fit to the tracks.
+        self.details: dict[str, Any] = json.loads(inner.details)
+        #: What was modelled: `question`, `choice`, `rule`, `evidence` of each decision.
+        self.decisions: list[dict[str, str]] = json.loads(inner.decisions)
+
+    @property
+    def group_velocity_m_per_s(self) -> Estimate:
+        """Slope of peak position against peak time."""
+        return self._numbers["group_velocity_m_per_s"]
+
+    @property
+    def group_velocity_variation(self) -> Estimate:
+        """Velocity over the last third of the gaps less that over the first, relative to the velocity."""
+        return self._numbers["group_velocity_variation"]
+
+    @property
+    def particle_velocity_m_per_s(self) -> Estimate:
+        """Velocity of the bodies as the pulse's peak passes, on average over the gaps."""
+        return self._numbers["particle_velocity_m_per_s"]
+
+    @property
+    def c_d_kg_per_s(self) -> Estimate:
+        """Damping of each body to ground."""
+        return self._numbers["c_d_kg_per_s"]
+
+    @property
+    def c_s_kg_per_s(self) -> Estimate:
+        """Damping of the striker's contact."""
+        return self._numbers["c_s_kg_per_s"]
+
+    @property
+    def local_resonance_hz(self) -> Estimate:
+        """Dominant frequency behind the leading pulse."""
+        return self._numbers["local_resonance_hz"]
+
+    @property
+    def striker_velocity_m_per_s(self) -> Estimate:
+        """Mean striker velocity as the fit to the tracks found it."""
+        return self._numbers["striker_velocity_m_per_s"]
+
+    @property
+    def tracks(self) -> Table:
+        """`recording`, `name` (the body), `frame`, `t_s`, `x_px`, `y_px`, their sigmas, ..., `status`, `method`."""
+        return self._tables["tracks"]
+
+    @property
+    def motion(self) -> Table:
+        """`t_s`, `body`, `x_m`, `sigma_m`, ..., `n_trials`."""
+        return self._tables["motion"]
+
+    @property
+    def motion_by_model(self) -> Optional[Table]:
+        """The motion aligned by the chain model, with the same columns; ``None`` where the tracks do not accept the model."""
+        return self._tables.get("motion_by_model")
+
+    @property
+    def strain(self) -> Table:
+        """`t_s`, `gap`, `strain`, `sigma`."""
+        return self._tables["strain"]
+
+    @property
+    def front(self) -> Table:
+        """`gap`, `t_peak_s`, `t_peak_sigma_s`, `t_edge_s`, ..., `peak_strain`, `peak_strain_sigma`, ..., `status`."""
+        return self._tables["front"]
+
+    @property
+    def hwhm(self) -> Table:
+        """`t_s`, `hwhm_m`, `sigma_m`."""
+        return self._tables["hwhm"]
+
+    @property
+    def energy(self) -> Table:
+        """`gap`, `psi_max_j`, `sigma_j`."""
+        return self._tables["energy"]
+
+    @property
+    def spectrum(self) -> Table:
+        """`gap`, `frequency_hz`, `amplitude`."""
+        return self._tables["spectrum"]
+
+    def __repr__(self) -> str:
+        told = ", ".join(f"{name} = {estimate}" for name, estimate in self._numbers.items())
+        return f"<chainwave.Results: {told}>"
+
+    def _repr_html_(self) -> str:
+        import html
+
+        rows = "".join(
+            f"<tr><th>{html.escape(name)}</th><td>{html.escape(str(estimate))}</td></tr>"
+            for name, estimate in self._numbers.items()
+        )
+        said = "".join(f"<li>{html.escape(str(finding))}</li>" for finding in self.warnings)
+        return f"<table>{rows}</table><ul>{said}</ul>"
+
+
+class Experiment:
+    """An experiment: one chain, filmed in several views and trials.
+
+    Parameters
+    ----------
+    experiment : path or dict
+        ``experiment.toml``, or a dict of the same tables. Files that it names are looked for beside it, those of a dict in the current
+        folder. A dict's `trials` may be a table itself: `recording`, `view`, `trial`, `stage_m`, ...
+    recordings : path, optional
+        Folder of the recordings that the trials name; the experiment's own when left out.
+    partial : bool, optional
+        Take the whole frames of recordings that were cut short.
+
+    Notes
+    -----
+    What was tracked is kept as long as the experiment is: a run after an interrupted one goes on from there.
+    """
+
+    def __init__(
+        self,
+        experiment: Union[Path, Mapping[str, Any]],
+        recordings: Optional[Path] = None,
+        *,
+        partial: bool = False,
+    ) -> None:
+        import os
+
+        trials: Optional[Columns] = None
+        if isinstance(experiment, Mapping):
+            given: TableLike = experiment.get("trials")
+            if given is not None and not is_path(given):
+                trials = columns_of(given, "trials")
+                experiment = {**experiment, "trials": "trials (a table)"}
+        path, text = text_of(experiment, "experiment")
+        folder = None if recordings is None else os.fspath(recordings)
+        self._inner = _chainwave.PreparedExperiment(path, text, recordings=folder, trials=trials, partial=partial)
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self._inner.name
+
+    @property
+    def recordings(self) -> list[str]:
+        """The recordings that its trials name."""
+        return self._inner.recordings
+
+    def check(self, *, threads: Optional[int] = None) -> list[Finding]:
+        """What contradicts the experiment, before time is spent on it."""
+        return [Finding(*one) for one in self._inner.check(n_threads=threads)]
+
+    def run(self, *, threads: Optional[int] = None, progress: Optional[Progress] = None) -> Results:
+        """Track, stitch, measure and fit, with the same bits as ``chainwave run``.
+
+        Parameters
+        ----------
+        threads : int, optional
+            All cores when left out; the bits are the same for any number.
+        progress : callable, optional
+            Called with stage, frames done and frames planned; what it raises ends the work.
+
+        Raises
+        ------
+        ChainwaveError
+            The experiment makes no sense, no recording can be tracked, or the tracks cannot be evaluated; also an experiment of several
+            striker velocities, which :meth:`run_all` runs.
+
+        Warns
+        -----
+        ChainwaveWarning
+            What the reader should know, also in :attr:`Results.warnings`, and each recording that is not used.
+        """
+        if len(self._inner) != 1:
+            raise ChainwaveError(f"{self.name}: {len(self._inner)} striker velocities (hint: run_all gives results for each)")
+        return self._run(0, threads, progress)
+
+    def run_all(self, *, threads: Optional[int] = None, progress: Optional[Progress] = None) -> list[Results]:
+        """As :meth:`run`, for each striker velocity, fastest first."""
+        return [self._run(striker, threads, progress) for striker in range(len(self._inner))]
+
+    def _run(self, striker: int, threads: Optional[int], progress: Optional[Progress]) -> Results:
+        results = Results(self._inner.run(striker, n_threads=threads, progress=progress))
+        for finding in results.warnings:
+            warn(str(finding), stacklevel=3)
+        for one in results.recordings:
+            if one.state == "failed":
+                warn(f"{one.recording}: {one.reason}", stacklevel=3)
+        return results
+
+    def __repr__(self) -> str:
+        return f"<chainwave.Experiment {self.name!r}: {len(self.recordings)} recordings>"
+
+    def _repr_html_(self) -> str:
+        import html
+
+        rows = "".join(f"<li>{html.escape(name)}</li>" for name in self.recordings)
+        return f"<p>{html.escape(self.name)}</p><ul>{rows}</ul>"

@@ -1,0 +1,312 @@
+"""The pieces of an experiment, for tracks of any origin: merge, measure, fit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Optional, Union
+
+from . import _chainwave
+from ._columns import Columns, Path, TableLike, columns_of, is_path, table_argument
+from ._errors import ChainwaveError
+from ._estimate import Estimate, estimates_of
+from ._models import text_of
+from ._recording import warn
+from ._table import Table
+from ._toml import toml_of
+
+if TYPE_CHECKING:
+    from ._chainwave import ArrowTable
+
+
+class MergedMotion(Table):
+    """The motion of trials together: `t_s`, `body`, `x_m`, `sigma_m`, `n_trials`, `within_trial_m`, `between_trials_m`.
+
+    It holds what its errors have in common, which a table cannot say: give it to :func:`measure` as it is.
+    """
+
+    def __init__(self, inner: ArrowTable, merged: _chainwave.MergedMotion, alignments: list[dict[str, Any]]) -> None:
+        super().__init__(inner)
+        self._merged = merged
+        #: Where each trial stands: `recording`, `view`, `trial`, `trigger_offset_s`, `drive_deviation`, their sigmas, `scatter_ratio`.
+        self.alignments = alignments
+
+
+class Measurement:
+    """What is measured of a motion. The tables have the columns of those that ``chainwave run`` writes."""
+
+    def __init__(self, numbers: dict[str, Estimate], tables: dict[str, Table]) -> None:
+        self._numbers, self._tables = numbers, tables
+
+    @property
+    def group_velocity_m_per_s(self) -> Estimate:
+        """Slope of peak position against peak time."""
+        return self._numbers["group_velocity_m_per_s"]
+
+    @property
+    def local_resonance_hz(self) -> Estimate:
+        """Dominant frequency behind the leading pulse."""
+        return self._numbers["local_resonance_hz"]
+
+    @property
+    def strain(self) -> Table:
+        """`t_s`, `gap`, `strain`, `sigma`."""
+        return self._tables["strain"]
+
+    @property
+    def front(self) -> Table:
+        """`gap`, `t_peak_s`, ..., `peak_strain`, ..., `status`."""
+        return self._tables["front"]
+
+    @property
+    def hwhm(self) -> Table:
+        """`t_s`, `hwhm_m`, `sigma_m`."""
+        return self._tables["hwhm"]
+
+    @property
+    def energy(self) -> Table:
+        """`gap`, `psi_max_j`, `sigma_j`; empty without a contact law."""
+        return self._tables["energy"]
+
+    @property
+    def spectrum(self) -> Table:
+        """`gap`, `frequency_hz`, `amplitude`."""
+        return self._tables["spectrum"]
+
+    def __repr__(self) -> str:
+        told = ", ".join(f"{name} = {estimate}" for name, estimate in self._numbers.items())
+        return f"<chainwave.Measurement: {told}>"
+
+
+class Fit:
+    """Dampings of a chain, fitted to tracks."""
+
+    def __init__(self, numbers: dict[str, Estimate], details: dict[str, Any], warnings: list[str]) -> None:
+        self._numbers = numbers
+        #: `correlation`, `reduced_chi_squared`, `n_residuals`, `n_simulations`, `is_believed`.
+        self.details = details
+        #: What the reader should know.
+        self.warnings = warnings
+
+    @property
+    def c_d_kg_per_s(self) -> Estimate:
+        """Damping of each body to ground."""
+        return self._numbers["c_d_kg_per_s"]
+
+    @property
+    def c_s_kg_per_s(self) -> Estimate:
+        """Damping of the striker's contact."""
+        return self._numbers["c_s_kg_per_s"]
+
+    @property
+    def striker_velocity_m_per_s(self) -> Estimate:
+        """Mean striker velocity of the trials."""
+        return self._numbers["striker_velocity_m_per_s"]
+
+    @property
+    def impact_time_s(self) -> Estimate:
+        """Mean stamp of the impact, after the trigger."""
+        return self._numbers["impact_time_s"]
+
+    def __repr__(self) -> str:
+        told = ", ".join(f"{name} = {estimate}" for name, estimate in self._numbers.items())
+        return f"<chainwave.Fit: {told}>"
+
+
+def merge(
+    tracks: Union[TableLike, Sequence[TableLike]],
+    *,
+    rest_until_s: float,
+    m_per_px: Optional[float] = None,
+    n_bodies: Optional[int] = None,
+    drive_scatter: Optional[float] = None,
+    trigger_sigma_s: Optional[float] = None,
+    view_trigger_sigma_s: Optional[float] = None,
+) -> MergedMotion:
+    """Merge trials (and views) to one motion, whoever tracked them.
+
+    Each trial's trigger and drive are found from what its bodies do; a trial that contradicts the others is left out.
+
+    Parameters
+    ----------
+    tracks : path, dict of columns, list of dicts, or table; or a list of tables
+        A row for each trial, body and instant: `recording` (or `trial`), `body` (from 1, the struck one), `t_s` after the trigger,
+        `x_m` along the chain from any origin, `sigma_m`; `view` and `trial` where there are several views. A lost position is null
+        or has no row. Of a list, each table without `recording` is a trial.
+    rest_until_s : float
+        Samples before this time show the chain at rest.
+    m_per_px : float, optional
+        Scale of tables in pixels, such as :func:`chainwave.track` gives: `x_px` and `sigma_x_px` are then taken for `x_m` and
+        `sigma_m` (negative where the chain runs to the left), and `name` for `body`.
+    n_bodies : int, optional
+        Bodies in the chain; the largest number that is seen when left out.
+    drive_scatter : float, optional
+        Relative standard deviation of the drives, where it is known.
+    trigger_sigma_s, view_trigger_sigma_s : float, optional
+        Standard deviation of the triggers from trial to trial, and from view to view, where they are known.
+
+    Returns
+    -------
+    MergedMotion
+        Displacements from rest in metres, with their standard uncertainties.
+    """
+    import json
+
+    inner, table, alignments, notes = _chainwave.merge(
+        _trials(tracks, m_per_px),
+        n_bodies=n_bodies,
+        rest_until_s=rest_until_s,
+        drive_scatter=drive_scatter,
+        trigger_sigma_s=trigger_sigma_s,
+        view_trigger_sigma_s=view_trigger_sigma_s,
+    )
+    for note in notes:
+        warn(note)
+    return MergedMotion(table, inner, json.loads(alignments))
+
+
+def _trials(tracks: Any, m_per_px: Optional[float]) -> Union[str, Columns]:
+    if is_path(tracks) and m_per_px is None:
+        return table_argument(tracks, "tracks")
+    several = isinstance(tracks, (list, tuple)) and not all(isinstance(row, Mapping) and _is_row(row) for row in tracks)
+    if not several:
+        return _in_metres(columns_of(tracks, "tracks"), m_per_px)
+    joined: dict[str, list[Any]] = {}
+    for number, one in enumerate(tracks, start=1):
+        columns = dict(_in_metres(columns_of(one, "tracks"), m_per_px))
+        n_rows = len(columns.get("t_s", []))
+        columns.setdefault("recording", [f"trial {number}"] * n_rows)
+        if joined and set(joined) != set(columns):
+            raise ChainwaveError(f"tracks: table {number}: expected the columns {', '.join(joined)}, found {', '.join(columns)}")
+        for name, values in columns.items():
+            joined.setdefault(name, []).extend(values)
+    return list(joined.items())
+
+
+def _is_row(row: Mapping[Any, Any]) -> bool:
+    return all(isinstance(value, (str, int, float, type(None))) or hasattr(value, "item") and not hasattr(value, "__len__") for value in row.values())
+
+
+def _in_metres(columns: Columns, m_per_px: Optional[float]) -> Columns:
+    if m_per_px is None:
+        return columns
+    found = dict(columns)
+    missing = [name for name in ("x_px", "sigma_x_px", "name", "t_s") if name not in found]
+    if missing:
+        raise ChainwaveError(f"tracks: expected columns {', '.join(missing)} beside m_per_px, found {', '.join(found)}")
+
+    def scaled(name: str, factor: float) -> list[Optional[float]]:
+        return [None if value is None or value != value else factor * value for value in found[name]]
+
+    kept = [(name, found[name]) for name in ("recording", "view", "trial", "t_s") if name in found]
+    return [
+        *kept,
+        ("body", found.get("body") or [_body(name) for name in found["name"]]),
+        ("x_m", scaled("x_px", m_per_px)),
+        ("sigma_m", scaled("sigma_x_px", abs(m_per_px))),
+    ]
+
+
+def _body(name: Any) -> int:
+    try:
+        return int(str(name))
+    except ValueError as wrong:
+        raise ChainwaveError(f"tracks: name {name!r}: expected the number of a body (hint: a column body says it)") from wrong
+
+
+def measure(
+    motion: TableLike,
+    *,
+    pitch_m: Union[float, Sequence[float]],
+    first_gap: int = 1,
+    last_gap: Optional[int] = None,
+    edge_fraction: float = 0.1,
+    end_reflects: bool = False,
+    contact: Optional[Mapping[str, Any]] = None,
+    n_replicas: int = 200,
+    seed: int = 1,
+    threads: Optional[int] = None,
+) -> Measurement:
+    """Measure the wave of a motion: strain, front, group velocity, half width, spectrum, energies.
+
+    Parameters
+    ----------
+    motion : MergedMotion, path, dict of columns, or table
+        What :func:`merge` or :func:`chainwave.simulate` gave, or `t_s`, `body` (from 1; 0, the striker, is left out), `x_m` and,
+        unless the motion is exact, `sigma_m`; samples are equally spaced.
+    pitch_m : float or sequence
+        Distance between neighbours at rest, or one for each gap.
+    first_gap, last_gap : int, optional
+        Gaps of the group velocity; as far as the pulse is one when `last_gap` is left out.
+    edge_fraction : float, optional
+        The leading edge is where a gap first exceeds this fraction of its peak.
+    end_reflects : bool, optional
+        Whether what a reflection from the last body has reached is left out.
+    contact : dict, optional
+        The table `contact` of a scene, for energies.
+    n_replicas, seed : int, optional
+        Replicas of the motion behind each sigma, and their seed.
+    threads : int, optional
+        All cores when left out; the bits are the same for any number.
+    """
+    gaps = float(pitch_m) if isinstance(pitch_m, (int, float)) else [float(gap_m) for gap_m in pitch_m]
+    numbers, tables = _chainwave.measure_motion(
+        motion._merged if isinstance(motion, MergedMotion) else table_argument(motion, "motion"),
+        {
+            "pitch_m": gaps,
+            "first_gap": first_gap,
+            "last_gap": last_gap,
+            "edge_fraction": edge_fraction,
+            "end_reflects": end_reflects,
+            "n_replicas": n_replicas,
+            "seed": seed,
+            "contact": None if contact is None else toml_of({"contact": contact}),
+            "threads": threads,
+        },
+    )
+    return Measurement(estimates_of(numbers), {name: Table(table) for name, table in tables})
+
+
+def strain_map(motion: TableLike, *, pitch_m: Union[float, Sequence[float]]) -> Table:
+    """Strain of every gap over time: `t_s`, `gap`, `strain`, `sigma`; compression is negative.
+
+    Parameters
+    ----------
+    motion, pitch_m
+        As for :func:`measure`.
+    """
+    # The sigma of a strain follows from those of the displacements, without replicas, of which 20 are the fewest.
+    return measure(motion, pitch_m=pitch_m, n_replicas=20).strain
+
+
+def fit(
+    motion: MergedMotion,
+    scene: Union[Path, Mapping[str, Any]],
+    *,
+    striker_velocity_sigma_m_per_s: float,
+    threads: Optional[int] = None,
+) -> Fit:
+    """Fit the dampings of a chain to the trials of a merged motion.
+
+    Parameters
+    ----------
+    motion : MergedMotion
+        What :func:`merge` gave.
+    scene : path or dict
+        The chain as for :func:`chainwave.simulate`, struck by a striker; the dampings are where the search starts. `duration_s` and
+        `output_interval_s` may be left out of a dict.
+    striker_velocity_sigma_m_per_s : float
+        Standard deviation of the striker's velocity from trial to trial.
+    threads : int, optional
+        All cores when left out; the bits are the same for any number.
+    """
+    import json
+
+    if isinstance(scene, Mapping):
+        scene = {"duration_s": 1.0, "output_interval_s": 1.0, **scene}
+    path, text = text_of(scene, "scene")
+    numbers, details, warnings = _chainwave.fit(
+        motion._merged, path, text, striker_velocity_sigma_m_per_s=striker_velocity_sigma_m_per_s, n_threads=threads
+    )
+    for warning in warnings:
+        warn(warning)
+    return Fit(estimates_of(numbers), json.loads(details), warnings)

@@ -1,0 +1,209 @@
+//! An experiment from its recordings to its results, as `chainwave run` goes.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use chainwave_experiment::{
+    Experiment, Finding, MemoryStore, Results, Setup, TrackRows, check, energy_table, front_table,
+    half_width_table, motion_by_model_table, motion_table, recording_states, spectrum_table, strain_table,
+};
+use chainwave_measurement::Estimate;
+use pyo3::prelude::*;
+use serde_json::json;
+
+use crate::cells::{NamedCells, table_of};
+use crate::estimate::{Number, of_estimate, refused};
+use crate::failure::Failure;
+use crate::table::ArrowTable;
+use crate::tracking::threads;
+use crate::work::watched;
+
+/// An experiment that was read, and the tracks of its recordings as far as they were made.
+#[pyclass(frozen, module = "chainwave._chainwave")]
+pub(crate) struct PreparedExperiment {
+    /// One for each striker velocity.
+    setups: Vec<Setup>,
+    store: Arc<MemoryStore>,
+}
+
+/// Kind, subject and text of what should be known.
+type Warned = (&'static str, String, String);
+/// Recording, view, trial, what became of it, and why it is not used.
+type StateOfRecording = (String, u32, u32, &'static str, Option<String>);
+
+/// What a run found.
+#[pyclass(frozen, get_all, module = "chainwave._chainwave")]
+pub(crate) struct ExperimentResults {
+    striker_velocity_m_per_s: f64,
+    numbers: Vec<(&'static str, Number)>,
+    tables: Vec<(&'static str, Py<ArrowTable>)>,
+    warnings: Vec<Warned>,
+    recordings: Vec<StateOfRecording>,
+    /// What else is known, as JSON.
+    details: String,
+    /// What was modelled, and why, as JSON.
+    decisions: String,
+}
+
+#[pymethods]
+impl PreparedExperiment {
+    /// Of the text of an experiment, where it stands, the folder of its recordings, and its trials where they are no file.
+    #[new]
+    #[pyo3(signature = (path, text, *, recordings = None, trials = None, partial = false))]
+    fn new(
+        path: &str,
+        text: &str,
+        recordings: Option<&str>,
+        trials: Option<NamedCells>,
+        partial: bool,
+    ) -> Result<Self, Failure> {
+        let path = Path::new(path);
+        let experiment = Experiment::parse(path, text)?;
+        let table = match trials {
+            Some(columns) => experiment.trials_of(&table_of("trials", columns)?)?,
+            None => experiment.read_trials(path)?,
+        };
+        let mut setup = Setup::of(experiment, table, path, recordings.map(Path::new))?;
+        setup.takes_partial = partial;
+        Ok(Self { setups: setup.by_striker(), store: Arc::new(MemoryStore::default()) })
+    }
+
+    /// Number of striker velocities.
+    fn __len__(&self) -> usize {
+        self.setups.len()
+    }
+
+    /// Name of the experiment.
+    #[getter]
+    fn name(&self) -> &str {
+        self.setups.first().map_or("", |setup| &setup.experiment.name)
+    }
+
+    /// The recordings that the trials name.
+    #[getter]
+    fn recordings(&self) -> Vec<String> {
+        let all = self.setups.iter().flat_map(|setup| &setup.trials);
+        all.map(|trial| trial.recording.clone()).collect()
+    }
+
+    /// What contradicts the experiment before work.
+    #[pyo3(signature = (*, n_threads = None))]
+    fn check(&self, py: Python<'_>, n_threads: Option<std::num::NonZero<usize>>) -> PyResult<Vec<Warned>> {
+        let (setups, n_threads) = (self.setups.clone(), threads(n_threads));
+        watched(py, None, move |_, _| {
+            let mut found = Vec::new();
+            for setup in &setups {
+                found.extend(check(setup, n_threads)?.findings.into_iter().map(warned));
+            }
+            Ok(found)
+        })
+    }
+
+    /// Runs one striker velocity.
+    #[pyo3(signature = (striker, *, n_threads = None, progress = None))]
+    fn run(
+        &self,
+        py: Python<'_>,
+        striker: usize,
+        n_threads: Option<std::num::NonZero<usize>>,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<ExperimentResults> {
+        let Some(setup) = self.setups.get(striker).cloned() else {
+            let n = self.setups.len();
+            return Err(Failure::Argument(format!("striker {striker}: expected one of {n}")).into());
+        };
+        let (store, n_threads) = (Arc::clone(&self.store), threads(n_threads));
+        let (setup, results) = watched(py, progress, move |monitor, _| {
+            let results = setup.run(store.as_ref(), n_threads, monitor)?;
+            Ok((setup, results))
+        })?;
+        ExperimentResults::of(py, &setup, &results)
+    }
+}
+
+impl ExperimentResults {
+    fn of(py: Python<'_>, setup: &Setup, results: &Results) -> PyResult<Self> {
+        let Results { tracked, evaluation, decisions, truth: _ } = results;
+        let (measurement, damping) = (&evaluation.measurement, &evaluation.damping);
+        let velocity = measurement.group_velocity.as_ref();
+        let resonance = measurement.local_resonance.as_ref();
+        let known = |found: Option<Estimate>, why: &str| found.map_or_else(|| refused(why), of_estimate);
+        let told = |found: &Result<Estimate, String>| match found {
+            Ok(estimate) => of_estimate(*estimate),
+            Err(reason) => refused(reason),
+        };
+        let striker = evaluation.track_fit.as_ref();
+        let numbers = vec![
+            (
+                "group_velocity_m_per_s",
+                velocity.map_or_else(|why| refused(why.as_str()), |v| of_estimate(v.velocity_m_per_s)),
+            ),
+            (
+                "group_velocity_variation",
+                velocity.map_or_else(
+                    |why| refused(why.as_str()),
+                    |v| known(v.relative_variation, "it was not measured"),
+                ),
+            ),
+            (
+                "particle_velocity_m_per_s",
+                velocity.map_or_else(
+                    |why| refused(why.as_str()),
+                    |v| known(v.particle_velocity_m_per_s, "it was not measured"),
+                ),
+            ),
+            ("c_d_kg_per_s", told(&damping.chain_damping_kg_per_s)),
+            ("c_s_kg_per_s", told(&damping.striker_damping_kg_per_s)),
+            (
+                "local_resonance_hz",
+                resonance.map_or_else(|why| refused(why.as_str()), |r| of_estimate(r.frequency_hz)),
+            ),
+            (
+                "striker_velocity_m_per_s",
+                striker.map_or_else(
+                    |why| refused(&why.to_string()),
+                    |fit| of_estimate(fit.striker_velocity_m_per_s),
+                ),
+            ),
+        ];
+        let mut tracks = TrackRows::default();
+        tracked.recordings.iter().for_each(|one| tracks.add_bodies(&one.trial.recording, &one.tracks));
+        let mut tables = vec![
+            ("tracks", tracks.table()),
+            ("motion", motion_table(&evaluation.stitched, Some(&evaluation.side_motion))),
+            ("strain", strain_table(measurement)),
+            ("front", front_table(measurement)),
+            ("hwhm", half_width_table(measurement)),
+            ("energy", energy_table(measurement)),
+            ("spectrum", spectrum_table(measurement)),
+        ];
+        if let Some(by_model) = &evaluation.by_model {
+            let table = motion_by_model_table(by_model, &evaluation.stitched, &evaluation.side_motion);
+            tables.push(("motion_by_model", table));
+        }
+        let tables = tables.into_iter().map(|(name, table)| Ok((name, Py::new(py, ArrowTable::of(table)?)?)));
+        let states = recording_states(&setup.trials, &tracked.failed, &evaluation.left_out_recordings());
+        let state = |one: chainwave_experiment::RecordingState| {
+            (one.recording, one.view, one.trial, one.state.as_str(), one.reason)
+        };
+        let details = json!({
+            "correlation": damping.correlation,
+            "damping_from": damping.source,
+            "group_velocity_gaps": velocity.ok().map(|v| [v.gaps.0, v.gaps.1]),
+            "reduced_chi_squared": striker.ok().map(|fit| fit.reduced_chi_squared),
+        });
+        Ok(Self {
+            striker_velocity_m_per_s: setup.experiment.striker.velocity_m_per_s.get(),
+            numbers,
+            tables: tables.collect::<PyResult<_>>()?,
+            warnings: evaluation.warnings().into_iter().map(warned).collect(),
+            recordings: states.into_iter().map(state).collect(),
+            details: details.to_string(),
+            decisions: json!(decisions).to_string(),
+        })
+    }
+}
+
+fn warned(finding: Finding) -> Warned {
+    (finding.code, finding.subject, finding.text)
+}

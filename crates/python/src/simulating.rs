@@ -1,0 +1,41 @@
+//! The motion of a chain from a scene, as `chainwave simulate` computes it.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use chainwave_experiment::{ChainScene, Table, simulated_table};
+use pyo3::prelude::*;
+use serde_json::json;
+
+use crate::table::ArrowTable;
+use crate::work::watched;
+
+/// The motion and the summary (JSON) of a scene: the text of a TOML file, and where it was read.
+#[pyfunction]
+pub(crate) fn simulate(py: Python<'_>, path: PathBuf, text: String) -> PyResult<(ArrowTable, String)> {
+    let (table, summary) = watched(py, None, move |_, _| {
+        let scene = ChainScene::parse(&path, &text)?;
+        let read = |path: &Path| Table::read_csv(path);
+        let chain = scene.chain::<chainwave_experiment::Error>(&path, &read)?;
+        let schedule = scene.schedule(&path)?;
+        let start = Instant::now();
+        let simulation = chainwave_mechanics::simulate(&chain, &schedule)?;
+        let wall_s = start.elapsed().as_secs_f64();
+        let table = simulated_table(&simulation.trajectory, simulation.striker.as_ref());
+        let summary = json!({
+            "energy_drift": simulation.energy_drift,
+            "psi_max_j": simulation.psi_max_j,
+            "steps": simulation.steps,
+            "dt_s": simulation.dt_s,
+            "method": simulation.method,
+            "choice": simulation.choice,
+            "error_estimate": simulation.error_estimate,
+            "tension_events": simulation.tension_events,
+            "contact_switches": simulation.contact_switch_times_s.len(),
+            "force_evaluations": simulation.force_evaluations,
+            "wall_s": wall_s,
+        });
+        Ok((table, summary.to_string()))
+    })?;
+    Ok((ArrowTable::of(table)?, summary))
+}

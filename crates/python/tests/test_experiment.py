@@ -1,0 +1,90 @@
+"""An experiment as a whole: the same bits as the command's, and as a dict."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import tomllib
+import warnings
+from pathlib import Path
+from typing import Any
+
+import chainwave as cw
+import polars
+import pytest
+from polars.testing import assert_frame_equal
+
+TABLES = ["tracks", "motion", "strain", "front", "hwhm", "energy", "spectrum"]
+
+
+def run(experiment: Any, **options: Any) -> cw.Results:
+    """Runs it, whatever it warns of."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", cw.ChainwaveWarning)
+        return cw.Experiment(experiment, **options).run()
+
+
+def test_results_have_the_bits_of_the_command(filmed: Path, command: str, tmp_path: Path) -> None:
+    experiment = filmed / "experiment.toml"
+    subprocess.run([command, "run", experiment, "--out", tmp_path], check=True, capture_output=True)
+    told: list[tuple[str, int, int]] = []
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter("always")
+        results = cw.Experiment(experiment).run(progress=lambda *news: told.append(news))
+    for name in TABLES:
+        expected = polars.read_parquet(tmp_path / f"{name}.parquet")
+        assert_frame_equal(polars.DataFrame(getattr(results, name)), expected, check_exact=True)
+    expected = json.loads((tmp_path / "results.json").read_text())
+    for name, sigma in (
+        ("group_velocity_m_per_s", "group_velocity_sigma"),
+        ("c_d_kg_per_s", "c_d_sigma"),
+        ("c_s_kg_per_s", "c_s_sigma"),
+        ("local_resonance_hz", "local_resonance_sigma"),
+    ):
+        estimate: cw.Estimate = getattr(results, name)
+        assert (estimate.value, estimate.sigma) == (expected.get(name), expected.get(sigma))
+        assert estimate.refused == expected.get(f"{name}_refused")
+        if estimate.interval95 is not None:
+            assert estimate.interval95[0] < float(estimate) < estimate.interval95[1]
+    assert [one._asdict() for one in results.warnings] == expected["warnings"]
+    assert [one._asdict() for one in results.recordings] == expected["recordings"]
+    assert results.decisions == json.loads((tmp_path / "decisions.json").read_text())
+    said = [str(one.message) for one in warned if one.category is cw.ChainwaveWarning]
+    assert all(str(finding) in said for finding in results.warnings)
+    assert told[-1][0] == "tracking" and told[-1][1] == told[-1][2] > 0
+    assert "group_velocity_m_per_s" in results._repr_html_() and "Results" in repr(results)
+
+
+def test_a_dict_is_an_experiment(filmed: Path) -> None:
+    tables = tomllib.loads((filmed / "experiment.toml").read_text())
+    tables["trials"] = polars.read_csv(filmed / tables["trials"])
+    of_dict, of_file = run(tables, recordings=filmed), run(filmed / "experiment.toml")
+    assert_frame_equal(polars.DataFrame(of_dict.motion), polars.DataFrame(of_file.motion), check_exact=True)
+    assert of_dict.c_d_kg_per_s == of_file.c_d_kg_per_s
+    assert len(cw.Experiment(tables, recordings=filmed).recordings) == len(tables["trials"])
+
+
+def test_an_interrupted_run_goes_on(filmed: Path) -> None:
+    experiment = cw.Experiment(filmed / "experiment.toml")
+
+    class Enough(Exception):
+        """Ends the work."""
+
+    def stop(stage: str, done: int, planned: int) -> None:
+        raise Enough
+
+    with pytest.raises(Enough):
+        experiment.run(progress=stop)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", cw.ChainwaveWarning)
+        assert len(experiment.run().motion) > 0
+
+
+def test_wrong_experiments_are_named(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match="experiment.toml"):
+        cw.Experiment(tmp_path / "experiment.toml")
+    (tmp_path / "experiment.toml").write_text('name = "a"\n')
+    with pytest.raises(cw.ChainwaveError, match="missing field"):
+        cw.Experiment(tmp_path / "experiment.toml")
+    with pytest.raises(cw.ChainwaveError, match="missing field"):
+        cw.Experiment({"name": "a", "trials": "trials.csv"})
