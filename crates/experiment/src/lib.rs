@@ -46,6 +46,7 @@ mod joining;
 mod key;
 mod magnification;
 mod measuring;
+mod merging;
 mod monitor;
 mod notices;
 mod numbers;
