@@ -93,11 +93,7 @@ pub fn first_view(setup: &Setup) -> Result<View, Error> {
 }
 
 /// The bodies whose subsets lie in the frames of a recording at rest, with those, by the place of the stage that a trial has.
-pub(crate) fn bodies_in_view(
-    setup: &Setup,
-    trial: &Trial,
-    info: &RecordingInfo,
-) -> Vec<(usize, Subset)> {
+pub(crate) fn bodies_in_view(setup: &Setup, trial: &Trial, info: &RecordingInfo) -> Vec<(usize, Subset)> {
     let tracking = &setup.experiment.tracking;
     let map = setup.map_of(trial, info);
     let inside = |centre: f64, half: usize, size: usize| {
@@ -118,7 +114,7 @@ pub(crate) fn bodies_in_view(
 }
 
 /// The frames before the wave: all from the first one that are stamped before `rest_until_s`.
-fn rest_frames(info: &RecordingInfo, rest_until_s: f64) -> Option<Range<usize>> {
+pub(crate) fn rest_frames(info: &RecordingInfo, rest_until_s: f64) -> Option<Range<usize>> {
     let n = info.times_s.iter().take_while(|time_s| **time_s < rest_until_s).count();
     (n > 0).then_some(0..n)
 }
