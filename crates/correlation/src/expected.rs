@@ -20,9 +20,9 @@ pub fn expected_sigma(
 ) -> Result<Result<[f64; 2], Lost>, CorrelationError> {
     let reference = Reference::read(recording, subset, frames)?;
     // Of the subset's own pixels: the light, and the noise with it, may be another beside it.
-    let [x0, y0, x1, y1] = pixel_bounds(subset);
+    let [x0, x1, y0, y1] = pixel_bounds(subset);
     let info = recording.info();
-    let own = Region::clipped(x0, y0, x1, y1, info.width_px, info.height_px);
+    let own = Region::clipped(x0, y0, x1 + 1, y1 + 1, info.width_px, info.height_px);
     let noise = noise_between(recording, own.unwrap_or(reference.region()), frames)?;
     let prepared = PreparedSubset::new(&reference, subset, &Settings::default());
     Ok(prepared.map(|prepared| {

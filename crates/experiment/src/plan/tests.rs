@@ -3,7 +3,6 @@
 use std::num::NonZero;
 use std::path::Path;
 
-use chainwave_measurement::Recording;
 use chainwave_synthetic::{Scene, Shot};
 
 use super::*;
@@ -51,7 +50,8 @@ fn a_run_states_what_was_planned_before_and_after_filming() {
     let after = Setup::read(path, Some(folder.path())).unwrap();
     let results = after.run(&MemoryStore::default(), TWO, &Monitor::SILENT).unwrap();
     let evaluation = &results.evaluation;
-    let stated = precision(&evaluation.stitched.motion, &evaluation.measurement, &evaluation.track_fit);
+    let damping = evaluation.track_fit.as_ref().map(|fit| fit.damping).unwrap();
+    let stated = precision(&evaluation.stitched.motion, &evaluation.measurement, Ok(damping));
     let of_readings: Vec<f64> = results
         .tracked
         .recordings
@@ -90,15 +90,17 @@ fn a_run_states_what_was_planned_before_and_after_filming() {
 #[test]
 fn laws_of_scaling_hold() {
     let plan = planned(&unfilmed());
-    // Information adds up over trials and frames. The striker's and the trigger's draws make trials unequal by their 2 %, and the noise is
-    // another: 3 % of a sigma by a fit. Sigmas by 200 replicas scatter by 5 % each.
-    for (change, expected) in
-        [("trials", 2.0_f64.sqrt()), ("frame rate", 2.0_f64.sqrt()), ("half the noise", 2.0)]
+    // Information adds up over trials and frames. The strikers' draws make trials unequal by their 2 %: 3 % of a sigma by a fit. A
+    // displacement's contains what alignment adds, which has errors of its own: a fifth. It is read in its own frame alone, and does not gain
+    // from the rate.
+    let root = 2.0_f64.sqrt();
+    for (change, of_damping, of_displacement) in
+        [("trials", root, root), ("frame rate", root, 1.0), ("half the noise", 2.0, 2.0)]
     {
-        for (result, bound) in [
-            (PlannedResult::ChainDamping, 0.03),
-            (PlannedResult::StrikerDamping, 0.03),
-            (PlannedResult::Displacement, 0.2),
+        for (result, expected, bound) in [
+            (PlannedResult::ChainDamping, of_damping, 0.03),
+            (PlannedResult::StrikerDamping, of_damping, 0.03),
+            (PlannedResult::Displacement, of_displacement, 0.2),
         ] {
             let found = factor(&plan, change, result) / expected;
             println!("{change}: {result:?} {found:.3}");
@@ -191,10 +193,10 @@ fn what_is_not_stated_is_said_to_be_assumed() {
     for word in ["camera of 12 bits", "frames a second", "at rest", "c_d =", "c_s =", "trigger"] {
         assert!(assumed.contains(word), "{word}: {assumed}");
     }
-    // Nearly the camera of the small experiment, so nearly its noise.
+    // Nearly the camera of the small experiment, so nearly its noise; the film is shorter by a fourth and the damping a third, which c_d feels.
     let like = planned(&unfilmed());
     let [found, like] = [&found, &like].map(|plan| sigma(plan, PlannedResult::ChainDamping));
-    assert!((0.5..2.0).contains(&(found / like)), "{found} {like}");
+    assert!((0.33..3.0).contains(&(found / like)), "{found} {like}");
 }
 
 #[test]
