@@ -39,11 +39,13 @@ use self::rehearsal::Rehearsal;
 use self::schedule::{PlannedRecording, Schedule};
 use crate::error::Error;
 use crate::evaluation::{chosen_gaps, evaluate, known, track_model};
+use crate::failed_recording::FailedRecording;
 use crate::finding::Finding;
 use crate::merging::{Merged, merged};
 use crate::monitor::{Monitor, Stage};
 use crate::sanity::check;
 use crate::setup::Setup;
+use crate::view::unreadable;
 
 /// What an experiment will tell.
 #[derive(Debug, Clone)]
@@ -113,7 +115,8 @@ pub fn plan(
     monitor: &Monitor<'_>,
     now_s: &dyn Fn() -> f64,
 ) -> Result<Plan, Error> {
-    let findings = check(setup, n_threads)?.findings;
+    let mut findings = check(setup, n_threads)?.findings;
+    findings.extend(unreadable_recordings(setup, n_threads));
     let camera = PlannedCamera::of(setup)?;
     let schedule = Schedule::of(setup, &camera);
     let n_filmed = schedule.recordings.iter().filter(|one| one.is_filmed).count();
@@ -170,6 +173,17 @@ pub fn plan(
     })
 }
 
+/// Recordings that are there and cannot be read; they are planned as if they were not.
+fn unreadable_recordings(setup: &Setup, n_threads: NonZero<usize>) -> impl Iterator<Item = Finding> {
+    let failed = unreadable(setup, n_threads).into_iter();
+    let is_there = |one: &FailedRecording| setup.recordings.join(&one.trial.recording).exists();
+    failed.filter(is_there).map(|one| Finding {
+        code: "unreadable",
+        subject: one.trial.recording,
+        text: one.error.to_string(),
+    })
+}
+
 /// Pictures of some views: of recordings that are there, else drawn.
 fn pictures(
     setup: &Setup,
@@ -185,13 +199,18 @@ fn pictures(
         shown.max_by_key(|one| one.is_filmed)
     };
     let recordings: Vec<&PlannedRecording> = views.filter_map(of_view).collect();
-    let filmed: Vec<Pictures> = recordings
-        .iter()
-        .filter(|one| one.is_filmed)
-        .filter_map(|one| Pictures::filmed(setup, &one.trial))
-        .collect();
-    if schedule.recordings.iter().any(|one| one.is_filmed) {
-        return Ok(filmed);
+    let mut filmed = Vec::new();
+    let mut failure = None;
+    for one in recordings.iter().filter(|one| one.is_filmed) {
+        match Pictures::filmed(setup, &one.trial) {
+            Ok(found) => filmed.extend(found),
+            Err(error) => failure = Some(error),
+        }
+    }
+    match failure {
+        Some(error) if filmed.is_empty() => return Err(error),
+        _ if schedule.recordings.iter().any(|one| one.is_filmed) => return Ok(filmed),
+        _ => {}
     }
     let last_s = camera.info().times_s.last().copied().unwrap_or(0.0);
     let frame_s = camera.camera.rate_hz.recip();

@@ -28,14 +28,16 @@ const MOST_REST_FRAMES: usize = 40;
 const MOVING_FRAMES: usize = 24;
 
 impl Pictures {
-    /// Of a recording that can be read and shows a body.
-    pub(super) fn filmed(setup: &Setup, trial: &Trial) -> Option<Self> {
-        let recording = open(setup, &setup.recordings.join(&trial.recording)).ok()?;
-        let rest = frames_at_rest(setup, recording.as_ref()).ok()?.range();
+    /// Of a recording; `None` where it shows no body.
+    ///
+    /// # Errors
+    /// A recording that cannot be read, or has no frame at rest.
+    pub(super) fn filmed(setup: &Setup, trial: &Trial) -> Result<Option<Self>, Error> {
+        let recording = open(setup, &setup.recordings.join(&trial.recording))?;
+        let rest = frames_at_rest(setup, recording.as_ref())?.range();
         let subsets = bodies_in_view(setup, trial, recording.info());
-        let n_frames = recording.info().n_frames;
-        let moving = middle_of(rest.end, n_frames);
-        (!subsets.is_empty()).then_some(Self { recording, subsets, rest, moving })
+        let moving = middle_of(rest.end, recording.info().n_frames);
+        Ok((!subsets.is_empty()).then_some(Self { recording, subsets, rest, moving }))
     }
 
     /// Drawn by a camera, of bodies that move; `None` where it shows no body.
