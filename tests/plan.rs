@@ -82,7 +82,7 @@ mod slow {
             "none filmed yet",
             "c_d (kg/s)",
             "10 trials of each view instead of 5",
-            "most for c_d",
+            "helps most",
         ] {
             assert!(text.contains(word), "{word}: {text}");
         }

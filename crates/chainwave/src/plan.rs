@@ -119,18 +119,30 @@ fn in_words(setup: &Setup, plan: &Plan) -> String {
         lines.push(format!("  {}: {}", change.change, gains(&change.factors)));
         lines.push(format!("    {}", cost_in_words(&change.cost)));
     }
-    lines.extend(plan.results.iter().enumerate().filter_map(|(index, (result, ..))| {
-        let gain = |change: usize| plan.changes[change].factors[index].1.unwrap_or(0.0);
-        let best = (0..plan.changes.len()).max_by(|one, other| gain(*one).total_cmp(&gain(*other)))?;
-        let told = gain(best) >= TOLD_GAIN;
-        told.then(|| {
-            format!("most for {}: {} ({:.1} times)", result.in_words(), plan.changes[best].change, gain(best))
-        })
-    }));
+    lines.extend(most_helpful(plan));
     lines.join("\n")
 }
 
-/// The gains that are told from none; those of like results together.
+/// For each change that helps some results most, these results with their gains.
+fn most_helpful(plan: &Plan) -> Vec<String> {
+    let gain = |change: usize, result: usize| plan.changes[change].factors[result].1.unwrap_or(0.0);
+    let n_changes = plan.changes.len();
+    let best = |result: &usize| {
+        let best = (0..n_changes).max_by(|one, other| gain(*one, *result).total_cmp(&gain(*other, *result)));
+        best.filter(|best| gain(*best, *result) >= TOLD_GAIN)
+    };
+    let helped_by = |change: usize| {
+        let helped: Vec<String> = (0..plan.results.len())
+            .filter(|result| best(result) == Some(change))
+            .map(|result| format!("{} {:.1}", plan.results[result].0.in_words(), gain(change, result)))
+            .collect();
+        (!helped.is_empty())
+            .then(|| format!("helps most: {} ({})", plan.changes[change].change, helped.join(", ")))
+    };
+    (0..n_changes).filter_map(helped_by).collect()
+}
+
+/// The gains that are told from none, and the losses.
 fn gains(factors: &[(PlannedResult, Option<f64>)]) -> String {
     let told: Vec<String> = factors
         .iter()
@@ -161,7 +173,7 @@ fn cost_in_words(cost: &Cost) -> String {
         short => format!("{short:.0} s"),
     };
     format!(
-        "{} recordings of {:.3} {unit} in all; a run takes about {time} here",
+        "{} recordings, {:.2} {unit} in all; a run takes about {time} here",
         cost.n_recordings,
         bytes / size
     )

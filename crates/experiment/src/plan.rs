@@ -103,7 +103,7 @@ const MOST_VIEWS: usize = 5;
 /// Shares of a variance below this are not told from none: uncertainties by 200 replicas scatter by 5 %, in two plans partly alike.
 const LEAST_SHARE: f64 = 0.2;
 /// Seconds of a run beside following and evaluating: its look at the pictures before work, tables, figures and the page.
-const REST_OF_RUN_S: f64 = 3.0;
+const REST_OF_RUN_S: f64 = 2.0;
 
 /// Plans the trials of one striker velocity. `now_s` is the caller's clock, in seconds from any instant.
 ///
