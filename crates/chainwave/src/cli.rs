@@ -48,6 +48,8 @@ pub(crate) enum Command {
     Synthesize(Synthesize),
     /// Say whether a run of an experiment makes sense, before time is spent on it.
     Check(Check),
+    /// Say what an experiment will tell before it is filmed or run, what limits it, and which change would help.
+    Plan(Plan),
     /// Process an experiment: from recordings to figures, fitted damping and a report.
     Run(Run),
     /// Draw the figures of results again in another style, without computing anything.
@@ -420,6 +422,22 @@ pub(crate) struct Check {
     #[arg(long)]
     pub(crate) json: bool,
     /// Views looked at side by side; all cores when left out.
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) jobs: Option<u16>,
+}
+
+/// Arguments of `plan`.
+#[derive(Debug, Args)]
+pub(crate) struct Plan {
+    /// The experiment.
+    pub(crate) experiment: PathBuf,
+    /// Folder of the recordings that trials.csv names, where some are filmed; the experiment's own folder when left out.
+    #[arg(long)]
+    pub(crate) recordings: Option<PathBuf>,
+    /// Print JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Threads; all cores when left out. The time of a run is predicted for as many.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
 }

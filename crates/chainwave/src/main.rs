@@ -26,6 +26,7 @@ mod matching;
 mod outcome;
 mod output;
 mod parallel;
+mod plan;
 mod progress;
 mod prove;
 mod run;
@@ -75,6 +76,7 @@ fn carry_out(command: &Command) -> Result<Outcome, Error> {
         Command::Simulate(arguments) => simulate::simulate(arguments),
         Command::Synthesize(arguments) => synthesize::synthesize(arguments),
         Command::Check(arguments) => check::check(arguments),
+        Command::Plan(arguments) => plan::plan(arguments),
         Command::Run(arguments) => run::run(arguments),
         Command::Figures(arguments) => figures::figures(arguments),
         Command::Archive(arguments) => archive::archive(arguments),

@@ -2,6 +2,7 @@
 
 use chainwave_measurement::{Lost, Recording, Region, Subset};
 
+use crate::reference::pixel_bounds;
 use crate::uncertainty::expected_sigma_px;
 use crate::{CorrelationError, PreparedSubset, Reference, ReferenceFrames, Settings};
 
@@ -18,7 +19,11 @@ pub fn expected_sigma(
     frames: &ReferenceFrames,
 ) -> Result<Result<[f64; 2], Lost>, CorrelationError> {
     let reference = Reference::read(recording, subset, frames)?;
-    let noise = noise_between(recording, reference.region(), frames)?;
+    // Of the subset's own pixels: the light, and the noise with it, may be another beside it.
+    let [x0, x1, y0, y1] = pixel_bounds(subset);
+    let info = recording.info();
+    let own = Region::clipped(x0, y0, x1 + 1, y1 + 1, info.width_px, info.height_px);
+    let noise = noise_between(recording, own.unwrap_or(reference.region()), frames)?;
     let prepared = PreparedSubset::new(&reference, subset, &Settings::default());
     Ok(prepared.map(|prepared| {
         let of_mean = noise.map(|variance| variance / prepared.n_averaged);

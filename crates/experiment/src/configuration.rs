@@ -106,6 +106,17 @@ impl Chain {
         }
     }
 
+    /// The distances gap by gap, in metres, where they differ; none where they are all the same.
+    ///
+    /// # Errors
+    /// As [`Chain::spacing`].
+    pub(crate) fn unequal_pitches_m(&self) -> Result<Vec<f64>, Error> {
+        match self.pitch_m.same() {
+            Some(_) => Ok(Vec::new()),
+            None => self.pitch_m.values(self.n_bodies - 1, "chain.pitch_m").map_err(Error::Value),
+        }
+    }
+
     /// Masses of the bodies, in kilograms.
     ///
     /// # Errors

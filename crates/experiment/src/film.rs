@@ -123,9 +123,9 @@ impl<'a> Studio<'a> {
         let stiffness =
             body_factors(synthetic.seed, BodyQuantity::Stiffness, chain.n_bodies, stiffness_scatter)?;
         let mut specimen = synthetic.specimen.clone();
-        if chain.pitch_m.same().is_none() {
-            let spacing = chain.spacing()?;
-            specimen.gaps_m = (1..chain.n_bodies).map(|gap| spacing.of_gap_m(gap)).collect();
+        let unequal_m = chain.unequal_pitches_m()?;
+        if !unequal_m.is_empty() {
+            specimen.gaps_m = unequal_m;
         }
         Ok(Self {
             specimen,

@@ -8,6 +8,8 @@ pub enum Stage {
     Tracking,
     /// Rendering synthetic recordings; its steps are recordings.
     Filming,
+    /// Rehearsing what an experiment will tell; its steps are rehearsals.
+    Planning,
 }
 
 /// News of a stage.

@@ -27,6 +27,11 @@ impl NotNegative {
     pub fn get(self) -> f64 {
         self.0
     }
+
+    /// Half of it.
+    pub(crate) fn half(self) -> Self {
+        Self(0.5 * self.0)
+    }
 }
 
 impl TryFrom<f64> for Positive {

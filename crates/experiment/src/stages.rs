@@ -58,8 +58,7 @@ impl Stages {
     /// cannot be solved for leave the positions as they are stated.
     pub(crate) fn refine(setup: &Setup, trials: &[Trial], method: Method, n_threads: NonZero<usize>) -> Self {
         let mut views = views(trials);
-        let sigma_m =
-            setup.experiment.camera.stage_sigma_m.map(NotNegative::get).filter(|sigma_m| *sigma_m > 0.0);
+        let sigma_m = stage_sigma_m(setup);
         let pairs: Vec<[usize; 2]> =
             (0..views.len()).flat_map(|one| (one + 1..views.len()).map(move |other| [one, other])).collect();
         let between =
@@ -67,21 +66,25 @@ impl Stages {
         let (steps, shared): (Vec<Vec<StageStep>>, Vec<Vec<SharedBody>>) =
             between.into_iter().map(|of_pair| of_pair.into_iter().unzip()).unzip();
         let stated_m: Vec<f64> = views.iter().map(|view| view.stated_m).collect();
-        let scale = setup.map.m_per_px();
-        let camera = &setup.experiment.camera;
-        let stated = StatedScale {
-            stage_sigma_m: sigma_m,
-            sigma: scale.sigma / scale.value,
-            view_sigma: camera.view_scale_sigma.map(Positive::get),
-            views: views.iter().map(|view| view.number).collect(),
-        };
-        let scale = ScaleCheck::of(&shared.concat(), &stated);
+        let scale = ScaleCheck::of(&shared.concat(), &stated_scale(setup, &views));
         let steps_m = steps.iter().filter_map(|steps| stated_step(&views, steps)).collect();
         let refined = refine_stages(&stated_m, sigma_m, &steps.concat());
         let unsolved = refined.as_ref().err().map(ToString::to_string);
         let refined = refined.into_iter().flatten();
         views.iter_mut().zip(refined).for_each(|(view, refined_m)| view.refined_m = refined_m);
         Self { views, steps_m, unsolved, is_used: sigma_m.is_some(), scale }
+    }
+
+    /// The positions of some trials as they are stated, and of the scale what bodies shown by two views say of it.
+    pub(crate) fn as_stated(setup: &Setup, trials: &[Trial], shared: &[SharedBody]) -> Self {
+        let views = views(trials);
+        Self {
+            scale: ScaleCheck::of(shared, &stated_scale(setup, &views)),
+            views,
+            steps_m: Vec::new(),
+            unsolved: None,
+            is_used: false,
+        }
     }
 
     /// Steps of the stage between views that share bodies.
@@ -118,6 +121,22 @@ impl Stages {
         let corrections: Vec<Estimate> = self.views.iter().filter_map(correction).collect();
         let largest = corrections.iter().max_by(|a, b| a.value.abs().total_cmp(&b.value.abs()));
         largest.map(|largest| (*largest, corrections.len()))
+    }
+}
+
+/// Standard uncertainty of the stage's positions, in metres, where one is stated.
+fn stage_sigma_m(setup: &Setup) -> Option<f64> {
+    setup.experiment.camera.stage_sigma_m.map(NotNegative::get).filter(|sigma_m| *sigma_m > 0.0)
+}
+
+/// What an experiment states of the scale of views.
+fn stated_scale(setup: &Setup, views: &[View]) -> StatedScale {
+    let scale = setup.map.m_per_px();
+    StatedScale {
+        stage_sigma_m: stage_sigma_m(setup),
+        sigma: scale.sigma / scale.value,
+        view_sigma: setup.experiment.camera.view_scale_sigma.map(Positive::get),
+        views: views.iter().map(|view| view.number).collect(),
     }
 }
 
@@ -215,7 +234,7 @@ struct AtRest {
 impl AtRest {
     fn of(setup: &Setup, trial: &Trial) -> Result<Self, Error> {
         let recording = open(setup, &setup.recordings.join(&trial.recording))?;
-        let bodies = bodies_in_view(setup, trial, recording.as_ref());
+        let bodies = bodies_in_view(setup, trial, recording.info());
         let frames = frames_at_rest(setup, recording.as_ref())?;
         let map = setup.map_of(trial, recording.info());
         Ok(Self { recording, bodies, frames, map })

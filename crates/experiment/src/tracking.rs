@@ -164,7 +164,7 @@ fn track_one(
     let recording = open(setup, &path)?;
     let reference = frames_at_rest(setup, recording.as_ref())?;
     let placed = Trial { stage_m, ..trial.clone() };
-    let in_view = bodies_in_view(setup, &placed, recording.as_ref());
+    let in_view = bodies_in_view(setup, &placed, recording.info());
     let (bodies, subsets): (Vec<usize>, Vec<Subset>) = in_view.into_iter().unzip();
     let (method, options, sensor) = (setup.method(), &setup.open_options(), setup.sensor.as_ref());
     let task = Task { subsets: &subsets, reference: &reference, method, options, sensor };

@@ -70,7 +70,7 @@ pub struct PlannedView {
 pub fn planned_view(setup: &Setup, trial: &Trial) -> Result<PlannedView, Error> {
     let path = setup.recordings.join(&trial.recording);
     let recording = open(setup, &path)?;
-    let subsets = bodies_in_view(setup, trial, recording.as_ref());
+    let subsets = bodies_in_view(setup, trial, recording.info());
     let subsets = subsets.into_iter().map(|(_, subset)| subset).collect();
     Ok(PlannedView { path, options: setup.open_options(), subsets })
 }
@@ -82,7 +82,7 @@ pub fn planned_view(setup: &Setup, trial: &Trial) -> Result<PlannedView, Error> 
 pub fn first_view(setup: &Setup) -> Result<View, Error> {
     for trial in &setup.trials {
         let recording = open(setup, &setup.recordings.join(&trial.recording))?;
-        let in_view = bodies_in_view(setup, trial, recording.as_ref());
+        let in_view = bodies_in_view(setup, trial, recording.info());
         if !in_view.is_empty() {
             let reference = frames_at_rest(setup, recording.as_ref())?;
             let subsets = in_view.into_iter().map(|(_, subset)| subset).collect();
@@ -92,13 +92,9 @@ pub fn first_view(setup: &Setup) -> Result<View, Error> {
     Err(Error::NothingLeft { what: "recordings with a body in view", n: setup.trials.len() })
 }
 
-/// The bodies whose subsets lie in the frame at rest, with those, by the place of the stage that a trial has.
-pub(crate) fn bodies_in_view(
-    setup: &Setup,
-    trial: &Trial,
-    recording: &dyn Recording,
-) -> Vec<(usize, Subset)> {
-    let (info, tracking) = (recording.info(), &setup.experiment.tracking);
+/// The bodies whose subsets lie in the frames of a recording at rest, with those, by the place of the stage that a trial has.
+pub(crate) fn bodies_in_view(setup: &Setup, trial: &Trial, info: &RecordingInfo) -> Vec<(usize, Subset)> {
+    let tracking = &setup.experiment.tracking;
     let map = setup.map_of(trial, info);
     let inside = |centre: f64, half: usize, size: usize| {
         let reach = half as f64 + BORDER_PX;
@@ -118,7 +114,7 @@ pub(crate) fn bodies_in_view(
 }
 
 /// The frames before the wave: all from the first one that are stamped before `rest_until_s`.
-fn rest_frames(info: &RecordingInfo, rest_until_s: f64) -> Option<Range<usize>> {
+pub(crate) fn rest_frames(info: &RecordingInfo, rest_until_s: f64) -> Option<Range<usize>> {
     let n = info.times_s.iter().take_while(|time_s| **time_s < rest_until_s).count();
     (n > 0).then_some(0..n)
 }

@@ -55,5 +55,5 @@ pub use quantity::{Known, Quantity};
 pub use tracks::{
     AlignedMotion, FittedRecording, Hypothesis, Interval, OverTrials, Structure, TrackFit, TrackModel,
     aligned_motion, fit_tracks, fitted_motion, hypothesis_rule, scatter_of_bodies, scatter_of_bodies_rule,
-    softening, softening_rule, structure_rule,
+    softening, softening_rule, stated_damping, structure_rule,
 };

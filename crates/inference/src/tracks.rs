@@ -70,6 +70,24 @@ pub fn fit_tracks(
     finish(observations, (&fit, &rivals), (stated, best.n_same))
 }
 
+/// The dampings of the model as it is stated, with what noise does to them: [`fit_tracks`] without its other starting points, and without
+/// asking whether the model explains the tracks.
+///
+/// # Errors
+/// As [`fit_tracks`].
+pub fn stated_damping(
+    observations: &[Observation],
+    impact_times_s: &[f64],
+    model: &TrackModel,
+) -> Result<Damping, FitError> {
+    let problem = TrackResiduals::new(observations, model, &[])?;
+    let failure = |why: Failure<FitError>| problem.failure(why);
+    let start = problem.start(impact_times_s, STARTS[0])?;
+    let minimum = minimise(&problem, start, &[], &Stop::STATED).map_err(failure)?;
+    let (_, covariance) = minimum.solved().map_err(failure)?;
+    Ok(damping_of(&minimum.at, &covariance, inflation_of(&problem, minimum.chi_squared())))
+}
+
 /// The estimates and their uncertainties at a minimum: what noise makes of them, what the structure that is left may do, and what other
 /// hypotheses that explain as much would say.
 fn finish(

@@ -53,6 +53,15 @@ pub(crate) fn empty_frame(camera: &Camera) -> Vec<u8> {
     bytes.0
 }
 
+impl Camera {
+    /// Bytes of a recording of so many frames.
+    pub fn recording_bytes(&self, n_frames: usize) -> u64 {
+        let blocks = 2 * BLOCK_PREFIX + (8 + 4 + 8) * n_frames;
+        let frame = FRAME_PREFIX + n_bytes(self.packing, self.width_px * self.height_px);
+        (TIME_BLOCK + blocks + n_frames * frame) as u64
+    }
+}
+
 /// Time is counted in 2^-32 s.
 const TICKS_PER_S: f64 = 4_294_967_296.0;
 

@@ -232,6 +232,9 @@ impl Contact {
                 let values = [a.get(), delta_0_m.get(), p.get()];
                 *sigmas = std::array::from_fn(|i| NotNegative::try_from(relative[i] * values[i]).ok());
             }
+            if let Law::Linear { k_n_per_m, sigma } = &mut table.law {
+                *sigma = NotNegative::try_from(relative[0] * k_n_per_m.get()).ok();
+            }
         }
     }
 

@@ -43,7 +43,7 @@ pub(super) fn empty_views(setup: &Setup, views: &[ViewAtRest], sanity: &mut Sani
         let shown = |meaning: &&Meaning| {
             let other_m = (meaning.position_m)(stage_m, setup.experiment.chain.mean_pitch_m());
             let moved = Trial { stage_m: other_m, ..view.trial.clone() };
-            !bodies_in_view(setup, &moved, view.recording.as_ref()).is_empty()
+            !bodies_in_view(setup, &moved, view.recording.info()).is_empty()
         };
         let hint = MEANINGS
             .iter()
@@ -118,7 +118,7 @@ enum Compared {
 
 fn compared(setup: &Setup, believed: &[&ViewAtRest], view: &ViewAtRest, trial: &Trial) -> Compared {
     let numbers: Vec<usize> =
-        bodies_in_view(setup, trial, view.recording.as_ref()).into_iter().map(|(body, _)| body).collect();
+        bodies_in_view(setup, trial, view.recording.info()).into_iter().map(|(body, _)| body).collect();
     let shares = |other: &&&ViewAtRest| other.bodies.iter().any(|(body, _)| numbers.contains(body));
     let mut beside = None;
     // The views nearest along the chain share most.

@@ -44,7 +44,7 @@ impl ViewAtRest {
             Some((trial.clone(), open(setup, &setup.recordings.join(&trial.recording)).ok()?))
         };
         let (trial, recording) = trials.iter().find_map(opened)?;
-        let bodies = bodies_in_view(setup, &trial, recording.as_ref());
+        let bodies = bodies_in_view(setup, &trial, recording.info());
         Some(Self { trials, trial, recording: recording.into(), bodies })
     }
 

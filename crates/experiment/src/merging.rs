@@ -1,0 +1,113 @@
+//! Recordings merged to one motion, with every error that its samples share.
+
+use std::num::NonZero;
+
+use chainwave_measurement::Observation;
+use chainwave_stitching::{Outlier, Settings, Stitched};
+
+use crate::configuration::Experiment;
+use crate::error::Error;
+use crate::finding::Finding;
+use crate::joining::{Joined, Unjoined, chosen, join, sound};
+use crate::numbers::{NotNegative, Positive};
+use crate::picture_errors::PictureErrors;
+use crate::setup::Setup;
+use crate::shared_errors::SharedErrors;
+use crate::side_motion::SideMotion;
+use crate::steadying::Steadying;
+use crate::tracked::{Tracked, TrackedRecording};
+
+/// Recordings merged to one motion.
+pub(crate) struct Merged {
+    pub(crate) left_out: Vec<Outlier>,
+    pub(crate) unjoined: Vec<Unjoined>,
+    pub(crate) steadying: Steadying,
+    /// What the reader should know of the camera.
+    pub(crate) of_camera: Vec<Finding>,
+    pub(crate) shared: SharedErrors,
+    pub(crate) stitched: Stitched,
+    pub(crate) side_motion: SideMotion,
+    /// The recordings that were kept, as fits take them.
+    pub(crate) observations: Vec<Observation>,
+}
+
+/// Merges recordings. What the camera does of its own is taken out of them first, or else stands among the motion's errors.
+pub(crate) fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> Result<Merged, Error> {
+    let (experiment, scale) = (&setup.experiment, &tracked.stages.scale);
+    let settings = stitching_settings(experiment);
+    // A recording of other bodies than it is taken for would move the camera.
+    let (sound, left_out) = sound(&tracked.observations, &settings);
+    let mut as_read = chosen(&tracked.observations, &sound);
+    let mut steadying = Steadying::of(experiment, &as_read, scale)?;
+    let mut observations = steadying.steadied(as_read.clone());
+    let Joined { kept, mut stitched, unjoined } = join(&observations, &settings)?;
+    if !unjoined.is_empty() {
+        as_read = chosen(&as_read, &kept);
+        observations = chosen(&observations, &kept);
+        steadying = Steadying::of(experiment, &as_read, scale)?;
+    }
+    let recordings: Vec<TrackedRecording> =
+        kept.iter().map(|index| tracked.recordings[sound[*index]].clone()).collect();
+    let shared = SharedErrors::of(setup, &recordings, &steadying, &settings, &stitched, n_threads)?;
+    shared.add_to(&mut stitched.motion);
+    steadying.add_to(&mut stitched.motion, &observations);
+    let picture_errors = PictureErrors::of(
+        &as_read,
+        experiment.tracking.rest_until_s,
+        &steadying.rests_until_s,
+        setup.map.m_per_px().value,
+    );
+    let mut side_motion = SideMotion::of(setup, &recordings, &steadying, &settings, &stitched, n_threads)?;
+    let without_pictures = stitched.motion.clone();
+    picture_errors.add_to(&mut stitched.motion);
+    side_motion.widen(&without_pictures, &stitched.motion);
+    scale.add_to(&mut stitched.motion, &observations);
+    let observations = steadying.widened(picture_errors.widened(observations));
+    let of_camera = [
+        Finding::all_of("camera_moves", "the camera", steadying.warning()),
+        Finding::all_of("scale", "camera.scale_px_per_m", scale.warnings()),
+        Finding::all_of("picture_errors", "the pictures", picture_errors.warnings()),
+        side_motion.findings.clone(),
+    ];
+    Ok(Merged {
+        of_camera: of_camera.concat(),
+        left_out,
+        unjoined,
+        steadying,
+        shared,
+        stitched,
+        side_motion,
+        observations,
+    })
+}
+
+/// What the experiment states of rest, drives and triggers.
+fn stitching_settings(experiment: &Experiment) -> Settings {
+    Settings {
+        rest_until_s: experiment.tracking.rest_until_s,
+        drive_scatter: Some(experiment.striker.scatter()),
+        trigger_sigma_s: experiment.trigger.sigma_s.map(Positive::get),
+        view_trigger_sigma_s: experiment.trigger.view_sigma_s.map(NotNegative::get),
+        ..Settings::new(experiment.chain.n_bodies, 0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stated_scatter_of_triggers_reaches_the_stitching() {
+        let read = |more: &str| {
+            let text = format!("{}\n{more}", include_str!("../../../tests/small-experiment/experiment.toml"));
+            toml::from_str::<Experiment>(&text)
+        };
+        let stated = |more: &str| stitching_settings(&read(more).unwrap());
+        let usual = stated("");
+        assert_eq!((usual.trigger_sigma_s, usual.view_trigger_sigma_s), (None, None));
+        let known = stated("[trigger]\nsigma_s = 1e-5\nview_sigma_s = 2e-5\n");
+        assert_eq!((known.trigger_sigma_s, known.view_trigger_sigma_s), (Some(1e-5), Some(2e-5)));
+        let refused = read("[trigger]\nsigma_s = 0.0\n").unwrap_err().to_string();
+        assert!(refused.contains("above 0"), "{refused}");
+    }
+}

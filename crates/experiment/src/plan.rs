@@ -1,0 +1,261 @@
+//! What an experiment will tell, before it is filmed or run: how uncertain each result will be, what limits it, what a run costs, and which
+//! change would help.
+//!
+//! A plan is a run without pictures. The stated chain is solved for each scheduled recording, with a striker and a trigger of its own;
+//! bodies in view are read with the noise that pictures will have; and the very stitching, measuring and fitting of a run say how uncertain
+//! their results are. So a plan says what a run will say, as far as noise, schedule and stated uncertainties decide it. What no plan can
+//! foresee adds to it: a camera that moves, a pattern of the sensor, a chain that is not what is stated.
+//!
+//! The noise of a reading comes from pictures: of the recordings that are there, else drawn by the camera under `[synthetic]`, else by a
+//! usual one, which is said to be assumed. A change is the same computation on another schedule, with the same seeds. Halving one source of
+//! error, of variance s^2 in a total of t^2, leaves t^2 - 3/4 s^2, which tells the source's share.
+
+mod assumed_chain;
+mod change;
+mod pace;
+mod pictures;
+mod planned_camera;
+mod precision;
+mod readings;
+mod rehearsal;
+mod schedule;
+#[cfg(test)]
+mod tests;
+
+use std::num::NonZero;
+
+use chainwave_inference::stated_damping;
+use chainwave_measurement::Estimate;
+
+use self::assumed_chain::AssumedChain;
+use self::change::Change;
+use self::pace::Pace;
+use self::pictures::Pictures;
+use self::planned_camera::PlannedCamera;
+pub use self::precision::PlannedResult;
+use self::precision::{Precision, precision};
+use self::readings::Readings;
+use self::rehearsal::Rehearsal;
+use self::schedule::{PlannedRecording, Schedule};
+use crate::error::Error;
+use crate::evaluation::{chosen_gaps, evaluate, known, track_model};
+use crate::failed_recording::FailedRecording;
+use crate::finding::Finding;
+use crate::merging::{Merged, merged};
+use crate::monitor::{Monitor, Stage};
+use crate::sanity::check;
+use crate::setup::Setup;
+use crate::view::unreadable;
+
+/// What an experiment will tell.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// What the experiment does not state and no recording shows, and was taken for granted.
+    pub assumed: Vec<String>,
+    /// What contradicts the experiment.
+    pub findings: Vec<Finding>,
+    /// Recordings that are filmed already.
+    pub n_filmed: usize,
+    /// Recordings, their bytes, and the time of a run.
+    pub cost: Cost,
+    /// Standard uncertainty of one reading of a body's place along the picture's rows, in pixels: the median over bodies.
+    pub reading_sigma_px: f64,
+    /// Each result with its uncertainty, or why it has none, and what that comes from: sources with their shares of the variance, largest
+    /// first.
+    pub results: Vec<(PlannedResult, Result<Estimate, String>, Vec<VarianceShare>)>,
+    /// What could be done otherwise.
+    pub changes: Vec<PlannedChange>,
+}
+
+/// What an experiment costs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cost {
+    /// Recordings.
+    pub n_recordings: usize,
+    /// Bytes of them all.
+    pub bytes: u64,
+    /// Seconds of a run on this machine, from pictures to results.
+    pub seconds: f64,
+}
+
+/// A source of error, and its share of a result's variance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VarianceShare {
+    /// The source, in words.
+    pub source: &'static str,
+    /// Its share, from 0 to 1.
+    pub share: f64,
+}
+
+/// Something that could be done otherwise.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlannedChange {
+    /// What, in words.
+    pub change: String,
+    /// What the experiment would cost.
+    pub cost: Cost,
+    /// How many times smaller the uncertainty of each result would be; `None` of one that is missing in either plan.
+    pub factors: Vec<(PlannedResult, Option<f64>)>,
+}
+
+/// Views of which pictures are looked at, or drawn, at most: noise and texture hardly differ from one to the next.
+const MOST_VIEWS: usize = 5;
+/// Shares of a variance below this are not told from none: uncertainties by 200 replicas scatter by 5 %, in two plans partly alike.
+const LEAST_SHARE: f64 = 0.2;
+/// Seconds of a run beside following and evaluating: its look at the pictures before work, tables, figures and the page.
+const REST_OF_RUN_S: f64 = 2.0;
+
+/// Plans the trials of one striker velocity. `now_s` is the caller's clock, in seconds from any instant.
+///
+/// # Errors
+/// An experiment that cannot be meant, a chain that cannot be computed, or one of which nothing would be seen.
+pub fn plan(
+    setup: &Setup,
+    n_threads: NonZero<usize>,
+    monitor: &Monitor<'_>,
+    now_s: &dyn Fn() -> f64,
+) -> Result<Plan, Error> {
+    let mut findings = check(setup, n_threads)?.findings;
+    findings.extend(unreadable_recordings(setup, n_threads));
+    let camera = PlannedCamera::of(setup)?;
+    let schedule = Schedule::of(setup, &camera);
+    let n_filmed = schedule.recordings.iter().filter(|one| one.is_filmed).count();
+    let rate_hz =
+        schedule.recordings.iter().find_map(|one| one.info.rate_hz).unwrap_or(camera.camera.rate_hz);
+    let chain = AssumedChain::of(&setup.experiment, rate_hz);
+    let pictures = pictures(setup, &schedule, &camera, &chain)?;
+    let readings = Readings::of(setup, &pictures)?;
+    let pace = pictures.first().map(|one| Pace::measured(setup, one, now_s)).transpose()?.unwrap_or_default();
+    let mut assumed = if n_filmed == 0 { camera.assumed } else { Vec::new() };
+    assumed.extend(chain.assumed.iter().cloned());
+    let reading_sigma_px = readings.usual_px[0];
+    let seed = setup.experiment.analysis.seed;
+    let rehearsal = Rehearsal { setup: setup.clone(), schedule, readings, chain, seed };
+    let changes = Change::of(&rehearsal)?;
+    monitor.planned(Stage::Planning, 1 + changes.len() as u64);
+    let from_s = now_s();
+    let base = evaluated(&rehearsal, n_threads)?;
+    let evaluated_s = now_s() - from_s;
+    monitor.done(Stage::Planning, 1);
+    let cost = |rehearsal_of: &Rehearsal| {
+        let schedule = &rehearsal_of.schedule;
+        let larger = schedule.n_frames() as f64 / rehearsal.schedule.n_frames().max(1) as f64;
+        let followed_s = pace.seconds(setup, schedule, n_threads);
+        Cost {
+            n_recordings: schedule.recordings.len(),
+            bytes: schedule.bytes(),
+            seconds: followed_s + larger * evaluated_s + REST_OF_RUN_S,
+        }
+    };
+    let mut made = Vec::with_capacity(changes.len());
+    let mut halved = Vec::new();
+    for (change, changed) in changes {
+        if (monitor.is_cancelled)() {
+            return Err(Error::Cancelled { n_done: 0, n: setup.trials.len() });
+        }
+        let found = rehearsed(&changed, n_threads)?;
+        let factors = factors(&base, &found);
+        halved.extend(change.halves().map(|source| (source, factors.clone())));
+        made.push(PlannedChange { change: change.in_words(&rehearsal), cost: cost(&changed), factors });
+        monitor.done(Stage::Planning, 1);
+    }
+    monitor.ended(Stage::Planning);
+    let results = PlannedResult::ALL.into_iter().zip(base).enumerate();
+    let results = results.map(|(index, (result, found))| (result, found, shares(&halved, index)));
+    Ok(Plan {
+        assumed,
+        findings,
+        n_filmed,
+        cost: cost(&rehearsal),
+        reading_sigma_px,
+        results: results.collect(),
+        changes: made,
+    })
+}
+
+/// Recordings that are there and cannot be read; they are planned as if they were not.
+fn unreadable_recordings(setup: &Setup, n_threads: NonZero<usize>) -> impl Iterator<Item = Finding> {
+    let failed = unreadable(setup, n_threads).into_iter();
+    let is_there = |one: &FailedRecording| setup.recordings.join(&one.trial.recording).exists();
+    failed.filter(is_there).map(|one| Finding {
+        code: "unreadable",
+        subject: one.trial.recording,
+        text: one.error.to_string(),
+    })
+}
+
+/// Pictures of some views: of recordings that are there, else drawn.
+fn pictures(
+    setup: &Setup,
+    schedule: &Schedule,
+    camera: &PlannedCamera,
+    chain: &AssumedChain,
+) -> Result<Vec<Pictures>, Error> {
+    let stages = schedule.stages();
+    let n_views = stages.len().min(MOST_VIEWS);
+    let views = (0..n_views).map(|index| stages[index * stages.len() / n_views].0);
+    let of_view = |view: u32| {
+        let shown = schedule.recordings.iter().filter(|one| one.trial.view == view);
+        shown.max_by_key(|one| one.is_filmed)
+    };
+    let recordings: Vec<&PlannedRecording> = views.filter_map(of_view).collect();
+    let mut filmed = Vec::new();
+    let mut failure = None;
+    for one in recordings.iter().filter(|one| one.is_filmed) {
+        match Pictures::filmed(setup, &one.trial) {
+            Ok(found) => filmed.extend(found),
+            Err(error) => failure = Some(error),
+        }
+    }
+    match failure {
+        Some(error) if filmed.is_empty() => return Err(error),
+        _ if schedule.recordings.iter().any(|one| one.is_filmed) => return Ok(filmed),
+        _ => {}
+    }
+    let last_s = camera.info().times_s.last().copied().unwrap_or(0.0);
+    let frame_s = camera.camera.rate_hz.recip();
+    let striker_m_per_s = setup.experiment.striker.velocity_m_per_s.get();
+    let motion = chain.motion(&setup.experiment, striker_m_per_s, last_s.max(0.0) + 2.0 * frame_s)?;
+    let drawn = recordings.iter().map(|one| Pictures::drawn(setup, camera, &one.trial, &motion));
+    drawn.filter_map(Result::transpose).collect()
+}
+
+/// What a whole evaluation says, as a run makes it.
+fn evaluated(rehearsal: &Rehearsal, n_threads: NonZero<usize>) -> Result<Precision, Error> {
+    let evaluation = evaluate(&rehearsal.setup, &rehearsal.tracked(n_threads)?, n_threads)?;
+    let damping = evaluation.track_fit.map(|fit| fit.stated);
+    Ok(precision(&evaluation.stitched.motion, &evaluation.measurement, damping))
+}
+
+/// The same, without what a run adds to it.
+fn rehearsed(rehearsal: &Rehearsal, n_threads: NonZero<usize>) -> Result<Precision, Error> {
+    let (setup, tracked) = (&rehearsal.setup, rehearsal.tracked(n_threads)?);
+    let experiment = &setup.experiment;
+    let Merged { shared, stitched, observations, .. } = merged(setup, &tracked, n_threads)?;
+    let measurement = shared.measure(experiment, &stitched.motion, chosen_gaps(experiment), n_threads)?;
+    let known = known(experiment, &setup.map, &tracked.stages.scale);
+    let model = track_model(experiment, experiment.chain_model()?, &known, n_threads);
+    let offsets_s: Vec<f64> = stitched.alignments.iter().map(|one| one.trigger_offset_s.value).collect();
+    let damping = stated_damping(&observations, &offsets_s, &model);
+    Ok(precision(&stitched.motion, &measurement, damping))
+}
+
+/// How many times smaller uncertainties become.
+fn factors(base: &Precision, changed: &Precision) -> Vec<(PlannedResult, Option<f64>)> {
+    let factor = |(base, changed): (&Result<Estimate, String>, &Result<Estimate, String>)| {
+        Some(base.as_ref().ok()?.sigma / changed.as_ref().ok()?.sigma)
+    };
+    PlannedResult::ALL.into_iter().zip(base.iter().zip(changed).map(factor)).collect()
+}
+
+/// The shares of sources that were halved in the variance of a result, largest first.
+fn shares(halved: &[(&'static str, Vec<(PlannedResult, Option<f64>)>)], result: usize) -> Vec<VarianceShare> {
+    let share = |(source, factors): &(&'static str, Vec<(PlannedResult, Option<f64>)>)| {
+        let factor = factors[result].1?;
+        let share = (4.0 / 3.0 * (1.0 - factor.powi(-2))).min(1.0);
+        (share >= LEAST_SHARE).then_some(VarianceShare { source, share })
+    };
+    let mut shares: Vec<VarianceShare> = halved.iter().filter_map(share).collect();
+    shares.sort_by(|one, other| other.share.total_cmp(&one.share));
+    shares
+}

@@ -1,0 +1,85 @@
+//! The chain as a plan takes it for true: as it is stated, struck as it is stated, with dampings that only a fit will tell.
+
+use chainwave_measurement::Trajectory;
+use chainwave_mechanics::{Schedule, Striker, simulate};
+
+use crate::configuration::Experiment;
+use crate::error::Error;
+use crate::numbers::Positive;
+
+/// What is taken for true.
+#[derive(Debug, Clone)]
+pub(super) struct AssumedChain {
+    /// c_d, in kilograms per second.
+    pub(super) damping_kg_per_s: f64,
+    /// c_s, likewise.
+    pub(super) striker_damping_kg_per_s: f64,
+    /// Standard deviation of the trigger's delay from trial to trial, in seconds.
+    pub(super) trigger_jitter_s: f64,
+    /// What no key of the experiment states, in words.
+    pub(super) assumed: Vec<String>,
+}
+
+/// Light damping, and that of a striker's contact, as the fit starts from.
+const USUAL_DAMPINGS_KG_PER_S: [f64; 2] = [1e-3, 0.1];
+/// Standard deviation of a usual trigger, in frames.
+const USUAL_JITTER_FRAMES: f64 = 0.25;
+/// Samples of the motion in the shortest period of the chain: their cubic interpolant errs by 4e-8 of an amplitude.
+const SAMPLES_A_PERIOD: f64 = 100.0;
+
+impl AssumedChain {
+    /// As an experiment that is filmed by so many frames a second states it.
+    pub(super) fn of(experiment: &Experiment, rate_hz: f64) -> Self {
+        let synthetic = experiment.synthetic.as_ref();
+        let stated =
+            experiment.chain.damping_kg_per_s.as_ref().map(|stated| stated.mean(experiment.chain.n_bodies));
+        let mut assumed = Vec::new();
+        let mut or_usual = |stated: Option<f64>, usual: f64, text: String| {
+            stated.unwrap_or_else(|| {
+                assumed.push(text);
+                usual
+            })
+        };
+        let [c_d, c_s] = USUAL_DAMPINGS_KG_PER_S;
+        let stated_c_d = synthetic.map(|filmed| filmed.damping_kg_per_s.get()).or(stated);
+        let stated_c_s = synthetic.map(|filmed| filmed.striker_damping_kg_per_s.get());
+        let stated_jitter = synthetic.map(|filmed| filmed.trigger_jitter_s.get());
+        let stated_jitter = stated_jitter.or(experiment.trigger.sigma_s.map(Positive::get));
+        let jitter_s = USUAL_JITTER_FRAMES / rate_hz;
+        Self {
+            damping_kg_per_s: or_usual(
+                stated_c_d,
+                c_d,
+                format!("c_d = {c_d} kg/s (hint: chain.damping_kg_per_s)"),
+            ),
+            striker_damping_kg_per_s: or_usual(stated_c_s, c_s, format!("c_s = {c_s} kg/s")),
+            trigger_jitter_s: or_usual(
+                stated_jitter,
+                jitter_s,
+                format!("a trigger that scatters by {USUAL_JITTER_FRAMES} frames (hint: trigger.sigma_s)"),
+            ),
+            assumed,
+        }
+    }
+
+    /// The motion after an impact at so many metres per second.
+    ///
+    /// # Errors
+    /// A chain that makes no sense.
+    pub(super) fn motion(
+        &self,
+        experiment: &Experiment,
+        striker_m_per_s: f64,
+        duration_s: f64,
+    ) -> Result<Trajectory, Error> {
+        let striker = Striker {
+            mass_kg: experiment.striker.mass_kg.get(),
+            velocity_m_per_s: striker_m_per_s,
+            damping_kg_per_s: self.striker_damping_kg_per_s,
+        };
+        let chain = experiment.chain_struck_by(striker, self.damping_kg_per_s)?;
+        let shortest_s = experiment.linear_chain()?.band_edge_hz().recip() / SAMPLES_A_PERIOD;
+        let interval_s = shortest_s.min(0.002 * duration_s);
+        Ok(simulate(&chain, &Schedule::automatic(duration_s, interval_s))?.trajectory)
+    }
+}

@@ -1,0 +1,105 @@
+//! Pictures of a view with bodies at rest and in motion: from a recording that is there, else drawn by the planned camera.
+
+use std::ops::Range;
+
+use chainwave_measurement::{MemoryRecording, Recording, Subset, Trajectory};
+use chainwave_synthetic::{Scene, Shot};
+
+use super::planned_camera::PlannedCamera;
+use crate::configuration::Trial;
+use crate::error::Error;
+use crate::setup::Setup;
+use crate::view::{bodies_in_view, frames_at_rest, open, rest_frames};
+
+/// Pictures of one view.
+pub(super) struct Pictures {
+    pub(super) recording: Box<dyn Recording>,
+    /// The bodies in view, with their subsets.
+    pub(super) subsets: Vec<(usize, Subset)>,
+    /// Frames at rest, from the first on.
+    pub(super) rest: Range<usize>,
+    /// Frames in which bodies may move.
+    pub(super) moving: Range<usize>,
+}
+
+/// Frames at rest that are drawn, at most: with 40 the reference has a fortieth of a picture's noise.
+const MOST_REST_FRAMES: usize = 40;
+/// Frames of motion, over which the time of following is measured.
+const MOVING_FRAMES: usize = 24;
+
+impl Pictures {
+    /// Of a recording; `None` where it shows no body.
+    ///
+    /// # Errors
+    /// A recording that cannot be read, or has no frame at rest.
+    pub(super) fn filmed(setup: &Setup, trial: &Trial) -> Result<Option<Self>, Error> {
+        let recording = open(setup, &setup.recordings.join(&trial.recording))?;
+        let rest = frames_at_rest(setup, recording.as_ref())?.range();
+        let subsets = bodies_in_view(setup, trial, recording.info());
+        let moving = middle_of(rest.end, recording.info().n_frames);
+        Ok((!subsets.is_empty()).then_some(Self { recording, subsets, rest, moving }))
+    }
+
+    /// Drawn by a camera, of bodies that move; `None` where it shows no body.
+    ///
+    /// # Errors
+    /// A camera that makes no sense, or no frame at rest.
+    pub(super) fn drawn(
+        setup: &Setup,
+        planned: &PlannedCamera,
+        trial: &Trial,
+        motion: &Trajectory,
+    ) -> Result<Option<Self>, Error> {
+        let mut info = planned.info();
+        let subsets = bodies_in_view(setup, trial, &info);
+        let rest_until_s = setup.experiment.tracking.rest_until_s;
+        let rest = rest_frames(&info, rest_until_s).ok_or_else(|| no_rest(setup, &info.times_s))?;
+        if subsets.is_empty() {
+            return Ok(None);
+        }
+        let shot = Shot {
+            stage_m: trial.stage_m,
+            first_body_px: setup.experiment.camera.first_body_px,
+            first_image: planned.first_image,
+            n_frames: planned.n_frames,
+            trigger_delay_s: 0.0,
+            frame_phase_s: 0.0,
+            noise_seed: setup.experiment.analysis.seed,
+            view: trial.view.into(),
+            covers: Vec::new(),
+        };
+        let scene = Scene::new(&planned.camera, &planned.specimen, &shot, motion)?;
+        let moving = middle_of(rest.end, planned.n_frames);
+        let rest = rest.start..rest.end.min(rest.start + MOST_REST_FRAMES);
+        let shown: Vec<usize> = rest.clone().chain(moving).collect();
+        let frames = shown.iter().map(|frame| {
+            let counts = scene.recorded_counts(*frame)?;
+            Ok::<_, Error>(counts.iter().map(|count| f32::from(*count)).collect::<Vec<f32>>())
+        });
+        let frames = frames.collect::<Result<Vec<_>, _>>()?;
+        info.times_s = shown.iter().map(|frame| info.times_s[*frame]).collect();
+        info.n_frames = shown.len();
+        let (n_rest, n) = (rest.len(), shown.len());
+        let path = "planned".into();
+        let recording = Box::new(MemoryRecording { path, info, frames });
+        Ok(Some(Self { recording, subsets, rest: 0..n_rest, moving: n_rest..n }))
+    }
+}
+
+/// Some frames about the middle of those after a first one.
+fn middle_of(first: usize, n_frames: usize) -> Range<usize> {
+    let start = first + n_frames.saturating_sub(first + MOVING_FRAMES) / 2;
+    start.min(n_frames)..(start + MOVING_FRAMES).min(n_frames)
+}
+
+fn no_rest(setup: &Setup, times_s: &[f64]) -> Error {
+    Error::Configuration {
+        path: setup.path.clone(),
+        message: format!(
+            "tracking.rest_until_s: expected planned frames before {} s, found the first at {} s (hint: a later rest_until_s, or an \
+             earlier synthetic.first_image)",
+            setup.experiment.tracking.rest_until_s,
+            times_s.first().copied().unwrap_or(f64::NAN)
+        ),
+    }
+}

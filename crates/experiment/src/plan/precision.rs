@@ -1,0 +1,107 @@
+//! How well each result of an evaluation is known.
+
+use chainwave_analysis::Measurement;
+use chainwave_inference::{Damping, FitError};
+use chainwave_measurement::{ChainMotion, Estimate};
+
+/// A result whose uncertainty a plan predicts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PlannedResult {
+    /// The largest displacement after the trigger, with the median uncertainty of all displacements after it.
+    Displacement,
+    /// Group velocity, in metres per second.
+    GroupVelocity,
+    /// Half width of the front, in metres: the one of median uncertainty.
+    HalfWidth,
+    /// Damping of the bodies, in kilograms per second.
+    ChainDamping,
+    /// Damping of the striker's contact, likewise.
+    StrikerDamping,
+    /// Strain at the peak of the leading pulse: that of the gap of median uncertainty.
+    PeakStrain,
+    /// Peak potential energy of a gap, in joules, likewise.
+    PeakEnergy,
+}
+
+impl PlannedResult {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Displacement,
+        Self::GroupVelocity,
+        Self::HalfWidth,
+        Self::ChainDamping,
+        Self::StrikerDamping,
+        Self::PeakStrain,
+        Self::PeakEnergy,
+    ];
+
+    /// The keys of its value and of its uncertainty, as in `results.json` where they stand there.
+    pub fn keys(self) -> [&'static str; 2] {
+        match self {
+            Self::Displacement => ["x_m", "x_sigma_m"],
+            Self::GroupVelocity => ["group_velocity_m_per_s", "group_velocity_sigma"],
+            Self::HalfWidth => ["hwhm_m", "hwhm_sigma_m"],
+            Self::ChainDamping => ["c_d_kg_per_s", "c_d_sigma"],
+            Self::StrikerDamping => ["c_s_kg_per_s", "c_s_sigma"],
+            Self::PeakStrain => ["peak_strain", "peak_strain_sigma"],
+            Self::PeakEnergy => ["psi_max_j", "psi_max_sigma_j"],
+        }
+    }
+
+    /// Its name in words.
+    pub fn in_words(self) -> &'static str {
+        match self {
+            Self::Displacement => "x_n(t)",
+            Self::GroupVelocity => "c_g",
+            Self::HalfWidth => "HWHM",
+            Self::ChainDamping => "c_d",
+            Self::StrikerDamping => "c_s",
+            Self::PeakStrain => "peak strain",
+            Self::PeakEnergy => "peak energy",
+        }
+    }
+}
+
+/// The results in the order of [`PlannedResult::ALL`], each with its uncertainty, or why it has none.
+pub(super) type Precision = [Result<Estimate, String>; 7];
+
+/// What an evaluation says. The dampings are those of the stated chain, which is the true one here.
+pub(super) fn precision(
+    motion: &ChainMotion,
+    measurement: &Measurement,
+    damping: Result<Damping, FitError>,
+) -> Precision {
+    let after_impact = motion
+        .displacement_m
+        .indexed_iter()
+        .filter(|((_, i), _)| motion.times_s[*i] > 0.0)
+        .filter_map(|(_, x)| *x);
+    let velocity = measurement.group_velocity.as_ref();
+    let fronts = measurement.fronts.iter().flatten().map(|front| front.peak_strain);
+    let energies = measurement.energies.iter().flat_map(|energies| energies.energy_j.iter().copied());
+    let widths = measurement.half_widths.iter().map(|width| width.hwhm_m);
+    let damping = damping.map_err(|why| why.to_string());
+    PlannedResult::ALL.map(|result| match result {
+        PlannedResult::Displacement => {
+            let largest_m = after_impact.clone().map(|x| x.value.abs()).fold(0.0, f64::max);
+            let typical = typical(after_impact.clone(), "no body was read after the trigger");
+            typical.map(|x| Estimate::new(largest_m, x.sigma))
+        }
+        PlannedResult::GroupVelocity => {
+            velocity.map(|found| found.velocity_m_per_s).map_err(|why| why.as_str().to_owned())
+        }
+        PlannedResult::HalfWidth => typical(widths.clone(), "no front is seen in whole"),
+        PlannedResult::ChainDamping => damping.clone().map(|damping| damping.chain_damping_kg_per_s),
+        PlannedResult::StrikerDamping => damping.clone().map(|damping| damping.striker_damping_kg_per_s),
+        PlannedResult::PeakStrain => typical(fronts.clone(), "no pulse is seen in any gap"),
+        PlannedResult::PeakEnergy => typical(energies.clone(), "no pulse is seen in any gap"),
+    })
+}
+
+/// The estimate of median uncertainty.
+fn typical(of: impl Iterator<Item = Estimate>, why_none: &str) -> Result<Estimate, String> {
+    let mut all: Vec<Estimate> = of.collect();
+    let middle = all.len() / 2;
+    all.sort_by(|one, other| one.sigma.total_cmp(&other.sigma));
+    all.get(middle).copied().ok_or_else(|| why_none.to_owned())
+}

@@ -1,0 +1,151 @@
+//! The recordings of a plan: those that are filmed already, and those that will be.
+
+use std::path::Path;
+
+use chainwave_measurement::RecordingInfo;
+
+use super::planned_camera::PlannedCamera;
+use crate::configuration::Trial;
+use crate::setup::Setup;
+use crate::view::open;
+
+/// A recording as it is, or will be.
+#[derive(Debug, Clone)]
+pub(super) struct PlannedRecording {
+    pub(super) trial: Trial,
+    pub(super) info: RecordingInfo,
+    /// Whether it is filmed: its time stamps are its own then, else they wait for the camera's phase.
+    pub(super) is_filmed: bool,
+    /// Bytes of its file, or files.
+    pub(super) bytes: u64,
+}
+
+/// All recordings of a plan.
+#[derive(Debug, Clone)]
+pub(super) struct Schedule {
+    pub(super) recordings: Vec<PlannedRecording>,
+}
+
+impl Schedule {
+    /// The trials of an experiment: those that can be opened as they are; the others like the first one that can, or by a planned camera.
+    pub(super) fn of(setup: &Setup, camera: &PlannedCamera) -> Self {
+        let filmed = |trial: &Trial| {
+            let path = setup.recordings.join(&trial.recording);
+            let info = open(setup, &path).ok()?.info().clone();
+            let bytes = bytes_of(&path);
+            Some(PlannedRecording { trial: trial.clone(), info, is_filmed: true, bytes })
+        };
+        let all: Vec<Option<PlannedRecording>> = setup.trials.iter().map(filmed).collect();
+        let like = all.iter().flatten().next().cloned();
+        let like = like.unwrap_or_else(|| PlannedRecording {
+            trial: setup.trials[0].clone(),
+            info: camera.info(),
+            is_filmed: false,
+            bytes: camera.camera.recording_bytes(camera.n_frames),
+        });
+        let planned = |trial: &Trial| PlannedRecording {
+            trial: trial.clone(),
+            info: like.info.clone(),
+            is_filmed: false,
+            bytes: like.bytes,
+        };
+        let recordings = all.into_iter().zip(&setup.trials);
+        Self { recordings: recordings.map(|(one, trial)| one.unwrap_or_else(|| planned(trial))).collect() }
+    }
+
+    /// The trials, in their order.
+    pub(super) fn trials(&self) -> Vec<Trial> {
+        self.recordings.iter().map(|one| one.trial.clone()).collect()
+    }
+
+    /// Bytes of all recordings.
+    pub(super) fn bytes(&self) -> u64 {
+        self.recordings.iter().map(|one| one.bytes).sum()
+    }
+
+    /// Frames of all recordings.
+    pub(super) fn n_frames(&self) -> usize {
+        self.recordings.iter().map(|one| one.info.n_frames).sum()
+    }
+
+    /// The largest number of trials of a view.
+    pub(super) fn trials_a_view(&self) -> usize {
+        let of = |view: u32| self.recordings.iter().filter(|one| one.trial.view == view).count();
+        self.recordings.iter().map(|one| of(one.trial.view)).max().unwrap_or(0)
+    }
+
+    /// Number of views.
+    pub(super) fn n_views(&self) -> usize {
+        self.stages().len()
+    }
+
+    /// Every recording once more, as another trial.
+    pub(super) fn with_twice_the_trials(&self) -> Self {
+        let last = self.recordings.iter().map(|one| one.trial.trial).max().unwrap_or(0);
+        let again = |one: &PlannedRecording| {
+            let trial = last.saturating_add(one.trial.trial);
+            let recording = format!("{}, once more", one.trial.recording);
+            PlannedRecording {
+                trial: Trial { recording, trial, ..one.trial.clone() },
+                is_filmed: false,
+                ..one.clone()
+            }
+        };
+        let more: Vec<PlannedRecording> = self.recordings.iter().map(again).collect();
+        Self { recordings: [self.recordings.clone(), more].concat() }
+    }
+
+    /// Every recording with a frame more between two.
+    pub(super) fn at_twice_the_rate(&self) -> Self {
+        let twice = |one: &PlannedRecording| {
+            let mut info = one.info.clone();
+            let between = one.info.times_s.windows(2).flat_map(|pair| [pair[0], 0.5 * (pair[0] + pair[1])]);
+            info.times_s = between.chain(one.info.times_s.last().copied()).collect();
+            info.n_frames = info.times_s.len();
+            info.rate_hz = one.info.rate_hz.map(|rate_hz| 2.0 * rate_hz);
+            PlannedRecording { info, bytes: 2 * one.bytes, ..one.clone() }
+        };
+        Self { recordings: self.recordings.iter().map(twice).collect() }
+    }
+
+    /// One view more, with as many trials, over the same way of the stage; `None` of a single view.
+    pub(super) fn with_a_view_more(&self) -> Option<Self> {
+        let stages = self.stages();
+        let (first, last) = (stages.first()?, stages.last()?);
+        if stages.len() < 2 {
+            return None;
+        }
+        let step_m = (last.1 - first.1) / stages.len() as f64;
+        let n_trials = self.trials_a_view();
+        let like = self.recordings.first()?;
+        let one = |view: usize, number: usize| {
+            let trial = Trial {
+                recording: format!("view {} of {}, trial {}", view + 1, stages.len() + 1, number + 1),
+                view: u32::try_from(view + 1).ok()?,
+                trial: u32::try_from(number + 1).ok()?,
+                stage_m: first.1 + view as f64 * step_m,
+                ..like.trial.clone()
+            };
+            Some(PlannedRecording { trial, is_filmed: false, ..like.clone() })
+        };
+        let all = (0..=stages.len()).flat_map(|view| (0..n_trials).map(move |number| (view, number)));
+        Some(Self { recordings: all.filter_map(|(view, number)| one(view, number)).collect() })
+    }
+
+    /// The views with the places of the stage, along it.
+    pub(super) fn stages(&self) -> Vec<(u32, f64)> {
+        let mut stages: Vec<(u32, f64)> =
+            self.recordings.iter().map(|one| (one.trial.view, one.trial.stage_m)).collect();
+        stages.sort_by(|one, other| one.1.total_cmp(&other.1).then(one.0.cmp(&other.0)));
+        stages.dedup_by(|one, other| one.0 == other.0 && one.1.total_cmp(&other.1).is_eq());
+        stages
+    }
+}
+
+/// Bytes of a file, or of the files in a folder; 0 of what cannot be read.
+fn bytes_of(path: &Path) -> u64 {
+    let Ok(entries) = std::fs::read_dir(path) else {
+        return path.metadata().map_or(0, |about| about.len());
+    };
+    entries.filter_map(|entry| entry.ok()?.metadata().ok()).map(|about| about.len()).sum()
+}
