@@ -14,4 +14,4 @@ pub(crate) const DAMPING: [FalseRate; 1] =
 pub(crate) const STRUCTURE: [FalseRate; 1] =
     [FalseRate { what: "structure", level: 0.01, told: 2, of: 200, cases: EXPERIMENTS }];
 pub(crate) const HYPOTHESIS: [FalseRate; 1] =
-    [FalseRate { what: "a hypothesis", level: 0.01, told: 0, of: 1, cases: EXPERIMENTS }];
+    [FalseRate { what: "a hypothesis", level: 0.01, told: 1, of: 300, cases: EXPERIMENTS }];
