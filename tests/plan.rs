@@ -90,15 +90,15 @@ mod slow {
 
     #[test]
     fn what_is_stated_within_an_uncertainty_limits_and_is_named() {
-        // A mass known to 1 % leaves c_d known to a third: far beyond the noise.
+        // Speeds count in pitches, so a pitch known to 1 % leaves a speed known to 1 %: twelve times what noise does here.
         let laboratory = Laboratory::with_experiment(
-            "pitch_m = 0.030\nmass_kg = 0.455e-3",
-            "pitch_m = 0.030\nmass_kg = 0.455e-3\nmass_sigma_kg = 4.55e-6",
+            "pitch_m = 0.030\nmass_kg",
+            "pitch_m = 0.030\npitch_sigma_m = 3e-4\nmass_kg",
         );
         let found = planned(&laboratory);
-        let first = &found["limits"]["c_d_sigma"][0];
-        assert!(first["source"] == "the bodies' mass" && number(first, "share") > 0.9, "{found}");
-        let relative = number(&found, "c_d_sigma") / number(&found, "c_d_kg_per_s");
-        assert!((0.03..1.0).contains(&relative), "{found}");
+        let first = &found["limits"]["group_velocity_sigma"][0];
+        assert!(first["source"] == "the pitch" && number(first, "share") > 0.9, "{found}");
+        let relative = number(&found, "group_velocity_sigma") / number(&found, "group_velocity_m_per_s");
+        assert!((0.01..0.011).contains(&relative), "{found}");
     }
 }
