@@ -78,3 +78,46 @@ impl Raster {
         (span.len() * region.height) as u64
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plain_frame_has_the_counts_that_are_read() {
+        let (width_px, height_px) = (5, 3);
+        for (packing, bottom_row_first) in
+            [(Packing::Gray8, false), (Packing::Gray16Little, true), (Packing::Gray16Big, false)]
+        {
+            let plain = Raster::plain(packing, width_px, height_px).unwrap();
+            // Two bytes of padding at the end of each row.
+            let raster = Raster { row_bytes: plain.row_bytes + 2, bottom_row_first, ..plain };
+            let image: Vec<u8> = (0..raster.frame_bytes()).map(|byte| (37 * byte + 11) as u8).collect();
+            let mut read = vec![0.0; width_px * height_px];
+            raster.unpack(&image, Region::whole(width_px, height_px), &mut read);
+            let frame = raster.plain_frame(&image).unwrap();
+            let count = |index: usize| {
+                let (row, column) = (index / width_px, index % width_px);
+                let stored_row = if frame.bottom_row_first { height_px - 1 - row } else { row };
+                let bytes = &frame.bytes[stored_row * frame.row_bytes + column * frame.pixel_bytes..];
+                match (frame.pixel_bytes, frame.is_big_endian) {
+                    (1, _) => f32::from(bytes[0]),
+                    (_, true) => f32::from(u16::from_be_bytes([bytes[0], bytes[1]])),
+                    (_, false) => f32::from(u16::from_le_bytes([bytes[0], bytes[1]])),
+                }
+            };
+            assert!(
+                (0..read.len()).all(|index| count(index).to_bits() == read[index].to_bits()),
+                "{packing:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_is_packed_or_scaled_is_no_plain_frame() {
+        let packed = Raster::plain(Packing::Packed12, 4, 1).unwrap();
+        assert!(packed.plain_frame(&[0; 6]).is_none());
+        let scaled = Raster { scale: 0.0625, ..Raster::plain(Packing::Gray16Little, 3, 1).unwrap() };
+        assert!(scaled.plain_frame(&[0; 6]).is_none());
+    }
+}

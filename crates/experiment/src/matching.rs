@@ -97,3 +97,40 @@ const NOISE_SHARE: f64 = 0.8;
 pub(crate) fn noise_px(accuracy_px: Option<f64>) -> f64 {
     accuracy_px.map_or(USUAL_ERROR_PX, |accuracy_px| NOISE_SHARE * accuracy_px)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn told(
+        method: Option<&str>,
+        accuracy_px: Option<f64>,
+        shape: Option<&str>,
+        kernel: Option<&str>,
+    ) -> String {
+        match MethodChoice::named(method, accuracy_px, shape, kernel) {
+            Ok(MethodChoice::Method(method)) => method.to_string(),
+            Ok(MethodChoice::Accuracy { error_px, .. }) => format!("{error_px} px"),
+            Err(wrong) => wrong.to_string(),
+        }
+    }
+
+    #[test]
+    fn names_choose_a_method() {
+        let Settings { interpolation, shape, .. } = Settings::default();
+        assert_eq!(told(None, None, None, None), format!("icgn-{interpolation}-{shape}"));
+        assert_eq!(told(None, None, Some("rigid"), Some("cubic")), "icgn-cubic-rigid");
+        assert_eq!(told(Some("icgn-linear-affine"), None, None, None), "icgn-linear-affine");
+        assert_eq!(told(None, Some(0.02), Some("rigid"), None), "0.02 px");
+    }
+
+    #[test]
+    fn names_that_exclude_each_other_are_refused() {
+        assert!(
+            told(Some("icgn-linear-affine"), Some(0.1), None, None).contains("method: expected no accuracy")
+        );
+        assert!(told(None, Some(0.1), None, Some("cubic")).contains("accuracy: expected no interpolation"));
+        assert!(told(None, Some(-0.1), None, None).contains("a positive number of pixels"));
+        assert!(told(Some("magic"), None, None, None).contains("icgn-cubic-affine"));
+    }
+}
