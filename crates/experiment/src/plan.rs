@@ -240,8 +240,11 @@ fn rehearsed(rehearsal: &Rehearsal, n_threads: NonZero<usize>) -> Result<Precisi
     Ok(precision(&stitched.motion, &measurement, damping))
 }
 
+/// How many times smaller the uncertainty of each result becomes; `None` of one that is missing.
+type Factors = Vec<(PlannedResult, Option<f64>)>;
+
 /// How many times smaller uncertainties become.
-fn factors(base: &Precision, changed: &Precision) -> Vec<(PlannedResult, Option<f64>)> {
+fn factors(base: &Precision, changed: &Precision) -> Factors {
     let factor = |(base, changed): (&Result<Estimate, String>, &Result<Estimate, String>)| {
         Some(base.as_ref().ok()?.sigma / changed.as_ref().ok()?.sigma)
     };
@@ -249,7 +252,7 @@ fn factors(base: &Precision, changed: &Precision) -> Vec<(PlannedResult, Option<
 }
 
 /// The shares of sources that were halved in the variance of a result, largest first.
-fn shares(halved: &[(&'static str, Vec<(PlannedResult, Option<f64>)>)], result: usize) -> Vec<VarianceShare> {
+fn shares(halved: &[(&'static str, Factors)], result: usize) -> Vec<VarianceShare> {
     let share = |(source, factors): &(&'static str, Vec<(PlannedResult, Option<f64>)>)| {
         let factor = factors[result].1?;
         let share = (4.0 / 3.0 * (1.0 - factor.powi(-2))).min(1.0);

@@ -74,7 +74,7 @@ impl Pictures {
         let shown: Vec<usize> = rest.clone().chain(moving).collect();
         let frames = shown.iter().map(|frame| {
             let counts = scene.recorded_counts(*frame)?;
-            Ok::<_, Error>(counts.iter().map(|count| f32::from(*count)).collect::<Vec<f32>>())
+            Ok::<_, Error>(counts.iter().copied().collect::<Vec<f32>>())
         });
         let frames = frames.collect::<Result<Vec<_>, _>>()?;
         info.times_s = shown.iter().map(|frame| info.times_s[*frame]).collect();
