@@ -2,7 +2,7 @@
 //!
 //! A [`Setup`] is an experiment with everything that was read for it. [`Setup::run`] goes the whole way: [`check`] looks whether it makes
 //! sense, [`track`] follows bodies through the recordings and keeps what it found in a [`TrackStore`]; [`Setup::conclude`] stitches,
-//! measures, fits, compares with a truth where there is one, and decides what was modelled; [`plan`] says before a frame is filmed how
+//! measures, fits, compares with a truth where there is one, and decides what was modelled; [`plan()`] says before a frame is filmed how
 //! uncertain its results will be. The crate knows neither a command line nor a
 //! terminal, no clock, no table format and no page: progress leaves it through a [`Monitor`], warnings and failures as values.
 //!

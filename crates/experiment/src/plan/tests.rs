@@ -21,11 +21,6 @@ fn planned(setup: &Setup) -> Plan {
     plan(setup, TWO, &Monitor::SILENT, &|| 0.0).unwrap()
 }
 
-fn sigma(plan: &Plan, asked: PlannedResult) -> f64 {
-    let (_, found, _) = plan.results.iter().find(|(result, ..)| *result == asked).unwrap();
-    found.as_ref().unwrap().sigma
-}
-
 fn factor(plan: &Plan, change: &str, asked: PlannedResult) -> f64 {
     let made = plan.changes.iter().find(|one| one.change.contains(change)).unwrap();
     made.factors.iter().find(|(result, _)| *result == asked).unwrap().1.unwrap()
