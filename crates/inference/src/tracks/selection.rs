@@ -122,9 +122,14 @@ fn richer(observations: &[Observation], fit: &mut Fit, told: &Told) -> Vec<(Hypo
         true => !fit.beyond.contains(hypothesis) && hypothesis.is_open(&fit.model, &fit.asked),
         false => told.hypotheses.contains(hypothesis),
     };
-    let explains = |other: &Fit| match has_structure {
-        true => other.structure.excess() < (1.0 - SHARE) * excess,
-        false => cost(other) < cost(fit),
+    // Where little structure is told, most of its excess is noise, which no hypothesis takes away: one that is told by itself may leave it.
+    let explains = |hypothesis: Hypothesis, other: &Fit| {
+        let costs_less = cost(other) < cost(fit);
+        let is_told = told.hypotheses.contains(&hypothesis) && !other.structure.is_told();
+        match has_structure {
+            true => other.structure.excess() < (1.0 - SHARE) * excess || is_told && costs_less,
+            false => costs_less,
+        }
     };
     let mut n_simulations = 0;
     let mut found: Vec<(Hypothesis, Fit)> = Vec::new();
@@ -135,7 +140,7 @@ fn richer(observations: &[Observation], fit: &mut Fit, told: &Told) -> Vec<(Hypo
         }
         if let Ok(other) = freed(observations, fit, hypothesis) {
             n_simulations += other.n_simulations;
-            if explains(&other) {
+            if explains(hypothesis, &other) {
                 found.push((hypothesis, other));
             }
         }

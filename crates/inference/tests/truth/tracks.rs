@@ -120,8 +120,9 @@ fn intervals_hold_the_truth_as_often_as_they_say() {
         }
         // 7000 residuals: 0.017 is one standard deviation.
         assert!((fit.reduced_chi_squared - 1.0).abs() < 0.07, "{}", fit.reduced_chi_squared);
-        // Three starts of some six rounds and four ends of intervals of some three, each with 5 strikers' velocities.
-        assert!(fit.n_simulations <= 180, "{}", fit.n_simulations);
+        // Three starts of some six rounds and four ends of intervals of some three, each with 5 strikers' velocities; and one step towards all
+        // single causes, whose nine derivatives take two simulations each.
+        assert!(fit.n_simulations <= 190, "{}", fit.n_simulations);
         assert_eq!(fit.starts, (3, 3), "every start leads to one minimum");
         let of = [fit.damping.chain_damping_kg_per_s, fit.damping.striker_damping_kg_per_s];
         for (k, (estimate, interval)) in of.into_iter().zip(fit.intervals_95).enumerate() {
