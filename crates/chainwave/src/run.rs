@@ -22,7 +22,6 @@ use chainwave_experiment::{
 };
 
 pub(crate) use self::figures::draw_motion;
-use self::report::Velocity;
 pub(crate) use self::results::{states_as_json, warnings_as_json, write_measurement};
 use crate::cli;
 use crate::error::Error;
@@ -71,12 +70,12 @@ pub(crate) fn run(arguments: &cli::Run) -> Result<Outcome, Error> {
         let (setups, evaluations): (Vec<Setup>, Vec<Evaluation>) = concluded.into_iter().unzip();
         let waves = compare_strikers(&setups, &evaluations, threads(arguments.jobs))?;
         let figures = strikers::write(&whole.experiment, &arguments.out, &waves)?;
-        let velocity = |(setup, evaluation)| Velocity {
+        let velocity = |(setup, evaluation)| report::Velocity {
             setup,
             evaluation,
             folder: folder_of(setup).file_name().unwrap_or_default().to_string_lossy().into_owned(),
         };
-        let velocities: Vec<Velocity<'_>> = setups.iter().zip(&evaluations).map(velocity).collect();
+        let velocities: Vec<report::Velocity<'_>> = setups.iter().zip(&evaluations).map(velocity).collect();
         report::write_comparison(&arguments.out, &velocities, &figures)?;
     }
     Ok(outcome)

@@ -1,14 +1,11 @@
 //! Force over compression of one body, as measured and by the fitted contact law (the inset of the paper's Fig. 1).
 
-use std::path::Path;
-
 use serde::{Deserialize, Serialize};
 
 use crate::drawing::{Columns, Drawing};
-use crate::figure::{self, Draw, Figure};
+use crate::figure::{Draw, Figure};
 use crate::geometry::PageRect;
 use crate::legend::{self, LegendEntry};
-use crate::picture::Picture;
 use crate::plot::{self, BARE_MARGIN_MM, Labels, Plot};
 use crate::scale::{Extent, Scale};
 use crate::series::{DataPoint, Look, Series, looks};
@@ -24,14 +21,6 @@ pub struct ContactCurve {
     pub series: Vec<Series>,
     /// Measured force less the fitted law's, in newtons, against compression in metres, for a panel below.
     pub residuals: Option<Series>,
-}
-
-/// Draws force over compression with the fitted law, and what is left below.
-///
-/// # Errors
-/// [`FigureError`] when a file cannot be written.
-pub fn contact_curve(stem: &Path, curve: &ContactCurve) -> Result<(), FigureError> {
-    figure::write(stem, &Picture::ContactCurve(curve.clone()))
 }
 
 impl Draw for ContactCurve {

@@ -1,17 +1,14 @@
 //! How often stated intervals hold their truth, against what they promise.
 
-use std::path::Path;
-
 use chainwave_measurement::Estimate;
 use serde::{Deserialize, Serialize};
 
 use crate::colour::{EXPERIMENT, GRAY, RINGS};
 use crate::drawing::{Columns, Drawing};
-use crate::figure::{self, Draw, Figure};
+use crate::figure::{Draw, Figure};
 use crate::geometry::PageRect;
 use crate::legend::{self, LegendEntry, LegendKey};
 use crate::names::printed;
-use crate::picture::Picture;
 use crate::plot::{self, Labels, Plot, draw_marker};
 use crate::scale::{Extent, Scale};
 use crate::series::{DataPoint, MarkerShape, PlotMarker};
@@ -50,14 +47,6 @@ pub struct CoverageCount {
     pub within_68: usize,
     /// How many of the 95 % intervals.
     pub within_95: usize,
-}
-
-/// Draws the coverage of stated intervals, a row for each quantity; bands of 66 to 70 and 93 to 97 % are shaded.
-///
-/// # Errors
-/// [`FigureError`] when a file cannot be written.
-pub fn coverage(stem: &Path, rows: &[CoverageRow]) -> Result<(), FigureError> {
-    figure::write(stem, &Picture::Coverage(rows.to_vec()))
 }
 
 impl Draw for [CoverageRow] {

@@ -1,17 +1,14 @@
 //! Amplitude of waves over wavenumber and frequency, with the dispersion curve of the linear chain.
 
-use std::path::Path;
-
 use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
 use crate::colour::{BLACK, WHITE};
 use crate::drawing::{Columns, Drawing};
-use crate::figure::{self, Draw, Figure};
+use crate::figure::{Draw, Figure};
 use crate::geometry::PageRect;
 use crate::heat_map::{self, Cells, ColourScale, edges_between};
 use crate::legend::{self, LegendEntry, LegendKey};
-use crate::picture::Picture;
 use crate::plot::{self, Labels, Plot};
 use crate::scale::{Extent, Scale};
 use crate::series::DataPoint;
@@ -40,14 +37,6 @@ pub struct DispersionPanel {
     pub curve: Vec<(f64, f64)>,
     /// Upper end of the frequency axis in hertz.
     pub max_frequency_hz: f64,
-}
-
-/// Draws a map over wavenumber and frequency with logarithmic colours over three decades; waves that run back stand left of 0.
-///
-/// # Errors
-/// [`FigureError`] when the map's shape does not fit its axes, or a file cannot be written.
-pub fn dispersion(stem: &Path, panel: &DispersionPanel) -> Result<(), FigureError> {
-    figure::write(stem, &Picture::Dispersion(panel.clone()))
 }
 
 impl Draw for DispersionPanel {

@@ -1,16 +1,13 @@
 //! Displacements of bodies, or of points followed in a picture, over time, with their intervals and what a model leaves.
 
-use std::path::Path;
-
 use chainwave_measurement::Estimate;
 use serde::{Deserialize, Serialize};
 
 use crate::colour::{CHAIN, EXPERIMENT, GRAY, RINGS, Rgb};
 use crate::drawing::{Anchor, Columns, Drawing};
-use crate::figure::{self, Draw, Figure};
+use crate::figure::{Draw, Figure};
 use crate::geometry::{PageRect, Spot};
 use crate::legend::{self, LegendEntry, LegendKey};
-use crate::picture::Picture;
 use crate::plot::{self, BARE_MARGIN_MM, Labels, Plot, draw_marker};
 use crate::scale::{Extent, Scale};
 use crate::series::{DataPoint, MarkerShape, PlotMarker};
@@ -59,31 +56,6 @@ struct MotionCurve {
     name: String,
     samples: Vec<(f64, Option<Estimate>)>,
     model: Vec<(f64, f64)>,
-}
-
-/// Draws the displacements of bodies over time with 95 % bands, a cross where a body was lost, and a model as a dashed
-/// line, with what was measured less the model below.
-///
-/// # Errors
-/// [`FigureError`] when a file cannot be written.
-pub fn displacements(stem: &Path, bodies: &[BodyMotion]) -> Result<(), FigureError> {
-    figure::write(stem, &Picture::Displacements(bodies.to_vec()))
-}
-
-/// Draws how far points moved in the picture over time, with 95 % bands and a cross where a point was lost.
-///
-/// # Errors
-/// [`FigureError`] when a file cannot be written.
-pub fn tracks(stem: &Path, points: &[PointMotion]) -> Result<(), FigureError> {
-    figure::write(stem, &Picture::Tracks(points.to_vec()))
-}
-
-/// Draws how the camera moved in some recordings over time, with 95 % bands, where it is known.
-///
-/// # Errors
-/// [`FigureError`] when a file cannot be written.
-pub fn camera_motion(stem: &Path, recordings: &[RecordingMotion]) -> Result<(), FigureError> {
-    figure::write(stem, &Picture::CameraMotion(recordings.to_vec()))
 }
 
 impl Draw for [BodyMotion] {

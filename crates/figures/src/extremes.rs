@@ -1,17 +1,14 @@
 //! Extreme cases: the error over its bound, one row a case with a marker for each value of its parameter.
 
-use std::path::Path;
-
 use chainwave_measurement::Estimate;
 use serde::{Deserialize, Serialize};
 
 use crate::colour::{EXPERIMENT, GRAY, RINGS};
 use crate::drawing::{Anchor, Columns, Drawing};
-use crate::figure::{self, Draw, Figure};
+use crate::figure::{Draw, Figure};
 use crate::geometry::{PageRect, Spot};
 use crate::legend::{self, LegendEntry, LegendKey};
 use crate::names::printed;
-use crate::picture::Picture;
 use crate::plot::{self, Labels, Plot};
 use crate::scale::{Extent, Scale};
 use crate::series::{DataPoint, Look, MarkerShape, PlotMarker};
@@ -57,15 +54,6 @@ impl ExtremeRow {
     fn shown(&self) -> f64 {
         self.share_of_bound.filter(|share| share.is_finite()).unwrap_or(1.0).max(LEAST_SHARE)
     }
-}
-
-/// Draws extreme cases: the error over its bound on a logarithmic axis, cases of one name in a row; a refusal stands at the
-/// bound, and what failed is named by its value.
-///
-/// # Errors
-/// [`FigureError`] when a file cannot be written.
-pub fn extremes(stem: &Path, rows: &[ExtremeRow]) -> Result<(), FigureError> {
-    figure::write(stem, &Picture::Extremes(rows.to_vec()))
 }
 
 impl Draw for [ExtremeRow] {

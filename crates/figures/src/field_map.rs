@@ -1,16 +1,13 @@
 //! Maps of a field over the pixels of an image, each with its own colours.
 
-use std::path::Path;
-
 use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
 use crate::drawing::{Columns, Drawing};
-use crate::figure::{self, Draw, Figure};
+use crate::figure::{Draw, Figure};
 use crate::geometry::PageRect;
 use crate::heat_map::{self, Cells, ColourScale, edges_between};
 use crate::legend::{self, LegendEntry, LegendKey};
-use crate::picture::Picture;
 use crate::plot::{self, Labels, Plot, TITLE_MM};
 use crate::scale::Scale;
 use crate::{FigureError, Style};
@@ -33,14 +30,6 @@ pub struct FieldPanel {
     pub title: String,
     /// Shape `[row, column]`; `None` where nothing was measured.
     pub values: Array2<Option<f64>>,
-}
-
-/// Draws maps of a field, each with its own colours (values of both signs from blue through white to red); points that were not measured are hatched.
-///
-/// # Errors
-/// [`FigureError`] when a map's shape does not fit its rows and columns, or a file cannot be written.
-pub fn field_map(stem: &Path, field: &FieldMap) -> Result<(), FigureError> {
-    figure::write(stem, &Picture::FieldMap(field.clone()))
 }
 
 impl Draw for FieldMap {

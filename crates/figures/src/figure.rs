@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf};
 
 use crate::data::{DataSet, csv};
 use crate::drawing::Drawing;
-use crate::picture::Picture;
 use crate::{FigureError, Style, pdf, png, svg};
 
 /// What can be drawn. A figure without data says so in its panels.
@@ -99,13 +98,17 @@ impl Figure {
     }
 
     /// Whether it shows a map, whose table has a row for each cell.
-    fn has_map(&self) -> bool {
+    pub(crate) fn has_map(&self) -> bool {
         self.data().iter().any(|set| !set.colour.is_empty())
     }
 }
 
 /// Writes `STEM.ENDING` under a temporary name first.
-fn put(stem: &Path, ending: &str, write: impl FnOnce(&File) -> io::Result<()>) -> Result<(), FigureError> {
+pub(crate) fn put(
+    stem: &Path,
+    ending: &str,
+    write: impl FnOnce(&File) -> io::Result<()>,
+) -> Result<(), FigureError> {
     let path = with_ending(stem, ending);
     let partial = with_ending(stem, &format!("partial.{ending}"));
     let written = File::create(&partial).and_then(|file| {
@@ -116,15 +119,6 @@ fn put(stem: &Path, ending: &str, write: impl FnOnce(&File) -> io::Result<()>) -
         .and_then(|()| std::fs::rename(&partial, &path))
         .and_then(|()| sync_folder_of(&path))
         .map_err(|source| FigureError::Write { path, source })
-}
-
-/// Draws in the default style and writes `STEM.svg` and `STEM.png`, the numbers of curves as `STEM.csv` (those of a map are in the tables that
-/// it is drawn from), and what is drawn as `STEM.cbor`.
-pub(crate) fn write(stem: &Path, picture: &Picture) -> Result<(), FigureError> {
-    let figure = picture.draw(&Style::default())?;
-    let table: &[Format] = if figure.has_map() { &[] } else { &[Format::Csv] };
-    figure.write(stem, &[&[Format::Svg, Format::Png], table].concat())?;
-    put(stem, Picture::ENDING, |file| picture.encode(file))
 }
 
 /// Makes a renamed file's new name last a loss of power; elsewhere than on Unix the system does so by itself.

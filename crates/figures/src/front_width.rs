@@ -1,14 +1,11 @@
 //! How the leading pulse widens: its right halves aligned at their peaks, and its half width over time (the paper's Fig. 3 b).
 
-use std::path::Path;
-
 use serde::{Deserialize, Serialize};
 
 use crate::drawing::{Columns, Drawing};
-use crate::figure::{self, Draw, Figure};
+use crate::figure::{Draw, Figure};
 use crate::geometry::PageRect;
 use crate::legend::{self, LegendEntry, LegendKey};
-use crate::picture::Picture;
 use crate::plot::{self, Labels, Plot, TITLE_MM};
 use crate::scale::{Extent, Scale};
 use crate::series::{DataPoint, Series, looks};
@@ -48,14 +45,6 @@ pub struct FrontWidth {
 /// inset.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RightHalves(pub FrontWidth);
-
-/// Draws the leading pulses aligned at their peaks, and their half width over time, beside each other.
-///
-/// # Errors
-/// [`FigureError`] when a file cannot be written.
-pub fn front_width(stem: &Path, front: &FrontWidth) -> Result<(), FigureError> {
-    figure::write(stem, &Picture::FrontWidth(front.clone()))
-}
 
 impl Draw for FrontWidth {
     fn draw(&self, style: &Style) -> Result<Figure, FigureError> {

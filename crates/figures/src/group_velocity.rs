@@ -1,15 +1,12 @@
 //! Group velocity against the striker's or the particles' velocity, with an enlarged inset (the paper's Fig. 3 c).
 
-use std::path::Path;
-
 use serde::{Deserialize, Serialize};
 
 use crate::colour::GRAY;
 use crate::drawing::{Columns, Drawing};
-use crate::figure::{self, Draw, Figure};
+use crate::figure::{Draw, Figure};
 use crate::geometry::PageRect;
 use crate::legend::{self, LegendEntry, LegendKey};
-use crate::picture::Picture;
 use crate::plot::{self, Labels, Plot};
 use crate::scale::{Extent, Scale};
 use crate::series::{DataPoint, Look, Origin, Series, looks};
@@ -48,30 +45,6 @@ pub struct GroupVelocityFigure {
     pub velocities: GroupVelocities,
     /// What they are shown against.
     pub against: Against,
-}
-
-/// Draws the group velocity against the striker velocity (the paper's Fig. 3 c).
-///
-/// # Errors
-/// [`FigureError`] when a file cannot be written.
-pub fn group_velocity(stem: &Path, velocities: &GroupVelocities) -> Result<(), FigureError> {
-    let velocities = velocities.clone();
-    figure::write(
-        stem,
-        &Picture::GroupVelocity(GroupVelocityFigure { velocities, against: Against::Striker }),
-    )
-}
-
-/// Draws the group velocity against the velocity of the bodies as the pulse's peak passes.
-///
-/// # Errors
-/// [`FigureError`] when a file cannot be written.
-pub fn group_velocity_by_particles(stem: &Path, velocities: &GroupVelocities) -> Result<(), FigureError> {
-    let velocities = velocities.clone();
-    figure::write(
-        stem,
-        &Picture::GroupVelocity(GroupVelocityFigure { velocities, against: Against::Particles }),
-    )
 }
 
 impl Draw for GroupVelocityFigure {

@@ -39,6 +39,7 @@ mod error;
 mod extremes;
 mod field_map;
 mod figure;
+mod files;
 mod front_width;
 mod geometry;
 mod group_velocity;
@@ -69,28 +70,31 @@ mod ticks;
 mod trade_off;
 mod typeface;
 
-pub use contact_curve::{ContactCurve, contact_curve};
-pub use coverage::{CoverageCount, CoverageRow, coverage};
+pub use contact_curve::ContactCurve;
+pub use coverage::{CoverageCount, CoverageRow};
 pub use data::{DataRow, DataSet};
-pub use dispersion::{DispersionPanel, dispersion};
-pub use displacements::{BodyMotion, PointMotion, RecordingMotion, camera_motion, displacements, tracks};
+pub use dispersion::DispersionPanel;
+pub use displacements::{BodyMotion, PointMotion, RecordingMotion};
 pub use error::FigureError;
-pub use extremes::{ExtremeRow, extremes};
-pub use field_map::{FieldMap, FieldPanel, field_map};
+pub use extremes::ExtremeRow;
+pub use field_map::{FieldMap, FieldPanel};
 pub use figure::{Draw, Figure, Format};
-pub use front_width::{FrontPulse, FrontWidth, RightHalves, front_width};
-pub use group_velocity::{
-    Against, GroupVelocities, GroupVelocityFigure, group_velocity, group_velocity_by_particles,
+pub use files::{
+    camera_motion, contact_curve, coverage, dispersion, displacements, extremes, field_map, front_width,
+    group_velocity, group_velocity_by_particles, long_chain, marked_frame, peak_energy, peak_trace,
+    residual_map, strain_map, strain_profiles, tail_spectrum, tracks, trade_off,
 };
-pub use long_chain::{LongChain, long_chain};
-pub use marked_frame::{MarkedFrame, MarkedSubset, marked_frame};
-pub use peak_energy::{EnergyShares, PeakEnergy, peak_energy};
-pub use peak_trace::{PeakCurve, PeakFit, PeakTrace, peak_trace};
+pub use front_width::{FrontPulse, FrontWidth, RightHalves};
+pub use group_velocity::{Against, GroupVelocities, GroupVelocityFigure};
+pub use long_chain::LongChain;
+pub use marked_frame::{MarkedFrame, MarkedSubset};
+pub use peak_energy::{EnergyShares, PeakEnergy};
+pub use peak_trace::{PeakCurve, PeakFit, PeakTrace};
 pub use picture::Picture;
-pub use residual_map::{ResidualMapPanel, residual_map};
+pub use residual_map::ResidualMapPanel;
 pub use series::{DataPoint, Origin, Series};
-pub use strain_map::{StrainMapPanel, strain_map};
-pub use strain_profiles::{ProfilePanel, strain_profiles};
+pub use strain_map::StrainMapPanel;
+pub use strain_profiles::ProfilePanel;
 pub use style::{ColourMap, DecimalSign, Style};
-pub use tail_spectrum::{FrequencyMark, GapSpectrum, TailSpectrum, tail_spectrum};
-pub use trade_off::{TradeOff, TradeOffPoint, trade_off};
+pub use tail_spectrum::{FrequencyMark, GapSpectrum, TailSpectrum};
+pub use trade_off::{TradeOff, TradeOffPoint};

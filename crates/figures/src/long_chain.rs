@@ -1,13 +1,10 @@
 //! Strain over a long chain at several times in one panel (the paper's Fig. 3 a).
 
-use std::path::Path;
-
 use serde::{Deserialize, Serialize};
 
 use crate::drawing::{Anchor, Columns, Drawing};
-use crate::figure::{self, Draw, Figure};
+use crate::figure::{Draw, Figure};
 use crate::geometry::PageRect;
-use crate::picture::Picture;
 use crate::plot::{self, Labels, Plot};
 use crate::scale::{Extent, Scale};
 use crate::series::DataPoint;
@@ -23,14 +20,6 @@ const LABELS: Labels = Labels { x: "gap number $n$", y: "compressive strain $−
 pub struct LongChain {
     /// Times in seconds, each with gap number and strain (negative in compression).
     pub profiles: Vec<(f64, Vec<(f64, f64)>)>,
-}
-
-/// Draws strain profiles at several times on one axis, each named by its time above its peak.
-///
-/// # Errors
-/// [`FigureError`] when a file cannot be written.
-pub fn long_chain(stem: &Path, chain: &LongChain) -> Result<(), FigureError> {
-    figure::write(stem, &Picture::LongChain(chain.clone()))
 }
 
 impl Draw for LongChain {

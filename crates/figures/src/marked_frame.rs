@@ -1,14 +1,11 @@
 //! A frame of a recording with the subsets that lie on it.
 
-use std::path::Path;
-
 use serde::{Deserialize, Serialize};
 
 use crate::colour::{BLACK, CHAIN, Rgb};
 use crate::drawing::{Anchor, Columns, Drawing, Raster};
-use crate::figure::{self, Draw, Figure};
+use crate::figure::{Draw, Figure};
 use crate::geometry::PageRect;
-use crate::picture::Picture;
 use crate::plot::{self, Labels, Plot};
 use crate::scale::{Extent, Scale};
 use crate::series::DataPoint;
@@ -37,14 +34,6 @@ pub struct MarkedSubset {
     pub centre_px: [f64; 2],
     /// Columns on each side of the centre, and rows above and below.
     pub half_px: [usize; 2],
-}
-
-/// Draws a frame with its subsets.
-///
-/// # Errors
-/// [`FigureError`] when the picture has not as many pixels as it says, or a file cannot be written.
-pub fn marked_frame(stem: &Path, frame: &MarkedFrame) -> Result<(), FigureError> {
-    figure::write(stem, &Picture::MarkedFrame(frame.clone()))
 }
 
 impl Draw for MarkedFrame {

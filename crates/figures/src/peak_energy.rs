@@ -1,15 +1,12 @@
 //! Peak potential energy along the chain, with and without damping, and what took it (the paper's Fig. 4).
 
-use std::path::Path;
-
 use serde::{Deserialize, Serialize};
 
 use crate::colour::{CHAIN, DAMPING, DISPERSION, EXPERIMENT, Rgb, WHITE};
 use crate::drawing::{Anchor, Columns, Drawing};
-use crate::figure::{self, Draw, Figure};
+use crate::figure::{Draw, Figure};
 use crate::geometry::{PageRect, Spot};
 use crate::legend::{self, LegendEntry, LegendKey};
-use crate::picture::Picture;
 use crate::plot::{self, Labels, Plot};
 use crate::scale::{Extent, Scale};
 use crate::series::{DataPoint, Look, MarkerShape, PlotMarker};
@@ -48,15 +45,6 @@ pub struct PeakEnergy {
     pub undamped: Vec<(f64, f64)>,
     /// The shares for the bar, if known.
     pub shares: Option<EnergyShares>,
-}
-
-/// Draws the peak potential energy along the chain, with and without damping, and a bar of the shares (the paper's
-/// Fig. 4). When the measured gaps are less than half of the computed ones, an inset shows them enlarged.
-///
-/// # Errors
-/// [`FigureError`] when the shares are not between 0 and 1 or add up to more than 1, or a file cannot be written.
-pub fn peak_energy(stem: &Path, energy: &PeakEnergy) -> Result<(), FigureError> {
-    figure::write(stem, &Picture::PeakEnergy(energy.clone()))
 }
 
 impl Draw for PeakEnergy {

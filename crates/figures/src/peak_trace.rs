@@ -1,16 +1,13 @@
 //! When the leading pulse of each gap peaks, the line or curve that explains it, and what is left.
 
-use std::path::Path;
-
 use chainwave_measurement::Estimate;
 use serde::{Deserialize, Serialize};
 
 use crate::colour::{BLACK, EXPERIMENT};
 use crate::drawing::{Columns, Drawing};
-use crate::figure::{self, Draw, Figure};
+use crate::figure::{Draw, Figure};
 use crate::geometry::PageRect;
 use crate::legend::{self, LegendEntry, LegendKey};
-use crate::picture::Picture;
 use crate::plot::{self, BARE_MARGIN_MM, Labels, Plot};
 use crate::scale::{Extent, Scale};
 use crate::series::{DataPoint, Look, MarkerShape, PlotMarker};
@@ -58,14 +55,6 @@ pub struct PeakCurve {
     pub variation: Estimate,
     /// Gap number and time in seconds along the fitted curve, in the order of gaps.
     pub curve: Vec<(f64, f64)>,
-}
-
-/// Draws peak positions against peak times with the fitted line, and the residuals of the times below.
-///
-/// # Errors
-/// [`FigureError`] when the pitch or the group velocity is not a positive number, or a file cannot be written.
-pub fn peak_trace(stem: &Path, trace: &PeakTrace) -> Result<(), FigureError> {
-    figure::write(stem, &Picture::PeakTrace(trace.clone()))
 }
 
 impl Draw for PeakTrace {

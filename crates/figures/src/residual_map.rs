@@ -1,15 +1,12 @@
 //! Normalised residuals over gaps and time.
 
-use std::path::Path;
-
 use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
 use crate::drawing::Drawing;
-use crate::figure::{self, Draw, Figure};
+use crate::figure::{Draw, Figure};
 use crate::heat_map::{Cells, ColourScale, Summary, check_times};
 use crate::map_row::{self, MapPanel};
-use crate::picture::Picture;
 use crate::{FigureError, Style};
 
 /// One map of normalised residuals over gaps and time.
@@ -21,16 +18,6 @@ pub struct ResidualMapPanel {
     pub times_s: Vec<f64>,
     /// (measured - model) / sigma, shape `[gap, time]`, from gap 1; `None` where nothing was measured.
     pub residual: Array2<Option<f64>>,
-}
-
-/// Draws maps of normalised residuals; the colours are symmetric around zero and reach at least 3 sigma to each side.
-///
-/// With many samples, a cell shows one of its neighbouring samples, since their mean would scatter less than sigma says.
-///
-/// # Errors
-/// As [`crate::strain_map`].
-pub fn residual_map(stem: &Path, panels: &[ResidualMapPanel]) -> Result<(), FigureError> {
-    figure::write(stem, &Picture::ResidualMap(panels.to_vec()))
 }
 
 impl Draw for [ResidualMapPanel] {

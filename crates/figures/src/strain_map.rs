@@ -1,15 +1,12 @@
 //! Strain over gaps and time, one map for the experiment and each model (the paper's Fig. 2 a-c).
 
-use std::path::Path;
-
 use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
 use crate::drawing::Drawing;
-use crate::figure::{self, Draw, Figure};
+use crate::figure::{Draw, Figure};
 use crate::heat_map::{Cells, ColourScale, Summary, check_times};
 use crate::map_row::{self, MapPanel, MapTrace};
-use crate::picture::Picture;
 use crate::stroke::Dash;
 use crate::{FigureError, Style};
 
@@ -29,18 +26,6 @@ pub struct StrainMapPanel {
     pub peak_trace: Vec<(f64, f64)>,
     /// Gap and time in seconds of the leading edge, drawn dashed.
     pub leading_edge: Vec<(f64, f64)>,
-}
-
-/// Draws strain maps beside each other with one colour scale (the paper's Fig. 2 a-c).
-///
-/// With many samples, a cell shows the mean of neighbouring samples, so that no map has more than 300 rows. Cells that
-/// were not measured are hatched. Compression is red, tension blue.
-///
-/// # Errors
-/// [`FigureError`] when the columns of a map do not fit its times, times do not increase, or a file
-/// cannot be written.
-pub fn strain_map(stem: &Path, panels: &[StrainMapPanel]) -> Result<(), FigureError> {
-    figure::write(stem, &Picture::StrainMap(panels.to_vec()))
 }
 
 impl Draw for [StrainMapPanel] {

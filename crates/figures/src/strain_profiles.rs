@@ -1,15 +1,12 @@
 //! Strain over the chain at several times, with the wave's front shaded (the paper's Fig. 2 d-f).
 
-use std::path::Path;
-
 use serde::{Deserialize, Serialize};
 
 use crate::colour::FRONT;
 use crate::drawing::{Columns, Drawing};
-use crate::figure::{self, Draw, Figure};
+use crate::figure::{Draw, Figure};
 use crate::geometry::PageRect;
 use crate::legend::{self, LegendEntry, LegendKey};
-use crate::picture::Picture;
 use crate::plot::{self, Labels, Plot, TITLE_MM};
 use crate::scale::{Extent, Scale};
 use crate::series::{Series, looks};
@@ -30,16 +27,6 @@ pub struct ProfilePanel {
     pub series: Vec<Series>,
     /// First and last gap of the front, which is shaded.
     pub front: Option<(f64, f64)>,
-}
-
-/// Draws strain profiles at several times with common axes (the paper's Fig. 2 d-f).
-///
-/// A series keeps its look in all panels by its place in the list.
-///
-/// # Errors
-/// [`FigureError`] when a file cannot be written.
-pub fn strain_profiles(stem: &Path, panels: &[ProfilePanel]) -> Result<(), FigureError> {
-    figure::write(stem, &Picture::StrainProfiles(panels.to_vec()))
 }
 
 impl Draw for [ProfilePanel] {

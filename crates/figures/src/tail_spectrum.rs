@@ -1,17 +1,14 @@
 //! Spectra of the wave's tail: of single gaps as curves, of all gaps as a map, with frequencies pointed out.
 
-use std::path::Path;
-
 use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
 use crate::colour::{BLACK, EXPERIMENT, WHITE};
 use crate::drawing::{Columns, Drawing};
-use crate::figure::{self, Draw, Figure};
+use crate::figure::{Draw, Figure};
 use crate::geometry::PageRect;
 use crate::heat_map::{self, Cells, ColourScale};
 use crate::legend::{self, LegendEntry, LegendKey};
-use crate::picture::Picture;
 use crate::plot::{self, Labels, Plot, TITLE_MM};
 use crate::scale::{Extent, Scale, is_drawable};
 use crate::series::DataPoint;
@@ -59,15 +56,6 @@ pub struct TailSpectrum {
     pub marks: Vec<FrequencyMark>,
     /// Upper end of the frequency axis in hertz; without it, all frequencies are shown.
     pub max_frequency_hz: Option<f64>,
-}
-
-/// Draws the spectra of up to four gaps as curves and those of all gaps as a map, with logarithmic amplitudes over four
-/// decades.
-///
-/// # Errors
-/// [`FigureError`] when a spectrum has other numbers of frequencies than of amplitudes, or a file cannot be written.
-pub fn tail_spectrum(stem: &Path, tail: &TailSpectrum) -> Result<(), FigureError> {
-    figure::write(stem, &Picture::TailSpectrum(tail.clone()))
 }
 
 impl Draw for TailSpectrum {

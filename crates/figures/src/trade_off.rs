@@ -1,16 +1,13 @@
 //! Error against time of several methods, with those that no other one beats.
 
-use std::path::Path;
-
 use serde::{Deserialize, Serialize};
 
 use crate::colour::{EXPERIMENT, GRAY};
 use crate::drawing::{Anchor, Columns, Drawing};
-use crate::figure::{self, Draw, Figure};
+use crate::figure::{Draw, Figure};
 use crate::geometry::PageRect;
 use crate::legend::{self, LegendEntry, LegendKey};
 use crate::names::printed;
-use crate::picture::Picture;
 use crate::plot::{self, Labels, Plot};
 use crate::scale::{Extent, Scale};
 use crate::series::{DataPoint, Look, MarkerShape, PlotMarker};
@@ -47,15 +44,6 @@ pub struct TradeOff {
     pub error_label: String,
     /// The methods.
     pub points: Vec<TradeOffPoint>,
-}
-
-/// Draws error against time, both logarithmic, with the front of methods that no other one beats; these are numbered, the fastest
-/// first, and named below.
-///
-/// # Errors
-/// [`FigureError`] when a file cannot be written.
-pub fn trade_off(stem: &Path, trade_off: &TradeOff) -> Result<(), FigureError> {
-    figure::write(stem, &Picture::TradeOff(trade_off.clone()))
 }
 
 impl Draw for TradeOff {
