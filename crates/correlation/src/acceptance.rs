@@ -9,8 +9,9 @@ use chainwave_measurement::{Lost, Recording};
 
 use crate::middle::is_bare_in_middle;
 use crate::search::area::{Found, SearchArea};
-use crate::search::chance::{RARE, chance_zncc, correlation_length_px, fisher};
+use crate::search::chance::{RARE, chance_zncc, correlation_length_px, expected_zncc, fisher};
 use crate::search::patch::Patch;
+use crate::search::rivals::{Own, RIVAL_SHARE, Seen, best_rival};
 use crate::search::template::Template;
 use crate::search::{area_around, region_around};
 use crate::warp::Warp;
@@ -26,10 +27,10 @@ const N_NEAR: f64 = 8.0;
 const BEYOND_NOISE: f64 = 5.5;
 /// Rivals that are matched.
 const N_RIVALS: usize = 3;
-/// Share of a match's correlation that a rival has between pixels at least.
-const RIVAL_SHARE: f64 = 0.5;
 /// Distance of the pixels next to one.
 const NEXT_PX: f64 = 1.5;
+/// Correlation of a subset that shows no more of itself than of something else.
+const HALF: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// Share of the usual correlation, after Fisher's transform, below which it has fallen suddenly.
 const SUDDEN: f64 = 0.6;
 /// The same of a match that a search gave, below which it is not believed.
@@ -46,21 +47,15 @@ const APART_PX: f64 = 0.5;
 const NEARLY_UPRIGHT: f64 = 0.03;
 
 /// Whether a match of a subset is beyond chance at once, even with a correlation that has fallen as far as is not yet called sudden.
-///
-/// Expected is what the noise leaves of the correlation, of a reference of m frames and a frame with m times its variance.
 pub(crate) fn is_beyond_doubt(subset: &PreparedSubset) -> bool {
-    let contrast = subset.signal_energy / subset.n_used as f64;
-    let left = |variance: f64| contrast / (contrast + variance);
-    let noise = subset.noise_variance;
-    let expected = (left(noise) * left(noise * subset.n_averaged)).sqrt();
-    SUDDEN * fisher(expected) >= fisher(chance_zncc(subset, N_NEAR, RARE))
+    SUDDEN * fisher(expected_zncc(subset)) >= fisher(chance_zncc(subset, N_NEAR, RARE))
 }
 
-/// Where something was matched, and how well.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Seen {
-    pub(crate) warp: Warp,
-    pub(crate) zncc: f64,
+/// Whether a match of a subset whose neighbours are believed is none, though it agrees with them: its correlation is by far less than theirs
+/// (their mean, after Fisher's transform) and than noise leaves of its own, and no more than chance gives or most of it is something else.
+pub(crate) fn is_out_of_place(subset: &PreparedSubset, zncc: f64, neighbours: f64) -> bool {
+    let usual = neighbours.min(fisher(expected_zncc(subset)));
+    fisher(zncc) < SUDDEN * usual && zncc < chance_zncc(subset, N_NEAR, RARE_WHERE_EXPECTED).max(HALF)
 }
 
 /// How a match was come by.
@@ -157,7 +152,8 @@ impl Standard {
             let found = subset.solve(&window, Warp::at(place_px), &mut workspace).ok()?;
             Some(Seen { warp: found.warp(), zncc: found.position.zncc })
         };
-        Some((self.best_rival(own_px, 1.0, &peaks, between_pixels), period_px))
+        let own = Own { place_px: own_px, zncc: 1.0, length_px: self.own_px };
+        Some((best_rival(own, &peaks, between_pixels), period_px))
     }
 
     /// Why the subset is lost that is not found for a reason: what resembles it too little, of a point on bare ground, says that nothing is to
@@ -221,9 +217,8 @@ impl Standard {
         let of_warp = if deformed { self.patch.template(&found.warp) } else { None };
         let template = of_warp.unwrap_or_else(|| Template::upright(subset));
         let peaks = area.peaks_elsewhere(&template, place_px, self.own_px, N_RIVALS);
-        let best = self.best_rival(place_px, found.zncc, &peaks, |place_px| {
-            again(Warp { position_px: place_px, ..found.warp })
-        });
+        let own = Own { place_px, zncc: found.zncc, length_px: self.own_px };
+        let best = best_rival(own, &peaks, |place_px| again(Warp { position_px: place_px, ..found.warp }));
         if fisher(found.zncc) < best + self.noise { Err(Lost::Ambiguous) } else { Ok(()) }
     }
 
@@ -240,29 +235,6 @@ impl Standard {
             let [u, v] = other.warp.position_px;
             (u - x).hypot(v - y) > APART_PX && fisher(other.zncc) > fisher(found.zncc) + self.noise
         })
-    }
-
-    /// The best correlation at any of some places and where a match goes from there, unless it goes back to the match itself; after
-    /// Fisher's transform.
-    fn best_rival(
-        &self,
-        own_px: [f64; 2],
-        own_zncc: f64,
-        peaks: &[Found],
-        mut again: impl FnMut([f64; 2]) -> Option<Seen>,
-    ) -> f64 {
-        let mut best = 0.0_f64;
-        for &Found { place_px, zncc } in peaks {
-            if zncc < RIVAL_SHARE * own_zncc {
-                continue;
-            }
-            let rival = again(place_px);
-            let [x, y] = rival.map_or(place_px, |rival| rival.warp.position_px);
-            if (x - own_px[0]).hypot(y - own_px[1]) > self.own_px {
-                best = best.max(fisher(rival.map_or(zncc, |rival| rival.zncc.max(zncc))));
-            }
-        }
-        best
     }
 
     /// Notes a match that was believed.

@@ -12,9 +12,10 @@ use std::ops::Range;
 
 use chainwave_measurement::{Estimate, Lost, Position, Recording, Region, Subset, Track};
 
-use crate::acceptance::{Seen, Standard};
+use crate::acceptance::Standard;
 use crate::refine::calibration::{Calibration, Judgement, judge};
 use crate::search::area::SearchArea;
+use crate::search::rivals::Seen;
 use crate::track::find::{Locate, Quest};
 use crate::track::matcher::window_around;
 use crate::track::predict::History;

@@ -4,6 +4,7 @@ pub(crate) mod area;
 pub(crate) mod chance;
 mod fourier;
 pub(crate) mod patch;
+pub(crate) mod rivals;
 pub(crate) mod template;
 
 use chainwave_measurement::{ReadError, Recording, Region};

@@ -20,6 +20,7 @@ use std::num::NonZero;
 use chainwave_measurement::map_in_parallel;
 
 pub(crate) use self::fill_in::expect_filled_in;
+pub(crate) use self::shutter::rolling_shutter;
 pub(crate) use self::speed::speed;
 use self::view_at_rest::{Facts, ViewAtRest, views_at_rest};
 use crate::error::Error;
@@ -54,8 +55,8 @@ pub fn check(setup: &Setup, n_threads: NonZero<usize>) -> Result<Sanity, Error> 
 }
 
 /// What the tracks contradict.
-pub(crate) fn of_tracks(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> Vec<Finding> {
+pub(crate) fn of_tracks(setup: &Setup, tracked: &Tracked) -> Vec<Finding> {
     let at_rest = rest::motion(setup, tracked).into_iter();
     let of_stage = stage::contradicted(setup, &tracked.stages);
-    at_rest.chain(of_stage).chain(shutter::rolls(setup, tracked, n_threads)).collect()
+    at_rest.chain(of_stage).collect()
 }

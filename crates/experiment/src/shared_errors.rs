@@ -21,7 +21,7 @@ use crate::tracks::Coordinate;
 
 /// Errors that all recordings share, which repeating a trial does not reduce.
 pub(crate) struct SharedErrors {
-    /// Displacement errors of the calibration.
+    /// Displacement errors of the calibration and of the time between lines.
     modes: Vec<ErrorMode>,
     /// Relative standard uncertainty of the pitch.
     pitch: f64,
@@ -30,7 +30,7 @@ pub(crate) struct SharedErrors {
 }
 
 impl SharedErrors {
-    /// Stitches once more with each error of the calibration; the differences are its effects, with what they do to the
+    /// Stitches once more with each error of the calibration, and of the time between lines where the tracks told it; the differences are its effects, with what they do to the
     /// alignment of views and trials.
     pub(crate) fn of(
         setup: &Setup,
@@ -42,7 +42,13 @@ impl SharedErrors {
     ) -> Result<Self, Error> {
         let merged = |observations| Ok(merge(&steadying.steadied(observations), settings)?.motion);
         let along = (Coordinate::Along, recordings);
-        let modes = calibration_modes(setup, along, &stitched.motion, n_threads, merged)?;
+        let mut modes = calibration_modes(setup, along, &stitched.motion, n_threads, merged)?;
+        if recordings.iter().any(|one| one.line_time_s.sigma > 0.0) {
+            let moved =
+                merged(recordings.iter().map(TrackedRecording::observation_by_later_lines).collect())?;
+            let displacement_m = difference(&moved, &stitched.motion);
+            modes.push(ErrorMode { source: ErrorSource::LineTime, displacement_m });
+        }
         let chain = &setup.experiment.chain;
         let pitch = chain.pitch_sigma_m.map_or(0.0, NotNegative::get) / chain.mean_pitch_m();
         Ok(Self { modes, pitch, rests_on_pitch: setup.map.rests_on_pitch })
@@ -125,9 +131,8 @@ pub(crate) fn calibration_modes(
 ) -> Result<Vec<ErrorMode>, Error> {
     let errors = &setup.map.of_chain.errors;
     let mode = |index: usize| -> Result<ErrorMode, Error> {
-        let with_error = |one: &TrackedRecording| {
-            one.observation_of(coordinate, &one.map.of_chain.errors[index].map, setup.line_time_s())
-        };
+        let with_error =
+            |one: &TrackedRecording| one.observation_of(coordinate, &one.map.of_chain.errors[index].map);
         let moved = merged(recordings.iter().map(with_error).collect())?;
         let source = match errors[index].source {
             Source::Length => ErrorSource::CalibrationLength,

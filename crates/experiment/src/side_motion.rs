@@ -39,9 +39,7 @@ impl SideMotion {
     ) -> Result<Self, Error> {
         let mut findings = Vec::new();
         let mut of = |coordinate: Coordinate, subject: &str| -> Result<Option<ChainMotion>, Error> {
-            let read = |one: &TrackedRecording| {
-                one.observation_of(coordinate, &one.map.of_chain.map, setup.line_time_s())
-            };
+            let read = |one: &TrackedRecording| one.observation_of(coordinate, &one.map.of_chain.map);
             let observations: Vec<Observation> = recordings.iter().map(read).collect();
             if !observations.iter().any(has_readings) {
                 return Ok(None);

@@ -1,7 +1,7 @@
 //! Recordings that were tracked, those that could not be, and where tracks come from.
 
 use chainwave_camera::PlaneMap;
-use chainwave_measurement::Observation;
+use chainwave_measurement::{Estimate, Observation};
 
 use crate::calibration::ChainMap;
 use crate::configuration::Trial;
@@ -24,6 +24,16 @@ pub struct Tracked {
     pub findings: Vec<Finding>,
 }
 
+impl Tracked {
+    /// Takes another time from line to line for true: each time of a body is that of its line.
+    pub(crate) fn expose_lines_by(&mut self, line_time_s: Estimate) {
+        for (recording, observation) in self.recordings.iter_mut().zip(&mut self.observations) {
+            recording.line_time_s = line_time_s;
+            observation.times_s = recording.observation().times_s;
+        }
+    }
+}
+
 /// A recording that was tracked.
 #[derive(Clone)]
 pub struct TrackedRecording {
@@ -33,6 +43,8 @@ pub struct TrackedRecording {
     pub tracks: RecordingTracks,
     /// From its pictures to the chain.
     pub(crate) map: ChainMap,
+    /// Time from the exposure of one line of its pictures to that of the next, in seconds: as stated, or as the tracks tell.
+    pub(crate) line_time_s: Estimate,
     /// Where the tracks come from.
     pub origin: Origin,
     /// What the file says against itself.
@@ -40,14 +52,20 @@ pub struct TrackedRecording {
 }
 
 impl TrackedRecording {
-    /// A coordinate of its bodies by a map of its pictures, each line of which is exposed `line_time_s` after the one above.
-    pub(crate) fn observation_of(
-        &self,
-        coordinate: Coordinate,
-        map: &PlaneMap,
-        line_time_s: f64,
-    ) -> Observation {
-        self.tracks.observation_of(coordinate, &self.trial, map, line_time_s)
+    /// Positions along the chain.
+    pub(crate) fn observation(&self) -> Observation {
+        self.observation_of(Coordinate::Along, &self.map.of_chain.map)
+    }
+
+    /// Positions along the chain, were the time between lines longer by its standard uncertainty.
+    pub(crate) fn observation_by_later_lines(&self) -> Observation {
+        let line_time_s = self.line_time_s.value + self.line_time_s.sigma;
+        self.tracks.observation_of(Coordinate::Along, &self.trial, &self.map.of_chain.map, line_time_s)
+    }
+
+    /// A coordinate of its bodies by a map of its pictures.
+    pub(crate) fn observation_of(&self, coordinate: Coordinate, map: &PlaneMap) -> Observation {
+        self.tracks.observation_of(coordinate, &self.trial, map, self.line_time_s.value)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::num::NonZero;
 
-use chainwave_measurement::{BodyTrack, Observation, Subset, map_in_parallel};
+use chainwave_measurement::{BodyTrack, Estimate, Observation, Subset, map_in_parallel};
 
 use crate::configuration::Trial;
 use crate::error::Error;
@@ -12,7 +12,7 @@ use crate::follow::{edges_beside, follow, threads_of_each};
 use crate::key::{Task, TrackKey};
 use crate::monitor::{Monitor, Stage};
 use crate::notices::{grouped, remarks};
-use crate::sanity::of_tracks;
+use crate::sanity::{of_tracks, rolling_shutter};
 use crate::setup::Setup;
 use crate::share::Share;
 use crate::stages::Stages;
@@ -49,8 +49,14 @@ pub fn track(
     }
     let left_out = |(subject, text)| Finding { code: "body_left_out", subject, text };
     tracked.findings.extend(grouped(&unusable).into_iter().map(left_out));
-    let by_tracks = of_tracks(setup, &tracked, n_threads);
+    let by_tracks = of_tracks(setup, &tracked);
     tracked.findings.extend(by_tracks);
+    if let Some(shutter) = rolling_shutter(setup, &tracked, n_threads) {
+        tracked.findings.push(shutter.finding);
+        if let Some(line_time_s) = shutter.corrects_to_s {
+            tracked.expose_lines_by(line_time_s);
+        }
+    }
     Ok(tracked)
 }
 
@@ -64,8 +70,7 @@ fn observed(
     recording: TrackedRecording,
 ) -> Result<(TrackedRecording, Observation, Option<String>), Error> {
     let rest_until_s = setup.experiment.tracking.rest_until_s;
-    let mut observation =
-        recording.tracks.observation(&recording.trial, &recording.map.of_chain.map, setup.line_time_s());
+    let mut observation = recording.observation();
     let n_rest = observation.times_s.iter().take_while(|time_s| **time_s < rest_until_s).count();
     let is_found = |track: &BodyTrack| track.position_m.iter().take(n_rest).any(Option::is_some);
     let (kept, lost): (Vec<BodyTrack>, Vec<BodyTrack>) = observation.bodies.into_iter().partition(is_found);
@@ -189,5 +194,13 @@ fn track_one(
     };
     let edges = edges_beside(recording.as_ref(), &subsets, &reference)?;
     let (trial, map) = (trial.clone(), setup.map_of(trial, recording.info()));
-    Ok(TrackedRecording { trial, tracks, map, origin, remarks: remarks(recording.info(), &edges) })
+    let line_time_s = Estimate::new(setup.line_time_s(), 0.0);
+    Ok(TrackedRecording {
+        trial,
+        tracks,
+        map,
+        line_time_s,
+        origin,
+        remarks: remarks(recording.info(), &edges),
+    })
 }

@@ -47,12 +47,7 @@ impl Coordinate {
 }
 
 impl RecordingTracks {
-    /// The tracks as positions along the chain; each line of a picture is exposed `line_time_s` after the one above.
-    pub(crate) fn observation(&self, trial: &Trial, map: &PlaneMap, line_time_s: f64) -> Observation {
-        self.observation_of(Coordinate::Along, trial, map, line_time_s)
-    }
-
-    /// A coordinate of the bodies, in the same frames.
+    /// A coordinate of the bodies; each line of a picture is exposed `line_time_s` after the one above.
     pub(crate) fn observation_of(
         &self,
         coordinate: Coordinate,

@@ -42,6 +42,8 @@ pub enum ErrorSource {
     CalibrationLength,
     /// The points by which pictures are measured.
     CalibrationPoints,
+    /// The time from the exposure of one line of a picture to that of the next, of a shutter that rolls.
+    LineTime,
     /// A motion of the camera that all trials share, where no body at rest tells it.
     CameraMotion,
     /// Any other, by its name.
@@ -62,6 +64,7 @@ impl fmt::Display for ErrorSource {
             Self::MeanTrigger { first_body } => write!(f, "mean trigger of body {first_body}'s recordings"),
             Self::CalibrationLength => write!(f, "calibration: length"),
             Self::CalibrationPoints => write!(f, "calibration: points"),
+            Self::LineTime => write!(f, "time between lines"),
             Self::CameraMotion => write!(f, "motion of the camera"),
             Self::Other(name) => write!(f, "{name}"),
         }

@@ -3,12 +3,16 @@
 
 use chainwave_measurement::Lost;
 
+use crate::acceptance::is_out_of_place;
 use crate::field::pair::{ImagePair, Settled};
+use crate::field::seed::NEAR_PX;
 use crate::icgn::outcome::Match;
 use crate::search::area::SearchArea;
-use crate::search::chance::{correlation_length_px, fisher, n_speckles, n_speckles_told};
+use crate::search::chance::{correlation_length_px, fisher, n_independent, share_told};
+use crate::search::rivals::{Own, Seen, best_rival};
 use crate::search::template::Template;
-use crate::{PreparedSubset, Shape};
+use crate::warp::Warp;
+use crate::{PreparedSubset, Shape, Window, Workspace};
 
 /// Disagreement of neighbours, per pixel between them, that a field may have beyond its gradient: its curvature.
 const BEND: f64 = 0.12;
@@ -27,8 +31,8 @@ const MOST_INDEPENDENT: f64 = 16.0;
 const FEW: f64 = 4.0;
 /// Members of a group whose own texture is looked at.
 const N_ASKED: usize = 5;
-/// How far around its place a subset is searched for in the reference itself.
-const REPEATS_WITHIN_PX: usize = 32;
+/// Places of the reference that resemble a subset most, and are matched.
+const N_REPEATS: usize = 3;
 
 /// The grid that groups are formed on.
 pub(crate) struct Consensus<'a> {
@@ -44,13 +48,24 @@ impl Consensus<'_> {
         let groups = self.groups(settled);
         let Some(reference) = self.searched_reference(&groups) else { return };
         for group in groups {
-            let Err(reason) = self.supported(&group, settled, &reference) else { continue };
+            let mean = mean_correlation(&group, settled);
+            let supported = self.supported(&group, mean, settled, &reference);
             for point in group {
-                if let Some((found, _)) = &mut settled[point] {
+                let Some((found, _)) = &mut settled[point] else { continue };
+                let believed = supported.and_then(|()| self.in_place(point, mean, found));
+                if let Err(reason) = believed {
                     *found = Err(reason);
                 }
             }
         }
+    }
+
+    /// Whether a point of a group that is believed is so too: what hides a subset, or passes over it, leads the match astray by little
+    /// from one point to the next.
+    fn in_place(&self, point: usize, mean: f64, found: &Result<Match, Lost>) -> Result<(), Lost> {
+        let Ok(found) = found else { return Ok(()) };
+        let subset = self.pair.prepare(self.places[point])?;
+        if is_out_of_place(&subset, found.position.zncc, mean) { Err(Lost::LowCorrelation) } else { Ok(()) }
     }
 
     fn searched_reference(&self, groups: &[Vec<usize>]) -> Option<SearchArea> {
@@ -103,26 +118,23 @@ impl Consensus<'_> {
     fn supported(
         &self,
         group: &[usize],
+        mean: f64,
         settled: &[Option<Settled>],
         reference: &SearchArea,
     ) -> Result<(), Lost> {
-        let correlation = |point: &usize| match &settled[*point] {
-            Some((Ok(found), _)) => fisher(found.position.zncc),
-            _ => 0.0,
-        };
-        let mean = group.iter().map(correlation).sum::<f64>() / group.len() as f64;
         let side = (2 * self.pair.half_px + 1) as f64;
         let n_subsets = (group.len() as f64 * (self.step_px / side).powi(2)).clamp(1.0, MOST_INDEPENDENT);
         let asked = group.iter().step_by(group.len().div_ceil(N_ASKED));
         let mut reasons = Vec::new();
         for point in asked {
             let subset = self.pair.prepare(self.places[*point])?;
-            let n_told = if n_subsets < FEW { n_speckles_told(&subset) } else { n_speckles(&subset) };
+            let told = if n_subsets < FEW { share_told(&subset) } else { 1.0 };
+            let n_told = told * n_independent(&subset);
             let sigma = (n_told - 3.0).max(1.0).sqrt().recip();
             let beyond = BEYOND_CHANCE * sigma / n_subsets.sqrt();
             if mean < BY_SEARCH * sigma + beyond {
                 reasons.push(Lost::LowCorrelation);
-            } else if mean < self.repeats(&subset, reference) + beyond {
+            } else if mean < self.repeats(&subset, &settled[*point], reference) + beyond {
                 reasons.push(Lost::Ambiguous);
             }
         }
@@ -133,38 +145,39 @@ impl Consensus<'_> {
         }
     }
 
-    /// How well the reference resembles a subset of its own somewhere else near it.
-    fn repeats(&self, subset: &PreparedSubset, reference: &SearchArea) -> f64 {
-        let template = Template::upright(subset);
-        let own_px = correlation_length_px(subset);
-        let best = reference.best_elsewhere(&template, subset.centre_px, REPEATS_WITHIN_PX, own_px);
-        best.map_or(0.0, fisher)
+    /// How well the reference resembles a subset of its own somewhere else: within what a search near it sees from either of both, and
+    /// as far as a place goes that the point could have moved to by less than it did.
+    fn repeats(&self, subset: &PreparedSubset, settled: &Option<Settled>, reference: &SearchArea) -> f64 {
+        let [x, y] = subset.centre_px;
+        let moved_px = match settled {
+            Some((Ok(found), _)) => {
+                let [u, v] = found.warp().position_px;
+                (u - x).hypot(v - y).ceil() as usize
+            }
+            _ => 0,
+        };
+        let reach_px = (2 * NEAR_PX).max(NEAR_PX + 2 * moved_px);
+        let reach = subset.half_px().map(|half| half.ceil() as usize + reach_px);
+        let Some(area) = reference.cut(subset.centre_px, reach) else { return 0.0 };
+        let Ok(window) = Window::new(area.region, &area.pixels, self.pair.settings.interpolation) else {
+            return 0.0;
+        };
+        let length_px = correlation_length_px(subset);
+        let peaks = area.peaks_elsewhere(&Template::upright(subset), subset.centre_px, length_px, N_REPEATS);
+        let mut workspace = Workspace::default();
+        let own = Own { place_px: subset.centre_px, zncc: 1.0, length_px };
+        best_rival(own, &peaks, |place_px| {
+            let found = subset.solve(&window, Warp::at(place_px), &mut workspace).ok()?;
+            Some(Seen { warp: found.warp(), zncc: found.position.zncc })
+        })
     }
 }
 
-impl SearchArea {
-    /// The best correlation of a template around a place, but for shifts up to `own_px`.
-    fn best_elsewhere(
-        &self,
-        template: &Template,
-        place_px: [f64; 2],
-        reach: usize,
-        own_px: f64,
-    ) -> Option<f64> {
-        let reach = reach as i64;
-        let mut best: Option<f64> = None;
-        for dy in -reach..=reach {
-            for dx in -reach..=reach {
-                let (dx, dy) = (dx as f64, dy as f64);
-                if dx.hypot(dy) <= own_px {
-                    continue;
-                }
-                let zncc = self.zncc_at(template, [place_px[0] + dx, place_px[1] + dy]);
-                best = zncc
-                    .filter(|zncc| zncc.is_finite())
-                    .map_or(best, |zncc| Some(best.map_or(zncc, |most| most.max(zncc))));
-            }
-        }
-        best
-    }
+/// The mean correlation of a group's points, after Fisher's transform.
+fn mean_correlation(group: &[usize], settled: &[Option<Settled>]) -> f64 {
+    let correlation = |point: &usize| match &settled[*point] {
+        Some((Ok(found), _)) => fisher(found.position.zncc),
+        _ => 0.0,
+    };
+    group.iter().map(correlation).sum::<f64>() / group.len() as f64
 }

@@ -25,6 +25,13 @@ pub(crate) struct ImagePair<'a> {
 pub(crate) type Settled = (Result<Match, Lost>, Shape);
 
 impl ImagePair<'_> {
+    /// The same pictures, compared by larger subsets.
+    pub(crate) fn enlarged(&self, factor: f64) -> Self {
+        let half_px = (factor * self.half_px as f64).round() as usize;
+        let Self { reference, target, settings, choice, .. } = self;
+        Self { reference, target, settings: settings.clone(), choice: *choice, half_px }
+    }
+
     fn subset(&self, [x_px, y_px]: [f64; 2]) -> Subset {
         Subset { name: String::new(), x_px, y_px, half_width_px: self.half_px, half_height_px: self.half_px }
     }

@@ -1,10 +1,9 @@
 //! The points of a field that are found by search, because no neighbour leads to them.
 
-use chainwave_measurement::Lost;
-
 use crate::field::pair::{ImagePair, Settled};
+use crate::icgn::outcome::Match;
 use crate::search::area::SearchArea;
-use crate::search::chance::{RARE, chance_zncc};
+use crate::search::chance::{RARE, chance_zncc, is_told};
 use crate::search::patch::{Deformations, Patch};
 use crate::search::template::Template;
 use crate::warp::Warp;
@@ -21,7 +20,14 @@ const USUAL_PIXELS: usize = 512 * 512;
 /// Reach of the patch that is searched for so, over half the subset's side: its square is cut from a turned one.
 const PATCH: f64 = 1.6;
 /// Columns and rows around the expected place that are searched first.
-const NEAR_PX: usize = 24;
+pub(crate) const NEAR_PX: usize = 24;
+/// Factor by which a subset is larger that is looked at where noise leaves too little of a usual one.
+///
+/// A speckle of width s is shown a distance d r from where a template expects it that is off by an angle or a stretch of d. The template
+/// stands out of noise the most with a reach of about 1.6 s/d: twice the reach with half the step tells twice as much.
+const LARGER: f64 = 2.0;
+/// What the place of a point may differ by from that of the larger subset around it.
+const SAME_PX: f64 = 1.0;
 
 /// Candidates for seeds, in order.
 pub(crate) struct Seeds {
@@ -95,21 +101,31 @@ impl Seeds {
         let whole = self.whole.get_or_insert_with(|| SearchArea::of(pair.target));
         let most =
             (MAX_DEFORMED_FAILURES * USUAL_PIXELS / whole.n_pixels().max(1)).clamp(1, MAX_DEFORMED_FAILURES);
-        let found = match try_upright(pair, subset, whole, place_px, workspace) {
-            None if self.n_deformed_failures < most => {
-                let patch = Patch::around(pair.reference.image(), subset, PATCH * pair.half_px as f64);
-                let n_trials = whole.n_pixels() * Deformations::All.count();
-                let deformed = patch.find(whole, Deformations::All, |start| {
-                    try_at(pair, subset, start, n_trials, place_px, workspace)
-                });
-                self.n_deformed_failures += usize::from(deformed.is_none());
-                deformed
-            }
-            upright => upright,
-        };
+        let mut found = try_upright(pair, subset, whole, place_px, workspace);
+        if found.is_none() && self.n_deformed_failures < most {
+            found = find_deformed(pair, subset, whole, place_px, workspace);
+            self.n_deformed_failures += usize::from(found.is_none());
+        }
         self.n_whole_failures += usize::from(found.is_none());
         found
     }
+}
+
+/// Searches for a point turned, stretched or scaled; where noise leaves too little of its subset, by a larger patch around it.
+fn find_deformed(
+    pair: &ImagePair<'_>,
+    subset: &PreparedSubset,
+    whole: &SearchArea,
+    place_px: [f64; 2],
+    workspace: &mut Workspace,
+) -> Option<Settled> {
+    let all = whole.n_pixels() * Deformations::All.count();
+    let (larger, deformations) =
+        if is_told(subset, all as f64) { (1.0, Deformations::All) } else { (LARGER, Deformations::Fine) };
+    let n_trials = whole.n_pixels() * deformations.count();
+    let reach_px = larger * PATCH * pair.half_px as f64;
+    let patch = Patch::around(pair.reference.image(), subset, reach_px);
+    patch.find(whole, deformations, |start| try_at(pair, subset, start, n_trials, place_px, workspace))
 }
 
 /// Columns and rows on each side that are read around the expected place.
@@ -128,7 +144,7 @@ fn try_upright(
     try_at(pair, subset, Warp::at(found.place_px), part.n_pixels(), place_px, workspace)
 }
 
-/// A match from a place found by search among so many, unless it may be a coincidence.
+/// A match from a place found by search among so many, unless it may be a coincidence, for its subset and for a larger one around it.
 fn try_at(
     pair: &ImagePair<'_>,
     subset: &PreparedSubset,
@@ -137,8 +153,20 @@ fn try_at(
     place_px: [f64; 2],
     workspace: &mut Workspace,
 ) -> Option<Settled> {
+    let is_certain = |subset: &PreparedSubset, found: &Match| {
+        found.position.zncc >= chance_zncc(subset, n_trials as f64, RARE)
+    };
     let settled = pair.settle(place_px, start, workspace);
-    let certain = |zncc: f64| zncc >= chance_zncc(subset, n_trials as f64, RARE);
-    let position: &Result<_, Lost> = &settled.0;
-    position.as_ref().is_ok_and(|found| certain(found.position.zncc)).then_some(settled)
+    let found = settled.0.as_ref().ok()?;
+    let mut is_certain_around = || {
+        let larger = pair.enlarged(LARGER);
+        let (Ok(around), (Ok(seen), _)) =
+            (larger.prepare(place_px), larger.settle(place_px, found.warp(), workspace))
+        else {
+            return false;
+        };
+        let [[x, y], [u, v]] = [found, &seen].map(|found| found.warp().position_px);
+        is_certain(&around, &seen) && (u - x).hypot(v - y) <= SAME_PX
+    };
+    (is_certain(subset, found) || is_certain_around()).then_some(settled)
 }

@@ -7,8 +7,9 @@ use chainwave_measurement::{Estimate, Lost, Position, Recording, Region, Subset,
 use opencv::core::{Mat, Point2f, Size, TermCriteria, TermCriteria_COUNT, TermCriteria_EPS, Vector};
 use opencv::video::{OPTFLOW_USE_INITIAL_FLOW, calc_optical_flow_pyr_lk};
 
-use crate::acceptance::{Seen, Standard};
+use crate::acceptance::Standard;
 use crate::refine::calibration::{Calibration, Judgement, judge};
+use crate::search::rivals::Seen;
 use crate::simd::vectorised;
 use crate::track::find::{Locate, Quest};
 use crate::track::predict::History;

@@ -18,6 +18,23 @@ pub(crate) fn chance_zncc(subset: &PreparedSubset, n_trials: f64, p: f64) -> f64
     (1.0 - unexplained).max(0.0).sqrt()
 }
 
+/// The correlation that noise leaves of a subset with what it shows itself: of a reference of m frames, and a frame with m times its variance.
+pub(crate) fn expected_zncc(subset: &PreparedSubset) -> f64 {
+    let contrast = subset.signal_energy / subset.n_used as f64;
+    let left = |variance: f64| contrast / (contrast + variance);
+    let noise = subset.noise_variance;
+    (left(noise) * left(noise * subset.n_averaged)).sqrt()
+}
+
+/// Standard errors by which what noise leaves of a correlation has to exceed chance, so that a search is not in vain.
+const TOLD: f64 = 3.0;
+
+/// Whether noise leaves enough of a subset that a search among so many places and deformations can tell it from chance.
+pub(crate) fn is_told(subset: &PreparedSubset, n_trials: f64) -> bool {
+    let scatter = (n_independent(subset) - 3.0).max(1.0).sqrt().recip();
+    fisher(expected_zncc(subset)) >= fisher(chance_zncc(subset, n_trials, RARE)) + TOLD * scatter
+}
+
 /// Speckles of a subset that are independent of each other.
 ///
 /// With the autocorrelation of a Gaussian speckle, exp(-(k_x x^2 + k_y y^2)/2), k = mean f_x^2 / mean f^2, a pixel counts
@@ -27,19 +44,19 @@ pub(crate) fn n_speckles(subset: &PreparedSubset) -> f64 {
     subset.n_used as f64 * (k_x * k_y).sqrt() / std::f64::consts::PI
 }
 
-/// The same, of those that have most of the contrast: fewer, as the kurtosis of the grey values exceeds that of normal ones. A subset with
-/// a lone spot has room for many, and shows one.
-pub(crate) fn n_speckles_told(subset: &PreparedSubset) -> f64 {
+/// The share of a subset's speckles that have most of the contrast: it falls as the kurtosis of the grey values exceeds that of normal ones.
+/// A subset with a lone spot has room for many, and shows one.
+pub(crate) fn share_told(subset: &PreparedSubset) -> f64 {
     let squares: Vec<f32> = subset.intensity.iter().map(|value| value * value).collect();
     let kurtosis = subset.n_used as f64 * dot(&squares, &squares) / subset.energy.powi(2);
-    n_speckles(subset) * (3.0 / kurtosis).min(1.0)
+    (3.0 / kurtosis).min(1.0)
 }
 
 /// Independent pairs of grey values of a subset and something unrelated with such a texture and noise.
 ///
 /// The variance of their correlation is the sum of the products of both autocorrelations over all shifts, over the number of pixels
 /// (M. S. Bartlett, J. R. Stat. Soc. B 8 (1946) 27-41): pixels share their speckle, but not their noise.
-fn n_independent(subset: &PreparedSubset) -> f64 {
+pub(crate) fn n_independent(subset: &PreparedSubset) -> f64 {
     let n = subset.n_used as f64;
     let [k_x, k_y] = [&subset.gradient_x, &subset.gradient_y].map(|g| dot(g, g) / subset.signal_energy);
     let speckle_px = (std::f64::consts::PI / (k_x * k_y).sqrt()).max(1.0);

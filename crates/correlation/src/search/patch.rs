@@ -14,6 +14,8 @@ use crate::warp::Warp;
 const ANGLE_STEP_DEG: f64 = 15.0;
 /// Factors of length besides 1.
 const FACTORS: [f64; 6] = [0.5, 0.63, 0.8, 1.25, 1.6, 2.0];
+/// Factors between them and 1.
+const FACTORS_BETWEEN: [f64; 6] = [0.56, 0.71, 0.9, 1.12, 1.4, 1.8];
 /// Best deformations of a group that are tried by a match.
 const N_TRIED: usize = 3;
 /// Least half width of a template.
@@ -37,6 +39,8 @@ pub(crate) enum Deformations {
     Stretches,
     /// Turns, then stretches.
     All,
+    /// Turns, then stretches along an axis, in steps half as wide: for a patch twice as large.
+    Fine,
 }
 
 impl Deformations {
@@ -48,8 +52,8 @@ impl Deformations {
     fn groups(self) -> Vec<Vec<Linear>> {
         let n_turns = (360.0 / ANGLE_STEP_DEG) as usize;
         let turns = |from: usize| (from..n_turns).map(|step| turn(ANGLE_STEP_DEG * step as f64));
-        let stretches =
-            FACTORS.into_iter().flat_map(|factor| [[[factor, 0.0], [0.0, 1.0]], [[1.0, 0.0], [0.0, factor]]]);
+        let along = |factor: f64| [[[factor, 0.0], [0.0, 1.0]], [[1.0, 0.0], [0.0, factor]]];
+        let stretches = FACTORS.into_iter().flat_map(along);
         let scaled = FACTORS.into_iter().flat_map(|factor| {
             turns(0).map(move |turn| turn.map(|row| row.map(|entry| factor * entry))).collect::<Vec<_>>()
         });
@@ -57,6 +61,11 @@ impl Deformations {
             Self::Turns => vec![turns(1).collect()],
             Self::Stretches => vec![stretches.collect(), scaled.collect()],
             Self::All => vec![turns(1).collect(), stretches.collect(), scaled.collect()],
+            Self::Fine => {
+                let between = (0..n_turns).map(|step| turn(ANGLE_STEP_DEG * (step as f64 + 0.5)));
+                let finer = FACTORS_BETWEEN.into_iter().flat_map(along);
+                vec![turns(1).chain(between).collect(), stretches.chain(finer).collect()]
+            }
         }
     }
 }

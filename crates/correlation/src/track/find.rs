@@ -4,9 +4,10 @@
 use chainwave_measurement::{Lost, Recording, Region};
 
 use crate::PreparedSubset;
-use crate::acceptance::{Origin, Seen, Standard};
+use crate::acceptance::{Origin, Standard};
 use crate::search::area_around;
 use crate::search::patch::Deformations;
+use crate::search::rivals::Seen;
 use crate::search::template::Template;
 use crate::track::predict::{History, Search};
 use crate::warp::Warp;

@@ -4,9 +4,10 @@ use std::ops::Range;
 
 use chainwave_measurement::{Lost, Position, Recording, Subset};
 
-use crate::acceptance::{Seen, Standard};
+use crate::acceptance::Standard;
 use crate::evidence::ShapeTest;
 use crate::icgn::outcome::Match;
+use crate::search::rivals::Seen;
 use crate::track::continuity::Continuity;
 use crate::track::find::{Locate, Quest};
 use crate::track::matcher::Matcher;

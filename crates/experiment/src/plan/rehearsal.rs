@@ -46,13 +46,10 @@ impl Rehearsal {
         let of_each = |index: usize| self.tracked_recording(&recordings[index], draws[index]);
         let recordings = map_in_parallel(recordings.len(), n_threads, of_each);
         let recordings: Vec<TrackedRecording> = recordings.into_iter().collect::<Result<_, _>>()?;
-        let observation = |one: &TrackedRecording| {
-            one.tracks.observation(&one.trial, &one.map.of_chain.map, self.setup.line_time_s())
-        };
         let shows_bodies = |one: &TrackedRecording| !one.tracks.bodies.is_empty();
         let recordings: Vec<TrackedRecording> = recordings.into_iter().filter(shows_bodies).collect();
         Ok(Tracked {
-            observations: recordings.iter().map(observation).collect(),
+            observations: recordings.iter().map(TrackedRecording::observation).collect(),
             stages: Stages::as_stated(&self.setup, &self.schedule.trials(), &self.shared_bodies()),
             recordings,
             failed: Vec::new(),
@@ -109,6 +106,7 @@ impl Rehearsal {
             trial: one.trial.clone(),
             tracks,
             map,
+            line_time_s: Estimate::new(self.setup.line_time_s(), 0.0),
             origin: Origin::New(Vec::new()),
             remarks: Vec::new(),
         })

@@ -35,26 +35,48 @@ const ALIKE: f64 = 0.6;
 /// Columns and rows around a subset in what is matched again.
 const MARGIN_PX: i64 = 8;
 
+/// A shutter that rolls by another time than is stated.
+pub(crate) struct RollingShutter {
+    /// What is to be said of it.
+    pub(crate) finding: Finding,
+    /// The time from line to line by which times are corrected: where none is stated.
+    pub(crate) corrects_to_s: Option<Estimate>,
+}
+
 /// The shutter, where it rolls by another time than is stated.
-pub(super) fn rolls(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> Option<Finding> {
+pub(crate) fn rolling_shutter(
+    setup: &Setup,
+    tracked: &Tracked,
+    n_threads: NonZero<usize>,
+) -> Option<RollingShutter> {
     let line_time = line_time(setup, tracked, n_threads)?;
+    let is_stated = setup.experiment.camera.line_time_s.is_some();
     let stated_s = setup.line_time_s();
     let contradicts = (line_time.found_s.value - stated_s).abs() * line_time.n_lines
         > WORTH_A_WORD * line_time.period_s
         && line_time.p_value < LEVEL;
-    let stated = match stated_s > 0.0 {
-        true => format!("{:.3} us stated", 1e6 * stated_s),
-        false => "a global shutter stated".into(),
-    };
-    contradicts.then(|| Finding {
-        code: "rolling_shutter",
-        subject: "camera.line_time_s".into(),
-        text: format!(
-            "bodies are sheared in their pictures in proportion to their velocity, as by a rolling shutter whose lines are exposed {} us after \
-             one another, with {stated} (p = {:.1e}): times are off by that times the row of the picture (hint: state camera.line_time_s)",
-            estimate(line_time.found_s.scaled(1e6)),
-            line_time.p_value
+    let (stated, what_is_done) = match is_stated {
+        true => (
+            format!("{:.3} us stated", 1e6 * stated_s),
+            "times are taken as stated, and off by the difference times the row of the picture (hint: state camera.line_time_s anew)",
         ),
+        false => (
+            "nothing stated".into(),
+            "times are corrected by that times the row of the picture (hint: state camera.line_time_s, by the camera's data sheet)",
+        ),
+    };
+    contradicts.then(|| RollingShutter {
+        finding: Finding {
+            code: "rolling_shutter",
+            subject: "camera.line_time_s".into(),
+            text: format!(
+                "bodies are sheared in their pictures in proportion to their velocity, as by a rolling shutter whose lines are exposed {} us \
+                 after one another, with {stated} (p = {:.1e}): {what_is_done}",
+                estimate(line_time.found_s.scaled(1e6)),
+                line_time.p_value
+            ),
+        },
+        corrects_to_s: (!is_stated).then_some(line_time.found_s),
     })
 }
 
