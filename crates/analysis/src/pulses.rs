@@ -15,8 +15,8 @@ use chainwave_measurement::{ChainMotion, Estimate, map_in_parallel};
 
 use self::course::{Course, Line, median};
 pub use self::hump::Sense;
-use self::hump::humps;
-use self::meeting::{Meeting, meetings, phase_shift, reflected_from, within_meetings};
+use self::hump::{SmoothedRows, humps};
+use self::meeting::{Meeting, begins_at, meetings, phase_shift, reflected_from, rejoin, within_meetings};
 pub use self::ridge::Direction;
 use self::ridge::{MIN_GAPS, ridges};
 use crate::check::{check_fraction, check_motion};
@@ -34,7 +34,7 @@ pub struct PulseSettings {
     /// Probability that noise alone makes a hump anywhere in the record. A pulse needs three, one after the other, so false pulses are
     /// rarer by far.
     pub false_rate: f64,
-    /// Smallest hump that counts, as a share of the record's greatest strain: what hides in the wake of others is left alone.
+    /// Least prominent hump that counts, as a share of the most prominent one: what hides in the wake of others is left alone.
     pub least_share: f64,
 }
 
@@ -95,7 +95,7 @@ pub struct Pass {
     pub hwhm_m: Option<Estimate>,
     /// Speed here in metres of the chain at rest a second, along its way, from the two passages on either side.
     pub speed_m_per_s: Option<Estimate>,
-    /// Whether another pulse that it meets is so near that their humps are not their own.
+    /// Whether another pulse that it meets, or itself on its way back from an end, is so near that the hump is not its own.
     pub collides: bool,
 }
 
@@ -186,23 +186,29 @@ impl Found {
     fn of(map: &StrainMap, settings: &PulseSettings) -> Self {
         let humps = humps(map, settings.false_rate, settings.least_share);
         let mut courses: Vec<Course> = ridges(&humps).iter().map(|ridge| Course::of(ridge, &humps)).collect();
+        rejoin(&mut courses);
         let meetings = meetings(&mut courses);
         let of_all = 0..courses.len();
-        Self {
-            is_within: of_all.clone().map(|pulse| within_meetings(&courses, &meetings, pulse)).collect(),
-            reflected_from: of_all.map(|pulse| reflected_from(&courses, map.n_gaps(), pulse)).collect(),
-            courses,
-            meetings,
-        }
+        let reflected_from: Vec<Option<usize>> =
+            of_all.clone().map(|pulse| reflected_from(&courses, map.n_gaps(), pulse)).collect();
+        let turned_at = |pulse: usize| {
+            let came = reflected_from[pulse].map(|_| courses[pulse].direction);
+            let goes = || (0..courses.len()).find(|other| reflected_from[*other] == Some(pulse));
+            let direction = came.or_else(|| goes().map(|other| courses[other].direction));
+            direction.map(|direction| begins_at(direction, map.n_gaps()))
+        };
+        let within = |pulse: usize| within_meetings(&courses, &meetings, turned_at(pulse), pulse);
+        Self { is_within: of_all.map(within).collect(), reflected_from, courses, meetings }
     }
 
     /// The same passages in another map; a hump that is lost there stays as it was.
     fn again(&self, map: &StrainMap) -> Vec<Course> {
-        let again = |course: &Course| Course {
-            passes: course.passes.iter().map(|pass| pass.again(map).unwrap_or(*pass)).collect(),
+        let mut rows = SmoothedRows::of_map(map);
+        let mut again = |course: &Course| Course {
+            passes: course.passes.iter().map(|pass| pass.again(&mut rows).unwrap_or(*pass)).collect(),
             ..course.clone()
         };
-        self.courses.iter().map(again).collect()
+        self.courses.iter().map(&mut again).collect()
     }
 
     fn values(&self, courses: &[Course], spacing: &Spacing) -> Values {

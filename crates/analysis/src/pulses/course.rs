@@ -37,6 +37,11 @@ impl Course {
         gaps as f64 / (self.last_s() - self.first_s())
     }
 
+    /// Size of its strain: the median of its passages.
+    pub(crate) fn size(&self) -> f64 {
+        median(self.passes.iter().map(|pass| pass.size).collect()).unwrap_or(0.0)
+    }
+
     /// Half width at half height in gaps: the median of its passages, one where none has a width.
     pub(crate) fn half_width_gaps(&self) -> f64 {
         let widths_s = self.passes.iter().filter_map(|pass| pass.half_width_s).collect();

@@ -1,6 +1,6 @@
 //! Where pulses meet: which goes on as which, how far that moves them, and which come back from an end.
 
-use super::course::{Course, Line};
+use super::course::{Course, Line, median};
 use super::hump::Hump;
 use super::ridge::Direction;
 
@@ -9,10 +9,8 @@ use super::ridge::Direction;
 const APART: f64 = 3.0;
 /// Passages on either side that a line needs.
 const MIN_PASSES: usize = 3;
-/// Gaps from an end within which a pulse comes back from it.
-const NEAR_END: usize = 2;
-/// Time between the last passage of a pulse and the first of what comes back, in times from gap to gap.
-const TURNED_WITHIN: f64 = 6.0;
+/// Gaps from an end, and [`APART`] half widths, within which a pulse that comes back from it may be told from what ran there.
+const NEAR_END: f64 = 2.0;
 
 /// Two pulses that meet.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,6 +22,47 @@ pub(crate) struct Meeting {
     pub(crate) place: f64,
     /// Whether they run against each other; else the faster one overtakes.
     pub(crate) is_head_on: bool,
+}
+
+/// Change of size and speed, as a factor, over which a pulse that was hidden by another is still told to be the same.
+const SAME: f64 = 1.4;
+
+/// Joins courses of one pulse that was hidden while a larger one passed over it: one ends beside a third course and the other begins beside
+/// the same on its other side, with the same size and speed.
+pub(crate) fn rejoin(courses: &mut Vec<Course>) {
+    while let Some((before, behind)) = hidden(courses) {
+        let tail = courses.remove(behind);
+        let before = if behind < before { before - 1 } else { before };
+        courses[before].passes.extend(tail.passes);
+    }
+}
+
+/// Two courses of one pulse, where there are such.
+fn hidden(courses: &[Course]) -> Option<(usize, usize)> {
+    let n = courses.len();
+    let pairs = (0..n).flat_map(|before| (0..n).map(move |behind| (before, behind)));
+    pairs.filter(|(before, behind)| before != behind).find(|(before, behind)| {
+        let pair = [&courses[*before], &courses[*behind]];
+        is_one_pulse(pair) && courses.iter().any(|over| passes_over(over, pair))
+    })
+}
+
+fn is_one_pulse([before, behind]: [&Course; 2]) -> bool {
+    let alike = |one: f64, other: f64| (other / one).ln().abs() < SAME.ln();
+    let sizes = [before, behind].map(Course::size);
+    behind.direction == before.direction
+        && behind.passes[0].sense == before.passes[0].sense
+        && behind.first_s() > before.last_s()
+        && alike(sizes[0], sizes[1])
+        && alike(before.gaps_per_s(), behind.gaps_per_s())
+}
+
+fn passes_over(over: &Course, [before, behind]: [&Course; 2]) -> bool {
+    let (from_s, to_s) = (before.last_s(), behind.first_s());
+    let reach = APART * (over.half_width_gaps() + before.half_width_gaps());
+    let last = before.passes[before.passes.len() - 1].gap as f64;
+    let (from, to) = (over.place(from_s) - last, over.place(to_s) - behind.passes[0].gap as f64);
+    over.first_s() <= from_s && over.last_s() >= to_s && from * to < 0.0 && from.abs().max(to.abs()) < reach
 }
 
 /// The meetings of all courses in their order of time. Where two pulses that run the same way exchange sizes without becoming one hump,
@@ -99,7 +138,7 @@ fn exchange(courses: &mut [Course], meeting: &Meeting) {
     let [first, second] = meeting.pulses;
     let split = |course: &Course| course.passes.partition_point(|pass| pass.t_s <= meeting.t_s);
     let [at_first, at_second] = [split(&courses[first]), split(&courses[second])];
-    let size = |passes: &[Hump]| super::course::median(passes.iter().map(|pass| pass.size).collect());
+    let size = |passes: &[Hump]| median(passes.iter().map(|pass| pass.size).collect());
     let before = [&courses[first].passes[..at_first], &courses[second].passes[..at_second]].map(size);
     let after = [&courses[first].passes[at_first..], &courses[second].passes[at_second..]].map(size);
     let ([Some(a), Some(b)], [Some(c), Some(d)]) = (before, after) else { return };
@@ -112,9 +151,16 @@ fn exchange(courses: &mut [Course], meeting: &Meeting) {
     }
 }
 
-/// Whether each passage of a pulse lies within a meeting.
-pub(crate) fn within_meetings(courses: &[Course], meetings: &[Meeting], pulse: usize) -> Vec<bool> {
+/// Whether each passage of a pulse lies within a meeting, or so near the end that turned the pulse back that it meets itself.
+pub(crate) fn within_meetings(
+    courses: &[Course],
+    meetings: &[Meeting],
+    turned_at: Option<f64>,
+    pulse: usize,
+) -> Vec<bool> {
     let own = &courses[pulse];
+    let from_end = APART * own.half_width_gaps();
+    let meets_itself = |pass: &Hump| turned_at.is_some_and(|end| (end - pass.gap as f64).abs() < from_end);
     let others = meetings.iter().filter_map(|meeting| match meeting.pulses {
         [one, other] if one == pulse => Some((other, meeting)),
         [other, one] if one == pulse => Some((other, meeting)),
@@ -132,7 +178,7 @@ pub(crate) fn within_meetings(courses: &[Course], meetings: &[Meeting], pulse: u
             }
         })
     };
-    own.passes.iter().map(is_within).collect()
+    own.passes.iter().map(|pass| is_within(pass) || meets_itself(pass)).collect()
 }
 
 /// How far a meeting moves one of its pulses along its own way, in gaps: the line of its passages behind it less that before it, at the
@@ -159,25 +205,31 @@ pub(crate) fn phase_shift(
     Some(course.direction.sign() * (after.at(meeting.t_s) - before.at(meeting.t_s)))
 }
 
-/// The pulse that came back as this one from an end of the chain of so many gaps, where one did.
+/// The end of a chain of so many gaps, as a place, from which pulses of a direction come.
+pub(crate) fn begins_at(direction: Direction, n_gaps: usize) -> f64 {
+    match direction {
+        Direction::Up => n_gaps as f64 + 0.5,
+        Direction::Down => 0.5,
+    }
+}
+
+/// The pulse that came back as this one from an end of the chain of so many gaps, where one did: it ran to the end at which this one
+/// begins, and between the two lies the time that the way there and back takes.
 pub(crate) fn reflected_from(courses: &[Course], n_gaps: usize, pulse: usize) -> Option<usize> {
     let own = &courses[pulse];
-    let begins = own.passes[0];
-    let is_at_end = match own.direction {
-        Direction::Up => begins.gap + NEAR_END > n_gaps,
-        Direction::Down => begins.gap <= NEAR_END,
+    let end = begins_at(own.direction, n_gaps);
+    let (speed, half_width) = (own.gaps_per_s(), own.half_width_gaps());
+    let to_end = |pass: &Hump| (end - pass.gap as f64).abs();
+    let begins = &own.passes[0];
+    let off_s = |course: &Course| {
+        let ends = &course.passes[course.passes.len() - 1];
+        let way_s = (to_end(begins) + to_end(ends)) / speed;
+        let is_near = to_end(begins).max(to_end(ends)) < NEAR_END + APART * half_width;
+        is_near.then_some((begins.t_s - ends.t_s - way_s).abs())
     };
-    let came = courses.iter().enumerate().filter(|(other, course)| {
-        let ends = course.passes[course.passes.len() - 1];
-        let waited_s = begins.t_s - ends.t_s;
-        *other != pulse
-            && course.direction != own.direction
-            && ends.gap.abs_diff(begins.gap) <= 2 * NEAR_END
-            && waited_s > -TURNED_WITHIN / course.gaps_per_s()
-            && waited_s < TURNED_WITHIN / course.gaps_per_s()
-            && course.first_s() < begins.t_s
-    });
-    let size = |course: &Course| course.passes[course.passes.len() - 1].size;
-    let largest = came.max_by(|one, other| size(one.1).total_cmp(&size(other.1)))?;
-    is_at_end.then_some(largest.0)
+    let came = courses.iter().enumerate().filter(|(_, course)| course.direction != own.direction);
+    let nearest = came
+        .filter_map(|(index, course)| Some((index, off_s(course)?)))
+        .min_by(|one, other| one.1.total_cmp(&other.1))?;
+    (nearest.1 * speed < 1.0 + half_width).then_some(nearest.0)
 }

@@ -5,9 +5,9 @@ use super::hump::Hump;
 /// Gaps that a ridge must be seen in by itself.
 pub(crate) const MIN_GAPS: usize = 3;
 /// Gaps in a row that a link may pass over, where humps merge or nothing was filmed, and one.
-const MOST_STEPS: usize = 3;
+const MOST_STEPS: usize = 6;
 /// What each gap passed over costs, in gaps seen.
-const PASSED_OVER: f64 = 0.4;
+const PASSED_OVER: f64 = 0.25;
 /// Change of size from one gap to the next that no pulse shows, as a factor.
 const RESIZED: f64 = 2.5;
 /// Change of speed from one gap to the next that no pulse shows, as a factor.
