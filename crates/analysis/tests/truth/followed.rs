@@ -148,7 +148,7 @@ fn speeds_in_nesterenkos_chain_go_as_the_fifth_root() {
             drive: Drive::Striker(Striker { mass_kg, velocity_m_per_s, damping_kg_per_s: 0.0 }),
             far_end: FarEnd::Free,
         };
-        let schedule = Schedule { ..Schedule::automatic(duration_s, duration_s / 1200.0) };
+        let schedule = Schedule::automatic(duration_s, duration_s / 1200.0);
         let motion = exact_motion(&simulate(&chain, &schedule).unwrap().trajectory);
         let found = follow_pulses(&strain_map(&motion, 0.01).unwrap(), &PulseSettings::default()).unwrap();
         let first = &found.pulses[0];
