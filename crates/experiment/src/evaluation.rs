@@ -150,6 +150,7 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
         })?;
     let standings = Standings::of(&stitched.alignments, accepted(&track_fit));
     let mut notices = notices(experiment, &tracked.recordings, &observations, &standings);
+    notices.extend(experiment.far_striker.as_ref().map(|_| aligned_by_one_striker()));
     let damping = StatedDamping::of(&track_fit, &imposed_fit, &energy_fit, critical);
     notices.extend(Finding::all_of(
         "chain_model",
@@ -201,6 +202,13 @@ fn fittable(experiment: &Experiment) -> Result<(), FitError> {
         Some(_) => Err(FitError::DrivenElsewhere { found: "a [far_striker] beside it" }),
         None => Ok(()),
     }
+}
+
+/// Says what the alignment of a chain that is driven at both ends rests on.
+fn aligned_by_one_striker() -> Finding {
+    let text = "with a [far_striker] views and trials are aligned as if what differs from strike to strike were the first striker's alone: drives \
+                of views that the other one moves, and triggers with them, are less certain than stated";
+    Finding { code: "far_striker", subject: "the alignment".into(), text: text.into() }
 }
 
 /// Says that the accepted chain model aligns no motion.

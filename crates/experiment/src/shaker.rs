@@ -20,6 +20,8 @@ pub(crate) struct Shaker {
 const SAMPLES: f64 = 128.0;
 /// The fewest of a motion.
 const FEWEST: f64 = 8.0;
+/// How much longer than asked for the motion is, relative to it: the last output may lie a rounding behind.
+const MARGIN: f64 = 1e-6;
 
 impl Shaker {
     /// Displacement at a time.
@@ -33,10 +35,11 @@ impl Shaker {
     /// # Errors
     /// Numbers that make no motion.
     pub(crate) fn motion(&self, duration_s: f64) -> Result<ImposedMotion, MechanicsError> {
+        let until_s = duration_s * (1.0 + MARGIN);
         let period_s = self.frequency_hz.recip();
         let shortest_s = if self.ramp_s > 0.0 { period_s.min(2.0 * self.ramp_s) } else { period_s };
-        let n = (SAMPLES * duration_s / shortest_s).ceil().max(FEWEST);
-        let times_s: Vec<f64> = (0..=n as usize).map(|k| duration_s * k as f64 / n).collect();
+        let n = (SAMPLES * until_s / shortest_s).ceil().max(FEWEST);
+        let times_s: Vec<f64> = (0..=n as usize).map(|k| until_s * k as f64 / n).collect();
         let displacement_m = times_s.iter().map(|t_s| self.at(*t_s)).collect();
         ImposedMotion::from_samples(times_s, displacement_m)
     }
