@@ -3,7 +3,8 @@
 //! - `architecture`: what `Cargo.toml`s and sources must keep to;
 //! - `pipelines`: the small experiment all the way, held against the truth behind its recordings;
 //! - `determinism`, `resume`: the same bytes for any number of threads, and after a kill; `durable`: kept tables that are torn, full disks;
-//! - `any_chain`: chains that are not alike throughout; `check`: whether a run makes sense, before it; `plan`: what it will tell;
+//! - `any_chain`: chains that are not alike throughout; `far_striker`: chains that are struck at both ends, or shaken;
+//! - `check`: whether a run makes sense, before it; `plan`: what it will tell;
 //! - `golden`: numbers that change only with a version;
 //! - `bad_inputs`: what the command refuses, and how; `failures`: how it goes on without a bad recording;
 //! - `faults`: what goes wrong in a laboratory; `strikers`: several striker velocities; `ladders`: `tradeoff` and `prove`;
@@ -59,6 +60,8 @@ mod durable;
 mod extremes;
 #[cfg(test)]
 mod failures;
+#[cfg(test)]
+mod far_striker;
 #[cfg(test)]
 mod faults;
 #[cfg(test)]

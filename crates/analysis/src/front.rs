@@ -122,7 +122,7 @@ pub(crate) fn time_at(map: &StrainMap, place: f64) -> f64 {
 }
 
 /// Median standard uncertainty of a gap's samples.
-fn typical_sigma(map: &StrainMap, gap: usize) -> f64 {
+pub(crate) fn typical_sigma(map: &StrainMap, gap: usize) -> f64 {
     let mut sigmas: Vec<f64> = map.strain.row(gap - 1).iter().flatten().map(|strain| strain.sigma).collect();
     sigmas.sort_by(f64::total_cmp);
     sigmas.get(sigmas.len() / 2).copied().unwrap_or_default()

@@ -56,6 +56,7 @@ mod measure;
 mod measured_rates;
 mod particle;
 pub mod probability;
+mod pulses;
 mod replicas;
 mod rule;
 mod spacing;
@@ -74,6 +75,10 @@ pub use front::{FrontSettings, GapFront, LeadingPulse, leading_pulses};
 pub use half_width::{HalfWidth, MovingProfile, half_width_times, half_widths, profile_times};
 pub use line_test::{LineTest, line_rule, line_test};
 pub use measure::{MeasureSettings, Measurement, measure};
+pub use pulses::{
+    Collision, Direction, Pass, Pulse, PulseSettings, Pulses, Sense, follow_pulses, measure_pulses,
+    power_exponent,
+};
 pub use replicas::replicate;
 pub use rule::{FalseRate, LEVEL, Rule};
 pub use spacing::Spacing;

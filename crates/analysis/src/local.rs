@@ -46,6 +46,12 @@ fn weighted_sum(window: &[Option<f64>], weights: &[f64]) -> Option<f64> {
     Some(sum)
 }
 
+/// What smoothing over a full window leaves of independent noise.
+pub(crate) fn smoothing_gain(half_window: usize) -> f64 {
+    let weights = centre_weights(half_window);
+    weights.map_or(1.0, |weights| weights.iter().map(|weight| weight * weight).sum::<f64>().sqrt())
+}
+
 /// Weights that give the polynomial's value at the centre of a full window; `None` when it is too short.
 fn centre_weights(half_window: usize) -> Option<Vec<f64>> {
     let half = half_window as f64;

@@ -269,6 +269,7 @@ fn described(name: &str) -> &'static str {
         "front.parquet" => "Peak and edge of the front in each gap",
         "hwhm.parquet" => "Half width at half maximum of the front over time, in metres",
         "energy.parquet" => "Peak potential energy of each gap, in joules",
+        "pulses.parquet" => "Each pulse from gap to gap: time, strain, half width, speed",
         "spectrum.parquet" => "Spectra of the tail behind the front",
         "dispersion.parquet" => "Spectrum of the motion over frequency and wavenumber",
         "alignment.parquet" => "Trigger and drive of each recording",

@@ -8,6 +8,7 @@ mod explain;
 mod figures;
 mod markers;
 mod provenance;
+mod pulses;
 mod report;
 mod results;
 mod strikers;

@@ -35,7 +35,8 @@ pub(crate) fn simulate(arguments: &cli::Simulate) -> Result<Outcome, Error> {
     let start = Instant::now();
     let simulation = chainwave_mechanics::simulate(&chain, &schedule)?;
     let wall_s = start.elapsed().as_secs_f64();
-    let motion = simulated_table(&simulation.trajectory, simulation.striker.as_ref());
+    let (striker, far_striker) = (simulation.striker.as_ref(), simulation.far_striker.as_ref());
+    let motion = simulated_table(&simulation.trajectory, striker, far_striker);
     table::write_result(&arguments.out, motion)?;
     if let Some(path) = &arguments.summary {
         write_summary(path, &simulation, wall_s)?;
@@ -69,6 +70,7 @@ fn write_summary(path: &Path, simulation: &Simulation, wall_s: f64) -> Result<()
         "error_estimate": simulation.error_estimate,
         "tension_events": simulation.tension_events,
         "contact_switches": simulation.contact_switch_times_s.len(),
+        "far_contact_switches": simulation.far_contact_switch_times_s.len(),
         "force_evaluations": simulation.force_evaluations,
         "wall_s": wall_s,
     });

@@ -14,7 +14,7 @@ impl Experiment {
     /// The chain with usual damping, as a fit starts from it.
     ///
     /// # Errors
-    /// A contact law that makes no sense.
+    /// A contact law that makes no sense, and a far striker behind a wall.
     pub fn chain_model(&self) -> Result<Chain, Error> {
         let striker = Striker {
             mass_kg: self.striker.mass_kg.get(),
@@ -34,7 +34,7 @@ impl Experiment {
             damping_kg_per_s: self.chain.dampings_kg_per_s(damping_kg_per_s)?,
             contact: self.contact.contacts(self.chain.n_bodies)?,
             drive: Drive::Striker(striker),
-            far_end: self.far_end.into(),
+            far_end: self.far_end()?,
         })
     }
 }

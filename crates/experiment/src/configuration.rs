@@ -2,6 +2,7 @@
 
 mod contact;
 mod far_end;
+mod far_striker;
 mod pattern;
 mod rings;
 mod trial;
@@ -14,12 +15,14 @@ use chainwave_analysis::Spacing;
 use chainwave_camera::RawGeometry;
 use chainwave_correlation::{Interpolation, Shape, ShapeChoice};
 use chainwave_measurement::Estimate;
-use chainwave_mechanics::{Contacts, LinearChain};
+use chainwave_mechanics::{Contacts, FarEnd, LinearChain};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 
 pub use self::contact::{Contact, ContactTable, Gaps, Law};
 pub use self::far_end::FarEndTable;
+pub use self::far_striker::FarStrikerTable;
+pub(crate) use self::far_striker::far_end;
 pub use self::pattern::Pattern;
 pub use self::rings::FilmedRings;
 pub use self::trial::Trial;
@@ -47,6 +50,9 @@ pub struct Experiment {
     /// What stands behind the last body.
     #[serde(default, skip_serializing_if = "FarEndTable::is_free")]
     pub far_end: FarEndTable,
+    /// What struck its far end.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub far_striker: Option<FarStrikerTable>,
     /// How pictures map to the chain.
     pub camera: Camera,
     /// How bodies are followed.
@@ -451,23 +457,34 @@ impl Experiment {
             message: wrong.to_string(),
         };
         let mut experiment: Self = toml::from_str(text).map_err(configuration)?;
-        experiment.contact.read_tables(|file| {
+        let read = |file: &Path| {
             let table = Table::read_csv(&path.with_file_name(file))?;
             Ok::<_, Error>((table.full_numbers("overlap_m")?, table.full_numbers("force_n")?))
-        })?;
+        };
+        experiment.contact.read_tables(read)?;
+        experiment.far_striker.as_mut().map_or(Ok(()), |far| far.read_tables(read))?;
         experiment
             .check_chain()
             .map_err(|wrong| Error::Configuration { path: path.to_owned(), message: wrong.to_string() })?;
         Ok(experiment)
     }
 
-    /// Refuses lists that are no chain's.
+    /// What stands behind the last body.
+    ///
+    /// # Errors
+    /// A striker behind a wall, and a contact law that makes no sense.
+    pub fn far_end(&self) -> Result<FarEnd, Error> {
+        far_end(self.far_end, self.far_striker.as_ref())
+    }
+
+    /// Refuses what is no chain's.
     fn check_chain(&self) -> Result<(), Error> {
         let chain = &self.chain;
         chain.masses_kg()?;
         chain.spacing()?;
         chain.dampings_kg_per_s(1.0)?;
         self.contact.contacts(chain.n_bodies)?;
+        self.far_end()?;
         Ok(())
     }
 }

@@ -4,7 +4,7 @@ use std::num::NonZero;
 use std::ops::RangeInclusive;
 
 use chainwave_analysis::Departure;
-use chainwave_analysis::{CameraMotion, DampingShare, Measurement, damping_share, exact_motion};
+use chainwave_analysis::{CameraMotion, DampingShare, Measurement, Pulses, damping_share, exact_motion};
 use chainwave_inference::{
     AlignedMotion, EnergyFit, EnergyMeasurement, EnergyModel, FitError, ImposedFit, ImposedModel, Known,
     Quantity, TrackFit, TrackModel, aligned_motion, critical_kg_per_s, fit_imposed, fit_peak_energies,
@@ -57,6 +57,8 @@ pub struct Evaluation {
     pub standings: Standings,
     /// Front, group velocity, half width, energies, spectra.
     pub measurement: Measurement,
+    /// The pulses one by one, and where they meet.
+    pub pulses: Pulses,
     /// Damping from the tracks of all recordings.
     pub track_fit: Result<TrackFit, FitError>,
     /// Whether the tracks ask for more than the simplest model, where they could be fitted.
@@ -120,24 +122,26 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
         merged(setup, tracked, n_threads)?;
     let chosen = chosen_gaps(experiment);
     let measurement = shared.measure(experiment, &stitched.motion, chosen, n_threads)?;
+    let pulses = shared.pulses(experiment, &stitched.motion, n_threads)?;
     let used = measurement.group_velocity.as_ref().ok().map(|velocity| velocity.gaps.0..=velocity.gaps.1);
     let chain = experiment.chain_model()?;
     let known = known(experiment, &setup.map, &tracked.stages.scale);
     let track_model = track_model(experiment, chain.clone(), &known, n_threads);
     let offsets_s: Vec<f64> = stitched.alignments.iter().map(|one| one.trigger_offset_s.value).collect();
-    let track_fit = fit_tracks(&observations, &offsets_s, &track_model);
+    let track_fit = fittable(experiment).and_then(|()| fit_tracks(&observations, &offsets_s, &track_model));
     let imposed_model = ImposedModel {
         chain: chain.clone(),
         known: known_of_chain(&known),
         drive_deviations: stitched.alignments.iter().map(|one| one.drive_deviation.value).collect(),
         n_threads,
     };
-    let imposed_fit = fit_imposed(&stitched.motion, &imposed_model);
+    let imposed_fit = fittable(experiment).and_then(|()| fit_imposed(&stitched.motion, &imposed_model));
     let critical = critical_kg_per_s(&chain);
     let energy_model = energy_model(experiment, &stitched, chain, &known, n_threads)?;
     let energy_fit =
         shared.fit_energies(experiment, &stitched.motion, n_threads, |energies, times_s| match energies {
             Some(energies) => {
+                fittable(experiment)?;
                 let front = &front_settings(experiment);
                 let n_replicas = experiment.analysis.n_replicas;
                 fit_peak_energies(energies, &EnergyMeasurement { times_s, front, n_replicas }, &energy_model)
@@ -146,6 +150,7 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
         })?;
     let standings = Standings::of(&stitched.alignments, accepted(&track_fit));
     let mut notices = notices(experiment, &tracked.recordings, &observations, &standings);
+    notices.extend(experiment.far_striker.as_ref().map(|_| aligned_by_one_striker()));
     let damping = StatedDamping::of(&track_fit, &imposed_fit, &energy_fit, critical);
     notices.extend(Finding::all_of(
         "chain_model",
@@ -179,6 +184,7 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
         side_motion,
         standings,
         measurement,
+        pulses,
         track_fit,
         imposed_fit,
         departures,
@@ -187,6 +193,22 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
         model: beside,
         by_model,
     })
+}
+
+/// Refuses to fit a model to a chain that is driven at both ends: how fast the second striker was in each trial, and when it touched, is
+/// nothing that the fits seek.
+fn fittable(experiment: &Experiment) -> Result<(), FitError> {
+    match experiment.far_striker {
+        Some(_) => Err(FitError::DrivenElsewhere { found: "a [far_striker] beside it" }),
+        None => Ok(()),
+    }
+}
+
+/// Says what the alignment of a chain that is driven at both ends rests on.
+fn aligned_by_one_striker() -> Finding {
+    let text = "with a [far_striker] views and trials are aligned as if what differs from strike to strike were the first striker's alone: drives \
+                of views that the other one moves, and triggers with them, are less certain than stated";
+    Finding { code: "far_striker", subject: "the alignment".into(), text: text.into() }
 }
 
 /// Says that the accepted chain model aligns no motion.

@@ -216,6 +216,7 @@ impl<'a> Studio<'a> {
 
     fn motion(&self, draw: &Draw) -> Result<Trajectory, Error> {
         if let Some(rings) = &self.synthetic.rings {
+            self.expect_no_far_striker("[synthetic.rings]: expected none")?;
             return rings.motion(self, draw);
         }
         let striker = Striker {
@@ -231,10 +232,19 @@ impl<'a> Studio<'a> {
             None => (chain, 0.0),
         };
         if friction_n > 0.0 {
+            self.expect_no_far_striker("[synthetic.chain] friction_n: expected 0")?;
             return rubbed(&model, friction_n, duration_s, TRUTH_INTERVAL_S);
         }
         let schedule = Schedule::automatic(duration_s, TRUTH_INTERVAL_S);
         Ok(chainwave_mechanics::simulate(&model, &schedule)?.trajectory)
+    }
+
+    /// Refuses a far striker where what is asked for knows none.
+    fn expect_no_far_striker(&self, expected: &str) -> Result<(), Error> {
+        match self.experiment.far_striker {
+            Some(_) => Err(Error::Value(format!("{expected} with [far_striker], found it beside one"))),
+            None => Ok(()),
+        }
     }
 
     fn first_time_s(&self) -> f64 {

@@ -64,6 +64,7 @@ mod scale;
 mod scene;
 mod sensor;
 mod setup;
+mod shaker;
 mod share;
 mod shared_errors;
 mod side_motion;
@@ -83,8 +84,8 @@ mod wording;
 
 pub use calibration::{CalibrationFile, ChainMap, ErrorTable, MapTable, middle_px};
 pub use configuration::{
-    Analysis, Camera, Chain, Contact, ContactTable, Experiment, FarEndTable, FilmedRings, Gaps, Law, Marks,
-    Pattern, Ruler, Striker, Synthetic, Tracking, Trial, Trigger, TrueChain,
+    Analysis, Camera, Chain, Contact, ContactTable, Experiment, FarEndTable, FarStrikerTable, FilmedRings,
+    Gaps, Law, Marks, Pattern, Ruler, Striker, Synthetic, Tracking, Trial, Trigger, TrueChain,
 };
 pub use content::fingerprint;
 pub use damping::{BEHIND_BODY_1, PEAK_ENERGIES, StatedDamping, TRACKS};
@@ -123,6 +124,7 @@ pub use strikers::{StrikerWave, WaveSource, compare_strikers};
 pub use table::{Column, Table};
 pub use tables::field::field_table;
 pub use tables::motion::{motion_by_model_table, motion_table};
+pub use tables::pulses::pulse_table;
 pub use tables::simulated::simulated_table;
 pub use tables::tracks::TrackRows;
 pub use tables::wave::{

@@ -6,9 +6,10 @@ use chainwave_analysis::Spacing;
 use chainwave_mechanics::{Bodies, Chain, Drive, ImposedMotion, Integration, Method, Schedule, Striker};
 use serde::Deserialize;
 
-use crate::configuration::{Contact, FarEndTable, Pattern};
+use crate::configuration::{Contact, FarEndTable, FarStrikerTable, Pattern, far_end};
 use crate::error::Error;
 use crate::numbers::{NotNegative, Positive};
+use crate::shaker::Shaker;
 use crate::table::Table;
 
 /// A chain, what drives it, and how it is integrated.
@@ -25,6 +26,7 @@ pub struct ChainScene {
     drive: DriveTable,
     #[serde(default)]
     far_end: FarEndTable,
+    far_striker: Option<FarStrikerTable>,
     #[serde(default)]
     integrator: Integrator,
 }
@@ -48,6 +50,7 @@ struct Body {
 enum DriveTable {
     Striker { mass_kg: Positive, velocity_m_per_s: Positive, damping_kg_per_s: NotNegative },
     Imposed { file: PathBuf },
+    Shaker { frequency_hz: Positive, amplitude_m: Positive, ramp_s: Option<Positive> },
     Free { initial: PathBuf },
 }
 
@@ -128,16 +131,20 @@ impl ChainScene {
         let values =
             |values: Result<Vec<f64>, String>| values.map_err(|wrong| E::from(configuration(path, wrong)));
         let mut contact = self.contact.clone();
-        contact.read_tables(|file| {
+        let read_points = |file: &Path| {
             let table = read(&path.with_file_name(file))?;
             Ok::<_, E>((table.full_numbers("overlap_m")?, table.full_numbers("force_n")?))
-        })?;
+        };
+        contact.read_tables(read_points)?;
+        let mut far_striker = self.far_striker.clone();
+        far_striker.as_mut().map_or(Ok(()), |far| far.read_tables(read_points))?;
+        let far_end = far_end(self.far_end, far_striker.as_ref());
         Ok(Chain {
             mass_kg: values(self.body.mass_kg.values(n, "body.mass_kg"))?,
             damping_kg_per_s: values(self.body.damping_kg_per_s.values(n, "body.damping_kg_per_s"))?,
             contact: contact.contacts(n).map_err(|wrong| configuration(path, wrong.to_string()))?,
-            drive: self.drive.drive(path, n, read)?,
-            far_end: self.far_end.into(),
+            drive: self.drive.drive(path, (n, self.duration_s.get()), read)?,
+            far_end: far_end.map_err(|wrong| configuration(path, wrong.to_string()))?,
         })
     }
 }
@@ -168,10 +175,16 @@ impl DriveTable {
     fn drive<E: From<Error>>(
         &self,
         path: &Path,
-        n_bodies: usize,
+        (n_bodies, duration_s): (usize, f64),
         read: &dyn Fn(&Path) -> Result<Table, E>,
     ) -> Result<Drive, E> {
         Ok(match self {
+            Self::Shaker { frequency_hz, amplitude_m, ramp_s } => {
+                let ramp_s = ramp_s.map_or(0.0, Positive::get);
+                let shaker =
+                    Shaker { frequency_hz: frequency_hz.get(), amplitude_m: amplitude_m.get(), ramp_s };
+                Drive::Imposed(shaker.motion(duration_s).map_err(Error::from)?)
+            }
             Self::Striker { mass_kg, velocity_m_per_s, damping_kg_per_s } => Drive::Striker(Striker {
                 mass_kg: mass_kg.get(),
                 velocity_m_per_s: velocity_m_per_s.get(),

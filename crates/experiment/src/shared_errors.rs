@@ -3,7 +3,7 @@
 use std::num::NonZero;
 use std::ops::RangeInclusive;
 
-use chainwave_analysis::{Measurement, PeakEnergies};
+use chainwave_analysis::{Measurement, PeakEnergies, PulseSettings, Pulses, measure_pulses};
 use chainwave_camera::Source;
 use chainwave_inference::{Damping, EnergyFit, FitError};
 use chainwave_measurement::{ChainMotion, ErrorMode, ErrorSource, Estimate, Observation, map_in_parallel};
@@ -78,6 +78,41 @@ impl SharedErrors {
         }
         self.add_pitch(&mut measurement);
         Ok(measurement)
+    }
+
+    /// Follows the pulses of a motion that has the errors; those of the pitch as in [`SharedErrors::measure`].
+    pub(crate) fn pulses(
+        &self,
+        experiment: &Experiment,
+        motion: &ChainMotion,
+        n_threads: NonZero<usize>,
+    ) -> Result<Pulses, Error> {
+        let spacing = experiment.chain.spacing()?;
+        let replicas = (experiment.analysis.n_replicas, experiment.analysis.seed);
+        let of = |motion: &ChainMotion| {
+            measure_pulses(motion, spacing, &PulseSettings::default(), replicas, n_threads)
+        };
+        let mut found = match self.rests_on_pitch {
+            true => of(&free_of(motion, |source| *source == ErrorSource::CalibrationLength))?,
+            false => of(motion)?,
+        };
+        let relative = |x: &mut Estimate| *x = with_error(*x, self.pitch * x.value);
+        for pulse in &mut found.pulses {
+            pulse.speed_m_per_s.iter_mut().for_each(relative);
+            pulse.hwhm_m.iter_mut().for_each(relative);
+            for pass in &mut pulse.passes {
+                pass.speed_m_per_s.iter_mut().for_each(relative);
+                pass.hwhm_m.iter_mut().for_each(relative);
+            }
+            if self.rests_on_pitch {
+                // Strain times speed has the pitch once, as the speed has.
+                pulse.particle_velocity_m_per_s.iter_mut().for_each(relative);
+            } else {
+                pulse.strain.iter_mut().for_each(relative);
+                pulse.passes.iter_mut().for_each(|pass| relative(&mut pass.strain));
+            }
+        }
+        Ok(found)
     }
 
     /// Fits damping to the peak energies: once as they are, and once with each of the errors, whose effects join the fit's own.

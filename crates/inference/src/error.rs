@@ -14,6 +14,14 @@ pub enum FitError {
         "damping fit: expected a chain driven by a striker, found another drive (c_s acts in the striker's contact alone)"
     )]
     NoStriker,
+    /// What drives the chain is more than the fit seeks.
+    #[error(
+        "damping fit: expected a chain that one striker alone drives, found {found}, whose speed and touch in each trial the fit does not seek"
+    )]
+    DrivenElsewhere {
+        /// What else drives it.
+        found: &'static str,
+    },
     /// Not enough was measured.
     #[error("damping fit: expected at least {expected} measured {what}, found {found}")]
     TooFew {

@@ -7,7 +7,7 @@
 //!   overlap. What a chain's gaps hold is sorted by law once, and forces are computed for vectors of gaps, with the same bits
 //!   on every [`InstructionSet`]; a power law that all gaps share becomes a table, which costs a third of the formula;
 //! - the model turns positions and velocities into accelerations, and knows masses, dampers, the drive and the far end;
-//! - integrators ([`Method`]) know rates and forces only. Where the striker's one-sided contact opens or closes, the step is
+//! - integrators ([`Method`]) know rates and forces only. Where a striker's one-sided contact opens or closes, the step is
 //!   cut at that instant, so that each step sees smooth forces and every order holds. Between them and the model stands the
 //!   march: it chooses steps, leaves out bodies that the wave has not reached, books energies and peaks, and records outputs.
 //!
@@ -57,8 +57,8 @@ mod lanes;
 mod ring;
 
 pub use chain::{
-    Bodies, Chain, Change, Drive, FarEnd, ImposedMotion, Integration, LinearChain, Schedule, Sensitivities,
-    Simulation, Striker, StrikerMotion, ensemble, scan, simulate, simulate_with_friction,
+    Bodies, Chain, Change, Drive, FarEnd, FarStriker, ImposedMotion, Integration, LinearChain, Schedule,
+    Sensitivities, Simulation, Striker, StrikerMotion, ensemble, scan, simulate, simulate_with_friction,
     simulate_with_sensitivities,
 };
 pub use chainwave_vectors::InstructionSet;

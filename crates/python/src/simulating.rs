@@ -21,7 +21,8 @@ pub(crate) fn simulate(py: Python<'_>, path: PathBuf, text: String) -> PyResult<
         let start = Instant::now();
         let simulation = chainwave_mechanics::simulate(&chain, &schedule)?;
         let wall_s = start.elapsed().as_secs_f64();
-        let table = simulated_table(&simulation.trajectory, simulation.striker.as_ref());
+        let (striker, far_striker) = (simulation.striker.as_ref(), simulation.far_striker.as_ref());
+        let table = simulated_table(&simulation.trajectory, striker, far_striker);
         let summary = json!({
             "energy_drift": simulation.energy_drift,
             "psi_max_j": simulation.psi_max_j,
@@ -32,6 +33,7 @@ pub(crate) fn simulate(py: Python<'_>, path: PathBuf, text: String) -> PyResult<
             "error_estimate": simulation.error_estimate,
             "tension_events": simulation.tension_events,
             "contact_switches": simulation.contact_switch_times_s.len(),
+            "far_contact_switches": simulation.far_contact_switch_times_s.len(),
             "force_evaluations": simulation.force_evaluations,
             "wall_s": wall_s,
         });

@@ -10,6 +10,8 @@ mod coverage;
 #[cfg(test)]
 mod decisions;
 #[cfg(test)]
+mod followed;
+#[cfg(test)]
 mod pulses;
 #[cfg(test)]
 mod robustness;

@@ -8,7 +8,8 @@ use chainwave_analysis::{DampingShare, LocalResonance, Measurement};
 use chainwave_experiment::{
     BEHIND_BODY_1, Evaluation, Finding, ModelBeside, PEAK_ENERGIES, RecordingState, Results, Setup,
     SideMotion, Standing, TRACKS, TrackRows, Tracked, Trial, dispersion_table, energy_table, front_table,
-    half_width_table, motion_by_model_table, motion_table, recording_states, spectrum_table, strain_table,
+    half_width_table, motion_by_model_table, motion_table, pulse_table, recording_states, spectrum_table,
+    strain_table,
 };
 use chainwave_inference::{
     Damping, EnergyFit, FitError, FittedRecording, ImposedFit, Quantity, Structure, TrackFit,
@@ -18,6 +19,7 @@ use chainwave_stitching::{Alignment, Stitched};
 use polars::prelude::Column;
 use serde_json::{Map, Value, json};
 
+use super::pulses::{collisions_as_json, pulses_as_json};
 use crate::error::Error;
 use crate::output::write_json;
 use crate::table::{self, column};
@@ -30,13 +32,14 @@ pub(crate) fn write_tracks(out: &Path, tracked: &Tracked) -> Result<(), Error> {
 }
 
 /// What follows from a motion, and so is missing where none was found.
-const OF_MOTION: [&str; 13] = [
+const OF_MOTION: [&str; 14] = [
     "motion.parquet",
     "motion_by_model.parquet",
     "strain.parquet",
     "front.parquet",
     "hwhm.parquet",
     "energy.parquet",
+    "pulses.parquet",
     "spectrum.parquet",
     "dispersion.parquet",
     "alignment.parquet",
@@ -73,6 +76,7 @@ pub(crate) fn write(setup: &Setup, out: &Path, results: &Results) -> Result<(), 
     write_measurement(out, &evaluation.stitched, Some(&evaluation.side_motion), measurement)?;
     write_by_model(out, evaluation)?;
     table::write_result(&out.join("energy.parquet"), energy_table(measurement))?;
+    table::write_result(&out.join("pulses.parquet"), pulse_table(&evaluation.pulses))?;
     let limit_hz = 3.0 * setup.experiment.linear_chain()?.band_edge_hz();
     table::write_result(&out.join("dispersion.parquet"), dispersion_table(limit_hz, measurement))?;
     write_alignment(out, tracked, evaluation)?;
@@ -219,6 +223,8 @@ fn as_json(setup: &Setup, tracked: &Tracked, evaluation: &Evaluation) -> Value {
         let fit = fit.map_or_else(failed, |fit| unless_refused(fit, damping.reason(source)));
         results.insert(key.into(), Value::Object(fit));
     }
+    results.insert("pulses".into(), pulses_as_json(&evaluation.pulses));
+    results.insert("pulse_collisions".into(), collisions_as_json(&evaluation.pulses));
     results.insert("warnings".into(), warnings_as_json(&evaluation.warnings()));
     let states = recording_states(&setup.trials, &tracked.failed, &evaluation.left_out_recordings());
     results.insert("recordings".into(), states_as_json(states));

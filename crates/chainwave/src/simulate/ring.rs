@@ -111,7 +111,7 @@ fn motion(
         ));
     }
     // Body 0 is the striker, body n the joint where ring n begins.
-    let moved = simulated_table(&simulation.trajectory, simulation.striker.as_ref());
+    let moved = simulated_table(&simulation.trajectory, simulation.striker.as_ref(), None);
     table::write_result(&arguments.out, moved)?;
     if let Some(file) = &scene.shapes_file {
         tables::write_shapes(&arguments.out.with_file_name(file), &simulation)?;

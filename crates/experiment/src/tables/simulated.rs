@@ -5,8 +5,12 @@ use chainwave_mechanics::StrikerMotion;
 
 use crate::result_table::{ResultTable, column};
 
-/// The motion, time by time: `t_s, body, x_m, v_m_per_s`; body 0 is the striker.
-pub fn simulated_table(trajectory: &Trajectory, striker: Option<&StrikerMotion>) -> ResultTable {
+/// The motion, time by time: `t_s, body, x_m, v_m_per_s`; body 0 is the striker, and the one behind the last the far striker.
+pub fn simulated_table(
+    trajectory: &Trajectory,
+    striker: Option<&StrikerMotion>,
+    far_striker: Option<&StrikerMotion>,
+) -> ResultTable {
     let (mut times, mut bodies, mut x, mut v) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for (i, time_s) in trajectory.times_s.iter().enumerate() {
         let mut add = |body: u32, x_m: f64, v_m_per_s: f64| {
@@ -21,6 +25,10 @@ pub fn simulated_table(trajectory: &Trajectory, striker: Option<&StrikerMotion>)
         for row in 0..trajectory.displacement_m.nrows() {
             let at = (row, i);
             add(row as u32 + 1, trajectory.displacement_m[at], trajectory.velocity_m_per_s[at]);
+        }
+        if let Some(striker) = far_striker {
+            let behind = trajectory.displacement_m.nrows() as u32 + 1;
+            add(behind, striker.displacement_m[i], striker.velocity_m_per_s[i]);
         }
     }
     let columns =

@@ -119,6 +119,9 @@ impl Hypothesis {
                 };
                 !model.known.iter().any(is_free)
             }
+            Self::OtherEnd => {
+                !matches!(model.chain.far_end, FarEnd::Struck(_)) && !self.quantities().iter().any(is_known)
+            }
             _ => !self.quantities().iter().any(is_known),
         }
     }
@@ -131,6 +134,7 @@ impl Hypothesis {
                 model.chain.far_end = match model.chain.far_end {
                     FarEnd::Free => FarEnd::Fixed,
                     FarEnd::Fixed => FarEnd::Free,
+                    struck @ FarEnd::Struck(_) => struck,
                 };
             }
             Self::MassesScatter => {

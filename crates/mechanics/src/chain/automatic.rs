@@ -1,7 +1,7 @@
 //! Choice of method and step: constant, halved until two runs agree, or adaptive, as the scene calls for.
 
 use super::{
-    parameters::{Chain, Drive},
+    parameters::{Chain, Drive, FarEnd, FarStriker},
     run::{Order, Pacing, Run},
     schedule::{Integration, Schedule},
     simulation::Simulation,
@@ -90,16 +90,17 @@ impl Assignment<'_> {
     }
 
     fn adaptive_pacing(&self, pace: &Pace<'_>, accuracy: f64) -> Pacing {
-        let change = steepest_bend_per_m(&self.chain.contact).zip(self.first_overlap_m(pace));
+        let change = steepest_bend_per_m(self.chain).zip(self.first_overlap_m(pace));
         let smooth = change.is_some_and(|(bend_per_m, overlap_m)| bend_per_m * overlap_m <= HARD);
         let room = if smooth && self.chain.is_damped() { ROOM } else { WIDE_ROOM };
         Pacing::Adaptive { accuracy, room }
     }
 
-    /// A guess of the overlaps that a striker makes, in metres: its way in a radian of the fastest oscillation.
+    /// A guess of the overlaps that strikers make, in metres: the faster one's way in a radian of the fastest oscillation.
     fn first_overlap_m(&self, pace: &Pace<'_>) -> Option<f64> {
+        let far_m_per_s = self.chain.far_striker().map_or(0.0, |far| far.striker.velocity_m_per_s);
         match &self.chain.drive {
-            Drive::Striker(striker) => Some(striker.velocity_m_per_s / pace.omega_at_rest()),
+            Drive::Striker(striker) => Some(striker.velocity_m_per_s.max(far_m_per_s) / pace.omega_at_rest()),
             _ => None,
         }
     }
@@ -157,7 +158,7 @@ impl Assignment<'_> {
     /// At y = Delta / delta_0 the law's stiffness departs from k_0 by a part (p - 1) y, so a wave's phase, omega t for the
     /// fastest one, by up to half that part. The rule is judged by the overlaps reached, after a guess before the run.
     fn linear(&self, accuracy: f64) -> Result<Option<Simulation>, MechanicsError> {
-        let Some(bend_per_m) = steepest_bend_per_m(&self.chain.contact) else { return Ok(None) };
+        let Some(bend_per_m) = steepest_bend_per_m(self.chain) else { return Ok(None) };
         let pace = Pace::new(self.chain);
         let omega_rad_per_s = pace.omega_at_rest();
         let phase_rad = 1.0 + omega_rad_per_s * self.schedule.duration_s;
@@ -166,7 +167,7 @@ impl Assignment<'_> {
         if error_at(guess_m) > 0.1 * accuracy || pace.decay_per_s > STIFF_DAMPING * omega_rad_per_s {
             return Ok(None);
         }
-        let linear = Chain { contact: linearised(&self.chain.contact)?, ..self.chain.clone() };
+        let linear = linearised(self.chain)?;
         let order = self.order(Method::Dop853, self.adaptive_pacing(&pace, accuracy));
         let run = Run::complete(&linear, &Pace::new(&linear), order)?;
         let largest_m = (0..self.chain.n_bodies())
@@ -187,25 +188,39 @@ impl Assignment<'_> {
 
 /// The largest relative change of stiffness per overlap of any power law, |p - 1| / delta_0; nothing where there is another
 /// kind of law.
-fn steepest_bend_per_m(contacts: &Contacts) -> Option<f64> {
+fn steepest_bend_per_m(chain: &Chain) -> Option<f64> {
     let bend = |contact: &Contact| match &contact.law {
         Law::Power(law) => Some((law.p - 1.0).abs() / law.delta_0_m),
         _ => None,
     };
-    contacts.all().into_iter().map(bend).try_fold(0.0_f64, |largest, bend| Some(largest.max(bend?)))
+    chain.all_contacts().into_iter().map(bend).try_fold(0.0_f64, |largest, bend| Some(largest.max(bend?)))
 }
 
-/// The contacts with springs of the stiffness at zero overlap.
-fn linearised(contacts: &Contacts) -> Result<Contacts, MechanicsError> {
-    let linear = |contact: &Contact| {
-        let law = Law::Linear(LinearLaw::new(contact.stiffness_n_per_m(0.0))?);
-        Ok(Contact { law, tension: Tension::default(), ..contact.clone() })
+/// The chain with springs of the stiffness at zero overlap.
+fn linearised(chain: &Chain) -> Result<Chain, MechanicsError> {
+    let far_end = match &chain.far_end {
+        FarEnd::Struck(far) => {
+            let contact = far.contact.as_ref().map(linear_spring).transpose()?;
+            FarEnd::Struck(FarStriker { contact, ..far.clone() })
+        }
+        end => end.clone(),
     };
+    Ok(Chain { contact: linear_springs(&chain.contact)?, far_end, ..chain.clone() })
+}
+
+fn linear_springs(contacts: &Contacts) -> Result<Contacts, MechanicsError> {
     Ok(match contacts {
-        Contacts::Same(contact) => Contacts::Same(linear(contact)?),
-        Contacts::Each(contacts) => Contacts::Each(contacts.iter().map(linear).collect::<Result<_, _>>()?),
+        Contacts::Same(contact) => Contacts::Same(linear_spring(contact)?),
+        Contacts::Each(contacts) => {
+            Contacts::Each(contacts.iter().map(linear_spring).collect::<Result<_, _>>()?)
+        }
         Contacts::Struck { striker, between } => {
-            Contacts::Struck { striker: linear(striker)?, between: Box::new(linearised(between)?) }
+            Contacts::Struck { striker: linear_spring(striker)?, between: Box::new(linear_springs(between)?) }
         }
     })
+}
+
+fn linear_spring(contact: &Contact) -> Result<Contact, MechanicsError> {
+    let law = Law::Linear(LinearLaw::new(contact.stiffness_n_per_m(0.0))?);
+    Ok(Contact { law, tension: Tension::default(), ..contact.clone() })
 }

@@ -1,6 +1,6 @@
 //! A changed parameter of a chain, as the chain on both sides of it.
 
-use super::parameters::{Chain, Drive};
+use super::parameters::{Chain, Drive, FarEnd, Striker};
 use crate::{check, error::MechanicsError};
 
 /// A change of a chain whose effect on the motion is asked for: the chain on both sides of it.
@@ -30,7 +30,8 @@ impl Change {
             if kind(&side.drive) != kind(&chain.drive) {
                 return not_alike("kind of drive");
             }
-            if side.far_end != chain.far_end {
+            let end = |far_end: &FarEnd| std::mem::discriminant(far_end);
+            if end(&side.far_end) != end(&chain.far_end) {
                 return not_alike("far end");
             }
         }
@@ -40,12 +41,17 @@ impl Change {
     /// Where it changes how the bodies accelerate.
     pub(crate) fn seat(&self) -> Seat {
         let Self { below, above, .. } = self;
-        if below.contact != above.contact {
+        let of_far = |chain: &Chain| chain.far_striker().and_then(|far| far.contact.clone());
+        if below.contact != above.contact || of_far(below) != of_far(above) {
             return Seat::Contacts;
         }
-        let of_striker = |chain: &Chain| match &chain.drive {
-            Drive::Striker(striker) => Some((striker.mass_kg, striker.damping_kg_per_s)),
-            _ => None,
+        let felt = |striker: &Striker| (striker.mass_kg, striker.damping_kg_per_s);
+        let of_striker = |chain: &Chain| {
+            let far = chain.far_striker().map(|far| felt(&far.striker));
+            match &chain.drive {
+                Drive::Striker(striker) => (Some(felt(striker)), far),
+                _ => (None, far),
+            }
         };
         let is_felt = below.mass_kg != above.mass_kg
             || below.damping_kg_per_s != above.damping_kg_per_s

@@ -31,7 +31,7 @@ impl Ledger {
     pub(crate) fn new(model: &ChainModel<'_>, state: &ChainState) -> Self {
         let n = model.gaps.limits_m().len();
         let mut limits_m = AlignedRow::padded(model.gaps.limits_m().iter().copied(), n);
-        let bonds = model.first_gap()..model.n_masses() - usize::from(!model.has_wall);
+        let bonds = model.first_gap()..model.first_gap() + model.n_gaps() + usize::from(model.has_wall());
         for (gap, limit) in limits_m.iter_mut().enumerate() {
             if !bonds.contains(&gap) {
                 *limit = f64::NEG_INFINITY;

@@ -7,12 +7,13 @@ use pulp::{Simd, WithSimd};
 use super::{
     force_row::ForceRow,
     imposed::ImposedMotion,
-    parameters::{Chain, Drive, FarEnd},
-    state::{ChainState, row_length},
+    parameters::{Chain, Drive},
+    row::{End, Row},
+    state::{ChainState, Touching, row_length},
 };
 use crate::{
     contact::{
-        contacts::{Contact, Contacts},
+        contacts::Contact,
         gaps::{Gaps, Idle},
         spring::Spring,
         striker::StrikerContact,
@@ -20,90 +21,90 @@ use crate::{
     lanes::{self, PADDING, PartialSums, padded, row::AlignedRow, vectorised},
 };
 
-/// The chain as the integrators see it: masses in a row, the striker first where there is one.
+/// The chain as the integrators see it: masses in a row, strikers at its ends where there are any.
 ///
 /// Gap `i` of the row lies behind mass `i`; the last one leads to the wall, or to nothing.
 #[derive(Debug)]
 pub(crate) struct ChainModel<'a> {
     pub(crate) gaps: Gaps,
-    contacts: &'a Contacts,
+    row: Row<'a>,
     /// That of all gaps, where they are the same.
     same_spring: Option<Spring>,
     /// Zero where the motion is imposed, so that the mass neither accelerates nor counts as energy.
     pub(crate) mass_kg: AlignedRow,
     pub(crate) inverse_mass_per_kg: AlignedRow,
     pub(crate) damping_kg_per_s: AlignedRow,
-    /// The striker's contact, where there is a striker.
-    pub(crate) striker: Option<StrikerContact>,
-    pub(crate) has_wall: bool,
+    /// The contacts of the strikers in front and at the far end, where there are any.
+    pub(crate) strikers: [Option<StrikerContact>; 2],
     n_masses: usize,
     imposed: Option<&'a ImposedMotion>,
 }
 
 impl<'a> ChainModel<'a> {
     pub(crate) fn new(chain: &'a Chain) -> Self {
-        let (mut mass_kg, mut damping_kg_per_s) = (chain.mass_kg.clone(), chain.damping_kg_per_s.clone());
-        let (mut striker, mut imposed) = (None, None);
-        match &chain.drive {
-            Drive::Striker(body) => {
-                mass_kg.insert(0, body.mass_kg);
-                damping_kg_per_s.insert(0, 0.0);
-                striker = Some(StrikerContact::new(chain.contact.of_striker(), body.damping_kg_per_s));
-            }
-            Drive::Imposed(motion) => {
-                (mass_kg[0], damping_kg_per_s[0]) = (0.0, 0.0);
-                imposed = Some(motion);
-            }
-            Drive::Free { .. } => {}
-        }
-        let n_masses = mass_kg.len();
-        let row = |values: Vec<f64>| AlignedRow::padded(values, row_length(n_masses));
+        let row = Row::of(chain);
+        let n_masses = row.n_masses();
+        let mass_kg = row.masses_kg();
+        let aligned = |values: Vec<f64>| AlignedRow::padded(values, row_length(n_masses));
         let inverse_masses = mass_kg.iter().map(|&m| if m > 0.0 { m.recip() } else { 0.0 });
-        let inverse_mass_per_kg = row(inverse_masses.collect());
+        let inverse_mass_per_kg = aligned(inverse_masses.collect());
+        let struck = |end: End| {
+            let (gap, striker) = row.struck_gap(end).zip(row.striker(end))?;
+            Some(StrikerContact::new(gap, row.contact(gap), striker.damping_kg_per_s))
+        };
         Self {
-            gaps: row_of_gaps(chain, striker.is_some(), n_masses),
-            contacts: &chain.contact,
-            same_spring: match &chain.contact {
-                Contacts::Same(contact) => Some(contact.spring()),
-                Contacts::Each(_) | Contacts::Struck { .. } => None,
-            },
+            gaps: row_of_gaps(&row),
+            same_spring: row.same_contact().map(Contact::spring),
             inverse_mass_per_kg,
-            mass_kg: row(mass_kg),
-            damping_kg_per_s: row(damping_kg_per_s),
-            striker,
-            has_wall: chain.far_end == FarEnd::Fixed,
+            mass_kg: aligned(mass_kg),
+            damping_kg_per_s: aligned(row.ground_kg_per_s()),
+            strikers: End::BOTH.map(struck),
             n_masses,
-            imposed,
+            row,
+            imposed: match &chain.drive {
+                Drive::Imposed(motion) => Some(motion),
+                Drive::Striker(_) | Drive::Free { .. } => None,
+            },
         }
     }
 
-    /// The state at t = 0; a striker touches.
+    /// The state at t = 0; a striker in front touches, and one at the far end where no distance is left.
     pub(crate) fn initial_state(&self, chain: &Chain) -> ChainState {
-        let mut state = ChainState { touching: self.striker.is_some(), ..ChainState::at_rest(self.n_masses) };
+        let mut state = ChainState::at_rest(self.n_masses);
         match &chain.drive {
             Drive::Striker(striker) => state.v_m_per_s[0] = striker.velocity_m_per_s,
             Drive::Imposed(_) => self.impose(0.0, &mut state.x_m, &mut state.v_m_per_s),
             Drive::Free { displacement_m, velocity_m_per_s } => {
-                state.x_m[..self.n_masses].copy_from_slice(displacement_m);
-                state.v_m_per_s[..self.n_masses].copy_from_slice(velocity_m_per_s);
+                state.x_m[..chain.n_bodies()].copy_from_slice(displacement_m);
+                state.v_m_per_s[..chain.n_bodies()].copy_from_slice(velocity_m_per_s);
             }
         }
+        if let Some(far) = chain.far_striker() {
+            state.x_m[self.n_masses - 1] = far.distance_m;
+            state.v_m_per_s[self.n_masses - 1] = -far.striker.velocity_m_per_s;
+        }
+        let touches = |contact: &StrikerContact| state.overlap_m(contact.gap) >= 0.0;
+        state.touching = self.strikers.each_ref().map(|contact| contact.as_ref().is_some_and(touches));
         state
     }
 
-    /// Bodies, and the striker.
+    /// Bodies and strikers.
     pub(crate) fn n_masses(&self) -> usize {
         self.n_masses
     }
 
-    /// The row's gap that is gap 1 of the chain.
+    /// The row's gap that is gap 1 of the chain, and its mass that is body 1.
     pub(crate) fn first_gap(&self) -> usize {
-        usize::from(self.striker.is_some())
+        self.row.first_body()
     }
 
     /// Gaps between bodies.
     pub(crate) fn n_gaps(&self) -> usize {
-        self.n_masses - 1 - self.first_gap()
+        self.n_masses - 1 - self.strikers.iter().flatten().count()
+    }
+
+    pub(crate) fn has_wall(&self) -> bool {
+        self.row.has_wall()
     }
 
     pub(crate) fn is_imposed(&self) -> bool {
@@ -129,7 +130,7 @@ impl<'a> ChainModel<'a> {
         &self,
         simd: S,
         x_m: &[f64],
-        touching: bool,
+        touching: Touching,
         active: usize,
         force_n: &mut ForceRow,
     ) {
@@ -138,14 +139,27 @@ impl<'a> ChainModel<'a> {
     }
 
     #[inline(always)]
-    fn idle(&self, touching: bool) -> Idle {
-        let open = self.striker.is_some() && !touching;
-        [open.then_some(0), (!self.has_wall).then_some(self.n_masses - 1)]
+    fn idle(&self, touching: Touching) -> Idle {
+        let open = |end: End| {
+            let contact = self.strikers[end.index()].as_ref();
+            contact.filter(|_| !touching[end.index()]).map(|contact| contact.gap)
+        };
+        let beyond = (!self.has_wall()).then_some(self.n_masses - 1);
+        [open(End::Near), open(End::Far), beyond]
+    }
+
+    /// The contacts of strikers that touch.
+    #[inline(always)]
+    fn closed(&self, touching: Touching) -> impl Iterator<Item = &StrikerContact> {
+        self.strikers
+            .iter()
+            .zip(touching)
+            .filter_map(|(contact, touches)| contact.as_ref().filter(|_| touches))
     }
 
     /// Takes away what is not there.
     #[inline(always)]
-    fn end(&self, touching: bool, row: &mut [f64]) {
+    fn end(&self, touching: Touching, row: &mut [f64]) {
         for gap in self.idle(touching).into_iter().flatten() {
             if let Some(value) = row.get_mut(gap) {
                 *value = 0.0;
@@ -177,7 +191,7 @@ impl<'a> ChainModel<'a> {
     ) -> f64 {
         let PhasePoint { v_m_per_s, touching, active, .. } = at;
         let mut lost_w = self.gaps.damp(v_m_per_s, force_n.behind(active));
-        lost_w += self.damp_striker(v_m_per_s, touching, force_n.behind(active));
+        lost_w += self.damp_strikers(v_m_per_s, touching, force_n.behind(active));
         if self.imposed.is_some() {
             lost_w -= force_n.behind(active)[0] * v_m_per_s[0];
         }
@@ -185,11 +199,16 @@ impl<'a> ChainModel<'a> {
     }
 
     #[inline(always)]
-    fn damp_striker(&self, v_m_per_s: &[f64], touching: bool, force_n: &mut [f64]) -> f64 {
-        let (Some(contact), true) = (&self.striker, touching) else { return 0.0 };
-        let closing = v_m_per_s[0] - v_m_per_s[1];
-        force_n[0] += contact.damping_kg_per_s * closing;
-        contact.damping_kg_per_s * closing * closing
+    fn damp_strikers(&self, v_m_per_s: &[f64], touching: Touching, force_n: &mut [f64]) -> f64 {
+        let mut lost_w = 0.0;
+        for contact in self.closed(touching) {
+            // A far striker that rests against the last body is reached with the wave.
+            let Some(force_n) = force_n.get_mut(contact.gap) else { continue };
+            let closing = v_m_per_s[contact.gap] - v_m_per_s[contact.gap + 1];
+            *force_n += contact.damping_kg_per_s * closing;
+            lost_w += contact.damping_kg_per_s * closing * closing;
+        }
+        lost_w
     }
 
     /// Accelerations from the gaps' forces and the dashpots to ground; returns the power that those take, in watts.
@@ -263,17 +282,14 @@ impl<'a> ChainModel<'a> {
     }
 
     /// Whether a gap carries force: not that of a striker that has left, nor the one behind a free end.
-    pub(crate) fn carries(&self, gap: usize, touching: bool) -> bool {
-        let open = gap == 0 && self.striker.is_some() && !touching;
-        gap < self.n_masses && !open && (gap + 1 < self.n_masses || self.has_wall)
+    pub(crate) fn carries(&self, gap: usize, touching: Touching) -> bool {
+        gap < self.n_masses && !self.idle(touching).contains(&Some(gap))
     }
 
     /// Dashpot of a gap in kilograms per second, that of a touching striker included.
-    pub(crate) fn dashpot_kg_per_s(&self, gap: usize, touching: bool) -> f64 {
-        match &self.striker {
-            Some(contact) if gap == 0 && touching => contact.damping_kg_per_s,
-            _ => self.gaps.dashpot_kg_per_s(gap),
-        }
+    pub(crate) fn dashpot_kg_per_s(&self, gap: usize, touching: Touching) -> f64 {
+        let of_striker = self.closed(touching).find(|contact| contact.gap == gap);
+        of_striker.map_or_else(|| self.gaps.dashpot_kg_per_s(gap), |contact| contact.damping_kg_per_s)
     }
 
     /// Stiffness of a gap in newtons per metre.
@@ -281,15 +297,14 @@ impl<'a> ChainModel<'a> {
         if !self.carries(gap, state.touching) {
             return 0.0;
         }
-        let contact = self.contacts.behind(gap, self.first_gap());
-        contact.stiffness_n_per_m(state.x_m[gap] - state.x_m[gap + 1])
+        self.row.contact(gap).stiffness_n_per_m(state.overlap_m(gap))
     }
 
     /// The spring of one gap.
     pub(crate) fn spring(&self, gap: usize) -> Cow<'_, Spring> {
         match &self.same_spring {
             Some(spring) => Cow::Borrowed(spring),
-            None => Cow::Owned(self.contacts.behind(gap, self.first_gap()).spring()),
+            None => Cow::Owned(self.row.contact(gap).spring()),
         }
     }
 
@@ -298,13 +313,14 @@ impl<'a> ChainModel<'a> {
         vectorised(Energy { model: self, state })
     }
 
-    /// Opens or closes the striker's contact. What its spring holds at that instant leaves with the dashpot that is
-    /// let go, or comes back with it; without damping that is zero.
-    pub(crate) fn switch_contact(&self, state: &mut ChainState) {
-        let Some(contact) = &self.striker else { return };
-        let stored_j = contact.energy_j(state.striker_overlap_m());
-        state.lost_j += if state.touching { stored_j } else { -stored_j };
-        state.touching = !state.touching;
+    /// Opens or closes the contact of an end's striker. What its spring holds at that instant leaves with the dashpot that is let go,
+    /// or comes back with it; without damping that is zero.
+    pub(crate) fn switch_contact(&self, state: &mut ChainState, end: End) {
+        let Some(contact) = &self.strikers[end.index()] else { return };
+        let stored_j = contact.energy_j(state.overlap_m(contact.gap));
+        let touching = &mut state.touching[end.index()];
+        state.lost_j += if *touching { stored_j } else { -stored_j };
+        *touching = !*touching;
     }
 }
 
@@ -313,7 +329,7 @@ impl<'a> ChainModel<'a> {
 pub(crate) struct PhasePoint<'a> {
     pub(crate) x_m: &'a [f64],
     pub(crate) v_m_per_s: &'a [f64],
-    pub(crate) touching: bool,
+    pub(crate) touching: Touching,
     pub(crate) active: usize,
 }
 
@@ -329,18 +345,17 @@ impl ChainState {
     }
 }
 
-/// The contacts behind each mass of the row and its padding; the striker's dashpot is not among them, nor one behind a free
-/// end.
-fn row_of_gaps(chain: &Chain, has_striker: bool, n_masses: usize) -> Gaps {
-    let shift = usize::from(has_striker);
-    let undamped = |contact: &Contact| Contact { damping_kg_per_s: 0.0, ..contact.clone() };
-    let first = undamped(chain.contact.of_striker());
-    let last = undamped(chain.contact.of_gap(n_masses));
-    let contacts: Vec<&Contact> = (0..padded(n_masses))
-        .map(|gap| match gap {
-            0 if has_striker => &first,
-            _ if gap + 1 < n_masses => chain.contact.of_gap(gap - shift),
-            _ if gap + 1 == n_masses && chain.far_end == FarEnd::Fixed => chain.contact.of_gap(gap - shift),
+/// The contacts behind each mass of the row and its padding; strikers' dashpots are not among them, nor one behind a free end.
+fn row_of_gaps(row: &Row<'_>) -> Gaps {
+    let undamped = |gap: usize| Contact { damping_kg_per_s: 0.0, ..row.contact(gap).clone() };
+    let [near, far] = End::BOTH.map(|end| row.struck_gap(end));
+    let of_strikers = [near, far].map(|gap| gap.map(undamped));
+    let last = undamped(row.n_masses());
+    let contacts: Vec<&Contact> = (0..padded(row.n_masses()))
+        .map(|gap| match &of_strikers {
+            [Some(contact), _] if near == Some(gap) => contact,
+            [_, Some(contact)] if far == Some(gap) => contact,
+            _ if gap < row.n_links() => row.contact(gap),
             _ => &last,
         })
         .collect();

@@ -1,7 +1,11 @@
 //! A chain's parameters: masses, dampers, contacts, drive and far end.
 
 use super::imposed::ImposedMotion;
-use crate::{check, contact::contacts::Contacts, error::MechanicsError};
+use crate::{
+    check,
+    contact::contacts::{Contact, Contacts},
+    error::MechanicsError,
+};
 
 /// A chain of bodies in contact, each a point mass with a dashpot to ground:
 /// m x_n'' = F(Delta_{n-1}) - F(Delta_n) - c_d x_n', with the overlap Delta_n = x_n - x_{n+1} of gap n.
@@ -52,18 +56,46 @@ pub struct Striker {
 }
 
 /// What stands behind the last body.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum FarEnd {
     /// Nothing.
     Free,
     /// A wall that does not move, bonded to the last body by one more gap like the last.
     Fixed,
+    /// A body that strikes the last one.
+    Struck(FarStriker),
+}
+
+/// A body behind the last one that comes towards the chain and pushes only, as [`Striker`] does in front of body 1.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FarStriker {
+    /// Its mass, its velocity towards the chain (so against x), and the damping of its contact.
+    pub striker: Striker,
+    /// How far from the last body at rest it stands at t = 0, in metres: zero where it touches, else it strikes later. Its
+    /// displacement counts from where it would touch.
+    pub distance_m: f64,
+    /// Its contact with the last body, in which its own damping stands for the dashpot; none for one like the last gap.
+    pub contact: Option<Contact>,
 }
 
 impl Chain {
     /// Number of bodies.
     pub fn n_bodies(&self) -> usize {
         self.mass_kg.len()
+    }
+
+    /// The striker at the far end, where there is one.
+    pub(crate) fn far_striker(&self) -> Option<&FarStriker> {
+        match &self.far_end {
+            FarEnd::Struck(far) => Some(far),
+            FarEnd::Free | FarEnd::Fixed => None,
+        }
+    }
+
+    /// Every contact that is not like another, those of strikers included.
+    pub(crate) fn all_contacts(&self) -> Vec<&Contact> {
+        let of_far = self.far_striker().and_then(|far| far.contact.as_ref());
+        self.contact.all().into_iter().chain(of_far).collect()
     }
 
     /// Whether a dashpot takes energy from the bodies once the striker has left.
@@ -81,18 +113,15 @@ impl Chain {
         check::each_body("mass_kg", &self.mass_kg, check::positive)?;
         check::each_body("damping_kg_per_s", &self.damping_kg_per_s, check::not_negative)?;
         self.contact.check(n)?;
-        self.drive.check(n)
+        self.drive.check(n)?;
+        self.far_striker().map_or(Ok(()), |far| far.check(n))
     }
 }
 
 impl Drive {
     fn check(&self, n_bodies: usize) -> Result<(), MechanicsError> {
         match self {
-            Self::Striker(striker) => {
-                check::positive("striker mass_kg", striker.mass_kg)?;
-                check::not_negative("striker velocity_m_per_s", striker.velocity_m_per_s)?;
-                check::not_negative("striker damping_kg_per_s", striker.damping_kg_per_s)
-            }
+            Self::Striker(striker) => striker.check("striker"),
             Self::Imposed(_) => Ok(()),
             Self::Free { displacement_m, velocity_m_per_s } => {
                 check::length("initial displacement_m", n_bodies, displacement_m.len())?;
@@ -101,5 +130,24 @@ impl Drive {
                 check::each_body("initial velocity_m_per_s", velocity_m_per_s, check::finite)
             }
         }
+    }
+}
+
+impl Striker {
+    fn check(&self, name: &str) -> Result<(), MechanicsError> {
+        check::positive(format!("{name} mass_kg"), self.mass_kg)?;
+        check::not_negative(format!("{name} velocity_m_per_s"), self.velocity_m_per_s)?;
+        check::not_negative(format!("{name} damping_kg_per_s"), self.damping_kg_per_s)
+    }
+}
+
+impl FarStriker {
+    fn check(&self, n_bodies: usize) -> Result<(), MechanicsError> {
+        // Both strikers' dashpots would hold the same body, whose flow the symplectic methods know for one alone.
+        let several = "at least 2 with a far striker";
+        check::require(n_bodies > 1, "number of bodies", several, n_bodies as f64)?;
+        self.striker.check("far striker")?;
+        check::not_negative("far striker distance_m", self.distance_m)?;
+        self.contact.as_ref().map_or(Ok(()), |contact| contact.check("contact of the far striker"))
     }
 }

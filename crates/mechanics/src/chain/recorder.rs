@@ -3,29 +3,37 @@
 use chainwave_measurement::Trajectory;
 use ndarray::Array2;
 
-use super::{simulation::StrikerMotion, state::ChainState};
+use super::{
+    row::{End, Row},
+    simulation::StrikerMotion,
+    state::ChainState,
+};
 
 /// Collects the motion at the output times.
 #[derive(Debug)]
 pub(crate) struct Recorder {
     trajectory: Trajectory,
-    striker: Option<StrikerMotion>,
+    /// Those of the strikers in front and at the far end, where there are any.
+    strikers: [Option<StrikerMotion>; 2],
+    first_body: usize,
 }
 
 impl Recorder {
-    pub(crate) fn new(n_bodies: usize, times_s: Vec<f64>, has_striker: bool) -> Self {
+    pub(crate) fn new(n_bodies: usize, times_s: Vec<f64>, row: &Row<'_>) -> Self {
         let shape = (n_bodies, times_s.len());
-        let striker = has_striker.then(|| StrikerMotion {
+        let at_rest = || StrikerMotion {
             displacement_m: vec![0.0; times_s.len()],
             velocity_m_per_s: vec![0.0; times_s.len()],
-        });
+        };
+        let strikers = End::BOTH.map(|end| row.striker(end).map(|_| at_rest()));
         let (displacement_m, velocity_m_per_s) = (Array2::zeros(shape), Array2::zeros(shape));
-        Self { trajectory: Trajectory { times_s, displacement_m, velocity_m_per_s }, striker }
+        let trajectory = Trajectory { times_s, displacement_m, velocity_m_per_s };
+        Self { trajectory, strikers, first_body: row.first_body() }
     }
 
-    /// Writes `state` as output number `k`; the last masses of the row are the bodies.
+    /// Writes `state` as output number `k`.
     pub(crate) fn record(&mut self, k: usize, state: &ChainState) {
-        let first = usize::from(self.striker.is_some());
+        let first = self.first_body;
         for (to, &x_m) in self.trajectory.displacement_m.column_mut(k).iter_mut().zip(&state.x_m[first..]) {
             *to = x_m;
         }
@@ -34,9 +42,12 @@ impl Recorder {
         {
             *to = v;
         }
-        if let Some(striker) = &mut self.striker {
-            striker.displacement_m[k] = state.x_m[0];
-            striker.velocity_m_per_s[k] = state.v_m_per_s[0];
+        let behind = first + self.trajectory.displacement_m.nrows();
+        for (striker, mass) in self.strikers.iter_mut().zip([0, behind]) {
+            if let Some(striker) = striker {
+                striker.displacement_m[k] = state.x_m[mass];
+                striker.velocity_m_per_s[k] = state.v_m_per_s[mass];
+            }
         }
     }
 
@@ -48,7 +59,7 @@ impl Recorder {
         if difference > 0.0 { difference / largest } else { 0.0 }
     }
 
-    pub(crate) fn finish(self) -> (Trajectory, Option<StrikerMotion>) {
-        (self.trajectory, self.striker)
+    pub(crate) fn finish(self) -> (Trajectory, [Option<StrikerMotion>; 2]) {
+        (self.trajectory, self.strikers)
     }
 }

@@ -1,8 +1,17 @@
 //! The march of one integration: steps and their control, switches, outputs.
 
 use super::{
-    front::Front, ledger::Ledger, model::ChainModel, parameters::Chain, recorder::Recorder, schedule::Bodies,
-    simulation::Simulation, state::ChainState, step_size::Pace, switch::cut_at_switch,
+    front::Front,
+    ledger::Ledger,
+    model::ChainModel,
+    parameters::Chain,
+    recorder::Recorder,
+    row::{End, Row},
+    schedule::Bodies,
+    simulation::Simulation,
+    state::ChainState,
+    step_size::Pace,
+    switch::cut_at_switch,
 };
 use crate::{
     check,
@@ -16,7 +25,7 @@ use crate::{
 
 /// Steps times bodies beyond which a simulation is refused (minutes of computing).
 const MAX_BODY_STEPS: f64 = 2e11;
-/// Switches of the striker's contact without a whole step in between beyond which a run is given up.
+/// Switches of strikers' contacts without a whole step in between beyond which a run is given up.
 const MAX_SWITCHES: u32 = 1000;
 /// Outputs at which the energy is booked.
 const ENERGY_BOOKINGS: usize = 512;
@@ -54,7 +63,8 @@ pub(crate) struct Run<'a> {
     pub(crate) ledger: Ledger,
     control: Control,
     steps: u64,
-    contact_switch_times_s: Vec<f64>,
+    /// Of the strikers in front and at the far end.
+    contact_switch_times_s: [Vec<f64>; 2],
     force_evaluations: u64,
 }
 
@@ -78,11 +88,11 @@ impl<'a> Run<'a> {
         let mut run = Self {
             rung: Rung::new(order.method, &model),
             front,
-            recorder: Recorder::new(chain.n_bodies(), times_s, model.striker.is_some()),
+            recorder: Recorder::new(chain.n_bodies(), times_s, &Row::of(chain)),
             ledger: Ledger::new(&model, &state),
             control,
             steps: 0,
-            contact_switch_times_s: Vec::new(),
+            contact_switch_times_s: [Vec::new(), Vec::new()],
             force_evaluations: 0,
             model,
             order,
@@ -124,8 +134,8 @@ impl<'a> Run<'a> {
             time_s = end_s;
             continued = cut.is_none();
             switches_in_a_row = if continued { 0 } else { switches_in_a_row + 1 };
-            if cut.is_some() {
-                self.switch(&mut state, time_s, switches_in_a_row)?;
+            if let Some(end) = cut {
+                self.switch(&mut state, end, time_s, switches_in_a_row)?;
             }
             self.front.advance(&mut state, self.control.x_m, self.control.v_m_per_s);
         }
@@ -142,15 +152,15 @@ impl<'a> Run<'a> {
         self.force_evaluations += (self.rung.evaluations() - before) * state.active as u64;
     }
 
-    /// One step towards `target_s`, shortened until its error is small enough, and again to the first switch of the
-    /// striker's contact; returns its length, and whether a switch ended it.
+    /// One step towards `target_s`, shortened until its error is small enough, and again to the first switch of a
+    /// striker's contact; returns its length, and whose switch ended it.
     fn step(
         &mut self,
         time_s: f64,
         target_s: f64,
         state: &ChainState,
         ahead: &mut ChainState,
-    ) -> Result<(f64, Option<Switched>), MechanicsError> {
+    ) -> Result<(f64, Option<End>), MechanicsError> {
         let before = self.rung.evaluations();
         let mut h_s = self.control.step_s(target_s - time_s);
         loop {
@@ -166,12 +176,18 @@ impl<'a> Run<'a> {
         let cut = cut_at_switch(&mut self.rung, &self.model, state, Step { time_s, h_s }, ahead);
         self.steps += 1;
         self.force_evaluations += (self.rung.evaluations() - before) * state.active as u64;
-        Ok((cut.unwrap_or(h_s), cut.map(|_| Switched)))
+        Ok(cut.map_or((h_s, None), |(part_s, end)| (part_s, Some(end))))
     }
 
-    fn switch(&mut self, state: &mut ChainState, time_s: f64, in_a_row: u32) -> Result<(), MechanicsError> {
-        self.contact_switch_times_s.push(time_s);
-        self.model.switch_contact(state);
+    fn switch(
+        &mut self,
+        state: &mut ChainState,
+        end: End,
+        time_s: f64,
+        in_a_row: u32,
+    ) -> Result<(), MechanicsError> {
+        self.contact_switch_times_s[end.index()].push(time_s);
+        self.model.switch_contact(state, end);
         if in_a_row > MAX_SWITCHES {
             return Err(MechanicsError::Chatter { time_s, switches: in_a_row });
         }
@@ -206,10 +222,12 @@ impl<'a> Run<'a> {
             Pacing::Constant { .. } => self.control.h_s,
             Pacing::Adaptive { .. } => duration_s / self.steps as f64,
         };
-        let (trajectory, striker) = self.recorder.finish();
+        let (trajectory, [striker, far_striker]) = self.recorder.finish();
+        let [contact_switch_times_s, far_contact_switch_times_s] = self.contact_switch_times_s;
         Simulation {
             trajectory,
             striker,
+            far_striker,
             energy_drift: self.ledger.energy_drift(),
             psi_max_j: self.ledger.psi_max_j(&self.model),
             peak_times_s: self.ledger.peak_times_s(&self.model),
@@ -219,7 +237,8 @@ impl<'a> Run<'a> {
             choice,
             error_estimate,
             tension_events: self.ledger.tension_events,
-            contact_switch_times_s: self.contact_switch_times_s,
+            contact_switch_times_s,
+            far_contact_switch_times_s,
             force_evaluations: self.force_evaluations,
         }
     }
@@ -234,10 +253,6 @@ impl<'a> Run<'a> {
         self.control.h_s
     }
 }
-
-/// Says that a switch of the striker's contact ended the step.
-#[derive(Debug, Clone, Copy)]
-struct Switched;
 
 /// Chooses the steps and adds up their errors.
 #[derive(Debug)]

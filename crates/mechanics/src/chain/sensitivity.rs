@@ -7,9 +7,10 @@ use super::{
     change::{Asked, Change},
     model::ChainModel,
     parameters::Chain,
+    row::End,
     schedule::Schedule,
     simulate::simulate,
-    simulation::Simulation,
+    simulation::{Simulation, StrikerMotion},
     step_size::Pace,
     tangent::Tangent,
 };
@@ -97,13 +98,13 @@ fn derivatives(
     let mut tangent = Tangent::new(chain, &model, &motion, asked);
     let mut found = vec![at_rest(chain.n_bodies(), outputs_s); asked.n()];
     tangent.record(0, &mut found);
-    let mut switches = simulation.contact_switch_times_s.iter().peekable();
+    let mut switches = switches_of(simulation).into_iter().peekable();
     for (k, ends_s) in times_s.windows(2).enumerate() {
         let mut start_s = ends_s[0];
-        while let Some(switch_s) = switches.next_if(|switch_s| **switch_s <= ends_s[1]) {
-            tangent.step(start_s, *switch_s);
-            tangent.switch(*switch_s);
-            start_s = *switch_s;
+        while let Some((switch_s, end)) = switches.next_if(|(switch_s, _)| *switch_s <= ends_s[1]) {
+            tangent.step(start_s, switch_s);
+            tangent.switch(end, switch_s);
+            start_s = switch_s;
         }
         tangent.step(start_s, ends_s[1]);
         if (k + 1).is_multiple_of(n_between) {
@@ -117,6 +118,15 @@ fn derivatives(
     }
 }
 
+/// When the strikers' contacts switched, and whose, in their order.
+fn switches_of(simulation: &Simulation) -> Vec<(f64, End)> {
+    let near = simulation.contact_switch_times_s.iter().map(|time_s| (*time_s, End::Near));
+    let far = simulation.far_contact_switch_times_s.iter().map(|time_s| (*time_s, End::Far));
+    let mut switches: Vec<(f64, End)> = near.chain(far).collect();
+    switches.sort_by(|one, other| one.0.total_cmp(&other.0));
+    switches
+}
+
 /// Steps of the variational equations between two outputs.
 fn steps_between(chain: &Chain, output_interval_s: f64) -> usize {
     let pace = Pace::new(chain);
@@ -126,23 +136,26 @@ fn steps_between(chain: &Chain, output_interval_s: f64) -> usize {
     (output_interval_s / longest_s).ceil().max(1.0) as usize
 }
 
-/// The motion of all masses, the striker's in front; those of one time lie side by side.
+/// The motion of all masses, the strikers' at the ends; those of one time lie side by side.
 fn motion_of_masses(simulation: &Simulation) -> Trajectory {
     let Trajectory { times_s, displacement_m, velocity_m_per_s } = &simulation.trajectory;
-    let with = |striker: Option<&Vec<f64>>, bodies: &Array2<f64>| {
+    let (striker, far_striker) = (simulation.striker.as_ref(), simulation.far_striker.as_ref());
+    let with = |of_striker: fn(&StrikerMotion) -> &Vec<f64>, bodies: &Array2<f64>| {
         let first = usize::from(striker.is_some());
-        let mut all = Array2::zeros((bodies.nrows() + first, bodies.ncols()).f());
-        all.slice_axis_mut(Axis(0), Slice::from(first..)).assign(bodies);
-        if let Some(striker) = striker {
-            all.row_mut(0).iter_mut().zip(striker).for_each(|(place, value)| *place = *value);
+        let behind = first + bodies.nrows();
+        let n_masses = behind + usize::from(far_striker.is_some());
+        let mut all = Array2::zeros((n_masses, bodies.ncols()).f());
+        all.slice_axis_mut(Axis(0), Slice::from(first..behind)).assign(bodies);
+        for (striker, mass) in [(striker, 0), (far_striker, behind)] {
+            let Some(striker) = striker else { continue };
+            all.row_mut(mass).iter_mut().zip(of_striker(striker)).for_each(|(place, value)| *place = *value);
         }
         all
     };
-    let striker = simulation.striker.as_ref();
     Trajectory {
         times_s: times_s.clone(),
-        displacement_m: with(striker.map(|striker| &striker.displacement_m), displacement_m),
-        velocity_m_per_s: with(striker.map(|striker| &striker.velocity_m_per_s), velocity_m_per_s),
+        displacement_m: with(|striker| &striker.displacement_m, displacement_m),
+        velocity_m_per_s: with(|striker| &striker.velocity_m_per_s, velocity_m_per_s),
     }
 }
 
@@ -159,7 +172,7 @@ fn thin(simulation: &mut Simulation, n_between: usize) {
     };
     of_rows(&mut simulation.trajectory.displacement_m);
     of_rows(&mut simulation.trajectory.velocity_m_per_s);
-    if let Some(striker) = &mut simulation.striker {
+    for striker in [&mut simulation.striker, &mut simulation.far_striker].into_iter().flatten() {
         of_list(&mut striker.displacement_m);
         of_list(&mut striker.velocity_m_per_s);
     }

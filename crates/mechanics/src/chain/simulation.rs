@@ -9,6 +9,8 @@ pub struct Simulation {
     pub trajectory: Trajectory,
     /// Motion of the striker at the output times, where there is one.
     pub striker: Option<StrikerMotion>,
+    /// The same of the far striker.
+    pub far_striker: Option<StrikerMotion>,
     /// Largest change, over at most some 500 of the outputs, of kinetic and potential energy plus what the dampers took (less
     /// what an imposed motion put in), relative to the initial energy (for an imposed motion: to the largest energy held).
     pub energy_drift: f64,
@@ -30,6 +32,8 @@ pub struct Simulation {
     pub tension_events: u64,
     /// When the striker's contact opened, closed again and so on, in seconds.
     pub contact_switch_times_s: Vec<f64>,
+    /// The same of the far striker's contact, which may begin open.
+    pub far_contact_switch_times_s: Vec<f64>,
     /// Contact forces evaluated.
     pub force_evaluations: u64,
 }
@@ -37,7 +41,7 @@ pub struct Simulation {
 /// Motion of the striker at the output times.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StrikerMotion {
-    /// Displacement since it touched, in metres.
+    /// Displacement from where it touches the chain at rest, in metres.
     pub displacement_m: Vec<f64>,
     /// Velocity in metres per second.
     pub velocity_m_per_s: Vec<f64>,

@@ -12,11 +12,13 @@ pub(crate) struct ChainState {
     pub(crate) v_m_per_s: AlignedRow,
     /// Energy that the dampers took, less the work of an imposed motion.
     pub(crate) lost_j: f64,
-    /// Whether the striker's contact is closed.
-    pub(crate) touching: bool,
+    pub(crate) touching: Touching,
     /// Masses that are integrated, a multiple of the vectors' length; those beyond rest.
     pub(crate) active: usize,
 }
+
+/// Whether the contacts of the strikers in front and at the far end are closed.
+pub(crate) type Touching = [bool; 2];
 
 /// Length of a row of `n` masses with what pads it.
 pub(crate) fn row_length(n: usize) -> usize {
@@ -27,16 +29,16 @@ impl ChainState {
     pub(crate) fn at_rest(n_masses: usize) -> Self {
         let row = AlignedRow::zeros(row_length(n_masses));
         let active = padded(n_masses);
-        Self { x_m: row.clone(), v_m_per_s: row, lost_j: 0.0, touching: false, active }
+        Self { x_m: row.clone(), v_m_per_s: row, lost_j: 0.0, touching: [false; 2], active }
     }
 
-    /// Overlap of the striker (mass 0) with body 1, in metres.
-    pub(crate) fn striker_overlap_m(&self) -> f64 {
-        self.x_m[0] - self.x_m[1]
+    /// Overlap of a gap, in metres.
+    pub(crate) fn overlap_m(&self, gap: usize) -> f64 {
+        self.x_m[gap] - self.x_m[gap + 1]
     }
 
     /// Rate at which that overlap grows, in metres per second.
-    pub(crate) fn striker_closing_m_per_s(&self) -> f64 {
-        self.v_m_per_s[0] - self.v_m_per_s[1]
+    pub(crate) fn closing_m_per_s(&self, gap: usize) -> f64 {
+        self.v_m_per_s[gap] - self.v_m_per_s[gap + 1]
     }
 }

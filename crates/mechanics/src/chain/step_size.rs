@@ -2,59 +2,40 @@
 
 use super::{
     ledger::Ledger,
-    parameters::{Chain, Drive, FarEnd},
+    parameters::Chain,
+    row::{End, Row},
 };
-use crate::{
-    contact::contacts::{Contact, Contacts},
-    error::MechanicsError,
-    integrator::method::Method,
-};
+use crate::{contact::contacts::Contact, error::MechanicsError, integrator::method::Method};
 
 /// How fast a chain can oscillate and decay, which bounds the time step.
 #[derive(Debug, Clone)]
 pub(crate) struct Pace<'a> {
-    chain: &'a Chain,
-    /// The row's inverse masses, the striker's first where there is one; zero where the motion is imposed.
+    row: Row<'a>,
+    /// The row's inverse masses; zero where the motion is imposed.
     inverse_mass_per_kg: Vec<f64>,
     /// Upper bound of the decay rate.
     pub(crate) decay_per_s: f64,
-    shift: usize,
 }
 
 impl<'a> Pace<'a> {
     pub(crate) fn new(chain: &'a Chain) -> Self {
-        let mut inverse: Vec<f64> = chain.mass_kg.iter().map(|m| m.recip()).collect();
-        let mut ground = chain.damping_kg_per_s.clone();
-        let mut shift = 0;
-        let mut of_striker = 0.0;
-        match &chain.drive {
-            Drive::Striker(striker) => {
-                inverse.insert(0, striker.mass_kg.recip());
-                ground.insert(0, 0.0);
-                of_striker = striker.damping_kg_per_s;
-                shift = 1;
-            }
-            Drive::Imposed(_) => inverse[0] = 0.0,
-            Drive::Free { .. } => {}
-        }
-        let mut pace = Self { chain, inverse_mass_per_kg: inverse, decay_per_s: 0.0, shift };
-        let dashpot = |gap: usize| match gap {
-            0 if shift == 1 => of_striker,
-            _ => pace.contact(gap).damping_kg_per_s,
+        let row = Row::of(chain);
+        let inverse = |m: f64| if m > 0.0 { m.recip() } else { 0.0 };
+        let inverse_mass_per_kg = row.masses_kg().into_iter().map(inverse).collect();
+        let mut pace = Self { row, inverse_mass_per_kg, decay_per_s: 0.0 };
+        let ground = row.ground_kg_per_s();
+        let dashpot = |gap: usize| {
+            let end = End::BOTH.into_iter().find(|end| row.struck_gap(*end) == Some(gap));
+            let striker = end.and_then(|end| row.striker(end));
+            striker.map_or_else(|| row.contact(gap).damping_kg_per_s, |striker| striker.damping_kg_per_s)
         };
         pace.decay_per_s = pace.largest_row(dashpot, |mass| ground[mass]);
         pace
     }
 
-    /// The contact behind a mass of the row.
-    fn contact(&self, gap: usize) -> &Contact {
-        self.chain.contact.behind(gap, self.shift)
-    }
-
     /// Gershgorin's bound of the eigenvalues of M^-1 times a matrix of couplings behind the masses and to ground.
     fn largest_row(&self, coupling: impl Fn(usize) -> f64, ground: impl Fn(usize) -> f64) -> f64 {
-        let n = self.inverse_mass_per_kg.len();
-        let n_gaps = if self.chain.far_end == FarEnd::Fixed { n } else { n - 1 };
+        let n_gaps = self.row.n_links();
         let mut before = 0.0;
         let mut largest = 0.0_f64;
         for (mass, inverse_mass) in self.inverse_mass_per_kg.iter().enumerate() {
@@ -67,11 +48,9 @@ impl<'a> Pace<'a> {
 
     /// Fastest oscillation with all gaps at rest, in radians per second.
     pub(crate) fn omega_at_rest(&self) -> f64 {
-        let k_0_n_per_m = self.chain.contact.k_0_n_per_m();
-        let stiffness = |gap: usize| match &self.chain.contact {
-            Contacts::Same(_) => k_0_n_per_m,
-            Contacts::Each(_) | Contacts::Struck { .. } => self.contact(gap).stiffness_n_per_m(0.0),
-        };
+        let of_contact = |contact: &Contact| contact.stiffness_n_per_m(0.0);
+        let same_n_per_m = self.row.same_contact().map(of_contact);
+        let stiffness = |gap: usize| same_n_per_m.unwrap_or_else(|| of_contact(self.row.contact(gap)));
         self.largest_row(stiffness, |_| 0.0).sqrt()
     }
 
@@ -80,8 +59,9 @@ impl<'a> Pace<'a> {
         let stiffest = |gap: usize| {
             let [least_m, most_m] = ledger.range_m(gap);
             // A striker that has left does not count.
-            let least_m = if gap < self.shift { least_m.max(0.0) } else { least_m };
-            self.contact(gap).stiffest_n_per_m(least_m, most_m)
+            let is_struck = End::BOTH.into_iter().any(|end| self.row.struck_gap(end) == Some(gap));
+            let least_m = if is_struck { least_m.max(0.0) } else { least_m };
+            self.row.contact(gap).stiffest_n_per_m(least_m, most_m)
         };
         self.largest_row(stiffest, |_| 0.0).sqrt()
     }

@@ -1,6 +1,6 @@
-//! Event location: the instant at which the striker's contact opens or closes within a step.
+//! Event location: the instant at which a striker's contact opens or closes within a step.
 
-use super::{course::Course, model::ChainModel, state::ChainState};
+use super::{course::Course, model::ChainModel, row::End, state::ChainState};
 use crate::{
     contact::striker::StrikerContact,
     integrator::{rung::Rung, step::Step},
@@ -11,53 +11,80 @@ const PRECISION: f64 = 1e-12;
 /// Trials after which the location is as good as it will get.
 const MAX_TRIALS: u32 = 100;
 
-/// The part of the step that ends right after the first switch of the striker's contact, or `None` when the contact stays
-/// as it is.
+/// The part of the step that ends right after the first switch of a striker's contact, and whose it is, or `None` when all
+/// contacts stay as they are.
 ///
-/// Expects `ahead` at the end of the whole step; leaves it at the end of the part. Within the step the contact is held
-/// as it is at the start, so the motion is smooth and the margin crosses zero cleanly. The switch is bracketed by steps
-/// of the integrator itself: its time is exact for the computed motion, and the cut costs no order of accuracy.
+/// Expects `ahead` at the end of the whole step; leaves it at the end of the part. Within the step the contacts are held
+/// as they are at the start, so the motion is smooth and the margin crosses zero cleanly. The switch is bracketed by steps
+/// of the integrator itself: its time is exact for the computed motion, and the cut costs no order of accuracy. What the other
+/// contact does after the first switch is for the next step.
 pub(crate) fn cut_at_switch(
     rung: &mut Rung,
     model: &ChainModel<'_>,
     from: &ChainState,
     step: Step,
     ahead: &mut ChainState,
-) -> Option<f64> {
-    let contact = model.striker.as_ref()?;
-    let mut end_s = first_contradiction(model, contact, from, step.h_s, ahead)?;
-    let mut search = Search { rung, model, contact, from, step, ahead };
-    if end_s < step.h_s && search.excess_n(end_s) <= 0.0 {
-        // The coarse look between the ends was mistaken.
-        if search.excess_n(step.h_s) <= 0.0 {
-            return None;
-        }
-        end_s = step.h_s;
+) -> Option<(f64, End)> {
+    let suspects = End::BOTH.map(|end| {
+        let contact = HeldContact { model, contact: model.strikers[end.index()].as_ref()?, end };
+        Some((contact, contact.first_contradiction(from, step.h_s, ahead)?))
+    });
+    let mut found: Option<(f64, End)> = None;
+    for (held, end_s) in suspects.into_iter().flatten() {
+        let mut search = Search { rung: &mut *rung, held, from, step, ahead: &mut *ahead };
+        let part_s = search.first_switch(end_s);
+        found = [found, part_s.map(|part_s| (part_s, held.end))]
+            .into_iter()
+            .flatten()
+            .min_by(|one, other| one.0.total_cmp(&other.0));
     }
-    Some(search.locate(end_s))
+    if suspects.iter().all(Option::is_some) {
+        let part_s = found.map_or(step.h_s, |(part_s, _)| part_s);
+        rung.advance(model, from, Step { h_s: part_s, ..step }, ahead);
+    }
+    found
+}
+
+/// A striker's contact in its chain.
+#[derive(Debug, Clone, Copy)]
+struct HeldContact<'a> {
+    model: &'a ChainModel<'a>,
+    contact: &'a StrikerContact,
+    end: End,
 }
 
 /// Trials of the step with several lengths.
 struct Search<'a> {
     rung: &'a mut Rung,
-    model: &'a ChainModel<'a>,
-    contact: &'a StrikerContact,
+    held: HeldContact<'a>,
     from: &'a ChainState,
     step: Step,
     ahead: &'a mut ChainState,
 }
 
 impl Search<'_> {
+    /// The part of the step at which the contact switches, where a look at its course saw it switched after `end_s`.
+    fn first_switch(&mut self, mut end_s: f64) -> Option<f64> {
+        if end_s < self.step.h_s && self.excess_n(end_s) <= 0.0 {
+            // The coarse look between the ends was mistaken.
+            if self.excess_n(self.step.h_s) <= 0.0 {
+                return None;
+            }
+            end_s = self.step.h_s;
+        }
+        Some(self.locate(end_s))
+    }
+
     /// By how much the contact contradicts its own condition `part_s` after the start, in newtons.
     fn excess_n(&mut self, part_s: f64) -> f64 {
-        self.rung.advance(self.model, self.from, Step { h_s: part_s, ..self.step }, self.ahead);
-        excess_n(self.contact, self.ahead)
+        self.rung.advance(self.held.model, self.from, Step { h_s: part_s, ..self.step }, self.ahead);
+        self.held.excess_n(self.ahead)
     }
 
     /// The contradiction's beginning in (0, `end_s`], by the Illinois variant of the rule of false position (M. Dowell, P.
     /// Jarratt, BIT 11 (1971) 168-174), with a halving now and then against slow cases.
     fn locate(&mut self, end_s: f64) -> f64 {
-        let (mut start_s, mut start_n) = (0.0, excess_n(self.contact, self.from).min(0.0));
+        let (mut start_s, mut start_n) = (0.0, self.held.excess_n(self.from).min(0.0));
         let (mut end_s, mut end_n) = (end_s, self.excess_n(end_s));
         let mut last_was_end = None;
         for trial in 1..MAX_TRIALS {
@@ -86,50 +113,49 @@ impl Search<'_> {
     }
 }
 
-/// Positive where the contact, as it is held, contradicts its own condition, in newtons.
-fn excess_n(contact: &StrikerContact, state: &ChainState) -> f64 {
-    let margin_n = contact.margin_n(state.striker_overlap_m(), state.striker_closing_m_per_s());
-    if state.touching { -margin_n } else { margin_n }
-}
-
 /// Places within a step at which its course is looked at.
 const LOOKS: u32 = 16;
 
-/// The first place found in a step at which the contact must have switched.
-///
-/// A touch may begin and end within one step, and a parting too. So unless the contact stays far from a switch, the overlap's
-/// course between the ends is looked at, in several places and where it came nearest to a switch between them.
-fn first_contradiction(
-    model: &ChainModel<'_>,
-    contact: &StrikerContact,
-    from: &ChainState,
-    h_s: f64,
-    ahead: &ChainState,
-) -> Option<f64> {
-    let touching = from.touching;
-    let ends = [from, ahead].map(|state| (state.striker_overlap_m(), state.striker_closing_m_per_s()));
-    if contact.stays(touching, ends, h_s) {
-        return None;
+impl HeldContact<'_> {
+    /// Positive where the contact, as it is held, contradicts its own condition, in newtons.
+    fn excess_n(&self, state: &ChainState) -> f64 {
+        let gap = self.contact.gap;
+        let margin_n = self.contact.margin_n(state.overlap_m(gap), state.closing_m_per_s(gap));
+        if state.touching[self.end.index()] { -margin_n } else { margin_n }
     }
-    let course = Course::of_gap(model, [from, ahead], h_s, 0);
-    let at = |part: f64| (course.overlap_m(part), course.rate_m_per_s(part));
-    let switched = |part: f64| {
-        let (overlap_m, closing_m_per_s) = at(part);
-        contact.must_switch(touching, overlap_m, closing_m_per_s)
-    };
-    let places = (1..LOOKS).map(|i| f64::from(i) / f64::from(LOOKS));
-    if let Some(part) = places.clone().find(|part| switched(*part)) {
-        return Some(part * h_s);
+
+    /// The first place found in a step at which the contact must have switched.
+    ///
+    /// A touch may begin and end within one step, and a parting too. So unless the contact stays far from a switch, the overlap's
+    /// course between the ends is looked at, in several places and where it came nearest to a switch between them.
+    fn first_contradiction(&self, from: &ChainState, h_s: f64, ahead: &ChainState) -> Option<f64> {
+        let Self { model, contact, end } = *self;
+        let touching = from.touching[end.index()];
+        let ends =
+            [from, ahead].map(|state| (state.overlap_m(contact.gap), state.closing_m_per_s(contact.gap)));
+        if contact.stays(touching, ends, h_s) {
+            return None;
+        }
+        let course = Course::of_gap(model, [from, ahead], h_s, contact.gap);
+        let at = |part: f64| (course.overlap_m(part), course.rate_m_per_s(part));
+        let switched = |part: f64| {
+            let (overlap_m, closing_m_per_s) = at(part);
+            contact.must_switch(touching, overlap_m, closing_m_per_s)
+        };
+        let places = (1..LOOKS).map(|i| f64::from(i) / f64::from(LOOKS));
+        if let Some(part) = places.clone().find(|part| switched(*part)) {
+            return Some(part * h_s);
+        }
+        let (overlap_m, closing_m_per_s) = ends[1];
+        if contact.must_switch(touching, overlap_m, closing_m_per_s) {
+            return Some(h_s);
+        }
+        let distance = |part: f64| contact.distance_n(touching, at(part));
+        let nearest = places.map(|part| (part, distance(part))).min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let space = 1.0 / f64::from(LOOKS);
+        let (before, after) = (distance(nearest.0 - space), distance(nearest.0 + space));
+        let bend = before - 2.0 * nearest.1 + after;
+        let vertex = nearest.0 + 0.5 * space * (before - after) / bend;
+        (bend > 0.0 && vertex > 0.0 && vertex < 1.0 && switched(vertex)).then_some(vertex * h_s)
     }
-    let (overlap_m, closing_m_per_s) = ends[1];
-    if contact.must_switch(touching, overlap_m, closing_m_per_s) {
-        return Some(h_s);
-    }
-    let distance = |part: f64| contact.distance_n(touching, at(part));
-    let nearest = places.map(|part| (part, distance(part))).min_by(|a, b| a.1.total_cmp(&b.1))?;
-    let space = 1.0 / f64::from(LOOKS);
-    let (before, after) = (distance(nearest.0 - space), distance(nearest.0 + space));
-    let bend = before - 2.0 * nearest.1 + after;
-    let vertex = nearest.0 + 0.5 * space * (before - after) / bend;
-    (bend > 0.0 && vertex > 0.0 && vertex < 1.0 && switched(vertex)).then_some(vertex * h_s)
 }

@@ -5,9 +5,9 @@ mod along;
 use chainwave_measurement::Trajectory;
 use pulp::{Simd, WithSimd};
 
-use super::{change::Asked, model::ChainModel, parameters::Chain};
+use super::{change::Asked, model::ChainModel, parameters::Chain, row::End};
 use crate::lanes::{PADDING, padded, vectorised};
-use along::{Along, Coefficients};
+use along::{Along, Closing, Coefficients};
 
 /// The variational equations along a motion: how displacements and velocities of all masses change with each of several changes.
 ///
@@ -71,26 +71,27 @@ impl<'a> Tangent<'a> {
         }
     }
 
-    /// One step between two times, within which the striker's contact stays as it is.
+    /// One step between two times, within which strikers' contacts stay as they are.
     pub(crate) fn step(&mut self, start_s: f64, end_s: f64) {
         if end_s > start_s {
             vectorised(Stepping { tangent: self, start_s, end_s });
         }
     }
 
-    /// Opens or closes the striker's contact.
+    /// Opens or closes the contact of an end's striker.
     ///
     /// It opens where its force has come to zero, and nothing jumps. Where it closes its force sets in at once, at an instant that moves by
-    /// -(s_0 - s_1) over the rate of closing; the sooner, the longer it acts.
-    pub(crate) fn switch(&mut self, time_s: f64) {
+    /// -(s_i - s_j) over the rate of closing of its two masses; the sooner, the longer it acts.
+    pub(crate) fn switch(&mut self, end: End, time_s: f64) {
         self.end_s = None;
-        let Some((push_n, closing_m_per_s)) = self.along.switch(time_s) else { return };
+        let Some(Closing { gap, push_n, closing_m_per_s }) = self.along.switch(end, time_s) else { return };
         let Derivatives { s, u } = &mut self.here;
         let inverse_mass_per_kg = &self.model.inverse_mass_per_kg;
-        for (of_striker, of_body) in (0..self.n_lanes).zip(self.n_lanes..) {
-            let sooner_s = (s[of_striker] - s[of_body]) / closing_m_per_s;
-            u[of_striker] -= push_n * sooner_s * inverse_mass_per_kg[0];
-            u[of_body] += push_n * sooner_s * inverse_mass_per_kg[1];
+        let here = gap * self.n_lanes;
+        for (left, right) in (here..here + self.n_lanes).zip(here + self.n_lanes..) {
+            let sooner_s = (s[left] - s[right]) / closing_m_per_s;
+            u[left] -= push_n * sooner_s * inverse_mass_per_kg[gap];
+            u[right] += push_n * sooner_s * inverse_mass_per_kg[gap + 1];
         }
     }
 
@@ -148,7 +149,7 @@ impl<'a> Tangent<'a> {
         for (k, force_n) in self.frictions_n.iter().enumerate() {
             let lane = self.first_friction + k;
             let masses = v_m_per_s.iter().zip(self.model.inverse_mass_per_kg.iter()).enumerate();
-            let rubbed = masses.take(self.model.n_masses()).skip(self.model.first_gap());
+            let rubbed = masses.skip(self.model.first_gap()).take(self.model.n_gaps() + 1);
             for (mass, (driven_m_per_s, inverse_mass_per_kg)) in rubbed {
                 let place = mass * self.n_lanes + lane;
                 let most_m_per_s2 = force_n * inverse_mass_per_kg;

@@ -87,14 +87,6 @@ impl Contacts {
         }
     }
 
-    /// The contact behind a mass of the row in which `shift` strikers (none or one) stand in front of the bodies.
-    pub(crate) fn behind(&self, mass: usize, shift: usize) -> &Contact {
-        match mass.checked_sub(shift) {
-            Some(gap) => self.of_gap(gap),
-            None => self.of_striker(),
-        }
-    }
-
     /// Every contact that is not like another, that of the striker included.
     pub(crate) fn all(&self) -> Vec<&Contact> {
         match self {
@@ -272,7 +264,7 @@ impl Contact {
         }
     }
 
-    fn check(&self, name: &str) -> Result<(), MechanicsError> {
+    pub(crate) fn check(&self, name: &str) -> Result<(), MechanicsError> {
         check::not_negative(format!("{name}: damping_kg_per_s"), self.damping_kg_per_s)?;
         if let Tension::Tangent { limit } = self.tension {
             let inside = limit > -1.0 && limit < 0.0;

@@ -14,8 +14,8 @@ use crate::lanes::{self, Lanes, PADDING};
 /// Vectors of gaps that go through the power law side by side; four hide its latency.
 const SIDE_BY_SIDE: usize = 2;
 
-/// Gaps that carry nothing whatever their overlap: that of a striker that has left, and the one behind a free end.
-pub(crate) type Idle = [Option<usize>; 2];
+/// Gaps that carry nothing whatever their overlap: those of strikers that have left, and the one behind the last mass where no wall is.
+pub(crate) type Idle = [Option<usize>; 3];
 
 /// The contacts of a row of gaps, sorted by law so that vectors of gaps share one. Gap `i` lies between masses `i` and
 /// `i + 1` of the row.
@@ -369,7 +369,7 @@ mod tests {
             for gap in 0..n {
                 x_m[gap + 1] = x_m[gap] - overlaps_m[gap];
             }
-            for idle in [[None, None], [Some(3), None], [Some(0), Some(n - 1)]] {
+            for idle in [[None; 3], [Some(3), None, None], [Some(0), Some(n - 2), Some(n - 1)]] {
                 let found = vectorised(RowForces { gaps: &gaps, x_m: &x_m, idle });
                 let plain = RowForces { gaps: &gaps, x_m: &x_m, idle }.with_simd(pulp::Scalar);
                 for gap in (0..n).filter(|gap| !idle.contains(&Some(*gap))) {

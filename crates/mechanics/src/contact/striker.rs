@@ -1,10 +1,12 @@
-//! The striker's one-sided contact: its push, and when it opens and closes.
+//! A striker's one-sided contact: its push, and when it opens and closes.
 
 use super::{contacts::Contact, spring::Spring};
 
-/// The one-sided contact of the striker.
+/// The one-sided contact of a striker.
 #[derive(Debug)]
 pub(crate) struct StrikerContact {
+    /// Gap of the row of masses that it lies in.
+    pub(crate) gap: usize,
     spring: Spring,
     k_0_n_per_m: f64,
     /// See [`Contact::softening_m`].
@@ -13,9 +15,10 @@ pub(crate) struct StrikerContact {
 }
 
 impl StrikerContact {
-    /// With a contact's law, and the striker's own dashpot.
-    pub(crate) fn new(contact: &Contact, damping_kg_per_s: f64) -> Self {
+    /// In a gap of the row, with a contact's law and the striker's own dashpot.
+    pub(crate) fn new(gap: usize, contact: &Contact, damping_kg_per_s: f64) -> Self {
         Self {
+            gap,
             spring: contact.spring(),
             k_0_n_per_m: contact.stiffness_n_per_m(0.0),
             softening_m: contact.softening_m(),

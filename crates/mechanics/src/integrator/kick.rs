@@ -4,6 +4,7 @@ use pulp::Simd;
 
 use crate::{
     chain::{force_row::ForceRow, model::ChainModel, state::ChainState},
+    contact::striker::StrikerContact,
     lanes::{PartialSums, row::AlignedRow},
 };
 
@@ -16,8 +17,8 @@ pub(super) struct Kick {
     /// Velocities gain this times the force: the integral of the decay over the mass; the time over the mass without
     /// dampers.
     gain_s_per_kg: AlignedRow,
-    /// The striker and the body that it touches, where their contact is damped.
-    pair: Option<DampedPair>,
+    /// Strikers and the bodies that they touch, where their contacts are damped.
+    pairs: [Option<DampedPair>; 2],
 }
 
 impl Kick {
@@ -40,8 +41,10 @@ impl Kick {
             .collect();
         self.gain_s_per_kg = AlignedRow::padded(flows.iter().map(|flow| flow.1), flows.len());
         self.decay = damped.then(|| AlignedRow::padded(flows.iter().map(|flow| flow.0), flows.len()));
-        let contact = model.striker.as_ref().filter(|contact| contact.damping_kg_per_s > 0.0);
-        self.pair = contact.map(|contact| DampedPair::new(model, contact.damping_kg_per_s, tau_s));
+        self.pairs = model.strikers.each_ref().map(|contact| {
+            let damped = contact.as_ref().filter(|contact| contact.damping_kg_per_s > 0.0)?;
+            Some(DampedPair::new(model, damped, tau_s))
+        });
     }
 
     /// Kicks the velocities; returns what the dampers took, in joules.
@@ -53,19 +56,26 @@ impl Kick {
         force_n: &ForceRow,
         state: &mut ChainState,
     ) -> f64 {
-        let pair = self.pair.as_ref().filter(|_| state.touching);
-        let Some(pair) = pair else { return self.apply_to_row(simd, model, force_n, state) };
-        let before = [state.v_m_per_s[0], state.v_m_per_s[1]];
-        let net_n = [force_n.net_n(0), force_n.net_n(1)];
+        let is_reached = |pair: &&DampedPair| pair.first + 1 < state.active;
+        let touching = self.pairs.iter().zip(state.touching);
+        let mut pairs = touching.map(|(pair, touches)| pair.as_ref().filter(|_| touches).filter(is_reached));
+        let pairs = [pairs.next().flatten(), pairs.next().flatten()];
+        let before = pairs.map(|pair| pair.map_or([0.0; 2], |pair| pair.velocities_m_per_s(state)));
         let mut lost_j = self.apply_to_row(simd, model, force_n, state);
-        let after = pair.apply(before, net_n);
-        for (i, before) in before.into_iter().enumerate() {
-            // The row's kick knows nothing of the pair's dashpot.
-            let changes = [after[i], state.v_m_per_s[i]].map(|after| mean_square(before, after));
-            lost_j += self.tau_s * model.damping_kg_per_s[i] * (changes[0] - changes[1]);
-            state.v_m_per_s[i] = after[i];
+        for (pair, before) in pairs.into_iter().zip(before) {
+            let Some(pair) = pair else { continue };
+            let after = pair.apply(before, [force_n.net_n(pair.first), force_n.net_n(pair.first + 1)]);
+            for (i, before) in before.into_iter().enumerate() {
+                let mass = pair.first + i;
+                // The row's kick knows nothing of the pair's dashpot.
+                let changes = [after[i], state.v_m_per_s[mass]].map(|after| mean_square(before, after));
+                lost_j += self.tau_s * model.damping_kg_per_s[mass] * (changes[0] - changes[1]);
+                state.v_m_per_s[mass] = after[i];
+            }
+            lost_j +=
+                self.tau_s * pair.contact_kg_per_s * mean_square(before[0] - before[1], after[0] - after[1]);
         }
-        lost_j + self.tau_s * pair.contact_kg_per_s * mean_square(before[0] - before[1], after[0] - after[1])
+        lost_j
     }
 
     /// [`Kick::apply`] where only dashpots to ground act.
@@ -121,17 +131,20 @@ fn decayed_time_s(rate_per_s: f64, tau_s: f64) -> f64 {
 /// v(t) = exp(-A t) v + (integral of exp(-A s)) M^-1 F. Both are worked out for M^(-1/2) D M^(-1/2), a symmetric matrix.
 #[derive(Debug)]
 struct DampedPair {
+    /// The first of the two masses in the row.
+    first: usize,
     contact_kg_per_s: f64,
     decay: [[f64; 2]; 2],
     gain_s_per_kg: [[f64; 2]; 2],
 }
 
 impl DampedPair {
-    fn new(model: &ChainModel<'_>, contact_kg_per_s: f64, tau_s: f64) -> Self {
-        let [m_0, m_1] = [model.mass_kg[0], model.mass_kg[1]];
-        let a = (contact_kg_per_s + model.damping_kg_per_s[0]) / m_0;
+    fn new(model: &ChainModel<'_>, contact: &StrikerContact, tau_s: f64) -> Self {
+        let (first, contact_kg_per_s) = (contact.gap, contact.damping_kg_per_s);
+        let [m_0, m_1] = [model.mass_kg[first], model.mass_kg[first + 1]];
+        let a = (contact_kg_per_s + model.damping_kg_per_s[first]) / m_0;
         let b = -contact_kg_per_s / (m_0 * m_1).sqrt();
-        let d = (contact_kg_per_s + model.damping_kg_per_s[1]) / m_1;
+        let d = (contact_kg_per_s + model.damping_kg_per_s[first + 1]) / m_1;
         let angle = 0.5 * (2.0 * b).atan2(a - d);
         let (sine, cosine) = angle.sin_cos();
         let middle = 0.5 * (a + d);
@@ -153,10 +166,15 @@ impl DampedPair {
             std::array::from_fn(|i| std::array::from_fn(|j| value(i, j)))
         };
         Self {
+            first,
             contact_kg_per_s,
             decay: each(&|i, j| decay[i][j] * roots[j] / roots[i]),
             gain_s_per_kg: each(&|i, j| gain_s[i][j] / (roots[i] * roots[j])),
         }
+    }
+
+    fn velocities_m_per_s(&self, state: &ChainState) -> [f64; 2] {
+        [state.v_m_per_s[self.first], state.v_m_per_s[self.first + 1]]
     }
 
     fn apply(&self, v_m_per_s: [f64; 2], net_n: [f64; 2]) -> [f64; 2] {

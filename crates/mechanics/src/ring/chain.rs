@@ -63,6 +63,9 @@ impl RingChain {
         self.ring.check()?;
         check::require(self.n_rings > 0, "number of rings", "at least 1", self.n_rings as f64)?;
         check::not_negative("ring damping_kg_per_s", self.damping_kg_per_s)?;
+        let is_struck = matches!(self.far_end, FarEnd::Struck(_));
+        let expected = "0 with rings, whose far end is free or fixed";
+        check::require(!is_struck, "strikers at the far end", expected, 1.0)?;
         match &self.drive {
             RingDrive::Striker(striker) => striker.check(),
             RingDrive::Imposed(_) => Ok(()),

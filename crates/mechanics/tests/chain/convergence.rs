@@ -5,14 +5,14 @@ use chainwave_mechanics::{Chain, Integration, Method, PowerLaw, Schedule, simula
 use crate::scenes::{hec_chain, relative_error, run, striker};
 
 /// Orders of convergence between successive halvings of the step, against a run of a step 16 times finer.
-fn orders(chain: &Chain, duration_s: f64, steps_s: [f64; 4]) -> [f64; 3] {
+pub(crate) fn orders(chain: &Chain, duration_s: f64, steps_s: [f64; 4]) -> [f64; 3] {
     let truth = run(chain, duration_s, steps_s[3] / 16.0);
     let errors = steps_s.map(|dt_s| relative_error(&run(chain, duration_s, dt_s), &truth));
     [(errors[0] / errors[1]).log2(), (errors[1] / errors[2]).log2(), (errors[2] / errors[3]).log2()]
 }
 
 /// The finest step meets the theoretical order within 0.1, which higher terms of the error leave at these steps.
-fn assert_order_four(orders: [f64; 3]) {
+pub(crate) fn assert_order_four(orders: [f64; 3]) {
     assert!((orders[2] - 4.0).abs() < 0.1, "{orders:?}");
 }
 

@@ -10,6 +10,8 @@ mod drives;
 #[cfg(test)]
 mod extremes;
 #[cfg(test)]
+mod far_striker;
+#[cfg(test)]
 mod ladder;
 #[cfg(test)]
 mod linear;

@@ -10,6 +10,7 @@ use super::super::{
     force_row::ForceRow,
     model::ChainModel,
     parameters::Chain,
+    row::End,
     state::{ChainState, row_length},
 };
 use crate::contact::spring::Spring;
@@ -35,6 +36,16 @@ struct ChangedModels<'a> {
     above: ChainModel<'a>,
     width: f64,
     seat: Seat,
+}
+
+/// How a striker's contact closes.
+pub(super) struct Closing {
+    /// Its gap of the row.
+    pub(super) gap: usize,
+    /// The force that sets in.
+    pub(super) push_n: f64,
+    /// The rate of closing.
+    pub(super) closing_m_per_s: f64,
 }
 
 /// What the variational equations hold at one time.
@@ -108,15 +119,16 @@ impl<'a> Along<'a> {
         changes.iter().zip(&self.sides).map(of_change).collect()
     }
 
-    /// Opens or closes the striker's contact; where it closes, returns the force in newtons that sets in, and the rate of closing in metres
-    /// per second.
-    pub(super) fn switch(&mut self, time_s: f64) -> Option<(f64, f64)> {
-        self.state.touching = !self.state.touching;
+    /// Opens or closes the contact of an end's striker; says how, where it closes.
+    pub(super) fn switch(&mut self, end: End, time_s: f64) -> Option<Closing> {
+        let touching = &mut self.state.touching[end.index()];
+        *touching = !*touching;
+        let closes = *touching;
         self.place(time_s);
-        let contact = self.model.striker.as_ref().filter(|_| self.state.touching)?;
-        let closing_m_per_s = self.state.striker_closing_m_per_s();
-        let push_n = contact.push_n(self.state.striker_overlap_m(), closing_m_per_s);
-        (closing_m_per_s > 0.0).then_some((push_n, closing_m_per_s))
+        let contact = self.model.strikers[end.index()].as_ref().filter(|_| closes)?;
+        let closing_m_per_s = self.state.closing_m_per_s(contact.gap);
+        let push_n = contact.push_n(self.state.overlap_m(contact.gap), closing_m_per_s);
+        (closing_m_per_s > 0.0).then_some(Closing { gap: contact.gap, push_n, closing_m_per_s })
     }
 
     /// Works out the coefficients at a time.

@@ -1,0 +1,353 @@
+//! Pulses followed one by one: the way of each from gap to gap, what it looks like there, and what happens where two meet.
+//!
+//! A hump of a gap's strain counts where it stands out of the noise, by its height and by its prominence, at a threshold that as many
+//! normal numbers as there are samples pass with a stated probability. Humps of neighbouring gaps are joined to ridges, the best first.
+//! From ridges come speeds and meetings; what scatters over replicas of the motion is the uncertainty.
+
+mod course;
+mod hump;
+mod meeting;
+mod ridge;
+
+use std::num::NonZero;
+
+use chainwave_measurement::{ChainMotion, Estimate, map_in_parallel};
+
+use self::course::{Course, Line, median};
+pub use self::hump::Sense;
+use self::hump::{SmoothedRows, humps};
+use self::meeting::{Meeting, begins_at, meetings, phase_shift, reflected_from, rejoin, within_meetings};
+pub use self::ridge::Direction;
+use self::ridge::{MIN_GAPS, ridges};
+use crate::check::{check_fraction, check_motion};
+use crate::replicas::replica_m;
+use crate::spacing::Spacing;
+use crate::strain::{overlap_variance_m2, strain_map, strain_with_variance};
+use crate::{AnalysisError, StrainMap};
+
+/// Passages on each side that a local speed is drawn from.
+const BESIDE: usize = 2;
+
+/// How pulses are found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PulseSettings {
+    /// Probability that noise alone makes a hump anywhere in the record. A pulse needs three, one after the other, so false pulses are
+    /// rarer by far.
+    pub false_rate: f64,
+    /// Least prominent hump that counts, as a share of the most prominent one: what hides in the wake of others is left alone.
+    pub least_share: f64,
+}
+
+impl Default for PulseSettings {
+    fn default() -> Self {
+        Self { false_rate: crate::LEVEL, least_share: 0.05 }
+    }
+}
+
+impl PulseSettings {
+    fn check(&self) -> Result<(), AnalysisError> {
+        check_fraction("false_rate", self.false_rate)?;
+        check_fraction("least_share", self.least_share)
+    }
+}
+
+/// The pulses of a record, in the order in which they are first seen, and where they meet.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Pulses {
+    /// Each pulse.
+    pub pulses: Vec<Pulse>,
+    /// Each meeting of two, in its order of time.
+    pub collisions: Vec<Collision>,
+}
+
+/// One pulse.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pulse {
+    /// Which way it runs.
+    pub direction: Direction,
+    /// Whether it closes the gaps or opens them.
+    pub sense: Sense,
+    /// Its passage of each gap in which it was told, in its order.
+    pub passes: Vec<Pass>,
+    /// Speed in metres of the chain at rest a second, along its way: the slope of the line through its passages out of other pulses' reach.
+    pub speed_m_per_s: Option<Estimate>,
+    /// Its strain, compression negative: the median over those passages.
+    pub strain: Option<Estimate>,
+    /// Its half width at half height in metres of the chain at rest: likewise.
+    pub hwhm_m: Option<Estimate>,
+    /// Velocity of the bodies as it passes, in metres per second: size of the strain times speed. For a pulse of steady shape that is the mean over the
+    /// time from gap to gap.
+    pub particle_velocity_m_per_s: Option<Estimate>,
+    /// The pulse, by its number from 0, that came back from an end as this one.
+    pub reflected_from: Option<usize>,
+}
+
+/// A pulse in one gap.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pass {
+    /// Number of the gap, from 1.
+    pub gap: usize,
+    /// When the strain is greatest, in seconds.
+    pub t_s: Estimate,
+    /// The strain then, compression negative.
+    pub strain: Estimate,
+    /// Half width at half height in metres of the chain at rest: half the time above half height, times the speed here.
+    pub hwhm_m: Option<Estimate>,
+    /// Speed here in metres of the chain at rest a second, along its way, from the two passages on either side.
+    pub speed_m_per_s: Option<Estimate>,
+    /// Whether another pulse that it meets, or itself on its way back from an end, is so near that the hump is not its own.
+    pub collides: bool,
+}
+
+/// Two pulses that meet and go on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Collision {
+    /// Which, by their numbers from 0. Each goes on with its number.
+    pub pulses: [usize; 2],
+    /// When they are nearest to each other, in seconds.
+    pub t_s: f64,
+    /// Where that is, in gaps.
+    pub gap: f64,
+    /// Whether they run against each other; else one overtakes the other.
+    pub is_head_on: bool,
+    /// How far each is moved along its own way by the meeting, in gaps: forward above zero. None where it has too few passages before or
+    /// behind it.
+    pub shifts: [Option<Estimate>; 2],
+}
+
+/// Follows the pulses of a strain map. The sigmas of what is found are zero: they need the motion ([`measure_pulses`]).
+///
+/// # Errors
+/// [`AnalysisError`] when a setting is out of range.
+pub fn follow_pulses(map: &StrainMap, settings: &PulseSettings) -> Result<Pulses, AnalysisError> {
+    settings.check()?;
+    let found = Found::of(map, settings);
+    let values = found.values(&found.courses, &map.spacing);
+    Ok(found.assemble(&values, &[]))
+}
+
+/// Follows the pulses of a motion, with what they scatter over so many of its replicas ([`crate::replicate`]) as uncertainty.
+///
+/// # Errors
+/// [`AnalysisError`] when a setting is out of range or the motion is inconsistent.
+pub fn measure_pulses(
+    motion: &ChainMotion,
+    spacing: impl Into<Spacing>,
+    settings: &PulseSettings,
+    (n_replicas, seed): (usize, u64),
+    n_threads: NonZero<usize>,
+) -> Result<Pulses, AnalysisError> {
+    settings.check()?;
+    check_motion(motion)?;
+    let map = strain_map(motion, spacing)?;
+    let found = Found::of(&map, settings);
+    let values = found.values(&found.courses, &map.spacing);
+    let variance = overlap_variance_m2(motion);
+    let bare = ChainMotion { modes: Vec::new(), ..motion.clone() };
+    let n_replicas = if found.courses.is_empty() { 0 } else { n_replicas };
+    let replicas = map_in_parallel(n_replicas, n_threads, |index| {
+        let noisy = ChainMotion { displacement_m: replica_m(motion, index, seed), ..bare.clone() };
+        let noisy = strain_with_variance(&noisy, &variance, &map.spacing);
+        found.values(&found.again(&noisy), &map.spacing)
+    });
+    Ok(found.assemble(&values, &replicas))
+}
+
+/// What a record holds: the structure, which is found once and kept for replicas.
+struct Found {
+    courses: Vec<Course>,
+    meetings: Vec<Meeting>,
+    /// Whether each passage lies within a meeting.
+    is_within: Vec<Vec<bool>>,
+    reflected_from: Vec<Option<usize>>,
+}
+
+/// Numbers of each pulse, and of each meeting.
+struct Values {
+    pulses: Vec<PulseValues>,
+    shifts: Vec<[Option<f64>; 2]>,
+}
+
+struct PulseValues {
+    passes: Vec<PassValues>,
+    speed_m_per_s: Option<f64>,
+    strain: Option<f64>,
+    hwhm_m: Option<f64>,
+}
+
+struct PassValues {
+    t_s: f64,
+    strain: f64,
+    speed_m_per_s: Option<f64>,
+    hwhm_m: Option<f64>,
+}
+
+impl Found {
+    fn of(map: &StrainMap, settings: &PulseSettings) -> Self {
+        let humps = humps(map, settings.false_rate, settings.least_share);
+        let mut courses: Vec<Course> = ridges(&humps).iter().map(|ridge| Course::of(ridge, &humps)).collect();
+        rejoin(&mut courses);
+        let meetings = meetings(&mut courses);
+        let of_all = 0..courses.len();
+        let reflected_from: Vec<Option<usize>> =
+            of_all.clone().map(|pulse| reflected_from(&courses, map.n_gaps(), pulse)).collect();
+        let turned_at = |pulse: usize| {
+            let came = reflected_from[pulse].map(|_| courses[pulse].direction);
+            let goes = || (0..courses.len()).find(|other| reflected_from[*other] == Some(pulse));
+            let direction = came.or_else(|| goes().map(|other| courses[other].direction));
+            direction.map(|direction| begins_at(direction, map.n_gaps()))
+        };
+        let within = |pulse: usize| within_meetings(&courses, &meetings, turned_at(pulse), pulse);
+        Self { is_within: of_all.map(within).collect(), reflected_from, courses, meetings }
+    }
+
+    /// The same passages in another map; a hump that is lost there stays as it was.
+    fn again(&self, map: &StrainMap) -> Vec<Course> {
+        let mut rows = SmoothedRows::of_map(map);
+        let mut again = |course: &Course| Course {
+            passes: course.passes.iter().map(|pass| pass.again(&mut rows).unwrap_or(*pass)).collect(),
+            ..course.clone()
+        };
+        self.courses.iter().map(&mut again).collect()
+    }
+
+    fn values(&self, courses: &[Course], spacing: &Spacing) -> Values {
+        let of_pulse = |(course, is_within): (&Course, &Vec<bool>)| pulse_values(course, is_within, spacing);
+        let shifts = self.meetings.iter().map(|meeting| {
+            meeting.pulses.map(|pulse| {
+                let others_s: Vec<f64> = self
+                    .meetings
+                    .iter()
+                    .filter(|other| other.pulses.contains(&pulse))
+                    .map(|other| other.t_s)
+                    .collect();
+                phase_shift(&courses[pulse], &self.is_within[pulse], meeting, &others_s)
+            })
+        });
+        Values {
+            pulses: courses.iter().zip(&self.is_within).map(of_pulse).collect(),
+            shifts: shifts.collect(),
+        }
+    }
+
+    fn assemble(&self, values: &Values, replicas: &[Values]) -> Pulses {
+        let pulse = |(index, course): (usize, &Course)| {
+            let own = &values.pulses[index];
+            let estimate = |value: fn(&PulseValues) -> Option<f64>| {
+                estimate(value(own), replicas.iter().map(|replica| value(&replica.pulses[index])))
+            };
+            Pulse {
+                direction: course.direction,
+                sense: course.passes[0].sense,
+                passes: (0..course.passes.len())
+                    .map(|place| self.pass(values, replicas, index, place))
+                    .collect(),
+                speed_m_per_s: estimate(|pulse| pulse.speed_m_per_s),
+                strain: estimate(|pulse| pulse.strain),
+                hwhm_m: estimate(|pulse| pulse.hwhm_m),
+                particle_velocity_m_per_s: estimate(|pulse| Some(pulse.strain?.abs() * pulse.speed_m_per_s?)),
+                reflected_from: self.reflected_from[index],
+            }
+        };
+        let collision = |(index, meeting): (usize, &Meeting)| Collision {
+            pulses: meeting.pulses,
+            t_s: meeting.t_s,
+            gap: meeting.place,
+            is_head_on: meeting.is_head_on,
+            shifts: [0, 1].map(|side| {
+                let of_replicas = replicas.iter().map(|replica| replica.shifts[index][side]);
+                estimate(values.shifts[index][side], of_replicas)
+            }),
+        };
+        Pulses {
+            pulses: self.courses.iter().enumerate().map(pulse).collect(),
+            collisions: self.meetings.iter().enumerate().map(collision).collect(),
+        }
+    }
+
+    fn pass(&self, values: &Values, replicas: &[Values], pulse: usize, place: usize) -> Pass {
+        let own = &values.pulses[pulse].passes[place];
+        let of_replicas = || replicas.iter().map(|replica| &replica.pulses[pulse].passes[place]);
+        let surely = |value: fn(&PassValues) -> f64| {
+            let scatter = estimate(Some(value(own)), of_replicas().map(|pass| Some(value(pass))));
+            scatter.unwrap_or(Estimate::new(value(own), 0.0))
+        };
+        let perhaps = |value: fn(&PassValues) -> Option<f64>| estimate(value(own), of_replicas().map(value));
+        Pass {
+            gap: self.courses[pulse].passes[place].gap,
+            t_s: surely(|pass| pass.t_s),
+            strain: surely(|pass| pass.strain),
+            hwhm_m: perhaps(|pass| pass.hwhm_m),
+            speed_m_per_s: perhaps(|pass| pass.speed_m_per_s),
+            collides: self.is_within[pulse][place],
+        }
+    }
+}
+
+/// A value with its scatter over replicas; none where most of them lost it.
+fn estimate(value: Option<f64>, replicas: impl Iterator<Item = Option<f64>>) -> Option<Estimate> {
+    let value = value?;
+    let all: Vec<Option<f64>> = replicas.collect();
+    let found: Vec<f64> = all.iter().flatten().copied().collect();
+    if all.is_empty() {
+        return Some(Estimate::new(value, 0.0));
+    }
+    let n = found.len() as f64;
+    let mean = found.iter().sum::<f64>() / n;
+    let variance = found.iter().map(|found| (found - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    (2 * found.len() > all.len() && found.len() > 1).then(|| Estimate::new(value, variance.sqrt()))
+}
+
+fn pulse_values(course: &Course, is_within: &[bool], spacing: &Spacing) -> PulseValues {
+    let point = |place: usize| {
+        let pass = &course.passes[place];
+        (pass.t_s, spacing.place_m(pass.gap as f64))
+    };
+    let along = course.direction.sign();
+    let speed_at = |place: usize| {
+        let beside = place.saturating_sub(BESIDE)..=(place + BESIDE).min(course.passes.len() - 1);
+        let points: Vec<(f64, f64)> = beside.map(point).collect();
+        Some(along * Line::through(&points, MIN_GAPS)?.speed()).filter(|speed| *speed > 0.0)
+    };
+    let of_pass = |place: usize| {
+        let (pass, speed_m_per_s) = (&course.passes[place], speed_at(place));
+        PassValues {
+            t_s: pass.t_s,
+            strain: pass.sense.sign() * pass.size,
+            speed_m_per_s,
+            hwhm_m: pass.half_width_s.zip(speed_m_per_s).map(|(half_s, speed)| half_s * speed),
+        }
+    };
+    let passes: Vec<PassValues> = (0..course.passes.len()).map(of_pass).collect();
+    let free: Vec<usize> = (0..passes.len()).filter(|place| !is_within[*place]).collect();
+    let points: Vec<(f64, f64)> = free.iter().map(|place| point(*place)).collect();
+    let speed_m_per_s = Line::through(&points, MIN_GAPS).map(|line| along * line.speed());
+    PulseValues {
+        speed_m_per_s,
+        strain: median(free.iter().map(|place| passes[*place].strain).collect()),
+        hwhm_m: median(free.iter().filter_map(|place| passes[*place].hwhm_m).collect()),
+        passes,
+    }
+}
+
+/// The exponent of a power law through points of two quantities above zero, such as the speed of pulses over the velocity of the bodies:
+/// the slope of a straight line through their logarithms by least squares, weighted by the relative sigmas of the second where all are known,
+/// with the sigma that those or else the distances from the line give. None for fewer than three points, or where the first does not change.
+pub fn power_exponent(points: &[(f64, Estimate)]) -> Option<Estimate> {
+    let logs: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.ln(), y.value.ln())).collect();
+    let is_known = points.iter().all(|(_, y)| y.sigma > 0.0);
+    let weight =
+        |index: usize| if is_known { (points[index].1.value / points[index].1.sigma).powi(2) } else { 1.0 };
+    let total: f64 = (0..logs.len()).map(weight).sum();
+    let mean = |value: fn(&(f64, f64)) -> f64| {
+        logs.iter().enumerate().map(|(index, log)| weight(index) * value(log)).sum::<f64>() / total
+    };
+    let (x, y) = (mean(|log| log.0), mean(|log| log.1));
+    let square: f64 = logs.iter().enumerate().map(|(i, log)| weight(i) * (log.0 - x).powi(2)).sum();
+    let product: f64 = logs.iter().enumerate().map(|(i, log)| weight(i) * (log.0 - x) * (log.1 - y)).sum();
+    let slope = product / square;
+    let left: f64 = logs.iter().map(|log| (log.1 - y - slope * (log.0 - x)).powi(2)).sum();
+    let sigma =
+        if is_known { square.recip().sqrt() } else { (left / (logs.len() as f64 - 2.0) / square).sqrt() };
+    (logs.len() >= 3 && slope.is_finite() && sigma.is_finite()).then(|| Estimate::new(slope, sigma))
+}
