@@ -65,7 +65,10 @@ mod slow {
             assert_eq!(drawn[name], styled[name], "{name} was not asked for");
         }
 
-        refused(&again(&["--only", "strain"]).output().expect("it starts"), "one of dispersion, displacements");
+        refused(
+            &again(&["--only", "strain"]).output().expect("it starts"),
+            "one of dispersion, displacements",
+        );
         fs::write(style, "width = 3\n").expect("it can be written");
         refused(&again(&["--style", style]).output().expect("it starts"), "unknown field `width`");
         fs::write(style, "font_pt = 100.0\n").expect("it can be written");

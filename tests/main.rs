@@ -82,6 +82,8 @@ mod lens;
 #[cfg(test)]
 mod motion;
 #[cfg(test)]
+mod paper;
+#[cfg(test)]
 mod pipelines;
 #[cfg(test)]
 mod plan;

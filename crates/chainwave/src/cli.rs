@@ -54,6 +54,8 @@ pub(crate) enum Command {
     Run(Run),
     /// Draw the figures of results again in another style, without computing anything.
     Figures(Figures),
+    /// Set an experiment, its models and published numbers beside each other: figures with all of them, and one table.
+    Compare(Compare),
     /// Pack results for an archive: an RO-Crate, with the hash of every file.
     Archive(Archive),
     /// Read tracks that another program wrote, merge their trials, and measure the wave.
@@ -153,6 +155,19 @@ pub(crate) struct Figures {
     /// Kinds of files to write.
     #[arg(long, value_delimiter = ',', default_values_t = FigureFormat::ALL)]
     pub(crate) format: Vec<FigureFormat>,
+}
+
+/// Arguments of `compare`.
+#[derive(Debug, Args)]
+pub(crate) struct Compare {
+    /// The study: which results, motions and summaries belong together, and what was published, as TOML.
+    pub(crate) study: PathBuf,
+    /// Folder that the study's paths are relative to.
+    #[arg(long)]
+    pub(crate) from: PathBuf,
+    /// Folder for figures, comparison.csv and comparison.md.
+    #[arg(long)]
+    pub(crate) out: PathBuf,
 }
 
 /// A kind of file that a figure is written as.
