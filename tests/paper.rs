@@ -62,7 +62,7 @@ mod slow {
         assert!(page.contains("76.8 %") && page.contains("19.3 %"), "{page}");
 
         let filmed = times_of(&out.join("recordings"), "cine");
-        assert_eq!(filmed.len(), 72);
+        assert_eq!(filmed.len(), 36);
         let tracked = times_of(&out.join("results/striker-2.73-m-per-s/.work"), "parquet");
         assert!(start(&out).status.success());
         assert_eq!(times_of(&out.join("recordings"), "cine"), filmed, "nothing is filmed again");

@@ -4,7 +4,7 @@
 #
 #   pipelines/paper/run.sh OUT [--quick]
 #
-# --quick makes the chain 12 bodies long and takes two trials of each view: another experiment, to see the whole way in about a minute.
+# --quick makes the chain 12 bodies long and takes one trial of each view: another experiment, to see the whole way in a minute or two.
 # The command is `chainwave`, or what CHAINWAVE_COMMAND names.
 set -euo pipefail
 
@@ -39,26 +39,26 @@ planned() { # name, new name, key = value...
   if cmp -s "$out/plan/$2.new" "$out/plan/$2"; then rm "$out/plan/$2.new"; else mv "$out/plan/$2.new" "$out/plan/$2"; fi
 }
 
-short=() long=() study=() drops=()
+short=() film=() study=() until=()
 rings_long=('n_bodies = 300' 'duration_s = 0.15')
 chain_long=('n_bodies = 300' 'duration_s = 0.18' 'output_interval_s = 1e-3')
 if [ -n "$quick" ]; then
   short=('n_bodies = 12')
-  long=('n_frames = 330' 'profile_times_s = [2.73e-3, 6.78e-3]')
+  film=('n_frames = 250' 'profile_times_s = [2.73e-3, 6.78e-3]')
   study=('energy_gap = 50')
   rings_long=('n_bodies = 60' 'duration_s = 0.03')
   chain_long=('n_bodies = 60' 'duration_s = 0.04' 'output_interval_s = 1e-3')
-  drops=('duration_s = 0.0115')
+  until=('duration_s = 0.0081')
 fi
 
 plan() {
-  planned experiment.toml experiment.toml "${short[@]}" "${long[@]}"
+  planned experiment.toml experiment.toml "${short[@]}" "${film[@]}"
   planned trials.csv trials.csv
   planned paper.toml paper.toml "${study[@]}"
   planned compression.toml compression.toml
   planned long-rings.toml long-rings.toml "${rings_long[@]}"
   if [ -n "$quick" ]; then
-    sed -i -E '2,${/_view(0[1-9]|1[0-2])_trial[12]\./!d}' "$out/plan/trials.csv"
+    sed -i -E '2,${/_view(0[1-9]|1[0-2])_trial1\./!d}' "$out/plan/trials.csv"
     # Times that the short run reaches, in the section of the long chain.
     sed -i -e '/^\[long_chain\]/,/^$/s|^profile_times_s.*|profile_times_s = [0.005, 0.010, 0.015, 0.020, 0.025]|' \
       -e '/^\[long_chain\]/,/^$/s|^pulse_times_s.*|pulse_times_s = [1.7e-3, 3.9e-3, 15e-3]|' \
@@ -74,9 +74,9 @@ one_ring() {
 short_chains() {
   local strike
   for strike in $strikes; do
-    planned rings.toml "rings-$strike.toml" "${short[@]}" "${drops[@]}" "velocity_m_per_s = $strike"
+    planned rings.toml "rings-$strike.toml" "${short[@]}" "${until[@]}" "velocity_m_per_s = $strike"
     "$chainwave" simulate "$out/plan/rings-$strike.toml" --out "$out/models/rings-$strike.parquet"
-    planned chain.toml "chain-$strike.toml" "${short[@]}" "${drops[@]}" \
+    planned chain.toml "chain-$strike.toml" "${short[@]}" "${until[@]}" \
       "file = \"../results/striker-$strike-m-per-s/motion.parquet\""
     "$chainwave" simulate "$out/plan/chain-$strike.toml" --out "$out/models/chain-$strike.parquet"
   done

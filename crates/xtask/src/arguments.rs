@@ -19,7 +19,7 @@ cargo xtask paper [--no-opencv] [--out DIR] [--quick]
     Sets up, builds, and makes every figure and number of the paper with pipelines/paper/run.sh: films 390 recordings,
     processes them, simulates rings and chain, draws and compares, into DIR (target/paper unless given). What was
     interrupted goes on when it is started again.
-    --quick   a short chain and two trials of each view (target/paper-quick unless given)
+    --quick   a short chain and one trial of each view (target/paper-quick unless given)
 
 cargo xtask test [--no-opencv] [--fast] [--package NAME]...
     Sets up, builds and runs all tests, with cargo-nextest where it is installed.
@@ -69,7 +69,9 @@ pub(crate) fn parse(words: impl IntoIterator<Item = OsString>) -> Result<Task, F
         "python" => python(words),
         "setup" => setup(words),
         "help" | "--help" | "-h" => Ok(Task::Help),
-        other => Err(Failure::Usage(format!("expected demo, paper, test, python, setup or help, found `{other}`"))),
+        other => {
+            Err(Failure::Usage(format!("expected demo, paper, test, python, setup or help, found `{other}`")))
+        }
     }
 }
 

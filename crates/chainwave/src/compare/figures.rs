@@ -60,9 +60,10 @@ fn contact_curve(study: &Study, from: &Path) -> Result<ContactCurve, Error> {
     let curve = (0..=N_OF_CURVE).map(|k| last_m * k as f64 / N_OF_CURVE as f64);
     let points = || overlaps_m.iter().copied().zip(forces_n.iter().copied());
     Ok(ContactCurve {
+        // Broken lines lie on whole ones, so that both are seen.
         series: vec![
-            Series::model("rings, compressed", points()),
             Series::model("chain model, fitted law", curve.map(|overlap_m| (overlap_m, force_n(overlap_m)))),
+            Series::model("rings, compressed", points()),
         ],
         residuals: Some(Series::model(
             "rings less law",
@@ -122,7 +123,9 @@ fn peak_energy(study: &Study, law: &LawResults, struck: &Struck) -> PeakEnergy {
     };
     let share =
         damping_share(&law.damped_j, &law.undamped_j).into_iter().nth(study.energy_gap.saturating_sub(1));
-    let measured = struck.energies_j.iter();
+    // Behind the last gap of the group velocity, the far end's reflection has changed the peak.
+    let last = struck.experiment.speed.map_or(f64::INFINITY, |speed| speed.gaps.1 as f64);
+    let measured = struck.energies_j.iter().filter(|(gap, _)| *gap <= last);
     PeakEnergy {
         measured: measured
             .map(|(gap, energy)| DataPoint::measured(*gap, energy.scaled(1.0 / input_j)))
