@@ -1,10 +1,14 @@
 //! The command line.
 
+mod compare;
+
 use std::path::PathBuf;
 
 use chainwave_camera::{OpenOptions, RawGeometry};
 use chainwave_inference::contact_fit;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+
+pub(crate) use self::compare::Compare;
 
 /// What stands below the commands.
 const EXIT_CODES: &str = "\
@@ -155,19 +159,6 @@ pub(crate) struct Figures {
     /// Kinds of files to write.
     #[arg(long, value_delimiter = ',', default_values_t = FigureFormat::ALL)]
     pub(crate) format: Vec<FigureFormat>,
-}
-
-/// Arguments of `compare`.
-#[derive(Debug, Args)]
-pub(crate) struct Compare {
-    /// The study: which results, motions and summaries belong together, and what was published, as TOML.
-    pub(crate) study: PathBuf,
-    /// Folder that the study's paths are relative to.
-    #[arg(long)]
-    pub(crate) from: PathBuf,
-    /// Folder for figures, comparison.csv and comparison.md.
-    #[arg(long)]
-    pub(crate) out: PathBuf,
 }
 
 /// A kind of file that a figure is written as.

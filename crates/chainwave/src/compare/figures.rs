@@ -10,8 +10,8 @@ use chainwave_figures::{
 use chainwave_mechanics::{Contact, Law, PowerLaw};
 use serde::Deserialize;
 
+use super::parts::{CHAIN, Compared, EXPERIMENT, LawResults, RINGS, Struck};
 use super::study::Study;
-use super::{CHAIN, Compared, EXPERIMENT, LawResults, RINGS, Struck};
 use crate::error::Error;
 use crate::output::read_text;
 use crate::table;

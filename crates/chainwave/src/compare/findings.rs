@@ -6,8 +6,8 @@ use std::path::Path;
 use chainwave_analysis::damping_share;
 use chainwave_measurement::Estimate;
 
+use super::parts::{Compared, LawResults, Struck};
 use super::study::{Published, Quantity, Study};
-use super::{Compared, LawResults, Struck};
 use crate::error::Error;
 use crate::output::write_text;
 use crate::table::{self, column};
@@ -30,7 +30,7 @@ pub(super) fn all(study: &Study, compared: &Compared) -> Vec<Finding> {
     findings.extend(compared.laws.iter().filter_map(|law| variation_of_law(study, law)));
     findings.extend(growths(study, compared));
     findings.extend(compared.laws.iter().flat_map(|law| losses(study, law)));
-    findings.sort_by_key(|finding| finding.quantity as usize);
+    findings.sort_by_key(|finding| finding.quantity);
     findings
 }
 

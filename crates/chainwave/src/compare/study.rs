@@ -96,8 +96,8 @@ pub(super) struct Published {
     pub(super) why: String,
 }
 
-/// What is compared.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+/// What is compared, in the order of the table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Quantity {
     /// Group velocity after the weakest strike.
