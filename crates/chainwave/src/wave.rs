@@ -106,6 +106,14 @@ impl Wave {
         self.times_s.windows(2).next().map_or(0.0, |pair| pair[1] - pair[0])
     }
 
+    /// The strain map with its traces, up to a time.
+    pub(crate) fn panel_until(&self, last_s: f64) -> StrainMapPanel {
+        let n_times = self.times_s.partition_point(|time_s| *time_s <= last_s);
+        let whole = self.panel();
+        let strain = whole.strain.slice(s![.., ..n_times]).to_owned();
+        StrainMapPanel { times_s: whole.times_s[..n_times].to_vec(), strain, ..whole }
+    }
+
     /// The strain map with its traces.
     pub(crate) fn panel(&self) -> StrainMapPanel {
         StrainMapPanel {

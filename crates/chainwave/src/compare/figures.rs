@@ -15,7 +15,6 @@ use super::study::Study;
 use crate::error::Error;
 use crate::output::read_text;
 use crate::table;
-use crate::wave::Wave;
 
 /// Markers of the measured half widths.
 const N_MARKERS: usize = 12;
@@ -26,7 +25,9 @@ const N_OF_CURVE: usize = 200;
 pub(super) fn draw(study: &Study, from: &Path, compared: &Compared, out: &Path) -> Result<(), Error> {
     chainwave_figures::contact_curve(&out.join("contact-curve"), &contact_curve(study, from)?)?;
     if let Some(struck) = compared.strikes.first() {
-        let panels: Vec<_> = struck.waves().into_iter().map(Wave::panel).collect();
+        let ends_s = struck.waves().map(|wave| wave.times_s.last().copied().unwrap_or(0.0));
+        let common_s = ends_s.into_iter().fold(f64::INFINITY, f64::min);
+        let panels = struck.waves().map(|wave| wave.panel_until(common_s));
         chainwave_figures::strain_map(&out.join("strain-map"), &panels)?;
         let profiles: Vec<_> = study.profile_times_s.iter().map(|time_s| profile(struck, *time_s)).collect();
         chainwave_figures::strain_profiles(&out.join("strain-profiles"), &profiles)?;
