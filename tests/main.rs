@@ -85,6 +85,8 @@ mod lens;
 #[cfg(test)]
 mod motion;
 #[cfg(test)]
+mod paper;
+#[cfg(test)]
 mod pipelines;
 #[cfg(test)]
 mod plan;

@@ -1,10 +1,14 @@
 //! The command line.
 
+mod compare;
+
 use std::path::PathBuf;
 
 use chainwave_camera::{OpenOptions, RawGeometry};
 use chainwave_inference::contact_fit;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+
+pub(crate) use self::compare::Compare;
 
 /// What stands below the commands.
 const EXIT_CODES: &str = "\
@@ -54,6 +58,8 @@ pub(crate) enum Command {
     Run(Run),
     /// Draw the figures of results again in another style, without computing anything.
     Figures(Figures),
+    /// Set an experiment, its models and published numbers beside each other: figures with all of them, and one table.
+    Compare(Compare),
     /// Pack results for an archive: an RO-Crate, with the hash of every file.
     Archive(Archive),
     /// Read tracks that another program wrote, merge their trials, and measure the wave.

@@ -11,6 +11,7 @@ mod check;
 mod choices;
 mod cli;
 mod closing;
+mod compare;
 mod contact;
 mod correlate;
 mod error;
@@ -38,6 +39,7 @@ mod table;
 mod track;
 mod tradeoff;
 mod view;
+mod wave;
 
 use std::process::ExitCode;
 
@@ -79,6 +81,7 @@ fn carry_out(command: &Command) -> Result<Outcome, Error> {
         Command::Plan(arguments) => plan::plan(arguments),
         Command::Run(arguments) => run::run(arguments),
         Command::Figures(arguments) => figures::figures(arguments),
+        Command::Compare(arguments) => compare::compare(arguments),
         Command::Archive(arguments) => archive::archive(arguments),
         Command::Import(arguments) => import::import(arguments),
         Command::Tradeoff(arguments) => tradeoff::tradeoff(arguments),

@@ -207,7 +207,8 @@ fn fittable(experiment: &Experiment) -> Result<(), FitError> {
 /// Says what the alignment of a chain that is driven at both ends rests on.
 fn aligned_by_one_striker() -> Finding {
     let text = "with a [far_striker] views and trials are aligned as if what differs from strike to strike were the first striker's alone: drives \
-                of views that the other one moves, and triggers with them, are less certain than stated";
+                of views that the other one moves, and triggers with them, are less certain than stated; what the motion would be with drives that are alike \
+                is an error of it";
     Finding { code: "far_striker", subject: "the alignment".into(), text: text.into() }
 }
 

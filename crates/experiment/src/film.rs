@@ -18,6 +18,7 @@ use chainwave_synthetic::{Scene, Shot, Specimen, film};
 pub use self::camera_effects::CameraEffect;
 use self::faults::Faults;
 pub use self::faults::{FAULT_KINDS, Fault};
+pub use self::rings::ring_centres;
 use self::rubbed::rubbed;
 pub use self::truth::{MeanMotion, StrikerTruth, TrueTrial, Truth};
 pub use self::wrong_chains::WrongChain;

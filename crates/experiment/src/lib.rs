@@ -95,7 +95,7 @@ pub use evaluation::{Departures, EVALUATION_VERSION, Evaluation, ModelBeside, ev
 pub use failed_recording::FailedRecording;
 pub use film::{
     CameraEffect, FAULT_KINDS, Fault, FilmTruth, MeanMotion, StrikerTruth, TrueTrial, Truth, WrongChain,
-    film_experiment,
+    film_experiment, ring_centres,
 };
 pub use finding::{Finding, Sanity};
 pub use follow::{EdgeNote, Followed, FollowedSubset, edges_beside, follow, threads_of_each};
@@ -112,7 +112,7 @@ pub use recording_state::{RecordingState, State, recording_states};
 pub use result_table::{ResultTable, Values};
 pub use results::Results;
 pub use sanity::check;
-pub use scene::{BodyState, ChainScene};
+pub use scene::{BodyState, ChainScene, imposed_motion};
 pub use sensor::SensorFiles;
 pub use setup::Setup;
 pub use share::Share;

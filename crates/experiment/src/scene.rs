@@ -190,11 +190,7 @@ impl DriveTable {
                 velocity_m_per_s: velocity_m_per_s.get(),
                 damping_kg_per_s: damping_kg_per_s.get(),
             }),
-            Self::Imposed { file } => {
-                let table = read(&path.with_file_name(file))?;
-                let (times_s, x_m) = (table.full_numbers("t_s")?, table.full_numbers("x_m")?);
-                Drive::Imposed(ImposedMotion::from_samples(times_s, x_m).map_err(Error::from)?)
-            }
+            Self::Imposed { file } => Drive::Imposed(imposed_motion(&read(&path.with_file_name(file))?)?),
             Self::Free { initial } => {
                 let table = read(&path.with_file_name(initial))?;
                 let BodyState { displacement_m, velocity_m_per_s } = BodyState::of_table(&table, n_bodies)?;
@@ -202,6 +198,22 @@ impl DriveTable {
             }
         })
     }
+}
+
+/// The motion of body 1 by the columns `t_s, x_m`: every row of a table without a column `body`, and those of body 1 of one that
+/// has it, such as the motion that a run found. SI units.
+///
+/// # Errors
+/// A missing column, an empty cell, and samples that are no motion.
+pub fn imposed_motion(table: &Table) -> Result<ImposedMotion, Error> {
+    let (times_s, x_m) = (table.full_numbers("t_s")?, table.full_numbers("x_m")?);
+    let is_first: Vec<bool> = match table.has("body") {
+        true => table.counts("body")?.into_iter().map(|body| body == 1).collect(),
+        false => vec![true; times_s.len()],
+    };
+    let samples = times_s.into_iter().zip(x_m).zip(is_first);
+    let (times_s, x_m) = samples.filter(|(_, is_first)| *is_first).map(|(sample, _)| sample).unzip();
+    Ok(ImposedMotion::from_samples(times_s, x_m)?)
 }
 
 /// Displacements and velocities of all bodies.

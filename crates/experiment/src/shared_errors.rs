@@ -21,7 +21,7 @@ use crate::tracks::Coordinate;
 
 /// Errors that all recordings share, which repeating a trial does not reduce.
 pub(crate) struct SharedErrors {
-    /// Displacement errors of the calibration and of the time between lines.
+    /// Displacement errors of the calibration, of the time between lines, and of what a second striker does to the alignment.
     modes: Vec<ErrorMode>,
     /// Relative standard uncertainty of the pitch.
     pitch: f64,
@@ -29,9 +29,13 @@ pub(crate) struct SharedErrors {
     rests_on_pitch: bool,
 }
 
+/// Relative scatter of drives that are taken for alike.
+const ALIKE: f64 = 1e-3;
+
 impl SharedErrors {
     /// Stitches once more with each error of the calibration, and of the time between lines where the tracks told it; the differences are its effects, with what they do to the
-    /// alignment of views and trials.
+    /// alignment of views and trials. A second striker has drives of its own, which a recording's one drive cannot follow: what it makes of the
+    /// motion that all drives are alike is an error as well.
     pub(crate) fn of(
         setup: &Setup,
         recordings: &[TrackedRecording],
@@ -48,6 +52,12 @@ impl SharedErrors {
                 merged(recordings.iter().map(TrackedRecording::observation_by_later_lines).collect())?;
             let displacement_m = difference(&moved, &stitched.motion);
             modes.push(ErrorMode { source: ErrorSource::LineTime, displacement_m });
+        }
+        if setup.experiment.far_striker.is_some() {
+            let alike = Settings { drive_prior: ALIKE, drive_scatter: Some(ALIKE), ..settings.clone() };
+            let moved = merge(&steadying.steadied(observations(recordings)), &alike)?.motion;
+            let displacement_m = difference(&moved, &stitched.motion);
+            modes.push(ErrorMode { source: ErrorSource::FarStriker, displacement_m });
         }
         let chain = &setup.experiment.chain;
         let pitch = chain.pitch_sigma_m.map_or(0.0, NotNegative::get) / chain.mean_pitch_m();
@@ -154,6 +164,10 @@ impl SharedErrors {
             measurement.fronts.iter_mut().flatten().for_each(|front| relative(&mut front.peak_strain));
         }
     }
+}
+
+fn observations(recordings: &[TrackedRecording]) -> Vec<Observation> {
+    recordings.iter().map(TrackedRecording::observation).collect()
 }
 
 /// The effects of the calibration's errors on a motion: what `merged` makes of recordings that are mapped with each, less the motion.

@@ -6,6 +6,7 @@ use chainwave_analysis::exact_motion;
 use chainwave_measurement::Estimate;
 use chainwave_mechanics::{Schedule, Striker, simulate};
 
+use crate::damping::TRACKS;
 use crate::error::Error;
 use crate::evaluation::Evaluation;
 use crate::measuring::measure_motion;
@@ -65,10 +66,11 @@ pub fn compare_strikers(
     Ok(waves)
 }
 
-/// The measured group velocity; the striker's is the fitted mean where there is one, else the stated one.
+/// The measured group velocity; the striker's is the fitted mean where the fit holds, else the stated one.
 fn measured(setup: &Setup, evaluation: &Evaluation) -> Option<StrikerWave> {
     let nominal = setup.experiment.striker.mean_velocity_m_per_s(evaluation.stitched.alignments.len());
-    let striker = evaluation.track_fit.as_ref().map_or(nominal, |fit| fit.striker_velocity_m_per_s);
+    let fit = evaluation.track_fit.as_ref().ok().filter(|_| evaluation.damping.reason(TRACKS).is_none());
+    let striker = fit.map_or(nominal, |fit| fit.striker_velocity_m_per_s);
     let found = evaluation.measurement.group_velocity.as_ref().ok()?;
     Some(StrikerWave {
         striker_m_per_s: striker,

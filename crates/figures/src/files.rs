@@ -7,8 +7,8 @@ use crate::picture::Picture;
 use crate::{
     Against, BodyMotion, ContactCurve, CoverageRow, DispersionPanel, ExtremeRow, FieldMap, FigureError,
     FrontWidth, GroupVelocities, GroupVelocityFigure, LongChain, MarkedFrame, PeakEnergy, PeakTrace,
-    PointMotion, ProfilePanel, RecordingMotion, ResidualMapPanel, StrainMapPanel, Style, TailSpectrum,
-    TradeOff,
+    PointMotion, ProfilePanel, RecordingMotion, ResidualMapPanel, RightHalves, StrainMapPanel, Style,
+    TailSpectrum, TradeOff,
 };
 
 /// Draws in the default style and writes the files. The numbers of a map are in the tables that it is drawn from.
@@ -142,6 +142,14 @@ pub fn peak_energy(stem: &Path, energy: &PeakEnergy) -> Result<(), FigureError> 
 /// [`FigureError`] when the pitch or the group velocity is not a positive number, or a file cannot be written.
 pub fn peak_trace(stem: &Path, trace: &PeakTrace) -> Result<(), FigureError> {
     write(stem, &Picture::PeakTrace(trace.clone()))
+}
+
+/// Draws the right halves of leading pulses aligned at their peaks, with half widths over time in an inset (the paper's Fig. 3 b).
+///
+/// # Errors
+/// [`FigureError`] when a file cannot be written.
+pub fn right_halves(stem: &Path, halves: &RightHalves) -> Result<(), FigureError> {
+    write(stem, &Picture::RightHalves(halves.clone()))
 }
 
 /// Draws maps of normalised residuals; the colours are symmetric around zero and reach at least 3 sigma to each side.

@@ -82,7 +82,7 @@ pub use figure::{Draw, Figure, Format};
 pub use files::{
     camera_motion, contact_curve, coverage, dispersion, displacements, extremes, field_map, front_width,
     group_velocity, group_velocity_by_particles, long_chain, marked_frame, peak_energy, peak_trace,
-    residual_map, strain_map, strain_profiles, tail_spectrum, tracks, trade_off,
+    residual_map, right_halves, strain_map, strain_profiles, tail_spectrum, tracks, trade_off,
 };
 pub use front_width::{FrontPulse, FrontWidth, RightHalves};
 pub use group_velocity::{Against, GroupVelocities, GroupVelocityFigure};

@@ -6,19 +6,21 @@ use std::path::Path;
 use chainwave_figures::{
     Against, BodyMotion, DataPoint, DecimalSign, Draw, FigureError, Format, FrequencyMark, FrontPulse,
     FrontWidth, GapSpectrum, GroupVelocities, GroupVelocityFigure, PeakEnergy, PeakFit, PeakTrace, Picture,
-    ProfilePanel, ResidualMapPanel, Series, StrainMapPanel, Style, TailSpectrum, displacements, front_width,
-    group_velocity, peak_energy, peak_trace, residual_map, strain_map, strain_profiles, tail_spectrum,
+    ProfilePanel, ResidualMapPanel, RightHalves, Series, StrainMapPanel, Style, TailSpectrum, displacements,
+    front_width, group_velocity, peak_energy, peak_trace, residual_map, right_halves, strain_map,
+    strain_profiles, tail_spectrum,
 };
 use chainwave_measurement::Estimate;
 use ndarray::Array2;
 
 type Outcome = Result<(), FigureError>;
 
-const NAMES: [(&str, &[&str]); 9] = [
+const NAMES: [(&str, &[&str]); 10] = [
     ("strain_map", &["compressive strain −u_n (%)", "gap number n", "time (ms)", "not measured"]),
     ("residual_map", &["(measured − model) / σ"]),
     ("strain_profiles", &["compressive strain −u_n (%)", "t = 2.73 ms", "experiment"]),
     ("front_width", &["distance from the peak (cells)", "half width at half maximum (mm)"]),
+    ("right_halves", &["distance from the peak (cells)", "HWHM (mm)"]),
     ("peak_trace", &["c_g = 52.00 ± 0.10 m/s", "residual (µs)"]),
     ("group_velocity", &["striker velocity v_s (m/s)", "group velocity c_g (m/s)"]),
     ("peak_energy", &["peak energy Ψ(n) / input", "without damping"]),
@@ -39,6 +41,7 @@ fn draw_all(folder: &Path) -> Outcome {
     let pulse = FrontPulse { time_s: 1e-3, profile: vec![(0.0, -0.05), (2.0, -0.01)] };
     let front = FrontWidth { pulses: vec![pulse], hwhm: series.clone(), pitch_m: Some(0.03) };
     front_width(&stem("front_width"), &front)?;
+    right_halves(&stem("right_halves"), &RightHalves(front))?;
     let fit = PeakFit { group_velocity_m_per_s: Estimate::new(52.0, 0.1), t_at_gap_zero_s: 0.0 };
     let peaks = (1..20).map(|n| (f64::from(n), Estimate::new(0.03 * f64::from(n) / 52.0, 1e-6)));
     let trace = PeakTrace { peaks: peaks.collect(), pitch_m: 0.03, fit: Some(fit) };

@@ -44,6 +44,8 @@ pub enum ErrorSource {
     CalibrationPoints,
     /// The time from the exposure of one line of a picture to that of the next, of a shutter that rolls.
     LineTime,
+    /// What is not known of the drives of a chain that is struck at both ends.
+    FarStriker,
     /// A motion of the camera that all trials share, where no body at rest tells it.
     CameraMotion,
     /// Any other, by its name.
@@ -65,6 +67,7 @@ impl fmt::Display for ErrorSource {
             Self::CalibrationLength => write!(f, "calibration: length"),
             Self::CalibrationPoints => write!(f, "calibration: points"),
             Self::LineTime => write!(f, "time between lines"),
+            Self::FarStriker => write!(f, "drives of two strikers"),
             Self::CameraMotion => write!(f, "motion of the camera"),
             Self::Other(name) => write!(f, "{name}"),
         }

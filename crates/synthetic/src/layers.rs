@@ -25,6 +25,8 @@ pub(crate) struct Layers<'a> {
     specimen: &'a Specimen,
     shot: &'a Shot,
     shapes: Option<&'a Shapes>,
+    /// Largest distance of any of these from its body's centre along the chain.
+    shapes_reach_px: f64,
     /// True scale, and how many times the stated one it is.
     scale_px_per_m: f64,
     magnification: f64,
@@ -66,6 +68,7 @@ impl<'a> Layers<'a> {
             specimen,
             shot,
             shapes: None,
+            shapes_reach_px: 0.0,
             scale_px_per_m,
             magnification: recording.magnification(),
             first_body_px,
@@ -86,7 +89,7 @@ impl<'a> Layers<'a> {
 
     /// Bodies of the given shapes in place of the specimen's rings.
     pub(crate) fn with_shapes(self, shapes: &'a Shapes) -> Self {
-        Self { shapes: Some(shapes), ..self }
+        Self { shapes: Some(shapes), shapes_reach_px: shapes.reach_m() * self.scale_px_per_m, ..self }
     }
 
     /// Where the picture shows a point of the ideal one, with the camera turned or not.
@@ -175,10 +178,9 @@ impl<'a> Layers<'a> {
 
     /// Whether some of a body may be seen.
     fn is_in_view(&self, place: BodyPlace, view: &PixelView) -> bool {
-        let shapes_px = self.shapes.map_or(0.0, |shapes| shapes.reach_m() * self.scale_px_per_m);
         let marker_px = COVER_SIZE * self.specimen.marker.half_width_m * self.scale_px_per_m;
         let blur_px = place.blur.path_px.abs() + place.blur.reach_px();
-        let reach_px = self.outline.reach_px().max(shapes_px).max(marker_px + 2.0) + blur_px;
+        let reach_px = self.outline.reach_px().max(self.shapes_reach_px).max(marker_px + 2.0) + blur_px;
         let [columns, _] = view.region(place.centre_px, [reach_px, 0.0]);
         !columns.is_empty()
     }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use crate::demo::Demo;
 use crate::failure::Failure;
+use crate::paper::Paper;
 use crate::test_run::TestRun;
 
 /// What `cargo xtask help` prints.
@@ -13,6 +14,12 @@ cargo xtask demo [--no-opencv] [--out DIR] [--seed N]
     Sets up, builds, films the synthetic experiment pipelines/hec26-demo and processes it:
     recordings into DIR/recordings, results into DIR/results (DIR is target/demo unless given).
     --seed N   another draw of speckle, noise, trigger jitter and striker speeds
+
+cargo xtask paper [--no-opencv] [--out DIR] [--quick]
+    Sets up, builds, and makes every figure and number of the paper with pipelines/paper/run.sh: films 390 recordings,
+    processes them, simulates rings and chain, draws and compares, into DIR (target/paper unless given). What was
+    interrupted goes on when it is started again.
+    --quick   a short chain and one trial of each view (target/paper-quick unless given)
 
 cargo xtask test [--no-opencv] [--fast] [--package NAME]...
     Sets up, builds and runs all tests, with cargo-nextest where it is installed.
@@ -36,6 +43,8 @@ cargo xtask setup [--no-opencv]
 pub(crate) enum Task {
     /// `cargo xtask demo`.
     Demo(Demo),
+    /// `cargo xtask paper`.
+    Paper(Paper),
     /// `cargo xtask test`.
     Test(TestRun),
     /// `cargo xtask python`.
@@ -55,11 +64,14 @@ pub(crate) fn parse(words: impl IntoIterator<Item = OsString>) -> Result<Task, F
     let Some(command) = words.next() else { return Ok(Task::Help) };
     match text(command)?.as_str() {
         "demo" => demo(words),
+        "paper" => paper(words),
         "test" => test(words),
         "python" => python(words),
         "setup" => setup(words),
         "help" | "--help" | "-h" => Ok(Task::Help),
-        other => Err(Failure::Usage(format!("expected demo, test, python, setup or help, found `{other}`"))),
+        other => {
+            Err(Failure::Usage(format!("expected demo, paper, test, python, setup or help, found `{other}`")))
+        }
     }
 }
 
@@ -74,6 +86,19 @@ fn demo(mut words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
         }
     }
     Ok(Task::Demo(demo))
+}
+
+fn paper(mut words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
+    let mut paper = Paper::default();
+    while let Some(word) = words.next() {
+        match text(word)?.as_str() {
+            "--no-opencv" => paper.opencv = false,
+            "--quick" => paper.quick = true,
+            "--out" => paper.out = Some(PathBuf::from(value("--out", &mut words)?)),
+            other => return unknown("paper", other),
+        }
+    }
+    Ok(Task::Paper(paper))
 }
 
 fn test(mut words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
@@ -137,6 +162,8 @@ mod tests {
         assert_eq!(parsed("demo --out there --no-opencv --seed 7").unwrap(), Task::Demo(demo));
         let test_run = TestRun { opencv: true, fast: true, packages: vec!["a".into(), "b".into()] };
         assert_eq!(parsed("test --fast -p a --package b").unwrap(), Task::Test(test_run));
+        let paper = Paper { opencv: false, out: Some("there".into()), quick: true };
+        assert_eq!(parsed("paper --quick --out there --no-opencv").unwrap(), Task::Paper(paper));
         assert_eq!(parsed("setup --no-opencv").unwrap(), Task::Setup { opencv: false });
         assert_eq!(parsed("python").unwrap(), Task::Python);
         assert_eq!(parsed("").unwrap(), Task::Help);
@@ -154,6 +181,7 @@ mod tests {
             ("dmeo", "`dmeo`"),
             ("demo --fast", "demo: unknown option `--fast`"),
             ("demo --out", "--out: expected a value"),
+            ("paper --seed 1", "paper: unknown option `--seed`"),
             ("demo --seed -1", "--seed: expected a whole number, found `-1`"),
             ("setup --seed 1", "setup: unknown option `--seed`"),
         ] {

@@ -1,8 +1,9 @@
-//! Sets a fresh system up and runs the two commands of the README, `cargo xtask demo` and `cargo xtask test`; and `cargo xtask python`.
+//! Sets a fresh system up and runs the commands of the README, `cargo xtask demo`, `cargo xtask paper` and `cargo xtask test`; and
+//! `cargo xtask python`.
 //!
 //! It is the first thing that is built in a fresh clone, before anything that the heavy crates need is installed, so
-//! it depends on the standard library alone. What is decided ([`arguments`], [`needs`], the command lists of [`demo`] and
-//! [`test_run`]) is kept apart from what looks at the system or changes it ([`system`], [`setup`], [`command_line`]).
+//! it depends on the standard library alone. What is decided ([`arguments`], [`needs`], the command lists of [`demo`],
+//! [`paper`] and [`test_run`]) is kept apart from what looks at the system or changes it ([`system`], [`setup`], [`command_line`]).
 
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a command-line tool reports by printing")]
 
@@ -11,6 +12,7 @@ mod command_line;
 mod demo;
 mod failure;
 mod needs;
+mod paper;
 mod setup;
 mod skipped;
 mod system;
@@ -36,6 +38,7 @@ fn main() -> ExitCode {
 fn run(task: Task) -> Result<(), Failure> {
     match task {
         Task::Demo(demo) => demo::run(&demo),
+        Task::Paper(paper) => paper::run(&paper),
         Task::Test(test_run) => test_run::run(&test_run),
         Task::Python => wheel::run(),
         Task::Setup { opencv } => {

@@ -2,8 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use chainwave_analysis::normalised_residuals;
-use chainwave_analysis::{CameraMotion, DispersionMap, GapFront, Measurement, StrainMap};
+use chainwave_analysis::{
+    CameraMotion, DispersionMap, GapFront, LocalResonance, Measurement, Missing, StrainMap, line_rule,
+    normalised_residuals,
+};
 use chainwave_experiment::{Evaluation, Experiment, ModelBeside};
 use chainwave_figures::{
     BodyMotion, DataPoint, DispersionPanel, EnergyShares, FrequencyMark, FrontPulse, FrontWidth, GapSpectrum,
@@ -15,6 +17,7 @@ use chainwave_measurement::{ChainMotion, Estimate};
 use super::figures_folder;
 use crate::error::Error;
 use crate::outcome::Outcome;
+use crate::wave::{nearest, place_at};
 
 /// A figure that was drawn.
 pub(crate) struct Figure {
@@ -174,9 +177,9 @@ impl Album<'_> {
     fn front_at(&self, time_s: f64) -> Option<(f64, f64)> {
         let fronts: Vec<&GapFront> = self.evaluation.measurement.fronts.iter().flatten().collect();
         let peaks: Vec<(f64, f64)> =
-            fronts.iter().map(|front| (front.peak_time_s.value, front.gap as f64)).collect();
-        let edges = fronts.iter().filter_map(|front| Some((front.edge_time_s?.value, front.gap as f64)));
-        Some((position_at(&peaks, time_s)?, position_at(&edges.collect::<Vec<_>>(), time_s)?))
+            fronts.iter().map(|front| (front.gap as f64, front.peak_time_s.value)).collect();
+        let edges = fronts.iter().filter_map(|front| Some((front.gap as f64, front.edge_time_s?.value)));
+        Some((place_at(&peaks, time_s)?, place_at(&edges.collect::<Vec<_>>(), time_s)?))
     }
 
     fn peak_trace(&self) -> Result<Figure, Error> {
@@ -231,8 +234,8 @@ impl Album<'_> {
         let index = nearest(&map.times_s, time_s);
         let fronts = self.evaluation.measurement.fronts.iter().flatten();
         let peaks: Vec<(f64, f64)> =
-            fronts.map(|front| (front.peak_time_s.value, front.gap as f64)).collect();
-        let peak = position_at(&peaks, map.times_s[index])?;
+            fronts.map(|front| (front.gap as f64, front.peak_time_s.value)).collect();
+        let peak = place_at(&peaks, map.times_s[index])?;
         let strain = map.strain.column(index);
         let profile =
             strain.iter().enumerate().filter_map(|(row, u)| Some(((row + 1) as f64 - peak, (*u)?.value)));
@@ -297,24 +300,20 @@ impl Album<'_> {
         let band_edge_hz = self.experiment.linear_chain()?.band_edge_hz();
         let mut marks =
             vec![FrequencyMark { name: "band edge of the chain model".into(), frequency_hz: band_edge_hz }];
-        if let Ok(resonance) = &measurement.local_resonance {
-            let frequency_hz = resonance.frequency_hz.value;
-            marks.push(FrequencyMark { name: "dominant frequency".into(), frequency_hz });
+        let line = measurement.local_resonance.as_ref().ok();
+        let line = line.filter(|found| is_line_in_band(found, band_edge_hz));
+        if let Some(line) = line {
+            let frequency_hz = line.frequency_hz.value;
+            marks.push(FrequencyMark { name: "frequency of the line".into(), frequency_hz });
         }
         let tail =
             TailSpectrum { spectra: spectra.collect(), marks, max_frequency_hz: Some(3.0 * band_edge_hz) };
         chainwave_figures::tail_spectrum(&self.folder.join("tail-spectrum"), &tail)?;
         Ok(Figure {
             name: "tail-spectrum".into(),
-            caption: measurement.local_resonance.as_ref().map_or_else(
-                |_| "Amplitude spectrum of the strain behind the leading pulse.".into(),
-                |resonance| {
-                    format!(
-                        "Amplitude spectrum of the strain behind the leading pulse, resolution {:.0} Hz; that the dominant frequency is \
-                         no line has the probability {:.2}.",
-                        resonance.resolution_hz, resonance.line.p_value
-                    )
-                },
+            caption: format!(
+                "Amplitude spectrum of the strain behind the leading pulse. {}",
+                told_of_the_tail(&measurement.local_resonance, band_edge_hz)
             ),
         })
     }
@@ -353,6 +352,34 @@ impl Album<'_> {
     }
 }
 
+/// Whether the highest maximum of the tails' power is a frequency of the wave: a line by the test, where the chain lets waves pass.
+fn is_line_in_band(found: &LocalResonance, band_edge_hz: f64) -> bool {
+    line_rule().rejects(found.line.p_value) && found.frequency_hz.value <= band_edge_hz
+}
+
+/// What the highest maximum of the tails' power is, by the test for a line.
+fn told_of_the_tail(found: &Result<LocalResonance, Missing>, band_edge_hz: f64) -> String {
+    let found = match found {
+        Ok(found) => found,
+        Err(missing) => return format!("No frequency of it is stated: {}.", missing.as_str()),
+    };
+    let (frequency_hz, p_value) = (found.frequency_hz.value, found.line.p_value);
+    let tested = format!(
+        "if there were no line, tails would look as much like one at some frequency with a probability of {p_value:.2}"
+    );
+    let of_what = if frequency_hz > band_edge_hz {
+        "lies beyond the band of the chain model and is not marked"
+    } else if is_line_in_band(found, band_edge_hz) {
+        "is a line"
+    } else {
+        "is not told from the crest of a continuum, and is not marked"
+    };
+    format!(
+        "Its highest maximum, at {frequency_hz:.0} Hz with a resolution of {:.0} Hz, {of_what}: {tested}.",
+        found.resolution_hz
+    )
+}
+
 /// A body's samples. Recordings end a frame apart, so up to three missing samples at the end are no loss.
 fn samples_of(motion: &ChainMotion, row: usize) -> Vec<(f64, Option<Estimate>)> {
     let row = motion.displacement_m.row(row);
@@ -375,18 +402,4 @@ fn panel_of(title: &str, measurement: &Measurement) -> StrainMapPanel {
         peak_trace: fronts().map(|front| (front.gap as f64, front.peak_time_s.value)).collect(),
         leading_edge: fronts().filter_map(edge).collect(),
     }
-}
-
-/// Index of the time nearest to `time_s`.
-fn nearest(times_s: &[f64], time_s: f64) -> usize {
-    let right = times_s.partition_point(|time| *time < time_s).min(times_s.len().saturating_sub(1));
-    let left = right.saturating_sub(1);
-    if (times_s[left] - time_s).abs() <= (times_s[right] - time_s).abs() { left } else { right }
-}
-
-/// Where a trace of (time, gap) stands at a time, linearly between its points.
-fn position_at(trace: &[(f64, f64)], time_s: f64) -> Option<f64> {
-    let pair = trace.windows(2).find(|pair| pair[0].0 <= time_s && time_s < pair[1].0)?;
-    let share = (time_s - pair[0].0) / (pair[1].0 - pair[0].0);
-    Some(pair[0].1 + share * (pair[1].1 - pair[0].1))
 }

@@ -21,7 +21,7 @@ use crate::outcome::Outcome;
 use crate::output::{read_text, write_text};
 use crate::table;
 
-use figures::{FiguresTable, Measured, VelocityRow};
+use figures::{FiguresTable, VelocityRow, wave_of};
 use scene::{Mesh, RingScene, Task};
 
 /// Elements per ring of quasi-static and linear tasks where none are stated: frequencies and forces are then good to 1e-4.
@@ -136,11 +136,11 @@ fn draw(
         Some(file) => {
             let trajectory =
                 super::chain_trajectory(&arguments.scene.with_file_name(file), velocity_m_per_s)?;
-            Measured::new("chain model", &trajectory, pitch_m).map(Some)
+            wave_of("chain model", &trajectory, pitch_m).map(Some)
         }
         None => Ok(None),
     };
-    let measured = Measured::new("rings", &simulation.trajectory, pitch_m)?;
+    let measured = wave_of("rings", &simulation.trajectory, pitch_m)?;
     figures::draw(&folder, asked, &measured, chain_of(None)?.as_ref(), pitch_m)?;
     let RingDrive::Striker(striker) = &rings.drive else { return Ok(()) };
     if asked.striker_velocities_m_per_s.is_empty() {
@@ -151,12 +151,12 @@ fn draw(
     for velocity_m_per_s in asked.striker_velocities_m_per_s.iter().map(|velocity| velocity.get()) {
         let drive = RingDrive::Striker(RingStriker { velocity_m_per_s, ..*striker });
         let struck = simulate_rings(&RingChain { drive, ..rings.clone() }, &schedule)?;
-        let measured = Measured::new("rings", &struck.trajectory, pitch_m)?;
+        let measured = wave_of("rings", &struck.trajectory, pitch_m)?;
         let chain = chain_of(Some(velocity_m_per_s))?;
-        let chain_velocity = chain.and_then(|chain| chain.group_velocity_m_per_s());
+        let chain_velocity = chain.and_then(|chain| chain.speed).map(|speed| speed.group_m_per_s.value);
         rows.push(VelocityRow {
             striker_velocity_m_per_s: velocity_m_per_s,
-            rings_m_per_s: measured.group_velocity_m_per_s(),
+            rings_m_per_s: measured.speed.map(|speed| speed.group_m_per_s.value),
             chain_m_per_s: chain_velocity,
         });
     }

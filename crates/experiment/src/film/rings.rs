@@ -18,14 +18,7 @@ const POINTS_PER_ELEMENT: usize = 4;
 impl FilmedRings {
     /// Motion of the bodies' centres: each halfway between its ring's poles. Markers sit there, and stay rigid.
     pub(super) fn motion(&self, studio: &Studio, draw: &Draw) -> Result<Trajectory, Error> {
-        let Trajectory { times_s, displacement_m, velocity_m_per_s } =
-            self.simulate(studio, draw, false)?.trajectory;
-        let centre = |joints: Array2<f64>| {
-            let shape = (joints.nrows() - 1, joints.ncols());
-            Array2::from_shape_fn(shape, |(n, k)| 0.5 * (joints[(n, k)] + joints[(n + 1, k)]))
-        };
-        let [displacement_m, velocity_m_per_s] = [centre(displacement_m), centre(velocity_m_per_s)];
-        Ok(Trajectory { times_s, displacement_m, velocity_m_per_s })
+        Ok(ring_centres(self.simulate(studio, draw, false)?.trajectory))
     }
 
     /// The rings' outlines about these centres.
@@ -94,6 +87,17 @@ impl FilmedRings {
             far_end: experiment.far_end.into(),
         }
     }
+}
+
+/// The motion of rings' centres from that of their joints, one more than there are rings: each centre lies halfway between its ring's poles.
+pub fn ring_centres(joints: Trajectory) -> Trajectory {
+    let centre = |joints: &Array2<f64>| {
+        let shape = (joints.nrows().saturating_sub(1), joints.ncols());
+        Array2::from_shape_fn(shape, |(n, k)| 0.5 * (joints[(n, k)] + joints[(n + 1, k)]))
+    };
+    let Trajectory { times_s, displacement_m, velocity_m_per_s } = joints;
+    let [displacement_m, velocity_m_per_s] = [centre(&displacement_m), centre(&velocity_m_per_s)];
+    Trajectory { times_s, displacement_m, velocity_m_per_s }
 }
 
 /// A closed line through the upper half's nodes and their mirror images: cubics whose slope at a node is that from the node before

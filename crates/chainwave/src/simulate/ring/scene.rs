@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use chainwave_mechanics::{ImposedMotion, Ring, RingChain, RingDrive, RingSchedule, RingStriker};
+use chainwave_mechanics::{Ring, RingChain, RingDrive, RingSchedule, RingStriker};
 use serde::Deserialize;
 
 use crate::error::Error;
 use crate::output::read_text;
 use crate::parallel::threads;
 use crate::table;
-use chainwave_experiment::{BodyState, FarEndTable, NotNegative, Positive};
+use chainwave_experiment::{BodyState, FarEndTable, NotNegative, Positive, imposed_motion};
 
 use super::figures::FiguresTable;
 
@@ -194,9 +194,7 @@ impl RingScene {
                 damping_kg_per_s: damping_kg_per_s.map_or(0.0, NotNegative::get),
             }),
             Some(DriveTable::Imposed { file }) => {
-                let table = table::read(&path.with_file_name(file))?;
-                let (times_s, x_m) = (table.full_numbers("t_s")?, table.full_numbers("x_m")?);
-                RingDrive::Imposed(ImposedMotion::from_samples(times_s, x_m)?)
+                RingDrive::Imposed(imposed_motion(&table::read(&path.with_file_name(file))?)?)
             }
             Some(DriveTable::Free { initial }) => {
                 let table = table::read(&path.with_file_name(initial))?;

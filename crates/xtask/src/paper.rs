@@ -1,0 +1,76 @@
+//! `cargo xtask paper`: builds the command, and has `pipelines/paper/run.sh` make every figure and number of the paper.
+
+use std::path::{self, Path, PathBuf};
+
+use crate::command_line::{CommandLine, workspace};
+use crate::failure::Failure;
+use crate::setup;
+
+/// `cargo xtask paper`: the paper from 390 recordings.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) struct Paper {
+    /// Whether OpenCV is built in.
+    pub(crate) opencv: bool,
+    /// Where recordings, models and figures go, from the user's folder; `target/paper` of the workspace unless given, or
+    /// `target/paper-quick`.
+    pub(crate) out: Option<PathBuf>,
+    /// Whether a short chain and few trials do.
+    pub(crate) quick: bool,
+}
+
+impl Default for Paper {
+    fn default() -> Self {
+        Self { opencv: true, out: None, quick: false }
+    }
+}
+
+/// Sets up, builds, and starts the pipeline; what an earlier start has filmed and tracked is kept.
+pub(crate) fn run(paper: &Paper) -> Result<(), Failure> {
+    let out = match &paper.out {
+        // Every command runs at the top of the workspace, but the user means the folder where they are.
+        Some(out) => path::absolute(out).map_err(|error| Failure::Usage(format!("--out: {error}")))?,
+        None => PathBuf::from(if paper.quick { "target/paper-quick" } else { "target/paper" }),
+    };
+    setup::run_then(paper.opencv, &commands(paper, &out))
+}
+
+/// The script is told which command was built, so that it takes no other one.
+fn commands(paper: &Paper, out: &Path) -> [CommandLine; 2] {
+    let features = if paper.opencv { &[][..] } else { &["--no-default-features"] };
+    let build = CommandLine::new(["cargo", "build", "--release", "-p", "chainwave"]).with(features);
+    let script = CommandLine::new(["pipelines/paper/run.sh"])
+        .with([out])
+        .with(paper.quick.then_some("--quick"))
+        .with_variable("CHAINWAVE_COMMAND", built_command());
+    [build, script]
+}
+
+/// Where cargo puts the command: beside this program's profile, or where its target folder is named.
+fn built_command() -> PathBuf {
+    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| PathBuf::from("target"), PathBuf::from);
+    workspace().join(target).join("release").join(format!("chainwave{}", std::env::consts::EXE_SUFFIX))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lines(paper: &Paper) -> [String; 2] {
+        commands(paper, Path::new("there")).map(|command| command.to_string())
+    }
+
+    #[test]
+    fn the_script_runs_with_the_command_that_was_built() {
+        let [build, script] = lines(&Paper::default());
+        assert_eq!(build, "cargo build --release -p chainwave");
+        assert!(script.starts_with("CHAINWAVE_COMMAND=") && script.contains("release"), "{script}");
+        assert!(script.ends_with("pipelines/paper/run.sh there"), "{script}");
+    }
+
+    #[test]
+    fn quick_goes_to_the_script_and_features_to_cargo() {
+        let [build, script] = lines(&Paper { quick: true, opencv: false, out: None });
+        assert!(script.ends_with("run.sh there --quick"), "{script}");
+        assert_eq!(build, "cargo build --release -p chainwave --no-default-features");
+    }
+}
