@@ -51,11 +51,16 @@ pub(crate) fn is_beyond_doubt(subset: &PreparedSubset) -> bool {
     SUDDEN * fisher(expected_zncc(subset)) >= fisher(chance_zncc(subset, N_NEAR, RARE))
 }
 
+/// Whether a correlation is by far less than is usual, after Fisher's transform.
+pub(crate) fn has_fallen(zncc: f64, usual: f64) -> bool {
+    fisher(zncc) < SUDDEN * usual
+}
+
 /// Whether a match of a subset whose neighbours are believed is none, though it agrees with them: its correlation is by far less than theirs
 /// (their mean, after Fisher's transform) and than noise leaves of its own, and no more than chance gives or most of it is something else.
 pub(crate) fn is_out_of_place(subset: &PreparedSubset, zncc: f64, neighbours: f64) -> bool {
     let usual = neighbours.min(fisher(expected_zncc(subset)));
-    fisher(zncc) < SUDDEN * usual && zncc < chance_zncc(subset, N_NEAR, RARE_WHERE_EXPECTED).max(HALF)
+    has_fallen(zncc, usual) && zncc < chance_zncc(subset, N_NEAR, RARE_WHERE_EXPECTED).max(HALF)
 }
 
 /// How a match was come by.

@@ -3,7 +3,7 @@
 
 use chainwave_measurement::Lost;
 
-use crate::acceptance::is_out_of_place;
+use crate::acceptance::{has_fallen, is_out_of_place};
 use crate::field::pair::{ImagePair, Settled};
 use crate::field::seed::NEAR_PX;
 use crate::icgn::outcome::Match;
@@ -64,6 +64,10 @@ impl Consensus<'_> {
     /// from one point to the next.
     fn in_place(&self, point: usize, mean: f64, found: &Result<Match, Lost>) -> Result<(), Lost> {
         let Ok(found) = found else { return Ok(()) };
+        // Few points have to be prepared once more for what noise leaves of them.
+        if !has_fallen(found.position.zncc, mean) {
+            return Ok(());
+        }
         let subset = self.pair.prepare(self.places[point])?;
         if is_out_of_place(&subset, found.position.zncc, mean) { Err(Lost::LowCorrelation) } else { Ok(()) }
     }
