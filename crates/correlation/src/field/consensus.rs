@@ -20,6 +20,9 @@ const BEND: f64 = 0.12;
 const STRETCH: f64 = 0.6;
 /// What neighbours may differ by in any case, in pixels and in their standard uncertainties.
 const SLACK: (f64, f64) = (0.5, 5.0);
+/// Standard uncertainties of both, by which a place may differ from where a neighbour leads to: it adds its gradient's error. No more than
+/// what neighbours may differ by in any case: what is less certain has not been seen.
+const FORETOLD: f64 = 3.0;
 /// By how many standard errors a group's correlation has to exceed what chance gives: once in 5e7.
 const BEYOND_CHANCE: f64 = 5.5;
 /// Standard errors that a search among thousands of places, and the shape function's freedom, gain by chance.
@@ -50,10 +53,13 @@ impl Consensus<'_> {
         for group in groups {
             let mean = mean_correlation(&group, settled);
             let supported = self.supported(&group, mean, settled, &reference);
-            for point in group {
-                let Some((found, _)) = &mut settled[point] else { continue };
-                let believed = supported.and_then(|()| self.in_place(point, mean, found));
-                if let Err(reason) = believed {
+            let refused = |point: &usize| -> Option<(usize, Lost)> {
+                let believed = supported.and_then(|()| self.in_place(*point, mean, settled));
+                believed.err().map(|reason| (*point, reason))
+            };
+            let refused: Vec<(usize, Lost)> = group.iter().filter_map(refused).collect();
+            for (point, reason) in refused {
+                if let Some((found, _)) = &mut settled[point] {
                     *found = Err(reason);
                 }
             }
@@ -61,15 +67,32 @@ impl Consensus<'_> {
     }
 
     /// Whether a point of a group that is believed is so too: what hides a subset, or passes over it, leads the match astray by little
-    /// from one point to the next.
-    fn in_place(&self, point: usize, mean: f64, found: &Result<Match, Lost>) -> Result<(), Lost> {
-        let Ok(found) = found else { return Ok(()) };
+    /// from one point to the next. One that is where its neighbours foretell it is right, however weak its texture is.
+    fn in_place(&self, point: usize, mean: f64, settled: &[Option<Settled>]) -> Result<(), Lost> {
+        let Some((Ok(found), _)) = &settled[point] else { return Ok(()) };
         // Few points have to be prepared once more for what noise leaves of them.
         if !has_fallen(found.position.zncc, mean) {
             return Ok(());
         }
         let subset = self.pair.prepare(self.places[point])?;
-        if is_out_of_place(&subset, found.position.zncc, mean) { Err(Lost::LowCorrelation) } else { Ok(()) }
+        let is_lost = is_out_of_place(&subset, found.position.zncc, mean)
+            && !self.is_foretold(point, found, mean, settled);
+        if is_lost { Err(Lost::LowCorrelation) } else { Ok(()) }
+    }
+
+    /// Whether a point lies where the places and gradients of neighbours lead to that have not fallen themselves.
+    fn is_foretold(&self, point: usize, found: &Match, mean: f64, settled: &[Option<Settled>]) -> bool {
+        let by = |neighbour: usize| {
+            let Some((Ok(other), _)) = &settled[neighbour] else { return None };
+            let apart = [0, 1].map(|axis| self.places[point][axis] - self.places[neighbour][axis]);
+            let (expected, at) = (other.warp().apply(apart), found.warp().position_px);
+            let off_px = (expected[0] - at[0]).hypot(expected[1] - at[1]);
+            let slack_px = (FORETOLD * (sigma(found) + sigma(other))).min(SLACK.0);
+            (!has_fallen(other.position.zncc, mean)).then_some(off_px <= slack_px)
+        };
+        let said: Vec<bool> =
+            super::neighbours(point, self.n_columns, self.places.len()).filter_map(by).collect();
+        !said.is_empty() && said.into_iter().all(|agrees| agrees)
     }
 
     fn searched_reference(&self, groups: &[Vec<usize>]) -> Option<SearchArea> {
@@ -114,7 +137,6 @@ impl Consensus<'_> {
         // Their mean: what a curvature adds to the one it takes from the other.
         let off_px = 0.5 * (off(there, b) + off(back, a));
         let bend = if *shape == Shape::Translation { STRETCH } else { BEND };
-        let sigma = |found: &Match| found.position.x_px.sigma.hypot(found.position.y_px.sigma);
         off_px <= SLACK.0 + SLACK.1 * sigma(a).hypot(sigma(b)) + bend * apart[0].hypot(apart[1])
     }
 
@@ -175,6 +197,11 @@ impl Consensus<'_> {
             Some(Seen { warp: found.warp(), zncc: found.position.zncc })
         })
     }
+}
+
+/// The standard uncertainty of a place, in pixels.
+fn sigma(found: &Match) -> f64 {
+    found.position.x_px.sigma.hypot(found.position.y_px.sigma)
 }
 
 /// The mean correlation of a group's points, after Fisher's transform.
