@@ -33,9 +33,9 @@ pub(crate) struct SharedErrors {
 const ALIKE: f64 = 1e-3;
 
 impl SharedErrors {
-    /// Stitches once more with each error of the calibration, and of the time between lines where the tracks told it; the differences are its effects, with what they do to the
-    /// alignment of views and trials. A second striker has drives of its own, which a recording's one drive cannot follow: what it makes of the
-    /// motion that all drives are alike is an error as well.
+    /// Stitches once more with each error of the calibration, and of the time between lines where the tracks told it; the differences are
+    /// their effects, with what they do to the alignment of views and trials. A second striker has drives of its own, which a recording's
+    /// one drive cannot follow: what it makes of the motion that all drives are alike is an error as well.
     pub(crate) fn of(
         setup: &Setup,
         recordings: &[TrackedRecording],
