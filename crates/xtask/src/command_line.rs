@@ -3,7 +3,7 @@
 use std::env;
 use std::ffi::{OsStr, OsString};
 use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::{self, Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 
@@ -80,6 +80,19 @@ pub(crate) fn workspace() -> &'static Path {
         || env::var_os("CARGO_MANIFEST_DIR").map_or_else(|| env!("CARGO_MANIFEST_DIR").into(), PathBuf::from);
     let here = HERE.get_or_init(of_cargo);
     here.ancestors().nth(2).unwrap_or(here)
+}
+
+/// The folder that the user names, or one of the workspace: every command runs at its top, but the user means the folder where they are.
+pub(crate) fn output_folder(given: Option<&Path>, usual: &str) -> Result<PathBuf, Failure> {
+    match given {
+        Some(out) => path::absolute(out).map_err(|error| Failure::Usage(format!("--out: {error}"))),
+        None => Ok(PathBuf::from(usual)),
+    }
+}
+
+/// What cargo is told of OpenCV.
+pub(crate) fn features(opencv: bool) -> &'static [&'static str] {
+    if opencv { &[] } else { &["--no-default-features"] }
 }
 
 /// The cargo that started xtask goes on, so that a toolchain chosen with `cargo +name` holds for every step.

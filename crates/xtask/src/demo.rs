@@ -1,8 +1,8 @@
 //! `cargo xtask demo`: builds the command, films the synthetic experiment and processes it.
 
-use std::path::{self, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
-use crate::command_line::CommandLine;
+use crate::command_line::{CommandLine, features, output_folder};
 use crate::failure::Failure;
 use crate::setup;
 
@@ -25,19 +25,17 @@ impl Default for Demo {
 
 /// Sets up, builds, films and processes.
 pub(crate) fn run(demo: &Demo) -> Result<(), Failure> {
-    let out = match &demo.out {
-        // Every command runs at the top of the workspace, but the user means the folder where they are.
-        Some(out) => path::absolute(out).map_err(|error| Failure::Usage(format!("--out: {error}")))?,
-        None => PathBuf::from("target/demo"),
-    };
+    let out = output_folder(demo.out.as_deref(), "target/demo")?;
     setup::run_then(demo.opencv, &commands(demo, &out))
 }
 
 fn commands(demo: &Demo, out: &Path) -> [CommandLine; 3] {
-    let features = if demo.opencv { &[][..] } else { &["--no-default-features"] };
     let recordings = out.join("recordings");
     let cargo = |command: &[&str]| {
-        CommandLine::new(["cargo"]).with(command).with(["--release", "-p", "chainwave"]).with(features)
+        CommandLine::new(["cargo"])
+            .with(command)
+            .with(["--release", "-p", "chainwave"])
+            .with(features(demo.opencv))
     };
     let seed = demo.seed.map(|seed| ["--seed".to_owned(), seed.to_string()]);
     [

@@ -1,8 +1,8 @@
 //! `cargo xtask paper`: builds the command, and has `pipelines/paper/run.sh` make every figure and number of the paper.
 
-use std::path::{self, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
-use crate::command_line::{CommandLine, workspace};
+use crate::command_line::{CommandLine, features, output_folder, workspace};
 use crate::failure::Failure;
 use crate::setup;
 
@@ -26,18 +26,15 @@ impl Default for Paper {
 
 /// Sets up, builds, and starts the pipeline; what an earlier start has filmed and tracked is kept.
 pub(crate) fn run(paper: &Paper) -> Result<(), Failure> {
-    let out = match &paper.out {
-        // Every command runs at the top of the workspace, but the user means the folder where they are.
-        Some(out) => path::absolute(out).map_err(|error| Failure::Usage(format!("--out: {error}")))?,
-        None => PathBuf::from(if paper.quick { "target/paper-quick" } else { "target/paper" }),
-    };
+    let usual = if paper.quick { "target/paper-quick" } else { "target/paper" };
+    let out = output_folder(paper.out.as_deref(), usual)?;
     setup::run_then(paper.opencv, &commands(paper, &out))
 }
 
 /// The script is told which command was built, so that it takes no other one.
 fn commands(paper: &Paper, out: &Path) -> [CommandLine; 2] {
-    let features = if paper.opencv { &[][..] } else { &["--no-default-features"] };
-    let build = CommandLine::new(["cargo", "build", "--release", "-p", "chainwave"]).with(features);
+    let build =
+        CommandLine::new(["cargo", "build", "--release", "-p", "chainwave"]).with(features(paper.opencv));
     let script = CommandLine::new(["pipelines/paper/run.sh"])
         .with([out])
         .with(paper.quick.then_some("--quick"))

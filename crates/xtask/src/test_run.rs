@@ -5,7 +5,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::command_line::CommandLine;
+use crate::command_line::{CommandLine, features};
 use crate::failure::Failure;
 use crate::setup;
 use crate::skipped;
@@ -49,7 +49,7 @@ pub(crate) fn run(test_run: &TestRun) -> Result<(), Failure> {
 }
 
 fn commands(test_run: &TestRun, nextest: bool, chainwave: &Path, skipped: &Path) -> Vec<CommandLine> {
-    let features = if test_run.opencv { &[][..] } else { &["--no-default-features"] };
+    let features = features(test_run.opencv);
     let cargo = |words: &[&str]| CommandLine::new(["cargo"]).with(words).with(["--release"]).with(features);
     let runner: &[&str] = if nextest { &["nextest", "run"] } else { &["test", "--tests"] };
     let skip = if test_run.fast { &["--", "--skip", "slow::"][..] } else { &[] };
