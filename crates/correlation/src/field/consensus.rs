@@ -5,10 +5,10 @@ use chainwave_measurement::Lost;
 
 use crate::acceptance::{has_fallen, is_out_of_place};
 use crate::field::pair::{ImagePair, Settled};
-use crate::field::seed::NEAR_PX;
+use crate::field::seed::{LARGER, NEAR_PX, is_same_place};
 use crate::icgn::outcome::Match;
 use crate::search::area::SearchArea;
-use crate::search::chance::{correlation_length_px, fisher, n_independent, share_told};
+use crate::search::chance::{correlation_length_px, fisher, is_told, n_independent, share_told};
 use crate::search::rivals::{Own, Seen, best_rival};
 use crate::search::template::Template;
 use crate::warp::Warp;
@@ -37,6 +37,15 @@ const N_ASKED: usize = 5;
 /// Places of the reference that resemble a subset most, and are matched.
 const N_REPEATS: usize = 3;
 
+/// What a group stands by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Support {
+    /// Its own subsets.
+    Itself,
+    /// Subsets twice as large around its points, for noise leaves too little of its own.
+    Around,
+}
+
 /// The grid that groups are formed on.
 pub(crate) struct Consensus<'a> {
     pub(crate) pair: &'a ImagePair<'a>,
@@ -54,7 +63,7 @@ impl Consensus<'_> {
             let mean = mean_correlation(&group, settled);
             let supported = self.supported(&group, mean, settled, &reference);
             let refused = |point: &usize| -> Option<(usize, Lost)> {
-                let believed = supported.and_then(|()| self.in_place(*point, mean, settled));
+                let believed = supported.and_then(|support| self.in_place(*point, support, mean, settled));
                 believed.err().map(|reason| (*point, reason))
             };
             let refused: Vec<(usize, Lost)> = group.iter().filter_map(refused).collect();
@@ -67,9 +76,19 @@ impl Consensus<'_> {
     }
 
     /// Whether a point of a group that is believed is so too: what hides a subset, or passes over it, leads the match astray by little
-    /// from one point to the next. One that is where its neighbours foretell it is right, however weak its texture is.
-    fn in_place(&self, point: usize, mean: f64, settled: &[Option<Settled>]) -> Result<(), Lost> {
+    /// from one point to the next. One that is where its neighbours foretell it is right, however weak its texture is. Where subsets do not
+    /// tell their places from chance by themselves, each has to be where the larger one around it is found.
+    fn in_place(
+        &self,
+        point: usize,
+        support: Support,
+        mean: f64,
+        settled: &[Option<Settled>],
+    ) -> Result<(), Lost> {
         let Some((Ok(found), _)) = &settled[point] else { return Ok(()) };
+        if support == Support::Around && self.seen_around(point, found).is_none() {
+            return Err(Lost::LowCorrelation);
+        }
         // Few points have to be prepared once more for what noise leaves of them.
         if !has_fallen(found.position.zncc, mean) {
             return Ok(());
@@ -147,41 +166,76 @@ impl Consensus<'_> {
         mean: f64,
         settled: &[Option<Settled>],
         reference: &SearchArea,
-    ) -> Result<(), Lost> {
+    ) -> Result<Support, Lost> {
         let side = (2 * self.pair.half_px + 1) as f64;
         let n_subsets = (group.len() as f64 * (self.step_px / side).powi(2)).clamp(1.0, MOST_INDEPENDENT);
         let asked = group.iter().step_by(group.len().div_ceil(N_ASKED));
-        let mut reasons = Vec::new();
-        for point in asked {
-            let subset = self.pair.prepare(self.places[*point])?;
-            let told = if n_subsets < FEW { share_told(&subset) } else { 1.0 };
-            let n_told = told * n_independent(&subset);
-            let sigma = (n_told - 3.0).max(1.0).sqrt().recip();
-            let beyond = BEYOND_CHANCE * sigma / n_subsets.sqrt();
-            if mean < BY_SEARCH * sigma + beyond {
-                reasons.push(Lost::LowCorrelation);
-            } else if mean < self.repeats(&subset, &settled[*point], reference) + beyond {
-                reasons.push(Lost::Ambiguous);
-            }
+        let asked: Vec<(usize, &Match)> =
+            asked.filter_map(|&point| Some((point, settled[point].as_ref()?.0.as_ref().ok()?))).collect();
+        let itself = |&(point, found): &(usize, &Match)| {
+            self.stands(self.pair, point, found, mean, n_subsets, reference)
+        };
+        let around = |&(point, found): &(usize, &Match)| self.stands_around(point, found, reference);
+        let told = |&(point, _): &(usize, &Match)| self.is_told(point, reference);
+        let stands = most(asked.iter().map(itself));
+        if stands.is_ok() && most(asked.iter().map(told)).is_ok() {
+            return Ok(Support::Itself);
         }
-        // The group stands where most of those that were asked let it stand.
-        match reasons.as_slice() {
-            [reason, ..] if 2 * reasons.len() > group.len().min(N_ASKED) => Err(*reason),
-            _ => Ok(()),
+        most(asked.iter().map(around))
+            .map(|()| Support::Around)
+            .map_err(|reason| stands.err().unwrap_or(reason))
+    }
+
+    /// Whether noise leaves enough of a point's subset that it alone would be told from chance.
+    fn is_told(&self, point: usize, reference: &SearchArea) -> Result<(), Lost> {
+        let subset = self.pair.prepare(self.places[point])?;
+        if is_told(&subset, reference.n_pixels() as f64) { Ok(()) } else { Err(Lost::LowCorrelation) }
+    }
+
+    /// Whether a mean correlation of so many subsets exceeds chance, and what the reference resembles itself, for the texture of a point.
+    fn stands(
+        &self,
+        pair: &ImagePair<'_>,
+        point: usize,
+        found: &Match,
+        mean: f64,
+        n_subsets: f64,
+        reference: &SearchArea,
+    ) -> Result<(), Lost> {
+        let subset = pair.prepare(self.places[point])?;
+        let told = if n_subsets < FEW { share_told(&subset) } else { 1.0 };
+        let n_told = told * n_independent(&subset);
+        let sigma = (n_told - 3.0).max(1.0).sqrt().recip();
+        let beyond = BEYOND_CHANCE * sigma / n_subsets.sqrt();
+        if mean < BY_SEARCH * sigma + beyond {
+            Err(Lost::LowCorrelation)
+        } else if mean < self.repeats(&subset, found, reference) + beyond {
+            Err(Lost::Ambiguous)
+        } else {
+            Ok(())
         }
+    }
+
+    /// The same for a larger subset around a point. It is matched for itself, so its own correlation counts, and not a group's.
+    fn stands_around(&self, point: usize, found: &Match, reference: &SearchArea) -> Result<(), Lost> {
+        let (larger, seen) = self.seen_around(point, found).ok_or(Lost::LowCorrelation)?;
+        self.stands(&larger, point, &seen, fisher(seen.position.zncc), 1.0, reference)
+    }
+
+    /// The match of a larger subset around a point, where it is found in the point's place.
+    fn seen_around(&self, point: usize, found: &Match) -> Option<(ImagePair<'_>, Match)> {
+        let larger = self.pair.enlarged(LARGER);
+        let settled = larger.settle(self.places[point], found.warp(), &mut Workspace::default());
+        let seen = settled.0.ok().filter(|seen| is_same_place(found, seen))?;
+        Some((larger, seen))
     }
 
     /// How well the reference resembles a subset of its own somewhere else: within what a search near it sees from either of both, and
     /// as far as a place goes that the point could have moved to by less than it did.
-    fn repeats(&self, subset: &PreparedSubset, settled: &Option<Settled>, reference: &SearchArea) -> f64 {
+    fn repeats(&self, subset: &PreparedSubset, found: &Match, reference: &SearchArea) -> f64 {
         let [x, y] = subset.centre_px;
-        let moved_px = match settled {
-            Some((Ok(found), _)) => {
-                let [u, v] = found.warp().position_px;
-                (u - x).hypot(v - y).ceil() as usize
-            }
-            _ => 0,
-        };
+        let [u, v] = found.warp().position_px;
+        let moved_px = (u - x).hypot(v - y).ceil() as usize;
         let reach_px = (2 * NEAR_PX).max(NEAR_PX + 2 * moved_px);
         let reach = subset.half_px().map(|half| half.ceil() as usize + reach_px);
         let Some(area) = reference.cut(subset.centre_px, reach) else { return 0.0 };
@@ -196,6 +250,16 @@ impl Consensus<'_> {
             let found = subset.solve(&window, Warp::at(place_px), &mut workspace).ok()?;
             Some(Seen { warp: found.warp(), zncc: found.position.zncc })
         })
+    }
+}
+
+/// What most of those that were asked say: they let a group stand, or the first reason against it.
+fn most(said: impl ExactSizeIterator<Item = Result<(), Lost>>) -> Result<(), Lost> {
+    let n_asked = said.len();
+    let reasons: Vec<Lost> = said.filter_map(Result::err).collect();
+    match reasons.as_slice() {
+        [reason, ..] if 2 * reasons.len() > n_asked => Err(*reason),
+        _ => Ok(()),
     }
 }
 

@@ -25,7 +25,7 @@ pub(crate) const NEAR_PX: usize = 24;
 ///
 /// A speckle of width s is shown a distance d r from where a template expects it that is off by an angle or a stretch of d. The template
 /// stands out of noise the most with a reach of about 1.6 s/d: twice the reach with half the step tells twice as much.
-const LARGER: f64 = 2.0;
+pub(crate) const LARGER: f64 = 2.0;
 /// What the place of a point may differ by from that of the larger subset around it.
 const SAME_PX: f64 = 1.0;
 
@@ -165,8 +165,13 @@ fn try_at(
         else {
             return false;
         };
-        let [[x, y], [u, v]] = [found, &seen].map(|found| found.warp().position_px);
-        is_certain(&around, &seen) && (u - x).hypot(v - y) <= SAME_PX
+        is_certain(&around, &seen) && is_same_place(found, &seen)
     };
     (is_certain(subset, found) || is_certain_around()).then_some(settled)
+}
+
+/// Whether a larger subset around a point was found where the point was.
+pub(crate) fn is_same_place(found: &Match, around: &Match) -> bool {
+    let [[x, y], [u, v]] = [found, around].map(|found| found.warp().position_px);
+    (u - x).hypot(v - y) <= SAME_PX
 }
