@@ -61,12 +61,15 @@ impl Consensus<'_> {
         let Some(reference) = self.searched_reference(&groups) else { return };
         for group in groups {
             let mean = mean_correlation(&group, settled);
-            let supported = self.supported(&group, mean, settled, &reference);
-            let refused = |point: &usize| -> Option<(usize, Lost)> {
-                let believed = supported.and_then(|support| self.in_place(*point, support, mean, settled));
-                believed.err().map(|reason| (*point, reason))
+            let refused: Vec<(usize, Lost)> = match self.supported(&group, mean, settled, &reference) {
+                Err(reason) => group.iter().map(|&point| (point, reason)).collect(),
+                Ok(support) => {
+                    let seen = self.seen(&group, support, settled);
+                    let lost =
+                        |&point: &usize| Some((point, self.in_place(point, &seen, mean, settled).err()?));
+                    group.iter().filter_map(lost).collect()
+                }
             };
-            let refused: Vec<(usize, Lost)> = group.iter().filter_map(refused).collect();
             for (point, reason) in refused {
                 if let Some((found, _)) = &mut settled[point] {
                     *found = Err(reason);
@@ -75,39 +78,53 @@ impl Consensus<'_> {
         }
     }
 
+    /// Which points of a group are told from chance: all, or where subsets do not tell their places by themselves, those that are where
+    /// the larger one around them is found.
+    fn seen(&self, group: &[usize], support: Support, settled: &[Option<Settled>]) -> Vec<bool> {
+        let mut seen = vec![false; settled.len()];
+        for &point in group {
+            let Some((Ok(found), _)) = &settled[point] else { continue };
+            seen[point] = support == Support::Itself || self.seen_around(point, found).is_some();
+        }
+        seen
+    }
+
     /// Whether a point of a group that is believed is so too: what hides a subset, or passes over it, leads the match astray by little
-    /// from one point to the next. One that is where its neighbours foretell it is right, however weak its texture is. Where subsets do not
-    /// tell their places from chance by themselves, each has to be where the larger one around it is found.
+    /// from one point to the next. One that is where its neighbours foretell it is right, however weak its texture is.
     fn in_place(
         &self,
         point: usize,
-        support: Support,
+        seen: &[bool],
         mean: f64,
         settled: &[Option<Settled>],
     ) -> Result<(), Lost> {
         let Some((Ok(found), _)) = &settled[point] else { return Ok(()) };
-        if support == Support::Around && self.seen_around(point, found).is_none() {
-            return Err(Lost::LowCorrelation);
-        }
         // Few points have to be prepared once more for what noise leaves of them.
-        if !has_fallen(found.position.zncc, mean) {
+        let has_fallen = has_fallen(found.position.zncc, mean);
+        if seen[point] && !has_fallen {
             return Ok(());
         }
-        let subset = self.pair.prepare(self.places[point])?;
-        let is_lost = is_out_of_place(&subset, found.position.zncc, mean)
-            && !self.is_foretold(point, found, mean, settled);
+        let may_be_lost = !seen[point]
+            || is_out_of_place(&self.pair.prepare(self.places[point])?, found.position.zncc, mean);
+        let is_lost = may_be_lost && !self.is_foretold(point, found, (seen, mean), settled);
         if is_lost { Err(Lost::LowCorrelation) } else { Ok(()) }
     }
 
-    /// Whether a point lies where the places and gradients of neighbours lead to that have not fallen themselves.
-    fn is_foretold(&self, point: usize, found: &Match, mean: f64, settled: &[Option<Settled>]) -> bool {
+    /// Whether a point lies where the places and gradients of neighbours lead to that are seen and have not fallen themselves.
+    fn is_foretold(
+        &self,
+        point: usize,
+        found: &Match,
+        (seen, mean): (&[bool], f64),
+        settled: &[Option<Settled>],
+    ) -> bool {
         let by = |neighbour: usize| {
             let Some((Ok(other), _)) = &settled[neighbour] else { return None };
             let apart = [0, 1].map(|axis| self.places[point][axis] - self.places[neighbour][axis]);
             let (expected, at) = (other.warp().apply(apart), found.warp().position_px);
             let off_px = (expected[0] - at[0]).hypot(expected[1] - at[1]);
             let slack_px = (FORETOLD * (sigma(found) + sigma(other))).min(SLACK.0);
-            (!has_fallen(other.position.zncc, mean)).then_some(off_px <= slack_px)
+            (seen[neighbour] && !has_fallen(other.position.zncc, mean)).then_some(off_px <= slack_px)
         };
         let said: Vec<bool> =
             super::neighbours(point, self.n_columns, self.places.len()).filter_map(by).collect();

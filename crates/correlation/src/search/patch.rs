@@ -39,7 +39,7 @@ pub(crate) enum Deformations {
     Stretches,
     /// Turns, then stretches.
     All,
-    /// Turns, then stretches along an axis, in steps half as wide: for a patch twice as large.
+    /// Turns, then stretches along an axis, then scaled pictures that are not turned, in steps half as wide: for a patch twice as large.
     Fine,
 }
 
@@ -64,7 +64,9 @@ impl Deformations {
             Self::Fine => {
                 let between = (0..n_turns).map(|step| turn(ANGLE_STEP_DEG * (step as f64 + 0.5)));
                 let finer = FACTORS_BETWEEN.into_iter().flat_map(along);
-                vec![turns(1).chain(between).collect(), stretches.chain(finer).collect()]
+                let scaled =
+                    FACTORS.into_iter().chain(FACTORS_BETWEEN).map(|factor| [[factor, 0.0], [0.0, factor]]);
+                vec![turns(1).chain(between).collect(), stretches.chain(finer).collect(), scaled.collect()]
             }
         }
     }
