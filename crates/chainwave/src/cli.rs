@@ -62,6 +62,8 @@ pub(crate) enum Command {
     Compare(Compare),
     /// Pack results for an archive: an RO-Crate, with the hash of every file.
     Archive(Archive),
+    /// Write tables of results in another format: CSV, Parquet, or MATLAB's .mat.
+    Export(Export),
     /// Read tracks that another program wrote, merge their trials, and measure the wave.
     Import(Import),
     /// Measure what each method costs on your own scene, and how far it is off.
@@ -219,6 +221,16 @@ pub(crate) struct Archive {
     pub(crate) license: Option<String>,
 }
 
+/// Arguments of `export`.
+#[derive(Debug, Args)]
+pub(crate) struct Export {
+    /// A table (.csv or .parquet), or a folder with tables, such as `run` and `import` write.
+    pub(crate) results: PathBuf,
+    /// Table to write (.csv, .parquet or .mat). Of a folder: one .mat for all its tables, or a folder for a .csv of each.
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+}
+
 /// Arguments of `calibrate`.
 #[derive(Debug, Args)]
 pub(crate) struct Calibrate {
@@ -271,7 +283,7 @@ pub(crate) struct Track {
     /// taken for another; frame and neighbours bound it.
     #[arg(long)]
     pub(crate) points: PathBuf,
-    /// Table to write (.csv or .parquet).
+    /// Table to write (.csv, .parquet or .mat).
     #[arg(long)]
     pub(crate) out: PathBuf,
     /// Picture of how far the points moved over time, without ending: .svg and .png are written.
@@ -326,7 +338,7 @@ pub(crate) struct Correlate {
     /// when left out) and that cannot be taken for another, less where the field bends.
     #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u16).range(2..=500))]
     pub(crate) half_size: Option<u16>,
-    /// Table to write (.csv or .parquet); pictures of the field go beside it (.svg and .png).
+    /// Table to write (.csv, .parquet or .mat); pictures of the field go beside it (.svg and .png).
     #[arg(long)]
     pub(crate) out: PathBuf,
     #[command(flatten)]
@@ -386,7 +398,7 @@ impl Zero {
 pub(crate) struct Simulate {
     /// The scene.
     pub(crate) scene: PathBuf,
-    /// Table to write (.csv or .parquet): the motion, or with --scan the pulse in each gap.
+    /// Table to write (.csv, .parquet or .mat): the motion, or with --scan the pulse in each gap.
     #[arg(long)]
     pub(crate) out: PathBuf,
     /// Summary to write, as JSON.
