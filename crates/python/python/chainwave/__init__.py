@@ -27,6 +27,7 @@ from ._experiment import Experiment, Finding, RecordingState, Results
 from ._models import ContactLaw, Motion, fit_contact, simulate
 from ._pieces import Fit, Measurement, MergedMotion, fit, measure, merge, strain_map
 from ._recording import Recording, open
+from ._strain import StrainMap
 from ._table import Table
 from ._tracking import Field, Subset, Tracks, correlate, track
 
@@ -46,6 +47,7 @@ __all__ = [
     "Recording",
     "RecordingState",
     "Results",
+    "StrainMap",
     "Subset",
     "Table",
     "Tracks",
