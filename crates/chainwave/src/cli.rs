@@ -1,6 +1,7 @@
 //! The command line.
 
 mod compare;
+mod export;
 
 use std::path::PathBuf;
 
@@ -9,6 +10,7 @@ use chainwave_inference::contact_fit;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 pub(crate) use self::compare::Compare;
+pub(crate) use self::export::Export;
 
 /// What stands below the commands.
 const EXIT_CODES: &str = "\
@@ -219,16 +221,6 @@ pub(crate) struct Archive {
     /// Address of the licence under which the package may be used, such as <https://creativecommons.org/licenses/by/4.0/>.
     #[arg(long)]
     pub(crate) license: Option<String>,
-}
-
-/// Arguments of `export`.
-#[derive(Debug, Args)]
-pub(crate) struct Export {
-    /// A table (.csv or .parquet), or a folder with tables, such as `run` and `import` write.
-    pub(crate) results: PathBuf,
-    /// Table to write (.csv, .parquet or .mat). Of a folder: one .mat for all its tables, or a folder for a .csv of each.
-    #[arg(long)]
-    pub(crate) out: PathBuf,
 }
 
 /// Arguments of `calibrate`.

@@ -151,7 +151,7 @@ fn whole(kind: u32, bytes: &[u8]) -> Result<Vec<u8>, Error> {
 
 /// A number in the short form of an element, whose length stands beside its type.
 fn small_int32(value: u32) -> Vec<u8> {
-    [(4 << 16 | element::INT32).to_le_bytes(), value.to_le_bytes()].concat()
+    [((4 << 16) | element::INT32).to_le_bytes(), value.to_le_bytes()].concat()
 }
 
 fn tag(kind: u32, n_bytes: usize) -> Result<[u8; 8], Error> {

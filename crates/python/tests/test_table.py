@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import chainwave as cw
 import numpy as np
@@ -102,3 +104,19 @@ def test_matplotlib_is_imported_by_plots_alone() -> None:
     )
     ended = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True)
     assert ended.stdout == "False\n"
+
+
+def test_figures_are_svg_and_numbers(tmp_path: Path) -> None:
+    body, t_s = np.meshgrid(np.arange(1, 13), np.arange(0, 400) * 1e-5, indexing="ij")
+    x_m = 1e-3 * (1.0 + np.tanh((t_s - 0.03 * (body - 1) / 200.0 - 1e-3) / 2e-4))
+    measured = cw.measure({"t_s": t_s.ravel(), "body": body.ravel(), "x_m": x_m.ravel()}, pitch_m=0.03)
+    assert set(measured.figures) == {"displacements", "strain-map"}
+    for figure in measured.figures.values():
+        assert ElementTree.fromstring(figure.svg).tag.endswith("svg") and figure._repr_svg_() == figure.svg
+    measured.figures["strain-map"].save(tmp_path / "map.svg")
+    assert (tmp_path / "map.svg").read_text(encoding="utf-8") == measured.figures["strain-map"].svg
+    shown = measured.figures["strain-map"].data[0]
+    # Compression in percent over time in milliseconds and gap, as it is drawn.
+    assert "ms" in shown.x and len(shown.table) == 11 * 400
+    assert np.nanmax(shown.table["colour"]) == pytest.approx(-100.0 * measured.strain["strain"].min(), rel=1e-9)
+    assert len(measured.figures["displacements"].data) == 5 and "<svg" in measured._repr_html_()

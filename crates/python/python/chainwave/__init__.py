@@ -24,6 +24,7 @@ from ._chainwave import __version__
 from ._errors import ChainwaveError, ChainwaveWarning, MissingFileError
 from ._estimate import Estimate
 from ._experiment import Experiment, Finding, RecordingState, Results
+from ._figure import Figure, Shown
 from ._models import ContactLaw, Motion, fit_contact, simulate
 from ._pieces import Fit, Measurement, MergedMotion, fit, measure, merge, strain_map
 from ._recording import Recording, open
@@ -38,6 +39,7 @@ __all__ = [
     "Estimate",
     "Experiment",
     "Field",
+    "Figure",
     "Finding",
     "Fit",
     "Measurement",
@@ -47,6 +49,7 @@ __all__ = [
     "Recording",
     "RecordingState",
     "Results",
+    "Shown",
     "StrainMap",
     "Subset",
     "Table",

@@ -9,6 +9,7 @@ from . import _chainwave, _html
 from ._columns import Columns, Path, TableLike, columns_of, is_path
 from ._errors import ChainwaveError
 from ._estimate import Estimate, estimates_of
+from ._figure import Figure
 from ._models import text_of
 from ._recording import warn
 from ._strain import StrainMap
@@ -54,6 +55,8 @@ class Results:
         tables = dict(inner.tables)
         self._strain = StrainMap(tables.pop("strain"))
         self._tables = {name: Table(table) for name, table in tables.items()}
+        #: Figures by their names: `displacements`, `strain-map`.
+        self.figures: dict[str, Figure] = {name: Figure(figure) for name, figure in inner.figures}
         #: Nominal velocity of the striker, in metres per second.
         self.nominal_striker_velocity_m_per_s: float = inner.striker_velocity_m_per_s
         #: What the reader should know.
@@ -145,7 +148,7 @@ class Results:
         return f"<chainwave.Results: {told}>"
 
     def _repr_html_(self) -> str:
-        return _html.table_of(self._numbers) + _html.list_of(self.warnings)
+        return _html.table_of(self._numbers) + _html.list_of(self.warnings) + self.figures["strain-map"].svg
 
 
 class Experiment:

@@ -9,6 +9,7 @@ from . import _chainwave, _html
 from ._columns import Columns, Path, TableLike, columns_of, is_path, table_argument
 from ._errors import ChainwaveError
 from ._estimate import Estimate, estimates_of
+from ._figure import Figure
 from ._models import text_of
 from ._recording import warn
 from ._strain import StrainMap
@@ -35,8 +36,12 @@ class MergedMotion(Table):
 class Measurement:
     """What is measured of a motion. The tables have the columns of those that ``chainwave run`` writes."""
 
-    def __init__(self, numbers: dict[str, Estimate], tables: dict[str, ArrowTable]) -> None:
+    def __init__(
+        self, numbers: dict[str, Estimate], tables: dict[str, ArrowTable], figures: dict[str, Figure]
+    ) -> None:
         self._numbers = numbers
+        #: Figures by their names: `displacements`, `strain-map`.
+        self.figures = figures
         self._strain = StrainMap(tables.pop("strain"))
         self._tables = {name: Table(table) for name, table in tables.items()}
 
@@ -80,7 +85,7 @@ class Measurement:
         return f"<chainwave.Measurement: {told}>"
 
     def _repr_html_(self) -> str:
-        return _html.table_of(self._numbers)
+        return _html.table_of(self._numbers) + self.figures["strain-map"].svg
 
 
 class Fit:
@@ -276,7 +281,7 @@ def measure(
     200
     """
     gaps = float(pitch_m) if isinstance(pitch_m, (int, float)) else [float(gap_m) for gap_m in pitch_m]
-    numbers, tables = _chainwave.measure_motion(
+    numbers, tables, figures = _chainwave.measure_motion(
         motion._merged if isinstance(motion, MergedMotion) else table_argument(motion, "motion"),
         {
             "pitch_m": gaps,
@@ -290,7 +295,7 @@ def measure(
             "threads": threads,
         },
     )
-    return Measurement(estimates_of(numbers), dict(tables))
+    return Measurement(estimates_of(numbers), dict(tables), {name: Figure(figure) for name, figure in figures})
 
 
 def strain_map(motion: TableLike, *, pitch_m: Union[float, Sequence[float]]) -> StrainMap:

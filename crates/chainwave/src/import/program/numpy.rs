@@ -72,16 +72,17 @@ pub(super) type Wrong = (String, String);
 
 /// Values whose first index runs fastest, in the usual order.
 fn last_index_fastest(shape: &[usize], values: &[f64]) -> Vec<f64> {
+    let strides: Vec<usize> = shape
+        .iter()
+        .scan(1, |next, length| {
+            let stride = *next;
+            *next *= length;
+            Some(stride)
+        })
+        .collect();
     let place = |mut index: usize| {
-        // The index in the usual order as digits, last first, and their places where the first runs fastest.
-        let mut strides: Vec<usize> = Vec::with_capacity(shape.len());
-        let mut stride = 1;
-        for length in shape {
-            strides.push(stride);
-            stride *= length;
-        }
         let mut place = 0;
-        for (length, stride) in shape.iter().zip(strides).rev() {
+        for (length, stride) in shape.iter().zip(&strides).rev() {
             place += index % length * stride;
             index /= length;
         }
