@@ -43,7 +43,7 @@ else:
     with tempfile.TemporaryDirectory() as folder:
         method = pyidi.LucasKanade(pyidi.VideoReader(film, root=folder, fps=RATE_HZ))
         method.set_points(places[:, ::-1])
-        method.configure(roi_size=(21, 21), int_order=5, verbose=0, show_pbar=False)
+        method.configure(roi_size=(21, 21), verbose=0, show_pbar=False)
         theirs_px = method.get_displacements(autosave=False)[..., 1]
     their_error_px = theirs_px - truth_px
     print(f"pyIDI:     rms error {np.sqrt(np.mean(their_error_px**2)):.4f} px, which it does not state")

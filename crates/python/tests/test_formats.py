@@ -38,6 +38,14 @@ def trackpy(folder: Path, places: Any) -> Path:
     return folder / "tracks.csv"
 
 
+def trackpy_filtered(folder: Path, places: Any) -> Path:
+    """The same after stubs were filtered out: frames are the index too, under the same name."""
+    pandas = pytest.importorskip("pandas")
+    table = pandas.read_csv(trackpy(folder, places), index_col=0)
+    table.set_index("frame", drop=False).to_csv(folder / "tracks.csv")
+    return folder / "tracks.csv"
+
+
 def dltdv(folder: Path, places: Any) -> Path:
     """Points of a camera, y upwards, a row for each frame; some were not digitised."""
     names = [f"pt{point}_cam1_{axis}" for point in range(1, N_BODIES + 1) for axis in "XY"]
@@ -99,6 +107,7 @@ def tracking_markers(folder: Path, places: Any) -> Path:
 
 PROGRAMS: list[tuple[str, Callable[[Path, Any], Path]]] = [
     ("trackpy", trackpy),
+    ("trackpy", trackpy_filtered),
     ("dltdv", dltdv),
     ("dltdv", dltdv_sparse),
     ("tracker", tracker),
