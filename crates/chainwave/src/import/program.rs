@@ -1,5 +1,6 @@
 //! Programs whose files are known by name, and what their tracks look like.
 
+mod array_file;
 mod dltdv;
 mod numpy;
 mod pickle;

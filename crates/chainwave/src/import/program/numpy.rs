@@ -1,12 +1,11 @@
-//! Arrays of NumPy from files: `.npy` (NEP 1) and pickles that hold one array.
+//! Arrays of NumPy, and their files `.npy` (NEP 1).
 
 use std::path::Path;
 
-use super::pickle;
 use crate::error::Error;
-use crate::output::read_bytes;
 
-const MAGIC: &[u8] = b"\x93NUMPY";
+/// With what a `.npy` file begins.
+pub(super) const MAGIC: &[u8] = b"\x93NUMPY";
 
 /// An array of numbers, the last index running fastest.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,16 +15,6 @@ pub(super) struct NumpyArray {
 }
 
 impl NumpyArray {
-    /// Reads a file, whichever of both it is.
-    pub(super) fn read(path: &Path) -> Result<Self, Error> {
-        let bytes = read_bytes(path)?;
-        let found = match bytes.strip_prefix(MAGIC) {
-            Some(rest) => of_npy(rest),
-            None => pickle::array(&bytes),
-        };
-        found.map_err(|(expected, found)| Error::place(path, "its bytes", &expected, &found))
-    }
-
     /// An array of another shape than a program writes.
     pub(super) fn refused(&self, path: &Path, expected: &str) -> Error {
         Error::place(path, "the array", expected, &format!("shape {:?}", self.shape))
@@ -92,7 +81,7 @@ fn last_index_fastest(shape: &[usize], values: &[f64]) -> Vec<f64> {
 }
 
 /// An array after the magic bytes: version, length of the header, the header as a Python dict, and the values.
-fn of_npy(rest: &[u8]) -> Result<NumpyArray, Wrong> {
+pub(super) fn of_npy(rest: &[u8]) -> Result<NumpyArray, Wrong> {
     let cut = || (String::from("a whole .npy file"), String::from("one that was cut short"));
     let major = *rest.first().ok_or_else(cut)?;
     let (length, start) = match major {

@@ -6,11 +6,11 @@
 use std::path::Path;
 
 use super::super::tracks::{Spot, Track, Tracks};
-use super::numpy::NumpyArray;
+use super::array_file;
 use crate::error::Error;
 
 pub(super) fn read(path: &Path) -> Result<Tracks, Error> {
-    let results = NumpyArray::read(path)?;
+    let results = array_file::read(path)?;
     let [n_points, n_frames, 2] = results.shape[..] else {
         return Err(results.refused(path, "shape (points, frames, 2)"));
     };
@@ -29,7 +29,7 @@ pub(super) fn read(path: &Path) -> Result<Tracks, Error> {
 }
 
 fn places_of(path: &Path, n_points: usize) -> Result<Vec<f64>, Error> {
-    let places = NumpyArray::read(path)?;
+    let places = array_file::read(path)?;
     match places.shape == [n_points, 2] {
         true => Ok(places.values),
         false => Err(places.refused(path, &format!("shape ({n_points}, 2), a place for each point"))),

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use super::super::tracks::{Spot, Track, Tracks};
-use super::numpy::NumpyArray;
+use super::array_file;
 use crate::error::Error;
 
 pub(super) fn read(path: &Path) -> Result<Tracks, Error> {
-    let history = NumpyArray::read(path)?;
+    let history = array_file::read(path)?;
     let [_, n_markers, 2] = history.shape[..] else {
         return Err(history.refused(path, "shape (frames, markers, 2)"));
     };
