@@ -158,7 +158,7 @@ fn a_table_under_an_unknown_ending_is_refused_before_any_work() {
     for name in ["tracks.xlsx", "tracks", "tracks.parquet.tmp"] {
         let out = folder.path().join(name);
         let message = fail(tracking(&points(&folder, POINTS), &out).arg(sample()), 2);
-        assert!(message.contains(".csv or .parquet") && message.contains(name), "{message}");
+        assert!(message.contains(".csv, .parquet or .mat") && message.contains(name), "{message}");
         assert!(!out.exists());
     }
     let mut inspect = chainwave();

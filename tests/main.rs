@@ -57,6 +57,8 @@ mod dic;
 #[cfg(test)]
 mod durable;
 #[cfg(test)]
+mod export;
+#[cfg(test)]
 mod extremes;
 #[cfg(test)]
 mod failures;

@@ -36,6 +36,7 @@ const ALLOWED: [(&str, Option<&[&str]>); 16] = [
             "camera",
             "correlation",
             "experiment",
+            "figures",
             "inference",
             "measurement",
             "mechanics",

@@ -108,7 +108,7 @@ fn expect_new(out: &Path) -> Result<(), Error> {
 }
 
 /// All files of a folder and its folders in the order of their names, but for hidden ones, which are kept work.
-fn files_in(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+pub(crate) fn files_in(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     let entries = fs::read_dir(folder).map_err(Error::file(folder, "list"))?;
     let mut paths = entries
         .map(|entry| entry.map(|entry| entry.path()).map_err(Error::file(folder, "list")))

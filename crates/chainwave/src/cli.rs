@@ -1,6 +1,7 @@
 //! The command line.
 
 mod compare;
+mod export;
 
 use std::path::PathBuf;
 
@@ -9,6 +10,7 @@ use chainwave_inference::contact_fit;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 pub(crate) use self::compare::Compare;
+pub(crate) use self::export::Export;
 
 /// What stands below the commands.
 const EXIT_CODES: &str = "\
@@ -62,6 +64,8 @@ pub(crate) enum Command {
     Compare(Compare),
     /// Pack results for an archive: an RO-Crate, with the hash of every file.
     Archive(Archive),
+    /// Write tables of results in another format: CSV, Parquet, or MATLAB's .mat.
+    Export(Export),
     /// Read tracks that another program wrote, merge their trials, and measure the wave.
     Import(Import),
     /// Measure what each method costs on your own scene, and how far it is off.
@@ -271,7 +275,7 @@ pub(crate) struct Track {
     /// taken for another; frame and neighbours bound it.
     #[arg(long)]
     pub(crate) points: PathBuf,
-    /// Table to write (.csv or .parquet).
+    /// Table to write (.csv, .parquet or .mat).
     #[arg(long)]
     pub(crate) out: PathBuf,
     /// Picture of how far the points moved over time, without ending: .svg and .png are written.
@@ -326,7 +330,7 @@ pub(crate) struct Correlate {
     /// when left out) and that cannot be taken for another, less where the field bends.
     #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u16).range(2..=500))]
     pub(crate) half_size: Option<u16>,
-    /// Table to write (.csv or .parquet); pictures of the field go beside it (.svg and .png).
+    /// Table to write (.csv, .parquet or .mat); pictures of the field go beside it (.svg and .png).
     #[arg(long)]
     pub(crate) out: PathBuf,
     #[command(flatten)]
@@ -386,7 +390,7 @@ impl Zero {
 pub(crate) struct Simulate {
     /// The scene.
     pub(crate) scene: PathBuf,
-    /// Table to write (.csv or .parquet): the motion, or with --scan the pulse in each gap.
+    /// Table to write (.csv, .parquet or .mat): the motion, or with --scan the pulse in each gap.
     #[arg(long)]
     pub(crate) out: PathBuf,
     /// Summary to write, as JSON.

@@ -1,21 +1,28 @@
 //! `chainwave import`: tracks that another program wrote, from their file to the wave.
 //!
-//! A mapping (TOML) says which numbers of a text file are the displacements of which body. Its trials are aligned and merged as those
-//! of a recording are, and what follows needs no pictures: strain, leading pulse, group velocity, spectra.
+//! A mapping (TOML) says which numbers of a text file are the displacements of which body, or which program wrote the files, where that is
+//! known. Its trials are aligned and merged as those of a recording are, and what follows needs no pictures: strain, leading pulse, group
+//! velocity, spectra.
 
 mod layout;
 mod mapping;
 mod numbers;
+mod program;
+mod tracks;
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use chainwave_analysis::{FrontSettings, MeasureSettings, Measurement, measure};
-use chainwave_measurement::{BodyTrack, Estimate, Observation};
+use chainwave_measurement::{BodyTrack, Observation};
 use chainwave_stitching::{Settings, Stitched, merge, outliers};
 use serde_json::json;
 
-use self::mapping::{Mapping, Zero};
+use self::layout::Layout;
+use self::mapping::{Displacement, Mapping, Zero};
 use self::numbers::Numbers;
+use self::program::Program;
+use self::tracks::{Spot, Track};
 use crate::cli;
 use crate::error::Error;
 use crate::outcome::Outcome;
@@ -58,34 +65,74 @@ pub(crate) fn import(arguments: &cli::Import) -> Result<Outcome, Error> {
 
 /// One trial's displacements on its own time base.
 fn observation(mapping: &Mapping, folder: &Path, name: &Path, trial: u32) -> Result<Observation, Error> {
-    let numbers = Numbers::read(&folder.join(name), &mapping.layout)?;
-    let stated_s = mapping.time.times_s(&numbers)?;
-    let sigmas = &mapping.sigma;
-    let of_body = |body: usize| -> Result<BodyTrack, Error> {
-        let values = numbers.series(mapping.displacement.place(body))?;
-        let sigmas_m = match &sigmas.series {
-            Some(series) => numbers.series(series.place(body))?,
-            None => vec![Some(sigmas.usual_m.get() / sigmas.unit_m.get()); values.len()],
-        };
-        let position = |(value, sigma): (Option<f64>, Option<f64>)| {
-            let sigma_m = (sigma? * sigmas.unit_m.get()).max(sigmas.usual_m.get());
-            Some(Estimate::new(value? * mapping.displacement.unit_m, sigma_m))
-        };
-        Ok(BodyTrack { body, position_m: values.into_iter().zip(sigmas_m).map(position).collect() })
+    let path = folder.join(name);
+    let Samples { times_s, bodies } = match (mapping.program, &mapping.layout) {
+        (Some(program), _) => of_program(mapping, program, &path)?,
+        (None, Some(layout)) => of_columns(mapping, layout, &path)?,
+        (None, None) => Samples::default(),
     };
-    let bodies = (1..=mapping.chain.n_bodies).map(of_body).collect::<Result<Vec<_>, _>>()?;
-    let zero_s = match mapping.time.zero {
-        Zero::Stated => 0.0,
-        Zero::FirstBody => half_way_s(&stated_s, &bodies[0])
-            .ok_or_else(|| Error::place(numbers.path(), "body 1", "a motion past half of its way", "none"))?,
+    let zero_s = match (mapping.time.zero, bodies.first()) {
+        (Zero::FirstBody, Some(first)) => half_way_s(&times_s, first)
+            .ok_or_else(|| Error::place(&path, "body 1", "a motion past half of its way", "none"))?,
+        _ => 0.0,
     };
     Ok(Observation {
         recording: name.display().to_string(),
         view: 1,
         trial,
-        times_s: stated_s.iter().map(|time_s| time_s - zero_s).collect(),
+        times_s: times_s.iter().map(|time_s| time_s - zero_s).collect(),
         bodies,
     })
+}
+
+/// What a file says: times as they are stated, and bodies in metres.
+#[derive(Default)]
+struct Samples {
+    times_s: Vec<f64>,
+    bodies: Vec<BodyTrack>,
+}
+
+/// A file whose columns (or lines) the mapping names.
+fn of_columns(mapping: &Mapping, layout: &Layout, path: &Path) -> Result<Samples, Error> {
+    let numbers = Numbers::read(path, layout)?;
+    let of_body = |body: usize| -> Result<BodyTrack, Error> {
+        let values = numbers.series(mapping.displacement.place(body))?;
+        let sigmas = match &mapping.sigma.series {
+            Some(series) => numbers.series(series.place(body))?,
+            None => vec![Some(0.0); values.len()],
+        };
+        let position = |(value, sigma): (Option<f64>, Option<f64>)| {
+            Some(mapping.position_m(value?, sigma? * mapping.sigma.unit_m.get()))
+        };
+        Ok(BodyTrack { body, position_m: values.into_iter().zip(sigmas).map(position).collect() })
+    };
+    let bodies = (1..=mapping.chain.n_bodies).map(of_body).collect::<Result<_, _>>()?;
+    Ok(Samples { times_s: mapping.time.times_s(&numbers)?, bodies })
+}
+
+/// A file of a program that is known by name.
+fn of_program(mapping: &Mapping, program: Program, path: &Path) -> Result<Samples, Error> {
+    let Displacement { axis, unit_m, .. } = mapping.displacement;
+    let names = mapping.tracks.as_deref();
+    let (tracks, times_s) =
+        program.read(path)?.of_bodies(path, mapping.chain.n_bodies, names, axis, unit_m < 0.0)?;
+    let instants: BTreeSet<usize> = tracks.iter().flat_map(|track| track.spots.keys().copied()).collect();
+    let missing = || Error::place(path, "its times", "some, or time.rate_hz in the mapping", "none");
+    let time_s = |instant: &usize| match (&mapping.time.rate_hz, &times_s) {
+        (Some(rate_hz), _) => Ok(*instant as f64 / rate_hz.get()),
+        (None, Some(times_s)) => times_s.get(*instant).copied().ok_or_else(missing),
+        (None, None) => Err(missing()),
+    };
+    let times_s = instants.iter().map(time_s).collect::<Result<_, _>>()?;
+    let position = |spot: &Spot| {
+        // A program's sigma is in the unit of its places.
+        mapping.position_m(spot.along(axis), spot.sigma.map_or(0.0, |sigma| sigma * unit_m.abs()))
+    };
+    let body = |(row, track): (usize, &Track)| BodyTrack {
+        body: row + 1,
+        position_m: instants.iter().map(|instant| track.spots.get(instant).map(position)).collect(),
+    };
+    Ok(Samples { times_s, bodies: tracks.iter().enumerate().map(body).collect() })
 }
 
 /// When a body first passes half of its farthest displacement from where it began, linear between samples.
@@ -161,6 +208,8 @@ fn print(name: &str, stitched: &Stitched, measurement: &Measurement) {
 
 #[cfg(test)]
 mod tests {
+    use chainwave_measurement::Estimate;
+
     use super::*;
 
     #[test]

@@ -4,6 +4,7 @@ use std::fs::File;
 use std::path::Path;
 
 use chainwave_camera::{CameraError, Histogram, NoiseEstimate, SheetLayout, contact_sheet, histogram, noise};
+use chainwave_experiment::RecordingSummary;
 use chainwave_measurement::{Recording, RecordingInfo, Region};
 use serde_json::{Value, json};
 use tiff::encoder::{TiffEncoder, colortype::Gray16};
@@ -103,21 +104,9 @@ impl Survey {
 }
 
 fn as_json(info: &RecordingInfo, survey: &Survey) -> Value {
-    json!({
-        "format": info.format,
-        "width_px": info.width_px,
-        "height_px": info.height_px,
-        "n_frames": info.n_frames,
-        "bit_depth": info.bit_depth,
-        "rate_hz": info.rate_hz,
-        "first_time_s": info.times_s.first(),
-        "last_time_s": info.times_s.last(),
-        "first_image": info.first_image,
-        "camera": info.camera,
-        "exposure_s": info.exposure_s,
-        "warnings": info.warnings,
-        "survey": survey.as_json(),
-    })
+    let mut told = json!(RecordingSummary::from(info));
+    told["survey"] = survey.as_json();
+    told
 }
 
 fn as_text(path: &Path, info: &RecordingInfo) -> String {

@@ -15,6 +15,7 @@ mod compare;
 mod contact;
 mod correlate;
 mod error;
+mod export;
 mod extremes;
 mod figures;
 mod import;
@@ -23,6 +24,7 @@ mod inspect;
 mod interrupt;
 mod kept;
 mod listing;
+mod mat;
 mod matching;
 mod outcome;
 mod output;
@@ -83,6 +85,7 @@ fn carry_out(command: &Command) -> Result<Outcome, Error> {
         Command::Figures(arguments) => figures::figures(arguments),
         Command::Compare(arguments) => compare::compare(arguments),
         Command::Archive(arguments) => archive::archive(arguments),
+        Command::Export(arguments) => export::export(arguments),
         Command::Import(arguments) => import::import(arguments),
         Command::Tradeoff(arguments) => tradeoff::tradeoff(arguments),
         Command::Extremes(arguments) => extremes::extremes(arguments),

@@ -7,7 +7,7 @@ mod velocities;
 use std::path::Path;
 use std::time::Instant;
 
-use chainwave_experiment::{ChainScene, simulated_table};
+use chainwave_experiment::{ChainScene, SimulationSummary, simulated_table};
 use chainwave_measurement::Trajectory;
 use chainwave_mechanics::{Drive, Simulation};
 use serde_json::json;
@@ -60,19 +60,6 @@ fn read_scene(path: &Path) -> Result<ChainScene, Error> {
 }
 
 fn write_summary(path: &Path, simulation: &Simulation, wall_s: f64) -> Result<(), Error> {
-    let summary = json!({
-        "energy_drift": simulation.energy_drift,
-        "psi_max_j": simulation.psi_max_j,
-        "steps": simulation.steps,
-        "dt_s": simulation.dt_s,
-        "method": simulation.method,
-        "choice": simulation.choice,
-        "error_estimate": simulation.error_estimate,
-        "tension_events": simulation.tension_events,
-        "contact_switches": simulation.contact_switch_times_s.len(),
-        "far_contact_switches": simulation.far_contact_switch_times_s.len(),
-        "force_evaluations": simulation.force_evaluations,
-        "wall_s": wall_s,
-    });
+    let summary = json!(SimulationSummary::of(simulation, wall_s));
     write_text(path, &format!("{summary:#}\n"))
 }

@@ -1,4 +1,4 @@
-//! Tables in and out: Parquet or CSV by the ending of the name, which must be known; a lost value is null.
+//! Tables in and out: Parquet, CSV or MAT by the ending of the name, which must be known; a lost value is null, in a MAT-file NaN.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -7,6 +7,7 @@ use chainwave_experiment::{Column as Cells, ResultTable, Table, Values};
 use polars::prelude::*;
 
 use crate::error::Error;
+use crate::mat::{self, Field, Structure};
 use crate::output::{expect_folder_of, write_whole};
 
 /// Kinds of tables.
@@ -14,12 +15,13 @@ use crate::output::{expect_folder_of, write_whole};
 enum Kind {
     Csv,
     Parquet,
+    Mat,
 }
 
 impl Kind {
     /// The kind of a table to be written.
     fn to_write(path: &Path) -> Result<Self, Error> {
-        Self::among(path, &[("csv", Self::Csv), ("parquet", Self::Parquet)])
+        Self::among(path, &[("csv", Self::Csv), ("parquet", Self::Parquet), ("mat", Self::Mat)])
     }
 
     /// The kind of a table to be read; what separates the cells of a text is found from its first line.
@@ -34,10 +36,12 @@ impl Kind {
         kind.ok_or_else(|| {
             let endings: Vec<String> = known.iter().map(|(ending, _)| format!(".{ending}")).collect();
             let found = path.file_name().unwrap_or_default().to_string_lossy();
+            let (last, others) =
+                endings.split_last().map_or(("", &[][..]), |(last, others)| (last.as_str(), others));
             Error::Argument(format!(
-                "{}: expected a table that ends in {}, found {found:?}",
+                "{}: expected a table that ends in {} or {last}, found {found:?}",
                 path.display(),
-                endings.join(" or ")
+                others.join(", ")
             ))
         })
     }
@@ -49,7 +53,7 @@ pub(crate) fn expect_writable(path: &Path) -> Result<(), Error> {
     expect_folder_of(path)
 }
 
-/// Writes a table, CSV or Parquet by the ending of its name.
+/// Writes a table, CSV, Parquet or MAT by the ending of its name.
 pub(crate) fn write(path: &Path, columns: Vec<Column>) -> Result<(), Error> {
     write_frame(path, DataFrame::new_infer_height(columns).map_err(Error::table(path))?)
 }
@@ -76,8 +80,8 @@ pub(crate) fn to_parquet(path: &Path, columns: Vec<Column>) -> Result<Vec<u8>, E
     bytes(path, DataFrame::new_infer_height(columns).map_err(Error::table(path))?, Kind::Parquet)
 }
 
-/// The bytes are made first, so that what the disk refuses is told as the disk says it.
-fn write_frame(path: &Path, table: DataFrame) -> Result<(), Error> {
+/// Writes a table; the bytes are made first, so that what the disk refuses is told as the disk says it.
+pub(crate) fn write_frame(path: &Path, table: DataFrame) -> Result<(), Error> {
     let bytes = bytes(path, table, Kind::to_write(path)?)?;
     write_whole(path, |writer| writer.write_all(&bytes).map_err(Error::file(path, "write")))
 }
@@ -86,10 +90,39 @@ fn bytes(path: &Path, mut table: DataFrame, kind: Kind) -> Result<Vec<u8>, Error
     let mut bytes = Vec::new();
     let written = match kind {
         Kind::Csv => CsvWriter::new(&mut bytes).finish(&mut table),
-        Kind::Parquet => ParquetWriter::new(&mut bytes).finish(&mut table).map(drop),
+        Kind::Parquet => {
+            // Every reader knows Snappy; MATLAB does not know polars' own choice, Zstandard.
+            let writer = ParquetWriter::new(&mut bytes).with_compression(ParquetCompression::Snappy);
+            writer.finish(&mut table).map(drop)
+        }
+        Kind::Mat => {
+            let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+            return mat::bytes(&[Structure { name, fields: fields(path, &table)? }]);
+        }
     };
     written.map_err(Error::table(path))?;
     Ok(bytes)
+}
+
+/// The columns of a table as fields of a structure.
+pub(crate) fn fields(path: &Path, table: &DataFrame) -> Result<Vec<(String, Field)>, Error> {
+    let of = |column: &Column| -> PolarsResult<(String, Field)> {
+        let field = match column.dtype() {
+            DataType::String => {
+                let texts = column.str()?.iter().map(|text| text.unwrap_or_default().to_owned());
+                Field::Texts(texts.collect())
+            }
+            DataType::UInt32 if column.null_count() == 0 => {
+                Field::Counts(column.u32()?.iter().flatten().collect())
+            }
+            _ => {
+                let numbers = column.cast(&DataType::Float64)?;
+                Field::Numbers(numbers.f64()?.iter().map(|value| value.unwrap_or(f64::NAN)).collect())
+            }
+        };
+        Ok((column.name().to_string(), field))
+    };
+    table.columns().iter().map(of).collect::<PolarsResult<_>>().map_err(Error::table(path))
 }
 
 /// A column of numbers or texts for [`write()`]; `Option` items give nulls.
@@ -118,6 +151,23 @@ pub(crate) fn read(path: &Path) -> Result<Table, Error> {
     };
     let columns: PolarsResult<Vec<_>> = frame.columns().iter().map(of_column).collect();
     Ok(Table::new(path, columns.map_err(Error::table(path))?))
+}
+
+/// Reads a table that the command wrote, with the kinds of its columns.
+pub(crate) fn read_frame(path: &Path) -> Result<DataFrame, Error> {
+    if Kind::to_read(path)? == Kind::Parquet {
+        return read_parquet(path);
+    }
+    let table = Table::read_csv(path)?;
+    let of = |name: &str| -> Result<Column, Error> {
+        // A column is one of numbers where each of its cells is one or empty.
+        match table.numbers(name) {
+            Ok(numbers) => Ok(column(name, numbers)),
+            Err(_text) => Ok(column(name, table.texts(name)?)),
+        }
+    };
+    let columns = table.names().map(of).collect::<Result<Vec<_>, _>>()?;
+    DataFrame::new_infer_height(columns).map_err(Error::table(path))
 }
 
 fn read_parquet(path: &Path) -> Result<DataFrame, Error> {

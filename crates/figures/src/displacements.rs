@@ -1,6 +1,6 @@
 //! Displacements of bodies, or of points followed in a picture, over time, with their intervals and what a model leaves.
 
-use chainwave_measurement::Estimate;
+use chainwave_measurement::{ChainMotion, Estimate};
 use serde::{Deserialize, Serialize};
 
 use crate::colour::{CHAIN, EXPERIMENT, GRAY, RINGS, Rgb};
@@ -31,6 +31,38 @@ pub struct BodyMotion {
     pub samples: Vec<(f64, Option<Estimate>)>,
     /// A model's time in seconds, increasing, and displacement in metres, which may be empty.
     pub model: Vec<(f64, f64)>,
+}
+
+impl BodyMotion {
+    /// The motion of some bodies spread over a chain, without a model. Recordings end a frame apart, so up to three missing samples at
+    /// the end are no loss.
+    pub fn spread_over(motion: &ChainMotion) -> Vec<Self> {
+        spread(motion.n_bodies())
+            .map(|row| Self { body: row + 1, samples: samples_of(motion, row), model: Vec::new() })
+            .collect()
+    }
+}
+
+impl RecordingMotion {
+    /// Some of many, spread over them in their order.
+    pub fn spread_over(all: &[Self]) -> Vec<Self> {
+        spread(all.len()).map(|at| all[at].clone()).collect()
+    }
+}
+
+/// Five of so many, with the first and the last, keep a figure readable.
+fn spread(n: usize) -> impl Iterator<Item = usize> {
+    (0..5.min(n)).map(move |k| k * (n - 1) / 4.min(n - 1).max(1))
+}
+
+fn samples_of(motion: &ChainMotion, row: usize) -> Vec<(f64, Option<Estimate>)> {
+    let row = motion.displacement_m.row(row);
+    let mut samples: Vec<_> = motion.times_s.iter().copied().zip(row.iter().copied()).collect();
+    let missing = samples.iter().rev().take_while(|(_, sample)| sample.is_none()).count();
+    if missing <= 3 {
+        samples.truncate(samples.len() - missing);
+    }
+    samples
 }
 
 /// The motion of one coordinate of a followed point.

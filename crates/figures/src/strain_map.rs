@@ -1,5 +1,6 @@
 //! Strain over gaps and time, one map for the experiment and each model (the paper's Fig. 2 a-c).
 
+use chainwave_measurement::Estimate;
 use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
@@ -26,6 +27,24 @@ pub struct StrainMapPanel {
     pub peak_trace: Vec<(f64, f64)>,
     /// Gap and time in seconds of the leading edge, drawn dashed.
     pub leading_edge: Vec<(f64, f64)>,
+}
+
+impl StrainMapPanel {
+    /// A map of estimates of shape `[gap, time]` with its fronts: gap, time of the peak and of the leading edge, in seconds.
+    pub fn new(
+        title: impl Into<String>,
+        times_s: &[f64],
+        strain: &Array2<Option<Estimate>>,
+        fronts: impl Iterator<Item = (usize, f64, Option<f64>)> + Clone,
+    ) -> Self {
+        Self {
+            title: title.into(),
+            times_s: times_s.to_vec(),
+            strain: strain.mapv(|strain| strain.map(|strain| strain.value)),
+            peak_trace: fronts.clone().map(|(gap, peak_s, _)| (gap as f64, peak_s)).collect(),
+            leading_edge: fronts.filter_map(|(gap, _, edge_s)| Some((gap as f64, edge_s?))).collect(),
+        }
+    }
 }
 
 impl Draw for [StrainMapPanel] {

@@ -12,6 +12,7 @@ use pyo3::prelude::*;
 use serde_json::json;
 
 use crate::cells::{NamedCells, table_of};
+use crate::drawing::{Drawing, drawings};
 use crate::estimate::{Number, of_estimate, refused};
 use crate::failure::Failure;
 use crate::table::ArrowTable;
@@ -37,6 +38,7 @@ pub(crate) struct ExperimentResults {
     striker_velocity_m_per_s: f64,
     numbers: Vec<(&'static str, Number)>,
     tables: Vec<(&'static str, Py<ArrowTable>)>,
+    figures: Vec<(&'static str, Py<Drawing>)>,
     warnings: Vec<Warned>,
     recordings: Vec<StateOfRecording>,
     /// What else is known, as JSON.
@@ -182,6 +184,10 @@ impl ExperimentResults {
             tables.push(("motion_by_model", table));
         }
         let tables = tables.into_iter().map(|(name, table)| Ok((name, Py::new(py, ArrowTable::of(table)?)?)));
+        let model = evaluation.model.as_ref().map(|model| ("chain model", &model.measurement));
+        let panels: Vec<_> = [("experiment", measurement)].into_iter().chain(model).collect();
+        let figures = drawings(&evaluation.stitched.motion, &panels);
+        let figures = figures.into_iter().map(|(name, drawing)| Ok((name, Py::new(py, drawing)?)));
         let states = recording_states(&setup.trials, &tracked.failed, &evaluation.left_out_recordings());
         let state = |one: chainwave_experiment::RecordingState| {
             (one.recording, one.view, one.trial, one.state.as_str(), one.reason)
@@ -196,6 +202,7 @@ impl ExperimentResults {
             striker_velocity_m_per_s: setup.experiment.striker.velocity_m_per_s.get(),
             numbers,
             tables: tables.collect::<PyResult<_>>()?,
+            figures: figures.collect::<PyResult<_>>()?,
             warnings: evaluation.warnings().into_iter().map(warned).collect(),
             recordings: states.into_iter().map(state).collect(),
             details: details.to_string(),

@@ -36,6 +36,9 @@ pub(crate) enum Failure {
     /// Fitting a contact law.
     #[error(transparent)]
     Contact(#[from] chainwave_inference::contact_fit::ContactFitError),
+    /// Drawing.
+    #[error(transparent)]
+    Figure(#[from] chainwave_figures::FigureError),
     /// An argument that makes no sense: what was expected and found.
     #[error("{0}")]
     Argument(String),

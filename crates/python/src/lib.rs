@@ -11,6 +11,7 @@ mod cells;
 mod configuration;
 mod contact;
 mod correlating;
+mod drawing;
 mod estimate;
 mod experimenting;
 mod failure;
@@ -30,6 +31,7 @@ fn _chainwave(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<recording::OpenedRecording>()?;
     module.add_class::<recording::FrameView>()?;
     module.add_class::<table::ArrowTable>()?;
+    module.add_class::<drawing::Drawing>()?;
     module.add_function(wrap_pyfunction!(recording::open, module)?)?;
     module.add_function(wrap_pyfunction!(recording::recording_of_counts, module)?)?;
     module.add_function(wrap_pyfunction!(tracking::track, module)?)?;

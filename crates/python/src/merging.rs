@@ -19,6 +19,7 @@ use serde::Deserialize;
 use serde_json::json;
 
 use crate::cells::TableArgument;
+use crate::drawing::{Drawings, drawings};
 use crate::estimate::{Number, of_estimate, refused};
 use crate::failure::Failure;
 use crate::table::ArrowTable;
@@ -229,15 +230,19 @@ enum PitchArgument {
     ByGap(Vec<f64>),
 }
 
-/// Measures a motion: numbers and tables.
+/// Measures a motion: numbers, tables and figures.
 #[pyfunction]
 pub(crate) fn measure_motion(
     py: Python<'_>,
     motion: MotionArgument<'_>,
     measuring: Measuring,
-) -> PyResult<(Numbers, Tables)> {
+) -> PyResult<(Numbers, Tables, Drawings)> {
     let motion = motion.motion()?;
-    let found = watched(py, None, move |_, _| measured(&motion, &measuring))?;
+    let (found, drawings) = watched(py, None, move |_, _| {
+        let found = measured(&motion, &measuring)?;
+        let drawings = drawings(&motion, &[("", &found)]);
+        Ok((found, drawings))
+    })?;
     let velocity = found.group_velocity.as_ref();
     let resonance = found.local_resonance.as_ref();
     let numbers = vec![
@@ -258,7 +263,7 @@ pub(crate) fn measure_motion(
         ("spectrum", spectrum_table(&found)),
     ];
     let tables = tables.into_iter().map(|(name, table)| Ok((name, ArrowTable::of(table)?)));
-    Ok((numbers, tables.collect::<PyResult<_>>()?))
+    Ok((numbers, tables.collect::<PyResult<_>>()?, drawings))
 }
 
 fn measured(motion: &ChainMotion, asked: &Measuring) -> Result<Measurement, Failure> {

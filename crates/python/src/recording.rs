@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use chainwave_camera::{OpenOptions, RawGeometry, SheetLayout, contact_sheet, open_with};
-use chainwave_experiment::SensorFiles;
-use chainwave_measurement::{MemoryRecording, PlainFrame, Recording, RecordingInfo, Region};
+use chainwave_experiment::{RecordingSummary, SensorFiles};
+use chainwave_measurement::{MemoryRecording, PlainFrame, Recording, Region};
 use pyo3::prelude::*;
 use pyo3::types::{PyByteArray, PyBytes, PyDict};
 use serde_json::json;
@@ -123,7 +123,7 @@ impl OpenedRecording {
 
     /// What the recording says of itself, as JSON with the keys of `chainwave inspect --json`.
     fn info(&self) -> String {
-        info_as_json(self.recording.info())
+        json!(RecordingSummary::from(self.recording.info())).to_string()
     }
 
     /// Time of each frame after the trigger, in seconds: 8-byte floats in the machine's byte order.
@@ -232,22 +232,4 @@ impl FrameView {
         interface.set_item("data", (plain.bytes.as_ptr() as usize + first_byte, true))?;
         Ok(interface)
     }
-}
-
-fn info_as_json(info: &RecordingInfo) -> String {
-    json!({
-        "format": info.format,
-        "width_px": info.width_px,
-        "height_px": info.height_px,
-        "n_frames": info.n_frames,
-        "bit_depth": info.bit_depth,
-        "rate_hz": info.rate_hz,
-        "first_time_s": info.times_s.first(),
-        "last_time_s": info.times_s.last(),
-        "first_image": info.first_image,
-        "camera": info.camera,
-        "exposure_s": info.exposure_s,
-        "warnings": info.warnings,
-    })
-    .to_string()
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use chainwave_experiment::{ChainScene, Table, simulated_table};
+use chainwave_experiment::{ChainScene, SimulationSummary, Table, simulated_table};
 use pyo3::prelude::*;
 use serde_json::json;
 
@@ -23,20 +23,7 @@ pub(crate) fn simulate(py: Python<'_>, path: PathBuf, text: String) -> PyResult<
         let wall_s = start.elapsed().as_secs_f64();
         let (striker, far_striker) = (simulation.striker.as_ref(), simulation.far_striker.as_ref());
         let table = simulated_table(&simulation.trajectory, striker, far_striker);
-        let summary = json!({
-            "energy_drift": simulation.energy_drift,
-            "psi_max_j": simulation.psi_max_j,
-            "steps": simulation.steps,
-            "dt_s": simulation.dt_s,
-            "method": simulation.method,
-            "choice": simulation.choice,
-            "error_estimate": simulation.error_estimate,
-            "tension_events": simulation.tension_events,
-            "contact_switches": simulation.contact_switch_times_s.len(),
-            "far_contact_switches": simulation.far_contact_switch_times_s.len(),
-            "force_evaluations": simulation.force_evaluations,
-            "wall_s": wall_s,
-        });
+        let summary = json!(SimulationSummary::of(&simulation, wall_s));
         Ok((table, summary.to_string()))
     })?;
     Ok((ArrowTable::of(table)?, summary))

@@ -64,6 +64,25 @@ def test_frames_of_whole_bytes_are_views_of_the_file(recording: Path, frames: An
     assert big[3].dtype == np.uint16 and np.array_equal(big[3], frames[3])
 
 
+@pytest.mark.parametrize("depth", ["16le", "12p"])
+def test_only_the_asked_rows_are_read(depth: str, tmp_path: Path) -> None:
+    """Of a file larger than any memory here, sparse so that no disk need hold it."""
+    n_frames, row_bytes = 40_000, 1280 * (2 if depth == "16le" else 1.5)
+    path = tmp_path / "film.raw"
+    with path.open("wb") as file:
+        try:
+            file.truncate(int(n_frames * 800 * row_bytes))
+        except OSError:
+            pytest.skip("the disk holds no sparse files of 80 GB")
+        # Row 400 of frame 30000: a count of 0x101 in each pixel, packed or not.
+        file.seek(int((30_000 * 800 + 400) * row_bytes))
+        file.write(bytes([0x01, 0x01]) * 1280 if depth == "16le" else bytes([0x10, 0x11, 0x01]) * 640)
+    opened = cw.open(path, raw=f"1280x800x{depth}", rate_hz=1e5)
+    assert opened.shape == (n_frames, 800, 1280)
+    found = opened[30_000, 399:402, 100:104]
+    assert found.tolist() == [[0] * 4, [0x101] * 4, [0] * 4]
+
+
 def test_arrays_are_recordings(frames: Any) -> None:
     of_array = cw.Recording.from_array(frames, rate_hz=1e5)
     assert np.array_equal(of_array[2], frames[2]) and of_array.bit_depth == 16

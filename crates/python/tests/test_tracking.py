@@ -74,19 +74,6 @@ def test_lost_points_are_null_in_arrow_and_nan_in_numpy(frames: Any) -> None:
     assert np.isnan(tracks["x_px"]).sum() == 8 and np.isnan(tracks["iterations"]).sum() == 8
 
 
-def test_every_arrow_reader_takes_tables(frames: Any) -> None:
-    pyarrow = pytest.importorskip("pyarrow")
-    tracks = cw.track(frames, [{"name": "a", "x_px": 40, "y_px": 40, "half_width_px": 12, "half_height_px": 12}])
-    table = pyarrow.table(tracks)
-    assert table.num_rows == len(tracks) and table.column_names == tracks.columns
-    assert pyarrow.schema(tracks) == table.schema
-    assert np.array_equal(table["x_px"].to_numpy(), tracks["x_px"])
-    assert set(tracks.to_dict()) == set(tracks.columns)
-    assert "8 rows" in repr(tracks) and "<table>" in tracks._repr_html_()
-    with pytest.raises(KeyError, match="nothing"):
-        tracks["nothing"]
-
-
 def test_wrong_points_are_named(recording: Path, tmp_path: Path) -> None:
     with pytest.raises(cw.ChainwaveError, match="each name once, found a"):
         cw.track(recording, {"name": ["a", "a"], "x_px": [1, 2], "y_px": [1, 2]})

@@ -29,7 +29,8 @@ cargo xtask test [--no-opencv] [--fast] [--package NAME]...
     The last line says how many tests skipped, and why.
 
 cargo xtask python
-    Builds the Python package into a fresh virtual environment (target/release/python) and runs its tests there.
+    Builds the Python package, with the command in it, into a fresh virtual environment (target/release/python) and runs its
+    tests there. The wheel remains in target/release/python/wheels.
     Says so and does nothing where there is no Python with venv and pip.
 
 cargo xtask setup [--no-opencv]

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::io;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Why a task ended early.
@@ -11,6 +12,8 @@ pub(crate) enum Failure {
     Usage(String),
     /// A command could not be started.
     NotStarted { command: String, source: io::Error },
+    /// A file or folder that cannot be used.
+    File { path: PathBuf, source: io::Error },
     /// A command ended with another exit code than 0; `None` when a signal ended it.
     Ended { command: String, code: Option<i32> },
 }
@@ -21,7 +24,7 @@ impl Failure {
         match self {
             Self::Usage(_) => ExitCode::from(2),
             Self::Ended { code: Some(code), .. } => ExitCode::from(u8::try_from(*code).unwrap_or(1)),
-            Self::Ended { code: None, .. } | Self::NotStarted { .. } => ExitCode::FAILURE,
+            Self::Ended { code: None, .. } | Self::NotStarted { .. } | Self::File { .. } => ExitCode::FAILURE,
         }
     }
 }
@@ -31,6 +34,7 @@ impl fmt::Display for Failure {
         match self {
             Self::Usage(reason) => write!(f, "{reason}; `cargo xtask help` lists the commands"),
             Self::NotStarted { command, source } => write!(f, "`{command}` could not be started: {source}"),
+            Self::File { path, source } => write!(f, "{}: {source}", path.display()),
             Self::Ended { command, code: Some(code) } => write!(f, "`{command}` ended with exit code {code}"),
             Self::Ended { command, code: None } => write!(f, "`{command}` was ended by a signal"),
         }

@@ -1,13 +1,21 @@
-//! `cargo xtask python`: builds the Python package into a fresh virtual environment, and runs its tests there.
+//! `cargo xtask python`: builds the Python package, with the command in it, into a fresh virtual environment, and runs its tests there.
 
 use std::env;
+use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::command_line::CommandLine;
+use crate::command_line::{CommandLine, workspace};
 use crate::failure::Failure;
 
 /// What the tests and the build of the package need beside it.
 const PACKAGES: [&str; 7] = ["maturin", "mypy", "numpy", "pandas", "polars", "pyarrow", "pytest"];
+/// What some tests ask beyond that, and skip without.
+const WANTED: [&str; 4] = ["duckdb", "matplotlib", "pyright[nodejs]", "scipy"];
+/// What maturin puts among the programs of an environment.
+const SCRIPTS: &str = "crates/python/chainwave.data/scripts";
+/// More than this, a wheel is slow to install and dear to keep.
+const MOST_BYTES: u64 = 20_000_000;
 
 /// Builds and tests the package; where there is no Python to do it with, says so and does nothing.
 pub(crate) fn run() -> Result<(), Failure> {
@@ -17,17 +25,74 @@ pub(crate) fn run() -> Result<(), Failure> {
         );
         return Ok(());
     };
-    let beside = env::current_exe()
-        .map_err(|source| Failure::NotStarted { command: "python".to_owned(), source })?
-        .with_file_name("python");
-    std::fs::create_dir_all(&beside)
-        .map_err(|source| Failure::NotStarted { command: beside.display().to_string(), source })?;
-    let chainwave = beside.with_file_name(format!("chainwave{}", env::consts::EXE_SUFFIX));
-    let command = chainwave.is_file().then_some(chainwave);
-    if command.is_none() {
-        println!("The command chainwave is not built: the tests that compare with it skip.");
+    let failed = |path: &Path| {
+        let path = path.to_owned();
+        move |source| Failure::File { path, source }
+    };
+    let release = env::current_exe().map_err(failed(Path::new("xtask")))?;
+    let folder = release.with_file_name("python");
+    fs::create_dir_all(&folder).map_err(failed(&folder))?;
+    let environment = Environment { folder };
+    environment.made(&python).iter().try_for_each(CommandLine::run)?;
+    for package in WANTED {
+        if environment.install().with([package]).output().is_none() {
+            println!("{package} cannot be had: tests that ask it skip.");
+        }
     }
-    commands(&python, &beside, command.as_deref()).iter().try_for_each(CommandLine::run)
+    command().run()?;
+    let chainwave = release.with_file_name(format!("chainwave{}", env::consts::EXE_SUFFIX));
+    pack(&chainwave, &workspace().join(SCRIPTS)).map_err(failed(&chainwave))?;
+    // Wheels of earlier versions would be tried as well.
+    match fs::remove_dir_all(environment.wheels()) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            return Err(failed(&environment.wheels())(error));
+        }
+        _ => {}
+    }
+    environment.wheel().run()?;
+    expect_small(&environment.wheels()).map_err(failed(&environment.wheels()))?;
+    environment.tests().iter().try_for_each(CommandLine::run)
+}
+
+/// The command as wheels hold it: without OpenCV, with the features that the tests without OpenCV have, so that nothing is built twice.
+fn command() -> CommandLine {
+    CommandLine::new([
+        "cargo",
+        "build",
+        "--release",
+        "--workspace",
+        "--no-default-features",
+        "--bin",
+        "chainwave",
+    ])
+}
+
+/// Puts the command where maturin looks for programs, without its symbols where the system can take them off.
+fn pack(chainwave: &Path, scripts: &Path) -> io::Result<()> {
+    let packed = scripts.join(chainwave.file_name().unwrap_or_default());
+    fs::create_dir_all(scripts)?;
+    fs::copy(chainwave, &packed)?;
+    if CommandLine::new(["strip".into(), packed.into_os_string()]).output().is_none() {
+        println!("There is no `strip`: the command keeps its symbols.");
+    }
+    Ok(())
+}
+
+/// Says how large the wheels are; one that is too large is an error.
+fn expect_small(wheels: &Path) -> io::Result<()> {
+    for entry in fs::read_dir(wheels)? {
+        let entry = entry?;
+        let (name, n_bytes) = (entry.file_name(), entry.metadata()?.len());
+        let told = format!("{}: {:.1} MB", name.to_string_lossy(), n_bytes as f64 / 1e6);
+        if n_bytes > MOST_BYTES {
+            return Err(io::Error::other(format!(
+                "{told}, expected at most {:.0} MB",
+                MOST_BYTES as f64 / 1e6
+            )));
+        }
+        println!("{told}");
+    }
+    Ok(())
 }
 
 /// A Python that can make virtual environments with pip.
@@ -39,63 +104,78 @@ fn python() -> Option<String> {
     ["python3", "python"].iter().find(suits).map(|name| (*name).to_owned())
 }
 
-/// Everything happens in a folder beside the binaries: `venv` and `wheels`.
-fn commands(python: &str, folder: &Path, chainwave: Option<&Path>) -> Vec<CommandLine> {
-    let (venv, wheels) = (folder.join("venv"), folder.join("wheels"));
-    let scripts = venv.join(if cfg!(windows) { "Scripts" } else { "bin" });
-    let program = |name: &str| scripts.join(format!("{name}{}", env::consts::EXE_SUFFIX));
-    let install = || {
-        CommandLine::new([program("python")])
-            .with(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"])
-            .within(folder)
-    };
-    let mut tests = CommandLine::new([program("python")]).with(["-m", "pytest", "crates/python/tests"]);
-    if let Some(chainwave) = chainwave {
-        tests = tests.with_variable("CHAINWAVE_COMMAND", chainwave);
+/// A virtual environment and the wheels, in a folder beside the binaries: `venv` and `wheels`.
+struct Environment {
+    folder: PathBuf,
+}
+
+impl Environment {
+    fn wheels(&self) -> PathBuf {
+        self.folder.join("wheels")
     }
-    vec![
-        CommandLine::new([python, "-m", "venv", "--clear"]).with([venv]),
-        install().with(PACKAGES),
-        CommandLine::new([program("maturin")])
+
+    fn program(&self, name: &str) -> PathBuf {
+        let scripts = if cfg!(windows) { "Scripts" } else { "bin" };
+        self.folder.join("venv").join(scripts).join(format!("{name}{}", env::consts::EXE_SUFFIX))
+    }
+
+    fn install(&self) -> CommandLine {
+        CommandLine::new([self.program("python")])
+            .with(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"])
+            .within(&self.folder)
+    }
+
+    /// Makes it anew.
+    fn made(&self, python: &str) -> [CommandLine; 2] {
+        [
+            CommandLine::new([python, "-m", "venv", "--clear"]).with([self.folder.join("venv")]),
+            self.install().with(PACKAGES),
+        ]
+    }
+
+    /// Builds the wheel.
+    fn wheel(&self) -> CommandLine {
+        CommandLine::new([self.program("maturin")])
             .with(["build", "--release", "--manifest-path", "crates/python/Cargo.toml", "--interpreter"])
-            .with([program("python")])
+            .with([self.program("python")])
             .with(["--out"])
-            .with([&wheels]),
-        install()
-            .with(["--no-index", "--no-deps", "--force-reinstall", "--find-links"])
-            .with([PathBuf::from("wheels")])
-            .with(["chainwave"]),
-        CommandLine::new([program("python")])
-            .with(["-m", "mypy", "--strict", "-p", "chainwave"])
-            .within(folder),
-        tests,
-    ]
+            .with([self.wheels()])
+    }
+
+    /// Installs the wheel and tests it.
+    fn tests(&self) -> [CommandLine; 3] {
+        [
+            self.install()
+                .with(["--no-index", "--no-deps", "--force-reinstall", "--find-links"])
+                .with([PathBuf::from("wheels")])
+                .with(["chainwave"]),
+            CommandLine::new([self.program("python")])
+                .with(["-m", "mypy", "--strict", "-p", "chainwave"])
+                .within(&self.folder),
+            CommandLine::new([self.program("python")]).with(["-m", "pytest", "crates/python/tests"]),
+        ]
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn lines(chainwave: Option<&Path>) -> Vec<String> {
-        commands("python3", Path::new("/b/python"), chainwave).iter().map(CommandLine::to_string).collect()
-    }
-
     #[test]
     fn a_fresh_environment_gets_the_wheel_and_runs_the_tests() {
-        let lines = lines(Some(Path::new("/b/chainwave")));
-        assert_eq!(lines[0], "python3 -m venv --clear /b/python/venv");
-        assert!(lines[1].contains("pip install") && lines[1].ends_with(&PACKAGES.join(" ")), "{}", lines[1]);
-        assert!(
-            lines[2].contains("build --release --manifest-path crates/python/Cargo.toml"),
-            "{}",
-            lines[2]
-        );
-        assert!(lines[3].contains("--no-index") && lines[3].ends_with("wheels chainwave"), "{}", lines[3]);
-        assert!(lines[5].starts_with("CHAINWAVE_COMMAND=/b/chainwave "), "{}", lines[5]);
+        let environment = Environment { folder: "/b/python".into() };
+        let made = environment.made("python3").map(|line| line.to_string());
+        assert_eq!(made[0], "python3 -m venv --clear /b/python/venv");
+        assert!(made[1].contains("pip install") && made[1].ends_with(&PACKAGES.join(" ")), "{}", made[1]);
+        let wheel = environment.wheel().to_string();
+        assert!(wheel.contains("build --release --manifest-path crates/python/Cargo.toml"), "{wheel}");
+        let tests = environment.tests().map(|line| line.to_string());
+        assert!(tests[0].contains("--no-index") && tests[0].ends_with("wheels chainwave"), "{}", tests[0]);
+        assert!(tests[2].ends_with("-m pytest crates/python/tests"), "{}", tests[2]);
     }
 
     #[test]
-    fn without_the_command_the_tests_run_all_the_same() {
-        assert!(lines(None)[5].ends_with("-m pytest crates/python/tests"));
+    fn the_command_of_a_wheel_has_no_opencv() {
+        assert!(command().to_string().ends_with("--no-default-features --bin chainwave"));
     }
 }

@@ -6,9 +6,12 @@ use serde::Deserialize;
 
 use super::layout::Layout;
 use super::numbers::{Numbers, Place};
+use super::program::Program;
+use super::tracks::Axis;
 use crate::error::Error;
 use crate::output::read_text;
 use chainwave_experiment::Positive;
+use chainwave_measurement::Estimate;
 
 /// Which numbers of the trials' files mean what.
 #[derive(Debug, Clone, Deserialize)]
@@ -20,8 +23,12 @@ pub(super) struct Mapping {
     pub(super) trials: Vec<PathBuf>,
     /// The chain.
     pub(super) chain: Chain,
-    /// How the files are written.
-    pub(super) layout: Layout,
+    /// How the files are written, where no program is named.
+    pub(super) layout: Option<Layout>,
+    /// The program that wrote them, whose files are known.
+    pub(super) program: Option<Program>,
+    /// The program's tracks of the bodies, body 1 first; all of them, in their order along the wave, when left out.
+    pub(super) tracks: Option<Vec<String>>,
     /// When the samples were taken.
     pub(super) time: Time,
     /// Where the displacements stand.
@@ -112,18 +119,21 @@ impl Series {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Displacement {
-    /// Column (or line) of body 1, from 1.
-    first: usize,
+    /// Column (or line) of body 1, from 1; not of a program's files.
+    first: Option<usize>,
     /// Columns (or lines) from one body to the next.
     #[serde(default = "Series::usual_step")]
     step: usize,
+    /// The axis of a program's tracks along which the wave runs.
+    #[serde(default)]
+    pub(super) axis: Axis,
     /// What 1 stands for along the wave: negative where the file counts against it.
     pub(super) unit_m: f64,
 }
 
 impl Displacement {
     pub(super) fn place(&self, body: usize) -> Place {
-        Series { first: self.first, step: self.step }.place(body)
+        Series { first: self.first.unwrap_or(1), step: self.step }.place(body)
     }
 }
 
@@ -159,9 +169,30 @@ impl Mapping {
             let found = mapping.displacement.unit_m;
             return Err(wrong(format!("displacement.unit_m: expected a number other than 0, found {found}")));
         }
-        match mapping.time.rate_hz.is_some() == mapping.time.at.is_some() {
-            true => Err(wrong("[time]: expected either rate_hz or at with unit_s".into())),
-            false => Ok(mapping),
+        mapping.expect_one_way().map_err(wrong)?;
+        Ok(mapping)
+    }
+
+    /// A place along the wave of what a file states, whose standard uncertainty is at least the usual one.
+    pub(super) fn position_m(&self, stated: f64, sigma_m: f64) -> Estimate {
+        Estimate::new(stated * self.displacement.unit_m, sigma_m.max(self.sigma.usual_m.get()))
+    }
+
+    /// Either a layout, with places and a time for every sample, or a program, which knows where what stands.
+    fn expect_one_way(&self) -> Result<(), String> {
+        let Time { rate_hz, at, .. } = self.time;
+        match (&self.layout, self.program) {
+            (Some(_), None) if rate_hz.is_some() == at.is_some() => {
+                Err("[time]: expected either rate_hz or at with unit_s".into())
+            }
+            (Some(_), None) if self.displacement.first.is_none() => {
+                Err("[displacement]: expected first, the column (or line) of body 1".into())
+            }
+            (None, Some(_)) if at.is_some() || self.displacement.first.is_some() || self.sigma.series.is_some() => {
+                Err("program: expected neither time.at, displacement.first nor sigma.series, which the program's files settle".into())
+            }
+            (Some(_), None) | (None, Some(_)) => Ok(()),
+            _ => Err("expected either program, the name of the one that wrote the files, or [layout], how they are written".into()),
         }
     }
 }

@@ -49,11 +49,6 @@ impl Numbers {
         Ok(Self { path: path.to_owned(), head_lines: layout.head_lines, bodies: layout.bodies, lines })
     }
 
-    /// The file.
-    pub(super) fn path(&self) -> &Path {
-        &self.path
-    }
-
     /// Number of instants.
     pub(super) fn n_samples(&self) -> usize {
         match self.bodies {

@@ -60,15 +60,8 @@ pub(crate) fn draw_motion(
     measurement: &Measurement,
 ) -> Result<(), Error> {
     let folder = figures_folder(folder)?;
-    let body = |row| BodyMotion { body: row + 1, samples: samples_of(motion, row), model: Vec::new() };
-    let bodies: Vec<BodyMotion> = spread_over(motion.n_bodies()).into_iter().map(body).collect();
-    chainwave_figures::displacements(&folder.join("displacements"), &bodies)?;
+    chainwave_figures::displacements(&folder.join("displacements"), &BodyMotion::spread_over(motion))?;
     Ok(chainwave_figures::strain_map(&folder.join("strain-map"), &[panel_of(name, measurement)])?)
-}
-
-/// Five rows spread over the chain keep a figure readable.
-fn spread_over(n: usize) -> Vec<usize> {
-    (0..5.min(n)).map(|k| k * (n - 1) / 4.min(n - 1).max(1)).collect()
 }
 
 struct Album<'a> {
@@ -79,22 +72,14 @@ struct Album<'a> {
 
 impl Album<'_> {
     fn displacements(&self) -> Result<Figure, Error> {
-        let motion = &self.evaluation.stitched.motion;
-        let rows = spread_over(motion.n_bodies());
-        let body = |row: &usize| BodyMotion {
-            body: row + 1,
-            samples: samples_of(motion, *row),
-            model: self.evaluation.model.as_ref().map_or_else(Vec::new, |model| {
-                model
-                    .motion
-                    .times_s
-                    .iter()
-                    .copied()
-                    .zip(model.motion.displacement_m.row(*row).iter().copied())
-                    .collect()
-            }),
-        };
-        let bodies: Vec<BodyMotion> = rows.iter().map(body).collect();
+        let mut bodies = BodyMotion::spread_over(&self.evaluation.stitched.motion);
+        if let Some(model) = &self.evaluation.model {
+            let times_s = || model.motion.times_s.iter().copied();
+            for body in &mut bodies {
+                let row = model.motion.displacement_m.row(body.body - 1);
+                body.model = times_s().zip(row.iter().copied()).collect();
+            }
+        }
         chainwave_figures::displacements(&self.folder.join("displacements"), &bodies)?;
         Ok(Figure {
             name: "displacements".into(),
@@ -107,8 +92,7 @@ impl Album<'_> {
     fn camera_motion(&self, motion: &CameraMotion) -> Result<Figure, Error> {
         let named = |(name, samples): (&str, _)| RecordingMotion { recording: name.into(), samples };
         let all: Vec<RecordingMotion> = motion.of_recordings().map(named).collect();
-        let shown: Vec<RecordingMotion> =
-            spread_over(all.len()).into_iter().map(|at| all[at].clone()).collect();
+        let shown = RecordingMotion::spread_over(&all);
         chainwave_figures::camera_motion(&self.folder.join("camera-motion"), &shown)?;
         Ok(Figure {
             name: "camera-motion".into(),
@@ -380,26 +364,10 @@ fn told_of_the_tail(found: &Result<LocalResonance, Missing>, band_edge_hz: f64) 
     )
 }
 
-/// A body's samples. Recordings end a frame apart, so up to three missing samples at the end are no loss.
-fn samples_of(motion: &ChainMotion, row: usize) -> Vec<(f64, Option<Estimate>)> {
-    let row = motion.displacement_m.row(row);
-    let mut samples: Vec<_> = motion.times_s.iter().copied().zip(row.iter().copied()).collect();
-    let missing = samples.iter().rev().take_while(|(_, sample)| sample.is_none()).count();
-    if missing <= 3 {
-        samples.truncate(samples.len() - missing);
-    }
-    samples
-}
-
 /// A strain map with its traces.
 fn panel_of(title: &str, measurement: &Measurement) -> StrainMapPanel {
-    let fronts = || measurement.fronts.iter().flatten();
-    let edge = |front: &GapFront| Some((front.gap as f64, front.edge_time_s?.value));
-    StrainMapPanel {
-        title: title.into(),
-        times_s: measurement.strain.times_s.clone(),
-        strain: measurement.strain.strain.mapv(|strain| strain.map(|strain| strain.value)),
-        peak_trace: fronts().map(|front| (front.gap as f64, front.peak_time_s.value)).collect(),
-        leading_edge: fronts().filter_map(edge).collect(),
-    }
+    let fronts = measurement.fronts.iter().flatten();
+    let fronts =
+        fronts.map(|front| (front.gap, front.peak_time_s.value, front.edge_time_s.map(|edge| edge.value)));
+    StrainMapPanel::new(title, &measurement.strain.times_s, &measurement.strain.strain, fronts)
 }

@@ -24,9 +24,11 @@ from ._chainwave import __version__
 from ._errors import ChainwaveError, ChainwaveWarning, MissingFileError
 from ._estimate import Estimate
 from ._experiment import Experiment, Finding, RecordingState, Results
+from ._figure import Figure, Shown
 from ._models import ContactLaw, Motion, fit_contact, simulate
 from ._pieces import Fit, Measurement, MergedMotion, fit, measure, merge, strain_map
 from ._recording import Recording, open
+from ._strain import StrainMap
 from ._table import Table
 from ._tracking import Field, Subset, Tracks, correlate, track
 
@@ -37,6 +39,7 @@ __all__ = [
     "Estimate",
     "Experiment",
     "Field",
+    "Figure",
     "Finding",
     "Fit",
     "Measurement",
@@ -46,6 +49,8 @@ __all__ = [
     "Recording",
     "RecordingState",
     "Results",
+    "Shown",
+    "StrainMap",
     "Subset",
     "Table",
     "Tracks",

@@ -5,6 +5,7 @@ from typing import Any, final
 
 __all__ = [
     "ArrowTable",
+    "Drawing",
     "ExperimentResults",
     "FrameView",
     "MergedMotion",
@@ -58,6 +59,11 @@ class ArrowTable:
     def __arrow_c_schema__(self) -> object: ...
     def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
 
+@final
+class Drawing:
+    def svg(self) -> str: ...
+    def data(self) -> list[tuple[str, str, str, str, str, ArrowTable]]: ...
+
 _Number = tuple[_Told | None, str | None]
 
 @final
@@ -90,6 +96,8 @@ class ExperimentResults:
     @property
     def tables(self) -> list[tuple[str, ArrowTable]]: ...
     @property
+    def figures(self) -> list[tuple[str, Drawing]]: ...
+    @property
     def warnings(self) -> list[tuple[str, str, str]]: ...
     @property
     def recordings(self) -> list[tuple[str, int, int, str, str | None]]: ...
@@ -112,7 +120,7 @@ def merge(
 ) -> tuple[MergedMotion, ArrowTable, str, list[str]]: ...
 def measure_motion(
     motion: MergedMotion | str | _Columns, measuring: dict[str, Any]
-) -> tuple[list[tuple[str, _Number]], list[tuple[str, ArrowTable]]]: ...
+) -> tuple[list[tuple[str, _Number]], list[tuple[str, ArrowTable]], list[tuple[str, Drawing]]]: ...
 def fit(
     merged: MergedMotion,
     path: str,

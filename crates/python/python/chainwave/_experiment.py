@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union
 
-from . import _chainwave
+from . import _chainwave, _html
 from ._columns import Columns, Path, TableLike, columns_of, is_path
 from ._errors import ChainwaveError
 from ._estimate import Estimate, estimates_of
+from ._figure import Figure
 from ._models import text_of
 from ._recording import warn
+from ._strain import StrainMap
 from ._table import Table
 
 if TYPE_CHECKING:
@@ -50,7 +52,11 @@ class Results:
         import json
 
         self._numbers = estimates_of(inner.numbers)
-        self._tables = {name: Table(table) for name, table in inner.tables}
+        tables = dict(inner.tables)
+        self._strain = StrainMap(tables.pop("strain"))
+        self._tables = {name: Table(table) for name, table in tables.items()}
+        #: Figures by their names: `displacements`, `strain-map`.
+        self.figures: dict[str, Figure] = {name: Figure(figure) for name, figure in inner.figures}
         #: Nominal velocity of the striker, in metres per second.
         self.nominal_striker_velocity_m_per_s: float = inner.striker_velocity_m_per_s
         #: What the reader should know.
@@ -113,9 +119,9 @@ class Results:
         return self._tables.get("motion_by_model")
 
     @property
-    def strain(self) -> Table:
-        """`t_s`, `gap`, `strain`, `sigma`."""
-        return self._tables["strain"]
+    def strain(self) -> StrainMap:
+        """`t_s`, `gap`, `strain`, `sigma`; :meth:`StrainMap.plot` draws it."""
+        return self._strain
 
     @property
     def front(self) -> Table:
@@ -142,14 +148,7 @@ class Results:
         return f"<chainwave.Results: {told}>"
 
     def _repr_html_(self) -> str:
-        import html
-
-        rows = "".join(
-            f"<tr><th>{html.escape(name)}</th><td>{html.escape(str(estimate))}</td></tr>"
-            for name, estimate in self._numbers.items()
-        )
-        said = "".join(f"<li>{html.escape(str(finding))}</li>" for finding in self.warnings)
-        return f"<table>{rows}</table><ul>{said}</ul>"
+        return _html.table_of(self._numbers) + _html.list_of(self.warnings) + self.figures["strain-map"].svg
 
 
 class Experiment:
@@ -245,7 +244,4 @@ class Experiment:
         return f"<chainwave.Experiment {self.name!r}: {len(self.recordings)} recordings>"
 
     def _repr_html_(self) -> str:
-        import html
-
-        rows = "".join(f"<li>{html.escape(name)}</li>" for name in self.recordings)
-        return f"<p>{html.escape(self.name)}</p><ul>{rows}</ul>"
+        return _html.table_of({"experiment": self.name}) + _html.list_of(self.recordings)

@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Union
 
-from . import _chainwave
+from . import _chainwave, _html
 from ._columns import Path, TableLike, table_argument
 from ._estimate import Estimate
 from ._table import Table
@@ -113,13 +113,7 @@ class ContactLaw:
         return f"<chainwave.ContactLaw: {told}>"
 
     def _repr_html_(self) -> str:
-        import html
-
-        rows = "".join(
-            f"<tr><th>{name}</th><td>{html.escape(str(estimate))}</td></tr>" for name, estimate in self._parameters.items()
-        )
-        said = "".join(f"<li>{html.escape(text)}</li>" for text in self.details["cannot_tell_apart"])
-        return f"<table>{rows}</table><ul>{said}</ul>"
+        return _html.table_of(self._parameters) + _html.list_of(self.details["cannot_tell_apart"])
 
 
 def fit_contact(curve: TableLike, *, zero: str = "auto") -> ContactLaw:
@@ -136,6 +130,18 @@ def fit_contact(curve: TableLike, *, zero: str = "auto") -> ContactLaw:
     -------
     ContactLaw
         `a`, `delta_0_m`, `p`, `f_0_n`, `k_0_n_per_m`, each with `.value`, `.sigma` and `.interval95` (by Student's factor).
+
+    Examples
+    --------
+    >>> import chainwave as cw
+    >>> import numpy as np
+    >>> overlap_m = np.linspace(0.0, 5e-3, 60)
+    >>> exact_n = 60.1 * ((overlap_m + 2.27e-3) ** 0.114 - 2.27e-3 ** 0.114)
+    >>> noise_n = 0.01 * np.sin(np.arange(60) ** 2)
+    >>> law = cw.fit_contact({"overlap_m": overlap_m, "force_n": exact_n + noise_n})
+    >>> low, high = law.k_0_n_per_m.interval95
+    >>> bool(low < 60.1 * 0.114 * 2.27e-3 ** (0.114 - 1) < high)
+    True
     """
     import json
 

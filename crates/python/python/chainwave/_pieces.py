@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Optional, Union
 
-from . import _chainwave
+from . import _chainwave, _html
 from ._columns import Columns, Path, TableLike, columns_of, is_path, table_argument
 from ._errors import ChainwaveError
 from ._estimate import Estimate, estimates_of
+from ._figure import Figure
 from ._models import text_of
 from ._recording import warn
+from ._strain import StrainMap
 from ._table import Table
 from ._toml import toml_of
 
@@ -34,8 +36,14 @@ class MergedMotion(Table):
 class Measurement:
     """What is measured of a motion. The tables have the columns of those that ``chainwave run`` writes."""
 
-    def __init__(self, numbers: dict[str, Estimate], tables: dict[str, Table]) -> None:
-        self._numbers, self._tables = numbers, tables
+    def __init__(
+        self, numbers: dict[str, Estimate], tables: dict[str, ArrowTable], figures: dict[str, Figure]
+    ) -> None:
+        self._numbers = numbers
+        #: Figures by their names: `displacements`, `strain-map`.
+        self.figures = figures
+        self._strain = StrainMap(tables.pop("strain"))
+        self._tables = {name: Table(table) for name, table in tables.items()}
 
     @property
     def group_velocity_m_per_s(self) -> Estimate:
@@ -48,9 +56,9 @@ class Measurement:
         return self._numbers["local_resonance_hz"]
 
     @property
-    def strain(self) -> Table:
-        """`t_s`, `gap`, `strain`, `sigma`."""
-        return self._tables["strain"]
+    def strain(self) -> StrainMap:
+        """`t_s`, `gap`, `strain`, `sigma`; :meth:`StrainMap.plot` draws it."""
+        return self._strain
 
     @property
     def front(self) -> Table:
@@ -75,6 +83,9 @@ class Measurement:
     def __repr__(self) -> str:
         told = ", ".join(f"{name} = {estimate}" for name, estimate in self._numbers.items())
         return f"<chainwave.Measurement: {told}>"
+
+    def _repr_html_(self) -> str:
+        return _html.table_of(self._numbers) + self.figures["strain-map"].svg
 
 
 class Fit:
@@ -110,6 +121,9 @@ class Fit:
     def __repr__(self) -> str:
         told = ", ".join(f"{name} = {estimate}" for name, estimate in self._numbers.items())
         return f"<chainwave.Fit: {told}>"
+
+    def _repr_html_(self) -> str:
+        return _html.table_of(self._numbers) + _html.list_of(self.warnings)
 
 
 def merge(
@@ -247,9 +261,27 @@ def measure(
         Replicas of the motion behind each sigma, and their seed.
     threads : int, optional
         All cores when left out; the bits are the same for any number.
+
+    Returns
+    -------
+    Measurement
+        Numbers with their uncertainties in SI units, and the tables that ``chainwave run`` writes.
+
+    Examples
+    --------
+    A pulse of compression that travels at 200 m/s without changing its shape:
+
+    >>> import chainwave as cw
+    >>> import numpy as np
+    >>> body, t_s = np.meshgrid(np.arange(1, 21), np.arange(400) * 1e-5, indexing="ij")
+    >>> x_m = 1e-3 * (1.0 + np.tanh((t_s - 0.03 * (body - 1) / 200.0 - 1e-3) / 2e-4))
+    >>> motion = {"t_s": t_s.ravel(), "body": body.ravel(), "x_m": x_m.ravel()}
+    >>> measured = cw.measure(motion, pitch_m=0.03, first_gap=2, last_gap=12)
+    >>> round(measured.group_velocity_m_per_s.value)
+    200
     """
     gaps = float(pitch_m) if isinstance(pitch_m, (int, float)) else [float(gap_m) for gap_m in pitch_m]
-    numbers, tables = _chainwave.measure_motion(
+    numbers, tables, figures = _chainwave.measure_motion(
         motion._merged if isinstance(motion, MergedMotion) else table_argument(motion, "motion"),
         {
             "pitch_m": gaps,
@@ -263,16 +295,21 @@ def measure(
             "threads": threads,
         },
     )
-    return Measurement(estimates_of(numbers), {name: Table(table) for name, table in tables})
+    return Measurement(estimates_of(numbers), dict(tables), {name: Figure(figure) for name, figure in figures})
 
 
-def strain_map(motion: TableLike, *, pitch_m: Union[float, Sequence[float]]) -> Table:
+def strain_map(motion: TableLike, *, pitch_m: Union[float, Sequence[float]]) -> StrainMap:
     """Strain of every gap over time: `t_s`, `gap`, `strain`, `sigma`; compression is negative.
 
     Parameters
     ----------
     motion, pitch_m
         As for :func:`measure`.
+
+    Returns
+    -------
+    StrainMap
+        A row for each gap and time; :meth:`StrainMap.grid` has the map as an array of shape ``(n_gaps, n_times)``.
     """
     # The sigma of a strain follows from those of the displacements, without replicas, of which 20 are the fewest.
     return measure(motion, pitch_m=pitch_m, n_replicas=20).strain
@@ -298,6 +335,11 @@ def fit(
         Standard deviation of the striker's velocity from trial to trial.
     threads : int, optional
         All cores when left out; the bits are the same for any number.
+
+    Returns
+    -------
+    Fit
+        `c_d_kg_per_s` and `c_s_kg_per_s`, the striker's velocity in m/s and the impact's time in seconds, each with its uncertainty.
     """
     import json
 

@@ -63,6 +63,14 @@ class Recording:
             arrays of such integers when left out; others then never saturate.
         name : path, optional
             What stands for the path in tables and messages.
+
+        Examples
+        --------
+        >>> import chainwave as cw
+        >>> import numpy as np
+        >>> film = cw.Recording.from_array(np.zeros((3, 48, 64), dtype=np.uint8), rate_hz=1000)
+        >>> len(film), film[0].shape, film.bit_depth, film.times_s.tolist()
+        (3, (48, 64), 8, [0.0, 0.001, 0.002])
         """
         import numpy as np
 
@@ -336,6 +344,27 @@ def open(
         Take the whole frames of a recording that was cut short.
     dark, flat : path, optional
         Dark frames and frames of an evenly lit field, whose level and gains are taken out; counts are then ``float32``.
+
+    Returns
+    -------
+    Recording
+        Frames of linear counts, each of shape ``(height_px, width_px)``, and their times in seconds after the trigger.
+
+    Examples
+    --------
+    >>> import chainwave as cw
+    >>> import numpy as np
+    >>> import pathlib, tempfile
+    >>> folder = tempfile.TemporaryDirectory()
+    >>> path = pathlib.Path(folder.name) / "film.npy"
+    >>> np.save(path, np.arange(24, dtype=np.uint16).reshape(2, 3, 4))
+    >>> film = cw.open(path, rate_hz=1e5)
+    >>> film.shape, film.times_s.tolist()
+    ((2, 3, 4), [0.0, 1e-05])
+    >>> film[1, 1:3, 2:4].tolist()
+    [[18, 19], [22, 23]]
+    >>> del film
+    >>> folder.cleanup()
 
     Raises
     ------

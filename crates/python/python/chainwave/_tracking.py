@@ -137,6 +137,21 @@ def track(
         Positions of the subsets' centres in pixels, pixel (0, 0) being the centre of the top left one. Lost positions are null, with
         the reason in `status`.
 
+    Examples
+    --------
+    A texture that moves by 1 px a frame to the right:
+
+    >>> import chainwave as cw
+    >>> import numpy as np
+    >>> texture = np.random.default_rng(1).normal(2000.0, 300.0, (64, 80))
+    >>> film = np.array([np.roll(texture, k, axis=1) for k in range(3)])
+    >>> points = [{"name": "a", "x_px": 32, "y_px": 32, "half_width_px": 12, "half_height_px": 12}]
+    >>> tracks = cw.track(film, points)
+    >>> tracks["x_px"].round(2).tolist()
+    [32.0, 33.0, 34.0]
+    >>> tracks["x_px"].shape, tracks["status"].tolist()
+    ((3,), ['ok', 'ok', 'ok'])
+
     Warns
     -----
     ChainwaveWarning
@@ -201,6 +216,18 @@ def correlate(
     -------
     Field
         Displacements in pixels, x to the right and y down, and strains; lost points are null, with the reason in `status`.
+
+    Examples
+    --------
+    >>> import chainwave as cw
+    >>> import numpy as np
+    >>> texture = np.random.default_rng(1).normal(2000.0, 300.0, (64, 80))
+    >>> field = cw.correlate(texture, np.roll(texture, 1, axis=1), half_size=10, step=10)
+    >>> u_px = field.grid("u_px")
+    >>> u_px.shape == (len(field) // field.n_columns, field.n_columns)
+    True
+    >>> bool(np.nanmax(np.abs(u_px - 1.0)) < 0.01)
+    True
     """
     options = {"rate_hz": rate_hz, "raw": raw, "partial": partial, "dark": dark, "flat": flat}
     pictures = [as_recording(picture, **options) for picture in (reference, deformed)]
