@@ -33,6 +33,10 @@ cargo xtask python
     tests there. The wheel remains in target/release/python/wheels.
     Says so and does nothing where there is no Python with venv and pip.
 
+cargo xtask dist [--out DIR]
+    Builds the command without OpenCV and packs it with its manual, completions and papers as one archive for systems like this
+    one, and its SHA-256 beside it, into DIR (target/dist unless given).
+
 cargo xtask setup [--no-opencv]
     Looks for what the build needs from the system and installs what is missing.
 
@@ -50,6 +54,11 @@ pub(crate) enum Task {
     Test(TestRun),
     /// `cargo xtask python`.
     Python,
+    /// `cargo xtask dist`.
+    Dist {
+        /// Where the archive goes.
+        out: Option<PathBuf>,
+    },
     /// `cargo xtask setup`.
     Setup {
         /// Whether OpenCV is wanted.
@@ -68,10 +77,12 @@ pub(crate) fn parse(words: impl IntoIterator<Item = OsString>) -> Result<Task, F
         "paper" => paper(words),
         "test" => test(words),
         "python" => python(words),
+        "dist" => dist(words),
         "setup" => setup(words),
         "help" | "--help" | "-h" => Ok(Task::Help),
         other => {
-            Err(Failure::Usage(format!("expected demo, paper, test, python, setup or help, found `{other}`")))
+            let expected = "demo, paper, test, python, dist, setup or help";
+            Err(Failure::Usage(format!("expected {expected}, found `{other}`")))
         }
     }
 }
@@ -120,6 +131,17 @@ fn python(mut words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
         Some(word) => unknown("python", &text(word)?),
         None => Ok(Task::Python),
     }
+}
+
+fn dist(mut words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
+    let mut out = None;
+    while let Some(word) = words.next() {
+        match text(word)?.as_str() {
+            "--out" => out = Some(PathBuf::from(value("--out", &mut words)?)),
+            other => return unknown("dist", other),
+        }
+    }
+    Ok(Task::Dist { out })
 }
 
 fn setup(words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {

@@ -1,5 +1,5 @@
 //! Sets a fresh system up and runs the commands of the README, `cargo xtask demo`, `cargo xtask paper` and `cargo xtask test`; and
-//! `cargo xtask python`.
+//! `cargo xtask python` and `cargo xtask dist`.
 //!
 //! It is the first thing that is built in a fresh clone, before anything that the heavy crates need is installed, so
 //! it depends on the standard library alone. What is decided ([`arguments`], [`needs`], the command lists of [`demo`],
@@ -10,7 +10,9 @@
 mod arguments;
 mod command_line;
 mod demo;
+mod dist;
 mod failure;
+mod given_command;
 mod needs;
 mod paper;
 mod setup;
@@ -41,6 +43,7 @@ fn run(task: Task) -> Result<(), Failure> {
         Task::Paper(paper) => paper::run(&paper),
         Task::Test(test_run) => test_run::run(&test_run),
         Task::Python => wheel::run(),
+        Task::Dist { out } => dist::run(out.as_deref()),
         Task::Setup { opencv } => {
             setup::run(opencv);
             Ok(())

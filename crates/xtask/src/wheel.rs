@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::command_line::{CommandLine, workspace};
 use crate::failure::Failure;
+use crate::given_command;
 
 /// What the tests and the build of the package need beside it.
 const PACKAGES: [&str; 7] = ["maturin", "mypy", "numpy", "pandas", "polars", "pyarrow", "pytest"];
@@ -39,9 +40,9 @@ pub(crate) fn run() -> Result<(), Failure> {
             println!("{package} cannot be had: tests that ask it skip.");
         }
     }
-    command().run()?;
-    let chainwave = release.with_file_name(format!("chainwave{}", env::consts::EXE_SUFFIX));
-    pack(&chainwave, &workspace().join(SCRIPTS)).map_err(failed(&chainwave))?;
+    given_command::build().run()?;
+    let scripts = workspace().join(SCRIPTS);
+    given_command::copy_into(&scripts).map_err(failed(&scripts))?;
     // Wheels of earlier versions would be tried as well.
     match fs::remove_dir_all(environment.wheels()) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => {
@@ -52,30 +53,6 @@ pub(crate) fn run() -> Result<(), Failure> {
     environment.wheel().run()?;
     expect_small(&environment.wheels()).map_err(failed(&environment.wheels()))?;
     environment.tests().iter().try_for_each(CommandLine::run)
-}
-
-/// The command as wheels hold it: without OpenCV, with the features that the tests without OpenCV have, so that nothing is built twice.
-fn command() -> CommandLine {
-    CommandLine::new([
-        "cargo",
-        "build",
-        "--release",
-        "--workspace",
-        "--no-default-features",
-        "--bin",
-        "chainwave",
-    ])
-}
-
-/// Puts the command where maturin looks for programs, without its symbols where the system can take them off.
-fn pack(chainwave: &Path, scripts: &Path) -> io::Result<()> {
-    let packed = scripts.join(chainwave.file_name().unwrap_or_default());
-    fs::create_dir_all(scripts)?;
-    fs::copy(chainwave, &packed)?;
-    if CommandLine::new(["strip".into(), packed.into_os_string()]).output().is_none() {
-        println!("There is no `strip`: the command keeps its symbols.");
-    }
-    Ok(())
 }
 
 /// Says how large the wheels are; one that is too large is an error.
@@ -172,10 +149,5 @@ mod tests {
         let tests = environment.tests().map(|line| line.to_string());
         assert!(tests[0].contains("--no-index") && tests[0].ends_with("wheels chainwave"), "{}", tests[0]);
         assert!(tests[2].ends_with("-m pytest crates/python/tests"), "{}", tests[2]);
-    }
-
-    #[test]
-    fn the_command_of_a_wheel_has_no_opencv() {
-        assert!(command().to_string().ends_with("--no-default-features --bin chainwave"));
     }
 }
