@@ -54,7 +54,7 @@ def test_examples_in_the_documentation_hold() -> None:
 
 
 def test_other_threads_go_on_while_work_is_done() -> None:
-    frames = film(60, 320, 240)
+    frames = film(12, 320, 240)
     points = [{"name": str(i), "x_px": 60 + 20 * i, "y_px": 120, "half_width_px": 40, "half_height_px": 40} for i in range(10)]
     beats: list[float] = []
     is_done = threading.Event()

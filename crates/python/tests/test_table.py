@@ -116,7 +116,8 @@ def test_figures_are_svg_and_numbers(tmp_path: Path) -> None:
     measured.figures["strain-map"].save(tmp_path / "map.svg")
     assert (tmp_path / "map.svg").read_text(encoding="utf-8") == measured.figures["strain-map"].svg
     shown = measured.figures["strain-map"].data[0]
-    # Compression in percent over time in milliseconds and gap, as it is drawn.
-    assert "ms" in shown.x and len(shown.table) == 11 * 400
-    assert np.nanmax(shown.table["colour"]) == pytest.approx(-100.0 * measured.strain["strain"].min(), rel=1e-9)
+    # Compression in percent over gap and time in milliseconds, as it is drawn: cells may stand for several samples.
+    assert "gap" in shown.x and "ms" in shown.y and "%" in shown.colour and len(shown.table) % 11 == 0
+    peak = -100.0 * measured.strain["strain"].min()
+    assert 0.9 * peak < np.nanmax(shown.table["colour"]) < 1.0001 * peak
     assert len(measured.figures["displacements"].data) == 5 and "<svg" in measured._repr_html_()

@@ -16,7 +16,8 @@ PACKAGE = Path(cw.__file__).parent
 
 def said_by(*words: str | Path) -> str:
     """What a module of Python says; it must succeed."""
-    ended = subprocess.run([sys.executable, "-m", *words], capture_output=True, text=True, cwd=PACKAGE.parent)
+    # Elsewhere than among the installed packages, which would be taken for a program's own modules.
+    ended = subprocess.run([sys.executable, "-m", *words], capture_output=True, text=True, cwd=Path(__file__).parent)
     assert ended.returncode == 0, ended.stdout + ended.stderr
     return ended.stdout
 

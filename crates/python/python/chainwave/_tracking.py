@@ -143,7 +143,10 @@ def track(
 
     >>> import chainwave as cw
     >>> import numpy as np
-    >>> texture = np.random.default_rng(1).normal(2000.0, 300.0, (64, 80))
+    >>> wave = np.arange(1, 41)
+    >>> y, x = np.mgrid[:64, :80]
+    >>> angle = 0.9 * (np.sin(wave) * x[..., None] + np.sin(2 * wave + 1) * y[..., None]) + wave**2
+    >>> texture = 2000.0 + 150.0 * np.sin(angle).sum(axis=-1)
     >>> film = np.array([np.roll(texture, k, axis=1) for k in range(3)])
     >>> points = [{"name": "a", "x_px": 32, "y_px": 32, "half_width_px": 12, "half_height_px": 12}]
     >>> tracks = cw.track(film, points)
@@ -221,7 +224,10 @@ def correlate(
     --------
     >>> import chainwave as cw
     >>> import numpy as np
-    >>> texture = np.random.default_rng(1).normal(2000.0, 300.0, (64, 80))
+    >>> wave = np.arange(1, 41)
+    >>> y, x = np.mgrid[:64, :80]
+    >>> angle = 0.9 * (np.sin(wave) * x[..., None] + np.sin(2 * wave + 1) * y[..., None]) + wave**2
+    >>> texture = 2000.0 + 150.0 * np.sin(angle).sum(axis=-1)
     >>> field = cw.correlate(texture, np.roll(texture, 1, axis=1), half_size=10, step=10)
     >>> u_px = field.grid("u_px")
     >>> u_px.shape == (len(field) // field.n_columns, field.n_columns)
