@@ -472,6 +472,9 @@ pub(crate) struct Run {
     /// one folder. A run without it then evaluates what they tracked.
     #[arg(long, value_name = "K/N")]
     pub(crate) share: Option<chainwave_experiment::Share>,
+    /// Folder for the tracks once more as a data set of Parquet files, one a recording, by velocity, view and trial (Hive partitions).
+    #[arg(long, value_name = "FOLDER", conflicts_with = "share")]
+    pub(crate) dataset: Option<PathBuf>,
 }
 
 /// Arguments of `import`.

@@ -22,6 +22,7 @@ use crate::finding::Finding;
 use crate::joining::Unjoined;
 use crate::measuring::{front_settings, measure_motion};
 use crate::merging::{Merged, merged};
+use crate::monitor::{Monitor, Stage};
 use crate::notices::notices;
 use crate::numbers::NotNegative;
 use crate::sanity::speed;
@@ -112,23 +113,36 @@ impl ModelBeside {
     }
 }
 
+/// Steps of an evaluation: stitching, measuring, the fits to tracks, behind body 1 and to energies, and what follows from them.
+const N_STEPS: u64 = 6;
+
 /// Stitches, measures and fits.
 ///
 /// # Errors
 /// Tracks that cannot be stitched or measured; a fit that fails is no error but stands in its field.
-pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> Result<Evaluation, Error> {
+pub fn evaluate(
+    setup: &Setup,
+    tracked: &Tracked,
+    n_threads: NonZero<usize>,
+    monitor: &Monitor<'_>,
+) -> Result<Evaluation, Error> {
     let experiment = &setup.experiment;
+    monitor.planned(Stage::Evaluating, N_STEPS);
+    let step = || monitor.done(Stage::Evaluating, 1);
     let Merged { left_out, unjoined, steadying, of_camera, shared, stitched, side_motion, observations } =
         merged(setup, tracked, n_threads)?;
+    step();
     let chosen = chosen_gaps(experiment);
     let measurement = shared.measure(experiment, &stitched.motion, chosen, n_threads)?;
     let pulses = shared.pulses(experiment, &stitched.motion, n_threads)?;
+    step();
     let used = measurement.group_velocity.as_ref().ok().map(|velocity| velocity.gaps.0..=velocity.gaps.1);
     let chain = experiment.chain_model()?;
     let known = known(experiment, &setup.map, &tracked.stages.scale);
     let track_model = track_model(experiment, chain.clone(), &known, n_threads);
     let offsets_s: Vec<f64> = stitched.alignments.iter().map(|one| one.trigger_offset_s.value).collect();
     let track_fit = fittable(experiment).and_then(|()| fit_tracks(&observations, &offsets_s, &track_model));
+    step();
     let imposed_model = ImposedModel {
         chain: chain.clone(),
         known: known_of_chain(&known),
@@ -136,6 +150,7 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
         n_threads,
     };
     let imposed_fit = fittable(experiment).and_then(|()| fit_imposed(&stitched.motion, &imposed_model));
+    step();
     let critical = critical_kg_per_s(&chain);
     let energy_model = energy_model(experiment, &stitched, chain, &known, n_threads)?;
     let energy_fit =
@@ -148,6 +163,7 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
             }
             None => Err(FitError::TooFew { what: "peak energies", expected: 1, found: 0 }),
         })?;
+    step();
     let standings = Standings::of(&stitched.alignments, accepted(&track_fit));
     let mut notices = notices(experiment, &tracked.recordings, &observations, &standings);
     notices.extend(experiment.far_striker.as_ref().map(|_| aligned_by_one_striker()));
@@ -173,6 +189,8 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
     let speed =
         measurement.group_velocity.as_ref().ok().map(|found| speed(experiment, found.velocity_m_per_s));
     let speed = speed.transpose()?.flatten();
+    step();
+    monitor.ended(Stage::Evaluating);
     Ok(Evaluation {
         left_out,
         unjoined,
