@@ -217,6 +217,9 @@ pub(crate) struct Archive {
     /// Address of the licence under which the package may be used, such as <https://creativecommons.org/licenses/by/4.0/>.
     #[arg(long)]
     pub(crate) license: Option<String>,
+    /// Who made the experiment: names, ORCIDs.
+    #[arg(long)]
+    pub(crate) authors: Option<String>,
 }
 
 /// Arguments of `calibrate`.
