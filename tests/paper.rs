@@ -16,7 +16,7 @@ mod slow {
     use crate::repository::root;
     use crate::table::Table;
 
-    const FIGURES: [&str; 7] = [
+    const FIGURES: [&str; 8] = [
         "contact-curve",
         "group-velocity",
         "long-chain",
@@ -24,6 +24,7 @@ mod slow {
         "right-halves",
         "strain-map",
         "strain-profiles",
+        "tail-spectrum",
     ];
 
     fn start(out: &Path) -> Output {

@@ -48,6 +48,7 @@ special=("${of_study[@]}")
 planned paper.toml paper.toml "${study[@]}"
 special=()
 planned compression.toml compression.toml
+planned modes.toml modes.toml
 planned long-rings.toml long-rings.toml "${rings_long[@]}"
 for strike in 2.73 1.89 0.83; do
   planned rings.toml "rings-$strike.toml" "${short[@]}" "${until[@]}" "velocity_m_per_s = $strike"

@@ -29,6 +29,7 @@ step() { # title, command...
 
 one_ring() {
   "$chainwave" simulate "$out/plan/compression.toml" --out "$out/models/compression.csv"
+  "$chainwave" simulate "$out/plan/modes.toml" --out "$out/models/modes.csv"
   "$chainwave" contact "$out/models/compression.csv" --out "$out/models/contact.toml"
 }
 

@@ -28,7 +28,7 @@ dir=$(mktemp -d) host=$(hostname -s) pids=()
 mkdir -p "$dir/state" "$dir/spool" "$dir/log" "$out"
 
 down() {
-  scancel --user="$(id -un)" 2>/dev/null || true
+  timeout 10 scancel --user="$(id -un)" 2>/dev/null || true
   local pid
   for pid in "${pids[@]}"; do kill "$pid" 2>/dev/null || true; done
   for pid in "${pids[@]}"; do wait "$pid" 2>/dev/null || true; done
