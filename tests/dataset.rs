@@ -59,7 +59,7 @@ files = glob.glob(folder + "/**/*.parquet", recursive=True)
 found = pandas.read_parquet(folder, filters=[("view", "==", 2), ("status", "==", "ok")])
 print(len(found), found.sigma_x_px.median())
 query = f"select count(*), median(sigma_x_px) from read_parquet('{folder}/*/*/*/*.parquet', hive_partitioning = true) where view = 2 and status = 'ok'"
-print(*duckdb.sql(query).fetchone())
+print(*duckdb.sql(query).fetchall()[0])
 about = pyarrow.parquet.read_schema(files[0]).field("sigma_x_px").metadata
 print(about[b"unit"].decode(), "|", about[b"description"].decode())
 print(pyarrow.parquet.ParquetFile(files[0]).metadata.row_group(0).column(4).compression, len(files))

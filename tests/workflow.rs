@@ -10,12 +10,13 @@ mod slow {
     use crate::python::{Python, text};
     use crate::repository::root;
 
-    fn snakemake(python: &Python, out: &Path, settings: &[String]) -> Command {
+    /// Settings take what follows them, so targets and options stand before.
+    fn snakemake(python: &Python, out: &Path, asked: &[&str], settings: &[String]) -> Command {
         let study = root().join("pipelines/paper");
         let mut command = python.program("snakemake");
         command.arg("--snakefile").arg(study.join("workflow/Snakefile"));
         command.arg("--workflow-profile").arg(study.join("profiles/local"));
-        command.arg("--directory").arg(out).arg("--config");
+        command.arg("--directory").arg(out).args(asked).arg("--config");
         command.arg(format!("out={}", out.display()));
         command.arg(format!("command={}", chainwave().get_program().display()));
         command.args(settings).current_dir(out);
@@ -31,7 +32,7 @@ mod slow {
         std::fs::create_dir(&out).expect("a folder can be made");
         let experiment = format!("experiment={}", recordings.join("experiment.toml").display());
         let settings = [experiment, "shares=3".into(), "threads=1".into()];
-        text(&snakemake(&python, &out, &settings).arg("results").output().expect("it starts"));
+        text(&snakemake(&python, &out, &["results"], &settings).output().expect("it starts"));
         let tracked = times_of(&out.join("results/.work"), "parquet");
         assert_eq!(tracked.len(), N_RECORDINGS);
         succeed(&mut evaluation(&recordings, &alone));
@@ -40,10 +41,10 @@ mod slow {
             assert!(read(&out.join("results")) == read(&alone), "{name}");
         }
         // A second start has nothing to do.
-        let again = snakemake(&python, &out, &settings).args(["results", "--dry-run"]).output();
+        let again = snakemake(&python, &out, &["results", "--dry-run"], &settings).output();
         assert!(text(&again.expect("it starts")).contains("Nothing to be done"));
         // All rules of the whole paper fit together.
-        let all = snakemake(&python, &out, &["quick=true".into()]).arg("--dry-run").output();
+        let all = snakemake(&python, &out, &["--dry-run"], &["quick=true".into()]).output();
         let said = text(&all.expect("it starts"));
         for rule in ["film", "track", "evaluate", "chain", "law", "compare"] {
             assert!(said.contains(&format!("rule {rule}:")), "{rule} in {said}");

@@ -173,15 +173,9 @@ pub fn evaluate(
         "the chain model",
         track_fit.iter().flat_map(TrackFit::warnings),
     ));
-    let beside = track_fit.as_ref().ok().filter(|fit| fit.is_believed()).and_then(|fit| {
-        let beside = model_beside(experiment, &stitched.motion, fit, used);
-        beside
-            .map_err(|why| {
-                let text = format!("not shown beside the motion: {why}");
-                notices.push(Finding { code: "chain_model", subject: "the fitted model".into(), text });
-            })
-            .ok()
-    });
+    let believed = track_fit.as_ref().ok().filter(|fit| fit.is_believed());
+    let beside = believed.map(|fit| model_beside(experiment, &stitched.motion, fit, used));
+    let beside = beside.and_then(|beside| beside.map_err(|why| notices.push(not_shown(&why))).ok());
     let by_model =
         accepted(&track_fit).map(|fit| aligned_motion(&observations, fit, &stitched.motion.times_s));
     let by_model = by_model.and_then(|aligned| aligned.map_err(|why| notices.push(not_aligned(&why))).ok());
@@ -228,6 +222,12 @@ fn aligned_by_one_striker() -> Finding {
                 of views that the other one moves, and triggers with them, are less certain than stated; what the motion would be with drives that are alike \
                 is an error of it";
     Finding { code: "far_striker", subject: "the alignment".into(), text: text.into() }
+}
+
+/// Says that the fitted chain model is not shown beside the motion.
+fn not_shown(why: &Error) -> Finding {
+    let text = format!("not shown beside the motion: {why}");
+    Finding { code: "chain_model", subject: "the fitted model".into(), text }
 }
 
 /// Says that the accepted chain model aligns no motion.
