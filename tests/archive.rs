@@ -10,6 +10,7 @@ mod slow {
 
     use crate::command::{chainwave, succeed};
     use crate::laboratory::Laboratory;
+    use crate::python::{Python, text};
 
     fn entities(package: &Path) -> Vec<Value> {
         let text = fs::read(package.join("ro-crate-metadata.json")).expect("it is there");
@@ -33,6 +34,22 @@ mod slow {
         }
     }
 
+    /// Has the package read by the libraries of both specifications.
+    fn accepted_by_others(package: &Path) {
+        const READ: &str = r#"
+import sys
+from rocrate.rocrate import ROCrate
+crate = ROCrate(sys.argv[1])
+files = [one for one in crate.get_entities() if one.type == "File"]
+print(len(files), crate.root_dataset["conformsTo"].id, crate.dereference("r3xa.json")["encodingFormat"])
+"#;
+        let Some(python) = Python::with(&["rocrate", "r3xa"]) else { return };
+        let said = python.run(READ, &[package]);
+        let n_files = entities(package).iter().filter(|one| is_of(one, "File")).count();
+        assert_eq!(said.trim(), format!("{n_files} https://w3id.org/ro/wfrun/process/0.5 application/json"));
+        text(&python.program("r3xa-validate").arg(package.join("r3xa.json")).output().expect("it starts"));
+    }
+
     #[test]
     fn a_package_holds_all_results_and_recordings_with_their_hashes() {
         let laboratory = Laboratory::new();
@@ -46,7 +63,8 @@ mod slow {
                 .arg("--out")
                 .arg(&package)
                 .arg("--recordings")
-                .arg(&recordings),
+                .arg(&recordings)
+                .args(["--authors", "E. Hamster"]),
         );
         assert!(said.contains("wrote") && said.contains("ro-crate-metadata.json"), "{said}");
         let entities = entities(&package);
@@ -85,6 +103,11 @@ mod slow {
         assert!(missing.is_empty(), "{missing:?}");
         let run = entities.iter().find(|one| is_of(one, "CreateAction")).expect("what was done");
         assert_eq!(run["object"].as_array().map(Vec::len), Some(15));
+        let described = fs::read(package.join("r3xa.json")).expect("it is there");
+        let described: Value = serde_json::from_slice(&described).expect("it is JSON");
+        assert_eq!(described["authors"], "E. Hamster");
+        assert_eq!(described["data_sources"][0]["image_scale"]["unit"], "px/m");
+        accepted_by_others(&package);
         // A second one into the same folder is refused.
         let again =
             chainwave().arg("archive").arg(&results).arg("--out").arg(&package).output().expect("it starts");

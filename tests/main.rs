@@ -14,7 +14,8 @@
 //!   that stands off, undone;
 //! - `camera`: what a camera does of its own, found in a run;
 //! - `uncertain`: quantities known within an uncertainty; `decisions`: what is chosen to be modelled;
-//! - `cluster`: shares of an experiment that several machines track;
+//! - `cluster`: shares of an experiment that several machines track; `workflow`: the paper's, under Snakemake;
+//! - `dataset`: tracks as other people's programs query them; `python`: those programs, where pip finds them;
 //! - `ring`: motion, compression, modes and bands of rings; `film`: rings that bend in the picture;
 //! - `figures`: figures of results in another style; `archive`: results as a package; `import`: tracks that another program wrote; `init`: from a folder of recordings to an experiment;
 //! - `samples`, `reference`: the project's own recordings, and other people's where they are at hand.
@@ -48,6 +49,8 @@ mod cluster;
 mod command;
 #[cfg(test)]
 mod contact;
+#[cfg(test)]
+mod dataset;
 #[cfg(test)]
 mod decisions;
 #[cfg(test)]
@@ -93,6 +96,8 @@ mod pipelines;
 #[cfg(test)]
 mod plan;
 #[cfg(test)]
+mod python;
+#[cfg(test)]
 mod reading;
 #[cfg(test)]
 mod reference;
@@ -116,3 +121,5 @@ mod table;
 mod uncertain;
 #[cfg(test)]
 mod view;
+#[cfg(test)]
+mod workflow;

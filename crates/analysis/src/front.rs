@@ -6,7 +6,7 @@ use crate::check::{check_fraction, check_positive};
 use crate::local::{LocalPolynomial, MIN_HALF_WINDOW, interpolate, smooth};
 use crate::{AnalysisError, Missing, StrainMap};
 
-/// Share of the record's greatest compression that a leading pulse reaches at least.
+/// Share of the record's greatest compression that a leading pulse reaches at least, and of the pulse in the gap before if it comes earlier.
 const MIN_SHARE_OF_MAXIMUM: f64 = 0.2;
 /// Fall below the running maximum that ends the search for a peak, as a share of it.
 const MIN_FALL: f64 = 0.05;
@@ -82,8 +82,28 @@ pub struct LeadingPulse {
 /// maximum finds it: significant, and followed by a fall that is neither noise nor ripple. The peak's time and strain are
 /// those of a least-squares polynomial of order six over the samples above `peak_fraction` of it; the edge is looked for backwards from
 /// the peak in the smoothed strain, so that noise before the arrival does not count, and interpolated linearly.
+///
+/// A gap that the pulse has not reached within the record may still show what runs ahead of it: that is no pulse.
 pub fn leading_pulses(map: &StrainMap, settings: &FrontSettings) -> Vec<Result<LeadingPulse, Missing>> {
-    (1..=map.n_gaps()).map(|gap| leading_pulse(map, gap, settings)).collect()
+    let mut pulses: Vec<_> = (1..=map.n_gaps()).map(|gap| leading_pulse(map, gap, settings)).collect();
+    drop_forerunners(&mut pulses);
+    pulses
+}
+
+/// Takes out peaks that come before the pulse has peaked in the gap before, and are small beside that one.
+fn drop_forerunners(pulses: &mut [Result<LeadingPulse, Missing>]) {
+    let mut last: Option<LeadingPulse> = None;
+    for pulse in pulses {
+        let Ok(found) = *pulse else { continue };
+        let runs_ahead = |last: &LeadingPulse| {
+            let is_small = found.peak_strain.abs() < MIN_SHARE_OF_MAXIMUM * last.peak_strain.abs();
+            is_small && found.peak_time_s < last.peak_time_s
+        };
+        match last.as_ref().is_some_and(runs_ahead) {
+            true => *pulse = Err(Missing::NoPulse),
+            false => last = Some(found),
+        }
+    }
 }
 
 fn leading_pulse(map: &StrainMap, gap: usize, settings: &FrontSettings) -> Result<LeadingPulse, Missing> {
@@ -224,4 +244,36 @@ fn crossing_before(series: &[Option<f64>], from: usize, threshold: f64) -> Optio
         }
     }
     Some(0.5 * (low + high))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pulse(gap: usize, peak_time_s: f64, peak_strain: f64) -> Result<LeadingPulse, Missing> {
+        let (edge_time_s, foot_time_s) = (None, None);
+        Ok(LeadingPulse { gap, peak_time_s, peak_strain, edge_time_s, foot_time_s, half_window: 3 })
+    }
+
+    #[test]
+    fn what_runs_ahead_of_the_pulse_is_none() {
+        // The pulse passes gaps 1 to 3 and has not left gap 4; gaps 5 and 6 saw ripples. A pulse from the far end, in gap 7, is one.
+        let mut pulses = vec![
+            pulse(1, 1.0, -0.05),
+            pulse(2, 2.0, -0.048),
+            pulse(3, 3.0, -0.046),
+            Err(Missing::PeakOutsideRecord),
+            pulse(5, 1.2, -0.001),
+            pulse(6, 1.1, -0.001),
+            pulse(7, 1.0, -0.03),
+        ];
+        drop_forerunners(&mut pulses);
+        let kept: Vec<usize> = pulses.iter().flatten().map(|pulse| pulse.gap).collect();
+        assert_eq!(kept, [1, 2, 3, 7]);
+        assert_eq!(pulses[4], Err(Missing::NoPulse));
+        // A free end hardly strains, but the pulse does get there.
+        let mut pulses = vec![pulse(1, 1.0, -0.05), pulse(2, 2.0, -0.004)];
+        drop_forerunners(&mut pulses);
+        assert!(pulses[1].is_ok());
+    }
 }

@@ -27,6 +27,22 @@ pub struct HalfWidth {
     pub hwhm_m: Estimate,
 }
 
+/// Standard uncertainties that a change of the half width is allowed beyond what the pulse can do.
+const ALLOWED_SIGMAS: f64 = 4.0;
+
+/// The longest stretch of half widths in which none changes, from one sample to the next, by more than the pulse moves in between: a
+/// front that seems to widen faster has not, but its crest has passed to another of the ripples that the far end sends back.
+pub(crate) fn without_jumps(widths: Vec<HalfWidth>, velocity_m_per_s: f64) -> Vec<HalfWidth> {
+    let is_steady = |one: &HalfWidth, next: &HalfWidth| {
+        let sigma_m = one.hwhm_m.sigma.hypot(next.hwhm_m.sigma);
+        let most_m = velocity_m_per_s * (next.t_s - one.t_s) + ALLOWED_SIGMAS * sigma_m;
+        (next.hwhm_m.value - one.hwhm_m.value).abs() <= most_m
+    };
+    // Of two that are as long the earlier one.
+    let longest = widths.chunk_by(is_steady).rev().max_by_key(|stretch| stretch.len());
+    longest.map_or_else(Vec::new, <[HalfWidth]>::to_vec)
+}
+
 /// Shares of the pulse's run at which profiles along the chain are shown: behind the striker, in the middle, before the far end.
 const PROFILE_SHARES: [f64; 3] = [0.2, 0.5, 0.8];
 
@@ -228,4 +244,26 @@ pub fn half_width_times(
         })
     };
     map.times_s.iter().copied().filter(is_defined).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_widths_end_where_the_crest_passes_to_another_ripple() {
+        let widths = |jump_m: f64, sigma: f64| -> Vec<HalfWidth> {
+            let width = |k: u32| {
+                let jumped_m = if k >= 14 { jump_m } else { 0.0 };
+                let hwhm_m = Estimate::new(0.1 + 1e-4 * f64::from(k) + jumped_m, sigma);
+                HalfWidth { t_s: 1e-4 * f64::from(k), hwhm_m }
+            };
+            (0..20).map(width).collect()
+        };
+        // At 50 m/s the pulse moves by 5 mm between samples.
+        assert_eq!(without_jumps(widths(-0.02, 0.0), 50.0).len(), 14);
+        assert_eq!(without_jumps(widths(-0.004, 0.0), 50.0).len(), 20);
+        assert_eq!(without_jumps(widths(-0.02, 0.003), 50.0).len(), 20);
+        assert!(without_jumps(Vec::new(), 50.0).is_empty());
+    }
 }

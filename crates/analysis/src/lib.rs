@@ -40,6 +40,7 @@
 //! ```
 
 mod across;
+mod at_rest;
 mod camera_motion;
 mod check;
 mod columns;
@@ -66,6 +67,7 @@ mod tail;
 mod velocity;
 
 pub use across::{motion_across, motion_across_rule};
+pub use at_rest::{at_rest_p_value, at_rest_rule};
 pub use camera_motion::{CameraMotion, camera_motion, camera_motion_rule};
 pub use departure::Departure;
 pub use dispersion::{DispersionMap, dispersion_map};

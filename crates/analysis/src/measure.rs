@@ -10,7 +10,7 @@ use crate::columns::{Column, Columns, Scatter};
 use crate::dispersion::{DispersionMap, dispersion_map};
 use crate::energy::{EnergyLaw, PeakEnergies, peak_energies};
 use crate::front::{FrontSettings, GapFront, LeadingPulse, leading_pulses};
-use crate::half_width::{HalfWidth, MovingProfile, half_width_times, half_widths};
+use crate::half_width::{HalfWidth, MovingProfile, half_width_times, half_widths, without_jumps};
 use crate::line_test::line_test;
 use crate::particle::particle_velocities_m_per_s;
 use crate::replicas::replica_m;
@@ -234,11 +234,13 @@ fn assemble(map: StrainMap, plan: &Plan<'_>, values: &Values, scatter: &Scatter)
     let half_width = |(row, t_s): (usize, &f64)| {
         Some(HalfWidth { t_s: *t_s, hwhm_m: scatter.estimate(Column::HalfWidth, row).ok()? })
     };
+    let half_widths = plan.half_width_times_s.iter().enumerate().filter_map(half_width).collect();
+    let half_widths = values.speed.map(|speed| without_jumps(half_widths, speed.velocity_m_per_s));
     let fronts = values.pulses.iter().enumerate();
     Measurement {
         fronts: fronts.map(|(row, pulse)| gap_front(row, (*pulse)?, scatter)).collect(),
         group_velocity: values.speed.and_then(|speed| group_velocity(&speed, &plan.velocity_gaps, scatter)),
-        half_widths: plan.half_width_times_s.iter().enumerate().filter_map(half_width).collect(),
+        half_widths: half_widths.unwrap_or_default(),
         energies: plan.energy_of.map(|_| energies(&values.energies_j, scatter)),
         spectrum: values.spectrum.clone(),
         local_resonance: plan.resonance.and_then(|found| {

@@ -1,7 +1,10 @@
 //! `chainwave archive`: results as a package that an archive takes, every file with its hash.
 //!
 //! The package is an RO-Crate 1.1 (S. Soiland-Reyes et al., Data Science 5 (2022) 97-138) by the profile Process Run Crate 0.5: a folder
-//! with `ro-crate-metadata.json`, which names each file, what made it, and from what.
+//! with `ro-crate-metadata.json`, which names each file, what made it, and from what. `r3xa.json` says the same in the words of
+//! photomechanics.
+
+mod photomechanics;
 
 use std::fs::{self, File};
 use std::io::{Read, Write};
@@ -13,13 +16,17 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
+use self::photomechanics::{Described, description};
 use crate::cli;
 use crate::error::Error;
+use crate::kept::digest;
 use crate::outcome::Outcome;
 use crate::output::{make_folder, read_text, write_json, write_whole};
 
 /// The file of an RO-Crate that says what is in it.
 const METADATA: &str = "ro-crate-metadata.json";
+/// The file that describes the experiment as photomechanics does.
+const PHOTOMECHANICS: &str = "r3xa.json";
 const PROFILE: &str = "https://w3id.org/ro/wfrun/process/0.5";
 /// Bytes that are copied at a time.
 const PIECE: usize = 1 << 20;
@@ -41,6 +48,20 @@ struct Source {
 #[derive(Deserialize)]
 struct Named {
     name: String,
+    chain: Option<NamedChain>,
+    camera: Option<NamedCamera>,
+}
+
+/// The chain as far as its description needs it; patterns of pitches are not spelled out.
+#[derive(Deserialize)]
+struct NamedChain {
+    n_bodies: usize,
+    pitch_m: toml::Value,
+}
+
+#[derive(Deserialize)]
+struct NamedCamera {
+    scale_px_per_m: Option<f64>,
 }
 
 /// A file of the package.
@@ -53,7 +74,7 @@ struct Packed {
 
 /// Copies results, and the recordings where they are given, into a new folder, and writes beside them what they are.
 pub(crate) fn archive(arguments: &cli::Archive) -> Result<Outcome, Error> {
-    let cli::Archive { results, out, recordings, license } = arguments;
+    let cli::Archive { results, out, recordings, license, authors } = arguments;
     let provenance = provenance(results)?;
     expect_new(out)?;
     let written = fs::metadata(results.join("results.json")).and_then(|about| about.modified());
@@ -68,6 +89,30 @@ pub(crate) fn archive(arguments: &cli::Archive) -> Result<Outcome, Error> {
             sources.push(pack(folder, &folder.join(&source.recording), out, "recordings/")?);
         }
     }
+    let about = Described {
+        experiment: &provenance.experiment.name,
+        authors: authors.as_deref(),
+        license: license.as_deref(),
+        date: DateTime::<Utc>::from(written).format("%Y-%m-%d").to_string(),
+        chain: provenance
+            .experiment
+            .chain
+            .as_ref()
+            .and_then(|chain| Some((chain.n_bodies, chain.pitch_m.as_float()?))),
+        scale_px_per_m: provenance.experiment.camera.as_ref().and_then(|camera| camera.scale_px_per_m),
+        recording: sources
+            .first()
+            .and_then(|first| chainwave_camera::open(&out.join(&first.name)).ok())
+            .map(|recording| recording.info().clone()),
+        chainwave_version: &provenance.version,
+        recordings: sources.iter().map(|one| one.name.as_str()).collect(),
+        results: made
+            .iter()
+            .map(|one| (one.name.as_str(), described(&one.name), format_of(&one.name)))
+            .collect(),
+    };
+    write_json(&out.join(PHOTOMECHANICS), &description(&about))?;
+    made.push(hashed(out, PHOTOMECHANICS)?);
     let metadata = metadata(&provenance, &made, &sources, license.as_deref(), written);
     // Written last: a package without it is none.
     write_json(&out.join(METADATA), &metadata)?;
@@ -150,6 +195,13 @@ fn pack(folder: &Path, path: &Path, out: &Path, below: &str) -> Result<Packed, E
     })?;
     let sha256 = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
     Ok(Packed { name, n_bytes, sha256 })
+}
+
+/// A file that was written into the package.
+fn hashed(out: &Path, name: &str) -> Result<Packed, Error> {
+    let path = out.join(name);
+    let bytes = fs::read(&path).map_err(Error::file(&path, "read"))?;
+    Ok(Packed { name: name.to_owned(), n_bytes: bytes.len() as u64, sha256: digest(&bytes) })
 }
 
 fn metadata(
@@ -277,6 +329,8 @@ fn described(name: &str) -> &'static str {
             "Group velocity, damping and other numbers with their standard uncertainties, warnings, and what became of each recording"
         }
         "decisions.json" => "What was modelled, by which test and on what evidence",
+        "recordings.csv" => "What became of each recording",
+        PHOTOMECHANICS => "The experiment in the words of photomechanics (R3XA)",
         "provenance.toml" => "Version, settings and recordings",
         "report.html" => "Report to be read",
         other if other.ends_with(".svg") || other.ends_with(".png") => "Figure",
@@ -303,6 +357,7 @@ mod tests {
             out,
             recordings: None,
             license: None,
+            authors: None,
         };
         let refused = |arguments: cli::Archive| archive(&arguments).unwrap_err().to_string();
         let said = refused(arguments(folder.path(), folder.path().join("out")));

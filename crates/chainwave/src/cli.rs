@@ -221,6 +221,9 @@ pub(crate) struct Archive {
     /// Address of the licence under which the package may be used, such as <https://creativecommons.org/licenses/by/4.0/>.
     #[arg(long)]
     pub(crate) license: Option<String>,
+    /// Who made the experiment: names, ORCIDs.
+    #[arg(long)]
+    pub(crate) authors: Option<String>,
 }
 
 /// Arguments of `calibrate`.
@@ -476,6 +479,9 @@ pub(crate) struct Run {
     /// one folder. A run without it then evaluates what they tracked.
     #[arg(long, value_name = "K/N")]
     pub(crate) share: Option<chainwave_experiment::Share>,
+    /// Folder for the tracks once more as a data set of Parquet files, one a recording, by velocity, view and trial (Hive partitions).
+    #[arg(long, value_name = "FOLDER", conflicts_with = "share")]
+    pub(crate) dataset: Option<PathBuf>,
 }
 
 /// Arguments of `import`.

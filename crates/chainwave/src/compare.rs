@@ -7,6 +7,7 @@ mod figures;
 mod findings;
 mod parts;
 mod study;
+mod tail;
 
 use std::path::Path;
 

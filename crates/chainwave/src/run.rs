@@ -4,6 +4,7 @@
 //! results until its bytes or the settings change. What follows takes seconds and is computed anew, from the kept tracks,
 //! so an interrupted run that goes on gives the same bytes as one that was not. Several machines may each track a share first.
 
+mod dataset;
 mod explain;
 mod figures;
 mod markers;
@@ -18,7 +19,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use chainwave_experiment::{
-    Evaluation, FailedRecording, Finding, RecordingState, Results, Setup, Tracked, TrackedRecording, check,
+    Evaluation, FailedRecording, Finding, RecordingState, Setup, Tracked, TrackedRecording, check,
     compare_strikers, recording_states, track, track_share,
 };
 
@@ -61,12 +62,21 @@ pub(crate) fn run(arguments: &cli::Run) -> Result<Outcome, Error> {
         return Ok(outcome);
     }
     let mut concluded: Vec<(Setup, Evaluation)> = Vec::with_capacity(setups.len());
-    for setup in &setups {
-        let run = Run { setup, out: folder_of(setup), jobs: arguments.jobs, explain: arguments.explain };
+    let mut states = Vec::with_capacity(whole.trials.len());
+    for (index, setup) in setups.iter().enumerate() {
+        let place = match setups.len() {
+            1 => String::new(),
+            n => format!(" ({} of {n})", index + 1),
+        };
+        let (jobs, explain, dataset) = (arguments.jobs, arguments.explain, arguments.dataset.as_deref());
+        let run = Run { setup, out: folder_of(setup), jobs, explain, dataset, place };
         make_folder(&run.out)?;
-        let results = run.carry_out(&mut outcome)?;
-        concluded.extend(results.map(|results| (setup.clone(), results.evaluation)));
+        let (of_recordings, evaluation) = run.carry_out(&mut outcome)?;
+        states.extend(of_recordings);
+        concluded.extend(evaluation.map(|evaluation| (setup.clone(), evaluation)));
     }
+    results::write_states(&arguments.out, &states)?;
+    summary::print_states(&arguments.out, &states);
     if concluded.len() > 1 {
         let (setups, evaluations): (Vec<Setup>, Vec<Evaluation>) = concluded.into_iter().unzip();
         let waves = compare_strikers(&setups, &evaluations, threads(arguments.jobs))?;
@@ -88,11 +98,16 @@ struct Run<'a> {
     out: PathBuf,
     jobs: Option<u16>,
     explain: bool,
+    /// Folder of the partitioned tracks, where they are asked for.
+    dataset: Option<&'a Path>,
+    /// Which of several velocities it is, for bars.
+    place: String,
 }
 
 impl Run<'_> {
-    /// `None` where tracks could not be evaluated: they are written all the same, and the failure is named.
-    fn carry_out(&self, outcome: &mut Outcome) -> Result<Option<Results>, Error> {
+    /// What became of each recording, and what followed; `None` where tracks could not be evaluated: they are written all the same, and the
+    /// failure is named.
+    fn carry_out(&self, outcome: &mut Outcome) -> Result<(Vec<RecordingState>, Option<Evaluation>), Error> {
         let (setup, out) = (self.setup, self.out.as_path());
         let mut clock = Clock::new();
         let store = KeptFolder::in_results(out)?;
@@ -101,7 +116,7 @@ impl Run<'_> {
         let sanity = check(setup, threads(self.jobs))?;
         name_findings(&sanity.findings);
         clock.stage("sanity");
-        let bar = progress::bar("tracking", 0);
+        let bar = progress::bar(&format!("tracking{}", self.place), 0);
         let show = progress::shown_on(&bar);
         let monitor = progress::monitor(&show);
         let tracked = track(setup, &sanity, &store, threads(self.jobs), &monitor)?;
@@ -115,15 +130,20 @@ impl Run<'_> {
             return Err(Error::nothing_left("recordings", setup.trials.len()));
         }
         results::write_tracks(out, &tracked)?;
+        if let Some(folder) = self.dataset {
+            dataset::write(setup, folder, &tracked)?;
+        }
         let findings = tracked.findings.clone();
         let unsolved = unsolved(setup, &tracked);
-        let results = match setup.conclude(tracked, threads(self.jobs)) {
+        let bar = progress::stepped(&format!("stitching and fits{}", self.place));
+        let show = progress::shown_on(&bar);
+        let results = match setup.conclude(tracked, threads(self.jobs), &progress::monitor(&show)) {
             Ok(results) => results,
             Err(error) => {
-                results::write_unsolved(out, &findings, unsolved, &error.to_string())?;
+                results::write_unsolved(out, &findings, unsolved.clone(), &error.to_string())?;
                 provenance::write(setup, out)?;
                 outcome.fail(error);
-                return Ok(None);
+                return Ok((unsolved, None));
             }
         };
         clock.stage("stitching, analysis and fit");
@@ -139,7 +159,7 @@ impl Run<'_> {
         for (name, reason) in results.evaluation.damping.refusals() {
             Outcome::note(format!("{name} is refused: {reason}"));
         }
-        Ok(Some(results))
+        Ok((results.recording_states(setup), Some(results.evaluation)))
     }
 }
 

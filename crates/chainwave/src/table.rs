@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use chainwave_experiment::{Column as Cells, ResultTable, Table, Values};
 use polars::prelude::*;
+use polars_parquet::write::schema_to_metadata_key;
 
 use crate::error::Error;
 use crate::mat::{self, Field, Structure};
@@ -61,6 +62,35 @@ pub(crate) fn write(path: &Path, columns: Vec<Column>) -> Result<(), Error> {
 /// Writes a table of results.
 pub(crate) fn write_result(path: &Path, table: ResultTable) -> Result<(), Error> {
     write(path, columns(table))
+}
+
+/// Writes a table of results as Parquet with Snappy, which every reader knows, each column with its unit and description among the metadata
+/// of its field in the Arrow schema; `described` holds name, unit and description.
+pub(crate) fn write_described(
+    path: &Path,
+    table: ResultTable,
+    described: &[(&str, &str, &str)],
+) -> Result<(), Error> {
+    let mut frame = DataFrame::new_infer_height(columns(table)).map_err(Error::table(path))?;
+    // Texts by offsets: their views are younger than many readers.
+    let level = CompatLevel::oldest();
+    let with_metadata = |name: &PlSmallStr, kind: &DataType| {
+        let field = kind.to_arrow_field(name.clone(), level);
+        let known = described.iter().find(|(known, ..)| *known == name.as_str());
+        let about =
+            known.map_or_else(Vec::new, |(_, unit, text)| vec![("unit", *unit), ("description", *text)]);
+        field.with_metadata(about.into_iter().map(|(key, value)| (key.into(), value.into())).collect())
+    };
+    let schema: ArrowSchema =
+        frame.schema().iter().map(|(name, kind)| (name.clone(), with_metadata(name, kind))).collect();
+    let schema = schema_to_metadata_key(&schema);
+    let metadata = vec![(schema.key, schema.value.unwrap_or_default())];
+    let mut bytes = Vec::new();
+    let writer = ParquetWriter::new(&mut bytes)
+        .with_compression(ParquetCompression::Snappy)
+        .with_key_value_metadata(Some(KeyValueMetadata::from_static(metadata)));
+    writer.finish(&mut frame).map_err(Error::table(path))?;
+    write_whole(path, |writer| writer.write_all(&bytes).map_err(Error::file(path, "write")))
 }
 
 /// The columns of a table of results for [`write()`].

@@ -22,6 +22,7 @@ use crate::finding::Finding;
 use crate::joining::Unjoined;
 use crate::measuring::{front_settings, measure_motion};
 use crate::merging::{Merged, merged};
+use crate::monitor::{Monitor, Stage};
 use crate::notices::notices;
 use crate::numbers::NotNegative;
 use crate::sanity::speed;
@@ -112,23 +113,36 @@ impl ModelBeside {
     }
 }
 
+/// Steps of an evaluation: stitching, measuring, the fits to tracks, behind body 1 and to energies, and what follows from them.
+const N_STEPS: u64 = 6;
+
 /// Stitches, measures and fits.
 ///
 /// # Errors
 /// Tracks that cannot be stitched or measured; a fit that fails is no error but stands in its field.
-pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> Result<Evaluation, Error> {
+pub fn evaluate(
+    setup: &Setup,
+    tracked: &Tracked,
+    n_threads: NonZero<usize>,
+    monitor: &Monitor<'_>,
+) -> Result<Evaluation, Error> {
     let experiment = &setup.experiment;
+    monitor.planned(Stage::Evaluating, N_STEPS);
+    let step = || monitor.done(Stage::Evaluating, 1);
     let Merged { left_out, unjoined, steadying, of_camera, shared, stitched, side_motion, observations } =
         merged(setup, tracked, n_threads)?;
+    step();
     let chosen = chosen_gaps(experiment);
     let measurement = shared.measure(experiment, &stitched.motion, chosen, n_threads)?;
     let pulses = shared.pulses(experiment, &stitched.motion, n_threads)?;
+    step();
     let used = measurement.group_velocity.as_ref().ok().map(|velocity| velocity.gaps.0..=velocity.gaps.1);
     let chain = experiment.chain_model()?;
     let known = known(experiment, &setup.map, &tracked.stages.scale);
     let track_model = track_model(experiment, chain.clone(), &known, n_threads);
     let offsets_s: Vec<f64> = stitched.alignments.iter().map(|one| one.trigger_offset_s.value).collect();
     let track_fit = fittable(experiment).and_then(|()| fit_tracks(&observations, &offsets_s, &track_model));
+    step();
     let imposed_model = ImposedModel {
         chain: chain.clone(),
         known: known_of_chain(&known),
@@ -136,6 +150,7 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
         n_threads,
     };
     let imposed_fit = fittable(experiment).and_then(|()| fit_imposed(&stitched.motion, &imposed_model));
+    step();
     let critical = critical_kg_per_s(&chain);
     let energy_model = energy_model(experiment, &stitched, chain, &known, n_threads)?;
     let energy_fit =
@@ -148,6 +163,7 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
             }
             None => Err(FitError::TooFew { what: "peak energies", expected: 1, found: 0 }),
         })?;
+    step();
     let standings = Standings::of(&stitched.alignments, accepted(&track_fit));
     let mut notices = notices(experiment, &tracked.recordings, &observations, &standings);
     notices.extend(experiment.far_striker.as_ref().map(|_| aligned_by_one_striker()));
@@ -157,15 +173,9 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
         "the chain model",
         track_fit.iter().flat_map(TrackFit::warnings),
     ));
-    let beside = track_fit.as_ref().ok().filter(|fit| fit.is_believed()).and_then(|fit| {
-        let beside = model_beside(experiment, &stitched.motion, fit, used);
-        beside
-            .map_err(|why| {
-                let text = format!("not shown beside the motion: {why}");
-                notices.push(Finding { code: "chain_model", subject: "the fitted model".into(), text });
-            })
-            .ok()
-    });
+    let believed = track_fit.as_ref().ok().filter(|fit| fit.is_believed());
+    let beside = believed.map(|fit| model_beside(experiment, &stitched.motion, fit, used));
+    let beside = beside.and_then(|beside| beside.map_err(|why| notices.push(not_shown(&why))).ok());
     let by_model =
         accepted(&track_fit).map(|fit| aligned_motion(&observations, fit, &stitched.motion.times_s));
     let by_model = by_model.and_then(|aligned| aligned.map_err(|why| notices.push(not_aligned(&why))).ok());
@@ -173,6 +183,8 @@ pub fn evaluate(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> 
     let speed =
         measurement.group_velocity.as_ref().ok().map(|found| speed(experiment, found.velocity_m_per_s));
     let speed = speed.transpose()?.flatten();
+    step();
+    monitor.ended(Stage::Evaluating);
     Ok(Evaluation {
         left_out,
         unjoined,
@@ -210,6 +222,12 @@ fn aligned_by_one_striker() -> Finding {
                 of views that the other one moves, and triggers with them, are less certain than stated; what the motion would be with drives that are alike \
                 is an error of it";
     Finding { code: "far_striker", subject: "the alignment".into(), text: text.into() }
+}
+
+/// Says that the fitted chain model is not shown beside the motion.
+fn not_shown(why: &Error) -> Finding {
+    let text = format!("not shown beside the motion: {why}");
+    Finding { code: "chain_model", subject: "the fitted model".into(), text }
 }
 
 /// Says that the accepted chain model aligns no motion.

@@ -42,7 +42,6 @@ pub fn follow(
     n_threads: NonZero<usize>,
     monitor: &Monitor<'_>,
 ) -> Result<Followed, Error> {
-    monitor.planned(Stage::Tracking, recording.info().n_frames as u64);
     let n_threads = if recording.is_sequential() { NonZero::<usize>::MIN } else { n_threads };
     let settings = Settings { n_threads, ..Settings::default() };
     let advance = |n| monitor.done(Stage::Tracking, n);

@@ -128,7 +128,7 @@ pub use tables::field::field_table;
 pub use tables::motion::{motion_by_model_table, motion_table};
 pub use tables::pulses::pulse_table;
 pub use tables::simulated::simulated_table;
-pub use tables::tracks::TrackRows;
+pub use tables::tracks::{TRACK_COLUMNS, TrackRows};
 pub use tables::wave::{
     dispersion_table, energy_table, front_table, half_width_table, spectrum_table, strain_table,
 };

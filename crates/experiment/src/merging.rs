@@ -65,6 +65,7 @@ pub(crate) fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>
     let observations = steadying.widened(picture_errors.widened(observations));
     let of_camera = [
         Finding::all_of("camera_moves", "the camera", steadying.warning()),
+        Finding::all_of("precursor", "bodies ahead of the wave", steadying.precursor()),
         Finding::all_of("scale", "camera.scale_px_per_m", scale.warnings()),
         Finding::all_of("picture_errors", "the pictures", picture_errors.warnings()),
         side_motion.findings.clone(),

@@ -6,6 +6,8 @@
 pub enum Stage {
     /// Following bodies through recordings; its steps are frames.
     Tracking,
+    /// Stitching, measuring and fitting what was tracked; its steps take unequal times.
+    Evaluating,
     /// Rendering synthetic recordings; its steps are recordings.
     Filming,
     /// Rehearsing what an experiment will tell; its steps are rehearsals.

@@ -222,7 +222,7 @@ fn pictures(
 
 /// What a whole evaluation says, as a run makes it.
 fn evaluated(rehearsal: &Rehearsal, n_threads: NonZero<usize>) -> Result<Precision, Error> {
-    let evaluation = evaluate(&rehearsal.setup, &rehearsal.tracked(n_threads)?, n_threads)?;
+    let evaluation = evaluate(&rehearsal.setup, &rehearsal.tracked(n_threads)?, n_threads, &Monitor::SILENT)?;
     let damping = evaluation.track_fit.map(|fit| fit.stated);
     Ok(precision(&evaluation.stitched.motion, &evaluation.measurement, damping))
 }

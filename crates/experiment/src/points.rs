@@ -8,7 +8,7 @@ use chainwave_measurement::{Recording, Subset};
 use crate::error::Error;
 use crate::follow::{Followed, edges_beside, follow};
 use crate::matching::{MethodChoice, noise_px};
-use crate::monitor::Monitor;
+use crate::monitor::{Monitor, Stage};
 use crate::table::Table;
 
 /// Half size of a subset of no given size that lies in no frame.
@@ -163,6 +163,7 @@ impl PointTracking<'_> {
         }));
         notes.extend(edges_beside(recording, &inside, reference)?.iter().map(ToString::to_string));
         let method = self.choice.method(recording, &inside, reference)?;
+        monitor.planned(Stage::Tracking, recording.info().n_frames as u64);
         let followed = follow(recording, &subsets, reference, method, self.n_threads, monitor)?;
         Ok(FollowedPoints { followed, notes, placed, method })
     }

@@ -6,6 +6,7 @@ use crate::decisions::{Decision, decide};
 use crate::error::Error;
 use crate::evaluation::{Evaluation, evaluate};
 use crate::monitor::Monitor;
+use crate::recording_state::{RecordingState, recording_states};
 use crate::sanity::check;
 use crate::setup::Setup;
 use crate::store::TrackStore;
@@ -25,6 +26,13 @@ pub struct Results {
     pub decisions: Vec<Decision>,
 }
 
+impl Results {
+    /// What became of each recording of the experiment, in the order of its trials table.
+    pub fn recording_states(&self, setup: &Setup) -> Vec<RecordingState> {
+        recording_states(&setup.trials, &self.tracked.failed, &self.evaluation.left_out_recordings())
+    }
+}
+
 impl Setup {
     /// Checks, tracks, evaluates, compares with the truth where there is one, and decides.
     ///
@@ -38,18 +46,23 @@ impl Setup {
         monitor: &Monitor<'_>,
     ) -> Result<Results, Error> {
         let sanity = check(self, n_threads)?;
-        self.conclude(track(self, &sanity, store, n_threads, monitor)?, n_threads)
+        self.conclude(track(self, &sanity, store, n_threads, monitor)?, n_threads, monitor)
     }
 
     /// What follows from tracks.
     ///
     /// # Errors
     /// Nothing was tracked, or it cannot be evaluated.
-    pub fn conclude(&self, tracked: Tracked, n_threads: NonZero<usize>) -> Result<Results, Error> {
+    pub fn conclude(
+        &self,
+        tracked: Tracked,
+        n_threads: NonZero<usize>,
+        monitor: &Monitor<'_>,
+    ) -> Result<Results, Error> {
         if tracked.recordings.is_empty() {
             return Err(Error::NothingLeft { what: "recordings", n: self.trials.len() });
         }
-        let evaluation = evaluate(self, &tracked, n_threads)?;
+        let evaluation = evaluate(self, &tracked, n_threads, monitor)?;
         let truth = known_truth(self, &evaluation, n_threads)?;
         let decisions = decide(self, &tracked, &evaluation);
         Ok(Results { tracked, evaluation, truth, decisions })

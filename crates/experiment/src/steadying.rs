@@ -1,6 +1,6 @@
 //! The camera's motion: found from bodies that the wave has not reached, and taken out of what is stitched.
 
-use chainwave_analysis::{CameraMotion, camera_motion, camera_motion_rule};
+use chainwave_analysis::{CameraMotion, at_rest_p_value, at_rest_rule, camera_motion, camera_motion_rule};
 use chainwave_measurement::{ChainMotion, ErrorMode, ErrorSource, Estimate, Observation, median};
 use chainwave_mechanics::{Schedule, simulate};
 use ndarray::Array2;
@@ -17,11 +17,15 @@ pub(crate) struct Steadying {
     pub(crate) found: Option<CameraMotion>,
     /// Until when each body certainly rests, in seconds after the trigger.
     pub(crate) rests_until_s: Vec<f64>,
+    /// Share of the time to the wave's arrival by the stated chain in which bodies certainly rest.
+    certain_share: f64,
 }
 
-/// Share of the time to the wave's arrival by the stated chain in which a body certainly rests: a sound speed that is a tenth off changes
-/// nothing.
+/// Share of the time to the wave's arrival by the stated chain in which a body rests: a sound speed that is a tenth off changes nothing.
 const CERTAIN_SHARE: f64 = 0.9;
+/// Shares that are tried instead where bodies move in that time, as those do that bend and carry faster waves; the last leaves what lies
+/// before the strike.
+const SMALLER_SHARES: [f64; 5] = [0.6, 0.4, 0.25, 0.15, 0.0];
 /// Displacement, in standard uncertainties of a reading, by which the wave has arrived.
 const ARRIVED_SIGMA: f64 = 0.1;
 
@@ -36,10 +40,22 @@ impl Steadying {
         let observations = &scale.levelled(observations.to_vec());
         let sigmas = observations.iter().flat_map(|one| &one.bodies).flat_map(|track| &track.position_m);
         let Some(sigma_m) = median(sigmas.flatten().map(|place| place.sigma).collect()) else {
-            return Ok(Self { scale, found: None, rests_until_s: Vec::new() });
+            return Ok(Self { scale, found: None, rests_until_s: Vec::new(), certain_share: CERTAIN_SHARE });
         };
-        let rests_until_s = rests_until_s(experiment, ARRIVED_SIGMA * sigma_m)?;
-        Ok(Self { found: camera_motion(observations, &rests_until_s), scale, rests_until_s })
+        let arrivals_s = arrivals_s(experiment, ARRIVED_SIGMA * sigma_m)?;
+        let rests_until_s = |share: f64| -> Vec<f64> {
+            let from_s = experiment.tracking.rest_until_s;
+            arrivals_s.iter().map(|arrival_s| from_s + share * arrival_s).collect()
+        };
+        // Bodies that move at any time, before the strike too, are moved by something else than a wave that runs ahead.
+        let moves = |share: f64| {
+            let p_value = at_rest_p_value(observations, &rests_until_s(share));
+            p_value.is_some_and(|p_value| at_rest_rule().rejects(p_value))
+        };
+        let shares = std::iter::once(CERTAIN_SHARE).chain(SMALLER_SHARES);
+        let certain_share = shares.into_iter().find(|share| !moves(*share)).unwrap_or(CERTAIN_SHARE);
+        let rests_until_s = rests_until_s(certain_share);
+        Ok(Self { found: camera_motion(observations, &rests_until_s), scale, rests_until_s, certain_share })
     }
 
     /// The same in another coordinate of the same bodies, which rest as long: across the chain by the same scale, and turned by none.
@@ -49,7 +65,7 @@ impl Steadying {
             Coordinate::Turn => ScaleCheck::default(),
         };
         let found = camera_motion(&scale.levelled(observations.to_vec()), &self.rests_until_s);
-        Self { scale, found, rests_until_s: self.rests_until_s.clone() }
+        Self { scale, found, rests_until_s: self.rests_until_s.clone(), certain_share: self.certain_share }
     }
 
     /// The motion, where the camera is told to move.
@@ -104,6 +120,17 @@ impl Steadying {
         observations
     }
 
+    /// What the reader should know of bodies that move before the wave of the stated chain comes.
+    pub(crate) fn precursor(&self) -> Option<String> {
+        (self.certain_share < CERTAIN_SHARE).then(|| {
+            format!(
+                "bodies move against each other before the wave of the stated chain comes, as of faster waves that bodies carry which bend: they \
+                 count as at rest for {:.0} % of the time until then",
+                100.0 * self.certain_share
+            )
+        })
+    }
+
     /// What the reader should know of a camera that moves.
     pub(crate) fn warning(&self) -> Option<String> {
         let camera = self.motion()?;
@@ -122,9 +149,9 @@ impl Steadying {
     }
 }
 
-/// Until when each body certainly rests, in seconds after the trigger: the chain is at rest before `tracking.rest_until_s`, so the wave
-/// comes later by the time that it needs.
-fn rests_until_s(experiment: &Experiment, moved_m: f64) -> Result<Vec<f64>, Error> {
+/// How long after the first body's each body's motion begins by the stated chain, in seconds. The chain is at rest before
+/// `tracking.rest_until_s`, so the wave comes later than that by so much.
+fn arrivals_s(experiment: &Experiment, moved_m: f64) -> Result<Vec<f64>, Error> {
     let chain = experiment.chain_model()?;
     let duration_s = 1.5 * experiment.linear_chain()?.crossing_time_s(chain.n_bodies());
     let motion = simulate(&chain, &Schedule::automatic(duration_s, duration_s / 2000.0))?.trajectory;
@@ -133,6 +160,5 @@ fn rests_until_s(experiment: &Experiment, moved_m: f64) -> Result<Vec<f64>, Erro
         let arrived = row.iter().position(|x_m| x_m.abs() > moved_m);
         motion.times_s[arrived.map_or(motion.times_s.len() - 1, |frame| frame.saturating_sub(1))]
     };
-    let from_s = experiment.tracking.rest_until_s;
-    Ok((0..chain.n_bodies()).map(|body| from_s + CERTAIN_SHARE * arrival_s(body)).collect())
+    Ok((0..chain.n_bodies()).map(arrival_s).collect())
 }

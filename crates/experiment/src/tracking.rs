@@ -135,6 +135,7 @@ fn track_each(
 ) -> Result<TrackedEach, Error> {
     let usable: Vec<Trial> =
         setup.trials.iter().filter(|trial| sanity.reason(&trial.recording).is_none()).cloned().collect();
+    plan_frames(setup, trials, sanity, monitor);
     let stages = Stages::refine(setup, &usable, setup.method(), n_threads);
     let of_each = threads_of_each(n_threads, trials.len());
     let one = |index: usize| {
@@ -157,6 +158,16 @@ fn track_each(
     Ok((stages, results))
 }
 
+/// Tells how many frames the recordings have that are to be tracked. One that cannot be read counts for none: tracking names it.
+fn plan_frames(setup: &Setup, trials: &[Trial], sanity: &Sanity, monitor: &Monitor<'_>) {
+    let usable = trials.iter().filter(|trial| sanity.reason(&trial.recording).is_none());
+    let n_frames = |trial: &Trial| {
+        open(setup, &setup.recordings.join(&trial.recording))
+            .map_or(0, |recording| recording.info().n_frames as u64)
+    };
+    monitor.planned(Stage::Tracking, usable.map(n_frames).sum());
+}
+
 fn track_one(
     setup: &Setup,
     trial: &Trial,
@@ -175,7 +186,10 @@ fn track_one(
     let task = Task { subsets: &subsets, reference: &reference, method, options, sensor };
     let key = TrackKey::of(&trial.recording, &path, &task)?;
     let (tracks, origin) = match store.load(&key)? {
-        Kept::Tracks(tracks) => (tracks, Origin::Kept),
+        Kept::Tracks(tracks) => {
+            monitor.done(Stage::Tracking, recording.info().n_frames as u64);
+            (tracks, Origin::Kept)
+        }
         other => {
             let origin = match other {
                 Kept::Unusable(reason) => Origin::Torn(reason),

@@ -12,6 +12,7 @@ use serde::Deserialize;
 
 use super::parts::{CHAIN, Compared, EXPERIMENT, LawResults, RINGS, Struck};
 use super::study::Study;
+use super::tail::tail;
 use crate::error::Error;
 use crate::output::read_text;
 use crate::table;
@@ -32,6 +33,11 @@ pub(super) fn draw(study: &Study, from: &Path, compared: &Compared, out: &Path) 
         let profiles: Vec<_> = study.profile_times_s.iter().map(|time_s| profile(struck, *time_s)).collect();
         chainwave_figures::strain_profiles(&out.join("strain-profiles"), &profiles)?;
         chainwave_figures::right_halves(&out.join("right-halves"), &right_halves(study, compared, struck))?;
+        if let Some((of_tail, strike)) = study.tail.as_ref().zip(study.strikes.first()) {
+            let last_gap = struck.experiment.speed.map_or(usize::MAX, |speed| speed.gaps.1);
+            let spectra = tail(of_tail, from, &from.join(&strike.experiment), last_gap)?;
+            chainwave_figures::tail_spectrum(&out.join("tail-spectrum"), &spectra)?;
+        }
         if let Some(law) = compared.law() {
             chainwave_figures::peak_energy(&out.join("peak-energy"), &peak_energy(study, law, struck))?;
         }

@@ -159,6 +159,9 @@ fn page(published: &[Published], findings: &[Finding]) -> String {
         if let Some(known) = known {
             let _ = write!(text, "Published: {}. {}\n\n", known.said, known.why);
         }
+        if quantity == Quantity::GroupVelocity {
+            let _ = write!(text, "{}\n\n", fall(of_one));
+        }
         text.push_str("| source | found | sigma | against the published |\n|---|---|---|---|\n");
         for finding in of_one {
             let Estimate { value, sigma } = finding.value;
@@ -169,6 +172,23 @@ fn page(published: &[Published], findings: &[Finding]) -> String {
         }
     }
     text
+}
+
+/// In which sources the group velocity falls from each strike to the next faster one, as it is found here.
+fn fall(speeds: &[Finding]) -> String {
+    let name = |one: &Finding| one.source.split(',').next().unwrap_or_default().to_owned();
+    let mut names: Vec<String> = speeds.iter().map(name).collect();
+    names.sort();
+    names.dedup();
+    // Strikes come from the fastest to the slowest, as the study lists them.
+    let falls = |whose: &String| {
+        let of_one: Vec<f64> =
+            speeds.iter().filter(|one| name(one) == *whose).map(|one| one.value.value).collect();
+        of_one.windows(2).all(|pair| pair[0] < pair[1])
+    };
+    let (falling, others): (Vec<String>, Vec<String>) = names.into_iter().partition(falls);
+    let listed = |names: &[String]| if names.is_empty() { "none".into() } else { names.join(", ") };
+    format!("It falls with every faster strike here in: {}; not in: {}.", listed(&falling), listed(&others))
 }
 
 /// A number with so many significant digits, without powers of ten.
@@ -198,6 +218,13 @@ mod tests {
     }
 
     #[test]
+    fn a_fall_is_said_of_those_that_have_it() {
+        let speed = |whose: &str, value| exact(Quantity::GroupVelocity, format!("{whose}, struck"), value);
+        let found = [speed("rings", 41.7), speed("chain", 41.6), speed("rings", 37.3), speed("chain", 43.9)];
+        assert_eq!(fall(&found), "It falls with every faster strike here in: chain; not in: rings.");
+    }
+
+    #[test]
     fn a_quantity_has_its_published_number_above_all_that_is_found_of_it() {
         let published = Published {
             quantity: Quantity::UndampedDrop,
@@ -221,6 +248,7 @@ mod tests {
             page.contains("## Group velocity (m/s)") && page.contains("| x | 47.00 | 0.031 |  |"),
             "{page}"
         );
+        assert!(page.contains("It falls with every faster strike here in: x; not in: none."), "{page}");
         assert!(page.contains("| law 1 | 0.7680 |  | +0.0 % |"), "{page}");
         assert!(page.contains("| law 2 | 0.3840 |  | -50.0 % |"), "{page}");
     }

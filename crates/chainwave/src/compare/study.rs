@@ -28,6 +28,8 @@ pub(super) struct Study {
     pub(super) long_chain: LongRings,
     /// Contact laws that the chain model has; figures show the first.
     pub(super) laws: Vec<Law>,
+    /// The tail behind the front, after the first strike.
+    pub(super) tail: Option<Tail>,
     /// Last gap of the peak energies.
     pub(super) energy_gap: usize,
     /// What was published.
@@ -80,6 +82,16 @@ pub(super) struct Law {
     pub(super) name: String,
     /// The folder.
     pub(super) folder: PathBuf,
+}
+
+/// What the tail's spectra are shown with.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Tail {
+    /// Natural modes of one ring, as `simulate` writes them.
+    pub(super) modes: PathBuf,
+    /// Upper end of the frequency axis.
+    pub(super) max_frequency_hz: Positive,
 }
 
 /// A published number.

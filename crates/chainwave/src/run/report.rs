@@ -107,7 +107,7 @@ fn introduction(setup: &Setup, results: &Results) -> String {
 
 /// What may not be trusted: recordings that are missing, results that were refused, warnings.
 fn problems(setup: &Setup, results: &Results) -> String {
-    let states = recordings::states(setup, results);
+    let states = results.recording_states(setup);
     let missing = states.iter().filter(|one| one.state != State::Used).map(|one| {
         let state = if one.state == State::Failed { "could not be used" } else { "was left out" };
         let reason = one.reason.as_deref().unwrap_or("no reason is known");

@@ -237,6 +237,19 @@ pub(crate) fn warnings_as_json(warnings: &[Finding]) -> Value {
     warnings.iter().map(of).collect()
 }
 
+/// Writes `recordings.csv`: every recording with what became of it, of all striker velocities.
+pub(crate) fn write_states(out: &Path, states: &[RecordingState]) -> Result<(), Error> {
+    let texts = |of: &dyn Fn(&RecordingState) -> String| states.iter().map(of).collect::<Vec<_>>();
+    let columns = vec![
+        column("recording", texts(&|one| one.recording.clone())),
+        column("view", states.iter().map(|one| one.view).collect::<Vec<_>>()),
+        column("trial", states.iter().map(|one| one.trial).collect::<Vec<_>>()),
+        column("state", texts(&|one| one.state.as_str().to_owned())),
+        column("reason", states.iter().map(|one| one.reason.clone()).collect::<Vec<_>>()),
+    ];
+    table::write(&out.join("recordings.csv"), columns)
+}
+
 /// What became of each recording.
 pub(crate) fn states_as_json(states: Vec<RecordingState>) -> Value {
     let of = |one: RecordingState| {

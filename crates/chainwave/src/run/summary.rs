@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use chainwave_experiment::{BEHIND_BODY_1, Evaluation, KnownTruth, PEAK_ENERGIES, Results, Setup, TRACKS};
+use chainwave_experiment::{
+    BEHIND_BODY_1, Evaluation, KnownTruth, PEAK_ENERGIES, RecordingState, Results, Setup, State, TRACKS,
+};
 use chainwave_inference::{Damping, FitError};
 use chainwave_measurement::Estimate;
 
@@ -18,6 +20,23 @@ pub(crate) fn print_lines(lines: impl IntoIterator<Item = String>) {
 #[expect(clippy::print_stdout, reason = "the summary is the command's result")]
 pub(crate) fn print_share(setup: &Setup, n_tracked: usize) {
     println!("{}: {n_tracked} of {} recordings tracked", setup.experiment.name, setup.trials.len());
+}
+
+/// Prints how many recordings the results have, and which they do not have.
+#[expect(clippy::print_stdout, reason = "what became of the recordings is part of the command's result")]
+pub(crate) fn print_states(out: &Path, states: &[RecordingState]) {
+    let count = |state: State| states.iter().filter(|one| one.state == state).count();
+    let [used, left_out, failed] = [State::Used, State::LeftOut, State::Failed].map(count);
+    for one in states.iter().filter(|one| one.state != State::Used) {
+        let reason = one.reason.as_deref().unwrap_or("no reason is known");
+        println!("{} {}: {reason}", one.recording, one.state.as_str());
+    }
+    let list = out.join("recordings.csv");
+    println!(
+        "{} recordings: {used} used, {left_out} left out, {failed} failed; each in {}",
+        states.len(),
+        list.display()
+    );
 }
 
 /// Prints what was measured on one screen: values with uncertainties, the truth beside where it is known, the time that each

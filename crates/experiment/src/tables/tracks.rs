@@ -26,6 +26,24 @@ pub struct TrackRows {
     method: Vec<String>,
 }
 
+/// Columns of a table of tracks with their units (SI; `1` of a pure number, empty of a text) and what they are.
+pub const TRACK_COLUMNS: [(&str, &str, &str); 14] = [
+    ("recording", "", "File name of the recording"),
+    ("name", "", "Number of the body, or name of the point"),
+    ("frame", "1", "Number of the frame in the recording, from 0"),
+    ("t_s", "s", "Time of the frame after the camera's trigger"),
+    ("x_px", "px", "Column of the subset's centre, to the right; 0 is the centre of the first pixel"),
+    ("y_px", "px", "Row of the subset's centre, downwards; 0 is the centre of the first pixel"),
+    ("sigma_x_px", "px", "Standard uncertainty of x_px"),
+    ("sigma_y_px", "px", "Standard uncertainty of y_px"),
+    ("theta_rad", "rad", "Rotation of the subset from its reference"),
+    ("sigma_theta_rad", "rad", "Standard uncertainty of theta_rad"),
+    ("zncc", "1", "Zero-mean normalised cross-correlation of subset and picture"),
+    ("iterations", "1", "Iterations of the match"),
+    ("status", "", "ok, or why the position is lost"),
+    ("method", "", "Method of the match"),
+];
+
 impl TrackRows {
     /// Adds the points of one recording.
     pub fn add_points(&mut self, recording: &str, followed: &Followed) {

@@ -1,8 +1,6 @@
 //! The report on recordings: what became of each, and how well it was read.
 
-use chainwave_experiment::{
-    Evaluation, RecordingState, Results, Setup, Standing, TrackedRecording, recording_states,
-};
+use chainwave_experiment::{Evaluation, RecordingState, Results, Setup, Standing, TrackedRecording};
 use chainwave_measurement::median;
 use chainwave_stitching::Alignment;
 
@@ -11,7 +9,7 @@ use super::markup::{Cell, escaped, table};
 /// Every recording of the trials table.
 pub(super) fn section(setup: &Setup, results: &Results) -> String {
     let Results { tracked, evaluation, .. } = results;
-    let states = states(setup, results);
+    let states = results.recording_states(setup);
     let row = |state: &RecordingState| {
         let name = &state.recording;
         let quality = tracked.recordings.iter().find(|one| one.trial.recording == *name).map(Quality::of);
@@ -62,11 +60,6 @@ pub(super) fn section(setup: &Setup, results: &Results) -> String {
         escaped(evaluation.standings.source),
         table(&heads, states.iter().map(row))
     )
-}
-
-/// What became of each recording.
-pub(super) fn states(setup: &Setup, results: &Results) -> Vec<RecordingState> {
-    recording_states(&setup.trials, &results.tracked.failed, &results.evaluation.left_out_recordings())
 }
 
 /// How well a recording was read.
