@@ -43,7 +43,7 @@ crate = ROCrate(sys.argv[1])
 files = [one for one in crate.get_entities() if one.type == "File"]
 print(len(files), crate.root_dataset["conformsTo"].id, crate.dereference("r3xa.json")["encodingFormat"])
 "#;
-        let Some(python) = Python::with(&["rocrate", "r3xa"]) else { return };
+        let Some(python) = Python::with(&["rocrate>=0.13,<0.17", "r3xa>=2024.7,<2025"]) else { return };
         let said = python.run(READ, &[package]);
         let n_files = entities(package).iter().filter(|one| is_of(one, "File")).count();
         assert_eq!(said.trim(), format!("{n_files} https://w3id.org/ro/wfrun/process/0.5 application/json"));

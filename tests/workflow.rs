@@ -25,7 +25,7 @@ mod slow {
 
     #[test]
     fn shares_under_snakemake_are_the_whole_run() {
-        let Some(python) = Python::with(&["snakemake"]) else { return };
+        let Some(python) = Python::with(&["snakemake>=9,<10"]) else { return };
         let laboratory = Laboratory::new();
         let recordings = laboratory.film();
         let (out, alone) = (laboratory.path("study"), laboratory.path("alone"));
