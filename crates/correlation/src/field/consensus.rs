@@ -8,7 +8,7 @@ use crate::field::pair::{ImagePair, Settled};
 use crate::field::seed::{LARGER, NEAR_PX, is_same_place};
 use crate::icgn::outcome::Match;
 use crate::search::area::SearchArea;
-use crate::search::chance::{correlation_length_px, fisher, is_told, n_independent, share_told};
+use crate::search::chance::{correlation_length_px, fisher, is_told_by, n_independent, share_told};
 use crate::search::rivals::{Own, Seen, best_rival};
 use crate::search::template::Template;
 use crate::warp::Warp;
@@ -20,9 +20,9 @@ const BEND: f64 = 0.12;
 const STRETCH: f64 = 0.6;
 /// What neighbours may differ by in any case, in pixels and in their standard uncertainties.
 const SLACK: (f64, f64) = (0.5, 5.0);
-/// Standard uncertainties of both, by which a place may differ from where a neighbour leads to: it adds its gradient's error. No more than
-/// what neighbours may differ by in any case: what is less certain has not been seen.
-const FORETOLD: f64 = 3.0;
+/// Standard uncertainties by which a place may differ from where a neighbour leads to: of eight neighbours one is beyond by chance in one
+/// of 400 points. No more than what neighbours may differ by in any case: what is less certain has not been seen.
+const FORETOLD: f64 = 4.0;
 /// By how many standard errors a group's correlation has to exceed what chance gives: once in 5e7.
 const BEYOND_CHANCE: f64 = 5.5;
 /// Standard errors that a search among thousands of places, and the shape function's freedom, gain by chance.
@@ -32,6 +32,9 @@ const MOST_INDEPENDENT: f64 = 16.0;
 /// Independent subsets below which a group stands by its own speckles alone: a lone spot resembles every other one, and as it turns
 /// freely it is found anywhere.
 const FEW: f64 = 4.0;
+/// Mean correlation, after Fisher's transform, that noise takes little of (0.9): a subset of which half is hidden falls far below it, were its
+/// texture so coarse that chance can do much.
+const CLEAR: f64 = 1.47;
 /// Members of a group whose own texture is looked at.
 const N_ASKED: usize = 5;
 /// Places of the reference that resemble a subset most, and are matched.
@@ -44,6 +47,13 @@ enum Support {
     Itself,
     /// Subsets twice as large around its points, for noise leaves too little of its own.
     Around,
+}
+
+/// A larger subset that was found where the point that it lies around was found.
+struct Around<'a> {
+    larger: ImagePair<'a>,
+    centre_px: [f64; 2],
+    seen: Match,
 }
 
 /// The grid that groups are formed on.
@@ -123,12 +133,18 @@ impl Consensus<'_> {
             let apart = [0, 1].map(|axis| self.places[point][axis] - self.places[neighbour][axis]);
             let (expected, at) = (other.warp().apply(apart), found.warp().position_px);
             let off_px = (expected[0] - at[0]).hypot(expected[1] - at[1]);
-            let slack_px = (FORETOLD * (sigma(found) + sigma(other))).min(SLACK.0);
+            // Gradients of an affine match are as certain as those of a line through the pixels of a side.
+            let of_gradient = 12.0_f64.sqrt() * apart[0].hypot(apart[1]) / self.side_px() * sigma(other);
+            let slack_px = (FORETOLD * sigma(found).hypot(sigma(other)).hypot(of_gradient)).min(SLACK.0);
             (seen[neighbour] && !has_fallen(other.position.zncc, mean)).then_some(off_px <= slack_px)
         };
         let said: Vec<bool> =
             super::neighbours(point, self.n_columns, self.places.len()).filter_map(by).collect();
         !said.is_empty() && said.into_iter().all(|agrees| agrees)
+    }
+
+    fn side_px(&self) -> f64 {
+        (2 * self.pair.half_px + 1) as f64
     }
 
     fn searched_reference(&self, groups: &[Vec<usize>]) -> Option<SearchArea> {
@@ -184,16 +200,16 @@ impl Consensus<'_> {
         settled: &[Option<Settled>],
         reference: &SearchArea,
     ) -> Result<Support, Lost> {
-        let side = (2 * self.pair.half_px + 1) as f64;
-        let n_subsets = (group.len() as f64 * (self.step_px / side).powi(2)).clamp(1.0, MOST_INDEPENDENT);
+        let n_subsets =
+            (group.len() as f64 * (self.step_px / self.side_px()).powi(2)).clamp(1.0, MOST_INDEPENDENT);
         let asked = group.iter().step_by(group.len().div_ceil(N_ASKED));
         let asked: Vec<(usize, &Match)> =
             asked.filter_map(|&point| Some((point, settled[point].as_ref()?.0.as_ref().ok()?))).collect();
         let itself = |&(point, found): &(usize, &Match)| {
-            self.stands(self.pair, point, found, mean, n_subsets, reference)
+            stands(self.pair, self.places[point], found, mean, n_subsets, reference)
         };
         let around = |&(point, found): &(usize, &Match)| self.stands_around(point, found, reference);
-        let told = |&(point, _): &(usize, &Match)| self.is_told(point, reference);
+        let told = |&(point, _): &(usize, &Match)| self.is_told(point, mean, reference);
         let stands = most(asked.iter().map(itself));
         if stands.is_ok() && most(asked.iter().map(told)).is_ok() {
             return Ok(Support::Itself);
@@ -203,71 +219,81 @@ impl Consensus<'_> {
             .map_err(|reason| stands.err().unwrap_or(reason))
     }
 
-    /// Whether noise leaves enough of a point's subset that it alone would be told from chance.
-    fn is_told(&self, point: usize, reference: &SearchArea) -> Result<(), Lost> {
+    /// Whether a subset that resembles the target as those of its group do would alone be told from chance by a search, or resemble it
+    /// much less where something else is seen.
+    fn is_told(&self, point: usize, mean: f64, reference: &SearchArea) -> Result<(), Lost> {
         let subset = self.pair.prepare(self.places[point])?;
-        if is_told(&subset, reference.n_pixels() as f64) { Ok(()) } else { Err(Lost::LowCorrelation) }
-    }
-
-    /// Whether a mean correlation of so many subsets exceeds chance, and what the reference resembles itself, for the texture of a point.
-    fn stands(
-        &self,
-        pair: &ImagePair<'_>,
-        point: usize,
-        found: &Match,
-        mean: f64,
-        n_subsets: f64,
-        reference: &SearchArea,
-    ) -> Result<(), Lost> {
-        let subset = pair.prepare(self.places[point])?;
-        let told = if n_subsets < FEW { share_told(&subset) } else { 1.0 };
-        let n_told = told * n_independent(&subset);
-        let sigma = (n_told - 3.0).max(1.0).sqrt().recip();
-        let beyond = BEYOND_CHANCE * sigma / n_subsets.sqrt();
-        if mean < BY_SEARCH * sigma + beyond {
-            Err(Lost::LowCorrelation)
-        } else if mean < self.repeats(&subset, found, reference) + beyond {
-            Err(Lost::Ambiguous)
-        } else {
+        if mean >= CLEAR || is_told_by(mean, &subset, reference.n_pixels() as f64) {
             Ok(())
+        } else {
+            Err(Lost::LowCorrelation)
         }
     }
 
     /// The same for a larger subset around a point. It is matched for itself, so its own correlation counts, and not a group's.
     fn stands_around(&self, point: usize, found: &Match, reference: &SearchArea) -> Result<(), Lost> {
-        let (larger, seen) = self.seen_around(point, found).ok_or(Lost::LowCorrelation)?;
-        self.stands(&larger, point, &seen, fisher(seen.position.zncc), 1.0, reference)
+        let Around { larger, centre_px, seen } =
+            self.seen_around(point, found).ok_or(Lost::LowCorrelation)?;
+        stands(&larger, centre_px, &seen, fisher(seen.position.zncc), 1.0, reference)
     }
 
-    /// The match of a larger subset around a point, where it is found in the point's place.
-    fn seen_around(&self, point: usize, found: &Match) -> Option<(ImagePair<'_>, Match)> {
+    /// The match of a larger subset around a point that puts the point in its place; at an edge of the reference its centre lies farther
+    /// inside.
+    fn seen_around(&self, point: usize, found: &Match) -> Option<Around<'_>> {
         let larger = self.pair.enlarged(LARGER);
-        let settled = larger.settle(self.places[point], found.warp(), &mut Workspace::default());
-        let seen = settled.0.ok().filter(|seen| is_same_place(found, seen))?;
-        Some((larger, seen))
+        let place_px = self.places[point];
+        let centre_px = larger.nearest_inside(place_px)?;
+        let offset = [0, 1].map(|axis| centre_px[axis] - place_px[axis]);
+        let start = Warp { position_px: found.warp().apply(offset), ..found.warp() };
+        let seen = larger.settle(centre_px, start, &mut Workspace::default()).0.ok()?;
+        let there_px = seen.warp().apply(offset.map(|value| -value));
+        is_same_place(found.warp().position_px, there_px).then_some(Around { larger, centre_px, seen })
     }
+}
 
-    /// How well the reference resembles a subset of its own somewhere else: within what a search near it sees from either of both, and
-    /// as far as a place goes that the point could have moved to by less than it did.
-    fn repeats(&self, subset: &PreparedSubset, found: &Match, reference: &SearchArea) -> f64 {
-        let [x, y] = subset.centre_px;
-        let [u, v] = found.warp().position_px;
-        let moved_px = (u - x).hypot(v - y).ceil() as usize;
-        let reach_px = (2 * NEAR_PX).max(NEAR_PX + 2 * moved_px);
-        let reach = subset.half_px().map(|half| half.ceil() as usize + reach_px);
-        let Some(area) = reference.cut(subset.centre_px, reach) else { return 0.0 };
-        let Ok(window) = Window::new(area.region, &area.pixels, self.pair.settings.interpolation) else {
-            return 0.0;
-        };
-        let length_px = correlation_length_px(subset);
-        let peaks = area.peaks_elsewhere(&Template::upright(subset), subset.centre_px, length_px, N_REPEATS);
-        let mut workspace = Workspace::default();
-        let own = Own { place_px: subset.centre_px, zncc: 1.0, length_px };
-        best_rival(own, &peaks, |place_px| {
-            let found = subset.solve(&window, Warp::at(place_px), &mut workspace).ok()?;
-            Some(Seen { warp: found.warp(), zncc: found.position.zncc })
-        })
+/// Whether a mean correlation of so many subsets exceeds chance, and what the reference resembles itself, for the texture of a point.
+fn stands(
+    pair: &ImagePair<'_>,
+    place_px: [f64; 2],
+    found: &Match,
+    mean: f64,
+    n_subsets: f64,
+    reference: &SearchArea,
+) -> Result<(), Lost> {
+    let subset = pair.prepare(place_px)?;
+    let told = if n_subsets < FEW { share_told(&subset) } else { 1.0 };
+    let n_told = told * n_independent(&subset);
+    let sigma = (n_told - 3.0).max(1.0).sqrt().recip();
+    let beyond = BEYOND_CHANCE * sigma / n_subsets.sqrt();
+    if mean < BY_SEARCH * sigma + beyond {
+        Err(Lost::LowCorrelation)
+    } else if mean < repeats(pair, &subset, found, reference) + beyond {
+        Err(Lost::Ambiguous)
+    } else {
+        Ok(())
     }
+}
+
+/// How well the reference resembles a subset of its own somewhere else: within what a search near it sees from either of both, and
+/// as far as a place goes that the point could have moved to by less than it did.
+fn repeats(pair: &ImagePair<'_>, subset: &PreparedSubset, found: &Match, reference: &SearchArea) -> f64 {
+    let [x, y] = subset.centre_px;
+    let [u, v] = found.warp().position_px;
+    let moved_px = (u - x).hypot(v - y).ceil() as usize;
+    let reach_px = (2 * NEAR_PX).max(NEAR_PX + 2 * moved_px);
+    let reach = subset.half_px().map(|half| half.ceil() as usize + reach_px);
+    let Some(area) = reference.cut(subset.centre_px, reach) else { return 0.0 };
+    let Ok(window) = Window::new(area.region, &area.pixels, pair.settings.interpolation) else {
+        return 0.0;
+    };
+    let length_px = correlation_length_px(subset);
+    let peaks = area.peaks_elsewhere(&Template::upright(subset), subset.centre_px, length_px, N_REPEATS);
+    let mut workspace = Workspace::default();
+    let own = Own { place_px: subset.centre_px, zncc: 1.0, length_px };
+    best_rival(own, &peaks, |place_px| {
+        let found = subset.solve(&window, Warp::at(place_px), &mut workspace).ok()?;
+        Some(Seen { warp: found.warp(), zncc: found.position.zncc })
+    })
 }
 
 /// What most of those that were asked say: they let a group stand, or the first reason against it.

@@ -32,6 +32,18 @@ impl ImagePair<'_> {
         Self { reference, target, settings: settings.clone(), choice: *choice, half_px }
     }
 
+    /// The place nearest to another whose subset lies in the reference; `None` where none does.
+    pub(crate) fn nearest_inside(&self, place_px: [f64; 2]) -> Option<[f64; 2]> {
+        let region = self.reference.image().region;
+        let half = self.half_px as f64;
+        let inside = |place: f64, first: usize, n: usize| {
+            let (least, most) = (first as f64 + half, (first + n) as f64 - 1.0 - half);
+            (least <= most).then(|| place.clamp(least, most))
+        };
+        let [x, y] = place_px;
+        Some([inside(x, region.x, region.width)?, inside(y, region.y, region.height)?])
+    }
+
     fn subset(&self, [x_px, y_px]: [f64; 2]) -> Subset {
         Subset { name: String::new(), x_px, y_px, half_width_px: self.half_px, half_height_px: self.half_px }
     }

@@ -165,13 +165,12 @@ fn try_at(
         else {
             return false;
         };
-        is_certain(&around, &seen) && is_same_place(found, &seen)
+        is_certain(&around, &seen) && is_same_place(found.warp().position_px, seen.warp().position_px)
     };
     (is_certain(subset, found) || is_certain_around()).then_some(settled)
 }
 
-/// Whether a larger subset around a point was found where the point was.
-pub(crate) fn is_same_place(found: &Match, around: &Match) -> bool {
-    let [[x, y], [u, v]] = [found, around].map(|found| found.warp().position_px);
-    (u - x).hypot(v - y) <= SAME_PX
+/// Whether a larger subset around a point puts it where it was found.
+pub(crate) fn is_same_place(found_px: [f64; 2], around_px: [f64; 2]) -> bool {
+    (around_px[0] - found_px[0]).hypot(around_px[1] - found_px[1]) <= SAME_PX
 }

@@ -31,8 +31,14 @@ const TOLD: f64 = 3.0;
 
 /// Whether noise leaves enough of a subset that a search among so many places and deformations can tell it from chance.
 pub(crate) fn is_told(subset: &PreparedSubset, n_trials: f64) -> bool {
+    is_told_by(fisher(expected_zncc(subset)), subset, n_trials)
+}
+
+/// Whether a search among so many places and deformations can tell a subset from chance that resembles the target by so much, after
+/// Fisher's transform, give or take its scatter.
+pub(crate) fn is_told_by(correlation: f64, subset: &PreparedSubset, n_trials: f64) -> bool {
     let scatter = (n_independent(subset) - 3.0).max(1.0).sqrt().recip();
-    fisher(expected_zncc(subset)) >= fisher(chance_zncc(subset, n_trials, RARE)) + TOLD * scatter
+    correlation >= fisher(chance_zncc(subset, n_trials, RARE)) + TOLD * scatter
 }
 
 /// Speckles of a subset that are independent of each other.
