@@ -32,7 +32,7 @@ const ALLOWED_SIGMAS: f64 = 4.0;
 
 /// The longest stretch of half widths in which none changes, from one sample to the next, by more than the pulse moves in between: a
 /// front that seems to widen faster has not, but its crest has passed to another of the ripples that the far end sends back.
-pub(crate) fn without_jumps(widths: Vec<HalfWidth>, velocity_m_per_s: f64) -> Vec<HalfWidth> {
+pub(crate) fn without_jumps(widths: &[HalfWidth], velocity_m_per_s: f64) -> Vec<HalfWidth> {
     let is_steady = |one: &HalfWidth, next: &HalfWidth| {
         let sigma_m = one.hwhm_m.sigma.hypot(next.hwhm_m.sigma);
         let most_m = velocity_m_per_s * (next.t_s - one.t_s) + ALLOWED_SIGMAS * sigma_m;
@@ -261,9 +261,9 @@ mod tests {
             (0..20).map(width).collect()
         };
         // At 50 m/s the pulse moves by 5 mm between samples.
-        assert_eq!(without_jumps(widths(-0.02, 0.0), 50.0).len(), 14);
-        assert_eq!(without_jumps(widths(-0.004, 0.0), 50.0).len(), 20);
-        assert_eq!(without_jumps(widths(-0.02, 0.003), 50.0).len(), 20);
-        assert!(without_jumps(Vec::new(), 50.0).is_empty());
+        assert_eq!(without_jumps(&widths(-0.02, 0.0), 50.0).len(), 14);
+        assert_eq!(without_jumps(&widths(-0.004, 0.0), 50.0).len(), 20);
+        assert_eq!(without_jumps(&widths(-0.02, 0.003), 50.0).len(), 20);
+        assert!(without_jumps(&[], 50.0).is_empty());
     }
 }

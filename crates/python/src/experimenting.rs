@@ -3,9 +3,11 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use chainwave_analysis::GroupVelocity;
 use chainwave_experiment::{
-    Experiment, Finding, MemoryStore, Results, Setup, TrackRows, check, energy_table, front_table,
-    half_width_table, motion_by_model_table, motion_table, recording_states, spectrum_table, strain_table,
+    Evaluation, Experiment, Finding, MemoryStore, RecordingState, ResultTable, Results, Setup, TrackRows,
+    check, energy_table, front_table, half_width_table, motion_by_model_table, motion_table, spectrum_table,
+    strain_table,
 };
 use chainwave_measurement::Estimate;
 use pyo3::prelude::*;
@@ -125,90 +127,83 @@ impl PreparedExperiment {
 
 impl ExperimentResults {
     fn of(py: Python<'_>, setup: &Setup, results: &Results) -> PyResult<Self> {
-        let Results { tracked, evaluation, decisions, truth: _ } = results;
+        let evaluation = &results.evaluation;
         let (measurement, damping) = (&evaluation.measurement, &evaluation.damping);
-        let velocity = measurement.group_velocity.as_ref();
-        let resonance = measurement.local_resonance.as_ref();
-        let known = |found: Option<Estimate>, why: &str| found.map_or_else(|| refused(why), of_estimate);
-        let told = |found: &Result<Estimate, String>| match found {
-            Ok(estimate) => of_estimate(*estimate),
-            Err(reason) => refused(reason),
-        };
-        let striker = evaluation.track_fit.as_ref();
-        let numbers = vec![
-            (
-                "group_velocity_m_per_s",
-                velocity.map_or_else(|why| refused(why.as_str()), |v| of_estimate(v.velocity_m_per_s)),
-            ),
-            (
-                "group_velocity_variation",
-                velocity.map_or_else(
-                    |why| refused(why.as_str()),
-                    |v| known(v.relative_variation, "it was not measured"),
-                ),
-            ),
-            (
-                "particle_velocity_m_per_s",
-                velocity.map_or_else(
-                    |why| refused(why.as_str()),
-                    |v| known(v.particle_velocity_m_per_s, "it was not measured"),
-                ),
-            ),
-            ("c_d_kg_per_s", told(&damping.chain_damping_kg_per_s)),
-            ("c_s_kg_per_s", told(&damping.striker_damping_kg_per_s)),
-            (
-                "local_resonance_hz",
-                resonance.map_or_else(|why| refused(why.as_str()), |r| of_estimate(r.frequency_hz)),
-            ),
-            (
-                "striker_velocity_m_per_s",
-                striker.map_or_else(
-                    |why| refused(&why.to_string()),
-                    |fit| of_estimate(fit.striker_velocity_m_per_s),
-                ),
-            ),
-        ];
-        let mut tracks = TrackRows::default();
-        tracked.recordings.iter().for_each(|one| tracks.add_bodies(&one.trial.recording, &one.tracks));
-        let mut tables = vec![
-            ("tracks", tracks.table()),
-            ("motion", motion_table(&evaluation.stitched, Some(&evaluation.side_motion))),
-            ("strain", strain_table(measurement)),
-            ("front", front_table(measurement)),
-            ("hwhm", half_width_table(measurement)),
-            ("energy", energy_table(measurement)),
-            ("spectrum", spectrum_table(measurement)),
-        ];
-        if let Some(by_model) = &evaluation.by_model {
-            let table = motion_by_model_table(by_model, &evaluation.stitched, &evaluation.side_motion);
-            tables.push(("motion_by_model", table));
-        }
-        let tables = tables.into_iter().map(|(name, table)| Ok((name, Py::new(py, ArrowTable::of(table)?)?)));
+        let tables = tables_of(results).into_iter();
+        let tables = tables.map(|(name, table)| Ok((name, Py::new(py, ArrowTable::of(table)?)?)));
         let model = evaluation.model.as_ref().map(|model| ("chain model", &model.measurement));
         let panels: Vec<_> = [("experiment", measurement)].into_iter().chain(model).collect();
         let figures = drawings(&evaluation.stitched.motion, &panels);
         let figures = figures.into_iter().map(|(name, drawing)| Ok((name, Py::new(py, drawing)?)));
-        let states = recording_states(&setup.trials, &tracked.failed, &evaluation.left_out_recordings());
-        let state = |one: chainwave_experiment::RecordingState| {
-            (one.recording, one.view, one.trial, one.state.as_str(), one.reason)
-        };
+        let state =
+            |one: RecordingState| (one.recording, one.view, one.trial, one.state.as_str(), one.reason);
+        let velocity = measurement.group_velocity.as_ref().ok();
         let details = json!({
             "correlation": damping.correlation,
             "damping_from": damping.source,
-            "group_velocity_gaps": velocity.ok().map(|v| [v.gaps.0, v.gaps.1]),
-            "reduced_chi_squared": striker.ok().map(|fit| fit.reduced_chi_squared),
+            "group_velocity_gaps": velocity.map(|v| [v.gaps.0, v.gaps.1]),
+            "reduced_chi_squared": evaluation.track_fit.as_ref().ok().map(|fit| fit.reduced_chi_squared),
         });
         Ok(Self {
             striker_velocity_m_per_s: setup.experiment.striker.velocity_m_per_s.get(),
-            numbers,
+            numbers: numbers_of(evaluation),
             tables: tables.collect::<PyResult<_>>()?,
             figures: figures.collect::<PyResult<_>>()?,
             warnings: evaluation.warnings().into_iter().map(warned).collect(),
-            recordings: states.into_iter().map(state).collect(),
+            recordings: results.recording_states(setup).into_iter().map(state).collect(),
             details: details.to_string(),
-            decisions: json!(decisions).to_string(),
+            decisions: json!(results.decisions).to_string(),
         })
     }
+}
+
+/// Every number that a run states, or why it states none.
+fn numbers_of(evaluation: &Evaluation) -> Vec<(&'static str, Number)> {
+    let (measurement, damping) = (&evaluation.measurement, &evaluation.damping);
+    let of_velocity = |value: fn(&GroupVelocity) -> Option<Estimate>| match &measurement.group_velocity {
+        Ok(velocity) => value(velocity).map_or_else(|| refused("it was not measured"), of_estimate),
+        Err(why) => refused(why.as_str()),
+    };
+    let told = |found: &Result<Estimate, String>| match found {
+        Ok(estimate) => of_estimate(*estimate),
+        Err(reason) => refused(reason),
+    };
+    let resonance = measurement.local_resonance.as_ref();
+    let resonance_hz = resonance.map_or_else(|why| refused(why.as_str()), |r| of_estimate(r.frequency_hz));
+    let striker = evaluation.track_fit.as_ref();
+    let striker_m_per_s =
+        striker.map_or_else(|why| refused(&why.to_string()), |fit| of_estimate(fit.striker_velocity_m_per_s));
+    vec![
+        ("group_velocity_m_per_s", of_velocity(|velocity| Some(velocity.velocity_m_per_s))),
+        ("group_velocity_variation", of_velocity(|velocity| velocity.relative_variation)),
+        ("particle_velocity_m_per_s", of_velocity(|velocity| velocity.particle_velocity_m_per_s)),
+        ("c_d_kg_per_s", told(&damping.chain_damping_kg_per_s)),
+        ("c_s_kg_per_s", told(&damping.striker_damping_kg_per_s)),
+        ("local_resonance_hz", resonance_hz),
+        ("striker_velocity_m_per_s", striker_m_per_s),
+    ]
+}
+
+/// The tables that a run writes, by their names.
+fn tables_of(results: &Results) -> Vec<(&'static str, ResultTable)> {
+    let Results { tracked, evaluation, .. } = results;
+    let measurement = &evaluation.measurement;
+    let mut tracks = TrackRows::default();
+    tracked.recordings.iter().for_each(|one| tracks.add_bodies(&one.trial.recording, &one.tracks));
+    let mut tables = vec![
+        ("tracks", tracks.table()),
+        ("motion", motion_table(&evaluation.stitched, Some(&evaluation.side_motion))),
+        ("strain", strain_table(measurement)),
+        ("front", front_table(measurement)),
+        ("hwhm", half_width_table(measurement)),
+        ("energy", energy_table(measurement)),
+        ("spectrum", spectrum_table(measurement)),
+    ];
+    if let Some(by_model) = &evaluation.by_model {
+        let table = motion_by_model_table(by_model, &evaluation.stitched, &evaluation.side_motion);
+        tables.push(("motion_by_model", table));
+    }
+    tables
 }
 
 fn warned(finding: Finding) -> Warned {
