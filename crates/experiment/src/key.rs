@@ -8,8 +8,7 @@ use chainwave_correlation::{Method, ReferenceFrames};
 use chainwave_measurement::Subset;
 use sha2::{Digest, Sha256};
 
-use crate::content::{content, hexadecimal};
-use crate::error::Error;
+use crate::content::hexadecimal;
 use crate::sensor::SensorFiles;
 
 /// What the tracks of one recording depend on.
@@ -36,15 +35,15 @@ pub(crate) struct Task<'a> {
 }
 
 impl TrackKey {
-    /// The key of a recording that lies at `path`.
-    pub(crate) fn of(recording: &str, path: &Path, task: &Task<'_>) -> Result<Self, Error> {
+    /// The key of a recording by its name and what it holds.
+    pub(crate) fn of(recording: &str, content: String, task: &Task<'_>) -> Self {
         let mut subsets = String::new();
         for Subset { name, x_px, y_px, half_width_px, half_height_px } in task.subsets {
             let _infallible =
                 writeln!(subsets, "{name} at {x_px:?}, {y_px:?} px, half {half_width_px} x {half_height_px}");
         }
         let parts = vec![
-            ("recording", content(path)?),
+            ("recording", content),
             ("subsets", subsets),
             ("reference", format!("frames {:?}", task.reference.range())),
             ("method", task.method.to_string()),
@@ -56,7 +55,7 @@ impl TrackKey {
             ),
             ("algorithm", format!("version {}", chainwave_correlation::ALGORITHM_VERSION)),
         ];
-        Ok(Self { recording: recording.to_owned(), parts })
+        Self { recording: recording.to_owned(), parts }
     }
 
     /// A name for the kept tracks: the recording's stem, and sixteen hexadecimal digits of the digest of all parts.
@@ -93,7 +92,7 @@ mod tests {
     use std::io::{self, Seek, SeekFrom};
 
     use super::*;
-    use crate::content::DIGESTED_WHOLE_BYTES;
+    use crate::content::{DIGESTED_WHOLE_BYTES, content};
 
     fn key(path: &Path, change: impl Fn(&mut Subset, &mut OpenOptions)) -> String {
         let half = 16;
@@ -103,7 +102,7 @@ mod tests {
         change(&mut subset, &mut options);
         let (subsets, reference, options) = (&[subset][..], &ReferenceFrames::Mean(0..9), &options);
         let task = Task { subsets, reference, method: Method::default(), options, sensor: None };
-        TrackKey::of("a.cine", path, &task).unwrap().name()
+        TrackKey::of("a.cine", content(path).unwrap(), &task).name()
     }
 
     #[test]

@@ -176,7 +176,7 @@ pub fn plan(
 /// Recordings that are there and cannot be read; they are planned as if they were not.
 fn unreadable_recordings(setup: &Setup, n_threads: NonZero<usize>) -> impl Iterator<Item = Finding> {
     let failed = unreadable(setup, n_threads).into_iter();
-    let is_there = |one: &FailedRecording| setup.recordings.join(&one.trial.recording).exists();
+    let is_there = |one: &FailedRecording| setup.has_recording(&one.trial);
     failed.filter(is_there).map(|one| Finding {
         code: "unreadable",
         subject: one.trial.recording,

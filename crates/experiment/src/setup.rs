@@ -1,16 +1,21 @@
 //! An experiment that can be run: its configuration, calibration and trials, and where its recordings lie.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use chainwave_camera::OpenOptions;
 use chainwave_correlation::Method;
-use chainwave_measurement::{Estimate, RecordingInfo};
+use chainwave_measurement::{Estimate, Recording, RecordingInfo};
 
 use crate::calibration::ChainMap;
 use crate::configuration::{Experiment, Trial};
 use crate::error::Error;
 use crate::numbers::{NotNegative, Positive};
 use crate::sensor::SensorFiles;
+
+/// Recordings that the caller has opened or holds in memory, by their names in the trials table.
+pub type HeldRecordings = BTreeMap<String, Arc<dyn Recording>>;
 
 /// An experiment with everything that was read for it.
 #[derive(Clone)]
@@ -27,6 +32,8 @@ pub struct Setup {
     pub trials: Vec<Trial>,
     /// The folder of the recordings.
     pub recordings: PathBuf,
+    /// Recordings that the caller holds, which need no file.
+    pub(crate) held: HeldRecordings,
     /// Dark frames and flat field, where the experiment names them.
     pub sensor: Option<SensorFiles>,
     /// Whether the whole frames of a recording that was cut short are taken; otherwise it is refused.
@@ -61,8 +68,8 @@ impl Setup {
             .map(|name| name.as_ref().map(|name| path.with_file_name(name)));
         let options = OpenOptions { raw: experiment.camera.raw, ..OpenOptions::default() };
         let sensor = SensorFiles::read(dark.as_deref(), flat.as_deref(), &options)?;
-        let (path, trials) = (path.to_owned(), table.clone());
-        Ok(Self { experiment, path, map, table, trials, recordings, sensor, takes_partial: false })
+        let (path, trials, held) = (path.to_owned(), table.clone(), HeldRecordings::new());
+        Ok(Self { experiment, path, map, table, trials, recordings, held, sensor, takes_partial: false })
     }
 
     /// How recordings are opened.

@@ -20,7 +20,7 @@ use crate::error::Error;
 use crate::numbers::{NotNegative, Positive};
 use crate::scale::{ScaleCheck, SharedBody, StatedScale};
 use crate::setup::Setup;
-use crate::view::{bodies_in_view, frames_at_rest, open};
+use crate::view::{bodies_in_view, frames_at_rest};
 
 /// Where the stage stood in each view.
 #[derive(Clone)]
@@ -233,7 +233,7 @@ struct AtRest {
 
 impl AtRest {
     fn of(setup: &Setup, trial: &Trial) -> Result<Self, Error> {
-        let recording = open(setup, &setup.recordings.join(&trial.recording))?;
+        let recording = setup.open(trial)?;
         let bodies = bodies_in_view(setup, trial, recording.info());
         let frames = frames_at_rest(setup, recording.as_ref())?;
         let map = setup.map_of(trial, recording.info());

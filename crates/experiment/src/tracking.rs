@@ -19,7 +19,7 @@ use crate::stages::Stages;
 use crate::store::{Kept, TrackStore};
 use crate::tracked::{Origin, Tracked, TrackedRecording};
 use crate::tracks::{FollowedBody, RecordingTracks};
-use crate::view::{bodies_in_view, frames_at_rest, open};
+use crate::view::{bodies_in_view, frames_at_rest};
 
 /// Tracks every recording that the store does not hold yet and that made sense before work. One that fails is named and left out.
 ///
@@ -161,10 +161,7 @@ fn track_each(
 /// Tells how many frames the recordings have that are to be tracked. One that cannot be read counts for none: tracking names it.
 fn plan_frames(setup: &Setup, trials: &[Trial], sanity: &Sanity, monitor: &Monitor<'_>) {
     let usable = trials.iter().filter(|trial| sanity.reason(&trial.recording).is_none());
-    let n_frames = |trial: &Trial| {
-        open(setup, &setup.recordings.join(&trial.recording))
-            .map_or(0, |recording| recording.info().n_frames as u64)
-    };
+    let n_frames = |trial: &Trial| setup.open(trial).map_or(0, |recording| recording.info().n_frames as u64);
     monitor.planned(Stage::Tracking, usable.map(n_frames).sum());
 }
 
@@ -176,15 +173,14 @@ fn track_one(
     n_threads: NonZero<usize>,
     monitor: &Monitor<'_>,
 ) -> Result<TrackedRecording, Error> {
-    let path = setup.recordings.join(&trial.recording);
-    let recording = open(setup, &path)?;
+    let recording = setup.open(trial)?;
     let reference = frames_at_rest(setup, recording.as_ref())?;
     let placed = Trial { stage_m, ..trial.clone() };
     let in_view = bodies_in_view(setup, &placed, recording.info());
     let (bodies, subsets): (Vec<usize>, Vec<Subset>) = in_view.into_iter().unzip();
     let (method, options, sensor) = (setup.method(), &setup.open_options(), setup.sensor.as_ref());
     let task = Task { subsets: &subsets, reference: &reference, method, options, sensor };
-    let key = TrackKey::of(&trial.recording, &path, &task)?;
+    let key = TrackKey::of(&trial.recording, setup.content_of(trial)?, &task);
     let (tracks, origin) = match store.load(&key)? {
         Kept::Tracks(tracks) => {
             monitor.done(Stage::Tracking, recording.info().n_frames as u64);

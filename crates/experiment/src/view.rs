@@ -1,4 +1,4 @@
-//! What a recording shows at rest: opened as the experiment says, the bodies in its view, the frames before the wave.
+//! What a recording shows at rest: the bodies in its view, and the frames before the wave.
 
 use std::num::NonZero;
 use std::ops::Range;
@@ -16,21 +16,11 @@ use crate::setup::Setup;
 /// Rows and columns that a subset must keep from the frame's border at rest: the tracker interpolates around it.
 const BORDER_PX: f64 = 4.0;
 
-/// Opens a recording that the calibration holds for, without what the sensor adds where that is known.
-pub(crate) fn open(setup: &Setup, path: &Path) -> Result<Box<dyn Recording>, Error> {
-    let recording = chainwave_camera::open_with(path, &setup.open_options())?;
-    setup.map.check_size(recording.as_ref())?;
-    match &setup.sensor {
-        Some(sensor) => sensor.correct(recording),
-        None => Ok(recording),
-    }
-}
-
 /// The recordings that cannot be opened, or show no frame at rest, each with the reason.
 pub fn unreadable(setup: &Setup, n_threads: NonZero<usize>) -> Vec<FailedRecording> {
     let failure = |index: usize| {
         let trial = &setup.trials[index];
-        let recording = open(setup, &setup.recordings.join(&trial.recording));
+        let recording = setup.open(trial);
         let error = recording.and_then(|recording| frames_at_rest(setup, recording.as_ref())).err()?;
         Some(FailedRecording { trial: trial.clone(), error })
     };
@@ -68,11 +58,10 @@ pub struct PlannedView {
 /// # Errors
 /// A recording that cannot be opened.
 pub fn planned_view(setup: &Setup, trial: &Trial) -> Result<PlannedView, Error> {
-    let path = setup.recordings.join(&trial.recording);
-    let recording = open(setup, &path)?;
+    let recording = setup.open(trial)?;
     let subsets = bodies_in_view(setup, trial, recording.info());
     let subsets = subsets.into_iter().map(|(_, subset)| subset).collect();
-    Ok(PlannedView { path, options: setup.open_options(), subsets })
+    Ok(PlannedView { path: setup.path_of(trial), options: setup.open_options(), subsets })
 }
 
 /// The first recording that shows bodies, with their subsets and the frames at rest.
@@ -81,7 +70,7 @@ pub fn planned_view(setup: &Setup, trial: &Trial) -> Result<PlannedView, Error> 
 /// A recording that cannot be read, or none that shows a body.
 pub fn first_view(setup: &Setup) -> Result<View, Error> {
     for trial in &setup.trials {
-        let recording = open(setup, &setup.recordings.join(&trial.recording))?;
+        let recording = setup.open(trial)?;
         let in_view = bodies_in_view(setup, trial, recording.info());
         if !in_view.is_empty() {
             let reference = frames_at_rest(setup, recording.as_ref())?;

@@ -1,6 +1,7 @@
 //! The trait by which pixels of a recording are read, and what a recording says of itself.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use crate::Region;
 
@@ -101,6 +102,28 @@ pub trait Recording: Send + Sync {
             return Err(ReadError::BufferSize { expected: region.n_pixels(), found: n_pixels });
         }
         Ok(())
+    }
+}
+
+impl<R: Recording + ?Sized> Recording for Arc<R> {
+    fn path(&self) -> &Path {
+        self.as_ref().path()
+    }
+
+    fn info(&self) -> &RecordingInfo {
+        self.as_ref().info()
+    }
+
+    fn is_sequential(&self) -> bool {
+        self.as_ref().is_sequential()
+    }
+
+    fn plain_frame(&self, frame: usize) -> Option<PlainFrame<'_>> {
+        self.as_ref().plain_frame(frame)
+    }
+
+    fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {
+        self.as_ref().read_region(frame, region, pixels)
     }
 }
 

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use chainwave_analysis::GroupVelocity;
 use chainwave_experiment::{
-    Evaluation, Experiment, Finding, MemoryStore, RecordingState, ResultTable, Results, Setup, TrackRows,
-    check, energy_table, front_table, half_width_table, motion_by_model_table, motion_table, spectrum_table,
-    strain_table,
+    Evaluation, Experiment, Finding, HeldRecordings, MemoryStore, RecordingState, ResultTable, Results,
+    Setup, TrackRows, check, energy_table, front_table, half_width_table, motion_by_model_table,
+    motion_table, spectrum_table, strain_table,
 };
 use chainwave_measurement::Estimate;
 use pyo3::prelude::*;
@@ -17,6 +17,7 @@ use crate::cells::{NamedCells, table_of};
 use crate::drawing::{Drawing, drawings};
 use crate::estimate::{Number, of_estimate, refused};
 use crate::failure::Failure;
+use crate::recording::OpenedRecording;
 use crate::table::ArrowTable;
 use crate::tracking::threads;
 use crate::work::watched;
@@ -70,6 +71,21 @@ impl PreparedExperiment {
         let mut setup = Setup::of(experiment, table, path, recordings.map(Path::new))?;
         setup.takes_partial = partial;
         Ok(Self { setups: setup.by_striker(), store: Arc::new(MemoryStore::default()) })
+    }
+
+    /// The same with recordings that need no file, by their names in the trials table.
+    fn with_recordings(&self, held: Vec<(String, PyRef<'_, OpenedRecording>)>) -> Result<Self, Failure> {
+        let held: HeldRecordings =
+            held.into_iter().map(|(name, opened)| (name, Arc::clone(&opened.recording))).collect();
+        let with_held = |setup: &Setup| setup.clone().with_recordings(held.clone());
+        let setups = self.setups.iter().map(with_held).collect::<Result<_, _>>()?;
+        Ok(Self { setups, store: Arc::clone(&self.store) })
+    }
+
+    /// Frames per second of recordings that do not say it, where the experiment does.
+    #[getter]
+    fn rate_hz(&self) -> Option<f64> {
+        self.setups.first().and_then(|setup| setup.open_options().rate_hz)
     }
 
     /// Number of striker velocities.

@@ -64,6 +64,34 @@ def test_a_dict_is_an_experiment(filmed: Path) -> None:
     assert len(cw.Experiment(tables, recordings=filmed).recordings) == len(tables["trials"])
 
 
+def test_an_experiment_needs_no_files(filmed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tables = tomllib.loads((filmed / "experiment.toml").read_text())
+    tables["trials"] = polars.read_csv(filmed / tables["trials"])
+    opened = {name: cw.open(filmed / name) for name in tables["trials"]["recording"]}
+
+    def in_memory(name: str, recording: cw.Recording) -> cw.Recording:
+        return cw.Recording.from_array(
+            recording[:], times_s=recording.times_s, rate_hz=recording.rate_hz, bit_depth=recording.bit_depth, name=name
+        )
+
+    held = {name: in_memory(name, recording) for name, recording in opened.items()}
+    of_files = run(tables, recordings=filmed)
+    monkeypatch.chdir(tmp_path)
+    of_arrays = run(tables, recordings=held)
+    assert_frame_equal(polars.DataFrame(of_arrays.tracks), polars.DataFrame(of_files.tracks), check_exact=True)
+    assert_frame_equal(polars.DataFrame(of_arrays.motion), polars.DataFrame(of_files.motion), check_exact=True)
+    assert of_arrays.c_d_kg_per_s == of_files.c_d_kg_per_s
+
+    first = tables["trials"]["recording"][0]
+    with pytest.raises(cw.ChainwaveError, match="expected names that the trials table has"):
+        cw.Experiment(tables, recordings={"another.cine": opened[first]})
+    tables["camera"].pop("rate_hz", None)
+    with pytest.raises(cw.ChainwaveError, match="expected times, found an array alone"):
+        cw.Experiment(tables, recordings={first: opened[first][:]})
+    tables["camera"]["rate_hz"] = opened[first].rate_hz
+    assert cw.Experiment(tables, recordings={first: opened[first][:]}).recordings[0] == first
+
+
 def test_an_interrupted_run_goes_on(filmed: Path) -> None:
     experiment = cw.Experiment(filmed / "experiment.toml")
 

@@ -37,7 +37,7 @@ pub(super) fn draw(
 }
 
 fn figure(setup: &Setup, folder: &Path, one: &TrackedRecording) -> Result<Figure, Error> {
-    let recording = open_with(&setup.recordings.join(&one.trial.recording), &setup.open_options())?;
+    let recording = open_with(&setup.path_of(&one.trial), &setup.open_options())?;
     let tracking = &setup.experiment.tracking;
     let frame = 0;
     let picture = gray_frame(recording.as_ref(), frame, WIDTH_PX)?;

@@ -27,7 +27,7 @@ struct Source {
 /// Writes `provenance.toml`. It holds no time and no path, so equal inputs give equal bytes.
 pub(crate) fn write(setup: &Setup, out: &Path) -> Result<(), Error> {
     let source = |trial: &Trial| {
-        let fingerprint = fingerprint(&setup.recordings.join(&trial.recording));
+        let fingerprint = fingerprint(&setup.path_of(trial));
         Source {
             recording: trial.recording.clone(),
             fingerprint: fingerprint.unwrap_or_else(|_missing| "not read".into()),

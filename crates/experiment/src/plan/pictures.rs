@@ -9,7 +9,7 @@ use super::planned_camera::PlannedCamera;
 use crate::configuration::Trial;
 use crate::error::Error;
 use crate::setup::Setup;
-use crate::view::{bodies_in_view, frames_at_rest, open, rest_frames};
+use crate::view::{bodies_in_view, frames_at_rest, rest_frames};
 
 /// Pictures of one view.
 pub(super) struct Pictures {
@@ -33,7 +33,7 @@ impl Pictures {
     /// # Errors
     /// A recording that cannot be read, or has no frame at rest.
     pub(super) fn filmed(setup: &Setup, trial: &Trial) -> Result<Option<Self>, Error> {
-        let recording = open(setup, &setup.recordings.join(&trial.recording))?;
+        let recording = setup.open(trial)?;
         let rest = frames_at_rest(setup, recording.as_ref())?.range();
         let subsets = bodies_in_view(setup, trial, recording.info());
         let moving = middle_of(rest.end, recording.info().n_frames);

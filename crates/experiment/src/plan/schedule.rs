@@ -7,7 +7,6 @@ use chainwave_measurement::RecordingInfo;
 use super::planned_camera::PlannedCamera;
 use crate::configuration::Trial;
 use crate::setup::Setup;
-use crate::view::open;
 
 /// A recording as it is, or will be.
 #[derive(Debug, Clone)]
@@ -30,9 +29,8 @@ impl Schedule {
     /// The trials of an experiment: those that can be opened as they are; the others like the first one that can, or by a planned camera.
     pub(super) fn of(setup: &Setup, camera: &PlannedCamera) -> Self {
         let filmed = |trial: &Trial| {
-            let path = setup.recordings.join(&trial.recording);
-            let info = open(setup, &path).ok()?.info().clone();
-            let bytes = bytes_of(&path);
+            let info = setup.open(trial).ok()?.info().clone();
+            let bytes = bytes_of(&setup.path_of(trial));
             Some(PlannedRecording { trial: trial.clone(), info, is_filmed: true, bytes })
         };
         let all: Vec<Option<PlannedRecording>> = setup.trials.iter().map(filmed).collect();

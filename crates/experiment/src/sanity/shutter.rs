@@ -15,7 +15,7 @@ use crate::finding::Finding;
 use crate::setup::Setup;
 use crate::tracked::{Tracked, TrackedRecording};
 use crate::tracks::FollowedBody;
-use crate::view::{frames_at_rest, open};
+use crate::view::frames_at_rest;
 use crate::wording::estimate;
 
 /// Bodies of recordings that are looked at, spread evenly over all.
@@ -146,7 +146,7 @@ struct Sheared {
 impl Sheared {
     /// `None` where the body is too small for halves, hardly seen, or cannot be read again.
     fn of(setup: &Setup, tracked: &TrackedRecording, body: &FollowedBody, n_frames: usize) -> Option<Self> {
-        let recording = open(setup, &setup.recordings.join(&tracked.trial.recording)).ok()?;
+        let recording = setup.open(&tracked.trial).ok()?;
         let reference = frames_at_rest(setup, recording.as_ref()).ok()?;
         let fast = spread(&fast_frames(&tracked.tracks.times_s, body), n_frames);
         let at_rest = body.positions.get(reference.range())?.iter().flatten().next()?;

@@ -8,7 +8,7 @@ use chainwave_measurement::{Recording, RecordingInfo, Region, Subset};
 use super::repetition::pitch_in_picture;
 use crate::configuration::Trial;
 use crate::setup::Setup;
-use crate::view::{bodies_in_view, frames_at_rest, open};
+use crate::view::{bodies_in_view, frames_at_rest};
 
 /// Frames at rest whose mean is looked at: enough to see texture, and little to read.
 const MOST_FRAMES: usize = 8;
@@ -40,9 +40,7 @@ pub(super) fn views_at_rest(setup: &Setup) -> Vec<ViewAtRest> {
 
 impl ViewAtRest {
     fn of(setup: &Setup, trials: Vec<Trial>) -> Option<Self> {
-        let opened = |trial: &Trial| {
-            Some((trial.clone(), open(setup, &setup.recordings.join(&trial.recording)).ok()?))
-        };
+        let opened = |trial: &Trial| Some((trial.clone(), setup.open(trial).ok()?));
         let (trial, recording) = trials.iter().find_map(opened)?;
         let bodies = bodies_in_view(setup, &trial, recording.info());
         Some(Self { trials, trial, recording: recording.into(), bodies })

@@ -11,7 +11,7 @@ from ._errors import ChainwaveError
 from ._estimate import Estimate, estimates_of
 from ._figure import Figure
 from ._models import text_of
-from ._recording import warn
+from ._recording import Recording, open, warn
 from ._strain import StrainMap
 from ._table import Table
 
@@ -151,6 +151,19 @@ class Results:
         return _html.table_of(self._numbers) + _html.list_of(self.warnings) + self.figures["strain-map"].svg
 
 
+def _held(name: str, given: Any, rate_hz: Optional[float], partial: bool) -> Recording:
+    """The recording that a trial names."""
+    if isinstance(given, Recording):
+        return given
+    if is_path(given):
+        return open(given, rate_hz=rate_hz, partial=partial)
+    if rate_hz is None:
+        raise ChainwaveError(
+            f"{name}: expected times, found an array alone (hint: rate_hz in the experiment's camera, or Recording.from_array with times_s)"
+        )
+    return Recording.from_array(given, rate_hz=rate_hz, name=name)
+
+
 class Experiment:
     """An experiment: one chain, filmed in several views and trials.
 
@@ -159,8 +172,10 @@ class Experiment:
     experiment : path or dict
         ``experiment.toml``, or a dict of the same tables. Files that it names are looked for beside it, those of a dict in the current
         folder. A dict's `trials` may be a table itself: `recording`, `view`, `trial`, `stage_m`, ...
-    recordings : path, optional
-        Folder of the recordings that the trials name; the experiment's own when left out.
+    recordings : path, or dict of recordings, paths and arrays, optional
+        Folder of the recordings that the trials name; the experiment's own when left out. A dict holds recordings by those names: a
+        :class:`Recording` with its own times, a path, or an array of shape ``(n_frames, height, width)``, whose rate the experiment's
+        `camera` states as `rate_hz`, with the trigger at its first frame.
     partial : bool, optional
         Take the whole frames of recordings that were cut short.
 
@@ -172,7 +187,7 @@ class Experiment:
     def __init__(
         self,
         experiment: Union[Path, Mapping[str, Any]],
-        recordings: Optional[Path] = None,
+        recordings: Union[Path, Mapping[str, Any], None] = None,
         *,
         partial: bool = False,
     ) -> None:
@@ -185,8 +200,17 @@ class Experiment:
                 trials = columns_of(given, "trials")
                 experiment = {**experiment, "trials": "trials (a table)"}
         path, text = text_of(experiment, "experiment")
-        folder = None if recordings is None else os.fspath(recordings)
-        self._inner = _chainwave.PreparedExperiment(path, text, recordings=folder, trials=trials, partial=partial)
+        held: Mapping[str, Any] = {}
+        folder: Optional[str] = None
+        if isinstance(recordings, Mapping):
+            held = recordings
+        elif recordings is not None:
+            folder = os.fspath(recordings)
+        inner = _chainwave.PreparedExperiment(path, text, recordings=folder, trials=trials, partial=partial)
+        if held:
+            opened = {name: _held(name, given, inner.rate_hz, partial) for name, given in held.items()}
+            inner = inner.with_recordings([(name, one._inner) for name, one in opened.items()])
+        self._inner = inner
 
     @property
     def name(self) -> str:

@@ -11,8 +11,7 @@ use super::markup::{Cell, table};
 pub(super) fn section(setup: &Setup, results: &Results) -> String {
     let mut rows: Vec<(&str, String)> = Vec::new();
     let first = results.tracked.recordings.first();
-    let opened = first
-        .and_then(|one| open_with(&setup.recordings.join(&one.trial.recording), &setup.open_options()).ok());
+    let opened = first.and_then(|one| open_with(&setup.path_of(&one.trial), &setup.open_options()).ok());
     if let Some(recording) = &opened {
         let info = recording.info();
         let camera = info.camera.clone().unwrap_or_else(|| "not named by the file".into());
