@@ -165,6 +165,22 @@ impl Window {
     pub(crate) fn contains(&self, point: [f64; 2]) -> bool {
         can_sample(self.region, self.interpolation, point)
     }
+
+    /// By how much a rectangle of points (image coordinates) has to be moved so that all of them can be sampled; `None` where it is
+    /// too large.
+    pub(crate) fn move_inside(&self, [first, last]: [[f64; 2]; 2]) -> Option<[f64; 2]> {
+        let spans = sampled(self.region, self.interpolation);
+        let mut by = [0.0; 2];
+        for axis in 0..2 {
+            let [low, high] = spans[axis];
+            let (ahead, behind) = ((low - first[axis]).max(0.0), (last[axis] - high).max(0.0));
+            if ahead > 0.0 && behind > 0.0 {
+                return None;
+            }
+            by[axis] = ahead - behind;
+        }
+        Some(by)
+    }
 }
 
 /// Distance that a point keeps from the first and last place that could be sampled, so that the rounding of its
@@ -173,12 +189,17 @@ const ROUNDING_PX: f64 = 1e-3;
 
 /// Whether all the pixels that interpolation at a point needs lie in `region`.
 pub(crate) fn can_sample(region: Region, interpolation: Interpolation, [x, y]: [f64; 2]) -> bool {
+    let within = |value: f64, [low, high]: [f64; 2]| value >= low && value < high;
+    let [columns, rows] = sampled(region, interpolation);
+    within(x, columns) && within(y, rows)
+}
+
+/// The columns and the rows between which points can be sampled from a region.
+fn sampled(region: Region, interpolation: Interpolation) -> [[f64; 2]; 2] {
     let (before, after) = (interpolation.taps_before(), interpolation.taps_after());
-    let within = |value: f64, first: usize, n: usize| {
-        let (low, high) = ((first + before) as f64, (first + n) as f64 - after as f64);
-        value >= low + ROUNDING_PX && value < high - ROUNDING_PX
-    };
-    within(x, region.x, region.width) && within(y, region.y, region.height)
+    [(region.x, region.width), (region.y, region.height)].map(|(first, n)| {
+        [(first + before) as f64 + ROUNDING_PX, (first + n) as f64 - after as f64 - ROUNDING_PX]
+    })
 }
 
 #[cfg(test)]

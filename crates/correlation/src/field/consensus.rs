@@ -237,12 +237,12 @@ impl Consensus<'_> {
         stands(&larger, centre_px, &seen, fisher(seen.position.zncc), 1.0, reference)
     }
 
-    /// The match of a larger subset around a point that puts the point in its place; at an edge of the reference its centre lies farther
-    /// inside.
+    /// The match of a larger subset around a point that puts the point in its place; at an edge of either picture its centre lies
+    /// farther inside.
     fn seen_around(&self, point: usize, found: &Match) -> Option<Around<'_>> {
         let larger = self.pair.enlarged(LARGER);
         let place_px = self.places[point];
-        let centre_px = larger.nearest_inside(place_px)?;
+        let centre_px = larger.nearest_inside(place_px, self.pair.half_px, &found.warp())?;
         let offset = [0, 1].map(|axis| centre_px[axis] - place_px[axis]);
         let start = Warp { position_px: found.warp().apply(offset), ..found.warp() };
         let seen = larger.settle(centre_px, start, &mut Workspace::default()).0.ok()?;

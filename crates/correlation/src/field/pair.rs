@@ -32,8 +32,36 @@ impl ImagePair<'_> {
         Self { reference, target, settings: settings.clone(), choice: *choice, half_px }
     }
 
-    /// The place nearest to another whose subset lies in the reference; `None` where none does.
-    pub(crate) fn nearest_inside(&self, place_px: [f64; 2]) -> Option<[f64; 2]> {
+    /// The place nearest to another, by and large, whose subset lies in both pictures, as the match of the other has it, and reaches over
+    /// `core_px` around that on all sides; one whose subset lies in the reference alone where there is none, and `None` where none does.
+    pub(crate) fn nearest_inside(
+        &self,
+        place_px: [f64; 2],
+        core_px: usize,
+        found: &Warp,
+    ) -> Option<[f64; 2]> {
+        let inside = self.nearest_in_reference(place_px)?;
+        let most_px = self.half_px.saturating_sub(core_px) as f64;
+        let reaches = |moved: &[f64; 2]| (0..2).all(|axis| (moved[axis] - place_px[axis]).abs() <= most_px);
+        Some(self.nearest_in_both(place_px, inside, found).filter(reaches).unwrap_or(inside))
+    }
+
+    /// A place inside the reference, moved farther by what the target lacks of its subset.
+    fn nearest_in_both(&self, place_px: [f64; 2], inside: [f64; 2], found: &Warp) -> Option<[f64; 2]> {
+        let at = |[x, y]: [f64; 2]| Warp {
+            position_px: found.apply([x - place_px[0], y - place_px[1]]),
+            ..*found
+        };
+        let half = self.half_px as f64 + SPARE_PX;
+        let seen = at(inside);
+        let [dx, dy] = self.target.move_inside(seen.bounds([-half; 2], [half; 2]))?;
+        let [x, y] = seen.position_px;
+        let [back_x, back_y] = seen.source([x + dx, y + dy])?;
+        let moved = self.nearest_in_reference([inside[0] + back_x, inside[1] + back_y])?;
+        self.is_well_inside(&at(moved)).then_some(moved)
+    }
+
+    fn nearest_in_reference(&self, place_px: [f64; 2]) -> Option<[f64; 2]> {
         let region = self.reference.image().region;
         let half = self.half_px as f64;
         let inside = |place: f64, first: usize, n: usize| {
