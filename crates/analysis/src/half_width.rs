@@ -30,17 +30,43 @@ pub struct HalfWidth {
 /// Standard uncertainties that a change of the half width is allowed beyond what the pulse can do.
 const ALLOWED_SIGMAS: f64 = 4.0;
 
-/// The longest stretch of half widths in which none changes, from one sample to the next, by more than the pulse moves in between: a
-/// front that seems to widen faster has not, but its crest has passed to another of the ripples that the far end sends back.
-pub(crate) fn without_jumps(widths: &[HalfWidth], velocity_m_per_s: f64) -> Vec<HalfWidth> {
-    let is_steady = |one: &HalfWidth, next: &HalfWidth| {
+/// Half widths without those of other crests. Where a width changes, from one sample to the next, by more than the pulse moves in between,
+/// no front has widened: the crest has passed to another of the ripples that the far end sends back. Of the stretches between such jumps
+/// the longest stays, and those on both sides of it that last for a gap at least and go on where the ones before ended, but for half a
+/// gap, as no strain is known between gaps.
+pub(crate) fn without_jumps(
+    widths: &[HalfWidth],
+    velocity_m_per_s: f64,
+    mean_pitch_m: f64,
+) -> Vec<HalfWidth> {
+    let goes_on = |one: &HalfWidth, next: &HalfWidth, slack_m: f64| {
         let sigma_m = one.hwhm_m.sigma.hypot(next.hwhm_m.sigma);
-        let most_m = velocity_m_per_s * (next.t_s - one.t_s) + ALLOWED_SIGMAS * sigma_m;
+        let most_m = velocity_m_per_s * (next.t_s - one.t_s) + ALLOWED_SIGMAS * sigma_m + slack_m;
         (next.hwhm_m.value - one.hwhm_m.value).abs() <= most_m
     };
+    let stretches: Vec<&[HalfWidth]> = widths.chunk_by(|one, next| goes_on(one, next, 0.0)).collect();
     // Of two that are as long the earlier one.
-    let longest = widths.chunk_by(is_steady).rev().max_by_key(|stretch| stretch.len());
-    longest.map_or_else(Vec::new, <[HalfWidth]>::to_vec)
+    let longest = (0..stretches.len()).rev().max_by_key(|at| stretches[*at].len());
+    let Some(longest) = longest else { return Vec::new() };
+    let lasts = |stretch: &[HalfWidth]| {
+        let (first, last) = (&stretch[0], &stretch[stretch.len() - 1]);
+        velocity_m_per_s * (last.t_s - first.t_s) >= mean_pitch_m
+    };
+    let follows = |one: &[HalfWidth], next: &[HalfWidth]| {
+        lasts(one) && lasts(next) && goes_on(&one[one.len() - 1], &next[0], 0.5 * mean_pitch_m)
+    };
+    let mut kept = vec![longest];
+    for at in longest + 1..stretches.len() {
+        if follows(stretches[kept[kept.len() - 1]], stretches[at]) {
+            kept.push(at);
+        }
+    }
+    for at in (0..longest).rev() {
+        if follows(stretches[at], stretches[kept[0]]) {
+            kept.insert(0, at);
+        }
+    }
+    kept.into_iter().flat_map(|at| stretches[at].iter().copied()).collect()
 }
 
 /// Shares of the pulse's run at which profiles along the chain are shown: behind the striker, in the middle, before the far end.
@@ -250,20 +276,34 @@ pub fn half_width_times(
 mod tests {
     use super::*;
 
+    /// Twenty widths, 0.1 ms apart, that grow by 0.1 mm each; some of them are off by a jump.
+    fn widths(jumped: std::ops::Range<u32>, jump_m: f64, sigma: f64) -> Vec<HalfWidth> {
+        let width = |k: u32| {
+            let jumped_m = if jumped.contains(&k) { jump_m } else { 0.0 };
+            let hwhm_m = Estimate::new(0.1 + 1e-4 * f64::from(k) + jumped_m, sigma);
+            HalfWidth { t_s: 1e-4 * f64::from(k), hwhm_m }
+        };
+        (0..20).map(width).collect()
+    }
+
+    /// Those that are kept where the pulse moves by 5 mm between two, and by a gap of 20 mm between five.
+    fn n_kept(widths: &[HalfWidth]) -> usize {
+        without_jumps(widths, 50.0, 0.02).len()
+    }
+
     #[test]
     fn half_widths_end_where_the_crest_passes_to_another_ripple() {
-        let widths = |jump_m: f64, sigma: f64| -> Vec<HalfWidth> {
-            let width = |k: u32| {
-                let jumped_m = if k >= 14 { jump_m } else { 0.0 };
-                let hwhm_m = Estimate::new(0.1 + 1e-4 * f64::from(k) + jumped_m, sigma);
-                HalfWidth { t_s: 1e-4 * f64::from(k), hwhm_m }
-            };
-            (0..20).map(width).collect()
-        };
-        // At 50 m/s the pulse moves by 5 mm between samples.
-        assert_eq!(without_jumps(&widths(-0.02, 0.0), 50.0).len(), 14);
-        assert_eq!(without_jumps(&widths(-0.004, 0.0), 50.0).len(), 20);
-        assert_eq!(without_jumps(&widths(-0.02, 0.003), 50.0).len(), 20);
-        assert!(without_jumps(&[], 50.0).is_empty());
+        assert_eq!(n_kept(&widths(14..20, -0.02, 0.0)), 14);
+        assert_eq!(n_kept(&widths(0..6, -0.02, 0.0)), 14);
+        assert_eq!(n_kept(&widths(14..20, -0.004, 0.0)), 20);
+        assert_eq!(n_kept(&widths(14..20, -0.02, 0.003)), 20);
+        assert!(without_jumps(&[], 50.0, 0.02).is_empty());
+    }
+
+    #[test]
+    fn half_widths_go_on_behind_a_jump_that_is_soon_over_or_smaller_than_strains_tell() {
+        assert_eq!(n_kept(&widths(12..14, 0.03, 0.0)), 18);
+        assert_eq!(n_kept(&widths(14..20, -0.012, 0.0)), 20);
+        assert_eq!(n_kept(&widths(17..20, -0.012, 0.0)), 17);
     }
 }

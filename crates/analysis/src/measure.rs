@@ -236,7 +236,8 @@ fn assemble(map: StrainMap, plan: &Plan<'_>, values: &Values, scatter: &Scatter)
     };
     let half_widths: Vec<HalfWidth> =
         plan.half_width_times_s.iter().enumerate().filter_map(half_width).collect();
-    let half_widths = values.speed.map(|speed| without_jumps(&half_widths, speed.velocity_m_per_s));
+    let half_widths =
+        values.speed.map(|speed| without_jumps(&half_widths, speed.velocity_m_per_s, map.spacing.mean_m()));
     let fronts = values.pulses.iter().enumerate();
     Measurement {
         fronts: fronts.map(|(row, pulse)| gap_front(row, (*pulse)?, scatter)).collect(),

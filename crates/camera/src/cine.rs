@@ -10,6 +10,7 @@ mod pixels;
 mod quirks;
 mod setup;
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use chainwave_measurement::{PlainFrame, RecordingInfo, Region};
@@ -22,6 +23,7 @@ use crate::format::{Format, Opened};
 use crate::mapping::map_file;
 use crate::options::OpenOptions;
 use crate::partial;
+use crate::read_ahead::{ask_for, ask_for_large, expect_pieces};
 use blocks::Blocks;
 use clock::Clock;
 use header::CineHeader;
@@ -65,6 +67,7 @@ fn open(path: &Path, options: &OpenOptions) -> Opened {
         exposure_s: blocks.exposure_s().or(setup.exposure_s),
         warnings,
     };
+    expect_pieces(&map);
     let images = CineImages { path: path.into(), map, layout, frames };
     Ok(Box::new(FileRecording::new(path, info, images, options)))
 }
@@ -79,6 +82,11 @@ struct CineImages {
 }
 
 impl CineImages {
+    /// Where a frame's pixels begin that has no annotations, as nearly all: only what is read ahead hangs on it.
+    fn first_pixel(&self, frame: usize) -> u64 {
+        self.frames[frame] + FRAME_HEAD_BYTES
+    }
+
     /// The pixels of a frame as they are stored.
     ///
     /// The size of the picture is the header's: the frame's own size word is garbage in files of at least one camera.
@@ -101,7 +109,13 @@ impl CineImages {
 
 impl PixelSource for CineImages {
     fn read(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<u64, String> {
-        Ok(self.layout.raster.unpack(self.image(frame)?, region, pixels))
+        let image = self.image(frame)?;
+        ask_for_large(&self.map, &self.layout.raster, self.first_pixel(frame), region);
+        Ok(self.layout.raster.unpack(image, region, pixels))
+    }
+
+    fn will_read(&self, frames: Range<usize>, regions: &[Region]) {
+        ask_for(&self.map, &self.layout.raster, frames.map(|frame| self.first_pixel(frame)), regions);
     }
 
     fn plain_frame(&self, frame: usize) -> Option<PlainFrame<'_>> {

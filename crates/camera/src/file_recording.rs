@@ -1,5 +1,6 @@
 //! A [`Recording`] made of what a file says of itself and of a source of pixels.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use chainwave_measurement::{PlainFrame, ReadError, Recording, RecordingInfo, Region};
@@ -21,6 +22,9 @@ pub(crate) trait PixelSource: Send + Sync {
     fn is_sequential(&self) -> bool {
         false
     }
+
+    /// As [`Recording::will_read`]; frames and regions lie in the recording.
+    fn will_read(&self, _frames: Range<usize>, _regions: &[Region]) {}
 }
 
 /// A recording in a file or a folder: what it says of itself, and its pixels.
@@ -52,6 +56,14 @@ impl<S: PixelSource> Recording for FileRecording<S> {
 
     fn plain_frame(&self, frame: usize) -> Option<PlainFrame<'_>> {
         (frame < self.info.n_frames).then(|| self.source.plain_frame(frame))?
+    }
+
+    fn will_read(&self, frames: Range<usize>, regions: &[Region]) {
+        let RecordingInfo { n_frames, width_px, height_px, .. } = &self.info;
+        let lie_inside = regions.iter().all(|region| region.fits_in(*width_px, *height_px));
+        if lie_inside {
+            self.source.will_read(frames.start.min(*n_frames)..frames.end.min(*n_frames), regions);
+        }
     }
 
     fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {

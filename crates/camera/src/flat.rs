@@ -1,6 +1,7 @@
 //! Uncompressed frames back to back in one file.
 
-use std::path::PathBuf;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
 
 use chainwave_measurement::{PlainFrame, Region};
 use memmap2::Mmap;
@@ -11,14 +12,15 @@ use crate::file_recording::PixelSource;
 use crate::options::OpenOptions;
 use crate::partial;
 use crate::raster::Raster;
+use crate::read_ahead::{ask_for, ask_for_large, expect_pieces};
 
 /// Uncompressed frames that lie back to back in one memory-mapped file, which has [room](Self::check_room) for them.
 pub(crate) struct FlatFrames {
-    pub(crate) path: PathBuf,
-    pub(crate) map: Mmap,
-    pub(crate) raster: Raster,
+    path: PathBuf,
+    map: Mmap,
+    raster: Raster,
     /// Where the first frame starts, in bytes from the start of the file.
-    pub(crate) first_byte: u64,
+    first_byte: u64,
 }
 
 impl FlatFrames {
@@ -51,18 +53,31 @@ impl FlatFrames {
 }
 
 impl FlatFrames {
+    /// The frames of a map, which are read by pieces.
+    pub(crate) fn new(path: &Path, map: Mmap, raster: Raster, first_byte: u64) -> Self {
+        expect_pieces(&map);
+        Self { path: path.into(), map, raster, first_byte }
+    }
+
+    fn start(&self, frame: usize) -> u64 {
+        self.first_byte + frame as u64 * self.raster.frame_bytes()
+    }
+
     /// The bytes of a frame.
     fn image(&self, frame: usize) -> Result<&[u8], CameraError> {
-        let frame_bytes = self.raster.frame_bytes();
-        let start = self.first_byte + frame as u64 * frame_bytes;
-        Bytes::new(&self.path, &self.map).slice("pixels", start, frame_bytes)
+        Bytes::new(&self.path, &self.map).slice("pixels", self.start(frame), self.raster.frame_bytes())
     }
 }
 
 impl PixelSource for FlatFrames {
     fn read(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<u64, String> {
         let image = self.image(frame).map_err(|error| error.to_string())?;
+        ask_for_large(&self.map, &self.raster, self.start(frame), region);
         Ok(self.raster.unpack(image, region, pixels))
+    }
+
+    fn will_read(&self, frames: Range<usize>, regions: &[Region]) {
+        ask_for(&self.map, &self.raster, frames.map(|frame| self.start(frame)), regions);
     }
 
     fn plain_frame(&self, frame: usize) -> Option<PlainFrame<'_>> {

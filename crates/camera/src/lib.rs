@@ -81,6 +81,7 @@ mod picture;
 mod png;
 mod raster;
 mod raw;
+mod read_ahead;
 mod sensor;
 mod series;
 mod survey;

@@ -63,7 +63,7 @@ fn open(path: &Path, options: &OpenOptions) -> Opened {
         exposure_s: header.shot.exposure_s,
         warnings,
     };
-    let frames = FlatFrames { path: pixel_path.clone(), map, raster: levels.raster, first_byte: 0 };
+    let frames = FlatFrames::new(&pixel_path, map, levels.raster, 0);
     Ok(Box::new(FileRecording::new(&pixel_path, info, frames, options)))
 }
 

@@ -48,6 +48,6 @@ fn open(path: &Path, options: &OpenOptions) -> Opened {
         exposure_s: None,
         warnings,
     };
-    let frames = FlatFrames { path: path.into(), map, raster, first_byte: header.data_offset };
+    let frames = FlatFrames::new(path, map, raster, header.data_offset);
     Ok(Box::new(FileRecording::new(path, info, frames, options)))
 }

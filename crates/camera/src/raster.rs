@@ -1,5 +1,7 @@
 //! The rows of an uncompressed frame: their order, stride and scale, and a region unpacked from them.
 
+use std::ops::Range;
+
 use chainwave_measurement::{PlainFrame, Region};
 
 use crate::packing::Packing;
@@ -36,6 +38,16 @@ impl Raster {
     /// The region lies in the frame, `image` has [`Raster::frame_bytes`], and `pixels` the region's size.
     pub(crate) fn unpack(&self, image: &[u8], region: Region, pixels: &mut [f32]) -> u64 {
         self.unpack_rows(region, pixels, |row| &image[row * self.row_bytes..][..self.row_bytes])
+    }
+
+    /// Which bytes of a frame, from its first, hold a region: a range for each row.
+    pub(crate) fn bytes_of(&self, region: Region) -> impl Iterator<Item = Range<u64>> + '_ {
+        let span = self.packing.span(region.x, region.width);
+        (region.y..region.y + region.height).map(move |y| {
+            let row = if self.bottom_row_first { self.height_px - 1 - y } else { y };
+            let start = row as u64 * self.row_bytes as u64;
+            start + span.start as u64..start + span.end as u64
+        })
     }
 
     /// A frame as it lies in memory, where its pixels are whole bytes and mean what they say; `image` has [`Raster::frame_bytes`].

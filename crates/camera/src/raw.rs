@@ -56,7 +56,7 @@ pub fn open_raw(path: &Path, geometry: RawGeometry, options: &OpenOptions) -> Op
         exposure_s: None,
         warnings,
     };
-    let frames = FlatFrames { path: path.into(), map, raster, first_byte: 0 };
+    let frames = FlatFrames::new(path, map, raster, 0);
     Ok(Box::new(FileRecording::new(path, info, frames, options)))
 }
 

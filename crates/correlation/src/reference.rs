@@ -80,6 +80,7 @@ impl Reference {
         Self::check_frames(recording, frames)?;
         let (info, frames) = (recording.info(), frames.range());
         let n_averaged = frames.len();
+        recording.will_read(frames.clone(), &[region]);
         let pixels = mean_of_frames(recording, region, frames)?;
         Ok(Self::new(region, pixels, n_averaged)?.saturating_at(info.full_scale()))
     }

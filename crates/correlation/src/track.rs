@@ -9,7 +9,9 @@ mod renewal;
 pub(crate) mod together;
 pub(crate) mod tracker;
 
-use chainwave_measurement::{Position, Recording, Subset, Track};
+use std::ops::Range;
+
+use chainwave_measurement::{Position, Recording, Region, Subset, Track};
 
 use crate::evidence::ShapeTest;
 use crate::track::follower::Follower;
@@ -131,6 +133,14 @@ fn follow(
 impl Tracker for [Follower<'_>] {
     fn locate(&mut self, frame: usize) -> Vec<Found> {
         self.iter_mut().map(|follower| follower.locate(frame)).collect()
+    }
+
+    fn read_ahead(&self, frames: Range<usize>) {
+        let regions: Vec<Region> =
+            self.iter().filter_map(|follower| follower.expected_in(frames.len())).collect();
+        if let (Some(any), false) = (self.first(), frames.is_empty()) {
+            any.recording().will_read(frames, &regions);
+        }
     }
 
     fn restart(&mut self, found: &[Found]) {

@@ -1,5 +1,6 @@
 //! Recordings that are no file: frames in memory, and some frames of another recording.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use crate::{ReadError, Recording, RecordingInfo, Region};
@@ -109,6 +110,12 @@ impl Recording for Excerpt<'_> {
 
     fn is_sequential(&self) -> bool {
         self.recording.is_sequential()
+    }
+
+    fn will_read(&self, frames: Range<usize>, regions: &[Region]) {
+        for &frame in self.frames.get(frames).unwrap_or_default() {
+            self.recording.will_read(frame..frame + 1, regions);
+        }
     }
 
     fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {

@@ -1,5 +1,6 @@
 //! The trait by which pixels of a recording are read, and what a recording says of itself.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -73,6 +74,10 @@ pub trait Recording: Send + Sync {
         None
     }
 
+    /// Tells that `regions` of `frames` will be read soon, so that what lies on a slow disk can be there by then; changes nothing that
+    /// is read.
+    fn will_read(&self, _frames: Range<usize>, _regions: &[Region]) {}
+
     /// Writes the linear counts of `region` in `frame` into `pixels`, row by row from the top; `pixels` holds exactly
     /// `region.n_pixels()` values.
     ///
@@ -120,6 +125,10 @@ impl<R: Recording + ?Sized> Recording for Arc<R> {
 
     fn plain_frame(&self, frame: usize) -> Option<PlainFrame<'_>> {
         self.as_ref().plain_frame(frame)
+    }
+
+    fn will_read(&self, frames: Range<usize>, regions: &[Region]) {
+        self.as_ref().will_read(frames, regions);
     }
 
     fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {

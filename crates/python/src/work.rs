@@ -1,5 +1,6 @@
 //! Long work in a thread of its own: the caller's thread tells of progress, and listens for Ctrl-C.
 
+use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
@@ -139,6 +140,10 @@ impl Recording for Stoppable {
 
     fn is_sequential(&self) -> bool {
         self.recording.is_sequential()
+    }
+
+    fn will_read(&self, frames: Range<usize>, regions: &[Region]) {
+        self.recording.will_read(frames, regions);
     }
 
     fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {

@@ -1,5 +1,6 @@
 //! A recording whose dark level, gain and defects are taken out while it is read, region by region.
 
+use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -117,6 +118,10 @@ impl Recording for Corrected {
 
     fn is_sequential(&self) -> bool {
         self.recording.is_sequential()
+    }
+
+    fn will_read(&self, frames: Range<usize>, regions: &[Region]) {
+        self.recording.will_read(frames, regions);
     }
 
     fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use chainwave_measurement::{Lost, Position, Recording, Subset};
+use chainwave_measurement::{Lost, Position, Recording, Region, Subset};
 
 use crate::acceptance::Standard;
 use crate::evidence::ShapeTest;
@@ -10,7 +10,7 @@ use crate::icgn::outcome::Match;
 use crate::search::rivals::Seen;
 use crate::track::continuity::Continuity;
 use crate::track::find::{Locate, Quest};
-use crate::track::matcher::Matcher;
+use crate::track::matcher::{Matcher, window_around};
 use crate::track::predict::History;
 use crate::track::renewal::Decay;
 use crate::track::tracker::Found;
@@ -129,6 +129,23 @@ impl<'a> Follower<'a> {
     /// Whether a frame is the whole reference.
     fn is_reference(&self, frame: usize) -> bool {
         self.reference_frames == (frame..frame + 1)
+    }
+
+    /// The recording that the subset is followed through.
+    pub(crate) fn recording(&self) -> &'a dyn Recording {
+        self.matcher.recording
+    }
+
+    /// What its matches will look at in the frames that follow, twice as many as given: from where it is to where it would be then; where
+    /// that is beyond its own size, nothing so far ahead is foretold but where it is. `None` where nothing is looked for.
+    pub(crate) fn expected_in(&self, n_frames: usize) -> Option<Region> {
+        let Ok(Target { subset, .. }) = &self.target else { return None };
+        let info = self.recording().info();
+        let seen = |warp: Warp| Some(window_around(subset, &warp, info.width_px, info.height_px)?.0);
+        match (seen(self.history.last()), seen(self.history.after(2 * n_frames))) {
+            (Some(now), Some(then)) => Some(now.joined_with(then).unwrap_or(now)),
+            (now, then) => now.or(then),
+        }
     }
 
     /// Frames of the recording.

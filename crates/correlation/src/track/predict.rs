@@ -87,6 +87,17 @@ impl History {
         self.n_lost += 1;
     }
 
+    /// Where the subset would be so many frames on, if it kept its velocity.
+    pub(crate) fn after(&self, n_frames: usize) -> Warp {
+        let last = self.last();
+        let Some(before) = self.recent.get(1) else { return last };
+        let [x, y] = [0, 1].map(|axis| {
+            let velocity = last.position_px[axis] - before.position_px[axis];
+            last.position_px[axis] + n_frames as f64 * velocity
+        });
+        Warp { position_px: [x, y], ..last }
+    }
+
     /// Where the subset was seen last.
     pub(crate) fn last(&self) -> Warp {
         self.recent[0]
