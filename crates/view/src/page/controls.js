@@ -224,7 +224,7 @@ function connect() {
   for (const id of ["level", "window"]) byId(id).addEventListener("input", windowMoved);
   for (const input of document.querySelectorAll("input[name=tool]")) input.addEventListener("change", () => toTool(input.value));
   byId("recording").addEventListener("change", (event) => toRecording(Number(event.target.value)));
-  new ResizeObserver(() => { fitCanvas(); draw(); refreshSoon(); }).observe(canvas);
+  new ResizeObserver(() => requestAnimationFrame(() => { fitCanvas(); draw(); refreshSoon(); })).observe(canvas);
 }
 
 async function start() {
