@@ -13,6 +13,13 @@ mod slow {
 
     /// Moments at which a run is killed here; `CHAINWAVE_KILLS` asks for more.
     const KILLS: u64 = 10;
+    /// Writes that fail here; `CHAINWAVE_WRITES` asks for more.
+    const WRITES: u64 = 12;
+
+    /// A number that the environment asks for, else the usual one.
+    fn asked(variable: &str, usual: u64) -> u64 {
+        std::env::var(variable).ok().and_then(|n| n.parse().ok()).unwrap_or(usual)
+    }
 
     #[test]
     fn a_run_that_is_killed_at_any_moment_leaves_nothing_torn() {
@@ -22,7 +29,7 @@ mod slow {
         let start = Instant::now();
         succeed(&mut evaluation(&recordings, &undisturbed));
         let whole = start.elapsed();
-        let kills = std::env::var("CHAINWAVE_KILLS").ok().and_then(|n| n.parse().ok()).unwrap_or(KILLS);
+        let kills = asked("CHAINWAVE_KILLS", KILLS);
         let results = laboratory.path("results");
         for k in 0..kills {
             // Moments spread evenly over a run by the golden ratio, every second one over a run that begins from nothing.
@@ -133,8 +140,8 @@ mod slow {
             .expect("the shim counts");
         // A table and its sidecar, fifteen tables and pages of the results, nine figures: each is at least one.
         assert!(n_writes >= 20, "{n_writes} writes");
-        // Every write call in turn, thinned to what a test may take: primes, so that no kind of file is passed over.
-        let step = (n_writes / 24).max(1);
+        // Write calls spread evenly over the run.
+        let step = (n_writes / asked("CHAINWAVE_WRITES", WRITES)).max(1);
         for (k, n) in (1..=n_writes).step_by(usize::try_from(step).expect("a step")).enumerate() {
             lose_one();
             let error = if k % 2 == 0 { "28" } else { "5" };
