@@ -9,4 +9,4 @@ mod sheet;
 pub(crate) use frames::whole_frame;
 pub use histogram::{Histogram, histogram};
 pub use noise::{NoiseEstimate, noise};
-pub use sheet::{ContactSheet, GrayFrame, SheetLayout, contact_sheet, gray_frame};
+pub use sheet::{ContactSheet, GrayFrame, SheetLayout, contact_sheet, gray_frame, gray_frames};

@@ -1,10 +1,12 @@
 //! `chainwave inspect`: what a recording holds.
 
 use std::fs::File;
+use std::io::Write;
 use std::path::Path;
 
-use chainwave_camera::{CameraError, Histogram, NoiseEstimate, SheetLayout, contact_sheet, histogram, noise};
+use chainwave_camera::{CameraError, Histogram, NoiseEstimate, gray_frames, histogram, noise};
 use chainwave_experiment::RecordingSummary;
+use chainwave_figures::{Draw, Format, FrameSheet, NamedFrame, Style};
 use chainwave_measurement::{Recording, RecordingInfo, Region};
 use serde_json::{Value, json};
 use tiff::encoder::{TiffEncoder, colortype::Gray16};
@@ -26,7 +28,7 @@ pub(crate) fn inspect(arguments: &Inspect) -> Result<Outcome, Error> {
         write_frame(recording.as_ref(), frame, out)?;
     }
     if let Some(sheet) = &arguments.sheet {
-        contact_sheet(recording.as_ref(), SheetLayout::default())?.write_png(sheet)?;
+        write_sheet(recording.as_ref(), sheet)?;
     }
     let survey = Survey::of(recording.as_ref());
     match arguments.json {
@@ -34,6 +36,25 @@ pub(crate) fn inspect(arguments: &Inspect) -> Result<Outcome, Error> {
         false => print!("{}{}", as_text(&arguments.recording, recording.info()), survey.as_text()),
     }
     Ok(Outcome::default())
+}
+
+/// Frames evenly spread over a recording, each with its number and, where the recording knows it, its time after the trigger.
+fn write_sheet(recording: &dyn Recording, path: &Path) -> Result<(), Error> {
+    const N_FRAMES: usize = 20;
+    const N_COLUMNS: usize = 4;
+    const WIDTH_PX: usize = 480;
+    let info = recording.info();
+    let name = |frame: usize| match info.rate_hz {
+        Some(_) => format!("frame {frame}, {:.3} ms", 1e3 * info.times_s[frame]),
+        None => format!("frame {frame}"),
+    };
+    let frames = gray_frames(recording, N_FRAMES, WIDTH_PX)?;
+    let picture_px = frames.first().map_or([1, 1], |(_, shown)| [shown.width_px, shown.height_px]);
+    let frames =
+        frames.into_iter().map(|(frame, shown)| NamedFrame { name: name(frame), grays: shown.pixels });
+    let sheet = FrameSheet { picture_px, n_columns: N_COLUMNS, frames: frames.collect() };
+    let bytes = sheet.draw(&Style::default())?.bytes(Format::Png)?;
+    write_whole(path, |file| file.write_all(&bytes).map_err(Error::file(path, "write")))
 }
 
 /// Refuses a frame under a name of another format.

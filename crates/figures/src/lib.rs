@@ -40,6 +40,7 @@ mod extremes;
 mod field_map;
 mod figure;
 mod files;
+mod frame_sheet;
 mod front_width;
 mod geometry;
 mod group_velocity;
@@ -84,6 +85,7 @@ pub use files::{
     group_velocity, group_velocity_by_particles, long_chain, marked_frame, peak_energy, peak_trace,
     residual_map, right_halves, strain_map, strain_profiles, tail_spectrum, tracks, trade_off,
 };
+pub use frame_sheet::{FrameSheet, NamedFrame};
 pub use front_width::{FrontPulse, FrontWidth, RightHalves};
 pub use group_velocity::{Against, GroupVelocities, GroupVelocityFigure};
 pub use long_chain::LongChain;

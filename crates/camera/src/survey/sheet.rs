@@ -1,8 +1,4 @@
-//! The contact sheet: reduced frames side by side, written as PNG.
-
-use std::fs::File;
-use std::io::BufWriter;
-use std::path::Path;
+//! Reduced frames to look at: one, some, and some side by side.
 
 use chainwave_measurement::Recording;
 
@@ -74,58 +70,54 @@ pub fn gray_frame(
     Ok(GrayFrame { width_px, height_px, pixels: tile.into_iter().map(|count| levels.gray(count)).collect() })
 }
 
-/// Draws a contact sheet. Frames are reduced by averaging, and all share one mapping of counts to gray.
+/// Some frames, evenly spread over the recording, with their numbers: reduced by averaging, and all with one mapping of counts to gray.
+///
+/// # Errors
+/// [`CameraError::Read`] when a frame cannot be read.
+pub fn gray_frames(
+    recording: &dyn Recording,
+    n_frames: usize,
+    width_px: usize,
+) -> Result<Vec<(usize, GrayFrame)>, CameraError> {
+    let info = recording.info();
+    let frames = spread(n_frames, info.n_frames);
+    let width_px = width_px.clamp(1, info.width_px);
+    let height_px = (info.height_px * width_px / info.width_px).max(1);
+    let reduce = |&frame: &usize| {
+        let pixels = whole_frame(recording, frame)?;
+        Ok(reduced(&pixels, (info.width_px, info.height_px), (width_px, height_px)))
+    };
+    let tiles: Vec<Vec<f32>> = frames.iter().map(reduce).collect::<Result<_, CameraError>>()?;
+    let levels = GrayRange::of(&tiles);
+    let gray = |(frame, tile): (usize, Vec<f32>)| {
+        let pixels = tile.into_iter().map(|count| levels.gray(count)).collect();
+        (frame, GrayFrame { width_px, height_px, pixels })
+    };
+    Ok(frames.into_iter().zip(tiles).map(gray).collect())
+}
+
+/// Draws a contact sheet of [`gray_frames`].
 ///
 /// # Errors
 /// [`CameraError::Read`] when a frame cannot be read.
 pub fn contact_sheet(recording: &dyn Recording, layout: SheetLayout) -> Result<ContactSheet, CameraError> {
-    let info = recording.info();
-    let frames = spread(layout.n_frames, info.n_frames);
-    let width = layout.tile_width_px.clamp(1, info.width_px);
-    let height = (info.height_px * width / info.width_px).max(1);
-    let reduce = |&frame: &usize| {
-        let pixels = whole_frame(recording, frame)?;
-        Ok(reduced(&pixels, (info.width_px, info.height_px), (width, height)))
-    };
-    let tiles: Vec<Vec<f32>> = frames.iter().map(reduce).collect::<Result<_, CameraError>>()?;
-    let levels = GrayRange::of(&tiles);
-
-    let n_columns = layout.n_columns.clamp(1, frames.len().max(1));
-    let n_rows = frames.len().div_ceil(n_columns);
+    let tiles = gray_frames(recording, layout.n_frames, layout.tile_width_px)?;
+    let (width, height) = tiles.first().map_or((1, 1), |(_, tile)| (tile.width_px, tile.height_px));
+    let n_columns = layout.n_columns.clamp(1, tiles.len().max(1));
+    let n_rows = tiles.len().div_ceil(n_columns);
     let width_px = n_columns * (width + GAP_PX) + GAP_PX;
     let height_px = n_rows * (height + GAP_PX) + GAP_PX;
     let mut pixels = vec![WHITE; width_px * height_px];
-    for (index, tile) in tiles.iter().enumerate() {
+    for (index, (_, tile)) in tiles.iter().enumerate() {
         let left = index % n_columns * (width + GAP_PX) + GAP_PX;
         let top = index / n_columns * (height + GAP_PX) + GAP_PX;
-        for (row, counts) in tile.chunks_exact(width).enumerate() {
+        for (row, grays) in tile.pixels.chunks_exact(width).enumerate() {
             let start = (top + row) * width_px + left;
-            for (pixel, &count) in pixels[start..start + width].iter_mut().zip(counts) {
-                *pixel = levels.gray(count);
-            }
+            pixels[start..start + width].copy_from_slice(grays);
         }
     }
+    let frames = tiles.into_iter().map(|(frame, _)| frame).collect();
     Ok(ContactSheet { width_px, height_px, pixels, frames })
-}
-
-impl ContactSheet {
-    /// Writes the sheet as a PNG.
-    ///
-    /// # Errors
-    /// [`CameraError::Io`] when the file cannot be written.
-    pub fn write_png(&self, path: &Path) -> Result<(), CameraError> {
-        let io_error = |source| CameraError::Io { path: path.into(), source };
-        let file = BufWriter::new(File::create(path).map_err(io_error)?);
-        // A sheet is far below the 2^31 px that a PNG can have on a side.
-        let mut encoder = png::Encoder::new(file, self.width_px as u32, self.height_px as u32);
-        encoder.set_color(png::ColorType::Grayscale);
-        encoder.set_depth(png::BitDepth::Eight);
-        let written = encoder.write_header().and_then(|mut writer| {
-            writer.write_image_data(&self.pixels)?;
-            writer.finish()
-        });
-        written.map_err(|error| io_error(error.into()))
-    }
 }
 
 /// A frame made smaller: each pixel is the mean over the pixels that it covers.

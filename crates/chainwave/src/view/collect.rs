@@ -58,8 +58,8 @@ fn of_recordings(path: &Path, options: &OpenOptions) -> Result<Collection, Error
 
 /// The recordings of the trials table, with the subsets that are followed in each.
 fn of_experiment(arguments: &cli::View) -> Result<Collection, Error> {
-    let setup = Setup::read(&arguments.path, arguments.recordings.as_deref())?;
-    let setup = Setup { takes_partial: arguments.reading.partial, ..setup };
+    let mut setup = Setup::read(&arguments.path, arguments.recordings.as_deref())?;
+    setup.takes_partial = arguments.reading.partial;
     let (mut recordings, mut notes) = (Vec::new(), Vec::new());
     for trial in &setup.trials {
         match planned_view(&setup, trial) {
