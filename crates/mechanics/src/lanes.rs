@@ -2,7 +2,7 @@
 
 pub(crate) mod row;
 
-use std::any::Any;
+use std::any::{Any, TypeId};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use pulp::{Simd, WithSimd, bytemuck};
@@ -238,6 +238,17 @@ impl<S: Simd, const U: usize> Lanes<S, U> {
         no
     }
 
+    /// Whether no lane has a bit from bit number `from` on.
+    #[inline(always)]
+    pub(crate) fn all_bits_below(self, from: u32) -> bool {
+        let mut bits = self.simd.splat_u64s(0);
+        for value in self.values {
+            bits = self.simd.or_u64s(bits, bytemuck::cast(value));
+        }
+        let rest = self.simd.splat_u64s((1 << from) - 1);
+        self.simd.first_true_m64s(self.simd.less_than_u64s(rest, bits)) >= S::F64_LANES
+    }
+
     /// What the table holds at the place that four bits of each lane name, from bit number `FROM` on.
     #[inline(always)]
     pub(crate) fn look_up<const FROM: u32>(mut self, table: &[f64; TABLE]) -> Self {
@@ -262,9 +273,9 @@ impl<S: Simd, const U: usize> Lanes<S, U> {
 
     /// Whether tables are better looked up one by one, in registers, than by records in memory.
     #[inline(always)]
-    pub(crate) fn has_tables_in_registers(self) -> bool {
+    pub(crate) fn has_tables_in_registers() -> bool {
         #[cfg(target_arch = "x86_64")]
-        return (&self.simd as &dyn Any).is::<pulp::x86::V4>();
+        return TypeId::of::<S>() == TypeId::of::<pulp::x86::V4>();
         #[cfg(not(target_arch = "x86_64"))]
         false
     }

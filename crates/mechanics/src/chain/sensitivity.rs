@@ -159,8 +159,9 @@ fn motion_of_masses(simulation: &Simulation) -> Trajectory {
     }
 }
 
+/// Rest, the values of one time side by side as they are written and read.
 fn at_rest(n_bodies: usize, times_s: &[f64]) -> Trajectory {
-    let rest = Array2::zeros((n_bodies, times_s.len()));
+    let rest = Array2::zeros((n_bodies, times_s.len()).f());
     Trajectory { times_s: times_s.to_vec(), displacement_m: rest.clone(), velocity_m_per_s: rest }
 }
 
