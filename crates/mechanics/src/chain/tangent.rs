@@ -6,7 +6,7 @@ use chainwave_measurement::Trajectory;
 use pulp::{Simd, WithSimd};
 
 use super::{change::Asked, model::ChainModel, parameters::Chain, row::End};
-use crate::lanes::vectorised;
+use crate::lanes::{self, vectorised};
 use along::{Along, Closing, Coefficients};
 
 /// The variational equations along a motion: how displacements and velocities of all masses change with each of several changes.
@@ -48,7 +48,7 @@ impl<'a> Tangent<'a> {
         motion: &'a Trajectory,
         asked: Asked<'a>,
     ) -> Self {
-        let n_lanes = asked.n().next_multiple_of(vectorised(Width));
+        let n_lanes = asked.n().next_multiple_of(lanes::width());
         let row = vec![0.0; (model.n_masses() + 1) * n_lanes];
         let zero = Derivatives { s: row.clone(), u: row.clone() };
         let along = Along::new(chain, model, motion, asked);
@@ -99,12 +99,12 @@ impl<'a> Tangent<'a> {
 
     /// Writes the bodies' derivatives as output number `k`.
     pub(crate) fn record(&self, k: usize, derivatives: &mut [Trajectory]) {
-        let first = self.model.first_gap();
+        let first = self.model.first_gap() * self.n_lanes;
+        let Derivatives { s, u } = &self.here;
         for (lane, derivative) in derivatives.iter_mut().enumerate() {
-            for body in 0..derivative.displacement_m.nrows() {
-                let place = (first + body) * self.n_lanes + lane;
-                derivative.displacement_m[(body, k)] = self.here.s[place];
-                derivative.velocity_m_per_s[(body, k)] = self.here.u[place];
+            for (row, all) in [(&mut derivative.displacement_m, s), (&mut derivative.velocity_m_per_s, u)] {
+                let of_bodies = all[first + lane..].iter().step_by(self.n_lanes);
+                row.column_mut(k).iter_mut().zip(of_bodies).for_each(|(place, value)| *place = *value);
             }
         }
     }
@@ -209,18 +209,6 @@ fn add_up<S: Simd>(simd: S, rates: [&[f64]; 4], sixth_s: f64, to: &mut [f64]) {
         let middle = simd.mul_f64s(two, simd.add_f64s(*second, *third));
         let sum = simd.add_f64s(simd.add_f64s(*first, middle), *last);
         *to = simd.add_f64s(*to, simd.mul_f64s(sixth, sum));
-    }
-}
-
-/// Lanes of a vector of the instruction set in use.
-struct Width;
-
-impl WithSimd for Width {
-    type Output = usize;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> usize {
-        S::F64_LANES
     }
 }
 

@@ -174,20 +174,21 @@ impl<'a, S: Simd, const U: usize> TableLanes<'a, S, U> {
         (Placed { t, factor_minus_one }, outside)
     }
 
-    /// Contact forces in newtons at overlaps, and one in the lanes that the tables do not hold, else zero.
+    /// Contact forces in newtons at overlaps; adds one to the lanes that the tables do not hold.
     ///
     /// Ahead of a wave and long behind it, whole blocks lie in the interval around zero overlap, and want no look-up.
     #[inline(always)]
-    pub(crate) fn force_at(&self, overlap_m: Lanes<S, U>) -> (Lanes<S, U>, Lanes<S, U>) {
+    pub(crate) fn force_at(&self, overlap_m: Lanes<S, U>, n_outside: &mut Lanes<S, U>) -> Lanes<S, U> {
         let ratio = (overlap_m + self.delta_0_m) * self.per_delta_0;
         if ratio.bits_less(ORIGIN + MIDDLE_PLACE).all_bits_below(PART) {
             let [octave_m, scale_per_m, shift, factor_minus_one] =
                 self.table.records[(MIDDLE_PLACE >> PART) as usize].map(|value| overlap_m.constant(value));
             let t = (overlap_m + octave_m).mul_add(scale_per_m, shift);
-            return (self.force(Placed { t, factor_minus_one }), overlap_m.constant(0.0));
+            return self.force(Placed { t, factor_minus_one });
         }
         let (placed, outside) = self.place(overlap_m);
-        (self.force(placed), outside)
+        *n_outside = *n_outside + outside;
+        self.force(placed)
     }
 
     /// Contact forces in newtons at overlaps in their places; of no meaning where the tables do not hold them.
