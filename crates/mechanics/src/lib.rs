@@ -38,12 +38,12 @@
 //! [`Simulation::energy_drift`] says how well. Nothing is allocated in a step, and the same input gives the same bits.
 //!
 //! Processor time beside a plain loop of the classical Runge-Kutta method with the library's power (`benches/chain.rs`, 300 bodies,
-//! medians of the same minutes on two busy cores of an AMD EPYC (Zen 3) with AVX2, near 2.0 GHz):
+//! medians of the same minutes on two busy cores of an AMD EPYC (Zen 3) with AVX2, at some 2.0 GHz):
 //!
 //! | method | all bodies | those that the wave has reached |
 //! |---|---|---|
-//! | classical Runge-Kutta | 0.16 | 0.11 |
-//! | velocity Verlet | 0.055 | 0.041 |
+//! | classical Runge-Kutta | 0.16 | 0.10 |
+//! | velocity Verlet | 0.07 | 0.04 |
 //!
 //! A second model ([`RingChain`]) resolves each body as an elliptical ring of beams. What small motions of a chain see is told in
 //! closed form ([`LinearChain`]).

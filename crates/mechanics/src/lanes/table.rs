@@ -4,11 +4,9 @@ use std::any::Any;
 
 use pulp::{Simd, bytemuck};
 
-#[cfg(doc)]
-use super::Lanes;
 use super::{COLUMNS, PADDING, TABLE};
 
-/// [`Lanes::look_up`] for one vector: in registers where the machine has AVX-512.
+/// [`super::Lanes::look_up`] for one vector: in registers where the machine has AVX-512.
 #[inline(always)]
 pub(super) fn look_up<S: Simd, const FROM: u32>(simd: S, bits: S::f64s, table: &[f64; TABLE]) -> S::f64s {
     #[cfg(target_arch = "x86_64")]
@@ -28,7 +26,7 @@ pub(super) fn look_up<S: Simd, const FROM: u32>(simd: S, bits: S::f64s, table: &
     S::as_simd_f64s(&lanes).0[0]
 }
 
-/// [`Lanes::records`] for one vector. With AVX2, each half of a record is loaded at once, and the halves are sorted into columns.
+/// [`super::Lanes::records`] for one vector. With AVX2, each half of a record is loaded at once, and the halves are sorted into columns.
 ///
 /// There is no closure in it, nor a function that takes one: what is not put in line is compiled without the vectors' instructions.
 #[inline(always)]
