@@ -1,8 +1,9 @@
 //! Arithmetic on vectors of numbers of any width, with the same bits on each instruction set.
 
 pub(crate) mod row;
+mod table;
 
-use std::any::Any;
+use std::any::TypeId;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use pulp::{Simd, WithSimd, bytemuck};
@@ -22,6 +23,22 @@ pub(crate) const COLUMNS: usize = 4;
 /// nowhere else; and no sum is split by the width of the vectors.
 pub(crate) fn vectorised<W: WithSimd>(work: W) -> W::Output {
     chainwave_vectors::dispatch(work)
+}
+
+/// Numbers in a vector of the instruction set in use.
+pub(crate) fn width() -> usize {
+    struct Width;
+
+    impl WithSimd for Width {
+        type Output = usize;
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, _: S) -> usize {
+            S::F64_LANES
+        }
+    }
+
+    vectorised(Width)
 }
 
 /// `n` rounded up to a multiple of [`PADDING`].
@@ -238,11 +255,22 @@ impl<S: Simd, const U: usize> Lanes<S, U> {
         no
     }
 
+    /// Whether no lane has a bit from bit number `from` on.
+    #[inline(always)]
+    pub(crate) fn all_bits_below(self, from: u32) -> bool {
+        let mut bits = self.simd.splat_u64s(0);
+        for value in self.values {
+            bits = self.simd.or_u64s(bits, bytemuck::cast(value));
+        }
+        let rest = self.simd.splat_u64s((1 << from) - 1);
+        self.simd.first_true_m64s(self.simd.less_than_u64s(rest, bits)) >= S::F64_LANES
+    }
+
     /// What the table holds at the place that four bits of each lane name, from bit number `FROM` on.
     #[inline(always)]
     pub(crate) fn look_up<const FROM: u32>(mut self, table: &[f64; TABLE]) -> Self {
         for a in &mut self.values {
-            *a = look_up::<S, FROM>(self.simd, *a, table);
+            *a = table::look_up::<S, FROM>(self.simd, *a, table);
         }
         self
     }
@@ -252,7 +280,7 @@ impl<S: Simd, const U: usize> Lanes<S, U> {
     pub(crate) fn records<const FROM: u32>(self, table: &[[f64; COLUMNS]; TABLE * TABLE]) -> [Self; COLUMNS] {
         let mut columns = [self; COLUMNS];
         for (i, bits) in self.values.into_iter().enumerate() {
-            let found = records::<S, FROM>(self.simd, bits, table);
+            let found = table::records::<S, FROM>(self.simd, bits, table);
             for (column, found) in columns.iter_mut().zip(found) {
                 column.values[i] = found;
             }
@@ -262,9 +290,9 @@ impl<S: Simd, const U: usize> Lanes<S, U> {
 
     /// Whether tables are better looked up one by one, in registers, than by records in memory.
     #[inline(always)]
-    pub(crate) fn has_tables_in_registers(self) -> bool {
+    pub(crate) fn has_tables_in_registers() -> bool {
         #[cfg(target_arch = "x86_64")]
-        return (&self.simd as &dyn Any).is::<pulp::x86::V4>();
+        return TypeId::of::<S>() == TypeId::of::<pulp::x86::V4>();
         #[cfg(not(target_arch = "x86_64"))]
         false
     }
@@ -382,92 +410,6 @@ impl<S: Simd> Lanes<S, 1> {
         }
         lanes[0]
     }
-}
-
-/// [`Lanes::look_up`] for one vector: in registers where the machine has AVX-512.
-#[inline(always)]
-fn look_up<S: Simd, const FROM: u32>(simd: S, bits: S::f64s, table: &[f64; TABLE]) -> S::f64s {
-    #[cfg(target_arch = "x86_64")]
-    if let (Some(v4), Ok(bits)) =
-        ((&simd as &dyn Any).downcast_ref::<pulp::x86::V4>(), bytemuck::try_cast::<_, pulp::u64x8>(bits))
-    {
-        let [low, high]: [pulp::f64x8; 2] = bytemuck::cast(*table);
-        let place = v4.avx512f._mm512_srli_epi64::<FROM>(pulp::cast(bits));
-        let found = v4.avx512f._mm512_permutex2var_pd(pulp::cast(low), place, pulp::cast(high));
-        return bytemuck::cast(pulp::cast::<_, pulp::f64x8>(found));
-    }
-    let mut lanes = [0.0_f64; PADDING];
-    S::as_mut_simd_f64s(&mut lanes).0[0] = bits;
-    for lane in &mut lanes[..S::F64_LANES] {
-        *lane = table[(lane.to_bits() >> FROM) as usize % TABLE];
-    }
-    S::as_simd_f64s(&lanes).0[0]
-}
-
-/// [`Lanes::records`] for one vector. With AVX2, each half of a record is loaded at once, and the halves are sorted into columns.
-///
-/// There is no closure in it, nor a function that takes one: what is not put in line is compiled without the vectors' instructions.
-#[inline(always)]
-fn records<S: Simd, const FROM: u32>(
-    simd: S,
-    bits: S::f64s,
-    table: &[[f64; COLUMNS]; TABLE * TABLE],
-) -> [S::f64s; COLUMNS] {
-    #[cfg(target_arch = "x86_64")]
-    if let (Some(v3), Ok([first, second, third, fourth])) =
-        ((&simd as &dyn Any).downcast_ref::<pulp::x86::V3>(), bytemuck::try_cast::<_, [u64; 4]>(bits))
-    {
-        let first = halves(record::<FROM>(first, table));
-        let second = halves(record::<FROM>(second, table));
-        let third = halves(record::<FROM>(third, table));
-        let fourth = halves(record::<FROM>(fourth, table));
-        let avx = v3.avx;
-        let left_even = avx._mm256_insertf128_pd::<1>(avx._mm256_castpd128_pd256(first[0]), third[0]);
-        let left_odd = avx._mm256_insertf128_pd::<1>(avx._mm256_castpd128_pd256(second[0]), fourth[0]);
-        let right_even = avx._mm256_insertf128_pd::<1>(avx._mm256_castpd128_pd256(first[1]), third[1]);
-        let right_odd = avx._mm256_insertf128_pd::<1>(avx._mm256_castpd128_pd256(second[1]), fourth[1]);
-        return [
-            from_avx::<S>(avx._mm256_unpacklo_pd(left_even, left_odd)),
-            from_avx::<S>(avx._mm256_unpackhi_pd(left_even, left_odd)),
-            from_avx::<S>(avx._mm256_unpacklo_pd(right_even, right_odd)),
-            from_avx::<S>(avx._mm256_unpackhi_pd(right_even, right_odd)),
-        ];
-    }
-    let mut numbers = [0.0_f64; PADDING];
-    S::as_mut_simd_f64s(&mut numbers).0[0] = bits;
-    let mut columns = [[0.0_f64; PADDING]; COLUMNS];
-    for lane in 0..S::F64_LANES {
-        let record = record::<FROM>(numbers[lane].to_bits(), table);
-        for column in 0..COLUMNS {
-            columns[column][lane] = record[column];
-        }
-    }
-    let mut found = [bits; COLUMNS];
-    for column in 0..COLUMNS {
-        found[column] = S::as_simd_f64s(&columns[column]).0[0];
-    }
-    found
-}
-
-/// The record at the place that eight bits name, from bit number `FROM` on.
-#[inline(always)]
-fn record<const FROM: u32>(bits: u64, table: &[[f64; COLUMNS]; TABLE * TABLE]) -> &[f64; COLUMNS] {
-    &table[(bits >> FROM) as usize % (TABLE * TABLE)]
-}
-
-/// The two halves of a record.
-#[cfg(target_arch = "x86_64")]
-#[inline(always)]
-fn halves(record: &[f64; COLUMNS]) -> [std::arch::x86_64::__m128d; 2] {
-    let [a, b, c, d] = *record;
-    [pulp::cast([a, b]), pulp::cast([c, d])]
-}
-
-/// A vector of AVX as the same vector of an instruction set that is AVX2.
-#[cfg(target_arch = "x86_64")]
-#[inline(always)]
-fn from_avx<S: Simd>(vector: std::arch::x86_64::__m256d) -> S::f64s {
-    bytemuck::cast(pulp::cast::<_, pulp::f64x4>(vector))
 }
 
 /// The bits of a vector of one lane.

@@ -37,9 +37,13 @@
 //! Energy is booked along the way: kinetic and potential energy plus what the dampers took stays constant, and
 //! [`Simulation::energy_drift`] says how well. Nothing is allocated in a step, and the same input gives the same bits.
 //!
-//! Processor time beside a plain loop of the classical Runge-Kutta method with the library's power (`benches/chain.rs`, 300 bodies, the
-//! same minutes on two busy cores of an AMD EPYC with AVX2): the same method takes 0.22 of it, 0.14 where the front leaves bodies out,
-//! and velocity Verlet 0.09.
+//! Processor time beside a plain loop of the classical Runge-Kutta method with the library's power (`benches/chain.rs`, 300 bodies,
+//! medians of the same minutes on two busy cores of an AMD EPYC (Zen 3) with AVX2, at some 2.0 GHz):
+//!
+//! | method | all bodies | those that the wave has reached |
+//! |---|---|---|
+//! | classical Runge-Kutta | 0.16 | 0.10 |
+//! | velocity Verlet | 0.07 | 0.04 |
 //!
 //! A second model ([`RingChain`]) resolves each body as an elliptical ring of beams. What small motions of a chain see is told in
 //! closed form ([`LinearChain`]).

@@ -5,7 +5,7 @@ use nalgebra::DVector;
 
 use super::residuals::TrackResiduals;
 use crate::error::FitError;
-use crate::least_squares::{LeastSquares, Minimum, Stop, Unknowns, minimise};
+use crate::least_squares::{LeastSquares, Minimum, Stop, Unknowns, least_chi_squared};
 
 /// A 95 % interval by profile likelihood: where chi squared, all other unknowns fitted anew, is 3.84 above its least (times the
 /// residuals' excess over what is stated).
@@ -69,8 +69,9 @@ pub(super) fn rise_at(
     // The others move along as the equations at the minimum let expect.
     let shared = &best.at.shared + moves * (value - best.at.shared[unknown]);
     let start = problem.bounds().nearest(Unknowns { shared, own: best.at.own.clone() });
-    let held = minimise(problem, start, &[unknown], &Stop::STATED).map_err(|why| problem.failure(why))?;
-    Ok((held.chi_squared() - best.chi_squared()).max(0.0))
+    let held = least_chi_squared(problem, start, &[unknown], &Stop::STATED);
+    let held = held.map_err(|why| problem.failure(why))?;
+    Ok((held - best.chi_squared()).max(0.0))
 }
 
 /// Where the root of the rise would be 1, were it straight.

@@ -1,6 +1,9 @@
 //! Tracks of all recordings against the chain model, as a least-squares problem.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{
+    Mutex, PoisonError,
+    atomic::{AtomicU64, Ordering},
+};
 
 use chainwave_measurement::{BodyTrack, Estimate, Observation, map_in_parallel};
 use chainwave_mechanics::{Chain, Drive, Schedule, Striker};
@@ -43,6 +46,8 @@ pub(super) struct TrackResiduals<'a> {
     bounds: Bounds,
     pub(super) n_residuals: usize,
     n_simulations: AtomicU64,
+    /// The model behind the last equations, and where that was: what comes after a search asks for its minimum again.
+    last: Mutex<Option<(Unknowns, SolvedModel)>>,
 }
 
 /// The model at values of the unknowns.
@@ -99,8 +104,8 @@ impl<'a> TrackResiduals<'a> {
         }));
         let strikers = ((1.0 - WIDEST_DRIVE) * mean, (1.0 + WIDEST_DRIVE) * mean);
         let bounds = Bounds { shared, own: [strikers, (f64::NEG_INFINITY, f64::INFINITY)] };
-        let n_simulations = AtomicU64::new(0);
-        Ok(Self { observations, model, asked, steps, schedule, bounds, n_residuals, n_simulations })
+        let (n_simulations, last) = (AtomicU64::new(0), Mutex::new(None));
+        Ok(Self { observations, model, asked, steps, schedule, bounds, n_residuals, n_simulations, last })
     }
 
     /// Number of shared unknowns.
@@ -158,8 +163,17 @@ impl<'a> TrackResiduals<'a> {
         (equations.chi_squared_of(r) - prior, freedom as f64)
     }
 
-    /// The model at values of the unknowns.
+    /// The model at values of the unknowns, integrated anew unless the last equations were those there.
     pub(super) fn solve(&self, at: &Unknowns) -> Result<SolvedModel, FitError> {
+        let last = self.last.lock().unwrap_or_else(PoisonError::into_inner).take();
+        match last.filter(|(there, _)| there == at) {
+            Some((_, model)) => Ok(model),
+            None => self.integrate(at, true),
+        }
+    }
+
+    /// The model at values of the unknowns, with its derivatives by those or without.
+    fn integrate(&self, at: &Unknowns, with_derivatives: bool) -> Result<SolvedModel, FitError> {
         let strikers: Vec<f64> = at.own.iter().map(|own| own[0]).collect();
         let [scale_unknown, friction_unknown] =
             [Quantity::Scale, Quantity::Friction].map(|quantity| self.unknown_of(quantity));
@@ -167,7 +181,7 @@ impl<'a> TrackResiduals<'a> {
         let mut derivatives = Vec::with_capacity(self.n_shared());
         for (i, step) in self.steps.iter().enumerate() {
             // The chain does not feel the scale of the pictures, and friction's effect is added to its motion.
-            let is_felt = Some(i) != scale_unknown && Some(i) != friction_unknown;
+            let is_felt = with_derivatives && Some(i) != scale_unknown && Some(i) != friction_unknown;
             derivatives.push(is_felt.then_some(sides.len()));
             if is_felt {
                 let (mut lower, mut upper) = (at.shared.clone(), at.shared.clone());
@@ -203,7 +217,15 @@ impl LeastSquares for TrackResiduals<'_> {
 
     /// Solves the chain around the values, and sums up residuals and derivatives.
     fn equations(&self, at: &Unknowns) -> Result<NormalEquations, FitError> {
-        Ok(self.equations_of(&self.solve(at)?, at, |_, _, _| true))
+        let model = self.solve(at)?;
+        let equations = self.equations_of(&model, at, |_, _, _| true);
+        *self.last.lock().unwrap_or_else(PoisonError::into_inner) = Some((at.clone(), model));
+        Ok(equations)
+    }
+
+    /// The motion says all; its derivatives are not integrated.
+    fn chi_squared(&self, at: &Unknowns) -> Result<f64, FitError> {
+        Ok(self.equations_of(&self.integrate(at, false)?, at, |_, _, _| true).chi_squared())
     }
 }
 
@@ -415,68 +437,4 @@ fn first_position_m(track: &BodyTrack) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use chainwave_mechanics::{FarEnd, PowerLaw, simulate};
-
-    use super::*;
-    use crate::quantity::Known;
-
-    /// One trial that sees eight bodies, without noise.
-    fn observed(chain: &Chain) -> Observation {
-        let moved = simulate(chain, &Schedule::automatic(0.008, 1e-5)).unwrap().trajectory;
-        let times_s: Vec<f64> = (0..150).map(|k| 4e-5 * f64::from(k)).collect();
-        let track = |body: usize| {
-            let place = |t_s: &f64| Some(Estimate::new(moved.at(*t_s)?.displacement_m(body - 1), 0.4e-6));
-            BodyTrack { body, position_m: times_s.iter().map(place).collect() }
-        };
-        let bodies = (1..=8).map(track).collect();
-        Observation { recording: "one".into(), view: 0, trial: 0, times_s, bodies }
-    }
-
-    #[test]
-    fn sensitivities_are_those_of_simulations() {
-        let chain = Chain {
-            mass_kg: vec![0.455e-3; 8],
-            damping_kg_per_s: vec![0.003; 8],
-            contact: PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap().into(),
-            drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s: 2.73, damping_kg_per_s: 0.2 }),
-            far_end: FarEnd::Free,
-        };
-        let quantities = [
-            Quantity::BodyMass,
-            Quantity::Prefactor,
-            Quantity::Offset,
-            Quantity::Exponent,
-            Quantity::Softening,
-        ];
-        let known = quantities.map(|quantity| Known { quantity, relative_sigma: 0.01 }).into();
-        let observations = [observed(&chain)];
-        let velocity = Estimate::new(2.73, 0.05);
-        let n_threads = std::num::NonZero::<usize>::MIN;
-        let model = TrackModel { chain, striker_velocity_m_per_s: velocity, known, n_threads };
-        let problem = TrackResiduals::new(&observations, &model, &[]).unwrap();
-        let shared = DVector::from_vec([vec![0.003, 0.2], vec![1.0; 5]].concat());
-        let state = Unknowns { shared, own: vec![Own::new(2.73, 0.0)] };
-        let response_at = |state: &Unknowns| problem.solve(state).unwrap().response;
-        let n_places = observations[0].bodies.len() * observations[0].times_s.len();
-        let weights = response_at(&state).weights(2.73).0;
-        let here = response_at(&state);
-        for unknown in 0..problem.n_shared() {
-            let value = state.shared[unknown];
-            let displacement_m = |part: f64| {
-                let mut beside = state.clone();
-                beside.shared[unknown] += part * value;
-                let there = response_at(&beside);
-                let of_place = |place| there.displacement_m(&weights, place);
-                DVector::from_iterator(n_places, (0..n_places).map(of_place))
-            };
-            let slope = |part: f64| (displacement_m(part) - displacement_m(-part)) / (2.0 * part * value);
-            let expected = (slope(1e-3) * 4.0 - slope(2e-3)) / 3.0;
-            let of_place = |place| here.derivative_m(&weights, unknown, place);
-            let found = DVector::from_iterator(n_places, (0..n_places).map(of_place));
-            let error = (&found - &expected).amax() / expected.amax();
-            // The simulations in the differences step differently, to 1e-6 of the motion by their own account.
-            assert!(error < 5e-6, "unknown {unknown}: {error}");
-        }
-    }
-}
+mod tests;

@@ -18,10 +18,10 @@ impl ForceRow {
         Self { force_n: AlignedRow::zeros(row_length(n_masses)) }
     }
 
-    /// Takes over the forces of another row of as many masses.
+    /// Takes over the forces behind the first `n` masses of another row.
     #[inline(always)]
-    pub(crate) fn copy_from(&mut self, other: &Self) {
-        self.force_n.copy_from_slice(&other.force_n);
+    pub(crate) fn copy_from(&mut self, other: &Self, n: usize) {
+        self.behind(n).copy_from_slice(&other.force_n[PADDING..PADDING + n]);
     }
 
     /// The forces behind the first `n` masses.

@@ -159,7 +159,7 @@ impl<'a> ChainModel<'a> {
 
     /// Takes away what is not there.
     #[inline(always)]
-    fn end(&self, touching: Touching, row: &mut [f64]) {
+    pub(crate) fn end(&self, touching: Touching, row: &mut [f64]) {
         for gap in self.idle(touching).into_iter().flatten() {
             if let Some(value) = row.get_mut(gap) {
                 *value = 0.0;
@@ -290,6 +290,18 @@ impl<'a> ChainModel<'a> {
     pub(crate) fn dashpot_kg_per_s(&self, gap: usize, touching: Touching) -> f64 {
         let of_striker = self.closed(touching).find(|contact| contact.gap == gap);
         of_striker.map_or_else(|| self.gaps.dashpot_kg_per_s(gap), |contact| contact.damping_kg_per_s)
+    }
+
+    /// Fills a row with the dashpots of its gaps in kilograms per second, those of touching strikers included.
+    pub(crate) fn dashpots(&self, touching: Touching, row: &mut [f64]) {
+        for (gap, dashpot) in row.iter_mut().enumerate() {
+            *dashpot = self.gaps.dashpot_kg_per_s(gap);
+        }
+        for contact in self.closed(touching) {
+            if let Some(dashpot) = row.get_mut(contact.gap) {
+                *dashpot = contact.damping_kg_per_s;
+            }
+        }
     }
 
     /// Stiffness of a gap in newtons per metre.

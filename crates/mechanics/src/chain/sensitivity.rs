@@ -80,8 +80,13 @@ fn solve(chain: &Chain, schedule: &Schedule, asked: Asked<'_>) -> Result<Sensiti
     let mut simulation = simulate(chain, &Schedule { output_interval_s, ..*schedule })?;
     let n_outputs = simulation.trajectory.times_s.len().div_ceil(n_between);
     let outputs_s: Vec<f64> = (0..n_outputs).map(|k| k as f64 * schedule.output_interval_s).collect();
-    let derivatives = derivatives(chain, &simulation, asked, (&outputs_s, n_between))?;
-    thin(&mut simulation, n_between);
+    let derivatives = match asked.n() {
+        0 => Vec::new(),
+        _ => derivatives(chain, &simulation, asked, (&outputs_s, n_between))?,
+    };
+    if n_between > 1 {
+        thin(&mut simulation, n_between);
+    }
     simulation.trajectory.times_s = outputs_s;
     Ok(Sensitivities { simulation, derivatives })
 }
@@ -111,7 +116,8 @@ fn derivatives(
             tangent.record((k + 1) / n_between, &mut found);
         }
     }
-    let is_finite = |derivative: &Trajectory| derivative.displacement_m.iter().all(|value| value.is_finite());
+    let is_finite =
+        |derivative: &Trajectory| derivative.displacement_m.fold(true, |all, value| all && value.is_finite());
     match found.iter().all(is_finite) {
         true => Ok(found),
         false => Err(MechanicsError::NotFinite { time_s: outputs_s.last().copied().unwrap_or(0.0) }),
@@ -159,8 +165,9 @@ fn motion_of_masses(simulation: &Simulation) -> Trajectory {
     }
 }
 
+/// Rest, the values of one time side by side as they are written and read.
 fn at_rest(n_bodies: usize, times_s: &[f64]) -> Trajectory {
-    let rest = Array2::zeros((n_bodies, times_s.len()));
+    let rest = Array2::zeros((n_bodies, times_s.len()).f());
     Trajectory { times_s: times_s.to_vec(), displacement_m: rest.clone(), velocity_m_per_s: rest }
 }
 

@@ -6,23 +6,25 @@ use chainwave_measurement::Trajectory;
 use pulp::{Simd, WithSimd};
 
 use super::{change::Asked, model::ChainModel, parameters::Chain, row::End};
-use crate::lanes::{PADDING, padded, vectorised};
+use crate::lanes::{self, vectorised};
 use along::{Along, Closing, Coefficients};
 
 /// The variational equations along a motion: how displacements and velocities of all masses change with each of several changes.
 ///
 /// m s_i'' = k_{i-1} (s_{i-1} - s_i) - k_i (s_i - s_{i+1}) + (the same for dashpots) - c_i s_i' + m g_i, with the gaps' tangent
 /// stiffnesses k and what the change does to the acceleration at a given state, g. All changes share k, so they are stepped side by
-/// side, one lane each, by the classical Runge-Kutta method.
+/// side, one lane of a vector each, by the classical Runge-Kutta method.
 pub(crate) struct Tangent<'a> {
     model: &'a ChainModel<'a>,
     along: Along<'a>,
     /// Forces of dry friction, in newtons, and the first of their lanes.
     frictions_n: &'a [f64],
     first_friction: usize,
+    /// Changes and forces of friction, up to whole vectors.
     n_lanes: usize,
     here: Derivatives,
-    trial: Derivatives,
+    /// Derivatives of the displacement at which a stage is evaluated; those of the velocity are the stage's rates of them.
+    trial_s: Vec<f64>,
     /// Rates of the four stages.
     stages: [Derivatives; 4],
     /// Coefficients at start, middle and end of a step.
@@ -46,9 +48,9 @@ impl<'a> Tangent<'a> {
         motion: &'a Trajectory,
         asked: Asked<'a>,
     ) -> Self {
-        let n_lanes = padded(asked.n());
+        let n_lanes = asked.n().next_multiple_of(lanes::width());
         let row = vec![0.0; (model.n_masses() + 1) * n_lanes];
-        let zero = Derivatives { s: row.clone(), u: row };
+        let zero = Derivatives { s: row.clone(), u: row.clone() };
         let along = Along::new(chain, model, motion, asked);
         let mut here = zero.clone();
         for (lane, change) in along.changes_at_start(asked.changes).into_iter().enumerate() {
@@ -64,8 +66,8 @@ impl<'a> Tangent<'a> {
             first_friction: asked.changes.len(),
             n_lanes,
             here,
+            trial_s: row,
             stages: std::array::from_fn(|_| zero.clone()),
-            trial: zero,
             coefficients: std::array::from_fn(|_| coefficients.clone()),
             end_s: None,
         }
@@ -97,50 +99,65 @@ impl<'a> Tangent<'a> {
 
     /// Writes the bodies' derivatives as output number `k`.
     pub(crate) fn record(&self, k: usize, derivatives: &mut [Trajectory]) {
-        let first = self.model.first_gap();
+        let first = self.model.first_gap() * self.n_lanes;
+        let Derivatives { s, u } = &self.here;
         for (lane, derivative) in derivatives.iter_mut().enumerate() {
-            for body in 0..derivative.displacement_m.nrows() {
-                let place = (first + body) * self.n_lanes + lane;
-                derivative.displacement_m[(body, k)] = self.here.s[place];
-                derivative.velocity_m_per_s[(body, k)] = self.here.u[place];
+            for (row, all) in [(&mut derivative.displacement_m, s), (&mut derivative.velocity_m_per_s, u)] {
+                let of_bodies = all[first + lane..].iter().step_by(self.n_lanes);
+                row.column_mut(k).iter_mut().zip(of_bodies).for_each(|(place, value)| *place = *value);
             }
         }
     }
 
-    /// Rates of a stage at the state that lies in `trial`.
+    /// The state that a stage is evaluated at: a part of a step along the rates of the stage before, or where the step starts.
     #[inline(always)]
-    fn rates(&mut self, stage: usize) {
-        let n_lanes = self.n_lanes;
+    fn place<S: Simd>(&mut self, simd: S, stage: usize, part_s: f64) {
+        let Self { here, trial_s, stages, coefficients, .. } = self;
+        let (before, from_here) = stages.split_at_mut(stage);
+        let Some(Derivatives { s: trial_u, .. }) = from_here.first_mut() else { return };
+        match before.last() {
+            None => {
+                trial_s.copy_from_slice(&here.s);
+                trial_u.copy_from_slice(&here.u);
+            }
+            Some(rates) => {
+                go(simd, (&here.s, &rates.s), part_s, trial_s);
+                go(simd, (&here.u, &rates.u), part_s, trial_u);
+            }
+        }
+        coefficients[COEFFICIENTS_OF_STAGE[stage]].impose(trial_s, trial_u);
+    }
+
+    /// Rates of the velocities' derivatives at the state of a stage.
+    #[inline(always)]
+    fn rates<S: Simd>(&mut self, simd: S, stage: usize) {
+        let Self { model, trial_s, n_lanes, .. } = self;
         let coefficients = &self.coefficients[COEFFICIENTS_OF_STAGE[stage]];
-        coefficients.impose(&mut self.trial.s, &mut self.trial.u);
-        let Derivatives { s, u } = &self.trial;
-        let rates = &mut self.stages[stage];
-        // The wall's row stays at rest.
-        let n_values = rates.s.len() - n_lanes;
-        rates.s[..n_values].copy_from_slice(&u[..n_values]);
-        for first in (0..n_lanes).step_by(PADDING) {
-            let mut before_n = [0.0; PADDING];
-            for mass in 0..self.model.n_masses() {
-                let (k, c) = (coefficients.k_n_per_m[mass], coefficients.c_kg_per_s[mass]);
-                let ground = self.model.damping_kg_per_s[mass];
-                let inverse_mass = self.model.inverse_mass_per_kg[mass];
-                let here = mass * n_lanes + first;
-                let there = here + n_lanes;
-                let (s_i, s_j) = (&s[here..][..PADDING], &s[there..][..PADDING]);
-                let (u_i, u_j) = (&u[here..][..PADDING], &u[there..][..PADDING]);
-                let forcing = &coefficients.forcing[here..][..PADDING];
-                let out = &mut rates.u[here..][..PADDING];
-                for lane in 0..PADDING {
-                    let behind_n = k * (s_i[lane] - s_j[lane]) + c * (u_i[lane] - u_j[lane]);
-                    let net_n = before_n[lane] - behind_n - ground * u_i[lane];
-                    out[lane] = inverse_mass * net_n + forcing[lane];
-                    before_n[lane] = behind_n;
-                }
+        let Derivatives { s: trial_u, u: rates } = &mut self.stages[stage];
+        let n_vectors = *n_lanes / S::F64_LANES;
+        let (s, u) = (S::as_simd_f64s(trial_s).0, S::as_simd_f64s(trial_u).0);
+        let (forcing, rates) = (S::as_simd_f64s(&coefficients.forcing).0, S::as_mut_simd_f64s(rates).0);
+        let springs = coefficients.k_n_per_m.iter().zip(&coefficients.c_kg_per_s);
+        let masses = model.damping_kg_per_s.iter().zip(model.inverse_mass_per_kg.iter());
+        for first in 0..n_vectors {
+            let mut before_n = simd.splat_f64s(0.0);
+            let (mut s_i, mut u_i) = (s[first], u[first]);
+            for (mass, ((k, c), (ground, inverse_mass))) in springs.clone().zip(masses.clone()).enumerate() {
+                let here = mass * n_vectors + first;
+                let (s_j, u_j) = (s[here + n_vectors], u[here + n_vectors]);
+                let by_spring = simd.mul_f64s(simd.splat_f64s(*k), simd.sub_f64s(s_i, s_j));
+                let by_dashpot = simd.mul_f64s(simd.splat_f64s(*c), simd.sub_f64s(u_i, u_j));
+                let behind_n = simd.add_f64s(by_spring, by_dashpot);
+                let drag_n = simd.mul_f64s(simd.splat_f64s(*ground), u_i);
+                let net_n = simd.sub_f64s(simd.sub_f64s(before_n, behind_n), drag_n);
+                let answer = simd.mul_f64s(simd.splat_f64s(*inverse_mass), net_n);
+                rates[here] = simd.add_f64s(answer, forcing[here]);
+                (before_n, s_i, u_i) = (behind_n, s_j, u_j);
             }
         }
     }
 
-    /// Adds dry friction to the rates of a stage at the state that lies in `trial`.
+    /// Adds dry friction to the rates of a stage at its state.
     ///
     /// Below a creeping speed it grows with speed, which stands for holding; the creeping is as slow as a step of `h_s` can follow.
     #[inline(always)]
@@ -154,35 +171,44 @@ impl<'a> Tangent<'a> {
                 let place = mass * self.n_lanes + lane;
                 let most_m_per_s2 = force_n * inverse_mass_per_kg;
                 let creeping_m_per_s = CREEPING_M_PER_S.max(most_m_per_s2 * h_s);
-                let speed = (driven_m_per_s + self.trial.u[place]) / creeping_m_per_s;
-                self.stages[stage].u[place] -= most_m_per_s2 * speed / (1.0 + speed * speed).sqrt();
+                let Derivatives { s: trial_u, u: rates } = &mut self.stages[stage];
+                let speed = (driven_m_per_s + trial_u[place]) / creeping_m_per_s;
+                rates[place] -= most_m_per_s2 * speed / (1.0 + speed * speed).sqrt();
             }
         }
     }
 
-    /// The state a part of a step along the rates of a stage, into `trial`.
     #[inline(always)]
-    fn try_along(&mut self, stage: usize, part_s: f64) {
-        let Derivatives { s, u } = &self.stages[stage];
-        for (to, (from, rate)) in self.trial.s.iter_mut().zip(self.here.s.iter().zip(s)) {
-            *to = from + part_s * rate;
-        }
-        for (to, (from, rate)) in self.trial.u.iter_mut().zip(self.here.u.iter().zip(u)) {
-            *to = from + part_s * rate;
-        }
-    }
-
-    #[inline(always)]
-    fn finish(&mut self, h_s: f64) {
-        let [first, second, third, last] = &self.stages;
+    fn finish<S: Simd>(&mut self, simd: S, h_s: f64) {
         let Derivatives { s, u } = &mut self.here;
         let sixth_s = h_s / 6.0;
-        for i in 0..s.len() {
-            s[i] += sixth_s * (first.s[i] + 2.0 * (second.s[i] + third.s[i]) + last.s[i]);
-            u[i] += sixth_s * (first.u[i] + 2.0 * (second.u[i] + third.u[i]) + last.u[i]);
-        }
+        add_up(simd, self.stages.each_ref().map(|stage| stage.s.as_slice()), sixth_s, s);
+        add_up(simd, self.stages.each_ref().map(|stage| stage.u.as_slice()), sixth_s, u);
         let [_, _, end] = &self.coefficients;
         end.impose(s, u);
+    }
+}
+
+/// `to = from + part_s rate`.
+#[inline(always)]
+fn go<S: Simd>(simd: S, (from, rates): (&[f64], &[f64]), part_s: f64, to: &mut [f64]) {
+    let part = simd.splat_f64s(part_s);
+    let terms = S::as_simd_f64s(from).0.iter().zip(S::as_simd_f64s(rates).0);
+    for (to, (from, rate)) in S::as_mut_simd_f64s(to).0.iter_mut().zip(terms) {
+        *to = simd.add_f64s(*from, simd.mul_f64s(part, *rate));
+    }
+}
+
+/// Adds a whole step of the classical method by its four rates.
+#[inline(always)]
+fn add_up<S: Simd>(simd: S, rates: [&[f64]; 4], sixth_s: f64, to: &mut [f64]) {
+    let (sixth, two) = (simd.splat_f64s(sixth_s), simd.splat_f64s(2.0));
+    let [first, second, third, last] = rates.map(|row| S::as_simd_f64s(row).0);
+    let rates = first.iter().zip(second).zip(third.iter().zip(last));
+    for (to, ((first, second), (third, last))) in S::as_mut_simd_f64s(to).0.iter_mut().zip(rates) {
+        let middle = simd.mul_f64s(two, simd.add_f64s(*second, *third));
+        let sum = simd.add_f64s(simd.add_f64s(*first, middle), *last);
+        *to = simd.add_f64s(*to, simd.mul_f64s(sixth, sum));
     }
 }
 
@@ -213,14 +239,11 @@ impl WithSimd for Stepping<'_, '_> {
         along.work_out(simd, start_s + 0.5 * h_s, &mut coefficients[1]);
         along.work_out(simd, end_s, &mut coefficients[2]);
         tangent.end_s = Some(end_s);
-        tangent.try_along(0, 0.0);
-        tangent.rates(0);
-        tangent.rub(0, h_s);
-        for (stage, part) in [(1, 0.5), (2, 0.5), (3, 1.0)] {
-            tangent.try_along(stage - 1, part * h_s);
-            tangent.rates(stage);
+        for (stage, part) in [0.0, 0.5, 0.5, 1.0].into_iter().enumerate() {
+            tangent.place(simd, stage, part * h_s);
+            tangent.rates(simd, stage);
             tangent.rub(stage, h_s);
         }
-        tangent.finish(h_s);
+        tangent.finish(simd, h_s);
     }
 }

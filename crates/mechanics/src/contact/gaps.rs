@@ -191,6 +191,16 @@ fn by_table<S: Simd, const U: usize>(simd: S, table: &PowerTable, x_m: &[f64], f
     let n = force_n.len();
     let (left, right) = (S::as_simd_f64s(&x_m[..n]).0, S::as_simd_f64s(&x_m[1..=n]).0);
     let (out, _) = S::as_mut_simd_f64s(force_n);
+    if !Lanes::<S, 1>::has_tables_in_registers() {
+        // Few registers hold one block's numbers only, and these vectors fill a padded row in whole blocks.
+        let mut n_outside = Lanes::<S, U>::splat(simd, 0.0);
+        let blocks = left.as_chunks::<U>().0.iter().zip(right.as_chunks::<U>().0);
+        for (out, (left, right)) in out.as_chunks_mut::<U>().0.iter_mut().zip(blocks) {
+            let overlap = Lanes::new(simd, *left) - Lanes::new(simd, *right);
+            *out = law.force_at(overlap, &mut n_outside).values();
+        }
+        return n_outside.total();
+    }
     let Some(last) = out.len().checked_sub(U) else { return 0.0 };
     let (mut placed, mut n_outside) = law.place(overlaps(simd, left, right, 0));
     // Places of one block beside forces of the one before: the machine waits half as long for either.

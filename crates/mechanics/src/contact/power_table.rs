@@ -60,6 +60,11 @@ const ONE: u64 = 1023 << FRACTION;
 /// Lower end of the first interval of the octave k = 0: eight intervals and a half below 1.
 const FIRST: u64 = ONE - (17 << (PART - 1));
 
+/// What is taken from the bits of S / delta_0, so that the octave and the interval stand above the bit [`PART`].
+const ORIGIN: u64 = FIRST - (MIDDLE << FRACTION);
+/// The interval around S = delta_0, of the octave k = 0, in those bits.
+const MIDDLE_PLACE: u64 = (MIDDLE << FRACTION) + (MIDDLE << PART);
+
 impl PowerTable {
     pub(crate) fn new(law: &PowerLaw, tension: Tension) -> Self {
         let kernel = PowerKernel::new(law, tension);
@@ -151,9 +156,9 @@ impl<'a, S: Simd, const U: usize> TableLanes<'a, S, U> {
         let (zero, one) = (overlap_m.constant(0.0), overlap_m.constant(1.0));
         let ratio = (overlap_m + self.delta_0_m) * self.per_delta_0;
         let outside = ratio.bits_less(table.first_place).select_bits_below(table.n_places, zero, one);
-        let place = ratio.bits_less(FIRST - (MIDDLE << FRACTION));
+        let place = ratio.bits_less(ORIGIN);
         let inverse_power = place.and_bits(0xfff << FRACTION).less_bits(ONE + (MIDDLE << FRACTION));
-        let [octave_m, scale_per_m, shift, factor_minus_one] = if place.has_tables_in_registers() {
+        let [octave_m, scale_per_m, shift, factor_minus_one] = if Lanes::<S, U>::has_tables_in_registers() {
             let octave = place.look_up::<FRACTION>(&table.of_octave);
             let centre = place.look_up::<PART>(&table.of_centre);
             [
@@ -167,6 +172,23 @@ impl<'a, S: Simd, const U: usize> TableLanes<'a, S, U> {
         };
         let t = overlap_m.mul_add(inverse_power, octave_m).mul_add(scale_per_m, shift);
         (Placed { t, factor_minus_one }, outside)
+    }
+
+    /// Contact forces in newtons at overlaps; adds one to the lanes that the tables do not hold.
+    ///
+    /// Ahead of a wave and long behind it, whole blocks lie in the interval around zero overlap, and want no look-up.
+    #[inline(always)]
+    pub(crate) fn force_at(&self, overlap_m: Lanes<S, U>, n_outside: &mut Lanes<S, U>) -> Lanes<S, U> {
+        let ratio = (overlap_m + self.delta_0_m) * self.per_delta_0;
+        if ratio.bits_less(ORIGIN + MIDDLE_PLACE).all_bits_below(PART) {
+            let [octave_m, scale_per_m, shift, factor_minus_one] =
+                self.table.records[(MIDDLE_PLACE >> PART) as usize].map(|value| overlap_m.constant(value));
+            let t = (overlap_m + octave_m).mul_add(scale_per_m, shift);
+            return self.force(Placed { t, factor_minus_one });
+        }
+        let (placed, outside) = self.place(overlap_m);
+        *n_outside = *n_outside + outside;
+        self.force(placed)
     }
 
     /// Contact forces in newtons at overlaps in their places; of no meaning where the tables do not hold them.

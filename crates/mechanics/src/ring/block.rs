@@ -11,7 +11,7 @@ use super::{
     rod::Rod,
     walls::Walls,
 };
-use crate::lanes::{Lanes, row::AlignedRow, vectorised};
+use crate::lanes::{self, Lanes, row::AlignedRow, vectorised};
 
 /// Rings handled together, whatever the machine's vectors are.
 pub(crate) const RINGS: usize = 8;
@@ -69,7 +69,7 @@ pub(crate) struct Machine {
 
 impl Machine {
     pub(crate) fn new(rod: &Rod, walls: Walls, clock: &RingClock) -> Self {
-        let lanes = vectorised(CountLanes).min(RINGS);
+        let lanes = lanes::width().min(RINGS);
         let kernel = RingKernel::new(rod, clock.dt_s, clock.decay_per_s);
         Self { kernel, walls, lanes, n_inner: rod.n_elements() - 1 }
     }
@@ -175,17 +175,6 @@ impl Machine {
     fn index(&self, ring: usize, node: usize) -> usize {
         let (vector, lane) = (ring / self.lanes, ring % self.lanes);
         (vector * self.n_inner + node) * NODE * self.lanes + lane
-    }
-}
-
-struct CountLanes;
-
-impl WithSimd for CountLanes {
-    type Output = usize;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> usize {
-        S::F64_LANES
     }
 }
 

@@ -8,12 +8,15 @@ use pulp::Simd;
 use super::super::{
     change::{Asked, Change, Seat},
     force_row::ForceRow,
-    model::ChainModel,
+    model::{ChainModel, PhasePoint},
     parameters::Chain,
     row::End,
     state::{ChainState, row_length},
 };
-use crate::contact::spring::Spring;
+use crate::{
+    contact::{spring::Spring, striker::StrikerContact},
+    lanes::padded,
+};
 
 /// A motion, between its samples its Hermite interpolant, and what changes of the chain do to the accelerations along it.
 pub(super) struct Along<'a> {
@@ -28,6 +31,8 @@ pub(super) struct Along<'a> {
     /// Rows for the two sides of a change.
     force_n: ForceRow,
     accelerations: [Vec<f64>; 2],
+    /// What a change adds to the masses' accelerations.
+    added: Vec<f64>,
 }
 
 /// A chain on both sides of a change.
@@ -36,6 +41,8 @@ struct ChangedModels<'a> {
     above: ChainModel<'a>,
     width: f64,
     seat: Seat,
+    /// Masses up to the last one whose acceleration it changes, up to whole vectors.
+    reach: usize,
 }
 
 /// How a striker's contact closes.
@@ -90,6 +97,7 @@ impl<'a> Along<'a> {
             springs_n: ForceRow::new(n),
             force_n: ForceRow::new(n),
             accelerations: [vec![0.0; row_length(n)], vec![0.0; row_length(n)]],
+            added: vec![0.0; row_length(n)],
         }
     }
 
@@ -139,24 +147,23 @@ impl<'a> Along<'a> {
         let ChainState { x_m, touching, active, .. } = &self.state;
         self.model.spring_forces(simd, x_m, *touching, *active, &mut self.springs_n);
         let springs_n = self.springs_n.behind(*active);
-        for (gap, (k, c)) in k_n_per_m.iter_mut().zip(c_kg_per_s).enumerate() {
-            *k = match self.model.carries(gap, *touching) {
-                true => self.springs[gap].stiffness_n_per_m(x_m[gap] - x_m[gap + 1], springs_n[gap]),
-                false => 0.0,
-            };
-            *c = self.model.dashpot_kg_per_s(gap, *touching);
+        for (gap, (k, spring)) in k_n_per_m.iter_mut().zip(&self.springs).enumerate() {
+            *k = spring.stiffness_n_per_m(x_m[gap] - x_m[gap + 1], springs_n[gap]);
         }
-        let n_lanes = forcing.len() / (self.model.n_masses() + 1);
+        self.model.end(*touching, k_n_per_m);
+        self.model.dashpots(*touching, c_kg_per_s);
+        let n_masses = self.model.n_masses();
+        let n_lanes = forcing.len() / (n_masses + 1);
         for lane in 0..self.sides.len() {
             if self.sides[lane].seat == Seat::Drive {
                 continue;
             }
             self.accelerate(simd, lane);
-            let ([low, high], width) = (&self.accelerations, self.sides[lane].width);
-            let of_masses = forcing[lane..].iter_mut().step_by(n_lanes).take(self.model.n_masses());
-            for (place, (high, low)) in of_masses.zip(high.iter().zip(low)) {
-                *place = (high - low) / width;
-            }
+            let ChangedModels { width, reach, .. } = self.sides[lane];
+            let added = &mut self.added[..reach];
+            slope(simd, self.accelerations.each_ref().map(|row| &row[..reach]), width, added);
+            let of_masses = forcing[lane..].iter_mut().step_by(n_lanes).take(n_masses);
+            of_masses.zip(added).for_each(|(place, added)| *place = *added);
         }
         v_m_per_s.iter_mut().zip(self.state.v_m_per_s.iter()).for_each(|(to, from)| *to = *from);
         if let Some([s, u]) = imposed {
@@ -179,12 +186,13 @@ impl<'a> Along<'a> {
     fn accelerate<S: Simd>(&mut self, simd: S, change: usize) {
         let Self { state, springs_n, force_n, .. } = self;
         let sides = &self.sides[change];
+        let place = PhasePoint { active: sides.reach, ..state.place() };
         for (model, acceleration) in [&sides.below, &sides.above].into_iter().zip(&mut self.accelerations) {
             match sides.seat {
-                Seat::Contacts => model.rates(simd, state.place(), force_n, acceleration),
+                Seat::Contacts => model.rates(simd, place, force_n, acceleration),
                 Seat::MassesAndDampers | Seat::Drive => {
-                    force_n.copy_from(springs_n);
-                    model.rates_by_springs(simd, state.place(), force_n, acceleration)
+                    force_n.copy_from(springs_n, place.active);
+                    model.rates_by_springs(simd, place, force_n, acceleration)
                 }
             };
         }
@@ -193,13 +201,13 @@ impl<'a> Along<'a> {
 
 impl<'a> ChangedModels<'a> {
     fn new(change: &'a Change) -> Self {
-        let Change { below, above, width } = change;
-        Self {
-            below: ChainModel::new(below),
-            above: ChainModel::new(above),
-            width: *width,
-            seat: change.seat(),
-        }
+        let [below, above] = [&change.below, &change.above].map(ChainModel::new);
+        let seat = change.seat();
+        let reach = match seat {
+            Seat::MassesAndDampers => reach(&below, &above),
+            Seat::Contacts | Seat::Drive => padded(below.n_masses()),
+        };
+        Self { below, above, width: change.width, seat, reach }
     }
 
     /// Derivatives of displacement and velocity that are imposed on mass 0.
@@ -210,5 +218,30 @@ impl<'a> ChangedModels<'a> {
             (x_m[0], v_m_per_s[0])
         });
         ((above.0 - below.0) / self.width, (above.1 - below.1) / self.width)
+    }
+}
+
+/// Masses up to the last one whose mass, damper or striker differs between two chains with the same springs, up to whole vectors.
+fn reach(below: &ChainModel<'_>, above: &ChainModel<'_>) -> usize {
+    let differs = |mass: &usize| {
+        let felt = |model: &ChainModel<'_>| {
+            [&model.inverse_mass_per_kg, &model.damping_kg_per_s].map(|row| row[*mass].to_bits())
+        };
+        felt(below) != felt(above)
+    };
+    let last = (0..below.n_masses()).rev().find(differs).map_or(1, |mass| mass + 1);
+    let strikers = below.strikers.iter().flatten().zip(above.strikers.iter().flatten());
+    let damped = |contact: &StrikerContact| contact.damping_kg_per_s.to_bits();
+    let dashpots = strikers.filter(|(below, above)| damped(below) != damped(above));
+    padded(dashpots.map(|(below, _)| below.gap + 2).fold(last, usize::max).min(below.n_masses()))
+}
+
+/// What grows from the first row to the second over a width.
+#[inline(always)]
+fn slope<S: Simd>(simd: S, [low, high]: [&[f64]; 2], width: f64, out: &mut [f64]) {
+    let width = simd.splat_f64s(width);
+    let sides = S::as_simd_f64s(low).0.iter().zip(S::as_simd_f64s(high).0);
+    for (out, (low, high)) in S::as_mut_simd_f64s(out).0.iter_mut().zip(sides) {
+        *out = simd.div_f64s(simd.sub_f64s(*high, *low), width);
     }
 }

@@ -1,0 +1,88 @@
+//! What tracks are compared with: derivatives against simulations, and how much is integrated.
+
+use chainwave_mechanics::{FarEnd, PowerLaw, simulate};
+
+use super::*;
+use crate::quantity::Known;
+
+/// One trial that sees eight bodies, without noise.
+fn observed(chain: &Chain) -> Observation {
+    let moved = simulate(chain, &Schedule::automatic(0.008, 1e-5)).unwrap().trajectory;
+    let times_s: Vec<f64> = (0..150).map(|k| 4e-5 * f64::from(k)).collect();
+    let track = |body: usize| {
+        let place = |t_s: &f64| Some(Estimate::new(moved.at(*t_s)?.displacement_m(body - 1), 0.4e-6));
+        BodyTrack { body, position_m: times_s.iter().map(place).collect() }
+    };
+    let bodies = (1..=8).map(track).collect();
+    Observation { recording: "one".into(), view: 0, trial: 0, times_s, bodies }
+}
+
+fn uniform(n_bodies: usize) -> Chain {
+    Chain {
+        mass_kg: vec![0.455e-3; n_bodies],
+        damping_kg_per_s: vec![0.003; n_bodies],
+        contact: PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap().into(),
+        drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s: 2.73, damping_kg_per_s: 0.2 }),
+        far_end: FarEnd::Free,
+    }
+}
+
+#[test]
+fn what_is_solved_is_solved_once_and_without_derivatives_that_nobody_asks_for() {
+    let chain = uniform(8);
+    let observations = [observed(&chain)];
+    let n_threads = std::num::NonZero::<usize>::MIN;
+    let velocity = Estimate::new(2.73, 0.05);
+    let model = TrackModel { chain, striker_velocity_m_per_s: velocity, known: Vec::new(), n_threads };
+    let problem = TrackResiduals::new(&observations, &model, &[]).unwrap();
+    let at = problem.start(&[1e-6], [1.1, 0.9]).unwrap();
+    let n_nodes = Family::new(range_of(&[2.73], &model)).n_nodes() as u64;
+    let with_derivatives = problem.equations(&at).unwrap().chi_squared();
+    assert_eq!(problem.n_simulations(), n_nodes);
+    let solved = problem.solve(&at).unwrap();
+    assert_eq!(problem.n_simulations(), n_nodes, "the model behind the equations is there");
+    assert!(solved.derivatives.iter().all(Option::is_some));
+    assert_eq!(problem.chi_squared(&at).unwrap().to_bits(), with_derivatives.to_bits());
+    assert_eq!(problem.n_simulations(), 2 * n_nodes);
+    assert!(problem.integrate(&at, false).unwrap().derivatives.iter().all(Option::is_none));
+    let there = problem.start(&[2e-6], [1.1, 0.9]).unwrap();
+    problem.equations(&at).unwrap();
+    problem.solve(&there).unwrap();
+    assert_eq!(problem.n_simulations(), 5 * n_nodes, "another place is another model");
+}
+
+#[test]
+fn sensitivities_are_those_of_simulations() {
+    let chain = uniform(8);
+    let quantities =
+        [Quantity::BodyMass, Quantity::Prefactor, Quantity::Offset, Quantity::Exponent, Quantity::Softening];
+    let known = quantities.map(|quantity| Known { quantity, relative_sigma: 0.01 }).into();
+    let observations = [observed(&chain)];
+    let velocity = Estimate::new(2.73, 0.05);
+    let n_threads = std::num::NonZero::<usize>::MIN;
+    let model = TrackModel { chain, striker_velocity_m_per_s: velocity, known, n_threads };
+    let problem = TrackResiduals::new(&observations, &model, &[]).unwrap();
+    let shared = DVector::from_vec([vec![0.003, 0.2], vec![1.0; 5]].concat());
+    let state = Unknowns { shared, own: vec![Own::new(2.73, 0.0)] };
+    let response_at = |state: &Unknowns| problem.solve(state).unwrap().response;
+    let n_places = observations[0].bodies.len() * observations[0].times_s.len();
+    let weights = response_at(&state).weights(2.73).0;
+    let here = response_at(&state);
+    for unknown in 0..problem.n_shared() {
+        let value = state.shared[unknown];
+        let displacement_m = |part: f64| {
+            let mut beside = state.clone();
+            beside.shared[unknown] += part * value;
+            let there = response_at(&beside);
+            let of_place = |place| there.displacement_m(&weights, place);
+            DVector::from_iterator(n_places, (0..n_places).map(of_place))
+        };
+        let slope = |part: f64| (displacement_m(part) - displacement_m(-part)) / (2.0 * part * value);
+        let expected = (slope(1e-3) * 4.0 - slope(2e-3)) / 3.0;
+        let of_place = |place| here.derivative_m(&weights, unknown, place);
+        let found = DVector::from_iterator(n_places, (0..n_places).map(of_place));
+        let error = (&found - &expected).amax() / expected.amax();
+        // The simulations in the differences step differently, to 1e-6 of the motion by their own account.
+        assert!(error < 5e-6, "unknown {unknown}: {error}");
+    }
+}
