@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 
 use crate::repository::root;
 
-/// The command `chainwave` with the features of this test run, ready for arguments.
+/// The command `chainwave`, ready for arguments; the program that has OpenCV lies beside it unless this test run does without.
 ///
 /// `cargo xtask test` builds it and names it in `CHAINWAVE_COMMAND`. Without that variable cargo is asked to build it
 /// once a process, which takes no time when it is up to date: a binary that happens to lie about may be an old one.
@@ -39,8 +39,9 @@ pub(crate) fn fail(command: &mut Command, code: i32) -> String {
 fn build() -> PathBuf {
     let mut cargo = Command::new(env!("CARGO"));
     cargo.args(["build", "--release", "-p", "chainwave", "--message-format", "json-render-diagnostics"]);
-    if !cfg!(feature = "opencv") {
-        cargo.arg("--no-default-features");
+    if cfg!(feature = "opencv") {
+        // What takes OpenCV is done by the program beside it.
+        cargo.args(["-p", "chainwave-opencv"]);
     }
     if let Some(target) = target_folder() {
         cargo.arg("--target-dir").arg(target);

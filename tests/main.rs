@@ -9,6 +9,7 @@
 //! - `bad_inputs`: what the command refuses, and how; `failures`: how it goes on without a bad recording;
 //! - `faults`: what goes wrong in a laboratory; `strikers`: several striker velocities; `ladders`: `tradeoff` and `prove`;
 //! - `reading`: recordings without a header, cut short, with what the sensor adds; `sanity`: mistakes in an experiment's numbers;
+//! - `on_demand`: what takes OpenCV, with the program that has it and without;
 //! - `extremes`: cases at the ends of what the program takes;
 //! - `board`, `calibration`: from pictures of a board to the uncertainties of the results; `lens`, `stages`: a distorting lens and a stage
 //!   that stands off, undone;
@@ -89,6 +90,8 @@ mod ladders;
 mod lens;
 #[cfg(test)]
 mod motion;
+#[cfg(test)]
+mod on_demand;
 #[cfg(test)]
 mod paper;
 #[cfg(test)]

@@ -7,7 +7,7 @@ use toml::{Table, Value};
 use crate::repository::{files, names_in, root};
 
 /// Which crates of the workspace a crate's product may depend on. `None`: on all of them.
-const ALLOWED: [(&str, Option<&[&str]>); 16] = [
+const ALLOWED: [(&str, Option<&[&str]>); 17] = [
     ("analysis", Some(&["measurement"])),
     ("camera", Some(&["measurement"])),
     ("chainwave", None),
@@ -29,6 +29,7 @@ const ALLOWED: [(&str, Option<&[&str]>); 16] = [
     ("inference", Some(&["analysis", "measurement", "mechanics"])),
     ("measurement", Some(&[])),
     ("mechanics", Some(&["measurement", "vectors"])),
+    ("opencv", Some(&["camera", "chainwave", "correlation", "measurement"])),
     (
         "python",
         Some(&[
@@ -40,6 +41,7 @@ const ALLOWED: [(&str, Option<&[&str]>); 16] = [
             "inference",
             "measurement",
             "mechanics",
+            "opencv",
             "stitching",
         ]),
     ),
@@ -55,13 +57,16 @@ const ALLOWED: [(&str, Option<&[&str]>); 16] = [
 const TESTKIT: &str = "testkit";
 
 /// What a crate's tests and benches may ask beyond that, for a truth to hold the product against.
-const ALLOWED_IN_TESTS: [(&str, &[&str]); 3] =
-    [("analysis", &["mechanics"]), ("correlation", &["synthetic"]), ("view", &["synthetic"])];
+const ALLOWED_IN_TESTS: [(&str, &[&str]); 4] = [
+    ("analysis", &["mechanics"]),
+    ("correlation", &["synthetic"]),
+    ("opencv", &["synthetic"]),
+    ("view", &["synthetic"]),
+];
 
 /// Libraries, by the start of their names, and the only packages that may know them. The tests read the command's tables as
 /// its users do; polars is compiled for the command in any case.
-const KEPT_TO: [(&str, &[&str]); 2] =
-    [("polars", &["chainwave", "tests"]), ("opencv", &["camera", "correlation"])];
+const KEPT_TO: [(&str, &[&str]); 2] = [("polars", &["chainwave", "tests"]), ("opencv", &["opencv"])];
 
 #[test]
 fn every_crate_stands_in_the_table() {
@@ -86,7 +91,7 @@ fn crates_depend_on_each_other_as_designed() {
         let in_tests = ALLOWED_IN_TESTS.iter().find(|(of, _)| *of == role).map_or(&[][..], |(_, more)| more);
         let (product, all) = (product_dependencies(&manifest_of(role)), dependencies(&manifest_of(role)));
         for package in all {
-            let used = package.strip_prefix("chainwave-").unwrap_or(&package);
+            let Some(used) = role_of(&package) else { continue };
             let is_in_tests = in_tests.contains(&used) && !product.contains(&package);
             let is_allowed = allowed.contains(&used) || used == TESTKIT || is_in_tests;
             assert!(!roles.contains(&used) || is_allowed, "{role} must not know {used}");
@@ -108,7 +113,7 @@ fn the_testkit_serves_tests_alone() {
 #[test]
 fn the_command_joins_all_crates() {
     let used = dependencies(&manifest_of("chainwave"));
-    let no_step = ["chainwave", "python", TESTKIT, "vectors", "xtask"];
+    let no_step = ["chainwave", "opencv", "python", TESTKIT, "vectors", "xtask"];
     for (role, _) in ALLOWED.iter().filter(|(role, _)| !no_step.contains(role)) {
         assert!(used.contains(&format!("chainwave-{role}")), "chainwave does not use {role}");
     }
@@ -139,13 +144,22 @@ fn heavy_libraries_stay_where_they_belong() {
 
 #[test]
 fn opencv_can_be_left_out() {
-    for role in ["camera", "correlation"] {
-        let manifest = manifest_of(role);
-        assert_eq!(manifest["dependencies"]["opencv"]["optional"].as_bool(), Some(true), "{role}");
-        assert_eq!(strings(&manifest["features"]["opencv"]), ["dep:opencv"], "{role}");
-        assert_eq!(strings(&manifest["features"]["default"]), ["opencv"], "{role}");
+    let of_opencv = manifest_of("opencv");
+    for library in ["opencv", "chainwave"] {
+        assert_eq!(of_opencv["dependencies"][library]["optional"].as_bool(), Some(true), "{library}");
     }
-    assert_eq!(strings(&manifest_of("chainwave")["features"]["default"]), ["opencv"]);
+    let features = &of_opencv["features"];
+    assert_eq!(strings(&features["opencv"]), ["dep:opencv"]);
+    assert_eq!(strings(&features["command"]), ["opencv", "dep:chainwave"]);
+    assert_eq!(strings(&features["default"]), ["command"]);
+    assert_eq!(strings(&of_opencv["bin"][0]["required-features"]), ["command"]);
+    // Notebooks take the library without the command, and that only where they are asked to.
+    let python = manifest_of("python");
+    assert_eq!(python["dependencies"]["chainwave-opencv"]["optional"].as_bool(), Some(true));
+    assert_eq!(strings(&python["features"]["opencv"]), ["dep:chainwave-opencv", "chainwave-opencv/opencv"]);
+    assert!(python["features"].get("default").is_none(), "the wheel is without OpenCV");
+    let shared = &manifest(Path::new("Cargo.toml"))["workspace"]["dependencies"]["chainwave-opencv"];
+    assert_eq!(shared["default-features"].as_bool(), Some(false));
 }
 
 #[test]
@@ -157,6 +171,13 @@ fn every_package_keeps_to_the_lints_of_the_workspace() {
         let inherits = manifest(path).get("lints").and_then(|lints| lints.get("workspace")?.as_bool());
         assert_eq!(inherits, Some(true), "{} lacks `[lints] workspace = true`", path.display());
     }
+}
+
+/// The crate of this workspace that a package is; `None` for other people's, whose names may be those of folders here.
+fn role_of(package: &str) -> Option<&str> {
+    package
+        .strip_prefix("chainwave-")
+        .or_else(|| ["chainwave", "xtask"].contains(&package).then_some(package))
 }
 
 fn manifest_of(role: &str) -> Table {

@@ -32,7 +32,12 @@ impl Files {
             let path = if is_root { "crate".to_owned() } else { format!("crate::{}", names.join("::")) };
             Some((path, product_of(&source.text)))
         };
-        Self(sources.iter().filter_map(module).collect())
+        let mut files = BTreeMap::<Module, String>::new();
+        // A library and its program are one root.
+        for (module, text) in sources.iter().filter_map(module) {
+            files.entry(module).or_default().push_str(&text);
+        }
+        Self(files)
     }
 
     /// The files from which imports lead back to themselves.

@@ -2,7 +2,7 @@
 //!
 //! The regions are 4.3 % of the pixels, so that against this crate's own whole frames they cannot cost less. Readers in use take
 //! a frame's bytes from the file and unpack all of them (`frame_by_a_plain_reader`), or hand the file to a video library
-//! (`frame_by_opencv`).
+//! (`crates/opencv/benches/frames.rs`).
 //!
 //! Measured in one run: the regions cost 1.2 % (12 bit), 1.4 % (16 bit) and 5.8 % (8 bit, which a plain loop converts at the
 //! memory's speed) of the plain reader's frame, 0.2 % (16 bit) and 0.6 % (8 bit) of OpenCV's, and 3 to 6 % of this crate's own.
@@ -122,24 +122,4 @@ fn unpack_plainly(stored_bits: usize, bytes: &[u8], pixels: &mut [f32]) {
             }
         };
     }
-}
-
-/// The same file by OpenCV, which asks FFmpeg and gets eight bits in three colours; FFmpeg does not know packed 12 bits.
-#[cfg(feature = "opencv")]
-#[divan::bench(args = [8, 16])]
-fn frame_by_opencv(bencher: Bencher, stored_bits: usize) {
-    use opencv::core::Mat;
-    use opencv::prelude::*;
-    use opencv::videoio::{CAP_FFMPEG, VideoCapture};
-
-    let (_folder, path) = file(stored_bits);
-    let path = path.to_str().expect("a temporary folder has a plain name");
-    let open = || VideoCapture::from_file(path, CAP_FFMPEG).expect("OpenCV has FFmpeg");
-    let (mut capture, mut picture) = (open(), Mat::default());
-    bencher.bench_local(|| {
-        if !capture.read(&mut picture).expect("FFmpeg decodes the frame") {
-            capture = open();
-            assert!(capture.read(&mut picture).expect("FFmpeg decodes the frame"), "FFmpeg reads .cine");
-        }
-    });
 }

@@ -72,6 +72,14 @@ pub enum CameraError {
         /// What to do instead.
         hint: String,
     },
+    /// Something that OpenCV does, in a program that has brought none ([`crate::register_vision`]).
+    #[error("{}: {what} takes OpenCV, which this program is without (hint: `cargo build --release -p chainwave-opencv` builds the command with it)", path.display())]
+    NeedsOpenCv {
+        /// The recording.
+        path: PathBuf,
+        /// What takes it.
+        what: &'static str,
+    },
     /// The caller gave a frame rate that is none.
     #[error("{}: frame rate: expected a finite number of hertz above 0, found {found}", path.display())]
     FrameRate {

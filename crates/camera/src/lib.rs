@@ -9,7 +9,7 @@
 //! | folder of TIFF, PNG, BMP, JPEG or PGM images, or one of them | 8, 16 bit; PGM 1 to 16 | as above |
 //! | NumPy .npy | 8, 16 bit | its rows |
 //! | pixels without a header, of a stated [`RawGeometry`] | 8 to 16 bit | its rows |
-//! | AVI, MP4, Matroska (feature `opencv`) | the codec's; above 8 bits by the program `ffmpeg` | the frame, once |
+//! | AVI, MP4, Matroska, by a [`VisionLibrary`] | the codec's; above 8 bits by the program `ffmpeg` | the frame, once |
 //!
 //! - **One file per format.** [`open`] asks each entry of `FORMATS` whether a path is its own, by the first bytes of the
 //!   file. The name decides only where no bytes can: a .mraw holds nothing but pixels. To add a format, write a
@@ -32,6 +32,9 @@
 //! - **Only what belongs to the light.** [`SensorCorrection`] takes the dark level, the gain and the defects of a sensor out of
 //!   what is read ([`Corrected`]), from files that the user has or from scenes at rest. What it rests on has an uncertainty, which
 //!   all frames share.
+//!
+//! - **Libraries stay outside.** Decoding videos and finding the corners of boards is a [`VisionLibrary`]'s work, which a program registers
+//!   if it has one; `chainwave-opencv` does. Everything else is this crate's own.
 //!
 //! What is tracked in the pictures is no matter of this crate. Its files import each other in one direction: readers of formats
 //! what they share (`bytes`, `raster`, `picture`, `file_recording`), and the list of formats below the readers; a module's parts may
@@ -70,6 +73,7 @@ mod flat;
 mod foreign;
 mod format;
 mod jpeg;
+mod library;
 mod linearise;
 mod mapping;
 mod mraw;
@@ -100,6 +104,7 @@ use candidate::Candidate;
 pub use corners::find_corners;
 pub use error::CameraError;
 use format::Format;
+pub use library::{OpenedVideo, VideoFrames, VisionLibrary, register_vision, vision_library};
 pub use options::{ByteCounter, OpenOptions};
 pub use raw::geometry::RawGeometry;
 pub use raw::open_raw;
@@ -136,6 +141,13 @@ pub fn open_with(path: &Path, options: &OpenOptions) -> Result<Box<dyn Recording
         Some(format) => (format.open)(path, options),
         None => Err(foreign::refusal(&candidate).unwrap_or_else(|| unknown_format(&candidate))),
     }
+}
+
+/// Whether a recording is one that a [`VisionLibrary`] must decode, and the program has brought none. What cannot be read needs
+/// none: opening it says why.
+pub fn needs_opencv(path: &Path, options: &OpenOptions) -> bool {
+    let is_video = |candidate: Candidate<'_>| video::container(&candidate.head).is_some();
+    vision_library().is_none() && options.raw.is_none() && Candidate::read(path).is_ok_and(is_video)
 }
 
 fn unknown_format(candidate: &Candidate) -> CameraError {

@@ -1,24 +1,15 @@
-//! AVI, MP4 and Matroska video (feature `opencv`), at the depth the codec has: eight bits decoded by OpenCV, and what it would cut
-//! to eight by the program `ffmpeg`, with the same codecs.
+//! AVI, MP4 and Matroska video at the depth the codec has: eight bits decoded by the program's [`crate::VisionLibrary`], and what that
+//! would cut to eight by the program `ffmpeg`, with the same codecs.
 
-#[cfg(feature = "opencv")]
 mod container;
-#[cfg(feature = "opencv")]
-mod decoder;
-#[cfg(feature = "opencv")]
 mod deep;
-#[cfg(feature = "opencv")]
-mod frames;
-#[cfg(feature = "opencv")]
 mod layout;
-#[cfg(feature = "opencv")]
 mod player;
 
 use std::path::Path;
 
-#[cfg(not(feature = "opencv"))]
-use crate::error::CameraError;
 use crate::format::{Format, Opened};
+use crate::library::needed;
 use crate::options::OpenOptions;
 
 pub(crate) const FORMAT: Format = Format {
@@ -28,7 +19,7 @@ pub(crate) const FORMAT: Format = Format {
 };
 
 /// Name of the container that a file's first bytes belong to.
-fn container(head: &[u8]) -> Option<&'static str> {
+pub(crate) fn container(head: &[u8]) -> Option<&'static str> {
     let at = |offset: usize, mark: &[u8]| head.get(offset..).is_some_and(|bytes| bytes.starts_with(mark));
     if at(0, b"RIFF") && at(8, b"AVI ") {
         Some("AVI")
@@ -41,19 +32,9 @@ fn container(head: &[u8]) -> Option<&'static str> {
     }
 }
 
-#[cfg(feature = "opencv")]
 fn open(path: &Path, options: &OpenOptions) -> Opened {
     let container = container(&crate::candidate::read_head(path)?).unwrap_or("unknown");
-    player::open(path, container, options)
-}
-
-#[cfg(not(feature = "opencv"))]
-fn open(path: &Path, _options: &OpenOptions) -> Opened {
-    Err(CameraError::Unsupported {
-        path: path.into(),
-        what: "compressed video".into(),
-        hint: "build with the feature `opencv`, or save the frames uncompressed".into(),
-    })
+    player::open(path, container, needed(path, "compressed video")?, options)
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@ use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
+use chainwave_camera::OpenOptions;
 use chrono::{DateTime, SecondsFormat, Utc};
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -20,6 +21,7 @@ use self::photomechanics::{Described, description};
 use crate::cli;
 use crate::error::Error;
 use crate::kept::digest;
+use crate::on_demand;
 use crate::outcome::Outcome;
 use crate::output::{make_folder, read_text, write_json, write_whole};
 
@@ -76,6 +78,10 @@ struct Packed {
 pub(crate) fn archive(arguments: &cli::Archive) -> Result<Outcome, Error> {
     let cli::Archive { results, out, recordings, license, authors } = arguments;
     let provenance = provenance(results)?;
+    if let Some(folder) = recordings {
+        let paths = provenance.recordings.iter().map(|source| folder.join(&source.recording));
+        on_demand::expect_readable(paths, &OpenOptions::default())?;
+    }
     expect_new(out)?;
     let written = fs::metadata(results.join("results.json")).and_then(|about| about.modified());
     let written = written.map_err(Error::file(&results.join("results.json"), "read"))?;

@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use crate::cli;
 use crate::error::Error;
+use crate::on_demand;
 use crate::outcome::Outcome;
 use crate::parallel::threads;
 use crate::run::{states_as_json, warnings_as_json};
@@ -21,7 +22,9 @@ struct Checked {
 /// sense, 1 with warnings, 2 where it cannot run.
 pub(crate) fn check(arguments: &cli::Check) -> Result<Outcome, Error> {
     let checked = checked(arguments).inspect_err(|error| {
-        if arguments.json {
+        // What takes OpenCV is told by the program that has it.
+        let is_told_elsewhere = error.needs_opencv() && on_demand::is_there();
+        if arguments.json && !is_told_elsewhere {
             print(&json!({ "can_run": false, "error": error.to_string(), "warnings": [], "recordings": [] }));
         }
     })?;
@@ -39,6 +42,7 @@ pub(crate) fn check(arguments: &cli::Check) -> Result<Outcome, Error> {
 
 fn checked(arguments: &cli::Check) -> Result<Checked, Error> {
     let whole = Setup::read(&arguments.experiment, arguments.recordings.as_deref())?;
+    on_demand::expect_recordings_of(&whole)?;
     let n_threads = threads(arguments.jobs);
     let failed = unreadable(&whole, n_threads);
     if failed.len() == whole.trials.len() {

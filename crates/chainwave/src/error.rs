@@ -27,6 +27,9 @@ pub(crate) enum Error {
         /// What the table library says.
         source: polars::error::PolarsError,
     },
+    /// A choice among methods of which OpenCV does some, in a program that is without it.
+    #[error("a choice among all methods takes OpenCV, which this program is without")]
+    ChoiceWithOpenCv,
     /// An option that makes no sense here.
     #[error("{0}")]
     Argument(String),

@@ -6,6 +6,7 @@ use chainwave_camera::{CameraError, OpenOptions};
 use chainwave_measurement::RecordingInfo;
 
 use crate::error::Error;
+use crate::on_demand;
 
 /// Recordings with what they say of themselves, and why others cannot be opened.
 pub(crate) type Listed = (Vec<(PathBuf, RecordingInfo)>, Vec<CameraError>);
@@ -19,6 +20,7 @@ pub(crate) fn recordings_in(folder: &Path, options: &OpenOptions) -> Result<List
             Ok(recording) if recording.info().n_frames > 1 => found.push((path, recording.info().clone())),
             Ok(_) | Err(CameraError::UnknownFormat { .. }) => {}
             Err(_) if path.is_dir() => {}
+            Err(error @ CameraError::NeedsOpenCv { .. }) if on_demand::is_there() => return Err(error.into()),
             Err(error) => failed.push(error),
         }
     }

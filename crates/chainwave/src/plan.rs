@@ -7,6 +7,7 @@ use serde_json::{Map, Value, json};
 
 use crate::cli;
 use crate::error::Error;
+use crate::on_demand;
 use crate::outcome::Outcome;
 use crate::parallel::threads;
 use crate::progress;
@@ -18,6 +19,7 @@ const TOLD_GAIN: f64 = 1.1;
 /// Plans the trials of each striker velocity, and prints what follows.
 pub(crate) fn plan(arguments: &cli::Plan) -> Result<Outcome, Error> {
     let whole = Setup::read(&arguments.experiment, arguments.recordings.as_deref())?;
+    on_demand::expect_recordings_of(&whole)?;
     let mut plans = Vec::new();
     for setup in whole.by_striker() {
         let bar = progress::bar("planning", 0);

@@ -28,6 +28,7 @@ pub(crate) use self::results::{states_as_json, warnings_as_json, write_measureme
 use crate::cli;
 use crate::error::Error;
 use crate::kept::KeptFolder;
+use crate::on_demand;
 use crate::outcome::Outcome;
 use crate::output::{make_folder, remove_unfinished};
 use crate::parallel::threads;
@@ -37,6 +38,7 @@ use crate::progress;
 pub(crate) fn run(arguments: &cli::Run) -> Result<Outcome, Error> {
     let mut whole = Setup::read(&arguments.experiment, arguments.recordings.as_deref())?;
     whole.takes_partial = arguments.partial;
+    on_demand::expect_recordings_of(&whole)?;
     make_folder(&arguments.out)?;
     let setups = whole.by_striker();
     let folder_of = |setup: &Setup| match setups.len() {

@@ -17,6 +17,7 @@ use crate::cli;
 use crate::closing::{PointReadings, all_lost, closing_line};
 use crate::error::Error;
 use crate::matching;
+use crate::on_demand;
 use crate::outcome::Outcome;
 use crate::parallel::threads;
 use crate::progress;
@@ -26,9 +27,14 @@ use crate::table;
 pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     let points = read_points(&arguments.points)?;
     let choice = matching::choice(&arguments.matching)?;
+    let options = arguments.reading.options(arguments.rate_hz);
+    on_demand::expect_readable(&arguments.recordings, &options)?;
+    let left_out = match choice.accuracy_px() {
+        Some(_) => on_demand::expect_all_methods()?,
+        None => None,
+    };
     table::expect_writable(&arguments.out)?;
     let files = &arguments.sensor;
-    let options = arguments.reading.options(arguments.rate_hz);
     let sensor = SensorFiles::read(files.dark.as_deref(), files.flat.as_deref(), &options)?;
     let recordings: Vec<String> =
         arguments.recordings.iter().map(|path| path.display().to_string()).collect();
@@ -83,7 +89,7 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
             .for_each(|loss| outcome.fail(loss));
     }
     choices.write_beside(&arguments.out)?;
-    choices.lines().iter().for_each(|line| print(line));
+    left_out.iter().chain(&choices.lines()).for_each(|line| print(line));
     print(&closing_line(&readings(&done), 0));
     Ok(outcome)
 }

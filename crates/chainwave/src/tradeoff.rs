@@ -16,6 +16,7 @@ use chainwave_figures::{TradeOff, TradeOffPoint, trade_off};
 
 use crate::cli;
 use crate::error::Error;
+use crate::on_demand;
 use crate::outcome::Outcome;
 use crate::output::{make_folder, remove_unfinished};
 use crate::simulate::is_ring_scene;
@@ -37,6 +38,10 @@ struct Rung {
 
 /// Measures the ladder of every step that the inputs allow.
 pub(crate) fn tradeoff(arguments: &cli::Tradeoff) -> Result<Outcome, Error> {
+    let left_out = match tracks_any(arguments) {
+        true => on_demand::expect_all_methods()?,
+        false => None,
+    };
     make_folder(&arguments.out)?;
     remove_unfinished(&arguments.out)?;
     let mut outcome = Outcome::default();
@@ -66,8 +71,15 @@ pub(crate) fn tradeoff(arguments: &cli::Tradeoff) -> Result<Outcome, Error> {
     let rungs = averaged(rungs);
     let on_front: Vec<bool> = rungs.iter().map(|rung| is_on_front(rung, &rungs)).collect();
     write(&arguments.out, &rungs, &on_front)?;
-    print(&rungs, &on_front);
+    print(&rungs, &on_front, left_out.as_deref());
     Ok(outcome)
+}
+
+/// Whether the methods of tracking are tried: on all inputs but scenes of rings.
+fn tracks_any(arguments: &cli::Tradeoff) -> bool {
+    // What cannot be read is told where it is read for good.
+    let of_rings = |input: &Path| scene::is_experiment(input) && is_ring_scene(input).unwrap_or(true);
+    !arguments.inputs.iter().all(|input| of_rings(input))
 }
 
 /// One rung for each step, method and settings: over several scenes the errors' root mean square, and the times' mean.
@@ -143,7 +155,7 @@ fn write(folder: &Path, rungs: &[Rung], on_front: &[bool]) -> Result<(), Error> 
 }
 
 #[expect(clippy::print_stdout, reason = "the table is the command's result")]
-fn print(rungs: &[Rung], on_front: &[bool]) {
+fn print(rungs: &[Rung], on_front: &[bool], left_out: Option<&str>) {
     println!("{:<12}{:<36}{:>12} {:<10}{:>12}  front", "step", "method", "error", "unit", "s per item");
     for (rung, on_front) in rungs.iter().zip(on_front) {
         let name = format!("{} {}", rung.method, rung.settings);
@@ -153,6 +165,9 @@ fn print(rungs: &[Rung], on_front: &[bool]) {
             "{:<12}{name:<36}{error:>12} {:<10}{:>12.3e}{mark}",
             rung.step, rung.error_unit, rung.seconds_per_item
         );
+    }
+    if let Some(left_out) = left_out {
+        println!("{left_out}");
     }
 }
 

@@ -120,8 +120,15 @@ pub enum CorrelationError {
         /// What it is.
         found: f64,
     },
+    /// A method of OpenCV's, in a program that has brought none ([`crate::register_foreign`]).
+    #[error(
+        "method {method} takes OpenCV, which this program is without (hint: `cargo build --release -p chainwave-opencv` builds the command with it)"
+    )]
+    NeedsOpenCv {
+        /// The method.
+        method: String,
+    },
     /// OpenCV refused.
-    #[cfg(feature = "opencv")]
     #[error("OpenCV: {0}")]
-    OpenCv(#[from] opencv::Error),
+    OpenCv(String),
 }

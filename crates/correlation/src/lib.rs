@@ -33,7 +33,8 @@
 //!   ([`propose_markers`], [`expected_sigma`]).
 //!
 //! How near all of them come to the noise floor, how often their intervals hold, and what they cost stands in the book, "What image
-//! correlation reaches" (`docs/src/measured/correlation.md`); `tests/ladder.rs` and `benches/matching.rs` make its tables anew.
+//! correlation reaches" (`docs/src/measured/correlation.md`); `tests/ladder.rs`, `benches/matching.rs` and the
+//! tests of `chainwave-opencv` make its tables anew.
 //! The instruction set is chosen at run time, and results have the same bits with each, for any number of threads.
 //!
 //! Pixels of the reference that saturate, that are no numbers or that show dark ground are left out of a subset, with
@@ -81,6 +82,7 @@ mod error;
 mod evidence;
 mod expected;
 mod field;
+mod foreign;
 mod grid_choice;
 mod icgn;
 mod interpolation_error;
@@ -105,6 +107,7 @@ pub use evidence::ShapeEvidence;
 pub use expected::expected_sigma;
 pub use field::strain::{Strain, strains};
 pub use field::{Field, FieldGrid, FieldPoint, correlate};
+pub use foreign::{FlowSettings, ForeignMethods, GrayImage, has_foreign, register_foreign};
 pub use grid_choice::{ChosenGrid, PicturePair};
 pub use icgn::outcome::{Match, Workspace};
 pub use markers::no_markers::NoMarkers;

@@ -5,6 +5,10 @@ use std::str::FromStr;
 
 use chainwave_measurement::{Recording, Subset, Track};
 
+use crate::foreign;
+use crate::refine::enhanced::EnhancedCorrelation;
+use crate::refine::lucas_kanade::track_lucas_kanade;
+use crate::refine::phase::PhaseCorrelation;
 use crate::refine::template::TemplateSearch;
 use crate::refine::track_by;
 use crate::settings::by_name;
@@ -17,15 +21,12 @@ use crate::{
 #[non_exhaustive]
 pub enum Method {
     /// OpenCV's pyramidal Lucas-Kanade on 8-bit images.
-    #[cfg(feature = "opencv")]
     LucasKanade,
     /// Search at whole pixels, and a parabola through the peak.
     TemplateParabola,
     /// OpenCV's maximisation of the enhanced correlation coefficient.
-    #[cfg(feature = "opencv")]
     EnhancedCorrelation,
     /// OpenCV's phase correlation.
-    #[cfg(feature = "opencv")]
     PhaseCorrelation,
     /// This crate's IC-GN.
     IcGn {
@@ -36,13 +37,10 @@ pub enum Method {
     },
 }
 
-/// The names of all methods in this build.
+/// The names of all methods.
 pub const METHODS: &[&str] = &[
-    #[cfg(feature = "opencv")]
     "opencv-lk",
-    #[cfg(feature = "opencv")]
     "opencv-ecc",
-    #[cfg(feature = "opencv")]
     "opencv-phase",
     "template-parabola",
     "icgn-linear-translation",
@@ -73,26 +71,31 @@ pub const METHODS: &[&str] = &[
 ];
 
 impl Method {
-    /// Every method in this build, in the order of [`METHODS`].
+    /// Every method, in the order of [`METHODS`].
     pub fn all() -> Vec<Self> {
         let icgn = Interpolation::ALL.into_iter().flat_map(|interpolation| {
             ShapeChoice::ALL.into_iter().map(move |shape| Self::IcGn { interpolation, shape })
         });
-        let others = [
-            #[cfg(feature = "opencv")]
-            Self::LucasKanade,
-            #[cfg(feature = "opencv")]
-            Self::EnhancedCorrelation,
-            #[cfg(feature = "opencv")]
-            Self::PhaseCorrelation,
-            Self::TemplateParabola,
-        ];
+        let others =
+            [Self::LucasKanade, Self::EnhancedCorrelation, Self::PhaseCorrelation, Self::TemplateParabola];
         others.into_iter().chain(icgn).collect()
     }
 
-    /// The methods with a shape function, and those that cannot have another one.
-    pub fn with_shape(wanted: ShapeChoice) -> Vec<Self> {
+    /// Those that the program can track by: OpenCV's where it has brought them.
+    pub fn available() -> Vec<Self> {
         let mut methods = Self::all();
+        methods.retain(|method| foreign::has_foreign() || !method.is_foreign());
+        methods
+    }
+
+    /// Whether it is OpenCV's.
+    pub fn is_foreign(self) -> bool {
+        matches!(self, Self::LucasKanade | Self::EnhancedCorrelation | Self::PhaseCorrelation)
+    }
+
+    /// The methods with a shape function that the program can track by, and those that cannot have another one.
+    pub fn with_shape(wanted: ShapeChoice) -> Vec<Self> {
+        let mut methods = Self::available();
         methods.retain(|method| !matches!(method, Self::IcGn { shape, .. } if *shape != wanted));
         methods
     }
@@ -102,15 +105,12 @@ impl Method {
     pub fn effort(self, n_pixels: usize) -> f64 {
         let per_pixel = match self {
             // four levels of gradients and some ten iterations on the coarse and fine ones, in OpenCV's 8-bit integers
-            #[cfg(feature = "opencv")]
             Self::LucasKanade => 120.0,
             // the subset at 9 x 9 places
             Self::TemplateParabola => 90.0,
             // some eight iterations on the smoothed and warped scene, and on its two gradients
-            #[cfg(feature = "opencv")]
             Self::EnhancedCorrelation => 400.0,
             // three Fourier transforms of the subset in each of some four passes
-            #[cfg(feature = "opencv")]
             Self::PhaseCorrelation => 600.0,
             Self::IcGn { interpolation, shape } => {
                 let taps = interpolation.n_taps() as f64;
@@ -132,7 +132,7 @@ impl Method {
     /// Tracks by this method; `settings` gives the rest, its shape and interpolation being those of the method.
     ///
     /// # Errors
-    /// As [`track`].
+    /// As [`track`], and [`CorrelationError::NeedsOpenCv`].
     pub fn track(
         self,
         recording: &dyn Recording,
@@ -141,22 +141,20 @@ impl Method {
         settings: &Settings,
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<Vec<Track>, CorrelationError> {
+        if self.is_foreign() && !foreign::has_foreign() {
+            return Err(CorrelationError::NeedsOpenCv { method: self.to_string() });
+        }
         match self {
-            #[cfg(feature = "opencv")]
-            Self::LucasKanade => crate::refine::lucas_kanade::track_lucas_kanade(
-                recording, subsets, reference, settings, progress,
-            ),
+            Self::LucasKanade => track_lucas_kanade(recording, subsets, reference, settings, progress),
             Self::TemplateParabola => {
                 track_by::<TemplateSearch>(recording, subsets, reference, settings, progress)
             }
-            #[cfg(feature = "opencv")]
-            Self::EnhancedCorrelation => track_by::<crate::refine::opencv::EnhancedCorrelation>(
-                recording, subsets, reference, settings, progress,
-            ),
-            #[cfg(feature = "opencv")]
-            Self::PhaseCorrelation => track_by::<crate::refine::opencv::PhaseCorrelation>(
-                recording, subsets, reference, settings, progress,
-            ),
+            Self::EnhancedCorrelation => {
+                track_by::<EnhancedCorrelation>(recording, subsets, reference, settings, progress)
+            }
+            Self::PhaseCorrelation => {
+                track_by::<PhaseCorrelation>(recording, subsets, reference, settings, progress)
+            }
             Self::IcGn { interpolation, shape: ShapeChoice::Named(shape) } => {
                 let settings = Settings { interpolation, shape, ..settings.clone() };
                 track(recording, subsets, reference, &settings, progress)
@@ -180,11 +178,8 @@ impl Default for Method {
 impl fmt::Display for Method {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            #[cfg(feature = "opencv")]
             Self::LucasKanade => f.pad("opencv-lk"),
-            #[cfg(feature = "opencv")]
             Self::EnhancedCorrelation => f.pad("opencv-ecc"),
-            #[cfg(feature = "opencv")]
             Self::PhaseCorrelation => f.pad("opencv-phase"),
             Self::TemplateParabola => f.pad("template-parabola"),
             Self::IcGn { interpolation, shape } => f.pad(&format!("icgn-{interpolation}-{shape}")),
@@ -212,5 +207,17 @@ mod tests {
             assert_eq!(name.parse::<Method>().unwrap().to_string(), *name);
         }
         assert_eq!(Method::default().to_string(), "icgn-cubic-affine");
+    }
+
+    #[test]
+    fn without_a_library_its_methods_are_known_and_not_offered() {
+        let foreign: Vec<String> = Method::all()
+            .into_iter()
+            .filter(|method| method.is_foreign())
+            .map(|method| method.to_string())
+            .collect();
+        assert_eq!(foreign, ["opencv-lk", "opencv-ecc", "opencv-phase"]);
+        assert!(Method::available().into_iter().all(|method| !method.is_foreign()));
+        assert_eq!(Method::available().len() + foreign.len(), METHODS.len());
     }
 }

@@ -2,10 +2,9 @@
 //! showed on shifted pictures of the very subset.
 
 mod calibration;
-#[cfg(feature = "opencv")]
+pub(crate) mod enhanced;
 pub(crate) mod lucas_kanade;
-#[cfg(feature = "opencv")]
-pub(crate) mod opencv;
+pub(crate) mod phase;
 pub(crate) mod template;
 
 use std::ops::Range;

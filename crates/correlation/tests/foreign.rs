@@ -1,72 +1,16 @@
-//! The methods that give a place and no covariance: what they have for bias and sigma is found on pictures of each subset.
+//! The methods that give a place and no covariance: what they have for bias and sigma is found on pictures of each subset. OpenCV's are
+//! tested beside OpenCV.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking, and shows what it measured")]
 
 mod support;
 
-use chainwave_correlation::{Method, ReferenceFrames, Settings};
-use chainwave_measurement::{MemoryRecording, Track};
-use support::{Speckle, Wrong, assert_coverage, grid, recorded, rms, sense};
+#[path = "support/foreign.rs"]
+mod stated;
 
-/// Frames after the reference, which move by 0.7 px along x from one to the next, and by 0.21 px back along y.
-const N_FRAMES: usize = 5;
-
-/// A still frame, and as many more.
-fn film(seed: u64, noise: f64) -> MemoryRecording {
-    let speckle = Speckle::new(50 + seed, Speckle::RADIUS_PX);
-    // with a little less light, so that hardly a speckle saturates
-    let lit = |image: Vec<f64>| image.into_iter().map(|g| 0.85 * g).collect::<Vec<_>>();
-    let first = 0.1 * seed as f64;
-    let frame = |k: usize| {
-        let way = if k == 0 { 0.0 } else { first + 0.7 * k as f64 };
-        sense(&lit(speckle.render(|[x, y]| [x + way, y - 0.3 * way])), noise, 100 * seed + k as u64)
-    };
-    recorded((0..=N_FRAMES).map(frame).collect())
-}
-
-/// Errors over sigma of a method on some films.
-fn pulls(name: &str, noise: f64, n_films: u64) -> Vec<f64> {
-    let method: Method = name.parse().unwrap();
-    let subsets = grid(110);
-    let of_film = |seed: u64| {
-        let reference = ReferenceFrames::Single(0);
-        let film = film(seed, noise);
-        let tracks = method.track(&film, &subsets, &reference, &Settings::default(), &|_| ()).unwrap();
-        let of_track = |(track, start): (&Track, &chainwave_measurement::Subset)| {
-            let of_frame = |k: usize| {
-                let way = 0.1 * seed as f64 + 0.7 * k as f64;
-                let found = track.positions[k].ok()?;
-                let pulls = [(found.x_px, start.x_px + way), (found.y_px, start.y_px - 0.3 * way)]
-                    .map(|(found, truth)| (found.value - truth) / found.sigma);
-                Some(pulls)
-            };
-            (1..=N_FRAMES).filter_map(of_frame).flatten().collect::<Vec<_>>()
-        };
-        tracks.iter().zip(&subsets).flat_map(of_track).collect::<Vec<_>>()
-    };
-    (0..n_films).flat_map(of_film).collect()
-}
-
-/// At 2 and 10 % noise: five frames share a reference.
-fn assert_coverage_of_noise(name: &str, wrong: Wrong) {
-    for noise in [0.02, 0.1] {
-        let pulls = pulls(name, noise, 2);
-        // where the least contrasted subsets are refused
-        assert!(pulls.len() as f64 >= if noise < 0.1 { 1.0 } else { 0.9 } * 720.0, "{}", pulls.len());
-        assert_coverage(&format!("{name} at {noise}"), &pulls, N_FRAMES, wrong);
-    }
-}
-
-/// At 0.2 % noise errors are what is left of a bias, which all subsets of a frame have in common: the ten places between
-/// pixels that two films show along each axis tell the mean square of errors over sigma as twenty errors do. It is 1, as sigma
-/// is a standard deviation, or, two of its standard errors off, no more.
-fn assert_mean_square_of_bias(name: &str) {
-    let pulls = pulls(name, 0.002, 2);
-    assert_eq!(pulls.len(), 720, "no point is lost");
-    let standard_error = (2.0_f64 / 20.0).sqrt();
-    let mean_square = rms(&pulls).powi(2);
-    assert!(mean_square < 1.0 + 2.0 * standard_error, "{name}: {mean_square}");
-}
+use chainwave_correlation::{CorrelationError, Method, ReferenceFrames, Settings};
+use stated::{assert_coverage_of_noise, assert_lost_and_found, assert_mean_square_of_bias};
+use support::{Wrong, grid, recorded};
 
 #[test]
 fn a_template_search_states_what_it_errs_by() {
@@ -74,23 +18,18 @@ fn a_template_search_states_what_it_errs_by() {
     assert_mean_square_of_bias("template-parabola");
 }
 
-#[cfg(feature = "opencv")]
 #[test]
-fn lucas_and_kanade_state_what_they_err_by() {
-    assert_coverage_of_noise("opencv-lk", Wrong::TooNarrow);
-    assert_mean_square_of_bias("opencv-lk");
+fn a_template_search_loses_a_body_that_is_gone_and_finds_it_again() {
+    assert_lost_and_found("template-parabola");
 }
 
-#[cfg(feature = "opencv")]
 #[test]
-fn enhanced_correlation_states_what_it_errs_by() {
-    assert_coverage_of_noise("opencv-ecc", Wrong::TooNarrow);
-    assert_mean_square_of_bias("opencv-ecc");
-}
-
-#[cfg(feature = "opencv")]
-#[test]
-fn phase_correlation_states_what_it_errs_by() {
-    // At 0.2 % noise its intervals are too narrow: they hold 61 and 84 %, which the ladder states.
-    assert_coverage_of_noise("opencv-phase", Wrong::TooNarrow);
+fn methods_of_a_library_are_refused_without_it() {
+    let film = recorded(vec![vec![0.0; support::SIZE[0] * support::SIZE[1]]; 2]);
+    for name in ["opencv-lk", "opencv-ecc", "opencv-phase"] {
+        let method: Method = name.parse().unwrap();
+        let first = ReferenceFrames::Single(0);
+        let refused = method.track(&film, &grid(110), &first, &Settings::default(), &|_| ());
+        assert!(matches!(refused, Err(CorrelationError::NeedsOpenCv { method }) if method == name));
+    }
 }

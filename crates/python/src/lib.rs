@@ -27,6 +27,8 @@ use pyo3::prelude::*;
 /// The functions and types that `chainwave` is made of.
 #[pymodule]
 fn _chainwave(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    #[cfg(feature = "opencv")]
+    chainwave_opencv::register();
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<recording::OpenedRecording>()?;
     module.add_class::<recording::FrameView>()?;

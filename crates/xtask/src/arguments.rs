@@ -10,15 +10,15 @@ use crate::test_run::TestRun;
 
 /// What `cargo xtask help` prints.
 pub(crate) const HELP: &str = "\
-cargo xtask demo [--no-opencv] [--out DIR] [--seed N]
+cargo xtask demo [--out DIR] [--seed N]
     Sets up, builds, films the synthetic experiment pipelines/hec26-demo and processes it:
-    recordings into DIR/recordings, results into DIR/results (DIR is target/demo unless given).
+    recordings into DIR/recordings, results into DIR/results (DIR is target/demo unless given). It takes no OpenCV.
     --seed N   another draw of speckle, noise, trigger jitter and striker speeds
 
-cargo xtask paper [--no-opencv] [--out DIR] [--quick]
+cargo xtask paper [--out DIR] [--quick]
     Sets up, builds, and makes every figure and number of the paper with pipelines/paper/run.sh: films 390 recordings,
     processes them, simulates rings and chain, draws and compares, into DIR (target/paper unless given). What was
-    interrupted goes on when it is started again.
+    interrupted goes on when it is started again. It takes no OpenCV.
     --quick   a short chain and one trial of each view (target/paper-quick unless given)
 
 cargo xtask test [--no-opencv] [--fast] [--package NAME]...
@@ -40,7 +40,7 @@ cargo xtask dist [--out DIR]
 cargo xtask setup [--no-opencv]
     Looks for what the build needs from the system and installs what is missing.
 
---no-opencv builds without OpenCV, and so needs neither OpenCV nor clang.
+--no-opencv does without OpenCV and clang, which the program chainwave-opencv alone takes: for videos, boards and OpenCV's methods.
 ";
 
 /// What the user asked for.
@@ -91,7 +91,7 @@ fn demo(mut words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
     let mut demo = Demo::default();
     while let Some(word) = words.next() {
         match text(word)?.as_str() {
-            "--no-opencv" => demo.opencv = false,
+            "--no-opencv" => {} // As always.
             "--out" => demo.out = Some(PathBuf::from(value("--out", &mut words)?)),
             "--seed" => demo.seed = Some(seed(&text(value("--seed", &mut words)?)?)?),
             other => return unknown("demo", other),
@@ -104,7 +104,7 @@ fn paper(mut words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
     let mut paper = Paper::default();
     while let Some(word) = words.next() {
         match text(word)?.as_str() {
-            "--no-opencv" => paper.opencv = false,
+            "--no-opencv" => {} // As always.
             "--quick" => paper.quick = true,
             "--out" => paper.out = Some(PathBuf::from(value("--out", &mut words)?)),
             other => return unknown("paper", other),
@@ -181,11 +181,11 @@ mod tests {
 
     #[test]
     fn options_reach_their_command() {
-        let demo = Demo { opencv: false, out: Some("there".into()), seed: Some(7) };
+        let demo = Demo { out: Some("there".into()), seed: Some(7) };
         assert_eq!(parsed("demo --out there --no-opencv --seed 7").unwrap(), Task::Demo(demo));
         let test_run = TestRun { opencv: true, fast: true, packages: vec!["a".into(), "b".into()] };
         assert_eq!(parsed("test --fast -p a --package b").unwrap(), Task::Test(test_run));
-        let paper = Paper { opencv: false, out: Some("there".into()), quick: true };
+        let paper = Paper { out: Some("there".into()), quick: true };
         assert_eq!(parsed("paper --quick --out there --no-opencv").unwrap(), Task::Paper(paper));
         assert_eq!(parsed("setup --no-opencv").unwrap(), Task::Setup { opencv: false });
         assert_eq!(parsed("python").unwrap(), Task::Python);
@@ -194,7 +194,10 @@ mod tests {
 
     #[test]
     fn opencv_is_on_unless_refused() {
-        assert_eq!(parsed("demo").unwrap(), Task::Demo(Demo { opencv: true, out: None, seed: None }));
+        assert_eq!(
+            parsed("test").unwrap(),
+            Task::Test(TestRun { opencv: true, fast: false, packages: Vec::new() })
+        );
         assert_eq!(parsed("setup").unwrap(), Task::Setup { opencv: true });
     }
 

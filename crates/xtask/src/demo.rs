@@ -1,42 +1,31 @@
-//! `cargo xtask demo`: builds the command, films the synthetic experiment and processes it.
+//! `cargo xtask demo`: builds the command, films the synthetic experiment and processes it. None of that takes OpenCV.
 
 use std::path::{Path, PathBuf};
 
-use crate::command_line::{CommandLine, features, output_folder};
+use crate::command_line::{CommandLine, output_folder};
 use crate::failure::Failure;
 use crate::setup;
 
 /// `cargo xtask demo`: the synthetic experiment, filmed and processed.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Debug, Default, PartialEq, Eq)]
 pub(crate) struct Demo {
-    /// Whether OpenCV is built in.
-    pub(crate) opencv: bool,
     /// Where recordings and results go, from the user's folder; `target/demo` of the workspace unless given.
     pub(crate) out: Option<PathBuf>,
     /// Another seed than the experiment's own.
     pub(crate) seed: Option<u64>,
 }
 
-impl Default for Demo {
-    fn default() -> Self {
-        Self { opencv: true, out: None, seed: None }
-    }
-}
-
 /// Sets up, builds, films and processes.
 pub(crate) fn run(demo: &Demo) -> Result<(), Failure> {
     let out = output_folder(demo.out.as_deref(), "target/demo")?;
-    setup::run_then(demo.opencv, &commands(demo, &out))
+    println!("The demo takes no OpenCV.");
+    setup::run_then(false, &commands(demo, &out))
 }
 
 fn commands(demo: &Demo, out: &Path) -> [CommandLine; 3] {
     let recordings = out.join("recordings");
-    let cargo = |command: &[&str]| {
-        CommandLine::new(["cargo"])
-            .with(command)
-            .with(["--release", "-p", "chainwave"])
-            .with(features(demo.opencv))
-    };
+    let cargo =
+        |command: &[&str]| CommandLine::new(["cargo"]).with(command).with(["--release", "-p", "chainwave"]);
     let seed = demo.seed.map(|seed| ["--seed".to_owned(), seed.to_string()]);
     [
         cargo(&["build"]),
@@ -79,13 +68,5 @@ mod tests {
         let [build, synthesize, run] = lines(&Demo { seed: Some(12), ..Demo::default() });
         assert!(synthesize.ends_with(" --seed 12"), "{synthesize}");
         assert!(!build.contains("--seed") && !run.contains("--seed"), "{build}\n{run}");
-    }
-
-    #[test]
-    fn every_step_uses_the_same_features() {
-        for line in lines(&Demo { opencv: false, ..Demo::default() }) {
-            let (cargo, _) = line.split_once(" -- ").unwrap_or((&line, ""));
-            assert!(cargo.ends_with("-p chainwave --no-default-features"), "{line}");
-        }
     }
 }

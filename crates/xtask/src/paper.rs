@@ -1,16 +1,14 @@
-//! `cargo xtask paper`: builds the command, and has `pipelines/paper/run.sh` make every figure and number of the paper.
+//! `cargo xtask paper`: builds the command, and has `pipelines/paper/run.sh` make every figure and number of the paper, without OpenCV.
 
 use std::path::{Path, PathBuf};
 
-use crate::command_line::{CommandLine, features, output_folder, workspace};
+use crate::command_line::{CommandLine, output_folder, workspace};
 use crate::failure::Failure;
 use crate::setup;
 
 /// `cargo xtask paper`: the paper from 390 recordings.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Debug, Default, PartialEq, Eq)]
 pub(crate) struct Paper {
-    /// Whether OpenCV is built in.
-    pub(crate) opencv: bool,
     /// Where recordings, models and figures go, from the user's folder; `target/paper` of the workspace unless given, or
     /// `target/paper-quick`.
     pub(crate) out: Option<PathBuf>,
@@ -18,23 +16,16 @@ pub(crate) struct Paper {
     pub(crate) quick: bool,
 }
 
-impl Default for Paper {
-    fn default() -> Self {
-        Self { opencv: true, out: None, quick: false }
-    }
-}
-
 /// Sets up, builds, and starts the pipeline; what an earlier start has filmed and tracked is kept.
 pub(crate) fn run(paper: &Paper) -> Result<(), Failure> {
     let usual = if paper.quick { "target/paper-quick" } else { "target/paper" };
     let out = output_folder(paper.out.as_deref(), usual)?;
-    setup::run_then(paper.opencv, &commands(paper, &out))
+    setup::run_then(false, &commands(paper, &out))
 }
 
 /// The script is told which command was built, so that it takes no other one.
 fn commands(paper: &Paper, out: &Path) -> [CommandLine; 2] {
-    let build =
-        CommandLine::new(["cargo", "build", "--release", "-p", "chainwave"]).with(features(paper.opencv));
+    let build = CommandLine::new(["cargo", "build", "--release", "-p", "chainwave"]);
     let script = CommandLine::new(["pipelines/paper/run.sh"])
         .with([out])
         .with(paper.quick.then_some("--quick"))
@@ -65,9 +56,8 @@ mod tests {
     }
 
     #[test]
-    fn quick_goes_to_the_script_and_features_to_cargo() {
-        let [build, script] = lines(&Paper { quick: true, opencv: false, out: None });
+    fn quick_goes_to_the_script() {
+        let [_, script] = lines(&Paper { quick: true, out: None });
         assert!(script.ends_with("run.sh there --quick"), "{script}");
-        assert_eq!(build, "cargo build --release -p chainwave --no-default-features");
     }
 }

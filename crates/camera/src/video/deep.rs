@@ -5,9 +5,8 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, Stdio};
 
-use super::frames::Frames;
 use crate::error::CameraError;
-use crate::picture::Gray;
+use crate::library::VideoFrames;
 
 /// Frames of more than eight bits, which OpenCV would cut to eight: the program `ffmpeg` decodes them with the same codecs and
 /// hands on their plane of brightness as it was coded.
@@ -34,7 +33,7 @@ impl DeepDecoder {
     }
 }
 
-impl Frames for DeepDecoder {
+impl VideoFrames for DeepDecoder {
     fn rewind(&mut self) -> Result<(), String> {
         // The old process ends before the new one starts.
         self.process = None;
@@ -53,10 +52,8 @@ impl Frames for DeepDecoder {
         Ok(found.map_err(|error| format!("ffmpeg: {error}"))? == expected)
     }
 
-    fn picture(&mut self) -> Result<Gray, String> {
-        let counts =
-            self.frame.chunks_exact(2).map(|count| u16::from_le_bytes([count[0], count[1]])).collect();
-        Ok(Gray { width_px: self.width_px, height_px: self.height_px, bits: self.bits, counts })
+    fn picture(&mut self) -> Result<Vec<u16>, String> {
+        Ok(self.frame.chunks_exact(2).map(|count| u16::from_le_bytes([count[0], count[1]])).collect())
     }
 }
 

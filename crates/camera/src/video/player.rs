@@ -5,14 +5,13 @@ use std::path::Path;
 use chainwave_measurement::{RecordingInfo, Region};
 
 use super::container::{self, Cut};
-use super::decoder::VideoDecoder;
 use super::deep::DeepDecoder;
-use super::frames::Frames;
 use super::layout::CodecLayout;
 use crate::cache::FrameCache;
 use crate::error::CameraError;
 use crate::file_recording::{FileRecording, PixelSource};
 use crate::format::Opened;
+use crate::library::{OpenedVideo, VideoFrames, VisionLibrary};
 use crate::options::OpenOptions;
 use crate::partial;
 use crate::picture::Gray;
@@ -20,27 +19,38 @@ use crate::picture::Gray;
 /// Memory for frames that are kept, so that going back costs a decoding from the start only once in many frames.
 const KEPT_BYTES: usize = 64 << 20;
 
+/// A compressed frame takes at least this many bytes of a file, its entry in the container's index alone.
+const LEAST_FRAME_BYTES: u64 = 8;
+
 /// Opens a video of a named container.
-pub(super) fn open(path: &Path, container: &str, options: &OpenOptions) -> Opened {
+pub(super) fn open(
+    path: &Path,
+    container: &str,
+    library: &dyn VisionLibrary,
+    options: &OpenOptions,
+) -> Opened {
     let failed = |reason: String| CameraError::Decoder { path: path.into(), reason };
     let cut = container::cut(path)?;
-    let decoder = VideoDecoder::open(path).map_err(|reason| unopened(path, cut.as_ref(), reason))?;
-    let stated_hz = decoder.rate_hz().map_err(failed)?;
+    let opened = library.open_video(path).map_err(|reason| unopened(path, cut.as_ref(), reason))?;
+    let OpenedVideo { size_px, rate_hz: stated_hz, n_stated, layout, mut frames } = opened;
+    if !(stated_hz.is_finite() && stated_hz > 0.0) {
+        return Err(failed(format!("expected a frame rate above 0, found {stated_hz}")));
+    }
     let rate_hz = options.rate_hz.unwrap_or(stated_hz);
-    let (width_px, height_px) = decoder.size_px();
-    let n_stated = decoder.n_stated().map_err(failed)?;
+    let (width_px, height_px) = size_px;
+    let n_stated = believable(path, n_stated)?;
     // Frames that the file does not hold any more are still counted by its header.
     let n_frames = match n_stated {
         Some(n_stated) if cut.is_none() && !options.partial => n_stated,
         _ => {
-            let n_decoded = decoder.count().map_err(failed)?;
+            let n_decoded = count(frames.as_mut()).map_err(failed)?;
             cut.as_ref().map_or(n_decoded, |cut| cut.n_whole(n_decoded))
         }
     };
     if n_frames == 0 {
         return Err(unopened(path, cut.as_ref(), "expected frames that can be decoded, found none".into()));
     }
-    let layout = decoder.layout().map_err(failed)?;
+    let layout = CodecLayout::of(layout);
     let (bit_depth, remark) = depth(layout);
     let mut info = RecordingInfo {
         format: format!("{container} video"),
@@ -63,11 +73,28 @@ pub(super) fn open(path: &Path, container: &str, options: &OpenOptions) -> Opene
     if cut.is_some() || n_stated.is_some_and(|n_stated| n_frames < n_stated) {
         info.warnings.push(partial::warning(n_frames, n_stated));
     }
-    let player = Player::new(frames(path, layout, decoder, (width_px, height_px))?);
+    let player = Player::new(in_depth(path, layout, frames, size_px)?, size_px, bit_depth);
     let n_kept = KEPT_BYTES / (size_of::<u16>() * width_px * height_px).max(1);
     let video = Video(FrameCache::of_frames(player, n_kept));
     video.0.get_run(0, |player, n_kept| player.run(0, n_kept)).map_err(failed)?;
     Ok(Box::new(FileRecording::new(path, info, video, options)))
+}
+
+/// The number of frames that the container states; `None` where it states none that the file's size allows.
+fn believable(path: &Path, n_stated: f64) -> Result<Option<usize>, CameraError> {
+    let about = std::fs::metadata(path).map_err(|source| CameraError::Io { path: path.into(), source })?;
+    let is_possible = (1.0..(about.len() / LEAST_FRAME_BYTES) as f64).contains(&n_stated);
+    Ok(is_possible.then_some(n_stated as usize))
+}
+
+/// The number of frames that can be decoded, by decoding them; the video then stands at its start again.
+fn count(frames: &mut dyn VideoFrames) -> Result<usize, String> {
+    let mut n_frames = 0;
+    while frames.advance()? {
+        n_frames += 1;
+    }
+    frames.rewind()?;
+    Ok(n_frames)
 }
 
 /// Why a video could not be opened: it ends before its container does, or what the decoder says.
@@ -100,14 +127,18 @@ impl PixelSource for Video {
 
 /// Frames and the place that they stand at.
 struct Player {
-    frames: Box<dyn Frames>,
+    frames: Box<dyn VideoFrames>,
+    /// Columns and rows.
+    size_px: (usize, usize),
+    /// Significant bits of a pixel.
+    bits: u32,
     /// The frame that comes next; `None` where the end or a failure has left no frame to go on from.
     next: Option<usize>,
 }
 
 impl Player {
-    fn new(frames: Box<dyn Frames>) -> Self {
-        Self { frames, next: Some(0) }
+    fn new(frames: Box<dyn VideoFrames>, size_px: (usize, usize), bits: u32) -> Self {
+        Self { frames, size_px, bits, next: Some(0) }
     }
 
     /// Frame `frame` and those passed on the way to it, `n_most` at most.
@@ -122,23 +153,34 @@ impl Player {
                 return Err(format!("expected a frame {passed}, found the end of the video"));
             }
             if passed + n_most > frame {
-                run.push(self.frames.picture()?);
+                run.push(self.picture()?);
             }
         }
         self.next = Some(frame + 1);
         Ok(run)
     }
+
+    /// The frame gone on to last.
+    fn picture(&mut self) -> Result<Gray, String> {
+        let counts = self.frames.picture()?;
+        let ((width_px, height_px), bits) = (self.size_px, self.bits);
+        if counts.len() != width_px * height_px {
+            let found = counts.len();
+            return Err(format!("expected a picture of {width_px} x {height_px} px, found {found} pixels"));
+        }
+        Ok(Gray { width_px, height_px, bits, counts })
+    }
 }
 
-/// OpenCV's frames where it keeps their depth, else FFmpeg's own.
-fn frames(
+/// The library's frames where they keep the codec's depth, else FFmpeg's own.
+fn in_depth(
     path: &Path,
     layout: CodecLayout,
-    decoder: VideoDecoder,
+    frames: Box<dyn VideoFrames>,
     size_px: (usize, usize),
-) -> Result<Box<dyn Frames>, CameraError> {
+) -> Result<Box<dyn VideoFrames>, CameraError> {
     match layout {
-        CodecLayout::Eight => Ok(Box::new(decoder)),
+        CodecLayout::Eight => Ok(frames),
         CodecLayout::Deep { bits } => Ok(Box::new(DeepDecoder::open(path, size_px, bits)?)),
         CodecLayout::DeepColour => Err(CameraError::Colour {
             path: path.into(),

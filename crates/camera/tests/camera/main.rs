@@ -4,8 +4,7 @@
 #[cfg(test)]
 mod allocation;
 #[cfg(test)]
-#[cfg(feature = "opencv")]
-mod board_pictures;
+mod board_truth;
 #[cfg(test)]
 mod boards;
 #[cfg(test)]
@@ -39,7 +38,6 @@ mod tiff_writer;
 #[cfg(test)]
 mod unicode;
 #[cfg(test)]
-#[cfg(feature = "opencv")]
-mod video;
+mod without_library;
 #[cfg(test)]
 mod writer;

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use chainwave_camera::vision_library;
 use chainwave_experiment::{Experiment, Setup, Trial, fingerprint};
 use serde::Serialize;
 
@@ -14,6 +15,9 @@ struct Provenance<'a> {
     program: &'static str,
     version: &'static str,
     opencv: bool,
+    /// Its version, where the program has it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    opencv_version: Option<String>,
     recordings: Vec<Source>,
     experiment: &'a Experiment,
 }
@@ -36,7 +40,8 @@ pub(crate) fn write(setup: &Setup, out: &Path) -> Result<(), Error> {
     let provenance = Provenance {
         program: "chainwave",
         version: env!("CARGO_PKG_VERSION"),
-        opencv: cfg!(feature = "opencv"),
+        opencv: vision_library().is_some(),
+        opencv_version: vision_library().map(|library| library.version()),
         recordings: setup.trials.iter().map(source).collect(),
         experiment: &setup.experiment,
     };

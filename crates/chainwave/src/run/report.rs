@@ -6,6 +6,7 @@ mod settings;
 
 use std::path::Path;
 
+use chainwave_camera::vision_library;
 use chainwave_experiment::{Decision, Evaluation, Results, Setup, State};
 use chainwave_measurement::Estimate;
 
@@ -175,13 +176,14 @@ fn decisions_table(decisions: &[Decision]) -> String {
 
 /// `where_from` is what stands before the files' names.
 fn provenance(where_from: &str) -> String {
-    let built = if cfg!(feature = "opencv") { "" } else { ", built without OpenCV" };
+    let with =
+        vision_library().map(|library| format!(" with OpenCV {}", library.version())).unwrap_or_default();
     let link = |name: &str| match where_from.is_empty() {
         true => format!("<a href=\"{name}\">{name}</a>"),
         false => format!("{where_from}{name}"),
     };
     format!(
-        "<h2>Provenance</h2><p>chainwave {}{built}. Settings and recordings with their fingerprints stand in {}, all numbers in {} and the \
+        "<h2>Provenance</h2><p>chainwave {}{with}. Settings and recordings with their fingerprints stand in {}, all numbers in {} and the \
          Parquet tables beside it.</p>",
         env!("CARGO_PKG_VERSION"),
         link("provenance.toml"),

@@ -15,10 +15,10 @@ const TIMED_FRAMES: usize = 150;
 /// Repetitions of which the shortest counts.
 const REPETITIONS: usize = 3;
 
-/// Every method on a scene: its error in the self-test or on the film itself, whichever is larger, and its time on the recording's first frames.
+/// Every method that the program has on a scene: its error in the self-test or on the film itself, whichever is larger, and its time on the recording's first frames.
 pub(super) fn ladder(scene: &View) -> Result<Vec<Rung>, Error> {
     let settings = Settings::default();
-    let methods = Method::all();
+    let methods = Method::available();
     let View { subsets, reference, .. } = scene;
     let recording = scene.recording.as_ref();
     let on_film = film_test(&methods, recording, subsets, reference, &settings)?;

@@ -11,6 +11,7 @@ use chainwave_view::{Collection, ShownRecording, ShownTrack};
 use crate::cli;
 use crate::error::Error;
 use crate::listing::recordings_in;
+use crate::on_demand;
 use crate::table;
 use crate::track::read_points;
 
@@ -60,6 +61,7 @@ fn of_recordings(path: &Path, options: &OpenOptions) -> Result<Collection, Error
 fn of_experiment(arguments: &cli::View) -> Result<Collection, Error> {
     let mut setup = Setup::read(&arguments.path, arguments.recordings.as_deref())?;
     setup.takes_partial = arguments.reading.partial;
+    on_demand::expect_recordings_of(&setup)?;
     let (mut recordings, mut notes) = (Vec::new(), Vec::new());
     for trial in &setup.trials {
         match planned_view(&setup, trial) {
@@ -95,6 +97,7 @@ fn of_results(arguments: &cli::View) -> Result<Collection, Error> {
     let rate_hz = camera.and_then(|camera| camera.get("rate_hz")).and_then(toml::Value::as_float);
     let options = arguments.reading.options(arguments.rate_hz.or(rate_hz));
     let tracks = tracks(&results.join(TRACKS), half_px)?;
+    on_demand::expect_readable(tracks.keys().map(|name| folder.join(name)), &options)?;
     let (mut recordings, mut notes) = (Vec::new(), Vec::new());
     for (name, tracks) in tracks {
         let path = folder.join(&name);

@@ -4,10 +4,9 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use chainwave_measurement::{Estimate, Lost, Position, Recording, Region, Subset, Track};
-use opencv::core::{Mat, Point2f, Size, TermCriteria, TermCriteria_COUNT, TermCriteria_EPS, Vector};
-use opencv::video::{OPTFLOW_USE_INITIAL_FLOW, calc_optical_flow_pyr_lk};
 
 use crate::acceptance::Standard;
+use crate::foreign::{FlowSettings, library};
 use crate::refine::calibration::{Calibration, Judgement, judge};
 use crate::search::rivals::Seen;
 use crate::simd::vectorised;
@@ -45,13 +44,8 @@ pub(crate) fn track_lucas_kanade(
     let (first, n_frames) = (reference.range().start, recording.info().n_frames);
     let tracks = track_both_ways(&mut flow, first, n_frames, subsets, progress);
     let tracks = without_collisions(tracks, subsets, first, settings);
-    flow.failure.map_or(Ok(tracks), |failure| Err(failure.into()))
+    flow.failure.map_or(Ok(tracks), |failure| Err(CorrelationError::OpenCv(failure)))
 }
-
-/// Halvings of the image above the first.
-const PYRAMID_LEVELS: i32 = 3;
-/// Least eigenvalue of the window's structure tensor, OpenCV's default.
-const MIN_EIGENVALUE: f64 = 1e-4;
 
 /// All subsets on their way.
 struct Flow<'a> {
@@ -63,7 +57,7 @@ struct Flow<'a> {
     points: Vec<FlowPoint>,
     workspace: Workspace,
     /// OpenCV's first refusal, which ends the run.
-    failure: Option<opencv::Error>,
+    failure: Option<String>,
 }
 
 struct FlowPoint {
@@ -71,7 +65,7 @@ struct FlowPoint {
     history: History,
     /// Why it was lost in the last frame that it was searched in.
     reason: Lost,
-    size: [i32; 2],
+    size: [usize; 2],
 }
 
 struct FlowTarget {
@@ -97,7 +91,7 @@ impl<'a> Flow<'a> {
         let reference = eight_bit.reference(&image)?;
         let point = |subset: &Subset| {
             Reference::check_inside(recording, subset)?;
-            let size = [subset.half_width_px, subset.half_height_px].map(|half| 2 * half as i32 + 1);
+            let size = [subset.half_width_px, subset.half_height_px].map(|half| 2 * half + 1);
             let around = eight_bit.reference(&Reference::read(recording, subset, frames)?)?;
             let prepared = PreparedSubset::new(&reference, subset, &settings);
             let target = prepared.and_then(|subset| {
@@ -133,8 +127,8 @@ impl<'a> Flow<'a> {
         &self,
         images: &Images<'_>,
         starts: &[Option<[f64; 2]>],
-    ) -> opencv::Result<Vec<Option<[f64; 2]>>> {
-        let mut by_size: BTreeMap<[i32; 2], Vec<usize>> = BTreeMap::new();
+    ) -> Result<Vec<Option<[f64; 2]>>, String> {
+        let mut by_size: BTreeMap<[usize; 2], Vec<usize>> = BTreeMap::new();
         for (i, (point, _)) in
             self.points.iter().zip(starts).enumerate().filter(|(_, (_, start))| start.is_some())
         {
@@ -143,15 +137,15 @@ impl<'a> Flow<'a> {
         let mut places = vec![None; self.points.len()];
         for (size, members) in by_size {
             let targets = members.iter().filter_map(|&i| self.points[i].target.as_ref().ok());
-            let from = targets.map(|target| target.subset.centre_px);
-            let to = members.iter().filter_map(|&i| starts[i]);
-            let found = images.flow(size, &self.settings, from, to)?;
+            let from: Vec<[f64; 2]> = targets.map(|target| target.subset.centre_px).collect();
+            let to: Vec<[f64; 2]> = members.iter().filter_map(|&i| starts[i]).collect();
+            let found = images.flow(size, &self.settings, &from, &to)?;
             members.into_iter().zip(found).for_each(|(i, place)| places[i] = place);
         }
         Ok(places)
     }
 
-    fn locate_all(&mut self, frame: usize) -> opencv::Result<Vec<Found>> {
+    fn locate_all(&mut self, frame: usize) -> Result<Vec<Found>, String> {
         let info = self.recording.info();
         let whole = Region::whole(info.width_px, info.height_px);
         let mut pixels = vec![0.0; whole.n_pixels()];
@@ -166,9 +160,8 @@ impl<'a> Flow<'a> {
             .zip(&bytes)
             .for_each(|(value, &byte)| *value = f32::from(byte));
         window.finish();
-        let (columns, rows) = (info.width_px as i32, info.height_px as i32);
         let reference = std::mem::take(&mut self.reference);
-        let images = Images { columns, rows, still: &reference, moved: &bytes };
+        let images = Images { size_px: [info.width_px, info.height_px], still: &reference, moved: &bytes };
         let starts = self.starts();
         let places = self.flow(&images, &starts);
         let found = places.map(|places| {
@@ -209,10 +202,10 @@ struct SingleFlow<'a> {
     images: &'a Images<'a>,
     window: &'a Window,
     subset: &'a PreparedSubset,
-    size: [i32; 2],
+    size: [usize; 2],
     settings: &'a Settings,
     workspace: &'a mut Workspace,
-    failure: &'a mut Option<opencv::Error>,
+    failure: &'a mut Option<String>,
 }
 
 impl SingleFlow<'_> {
@@ -233,8 +226,7 @@ impl Locate for SingleFlow<'_> {
 
     fn locate(&mut self, _: usize, start: Warp) -> Result<Self::Found, Lost> {
         let (from, to) = (self.subset.centre_px, start.position_px);
-        let once = std::iter::once::<[f64; 2]>;
-        match self.images.flow(self.size, self.settings, once(from), once(to)) {
+        match self.images.flow(self.size, self.settings, &[from], &[to]) {
             Ok(places) => self.judged(places.into_iter().next().flatten().ok_or(Lost::NotConverged)?),
             Err(error) => {
                 self.failure.get_or_insert(error);
@@ -272,25 +264,22 @@ impl Tracker for Flow<'_> {
 }
 
 /// The bias and precision of the method on pictures of a subset of an 8-bit reference.
-fn calibrate(reference: &Reference, subset: &PreparedSubset, size: [i32; 2]) -> Result<Calibration, Lost> {
+fn calibrate(reference: &Reference, subset: &PreparedSubset, size: [usize; 2]) -> Result<Calibration, Lost> {
     let region = reference.region();
     let corner = [region.x as f64, region.y as f64];
     let here = [0, 1].map(|axis| subset.centre_px[axis] - corner[axis]);
     let bytes = |pixels: &[f32]| -> Vec<u8> { pixels.iter().map(|pixel| (pixel + 0.5) as u8).collect() };
     Calibration::new(reference, subset, 1.0 / 12.0, |still, picture| {
         let (still, moved) = (bytes(still), bytes(picture));
-        let images =
-            Images { columns: region.width as i32, rows: region.height as i32, still: &still, moved: &moved };
-        let once = || std::iter::once(here);
-        let found = images.flow(size, &subset.settings, once(), once()).ok()?.pop()??;
+        let images = Images { size_px: [region.width, region.height], still: &still, moved: &moved };
+        let found = images.flow(size, &subset.settings, &[here], &[here]).ok()?.pop()??;
         Some([0, 1].map(|axis| found[axis] + corner[axis]))
     })
 }
 
 /// Two 8-bit images of the same size.
 struct Images<'a> {
-    columns: i32,
-    rows: i32,
+    size_px: [usize; 2],
     still: &'a [u8],
     moved: &'a [u8],
 }
@@ -299,33 +288,15 @@ impl Images<'_> {
     /// The flow of windows of a size around points; `None` where OpenCV found none.
     fn flow(
         &self,
-        [width, height]: [i32; 2],
+        window_px: [usize; 2],
         settings: &Settings,
-        from: impl Iterator<Item = [f64; 2]>,
-        to: impl Iterator<Item = [f64; 2]>,
-    ) -> opencv::Result<Vec<Option<[f64; 2]>>> {
-        let point = |[x, y]: [f64; 2]| Point2f::new(x as f32, y as f32);
-        let from: Vector<Point2f> = from.map(point).collect();
-        let mut to: Vector<Point2f> = to.map(point).collect();
-        let (mut status, mut error) = (Vector::<u8>::new(), Vector::<f32>::new());
-        let kind = TermCriteria_COUNT + TermCriteria_EPS;
-        let iterations = i32::try_from(settings.max_iterations).unwrap_or(i32::MAX);
-        calc_optical_flow_pyr_lk(
-            &Mat::new_rows_cols_with_data(self.rows, self.columns, self.still)?,
-            &Mat::new_rows_cols_with_data(self.rows, self.columns, self.moved)?,
-            &from,
-            &mut to,
-            &mut status,
-            &mut error,
-            Size::new(width, height),
-            PYRAMID_LEVELS,
-            TermCriteria::new(kind, iterations, settings.convergence_px)?,
-            OPTFLOW_USE_INITIAL_FLOW,
-            MIN_EIGENVALUE,
-        )?;
-        let place =
-            |(point, status): (Point2f, u8)| (status == 1).then(|| [f64::from(point.x), f64::from(point.y)]);
-        Ok(to.iter().zip(status.iter()).map(place).collect())
+        from: &[[f64; 2]],
+        starts: &[[f64; 2]],
+    ) -> Result<Vec<Option<[f64; 2]>>, String> {
+        let &Settings { max_iterations, convergence_px, .. } = settings;
+        let library = library().ok_or("the program has none")?;
+        let settings = FlowSettings { window_px, max_iterations, convergence_px };
+        library.optical_flow(self.size_px, [self.still, self.moved], from, starts, &settings)
     }
 }
 

@@ -162,7 +162,6 @@ impl SearchArea {
     }
 
     /// Where the scene lies, and its pixels less a level.
-    #[cfg(feature = "opencv")]
     pub(crate) fn pixels(&self) -> (Region, &[f32]) {
         (self.region, &self.pixels)
     }

@@ -1,12 +1,13 @@
 //! Corners of checkerboards and ChArUco boards by OpenCV's detectors, refined to a part of a pixel.
 
+#[cfg(opencv_before_4_7)]
+mod charuco;
+
+use chainwave_camera::{Board, CameraError, Corner, Markers};
 use chainwave_measurement::{Recording, Region};
 use opencv::core::{DataType, Mat, Point2f, Size, TermCriteria, TermCriteria_EPS, TermCriteria_Type, Vector};
 use opencv::prelude::*;
 use opencv::{calib3d, imgproc};
-
-use crate::board::{Board, Corner, Markers};
-use crate::error::CameraError;
 
 /// The names of OpenCV's sets of markers, in the order of their numbers.
 const DICTIONARIES: [&str; 17] = [
@@ -34,7 +35,7 @@ const DICTIONARIES: [&str; 17] = [
 const REFINED_PART: f64 = 0.2;
 
 /// Finds the corners in 8-bit gray, for OpenCV's detectors take no other, and refines them in the counts as recorded.
-pub(super) fn find(
+pub(crate) fn find(
     recording: &dyn Recording,
     frame: usize,
     board: &Board,
@@ -88,7 +89,7 @@ fn charuco(
     board: &Board,
     markers: &Markers,
 ) -> Result<Vec<Corner>, CameraError> {
-    let found = super::charuco::corners(&picture.gray, board, markers.side_m, dictionary(markers)?);
+    let found = charuco::corners(&picture.gray, board, markers.side_m, dictionary(markers)?);
     let found = found
         .map_err(|error| CameraError::Decoder { path: recording.path().into(), reason: error.message })?;
     Ok(found.into_iter().map(|(index, place)| corner(index, board.columns - 1, place)).collect())

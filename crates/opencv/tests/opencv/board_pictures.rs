@@ -10,7 +10,7 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-use crate::boards::{DISPLACEMENTS_PX, HEIGHT, SQUARE_M, WIDTH, board, displacement_m, found_m, truth};
+use crate::board_truth::{DISPLACEMENTS_PX, HEIGHT, SQUARE_M, WIDTH, board, displacement_m, found_m, truth};
 
 /// Samples of a pixel in each direction.
 const SAMPLES: usize = 4;
@@ -45,6 +45,7 @@ fn checkerboard([x_m, y_m]: [f64; 2]) -> f64 {
 
 /// The displacements found, in standard errors from the truth.
 fn scores(picture: &MemoryRecording, board: &Board, map: &PlaneMap) -> Vec<f64> {
+    chainwave_opencv::register();
     let corners = find_corners(picture, 0, board).unwrap();
     let calibration = Calibration::from_boards(&[corners], board, (WIDTH, HEIGHT)).unwrap();
     // Noise of 1 % over edges of one pixel leaves corners of a few hundredths of a pixel.
@@ -122,6 +123,7 @@ fn a_part_of_a_charuco_board_calibrates() {
 
 #[test]
 fn a_picture_without_a_board_is_refused() {
+    chainwave_opencv::register();
     let mut random = Pcg64::seed_from_u64(1);
     let picture = picture_of(|_| 0.5, &truth(&mut random), &mut random);
     let message = find_corners(&picture, 0, &board()).unwrap_err().to_string();

@@ -1,5 +1,5 @@
 //! Following 26 bodies through a .cine of 512 x 512 px: from the file's bytes to positions with their uncertainties, on one
-//! thread and on two, next to OpenCV's Lucas-Kanade. `cargo bench --workspace --bench follow`; a frame is an item.
+//! thread and on two, next to OpenCV's Lucas-Kanade. `cargo bench -p chainwave-opencv --bench follow`; a frame is an item.
 //!
 //! The file (63 frames of 12 bits in 16, 33 MB, in the system's cache) is followed to and fro 30 times, so that preparing the
 //! subsets is a small part, but for `opencv-lk`, whose errors are found on pictures of each subset first.
@@ -30,6 +30,7 @@ const N_PERIODS: usize = 30;
 const N_BODIES: usize = 26;
 
 fn main() {
+    chainwave_opencv::register();
     divan::main();
 }
 

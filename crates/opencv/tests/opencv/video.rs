@@ -1,14 +1,27 @@
 //! A video of known pictures, written by OpenCV and read back.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use chainwave_camera::{OpenOptions, open, open_with};
+use chainwave_camera::{CameraError, OpenOptions, open_with};
 use chainwave_measurement::{Recording, Region};
 use opencv::core::{Mat, Scalar, Size};
 use opencv::prelude::*;
 use opencv::{imgproc, videoio};
+use tempfile::TempDir;
 
-use crate::writer::written;
+/// Opens a recording in a process that has OpenCV.
+fn open(path: &Path) -> Result<Box<dyn Recording>, CameraError> {
+    chainwave_opencv::register();
+    chainwave_camera::open(path)
+}
+
+/// A file of these bytes under a name that says nothing of its format.
+fn written(bytes: &[u8]) -> (TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("recording.bin");
+    std::fs::write(&path, bytes).unwrap();
+    (folder, path)
+}
 
 const N_FRAMES: usize = 12;
 const SIZE: (i32, i32) = (64, 48);
@@ -70,6 +83,7 @@ fn the_rate_of_the_shot_replaces_the_rate_of_showing() {
     let path = folder.path().join("strike.avi");
     write_video(&path);
     let options = OpenOptions { rate_hz: Some(40_000.0), ..OpenOptions::default() };
+    chainwave_opencv::register();
     let recording = open_with(&path, &options).unwrap();
     assert_eq!(recording.info().rate_hz, Some(40_000.0));
     assert_eq!(recording.info().times_s[4..5], [4.0 / 40_000.0]);
@@ -116,16 +130,23 @@ fn a_damaged_video_is_an_error() {
     assert!(message.contains("recording.bin"), "{message}");
 }
 
+/// A file with these bytes under a name with umlauts composed and decomposed, a space, and letters of three and four bytes.
+fn named(folder: &Path, extension: &str, bytes: &[u8]) -> PathBuf {
+    let path = folder.join(format!("Prüfling o\u{308} 測試 \u{1F4F7} 1.{extension}"));
+    std::fs::write(&path, bytes).unwrap();
+    path
+}
+
 #[test]
 fn a_video_is_read_by_any_name() {
     let folder = tempfile::tempdir().unwrap();
     let plain = folder.path().join("strike.avi");
     write_video(&plain);
-    let path = crate::unicode::written(folder.path(), "avi", &std::fs::read(&plain).unwrap());
+    let path = named(folder.path(), "avi", &std::fs::read(&plain).unwrap());
     let recording = open(&path).unwrap();
     assert_eq!((recording.path(), recording.info().n_frames), (path.as_path(), N_FRAMES));
     assert_shows(&*recording, 7);
-    let path = crate::unicode::written(folder.path(), "mkv", GRAY_16);
+    let path = named(folder.path(), "mkv", GRAY_16);
     let Some(recording) = deep(&path) else { return };
     let mut pixels = [0.0; 2];
     recording.read_region(1, Region { x: 0, y: 0, width: 2, height: 1 }, &mut pixels).unwrap();

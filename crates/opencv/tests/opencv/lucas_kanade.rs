@@ -1,15 +1,11 @@
 //! OpenCV's Lucas-Kanade method on the same analytic speckle.
 
-#![cfg(feature = "opencv")]
-#![expect(clippy::unwrap_used, reason = "a test fails by panicking, and shows what it measured")]
-
-mod support;
-
+use crate::support::{SIZE, Speckle, Wrong, assert_coverage, grid, moments, recorded, sense};
 use chainwave_correlation::{Method, ReferenceFrames, Settings};
 use chainwave_measurement::{MemoryRecording, Track};
-use support::{SIZE, Speckle, Wrong, assert_coverage, grid, moments, recorded, sense};
 
 fn follow(film: &MemoryRecording, reference: usize) -> Vec<Track> {
+    chainwave_opencv::register();
     let method: Method = "opencv-lk".parse().unwrap();
     method.track(film, &grid(50), &ReferenceFrames::Single(reference), &Settings::default(), &|_| ()).unwrap()
 }

@@ -1,9 +1,8 @@
 //! ChArUco corners through the interface that OpenCV had until 4.6.
 
+use chainwave_camera::Board;
 use opencv::aruco::{self, CharucoBoard};
 use opencv::core::{Mat, Point2f, Vector};
-
-use crate::board::Board;
 
 /// Number and place of each corner of a ChArUco board in 8-bit gray.
 ///
