@@ -32,15 +32,19 @@ mod parallel;
 mod plan;
 mod progress;
 mod prove;
+mod review;
 mod run;
 mod samples;
 mod shell;
 mod simulate;
 mod synthesize;
 mod table;
+mod terminal;
 mod track;
+mod tracks_read;
 mod tradeoff;
 mod view;
+mod watch;
 mod wave;
 
 use std::process::ExitCode;
@@ -53,11 +57,18 @@ use crate::outcome::Outcome;
 
 #[expect(clippy::print_stderr, reason = "the last word on a failure goes to standard error")]
 fn main() -> ExitCode {
-    let command = Cli::parse().command;
-    if command.keeps_what_is_done() {
+    let Cli { command, quiet, json } = Cli::parse();
+    terminal::set(quiet, json);
+    if command.finishes_what_is_in_hand() {
         interrupt::listen();
     }
-    match carry_out(&command) {
+    let result = carry_out(&command);
+    if !command.speaks_for_itself() {
+        let failed = result.as_ref().map_or(&[][..], Outcome::failures);
+        let error = result.as_ref().err().map(ToString::to_string);
+        terminal::close(failed, error.as_deref());
+    }
+    match result {
         Ok(outcome) => outcome.exit_code(),
         Err(error) if error.is_interruption() => {
             eprintln!("chainwave: {error} (hint: the same command goes on from there)");
@@ -92,6 +103,8 @@ fn carry_out(command: &Command) -> Result<Outcome, Error> {
         Command::Prove(arguments) => prove::prove(arguments),
         Command::Init(arguments) => init::init(arguments),
         Command::View(arguments) => view::view(arguments),
+        Command::Review(arguments) => review::review(arguments),
+        Command::Watch(arguments) => watch::watch(arguments),
         Command::Samples(arguments) => samples::samples(arguments),
         Command::Completions(arguments) => shell::completions(arguments),
         Command::Man(arguments) => shell::man(arguments),

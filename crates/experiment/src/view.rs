@@ -70,7 +70,8 @@ pub struct PlannedView {
 pub fn planned_view(setup: &Setup, trial: &Trial) -> Result<PlannedView, Error> {
     let path = setup.recordings.join(&trial.recording);
     let recording = open(setup, &path)?;
-    let subsets = bodies_in_view(setup, trial, recording.info());
+    let mut subsets = bodies_in_view(setup, trial, recording.info());
+    setup.corrections.place(&trial.recording, &mut subsets);
     let subsets = subsets.into_iter().map(|(_, subset)| subset).collect();
     Ok(PlannedView { path, options: setup.open_options(), subsets })
 }

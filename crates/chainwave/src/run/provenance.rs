@@ -14,8 +14,19 @@ struct Provenance<'a> {
     program: &'static str,
     version: &'static str,
     opencv: bool,
+    /// The file of corrections; left out where there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    corrections: Option<CorrectionsFile<'a>>,
     recordings: Vec<Source>,
     experiment: &'a Experiment,
+}
+
+#[derive(Serialize)]
+struct CorrectionsFile<'a> {
+    file: &'a str,
+    sha256: &'a str,
+    /// Rows of it.
+    n_corrections: usize,
 }
 
 #[derive(Serialize)]
@@ -37,6 +48,11 @@ pub(crate) fn write(setup: &Setup, out: &Path) -> Result<(), Error> {
         program: "chainwave",
         version: env!("CARGO_PKG_VERSION"),
         opencv: cfg!(feature = "opencv"),
+        corrections: setup.corrections.source.as_ref().map(|(file, sha256)| CorrectionsFile {
+            file,
+            sha256,
+            n_corrections: setup.corrections.list.len(),
+        }),
         recordings: setup.trials.iter().map(source).collect(),
         experiment: &setup.experiment,
     };
