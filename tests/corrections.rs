@@ -71,8 +71,11 @@ mod slow {
         succeed(&mut evaluation(&recordings, &results));
         assert!(read(&results) == before, "without corrections the results are what they were");
 
-        fs::write(&path, "recording,body,first_frame,last_frame,action,x_px,y_px\nother.cine,1,1,2,exclude,,\n")
-            .expect("the folder takes a file");
+        fs::write(
+            &path,
+            "recording,body,first_frame,last_frame,action,x_px,y_px\nother.cine,1,1,2,exclude,,\n",
+        )
+        .expect("the folder takes a file");
         let message = fail(&mut evaluation(&recordings, &results), 2);
         assert!(message.contains("line 2, column recording") && message.contains("other.cine"), "{message}");
     }
@@ -121,7 +124,10 @@ mod slow {
             let output = asked.output().expect("chainwave starts");
             assert_eq!(output.status.code(), Some(2), "{command}");
             let found: Value = serde_json::from_slice(&output.stdout).expect("standard output is JSON");
-            assert!(found["error"].as_str().is_some_and(|error| error.contains("gone")), "{command}: {found}");
+            assert!(
+                found["error"].as_str().is_some_and(|error| error.contains("gone")),
+                "{command}: {found}"
+            );
             assert!(!output.stderr.is_empty(), "{command}: errors are said all the same");
         }
     }

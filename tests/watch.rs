@@ -115,9 +115,13 @@ factor = 1.2
         assert_eq!((&line["recording"], &line["ok"]), (&"view1_trial5.cine".into(), &true.into()), "{line}");
 
         // One that stays cut is named, once, and the next one is looked at all the same.
-        fs::write(folder.join("view1_trial6.cine"), &bytes[..bytes.len() / 2]).expect("the folder takes a file");
+        fs::write(folder.join("view1_trial6.cine"), &bytes[..bytes.len() / 2])
+            .expect("the folder takes a file");
         let line = watch.json();
-        assert_eq!((&line["recording"], codes(&line).as_slice()), (&"view1_trial6.cine".into(), &["broken"][..]));
+        assert_eq!(
+            (&line["recording"], codes(&line).as_slice()),
+            (&"view1_trial6.cine".into(), &["broken"][..])
+        );
         let name = "view2_trial1.cine";
         fs::copy(recordings.join(name), folder.join(name)).expect("the recording can be copied");
         assert_eq!(watch.json()["recording"], name);

@@ -23,7 +23,9 @@ struct Checked {
 pub(crate) fn check(arguments: &cli::Check) -> Result<Outcome, Error> {
     let checked = checked(arguments).inspect_err(|error| {
         if is_json() {
-            answer(&json!({ "can_run": false, "error": error.to_string(), "warnings": [], "recordings": [] }));
+            answer(
+                &json!({ "can_run": false, "error": error.to_string(), "warnings": [], "recordings": [] }),
+            );
         }
     })?;
     let Checked { warnings, recordings } = &checked;

@@ -123,9 +123,9 @@ impl TrackStore for KeptFolder {
     fn load(&self, key: &TrackKey) -> Result<Kept, ExperimentError> {
         let kept = self.table(&key.name(), &key.recording, &parts(key));
         Ok(
-            match kept
-                .and_then(|table| table.map(|table| only_tracks(&table)).transpose().map_err(|e| e.to_string()))
-            {
+            match kept.and_then(|table| {
+                table.map(|table| only_tracks(&table)).transpose().map_err(|e| e.to_string())
+            }) {
                 Ok(Some(tracks)) => Kept::Tracks(tracks),
                 Ok(None) => Kept::Nothing,
                 Err(reason) => Kept::Unusable(reason),

@@ -86,7 +86,8 @@ fn of_doubt(one: &DoubtfulReading, wanted: Doubt) -> Option<f64> {
 const DOUBTS: [Doubt; 4] = [Doubt::OtherTrials, Doubt::Neighbours, Doubt::Residual, Doubt::Sigma];
 
 fn columns(results: &ReviewedResults, queue: &[DoubtfulReading]) -> Vec<Column> {
-    let frames = |of: fn(&DoubtfulReading) -> usize| queue.iter().map(|one| of(one) as u32).collect::<Vec<_>>();
+    let frames =
+        |of: fn(&DoubtfulReading) -> usize| queue.iter().map(|one| of(one) as u32).collect::<Vec<_>>();
     let name = |one: &DoubtfulReading| results.recordings[one.recording].name.clone();
     let status = |one: &DoubtfulReading| one.lost.map_or("ok", |lost| lost.as_str()).to_owned();
     let mut columns = vec![

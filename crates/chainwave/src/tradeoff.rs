@@ -159,7 +159,9 @@ fn print(rungs: &[Rung], on_front: &[bool]) {
         let error = rung.error.map_or("-".into(), |error| format!("{error:.3e}"));
         say!(
             "{:<12}{name:<36}{error:>12} {:<10}{:>12.3e}{mark}",
-            rung.step, rung.error_unit, rung.seconds_per_item
+            rung.step,
+            rung.error_unit,
+            rung.seconds_per_item
         );
     }
 }

@@ -37,8 +37,7 @@ pub(crate) fn watch(arguments: &cli::Watch) -> Result<Outcome, Error> {
         None => arguments.reading.options(arguments.rate_hz),
     };
     let mut folder = Folder::of(&arguments.folder)?;
-    let mut watching =
-        Watching { arguments, setup, options, views: Views::default(), looked_at: Vec::new() };
+    let mut watching = Watching { arguments, setup, options, views: Views::default(), looked_at: Vec::new() };
     while !interrupt::is_asked() {
         for path in folder.newly_saved()? {
             if interrupt::is_asked() {
@@ -110,7 +109,8 @@ impl Watching<'_> {
         let bodies = match (setup, trial) {
             (Some(setup), Some(trial)) => {
                 let view = chainwave_experiment::planned_view(setup, trial)?;
-                let number = |subset: chainwave_measurement::Subset| Some((subset.name.parse().ok()?, subset));
+                let number =
+                    |subset: chainwave_measurement::Subset| Some((subset.name.parse().ok()?, subset));
                 Some(view.subsets.into_iter().filter_map(number).collect())
             }
             _ => None,
@@ -152,8 +152,10 @@ impl Watching<'_> {
                 format!("{name}: ok, {bodies} bodies in {frames} frames")
             }
             false => {
-                let texts: Vec<String> =
-                    findings.iter().map(|(code, text)| format!("{}: {text}", code.replace('_', " "))).collect();
+                let texts: Vec<String> = findings
+                    .iter()
+                    .map(|(code, text)| format!("{}: {text}", code.replace('_', " ")))
+                    .collect();
                 format!("{name}: LOOK: {}", texts.join("; "))
             }
         };

@@ -105,7 +105,14 @@ mod tests {
         let mut options = OpenOptions::default();
         change(&mut subset, &mut options);
         let (subsets, reference, options) = (&[subset][..], &ReferenceFrames::Mean(0..9), &options);
-        let task = Task { subsets, reference, method: Method::default(), options, sensor: None, seeds: "none".into() };
+        let task = Task {
+            subsets,
+            reference,
+            method: Method::default(),
+            options,
+            sensor: None,
+            seeds: "none".into(),
+        };
         TrackKey::of("a.cine", path, &task).unwrap().name()
     }
 

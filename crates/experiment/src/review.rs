@@ -141,8 +141,8 @@ fn of_series<'a>(
         Some(DoubtfulReading { recording, body, frame, doubt, of_each, lost, stretch })
     };
     let mut readings: Vec<DoubtfulReading> = (0..series.n_frames()).filter_map(reading).collect();
-    for stretch in readings
-        .chunk_by_mut(|a, b| a.frame + 1 == b.frame && (a.doubt >= DOUBTFUL) == (b.doubt >= DOUBTFUL))
+    for stretch in
+        readings.chunk_by_mut(|a, b| a.frame + 1 == b.frame && (a.doubt >= DOUBTFUL) == (b.doubt >= DOUBTFUL))
     {
         let (Some(first), Some(last)) = (stretch.first(), stretch.last()) else { continue };
         let frames = [first.frame, last.frame];

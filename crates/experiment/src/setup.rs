@@ -66,7 +66,17 @@ impl Setup {
         let sensor = SensorFiles::read(dark.as_deref(), flat.as_deref(), &options)?;
         let corrections = Corrections::of(&experiment, &table, path)?;
         let (path, trials) = (path.to_owned(), table.clone());
-        Ok(Self { experiment, path, map, table, trials, corrections, recordings, sensor, takes_partial: false })
+        Ok(Self {
+            experiment,
+            path,
+            map,
+            table,
+            trials,
+            corrections,
+            recordings,
+            sensor,
+            takes_partial: false,
+        })
     }
 
     /// How recordings are opened.

@@ -86,7 +86,10 @@ impl Shot<'_> {
         if n_rest == 0 && info.rate_hz.is_some() {
             let first_ms = 1e3 * info.times_s.first().copied().unwrap_or(0.0);
             let until_ms = 1e3 * rest_until_s;
-            say("late_trigger", format!("no frame before {until_ms:.3} ms, the first is at {first_ms:.3} ms"));
+            say(
+                "late_trigger",
+                format!("no frame before {until_ms:.3} ms, the first is at {first_ms:.3} ms"),
+            );
         }
         let bodies = match &self.bodies {
             Some(bodies) => bodies.clone(),
@@ -166,8 +169,7 @@ fn clipped(recording: &dyn Recording, subsets: &[Subset]) -> Result<Option<Strin
         let (x, y) = (subset.x_px.round() as i64, subset.y_px.round() as i64);
         let (half_x, half_y) = (subset.half_width_px as i64, subset.half_height_px as i64);
         let (right, below) = (x + half_x + 1, y + half_y + 1);
-        let region =
-            Region::clipped(x - half_x, y - half_y, right, below, info.width_px, info.height_px);
+        let region = Region::clipped(x - half_x, y - half_y, right, below, info.width_px, info.height_px);
         let Some(region) = region else { continue };
         let mut counts = vec![0.0; region.n_pixels()];
         recording.read_region(0, region, &mut counts)?;
@@ -182,12 +184,17 @@ fn clipped(recording: &dyn Recording, subsets: &[Subset]) -> Result<Option<Strin
 
 /// Where and why a body is lost in view.
 fn lost(body: &FollowedBody) -> Option<String> {
-    let reason = |at: &Result<Position, Lost>| at.as_ref().err().copied().filter(|lost| *lost != Lost::OutOfView);
+    let reason =
+        |at: &Result<Position, Lost>| at.as_ref().err().copied().filter(|lost| *lost != Lost::OutOfView);
     let frames: Vec<(usize, Lost)> =
         body.positions.iter().enumerate().filter_map(|(frame, at)| Some((frame, reason(at)?))).collect();
     let (first, lost) = frames.first()?;
     let (n, all) = (frames.len(), body.positions.len());
-    Some(format!("body {} is lost in {n} of {all} frames, from frame {first} on ({})", body.body, lost.as_str()))
+    Some(format!(
+        "body {} is lost in {n} of {all} frames, from frame {first} on ({})",
+        body.body,
+        lost.as_str()
+    ))
 }
 
 /// When bodies begin to move.
@@ -222,7 +229,8 @@ fn onset(tracks: &RecordingTracks, n_rest: usize) -> Onset {
         let rest_px = place_at_rest(body);
         let is_off = |at: &Result<Position, Lost>| {
             at.as_ref().is_ok_and(|at| {
-                let off = |found: Estimate, rest: f64| (found.value - rest).abs() > MOVES_SIGMAS * found.sigma;
+                let off =
+                    |found: Estimate, rest: f64| (found.value - rest).abs() > MOVES_SIGMAS * found.sigma;
                 rest_px.is_some_and(|[x, y]| off(at.x_px, x) || off(at.y_px, y))
             })
         };

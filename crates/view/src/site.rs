@@ -10,8 +10,8 @@ use serde_json::{Value, json};
 use crate::asked::Asked;
 use crate::collection::{Collection, OpenRecordings, ShownRecording, ShownTrack};
 use crate::cut::Cut;
-use crate::page::page;
 use crate::match_pictures::{Matched, Part};
+use crate::page::page;
 use crate::picture::{greys, png_of};
 use crate::points;
 use crate::refusal::Refusal;
@@ -208,8 +208,8 @@ impl Site {
         let track = shown.tracks.iter().find(|track| track.name == name);
         let track = track.ok_or_else(|| asked.refuse("name", "the name of a track", name))?;
         let part = asked.text("part").unwrap_or("found");
-        let part = Part::named(part)
-            .ok_or_else(|| asked.refuse("part", "reference, found or residual", part))?;
+        let part =
+            Part::named(part).ok_or_else(|| asked.refuse("part", "reference, found or residual", part))?;
         let until = &track.places_px[..track.places_px.len().min(frame + 1)];
         let rest_px = track.places_px.iter().flatten().next();
         let (Some(rest_px), Some(found_px)) =

@@ -37,7 +37,8 @@ fn results() -> (Site, Kept) {
     });
     let times_s: Vec<f64> = (0..300).map(|i| 1e-5 * f64::from(i)).collect();
     let strain = |gap: i32| {
-        let pulse = |i: i32| (i % 50 != 49).then(|| -0.02 * (-f64::from(i - 40 - 30 * gap).powi(2) / 200.0).exp());
+        let pulse =
+            |i: i32| (i % 50 != 49).then(|| -0.02 * (-f64::from(i - 40 - 30 * gap).powi(2) / 200.0).exp());
         (0..300).map(pulse).collect()
     };
     let moved = |body: i32| (0..300).map(|i| Some(1e-5 * f64::from(i * body))).collect();
@@ -52,7 +53,9 @@ fn results() -> (Site, Kept) {
 fn assert_silent(browser: &Chromium) {
     assert!(browser.complaints.is_empty(), "{:?}", browser.complaints);
     let outside = |address: &&String| {
-        !["http://127.0.0.1:", "blob:http://127.0.0.1:", "data:", "about:"].iter().any(|own| address.starts_with(own))
+        !["http://127.0.0.1:", "blob:http://127.0.0.1:", "data:", "about:"]
+            .iter()
+            .any(|own| address.starts_with(own))
     };
     assert_eq!(browser.requests.iter().find(outside), None, "no request leaves the machine");
     assert!(!browser.requests.is_empty());
@@ -76,7 +79,8 @@ fn the_page_shows_a_recording_and_picks_subsets() {
     browser.wait_for("document.getElementById('time').textContent.includes('t = 1.0000 ms')");
     let slide = "(() => { const s = document.getElementById('frame-slider'); s.value = 2; s.dispatchEvent(new Event('input')); return true })()";
     browser.evaluate(slide);
-    browser.wait_for("state.frame === 2 && document.getElementById('time').textContent.includes('2.0000 ms')");
+    browser
+        .wait_for("state.frame === 2 && document.getElementById('time').textContent.includes('2.0000 ms')");
     browser.wait_for("state.tracks.length === 1 && state.tracks[0].place_px[0] === 41.5");
 
     // A click with the second tool makes a subset where it is, which gets its sigma, and is written.
@@ -117,7 +121,8 @@ fn readings_are_reviewed_by_single_keys_and_the_cursor_links_the_wave_to_frames(
     browser.picture("review");
     // x excludes the doubtful frames around it.
     browser.press("x");
-    browser.wait_for("document.getElementById('review-said').textContent.startsWith('wrote corrections.csv')");
+    browser
+        .wait_for("document.getElementById('review-said').textContent.startsWith('wrote corrections.csv')");
     {
         let kept = kept.lock().unwrap();
         let [one] = kept.as_slice() else { panic!("{kept:?}") };
@@ -142,7 +147,7 @@ fn readings_are_reviewed_by_single_keys_and_the_cursor_links_the_wave_to_frames(
 
     // A click into the map moves the frame, and a frame the cursor: three frames at 0, 1 and 2 ms.
     let place = browser.evaluate(
-        "(() => { const b = document.getElementById('map').getBoundingClientRect(); return [b.left + b.width * 0.67, b.top + b.height * 0.5] })()",
+        "(() => { const b = document.getElementById('map').getBoundingClientRect(); return [b.left + b.width * 0.67, b.top + b.height * 0.55] })()",
     );
     browser.click([0, 1].map(|axis: usize| place[axis].as_f64().unwrap()));
     browser.wait_for("Math.abs(wave.data.times_s[wave.instant] - 0.002) < 5e-5 && state.frame === 2");
@@ -186,9 +191,13 @@ fn a_correction_that_cannot_be_meant_is_refused() {
         site.send("PUT", "/api/corrections", body.as_bytes()).status
     };
     let exclude = |recording: i64, first: i64, last: i64| {
-        format!("{{\"recording\": {recording}, \"name\": \"body 1\", \"first_frame\": {first}, \"last_frame\": {last}, \"remedy\": \"exclude\", \"place_px\": null}}")
+        format!(
+            "{{\"recording\": {recording}, \"name\": \"body 1\", \"first_frame\": {first}, \"last_frame\": {last}, \"remedy\": \"exclude\", \"place_px\": null}}"
+        )
     };
-    for wrong in [exclude(0, 2, 1), exclude(0, 0, 3), exclude(7, 0, 1), exclude(-1, 0, 1), "{}".into(), "x".into()] {
+    for wrong in
+        [exclude(0, 2, 1), exclude(0, 0, 3), exclude(7, 0, 1), exclude(-1, 0, 1), "{}".into(), "x".into()]
+    {
         assert_eq!(put(&wrong, 0), 400, "{wrong}");
     }
     let seed = |place: &str| exclude(0, 0, 1).replace("exclude", "seed").replace("null", place);
@@ -199,7 +208,9 @@ fn a_correction_that_cannot_be_meant_is_refused() {
     assert!(kept.lock().unwrap().is_empty());
     assert_eq!(put(&seed("[10.5, 20]"), 0), 200);
     assert_eq!(kept.lock().unwrap().len(), 1);
-    for path in ["/api/subset/0?name=nobody", "/api/subset/0?name=body%201&part=soul", "/api/subset/9?name=body%201"] {
+    for path in
+        ["/api/subset/0?name=nobody", "/api/subset/0?name=body%201&part=soul", "/api/subset/9?name=body%201"]
+    {
         assert!([400, 404].contains(&site.get(path).status), "{path}");
     }
     // Found where the reference is, nothing differs.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use chainwave_experiment::{Table};
+use chainwave_experiment::Table;
 use chainwave_view::{Collection, ShownRecording, ShownTrack, ShownWave};
 
 use crate::cli;
@@ -46,7 +46,11 @@ pub(super) fn of_results(arguments: &cli::View) -> Result<Collection, Error> {
         let track = |body: &chainwave_experiment::FollowedBody| ShownTrack {
             name: body.body.to_string(),
             half_px,
-            places_px: body.positions.iter().map(|at| at.as_ref().ok().map(|at| [at.x_px.value, at.y_px.value])).collect(),
+            places_px: body
+                .positions
+                .iter()
+                .map(|at| at.as_ref().ok().map(|at| [at.x_px.value, at.y_px.value]))
+                .collect(),
         };
         recordings.push(ShownRecording {
             name: one.name.clone(),
@@ -67,9 +71,7 @@ pub(super) fn of_results(arguments: &cli::View) -> Result<Collection, Error> {
 }
 
 fn provenance(path: &Path) -> Result<toml::Table, Error> {
-    read_text(path)?
-        .parse()
-        .map_err(|wrong: toml::de::Error| Error::configuration(path, wrong.to_string()))
+    read_text(path)?.parse().map_err(|wrong: toml::de::Error| Error::configuration(path, wrong.to_string()))
 }
 
 /// A whole number from 0 at a place of a table.

@@ -23,9 +23,9 @@ fn without_last_number(name: &str) -> String {
     let Some(end) = stem.rfind(|c: char| c.is_ascii_digit()).map(|at| at + 1) else {
         return stem.to_owned();
     };
-    let start = stem[..end].rfind(|c: char| !c.is_ascii_digit()).map_or(0, |at| {
-        at + stem[at..].chars().next().map_or(1, char::len_utf8)
-    });
+    let start = stem[..end]
+        .rfind(|c: char| !c.is_ascii_digit())
+        .map_or(0, |at| at + stem[at..].chars().next().map_or(1, char::len_utf8));
     format!("{}#{}", &stem[..start], &stem[end..])
 }
 
@@ -36,8 +36,9 @@ mod tests {
     #[test]
     fn trials_of_a_view_differ_in_their_last_number() {
         let mut views = Views::default();
-        let numbers = ["view1_trial1.cine", "view1_trial12.cine", "view2_trial1.cine", "ü7.cine", "ü8", "end"]
-            .map(|name| views.of_name(name));
+        let numbers =
+            ["view1_trial1.cine", "view1_trial12.cine", "view2_trial1.cine", "ü7.cine", "ü8", "end"]
+                .map(|name| views.of_name(name));
         assert_eq!(numbers, [1, 1, 2, 3, 3, 4]);
     }
 }

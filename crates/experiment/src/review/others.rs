@@ -1,14 +1,18 @@
 //! Readings that the other trials of the view contradict.
 //!
-//! Trials differ by when they were triggered and how hard they were struck: to first order a body's displacement is that of the median of
-//! all trials plus a shift of time, which takes its velocity, and a factor. Both are fitted for each body and recording by least absolute
-//! deviations, which what is wrong in fewer than half of the readings does not move, and what is left is compared.
+//! Trials differ by when they were triggered and how hard they were struck. So each trial's displacement of a body is a common one, shifted in
+//! time and scaled: u_r(t) = (1 + d_r) m(t + tau_r), where m is the median of all trials, each taken back to it. Shifts and factors are
+//! found by least absolute deviations, which what is wrong in fewer than half of a trial's readings does not move, and the median by what
+//! fewer than half of the trials have wrong; both in turn. Without the alignment the median would step by the scatter of strikes wherever
+//! one trial is lost or wrong, and accuse the others.
 
 use chainwave_measurement::median;
 
 use super::blocks::{Blocks, OfEach};
 use super::series::Series;
 
+/// Rounds of median and alignment; each leaves a few per cent of what was off.
+const N_ROUNDS: usize = 4;
 /// Passes of the reweighted least squares; the weights settle to a per cent in fewer.
 const N_PASSES: usize = 12;
 /// Deviation below which a reading's weight stays, in standard uncertainties of a reading.
@@ -16,7 +20,26 @@ const SMALL: f64 = 0.1;
 
 /// How far each reading lies from what the other trials say; none where there are no others.
 pub(super) fn departures(group: &[&Series<'_>]) -> OfEach {
-    let left: Vec<[Vec<Option<f64>>; 2]> = (0..group.len()).map(|member| left_over(group, member)).collect();
+    let mut aligned: Vec<Aligned<'_>> =
+        group.iter().map(|series| Aligned { series, shift_s: 0.0, factor: 1.0 }).collect();
+    for _ in 0..N_ROUNDS {
+        let steps: Vec<[f64; 2]> = (0..group.len())
+            .map(|member| {
+                let axes = beside_the_median(&aligned, member);
+                least_absolute_deviations(&axes.iter().flatten().flatten().collect::<Vec<_>>())
+            })
+            .collect();
+        for (one, [shift_s, excess]) in aligned.iter_mut().zip(steps) {
+            one.shift_s += shift_s;
+            one.factor *= 1.0 + excess;
+        }
+    }
+    let left: Vec<[Vec<Option<f64>>; 2]> = (0..group.len())
+        .map(|member| {
+            let deviation_px = |one: Option<Beside>| Some(one?.deviation_px * aligned[member].factor);
+            beside_the_median(&aligned, member).map(|axis| axis.into_iter().map(deviation_px).collect())
+        })
+        .collect();
     let axes = [0, 1].map(|axis| {
         let values: OfEach = left.iter().map(|axes| axes[axis].clone()).collect();
         let blocks = Blocks::of(group, &values);
@@ -29,46 +52,59 @@ pub(super) fn departures(group: &[&Series<'_>]) -> OfEach {
         let sigma = Series::sigma_px(series.position(frame)?)[axis];
         Some((values[member][frame]? - middle).abs() / scale.hypot(sigma))
     };
-    let of_frame = |member: usize, frame: usize| {
-        Some(departure(member, frame, 0)?.max(departure(member, frame, 1)?))
-    };
+    let of_frame =
+        |member: usize, frame: usize| Some(departure(member, frame, 0)?.max(departure(member, frame, 1)?));
     let of_member = |(member, series): (usize, &&Series<'_>)| {
         (0..series.n_frames()).map(|frame| of_frame(member, frame)).collect()
     };
     group.iter().enumerate().map(of_member).collect()
 }
 
-/// One reading beside the median of the trials, along one axis.
+/// A trial of a body with what takes it to the common displacement.
+struct Aligned<'a> {
+    series: &'a Series<'a>,
+    /// How much earlier than the common one it moves, in seconds.
+    shift_s: f64,
+    /// How many times as far it moves.
+    factor: f64,
+}
+
+impl Aligned<'_> {
+    /// The common displacement at an instant, as this trial has it, in pixels.
+    fn common_px(&self, time_s: f64) -> Option<[f64; 2]> {
+        Some(self.series.displacement_at_px(time_s - self.shift_s)?.map(|px| px / self.factor))
+    }
+}
+
+/// One reading beside the median, along one axis.
 struct Beside {
     /// Of the reading from the median.
     deviation_px: f64,
-    /// What a later trigger and a harder strike would add: the median's velocity, a frame, and the median.
+    /// What an earlier motion (a second) and a larger one (its whole) would add: the median's velocity, and the median.
     terms_px: [f64; 2],
     sigma_px: f64,
 }
 
-/// What is left of a member's displacements, along both axes, when the median of the trials, a shift of time and a factor are taken off.
-fn left_over(group: &[&Series<'_>], member: usize) -> [Vec<Option<f64>>; 2] {
-    let series = group[member];
+/// The readings of a member beside the median of the trials, along both axes.
+fn beside_the_median(aligned: &[Aligned<'_>], member: usize) -> [Vec<Option<Beside>>; 2] {
+    let Aligned { series, shift_s, factor } = aligned[member];
     let medians: Vec<Option<[f64; 2]>> =
-        series.times_s.iter().map(|time_s| median_at_px(group, member, *time_s)).collect();
+        series.times_s.iter().map(|time_s| median_at_px(aligned, member, time_s + shift_s)).collect();
     let beside = |frame: usize, axis: usize| {
-        let of = |frame: Option<usize>| Some((*medians.get(frame?)?)?[axis]);
-        let middle_px = of(Some(frame))?;
-        let velocity_px = 0.5 * (of(Some(frame + 1))? - of(frame.checked_sub(1))?);
+        let of = |frame: usize| Some((*medians.get(frame)?)?[axis]);
+        let middle_px = of(frame)?;
+        let before = frame.checked_sub(1)?;
+        let step_s = series.times_s.get(frame + 1)? - series.times_s[before];
+        // At the ends of what is known the median has no velocity to be shifted by, and its neighbours say enough.
+        let velocity_px_per_s =
+            of(frame + 1).zip(of(before)).map_or(0.0, |(after, before)| (after - before) / step_s);
         Some(Beside {
-            deviation_px: series.displacement_px(frame)?[axis] - middle_px,
-            terms_px: [velocity_px, middle_px],
-            sigma_px: Series::sigma_px(series.position(frame)?)[axis],
+            deviation_px: series.displacement_px(frame)?[axis] / factor - middle_px,
+            terms_px: [velocity_px_per_s, middle_px],
+            sigma_px: Series::sigma_px(series.position(frame)?)[axis] / factor,
         })
     };
-    let of_axis = |axis: usize| -> Vec<Option<Beside>> {
-        (0..series.n_frames()).map(|frame| beside(frame, axis)).collect()
-    };
-    let axes = [of_axis(0), of_axis(1)];
-    let known: Vec<&Beside> = axes.iter().flatten().flatten().collect();
-    let factors = least_absolute_deviations(&known);
-    axes.map(|of_axis| of_axis.into_iter().map(|one| one.map(|one| one.left(factors))).collect())
+    [0, 1].map(|axis| (0..series.n_frames()).map(|frame| beside(frame, axis)).collect())
 }
 
 impl Beside {
@@ -77,15 +113,15 @@ impl Beside {
     }
 }
 
-/// The median displacement of a group at an instant, in pixels, with the member that asks where there are three or more; none without others.
-fn median_at_px(group: &[&Series<'_>], member: usize, time_s: f64) -> Option<[f64; 2]> {
-    let is_asked = |other: usize| group.len() > 2 || other != member;
-    let places: Vec<[f64; 2]> = (0..group.len())
+/// The median of the common displacement at an instant, in pixels, with the member that asks where there are three or more; none without others.
+fn median_at_px(aligned: &[Aligned<'_>], member: usize, time_s: f64) -> Option<[f64; 2]> {
+    let is_asked = |other: usize| aligned.len() > 2 || other != member;
+    let places: Vec<[f64; 2]> = (0..aligned.len())
         .filter(|other| is_asked(*other))
-        .filter_map(|other| group[other].displacement_at_px(time_s))
+        .filter_map(|other| aligned[other].common_px(time_s))
         .collect();
     // Of two that disagree nobody knows which is right.
-    let enough = if group.len() > 2 { 3 } else { 1 };
+    let enough = if aligned.len() > 2 { 3 } else { 1 };
     if places.len() < enough {
         return None;
     }

@@ -72,7 +72,8 @@ impl<'a> Series<'a> {
         }
         let (one, two) = (self.displacement_px(before)?, self.displacement_px(after)?);
         let w = (t_s - self.times_s[before]) / (self.times_s[after] - self.times_s[before]);
-        let outer = before.checked_sub(1).and_then(|k| self.displacement_px(k)).zip(self.displacement_px(after + 1));
+        let outer =
+            before.checked_sub(1).and_then(|k| self.displacement_px(k)).zip(self.displacement_px(after + 1));
         Some([0, 1].map(|axis| match outer {
             Some((zero, three)) => cubic([zero[axis], one[axis], two[axis], three[axis]], w),
             None => one[axis] + w * (two[axis] - one[axis]),

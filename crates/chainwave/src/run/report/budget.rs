@@ -10,7 +10,10 @@ pub(super) fn section(plan: &Plan) -> String {
         let (relative, from) = match estimate {
             Ok(found) => {
                 let relative = 100.0 * (found.sigma / found.value).abs();
-                (Cell::Number(format!("{relative:.3}")), shares.iter().map(in_words).collect::<Vec<_>>().join(", "))
+                (
+                    Cell::Number(format!("{relative:.3}")),
+                    shares.iter().map(in_words).collect::<Vec<_>>().join(", "),
+                )
             }
             Err(reason) => (Cell::text(""), format!("none: {reason}")),
         };
