@@ -108,6 +108,8 @@ function followFrame() {
 }
 
 function connectWave() {
+  // The colours of the curves are those of the page.
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", drawWave);
   const map = byId("map");
   const at = (event) => {
     const box = map.getBoundingClientRect();

@@ -95,10 +95,11 @@ impl Chromium {
         found["result"]["value"].clone()
     }
 
-    /// Waits until a script gives true.
+    /// Waits until an expression is true; one that fails, as all do before the page is there, is not.
     pub fn wait_for(&mut self, script: &str) {
         let begin = Instant::now();
-        while self.evaluate(script) != Value::Bool(true) {
+        let guarded = format!("(() => {{ try {{ return {script} }} catch {{ return false }} }})()");
+        while self.evaluate(&guarded) != Value::Bool(true) {
             assert!(begin.elapsed() < PATIENCE, "{script}: {:?}", self.complaints);
             std::thread::sleep(Duration::from_millis(50));
         }
