@@ -23,6 +23,7 @@ mod init;
 mod inspect;
 mod interrupt;
 mod kept;
+mod limits;
 mod listing;
 mod mat;
 mod matching;

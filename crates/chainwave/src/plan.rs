@@ -2,11 +2,12 @@
 
 use std::time::Instant;
 
-use chainwave_experiment::{Cost, Plan, PlannedResult, Setup, VarianceShare};
+use chainwave_experiment::{Cost, Plan, PlannedResult, Setup};
 use serde_json::{Map, Value, json};
 
 use crate::cli;
 use crate::error::Error;
+use crate::limits::limits_as_json;
 use crate::outcome::Outcome;
 use crate::parallel::threads;
 use crate::progress;
@@ -72,16 +73,6 @@ fn as_json(setup: &Setup, plan: &Plan) -> Value {
     });
     found.insert("changes".into(), changes.collect());
     Value::Object(found)
-}
-
-/// For each key of a sigma the sources of its variance with their shares, largest first.
-pub(crate) fn limits_as_json(plan: &Plan) -> Value {
-    let of = |one: &VarianceShare| json!({ "source": one.source, "share": one.share });
-    let limits = plan
-        .results
-        .iter()
-        .map(|(result, _, shares)| (result.keys()[1].to_owned(), shares.iter().map(of).collect()));
-    Value::Object(limits.collect())
 }
 
 fn cost_as_json(cost: &Cost) -> Map<String, Value> {

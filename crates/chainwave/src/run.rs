@@ -29,10 +29,10 @@ pub(crate) use self::results::{states_as_json, warnings_as_json, write_measureme
 use crate::cli;
 use crate::error::Error;
 use crate::kept::KeptFolder;
+use crate::limits::limits_as_json;
 use crate::outcome::Outcome;
 use crate::output::{make_folder, remove_unfinished, write_json};
 use crate::parallel::threads;
-use crate::plan::limits_as_json;
 use crate::progress;
 use crate::terminal;
 

@@ -47,7 +47,10 @@ pub fn track(
             Err(error) => tracked.failed.push(FailedRecording { trial: trial.clone(), error }),
         }
     }
-    tracked.findings.extend(setup.corrections.findings(&tracked.recordings));
+    let followed: Vec<(&str, &RecordingTracks)> =
+        tracked.recordings.iter().map(|one| (one.trial.recording.as_str(), &one.tracks)).collect();
+    let corrected = setup.corrections.findings(&followed);
+    tracked.findings.extend(corrected);
     let left_out = |(subject, text)| Finding { code: "body_left_out", subject, text };
     tracked.findings.extend(grouped(&unusable).into_iter().map(left_out));
     let by_tracks = of_tracks(setup, &tracked);

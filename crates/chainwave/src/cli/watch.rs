@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::Reading;
+use super::reading::Reading;
 
 /// Arguments of `watch`.
 #[derive(Debug, Args)]

@@ -5,10 +5,10 @@ use std::fmt::Write;
 use chainwave_correlation::{Method, Reference, ReferenceFrames, Settings, ShapeChoice, track_from};
 use chainwave_measurement::{Lost, Recording, Subset};
 
-use super::{Correction, Corrections, Remedy};
+use super::correction::{Correction, Remedy};
+use super::file::Corrections;
 use crate::error::Error;
 use crate::finding::Finding;
-use crate::tracked::TrackedRecording;
 use crate::tracks::{FollowedBody, RecordingTracks};
 
 impl Corrections {
@@ -77,9 +77,9 @@ impl Corrections {
     }
 
     /// What the corrections came to in recordings that were tracked: how many readings are taken out, and those that are about nothing.
-    pub(crate) fn findings(&self, tracked: &[TrackedRecording]) -> Vec<Finding> {
+    pub(crate) fn findings(&self, tracked: &[(&str, &RecordingTracks)]) -> Vec<Finding> {
         let Some((file, _)) = &self.source else { return Vec::new() };
-        let bodies = || tracked.iter().flat_map(|one| &one.tracks.bodies);
+        let bodies = || tracked.iter().flat_map(|(_, tracks)| &tracks.bodies);
         let n_excluded =
             bodies().flat_map(|body| &body.positions).filter(|at| **at == Err(Lost::Excluded)).count();
         let count = |is: fn(&Remedy) -> bool| self.list.iter().filter(|one| is(&one.remedy)).count();
@@ -93,12 +93,12 @@ impl Corrections {
         }
         // A recording that failed, or is another velocity's, says nothing.
         let is_void = |one: &Correction| {
-            let shown = tracked.iter().find(|recording| recording.trial.recording == one.recording);
-            shown.is_some_and(|recording| {
+            let shown = tracked.iter().find(|(name, _)| *name == one.recording);
+            shown.is_some_and(|(_, tracks)| {
                 let is_met = |body: &FollowedBody| {
                     one.is_about(&one.recording, body.body) && !one.frames(body.positions.len()).is_empty()
                 };
-                !recording.tracks.bodies.iter().any(is_met)
+                !tracks.bodies.iter().any(is_met)
             })
         };
         texts.extend(self.list.iter().enumerate().filter(|(_, one)| is_void(one)).map(|(row, one)| {

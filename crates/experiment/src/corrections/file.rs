@@ -5,7 +5,7 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
-use super::{Correction, Remedy};
+use super::correction::{Correction, Remedy};
 use crate::configuration::{Experiment, Trial};
 use crate::content::hexadecimal;
 use crate::error::Error;

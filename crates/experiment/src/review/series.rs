@@ -2,7 +2,7 @@
 
 use chainwave_measurement::{Lost, Position, median};
 
-use super::ReviewedRecording;
+use super::reviewed::ReviewedRecording;
 
 /// Share of the frames, and least number of readings, at the beginning that tell where a body rests.
 const REST_SHARE: f64 = 0.05;
