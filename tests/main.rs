@@ -19,6 +19,7 @@
 //! - `dataset`: tracks as other people's programs query them; `python`: those programs, where pip finds them;
 //! - `ring`: motion, compression, modes and bands of rings; `film`: rings that bend in the picture;
 //! - `figures`: figures of results in another style; `archive`: results as a package; `import`: tracks that another program wrote; `init`: from a folder of recordings to an experiment;
+//! - `corrections`: readings that were doubted, corrected and come back; `watch`: shots looked at as they are saved; `view`: the page;
 //! - `samples`, `reference`: the project's own recordings, and other people's where they are at hand.
 //!
 //! A test that runs the command starts it with [`command::chainwave`], and films in a [`laboratory::Laboratory`]. One that
@@ -50,6 +51,8 @@ mod cluster;
 mod command;
 #[cfg(test)]
 mod contact;
+#[cfg(test)]
+mod corrections;
 #[cfg(test)]
 mod dataset;
 #[cfg(test)]
@@ -124,5 +127,7 @@ mod table;
 mod uncertain;
 #[cfg(test)]
 mod view;
+#[cfg(test)]
+mod watch;
 #[cfg(test)]
 mod workflow;

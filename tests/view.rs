@@ -43,10 +43,15 @@ impl Served {
 
     /// The status and the body of an answer.
     fn get(&self, path: &str, token: &str) -> (u16, Vec<u8>) {
+        self.send("GET", path, token, "")
+    }
+
+    fn send(&self, method: &str, path: &str, token: &str, body: &str) -> (u16, Vec<u8>) {
         let mut stream = TcpStream::connect(format!("127.0.0.1:{}", self.port)).expect("it listens");
         stream.set_read_timeout(Some(Duration::from_secs(20))).expect("a time can be set");
         let request = format!(
-            "GET {path} HTTP/1.1\r\nHost: localhost\r\nX-Token: {token}\r\nConnection: close\r\n\r\n"
+            "{method} {path} HTTP/1.1\r\nHost: localhost\r\nX-Token: {token}\r\nContent-Length: {}\r\nConnection: close\r\n\r\n{body}",
+            body.len()
         );
         stream.write_all(request.as_bytes()).expect("it reads");
         let mut answer = Vec::new();
@@ -105,6 +110,23 @@ fn an_experiment_and_its_results_are_shown_with_their_subsets() {
     // The reference is the mean of the frames at rest: places there differ by the noise of matches, some thousandths of a pixel.
     let off = at_rest(&tracks[0]["place_px"][0]) - at_rest(&subsets[0]["x_px"]);
     assert!(off.abs() < 0.1, "{tracks} {subsets}");
+
+    // Its wave, its doubtful readings, and a correction that the next run reads.
+    let wave = served.json("/api/wave");
+    assert_eq!(wave["strain"].as_array().map(Vec::len), Some(11), "12 bodies have 11 gaps");
+    let review = served.json("/api/review");
+    assert!(review["queue"][0]["doubt"].is_f64() && review["version"] == 0, "{}", review["queue"][0]);
+    let correction = r#"{"version": 0, "corrections": [{"recording": 1, "name": "3", "first_frame": 7, "last_frame": 9,
+        "remedy": "exclude", "place_px": null, "note": "a, \"hand\""}]}"#;
+    let put = |token: &str| served.send("PUT", "/api/corrections", token, correction);
+    assert_eq!(put("0").0, 403);
+    let (status, body) = put(&served.token);
+    assert_eq!(status, 200, "{}", String::from_utf8_lossy(&body));
+    assert_eq!(put(&served.token).0, 409, "the list was changed meanwhile");
+    let written = std::fs::read_to_string(film.join("corrections.csv")).expect("the page wrote it");
+    let row = "view1_trial2.cine,3,7,9,exclude,,,\"a, \"\"hand\"\"\"";
+    assert_eq!(written.lines().nth(1), Some(row));
+    drop(served);
 
     let message = fail(chainwave().arg("view").arg(&results).arg("--no-browser"), 2);
     assert!(message.contains("--recordings"), "{message}");

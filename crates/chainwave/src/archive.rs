@@ -24,6 +24,7 @@ use crate::kept::digest;
 use crate::on_demand;
 use crate::outcome::Outcome;
 use crate::output::{make_folder, read_text, write_json, write_whole};
+use crate::terminal::say;
 
 /// The file of an RO-Crate that says what is in it.
 const METADATA: &str = "ro-crate-metadata.json";
@@ -126,10 +127,9 @@ pub(crate) fn archive(arguments: &cli::Archive) -> Result<Outcome, Error> {
     Ok(Outcome::default())
 }
 
-#[expect(clippy::print_stdout, reason = "what was written is the command's result")]
 fn say<'a>(out: &Path, files: impl Iterator<Item = &'a Packed>) {
     let (n, n_bytes) = files.fold((0_u32, 0), |(n, sum), file| (n + 1, sum + file.n_bytes));
-    println!("wrote {}: {n} files, {:.1} MB, and {METADATA}", out.display(), n_bytes as f64 / 1e6);
+    say!("wrote {}: {n} files, {:.1} MB, and {METADATA}", out.display(), n_bytes as f64 / 1e6);
 }
 
 fn provenance(results: &Path) -> Result<Provenance, Error> {

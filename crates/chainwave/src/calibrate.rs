@@ -10,10 +10,10 @@ use crate::cli;
 use crate::error::Error;
 use crate::outcome::Outcome;
 use crate::output::{expect_folder_of, write_text};
+use crate::terminal::{say, tell};
 
 /// Calibrates, and says on one screen how well. A picture in which no board is found is named and left out, unless it is the
 /// first, which shows the plane of the chain.
-#[expect(clippy::print_stdout, reason = "the calibration's summary is the command's result")]
 pub(crate) fn calibrate(arguments: &cli::Calibrate) -> Result<Outcome, Error> {
     let mut outcome = Outcome::default();
     expect_folder_of(&arguments.out)?;
@@ -33,7 +33,8 @@ pub(crate) fn calibrate(arguments: &cli::Calibrate) -> Result<Outcome, Error> {
     let file = CalibrationFile::new(&calibration, size_px, counts);
     let text = toml::to_string(&file).map_err(|wrong| Error::Argument(wrong.to_string()))?;
     write_text(&arguments.out, &text)?;
-    print!("{}", summary(&file, &calibration));
+    say!("{}", summary(&file, &calibration).trim_end());
+    tell("calibration", serde_json::json!(file));
     Ok(outcome)
 }
 

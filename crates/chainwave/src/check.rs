@@ -3,7 +3,7 @@
 use chainwave_experiment::{
     Error as ExperimentError, Finding, RecordingState, Setup, State, recording_states, unreadable,
 };
-use serde_json::{Value, json};
+use serde_json::json;
 
 use crate::cli;
 use crate::error::Error;
@@ -11,6 +11,7 @@ use crate::on_demand;
 use crate::outcome::Outcome;
 use crate::parallel::threads;
 use crate::run::{states_as_json, warnings_as_json};
+use crate::terminal::{answer, is_json, say};
 
 /// What a check found.
 struct Checked {
@@ -24,18 +25,20 @@ pub(crate) fn check(arguments: &cli::Check) -> Result<Outcome, Error> {
     let checked = checked(arguments).inspect_err(|error| {
         // What takes OpenCV is told by the program that has it.
         let is_told_elsewhere = error.needs_opencv() && on_demand::is_there();
-        if arguments.json && !is_told_elsewhere {
-            print(&json!({ "can_run": false, "error": error.to_string(), "warnings": [], "recordings": [] }));
+        if is_json() && !is_told_elsewhere {
+            answer(
+                &json!({ "can_run": false, "error": error.to_string(), "warnings": [], "recordings": [] }),
+            );
         }
     })?;
     let Checked { warnings, recordings } = &checked;
-    match arguments.json {
-        true => print(&json!({
+    match is_json() {
+        true => answer(&json!({
             "can_run": true,
             "warnings": warnings_as_json(warnings),
             "recordings": states_as_json(recordings.clone()),
         })),
-        false => say(arguments, &checked),
+        false => in_words(arguments, &checked),
     }
     Ok(if warnings.is_empty() { Outcome::default() } else { Outcome::warned() })
 }
@@ -72,18 +75,12 @@ fn checked(arguments: &cli::Check) -> Result<Checked, Error> {
     Ok(Checked { warnings, recordings })
 }
 
-#[expect(clippy::print_stdout, reason = "what was found is the command's result")]
-fn print(found: &Value) {
-    println!("{found:#}");
-}
-
-#[expect(clippy::print_stdout, reason = "what was found is the command's result")]
-fn say(arguments: &cli::Check, Checked { warnings, recordings }: &Checked) {
+fn in_words(arguments: &cli::Check, Checked { warnings, recordings }: &Checked) {
     for warning in warnings {
-        println!("warning: {warning}");
+        say!("warning: {warning}");
     }
     let n_used = recordings.iter().filter(|one| one.state == State::Used).count();
-    println!(
+    say!(
         "{}: {n_used} of {} recordings can be used; {}",
         arguments.experiment.display(),
         recordings.len(),

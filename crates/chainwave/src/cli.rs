@@ -3,16 +3,23 @@
 mod compare;
 mod export;
 mod prove;
+mod reading;
+mod review;
+mod view;
+mod watch;
 
 use std::path::PathBuf;
 
-use chainwave_camera::{OpenOptions, RawGeometry};
 use chainwave_inference::contact_fit;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 pub(crate) use self::compare::Compare;
 pub(crate) use self::export::Export;
 pub(crate) use self::prove::{Extremes, Prove};
+pub(crate) use self::reading::Reading;
+pub(crate) use self::review::Review;
+pub(crate) use self::view::View;
+pub(crate) use self::watch::Watch;
 
 /// What stands below the commands.
 const EXIT_CODES: &str = "\
@@ -35,6 +42,12 @@ pub(crate) struct Cli {
     /// What to do.
     #[command(subcommand)]
     pub(crate) command: Command,
+    /// Say nothing on standard error but errors: no progress, no notes. Results are the same.
+    #[arg(long, global = true)]
+    pub(crate) quiet: bool,
+    /// Print JSON: one object with what the command says, in place of text.
+    #[arg(long, global = true)]
+    pub(crate) json: bool,
 }
 
 /// The commands.
@@ -80,6 +93,10 @@ pub(crate) enum Command {
     Init(Init),
     /// Show recordings, subsets and tracks in a browser on this machine, and pick subsets.
     View(View),
+    /// List the readings of a run that deserve a look, the most doubtful first.
+    Review(Review),
+    /// Look at each shot as soon as it is saved: clipped, late trigger, body lost, off the other trials.
+    Watch(Watch),
     /// Make the small samples of the folder data-samples.
     Samples(Samples),
     /// Print the script that makes a shell complete commands and options.
@@ -89,9 +106,14 @@ pub(crate) enum Command {
 }
 
 impl Command {
-    /// Whether a run that is interrupted goes on where it stopped, so that what is in hand is worth finishing.
-    pub(crate) fn keeps_what_is_done(&self) -> bool {
-        matches!(self, Self::Run(_) | Self::Prove(_) | Self::Synthesize(_))
+    /// Whether it prints what it has to say as it goes, line by line or as a file: there is no object at its end.
+    pub(crate) fn speaks_for_itself(&self) -> bool {
+        matches!(self, Self::View(_) | Self::Watch(_) | Self::Completions(_) | Self::Man(_))
+    }
+
+    /// Whether what is in hand is worth finishing when the user interrupts: a run goes on from there, and a shot is looked at to its end.
+    pub(crate) fn finishes_what_is_in_hand(&self) -> bool {
+        matches!(self, Self::Run(_) | Self::Prove(_) | Self::Synthesize(_) | Self::Watch(_))
     }
 }
 
@@ -100,9 +122,6 @@ impl Command {
 pub(crate) struct Inspect {
     /// The recording.
     pub(crate) recording: PathBuf,
-    /// Print JSON.
-    #[arg(long)]
-    pub(crate) json: bool,
     /// Write this frame (from 0) to the file of --out.
     #[arg(long, requires = "out")]
     pub(crate) frame: Option<usize>,
@@ -117,25 +136,6 @@ pub(crate) struct Inspect {
     pub(crate) rate_hz: Option<f64>,
     #[command(flatten)]
     pub(crate) reading: Reading,
-}
-
-/// How recordings are read.
-#[derive(Debug, Args)]
-pub(crate) struct Reading {
-    /// Take every recording for pixels without a header of this geometry, such as 1280x800x12le: columns, rows, bits, and le
-    /// (two bytes a pixel, low one first), be (high one first) or p (10 or 12 bits packed).
-    #[arg(long, value_name = "WxHxBITS[le|be|p]")]
-    pub(crate) raw: Option<RawGeometry>,
-    /// Take the whole frames of a recording that was cut short, and say how many they are.
-    #[arg(long)]
-    pub(crate) partial: bool,
-}
-
-impl Reading {
-    /// The same for the camera, with a frame rate where one is known.
-    pub(crate) fn options(&self, rate_hz: Option<f64>) -> OpenOptions {
-        OpenOptions { rate_hz, partial: self.partial, raw: self.raw, ..OpenOptions::default() }
-    }
 }
 
 /// What is known of the sensor.
@@ -433,9 +433,6 @@ pub(crate) struct Check {
     /// Folder of the recordings that trials.csv names; the experiment's own folder when left out.
     #[arg(long)]
     pub(crate) recordings: Option<PathBuf>,
-    /// Print JSON.
-    #[arg(long)]
-    pub(crate) json: bool,
     /// Views looked at side by side; all cores when left out.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
@@ -449,9 +446,6 @@ pub(crate) struct Plan {
     /// Folder of the recordings that trials.csv names, where some are filmed; the experiment's own folder when left out.
     #[arg(long)]
     pub(crate) recordings: Option<PathBuf>,
-    /// Print JSON.
-    #[arg(long)]
-    pub(crate) json: bool,
     /// Threads; all cores when left out. The time of a run is predicted for as many.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
@@ -477,6 +471,10 @@ pub(crate) struct Run {
     /// Say, stage by stage, what is kept of an earlier run, what is made anew, and why.
     #[arg(long)]
     pub(crate) explain: bool,
+    /// Say in the report what the uncertainty of each result comes from, by rehearsals as of `plan`, which take some ten times as long as the
+    /// evaluation.
+    #[arg(long, conflicts_with = "share")]
+    pub(crate) budget: bool,
     /// Only track, and only the K-th of N shares of the recordings: for the tasks of a cluster's array job, which all write into
     /// one folder. A run without it then evaluates what they tracked.
     #[arg(long, value_name = "K/N")]
@@ -523,31 +521,6 @@ pub(crate) struct Tradeoff {
 pub(crate) struct Init {
     /// Folder of the recordings.
     pub(crate) folder: PathBuf,
-}
-
-/// Arguments of `view`.
-#[derive(Debug, Args)]
-pub(crate) struct View {
-    /// A recording, a folder of recordings, an experiment (its recordings with the subsets that are followed), or a folder that `run`
-    /// wrote (recordings with what was tracked).
-    pub(crate) path: PathBuf,
-    /// Port to listen on at 127.0.0.1; one that is free when left out.
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
-    pub(crate) port: Option<u16>,
-    /// Only print the address.
-    #[arg(long)]
-    pub(crate) no_browser: bool,
-    /// Table of points to show on recordings, as for `track`.
-    #[arg(long)]
-    pub(crate) points: Option<PathBuf>,
-    /// Folder of the recordings that trials.csv or the tracks name; the experiment's own folder when left out.
-    #[arg(long)]
-    pub(crate) recordings: Option<PathBuf>,
-    /// Frames per second of recordings that do not state them, such as folders of images.
-    #[arg(long)]
-    pub(crate) rate_hz: Option<f64>,
-    #[command(flatten)]
-    pub(crate) reading: Reading,
 }
 
 /// Arguments of `samples`.

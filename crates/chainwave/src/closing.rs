@@ -1,6 +1,7 @@
 //! The closing line of `track` and `correlate`: how many readings hold, how well, and where it is worst.
 
 use chainwave_measurement::{Estimate, Lost, median};
+use serde_json::{Value, json};
 
 use crate::error::Error;
 
@@ -54,6 +55,13 @@ pub(crate) fn closing_line(points: &[PointReadings], n_lost: usize) -> String {
         });
     }
     line
+}
+
+/// The same as an object: readings, those that hold, and their median sigma.
+pub(crate) fn closing_json(points: &[PointReadings], n_lost: usize) -> Value {
+    let all: Vec<f64> = points.iter().flat_map(|point| &point.sigmas_px).copied().collect();
+    let n_readings = n_lost + points.iter().map(|point| point.n_readings).sum::<usize>();
+    json!({ "n_readings": n_readings, "n_ok": all.len(), "median_sigma_px": median(all) })
 }
 
 /// The error of readings that are all lost, with how often each reason occurs.

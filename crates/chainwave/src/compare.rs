@@ -17,6 +17,7 @@ use crate::cli;
 use crate::error::Error;
 use crate::outcome::Outcome;
 use crate::output::make_folder;
+use crate::terminal::say;
 
 /// Sets a study's parts beside each other.
 pub(crate) fn compare(arguments: &cli::Compare) -> Result<Outcome, Error> {
@@ -31,7 +32,6 @@ pub(crate) fn compare(arguments: &cli::Compare) -> Result<Outcome, Error> {
     Ok(Outcome::default())
 }
 
-#[expect(clippy::print_stdout, reason = "what was written is the command's result")]
 fn say(out: &Path, n_numbers: usize) {
-    println!("wrote figures and comparison.md ({n_numbers} numbers) into {}", out.display());
+    say!("wrote figures and comparison.md ({n_numbers} numbers) into {}", out.display());
 }

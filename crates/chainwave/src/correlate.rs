@@ -10,13 +10,14 @@ use ndarray::Array2;
 
 use crate::choices::{Choices, ChosenSize, file_name};
 use crate::cli;
-use crate::closing::{PointReadings, all_lost, closing_line};
+use crate::closing::{PointReadings, all_lost, closing_json, closing_line};
 use crate::error::Error;
 use crate::matching;
 use crate::outcome::Outcome;
 use crate::parallel::threads;
 use crate::progress;
 use crate::table;
+use crate::terminal::{say, tell};
 
 /// Correlates two images and writes the field, its strain and its pictures.
 pub(crate) fn correlate(arguments: &cli::Correlate) -> Result<Outcome, Error> {
@@ -91,9 +92,8 @@ fn open(arguments: &cli::Correlate) -> Result<[Box<dyn Recording>; 2], Error> {
     Ok([open(&arguments.reference)?, open(&arguments.deformed)?])
 }
 
-#[expect(clippy::print_stdout, reason = "what was correlated is no failure: standard error stays empty")]
 fn print(line: &str) {
-    println!("{line}");
+    say!("{line}");
 }
 
 /// The closing line, or that every point is lost.
@@ -105,7 +105,11 @@ fn closing(field: &Field) -> Result<String, Error> {
     let readings: Vec<PointReadings> = field.points.iter().filter_map(found).collect();
     match readings.is_empty() {
         true => Err(all_lost(field.points.iter().filter_map(|point| point.found.as_ref().err()))),
-        false => Ok(closing_line(&readings, field.points.len() - readings.len())),
+        false => {
+            let n_lost = field.points.len() - readings.len();
+            tell("readings", closing_json(&readings, n_lost));
+            Ok(closing_line(&readings, n_lost))
+        }
     }
 }
 

@@ -11,6 +11,7 @@ use crate::error::Error;
 use crate::mat::{Field, Structure};
 use crate::outcome::Outcome;
 use crate::output::{expect_folder_of, make_folder, read_text, write_whole};
+use crate::terminal::say;
 use crate::{mat, table};
 
 /// Writes a table, or all tables of a folder, in the format that the ending of `--out` names.
@@ -30,9 +31,8 @@ pub(crate) fn export(arguments: &cli::Export) -> Result<Outcome, Error> {
     Ok(Outcome::default())
 }
 
-#[expect(clippy::print_stdout, reason = "what was written is the command's result")]
 fn say(out: &Path, n_tables: usize) {
-    println!("wrote {}: {n_tables} {}", out.display(), if n_tables == 1 { "table" } else { "tables" });
+    say!("wrote {}: {n_tables} {}", out.display(), if n_tables == 1 { "table" } else { "tables" });
 }
 
 /// The Parquet tables of a folder and the folders in it.

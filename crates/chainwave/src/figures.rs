@@ -9,6 +9,7 @@ use crate::cli::{self, FigureFormat};
 use crate::error::Error;
 use crate::outcome::Outcome;
 use crate::output::read_text;
+use crate::terminal::say;
 
 /// Draws the figures that are kept in a folder and the folders in it; one that cannot be drawn is named, and the others are there.
 pub(crate) fn figures(arguments: &cli::Figures) -> Result<Outcome, Error> {
@@ -49,11 +50,10 @@ pub(crate) fn figures(arguments: &cli::Figures) -> Result<Outcome, Error> {
     Ok(outcome)
 }
 
-#[expect(clippy::print_stdout, reason = "what was written is the command's result")]
 fn say(results: &Path, n_drawn: usize, format: &[FigureFormat]) {
     let endings: Vec<String> = format.iter().map(ToString::to_string).collect();
     let plural = if n_drawn == 1 { "figure" } else { "figures" };
-    println!("wrote {n_drawn} {plural} of {} as {}", results.display(), endings.join(", "));
+    say!("wrote {n_drawn} {plural} of {} as {}", results.display(), endings.join(", "));
 }
 
 fn read_style(path: &Path) -> Result<Style, Error> {

@@ -29,6 +29,7 @@ use crate::outcome::Outcome;
 use crate::output::make_folder;
 use crate::output::write_json;
 use crate::run::{draw_motion, write_measurement};
+use crate::terminal::{say, tell};
 
 /// Reads the trials of a mapping, merges and measures them, and writes tables, figures and `results.json`.
 pub(crate) fn import(arguments: &cli::Import) -> Result<Outcome, Error> {
@@ -187,11 +188,14 @@ fn results(stitched: &Stitched, measurement: &Measurement) -> serde_json::Value 
     })
 }
 
-#[expect(clippy::print_stdout, reason = "the wave's speed is the command's result")]
 fn print(name: &str, stitched: &Stitched, measurement: &Measurement) {
-    println!("{name}: {} trials", stitched.alignments.len());
+    say!("{name}: {} trials", stitched.alignments.len());
+    let velocity = measurement.group_velocity.as_ref().ok().map(|found| found.velocity_m_per_s);
+    tell("n_trials", json!(stitched.alignments.len()));
+    tell("group_velocity_m_per_s", json!(velocity.map(|velocity| velocity.value)));
+    tell("group_velocity_sigma", json!(velocity.map(|velocity| velocity.sigma)));
     match &measurement.group_velocity {
-        Ok(velocity) => println!(
+        Ok(velocity) => say!(
             "group velocity {:.4} +- {:.4} m/s over gaps {} to {}, rms distance of the peaks from the line {:.2} mm",
             velocity.velocity_m_per_s.value,
             velocity.velocity_m_per_s.sigma,
@@ -199,10 +203,10 @@ fn print(name: &str, stitched: &Stitched, measurement: &Measurement) {
             velocity.gaps.1,
             1e3 * velocity.residual_m
         ),
-        Err(reason) => println!("group velocity: {}", reason.as_str()),
+        Err(reason) => say!("group velocity: {}", reason.as_str()),
     }
     for warning in &stitched.warnings {
-        println!("warning: {warning}");
+        say!("warning: {warning}");
     }
 }
 

@@ -13,10 +13,10 @@ use crate::error::Error;
 use crate::listing::recordings_in;
 use crate::outcome::Outcome;
 use crate::output::write_text;
+use crate::terminal::say;
 
 /// Writes both files beside the recordings, with what the recordings say filled in and the rest marked. Nothing is
 /// overwritten.
-#[expect(clippy::print_stdout, reason = "the next steps are the command's result")]
 pub(crate) fn init(arguments: &Init) -> Result<Outcome, Error> {
     let mut outcome = Outcome::default();
     let folder = &arguments.folder;
@@ -44,19 +44,19 @@ pub(crate) fn init(arguments: &Init) -> Result<Outcome, Error> {
     let seen = Seen::of(&first);
     write_text(&trials_path, &trials_table(&found))?;
     write_text(&experiment_path, &experiment_text(folder, info, seen.as_ref().ok()))?;
-    println!("{} recordings; wrote {} and {}", found.len(), experiment_path.display(), trials_path.display());
+    say!("{} recordings; wrote {} and {}", found.len(), experiment_path.display(), trials_path.display());
     match &seen {
         Ok(seen) => {
             let stem = folder.join("markers");
             seen.draw(&first, &stem)?;
-            println!("{}; they are drawn in {}", in_words(name, seen), stem.with_extension("png").display());
+            say!("{}; they are drawn in {}", in_words(name, seen), stem.with_extension("png").display());
         }
-        Err(why) => println!(
+        Err(why) => say!(
             "no markers were found by themselves ({why}); `chainwave view {}` shows the pictures",
             first.display()
         ),
     }
-    println!(
+    say!(
         "next: fill in every FILL_IN of both files, then chainwave run {} --out RESULTS",
         experiment_path.display()
     );

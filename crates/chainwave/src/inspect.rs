@@ -15,9 +15,9 @@ use crate::cli::Inspect;
 use crate::error::Error;
 use crate::outcome::Outcome;
 use crate::output::write_whole;
+use crate::terminal::{answer, is_json, say};
 
 /// Prints a recording's facts, and writes one of its frames where that is asked.
-#[expect(clippy::print_stdout, reason = "the facts are the command's result")]
 pub(crate) fn inspect(arguments: &Inspect) -> Result<Outcome, Error> {
     if let Some(out) = &arguments.out {
         expect_tiff(out)?;
@@ -31,9 +31,12 @@ pub(crate) fn inspect(arguments: &Inspect) -> Result<Outcome, Error> {
         write_sheet(recording.as_ref(), sheet)?;
     }
     let survey = Survey::of(recording.as_ref());
-    match arguments.json {
-        true => println!("{:#}", as_json(recording.info(), &survey)),
-        false => print!("{}{}", as_text(&arguments.recording, recording.info()), survey.as_text()),
+    match is_json() {
+        true => answer(&as_json(recording.info(), &survey)),
+        false => {
+            let text = format!("{}{}", as_text(&arguments.recording, recording.info()), survey.as_text());
+            say!("{}", text.strip_suffix('\n').unwrap_or(&text));
+        }
     }
     Ok(Outcome::default())
 }

@@ -9,9 +9,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use chainwave_experiment::{
-    Error as ExperimentError, FollowedBody, Kept, RecordingTracks, Table, TrackKey, TrackRows, TrackStore,
+    Error as ExperimentError, Kept, RecordingTracks, Table, TrackKey, TrackRows, TrackStore,
 };
-use chainwave_measurement::{Estimate, Lost, Position};
 use polars::prelude::Column;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -19,6 +18,7 @@ use sha2::{Digest, Sha256};
 use crate::error::Error;
 use crate::output::{make_folder, remove_unfinished, write_text, write_whole};
 use crate::table;
+use crate::tracks_read::tracks_of;
 
 /// Keeps tables in a folder, and tracks as such tables.
 pub(crate) struct KeptFolder {
@@ -123,9 +123,9 @@ impl TrackStore for KeptFolder {
     fn load(&self, key: &TrackKey) -> Result<Kept, ExperimentError> {
         let kept = self.table(&key.name(), &key.recording, &parts(key));
         Ok(
-            match kept
-                .and_then(|table| table.map(|table| tracks(&table)).transpose().map_err(|e| e.to_string()))
-            {
+            match kept.and_then(|table| {
+                table.map(|table| only_tracks(&table)).transpose().map_err(|e| e.to_string())
+            }) {
                 Ok(Some(tracks)) => Kept::Tracks(tracks),
                 Ok(None) => Kept::Nothing,
                 Err(reason) => Kept::Unusable(reason),
@@ -150,6 +150,12 @@ impl TrackStore for KeptFolder {
     }
 }
 
+/// The tracks of a table about one recording; of no body where it has no rows.
+fn only_tracks(table: &Table) -> Result<RecordingTracks, ExperimentError> {
+    let nothing = RecordingTracks { times_s: Vec::new(), bodies: Vec::new() };
+    Ok(tracks_of(table)?.pop().map_or(nothing, |(_, tracks)| tracks))
+}
+
 fn parts(key: &TrackKey) -> Vec<Part> {
     key.parts.iter().map(|(name, value)| Part::new(name, value)).collect()
 }
@@ -162,47 +168,11 @@ pub(crate) fn digest(bytes: &[u8]) -> String {
     })
 }
 
-/// Tracks from their table: the rows of a body begin with frame 0.
-fn tracks(table: &Table) -> Result<RecordingTracks, ExperimentError> {
-    let (names, methods, statuses) = (table.texts("name")?, table.texts("method")?, table.texts("status")?);
-    let (times_s, frames) = (table.full_numbers("t_s")?, table.counts("frame")?);
-    let [x, sigma_x, y, sigma_y] =
-        ["x_px", "sigma_x_px", "y_px", "sigma_y_px"].map(|name| table.numbers(name));
-    let (x, sigma_x, y, sigma_y) = (x?, sigma_x?, y?, sigma_y?);
-    let (theta, sigma_theta) = (table.numbers("theta_rad")?, table.numbers("sigma_theta_rad")?);
-    let (zncc, iterations) = (table.numbers("zncc")?, table.numbers("iterations")?);
-    let mut tracks = RecordingTracks { times_s: Vec::new(), bodies: Vec::new() };
-    for (row, name) in names.iter().enumerate() {
-        if frames[row] == 0 {
-            let body = name.parse().map_err(|_| table.cell(row, "name", "the number of a body", name))?;
-            tracks.bodies.push(FollowedBody { body, method: methods[row].clone(), positions: Vec::new() });
-        }
-        if tracks.bodies.len() == 1 {
-            tracks.times_s.push(times_s[row]);
-        }
-        let found = || {
-            Some(Position {
-                x_px: Estimate::new(x[row]?, sigma_x[row]?),
-                y_px: Estimate::new(y[row]?, sigma_y[row]?),
-                theta_rad: theta[row].zip(sigma_theta[row]).map(|(value, sigma)| Estimate::new(value, sigma)),
-                zncc: zncc[row]?,
-                iterations: iterations[row]? as u32,
-            })
-        };
-        let position = match Lost::named(&statuses[row]) {
-            Some(lost) => Err(lost),
-            None => Ok(found()
-                .ok_or_else(|| table.cell(row, "status", "why there is no position", &statuses[row]))?),
-        };
-        if let Some(body) = tracks.bodies.last_mut() {
-            body.positions.push(position);
-        }
-    }
-    Ok(tracks)
-}
-
 #[cfg(test)]
 mod tests {
+    use chainwave_experiment::FollowedBody;
+    use chainwave_measurement::{Estimate, Lost, Position};
+
     use super::*;
 
     fn key(recording: &str, content: &str) -> TrackKey {

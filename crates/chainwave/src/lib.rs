@@ -26,6 +26,7 @@ mod init;
 mod inspect;
 mod interrupt;
 mod kept;
+mod limits;
 mod listing;
 mod mat;
 mod matching;
@@ -36,15 +37,19 @@ mod parallel;
 mod plan;
 mod progress;
 mod prove;
+mod review;
 mod run;
 mod samples;
 mod shell;
 mod simulate;
 mod synthesize;
 mod table;
+mod terminal;
 mod track;
+mod tracks_read;
 mod tradeoff;
 mod view;
+mod watch;
 mod wave;
 
 use std::process::ExitCode;
@@ -59,11 +64,19 @@ use crate::outcome::Outcome;
 /// registered that it has ([`chainwave_camera::register_vision`], [`chainwave_correlation::register_foreign`]).
 #[expect(clippy::print_stderr, reason = "the last word on a failure goes to standard error")]
 pub fn main() -> ExitCode {
-    let command = Cli::parse().command;
-    if command.keeps_what_is_done() {
+    let Cli { command, quiet, json } = Cli::parse();
+    terminal::set(quiet, json);
+    if command.finishes_what_is_in_hand() {
         interrupt::listen();
     }
-    match on_demand::expect_same_version().and_then(|()| carry_out(&command)) {
+    let result = on_demand::expect_same_version().and_then(|()| carry_out(&command));
+    let is_handed_over = result.as_ref().is_err_and(Error::needs_opencv) && on_demand::is_there();
+    if !command.speaks_for_itself() && !is_handed_over {
+        let failed = result.as_ref().map_or(&[][..], Outcome::failures);
+        let error = result.as_ref().err().map(ToString::to_string);
+        terminal::close(failed, error.as_deref());
+    }
+    match result {
         Ok(outcome) => outcome.exit_code(),
         Err(error) if error.is_interruption() => {
             eprintln!("chainwave: {error} (hint: the same command goes on from there)");
@@ -103,6 +116,8 @@ fn carry_out(command: &Command) -> Result<Outcome, Error> {
         Command::Prove(arguments) => prove::prove(arguments),
         Command::Init(arguments) => init::init(arguments),
         Command::View(arguments) => view::view(arguments),
+        Command::Review(arguments) => review::review(arguments),
+        Command::Watch(arguments) => watch::watch(arguments),
         Command::Samples(arguments) => samples::samples(arguments),
         Command::Completions(arguments) => shell::completions(arguments),
         Command::Man(arguments) => shell::man(arguments),

@@ -28,7 +28,7 @@ pub(crate) fn recordings_in(folder: &Path, options: &OpenOptions) -> Result<List
 }
 
 /// What lies in the folder by name, numbers in their natural order.
-fn entries_of(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+pub(crate) fn entries_of(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     let entries = std::fs::read_dir(folder).map_err(Error::file(folder, "list"))?;
     let mut paths = Vec::new();
     for entry in entries {

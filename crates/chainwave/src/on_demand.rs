@@ -39,7 +39,7 @@ pub(crate) fn expect_readable<P: AsRef<Path>>(
 
 /// The same for the recordings of an experiment.
 pub(crate) fn expect_recordings_of(setup: &Setup) -> Result<(), Error> {
-    let paths = setup.trials.iter().map(|trial| setup.recordings.join(&trial.recording));
+    let paths = setup.trials.iter().map(|trial| setup.path_of(trial));
     expect_readable(paths, &setup.open_options())
 }
 

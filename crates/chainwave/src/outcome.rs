@@ -2,6 +2,8 @@
 
 use std::process::ExitCode;
 
+use crate::terminal::is_quiet;
+
 /// Inputs that failed while the rest was done.
 #[derive(Debug, Default)]
 #[must_use]
@@ -24,7 +26,9 @@ impl Outcome {
         reason = "a result that was asked for and refused is named beside the exit code"
     )]
     pub(crate) fn note(what: impl std::fmt::Display) {
-        eprintln!("chainwave: {what}");
+        if !is_quiet() {
+            eprintln!("chainwave: {what}");
+        }
     }
 
     /// Everything could be done, and something was found that the caller should look at.

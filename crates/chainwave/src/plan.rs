@@ -7,11 +7,13 @@ use serde_json::{Map, Value, json};
 
 use crate::cli;
 use crate::error::Error;
+use crate::limits::limits_as_json;
 use crate::on_demand;
 use crate::outcome::Outcome;
 use crate::parallel::threads;
 use crate::progress;
 use crate::run::warnings_as_json;
+use crate::terminal::{answer, is_json, say};
 
 /// Gains below this are not told from none: the uncertainties of two plans, of some hundred replicas each, scatter by some per cent.
 const TOLD_GAIN: f64 = 1.1;
@@ -30,8 +32,8 @@ pub(crate) fn plan(arguments: &cli::Plan) -> Result<Outcome, Error> {
         let plan = chainwave_experiment::plan(&setup, threads(arguments.jobs), &monitor, &now_s)?;
         plans.push((setup, plan));
     }
-    if !arguments.json {
-        plans.iter().for_each(|(setup, plan)| print(&in_words(setup, plan)));
+    if !is_json() {
+        plans.iter().for_each(|(setup, plan)| say!("{}", in_words(setup, plan)));
         return Ok(Outcome::default());
     }
     let mut all: Vec<Value> = plans.iter().map(|(setup, plan)| as_json(setup, plan)).collect();
@@ -39,13 +41,8 @@ pub(crate) fn plan(arguments: &cli::Plan) -> Result<Outcome, Error> {
         1 => all.remove(0),
         _ => json!({ "strikers": all }),
     };
-    print(&format!("{found:#}"));
+    answer(&found);
     Ok(Outcome::default())
-}
-
-#[expect(clippy::print_stdout, reason = "the plan is the command's result")]
-fn print(text: &str) {
-    println!("{text}");
 }
 
 fn as_json(setup: &Setup, plan: &Plan) -> Value {
@@ -56,8 +53,7 @@ fn as_json(setup: &Setup, plan: &Plan) -> Value {
     found.insert("reading_sigma_px".into(), json!(plan.reading_sigma_px));
     found.insert("assumed".into(), json!(plan.assumed));
     found.insert("warnings".into(), warnings_as_json(&plan.findings));
-    let mut limits = Map::new();
-    for (result, estimate, shares) in &plan.results {
+    for (result, estimate, _) in &plan.results {
         let [value, sigma] = result.keys();
         match estimate {
             Ok(estimate) => {
@@ -68,10 +64,8 @@ fn as_json(setup: &Setup, plan: &Plan) -> Value {
                 found.insert(format!("{value}_refused"), json!(reason));
             }
         }
-        let shares = shares.iter().map(|one| json!({ "source": one.source, "share": one.share }));
-        limits.insert(sigma.into(), shares.collect());
     }
-    found.insert("limits".into(), Value::Object(limits));
+    found.insert("limits".into(), limits_as_json(plan));
     let changes = plan.changes.iter().map(|one| {
         let mut change = cost_as_json(&one.cost);
         let factors = one.factors.iter().map(|(result, factor)| (result.keys()[1].into(), json!(factor)));

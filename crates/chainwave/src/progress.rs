@@ -7,13 +7,14 @@ use chainwave_experiment::{Monitor, Progress};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::interrupt;
+use crate::terminal::is_quiet;
 
 /// How often a bar of long steps shows the time.
 const TICK: Duration = Duration::from_secs(1);
 
 /// A bar over `n` steps of a stage, on standard error, hidden where that is no terminal.
 pub(crate) fn bar(stage: &str, n: u64) -> ProgressBar {
-    let target = match std::io::stderr().is_terminal() {
+    let target = match std::io::stderr().is_terminal() && !is_quiet() {
         true => ProgressDrawTarget::stderr(),
         false => ProgressDrawTarget::hidden(),
     };

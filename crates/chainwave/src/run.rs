@@ -19,20 +19,23 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use chainwave_experiment::{
-    Evaluation, FailedRecording, Finding, RecordingState, Setup, Tracked, TrackedRecording, check,
-    compare_strikers, recording_states, track, track_share,
+    Evaluation, FailedRecording, Finding, Plan, RecordingState, Setup, Tracked, TrackedRecording, check,
+    compare_strikers, plan, recording_states, track, track_share,
 };
+use serde_json::{Value, json};
 
 pub(crate) use self::figures::draw_motion;
 pub(crate) use self::results::{states_as_json, warnings_as_json, write_measurement};
 use crate::cli;
 use crate::error::Error;
 use crate::kept::KeptFolder;
+use crate::limits::limits_as_json;
 use crate::on_demand;
 use crate::outcome::Outcome;
-use crate::output::{make_folder, remove_unfinished};
+use crate::output::{make_folder, remove_unfinished, write_json};
 use crate::parallel::threads;
 use crate::progress;
+use crate::terminal;
 
 /// Processes an experiment.
 pub(crate) fn run(arguments: &cli::Run) -> Result<Outcome, Error> {
@@ -70,14 +73,17 @@ pub(crate) fn run(arguments: &cli::Run) -> Result<Outcome, Error> {
             1 => String::new(),
             n => format!(" ({} of {n})", index + 1),
         };
-        let (jobs, explain, dataset) = (arguments.jobs, arguments.explain, arguments.dataset.as_deref());
-        let run = Run { setup, out: folder_of(setup), jobs, explain, dataset, place };
+        let (jobs, dataset) = (arguments.jobs, arguments.dataset.as_deref());
+        let (explain, budget) = (arguments.explain, arguments.budget);
+        let run = Run { setup, out: folder_of(setup), jobs, explain, budget, dataset, place };
         make_folder(&run.out)?;
         let (of_recordings, evaluation) = run.carry_out(&mut outcome)?;
         states.extend(of_recordings);
         concluded.extend(evaluation.map(|evaluation| (setup.clone(), evaluation)));
     }
     results::write_states(&arguments.out, &states)?;
+    terminal::tell("recordings", states_as_json(states.clone()));
+    terminal::tell("results", setups.iter().filter_map(|setup| read_results(&folder_of(setup))).collect());
     summary::print_states(&arguments.out, &states);
     if concluded.len() > 1 {
         let (setups, evaluations): (Vec<Setup>, Vec<Evaluation>) = concluded.into_iter().unzip();
@@ -100,6 +106,8 @@ struct Run<'a> {
     out: PathBuf,
     jobs: Option<u16>,
     explain: bool,
+    /// Whether the sources of each uncertainty are asked for.
+    budget: bool,
     /// Folder of the partitioned tracks, where they are asked for.
     dataset: Option<&'a Path>,
     /// Which of several velocities it is, for bars.
@@ -154,7 +162,8 @@ impl Run<'_> {
         let mut figures = figures::draw(&setup.experiment, out, &results.evaluation, outcome)?;
         figures.extend(markers::draw(setup, out, &results, outcome)?);
         clock.stage("figures");
-        report::write(setup, out, &results, &figures)?;
+        let budget = self.budget.then(|| self.error_budget(&mut clock)).transpose()?;
+        report::write(setup, out, &results, &figures, budget.as_ref())?;
         provenance::write(setup, out)?;
         clock.stage("report");
         summary::print(setup, out, &results, &clock);
@@ -163,6 +172,27 @@ impl Run<'_> {
         }
         Ok((results.recording_states(setup), Some(results.evaluation)))
     }
+}
+
+impl Run<'_> {
+    /// What the uncertainty of each result comes from: a plan of the experiment as it was filmed, also in `error_budget.json`.
+    fn error_budget(&self, clock: &mut Clock) -> Result<Plan, Error> {
+        let bar = progress::bar(&format!("error budget{}", self.place), 0);
+        let show = progress::shown_on(&bar);
+        let begin = Instant::now();
+        let now_s = || begin.elapsed().as_secs_f64();
+        let plan = plan(self.setup, threads(self.jobs), &progress::monitor(&show), &now_s)?;
+        write_json(&self.out.join("error_budget.json"), &limits_as_json(&plan))?;
+        clock.stage("error budget");
+        Ok(plan)
+    }
+}
+
+/// What a folder of results says, for programs; none where nothing was written.
+fn read_results(folder: &Path) -> Option<Value> {
+    let text = std::fs::read_to_string(folder.join("results.json")).ok().filter(|_| terminal::is_json())?;
+    let results: Value = serde_json::from_str(&text).ok()?;
+    Some(json!({ "folder": folder, "results": results }))
 }
 
 /// Tells what contradicts the experiment before time is spent on it; the summary says so again.

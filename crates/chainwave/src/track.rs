@@ -11,10 +11,11 @@ use chainwave_experiment::{
 };
 use chainwave_figures::PointMotion;
 use chainwave_measurement::{Estimate, Lost, Position, Subset, map_in_parallel};
+use serde_json::json;
 
 use crate::choices::{Choices, ChosenSize, file_name};
 use crate::cli;
-use crate::closing::{PointReadings, all_lost, closing_line};
+use crate::closing::{PointReadings, all_lost, closing_json, closing_line};
 use crate::error::Error;
 use crate::matching;
 use crate::on_demand;
@@ -22,6 +23,7 @@ use crate::outcome::Outcome;
 use crate::parallel::threads;
 use crate::progress;
 use crate::table;
+use crate::terminal::{say, tell};
 
 /// Follows points through every recording, writes the tracks, names the recordings that failed, and closes with how well it went.
 pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
@@ -90,7 +92,10 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     }
     choices.write_beside(&arguments.out)?;
     left_out.iter().chain(&choices.lines()).for_each(|line| print(line));
-    print(&closing_line(&readings(&done), 0));
+    let readings = readings(&done);
+    print(&closing_line(&readings, 0));
+    tell("readings", closing_json(&readings, 0));
+    tell("out", json!(arguments.out));
     Ok(outcome)
 }
 
@@ -120,9 +125,8 @@ impl Job<'_> {
     }
 }
 
-#[expect(clippy::print_stdout, reason = "what was tracked is no failure: standard error stays empty")]
 fn print(line: &str) {
-    println!("{line}");
+    say!("{line}");
 }
 
 /// Refuses tracks that hold in no frame but the reference, where a point always finds itself.

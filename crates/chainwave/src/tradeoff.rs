@@ -13,6 +13,7 @@ mod tracking;
 use std::path::Path;
 
 use chainwave_figures::{TradeOff, TradeOffPoint, trade_off};
+use serde_json::json;
 
 use crate::cli;
 use crate::error::Error;
@@ -21,6 +22,7 @@ use crate::outcome::Outcome;
 use crate::output::{make_folder, remove_unfinished};
 use crate::simulate::is_ring_scene;
 use crate::table::{self, column};
+use crate::terminal::{say, tell};
 
 /// One method of one step.
 #[derive(Debug, Clone, PartialEq)]
@@ -154,20 +156,28 @@ fn write(folder: &Path, rungs: &[Rung], on_front: &[bool]) -> Result<(), Error> 
     Ok(())
 }
 
-#[expect(clippy::print_stdout, reason = "the table is the command's result")]
 fn print(rungs: &[Rung], on_front: &[bool], left_out: Option<&str>) {
-    println!("{:<12}{:<36}{:>12} {:<10}{:>12}  front", "step", "method", "error", "unit", "s per item");
+    let of = |(rung, on_front): (&Rung, &bool)| {
+        json!({
+            "step": rung.step, "method": rung.method, "settings": rung.settings, "error": rung.error,
+            "error_unit": rung.error_unit, "seconds_per_item": rung.seconds_per_item, "on_front": on_front,
+        })
+    };
+    tell("rungs", rungs.iter().zip(on_front).map(of).collect());
+    say!("{:<12}{:<36}{:>12} {:<10}{:>12}  front", "step", "method", "error", "unit", "s per item");
     for (rung, on_front) in rungs.iter().zip(on_front) {
         let name = format!("{} {}", rung.method, rung.settings);
         let mark = if *on_front { "  *" } else { "" };
         let error = rung.error.map_or("-".into(), |error| format!("{error:.3e}"));
-        println!(
+        say!(
             "{:<12}{name:<36}{error:>12} {:<10}{:>12.3e}{mark}",
-            rung.step, rung.error_unit, rung.seconds_per_item
+            rung.step,
+            rung.error_unit,
+            rung.seconds_per_item
         );
     }
     if let Some(left_out) = left_out {
-        println!("{left_out}");
+        say!("{left_out}");
     }
 }
 

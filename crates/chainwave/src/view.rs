@@ -2,6 +2,8 @@
 
 mod browser;
 mod collect;
+mod corrections;
+mod results;
 
 use std::io::Write;
 

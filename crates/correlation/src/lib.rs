@@ -119,7 +119,7 @@ pub use reference::{Reference, mean_of_frames};
 pub use self_test::{FilmError, RungError, cheapest_within, film_test, self_test};
 pub use settings::{Acceptance, Interpolation, ReferenceFrames, Settings, Shape, ShapeChoice};
 pub use subset_size::{SizeReason, SubsetSize, subset_size};
-pub use track::{track, track_by_evidence};
+pub use track::{track, track_by_evidence, track_from};
 pub use window::Window;
 
 /// Version of the numbers that this crate finds: to be raised whenever the same pictures would give other tracks, which kept ones are then

@@ -11,7 +11,7 @@ pub(crate) mod tracker;
 
 use std::ops::Range;
 
-use chainwave_measurement::{Position, Recording, Region, Subset, Track};
+use chainwave_measurement::{Lost, Position, Recording, Region, Subset, Track};
 
 use crate::evidence::ShapeTest;
 use crate::track::follower::Follower;
@@ -87,6 +87,35 @@ pub fn track_by_evidence(
     }
     let tracks = without_collisions(tracks, subsets, reference.range().start, settings);
     Ok(tracks.into_iter().zip(evidence).collect())
+}
+
+/// Follows one subset through some frames in their order, from a place in the first of them (column and row, in pixels) that somebody else
+/// tells: a reader of the pictures, where the tracker had lost its way.
+///
+/// The place takes the part of the rest in [`track`]: matches begin there, and a pattern that repeats itself is followed from there as long
+/// as it is seen without a gap. Its match in the first frame is held against the reference as any other, so a place where the subset is
+/// not makes it lost. Frames behind the recording's end are left out.
+///
+/// # Errors
+/// As [`track`].
+pub fn track_from(
+    recording: &dyn Recording,
+    subset: &Subset,
+    reference: &ReferenceFrames,
+    settings: &Settings,
+    frames: Range<usize>,
+    place_px: [f64; 2],
+) -> Result<Vec<Result<Position, Lost>>, CorrelationError> {
+    settings.check()?;
+    let mut follower = Follower::new(recording, subset, reference, settings)?;
+    follower.start_at(place_px);
+    let first = frames.start;
+    let mut found: Vec<Found> =
+        (first..frames.end.min(follower.n_frames())).map(|frame| follower.locate(frame)).collect();
+    for (frame, position) in follower.settled_late() {
+        found[frame - first] = Ok(position);
+    }
+    Ok(found)
 }
 
 fn followers<'a>(

@@ -41,6 +41,9 @@ pub struct Experiment {
     pub name: String,
     /// The table of recordings, beside this file.
     pub trials: PathBuf,
+    /// What a reader of the pictures corrected, beside this file; `corrections.csv` there, where it exists, unless it is named.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub corrections: Option<PathBuf>,
     /// The chain.
     pub chain: Chain,
     /// What struck it.

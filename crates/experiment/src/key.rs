@@ -32,6 +32,8 @@ pub(crate) struct Task<'a> {
     pub(crate) options: &'a OpenOptions,
     /// What is known of the sensor.
     pub(crate) sensor: Option<&'a SensorFiles>,
+    /// From where bodies are followed anew, as a text.
+    pub(crate) seeds: String,
 }
 
 impl TrackKey {
@@ -53,6 +55,7 @@ impl TrackKey {
                 "sensor correction",
                 task.sensor.map_or_else(|| "none".into(), |sensor| sensor.content().to_owned()),
             ),
+            ("corrections", task.seeds.clone()),
             ("algorithm", format!("version {}", chainwave_correlation::ALGORITHM_VERSION)),
         ];
         Self { recording: recording.to_owned(), parts }
@@ -101,7 +104,14 @@ mod tests {
         let mut options = OpenOptions::default();
         change(&mut subset, &mut options);
         let (subsets, reference, options) = (&[subset][..], &ReferenceFrames::Mean(0..9), &options);
-        let task = Task { subsets, reference, method: Method::default(), options, sensor: None };
+        let task = Task {
+            subsets,
+            reference,
+            method: Method::default(),
+            options,
+            sensor: None,
+            seeds: "none".into(),
+        };
         TrackKey::of("a.cine", content(path).unwrap(), &task).name()
     }
 

@@ -20,6 +20,7 @@ use std::num::NonZero;
 use chainwave_measurement::map_in_parallel;
 
 pub(crate) use self::fill_in::expect_filled_in;
+pub(crate) use self::rest::left_rest;
 pub(crate) use self::shutter::rolling_shutter;
 pub(crate) use self::speed::speed;
 use self::view_at_rest::{Facts, ViewAtRest, views_at_rest};

@@ -10,6 +10,7 @@ use chainwave_measurement::{Estimate, Recording, RecordingInfo};
 
 use crate::calibration::ChainMap;
 use crate::configuration::{Experiment, Trial};
+use crate::corrections::Corrections;
 use crate::error::Error;
 use crate::numbers::{NotNegative, Positive};
 use crate::sensor::SensorFiles;
@@ -30,6 +31,8 @@ pub struct Setup {
     pub table: Vec<Trial>,
     /// The trials that are evaluated together: those of one striker velocity.
     pub trials: Vec<Trial>,
+    /// What a reader of the pictures corrected in the tracks.
+    pub corrections: Corrections,
     /// The folder of the recordings.
     pub recordings: PathBuf,
     /// Recordings that the caller holds, which need no file.
@@ -41,7 +44,7 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// Reads an experiment, its trials table, its calibration and its dark frames and flat field. Its recordings lie beside it unless a folder is named.
+    /// Reads an experiment, its trials table, its calibration, its corrections and its dark frames and flat field. Its recordings lie beside it unless a folder is named.
     ///
     /// # Errors
     /// A file that cannot be read or makes no sense.
@@ -51,7 +54,7 @@ impl Setup {
         Self::of(experiment, table, path, recordings)
     }
 
-    /// An experiment and its trials; reads its calibration and its dark frames and flat field. `path` is where the experiment stands.
+    /// An experiment and its trials; reads its calibration, its corrections and its dark frames and flat field. `path` is where the experiment stands.
     ///
     /// # Errors
     /// A file that cannot be read or makes no sense.
@@ -68,8 +71,20 @@ impl Setup {
             .map(|name| name.as_ref().map(|name| path.with_file_name(name)));
         let options = OpenOptions { raw: experiment.camera.raw, ..OpenOptions::default() };
         let sensor = SensorFiles::read(dark.as_deref(), flat.as_deref(), &options)?;
+        let corrections = Corrections::of(&experiment, &table, path)?;
         let (path, trials, held) = (path.to_owned(), table.clone(), HeldRecordings::new());
-        Ok(Self { experiment, path, map, table, trials, recordings, held, sensor, takes_partial: false })
+        Ok(Self {
+            experiment,
+            path,
+            map,
+            table,
+            trials,
+            corrections,
+            recordings,
+            held,
+            sensor,
+            takes_partial: false,
+        })
     }
 
     /// How recordings are opened.

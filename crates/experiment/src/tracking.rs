@@ -47,6 +47,10 @@ pub fn track(
             Err(error) => tracked.failed.push(FailedRecording { trial: trial.clone(), error }),
         }
     }
+    let followed: Vec<(&str, &RecordingTracks)> =
+        tracked.recordings.iter().map(|one| (one.trial.recording.as_str(), &one.tracks)).collect();
+    let corrected = setup.corrections.findings(&followed);
+    tracked.findings.extend(corrected);
     let left_out = |(subject, text)| Finding { code: "body_left_out", subject, text };
     tracked.findings.extend(grouped(&unusable).into_iter().map(left_out));
     let by_tracks = of_tracks(setup, &tracked);
@@ -176,12 +180,14 @@ fn track_one(
     let recording = setup.open(trial)?;
     let reference = frames_at_rest(setup, recording.as_ref())?;
     let placed = Trial { stage_m, ..trial.clone() };
-    let in_view = bodies_in_view(setup, &placed, recording.info());
+    let mut in_view = bodies_in_view(setup, &placed, recording.info());
+    setup.corrections.place(&trial.recording, &mut in_view);
     let (bodies, subsets): (Vec<usize>, Vec<Subset>) = in_view.into_iter().unzip();
     let (method, options, sensor) = (setup.method(), &setup.open_options(), setup.sensor.as_ref());
-    let task = Task { subsets: &subsets, reference: &reference, method, options, sensor };
+    let seeds = setup.corrections.seeds_as_text(&trial.recording);
+    let task = Task { subsets: &subsets, reference: &reference, method, options, sensor, seeds };
     let key = TrackKey::of(&trial.recording, setup.content_of(trial)?, &task);
-    let (tracks, origin) = match store.load(&key)? {
+    let (mut tracks, origin) = match store.load(&key)? {
         Kept::Tracks(tracks) => {
             monitor.done(Stage::Tracking, recording.info().n_frames as u64);
             (tracks, Origin::Kept)
@@ -197,11 +203,15 @@ fn track_one(
                 method: one.method,
                 positions: one.track.positions,
             });
-            let tracks = RecordingTracks { times_s: followed.times_s, bodies: of_body.collect() };
+            let mut tracks = RecordingTracks { times_s: followed.times_s, bodies: of_body.collect() };
+            let (corrections, name) = (&setup.corrections, &trial.recording);
+            corrections.follow_seeds(recording.as_ref(), name, &subsets, &reference, &mut tracks)?;
             store.keep(&key, &tracks)?;
             (tracks, origin)
         }
     };
+    // What is kept holds the readings that are taken out, so that they come back when the correction goes.
+    setup.corrections.exclude(&trial.recording, &mut tracks);
     let edges = edges_beside(recording.as_ref(), &subsets, &reference)?;
     let (trial, map) = (trial.clone(), setup.map_of(trial, recording.info()));
     let line_time_s = Estimate::new(setup.line_time_s(), 0.0);

@@ -59,7 +59,8 @@ pub struct PlannedView {
 /// A recording that cannot be opened.
 pub fn planned_view(setup: &Setup, trial: &Trial) -> Result<PlannedView, Error> {
     let recording = setup.open(trial)?;
-    let subsets = bodies_in_view(setup, trial, recording.info());
+    let mut subsets = bodies_in_view(setup, trial, recording.info());
+    setup.corrections.place(&trial.recording, &mut subsets);
     let subsets = subsets.into_iter().map(|(_, subset)| subset).collect();
     Ok(PlannedView { path: setup.path_of(trial), options: setup.open_options(), subsets })
 }

@@ -52,17 +52,20 @@ pub enum Lost {
     NotConverged,
     /// The frame's pixels could not be read.
     Unreadable,
+    /// A reader of the pictures took the reading out.
+    Excluded,
 }
 
 impl Lost {
     /// All reasons.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::OutOfView,
         Self::NoTexture,
         Self::LowCorrelation,
         Self::Ambiguous,
         Self::NotConverged,
         Self::Unreadable,
+        Self::Excluded,
     ];
 
     /// The reason of a name in a table's `status` column; `None` for `ok` and what is no reason.
@@ -79,6 +82,7 @@ impl Lost {
             Self::Ambiguous => "ambiguous",
             Self::NotConverged => "not_converged",
             Self::Unreadable => "unreadable",
+            Self::Excluded => "excluded",
         }
     }
 }

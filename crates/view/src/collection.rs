@@ -7,6 +7,8 @@ use chainwave_camera::OpenOptions;
 use chainwave_measurement::{Recording, Subset};
 
 use crate::refusal::Refusal;
+use crate::review::Review;
+use crate::wave::ShownWave;
 
 /// Recordings that are kept open. Those that are decoded keep their frame, the others a mapping.
 const MOST_OPEN: usize = 4;
@@ -20,6 +22,10 @@ pub struct Collection {
     pub recordings: Vec<ShownRecording>,
     /// What is to be said before anything else, such as recordings that are named and not there.
     pub notes: Vec<String>,
+    /// Readings to look at, where there are results.
+    pub review: Option<Review>,
+    /// What was measured, where there are results.
+    pub wave: Option<ShownWave>,
 }
 
 /// A recording to show, and what is drawn on it.

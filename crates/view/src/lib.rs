@@ -12,6 +12,8 @@
 //!   Requests are parsed by the library `httparse`; their sizes, times and number are bounded here (`http`), since servers that were looked
 //!   at allocate what a request announces before anybody knows who sends it.
 //! - **Nothing is overwritten in silence.** Points are written under a temporary name, and take the place of others only if asked (`points`).
+//! - **Readings are reviewed** in the order that somebody else gives, and corrections are handed to who keeps them (`review`), from a list
+//!   that nobody changed meanwhile.
 //! - **The page is one file** of HTML, CSS and JavaScript without a framework, that asks nothing of any other machine (`page`).
 //!
 //! Files import in one direction: `server` knows all, `site` answers with the others, which know no HTTP.
@@ -22,14 +24,19 @@ mod collection;
 mod cut;
 mod error;
 mod http;
+mod match_pictures;
 mod page;
 mod picture;
 mod points;
 mod refusal;
 mod replies;
+mod review;
 mod server;
 mod site;
+mod wave;
 
 pub use collection::{Collection, ShownRecording, ShownTrack};
 pub use error::ViewError;
+pub use review::{KeepCorrections, QueuedReading, Review, ShownCorrection, ShownRemedy};
 pub use server::Server;
+pub use wave::ShownWave;

@@ -7,11 +7,13 @@ use crate::replies::Reply;
 const HTML: &str = include_str!("page/page.html");
 const STYLE: &str = include_str!("page/page.css");
 /// In the order in which they run; together they are one script.
-const SCRIPTS: [&str; 5] = [
+const SCRIPTS: [&str; 7] = [
     include_str!("page/state.js"),
     include_str!("page/frames.js"),
     include_str!("page/draw.js"),
     include_str!("page/subsets.js"),
+    include_str!("page/review.js"),
+    include_str!("page/wave.js"),
     include_str!("page/controls.js"),
 ];
 

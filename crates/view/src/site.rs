@@ -10,11 +10,13 @@ use serde_json::{Value, json};
 use crate::asked::Asked;
 use crate::collection::{Collection, OpenRecordings, ShownRecording, ShownTrack};
 use crate::cut::Cut;
+use crate::match_pictures::{Matched, Part};
 use crate::page::page;
 use crate::picture::{greys, png_of};
 use crate::points;
 use crate::refusal::Refusal;
 use crate::replies::Reply;
+use crate::review::{Kept, Review};
 
 /// Bars of a histogram that is sent.
 const N_BARS: usize = 256;
@@ -34,11 +36,13 @@ pub(crate) enum Verb {
 pub(crate) struct Site {
     collection: Collection,
     open: OpenRecordings,
+    corrections: Kept,
 }
 
 impl Site {
     pub(crate) fn new(collection: Collection) -> Self {
-        Self { collection, open: OpenRecordings::default() }
+        let corrections = Kept::of(collection.review.as_ref());
+        Self { collection, open: OpenRecordings::default(), corrections }
     }
 
     /// The answer to a request that was let in.
@@ -53,6 +57,13 @@ impl Site {
             (Verb::Get, ["api", "markers"]) => Reply::json(&self.markers(asked)?),
             (Verb::Get, ["api", "sigma", frame]) => Reply::json(&self.sigma(asked, frame)?),
             (Verb::Get, ["api", "tracks", frame]) => Reply::json(&self.tracks(asked, frame)?),
+            (Verb::Get, ["api", "subset", frame]) => self.subset(asked, frame),
+            (Verb::Get, ["api", "wave"]) => match &self.collection.wave {
+                Some(wave) => Reply::json(&wave.as_json()),
+                None => Err(asked.nothing_here()),
+            },
+            (Verb::Get, ["api", "review"]) => Reply::json(&self.queue(asked)?),
+            (Verb::Put, ["api", "corrections"]) => Reply::json(&self.correct(asked, body)?),
             (Verb::Put, ["api", "points"]) => Reply::json(&self.write_points(asked, body)?),
             _ => Err(asked.nothing_here()),
         }
@@ -60,9 +71,12 @@ impl Site {
 
     /// The names of all recordings; none is opened.
     fn list(&self) -> Value {
-        let Collection { title, recordings, notes } = &self.collection;
+        let Collection { title, recordings, notes, .. } = &self.collection;
         let names: Vec<&str> = recordings.iter().map(|shown| shown.name.as_str()).collect();
-        json!({ "title": title, "recordings": names, "notes": notes })
+        json!({
+            "title": title, "recordings": names, "notes": notes,
+            "has_review": self.collection.review.is_some(), "has_wave": self.collection.wave.is_some(),
+        })
     }
 
     /// The recording that a request names by its place in the list, the first where it names none.
@@ -184,6 +198,62 @@ impl Site {
         };
         let tracks: Vec<Value> = shown.tracks.iter().map(track).collect();
         Ok(json!({ "frame": frame, "tracks": tracks }))
+    }
+
+    /// A subset as its reference has it, as a frame shows it, or the difference: where it was found, or was last before it was lost.
+    fn subset(&self, asked: &Asked, frame: &str) -> Result<Reply, Refusal> {
+        let (shown, recording) = self.asked_for(asked)?;
+        let frame = frame_of(asked, frame, recording.info())?;
+        let name = asked.text("name").unwrap_or_default();
+        let track = shown.tracks.iter().find(|track| track.name == name);
+        let track = track.ok_or_else(|| asked.refuse("name", "the name of a track", name))?;
+        let part = asked.text("part").unwrap_or("found");
+        let part =
+            Part::named(part).ok_or_else(|| asked.refuse("part", "reference, found or residual", part))?;
+        let until = &track.places_px[..track.places_px.len().min(frame + 1)];
+        let rest_px = track.places_px.iter().flatten().next();
+        let (Some(rest_px), Some(found_px)) =
+            (rest_px, until.iter().rev().flatten().next().or(rest_px).copied())
+        else {
+            return Err(asked.refuse("name", "a track that is found in some frame", name));
+        };
+        let matched = Matched {
+            recording: recording.as_ref(),
+            half_px: track.half_px,
+            rest: rest_from(0, recording.info()).range(),
+            rest_px: *rest_px,
+            frame,
+            found_px,
+        };
+        let png = png_of(&matched.greys(part)?, matched.size())
+            .map_err(|error| Refusal::new(500, asked.path.clone(), "a picture", error.to_string()))?;
+        Ok(Reply::new("image/png", png))
+    }
+
+    fn review(&self, asked: &Asked) -> Result<&Review, Refusal> {
+        let hint = "chainwave view RESULTS --recordings FOLDER";
+        self.collection.review.as_ref().ok_or_else(|| asked.nothing_here().with_hint(hint))
+    }
+
+    /// Readings to look at, and what is corrected.
+    fn queue(&self, asked: &Asked) -> Result<Value, Refusal> {
+        let Review { queue, path, .. } = self.review(asked)?;
+        let (version, corrections) = self.corrections.now();
+        Ok(json!({ "queue": queue, "path": path, "version": version, "corrections": corrections }))
+    }
+
+    /// Takes corrections in place of those that were.
+    fn correct(&self, asked: &Asked, body: &[u8]) -> Result<Value, Refusal> {
+        let review = self.review(asked)?;
+        let info_of = |index: usize| {
+            let shown = self.collection.recordings.get(index).ok_or_else(|| {
+                let n = self.collection.recordings.len();
+                Refusal::new(400, asked.path.clone(), format!("a recording below {n}"), index.to_string())
+            })?;
+            Ok(self.open.get(index, shown)?.info().clone())
+        };
+        let version = self.corrections.replace(review, &asked.path, body, info_of)?;
+        Ok(json!({ "path": review.path, "version": version }))
     }
 
     /// Writes points.csv beside the recording.

@@ -8,6 +8,7 @@ use chainwave_measurement::Estimate;
 use super::coverage::Coverage;
 use crate::error::Error;
 use crate::table::{self, column};
+use crate::terminal::say;
 
 /// What experiments are counted by.
 pub(super) struct Kinds {
@@ -102,14 +103,12 @@ impl Kinds {
         by_kind.into_iter().map(row).collect()
     }
 
-    #[expect(clippy::print_stdout, reason = "the table is the command's result")]
     fn print(&self, rows: &[Row]) {
-        println!("95 % intervals that hold, in per cent, and the rms error in sigma:");
-        print!("{:<26}{:>12}{:>8}", self.column, "experiments", "named");
-        self.quantities.iter().for_each(|name| print!("{name:>22}"));
-        println!();
+        say!("95 % intervals that hold, in per cent, and the rms error in sigma:");
+        let names: String = self.quantities.iter().map(|name| format!("{name:>22}")).collect();
+        say!("{:<26}{:>12}{:>8}{names}", self.column, "experiments", "named");
         for row in rows {
-            print!("{:<26}{:>12}{:>8}", row.kind, row.n_experiments, row.n_named);
+            let mut line = format!("{:<26}{:>12}{:>8}", row.kind, row.n_experiments, row.n_named);
             for name in self.quantities {
                 let told = row.cell(name).map_or_else(
                     || "-".into(),
@@ -117,9 +116,9 @@ impl Kinds {
                         format!("{:.0} +- {:.0}; {rms:.1}", 100.0 * within.value, 100.0 * within.sigma)
                     },
                 );
-                print!("{told:>22}");
+                line.push_str(&format!("{told:>22}"));
             }
-            println!();
+            say!("{line}");
         }
     }
 }

@@ -5,9 +5,11 @@ use std::path::Path;
 use chainwave_experiment::Table;
 use chainwave_figures::{CoverageRow, coverage};
 use chainwave_measurement::Estimate;
+use serde_json::json;
 
 use crate::error::Error;
 use crate::table::{self, column};
+use crate::terminal::{say, tell};
 
 /// How often the intervals of each quantity hold the truth.
 pub(super) struct Coverage {
@@ -95,15 +97,22 @@ impl Coverage {
     }
 
     /// Prints the table.
-    #[expect(clippy::print_stdout, reason = "the table is the command's result")]
     pub(super) fn print(&self) {
-        println!("{:<28}{:>8}{:>18}{:>18}{:>18}", "", "n", "bias (sigma)", "within 68 %", "within 95 %");
+        let estimate = |found: Estimate| json!({ "value": found.value, "sigma": found.sigma });
+        let of = |one: &Quantity| {
+            json!({
+                "quantity": one.name, "n": one.n, "bias_sigma": estimate(one.bias),
+                "within_68": estimate(one.within_68), "within_95": estimate(one.within_95),
+            })
+        };
+        tell("coverage", self.quantities.iter().map(of).collect());
+        say!("{:<28}{:>8}{:>18}{:>18}{:>18}", "", "n", "bias (sigma)", "within 68 %", "within 95 %");
         for one in &self.quantities {
             let percent =
                 |share: Estimate| format!("{:.1} +- {:.1}", 100.0 * share.value, 100.0 * share.sigma);
             let bias = format!("{:+.2} +- {:.2}", one.bias.value, one.bias.sigma);
             let (inner, outer) = (percent(one.within_68), percent(one.within_95));
-            println!("{:<28}{:>8}{bias:>18}{inner:>18}{outer:>18}", one.name, one.n);
+            say!("{:<28}{:>8}{bias:>18}{inner:>18}{outer:>18}", one.name, one.n);
         }
     }
 }

@@ -18,8 +18,19 @@ struct Provenance<'a> {
     /// Its version, where the program has it.
     #[serde(skip_serializing_if = "Option::is_none")]
     opencv_version: Option<String>,
+    /// The file of corrections; left out where there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    corrections: Option<CorrectionsFile<'a>>,
     recordings: Vec<Source>,
     experiment: &'a Experiment,
+}
+
+#[derive(Serialize)]
+struct CorrectionsFile<'a> {
+    file: &'a str,
+    sha256: &'a str,
+    /// Rows of it.
+    n_corrections: usize,
 }
 
 #[derive(Serialize)]
@@ -42,6 +53,11 @@ pub(crate) fn write(setup: &Setup, out: &Path) -> Result<(), Error> {
         version: env!("CARGO_PKG_VERSION"),
         opencv: vision_library().is_some(),
         opencv_version: vision_library().map(|library| library.version()),
+        corrections: setup.corrections.source.as_ref().map(|(file, sha256)| CorrectionsFile {
+            file,
+            sha256,
+            n_corrections: setup.corrections.list.len(),
+        }),
         recordings: setup.trials.iter().map(source).collect(),
         experiment: &setup.experiment,
     };

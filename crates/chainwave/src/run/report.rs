@@ -1,5 +1,6 @@
 //! `report.html`: one file, which needs no other and no network. What went wrong comes first.
 
+mod budget;
 mod markup;
 mod recordings;
 mod settings;
@@ -7,7 +8,7 @@ mod settings;
 use std::path::Path;
 
 use chainwave_camera::vision_library;
-use chainwave_experiment::{Decision, Evaluation, Results, Setup, State};
+use chainwave_experiment::{Decision, Evaluation, Plan, Results, Setup, State};
 use chainwave_measurement::Estimate;
 
 use self::markup::{Cell, escaped, inlined, table};
@@ -20,12 +21,19 @@ use crate::output::{read_bytes, write_text};
 const STYLE: &str = include_str!("report/style.css");
 
 /// Writes `report.html`: what went wrong, the numbers, the figures, what was decided and why, how it was measured, and every recording.
-pub(crate) fn write(setup: &Setup, out: &Path, results: &Results, figures: &[Figure]) -> Result<(), Error> {
+pub(crate) fn write(
+    setup: &Setup,
+    out: &Path,
+    results: &Results,
+    figures: &[Figure],
+    budget: Option<&Plan>,
+) -> Result<(), Error> {
     let shown = figures.iter().map(|one| figure(out, one)).collect::<Result<String, _>>()?;
     let body = [
         format!("<h1>{}</h1>{}", escaped(&setup.experiment.name), introduction(setup, results)),
         problems(setup, results),
         format!("<h2>Results</h2>{}", numbers_table(&rows(&results.evaluation, results.truth.as_ref()))),
+        budget.map_or_else(String::new, budget::section),
         format!("<h2>Figures</h2>{shown}"),
         decisions_table(&results.decisions),
         settings::section(setup, results),

@@ -9,30 +9,28 @@ use chainwave_inference::{Damping, FitError};
 use chainwave_measurement::Estimate;
 
 use super::Clock;
+use crate::terminal::say;
 
 /// Prints lines.
-#[expect(clippy::print_stdout, reason = "what was kept and made anew is part of the command's result")]
 pub(crate) fn print_lines(lines: impl IntoIterator<Item = String>) {
-    lines.into_iter().for_each(|line| println!("{line}"));
+    lines.into_iter().for_each(|line| say!("{line}"));
 }
 
 /// Prints how many recordings a share tracked.
-#[expect(clippy::print_stdout, reason = "the summary is the command's result")]
 pub(crate) fn print_share(setup: &Setup, n_tracked: usize) {
-    println!("{}: {n_tracked} of {} recordings tracked", setup.experiment.name, setup.trials.len());
+    say!("{}: {n_tracked} of {} recordings tracked", setup.experiment.name, setup.trials.len());
 }
 
 /// Prints how many recordings the results have, and which they do not have.
-#[expect(clippy::print_stdout, reason = "what became of the recordings is part of the command's result")]
 pub(crate) fn print_states(out: &Path, states: &[RecordingState]) {
     let count = |state: State| states.iter().filter(|one| one.state == state).count();
     let [used, left_out, failed] = [State::Used, State::LeftOut, State::Failed].map(count);
     for one in states.iter().filter(|one| one.state != State::Used) {
         let reason = one.reason.as_deref().unwrap_or("no reason is known");
-        println!("{} {}: {reason}", one.recording, one.state.as_str());
+        say!("{} {}: {reason}", one.recording, one.state.as_str());
     }
     let list = out.join("recordings.csv");
-    println!(
+    say!(
         "{} recordings: {used} used, {left_out} left out, {failed} failed; each in {}",
         states.len(),
         list.display()
@@ -41,29 +39,28 @@ pub(crate) fn print_states(out: &Path, states: &[RecordingState]) {
 
 /// Prints what was measured on one screen: values with uncertainties, the truth beside where it is known, the time that each
 /// stage took, and where the figures are.
-#[expect(clippy::print_stdout, reason = "the summary is the command's result")]
 pub(crate) fn print(setup: &Setup, out: &Path, results: &Results, clock: &Clock) {
     let Results { evaluation, truth, .. } = results;
-    println!("{}: {} recordings", setup.experiment.name, evaluation.stitched.alignments.len());
-    println!("{:<34}{:>12} {:>11}{:>13}{:>9}", "", "measured", "sigma", "truth", "off by");
+    say!("{}: {} recordings", setup.experiment.name, evaluation.stitched.alignments.len());
+    say!("{:<34}{:>12} {:>11}{:>13}{:>9}", "", "measured", "sigma", "truth", "off by");
     for row in rows(evaluation, truth.as_ref()) {
-        println!("{}", row.as_text());
+        say!("{}", row.as_text());
     }
     if let Some(truth) = truth {
         let rms_px = truth.motion_rms_m / setup.map.m_per_px().value;
-        println!(
+        say!(
             "x_n(t): rms error {:.3} um = {rms_px:.4} px; the 95 % intervals hold {:.1} % of the truth",
             1e6 * truth.motion_rms_m,
             100.0 * truth.motion_coverage
         );
     }
     for warning in &evaluation.warnings() {
-        println!("warning: {warning}");
+        say!("warning: {warning}");
     }
     for (name, seconds) in clock.stages() {
-        println!("{seconds:8.2} s  {name}");
+        say!("{seconds:8.2} s  {name}");
     }
-    println!("figures in {}, report in {}", out.join("figures").display(), out.join("report.html").display());
+    say!("figures in {}, report in {}", out.join("figures").display(), out.join("report.html").display());
 }
 
 /// One measured quantity in the unit of the summary.

@@ -96,6 +96,11 @@ impl<'a> Follower<'a> {
         self.continuity.restart(period_px(&self.target));
     }
 
+    /// Expects the subset at a place, before anything was followed.
+    pub(crate) fn start_at(&mut self, place_px: [f64; 2]) {
+        self.history = History::starting_at(Warp::at(place_px));
+    }
+
     /// Readings of earlier frames that were told by later ones, with their frames.
     pub(crate) fn settled_late(&mut self) -> Vec<(usize, Position)> {
         self.continuity.take_settled()

@@ -115,6 +115,14 @@ fn finding(setup: &Setup, moving: &[&Moving]) -> Option<Finding> {
     })
 }
 
+/// The first of some readings at rest that has left its place, where one has, and how far they come; what merely drifts has not left it.
+pub(crate) fn left_rest(readings: &[Option<Estimate>]) -> Option<(usize, f64)> {
+    match moved(readings)? {
+        Motion::Left { frame, by } => Some((frame, by)),
+        Motion::Drift { .. } => None,
+    }
+}
+
 /// Whether readings at rest move, and how.
 fn moved(readings: &[Option<Estimate>]) -> Option<Motion> {
     let seen: Vec<(usize, Estimate)> =

@@ -14,7 +14,10 @@ function pressed(event) {
     grabbed = { pinch: fingerDistance() };
     return;
   }
-  if (state.tool === "add") {
+  if (state.tool === "seed") {
+    toTool("move");
+    correctReading("seed", place);
+  } else if (state.tool === "add") {
     add([subsetAt(place)]);
   } else if (state.tool === "move") {
     const index = subsetUnder(place);
@@ -106,6 +109,10 @@ const KEYS = {
   t: () => toTrigger(),
   a: () => levels(true).catch(complain),
   n: () => state.subsets.length && select((state.selected + 1) % state.subsets.length),
+  r: () => nextDoubtful(1),
+  R: () => nextDoubtful(-1),
+  x: () => correctReading("exclude"),
+  s: () => armSeed(),
   z: () => undo(),
   Delete: () => remove(state.selected),
   Backspace: () => remove(state.selected),
@@ -143,7 +150,7 @@ async function toRecording(index) {
   state.index = index;
   state.info = null;
   forgetPictures();
-  Object.assign(state, { subsets: [], selected: -1, undo: [], proposal: null, tracks: [], frame: 0, restFrame: 0 });
+  Object.assign(state, { subsets: [], selected: -1, undo: [], proposal: null, tracks: [], marked: null, frame: 0, restFrame: 0 });
   say("Opening.");
   try {
     const info = await askJson(address("recording"));
@@ -221,6 +228,7 @@ function connect() {
   click("download", download);
   byId("frame-slider").addEventListener("input", (event) => toFrame(Number(event.target.value)));
   byId("frame").addEventListener("change", (event) => toFrame(Number(event.target.value)));
+  byId("magnify").addEventListener("input", draw);
   for (const id of ["level", "window"]) byId(id).addEventListener("input", windowMoved);
   for (const input of document.querySelectorAll("input[name=tool]")) input.addEventListener("change", () => toTool(input.value));
   byId("recording").addEventListener("change", (event) => toRecording(Number(event.target.value)));
@@ -229,13 +237,16 @@ function connect() {
 
 async function start() {
   connect();
+  connectReview();
   try {
-    const { title, recordings, notes } = await askJson("/api/recordings");
+    const { title, recordings, notes, has_review: hasReview, has_wave: hasWave } = await askJson("/api/recordings");
     state.notes = notes;
     byId("title").textContent = title;
     document.title = `${title} - chainwave view`;
     byId("recording").replaceChildren(...recordings.map((name, i) => new Option(name, i)));
     await toRecording(0);
+    if (hasWave) await startWave();
+    if (hasReview) await startReview();
   } catch (error) {
     complain(error);
   }

@@ -90,8 +90,11 @@ function draw() {
     const size = cut.scale * state.zoom;
     context.drawImage(bitmap, left, top, bitmap.width * size, bitmap.height * size);
   }
-  for (const { name, half_px: half, place_px: place } of state.tracks) {
-    if (place) box(context, place, half, COLOURS.track, name);
+  const factor = clamp(Number(byId("magnify").value) || 1, 1, 1000);
+  for (const { name, half_px: half, place_px: place, rest_px: rest } of state.tracks) {
+    if (!place) continue;
+    const shownAt = rest ? place.map((value, axis) => rest[axis] + factor * (value - rest[axis])) : place;
+    box(context, shownAt, half, name === state.marked ? COLOURS.selected : COLOURS.track, name);
   }
   if (state.proposal) {
     for (const { subset, number, sigma } of state.proposal.markers) {

@@ -76,6 +76,7 @@ async function refresh() {
     }
     showTime();
     draw();
+    followFrame();
     const next = frame + 1;
     if (next < state.info.n_frames) picture(next, cut).catch(() => {});
     return true;

@@ -26,6 +26,8 @@ const state = {
   undo: [],
   proposal: null,
   tracks: [],
+  // The name of the track that is reviewed.
+  marked: null,
   // What is being drawn: two points of the frame.
   drawing: null,
 };

@@ -2,6 +2,8 @@
 
 #![expect(dead_code, unreachable_pub, reason = "each test binary uses a part of it")]
 
+pub mod chromium;
+
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
@@ -43,6 +45,12 @@ pub struct Site {
 
 impl Site {
     pub fn start() -> Self {
+        let (folder, collection) = Self::shot();
+        Self::of(folder, collection)
+    }
+
+    /// The recordings of a server, and their folder.
+    pub fn shot() -> (TempDir, Collection) {
         let folder = tempfile::tempdir().unwrap();
         let shot = folder.path().join("shot");
         let of_frame =
@@ -60,7 +68,7 @@ impl Site {
         let gone = ShownRecording::new(folder.path().join("gone"));
         let collection =
             Collection { title: "test".into(), recordings: vec![recording, gone], ..Collection::default() };
-        Self::of(folder, collection)
+        (folder, collection)
     }
 
     /// A server of other recordings.

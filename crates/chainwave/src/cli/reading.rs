@@ -1,0 +1,23 @@
+//! Arguments that say how recordings are read.
+
+use chainwave_camera::{OpenOptions, RawGeometry};
+use clap::Args;
+
+/// How recordings are read.
+#[derive(Debug, Args)]
+pub(crate) struct Reading {
+    /// Take every recording for pixels without a header of this geometry, such as 1280x800x12le: columns, rows, bits, and le
+    /// (two bytes a pixel, low one first), be (high one first) or p (10 or 12 bits packed).
+    #[arg(long, value_name = "WxHxBITS[le|be|p]")]
+    pub(crate) raw: Option<RawGeometry>,
+    /// Take the whole frames of a recording that was cut short, and say how many they are.
+    #[arg(long)]
+    pub(crate) partial: bool,
+}
+
+impl Reading {
+    /// The same for the camera, with a frame rate where one is known.
+    pub(crate) fn options(&self, rate_hz: Option<f64>) -> OpenOptions {
+        OpenOptions { rate_hz, partial: self.partial, raw: self.raw, ..OpenOptions::default() }
+    }
+}

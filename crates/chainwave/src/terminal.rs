@@ -1,0 +1,93 @@
+//! What a command says: lines of text on standard output, or with `--json` one object that holds them.
+//!
+//! Every command speaks through [`say!`]; one whose results are numbers also [`tell`]s them by key, and one that has an object of its own
+//! [`answer`]s with it.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+use serde_json::{Map, Value, json};
+
+static IS_QUIET: AtomicBool = AtomicBool::new(false);
+static IS_JSON: AtomicBool = AtomicBool::new(false);
+static TOLD: Mutex<Told> = Mutex::new(Told { said: Vec::new(), keys: Vec::new(), has_answered: false });
+
+/// What was said so far.
+struct Told {
+    said: Vec<String>,
+    keys: Vec<(&'static str, Value)>,
+    has_answered: bool,
+}
+
+/// How the user wants to be spoken to: with nothing but errors on standard error, and with JSON on standard output.
+pub(crate) fn set(is_quiet: bool, is_json: bool) {
+    IS_QUIET.store(is_quiet, Ordering::Relaxed);
+    IS_JSON.store(is_json, Ordering::Relaxed);
+}
+
+/// Whether nothing is to be said on standard error but errors.
+pub(crate) fn is_quiet() -> bool {
+    IS_QUIET.load(Ordering::Relaxed)
+}
+
+/// Whether standard output is to be JSON.
+pub(crate) fn is_json() -> bool {
+    IS_JSON.load(Ordering::Relaxed)
+}
+
+/// Says a line, as `println!` takes it.
+macro_rules! say {
+    ($($argument:tt)*) => { $crate::terminal::say_line(format!($($argument)*)) };
+}
+pub(crate) use say;
+
+/// Says a line.
+#[expect(clippy::print_stdout, reason = "what a command says is its result")]
+pub(crate) fn say_line(line: String) {
+    match is_json() {
+        true => told(|told| told.said.push(line)),
+        false => println!("{line}"),
+    }
+}
+
+/// Puts a value under a key of the object, for programs; a key that is told twice has the later value.
+pub(crate) fn tell(key: &'static str, value: Value) {
+    if is_json() {
+        told(|told| {
+            told.keys.retain(|(known, _)| *known != key);
+            told.keys.push((key, value));
+        });
+    }
+}
+
+/// Answers with an object of its own in place of the lines.
+#[expect(clippy::print_stdout, reason = "what a command says is its result")]
+pub(crate) fn answer(value: &Value) {
+    told(|told| told.has_answered = true);
+    println!("{value:#}");
+}
+
+/// Prints the object, where the user wants one and the command has not answered: the inputs that failed, or why nothing was done, among it.
+#[expect(clippy::print_stdout, reason = "what a command says is its result")]
+pub(crate) fn close(failed: &[String], error: Option<&str>) {
+    if !is_json() {
+        return;
+    }
+    told(|told| {
+        if told.has_answered {
+            return;
+        }
+        let mut object = Map::new();
+        object.insert("failed".into(), json!(failed));
+        if let Some(error) = error {
+            object.insert("error".into(), json!(error));
+        }
+        object.extend(told.keys.drain(..).map(|(key, value)| (key.to_owned(), value)));
+        object.insert("said".into(), json!(told.said));
+        println!("{:#}", Value::Object(object));
+    });
+}
+
+fn told(with: impl FnOnce(&mut Told)) {
+    with(&mut TOLD.lock().unwrap_or_else(PoisonError::into_inner));
+}

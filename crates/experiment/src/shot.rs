@@ -1,0 +1,302 @@
+//! A recording just made, looked at by itself and beside the shots before it, while it can still be repeated.
+
+use std::num::NonZero;
+use std::ops::Range;
+
+use chainwave_camera::histogram;
+use chainwave_correlation::{Method, ReferenceFrames, propose_markers};
+use chainwave_measurement::{Estimate, Lost, Position, Recording, Region, Subset, median};
+
+use crate::error::Error;
+use crate::finding::Finding;
+use crate::follow::{FollowedSubset, follow};
+use crate::monitor::Monitor;
+use crate::review::{Doubt, DoubtfulReading, ReviewedRecording, review_queue};
+use crate::sanity::left_rest;
+use crate::tracks::{FollowedBody, RecordingTracks};
+
+/// Frames that stand for the rest where no time stamp tells it, and the most that are averaged.
+const SURE_FRAMES: usize = 8;
+/// Frames whose counts tell where the sensor saturates.
+const COUNTED_FRAMES: usize = 3;
+/// Share of a subset's pixels that may saturate: their place is told by the others.
+const CLIPPED_SHARE: f64 = 0.01;
+/// Standard uncertainties off its rest, three frames in a row, at which a body moves.
+const MOVES_SIGMAS: f64 = 6.0;
+const IN_A_ROW: usize = 3;
+/// Trials, this one among them, from which on the others say what is usual.
+const LEAST_TRIALS: usize = 3;
+/// Doubt of a reading that the other trials contradict, and the share of such readings that is no accident.
+const OFF_SIGMAS: f64 = 6.0;
+const OFF_SHARE: f64 = 0.01;
+/// Scatter of strikes where none is known: by hand and by springs they repeat to some per cent.
+const USUAL_STRIKE_SCATTER: f64 = 0.02;
+/// Scatters by which a strike is another one.
+const OTHER_STRIKE: f64 = 3.0;
+
+/// How a shot is looked at.
+#[derive(Debug, Clone)]
+pub struct Shot<'a> {
+    /// Name of the recording.
+    pub recording: &'a str,
+    /// The view that it shows: shots of one view are held against each other.
+    pub view: u32,
+    /// The subsets of bodies by number, where an experiment tells them; markers are looked for otherwise.
+    pub bodies: Option<Vec<(usize, Subset)>>,
+    /// Until when nothing moves, in seconds after the trigger; the trigger itself unless it is stated.
+    pub rest_until_s: Option<f64>,
+    /// Relative scatter of the striker's velocity, where it is known.
+    pub strike_scatter: Option<f64>,
+    /// How bodies are followed.
+    pub method: Method,
+}
+
+/// A shot that was looked at.
+#[derive(Debug, Clone)]
+pub struct LookedAt {
+    /// Name of the recording.
+    pub recording: String,
+    /// Its view.
+    pub view: u32,
+    /// Where its bodies were found.
+    pub tracks: RecordingTracks,
+    /// What speaks for another shot; nothing where it is sound.
+    pub findings: Vec<Finding>,
+}
+
+impl Shot<'_> {
+    /// Follows the bodies of a recording, and says what is wrong with it, by itself and beside `earlier` shots.
+    ///
+    /// # Errors
+    /// Pixels that cannot be read, and what the correlation refuses.
+    pub fn look_at(
+        &self,
+        recording: &dyn Recording,
+        earlier: &[LookedAt],
+        n_threads: NonZero<usize>,
+    ) -> Result<LookedAt, Error> {
+        let info = recording.info();
+        let rest_until_s = self.rest_until_s.unwrap_or(0.0);
+        let n_rest = info.times_s.iter().take_while(|time_s| **time_s < rest_until_s).count();
+        let sure = 0..n_rest.clamp(1, SURE_FRAMES).min(info.n_frames);
+        let mut findings = Vec::new();
+        let mut say = |code: &'static str, text: String| {
+            findings.push(Finding { code, subject: self.recording.to_owned(), text });
+        };
+        if n_rest == 0 && info.rate_hz.is_some() {
+            let first_ms = 1e3 * info.times_s.first().copied().unwrap_or(0.0);
+            let until_ms = 1e3 * rest_until_s;
+            say(
+                "late_trigger",
+                format!("no frame before {until_ms:.3} ms, the first is at {first_ms:.3} ms"),
+            );
+        }
+        let bodies = match &self.bodies {
+            Some(bodies) => bodies.clone(),
+            None => match propose_markers(recording, &ReferenceFrames::Mean(sure.clone())) {
+                Ok(row) => (1..).zip(row.markers.into_iter().map(|marker| marker.subset)).collect(),
+                Err(reason) => {
+                    say("no_markers", reason.to_string());
+                    Vec::new()
+                }
+            },
+        };
+        let (numbers, subsets): (Vec<usize>, Vec<Subset>) = bodies.into_iter().unzip();
+        if let Some(text) = clipped(recording, &subsets)? {
+            say("clipped", text);
+        }
+        let reference = ReferenceFrames::Mean(sure);
+        let tracks = match subsets.is_empty() {
+            true => RecordingTracks { times_s: info.times_s.clone(), bodies: Vec::new() },
+            false => {
+                let found =
+                    follow(recording, &subsets, &reference, self.method, n_threads, &Monitor::SILENT)?;
+                let body = |(body, one): (usize, FollowedSubset)| FollowedBody {
+                    body,
+                    method: one.method,
+                    positions: one.track.positions,
+                };
+                let bodies = numbers.into_iter().zip(found.tracks).map(body).collect();
+                RecordingTracks { times_s: found.times_s, bodies }
+            }
+        };
+        tracks.bodies.iter().filter_map(lost).for_each(|text| say("body_lost", text));
+        match onset(&tracks, n_rest) {
+            Onset::AtRest { body, time_s, by_px } => say(
+                "late_trigger",
+                format!(
+                    "body {body} moves from {:.3} ms on, by {by_px:+.2} px while the chain should rest until {:.3} ms",
+                    1e3 * time_s,
+                    1e3 * rest_until_s
+                ),
+            ),
+            Onset::Never if !tracks.bodies.is_empty() => {
+                say("nothing_moves", format!("no body moves in {} frames", info.n_frames));
+            }
+            _ => {}
+        }
+        let (recording, view) = (self.recording.to_owned(), self.view);
+        let mut looked_at = LookedAt { recording, view, tracks, findings };
+        let others: Vec<&LookedAt> = earlier.iter().filter(|one| one.view == self.view).collect();
+        if others.len() + 1 >= LEAST_TRIALS {
+            let text = off_the_others(&looked_at, &others)
+                .or_else(|| other_strike(&looked_at, &others, self.strike_scatter));
+            looked_at.findings.extend(text.map(|text| Finding {
+                code: "unlike_others",
+                subject: looked_at.recording.clone(),
+                text,
+            }));
+        }
+        Ok(looked_at)
+    }
+}
+
+/// The subset of which most pixels saturate in the first frame, where those are too many; of a recording without subsets, the whole frame.
+fn clipped(recording: &dyn Recording, subsets: &[Subset]) -> Result<Option<String>, Error> {
+    let info = recording.info();
+    let counted = histogram(recording, COUNTED_FRAMES)?;
+    let Some((saturation, n_saturated)) = counted.saturation() else { return Ok(None) };
+    let mut worst: Option<(f64, String)> = None;
+    let mut note = |share: f64, what: String| {
+        if worst.as_ref().is_none_or(|(most, _)| share > *most) {
+            worst = Some((share, what));
+        }
+    };
+    if subsets.is_empty() {
+        note(n_saturated as f64 / counted.total().max(1) as f64, "the frame".into());
+    }
+    for subset in subsets {
+        let (x, y) = (subset.x_px.round() as i64, subset.y_px.round() as i64);
+        let (half_x, half_y) = (subset.half_width_px as i64, subset.half_height_px as i64);
+        let (right, below) = (x + half_x + 1, y + half_y + 1);
+        let region = Region::clipped(x - half_x, y - half_y, right, below, info.width_px, info.height_px);
+        let Some(region) = region else { continue };
+        let mut counts = vec![0.0; region.n_pixels()];
+        recording.read_region(0, region, &mut counts)?;
+        let n = counts.iter().filter(|count| f64::from(**count) >= saturation as f64).count();
+        note(n as f64 / counts.len() as f64, format!("subset {}", subset.name));
+    }
+    let is_too_much = |(share, _): &(f64, String)| *share > CLIPPED_SHARE;
+    Ok(worst.filter(is_too_much).map(|(share, what)| {
+        format!("{:.1} % of the pixels of {what} are clipped at {saturation} counts", 100.0 * share)
+    }))
+}
+
+/// Where and why a body is lost in view.
+fn lost(body: &FollowedBody) -> Option<String> {
+    let reason =
+        |at: &Result<Position, Lost>| at.as_ref().err().copied().filter(|lost| *lost != Lost::OutOfView);
+    let frames: Vec<(usize, Lost)> =
+        body.positions.iter().enumerate().filter_map(|(frame, at)| Some((frame, reason(at)?))).collect();
+    let (first, lost) = frames.first()?;
+    let (n, all) = (frames.len(), body.positions.len());
+    Some(format!(
+        "body {} is lost in {n} of {all} frames, from frame {first} on ({})",
+        body.body,
+        lost.as_str()
+    ))
+}
+
+/// When bodies begin to move.
+enum Onset {
+    /// One does while it should rest.
+    AtRest { body: usize, time_s: f64, by_px: f64 },
+    /// All rest as long as they should.
+    Later,
+    /// None does at all.
+    Never,
+}
+
+fn onset(tracks: &RecordingTracks, n_rest: usize) -> Onset {
+    let along = |body: &FollowedBody, axis: usize, frames: Range<usize>| -> Vec<Option<Estimate>> {
+        let of = |at: &Position| if axis == 0 { at.x_px } else { at.y_px };
+        body.positions[frames].iter().map(|at| at.as_ref().ok().map(of)).collect()
+    };
+    let mut earliest: Option<(usize, f64, usize)> = None;
+    for body in &tracks.bodies {
+        for axis in [0, 1] {
+            let readings = along(body, axis, 0..n_rest.min(body.positions.len()));
+            let Some((frame, by_px)) = left_rest(&readings) else { continue };
+            if earliest.is_none_or(|(first, ..)| frame < first) {
+                earliest = Some((frame, by_px, body.body));
+            }
+        }
+    }
+    if let Some((frame, by_px, body)) = earliest {
+        return Onset::AtRest { body, time_s: tracks.times_s[frame], by_px };
+    }
+    let moves = |body: &FollowedBody| {
+        let rest_px = place_at_rest(body);
+        let is_off = |at: &Result<Position, Lost>| {
+            at.as_ref().is_ok_and(|at| {
+                let off =
+                    |found: Estimate, rest: f64| (found.value - rest).abs() > MOVES_SIGMAS * found.sigma;
+                rest_px.is_some_and(|[x, y]| off(at.x_px, x) || off(at.y_px, y))
+            })
+        };
+        body.positions.windows(IN_A_ROW).any(|run| run.iter().all(is_off))
+    };
+    if tracks.bodies.iter().any(moves) { Onset::Later } else { Onset::Never }
+}
+
+/// Where a body was first, in pixels.
+fn place_at_rest(body: &FollowedBody) -> Option<[f64; 2]> {
+    let first = || body.positions.iter().flatten().take(SURE_FRAMES);
+    Some([
+        median(first().map(|at| at.x_px.value).collect())?,
+        median(first().map(|at| at.y_px.value).collect())?,
+    ])
+}
+
+/// What is said of a shot whose readings the others contradict.
+fn off_the_others(shot: &LookedAt, others: &[&LookedAt]) -> Option<String> {
+    let all = others.iter().copied().chain([shot]);
+    let reviewed: Vec<ReviewedRecording<'_>> = all
+        .map(|one| ReviewedRecording { recording: &one.recording, view: one.view, tracks: &one.tracks })
+        .collect();
+    let own = reviewed.len() - 1;
+    let queue = review_queue(&reviewed);
+    let found = || queue.iter().filter(|one| one.recording == own && one.lost.is_none());
+    let is_off = |one: &&DoubtfulReading| {
+        one.of_each.iter().any(|(doubt, sigmas)| *doubt == Doubt::OtherTrials && *sigmas > OFF_SIGMAS)
+    };
+    let (n, n_off) = (found().count(), found().filter(is_off).count());
+    let first = found().filter(is_off).map(|one| (one.frame, one.body)).min()?;
+    (n_off as f64 > OFF_SHARE * n as f64).then(|| {
+        format!(
+            "{n_off} of {n} readings disagree with the {} other trials of the view, from frame {} on (body {})",
+            others.len(),
+            first.0,
+            first.1
+        )
+    })
+}
+
+/// What is said of a shot that was struck harder or less hard than the others.
+fn other_strike(shot: &LookedAt, others: &[&LookedAt], scatter: Option<f64>) -> Option<String> {
+    let peaks: Vec<Vec<(usize, f64)>> = others.iter().map(|one| farthest_px(&one.tracks)).collect();
+    let ratio = |(body, own_px): (usize, f64)| {
+        let same = peaks.iter().flatten().filter(|(other, _)| *other == body).map(|(_, px)| *px);
+        median(same.collect()).filter(|usual_px| *usual_px > 0.0).map(|usual_px| own_px / usual_px)
+    };
+    let ratio = median(farthest_px(&shot.tracks).into_iter().filter_map(ratio).collect())?;
+    let scatter = scatter.unwrap_or(USUAL_STRIKE_SCATTER);
+    ((ratio - 1.0).abs() > OTHER_STRIKE * scatter).then(|| {
+        format!(
+            "bodies move {:+.1} % farther than in the {} other trials of the view; strikes scatter by {:.1} %",
+            100.0 * (ratio - 1.0),
+            others.len(),
+            100.0 * scatter
+        )
+    })
+}
+
+/// How far each body comes, in pixels.
+fn farthest_px(tracks: &RecordingTracks) -> Vec<(usize, f64)> {
+    let of = |body: &FollowedBody| {
+        let [x, y] = place_at_rest(body)?;
+        let away = body.positions.iter().flatten().map(|at| (at.x_px.value - x).hypot(at.y_px.value - y));
+        Some((body.body, away.max_by(f64::total_cmp)?))
+    };
+    tracks.bodies.iter().filter_map(of).collect()
+}
