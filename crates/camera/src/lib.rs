@@ -19,7 +19,7 @@
 //!   `timing` gives times to what has no clock.
 //! - **Read only what is looked at.** Uncompressed recordings are memory-mapped and opening one reads the header alone,
 //!   so that a region costs its rows; [`ByteCounter`] counts them. Of frames back to back and of .cine files the system reads from
-//!   a disk what [`Recording::will_read`](chainwave_measurement::Recording::will_read) foretells, and what is touched. Compressed
+//!   a disk what [`Recording::will_read`] foretells, and what is touched. Compressed
 //!   recordings decode a frame once for all its regions.
 //! - **Linear counts as recorded.** Companded pixels are linearised, because a tracker needs counts proportional to
 //!   light; display settings (gain, gamma, flips, crops) never touch pixels, and a [`Calibration`] only coordinates.
