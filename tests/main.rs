@@ -130,4 +130,5 @@ mod view;
 #[cfg(test)]
 mod watch;
 #[cfg(test)]
+mod words;
 mod workflow;

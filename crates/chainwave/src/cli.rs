@@ -471,7 +471,7 @@ pub(crate) struct Run {
     /// Say, stage by stage, what is kept of an earlier run, what is made anew, and why.
     #[arg(long)]
     pub(crate) explain: bool,
-    /// Say in the report what the uncertainty of each result comes from, by rehearsals as of `plan`, which take some ten times as long as the
+    /// Say in the report what the uncertainty of each result comes from, by rehearsals as of `plan`, which take a few times as long as the
     /// evaluation.
     #[arg(long, conflicts_with = "share")]
     pub(crate) budget: bool,

@@ -3,6 +3,7 @@
 //! Every command speaks through [`say!`]; one whose results are numbers also [`tell`]s them by key, and one that has an object of its own
 //! [`answer`]s with it.
 
+use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
@@ -42,12 +43,16 @@ macro_rules! say {
 pub(crate) use say;
 
 /// Says a line.
-#[expect(clippy::print_stdout, reason = "what a command says is its result")]
 pub(crate) fn say_line(line: String) {
     match is_json() {
         true => told(|told| told.said.push(line)),
-        false => println!("{line}"),
+        false => print(&line),
     }
+}
+
+/// Prints a line; to a reader who has heard enough and closed the pipe, nothing more, while the work goes on.
+fn print(line: &str) {
+    let _closed = writeln!(std::io::stdout(), "{line}");
 }
 
 /// Puts a value under a key of the object, for programs; a key that is told twice has the later value.
@@ -61,14 +66,12 @@ pub(crate) fn tell(key: &'static str, value: Value) {
 }
 
 /// Answers with an object of its own in place of the lines.
-#[expect(clippy::print_stdout, reason = "what a command says is its result")]
 pub(crate) fn answer(value: &Value) {
     told(|told| told.has_answered = true);
-    println!("{value:#}");
+    print(&format!("{value:#}"));
 }
 
 /// Prints the object, where the user wants one and the command has not answered: the inputs that failed, or why nothing was done, among it.
-#[expect(clippy::print_stdout, reason = "what a command says is its result")]
 pub(crate) fn close(failed: &[String], error: Option<&str>) {
     if !is_json() {
         return;
@@ -84,7 +87,7 @@ pub(crate) fn close(failed: &[String], error: Option<&str>) {
         }
         object.extend(told.keys.drain(..).map(|(key, value)| (key.to_owned(), value)));
         object.insert("said".into(), json!(told.said));
-        println!("{:#}", Value::Object(object));
+        print(&format!("{:#}", Value::Object(object)));
     });
 }
 
