@@ -27,7 +27,10 @@ fn who_closes_the_pipe_ends_no_command() {
 fn a_failure_is_an_object_too_and_is_said_quietly() {
     let missing = Path::new("no such recording.cine");
     let mut command = chainwave();
-    command.args(["--json", "--quiet", "track"]).arg(missing).args(["--points", "none.csv", "--out", "t.csv"]);
+    command
+        .args(["--json", "--quiet", "track"])
+        .arg(missing)
+        .args(["--points", "none.csv", "--out", "t.csv"]);
     let output = command.output().expect("chainwave starts");
     assert_eq!(output.status.code(), Some(2));
     let told: Value = serde_json::from_slice(&output.stdout).expect("JSON");
