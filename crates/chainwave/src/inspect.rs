@@ -48,7 +48,7 @@ fn write_sheet(recording: &dyn Recording, path: &Path) -> Result<(), Error> {
     const WIDTH_PX: usize = 480;
     let info = recording.info();
     let name = |frame: usize| match info.rate_hz {
-        Some(_) => format!("frame {frame}, {:.3} ms", 1e3 * info.times_s[frame]),
+        Some(_) => format!("frame {frame}, {:.3} ms", 1e3 * info.times_s[frame]).replace('-', "\u{2212}"),
         None => format!("frame {frame}"),
     };
     let frames = gray_frames(recording, N_FRAMES, WIDTH_PX)?;
