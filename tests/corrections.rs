@@ -55,6 +55,8 @@ mod slow {
         let provenance: toml::Table = provenance.parse().expect("it is TOML");
         assert_eq!(provenance["corrections"]["sha256"].as_str(), Some(sha256.as_str()));
         assert_eq!(provenance["corrections"]["file"].as_str(), Some("corrections.csv"));
+        let text = provenance["corrections"]["text"].as_str().expect("the corrections in full");
+        assert_eq!(text.lines().count(), rows.lines().count());
         let found = fs::read_to_string(results.join("results.json")).expect("run wrote it");
         let found: Value = serde_json::from_str(&found).expect("it is JSON");
         let warning =

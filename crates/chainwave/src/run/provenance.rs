@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use chainwave_camera::vision_library;
-use chainwave_experiment::{Experiment, Setup, Trial, fingerprint};
+use chainwave_experiment::{Experiment, Setup, Trial, corrections_csv, fingerprint};
 use serde::Serialize;
 
 use crate::error::Error;
@@ -31,6 +31,8 @@ struct CorrectionsFile<'a> {
     sha256: &'a str,
     /// Rows of it.
     n_corrections: usize,
+    /// What they say, as a file of corrections has it.
+    text: String,
 }
 
 #[derive(Serialize)]
@@ -57,6 +59,7 @@ pub(crate) fn write(setup: &Setup, out: &Path) -> Result<(), Error> {
             file,
             sha256,
             n_corrections: setup.corrections.list.len(),
+            text: corrections_csv(&setup.corrections.list),
         }),
         recordings: setup.trials.iter().map(source).collect(),
         experiment: &setup.experiment,
