@@ -72,9 +72,8 @@ pub fn main() -> ExitCode {
     let result = on_demand::expect_same_version().and_then(|()| carry_out(&command));
     let is_handed_over = result.as_ref().is_err_and(Error::needs_opencv) && on_demand::is_there();
     if !command.speaks_for_itself() && !is_handed_over {
-        let failed = result.as_ref().map_or(&[][..], Outcome::failures);
         let error = result.as_ref().err().map(ToString::to_string);
-        terminal::close(failed, error.as_deref());
+        terminal::close(error.as_deref());
     }
     match result {
         Ok(outcome) => outcome.exit_code(),

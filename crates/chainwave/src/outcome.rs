@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use crate::terminal::is_quiet;
+use crate::terminal::{is_quiet, tell_failure};
 
 /// Inputs that failed while the rest was done.
 #[derive(Debug, Default)]
@@ -17,6 +17,7 @@ impl Outcome {
     #[expect(clippy::print_stderr, reason = "the interface names each failed input on standard error")]
     pub(crate) fn fail(&mut self, failure: impl std::fmt::Display) {
         eprintln!("chainwave: {failure}");
+        tell_failure(failure.to_string());
         self.failures.push(failure.to_string());
     }
 

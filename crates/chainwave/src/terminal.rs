@@ -11,11 +11,13 @@ use serde_json::{Map, Value, json};
 
 static IS_QUIET: AtomicBool = AtomicBool::new(false);
 static IS_JSON: AtomicBool = AtomicBool::new(false);
-static TOLD: Mutex<Told> = Mutex::new(Told { said: Vec::new(), keys: Vec::new(), has_answered: false });
+static TOLD: Mutex<Told> =
+    Mutex::new(Told { said: Vec::new(), failed: Vec::new(), keys: Vec::new(), has_answered: false });
 
 /// What was said so far.
 struct Told {
     said: Vec<String>,
+    failed: Vec<String>,
     keys: Vec<(&'static str, Value)>,
     has_answered: bool,
 }
@@ -55,6 +57,13 @@ fn print(line: &str) {
     let _closed = writeln!(std::io::stdout(), "{line}");
 }
 
+/// Puts an input that failed, with its reason, into the object.
+pub(crate) fn tell_failure(reason: String) {
+    if is_json() {
+        told(|told| told.failed.push(reason));
+    }
+}
+
 /// Puts a value under a key of the object, for programs; a key that is told twice has the later value.
 pub(crate) fn tell(key: &'static str, value: Value) {
     if is_json() {
@@ -72,7 +81,7 @@ pub(crate) fn answer(value: &Value) {
 }
 
 /// Prints the object, where the user wants one and the command has not answered: the inputs that failed, or why nothing was done, among it.
-pub(crate) fn close(failed: &[String], error: Option<&str>) {
+pub(crate) fn close(error: Option<&str>) {
     if !is_json() {
         return;
     }
@@ -81,7 +90,7 @@ pub(crate) fn close(failed: &[String], error: Option<&str>) {
             return;
         }
         let mut object = Map::new();
-        object.insert("failed".into(), json!(failed));
+        object.insert("failed".into(), json!(told.failed));
         if let Some(error) = error {
             object.insert("error".into(), json!(error));
         }
