@@ -115,14 +115,12 @@ impl Watching<'_> {
             }
             _ => None,
         };
-        let striker = setup.map(|setup| &setup.experiment.striker);
         let shot = Shot {
             recording: name,
             view: trial.map_or_else(|| self.views.of_name(name), |trial| trial.view),
             bodies,
             rest_until_s: setup.map(|setup| setup.experiment.tracking.rest_until_s),
-            strike_scatter: striker
-                .map(|striker| striker.velocity_sigma_m_per_s.get() / striker.velocity_m_per_s.get()),
+            strike_scatter: setup.map(|setup| setup.experiment.striker.scatter()),
             method: setup.map_or_else(Method::default, Setup::method),
         };
         let earlier: Vec<LookedAt> =

@@ -11,6 +11,7 @@ use chainwave_measurement::{Lost, Recording, Subset, Track};
 
 use crate::error::Error;
 use crate::monitor::{Monitor, Stage};
+use crate::tracks::{FollowedBody, RecordingTracks};
 
 /// The tracks of subsets in one recording, with its time stamps.
 #[derive(Debug, Clone)]
@@ -19,6 +20,19 @@ pub struct Followed {
     pub times_s: Vec<f64>,
     /// One track for each subset.
     pub tracks: Vec<FollowedSubset>,
+}
+
+impl Followed {
+    /// The same as the tracks of bodies, whose numbers stand in the order of the subsets.
+    pub(crate) fn of_bodies(self, numbers: Vec<usize>) -> RecordingTracks {
+        let of_body = |(body, one): (usize, FollowedSubset)| FollowedBody {
+            body,
+            method: one.method,
+            positions: one.track.positions,
+        };
+        let bodies = numbers.into_iter().zip(self.tracks).map(of_body).collect();
+        RecordingTracks { times_s: self.times_s, bodies }
+    }
 }
 
 /// One subset's track, and how it was made.

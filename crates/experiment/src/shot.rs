@@ -9,11 +9,12 @@ use chainwave_measurement::{Estimate, Lost, Position, Recording, Region, Subset,
 
 use crate::error::Error;
 use crate::finding::Finding;
-use crate::follow::{FollowedSubset, follow};
+use crate::follow::follow;
 use crate::monitor::Monitor;
 use crate::review::{Doubt, DoubtfulReading, ReviewedRecording, review_queue};
 use crate::sanity::left_rest;
 use crate::tracks::{FollowedBody, RecordingTracks};
+use crate::view::rest_frames;
 
 /// Frames that stand for the rest where no time stamp tells it, and the most that are averaged.
 const SURE_FRAMES: usize = 8;
@@ -77,7 +78,7 @@ impl Shot<'_> {
     ) -> Result<LookedAt, Error> {
         let info = recording.info();
         let rest_until_s = self.rest_until_s.unwrap_or(0.0);
-        let n_rest = info.times_s.iter().take_while(|time_s| **time_s < rest_until_s).count();
+        let n_rest = rest_frames(info, rest_until_s).map_or(0, |rest| rest.end);
         let sure = 0..n_rest.clamp(1, SURE_FRAMES).min(info.n_frames);
         let mut findings = Vec::new();
         let mut say = |code: &'static str, text: String| {
@@ -108,17 +109,8 @@ impl Shot<'_> {
         let reference = ReferenceFrames::Mean(sure);
         let tracks = match subsets.is_empty() {
             true => RecordingTracks { times_s: info.times_s.clone(), bodies: Vec::new() },
-            false => {
-                let found =
-                    follow(recording, &subsets, &reference, self.method, n_threads, &Monitor::SILENT)?;
-                let body = |(body, one): (usize, FollowedSubset)| FollowedBody {
-                    body,
-                    method: one.method,
-                    positions: one.track.positions,
-                };
-                let bodies = numbers.into_iter().zip(found.tracks).map(body).collect();
-                RecordingTracks { times_s: found.times_s, bodies }
-            }
+            false => follow(recording, &subsets, &reference, self.method, n_threads, &Monitor::SILENT)?
+                .of_bodies(numbers),
         };
         tracks.bodies.iter().filter_map(lost).for_each(|text| say("body_lost", text));
         match onset(&tracks, n_rest) {

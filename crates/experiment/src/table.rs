@@ -37,8 +37,15 @@ impl Table {
     /// # Errors
     /// A file that cannot be read, is no UTF-8, names a column twice, or has rows of unequal length.
     pub fn read_csv(path: &Path) -> Result<Self, Error> {
-        let text = Error::read_text(path)?;
-        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+        Self::parse_csv(path, &Error::read_text(path)?)
+    }
+
+    /// The table of a CSV file's text; `path` is where that was read.
+    ///
+    /// # Errors
+    /// As [`Table::read_csv`], but for the file.
+    pub(crate) fn parse_csv(path: &Path, text: &str) -> Result<Self, Error> {
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let separator = separator(text.lines().next().unwrap_or_default());
         let mut reader =
             csv::ReaderBuilder::new().delimiter(separator).trim(csv::Trim::All).from_reader(text.as_bytes());

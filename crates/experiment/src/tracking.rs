@@ -18,7 +18,7 @@ use crate::share::Share;
 use crate::stages::Stages;
 use crate::store::{Kept, TrackStore};
 use crate::tracked::{Origin, Tracked, TrackedRecording};
-use crate::tracks::{FollowedBody, RecordingTracks};
+use crate::tracks::RecordingTracks;
 use crate::view::{bodies_in_view, frames_at_rest};
 
 /// Tracks every recording that the store does not hold yet and that made sense before work. One that fails is named and left out.
@@ -198,12 +198,7 @@ fn track_one(
                 _ => Origin::New(store.differences(&key)),
             };
             let followed = follow(recording.as_ref(), &subsets, &reference, task.method, n_threads, monitor)?;
-            let of_body = bodies.into_iter().zip(followed.tracks).map(|(body, one)| FollowedBody {
-                body,
-                method: one.method,
-                positions: one.track.positions,
-            });
-            let mut tracks = RecordingTracks { times_s: followed.times_s, bodies: of_body.collect() };
+            let mut tracks = followed.of_bodies(bodies);
             let (corrections, name) = (&setup.corrections, &trial.recording);
             corrections.follow_seeds(recording.as_ref(), name, &subsets, &reference, &mut tracks)?;
             store.keep(&key, &tracks)?;

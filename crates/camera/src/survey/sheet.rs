@@ -22,12 +22,6 @@ pub struct SheetLayout {
     pub tile_width_px: usize,
 }
 
-impl Default for SheetLayout {
-    fn default() -> Self {
-        Self { n_frames: 20, n_columns: 4, tile_width_px: 320 }
-    }
-}
-
 /// Reduced frames of a recording side by side, row by row, in 8-bit gray for looking at.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ContactSheet {

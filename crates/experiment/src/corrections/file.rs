@@ -36,10 +36,9 @@ impl Corrections {
         if experiment.corrections.is_none() && !file.exists() {
             return Ok(Self::default());
         }
-        let (list, sha256) = Self::read(&file)?;
+        let (table, list, sha256) = Self::read_with_table(&file)?;
         let known = |one: &Correction| trials.iter().any(|trial| trial.recording == one.recording);
         let n_bodies = experiment.chain.n_bodies;
-        let table = Table::read_csv(&file)?;
         for (row, one) in list.iter().enumerate() {
             if !known(one) {
                 return Err(table.cell(row, "recording", "one of the trials table", &one.recording));
@@ -56,8 +55,13 @@ impl Corrections {
     /// # Errors
     /// A file that cannot be read, a missing column, and a cell that makes no sense.
     pub fn read(path: &Path) -> Result<(Vec<Correction>, String), Error> {
-        let bytes = std::fs::read(path).map_err(Error::file(path, "read"))?;
-        let table = Table::read_csv(path)?;
+        Self::read_with_table(path).map(|(_, list, sha256)| (list, sha256))
+    }
+
+    /// As [`Corrections::read`], with the table itself, which tells where a row stands.
+    fn read_with_table(path: &Path) -> Result<(Table, Vec<Correction>, String), Error> {
+        let text = Error::read_text(path)?;
+        let table = Table::parse_csv(path, &text)?;
         let [recordings, actions] = ["recording", "action"].map(|name| table.texts(name));
         let (recordings, actions) = (recordings?, actions?);
         let [bodies, first, last] = ["body", "first_frame", "last_frame"].map(|name| whole(&table, name));
@@ -79,7 +83,7 @@ impl Corrections {
             Ok(one)
         };
         let list = recordings.iter().enumerate().map(of_row).collect::<Result<_, Error>>()?;
-        Ok((list, hexadecimal(&Sha256::digest(&bytes))))
+        Ok((table, list, hexadecimal(&Sha256::digest(text.as_bytes()))))
     }
 }
 
