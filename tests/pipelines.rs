@@ -107,6 +107,10 @@ mod slow {
             let is_shown = report.contains(&format!("figures/{name}"));
             assert!(is_shown || matches!(ending, "csv" | "cbor"), "report.html does not show {name}");
         }
+        // The map whose cursor is linked, with its data and its script.
+        for part in ["id=\"map\"", "showWave({", "displacement_m"] {
+            assert!(report.contains(part), "report.html lacks {part}");
+        }
         for name in ["strain-map", "strain-profiles", "front-width", "peak-energy", "tail-spectrum"] {
             assert!(names.contains(&format!("{name}.svg")), "{name} is missing of {names:?}");
         }

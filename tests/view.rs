@@ -132,6 +132,106 @@ fn an_experiment_and_its_results_are_shown_with_their_subsets() {
     assert!(message.contains("--recordings"), "{message}");
 }
 
+/// A folder of recordings alone becomes an experiment that runs: by the markers that the page proposes in a view that is not the first, and the
+/// numbers that no picture tells.
+#[test]
+fn a_folder_of_recordings_is_set_up_in_the_page_and_runs() {
+    let folder = TempDir::new().expect("a temporary folder can be made");
+    let (film, shots) = (folder.path().join("film"), folder.path().join("shots"));
+    let experiment = root().join("tests/small-experiment/experiment.toml");
+    succeed(chainwave().arg("synthesize").arg(&experiment).arg("--out").arg(&film));
+    std::fs::create_dir(&shots).expect("a folder can be made");
+    for entry in std::fs::read_dir(&film).expect("it was filmed") {
+        let path = entry.expect("it can be listed").path();
+        if path.extension().is_some_and(|ending| ending == "cine") {
+            std::fs::copy(&path, shots.join(path.file_name().expect("a name"))).expect("it can be copied");
+        }
+    }
+
+    let served = Served::start(&[&shots]);
+    let list = served.json("/api/recordings");
+    let index = (0..).find(|i| list["recordings"][i] == "view2_trial1.cine").expect("it is listed");
+    let rest_until_s = list["set_up"]["rest_until_s"].clone();
+    assert!(rest_until_s.is_f64(), "{list}");
+    let markers = served.json(&format!("/api/markers?recording={index}"))["markers"].clone();
+    let mut points: Vec<Value> =
+        markers.as_array().expect("a list").iter().map(|marker| marker["subset"].clone()).collect();
+    assert_eq!(points.len(), 5, "{markers}");
+    for (point, body) in points.iter_mut().zip(5..) {
+        point["name"] = Value::String(format!("{body}"));
+    }
+    let answers = serde_json::json!({
+        "n_bodies": "12", "pitch_m": "0,030", "mass_kg": "0.455e-3", "striker_mass_kg": "4.3e-3", "velocity_m_per_s": " 2.73",
+        "velocity_sigma_m_per_s": "0.05", "a": "60.1", "delta_0_m": "2.27e-3", "p": "0.114", "stage_step_m": "0.12", "ruler_length_m": "",
+    });
+    let picked = serde_json::json!({ "points": points, "ruler_px": null, "rest_until_s": rest_until_s, "answers": answers });
+    let put = |sent: &Value, overwrite: bool| {
+        let path = format!("/api/experiment?recording={index}&overwrite={overwrite}");
+        let (status, body) = served.send("PUT", &path, &served.token, &sent.to_string());
+        (status, String::from_utf8_lossy(&body).into_owned())
+    };
+    let (status, said) = put(&picked, false);
+    assert!(status == 200 && said.contains("wrote ") && !said.contains("FILL_IN"), "{said}");
+    assert_eq!(put(&picked, false).0, 409, "nothing is overwritten");
+
+    let text = std::fs::read_to_string(shots.join("experiment.toml")).expect("it was written");
+    let written: toml::Table = text.parse().expect("it is TOML");
+    // The film's own experiment has body 1 at (30, 23.5) with the stage at 0; outlines are averaged over 11 px.
+    for (axis, truth_px) in [30.0, 23.5].into_iter().enumerate() {
+        let place_px = written["camera"]["first_body_px"][axis].as_float().expect("a number");
+        assert!((place_px - truth_px).abs() < 3.7, "{text}");
+    }
+    let own = std::fs::read_to_string(film.join("trials.csv")).expect("it was filmed");
+    let stated = std::fs::read_to_string(shots.join("trials.csv")).expect("it was written");
+    let places = |table: &str| -> Vec<f64> {
+        let last = |line: &str| line.rsplit(',').next().and_then(|cell| cell.parse().ok());
+        table.lines().skip(1).map(|line| last(line).expect("a number")).collect()
+    };
+    assert_eq!(places(&own), places(&stated));
+    drop(served);
+    let results = folder.path().join("results");
+    succeed(chainwave().arg("run").arg(shots.join("experiment.toml")).arg("--out").arg(&results));
+    let results = std::fs::read_to_string(results.join("results.json")).expect("it was written");
+    let results: Value = serde_json::from_str(&results).expect("it is JSON");
+    let truth = std::fs::read_to_string(film.join("truth.json")).expect("it was filmed");
+    let truth: Value = serde_json::from_str(&truth).expect("it is JSON");
+    let number = |value: &Value| value.as_f64().unwrap_or_else(|| panic!("{results} {truth}"));
+    // Its scale is that of the markers' places, which is uncertain, and c_d's sigma knows it: beyond 4 is once in 16 000 such films.
+    let off = number(&results["c_d_kg_per_s"]) - number(&truth["c_d_kg_per_s"]);
+    assert!(off.abs() < 4.0 * number(&results["c_d_sigma"]), "c_d is off by {off} kg/s");
+}
+
+#[test]
+fn an_experiment_that_cannot_be_meant_is_not_written() {
+    let folder = TempDir::new().expect("a temporary folder can be made");
+    let sample = root().join("data-samples/hec-view1-trial1.cine");
+    std::fs::copy(sample, folder.path().join("view1_trial1.cine")).expect("the sample can be copied");
+    let served = Served::start(&[folder.path()]);
+    let put = |points: Value, answers: Value| {
+        let sent = serde_json::json!({ "points": points, "ruler_px": null, "rest_until_s": null, "answers": answers });
+        let (status, body) = served.send("PUT", "/api/experiment", &served.token, &sent.to_string());
+        (status, String::from_utf8_lossy(&body).into_owned())
+    };
+    let point = |name: &str| serde_json::json!([{ "name": name, "x_px": 25.0, "y_px": 19.5, "half_width_px": 8, "half_height_px": 8 }]);
+    let none = || serde_json::json!({});
+    let (status, said) = put(point("left one"), none());
+    assert!(status == 409 && said.contains("number of a body"), "{said}");
+    let (status, said) = put(point("4"), none());
+    assert!(status == 409 && said.contains("where body 1 lies"), "{said}");
+    for (answers, expected) in [
+        (serde_json::json!({ "pitch_m": "three" }), "pitch at rest (m): a number"),
+        (serde_json::json!({ "colour": "1" }), "answers to what was asked"),
+    ] {
+        let (status, said) = put(point("1"), answers);
+        assert!(status == 400 && said.contains(expected), "{said}");
+    }
+    assert_eq!(put(serde_json::json!([]), none()).0, 400);
+    assert!(!folder.path().join("experiment.toml").exists() && !folder.path().join("trials.csv").exists());
+    // Body 1 alone is enough: what is not known stands as FILL_IN.
+    let (status, said) = put(point("1"), none());
+    assert!(status == 200 && said.contains("FILL_IN"), "{said}");
+}
+
 #[test]
 fn what_cannot_be_shown_is_named() {
     let empty = TempDir::new().expect("a temporary folder can be made");

@@ -4,6 +4,7 @@ mod browser;
 mod collect;
 mod corrections;
 mod results;
+mod set_up;
 
 use std::io::Write;
 

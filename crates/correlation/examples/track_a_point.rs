@@ -15,7 +15,7 @@ const TURN_RAD: f64 = 0.01;
 #[expect(clippy::print_stdout, reason = "the track is the program's result")]
 fn main() -> Result<(), CorrelationError> {
     let [x_px, y_px] = MIDDLE_PX;
-    let marker = Subset { name: "marker".into(), x_px, y_px, half_width_px: 16, half_height_px: 16 };
+    let marker = Subset::new("marker", x_px, y_px, 16, 16);
     let film = film();
     let tracks = track(&film, &[marker], &ReferenceFrames::Single(0), &Settings::default(), &|_| ())?;
     println!("frame   x (px)               moved by    truth");

@@ -120,6 +120,16 @@ pub enum CorrelationError {
         /// What it is.
         found: f64,
     },
+    /// A method that takes rectangles, and a subset within an outline.
+    #[error(
+        "subset {name:?}: expected a rectangle for the method {method}, found an outline; hint: the methods `icgn-...` take outlines"
+    )]
+    Outline {
+        /// The method.
+        method: String,
+        /// The subset's name.
+        name: String,
+    },
     /// A method of OpenCV's, in a program that has brought none ([`crate::register_foreign`]).
     #[error(
         "method {method} takes OpenCV, which this program is without (hint: `cargo build --release -p chainwave-opencv` builds the command with it)"

@@ -62,7 +62,7 @@
 //! # };
 //! # let recording = MemoryRecording::new(96, 12, (0..9).map(frame).collect());
 //!
-//! let marker = Subset { name: "marker".into(), x_px: 45.0, y_px: 40.0, half_width_px: 16, half_height_px: 16 };
+//! let marker = Subset::new("marker", 45.0, 40.0, 16, 16);
 //! let first = ReferenceFrames::Single(0);
 //! let tracks = track(&recording, &[marker], &first, &Settings::default(), &|_| ())?;
 //! for (frame, found) in tracks[0].positions.iter().enumerate() {

@@ -85,7 +85,7 @@ pub fn propose_markers(
     for (_, outline) in &row.members {
         let [x_px, y_px] = outline.centre_px();
         let name = (markers.len() + 1).to_string();
-        let subset = Subset { name, x_px, y_px, half_width_px: half_px[0], half_height_px: half_px[1] };
+        let subset = Subset::new(name, x_px, y_px, half_px[0], half_px[1]);
         if !Reference::lies_inside(recording, &subset) {
             continue;
         }

@@ -129,10 +129,15 @@ impl Method {
         per_pixel * n_pixels as f64
     }
 
+    /// Whether it follows what lies within a subset's outline alone; the others take rectangles.
+    pub fn takes_outlines(self) -> bool {
+        matches!(self, Self::IcGn { .. })
+    }
+
     /// Tracks by this method; `settings` gives the rest, its shape and interpolation being those of the method.
     ///
     /// # Errors
-    /// As [`track`], and [`CorrelationError::NeedsOpenCv`].
+    /// As [`track`], [`CorrelationError::NeedsOpenCv`], and [`CorrelationError::Outline`].
     pub fn track(
         self,
         recording: &dyn Recording,
@@ -143,6 +148,11 @@ impl Method {
     ) -> Result<Vec<Track>, CorrelationError> {
         if self.is_foreign() && !foreign::has_foreign() {
             return Err(CorrelationError::NeedsOpenCv { method: self.to_string() });
+        }
+        if let Some(subset) = subsets.iter().find(|subset| !subset.outline_px.is_empty())
+            && !self.takes_outlines()
+        {
+            return Err(CorrelationError::Outline { method: self.to_string(), name: subset.name.clone() });
         }
         match self {
             Self::LucasKanade => track_lucas_kanade(recording, subsets, reference, settings, progress),

@@ -2,6 +2,7 @@
 
 pub(crate) mod moments;
 pub(crate) mod normal;
+pub(crate) mod outline;
 mod part;
 pub(crate) mod response;
 
@@ -15,6 +16,7 @@ use crate::interpolation_error::energy::InterpolationEnergy;
 use crate::interpolation_error::lagged::Surroundings;
 use crate::prepared::moments::Places;
 use crate::prepared::normal::{Images, NormalEquations, ReferenceNoise, UnitCovariance};
+use crate::prepared::outline::{is_within, turned};
 use crate::prepared::part::Part;
 use crate::reference::gradient::noise_variance;
 use crate::simd::{LANES, dot, vectorised};
@@ -39,6 +41,8 @@ pub struct Linearised {
     pub(crate) settings: Settings,
     /// The centre in the reference image.
     pub(crate) centre_px: [f64; 2],
+    /// Its outline, from the centre; none where it is the whole rectangle.
+    pub(crate) outline_px: Vec<[f64; 2]>,
     /// Place of the first pixel, relative to the centre.
     pub(crate) first_px: [f64; 2],
     pub(crate) width: usize,
@@ -127,7 +131,7 @@ impl PreparedSubset {
     pub fn new(reference: &Reference, subset: &Subset, settings: &Settings) -> Result<Self, Lost> {
         let part = Part::new(reference, subset).ok_or(Lost::OutOfView)?;
         let gradients = reference.gradients();
-        let (weights, n_used) = part.weights(gradients.usable.as_deref());
+        let (weights, n_used) = part.weights(gradients.usable.as_deref(), subset);
         let used = |image: &[f32]| {
             let mut values = part.padded(image);
             values.iter_mut().zip(&weights).for_each(|(value, weight)| *value *= weight);
@@ -144,6 +148,7 @@ impl PreparedSubset {
         let plain = [used(&gradients.plain.x), used(&gradients.plain.y)];
         let crop = Crop {
             centre_px: [subset.x_px, subset.y_px],
+            outline_px: subset.outline_px.clone(),
             first_px: part.first_px(subset),
             width: part.width,
             height: part.height,
@@ -193,22 +198,29 @@ impl PreparedSubset {
         Ok(Self { linearised, bias: self.bias, interpolation_energy, light_moments: self.light_moments })
     }
 
-    /// Share of the pixels in its middle, half as wide and high, that the match uses.
+    /// Share of the pixels in its middle, half as wide and high, that the match uses, of those within the outline; all where none is.
     pub(crate) fn share_used_in_middle(&self) -> f64 {
         let middle = |n: usize| n / 4..n - n / 4;
-        let columns = middle(self.width);
-        let rows = middle(self.height).map(|row| &self.weights[row * self.width..][columns.clone()]);
         let (mut n_used, mut n) = (0.0, 0.0);
-        for weight in rows.flatten() {
-            n_used += f64::from(*weight);
-            n += 1.0;
+        for row in middle(self.height) {
+            for at in middle(self.width).map(|column| row * self.width + column) {
+                if self.is_outlined(at) {
+                    n_used += f64::from(self.weights[at]);
+                    n += 1.0;
+                }
+            }
         }
-        n_used / n
+        if n > 0.0 { n_used / n } else { 1.0 }
     }
 
-    /// Pixels of the subset.
+    /// Pixels of the subset's rectangle.
     pub fn n_pixels(&self) -> usize {
         self.width * self.height
+    }
+
+    /// Pixels within the subset's outline; all where it has none.
+    pub fn n_outlined(&self) -> usize {
+        (0..self.n_pixels()).filter(|&at| self.is_outlined(at)).count()
     }
 
     /// Pixels that the match uses: not those that saturate, that are no numbers or that show the dark ground.
@@ -290,6 +302,7 @@ impl Linearised {
         Ok(Self {
             settings: settings.clone(),
             centre_px: crop.centre_px,
+            outline_px: crop.outline_px,
             first_px: crop.first_px,
             width: crop.width,
             height: crop.height,
@@ -336,6 +349,7 @@ impl Linearised {
         let smooth = [crop(&self.gradient_x), crop(&self.gradient_y)];
         let crop = Crop {
             centre_px: self.centre_px,
+            outline_px: self.outline_px.clone(),
             first_px: [self.first_px[0] + left as f64, self.first_px[1] + top as f64],
             width,
             height,
@@ -365,6 +379,7 @@ impl Linearised {
         intensity.iter_mut().zip(&weights).for_each(centred);
         let crop = Crop {
             centre_px: self.centre_px,
+            outline_px: self.outline_px.clone(),
             first_px: self.first_px,
             width: self.width,
             height: self.height,
@@ -380,19 +395,22 @@ impl Linearised {
         Self::from_crop(crop, plain, self.noise, &self.settings)
     }
 
-    /// A subset of the same size around a position.
+    /// A subset of the same size around a position, its outline turned with it.
     pub(crate) fn at(&self, position: &Position) -> Subset {
-        Subset {
-            name: String::new(),
-            x_px: position.x_px.value,
-            y_px: position.y_px.value,
-            half_width_px: self.width / 2,
-            half_height_px: self.height / 2,
-        }
+        let theta_rad = position.theta_rad.map_or(0.0, |theta| theta.value);
+        Subset::new("", position.x_px.value, position.y_px.value, self.width / 2, self.height / 2)
+            .within(turned(&self.outline_px, theta_rad))
     }
 
+    /// Pixels of the rectangle.
     pub(crate) fn n_pixels(&self) -> usize {
         self.width * self.height
+    }
+
+    /// Whether a pixel of the rectangle, by its place row by row, lies within the outline.
+    fn is_outlined(&self, at: usize) -> bool {
+        let place = || [f64::from(self.columns[at]), f64::from(self.rows[at])];
+        self.outline_px.is_empty() || is_within(&self.outline_px, place())
     }
 
     pub(crate) fn lattice(&self) -> Lattice {
@@ -444,6 +462,7 @@ fn pad(values: impl Iterator<Item = f32>) -> Vec<f32> {
 /// What a subset is made of, besides its noise.
 struct Crop {
     centre_px: [f64; 2],
+    outline_px: Vec<[f64; 2]>,
     first_px: [f64; 2],
     width: usize,
     height: usize,

@@ -238,8 +238,7 @@ mod tests {
 
     #[test]
     fn a_subset_beyond_the_frame_has_no_region() {
-        let subset =
-            |x_px| Subset { name: "a".into(), x_px, y_px: 50.0, half_width_px: 10, half_height_px: 5 };
+        let subset = |x_px| Subset::new("a", x_px, 50.0, 10, 5);
         assert!(region_of(&subset(10.4), 100, 100).is_some());
         assert!(region_of(&subset(9.4), 100, 100).is_none());
         assert!(region_of(&subset(f64::INFINITY), 100, 100).is_none());

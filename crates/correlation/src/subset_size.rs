@@ -111,7 +111,7 @@ fn between([x, y]: [f64; 2], others: &[[f64; 2]], in_frame: [usize; 2]) -> [usiz
 }
 
 fn subset_at([x_px, y_px]: [f64; 2], [half_width_px, half_height_px]: [usize; 2]) -> Subset {
-    Subset { name: format!("{x_px} {y_px}"), x_px, y_px, half_width_px, half_height_px }
+    Subset::new(format!("{x_px} {y_px}"), x_px, y_px, half_width_px, half_height_px)
 }
 
 /// The sizes that are tried: each by an eighth larger than the one before, as a floor that falls with the side is then met to an eighth.

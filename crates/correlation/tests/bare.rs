@@ -25,7 +25,7 @@ fn film(tone: f64, noise: f64) -> MemoryRecording {
 }
 
 fn subset(x_px: f64, half: usize) -> Subset {
-    Subset { name: x_px.to_string(), x_px, y_px: 60.0, half_width_px: half, half_height_px: half }
+    Subset::new(x_px.to_string(), x_px, 60.0, half, half)
 }
 
 #[test]

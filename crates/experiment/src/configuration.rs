@@ -30,6 +30,7 @@ pub use self::true_chain::TrueChain;
 use crate::error::Error;
 use crate::film::Fault;
 use crate::numbers::{NotNegative, Positive};
+use crate::outline;
 use crate::sanity::expect_filled_in;
 use crate::table::Table;
 
@@ -251,6 +252,10 @@ pub struct Tracking {
     pub half_width_px: usize,
     /// Rows of a subset above and below its centre.
     pub half_height_px: usize,
+    /// Corners of a polygon within a subset, column and row in pixels from its centre, where the marker is no rectangle; the whole rectangle
+    /// unless they are given.
+    #[serde(default, skip_serializing_if = "Vec::is_empty", deserialize_with = "outline::of_key")]
+    pub outline_px: Vec<[f64; 2]>,
     /// Shape function by name.
     #[serde(default = "Tracking::usual_shape", with = "named")]
     pub shape: ShapeChoice,

@@ -40,9 +40,15 @@ impl TrackKey {
     /// The key of a recording by its name and what it holds.
     pub(crate) fn of(recording: &str, content: String, task: &Task<'_>) -> Self {
         let mut subsets = String::new();
-        for Subset { name, x_px, y_px, half_width_px, half_height_px } in task.subsets {
-            let _infallible =
-                writeln!(subsets, "{name} at {x_px:?}, {y_px:?} px, half {half_width_px} x {half_height_px}");
+        for Subset { name, x_px, y_px, half_width_px, half_height_px, outline_px } in task.subsets {
+            let outline = match outline_px.is_empty() {
+                true => String::new(),
+                false => format!(", within {outline_px:?}"),
+            };
+            let _infallible = writeln!(
+                subsets,
+                "{name} at {x_px:?}, {y_px:?} px, half {half_width_px} x {half_height_px}{outline}"
+            );
         }
         let parts = vec![
             ("recording", content),
@@ -99,8 +105,7 @@ mod tests {
 
     fn key(path: &Path, change: impl Fn(&mut Subset, &mut OpenOptions)) -> String {
         let half = 16;
-        let mut subset =
-            Subset { name: "1".into(), x_px: 40.0, y_px: 20.0, half_width_px: half, half_height_px: half };
+        let mut subset = Subset::new("1", 40.0, 20.0, half, half);
         let mut options = OpenOptions::default();
         change(&mut subset, &mut options);
         let (subsets, reference, options) = (&[subset][..], &ReferenceFrames::Mean(0..9), &options);

@@ -53,6 +53,7 @@ mod merging;
 mod monitor;
 mod notices;
 mod numbers;
+mod outline;
 mod picture_errors;
 mod picture_field;
 mod plan;

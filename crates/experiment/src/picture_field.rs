@@ -92,12 +92,14 @@ fn solver(
     let (width, height) = (reference.info().width_px, reference.info().height_px);
     let fits = width.min(height) > 2 * half_px + 1;
     let place = |i: usize, n: usize| half_px as f64 + 0.25 * (i + 1) as f64 * (n - 2 * half_px - 1) as f64;
-    let subset = |i: usize| Subset {
-        name: i.to_string(),
-        x_px: place(i % 3, width).floor(),
-        y_px: place(i / 3, height).floor(),
-        half_width_px: half_px,
-        half_height_px: half_px,
+    let subset = |i: usize| {
+        Subset::new(
+            i.to_string(),
+            place(i % 3, width).floor(),
+            place(i / 3, height).floor(),
+            half_px,
+            half_px,
+        )
     };
     let subsets: Vec<Subset> = (0..9).filter(|_| fits).map(subset).collect();
     match choice.method(reference, &subsets, &ReferenceFrames::Single(0))? {

@@ -9,6 +9,7 @@ use crate::error::Error;
 use crate::follow::{Followed, edges_beside, follow};
 use crate::matching::{MethodChoice, noise_px};
 use crate::monitor::{Monitor, Stage};
+use crate::outline;
 use crate::table::Table;
 
 /// Half size of a subset of no given size that lies in no frame.
@@ -20,10 +21,12 @@ pub struct PlacedPoint {
     name: String,
     place_px: [f64; 2],
     half_px: [Option<usize>; 2],
+    outline_px: Vec<[f64; 2]>,
 }
 
 impl PlacedPoint {
-    /// The points of a table: `name, x_px, y_px` and, unless they are left open, `half_width_px, half_height_px`.
+    /// The points of a table: `name, x_px, y_px`, unless they are left open `half_width_px, half_height_px`, and where subsets are no
+    /// rectangles `outline_px`.
     ///
     /// # Errors
     /// A missing column, a cell that makes no sense, a name twice, and no point at all.
@@ -47,12 +50,24 @@ impl PlacedPoint {
             true => (vec![None; names.len()], vec![None; names.len()]),
             false => (halves("half_width_px")?, halves("half_height_px")?),
         };
-        let point = |(row, name): (usize, String)| Self {
+        let outlines = match table.has("outline_px") {
+            true => table.texts("outline_px")?,
+            false => vec![String::new(); names.len()],
+        };
+        let outline = |(row, text): (usize, &String)| {
+            outline::of_cell(text).ok_or_else(|| table.cell(row, "outline_px", outline::EXPECTED, text))
+        };
+        let outlines = outlines.iter().enumerate().map(outline).collect::<Result<Vec<_>, _>>()?;
+        let point = |((row, name), outline_px): ((usize, String), Vec<[f64; 2]>)| Self {
             name,
             place_px: [x_px[row], y_px[row]],
-            half_px: [half_widths[row], half_heights[row]],
+            half_px: match (half_widths[row], half_heights[row]) {
+                (None, None) if !outline_px.is_empty() => outline::half_px(&outline_px).map(Some),
+                (width, height) => [width, height],
+            },
+            outline_px,
         };
-        let points: Vec<Self> = names.into_iter().enumerate().map(point).collect();
+        let points: Vec<Self> = names.into_iter().enumerate().zip(outlines).map(point).collect();
         match points.is_empty() {
             true => Err(table.cell(0, "name", "at least one point", "none")),
             false => Ok(points),
@@ -82,7 +97,8 @@ impl PlacedPoint {
             Some(size) => (size.half_width_px, size.half_height_px),
             None => (given(width, height), given(height, width)),
         };
-        let subset = Subset { name: self.name.clone(), x_px, y_px, half_width_px, half_height_px };
+        let subset = Subset::new(self.name.clone(), x_px, y_px, half_width_px, half_height_px)
+            .within(self.outline_px.clone());
         Ok(PlacedSubset { subset, chosen })
     }
 }

@@ -18,8 +18,8 @@ use crate::view::rest_frames;
 
 /// Frames that stand for the rest where no time stamp tells it, and the most that are averaged.
 const SURE_FRAMES: usize = 8;
-/// Frames whose counts tell where the sensor saturates.
-const COUNTED_FRAMES: usize = 3;
+/// Frames that are looked at for pixels that saturate, from the first to the last: light changes, and bodies come into glare.
+const LIT_FRAMES: usize = 32;
 /// Share of a subset's pixels that may saturate: their place is told by the others.
 const CLIPPED_SHARE: f64 = 0.01;
 /// Standard uncertainties off its rest, three frames in a row, at which a body moves.
@@ -103,15 +103,15 @@ impl Shot<'_> {
             },
         };
         let (numbers, subsets): (Vec<usize>, Vec<Subset>) = bodies.into_iter().unzip();
-        if let Some(text) = clipped(recording, &subsets)? {
-            say("clipped", text);
-        }
         let reference = ReferenceFrames::Mean(sure);
         let tracks = match subsets.is_empty() {
             true => RecordingTracks { times_s: info.times_s.clone(), bodies: Vec::new() },
             false => follow(recording, &subsets, &reference, self.method, n_threads, &Monitor::SILENT)?
                 .of_bodies(numbers),
         };
+        if let Some(text) = clipped(recording, &subsets, &tracks)? {
+            say("clipped", text);
+        }
         tracks.bodies.iter().filter_map(lost).for_each(|text| say("body_lost", text));
         match onset(&tracks, n_rest) {
             Onset::AtRest { body, time_s, by_px } => say(
@@ -143,35 +143,49 @@ impl Shot<'_> {
     }
 }
 
-/// The subset of which most pixels saturate in the first frame, where those are too many; of a recording without subsets, the whole frame.
-fn clipped(recording: &dyn Recording, subsets: &[Subset]) -> Result<Option<String>, Error> {
+/// The subset of which most pixels saturate where it is found in one of some frames, if those are too many; of a recording without subsets,
+/// the whole frame.
+fn clipped(
+    recording: &dyn Recording,
+    subsets: &[Subset],
+    tracks: &RecordingTracks,
+) -> Result<Option<String>, Error> {
     let info = recording.info();
-    let counted = histogram(recording, COUNTED_FRAMES)?;
+    let counted = histogram(recording, LIT_FRAMES)?;
     let Some((saturation, n_saturated)) = counted.saturation() else { return Ok(None) };
-    let mut worst: Option<(f64, String)> = None;
-    let mut note = |share: f64, what: String| {
-        if worst.as_ref().is_none_or(|(most, _)| share > *most) {
-            worst = Some((share, what));
-        }
-    };
     if subsets.is_empty() {
-        note(n_saturated as f64 / counted.total().max(1) as f64, "the frame".into());
+        let share = n_saturated as f64 / counted.total().max(1) as f64;
+        return Ok((share > CLIPPED_SHARE).then(|| is_clipped(share, "the frame", saturation)));
     }
-    for subset in subsets {
-        let (x, y) = (subset.x_px.round() as i64, subset.y_px.round() as i64);
-        let (half_x, half_y) = (subset.half_width_px as i64, subset.half_height_px as i64);
-        let (right, below) = (x + half_x + 1, y + half_y + 1);
-        let region = Region::clipped(x - half_x, y - half_y, right, below, info.width_px, info.height_px);
-        let Some(region) = region else { continue };
-        let mut counts = vec![0.0; region.n_pixels()];
-        recording.read_region(0, region, &mut counts)?;
-        let n = counts.iter().filter(|count| f64::from(**count) >= saturation as f64).count();
-        note(n as f64 / counts.len() as f64, format!("subset {}", subset.name));
+    let mut worst = (CLIPPED_SHARE, None);
+    for (subset, body) in subsets.iter().zip(&tracks.bodies) {
+        let [half_x, half_y] = [subset.half_width_px as i64, subset.half_height_px as i64];
+        for &frame in &counted.frames {
+            let place_px = match body.positions.get(frame) {
+                Some(Ok(at)) => [at.x_px.value, at.y_px.value],
+                Some(Err(Lost::OutOfView)) | None => continue,
+                // What saturates may be lost for that.
+                Some(Err(_)) => [subset.x_px, subset.y_px],
+            };
+            let [x, y] = place_px.map(|place_px| place_px.round() as i64);
+            let (right, below) = (x + half_x + 1, y + half_y + 1);
+            let region = Region::clipped(x - half_x, y - half_y, right, below, info.width_px, info.height_px);
+            let Some(region) = region else { continue };
+            let mut counts = vec![0.0; region.n_pixels()];
+            recording.read_region(frame, region, &mut counts)?;
+            let n = counts.iter().filter(|count| f64::from(**count) >= saturation as f64).count();
+            let share = n as f64 / counts.len() as f64;
+            if share > worst.0 {
+                worst = (share, Some(format!("subset {} in frame {frame}", subset.name)));
+            }
+        }
     }
-    let is_too_much = |(share, _): &(f64, String)| *share > CLIPPED_SHARE;
-    Ok(worst.filter(is_too_much).map(|(share, what)| {
-        format!("{:.1} % of the pixels of {what} are clipped at {saturation} counts", 100.0 * share)
-    }))
+    let (share, what) = worst;
+    Ok(what.map(|what| is_clipped(share, &what, saturation)))
+}
+
+fn is_clipped(share: f64, what: &str, saturation: usize) -> String {
+    format!("{:.1} % of the pixels of {what} are clipped at {saturation} counts", 100.0 * share)
 }
 
 /// Where and why a body is lost in view.
@@ -291,4 +305,56 @@ fn farthest_px(tracks: &RecordingTracks) -> Vec<(usize, f64)> {
         Some((body.body, away.max_by(f64::total_cmp)?))
     };
     tracks.bodies.iter().filter_map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use chainwave_measurement::MemoryRecording;
+
+    use super::*;
+
+    const WIDTH_PX: usize = 60;
+
+    /// A body of 11 x 11 px that is at (15, 15) in frame 0 and goes 1 px to the right from frame to frame, and glare right of column 45: what
+    /// comes there saturates.
+    fn into_glare() -> MemoryRecording {
+        let count = |frame: usize, x: usize, y: usize| {
+            let is_body = x.abs_diff(15 + frame) <= 5 && y.abs_diff(15) <= 5;
+            match (is_body, x > 45) {
+                (true, true) => 255.0,
+                (true, false) => (100 + 40 * ((x - frame + y) % 3)) as f32,
+                (false, _) => 20.0,
+            }
+        };
+        let frame = |frame| (0..30 * WIDTH_PX).map(|at| count(frame, at % WIDTH_PX, at / WIDTH_PX)).collect();
+        MemoryRecording::new(WIDTH_PX, 8, (0..40).map(frame).collect())
+    }
+
+    fn followed(
+        recording: &MemoryRecording,
+        at: impl Fn(usize) -> Result<Position, Lost>,
+    ) -> RecordingTracks {
+        let positions = (0..recording.frames.len()).map(at).collect();
+        let body = FollowedBody { body: 1, method: String::new(), positions };
+        RecordingTracks { times_s: recording.info.times_s.clone(), bodies: vec![body] }
+    }
+
+    #[test]
+    fn a_body_is_clipped_where_it_comes_into_glare_and_not_before() {
+        let recording = into_glare();
+        let subset = Subset::new("1", 15.0, 15.0, 5, 5);
+        let at = |x_px: f64| {
+            let estimate = |value| Estimate { value, sigma: 0.01 };
+            Position { x_px: estimate(x_px), y_px: estimate(15.0), theta_rad: None, zncc: 1.0, iterations: 1 }
+        };
+        let said =
+            |tracks: &RecordingTracks| clipped(&recording, std::slice::from_ref(&subset), tracks).unwrap();
+        let all = said(&followed(&recording, |frame| Ok(at(15.0 + frame as f64)))).unwrap();
+        // At (54, 15) in the last frame, 39 of them on: columns 49 to 59, all of which glare.
+        assert_eq!(all, "100.0 % of the pixels of subset 1 in frame 36 are clipped at 255 counts");
+        // One that stays where the first frame shows it, and one that has left, are not clipped.
+        assert_eq!(said(&followed(&recording, |_| Ok(at(15.0)))), None);
+        let gone = |frame| if frame == 0 { Ok(at(15.0)) } else { Err(Lost::OutOfView) };
+        assert_eq!(said(&followed(&recording, gone)), None);
+    }
 }

@@ -292,11 +292,8 @@ impl Pair {
     fn magnified(&self, method: Method) -> Option<Estimate> {
         let half_width_px = self.subset.half_width_px.checked_sub(1)? / 2;
         let apart_px = (self.subset.half_width_px - half_width_px) as f64;
-        let half = |side: f64| Subset {
-            x_px: self.subset.x_px + side * apart_px,
-            half_width_px,
-            ..self.subset.clone()
-        };
+        let half_height_px = self.subset.half_height_px;
+        let half = |side: f64| self.subset.part_at([side * apart_px, 0.0], half_width_px, half_height_px);
         let halves = [half(-1.0), half(1.0)];
         let tracks =
             method.track(&self.frames, &halves, &ReferenceFrames::Single(0), &Settings::default(), &|_| ());

@@ -98,7 +98,8 @@ pub(crate) fn bodies_in_view(setup: &Setup, trial: &Trial, info: &RecordingInfo)
         })
         .map(|(body, [x_px, y_px])| {
             let (half_width_px, half_height_px) = (tracking.half_width_px, tracking.half_height_px);
-            (body, Subset { name: body.to_string(), x_px, y_px, half_width_px, half_height_px })
+            let subset = Subset::new(body.to_string(), x_px, y_px, half_width_px, half_height_px);
+            (body, subset.within(tracking.outline_px.clone()))
         })
         .collect()
 }

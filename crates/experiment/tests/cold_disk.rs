@@ -85,7 +85,7 @@ fn little_more_is_read_than_the_pages_that_are_looked_at() {
     let recording = Noting { recording: open_with(&path, &options).unwrap(), pages: Mutex::default() };
     let body = |name: &str, x_px: f64, y_px: f64| {
         let half = 16;
-        Subset { name: name.into(), x_px, y_px, half_width_px: half, half_height_px: half }
+        Subset::new(name, x_px, y_px, half, half)
     };
     let bodies = [body("1", 300.0, 200.0), body("2", 700.0, 204.0), body("3", 500.0, 800.0)];
     fadvise(&file, 0, None, Advice::DontNeed).unwrap();

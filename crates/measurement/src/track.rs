@@ -5,7 +5,7 @@ use crate::Estimate;
 /// The rectangle of pixels that is followed, given in the reference frame.
 ///
 /// It holds the pixels within `half_width_px` columns and `half_height_px` rows of the pixel nearest to (`x_px`,
-/// `y_px`), so it is `2 * half + 1` pixels wide and high.
+/// `y_px`), so it is `2 * half + 1` pixels wide and high; of these, where it has an outline, those whose centres lie within.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Subset {
     /// Name of the body or point.
@@ -18,6 +18,35 @@ pub struct Subset {
     pub half_width_px: usize,
     /// Rows above and below the centre.
     pub half_height_px: usize,
+    /// Corners of a polygon, column and row in pixels from the centre; none where the whole rectangle is followed.
+    pub outline_px: Vec<[f64; 2]>,
+}
+
+impl Subset {
+    /// The whole rectangle.
+    pub fn new(
+        name: impl Into<String>,
+        x_px: f64,
+        y_px: f64,
+        half_width_px: usize,
+        half_height_px: usize,
+    ) -> Self {
+        Self { name: name.into(), x_px, y_px, half_width_px, half_height_px, outline_px: Vec::new() }
+    }
+
+    /// The part of it that a rectangle around another place shows, `[x, y]` pixels from the centre.
+    #[must_use]
+    pub fn part_at(&self, [x, y]: [f64; 2], half_width_px: usize, half_height_px: usize) -> Self {
+        let outline_px = self.outline_px.iter().map(|corner| [corner[0] - x, corner[1] - y]).collect();
+        let (x_px, y_px) = (self.x_px + x, self.y_px + y);
+        Self { name: self.name.clone(), x_px, y_px, half_width_px, half_height_px, outline_px }
+    }
+
+    /// What lies within a polygon alone: corners in pixels from the centre.
+    #[must_use]
+    pub fn within(self, outline_px: Vec<[f64; 2]>) -> Self {
+        Self { outline_px, ..self }
+    }
 }
 
 /// Where a subset's centre was found in one frame.

@@ -67,7 +67,7 @@ impl Asked {
     /// An address at which nothing is.
     pub(crate) fn nothing_here(&self) -> Refusal {
         let expected = "/, /api/recordings, /api/recording, /api/frame/K, /api/levels/K, /api/markers, /api/sigma/K, /api/tracks/K, \
-                        /api/points, /api/wave, /api/review, /api/subset/K or /api/corrections";
+                        /api/points, /api/experiment, /api/wave, /api/review, /api/subset/K or /api/corrections";
         Refusal::new(404, self.path.clone(), expected, self.path.clone())
     }
 }

@@ -32,6 +32,7 @@ mod refusal;
 mod replies;
 mod review;
 mod server;
+mod set_up;
 mod site;
 mod wave;
 
@@ -39,4 +40,5 @@ pub use collection::{Collection, ShownRecording, ShownTrack};
 pub use error::ViewError;
 pub use review::{KeepCorrections, QueuedReading, Review, ShownCorrection, ShownRemedy};
 pub use server::Server;
+pub use set_up::{Picked, Question, SetUp, WriteExperiment};
 pub use wave::ShownWave;

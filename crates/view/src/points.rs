@@ -13,7 +13,8 @@ use crate::refusal::Refusal;
 
 /// Name of the table, beside the recording.
 pub(crate) const FILE_NAME: &str = "points.csv";
-const HEAD: &str = "name,x_px,y_px,half_width_px,half_height_px\n";
+const HEAD: &str = "name,x_px,y_px,half_width_px,half_height_px";
+const MOST_CORNERS: usize = 1000;
 const MOST_POINTS: usize = 10_000;
 const MOST_NAME_CHARS: usize = 100;
 
@@ -29,32 +30,37 @@ struct Sent {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct SentPoint {
+pub(crate) struct SentPoint {
     name: String,
     x_px: f64,
     y_px: f64,
     half_width_px: usize,
     half_height_px: usize,
+    #[serde(default)]
+    outline_px: Vec<[f64; 2]>,
 }
 
-/// The subsets of a request, each checked: a name of its own, all of it inside the frame.
+/// The subsets of a request, each checked.
 pub(crate) fn read(path: &str, body: &[u8], info: &RecordingInfo) -> Result<Vec<Subset>, Refusal> {
+    let expected = "{\"points\": [{name, x_px, y_px, half_width_px, half_height_px, outline_px}]}";
+    let sent: Sent =
+        serde_json::from_slice(body).map_err(|error| Refusal::new(400, path, expected, error.to_string()))?;
+    checked(path, sent.points, info)
+}
+
+/// Points as subsets, each with a name of its own and all of it inside the frame.
+pub(crate) fn checked(
+    path: &str,
+    points: Vec<SentPoint>,
+    info: &RecordingInfo,
+) -> Result<Vec<Subset>, Refusal> {
     let refuse = |expected: &str, found: String| Err(Refusal::new(400, path, expected, found));
-    let sent: Sent = match serde_json::from_slice(body) {
-        Ok(sent) => sent,
-        Err(error) => {
-            return refuse(
-                "{\"points\": [{name, x_px, y_px, half_width_px, half_height_px}]}",
-                error.to_string(),
-            );
-        }
-    };
-    if sent.points.is_empty() || sent.points.len() > MOST_POINTS {
-        return refuse(&format!("1 to {MOST_POINTS} points"), sent.points.len().to_string());
+    if points.is_empty() || points.len() > MOST_POINTS {
+        return refuse(&format!("1 to {MOST_POINTS} points"), points.len().to_string());
     }
     let mut names = BTreeSet::new();
-    for point in &sent.points {
-        let SentPoint { name, x_px, y_px, half_width_px, half_height_px } = point;
+    for point in &points {
+        let SentPoint { name, x_px, y_px, half_width_px, half_height_px, outline_px } = point;
         let is_name = !name.trim().is_empty() && name.chars().count() <= MOST_NAME_CHARS;
         if !is_name || name.chars().any(char::is_control) || !names.insert(name.as_str()) {
             let found: String = name.chars().take(MOST_NAME_CHARS).collect();
@@ -70,12 +76,25 @@ pub(crate) fn read(path: &str, body: &[u8], info: &RecordingInfo) -> Result<Vec<
                 format!("{name} at ({x_px}, {y_px}) +- ({half_width_px}, {half_height_px}) px"),
             );
         }
+        if !is_outline(outline_px) {
+            return refuse(
+                &format!("no corner, or 3 to {MOST_CORNERS}"),
+                format!("{} of {name}", outline_px.len()),
+            );
+        }
     }
     let subset = |point: SentPoint| {
-        let SentPoint { name, x_px, y_px, half_width_px, half_height_px } = point;
-        Subset { name, x_px, y_px, half_width_px, half_height_px }
+        let SentPoint { name, x_px, y_px, half_width_px, half_height_px, outline_px } = point;
+        Subset::new(name, x_px, y_px, half_width_px, half_height_px).within(outline_px)
     };
-    Ok(sent.points.into_iter().map(subset).collect())
+    Ok(points.into_iter().map(subset).collect())
+}
+
+/// Whether corners may be an outline: none, or those of a polygon.
+pub(crate) fn is_outline(corners: &[[f64; 2]]) -> bool {
+    let is_number = |value: &f64| value.is_finite();
+    corners.is_empty()
+        || (3..=MOST_CORNERS).contains(&corners.len()) && corners.iter().flatten().all(is_number)
 }
 
 /// Where the points of a recording are written.
@@ -125,13 +144,17 @@ fn write_new(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     file.sync_all()
 }
 
-/// The table of points.
+/// The table of points; corners of outlines stand one after the other in a column of their own, where there are any.
 fn table(points: &[Subset]) -> String {
+    let has_outline = points.iter().any(|subset| !subset.outline_px.is_empty());
     let row = |subset: &Subset| {
-        let Subset { name, x_px, y_px, half_width_px, half_height_px } = subset;
-        format!("{},{x_px},{y_px},{half_width_px},{half_height_px}\n", cell(name))
+        let Subset { name, x_px, y_px, half_width_px, half_height_px, outline_px } = subset;
+        let corners: Vec<String> = outline_px.iter().map(|[x, y]| format!("{x} {y}")).collect();
+        let outline = if has_outline { format!(",{}", corners.join(" ")) } else { String::new() };
+        format!("{},{x_px},{y_px},{half_width_px},{half_height_px}{outline}\n", cell(name))
     };
-    std::iter::once(HEAD.to_owned()).chain(points.iter().map(row)).collect()
+    let head = format!("{HEAD}{}\n", if has_outline { ",outline_px" } else { "" });
+    std::iter::once(head).chain(points.iter().map(row)).collect()
 }
 
 /// A text as a cell of a table, in quotes where it needs them.

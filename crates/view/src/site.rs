@@ -64,6 +64,7 @@ impl Site {
             },
             (Verb::Get, ["api", "review"]) => Reply::json(&self.queue(asked)?),
             (Verb::Put, ["api", "corrections"]) => Reply::json(&self.correct(asked, body)?),
+            (Verb::Put, ["api", "experiment"]) => Reply::json(&self.set_up(asked, body)?),
             (Verb::Put, ["api", "points"]) => Reply::json(&self.write_points(asked, body)?),
             _ => Err(asked.nothing_here()),
         }
@@ -76,6 +77,9 @@ impl Site {
         json!({
             "title": title, "recordings": names, "notes": notes,
             "has_review": self.collection.review.is_some(), "has_wave": self.collection.wave.is_some(),
+            "set_up": self.collection.set_up.as_ref().map(|set_up| json!({
+                "questions": set_up.questions, "rest_until_s": set_up.rest_until_s, "path": set_up.path,
+            })),
         })
     }
 
@@ -174,13 +178,9 @@ impl Site {
                 false => Err(asked.refuse(name, &format!("2 to {n}"), &half.to_string())),
             }
         };
-        let subset = Subset {
-            name: "here".into(),
-            x_px: asked.number("x", 0.0)?,
-            y_px: asked.number("y", 0.0)?,
-            half_width_px: half("half_width", info.width_px)?,
-            half_height_px: half("half_height", info.height_px)?,
-        };
+        let place = [asked.number("x", 0.0)?, asked.number("y", 0.0)?];
+        let half = [half("half_width", info.width_px)?, half("half_height", info.height_px)?];
+        let subset = Subset::new("here", place[0], place[1], half[0], half[1]).within(outline_of(asked)?);
         Ok(match expected_sigma(recording.as_ref(), &subset, &rest_from(frame, info)) {
             Ok(sigma) => of_sigma(&sigma),
             Err(error) => json!({ "sigma_px": null, "reason": error.to_string() }),
@@ -256,6 +256,16 @@ impl Site {
         Ok(json!({ "path": review.path, "version": version }))
     }
 
+    /// Writes an experiment from what was picked in the recording and answered.
+    fn set_up(&self, asked: &Asked, body: &[u8]) -> Result<Value, Refusal> {
+        let set_up = self.collection.set_up.as_ref().ok_or_else(|| asked.nothing_here())?;
+        let index = asked.value("recording", "a whole number from 0", 0_usize)?;
+        let (_, recording) = self.asked_for(asked)?;
+        let overwrite = asked.value("overwrite", "true or false", false)?;
+        let said = set_up.write(&asked.path, body, (index, recording.info()), overwrite)?;
+        Ok(json!({ "said": said }))
+    }
+
     /// Writes points.csv beside the recording.
     fn write_points(&self, asked: &Asked, body: &[u8]) -> Result<Value, Refusal> {
         let (shown, recording) = self.asked_for(asked)?;
@@ -295,10 +305,22 @@ fn trigger_frame(info: &RecordingInfo) -> Option<usize> {
     (after > 0).then_some(after)
 }
 
+/// Corners that a parameter lists, one number after the other.
+fn outline_of(asked: &Asked) -> Result<Vec<[f64; 2]>, Refusal> {
+    let text = asked.text("outline").unwrap_or_default();
+    let numbers: Result<Vec<f64>, _> = text.split_whitespace().map(str::parse).collect();
+    let (corners, rest) = numbers.as_deref().map(<[f64]>::as_chunks).unwrap_or((&[], &[0.0]));
+    match rest.is_empty() && points::is_outline(corners) {
+        true => Ok(corners.to_vec()),
+        false => Err(asked.refuse("outline", "three corners or more as x y x y ..", text)),
+    }
+}
+
 fn of_subset(subset: &Subset) -> Value {
-    let Subset { name, x_px, y_px, half_width_px, half_height_px } = subset;
+    let Subset { name, x_px, y_px, half_width_px, half_height_px, outline_px } = subset;
     json!({
         "name": name, "x_px": x_px, "y_px": y_px, "half_width_px": half_width_px, "half_height_px": half_height_px,
+        "outline_px": outline_px,
     })
 }
 

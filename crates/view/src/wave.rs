@@ -2,8 +2,12 @@
 
 use serde_json::{Value, json};
 
+use crate::page::wave_section;
+
 /// Most instants that are sent: a screen has fewer columns.
 const MOST_INSTANTS: usize = 1200;
+/// Most strains that a page of one file holds: some megabytes of text with the displacements beside them.
+const MOST_HELD: usize = 200_000;
 
 /// A quantity of a chain over time, row by row along the chain.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,9 +21,20 @@ pub struct ShownWave {
 }
 
 impl ShownWave {
-    /// As JSON: every so many instants that they are at most as many as a screen shows, with four digits.
+    /// The map by itself as a section of a page, with what it shows: the page needs no server. It defines the colours `--ink`, `--soft`, `--line`,
+    /// `--field` and `--accent`.
+    pub fn as_section(&self) -> String {
+        wave_section(&self.thinned(MOST_INSTANTS.min(MOST_HELD / self.strain.len().max(1))))
+    }
+
+    /// As JSON for a screen.
     pub(crate) fn as_json(&self) -> Value {
-        let every = self.times_s.len().div_ceil(MOST_INSTANTS).max(1);
+        self.thinned(MOST_INSTANTS)
+    }
+
+    /// As JSON: every so many instants that they are at most so many, with four digits.
+    fn thinned(&self, most: usize) -> Value {
+        let every = self.times_s.len().div_ceil(most.max(1)).max(1);
         let thinned = |row: &Vec<Option<f64>>| -> Vec<Value> {
             row.iter().step_by(every).map(|value| value.map_or(Value::Null, rounded)).collect()
         };

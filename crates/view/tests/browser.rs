@@ -35,6 +35,12 @@ fn results() -> (Site, Kept) {
             Ok(())
         }),
     });
+    collection.wave = Some(shown_wave());
+    (Site::of(folder, collection), kept)
+}
+
+/// Six gaps that a pulse runs through, not measured here and there.
+fn shown_wave() -> ShownWave {
     let times_s: Vec<f64> = (0..300).map(|i| 1e-5 * f64::from(i)).collect();
     let strain = |gap: i32| {
         let pulse =
@@ -42,12 +48,7 @@ fn results() -> (Site, Kept) {
         (0..300).map(pulse).collect()
     };
     let moved = |body: i32| (0..300).map(|i| Some(1e-5 * f64::from(i * body))).collect();
-    collection.wave = Some(ShownWave {
-        times_s,
-        strain: (0..6).map(strain).collect(),
-        displacement_m: (0..7).map(moved).collect(),
-    });
-    (Site::of(folder, collection), kept)
+    ShownWave { times_s, strain: (0..6).map(strain).collect(), displacement_m: (0..7).map(moved).collect() }
 }
 
 fn assert_silent(browser: &Chromium) {
@@ -85,10 +86,11 @@ fn the_page_shows_a_recording_and_picks_subsets() {
 
     // A click with the second tool makes a subset where it is, which gets its sigma, and is written.
     browser.press("2");
-    let place = browser.evaluate(
-        "(() => { const c = document.getElementById('canvas'); const b = c.getBoundingClientRect(); const r = c.width / b.width; \
-         const [x, y] = toScreen([100, 40]); return [b.left + x / r, b.top + y / r] })()",
+    browser.evaluate(
+        "(window.windowPlace = (at) => { const c = document.getElementById('canvas'); const b = c.getBoundingClientRect(); \
+         const r = c.width / b.width; const [x, y] = toScreen(at); return [b.left + x / r, b.top + y / r] }, true)",
     );
+    let place = browser.evaluate("windowPlace([100, 40])");
     let place = [0, 1].map(|axis: usize| place[axis].as_f64().unwrap());
     browser.click(place);
     browser.wait_for("state.subsets.length === 2 && Math.abs(state.subsets[1].x_px - 100) < 1");
@@ -99,6 +101,25 @@ fn the_page_shows_a_recording_and_picks_subsets() {
     assert_eq!(written.lines().count(), 3, "{written}");
     browser.picture("pick");
     assert_silent(&browser);
+
+    // Three corners and enter make a subset of what lies within them; the table then has their places.
+    browser.press("5");
+    for corner in ["[60, 60]", "[90, 62]", "[75, 84]"] {
+        let place = browser.evaluate(&format!("windowPlace({corner})"));
+        browser.click([0, 1].map(|axis: usize| place[axis].as_f64().unwrap()));
+    }
+    browser.press("Enter");
+    browser.wait_for("state.subsets.length === 3 && state.subsets[2].outline_px.length === 3");
+    // 30 and 24 px, and what a click rounds.
+    browser.wait_for("[15, 16].includes(state.subsets[2].half_width_px) && [12, 13].includes(state.subsets[2].half_height_px)");
+    browser.wait_for("state.subsets[2].sigma !== undefined");
+    browser.evaluate("(document.getElementById('overwrite').checked = true, document.getElementById('write').click(), true)");
+    browser.wait_for("document.getElementById('written').textContent.includes('3 subsets')");
+    let written = std::fs::read_to_string(site.folder.path().join("points.csv")).unwrap();
+    assert!(written.starts_with("name,x_px,y_px,half_width_px,half_height_px,outline_px\n"), "{written}");
+    let corners = written.lines().last().and_then(|row| row.rsplit(',').next()).unwrap();
+    assert_eq!(corners.split_whitespace().count(), 6, "{written}");
+    browser.picture("polygon");
 
     // Whoever has another token sees nothing.
     assert_eq!(site.raw("GET", "/?token=0", "Host: localhost\r\n", b"").status, 403);
@@ -157,6 +178,35 @@ fn readings_are_reviewed_by_single_keys_and_the_cursor_links_the_wave_to_frames(
     browser.prefer_dark();
     browser.picture("wave-dark");
     assert_silent(&browser);
+}
+
+#[test]
+fn the_map_stands_by_itself_in_a_file() {
+    let Some(mut browser) = Chromium::start(900, 600) else {
+        chainwave_testkit::skip(NO_BROWSER);
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("report.html");
+    let page = format!("<!doctype html><meta charset=\"utf-8\"><body>{}</body>", shown_wave().as_section());
+    std::fs::write(&path, page).unwrap();
+    browser.open(&format!("file://{}", path.display()));
+    // The cursor begins at the crest of a pulse, and goes where a key or a click sends it.
+    browser.wait_for("document.getElementById('cursor').textContent.endsWith('strain -0.02')");
+    browser.evaluate("(document.getElementById('map').focus(), true)");
+    browser.evaluate("(toInstant(100, 2), true)");
+    browser.press("ArrowRight");
+    browser.press("ArrowDown");
+    browser.wait_for("document.getElementById('cursor').textContent.startsWith('t = 1.010 ms, gap 4')");
+    let place = browser.evaluate(
+        "(() => { const b = document.getElementById('map').getBoundingClientRect(); return [b.left + b.width * 0.67, b.top + b.height * 0.08] })()",
+    );
+    browser.click([0, 1].map(|axis: usize| place[axis].as_f64().unwrap()));
+    browser.wait_for("Math.abs(wave.data.times_s[wave.instant] - 0.002) < 5e-5 && wave.row === 0");
+    browser.picture("map-in-a-file");
+    assert!(browser.complaints.is_empty(), "{:?}", browser.complaints);
+    let outside = |address: &&String| !address.starts_with("file://");
+    assert_eq!(browser.requests.iter().find(outside), None, "the file needs nothing else");
 }
 
 #[test]

@@ -20,15 +20,15 @@ const IN_A_ROW: usize = 3;
 const WIDTH_PX: usize = 1200;
 
 /// What a recording shows.
-pub(super) struct Seen {
+pub(crate) struct Seen {
     pub(super) row: MarkerRow,
     /// Time before which nothing moves, in seconds after the trigger; `None` where nothing moves at all, or at once.
-    pub(super) rest_until_s: Option<f64>,
+    pub(crate) rest_until_s: Option<f64>,
 }
 
 impl Seen {
     /// Looks for markers in the first frames, and for their first motion.
-    pub(super) fn of(path: &Path) -> Result<Self, Error> {
+    pub(crate) fn of(path: &Path) -> Result<Self, Error> {
         let recording = open(path)?;
         let n_sure = SURE_FRAMES.min(recording.info().n_frames);
         let row = propose_markers(recording.as_ref(), &ReferenceFrames::Mean(0..n_sure))?;

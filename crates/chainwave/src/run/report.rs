@@ -4,6 +4,7 @@ mod budget;
 mod markup;
 mod recordings;
 mod settings;
+mod wave;
 
 use std::path::Path;
 
@@ -34,6 +35,7 @@ pub(crate) fn write(
         problems(setup, results),
         format!("<h2>Results</h2>{}", numbers_table(&rows(&results.evaluation, results.truth.as_ref()))),
         budget.map_or_else(String::new, budget::section),
+        wave::section(&results.evaluation),
         format!("<h2>Figures</h2>{shown}"),
         decisions_table(&results.decisions),
         settings::section(setup, results),

@@ -55,12 +55,14 @@ fn textured(recording: &dyn Recording) -> Result<Vec<Subset>, Error> {
         }
     }
     squares.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let subset = |(number, (_, left, top)): (usize, &(f64, usize, usize))| Subset {
-        name: (number + 1).to_string(),
-        x_px: (left + HALF_PX) as f64,
-        y_px: (top + HALF_PX) as f64,
-        half_width_px: HALF_PX,
-        half_height_px: HALF_PX,
+    let subset = |(number, (_, left, top)): (usize, &(f64, usize, usize))| {
+        Subset::new(
+            (number + 1).to_string(),
+            (left + HALF_PX) as f64,
+            (top + HALF_PX) as f64,
+            HALF_PX,
+            HALF_PX,
+        )
     };
     let subsets: Vec<Subset> = squares.iter().take(MOST_SUBSETS).enumerate().map(subset).collect();
     match subsets.is_empty() {

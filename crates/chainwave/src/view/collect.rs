@@ -14,6 +14,7 @@ use crate::on_demand;
 use crate::review::TRACKS;
 use crate::track::read_points;
 use crate::view::results::of_results;
+use crate::view::set_up;
 
 /// Recordings for a recording, a folder of them, an experiment or the results of one.
 pub(crate) fn collection(arguments: &cli::View) -> Result<Collection, Error> {
@@ -51,7 +52,9 @@ fn of_recordings(path: &Path, options: &OpenOptions) -> Result<Collection, Error
         false => found.iter().map(|(path, _)| shown(path)).collect(),
     };
     let notes = failed.iter().map(ToString::to_string).collect();
-    Ok(Collection { title, recordings, notes, ..Collection::default() })
+    let listed = || found.iter().map(|(path, _)| path.clone()).collect();
+    let set_up = (!found.is_empty()).then(|| set_up::of_folder(path, listed(), options.clone()));
+    Ok(Collection { set_up, title, recordings, notes, ..Collection::default() })
 }
 
 /// The recordings of the trials table, with the subsets that are followed in each.

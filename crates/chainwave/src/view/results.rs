@@ -69,7 +69,7 @@ pub(super) fn of_results(arguments: &cli::View) -> Result<Collection, Error> {
         )));
     }
     let review = corrections::review(arguments, folder, &reviewed, &places)?;
-    Ok(Collection { title, recordings, notes, review: Some(review), wave: wave(results)? })
+    Ok(Collection { title, recordings, notes, review: Some(review), wave: wave(results)?, set_up: None })
 }
 
 fn provenance(path: &Path) -> Result<toml::Table, Error> {

@@ -73,7 +73,7 @@ impl ImagePair<'_> {
     }
 
     fn subset(&self, [x_px, y_px]: [f64; 2]) -> Subset {
-        Subset { name: String::new(), x_px, y_px, half_width_px: self.half_px, half_height_px: self.half_px }
+        Subset::new("", x_px, y_px, self.half_px, self.half_px)
     }
 
     /// The subset around a place, with the shape function that is tried first.

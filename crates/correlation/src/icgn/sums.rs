@@ -175,8 +175,7 @@ mod tests {
         };
         let pixels = (0..region.n_pixels()).map(wave).collect();
         let reference = Reference::new(region, pixels, 1).unwrap();
-        let centre =
-            Subset { name: "a".into(), x_px: 35.0, y_px: 35.0, half_width_px: 16, half_height_px: 15 };
+        let centre = Subset::new("a", 35.0, 35.0, 16, 15);
         let settings = Settings { interpolation: Interpolation::Cubic, ..Settings::default() };
         let subset = PreparedSubset::new(&reference, &centre, &settings).unwrap();
         let mut samples: Vec<f32> = (0..subset.n_pixels()).map(|i| 1.1 * wave(i) - 1000.0).collect();

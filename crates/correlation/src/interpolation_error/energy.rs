@@ -226,8 +226,7 @@ mod tests {
     fn what_is_foreseen_is_what_a_match_without_noise_leaves() {
         let whole = Region::whole(90, 90);
         let reference = Reference::new(whole, waves([0.0; 2]), 1).unwrap();
-        let subset =
-            Subset { name: "a".into(), x_px: 45.0, y_px: 44.0, half_width_px: 16, half_height_px: 14 };
+        let subset = Subset::new("a", 45.0, 44.0, 16, 14);
         for interpolation in Interpolation::ALL {
             let settings = Settings { interpolation, convergence_px: 1e-5, ..Settings::default() };
             let subset = PreparedSubset::new(&reference, &subset, &settings).unwrap();

@@ -3,6 +3,7 @@
 use chainwave_measurement::{Region, Subset};
 
 use crate::Reference;
+use crate::prepared::outline::is_within;
 use crate::reference::pixel_bounds;
 use crate::simd::LANES;
 
@@ -56,15 +57,26 @@ impl Part {
         values
     }
 
-    /// 1 for each of the subset's pixels that is `usable` (`None`: all are) and 0 for the others and the padding; and how
-    /// many are.
-    pub(crate) fn weights(&self, usable: Option<&[f32]>) -> (Vec<f32>, usize) {
-        let Some(usable) = usable else {
-            let mut ones = vec![1.0; self.n_pixels()];
-            ones.resize(self.n_pixels().next_multiple_of(LANES), 0.0);
-            return (ones, self.n_pixels());
-        };
-        let weights = self.padded(usable);
+    /// 1 for each of the subset's pixels that is `usable` (`None`: all are) and within its outline, 0 for the others and the padding; and
+    /// how many are 1.
+    pub(crate) fn weights(&self, usable: Option<&[f32]>, subset: &Subset) -> (Vec<f32>, usize) {
+        let mut weights = usable.map_or_else(
+            || {
+                let mut ones = vec![1.0; self.n_pixels()];
+                ones.resize(self.n_pixels().next_multiple_of(LANES), 0.0);
+                ones
+            },
+            |usable| self.padded(usable),
+        );
+        if !subset.outline_px.is_empty() {
+            let [left, top] = self.first_px(subset);
+            for (i, weight) in weights.iter_mut().take(self.n_pixels()).enumerate() {
+                let place = [left + (i % self.width) as f64, top + (i / self.width) as f64];
+                if !is_within(&subset.outline_px, place) {
+                    *weight = 0.0;
+                }
+            }
+        }
         let n_used = weights.iter().filter(|&&weight| weight > 0.0).count();
         (weights, n_used)
     }

@@ -70,8 +70,7 @@ mod tests {
 
     #[test]
     fn what_the_shape_function_follows_gives_its_value_at_the_centre() {
-        let subset =
-            Subset { name: "a".into(), x_px: 45.0, y_px: 44.0, half_width_px: 16, half_height_px: 14 };
+        let subset = Subset::new("a", 45.0, 44.0, 16, 14);
         // A checkerboard of one count is noise: what it adds to products of gradients is taken off.
         let noisy =
             waves([0.0; 2]).iter().enumerate().map(|(i, g)| g + ((i * 7919) % 13) as f32 - 6.0).collect();

@@ -113,7 +113,7 @@ mod tests {
     #[test]
     fn an_edge_is_seen_on_its_side_and_at_its_distance() {
         let edge = |x_px: f64, y_px: f64, half: usize| {
-            let subset = Subset { name: "a".into(), x_px, y_px, half_width_px: half, half_height_px: half };
+            let subset = Subset::new("a", x_px, y_px, half, half);
             sharp_edge_in(&marker(1100.0), &subset)
         };
         assert_eq!(edge(40.0, 40.0, 12), None);
@@ -127,8 +127,7 @@ mod tests {
 
     #[test]
     fn ground_that_is_left_out_has_no_edge() {
-        let subset =
-            Subset { name: "a".into(), x_px: 33.0, y_px: 40.0, half_width_px: 12, half_height_px: 12 };
+        let subset = Subset::new("a", 33.0, 40.0, 12, 12);
         assert_eq!(sharp_edge_in(&marker(20.0), &subset), None);
     }
 }

@@ -149,7 +149,8 @@ impl<'a> Pictures<'a> {
         let (half_width_px, half_height_px) = (subset.width / 2, subset.height / 2);
         Self {
             reference,
-            subset: Subset { name: String::new(), x_px, y_px, half_width_px, half_height_px },
+            subset: Subset::new("", x_px, y_px, half_width_px, half_height_px)
+                .within(subset.outline_px.clone()),
             scene,
         }
     }

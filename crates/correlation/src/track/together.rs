@@ -84,8 +84,7 @@ mod tests {
                 iterations: 3,
             })
         };
-        let subset =
-            |x_px| Subset { name: String::new(), x_px, y_px: 50.0, half_width_px: 10, half_height_px: 10 };
+        let subset = |x_px| Subset::new("", x_px, 50.0, 10, 10);
         let track = |xs: [f64; 4]| Track { name: String::new(), positions: xs.map(at).to_vec() };
         let tracks = vec![track([40.0, 41.0, 100.5, 102.0]), track([100.0, 100.0, 101.0, 102.0])];
         let subsets = [subset(40.0), subset(100.0)];

@@ -89,7 +89,7 @@ fn contains(surface: &Surface, [x, y]: [f64; 2]) -> bool {
 }
 
 fn subset(x_px: f64, y_px: f64, half: usize) -> Subset {
-    Subset { name: format!("{x_px} {y_px}"), x_px, y_px, half_width_px: half, half_height_px: half }
+    Subset::new(format!("{x_px} {y_px}"), x_px, y_px, half, half)
 }
 
 /// Subsets `step` px apart all over the picture.

@@ -108,7 +108,7 @@ pub fn recorded(frames: Vec<Vec<f32>>) -> MemoryRecording {
 }
 
 pub fn subset(x_px: f64, y_px: f64, half: usize) -> Subset {
-    Subset { name: format!("{x_px} {y_px}"), x_px, y_px, half_width_px: half, half_height_px: half }
+    Subset::new(format!("{x_px} {y_px}"), x_px, y_px, half, half)
 }
 
 /// Subsets of 33 x 33 px, edge to edge, at least `margin` px away from the border.

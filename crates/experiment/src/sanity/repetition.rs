@@ -94,7 +94,7 @@ mod tests {
                 .map(|body| {
                     let x_px = 30.0 + stated * (body - 1) as f64;
                     let (half_width_px, half_height_px) = (8, 8);
-                    (body, Subset { name: body.to_string(), x_px, y_px: 20.0, half_width_px, half_height_px })
+                    (body, Subset::new(body.to_string(), x_px, 20.0, half_width_px, half_height_px))
                 })
                 .collect();
             let [told, found] = pitch_in_picture(&picture, width, &bodies).unwrap();

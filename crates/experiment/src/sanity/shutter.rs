@@ -242,13 +242,14 @@ fn cropped(
         frames.push(pixels);
         velocities.push(one.velocity);
     }
-    let subset = Subset {
-        name: String::new(),
-        x_px: at_rest.x_px.value - first.x as f64,
-        y_px: at_rest.y_px.value - first.y as f64,
-        half_width_px: tracking.half_width_px,
-        half_height_px: tracking.half_height_px,
-    };
+    let subset = Subset::new(
+        "",
+        at_rest.x_px.value - first.x as f64,
+        at_rest.y_px.value - first.y as f64,
+        tracking.half_width_px,
+        tracking.half_height_px,
+    )
+    .within(tracking.outline_px.clone());
     let pictures = MemoryRecording::cut_from(recording, first.width, frames);
     Some(BodyCrops { pictures, velocities, subset })
 }
@@ -261,10 +262,8 @@ fn shears(setup: &Setup, body: &BodyCrops) -> Option<Vec<(f64, f64)>> {
     let half_height_px = subset.half_height_px.checked_sub(1)? / 2;
     let apart_px =
         [subset.half_width_px - half_width_px, subset.half_height_px - half_height_px].map(|px| px as f64);
-    let beside =
-        |side: f64| Subset { x_px: subset.x_px + side * apart_px[0], half_width_px, ..subset.clone() };
-    let above =
-        |side: f64| Subset { y_px: subset.y_px + side * apart_px[1], half_height_px, ..subset.clone() };
+    let beside = |side: f64| subset.part_at([side * apart_px[0], 0.0], half_width_px, subset.half_height_px);
+    let above = |side: f64| subset.part_at([0.0, side * apart_px[1]], subset.half_width_px, half_height_px);
     let parts = [above(-1.0), above(1.0), beside(-1.0), beside(1.0)];
     let reference = ReferenceFrames::Single(0);
     // Each picture is cut out where the body is, so that nothing is searched for, and strays are told by the shears.

@@ -120,7 +120,8 @@ fn subset_at(setup: &Setup, body: i64, trial: &Trial, info: &RecordingInfo) -> O
     let tracking = &setup.experiment.tracking;
     let [x_px, y_px] = setup.map_of(trial, info).rest_px(body, trial.stage_m)?;
     let (half_width_px, half_height_px) = (tracking.half_width_px, tracking.half_height_px);
-    Some(Subset { name: body.to_string(), x_px, y_px, half_width_px, half_height_px })
+    let subset = Subset::new(body.to_string(), x_px, y_px, half_width_px, half_height_px);
+    Some(subset.within(tracking.outline_px.clone()))
 }
 
 /// A picture, row by row from the top.
@@ -135,7 +136,7 @@ impl Looked<'_> {
     fn texture(&self, reference: &Reference, subset: &Subset) -> Option<Texture> {
         let settings = Settings { shape: self.shape, ..Settings::default() };
         let prepared = PreparedSubset::new(reference, subset, &settings).ok()?;
-        let used = prepared.n_used() as f64 / prepared.n_pixels().max(1) as f64;
+        let used = prepared.n_used() as f64 / prepared.n_outlined().max(1) as f64;
         Some(Texture { steepness: self.steepness(subset), used })
     }
 

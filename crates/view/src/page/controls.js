@@ -19,6 +19,8 @@ function pressed(event) {
     correctReading("seed", place);
   } else if (state.tool === "add") {
     add([subsetAt(place)]);
+  } else if (state.tool === "polygon") {
+    addCorner(place);
   } else if (state.tool === "move") {
     const index = subsetUnder(place);
     select(index);
@@ -83,6 +85,8 @@ function released(event) {
     const half = [0, 1].map((axis) => Math.round(0.5 * Math.abs(to[axis] - from[axis]) - 0.5));
     if (Math.min(...half) < 2) say("draw a rectangle of at least 5 x 5 px", true);
     else add([subsetAt([0, 1].map((axis) => 0.5 * (from[axis] + to[axis])), half.map((value) => Math.min(value, 250)))]);
+  } else if (state.tool === "ruler") {
+    layRuler(from, to);
   } else if (Math.hypot(to[0] - from[0], to[1] - from[1]) > 2) {
     add(alongLine(from, to));
   }
@@ -91,6 +95,7 @@ function released(event) {
 
 function toTool(tool) {
   state.tool = tool;
+  if (tool !== "polygon") state.corners = [];
   for (const input of document.querySelectorAll("input[name=tool]")) input.checked = input.value === tool;
 }
 
@@ -120,6 +125,9 @@ const KEYS = {
   2: () => toTool("add"),
   3: () => toTool("rectangle"),
   4: () => toTool("line"),
+  5: () => toTool("polygon"),
+  Enter: () => closePolygon(),
+  Escape: () => { state.corners = []; draw(); },
 };
 
 function nudge(step) {
@@ -137,7 +145,7 @@ function key(event) {
   const { target } = event;
   const isWritten = target.matches("input:not([type=range], [type=radio], [type=checkbox]), select, textarea");
   const isMoved = target.matches("input[type=range], input[type=radio]") && event.key.startsWith("Arrow");
-  const isPressed = target.matches("button, summary, input[type=checkbox], input[type=radio]") && event.key === " ";
+  const isPressed = target.matches("button, summary, input[type=checkbox], input[type=radio]") && [" ", "Enter"].includes(event.key);
   const action = Object.hasOwn(KEYS, event.key) ? KEYS[event.key] : null;
   if (isWritten || isMoved || isPressed || !action || !state.info || event.ctrlKey || event.metaKey) return;
   event.preventDefault();
@@ -150,13 +158,14 @@ async function toRecording(index) {
   state.index = index;
   state.info = null;
   forgetPictures();
-  Object.assign(state, { subsets: [], selected: -1, undo: [], proposal: null, tracks: [], marked: null, frame: 0, restFrame: 0 });
+  Object.assign(state, { subsets: [], corners: [], ruler: null, selected: -1, undo: [], proposal: null, tracks: [], marked: null, frame: 0, restFrame: 0 });
   say("Opening.");
   try {
     const info = await askJson(address("recording"));
     if (index !== state.index) return;
     state.info = info;
     state.subsets = info.subsets.map((subset) => ({ ...subset }));
+    forgetSetUp();
     showFacts(info);
     fitCanvas();
     wholeFrame();
@@ -209,6 +218,7 @@ function connect() {
   canvas.addEventListener("pointermove", moved);
   canvas.addEventListener("pointerup", released);
   canvas.addEventListener("pointercancel", released);
+  canvas.addEventListener("dblclick", closePolygon);
   canvas.addEventListener("wheel", (event) => {
     event.preventDefault();
     zoomBy(Math.exp(-0.0015 * event.deltaY), toFramePlace(event));
@@ -239,11 +249,12 @@ async function start() {
   connect();
   connectReview();
   try {
-    const { title, recordings, notes, has_review: hasReview, has_wave: hasWave } = await askJson("/api/recordings");
+    const { title, recordings, notes, has_review: hasReview, has_wave: hasWave, set_up: setUp } = await askJson("/api/recordings");
     state.notes = notes;
     byId("title").textContent = title;
     document.title = `${title} - chainwave view`;
     byId("recording").replaceChildren(...recordings.map((name, i) => new Option(name, i)));
+    if (setUp) startSetUp(setUp);
     await toRecording(0);
     if (hasWave) await startWave();
     if (hasReview) await startReview();

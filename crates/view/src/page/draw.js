@@ -44,6 +44,22 @@ function zoomBy(factor, place = state.middle) {
   refreshSoon();
 }
 
+/** A line through places of the frame. */
+function trace(context, places, colour, isClosed) {
+  if (!places.length) return;
+  for (const [width, stroke] of [[4, "rgba(0, 0, 0, 0.55)"], [2, colour]]) {
+    context.lineWidth = width;
+    context.strokeStyle = stroke;
+    context.beginPath();
+    places.map(toScreen).forEach(([x, y], i) => (i ? context.lineTo(x, y) : context.moveTo(x, y)));
+    if (isClosed) context.closePath();
+    context.stroke();
+  }
+}
+
+/** The corners of a subset's outline in the frame. */
+const outlineOf = (subset) => (subset.outline_px || []).map(([x, y]) => [subset.x_px + x, subset.y_px + y]);
+
 /** A rectangle of whole pixels around a centre. */
 function box(context, [x, y], [halfWidth, halfHeight], colour, text, dashed = false) {
   const [centreX, centreY] = [Math.round(x), Math.round(y)];
@@ -105,8 +121,12 @@ function draw() {
   }
   state.subsets.forEach((subset, i) => {
     const colour = i === state.selected ? COLOURS.selected : COLOURS.subset;
-    box(context, [subset.x_px, subset.y_px], [subset.half_width_px, subset.half_height_px], colour, subset.name);
+    const outline = outlineOf(subset);
+    box(context, [subset.x_px, subset.y_px], [subset.half_width_px, subset.half_height_px], colour, subset.name, outline.length > 0);
+    trace(context, outline, colour, true);
   });
+  trace(context, state.corners, COLOURS.selected, false);
+  if (state.ruler) trace(context, state.ruler, COLOURS.proposed, false);
   if (state.drawing) drawUnfinished(context);
 }
 
@@ -117,6 +137,8 @@ function drawUnfinished(context) {
   context.strokeStyle = COLOURS.selected;
   if (state.tool === "rectangle") {
     context.strokeRect(left, top, right - left, bottom - top);
+  } else if (state.tool === "ruler") {
+    trace(context, [from, to], COLOURS.proposed, false);
   } else if (state.tool === "line") {
     for (const subset of alongLine(from, to)) box(context, [subset.x_px, subset.y_px], [subset.half_width_px, subset.half_height_px], COLOURS.selected, "");
   }

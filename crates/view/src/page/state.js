@@ -30,6 +30,10 @@ const state = {
   marked: null,
   // What is being drawn: two points of the frame.
   drawing: null,
+  // Corners of the polygon that is being drawn.
+  corners: [],
+  // Both ends of a known length.
+  ruler: null,
 };
 
 /** The address of a part of the server, for the recording in view. */

@@ -35,7 +35,32 @@ function keepInside(subset) {
 
 function subsetAt([x, y], [halfWidth, halfHeight] = wantedHalf()) {
   const tenth = (value) => Math.round(10 * value) / 10;
-  return { name: "", x_px: tenth(x), y_px: tenth(y), half_width_px: halfWidth, half_height_px: halfHeight };
+  return { name: "", x_px: tenth(x), y_px: tenth(y), half_width_px: halfWidth, half_height_px: halfHeight, outline_px: [] };
+}
+
+/** A corner more of the polygon that is drawn; the second of a double click is the first once more. */
+function addCorner(place) {
+  const last = state.corners[state.corners.length - 1];
+  if (last && Math.hypot(place[0] - last[0], place[1] - last[1]) * state.zoom < 4) return;
+  state.corners.push(place);
+  draw();
+}
+
+/** The subset within the polygon that was drawn. */
+function closePolygon() {
+  const corners = state.corners;
+  if (state.tool !== "polygon" || !corners.length) return;
+  state.corners = [];
+  const ends = [0, 1].map((axis) => corners.map((corner) => corner[axis])).map((values) => [Math.min(...values), Math.max(...values)]);
+  const half = ends.map(([least, most]) => Math.ceil(0.5 * (most - least)));
+  if (corners.length < 3 || Math.min(...half) < 2 || Math.max(...half) > 250) {
+    say("a polygon has at least three corners, and 5 to 501 columns and rows", true);
+  } else {
+    const subset = subsetAt(ends.map(([least, most]) => 0.5 * (least + most)), half);
+    const tenth = (value) => Math.round(10 * value) / 10;
+    add([{ ...subset, outline_px: corners.map(([x, y]) => [tenth(x - subset.x_px), tenth(y - subset.y_px)]) }]);
+  }
+  draw();
 }
 
 function add(subsets) {
@@ -82,11 +107,12 @@ function select(index) {
 /** Asks for the expected sigma of subsets that have none yet. */
 const findSigmas = later(async () => {
   for (const subset of state.subsets.slice()) {
-    const key = [state.index, subset.x_px, subset.y_px, subset.half_width_px, subset.half_height_px].join(" ");
+    const outline = (subset.outline_px || []).flat().join(" ");
+    const key = [state.index, subset.x_px, subset.y_px, subset.half_width_px, subset.half_height_px, outline].join(" ");
     if (subset.sigmaKey === key) continue;
     subset.sigmaKey = key;
     try {
-      const parameters = { x: subset.x_px, y: subset.y_px, half_width: subset.half_width_px, half_height: subset.half_height_px };
+      const parameters = { x: subset.x_px, y: subset.y_px, half_width: subset.half_width_px, half_height: subset.half_height_px, outline };
       subset.sigma = await askJson(address(`sigma/${state.restFrame}`, parameters));
     } catch (error) {
       subset.sigma = { sigma_px: null, reason: error.message };
@@ -205,7 +231,7 @@ function takeProposal() {
   changed();
 }
 
-const plain = ({ name, x_px, y_px, half_width_px, half_height_px }) => ({ name, x_px, y_px, half_width_px, half_height_px });
+const plain = ({ name, x_px, y_px, half_width_px, half_height_px, outline_px: outline }) => ({ name, x_px, y_px, half_width_px, half_height_px, outline_px: outline || [] });
 
 async function write() {
   const overwrite = byId("overwrite").checked;
@@ -224,8 +250,10 @@ async function write() {
 
 function download() {
   const cell = (text) => (/[,;"]/.test(text) || text.trim() !== text ? `"${text.replaceAll('"', '""')}"` : text);
-  const rows = state.subsets.map((s) => [cell(s.name), s.x_px, s.y_px, s.half_width_px, s.half_height_px].join(","));
-  const text = ["name,x_px,y_px,half_width_px,half_height_px", ...rows, ""].join("\n");
+  const hasOutline = state.subsets.some((s) => s.outline_px && s.outline_px.length);
+  const outline = (s) => (hasOutline ? [(s.outline_px || []).flat().join(" ")] : []);
+  const rows = state.subsets.map((s) => [cell(s.name), s.x_px, s.y_px, s.half_width_px, s.half_height_px, ...outline(s)].join(","));
+  const text = [`name,x_px,y_px,half_width_px,half_height_px${hasOutline ? ",outline_px" : ""}`, ...rows, ""].join("\n");
   const link = document.createElement("a");
   link.href = URL.createObjectURL(new Blob([text], { type: "text/csv" }));
   link.download = "points.csv";

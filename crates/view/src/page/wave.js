@@ -1,129 +1,17 @@
-// The wave: a map of strain over time and gap, whose cursor is linked to the profile, the histories and the frame.
-
-const wave = { data: null, instant: 0, row: 0, image: null, most: 1 };
+// The wave beside its frames: the map's cursor moves the frame, and the frame the cursor.
 
 async function startWave() {
-  wave.data = await askJson("/api/wave");
-  const { strain, times_s: times } = wave.data;
-  if (!strain.length || !times.length) return;
-  for (const row of strain) for (const value of row) wave.most = Math.max(wave.most === 1 ? 0 : wave.most, Math.abs(value || 0));
-  wave.most = wave.most || 1;
-  byId("wave").hidden = false;
-  wave.image = mapOf(strain, times.length);
-  connectWave();
-  new ResizeObserver(drawWave).observe(byId("map"));
-  drawWave();
-}
-
-/** Blue is compression, red is tension, white none; grey is not measured. */
-function colourOf(value) {
-  if (value === null) return [128, 128, 128];
-  const share = clamp(value / wave.most, -1, 1);
-  const faded = Math.round(255 * (1 - Math.abs(share)));
-  return share < 0 ? [faded, faded, 255] : [255, faded, faded];
-}
-
-function mapOf(strain, n) {
-  const canvas = document.createElement("canvas");
-  canvas.width = n;
-  canvas.height = strain.length;
-  const context = canvas.getContext("2d");
-  const image = context.createImageData(n, strain.length);
-  strain.forEach((row, gap) => row.forEach((value, i) => image.data.set([...colourOf(value), 255], 4 * (gap * n + i))));
-  context.putImageData(image, 0, 0);
-  return canvas;
-}
-
-function fitted(id) {
-  const canvas = byId(id);
-  const [box, ratio] = [canvas.getBoundingClientRect(), window.devicePixelRatio || 1];
-  canvas.width = Math.max(1, Math.round(box.width * ratio));
-  canvas.height = Math.max(1, Math.round(box.height * ratio));
-  return canvas;
-}
-
-/** A curve of values over 0 to 1, drawn into a canvas, with a mark at one of them. */
-function curve(id, values, marked, title) {
-  const canvas = fitted(id);
-  const context = canvas.getContext("2d");
-  const style = getComputedStyle(document.body);
-  const known = values.filter((value) => value !== null);
-  const [low, high] = [Math.min(0, ...known), Math.max(0, ...known)];
-  const span = high - low || 1;
-  const x = (i) => 4 + (canvas.width - 8) * (values.length > 1 ? i / (values.length - 1) : 0.5);
-  const y = (value) => 16 + (canvas.height - 22) * (high - value) / span;
-  context.strokeStyle = style.getPropertyValue("--line");
-  context.beginPath(); context.moveTo(0, y(0)); context.lineTo(canvas.width, y(0)); context.moveTo(x(marked), 14); context.lineTo(x(marked), canvas.height); context.stroke();
-  context.strokeStyle = style.getPropertyValue("--accent");
-  context.lineWidth = 1.5;
-  context.beginPath();
-  let isDrawing = false;
-  values.forEach((value, i) => {
-    if (value === null) { isDrawing = false; return; }
-    if (isDrawing) context.lineTo(x(i), y(value)); else context.moveTo(x(i), y(value));
-    isDrawing = true;
-  });
-  context.stroke();
-  context.fillStyle = style.getPropertyValue("--ink");
-  context.font = `${11 * (window.devicePixelRatio || 1)}px system-ui, sans-serif`;
-  context.fillText(`${title}: ${low.toPrecision(2)} to ${high.toPrecision(2)}`, 4, 11 * (window.devicePixelRatio || 1));
-}
-
-function drawWave() {
-  if (!wave.data || !wave.image) return;
-  const { strain, displacement_m: moved, times_s: times } = wave.data;
-  const map = fitted("map");
-  const context = map.getContext("2d");
-  context.imageSmoothingEnabled = false;
-  context.drawImage(wave.image, 0, 0, map.width, map.height);
-  const [x, y] = [map.width * (wave.instant + 0.5) / times.length, map.height * (wave.row + 0.5) / strain.length];
-  context.strokeStyle = "#000000";
-  context.beginPath(); context.moveTo(x, 0); context.lineTo(x, map.height); context.moveTo(0, y); context.lineTo(map.width, y); context.stroke();
-  curve("profile", strain.map((row) => row[wave.instant]), wave.row, "strain along the chain");
-  curve("history", strain[wave.row], wave.instant, `strain of gap ${wave.row + 1}`);
-  curve("motion", moved[wave.row] || [], wave.instant, `displacement of body ${wave.row + 1} (m)`);
-  const value = strain[wave.row][wave.instant];
-  byId("cursor").textContent = `t = ${(1e3 * times[wave.instant]).toFixed(3)} ms, gap ${wave.row + 1}: ${value === null ? "not measured" : `strain ${value}`}`;
-}
-
-/** Moves the cursor, and the frame with it. */
-function toInstant(instant, row, movesFrame = true) {
-  if (!wave.data || !wave.image) return;
-  wave.instant = clamp(Math.round(instant), 0, wave.data.times_s.length - 1);
-  wave.row = clamp(Math.round(row), 0, wave.data.strain.length - 1);
-  drawWave();
-  if (movesFrame && state.info) {
+  showWave(await askJson("/api/wave"), (timeS) => {
+    if (!state.info) return;
     const { first_time_s: first, last_time_s: last, n_frames: n } = state.info;
-    const share = last > first ? (wave.data.times_s[wave.instant] - first) / (last - first) : 0;
-    toFrame(share * (n - 1));
-  }
+    toFrame((last > first ? (timeS - first) / (last - first) : 0) * (n - 1));
+  });
 }
 
 /** Moves the cursor to the frame that is shown. */
 function followFrame() {
-  if (!wave.data || !wave.image || state.timeS === null) return;
+  if (!wave.data || state.timeS === null) return;
   const times = wave.data.times_s;
   const step = times.length > 1 ? (times[times.length - 1] - times[0]) / (times.length - 1) : 1;
-  toInstant((state.timeS - times[0]) / step, wave.row, false);
-}
-
-function connectWave() {
-  // The colours of the curves are those of the page.
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", drawWave);
-  const map = byId("map");
-  const at = (event) => {
-    const box = map.getBoundingClientRect();
-    const share = [(event.clientX - box.left) / box.width, (event.clientY - box.top) / box.height];
-    toInstant(share[0] * wave.data.times_s.length - 0.5, share[1] * wave.data.strain.length - 0.5);
-  };
-  map.addEventListener("pointerdown", (event) => { map.setPointerCapture(event.pointerId); at(event); });
-  map.addEventListener("pointermove", (event) => { if (event.buttons) at(event); });
-  map.addEventListener("keydown", (event) => {
-    const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
-    if (!step) return;
-    event.preventDefault();
-    event.stopPropagation();
-    const many = event.shiftKey ? 10 : 1;
-    toInstant(wave.instant + many * step[0], wave.row + step[1]);
-  });
+  toInstant((state.timeS - times[0]) / step, wave.row);
 }

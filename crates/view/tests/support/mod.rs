@@ -56,8 +56,7 @@ impl Site {
         let of_frame =
             |frame: usize| (0..WIDTH * HEIGHT).map(|i| count(frame, i % WIDTH, i / WIDTH)).collect();
         write_frames(&shot, WIDTH, &(0..N_FRAMES).map(of_frame).collect::<Vec<_>>());
-        let subset =
-            Subset { name: "body 1".into(), x_px: 40.0, y_px: 45.0, half_width_px: 10, half_height_px: 10 };
+        let subset = Subset::new("body 1", 40.0, 45.0, 10, 10);
         let places_px = vec![Some([40.0, 45.0]), None, Some([41.5, 45.0])];
         let recording = ShownRecording {
             options: OpenOptions { rate_hz: Some(1000.0), ..OpenOptions::default() },
