@@ -100,6 +100,15 @@ fn an_experiment_and_its_results_are_shown_with_their_subsets() {
     let list = served.json("/api/recordings");
     let n = list["recordings"].as_array().map_or(0, Vec::len);
     assert!(n > 1 && list["notes"] == Value::Array(Vec::new()), "{list}");
+    assert_eq!(list["set_up"], Value::Null, "there is an experiment already");
+    // What a check warns of stands beside the pictures: subsets beside their markers.
+    let beside = film.join("beside.toml");
+    let text = std::fs::read_to_string(&experiment).expect("it was filmed");
+    let moved = text.replace("first_body_px = [30.0, 23.5]", "first_body_px = [67.5, 23.5]");
+    assert!(moved != text, "{text}");
+    std::fs::write(&beside, moved).expect("the folder takes a file");
+    let notes = Served::start(&[&beside]).json("/api/recordings")["notes"].to_string();
+    assert!(notes.contains("marker") || notes.contains("texture"), "{notes}");
     let subsets = served.json("/api/recording?recording=0")["subsets"].clone();
     assert!(subsets[0]["name"] == "1" && subsets[0]["half_width_px"].is_u64(), "{subsets}");
 

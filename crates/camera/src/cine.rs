@@ -65,6 +65,7 @@ fn open(path: &Path, options: &OpenOptions) -> Opened {
         first_image: header.first_image.into(),
         camera: setup.camera.clone(),
         exposure_s: blocks.exposure_s().or(setup.exposure_s),
+        triggered_unix_s: header.triggered_unix_s(),
         warnings,
     };
     expect_pieces(&map);

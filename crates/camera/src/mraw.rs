@@ -61,6 +61,7 @@ fn open(path: &Path, options: &OpenOptions) -> Opened {
         first_image: header.shot.start_frame - header.shot.trigger_frame,
         camera: header.shot.camera.clone(),
         exposure_s: header.shot.exposure_s,
+        triggered_unix_s: None,
         warnings,
     };
     let frames = FlatFrames::new(&pixel_path, map, levels.raster, 0);

@@ -46,6 +46,7 @@ fn open(path: &Path, options: &OpenOptions) -> Opened {
         first_image: 0,
         camera: None,
         exposure_s: None,
+        triggered_unix_s: None,
         warnings,
     };
     let frames = FlatFrames::new(path, map, raster, header.data_offset);

@@ -54,6 +54,7 @@ pub fn open_raw(path: &Path, geometry: RawGeometry, options: &OpenOptions) -> Op
         first_image: 0,
         camera: None,
         exposure_s: None,
+        triggered_unix_s: None,
         warnings,
     };
     let frames = FlatFrames::new(path, map, raster, 0);

@@ -154,6 +154,7 @@ fn open(path: &Path, mut files: Vec<PathBuf>, numbering: &Numbering, options: &O
         first_image: schedule.first_image,
         camera: schedule.camera,
         exposure_s: schedule.exposure_s,
+        triggered_unix_s: None,
         warnings,
     };
     let images = SeriesImages { files, cache: FrameCache::new(()), shape };

@@ -1,5 +1,7 @@
 //! `chainwave check`: whether a run of an experiment makes sense, before time is spent on it.
 
+use std::num::NonZero;
+
 use chainwave_experiment::{
     Error as ExperimentError, Finding, RecordingState, Setup, State, recording_states, unreadable,
 };
@@ -46,8 +48,19 @@ pub(crate) fn check(arguments: &cli::Check) -> Result<Outcome, Error> {
 fn checked(arguments: &cli::Check) -> Result<Checked, Error> {
     let whole = Setup::read(&arguments.experiment, arguments.recordings.as_deref())?;
     on_demand::expect_recordings_of(&whole)?;
-    let n_threads = threads(arguments.jobs);
-    let failed = unreadable(&whole, n_threads);
+    checked_setup(&whole, threads(arguments.jobs))
+}
+
+/// What a check would say of an experiment, a line each: why it cannot run, or its warnings.
+pub(crate) fn said_of(setup: &Setup, n_threads: NonZero<usize>) -> Vec<String> {
+    match checked_setup(setup, n_threads) {
+        Ok(checked) => checked.warnings.iter().map(|warning| format!("warning: {warning}")).collect(),
+        Err(error) => vec![format!("it cannot run: {error}")],
+    }
+}
+
+fn checked_setup(whole: &Setup, n_threads: NonZero<usize>) -> Result<Checked, Error> {
+    let failed = unreadable(whole, n_threads);
     if failed.len() == whole.trials.len() {
         return Err(failed
             .into_iter()

@@ -30,6 +30,7 @@ impl MemoryRecording {
             first_image: 0,
             camera: None,
             exposure_s: None,
+            triggered_unix_s: None,
             warnings: Vec::new(),
         };
         Self { path: "memory".into(), info, frames }

@@ -29,6 +29,8 @@ pub struct RecordingInfo {
     pub camera: Option<String>,
     /// Exposure of a frame, in seconds.
     pub exposure_s: Option<f64>,
+    /// When the trigger was by the camera's clock, in seconds since 1970 (UTC), where the file tells.
+    pub triggered_unix_s: Option<f64>,
     /// What a careful reader should know: quirks, corrections, contradictions in the header.
     pub warnings: Vec<String>,
 }

@@ -1,5 +1,6 @@
 //! The two fixed headers of a .cine: the file's own and the bitmap's.
 
+use super::blocks::TICKS_PER_SECOND;
 use crate::bytes::Bytes;
 use crate::error::CameraError;
 
@@ -34,6 +35,11 @@ pub(super) struct CineHeader {
 }
 
 impl CineHeader {
+    /// Seconds from 1970 to the trigger; `None` where the camera's clock was not set.
+    pub(super) fn triggered_unix_s(&self) -> Option<f64> {
+        (self.trigger >> 32 > 0).then_some(self.trigger as f64 / TICKS_PER_SECOND)
+    }
+
     pub(super) fn read(bytes: Bytes) -> Result<Self, CameraError> {
         bytes.slice("cine header", 0, HEADER_BYTES.into())?;
         let size = bytes.u16("header size", 2)?;

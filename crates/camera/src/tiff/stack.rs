@@ -193,6 +193,7 @@ impl StackImages {
             first_image: 0,
             camera: None,
             exposure_s: None,
+            triggered_unix_s: None,
             warnings,
         }
     }

@@ -63,6 +63,7 @@ pub(super) fn open(
         first_image: 0,
         camera: None,
         exposure_s: None,
+        triggered_unix_s: None,
         warnings: vec![
             format!(
                 "a video holds no trigger: t = 0 is its first frame, at {rate_hz} Hz; the file states {stated_hz} Hz"

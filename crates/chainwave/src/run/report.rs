@@ -1,6 +1,7 @@
 //! `report.html`: one file, which needs no other and no network. What went wrong comes first.
 
 mod budget;
+mod intervals;
 mod markup;
 mod recordings;
 mod settings;
@@ -9,7 +10,8 @@ mod wave;
 use std::path::Path;
 
 use chainwave_camera::vision_library;
-use chainwave_experiment::{Decision, Evaluation, Plan, Results, Setup, State};
+use chainwave_experiment::{Decision, Evaluation, Plan, Results, Setup, State, TRACKS};
+use chainwave_inference::TrackFit;
 use chainwave_measurement::Estimate;
 
 use self::markup::{Cell, escaped, inlined, table};
@@ -34,6 +36,7 @@ pub(crate) fn write(
         format!("<h1>{}</h1>{}", escaped(&setup.experiment.name), introduction(setup, results)),
         problems(setup, results),
         format!("<h2>Results</h2>{}", numbers_table(&rows(&results.evaluation, results.truth.as_ref()))),
+        believed_fit(&results.evaluation).map_or_else(String::new, intervals::section),
         budget.map_or_else(String::new, budget::section),
         wave::section(&results.evaluation),
         format!("<h2>Figures</h2>{shown}"),
@@ -162,6 +165,12 @@ fn numbers_table(rows: &[Row]) -> String {
     let mut heads = vec!["", "measured", "σ", "95 % interval", "σ (%)"];
     heads.extend(is_known.then_some("truth"));
     table(&heads, rows.iter().map(row))
+}
+
+/// The fit to the tracks, where the dampings are taken from it.
+fn believed_fit(evaluation: &Evaluation) -> Option<&TrackFit> {
+    let is_source = evaluation.damping.source == Some(TRACKS);
+    evaluation.track_fit.as_ref().ok().filter(|_| is_source)
 }
 
 /// A figure, in the page itself.

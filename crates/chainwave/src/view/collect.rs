@@ -7,10 +7,12 @@ use chainwave_correlation::ReferenceFrames;
 use chainwave_experiment::{Setup, planned_view, subsets_in};
 use chainwave_view::{Collection, ShownRecording};
 
+use crate::check::said_of;
 use crate::cli;
 use crate::error::Error;
 use crate::listing::recordings_in;
 use crate::on_demand;
+use crate::parallel::threads;
 use crate::review::TRACKS;
 use crate::track::read_points;
 use crate::view::results::of_results;
@@ -62,7 +64,7 @@ fn of_experiment(arguments: &cli::View) -> Result<Collection, Error> {
     let mut setup = Setup::read(&arguments.path, arguments.recordings.as_deref())?;
     setup.takes_partial = arguments.reading.partial;
     on_demand::expect_recordings_of(&setup)?;
-    let (mut recordings, mut notes) = (Vec::new(), Vec::new());
+    let (mut recordings, mut notes) = (Vec::new(), said_of(&setup, threads(None)));
     for trial in &setup.trials {
         match planned_view(&setup, trial) {
             Ok(view) => recordings.push(ShownRecording {
@@ -71,7 +73,11 @@ fn of_experiment(arguments: &cli::View) -> Result<Collection, Error> {
                 subsets: view.subsets,
                 ..ShownRecording::new(view.path)
             }),
-            Err(error) => notes.push(error.to_string()),
+            // A check says it of recordings already.
+            Err(error) if !notes.iter().any(|said| said.contains(&error.to_string())) => {
+                notes.push(error.to_string())
+            }
+            Err(_) => {}
         }
     }
     if recordings.is_empty() {

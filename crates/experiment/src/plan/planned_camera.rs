@@ -99,6 +99,7 @@ impl PlannedCamera {
             first_image: self.first_image,
             camera: None,
             exposure_s: Some(camera.exposure_s),
+            triggered_unix_s: None,
             warnings: Vec::new(),
         }
     }

@@ -4,6 +4,7 @@
 use chainwave_camera::open_with;
 use chainwave_experiment::{Results, Setup};
 use chainwave_measurement::median;
+use chrono::{DateTime, Utc};
 
 use super::markup::{Cell, table};
 
@@ -20,6 +21,7 @@ pub(super) fn section(setup: &Setup, results: &Results) -> String {
             "picture",
             format!("{} x {} px, {} bit ({})", info.width_px, info.height_px, info.bit_depth, info.format),
         ));
+        rows.extend(info.triggered_unix_s.and_then(date).map(|date| ("filmed", date)));
         rows.extend(info.rate_hz.map(|rate_hz| ("frame rate", format!("{rate_hz:.1} Hz"))));
         rows.extend(info.exposure_s.map(|exposure_s| ("exposure", format!("{:.2} µs", 1e6 * exposure_s))));
     }
@@ -49,6 +51,15 @@ pub(super) fn section(setup: &Setup, results: &Results) -> String {
     }
     let rows = rows.into_iter().map(|(name, value)| vec![Cell::text(name), Cell::text(&value)]);
     format!("<h2>How it was measured</h2>{}", table(&["", ""], rows))
+}
+
+/// When the first recording was made, by the camera's clock.
+fn date(unix_s: f64) -> Option<String> {
+    let at: DateTime<Utc> = DateTime::from_timestamp(unix_s as i64, 0)?;
+    Some(format!(
+        "{} (trigger of the first recording, by the camera's clock)",
+        at.format("%Y-%m-%d %H:%M:%S UTC")
+    ))
 }
 
 /// The methods that bodies were followed with, each once.
