@@ -30,17 +30,22 @@ function toStrongest() {
 function sayScale() {
   const { strain, times_s: times } = wave.data;
   const ms = (time) => (1e3 * time).toFixed(2);
-  waveBox("map-extent").textContent = `${ms(times[0])} to ${ms(times[times.length - 1])} ms to the right, gap 1 to ${strain.length} downwards; blue is compression, grey not measured`;
+  waveBox("map-extent").textContent = `${ms(times[0])} to ${ms(times[times.length - 1])} ms to the right, gap 1 to ${strain.length} downwards; red is compression, grey not measured`;
   waveBox("map-least").textContent = `strain ${(-wave.most).toPrecision(2)}`;
   waveBox("map-most").textContent = `+${wave.most.toPrecision(2)}`;
 }
 
-/** Blue is compression, red is tension, white none; grey is not measured. */
+/** From none to the largest strain, as the figures of a report have them: red is compression, blue tension. */
+const COMPRESSION = [[255, 255, 255], [196, 98, 66], [74, 16, 6]];
+const TENSION = [[255, 255, 255], [98, 146, 212], [20, 48, 120]];
+const NOT_MEASURED = [128, 128, 128];
+
 function colourOf(value) {
-  if (value === null) return [128, 128, 128];
-  const share = Math.min(Math.max(value / wave.most, -1), 1);
-  const faded = Math.round(255 * (1 - Math.abs(share)));
-  return share < 0 ? [faded, faded, 255] : [255, faded, faded];
+  if (value === null) return NOT_MEASURED;
+  const colours = value < 0 ? COMPRESSION : TENSION;
+  const place = Math.min(Math.abs(value) / wave.most, 1) * (colours.length - 1);
+  const before = Math.min(Math.floor(place), colours.length - 2);
+  return [0, 1, 2].map((c) => Math.round(colours[before][c] + (place - before) * (colours[before + 1][c] - colours[before][c])));
 }
 
 function mapOf(strain, n) {
