@@ -75,7 +75,7 @@ fn of_experiment(arguments: &cli::View) -> Result<Collection, Error> {
             }),
             // A check says it of recordings already.
             Err(error) if !notes.iter().any(|said| said.contains(&error.to_string())) => {
-                notes.push(error.to_string())
+                notes.push(error.to_string());
             }
             Err(_) => {}
         }
