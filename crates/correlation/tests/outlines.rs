@@ -1,7 +1,6 @@
 //! Subsets that are no rectangles: what lies beside a body rests, and may not hold it back.
 
 #![cfg(test)]
-#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::f64::consts::PI;
 
