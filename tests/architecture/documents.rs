@@ -3,13 +3,13 @@
 use std::collections::BTreeSet;
 use std::path::{Component, Path, PathBuf};
 
-use crate::repository::{Source, files, names_in, root, sources};
+use crate::repository::{Source, files, names_in, root, rust_sources, sources};
 
 /// Where the pages of the book lie, and their table of contents.
 const BOOK: &str = "docs/src";
 const CONTENTS: &str = "docs/src/SUMMARY.md";
-/// Papers with a table of all crates, a row each that begins with a link to its folder.
-const CODE_MAPS: [&str; 2] = ["README.md", "ARCHITECTURE.md"];
+/// The paper with a table of all crates, a row each that begins with a link to its folder.
+const CODE_MAP: &str = "ARCHITECTURE.md";
 
 #[test]
 fn every_relative_link_leads_somewhere() {
@@ -53,12 +53,51 @@ fn every_page_of_the_book_stands_in_its_contents() {
 }
 
 #[test]
-fn the_code_maps_name_every_crate() {
-    for paper in CODE_MAPS {
-        let mut mapped = mapped_crates(&document(paper).text);
-        mapped.sort();
-        assert_eq!(mapped, names_in(Path::new("crates")), "the table of crates in {paper}");
-    }
+fn the_code_map_names_every_crate() {
+    let mut mapped = mapped_crates(&document(CODE_MAP).text);
+    mapped.sort();
+    assert_eq!(mapped, names_in(Path::new("crates")), "the table of crates in {CODE_MAP}");
+}
+
+#[test]
+fn every_kind_of_warning_stands_in_the_book() {
+    assert_in_the_book(BOOK, &["code: \"", "Finding::all_of(\"", "Finding::all_of( \""], |code| {
+        format!("`{code}`")
+    });
+}
+
+#[test]
+fn every_decision_stands_in_the_book() {
+    assert_in_the_book(
+        "docs/src/reference/decisions.md",
+        &["question: \"", "plain(\"", "plain( \""],
+        |question| format!("| {question} |"),
+    );
+}
+
+/// Asserts that what stands between quotation marks behind one of some words of the libraries' sources, lines joined by a space, is
+/// written in these pages.
+fn assert_in_the_book(pages: &str, words: &[&str], written: impl Fn(&str) -> String) {
+    let libraries =
+        ["analysis", "experiment", "inference"].map(|name| Path::new("crates").join(name).join("src"));
+    let of_library = |source: &Source| libraries.iter().any(|folder| source.path.starts_with(folder));
+    let book: String =
+        documents().into_iter().filter(|page| page.path.starts_with(pages)).map(|page| page.text).collect();
+    let named: BTreeSet<String> = rust_sources()
+        .iter()
+        .filter(|source| of_library(source))
+        .map(|source| source.text.split_whitespace().collect::<Vec<_>>().join(" "))
+        .flat_map(|text| words.iter().flat_map(|word| quoted_after(&text, word)).collect::<Vec<_>>())
+        .collect();
+    assert!(named.len() > 5, "hardly anything is named: {named:?}");
+    let missing: Vec<&String> = named.iter().filter(|name| !book.contains(&written(name))).collect();
+    assert!(missing.is_empty(), "not in {pages}: {missing:?}");
+}
+
+/// What stands between a word that ends in a quotation mark and the next such mark; nothing where that is nothing.
+fn quoted_after(text: &str, word: &str) -> Vec<String> {
+    let behind = text.split(word).skip(1).filter_map(|rest| rest.split('"').next());
+    behind.filter(|name| !name.is_empty()).map(str::to_owned).collect()
 }
 
 /// Papers at the top, the book, and what says how studies and samples are made.
