@@ -12,9 +12,6 @@ const MEMORY_TIMES: u16 = 1001;
 const IMAGE_TIMES: u16 = 1002;
 const EXPOSURES: u16 = 1003;
 
-/// Time stamps and exposures count in units of 2^-32 s.
-pub(super) const TICKS_PER_SECOND: f64 = 4_294_967_296.0;
-
 /// The tagged blocks between the Setup block and the image pointers, as far as they matter here.
 #[derive(Default)]
 pub(super) struct Blocks {

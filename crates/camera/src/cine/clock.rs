@@ -1,7 +1,7 @@
 //! Times of a .cine's frames after the trigger, from time stamps or from image numbers, and the frame rate.
 
-use super::blocks::{Blocks, TICKS_PER_SECOND};
-use super::header::CineHeader;
+use super::blocks::Blocks;
+use super::header::{CineHeader, TICKS_PER_SECOND};
 use super::setup::Setup;
 use crate::bytes::Bytes;
 use crate::error::CameraError;

@@ -1,11 +1,13 @@
 //! The two fixed headers of a .cine: the file's own and the bitmap's.
 
-use super::blocks::TICKS_PER_SECOND;
 use crate::bytes::Bytes;
 use crate::error::CameraError;
 
 const HEADER_BYTES: u16 = 44;
 const BITMAP_BYTES: u64 = 40;
+
+/// Time stamps and exposures count in units of 2^-32 s.
+pub(super) const TICKS_PER_SECOND: f64 = 4_294_967_296.0;
 
 /// What CINEFILEHEADER and BITMAPINFOHEADER say, as far as it matters here.
 pub(super) struct CineHeader {

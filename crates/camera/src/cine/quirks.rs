@@ -1,7 +1,7 @@
 //! What is odd about an otherwise readable .cine: garbage sizes, dummy frames, decimation, companding.
 
-use super::blocks::{Blocks, TICKS_PER_SECOND};
-use super::header::CineHeader;
+use super::blocks::Blocks;
+use super::header::{CineHeader, TICKS_PER_SECOND};
 use super::pixels::{CineStorage, PixelLayout};
 use super::setup::Setup;
 use crate::bytes::Bytes;
