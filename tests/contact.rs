@@ -1,7 +1,7 @@
 //! The contact law of the sample curve, and what `chainwave contact` refuses.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 use toml::Table;
@@ -72,6 +72,38 @@ fn what_is_no_compression_curve_is_refused() {
         assert!(message.contains("expected") && message.contains("found"), "{message}");
         assert!(!out.exists(), "nothing could be done, so nothing is left behind");
     }
+}
+
+#[test]
+fn a_scene_names_the_file_of_its_law() {
+    let folder = TempDir::new().expect("a temporary folder can be made");
+    let found = contact(&folder, &root().join("data-samples/hec-compression.csv"));
+    let value = |name: &str| found[name].as_float().expect("a number");
+    let copied = [("a", value("a")), ("delta_0_m", value("delta_0_m")), ("p", value("p"))];
+    let copied: String = copied.iter().map(|(name, value)| format!("{name} = {value:?}\n")).collect();
+    let motion = |law: &str| {
+        let (scene, out) = (scene_of(&folder, law), folder.path().join("motion.csv"));
+        succeed(chainwave().arg("simulate").arg(scene).arg("--out").arg(&out));
+        fs::read_to_string(out).expect("a motion was written")
+    };
+    let named = motion("law = \"fitted\"\nfile = \"contact.toml\"");
+    assert_eq!(named, motion(&format!("law = \"power\"\n{copied}")));
+    let (scene, out) =
+        (scene_of(&folder, "law = \"fitted\"\nfile = \"lost.toml\""), folder.path().join("none.csv"));
+    let refused = fail(chainwave().arg("simulate").arg(scene).arg("--out").arg(out), 2);
+    assert!(refused.contains("lost.toml"), "{refused}");
+}
+
+/// Three bodies that are struck, with such a law between them.
+fn scene_of(folder: &TempDir, law: &str) -> PathBuf {
+    let scene = folder.path().join("scene.toml");
+    let text = format!(
+        "model = \"chain\"\nn_bodies = 3\nduration_s = 2e-3\noutput_interval_s = 1e-4\n\
+         [body]\nmass_kg = 0.01\ndamping_kg_per_s = 0.1\n[contact]\n{law}\n\
+         [drive]\nkind = \"striker\"\nmass_kg = 0.05\nvelocity_m_per_s = 1.0\ndamping_kg_per_s = 0.1\n"
+    );
+    fs::write(&scene, text).expect("the scene can be written");
+    scene
 }
 
 fn contact(folder: &TempDir, curve: &Path) -> Table {

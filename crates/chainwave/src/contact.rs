@@ -17,7 +17,7 @@ use crate::table;
 /// What stands above the numbers.
 const HEAD: &str = "\
 # A contact law, F = a (overlap + delta_0)^p - f_0 with f_0 = a delta_0^p, in newtons and metres, and its stiffness k_0 at zero
-# overlap. To use it, copy law, a, delta_0_m and p into [contact] of an experiment or a scene, and nothing else.
+# overlap. To use it, write law = \"fitted\" and file = \"THIS.toml\" into [contact] of an experiment or a scene.
 # NAME_sigma is the standard uncertainty of NAME; a 95 % interval is NAME +- factor_95 * NAME_sigma.
 ";
 

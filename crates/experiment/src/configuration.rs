@@ -3,6 +3,7 @@
 mod contact;
 mod far_end;
 mod far_striker;
+mod law_file;
 mod pattern;
 mod rings;
 mod trial;
@@ -457,7 +458,7 @@ impl Experiment {
     /// The experiment of a text; an error points at the line. Files that it names are looked for beside `path`, where the text stands.
     ///
     /// # Errors
-    /// A text that is no experiment, and tables of contact laws that cannot be read.
+    /// A text that is no experiment, and files of contact laws that cannot be read.
     pub fn parse(path: &Path, text: &str) -> Result<Self, Error> {
         expect_filled_in(path, text)?;
         let configuration = |wrong: toml::de::Error| Error::Configuration {
@@ -465,12 +466,8 @@ impl Experiment {
             message: wrong.to_string(),
         };
         let mut experiment: Self = toml::from_str(text).map_err(configuration)?;
-        let read = |file: &Path| {
-            let table = Table::read_csv(&path.with_file_name(file))?;
-            Ok::<_, Error>((table.full_numbers("overlap_m")?, table.full_numbers("force_n")?))
-        };
-        experiment.contact.read_tables(read)?;
-        experiment.far_striker.as_mut().map_or(Ok(()), |far| far.read_tables(read))?;
+        experiment.contact.read_files(path, Table::read_csv)?;
+        experiment.far_striker.as_mut().map_or(Ok(()), |far| far.read_files(path, Table::read_csv))?;
         experiment
             .check_chain()
             .map_err(|wrong| Error::Configuration { path: path.to_owned(), message: wrong.to_string() })?;

@@ -118,10 +118,10 @@ impl ChainScene {
         })
     }
 
-    /// The chain; tables are looked for beside the scene at `path`, and `read` reads them.
+    /// The chain; files are looked for beside the scene at `path`, and `read` reads those that are tables.
     ///
     /// # Errors
-    /// Tables that cannot be read, and values that are no chain's.
+    /// Files that cannot be read, and values that are no chain's.
     pub fn chain<E: From<Error>>(
         &self,
         path: &Path,
@@ -131,13 +131,9 @@ impl ChainScene {
         let values =
             |values: Result<Vec<f64>, String>| values.map_err(|wrong| E::from(configuration(path, wrong)));
         let mut contact = self.contact.clone();
-        let read_points = |file: &Path| {
-            let table = read(&path.with_file_name(file))?;
-            Ok::<_, E>((table.full_numbers("overlap_m")?, table.full_numbers("force_n")?))
-        };
-        contact.read_tables(read_points)?;
+        contact.read_files(path, read)?;
         let mut far_striker = self.far_striker.clone();
-        far_striker.as_mut().map_or(Ok(()), |far| far.read_tables(read_points))?;
+        far_striker.as_mut().map_or(Ok(()), |far| far.read_files(path, read))?;
         let far_end = far_end(self.far_end, far_striker.as_ref());
         Ok(Chain {
             mass_kg: values(self.body.mass_kg.values(n, "body.mass_kg"))?,

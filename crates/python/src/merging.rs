@@ -287,10 +287,7 @@ fn measured(motion: &ChainMotion, asked: &Measuring) -> Result<Measurement, Fail
     let Some(contact) = &asked.contact else { return Ok(measure(motion, &settings, None)?) };
     let read: Result<OfContact, _> = toml::from_str(contact);
     let mut contact = read.map_err(|wrong| Failure::Argument(format!("contact: {wrong}")))?.contact;
-    contact.read_tables(|file| {
-        let table = Table::read_csv(file)?;
-        Ok::<_, Failure>((table.full_numbers("overlap_m")?, table.full_numbers("force_n")?))
-    })?;
+    contact.read_files(Path::new(""), |file| Ok::<_, Failure>(Table::read_csv(file)?))?;
     let n_bodies = motion.n_bodies();
     let contacts = contact.contacts(n_bodies)?;
     let of_gaps: Vec<_> = (0..n_bodies.saturating_sub(1)).map(|gap| contacts.of_gap(gap).energy()).collect();

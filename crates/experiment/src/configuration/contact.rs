@@ -1,7 +1,7 @@
 //! What lies in the gaps, as a configuration states it: for a table, a list of tables, or a pattern that repeats.
 
 use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use chainwave_mechanics::{
     Contact as GapContact, Contacts, Law as ForceLaw, LinearLaw, MechanicsError, PowerLaw, TableLaw, Tension,
@@ -87,6 +87,11 @@ pub enum Law {
         /// Forces in newtons.
         force_n: Vec<f64>,
     },
+    /// A power law that `chainwave contact` fitted to a curve, until it is read.
+    Fitted {
+        /// CONTACT.toml.
+        file: PathBuf,
+    },
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
@@ -96,6 +101,7 @@ enum LawName {
     Hertz,
     Linear,
     Table,
+    Fitted,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
@@ -174,26 +180,13 @@ impl Contact {
         self.tables().iter().map(|table| &table.law)
     }
 
-    /// Reads the points of laws that are tables, which lie beside the configuration; `read` gives the columns `overlap_m` and `force_n`.
-    ///
-    /// # Errors
-    /// Those of `read`.
-    pub fn read_tables<E>(
-        &mut self,
-        mut read: impl FnMut(&Path) -> Result<(Vec<f64>, Vec<f64>), E>,
-    ) -> Result<(), E> {
+    /// The laws, to be changed.
+    pub(super) fn laws_mut(&mut self) -> impl Iterator<Item = &mut Law> {
         let tables = match &mut self.gaps {
             Gaps::Same(table) => std::slice::from_mut(table),
             Gaps::Each(tables) | Gaps::Repeat(tables) => tables,
         };
-        for table in tables {
-            if let Law::Table { file, overlap_m, force_n } = &mut table.law
-                && let Some(file) = file.take()
-            {
-                (*overlap_m, *force_n) = read(&file)?;
-            }
-        }
-        Ok(())
+        tables.iter_mut().map(|table| &mut table.law)
     }
 
     /// The contacts of a chain of so many bodies.
@@ -223,16 +216,12 @@ impl Contact {
 
     /// States relative standard uncertainties of stiffness, offset and exponent of the laws that have them.
     pub(crate) fn state_sigmas(&mut self, relative: [f64; 3]) {
-        let tables = match &mut self.gaps {
-            Gaps::Same(table) => std::slice::from_mut(table),
-            Gaps::Each(tables) | Gaps::Repeat(tables) => tables,
-        };
-        for table in tables {
-            if let Law::Power { a, delta_0_m, p, sigmas } = &mut table.law {
+        for law in self.laws_mut() {
+            if let Law::Power { a, delta_0_m, p, sigmas } = law {
                 let values = [a.get(), delta_0_m.get(), p.get()];
                 *sigmas = std::array::from_fn(|i| NotNegative::try_from(relative[i] * values[i]).ok());
             }
-            if let Law::Linear { k_n_per_m, sigma } = &mut table.law {
+            if let Law::Linear { k_n_per_m, sigma } = law {
                 *sigma = NotNegative::try_from(relative[0] * k_n_per_m.get()).ok();
             }
         }
@@ -272,6 +261,13 @@ impl Law {
             }
             Self::Linear { k_n_per_m, .. } => ForceLaw::Linear(LinearLaw::new(k_n_per_m.get())?),
             Self::Table { overlap_m, force_n, .. } => ForceLaw::Table(TableLaw::new(overlap_m, force_n)?),
+            Self::Fitted { .. } => {
+                return Err(MechanicsError::Length {
+                    quantity: "a fitted law's file",
+                    expected: 1,
+                    found: 0,
+                });
+            }
         })
     }
 
@@ -282,6 +278,7 @@ impl Law {
             Self::Hertz { .. } => "Hertz's law",
             Self::Linear { .. } => "spring",
             Self::Table { .. } => "measured curve",
+            Self::Fitted { .. } => "fitted power law",
         }
     }
 }
@@ -359,6 +356,10 @@ impl Keys {
                 self.only("linear", &["k_n_per_m", "k_sigma_n_per_m"])?;
                 let k_n_per_m = self.k_n_per_m.ok_or_else(|| missing("k_n_per_m"))?;
                 Law::Linear { k_n_per_m, sigma: self.k_sigma_n_per_m }
+            }
+            LawName::Fitted => {
+                self.only("fitted", &["file", "tension_limit"])?;
+                Law::Fitted { file: self.file.clone().ok_or_else(|| missing("file"))? }
             }
             LawName::Table => {
                 self.only("table", &["file", "overlap_m", "force_n"])?;
@@ -441,6 +442,7 @@ impl Keys {
                 keys.law = Some(LawName::Table);
                 (keys.overlap_m, keys.force_n) = (Some(overlap_m.clone()), Some(force_n.clone()));
             }
+            Law::Fitted { file } => (keys.law, keys.file) = (Some(LawName::Fitted), Some(file.clone())),
         }
         keys
     }

@@ -9,6 +9,7 @@ use super::contact::Contact;
 use super::far_end::FarEndTable;
 use crate::error::Error;
 use crate::numbers::{NotNegative, Positive};
+use crate::table::Table;
 
 /// A body that comes towards the chain from behind its last body, and pushes only.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -29,12 +30,13 @@ pub struct FarStrikerTable {
 }
 
 impl FarStrikerTable {
-    /// Reads the table of its contact, where that is one.
-    pub(crate) fn read_tables<E>(
+    /// Reads the law of its contact, where that stands in a file; see [`Contact::read_files`].
+    pub(crate) fn read_files<E: From<Error>>(
         &mut self,
-        read: impl FnMut(&Path) -> Result<(Vec<f64>, Vec<f64>), E>,
+        path: &Path,
+        read_table: impl FnMut(&Path) -> Result<Table, E>,
     ) -> Result<(), E> {
-        self.contact.as_mut().map_or(Ok(()), |contact| contact.read_tables(read))
+        self.contact.as_mut().map_or(Ok(()), |contact| contact.read_files(path, read_table))
     }
 
     fn far_striker(&self) -> Result<FarStriker, Error> {
