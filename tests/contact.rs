@@ -99,7 +99,7 @@ fn scene_of(folder: &TempDir, law: &str) -> PathBuf {
     let scene = folder.path().join("scene.toml");
     let text = format!(
         "model = \"chain\"\nn_bodies = 3\nduration_s = 2e-3\noutput_interval_s = 1e-4\n\
-         [body]\nmass_kg = 0.01\ndamping_kg_per_s = 0.1\n[contact]\n{law}\n\
+         [body]\npitch_m = 0.03\nmass_kg = 0.01\ndamping_kg_per_s = 0.1\n[contact]\n{law}\n\
          [drive]\nkind = \"striker\"\nmass_kg = 0.05\nvelocity_m_per_s = 1.0\ndamping_kg_per_s = 0.1\n"
     );
     fs::write(&scene, text).expect("the scene can be written");

@@ -475,6 +475,10 @@ pub(crate) struct Run {
     /// evaluation.
     #[arg(long, conflicts_with = "share")]
     pub(crate) budget: bool,
+    /// How well a result must be known, such as c_g=0.1% or HWHM=0.2mm (also x_n, c_d, c_s, peak_strain, peak_energy); may be given for several.
+    /// Rehearsals then choose the trials, frames, size of subsets and tracking method that are enough, and the run looks at nothing else.
+    #[arg(long, value_name = "RESULT=SIGMA", conflicts_with = "share")]
+    pub(crate) accuracy: Vec<chainwave_experiment::Aim>,
     /// Only track, and only the K-th of N shares of the recordings: for the tasks of a cluster's array job, which all write into
     /// one folder. A run without it then evaluates what they tracked.
     #[arg(long, value_name = "K/N")]
@@ -506,6 +510,10 @@ pub(crate) struct Tradeoff {
     /// Folder for tradeoff.parquet and its figures.
     #[arg(long)]
     pub(crate) out: PathBuf,
+    /// Run each experiment as a whole, as it is stated and with less of one thing at a time, and show the certainty of c_g, HWHM and c_d
+    /// against the time of a run; takes some eight runs.
+    #[arg(long)]
+    pub(crate) results: bool,
     /// Table of points for recordings, as for `track`; when left out, squares of 33 x 33 px with much texture.
     #[arg(long)]
     pub(crate) points: Option<PathBuf>,

@@ -3,6 +3,19 @@
 use chainwave_experiment::{Plan, VarianceShare};
 use serde_json::{Value, json};
 
+/// What was foreseen of each result, by the keys of its value and its sigma; both null of one that would not be there.
+pub(crate) fn foreseen_as_json(plan: &Plan) -> Value {
+    let foreseen = plan.results.iter().flat_map(|(result, found, _)| {
+        let [value, sigma] = result.keys();
+        let found = found.as_ref().ok();
+        [
+            (value.into(), json!(found.map(|found| found.value))),
+            (sigma.into(), json!(found.map(|found| found.sigma))),
+        ]
+    });
+    Value::Object(foreseen.collect())
+}
+
 /// For each key of a sigma the sources of its variance with their shares, largest first.
 pub(crate) fn limits_as_json(plan: &Plan) -> Value {
     let of = |one: &VarianceShare| json!({ "source": one.source, "share": one.share });

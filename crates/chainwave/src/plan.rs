@@ -98,7 +98,7 @@ fn in_words(setup: &Setup, plan: &Plan) -> String {
     lines.extend(plan.assumed.iter().map(|assumed| format!("assumed: {assumed}")));
     lines.push(format!("\n{:<20}{:>14}{:>12}{:>12}   from", "", "expected", "sigma", "relative"));
     lines.extend(plan.results.iter().map(|(result, estimate, shares)| {
-        let name = format!("{} ({})", result.in_words(), unit(*result));
+        let name = format!("{} ({})", result.in_words(), result.unit());
         let from: Vec<String> =
             shares.iter().map(|one| format!("{} {:.0} %", one.source, 100.0 * one.share)).collect();
         match estimate {
@@ -147,16 +147,6 @@ fn gains(factors: &[(PlannedResult, Option<f64>)]) -> String {
         .map(|(result, factor)| format!("{} {factor:.2}", result.in_words()))
         .collect();
     if told.is_empty() { "nothing".to_owned() } else { told.join(", ") }
-}
-
-fn unit(result: PlannedResult) -> &'static str {
-    match result {
-        PlannedResult::Displacement | PlannedResult::HalfWidth => "m",
-        PlannedResult::GroupVelocity => "m/s",
-        PlannedResult::ChainDamping | PlannedResult::StrikerDamping => "kg/s",
-        PlannedResult::PeakEnergy => "J",
-        _ => "1",
-    }
 }
 
 fn cost_in_words(cost: &Cost) -> String {

@@ -4,6 +4,7 @@
 //! results until its bytes or the settings change. What follows takes seconds and is computed anew, from the kept tracks,
 //! so an interrupted run that goes on gives the same bytes as one that was not. Several machines may each track a share first.
 
+mod accuracy;
 mod dataset;
 mod explain;
 mod figures;
@@ -19,8 +20,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use chainwave_experiment::{
-    Evaluation, FailedRecording, Finding, Plan, RecordingState, Setup, Tracked, TrackedRecording, check,
-    compare_strikers, plan, recording_states, track, track_share,
+    Economy, Evaluation, FailedRecording, Finding, Plan, RecordingState, Setup, Tracked, TrackedRecording,
+    check, compare_strikers, plan, recording_states, track, track_share,
 };
 use serde_json::{Value, json};
 
@@ -29,7 +30,7 @@ pub(crate) use self::results::{states_as_json, warnings_as_json, write_measureme
 use crate::cli;
 use crate::error::Error;
 use crate::kept::KeptFolder;
-use crate::limits::limits_as_json;
+use crate::limits::{foreseen_as_json, limits_as_json};
 use crate::on_demand;
 use crate::outcome::Outcome;
 use crate::output::{make_folder, remove_unfinished, write_json};
@@ -75,8 +76,15 @@ pub(crate) fn run(arguments: &cli::Run) -> Result<Outcome, Error> {
         };
         let (jobs, dataset) = (arguments.jobs, arguments.dataset.as_deref());
         let (explain, budget) = (arguments.explain, arguments.budget);
-        let run = Run { setup, out: folder_of(setup), jobs, explain, budget, dataset, place };
-        make_folder(&run.out)?;
+        let out = folder_of(setup);
+        make_folder(&out)?;
+        let economy = accuracy::choose(setup, arguments, &place)?;
+        if let Some(economy) = &economy {
+            states.extend(accuracy::not_needed(setup, economy));
+        }
+        let economy = economy.as_ref();
+        let setup = economy.map_or(setup, |economy| &economy.setup);
+        let run = Run { setup, out, jobs, explain, budget, economy, dataset, place };
         let (of_recordings, evaluation) = run.carry_out(&mut outcome)?;
         states.extend(of_recordings);
         concluded.extend(evaluation.map(|evaluation| (setup.clone(), evaluation)));
@@ -108,6 +116,8 @@ struct Run<'a> {
     explain: bool,
     /// Whether the sources of each uncertainty are asked for.
     budget: bool,
+    /// What was chosen for the accuracy that is asked for.
+    economy: Option<&'a Economy>,
     /// Folder of the partitioned tracks, where they are asked for.
     dataset: Option<&'a Path>,
     /// Which of several velocities it is, for bars.
@@ -123,6 +133,7 @@ impl Run<'_> {
         let store = KeptFolder::in_results(out)?;
         store.remove_unfinished()?;
         remove_unfinished(out)?;
+        results::remove_rehearsed(out)?;
         let sanity = check(setup, threads(self.jobs))?;
         name_findings(&sanity.findings);
         clock.stage("sanity");
@@ -147,7 +158,7 @@ impl Run<'_> {
         let unsolved = unsolved(setup, &tracked);
         let bar = progress::stepped(&format!("stitching and fits{}", self.place));
         let show = progress::shown_on(&bar);
-        let results = match setup.conclude(tracked, threads(self.jobs), &progress::monitor(&show)) {
+        let mut results = match setup.conclude(tracked, threads(self.jobs), &progress::monitor(&show)) {
             Ok(results) => results,
             Err(error) => {
                 results::write_unsolved(out, &findings, unsolved.clone(), &error.to_string())?;
@@ -157,13 +168,19 @@ impl Run<'_> {
             }
         };
         clock.stage("stitching, analysis and fit");
+        results.decisions.extend(self.economy.iter().flat_map(|economy| economy.decisions.iter().cloned()));
         results::write(setup, out, &results)?;
         clock.stage("tables");
         let mut figures = figures::draw(&setup.experiment, out, &results.evaluation, outcome)?;
         figures.extend(markers::draw(setup, out, &results, outcome)?);
         clock.stage("figures");
         let budget = self.budget.then(|| self.error_budget(&mut clock)).transpose()?;
-        report::write(setup, out, &results, &figures, budget.as_ref())?;
+        let reached = self.economy.map(|economy| accuracy::reached(economy, &results.evaluation));
+        if let (Some(economy), Some(reached)) = (self.economy, &reached) {
+            accuracy::write(out, economy, reached)?;
+        }
+        let rehearsed = report::Rehearsed { budget: budget.as_ref(), reached: reached.as_deref() };
+        report::write(setup, out, &results, &figures, &rehearsed)?;
         provenance::write(setup, out)?;
         clock.stage("report");
         summary::print(setup, out, &results, &clock);
@@ -182,7 +199,9 @@ impl Run<'_> {
         let begin = Instant::now();
         let now_s = || begin.elapsed().as_secs_f64();
         let plan = plan(self.setup, threads(self.jobs), &progress::monitor(&show), &now_s)?;
-        write_json(&self.out.join("error_budget.json"), &limits_as_json(&plan))?;
+        let mut budget = limits_as_json(&plan);
+        budget["foreseen"] = foreseen_as_json(&plan);
+        write_json(&self.out.join("error_budget.json"), &budget)?;
         clock.stage("error budget");
         Ok(plan)
     }

@@ -2,9 +2,10 @@
 //!
 //! Errors come from comparisons that know the truth: patches of the recording's own picture, shifted by known amounts under the
 //! recording's own noise, and the film's own motion as the method that follows most sees it; a far more accurate simulation of the same chain, or a
-//! far finer mesh of the same rings. Times are measured here, on the work itself: the shortest of a few repetitions, on one thread.
+//! far finer mesh of the same rings. Final results have no truth: their stated uncertainties are compared, of whole runs. Times are measured here, on the work itself: the shortest of a few repetitions, on one thread.
 
 mod integrators;
+mod results;
 mod rings;
 mod scene;
 mod simulations;
@@ -12,6 +13,7 @@ mod tracking;
 
 use std::path::Path;
 
+use chainwave_experiment::Setup;
 use chainwave_figures::{TradeOff, TradeOffPoint, trade_off};
 use serde_json::json;
 
@@ -47,7 +49,7 @@ pub(crate) fn tradeoff(arguments: &cli::Tradeoff) -> Result<Outcome, Error> {
     make_folder(&arguments.out)?;
     remove_unfinished(&arguments.out)?;
     let mut outcome = Outcome::default();
-    let mut rungs = Vec::new();
+    let (mut rungs, mut budgets) = (Vec::new(), Vec::new());
     for input in &arguments.inputs {
         if scene::is_experiment(input) && is_ring_scene(input)? {
             match rings::of_scene(input) {
@@ -66,6 +68,15 @@ pub(crate) fn tradeoff(arguments: &cli::Tradeoff) -> Result<Outcome, Error> {
                 Err(error) => outcome.fail(error),
             }
         }
+        if scene::is_experiment(input) && arguments.results {
+            match of_results(input) {
+                Ok((found, told)) => {
+                    rungs.extend(found);
+                    budgets.extend(told);
+                }
+                Err(error) => outcome.fail(error),
+            }
+        }
     }
     if rungs.is_empty() {
         return Err(Error::nothing_left("inputs", arguments.inputs.len()));
@@ -74,7 +85,15 @@ pub(crate) fn tradeoff(arguments: &cli::Tradeoff) -> Result<Outcome, Error> {
     let on_front: Vec<bool> = rungs.iter().map(|rung| is_on_front(rung, &rungs)).collect();
     write(&arguments.out, &rungs, &on_front)?;
     print(&rungs, &on_front, left_out.as_deref());
+    budgets.iter().for_each(|line| say!("{line}"));
     Ok(outcome)
+}
+
+/// Whole runs of an experiment, of its fastest striker where there are several, and what limits their results.
+fn of_results(input: &Path) -> Result<(Vec<Rung>, Vec<String>), Error> {
+    let whole = Setup::read(input, None)?;
+    let setup = whole.by_striker().into_iter().next().unwrap_or(whole);
+    Ok((results::ladder(&setup)?, results::budgets(&setup)?))
 }
 
 /// Whether the methods of tracking are tried: on all inputs but scenes of rings.
@@ -147,8 +166,11 @@ fn write(folder: &Path, rungs: &[Rung], on_front: &[bool]) -> Result<(), Error> 
         };
         let unit = of_step.first().map_or("", |(rung, _)| rung.error_unit);
         let figure = TradeOff {
-            time_label: "time per item (s)".into(),
-            error_label: format!("error ({unit})"),
+            time_label: if unit == "%" { "time of a run (s)".into() } else { "time per item (s)".into() },
+            error_label: match unit {
+                "%" => format!("standard uncertainty of {step} (%)"),
+                _ => format!("error ({unit})"),
+            },
             points: of_step.iter().filter_map(point).collect(),
         };
         trade_off(&folder.join(format!("tradeoff-{step}")), &figure)?;

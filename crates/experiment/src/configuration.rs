@@ -265,6 +265,9 @@ pub struct Tracking {
     pub interpolation: Interpolation,
     /// Frames stamped before this time show the chain at rest, in seconds after the trigger.
     pub rest_until_s: f64,
+    /// Recordings are looked at up to this time after the trigger, in seconds; to their ends unless it is given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub until_s: Option<f64>,
 }
 
 impl Tracking {

@@ -34,6 +34,8 @@ pub(crate) struct Task<'a> {
     pub(crate) sensor: Option<&'a SensorFiles>,
     /// From where bodies are followed anew, as a text.
     pub(crate) seeds: String,
+    /// Up to when the recording is looked at, in seconds after the trigger; `None`: to its end.
+    pub(crate) until_s: Option<f64>,
 }
 
 impl TrackKey {
@@ -62,6 +64,7 @@ impl TrackKey {
                 task.sensor.map_or_else(|| "none".into(), |sensor| sensor.content().to_owned()),
             ),
             ("corrections", task.seeds.clone()),
+            ("frames", task.until_s.map_or_else(|| "all".into(), |until_s| format!("until {until_s:?} s"))),
             ("algorithm", format!("version {}", chainwave_correlation::ALGORITHM_VERSION)),
         ];
         Self { recording: recording.to_owned(), parts }
@@ -116,6 +119,7 @@ mod tests {
             options,
             sensor: None,
             seeds: "none".into(),
+            until_s: None,
         };
         TrackKey::of("a.cine", content(path).unwrap(), &task).name()
     }

@@ -113,7 +113,10 @@ pub use measuring::measure_motion;
 pub use monitor::{Monitor, Progress, Stage};
 pub use numbers::{NotNegative, Positive};
 pub use picture_field::{FieldRequest, FoundField};
-pub use plan::{Cost, Plan, PlannedChange, PlannedResult, VarianceShare, plan};
+pub use plan::{
+    Aim, Cost, Economy, LargestSigma, Outlook, Plan, PlannedChange, PlannedResult, Precision, VarianceShare,
+    economy, outcome, plan,
+};
 pub use points::{FollowedPoints, PlacedPoint, PlacedSubset, PointTracking, subsets_in};
 pub use recording_state::{RecordingState, State, recording_states};
 pub use result_table::{ResultTable, Values};

@@ -10,8 +10,14 @@
 //! usual one, which is said to be assumed. A change is the same computation on another schedule, with the same seeds. Halving one source of
 //! error, of variance s^2 in a total of t^2, leaves t^2 - 3/4 s^2, which tells the source's share.
 
+mod aim;
 mod assumed_chain;
+#[cfg(test)]
+mod bound_tests;
 mod change;
+mod economy;
+#[cfg(test)]
+mod economy_tests;
 mod pace;
 mod pictures;
 mod planned_camera;
@@ -27,13 +33,15 @@ use std::num::NonZero;
 use chainwave_inference::stated_damping;
 use chainwave_measurement::Estimate;
 
+pub use self::aim::{Aim, LargestSigma};
 use self::assumed_chain::AssumedChain;
 use self::change::Change;
+pub use self::economy::{Economy, Outlook, economy};
 use self::pace::Pace;
 use self::pictures::Pictures;
 use self::planned_camera::PlannedCamera;
-pub use self::precision::PlannedResult;
-use self::precision::{Precision, precision};
+pub use self::precision::{PlannedResult, Precision, outcome};
+use self::precision::{both, precision};
 use self::readings::Readings;
 use self::rehearsal::Rehearsal;
 use self::schedule::{PlannedRecording, Schedule};
@@ -117,20 +125,12 @@ pub fn plan(
 ) -> Result<Plan, Error> {
     let mut findings = check(setup, n_threads)?.findings;
     findings.extend(unreadable_recordings(setup, n_threads));
-    let camera = PlannedCamera::of(setup)?;
-    let schedule = Schedule::of(setup, &camera);
-    let n_filmed = schedule.recordings.iter().filter(|one| one.is_filmed).count();
-    let rate_hz =
-        schedule.recordings.iter().find_map(|one| one.info.rate_hz).unwrap_or(camera.camera.rate_hz);
-    let chain = AssumedChain::of(&setup.experiment, rate_hz);
-    let pictures = pictures(setup, &schedule, &camera, &chain)?;
-    let readings = Readings::of(setup, &pictures)?;
+    let Prepared { rehearsal, camera, pictures } = Prepared::of(setup)?;
+    let n_filmed = rehearsal.schedule.recordings.iter().filter(|one| one.is_filmed).count();
     let pace = pictures.first().map(|one| Pace::measured(setup, one, now_s)).transpose()?.unwrap_or_default();
     let mut assumed = if n_filmed == 0 { camera.assumed } else { Vec::new() };
-    assumed.extend(chain.assumed.iter().cloned());
-    let reading_sigma_px = readings.usual_px[0];
-    let seed = setup.experiment.analysis.seed;
-    let rehearsal = Rehearsal { setup: setup.clone(), schedule, readings, chain, seed };
+    assumed.extend(rehearsal.chain.assumed.iter().cloned());
+    let reading_sigma_px = rehearsal.readings.usual_px[0];
     let changes = Change::of(&rehearsal)?;
     monitor.planned(Stage::Planning, 1 + changes.len() as u64);
     let from_s = now_s();
@@ -171,6 +171,31 @@ pub fn plan(
         results: results.collect(),
         changes: made,
     })
+}
+
+/// What a rehearsal takes, and the pictures that told how bodies are read.
+struct Prepared {
+    rehearsal: Rehearsal,
+    camera: PlannedCamera,
+    pictures: Vec<Pictures>,
+}
+
+impl Prepared {
+    /// Of the trials of one striker velocity.
+    ///
+    /// # Errors
+    /// Pictures that cannot be read or drawn, or that show no body.
+    fn of(setup: &Setup) -> Result<Self, Error> {
+        let camera = PlannedCamera::of(setup)?;
+        let schedule = Schedule::of(setup, &camera);
+        let rate_hz = schedule.recordings.iter().find_map(|one| one.info.rate_hz);
+        let chain = AssumedChain::of(&setup.experiment, rate_hz.unwrap_or(camera.camera.rate_hz));
+        let pictures = pictures(setup, &schedule, &camera, &chain)?;
+        let readings = Readings::of(setup, &pictures)?;
+        let seed = setup.experiment.analysis.seed;
+        let rehearsal = Rehearsal { setup: setup.clone(), schedule, readings, chain, seed };
+        Ok(Self { rehearsal, camera, pictures })
+    }
 }
 
 /// Recordings that are there and cannot be read; they are planned as if they were not.
@@ -223,8 +248,8 @@ fn pictures(
 /// What a whole evaluation says, as a run makes it.
 fn evaluated(rehearsal: &Rehearsal, n_threads: NonZero<usize>) -> Result<Precision, Error> {
     let evaluation = evaluate(&rehearsal.setup, &rehearsal.tracked(n_threads)?, n_threads, &Monitor::SILENT)?;
-    let damping = evaluation.track_fit.map(|fit| fit.stated);
-    Ok(precision(&evaluation.stitched.motion, &evaluation.measurement, damping))
+    let dampings = both(evaluation.track_fit.map(|fit| fit.stated));
+    Ok(precision(&evaluation.stitched.motion, &evaluation.measurement, dampings))
 }
 
 /// The same, without what a run adds to it.
@@ -236,8 +261,8 @@ fn rehearsed(rehearsal: &Rehearsal, n_threads: NonZero<usize>) -> Result<Precisi
     let known = known(experiment, &setup.map, &tracked.stages.scale);
     let model = track_model(experiment, experiment.chain_model()?, &known, n_threads);
     let offsets_s: Vec<f64> = stitched.alignments.iter().map(|one| one.trigger_offset_s.value).collect();
-    let damping = stated_damping(&observations, &offsets_s, &model);
-    Ok(precision(&stitched.motion, &measurement, damping))
+    let dampings = both(stated_damping(&observations, &offsets_s, &model));
+    Ok(precision(&stitched.motion, &measurement, dampings))
 }
 
 /// How many times smaller the uncertainty of each result becomes; `None` of one that is missing.

@@ -24,7 +24,7 @@ pub struct RecordingState {
 pub enum State {
     /// It has.
     Used,
-    /// The recording can be read, and what it shows contradicts the experiment or the others.
+    /// The recording can be read, and what it shows contradicts the experiment or the others, or is not needed for what was asked.
     LeftOut,
     /// It could not be read or tracked.
     Failed,

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use chainwave_measurement::{Recording, Region};
+use chainwave_measurement::{Head, Recording, Region};
 use sha2::{Digest, Sha256};
 
 use crate::configuration::Trial;
@@ -33,7 +33,7 @@ impl Setup {
         self.recordings.join(&trial.recording)
     }
 
-    /// Opens a recording that the calibration holds for, without what the sensor adds where that is known.
+    /// Opens a recording that the calibration holds for, as far as it is looked at, without what the sensor adds where that is known.
     ///
     /// # Errors
     /// A recording that cannot be read, or whose frames have another size than the calibration's.
@@ -43,10 +43,14 @@ impl Setup {
             None => chainwave_camera::open_with(&self.path_of(trial), &self.open_options())?,
         };
         self.map.check_size(recording.as_ref())?;
-        match &self.sensor {
-            Some(sensor) => sensor.correct(recording),
-            None => Ok(recording),
-        }
+        let corrected = match &self.sensor {
+            Some(sensor) => sensor.correct(recording)?,
+            None => recording,
+        };
+        Ok(match self.experiment.tracking.until_s {
+            Some(until_s) => Box::new(Head::until(corrected, until_s)),
+            None => corrected,
+        })
     }
 
     /// Whether there is something to open.

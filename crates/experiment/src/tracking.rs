@@ -185,7 +185,8 @@ fn track_one(
     let (bodies, subsets): (Vec<usize>, Vec<Subset>) = in_view.into_iter().unzip();
     let (method, options, sensor) = (setup.method(), &setup.open_options(), setup.sensor.as_ref());
     let seeds = setup.corrections.seeds_as_text(&trial.recording);
-    let task = Task { subsets: &subsets, reference: &reference, method, options, sensor, seeds };
+    let until_s = setup.experiment.tracking.until_s;
+    let task = Task { subsets: &subsets, reference: &reference, method, options, sensor, seeds, until_s };
     let key = TrackKey::of(&trial.recording, setup.content_of(trial)?, &task);
     let (mut tracks, origin) = match store.load(&key)? {
         Kept::Tracks(tracks) => {

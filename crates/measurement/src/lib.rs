@@ -24,6 +24,7 @@
 
 mod error_source;
 mod estimate;
+mod head;
 mod median;
 mod memory_recording;
 mod motion;
@@ -35,6 +36,7 @@ mod track;
 
 pub use error_source::ErrorSource;
 pub use estimate::Estimate;
+pub use head::Head;
 pub use median::median;
 pub use memory_recording::{Excerpt, MemoryRecording};
 pub use motion::{ChainMotion, ErrorMode, Moment, Trajectory, samples_until};

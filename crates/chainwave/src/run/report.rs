@@ -3,6 +3,7 @@
 mod budget;
 mod intervals;
 mod markup;
+mod prediction;
 mod recordings;
 mod settings;
 mod wave;
@@ -15,6 +16,7 @@ use chainwave_inference::TrackFit;
 use chainwave_measurement::Estimate;
 
 use self::markup::{Cell, escaped, inlined, table};
+use super::accuracy::Reached;
 use super::figures::Figure;
 use super::summary::{Row, rows};
 use crate::error::Error;
@@ -23,13 +25,21 @@ use crate::output::{read_bytes, write_text};
 /// Style of the page: plain, light and dark, readable on paper and on a narrow screen.
 const STYLE: &str = include_str!("report/style.css");
 
+/// What rehearsals told, where they were asked for.
+pub(super) struct Rehearsed<'a> {
+    /// What the uncertainty of each result comes from.
+    pub(super) budget: Option<&'a Plan>,
+    /// What became of the accuracy that was asked for.
+    pub(super) reached: Option<&'a [Reached<'a>]>,
+}
+
 /// Writes `report.html`: what went wrong, the numbers, the figures, what was decided and why, how it was measured, and every recording.
 pub(crate) fn write(
     setup: &Setup,
     out: &Path,
     results: &Results,
     figures: &[Figure],
-    budget: Option<&Plan>,
+    rehearsed: &Rehearsed<'_>,
 ) -> Result<(), Error> {
     let shown = figures.iter().map(|one| figure(out, one)).collect::<Result<String, _>>()?;
     let body = [
@@ -37,7 +47,9 @@ pub(crate) fn write(
         problems(setup, results),
         format!("<h2>Results</h2>{}", numbers_table(&rows(&results.evaluation, results.truth.as_ref()))),
         believed_fit(&results.evaluation).map_or_else(String::new, intervals::section),
-        budget.map_or_else(String::new, budget::section),
+        rehearsed.reached.map_or_else(String::new, prediction::asked),
+        rehearsed.budget.map_or_else(String::new, |plan| prediction::section(plan, &results.evaluation)),
+        rehearsed.budget.map_or_else(String::new, budget::section),
         wave::section(&results.evaluation),
         format!("<h2>Figures</h2>{shown}"),
         decisions_table(&results.decisions),

@@ -69,6 +69,11 @@ pub(crate) fn write_unsolved(
     write_json(&out.join("results.json"), &Value::Object(results))
 }
 
+/// Removes what an earlier run's rehearsals told, which is not this one's.
+pub(crate) fn remove_rehearsed(out: &Path) -> Result<(), Error> {
+    ["accuracy.json", "error_budget.json"].iter().try_for_each(|name| remove(&out.join(name)))
+}
+
 /// Writes every table of the interface but the tracks, `results.json` and `decisions.json`.
 pub(crate) fn write(setup: &Setup, out: &Path, results: &Results) -> Result<(), Error> {
     let Results { tracked, evaluation, decisions, .. } = results;

@@ -4,6 +4,8 @@ use chainwave_analysis::Measurement;
 use chainwave_inference::{Damping, FitError};
 use chainwave_measurement::{ChainMotion, Estimate};
 
+use crate::evaluation::Evaluation;
+
 /// A result whose uncertainty a plan predicts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PlannedResult {
@@ -48,6 +50,30 @@ impl PlannedResult {
         }
     }
 
+    /// Its name where it is asked for, as in `c_g=0.1%`.
+    pub fn symbol(self) -> &'static str {
+        match self {
+            Self::Displacement => "x_n",
+            Self::GroupVelocity => "c_g",
+            Self::HalfWidth => "HWHM",
+            Self::ChainDamping => "c_d",
+            Self::StrikerDamping => "c_s",
+            Self::PeakStrain => "peak_strain",
+            Self::PeakEnergy => "peak_energy",
+        }
+    }
+
+    /// Its unit.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Displacement | Self::HalfWidth => "m",
+            Self::GroupVelocity => "m/s",
+            Self::ChainDamping | Self::StrikerDamping => "kg/s",
+            Self::PeakEnergy => "J",
+            Self::PeakStrain => "1",
+        }
+    }
+
     /// Its name in words.
     pub fn in_words(self) -> &'static str {
         match self {
@@ -63,13 +89,28 @@ impl PlannedResult {
 }
 
 /// The results in the order of [`PlannedResult::ALL`], each with its uncertainty, or why it has none.
-pub(super) type Precision = [Result<Estimate, String>; 7];
+pub type Precision = [Result<Estimate, String>; 7];
 
-/// What an evaluation says. The dampings are those of the stated chain, which is the true one here.
+/// What a run found, in the order of [`PlannedResult::ALL`]: the outcome beside what a plan predicts.
+pub fn outcome(evaluation: &Evaluation) -> Precision {
+    let damping = &evaluation.damping;
+    let dampings = [&damping.chain_damping_kg_per_s, &damping.striker_damping_kg_per_s];
+    precision(&evaluation.stitched.motion, &evaluation.measurement, dampings.map(Clone::clone))
+}
+
+/// The dampings of a fit.
+pub(super) fn both(damping: Result<Damping, FitError>) -> [Result<Estimate, String>; 2] {
+    match damping {
+        Ok(found) => [Ok(found.chain_damping_kg_per_s), Ok(found.striker_damping_kg_per_s)],
+        Err(why) => [Err(why.to_string()), Err(why.to_string())],
+    }
+}
+
+/// What a motion says, and the dampings of the bodies and of the striker's contact.
 pub(super) fn precision(
     motion: &ChainMotion,
     measurement: &Measurement,
-    damping: Result<Damping, FitError>,
+    [chain_damping, striker_damping]: [Result<Estimate, String>; 2],
 ) -> Precision {
     let after_impact = motion
         .displacement_m
@@ -80,7 +121,6 @@ pub(super) fn precision(
     let fronts = measurement.fronts.iter().flatten().map(|front| front.peak_strain);
     let energies = measurement.energies.iter().flat_map(|energies| energies.energy_j.iter().copied());
     let widths = measurement.half_widths.iter().map(|width| width.hwhm_m);
-    let damping = damping.map_err(|why| why.to_string());
     PlannedResult::ALL.map(|result| match result {
         PlannedResult::Displacement => {
             let largest_m = after_impact.clone().map(|x| x.value.abs()).fold(0.0, f64::max);
@@ -91,8 +131,8 @@ pub(super) fn precision(
             velocity.map(|found| found.velocity_m_per_s).map_err(|why| why.as_str().to_owned())
         }
         PlannedResult::HalfWidth => typical(widths.clone(), "no front is seen in whole"),
-        PlannedResult::ChainDamping => damping.clone().map(|damping| damping.chain_damping_kg_per_s),
-        PlannedResult::StrikerDamping => damping.clone().map(|damping| damping.striker_damping_kg_per_s),
+        PlannedResult::ChainDamping => chain_damping.clone(),
+        PlannedResult::StrikerDamping => striker_damping.clone(),
         PlannedResult::PeakStrain => typical(fronts.clone(), "no pulse is seen in any gap"),
         PlannedResult::PeakEnergy => typical(energies.clone(), "no pulse is seen in any gap"),
     })

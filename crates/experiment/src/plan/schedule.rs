@@ -48,7 +48,10 @@ impl Schedule {
             bytes: like.bytes,
         };
         let recordings = all.into_iter().zip(&setup.trials);
-        Self { recordings: recordings.map(|(one, trial)| one.unwrap_or_else(|| planned(trial))).collect() }
+        let all = Self {
+            recordings: recordings.map(|(one, trial)| one.unwrap_or_else(|| planned(trial))).collect(),
+        };
+        setup.experiment.tracking.until_s.map_or(all.clone(), |until_s| all.until(until_s))
     }
 
     /// The trials, in their order.
@@ -75,6 +78,29 @@ impl Schedule {
     /// Number of views.
     pub(super) fn n_views(&self) -> usize {
         self.stages().len()
+    }
+
+    /// The last time that a recording is stamped with, in seconds after the trigger.
+    pub(super) fn last_s(&self) -> f64 {
+        let last = |one: &PlannedRecording| one.info.times_s.last().copied();
+        self.recordings.iter().filter_map(last).fold(0.0, f64::max)
+    }
+
+    /// The first trials of each view, by their numbers.
+    pub(super) fn with_first_trials(&self, n: usize) -> Self {
+        let is_kept = |one: &&PlannedRecording| {
+            let earlier = |other: &&PlannedRecording| {
+                other.trial.view == one.trial.view && other.trial.trial < one.trial.trial
+            };
+            self.recordings.iter().filter(earlier).count() < n
+        };
+        Self { recordings: self.recordings.iter().filter(is_kept).cloned().collect() }
+    }
+
+    /// Every recording without its frames after a time.
+    pub(super) fn until(&self, until_s: f64) -> Self {
+        let cut = |one: &PlannedRecording| PlannedRecording { info: one.info.until(until_s), ..one.clone() };
+        Self { recordings: self.recordings.iter().map(cut).collect() }
     }
 
     /// Every recording once more, as another trial.

@@ -28,12 +28,8 @@ fn factor(plan: &Plan, change: &str, asked: PlannedResult) -> f64 {
 
 /// The rehearsal of a plan of unfilmed recordings, with its pictures.
 fn rehearsal(setup: &Setup) -> (Rehearsal, Vec<Pictures>) {
-    let camera = PlannedCamera::of(setup).unwrap();
-    let schedule = Schedule::of(setup, &camera);
-    let chain = AssumedChain::of(&setup.experiment, camera.camera.rate_hz);
-    let pictures = pictures(setup, &schedule, &camera, &chain).unwrap();
-    let readings = Readings::of(setup, &pictures).unwrap();
-    (Rehearsal { setup: setup.clone(), schedule, readings, chain, seed: 1 }, pictures)
+    let Prepared { rehearsal, pictures, .. } = Prepared::of(setup).unwrap();
+    (Rehearsal { seed: 1, ..rehearsal }, pictures)
 }
 
 #[test]
@@ -46,7 +42,7 @@ fn a_run_states_what_was_planned_before_and_after_filming() {
     let results = after.run(&MemoryStore::default(), TWO, &Monitor::SILENT).unwrap();
     let evaluation = &results.evaluation;
     let damping = evaluation.track_fit.as_ref().map(|fit| fit.damping).unwrap();
-    let stated = precision(&evaluation.stitched.motion, &evaluation.measurement, Ok(damping));
+    let stated = precision(&evaluation.stitched.motion, &evaluation.measurement, both(Ok(damping)));
     let of_readings: Vec<f64> = results
         .tracked
         .recordings

@@ -1,0 +1,128 @@
+//! What final results cost and how certain they are: whole runs of the user's own experiment, each with less of something.
+
+use std::num::NonZero;
+use std::time::Instant;
+
+use chainwave_correlation::{Interpolation, Shape, ShapeChoice};
+use chainwave_experiment::{MemoryStore, Monitor, PlannedResult, Setup, outcome, plan};
+
+use super::Rung;
+use crate::error::Error;
+use crate::progress;
+
+/// Results whose certainty is told, with their steps.
+const RESULTS: [(PlannedResult, &str); 3] = [
+    (PlannedResult::GroupVelocity, "c_g"),
+    (PlannedResult::HalfWidth, "HWHM"),
+    (PlannedResult::ChainDamping, "c_d"),
+];
+const ONE_THREAD: NonZero<usize> = NonZero::<usize>::MIN;
+
+/// Runs the experiment in several ways: each result's relative standard uncertainty, and the seconds of a run on one thread.
+///
+/// # Errors
+/// An experiment that cannot be run as it is stated.
+pub(super) fn ladder(setup: &Setup) -> Result<Vec<Rung>, Error> {
+    let variants = variants(setup);
+    let bar = progress::bar("whole runs", variants.len() as u64);
+    let mut rungs = Vec::new();
+    for (index, (settings, variant)) in variants.into_iter().enumerate() {
+        let begin = Instant::now();
+        let results = match variant.run(&MemoryStore::default(), ONE_THREAD, &Monitor::SILENT) {
+            Ok(results) => results,
+            Err(error) if index == 0 => return Err(error.into()),
+            // Too little is left for a result.
+            Err(_) => {
+                bar.inc(1);
+                continue;
+            }
+        };
+        let seconds = begin.elapsed().as_secs_f64();
+        let found = outcome(&results.evaluation);
+        for (result, estimate) in PlannedResult::ALL.iter().zip(&found) {
+            let Some((_, step)) = RESULTS.iter().find(|(one, _)| one == result) else { continue };
+            rungs.push(Rung {
+                step,
+                method: variant.method().to_string(),
+                settings: settings.clone(),
+                error: estimate.as_ref().ok().map(|found| 100.0 * (found.sigma / found.value).abs()),
+                error_unit: "%",
+                seconds_per_item: seconds,
+                items: 1,
+            });
+        }
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    rungs.sort_by_key(|rung| RESULTS.iter().position(|(_, step)| *step == rung.step));
+    Ok(rungs)
+}
+
+/// What the uncertainty of each of these results comes from, as a plan of the experiment as it is stated tells: a line each.
+///
+/// # Errors
+/// As of a plan.
+pub(super) fn budgets(setup: &Setup) -> Result<Vec<String>, Error> {
+    let plan = plan(setup, ONE_THREAD, &Monitor::SILENT, &|| 0.0)?;
+    let told = plan.results.iter().filter_map(|(result, _, shares)| {
+        let (_, step) = RESULTS.iter().find(|(one, _)| one == result)?;
+        let shares: Vec<String> =
+            shares.iter().map(|one| format!("{} {:.0} %", one.source, 100.0 * one.share)).collect();
+        Some(match shares.is_empty() {
+            true => format!("sigma of {step} comes from many sources, none above 20 % of its variance"),
+            false => format!("sigma of {step} comes from: {} of its variance", shares.join(", ")),
+        })
+    });
+    Ok(told.collect())
+}
+
+/// The experiment as it is stated, and with less of one thing at a time.
+fn variants(setup: &Setup) -> Vec<(String, Setup)> {
+    let mut all = vec![("as stated".to_owned(), setup.clone())];
+    let mut add = |settings: String, change: &dyn Fn(&mut Setup)| {
+        let mut changed = setup.clone();
+        change(&mut changed);
+        all.push((settings, changed));
+    };
+    let most = most_trials(setup);
+    let mut fewer = vec![most.div_ceil(2), 1];
+    fewer.dedup();
+    for n in fewer.into_iter().filter(|n| *n < most) {
+        add(format!("{n} of {most} trials"), &|changed| keep_first_trials(changed, n));
+    }
+    let tracking = &setup.experiment.tracking;
+    if tracking.outline_px.is_empty() {
+        for part in [0.7, 0.5] {
+            let half = |whole: usize| ((part * whole as f64).round() as usize).max(1);
+            let halves = [half(tracking.half_width_px), half(tracking.half_height_px)];
+            add(format!("subsets of {} x {} px", 2 * halves[0] + 1, 2 * halves[1] + 1), &|changed| {
+                let tracking = &mut changed.experiment.tracking;
+                [tracking.half_width_px, tracking.half_height_px] = halves;
+            });
+        }
+    }
+    for interpolation in [Interpolation::CubicMoms, Interpolation::Linear] {
+        if tracking.interpolation != interpolation {
+            add(String::new(), &|changed| changed.experiment.tracking.interpolation = interpolation);
+        }
+    }
+    let shift = ShapeChoice::Named(Shape::Translation);
+    if tracking.shape != shift {
+        add(String::new(), &|changed| changed.experiment.tracking.shape = shift);
+    }
+    all
+}
+
+/// Trials of the view that has most.
+fn most_trials(setup: &Setup) -> usize {
+    let of_view = |view: u32| setup.trials.iter().filter(|trial| trial.view == view).count();
+    setup.trials.iter().map(|trial| of_view(trial.view)).max().unwrap_or(0)
+}
+
+/// Keeps the first trials of each view, by their numbers.
+fn keep_first_trials(setup: &mut Setup, n: usize) {
+    let all = setup.trials.clone();
+    setup.trials.retain(|one| {
+        all.iter().filter(|other| other.view == one.view && other.trial < one.trial).count() < n
+    });
+}

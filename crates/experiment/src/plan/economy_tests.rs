@@ -1,0 +1,48 @@
+//! What is chosen for an accuracy, against runs of the same recordings.
+
+use std::num::NonZero;
+use std::path::Path;
+
+use super::economy::index_of;
+use super::*;
+use crate::film::film_experiment;
+use crate::store::MemoryStore;
+
+const SMALL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/small-experiment/experiment.toml");
+const TWO: NonZero<usize> = NonZero::<usize>::MIN.saturating_add(1);
+
+#[test]
+fn what_is_asked_is_reached_with_less_and_what_cannot_be_takes_all() {
+    let folder = tempfile::tempdir().unwrap();
+    let stated = Setup::read(Path::new(SMALL), None).unwrap();
+    let (path, experiment) = (Path::new(SMALL), &stated.experiment);
+    film_experiment(experiment, &stated.table, path, folder.path(), TWO, &Monitor::SILENT).unwrap();
+    let setup = Setup::read(path, Some(folder.path())).unwrap();
+    let [speed, damping] = [PlannedResult::GroupVelocity, PlannedResult::ChainDamping];
+    let results = setup.run(&MemoryStore::default(), TWO, &Monitor::SILENT).unwrap();
+    let at_best =
+        [speed, damping].map(|result| outcome(&results.evaluation)[index_of(result)].clone().unwrap());
+    let aim = |result, times: f64, at_best: &Estimate| Aim {
+        result,
+        largest: LargestSigma::Relative(times * at_best.sigma / at_best.value),
+    };
+    let aims = |times: f64| [aim(speed, times, &at_best[0]), aim(damping, times, &at_best[1])];
+    let found = economy(&setup, &aims(3.0), TWO, &Monitor::SILENT).unwrap();
+    println!("{} of the pixels, {} rehearsals, {:?}", found.work, found.n_rehearsals, found.decisions);
+    // A third of what noise leaves could be known from a ninth of the readings, and sigma is to keep a margin. Of some hundred ways,
+    // each rehearsal settles half of those that are left, or nearly.
+    assert!(found.work < 0.5 && found.n_rehearsals < 25, "{} {}", found.work, found.n_rehearsals);
+    let results = found.setup.run(&MemoryStore::default(), TWO, &Monitor::SILENT).unwrap();
+    for aim in aims(3.0) {
+        let reached = outcome(&results.evaluation)[index_of(aim.result)].clone().unwrap();
+        assert!(aim.is_met_by(&reached), "{aim}: {reached:?}");
+    }
+    let coarse = economy(&setup, &aims(6.0), TWO, &Monitor::SILENT).unwrap();
+    assert!(coarse.work <= found.work, "who asks for less looks at no more: {} {}", coarse.work, found.work);
+    let beyond = [aim(speed, 0.1, &at_best[0])];
+    let found = economy(&setup, &beyond, TWO, &Monitor::SILENT).unwrap();
+    assert_eq!((found.setup.trials.len(), found.n_rehearsals), (setup.trials.len(), 1));
+    assert!((found.work - 1.0).abs() < f64::EPSILON && found.setup.experiment.tracking.until_s.is_none());
+    assert!(found.decisions[0].evidence.contains("out of reach"), "{:?}", found.decisions);
+    assert_eq!(found.outlooks[0].expected, found.outlooks[0].at_best);
+}
