@@ -29,6 +29,7 @@
 // The attribute on each module tells the lints that helpers outside of `#[test]` functions are tests too.
 #[cfg(test)]
 mod accuracy;
+#[cfg(test)]
 mod any_chain;
 #[cfg(test)]
 mod architecture;

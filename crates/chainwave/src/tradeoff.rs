@@ -168,6 +168,7 @@ fn write(folder: &Path, rungs: &[Rung], on_front: &[bool]) -> Result<(), Error> 
         let figure = TradeOff {
             time_label: if unit == "%" { "time of a run (s)".into() } else { "time per item (s)".into() },
             error_label: match unit {
+                "%" if step.contains('_') => format!("standard uncertainty of ${step}$ (%)"),
                 "%" => format!("standard uncertainty of {step} (%)"),
                 _ => format!("error ({unit})"),
             },

@@ -75,10 +75,11 @@ fn layout(style: &Style, trade_off: &TradeOff) -> Result<Drawing, FigureError> {
     let others: Vec<DataPoint> = points.iter().filter(|point| !point.on_front).map(at).collect();
     plot.series(&mut drawing, &others, Look::Markers(OFF_FRONT));
     plot.series(&mut drawing, &line, Look::Markers(ON_FRONT));
-    for (i, point) in front.iter().enumerate() {
-        if let Some((x, y)) = plot.spot(point.seconds_per_item, point.error) {
-            let number = (i + 1).to_string();
-            drawing.text(&number, (x - 0.6 * OFFSET_MM, y + OFFSET_MM), em, Anchor::Middle);
+    let spots: Vec<Option<(f64, f64)>> =
+        front.iter().map(|point| plot.spot(point.seconds_per_item, point.error)).collect();
+    for (i, place) in places_of_numbers(&spots, em).into_iter().enumerate() {
+        if let Some(place) = place {
+            drawing.text(&(i + 1).to_string(), place, em, Anchor::Middle);
         }
     }
     let labels = Labels { x: &trade_off.time_label, y: &trade_off.error_label };
@@ -96,6 +97,22 @@ fn layout(style: &Style, trade_off: &TradeOff) -> Result<Drawing, FigureError> {
     Ok(drawing)
 }
 
+/// Where the number of each marker stands: beside it, away from the numbers before.
+fn places_of_numbers(spots: &[Option<(f64, f64)>], em: f64) -> Vec<Option<(f64, f64)>> {
+    const SIDES: [(f64, f64); 4] = [(-0.6, 1.0), (0.8, -0.6), (0.8, 1.0), (-0.8, -0.6)];
+    let mut taken: Vec<(f64, f64)> = Vec::with_capacity(spots.len());
+    let mut place = |&(x, y): &(f64, f64)| {
+        let beside = SIDES.map(|(right, down)| (x + right * OFFSET_MM, y + down * OFFSET_MM));
+        let is_free = |one: &&(f64, f64)| {
+            taken.iter().all(|other| (one.0 - other.0).abs() > em || (one.1 - other.1).abs() > em)
+        };
+        let place = *beside.iter().find(is_free).unwrap_or(&beside[0]);
+        taken.push(place);
+        place
+    };
+    spots.iter().map(|spot| spot.as_ref().map(&mut place)).collect()
+}
+
 /// Whole decades around a range, with room for markers and their numbers at both ends.
 fn widened(extent: Extent) -> Extent {
     const ROOM: f64 = 1.5;
@@ -106,6 +123,16 @@ fn widened(extent: Extent) -> Extent {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_of_markers_side_by_side_stand_apart() {
+        let places = places_of_numbers(&[Some((10.0, 10.0)), None, Some((10.5, 10.1))], 2.0);
+        let [first, none, second] = [places[0], places[1], places[2]];
+        assert!(none.is_none());
+        let apart =
+            first.zip(second).map(|(one, other)| (one.0 - other.0).abs().max((one.1 - other.1).abs()));
+        assert!(apart.is_some_and(|apart| apart > 2.0), "{places:?}");
+    }
 
     #[test]
     fn methods_on_the_front_are_numbered_and_named() {

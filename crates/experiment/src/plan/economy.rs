@@ -148,7 +148,7 @@ impl<'a> Search<'a> {
         let n_trials = schedule.trials_a_view();
         let trials = (1..n_trials).filter(|n| *n <= 5 || n.is_multiple_of(5)).chain([n_trials]);
         let last_s = schedule.last_s();
-        let until_s = PARTS_OF_TIME.map(|part| (part < 1.0).then(|| part * last_s));
+        let until_s = PARTS_OF_TIME.map(|part| (part < 1.0).then_some(part * last_s));
         let tracking = &setup.experiment.tracking;
         let half = |whole: usize, part: f64| {
             let smaller = (part * whole as f64).round() as usize;
