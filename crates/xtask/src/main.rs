@@ -8,6 +8,8 @@
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a command-line tool reports by printing")]
 
 mod arguments;
+mod bench;
+mod book;
 mod command_line;
 mod demo;
 mod dist;
@@ -42,6 +44,8 @@ fn run(task: Task) -> Result<(), Failure> {
         Task::Demo(demo) => demo::run(&demo),
         Task::Paper(paper) => paper::run(&paper),
         Task::Test(test_run) => test_run::run(&test_run),
+        Task::Bench(bench) => bench::run(&bench),
+        Task::Book(book) => book::run(&book),
         Task::Python => wheel::run(),
         Task::Dist { out } => dist::run(out.as_deref()),
         Task::Setup { opencv } => {
