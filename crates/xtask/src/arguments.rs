@@ -46,6 +46,9 @@ cargo xtask bench [--write] [--rounds N] [--no-opencv] [PROGRAM]...
     PROGRAM     matching, chain, ring, regions, frames or follow; may be repeated
     CHAINWAVE_INSTRUCTION_SET=avx2 measures with AVX2 where there is AVX-512.
 
+cargo xtask keys
+    Prints the keys of configuration files as tables for the book, out of the structures that read them.
+
 cargo xtask python
     Builds the Python package, with the command in it, into a fresh virtual environment (target/release/python) and runs its
     tests there. The wheel remains in target/release/python/wheels.
@@ -74,6 +77,8 @@ pub(crate) enum Task {
     Book(Book),
     /// `cargo xtask bench`.
     Bench(Bench),
+    /// `cargo xtask keys`.
+    Keys,
     /// `cargo xtask python`.
     Python,
     /// `cargo xtask dist`.
@@ -100,12 +105,13 @@ pub(crate) fn parse(words: impl IntoIterator<Item = OsString>) -> Result<Task, F
         "test" => test(words),
         "book" => book(words),
         "bench" => bench(words),
-        "python" => python(words),
+        "keys" => alone("keys", words, Task::Keys),
+        "python" => alone("python", words, Task::Python),
         "dist" => dist(words),
         "setup" => setup(words),
         "help" | "--help" | "-h" => Ok(Task::Help),
         other => {
-            let expected = "demo, paper, test, book, bench, python, dist, setup or help";
+            let expected = "demo, paper, test, book, bench, keys, python, dist, setup or help";
             Err(Failure::Usage(format!("expected {expected}, found `{other}`")))
         }
     }
@@ -177,10 +183,11 @@ fn bench(mut words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
     Ok(Task::Bench(bench))
 }
 
-fn python(mut words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
+/// A command without options.
+fn alone(command: &str, mut words: impl Iterator<Item = OsString>, task: Task) -> Result<Task, Failure> {
     match words.next() {
-        Some(word) => unknown("python", &text(word)?),
-        None => Ok(Task::Python),
+        Some(word) => unknown(command, &text(word)?),
+        None => Ok(task),
     }
 }
 
@@ -244,6 +251,7 @@ mod tests {
         assert_eq!(parsed("bench --rounds 5 ring --no-opencv").unwrap(), Task::Bench(bench));
         assert_eq!(parsed("setup --no-opencv").unwrap(), Task::Setup { opencv: false });
         assert_eq!(parsed("python").unwrap(), Task::Python);
+        assert_eq!(parsed("keys").unwrap(), Task::Keys);
         assert_eq!(parsed("").unwrap(), Task::Help);
     }
 

@@ -39,9 +39,7 @@ pub(crate) struct Book {
 
 /// Plays the pages, and renders the book where mdBook is installed.
 pub(crate) fn run(book: &Book) -> Result<(), Failure> {
-    let chainwave = chainwave()?;
-    let beside = chainwave.parent().unwrap_or(Path::new("."));
-    let work = Work::new(beside.join(format!("book-{}", process::id())), beside)?;
+    let work = Work::new(chainwave()?)?;
     let pages = pages(book)?;
     if pages.iter().any(|(_, page)| page.needs_the_demo()) {
         work.make_the_demo()?;
@@ -115,17 +113,23 @@ fn markdown_below(folder: &Path) -> io::Result<Vec<PathBuf>> {
 /// The folder in which pages are played; it goes when they have been.
 struct Work {
     folder: PathBuf,
+    chainwave: PathBuf,
     programs: OsString,
 }
 
 impl Work {
-    fn new(folder: PathBuf, programs: &Path) -> Result<Self, Failure> {
+    /// A new folder beside the command; it and this program are found before any others of their names.
+    fn new(chainwave: PathBuf) -> Result<Self, Failure> {
+        let beside = chainwave.parent().unwrap_or(Path::new("."));
+        let folder = beside.join(format!("book-{}", process::id()));
         fs::create_dir_all(&folder).map_err(failed(&folder))?;
         let others = env::var_os("PATH").unwrap_or_default();
-        let programs = [programs.to_owned()].into_iter().chain(env::split_paths(&others));
+        let here = env::current_exe().map_err(failed(&folder))?;
+        let ours = [beside, here.parent().unwrap_or(beside)].map(Path::to_owned);
+        let programs = ours.into_iter().chain(env::split_paths(&others));
         let programs = env::join_paths(programs)
             .map_err(|why| failed(&folder)(io::Error::new(io::ErrorKind::InvalidInput, why)))?;
-        Ok(Self { folder, programs })
+        Ok(Self { folder, chainwave, programs })
     }
 
     /// Films the demo and processes it, once for all pages.
@@ -134,13 +138,12 @@ impl Work {
         fs::create_dir_all(&demo).map_err(failed(&demo))?;
         let experiment = workspace().join("pipelines/hec26-demo/experiment.toml");
         let line = |script: &str| {
-            CommandLine::new(["bash", "-eo", "pipefail", "-c", script, "demo"])
-                .with([&experiment])
-                .with_variable("PATH", self.programs.clone())
+            CommandLine::new(["bash", "-eo", "pipefail", "-c", script])
+                .with([&self.chainwave, &experiment])
                 .within(&demo)
         };
-        line("chainwave synthesize \"$1\" --out recordings").run()?;
-        line("chainwave run recordings/experiment.toml --out results 2>&1 | tee said.txt").run()
+        line("\"$0\" synthesize \"$1\" --out recordings").run()?;
+        line("\"$0\" run recordings/experiment.toml --out results 2>&1 | tee said.txt").run()
     }
 
     /// Plays a page in a folder of its own.
