@@ -74,9 +74,8 @@ type Times = BTreeMap<(&'static str, String), Time>;
 
 /// Runs the benchmarks of a program that belong to a pair.
 fn line(program: Program) -> CommandLine {
-    let Program { package, name, .. } = program;
     // The whole workspace's features, so that nothing is built twice; a filter of divan's is a regular expression.
-    CommandLine::new(["cargo", "bench", "--package", package, "--bench", name, "--"])
+    CommandLine::new(["cargo", "bench", "--workspace", "--bench", program.name, "--"])
         .with(program.wanted().into_iter().map(|name| format!("^{name}$").replace('/', "::")))
 }
 
@@ -136,7 +135,7 @@ mod tests {
     #[test]
     fn a_program_runs_the_benchmarks_of_pairs_alone() {
         let line = line(PROGRAMS[0]).to_string();
-        let start = "cargo bench --package chainwave-correlation --bench matching -- ";
+        let start = "cargo bench --workspace --bench matching -- ";
         assert!(line.starts_with(start) && line.contains("^solve_affine::cubic$"), "{line}");
     }
 

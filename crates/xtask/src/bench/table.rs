@@ -108,7 +108,8 @@ mod tests {
     fn a_median_stands_with_its_range() {
         let odd = row("a", &[3.0, 1.0, 2.0]);
         assert_eq!((odd.ratio, odd.least, odd.most), (2.0, 1.0, 3.0));
-        assert_eq!(row("a", &[4.0, 1.0, 2.0, 3.0]).ratio, 2.5);
+        let even = row("a", &[4.0, 1.0, 2.0, 3.0]);
+        assert_eq!((even.ratio, even.least, even.most), (2.5, 1.0, 4.0));
         assert_eq!(Row::of_rounds("a", "b", Vec::new()), None);
     }
 
