@@ -75,8 +75,9 @@ type Times = BTreeMap<(&'static str, String), Time>;
 /// Runs the benchmarks of a program that belong to a pair.
 fn line(program: Program) -> CommandLine {
     // The whole workspace's features, so that nothing is built twice; a filter of divan's is a regular expression.
-    CommandLine::new(["cargo", "bench", "--workspace", "--bench", program.name, "--"])
-        .with(program.wanted().into_iter().map(|name| format!("^{name}$").replace('/', "::")))
+    CommandLine::new(["cargo", "bench", "--workspace", "--bench", program.name, "--"]).with(
+        program.wanted().into_iter().map(|path| format!("^{}::{path}$", program.name).replace('/', "::")),
+    )
 }
 
 fn of_rounds(pair: &Pair, rounds: &[Times]) -> Option<Row> {
@@ -136,7 +137,7 @@ mod tests {
     fn a_program_runs_the_benchmarks_of_pairs_alone() {
         let line = line(PROGRAMS[0]).to_string();
         let start = "cargo bench --workspace --bench matching -- ";
-        assert!(line.starts_with(start) && line.contains("^solve_affine::cubic$"), "{line}");
+        assert!(line.starts_with(start) && line.contains("^matching::solve_affine::cubic$"), "{line}");
     }
 
     #[test]
