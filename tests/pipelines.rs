@@ -198,7 +198,7 @@ mod slow {
 }
 
 /// The small experiment, filmed and evaluated: its laboratory, the folder of the results, and what `run` printed.
-fn evaluated() -> (Laboratory, std::path::PathBuf, String) {
+fn evaluated() -> (Laboratory, PathBuf, String) {
     let laboratory = Laboratory::new();
     let (results, summary) = laboratory.evaluate();
     (laboratory, results, summary)
