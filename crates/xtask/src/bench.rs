@@ -107,7 +107,8 @@ fn close(bench: &Bench, machine: &Machine, busy: Option<(f64, usize)>, rows: &[R
     if bench.write {
         let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
         fs::create_dir_all(&folder).map_err(failed(&folder))?;
-        fs::write(&path, table::written(&about, rows)).map_err(failed(&path))?;
+        let rows = table::with_others_of(rows, &earlier);
+        fs::write(&path, table::written(&about, &rows)).map_err(failed(&path))?;
         println!("{}: written", path.display());
     }
     Ok(())

@@ -89,6 +89,12 @@ pub(crate) fn compared(rows: &[Row], earlier: &[Row]) -> String {
     text
 }
 
+/// The rows, and those of an earlier table that were not measured now.
+pub(crate) fn with_others_of(rows: &[Row], earlier: &[Row]) -> Vec<Row> {
+    let others = earlier.iter().filter(|earlier| !rows.iter().any(|row| row.is_of(earlier)));
+    rows.iter().chain(others).cloned().collect()
+}
+
 /// How many rows lost a tenth or more.
 pub(crate) fn n_lost(rows: &[Row], earlier: &[Row]) -> usize {
     let lost =
@@ -122,6 +128,12 @@ mod tests {
         for damaged in ["", "a,b\n", &text.replace("4.25", "x"), &text.replace("\",", ",")] {
             assert_eq!(read(damaged), None, "{damaged}");
         }
+    }
+
+    #[test]
+    fn what_was_not_measured_stays() {
+        let (a, b, again) = (row("a", &[1.0]), row("b", &[2.0]), row("b", &[3.0]));
+        assert_eq!(with_others_of(&[again.clone()], &[a.clone(), b]), [again, a]);
     }
 
     #[test]
