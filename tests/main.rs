@@ -1,6 +1,7 @@
 //! Tests of the workspace as a whole, in one binary: `cargo test --release -p chainwave-tests`.
 //!
 //! - `architecture`: what `Cargo.toml`s and sources must keep to;
+//! - `book`: its pages say what their commands print;
 //! - `pipelines`: the small experiment all the way, held against the truth behind its recordings;
 //! - `determinism`, `resume`: the same bytes for any number of threads, and after a kill; `durable`: kept tables that are torn, full disks;
 //! - `any_chain`: chains that are not alike throughout; `far_striker`: chains that are struck at both ends, or shaken;
@@ -39,6 +40,8 @@ mod archive;
 mod bad_inputs;
 #[cfg(all(test, feature = "opencv"))]
 mod board;
+#[cfg(test)]
+mod book;
 #[cfg(test)]
 mod calibration;
 #[cfg(test)]

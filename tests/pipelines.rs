@@ -1,45 +1,22 @@
 //! The whole way on the small experiment: what `run` writes, and how it agrees with the truth behind the recordings.
 
+use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
 use crate::laboratory::Laboratory;
 use crate::motion::Motion;
+use crate::repository::root;
 use crate::table::Table;
 
 const N_BODIES: usize = 12;
 const PITCH_M: f64 = 0.030;
 const SCALE_PX_PER_M: f64 = 2500.0;
 
-/// The tables of interface.md and their columns.
-const TABLES: [(&str, &[&str]); 7] = [
-    (
-        "tracks.parquet",
-        &[
-            "recording",
-            "name",
-            "frame",
-            "t_s",
-            "x_px",
-            "y_px",
-            "sigma_x_px",
-            "sigma_y_px",
-            "theta_rad",
-            "sigma_theta_rad",
-            "zncc",
-            "iterations",
-            "status",
-        ],
-    ),
-    ("motion.parquet", &["t_s", "body", "x_m", "sigma_m", "y_m", "sigma_y_m", "n_trials"]),
-    ("strain.parquet", &["t_s", "gap", "strain", "sigma"]),
-    ("front.parquet", &["gap", "t_peak_s", "t_peak_sigma_s", "t_edge_s", "peak_strain", "peak_strain_sigma"]),
-    ("hwhm.parquet", &["t_s", "hwhm_m", "sigma_m"]),
-    ("energy.parquet", &["gap", "psi_max_j", "sigma_j"]),
-    ("spectrum.parquet", &["gap", "frequency_hz", "amplitude"]),
-];
+/// Where the book has the tables of a run with their columns, a row each.
+const TABLES: &str = "docs/src/reference/tables.md";
 
 /// The numbers of interface.md in `results.json`.
 const RESULTS: [&str; 8] = [
@@ -53,6 +30,29 @@ const RESULTS: [&str; 8] = [
     "local_resonance_hz",
 ];
 
+/// The tables that the book has, and their columns.
+fn tables_of_the_book() -> BTreeMap<String, Vec<String>> {
+    let page = fs::read_to_string(root().join(TABLES)).expect("the page is there");
+    let rows = page.lines().filter_map(|line| line.strip_prefix("| `")?.strip_suffix("` |"));
+    let tables = rows.filter_map(|row| row.split_once("` | `"));
+    tables.map(|(name, columns)| (name.into(), columns.split(", ").map(str::to_owned).collect())).collect()
+}
+
+/// The tables that lie in a folder, none of them empty, and their columns.
+fn tables_in(folder: &Path) -> BTreeMap<String, Vec<String>> {
+    let entries = fs::read_dir(folder)
+        .expect("the folder is there")
+        .map(|entry| entry.expect("it can be listed").path());
+    let tables = entries.filter(|path| path.extension().is_some_and(|ending| ending == "parquet"));
+    let columns = |path: PathBuf| {
+        let table = Table::read(&path);
+        let name = path.file_name().expect("a file has a name").to_string_lossy().into_owned();
+        assert!(table.n_rows() > 0, "{name} is empty");
+        (name, table.names())
+    };
+    tables.map(columns).collect()
+}
+
 /// An estimate with this many standard uncertainties to the truth fails a test: once in 16 000 by chance.
 const SIGMAS: f64 = 4.0;
 
@@ -62,13 +62,11 @@ mod slow {
     #[test]
     fn every_result_of_the_interface_is_written() {
         let (_laboratory, results, summary) = evaluated();
-        for (name, columns) in TABLES {
-            let table = Table::read(&results.join(name));
-            assert!(table.n_rows() > 0, "{name} is empty");
-            let names = table.names();
-            let missing: Vec<_> =
-                columns.iter().filter(|column| !names.contains(&(**column).into())).collect();
-            assert!(missing.is_empty(), "{name} lacks {missing:?}");
+        let told = tables_of_the_book();
+        let written = tables_in(&results);
+        assert_eq!(told.keys().collect::<Vec<_>>(), written.keys().collect::<Vec<_>>(), "{TABLES}");
+        for (name, columns) in written {
+            assert_eq!(told[&name], columns, "{TABLES}: {name}");
         }
         let numbers = json(&results.join("results.json"));
         for key in RESULTS {
@@ -200,7 +198,7 @@ mod slow {
 }
 
 /// The small experiment, filmed and evaluated: its laboratory, the folder of the results, and what `run` printed.
-fn evaluated() -> (Laboratory, std::path::PathBuf, String) {
+fn evaluated() -> (Laboratory, PathBuf, String) {
     let laboratory = Laboratory::new();
     let (results, summary) = laboratory.evaluate();
     (laboratory, results, summary)

@@ -207,6 +207,9 @@ pub(crate) struct Completions {
 pub(crate) struct ManPage {
     /// The command whose page it is; the program's without it.
     pub(crate) command: Option<String>,
+    /// Print every command with its options in one page of Markdown.
+    #[arg(long, conflicts_with = "command")]
+    pub(crate) markdown: bool,
 }
 
 /// Arguments of `archive`.

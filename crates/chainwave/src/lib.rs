@@ -37,6 +37,7 @@ mod parallel;
 mod plan;
 mod progress;
 mod prove;
+mod reference;
 mod review;
 mod run;
 mod samples;

@@ -8,6 +8,7 @@ use clap_mangen::Man;
 use crate::cli::{Cli, Completions, ManPage};
 use crate::error::Error;
 use crate::outcome::Outcome;
+use crate::reference;
 
 const NAME: &str = "chainwave";
 
@@ -18,10 +19,13 @@ pub(crate) fn completions(arguments: &Completions) -> Result<Outcome, Error> {
     print(&script)
 }
 
-/// Prints a page of the manual: of the program, or of one command.
+/// Prints a page of the manual: of the program, of one command, or of all of them with their options.
 pub(crate) fn man(arguments: &ManPage) -> Result<Outcome, Error> {
     let mut program = Cli::command();
     program.build();
+    if arguments.markdown {
+        return print(reference::markdown(&program).as_bytes());
+    }
     let page = match &arguments.command {
         None => Man::new(program),
         Some(name) => {
@@ -59,7 +63,7 @@ mod tests {
 
     #[test]
     fn a_page_that_is_not_there_is_named_with_those_that_are() {
-        let said = man(&ManPage { command: Some("walk".into()) }).unwrap_err().to_string();
+        let said = man(&ManPage { command: Some("walk".into()), markdown: false }).unwrap_err().to_string();
         assert!(said.contains("run") && said.contains("track") && said.contains("\"walk\""), "{said}");
     }
 }

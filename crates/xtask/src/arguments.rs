@@ -2,7 +2,10 @@
 
 use std::ffi::OsString;
 use std::path::PathBuf;
+use std::str::FromStr;
 
+use crate::bench::Bench;
+use crate::book::Book;
 use crate::demo::Demo;
 use crate::failure::Failure;
 use crate::paper::Paper;
@@ -28,6 +31,24 @@ cargo xtask test [--no-opencv] [--fast] [--package NAME]...
     CHAINWAVE_REFERENCE_DATA names the folder of third-party recordings; tests that need it skip without it.
     The last line says how many tests skipped, and why.
 
+cargo xtask book [--write] [--fast] [PAGE]...
+    Builds, runs the commands of the book's pages again, compares what they print and draw with what stands there, and renders
+    the book where mdBook is installed. Exit code 1 where something differs.
+    --write   writes what differs into the pages
+    --fast    leaves out the pages that need the demo's recordings, which take minutes, and the rendering
+    PAGE      a part of a page's name, such as guide/figures; may be repeated
+
+cargo xtask bench [--write] [--rounds N] [--no-opencv] [PROGRAM]...
+    Builds and runs the crates' benchmarks, prints how many times faster each is than the obvious program or a peer, and compares
+    with the table of the same processor and instruction set in docs/src/measured/benchmarks: a loss of 10 % is shown.
+    --write     writes that table anew
+    --rounds N  how many times all of them run (3); medians of the rounds count
+    PROGRAM     matching, chain, ring, regions, frames or follow; may be repeated
+    CHAINWAVE_INSTRUCTION_SET=avx2 measures with AVX2 where there is AVX-512.
+
+cargo xtask keys
+    Prints the keys of configuration files as tables for the book, out of the structures that read them.
+
 cargo xtask python
     Builds the Python package, with the command in it, into a fresh virtual environment (target/release/python) and runs its
     tests there. The wheel remains in target/release/python/wheels.
@@ -52,6 +73,12 @@ pub(crate) enum Task {
     Paper(Paper),
     /// `cargo xtask test`.
     Test(TestRun),
+    /// `cargo xtask book`.
+    Book(Book),
+    /// `cargo xtask bench`.
+    Bench(Bench),
+    /// `cargo xtask keys`.
+    Keys,
     /// `cargo xtask python`.
     Python,
     /// `cargo xtask dist`.
@@ -76,12 +103,15 @@ pub(crate) fn parse(words: impl IntoIterator<Item = OsString>) -> Result<Task, F
         "demo" => demo(words),
         "paper" => paper(words),
         "test" => test(words),
-        "python" => python(words),
+        "book" => book(words),
+        "bench" => bench(words),
+        "keys" => alone("keys", words, Task::Keys),
+        "python" => alone("python", words, Task::Python),
         "dist" => dist(words),
         "setup" => setup(words),
         "help" | "--help" | "-h" => Ok(Task::Help),
         other => {
-            let expected = "demo, paper, test, python, dist, setup or help";
+            let expected = "demo, paper, test, book, bench, keys, python, dist, setup or help";
             Err(Failure::Usage(format!("expected {expected}, found `{other}`")))
         }
     }
@@ -93,7 +123,7 @@ fn demo(mut words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
         match text(word)?.as_str() {
             "--no-opencv" => {} // As always.
             "--out" => demo.out = Some(PathBuf::from(value("--out", &mut words)?)),
-            "--seed" => demo.seed = Some(seed(&text(value("--seed", &mut words)?)?)?),
+            "--seed" => demo.seed = Some(whole("--seed", &text(value("--seed", &mut words)?)?)?),
             other => return unknown("demo", other),
         }
     }
@@ -126,10 +156,38 @@ fn test(mut words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
     Ok(Task::Test(test_run))
 }
 
-fn python(mut words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
+fn book(words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
+    let mut book = Book::default();
+    for word in words {
+        match text(word)?.as_str() {
+            "--write" => book.write = true,
+            "--fast" => book.fast = true,
+            option if option.starts_with('-') => return unknown("book", option),
+            page => book.pages.push(page.to_owned()),
+        }
+    }
+    Ok(Task::Book(book))
+}
+
+fn bench(mut words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
+    let mut bench = Bench::default();
+    while let Some(word) = words.next() {
+        match text(word)?.as_str() {
+            "--write" => bench.write = true,
+            "--no-opencv" => bench.opencv = false,
+            "--rounds" => bench.n_rounds = whole("--rounds", &text(value("--rounds", &mut words)?)?)?,
+            option if option.starts_with('-') => return unknown("bench", option),
+            program => bench.programs.push(program.to_owned()),
+        }
+    }
+    Ok(Task::Bench(bench))
+}
+
+/// A command without options.
+fn alone(command: &str, mut words: impl Iterator<Item = OsString>, task: Task) -> Result<Task, Failure> {
     match words.next() {
-        Some(word) => unknown("python", &text(word)?),
-        None => Ok(Task::Python),
+        Some(word) => unknown(command, &text(word)?),
+        None => Ok(task),
     }
 }
 
@@ -159,8 +217,8 @@ fn value(option: &str, words: &mut impl Iterator<Item = OsString>) -> Result<OsS
     words.next().ok_or_else(|| Failure::Usage(format!("{option}: expected a value after it")))
 }
 
-fn seed(word: &str) -> Result<u64, Failure> {
-    word.parse().map_err(|_| Failure::Usage(format!("--seed: expected a whole number, found `{word}`")))
+fn whole<N: FromStr>(option: &str, word: &str) -> Result<N, Failure> {
+    word.parse().map_err(|_| Failure::Usage(format!("{option}: expected a whole number, found `{word}`")))
 }
 
 fn text(word: OsString) -> Result<String, Failure> {
@@ -187,8 +245,13 @@ mod tests {
         assert_eq!(parsed("test --fast -p a --package b").unwrap(), Task::Test(test_run));
         let paper = Paper { out: Some("there".into()), quick: true };
         assert_eq!(parsed("paper --quick --out there --no-opencv").unwrap(), Task::Paper(paper));
+        let book = Book { write: true, fast: true, pages: vec!["guide".into()] };
+        assert_eq!(parsed("book guide --fast --write").unwrap(), Task::Book(book));
+        let bench = Bench { write: false, n_rounds: 5, opencv: false, programs: vec!["ring".into()] };
+        assert_eq!(parsed("bench --rounds 5 ring --no-opencv").unwrap(), Task::Bench(bench));
         assert_eq!(parsed("setup --no-opencv").unwrap(), Task::Setup { opencv: false });
         assert_eq!(parsed("python").unwrap(), Task::Python);
+        assert_eq!(parsed("keys").unwrap(), Task::Keys);
         assert_eq!(parsed("").unwrap(), Task::Help);
     }
 
@@ -208,6 +271,7 @@ mod tests {
             ("demo --fast", "demo: unknown option `--fast`"),
             ("demo --out", "--out: expected a value"),
             ("paper --seed 1", "paper: unknown option `--seed`"),
+            ("book --quick", "book: unknown option `--quick`"),
             ("demo --seed -1", "--seed: expected a whole number, found `-1`"),
             ("setup --seed 1", "setup: unknown option `--seed`"),
         ] {

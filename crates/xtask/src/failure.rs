@@ -14,6 +14,8 @@ pub(crate) enum Failure {
     NotStarted { command: String, source: io::Error },
     /// A file or folder that cannot be used.
     File { path: PathBuf, source: io::Error },
+    /// Pages of the book are not what their commands make.
+    Differs(Vec<String>),
     /// A command ended with another exit code than 0; `None` when a signal ended it.
     Ended { command: String, code: Option<i32> },
 }
@@ -24,7 +26,10 @@ impl Failure {
         match self {
             Self::Usage(_) => ExitCode::from(2),
             Self::Ended { code: Some(code), .. } => ExitCode::from(u8::try_from(*code).unwrap_or(1)),
-            Self::Ended { code: None, .. } | Self::NotStarted { .. } | Self::File { .. } => ExitCode::FAILURE,
+            Self::Ended { code: None, .. }
+            | Self::NotStarted { .. }
+            | Self::File { .. }
+            | Self::Differs(_) => ExitCode::FAILURE,
         }
     }
 }
@@ -35,6 +40,13 @@ impl fmt::Display for Failure {
             Self::Usage(reason) => write!(f, "{reason}; `cargo xtask help` lists the commands"),
             Self::NotStarted { command, source } => write!(f, "`{command}` could not be started: {source}"),
             Self::File { path, source } => write!(f, "{}: {source}", path.display()),
+            Self::Differs(pages) => {
+                let pages = pages.join(", ");
+                write!(
+                    f,
+                    "not as its commands make it: {pages}; `cargo xtask book --write` renews what it can"
+                )
+            }
             Self::Ended { command, code: Some(code) } => write!(f, "`{command}` ended with exit code {code}"),
             Self::Ended { command, code: None } => write!(f, "`{command}` was ended by a signal"),
         }

@@ -1,5 +1,5 @@
 //! Sets a fresh system up and runs the commands of the README, `cargo xtask demo`, `cargo xtask paper` and `cargo xtask test`; and
-//! `cargo xtask python` and `cargo xtask dist`.
+//! `cargo xtask book`, `bench`, `keys`, `python` and `dist`.
 //!
 //! It is the first thing that is built in a fresh clone, before anything that the heavy crates need is installed, so
 //! it depends on the standard library alone. What is decided ([`arguments`], [`needs`], the command lists of [`demo`],
@@ -8,11 +8,14 @@
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a command-line tool reports by printing")]
 
 mod arguments;
+mod bench;
+mod book;
 mod command_line;
 mod demo;
 mod dist;
 mod failure;
 mod given_command;
+mod keys;
 mod needs;
 mod paper;
 mod setup;
@@ -42,6 +45,9 @@ fn run(task: Task) -> Result<(), Failure> {
         Task::Demo(demo) => demo::run(&demo),
         Task::Paper(paper) => paper::run(&paper),
         Task::Test(test_run) => test_run::run(&test_run),
+        Task::Bench(bench) => bench::run(&bench),
+        Task::Book(book) => book::run(&book),
+        Task::Keys => keys::run(),
         Task::Python => wheel::run(),
         Task::Dist { out } => dist::run(out.as_deref()),
         Task::Setup { opencv } => {

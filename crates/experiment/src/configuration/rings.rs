@@ -11,9 +11,13 @@ use crate::numbers::Positive;
 pub struct FilmedRings {
     /// Width of a ring, out of the plane.
     pub(crate) width_m: Positive,
+    /// Modulus of elasticity of the material.
     pub(crate) young_pa: Positive,
+    /// Its Poisson ratio.
     pub(crate) poisson: f64,
+    /// Its density.
     pub(crate) density_kg_per_m3: Positive,
+    /// Beam elements around a ring.
     pub(crate) elements_per_ring: usize,
     /// Stiffness of the striker's contact.
     pub(crate) contact_stiffness_n_per_m: Positive,

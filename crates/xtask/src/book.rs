@@ -1,0 +1,246 @@
+//! `cargo xtask book`: runs the commands of the book's pages again, holds what they print against what stands there, and renders it.
+//!
+//! What a page has run, and how that is marked, says [`page`]. Pages that need the demo take minutes; `--fast` leaves them out, as
+//! the tests do.
+
+pub(crate) mod page;
+mod play;
+mod said;
+
+use std::env;
+use std::ffi::OsString;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process;
+
+use crate::command_line::{CommandLine, workspace};
+use crate::failure::Failure;
+use crate::given_command;
+use page::Page;
+use play::{Played, Stage};
+
+/// Where the pages of the book lie, and papers that are held like them.
+const BOOK: &str = "docs/src";
+const PAPERS: [&str; 1] = ["README.md"];
+/// What commands name from the top of the workspace.
+const SHARED: [&str; 4] = ["data-samples", "docs", "pipelines", "tests"];
+
+/// `cargo xtask book`: pages as their commands make them.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub(crate) struct Book {
+    /// Whether pages that differ are written anew.
+    pub(crate) write: bool,
+    /// Whether pages that need the demo, and the rendering, are left out.
+    pub(crate) fast: bool,
+    /// Parts of the names of the pages that are played; all when empty.
+    pub(crate) pages: Vec<String>,
+}
+
+/// Plays the pages, and renders the book where mdBook is installed.
+pub(crate) fn run(book: &Book) -> Result<(), Failure> {
+    let work = Work::new(chainwave()?)?;
+    let pages = pages(book)?;
+    if pages.iter().any(|(_, page)| page.needs_the_demo()) {
+        work.make_the_demo()?;
+    }
+    let mut differ = Vec::new();
+    for (path, page) in &pages {
+        let played = work.play(path, page)?;
+        tell(path, &played);
+        if book.write {
+            write(path, page, &played)?;
+        }
+        let n_left = if book.write { played.left } else { played.differences.len() };
+        if n_left > 0 {
+            differ.push(path.display().to_string());
+        }
+    }
+    if !book.fast {
+        render()?;
+    }
+    if differ.is_empty() {
+        return Ok(());
+    }
+    Err(Failure::Differs(differ))
+}
+
+/// The command that pages are played with: the one that the environment names, or as it is built now.
+fn chainwave() -> Result<PathBuf, Failure> {
+    if let Some(named) = env::var_os("CHAINWAVE_COMMAND") {
+        return Ok(named.into());
+    }
+    given_command::build().run()?;
+    let name = format!("chainwave{}", env::consts::EXE_SUFFIX);
+    let here = env::current_exe().map_err(failed(Path::new("chainwave")))?;
+    Ok(here.with_file_name(name))
+}
+
+/// The pages that have something to play, by their names from the top of the workspace.
+fn pages(book: &Book) -> Result<Vec<(PathBuf, Page)>, Failure> {
+    let mut paths = markdown_below(Path::new(BOOK)).map_err(failed(Path::new(BOOK)))?;
+    paths.extend(PAPERS.map(PathBuf::from));
+    paths.sort();
+    let asked = |path: &Path| {
+        book.pages.is_empty() || book.pages.iter().any(|part| path.to_string_lossy().contains(&**part))
+    };
+    let mut pages = Vec::new();
+    for path in paths.into_iter().filter(|path| asked(path)) {
+        let text = fs::read_to_string(workspace().join(&path)).map_err(failed(&path))?;
+        let page = Page::parse(&text)
+            .map_err(|reason| failed(&path)(io::Error::new(io::ErrorKind::InvalidData, reason)))?;
+        if page.is_made() && !(book.fast && page.needs_the_demo()) {
+            pages.push((path, page));
+        }
+    }
+    Ok(pages)
+}
+
+fn markdown_below(folder: &Path) -> io::Result<Vec<PathBuf>> {
+    let mut paths = Vec::new();
+    for entry in fs::read_dir(workspace().join(folder))? {
+        let entry = entry?;
+        let path = folder.join(entry.file_name());
+        if entry.file_type()?.is_dir() {
+            paths.extend(markdown_below(&path)?);
+        } else if path.extension().is_some_and(|ending| ending == "md") {
+            paths.push(path);
+        }
+    }
+    Ok(paths)
+}
+
+/// The folder in which pages are played; it goes when they have been.
+struct Work {
+    folder: PathBuf,
+    chainwave: PathBuf,
+    programs: OsString,
+}
+
+impl Work {
+    /// A new folder beside the command; it and this program are found before any others of their names.
+    fn new(chainwave: PathBuf) -> Result<Self, Failure> {
+        let beside = chainwave.parent().unwrap_or(Path::new("."));
+        let folder = beside.join(format!("book-{}", process::id()));
+        fs::create_dir_all(&folder).map_err(failed(&folder))?;
+        let others = env::var_os("PATH").unwrap_or_default();
+        let here = env::current_exe().map_err(failed(&folder))?;
+        let ours = [beside, here.parent().unwrap_or(beside)].map(Path::to_owned);
+        let programs = ours.into_iter().chain(env::split_paths(&others));
+        let programs = env::join_paths(programs)
+            .map_err(|why| failed(&folder)(io::Error::new(io::ErrorKind::InvalidInput, why)))?;
+        Ok(Self { folder, chainwave, programs })
+    }
+
+    /// Films the demo and processes it, once for all pages.
+    fn make_the_demo(&self) -> Result<(), Failure> {
+        let demo = self.folder.join("demo");
+        fs::create_dir_all(&demo).map_err(failed(&demo))?;
+        let experiment = workspace().join("pipelines/hec26-demo/experiment.toml");
+        let line = |script: &str| {
+            CommandLine::new(["bash", "-eo", "pipefail", "-c", script])
+                .with([&self.chainwave, &experiment])
+                .within(&demo)
+        };
+        line("\"$0\" synthesize \"$1\" --out recordings").run()?;
+        line("\"$0\" run recordings/experiment.toml --out results 2>&1 | tee said.txt").run()
+    }
+
+    /// Plays a page in a folder of its own.
+    fn play(&self, path: &Path, page: &Page) -> Result<Played, Failure> {
+        let folder = self.folder.join(path.with_extension(""));
+        fs::create_dir_all(&folder).map_err(failed(&folder))?;
+        for name in SHARED {
+            link(&workspace().join(name), &folder.join(name))?;
+        }
+        if page.needs_the_demo() {
+            link(&self.folder.join("demo"), &folder.join("demo"))?;
+        }
+        let beside = workspace().join(path);
+        let beside = beside.parent().unwrap_or(workspace());
+        Ok(play::play(page, &Stage { folder: &folder, beside, programs: &self.programs }))
+    }
+}
+
+impl Drop for Work {
+    fn drop(&mut self) {
+        if let Err(why) = fs::remove_dir_all(&self.folder) {
+            eprintln!("{}: {why}", self.folder.display());
+        }
+    }
+}
+
+#[cfg(unix)]
+fn link(to: &Path, at: &Path) -> Result<(), Failure> {
+    std::os::unix::fs::symlink(to, at).map_err(failed(at))
+}
+
+#[cfg(not(unix))]
+fn link(_to: &Path, at: &Path) -> Result<(), Failure> {
+    Err(failed(at)(io::Error::new(io::ErrorKind::Unsupported, "the book's commands take a Unix shell")))
+}
+
+fn tell(path: &Path, played: &Played) {
+    match played.differences.as_slice() {
+        [] => println!("{}: as its commands make it", path.display()),
+        differences => println!("{}:\n{}", path.display(), differences.join("\n")),
+    }
+}
+
+/// Writes what has changed.
+fn write(path: &Path, page: &Page, played: &Played) -> Result<(), Failure> {
+    if played.renewed != *page {
+        fs::write(workspace().join(path), played.renewed.to_string()).map_err(failed(path))?;
+        println!("{}: written anew", path.display());
+    }
+    for (from, to) in &played.pictures {
+        fs::copy(from, to).map_err(failed(to))?;
+        println!("{}: copied anew", to.display());
+    }
+    Ok(())
+}
+
+/// Renders the book where that can be done.
+fn render() -> Result<(), Failure> {
+    if CommandLine::new(["mdbook", "--version"]).output().is_some() {
+        return CommandLine::new(["mdbook", "build", "docs"]).run();
+    }
+    println!(
+        "mdBook is not installed, so the book is not rendered: `cargo install mdbook --locked` installs it."
+    );
+    Ok(())
+}
+
+fn failed(path: &Path) -> impl Fn(io::Error) -> Failure {
+    let path = path.to_owned();
+    move |source| Failure::File { path: path.clone(), source }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_page_is_the_sum_of_its_parts() {
+        let paths = markdown_below(Path::new(BOOK)).unwrap();
+        assert!(paths.len() > 30, "{paths:?}");
+        for path in paths {
+            let text = fs::read_to_string(workspace().join(&path)).unwrap();
+            assert_eq!(Page::parse(&text).unwrap().to_string(), text, "{}", path.display());
+        }
+    }
+
+    #[test]
+    fn a_command_in_the_book_is_run_or_says_that_it_is_not() {
+        for path in markdown_below(Path::new(BOOK)).unwrap() {
+            let text = fs::read_to_string(workspace().join(&path)).unwrap();
+            let mut in_block = false;
+            for (line, next) in text.lines().zip(text.lines().skip(1)) {
+                in_block ^= line.starts_with("```");
+                let commands = ["chainwave ", "cargo ", "$ "];
+                let is_bare = line == "```" && in_block && commands.iter().any(|word| next.starts_with(word));
+                assert!(!is_bare, "{}: `console` or `sh` before {next}", path.display());
+            }
+        }
+    }
+}
