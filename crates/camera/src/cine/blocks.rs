@@ -1,6 +1,6 @@
 //! The tagged blocks of a .cine: time stamps and exposures of the images.
 
-use super::header::CineHeader;
+use super::header::{CineHeader, TICKS_PER_SECOND};
 use super::setup::Setup;
 use crate::bytes::Bytes;
 use crate::error::CameraError;
