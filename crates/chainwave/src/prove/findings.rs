@@ -218,7 +218,7 @@ fn of_recordings(
     }
 }
 
-/// Where the stage stood in each view that is tied to the first.
+/// Where the stage stood in each view that is tied to others; where the first one is taken as stated, the others count from it.
 fn of_stages(
     trials: &[Trial],
     stages: &Stages,
@@ -226,9 +226,13 @@ fn of_stages(
     add: &mut impl FnMut(&'static str, Estimate, f64),
 ) {
     let first_of_view = |row: &usize| trials[..*row].iter().all(|other| other.view != trials[*row].view);
+    let mut from_m = 0.0;
     for row in (0..trials.len()).filter(first_of_view) {
-        if let Some(refined_m) = stages.refined_m(&trials[row]).filter(|stage| stage.sigma > 0.0) {
-            add("stage", refined_m, truth.trials[row].stage_m);
+        let (trial, true_m) = (&trials[row], truth.trials[row].stage_m);
+        match stages.refined_m(trial) {
+            Some(refined_m) if refined_m.sigma > 0.0 => add("stage", refined_m, true_m - from_m),
+            Some(_) => from_m = true_m - trial.stage_m,
+            None => {}
         }
     }
 }
