@@ -41,7 +41,7 @@ impl Protocol {
         Self { name: "days", causes: &[], follow: |lab| days(lab, true) },
         Self { name: "days_not_stated", causes: &["magnified"], follow: |lab| days(lab, false) },
         Self { name: "one_body", causes: APART, follow: |lab| one_body(lab, Neighbour::Unseen) },
-        Self { name: "one_body_and_next", causes: APART, follow: |lab| one_body(lab, Neighbour::AtFirst) },
+        Self { name: "one_body_and_next", causes: &[], follow: |lab| one_body(lab, Neighbour::AtFirst) },
         Self { name: "one_body_one_trial", causes: APART, follow: one_body_one_trial },
         Self { name: "trigger_jitter", causes: APART, follow: |lab| triggers(lab, [150e-6, 0.0], false) },
         Self {
