@@ -2,8 +2,8 @@
 //!
 //! Each experiment has its own seed, and takes its noise and striker from the lists given. What it found is kept in the folder
 //! `.work`, so a proof that was interrupted goes on where it stopped; its recordings are removed once they are processed. On request
-//! the experiments have faults, or a real camera's effects, in turn none and one of each kind, and a table says what each does to the
-//! results.
+//! the experiments have faults, a real camera's effects, chains that are not what is stated, or other protocols, in turn none and one
+//! of each kind, and a table says what each does to the results.
 
 mod by_kind;
 mod coverage;
@@ -13,12 +13,13 @@ mod variant;
 use std::path::{Path, PathBuf};
 
 use chainwave_experiment::{
-    CameraEffect, EVALUATION_VERSION, Experiment, FAULT_KINDS, Fault, Setup, Table, Trial, WrongChain,
+    CameraEffect, EVALUATION_VERSION, Experiment, FAULT_KINDS, Fault, Protocol, Setup, Table, Trial,
+    WrongChain,
 };
 
 use self::by_kind::Kinds;
 use self::coverage::Coverage;
-use self::findings::Finding;
+use self::findings::{Finding, Said};
 use self::variant::Variant;
 use crate::cli;
 use crate::error::Error;
@@ -69,6 +70,9 @@ pub(crate) fn prove(arguments: &cli::Prove) -> Result<Outcome, Error> {
     if arguments.models.is_some() {
         Kinds::CHAINS.write(&arguments.out, &tables)?;
     }
+    if arguments.protocols.is_some() {
+        Kinds::PROTOCOLS.write(&arguments.out, &tables)?;
+    }
     Ok(outcome)
 }
 
@@ -93,7 +97,8 @@ fn kinds<Kind: Copy>(
     Ok(std::iter::once(None).chain(chosen).collect())
 }
 
-/// Seeds one after the other, with noise and striker taken in turn; each effect of the camera, and each chain, has the same seeds.
+/// Seeds one after the other, with noise and striker taken in turn; each effect of the camera, each chain and each protocol has the same
+/// seeds.
 fn variants(arguments: &cli::Prove, experiment: &Experiment) -> Result<Vec<Variant>, Error> {
     let own = [experiment.striker.velocity_m_per_s.get()];
     let strikers: &[f64] = if arguments.striker.is_empty() { &own } else { &arguments.striker };
@@ -104,7 +109,9 @@ fn variants(arguments: &cli::Prove, experiment: &Experiment) -> Result<Vec<Varia
     }
     let effects = kinds("--camera", arguments.camera.as_deref(), CameraEffect::ALL, |effect| effect.name)?;
     let chains = kinds("--models", arguments.models.as_deref(), WrongChain::ALL, |chain| chain.name)?;
-    let n_kinds = effects.len() * chains.len();
+    let protocols =
+        kinds("--protocols", arguments.protocols.as_deref(), Protocol::ALL, |protocol| protocol.name)?;
+    let n_kinds = effects.len() * chains.len() * protocols.len();
     let variant = |k: u64| {
         let place = usize::try_from(k).unwrap_or(0);
         let index = place / n_kinds;
@@ -112,6 +119,7 @@ fn variants(arguments: &cli::Prove, experiment: &Experiment) -> Result<Vec<Varia
             seed: arguments.first_seed + index as u64,
             effect: effects[place % effects.len()],
             chain: chains[place / effects.len() % chains.len()],
+            protocol: protocols[place / effects.len() / chains.len() % protocols.len()],
             noise: arguments.noise[index % arguments.noise.len()],
             striker_m_per_s: strikers[index / arguments.noise.len() % strikers.len()],
             fault: FAULT_KINDS
@@ -127,7 +135,7 @@ fn variants(arguments: &cli::Prove, experiment: &Experiment) -> Result<Vec<Varia
 struct Plan<'a> {
     variant: &'a Variant,
     experiment: Experiment,
-    trials: &'a [Trial],
+    trials: Vec<Trial>,
     /// The experiment whose variant it is.
     path: &'a Path,
     jobs: Option<u16>,
@@ -144,10 +152,10 @@ impl<'a> Plan<'a> {
         arguments: &'a cli::Prove,
         variant: &'a Variant,
         experiment: &Experiment,
-        trials: &'a [Trial],
+        trials: &[Trial],
     ) -> Result<Self, Error> {
         let path = arguments.experiment.as_path();
-        let mut experiment = experiment.clone();
+        let (mut experiment, mut trials) = (experiment.clone(), trials.to_vec());
         experiment.vary(variant.noise, variant.striker_m_per_s);
         let mut subjects = Vec::new();
         if let Some(chain) = variant.chain {
@@ -157,14 +165,18 @@ impl<'a> Plan<'a> {
         if let Some(synthetic) = &mut experiment.synthetic {
             synthetic.seed = variant.seed;
             if let Some(kind) = variant.fault {
-                let fault = Fault::usual(kind, trials, synthetic.camera.rate_hz);
-                subjects.extend(fault.as_ref().and_then(|fault| fault.subject(trials)));
+                let fault = Fault::usual(kind, &trials, synthetic.camera.rate_hz);
+                subjects.extend(fault.as_ref().and_then(|fault| fault.subject(&trials)));
                 synthetic.faults.extend(fault);
             }
             if let Some(effect) = variant.effect {
                 effect.add_to(synthetic);
                 subjects.extend(effect.causes.iter().map(|cause| (*cause).to_owned()));
             }
+        }
+        if let Some(protocol) = variant.protocol {
+            protocol.apply(&mut experiment, &mut trials)?;
+            subjects.extend(protocol.causes.iter().map(|cause| (*cause).to_owned()));
         }
         let text = toml::to_string(&experiment).map_err(|wrong| Error::Argument(wrong.to_string()))?;
         let calibration = experiment.camera.calibration.as_ref();
@@ -175,6 +187,7 @@ impl<'a> Plan<'a> {
             Part::new("trials", format!("{trials:?}")),
             Part::new("calibration", calibration.unwrap_or_default()),
             Part::new("algorithm", versions),
+            Part::new("findings", Finding::VERSION.to_string()),
         ];
         let name = format!("{}-{}", variant.name(), &digest(format!("{key:?}").as_bytes())[..16]);
         Ok(Self { variant, experiment, trials, path, jobs: arguments.jobs, subjects, key, name })
@@ -187,17 +200,17 @@ impl<'a> Plan<'a> {
             return Ok(table);
         }
         let folder = kept.path(&self.name).with_extension("");
-        let (found, named) = self.carry_out(&folder)?;
-        let columns = Finding::columns(self.variant, named, &found);
+        let (found, said) = self.carry_out(&folder)?;
+        let columns = Finding::columns(self.variant, &said, &found);
         kept.keep_table(&self.name, &subject, &self.key, columns)?;
         std::fs::remove_dir_all(&folder).map_err(Error::file(&folder, "remove"))?;
         table::read(&kept.path(&self.name))
     }
 
-    /// The findings, and whether what went wrong was named, or, where nothing did, whether there was a warning all the same.
-    fn carry_out(&self, folder: &Path) -> Result<(Vec<Finding>, bool), Error> {
+    /// The findings, and what the experiment is warned of.
+    fn carry_out(&self, folder: &Path) -> Result<(Vec<Finding>, Said), Error> {
         let recordings = folder.join("recordings");
-        film_into(&self.experiment, self.trials, self.path, &recordings, self.jobs)?;
+        film_into(&self.experiment, &self.trials, self.path, &recordings, self.jobs)?;
         if let Some(name) = &self.experiment.camera.calibration {
             write_text(&recordings.join(name), &read_text(&self.path.with_file_name(name))?)?;
         }
@@ -206,16 +219,20 @@ impl<'a> Plan<'a> {
         let results = setup.run(&store, threads(self.jobs), &progress::monitor(&|_| ()))?;
         let mut outcome = Outcome::default();
         name_failed(&results.tracked.failed, &mut outcome);
-        let warnings: Vec<String> = results.evaluation.warnings().iter().map(ToString::to_string).collect();
+        let warnings = results.evaluation.warnings();
         let named = if self.subjects.is_empty() {
             !warnings.is_empty()
         } else {
             // What is wrong with one recording may stand in a decision; what is wrong with all of them is to be warned of.
             let decisions = results.decisions.iter().filter(|_| self.variant.effect.is_none());
-            let evidence = decisions.map(|decision| &decision.evidence);
-            let mut said = outcome.failures().iter().chain(&warnings).chain(evidence);
+            let evidence = decisions.map(|decision| decision.evidence.clone());
+            let texts = warnings.iter().map(ToString::to_string);
+            let mut said = outcome.failures().iter().cloned().chain(texts).chain(evidence);
             said.any(|text| self.subjects.iter().any(|subject| text.contains(subject)))
         };
-        Ok((findings::findings(&setup, &results)?, named))
+        let mut codes: Vec<&str> = warnings.iter().map(|warning| warning.code).collect();
+        codes.sort_unstable();
+        codes.dedup();
+        Ok((findings::findings(&setup, &results)?, Said { named, warned_of: codes.join(" ") }))
     }
 }

@@ -27,7 +27,8 @@ pub(crate) fn synthesize(arguments: &cli::Synthesize) -> Result<Outcome, Error> 
     Ok(Outcome::default())
 }
 
-/// Films an experiment into a folder, and writes its plan and its truth beside the recordings; `path` is where the experiment lies.
+/// Films an experiment into a folder, and writes its plan and its truth beside the recordings, where the trials table states what views
+/// are magnified by; `path` is where the experiment lies.
 pub(crate) fn film_into(
     experiment: &Experiment,
     trials: &[Trial],
@@ -38,6 +39,7 @@ pub(crate) fn film_into(
     make_folder(folder)?;
     remove_unfinished(folder)?;
     experiment.check_film(trials, path)?;
+    let trials = &experiment.with_scales_of_views(trials)[..];
     if !is_up_to_date(experiment, trials, folder)? {
         remove_recordings(trials, folder)?;
         write_plan(experiment, trials, folder)?;
@@ -81,6 +83,10 @@ fn write_plan(experiment: &Experiment, trials: &[Trial], folder: &Path) -> Resul
         column("trial", trials.iter().map(|trial| trial.trial).collect::<Vec<_>>()),
         column("stage_m", trials.iter().map(|trial| trial.stage_m).collect::<Vec<_>>()),
     ];
+    let scales: Vec<Option<f64>> = trials.iter().map(|trial| trial.scale_px_per_m).collect();
+    if scales.iter().any(Option::is_some) {
+        columns.push(column("scale_px_per_m", scales));
+    }
     let strikers: Option<Vec<Estimate>> = trials.iter().map(|trial| trial.striker_velocity_m_per_s).collect();
     if let Some(strikers) = strikers {
         let of = |value: &dyn Fn(&Estimate) -> f64| strikers.iter().map(value).collect::<Vec<f64>>();

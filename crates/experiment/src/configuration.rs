@@ -3,6 +3,7 @@
 mod contact;
 mod far_end;
 mod far_striker;
+mod filmed_view;
 mod law_file;
 mod pattern;
 mod rings;
@@ -24,6 +25,7 @@ pub use self::contact::{Contact, ContactTable, Gaps, Law};
 pub use self::far_end::FarEndTable;
 pub use self::far_striker::FarStrikerTable;
 pub(crate) use self::far_striker::far_end;
+pub use self::filmed_view::FilmedView;
 pub use self::pattern::Pattern;
 pub use self::rings::FilmedRings;
 pub use self::trial::Trial;
@@ -380,6 +382,12 @@ pub struct Synthetic {
     /// Standard deviation of what the trigger's delay gains from trial to trial and keeps.
     #[serde(default)]
     pub trigger_walk_s: NotNegative,
+    /// Standard deviation of the trigger's delay from view to view, in common for all trials of a view.
+    #[serde(default)]
+    pub trigger_view_s: NotNegative,
+    /// Standard deviation of the striker's velocity from trial to trial, relative to it, where it is not what is stated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub striker_scatter: Option<NotNegative>,
     /// Standard deviation of the stage's position, from view to view.
     #[serde(default)]
     pub stage_sigma_m: NotNegative,
@@ -396,6 +404,9 @@ pub struct Synthetic {
     pub first_image: i64,
     /// Frames in a recording.
     pub n_frames: usize,
+    /// Views that are filmed in another way.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub views: Vec<FilmedView>,
     /// The camera.
     pub camera: chainwave_synthetic::Camera,
     /// The chain as the camera sees it.

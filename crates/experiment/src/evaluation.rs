@@ -164,7 +164,7 @@ pub fn evaluate(
             None => Err(FitError::TooFew { what: "peak energies", expected: 1, found: 0 }),
         })?;
     step();
-    let standings = Standings::of(&stitched.alignments, accepted(&track_fit));
+    let standings = Standings::of(&stitched.alignments, accepted(&track_fit), &tracked.stages.scale);
     let mut notices = notices(experiment, &tracked.recordings, &observations, &standings);
     notices.extend(experiment.far_striker.as_ref().map(|_| aligned_by_one_striker()));
     let damping = StatedDamping::of(&track_fit, &imposed_fit, &energy_fit, critical);

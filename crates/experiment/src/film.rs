@@ -2,6 +2,7 @@
 
 mod camera_effects;
 mod faults;
+mod protocols;
 mod rings;
 mod rubbed;
 mod truth;
@@ -12,12 +13,15 @@ use std::path::Path;
 
 use chainwave_measurement::{Estimate, Trajectory, map_in_parallel};
 use chainwave_mechanics::{Chain, Contacts, Schedule, Striker};
-use chainwave_synthetic::trials::{BodyQuantity, Draw, Scatter, body_factors, draw, stage_error_m};
+use chainwave_synthetic::trials::{
+    BodyQuantity, Draw, Scatter, body_factors, draw, stage_error_m, view_trigger_s,
+};
 use chainwave_synthetic::{Scene, Shot, Specimen, film};
 
 pub use self::camera_effects::CameraEffect;
 use self::faults::Faults;
 pub use self::faults::{FAULT_KINDS, Fault};
+pub use self::protocols::Protocol;
 pub use self::rings::ring_centres;
 use self::rubbed::rubbed;
 pub use self::truth::{MeanMotion, StrikerTruth, TrueTrial, Truth};
@@ -42,7 +46,8 @@ pub struct FilmTruth {
 }
 
 impl Experiment {
-    /// Refuses an experiment that cannot be filmed: without a synthetic part, or with faults of recordings that are not in the table.
+    /// Refuses an experiment that cannot be filmed: without a synthetic part, or with faults of recordings, or views, that are not in the
+    /// table.
     ///
     /// # Errors
     /// What is missing; `path` is where the experiment lies.
@@ -52,6 +57,7 @@ impl Experiment {
             message: "expected a [synthetic] part that says what is filmed, found none".into(),
         })?;
         Faults(&synthetic.faults).check(trials, path)?;
+        synthetic.check_views(trials, path)?;
         Ok(synthetic)
     }
 }
@@ -158,11 +164,12 @@ impl<'a> Studio<'a> {
     }
 
     fn take<'b>(&self, trial: &'b Trial, mut draw: Draw) -> Result<Take<'b>, Error> {
+        let (seed, view) = (self.synthetic.seed, trial.view.into());
         draw.striker_velocity_m_per_s *= self.faults().striker_factor(trial);
-        let sigma_m = self.synthetic.stage_sigma_m.get();
+        draw.trigger_delay_s += view_trigger_s(seed, view, self.synthetic.trigger_view_s.get())?;
         Ok(Take {
             nominal_m_per_s: self.nominal(trial).value,
-            stage_m: trial.stage_m + stage_error_m(self.synthetic.seed, trial.view.into(), sigma_m)?,
+            stage_m: trial.stage_m + stage_error_m(seed, view, self.synthetic.stage_sigma_m.get())?,
             motion: self.motion(&draw)?,
             trial,
             draw,
@@ -171,12 +178,13 @@ impl<'a> Studio<'a> {
 
     fn scatter(&self, trial: &Trial) -> Scatter {
         let nominal_m_per_s = self.nominal(trial);
+        let own_scatter = self.synthetic.striker_scatter.map(|scatter| scatter.get() * nominal_m_per_s.value);
         Scatter {
             striker_velocity_m_per_s: nominal_m_per_s.value,
-            striker_velocity_sigma_m_per_s: nominal_m_per_s.sigma,
+            striker_velocity_sigma_m_per_s: own_scatter.unwrap_or(nominal_m_per_s.sigma),
             trigger_jitter_s: self.synthetic.trigger_jitter_s.get(),
             trigger_walk_s: self.synthetic.trigger_walk_s.get(),
-            rate_hz: self.synthetic.camera.rate_hz,
+            rate_hz: self.synthetic.footage(trial.view).rate_hz,
         }
     }
 
@@ -194,18 +202,21 @@ impl<'a> Studio<'a> {
         if path.exists() || faults.is_lost(take.trial) {
             return Ok(());
         }
+        let footage = self.synthetic.footage(take.trial.view);
+        let camera = footage.camera(&self.synthetic.camera);
+        let specimen = footage.specimen(&self.specimen);
         let shot = Shot {
             stage_m: take.stage_m,
-            first_body_px: self.experiment.camera.first_body_px,
-            first_image: self.synthetic.first_image,
-            n_frames: self.synthetic.n_frames,
+            first_body_px: footage.moved_px(self.experiment.camera.first_body_px, &camera),
+            first_image: footage.first_image,
+            n_frames: footage.n_frames,
             trigger_delay_s: take.draw.trigger_delay_s,
             frame_phase_s: take.draw.frame_phase_s,
             noise_seed: take.draw.noise_seed,
             covers: faults.covers(take.trial),
             view: take.trial.view.into(),
         };
-        let scene = Scene::new(&self.synthetic.camera, &self.specimen, &shot, &take.motion)?;
+        let scene = Scene::new(&camera, &specimen, &shot, &take.motion)?;
         let rings = self.synthetic.rings.as_ref();
         let shapes = rings.map(|rings| rings.shapes(self, &take.draw)).transpose()?;
         let scene = match &shapes {
@@ -248,12 +259,9 @@ impl<'a> Studio<'a> {
         }
     }
 
-    fn first_time_s(&self) -> f64 {
-        self.synthetic.first_image as f64 / self.synthetic.camera.rate_hz
-    }
-
+    /// Time that no image reaches, in seconds after the trigger.
     fn last_time_s(&self) -> f64 {
-        self.first_time_s() + self.synthetic.n_frames as f64 / self.synthetic.camera.rate_hz
+        self.synthetic.span_s()[1]
     }
 }
 

@@ -91,7 +91,7 @@ mod wording;
 pub use calibration::{CalibrationFile, ChainMap, ErrorTable, MapTable, middle_px};
 pub use configuration::{
     Analysis, Camera, Chain, Contact, ContactTable, Experiment, FarEndTable, FarStrikerTable, FilmedRings,
-    Gaps, Law, Marks, Pattern, Ruler, Striker, Synthetic, Tracking, Trial, Trigger, TrueChain,
+    FilmedView, Gaps, Law, Marks, Pattern, Ruler, Striker, Synthetic, Tracking, Trial, Trigger, TrueChain,
 };
 pub use content::fingerprint;
 pub use corrections::{CORRECTIONS_FILE, Correction, Corrections, Remedy, corrections_csv};
@@ -101,8 +101,8 @@ pub use error::Error;
 pub use evaluation::{Departures, EVALUATION_VERSION, Evaluation, ModelBeside, evaluate};
 pub use failed_recording::FailedRecording;
 pub use film::{
-    CameraEffect, FAULT_KINDS, Fault, FilmTruth, MeanMotion, StrikerTruth, TrueTrial, Truth, WrongChain,
-    film_experiment, ring_centres,
+    CameraEffect, FAULT_KINDS, Fault, FilmTruth, MeanMotion, Protocol, StrikerTruth, TrueTrial, Truth,
+    WrongChain, film_experiment, ring_centres,
 };
 pub use finding::{Finding, Sanity};
 pub use follow::{EdgeNote, Followed, FollowedSubset, edges_beside, follow, threads_of_each};

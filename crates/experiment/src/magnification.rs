@@ -48,8 +48,10 @@ impl Magnifications {
             pairs.iter().map(|(_, size)| size.sigma).fold(0.0, f64::max) * (0.5 * views.len() as f64).sqrt();
         let alone =
             |index: usize| (0..views.len()).map(|other| if other == index { sigma } else { 0.0 }).collect();
+        // The stated scale was found in one view or in some of them: what views have in common is off it as their mean is.
+        let common = vec![error_of_mean(&sizes); views.len()];
         Self {
-            errors: (0..views.len()).map(alone).collect(),
+            errors: (0..views.len()).map(alone).chain([common]).collect(),
             views: views
                 .iter()
                 .zip(sizes)
@@ -93,15 +95,33 @@ impl Magnifications {
         found.map_or(Estimate::new(0.0, 0.0), |(_, size)| *size)
     }
 
+    /// What one of the independent errors is of a view; none of a view of which nothing is known.
+    pub(crate) fn error_of(&self, view: u32, error: &[f64]) -> f64 {
+        self.views
+            .iter()
+            .zip(error)
+            .find(|((number, _), _)| *number == view)
+            .map_or(0.0, |(_, of_view)| *of_view)
+    }
+
     /// Whether one of the views is magnified otherwise than the rest beyond doubt.
     pub(crate) fn differ(&self) -> bool {
         self.views.iter().any(|(_, size)| size.value.abs() > TOLD * size.sigma)
     }
 
-    /// The largest standard uncertainty of a view's magnification.
+    /// The largest standard uncertainty of a view's magnification, with what views have in common.
     pub(crate) fn largest_sigma(&self) -> f64 {
-        self.views.iter().map(|(_, size)| size.sigma).fold(0.0, f64::max)
+        let sigma = |view: usize| self.errors.iter().map(|error| error[view].powi(2)).sum::<f64>().sqrt();
+        (0..self.views.len()).map(sigma).fold(0.0, f64::max)
     }
+}
+
+/// Standard error of the mean, by the scatter.
+fn error_of_mean(sizes: &[f64]) -> f64 {
+    let n = sizes.len() as f64;
+    let mean = sizes.iter().sum::<f64>() / n;
+    let squares: f64 = sizes.iter().map(|size| (size - mean).powi(2)).sum();
+    (squares / (n - 1.0).max(1.0) / n).sqrt()
 }
 
 fn sorted(mut views: Vec<u32>) -> Vec<u32> {
@@ -126,6 +146,20 @@ mod tests {
             assert!(size.value.abs() < 1e-18 && (size.sigma / 2e-3 - 1.0).abs() < 1e-12);
         }
         assert!(!found.differ());
+    }
+
+    #[test]
+    fn what_views_have_in_common_is_as_uncertain_as_they_scatter() {
+        let pairs = [([1, 2], Estimate::new(6e-3, 3e-4)), ([2, 3], Estimate::new(-3e-3, 3e-4))];
+        let found = Magnifications::told(&pairs);
+        // Sizes of 0, 6 and 3 thousandths scatter by 3 about their mean, which is known to 3 / sqrt(3).
+        let common = 3e-3 / 3.0_f64.sqrt();
+        let of_view = found.of(2).sigma;
+        assert!((found.largest_sigma() / of_view.hypot(common) - 1.0).abs() < 1e-6);
+        // Beside each other, views do not feel it.
+        assert!((found.of(2).value - found.of(1).value - 6e-3).abs() < 1e-9);
+        let in_common = found.errors.last().unwrap();
+        assert!(in_common.iter().all(|error| (error / common - 1.0).abs() < 1e-6));
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! too long as the scale is too small. Where one view is magnified against another, the marker itself is larger in it.
 
 use chainwave_measurement::{ChainMotion, ErrorMode, ErrorSource, Estimate, Observation};
+use chainwave_stitching::StageStep;
 use ndarray::Array2;
 
 use crate::magnification::{Magnifications, PairSize};
@@ -18,8 +19,8 @@ pub(crate) struct SharedBody {
     pub(crate) stated_m: f64,
     /// The step as the pictures have it by the stated scale.
     pub(crate) found_m: Estimate,
-    /// Where the body stands in the first view, in steps from the middle of its picture.
-    pub(crate) from_middle: f64,
+    /// How far the body stands from the middle of the first view's picture, in metres.
+    pub(crate) from_middle_m: f64,
     /// The marker's size in the second view over that in the first, less one; `None` where it is too small to be told in halves.
     pub(crate) magnified: Option<Estimate>,
 }
@@ -87,6 +88,33 @@ impl ScaleCheck {
             places.for_each(|place| *place = place.map(|x| x.scaled(factor)));
         }
         observations
+    }
+
+    /// A step of the stage by the scale that all views have in common, with what is not known of the two views' magnifications; as it is
+    /// where none is magnified.
+    pub(crate) fn levelled_step(&self, step: &StageStep, body: &SharedBody) -> StageStep {
+        // What is seen x from the middle of a picture that is larger by m stands x m nearer to it.
+        let too_long_m = |magnified: &dyn Fn(u32) -> f64| {
+            let [first, second] = body.views.map(magnified);
+            first * body.from_middle_m - second * (body.from_middle_m - body.found_m.value)
+        };
+        let known_m = too_long_m(&|view| self.views.of(view).value);
+        let unknown_m =
+            self.views.errors.iter().map(|error| too_long_m(&|view| self.views.error_of(view, error)));
+        StageStep {
+            step_m: Estimate::new(step.step_m.value - known_m, step.step_m.sigma),
+            shared_m: step.shared_m.iter().copied().chain(unknown_m).collect(),
+            ..step.clone()
+        }
+    }
+
+    /// Standard uncertainty of a view's magnification less the mean of some recordings', which are given by their views.
+    pub(crate) fn sigma_from_mean(&self, view: u32, of_recordings: &[u32]) -> f64 {
+        let from_mean = |error: &Vec<f64>| {
+            let sum: f64 = of_recordings.iter().map(|other| self.views.error_of(*other, error)).sum();
+            self.views.error_of(view, error) - sum / of_recordings.len().max(1) as f64
+        };
+        self.views.errors.iter().map(|error| from_mean(error).powi(2)).sum::<f64>().sqrt()
     }
 
     /// Adds to a motion what is not known of the views' magnifications, each in proportion to the motion and to the share of a body's
@@ -164,8 +192,9 @@ fn relative_step(
 ) -> Option<Estimate> {
     let stated_m = shared.first()?.stated_m;
     let by_views = |at: f64, of: fn(Estimate) -> f64| [of(magnified[0]) * at, -of(magnified[1]) * (at - 1.0)];
-    let expected = |one: &SharedBody| 1.0 + by_views(one.from_middle, |size| size.value).iter().sum::<f64>();
-    let at = shared.iter().map(|one| one.from_middle).sum::<f64>() / shared.len() as f64;
+    let in_steps = |one: &SharedBody| one.from_middle_m / stated_m;
+    let expected = |one: &SharedBody| 1.0 + by_views(in_steps(one), |size| size.value).iter().sum::<f64>();
+    let at = shared.iter().map(|one| in_steps(one)).sum::<f64>() / shared.len() as f64;
     let [first, second] = by_views(at, |size| size.sigma);
     let longer =
         |one: &&SharedBody| Estimate::new(one.found_m.value - stated_m * expected(one), one.found_m.sigma);
@@ -199,7 +228,7 @@ mod tests {
             views,
             stated_m: 0.12,
             found_m: Estimate::new(0.12 * (1.0 + scale_error) + 1e-6 * f64::from(trial), 1e-6),
-            from_middle: 0.5,
+            from_middle_m: 0.06,
             magnified: Some(Estimate::new(if views == [1, 2] { second_view } else { -second_view }, 2e-4)),
         };
         [[1, 2], [2, 3]]
@@ -243,5 +272,30 @@ mod tests {
         let levelled = found.levelled(vec![one(1), one(2)]);
         let place_m = |index: usize| levelled[index].bodies[0].position_m[0].unwrap().value;
         assert!((place_m(0) - 0.1).abs() < 1e-9 && (place_m(1) - 0.1 / 1.004).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_step_to_a_view_that_is_magnified_is_put_on_one_scale() {
+        let bodies = shared(2e-3, 4e-3);
+        let found = ScaleCheck::of(&bodies, &StatedScale::default());
+        let step = StageStep { from: 0, to: 1, step_m: bodies[0].found_m, shared_m: vec![1e-6] };
+        let levelled = found.levelled_step(&step, &bodies[0]);
+        // The body stands 60.24 mm before the middle of the second view, by whose size 0.4 % of that are too much.
+        assert!((levelled.step_m.value - 0.12).abs() < 2e-6, "{levelled:?}");
+        // Each of three views has an error, of which the third has no part in this step, and they have one in common.
+        let shared_m = &levelled.shared_m;
+        assert!(shared_m.len() == 5 && shared_m[1] > 1e-5 && shared_m[2] > 1e-5 && shared_m[3].abs() < 1e-18);
+        let alone = ScaleCheck::default().levelled_step(&step, &bodies[0]);
+        assert_eq!(alone, step);
+    }
+
+    #[test]
+    fn a_view_is_as_uncertain_beside_the_others_as_its_error_and_theirs() {
+        let found = ScaleCheck::of(&shared(2e-3, 4e-3), &StatedScale::default());
+        let sigma = found.views.of(2).sigma;
+        // Of three recordings, one a view, whose errors are independent: (1 - 1/3)^2 + 2/9 = 2/3.
+        let expected = sigma * (2.0_f64 / 3.0).sqrt();
+        assert!((found.sigma_from_mean(2, &[1, 2, 3]) / expected - 1.0).abs() < 1e-12);
+        assert!(ScaleCheck::default().sigma_from_mean(2, &[1, 2, 3]).abs() < 1e-18);
     }
 }

@@ -50,7 +50,10 @@ struct View {
     number: u32,
     stated_m: f64,
     trials: Vec<Trial>,
+    /// Where it stood.
     refined_m: Option<Estimate>,
+    /// Where it seems to have stood if no view is magnified: there the stated scale finds the bodies.
+    seen_m: Option<Estimate>,
 }
 
 impl Stages {
@@ -67,11 +70,16 @@ impl Stages {
             between.into_iter().map(|of_pair| of_pair.into_iter().unzip()).unzip();
         let stated_m: Vec<f64> = views.iter().map(|view| view.stated_m).collect();
         let scale = ScaleCheck::of(&shared.concat(), &stated_scale(setup, &views));
-        let steps_m = steps.iter().filter_map(|steps| stated_step(&views, steps)).collect();
-        let refined = refine_stages(&stated_m, sigma_m, &steps.concat());
+        let of_pair = |(steps, bodies): (&Vec<StageStep>, &Vec<SharedBody>)| {
+            steps.iter().zip(bodies).map(|(step, body)| scale.levelled_step(step, body)).collect::<Vec<_>>()
+        };
+        let levelled: Vec<Vec<StageStep>> = steps.iter().zip(&shared).map(of_pair).collect();
+        let steps_m = levelled.iter().filter_map(|steps| stated_step(&views, steps)).collect();
+        let seen = refine_stages(&stated_m, sigma_m, &steps.concat());
+        let refined = refine_stages(&stated_m, sigma_m, &levelled.concat());
         let unsolved = refined.as_ref().err().map(ToString::to_string);
-        let refined = refined.into_iter().flatten();
-        views.iter_mut().zip(refined).for_each(|(view, refined_m)| view.refined_m = refined_m);
+        let solved = seen.into_iter().flatten().zip(refined.into_iter().flatten());
+        views.iter_mut().zip(solved).for_each(|(view, found)| (view.seen_m, view.refined_m) = found);
         Self { views, steps_m, unsolved, is_used: sigma_m.is_some(), scale }
     }
 
@@ -104,8 +112,8 @@ impl Stages {
 
     /// The position that a recording's subsets are placed by.
     pub fn placing_m(&self, trial: &Trial) -> f64 {
-        let refined_m = self.refined_m(trial).filter(|_| self.is_used);
-        refined_m.map_or(trial.stage_m, |refined_m| refined_m.value)
+        let view = self.views.iter().find(|view| view.holds(trial)).filter(|_| self.is_used);
+        view.and_then(|view| view.seen_m).map_or(trial.stage_m, |seen_m| seen_m.value)
     }
 
     /// Whether subsets are placed by the refined positions.
@@ -188,6 +196,7 @@ fn views(trials: &[Trial]) -> Vec<View> {
                 stated_m: trial.stage_m,
                 trials: vec![trial.clone()],
                 refined_m: None,
+                seen_m: None,
             }),
         }
     }
@@ -208,7 +217,7 @@ fn steps_between(
         let body = SharedBody {
             views: [one, other].map(|view| views[view].number),
             stated_m,
-            from_middle: setup.map.m_per_px().value * place_px / stated_m,
+            from_middle_m: pair.m_per_px * place_px,
             found_m: step.step_m,
             magnified: pair.magnified(method),
         };
@@ -260,6 +269,8 @@ struct Pair {
     subset: Subset,
     /// Column of the middle of the first recording's pictures.
     middle_px: f64,
+    /// Size of its pixels there, in metres.
+    m_per_px: f64,
     /// From the pictures of each recording to the chain.
     maps: [Calibration; 2],
 }
@@ -279,6 +290,7 @@ impl Pair {
             corners_px,
             maps: shown.map(|(at_rest, _)| at_rest.map.of_chain.clone()),
             middle_px: 0.5 * (at_rest.recording.info().width_px as f64 - 1.0),
+            m_per_px: at_rest.map.m_per_px().value,
             subset: Subset {
                 x_px: subset.x_px - corners_px[0][0],
                 y_px: subset.y_px - corners_px[0][1],

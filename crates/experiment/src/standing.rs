@@ -5,6 +5,8 @@ use chainwave_inference::{FittedRecording, TrackFit};
 use chainwave_measurement::Estimate;
 use chainwave_stitching::Alignment;
 
+use crate::scale::ScaleCheck;
+
 /// Where a recording stands among the others.
 #[derive(Debug, Clone)]
 pub struct Standing {
@@ -38,12 +40,22 @@ impl Standings {
         }
     }
 
-    /// From the model where the data accept it, else from the alignment without one.
-    pub fn of(alignments: &[Alignment], accepted: Option<&TrackFit>) -> Self {
+    /// From the model where the data accept it, else from the alignment without one. A drive contains what is not known of its view's
+    /// magnification: a picture that is larger shows a wave that is as much stronger.
+    pub(crate) fn of(alignments: &[Alignment], accepted: Option<&TrackFit>, scale: &ScaleCheck) -> Self {
+        let views: Vec<u32> = alignments.iter().map(|alignment| alignment.view).collect();
+        let magnified = |recording: &str| {
+            let of_recording = alignments.iter().find(|alignment| alignment.recording == recording);
+            of_recording.map_or(0.0, |alignment| scale.sigma_from_mean(alignment.view, &views))
+        };
         match accepted {
             Some(fit) => Self {
                 source: "the chain model's impacts and strikers",
-                of_recordings: fit.recordings.iter().map(by_model).collect(),
+                of_recordings: fit
+                    .recordings
+                    .iter()
+                    .map(|one| by_model(one, magnified(&one.recording)))
+                    .collect(),
             },
             None => Self {
                 source: "the first body's onset",
@@ -53,11 +65,12 @@ impl Standings {
     }
 }
 
-fn by_model(fitted: &FittedRecording) -> Standing {
+fn by_model(fitted: &FittedRecording, magnified_sigma: f64) -> Standing {
+    let drive = fitted.drive_deviation;
     Standing {
         recording: fitted.recording.clone(),
         trigger_offset_s: fitted.trigger_offset_s,
-        drive_deviation: fitted.drive_deviation,
+        drive_deviation: Estimate::new(drive.value, drive.sigma.hypot(magnified_sigma)),
     }
 }
 

@@ -7,7 +7,7 @@ use ndarray::{Array2, Zip, s};
 use crate::settings::Settings;
 use crate::spread::Spread;
 use crate::stitched::{Alignment, Stitched};
-use crate::trigger_scatter::{Arrival, Sample, errors_of_means};
+use crate::trigger_scatter::{Arrival, ErrorsOfMeans, Sample, errors_of_means};
 
 /// One group of recordings that share bodies, merged.
 pub(crate) struct Part {
@@ -32,13 +32,16 @@ pub(crate) fn joined(
     interval_s: f64,
 ) -> Option<Stitched> {
     parts.sort_by_key(|part| (part.first_body, part.members[0]));
-    let errors = match parts.len() {
-        1 => vec![Matrix2::zeros()],
+    let ErrorsOfMeans { of_groups: errors, has_views } = match parts.len() {
+        1 => ErrorsOfMeans { of_groups: vec![Matrix2::zeros()], has_views: true },
         _ => errors_of_means(&samples(&parts), settings, interval_s),
     };
     let is_whole = parts.len() == 1;
     let alignments = alignments(observations, &parts, &errors, settings, interval_s);
-    let warnings = warnings(observations, &parts);
+    let mut warnings = warnings(observations, &parts);
+    if !has_views {
+        warnings.push(VIEWS_UNTOLD.to_owned());
+    }
     let rounds = parts.iter().map(|part| part.stitched.rounds).max()?;
     let unsettled = parts.iter().find_map(|part| part.stitched.unsettled);
     let (motion, spread) = match is_whole {
@@ -142,6 +145,10 @@ fn alignments(
     }
     alignments
 }
+
+/// Said where nothing tells how far triggers differ from view to view.
+const VIEWS_UNTOLD: &str = "too few views of one body each tell how far their triggers differ from view to view, which is in no uncertainty: if they \
+                            differ by more than from trial to trial, times and strains are off by it (hint: state trigger.view_sigma_s)";
 
 /// Groups of recordings that are named one by one; more are counted.
 const NAMED: usize = 3;

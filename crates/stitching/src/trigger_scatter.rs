@@ -5,7 +5,7 @@
 //! which no trial of it can show; but a wave arrives at one body after the other in nearly equal steps, and what the arrivals
 //! scatter beyond what their trials explain is that difference.
 
-use chainwave_measurement::Estimate;
+use chainwave_measurement::{Estimate, median};
 use nalgebra::{Matrix2, Vector2};
 
 use crate::settings::Settings;
@@ -41,16 +41,29 @@ pub(crate) struct Arrival {
 const ENOUGH: f64 = 32.0;
 /// Below this, a scatter is taken from what is stated or usual.
 const LEAST: f64 = 3.0;
+/// Below this, arrivals do not tell how triggers differ from view to view: with fewer, Student's interval is wider than its expansion.
+const LEAST_OF_ARRIVALS: f64 = 2.0;
+/// An arrival tells nothing whose trials leave it so many times as uncertain as the others'.
+const UNTOLD: f64 = 3.0;
 /// Bodies at each end of the chain whose arrivals lie off the others': the first are under the striker, the last before the end.
 const ENDS: usize = 2;
 
-/// Covariance of the error of a group's mean drive and mean trigger, for groups in the order of their bodies. It is wider than the best
-/// estimate by what Student's distribution adds, so that 1.96 standard deviations hold 95 %.
-pub(crate) fn errors_of_means(samples: &[Sample], settings: &Settings, interval_s: f64) -> Vec<Matrix2<f64>> {
+/// How far the mean drives and triggers of groups may be off.
+pub(crate) struct ErrorsOfMeans {
+    /// Covariance of the error of a group's mean drive and mean trigger, for groups in the order of their bodies.
+    pub(crate) of_groups: Vec<Matrix2<f64>>,
+    /// Whether it contains how triggers differ from view to view.
+    pub(crate) has_views: bool,
+}
+
+/// Finds how far they may be off: by more than the best estimate by what Student's distribution adds, so that 1.96 standard deviations hold
+/// 95 %.
+pub(crate) fn errors_of_means(samples: &[Sample], settings: &Settings, interval_s: f64) -> ErrorsOfMeans {
     let of_trials: Vec<(Matrix2<f64>, f64)> =
         (0..samples.len()).map(|g| of_trials(samples, g, settings, interval_s)).collect();
-    let between = between_views(samples, &of_trials, settings);
-    samples
+    let found = between_views(samples, &of_trials, settings);
+    let between = found.unwrap_or(Estimate::new(0.0, 0.0));
+    let of_groups = samples
         .iter()
         .zip(&of_trials)
         .map(|(sample, (of_trial, freedom))| {
@@ -65,7 +78,8 @@ pub(crate) fn errors_of_means(samples: &[Sample], settings: &Settings, interval_
             error[(1, 1)] += (timing_s2 * widening(timing_freedom).powi(2) - error[(1, 1)]).max(0.0);
             error
         })
-        .collect()
+        .collect();
+    ErrorsOfMeans { of_groups, has_views: found.is_some() }
 }
 
 /// Covariance of drive and trigger from trial to trial near a group, with its freedom.
@@ -100,10 +114,14 @@ fn of_trials(samples: &[Sample], g: usize, settings: &Settings, interval_s: f64)
 }
 
 /// Variance of the triggers from view to view with its standard uncertainty, in square seconds: as stated, or what arrivals scatter
-/// beyond what trials explain, or nothing where too few arrivals are known to tell.
-fn between_views(samples: &[Sample], of_trials: &[(Matrix2<f64>, f64)], settings: &Settings) -> Estimate {
+/// beyond what trials explain; `None` where too few arrivals are known to tell.
+fn between_views(
+    samples: &[Sample],
+    of_trials: &[(Matrix2<f64>, f64)],
+    settings: &Settings,
+) -> Option<Estimate> {
     if let Some(stated_s) = settings.view_trigger_sigma_s {
-        return Estimate::new(stated_s.powi(2), 0.0);
+        return Some(Estimate::new(stated_s.powi(2), 0.0));
     }
     let inner = samples.len().saturating_sub(2 * ENDS);
     let arrivals: Vec<(usize, Arrival, f64)> = samples
@@ -117,6 +135,12 @@ fn between_views(samples: &[Sample], of_trials: &[(Matrix2<f64>, f64)], settings
             let explained_s2 = (arrival.by_mean.transpose() * of_trial * arrival.by_mean)[0];
             Some((sample.first_body, arrival, explained_s2 / sample.n_trials as f64))
         })
+        .collect();
+    // One that is hardly known would hide what the others tell.
+    let usual_s2 = median(arrivals.iter().map(|(_, _, explained_s2)| *explained_s2).collect())?;
+    let arrivals: Vec<(usize, Arrival, f64)> = arrivals
+        .into_iter()
+        .filter(|(_, _, explained_s2)| *explained_s2 <= UNTOLD.powi(2) * usual_s2)
         .collect();
     // How far each lies off the line through its neighbours.
     let (mut squares, mut explained, mut n) = (0.0, 0.0, 0.0);
@@ -132,12 +156,12 @@ fn between_views(samples: &[Sample], of_trials: &[(Matrix2<f64>, f64)], settings
     }
     // Neighbouring differences share arrivals: their squares count half.
     let freedom = n / 1.94;
-    if freedom < LEAST {
-        return Estimate::new(0.0, 0.0);
+    if freedom < LEAST_OF_ARRIVALS {
+        return None;
     }
     let (found_s2, explained_s2) = (squares / n, explained / n);
     let excess_s2 = (found_s2 - explained_s2).max(0.0);
-    Estimate::new(excess_s2, if excess_s2 > 0.0 { found_s2 * (2.0 / freedom).sqrt() } else { 0.0 })
+    Some(Estimate::new(excess_s2, if excess_s2 > 0.0 { found_s2 * (2.0 / freedom).sqrt() } else { 0.0 }))
 }
 
 /// How much wider a 95 % interval of Student's distribution is than the normal one (Cornish and Fisher's expansion).
@@ -152,6 +176,56 @@ fn widening(freedom: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Twelve bodies, one a view, five trials each, whose waves arrive every 0.5 ms but for their views' own triggers.
+    fn one_body_a_view(view_s: [f64; 12], uncertain: Option<usize>) -> Vec<Sample> {
+        let sample = |(group, off_s): (usize, f64)| {
+            // What a unit of drive does to an arrival: a hundred times as much of one that is hardly known.
+            let by_drive_s = if Some(group) == uncertain { 1e-1 } else { 1e-3 };
+            Sample {
+                first_body: group + 1,
+                only_view: Some(group as u32),
+                n_trials: 5,
+                n_views: 1,
+                products: Matrix2::from_diagonal(&Vector2::new(
+                    4.0 * 0.018_f64.powi(2),
+                    4.0 * 1e-5_f64.powi(2),
+                )),
+                freedom: 4.0,
+                arrival: Some(Arrival {
+                    time_s: 5e-4 * group as f64 + off_s,
+                    by_mean: Vector2::new(by_drive_s, 1.0),
+                }),
+            }
+        };
+        view_s.into_iter().enumerate().map(sample).collect()
+    }
+
+    const VIEWS_S: [f64; 12] = [0.0, 0.0, 6e-5, -5e-5, 7e-5, -8e-5, 4e-5, -6e-5, 5e-5, -7e-5, 0.0, 0.0];
+
+    #[test]
+    fn an_arrival_that_is_hardly_known_does_not_hide_the_others() {
+        let settings = Settings::new(12, 0.0);
+        let timing_s = |samples: &[Sample]| {
+            let found = errors_of_means(samples, &settings, 4e-5);
+            assert!(found.has_views);
+            found.of_groups[0][(1, 1)].sqrt()
+        };
+        let (all, without) =
+            (timing_s(&one_body_a_view(VIEWS_S, None)), timing_s(&one_body_a_view(VIEWS_S, Some(5))));
+        // Views that alternate by 6e-5 s lie twice that off their neighbours' mean, 1.5^-1/2 of which counts: 1e-4 s, and Student's width.
+        // Without one arrival its neighbours' pairs tell less and are widened more; with it, its 2 ms would explain all.
+        assert!(all > 8e-5 && all < 2.5e-4, "{all:e}");
+        assert!(without > 5e-5 && without < 4e-4, "{without:e}");
+    }
+
+    #[test]
+    fn too_few_arrivals_do_not_tell_how_views_differ() {
+        let few: Vec<Sample> = one_body_a_view(VIEWS_S, None).into_iter().take(7).collect();
+        assert!(!errors_of_means(&few, &Settings::new(7, 0.0), 4e-5).has_views);
+        let stated = Settings { view_trigger_sigma_s: Some(6e-5), ..Settings::new(7, 0.0) };
+        assert!(errors_of_means(&few, &stated, 4e-5).has_views);
+    }
 
     #[test]
     fn students_interval_is_that_of_the_tables() {

@@ -22,6 +22,7 @@ pub(crate) enum Purpose {
     Magnification = 14,
     RepeatedLines = 15,
     PictureNoise = 16,
+    ViewTrigger = 17,
 }
 
 /// The random stream of (purpose, seed, counter): the same whatever was drawn before, in any order and thread.

@@ -81,6 +81,15 @@ pub fn stage_error_m(seed: u64, view: u64, sigma_m: f64) -> Result<f64, Syntheti
     Ok(sigma_m * deviate(Purpose::Stage, seed, view))
 }
 
+/// How much later the triggers of a view fire than those of others, in seconds: normal, the same for every trial of the view.
+///
+/// # Errors
+/// [`SyntheticError::Setting`] when the standard deviation is negative or no number.
+pub fn view_trigger_s(seed: u64, view: u64, sigma_s: f64) -> Result<f64, SyntheticError> {
+    require_not_negative("trigger_view_s", sigma_s)?;
+    Ok(sigma_s * deviate(Purpose::ViewTrigger, seed, view))
+}
+
 /// The factor of a view's magnification: normal around 1, the same for every trial of the view.
 pub(crate) fn view_factor(seed: u64, view: u64, sigma: f64) -> f64 {
     1.0 + sigma * deviate(Purpose::Magnification, seed, view)
@@ -188,15 +197,19 @@ mod tests {
     }
 
     #[test]
-    fn stages_and_bodies_scatter_as_stated_and_independently() {
+    fn stages_triggers_and_bodies_scatter_as_stated_and_independently() {
         let n = 4000;
         let rms = |values: &[f64]| (values.iter().map(|x| x * x).sum::<f64>() / n as f64).sqrt();
         let stages: Vec<f64> = (0..n as u64).map(|view| stage_error_m(1, view, 2.0e-5).unwrap()).collect();
+        let triggers: Vec<f64> = (0..n as u64).map(|view| view_trigger_s(1, view, 6.0e-5).unwrap()).collect();
         let off = |what| body_factors(1, what, n, 0.013).unwrap().iter().map(|factor| factor - 1.0).collect();
         let (masses, stiffnesses): (Vec<f64>, Vec<f64>) =
             (off(BodyQuantity::Mass), off(BodyQuantity::Stiffness));
         // 4.5 standard errors: 1.1 % of a deviation, 1/sqrt(n) = 1.6 % of a correlation.
         assert!((rms(&stages) / 2.0e-5 - 1.0).abs() < 0.05);
+        assert!((rms(&triggers) / 6.0e-5 - 1.0).abs() < 0.05);
+        let together = stages.iter().zip(&triggers).map(|(m, s)| m * s).sum::<f64>() / n as f64;
+        assert!((together / (2.0e-5 * 6.0e-5)).abs() < 0.072);
         assert!((rms(&masses) / 0.013 - 1.0).abs() < 0.05 && (rms(&stiffnesses) / 0.013 - 1.0).abs() < 0.05);
         let products = masses.iter().zip(&stiffnesses).map(|(m, k)| m * k).sum::<f64>() / n as f64;
         assert!((products / (0.013 * 0.013)).abs() < 0.072);

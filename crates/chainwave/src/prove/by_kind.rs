@@ -1,11 +1,11 @@
-//! What each kind of fault, or each effect of a real camera, does to the results.
+//! What each kind of fault, effect of a real camera, wrong chain or protocol does to the results.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use chainwave_experiment::Table;
-use chainwave_measurement::Estimate;
 
-use super::coverage::Coverage;
+use super::coverage::{Coverage, Quantity};
 use crate::error::Error;
 use crate::table::{self, column};
 use crate::terminal::say;
@@ -26,14 +26,9 @@ struct Row {
     n_experiments: usize,
     /// Experiments whose failures, warnings or decisions name what is wrong; where nothing is, those with a warning.
     n_named: usize,
+    /// What its experiments are warned of, each kind of warning with how many are.
+    warned_of: Vec<(String, usize)>,
     coverage: Coverage,
-}
-
-/// What one kind does to one quantity.
-struct Cell {
-    within: Estimate,
-    bias: Estimate,
-    rms: f64,
 }
 
 impl Kinds {
@@ -55,29 +50,46 @@ impl Kinds {
         file: "models.parquet",
         quantities: &["c_d, stated", "c_s, stated", "trigger offset", "drive", "peak energy"],
     };
+    /// Of protocols.
+    pub(super) const PROTOCOLS: Self = Self {
+        column: "protocol",
+        file: "protocols.parquet",
+        quantities: &[
+            "displacement",
+            "displacement by model",
+            "group velocity",
+            "peak time",
+            "peak strain",
+            "peak energy",
+            "c_d, stated",
+            "c_s, stated",
+        ],
+    };
 
     /// Writes the table (one row a kind and quantity), and prints it.
     pub(super) fn write(&self, folder: &Path, tables: &[Table]) -> Result<(), Error> {
         let rows = self.rows(tables)?;
-        let cells: Vec<(&Row, &str, Cell)> = rows
-            .iter()
-            .flat_map(|row| {
-                self.quantities.iter().filter_map(move |name| Some((row, *name, row.cell(name)?)))
-            })
-            .collect();
-        let texts = |of: fn(&(&Row, &'static str, Cell)) -> String| cells.iter().map(of).collect::<Vec<_>>();
-        let counts = |of: fn(&Row) -> usize| cells.iter().map(|cell| of(cell.0) as u64).collect::<Vec<_>>();
-        let numbers = |of: fn(&Cell) -> f64| cells.iter().map(|cell| of(&cell.2)).collect::<Vec<_>>();
+        let cells: Vec<(&Row, &str)> =
+            rows.iter().flat_map(|row| self.quantities.iter().map(move |name| (row, *name))).collect();
+        let texts = |of: fn(&(&Row, &'static str)) -> String| cells.iter().map(of).collect::<Vec<_>>();
+        let counts = |of: fn(&(&Row, &'static str)) -> usize| {
+            cells.iter().map(|cell| of(cell) as u64).collect::<Vec<_>>()
+        };
+        let numbers = |of: fn(&Quantity) -> f64| {
+            cells.iter().map(|(row, name)| row.coverage.quantity(name).map(of)).collect::<Vec<_>>()
+        };
         let columns = vec![
-            column(self.column, texts(|cell| cell.0.kind.clone())),
-            column("n_experiments", counts(|row| row.n_experiments)),
-            column("n_named", counts(|row| row.n_named)),
-            column("quantity", texts(|cell| cell.1.to_owned())),
-            column("within_95", numbers(|cell| cell.within.value)),
-            column("within_95_uncertainty", numbers(|cell| cell.within.sigma)),
-            column("bias_sigma", numbers(|cell| cell.bias.value)),
-            column("bias_uncertainty", numbers(|cell| cell.bias.sigma)),
-            column("rms_sigma", numbers(|cell| cell.rms)),
+            column(self.column, texts(|(row, _)| row.kind.clone())),
+            column("n_experiments", counts(|(row, _)| row.n_experiments)),
+            column("n_named", counts(|(row, _)| row.n_named)),
+            column("warned_of", texts(|(row, _)| row.warnings())),
+            column("quantity", texts(|(_, name)| (*name).to_owned())),
+            column("n_stated", counts(|(row, name)| row.n_stated(name))),
+            column("within_95", numbers(|found| found.within_95.value)),
+            column("within_95_uncertainty", numbers(|found| found.within_95.sigma)),
+            column("bias_sigma", numbers(|found| found.bias.value)),
+            column("bias_uncertainty", numbers(|found| found.bias.sigma)),
+            column("rms_sigma", numbers(|found| found.rms)),
         ];
         table::write(&folder.join(self.file), columns)?;
         self.print(&rows);
@@ -85,48 +97,69 @@ impl Kinds {
     }
 
     fn rows(&self, tables: &[Table]) -> Result<Vec<Row>, Error> {
-        let mut by_kind: Vec<(String, usize, Vec<Table>)> = Vec::new();
+        let mut by_kind: Vec<(String, Vec<Table>)> = Vec::new();
         for table in tables {
-            let kind = table.texts(self.column)?.into_iter().next().unwrap_or_default();
-            let named = usize::from(table.full_numbers("named")?.first().is_some_and(|named| *named > 0.0));
-            match by_kind.iter_mut().find(|(known, ..)| *known == kind) {
-                Some((_, n_named, found)) => {
-                    *n_named += named;
-                    found.push(table.clone());
-                }
-                None => by_kind.push((kind, named, vec![table.clone()])),
+            let kind = first_text(table, self.column)?;
+            match by_kind.iter_mut().find(|(known, _)| *known == kind) {
+                Some((_, found)) => found.push(table.clone()),
+                None => by_kind.push((kind, vec![table.clone()])),
             }
         }
-        let row = |(kind, n_named, found): (String, usize, Vec<Table>)| {
-            Ok(Row { kind, n_experiments: found.len(), n_named, coverage: Coverage::of(&found)? })
-        };
-        by_kind.into_iter().map(row).collect()
+        by_kind.into_iter().map(|(kind, found)| Row::of(kind, &found)).collect()
     }
 
     fn print(&self, rows: &[Row]) {
-        say!("95 % intervals that hold, in per cent, and the rms error in sigma:");
-        let names: String = self.quantities.iter().map(|name| format!("{name:>22}")).collect();
-        say!("{:<26}{:>12}{:>8}{names}", self.column, "experiments", "named");
+        say!("95 % intervals that hold, in per cent, the rms error in sigma, and how many were stated:");
+        let names: String = self.quantities.iter().map(|name| format!("{name:>24}")).collect();
+        say!("{:<26}{:>12}{:>8}{names}  warned of", self.column, "experiments", "named");
         for row in rows {
             let mut line = format!("{:<26}{:>12}{:>8}", row.kind, row.n_experiments, row.n_named);
             for name in self.quantities {
-                let told = row.cell(name).map_or_else(
+                let told = row.coverage.quantity(name).map_or_else(
                     || "-".into(),
-                    |Cell { within, rms, .. }| {
-                        format!("{:.0} +- {:.0}; {rms:.1}", 100.0 * within.value, 100.0 * within.sigma)
+                    |Quantity { within_95, rms, n, .. }| {
+                        let [value, sigma] = [within_95.value, within_95.sigma].map(|share| 100.0 * share);
+                        format!("{value:.0} +- {sigma:.0}; {rms:.1}; {n}")
                     },
                 );
-                line.push_str(&format!("{told:>22}"));
+                line.push_str(&format!("{told:>24}"));
             }
-            say!("{line}");
+            say!("{line}  {}", row.warnings());
         }
     }
 }
 
 impl Row {
-    /// `None` where nothing of a quantity was found.
-    fn cell(&self, quantity: &str) -> Option<Cell> {
-        let (within, bias) = self.coverage.of_quantity(quantity)?;
-        Some(Cell { within, bias, rms: self.coverage.rms_of(quantity)? })
+    fn of(kind: String, tables: &[Table]) -> Result<Self, Error> {
+        let (mut n_named, mut warned_of) = (0, BTreeMap::new());
+        for table in tables {
+            n_named += usize::from(table.full_numbers("named")?.first().is_some_and(|named| *named > 0.0));
+            for code in first_text(table, "warned_of")?.split_whitespace() {
+                *warned_of.entry(code.to_owned()).or_insert(0) += 1;
+            }
+        }
+        Ok(Self {
+            kind,
+            n_experiments: tables.len(),
+            n_named,
+            warned_of: warned_of.into_iter().collect(),
+            coverage: Coverage::of(tables)?,
+        })
     }
+
+    /// How many intervals of a quantity were stated.
+    fn n_stated(&self, quantity: &str) -> usize {
+        self.coverage.quantity(quantity).map_or(0, |found| found.n)
+    }
+
+    /// The kinds of warnings, each with the number of experiments that have it.
+    fn warnings(&self) -> String {
+        let of = |(code, n): &(String, usize)| format!("{code} {n}");
+        self.warned_of.iter().map(of).collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// What a column has throughout.
+fn first_text(table: &Table, column: &str) -> Result<String, Error> {
+    Ok(table.texts(column)?.into_iter().next().unwrap_or_default())
 }

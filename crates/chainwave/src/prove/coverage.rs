@@ -18,17 +18,18 @@ pub(super) struct Coverage {
 
 /// One quantity over all experiments. Within an experiment its estimates share errors, so uncertainties come from the scatter
 /// between experiments.
-struct Quantity {
+pub(super) struct Quantity {
     name: String,
-    n: usize,
+    /// Intervals that were stated.
+    pub(super) n: usize,
     /// Mean error in standard uncertainties.
-    bias: Estimate,
+    pub(super) bias: Estimate,
     /// Root mean square error in standard uncertainties.
-    rms: f64,
+    pub(super) rms: f64,
     /// Share of the 68 % intervals that hold the truth.
     within_68: Estimate,
     /// Share of the 95 % intervals.
-    within_95: Estimate,
+    pub(super) within_95: Estimate,
 }
 
 /// Sums over one experiment's estimates of one quantity.
@@ -86,14 +87,9 @@ impl Coverage {
         Ok(coverage(&folder.join("coverage"), &rows)?)
     }
 
-    /// Coverage and bias of one quantity; `None` where nothing of it was found.
-    pub(super) fn of_quantity(&self, name: &str) -> Option<(Estimate, Estimate)> {
-        self.quantities.iter().find(|one| one.name == name).map(|one| (one.within_95, one.bias))
-    }
-
-    /// Root mean square error of one quantity in standard uncertainties.
-    pub(super) fn rms_of(&self, name: &str) -> Option<f64> {
-        self.quantities.iter().find(|one| one.name == name).map(|one| one.rms)
+    /// One quantity; `None` where no interval of it was stated.
+    pub(super) fn quantity(&self, name: &str) -> Option<&Quantity> {
+        self.quantities.iter().find(|one| one.name == name)
     }
 
     /// Prints the table.

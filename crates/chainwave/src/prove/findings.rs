@@ -13,7 +13,7 @@ use super::variant::Variant;
 use crate::error::Error;
 use crate::table::column;
 
-/// What stands for the kind of an experiment's fault, or of its camera's effect, where it has none.
+/// What stands for an experiment's kind of fault, effect, chain or protocol where it has none.
 const NONE: &str = "none";
 
 /// One estimate beside its truth.
@@ -24,13 +24,25 @@ pub(super) struct Finding {
     truth: f64,
 }
 
+/// What an experiment is warned of.
+#[derive(Debug, Clone)]
+pub(super) struct Said {
+    /// Whether what went wrong was named or, where nothing did, whether there was a warning all the same.
+    pub(super) named: bool,
+    /// The kinds of its warnings, with spaces between.
+    pub(super) warned_of: String,
+}
+
 /// Of fields over time, every this many samples is taken: neighbours share their errors.
 const THINNING: usize = 16;
 
 impl Finding {
+    /// To be raised whenever a table of findings has other columns.
+    pub(super) const VERSION: u32 = 2;
+
     /// The findings of one experiment as the columns of a table.
-    pub(super) fn columns(variant: &Variant, named: bool, findings: &[Self]) -> Vec<Column> {
-        let Variant { seed, noise, striker_m_per_s, fault, effect, chain } = *variant;
+    pub(super) fn columns(variant: &Variant, said: &Said, findings: &[Self]) -> Vec<Column> {
+        let Variant { seed, noise, striker_m_per_s, fault, effect, chain, protocol } = *variant;
         let n = findings.len();
         let of = |value: &dyn Fn(&Self) -> f64| findings.iter().map(value).collect::<Vec<f64>>();
         vec![
@@ -40,7 +52,9 @@ impl Finding {
             column("fault", vec![fault.unwrap_or(NONE); n]),
             column("effect", vec![effect.map_or(NONE, |effect| effect.name); n]),
             column("chain", vec![chain.map_or(NONE, |chain| chain.name); n]),
-            column("named", vec![f64::from(u8::from(named)); n]),
+            column("protocol", vec![protocol.map_or(NONE, |protocol| protocol.name); n]),
+            column("named", vec![f64::from(u8::from(said.named)); n]),
+            column("warned_of", vec![said.warned_of.as_str(); n]),
             column("quantity", findings.iter().map(|finding| finding.quantity).collect::<Vec<_>>()),
             column("value", of(&|finding| finding.estimate.value)),
             column("sigma", of(&|finding| finding.estimate.sigma)),
@@ -204,7 +218,7 @@ fn of_recordings(
     }
 }
 
-/// Where the stage stood in each view that is tied to the first.
+/// Where the stage stood in each view that is tied to others; where the first one is taken as stated, the others count from it.
 fn of_stages(
     trials: &[Trial],
     stages: &Stages,
@@ -212,9 +226,13 @@ fn of_stages(
     add: &mut impl FnMut(&'static str, Estimate, f64),
 ) {
     let first_of_view = |row: &usize| trials[..*row].iter().all(|other| other.view != trials[*row].view);
+    let mut from_m = 0.0;
     for row in (0..trials.len()).filter(first_of_view) {
-        if let Some(refined_m) = stages.refined_m(&trials[row]).filter(|stage| stage.sigma > 0.0) {
-            add("stage", refined_m, truth.trials[row].stage_m);
+        let (trial, true_m) = (&trials[row], truth.trials[row].stage_m);
+        match stages.refined_m(trial) {
+            Some(refined_m) if refined_m.sigma > 0.0 => add("stage", refined_m, true_m - from_m),
+            Some(_) => from_m = true_m - trial.stage_m,
+            None => {}
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What distinguishes one experiment of a proof from the others.
 
-use chainwave_experiment::{CameraEffect, WrongChain};
+use chainwave_experiment::{CameraEffect, Protocol, WrongChain};
 
 /// What distinguishes one experiment of a proof from the others.
 #[derive(Debug, Clone, Copy)]
@@ -14,12 +14,14 @@ pub(super) struct Variant {
     pub(super) effect: Option<CameraEffect>,
     /// What the chain is beside what is stated.
     pub(super) chain: Option<WrongChain>,
+    /// How it is filmed, where not as the experiment says.
+    pub(super) protocol: Option<Protocol>,
 }
 
 impl Variant {
     pub(super) fn name(&self) -> String {
         let wrong = self.effect.map(|effect| effect.name).or(self.chain.map(|chain| chain.name));
-        let kind = self.fault.or(wrong);
+        let kind = self.fault.or(wrong).or(self.protocol.map(|protocol| protocol.name));
         let kind = kind.map_or_else(String::new, |kind| format!("-{kind}"));
         format!("seed-{}-noise-{}-striker-{}{kind}", self.seed, self.noise, self.striker_m_per_s)
     }

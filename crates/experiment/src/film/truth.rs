@@ -148,7 +148,7 @@ impl Studio<'_> {
     }
 
     fn mean_over_film(&self, striker: &StrikerTruth, motions: &[&Trajectory]) -> MeanMotion {
-        let [first, last] = [self.first_time_s(), self.last_time_s()].map(|time_s| time_s / TRUTH_INTERVAL_S);
+        let [first, last] = self.synthetic.span_s().map(|time_s| time_s / TRUTH_INTERVAL_S);
         let times_s: Vec<f64> =
             (first.ceil() as i64..=last.floor() as i64).map(|k| k as f64 * TRUTH_INTERVAL_S).collect();
         let mut displacement_m = Array2::zeros((times_s.len(), self.experiment.chain.n_bodies));

@@ -85,11 +85,11 @@ fn of(experiment: &mut Experiment, change: impl FnOnce(&mut TrueChain)) {
     }
 }
 
-fn positive(value: f64) -> Option<Positive> {
+pub(super) fn positive(value: f64) -> Option<Positive> {
     Positive::try_from(value).ok()
 }
 
-fn not_negative(value: f64) -> NotNegative {
+pub(super) fn not_negative(value: f64) -> NotNegative {
     NotNegative::try_from(value).unwrap_or_default()
 }
 

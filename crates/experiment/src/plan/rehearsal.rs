@@ -135,7 +135,7 @@ impl Rehearsal {
                     views: [views[one].0, views[other].0],
                     stated_m,
                     found_m: Estimate::new(stated_m, 0.0),
-                    from_middle: 0.5,
+                    from_middle_m: 0.5 * stated_m,
                     magnified: Some(Estimate::new(0.0, 0.0)),
                 },
                 bodies,

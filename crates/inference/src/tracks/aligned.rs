@@ -32,7 +32,8 @@ const DRIVE_STEP: f64 = 1e-3;
 ///
 /// Nothing of the model's shape remains in it: what its motion of one recording misses, this recording's readings bring back. The model
 /// serves to know the triggers and drives, far better than a body's own readings do, and its uncertainty counts through these: a recording's
-/// trigger moves its readings by the body's velocity, its drive by the motion's derivative. As a sum of differences from a model known in
+/// trigger moves its readings by the body's velocity, its drive by the motion's derivative, and the pictures' scale, where the fit found it,
+/// all of the motion in proportion. As a sum of differences from a model known in
 /// closed form it is a control variate (R. Y. Rubinstein, Simulation and the Monte Carlo Method (1981), ch. 4.3).
 ///
 /// # Errors
@@ -58,8 +59,8 @@ pub fn aligned_motion(
     let at = Unknowns { shared: DVector::from_vec(shared), own: own.collect() };
     let residuals = problem.residuals(&problem.solve(&at)?, &at);
     let scale = fit.factors.iter().chain(&fit.found).find(|(quantity, _)| *quantity == Quantity::Scale);
-    let scale = scale.map_or(1.0, |(_, found)| found.value);
-    let seen = Seen::of(observations, &residuals, scale);
+    let scale = scale.map_or(Estimate::new(1.0, 0.0), |(_, found)| *found);
+    let seen = Seen::of(observations, &residuals, scale.value);
     let mean = fitted_motion(fit, times_s)?;
     let harder = fitted_motion(&struck_harder(fit), times_s)?;
     let inflation = fit.reduced_chi_squared.max(1.0).sqrt();
@@ -77,7 +78,8 @@ pub fn aligned_motion(
             (value + reading.off_m.value, variance + own)
         });
         let x_m = mean.displacement_m[(body - 1, k)] + sum.0 / n;
-        ((!readings.is_empty()).then(|| Estimate::new(x_m, sum.1.sqrt() / n)), readings.len() as u32)
+        let sigma_m = (sum.1.sqrt() / n).hypot(x_m * scale.sigma / scale.value);
+        ((!readings.is_empty()).then(|| Estimate::new(x_m, sigma_m)), readings.len() as u32)
     };
     let shape = (fit.model.chain.n_bodies(), times_s.len());
     let all = Array2::from_shape_fn(shape, |(row, k)| at_body(row + 1, k));
