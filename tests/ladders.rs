@@ -80,6 +80,18 @@ mod slow {
         assert!((of(&both, "c_s, tracks", "n") - 2.0 * of(&first, "c_s, tracks", "n")).abs() < 0.5);
         assert!(of(&both, "displacement", "within_95") >= least_share(2 * N_BODIES));
         assert!(out.join("coverage.png").exists() && out.join("proof.parquet").exists());
+        let planned = Table::read(&out.join("planned.parquet"));
+        let (foreseen, stated) = (planned.full("planned_sigma"), planned.full("stated_sigma"));
+        let quantities = planned.texts("quantity");
+        assert_eq!(quantities.iter().filter(|name| *name == "c_d, stated").count(), 2, "one for each striker");
+        for (row, name) in quantities.iter().enumerate() {
+            let ratio = stated[row] / foreseen[row];
+            println!("{name}: stated over planned {ratio:.3}");
+            // What a plan promises. A speed's and a width's uncertainty differ more from one draw of the strikers to the next.
+            if ["displacement", "c_d, stated", "c_s, stated"].contains(&name.as_str()) {
+                assert!((ratio - 1.0).abs() < 0.3, "{name}: {ratio}");
+            }
+        }
     }
 
     #[test]

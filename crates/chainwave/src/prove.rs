@@ -8,6 +8,7 @@
 mod by_kind;
 mod coverage;
 mod findings;
+mod planned;
 mod variant;
 
 use std::path::{Path, PathBuf};
@@ -41,12 +42,16 @@ pub(crate) fn prove(arguments: &cli::Prove) -> Result<Outcome, Error> {
     remove_unfinished(&arguments.out)?;
     let mut outcome = Outcome::default();
     let mut found: Vec<(PathBuf, Table)> = Vec::new();
+    let mut proved: Vec<&Variant> = Vec::new();
     let variants = variants(arguments, &experiment)?;
     let bar = progress::bar("proving", variants.len() as u64);
     for variant in &variants {
         let plan = Plan::of(arguments, variant, &experiment, &trials)?;
         match plan.findings(&kept) {
-            Ok(table) => found.push((kept.path(&plan.name), table)),
+            Ok(table) => {
+                found.push((kept.path(&plan.name), table));
+                proved.push(variant);
+            }
             Err(error) if error.is_interruption() => return Err(error),
             Err(error) => outcome.fail(format!("{}: {error}", variant.name())),
         }
@@ -61,6 +66,9 @@ pub(crate) fn prove(arguments: &cli::Prove) -> Result<Outcome, Error> {
     let coverage = Coverage::of(&tables)?;
     coverage.write(&arguments.out)?;
     coverage.print();
+    let proved: Vec<(&Variant, &Table)> = proved.into_iter().zip(&tables).collect();
+    let own = (arguments.experiment.as_path(), &experiment, trials.as_slice());
+    planned::compare(&arguments.out, own, &proved, threads(arguments.jobs))?;
     if arguments.faults {
         Kinds::FAULTS.write(&arguments.out, &tables)?;
     }

@@ -115,7 +115,7 @@ pub use numbers::{NotNegative, Positive};
 pub use picture_field::{FieldRequest, FoundField};
 pub use plan::{
     Aim, Cost, Economy, LargestSigma, Outlook, Plan, PlannedChange, PlannedResult, Precision, VarianceShare,
-    economy, outcome, plan,
+    economy, foreseen, outcome, plan,
 };
 pub use points::{FollowedPoints, PlacedPoint, PlacedSubset, PointTracking, subsets_in};
 pub use recording_state::{RecordingState, State, recording_states};

@@ -198,6 +198,14 @@ impl Prepared {
     }
 }
 
+/// How well each result will be known, as [`plan()`] says, and nothing else.
+///
+/// # Errors
+/// As of a plan.
+pub fn foreseen(setup: &Setup, n_threads: NonZero<usize>) -> Result<Precision, Error> {
+    evaluated(&Prepared::of(setup)?.rehearsal, n_threads)
+}
+
 /// Recordings that are there and cannot be read; they are planned as if they were not.
 fn unreadable_recordings(setup: &Setup, n_threads: NonZero<usize>) -> impl Iterator<Item = Finding> {
     let failed = unreadable(setup, n_threads).into_iter();

@@ -19,6 +19,12 @@ pub(super) struct Variant {
 }
 
 impl Variant {
+    /// Whether everything is as the experiment states it.
+    pub(super) fn is_plain(&self) -> bool {
+        let Self { fault, effect, chain, protocol, .. } = self;
+        fault.is_none() && effect.is_none() && chain.is_none() && protocol.is_none()
+    }
+
     pub(super) fn name(&self) -> String {
         let wrong = self.effect.map(|effect| effect.name).or(self.chain.map(|chain| chain.name));
         let kind = self.fault.or(wrong).or(self.protocol.map(|protocol| protocol.name));

@@ -1,0 +1,139 @@
+//! What a plan foresees of the experiments of a proof, beside what they state and how far they are off.
+
+use std::num::NonZero;
+use std::path::Path;
+
+use chainwave_experiment::{Experiment, PlannedResult, Precision, Setup, Table, Trial, foreseen};
+use chainwave_measurement::median;
+use serde_json::json;
+
+use super::variant::Variant;
+use crate::error::Error;
+use crate::table::{self, column};
+use crate::terminal::{say, tell};
+
+/// The results of a plan, as a proof names them.
+const QUANTITIES: [(PlannedResult, &str); 7] = [
+    (PlannedResult::Displacement, "displacement"),
+    (PlannedResult::GroupVelocity, "group velocity"),
+    (PlannedResult::HalfWidth, "HWHM"),
+    (PlannedResult::ChainDamping, "c_d, stated"),
+    (PlannedResult::StrikerDamping, "c_s, stated"),
+    (PlannedResult::PeakStrain, "peak strain"),
+    (PlannedResult::PeakEnergy, "peak energy"),
+];
+
+/// One result of all experiments of one noise and striker.
+struct Row {
+    noise: f64,
+    striker_m_per_s: f64,
+    quantity: &'static str,
+    /// The uncertainty that a plan foresees; none where it foresees no result.
+    planned: Option<f64>,
+    /// Median of the uncertainties that are stated.
+    stated: f64,
+    /// Root mean square of the errors.
+    rms: f64,
+    n_experiments: usize,
+}
+
+/// Plans the experiments that have neither fault nor effect nor another chain or protocol, once for each noise and striker, and writes
+/// `planned.parquet`; nothing where there are none.
+///
+/// # Errors
+/// An experiment that cannot be planned, and tables that cannot be read or written.
+pub(super) fn compare(
+    out: &Path,
+    (path, experiment, trials): (&Path, &Experiment, &[Trial]),
+    proved: &[(&Variant, &Table)],
+    n_threads: NonZero<usize>,
+) -> Result<(), Error> {
+    let plain: Vec<&(&Variant, &Table)> = proved.iter().filter(|(variant, _)| variant.is_plain()).collect();
+    let mut settings: Vec<(f64, f64)> =
+        plain.iter().map(|(variant, _)| (variant.noise, variant.striker_m_per_s)).collect();
+    settings.sort_by(|one, other| one.0.total_cmp(&other.0).then(one.1.total_cmp(&other.1)));
+    settings.dedup_by(|one, other| is_same(*one, *other));
+    let mut rows = Vec::new();
+    for (noise, striker_m_per_s) in settings {
+        let mut varied = experiment.clone();
+        varied.vary(noise, striker_m_per_s);
+        let planned = foreseen(&Setup::of(varied, trials.to_vec(), path, None)?, n_threads)?;
+        let of_setting = plain.iter().filter(|(variant, _)| {
+            is_same((variant.noise, variant.striker_m_per_s), (noise, striker_m_per_s))
+        });
+        let tables: Vec<&Table> = of_setting.map(|(_, table)| *table).collect();
+        rows.extend(rows_of((noise, striker_m_per_s), &planned, &tables)?);
+    }
+    if rows.is_empty() {
+        return Ok(());
+    }
+    write(out, &rows)?;
+    print(&rows);
+    Ok(())
+}
+
+fn is_same(one: (f64, f64), other: (f64, f64)) -> bool {
+    one.0.total_cmp(&other.0).is_eq() && one.1.total_cmp(&other.1).is_eq()
+}
+
+fn rows_of(
+    (noise, striker_m_per_s): (f64, f64),
+    planned: &Precision,
+    tables: &[&Table],
+) -> Result<Vec<Row>, Error> {
+    let mut rows = Vec::new();
+    for (result, planned) in PlannedResult::ALL.into_iter().zip(planned) {
+        let Some((_, quantity)) = QUANTITIES.into_iter().find(|(one, _)| *one == result) else { continue };
+        let (mut sigmas, mut square) = (Vec::new(), 0.0);
+        for table in tables {
+            let (names, values) = (table.texts("quantity")?, table.full_numbers("value")?);
+            let (of_each, truths) = (table.full_numbers("sigma")?, table.full_numbers("truth")?);
+            for row in (0..names.len()).filter(|row| names[*row] == quantity) {
+                sigmas.push(of_each[row]);
+                square += (values[row] - truths[row]).powi(2);
+            }
+        }
+        let n = sigmas.len() as f64;
+        let Some(stated) = median(sigmas) else { continue };
+        rows.push(Row {
+            noise,
+            striker_m_per_s,
+            quantity,
+            planned: planned.as_ref().ok().map(|planned| planned.sigma),
+            stated,
+            rms: (square / n).sqrt(),
+            n_experiments: tables.len(),
+        });
+    }
+    Ok(rows)
+}
+
+fn write(out: &Path, rows: &[Row]) -> Result<(), Error> {
+    let of = |value: &dyn Fn(&Row) -> f64| rows.iter().map(value).collect::<Vec<f64>>();
+    let columns = vec![
+        column("noise", of(&|row| row.noise)),
+        column("striker_velocity_m_per_s", of(&|row| row.striker_m_per_s)),
+        column("quantity", rows.iter().map(|row| row.quantity).collect::<Vec<_>>()),
+        column("planned_sigma", rows.iter().map(|row| row.planned).collect::<Vec<_>>()),
+        column("stated_sigma", of(&|row| row.stated)),
+        column("rms_error", of(&|row| row.rms)),
+        column("experiments", rows.iter().map(|row| row.n_experiments as u64).collect::<Vec<_>>()),
+    ];
+    table::write(&out.join("planned.parquet"), columns)
+}
+
+fn print(rows: &[Row]) {
+    let of = |row: &Row| {
+        json!({
+            "noise": row.noise, "striker_velocity_m_per_s": row.striker_m_per_s, "quantity": row.quantity,
+            "planned_sigma": row.planned, "stated_sigma": row.stated, "rms_error": row.rms, "experiments": row.n_experiments,
+        })
+    };
+    tell("planned", rows.iter().map(of).collect());
+    say!("{:<28}{:>14}{:>14}{:>10}{:>14}", "", "planned sigma", "stated", "ratio", "rms error");
+    for row in rows {
+        let planned = row.planned.map_or("-".into(), |planned| format!("{planned:.3e}"));
+        let ratio = row.planned.map_or("-".into(), |planned| format!("{:.2}", row.stated / planned));
+        say!("{:<28}{planned:>14}{:>14.3e}{ratio:>10}{:>14.3e}", row.quantity, row.stated, row.rms);
+    }
+}
