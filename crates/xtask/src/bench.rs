@@ -107,7 +107,9 @@ fn close(bench: &Bench, machine: &Machine, busy: Option<(f64, usize)>, rows: &[R
     if bench.write {
         let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
         fs::create_dir_all(&folder).map_err(failed(&folder))?;
-        let rows = table::with_others_of(rows, &earlier);
+        let mut rows = table::with_others_of(rows, &earlier);
+        let is_of = |pair: &Pair, row: &Row| (pair.measure, pair.against) == (&*row.measure, &*row.against);
+        rows.sort_by_key(|row| PAIRS.iter().position(|pair| is_of(pair, row)));
         fs::write(&path, table::written(&about, &rows)).map_err(failed(&path))?;
         println!("{}: written", path.display());
     }
