@@ -83,7 +83,11 @@ mod slow {
         let planned = Table::read(&out.join("planned.parquet"));
         let (foreseen, stated) = (planned.full("planned_sigma"), planned.full("stated_sigma"));
         let quantities = planned.texts("quantity");
-        assert_eq!(quantities.iter().filter(|name| *name == "c_d, stated").count(), 2, "one for each striker");
+        assert_eq!(
+            quantities.iter().filter(|name| *name == "c_d, stated").count(),
+            2,
+            "one for each striker"
+        );
         for (row, name) in quantities.iter().enumerate() {
             let ratio = stated[row] / foreseen[row];
             println!("{name}: stated over planned {ratio:.3}");
