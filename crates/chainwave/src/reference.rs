@@ -37,8 +37,7 @@ fn written(argument: &Arg) -> String {
     let takes_a_value = argument.is_positional() || argument.get_action().takes_values();
     let choices: Vec<String> =
         argument.get_possible_values().iter().map(|value| value.get_name().to_owned()).collect();
-    let names: Vec<&str> =
-        argument.get_value_names().unwrap_or_default().iter().map(AsRef::as_ref).collect();
+    let names: Vec<&str> = argument.get_value_names().unwrap_or_default().iter().map(AsRef::as_ref).collect();
     let value = match (takes_a_value, choices.is_empty()) {
         (false, _) => String::new(),
         (true, true) => names.join(" "),
