@@ -41,13 +41,16 @@ pub fn peak_energies(
     peak_fraction: f64,
 ) -> Vec<Result<f64, Missing>> {
     let half_windows = half_windows(pulses).into_iter().take(map.n_gaps());
-    let gaps_and_windows = (1..).zip(half_windows);
-    gaps_and_windows.map(|(gap, half)| peak_energy(map, gap, half?, energy_of, peak_fraction)).collect()
+    let each = (1..).zip(half_windows.zip(pulses));
+    let peak = |(gap, (half, pulse)): (usize, (Result<usize, Missing>, &Result<LeadingPulse, Missing>))| {
+        peak_energy(map, (gap, pulse.is_ok()), half?, energy_of, peak_fraction)
+    };
+    each.map(peak).collect()
 }
 
 fn peak_energy(
     map: &StrainMap,
-    gap: usize,
+    (gap, has_pulse): (usize, bool),
     half_window: usize,
     energy_of: EnergyLaw<'_>,
     peak_fraction: f64,
@@ -56,13 +59,27 @@ fn peak_energy(
     let smoothed = smooth(&series, half_window);
     let pitch_m = map.spacing.of_gap_m(gap);
     let (summit, sign) = extreme_of_energy(&smoothed, |strain| energy_of(gap, strain * pitch_m))?;
-    if summit == 0 || summit + 1 == series.len() {
+    if summit == 0 || summit + 1 == series.len() || may_lie_in_a_hole(&series, summit, half_window, has_pulse)
+    {
         return Err(Missing::PeakOutsideRecord);
     }
     let turned =
         |series: &[Option<f64>]| series.iter().map(|value| value.map(|v| sign * v)).collect::<Vec<_>>();
     let extreme = refine_peak(&turned(&series), &turned(&smoothed), summit, peak_fraction)?;
     Ok(energy_of(gap, sign * extreme.value * pitch_m))
+}
+
+/// Whether a greater energy may have passed while the gap was not seen for longer than a window: anywhere in the record where the gap has no
+/// pulse, and beside the summit where it has one.
+fn may_lie_in_a_hole(series: &[Option<f64>], summit: usize, half_window: usize, has_pulse: bool) -> bool {
+    let mut start = 0;
+    series.chunk_by(|one, next| one.is_some() == next.is_some()).any(|run| {
+        let hole = start..start + run.len();
+        start = hole.end;
+        let is_long = run[0].is_none() && run.len() > 2 * half_window + 1;
+        let is_beside = hole.start <= summit + half_window && summit <= hole.end + half_window;
+        is_long && (!has_pulse || is_beside)
+    })
 }
 
 /// Index of the sample of greatest energy and the sign of its strain. The energy rises with the strain on both sides of
@@ -130,6 +147,23 @@ mod tests {
         assert!(close(last.of_loss().unwrap(), 1.0 / 3.0));
         assert!(close(shares[0].damped, 0.1) && shares[0].spread.abs() < 1e-15);
         assert!(shares.iter().all(|share| close(share.spread + share.damped + share.remaining, 1.0)));
+    }
+
+    #[test]
+    fn what_passes_unseen_is_no_peak() {
+        let seen = |hole: std::ops::Range<usize>| {
+            (0..40).map(|i| (!hole.contains(&i)).then_some(0.0)).collect::<Vec<Option<f64>>>()
+        };
+        let half_window = 2;
+        assert!(
+            may_lie_in_a_hole(&seen(30..40), 5, half_window, false),
+            "the gap is lost before the pulse comes"
+        );
+        assert!(!may_lie_in_a_hole(&seen(30..40), 5, half_window, true), "the gap is lost behind its pulse");
+        assert!(may_lie_in_a_hole(&seen(30..40), 29, half_window, true), "the gap is lost on the rise");
+        assert!(may_lie_in_a_hole(&seen(0..10), 11, half_window, true), "the gap is found on the fall");
+        assert!(!may_lie_in_a_hole(&seen(30..33), 29, half_window, false), "a window closes a short hole");
+        assert!(!may_lie_in_a_hole(&seen(40..40), 29, half_window, false));
     }
 
     #[test]

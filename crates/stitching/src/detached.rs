@@ -147,8 +147,8 @@ fn alignments(
 }
 
 /// Said where nothing tells how far triggers differ from view to view.
-const VIEWS_UNTOLD: &str = "too few views of one body each tell how far their triggers differ from view to view, which is in no uncertainty: if they \
-                            differ by more than from trial to trial, times and strains are off by it (hint: state trigger.view_sigma_s)";
+const VIEWS_UNTOLD: &str = "the views that share no body are too few to tell how far their triggers differ from view to view, which is in no uncertainty: if \
+                            they differ by more than from trial to trial, times and strains are off by it (hint: state trigger.view_sigma_s)";
 
 /// Groups of recordings that are named one by one; more are counted.
 const NAMED: usize = 3;

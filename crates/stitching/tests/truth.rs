@@ -265,7 +265,14 @@ fn a_view_without_shared_bodies_is_named() {
     let mut observations = experiment(4).observations;
     observations.retain(|observation| observation.view != 1);
     let stitched = stitch(&observations);
-    assert_eq!(stitched.warnings.len(), 1, "{:?}", stitched.warnings);
+    let said = |words: &str| stitched.warnings.iter().filter(|warning| warning.contains(words)).count();
+    assert_eq!(
+        [said("share no body with the other recordings"), said("trigger.view_sigma_s")],
+        [1, 1],
+        "{:?}",
+        stitched.warnings
+    );
+    assert_eq!(stitched.warnings.len(), 2, "{:?}", stitched.warnings);
     assert!(stitched.motion.displacement_m.row(3).iter().all(Option::is_none));
 }
 

@@ -98,6 +98,23 @@ fn the_smallest_and_the_emptiest_motions_give_reasons() {
 }
 
 #[test]
+fn a_body_that_is_lost_before_the_pulse_comes_has_no_peak_energy() {
+    let mut motion = chain();
+    let complete = measured(&motion).energies.unwrap();
+    // Body 12 rests while it is seen: gaps 11 and 12 would have the energy of noise, and a small sigma.
+    for k in 60..motion.times_s.len() {
+        motion.displacement_m[(11, k)] = None;
+    }
+    let energies = measured(&motion).energies.unwrap();
+    assert!(complete.gaps.contains(&11) && complete.gaps.contains(&12), "{:?}", complete.gaps);
+    assert!(!energies.gaps.contains(&11) && !energies.gaps.contains(&12), "{:?}", energies.gaps);
+    assert!(energies.missing.iter().any(|(gap, _)| *gap == 11), "{:?}", energies.missing);
+    let others =
+        |all: &[usize]| all.iter().copied().filter(|gap| ![11, 12].contains(gap)).collect::<Vec<_>>();
+    assert_eq!(energies.gaps, others(&complete.gaps));
+}
+
+#[test]
 fn a_record_that_ends_on_the_rise_has_no_peak() {
     let mut motion = chain();
     let kept = 180;

@@ -2,18 +2,20 @@
 //!
 //! What a run may do without: trials, the end of the recordings, the rim of the subsets, and what interpolation and shape function do for
 //! readings that noise spoils anyway. Trials, ends and rims are rehearsed as a plan is. More of each never makes a result worse, so that what
-//! fails fails for everything that has less of each, and half of what is left is decided by one rehearsal or less. Methods are tried on the
+//! fails, or loses bodies that larger subsets hold, fails for everything that has less of each, and half of what is left is decided by one rehearsal or less. Methods are tried on the
 //! pictures themselves; one that errs by a part of the noise that even the mean over all trials hides is good enough. Costs are counted in
 //! pixels looked at, not measured by a clock, so that equal inputs give equal choices.
 
 use std::num::NonZero;
 
 use chainwave_correlation::{
-    FilmError, Interpolation, Method, RungError, Settings, Shape, ShapeChoice, film_test, self_test,
+    FilmError, Interpolation, Method, ReferenceFrames, RungError, Settings, Shape, ShapeChoice, film_test,
+    self_test,
 };
-use chainwave_measurement::Estimate;
+use chainwave_measurement::{Estimate, Lost, Subset};
 
 use super::aim::Aim;
+use super::pictures::Pictures;
 use super::precision::{PlannedResult, Precision};
 use super::readings::Readings;
 use super::rehearsal::Rehearsal;
@@ -22,6 +24,7 @@ use super::{Prepared, pictures, rehearsed};
 use crate::configuration::Tracking;
 use crate::decisions::Decision;
 use crate::error::Error;
+use crate::follow::follow;
 use crate::monitor::{Monitor, Stage};
 use crate::setup::Setup;
 use crate::view::{bodies_in_view, first_view};
@@ -94,7 +97,7 @@ pub fn economy(
     let mut setup = search.setup_of(chosen);
     let mut decisions = search.decisions(chosen, &at_best);
     if search.reaches(&at_best) {
-        let sigma_px = search.readings(chosen[2])?.usual_px[0];
+        let sigma_px = search.readings(chosen[2])?.0.usual_px[0];
         decisions.push(choose_method(&mut setup, sigma_px, search.trials[chosen[0]])?);
     }
     let of = |precision: &Precision, aim: &Aim| precision[index_of(aim.result)].clone();
@@ -117,6 +120,17 @@ pub(super) fn index_of(result: PlannedResult) -> usize {
     PlannedResult::ALL.iter().position(|one| *one == result).unwrap_or(0)
 }
 
+/// Readings that are lost for another reason than that the body is out of view.
+fn n_lost(setup: &Setup, pictures: &Pictures, n_threads: NonZero<usize>) -> Result<usize, Error> {
+    let (bodies, subsets): (Vec<usize>, Vec<Subset>) = pictures.subsets.iter().cloned().unzip();
+    let reference = ReferenceFrames::Mean(pictures.rest.clone());
+    let recording = pictures.recording.as_ref();
+    let followed = follow(recording, &subsets, &reference, setup.method(), n_threads, &Monitor::SILENT)?;
+    let tracks = followed.of_bodies(bodies);
+    let positions = tracks.bodies.iter().flat_map(|body| &body.positions);
+    Ok(positions.filter(|found| found.as_ref().is_err_and(|why| *why != Lost::OutOfView)).count())
+}
+
 /// Keeps the estimate of larger uncertainty, or the reason why there is none.
 fn worse(worst: &mut Result<Estimate, String>, found: Result<Estimate, String>) {
     let is_better = |worst: &Estimate| found.as_ref().is_ok_and(|found| found.sigma <= worst.sigma);
@@ -137,8 +151,8 @@ struct Search<'a> {
     until_s: Vec<Option<f64>>,
     /// Half widths and heights, ascending.
     halves_px: Vec<[usize; 2]>,
-    /// How bodies are read with each of those, as far as it was asked.
-    readings: Vec<Option<Readings>>,
+    /// How bodies are read with each of those, and how many readings are lost, as far as it was asked.
+    readings: Vec<Option<(Readings, usize)>>,
     n_rehearsals: usize,
 }
 
@@ -208,8 +222,9 @@ impl<'a> Search<'a> {
         setup
     }
 
-    /// How bodies are read with subsets of a size.
-    fn readings(&mut self, size: usize) -> Result<Readings, Error> {
+    /// How bodies are read with subsets of a size, and how many readings are lost with them in one recording of some views, though bodies
+    /// are in view: a rehearsal takes for granted that none is.
+    fn readings(&mut self, size: usize) -> Result<(Readings, usize), Error> {
         if let Some(known) = &self.readings[size] {
             return Ok(known.clone());
         }
@@ -219,18 +234,25 @@ impl<'a> Search<'a> {
         let Prepared { rehearsal, camera, .. } = &self.prepared;
         let pictures = pictures(&setup, &rehearsal.schedule, camera, &rehearsal.chain)?;
         let readings = Readings::of(&setup, &pictures)?;
-        self.readings[size] = Some(readings.clone());
-        Ok(readings)
+        let n_lost =
+            pictures.iter().map(|one| n_lost(&setup, one, self.n_threads)).sum::<Result<usize, Error>>()?;
+        self.readings[size] = Some((readings.clone(), n_lost));
+        Ok((readings, n_lost))
     }
 
     /// What is foreseen: of each result the worst of several draws of strikers, triggers and noise, as few trials fall out unequally; of the
     /// first draws alone where these miss an aim.
     fn rehearse(&mut self, extent: Extent) -> Result<Precision, Error> {
         self.n_rehearsals += 1;
+        let (readings, n_lost) = self.readings(extent[2])?;
+        let (_, n_lost_at_best) = self.readings(self.whole()[2])?;
+        if n_lost > n_lost_at_best {
+            return Err(Error::Value(format!("{n_lost} readings are lost, expected {n_lost_at_best}")));
+        }
         let mut rehearsal = Rehearsal {
             setup: self.setup_of(extent),
             schedule: self.schedule_of(extent),
-            readings: self.readings(extent[2])?,
+            readings,
             ..self.prepared.rehearsal.clone()
         };
         let mut worst = rehearsed(&rehearsal, self.n_threads)?;
@@ -295,7 +317,10 @@ impl<'a> Search<'a> {
         };
         let evidence = |axis: usize| match (self.reaches(at_best), chosen[axis] == whole[axis]) {
             (false, _) => "what was asked is out of reach even with all".to_owned(),
-            (true, true) => "with less, what was asked is not reached, or costs more elsewhere".to_owned(),
+            (true, true) => {
+                "with less, what was asked is not reached, bodies are lost, or it costs more elsewhere"
+                    .to_owned()
+            }
             (true, false) => format!("reached in a rehearsal, one of {}", self.n_rehearsals),
         };
         let [half_width, half_height] = self.halves_px[chosen[2]];
