@@ -41,11 +41,10 @@ pub fn peak_energies(
     peak_fraction: f64,
 ) -> Vec<Result<f64, Missing>> {
     let half_windows = half_windows(pulses).into_iter().take(map.n_gaps());
-    let each = (1..).zip(half_windows.zip(pulses));
-    let peak = |(gap, (half, pulse)): (usize, (Result<usize, Missing>, &Result<LeadingPulse, Missing>))| {
-        peak_energy(map, (gap, pulse.is_ok()), half?, energy_of, peak_fraction)
-    };
-    each.map(peak).collect()
+    let gaps_and_windows = (1..).zip(half_windows).zip(pulses);
+    gaps_and_windows
+        .map(|((gap, half), pulse)| peak_energy(map, (gap, pulse.is_ok()), half?, energy_of, peak_fraction))
+        .collect()
 }
 
 fn peak_energy(
