@@ -133,7 +133,7 @@ fn the_damping_is_known_nearly_as_well_as_the_pixels_allow() {
     let bound = bound_kg_per_s(&before, &rehearsal, &camera);
     let (path, experiment) = (Path::new(SMALL), &before.experiment);
     film_experiment(experiment, &before.table, path, folder.path(), TWO, &Monitor::SILENT).unwrap();
-    for shape in ["translation", "affine"] {
+    for shape in ["translation", "rigid", "affine"] {
         let mut after = Setup::read(path, Some(folder.path())).unwrap();
         after.experiment.tracking.shape = shape.parse().unwrap();
         let results = after.run(&MemoryStore::default(), TWO, &Monitor::SILENT).unwrap();
