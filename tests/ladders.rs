@@ -82,7 +82,7 @@ mod slow {
         assert!(out.join("coverage.png").exists() && out.join("proof.parquet").exists());
         let planned = Table::read(&out.join("planned.parquet"));
         let (foreseen, stated) = (planned.full("planned_sigma"), planned.full("stated_sigma"));
-        let quantities = planned.texts("quantity");
+        let (quantities, errors) = (planned.texts("quantity"), planned.full("rms_error"));
         assert_eq!(
             quantities.iter().filter(|name| *name == "c_d, stated").count(),
             2,
@@ -91,9 +91,18 @@ mod slow {
         for (row, name) in quantities.iter().enumerate() {
             let ratio = stated[row] / foreseen[row];
             println!("{name}: stated over planned {ratio:.3}");
-            // What a plan promises. A speed's and a width's uncertainty differ more from one draw of the strikers to the next.
-            if ["displacement", "c_d, stated", "c_s, stated"].contains(&name.as_str()) {
+            // What a plan promises. Uncertainties of single numbers differ more from one draw of the strikers to the next, and those of dampings
+            // also contain what tracks neither tell nor exclude.
+            if name == "displacement" {
                 assert!((ratio - 1.0).abs() < 0.3, "{name}: {ratio}");
+            }
+            // One number of one experiment: one in a thousand is off by more.
+            if ["group velocity", "c_d, stated", "c_s, stated"].contains(&name.as_str()) {
+                assert!(
+                    errors[row] < 3.3 * foreseen[row],
+                    "{name}: off by {} of what was planned",
+                    errors[row] / foreseen[row]
+                );
             }
         }
     }

@@ -70,7 +70,8 @@ view2_trial2.cine,2,2,0.12
         // As well as in a straight picture, where the share is 93 % and the largest error 5 um: the errors of one experiment are tied
         // together by its trials, so the share scatters by a few per cent; 8 um are 0.02 px, four times the tracker's noise.
         assert!(with.0 >= 0.9 && with.1 < 8e-6, "with the calibration: {with:?}");
-        // 2.5 % of displacements of some 10 mm. The stage's steps contradict the scale, which widens intervals but does not undo a lens.
-        assert!(without.0 < 0.6 && without.1 > 1e-4, "without: {without:?}");
+        // 2.5 % of displacements of some 10 mm. The stage's steps contradict the scale, and views their neighbours', which widens intervals but
+        // does not undo a lens: less is held than by a few per cent of chance.
+        assert!(without.0 < with.0 - 0.1 && without.1 > 1e-4, "without: {without:?}");
     }
 }
