@@ -93,9 +93,10 @@ fn close(bench: &Bench, machine: &Machine, busy: Option<(f64, usize)>, rows: &[R
     let path = workspace().join(TABLES).join(machine.file_name());
     let earlier = match fs::read_to_string(&path) {
         Err(why) if why.kind() == io::ErrorKind::NotFound => Vec::new(),
-        Err(why) => return Err(failed(&path)(why)),
-        Ok(text) => table::read(&text)
-            .ok_or_else(|| failed(&path)(io::Error::new(io::ErrorKind::InvalidData, "no table of ratios")))?,
+        Err(why) => return Err(Failure::at(&path)(why)),
+        Ok(text) => table::read(&text).ok_or_else(|| {
+            Failure::at(&path)(io::Error::new(io::ErrorKind::InvalidData, "no table of ratios"))
+        })?,
     };
     let about = about(bench, machine, busy);
     println!("\n{}\nhow many times faster, the median of the rounds (and their range):\n", about.join("\n"));
@@ -106,11 +107,11 @@ fn close(bench: &Bench, machine: &Machine, busy: Option<(f64, usize)>, rows: &[R
     }
     if bench.write {
         let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
-        fs::create_dir_all(&folder).map_err(failed(&folder))?;
+        fs::create_dir_all(&folder).map_err(Failure::at(&folder))?;
         let mut rows = table::with_others_of(rows, &earlier);
         let is_of = |pair: &Pair, row: &Row| (pair.measure, pair.against) == (&*row.measure, &*row.against);
         rows.sort_by_key(|row| PAIRS.iter().position(|pair| is_of(pair, row)));
-        fs::write(&path, table::written(&about, &rows)).map_err(failed(&path))?;
+        fs::write(&path, table::written(&about, &rows)).map_err(Failure::at(&path))?;
         println!("{}: written", path.display());
     }
     Ok(())
@@ -125,11 +126,6 @@ fn about(bench: &Bench, machine: &Machine, busy: Option<(f64, usize)>) -> Vec<St
     });
     let rounds = format!("{} rounds, each by the fastest of its samples", bench.n_rounds);
     [format!("{processor}, {instruction_set}"), rounds].into_iter().chain(loaded).collect()
-}
-
-fn failed(path: &Path) -> impl Fn(io::Error) -> Failure {
-    let path = path.to_owned();
-    move |source| Failure::File { path: path.clone(), source }
 }
 
 #[cfg(test)]

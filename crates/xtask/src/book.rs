@@ -72,13 +72,13 @@ fn chainwave() -> Result<PathBuf, Failure> {
     }
     given_command::build().run()?;
     let name = format!("chainwave{}", env::consts::EXE_SUFFIX);
-    let here = env::current_exe().map_err(failed(Path::new("chainwave")))?;
+    let here = env::current_exe().map_err(Failure::at(Path::new("chainwave")))?;
     Ok(here.with_file_name(name))
 }
 
 /// The pages that have something to play, by their names from the top of the workspace.
 fn pages(book: &Book) -> Result<Vec<(PathBuf, Page)>, Failure> {
-    let mut paths = markdown_below(Path::new(BOOK)).map_err(failed(Path::new(BOOK)))?;
+    let mut paths = markdown_below(Path::new(BOOK)).map_err(Failure::at(Path::new(BOOK)))?;
     paths.extend(PAPERS.map(PathBuf::from));
     paths.sort();
     let asked = |path: &Path| {
@@ -86,9 +86,9 @@ fn pages(book: &Book) -> Result<Vec<(PathBuf, Page)>, Failure> {
     };
     let mut pages = Vec::new();
     for path in paths.into_iter().filter(|path| asked(path)) {
-        let text = fs::read_to_string(workspace().join(&path)).map_err(failed(&path))?;
+        let text = fs::read_to_string(workspace().join(&path)).map_err(Failure::at(&path))?;
         let page = Page::parse(&text)
-            .map_err(|reason| failed(&path)(io::Error::new(io::ErrorKind::InvalidData, reason)))?;
+            .map_err(|reason| Failure::at(&path)(io::Error::new(io::ErrorKind::InvalidData, reason)))?;
         if page.is_made() && !(book.fast && page.needs_the_demo()) {
             pages.push((path, page));
         }
@@ -122,20 +122,20 @@ impl Work {
     fn new(chainwave: PathBuf) -> Result<Self, Failure> {
         let beside = chainwave.parent().unwrap_or(Path::new("."));
         let folder = beside.join(format!("book-{}", process::id()));
-        fs::create_dir_all(&folder).map_err(failed(&folder))?;
+        fs::create_dir_all(&folder).map_err(Failure::at(&folder))?;
         let others = env::var_os("PATH").unwrap_or_default();
-        let here = env::current_exe().map_err(failed(&folder))?;
+        let here = env::current_exe().map_err(Failure::at(&folder))?;
         let ours = [beside, here.parent().unwrap_or(beside)].map(Path::to_owned);
         let programs = ours.into_iter().chain(env::split_paths(&others));
         let programs = env::join_paths(programs)
-            .map_err(|why| failed(&folder)(io::Error::new(io::ErrorKind::InvalidInput, why)))?;
+            .map_err(|why| Failure::at(&folder)(io::Error::new(io::ErrorKind::InvalidInput, why)))?;
         Ok(Self { folder, chainwave, programs })
     }
 
     /// Films the demo and processes it, once for all pages.
     fn make_the_demo(&self) -> Result<(), Failure> {
         let demo = self.folder.join("demo");
-        fs::create_dir_all(&demo).map_err(failed(&demo))?;
+        fs::create_dir_all(&demo).map_err(Failure::at(&demo))?;
         let experiment = workspace().join("pipelines/hec26-demo/experiment.toml");
         let line = |script: &str| {
             CommandLine::new(["bash", "-eo", "pipefail", "-c", script])
@@ -149,7 +149,7 @@ impl Work {
     /// Plays a page in a folder of its own.
     fn play(&self, path: &Path, page: &Page) -> Result<Played, Failure> {
         let folder = self.folder.join(path.with_extension(""));
-        fs::create_dir_all(&folder).map_err(failed(&folder))?;
+        fs::create_dir_all(&folder).map_err(Failure::at(&folder))?;
         for name in SHARED {
             link(&workspace().join(name), &folder.join(name))?;
         }
@@ -172,12 +172,12 @@ impl Drop for Work {
 
 #[cfg(unix)]
 fn link(to: &Path, at: &Path) -> Result<(), Failure> {
-    std::os::unix::fs::symlink(to, at).map_err(failed(at))
+    std::os::unix::fs::symlink(to, at).map_err(Failure::at(at))
 }
 
 #[cfg(not(unix))]
 fn link(_to: &Path, at: &Path) -> Result<(), Failure> {
-    Err(failed(at)(io::Error::new(io::ErrorKind::Unsupported, "the book's commands take a Unix shell")))
+    Err(Failure::at(at)(io::Error::new(io::ErrorKind::Unsupported, "the book's commands take a Unix shell")))
 }
 
 fn tell(path: &Path, played: &Played) {
@@ -190,11 +190,11 @@ fn tell(path: &Path, played: &Played) {
 /// Writes what has changed.
 fn write(path: &Path, page: &Page, played: &Played) -> Result<(), Failure> {
     if played.renewed != *page {
-        fs::write(workspace().join(path), played.renewed.to_string()).map_err(failed(path))?;
+        fs::write(workspace().join(path), played.renewed.to_string()).map_err(Failure::at(path))?;
         println!("{}: written anew", path.display());
     }
     for (from, to) in &played.pictures {
-        fs::copy(from, to).map_err(failed(to))?;
+        fs::copy(from, to).map_err(Failure::at(to))?;
         println!("{}: copied anew", to.display());
     }
     Ok(())
@@ -209,11 +209,6 @@ fn render() -> Result<(), Failure> {
         "mdBook is not installed, so the book is not rendered: `cargo install mdbook --locked` installs it."
     );
     Ok(())
-}
-
-fn failed(path: &Path) -> impl Fn(io::Error) -> Failure {
-    let path = path.to_owned();
-    move |source| Failure::File { path: path.clone(), source }
 }
 
 #[cfg(test)]

@@ -28,10 +28,11 @@ pub(crate) fn run(out: Option<&Path>) -> Result<(), Failure> {
     let plain = ["--sort=name", "--mtime=@0", "--owner=0", "--group=0", "--numeric-owner"];
     CommandLine::new(["tar"]).with(plain).with(["-czf", &archive, &name]).within(&out).run()?;
     let hash = CommandLine::new(["sha256sum", &archive]).within(&out);
-    let hash = hash.output().ok_or_else(|| failed(&out.join(&archive))(io::Error::other("no sha256sum")))?;
+    let hash =
+        hash.output().ok_or_else(|| Failure::at(&out.join(&archive))(io::Error::other("no sha256sum")))?;
     let hashes = out.join(format!("{archive}.sha256"));
-    fs::write(&hashes, format!("{hash}\n")).map_err(failed(&hashes))?;
-    let n_bytes = fs::metadata(out.join(&archive)).map_err(failed(&out))?.len();
+    fs::write(&hashes, format!("{hash}\n")).map_err(Failure::at(&hashes))?;
+    let n_bytes = fs::metadata(out.join(&archive)).map_err(Failure::at(&out))?.len();
     println!("{}: {:.1} MB\n{hash}", out.join(&archive).display(), n_bytes as f64 / 1e6);
     Ok(())
 }
@@ -39,9 +40,9 @@ pub(crate) fn run(out: Option<&Path>) -> Result<(), Failure> {
 /// The folder that is packed: command, pages of the manual, completions, papers. What an earlier run left there goes.
 fn fill(folder: &Path) -> Result<(), Failure> {
     if folder.exists() {
-        fs::remove_dir_all(folder).map_err(failed(folder))?;
+        fs::remove_dir_all(folder).map_err(Failure::at(folder))?;
     }
-    let chainwave = given_command::copy_into(&folder.join("bin")).map_err(failed(folder))?;
+    let chainwave = given_command::copy_into(&folder.join("bin")).map_err(Failure::at(folder))?;
     let chainwave = chainwave.to_string_lossy();
     let manual = folder.join("share/man/man1");
     let help = said(&[&chainwave, "--help"])?;
@@ -56,7 +57,7 @@ fn fill(folder: &Path) -> Result<(), Failure> {
         write(&folder.join("share/completions"), name, &said(&[&chainwave, "completions", shell])?)?;
     }
     for paper in PAPERS {
-        let text = fs::read_to_string(workspace().join(paper)).map_err(failed(Path::new(paper)))?;
+        let text = fs::read_to_string(workspace().join(paper)).map_err(Failure::at(Path::new(paper)))?;
         write(folder, paper, text.trim_end())?;
     }
     Ok(())
@@ -81,12 +82,9 @@ fn said(words: &[&str]) -> Result<String, Failure> {
 
 fn write(folder: &Path, name: &str, text: &str) -> Result<(), Failure> {
     let path = folder.join(name);
-    fs::create_dir_all(folder).and_then(|()| fs::write(&path, format!("{text}\n"))).map_err(failed(&path))
-}
-
-fn failed(path: &Path) -> impl Fn(io::Error) -> Failure {
-    let path = path.to_owned();
-    move |source| Failure::File { path: path.clone(), source }
+    fs::create_dir_all(folder)
+        .and_then(|()| fs::write(&path, format!("{text}\n")))
+        .map_err(Failure::at(&path))
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use std::fmt;
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Why a task ended early.
@@ -21,6 +21,12 @@ pub(crate) enum Failure {
 }
 
 impl Failure {
+    /// That of a file or folder, for `map_err`.
+    pub(crate) fn at(path: &Path) -> impl Fn(io::Error) -> Self {
+        let path = path.to_owned();
+        move |source| Self::File { path: path.clone(), source }
+    }
+
     /// The command's own exit code where it has one, 2 for bad arguments, else 1.
     pub(crate) fn exit_code(&self) -> ExitCode {
         match self {
