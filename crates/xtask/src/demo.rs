@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::command_line::{CommandLine, output_folder};
 use crate::failure::Failure;
+use crate::given_command;
 use crate::setup;
 
 /// `cargo xtask demo`: the synthetic experiment, filmed and processed.
@@ -24,17 +25,16 @@ pub(crate) fn run(demo: &Demo) -> Result<(), Failure> {
 
 fn commands(demo: &Demo, out: &Path) -> [CommandLine; 3] {
     let recordings = out.join("recordings");
-    let cargo =
-        |command: &[&str]| CommandLine::new(["cargo"]).with(command).with(["--release", "-p", "chainwave"]);
+    let chainwave = || CommandLine::new([given_command::built()]);
     let seed = demo.seed.map(|seed| ["--seed".to_owned(), seed.to_string()]);
     [
-        cargo(&["build"]),
-        cargo(&["run", "--quiet"])
-            .with(["--", "synthesize", "pipelines/hec26-demo/experiment.toml", "--out"])
+        given_command::build(),
+        chainwave()
+            .with(["synthesize", "pipelines/hec26-demo/experiment.toml", "--out"])
             .with([&recordings])
             .with(seed.into_iter().flatten()),
-        cargo(&["run", "--quiet"])
-            .with(["--", "run"])
+        chainwave()
+            .with(["run"])
             .with([recordings.join("experiment.toml")])
             .with(["--out"])
             .with([out.join("results")]),
@@ -53,12 +53,13 @@ mod tests {
     fn the_demo_builds_films_and_processes() {
         let synthesize = "synthesize pipelines/hec26-demo/experiment.toml --out target/demo/recordings";
         let run = "run target/demo/recordings/experiment.toml --out target/demo/results";
+        let chainwave = CommandLine::new([given_command::built()]);
         assert_eq!(
             lines(&Demo::default()),
             [
-                "cargo build --release -p chainwave".to_owned(),
-                format!("cargo run --quiet --release -p chainwave -- {synthesize}"),
-                format!("cargo run --quiet --release -p chainwave -- {run}"),
+                given_command::build().to_string(),
+                format!("{chainwave} {synthesize}"),
+                format!("{chainwave} {run}"),
             ]
         );
     }

@@ -5,11 +5,17 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::command_line::CommandLine;
+use crate::command_line::{CommandLine, workspace};
 
 /// Builds it, with the features that it has among the whole workspace, so that nothing is built twice; OpenCV is not.
 pub(crate) fn build() -> CommandLine {
     CommandLine::new(["cargo", "build", "--release", "--workspace", "--bin", "chainwave"])
+}
+
+/// Where cargo puts it: in the workspace, or where its target folder is named.
+pub(crate) fn built() -> PathBuf {
+    let target = env::var_os("CARGO_TARGET_DIR").map_or_else(|| PathBuf::from("target"), PathBuf::from);
+    workspace().join(target).join("release").join(format!("chainwave{}", env::consts::EXE_SUFFIX))
 }
 
 /// Copies the command that was built last into a folder, without its symbols where the system can take them off.

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::command_line::{CommandLine, output_folder, workspace};
+use crate::command_line::{CommandLine, output_folder};
 use crate::failure::Failure;
+use crate::given_command;
 use crate::setup;
 
 /// `cargo xtask paper`: the paper from 390 recordings.
@@ -25,18 +26,11 @@ pub(crate) fn run(paper: &Paper) -> Result<(), Failure> {
 
 /// The script is told which command was built, so that it takes no other one.
 fn commands(paper: &Paper, out: &Path) -> [CommandLine; 2] {
-    let build = CommandLine::new(["cargo", "build", "--release", "-p", "chainwave"]);
     let script = CommandLine::new(["pipelines/paper/run.sh"])
         .with([out])
         .with(paper.quick.then_some("--quick"))
-        .with_variable("CHAINWAVE_COMMAND", built_command());
-    [build, script]
-}
-
-/// Where cargo puts the command: beside this program's profile, or where its target folder is named.
-fn built_command() -> PathBuf {
-    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| PathBuf::from("target"), PathBuf::from);
-    workspace().join(target).join("release").join(format!("chainwave{}", std::env::consts::EXE_SUFFIX))
+        .with_variable("CHAINWAVE_COMMAND", given_command::built());
+    [given_command::build(), script]
 }
 
 #[cfg(test)]
@@ -50,7 +44,7 @@ mod tests {
     #[test]
     fn the_script_runs_with_the_command_that_was_built() {
         let [build, script] = lines(&Paper::default());
-        assert_eq!(build, "cargo build --release -p chainwave");
+        assert_eq!(build, given_command::build().to_string());
         assert!(script.starts_with("CHAINWAVE_COMMAND=") && script.contains("release"), "{script}");
         assert!(script.ends_with("pipelines/paper/run.sh there"), "{script}");
     }
