@@ -9,7 +9,8 @@ use crate::local::smooth;
 use crate::{LeadingPulse, Missing, StrainMap};
 
 /// Potential energy of a gap (from 1) in joules as a function of its overlap in metres (compression positive), such as
-/// `|_, overlap_m| law.energy_j(overlap_m)` of a contact law: zero at rest, rising with the overlap on both sides.
+/// `|_, overlap_m| law.energy_j(overlap_m)` of a contact law: zero at rest. Where it falls again with the overlap, as behind the barrier of a
+/// bistable contact, gaps that passed that have no peak energy.
 pub type EnergyLaw<'a> = &'a (dyn Fn(usize, f64) -> f64 + Sync);
 
 /// Peak potential energy of every gap that has one, with the covariance that a fit to them needs.
@@ -65,7 +66,22 @@ fn peak_energy(
     let turned =
         |series: &[Option<f64>]| series.iter().map(|value| value.map(|v| sign * v)).collect::<Vec<_>>();
     let extreme = refine_peak(&turned(&series), &turned(&smoothed), summit, peak_fraction)?;
+    let others = smoothed.iter().flatten().map(|strain| -sign * strain).fold(0.0, f64::max);
+    if [extreme.value, -others].iter().any(|most| is_passed(|m| energy_of(gap, m), sign * most * pitch_m)) {
+        return Err(Missing::BarrierPassed);
+    }
     Ok(energy_of(gap, sign * extreme.value * pitch_m))
+}
+
+/// Whether the energy between rest and an overlap is anywhere greater than there: then it is the law's own barrier that is the greatest
+/// energy, and how far the gap went tells nothing of it.
+fn is_passed(energy_of: impl Fn(f64) -> f64, most_m: f64) -> bool {
+    const N_STEPS: u32 = 64;
+    /// Of laws that are worked out by series and tables.
+    const ROUNDING: f64 = 1e-9;
+    let at_most = energy_of(most_m);
+    let limit = at_most + ROUNDING * at_most.abs();
+    (1..N_STEPS).any(|step| energy_of(f64::from(step) / f64::from(N_STEPS) * most_m) > limit)
 }
 
 /// Whether a greater energy may have passed while the gap was not seen for longer than a window: anywhere in the record where the gap has no
@@ -81,8 +97,8 @@ fn may_lie_in_a_hole(series: &[Option<f64>], summit: usize, half_window: usize, 
     })
 }
 
-/// Index of the sample of greatest energy and the sign of its strain. The energy rises with the strain on both sides of
-/// zero, so the sample is the most compressed or the most stretched one.
+/// Index of the sample of greatest energy and the sign of its strain. Where the energy rises with the strain on both sides of
+/// zero, the sample is the most compressed or the most stretched one.
 fn extreme_of_energy(
     strain: &[Option<f64>],
     energy_of: impl Fn(f64) -> f64,
@@ -163,6 +179,16 @@ mod tests {
         assert!(may_lie_in_a_hole(&seen(0..10), 11, half_window, true), "the gap is found on the fall");
         assert!(!may_lie_in_a_hole(&seen(30..33), 29, half_window, false), "a window closes a short hole");
         assert!(!may_lie_in_a_hole(&seen(40..40), 29, half_window, false));
+    }
+
+    #[test]
+    fn a_barrier_that_was_passed_is_no_peak() {
+        // Two wells, at 0 and at 1, with a barrier of 1/16 between.
+        let double_well = |x: f64| (x * (1.0 - x)).powi(2);
+        assert!(!is_passed(double_well, 0.45) && !is_passed(double_well, -0.3));
+        assert!(is_passed(double_well, 0.7) && is_passed(double_well, 1.0));
+        // Beyond the second well the walls are higher than the barrier from (1 + sqrt 2)/2 = 1.207 on.
+        assert!(is_passed(double_well, 1.19) && !is_passed(double_well, 1.22));
     }
 
     #[test]

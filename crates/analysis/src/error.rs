@@ -72,6 +72,10 @@ pub enum Missing {
     NoPulse,
     /// The pulse has not passed its peak when the record ends, or had passed it when the record began.
     PeakOutsideRecord,
+    /// The top has several humps of nearly one height, and which of them leads hangs on a few per cent of it.
+    SeveralHumps,
+    /// The gap passed a barrier of the contact's energy, which is greater than where it went.
+    BarrierPassed,
     /// The record ends too soon after the leading pulse for a tail to be seen.
     NoTail,
     /// Too few gaps have the value that is needed.
@@ -93,6 +97,8 @@ impl Missing {
             Self::TooFewSamples => "too few samples",
             Self::NoPulse => "no pulse above the noise",
             Self::PeakOutsideRecord => "peak outside the record",
+            Self::SeveralHumps => "a flat top of several humps",
+            Self::BarrierPassed => "greatest energy is the contact's own barrier, which was passed",
             Self::NoTail => "record ends with the leading pulse",
             Self::TooFewGaps => "too few gaps",
             Self::NoProgress => "no pulse that runs down the chain",

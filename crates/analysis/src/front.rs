@@ -10,6 +10,8 @@ use crate::{AnalysisError, Missing, StrainMap};
 const MIN_SHARE_OF_MAXIMUM: f64 = 0.2;
 /// Fall below the running maximum that ends the search for a peak, as a share of it.
 const MIN_FALL: f64 = 0.05;
+/// Which of several humps leads must not hang on that share: half of it and twice it have to end at the same one.
+const OTHER_FALLS: [f64; 2] = [0.5 * MIN_FALL, 2.0 * MIN_FALL];
 /// Smoothing window on each side, as a share of the rise from 25 to 75 % of the peak: its bias at the peak of a Gaussian
 /// pulse is below 1e-5 of the peak.
 const SMOOTHING_OF_RISE: f64 = 0.5;
@@ -111,6 +113,11 @@ fn leading_pulse(map: &StrainMap, gap: usize, settings: &FrontSettings) -> Resul
     let (calmed, noise) = calm(&series, settings.significance * typical_sigma(map, gap));
     let coarse = first_peak(&calmed, noise)?;
     let rise = rise_samples(&calmed, coarse);
+    let is_it =
+        |fall: &f64| summit(&calmed, noise, *fall).is_ok_and(|other| other.at.abs_diff(coarse) <= rise);
+    if !OTHER_FALLS.iter().all(is_it) {
+        return Err(Missing::SeveralHumps);
+    }
     let half_window = half_window_of(rise);
     let smoothed = smooth(&series, half_window);
     let near = coarse.saturating_sub(rise)..=(coarse + rise).min(series.len() - 1);
@@ -167,21 +174,37 @@ fn calm(series: &[Option<f64>], noise: f64) -> (Vec<Option<f64>>, f64) {
 /// Index of the first sample that exceeds all before it, stands out of the noise and of the record, and is followed by a
 /// clear fall.
 fn first_peak(series: &[Option<f64>], noise: f64) -> Result<usize, Missing> {
+    let found = summit(series, noise, MIN_FALL)?;
+    if found.is_passed { Ok(found.at) } else { Err(Missing::PeakOutsideRecord) }
+}
+
+/// A sample that exceeds all before it.
+struct Summit {
+    at: usize,
+    /// Whether a clear fall follows within the record.
+    is_passed: bool,
+}
+
+/// The first summit that stands out of the noise and of the record and is followed by a fall of more than noise and than a share of it; the
+/// highest sample where no such fall follows.
+fn summit(series: &[Option<f64>], noise: f64, min_fall: f64) -> Result<Summit, Missing> {
     let greatest = series.iter().flatten().copied().reduce(f64::max).ok_or(Missing::TooFewSamples)?;
     let threshold = noise.max(MIN_SHARE_OF_MAXIMUM * greatest);
     if greatest <= threshold {
         return Err(Missing::NoPulse);
     }
-    let mut summit: Option<(usize, f64)> = None;
+    let mut highest: Option<(usize, f64)> = None;
     for (at, value) in series.iter().enumerate().filter_map(|(at, value)| Some((at, (*value)?))) {
-        match summit {
-            Some((peak_at, peak)) if peak - value > noise.max(MIN_FALL * peak) => return Ok(peak_at),
+        match highest {
+            Some((at, peak)) if peak - value > noise.max(min_fall * peak) => {
+                return Ok(Summit { at, is_passed: true });
+            }
             Some((_, peak)) if value <= peak => {}
-            _ if value > threshold => summit = Some((at, value)),
+            _ if value > threshold => highest = Some((at, value)),
             _ => {}
         }
     }
-    Err(Missing::PeakOutsideRecord)
+    highest.map(|(at, _)| Summit { at, is_passed: false }).ok_or(Missing::PeakOutsideRecord)
 }
 
 /// Samples between the last passages of 25 and 75 % of the peak before it.
@@ -253,6 +276,29 @@ mod tests {
     fn pulse(gap: usize, peak_time_s: f64, peak_strain: f64) -> Result<LeadingPulse, Missing> {
         let (edge_time_s, foot_time_s) = (None, None);
         Ok(LeadingPulse { gap, peak_time_s, peak_strain, edge_time_s, foot_time_s, half_window: 3 })
+    }
+
+    #[test]
+    fn a_flat_top_of_several_humps_has_no_peak() {
+        // A rise to 1, a dip, and a second hump that is a tenth higher, before a fall to nothing.
+        let series = |dip: f64| -> Vec<Option<f64>> {
+            let corners = [(0.0, 0.0), (20.0, 1.0), (30.0, 1.0 - dip), (50.0, 1.1), (80.0, 0.0)];
+            let value = |t: f64| {
+                let after = corners.iter().position(|corner| corner.0 >= t).unwrap().max(1);
+                let ((t0, v0), (t1, v1)) = (corners[after - 1], corners[after]);
+                v0 + (v1 - v0) * (t - t0) / (t1 - t0)
+            };
+            (0..=80).map(|t| Some(value(f64::from(t)))).collect()
+        };
+        let summits = |dip: f64| {
+            let found = |fall: f64| summit(&series(dip), 0.0, fall).unwrap().at;
+            [found(MIN_FALL), found(OTHER_FALLS[0]), found(OTHER_FALLS[1])]
+        };
+        // A dip of a fifth parts two pulses and one of a hundredth is a ripple, by any of the falls; by dips in between they differ.
+        assert_eq!(summits(0.2), [20, 20, 20]);
+        assert_eq!(summits(0.01), [50, 50, 50]);
+        assert_eq!(summits(0.04), [50, 20, 50]);
+        assert_eq!(summits(0.07), [20, 20, 50]);
     }
 
     #[test]

@@ -21,6 +21,8 @@ const MIN_GAPS_FOR_VARIATION: usize = 6;
 const FOOT_SHARE: f64 = 0.8;
 /// Share of its peak that a pulse keeps from one gap to the next at least.
 const LEAST_KEPT: f64 = 0.5;
+/// Factor by which its rise, from foot to peak, grows or shrinks from one gap to the next at most.
+const MOST_CHANGE_OF_RISE: f64 = 2.0;
 
 /// The group velocity of the leading pulse, with uncertainties.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -160,7 +162,8 @@ impl Reflection {
 /// The gaps, from `first_gap` on, whose peak passes before the reflection of the foot reaches them.
 ///
 /// They end where the peak is less than half of that of the gap before: a pulse does not lose that much from gap to gap, and what
-/// stands out in a gap that it has not reached, or at a free end, which hardly strains, is a ripple.
+/// stands out in a gap that it has not reached, or at a free end, which hardly strains, is a ripple. They end as well where the rise from foot
+/// to peak is twice or half that of the gap before: of a flat top that is another hump.
 pub fn undisturbed_gaps(
     pulses: &[Result<LeadingPulse, Missing>],
     reflection: Option<&Reflection>,
@@ -170,12 +173,19 @@ pub fn undisturbed_gaps(
     for pulse in pulses.iter().flatten().filter(|pulse| pulse.gap >= first_gap) {
         let echo_s = reflection.map_or(f64::INFINITY, |echo| echo.arrival_s(pulse.gap as f64));
         let is_same = last.is_none_or(|last| pulse.peak_strain.abs() >= LEAST_KEPT * last.peak_strain.abs());
-        if pulse.peak_time_s >= echo_s || !is_same {
+        if pulse.peak_time_s >= echo_s || !is_same || last.is_some_and(|last| is_another_hump(last, pulse)) {
             break;
         }
         last = Some(pulse);
     }
     first_gap..=last.map_or(first_gap, |last| last.gap)
+}
+
+/// Whether two neighbouring gaps' peaks are not of one hump, as far as both have a foot to tell it.
+fn is_another_hump(last: &LeadingPulse, next: &LeadingPulse) -> bool {
+    let rise_s = |pulse: &LeadingPulse| Some(pulse.peak_time_s - pulse.foot_time_s?);
+    let changed = rise_s(last).zip(rise_s(next)).map(|(last_s, next_s)| next_s / last_s);
+    changed.is_some_and(|ratio| !(MOST_CHANGE_OF_RISE.recip()..=MOST_CHANGE_OF_RISE).contains(&ratio))
 }
 
 /// A straight line through points.
@@ -229,6 +239,12 @@ mod tests {
         pulses[9] = pulse(10, 5.0, -0.001);
         assert_eq!(undisturbed_gaps(&pulses, Some(&reflection), 1), 1..=6);
         assert_eq!(undisturbed_gaps(&pulses, None, 1), 1..=9);
+        // Behind a flat top that peaks at its second hump up to gap 4, gap 5 peaks at the first one.
+        let mut flat = pulses.clone();
+        for gap in 1..=4 {
+            flat[gap - 1] = pulse(gap, gap as f64 + 14.0, -0.05);
+        }
+        assert_eq!(undisturbed_gaps(&flat, None, 1), 1..=4);
         // A pulse that grows, and a gap without any, change nothing.
         pulses[2] = pulse(3, 9.0, -0.02);
         pulses[4] = Err(Missing::NoProgress);

@@ -2,8 +2,8 @@
 //!
 //! Each experiment has its own seed, and takes its noise and striker from the lists given. What it found is kept in the folder
 //! `.work`, so a proof that was interrupted goes on where it stopped; its recordings are removed once they are processed. On request
-//! the experiments have faults, a real camera's effects, chains that are not what is stated, or other protocols, in turn none and one
-//! of each kind, and a table says what each does to the results.
+//! the experiments have faults, a real camera's effects, chains that are not what is stated, other protocols or other chains, in turn none
+//! and one of each kind, and a table says what each does to the results.
 
 mod by_kind;
 mod coverage;
@@ -14,8 +14,8 @@ mod variant;
 use std::path::{Path, PathBuf};
 
 use chainwave_experiment::{
-    CameraEffect, EVALUATION_VERSION, Experiment, FAULT_KINDS, Fault, Protocol, Setup, Table, Trial,
-    WrongChain,
+    CameraEffect, EVALUATION_VERSION, Experiment, FAULT_KINDS, Fault, OtherChain, Protocol, Setup, Table,
+    Trial, WrongChain,
 };
 
 use self::by_kind::Kinds;
@@ -81,6 +81,9 @@ pub(crate) fn prove(arguments: &cli::Prove) -> Result<Outcome, Error> {
     if arguments.protocols.is_some() {
         Kinds::PROTOCOLS.write(&arguments.out, &tables)?;
     }
+    if arguments.chains.is_some() {
+        Kinds::OTHER_CHAINS.write(&arguments.out, &tables)?;
+    }
     Ok(outcome)
 }
 
@@ -105,8 +108,8 @@ fn kinds<Kind: Copy>(
     Ok(std::iter::once(None).chain(chosen).collect())
 }
 
-/// Seeds one after the other, with noise and striker taken in turn; each effect of the camera, each chain and each protocol has the same
-/// seeds.
+/// Seeds one after the other, with noise and striker taken in turn; each effect of the camera, each chain, wrong or other, and each protocol
+/// has the same seeds.
 fn variants(arguments: &cli::Prove, experiment: &Experiment) -> Result<Vec<Variant>, Error> {
     let own = [experiment.striker.velocity_m_per_s.get()];
     let strikers: &[f64] = if arguments.striker.is_empty() { &own } else { &arguments.striker };
@@ -119,7 +122,8 @@ fn variants(arguments: &cli::Prove, experiment: &Experiment) -> Result<Vec<Varia
     let chains = kinds("--models", arguments.models.as_deref(), WrongChain::ALL, |chain| chain.name)?;
     let protocols =
         kinds("--protocols", arguments.protocols.as_deref(), Protocol::ALL, |protocol| protocol.name)?;
-    let n_kinds = effects.len() * chains.len() * protocols.len();
+    let others = kinds("--chains", arguments.chains.as_deref(), OtherChain::ALL, |chain| chain.name)?;
+    let n_kinds = effects.len() * chains.len() * protocols.len() * others.len();
     let variant = |k: u64| {
         let place = usize::try_from(k).unwrap_or(0);
         let index = place / n_kinds;
@@ -128,6 +132,7 @@ fn variants(arguments: &cli::Prove, experiment: &Experiment) -> Result<Vec<Varia
             effect: effects[place % effects.len()],
             chain: chains[place / effects.len() % chains.len()],
             protocol: protocols[place / effects.len() / chains.len() % protocols.len()],
+            other_chain: others[place / effects.len() / chains.len() / protocols.len() % others.len()],
             noise: arguments.noise[index % arguments.noise.len()],
             striker_m_per_s: strikers[index / arguments.noise.len() % strikers.len()],
             fault: FAULT_KINDS
@@ -166,6 +171,10 @@ impl<'a> Plan<'a> {
         let (mut experiment, mut trials) = (experiment.clone(), trials.to_vec());
         experiment.vary(variant.noise, variant.striker_m_per_s);
         let mut subjects = Vec::new();
+        if let Some(chain) = variant.other_chain {
+            chain.replace(&mut experiment, &mut trials)?;
+            subjects.extend(chain.causes.iter().map(|cause| (*cause).to_owned()));
+        }
         if let Some(chain) = variant.chain {
             chain.add_to(&mut experiment);
             subjects.extend(chain.causes.iter().map(|cause| (*cause).to_owned()));

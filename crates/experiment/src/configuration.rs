@@ -440,7 +440,7 @@ impl Striker {
 
 impl Experiment {
     /// The chain as long, small waves feel it: the mean mass, and springs in series at zero overlap (J. Billingham and A. C. King, Wave
-    /// Motion (2000), for a chain that repeats). Where bodies or gaps differ its band is that of the chain that is alike throughout.
+    /// Motion (2000), for a chain that repeats). Where bodies or gaps differ its band is that of the chain that is alike throughout; [`Experiment::bands`] has the chain's own.
     ///
     /// # Errors
     /// A contact law that makes no sense.

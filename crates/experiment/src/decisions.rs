@@ -398,8 +398,8 @@ fn tail(experiment: &Experiment, evaluation: &Evaluation) -> Decision {
         true => "a line",
         false => "the crest of a continuum, as dispersion makes it",
     };
-    let band = match experiment.linear_chain() {
-        Ok(chain) => format!("the chain's band ends at {:.0} Hz", chain.band_edge_hz()),
+    let band = match experiment.band_edge_hz() {
+        Ok(band_edge_hz) => format!("the chain's band ends at {band_edge_hz:.0} Hz"),
         Err(why) => why.to_string(),
     };
     let evidence = format!(

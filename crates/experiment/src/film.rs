@@ -2,6 +2,7 @@
 
 mod camera_effects;
 mod faults;
+mod other_chains;
 mod protocols;
 mod rings;
 mod rubbed;
@@ -21,12 +22,13 @@ use chainwave_synthetic::{Scene, Shot, Specimen, film};
 pub use self::camera_effects::CameraEffect;
 use self::faults::Faults;
 pub use self::faults::{FAULT_KINDS, Fault};
+pub use self::other_chains::OtherChain;
 pub use self::protocols::Protocol;
 pub use self::rings::ring_centres;
 use self::rubbed::rubbed;
 pub use self::truth::{MeanMotion, StrikerTruth, TrueTrial, Truth};
 pub use self::wrong_chains::WrongChain;
-use crate::configuration::{Experiment, Synthetic, Trial};
+use crate::configuration::{self, Experiment, Synthetic, Trial};
 use crate::error::Error;
 use crate::monitor::{Monitor, Stage};
 
@@ -263,6 +265,12 @@ impl<'a> Studio<'a> {
     fn last_time_s(&self) -> f64 {
         self.synthetic.span_s()[1]
     }
+}
+
+/// Where the bodies of a chain rest, in metres from the first one.
+fn rests_m(chain: &configuration::Chain) -> Result<Vec<f64>, Error> {
+    let spacing = chain.spacing()?;
+    Ok((1..).take(chain.n_bodies).map(|body| spacing.of_body_m(body)).collect())
 }
 
 /// The contacts of bodies whose stiffnesses scatter: a gap is half of either neighbour, in series.

@@ -31,6 +31,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod bands;
 mod calibration;
 mod chain_model;
 mod configuration;
@@ -101,8 +102,8 @@ pub use error::Error;
 pub use evaluation::{Departures, EVALUATION_VERSION, Evaluation, ModelBeside, evaluate};
 pub use failed_recording::FailedRecording;
 pub use film::{
-    CameraEffect, FAULT_KINDS, Fault, FilmTruth, MeanMotion, Protocol, StrikerTruth, TrueTrial, Truth,
-    WrongChain, film_experiment, ring_centres,
+    CameraEffect, FAULT_KINDS, Fault, FilmTruth, MeanMotion, OtherChain, Protocol, StrikerTruth, TrueTrial,
+    Truth, WrongChain, film_experiment, ring_centres,
 };
 pub use finding::{Finding, Sanity};
 pub use follow::{EdgeNote, Followed, FollowedSubset, edges_beside, follow, threads_of_each};

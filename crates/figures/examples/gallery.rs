@@ -395,6 +395,7 @@ fn waves(folder: &Path) -> Outcome {
         let crest = 1e-3 / (1.0 + ((frequency_hz[bin] - curve[row].1) / 30.0).powi(2));
         if kappa_rad[row] < 0.0 { 0.1 * crest } else { crest }
     });
-    let panel = DispersionPanel { kappa_rad, frequency_hz, amplitude, curve, max_frequency_hz: 1200.0 };
+    let panel =
+        DispersionPanel { kappa_rad, frequency_hz, amplitude, bands: vec![curve], max_frequency_hz: 1200.0 };
     save(folder, "dispersion", &panel)
 }

@@ -1,4 +1,4 @@
-//! Amplitude of waves over wavenumber and frequency, with the dispersion curve of the linear chain.
+//! Amplitude of waves over wavenumber and frequency, with the bands of the linear chain.
 
 use ndarray::Array2;
 use serde::{Deserialize, Serialize};
@@ -20,11 +20,11 @@ const HEIGHT_MM: f64 = 62.0;
 const RANGE: f64 = 1e-3;
 const LABELS: Labels = Labels { x: "phase from gap to gap $κ$ (rad)", y: "frequency (kHz)" };
 const AMPLITUDE: &str = "strain amplitude";
-const CURVE: &str = "dispersion of the linear chain";
+const BANDS: &str = "dispersion of the linear chain";
 /// Most rows of the map.
 const MOST_ROWS: usize = 240;
 
-/// Amplitude of waves over wavenumber and frequency, and a dispersion curve.
+/// Amplitude of waves over wavenumber and frequency, and dispersion curves.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DispersionPanel {
     /// Phase from gap to gap in radians, increasing.
@@ -33,8 +33,8 @@ pub struct DispersionPanel {
     pub frequency_hz: Vec<f64>,
     /// Strain amplitude, shape `[kappa, frequency]`.
     pub amplitude: Array2<f64>,
-    /// Phase and frequency of the curve, drawn dashed.
-    pub curve: Vec<(f64, f64)>,
+    /// Phase and frequency of each band's curve, drawn dashed.
+    pub bands: Vec<Vec<(f64, f64)>>,
     /// Upper end of the frequency axis in hertz.
     pub max_frequency_hz: f64,
 }
@@ -57,20 +57,32 @@ fn layout(style: &Style, panel: &DispersionPanel) -> Result<Drawing, FigureError
     let left = plot::side_margin_mm(&drawing, &y, HEIGHT_MM);
     let width = page - left - colours.bar_margin_mm(&drawing, HEIGHT_MM);
     let stroke = Stroke::new(1.1, BLACK, Dash::Dashed);
-    let entries = [LegendEntry::new(CURVE, LegendKey::Rimmed(stroke))];
+    let entries = [LegendEntry::new(BANDS, LegendKey::Rimmed(stroke))];
     let top = legend::draw(&mut drawing, &entries, (left, page), 1.0) + 1.5;
     let plot = Plot::new(PageRect::new(left, top, width, HEIGHT_MM), x, y);
     heat_map::draw(&mut drawing, &plot, &map, &colours, LABELS);
-    let curve: Vec<(f64, f64)> = panel.curve.iter().map(|&(kappa_rad, hz)| (kappa_rad, 1e-3 * hz)).collect();
-    for piece in plot.pieces(&curve) {
+    let in_khz =
+        |band: &Vec<(f64, f64)>| band.iter().map(|&(kappa_rad, hz)| (kappa_rad, 1e-3 * hz)).collect();
+    let bands: Vec<Vec<(f64, f64)>> = panel.bands.iter().map(in_khz).collect();
+    for piece in bands.iter().flat_map(|band| plot.pieces(band)) {
         drawing.rimmed_line(&piece, stroke, WHITE);
     }
     colours.bar(&mut drawing, plot.frame, AMPLITUDE);
     heat_map::record(&mut drawing, "", &map, LABELS, AMPLITUDE);
-    let points: Vec<DataPoint> = curve.iter().map(|&(x, y)| DataPoint::exact(x, y)).collect();
-    plot::record(&mut drawing, "", CURVE, LABELS, &points);
+    for (index, band) in bands.iter().enumerate() {
+        let points: Vec<DataPoint> = band.iter().map(|&(x, y)| DataPoint::exact(x, y)).collect();
+        plot::record(&mut drawing, "", &name_of(index, bands.len()), LABELS, &points);
+    }
     drawing.extend_to(top + HEIGHT_MM + plot::bottom_margin_mm(&drawing));
     Ok(drawing)
+}
+
+/// What a band's curve is called among the figure's numbers.
+fn name_of(index: usize, n_bands: usize) -> String {
+    match n_bands {
+        1 => BANDS.into(),
+        _ => format!("{BANDS}, band {}", index + 1),
+    }
 }
 
 fn check(panel: &DispersionPanel) -> Result<(), FigureError> {
@@ -110,7 +122,9 @@ mod tests {
         let amplitude = Array2::from_shape_fn((64, 500), |(row, bin)| {
             1e-3 / (1.0 + ((frequency_hz[bin] - curve[row].1) / 60.0).powi(2))
         });
-        let panel = DispersionPanel { kappa_rad, frequency_hz, amplitude, curve, max_frequency_hz: 1200.0 };
+        let optical = kappa_rad.iter().map(|k| (*k, 900.0 - 100.0 * k.sin().abs())).collect();
+        let bands = vec![curve, optical];
+        let panel = DispersionPanel { kappa_rad, frequency_hz, amplitude, bands, max_frequency_hz: 1200.0 };
         let drawing = layout(&Style::default(), &panel).unwrap();
         drawing.assert_readable();
         for label in ["phase from gap to gap κ (rad)", "frequency (kHz)", "strain amplitude"] {

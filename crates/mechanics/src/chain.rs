@@ -23,6 +23,7 @@ pub(crate) mod state;
 mod step_size;
 mod switch;
 mod tangent;
+mod unit_cell;
 
 pub use change::Change;
 pub use imposed::ImposedMotion;
@@ -33,3 +34,4 @@ pub use schedule::{Bodies, Integration, Schedule};
 pub use sensitivity::{Sensitivities, simulate_with_friction, simulate_with_sensitivities};
 pub use simulate::simulate;
 pub use simulation::{Simulation, StrikerMotion};
+pub use unit_cell::UnitCell;

@@ -46,7 +46,7 @@
 //! | velocity Verlet | 0.07 | 0.04 |
 //!
 //! A second model ([`RingChain`]) resolves each body as an elliptical ring of beams. What small motions of a chain see is told in
-//! closed form ([`LinearChain`]).
+//! closed form ([`LinearChain`]), and of any that repeats a cell as bands ([`UnitCell`]).
 //!
 //! Files import each other by their full paths and without circles. From below: vectors (`lanes`), contact laws (`contact`), the chain's
 //! parameters and its model (`chain/parameters.rs`, `chain/model.rs`), integrators (`integrator`), the march over them (`chain/run.rs`,
@@ -62,8 +62,8 @@ mod ring;
 
 pub use chain::{
     Bodies, Chain, Change, Drive, FarEnd, FarStriker, ImposedMotion, Integration, LinearChain, Schedule,
-    Sensitivities, Simulation, Striker, StrikerMotion, ensemble, scan, simulate, simulate_with_friction,
-    simulate_with_sensitivities,
+    Sensitivities, Simulation, Striker, StrikerMotion, UnitCell, ensemble, scan, simulate,
+    simulate_with_friction, simulate_with_sensitivities,
 };
 pub use chainwave_vectors::InstructionSet;
 pub use contact::{Contact, Contacts, Law, LinearLaw, PowerLaw, TableLaw, Tension};

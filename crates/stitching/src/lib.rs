@@ -63,6 +63,7 @@
 mod assembly;
 mod averaged;
 mod body_response;
+mod by_trigger;
 mod consistency;
 mod course;
 mod detached;

@@ -2,6 +2,7 @@
 
 use chainwave_measurement::Observation;
 
+use crate::by_trigger::{averaged_by_trigger, is_contradicted};
 use crate::detached::{Part, joined};
 use crate::error::StitchingError;
 use crate::groups::{first_body, tied_groups, without_glimpses};
@@ -14,7 +15,8 @@ use crate::time_base::common_interval_s;
 ///
 /// The common time base has the observations' median frame interval, rounded to five digits, and contains t = 0. Recordings that
 /// share no body with the others, or too little of its way to settle where they stand, are joined to them by their trigger: their
-/// motion has the error of their own mean drive and mean trigger.
+/// motion has the error of their own mean drive and mean trigger. Where no smooth response to the drive explains how trials differ, they are
+/// averaged by their triggers.
 ///
 /// # Errors
 /// [`StitchingError`] when there is nothing to merge, an observation contradicts itself, or a body was never at rest.
@@ -37,7 +39,11 @@ pub fn merge(observations: &[Observation], settings: &Settings) -> Result<Stitch
             settled.push(part);
         }
     }
-    joined(observations, settled, settings, interval_s).ok_or(StitchingError::Empty)
+    let stitched = joined(observations, settled, settings, interval_s).ok_or(StitchingError::Empty)?;
+    match is_contradicted(&stitched) {
+        true => averaged_by_trigger(observations, settings, interval_s, &stitched),
+        false => Ok(stitched),
+    }
 }
 
 /// Merges each group of recordings that share bodies; `places` are the recordings' places among all observations. Only the group with the

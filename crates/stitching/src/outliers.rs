@@ -4,6 +4,7 @@ use std::fmt;
 
 use chainwave_measurement::{Observation, median};
 
+use crate::by_trigger::SOUND_SCATTER;
 use crate::error::StitchingError;
 use crate::merge::merge_as_read;
 use crate::settings::Settings;
@@ -62,8 +63,6 @@ impl fmt::Display for Evidence {
 /// A recording is an outlier when its view scatters this much less without it. Trigger, drive and the response to it are free in
 /// either case, so a trial struck harder or triggered late is none; another specimen or a wrong time base is.
 const LEAST_GAIN: f64 = 3.0;
-/// Below this scatter a view is sound, whatever would be gained.
-const SOUND_SCATTER: f64 = 2.0;
 /// A trigger is an outlier farther from the median than this many times the median distance...
 const LATE_RATIO: f64 = 10.0;
 /// ...and than this many frames: a wave passes a body in some ten frames or more.

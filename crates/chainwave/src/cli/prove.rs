@@ -39,6 +39,10 @@ pub(crate) struct Prove {
     /// protocols when none is named.
     #[arg(long, value_delimiter = ',', num_args = 0.., value_name = "PROTOCOL", conflicts_with_all = ["faults", "camera", "models"])]
     pub(crate) protocols: Option<Vec<String>>,
+    /// Give the experiments, in turn, their own chain and each of these, stated as it is and filmed as it asks for, all with the same seeds,
+    /// and count by chain as well; all chains when none is named.
+    #[arg(long, value_delimiter = ',', num_args = 0.., value_name = "CHAIN", conflicts_with_all = ["faults", "camera", "models", "protocols", "striker"])]
+    pub(crate) chains: Option<Vec<String>>,
     /// Recordings processed at a time; all cores when left out.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,

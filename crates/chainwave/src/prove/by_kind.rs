@@ -1,4 +1,4 @@
-//! What each kind of fault, effect of a real camera, wrong chain or protocol does to the results.
+//! What each kind of fault, effect of a real camera, wrong or other chain or protocol does to the results.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -61,6 +61,23 @@ impl Kinds {
             "peak time",
             "peak strain",
             "peak energy",
+            "c_d, stated",
+            "c_s, stated",
+        ],
+    };
+    /// Of chains in place of the experiment's own.
+    pub(super) const OTHER_CHAINS: Self = Self {
+        column: "other_chain",
+        file: "chains.parquet",
+        quantities: &[
+            "displacement",
+            "displacement by model",
+            "peak strain",
+            "peak time",
+            "peak energy",
+            "trigger offset",
+            "drive",
+            "group velocity",
             "c_d, stated",
             "c_s, stated",
         ],

@@ -38,11 +38,11 @@ const THINNING: usize = 16;
 
 impl Finding {
     /// To be raised whenever a table of findings has other columns.
-    pub(super) const VERSION: u32 = 2;
+    pub(super) const VERSION: u32 = 3;
 
     /// The findings of one experiment as the columns of a table.
     pub(super) fn columns(variant: &Variant, said: &Said, findings: &[Self]) -> Vec<Column> {
-        let Variant { seed, noise, striker_m_per_s, fault, effect, chain, protocol } = *variant;
+        let Variant { seed, noise, striker_m_per_s, fault, effect, chain, protocol, other_chain } = *variant;
         let n = findings.len();
         let of = |value: &dyn Fn(&Self) -> f64| findings.iter().map(value).collect::<Vec<f64>>();
         vec![
@@ -53,6 +53,7 @@ impl Finding {
             column("effect", vec![effect.map_or(NONE, |effect| effect.name); n]),
             column("chain", vec![chain.map_or(NONE, |chain| chain.name); n]),
             column("protocol", vec![protocol.map_or(NONE, |protocol| protocol.name); n]),
+            column("other_chain", vec![other_chain.map_or(NONE, |chain| chain.name); n]),
             column("named", vec![f64::from(u8::from(said.named)); n]),
             column("warned_of", vec![said.warned_of.as_str(); n]),
             column("quantity", findings.iter().map(|finding| finding.quantity).collect::<Vec<_>>()),

@@ -281,7 +281,7 @@ impl Album<'_> {
             frequencies_hz: frequencies_hz.clone(),
             amplitude: of_gap.amplitude.clone(),
         });
-        let band_edge_hz = self.experiment.linear_chain()?.band_edge_hz();
+        let band_edge_hz = self.experiment.band_edge_hz()?;
         let mut marks =
             vec![FrequencyMark { name: "band edge of the chain model".into(), frequency_hz: band_edge_hz }];
         let line = measurement.local_resonance.as_ref().ok();
@@ -303,14 +303,12 @@ impl Album<'_> {
     }
 
     fn dispersion(&self, map: &DispersionMap) -> Result<Figure, Error> {
-        let chain = self.experiment.linear_chain()?;
-        let curve = |kappa: &f64| (*kappa, chain.frequency_hz(*kappa));
         let panel = DispersionPanel {
             kappa_rad: map.kappa_rad.clone(),
             frequency_hz: map.frequency_hz.clone(),
             amplitude: map.amplitude.clone(),
-            curve: map.kappa_rad.iter().map(curve).collect(),
-            max_frequency_hz: 2.0 * chain.band_edge_hz(),
+            bands: self.experiment.bands(&map.kappa_rad)?,
+            max_frequency_hz: 2.0 * self.experiment.band_edge_hz()?,
         };
         chainwave_figures::dispersion(&self.folder.join("dispersion"), &panel)?;
         Ok(Figure {

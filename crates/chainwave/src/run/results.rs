@@ -82,7 +82,7 @@ pub(crate) fn write(setup: &Setup, out: &Path, results: &Results) -> Result<(), 
     write_by_model(out, evaluation)?;
     table::write_result(&out.join("energy.parquet"), energy_table(measurement))?;
     table::write_result(&out.join("pulses.parquet"), pulse_table(&evaluation.pulses))?;
-    let limit_hz = 3.0 * setup.experiment.linear_chain()?.band_edge_hz();
+    let limit_hz = 3.0 * setup.experiment.band_edge_hz()?;
     table::write_result(&out.join("dispersion.parquet"), dispersion_table(limit_hz, measurement))?;
     write_alignment(out, tracked, evaluation)?;
     write_json(&out.join("results.json"), &as_json(setup, tracked, evaluation))?;

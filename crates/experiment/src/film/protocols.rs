@@ -3,6 +3,7 @@
 
 use chainwave_synthetic::{Packing, ScaleError};
 
+use super::rests_m;
 use super::wrong_chains::{not_negative, positive};
 use crate::configuration::{Experiment, FilmedView, Synthetic, Trial, Trigger};
 use crate::error::Error;
@@ -190,16 +191,7 @@ enum Neighbour {
 
 /// The camera before one body after the other, with as many trials of each as the views have.
 fn one_body(lab: &mut Laboratory<'_>, neighbour: Neighbour) -> Result<(), Error> {
-    let chain = &lab.experiment.chain;
-    let pitches_m = match chain.unequal_pitches_m()? {
-        unequal_m if unequal_m.is_empty() => vec![chain.mean_pitch_m(); chain.n_bodies - 1],
-        unequal_m => unequal_m,
-    };
-    let mut rests_m = vec![0.0];
-    rests_m.extend(pitches_m.iter().scan(0.0, |rest_m, pitch_m| {
-        *rest_m += pitch_m;
-        Some(*rest_m)
-    }));
+    let rests_m = rests_m(&lab.experiment.chain)?;
     let first = lab.trials.first().map(|trial| trial.view);
     let like: Vec<Trial> = lab.trials.iter().filter(|trial| Some(trial.view) == first).cloned().collect();
     let of_body = |(number, stage_m): (u32, f64)| {

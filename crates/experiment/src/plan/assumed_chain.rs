@@ -78,7 +78,7 @@ impl AssumedChain {
             damping_kg_per_s: self.striker_damping_kg_per_s,
         };
         let chain = experiment.chain_struck_by(striker, self.damping_kg_per_s)?;
-        let shortest_s = experiment.linear_chain()?.band_edge_hz().recip() / SAMPLES_A_PERIOD;
+        let shortest_s = experiment.band_edge_hz()?.recip() / SAMPLES_A_PERIOD;
         let interval_s = shortest_s.min(0.002 * duration_s);
         Ok(simulate(&chain, &Schedule::automatic(duration_s, interval_s))?.trajectory)
     }

@@ -58,7 +58,7 @@ impl PlannedCamera {
         let (experiment, scale_px_per_m) = (&setup.experiment, setup.map.m_per_px().value.recip());
         let linear = experiment.linear_chain()?;
         let stated_hz = experiment.camera.rate_hz.map(Positive::get);
-        let rate_hz = stated_hz.unwrap_or((FRAMES_A_PERIOD * linear.band_edge_hz()).max(1.0).round());
+        let rate_hz = stated_hz.unwrap_or((FRAMES_A_PERIOD * experiment.band_edge_hz()?).max(1.0).round());
         let first_image = (experiment.tracking.rest_until_s * rate_hz - REST_FRAMES).floor();
         let last_s = linear.crossing_time_s(experiment.chain.n_bodies) / SLOWEST_SHARE;
         let n_frames = (last_s * rate_hz - first_image).ceil();

@@ -1,0 +1,202 @@
+//! Trials that no smooth response to the drive explains: averaged by their triggers, as uncertain as they scatter.
+//!
+//! Aligning takes each body's motion for a smooth function of the drive. Where it is none, as in a chain whose gaps snap in one trial and not
+//! in the next, drives and triggers are moved by what they have nothing to do with, and come out far off with small errors. Such an
+//! alignment neither settles nor leaves noise alone.
+
+use chainwave_measurement::{ChainMotion, ErrorMode, Estimate, Observation};
+use ndarray::Array2;
+
+use crate::error::StitchingError;
+use crate::resample::{Interpolated, Stencil};
+use crate::rest::{Displacement, displacement_from_rest};
+use crate::settings::Settings;
+use crate::spread::Spread;
+use crate::stitched::{Alignment, Stitched};
+
+/// Recordings that scatter by less, in the tracker's sigmas, agree.
+pub(crate) const SOUND_SCATTER: f64 = 2.0;
+/// Trials from which their scatter is told.
+const LEAST_TRIALS: usize = 3;
+
+/// What one recording reads of a body at a time.
+struct Reading {
+    recording: usize,
+    read: Interpolated,
+}
+
+/// Whether an alignment is none: it did not settle, and its recordings scatter by several times what the trackers' sigma lets expect.
+pub(crate) fn is_contradicted(stitched: &Stitched) -> bool {
+    let squares = stitched.alignments.iter().map(|alignment| alignment.scatter_ratio.powi(2));
+    let mean = squares.sum::<f64>() / stitched.alignments.len().max(1) as f64;
+    stitched.unsettled.is_some() && mean.sqrt() > SOUND_SCATTER
+}
+
+/// The mean of all recordings of a body, each by its own trigger, on the time base of an alignment that is none.
+///
+/// Its error is that of a mean of trials: what one recording lies off it counts as one error of all its bodies and times, so that strains
+/// and peaks have it too. What fewer than three recordings saw at a time is left out. Of triggers and drives nothing is told but what is
+/// known before.
+///
+/// # Errors
+/// A body that was never at rest.
+pub(crate) fn averaged_by_trigger(
+    observations: &[Observation],
+    settings: &Settings,
+    interval_s: f64,
+    contradicted: &Stitched,
+) -> Result<Stitched, StitchingError> {
+    let times_s = &contradicted.motion.times_s;
+    let readings = readings(observations, settings, times_s)?;
+    let shape = (settings.n_bodies, times_s.len());
+    let mut motion = ChainMotion {
+        times_s: times_s.clone(),
+        displacement_m: Array2::from_elem(shape, None),
+        independent_sigma_m: Array2::zeros(shape),
+        modes: Vec::new(),
+        n_trials: Array2::zeros(shape),
+    };
+    let mut of_trials: Vec<Array2<f64>> = vec![Array2::zeros(shape); observations.len()];
+    let mut spread = Spread { within_m: Array2::zeros(shape), between_m: Array2::zeros(shape) };
+    for (at, of_time) in readings.indexed_iter().filter(|(_, of_time)| of_time.len() >= LEAST_TRIALS) {
+        let n = of_time.len() as f64;
+        let mean_m = of_time.iter().map(|one| one.read.value).sum::<f64>() / n;
+        let noise_m2 = |gain: fn(&Interpolated) -> f64| {
+            of_time.iter().map(|one| gain(&one.read) * one.read.sigma.powi(2)).sum::<f64>() / n.powi(2)
+        };
+        let mut variance_m2 = noise_m2(|read| read.noise_gain);
+        let mut squares_m2 = 0.0;
+        for one in of_time {
+            let off_m = one.read.value - mean_m;
+            // Of n such errors with normal amplitudes the squares add up to the variance of the mean of n.
+            let error_m = off_m / (n * (n - 1.0)).sqrt();
+            of_trials[one.recording][at] = error_m;
+            variance_m2 += error_m.powi(2);
+            squares_m2 += off_m.powi(2);
+        }
+        motion.displacement_m[at] = Some(Estimate::new(mean_m, variance_m2.sqrt()));
+        motion.independent_sigma_m[at] = noise_m2(|_| 1.0).sqrt();
+        motion.n_trials[at] = of_time.len() as u32;
+        spread.within_m[at] = (n * noise_m2(|_| 1.0)).sqrt();
+        spread.between_m[at] = (squares_m2 / (n - 1.0)).sqrt();
+    }
+    let ratios = scatter_ratios(&readings, &motion, observations.len());
+    let named = of_trials.into_iter().zip(observations);
+    motion.modes = named
+        .map(|(displacement_m, one)| ErrorMode {
+            source: format!("trial {}", one.recording).into(),
+            displacement_m,
+        })
+        .collect();
+    let alignment = |(one, scatter_ratio): (&Observation, f64)| Alignment {
+        recording: one.recording.clone(),
+        view: one.view,
+        trial: one.trial,
+        trigger_offset_s: Estimate::new(0.0, settings.trigger_prior_s(interval_s)),
+        drive_deviation: Estimate::new(0.0, settings.drive_scatter.unwrap_or(settings.drive_prior)),
+        scatter_ratio,
+    };
+    let said = "no smooth response to the drive explains how trials differ: they are averaged by their triggers, with the error of a mean of trials \
+                that scatter so; triggers and drives are not told (hint: motion_by_model has each trial by the chain model where that is accepted)";
+    let mut warnings = vec![said.to_owned()];
+    warnings.extend(contradicted.warnings.iter().cloned());
+    Ok(Stitched {
+        alignments: observations.iter().zip(ratios).map(alignment).collect(),
+        motion,
+        spread,
+        warnings,
+        ..contradicted.clone()
+    })
+}
+
+/// What the recordings read, by body and time.
+fn readings(
+    observations: &[Observation],
+    settings: &Settings,
+    times_s: &[f64],
+) -> Result<Array2<Vec<Reading>>, StitchingError> {
+    let mut readings = Array2::from_shape_fn((settings.n_bodies, times_s.len()), |_| Vec::new());
+    for (recording, observation) in observations.iter().enumerate() {
+        let seen = observation.bodies.iter().filter(|track| track.position_m.iter().any(Option::is_some));
+        let displacements: Vec<Displacement> = seen
+            .map(|track| displacement_from_rest(observation, track, settings.rest_until_s))
+            .collect::<Result<_, _>>()?;
+        for (i, time_s) in times_s.iter().enumerate() {
+            let Some(stencil) = Stencil::at(&observation.times_s, *time_s) else { continue };
+            for displacement in &displacements {
+                if let Some(read) = stencil.read(&displacement.samples) {
+                    readings[(displacement.row, i)].push(Reading { recording, read });
+                }
+            }
+        }
+    }
+    Ok(readings)
+}
+
+/// How far each recording lies off the means, in its trackers' sigmas, as a root mean square; 1 of one that is in none.
+fn scatter_ratios(readings: &Array2<Vec<Reading>>, motion: &ChainMotion, n_recordings: usize) -> Vec<f64> {
+    let mut sums = vec![(0.0, 0.0); n_recordings];
+    for (at, of_time) in readings.indexed_iter() {
+        let Some(mean_m) = motion.displacement_m[at] else { continue };
+        for one in of_time {
+            let (squares, n) = &mut sums[one.recording];
+            *squares += ((one.read.value - mean_m.value) / one.read.sigma).powi(2);
+            *n += 1.0;
+        }
+    }
+    sums.into_iter()
+        .map(|(squares, n): (f64, f64)| if n > 0.0 { (squares / n).sqrt() } else { 1.0 })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use chainwave_measurement::BodyTrack;
+
+    use super::*;
+    use crate::phases::Aligned;
+
+    /// A body that goes 4 mm, and in some trials snaps on by 3 mm more, at times of their own.
+    fn trial(trial: u32, snaps_at_s: f64) -> Observation {
+        let times_s: Vec<f64> = (-30..200).map(|frame| f64::from(frame) * 1e-4).collect();
+        let step = |since_s: f64| (1.0 + (since_s / 1e-3).tanh()) / 2.0;
+        let position = |t: &f64| {
+            let moved_m = if *t < 0.0 { 0.0 } else { 4e-3 * step(t - 6e-3) + 3e-3 * step(t - snaps_at_s) };
+            let noise_m = 1e-6 * ((t * 1e4).round() * f64::from(7 * trial) * 0.37).sin();
+            Some(Estimate::new(moved_m + noise_m, 1e-6))
+        };
+        let bodies = vec![BodyTrack { body: 1, position_m: times_s.iter().map(position).collect() }];
+        Observation { recording: format!("trial {trial}"), view: 1, trial, times_s, bodies }
+    }
+
+    const NEVER_S: f64 = 1.0;
+    const SNAPS_S: [f64; 5] = [9e-3, NEVER_S, 14e-3, NEVER_S, 11e-3];
+
+    #[test]
+    fn a_mean_of_trials_has_the_error_of_one() {
+        let observations: Vec<Observation> =
+            (1..).zip(SNAPS_S).map(|(number, snaps_s)| trial(number, snaps_s)).collect();
+        let settings = Settings::new(1, 1e-4);
+        let aligned = Aligned::of(&observations, &settings, 1e-4).unwrap();
+        let (merged, _) = aligned.ungauged().trimmed().unwrap().stitched().unwrap();
+        let averaged = averaged_by_trigger(&observations, &settings, 1e-4, &merged).unwrap();
+        // At the end three trials have gone 7 mm and two of them 4: on average 5.8, with a standard deviation of 1.643 mm about it.
+        let last = averaged.motion.displacement_m.row(0).iter().flatten().last().copied().unwrap();
+        // The steps have ended to a part in 1e4 of 3 mm.
+        assert!((last.value - 5.8e-3).abs() < 1e-6, "{last:?}");
+        assert!((last.sigma / (1.643e-3 / 5.0_f64.sqrt()) - 1.0).abs() < 1e-3, "{last:?}");
+        assert_eq!(averaged.motion.modes.len(), 5);
+        assert!(averaged.alignments.iter().all(|one| one.scatter_ratio > 100.0));
+        assert!(averaged.warnings[0].contains("no smooth response"));
+    }
+
+    #[test]
+    fn what_few_trials_saw_is_left_out() {
+        let observations = [trial(1, NEVER_S), trial(2, NEVER_S)];
+        let settings = Settings::new(1, 1e-4);
+        let aligned = Aligned::of(&observations, &settings, 1e-4).unwrap();
+        let (merged, _) = aligned.ungauged().trimmed().unwrap().stitched().unwrap();
+        let averaged = averaged_by_trigger(&observations, &settings, 1e-4, &merged).unwrap();
+        assert!(averaged.motion.displacement_m.iter().all(Option::is_none));
+    }
+}
