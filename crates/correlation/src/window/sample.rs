@@ -251,9 +251,9 @@ impl Line {
     fn whole(&self, i: usize) -> [f32; 2] {
         let i = i as i32 as f32;
         let mut whole = [0.0; 2];
-        for axis in 0..2 {
+        for (axis, whole) in whole.iter_mut().enumerate() {
             let slope = self.bend[axis].mul_add(i, self.step[axis]);
-            whole[axis] = slope.mul_add(i, self.start.fraction[axis]).floor();
+            *whole = slope.mul_add(i, self.start.fraction[axis]).floor();
         }
         whole
     }
