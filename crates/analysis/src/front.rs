@@ -151,8 +151,8 @@ pub(crate) fn time_at(map: &StrainMap, place: f64) -> f64 {
 /// Median standard uncertainty of a gap's samples.
 pub(crate) fn typical_sigma(map: &StrainMap, gap: usize) -> f64 {
     let mut sigmas: Vec<f64> = map.strain.row(gap - 1).iter().flatten().map(|strain| strain.sigma).collect();
-    sigmas.sort_by(f64::total_cmp);
-    sigmas.get(sigmas.len() / 2).copied().unwrap_or_default()
+    let middle = sigmas.len() / 2;
+    if sigmas.is_empty() { 0.0 } else { *sigmas.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }
 
 /// The series averaged over as many samples as bring the noise level down to [`CALM_NOISE`] of its maximum, but no more than

@@ -124,7 +124,7 @@ impl MovingProfile {
         if !(1.0..=last_gap as f64).contains(&place) {
             return None;
         }
-        let gap = (place.floor() as usize).min(last_gap - 1).max(1);
+        let gap = (place as usize).min(last_gap - 1).max(1);
         let z = place - gap as f64;
         let near = self.at_phase(t_s, place, gap)?;
         if z <= 0.0 {

@@ -76,7 +76,7 @@ pub use error::{AnalysisError, Missing};
 pub use front::{FrontSettings, GapFront, LeadingPulse, leading_pulses};
 pub use half_width::{HalfWidth, MovingProfile, half_width_times, half_widths, profile_times};
 pub use line_test::{LineTest, line_rule, line_test};
-pub use measure::{MeasureSettings, Measurement, measure};
+pub use measure::{MeasureSettings, Measurement, measure, measure_peak_energies};
 pub use pulses::{
     Collision, Direction, Pass, Pulse, PulseSettings, Pulses, Sense, follow_pulses, measure_pulses,
     power_exponent,

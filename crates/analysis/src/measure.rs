@@ -3,7 +3,8 @@
 use std::num::NonZero;
 use std::ops::RangeInclusive;
 
-use chainwave_measurement::{ChainMotion, Estimate, map_in_parallel};
+use chainwave_measurement::{ChainMotion, Estimate};
+use ndarray::Array2;
 
 use crate::check::check_motion;
 use crate::columns::{Column, Columns, Scatter};
@@ -13,10 +14,10 @@ use crate::front::{FrontSettings, GapFront, LeadingPulse, leading_pulses};
 use crate::half_width::{HalfWidth, MovingProfile, half_width_times, half_widths, without_jumps};
 use crate::line_test::line_test;
 use crate::particle::particle_velocities_m_per_s;
-use crate::replicas::replica_m;
+use crate::replicas::over_replicas;
 use crate::spacing::Spacing;
 use crate::spectrum::{LocalResonance, Maximum, TailSpectrum, tail_spectrum};
-use crate::strain::{overlap_variance_m2, strain_with_variance};
+use crate::strain::{strain_sigma, strain_with_sigma};
 use crate::velocity::{GroupVelocity, Reflection, SpeedFit, fit_speed, undisturbed_gaps};
 use crate::{AnalysisError, Missing, StrainMap};
 
@@ -108,19 +109,54 @@ pub fn measure(
 ) -> Result<Measurement, AnalysisError> {
     settings.check()?;
     check_motion(motion)?;
-    let variance = overlap_variance_m2(motion);
-    let map = strain_with_variance(motion, &variance, &settings.spacing);
+    let sigma = strain_sigma(motion, &settings.spacing);
+    let map = strain_with_sigma(motion, &sigma, &settings.spacing);
     let plan = Plan::new(&map, settings, energy_of);
     let values = plan.apply(motion, &map);
-    let n_replicas = if is_exact(motion) { 0 } else { settings.n_replicas };
-    let bare = ChainMotion { modes: Vec::new(), ..motion.clone() };
-    let replicas = map_in_parallel(n_replicas, settings.n_threads, |index| {
-        let displacement_m = replica_m(motion, index, settings.seed);
-        let noisy = ChainMotion { displacement_m, ..bare.clone() };
-        plan.apply(&noisy, &strain_with_variance(&noisy, &variance, &settings.spacing)).columns()
-    });
+    let replicas = of_replicas(motion, &sigma, settings, |noisy, map| plan.apply(noisy, map).columns());
     let scatter = Scatter::new(values.columns(), replicas);
     Ok(assemble(map, &plan, &values, &scatter))
+}
+
+/// The peak energies that [`measure`] finds, alone.
+///
+/// # Errors
+/// As [`measure`].
+pub fn measure_peak_energies(
+    motion: &ChainMotion,
+    settings: &MeasureSettings,
+    energy_of: EnergyLaw<'_>,
+) -> Result<PeakEnergies, AnalysisError> {
+    settings.check()?;
+    check_motion(motion)?;
+    let sigma = strain_sigma(motion, &settings.spacing);
+    let of_map = |map: &StrainMap| {
+        let pulses = leading_pulses(map, &settings.front);
+        peak_energies(map, &pulses, energy_of, settings.front.peak_fraction)
+    };
+    let columns = |energies_j: &[Result<f64, Missing>]| {
+        let mut columns = Columns::default();
+        set_energies(&mut columns, energies_j);
+        columns
+    };
+    let energies_j = of_map(&strain_with_sigma(motion, &sigma, &settings.spacing));
+    let replicas = of_replicas(motion, &sigma, settings, |_, map| columns(&of_map(map)));
+    Ok(energies(&energies_j, &Scatter::new(columns(&energies_j), replicas)))
+}
+
+/// What a function makes of each replica of a motion and of its strains; nothing of a motion without error.
+fn of_replicas(
+    motion: &ChainMotion,
+    sigma: &Array2<f64>,
+    settings: &MeasureSettings,
+    columns_of: impl Fn(&ChainMotion, &StrainMap) -> Columns + Sync,
+) -> Vec<Columns> {
+    let n_replicas = if is_exact(motion) { 0 } else { settings.n_replicas };
+    let bare = ChainMotion { modes: Vec::new(), ..motion.clone() };
+    over_replicas(motion, (n_replicas, settings.seed), settings.n_threads, |displacement_m| {
+        let noisy = ChainMotion { displacement_m, ..bare.clone() };
+        columns_of(&noisy, &strain_with_sigma(&noisy, sigma, &settings.spacing))
+    })
 }
 
 fn is_exact(motion: &ChainMotion) -> bool {
@@ -203,8 +239,6 @@ impl Values {
             self.pulses.iter().map(|pulse| pulse.as_ref().ok().and_then(value)).collect()
         };
         let of_speed = |value: fn(&SpeedFit) -> Option<f64>| vec![self.speed.as_ref().ok().and_then(value)];
-        let first_j = self.energies_j.first().and_then(|energy| energy.ok());
-        let relative = |energy: &Result<f64, Missing>| Some(energy.ok()? / first_j?);
         let mut columns = Columns::default();
         columns.set(Column::PeakTime, of_pulses(|pulse| Some(pulse.peak_time_s)));
         columns.set(Column::PeakStrain, of_pulses(|pulse| Some(pulse.peak_strain)));
@@ -216,11 +250,17 @@ impl Values {
         columns.set(Column::ParticleVelocity, self.particles_m_per_s.clone());
         columns.set(Column::MeanParticleVelocity, vec![self.particle_m_per_s]);
         columns.set(Column::HalfWidth, self.half_widths_m.clone());
-        columns.set(Column::Energy, self.energies_j.iter().map(|energy| energy.ok()).collect());
-        columns.set(Column::RelativeEnergy, self.energies_j.iter().map(relative).collect());
+        set_energies(&mut columns, &self.energies_j);
         columns.set(Column::Resonance, vec![self.resonance_hz]);
         columns
     }
+}
+
+fn set_energies(columns: &mut Columns, energies_j: &[Result<f64, Missing>]) {
+    let first_j = energies_j.first().and_then(|energy| energy.ok());
+    let relative = |energy: &Result<f64, Missing>| Some(energy.ok()? / first_j?);
+    columns.set(Column::Energy, energies_j.iter().map(|energy| energy.ok()).collect());
+    columns.set(Column::RelativeEnergy, energies_j.iter().map(relative).collect());
 }
 
 /// Mean of the values of gaps in a range; `None` where none has one.

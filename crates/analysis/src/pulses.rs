@@ -11,7 +11,7 @@ mod ridge;
 
 use std::num::NonZero;
 
-use chainwave_measurement::{ChainMotion, Estimate, map_in_parallel};
+use chainwave_measurement::{ChainMotion, Estimate};
 
 use self::course::{Course, Line, median};
 pub use self::hump::Sense;
@@ -20,9 +20,9 @@ use self::meeting::{Meeting, begins_at, meetings, phase_shift, reflected_from, r
 pub use self::ridge::Direction;
 use self::ridge::{MIN_GAPS, ridges};
 use crate::check::{check_fraction, check_motion};
-use crate::replicas::replica_m;
+use crate::replicas::over_replicas;
 use crate::spacing::Spacing;
-use crate::strain::{overlap_variance_m2, strain_map, strain_with_variance};
+use crate::strain::{strain_map, strain_sigma, strain_with_sigma};
 use crate::{AnalysisError, StrainMap};
 
 /// Passages on each side that a local speed is drawn from.
@@ -142,12 +142,12 @@ pub fn measure_pulses(
     let map = strain_map(motion, spacing)?;
     let found = Found::of(&map, settings);
     let values = found.values(&found.courses, &map.spacing);
-    let variance = overlap_variance_m2(motion);
+    let sigma = strain_sigma(motion, &map.spacing);
     let bare = ChainMotion { modes: Vec::new(), ..motion.clone() };
     let n_replicas = if found.courses.is_empty() { 0 } else { n_replicas };
-    let replicas = map_in_parallel(n_replicas, n_threads, |index| {
-        let noisy = ChainMotion { displacement_m: replica_m(motion, index, seed), ..bare.clone() };
-        let noisy = strain_with_variance(&noisy, &variance, &map.spacing);
+    let replicas = over_replicas(motion, (n_replicas, seed), n_threads, |displacement_m| {
+        let noisy = ChainMotion { displacement_m, ..bare.clone() };
+        let noisy = strain_with_sigma(&noisy, &sigma, &map.spacing);
         found.values(&found.again(&noisy), &map.spacing)
     });
     Ok(found.assemble(&values, &replicas))

@@ -1,6 +1,9 @@
 //! Replicas of a motion with one more draw of its stated errors: the parametric bootstrap.
 
-use chainwave_measurement::{ChainMotion, Estimate};
+use std::num::NonZero;
+use std::ops::Range;
+
+use chainwave_measurement::{ChainMotion, Estimate, map_in_parallel};
 use ndarray::Array2;
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -13,18 +16,54 @@ use rand_pcg::Pcg64;
 /// bodies and times in it. Replica k draws from its own stream of `seed`, so it does not depend on `n` or on the order in
 /// which replicas are used. Samples that were lost stay lost.
 pub fn replicate(motion: &ChainMotion, n: usize, seed: u64) -> impl Iterator<Item = ChainMotion> + '_ {
-    (0..n).map(move |index| ChainMotion { displacement_m: replica_m(motion, index, seed), ..motion.clone() })
+    (0..n)
+        .flat_map(move |index| replicas_m(motion, index..index + 1, seed))
+        .map(|displacement_m| ChainMotion { displacement_m, ..motion.clone() })
 }
 
-/// Displacements of replica `index` of a motion, as [`replicate`] gives it.
-pub(crate) fn replica_m(motion: &ChainMotion, index: usize, seed: u64) -> Array2<Option<Estimate>> {
-    let mut random = generator(seed, index);
-    let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
-    let mut error_m = Array2::<f64>::zeros(motion.displacement_m.dim());
-    for mode in &motion.modes {
-        error_m.scaled_add(normal(), &mode.displacement_m);
+/// Replicas that are drawn together, so that the error modes are read from memory once for all of them.
+const TOGETHER: usize = 4;
+
+/// What a function makes of the displacements of each of `n` replicas of a motion, as [`replicate`] gives them.
+pub(crate) fn over_replicas<T: Send + Sync>(
+    motion: &ChainMotion,
+    (n, seed): (usize, u64),
+    n_threads: NonZero<usize>,
+    of: impl Fn(Array2<Option<Estimate>>) -> T + Sync,
+) -> Vec<T> {
+    let groups = map_in_parallel(n.div_ceil(TOGETHER), n_threads, |group| {
+        let together = group * TOGETHER..n.min((group + 1) * TOGETHER);
+        replicas_m(motion, together, seed).into_iter().map(&of).collect::<Vec<T>>()
+    });
+    groups.into_iter().flatten().collect()
+}
+
+/// Displacements of some replicas of a motion, by their numbers.
+fn replicas_m(motion: &ChainMotion, numbers: Range<usize>, seed: u64) -> Vec<Array2<Option<Estimate>>> {
+    let mut randoms: Vec<Pcg64> = numbers.map(|index| generator(seed, index)).collect();
+    let amplitudes: Vec<Vec<f64>> =
+        randoms.iter_mut().map(|random| motion.modes.iter().map(|_| normal(random)).collect()).collect();
+    let mut errors_m = vec![Array2::<f64>::zeros(motion.displacement_m.dim()); randoms.len()];
+    for body in 0..motion.n_bodies() {
+        for (k, mode) in motion.modes.iter().enumerate() {
+            let of_body = mode.displacement_m.row(body);
+            for (error_m, amplitudes) in errors_m.iter_mut().zip(&amplitudes) {
+                error_m.row_mut(body).scaled_add(amplitudes[k], &of_body);
+            }
+        }
     }
-    error_m.zip_mut_with(&motion.independent_sigma_m, |error_m, sigma_m| *error_m += sigma_m * normal());
+    let replicas = errors_m.into_iter().zip(&mut randoms);
+    replicas.map(|(error_m, random)| with_errors(motion, error_m, random)).collect()
+}
+
+/// A motion with the errors of its modes, and one more draw of those that are independent.
+fn with_errors(
+    motion: &ChainMotion,
+    mut error_m: Array2<f64>,
+    random: &mut Pcg64,
+) -> Array2<Option<Estimate>> {
+    error_m
+        .zip_mut_with(&motion.independent_sigma_m, |error_m, sigma_m| *error_m += sigma_m * normal(random));
     let mut displacement_m = motion.displacement_m.clone();
     displacement_m.zip_mut_with(&error_m, |x, error_m| {
         if let Some(x) = x {
@@ -32,6 +71,10 @@ pub(crate) fn replica_m(motion: &ChainMotion, index: usize, seed: u64) -> Array2
         }
     });
     displacement_m
+}
+
+fn normal(random: &mut Pcg64) -> f64 {
+    StandardNormal.sample(random)
 }
 
 /// The generator of one replica. Streams of a linear congruential generator that start from neighbouring states are related,
@@ -82,6 +125,16 @@ mod tests {
         assert!((mean_product(2, 2) / 0.01 - 1.0).abs() < 0.05);
         // Sampling error of a vanishing covariance: 0.5 * 0.1 / sqrt(n) = 3.5e-4.
         assert!(mean_product(0, 2).abs() < 1.8e-3);
+    }
+
+    #[test]
+    fn replicas_that_are_drawn_together_are_those_drawn_one_by_one() {
+        let alone: Vec<_> =
+            replicate(&motion(), 2 * TOGETHER + 1, 9).map(|noisy| noisy.displacement_m).collect();
+        for n_threads in [1, 3] {
+            let n_threads = NonZero::new(n_threads).unwrap();
+            assert_eq!(over_replicas(&motion(), (alone.len(), 9), n_threads, |x_m| x_m), alone);
+        }
     }
 
     #[test]

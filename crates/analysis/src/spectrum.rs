@@ -97,12 +97,12 @@ fn gap_spectrum(map: &StrainMap, tail: &Tail, amplitude: Vec<f64>) -> GapSpectru
 }
 
 fn hann_amplitudes(values: &[f64], n_padded: usize, transform: &dyn rustfft::Fft<f64>) -> Vec<f64> {
-    let n = values.len();
+    let window: Vec<f64> = (0..values.len()).map(|at| hann(at, values.len())).collect();
     let mut bins: Vec<Complex<f64>> =
-        values.iter().enumerate().map(|(at, value)| Complex::new(hann(at, n) * value, 0.0)).collect();
+        values.iter().zip(&window).map(|(value, share)| Complex::new(share * value, 0.0)).collect();
     bins.resize(n_padded, Complex::new(0.0, 0.0));
     transform.process(&mut bins);
-    let window_sum: f64 = (0..n).map(|at| hann(at, n)).sum();
+    let window_sum: f64 = window.iter().sum();
     bins[..=n_padded / 2].iter().map(|bin| 2.0 * bin.norm() / window_sum).collect()
 }
 

@@ -49,7 +49,7 @@ pub fn strain_map(motion: &ChainMotion, spacing: impl Into<Spacing>) -> Result<S
     let spacing = spacing.into();
     spacing.check()?;
     check_motion(motion)?;
-    Ok(strain_with_variance(motion, &overlap_variance_m2(motion), &spacing))
+    Ok(strain_with_sigma(motion, &strain_sigma(motion, &spacing), &spacing))
 }
 
 /// Residuals of a measured strain map against a model's on the same times, in units of the measured sigma, shape `[gap, time]`;
@@ -61,23 +61,32 @@ pub fn normalised_residuals(measured: &StrainMap, model: &StrainMap) -> Array2<O
     })
 }
 
-/// The strain map of a checked motion with variances of the overlaps that are known already, such as those of a replica's original.
-pub(crate) fn strain_with_variance(
-    motion: &ChainMotion,
-    variance: &Array2<f64>,
-    spacing: &Spacing,
-) -> StrainMap {
-    let strain = Array2::from_shape_fn(variance.dim(), |(gap, time)| {
-        let near = motion.displacement_m[(gap, time)]?;
-        let far = motion.displacement_m[(gap + 1, time)]?;
+/// The strain map of a checked motion whose strains' standard uncertainties are known already, such as those of a replica's original.
+pub(crate) fn strain_with_sigma(motion: &ChainMotion, sigma: &Array2<f64>, spacing: &Spacing) -> StrainMap {
+    let mut strain = Array2::from_elem(sigma.dim(), None);
+    for (gap, (mut strains, sigmas)) in strain.rows_mut().into_iter().zip(sigma.rows()).enumerate() {
         let pitch_m = spacing.of_gap_m(gap + 1);
-        Some(Estimate::new((far.value - near.value) / pitch_m, variance[(gap, time)].sqrt() / pitch_m))
-    });
+        let (near, far) = rows_of_gap(&motion.displacement_m, gap);
+        let ends = near.into_iter().zip(far);
+        for ((strain, sigma), (near, far)) in strains.iter_mut().zip(sigmas).zip(ends) {
+            *strain =
+                near.zip(*far).map(|(near, far)| Estimate::new((far.value - near.value) / pitch_m, *sigma));
+        }
+    }
     StrainMap { times_s: motion.times_s.clone(), spacing: spacing.clone(), strain }
 }
 
+/// Standard uncertainty of each gap's strain, shape `[gap, time]`.
+pub(crate) fn strain_sigma(motion: &ChainMotion, spacing: &Spacing) -> Array2<f64> {
+    let mut sigma = overlap_variance_m2(motion).mapv_into(f64::sqrt);
+    for (gap, mut row) in sigma.rows_mut().into_iter().enumerate() {
+        row /= spacing.of_gap_m(gap + 1);
+    }
+    sigma
+}
+
 /// Variance of each gap's overlap in square metres, shape `[gap, time]`.
-pub(crate) fn overlap_variance_m2(motion: &ChainMotion) -> Array2<f64> {
+fn overlap_variance_m2(motion: &ChainMotion) -> Array2<f64> {
     let n_gaps = motion.n_bodies() - 1;
     let mut variance = Array2::zeros((n_gaps, motion.times_s.len()));
     let own = own_variance(motion);
@@ -107,7 +116,7 @@ fn own_variance(motion: &ChainMotion) -> Array2<f64> {
     variance.mapv(|own| own.max(0.0))
 }
 
-fn rows_of_gap(array: &Array2<f64>, gap: usize) -> (ArrayView1<'_, f64>, ArrayView1<'_, f64>) {
+fn rows_of_gap<T>(array: &Array2<T>, gap: usize) -> (ArrayView1<'_, T>, ArrayView1<'_, T>) {
     (array.row(gap), array.row(gap + 1))
 }
 

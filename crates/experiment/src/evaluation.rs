@@ -10,7 +10,7 @@ use chainwave_inference::{
     Quantity, TrackFit, TrackModel, aligned_motion, critical_kg_per_s, fit_imposed, fit_peak_energies,
     fit_tracks, fitted_motion, scatter_of_bodies, softening,
 };
-use chainwave_measurement::{ChainMotion, Estimate, Observation, Trajectory};
+use chainwave_measurement::{ChainMotion, Estimate, Observation, Trajectory, both_in_parallel};
 use chainwave_mechanics::{Chain, Drive, Schedule, Striker, simulate};
 use chainwave_stitching::{Outlier, Stitched};
 
@@ -28,6 +28,7 @@ use crate::numbers::NotNegative;
 use crate::sanity::speed;
 use crate::scale::ScaleCheck;
 use crate::setup::Setup;
+use crate::shared_errors::SharedErrors;
 use crate::side_motion::SideMotion;
 use crate::standing::Standings;
 use crate::steadying::Steadying;
@@ -132,38 +133,33 @@ pub fn evaluate(
     let Merged { left_out, unjoined, steadying, of_camera, shared, stitched, side_motion, observations } =
         merged(setup, tracked, n_threads)?;
     step();
-    let chosen = chosen_gaps(experiment);
-    let measurement = shared.measure(experiment, &stitched.motion, chosen, n_threads)?;
-    let pulses = shared.pulses(experiment, &stitched.motion, n_threads)?;
-    step();
-    let used = measurement.group_velocity.as_ref().ok().map(|velocity| velocity.gaps.0..=velocity.gaps.1);
+    let motion = &stitched.motion;
     let chain = experiment.chain_model()?;
     let known = known(experiment, &setup.map, &tracked.stages.scale);
+    let critical = critical_kg_per_s(&chain);
     let track_model = track_model(experiment, chain.clone(), &known, n_threads);
-    let offsets_s: Vec<f64> = stitched.alignments.iter().map(|one| one.trigger_offset_s.value).collect();
-    let track_fit = fittable(experiment).and_then(|()| fit_tracks(&observations, &offsets_s, &track_model));
-    step();
     let imposed_model = ImposedModel {
         chain: chain.clone(),
         known: known_of_chain(&known),
         drive_deviations: stitched.alignments.iter().map(|one| one.drive_deviation.value).collect(),
         n_threads,
     };
-    let imposed_fit = fittable(experiment).and_then(|()| fit_imposed(&stitched.motion, &imposed_model));
-    step();
-    let critical = critical_kg_per_s(&chain);
     let energy_model = energy_model(experiment, &stitched, chain, &known, n_threads)?;
-    let energy_fit =
-        shared.fit_energies(experiment, &stitched.motion, n_threads, |energies, times_s| match energies {
-            Some(energies) => {
-                fittable(experiment)?;
-                let front = &front_settings(experiment);
-                let n_replicas = experiment.analysis.n_replicas;
-                fit_peak_energies(energies, &EnergyMeasurement { times_s, front, n_replicas }, &energy_model)
-            }
-            None => Err(FitError::TooFew { what: "peak energies", expected: 1, found: 0 }),
-        })?;
-    step();
+    // Neither asks what the other finds.
+    let (read, fits) = both_in_parallel(
+        n_threads,
+        || ReadOff::of(experiment, &shared, motion, &energy_model, &step),
+        || {
+            let of_tracks = OfTracks::of(experiment, &stitched, &observations, &track_model);
+            step();
+            let imposed_fit = fittable(experiment).and_then(|()| fit_imposed(motion, &imposed_model));
+            step();
+            (of_tracks, imposed_fit)
+        },
+    );
+    let ReadOff { measurement, pulses, energy_fit } = read?;
+    let (OfTracks { track_fit, departures }, imposed_fit) = fits;
+    let used = measurement.group_velocity.as_ref().ok().map(|velocity| velocity.gaps.0..=velocity.gaps.1);
     let standings = Standings::of(&stitched.alignments, accepted(&track_fit), &tracked.stages.scale);
     let mut notices = notices(experiment, &tracked.recordings, &observations, &standings);
     notices.extend(experiment.far_striker.as_ref().map(|_| aligned_by_one_striker()));
@@ -179,7 +175,6 @@ pub fn evaluate(
     let by_model =
         accepted(&track_fit).map(|fit| aligned_motion(&observations, fit, &stitched.motion.times_s));
     let by_model = by_model.and_then(|aligned| aligned.map_err(|why| notices.push(not_aligned(&why))).ok());
-    let departures = track_fit.as_ref().ok().and_then(|fit| Departures::of(&observations, fit));
     let speed =
         measurement.group_velocity.as_ref().ok().map(|found| speed(experiment, found.velocity_m_per_s));
     let speed = speed.transpose()?.flatten();
@@ -205,6 +200,58 @@ pub fn evaluate(
         model: beside,
         by_model,
     })
+}
+
+/// What the motion says as it was stitched, and the damping that its peak energies have.
+struct ReadOff {
+    measurement: Measurement,
+    pulses: Pulses,
+    energy_fit: Result<EnergyFit, FitError>,
+}
+
+impl ReadOff {
+    fn of(
+        experiment: &Experiment,
+        shared: &SharedErrors,
+        motion: &ChainMotion,
+        energy_model: &EnergyModel,
+        step: &impl Fn(),
+    ) -> Result<Self, Error> {
+        let n_threads = energy_model.n_threads;
+        let measurement = shared.measure(experiment, motion, chosen_gaps(experiment), n_threads)?;
+        let pulses = shared.pulses(experiment, motion, n_threads)?;
+        step();
+        let front = &front_settings(experiment);
+        let of_energies =
+            EnergyMeasurement { times_s: &motion.times_s, front, n_replicas: experiment.analysis.n_replicas };
+        let measured = (motion, measurement.energies.as_ref());
+        let energy_fit = shared.fit_energies(experiment, measured, n_threads, |energies| {
+            fittable(experiment)?;
+            fit_peak_energies(energies, &of_energies, energy_model)
+        })?;
+        step();
+        Ok(Self { measurement, pulses, energy_fit })
+    }
+}
+
+/// What the tracks say of the chain.
+struct OfTracks {
+    track_fit: Result<TrackFit, FitError>,
+    departures: Option<Departures>,
+}
+
+impl OfTracks {
+    fn of(
+        experiment: &Experiment,
+        stitched: &Stitched,
+        observations: &[Observation],
+        model: &TrackModel,
+    ) -> Self {
+        let offsets_s: Vec<f64> = stitched.alignments.iter().map(|one| one.trigger_offset_s.value).collect();
+        let track_fit = fittable(experiment).and_then(|()| fit_tracks(observations, &offsets_s, model));
+        let departures = track_fit.as_ref().ok().and_then(|fit| Departures::of(observations, fit));
+        Self { track_fit, departures }
+    }
 }
 
 /// Refuses to fit a model to a chain that is driven at both ends: how fast the second striker was in each trial, and when it touched, is

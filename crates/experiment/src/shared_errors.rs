@@ -12,7 +12,7 @@ use ndarray::Array2;
 
 use crate::configuration::Experiment;
 use crate::error::Error;
-use crate::measuring::measure_motion;
+use crate::measuring::{measure_motion, peak_energies_of};
 use crate::numbers::NotNegative;
 use crate::setup::Setup;
 use crate::steadying::Steadying;
@@ -128,18 +128,20 @@ impl SharedErrors {
     /// Fits damping to the peak energies: once as they are, and once with each of the errors, whose effects join the fit's own.
     ///
     /// Were the errors left among those of the energies, all of which they move alike and by much more than noise does, least
-    /// squares would trade them against the model's shape (Peelle's puzzle).
+    /// squares would trade them against the model's shape (Peelle's puzzle). Where there are none, the energies are those that are `measured`.
     pub(crate) fn fit_energies(
         &self,
         experiment: &Experiment,
-        motion: &ChainMotion,
+        (motion, measured): (&ChainMotion, Option<&PeakEnergies>),
         n_threads: NonZero<usize>,
-        fit: impl Fn(Option<&PeakEnergies>, &[f64]) -> Result<EnergyFit, FitError>,
+        fit: impl Fn(&PeakEnergies) -> Result<EnergyFit, FitError>,
     ) -> Result<Result<EnergyFit, FitError>, Error> {
+        if let (Some(energies), true) = (measured, self.modes.is_empty()) {
+            return Ok(fit(energies));
+        }
         let own = free_of(motion, |source| self.modes.iter().any(|mode| mode.source == *source));
         let fitted = |motion: &ChainMotion| -> Result<Result<EnergyFit, FitError>, Error> {
-            let measurement = measure_motion(experiment, motion, None, n_threads)?;
-            Ok(fit(measurement.energies.as_ref(), &motion.times_s))
+            Ok(fit(&peak_energies_of(experiment, motion, n_threads)?))
         };
         let mut energy_fit = fitted(&own)?;
         for mode in &self.modes {

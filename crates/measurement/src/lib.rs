@@ -41,7 +41,7 @@ pub use median::median;
 pub use memory_recording::{Excerpt, MemoryRecording};
 pub use motion::{ChainMotion, ErrorMode, Moment, Trajectory, samples_until};
 pub use observation::{BodyTrack, Observation};
-pub use parallel::map_in_parallel;
+pub use parallel::{both_in_parallel, map_in_parallel};
 pub use recording::{PlainFrame, ReadError, Recording, RecordingInfo};
 pub use region::Region;
 pub use track::{Lost, Position, Subset, Track};

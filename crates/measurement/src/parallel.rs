@@ -38,6 +38,25 @@ pub fn map_in_parallel<T: Send + Sync>(
     values.into_iter().filter_map(OnceLock::into_inner).collect()
 }
 
+/// The values of two pieces of work, one beside the other where there are two threads or more.
+///
+/// Each may share its own work among as many threads, so that those of the one that ends first do not idle. A panic of either goes on to the
+/// caller.
+pub fn both_in_parallel<A: Send, B>(
+    n_threads: NonZero<usize>,
+    first: impl FnOnce() -> A + Send,
+    second: impl FnOnce() -> B,
+) -> (A, B) {
+    if n_threads.get() == 1 {
+        return (first(), second());
+    }
+    std::thread::scope(|scope| {
+        let beside = scope.spawn(first);
+        let second = second();
+        (beside.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), second)
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -49,6 +68,20 @@ mod tests {
             assert_eq!(map_in_parallel(100, NonZero::new(n_threads).unwrap(), |i| i * i), squares);
         }
         assert!(map_in_parallel(0, NonZero::<usize>::MIN, |i| i).is_empty());
+    }
+
+    #[test]
+    fn two_pieces_of_work_give_their_values_one_after_the_other_and_beside_each_other() {
+        for n_threads in [1, 2, 7] {
+            let both = both_in_parallel(NonZero::new(n_threads).unwrap(), || "first", || 2);
+            assert_eq!(both, ("first", 2));
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "the first")]
+    fn a_panic_beside_is_not_swallowed() {
+        both_in_parallel(NonZero::new(2).unwrap(), || panic!("the first"), || ());
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use chainwave_analysis::{
     AnalysisError, FrontSettings, MeasureSettings, Measurement, Missing, exact_motion, leading_pulses,
-    measure, profile_times, replicate, strain_map,
+    measure, measure_peak_energies, profile_times, replicate, strain_map,
 };
 use chainwave_measurement::{ChainMotion, ErrorMode};
 use chainwave_mechanics::FarEnd;
@@ -20,6 +20,14 @@ fn chain() -> ChainMotion {
 
 fn measured(motion: &ChainMotion) -> Measurement {
     measure(motion, &settings(), Some(&|_, overlap_m| overlap_m * overlap_m)).unwrap()
+}
+
+#[test]
+fn peak_energies_alone_are_those_of_the_whole_measurement() {
+    let mut motion = chain();
+    motion.displacement_m.row_mut(20).fill(None);
+    let alone = measure_peak_energies(&motion, &settings(), &|_, overlap_m| overlap_m * overlap_m);
+    assert_eq!(alone.unwrap(), measured(&motion).energies.unwrap());
 }
 
 #[test]

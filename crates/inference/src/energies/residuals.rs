@@ -2,6 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use chainwave_measurement::map_in_parallel;
 use chainwave_mechanics::Drive;
 use nalgebra::{DMatrix, DVector};
 
@@ -14,7 +15,7 @@ use crate::quadrature::quadrature;
 use crate::steps::{DAMPING_STEPS, FACTOR_STEP};
 
 /// Predicted values, whitened, from a prediction.
-type Predict<'a> = Box<dyn Fn(&Prediction) -> Result<DVector<f64>, FitError> + 'a>;
+type Predict<'a> = Box<dyn Fn(&Prediction) -> Result<DVector<f64>, FitError> + Sync + 'a>;
 
 /// What is compared: whitened measurement and whitened prediction.
 pub(super) struct Comparison<'a> {
@@ -105,12 +106,18 @@ impl LeastSquares for EnergyResiduals<'_> {
         let (here, slopes) = Prediction::with_slopes(self.model, &at.shared, *times, &self.beside(at))?;
         let n_runs = quadrature(&self.model.drive_deviations).len();
         self.n_simulations.fetch_add(n_runs as u64, Ordering::Relaxed);
-        let mut columns = DMatrix::zeros(measured.len(), self.steps.len() + 1);
-        for (i, (slope, step)) in slopes.iter().zip(&self.steps).enumerate() {
+        let last = self.steps.len();
+        let column = |i: usize| -> Result<DVector<f64>, FitError> {
+            let (Some(slope), Some(step)) = (slopes.get(i), self.steps.get(i)) else {
+                return Ok(predict(&here)? - measured);
+            };
             let [below, above] = [-step, *step].map(|step| predict(&here.along(slope, step)));
-            columns.set_column(i, &((above? - below?) / (2.0 * step)));
+            Ok((above? - below?) / (2.0 * step))
+        };
+        let mut columns = DMatrix::zeros(measured.len(), last + 1);
+        for (i, column) in map_in_parallel(last + 1, self.model.n_threads, column).into_iter().enumerate() {
+            columns.set_column(i, &column?);
         }
-        columns.set_column(self.steps.len(), &(predict(&here)? - measured));
         let mut equations = NormalEquations::new(self.steps.len());
         for row in columns.row_iter() {
             equations.add_row(&row.iter().copied().collect::<Vec<_>>());
