@@ -46,6 +46,9 @@ cargo xtask bench [--write] [--rounds N] [--no-opencv] [PROGRAM]...
     PROGRAM     matching, chain, ring, regions, frames or follow; may be repeated
     CHAINWAVE_INSTRUCTION_SET=avx2 measures with AVX2 where there is AVX-512.
 
+cargo xtask equations
+    What mdBook runs for the book: reads it as JSON from standard input and writes it with its equations as MathML.
+
 cargo xtask keys
     Prints the keys of configuration files as tables for the book, out of the structures that read them.
 
@@ -77,6 +80,10 @@ pub(crate) enum Task {
     Book(Book),
     /// `cargo xtask bench`.
     Bench(Bench),
+    /// `cargo xtask equations`.
+    Equations,
+    /// `cargo xtask equations supports RENDERER`: it does.
+    Supports,
     /// `cargo xtask keys`.
     Keys,
     /// `cargo xtask python`.
@@ -105,13 +112,14 @@ pub(crate) fn parse(words: impl IntoIterator<Item = OsString>) -> Result<Task, F
         "test" => test(words),
         "book" => book(words),
         "bench" => bench(words),
+        "equations" => equations(words),
         "keys" => alone("keys", words, Task::Keys),
         "python" => alone("python", words, Task::Python),
         "dist" => dist(words),
         "setup" => setup(words),
         "help" | "--help" | "-h" => Ok(Task::Help),
         other => {
-            let expected = "demo, paper, test, book, bench, keys, python, dist, setup or help";
+            let expected = "demo, paper, test, book, bench, equations, keys, python, dist, setup or help";
             Err(Failure::Usage(format!("expected {expected}, found `{other}`")))
         }
     }
@@ -188,6 +196,16 @@ fn alone(command: &str, mut words: impl Iterator<Item = OsString>, task: Task) -
     match words.next() {
         Some(word) => unknown(command, &text(word)?),
         None => Ok(task),
+    }
+}
+
+/// mdBook asks first whether a renderer is supported: the elements are those of HTML, and whatever shows HTML shows them.
+fn equations(words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
+    let words: Vec<String> = words.map(text).collect::<Result<_, _>>()?;
+    match words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        [] => Ok(Task::Equations),
+        ["supports", _] => Ok(Task::Supports),
+        [other, ..] => unknown("equations", other),
     }
 }
 

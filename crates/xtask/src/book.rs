@@ -3,6 +3,7 @@
 //! What a page has run, and how that is marked, says [`page`]. Pages that need the demo take minutes; `--fast` leaves them out, as
 //! the tests do.
 
+mod offline;
 pub(crate) mod page;
 mod play;
 mod said;
@@ -21,8 +22,10 @@ use page::Page;
 use play::{Played, Stage};
 
 /// Where the pages of the book lie, and papers that are held like them.
-const BOOK: &str = "docs/src";
+pub(crate) const BOOK: &str = "docs/src";
 const PAPERS: [&str; 1] = ["README.md"];
+/// Where the rendered book lies, as `docs/book.toml` says.
+const RENDERED: &str = "target/book";
 /// What commands name from the top of the workspace.
 const SHARED: [&str; 4] = ["data-samples", "docs", "pipelines", "tests"];
 
@@ -96,7 +99,8 @@ fn pages(book: &Book) -> Result<Vec<(PathBuf, Page)>, Failure> {
     Ok(pages)
 }
 
-fn markdown_below(folder: &Path) -> io::Result<Vec<PathBuf>> {
+/// Markdown in a folder of the workspace and those below it, by their names from its top.
+pub(crate) fn markdown_below(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let mut paths = Vec::new();
     for entry in fs::read_dir(workspace().join(folder))? {
         let entry = entry?;
@@ -203,7 +207,10 @@ fn write(path: &Path, page: &Page, played: &Played) -> Result<(), Failure> {
 /// Renders the book where that can be done.
 fn render() -> Result<(), Failure> {
     if CommandLine::new(["mdbook", "--version"]).output().is_some() {
-        return CommandLine::new(["mdbook", "build", "docs"]).run();
+        CommandLine::new(["mdbook", "build", "docs"]).run()?;
+        let rendered = workspace().join(RENDERED);
+        let asks = offline::asks_of_the_net(&rendered).map_err(Failure::at(&rendered))?;
+        return if asks.is_empty() { Ok(()) } else { Err(Failure::NotAlone(asks)) };
     }
     println!(
         "mdBook is not installed, so the book is not rendered: `cargo install mdbook --locked` installs it."

@@ -1,5 +1,5 @@
 //! Sets a fresh system up and runs the commands of the README, `cargo xtask demo`, `cargo xtask paper` and `cargo xtask test`; and
-//! `cargo xtask book`, `bench`, `keys`, `python` and `dist`.
+//! `cargo xtask book`, `bench`, `equations`, `keys`, `python` and `dist`.
 //!
 //! It is the first thing that is built in a fresh clone, before anything that the heavy crates need is installed, so
 //! it depends on the standard library alone. What is decided ([`arguments`], [`needs`], the command lists of [`demo`],
@@ -13,6 +13,7 @@ mod book;
 mod command_line;
 mod demo;
 mod dist;
+mod equations;
 mod failure;
 mod given_command;
 mod keys;
@@ -47,6 +48,8 @@ fn run(task: Task) -> Result<(), Failure> {
         Task::Test(test_run) => test_run::run(&test_run),
         Task::Bench(bench) => bench::run(&bench),
         Task::Book(book) => book::run(&book),
+        Task::Equations => equations::run(),
+        Task::Supports => Ok(()),
         Task::Keys => keys::run(),
         Task::Python => wheel::run(),
         Task::Dist { out } => dist::run(out.as_deref()),
