@@ -12,6 +12,11 @@ pub(crate) fn build() -> CommandLine {
     CommandLine::new(["cargo", "build", "--release", "--workspace", "--bin", "chainwave"])
 }
 
+/// Builds the programs that count, likewise.
+pub(crate) fn build_examples() -> CommandLine {
+    CommandLine::new(["cargo", "build", "--release", "--workspace", "--examples"])
+}
+
 /// Copies the command that was built last into a folder, without its symbols where the system can take them off.
 pub(crate) fn copy_into(folder: &Path) -> io::Result<PathBuf> {
     let name = format!("chainwave{}", env::consts::EXE_SUFFIX);
