@@ -134,7 +134,10 @@ pub fn evaluate(
     step();
     let chosen = chosen_gaps(experiment);
     let measurement = shared.measure(experiment, &stitched.motion, chosen, n_threads)?;
-    let pulses = shared.pulses(experiment, &stitched.motion, n_threads)?;
+    let pulses = match experiment.analysis.pulses {
+        true => shared.pulses(experiment, &stitched.motion, n_threads)?,
+        false => Pulses::default(),
+    };
     step();
     let used = measurement.group_velocity.as_ref().ok().map(|velocity| velocity.gaps.0..=velocity.gaps.1);
     let chain = experiment.chain_model()?;
@@ -153,16 +156,20 @@ pub fn evaluate(
     step();
     let critical = critical_kg_per_s(&chain);
     let energy_model = energy_model(experiment, &stitched, chain, &known, n_threads)?;
-    let energy_fit =
+    let fit_energies = || {
         shared.fit_energies(experiment, &stitched.motion, n_threads, |energies, times_s| match energies {
             Some(energies) => {
-                fittable(experiment)?;
                 let front = &front_settings(experiment);
                 let n_replicas = experiment.analysis.n_replicas;
                 fit_peak_energies(energies, &EnergyMeasurement { times_s, front, n_replicas }, &energy_model)
             }
             None => Err(FitError::TooFew { what: "peak energies", expected: 1, found: 0 }),
-        })?;
+        })
+    };
+    let energy_fit = match fittable(experiment) {
+        Ok(()) => fit_energies()?,
+        Err(why) => Err(why),
+    };
     step();
     let standings = Standings::of(&stitched.alignments, accepted(&track_fit), &tracked.stages.scale);
     let mut notices = notices(experiment, &tracked.recordings, &observations, &standings);
@@ -207,12 +214,13 @@ pub fn evaluate(
     })
 }
 
-/// Refuses to fit a model to a chain that is driven at both ends: how fast the second striker was in each trial, and when it touched, is
-/// nothing that the fits seek.
-fn fittable(experiment: &Experiment) -> Result<(), FitError> {
-    match experiment.far_striker {
-        Some(_) => Err(FitError::DrivenElsewhere { found: "a [far_striker] beside it" }),
-        None => Ok(()),
+/// Refuses to fit a model that nobody asks for, and one to a chain that is driven at both ends: how fast the second striker was in each trial,
+/// and when it touched, is nothing that the fits seek.
+pub(crate) fn fittable(experiment: &Experiment) -> Result<(), FitError> {
+    match (experiment.analysis.fits, &experiment.far_striker) {
+        (false, _) => Err(FitError::NotAsked),
+        (true, Some(_)) => Err(FitError::DrivenElsewhere { found: "a [far_striker] beside it" }),
+        (true, None) => Ok(()),
     }
 }
 

@@ -213,16 +213,19 @@ fn alone(command: &str, mut words: impl Iterator<Item = OsString>, task: Task) -
 }
 
 fn counted(mut words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
-    let mut counted = Counted { file: value("counted", &mut words)?.into(), ..Counted::default() };
+    let mut counted = Counted::default();
+    let mut file = None;
     while let Some(word) = words.next() {
         match text(word)?.as_str() {
             "--about" => counted.about = true,
             "--plain" => counted.plain = true,
             "--words" => counted.words = Some(value("--words", &mut words)?.into()),
             option if option.starts_with("--") => return unknown("counted", option),
+            path if file.is_none() => file = Some(PathBuf::from(path)),
             column => counted.columns.push(column.to_owned()),
         }
     }
+    counted.file = file.ok_or_else(|| Failure::Usage("counted: expected a file".to_owned()))?;
     Ok(Task::Counted(counted))
 }
 
@@ -302,7 +305,7 @@ mod tests {
         let columns = vec!["a=by(b)".to_owned()];
         let (file, words) = ("c.csv".into(), Some("w.csv".into()));
         let counted = Counted { file, about: false, words, plain: true, columns };
-        assert_eq!(parsed("counted c.csv a=by(b) --plain --words w.csv").unwrap(), Task::Counted(counted));
+        assert_eq!(parsed("counted --plain c.csv a=by(b) --words w.csv").unwrap(), Task::Counted(counted));
         assert_eq!(parsed("equations supports html").unwrap(), Task::Supports);
         assert_eq!(parsed("").unwrap(), Task::Help);
     }

@@ -14,7 +14,7 @@ use crate::error::Error;
 use crate::table::column;
 
 /// What stands for an experiment's kind of fault, effect, chain or protocol where it has none.
-const NONE: &str = "none";
+pub(super) const NONE: &str = "none";
 
 /// One estimate beside its truth.
 #[derive(Debug, Clone, Copy)]
@@ -38,7 +38,7 @@ const THINNING: usize = 16;
 
 impl Finding {
     /// To be raised whenever a table of findings has other columns.
-    pub(super) const VERSION: u32 = 2;
+    pub(super) const VERSION: u32 = 3;
 
     /// The findings of one experiment as the columns of a table.
     pub(super) fn columns(variant: &Variant, said: &Said, findings: &[Self]) -> Vec<Column> {
@@ -163,6 +163,8 @@ fn of_damping(
         let (chain, striker) = (fit.damping.chain_damping_kg_per_s, fit.damping.striker_damping_kg_per_s);
         add("c_d, tracks", chain, c_d);
         add("c_s, tracks", striker, c_s);
+        add("c_d, noise alone", fit.by_noise.chain_damping_kg_per_s, c_d);
+        add("c_s, noise alone", fit.by_noise.striker_damping_kg_per_s, c_s);
         add("c_d, profile", middle(fit.intervals_95[0]), c_d);
         add("c_s, profile", middle(fit.intervals_95[1]), c_s);
         if let Some([of_chain, of_striker]) = fit.bootstrap {
