@@ -1,5 +1,5 @@
 //! How often the tests of this crate leave a simpler model that holds. `cargo run --release -p chainwave-analysis --example false_choices_of_waves`
-//! counts anew and prints these lines.
+//! counts anew; what it printed is kept beside the book, and a test holds these lines against it.
 
 use crate::rule::FalseRate;
 
@@ -13,3 +13,27 @@ pub(crate) const LINE: [FalseRate; 1] =
     [FalseRate { what: "a line", level: 0.01, told: 11, of: 1000, cases: NOISE }];
 pub(crate) const ONE_SPEED: [FalseRate; 1] =
     [FalseRate { what: "a varying speed", level: 0.01, told: 12, of: 1000, cases: PULSES }];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rates_are_those_of_the_counts() {
+        let counts = include_str!("../../../docs/src/measured/counts/false-choices-of-waves.csv");
+        let mut lines = counts
+            .lines()
+            .filter(|line| !line.starts_with('#'))
+            .map(|line| line.split(',').collect::<Vec<_>>());
+        let head = lines.next().unwrap();
+        let lines: Vec<Vec<&str>> = lines.collect();
+        for (rate, name) in
+            [(&MOTION_ACROSS[0], "motion_across"), (&LINE[0], "line"), (&ONE_SPEED[0], "one_speed")]
+        {
+            let place = head.iter().position(|column| *column == name).unwrap();
+            let p_values = lines.iter().map(|line| line[place].parse::<f64>().unwrap());
+            let told = p_values.filter(|p_value| *p_value < rate.level).count();
+            assert_eq!((rate.told as usize, rate.of as usize), (told, lines.len()), "{name}");
+        }
+    }
+}

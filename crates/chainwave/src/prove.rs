@@ -7,6 +7,7 @@
 
 mod by_kind;
 mod coverage;
+mod experiments;
 mod findings;
 mod planned;
 mod variant;
@@ -66,6 +67,7 @@ pub(crate) fn prove(arguments: &cli::Prove) -> Result<Outcome, Error> {
     let coverage = Coverage::of(&tables)?;
     coverage.write(&arguments.out)?;
     coverage.print();
+    experiments::write(&arguments.out, &tables)?;
     let proved: Vec<(&Variant, &Table)> = proved.into_iter().zip(&tables).collect();
     let own = (arguments.experiment.as_path(), &experiment, trials.as_slice());
     planned::compare(&arguments.out, own, &proved, threads(arguments.jobs))?;

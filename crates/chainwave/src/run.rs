@@ -184,7 +184,9 @@ impl Run<'_> {
         provenance::write(setup, out)?;
         clock.stage("report");
         summary::print(setup, out, &results, &clock);
-        for (name, reason) in results.evaluation.damping.refusals() {
+        // What is not asked for is no news.
+        let refusals = results.evaluation.damping.refusals().into_iter();
+        for (name, reason) in refusals.filter(|_| setup.experiment.analysis.fits) {
             Outcome::note(format!("{name} is refused: {reason}"));
         }
         Ok((results.recording_states(setup), Some(results.evaluation)))

@@ -352,6 +352,16 @@ pub struct Analysis {
     pub n_replicas: usize,
     /// Seed of the replicas' noise.
     pub seed: u64,
+    /// Whether c_d and c_s are fitted; without them no chain model stands beside the motion.
+    #[serde(skip_serializing_if = "is_wanted")]
+    pub fits: bool,
+    /// Whether pulses are followed one by one.
+    #[serde(skip_serializing_if = "is_wanted")]
+    pub pulses: bool,
+}
+
+fn is_wanted(wanted: &bool) -> bool {
+    *wanted
 }
 
 impl Default for Analysis {
@@ -363,6 +373,8 @@ impl Default for Analysis {
             profile_times_s: None,
             n_replicas: 200,
             seed: 1,
+            fits: true,
+            pulses: true,
         }
     }
 }

@@ -48,6 +48,9 @@ impl StatedDamping {
         energies: &Result<EnergyFit, FitError>,
         critical_kg_per_s: f64,
     ) -> Self {
+        if let Err(why @ FitError::NotAsked) = tracks {
+            return Self::not_asked(&why.to_string(), critical_kg_per_s);
+        }
         let reasons = reasons(tracks, behind_body_1, energies, critical_kg_per_s);
         let [holds_tracks, holds_behind, holds_energies] = reasons.each_ref().map(|(_, why)| why.is_none());
         let mut refused: Vec<(&'static str, String)> =
@@ -89,6 +92,20 @@ impl StatedDamping {
         }
         (stated.refused, stated.warnings) = (refused, warnings);
         stated
+    }
+
+    /// No damping, as nobody asks for one.
+    fn not_asked(reason: &str, critical_kg_per_s: f64) -> Self {
+        let refused = [TRACKS, BEHIND_BODY_1, PEAK_ENERGIES].map(|source| (source, reason.to_owned()));
+        Self {
+            chain_damping_kg_per_s: Err(reason.to_owned()),
+            striker_damping_kg_per_s: Err(reason.to_owned()),
+            correlation: None,
+            source: None,
+            critical_kg_per_s,
+            refused: refused.into(),
+            warnings: Vec::new(),
+        }
     }
 
     /// Both dampings of a fit, each unless it is not told.

@@ -5,7 +5,8 @@ use chainwave_analysis::{
     Departure, Rule, camera_motion_rule, line_rule, motion_across, motion_across_rule, one_speed_rule,
 };
 use chainwave_inference::{
-    Hypothesis, damping_rule, hypothesis_rule, scatter_of_bodies_rule, softening_rule, structure_rule,
+    FitError, Hypothesis, damping_rule, hypothesis_rule, scatter_of_bodies_rule, softening_rule,
+    structure_rule,
 };
 use chainwave_measurement::Estimate;
 use chainwave_mechanics::Law as ForceLaw;
@@ -319,6 +320,9 @@ fn damping(evaluation: &Evaluation) -> Decision {
     let rule = damping_rule();
     let stated = &evaluation.damping;
     let found = [&stated.chain_damping_kg_per_s, &stated.striker_damping_kg_per_s];
+    if let Err(why @ FitError::NotAsked) = &evaluation.track_fit {
+        return Decision::by(rule, "not asked for", why.to_string());
+    }
     let Some(source) = stated.source else {
         let reasons: Vec<String> =
             stated.refused.iter().map(|(source, why)| format!("{source}: {why}")).collect();

@@ -219,16 +219,20 @@ impl ReadOff {
     ) -> Result<Self, Error> {
         let n_threads = energy_model.n_threads;
         let measurement = shared.measure(experiment, motion, chosen_gaps(experiment), n_threads)?;
-        let pulses = shared.pulses(experiment, motion, n_threads)?;
+        let pulses = match experiment.analysis.pulses {
+            true => shared.pulses(experiment, motion, n_threads)?,
+            false => Pulses::default(),
+        };
         step();
         let front = &front_settings(experiment);
         let of_energies =
             EnergyMeasurement { times_s: &motion.times_s, front, n_replicas: experiment.analysis.n_replicas };
         let measured = (motion, measurement.energies.as_ref());
-        let energy_fit = shared.fit_energies(experiment, measured, n_threads, |energies| {
-            fittable(experiment)?;
-            fit_peak_energies(energies, &of_energies, energy_model)
-        })?;
+        let fitted = |energies: &_| fit_peak_energies(energies, &of_energies, energy_model);
+        let energy_fit = match fittable(experiment) {
+            Ok(()) => shared.fit_energies(experiment, measured, n_threads, fitted)?,
+            Err(why) => Err(why),
+        };
         step();
         Ok(Self { measurement, pulses, energy_fit })
     }
@@ -254,12 +258,13 @@ impl OfTracks {
     }
 }
 
-/// Refuses to fit a model to a chain that is driven at both ends: how fast the second striker was in each trial, and when it touched, is
-/// nothing that the fits seek.
-fn fittable(experiment: &Experiment) -> Result<(), FitError> {
-    match experiment.far_striker {
-        Some(_) => Err(FitError::DrivenElsewhere { found: "a [far_striker] beside it" }),
-        None => Ok(()),
+/// Refuses to fit a model that nobody asks for, and one to a chain that is driven at both ends: how fast the second striker was in each trial,
+/// and when it touched, is nothing that the fits seek.
+pub(crate) fn fittable(experiment: &Experiment) -> Result<(), FitError> {
+    match (experiment.analysis.fits, &experiment.far_striker) {
+        (false, _) => Err(FitError::NotAsked),
+        (true, Some(_)) => Err(FitError::DrivenElsewhere { found: "a [far_striker] beside it" }),
+        (true, None) => Ok(()),
     }
 }
 

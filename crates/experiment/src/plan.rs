@@ -15,9 +15,11 @@ mod assumed_chain;
 #[cfg(test)]
 mod bound_tests;
 mod change;
+mod costs;
 mod economy;
 #[cfg(test)]
 mod economy_tests;
+mod models;
 mod pace;
 mod pictures;
 mod planned_camera;
@@ -46,7 +48,7 @@ use self::readings::Readings;
 use self::rehearsal::Rehearsal;
 use self::schedule::{PlannedRecording, Schedule};
 use crate::error::Error;
-use crate::evaluation::{chosen_gaps, evaluate, known, track_model};
+use crate::evaluation::{chosen_gaps, evaluate, fittable, known, track_model};
 use crate::failed_recording::FailedRecording;
 use crate::finding::Finding;
 use crate::merging::{Merged, merged};
@@ -160,8 +162,7 @@ pub fn plan(
         monitor.done(Stage::Planning, 1);
     }
     monitor.ended(Stage::Planning);
-    let results = PlannedResult::ALL.into_iter().zip(base).enumerate();
-    let results = results.map(|(index, (result, found))| (result, found, shares(&halved, index)));
+    let results = base.iter().map(|(result, found)| (result, found.clone(), shares(&halved, result)));
     Ok(Plan {
         assumed,
         findings,
@@ -269,7 +270,8 @@ fn rehearsed(rehearsal: &Rehearsal, n_threads: NonZero<usize>) -> Result<Precisi
     let known = known(experiment, &setup.map, &tracked.stages.scale);
     let model = track_model(experiment, experiment.chain_model()?, &known, n_threads);
     let offsets_s: Vec<f64> = stitched.alignments.iter().map(|one| one.trigger_offset_s.value).collect();
-    let dampings = both(stated_damping(&observations, &offsets_s, &model));
+    let dampings =
+        both(fittable(experiment).and_then(|()| stated_damping(&observations, &offsets_s, &model)));
     Ok(precision(&stitched.motion, &measurement, dampings))
 }
 
@@ -278,16 +280,16 @@ type Factors = Vec<(PlannedResult, Option<f64>)>;
 
 /// How many times smaller uncertainties become.
 fn factors(base: &Precision, changed: &Precision) -> Factors {
-    let factor = |(base, changed): (&Result<Estimate, String>, &Result<Estimate, String>)| {
+    let factor = |base: &Result<Estimate, String>, changed: &Result<Estimate, String>| {
         Some(base.as_ref().ok()?.sigma / changed.as_ref().ok()?.sigma)
     };
-    PlannedResult::ALL.into_iter().zip(base.iter().zip(changed).map(factor)).collect()
+    base.iter().map(|(result, found)| (result, factor(found, changed.of(result)))).collect()
 }
 
 /// The shares of sources that were halved in the variance of a result, largest first.
-fn shares(halved: &[(&'static str, Factors)], result: usize) -> Vec<VarianceShare> {
-    let share = |(source, factors): &(&'static str, Vec<(PlannedResult, Option<f64>)>)| {
-        let factor = factors[result].1?;
+fn shares(halved: &[(&'static str, Factors)], result: PlannedResult) -> Vec<VarianceShare> {
+    let share = |(source, factors): &(&'static str, Factors)| {
+        let factor = factors.iter().find(|(one, _)| *one == result)?.1?;
         let share = (4.0 / 3.0 * (1.0 - factor.powi(-2))).min(1.0);
         (share >= LEAST_SHARE).then_some(VarianceShare { source, share })
     };

@@ -133,6 +133,17 @@ impl Setup {
         }
     }
 
+    /// The largest number of trials of a view.
+    pub fn trials_a_view(&self) -> usize {
+        Trial::most_of_a_view(self.trials.iter())
+    }
+
+    /// Leaves the first so many trials of each view, by their numbers.
+    pub fn keep_first_trials(&mut self, n: usize) {
+        let all = self.trials.clone();
+        self.trials.retain(|one| one.is_among_first(n, all.iter()));
+    }
+
     /// The tracking method that the experiment names.
     pub fn method(&self) -> Method {
         let tracking = &self.experiment.tracking;

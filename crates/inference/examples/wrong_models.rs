@@ -1,61 +1,60 @@
-//! Fits chains that are not what their model states, and prints how far off the dampings are: the table of `docs/src/measured/models.md`.
+//! Fits chains that are not what their model states, and prints of each experiment how far off the dampings are: the counts behind
+//! `docs/src/measured/models.md`.
 //!
-//! `cargo run --release -p chainwave-inference --example wrong_models -- [SEEDS] [FIRST SEED] [PART OF A NAME]`
+//! `cargo run --release -p chainwave-inference --example wrong_models -- [EXPERIMENTS] [FIRST SEED] [CHAIN]...`
 
 use std::num::NonZero;
 
 use chainwave_inference::wrong_models::{C_D_KG_PER_S, C_S_KG_PER_S, TrueChain, fits};
-use chainwave_inference::{Damping, FitError, TrackFit};
+use chainwave_inference::{FitError, TrackFit};
 use chainwave_measurement::Estimate;
 
-#[expect(clippy::print_stdout, reason = "the table is the program's result")]
+#[expect(clippy::print_stdout, reason = "the counts are the program's result")]
 fn main() -> Result<(), FitError> {
     let mut arguments = std::env::args().skip(1);
     let mut number = |usual: u64| arguments.next().and_then(|text| text.parse().ok()).unwrap_or(usual);
     let (n, first) = (number(10), number(0));
-    let part = arguments.next().unwrap_or_default();
-    let n_threads = NonZero::<usize>::MIN;
-    println!(
-        "| chain | chi squared | told | c_d as stated (rms, sigma) | c_d | c_s | within 95 % | c_d sigma / noise's | believed | asked for |"
-    );
-    println!("|---|---|---|---|---|---|---|---|---|---|");
-    for truth in TrueChain::ALL.iter().filter(|truth| truth.name.contains(&part)) {
-        let found: Vec<TrackFit> =
-            fits(truth, first..first + n, n_threads)?.into_iter().filter_map(Result::ok).collect();
-        let told = found.iter().filter(|fit| fit.as_stated.is_told() || !fit.beyond.is_empty()).count();
-        let believed: Vec<&TrackFit> = found.iter().filter(|fit| fit.is_believed()).collect();
-        let mean = |of: &dyn Fn(&TrackFit) -> f64| found.iter().map(of).sum::<f64>() / found.len() as f64;
-        let c_d = |damping: &Damping| damping.chain_damping_kg_per_s;
-        let rms = |of: &dyn Fn(&TrackFit) -> Estimate, truth: f64| {
-            let squares = believed.iter().map(|fit| ((of(fit).value - truth) / of(fit).sigma).powi(2));
-            (squares.sum::<f64>() / believed.len() as f64).sqrt()
-        };
-        let all = |of: &dyn Fn(&TrackFit) -> Estimate| {
-            mean(&|fit| ((of(fit).value - C_D_KG_PER_S) / of(fit).sigma).powi(2)).sqrt()
-        };
-        let held = believed.iter().filter(|fit| c_d(&fit.damping).covers_95(C_D_KG_PER_S)).count();
-        let mut asked: Vec<String> = Vec::new();
-        for fit in &found {
-            let name = fit.beyond.iter().map(|one| format!("{one:?}")).collect::<Vec<_>>().join("+");
-            match asked.iter().position(|known| *known == name) {
-                Some(_) => {}
-                None => asked.push(name),
-            }
+    let names: Vec<String> = arguments.collect();
+    let n_threads = std::thread::available_parallelism().unwrap_or(NonZero::<usize>::MIN);
+    let quantity = |name: &str| format!("{name}_n,{name}_within_95,{name}_rms_sigma");
+    let of_each = ["c_d_as_stated", "c_d", "c_s"].map(quantity).join(",");
+    println!("chain,seed,reduced_chi_squared,told,{of_each},c_d_sigma_over_noise,named");
+    let is_asked = |truth: &&TrueChain| names.is_empty() || names.iter().any(|name| name == truth.name);
+    for truth in TrueChain::ALL.iter().filter(is_asked) {
+        for (seed, fit) in (first..first + n).zip(fits(truth, first..first + n, n_threads)?) {
+            println!("\"{}\",{seed},{}", truth.name, fit.map_or_else(|_| failed(), |fit| told(&fit)));
         }
-        println!(
-            "| {} | {:.3} | {told}/{} | {:.1} | {:.2} | {:.2} | {held}/{} | {:.1} | {}/{} | {} |",
-            truth.name,
-            mean(&|fit| fit.reduced_chi_squared),
-            found.len(),
-            all(&|fit| c_d(&fit.stated)),
-            rms(&|fit| c_d(&fit.damping), C_D_KG_PER_S),
-            rms(&|fit| fit.damping.striker_damping_kg_per_s, C_S_KG_PER_S),
-            believed.len(),
-            mean(&|fit| c_d(&fit.damping).sigma / c_d(&fit.by_noise).sigma),
-            believed.len(),
-            found.len(),
-            asked.join(", "),
-        );
     }
     Ok(())
+}
+
+/// What a fit says; dampings that are not believed are not stated.
+fn told(fit: &TrackFit) -> String {
+    let is_told = fit.as_stated.is_told() || !fit.beyond.is_empty();
+    let (stated, damping) = (&fit.stated.chain_damping_kg_per_s, &fit.damping);
+    let believed = |found: &Estimate, truth: f64| match fit.is_believed() {
+        true => off(found, truth),
+        false => "0,0,".to_owned(),
+    };
+    let named: Vec<String> = fit.beyond.iter().map(|one| format!("{one:?}")).collect();
+    format!(
+        "{:.3},{},{},{},{},{:.2},\"{}\"",
+        fit.reduced_chi_squared,
+        u8::from(is_told),
+        off(stated, C_D_KG_PER_S),
+        believed(&damping.chain_damping_kg_per_s, C_D_KG_PER_S),
+        believed(&damping.striker_damping_kg_per_s, C_S_KG_PER_S),
+        damping.chain_damping_kg_per_s.sigma / fit.by_noise.chain_damping_kg_per_s.sigma,
+        named.join(" and "),
+    )
+}
+
+/// One interval, whether it holds, and how far off the value is in standard uncertainties.
+fn off(found: &Estimate, truth: f64) -> String {
+    let off = ((found.value - truth) / found.sigma).abs();
+    format!("1,{},{off:.2}", u8::from(found.covers_95(truth)))
+}
+
+fn failed() -> String {
+    ",0,0,0,,0,0,,0,0,,,\"\"".to_owned()
 }

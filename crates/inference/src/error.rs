@@ -22,6 +22,9 @@ pub enum FitError {
         /// What else drives it.
         found: &'static str,
     },
+    /// Nobody asks for it.
+    #[error("not asked for (analysis.fits = false)")]
+    NotAsked,
     /// Not enough was measured.
     #[error("damping fit: expected at least {expected} measured {what}, found {found}")]
     TooFew {

@@ -6,6 +6,7 @@ use std::str::FromStr;
 
 use crate::bench::Bench;
 use crate::book::Book;
+use crate::counted::Counted;
 use crate::demo::Demo;
 use crate::failure::Failure;
 use crate::paper::Paper;
@@ -31,11 +32,12 @@ cargo xtask test [--no-opencv] [--fast] [--package NAME]...
     CHAINWAVE_REFERENCE_DATA names the folder of third-party recordings; tests that need it skip without it.
     The last line says how many tests skipped, and why.
 
-cargo xtask book [--write] [--fast] [PAGE]...
+cargo xtask book [--write] [--fast | --all] [PAGE]...
     Builds, runs the commands of the book's pages again, compares what they print and draw with what stands there, and renders
     the book where mdBook is installed. Exit code 1 where something differs.
     --write   writes what differs into the pages
-    --fast    leaves out the pages that need the demo's recordings, which take minutes, and the rendering
+    --fast    leaves out the pages that need the demo's recordings, which take minutes, what is counted again, and the rendering
+    --all     counts everything again that is kept in docs/src/measured/counts, which takes hours; otherwise some lines of each file are
     PAGE      a part of a page's name, such as guide/figures; may be repeated
 
 cargo xtask bench [--write] [--rounds N] [--no-opencv] [PROGRAM]...
@@ -45,6 +47,15 @@ cargo xtask bench [--write] [--rounds N] [--no-opencv] [PROGRAM]...
     --rounds N  how many times all of them run (3); medians of the rounds count
     PROGRAM     matching, chain, ring, regions, frames or follow; may be repeated
     CHAINWAVE_INSTRUCTION_SET=avx2 measures with AVX2 where there is AVX-512.
+
+cargo xtask counted FILE [--about] [--plain] [--words FILE] TITLE=FUNCTION(COLUMN)...
+    Puts the single experiments of a file of counts (docs/src/measured/counts) together to a table for the book.
+    --about   prints the notes at the head of the file alone
+    --plain   prints the values alone, a line each
+    --words   a table with the columns name and words: what stands for the names of rows
+
+cargo xtask equations
+    What mdBook runs for the book: reads it as JSON from standard input and writes it with its equations as MathML.
 
 cargo xtask keys
     Prints the keys of configuration files as tables for the book, out of the structures that read them.
@@ -77,6 +88,12 @@ pub(crate) enum Task {
     Book(Book),
     /// `cargo xtask bench`.
     Bench(Bench),
+    /// `cargo xtask counted`.
+    Counted(Counted),
+    /// `cargo xtask equations`.
+    Equations,
+    /// `cargo xtask equations supports RENDERER`: it does.
+    Supports,
     /// `cargo xtask keys`.
     Keys,
     /// `cargo xtask python`.
@@ -105,13 +122,16 @@ pub(crate) fn parse(words: impl IntoIterator<Item = OsString>) -> Result<Task, F
         "test" => test(words),
         "book" => book(words),
         "bench" => bench(words),
+        "counted" => counted(words),
+        "equations" => equations(words),
         "keys" => alone("keys", words, Task::Keys),
         "python" => alone("python", words, Task::Python),
         "dist" => dist(words),
         "setup" => setup(words),
         "help" | "--help" | "-h" => Ok(Task::Help),
         other => {
-            let expected = "demo, paper, test, book, bench, keys, python, dist, setup or help";
+            let expected =
+                "demo, paper, test, book, bench, counted, equations, keys, python, dist, setup or help";
             Err(Failure::Usage(format!("expected {expected}, found `{other}`")))
         }
     }
@@ -162,6 +182,7 @@ fn book(words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
         match text(word)?.as_str() {
             "--write" => book.write = true,
             "--fast" => book.fast = true,
+            "--all" => book.all = true,
             option if option.starts_with('-') => return unknown("book", option),
             page => book.pages.push(page.to_owned()),
         }
@@ -188,6 +209,33 @@ fn alone(command: &str, mut words: impl Iterator<Item = OsString>, task: Task) -
     match words.next() {
         Some(word) => unknown(command, &text(word)?),
         None => Ok(task),
+    }
+}
+
+fn counted(mut words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
+    let mut counted = Counted::default();
+    let mut file = None;
+    while let Some(word) = words.next() {
+        match text(word)?.as_str() {
+            "--about" => counted.about = true,
+            "--plain" => counted.plain = true,
+            "--words" => counted.words = Some(value("--words", &mut words)?.into()),
+            option if option.starts_with("--") => return unknown("counted", option),
+            path if file.is_none() => file = Some(PathBuf::from(path)),
+            column => counted.columns.push(column.to_owned()),
+        }
+    }
+    counted.file = file.ok_or_else(|| Failure::Usage("counted: expected a file".to_owned()))?;
+    Ok(Task::Counted(counted))
+}
+
+/// mdBook asks first whether a renderer is supported: the elements are those of HTML, and whatever shows HTML shows them.
+fn equations(words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
+    let words: Vec<String> = words.map(text).collect::<Result<_, _>>()?;
+    match words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        [] => Ok(Task::Equations),
+        ["supports", _] => Ok(Task::Supports),
+        [other, ..] => unknown("equations", other),
     }
 }
 
@@ -245,13 +293,20 @@ mod tests {
         assert_eq!(parsed("test --fast -p a --package b").unwrap(), Task::Test(test_run));
         let paper = Paper { out: Some("there".into()), quick: true };
         assert_eq!(parsed("paper --quick --out there --no-opencv").unwrap(), Task::Paper(paper));
-        let book = Book { write: true, fast: true, pages: vec!["guide".into()] };
+        let book = Book { write: true, fast: true, all: false, pages: vec!["guide".into()] };
         assert_eq!(parsed("book guide --fast --write").unwrap(), Task::Book(book));
+        let book = Book { all: true, pages: vec!["measured".into()], ..Book::default() };
+        assert_eq!(parsed("book --all measured").unwrap(), Task::Book(book));
         let bench = Bench { write: false, n_rounds: 5, opencv: false, programs: vec!["ring".into()] };
         assert_eq!(parsed("bench --rounds 5 ring --no-opencv").unwrap(), Task::Bench(bench));
         assert_eq!(parsed("setup --no-opencv").unwrap(), Task::Setup { opencv: false });
         assert_eq!(parsed("python").unwrap(), Task::Python);
         assert_eq!(parsed("keys").unwrap(), Task::Keys);
+        let columns = vec!["a=by(b)".to_owned()];
+        let (file, words) = ("c.csv".into(), Some("w.csv".into()));
+        let counted = Counted { file, about: false, words, plain: true, columns };
+        assert_eq!(parsed("counted --plain c.csv a=by(b) --words w.csv").unwrap(), Task::Counted(counted));
+        assert_eq!(parsed("equations supports html").unwrap(), Task::Supports);
         assert_eq!(parsed("").unwrap(), Task::Help);
     }
 

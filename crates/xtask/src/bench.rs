@@ -14,7 +14,8 @@ use std::path::{Path, PathBuf};
 use crate::command_line::{CommandLine, workspace};
 use crate::failure::Failure;
 use pairs::{PAIRS, PROGRAMS, Pair, Program};
-use processor::{Machine, load};
+pub(crate) use processor::Machine;
+use processor::load;
 use table::Row;
 use times::Time;
 

@@ -3,6 +3,8 @@
 //! What a page has run, and how that is marked, says [`page`]. Pages that need the demo take minutes; `--fast` leaves them out, as
 //! the tests do.
 
+mod counts;
+mod offline;
 pub(crate) mod page;
 mod play;
 mod said;
@@ -18,11 +20,13 @@ use crate::command_line::{CommandLine, workspace};
 use crate::failure::Failure;
 use crate::given_command;
 use page::Page;
-use play::{Played, Stage};
+use play::{Counting, Played, Stage};
 
 /// Where the pages of the book lie, and papers that are held like them.
-const BOOK: &str = "docs/src";
+pub(crate) const BOOK: &str = "docs/src";
 const PAPERS: [&str; 1] = ["README.md"];
+/// Where the rendered book lies, as `docs/book.toml` says.
+const RENDERED: &str = "target/book";
 /// What commands name from the top of the workspace.
 const SHARED: [&str; 4] = ["data-samples", "docs", "pipelines", "tests"];
 
@@ -31,16 +35,26 @@ const SHARED: [&str; 4] = ["data-samples", "docs", "pipelines", "tests"];
 pub(crate) struct Book {
     /// Whether pages that differ are written anew.
     pub(crate) write: bool,
-    /// Whether pages that need the demo, and the rendering, are left out.
+    /// Whether pages that need the demo, the rendering, and what is counted again are left out.
     pub(crate) fast: bool,
+    /// Whether everything is counted again that takes hours.
+    pub(crate) all: bool,
     /// Parts of the names of the pages that are played; all when empty.
     pub(crate) pages: Vec<String>,
 }
 
 /// Plays the pages, and renders the book where mdBook is installed.
 pub(crate) fn run(book: &Book) -> Result<(), Failure> {
-    let work = Work::new(chainwave()?)?;
+    let counting = match (book.fast, book.all) {
+        (_, true) => Counting::All { write: book.write },
+        (true, false) => Counting::None,
+        (false, false) => Counting::Part,
+    };
+    let work = Work::new(chainwave()?, counting)?;
     let pages = pages(book)?;
+    if counting != Counting::None && pages.iter().any(|(_, page)| page.is_counted()) {
+        given_command::build_examples().run()?;
+    }
     if pages.iter().any(|(_, page)| page.needs_the_demo()) {
         work.make_the_demo()?;
     }
@@ -96,7 +110,8 @@ fn pages(book: &Book) -> Result<Vec<(PathBuf, Page)>, Failure> {
     Ok(pages)
 }
 
-fn markdown_below(folder: &Path) -> io::Result<Vec<PathBuf>> {
+/// Markdown in a folder of the workspace and those below it, by their names from its top.
+pub(crate) fn markdown_below(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let mut paths = Vec::new();
     for entry in fs::read_dir(workspace().join(folder))? {
         let entry = entry?;
@@ -113,23 +128,29 @@ fn markdown_below(folder: &Path) -> io::Result<Vec<PathBuf>> {
 /// The folder in which pages are played; it goes when they have been.
 struct Work {
     folder: PathBuf,
+    kept: PathBuf,
+    counting: Counting,
     chainwave: PathBuf,
     programs: OsString,
 }
 
 impl Work {
-    /// A new folder beside the command; it and this program are found before any others of their names.
-    fn new(chainwave: PathBuf) -> Result<Self, Failure> {
+    /// A new folder beside the command; it, this program and what counts are found before any others of their names.
+    fn new(chainwave: PathBuf, counting: Counting) -> Result<Self, Failure> {
         let beside = chainwave.parent().unwrap_or(Path::new("."));
         let folder = beside.join(format!("book-{}", process::id()));
-        fs::create_dir_all(&folder).map_err(Failure::at(&folder))?;
+        let kept = beside.join("book-kept");
+        for folder in [&folder, &kept] {
+            fs::create_dir_all(folder).map_err(Failure::at(folder))?;
+        }
         let others = env::var_os("PATH").unwrap_or_default();
         let here = env::current_exe().map_err(Failure::at(&folder))?;
-        let ours = [beside, here.parent().unwrap_or(beside)].map(Path::to_owned);
+        let here = here.parent().unwrap_or(beside);
+        let ours = [beside.to_owned(), here.to_owned(), here.join("examples")];
         let programs = ours.into_iter().chain(env::split_paths(&others));
         let programs = env::join_paths(programs)
             .map_err(|why| Failure::at(&folder)(io::Error::new(io::ErrorKind::InvalidInput, why)))?;
-        Ok(Self { folder, chainwave, programs })
+        Ok(Self { folder, kept, counting, chainwave, programs })
     }
 
     /// Films the demo and processes it, once for all pages.
@@ -158,7 +179,14 @@ impl Work {
         }
         let beside = workspace().join(path);
         let beside = beside.parent().unwrap_or(workspace());
-        Ok(play::play(page, &Stage { folder: &folder, beside, programs: &self.programs }))
+        let stage = Stage {
+            folder: &folder,
+            beside,
+            programs: &self.programs,
+            counting: self.counting,
+            kept: &self.kept,
+        };
+        Ok(play::play(page, &stage))
     }
 }
 
@@ -203,7 +231,10 @@ fn write(path: &Path, page: &Page, played: &Played) -> Result<(), Failure> {
 /// Renders the book where that can be done.
 fn render() -> Result<(), Failure> {
     if CommandLine::new(["mdbook", "--version"]).output().is_some() {
-        return CommandLine::new(["mdbook", "build", "docs"]).run();
+        CommandLine::new(["mdbook", "build", "docs"]).run()?;
+        let rendered = workspace().join(RENDERED);
+        let asks = offline::asks_of_the_net(&rendered).map_err(Failure::at(&rendered))?;
+        return if asks.is_empty() { Ok(()) } else { Err(Failure::NotAlone(asks)) };
     }
     println!(
         "mdBook is not installed, so the book is not rendered: `cargo install mdbook --locked` installs it."

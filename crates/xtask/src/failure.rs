@@ -16,6 +16,8 @@ pub(crate) enum Failure {
     File { path: PathBuf, source: io::Error },
     /// Pages of the book are not what their commands make.
     Differs(Vec<String>),
+    /// The rendered book asks these of the net.
+    NotAlone(Vec<String>),
     /// A command ended with another exit code than 0; `None` when a signal ended it.
     Ended { command: String, code: Option<i32> },
 }
@@ -35,6 +37,7 @@ impl Failure {
             Self::Ended { code: None, .. }
             | Self::NotStarted { .. }
             | Self::File { .. }
+            | Self::NotAlone(_)
             | Self::Differs(_) => ExitCode::FAILURE,
         }
     }
@@ -52,6 +55,9 @@ impl fmt::Display for Failure {
                     f,
                     "not as its commands make it: {pages}; `cargo xtask book --write` renews what it can"
                 )
+            }
+            Self::NotAlone(asks) => {
+                write!(f, "the rendered book asks something of the net:\n{}", asks.join("\n"))
             }
             Self::Ended { command, code: Some(code) } => write!(f, "`{command}` ended with exit code {code}"),
             Self::Ended { command, code: None } => write!(f, "`{command}` was ended by a signal"),

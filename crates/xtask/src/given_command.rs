@@ -12,6 +12,11 @@ pub(crate) fn build() -> CommandLine {
     CommandLine::new(["cargo", "build", "--release", "--workspace", "--bin", "chainwave"])
 }
 
+/// Builds the programs that count, likewise.
+pub(crate) fn build_examples() -> CommandLine {
+    CommandLine::new(["cargo", "build", "--release", "--workspace", "--examples"])
+}
+
 /// Where cargo puts it: in the workspace, or where its target folder is named.
 pub(crate) fn built() -> PathBuf {
     let target = env::var_os("CARGO_TARGET_DIR").map_or_else(|| PathBuf::from("target"), PathBuf::from);

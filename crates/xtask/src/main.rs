@@ -1,5 +1,5 @@
 //! Sets a fresh system up and runs the commands of the README, `cargo xtask demo`, `cargo xtask paper` and `cargo xtask test`; and
-//! `cargo xtask book`, `bench`, `keys`, `python` and `dist`.
+//! `cargo xtask book`, `bench`, `counted`, `equations`, `keys`, `python` and `dist`.
 //!
 //! It is the first thing that is built in a fresh clone, before anything that the heavy crates need is installed, so
 //! it depends on the standard library alone. What is decided ([`arguments`], [`needs`], the command lists of [`demo`],
@@ -11,8 +11,10 @@ mod arguments;
 mod bench;
 mod book;
 mod command_line;
+mod counted;
 mod demo;
 mod dist;
+mod equations;
 mod failure;
 mod given_command;
 mod keys;
@@ -47,6 +49,9 @@ fn run(task: Task) -> Result<(), Failure> {
         Task::Test(test_run) => test_run::run(&test_run),
         Task::Bench(bench) => bench::run(&bench),
         Task::Book(book) => book::run(&book),
+        Task::Counted(counted) => counted::run(&counted),
+        Task::Equations => equations::run(),
+        Task::Supports => Ok(()),
         Task::Keys => keys::run(),
         Task::Python => wheel::run(),
         Task::Dist { out } => dist::run(out.as_deref()),

@@ -14,7 +14,7 @@ use crate::error::Error;
 use crate::table::column;
 
 /// What stands for an experiment's kind of fault, effect, chain or protocol where it has none.
-const NONE: &str = "none";
+pub(super) const NONE: &str = "none";
 
 /// One estimate beside its truth.
 #[derive(Debug, Clone, Copy)]
@@ -164,6 +164,8 @@ fn of_damping(
         let (chain, striker) = (fit.damping.chain_damping_kg_per_s, fit.damping.striker_damping_kg_per_s);
         add("c_d, tracks", chain, c_d);
         add("c_s, tracks", striker, c_s);
+        add("c_d, noise alone", fit.by_noise.chain_damping_kg_per_s, c_d);
+        add("c_s, noise alone", fit.by_noise.striker_damping_kg_per_s, c_s);
         add("c_d, profile", middle(fit.intervals_95[0]), c_d);
         add("c_s, profile", middle(fit.intervals_95[1]), c_s);
         if let Some([of_chain, of_striker]) = fit.bootstrap {

@@ -12,11 +12,14 @@ use crate::error::Error;
 use crate::table::{self, column};
 use crate::terminal::{say, tell};
 
-/// The results of a plan, as a proof names them.
-const QUANTITIES: [(PlannedResult, &str); 7] = [
+/// The results of a plan, as a proof names them. What a plan foresees of a damping is what noise does to it; what is stated also holds what other
+/// causes would make of it, which only the tracks tell.
+const QUANTITIES: [(PlannedResult, &str); 9] = [
     (PlannedResult::Displacement, "displacement"),
     (PlannedResult::GroupVelocity, "group velocity"),
     (PlannedResult::HalfWidth, "HWHM"),
+    (PlannedResult::ChainDamping, "c_d, noise alone"),
+    (PlannedResult::StrikerDamping, "c_s, noise alone"),
     (PlannedResult::ChainDamping, "c_d, stated"),
     (PlannedResult::StrikerDamping, "c_s, stated"),
     (PlannedResult::PeakStrain, "peak strain"),
@@ -82,8 +85,8 @@ fn rows_of(
     tables: &[&Table],
 ) -> Result<Vec<Row>, Error> {
     let mut rows = Vec::new();
-    for (result, planned) in PlannedResult::ALL.into_iter().zip(planned) {
-        let Some((_, quantity)) = QUANTITIES.into_iter().find(|(one, _)| *one == result) else { continue };
+    for (result, quantity) in QUANTITIES {
+        let planned = planned.of(result);
         let (mut sigmas, mut square) = (Vec::new(), 0.0);
         for table in tables {
             let (names, values) = (table.texts("quantity")?, table.full_numbers("value")?);

@@ -2,9 +2,7 @@
 
 use std::path::Path;
 
-use chainwave_experiment::{
-    Economy, Evaluation, Outlook, PlannedResult, RecordingState, Setup, State, economy, outcome,
-};
+use chainwave_experiment::{Economy, Evaluation, Outlook, RecordingState, Setup, State, economy, outcome};
 use chainwave_measurement::Estimate;
 use serde_json::json;
 
@@ -61,10 +59,7 @@ fn in_per_cent(found: &Estimate) -> f64 {
 /// What became of each result that was asked for.
 pub(super) fn reached<'a>(economy: &'a Economy, evaluation: &Evaluation) -> Vec<Reached<'a>> {
     let found = outcome(evaluation);
-    let of = |outlook: &'a Outlook| {
-        let place = PlannedResult::ALL.iter().position(|one| *one == outlook.aim.result);
-        Reached { outlook, found: found[place.unwrap_or(0)].clone() }
-    };
+    let of = |outlook: &'a Outlook| Reached { outlook, found: found.of(outlook.aim.result).clone() };
     economy.outlooks.iter().map(of).collect()
 }
 

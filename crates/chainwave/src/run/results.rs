@@ -228,8 +228,12 @@ fn as_json(setup: &Setup, tracked: &Tracked, evaluation: &Evaluation) -> Value {
         let fit = fit.map_or_else(failed, |fit| unless_refused(fit, damping.reason(source)));
         results.insert(key.into(), Value::Object(fit));
     }
-    results.insert("pulses".into(), pulses_as_json(&evaluation.pulses));
-    results.insert("pulse_collisions".into(), collisions_as_json(&evaluation.pulses));
+    if setup.experiment.analysis.pulses {
+        results.insert("pulses".into(), pulses_as_json(&evaluation.pulses));
+        results.insert("pulse_collisions".into(), collisions_as_json(&evaluation.pulses));
+    } else {
+        results.insert("pulses_refused".into(), json!("not asked for (analysis.pulses = false)"));
+    }
     results.insert("warnings".into(), warnings_as_json(&evaluation.warnings()));
     let states = recording_states(&setup.trials, &tracked.failed, &evaluation.left_out_recordings());
     results.insert("recordings".into(), states_as_json(states));

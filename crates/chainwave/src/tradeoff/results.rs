@@ -43,8 +43,8 @@ pub(super) fn ladder(setup: &Setup) -> Result<Vec<Rung>, Error> {
         let seconds = begin.elapsed().as_secs_f64();
         let found = outcome(&results.evaluation);
         let stated = as_stated.get_or_insert_with(|| found.clone());
-        for ((result, estimate), stated) in PlannedResult::ALL.iter().zip(&found).zip(stated) {
-            let Some((_, step)) = RESULTS.iter().find(|(one, _)| one == result) else { continue };
+        for (result, step) in RESULTS {
+            let (estimate, stated) = (found.of(result), stated.of(result));
             let departure = |found: &Estimate| {
                 let stated = stated.as_ref().ok().filter(|_| is_other_method);
                 stated.map_or(0.0, |stated| found.value - stated.value)
@@ -103,11 +103,11 @@ fn variants(setup: &Setup) -> Vec<Variant> {
         let is_other_method = changed.method() != setup.method();
         all.push(Variant { settings, setup: changed, is_other_method });
     };
-    let most = most_trials(setup);
+    let most = setup.trials_a_view();
     let mut fewer = vec![most.div_ceil(2), 1];
     fewer.dedup();
     for n in fewer.into_iter().filter(|n| *n < most) {
-        add(format!("{n} of {most} trials"), &|changed| keep_first_trials(changed, n));
+        add(format!("{n} of {most} trials"), &|changed| changed.keep_first_trials(n));
     }
     let tracking = &setup.experiment.tracking;
     if tracking.outline_px.is_empty() {
@@ -130,18 +130,4 @@ fn variants(setup: &Setup) -> Vec<Variant> {
         add(String::new(), &|changed| changed.experiment.tracking.shape = shift);
     }
     all
-}
-
-/// Trials of the view that has most.
-fn most_trials(setup: &Setup) -> usize {
-    let of_view = |view: u32| setup.trials.iter().filter(|trial| trial.view == view).count();
-    setup.trials.iter().map(|trial| of_view(trial.view)).max().unwrap_or(0)
-}
-
-/// Keeps the first trials of each view, by their numbers.
-fn keep_first_trials(setup: &mut Setup, n: usize) {
-    let all = setup.trials.clone();
-    setup.trials.retain(|one| {
-        all.iter().filter(|other| other.view == one.view && other.trial < one.trial).count() < n
-    });
 }

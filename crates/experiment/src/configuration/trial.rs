@@ -18,3 +18,16 @@ pub struct Trial {
     /// Nominal striker velocity where an experiment has several, with its scatter from trial to trial.
     pub striker_velocity_m_per_s: Option<Estimate>,
 }
+
+impl Trial {
+    /// Whether it is among the first so many of its view, by their numbers.
+    pub(crate) fn is_among_first<'a>(&self, n: usize, all: impl Iterator<Item = &'a Self>) -> bool {
+        all.filter(|other| other.view == self.view && other.trial < self.trial).count() < n
+    }
+
+    /// The largest number of trials of a view.
+    pub(crate) fn most_of_a_view<'a>(all: impl Iterator<Item = &'a Self> + Clone) -> usize {
+        let of_view = |view: u32| all.clone().filter(|one| one.view == view).count();
+        all.clone().map(|one| of_view(one.view)).max().unwrap_or(0)
+    }
+}

@@ -15,11 +15,13 @@ use chainwave_correlation::{
 use chainwave_measurement::{Estimate, Lost, Subset};
 
 use super::aim::Aim;
+use super::costs::{Costs, Extent};
+use super::models::{choose_models, choose_replicas};
 use super::pictures::Pictures;
-use super::precision::{PlannedResult, Precision};
+use super::precision::Precision;
 use super::readings::Readings;
 use super::rehearsal::Rehearsal;
-use super::schedule::{PlannedRecording, Schedule};
+use super::schedule::Schedule;
 use super::{Prepared, pictures, rehearsed};
 use crate::configuration::Tracking;
 use crate::decisions::Decision;
@@ -27,7 +29,7 @@ use crate::error::Error;
 use crate::follow::follow;
 use crate::monitor::{Monitor, Stage};
 use crate::setup::Setup;
-use crate::view::{bodies_in_view, first_view};
+use crate::view::first_view;
 
 /// How recordings are to be processed for results that are known well enough.
 #[derive(Clone)]
@@ -71,9 +73,6 @@ const BESIDE_NOISE: f64 = 0.3;
 /// margin, hardly ever.
 const DRAWS: usize = 3;
 
-/// What a run looks at, as indices into what is tried: least first.
-type Extent = [usize; 3];
-
 /// The way through the pixels that costs least among those that reach all aims; the experiment as it is stated where none does.
 ///
 /// # Errors
@@ -84,7 +83,10 @@ pub fn economy(
     n_threads: NonZero<usize>,
     monitor: &Monitor<'_>,
 ) -> Result<Economy, Error> {
-    let mut search = Search::new(setup, Prepared::of(setup)?, aims, n_threads);
+    let (mut setup, mut prepared) = (setup.clone(), Prepared::of(setup)?);
+    let of_models = choose_models(&mut setup, aims, &prepared.rehearsal);
+    prepared.rehearsal.setup = setup.clone();
+    let mut search = Search::new(&setup, prepared, aims, n_threads);
     let candidates = search.candidates();
     monitor.planned(Stage::Planning, 1);
     let at_best = search.rehearse(search.whole())?;
@@ -94,30 +96,27 @@ pub fn economy(
         false => (search.whole(), at_best.clone()),
     };
     monitor.ended(Stage::Planning);
-    let mut setup = search.setup_of(chosen);
+    let mut chosen_setup = search.setup_of(chosen);
     let mut decisions = search.decisions(chosen, &at_best);
     if search.reaches(&at_best) {
         let sigma_px = search.readings(chosen[2])?.0.usual_px[0];
-        decisions.push(choose_method(&mut setup, sigma_px, search.trials[chosen[0]])?);
+        decisions.push(choose_method(&mut chosen_setup, sigma_px, search.trials[chosen[0]])?);
+        decisions.push(choose_replicas(&mut chosen_setup, aims, &expected));
     }
-    let of = |precision: &Precision, aim: &Aim| precision[index_of(aim.result)].clone();
+    decisions.extend(of_models);
+    let of = |precision: &Precision, aim: &Aim| precision.of(aim.result).clone();
     let outlooks = aims.iter().map(|aim| Outlook {
         aim: *aim,
         expected: of(&expected, aim),
         at_best: of(&at_best, aim),
     });
     Ok(Economy {
-        setup,
+        setup: chosen_setup,
         outlooks: outlooks.collect(),
         decisions,
-        work: search.pixels(chosen) as f64 / search.pixels(search.whole()).max(1) as f64,
+        work: search.costs.pixels(chosen) as f64 / search.costs.pixels(search.whole()).max(1) as f64,
         n_rehearsals: search.n_rehearsals,
     })
-}
-
-/// Its place in [`PlannedResult::ALL`].
-pub(super) fn index_of(result: PlannedResult) -> usize {
-    PlannedResult::ALL.iter().position(|one| *one == result).unwrap_or(0)
 }
 
 /// Readings that are lost for another reason than that the body is out of view.
@@ -129,14 +128,6 @@ fn n_lost(setup: &Setup, pictures: &Pictures, n_threads: NonZero<usize>) -> Resu
     let tracks = followed.of_bodies(bodies);
     let positions = tracks.bodies.iter().flat_map(|body| &body.positions);
     Ok(positions.filter(|found| found.as_ref().is_err_and(|why| *why != Lost::OutOfView)).count())
-}
-
-/// Keeps the estimate of larger uncertainty, or the reason why there is none.
-fn worse(worst: &mut Result<Estimate, String>, found: Result<Estimate, String>) {
-    let is_better = |worst: &Estimate| found.as_ref().is_ok_and(|found| found.sigma <= worst.sigma);
-    if !worst.as_ref().map_or(true, is_better) {
-        *worst = found;
-    }
 }
 
 /// What is tried, and what is known of it.
@@ -153,6 +144,7 @@ struct Search<'a> {
     halves_px: Vec<[usize; 2]>,
     /// How bodies are read with each of those, and how many readings are lost, as far as it was asked.
     readings: Vec<Option<(Readings, usize)>>,
+    costs: Costs,
     n_rehearsals: usize,
 }
 
@@ -175,9 +167,21 @@ impl<'a> Search<'a> {
             false => vec![[tracking.half_width_px, tracking.half_height_px]],
         };
         halves_px.dedup();
-        let (trials, until_s) = (trials.collect(), until_s.to_vec());
-        let readings = vec![None; halves_px.len()];
-        Self { setup, prepared, aims, n_threads, trials, until_s, halves_px, readings, n_rehearsals: 0 }
+        let trials: Vec<usize> = trials.collect();
+        let costs = Costs::of(setup, schedule, (&trials, &until_s, &halves_px));
+        let (until_s, readings) = (until_s.to_vec(), vec![None; halves_px.len()]);
+        Self {
+            setup,
+            prepared,
+            aims,
+            n_threads,
+            trials,
+            until_s,
+            halves_px,
+            readings,
+            costs,
+            n_rehearsals: 0,
+        }
     }
 
     /// Everything that the experiment states.
@@ -191,19 +195,9 @@ impl<'a> Search<'a> {
         let all = (0..=trials).flat_map(|trial| {
             (0..=times).flat_map(move |time| (0..=sizes).map(move |size| [trial, time, size]))
         });
-        let mut all: Vec<(u64, Extent)> = all.map(|extent| (self.pixels(extent), extent)).collect();
+        let mut all: Vec<(u64, Extent)> = all.map(|extent| (self.costs.pixels(extent), extent)).collect();
         all.sort_unstable();
         all.into_iter().map(|(_, extent)| extent).collect()
-    }
-
-    /// Pixels that are looked at.
-    fn pixels(&self, extent: Extent) -> u64 {
-        let (setup, schedule) = (self.setup_of(extent), self.schedule_of(extent));
-        let [half_width, half_height] = self.halves_px[extent[2]];
-        let subset = ((2 * half_width + 1) * (2 * half_height + 1)) as u64;
-        let bodies = |one: &PlannedRecording| bodies_in_view(&setup, &one.trial, &one.info).len() as u64;
-        let of = |one: &PlannedRecording| bodies(one) * one.info.n_frames as u64 * subset;
-        schedule.recordings.iter().map(of).sum()
     }
 
     fn schedule_of(&self, [trials, time, _]: Extent) -> Schedule {
@@ -214,8 +208,7 @@ impl<'a> Search<'a> {
     /// The experiment as it shall be run.
     fn setup_of(&self, extent: Extent) -> Setup {
         let mut setup = self.setup.clone();
-        let kept = self.prepared.rehearsal.schedule.with_first_trials(self.trials[extent[0]]).trials();
-        setup.trials.retain(|trial| kept.iter().any(|one| one.recording == trial.recording));
+        setup.keep_first_trials(self.trials[extent[0]]);
         let Tracking { half_width_px, half_height_px, until_s, .. } = &mut setup.experiment.tracking;
         [*half_width_px, *half_height_px] = self.halves_px[extent[2]];
         *until_s = self.until_s[extent[1]].or(*until_s);
@@ -262,7 +255,7 @@ impl<'a> Search<'a> {
             }
             rehearsal.seed = rehearsal.seed.wrapping_add(1);
             let found = rehearsed(&rehearsal, self.n_threads)?;
-            worst.iter_mut().zip(found).for_each(|(worst, found)| worse(worst, found));
+            worst = worst.worse_of_each(&found);
         }
         Ok(worst)
     }
@@ -270,7 +263,7 @@ impl<'a> Search<'a> {
     /// Whether all aims are met, with a margin.
     fn reaches(&self, precision: &Precision) -> bool {
         self.aims.iter().all(|aim| {
-            let found = precision[index_of(aim.result)].as_ref();
+            let found = precision.of(aim.result).as_ref();
             found.is_ok_and(|found| found.sigma <= MARGIN * aim.sigma(found.value))
         })
     }

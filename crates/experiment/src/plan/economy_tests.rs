@@ -3,8 +3,8 @@
 use std::num::NonZero;
 use std::path::Path;
 
-use super::economy::index_of;
 use super::*;
+use crate::evaluation::evaluate;
 use crate::film::film_experiment;
 use crate::store::MemoryStore;
 
@@ -20,8 +20,7 @@ fn what_is_asked_is_reached_with_less_and_what_cannot_be_takes_all() {
     let setup = Setup::read(path, Some(folder.path())).unwrap();
     let [speed, damping] = [PlannedResult::GroupVelocity, PlannedResult::ChainDamping];
     let results = setup.run(&MemoryStore::default(), TWO, &Monitor::SILENT).unwrap();
-    let at_best =
-        [speed, damping].map(|result| outcome(&results.evaluation)[index_of(result)].clone().unwrap());
+    let at_best = [speed, damping].map(|result| outcome(&results.evaluation).of(result).clone().unwrap());
     let aim = |result, times: f64, at_best: &Estimate| Aim {
         result,
         largest: LargestSigma::Relative(times * at_best.sigma / at_best.value),
@@ -34,7 +33,7 @@ fn what_is_asked_is_reached_with_less_and_what_cannot_be_takes_all() {
     assert!(found.work < 0.5 && found.n_rehearsals < 25, "{} {}", found.work, found.n_rehearsals);
     let results = found.setup.run(&MemoryStore::default(), TWO, &Monitor::SILENT).unwrap();
     for aim in aims(3.0) {
-        let reached = outcome(&results.evaluation)[index_of(aim.result)].clone().unwrap();
+        let reached = outcome(&results.evaluation).of(aim.result).clone().unwrap();
         assert!(aim.is_met_by(&reached), "{aim}: {reached:?}");
     }
     let coarse = economy(&setup, &aims(6.0), TWO, &Monitor::SILENT).unwrap();
@@ -45,4 +44,52 @@ fn what_is_asked_is_reached_with_less_and_what_cannot_be_takes_all() {
     assert!((found.work - 1.0).abs() < f64::EPSILON && found.setup.experiment.tracking.until_s.is_none());
     assert!(found.decisions[0].evidence.contains("out of reach"), "{:?}", found.decisions);
     assert_eq!(found.outlooks[0].expected, found.outlooks[0].at_best);
+}
+
+/// What was chosen for a question.
+fn chosen<'a>(found: &'a Economy, question: &str) -> &'a str {
+    let decision = found.decisions.iter().find(|one| one.question == question);
+    &decision.unwrap_or_else(|| panic!("{question}: {:?}", found.decisions)).choice
+}
+
+#[test]
+fn what_is_not_asked_is_not_made_and_changes_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let stated = Setup::read(Path::new(SMALL), None).unwrap();
+    let (path, experiment) = (Path::new(SMALL), &stated.experiment);
+    film_experiment(experiment, &stated.table, path, folder.path(), TWO, &Monitor::SILENT).unwrap();
+    let setup = Setup::read(path, Some(folder.path())).unwrap();
+    let results = setup.run(&MemoryStore::default(), TWO, &Monitor::SILENT).unwrap();
+    let mut spare = setup.clone();
+    (spare.experiment.analysis.fits, spare.experiment.analysis.pulses) = (false, false);
+    let alone = evaluate(&spare, &results.tracked, TWO, &Monitor::SILENT).unwrap();
+    assert_eq!(alone.measurement, results.evaluation.measurement, "no result of the motion asks a model");
+    let refusals = alone.damping.refusals();
+    assert!(
+        refusals.len() == 2 && refusals.iter().all(|(_, why)| why.starts_with("not asked for")),
+        "{refusals:?}"
+    );
+    assert!(alone.model.is_none() && alone.by_model.is_none() && alone.pulses.pulses.is_empty());
+    let whole = outcome(&results.evaluation).of(PlannedResult::GroupVelocity).clone().unwrap();
+    let aim = |result, part: f64| Aim { result, largest: LargestSigma::Relative(part) };
+    let speed = aim(PlannedResult::GroupVelocity, 6.0 * whole.sigma / whole.value);
+    let found = economy(&setup, &[speed], TWO, &Monitor::SILENT).unwrap();
+    let analysis = &found.setup.experiment.analysis;
+    assert!(!analysis.fits && !analysis.pulses && analysis.n_replicas < setup.experiment.analysis.n_replicas);
+    assert_eq!(chosen(&found, "models that are fitted"), "none");
+    let reached = found.setup.run(&MemoryStore::default(), TWO, &Monitor::SILENT).unwrap();
+    let speed_found = outcome(&reached.evaluation).of(speed.result).clone().unwrap();
+    assert!(speed.is_met_by(&speed_found), "{speed_found:?}");
+    let damping = reached.decisions.iter().find(|one| one.question == "damping").unwrap();
+    assert_eq!(damping.choice, "not asked for");
+    // Who asks for a damping gets the models, and replicas for the covariance of the energies.
+    let both =
+        economy(&setup, &[speed, aim(PlannedResult::ChainDamping, 0.5)], TWO, &Monitor::SILENT).unwrap();
+    assert!(both.setup.experiment.analysis.fits);
+    assert_eq!(both.setup.experiment.analysis.n_replicas, setup.experiment.analysis.n_replicas);
+    // Views that share no body need the model for their triggers.
+    let mut apart = setup.clone();
+    apart.trials.retain(|one| one.view != 2);
+    let apart = economy(&apart, &[speed], TWO, &Monitor::SILENT).unwrap();
+    assert!(apart.setup.experiment.analysis.fits, "{:?}", apart.decisions);
 }

@@ -88,10 +88,38 @@ impl PlannedResult {
     }
 }
 
-/// The results in the order of [`PlannedResult::ALL`], each with its uncertainty, or why it has none.
-pub type Precision = [Result<Estimate, String>; 7];
+/// Each result with its uncertainty, or why it has none.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Precision([Result<Estimate, String>; PlannedResult::ALL.len()]);
 
-/// What a run found, in the order of [`PlannedResult::ALL`]: the outcome beside what a plan predicts.
+impl Precision {
+    /// Of each result what a function says.
+    pub(super) fn of_each(of: impl FnMut(PlannedResult) -> Result<Estimate, String>) -> Self {
+        Self(PlannedResult::ALL.map(of))
+    }
+
+    /// Of one result.
+    pub fn of(&self, result: PlannedResult) -> &Result<Estimate, String> {
+        // They stand in the order of all results, of which every one is.
+        let place = PlannedResult::ALL.iter().position(|one| *one == result);
+        &self.0[place.unwrap_or(0)]
+    }
+
+    /// Of each result the estimate of larger uncertainty, or the reason why there is none.
+    pub(super) fn worse_of_each(&self, other: &Self) -> Self {
+        Self::of_each(|result| match (self.of(result), other.of(result)) {
+            (Ok(one), Ok(other)) => Ok(if one.sigma > other.sigma { *one } else { *other }),
+            (Err(why), _) | (_, Err(why)) => Err(why.clone()),
+        })
+    }
+
+    /// All of them.
+    pub fn iter(&self) -> impl Iterator<Item = (PlannedResult, &Result<Estimate, String>)> {
+        PlannedResult::ALL.into_iter().zip(&self.0)
+    }
+}
+
+/// What a run found: the outcome beside what a plan predicts.
 pub fn outcome(evaluation: &Evaluation) -> Precision {
     let damping = &evaluation.damping;
     let dampings = [&damping.chain_damping_kg_per_s, &damping.striker_damping_kg_per_s];
@@ -121,7 +149,7 @@ pub(super) fn precision(
     let fronts = measurement.fronts.iter().flatten().map(|front| front.peak_strain);
     let energies = measurement.energies.iter().flat_map(|energies| energies.energy_j.iter().copied());
     let widths = measurement.half_widths.iter().map(|width| width.hwhm_m);
-    PlannedResult::ALL.map(|result| match result {
+    Precision::of_each(|result| match result {
         PlannedResult::Displacement => {
             let largest_m = after_impact.clone().map(|x| x.value.abs()).fold(0.0, f64::max);
             let typical = typical(after_impact.clone(), "no body was read after the trigger");

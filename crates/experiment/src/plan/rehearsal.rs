@@ -112,6 +112,16 @@ impl Rehearsal {
         })
     }
 
+    /// Views of which no other shows a body, where there are several.
+    pub(super) fn views_apart(&self) -> Vec<u32> {
+        let shared = self.shared_bodies();
+        let stages = self.schedule.stages();
+        let is_apart = |view: &u32| stages.len() > 1 && shared.iter().all(|one| !one.views.contains(view));
+        let mut views: Vec<u32> = stages.iter().map(|(view, _)| *view).filter(is_apart).collect();
+        views.dedup();
+        views
+    }
+
     /// Bodies that two views show, which will tell how the views are magnified: by the places of a marker's halves in the mean pictures at
     /// rest, whose noise is small beside what interpolation leaves of it.
     fn shared_bodies(&self) -> Vec<SharedBody> {

@@ -71,8 +71,7 @@ impl Schedule {
 
     /// The largest number of trials of a view.
     pub(super) fn trials_a_view(&self) -> usize {
-        let of = |view: u32| self.recordings.iter().filter(|one| one.trial.view == view).count();
-        self.recordings.iter().map(|one| of(one.trial.view)).max().unwrap_or(0)
+        Trial::most_of_a_view(self.recordings.iter().map(|one| &one.trial))
     }
 
     /// Number of views.
@@ -88,12 +87,8 @@ impl Schedule {
 
     /// The first trials of each view, by their numbers.
     pub(super) fn with_first_trials(&self, n: usize) -> Self {
-        let is_kept = |one: &&PlannedRecording| {
-            let earlier = |other: &&PlannedRecording| {
-                other.trial.view == one.trial.view && other.trial.trial < one.trial.trial
-            };
-            self.recordings.iter().filter(earlier).count() < n
-        };
+        let trials = || self.recordings.iter().map(|one| &one.trial);
+        let is_kept = |one: &&PlannedRecording| one.trial.is_among_first(n, trials());
         Self { recordings: self.recordings.iter().filter(is_kept).cloned().collect() }
     }
 

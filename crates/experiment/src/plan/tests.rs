@@ -56,8 +56,8 @@ fn a_run_states_what_was_planned_before_and_after_filming() {
         println!("reading {:.5} px, planned {:.5}", reading_px, plan.reading_sigma_px);
         // The aim of a plan: what is measured is stated within 30 %.
         assert!((plan.reading_sigma_px / reading_px - 1.0).abs() < 0.3);
-        for ((result, found, shares), stated) in plan.results.iter().zip(&stated) {
-            let (found, stated) = (found.as_ref().unwrap(), stated.as_ref().unwrap());
+        for (result, found, shares) in &plan.results {
+            let (found, stated) = (found.as_ref().unwrap(), stated.of(*result).as_ref().unwrap());
             println!("{result:?}: planned {found:?}, stated {stated:?} {shares:?}");
             assert!(
                 (found.sigma / stated.sigma - 1.0).abs() < 0.3,
@@ -163,8 +163,10 @@ fn dampings_scatter_as_planned() {
         let noisy = Rehearsal { seed, ..base.clone() };
         let quiet = Rehearsal { readings: base.readings.times(0.01), ..noisy.clone() };
         let (noisy, quiet) = (rehearsed(&noisy, TWO).unwrap(), rehearsed(&quiet, TWO).unwrap());
-        for (sum, index) in sums.iter_mut().zip([1, 3, 4]) {
-            let (found, truth) = (noisy[index].as_ref().unwrap(), quiet[index].as_ref().unwrap());
+        let results =
+            [PlannedResult::GroupVelocity, PlannedResult::ChainDamping, PlannedResult::StrikerDamping];
+        for (sum, result) in sums.iter_mut().zip(results) {
+            let (found, truth) = (noisy.of(result).as_ref().unwrap(), quiet.of(result).as_ref().unwrap());
             *sum += ((found.value - truth.value) / found.sigma).powi(2);
         }
     }

@@ -7,6 +7,8 @@
 //! | `<!-- run: COMMANDS -->` | commands that the reader need not see |
 //! | `<!-- made by: COMMANDS -->` .. `<!-- end -->` | what stands between is what the commands print; within a block if it is one |
 //! | `<!-- says: COMMANDS -->` | each line that they print stands word for word in the paragraph or table below |
+//! | `<!-- counted: FILE: COMMANDS -->` | the file of counts, named from the page, is what the commands print in hours: run with `--all` alone |
+//! | `<!-- again: FILE: COMMANDS -->` | each line that they print stands in that file: a part of it that takes seconds |
 //! | `<!-- needs: demo -->` | the page's folder has the demo: `demo/recordings`, `demo/results` and what the run said, `demo/said.txt` |
 //! | `<!-- figures: FOLDER -->` | the pictures of the page are those of the same names in that folder |
 
@@ -37,6 +39,8 @@ pub(crate) enum Part {
     File { opening: String, name: String, content: String },
     /// What commands make; `fence` is the line that opens a block around it.
     Made { command: String, written: String, fence: Option<String>, content: String },
+    /// A file of counts, and commands that print all of it or some of its lines.
+    Counts { is_all: bool, file: String, command: String, written: String },
     /// A paragraph in which stands what commands print.
     Says { command: String, written: String, paragraph: String },
 }
@@ -85,6 +89,11 @@ impl Page {
         self.parts.iter().any(|part| !matches!(part, Part::Prose(_)))
     }
 
+    /// Whether it has counts that are kept.
+    pub(crate) fn is_counted(&self) -> bool {
+        self.parts.iter().any(|part| matches!(part, Part::Counts { .. }))
+    }
+
     /// The pictures that its links show, as they are named there.
     pub(crate) fn pictures(&self) -> Vec<&str> {
         let prose = self.parts.iter().filter_map(|part| match part {
@@ -100,7 +109,7 @@ impl fmt::Display for Page {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.parts.iter().try_for_each(|part| match part {
             Part::Prose(text) => f.write_str(text),
-            Part::Note { written, .. } => f.write_str(written),
+            Part::Note { written, .. } | Part::Counts { written, .. } => f.write_str(written),
             Part::Console { opening, exchanges, .. } => {
                 f.write_str(opening)?;
                 for Exchange { command, output } in exchanges {
@@ -163,6 +172,15 @@ fn part(line: &str, lines: &mut Lines<'_>) -> Result<Part, String> {
         if kind(name).is_some() {
             let (text, written) = note(name, line, lines)?;
             return Ok(Part::Note { kind: kind_of_note, text, written });
+        }
+    }
+    for (name, is_all) in [("counted:", true), ("again:", false)] {
+        if kind(name).is_some() {
+            let (text, written) = note(name, line, lines)?;
+            let (file, command) =
+                text.split_once(':').ok_or_else(|| format!("expected a file and `:` behind {name}"))?;
+            let (file, command) = (file.trim().to_owned(), command.trim().to_owned());
+            return Ok(Part::Counts { is_all, file, command, written });
         }
     }
     if kind("says:").is_some() {
@@ -336,6 +354,7 @@ $ not run
             ("<!-- made by: a -->\nb\n", "line 1: expected <!-- end -->"),
             ("<!-- run: a\n", "line 1: expected -->"),
             ("```console\na\n```\n", "expected `$ ` and a command"),
+            ("<!-- again: counts.csv -->\n", "line 1: expected a file and `:`"),
         ] {
             let reason = Page::parse(page).unwrap_err();
             assert!(reason.contains(named), "{page:?}: {reason}");

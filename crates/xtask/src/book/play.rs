@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+use super::counts;
 use super::page::{NoteKind, Page, Part};
 use super::said::{alike, difference, missing};
 
@@ -16,6 +17,24 @@ pub(crate) struct Stage<'a> {
     pub(crate) beside: &'a Path,
     /// Where programs are looked for.
     pub(crate) programs: &'a OsString,
+    /// How much is counted again.
+    pub(crate) counting: Counting,
+    /// A folder for what a count that is interrupted goes on from, `$KEPT` in commands.
+    pub(crate) kept: &'a Path,
+}
+
+/// How much of what takes long is counted again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Counting {
+    /// Nothing.
+    None,
+    /// Some lines of each file of counts.
+    Part,
+    /// All of them.
+    All {
+        /// Whether files that differ are written anew.
+        write: bool,
+    },
 }
 
 /// What came of a page.
@@ -65,6 +84,14 @@ pub(crate) fn play(page: &Page, stage: &Stage<'_>) -> Played {
                     report.renew(command, content, ended.printed);
                 }
             }
+            Part::Counts { is_all, file, command, .. } => {
+                let path = stage.beside.join(&*file);
+                match (stage.counting, *is_all) {
+                    (Counting::All { write }, true) => count(stage, command, &path, write, &mut report),
+                    (Counting::Part, false) => count_again(stage, command, &path, &mut report),
+                    _ => {}
+                }
+            }
             Part::Says { command, paragraph, .. } => {
                 let ended = stage.run(command);
                 if !report.failure(command, &ended, false) {
@@ -78,6 +105,44 @@ pub(crate) fn play(page: &Page, stage: &Stage<'_>) -> Played {
         }
     }
     played
+}
+
+/// Counts all of a file anew.
+fn count(stage: &Stage<'_>, command: &str, path: &Path, write: bool, report: &mut Report<'_>) {
+    let ended = stage.run(command);
+    if report.failure(command, &ended, false) {
+        return;
+    }
+    let there = fs::read_to_string(path).unwrap_or_default();
+    if counts::is_all_of(&ended.printed, &there) {
+        return;
+    }
+    let differs = format!("  {} has other counts now", path.display());
+    match write.then(|| counts::write(path, &ended.printed)) {
+        None => report.left(differs),
+        Some(Ok(())) => report.differences.push(differs),
+        Some(Err(why)) => report.left(format!("  {}: {why}", path.display())),
+    }
+}
+
+/// Counts some lines of a file again.
+fn count_again(stage: &Stage<'_>, command: &str, path: &Path, report: &mut Report<'_>) {
+    let there = match fs::read_to_string(path) {
+        Ok(there) => there,
+        Err(why) => return report.left(format!("  {}: {why}", path.display())),
+    };
+    let ended = stage.run(command);
+    if report.failure(command, &ended, false) {
+        return;
+    }
+    let missing = counts::not_in(&ended.printed, &there);
+    if !missing.is_empty() || counts::lines(&ended.printed).nth(1).is_none() {
+        report.left(format!(
+            "  $ {command}\n    {} has not (--all counts it anew):\n    + {}",
+            path.display(),
+            missing.join("\n    + ")
+        ));
+    }
 }
 
 /// How commands ended, and what they printed.
@@ -94,6 +159,7 @@ impl Stage<'_> {
             .args(["-eo", "pipefail", "-c", commands])
             .current_dir(self.folder)
             .env("PATH", self.programs)
+            .env("KEPT", self.kept)
             .env("LC_ALL", "C.UTF-8")
             .stdin(Stdio::null())
             .output();
@@ -180,14 +246,29 @@ mod tests {
 
     /// Plays a page in a folder of this test's own; what is left when it has ended is removed.
     fn played(name: &str, text: &str) -> Played {
+        counted(name, text, Counting::Part, None).0
+    }
+
+    /// The same with a file of counts, and that file afterwards.
+    fn counted(name: &str, text: &str, counting: Counting, counts: Option<&str>) -> (Played, Option<String>) {
         let folder = std::env::temp_dir().join(format!("xtask-book-{name}-{}", std::process::id()));
         fs::create_dir_all(folder.join("figures")).unwrap();
         fs::write(folder.join("figures/a.png"), "new").unwrap();
+        let file = folder.join("pages/counts/a.csv");
+        fs::create_dir_all(file.parent().unwrap()).unwrap();
+        counts.into_iter().for_each(|counts| fs::write(&file, counts).unwrap());
         let programs = std::env::var_os("PATH").unwrap();
-        let stage = Stage { folder: &folder, beside: &folder.join("pages"), programs: &programs };
+        let stage = Stage {
+            folder: &folder,
+            beside: &folder.join("pages"),
+            programs: &programs,
+            counting,
+            kept: &folder,
+        };
         let played = play(&Page::parse(text).unwrap(), &stage);
+        let counts = fs::read_to_string(&file).ok();
         fs::remove_dir_all(&folder).unwrap();
-        played
+        (played, counts)
     }
 
     #[test]
@@ -233,6 +314,44 @@ There is 1 line.
         assert!(played.differences[0].contains("no-such-program: command not found"), "{played:?}");
         assert!(played.differences[1].contains("says \"18\""), "{played:?}");
         assert!(played.differences[2].contains("should fail"), "{played:?}");
+    }
+
+    const COUNTS: &str = "\
+<!-- counted: counts/a.csv: printf 'seed,n\\n1,5\\n2,6\\n' -->
+<!-- again: counts/a.csv:
+printf 'seed,n\\n2,6\\n'
+-->
+";
+
+    #[test]
+    fn some_lines_of_a_count_are_counted_again() {
+        let of = |name: &str, counts| counted(name, COUNTS, Counting::Part, counts).0;
+        let right = of("count-right", Some("# on a day\nseed,n\n1,5\n2,6\n"));
+        assert_eq!((right.differences, right.left), (Vec::new(), 0));
+        let wrong = of("count-wrong", Some("seed,n\n1,5\n2,7\n"));
+        assert!(wrong.left == 1 && wrong.differences[0].contains("+ 2,6"), "{wrong:?}");
+        assert_eq!(of("count-none", None).left, 1);
+        let nothing = counted(
+            "count-nothing",
+            "<!-- again: counts/a.csv: echo seed,n -->\n",
+            Counting::Part,
+            Some("seed,n\n"),
+        );
+        assert_eq!(nothing.0.left, 1, "a head alone is no count");
+        assert_eq!(counted("count-fast", COUNTS, Counting::None, None).0.left, 0);
+    }
+
+    #[test]
+    fn a_whole_count_is_compared_and_written() {
+        let of = |name: &str, write, counts| counted(name, COUNTS, Counting::All { write }, counts);
+        let (same, _) = of("all-same", false, Some("# x\nseed,n\n1,5\n2,6\n"));
+        assert_eq!((same.differences, same.left), (Vec::new(), 0));
+        let (differs, _) = of("all-differs", false, Some("seed,n\n1,5\n"));
+        assert_eq!((differs.differences.len(), differs.left), (1, 1));
+        let (renewed, counts) = of("all-renewed", true, None);
+        let counts = counts.unwrap();
+        assert_eq!((renewed.differences.len(), renewed.left), (1, 0));
+        assert!(counts.starts_with("# counted on ") && counts.ends_with("\nseed,n\n1,5\n2,6\n"), "{counts}");
     }
 
     #[test]

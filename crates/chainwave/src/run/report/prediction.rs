@@ -13,7 +13,8 @@ const TOLD_RATIO: f64 = 1.3;
 /// A table of each result's uncertainty as a rehearsal of the stated experiment foresees it, and as the run states it.
 pub(super) fn section(plan: &Plan, evaluation: &Evaluation) -> String {
     let found = outcome(evaluation);
-    let rows = plan.results.iter().zip(&found).map(|((result, foreseen, _), found)| {
+    let rows = plan.results.iter().map(|(result, foreseen, _)| {
+        let found = found.of(*result);
         let told = foreseen.as_ref().ok().zip(found.as_ref().ok());
         let ratio = told.map(|(foreseen, found)| found.sigma / foreseen.sigma);
         let said = match (foreseen, found, ratio) {
