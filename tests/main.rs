@@ -67,6 +67,8 @@ mod determinism;
 #[cfg(test)]
 mod dic;
 #[cfg(test)]
+mod drives;
+#[cfg(test)]
 mod durable;
 #[cfg(test)]
 mod export;

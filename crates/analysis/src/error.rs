@@ -82,6 +82,10 @@ pub enum Missing {
     TooFewGaps,
     /// Gaps farther down do not peak later, so no pulse runs along them.
     NoProgress,
+    /// The first crest of a train that stands out is another one farther down.
+    OtherCrests,
+    /// Something drives the chain throughout, so that nothing rings freely behind the wave.
+    StillDriven,
     /// The spectrum has no maximum in the searched band.
     NoMaximum,
     /// The spectrum's maximum is no higher than noise may make it.
@@ -102,6 +106,8 @@ impl Missing {
             Self::NoTail => "record ends with the leading pulse",
             Self::TooFewGaps => "too few gaps",
             Self::NoProgress => "no pulse that runs down the chain",
+            Self::OtherCrests => "not the same crest in all gaps",
+            Self::StillDriven => "the chain is driven throughout",
             Self::NoMaximum => "no spectral maximum",
             Self::BelowNoise => "no frequency stands out of the noise",
             Self::Unstable => "lost in most noisy replicas",

@@ -47,8 +47,9 @@ pub(crate) fn plan(arguments: &cli::Plan) -> Result<Outcome, Error> {
 
 fn as_json(setup: &Setup, plan: &Plan) -> Value {
     let mut found = cost_as_json(&plan.cost);
-    let striker_m_per_s = setup.experiment.striker.velocity_m_per_s.get();
-    found.insert("striker_velocity_m_per_s".into(), json!(striker_m_per_s));
+    if let Some(striker) = &setup.experiment.striker {
+        found.insert("striker_velocity_m_per_s".into(), json!(striker.velocity_m_per_s.get()));
+    }
     found.insert("n_filmed".into(), json!(plan.n_filmed));
     found.insert("reading_sigma_px".into(), json!(plan.reading_sigma_px));
     found.insert("assumed".into(), json!(plan.assumed));
@@ -85,13 +86,16 @@ fn cost_as_json(cost: &Cost) -> Map<String, Value> {
 
 fn in_words(setup: &Setup, plan: &Plan) -> String {
     let name = &setup.experiment.name;
-    let velocity = setup.experiment.striker.velocity_m_per_s.get();
+    let driven = match &setup.experiment.striker {
+        Some(striker) => format!("struck at {} m/s", striker.velocity_m_per_s.get()),
+        None => format!("driven by {}", setup.experiment.driven_otherwise().unwrap_or("nothing")),
+    };
     let filmed = match plan.n_filmed {
         0 => "none filmed yet".to_owned(),
         n => format!("{n} filmed"),
     };
     let mut lines = vec![
-        format!("{name}, struck at {velocity} m/s: {} ({filmed})", cost_in_words(&plan.cost)),
+        format!("{name}, {driven}: {} ({filmed})", cost_in_words(&plan.cost)),
         format!("a body is read to {:.2e} px in a frame", plan.reading_sigma_px),
     ];
     lines.extend(plan.findings.iter().map(|finding| format!("warning: {finding}")));

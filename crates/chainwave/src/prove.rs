@@ -113,7 +113,7 @@ fn kinds<Kind: Copy>(
 /// Seeds one after the other, with noise and striker taken in turn; each effect of the camera, each chain, wrong or other, and each protocol
 /// has the same seeds.
 fn variants(arguments: &cli::Prove, experiment: &Experiment) -> Result<Vec<Variant>, Error> {
-    let own = [experiment.striker.velocity_m_per_s.get()];
+    let own = [experiment.nominal_drive().value];
     let strikers: &[f64] = if arguments.striker.is_empty() { &own } else { &arguments.striker };
     for (name, values) in [("--noise", arguments.noise.as_slice()), ("--striker", strikers)] {
         if let Some(found) = values.iter().find(|value| !(value.is_finite() && **value > 0.0)) {

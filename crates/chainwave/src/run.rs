@@ -47,9 +47,7 @@ pub(crate) fn run(arguments: &cli::Run) -> Result<Outcome, Error> {
     let setups = whole.by_striker();
     let folder_of = |setup: &Setup| match setups.len() {
         1 => arguments.out.clone(),
-        _ => {
-            arguments.out.join(format!("striker-{}-m-per-s", setup.experiment.striker.velocity_m_per_s.get()))
-        }
+        _ => arguments.out.join(format!("striker-{}-m-per-s", setup.experiment.nominal_drive().value)),
     };
     let mut outcome = Outcome::default();
     if let Some(share) = arguments.share {

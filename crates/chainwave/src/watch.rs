@@ -120,7 +120,7 @@ impl Watching<'_> {
             view: trial.map_or_else(|| self.views.of_name(name), |trial| trial.view),
             bodies,
             rest_until_s: setup.map(|setup| setup.experiment.tracking.rest_until_s),
-            strike_scatter: setup.map(|setup| setup.experiment.striker.scatter()),
+            strike_scatter: setup.map(|setup| setup.experiment.drive_scatter()),
             method: setup.map_or_else(Method::default, Setup::method),
         };
         let earlier: Vec<LookedAt> =

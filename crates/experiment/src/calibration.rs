@@ -174,6 +174,11 @@ impl ChainMap {
                 "camera: expected exactly one of scale_px_per_m, ruler, marks and calibration, found {n_ways}"
             )));
         }
+        if camera.marks.is_some() && experiment.is_released() {
+            return Err(wrong(
+                "camera.marks: expected another measure of the scale for a chain that is let go, whose bodies are no pitch apart before".into(),
+            ));
+        }
         let file = camera.calibration.as_ref().map(|name| experiment_path.with_file_name(name));
         let file = file.as_deref().map(CalibrationFile::read).transpose()?;
         let of_chain = match &file {
@@ -184,7 +189,7 @@ impl ChainMap {
             of_chain,
             rests_on_pitch: camera.marks.is_some(),
             size_px: file.map(|file| (file.width_px, file.height_px)),
-            spacing: experiment.chain.spacing()?,
+            spacing: experiment.spacing_at_rest()?,
             first_body_px: camera.first_body_px,
         })
     }

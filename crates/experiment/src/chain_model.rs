@@ -1,27 +1,35 @@
-//! The chain as an experiment states it.
+//! The chain as an experiment states it, and what drives it.
 
+use chainwave_measurement::Estimate;
 use chainwave_mechanics::{Chain, Drive, Striker};
 
-use crate::configuration::Experiment;
+use crate::configuration::{BodyState, DriveTable, Experiment, Synthetic, at_rest};
 use crate::error::Error;
+use crate::numbers::{NotNegative, Positive};
 
 /// Where the fit of c_d begins: light damping, 0.04 % of critical for one HEC. The end does not depend on it.
 const STARTING_DAMPING_KG_PER_S: f64 = 1e-3;
 /// Where the fit of c_s begins.
 const STARTING_STRIKER_DAMPING_KG_PER_S: f64 = 0.1;
+/// Times to the wave's arrival at the far end for which a model is driven unless another time is asked for.
+const CROSSINGS: f64 = 2.0;
 
 impl Experiment {
-    /// The chain with usual damping, as a fit starts from it.
+    /// The chain with usual damping, as a fit starts from it, driven as it is stated for twice the time in which a weak wave crosses it.
     ///
     /// # Errors
-    /// A contact law that makes no sense, and a far striker behind a wall.
+    /// A contact law that makes no sense, a far striker behind a wall, and a drive that makes no sense.
     pub fn chain_model(&self) -> Result<Chain, Error> {
-        let striker = Striker {
-            mass_kg: self.striker.mass_kg.get(),
-            velocity_m_per_s: self.striker.velocity_m_per_s.get(),
-            damping_kg_per_s: STARTING_STRIKER_DAMPING_KG_PER_S,
-        };
-        self.chain_struck_by(striker, STARTING_DAMPING_KG_PER_S)
+        self.chain_model_until(CROSSINGS * self.linear_chain()?.crossing_time_s(self.chain.n_bodies))
+    }
+
+    /// The same, driven for a time.
+    ///
+    /// # Errors
+    /// As for [`Experiment::chain_model`].
+    pub fn chain_model_until(&self, until_s: f64) -> Result<Chain, Error> {
+        let dampings = [STARTING_DAMPING_KG_PER_S, STARTING_STRIKER_DAMPING_KG_PER_S];
+        self.chain_driven(self.nominal_drive().value, dampings, until_s)
     }
 
     /// The chain as it is stated, struck by a striker, with a mean damping of its bodies.
@@ -29,12 +37,138 @@ impl Experiment {
     /// # Errors
     /// As for [`Experiment::chain_model`].
     pub fn chain_struck_by(&self, striker: Striker, damping_kg_per_s: f64) -> Result<Chain, Error> {
+        Ok(Chain { drive: Drive::Striker(striker), ..self.resting_chain(damping_kg_per_s)? })
+    }
+
+    /// The chain as it is stated, with mean dampings of its bodies and of the striker's contact, driven for a time with a strength: the
+    /// striker's velocity in metres per second, or a factor on any other drive.
+    ///
+    /// # Errors
+    /// As for [`Experiment::chain_model`].
+    pub fn chain_driven(&self, strength: f64, dampings: [f64; 2], until_s: f64) -> Result<Chain, Error> {
+        let chain = self.resting_chain(dampings[0])?;
+        let drive = match (&self.striker, &self.drive) {
+            (Some(striker), _) => Drive::Striker(Striker {
+                mass_kg: striker.mass_kg.get(),
+                velocity_m_per_s: strength,
+                damping_kg_per_s: dampings[1],
+            }),
+            (None, Some(drive)) => drive.drive(strength, &chain, until_s)?,
+            (None, None) => at_rest(chain.n_bodies()),
+        };
+        Ok(Chain { drive, ..chain })
+    }
+
+    fn resting_chain(&self, damping_kg_per_s: f64) -> Result<Chain, Error> {
         Ok(Chain {
             mass_kg: self.chain.masses_kg()?,
             damping_kg_per_s: self.chain.dampings_kg_per_s(damping_kg_per_s)?,
+            ground_stiffness_n_per_m: self.chain.ground_n_per_m()?,
             contact: self.contact.contacts(self.chain.n_bodies)?,
-            drive: Drive::Striker(striker),
+            drive: at_rest(self.chain.n_bodies),
             far_end: self.far_end()?,
         })
+    }
+
+    /// The strength of the drive and its standard deviation from trial to trial: the striker's velocity in metres per second, or 1, which
+    /// is any other drive as it is stated.
+    pub fn nominal_drive(&self) -> Estimate {
+        match &self.striker {
+            Some(striker) => {
+                Estimate::new(striker.velocity_m_per_s.get(), striker.velocity_sigma_m_per_s.get())
+            }
+            None => Estimate::new(1.0, self.drive_scatter()),
+        }
+    }
+
+    /// Relative standard deviation of the drive from trial to trial.
+    pub fn drive_scatter(&self) -> f64 {
+        match &self.striker {
+            Some(striker) => striker.scatter(),
+            None => self.drive.as_ref().and_then(DriveTable::scatter).map_or(0.0, Positive::get),
+        }
+    }
+
+    /// States another such deviation, where one is given.
+    pub(crate) fn state_drive_scatter(&mut self, scatter: Option<Positive>) {
+        let Some(scatter) = scatter else { return };
+        if let Some(striker) = &mut self.striker {
+            striker.velocity_sigma_m_per_s = Positive(scatter.get() * striker.velocity_m_per_s.get());
+        }
+        if let Some(drive) = &mut self.drive {
+            drive.set_scatter(Some(scatter));
+        }
+    }
+
+    /// What sets the chain in motion where that is no striker, in words.
+    pub fn driven_otherwise(&self) -> Option<&'static str> {
+        self.drive.as_ref().map(DriveTable::in_words)
+    }
+
+    /// The state that the chain is let go from; rest for every chain that is driven.
+    ///
+    /// # Errors
+    /// As for [`Experiment::chain_model`].
+    pub(crate) fn initial_state(&self) -> Result<BodyState, Error> {
+        let chain = self.resting_chain(STARTING_DAMPING_KG_PER_S)?;
+        match &self.drive {
+            Some(drive) => drive.initial(1.0, &chain),
+            None => Ok(BodyState::at_rest(chain.n_bodies())),
+        }
+    }
+
+    /// Whether the chain is let go.
+    pub(crate) fn is_released(&self) -> bool {
+        self.drive.as_ref().is_some_and(DriveTable::is_free)
+    }
+
+    /// Whether body 1 moves as something prescribes.
+    pub(crate) fn is_shaken(&self) -> bool {
+        self.drive.as_ref().is_some_and(DriveTable::is_imposed)
+    }
+
+    /// Refuses an experiment without a drive or with two, and what is stated beside the wrong one.
+    pub(crate) fn check_drive(&self) -> Result<(), Error> {
+        let refuse = |message: &str| Err(Error::Value(message.into()));
+        match (&self.striker, &self.drive) {
+            (None, None) => refuse(
+                "expected [striker], or [drive] where no striker sets the chain in motion, found neither",
+            ),
+            (Some(_), Some(_)) => refuse("drive: expected [striker] or [drive], found both"),
+            (Some(_), None) => self.check_striker_damping(),
+            (None, Some(DriveTable::Striker { .. })) => refuse(
+                "drive: expected kind = \"shaker\", \"imposed\" or \"free\" (hint: a striker is stated as [striker]), found \"striker\"",
+            ),
+            (None, Some(drive)) => {
+                if drive.scatter().is_none() {
+                    return refuse(
+                        "drive.scatter: expected the relative standard deviation of the drive from trial to trial, found none",
+                    );
+                }
+                if self.far_striker.is_some() {
+                    return refuse("far_striker: expected beside [striker], found beside [drive]");
+                }
+                drive.check(&self.resting_chain(STARTING_DAMPING_KG_PER_S)?)?;
+                self.check_striker_damping()
+            }
+        }
+    }
+
+    /// c_s is what is filmed of a striker, and of nothing else.
+    fn check_striker_damping(&self) -> Result<(), Error> {
+        let Some(synthetic) = &self.synthetic else { return Ok(()) };
+        const KEY: &str = "synthetic.striker_damping_kg_per_s";
+        match (self.striker.is_some(), synthetic.striker_damping_kg_per_s) {
+            (true, None) => Err(Error::Value(format!("{KEY}: expected with [striker], found none"))),
+            (false, Some(_)) => Err(Error::Value(format!("{KEY}: expected none with [drive], found one"))),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Synthetic {
+    /// c_s, in kilograms per second; 0 where there is no striker.
+    pub(crate) fn c_s_kg_per_s(&self) -> f64 {
+        self.striker_damping_kg_per_s.map_or(0.0, NotNegative::get)
     }
 }

@@ -1,11 +1,14 @@
 //! `experiment.toml` and `trials.csv`: what was done in the laboratory, and how to evaluate it.
 
+mod body_state;
 mod contact;
+mod drive;
 mod far_end;
 mod far_striker;
 mod filmed_view;
 mod law_file;
 mod pattern;
+mod precompression;
 mod rings;
 mod trial;
 mod trials;
@@ -21,7 +24,10 @@ use chainwave_mechanics::{Contacts, FarEnd, LinearChain};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 
+pub use self::body_state::BodyState;
 pub use self::contact::{Contact, ContactTable, Gaps, Law};
+pub(crate) use self::drive::at_rest;
+pub use self::drive::{DriveTable, imposed_motion};
 pub use self::far_end::FarEndTable;
 pub use self::far_striker::FarStrikerTable;
 pub(crate) use self::far_striker::far_end;
@@ -51,7 +57,11 @@ pub struct Experiment {
     /// The chain.
     pub chain: Chain,
     /// What struck it.
-    pub striker: Striker,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub striker: Option<Striker>,
+    /// What set it in motion, where no striker did.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drive: Option<DriveTable>,
     /// What lies in the gaps: a contact law as fitted to a compression curve, one for each gap, or some that take turns.
     pub contact: Contact,
     /// What stands behind the last body.
@@ -95,6 +105,12 @@ pub struct Chain {
     /// How the bodies' dampings to ground stand to each other, where they differ; the fit finds their mean.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damping_kg_per_s: Option<Pattern<NotNegative>>,
+    /// Springs that hold the bodies to ground, where there are any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ground_stiffness_n_per_m: Option<Pattern<NotNegative>>,
+    /// Standard uncertainty of their mean, common to all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ground_stiffness_sigma_n_per_m: Option<NotNegative>,
 }
 
 impl Chain {
@@ -136,6 +152,21 @@ impl Chain {
     /// A list of another length than there are bodies.
     pub fn masses_kg(&self) -> Result<Vec<f64>, Error> {
         self.mass_kg.values(self.n_bodies, "chain.mass_kg").map_err(Error::Value)
+    }
+
+    /// Springs of the bodies to ground, in newtons per metre; none at all where none are stated.
+    ///
+    /// # Errors
+    /// A list of another length than there are bodies.
+    pub fn ground_n_per_m(&self) -> Result<Vec<f64>, Error> {
+        let stated = self.ground_stiffness_n_per_m.as_ref();
+        let values = stated.map(|stated| stated.values(self.n_bodies, "chain.ground_stiffness_n_per_m"));
+        values.transpose().map(Option::unwrap_or_default).map_err(Error::Value)
+    }
+
+    /// Their mean, in newtons per metre.
+    pub fn mean_ground_n_per_m(&self) -> f64 {
+        self.ground_stiffness_n_per_m.as_ref().map_or(0.0, |stated| stated.mean(self.n_bodies))
     }
 
     /// Dampings of the bodies in the proportions that are stated, with a mean; all alike where none are.
@@ -387,8 +418,9 @@ pub struct Synthetic {
     pub seed: u64,
     /// Damping c_d of each body.
     pub damping_kg_per_s: NotNegative,
-    /// Damping c_s of the striker's contact.
-    pub striker_damping_kg_per_s: NotNegative,
+    /// Damping c_s of the striker's contact, where there is a striker.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub striker_damping_kg_per_s: Option<NotNegative>,
     /// Standard deviation of the trigger's delay from trial to trial.
     pub trigger_jitter_s: NotNegative,
     /// Standard deviation of what the trigger's delay gains from trial to trial and keeps.
@@ -397,7 +429,7 @@ pub struct Synthetic {
     /// Standard deviation of the trigger's delay from view to view, in common for all trials of a view.
     #[serde(default)]
     pub trigger_view_s: NotNegative,
-    /// Standard deviation of the striker's velocity from trial to trial, relative to it, where it is not what is stated.
+    /// Standard deviation of the striker's velocity, or of any other drive, from trial to trial, relative to it, where it is not what is stated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub striker_scatter: Option<NotNegative>,
     /// Standard deviation of the stage's position, from view to view.
@@ -464,13 +496,20 @@ impl Experiment {
             Contacts::Same(_) => contacts.k_0_n_per_m(),
             _ => (n_bodies - 1) as f64 / (0..n_bodies - 1).map(soft).sum::<f64>(),
         };
-        Ok(LinearChain { stiffness_n_per_m, mass_kg: self.chain.mean_mass_kg() })
+        let ground_n_per_m = self.chain.mean_ground_n_per_m();
+        Ok(LinearChain { stiffness_n_per_m, mass_kg: self.chain.mean_mass_kg(), ground_n_per_m })
     }
 
-    /// Films with `noise` times the read noise, and another striker velocity of the same relative scatter.
-    pub fn vary(&mut self, noise: f64, striker_m_per_s: f64) {
-        let sigma_m_per_s = self.striker.scatter() * striker_m_per_s;
-        self.striker.set_velocity(Estimate::new(striker_m_per_s, sigma_m_per_s));
+    /// Films with `noise` times the read noise, and another strength of the drive ([`Experiment::nominal_drive`]) of the same relative
+    /// scatter: another striker velocity, or so many times a shaker's amplitude or the state of a release.
+    pub fn vary(&mut self, noise: f64, strength: f64) {
+        let scatter = self.drive_scatter();
+        if let Some(striker) = &mut self.striker {
+            striker.set_velocity(Estimate::new(strength, scatter * strength));
+        }
+        if let Some(drive) = &mut self.drive {
+            drive.strengthen(strength);
+        }
         if let Some(synthetic) = &mut self.synthetic {
             synthetic.camera.sensor.read_noise_counts *= noise;
         }
@@ -494,6 +533,9 @@ impl Experiment {
         let mut experiment: Self = toml::from_str(text).map_err(configuration)?;
         experiment.contact.read_files(path, Table::read_csv)?;
         experiment.far_striker.as_mut().map_or(Ok(()), |far| far.read_files(path, Table::read_csv))?;
+        let n_bodies = experiment.chain.n_bodies;
+        let drive = experiment.drive.as_mut();
+        drive.map_or(Ok(()), |drive| drive.read_files(path, n_bodies, &Table::read_csv))?;
         experiment
             .check_chain()
             .map_err(|wrong| Error::Configuration { path: path.to_owned(), message: wrong.to_string() })?;
@@ -514,8 +556,9 @@ impl Experiment {
         chain.masses_kg()?;
         chain.spacing()?;
         chain.dampings_kg_per_s(1.0)?;
+        chain.ground_n_per_m()?;
         self.contact.contacts(chain.n_bodies)?;
         self.far_end()?;
-        Ok(())
+        self.check_drive()
     }
 }

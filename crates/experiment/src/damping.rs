@@ -1,7 +1,9 @@
 //! The damping that stands for the experiment: of three fits the one that holds and says most, or the reason why none does.
 
 use chainwave_analysis::Rule;
-use chainwave_inference::{Damping, EnergyFit, FitError, Hypothesis, ImposedFit, TrackFit, refusal};
+use chainwave_inference::{
+    Damping, EnergyFit, FitError, Hypothesis, ImposedFit, ReleasedFit, TrackFit, refusal,
+};
 use chainwave_measurement::Estimate;
 
 /// The damping that stands for the experiment.
@@ -27,6 +29,8 @@ pub struct StatedDamping {
 pub const TRACKS: &str = "tracks";
 /// The fit to the motion behind body 1, which drives the chain as it was measured.
 pub const BEHIND_BODY_1: &str = "behind body 1";
+/// The motion of a chain that is let go.
+pub const RELEASE: &str = "motion since the release";
 /// The fit to the peak potential energies.
 pub const PEAK_ENERGIES: &str = "peak energies";
 
@@ -55,6 +59,7 @@ impl StatedDamping {
         let [holds_tracks, holds_behind, holds_energies] = reasons.each_ref().map(|(_, why)| why.is_none());
         let mut refused: Vec<(&'static str, String)> =
             reasons.into_iter().filter_map(|(source, why)| Some((source, why?))).collect();
+        let tracks_as_fitted = tracks;
         let tracks = tracks.as_ref().ok().filter(|_| holds_tracks);
         let behind = behind_body_1.as_ref().ok().filter(|_| holds_behind);
         let energies = energies.as_ref().ok().filter(|_| holds_energies);
@@ -73,10 +78,13 @@ impl StatedDamping {
         let mut stated = match (tracks, behind, energies) {
             (Some(fit), ..) => Self::of_both(TRACKS, fit.damping, critical_kg_per_s),
             (None, Some(fit), _) => {
-                warnings.push(contradiction.clone().unwrap_or_else(|| {
-                    format!("c_d is taken from the motion {BEHIND_BODY_1}, which needs no striker: the fit to the tracks is refused")
-                }));
-                Self::of_chain_alone(fit, critical_kg_per_s)
+                let no_striker = no_striker(tracks_as_fitted);
+                if no_striker.is_none() {
+                    warnings.push(contradiction.clone().unwrap_or_else(|| {
+                        format!("c_d is taken from the motion {BEHIND_BODY_1}, which needs no striker: the fit to the tracks is refused")
+                    }));
+                }
+                Self::of_chain_alone(fit, no_striker, critical_kg_per_s)
             }
             (None, None, Some(fit)) => {
                 warnings.push(format!(
@@ -108,6 +116,25 @@ impl StatedDamping {
         }
     }
 
+    /// Of the fit to a chain that is let go, which no other fit takes.
+    pub(crate) fn of_release(fit: &Result<ReleasedFit, FitError>, critical_kg_per_s: f64) -> Self {
+        let asked = |fit: &ReleasedFit| {
+            misfit(fit.reduced_chi_squared, LARGEST_BEHIND_BODY_1)
+                .or_else(|| refusal(fit.chain_damping_kg_per_s, critical_kg_per_s))
+        };
+        let why = reason(fit, asked);
+        let told = fit.as_ref().map(|fit| fit.chain_damping_kg_per_s).map_err(ToString::to_string);
+        Self {
+            chain_damping_kg_per_s: why.clone().map_or(told, |why| Err(format!("{RELEASE}: {why}"))),
+            striker_damping_kg_per_s: Err(ReleasedFit::NO_STRIKER_DAMPING.into()),
+            correlation: None,
+            source: why.is_none().then_some(RELEASE),
+            critical_kg_per_s,
+            refused: why.into_iter().map(|why| (RELEASE, why)).collect(),
+            warnings: Vec::new(),
+        }
+    }
+
     /// Both dampings of a fit, each unless it is not told.
     fn of_both(source: &'static str, damping: Damping, critical_kg_per_s: f64) -> Self {
         let told = |found: Estimate| refusal(found, critical_kg_per_s).map_or(Ok(found), Err);
@@ -123,13 +150,15 @@ impl StatedDamping {
     }
 
     /// The chain's damping by the fit behind body 1, which does not know the striker's.
-    fn of_chain_alone(fit: &ImposedFit, critical_kg_per_s: f64) -> Self {
+    fn of_chain_alone(fit: &ImposedFit, no_striker: Option<String>, critical_kg_per_s: f64) -> Self {
         Self {
             chain_damping_kg_per_s: Ok(fit.chain_damping_kg_per_s),
-            striker_damping_kg_per_s: Err(format!(
-                "the fit to the tracks is refused, and {BEHIND_BODY_1} it is {}",
-                ImposedFit::NO_STRIKER_DAMPING
-            )),
+            striker_damping_kg_per_s: Err(no_striker.unwrap_or_else(|| {
+                format!(
+                    "the fit to the tracks is refused, and {BEHIND_BODY_1} it is {}",
+                    ImposedFit::NO_STRIKER_DAMPING
+                )
+            })),
             correlation: None,
             source: Some(BEHIND_BODY_1),
             critical_kg_per_s,
@@ -175,11 +204,22 @@ impl StatedDamping {
                 "the tracks, while the chain model (with what they ask for beyond the stated one) leaves noise alone, or so little more that \
                  c_d is told from zero with all that this may do to it; else the motion {BEHIND_BODY_1} (reduced chi squared up to \
                  {LARGEST_BEHIND_BODY_1}), which needs no striker and stands as well where the two contradict by {CONTRADICTION} sigma; else \
-                 the peak energies (up to {LARGEST_OF_ENERGIES}); else nothing"
+                 the peak energies (up to {LARGEST_OF_ENERGIES}); else nothing. Of a chain that is let go the {RELEASE} (up to \
+                 {LARGEST_BEHIND_BODY_1})"
             ),
             level: None,
             rates: Vec::new(),
         }
+    }
+}
+
+/// Why there is no c_s, where no striker drives the chain.
+fn no_striker(tracks: &Result<TrackFit, FitError>) -> Option<String> {
+    match tracks {
+        Err(FitError::DrivenOtherwise { found }) => Some(format!(
+            "there is none: it is the damping of a striker's contact, and {found} drives the chain"
+        )),
+        _ => None,
     }
 }
 

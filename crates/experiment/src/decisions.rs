@@ -132,13 +132,18 @@ fn damping_source(evaluation: &Evaluation) -> Decision {
     let tracks = chi_squared(evaluation.track_fit.as_ref().ok().map(|fit| fit.reduced_chi_squared));
     let behind = chi_squared(evaluation.imposed_fit.as_ref().ok().map(|fit| fit.reduced_chi_squared));
     let energies = chi_squared(evaluation.energy_fit.as_ref().ok().map(|fit| fit.reduced_chi_squared));
+    let released = evaluation
+        .release_fit
+        .as_ref()
+        .map(|fit| chi_squared(fit.as_ref().ok().map(|fit| fit.reduced_chi_squared)));
+    let released = released.map_or_else(String::new, |found| format!(", {found} since the release"));
     let refused: String =
         evaluation.damping.refused.iter().map(|(source, why)| format!("; {source} refused: {why}")).collect();
     Decision::by(
         StatedDamping::rule(),
         evaluation.damping.source.unwrap_or("nothing"),
         format!(
-            "reduced chi squared {tracks} of the tracks, {behind} behind body 1, {energies} of the peak energies{refused}"
+            "reduced chi squared {tracks} of the tracks, {behind} behind body 1, {energies} of the peak energies{released}{refused}"
         ),
     )
 }

@@ -3,19 +3,20 @@
 use std::num::NonZero;
 use std::ops::RangeInclusive;
 
-use chainwave_analysis::Departure;
-use chainwave_analysis::{CameraMotion, DampingShare, Measurement, Pulses, damping_share, exact_motion};
+use chainwave_analysis::{
+    CameraMotion, DampingShare, Departure, Measurement, Pulses, Spacing, damping_share, exact_motion,
+};
 use chainwave_inference::{
     AlignedMotion, EnergyFit, EnergyMeasurement, EnergyModel, FitError, ImposedFit, ImposedModel, Known,
-    Quantity, TrackFit, TrackModel, aligned_motion, critical_kg_per_s, fit_imposed, fit_peak_energies,
-    fit_tracks, fitted_motion, scatter_of_bodies, softening,
+    Quantity, ReleasedFit, ReleasedModel, TrackFit, TrackModel, aligned_motion, critical_kg_per_s,
+    fit_imposed, fit_peak_energies, fit_release, fit_tracks, fitted_motion, scatter_of_bodies, softening,
 };
 use chainwave_measurement::{ChainMotion, Estimate, Observation, Trajectory, both_in_parallel};
-use chainwave_mechanics::{Chain, Drive, Schedule, Striker, simulate};
+use chainwave_mechanics::{Chain, Drive, Schedule, Striker as ModelStriker, simulate};
 use chainwave_stitching::{Outlier, Stitched};
 
 use crate::calibration::ChainMap;
-use crate::configuration::Experiment;
+use crate::configuration::{Experiment, Striker};
 use crate::damping::StatedDamping;
 use crate::error::Error;
 use crate::finding::Finding;
@@ -67,6 +68,8 @@ pub struct Evaluation {
     pub departures: Option<Departures>,
     /// c_d from the motion behind body 1, which drives the chain as it was measured.
     pub imposed_fit: Result<ImposedFit, FitError>,
+    /// c_d from the motion of a chain that is let go; none for a chain that something drives.
+    pub release_fit: Option<Result<ReleasedFit, FitError>>,
     /// Damping from the peak potential energies, as in the paper.
     pub energy_fit: Result<EnergyFit, FitError>,
     /// The damping that stands for the experiment, or why there is none.
@@ -133,37 +136,27 @@ pub fn evaluate(
     let Merged { left_out, unjoined, steadying, of_camera, shared, stitched, side_motion, observations } =
         merged(setup, tracked, n_threads)?;
     step();
-    let motion = &stitched.motion;
-    let chain = experiment.chain_model()?;
     let known = known(experiment, &setup.map, &tracked.stages.scale);
-    let critical = critical_kg_per_s(&chain);
-    let track_model = track_model(experiment, chain.clone(), &known, n_threads);
-    let imposed_model = ImposedModel {
-        chain: chain.clone(),
-        known: known_of_chain(&known),
-        drive_deviations: stitched.alignments.iter().map(|one| one.drive_deviation.value).collect(),
-        n_threads,
-    };
-    let energy_model = energy_model(experiment, &stitched, chain, &known, n_threads)?;
+    let chain = &experiment.chain_model()?;
+    let material = Material { experiment, stitched: &stitched, chain, known: &known, n_threads };
     // Neither asks what the other finds.
     let (read, fits) = both_in_parallel(
         n_threads,
-        || ReadOff::of(experiment, &shared, motion, &energy_model, &step),
-        || {
-            let of_tracks = OfTracks::of(experiment, &stitched, &observations, &track_model);
-            step();
-            let imposed_fit = fittable(experiment).and_then(|()| fit_imposed(motion, &imposed_model));
-            step();
-            (of_tracks, imposed_fit)
-        },
+        || material.read_off(&shared, &step),
+        || material.fits(&observations, &step),
     );
     let ReadOff { measurement, pulses, energy_fit } = read?;
-    let (OfTracks { track_fit, departures }, imposed_fit) = fits;
+    let Fits { track_fit, departures, imposed_fit, release_fit } = fits;
     let used = measurement.group_velocity.as_ref().ok().map(|velocity| velocity.gaps.0..=velocity.gaps.1);
+    let critical = critical_kg_per_s(chain);
+    let damping = match &release_fit {
+        Some(fit) => StatedDamping::of_release(fit, critical),
+        None => StatedDamping::of(&track_fit, &imposed_fit, &energy_fit, critical),
+    };
     let standings = Standings::of(&stitched.alignments, accepted(&track_fit), &tracked.stages.scale);
     let mut notices = notices(experiment, &tracked.recordings, &observations, &standings);
     notices.extend(experiment.far_striker.as_ref().map(|_| aligned_by_one_striker()));
-    let damping = StatedDamping::of(&track_fit, &imposed_fit, &energy_fit, critical);
+    notices.extend(experiment.is_shaken().then(|| aligned_without_body_1(&observations)).flatten());
     notices.extend(Finding::all_of(
         "chain_model",
         "the chain model",
@@ -195,6 +188,7 @@ pub fn evaluate(
         track_fit,
         imposed_fit,
         departures,
+        release_fit,
         energy_fit,
         damping,
         model: beside,
@@ -209,62 +203,119 @@ struct ReadOff {
     energy_fit: Result<EnergyFit, FitError>,
 }
 
-impl ReadOff {
-    fn of(
-        experiment: &Experiment,
-        shared: &SharedErrors,
-        motion: &ChainMotion,
-        energy_model: &EnergyModel,
-        step: &impl Fn(),
-    ) -> Result<Self, Error> {
-        let n_threads = energy_model.n_threads;
+/// What the tracks, the motion behind body 1, and that of a chain that is let go say of the chain.
+struct Fits {
+    track_fit: Result<TrackFit, FitError>,
+    departures: Option<Departures>,
+    imposed_fit: Result<ImposedFit, FitError>,
+    release_fit: Option<Result<ReleasedFit, FitError>>,
+}
+
+/// What the chain model is fitted to, and how.
+struct Material<'a> {
+    experiment: &'a Experiment,
+    stitched: &'a Stitched,
+    chain: &'a Chain,
+    known: &'a [Known],
+    n_threads: NonZero<usize>,
+}
+
+impl Material<'_> {
+    fn read_off(&self, shared: &SharedErrors, step: &impl Fn()) -> Result<ReadOff, Error> {
+        let Self { experiment, stitched, n_threads, .. } = *self;
+        let motion = &stitched.motion;
         let measurement = shared.measure(experiment, motion, chosen_gaps(experiment), n_threads)?;
         let pulses = match experiment.analysis.pulses {
             true => shared.pulses(experiment, motion, n_threads)?,
             false => Pulses::default(),
         };
         step();
-        let front = &front_settings(experiment);
-        let of_energies =
-            EnergyMeasurement { times_s: &motion.times_s, front, n_replicas: experiment.analysis.n_replicas };
-        let measured = (motion, measurement.energies.as_ref());
-        let fitted = |energies: &_| fit_peak_energies(energies, &of_energies, energy_model);
-        let energy_fit = match fittable(experiment) {
-            Ok(()) => shared.fit_energies(experiment, measured, n_threads, fitted)?,
+        let spacing = experiment.chain.spacing()?;
+        let energy_fit = match energy_model(self, spacing) {
+            Ok(model) => {
+                let front = &front_settings(experiment);
+                let n_replicas = experiment.analysis.n_replicas;
+                let of_energies = EnergyMeasurement { times_s: &motion.times_s, front, n_replicas };
+                let measured = (motion, measurement.energies.as_ref());
+                let fitted = |energies: &_| fit_peak_energies(energies, &of_energies, &model);
+                shared.fit_energies(experiment, measured, n_threads, fitted)?
+            }
             Err(why) => Err(why),
         };
         step();
-        Ok(Self { measurement, pulses, energy_fit })
+        Ok(ReadOff { measurement, pulses, energy_fit })
     }
-}
 
-/// What the tracks say of the chain.
-struct OfTracks {
-    track_fit: Result<TrackFit, FitError>,
-    departures: Option<Departures>,
-}
-
-impl OfTracks {
-    fn of(
-        experiment: &Experiment,
-        stitched: &Stitched,
-        observations: &[Observation],
-        model: &TrackModel,
-    ) -> Self {
+    /// Makes every fit that the chain's drive allows; `step` is called behind each.
+    fn fits(&self, observations: &[Observation], step: &impl Fn()) -> Fits {
+        let Self { experiment, stitched, chain, known, n_threads } = *self;
+        let track_model = track_model(experiment, chain.clone(), known, n_threads);
         let offsets_s: Vec<f64> = stitched.alignments.iter().map(|one| one.trigger_offset_s.value).collect();
-        let track_fit = fittable(experiment).and_then(|()| fit_tracks(observations, &offsets_s, model));
+        let track_fit = track_model.and_then(|model| fit_tracks(observations, &offsets_s, &model));
         let departures = track_fit.as_ref().ok().and_then(|fit| Departures::of(observations, fit));
-        Self { track_fit, departures }
+        step();
+        let imposed_fit = self.behind_body_1();
+        let release_fit = self.since_release();
+        step();
+        Fits { track_fit, departures, imposed_fit, release_fit }
+    }
+
+    /// Drive of each recording, relative to the mean drive, less one.
+    fn drive_deviations(&self) -> Vec<f64> {
+        self.stitched.alignments.iter().map(|one| one.drive_deviation.value).collect()
+    }
+
+    fn behind_body_1(&self) -> Result<ImposedFit, FitError> {
+        moved_by_body_1(self.experiment)?;
+        let model = ImposedModel {
+            chain: self.chain.clone(),
+            known: known_of_chain(self.known),
+            drive_deviations: self.drive_deviations(),
+            n_threads: self.n_threads,
+        };
+        fit_imposed(&self.stitched.motion, &model)
+    }
+
+    fn since_release(&self) -> Option<Result<ReleasedFit, FitError>> {
+        self.experiment.is_released().then(|| {
+            asked(self.experiment)?;
+            let n_recordings = self.stitched.alignments.len().max(1) as f64;
+            let model = ReleasedModel {
+                chain: self.chain.clone(),
+                state_sigma: self.experiment.drive_scatter() / n_recordings.sqrt(),
+                known: known_of_chain(self.known),
+                drive_deviations: self.drive_deviations(),
+            };
+            fit_release(&self.stitched.motion, &model)
+        })
     }
 }
 
-/// Refuses to fit a model that nobody asks for, and one to a chain that is driven at both ends: how fast the second striker was in each trial,
-/// and when it touched, is nothing that the fits seek.
-pub(crate) fn fittable(experiment: &Experiment) -> Result<(), FitError> {
-    match (experiment.analysis.fits, &experiment.far_striker) {
-        (false, _) => Err(FitError::NotAsked),
-        (true, Some(_)) => Err(FitError::DrivenElsewhere { found: "a [far_striker] beside it" }),
-        (true, None) => Ok(()),
+/// Refuses to fit a model that nobody asks for.
+fn asked(experiment: &Experiment) -> Result<(), FitError> {
+    if experiment.analysis.fits { Ok(()) } else { Err(FitError::NotAsked) }
+}
+
+/// The striker that fits seek: they are refused for a chain that is driven otherwise, or at both ends. How fast the second striker was in
+/// each trial, and when it touched, is nothing that they seek.
+fn one_striker(experiment: &Experiment) -> Result<&Striker, FitError> {
+    if let Some(found) = experiment.driven_otherwise() {
+        return Err(FitError::DrivenOtherwise { found });
+    }
+    match (&experiment.striker, &experiment.far_striker) {
+        (_, Some(_)) => Err(FitError::DrivenElsewhere { found: "a [far_striker] beside it" }),
+        (Some(striker), None) => Ok(striker),
+        (None, None) => Err(FitError::NoStriker),
+    }
+}
+
+/// Refuses the fit behind body 1 where what moves the chain passes not through it alone.
+fn moved_by_body_1(experiment: &Experiment) -> Result<(), FitError> {
+    asked(experiment)?;
+    match experiment.far_striker {
+        _ if experiment.is_released() => Err(FitError::LetGo),
+        Some(_) => Err(FitError::DrivenElsewhere { found: "a [far_striker] beside it" }),
+        None => Ok(()),
     }
 }
 
@@ -274,6 +325,18 @@ fn aligned_by_one_striker() -> Finding {
                 of views that the other one moves, and triggers with them, are less certain than stated; what the motion would be with drives that are alike \
                 is an error of it";
     Finding { code: "far_striker", subject: "the alignment".into(), text: text.into() }
+}
+
+/// Says what the alignment of a shaken chain rests on where too few recordings see the body that is shaken.
+fn aligned_without_body_1(observations: &[Observation]) -> Option<Finding> {
+    const ENOUGH: usize = 3;
+    let sees = |one: &&Observation| one.bodies.iter().any(|track| track.body == 1);
+    let n_seen = observations.iter().filter(sees).count();
+    let text = format!(
+        "body 1, whose motion is in proportion to the drive, is seen by {n_seen} recordings: views and trials are aligned as if the first body that {ENOUGH} \
+         see began in proportion to it, which a wave that was dispersed on its way does not quite"
+    );
+    (n_seen < ENOUGH).then(|| Finding { code: "drive", subject: "the alignment".into(), text })
 }
 
 /// Says that the fitted chain model is not shown beside the motion.
@@ -327,28 +390,38 @@ pub(crate) fn chosen_gaps(experiment: &Experiment) -> Option<RangeInclusive<usiz
 }
 
 /// The chain model as a fit to the tracks starts from it.
+///
+/// # Errors
+/// A fit that nobody asks for, and a chain that not one striker alone drives.
 pub(crate) fn track_model(
     experiment: &Experiment,
     chain: Chain,
     known: &[Known],
     n_threads: NonZero<usize>,
-) -> TrackModel {
-    let striker = &experiment.striker;
+) -> Result<TrackModel, FitError> {
+    asked(experiment)?;
+    let striker = one_striker(experiment)?;
     let (velocity, scatter) = (striker.velocity_m_per_s.get(), striker.velocity_sigma_m_per_s.get());
-    TrackModel {
+    Ok(TrackModel {
         chain,
         striker_velocity_m_per_s: Estimate::new(velocity, scatter),
         known: known.to_vec(),
         n_threads,
-    }
+    })
 }
 
 /// What the experiment knows only within an uncertainty, and the fit may move. Of a lens, what remains of its distortion counts as
 /// an error of the scale, by its size in the picture's middle. A scale that the stage contradicts is known only within that.
 pub(crate) fn known(experiment: &Experiment, map: &ChainMap, contradiction: &ScaleCheck) -> Vec<Known> {
     let scale = map.m_per_px();
-    let (chain, striker) = (&experiment.chain, &experiment.striker);
+    let chain = &experiment.chain;
+    let of_striker =
+        experiment.striker.as_ref().map(|striker| (striker.mass_sigma_kg, striker.mass_kg.get()));
     let relative = |sigma: Option<NotNegative>, value: f64| sigma.map_or(0.0, NotNegative::get) / value;
+    let of_ground = match chain.mean_ground_n_per_m() {
+        mean if mean > 0.0 => relative(chain.ground_stiffness_sigma_n_per_m, mean),
+        _ => 0.0,
+    };
     let [of_prefactor, of_offset, of_exponent] = experiment.contact.relative_sigmas();
     let scatter = |scatter: Option<NotNegative>| scatter.map_or(0.0, NotNegative::get);
     let of_masses =
@@ -358,7 +431,8 @@ pub(crate) fn known(experiment: &Experiment, map: &ChainMap, contradiction: &Sca
     [
         (Quantity::Scale, (scale.sigma / scale.value).hypot(contradiction.relative_sigma())),
         (Quantity::BodyMass, relative(chain.mass_sigma_kg, chain.mean_mass_kg())),
-        (Quantity::StrikerMass, relative(striker.mass_sigma_kg, striker.mass_kg.get())),
+        (Quantity::StrikerMass, of_striker.map_or(0.0, |(sigma_kg, mass_kg)| relative(sigma_kg, mass_kg))),
+        (Quantity::Ground, of_ground),
         (Quantity::Prefactor, of_prefactor),
         (Quantity::Offset, of_offset),
         (Quantity::Exponent, of_exponent),
@@ -376,21 +450,17 @@ fn known_of_chain(known: &[Known]) -> Vec<Known> {
     known.iter().filter(|known| known.quantity != Quantity::Scale).cloned().collect()
 }
 
-fn energy_model(
-    experiment: &Experiment,
-    stitched: &Stitched,
-    chain: Chain,
-    known: &[Known],
-    n_threads: NonZero<usize>,
-) -> Result<EnergyModel, Error> {
-    let striker = &experiment.striker;
+fn energy_model(material: &Material<'_>, spacing: Spacing) -> Result<EnergyModel, FitError> {
+    let Material { experiment, stitched, chain, known, n_threads } = *material;
+    asked(experiment)?;
+    let striker = one_striker(experiment)?;
     Ok(EnergyModel {
-        chain,
+        chain: chain.clone(),
         striker_velocity_m_per_s: striker.mean_velocity_m_per_s(stitched.alignments.len()),
-        drive_deviations: stitched.alignments.iter().map(|one| one.drive_deviation.value).collect(),
+        drive_deviations: material.drive_deviations(),
         drive_scale_sigma: DRIVE_SCALE_SIGMA,
         known: known_of_chain(known),
-        spacing: experiment.chain.spacing()?,
+        spacing,
         n_threads,
     })
 }
@@ -404,6 +474,7 @@ fn model_beside(
     fit: &TrackFit,
     velocity_gaps: Option<RangeInclusive<usize>>,
 ) -> Result<ModelBeside, Error> {
+    let striker = one_striker(experiment)?;
     let model = &fit.model;
     let fitted = fitted_motion(fit, &motion.times_s)?;
     let measurement = measure_motion(experiment, &exact_motion(&fitted), velocity_gaps, model.n_threads)?;
@@ -412,8 +483,8 @@ fn model_beside(
             damping_kg_per_s: experiment
                 .chain
                 .dampings_kg_per_s(damping * fit.damping.chain_damping_kg_per_s.value)?,
-            drive: Drive::Striker(Striker {
-                mass_kg: experiment.striker.mass_kg.get(),
+            drive: Drive::Striker(ModelStriker {
+                mass_kg: striker.mass_kg.get(),
                 velocity_m_per_s: fit.striker_velocity_m_per_s.value,
                 damping_kg_per_s: damping * fit.damping.striker_damping_kg_per_s.value,
             }),

@@ -13,7 +13,7 @@ use std::num::NonZero;
 use std::path::Path;
 
 use chainwave_measurement::{Estimate, Trajectory, map_in_parallel};
-use chainwave_mechanics::{Chain, Contacts, Schedule, Striker};
+use chainwave_mechanics::{Chain, Contacts, Schedule};
 use chainwave_synthetic::trials::{
     BodyQuantity, Draw, Scatter, body_factors, draw, stage_error_m, view_trigger_s,
 };
@@ -45,6 +45,8 @@ pub struct FilmTruth {
     pub trials: Vec<TrueTrial>,
     /// The bodies' masses, in kilograms.
     pub masses_kg: Vec<f64>,
+    /// Whether a striker drives the chain; otherwise its velocities above are strengths of another drive over the stated one.
+    pub is_struck: bool,
 }
 
 impl Experiment {
@@ -132,7 +134,7 @@ impl<'a> Studio<'a> {
         let stiffness =
             body_factors(synthetic.seed, BodyQuantity::Stiffness, chain.n_bodies, stiffness_scatter)?;
         let mut specimen = synthetic.specimen.clone();
-        let unequal_m = chain.unequal_pitches_m()?;
+        let unequal_m = experiment.unequal_gaps_at_rest_m()?;
         if !unequal_m.is_empty() {
             specimen.gaps_m = unequal_m;
         }
@@ -190,11 +192,9 @@ impl<'a> Studio<'a> {
         }
     }
 
-    /// The striker velocity that the trials table names, else the experiment's, with its scatter.
+    /// The striker velocity that the trials table names, else the strength of the experiment's drive, with its scatter.
     fn nominal(&self, trial: &Trial) -> Estimate {
-        let striker = &self.experiment.striker;
-        let usual = Estimate::new(striker.velocity_m_per_s.get(), striker.velocity_sigma_m_per_s.get());
-        trial.striker_velocity_m_per_s.unwrap_or(usual)
+        trial.striker_velocity_m_per_s.unwrap_or_else(|| self.experiment.nominal_drive())
     }
 
     /// Films a trial, unless its recording is there or lost.
@@ -231,16 +231,13 @@ impl<'a> Studio<'a> {
     fn motion(&self, draw: &Draw) -> Result<Trajectory, Error> {
         if let Some(rings) = &self.synthetic.rings {
             self.expect_no_far_striker("[synthetic.rings]: expected none")?;
+            self.expect_plainly_struck()?;
             return rings.motion(self, draw);
         }
-        let striker = Striker {
-            mass_kg: self.experiment.striker.mass_kg.get(),
-            velocity_m_per_s: draw.striker_velocity_m_per_s,
-            damping_kg_per_s: self.synthetic.striker_damping_kg_per_s.get(),
-        };
-        let stated = self.experiment.chain_struck_by(striker, self.synthetic.damping_kg_per_s.get())?;
-        let chain = Chain { mass_kg: self.masses_kg.clone(), contact: self.contact.clone(), ..stated };
         let duration_s = self.last_time_s() + 1e-3;
+        let dampings = [self.synthetic.damping_kg_per_s.get(), self.synthetic.c_s_kg_per_s()];
+        let stated = self.experiment.chain_driven(draw.striker_velocity_m_per_s, dampings, duration_s)?;
+        let chain = Chain { mass_kg: self.masses_kg.clone(), contact: self.contact.clone(), ..stated };
         let (model, friction_n) = match &self.synthetic.chain {
             Some(truth) => (truth.of(chain), truth.friction_n.get()),
             None => (chain, 0.0),
@@ -250,13 +247,29 @@ impl<'a> Studio<'a> {
             return rubbed(&model, friction_n, duration_s, TRUTH_INTERVAL_S);
         }
         let schedule = Schedule::automatic(duration_s, TRUTH_INTERVAL_S);
-        Ok(chainwave_mechanics::simulate(&model, &schedule)?.trajectory)
+        Ok(self.experiment.seen_from_rest(chainwave_mechanics::simulate(&model, &schedule)?.trajectory))
     }
 
     /// Refuses a far striker where what is asked for knows none.
     fn expect_no_far_striker(&self, expected: &str) -> Result<(), Error> {
         match self.experiment.far_striker {
             Some(_) => Err(Error::Value(format!("{expected} with [far_striker], found it beside one"))),
+            None => Ok(()),
+        }
+    }
+
+    /// Refuses what rings do not know.
+    fn expect_plainly_struck(&self) -> Result<(), Error> {
+        let refuse = |what: &str| {
+            Err(Error::Value(format!(
+                "[synthetic.rings]: expected a chain that a striker drives and nothing holds to ground, found {what}"
+            )))
+        };
+        match self.experiment.driven_otherwise() {
+            Some(drive) => refuse(drive),
+            None if self.experiment.chain.ground_stiffness_n_per_m.is_some() => {
+                refuse("chain.ground_stiffness_n_per_m")
+            }
             None => Ok(()),
         }
     }

@@ -60,6 +60,7 @@ mod picture_field;
 mod plan;
 mod points;
 mod recording_state;
+mod released;
 mod result_table;
 mod results;
 mod review;
@@ -91,12 +92,13 @@ mod wording;
 
 pub use calibration::{CalibrationFile, ChainMap, ErrorTable, MapTable, middle_px};
 pub use configuration::{
-    Analysis, Camera, Chain, Contact, ContactTable, Experiment, FarEndTable, FarStrikerTable, FilmedRings,
-    FilmedView, Gaps, Law, Marks, Pattern, Ruler, Striker, Synthetic, Tracking, Trial, Trigger, TrueChain,
+    Analysis, BodyState, Camera, Chain, Contact, ContactTable, DriveTable, Experiment, FarEndTable,
+    FarStrikerTable, FilmedRings, FilmedView, Gaps, Law, Marks, Pattern, Ruler, Striker, Synthetic, Tracking,
+    Trial, Trigger, TrueChain, imposed_motion,
 };
 pub use content::fingerprint;
 pub use corrections::{CORRECTIONS_FILE, Correction, Corrections, Remedy, corrections_csv};
-pub use damping::{BEHIND_BODY_1, PEAK_ENERGIES, StatedDamping, TRACKS};
+pub use damping::{BEHIND_BODY_1, PEAK_ENERGIES, RELEASE, StatedDamping, TRACKS};
 pub use decisions::Decision;
 pub use error::Error;
 pub use evaluation::{Departures, EVALUATION_VERSION, Evaluation, ModelBeside, evaluate};
@@ -124,7 +126,7 @@ pub use result_table::{ResultTable, Values};
 pub use results::Results;
 pub use review::{Doubt, DoubtfulReading, ReviewedRecording, review_queue};
 pub use sanity::check;
-pub use scene::{BodyState, ChainScene, imposed_motion};
+pub use scene::ChainScene;
 pub use sensor::SensorFiles;
 pub use setup::{HeldRecordings, Setup};
 pub use share::Share;

@@ -4,14 +4,19 @@ use std::num::NonZero;
 use std::ops::RangeInclusive;
 
 use chainwave_analysis::{
-    FrontSettings, MeasureSettings, Measurement, PeakEnergies, measure, measure_peak_energies,
+    FrontSettings, GapFront, MeasureSettings, Measurement, Missing, PeakEnergies, measure,
+    measure_peak_energies,
 };
-use chainwave_measurement::ChainMotion;
+use chainwave_measurement::{ChainMotion, median};
 
 use crate::configuration::Experiment;
 use crate::error::Error;
+use crate::released::Sense;
 
 /// Measures a motion by the experiment's settings; the group velocity over the given gaps, or those that the motion suggests.
+///
+/// Of a chain that is let go strain is its change from the state in which it is held, and its wave may be one of rarefaction; energies are
+/// those that its contacts hold.
 ///
 /// # Errors
 /// A motion too short to measure.
@@ -23,10 +28,28 @@ pub fn measure_motion(
 ) -> Result<Measurement, Error> {
     let settings = MeasureSettings { velocity_gaps, ..measure_settings(experiment, n_threads)? };
     let of_gaps = energies_of_gaps(experiment)?;
-    Ok(measure(motion, &settings, Some(&|gap, overlap_m| energy_j(&of_gaps, gap, overlap_m)))?)
+    let energy_of = |gap: usize, overlap_m: f64| energy_j(&of_gaps, gap, overlap_m);
+    let Some(held_m) = experiment.held_overlaps_m()? else {
+        let mut found = measure(motion, &settings, Some(&energy_of))?;
+        if experiment.is_shaken() {
+            // What stands out behind the first crest is the drive, its multiples and what leaks from them.
+            found.local_resonance = Err(Missing::StillDriven);
+        }
+        if experiment.is_shaken() && !follows_one_crest(&found.fronts) {
+            found.group_velocity = Err(Missing::OtherCrests);
+            found.half_widths.clear();
+        }
+        return Ok(found);
+    };
+    let sense = Sense::of(motion);
+    let since_held = |gap: usize, overlap_m: f64| {
+        let held_m = held_m.get(gap - 1).copied().unwrap_or(0.0);
+        energy_of(gap, held_m + sense.sign() * overlap_m)
+    };
+    Ok(sense.turned_back(measure(&sense.turned(motion), &settings, Some(&since_held))?))
 }
 
-/// The peak energies that [`measure_motion`] finds, alone.
+/// The peak energies that [`measure_motion`] finds, alone: of a chain that is not let go.
 pub(crate) fn peak_energies_of(
     experiment: &Experiment,
     motion: &ChainMotion,
@@ -61,6 +84,48 @@ fn energy_j(of_gaps: &[EnergyOfGap], gap: usize, overlap_m: f64) -> f64 {
     of_gaps.get(gap - 1).map_or(0.0, |energy| energy(overlap_m))
 }
 
+/// Whether the peaks of all gaps may be one crest of the train that a shaken chain carries. Its first crests grow, so that the one that
+/// stands out first may be a later one where the train has weakened, or grown: then a step from one gap to the next takes a period more or
+/// less, several times as long as the others.
+fn follows_one_crest(fronts: &[Result<GapFront, Missing>]) -> bool {
+    const MOST: f64 = 3.0;
+    const LEAST: f64 = -1.0;
+    let seen: Vec<&GapFront> = fronts.iter().flatten().collect();
+    let step_s = |pair: &[&GapFront]| {
+        let n_gaps = (pair[1].gap - pair[0].gap) as f64;
+        (pair[1].peak_time_s.value - pair[0].peak_time_s.value) / n_gaps
+    };
+    let steps_s: Vec<f64> = seen.windows(2).map(step_s).collect();
+    let usual_s = median(steps_s.clone()).unwrap_or(0.0);
+    steps_s.iter().all(|step_s| (LEAST * usual_s..=MOST * usual_s).contains(step_s))
+}
+
 pub(crate) fn front_settings(experiment: &Experiment) -> FrontSettings {
     FrontSettings { edge_fraction: experiment.analysis.edge_fraction, ..FrontSettings::default() }
+}
+
+#[cfg(test)]
+mod tests {
+    use chainwave_measurement::Estimate;
+
+    use super::*;
+
+    #[test]
+    fn a_crest_that_was_missed_is_told() {
+        let fronts = |times_ms: &[f64]| -> Vec<Result<GapFront, Missing>> {
+            let front = |(gap, time_ms): (usize, &f64)| GapFront {
+                gap,
+                peak_time_s: Estimate::new(1e-3 * time_ms, 1e-7),
+                peak_strain: Estimate::new(-0.01, 1e-5),
+                edge_time_s: None,
+                particle_velocity_m_per_s: None,
+            };
+            (1..).zip(times_ms).map(|one| Ok(front(one))).collect()
+        };
+        assert!(follows_one_crest(&fronts(&[1.0, 1.6, 2.1, 2.8, 3.3])));
+        // 4 ms later: a period of 250 Hz; and as much sooner.
+        assert!(!follows_one_crest(&fronts(&[1.0, 1.6, 2.1, 6.8, 7.3])));
+        assert!(!follows_one_crest(&fronts(&[5.0, 5.6, 2.1, 2.8, 3.3])));
+        assert!(follows_one_crest(&fronts(&[])));
+    }
 }

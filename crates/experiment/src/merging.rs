@@ -3,7 +3,7 @@
 use std::num::NonZero;
 
 use chainwave_measurement::Observation;
-use chainwave_stitching::{Outlier, Settings, Stitched};
+use chainwave_stitching::{FirstBody, Outlier, Settings, Stitched};
 
 use crate::configuration::Experiment;
 use crate::error::Error;
@@ -86,7 +86,8 @@ pub(crate) fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>
 fn stitching_settings(experiment: &Experiment) -> Settings {
     Settings {
         rest_until_s: experiment.tracking.rest_until_s,
-        drive_scatter: Some(experiment.striker.scatter()),
+        drive_scatter: Some(experiment.drive_scatter()),
+        first_body: if experiment.is_shaken() { FirstBody::Prescribed } else { FirstBody::Free },
         trigger_sigma_s: experiment.trigger.sigma_s.map(Positive::get),
         view_trigger_sigma_s: experiment.trigger.view_sigma_s.map(NotNegative::get),
         ..Settings::new(experiment.chain.n_bodies, 0.0)

@@ -140,7 +140,7 @@ pub(crate) fn farthest_drive(experiment: &Experiment, standings: &Standings) -> 
 
 fn drive(experiment: &Experiment, standings: &Standings, one: &Standing) -> UnusualDrive {
     let values = standings.of_recordings.iter().map(|standing| standing.drive_deviation.value).collect();
-    let scatter = experiment.striker.scatter();
+    let scatter = experiment.drive_scatter();
     let found = one.drive_deviation;
     let deviation = Estimate::new(found.value - median(values).unwrap_or(0.0), found.sigma);
     let recording = one.recording.clone();

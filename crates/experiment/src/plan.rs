@@ -48,7 +48,7 @@ use self::readings::Readings;
 use self::rehearsal::Rehearsal;
 use self::schedule::{PlannedRecording, Schedule};
 use crate::error::Error;
-use crate::evaluation::{chosen_gaps, evaluate, fittable, known, track_model};
+use crate::evaluation::{chosen_gaps, evaluate, known, track_model};
 use crate::failed_recording::FailedRecording;
 use crate::finding::Finding;
 use crate::merging::{Merged, merged};
@@ -248,8 +248,8 @@ fn pictures(
     }
     let last_s = camera.info().times_s.last().copied().unwrap_or(0.0);
     let frame_s = camera.camera.rate_hz.recip();
-    let striker_m_per_s = setup.experiment.striker.velocity_m_per_s.get();
-    let motion = chain.motion(&setup.experiment, striker_m_per_s, last_s.max(0.0) + 2.0 * frame_s)?;
+    let strength = setup.experiment.nominal_drive().value;
+    let motion = chain.motion(&setup.experiment, strength, last_s.max(0.0) + 2.0 * frame_s)?;
     let drawn = recordings.iter().map(|one| Pictures::drawn(setup, camera, &one.trial, &motion));
     drawn.filter_map(Result::transpose).collect()
 }
@@ -270,8 +270,7 @@ fn rehearsed(rehearsal: &Rehearsal, n_threads: NonZero<usize>) -> Result<Precisi
     let known = known(experiment, &setup.map, &tracked.stages.scale);
     let model = track_model(experiment, experiment.chain_model()?, &known, n_threads);
     let offsets_s: Vec<f64> = stitched.alignments.iter().map(|one| one.trigger_offset_s.value).collect();
-    let dampings =
-        both(fittable(experiment).and_then(|()| stated_damping(&observations, &offsets_s, &model)));
+    let dampings = both(model.and_then(|model| stated_damping(&observations, &offsets_s, &model)));
     Ok(precision(&stitched.motion, &measurement, dampings))
 }
 

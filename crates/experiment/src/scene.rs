@@ -1,15 +1,14 @@
 //! `SCENE.toml` of a chain: the chain, what drives it, and how it is integrated.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use chainwave_analysis::Spacing;
-use chainwave_mechanics::{Bodies, Chain, Drive, ImposedMotion, Integration, Method, Schedule, Striker};
+use chainwave_mechanics::{Bodies, Chain, Integration, Method, Schedule};
 use serde::Deserialize;
 
-use crate::configuration::{Contact, FarEndTable, FarStrikerTable, Pattern, far_end};
+use crate::configuration::{Contact, DriveTable, FarEndTable, FarStrikerTable, Pattern, at_rest, far_end};
 use crate::error::Error;
 use crate::numbers::{NotNegative, Positive};
-use crate::shaker::Shaker;
 use crate::table::Table;
 
 /// A chain, what drives it, and how it is integrated.
@@ -43,15 +42,7 @@ struct Body {
     mass_kg: Pattern<Positive>,
     pitch_m: Pattern<Positive>,
     damping_kg_per_s: Pattern<NotNegative>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
-enum DriveTable {
-    Striker { mass_kg: Positive, velocity_m_per_s: Positive, damping_kg_per_s: NotNegative },
-    Imposed { file: PathBuf },
-    Shaker { frequency_hz: Positive, amplitude_m: Positive, ramp_s: Option<Positive> },
-    Free { initial: PathBuf },
+    ground_stiffness_n_per_m: Option<Pattern<NotNegative>>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -135,13 +126,26 @@ impl ChainScene {
         let mut far_striker = self.far_striker.clone();
         far_striker.as_mut().map_or(Ok(()), |far| far.read_files(path, read))?;
         let far_end = far_end(self.far_end, far_striker.as_ref());
-        Ok(Chain {
+        let ground = self.body.ground_stiffness_n_per_m.as_ref();
+        let ground = ground.map(|pattern| pattern.values(n, "body.ground_stiffness_n_per_m"));
+        let refused = |wrong: Error| configuration(path, wrong.to_string());
+        let mut chain = Chain {
             mass_kg: values(self.body.mass_kg.values(n, "body.mass_kg"))?,
             damping_kg_per_s: values(self.body.damping_kg_per_s.values(n, "body.damping_kg_per_s"))?,
-            contact: contact.contacts(n).map_err(|wrong| configuration(path, wrong.to_string()))?,
-            drive: self.drive.drive(path, (n, self.duration_s.get()), read)?,
-            far_end: far_end.map_err(|wrong| configuration(path, wrong.to_string()))?,
-        })
+            ground_stiffness_n_per_m: values(ground.unwrap_or_else(|| Ok(Vec::new())))?,
+            contact: contact.contacts(n).map_err(refused)?,
+            drive: at_rest(n),
+            far_end: far_end.map_err(refused)?,
+        };
+        let mut drive = self.drive.clone();
+        drive.read_files(path, n, read)?;
+        if drive.scatter().is_some() {
+            let message = "drive.scatter: expected in an experiment, whose trials scatter, found in a scene";
+            return Err(configuration(path, message.into()).into());
+        }
+        drive.check(&chain).map_err(refused)?;
+        chain.drive = drive.drive(1.0, &chain, self.duration_s.get()).map_err(refused)?;
+        Ok(chain)
     }
 }
 
@@ -164,82 +168,6 @@ impl Integrator {
             (Some(method), None, _) => Ok(Integration::Accuracy { method, accuracy }),
             (None, None, _) => Ok(Integration::Automatic { accuracy }),
         }
-    }
-}
-
-impl DriveTable {
-    fn drive<E: From<Error>>(
-        &self,
-        path: &Path,
-        (n_bodies, duration_s): (usize, f64),
-        read: &dyn Fn(&Path) -> Result<Table, E>,
-    ) -> Result<Drive, E> {
-        Ok(match self {
-            Self::Shaker { frequency_hz, amplitude_m, ramp_s } => {
-                let ramp_s = ramp_s.map_or(0.0, Positive::get);
-                let shaker =
-                    Shaker { frequency_hz: frequency_hz.get(), amplitude_m: amplitude_m.get(), ramp_s };
-                Drive::Imposed(shaker.motion(duration_s).map_err(Error::from)?)
-            }
-            Self::Striker { mass_kg, velocity_m_per_s, damping_kg_per_s } => Drive::Striker(Striker {
-                mass_kg: mass_kg.get(),
-                velocity_m_per_s: velocity_m_per_s.get(),
-                damping_kg_per_s: damping_kg_per_s.get(),
-            }),
-            Self::Imposed { file } => Drive::Imposed(imposed_motion(&read(&path.with_file_name(file))?)?),
-            Self::Free { initial } => {
-                let table = read(&path.with_file_name(initial))?;
-                let BodyState { displacement_m, velocity_m_per_s } = BodyState::of_table(&table, n_bodies)?;
-                Drive::Free { displacement_m, velocity_m_per_s }
-            }
-        })
-    }
-}
-
-/// The motion of body 1 by the columns `t_s, x_m`: every row of a table without a column `body`, and those of body 1 of one that
-/// has it, such as the motion that a run found. SI units.
-///
-/// # Errors
-/// A missing column, an empty cell, and samples that are no motion.
-pub fn imposed_motion(table: &Table) -> Result<ImposedMotion, Error> {
-    let (times_s, x_m) = (table.full_numbers("t_s")?, table.full_numbers("x_m")?);
-    let is_first: Vec<bool> = match table.has("body") {
-        true => table.counts("body")?.into_iter().map(|body| body == 1).collect(),
-        false => vec![true; times_s.len()],
-    };
-    let samples = times_s.into_iter().zip(x_m).zip(is_first);
-    let (times_s, x_m) = samples.filter(|(_, is_first)| *is_first).map(|(sample, _)| sample).unzip();
-    Ok(ImposedMotion::from_samples(times_s, x_m)?)
-}
-
-/// Displacements and velocities of all bodies.
-pub struct BodyState {
-    /// Displacements, in metres.
-    pub displacement_m: Vec<f64>,
-    /// Velocities, in metres per second.
-    pub velocity_m_per_s: Vec<f64>,
-}
-
-impl BodyState {
-    /// A state by the rows' body numbers, from 1; bodies without a row are at rest.
-    ///
-    /// # Errors
-    /// A missing column, a body that is none, or one twice.
-    pub fn of_table(table: &Table, n_bodies: usize) -> Result<Self, Error> {
-        let bodies = table.counts("body")?;
-        let (x_m, v_m_per_s) = (table.full_numbers("x_m")?, table.full_numbers("v_m_per_s")?);
-        let mut state = Self { displacement_m: vec![0.0; n_bodies], velocity_m_per_s: vec![0.0; n_bodies] };
-        let mut seen = vec![false; n_bodies];
-        for (row, body) in bodies.into_iter().enumerate() {
-            let index = body.wrapping_sub(1);
-            if index >= n_bodies || std::mem::replace(&mut seen[index], true) {
-                let expected = format!("each body once, from 1 to {n_bodies}");
-                return Err(table.cell(row, "body", &expected, &body.to_string()));
-            }
-            state.displacement_m[index] = x_m[row];
-            state.velocity_m_per_s[index] = v_m_per_s[row];
-        }
-        Ok(state)
     }
 }
 

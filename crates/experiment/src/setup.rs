@@ -124,7 +124,7 @@ impl Setup {
             setup
                 .trials
                 .retain(|trial| nominal(trial).is_some_and(|value| value.total_cmp(&velocity.value).is_eq()));
-            setup.experiment.striker.set_velocity(*velocity);
+            setup.experiment.striker.iter_mut().for_each(|striker| striker.set_velocity(*velocity));
             setup
         };
         match velocities.is_empty() {

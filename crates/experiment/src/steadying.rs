@@ -5,7 +5,7 @@ use chainwave_measurement::{ChainMotion, ErrorMode, ErrorSource, Estimate, Obser
 use chainwave_mechanics::{Schedule, simulate};
 use ndarray::Array2;
 
-use crate::configuration::Experiment;
+use crate::configuration::{DriveTable, Experiment};
 use crate::error::Error;
 use crate::scale::ScaleCheck;
 use crate::tracks::Coordinate;
@@ -152,12 +152,14 @@ impl Steadying {
 /// How long after the first body's each body's motion begins by the stated chain, in seconds. The chain is at rest before
 /// `tracking.rest_until_s`, so the wave comes later than that by so much.
 fn arrivals_s(experiment: &Experiment, moved_m: f64) -> Result<Vec<f64>, Error> {
-    let chain = experiment.chain_model()?;
-    let duration_s = 1.5 * experiment.linear_chain()?.crossing_time_s(chain.n_bodies());
+    let crossing_s = experiment.linear_chain()?.crossing_time_s(experiment.chain.n_bodies);
+    let known_until_s = experiment.drive.as_ref().and_then(DriveTable::known_until_s);
+    let duration_s = known_until_s.map_or(1.5 * crossing_s, |known_s| known_s.min(1.5 * crossing_s));
+    let chain = experiment.chain_model_until(duration_s)?;
     let motion = simulate(&chain, &Schedule::automatic(duration_s, duration_s / 2000.0))?.trajectory;
     let arrival_s = |body: usize| {
         let row = motion.displacement_m.row(body);
-        let arrived = row.iter().position(|x_m| x_m.abs() > moved_m);
+        let arrived = row.iter().position(|x_m| (x_m - row[0]).abs() > moved_m);
         motion.times_s[arrived.map_or(motion.times_s.len() - 1, |frame| frame.saturating_sub(1))]
     };
     Ok((0..chain.n_bodies()).map(arrival_s).collect())

@@ -68,7 +68,8 @@ pub fn compare_strikers(
 
 /// The measured group velocity; the striker's is the fitted mean where the fit holds, else the stated one.
 fn measured(setup: &Setup, evaluation: &Evaluation) -> Option<StrikerWave> {
-    let nominal = setup.experiment.striker.mean_velocity_m_per_s(evaluation.stitched.alignments.len());
+    let striker = setup.experiment.striker.as_ref()?;
+    let nominal = striker.mean_velocity_m_per_s(evaluation.stitched.alignments.len());
     let fit = evaluation.track_fit.as_ref().ok().filter(|_| evaluation.damping.reason(TRACKS).is_none());
     let striker = fit.map_or(nominal, |fit| fit.striker_velocity_m_per_s);
     let found = evaluation.measurement.group_velocity.as_ref().ok()?;
@@ -92,19 +93,17 @@ fn modelled(
     };
     let gaps = evaluation.measurement.group_velocity.as_ref().ok().map(|found| found.gaps.0..=found.gaps.1);
     let experiment = &setup.experiment;
-    let fastest_m_per_s = 1.1 * experiment.striker.velocity_m_per_s.get();
+    let Some(striker) = &experiment.striker else { return Ok(Vec::new()) };
+    let fastest_m_per_s = 1.1 * striker.velocity_m_per_s.get();
     let crossing_s = experiment.linear_chain()?.crossing_time_s(experiment.chain.n_bodies);
     let schedule = Schedule::automatic(1.5 * crossing_s, crossing_s / 400.0);
     let mut waves = Vec::with_capacity(N_MODEL_POINTS);
     for k in 0..N_MODEL_POINTS {
         let share = SLOWEST + (1.0 - SLOWEST) * k as f64 / (N_MODEL_POINTS - 1) as f64;
         let velocity_m_per_s = share * fastest_m_per_s;
-        let striker = Striker {
-            mass_kg: experiment.striker.mass_kg.get(),
-            velocity_m_per_s,
-            damping_kg_per_s: c_s.value,
-        };
-        let model = experiment.chain_struck_by(striker, c_d.value)?;
+        let struck_by =
+            Striker { mass_kg: striker.mass_kg.get(), velocity_m_per_s, damping_kg_per_s: c_s.value };
+        let model = experiment.chain_struck_by(struck_by, c_d.value)?;
         let motion = exact_motion(&simulate(&model, &schedule)?.trajectory);
         if let Ok(found) = measure_motion(experiment, &motion, gaps.clone(), n_threads)?.group_velocity {
             waves.push(StrikerWave {

@@ -15,9 +15,9 @@ use crate::setup::Setup;
 pub struct KnownTruth {
     /// c_d.
     pub chain_damping_kg_per_s: f64,
-    /// c_s.
+    /// c_s; 0 where there is no striker.
     pub striker_damping_kg_per_s: f64,
-    /// Mean striker velocity of the recordings that were evaluated.
+    /// Mean striker velocity of the recordings that were evaluated; of any other drive its strength over the stated one.
     pub striker_velocity_m_per_s: f64,
     /// Instant of the impact after their mean trigger.
     pub impact_time_s: f64,
@@ -70,7 +70,7 @@ pub(crate) fn known_truth(
     let inside = pairs.iter().filter(|(x, truth)| x.covers_95(*truth)).count();
     Ok(Some(KnownTruth {
         chain_damping_kg_per_s: synthetic.damping_kg_per_s.get(),
-        striker_damping_kg_per_s: synthetic.striker_damping_kg_per_s.get(),
+        striker_damping_kg_per_s: synthetic.c_s_kg_per_s(),
         striker_velocity_m_per_s: striker.striker_velocity_m_per_s,
         impact_time_s: striker.impact_time_s,
         trials: studio.true_trials(&takes),

@@ -25,6 +25,17 @@ pub enum FitError {
     /// Nobody asks for it.
     #[error("not asked for (analysis.fits = false)")]
     NotAsked,
+    /// No striker drives the chain.
+    #[error("damping fit: expected a chain that a striker drives, whose contact c_s damps, found {found}")]
+    DrivenOtherwise {
+        /// What drives it.
+        found: &'static str,
+    },
+    /// The chain is let go, so that more than its first body moves it.
+    #[error(
+        "damping fit: expected a chain at rest until body 1 moves, found one that is let go, which the fit to the release takes"
+    )]
+    LetGo,
     /// Not enough was measured.
     #[error("damping fit: expected at least {expected} measured {what}, found {found}")]
     TooFew {

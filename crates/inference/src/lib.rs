@@ -43,6 +43,7 @@ mod least_squares;
 mod measured_rates;
 mod quadrature;
 mod quantity;
+mod released;
 mod steps;
 mod tracks;
 pub mod wrong_models;
@@ -52,6 +53,7 @@ pub use energies::{EnergyFit, EnergyMeasurement, EnergyModel, fit_peak_energies}
 pub use error::FitError;
 pub use imposed::{ImposedFit, ImposedModel, fit_imposed};
 pub use quantity::{Known, Quantity};
+pub use released::{ReleasedFit, ReleasedModel, fit_release};
 pub use tracks::{
     AlignedMotion, FittedRecording, Hypothesis, Interval, OverTrials, Structure, TrackFit, TrackModel,
     aligned_motion, fit_tracks, fitted_motion, hypothesis_rule, scatter_of_bodies, scatter_of_bodies_rule,

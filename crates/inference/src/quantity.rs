@@ -10,6 +10,8 @@ pub enum Quantity {
     BodyMass,
     /// Mass of the striker.
     StrikerMass,
+    /// Stiffness of the springs to ground.
+    Ground,
     /// Stiffness of the contacts: the prefactor A of a power law, the force of any other.
     Prefactor,
     /// Offset delta_0 of the contact law.
@@ -49,6 +51,7 @@ impl Quantity {
         match self {
             Self::BodyMass => "body_mass",
             Self::StrikerMass => "striker_mass",
+            Self::Ground => "ground_stiffness",
             Self::Prefactor => "contact_a",
             Self::Offset => "contact_delta_0",
             Self::Exponent => "contact_p",
@@ -79,6 +82,9 @@ impl Quantity {
         match self {
             Self::BodyMass => chain.mass_kg.iter_mut().for_each(|mass_kg| *mass_kg *= factor),
             Self::StrikerMass => striker.mass_kg *= factor,
+            Self::Ground => {
+                chain.ground_stiffness_n_per_m.iter_mut().for_each(|k_n_per_m| *k_n_per_m *= factor)
+            }
             Self::Prefactor => chain.contact.for_each(&mut |contact| stiffen(contact, factor)),
             Self::Offset => chain.contact.for_each_power_law(|law| law.delta_0_m *= factor),
             Self::Exponent => chain.contact.for_each_power_law(|law| law.p *= factor),

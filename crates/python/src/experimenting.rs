@@ -38,7 +38,7 @@ type StateOfRecording = (String, u32, u32, &'static str, Option<String>);
 /// What a run found.
 #[pyclass(frozen, get_all, module = "chainwave._chainwave")]
 pub(crate) struct ExperimentResults {
-    striker_velocity_m_per_s: f64,
+    striker_velocity_m_per_s: Option<f64>,
     numbers: Vec<(&'static str, Number)>,
     tables: Vec<(&'static str, Py<ArrowTable>)>,
     figures: Vec<(&'static str, Py<Drawing>)>,
@@ -161,7 +161,7 @@ impl ExperimentResults {
             "reduced_chi_squared": evaluation.track_fit.as_ref().ok().map(|fit| fit.reduced_chi_squared),
         });
         Ok(Self {
-            striker_velocity_m_per_s: setup.experiment.striker.velocity_m_per_s.get(),
+            striker_velocity_m_per_s: setup.experiment.striker.as_ref().map(|one| one.velocity_m_per_s.get()),
             numbers: numbers_of(evaluation),
             tables: tables.collect::<PyResult<_>>()?,
             figures: figures.collect::<PyResult<_>>()?,

@@ -14,6 +14,7 @@ use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
 use crate::body_response::{BodyResponse, FittedTime};
 use crate::drive_scatter::scale_of;
+use crate::settings::FirstBody;
 
 /// The first body's onset ends when it has moved this share of its way. A shorter one knows beta worse, and the other bodies' do not
 /// begin in proportion to the drive.
@@ -39,22 +40,30 @@ pub(crate) struct Onset {
 
 impl Onset {
     /// From the readings of the first body over time, by least squares of its slope against its motion and velocity, which have
-    /// far less noise; `None` where nothing moves.
+    /// far less noise; `None` where nothing moves. A prescribed motion is in proportion to the drive from its beginning to its end.
     pub(crate) fn read(
-        of_body: &[FittedTime],
+        (of_body, first_body): (&[FittedTime], FirstBody),
         drive: &[f64],
         errors: &ReadingErrors<'_>,
         interval_s: f64,
     ) -> Option<Self> {
         let motion_m = |(_, response): &FittedTime| response.motion_m.abs();
         let furthest_m = of_body.iter().map(motion_m).fold(0.0, f64::max);
-        let n_onset = of_body.iter().take_while(|one| motion_m(one) < ONSET_SHARE * furthest_m).count();
+        let n_onset = match first_body {
+            FirstBody::Free => {
+                of_body.iter().take_while(|one| motion_m(one) < ONSET_SHARE * furthest_m).count()
+            }
+            FirstBody::Prescribed => of_body.len(),
+        };
         let onset = &of_body[..n_onset];
         let (factors, inverse) = scale_and_delay(onset)?;
         let gains: Vec<Vector2<f64>> =
             onset.iter().map(|(_, response)| inverse * scaled_and_delayed(response)).collect();
         let moving = onset.iter().filter(|one| motion_m(one) > 0.01 * furthest_m).count();
-        let departure = Vector2::new(DEPARTURE_OF_SCALE, -DEPARTURE * moving as f64 * interval_s);
+        let departure = match first_body {
+            FirstBody::Free => Vector2::new(DEPARTURE_OF_SCALE, -DEPARTURE * moving as f64 * interval_s),
+            FirstBody::Prescribed => Vector2::zeros(),
+        };
         let covariance = errors.covariance_of(onset, &gains, drive) + departure * departure.transpose();
         let mut derivatives = DMatrix::zeros(2, 2 * drive.len());
         for ((contributions, response), gain) in onset.iter().zip(&gains) {

@@ -92,7 +92,7 @@ pub use averaged::averaged;
 pub use error::StitchingError;
 pub use merge::merge;
 pub use outliers::{Evidence, Outlier, outliers};
-pub use settings::Settings;
+pub use settings::{FirstBody, Settings};
 pub use spread::Spread;
 pub use stages::{StageStep, refine_stages};
 pub use stitched::{Alignment, AlignmentPhase, Stitched, Unsettled};

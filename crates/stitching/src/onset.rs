@@ -4,6 +4,7 @@ use crate::drive_scatter::contradicted;
 use crate::error::StitchingError;
 use crate::gauge::{Gauge, Onset, ReadingErrors};
 use crate::rest::Displacement;
+use crate::settings::FirstBody;
 use crate::state::AlignmentState;
 
 impl AlignmentState<'_> {
@@ -30,7 +31,9 @@ impl AlignmentState<'_> {
         let rest_sigma_m: Vec<f64> = self.displacements.iter().map(of_recording).collect();
         let scatter_ratio = self.scatter_ratio(&field[row], |_| true).max(1.0);
         let errors = ReadingErrors { rest_sigma_m: &rest_sigma_m, scatter_ratio };
-        Ok(Onset::read(&field[row], &self.drive, &errors, self.frame_interval_s))
+        // What is prescribed is body 1's motion, and nobody else's.
+        let first_body = if row == 0 { self.settings.first_body } else { FirstBody::Free };
+        Ok(Onset::read((&field[row], first_body), &self.drive, &errors, self.frame_interval_s))
     }
 
     /// The stated scatter of the drives, or else what the reader should know where the first body's onset contradicts it.

@@ -1,5 +1,14 @@
 //! What is known of an experiment before its recordings are merged.
 
+/// What decides how the first body moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FirstBody {
+    /// Forces, as where it is struck or let go: it begins in proportion to the drive.
+    Free,
+    /// The drive itself, as where a shaker holds it: it moves in proportion to the drive at all times.
+    Prescribed,
+}
+
 /// How to stitch.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
@@ -12,6 +21,8 @@ pub struct Settings {
     /// Relative standard deviation of the drives about their mean, where it is known: it helps the first body's onset to tell their
     /// scale.
     pub drive_scatter: Option<f64>,
+    /// What decides how body 1 moves.
+    pub first_body: FirstBody,
     /// Standard deviation of the triggers' offsets from trial to trial of one view, where it is known, in seconds. It matters where views
     /// share no body; it is found from the trials otherwise.
     pub trigger_sigma_s: Option<f64>,
@@ -43,6 +54,7 @@ impl Settings {
             rest_until_s: -trigger_margin_s,
             drive_prior: 0.05,
             drive_scatter: None,
+            first_body: FirstBody::Free,
             trigger_sigma_s: None,
             view_trigger_sigma_s: None,
             slope_prior: 1.0,

@@ -144,6 +144,7 @@ fn speeds_in_nesterenkos_chain_go_as_the_fifth_root() {
         let chain = Chain {
             mass_kg: vec![mass_kg; 40],
             damping_kg_per_s: vec![0.0; 40],
+            ground_stiffness_n_per_m: Vec::new(),
             contact: contact.clone().into(),
             drive: Drive::Striker(Striker { mass_kg, velocity_m_per_s, damping_kg_per_s: 0.0 }),
             far_end: FarEnd::Free,
@@ -177,6 +178,7 @@ fn a_free_end_turns_the_sign_and_a_wall_does_not() {
         let chain = Chain {
             mass_kg: vec![mass_kg; n],
             damping_kg_per_s: vec![0.0; n],
+            ground_stiffness_n_per_m: Vec::new(),
             contact: LinearLaw { k_n_per_m }.into(),
             drive: Drive::Imposed(drive.clone()),
             far_end,

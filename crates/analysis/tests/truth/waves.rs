@@ -65,6 +65,7 @@ fn the_tail_of_a_linear_chain_lies_on_its_dispersion_curve() {
     let chain = Chain {
         mass_kg: vec![mass_kg; 60],
         damping_kg_per_s: vec![0.0; 60],
+        ground_stiffness_n_per_m: Vec::new(),
         contact: LinearLaw { k_n_per_m: stiffness_n_per_m }.into(),
         drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s: 0.5, damping_kg_per_s: 0.0 }),
         far_end: FarEnd::Free,
@@ -75,7 +76,7 @@ fn the_tail_of_a_linear_chain_lies_on_its_dispersion_curve() {
     for (row, kappa) in map.kappa_rad.iter().enumerate().filter(|(_, kappa)| (1.2..3.0).contains(*kappa)) {
         let spectrum = map.amplitude.row(row);
         let top = (0..spectrum.len()).max_by(|a, b| spectrum[*a].total_cmp(&spectrum[*b])).unwrap();
-        let known_hz = LinearChain { stiffness_n_per_m, mass_kg }.frequency_hz(*kappa);
+        let known_hz = LinearChain { stiffness_n_per_m, mass_kg, ground_n_per_m: 0.0 }.frequency_hz(*kappa);
         assert!(
             (map.frequency_hz[top] - known_hz).abs() < 0.5 * map.frequency_resolution_hz,
             "kappa {kappa}: {} Hz, expected {known_hz}",

@@ -131,6 +131,7 @@ fn overdamped_error(share_of_critical: f64) -> Result<f64, String> {
     let chain = Chain {
         mass_kg: vec![MASS_KG],
         damping_kg_per_s: vec![2.0 * share_of_critical * (K_0_N_PER_M * MASS_KG).sqrt()],
+        ground_stiffness_n_per_m: Vec::new(),
         contact: LinearLaw::new(K_0_N_PER_M).map_err(text)?.into(),
         drive: Drive::Free { displacement_m: vec![1e-3], velocity_m_per_s: vec![0.0] },
         far_end: FarEnd::Fixed,
@@ -210,6 +211,7 @@ fn chain(law: PowerLaw, velocity_m_per_s: f64, n_bodies: usize) -> Chain {
     Chain {
         mass_kg: vec![MASS_KG; n_bodies],
         damping_kg_per_s: vec![0.0; n_bodies],
+        ground_stiffness_n_per_m: Vec::new(),
         contact: law.into(),
         drive: Drive::Striker(Striker { mass_kg: STRIKER_KG, velocity_m_per_s, damping_kg_per_s: 0.0 }),
         far_end: FarEnd::Free,

@@ -15,8 +15,10 @@ use crate::table;
 
 /// Writes the tracks of one striker velocity; what an earlier run left of that velocity goes.
 pub(super) fn write(setup: &Setup, folder: &Path, tracked: &Tracked) -> Result<(), Error> {
-    let velocity = setup.experiment.striker.velocity_m_per_s.get();
-    let of_velocity = folder.join(format!("velocity={velocity}"));
+    let experiment = &setup.experiment;
+    let strength = experiment.nominal_drive().value;
+    let driven = if experiment.striker.is_some() { "velocity" } else { "drive" };
+    let of_velocity = folder.join(format!("{driven}={strength}"));
     match fs::remove_dir_all(&of_velocity) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => {
             return Err(Error::file(&of_velocity, "remove")(error));

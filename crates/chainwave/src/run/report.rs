@@ -77,7 +77,7 @@ pub(super) fn write_comparison(
     let name = &first.setup.experiment.name;
     let shown = figures.iter().map(|one| figure(out, one)).collect::<Result<String, _>>()?;
     let section = |one: &Velocity<'_>| {
-        let velocity_m_per_s = one.setup.experiment.striker.velocity_m_per_s.get();
+        let velocity_m_per_s = one.setup.experiment.nominal_drive().value;
         let folder = escaped(&one.folder);
         format!(
             "<h2>Striker at {velocity_m_per_s} m/s</h2><p><a href=\"{folder}/report.html\">Its report</a>, with all of its figures, decisions and \

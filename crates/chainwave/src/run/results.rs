@@ -6,13 +6,13 @@ use std::path::Path;
 
 use chainwave_analysis::{DampingShare, LocalResonance, Measurement};
 use chainwave_experiment::{
-    BEHIND_BODY_1, Evaluation, Finding, ModelBeside, PEAK_ENERGIES, RecordingState, Results, Setup,
+    BEHIND_BODY_1, Evaluation, Finding, ModelBeside, PEAK_ENERGIES, RELEASE, RecordingState, Results, Setup,
     SideMotion, Standing, TRACKS, TrackRows, Tracked, Trial, dispersion_table, energy_table, front_table,
     half_width_table, motion_by_model_table, motion_table, pulse_table, recording_states, spectrum_table,
     strain_table,
 };
 use chainwave_inference::{
-    Damping, EnergyFit, FitError, FittedRecording, ImposedFit, Quantity, Structure, TrackFit,
+    Damping, EnergyFit, FitError, FittedRecording, ImposedFit, Quantity, ReleasedFit, Structure, TrackFit,
 };
 use chainwave_measurement::Estimate;
 use chainwave_stitching::{Alignment, Stitched};
@@ -224,7 +224,10 @@ fn as_json(setup: &Setup, tracked: &Tracked, evaluation: &Evaluation) -> Value {
         ),
         ("fit_behind_body_1", BEHIND_BODY_1, evaluation.imposed_fit.as_ref().map(imposed_fit_as_json)),
     ];
-    for (key, source, fit) in fits {
+    let of_release = evaluation.release_fit.as_ref();
+    let of_release =
+        of_release.map(|fit| ("fit_to_release", RELEASE, fit.as_ref().map(released_fit_as_json)));
+    for (key, source, fit) in fits.into_iter().chain(of_release) {
         let fit = fit.map_or_else(failed, |fit| unless_refused(fit, damping.reason(source)));
         results.insert(key.into(), Value::Object(fit));
     }
@@ -406,6 +409,16 @@ fn imposed_fit_as_json(fit: &ImposedFit) -> Map<String, Value> {
     let mut results = Map::new();
     put(&mut results, "c_d_kg_per_s", "c_d_sigma", Some(fit.chain_damping_kg_per_s));
     results.insert("c_s".into(), json!(ImposedFit::NO_STRIKER_DAMPING));
+    put_factors(&mut results, &fit.factors);
+    put_goodness(&mut results, fit.reduced_chi_squared, fit.n_residuals, fit.n_simulations);
+    results
+}
+
+fn released_fit_as_json(fit: &ReleasedFit) -> Map<String, Value> {
+    let mut results = Map::new();
+    put(&mut results, "c_d_kg_per_s", "c_d_sigma", Some(fit.chain_damping_kg_per_s));
+    put(&mut results, "release_time_s", "release_time_sigma", Some(fit.release_time_s));
+    put(&mut results, "state", "state_sigma", Some(fit.state));
     put_factors(&mut results, &fit.factors);
     put_goodness(&mut results, fit.reduced_chi_squared, fit.n_residuals, fit.n_simulations);
     results

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use chainwave_experiment::{
-    BEHIND_BODY_1, Evaluation, KnownTruth, PEAK_ENERGIES, RecordingState, Results, Setup, State, TRACKS,
+    BEHIND_BODY_1, Evaluation, KnownTruth, PEAK_ENERGIES, RELEASE, RecordingState, Results, Setup, State,
+    TRACKS,
 };
 use chainwave_inference::{Damping, FitError};
 use chainwave_measurement::Estimate;
@@ -138,9 +139,9 @@ pub(crate) fn rows(evaluation: &Evaluation, truth: Option<&KnownTruth>) -> Vec<R
     let critical = stated.critical_kg_per_s;
     rows.extend(fit_rows(TRACKS, &of_tracks, critical, truth));
     rows.extend(fit_rows(PEAK_ENERGIES, &of_energies, critical, truth));
-    if stated.source == Some(BEHIND_BODY_1) {
+    if let Some(source) = stated.source.filter(|source| [BEHIND_BODY_1, RELEASE].contains(source)) {
         let c_d = stated.chain_damping_kg_per_s.clone();
-        let name = format!("c_d (g/s), {BEHIND_BODY_1}");
+        let name = format!("c_d (g/s), {source}");
         rows.push(row(&name, c_d, 1e3, of_truth(&|truth| Some(truth.chain_damping_kg_per_s))));
     }
     rows

@@ -10,16 +10,17 @@ use crate::table::{self, column};
 
 /// Writes what is behind the recordings.
 pub(super) fn write(truth: &FilmTruth, folder: &Path) -> Result<(), Error> {
-    write_motions(&truth.motions, folder)?;
+    let drive = if truth.is_struck { "striker_velocity_m_per_s" } else { "drive" };
+    write_motions(&truth.motions, drive, folder)?;
     write_json(&folder.join("truth.json"), &truth.parameters)?;
-    write_trials(&truth.trials, folder)?;
+    write_trials(&truth.trials, drive, folder)?;
     let bodies: Vec<u32> = (1..).take(truth.masses_kg.len()).collect();
     let columns = vec![column("body", bodies), column("mass_kg", truth.masses_kg.clone())];
     table::write(&folder.join("truth_bodies.csv"), columns)
 }
 
 /// `truth.parquet`: the mean motions of all strikers, by time.
-fn write_motions(motions: &[MeanMotion], folder: &Path) -> Result<(), Error> {
+fn write_motions(motions: &[MeanMotion], drive: &str, folder: &Path) -> Result<(), Error> {
     let (mut times_s, mut bodies) = (Vec::new(), Vec::new());
     let (mut displacements_m, mut nominals_m_per_s) = (Vec::new(), Vec::new());
     for motion in motions {
@@ -34,17 +35,17 @@ fn write_motions(motions: &[MeanMotion], folder: &Path) -> Result<(), Error> {
         column("t_s", times_s),
         column("body", bodies),
         column("x_m", displacements_m),
-        column("striker_velocity_m_per_s", nominals_m_per_s),
+        column(drive, nominals_m_per_s),
     ];
     table::write(&folder.join("truth.parquet"), columns)
 }
 
 /// `truth_trials.csv`: one row a recording, in the order of the trials table.
-fn write_trials(trials: &[TrueTrial], folder: &Path) -> Result<(), Error> {
+fn write_trials(trials: &[TrueTrial], drive: &str, folder: &Path) -> Result<(), Error> {
     let of = |value: &dyn Fn(&TrueTrial) -> f64| trials.iter().map(value).collect::<Vec<f64>>();
     let columns = vec![
         column("recording", trials.iter().map(|trial| trial.recording.as_str()).collect::<Vec<_>>()),
-        column("striker_velocity_m_per_s", of(&|trial| trial.striker_velocity_m_per_s)),
+        column(drive, of(&|trial| trial.striker_velocity_m_per_s)),
         column("trigger_delay_s", of(&|trial| trial.trigger_delay_s)),
         column("frame_phase_s", of(&|trial| trial.frame_phase_s)),
         column("stage_m", of(&|trial| trial.stage_m)),

@@ -59,7 +59,10 @@ impl Experiment {
             return Ok(None);
         }
         let values = table.full_numbers(name)?;
-        let usual = self.striker.velocity_sigma_m_per_s.get();
+        let Some(striker) = &self.striker else {
+            return Err(table.cell(0, name, "no striker velocities of a chain that [drive] drives", "some"));
+        };
+        let usual = striker.velocity_sigma_m_per_s.get();
         let sigmas = match table.has(sigma_name) {
             true => table.full_numbers(sigma_name)?,
             false => vec![usual; values.len()],

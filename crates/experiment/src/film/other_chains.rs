@@ -73,7 +73,7 @@ impl Workshop<'_> {
     }
 
     fn strike(&mut self, mass_kg: f64, velocity_m_per_s: f64) {
-        let striker = &mut self.experiment.striker;
+        let Some(striker) = &mut self.experiment.striker else { return };
         let scatter = striker.scatter();
         striker.mass_kg = above_0(mass_kg);
         striker.velocity_sigma_m_per_s = above_0(scatter * velocity_m_per_s);

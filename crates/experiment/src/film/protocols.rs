@@ -147,11 +147,8 @@ fn trials_a_view(lab: &mut Laboratory<'_>, numbers: &[usize]) -> Result<(), Erro
 
 /// States another scatter of the striker than it is filmed with.
 fn state_striker_scatter(lab: &mut Laboratory<'_>, stated: f64) -> Result<(), Error> {
-    let striker = &mut lab.experiment.striker;
-    lab.synthetic.striker_scatter = Some(not_negative(striker.scatter()));
-    let velocity_m_per_s = striker.velocity_m_per_s.get();
-    striker.velocity_sigma_m_per_s =
-        positive(stated * velocity_m_per_s).unwrap_or(striker.velocity_sigma_m_per_s);
+    lab.synthetic.striker_scatter = Some(not_negative(lab.experiment.drive_scatter()));
+    lab.experiment.state_drive_scatter(positive(stated));
     Ok(())
 }
 

@@ -79,10 +79,10 @@ impl FilmedRings {
             elements_per_ring: self.elements_per_ring,
             damping_kg_per_s: synthetic.damping_kg_per_s.get(),
             drive: RingDrive::Striker(RingStriker {
-                mass_kg: experiment.striker.mass_kg.get(),
+                mass_kg: experiment.striker.as_ref().map_or(0.0, |striker| striker.mass_kg.get()),
                 velocity_m_per_s: draw.striker_velocity_m_per_s,
                 contact_stiffness_n_per_m: self.contact_stiffness_n_per_m.get(),
-                damping_kg_per_s: synthetic.striker_damping_kg_per_s.get(),
+                damping_kg_per_s: synthetic.c_s_kg_per_s(),
             }),
             far_end: experiment.far_end.into(),
         }

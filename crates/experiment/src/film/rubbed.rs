@@ -99,6 +99,7 @@ impl Row<'_> {
                 Some(body) => {
                     self.chain.damping_kg_per_s[body] * v_m_per_s[mass]
                         + self.friction_n * (v_m_per_s[mass] / HELD_M_PER_S).tanh()
+                        + self.chain.ground_stiffness_n_per_m.get(body).map_or(0.0, |k| k * x_m[mass])
                 }
             };
             rates[mass] = v_m_per_s[mass];
@@ -118,6 +119,7 @@ mod tests {
         Chain {
             mass_kg: vec![0.455e-3; 6],
             damping_kg_per_s: vec![0.003; 6],
+            ground_stiffness_n_per_m: Vec::new(),
             contact: PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap().into(),
             drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s: 2.73, damping_kg_per_s: 0.2 }),
             far_end: FarEnd::Fixed,
@@ -126,9 +128,16 @@ mod tests {
 
     #[test]
     fn without_friction_it_is_the_chain_that_the_library_solves() {
+        let held = Chain { ground_stiffness_n_per_m: vec![200.0; 6], ..chain() };
+        for chain in [chain(), held] {
+            agrees_with_the_library(&chain);
+        }
+    }
+
+    fn agrees_with_the_library(chain: &Chain) {
         let (plain, solved) = (
-            rubbed(&chain(), 0.0, 0.01, 1e-5).unwrap(),
-            simulate(&chain(), &Schedule::automatic(0.01, 1e-5)).unwrap().trajectory,
+            rubbed(chain, 0.0, 0.01, 1e-5).unwrap(),
+            simulate(chain, &Schedule::automatic(0.01, 1e-5)).unwrap().trajectory,
         );
         let n = solved.times_s.len().min(plain.times_s.len());
         let off = |body: usize, k: usize| {

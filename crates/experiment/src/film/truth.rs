@@ -15,13 +15,19 @@ pub struct Truth {
     pub seed: u64,
     /// c_d.
     pub c_d_kg_per_s: f64,
-    /// c_s.
-    pub c_s_kg_per_s: f64,
-    /// Mean of the trials' striker velocities.
-    pub striker_velocity_m_per_s: f64,
-    /// Instant of the impact after the trials' mean trigger.
+    /// c_s, where there is a striker.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub c_s_kg_per_s: Option<f64>,
+    /// Mean of the trials' striker velocities, where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub striker_velocity_m_per_s: Option<f64>,
+    /// Mean of the trials' drives over the stated one, where no striker drives them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drive: Option<f64>,
+    /// Instant of the impact, or of the drive's beginning, after the trials' mean trigger.
     pub impact_time_s: f64,
     /// The same for each nominal striker velocity, in the order of the trials table.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub strikers: Vec<StrikerTruth>,
 }
 
@@ -42,7 +48,7 @@ pub struct StrikerTruth {
 pub struct TrueTrial {
     /// Name of the recording.
     pub recording: String,
-    /// Velocity of the striker, in metres per second.
+    /// Velocity of the striker, in metres per second; of any other drive its strength over the stated one.
     pub striker_velocity_m_per_s: f64,
     /// The trigger's delay after the impact, in seconds.
     pub trigger_delay_s: f64,
@@ -87,6 +93,7 @@ impl Studio<'_> {
         let strikers: Vec<StrikerTruth> =
             nominals.iter().map(|&nominal| striker(nominal, &of(nominal).collect::<Vec<_>>())).collect();
         let all = striker(0.0, &sound);
+        let is_struck = self.experiment.striker.is_some();
         let motion = |striker: &StrikerTruth| {
             let motions: Vec<&Trajectory> = of(striker.nominal_m_per_s).map(|take| &take.motion).collect();
             self.mean_over_film(striker, &motions)
@@ -95,13 +102,15 @@ impl Studio<'_> {
             motions: strikers.iter().map(motion).collect(),
             trials: self.true_trials(takes),
             masses_kg: self.masses_kg.clone(),
+            is_struck,
             parameters: Truth {
                 seed: self.synthetic.seed,
                 c_d_kg_per_s: self.synthetic.damping_kg_per_s.get(),
-                c_s_kg_per_s: self.synthetic.striker_damping_kg_per_s.get(),
-                striker_velocity_m_per_s: all.striker_velocity_m_per_s,
+                c_s_kg_per_s: self.experiment.striker.as_ref().map(|_| self.synthetic.c_s_kg_per_s()),
+                striker_velocity_m_per_s: is_struck.then_some(all.striker_velocity_m_per_s),
+                drive: (!is_struck).then_some(all.striker_velocity_m_per_s),
                 impact_time_s: all.impact_time_s,
-                strikers,
+                strikers: if is_struck { strikers } else { Vec::new() },
             },
         }
     }

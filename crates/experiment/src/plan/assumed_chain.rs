@@ -1,7 +1,7 @@
 //! The chain as a plan takes it for true: as it is stated, struck as it is stated, with dampings that only a fit will tell.
 
 use chainwave_measurement::Trajectory;
-use chainwave_mechanics::{Schedule, Striker, simulate};
+use chainwave_mechanics::{Schedule, simulate};
 
 use crate::configuration::Experiment;
 use crate::error::Error;
@@ -42,7 +42,7 @@ impl AssumedChain {
         };
         let [c_d, c_s] = USUAL_DAMPINGS_KG_PER_S;
         let stated_c_d = synthetic.map(|filmed| filmed.damping_kg_per_s.get()).or(stated);
-        let stated_c_s = synthetic.map(|filmed| filmed.striker_damping_kg_per_s.get());
+        let stated_c_s = synthetic.map(|filmed| filmed.c_s_kg_per_s());
         let stated_jitter = synthetic.map(|filmed| filmed.trigger_jitter_s.get());
         let stated_jitter = stated_jitter.or(experiment.trigger.sigma_s.map(Positive::get));
         let jitter_s = USUAL_JITTER_FRAMES / rate_hz;
@@ -52,7 +52,10 @@ impl AssumedChain {
                 c_d,
                 format!("c_d = {c_d} kg/s (hint: chain.damping_kg_per_s)"),
             ),
-            striker_damping_kg_per_s: or_usual(stated_c_s, c_s, format!("c_s = {c_s} kg/s")),
+            striker_damping_kg_per_s: match experiment.striker {
+                Some(_) => or_usual(stated_c_s, c_s, format!("c_s = {c_s} kg/s")),
+                None => 0.0,
+            },
             trigger_jitter_s: or_usual(
                 stated_jitter,
                 jitter_s,
@@ -62,24 +65,21 @@ impl AssumedChain {
         }
     }
 
-    /// The motion after an impact at so many metres per second.
+    /// The motion by a drive of so much strength ([`Experiment::nominal_drive`]).
     ///
     /// # Errors
     /// A chain that makes no sense.
     pub(super) fn motion(
         &self,
         experiment: &Experiment,
-        striker_m_per_s: f64,
+        strength: f64,
         duration_s: f64,
     ) -> Result<Trajectory, Error> {
-        let striker = Striker {
-            mass_kg: experiment.striker.mass_kg.get(),
-            velocity_m_per_s: striker_m_per_s,
-            damping_kg_per_s: self.striker_damping_kg_per_s,
-        };
-        let chain = experiment.chain_struck_by(striker, self.damping_kg_per_s)?;
+        let dampings = [self.damping_kg_per_s, self.striker_damping_kg_per_s];
+        let chain = experiment.chain_driven(strength, dampings, duration_s)?;
         let shortest_s = experiment.band_edge_hz()?.recip() / SAMPLES_A_PERIOD;
         let interval_s = shortest_s.min(0.002 * duration_s);
-        Ok(simulate(&chain, &Schedule::automatic(duration_s, interval_s))?.trajectory)
+        Ok(experiment
+            .seen_from_rest(simulate(&chain, &Schedule::automatic(duration_s, interval_s))?.trajectory))
     }
 }

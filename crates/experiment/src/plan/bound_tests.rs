@@ -72,8 +72,7 @@ fn information(
 /// The bound on the standard deviation of c_d, in kilograms per second.
 fn bound_kg_per_s(setup: &Setup, rehearsal: &Rehearsal, camera: &PlannedCamera) -> f64 {
     let (experiment, chain) = (&setup.experiment, &rehearsal.chain);
-    let striker = &experiment.striker;
-    let (velocity, scatter) = (striker.velocity_m_per_s.get(), striker.velocity_sigma_m_per_s.get());
+    let Estimate { value: velocity, sigma: scatter } = experiment.nominal_drive();
     let (c_d, c_s) = (chain.damping_kg_per_s, chain.striker_damping_kg_per_s);
     let motion = |c_d: f64, c_s: f64, velocity: f64| {
         let chain = AssumedChain { damping_kg_per_s: c_d, striker_damping_kg_per_s: c_s, ..chain.clone() };

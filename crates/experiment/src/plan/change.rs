@@ -27,12 +27,13 @@ pub(super) enum Stated {
     BodyMass,
     StrikerMass,
     ContactLaw,
+    Ground,
     MassScatter,
     StiffnessScatter,
 }
 
 impl Change {
-    const ALL: [Self; 13] = [
+    const ALL: [Self; 14] = [
         Self::Trials,
         Self::Rate,
         Self::View,
@@ -44,6 +45,7 @@ impl Change {
         Self::Stated(Stated::BodyMass),
         Self::Stated(Stated::StrikerMass),
         Self::Stated(Stated::ContactLaw),
+        Self::Stated(Stated::Ground),
         Self::Stated(Stated::MassScatter),
         Self::Stated(Stated::StiffnessScatter),
     ];
@@ -72,8 +74,8 @@ impl Change {
             Self::Noise => Some(Rehearsal { readings: plan.readings.times(0.5), ..plan.clone() }),
             Self::StrikerScatter => {
                 let mut changed = plan.clone();
-                let sigma = &mut changed.setup.experiment.striker.velocity_sigma_m_per_s;
-                *sigma = Positive(0.5 * sigma.get());
+                let experiment = &mut changed.setup.experiment;
+                experiment.state_drive_scatter(Positive::try_from(0.5 * experiment.drive_scatter()).ok());
                 Some(changed)
             }
             Self::Stated(stated) => {
@@ -99,7 +101,10 @@ impl Change {
             Self::Rate => "twice the frame rate, with as much light in a frame".into(),
             Self::View => format!("{} views over the same way instead of {n_views}", n_views + 1),
             Self::Noise => "half the noise: four times the light, or speckles of twice the contrast".into(),
-            Self::StrikerScatter => "a striker that repeats twice as well".into(),
+            Self::StrikerScatter => match plan.setup.experiment.driven_otherwise() {
+                Some(_) => "a drive that repeats twice as well".into(),
+                None => "a striker that repeats twice as well".into(),
+            },
             Self::Stated(stated) => format!("{} known twice as well", stated.in_words()),
         }
     }
@@ -124,6 +129,7 @@ impl Stated {
             Self::BodyMass => "the bodies' mass",
             Self::StrikerMass => "the striker's mass",
             Self::ContactLaw => "the contact law",
+            Self::Ground => "the springs to ground",
             Self::MassScatter => "the mass of each body",
             Self::StiffnessScatter => "the stiffness of each gap",
         }
@@ -147,12 +153,15 @@ impl Stated {
             }
             Self::Pitch => halve_stated(&mut chain.pitch_sigma_m),
             Self::BodyMass => halve_stated(&mut chain.mass_sigma_kg),
-            Self::StrikerMass => halve_stated(&mut experiment.striker.mass_sigma_kg),
+            Self::StrikerMass => {
+                experiment.striker.as_mut().is_some_and(|striker| halve_stated(&mut striker.mass_sigma_kg))
+            }
             Self::ContactLaw => {
                 let sigmas = experiment.contact.relative_sigmas();
                 experiment.contact.state_sigmas(sigmas.map(|sigma| 0.5 * sigma));
                 sigmas.iter().any(|sigma| *sigma > 0.0)
             }
+            Self::Ground => halve_stated(&mut chain.ground_stiffness_sigma_n_per_m),
             Self::MassScatter => halve_stated(&mut chain.mass_scatter),
             Self::StiffnessScatter => halve_stated(&mut experiment.contact.stiffness_scatter),
         }

@@ -58,11 +58,11 @@ impl Rehearsal {
     }
 
     fn scatter(&self, one: &PlannedRecording) -> Scatter {
-        let striker = &self.setup.experiment.striker;
+        let strength = self.setup.experiment.nominal_drive();
         let frame_s = interval_s(&one.info.times_s);
         Scatter {
-            striker_velocity_m_per_s: striker.velocity_m_per_s.get(),
-            striker_velocity_sigma_m_per_s: striker.velocity_sigma_m_per_s.get(),
+            striker_velocity_m_per_s: strength.value,
+            striker_velocity_sigma_m_per_s: strength.sigma,
             trigger_jitter_s: self.chain.trigger_jitter_s,
             trigger_walk_s: 0.0,
             rate_hz: one.info.rate_hz.unwrap_or(frame_s.recip()),

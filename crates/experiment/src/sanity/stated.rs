@@ -75,16 +75,17 @@ const MOST_GAPS_A_FRAME: f64 = 2.0;
 /// # Errors
 /// A contact law that makes no sense.
 pub(super) fn masses(setup: &Setup, views: &[ViewAtRest]) -> Result<Vec<Finding>, Error> {
-    let (chain, striker) = (&setup.experiment.chain, &setup.experiment.striker);
+    let chain = &setup.experiment.chain;
     let mut findings = Vec::new();
-    let ratio = striker.mass_kg.get() / chain.mean_mass_kg();
-    if !(MOST_MASS_RATIO.recip()..=MOST_MASS_RATIO).contains(&ratio) {
+    let striker_kg = setup.experiment.striker.as_ref().map(|striker| striker.mass_kg.get());
+    let ratio = striker_kg.map(|mass_kg| mass_kg / chain.mean_mass_kg());
+    let is_odd = |ratio: &f64| !(MOST_MASS_RATIO.recip()..=MOST_MASS_RATIO).contains(ratio);
+    if let Some((mass_kg, ratio)) = striker_kg.zip(ratio.filter(is_odd)) {
         findings.push(Finding {
             code: "masses",
             subject: "striker.mass_kg".into(),
             text: format!(
-                "{} kg is {ratio:.3e} times chain.mass_kg = {} kg (hint: is one of them in grams?)",
-                striker.mass_kg.get(),
+                "{mass_kg} kg is {ratio:.3e} times chain.mass_kg = {} kg (hint: is one of them in grams?)",
                 chain.mean_mass_kg()
             ),
         });

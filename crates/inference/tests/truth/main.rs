@@ -11,4 +11,6 @@ mod imposed;
 #[cfg(test)]
 mod models;
 #[cfg(test)]
+mod released;
+#[cfg(test)]
 mod tracks;

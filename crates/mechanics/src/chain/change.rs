@@ -55,6 +55,7 @@ impl Change {
         };
         let is_felt = below.mass_kg != above.mass_kg
             || below.damping_kg_per_s != above.damping_kg_per_s
+            || below.ground_stiffness_n_per_m != above.ground_stiffness_n_per_m
             || of_striker(below) != of_striker(above);
         if is_felt { Seat::MassesAndDampers } else { Seat::Drive }
     }
@@ -80,7 +81,7 @@ impl Asked<'_> {
 pub(crate) enum Seat {
     /// What the gaps hold.
     Contacts,
-    /// The same springs move other masses, or against other dampers.
+    /// The same springs move other masses, or against other dampers or springs to ground.
     MassesAndDampers,
     /// What is imposed on a body, or how it begins: accelerations are the same.
     Drive,

@@ -11,11 +11,29 @@ use crate::lanes::{PADDING, row::AlignedRow};
 pub(crate) struct ForceRow {
     /// The gaps' forces begin a line of the cache, one vector behind the start.
     force_n: AlignedRow,
+    /// The force before each mass with the push of its spring to ground, where there are such springs.
+    held_n: AlignedRow,
+    is_held: bool,
 }
 
 impl ForceRow {
     pub(crate) fn new(n_masses: usize) -> Self {
-        Self { force_n: AlignedRow::zeros(row_length(n_masses)) }
+        let force_n = AlignedRow::zeros(row_length(n_masses));
+        Self { held_n: force_n.clone(), force_n, is_held: false }
+    }
+
+    /// Takes in what springs to ground, where there are any, do to the first masses, once the gaps' forces stand.
+    #[inline(always)]
+    pub(crate) fn hold<S: Simd>(&mut self, simd: S, ground_n_per_m: Option<&AlignedRow>, x_m: &[f64]) {
+        self.is_held = ground_n_per_m.is_some();
+        let Some(ground_n_per_m) = ground_n_per_m else { return };
+        let n = x_m.len();
+        let (before, _) = S::as_simd_f64s(&self.force_n[PADDING - 1..][..n]);
+        let springs = S::as_simd_f64s(&ground_n_per_m[..n]).0.iter().zip(S::as_simd_f64s(x_m).0);
+        let held = S::as_mut_simd_f64s(&mut self.held_n[..n]).0;
+        for (held, (before, (k, x))) in held.iter_mut().zip(before.iter().zip(springs)) {
+            *held = simd.sub_f64s(*before, simd.mul_f64s(*k, *x));
+        }
     }
 
     /// Takes over the forces behind the first `n` masses of another row.
@@ -30,16 +48,19 @@ impl ForceRow {
         &mut self.force_n[PADDING..PADDING + n]
     }
 
-    /// The forces before and behind the first `n` masses, as vectors.
+    /// The forces before and behind the first `n` masses, as vectors; springs to ground push from before.
     #[inline(always)]
     pub(crate) fn beside<S: Simd>(&self, n: usize) -> (&[S::f64s], &[S::f64s]) {
-        let (before, behind) = (&self.force_n[PADDING - 1..][..n], &self.force_n[PADDING..][..n]);
+        let gaps = &self.force_n[PADDING - 1..][..n];
+        let before = if self.is_held { &self.held_n[..n] } else { gaps };
+        let behind = &self.force_n[PADDING..][..n];
         (S::as_simd_f64s(before).0, S::as_simd_f64s(behind).0)
     }
 
     /// The net force on a mass.
     #[inline(always)]
     pub(crate) fn net_n(&self, mass: usize) -> f64 {
-        self.force_n[PADDING - 1 + mass] - self.force_n[PADDING + mass]
+        let before_n = if self.is_held { self.held_n[mass] } else { self.force_n[PADDING - 1 + mass] };
+        before_n - self.force_n[PADDING + mass]
     }
 }

@@ -34,6 +34,8 @@ pub(crate) struct ChainModel<'a> {
     pub(crate) mass_kg: AlignedRow,
     pub(crate) inverse_mass_per_kg: AlignedRow,
     pub(crate) damping_kg_per_s: AlignedRow,
+    /// Springs to ground, where there are any.
+    pub(crate) ground_n_per_m: Option<AlignedRow>,
     /// The contacts of the strikers in front and at the far end, where there are any.
     pub(crate) strikers: [Option<StrikerContact>; 2],
     n_masses: usize,
@@ -58,6 +60,7 @@ impl<'a> ChainModel<'a> {
             inverse_mass_per_kg,
             mass_kg: aligned(mass_kg),
             damping_kg_per_s: aligned(row.ground_kg_per_s()),
+            ground_n_per_m: row.ground_n_per_m().map(aligned),
             strikers: End::BOTH.map(struck),
             n_masses,
             row,
@@ -136,6 +139,12 @@ impl<'a> ChainModel<'a> {
     ) {
         self.gaps.forces(simd, x_m, self.idle(touching), force_n.behind(active));
         self.end(touching, force_n.behind(active));
+        force_n.hold(simd, self.ground_n_per_m.as_ref(), &x_m[..active]);
+    }
+
+    /// Spring of a mass to ground in newtons per metre.
+    pub(crate) fn ground_n_per_m(&self, mass: usize) -> f64 {
+        self.ground_n_per_m.as_ref().map_or(0.0, |row| row[mass])
     }
 
     #[inline(always)]
@@ -189,12 +198,13 @@ impl<'a> ChainModel<'a> {
         force_n: &mut ForceRow,
         acceleration_m_per_s2: &mut [f64],
     ) -> f64 {
-        let PhasePoint { v_m_per_s, touching, active, .. } = at;
+        let PhasePoint { x_m, v_m_per_s, touching, active } = at;
         let mut lost_w = self.gaps.damp(v_m_per_s, force_n.behind(active));
         lost_w += self.damp_strikers(v_m_per_s, touching, force_n.behind(active));
         if self.imposed.is_some() {
             lost_w -= force_n.behind(active)[0] * v_m_per_s[0];
         }
+        force_n.hold(simd, self.ground_n_per_m.as_ref(), &x_m[..active]);
         lost_w + self.accelerate(simd, &v_m_per_s[..active], force_n, acceleration_m_per_s2)
     }
 
@@ -262,7 +272,13 @@ impl<'a> ChainModel<'a> {
         });
         let springs_n = self.springs_n(gaps, overlaps_m);
         let force_n = |i: usize| springs_n[i] + dashpots_n[i];
-        let drag_n = |state: &ChainState, mass: usize| self.damping_kg_per_s[mass] * state.v_m_per_s[mass];
+        let drag_n = |state: &ChainState, mass: usize| {
+            let damper_n = self.damping_kg_per_s[mass] * state.v_m_per_s[mass];
+            match &self.ground_n_per_m {
+                Some(row) => damper_n + row[mass] * state.x_m[mass],
+                None => damper_n,
+            }
+        };
         [(states[0], 0), (states[1], 3)].map(|(state, i)| {
             let left_n = force_n(i) - force_n(i + 1) - drag_n(state, gap);
             let right_n = force_n(i + 1) - force_n(i + 2) - drag_n(state, gap + 1);
@@ -389,6 +405,10 @@ impl WithSimd for Energy<'_> {
         let mut energy_j = vec![0.0; active];
         model.gaps.energies(simd, &state.x_m, &mut energy_j);
         model.end(state.touching, &mut energy_j);
+        if let Some(ground_n_per_m) = &model.ground_n_per_m {
+            let springs = ground_n_per_m.iter().zip(state.x_m.iter());
+            energy_j.iter_mut().zip(springs).for_each(|(energy, (k, x))| *energy += 0.5 * k * x * x);
+        }
         let mut sums = [0.0; PADDING];
         let masses = model.mass_kg.as_chunks::<PADDING>().0;
         let velocities = state.v_m_per_s[..active].as_chunks::<PADDING>().0;

@@ -7,8 +7,8 @@ use crate::{
     error::MechanicsError,
 };
 
-/// A chain of bodies in contact, each a point mass with a dashpot to ground:
-/// m x_n'' = F(Delta_{n-1}) - F(Delta_n) - c_d x_n', with the overlap Delta_n = x_n - x_{n+1} of gap n.
+/// A chain of bodies in contact, each a point mass with a dashpot, and where stated a spring, to ground:
+/// m x_n'' = F(Delta_{n-1}) - F(Delta_n) - c_d x_n' - k_g x_n, with the overlap Delta_n = x_n - x_{n+1} of gap n.
 ///
 /// Body n (from 1, the struck one) is entry n - 1 of the lists. Gaps are bonded: they push and pull.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,6 +17,8 @@ pub struct Chain {
     pub mass_kg: Vec<f64>,
     /// Dashpot c_d of each body to ground, in kilograms per second.
     pub damping_kg_per_s: Vec<f64>,
+    /// Spring k_g of each body to ground in newtons per metre, at rest where the body is; empty for a chain without.
+    pub ground_stiffness_n_per_m: Vec<f64>,
     /// What lies in the gaps; a [`crate::PowerLaw`] turns `into()` it.
     pub contact: Contacts,
     /// What sets the chain in motion.
@@ -112,6 +114,9 @@ impl Chain {
         check::length("damping_kg_per_s", n, self.damping_kg_per_s.len())?;
         check::each_body("mass_kg", &self.mass_kg, check::positive)?;
         check::each_body("damping_kg_per_s", &self.damping_kg_per_s, check::not_negative)?;
+        let grounded = &self.ground_stiffness_n_per_m;
+        check::length("ground_stiffness_n_per_m", if grounded.is_empty() { 0 } else { n }, grounded.len())?;
+        check::each_body("ground_stiffness_n_per_m", grounded, check::not_negative)?;
         self.contact.check(n)?;
         self.drive.check(n)?;
         self.far_striker().map_or(Ok(()), |far| far.check(n))

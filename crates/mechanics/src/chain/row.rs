@@ -109,6 +109,13 @@ impl<'a> Row<'a> {
         self.with_strikers(&self.chain.damping_kg_per_s, |_| 0.0)
     }
 
+    /// Springs to ground in newtons per metre, where there are any.
+    pub(crate) fn ground_n_per_m(&self) -> Option<Vec<f64>> {
+        let of_bodies = &self.chain.ground_stiffness_n_per_m;
+        let holds = of_bodies.iter().any(|k_n_per_m| *k_n_per_m > 0.0);
+        holds.then(|| self.with_strikers(of_bodies, |_| 0.0))
+    }
+
     fn with_strikers(&self, bodies: &[f64], of_striker: impl Fn(&Striker) -> f64) -> Vec<f64> {
         let mut row: Vec<f64> = self.striker.into_iter().map(&of_striker).collect();
         row.extend(bodies);

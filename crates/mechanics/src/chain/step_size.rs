@@ -13,6 +13,8 @@ pub(crate) struct Pace<'a> {
     row: Row<'a>,
     /// The row's inverse masses; zero where the motion is imposed.
     inverse_mass_per_kg: Vec<f64>,
+    /// The row's springs to ground.
+    ground_n_per_m: Vec<f64>,
     /// Upper bound of the decay rate.
     pub(crate) decay_per_s: f64,
 }
@@ -22,7 +24,8 @@ impl<'a> Pace<'a> {
         let row = Row::of(chain);
         let inverse = |m: f64| if m > 0.0 { m.recip() } else { 0.0 };
         let inverse_mass_per_kg = row.masses_kg().into_iter().map(inverse).collect();
-        let mut pace = Self { row, inverse_mass_per_kg, decay_per_s: 0.0 };
+        let ground_n_per_m = row.ground_n_per_m().unwrap_or_else(|| vec![0.0; row.n_masses()]);
+        let mut pace = Self { row, inverse_mass_per_kg, ground_n_per_m, decay_per_s: 0.0 };
         let ground = row.ground_kg_per_s();
         let dashpot = |gap: usize| {
             let end = End::BOTH.into_iter().find(|end| row.struck_gap(*end) == Some(gap));
@@ -51,7 +54,7 @@ impl<'a> Pace<'a> {
         let of_contact = |contact: &Contact| contact.stiffness_n_per_m(0.0);
         let same_n_per_m = self.row.same_contact().map(of_contact);
         let stiffness = |gap: usize| same_n_per_m.unwrap_or_else(|| of_contact(self.row.contact(gap)));
-        self.largest_row(stiffness, |_| 0.0).sqrt()
+        self.largest_row(stiffness, |mass| self.ground_n_per_m[mass]).sqrt()
     }
 
     /// Fastest oscillation with every gap as stiff as it ever was.
@@ -63,7 +66,7 @@ impl<'a> Pace<'a> {
             let least_m = if is_struck { least_m.max(0.0) } else { least_m };
             self.row.contact(gap).stiffest_n_per_m(least_m, most_m)
         };
-        self.largest_row(stiffest, |_| 0.0).sqrt()
+        self.largest_row(stiffest, |mass| self.ground_n_per_m[mass]).sqrt()
     }
 
     /// Refuses a step beyond the method's stability bound at this frequency.

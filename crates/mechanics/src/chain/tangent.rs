@@ -11,8 +11,8 @@ use along::{Along, Closing, Coefficients};
 
 /// The variational equations along a motion: how displacements and velocities of all masses change with each of several changes.
 ///
-/// m s_i'' = k_{i-1} (s_{i-1} - s_i) - k_i (s_i - s_{i+1}) + (the same for dashpots) - c_i s_i' + m g_i, with the gaps' tangent
-/// stiffnesses k and what the change does to the acceleration at a given state, g. All changes share k, so they are stepped side by
+/// m s_i'' = k_{i-1} (s_{i-1} - s_i) - k_i (s_i - s_{i+1}) + (the same for dashpots) - c_i s_i' - k_g s_i + m g_i, with the gaps' tangent
+/// stiffnesses k, springs to ground k_g and what the change does to the acceleration at a given state, g. All changes share k, so they are stepped side by
 /// side, one lane of a vector each, by the classical Runge-Kutta method.
 pub(crate) struct Tangent<'a> {
     model: &'a ChainModel<'a>,
@@ -157,6 +157,23 @@ impl<'a> Tangent<'a> {
         }
     }
 
+    /// Takes from the rates of a stage what the springs to ground do at its state.
+    #[inline(always)]
+    fn hold<S: Simd>(&mut self, simd: S, stage: usize) {
+        let Some(ground_n_per_m) = &self.model.ground_n_per_m else { return };
+        let rates = S::as_mut_simd_f64s(&mut self.stages[stage].u).0;
+        let n_vectors = self.n_lanes / S::F64_LANES;
+        let springs = ground_n_per_m.iter().zip(self.model.inverse_mass_per_kg.iter());
+        let derivatives = S::as_simd_f64s(&self.trial_s).0.chunks_exact(n_vectors);
+        let masses = rates.chunks_exact_mut(n_vectors).zip(derivatives).zip(springs);
+        for ((rates, s), (k_n_per_m, inverse_mass)) in masses.take(self.model.n_masses()) {
+            let square_per_s2 = simd.splat_f64s(k_n_per_m * inverse_mass);
+            for (rate, s) in rates.iter_mut().zip(s) {
+                *rate = simd.sub_f64s(*rate, simd.mul_f64s(square_per_s2, *s));
+            }
+        }
+    }
+
     /// Adds dry friction to the rates of a stage at its state.
     ///
     /// Below a creeping speed it grows with speed, which stands for holding; the creeping is as slow as a step of `h_s` can follow.
@@ -242,6 +259,7 @@ impl WithSimd for Stepping<'_, '_> {
         for (stage, part) in [0.0, 0.5, 0.5, 1.0].into_iter().enumerate() {
             tangent.place(simd, stage, part * h_s);
             tangent.rates(simd, stage);
+            tangent.hold(simd, stage);
             tangent.rub(stage, h_s);
         }
         tangent.finish(simd, h_s);

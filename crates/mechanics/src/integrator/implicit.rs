@@ -283,7 +283,11 @@ impl System {
             let scale = s * model.inverse_mass_per_kg[i];
             let behind = self.dashpots[i] + s * self.stiffnesses[i];
             let lower = -scale * before;
-            let pivot = 1.0 + scale * (model.damping_kg_per_s[i] + before + behind) - lower * carried;
+            let to_ground = match &model.ground_n_per_m {
+                Some(row) => model.damping_kg_per_s[i] + s * row[i],
+                None => model.damping_kg_per_s[i],
+            };
+            let pivot = 1.0 + scale * (to_ground + before + behind) - lower * carried;
             self.lower[i] = lower;
             self.inverse_pivot[i] = pivot.recip();
             carried = -scale * behind * self.inverse_pivot[i];

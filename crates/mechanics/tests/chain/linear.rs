@@ -7,7 +7,7 @@ use chainwave_mechanics::{Chain, Drive, FarEnd, LinearChain, LinearLaw, Schedule
 use crate::scenes::{MASS_KG, PITCH_M, hec_chain, striker};
 
 /// k = 1474 N/m and m = 0.455 g: omega_0 = sqrt(k / m) = 1799.88 rad/s, by hand.
-const HEC: LinearChain = LinearChain { stiffness_n_per_m: 1474.0, mass_kg: MASS_KG };
+const HEC: LinearChain = LinearChain { stiffness_n_per_m: 1474.0, mass_kg: MASS_KG, ground_n_per_m: 0.0 };
 
 /// Relative roundings of a quotient, a root and a product or two, each of at most 2^-53 or, in a sine, twice that.
 const ROUNDINGS: f64 = 6.0 * f64::EPSILON;
@@ -18,7 +18,7 @@ fn assert_close(found: f64, expected: f64) {
 
 #[test]
 fn units_of_mass_and_stiffness_give_the_textbooks_numbers() {
-    let one = LinearChain { stiffness_n_per_m: 4.0, mass_kg: 1.0 };
+    let one = LinearChain { stiffness_n_per_m: 4.0, mass_kg: 1.0, ground_n_per_m: 0.0 };
     // omega = 2 sqrt(k / m) |sin(kappa / 2)| = 4 |sin(kappa / 2)|.
     assert_close(one.frequency_hz(PI / 3.0), 2.0 / (2.0 * PI));
     assert_close(one.frequency_hz(-PI / 2.0), 4.0 * 0.5_f64.sqrt() / (2.0 * PI));

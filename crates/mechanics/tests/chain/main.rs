@@ -12,6 +12,8 @@ mod extremes;
 #[cfg(test)]
 mod far_striker;
 #[cfg(test)]
+mod grounded;
+#[cfg(test)]
 mod ladder;
 #[cfg(test)]
 mod linear;

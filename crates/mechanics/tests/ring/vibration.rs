@@ -55,7 +55,7 @@ fn long_waves_have_the_chains_speed() {
     let kappa_a = 0.01;
     let bands = ring_bands(&ring, 32, Symmetry::Symmetric, &[kappa_a]).unwrap();
     // 2 sqrt(k / m) sin(kappa / 2); the ring's own inertia enters with kappa^2.
-    let linear = LinearChain { stiffness_n_per_m, mass_kg };
+    let linear = LinearChain { stiffness_n_per_m, mass_kg, ground_n_per_m: 0.0 };
     let expected = linear.frequency_hz(kappa_a);
     let pitch_m = 2.0 * ring.semi_major_m;
     let sound_m_per_s = ring_sound_speed_m_per_s(&ring, 32, pitch_m).unwrap();

@@ -54,6 +54,7 @@ fn struck(n_bodies: usize, contact: Contacts, damping_kg_per_s: f64) -> Chain {
     Chain {
         mass_kg: vec![0.455e-3; n_bodies],
         damping_kg_per_s: vec![damping_kg_per_s; n_bodies],
+        ground_stiffness_n_per_m: Vec::new(),
         contact,
         drive: Drive::Striker(striker),
         far_end: FarEnd::Free,
@@ -75,8 +76,20 @@ fn chains() -> Vec<(String, Simulation)> {
         let found = run(&struck(n, power().into(), 0.003), Schedule::automatic(6e-3, 1e-3));
         (format!("{n} bodies"), found)
     });
+    let held = [Method::Verlet, Method::Rk4, Method::Dop853, Method::Esdirk4].map(|method| {
+        let ground_stiffness_n_per_m = (0..26).map(|body| 100.0 * f64::from(body)).collect();
+        let chain = Chain { ground_stiffness_n_per_m, ..struck(26, power().into(), 0.003) };
+        (
+            format!("{method} with springs to ground"),
+            run(&chain, Schedule::with_steps(4e-3, 1e-3, method, 4e-5)),
+        )
+    });
     let others = [("mixed laws", run(&mixed(), Schedule::automatic(6e-3, 1e-3))), ("blow", blow())];
-    by_method.chain(by_length).chain(others.map(|(name, found)| (name.to_owned(), found))).collect()
+    by_method
+        .chain(by_length)
+        .chain(held)
+        .chain(others.map(|(name, found)| (name.to_owned(), found)))
+        .collect()
 }
 
 /// Power laws that differ, springs, a table, dashpots, and gaps that detach.

@@ -58,7 +58,7 @@ class Results:
         #: Figures by their names: `displacements`, `strain-map`.
         self.figures: dict[str, Figure] = {name: Figure(figure) for name, figure in inner.figures}
         #: Nominal velocity of the striker, in metres per second.
-        self.nominal_striker_velocity_m_per_s: float = inner.striker_velocity_m_per_s
+        self.nominal_striker_velocity_m_per_s: float | None = inner.striker_velocity_m_per_s
         #: What the reader should know.
         self.warnings: list[Finding] = [Finding(*one) for one in inner.warnings]
         #: What became of each recording.

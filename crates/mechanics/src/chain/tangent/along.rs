@@ -225,7 +225,8 @@ impl<'a> ChangedModels<'a> {
 fn reach(below: &ChainModel<'_>, above: &ChainModel<'_>) -> usize {
     let differs = |mass: &usize| {
         let felt = |model: &ChainModel<'_>| {
-            [&model.inverse_mass_per_kg, &model.damping_kg_per_s].map(|row| row[*mass].to_bits())
+            [model.inverse_mass_per_kg[*mass], model.damping_kg_per_s[*mass], model.ground_n_per_m(*mass)]
+                .map(f64::to_bits)
         };
         felt(below) != felt(above)
     };

@@ -1,0 +1,288 @@
+//! Damping fitted to the motion of a chain that is let go from a known state.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use chainwave_measurement::{ChainMotion, Estimate, Trajectory};
+use chainwave_mechanics::{Chain, Change, Drive, Schedule, Striker, simulate_with_sensitivities};
+use nalgebra::{DMatrix, DVector};
+
+use crate::damping::{critical_kg_per_s, damping_like, mean_damping_kg_per_s};
+use crate::error::FitError;
+use crate::least_squares::{
+    Bounds, Failure, LeastSquares, Minimum, NormalEquations, Stop, Unknowns, minimise,
+};
+use crate::quadrature::quadrature;
+use crate::quantity::{Known, Quantity};
+use crate::steps::{DAMPING_STEPS, FACTOR_STEP};
+
+/// What is assumed of a chain that is let go.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReleasedModel {
+    /// The chain, let go from its state ([`Drive::Free`]); its damping is the starting value.
+    pub chain: Chain,
+    /// Relative standard uncertainty of the state, all bodies alike.
+    pub state_sigma: f64,
+    /// Quantities that are known only within an uncertainty; the others count as exact.
+    pub known: Vec<Known>,
+    /// Drive of each recording behind the motion, relative to the mean drive, less one.
+    pub drive_deviations: Vec<f64>,
+}
+
+/// What a fit to a release found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReleasedFit {
+    /// c_d.
+    pub chain_damping_kg_per_s: Estimate,
+    /// When the chain was let go, in seconds after the trigger.
+    pub release_time_s: Estimate,
+    /// The state over the stated one.
+    pub state: Estimate,
+    /// Factors on the quantities that are known only within an uncertainty, in their order.
+    pub factors: Vec<(Quantity, Estimate)>,
+    /// Sum of squared residuals, relative to the samples' total sigma, over their number.
+    pub reduced_chi_squared: f64,
+    /// Displacements compared.
+    pub n_residuals: usize,
+    /// Chain simulations carried out.
+    pub n_simulations: u64,
+}
+
+impl ReleasedFit {
+    /// Why it gives no c_s.
+    pub const NO_STRIKER_DAMPING: &'static str =
+        "there is none: no striker's contact acts on a chain that is let go";
+}
+
+/// Places of the unknowns; factors follow.
+const C_D: usize = 0;
+const RELEASE: usize = 1;
+const STATE: usize = 2;
+const N_FIXED: usize = 3;
+
+/// Fits c_d, the instant of the release and the size of the state to the displacements of all bodies from where they were held.
+///
+/// The motion is a mean over drives, and so is the model's, by the quadrature that the fit to the peak energies uses. Samples are weighted
+/// by their independent noise; the errors that many of them share (the motion's modes) go through the estimator into the uncertainty.
+///
+/// # Errors
+/// [`FitError`] as its variants say.
+pub fn fit_release(motion: &ChainMotion, model: &ReleasedModel) -> Result<ReleasedFit, FitError> {
+    let problem = ReleasedResiduals::new(motion, model)?;
+    let found = minimise(&problem, problem.start(), &[], &Stop::STATED);
+    problem.finish(&found.map_err(|why| problem.failure(why))?)
+}
+
+/// Displacements of all bodies, in units of their independent noise.
+struct ReleasedResiduals<'a> {
+    motion: &'a ChainMotion,
+    model: &'a ReleasedModel,
+    nodes: Vec<(f64, f64)>,
+    schedule: Schedule,
+    /// Samples compared: row and time.
+    samples: Vec<(usize, usize)>,
+    bounds: Bounds,
+    n_simulations: AtomicU64,
+}
+
+impl<'a> ReleasedResiduals<'a> {
+    fn new(motion: &'a ChainMotion, model: &'a ReleasedModel) -> Result<Self, FitError> {
+        const LEAST: usize = 100;
+        if model.chain.n_bodies() != motion.n_bodies() {
+            let (expected, found) = (motion.n_bodies(), model.chain.n_bodies());
+            return Err(FitError::TooFew { what: "bodies in the model", expected, found });
+        }
+        let n_times = motion.times_s.len();
+        let told = |(row, k): &(usize, usize)| {
+            motion.displacement_m[(*row, *k)].is_some() && motion.independent_sigma_m[(*row, *k)] > 0.0
+        };
+        let all = (0..motion.n_bodies()).flat_map(|row| (0..n_times).map(move |k| (row, k)));
+        let samples: Vec<(usize, usize)> = all.filter(told).collect();
+        if samples.len() < LEAST {
+            return Err(FitError::TooFew { what: "positions", expected: LEAST, found: samples.len() });
+        }
+        let (first_s, last_s) = (motion.times_s[0], motion.times_s[n_times - 1]);
+        let interval_s = (last_s - first_s) / (n_times - 1) as f64;
+        // Long enough for a release at the first sample.
+        let schedule = Schedule::automatic(last_s - first_s + 2.0 * interval_s, interval_s);
+        let mut shared = vec![(0.0, f64::INFINITY), (first_s, last_s), (0.5, 2.0)];
+        shared.resize(N_FIXED + model.known.len(), (f64::NEG_INFINITY, f64::INFINITY));
+        Ok(Self {
+            motion,
+            model,
+            nodes: quadrature(&model.drive_deviations),
+            schedule,
+            samples,
+            bounds: Bounds::dense(shared),
+            n_simulations: AtomicU64::new(0),
+        })
+    }
+
+    /// Where the search begins: let go at the trigger.
+    fn start(&self) -> Unknowns {
+        let (earliest_s, latest_s) = self.bounds.shared[RELEASE];
+        let mut start = vec![mean_damping_kg_per_s(&self.model.chain), 0.0_f64.clamp(earliest_s, latest_s)];
+        start.resize(N_FIXED + self.model.known.len(), 1.0);
+        Unknowns::dense(DVector::from_vec(start))
+    }
+
+    /// A search's failure in words.
+    fn failure(&self, failure: Failure<FitError>) -> FitError {
+        FitError::of(failure, "the motion of a chain that is let go", |unknown| match unknown {
+            C_D => "c_d".into(),
+            RELEASE => "the instant of the release".into(),
+            STATE => "the state".into(),
+            _ => self.model.known[unknown - N_FIXED].quantity.as_str().into(),
+        })
+    }
+
+    /// The chain with trial values in place, let go from the state of one of the drives.
+    fn chain(&self, unknowns: &DVector<f64>, deviation: f64) -> Chain {
+        let damping_kg_per_s = damping_like(&self.model.chain, unknowns[C_D]);
+        let mut chain = Chain { damping_kg_per_s, ..self.model.chain.clone() };
+        // Quantities of a striker change nothing here.
+        let mut striker = Striker { mass_kg: 1.0, velocity_m_per_s: 0.0, damping_kg_per_s: 0.0 };
+        for (known, factor) in self.model.known.iter().zip(unknowns.iter().skip(N_FIXED)) {
+            known.quantity.apply(*factor, &mut chain, &mut striker);
+        }
+        if let Drive::Free { displacement_m, velocity_m_per_s } = &mut chain.drive {
+            let factor = unknowns[STATE] * (1.0 + deviation);
+            displacement_m.iter_mut().chain(velocity_m_per_s).for_each(|value| *value *= factor);
+        }
+        chain
+    }
+
+    /// The chains on both sides of an unknown: a step of a damping, but no farther than to none, or of a factor.
+    fn change(&self, unknowns: &DVector<f64>, unknown: usize, deviation: f64) -> Change {
+        let step = match unknown {
+            C_D => DAMPING_STEPS[0] * critical_kg_per_s(&self.model.chain),
+            _ => FACTOR_STEP,
+        };
+        let below = if unknown == C_D { step.min(unknowns[C_D]) } else { step };
+        let moved = |by: f64| {
+            let mut moved = unknowns.clone();
+            moved[unknown] += by;
+            self.chain(&moved, deviation)
+        };
+        Change { below: moved(-below), above: moved(step), width: below + step }
+    }
+
+    /// Length in the pictures over true length, and the unknowns that stand for it.
+    fn picture_scale(&self, unknowns: &DVector<f64>) -> f64 {
+        let known = self.model.known.iter().zip(unknowns.iter().skip(N_FIXED));
+        known.filter(|(known, _)| known.quantity == Quantity::Scale).map(|(_, factor)| factor).product()
+    }
+
+    fn is_scale(&self, unknown: usize) -> bool {
+        let known = unknown.checked_sub(N_FIXED).and_then(|place| self.model.known.get(place));
+        known.is_some_and(|known| known.quantity == Quantity::Scale)
+    }
+
+    /// Displacements from where the bodies were held at the samples compared, and their derivatives by every unknown.
+    fn predicted(&self, unknowns: &DVector<f64>) -> Result<(DVector<f64>, Vec<DVector<f64>>), FitError> {
+        let scale = self.picture_scale(unknowns);
+        let mut sum = DVector::zeros(self.samples.len());
+        let mut derivatives = vec![sum.clone(); unknowns.len()];
+        let by_chain: Vec<usize> = (0..unknowns.len()).filter(|unknown| *unknown != RELEASE).collect();
+        for (weight, deviation) in &self.nodes {
+            let changes: Vec<Change> =
+                by_chain.iter().map(|unknown| self.change(unknowns, *unknown, *deviation)).collect();
+            let here = self.chain(unknowns, *deviation);
+            let found = simulate_with_sensitivities(&here, &self.schedule, &changes)?;
+            self.n_simulations.fetch_add(1, Ordering::Relaxed);
+            let moved = Released { motion: &found.simulation.trajectory, release_s: unknowns[RELEASE] };
+            for (i, sample) in self.samples.iter().enumerate() {
+                let (moved_m, speed_m_per_s) = moved.at(self.motion.times_s[sample.1], sample.0);
+                sum[i] += weight * scale * moved_m;
+                derivatives[RELEASE][i] -= weight * scale * speed_m_per_s;
+                for unknown in by_chain.iter().filter(|unknown| self.is_scale(**unknown)) {
+                    derivatives[*unknown][i] += weight * moved_m;
+                }
+            }
+            for (unknown, derivative) in by_chain.iter().zip(&found.derivatives) {
+                let moved = Released { motion: derivative, release_s: unknowns[RELEASE] };
+                for (i, sample) in self.samples.iter().enumerate() {
+                    let (by_unknown, _) = moved.at(self.motion.times_s[sample.1], sample.0);
+                    derivatives[*unknown][i] += weight * scale * by_unknown;
+                }
+            }
+        }
+        Ok((sum, derivatives))
+    }
+
+    /// Takes through the estimator what errors of many samples do.
+    fn finish(&self, minimum: &Minimum) -> Result<ReleasedFit, FitError> {
+        let (_, covariance) = minimum.solved().map_err(|why: Failure<FitError>| self.failure(why))?;
+        let unknowns = &minimum.at.shared;
+        let (predicted, columns) = self.predicted(unknowns)?;
+        let jacobian = DMatrix::from_columns(&columns);
+        let mut total = covariance.clone();
+        for mode in &self.motion.modes {
+            let mut side = DVector::zeros(jacobian.ncols());
+            for (i, sample) in self.samples.iter().enumerate() {
+                let weight = self.motion.independent_sigma_m[*sample].powi(-2);
+                side.axpy(weight * mode.displacement_m[*sample], &jacobian.row(i).transpose(), 1.0);
+            }
+            let shift = &covariance * side;
+            total += &shift * shift.transpose();
+        }
+        let residual = |(i, sample): (usize, &(usize, usize))| {
+            let x = self.motion.displacement_m[*sample]?;
+            Some(((x.value - predicted[i]) / x.sigma).powi(2))
+        };
+        let squares: f64 = self.samples.iter().enumerate().filter_map(residual).sum();
+        let estimate = |i: usize| Estimate::new(unknowns[i], total[(i, i)].sqrt());
+        let known = self.model.known.iter().zip(N_FIXED..);
+        Ok(ReleasedFit {
+            chain_damping_kg_per_s: estimate(C_D),
+            release_time_s: estimate(RELEASE),
+            state: estimate(STATE),
+            factors: known.map(|(known, i)| (known.quantity, estimate(i))).collect(),
+            reduced_chi_squared: squares / self.samples.len() as f64,
+            n_residuals: self.samples.len(),
+            n_simulations: self.n_simulations.load(Ordering::Relaxed),
+        })
+    }
+}
+
+/// A motion, or its derivative, from an instant on.
+struct Released<'a> {
+    motion: &'a Trajectory,
+    release_s: f64,
+}
+
+impl Released<'_> {
+    /// Displacement of a body from where it was held, and its velocity; none of either before the release.
+    fn at(&self, time_s: f64, row: usize) -> (f64, f64) {
+        let since_s = time_s - self.release_s;
+        let moment = (since_s > 0.0).then(|| self.motion.at(since_s)).flatten();
+        let held = self.motion.displacement_m[(row, 0)];
+        moment.map_or((0.0, 0.0), |moment| (moment.displacement_m(row) - held, moment.velocity_m_per_s(row)))
+    }
+}
+
+impl LeastSquares for ReleasedResiduals<'_> {
+    type Error = FitError;
+
+    fn bounds(&self) -> &Bounds {
+        &self.bounds
+    }
+
+    fn equations(&self, at: &Unknowns) -> Result<NormalEquations, FitError> {
+        let (predicted, columns) = self.predicted(&at.shared)?;
+        let mut equations = NormalEquations::new(columns.len());
+        let mut row = vec![0.0; columns.len() + 1];
+        for (i, sample) in self.samples.iter().enumerate() {
+            let inverse_sigma = self.motion.independent_sigma_m[*sample].recip();
+            let measured_m = self.motion.displacement_m[*sample].map_or(0.0, |x| x.value);
+            row.iter_mut().zip(&columns).for_each(|(entry, column)| *entry = inverse_sigma * column[i]);
+            row[columns.len()] = inverse_sigma * (predicted[i] - measured_m);
+            equations.add_row(&row);
+        }
+        let of_known = self.model.known.iter().map(|known| known.relative_sigma).zip(N_FIXED..);
+        for (relative_sigma, unknown) in of_known.chain([(self.model.state_sigma, STATE)]) {
+            let residual = (at.shared[unknown] - 1.0) / relative_sigma;
+            equations.add_prior(unknown, residual, relative_sigma.recip());
+        }
+        Ok(equations)
+    }
+}
