@@ -105,7 +105,7 @@ fn weighted_sum<const TAPS: usize>(values: &[f32], spacing: usize, weights: [f32
     }
 }
 
-/// The first point of a row: the pixel of the window at or before it, and the way from there.
+/// A place in a window: the pixel at or before it, and the way from there.
 #[derive(Clone, Copy)]
 struct Start {
     column: isize,
@@ -122,10 +122,11 @@ impl Start {
     }
 }
 
-/// Samples row by row, [`LANES`] points at once. `samples` has room for so many more: the last points of a row that lie
+/// Samples row by row, a vector of points at once. `samples` has room for [`LANES`] more: the last points of a row that lie
 /// outside of the subset are overwritten by the next row.
 ///
-/// Written in explicit vectors, for compilers unroll a loop over an array's lanes before they think of vectors.
+/// Written in explicit vectors, for compilers unroll a loop over an array's lanes before they think of vectors. Neither is there a closure
+/// between the vectors: what is not put in line is compiled without their instructions.
 struct RowSampling<'a, K, const TAPS: usize> {
     window: &'a Window,
     warp: &'a Warp,
@@ -137,24 +138,101 @@ struct RowSampling<'a, K, const TAPS: usize> {
 impl<K: Kernel<TAPS>, const TAPS: usize> InBlocks for RowSampling<'_, K, TAPS> {
     type Output = ();
 
+    /// Points between the same coefficients are sampled together, for there what is one pixel further in the subset takes the coefficients one
+    /// further. Vectors begin where such a stretch begins: what they hold beyond its end is overwritten by the next one.
     #[inline(always)]
     fn run<S: Simd, const VECTORS: usize>(self, simd: S) {
         let Self { window, warp, lattice, samples, .. } = self;
-        for row in 0..lattice.height {
-            let line = Line::new(window, warp, lattice.first_px, row);
-            // most rows of a body that is hardly strained lie between the same coefficients from end to end
-            let (whole, end) = line.segment(0, lattice.width);
-            for first in (0..lattice.width).step_by(LANES) {
-                let block = &mut samples[row * lattice.width + first..][..LANES];
-                if end == lattice.width {
-                    let values = line.sample::<S, K, TAPS, VECTORS>(simd, window, whole, first);
-                    block.copy_from_slice(pulp::bytemuck::cast_slice(&values));
-                } else {
-                    let n = LANES.min(lattice.width - first);
-                    line.sample_block::<S, K, TAPS, VECTORS>(simd, window, first, n, block);
+        for first_row in (0..lattice.height).step_by(TOGETHER) {
+            let lines = Lines::new(window, warp, lattice, first_row);
+            for (i, row) in (first_row..lattice.height).take(TOGETHER).enumerate() {
+                let line = lines.line(i);
+                let mut first = 0;
+                while first < lattice.width {
+                    // Most rows of a body that is hardly strained lie between the same coefficients from end to end.
+                    let (whole, end) = match lines.is_one_stretch[i] {
+                        true => (lines.whole(i), lattice.width),
+                        false => line.stretch(first, lattice.width),
+                    };
+                    for at in (first..end).step_by(S::F32_LANES) {
+                        let values = line.sample::<S, K, TAPS>(simd, window, whole, at);
+                        let out = &mut samples[row * lattice.width + at..][..S::F32_LANES];
+                        S::as_mut_simd_f32s(out).0[0] = values;
+                    }
+                    first = end;
                 }
             }
         }
+    }
+}
+
+/// Rows whose beginnings are worked out together.
+const TOGETHER: usize = 8;
+
+/// Where some rows of points begin, number by number, which lets vectors work them out.
+struct Lines {
+    /// The pixel of the window at or before the first point.
+    pixel: [[f64; TOGETHER]; 2],
+    fraction: [[f32; TOGETHER]; 2],
+    step: [[f32; TOGETHER]; 2],
+    bend: [f32; 2],
+    /// The whole part of the way of the first point.
+    whole: [[f32; TOGETHER]; 2],
+    /// Whether the whole way has that whole part.
+    is_one_stretch: [bool; TOGETHER],
+}
+
+impl Lines {
+    /// The rows from `first_row` on of a subset.
+    #[inline(always)]
+    fn new(window: &Window, warp: &Warp, lattice: Lattice, first_row: usize) -> Self {
+        let [first_x, first_y] = lattice.first_px;
+        let [ux, _, vx, _] = warp.gradient;
+        let [uxx, uxy, _, vxx, vxy, _] = warp.curvature;
+        let origin = [window.region.x as f64, window.region.y as f64];
+        let slopes = [[ux, uxx, uxy], [vx, vxx, vxy]];
+        let mut lines = Self {
+            pixel: [[0.0; TOGETHER]; 2],
+            fraction: [[0.0; TOGETHER]; 2],
+            step: [[0.0; TOGETHER]; 2],
+            bend: [uxx as f32, vxx as f32],
+            whole: [[0.0; TOGETHER]; 2],
+            is_one_stretch: [lattice.width > 0; TOGETHER],
+        };
+        let last = lattice.width.saturating_sub(1) as i32 as f32;
+        for i in 0..TOGETHER {
+            let y = first_y + (first_row + i) as i32 as f64;
+            let place = warp.apply([first_x, y]);
+            for axis in 0..2 {
+                let at = place[axis] - origin[axis];
+                let pixel = at.trunc(); // inside the window: not negative
+                let [first, square, mixed] = slopes[axis];
+                let (fraction, step) =
+                    ((at - pixel) as f32, (first + 2.0 * square * first_x + mixed * y) as f32);
+                let whole = fraction.floor();
+                // A way that bends may leave the whole part and come back.
+                let is_straight = lines.bend[axis] == 0.0;
+                let at_last = lines.bend[axis].mul_add(last, step).mul_add(last, fraction).floor();
+                (lines.pixel[axis][i], lines.fraction[axis][i]) = (pixel, fraction);
+                (lines.step[axis][i], lines.whole[axis][i]) = (step, whole);
+                lines.is_one_stretch[i] &= is_straight & is_same(at_last, whole);
+            }
+        }
+        lines
+    }
+
+    /// The row number `i` of these.
+    #[inline(always)]
+    fn line(&self, i: usize) -> Line {
+        let [column, row] = [self.pixel[0][i] as isize, self.pixel[1][i] as isize];
+        let start = Start { column, row, fraction: [self.fraction[0][i], self.fraction[1][i]] };
+        Line { start, step: [self.step[0][i], self.step[1][i]], bend: self.bend }
+    }
+
+    /// The whole part of the way of the first point of row number `i`.
+    #[inline(always)]
+    fn whole(&self, i: usize) -> [f32; 2] {
+        [self.whole[0][i], self.whole[1][i]]
     }
 }
 
@@ -168,45 +246,39 @@ struct Line {
 }
 
 impl Line {
-    /// The row `row` of a subset whose first pixel lies at `(x, y)` from its centre.
+    /// The whole part of what the point i has moved from the start's pixels beyond its own i columns.
     #[inline(always)]
-    fn new(window: &Window, warp: &Warp, [x, y]: [f64; 2], row: usize) -> Self {
-        let y = y + row as f64;
-        let [ux, _, vx, _] = warp.gradient;
-        let [uxx, uxy, _, vxx, vxy, _] = warp.curvature;
-        let slope = |first: f64, q: f64, mixed: f64| (first + 2.0 * q * x + mixed * y) as f32;
-        Self {
-            start: Start::new(window, warp.apply([x, y])),
-            step: [slope(ux, uxx, uxy), slope(vx, vxx, vxy)],
-            bend: [uxx as f32, vxx as f32],
-        }
-    }
-
-    /// Pixels from the start's that the point i has moved beyond its own i columns.
-    #[inline(always)]
-    fn way(&self, i: usize) -> [f32; 2] {
+    fn whole(&self, i: usize) -> [f32; 2] {
         let i = i as i32 as f32;
-        let along = |axis: usize| {
+        let mut whole = [0.0; 2];
+        for (axis, whole) in whole.iter_mut().enumerate() {
             let slope = self.bend[axis].mul_add(i, self.step[axis]);
-            slope.mul_add(i, self.start.fraction[axis])
-        };
-        [along(0), along(1)]
+            *whole = slope.mul_add(i, self.start.fraction[axis]).floor();
+        }
+        whole
     }
 
     /// The whole part of the way of the point `first`, and the first point of another one, at most `end`.
     #[inline(always)]
-    fn segment(&self, first: usize, end: usize) -> ([i32; 2], usize) {
-        let whole = self.way(first).map(floor);
+    fn stretch(&self, first: usize, end: usize) -> ([f32; 2], usize) {
+        let whole = self.whole(first);
         let end = self.turn(0, first, end).min(self.turn(1, first, end));
         let (mut inside, mut outside) = (first, end);
-        if self.way(end - 1).map(floor) == whole {
+        if self.is_at(end - 1, whole) {
             return (whole, end);
         }
         while outside - inside > 1 {
             let middle = usize::midpoint(inside, outside);
-            if self.way(middle).map(floor) == whole { inside = middle } else { outside = middle }
+            if self.is_at(middle, whole) { inside = middle } else { outside = middle }
         }
         (whole, outside)
+    }
+
+    /// Whether this is the whole part of the way of the point i.
+    #[inline(always)]
+    fn is_at(&self, i: usize, whole: [f32; 2]) -> bool {
+        let [x, y] = self.whole(i);
+        is_same(x, whole[0]) & is_same(y, whole[1])
     }
 
     /// The first point behind `first` from which on the way turns back, at most `end`: up to there it grows or falls.
@@ -219,67 +291,49 @@ impl Line {
         if turn > first as f32 && turn < end as f32 { turn as usize } else { end }
     }
 
-    /// Samples the points from `first` on, of which n are used. Points between the same coefficients are sampled
-    /// together; there, what is one pixel further in the subset takes the coefficients one further.
+    /// Samples a vector of points from `first` on as if the way of all had this whole part.
     #[inline(always)]
-    fn sample_block<S: Simd, K: Kernel<TAPS>, const TAPS: usize, const VECTORS: usize>(
+    fn sample<S: Simd, K: Kernel<TAPS>, const TAPS: usize>(
         &self,
         simd: S,
         window: &Window,
+        whole: [f32; 2],
         first: usize,
-        n: usize,
-        block: &mut [f32],
-    ) {
-        let (whole, mut start) = self.segment(first, first + n);
-        let values = self.sample::<S, K, TAPS, VECTORS>(simd, window, whole, first);
-        block.copy_from_slice(pulp::bytemuck::cast_slice(&values));
-        while start < first + n {
-            let (whole, end) = self.segment(start, first + n);
-            let values = self.sample::<S, K, TAPS, VECTORS>(simd, window, whole, first);
-            let part = start - first..end - first;
-            block[part.clone()].copy_from_slice(&pulp::bytemuck::cast_slice(&values)[part]);
-            start = end;
+    ) -> S::f32s {
+        let column = self.start.column + whole[0] as i32 as isize + first as isize;
+        let corner = window.corner::<TAPS>(column, self.start.row + whole[1] as i32 as isize);
+        let lanes = S::as_simd_f32s(&FIRST_NUMBERS).0[0];
+        let i = simd.add_f32s(simd.splat_f32s(first as i32 as f32), lanes);
+        let mut along = [i; 2];
+        for axis in 0..2 {
+            let bend =
+                simd.mul_add_f32s(simd.splat_f32s(self.bend[axis]), i, simd.splat_f32s(self.step[axis]));
+            let way = simd.mul_add_f32s(bend, i, simd.splat_f32s(self.start.fraction[axis]));
+            along[axis] = simd.sub_f32s(way, simd.splat_f32s(whole[axis]));
         }
-    }
-
-    /// Samples the points from `first` on as if the way of all had this whole part.
-    #[inline(always)]
-    fn sample<S: Simd, K: Kernel<TAPS>, const TAPS: usize, const VECTORS: usize>(
-        &self,
-        simd: S,
-        window: &Window,
-        whole: [i32; 2],
-        first: usize,
-    ) -> [S::f32s; VECTORS] {
-        let column = self.start.column + whole[0] as isize + first as isize;
-        let corner = window.corner::<TAPS>(column, self.start.row + whole[1] as isize);
-        let lines: [&[f32]; TAPS] = std::array::from_fn(
-            #[inline(always)]
-            |tap| &window.coefficients[corner + tap * window.stride..][..LANES + TAPS - 1],
-        );
-        let lanes = S::as_simd_f32s(&FIRST_NUMBERS).0;
-        let mut values = [simd.splat_f32s(0.0); VECTORS];
-        for (vector, value) in values.iter_mut().enumerate() {
-            let i = simd.add_f32s(simd.splat_f32s(first as f32), lanes[vector]);
-            let along = |axis: usize| {
-                let bend =
-                    simd.mul_add_f32s(simd.splat_f32s(self.bend[axis]), i, simd.splat_f32s(self.step[axis]));
-                let way = simd.mul_add_f32s(bend, i, simd.splat_f32s(self.start.fraction[axis]));
-                simd.sub_f32s(way, simd.splat_f32s(whole[axis] as f32))
-            };
-            let weights_x: [S::f32s; TAPS] = K::WEIGHTS.at_all(simd, along(0));
-            let weights_y: [S::f32s; TAPS] = K::WEIGHTS.at_all(simd, along(1));
-            for (line, weight_y) in lines.iter().zip(weights_y) {
-                let coefficients = |tap: usize| S::as_simd_f32s(&line[tap..tap + LANES]).0[vector];
-                let mut sum = simd.mul_f32s(weights_x[0], coefficients(0));
-                for (tap, &weight_x) in weights_x.iter().enumerate().skip(1) {
-                    sum = simd.mul_add_f32s(weight_x, coefficients(tap), sum);
-                }
-                *value = simd.mul_add_f32s(weight_y, sum, *value);
+        let weights_x: [S::f32s; TAPS] = K::WEIGHTS.at_all(simd, along[0]);
+        let weights_y: [S::f32s; TAPS] = K::WEIGHTS.at_all(simd, along[1]);
+        let mut value = simd.splat_f32s(0.0);
+        for (line, weight_y) in weights_y.into_iter().enumerate() {
+            let line = &window.coefficients[corner + line * window.stride..][..S::F32_LANES + TAPS - 1];
+            let mut sum = weights_x[0];
+            for (tap, &weight_x) in weights_x.iter().enumerate() {
+                let coefficients = S::as_simd_f32s(&line[tap..tap + S::F32_LANES]).0[0];
+                sum = match tap {
+                    0 => simd.mul_f32s(weight_x, coefficients),
+                    _ => simd.mul_add_f32s(weight_x, coefficients, sum),
+                };
             }
+            value = simd.mul_add_f32s(weight_y, sum, value);
         }
-        values
+        value
     }
+}
+
+/// Whether two whole numbers are one.
+#[inline(always)]
+fn is_same(one: f32, other: f32) -> bool {
+    (one - other).abs() < 0.5
 }
 
 /// 0, 1, 2 and so on.
@@ -292,12 +346,6 @@ const FIRST_NUMBERS: [f32; LANES] = {
     }
     numbers
 };
-
-#[inline(always)]
-fn floor(x: f32) -> i32 {
-    let whole = x as i32;
-    whole - i32::from(x < whole as f32)
-}
 
 #[cfg(test)]
 mod tests {
