@@ -35,7 +35,10 @@
 //! It stays with the tests.
 //!
 //! Eight rings go side by side through vectors of any width, with the same bits on each. Threads share the blocks of eight
-//! and exchange one force a step, or one goes alone where the machine is busy; the result does not depend on their number.
+//! and exchange one force a step, or one goes alone where the machine is busy; the result does not depend on their number. Memory is no
+//! bound: eight rings, which stay in the nearest cache, take as long for an element and step as 300 do (32 elements, one core of a Xeon: 2.4 and
+//! 2.0 ns with AVX-512, 3.5 and 3.4 with AVX2), so steps taken together over a part of the chain would gain nothing. Some 62 products and
+//! sums for an element are what is paid for.
 //!
 //! **The model ends** where walls of one ring touch: a compression stops before, and a motion at its last output before.
 
