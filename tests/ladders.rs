@@ -1,6 +1,8 @@
 //! `tradeoff` and `prove`: what methods cost on a scene, and how often stated intervals hold the truth.
 
 mod slow {
+    use std::fs;
+
     use crate::command::{chainwave, succeed};
     use crate::laboratory::Laboratory;
     use crate::table::Table;
