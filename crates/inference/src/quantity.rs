@@ -83,7 +83,7 @@ impl Quantity {
             Self::BodyMass => chain.mass_kg.iter_mut().for_each(|mass_kg| *mass_kg *= factor),
             Self::StrikerMass => striker.mass_kg *= factor,
             Self::Ground => {
-                chain.ground_stiffness_n_per_m.iter_mut().for_each(|k_n_per_m| *k_n_per_m *= factor)
+                chain.ground_stiffness_n_per_m.iter_mut().for_each(|k_n_per_m| *k_n_per_m *= factor);
             }
             Self::Prefactor => chain.contact.for_each(&mut |contact| stiffen(contact, factor)),
             Self::Offset => chain.contact.for_each_power_law(|law| law.delta_0_m *= factor),

@@ -47,7 +47,7 @@ fn overlap_m(contact: &Contact, force_n: f64, gap: usize) -> Result<f64, Error> 
     let mut most_m = force_n / contact.stiffness_n_per_m(0.0).max(f64::MIN_POSITIVE);
     while holds_n(most_m) < force_n {
         most_m *= 2.0;
-        if !(most_m < MOST_M) {
+        if most_m >= MOST_M || most_m.is_nan() {
             return Err(refused("never reaches"));
         }
     }

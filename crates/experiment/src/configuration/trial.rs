@@ -26,8 +26,9 @@ impl Trial {
     }
 
     /// The largest number of trials of a view.
-    pub(crate) fn most_of_a_view<'a>(all: impl Iterator<Item = &'a Self> + Clone) -> usize {
-        let of_view = |view: u32| all.clone().filter(|one| one.view == view).count();
-        all.clone().map(|one| of_view(one.view)).max().unwrap_or(0)
+    pub(crate) fn most_of_a_view<'a>(all: impl IntoIterator<Item = &'a Self>) -> usize {
+        let views: Vec<u32> = all.into_iter().map(|one| one.view).collect();
+        let of_view = |view: &u32| views.iter().filter(|other| *other == view).count();
+        views.iter().map(of_view).max().unwrap_or(0)
     }
 }

@@ -88,7 +88,7 @@ fn what_is_not_asked_is_not_made_and_changes_nothing_else() {
     assert!(both.setup.experiment.analysis.fits);
     assert_eq!(both.setup.experiment.analysis.n_replicas, setup.experiment.analysis.n_replicas);
     // Views that share no body need the model for their triggers.
-    let mut apart = setup.clone();
+    let mut apart = setup;
     apart.trials.retain(|one| one.view != 2);
     let apart = economy(&apart, &[speed], TWO, &Monitor::SILENT).unwrap();
     assert!(apart.setup.experiment.analysis.fits, "{:?}", apart.decisions);
