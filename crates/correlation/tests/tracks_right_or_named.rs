@@ -12,7 +12,7 @@
 mod films;
 
 use chainwave_correlation::{Acceptance, Method, ReferenceFrames, Settings};
-use films::{Draw, Shown, count, count_a_million, grid, repeats_slowly};
+use films::{Draw, Shown, count, count_a_million, large_subsets, repeats_slowly};
 
 #[test]
 fn no_reading_is_false() {
@@ -25,7 +25,7 @@ fn no_reading_is_false() {
 #[test]
 fn a_slow_lattice_is_found() {
     for seed in 1..4 {
-        let scene = Shown { noise: 0.02, subsets: grid(16, 30), ..repeats_slowly(&mut Draw::of(seed)) };
+        let scene = Shown { noise: 0.02, subsets: large_subsets(), ..repeats_slowly(&mut Draw::of(seed)) };
         let film = scene.film(seed);
         for method in ["icgn-cubic-affine", "icgn-cubic-translation"] {
             let by: Method = method.parse().unwrap();

@@ -21,6 +21,7 @@
 //! ```
 
 mod deformation;
+mod spots;
 mod texture;
 
 use ndarray::Array2;
@@ -28,6 +29,7 @@ use rand::RngExt;
 use rand_distr::StandardNormal;
 
 pub use self::deformation::Deformation;
+pub use self::spots::picture_by_spots;
 pub use self::texture::Texture;
 
 use crate::SyntheticError;

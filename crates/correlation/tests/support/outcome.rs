@@ -13,6 +13,7 @@ const WRONG: (f64, f64) = (1.0, 6.0);
 /// Counts of readings.
 #[derive(Debug, Default, Clone, Copy)]
 pub struct Outcome {
+    pub n_asked: usize,
     pub n_ok: usize,
     pub n_wrong: usize,
     /// Readings whose subset the picture shows whole.
@@ -26,6 +27,7 @@ impl Outcome {
     pub fn of(found: Option<&Position>, truth: Option<[f64; 2]>, visible: bool) -> Self {
         let right = found.map(|found| truth.is_some_and(|truth| is_right(found, truth)));
         Self {
+            n_asked: 1,
             n_ok: usize::from(right.is_some()),
             n_wrong: usize::from(right == Some(false)),
             n_visible: usize::from(visible),
@@ -44,6 +46,7 @@ fn is_right(found: &Position, truth: [f64; 2]) -> bool {
 impl Sum for Outcome {
     fn sum<I: Iterator<Item = Self>>(outcomes: I) -> Self {
         outcomes.fold(Self::default(), |sum, one| Self {
+            n_asked: sum.n_asked + one.n_asked,
             n_ok: sum.n_ok + one.n_ok,
             n_wrong: sum.n_wrong + one.n_wrong,
             n_visible: sum.n_visible + one.n_visible,
@@ -54,7 +57,10 @@ impl Sum for Outcome {
 
 impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { n_ok, n_wrong, n_visible, n_found } = self;
-        write!(f, "ok {n_ok:7}  wrong {n_wrong:5}  found {n_found:7} of {n_visible:7} visible")
+        let Self { n_asked, n_ok, n_wrong, n_visible, n_found } = self;
+        write!(
+            f,
+            "asked {n_asked:8}  ok {n_ok:8}  wrong {n_wrong:5}  found {n_found:8} of {n_visible:8} visible"
+        )
     }
 }

@@ -19,6 +19,7 @@ mod video;
 #[cfg(test)]
 #[path = "../../../camera/tests/camera/board_truth.rs"]
 mod board_truth;
+#[expect(dead_code, reason = "the other crate counts with films of its own, which are shared with these")]
 #[path = "../../../correlation/tests/support/films.rs"]
 mod films;
 #[path = "../../../correlation/tests/support/foreign.rs"]

@@ -10,8 +10,8 @@ const CELL_PX: f64 = 8.0;
 /// Dark Gaussian spots on a plane, in the pixels of the reference picture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
-    sigma_px: f64,
-    spots: Vec<Speckle>,
+    pub(super) sigma_px: f64,
+    pub(super) spots: Vec<Speckle>,
     cells: Cells,
 }
 
