@@ -1,6 +1,6 @@
 //! The vocabulary of chainwave: the types that two or more crates use, with their units and conventions.
 //!
-//! No algorithm and no input or output lives here, but for two tools that every crate may need: [`map_in_parallel`], the one way in which
+//! No algorithm and no input or output lives here, but for tools that every crate may need: [`map_in_parallel`], the one way in which
 //! work is spread over threads, as it is what makes results the same for any number of them, and the [`median`] of numbers. Conventions
 //! that hold everywhere:
 //!
