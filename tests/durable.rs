@@ -162,8 +162,7 @@ mod slow {
     }
 
     fn is_unfinished(file: &Path) -> bool {
-        let name = file.to_string_lossy();
-        name.ends_with(".unfinished") || name.ends_with(".part") || name.contains(".partial.")
+        file.to_string_lossy().ends_with(".unfinished")
     }
 
     /// A library that stands before the system's: the n-th write to a regular file fails. `None`, said, where it cannot be built.

@@ -7,11 +7,12 @@ use toml::{Table, Value};
 use crate::repository::{files, names_in, root};
 
 /// Which crates of the workspace a crate's product may depend on. `None`: on all of them.
-const ALLOWED: [(&str, Option<&[&str]>); 17] = [
+const ALLOWED: [(&str, Option<&[&str]>); 18] = [
     ("analysis", Some(&["measurement"])),
     ("camera", Some(&["measurement"])),
     ("chainwave", None),
     ("correlation", Some(&["measurement", "vectors"])),
+    ("durable", Some(&[])),
     (
         "experiment",
         Some(&[
@@ -25,7 +26,7 @@ const ALLOWED: [(&str, Option<&[&str]>); 17] = [
             "synthetic",
         ]),
     ),
-    ("figures", Some(&["measurement"])),
+    ("figures", Some(&["durable", "measurement"])),
     ("inference", Some(&["analysis", "measurement", "mechanics"])),
     ("measurement", Some(&[])),
     ("mechanics", Some(&["measurement", "vectors"])),
@@ -46,7 +47,7 @@ const ALLOWED: [(&str, Option<&[&str]>); 17] = [
         ]),
     ),
     ("stitching", Some(&["measurement"])),
-    ("synthetic", Some(&["measurement"])),
+    ("synthetic", Some(&["durable", "measurement"])),
     ("testkit", Some(&["vectors"])),
     ("vectors", Some(&[])),
     ("view", Some(&["camera", "correlation", "measurement"])),

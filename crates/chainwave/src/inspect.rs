@@ -1,6 +1,5 @@
 //! `chainwave inspect`: what a recording holds.
 
-use std::fs::File;
 use std::io::Write;
 use std::path::Path;
 
@@ -166,7 +165,7 @@ fn write_frame(recording: &dyn Recording, frame: usize, out: &Path) -> Result<()
     let counts: Vec<u16> = pixels.iter().map(|count| count.round() as u16).collect();
     let (width, height) = (info.width_px as u32, info.height_px as u32);
     write_whole(out, |writer| {
-        let written = TiffEncoder::new(writer.get_mut() as &mut File)
+        let written = TiffEncoder::new(writer)
             .and_then(|mut encoder| encoder.write_image::<Gray16>(width, height, &counts));
         written.map_err(|wrong| Error::file(out, "write")(std::io::Error::other(wrong)))
     })

@@ -1,66 +1,27 @@
-//! Files written whole or not at all: under a temporary name, synced, renamed, and the folder synced.
+//! Files written whole or not at all, with the errors of the command; folders, and files that are read.
 
-use std::fs::{self, File, TryLockError};
-use std::io::{self, BufWriter, Write};
+use std::fs;
+use std::io::Write;
 use std::path::Path;
 
+use chainwave_durable::NewFile;
 use serde::Serialize;
 
 use crate::error::Error;
 
-/// Ending of a file that is being written.
-const UNFINISHED: &str = ".unfinished";
-
-/// Writes a file under a temporary name beside `path` and renames it when `fill` has succeeded; a failure leaves nothing.
+/// Writes a file that has its name when `fill` has succeeded; a failure leaves nothing.
 pub(crate) fn write_whole(
     path: &Path,
-    fill: impl FnOnce(&mut BufWriter<File>) -> Result<(), Error>,
+    fill: impl FnOnce(&mut NewFile) -> Result<(), Error>,
 ) -> Result<(), Error> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let unfinished = temporary_name().tempfile_in(folder).map_err(Error::file(path, "create"))?;
-    let (file, name) = unfinished.into_parts();
-    // Where a file system knows no locks, another process may take this file for one that was left behind.
-    let _ = file.lock();
-    let mut writer = BufWriter::new(file);
-    fill(&mut writer)?;
-    let file = writer.into_inner().map_err(|failure| Error::file(path, "write")(failure.into_error()))?;
-    file.sync_all().map_err(Error::file(path, "write"))?;
-    drop(file);
-    name.persist(path).map_err(|failure| Error::file(path, "rename to")(failure.error))?;
-    sync_folder(folder).map_err(Error::file(folder, "sync"))
+    let mut file = NewFile::create(path).map_err(Error::file(path, "create"))?;
+    fill(&mut file)?;
+    file.finish().map_err(Error::file(path, "write"))
 }
 
-/// Makes a renamed file's new name last a loss of power; where a folder cannot be opened, the system does so by itself.
-fn sync_folder(folder: &Path) -> io::Result<()> {
-    if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
-}
-
-/// A name like `.tmpa1b2c3.unfinished`, readable by whom the folder's owner lets read new files.
-fn temporary_name() -> tempfile::Builder<'static, 'static> {
-    let mut builder = tempfile::Builder::new();
-    builder.suffix(UNFINISHED);
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(fs::Permissions::from_mode(0o666));
-    }
-    builder
-}
-
-/// Removes what a killed process left unfinished in a folder; what another one is still writing it has locked, and it stays.
+/// Removes what a killed process left unfinished in a folder; what another one is still writing stays.
 pub(crate) fn remove_unfinished(folder: &Path) -> Result<(), Error> {
-    for entry in fs::read_dir(folder).map_err(Error::file(folder, "list"))? {
-        let path = entry.map_err(Error::file(folder, "list"))?.path();
-        if path.to_string_lossy().ends_with(UNFINISHED) && !is_being_written(&path) {
-            fs::remove_file(&path).map_err(Error::file(&path, "remove"))?;
-        }
-    }
-    Ok(())
-}
-
-fn is_being_written(path: &Path) -> bool {
-    let found = File::open(path).map(|file| file.try_lock());
-    matches!(found, Ok(Err(TryLockError::WouldBlock)))
+    chainwave_durable::remove_unfinished(folder).map_err(Error::file(folder, "remove unfinished files of"))
 }
 
 /// Writes a text file whole.
@@ -95,25 +56,4 @@ pub(crate) fn read_text(path: &Path) -> Result<String, Error> {
 /// Reads a file of any kind.
 pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, Error> {
     fs::read(path).map_err(Error::file(path, "read"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_another_process_writes_is_not_taken_for_left_behind() {
-        let folder = tempfile::tempdir().unwrap();
-        let abandoned = folder.path().join(".tmpdead.unfinished");
-        fs::write(&abandoned, "half").unwrap();
-        let whole = folder.path().join("whole.txt");
-        write_whole(&whole, |writer| {
-            remove_unfinished(folder.path())?;
-            assert!(!abandoned.exists());
-            writer.write_all(b"all of it").map_err(Error::file(&whole, "write"))
-        })
-        .unwrap();
-        assert_eq!(fs::read_to_string(&whole).unwrap(), "all of it");
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
-    }
 }

@@ -131,6 +131,7 @@ impl Run<'_> {
         let store = KeptFolder::in_results(out)?;
         store.remove_unfinished()?;
         remove_unfinished(out)?;
+        remove_unfinished(&out.join("figures"))?;
         results::remove_rehearsed(out)?;
         let sanity = check(setup, threads(self.jobs))?;
         name_findings(&sanity.findings);

@@ -1,9 +1,10 @@
 //! A drawn figure, what can be drawn, and the files that a figure becomes.
 
 use std::ffi::OsString;
-use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+
+use chainwave_durable::NewFile;
 
 use crate::data::{DataSet, csv};
 use crate::drawing::Drawing;
@@ -85,14 +86,14 @@ impl Figure {
         encoded.map_err(|reason| FigureError::Encode { reason })
     }
 
-    /// Writes `STEM.svg` and so on, each under a temporary name first, so that a reader never meets half a file.
+    /// Writes `STEM.svg` and so on, each whole or not at all, so that a reader never meets half a file.
     ///
     /// # Errors
     /// [`FigureError`] when a file cannot be written.
     pub fn write(&self, stem: &Path, formats: &[Format]) -> Result<(), FigureError> {
         for &format in formats {
             let bytes = self.bytes(format)?;
-            put(stem, format.ending(), |mut file| file.write_all(&bytes))?;
+            put(stem, format.ending(), |file| file.write_all(&bytes))?;
         }
         Ok(())
     }
@@ -103,28 +104,18 @@ impl Figure {
     }
 }
 
-/// Writes `STEM.ENDING` under a temporary name first.
+/// Writes `STEM.ENDING` whole or not at all.
 pub(crate) fn put(
     stem: &Path,
     ending: &str,
-    write: impl FnOnce(&File) -> io::Result<()>,
+    write: impl FnOnce(&mut NewFile) -> io::Result<()>,
 ) -> Result<(), FigureError> {
     let path = with_ending(stem, ending);
-    let partial = with_ending(stem, &format!("partial.{ending}"));
-    let written = File::create(&partial).and_then(|file| {
-        write(&file)?;
-        file.sync_all()
+    let written = NewFile::create(&path).and_then(|mut file| {
+        write(&mut file)?;
+        file.finish()
     });
-    written
-        .and_then(|()| std::fs::rename(&partial, &path))
-        .and_then(|()| sync_folder_of(&path))
-        .map_err(|source| FigureError::Write { path, source })
-}
-
-/// Makes a renamed file's new name last a loss of power; elsewhere than on Unix the system does so by itself.
-fn sync_folder_of(path: &Path) -> io::Result<()> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
+    written.map_err(|source| FigureError::Write { path, source })
 }
 
 /// The stem with an ending put behind it; a dot in the stem stays.

@@ -1,7 +1,7 @@
 //! Every figure as one value, which is kept beside its files and drawn again from there.
 
 use std::fs::File;
-use std::io::{BufReader, BufWriter, Write};
+use std::io::{BufReader, Write};
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -83,10 +83,8 @@ impl Picture {
     }
 
     /// Writes what [`Picture::read`] reads.
-    pub(crate) fn encode(&self, file: &File) -> std::io::Result<()> {
-        let mut file = BufWriter::new(file);
-        ciborium::into_writer(self, &mut file).map_err(std::io::Error::other)?;
-        file.flush()
+    pub(crate) fn encode(&self, file: impl Write) -> std::io::Result<()> {
+        ciborium::into_writer(self, file).map_err(std::io::Error::other)
     }
 }
 

@@ -1,10 +1,10 @@
 //! Writes a scene as a .cine file, with the faults that a file may have.
 
-use std::fs::File;
 use std::io::{self, Write};
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use chainwave_durable::NewFile;
 use serde::{Deserialize, Serialize};
 
 use crate::check::require;
@@ -25,24 +25,15 @@ pub struct FileFaults {
 
 /// Films a scene and writes the recording as a Phantom .cine file, one frame at a time.
 ///
-/// The file is written under the name `<path>.part` and renamed when it is whole (or as broken as it shall be), so a file of
-/// the final name is never a torn one by accident.
+/// A file of that name is never a torn one by accident: it has it once it is whole, or as broken as it shall be.
 ///
 /// # Errors
 /// [`SyntheticError`] when a fault is not a possible one, or the file cannot be written; no file is left behind then.
 pub fn film(path: &Path, scene: &Scene, faults: &FileFaults) -> Result<(), SyntheticError> {
     let frames = faults.frames(scene.n_frames())?;
-    let part = part_of(path);
-    let written = write(&part, scene, &frames, faults).and_then(|()| {
-        std::fs::rename(&part, path)
-            .and_then(|()| sync_folder_of(path))
-            .map_err(|source| write_error(path, source))
-    });
-    if written.is_err() {
-        // The first error is the one to report; a part that cannot be removed does no harm.
-        let _ = std::fs::remove_file(&part);
-    }
-    written
+    let mut file = NewFile::create(path).map_err(|source| write_error(path, source))?;
+    write(&mut file, path, scene, &frames, faults)?;
+    file.finish().map_err(|source| write_error(path, source))
 }
 
 impl FileFaults {
@@ -60,21 +51,14 @@ impl FileFaults {
     }
 }
 
-fn part_of(path: &Path) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(".part");
-    name.into()
-}
-
-/// Makes a renamed file's new name last a loss of power; elsewhere than on Unix the system does so by itself.
-fn sync_folder_of(path: &Path) -> io::Result<()> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
-}
-
-fn write(part: &Path, scene: &Scene, frames: &[usize], faults: &FileFaults) -> Result<(), SyntheticError> {
-    let mut file = File::create(part).map_err(|source| write_error(part, source))?;
-    let mut put = |bytes: &[u8]| file.write_all(bytes).map_err(|source| write_error(part, source));
+fn write(
+    file: &mut NewFile,
+    path: &Path,
+    scene: &Scene,
+    frames: &[usize],
+    faults: &FileFaults,
+) -> Result<(), SyntheticError> {
+    let mut put = |bytes: &[u8]| file.write_all(bytes).map_err(|source| write_error(path, source));
     let (camera, shot) = (scene.camera, scene.shot);
     put(&cine::header(camera, shot, frames, faults.header_rate_hz.unwrap_or(camera.rate_hz)))?;
     let packer = Packer::new(camera.packing);
@@ -85,12 +69,9 @@ fn write(part: &Path, scene: &Scene, frames: &[usize], faults: &FileFaults) -> R
         packer.pack(&counts, camera.width_px, &mut bytes[cine::FRAME_PREFIX..]);
         put(&bytes)?;
     }
-    let cut = |kept: f64| file.set_len((kept * file.metadata()?.len() as f64) as u64);
-    faults
-        .kept_fraction
-        .map_or(Ok(()), cut)
-        .and_then(|()| file.sync_all())
-        .map_err(|source| write_error(part, source))
+    let Some(kept) = faults.kept_fraction else { return Ok(()) };
+    let cut = file.written().and_then(|file| file.set_len((kept * file.metadata()?.len() as f64) as u64));
+    cut.map_err(|source| write_error(path, source))
 }
 
 fn write_error(path: &Path, source: io::Error) -> SyntheticError {
