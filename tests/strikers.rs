@@ -1,6 +1,10 @@
 //! One experiment of several striker velocities.
 
 mod slow {
+    use std::fs;
+
+    use serde_json::Value;
+
     use crate::laboratory::Laboratory;
     use crate::table::Table;
 
@@ -26,5 +30,10 @@ mod slow {
         // The chain softens: the faster the strike, the slower the wave (by 5 m/s here, known to 0.2 m/s).
         assert!(speeds[1] > speeds[0] + 2.0, "{speeds:?}");
         assert!(results.join("figures/group-velocity.svg").exists());
+        // Two points lie on any power law.
+        let text = fs::read_to_string(results.join("group_velocity.json")).expect("it was written");
+        let exponents: Value = serde_json::from_str(&text).expect("JSON");
+        assert!(exponents["speed_exponent"].is_null() && exponents["speed_exponent_refused"].is_string());
+        assert!(exponents["speed_exponent_model"].is_number(), "{exponents}");
     }
 }

@@ -332,7 +332,8 @@ fn pulse_values(course: &Course, is_within: &[bool], spacing: &Spacing) -> Pulse
 
 /// The exponent of a power law through points of two quantities above zero, such as the speed of pulses over the velocity of the bodies:
 /// the slope of a straight line through their logarithms by least squares, weighted by the relative sigmas of the second where all are known,
-/// with the sigma that those or else the distances from the line give. None for fewer than three points, or where the first does not change.
+/// with the sigma that those give, or the distances from the line where these are larger or the sigmas are unknown: points that follow no power law are not
+/// known better for being measured well. None for fewer than three points, or where the first does not change.
 pub fn power_exponent(points: &[(f64, Estimate)]) -> Option<Estimate> {
     let logs: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.ln(), y.value.ln())).collect();
     let is_known = points.iter().all(|(_, y)| y.sigma > 0.0);
@@ -346,8 +347,9 @@ pub fn power_exponent(points: &[(f64, Estimate)]) -> Option<Estimate> {
     let square: f64 = logs.iter().enumerate().map(|(i, log)| weight(i) * (log.0 - x).powi(2)).sum();
     let product: f64 = logs.iter().enumerate().map(|(i, log)| weight(i) * (log.0 - x) * (log.1 - y)).sum();
     let slope = product / square;
-    let left: f64 = logs.iter().map(|log| (log.1 - y - slope * (log.0 - x)).powi(2)).sum();
-    let sigma =
-        if is_known { square.recip().sqrt() } else { (left / (logs.len() as f64 - 2.0) / square).sqrt() };
+    let squares =
+        logs.iter().enumerate().map(|(i, log)| weight(i) * (log.1 - y - slope * (log.0 - x)).powi(2));
+    let scatter = squares.sum::<f64>() / (logs.len() as f64 - 2.0);
+    let sigma = (if is_known { scatter.max(1.0) } else { scatter } / square).sqrt();
     (logs.len() >= 3 && slope.is_finite() && sigma.is_finite()).then(|| Estimate::new(slope, sigma))
 }

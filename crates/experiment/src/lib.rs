@@ -135,7 +135,7 @@ pub use side_motion::SideMotion;
 pub use stages::Stages;
 pub use standing::{Standing, Standings};
 pub use store::{Kept, MemoryStore, TrackStore};
-pub use strikers::{StrikerWave, WaveSource, compare_strikers};
+pub use strikers::{StrikerWave, WaveSource, compare_strikers, speed_exponent};
 pub use summaries::{RecordingSummary, SimulationSummary};
 pub use table::{Column, Table};
 pub use tables::field::field_table;

@@ -2,7 +2,7 @@
 
 use std::num::NonZero;
 
-use chainwave_analysis::exact_motion;
+use chainwave_analysis::{exact_motion, power_exponent};
 use chainwave_measurement::Estimate;
 use chainwave_mechanics::{Schedule, Striker, simulate};
 
@@ -66,6 +66,23 @@ pub fn compare_strikers(
     Ok(waves)
 }
 
+/// The exponent m of c_g ~ v_p^m, the group velocity of one source over the velocity of the bodies: 0 for springs, 1/5 for spheres of Hertz's law
+/// that nothing presses together (V. F. Nesterenko, J. Appl. Mech. Tech. Phys. 24 (1983) 733). None for fewer than three waves.
+pub fn speed_exponent(waves: &[StrikerWave], source: WaveSource) -> Option<Estimate> {
+    let of_source = || waves.iter().filter(|wave| wave.source == source);
+    let points = |exponent: f64| -> Vec<(f64, Estimate)> {
+        let point = |wave: &StrikerWave| {
+            let (particle, group) = (wave.particle_m_per_s?, wave.group_m_per_s);
+            // What the velocity of the bodies is uncertain by moves a point along the line.
+            let along = exponent * group.value * particle.sigma / particle.value;
+            Some((particle.value, Estimate::new(group.value, group.sigma.hypot(along))))
+        };
+        of_source().filter_map(point).collect()
+    };
+    let first = power_exponent(&points(0.0))?;
+    power_exponent(&points(first.value))
+}
+
 /// The measured group velocity; the striker's is the fitted mean where the fit holds, else the stated one.
 fn measured(setup: &Setup, evaluation: &Evaluation) -> Option<StrikerWave> {
     let striker = setup.experiment.striker.as_ref()?;
@@ -115,4 +132,42 @@ fn modelled(
         }
     }
     Ok(waves)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn waves(speed: fn(f64) -> f64) -> Vec<StrikerWave> {
+        let wave = |particle: f64| StrikerWave {
+            striker_m_per_s: Estimate::new(particle, 0.0),
+            group_m_per_s: Estimate::new(speed(particle), 0.01),
+            particle_m_per_s: Some(Estimate::new(particle, 0.01 * particle)),
+            source: WaveSource::Experiment,
+        };
+        [0.5, 1.0, 2.0, 4.0].map(wave).to_vec()
+    }
+
+    #[test]
+    fn an_exponent_knows_what_the_bodies_velocity_is_uncertain_by() {
+        let found =
+            speed_exponent(&waves(|particle| 30.0 * particle.powf(0.2)), WaveSource::Experiment).unwrap();
+        // Four logarithms, ln 2 apart, have a sum of squares of 5 ln^2 2 about their mean; each is known to 0.2 % by its velocity of the bodies
+        // and to 0.03 % or less by its own.
+        let sigma = 0.2 * 0.01 / (5.0_f64.sqrt() * 2.0_f64.ln());
+        assert!(
+            (found.value - 0.2).abs() < 1e-9 && (found.sigma / sigma - 1.0).abs() < 0.05,
+            "{found:?} {sigma}"
+        );
+        assert!(speed_exponent(&waves(|_| 30.0)[..2], WaveSource::Experiment).is_none());
+        assert!(speed_exponent(&waves(|_| 30.0), WaveSource::ChainModel).is_none());
+    }
+
+    #[test]
+    fn speeds_that_follow_no_power_law_have_an_exponent_that_is_hardly_known() {
+        let found =
+            speed_exponent(&waves(|particle| 30.0 + (particle - 2.0).powi(2)), WaveSource::Experiment);
+        // The slope between neighbours goes from -0.05 to 0.18.
+        assert!(found.unwrap().sigma > 0.02, "{found:?}");
+    }
 }

@@ -1,14 +1,16 @@
-//! `group_velocity.parquet` and its figures: the wave against the strike (paper, Fig. 3 c).
+//! `group_velocity.parquet`, `group_velocity.json` and their figures: the wave against the strike (paper, Fig. 3 c).
 
 use std::path::Path;
 
-use chainwave_experiment::{Experiment, StrikerWave, WaveSource};
+use chainwave_experiment::{Experiment, StrikerWave, WaveSource, speed_exponent};
 use chainwave_figures::{DataPoint, GroupVelocities, Series, group_velocity, group_velocity_by_particles};
 use chainwave_measurement::Estimate;
+use serde_json::{Map, Value, json};
 
 use super::figures::Figure;
 use super::figures_folder;
 use crate::error::Error;
+use crate::output::write_json;
 use crate::table::{self, column};
 
 /// Writes the table and draws the figures, which it names.
@@ -29,7 +31,27 @@ pub(super) fn write(
         column("source", waves.iter().map(|wave| wave.source.as_str()).collect::<Vec<_>>()),
     ];
     table::write(&out.join("group_velocity.parquet"), columns)?;
+    write_json(&out.join("group_velocity.json"), &exponents(waves))?;
     draw(experiment, out, waves)
+}
+
+/// How the speed grows with the velocity of the bodies, of what was measured and of the model, or why it is not told.
+fn exponents(waves: &[StrikerWave]) -> Value {
+    let sources =
+        [(WaveSource::Experiment, "speed_exponent"), (WaveSource::ChainModel, "speed_exponent_model")];
+    let of = |(source, key): (WaveSource, &str)| match speed_exponent(waves, source) {
+        Some(found) => {
+            vec![(key.to_owned(), json!(found.value)), (format!("{key}_sigma"), json!(found.sigma))]
+        }
+        None => vec![(
+            format!("{key}_refused"),
+            json!(format!(
+                "expected three group velocities with velocities of bodies by the {}",
+                source.as_str()
+            )),
+        )],
+    };
+    Value::Object(sources.into_iter().flat_map(of).collect::<Map<String, Value>>())
 }
 
 fn draw(experiment: &Experiment, out: &Path, waves: &[StrikerWave]) -> Result<Vec<Figure>, Error> {

@@ -85,11 +85,35 @@ impl<'a> Trial<'a> {
                 (Err(_), _) => n_by_none += 1,
             }
         }
-        // of differences along both axes, less what noise explains
+        // Of differences along both axes, less what noise explains: of all by what is stated, and of those that stay from frame to frame by their
+        // products, which show less than that.
         let excess: f64 = (square - variance) / f64::from(2 * n_found.max(1));
-        let error_px = (n_found > 0).then(|| excess.max(0.0).sqrt());
+        let lasting = self.lasting_square(&tracks, n_given);
+        let error_px = (n_found > 0).then(|| excess.max(lasting).max(0.0).sqrt());
         Ok(OnFilm { error_px, n_found, n_lost, n_by_none })
     }
+
+    /// Mean product of the differences in one frame and in the next: noise, which is another one in each frame, has none.
+    fn lasting_square(&self, tracks: &[Track], n_given: usize) -> f64 {
+        let (mut sum, mut n) = (0.0, 0_u32);
+        for (there, found) in self.followed.iter().zip(tracks) {
+            let differences: Vec<Option<[f64; 2]>> =
+                there.positions.iter().zip(&found.positions).skip(n_given).map(difference).collect();
+            for pair in differences.windows(2) {
+                if let [Some(now), Some(next)] = pair {
+                    sum += now[0] * next[0] + now[1] * next[1];
+                    n += 2;
+                }
+            }
+        }
+        if n == 0 { 0.0 } else { sum / f64::from(n) }
+    }
+}
+
+/// What a reading is off from another one along both axes, in pixels, where both are found.
+fn difference((there, found): (&Result<Position, Lost>, &Result<Position, Lost>)) -> Option<[f64; 2]> {
+    let (there, found) = (there.as_ref().ok()?, found.as_ref().ok()?);
+    Some([found.x_px.value - there.x_px.value, found.y_px.value - there.y_px.value])
 }
 
 /// How a method fares on some frames of a film against the one that follows most.

@@ -93,3 +93,31 @@ fn what_is_not_asked_is_not_made_and_changes_nothing_else() {
     let apart = economy(&apart, &[speed], TWO, &Monitor::SILENT).unwrap();
     assert!(apart.setup.experiment.analysis.fits, "{:?}", apart.decisions);
 }
+
+#[test]
+fn a_simpler_method_is_taken_where_its_errors_drown_in_the_noise() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut stated = Setup::read(Path::new(SMALL), None).unwrap();
+    let tracking = &mut stated.experiment.tracking;
+    (tracking.shape, tracking.interpolation) =
+        (ShapeChoice::Named(Shape::Affine), Interpolation::QuinticMoms);
+    let path = Path::new(SMALL);
+    film_experiment(&stated.experiment, &stated.table, path, folder.path(), TWO, &Monitor::SILENT).unwrap();
+    let mut setup = Setup::read(path, Some(folder.path())).unwrap();
+    setup.experiment.tracking = stated.experiment.tracking.clone();
+    let results = setup.run(&MemoryStore::default(), TWO, &Monitor::SILENT).unwrap();
+    let whole = outcome(&results.evaluation).of(PlannedResult::GroupVelocity).clone().unwrap();
+    let speed = Aim {
+        result: PlannedResult::GroupVelocity,
+        largest: LargestSigma::Relative(3.0 * whole.sigma / whole.value),
+    };
+    let found = economy(&setup, &[speed], TWO, &Monitor::SILENT).unwrap();
+    println!("{:?}", found.decisions);
+    let method = chosen(&found, "tracking method for what was asked");
+    // Bodies of this film do nothing but move, and their speckles are coarse: neither turns nor the best splines are called for. Linear
+    // interpolation errs by more than the noise allows.
+    assert!(method.contains("translation") && method.contains("cubic"), "{method}");
+    let reached = found.setup.run(&MemoryStore::default(), TWO, &Monitor::SILENT).unwrap();
+    let speed_found = outcome(&reached.evaluation).of(speed.result).clone().unwrap();
+    assert!(speed.is_met_by(&speed_found), "{speed_found:?}");
+}
