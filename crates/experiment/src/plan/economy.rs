@@ -359,11 +359,15 @@ fn choose_method(setup: &mut Setup, sigma_px: f64, n_trials: usize) -> Result<De
         let loses_nothing = shifted.n_lost == 0 && filmed.n_lost == 0 && shifted.n_found > 0;
         loses_nothing.then(|| shifted.bias_px.hypot(filmed.error_px.unwrap_or(0.0)))
     };
-    let good_enough = shifted.iter().zip(&filmed).filter_map(|both| {
-        let error_px = error_px(both).filter(|error_px| *error_px <= allowed_px)?;
-        (both.0.effort < stated_effort).then_some((both.0, error_px))
-    });
+    let cheaper: Vec<(&RungError, f64)> = shifted
+        .iter()
+        .zip(&filmed)
+        .filter(|(shifted, _)| shifted.effort < stated_effort)
+        .filter_map(|both| Some((both.0, error_px(both)?)))
+        .collect();
+    let good_enough = cheaper.iter().copied().filter(|(_, error_px)| *error_px <= allowed_px);
     let cheapest = good_enough.min_by(|(one, _), (other, _)| one.effort.total_cmp(&other.effort));
+    let nearest = cheaper.iter().min_by(|(_, one), (_, other)| one.total_cmp(other));
     let (method, evidence) = match cheapest {
         Some((found, error_px)) => (
             found.method,
@@ -372,9 +376,16 @@ fn choose_method(setup: &mut Setup, sigma_px: f64, n_trials: usize) -> Result<De
                 found.effort / stated_effort
             ),
         ),
-        None => {
-            (stated, format!("every cheaper one errs by more than {allowed_px:.1e} px on these pictures"))
-        }
+        None => (
+            stated,
+            match nearest {
+                Some((found, error_px)) => format!(
+                    "of the cheaper ones {} errs least on these pictures, by {error_px:.1e} px, allowed {allowed_px:.1e} px",
+                    found.method
+                ),
+                None => "there is no cheaper one that loses nothing on these pictures".to_owned(),
+            },
+        ),
     };
     if let Method::IcGn { shape, interpolation } = method {
         let tracking = &mut setup.experiment.tracking;

@@ -3,6 +3,8 @@
 use std::num::NonZero;
 use std::path::Path;
 
+use chainwave_correlation::{Interpolation, Shape, ShapeChoice};
+
 use super::*;
 use crate::evaluation::evaluate;
 use crate::film::film_experiment;

@@ -1,6 +1,7 @@
 //! Whether the lines of a picture are exposed one after another: a body that moves along the lines is then sheared in its picture, by its
 //! velocity times the time from one line to the next.
 
+use std::collections::BTreeMap;
 use std::num::NonZero;
 
 use chainwave_analysis::LEVEL;
@@ -30,6 +31,9 @@ const LEAST_BODIES: usize = 4;
 const WORTH_A_WORD: f64 = 0.01;
 /// Shears farther from their median than this many standard deviations are no shears: one of a million normal ones is.
 const STRAY_SIGMAS: f64 = 5.0;
+/// Chance below which times are corrected. A false correction moves all of them, and a shutter that does roll is told with chances far below:
+/// of a thousand sound experiments ten are warned, and of ten thousand one is corrected.
+const CERTAIN: f64 = 1e-4;
 /// Correlation of a half with its reference from which on it is the same.
 const ALIKE: f64 = 0.6;
 /// Columns and rows around a subset in what is matched again.
@@ -39,7 +43,7 @@ const MARGIN_PX: i64 = 8;
 pub(crate) struct RollingShutter {
     /// What is to be said of it.
     pub(crate) finding: Finding,
-    /// The time from line to line by which times are corrected: where none is stated.
+    /// The time from line to line by which times are corrected: where none is stated, and this one is certain.
     pub(crate) corrects_to_s: Option<Estimate>,
 }
 
@@ -55,15 +59,22 @@ pub(crate) fn rolling_shutter(
     let contradicts = (line_time.found_s.value - stated_s).abs() * line_time.n_lines
         > WORTH_A_WORD * line_time.period_s
         && line_time.p_value < LEVEL;
-    let (stated, what_is_done) = match is_stated {
-        true => (
-            format!("{:.3} us stated", 1e6 * stated_s),
-            "times are taken as stated, and off by the difference times the row of the picture (hint: state camera.line_time_s anew)",
-        ),
-        false => (
-            "nothing stated".into(),
-            "times are corrected by that times the row of the picture (hint: state camera.line_time_s, by the camera's data sheet)",
-        ),
+    let corrects = !is_stated && line_time.p_value < CERTAIN;
+    let stated = match is_stated {
+        true => format!("{:.3} us stated", 1e6 * stated_s),
+        false => "nothing stated".into(),
+    };
+    let what_is_done = match (is_stated, corrects) {
+        (true, _) => {
+            "times are taken as stated, and off by the difference times the row of the picture (hint: state camera.line_time_s anew)"
+        }
+        (false, true) => {
+            "times are corrected by that times the row of the picture (hint: state camera.line_time_s, by the camera's data sheet)"
+        }
+        (false, false) => {
+            "too uncertain to correct times by; if it is so, they are off by that times the row of the picture (hint: state camera.line_time_s, by \
+             the camera's data sheet, 0 if it has a global shutter)"
+        }
     };
     contradicts.then(|| RollingShutter {
         finding: Finding {
@@ -76,7 +87,7 @@ pub(crate) fn rolling_shutter(
                 line_time.p_value
             ),
         },
-        corrects_to_s: (!is_stated).then_some(line_time.found_s),
+        corrects_to_s: corrects.then_some(line_time.found_s),
     })
 }
 
@@ -91,7 +102,8 @@ struct LineTime {
     period_s: f64,
 }
 
-/// The slope of shear over velocity, fitted to all bodies by least squares; what bodies differ by is its uncertainty.
+/// The slope of shear over velocity, fitted to all bodies by least squares; what bodies differ by is its uncertainty. Recordings of one body count
+/// as one: what its marker feigns, by how it bends or as it was compressed, is the same in all of them.
 fn line_time(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> Option<LineTime> {
     let all: Vec<(usize, usize)> = tracked
         .recordings
@@ -104,9 +116,14 @@ fn line_time(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> Opt
     let sheared = map_in_parallel(chosen.len(), n_threads, |i| {
         let (recording, body) = chosen[i];
         let recording = &tracked.recordings[recording];
-        Sheared::of(setup, recording, &recording.tracks.bodies[body], n_frames)
+        let body = &recording.tracks.bodies[body];
+        Sheared::of(setup, recording, body, n_frames).map(|sheared| (body.body, sheared))
     });
-    let sheared: Vec<Sheared> = sheared.into_iter().flatten().collect();
+    let mut by_body: BTreeMap<usize, Sheared> = BTreeMap::new();
+    for (body, sheared) in sheared.into_iter().flatten() {
+        by_body.entry(body).and_modify(|known| known.add(&sheared)).or_insert(sheared);
+    }
+    let sheared: Vec<Sheared> = by_body.into_values().collect();
     let n = sheared.len();
     if n < LEAST_BODIES {
         return None;
@@ -133,7 +150,7 @@ fn spread<T: Copy>(all: &[T], most: usize) -> Vec<T> {
     (0..n).map(|i| all[i * all.len() / n]).collect()
 }
 
-/// What one body in one recording says: sums over frames for the slope of its shear over its velocity along the lines.
+/// What one body in one or more recordings says: sums over frames for the slope of its shear over its velocity along the lines.
 struct Sheared {
     /// Velocity times shear, in px/s.
     shear_by_velocity: f64,
@@ -144,6 +161,12 @@ struct Sheared {
 }
 
 impl Sheared {
+    /// Joins what another recording says of the same body.
+    fn add(&mut self, other: &Self) {
+        self.shear_by_velocity += other.shear_by_velocity;
+        self.velocity_squared += other.velocity_squared;
+    }
+
     /// `None` where the body is too small for halves, hardly seen, or cannot be read again.
     fn of(setup: &Setup, tracked: &TrackedRecording, body: &FollowedBody, n_frames: usize) -> Option<Self> {
         let recording = setup.open(&tracked.trial).ok()?;
