@@ -1,5 +1,7 @@
 //! What is measured of a chain that is let go from a load holds its truth.
 
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
 use std::num::NonZero;
 use std::path::Path;
 
@@ -18,13 +20,13 @@ fn let_go() -> Experiment {
     let release =
         "[drive]\nkind = \"free\"\nprecompression_n = 0.3\nscatter = 0.02\n\n[far_end]\nkind = \"fixed\"\n";
     let text = text.replace(striker, release).replace("striker_damping_kg_per_s = 0.2\n", "");
-    Experiment::parse(Path::new("experiment.toml"), &text).expect("the small experiment is sound")
+    Experiment::parse(Path::new("experiment.toml"), &text).unwrap()
 }
 
 /// Its motion from the places where it is held, in the small experiment's frames.
 fn motion(experiment: &Experiment) -> ChainMotion {
-    let chain = experiment.chain_driven(1.0, [3e-3, 0.0], DURATION_S).expect("a chain");
-    let found = simulate(&chain, &Schedule::automatic(DURATION_S, 1e-5)).expect("it moves").trajectory;
+    let chain = experiment.chain_driven(1.0, [3e-3, 0.0], DURATION_S).unwrap();
+    let found = simulate(&chain, &Schedule::automatic(DURATION_S, 1e-5)).unwrap().trajectory;
     let held_m = found.displacement_m.column(0).to_owned();
     let times_s: Vec<f64> = (-40..290).map(|frame| f64::from(frame) * 4e-5).collect();
     let displacement_m = Array2::from_shape_fn((held_m.len(), times_s.len()), |(row, i)| {
@@ -35,8 +37,8 @@ fn motion(experiment: &Experiment) -> ChainMotion {
 }
 
 fn peak_energies(experiment: &Experiment, motion: &ChainMotion) -> PeakEnergies {
-    let found = measure_motion(experiment, motion, None, NonZero::<usize>::MIN).expect("it can be measured");
-    found.energies.expect("the law is known")
+    let found = measure_motion(experiment, motion, None, NonZero::<usize>::MIN).unwrap();
+    found.energies.unwrap()
 }
 
 #[test]
@@ -59,9 +61,9 @@ fn peak_energies_hold_the_truth_or_are_refused() {
             // The wave comes back from the wall to gaps 7 to 11 within the record and presses them harder than they were held; the first
             // six never hold more than at rest.
             let at = truth.gaps.iter().position(|known| known == gap && *gap > 6);
-            let Some(at) = at else { panic!("gap {gap}: {energy_j:?}") };
+            assert!(at.is_some(), "gap {gap}: {energy_j:?}");
             n += 1;
-            n_held += u32::from(energy_j.covers_95(truth.energy_j[at].value));
+            n_held += u32::from(at.is_some_and(|at| energy_j.covers_95(truth.energy_j[at].value)));
         }
     }
     assert!(n_refused > N_SEEDS && n as usize > 4 * N_SEEDS, "{n_refused} refused, {n} stated");
