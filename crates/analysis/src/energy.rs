@@ -3,7 +3,7 @@
 use chainwave_measurement::Estimate;
 use ndarray::Array2;
 
-use crate::front::{compression, refine_peak};
+use crate::front::{compression, refine_peak, typical_sigma};
 use crate::half_width::half_windows;
 use crate::local::smooth;
 use crate::{LeadingPulse, Missing, StrainMap};
@@ -73,14 +73,40 @@ fn peak_energy(
     Ok(energy_of(gap, sign * extreme.value * pitch_m))
 }
 
+/// Takes out the peak energies of gaps that may have held as much at rest: those that no more than equal the greatest energy within so many
+/// standard uncertainties of a sample about rest, or whose smoothed strain comes to no more. There noise picks the greatest of many samples
+/// that are all alike, and what it picks is no measurement of their common value, for a chain that is held under a load as for a gap that
+/// nothing has reached.
+///
+/// Of replicas nothing is taken out: a peak that is stated has the scatter of all of them.
+pub(crate) fn drop_what_rest_may_hold(
+    energies_j: &mut [Result<f64, Missing>],
+    (map, pulses): (&StrainMap, &[Result<LeadingPulse, Missing>]),
+    energy_of: EnergyLaw<'_>,
+    significance: f64,
+) {
+    for ((gap, energy_j), half_window) in (1..).zip(energies_j).zip(half_windows(pulses)) {
+        let (Ok(peak_j), Ok(half_window)) = (*energy_j, half_window) else { continue };
+        let pitch_m = map.spacing.of_gap_m(gap);
+        let within_m = significance * typical_sigma(map, gap) * pitch_m;
+        let at_rest_j = [-within_m, 0.0, within_m].map(|overlap_m| energy_of(gap, overlap_m));
+        let most_j = at_rest_j.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        let smoothed = smooth(&compression(map, gap), half_window);
+        let seen_j = smoothed.iter().flatten().map(|strain| energy_of(gap, strain * pitch_m));
+        if peak_j <= most_j || seen_j.fold(f64::NEG_INFINITY, f64::max) <= most_j {
+            *energy_j = Err(Missing::NotAboveRest);
+        }
+    }
+}
+
 /// Whether the energy between rest and an overlap is anywhere greater than there: then it is the law's own barrier that is the greatest
-/// energy, and how far the gap went tells nothing of it.
+/// energy, and how far the gap went tells nothing of it. What is held at rest, under a load, is no barrier.
 fn is_passed(energy_of: impl Fn(f64) -> f64, most_m: f64) -> bool {
     const N_STEPS: u32 = 64;
     /// Of laws that are worked out by series and tables.
     const ROUNDING: f64 = 1e-9;
-    let at_most = energy_of(most_m);
-    let limit = at_most + ROUNDING * at_most.abs();
+    let at_ends = energy_of(most_m).max(energy_of(0.0));
+    let limit = at_ends + ROUNDING * at_ends.abs();
     (1..N_STEPS).any(|step| energy_of(f64::from(step) / f64::from(N_STEPS) * most_m) > limit)
 }
 
@@ -189,6 +215,9 @@ mod tests {
         assert!(is_passed(double_well, 0.7) && is_passed(double_well, 1.0));
         // Beyond the second well the walls are higher than the barrier from (1 + sqrt 2)/2 = 1.207 on.
         assert!(is_passed(double_well, 1.19) && !is_passed(double_well, 1.22));
+        // A spring that is held by 1 and let go loses what it held.
+        let let_go = |x: f64| (1.0 + x).powi(2);
+        assert!(!is_passed(let_go, -0.5) && !is_passed(let_go, 0.3));
     }
 
     #[test]

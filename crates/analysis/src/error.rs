@@ -76,6 +76,8 @@ pub enum Missing {
     SeveralHumps,
     /// The gap passed a barrier of the contact's energy, which is greater than where it went.
     BarrierPassed,
+    /// What the gap held at rest may be its greatest energy: what came later does not stand above it by more than noise may make it.
+    NotAboveRest,
     /// The record ends too soon after the leading pulse for a tail to be seen.
     NoTail,
     /// Too few gaps have the value that is needed.
@@ -103,6 +105,7 @@ impl Missing {
             Self::PeakOutsideRecord => "peak outside the record",
             Self::SeveralHumps => "a flat top of several humps",
             Self::BarrierPassed => "greatest energy is the contact's own barrier, which was passed",
+            Self::NotAboveRest => "no greater energy than at rest stands out of the noise",
             Self::NoTail => "record ends with the leading pulse",
             Self::TooFewGaps => "too few gaps",
             Self::NoProgress => "no pulse that runs down the chain",

@@ -9,7 +9,7 @@ use ndarray::Array2;
 use crate::check::check_motion;
 use crate::columns::{Column, Columns, Scatter};
 use crate::dispersion::{DispersionMap, dispersion_map};
-use crate::energy::{EnergyLaw, PeakEnergies, peak_energies};
+use crate::energy::{EnergyLaw, PeakEnergies, drop_what_rest_may_hold, peak_energies};
 use crate::front::{FrontSettings, GapFront, LeadingPulse, leading_pulses};
 use crate::half_width::{HalfWidth, MovingProfile, half_width_times, half_widths, without_jumps};
 use crate::line_test::line_test;
@@ -112,7 +112,11 @@ pub fn measure(
     let sigma = strain_sigma(motion, &settings.spacing);
     let map = strain_with_sigma(motion, &sigma, &settings.spacing);
     let plan = Plan::new(&map, settings, energy_of);
-    let values = plan.apply(motion, &map);
+    let mut values = plan.apply(motion, &map);
+    if let Some(energy_of) = energy_of {
+        let seen = (&map, values.pulses.as_slice());
+        drop_what_rest_may_hold(&mut values.energies_j, seen, energy_of, settings.front.significance);
+    }
     let replicas = of_replicas(motion, &sigma, settings, |noisy, map| plan.apply(noisy, map).columns());
     let scatter = Scatter::new(values.columns(), replicas);
     Ok(assemble(map, &plan, &values, &scatter))
@@ -139,7 +143,10 @@ pub fn measure_peak_energies(
         set_energies(&mut columns, energies_j);
         columns
     };
-    let energies_j = of_map(&strain_with_sigma(motion, &sigma, &settings.spacing));
+    let map = strain_with_sigma(motion, &sigma, &settings.spacing);
+    let mut energies_j = of_map(&map);
+    let pulses = leading_pulses(&map, &settings.front);
+    drop_what_rest_may_hold(&mut energies_j, (&map, &pulses), energy_of, settings.front.significance);
     let replicas = of_replicas(motion, &sigma, settings, |_, map| columns(&of_map(map)));
     Ok(energies(&energies_j, &Scatter::new(columns(&energies_j), replicas)))
 }

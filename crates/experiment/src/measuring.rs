@@ -4,8 +4,8 @@ use std::num::NonZero;
 use std::ops::RangeInclusive;
 
 use chainwave_analysis::{
-    FrontSettings, GapFront, MeasureSettings, Measurement, Missing, PeakEnergies, measure,
-    measure_peak_energies,
+    AnalysisError, EnergyLaw, FrontSettings, GapFront, MeasureSettings, Measurement, Missing, PeakEnergies,
+    measure, measure_peak_energies,
 };
 use chainwave_measurement::{ChainMotion, median};
 
@@ -27,37 +27,51 @@ pub fn measure_motion(
     n_threads: NonZero<usize>,
 ) -> Result<Measurement, Error> {
     let settings = MeasureSettings { velocity_gaps, ..measure_settings(experiment, n_threads)? };
-    let of_gaps = energies_of_gaps(experiment)?;
-    let energy_of = |gap: usize, overlap_m: f64| energy_j(&of_gaps, gap, overlap_m);
-    let Some(held_m) = experiment.held_overlaps_m()? else {
-        let mut found = measure(motion, &settings, Some(&energy_of))?;
-        if experiment.is_shaken() {
-            // What stands out behind the first crest is the drive, its multiples and what leaks from them.
-            found.local_resonance = Err(Missing::StillDriven);
-        }
-        if experiment.is_shaken() && !follows_one_crest(&found.fronts) {
+    let (sense, mut found) = measured_as_held(experiment, motion, |turned, energy_of| {
+        measure(turned, &settings, Some(energy_of))
+    })?;
+    if experiment.is_shaken() {
+        // What stands out behind the first crest is the drive, its multiples and what leaks from them.
+        found.local_resonance = Err(Missing::StillDriven);
+        if !follows_one_crest(&found.fronts) {
             found.group_velocity = Err(Missing::OtherCrests);
             found.half_widths.clear();
         }
-        return Ok(found);
-    };
-    let sense = Sense::of(motion);
-    let since_held = |gap: usize, overlap_m: f64| {
-        let held_m = held_m.get(gap - 1).copied().unwrap_or(0.0);
-        energy_of(gap, held_m + sense.sign() * overlap_m)
-    };
-    Ok(sense.turned_back(measure(&sense.turned(motion), &settings, Some(&since_held))?))
+    }
+    Ok(sense.turned_back(found))
 }
 
-/// The peak energies that [`measure_motion`] finds, alone: of a chain that is not let go.
+/// The peak energies that [`measure_motion`] finds, alone.
 pub(crate) fn peak_energies_of(
     experiment: &Experiment,
     motion: &ChainMotion,
     n_threads: NonZero<usize>,
 ) -> Result<PeakEnergies, Error> {
     let settings = measure_settings(experiment, n_threads)?;
+    let (_, found) = measured_as_held(experiment, motion, |turned, energy_of| {
+        measure_peak_energies(turned, &settings, energy_of)
+    })?;
+    Ok(found)
+}
+
+/// What is measured of a motion by the energies that its contacts hold, and the sense in which it is: of a chain that is let go that of its
+/// wave, with overlaps that count from those in which it is held.
+fn measured_as_held<T>(
+    experiment: &Experiment,
+    motion: &ChainMotion,
+    measured: impl FnOnce(&ChainMotion, EnergyLaw<'_>) -> Result<T, AnalysisError>,
+) -> Result<(Sense, T), Error> {
     let of_gaps = energies_of_gaps(experiment)?;
-    Ok(measure_peak_energies(motion, &settings, &|gap, overlap_m| energy_j(&of_gaps, gap, overlap_m))?)
+    let Some(held_m) = experiment.held_overlaps_m()? else {
+        let energy_of = |gap: usize, overlap_m: f64| energy_j(&of_gaps, gap, overlap_m);
+        return Ok((Sense::Compression, measured(motion, &energy_of)?));
+    };
+    let sense = Sense::of(motion);
+    let since_held = |gap: usize, overlap_m: f64| {
+        let held_m = held_m.get(gap - 1).copied().unwrap_or(0.0);
+        energy_j(&of_gaps, gap, held_m + sense.sign() * overlap_m)
+    };
+    Ok((sense, measured(&sense.turned(motion), &since_held)?))
 }
 
 fn measure_settings(experiment: &Experiment, n_threads: NonZero<usize>) -> Result<MeasureSettings, Error> {

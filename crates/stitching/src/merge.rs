@@ -39,8 +39,9 @@ pub fn merge(observations: &[Observation], settings: &Settings) -> Result<Stitch
             settled.push(part);
         }
     }
+    let n_groups = settled.len();
     let stitched = joined(observations, settled, settings, interval_s).ok_or(StitchingError::Empty)?;
-    match is_contradicted(&stitched) {
+    match is_contradicted(&stitched, n_groups) {
         true => averaged_by_trigger(observations, settings, interval_s, &stitched),
         false => Ok(stitched),
     }
