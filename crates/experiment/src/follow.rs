@@ -16,8 +16,10 @@ use crate::tracks::{FollowedBody, RecordingTracks};
 /// The tracks of subsets in one recording, with its time stamps.
 #[derive(Debug, Clone)]
 pub struct Followed {
-    /// Time of each frame after the trigger, in seconds.
+    /// Time of each frame after the trigger, in seconds; where `has_rate` is false, it counts frames.
     pub times_s: Vec<f64>,
+    /// Whether the recording has a frame rate, stated by itself or by the caller.
+    pub has_rate: bool,
     /// One track for each subset.
     pub tracks: Vec<FollowedSubset>,
 }
@@ -84,7 +86,8 @@ pub fn follow(
         false => out_of_view(subset),
     };
     let tracks = subsets.iter().map(of_subset).collect();
-    Ok(Followed { times_s: recording.info().times_s.clone(), tracks })
+    let info = recording.info();
+    Ok(Followed { times_s: info.times_s.clone(), has_rate: info.rate_hz.is_some(), tracks })
 }
 
 /// Threads for each recording when all are worked on side by side: more than one where there are fewer recordings than
