@@ -58,8 +58,43 @@ pub fn follow(
     n_threads: NonZero<usize>,
     monitor: &Monitor<'_>,
 ) -> Result<Followed, Error> {
+    follow_with(
+        recording,
+        subsets,
+        reference,
+        method,
+        &Settings { n_threads, ..Settings::default() },
+        monitor,
+    )
+}
+
+/// As [`follow`], points on surfaces that may bend: what the affine shape function leaves of that is taken off and stated.
+///
+/// # Errors
+/// As [`follow`].
+pub(crate) fn follow_surfaces(
+    recording: &dyn Recording,
+    subsets: &[Subset],
+    reference: &ReferenceFrames,
+    method: Method,
+    n_threads: NonZero<usize>,
+    monitor: &Monitor<'_>,
+) -> Result<Followed, Error> {
+    let settings = Settings { n_threads, surfaces_bend: true, ..Settings::default() };
+    follow_with(recording, subsets, reference, method, &settings, monitor)
+}
+
+fn follow_with(
+    recording: &dyn Recording,
+    subsets: &[Subset],
+    reference: &ReferenceFrames,
+    method: Method,
+    settings: &Settings,
+    monitor: &Monitor<'_>,
+) -> Result<Followed, Error> {
+    let n_threads = settings.n_threads;
     let n_threads = if recording.is_sequential() { NonZero::<usize>::MIN } else { n_threads };
-    let settings = Settings { n_threads, ..Settings::default() };
+    let settings = Settings { n_threads, ..settings.clone() };
     let advance = |n| monitor.done(Stage::Tracking, n);
     let of_method = |method: Method, track: Track| FollowedSubset { track, method: method.to_string() };
     let inside: Vec<Subset> =
