@@ -51,13 +51,24 @@ mod slow {
 
     #[test]
     fn tracks_of_the_sample_are_those_of_the_algorithms_version() {
+        // Rigid subsets are followed as bodies are, affine ones as surfaces that may bend.
+        for (name, shape) in [("tracks", "rigid"), ("surfaces", "affine")] {
+            assert_golden_tracks(name, shape);
+        }
+    }
+
+    fn assert_golden_tracks(name: &str, shape: &str) {
         let laboratory = Laboratory::new();
         let mut points = String::from("name,x_px,y_px,half_width_px,half_height_px\n");
         (0..3).for_each(|k| points.push_str(&format!("{k},{},19.5,10,10\n", 25 + 75 * k)));
         let (points, out) = (laboratory.write("points.csv", &points), laboratory.path("tracks.parquet"));
         let mut command = chainwave();
         command.arg("track").arg(root().join("data-samples/hec-view1-trial1.cine"));
-        command.args(["--interpolation", "quintic", "--points"]).arg(points).arg("--out").arg(&out);
+        command
+            .args(["--shape", shape, "--interpolation", "quintic", "--points"])
+            .arg(points)
+            .arg("--out")
+            .arg(&out);
         succeed(&mut command);
         let table = read(&out);
         let [names, frames] = ["name", "frame"].map(|column| texts(&table, column));
@@ -69,7 +80,7 @@ mod slow {
         }
         // Instruction sets sum in other orders, by some 1e-12 px; what changes an algorithm changes more than a millionth of a pixel.
         assert_golden(
-            "tracks",
+            name,
             version_in("crates/correlation/src/lib.rs", "ALGORITHM_VERSION"),
             &found,
             |_, _| 1e-6,

@@ -78,6 +78,89 @@ fn tracking(points: &Path, recording: &Path, out: &Path) -> Command {
     command
 }
 
+#[test]
+fn no_result_replaces_another_or_what_it_is_made_from() {
+    let (_folder, inner, points) = laboratory();
+    let frames: Vec<Vec<u16>> = (0..N_FRAMES).map(|k| rounded(texture(k).into_iter())).collect();
+    let [film, out] = ["film.tif", "Spur.csv"].map(|name| inner.join(name));
+    write_stack(&film, &frames);
+    let before = [&film, &points].map(|path| fs::read(path).expect("it was written"));
+    let mut told = Vec::new();
+    for stem in ["Spur", "Punkte"] {
+        told.push(fail(tracking(&points, &film, &out).arg("--picture").arg(inner.join(stem)), 2));
+    }
+    // the same file by another path
+    let roundabout = inner.join("..").join("Messung größer 波 3").join("Spur");
+    told.push(fail(tracking(&points, &film, &out).arg("--picture").arg(roundabout), 2));
+    told.push(fail(&mut tracking(&points, &film, &points), 2));
+    let picture = inner.join("film.png");
+    fs::write(&picture, b"nobody looks into it").expect("it can be written");
+    let mut correlate = chainwave();
+    correlate.arg("correlate").args([&picture, &picture]).arg("--out").arg(inner.join("film.csv"));
+    told.push(fail(&mut correlate, 2));
+    told.push(fail(chainwave().arg("contact").arg(&points).arg("--out").arg(&points), 2));
+    told.push(fail(chainwave().arg("inspect").arg(&film).args(["--frame", "0", "--out"]).arg(&film), 2));
+    for message in &told {
+        assert!(message.contains("would replace") && message.contains("hint: give"), "{message}");
+    }
+    assert!(told[0].contains("a file of the picture would replace the table"), "{}", told[0]);
+    assert!(told[1].contains("Punkte.csv, which is read"), "{}", told[1]);
+    assert!(!out.exists());
+    assert_eq!([&film, &points].map(|path| fs::read(path).expect("it is still there")), before);
+
+    succeed(tracking(&points, &film, &out).arg("--picture").arg(inner.join("Bild")));
+    assert!(rms_error_px(&out) < 0.002 && inner.join("Bild.csv").exists());
+}
+
+#[test]
+fn without_a_rate_frames_are_counted_and_no_time_is_stated() {
+    let (_folder, inner, points) = laboratory();
+    let frames: Vec<Vec<u16>> = (0..N_FRAMES).map(|k| rounded(texture(k).into_iter())).collect();
+    let (film, out, picture) = (inner.join("film"), inner.join("Spur.csv"), inner.join("Bild"));
+    fs::create_dir(&film).expect("a folder can be made");
+    frames
+        .iter()
+        .enumerate()
+        .for_each(|(k, frame)| write_stack(&film.join(format!("{k}.tif")), std::slice::from_ref(frame)));
+
+    let said = succeed(chainwave().arg("inspect").arg(&film));
+    assert!(said.contains("not known; 8 frames after the first") && !said.contains("ms after"), "{said}");
+    let said = succeed(chainwave().arg("inspect").arg(&film).arg("--json"));
+    let told: serde_json::Value = serde_json::from_str(&said).expect("it is JSON");
+    assert!(told["first_time_s"].is_null() && told["last_time_s"].is_null(), "{told}");
+
+    succeed(tracking(&points, &film, &out).arg("--picture").arg(&picture));
+    let tracks = Table::read(&out);
+    assert_eq!(tracks.numbers("t_s"), [None; N_FRAMES as usize]);
+    assert_eq!(tracks.full("frame"), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
+    let drawn = fs::read_to_string(picture.with_extension("csv")).expect("it was written");
+    assert!(drawn.contains("frame") && !drawn.contains("(ms)"), "{drawn}");
+
+    let timed = ["--rate-hz", "2000"];
+    succeed(tracking(&points, &film, &out).args(timed).arg("--picture").arg(&picture));
+    assert!((Table::read(&out).full("t_s")[8] - 0.004).abs() < 1e-12);
+    let drawn = fs::read_to_string(picture.with_extension("csv")).expect("it was written");
+    assert!(drawn.contains("time (ms)"), "{drawn}");
+}
+
+#[test]
+fn points_are_read_as_spreadsheets_write_them() {
+    let (_folder, inner, points) = laboratory();
+    let frames: Vec<Vec<u16>> = (0..N_FRAMES).map(|k| rounded(texture(k).into_iter())).collect();
+    let (film, out) = (inner.join("film.tif"), inner.join("Spur.csv"));
+    write_stack(&film, &frames);
+    let text = "name;x_px;y_px;half_width_px;half_height_px\r\nHöhe;31,5;31,5;15;15\r\n;;;;\r\n;;;;\r\n";
+    let utf_16: Vec<u8> =
+        [0xfeff].into_iter().chain(text.encode_utf16()).flat_map(u16::to_le_bytes).collect();
+    let latin_1: Vec<u8> = text.chars().map(|c| u8::try_from(u32::from(c)).expect("it is Latin-1")).collect();
+    for bytes in [utf_16, latin_1] {
+        fs::write(&points, bytes).expect("the points can be written");
+        succeed(&mut tracking(&points, &film, &out));
+        assert!(rms_error_px(&out) < 0.002);
+        assert!(Table::read(&out).texts("name").iter().all(|name| name == "Höhe"));
+    }
+}
+
 /// Root mean square of the error of the way from the first frame, in pixels.
 fn rms_error_px(tracks: &Path) -> f64 {
     let x_px = Table::read(tracks).full("x_px");

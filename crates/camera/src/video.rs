@@ -34,7 +34,7 @@ pub(crate) fn container(head: &[u8]) -> Option<&'static str> {
 
 fn open(path: &Path, options: &OpenOptions) -> Opened {
     let container = container(&crate::candidate::read_head(path)?).unwrap_or("unknown");
-    player::open(path, container, needed(path, "compressed video")?, options)
+    player::open(path, container, needed(path, "video")?, options)
 }
 
 #[cfg(test)]

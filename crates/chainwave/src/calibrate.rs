@@ -1,6 +1,6 @@
 //! `chainwave calibrate`: lens distortion and scale from pictures of a board.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use chainwave_camera::{Board, Calibration, Corner, Markers, find_corners, open};
 use chainwave_experiment::CalibrationFile;
@@ -9,7 +9,7 @@ use chainwave_measurement::Estimate;
 use crate::cli;
 use crate::error::Error;
 use crate::outcome::Outcome;
-use crate::output::{expect_folder_of, write_text};
+use crate::output::{expect_apart, expect_folder_of, write_text};
 use crate::terminal::{say, tell};
 
 /// Calibrates, and says on one screen how well. A picture in which no board is found is named and left out, unless it is the
@@ -17,6 +17,8 @@ use crate::terminal::{say, tell};
 pub(crate) fn calibrate(arguments: &cli::Calibrate) -> Result<Outcome, Error> {
     let mut outcome = Outcome::default();
     expect_folder_of(&arguments.out)?;
+    let pictures_read: Vec<&Path> = arguments.pictures.iter().map(PathBuf::as_path).collect();
+    expect_apart(&pictures_read, &[("the calibration", arguments.out.clone())])?;
     let board = board(arguments);
     let mut pictures: Vec<Vec<Corner>> = Vec::new();
     let mut size_px = None;

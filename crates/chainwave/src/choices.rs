@@ -126,7 +126,8 @@ impl Choices {
         write_text(&Self::path_beside(table), &text)
     }
 
-    fn path_beside(table: &Path) -> PathBuf {
+    /// Where what was chosen for a table is written.
+    pub(crate) fn path_beside(table: &Path) -> PathBuf {
         table.with_extension("provenance.toml")
     }
 }

@@ -11,7 +11,7 @@ use toml::Table as TomlTable;
 use crate::cli;
 use crate::error::Error;
 use crate::outcome::Outcome;
-use crate::output::{expect_folder_of, write_text};
+use crate::output::{expect_apart, expect_folder_of, write_text};
 use crate::table;
 
 /// What stands above the numbers.
@@ -86,6 +86,7 @@ struct Branches {
 /// Fits the law and writes it.
 pub(crate) fn contact(arguments: &cli::Contact) -> Result<Outcome, Error> {
     expect_folder_of(&arguments.out)?;
+    expect_apart(&[&arguments.curve], &[("the law", arguments.out.clone())])?;
     let table = table::read(&arguments.curve)?;
     let (overlap_m, force_n) = (table.full_numbers("overlap_m")?, table.full_numbers("force_n")?);
     let fit = fit_contact(&overlap_m, &force_n, arguments.zero.rule())

@@ -1,6 +1,6 @@
 //! `chainwave correlate`: the displacement field between two images.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use chainwave_correlation::{Field, FieldPoint, Strain};
 use chainwave_experiment::{FieldRequest, FoundField, MethodChoice, SensorFiles, field_table};
@@ -14,6 +14,7 @@ use crate::closing::{PointReadings, all_lost, closing_json, closing_line};
 use crate::error::Error;
 use crate::matching;
 use crate::outcome::Outcome;
+use crate::output::expect_apart;
 use crate::parallel::threads;
 use crate::progress;
 use crate::table;
@@ -27,6 +28,7 @@ pub(crate) fn correlate(arguments: &cli::Correlate) -> Result<Outcome, Error> {
         return Err(Error::Argument(format!("--strain-window {found}: expected an odd number of points")));
     }
     table::expect_writable(&arguments.out)?;
+    expect_files_apart(arguments)?;
     let [reference, deformed] = open(arguments)?;
     let (field, choices) = field(arguments, choice, reference.as_ref(), deformed.as_ref())?;
     let line = closing(&field)?;
@@ -37,6 +39,18 @@ pub(crate) fn correlate(arguments: &cli::Correlate) -> Result<Outcome, Error> {
     choices.lines().iter().for_each(|line| print(line));
     print(&line);
     Ok(Outcome::default())
+}
+
+/// Refuses a table, or a picture beside it, in the place of a file that is read.
+fn expect_files_apart(arguments: &cli::Correlate) -> Result<(), Error> {
+    let cli::Correlate { reference, deformed, out, sensor, .. } = arguments;
+    let of_sensor = [&sensor.dark, &sensor.flat].into_iter().flatten();
+    let read: Vec<&Path> = [reference, deformed].into_iter().chain(of_sensor).map(PathBuf::as_path).collect();
+    let [svg, png, _, drawing] = chainwave_figures::files_of(&out.with_extension(""));
+    let drawn = [svg, png, drawing].map(|path| ("a picture of the field", path));
+    let mut written = vec![("the table", out.clone()), ("what was chosen", Choices::path_beside(out))];
+    written.extend(drawn);
+    expect_apart(&read, &written)
 }
 
 /// The field on the grid that is asked for, or on one that the pictures ask for by themselves; and what was chosen.

@@ -10,7 +10,7 @@ use crate::cli;
 use crate::error::Error;
 use crate::mat::{Field, Structure};
 use crate::outcome::Outcome;
-use crate::output::{expect_folder_of, make_folder, read_text, write_whole};
+use crate::output::{expect_apart, expect_folder_of, make_folder, read_text, write_whole};
 use crate::terminal::say;
 use crate::{mat, table};
 
@@ -18,6 +18,7 @@ use crate::{mat, table};
 pub(crate) fn export(arguments: &cli::Export) -> Result<Outcome, Error> {
     let cli::Export { results, out } = arguments;
     if !results.is_dir() {
+        expect_apart(&[results], &[("the table", out.clone())])?;
         table::write_frame(out, table::read_frame(results)?)?;
         say(out, 1);
         return Ok(Outcome::default());

@@ -13,7 +13,7 @@ use tiff::encoder::{TiffEncoder, colortype::Gray16};
 use crate::cli::Inspect;
 use crate::error::Error;
 use crate::outcome::Outcome;
-use crate::output::write_whole;
+use crate::output::{expect_apart, write_whole};
 use crate::terminal::{answer, is_json, say};
 
 /// Prints a recording's facts, and writes one of its frames where that is asked.
@@ -21,6 +21,9 @@ pub(crate) fn inspect(arguments: &Inspect) -> Result<Outcome, Error> {
     if let Some(out) = &arguments.out {
         expect_tiff(out)?;
     }
+    let frame = arguments.out.iter().map(|path| ("the frame", path.clone()));
+    let sheet = arguments.sheet.iter().map(|path| ("the sheet", path.clone()));
+    expect_apart(&[&arguments.recording], &frame.chain(sheet).collect::<Vec<_>>())?;
     let options = arguments.reading.options(arguments.rate_hz);
     let recording = chainwave_camera::open_with(&arguments.recording, &options)?;
     if let (Some(frame), Some(out)) = (arguments.frame, &arguments.out) {
@@ -137,6 +140,11 @@ fn as_text(path: &Path, info: &RecordingInfo) -> String {
         Some(value) => format!("{:.6} {unit}", value * factor),
         None => "not stated".into(),
     };
+    // Without a rate the recording knows the order of its frames, and no time.
+    let time = |time: Option<&f64>| match (time, info.rate_hz) {
+        (Some(count), None) => format!("not known; {count} frames after the first"),
+        (time, _) => optional(time.copied(), 1e3, "ms after the trigger"),
+    };
     let mut text = format!("{}\n", path.display());
     for (name, value) in [
         ("format", info.format.clone()),
@@ -145,8 +153,8 @@ fn as_text(path: &Path, info: &RecordingInfo) -> String {
         ("frames", format!("{}, first image {}", info.n_frames, info.first_image)),
         ("rate", optional(info.rate_hz, 1.0, "Hz")),
         ("exposure", optional(info.exposure_s, 1e6, "us")),
-        ("first time", optional(info.times_s.first().copied(), 1e3, "ms after the trigger")),
-        ("last time", optional(info.times_s.last().copied(), 1e3, "ms after the trigger")),
+        ("first time", time(info.times_s.first())),
+        ("last time", time(info.times_s.last())),
     ] {
         text.push_str(&format!("  {name:<11}{value}\n"));
     }

@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use chainwave_durable::NewFile;
 use serde::Serialize;
@@ -41,6 +41,41 @@ pub(crate) fn expect_folder_of(path: &Path) -> Result<(), Error> {
         Some(folder) => fs::read_dir(folder).map(drop).map_err(Error::file(folder, "write into the folder")),
         None => Ok(()),
     }
+}
+
+/// Refuses results that would replace each other, or a file that they are made from, before any work is done for them.
+pub(crate) fn expect_apart(read: &[&Path], written: &[(&str, PathBuf)]) -> Result<(), Error> {
+    let inputs: Vec<PathBuf> = read.iter().map(|path| place(path)).collect();
+    let mut taken: Vec<(&str, &Path, PathBuf)> = Vec::new();
+    for (what, path) in written {
+        let there = place(path);
+        if let Some(at) = inputs.iter().position(|input| *input == there) {
+            return Err(Error::Argument(format!(
+                "{}: {what} would replace {}, which is read (hint: give the result another name)",
+                path.display(),
+                read[at].display()
+            )));
+        }
+        if let Some((other, one, _)) = taken.iter().find(|(.., known)| *known == there) {
+            return Err(Error::Argument(format!(
+                "{}: {what} would replace {other}, {} (hint: give one of them another name)",
+                path.display(),
+                one.display()
+            )));
+        }
+        taken.push((what, path, there));
+    }
+    Ok(())
+}
+
+/// A path by which files can be told apart, of files that are there and of those that are not yet.
+fn place(path: &Path) -> PathBuf {
+    if let Ok(known) = path.canonicalize() {
+        return known;
+    }
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
+    path.file_name().map_or_else(|| folder.clone(), |name| folder.join(name))
 }
 
 /// Makes a folder with all its parents.

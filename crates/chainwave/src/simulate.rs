@@ -15,7 +15,7 @@ use serde_json::json;
 use crate::cli;
 use crate::error::Error;
 use crate::outcome::Outcome;
-use crate::output::{read_text, write_text};
+use crate::output::{expect_apart, read_text, write_text};
 use crate::table;
 pub(crate) use ring::{is_ring_scene, ring_scene};
 pub(crate) use velocities::Velocities;
@@ -24,6 +24,9 @@ pub(crate) use velocities::Velocities;
 /// one's pulse.
 pub(crate) fn simulate(arguments: &cli::Simulate) -> Result<Outcome, Error> {
     table::expect_writable(&arguments.out)?;
+    let summary = arguments.summary.iter().map(|path| ("the summary", path.clone()));
+    let written: Vec<_> = [("the table", arguments.out.clone())].into_iter().chain(summary).collect();
+    expect_apart(&[&arguments.scene], &written)?;
     if is_ring_scene(&arguments.scene)? {
         return ring::simulate(arguments);
     }

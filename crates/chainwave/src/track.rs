@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::num::NonZero;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use chainwave_correlation::ReferenceFrames;
 use chainwave_experiment::{
@@ -20,6 +20,7 @@ use crate::error::Error;
 use crate::matching;
 use crate::on_demand;
 use crate::outcome::Outcome;
+use crate::output::expect_apart;
 use crate::parallel::threads;
 use crate::progress;
 use crate::table;
@@ -36,6 +37,7 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
         None => None,
     };
     table::expect_writable(&arguments.out)?;
+    expect_files_apart(arguments)?;
     let files = &arguments.sensor;
     let sensor = SensorFiles::read(files.dark.as_deref(), files.flat.as_deref(), &options)?;
     let recordings: Vec<String> =
@@ -82,7 +84,10 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     done.iter().for_each(|(name, tracked)| rows.add_points(name, tracked));
     table::write_result(&arguments.out, rows.table())?;
     if let Some(stem) = &arguments.picture {
-        let moved: Vec<PointMotion> = done.iter().flat_map(|(_, tracked)| motions(tracked)).collect();
+        // One axis of time needs the rate of each recording.
+        let in_frames = done.iter().any(|(_, tracked)| !tracked.has_rate);
+        let of_recording = |(_, tracked): &(&str, Followed)| motions(tracked, in_frames);
+        let moved: Vec<PointMotion> = done.iter().flat_map(of_recording).collect();
         chainwave_figures::tracks(stem, &moved)?;
     }
     if arguments.matching.accuracy.is_some() {
@@ -97,6 +102,17 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     tell("readings", closing_json(&readings, 0));
     tell("out", json!(arguments.out));
     Ok(outcome)
+}
+
+/// Refuses a table or a picture in the place of another, or of a file that is read.
+fn expect_files_apart(arguments: &cli::Track) -> Result<(), Error> {
+    let cli::Track { recordings, points, out, picture, sensor, .. } = arguments;
+    let of_sensor = [&sensor.dark, &sensor.flat].into_iter().flatten();
+    let read: Vec<&Path> = recordings.iter().chain([points]).chain(of_sensor).map(PathBuf::as_path).collect();
+    let drawn = picture.iter().flat_map(|stem| chainwave_figures::files_of(stem));
+    let mut written = vec![("the table", out.clone()), ("what was chosen", Choices::path_beside(out))];
+    written.extend(drawn.map(|path| ("a file of the picture", path)));
+    expect_apart(&read, &written)
 }
 
 /// What every recording is tracked with.
@@ -178,8 +194,12 @@ fn readings(done: &[(&str, Followed)]) -> Vec<PointReadings> {
 /// Name of a coordinate, and how it is read from a position.
 type Coordinate = (&'static str, fn(&Position) -> Estimate);
 
-/// How far each point moved along columns and rows from where it was first seen.
-fn motions(followed: &Followed) -> Vec<PointMotion> {
+/// How far each point moved along columns and rows from where it was first seen, over time or over the frames' numbers.
+fn motions(followed: &Followed, in_frames: bool) -> Vec<PointMotion> {
+    let times: Vec<f64> = match in_frames {
+        true => (0..followed.times_s.len()).map(|frame| frame as f64).collect(),
+        false => followed.times_s.clone(),
+    };
     let coordinates: [Coordinate; 2] = [("x", |position| position.x_px), ("y", |position| position.y_px)];
     let of_track = |one: &FollowedSubset| {
         let track = &one.track;
@@ -188,9 +208,9 @@ fn motions(followed: &Followed) -> Vec<PointMotion> {
                 track.positions.iter().map(|position| position.as_ref().ok().map(of)).collect();
             let first_px = seen.iter().flatten().next().map_or(0.0, |first| first.value);
             let from_first = |place: Estimate| Estimate::new(place.value - first_px, place.sigma);
-            let samples =
-                followed.times_s.iter().copied().zip(seen.iter().map(|place| place.map(from_first)));
-            PointMotion { name: format!("{}, {coordinate}", track.name), samples: samples.collect() }
+            let samples = times.iter().copied().zip(seen.iter().map(|place| place.map(from_first)));
+            let name = format!("{}, {coordinate}", track.name);
+            PointMotion { name, samples: samples.collect(), in_frames }
         })
     };
     followed.tracks.iter().flat_map(of_track).collect()

@@ -95,7 +95,7 @@ impl PreparedSubset {
     }
 
     /// The position without what interpolation adds to it.
-    fn without_bias(&self, warp: &Warp, foreseen: &Foreseen) -> [f64; 2] {
+    pub(crate) fn without_bias(&self, warp: &Warp, foreseen: &Foreseen) -> [f64; 2] {
         let [dx, dy] = self.bias.at(warp, self.lattice(), foreseen);
         let [ux, uy, vx, vy] = warp.gradient;
         let [x, y] = warp.position_px;

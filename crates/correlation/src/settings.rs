@@ -24,6 +24,9 @@ pub struct Settings {
     /// that is seen: once three frames in a row lie below. From then on the uncertainty of its place there is part of
     /// every sigma.
     pub renewal_share: f64,
+    /// Whether points are followed on surfaces that may bend within a subset: then what the affine shape function leaves is taken off tracks
+    /// as far as it is known, and stated. Bodies that turn and stretch as a whole need it not.
+    pub surfaces_bend: bool,
     /// Columns and rows on each side of the expected place that a search covers first; a body may move this far between two frames
     /// without being predicted, so a pattern that repeats within it is ambiguous.
     pub search_radius_px: usize,
@@ -40,6 +43,7 @@ impl Default for Settings {
             max_iterations: 30,
             acceptance: Acceptance::ByEvidence,
             renewal_share: 0.85,
+            surfaces_bend: false,
             search_radius_px: 24,
             n_threads: NonZero::<usize>::MIN,
         }

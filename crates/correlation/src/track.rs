@@ -1,5 +1,6 @@
 //! Subsets followed through all frames of a recording.
 
+mod bending;
 mod continuity;
 pub(crate) mod find;
 mod follower;
@@ -11,9 +12,10 @@ pub(crate) mod tracker;
 
 use std::ops::Range;
 
-use chainwave_measurement::{Lost, Position, Recording, Region, Subset, Track};
+use chainwave_measurement::{Estimate, Lost, Position, Recording, Region, Subset, Track};
 
 use crate::evidence::ShapeTest;
+use crate::track::bending::{AllTold, Told, tell};
 use crate::track::follower::Follower;
 use crate::track::together::without_collisions;
 use crate::track::tracker::{Found, Tracker, track_both_ways};
@@ -45,7 +47,9 @@ pub fn track(
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Vec<Track>, CorrelationError> {
     let mut followers = followers(recording, subsets, reference, settings)?;
-    let tracks = follow(&mut followers, reference, subsets, settings, progress);
+    let mut tracks = follow(&mut followers, reference, subsets, settings, progress);
+    let told = tell_bends(&mut followers, subsets, settings);
+    correct(&mut tracks, &told, Told::with_bend);
     Ok(without_collisions(tracks, subsets, reference.range().start, settings))
 }
 
@@ -70,11 +74,16 @@ pub fn track_by_evidence(
         follower.shape_test = Some(ShapeTest::new(&reference, subset, &affine));
     }
     let mut tracks = follow(&mut followers, reference, subsets, settings, progress);
-    let evidence: Vec<ShapeEvidence> = followers
+    let told = tell_bends(&mut followers, subsets, settings);
+    correct(&mut tracks, &told, Told::with_bend);
+    let mut evidence: Vec<ShapeEvidence> = followers
         .iter()
         .filter_map(|follower| follower.shape_test.as_ref())
         .map(ShapeTest::evidence)
         .collect();
+    if settings.surfaces_bend {
+        deform_together(&mut evidence);
+    }
     for shape in Shape::ALL.into_iter().filter(|&shape| shape != Shape::Affine) {
         let members: Vec<usize> = (0..subsets.len()).filter(|&i| evidence[i].shape == shape).collect();
         if members.is_empty() {
@@ -82,7 +91,9 @@ pub fn track_by_evidence(
         }
         let of_shape: Vec<Subset> = members.iter().map(|&i| subsets[i].clone()).collect();
         let settings = Settings { shape, ..settings.clone() };
-        let again = track(recording, &of_shape, reference, &settings, progress)?;
+        let mut again = track(recording, &of_shape, reference, &settings, progress)?;
+        let lacks = if shape == Shape::Quadratic { Told::with_fourth } else { Told::with_bend };
+        correct(&mut again, members.iter().filter_map(|&i| told.get(i)), lacks);
         members.into_iter().zip(again).for_each(|(i, track)| tracks[i] = track);
     }
     let tracks = without_collisions(tracks, subsets, reference.range().start, settings);
@@ -116,6 +127,43 @@ pub fn track_from(
         found[frame - first] = Ok(position);
     }
     Ok(found)
+}
+
+/// What is known of the subsets' bends; nothing where it was not asked.
+fn tell_bends(followers: &mut [Follower<'_>], subsets: &[Subset], settings: &Settings) -> AllTold {
+    if !settings.surfaces_bend {
+        return Vec::new();
+    }
+    let bends: Vec<_> = followers.iter_mut().map(|one| std::mem::take(&mut one.bends)).collect();
+    tell(&bends, subsets)
+}
+
+/// Corrects places by what is known of their bends, where it is.
+fn correct<'a>(
+    tracks: impl IntoIterator<Item = &'a mut Track>,
+    told: impl IntoIterator<Item = &'a Vec<[Option<Told>; 2]>>,
+    with: fn(&Told, Estimate) -> Estimate,
+) {
+    for (track, told) in tracks.into_iter().zip(told) {
+        for (position, [x, y]) in track.positions.iter_mut().zip(told) {
+            let Ok(Position { x_px, y_px, .. }) = position else { continue };
+            for (place, told) in [(x_px, x), (y_px, y)] {
+                *place = told.as_ref().map_or(*place, |told| with(told, *place));
+            }
+        }
+    }
+}
+
+/// Points of a surface of which some deform are not held still by what their own few readings cannot tell: a wave stretches nothing at its
+/// crests, and bends most there.
+fn deform_together(evidence: &mut [ShapeEvidence]) {
+    let level = ShapeEvidence::LEVEL / evidence.len().max(1) as f64;
+    let deforms = |one: &ShapeEvidence| one.p_translation < level || one.p_affine < level;
+    if evidence.iter().any(deforms) {
+        for one in evidence.iter_mut().filter(|one| one.shape == Shape::Translation) {
+            one.shape = Shape::Affine;
+        }
+    }
 }
 
 fn followers<'a>(

@@ -16,8 +16,10 @@ use crate::tracks::{FollowedBody, RecordingTracks};
 /// The tracks of subsets in one recording, with its time stamps.
 #[derive(Debug, Clone)]
 pub struct Followed {
-    /// Time of each frame after the trigger, in seconds.
+    /// Time of each frame after the trigger, in seconds; where `has_rate` is false, it counts frames.
     pub times_s: Vec<f64>,
+    /// Whether the recording has a frame rate, stated by itself or by the caller.
+    pub has_rate: bool,
     /// One track for each subset.
     pub tracks: Vec<FollowedSubset>,
 }
@@ -56,8 +58,43 @@ pub fn follow(
     n_threads: NonZero<usize>,
     monitor: &Monitor<'_>,
 ) -> Result<Followed, Error> {
+    follow_with(
+        recording,
+        subsets,
+        reference,
+        method,
+        &Settings { n_threads, ..Settings::default() },
+        monitor,
+    )
+}
+
+/// As [`follow`], points on surfaces that may bend: what the affine shape function leaves of that is taken off and stated.
+///
+/// # Errors
+/// As [`follow`].
+pub(crate) fn follow_surfaces(
+    recording: &dyn Recording,
+    subsets: &[Subset],
+    reference: &ReferenceFrames,
+    method: Method,
+    n_threads: NonZero<usize>,
+    monitor: &Monitor<'_>,
+) -> Result<Followed, Error> {
+    let settings = Settings { n_threads, surfaces_bend: true, ..Settings::default() };
+    follow_with(recording, subsets, reference, method, &settings, monitor)
+}
+
+fn follow_with(
+    recording: &dyn Recording,
+    subsets: &[Subset],
+    reference: &ReferenceFrames,
+    method: Method,
+    settings: &Settings,
+    monitor: &Monitor<'_>,
+) -> Result<Followed, Error> {
+    let n_threads = settings.n_threads;
     let n_threads = if recording.is_sequential() { NonZero::<usize>::MIN } else { n_threads };
-    let settings = Settings { n_threads, ..Settings::default() };
+    let settings = Settings { n_threads, ..settings.clone() };
     let advance = |n| monitor.done(Stage::Tracking, n);
     let of_method = |method: Method, track: Track| FollowedSubset { track, method: method.to_string() };
     let inside: Vec<Subset> =
@@ -84,7 +121,8 @@ pub fn follow(
         false => out_of_view(subset),
     };
     let tracks = subsets.iter().map(of_subset).collect();
-    Ok(Followed { times_s: recording.info().times_s.clone(), tracks })
+    let info = recording.info();
+    Ok(Followed { times_s: info.times_s.clone(), has_rate: info.rate_hz.is_some(), tracks })
 }
 
 /// Threads for each recording when all are worked on side by side: more than one where there are fewer recordings than

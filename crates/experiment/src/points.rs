@@ -6,7 +6,7 @@ use chainwave_correlation::{CorrelationError, Method, Reference, ReferenceFrames
 use chainwave_measurement::{Recording, Subset};
 
 use crate::error::Error;
-use crate::follow::{Followed, edges_beside, follow};
+use crate::follow::{Followed, edges_beside, follow_surfaces};
 use crate::matching::{MethodChoice, noise_px};
 use crate::monitor::{Monitor, Stage};
 use crate::outline;
@@ -180,7 +180,7 @@ impl PointTracking<'_> {
         notes.extend(edges_beside(recording, &inside, reference)?.iter().map(ToString::to_string));
         let method = self.choice.method(recording, &inside, reference)?;
         monitor.planned(Stage::Tracking, recording.info().n_frames as u64);
-        let followed = follow(recording, &subsets, reference, method, self.n_threads, monitor)?;
+        let followed = follow_surfaces(recording, &subsets, reference, method, self.n_threads, monitor)?;
         Ok(FollowedPoints { followed, notes, placed, method })
     }
 }

@@ -23,6 +23,8 @@ pub struct RecordingSummary<'a> {
 
 impl<'a> From<&'a RecordingInfo> for RecordingSummary<'a> {
     fn from(info: &'a RecordingInfo) -> Self {
+        // Without a rate times count frames, which are no seconds.
+        let time_s = |time: Option<&f64>| time.copied().filter(|_| info.rate_hz.is_some());
         Self {
             format: &info.format,
             width_px: info.width_px,
@@ -30,8 +32,8 @@ impl<'a> From<&'a RecordingInfo> for RecordingSummary<'a> {
             n_frames: info.n_frames,
             bit_depth: info.bit_depth,
             rate_hz: info.rate_hz,
-            first_time_s: info.times_s.first().copied(),
-            last_time_s: info.times_s.last().copied(),
+            first_time_s: time_s(info.times_s.first()),
+            last_time_s: time_s(info.times_s.last()),
             first_image: info.first_image,
             camera: info.camera.as_deref(),
             exposure_s: info.exposure_s,

@@ -7,7 +7,8 @@ use crate::error::Error;
 /// A table that was read, with its path for messages.
 ///
 /// CSV may be separated by commas, semicolons or tabs, whichever its first line has; where that is no comma, numbers may have decimal
-/// commas. A byte order mark and spaces around cells count for nothing.
+/// commas. A byte order mark, spaces around cells and rows of separators alone count for nothing. Text is UTF-8, UTF-16 with a byte
+/// order mark, or else Latin-1, as spreadsheets write it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     path: PathBuf,
@@ -35,9 +36,16 @@ impl Table {
     /// Reads a CSV file. Every cell is kept as text, so that a wrong one can be named with its line.
     ///
     /// # Errors
-    /// A file that cannot be read, is no UTF-8, names a column twice, or has rows of unequal length.
+    /// A file that cannot be read, is no text, names a column twice, or has rows of unequal length.
     pub fn read_csv(path: &Path) -> Result<Self, Error> {
-        Self::parse_csv(path, &Error::read_text(path)?)
+        let bytes = std::fs::read(path).map_err(Error::file(path, "read"))?;
+        let text = decoded(bytes).ok_or_else(|| Error::Cell {
+            path: path.to_owned(),
+            place: "the table".into(),
+            expected: "text in UTF-8, UTF-16 or Latin-1".into(),
+            found: "bytes that are none".into(),
+        })?;
+        Self::parse_csv(path, &text)
     }
 
     /// The table of a CSV file's text; `path` is where that was read.
@@ -47,8 +55,11 @@ impl Table {
     pub(crate) fn parse_csv(path: &Path, text: &str) -> Result<Self, Error> {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let separator = separator(text.lines().next().unwrap_or_default());
-        let mut reader =
-            csv::ReaderBuilder::new().delimiter(separator).trim(csv::Trim::All).from_reader(text.as_bytes());
+        let mut reader = csv::ReaderBuilder::new()
+            .delimiter(separator)
+            .trim(csv::Trim::All)
+            .flexible(true)
+            .from_reader(text.as_bytes());
         let wrong = |error: csv::Error| row_error(path, &error);
         let names: Vec<String> = reader.headers().map_err(wrong)?.iter().map(str::to_owned).collect();
         if let Some(twice) = names.iter().enumerate().find(|(at, name)| names[..*at].contains(name)) {
@@ -63,7 +74,15 @@ impl Table {
         let mut lines = Vec::new();
         for record in reader.records() {
             let record = record.map_err(wrong)?;
-            lines.push(record.position().map_or(0, |at| line_of(text, at)));
+            let line = record.position().map_or(0, |at| line_of(text, at));
+            let is_blank = record.len() > 1 && record.iter().all(str::is_empty);
+            if is_blank {
+                continue;
+            }
+            if record.len() != names.len() {
+                return Err(unequal(path, line, names.len(), record.len()));
+            }
+            lines.push(line);
             record.iter().zip(&mut columns).for_each(|(cell, column)| column.push(cell.to_owned()));
         }
         let columns = names.into_iter().zip(columns.into_iter().map(Column::Texts)).collect();
@@ -176,15 +195,38 @@ fn separator(header: &str) -> u8 {
     [b';', b'\t'].into_iter().find(|mark| header.as_bytes().contains(mark)).unwrap_or(b',')
 }
 
+fn unequal(path: &Path, line: u64, expected: usize, found: usize) -> Error {
+    Error::Cell {
+        path: path.to_owned(),
+        place: format!("line {line}"),
+        expected: format!("{expected} cells, as in line 1"),
+        found: found.to_string(),
+    }
+}
+
 fn row_error(path: &Path, error: &csv::Error) -> Error {
     let place = error.position().map_or_else(|| "the table".into(), |at| format!("line {}", at.line()));
-    let (expected, found) = match error.kind() {
-        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
-            (format!("{expected_len} cells, as in line 1"), len.to_string())
-        }
-        _ => ("a row of cells".into(), error.to_string()),
-    };
+    let (expected, found) = ("a row of cells".into(), error.to_string());
     Error::Cell { path: path.to_owned(), place, expected, found }
+}
+
+/// The text of a file: UTF-16 where its byte order mark says so, UTF-8 where it is, else Latin-1, whose bytes are the first 256 characters.
+/// `None` where it is none of them: a zero byte stands in no text of single bytes.
+fn decoded(bytes: Vec<u8>) -> Option<String> {
+    let wide = |of: fn([u8; 2]) -> u16| {
+        let (pairs, rest) = bytes[2..].as_chunks::<2>();
+        let units: Vec<u16> = pairs.iter().map(|pair| of(*pair)).collect();
+        String::from_utf16(&units).ok().filter(|_| rest.is_empty())
+    };
+    match bytes.as_slice() {
+        [0xff, 0xfe, ..] => wide(u16::from_le_bytes),
+        [0xfe, 0xff, ..] => wide(u16::from_be_bytes),
+        _ if bytes.contains(&0) => None,
+        _ => Some(
+            String::from_utf8(bytes)
+                .unwrap_or_else(|wrong| wrong.into_bytes().into_iter().map(char::from).collect()),
+        ),
+    }
 }
 
 #[cfg(test)]
@@ -211,6 +253,34 @@ mod tests {
             assert_eq!(table.texts("name").unwrap(), usual.texts("name").unwrap(), "{text}");
             assert_eq!(table.numbers("x_px").unwrap(), [Some(1.5), None], "{text}");
         }
+    }
+
+    #[test]
+    fn text_is_read_in_the_encodings_that_spreadsheets_write() {
+        let text = "name;x_px\nHöhe;1,5\n";
+        let utf_16 = |of: fn(u16) -> [u8; 2]| -> Vec<u8> {
+            [0xfeff].into_iter().chain(text.encode_utf16()).flat_map(of).collect()
+        };
+        let latin_1: Vec<u8> = text.chars().map(|c| u8::try_from(u32::from(c)).unwrap()).collect();
+        for bytes in [text.as_bytes().to_vec(), utf_16(u16::to_le_bytes), utf_16(u16::to_be_bytes), latin_1] {
+            let table = read(&bytes).unwrap();
+            assert_eq!(table.texts("name").unwrap(), ["Höhe"]);
+            assert_eq!(table.numbers("x_px").unwrap(), [Some(1.5)]);
+        }
+        for bytes in [&b"\xff\xfea\0b"[..], b"\xff\xfe\0\xd8", b"PAR1\x15\0"] {
+            let message = read(bytes).unwrap_err().to_string();
+            assert!(message.contains("expected text in UTF-8, UTF-16 or Latin-1"), "{message}");
+        }
+    }
+
+    #[test]
+    fn rows_of_separators_alone_are_no_rows() {
+        let table = read(b"name,x\na,1\n,\n , \n\nb,2\n,,,\nc,three\n,\n").unwrap();
+        assert_eq!(table.texts("name").unwrap(), ["a", "b", "c"]);
+        let message = table.numbers("x").unwrap_err().to_string();
+        assert!(message.contains("line 8, column x: expected a number, found \"three\""), "{message}");
+        // A single column has no separators: its empty cells are rows.
+        assert_eq!(read(b"x\n1\n\"\"\n2\n").unwrap().numbers("x").unwrap(), [Some(1.0), None, Some(2.0)]);
     }
 
     #[test]

@@ -300,7 +300,11 @@ fn motions(folder: &Path) -> Outcome {
     save(folder, "displacements", &bodies[..])?;
     let point = |k: usize| {
         let samples = body(1 + k % 26).samples.into_iter().map(|(t_s, x)| (t_s, x.map(|x| x.scaled(8e3))));
-        PointMotion { name: format!("point_{} {}", 1 + k / 2, ["x", "y"][k % 2]), samples: samples.collect() }
+        PointMotion {
+            name: format!("point_{} {}", 1 + k / 2, ["x", "y"][k % 2]),
+            samples: samples.collect(),
+            in_frames: false,
+        }
     };
     save(folder, "tracks", &(0..20).map(point).collect::<Vec<_>>()[..])?;
     Ok(())

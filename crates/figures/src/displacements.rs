@@ -22,6 +22,9 @@ const NAME_GAP_MM: f64 = 3.0;
 const WIDEST_NAME: f64 = 0.2;
 const LOST: PlotMarker = PlotMarker { shape: MarkerShape::Cross, colour: RINGS, hollow: false };
 
+/// The axis of times that are known.
+const MILLISECONDS: &str = "time (ms)";
+
 /// The motion of one body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BodyMotion {
@@ -70,8 +73,11 @@ fn samples_of(motion: &ChainMotion, row: usize) -> Vec<(f64, Option<Estimate>)> 
 pub struct PointMotion {
     /// Name of the point and of its coordinate.
     pub name: String,
-    /// Time in seconds and displacement in pixels; `None` where the point was lost.
+    /// Time in seconds, or number of the frame, and displacement in pixels; `None` where the point was lost.
     pub samples: Vec<(f64, Option<Estimate>)>,
+    /// Whether frames are counted, for want of a frame rate.
+    #[serde(default)]
+    pub in_frames: bool,
 }
 
 /// The motion of the camera in one recording.
@@ -92,19 +98,21 @@ struct MotionCurve {
 
 impl Draw for [BodyMotion] {
     fn draw(&self, style: &Style) -> Result<Figure, FigureError> {
-        layout(style, &curves_of(self), "mm").map(Figure::new)
+        layout(style, &curves_of(self), [MILLISECONDS, "mm"]).map(Figure::new)
     }
 }
 
 impl Draw for [PointMotion] {
     fn draw(&self, style: &Style) -> Result<Figure, FigureError> {
-        let in_milliseconds = |&(t_s, x_px): &(f64, Option<Estimate>)| (1e3 * t_s, x_px);
+        let in_frames = self.iter().any(|point| point.in_frames);
+        let (factor, time) = if in_frames { (1.0, "frame") } else { (1e3, MILLISECONDS) };
+        let scaled = |&(t, x_px): &(f64, Option<Estimate>)| (factor * t, x_px);
         let curve = |point: &PointMotion| MotionCurve {
             name: point.name.clone(),
-            samples: point.samples.iter().map(in_milliseconds).collect(),
+            samples: point.samples.iter().map(scaled).collect(),
             model: Vec::new(),
         };
-        layout(style, &self.iter().map(curve).collect::<Vec<_>>(), "px").map(Figure::new)
+        layout(style, &self.iter().map(curve).collect::<Vec<_>>(), [time, "px"]).map(Figure::new)
     }
 }
 
@@ -117,7 +125,7 @@ impl Draw for [RecordingMotion] {
             let samples = one.samples[..known].iter().skip_while(|sample| !is_known(sample)).map(scaled);
             MotionCurve { name: one.recording.clone(), samples: samples.collect(), model: Vec::new() }
         };
-        layout(style, &self.iter().map(curve).collect::<Vec<_>>(), "µm").map(Figure::new)
+        layout(style, &self.iter().map(curve).collect::<Vec<_>>(), [MILLISECONDS, "µm"]).map(Figure::new)
     }
 }
 
@@ -131,7 +139,7 @@ fn curves_of(bodies: &[BodyMotion]) -> Vec<MotionCurve> {
     bodies.iter().map(curve).collect()
 }
 
-fn layout(style: &Style, curves: &[MotionCurve], unit: &str) -> Result<Drawing, FigureError> {
+fn layout(style: &Style, curves: &[MotionCurve], [time, unit]: [&str; 2]) -> Result<Drawing, FigureError> {
     let mut drawing = Drawing::new(style, Columns::Two)?;
     let page = drawing.width_mm;
     let (x, y) = scales(curves);
@@ -154,7 +162,7 @@ fn layout(style: &Style, curves: &[MotionCurve], unit: &str) -> Result<Drawing, 
     draw_motions(&mut drawing, &plot, curves);
     name_curves(&mut drawing, &plot, curves, &names);
     let label = format!("displacement ({unit})");
-    let labels = Labels { x: "time (ms)", y: &label };
+    let labels = Labels { x: time, y: &label };
     plot.axes(&mut drawing, Labels { x: if has_model { "" } else { labels.x }, ..labels });
     record(&mut drawing, curves, labels);
     let mut bottom = plot.frame.bottom;
@@ -322,7 +330,7 @@ mod tests {
     }
 
     fn drawn(bodies: &[BodyMotion]) -> Drawing {
-        layout(&Style::default(), &curves_of(bodies), "mm").unwrap()
+        layout(&Style::default(), &curves_of(bodies), [MILLISECONDS, "mm"]).unwrap()
     }
 
     fn losses_of(lost: std::ops::Range<i32>) -> Vec<(f64, f64)> {

@@ -42,7 +42,7 @@ impl Format {
     /// Every format.
     pub const ALL: [Self; 4] = [Self::Svg, Self::Png, Self::Pdf, Self::Csv];
 
-    fn ending(self) -> &'static str {
+    pub(crate) fn ending(self) -> &'static str {
         match self {
             Self::Svg => "svg",
             Self::Png => "png",
@@ -119,7 +119,7 @@ pub(crate) fn put(
 }
 
 /// The stem with an ending put behind it; a dot in the stem stays.
-fn with_ending(stem: &Path, ending: &str) -> PathBuf {
+pub(crate) fn with_ending(stem: &Path, ending: &str) -> PathBuf {
     let mut path = OsString::from(stem);
     path.push(".");
     path.push(ending);

@@ -1,8 +1,8 @@
 //! Each figure in the default style, as files: `STEM.svg`, `STEM.png`, the numbers of curves as `STEM.csv`, and what was drawn, to be drawn again.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use crate::figure::{Draw, Format, put};
+use crate::figure::{Draw, Format, put, with_ending};
 use crate::picture::Picture;
 use crate::{
     Against, BodyMotion, ContactCurve, CoverageRow, DispersionPanel, ExtremeRow, FieldMap, FigureError,
@@ -10,6 +10,12 @@ use crate::{
     PointMotion, ProfilePanel, RecordingMotion, ResidualMapPanel, RightHalves, StrainMapPanel, Style,
     TailSpectrum, TradeOff,
 };
+
+/// The files that a figure of curves is written to; one of a map writes all of them but `STEM.csv`.
+pub fn files_of(stem: &Path) -> [PathBuf; 4] {
+    let [svg, png, csv] = [Format::Svg, Format::Png, Format::Csv].map(Format::ending);
+    [svg, png, csv, Picture::ENDING].map(|ending| with_ending(stem, ending))
+}
 
 /// Draws in the default style and writes the files. The numbers of a map are in the tables that it is drawn from.
 fn write(stem: &Path, picture: &Picture) -> Result<(), FigureError> {

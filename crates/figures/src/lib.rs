@@ -81,9 +81,9 @@ pub use extremes::ExtremeRow;
 pub use field_map::{FieldMap, FieldPanel};
 pub use figure::{Draw, Figure, Format};
 pub use files::{
-    camera_motion, contact_curve, coverage, dispersion, displacements, extremes, field_map, front_width,
-    group_velocity, group_velocity_by_particles, long_chain, marked_frame, peak_energy, peak_trace,
-    residual_map, right_halves, strain_map, strain_profiles, tail_spectrum, tracks, trade_off,
+    camera_motion, contact_curve, coverage, dispersion, displacements, extremes, field_map, files_of,
+    front_width, group_velocity, group_velocity_by_particles, long_chain, marked_frame, peak_energy,
+    peak_trace, residual_map, right_halves, strain_map, strain_profiles, tail_spectrum, tracks, trade_off,
 };
 pub use frame_sheet::{FrameSheet, NamedFrame};
 pub use front_width::{FrontPulse, FrontWidth, RightHalves};

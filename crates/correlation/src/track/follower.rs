@@ -8,6 +8,7 @@ use crate::acceptance::Standard;
 use crate::evidence::ShapeTest;
 use crate::icgn::outcome::Match;
 use crate::search::rivals::Seen;
+use crate::track::bending::Bend;
 use crate::track::continuity::Continuity;
 use crate::track::find::{Locate, Quest};
 use crate::track::matcher::{Matcher, window_around};
@@ -16,7 +17,9 @@ use crate::track::renewal::Decay;
 use crate::track::tracker::Found;
 use crate::uncertainty::{angle_rad, reference_sigma_px};
 use crate::warp::Warp;
-use crate::{CorrelationError, PreparedSubset, Reference, ReferenceFrames, Settings, Window, Workspace};
+use crate::{
+    CorrelationError, PreparedSubset, Reference, ReferenceFrames, Settings, Shape, Window, Workspace,
+};
 
 /// One subset on its way through a recording.
 pub(crate) struct Follower<'a> {
@@ -32,11 +35,15 @@ pub(crate) struct Follower<'a> {
     reason: Lost,
     /// Tests whether the affine shape function is needed, and enough.
     pub(crate) shape_test: Option<ShapeTest>,
+    /// What the quadratic shape function finds otherwise than the affine one, frame by frame.
+    pub(crate) bends: Vec<Option<Bend>>,
 }
 
 /// What is looked for, and what its matches are held against.
 struct Target {
     subset: PreparedSubset,
+    /// The same with the quadratic shape function, where it is asked what the affine one leaves.
+    quadratic: Option<PreparedSubset>,
     standard: Standard,
 }
 
@@ -48,9 +55,13 @@ impl Target {
         settings: &Settings,
     ) -> Result<Result<Self, Lost>, CorrelationError> {
         let reference = Reference::read(recording, subset, frames)?;
+        let asks = settings.surfaces_bend && settings.shape == Shape::Affine;
+        let of_second_order = Settings { shape: Shape::Quadratic, ..settings.clone() };
+        let quadratic =
+            asks.then(|| PreparedSubset::new(&reference, subset, &of_second_order).ok()).flatten();
         Ok(PreparedSubset::new(&reference, subset, settings).map(|subset| {
             let standard = Standard::new(recording, frames, &subset);
-            Self { subset, standard }
+            Self { subset, quadratic, standard }
         }))
     }
 }
@@ -75,6 +86,7 @@ impl<'a> Follower<'a> {
             original: None,
             reason: Lost::LowCorrelation,
             shape_test: None,
+            bends: if settings.surfaces_bend { vec![None; recording.info().n_frames] } else { Vec::new() },
         })
     }
 
@@ -113,6 +125,7 @@ impl<'a> Follower<'a> {
                 let goes_on = self.continuity.goes_on_at(&self.history, found.warp().position_px);
                 self.history.found(found.warp());
                 self.test_shape(frame, &found.warp());
+                self.note_bend(frame, &found);
                 let position = self.decay.total(self.with_reference_sigma(frame, found.position));
                 if !self.is_reference(frame) {
                     if let Ok(target) = &mut self.target {
@@ -182,9 +195,22 @@ impl<'a> Follower<'a> {
         }
     }
 
+    /// Keeps what the quadratic shape function finds otherwise. The reference shows no bend of itself.
+    fn note_bend(&mut self, frame: usize, found: &Match) {
+        let Ok(Target { subset, quadratic: Some(quadratic), .. }) = &self.target else { return };
+        if self.reference_frames.contains(&frame) {
+            return;
+        }
+        let Matcher { window, workspace, .. } = &mut self.matcher;
+        let bend = Bend::of([subset, quadratic], window, found, workspace);
+        if let Some(kept) = self.bends.get_mut(frame) {
+            *kept = bend;
+        }
+    }
+
     /// The match in a frame, and whether the frame by itself tells that it is right.
     fn find(&mut self, frame: usize) -> Result<(Match, bool), Lost> {
-        let Target { subset, standard } = self.target.as_ref().map_err(|reason| *reason)?;
+        let Target { subset, standard, quadratic } = self.target.as_ref().map_err(|reason| *reason)?;
         let quest = Quest {
             recording: self.matcher.recording,
             subset,
@@ -203,7 +229,7 @@ impl<'a> Follower<'a> {
             }
             Err(reason) => return Err(reason),
         };
-        if self.shape_test.is_some() {
+        if self.shape_test.is_some() || quadratic.is_some() {
             self.matcher.read_window(subset, frame, &found.warp())?;
         }
         Ok((found, is_evident))

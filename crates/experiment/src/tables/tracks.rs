@@ -13,7 +13,7 @@ pub struct TrackRows {
     recording: Vec<String>,
     name: Vec<String>,
     frame: Vec<u32>,
-    t_s: Vec<f64>,
+    t_s: Vec<Option<f64>>,
     x_px: Vec<Option<f64>>,
     y_px: Vec<Option<f64>>,
     sigma_x_px: Vec<Option<f64>>,
@@ -31,7 +31,7 @@ pub const TRACK_COLUMNS: [(&str, &str, &str); 14] = [
     ("recording", "", "File name of the recording"),
     ("name", "", "Number of the body, or name of the point"),
     ("frame", "1", "Number of the frame in the recording, from 0"),
-    ("t_s", "s", "Time of the frame after the camera's trigger"),
+    ("t_s", "s", "Time of the frame after the camera's trigger; none where the recording states no rate"),
     ("x_px", "px", "Column of the subset's centre, to the right; 0 is the centre of the first pixel"),
     ("y_px", "px", "Row of the subset's centre, downwards; 0 is the centre of the first pixel"),
     ("sigma_x_px", "px", "Standard uncertainty of x_px"),
@@ -47,15 +47,18 @@ pub const TRACK_COLUMNS: [(&str, &str, &str); 14] = [
 impl TrackRows {
     /// Adds the points of one recording.
     pub fn add_points(&mut self, recording: &str, followed: &Followed) {
+        let time_s = |time: &f64| followed.has_rate.then_some(*time);
+        let times_s: Vec<_> = followed.times_s.iter().map(time_s).collect();
         for one in &followed.tracks {
-            self.add(recording, &one.track.name, &one.method, &followed.times_s, &one.track.positions);
+            self.add(recording, &one.track.name, &one.method, &times_s, &one.track.positions);
         }
     }
 
     /// Adds the bodies of one recording.
     pub fn add_bodies(&mut self, recording: &str, tracks: &RecordingTracks) {
+        let times_s: Vec<_> = tracks.times_s.iter().copied().map(Some).collect();
         for one in &tracks.bodies {
-            self.add(recording, &one.body.to_string(), &one.method, &tracks.times_s, &one.positions);
+            self.add(recording, &one.body.to_string(), &one.method, &times_s, &one.positions);
         }
     }
 
@@ -64,7 +67,7 @@ impl TrackRows {
         recording: &str,
         name: &str,
         method: &str,
-        times_s: &[f64],
+        times_s: &[Option<f64>],
         positions: &[Result<Position, Lost>],
     ) {
         for (frame, (position, time_s)) in positions.iter().zip(times_s).enumerate() {

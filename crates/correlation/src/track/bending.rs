@@ -1,0 +1,294 @@
+//! What the affine shape function leaves of surfaces that bend: taken off tracks as far as it is known, and stated.
+//!
+//! In each frame one more step, or where that is long a whole match, with the quadratic shape function tells the difference d of its place from
+//! the affine one. Its noise is that of the quadratic place less that of the affine one, `v = var q - var a`, and independent of the latter, which
+//! is the more efficient of the two (J. A. Hausman, Econometrica 46 (1978) 1251-1271). Of a subset of 33 x 33 px v is three times `var a`: a test
+//! whether d is real misses bends that are as large as sigma, and so nothing is tested here. The bend b of a reading is taken for one of
+//! many, of variance t^2, and of these all readings of the film near in time tell:
+//!
+//! - Where `w = v/(v + t^2)` is known, b is `(1 - w) d` with the variance `(1 - w) v`.
+//! - How likely each w is follows from the d of all readings, with a prior that is flat in ln w (the scale is open: C. Stein, Proc. 3rd Berkeley
+//!   Symp. 1 (1956) 197-206, and W. E. Strawderman, Ann. Math. Stat. 42 (1971) 385-388). Where few readings tell it, much of the noise
+//!   of d stays in sigma: it is not known that the surface does not bend.
+//! - Readings of one subset in several frames share the noise of their reference, half of that of d, so T of them tell a variance no better than
+//!   `4 T/(T + 3)` independent ones.
+//! - A quadratic subset misses the fourth order of a wave. How long the wave is, is told by its bends over its slopes ([`fourth`]); what follows
+//!   is taken off too, and half of it stated.
+//! - A subset whose d stands out of all others by four standard deviations is told by its own readings.
+
+use chainwave_measurement::{Estimate, Position, Subset};
+
+use crate::icgn::outcome::Match;
+use crate::uncertainty::sigma_px;
+use crate::{PreparedSubset, Window, Workspace};
+
+/// How far the quadratic shape function finds the centre from where the affine one does, in pixels, with its variance, along x and y.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Bend {
+    pub(crate) difference_px: [f64; 2],
+    pub(crate) variance: [f64; 2],
+    /// Displacement gradient of the affine match: du/dx, du/dy, dv/dx, dv/dy.
+    pub(crate) gradient: [f64; 4],
+}
+
+/// Frames before and after one whose readings tell how large bends are in it.
+const NEAR_FRAMES: usize = 2;
+/// Standard deviations by which a subset that is not of the others' kind stands out: 6 of 10^5 do by chance.
+const OUTSTANDING: f64 = 4.0;
+/// Least variance of a difference over that of the affine place: what two matches of one texture differ by through rounding.
+const LEAST_VARIANCE: f64 = 0.05;
+/// Share of the fourth order that textures and odd orders leave open.
+const FOURTH_KNOWN_TO: f64 = 0.5;
+/// Subsets, spread over all, that tell how large bends are: they tell a variance to a tenth, and more take longer than they are tracked in.
+const MOST_SUBSETS: usize = 200;
+/// Subsets whose slopes tell a wave's length: the scatter of fewer may be a crest's alone.
+const LEAST_SUBSETS: usize = 4;
+/// Its largest share of a bend that is believed: that of a wave of one and a quarter subsets' length.
+const LARGEST_FOURTH: f64 = 0.15;
+
+impl Bend {
+    /// The bend that the quadratic subset shows at the affine one's match; `None` where it cannot be compared.
+    pub(crate) fn of(
+        [affine, quadratic]: [&PreparedSubset; 2],
+        window: &Window,
+        found: &Match,
+        workspace: &mut Workspace,
+    ) -> Option<Self> {
+        let (warp, place) = (found.warp(), &found.position);
+        let (compared, residual) = quadratic.compare(window, &warp, workspace)?;
+        let stepped = warp.compose_inverse(&compared.step)?;
+        let places = [place.x_px.value, place.y_px.value];
+        let away = |[x, y]: [f64; 2]| [x - places[0], y - places[1]];
+        let own = sigma_px(affine, &warp, &residual);
+        let variance = |whole: [f64; 2]| {
+            [0, 1].map(|axis| {
+                let least = LEAST_VARIANCE * own[axis].powi(2);
+                (whole[axis].powi(2) - own[axis].powi(2)).max(least)
+            })
+        };
+        let bend = Self {
+            difference_px: away(quadratic.without_bias(&stepped, &residual.of_interpolation)),
+            variance: variance(sigma_px(quadratic, &warp, &residual)),
+            gradient: warp.gradient,
+        };
+        let is_long = (0..2).any(|axis| bend.difference_px[axis].powi(2) > 9.0 * bend.variance[axis]);
+        if !is_long {
+            return Some(bend);
+        }
+        // A long step is not the whole of it, and what it leaves is no noise.
+        let Ok(whole) = quadratic.solve(window, stepped, workspace) else { return Some(bend) };
+        let Position { x_px, y_px, .. } = whole.position;
+        let ratio =
+            [0, 1].map(|axis| variance(sigma_px(quadratic, &warp, &residual))[axis] / own[axis].powi(2));
+        let of_whole = [x_px, y_px].map(|estimate| estimate.sigma.powi(2));
+        Some(Self {
+            difference_px: away([x_px.value, y_px.value]),
+            variance: [0, 1].map(|axis| of_whole[axis] * ratio[axis] / (1.0 + ratio[axis])),
+            gradient: warp.gradient,
+        })
+    }
+}
+
+/// What is known of a reading's bend along one axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Told {
+    /// Expected bend with its standard uncertainty, in pixels: what the affine place lacks, but for the fourth order.
+    bend: Estimate,
+    /// What the quadratic place lacks of the fourth order, over the bend.
+    fourth: f64,
+    /// Whether so many subsets tell it that it is taken off; by fewer it is stated alone.
+    is_fourth_known: bool,
+}
+
+impl Told {
+    /// The affine place with the bend, and what is not known of it in sigma.
+    pub(crate) fn with_bend(&self, place: Estimate) -> Estimate {
+        let bent = Estimate::new(place.value + self.bend.value, place.sigma.hypot(self.bend.sigma));
+        self.with_fourth(bent)
+    }
+
+    /// The quadratic place with the fourth order.
+    pub(crate) fn with_fourth(&self, place: Estimate) -> Estimate {
+        let size_px = self.fourth * self.bend.value.hypot(self.bend.sigma);
+        match self.is_fourth_known {
+            true => Estimate::new(
+                place.value + self.fourth * self.bend.value,
+                place.sigma.hypot(FOURTH_KNOWN_TO * size_px),
+            ),
+            false => Estimate::new(place.value, place.sigma.hypot(size_px)),
+        }
+    }
+}
+
+/// What is known of the bends of some subsets, frame by frame, along x and y.
+pub(crate) type AllTold = Vec<Vec<[Option<Told>; 2]>>;
+
+/// What the bends of all subsets of a film, frame by frame, tell of each of them.
+pub(crate) fn tell(bends: &[Vec<Option<Bend>>], subsets: &[Subset]) -> AllTold {
+    let n_frames = bends.first().map_or(0, Vec::len);
+    let mut told: AllTold = vec![vec![[None; 2]; n_frames]; bends.len()];
+    for frame in 0..n_frames {
+        let near = frame.saturating_sub(NEAR_FRAMES)..(frame + NEAR_FRAMES + 1).min(n_frames);
+        let near: Vec<Vec<Bend>> = bends
+            .iter()
+            .map(|of_subset| of_subset[near.clone()].iter().flatten().copied().collect())
+            .collect();
+        let n_subsets = near.iter().filter(|bends| !bends.is_empty()).count();
+        for axis in [0, 1] {
+            let reading = |bend: &Bend| [bend.difference_px[axis], bend.variance[axis]];
+            let readings: Vec<Vec<[f64; 2]>> =
+                near.iter().map(|bends| bends.iter().map(reading).collect()).collect();
+            let spread_out: Vec<Vec<[f64; 2]>> =
+                readings.iter().step_by(readings.len().div_ceil(MOST_SUBSETS).max(1)).cloned().collect();
+            let all = Sizes::of(&spread_out);
+            let slope = mean_square_slope(&near, axis);
+            for (subset, of_subset) in bends.iter().enumerate() {
+                let Some(own) = of_subset[frame].as_ref().map(reading) else { continue };
+                let stands_out = own[0].powi(2) > OUTSTANDING.powi(2) * (own[1] + all.mean);
+                let apart = stands_out.then(|| Sizes::of(&readings[subset..=subset]));
+                let sizes = apart.as_ref().unwrap_or(&all);
+                let fourth = fourth(sizes.mean, slope, &subsets[subset]);
+                let is_fourth_known = n_subsets >= LEAST_SUBSETS;
+                told[subset][frame][axis] = Some(Told { bend: sizes.bend(own), fourth, is_fourth_known });
+            }
+        }
+    }
+    told
+}
+
+/// Mean square of the slopes of a displacement, less their mean over the subsets where there are several: rigid turns bend nothing.
+fn mean_square_slope(near: &[Vec<Bend>], axis: usize) -> f64 {
+    let slopes: Vec<[f64; 2]> = near
+        .iter()
+        .flatten()
+        .map(|Bend { gradient, .. }| [gradient[2 * axis], gradient[2 * axis + 1]])
+        .collect();
+    let n = slopes.len().max(1) as f64;
+    let n_subsets = near.iter().filter(|bends| !bends.is_empty()).count();
+    let mean = |of: fn(&[f64; 2]) -> f64| -> f64 {
+        if n_subsets > 1 { slopes.iter().map(of).sum::<f64>() / n } else { 0.0 }
+    };
+    let [x, y] = [mean(|slope| slope[0]), mean(|slope| slope[1])];
+    slopes.iter().map(|slope| (slope[0] - x).powi(2) + (slope[1] - y).powi(2)).sum::<f64>() / n
+}
+
+/// What a quadratic subset misses of a wave of bends and slopes of these mean squares, over what an affine one does.
+///
+/// Of a wave of k per pixel, seen evenly over a half width h, an affine subset misses `(kh)^2/6`, and a quadratic one, whose weights
+/// `(3/8)(3 - 5 x^2)` have the fourth moment -3/35, `(kh)^4/280`. Bend over slope is `k h^2/6`, which tells k.
+fn fourth(mean_square_bend: f64, mean_square_slope: f64, subset: &Subset) -> f64 {
+    let [width, height] = [subset.half_width_px, subset.half_height_px].map(|half| half as f64 + 0.5);
+    let half_square = 0.5 * (width * width + height * height);
+    let phase_square = 36.0 * mean_square_bend / (mean_square_slope * half_square);
+    let share = 6.0 / 280.0 * phase_square;
+    if share.is_finite() { share.min(LARGEST_FOURTH) } else { 0.0 }
+}
+
+/// How likely each variance of bends is by what some readings show.
+struct Sizes {
+    /// Variance in square pixels, and its probability.
+    likely: Vec<[f64; 2]>,
+    /// A middle one, by which outliers are told.
+    mean: f64,
+}
+
+impl Sizes {
+    /// From the differences and variances of the readings of each subset.
+    fn of(subsets: &[Vec<[f64; 2]>]) -> Self {
+        /// Steps in which w goes down by a factor of ten, and factors of ten.
+        const STEPS: (usize, usize) = (16, 6);
+        let subsets: Vec<&[[f64; 2]]> =
+            subsets.iter().filter(|readings| !readings.is_empty()).map(Vec::as_slice).collect();
+        let n = subsets.iter().map(|readings| readings.len()).sum::<usize>() as f64;
+        let noise = subsets.iter().flat_map(|readings| readings.iter()).map(|[_, v]| v).sum::<f64>() / n;
+        if !(noise > 0.0 && noise.is_finite()) {
+            return Self { likely: vec![[0.0, 1.0]], mean: 0.0 };
+        }
+        let size = |step: usize| {
+            let w = 10.0_f64.powf(-(step as f64 + 0.5) / STEPS.0 as f64);
+            noise * (1.0 - w) / w
+        };
+        let log_likelihood = |size: f64| -> f64 {
+            let of_reading = |[d, v]: &[f64; 2]| -0.5 * (d * d / (v + size) + (v + size).ln());
+            let of_subset = |readings: &&[[f64; 2]]| {
+                let share = 4.0 / (readings.len() as f64 + 3.0);
+                share * readings.iter().map(of_reading).sum::<f64>()
+            };
+            subsets.iter().map(of_subset).sum()
+        };
+        let steps = (0..STEPS.0 * STEPS.1).map(size).map(|size| [size, log_likelihood(size)]);
+        let steps: Vec<[f64; 2]> = steps.collect();
+        let best = steps.iter().map(|[_, log]| *log).fold(f64::NEG_INFINITY, f64::max);
+        let weights: Vec<[f64; 2]> = steps.iter().map(|[size, log]| [*size, (log - best).exp()]).collect();
+        let total: f64 = weights.iter().map(|[_, weight]| weight).sum();
+        let likely: Vec<[f64; 2]> = weights.iter().map(|[size, weight]| [*size, weight / total]).collect();
+        let precision: f64 = likely.iter().map(|[size, p]| p / (noise + size)).sum();
+        Self { likely, mean: (1.0 / precision - noise).max(0.0) }
+    }
+
+    /// The bend that a difference with its variance shows.
+    fn bend(&self, [d, v]: [f64; 2]) -> Estimate {
+        let mean = |of: &dyn Fn(f64) -> f64| -> f64 {
+            self.likely.iter().map(|[size, p]| p * of(size / (v + size))).sum()
+        };
+        let share = mean(&|share| share);
+        let spread = mean(&|one| (one - share).powi(2));
+        Estimate::new(share * d, (share * v + spread * d * d).sqrt())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Differences that are spread as a normal distribution of a standard deviation, by its quantiles at equal steps.
+    fn spread(n: usize, deviation: f64, variance: f64) -> Vec<Vec<[f64; 2]>> {
+        let quantile = |k: usize| {
+            // R. E. Odeh, J. O. Evans give more digits; a logistic distribution of the same variance has enough.
+            let p = (k as f64 + 0.5) / n as f64;
+            deviation * 3.0_f64.sqrt() / std::f64::consts::PI * (p / (1.0 - p)).ln()
+        };
+        (0..n).map(|k| vec![[quantile(k), variance]]).collect()
+    }
+
+    #[test]
+    fn many_readings_tell_how_much_of_a_difference_is_a_bend() {
+        let variance = 4e-6;
+        for ratio in [1.0_f64, 9.0, 1e4] {
+            let found = Sizes::of(&spread(2000, (variance * (1.0 + ratio)).sqrt(), variance));
+            let bend = found.bend([0.01, variance]);
+            let share = ratio / (1.0 + ratio);
+            // 2000 readings tell a variance to 3 %, and the grid's steps are of 15 %.
+            assert!((bend.value / (share * 0.01) - 1.0).abs() < 0.06, "{ratio}: {}", bend.value);
+            assert!((bend.sigma / (share * variance).sqrt() - 1.0).abs() < 0.1, "{ratio}: {}", bend.sigma);
+        }
+        let none = Sizes::of(&spread(2000, variance.sqrt(), variance)).bend([0.002, variance]);
+        assert!(none.value < 0.1 * 0.002 && none.sigma < 0.3 * variance.sqrt(), "{none:?}");
+    }
+
+    #[test]
+    fn a_single_reading_leaves_open_how_large_bends_are() {
+        let of_one = |difference: f64| Sizes::of(&[vec![[difference, 1.0]]]).bend([difference, 1.0]);
+        let (small, large) = (of_one(0.0), of_one(30.0));
+        assert!(small.value.abs() < 1e-12 && (0.3..0.9).contains(&small.sigma), "{small:?}");
+        assert!((large.value / 30.0 - 1.0).abs() < 0.01 && (0.95..1.1).contains(&large.sigma), "{large:?}");
+    }
+
+    #[test]
+    fn without_a_reading_nothing_is_known_and_nothing_is_taken() {
+        let bend = Sizes::of(&[Vec::new()]).bend([0.5, 1.0]);
+        assert_eq!((bend.value, bend.sigma), (0.0, 0.0));
+    }
+
+    #[test]
+    fn the_fourth_order_is_that_of_the_wave_that_bends_and_slopes_have() {
+        let subset = Subset::new("", 0.0, 0.0, 16, 16);
+        let (k, half): (f64, f64) = (std::f64::consts::TAU / 100.0, 16.5);
+        // amplitude 1: mean squares of a sine are a half
+        let bend = (k * half).powi(2) / 6.0;
+        let found = fourth(0.5 * bend * bend, 0.5 * k * k, &subset);
+        let expected = (k * half).powi(4) / 280.0 / bend;
+        assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
+        assert!(fourth(1.0, 0.0, &subset).abs() < 1e-12);
+    }
+}
