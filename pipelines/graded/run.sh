@@ -6,5 +6,5 @@ out=${1:?expected a folder for recordings and results}
 chainwave=${CHAINWAVE:-chainwave}
 for chain in stiffer softer; do
   "$chainwave" synthesize "$here/$chain.toml" --out "$out/$chain/recordings"
-  "$chainwave" run "$out/$chain/recordings/$chain.toml" --out "$out/$chain/results"
+  "$chainwave" run "$out/$chain/recordings/experiment.toml" --out "$out/$chain/results"
 done

@@ -4,7 +4,7 @@
 //! What the film itself shows beyond shifts (turns, stretches, speed) is tried on its own frames ([`trial`]).
 //!
 //! Patches are shifted as in [`crate::self_test::shift`]. The patch counts as the scene, with the little noise
-//! that the reference has, and fresh noise of the variance measured in one frame is added to each picture. So the error
+//! that the reference has, and fresh noise of the variance measured in one frame is added to each picture, less to a reference of several. So the error
 //! comes out on the safe side where the reference is a single noisy frame. Noise comes in pairs of opposite signs: what is linear in it, nearly
 //! all of the scatter, cancels in the mean, which so shows errors far below the noise.
 
@@ -224,7 +224,9 @@ impl Film {
             pixels.iter().zip(noise).map(|(value, noise)| (value + sign * noise) as f32).collect()
         };
         let pixels: Vec<f64> = scene.pixels().iter().map(|&pixel| f64::from(pixel)).collect();
-        let mut frames = vec![sensed(&pixels, &noise(), 1.0)];
+        // The mean of several frames has so much less of it.
+        let of_reference = (reference.range().len().max(1) as f64).sqrt().recip();
+        let mut frames = vec![sensed(&pixels, &noise(), of_reference)];
         let scenes: Vec<Vec<f64>> =
             shifts[..N_SHIFTS].iter().map(|&shift| shifted(&pixels, region, shift)).collect();
         let noises: Vec<Vec<f64>> = scenes.iter().map(|_| noise()).collect();

@@ -83,6 +83,19 @@ impl Stages {
         Self { views, steps_m, unsolved, is_used: sigma_m.is_some(), scale }
     }
 
+    /// As far as subsets are placed by them: where stated positions are exact, views are not matched for what nobody asks then.
+    pub(crate) fn for_placing(
+        setup: &Setup,
+        trials: &[Trial],
+        method: Method,
+        n_threads: NonZero<usize>,
+    ) -> Self {
+        match stage_sigma_m(setup) {
+            Some(_) => Self::refine(setup, trials, method, n_threads),
+            None => Self::as_stated(setup, trials, &[]),
+        }
+    }
+
     /// The positions of some trials as they are stated, and of the scale what bodies shown by two views say of it.
     pub(crate) fn as_stated(setup: &Setup, trials: &[Trial], shared: &[SharedBody]) -> Self {
         let views = views(trials);

@@ -32,7 +32,8 @@ pub fn track(
     n_threads: NonZero<usize>,
     monitor: &Monitor<'_>,
 ) -> Result<Tracked, Error> {
-    let (stages, results) = track_each(setup, &setup.trials, sanity, store, n_threads, monitor)?;
+    let stages = Stages::refine(setup, &usable(setup, sanity), setup.method(), n_threads);
+    let results = track_each(setup, &setup.trials, &stages, sanity, store, n_threads, monitor)?;
     let findings = sanity.findings.clone();
     let mut tracked =
         Tracked { recordings: Vec::new(), observations: Vec::new(), failed: Vec::new(), stages, findings };
@@ -117,7 +118,8 @@ pub fn track_share(
     monitor: &Monitor<'_>,
 ) -> Result<(usize, Vec<FailedRecording>), Error> {
     let trials = share.of(&setup.trials);
-    let (_, results) = track_each(setup, &trials, sanity, store, n_threads, monitor)?;
+    let stages = Stages::for_placing(setup, &usable(setup, sanity), setup.method(), n_threads);
+    let results = track_each(setup, &trials, &stages, sanity, store, n_threads, monitor)?;
     let n_tracked = results.iter().filter(|result| result.is_ok()).count();
     let failed = trials
         .into_iter()
@@ -126,21 +128,22 @@ pub fn track_share(
     Ok((n_tracked, failed.collect()))
 }
 
-/// Where the stage stood, and for each of some recordings, in their order, its tracks or why it has none.
-type TrackedEach = (Stages, Vec<Result<TrackedRecording, Error>>);
+/// The recordings of views that show what their stage says.
+fn usable(setup: &Setup, sanity: &Sanity) -> Vec<Trial> {
+    setup.trials.iter().filter(|trial| sanity.reason(&trial.recording).is_none()).cloned().collect()
+}
 
+/// For each of some recordings, in their order, its tracks or why it has none.
 fn track_each(
     setup: &Setup,
     trials: &[Trial],
+    stages: &Stages,
     sanity: &Sanity,
     store: &dyn TrackStore,
     n_threads: NonZero<usize>,
     monitor: &Monitor<'_>,
-) -> Result<TrackedEach, Error> {
-    let usable: Vec<Trial> =
-        setup.trials.iter().filter(|trial| sanity.reason(&trial.recording).is_none()).cloned().collect();
+) -> Result<Vec<Result<TrackedRecording, Error>>, Error> {
     plan_frames(setup, trials, sanity, monitor);
-    let stages = Stages::refine(setup, &usable, setup.method(), n_threads);
     let of_each = threads_of_each(n_threads, trials.len());
     let one = |index: usize| {
         let trial = &trials[index];
@@ -159,7 +162,7 @@ fn track_each(
         let n_done = results.iter().filter(|result| result.is_ok()).count();
         return Err(Error::Cancelled { n_done, n: trials.len() });
     }
-    Ok((stages, results))
+    Ok(results)
 }
 
 /// Tells how many frames the recordings have that are to be tracked. One that cannot be read counts for none: tracking names it.

@@ -93,20 +93,23 @@ impl<'a> Trial<'a> {
         Ok(OnFilm { error_px, n_found, n_lost, n_by_none })
     }
 
-    /// Mean product of the differences in one frame and in the next: noise, which is another one in each frame, has none.
+    /// Mean product of the differences in one frame and in the next, without what noise adds: a frame's own noise, which the next one has not, adds
+    /// nothing, and that of the reference, which both have, so many times less as it has frames.
     fn lasting_square(&self, tracks: &[Track], n_given: usize) -> f64 {
-        let (mut sum, mut n) = (0.0, 0_u32);
+        let (mut products, mut squares, mut n) = (0.0, 0.0, 0_u32);
         for (there, found) in self.followed.iter().zip(tracks) {
             let differences: Vec<Option<[f64; 2]>> =
                 there.positions.iter().zip(&found.positions).skip(n_given).map(difference).collect();
             for pair in differences.windows(2) {
                 if let [Some(now), Some(next)] = pair {
-                    sum += now[0] * next[0] + now[1] * next[1];
+                    products += now[0] * next[0] + now[1] * next[1];
+                    squares += 0.5 * (now.iter().chain(next).map(|one| one * one).sum::<f64>());
                     n += 2;
                 }
             }
         }
-        if n == 0 { 0.0 } else { sum / f64::from(n) }
+        let of_noise = (squares - products).max(0.0) / n_given.max(1) as f64;
+        (products - of_noise) / f64::from(n.max(1))
     }
 }
 

@@ -7,9 +7,10 @@
 //! many, of variance t^2, and of these all readings of the film near in time tell:
 //!
 //! - Where `w = v/(v + t^2)` is known, b is `(1 - w) d` with the variance `(1 - w) v`.
-//! - How likely each w is follows from the d of all readings, with a prior that is flat in ln w (the scale is open: C. Stein, Proc. 3rd Berkeley
-//!   Symp. 1 (1956) 197-206, and W. E. Strawderman, Ann. Math. Stat. 42 (1971) 385-388). Where few readings tell it, much of the noise
-//!   of d stays in sigma: it is not known that the surface does not bend.
+//! - How likely each t is follows from the d of all readings, with a prior that is flat in ln t from a thirtieth of the noise of d up: bends of any
+//!   size are as likely, and those that drown in the noise too (the scale is open, as in W. E. Strawderman, Ann. Math. Stat. 42 (1971) 385-388,
+//!   whose prior, flat in ln w, holds hardly any surface for flat). Where few readings tell it, some of the noise of d stays in sigma: it is not
+//!   known that the surface does not bend.
 //! - Readings of one subset in several frames share the noise of their reference, half of that of d, so T of them tell a variance no better than
 //!   `4 T/(T + 3)` independent ones.
 //! - A quadratic subset misses the fourth order of a wave. How long the wave is, is told by its bends over its slopes ([`fourth`]); what follows
@@ -195,8 +196,9 @@ struct Sizes {
 impl Sizes {
     /// From the differences and variances of the readings of each subset.
     fn of(subsets: &[Vec<[f64; 2]>]) -> Self {
-        /// Steps in which w goes down by a factor of ten, and factors of ten.
-        const STEPS: (usize, usize) = (16, 6);
+        /// Steps in which t^2 grows by a factor of ten, and factors of ten, from a thousandth of the noise on.
+        const STEPS: (usize, usize) = (8, 9);
+        const LEAST: f64 = 1e-3;
         let subsets: Vec<&[[f64; 2]]> =
             subsets.iter().filter(|readings| !readings.is_empty()).map(Vec::as_slice).collect();
         let n = subsets.iter().map(|readings| readings.len()).sum::<usize>() as f64;
@@ -204,10 +206,7 @@ impl Sizes {
         if !(noise > 0.0 && noise.is_finite()) {
             return Self { likely: vec![[0.0, 1.0]], mean: 0.0 };
         }
-        let size = |step: usize| {
-            let w = 10.0_f64.powf(-(step as f64 + 0.5) / STEPS.0 as f64);
-            noise * (1.0 - w) / w
-        };
+        let size = |step: usize| noise * LEAST * 10.0_f64.powf((step as f64 + 0.5) / STEPS.0 as f64);
         let log_likelihood = |size: f64| -> f64 {
             let of_reading = |[d, v]: &[f64; 2]| -0.5 * (d * d / (v + size) + (v + size).ln());
             let of_subset = |readings: &&[[f64; 2]]| {
