@@ -185,6 +185,41 @@ fn fourth(mean_square_bend: f64, mean_square_slope: f64, subset: &Subset) -> f64
     if share.is_finite() { share.min(LARGEST_FOURTH) } else { 0.0 }
 }
 
+/// Steps in which t^2 grows by a factor of ten, and factors of ten, from a small part of the noise on.
+const STEPS: (usize, usize) = (8, 9);
+const N_SIZES: usize = STEPS.0 * STEPS.1;
+/// The least t^2 over the noise.
+const LEAST: f64 = 1e-3;
+
+/// Logarithms of how likely the differences and variances of the readings of each subset are, by the variance of bends.
+///
+/// Logarithms are taken of products. A variance over the mean noise is at most that of the largest size, 10^6, and the number of readings, so that
+/// 40 of them do not overflow.
+fn log_likelihoods(subsets: &[&[[f64; 2]]], noise: f64, sizes: &[f64; N_SIZES]) -> [f64; N_SIZES] {
+    const IN_A_PRODUCT: usize = 40;
+    let mut logs = [0.0; N_SIZES];
+    let most = subsets.iter().map(|readings| readings.len()).max().unwrap_or(0);
+    for n_readings in 1..=most {
+        let alike = subsets.iter().filter(|readings| readings.len() == n_readings);
+        let readings: Vec<[f64; 2]> = alike.flat_map(|readings| readings.iter().copied()).collect();
+        let share = 4.0 / (n_readings as f64 + 3.0);
+        for part in readings.chunks(IN_A_PRODUCT) {
+            let (mut squares, mut products) = ([0.0; N_SIZES], [1.0; N_SIZES]);
+            for [d, v] in part {
+                for ((size, square), product) in sizes.iter().zip(&mut squares).zip(&mut products) {
+                    let variance = v + size;
+                    *square += d * d / variance;
+                    *product *= variance / noise;
+                }
+            }
+            for ((log, square), product) in logs.iter_mut().zip(squares).zip(products) {
+                *log -= 0.5 * share * (square + product.ln());
+            }
+        }
+    }
+    logs
+}
+
 /// How likely each variance of bends is by what some readings show.
 struct Sizes {
     /// Variance in square pixels, and its probability.
@@ -196,9 +231,6 @@ struct Sizes {
 impl Sizes {
     /// From the differences and variances of the readings of each subset.
     fn of(subsets: &[Vec<[f64; 2]>]) -> Self {
-        /// Steps in which t^2 grows by a factor of ten, and factors of ten, from a thousandth of the noise on.
-        const STEPS: (usize, usize) = (8, 9);
-        const LEAST: f64 = 1e-3;
         let subsets: Vec<&[[f64; 2]]> =
             subsets.iter().filter(|readings| !readings.is_empty()).map(Vec::as_slice).collect();
         let n = subsets.iter().map(|readings| readings.len()).sum::<usize>() as f64;
@@ -206,17 +238,11 @@ impl Sizes {
         if !(noise > 0.0 && noise.is_finite()) {
             return Self { likely: vec![[0.0, 1.0]], mean: 0.0 };
         }
-        let size = |step: usize| noise * LEAST * 10.0_f64.powf((step as f64 + 0.5) / STEPS.0 as f64);
-        let log_likelihood = |size: f64| -> f64 {
-            let of_reading = |[d, v]: &[f64; 2]| -0.5 * (d * d / (v + size) + (v + size).ln());
-            let of_subset = |readings: &&[[f64; 2]]| {
-                let share = 4.0 / (readings.len() as f64 + 3.0);
-                share * readings.iter().map(of_reading).sum::<f64>()
-            };
-            subsets.iter().map(of_subset).sum()
-        };
-        let steps = (0..STEPS.0 * STEPS.1).map(size).map(|size| [size, log_likelihood(size)]);
-        let steps: Vec<[f64; 2]> = steps.collect();
+        let mut sizes = [0.0; N_SIZES];
+        let step = |step: usize| noise * LEAST * 10.0_f64.powf((step as f64 + 0.5) / STEPS.0 as f64);
+        sizes.iter_mut().enumerate().for_each(|(index, size)| *size = step(index));
+        let logs = log_likelihoods(&subsets, noise, &sizes);
+        let steps: Vec<[f64; 2]> = sizes.iter().zip(logs).map(|(&size, log)| [size, log]).collect();
         let best = steps.iter().map(|[_, log]| *log).fold(f64::NEG_INFINITY, f64::max);
         let weights: Vec<[f64; 2]> = steps.iter().map(|[size, log]| [*size, (log - best).exp()]).collect();
         let total: f64 = weights.iter().map(|[_, weight]| weight).sum();
