@@ -75,8 +75,8 @@ fn peak_energy(
 
 /// Takes out the peak energies of gaps that may have held as much at rest: those that no more than equal the greatest energy within so many
 /// standard uncertainties of a sample about rest, or whose smoothed strain comes to no more. There noise picks the greatest of many samples
-/// that are all alike, and what it picks is no measurement of their common value, for a chain that is held under a load as for a gap that
-/// nothing has reached.
+/// that are all alike, and what it picks is no measurement of their common value. A gap that rests in the least of its energy holds none there, and
+/// keeps what it has.
 ///
 /// Of replicas nothing is taken out: a peak that is stated has the scatter of all of them.
 pub(crate) fn drop_what_rest_may_hold(
@@ -90,10 +90,11 @@ pub(crate) fn drop_what_rest_may_hold(
         let pitch_m = map.spacing.of_gap_m(gap);
         let within_m = significance * typical_sigma(map, gap) * pitch_m;
         let at_rest_j = [-within_m, 0.0, within_m].map(|overlap_m| energy_of(gap, overlap_m));
+        let is_held = at_rest_j.iter().any(|energy_j| *energy_j < at_rest_j[1]);
         let most_j = at_rest_j.into_iter().fold(f64::NEG_INFINITY, f64::max);
         let smoothed = smooth(&compression(map, gap), half_window);
         let seen_j = smoothed.iter().flatten().map(|strain| energy_of(gap, strain * pitch_m));
-        if peak_j <= most_j || seen_j.fold(f64::NEG_INFINITY, f64::max) <= most_j {
+        if is_held && (peak_j <= most_j || seen_j.fold(f64::NEG_INFINITY, f64::max) <= most_j) {
             *energy_j = Err(Missing::NotAboveRest);
         }
     }
