@@ -65,6 +65,12 @@ pub(crate) fn open(
     Ok(opened?)
 }
 
+/// The mean rate of time stamps in seconds; none of fewer than two, or of stamps that do not go on.
+fn rate_of(times_s: &[f64]) -> Option<f64> {
+    let span_s = times_s.last()? - times_s.first()?;
+    (span_s > 0.0).then(|| (times_s.len() - 1) as f64 / span_s)
+}
+
 /// Frames in memory: counts as 4-byte floats in the machine's byte order, frame by frame, row by row.
 #[pyfunction]
 #[pyo3(signature = (counts, *, width_px, height_px, bit_depth, name, pixel, times_s = None, rate_hz = None))]
@@ -91,6 +97,7 @@ pub(crate) fn recording_of_counts(
     let frame = |bytes: &[u8]| bytes.chunks_exact(4).map(count).collect();
     let frames: Vec<Vec<f32>> = counts.chunks_exact(4 * n_pixels).map(frame).collect();
     let mut recording = MemoryRecording::new(width_px, bit_depth, frames);
+    let mut stamped_hz = None;
     if let Some(times_s) = times_s {
         if times_s.len() != recording.info.n_frames {
             return Err(Failure::Argument(format!(
@@ -99,11 +106,12 @@ pub(crate) fn recording_of_counts(
                 times_s.len()
             )));
         }
+        stamped_hz = rate_of(&times_s);
         recording.info.times_s = times_s;
     } else if let Some(rate_hz) = rate_hz {
         recording.info.times_s.iter_mut().for_each(|time_s| *time_s /= rate_hz);
     }
-    recording.info.rate_hz = rate_hz;
+    recording.info.rate_hz = rate_hz.or(stamped_hz);
     recording.path = name;
     let pixel = match pixel {
         "u1" => Pixel::U1,

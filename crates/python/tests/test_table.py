@@ -18,7 +18,7 @@ def tracks(frames: Any) -> cw.Tracks:
     """A point that is found, and one that is out of view: numbers, counts and texts, some of them lost."""
     names = {"name": ["in", "out"], "x_px": [40.0, 1.0], "y_px": [40.0, 1.0]}
     with pytest.warns(cw.ChainwaveWarning, match="reaches outside"):
-        return cw.track(frames, {**names, "half_width_px": [12, 12], "half_height_px": [12, 12]})
+        return cw.track(cw.Recording.from_array(frames, rate_hz=1e4), {**names, "half_width_px": [12, 12], "half_height_px": [12, 12]})
 
 
 def test_numpy_takes_columns(tracks: cw.Tracks) -> None:
