@@ -90,14 +90,21 @@ pub(crate) fn drop_what_rest_may_hold(
         let pitch_m = map.spacing.of_gap_m(gap);
         let within_m = significance * typical_sigma(map, gap) * pitch_m;
         let at_rest_j = [-within_m, 0.0, within_m].map(|overlap_m| energy_of(gap, overlap_m));
-        let is_held = at_rest_j.iter().any(|energy_j| *energy_j < at_rest_j[1]);
+        if !is_held(at_rest_j) {
+            continue;
+        }
         let most_j = at_rest_j.into_iter().fold(f64::NEG_INFINITY, f64::max);
         let smoothed = smooth(&compression(map, gap), half_window);
         let seen_j = smoothed.iter().flatten().map(|strain| energy_of(gap, strain * pitch_m));
-        if is_held && (peak_j <= most_j || seen_j.fold(f64::NEG_INFINITY, f64::max) <= most_j) {
+        if peak_j <= most_j || seen_j.fold(f64::NEG_INFINITY, f64::max) <= most_j {
             *energy_j = Err(Missing::NotAboveRest);
         }
     }
+}
+
+/// Whether a gap holds energy at rest, by that a little to both sides of rest and at rest itself, in the middle.
+fn is_held(at_rest_j: [f64; 3]) -> bool {
+    at_rest_j.iter().any(|energy_j| *energy_j < at_rest_j[1])
 }
 
 /// Whether the energy between rest and an overlap is anywhere greater than there: then it is the law's own barrier that is the greatest
@@ -219,6 +226,13 @@ mod tests {
         // A spring that is held by 1 and let go loses what it held.
         let let_go = |x: f64| (1.0 + x).powi(2);
         assert!(!is_passed(let_go, -0.5) && !is_passed(let_go, 0.3));
+    }
+
+    #[test]
+    fn a_gap_at_rest_in_its_well_holds_nothing_and_one_under_a_load_does() {
+        let beside = |energy_of: fn(f64) -> f64| [-0.1, 0.0, 0.1].map(energy_of);
+        assert!(!is_held(beside(|x| x * x)) && !is_held(beside(|x| x.max(0.0).powf(2.5))));
+        assert!(is_held(beside(|x| (1.0 + x).powi(2))) && is_held(beside(|x| (1.0 - x).powi(2))));
     }
 
     #[test]

@@ -136,7 +136,7 @@ pub fn measure_peak_energies(
     let sigma = strain_sigma(motion, &settings.spacing);
     let of_map = |map: &StrainMap| {
         let pulses = leading_pulses(map, &settings.front);
-        peak_energies(map, &pulses, energy_of, settings.front.peak_fraction)
+        (peak_energies(map, &pulses, energy_of, settings.front.peak_fraction), pulses)
     };
     let columns = |energies_j: &[Result<f64, Missing>]| {
         let mut columns = Columns::default();
@@ -144,10 +144,9 @@ pub fn measure_peak_energies(
         columns
     };
     let map = strain_with_sigma(motion, &sigma, &settings.spacing);
-    let mut energies_j = of_map(&map);
-    let pulses = leading_pulses(&map, &settings.front);
+    let (mut energies_j, pulses) = of_map(&map);
     drop_what_rest_may_hold(&mut energies_j, (&map, &pulses), energy_of, settings.front.significance);
-    let replicas = of_replicas(motion, &sigma, settings, |_, map| columns(&of_map(map)));
+    let replicas = of_replicas(motion, &sigma, settings, |_, map| columns(&of_map(map).0));
     Ok(energies(&energies_j, &Scatter::new(columns(&energies_j), replicas)))
 }
 

@@ -40,8 +40,8 @@ pub struct RungError {
 const MAX_SUBSETS: usize = 6;
 /// Sub-pixel shifts of each.
 const N_SHIFTS: usize = 10;
-/// Draws of noise at each shift: one, and the same with the other sign.
-const N_DRAWS: usize = 2;
+/// Noise at each shift: a draw, and the same with the other sign.
+const SIGNS: [f64; 2] = [1.0, -1.0];
 /// Pixels around a subset that are shifted with it.
 const MARGIN_PX: i64 = 26;
 
@@ -217,7 +217,7 @@ impl Film {
             let [x, y] = [i, 3 * i].map(|step| (step % N_SHIFTS) as f64 / N_SHIFTS as f64);
             [x + inwards[0], y + inwards[1]]
         };
-        let shifts: Vec<[f64; 2]> = (0..N_SHIFTS * N_DRAWS).map(shift).collect();
+        let shifts: Vec<[f64; 2]> = (0..N_SHIFTS * SIGNS.len()).map(shift).collect();
         let mut random = Normal(seed);
         let mut noise = || -> Vec<f64> { (0..region.n_pixels()).map(|_| sigma * random.next()).collect() };
         let sensed = |pixels: &[f64], noise: &[f64], sign: f64| -> Vec<f32> {
@@ -230,7 +230,7 @@ impl Film {
         let scenes: Vec<Vec<f64>> =
             shifts[..N_SHIFTS].iter().map(|&shift| shifted(&pixels, region, shift)).collect();
         let noises: Vec<Vec<f64>> = scenes.iter().map(|_| noise()).collect();
-        for sign in [1.0, -1.0] {
+        for sign in SIGNS {
             frames.extend(scenes.iter().zip(&noises).map(|(scene, noise)| sensed(scene, noise, sign)));
         }
         let subset = Subset {

@@ -58,33 +58,15 @@ pub fn follow(
     n_threads: NonZero<usize>,
     monitor: &Monitor<'_>,
 ) -> Result<Followed, Error> {
-    follow_with(
-        recording,
-        subsets,
-        reference,
-        method,
-        &Settings { n_threads, ..Settings::default() },
-        monitor,
-    )
-}
-
-/// As [`follow`], points on surfaces that may bend: what the affine shape function leaves of that is taken off and stated.
-///
-/// # Errors
-/// As [`follow`].
-pub(crate) fn follow_surfaces(
-    recording: &dyn Recording,
-    subsets: &[Subset],
-    reference: &ReferenceFrames,
-    method: Method,
-    n_threads: NonZero<usize>,
-    monitor: &Monitor<'_>,
-) -> Result<Followed, Error> {
-    let settings = Settings { n_threads, surfaces_bend: true, ..Settings::default() };
+    let settings = Settings { n_threads, ..Settings::default() };
     follow_with(recording, subsets, reference, method, &settings, monitor)
 }
 
-fn follow_with(
+/// As [`follow`], with settings of one's own.
+///
+/// # Errors
+/// As [`follow`].
+pub(crate) fn follow_with(
     recording: &dyn Recording,
     subsets: &[Subset],
     reference: &ReferenceFrames,

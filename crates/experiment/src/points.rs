@@ -2,11 +2,13 @@
 
 use std::num::NonZero;
 
-use chainwave_correlation::{CorrelationError, Method, Reference, ReferenceFrames, SubsetSize, subset_size};
+use chainwave_correlation::{
+    CorrelationError, Method, Reference, ReferenceFrames, Settings, SubsetSize, subset_size,
+};
 use chainwave_measurement::{Recording, Subset};
 
 use crate::error::Error;
-use crate::follow::{Followed, edges_beside, follow_surfaces};
+use crate::follow::{Followed, edges_beside, follow_with};
 use crate::matching::{MethodChoice, noise_px};
 use crate::monitor::{Monitor, Stage};
 use crate::outline;
@@ -180,7 +182,8 @@ impl PointTracking<'_> {
         notes.extend(edges_beside(recording, &inside, reference)?.iter().map(ToString::to_string));
         let method = self.choice.method(recording, &inside, reference)?;
         monitor.planned(Stage::Tracking, recording.info().n_frames as u64);
-        let followed = follow_surfaces(recording, &subsets, reference, method, self.n_threads, monitor)?;
+        let settings = Settings { n_threads: self.n_threads, surfaces_bend: true, ..Settings::default() };
+        let followed = follow_with(recording, &subsets, reference, method, &settings, monitor)?;
         Ok(FollowedPoints { followed, notes, placed, method })
     }
 }

@@ -367,7 +367,15 @@ fn choose_method(setup: &mut Setup, sigma_px: f64, n_trials: usize) -> Result<De
         .collect();
     let good_enough = cheaper.iter().copied().filter(|(_, error_px)| *error_px <= allowed_px);
     let cheapest = good_enough.min_by(|(one, _), (other, _)| one.effort.total_cmp(&other.effort));
-    let nearest = cheaper.iter().min_by(|(_, one), (_, other)| one.total_cmp(other));
+    let nearest = cheaper.iter().min_by(|(_, one), (_, other)| one.total_cmp(other)).map_or_else(
+        || "there is no cheaper one that loses nothing on these pictures".to_owned(),
+        |(found, error_px)| {
+            format!(
+                "of the cheaper ones {} errs least on these pictures, by {error_px:.1e} px, allowed {allowed_px:.1e} px",
+                found.method
+            )
+        },
+    );
     let (method, evidence) = match cheapest {
         Some((found, error_px)) => (
             found.method,
@@ -376,16 +384,7 @@ fn choose_method(setup: &mut Setup, sigma_px: f64, n_trials: usize) -> Result<De
                 found.effort / stated_effort
             ),
         ),
-        None => (
-            stated,
-            match nearest {
-                Some((found, error_px)) => format!(
-                    "of the cheaper ones {} errs least on these pictures, by {error_px:.1e} px, allowed {allowed_px:.1e} px",
-                    found.method
-                ),
-                None => "there is no cheaper one that loses nothing on these pictures".to_owned(),
-            },
-        ),
+        None => (stated, nearest),
     };
     if let Method::IcGn { shape, interpolation } = method {
         let tracking = &mut setup.experiment.tracking;
