@@ -81,7 +81,7 @@ impl FitError {
     pub(crate) fn of(failure: Failure<Self>, what: &'static str, name: impl Fn(usize) -> String) -> Self {
         match failure {
             Failure::Problem(error) => error,
-            Failure::Unsettled { rounds } => Self::NotConverged { rounds },
+            Failure::Unsettled { rounds } | Failure::GivenUp { rounds } => Self::NotConverged { rounds },
             Failure::Undetermined(unknowns) if unknowns.is_empty() => {
                 Self::Undetermined { what, unknowns: "the striker and the impact of a recording".into() }
             }

@@ -25,6 +25,11 @@ const DAMPING_FACTOR: f64 = 10.0;
 const ROUNDING: f64 = 1e-12;
 /// Rounds in a row of which none made the sum of squares fall by what a short step is worth: along a kink of the model steps stay long.
 const STALLED_ROUNDS: usize = 8;
+/// A search that may be given up ([`Stop::worth`]) is, where so many times what the next step promises is too little: a model may bend, and
+/// a step along it then promises less than the way brings.
+const PROMISES: f64 = 4.0;
+/// Rounds in a row that promise too little: the first one stands where the step before it was right.
+const POOR_ROUNDS: usize = 2;
 /// Minima whose sums of squares differ by less, in units of the noise's variance, are one.
 const SAME_MINIMUM: f64 = 0.1;
 
@@ -72,11 +77,14 @@ pub(crate) struct Stop {
     pub(crate) max_rounds: usize,
     /// Marquardt's damping at the start.
     pub(crate) first_damping: f64,
+    /// The sum of squares below which a minimum is worth anything: a search that does not promise to come there is given up.
+    pub(crate) worth: f64,
 }
 
 impl Stop {
     /// The rule where errors are stated: a hundredth of a standard error.
-    pub(crate) const STATED: Self = Self { step: 1e-2, max_rounds: 60, first_damping: FIRST_DAMPING };
+    pub(crate) const STATED: Self =
+        Self { step: 1e-2, max_rounds: 60, first_damping: FIRST_DAMPING, worth: f64::INFINITY };
 
     /// Whether a step changes nothing, by the square of its length in standard errors.
     fn is_short(&self, length2: f64) -> bool {
@@ -102,6 +110,11 @@ pub(crate) enum Failure<E> {
     Undetermined(Vec<usize>),
     /// Steps did not become short.
     Unsettled {
+        /// Rounds gone.
+        rounds: usize,
+    },
+    /// Steps promised nothing that would be worth it ([`Stop::worth`]).
+    GivenUp {
         /// Rounds gone.
         rounds: usize,
     },
@@ -204,8 +217,8 @@ fn descend<P: LeastSquares>(
     let mut at = bounds.nearest(start);
     let mut here = problem.equations(&at).map_err(Failure::Problem)?;
     let mut damping = stop.first_damping;
-    let mut n_stalled = 0;
-    for _ in 0..stop.max_rounds {
+    let (mut n_stalled, mut n_poor) = (0, 0);
+    for round in 0..stop.max_rounds {
         let Some(Step { step, length2, fall }) = constrained_step(&here, &at, bounds, held, damping) else {
             damping = raised(damping);
             if damping > MOST_DAMPING {
@@ -216,6 +229,11 @@ fn descend<P: LeastSquares>(
         let trial = bounds.nearest(at.moved(&step));
         if stop.is_short(length2) {
             return Ok(Descent { at, here, last: Some(trial) });
+        }
+        let is_poor = PROMISES * length2 < here.chi_squared() - stop.worth;
+        n_poor = if is_poor { n_poor + 1 } else { 0 };
+        if n_poor == POOR_ROUNDS {
+            return Err(Failure::GivenUp { rounds: round });
         }
         let there = problem.equations(&trial).map_err(Failure::Problem)?;
         if rises(here.chi_squared(), there.chi_squared()) {
@@ -427,6 +445,18 @@ mod tests {
             let least = least_chi_squared(&problem, start(&[1.0, 1.2]), held, &Stop::STATED).unwrap();
             assert_eq!(least.to_bits(), found.chi_squared().to_bits());
         }
+    }
+
+    #[test]
+    fn a_search_that_promises_too_little_is_given_up_and_one_that_arrives_is_not() {
+        let problem = Decay::of(3.0, 1.5, vec![FREE; 2]);
+        let from_afar = |worth: f64| {
+            let stop = Stop { worth, ..Stop::STATED };
+            minimise(&problem, start(&[10.0, 4.0]), &[], &stop).map(|found| found.at)
+        };
+        assert_eq!(from_afar(1.0), from_afar(f64::INFINITY));
+        // No step promises a sum of squares so far below zero: the second one that says so is the last.
+        assert_eq!(from_afar(-1e6), Err(Failure::GivenUp { rounds: POOR_ROUNDS - 1 }));
     }
 
     #[test]

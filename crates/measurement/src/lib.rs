@@ -39,7 +39,7 @@ pub use estimate::Estimate;
 pub use head::Head;
 pub use median::median;
 pub use memory_recording::{Excerpt, MemoryRecording};
-pub use motion::{ChainMotion, ErrorMode, Moment, Trajectory, samples_until};
+pub use motion::{ChainMotion, ErrorMode, Instant, Moment, Trajectory, samples_until};
 pub use observation::{BodyTrack, Observation};
 pub use parallel::{both_in_parallel, map_in_parallel};
 pub use recording::{PlainFrame, ReadError, Recording, RecordingInfo};

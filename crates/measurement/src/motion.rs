@@ -21,24 +21,68 @@ impl Trajectory {
     ///
     /// The displacement's error is at most h^4/384 max|x''''| for samples h apart.
     pub fn at(&self, time_s: f64) -> Option<Moment<'_>> {
-        let after = samples_until(&self.times_s, time_s);
-        let still = |sample: usize, slopes: [f64; 4]| Moment {
-            trajectory: self,
+        Some(Moment { trajectory: self, instant: Instant::among(&self.times_s, time_s)? })
+    }
+}
+
+/// A time among the sample times of a motion: which samples stand around it, and how they add up to the motion there
+/// ([`Trajectory::at`]).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Instant {
+    /// The samples before and after.
+    samples: [usize; 2],
+    /// Weights of displacement and velocity before, displacement and velocity after.
+    weights: [f64; 4],
+    /// The same for the velocity.
+    slopes: [f64; 4],
+}
+
+impl Instant {
+    /// Of a time in seconds among increasing sample times; `None` after the last one.
+    pub fn among(times_s: &[f64], time_s: f64) -> Option<Self> {
+        let after = samples_until(times_s, time_s);
+        let still = |sample: usize, slopes: [f64; 4]| Self {
             samples: [sample, sample],
             weights: [1.0, 0.0, 0.0, 0.0],
             slopes,
         };
         if after == 0 {
-            return (time_s < *self.times_s.first()?).then(|| still(0, [0.0; 4]));
+            return (time_s < *times_s.first()?).then(|| still(0, [0.0; 4]));
         }
-        let (before, start_s) = (after - 1, self.times_s[after - 1]);
-        let Some(&end_s) = self.times_s.get(after) else {
+        let (before, start_s) = (after - 1, times_s[after - 1]);
+        let Some(&end_s) = times_s.get(after) else {
             return (time_s <= start_s).then(|| still(before, [0.0, 1.0, 0.0, 0.0]));
         };
         let step_s = end_s - start_s;
         let at = (time_s - start_s) / step_s;
         let (weights, slopes) = (hermite_weights(at, step_s), hermite_slopes(at, step_s));
-        Some(Moment { trajectory: self, samples: [before, after], weights, slopes })
+        Some(Self { samples: [before, after], weights, slopes })
+    }
+
+    /// The numbers of the samples before and after.
+    pub fn samples(&self) -> [usize; 2] {
+        self.samples
+    }
+
+    /// The same where samples are counted from one of them on.
+    #[must_use]
+    pub fn counted_from(&self, first: usize) -> Self {
+        Self { samples: self.samples.map(|sample| sample - first), ..*self }
+    }
+
+    /// Displacement of a body whose samples are pairs of displacement and velocity.
+    pub fn displacement_m(&self, samples: &[[f64; 2]]) -> f64 {
+        self.weigh(self.weights, samples)
+    }
+
+    /// Velocity of a body whose samples are pairs of displacement and velocity.
+    pub fn velocity_m_per_s(&self, samples: &[[f64; 2]]) -> f64 {
+        self.weigh(self.slopes, samples)
+    }
+
+    fn weigh(&self, weights: [f64; 4], samples: &[[f64; 2]]) -> f64 {
+        let [[x_0, v_0], [x_1, v_1]] = self.samples.map(|sample| samples[sample]);
+        weights[0] * x_0 + weights[1] * v_0 + weights[2] * x_1 + weights[3] * v_1
     }
 }
 
@@ -59,41 +103,38 @@ pub fn samples_until(times_s: &[f64], time_s: f64) -> usize {
 #[derive(Debug, Clone, Copy)]
 pub struct Moment<'a> {
     trajectory: &'a Trajectory,
-    /// The samples before and after.
-    samples: [usize; 2],
-    /// Weights of displacement and velocity before, displacement and velocity after.
-    weights: [f64; 4],
-    /// The same for the velocity.
-    slopes: [f64; 4],
+    instant: Instant,
 }
 
 impl Moment<'_> {
     /// Displacement of a body (row of the trajectory) from rest, in metres.
     pub fn displacement_m(&self, row: usize) -> f64 {
-        self.weigh(self.weights, row)
+        self.weigh(self.instant.weights, row)
     }
 
     /// Velocity of a body (row of the trajectory), in metres per second.
     pub fn velocity_m_per_s(&self, row: usize) -> f64 {
-        self.weigh(self.slopes, row)
+        self.weigh(self.instant.slopes, row)
     }
 
     /// Fills lists with the displacements (metres) and velocities (metres per second) of the first bodies, as many as they hold.
     ///
     /// Quick where the trajectory's columns lie in one piece.
     pub fn fill(&self, displacement_m: &mut [f64], velocity_m_per_s: &mut [f64]) {
-        let [x_before, x_after] = self.samples.map(|sample| self.trajectory.displacement_m.column(sample));
-        let [v_before, v_after] = self.samples.map(|sample| self.trajectory.velocity_m_per_s.column(sample));
+        let [x_before, x_after] =
+            self.instant.samples.map(|sample| self.trajectory.displacement_m.column(sample));
+        let [v_before, v_after] =
+            self.instant.samples.map(|sample| self.trajectory.velocity_m_per_s.column(sample));
         let columns = x_before.iter().zip(v_before).zip(x_after.iter().zip(v_after));
         let out = displacement_m.iter_mut().zip(velocity_m_per_s);
         for ((x_m, v_m_per_s), ((x_0, v_0), (x_1, v_1))) in out.zip(columns) {
             let sum = |[a, b, c, d]: [f64; 4]| a * x_0 + b * v_0 + c * x_1 + d * v_1;
-            (*x_m, *v_m_per_s) = (sum(self.weights), sum(self.slopes));
+            (*x_m, *v_m_per_s) = (sum(self.instant.weights), sum(self.instant.slopes));
         }
     }
 
     fn weigh(&self, weights: [f64; 4], row: usize) -> f64 {
-        let [before, after] = self.samples;
+        let [before, after] = self.instant.samples;
         let (x_m, v_m_per_s) = (&self.trajectory.displacement_m, &self.trajectory.velocity_m_per_s);
         weights[0] * x_m[[row, before]]
             + weights[1] * v_m_per_s[[row, before]]

@@ -21,7 +21,7 @@ const GRID_READINGS: usize = 64;
 /// Starts that are followed to their minimum.
 const N_STARTS: usize = 3;
 /// A ten-thousandth of a standard error: the profile compares sums of squares. The valley along which delta_0 and p trade is long and bent.
-const STOP: Stop = Stop { step: 1e-4, max_rounds: 500, first_damping: 1e-3 };
+const STOP: Stop = Stop { step: 1e-4, max_rounds: 500, ..Stop::STATED };
 
 /// Everything that a fit may vary.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -4,7 +4,7 @@ use chainwave_mechanics::{Chain, Drive, Striker};
 
 /// Nodes in the striker's velocity. Between them the motion is a polynomial of fourth degree; its error on the
 /// paper's chain is below 1 nm where strikers differ by up to 5 % from their mean, and 15 nm at 10 %.
-const N_NODES: usize = 5;
+pub(super) const N_NODES: usize = 5;
 
 /// Striker velocities at which a chain is solved, so that the motion at any velocity between them is a sum of these motions.
 ///
@@ -12,7 +12,7 @@ const N_NODES: usize = 5;
 /// of simulations stands for those of all recordings, and gives the derivative as well.
 #[derive(Debug, Clone)]
 pub(super) struct Family {
-    nodes_m_per_s: Vec<f64>,
+    nodes_m_per_s: [f64; N_NODES],
 }
 
 /// A chain and what strikes it, at some values of the shared unknowns.
@@ -23,7 +23,7 @@ pub(super) struct Struck {
 }
 
 /// How the motions of a family add up to that at one striker velocity, or to its derivative.
-pub(super) type Weights = Vec<f64>;
+pub(super) type Weights = [f64; N_NODES];
 
 impl Family {
     /// Chebyshev nodes of the range `lowest..=highest` of striker velocities in metres per second.
@@ -32,7 +32,7 @@ impl Family {
             let angle = std::f64::consts::PI * (k as f64 + 0.5) / N_NODES as f64;
             0.5 * (lowest + highest) - 0.5 * (highest - lowest) * angle.cos()
         };
-        Self { nodes_m_per_s: (0..N_NODES).map(node).collect() }
+        Self { nodes_m_per_s: std::array::from_fn(node) }
     }
 
     /// Number of nodes.
@@ -57,7 +57,8 @@ impl Family {
                 (value * factor, slope * factor + value / width)
             })
         };
-        (0..nodes.len()).map(polynomial).unzip()
+        let both: [(f64, f64); N_NODES] = std::array::from_fn(polynomial);
+        (both.map(|(value, _)| value), both.map(|(_, slope)| slope))
     }
 }
 

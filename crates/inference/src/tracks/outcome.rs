@@ -108,7 +108,7 @@ impl TrackFit {
                  contain how they differ between parts of the chain and of the time",
                 self.structure.in_words(),
                 match self.beyond.is_empty() {
-                    true => "nothing that was tried beyond the stated model takes half of that away",
+                    true => "nothing that was tried beyond the stated model takes half of that away, or nine tenths with a number for each body",
                     false => "this is what is left with what it was given beyond the stated one",
                 }
             ));

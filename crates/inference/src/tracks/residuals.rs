@@ -9,9 +9,9 @@ use chainwave_measurement::{BodyTrack, Estimate, Observation, map_in_parallel};
 use chainwave_mechanics::{Chain, Drive, Schedule, Striker};
 use nalgebra::DVector;
 
-use super::family::{Family, Struck, Weights};
+use super::family::{Family, Struck};
 use super::model::TrackModel;
-use super::response::{MotionAtTracks, Question, Sides, respond};
+use super::response::{Driven, MotionOfTrack, Question, Response, Sides, respond};
 use crate::damping::{N_DAMPINGS, critical_kg_per_s, damping_like, mean_damping_kg_per_s};
 use crate::error::FitError;
 use crate::least_squares::{
@@ -52,7 +52,7 @@ pub(super) struct TrackResiduals<'a> {
 
 /// The model at values of the unknowns.
 pub(super) struct SolvedModel {
-    response: MotionAtTracks,
+    response: Response,
     /// Which of the response's derivatives belongs to each shared unknown; none to one that the chain does not feel.
     derivatives: Vec<Option<usize>>,
     /// Length in the pictures over true length, and its place among the shared unknowns.
@@ -196,8 +196,7 @@ impl<'a> TrackResiduals<'a> {
         let frictions_n = force_n.map_or(Vec::new(), |force_n| vec![force_n, force_n + FRICTION_STEP_N]);
         let question = Question { centre: self.struck(&at.shared)?, sides, frictions_n };
         let family = Family::new(range_of(&strikers, self.model));
-        let places = (self.observations, at.own.as_slice());
-        let response = respond(&question, family, &self.schedule, places, self.model.n_threads)?;
+        let response = respond(&question, family, &self.schedule, self.model.n_threads)?;
         self.n_simulations.fetch_add(response.n_simulations(), Ordering::Relaxed);
         let scale = scale_unknown.map_or(1.0, |unknown| at.shared[unknown]);
         Ok(SolvedModel { response, derivatives, scale, scale_unknown, friction })
@@ -237,14 +236,13 @@ impl TrackResiduals<'_> {
         at: &Unknowns,
         takes: impl Fn(usize, usize, f64) -> bool + Sync,
     ) -> NormalEquations {
-        let first_places = self.first_places();
         let recordings = map_in_parallel(self.observations.len(), self.model.n_threads, |r| {
             let own = &at.own[r];
             let mut recording = Block::new(self.n_shared());
-            let mixture = Mixture::new(model, own[0]);
-            let takes = |body: usize, time_s: f64| takes(r, body, time_s - own[1]);
-            for track in mixture.tracks(&self.observations[r], first_places[r], takes) {
-                recording.add_track(&track);
+            let rows = Rows::new(model, own, &self.observations[r]);
+            let takes = |body: usize, after_impact_s: f64| takes(r, body, after_impact_s);
+            for track in &self.observations[r].bodies {
+                recording.add_track(&rows.sums(track, takes));
             }
             let Estimate { value, sigma } = self.model.striker_velocity_m_per_s;
             recording.add_prior(0, (own[0] - value) / sigma, sigma.recip());
@@ -261,23 +259,12 @@ impl TrackResiduals<'_> {
 
     /// Every residual at values of the unknowns, recording after recording, body after body, frame after frame.
     pub(super) fn residuals(&self, model: &SolvedModel, at: &Unknowns) -> Vec<Residual> {
-        let places = self.first_places();
         let of_recording = |r: usize| {
-            let mixture = Mixture::new(model, at.own[r][0]);
-            mixture.residuals(r, (&self.observations[r], at.own[r][1]), places[r])
+            let rows = Rows::new(model, &at.own[r], &self.observations[r]);
+            let of_track = |track: &BodyTrack| rows.residuals(r, track);
+            self.observations[r].bodies.iter().flat_map(of_track).collect::<Vec<_>>()
         };
         map_in_parallel(self.observations.len(), self.model.n_threads, of_recording).concat()
-    }
-
-    /// Where the positions of each recording begin among all.
-    fn first_places(&self) -> Vec<usize> {
-        let n_positions = |observation: &Observation| -> usize {
-            observation.bodies.iter().map(|track| track.position_m.iter().flatten().count()).sum()
-        };
-        self.observations
-            .iter()
-            .scan(0, |sum, observation| Some(std::mem::replace(sum, *sum + n_positions(observation))))
-            .collect()
     }
 }
 
@@ -331,92 +318,78 @@ pub(super) fn range_of(strikers_m_per_s: &[f64], model: &TrackModel) -> [f64; 2]
     [lowest.max(1e-3 * value), highest]
 }
 
-/// How the model's simulations add up for one recording's striker.
-struct Mixture<'a> {
+/// The rows of one recording's equations.
+struct Rows<'a> {
     model: &'a SolvedModel,
-    value: Weights,
-    slope: Weights,
+    driven: Driven<'a>,
+    observation: &'a Observation,
+    impact_s: f64,
 }
 
-impl<'a> Mixture<'a> {
-    fn new(model: &'a SolvedModel, striker_m_per_s: f64) -> Self {
-        let (value, slope) = model.response.weights(striker_m_per_s);
-        Self { model, value, slope }
+impl<'a> Rows<'a> {
+    fn new(model: &'a SolvedModel, own: &Own, observation: &'a Observation) -> Self {
+        let driven = model.response.driven([own[0], own[1]], &observation.times_s);
+        Self { model, driven, observation, impact_s: own[1] }
     }
 
-    /// The sums of each track of a recording, whose positions begin at `place` among all, over those that `takes` takes.
-    fn tracks(
-        &self,
-        observation: &Observation,
-        mut place: usize,
-        takes: impl Fn(usize, f64) -> bool,
-    ) -> Vec<TrackSums> {
+    /// The sums of a track over the positions that `takes` takes, by their body and time after the impact.
+    fn sums(&self, track: &BodyTrack, takes: impl Fn(usize, f64) -> bool) -> TrackSums {
         let n_shared = self.model.derivatives.len();
         let mut row = vec![0.0; N_OWN + n_shared + 1];
-        let sums_of = |track: &BodyTrack| {
-            let (origin_m, mut sums) = (first_position_m(track), TrackSums::new(n_shared));
-            for (time_s, position) in seen(observation, track) {
-                if takes(track.body, time_s) {
-                    let from_first = Estimate::new(position.value - origin_m, position.sigma);
-                    self.fill(&mut row, place, from_first);
-                    sums.add(&row, position.sigma.recip());
-                }
-                place += 1;
+        let (origin_m, mut sums) = (first_position_m(track), TrackSums::new(n_shared));
+        let motion = self.driven.of_track(track);
+        for (place, (time_s, position)) in seen(self.observation, track).enumerate() {
+            if takes(track.body, time_s - self.impact_s) {
+                let from_first = Estimate::new(position.value - origin_m, position.sigma);
+                self.fill(&mut row, (&motion, place), from_first);
+                sums.add(&row, position.sigma.recip());
             }
-            sums
-        };
-        observation.bodies.iter().map(sums_of).collect()
+        }
+        sums
     }
 
-    /// The residuals of recording number `recording`, whose positions begin at `place` among all, and its impact's stamp.
-    fn residuals(
-        &self,
-        recording: usize,
-        (observation, impact_s): (&Observation, f64),
-        mut place: usize,
-    ) -> Vec<Residual> {
+    /// The residuals of a track of recording number `recording`.
+    fn residuals(&self, recording: usize, track: &BodyTrack) -> Vec<Residual> {
         let mut row = vec![0.0; N_OWN + self.model.derivatives.len() + 1];
         let mut all = Vec::new();
-        for track in &observation.bodies {
-            let origin_m = first_position_m(track);
-            let first = all.len();
-            let (mut weighted, mut weight) = (0.0, 0.0);
-            for (time_s, position) in seen(observation, track) {
-                self.fill(&mut row, place, Estimate::new(position.value - origin_m, position.sigma));
-                let value = row.last().copied().unwrap_or_default();
-                all.push(Residual { recording, body: track.body, after_impact_s: time_s - impact_s, value });
-                weighted += value / position.sigma;
-                weight += position.sigma.powi(-2);
-                place += 1;
-            }
-            let rest_m = weighted / weight.max(f64::MIN_POSITIVE);
-            for (residual, (_, position)) in all[first..].iter_mut().zip(seen(observation, track)) {
-                residual.value -= rest_m / position.sigma;
-            }
+        let origin_m = first_position_m(track);
+        let motion = self.driven.of_track(track);
+        let (mut weighted, mut weight) = (0.0, 0.0);
+        for (place, (time_s, position)) in seen(self.observation, track).enumerate() {
+            let from_first = Estimate::new(position.value - origin_m, position.sigma);
+            self.fill(&mut row, (&motion, place), from_first);
+            let (body, after_impact_s) = (track.body, time_s - self.impact_s);
+            let value = row.last().copied().unwrap_or_default();
+            all.push(Residual { recording, body, after_impact_s, value });
+            weighted += value / position.sigma;
+            weight += position.sigma.powi(-2);
+        }
+        let rest_m = weighted / weight.max(f64::MIN_POSITIVE);
+        for (residual, (_, position)) in all.iter_mut().zip(seen(self.observation, track)) {
+            residual.value -= rest_m / position.sigma;
         }
         all
     }
 
     /// A row (own, shared, residual) in units of the position's sigma; the residual is model less measurement.
-    fn fill(&self, row: &mut [f64], place: usize, position: Estimate) {
-        let SolvedModel { response, derivatives, scale, scale_unknown, friction } = self.model;
+    fn fill(&self, row: &mut [f64], (motion, place): (&MotionOfTrack, usize), position: Estimate) {
+        let SolvedModel { derivatives, scale, scale_unknown, friction, .. } = self.model;
         let inverse_sigma = position.sigma.recip();
         let factor = scale * inverse_sigma;
         let last = row.len() - 1;
-        let rubbed_m = |which: usize| response.derivative_m(&self.value, which, place);
-        let x_m =
-            response.displacement_m(&self.value, place) + friction.map_or(0.0, |(_, which)| rubbed_m(which));
-        row[0] = factor * response.displacement_m(&self.slope, place);
-        row[1] = -factor * response.velocity_m_per_s(&self.value, place);
+        let derivative_m = |which: usize| motion.derivatives_m[which][place];
+        let x_m = motion.displacement_m[place] + friction.map_or(0.0, |(_, which)| derivative_m(which));
+        row[0] = factor * motion.by_striker_s[place];
+        row[1] = -factor * motion.velocity_m_per_s[place];
         row[last] = factor * x_m - position.value * inverse_sigma;
         for (entry, which) in row[N_OWN..last].iter_mut().zip(derivatives) {
-            *entry = factor * which.map_or(0.0, |which| response.derivative_m(&self.value, which, place));
+            *entry = factor * which.map_or(0.0, derivative_m);
         }
         if let Some(unknown) = scale_unknown {
             row[N_OWN + unknown] = x_m * inverse_sigma;
         }
         if let Some((unknown, which)) = friction {
-            let by_force = (rubbed_m(which + 1) - rubbed_m(*which)) / FRICTION_STEP_N;
+            let by_force = (derivative_m(which + 1) - derivative_m(*which)) / FRICTION_STEP_N;
             row[N_OWN + unknown] = factor * by_force;
         }
     }

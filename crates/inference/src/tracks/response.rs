@@ -1,12 +1,11 @@
 //! The chain's motion and its derivatives at every position of the tracks.
 
-use std::num::NonZero;
+use std::{num::NonZero, ops::Range};
 
-use chainwave_measurement::{Moment, Observation, Trajectory, map_in_parallel};
+use chainwave_measurement::{BodyTrack, Instant, Trajectory, map_in_parallel};
 use chainwave_mechanics::{Change, MechanicsError, Schedule, Sensitivities, simulate_with_friction};
 
-use super::family::{Family, Struck, Weights};
-use crate::least_squares::Own;
+use super::family::{Family, N_NODES, Struck, Weights};
 use crate::steps::DERIVATIVES_TOGETHER;
 
 /// What is asked of a chain: it at some values of the shared unknowns, and on both sides of them in each of several.
@@ -24,31 +23,53 @@ pub(super) struct Sides {
     pub(super) width: f64,
 }
 
-/// The motion and its derivatives at every position of the tracks: recording after recording, body after body, frame after frame.
-pub(super) struct MotionAtTracks {
+/// The motion and its derivatives at the nodes of a family.
+pub(super) struct Response {
     family: Family,
-    nodes: Vec<Columns>,
-    /// For each node and unknown.
-    derivatives_m: Vec<Vec<Vec<f64>>>,
+    times_s: Vec<f64>,
+    nodes: Vec<Samples>,
+    /// For each unknown and node.
+    derivatives: Vec<Vec<Samples>>,
+    n_simulations: u64,
 }
 
-/// One simulation at every position of the tracks.
-struct Columns {
-    displacement_m: Vec<f64>,
-    velocity_m_per_s: Vec<f64>,
+/// One simulation, body after body: pairs of displacement and velocity, or of their derivatives.
+struct Samples {
+    n_times: usize,
+    pairs: Vec<[f64; 2]>,
 }
 
-/// Solves a chain and its derivatives at the nodes of a family, on `n_threads` threads; each recording's impact has the stamp that
-/// stands second among its own unknowns.
+/// The motion that one striker drives, at the times of one recording.
+pub(super) struct Driven<'a> {
+    response: &'a Response,
+    value: Weights,
+    slope: Weights,
+    /// None where a body is at rest still, or the simulation has ended.
+    instants: Vec<Option<Instant>>,
+    /// The samples that these need.
+    range: Range<usize>,
+}
+
+/// The motion and its derivatives at every position of a track.
+pub(super) struct MotionOfTrack {
+    pub(super) displacement_m: Vec<f64>,
+    pub(super) velocity_m_per_s: Vec<f64>,
+    /// By the striker's velocity, in metres per (metre per second).
+    pub(super) by_striker_s: Vec<f64>,
+    /// By each unknown, in metres per unit.
+    pub(super) derivatives_m: Vec<Vec<f64>>,
+}
+
+/// Solves a chain and its derivatives at the nodes of a family, on `n_threads` threads.
 pub(super) fn respond(
     question: &Question,
     family: Family,
     schedule: &Schedule,
-    places: (&[Observation], &[Own]),
     n_threads: NonZero<usize>,
-) -> Result<MotionAtTracks, MechanicsError> {
+) -> Result<Response, MechanicsError> {
     let n_groups = question.sides.len().div_ceil(DERIVATIVES_TOGETHER).max(1);
-    let solved = map_in_parallel(family.n_nodes() * n_groups, n_threads, |job| {
+    let n_jobs = family.n_nodes() * n_groups;
+    let solved = map_in_parallel(n_jobs, n_threads, |job| {
         let (node, group) = (job / n_groups, job % n_groups);
         let change = |sides: &Sides| Change {
             below: family.struck(node, &sides.below),
@@ -66,77 +87,99 @@ pub(super) fn respond(
         let frictions_n = if group + 1 == n_groups { question.frictions_n.as_slice() } else { &[] };
         let Sensitivities { simulation, derivatives } =
             simulate_with_friction(&centre, schedule, &changes, frictions_n)?;
-        let columns = (group == 0).then(|| Columns {
-            displacement_m: read(&simulation.trajectory, places, |moment, row| moment.displacement_m(row)),
-            velocity_m_per_s: read(&simulation.trajectory, places, |moment, row| {
-                moment.velocity_m_per_s(row)
-            }),
-        });
-        let of_changes = derivatives
-            .iter()
-            .map(|derivative| read(derivative, places, |moment, row| moment.displacement_m(row)));
-        Ok((columns, of_changes.collect::<Vec<_>>()))
+        let of_node = (group == 0)
+            .then(|| (simulation.trajectory.times_s.clone(), Samples::of(&simulation.trajectory)));
+        Ok((of_node, derivatives.iter().map(Samples::of).collect::<Vec<_>>()))
     });
-    let (mut nodes, mut derivatives_m) = (Vec::new(), Vec::new());
-    for solved in solved {
-        let (columns, of_changes): (Option<Columns>, Vec<Vec<f64>>) = solved?;
-        if let Some(columns) = columns {
-            nodes.push(columns);
-            derivatives_m.push(Vec::with_capacity(question.sides.len()));
+    let n_derivatives = question.sides.len() + question.frictions_n.len();
+    let mut derivatives: Vec<Vec<Samples>> = (0..n_derivatives).map(|_| Vec::new()).collect();
+    let (mut times_s, mut nodes) = (Vec::new(), Vec::new());
+    for (job, solved) in solved.into_iter().enumerate() {
+        let (of_node, of_changes) = solved?;
+        if let Some((times, motion)) = of_node {
+            times_s = times;
+            nodes.push(motion);
         }
-        if let Some(of_node) = derivatives_m.last_mut() {
-            of_node.extend(of_changes);
-        }
+        let first = (job % n_groups) * DERIVATIVES_TOGETHER;
+        derivatives.iter_mut().skip(first).zip(of_changes).for_each(|(all, one)| all.push(one));
     }
-    Ok(MotionAtTracks { family, nodes, derivatives_m })
+    Ok(Response { family, times_s, nodes, derivatives, n_simulations: n_jobs as u64 })
 }
 
-/// What `of_row` reads of a motion at every position of the tracks.
-fn read(
-    motion: &Trajectory,
-    (observations, own): (&[Observation], &[Own]),
-    of_row: impl Fn(&Moment<'_>, usize) -> f64,
-) -> Vec<f64> {
-    let mut values = Vec::new();
-    for (observation, own) in observations.iter().zip(own) {
-        // At rest until the impact; a motion that ended before says nothing of what follows.
-        let moment = |time_s: &f64| motion.at(time_s - own[1]).filter(|_| *time_s >= own[1]);
-        let moments: Vec<Option<Moment<'_>>> = observation.times_s.iter().map(moment).collect();
-        for track in &observation.bodies {
-            let seen = moments.iter().zip(&track.position_m).filter(|(_, position)| position.is_some());
-            values.extend(
-                seen.map(|(moment, _)| moment.as_ref().map_or(0.0, |moment| of_row(moment, track.body - 1))),
-            );
+impl Samples {
+    fn of(motion: &Trajectory) -> Self {
+        let n_times = motion.times_s.len();
+        let (x_m, v_m_per_s) = (&motion.displacement_m, &motion.velocity_m_per_s);
+        let mut pairs = vec![[0.0; 2]; x_m.len()];
+        // The samples of a time lie side by side in derivatives.
+        for (time, (x_m, v_m_per_s)) in x_m.columns().into_iter().zip(v_m_per_s.columns()).enumerate() {
+            let places = pairs.iter_mut().skip(time).step_by(n_times);
+            places.zip(x_m.iter().zip(v_m_per_s)).for_each(|(place, (x_m, v))| *place = [*x_m, *v]);
         }
+        Self { n_times, pairs }
     }
-    values
+
+    fn of_body(&self, body: usize, range: &Range<usize>) -> &[[f64; 2]] {
+        let first = (body - 1) * self.n_times;
+        &self.pairs[first + range.start..first + range.end]
+    }
 }
 
-impl MotionAtTracks {
-    /// Weights of the nodes at a striker's velocity, and those of the derivative by it.
-    pub(super) fn weights(&self, striker_m_per_s: f64) -> (Weights, Weights) {
-        self.family.weights(striker_m_per_s)
-    }
-
-    /// Sum of the nodes' displacements at a position, in metres.
-    pub(super) fn displacement_m(&self, weights: &Weights, place: usize) -> f64 {
-        weights.iter().zip(&self.nodes).map(|(weight, node)| weight * node.displacement_m[place]).sum()
-    }
-
-    /// Sum of the nodes' velocities at a position, in metres per second.
-    pub(super) fn velocity_m_per_s(&self, weights: &Weights, place: usize) -> f64 {
-        weights.iter().zip(&self.nodes).map(|(weight, node)| weight * node.velocity_m_per_s[place]).sum()
-    }
-
-    /// Sum of the nodes' derivatives of the displacement at a position by the unknown of sides number `which`, in metres per unit.
-    pub(super) fn derivative_m(&self, weights: &Weights, which: usize, place: usize) -> f64 {
-        let nodes = weights.iter().zip(&self.derivatives_m);
-        nodes.map(|(weight, of_node)| weight * of_node[which][place]).sum()
-    }
-
+impl Response {
     /// Number of simulations behind it.
     pub(super) fn n_simulations(&self) -> u64 {
-        let n_sides = self.derivatives_m.first().map_or(0, Vec::len);
-        (self.nodes.len() * n_sides.div_ceil(DERIVATIVES_TOGETHER).max(1)) as u64
+        self.n_simulations
+    }
+
+    /// What a striker drives that meets body 1 at an instant, at times of a recording.
+    pub(super) fn driven(&self, [striker_m_per_s, impact_s]: [f64; 2], times_s: &[f64]) -> Driven<'_> {
+        let (value, slope) = self.family.weights(striker_m_per_s);
+        // At rest until the impact; a motion that ended before says nothing of what follows.
+        let instant = |time_s: &f64| {
+            let moves = *time_s >= impact_s;
+            moves.then(|| Instant::among(&self.times_s, time_s - impact_s)).flatten()
+        };
+        let instants: Vec<Option<Instant>> = times_s.iter().map(instant).collect();
+        let samples = || instants.iter().flatten().flat_map(Instant::samples);
+        let start = samples().min().unwrap_or(0);
+        let range = start..samples().max().map_or(start, |last| last + 1);
+        let instants = instants.iter().map(|one| one.map(|instant| instant.counted_from(start))).collect();
+        Driven { response: self, value, slope, instants, range }
+    }
+}
+
+impl Driven<'_> {
+    /// The motion at every position of a track of the recording.
+    pub(super) fn of_track(&self, track: &BodyTrack) -> MotionOfTrack {
+        let Self { response, value, slope, .. } = self;
+        let mut mixed = vec![[0.0; 2]; self.range.len()];
+        self.mix(value, &response.nodes, track.body, &mut mixed);
+        let displacement_m = self.read(track, |instant| instant.displacement_m(&mixed));
+        let velocity_m_per_s = self.read(track, |instant| instant.velocity_m_per_s(&mixed));
+        self.mix(slope, &response.nodes, track.body, &mut mixed);
+        let by_striker_s = self.read(track, |instant| instant.displacement_m(&mixed));
+        let mut derivative_m = |nodes: &Vec<Samples>| {
+            self.mix(value, nodes, track.body, &mut mixed);
+            self.read(track, |instant| instant.displacement_m(&mixed))
+        };
+        let derivatives_m = response.derivatives.iter().map(&mut derivative_m).collect();
+        MotionOfTrack { displacement_m, velocity_m_per_s, by_striker_s, derivatives_m }
+    }
+
+    /// Sum of the nodes' samples of a body.
+    fn mix(&self, weights: &Weights, nodes: &[Samples], body: usize, sum: &mut [[f64; 2]]) {
+        let sum = sum.as_flattened_mut();
+        let n = sum.len();
+        let samples: [&[f64]; N_NODES] =
+            std::array::from_fn(|node| &nodes[node].of_body(body, &self.range).as_flattened()[..n]);
+        for (i, sum) in sum.iter_mut().enumerate() {
+            *sum = (0..N_NODES).map(|node| weights[node] * samples[node][i]).sum();
+        }
+    }
+
+    /// What `of_instant` reads at every position of a track.
+    fn read(&self, track: &BodyTrack, of_instant: impl Fn(&Instant) -> f64) -> Vec<f64> {
+        let seen = self.instants.iter().zip(&track.position_m).filter(|(_, position)| position.is_some());
+        seen.map(|(instant, _)| instant.as_ref().map_or(0.0, &of_instant)).collect()
     }
 }

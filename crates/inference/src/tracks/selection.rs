@@ -18,6 +18,8 @@ use crate::quantity::Quantity;
 const MOST: usize = 2;
 /// A hypothesis takes away at least this share of the structure's excess to be believed, or to stand beside one that is.
 const SHARE: f64 = 0.5;
+/// The same of a hypothesis with a number for each body, unless it leaves noise alone: so many numbers take half of anything away.
+const WIDE_SHARE: f64 = 0.9;
 
 /// A hypothesis whose chi squared is farther behind the best one's than this is a thousand times less likely, and no rival.
 const FAR_BEHIND: f64 = 14.0;
@@ -114,6 +116,11 @@ pub(super) fn explained(observations: &[Observation], mut fit: Fit) -> (Fit, Riv
     }
 }
 
+/// The share of the structure's excess that a hypothesis has to take away.
+fn share_of(hypothesis: Hypothesis) -> f64 {
+    if hypothesis.is_wide() { WIDE_SHARE } else { SHARE }
+}
+
 /// The fits with one hypothesis more that explain what the tracks ask for, the least cost first.
 fn richer(observations: &[Observation], fit: &mut Fit, told: &Told) -> Vec<(Hypothesis, Fit)> {
     let excess = fit.structure.excess();
@@ -126,10 +133,17 @@ fn richer(observations: &[Observation], fit: &mut Fit, told: &Told) -> Vec<(Hypo
     let explains = |hypothesis: Hypothesis, other: &Fit| {
         let costs_less = cost(other) < cost(fit);
         let is_told = told.hypotheses.contains(&hypothesis) && !other.structure.is_told();
+        let (left, share) = (other.structure.excess(), share_of(hypothesis));
+        let leaves_noise = !other.structure.is_told() && left < (1.0 - SHARE) * excess;
         match has_structure {
-            true => other.structure.excess() < (1.0 - SHARE) * excess || is_told && costs_less,
+            true => left < (1.0 - share) * excess || leaves_noise || is_told && costs_less,
             false => costs_less,
         }
+    };
+    // Most explain nothing, which the first steps towards them show.
+    let worth = |hypothesis: Hypothesis| match has_structure {
+        true => fit.minimum.chi_squared() - fit.structure.least_fall(&fit.residuals, share_of(hypothesis)),
+        false => fit.minimum.chi_squared(),
     };
     let mut n_simulations = 0;
     let mut found: Vec<(Hypothesis, Fit)> = Vec::new();
@@ -138,11 +152,12 @@ fn richer(observations: &[Observation], fit: &mut Fit, told: &Told) -> Vec<(Hypo
         if hypothesis.is_wide() && found.iter().any(|(_, simple)| !simple.structure.is_told()) {
             continue;
         }
-        if let Ok(other) = freed(observations, fit, hypothesis) {
-            n_simulations += other.n_simulations;
-            if explains(hypothesis, &other) {
-                found.push((hypothesis, other));
-            }
+        let (other, n) = freed(observations, fit, hypothesis, worth(hypothesis));
+        n_simulations += n;
+        if let Ok(other) = other
+            && explains(hypothesis, &other)
+        {
+            found.push((hypothesis, other));
         }
     }
     fit.n_simulations += n_simulations;
@@ -187,14 +202,23 @@ fn unit(fit: &Fit) -> f64 {
     fit.structure.ratio.max(1.0) * noise_variance(fit)
 }
 
-/// The fit with one hypothesis more, from where it is.
-fn freed(observations: &[Observation], fit: &Fit, hypothesis: Hypothesis) -> Result<Fit, FitError> {
+/// The fit with one hypothesis more, from where it is, unless chi squared does not promise to fall to what is worth it; and the simulations
+/// behind that.
+fn freed(
+    observations: &[Observation],
+    fit: &Fit,
+    hypothesis: Hypothesis,
+    worth: f64,
+) -> (Result<Fit, FitError>, u64) {
     let mut bodies: Vec<usize> = fit.residuals.iter().map(|residual| residual.body).collect();
     bodies.sort_unstable();
     bodies.dedup();
     let model = hypothesis.applied(&fit.model, &bodies);
     let asked = [fit.asked.as_slice(), hypothesis.quantities()].concat();
-    let problem = TrackResiduals::new(observations, &model, &asked)?;
+    let problem = match TrackResiduals::new(observations, &model, &asked) {
+        Ok(problem) => problem,
+        Err(error) => return (Err(error), 0),
+    };
     let at = &fit.minimum.at;
     let (n_known, n_before) = (N_DAMPINGS + fit.model.known.len(), model.known.len() - fit.model.known.len());
     let start = |value: f64| {
@@ -206,10 +230,11 @@ fn freed(observations: &[Observation], fit: &Fit, hypothesis: Hypothesis) -> Res
     };
     let starts: Vec<Unknowns> = hypothesis.starts().iter().map(|value| start(*value)).collect();
     // A hypothesis that does not hold may lead anywhere; one that holds is near.
-    let stop = Stop { max_rounds: 20, ..Stop::STATED };
-    let best = least_of(&problem, starts, &[], &stop).map_err(|why| problem.failure(why))?;
+    let stop = Stop { max_rounds: 20, worth, ..Stop::STATED };
+    let best = least_of(&problem, starts, &[], &stop).map_err(|why| problem.failure(why));
     let beyond = [fit.beyond.as_slice(), &[hypothesis]].concat();
-    Ok(Fit::at(&problem, best.minimum, beyond)?.0)
+    let other = best.and_then(|best| Ok(Fit::at(&problem, best.minimum, beyond)?.0));
+    (other, problem.n_simulations())
 }
 
 /// Chi squared, and for each number that the model may choose the logarithm of how many positions it explains (G. Schwarz, Ann. Statist. 6

@@ -65,23 +65,24 @@ fn sensitivities_are_those_of_simulations() {
     let problem = TrackResiduals::new(&observations, &model, &[]).unwrap();
     let shared = DVector::from_vec([vec![0.003, 0.2], vec![1.0; 5]].concat());
     let state = Unknowns { shared, own: vec![Own::new(2.73, 0.0)] };
-    let response_at = |state: &Unknowns| problem.solve(state).unwrap().response;
-    let n_places = observations[0].bodies.len() * observations[0].times_s.len();
-    let weights = response_at(&state).weights(2.73).0;
-    let here = response_at(&state);
+    let motion_at = |state: &Unknowns| {
+        let response = problem.solve(state).unwrap().response;
+        let driven = response.driven([2.73, 0.0], &observations[0].times_s);
+        let of_tracks = observations[0].bodies.iter().map(|track| driven.of_track(track));
+        of_tracks.collect::<Vec<MotionOfTrack>>()
+    };
+    let here = motion_at(&state);
     for unknown in 0..problem.n_shared() {
         let value = state.shared[unknown];
         let displacement_m = |part: f64| {
             let mut beside = state.clone();
             beside.shared[unknown] += part * value;
-            let there = response_at(&beside);
-            let of_place = |place| there.displacement_m(&weights, place);
-            DVector::from_iterator(n_places, (0..n_places).map(of_place))
+            DVector::from_vec(motion_at(&beside).into_iter().flat_map(|track| track.displacement_m).collect())
         };
         let slope = |part: f64| (displacement_m(part) - displacement_m(-part)) / (2.0 * part * value);
         let expected = (slope(1e-3) * 4.0 - slope(2e-3)) / 3.0;
-        let of_place = |place| here.derivative_m(&weights, unknown, place);
-        let found = DVector::from_iterator(n_places, (0..n_places).map(of_place));
+        let found =
+            DVector::from_vec(here.iter().flat_map(|track| track.derivatives_m[unknown].clone()).collect());
         let error = (&found - &expected).amax() / expected.amax();
         // The simulations in the differences step differently, to 1e-6 of the motion by their own account.
         assert!(error < 5e-6, "unknown {unknown}: {error}");
