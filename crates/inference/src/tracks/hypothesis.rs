@@ -31,7 +31,7 @@ pub enum Hypothesis {
     OtherEnd,
     /// Masses scatter from body to body.
     MassesScatter,
-    /// The contacts' stiffness scatters from gap to gap.
+    /// The contacts' stiffness scatters from gap to gap, and from theirs to the striker's.
     StiffnessScatters,
 }
 
@@ -127,7 +127,7 @@ impl Hypothesis {
     }
 
     /// The model with what is no quantity without a prior.
-    pub(super) fn applied(self, model: &TrackModel, bodies: &[usize]) -> TrackModel {
+    pub(super) fn applied(self, model: &TrackModel, asked: &[Quantity], bodies: &[usize]) -> TrackModel {
         let mut model = model.clone();
         match self {
             Self::OtherEnd => {
@@ -151,6 +151,12 @@ impl Hypothesis {
                 };
                 let last = bodies.last().copied().unwrap_or(0).min(model.chain.n_bodies().saturating_sub(1));
                 model.known.extend((1..=last).map(known));
+                // The striker meets body 1 in a contact like the others.
+                let is_known = |known: &Known| known.quantity == Quantity::StrikerContact;
+                if !asked.contains(&Quantity::StrikerContact) && !model.known.iter().any(is_known) {
+                    let (quantity, relative_sigma) = (Quantity::StrikerContact, STIFFNESS_SCATTER);
+                    model.known.push(Known { quantity, relative_sigma });
+                }
             }
             _ => {}
         }

@@ -213,7 +213,7 @@ fn freed(
     let mut bodies: Vec<usize> = fit.residuals.iter().map(|residual| residual.body).collect();
     bodies.sort_unstable();
     bodies.dedup();
-    let model = hypothesis.applied(&fit.model, &bodies);
+    let model = hypothesis.applied(&fit.model, &fit.asked, &bodies);
     let asked = [fit.asked.as_slice(), hypothesis.quantities()].concat();
     let problem = match TrackResiduals::new(observations, &model, &asked) {
         Ok(problem) => problem,

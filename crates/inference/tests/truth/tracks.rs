@@ -235,3 +235,21 @@ fn what_cannot_be_fitted_is_refused_with_its_reason() {
         Err(FitError::TooFew { what: "positions", .. })
     ));
 }
+
+#[test]
+fn what_bodies_do_inside_is_no_scatter_of_masses_or_contacts() {
+    let mut shaken = experiment(1, 1.0);
+    for (observation, impact_s) in shaken.observations.iter_mut().zip(&shaken.impacts_s) {
+        for track in &mut observation.bodies {
+            let phase = (track.body * track.body) as f64;
+            for (time_s, position) in observation.times_s.iter().zip(&mut track.position_m) {
+                let after_s = (time_s - impact_s).max(0.0);
+                // What bodies do inside, each for itself: ten times the noise of one position, and above the chain's band.
+                let inside_m = 10.0 * NOISE_M * (2.0 * std::f64::consts::PI * 900.0 * after_s + phase).sin();
+                *position = position.map(|seen| Estimate::new(seen.value + inside_m, seen.sigma));
+            }
+        }
+    }
+    let fit = fitted(&shaken, &model(Vec::new()));
+    assert!(fit.structure.is_told() && fit.beyond.is_empty(), "{:?}", fit.beyond);
+}
