@@ -44,8 +44,8 @@ impl Pace {
             let from_s = now_s();
             let of_thread = |thread: usize| {
                 // Each begins with another view, as in a run.
-                let in_turn = pictures.iter().cycle().skip(thread).take(pictures.len());
-                in_turn.map(|one| follow_some(setup, one, most_moving)).collect::<Result<(), Error>>()
+                let mut in_turn = pictures.iter().cycle().skip(thread).take(pictures.len());
+                in_turn.try_for_each(|one| follow_some(setup, one, most_moving))
             };
             map_in_parallel(n_threads.get(), n_threads, of_thread)
                 .into_iter()
