@@ -26,7 +26,7 @@ pub(crate) fn init(arguments: &Init) -> Result<Outcome, Error> {
     for path in [&experiment_path, &trials_path] {
         if path.exists() {
             return Err(Error::Argument(format!(
-                "{}: is there already, and init overwrites nothing",
+                "{}: is there already, and init overwrites nothing (hint: `chainwave check` says what it still lacks; move it away to begin anew)",
                 path.display()
             )));
         }
@@ -66,10 +66,7 @@ pub(crate) fn init(arguments: &Init) -> Result<Outcome, Error> {
             first.display()
         ),
     }
-    say!(
-        "next: fill in every FILL_IN of both files, then chainwave run {} --out RESULTS",
-        experiment_path.display()
-    );
+    say!("next: fill in every FILL_IN of both files, then chainwave check {}", experiment_path.display());
     Ok(outcome)
 }
 

@@ -27,7 +27,10 @@ pub(crate) fn recordings_in(folder: &Path, options: &OpenOptions) -> Result<List
     Ok((found, failed))
 }
 
-/// What lies in the folder by name, numbers in their natural order.
+/// Endings of files that hold one picture each: alone they are no recordings, as a photograph of the bench, or what `init` draws.
+const PICTURES: [&str; 5] = ["png", "jpg", "jpeg", "bmp", "pgm"];
+
+/// What lies in the folder by name, numbers in their natural order, without pictures that lie there alone.
 pub(crate) fn entries_of(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     let entries = std::fs::read_dir(folder).map_err(Error::file(folder, "list"))?;
     let mut paths = Vec::new();
@@ -39,8 +42,14 @@ pub(crate) fn entries_of(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     paths.retain(|path| {
         !(path.extension().is_some_and(|ending| ending == "cih" || ending == "cihx") && with_pixels(path))
     });
+    paths.retain(|path| !(is_picture(path) && path.is_file()));
     paths.sort_by_key(|path| natural_key(&path.to_string_lossy()));
     Ok(paths)
+}
+
+fn is_picture(path: &Path) -> bool {
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+    ending.is_some_and(|ending| PICTURES.contains(&&*ending))
 }
 
 /// Texts and numbers of a name in turn, so that `view10` comes after `view9`.
@@ -61,6 +70,18 @@ fn natural_key(name: &str) -> Vec<(String, u64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn pictures_that_lie_alone_are_no_recordings() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["markers.png", "bench.JPG", "shot.cine"] {
+            std::fs::write(folder.path().join(name), b"x").unwrap();
+        }
+        std::fs::create_dir(folder.path().join("frames.png")).unwrap();
+        let found = entries_of(folder.path()).unwrap();
+        let names: Vec<_> = found.iter().map(|path| path.file_name().unwrap()).collect();
+        assert_eq!(names, ["frames.png", "shot.cine"]);
+    }
 
     #[test]
     fn names_sort_as_people_count() {

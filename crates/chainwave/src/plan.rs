@@ -79,8 +79,14 @@ fn as_json(setup: &Setup, plan: &Plan) -> Value {
 }
 
 fn cost_as_json(cost: &Cost) -> Map<String, Value> {
-    let Cost { n_recordings, bytes, seconds } = *cost;
-    let all = [("n_recordings", json!(n_recordings)), ("bytes", json!(bytes)), ("seconds", json!(seconds))];
+    let Cost { n_recordings, bytes, n_readings, seconds, tracking_s } = *cost;
+    let all = [
+        ("n_recordings", json!(n_recordings)),
+        ("bytes", json!(bytes)),
+        ("n_readings", json!(n_readings)),
+        ("seconds", json!(seconds)),
+        ("tracking_s", json!(tracking_s)),
+    ];
     all.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
 }
 

@@ -84,8 +84,12 @@ pub struct Cost {
     pub n_recordings: usize,
     /// Bytes of them all.
     pub bytes: u64,
+    /// Places of bodies that a run looks for, one for each in each frame.
+    pub n_readings: u64,
     /// Seconds of a run on this machine, from pictures to results.
     pub seconds: f64,
+    /// Those of them in which bodies are followed through the recordings.
+    pub tracking_s: f64,
 }
 
 /// A source of error, and its share of a result's variance.
@@ -129,7 +133,7 @@ pub fn plan(
     findings.extend(unreadable_recordings(setup, n_threads));
     let Prepared { rehearsal, camera, pictures } = Prepared::of(setup)?;
     let n_filmed = rehearsal.schedule.recordings.iter().filter(|one| one.is_filmed).count();
-    let pace = pictures.first().map(|one| Pace::measured(setup, one, now_s)).transpose()?.unwrap_or_default();
+    let pace = Pace::measured(setup, &pictures, n_threads, now_s)?;
     let mut assumed = if n_filmed == 0 { camera.assumed } else { Vec::new() };
     assumed.extend(rehearsal.chain.assumed.iter().cloned());
     let reading_sigma_px = rehearsal.readings.usual_px[0];
@@ -142,11 +146,13 @@ pub fn plan(
     let cost = |rehearsal_of: &Rehearsal| {
         let schedule = &rehearsal_of.schedule;
         let larger = schedule.n_frames() as f64 / rehearsal.schedule.n_frames().max(1) as f64;
-        let followed_s = pace.seconds(setup, schedule, n_threads);
+        let tracking_s = pace.seconds(setup, schedule, n_threads);
         Cost {
             n_recordings: schedule.recordings.len(),
             bytes: schedule.bytes(),
-            seconds: followed_s + larger * evaluated_s + REST_OF_RUN_S,
+            n_readings: schedule.n_readings(setup),
+            seconds: tracking_s + larger * evaluated_s + REST_OF_RUN_S,
+            tracking_s,
         }
     };
     let mut made = Vec::with_capacity(changes.len());

@@ -11,6 +11,7 @@ use crate::demo::Demo;
 use crate::failure::Failure;
 use crate::paper::Paper;
 use crate::test_run::TestRun;
+use crate::tested::Tested;
 
 /// What `cargo xtask help` prints.
 pub(crate) const HELP: &str = "\
@@ -54,6 +55,9 @@ cargo xtask counted FILE [--about] [--plain] [--words FILE] TITLE=FUNCTION(COLUM
     --plain   prints the values alone, a line each
     --words   a table with the columns name and words: what stands for the names of rows
 
+cargo xtask tested FILE TEST
+    Runs a test that makes a table of the book, and prints the table: lines of a file of counts.
+
 cargo xtask equations
     What mdBook runs for the book: reads it as JSON from standard input and writes it with its equations as MathML.
 
@@ -90,6 +94,8 @@ pub(crate) enum Task {
     Bench(Bench),
     /// `cargo xtask counted`.
     Counted(Counted),
+    /// `cargo xtask tested`.
+    Tested(Tested),
     /// `cargo xtask equations`.
     Equations,
     /// `cargo xtask equations supports RENDERER`: it does.
@@ -123,6 +129,7 @@ pub(crate) fn parse(words: impl IntoIterator<Item = OsString>) -> Result<Task, F
         "book" => book(words),
         "bench" => bench(words),
         "counted" => counted(words),
+        "tested" => tested(words),
         "equations" => equations(words),
         "keys" => alone("keys", words, Task::Keys),
         "python" => alone("python", words, Task::Python),
@@ -130,8 +137,7 @@ pub(crate) fn parse(words: impl IntoIterator<Item = OsString>) -> Result<Task, F
         "setup" => setup(words),
         "help" | "--help" | "-h" => Ok(Task::Help),
         other => {
-            let expected =
-                "demo, paper, test, book, bench, counted, equations, keys, python, dist, setup or help";
+            let expected = "demo, paper, test, book, bench, counted, tested, equations, keys, python, dist, setup or help";
             Err(Failure::Usage(format!("expected {expected}, found `{other}`")))
         }
     }
@@ -209,6 +215,14 @@ fn alone(command: &str, mut words: impl Iterator<Item = OsString>, task: Task) -
     match words.next() {
         Some(word) => unknown(command, &text(word)?),
         None => Ok(task),
+    }
+}
+
+fn tested(words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
+    let words: Vec<String> = words.map(text).collect::<Result<_, _>>()?;
+    match <[String; 2]>::try_from(words) {
+        Ok([file, test]) => Ok(Task::Tested(Tested { file, test })),
+        Err(words) => Err(Failure::Usage(format!("tested: expected FILE TEST, found {}", words.join(" ")))),
     }
 }
 

@@ -1,5 +1,5 @@
 //! Sets a fresh system up and runs the commands of the README, `cargo xtask demo`, `cargo xtask paper` and `cargo xtask test`; and
-//! `cargo xtask book`, `bench`, `counted`, `equations`, `keys`, `python` and `dist`.
+//! `cargo xtask book`, `bench`, `counted`, `tested`, `equations`, `keys`, `python` and `dist`.
 //!
 //! It is the first thing that is built in a fresh clone, before anything that the heavy crates need is installed, so
 //! it depends on the standard library alone. What is decided ([`arguments`], [`needs`], the command lists of [`demo`],
@@ -24,6 +24,7 @@ mod setup;
 mod skipped;
 mod system;
 mod test_run;
+mod tested;
 mod wheel;
 
 use std::env;
@@ -50,6 +51,7 @@ fn run(task: Task) -> Result<(), Failure> {
         Task::Bench(bench) => bench::run(&bench),
         Task::Book(book) => book::run(&book),
         Task::Counted(counted) => counted::run(&counted),
+        Task::Tested(tested) => tested::run(&tested),
         Task::Equations => equations::run(),
         Task::Supports => Ok(()),
         Task::Keys => keys::run(),

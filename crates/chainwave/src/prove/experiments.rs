@@ -26,7 +26,7 @@ const QUANTITIES: [(&str, &str); 12] = [
     ("drive", "drive"),
 ];
 /// Columns of the findings of which at most one says something else than `none`.
-const KINDS: [&str; 4] = ["fault", "effect", "chain", "protocol"];
+const KINDS: [&str; 5] = ["fault", "effect", "chain", "protocol", "other_chain"];
 
 /// Writes `experiments.csv`: of each experiment its kind, and of each quantity how many intervals at 95 % it states, how many of them hold the
 /// truth, and the rms error in standard uncertainties.

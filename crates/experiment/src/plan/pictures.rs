@@ -22,8 +22,8 @@ pub(super) struct Pictures {
     pub(super) moving: Range<usize>,
 }
 
-/// Frames at rest that are drawn, at most: with 40 the reference has a fortieth of a picture's noise.
-const MOST_REST_FRAMES: usize = 40;
+/// Frames at rest that are drawn or timed, at most: with 40 the reference has a fortieth of a picture's noise.
+pub(super) const MOST_REST_FRAMES: usize = 40;
 /// Frames of motion, over which the time of following is measured.
 const MOVING_FRAMES: usize = 24;
 

@@ -7,6 +7,7 @@ use chainwave_measurement::RecordingInfo;
 use super::planned_camera::PlannedCamera;
 use crate::configuration::Trial;
 use crate::setup::Setup;
+use crate::view::bodies_in_view;
 
 /// A recording as it is, or will be.
 #[derive(Debug, Clone)]
@@ -17,6 +18,13 @@ pub(super) struct PlannedRecording {
     pub(super) is_filmed: bool,
     /// Bytes of its file, or files.
     pub(super) bytes: u64,
+}
+
+impl PlannedRecording {
+    /// Bodies that lie in view at rest.
+    pub(super) fn n_bodies(&self, setup: &Setup) -> usize {
+        bodies_in_view(setup, &self.trial, &self.info).len()
+    }
 }
 
 /// All recordings of a plan.
@@ -67,6 +75,11 @@ impl Schedule {
     /// Frames of all recordings.
     pub(super) fn n_frames(&self) -> usize {
         self.recordings.iter().map(|one| one.info.n_frames).sum()
+    }
+
+    /// Places of bodies that are looked for: one for each that lies in view at rest, in each frame.
+    pub(super) fn n_readings(&self, setup: &Setup) -> u64 {
+        self.recordings.iter().map(|one| one.n_bodies(setup) as u64 * one.info.n_frames as u64).sum()
     }
 
     /// The largest number of trials of a view.

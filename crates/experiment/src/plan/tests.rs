@@ -74,6 +74,10 @@ fn a_run_states_what_was_planned_before_and_after_filming() {
         .map(|one| std::fs::metadata(folder.path().join(&one.recording)).unwrap().len())
         .sum();
     assert_eq!([plans[0].cost.bytes, plans[1].cost.bytes], [bytes, bytes]);
+    // What time goes by: places that a run looks for.
+    let bodies = results.tracked.recordings.iter().flat_map(|one| &one.tracks.bodies);
+    let n_readings: u64 = bodies.map(|body| body.positions.len() as u64).sum();
+    assert_eq!([plans[0].cost.n_readings, plans[1].cost.n_readings], [n_readings, n_readings]);
     assert_eq!([plans[0].n_filmed, plans[1].n_filmed], [0, after.table.len()]);
     assert!(plans[0].assumed.is_empty(), "{:?}", plans[0].assumed);
 }
@@ -100,6 +104,7 @@ fn laws_of_scaling_hold() {
     }
     let made = plan.changes.iter().find(|one| one.change.contains("trials")).unwrap();
     assert_eq!((made.cost.n_recordings, made.cost.bytes), (30, 2 * plan.cost.bytes));
+    assert_eq!(made.cost.n_readings, 2 * plan.cost.n_readings);
     // Nothing but noise and the striker is uncertain here.
     let (_, _, shares) = &plan.results[3];
     assert!(shares[0].source.contains("noise") && shares[0].share > 0.9, "{shares:?}");
