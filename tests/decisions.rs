@@ -11,6 +11,21 @@ mod slow {
 
     const TRIGGERS: &str = "what trigger offsets and drives are taken from";
 
+    /// Every number that is taken to be so, of whatever chain, where the recordings do not tell it.
+    const ASSUMED: [(&str, &str); 11] = [
+        ("assumed: how far drives differ from trial to trial", "5 %"),
+        ("assumed: how far a response departs from scaling with the drive", "100 %"),
+        ("assumed: how far a response curves with the drive", "50 %"),
+        ("assumed: how far a curvature differs from a weak non-linearity's", "15 %"),
+        ("assumed: how large responses of third order are", "20 %"),
+        ("assumed: how the delay with the square of the drive stands to that with the drive", "20 %"),
+        ("assumed: how long body 1 moves in proportion to the drive", "until it has gone 10 %"),
+        ("assumed: how far the onset departs from proportion, as a delay", "1.3 %"),
+        ("assumed: how far the onset departs from proportion, as a scale", "10 %"),
+        ("assumed: damping where fits begin", "0.06 % of critical damping of a body for c_d, 6 % for c_s"),
+        ("assumed: how well the fit to peak energies knows the drives' scale", "to 15 %"),
+    ];
+
     /// The choices of a run, and its results.
     fn decided(laboratory: &Laboratory) -> (Vec<(String, String)>, Value) {
         let (recordings, results) = (laboratory.film(), laboratory.path("results"));
@@ -41,9 +56,14 @@ mod slow {
             ("differences between bodies", "none"),
             ("dimensions of the motion", "1-D"),
             (TRIGGERS, "the chain model's impacts"),
-        ] {
+        ]
+        .into_iter()
+        .chain(ASSUMED)
+        {
             assert!(choice(&choices, question).starts_with(expected), "{question}: {choices:?}");
         }
+        let n_assumed = choices.iter().filter(|(question, _)| question.starts_with("assumed: ")).count();
+        assert_eq!(n_assumed, ASSUMED.len(), "{choices:?}");
         let fit = &results["fit_to_tracks"];
         assert_eq!((&fit["starts"], &fit["starts_at_this_minimum"]), (&3.into(), &3.into()));
         assert_eq!(fit["c_d_interval_95"]["is_quadratic"], true);

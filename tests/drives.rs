@@ -1,7 +1,10 @@
 //! Chains that nothing strikes: a shaker, an imposed motion and a release, filmed and evaluated against their truth; and springs to ground.
 
-use crate::command::{chainwave, fail};
+use std::f64::consts::PI;
+
+use crate::command::{chainwave, fail, succeed};
 use crate::laboratory::Laboratory;
+use crate::table::Table;
 
 const STRIKER: &str = "[striker]\nmass_kg = 4.3e-3\nvelocity_m_per_s = 2.73\nvelocity_sigma_m_per_s = 0.05\n";
 const STRIKER_DAMPING: &str = "striker_damping_kg_per_s = 0.2\n";
@@ -52,6 +55,53 @@ fn a_drive_that_does_not_add_up_is_refused_with_its_key() {
     assert!(said.contains("precompression_n") && said.contains("initial"), "{said}");
 }
 
+#[test]
+fn a_curve_that_holds_no_body_is_refused_with_its_key() {
+    for (points, reason) in [
+        (
+            "displacement_m = [-1e-3, 0.0, 1e-3]\nforce_n = [0.3, 0.0, -0.3]\n",
+            "stiffness of the ground table",
+        ),
+        ("displacement_m = [0.0, 1e-3, 1e-3]\nforce_n = [0.0, 0.3, 0.4]\n", "displacement of point 3"),
+        ("displacement_m = [-1e-3, 0.0, 1e-3]\nforce_n = [-0.3, 0.0]\n", "forces of the ground table"),
+    ] {
+        let laboratory =
+            Laboratory::with_replaced(&[("[camera]\n", &format!("[ground]\n{points}\n[camera]\n"))]);
+        let said = fail(chainwave().arg("check").arg(laboratory.path("experiment.toml")), 2);
+        assert!(said.contains("ground: ") && said.contains(reason), "{reason}: {said}");
+    }
+}
+
+const BODIES: &str = "model = \"chain\"\nn_bodies = 8\ntask = \"bands\"\nn_kappa = 9\n\n[body]\nmass_kg = 0.455e-3\npitch_m = 0.03\n\
+                      damping_kg_per_s = 0.0\n";
+
+/// m omega^2 = g + 4 k sin^2(kappa / 2) (M. Remoissenet, Waves Called Solitons, chapter 2), whether springs or a curve hold the bodies.
+#[test]
+fn bands_of_a_scene_are_those_of_the_closed_form() {
+    let (k, m, g) = (1474.0_f64, 0.455e-3_f64, 300.0_f64);
+    let contact = "\n[contact]\nlaw = \"linear\"\nk_n_per_m = 1474.0\n";
+    let springs = "ground_stiffness_n_per_m = 300.0\n";
+    let curve = "\n[ground]\ndisplacement_m = [-1e-3, 0.0, 1e-3, 2e-3]\nforce_n = [-0.3, 0.0, 0.3, 0.0]\n";
+    for scene in [format!("{BODIES}{springs}{contact}"), format!("{BODIES}{curve}{contact}")] {
+        let laboratory = Laboratory::new();
+        let (scene, out) = (laboratory.write("scene.toml", &scene), laboratory.path("bands.csv"));
+        succeed(chainwave().arg("simulate").arg(scene).arg("--out").arg(&out));
+        let bands = Table::read(&out);
+        assert_eq!(bands.names(), ["kappa_a", "band", "frequency_hz"]);
+        assert_eq!(bands.n_rows(), 9);
+        for (kappa_a, found_hz) in bands.full("kappa_a").into_iter().zip(bands.full("frequency_hz")) {
+            let expected_hz = ((g + 4.0 * k * (0.5 * kappa_a).sin().powi(2)) / m).sqrt() / (2.0 * PI);
+            // Rounding of an eigenvalue.
+            assert!((found_hz / expected_hz - 1.0).abs() < 1e-12, "{kappa_a}: {found_hz} {expected_hz}");
+        }
+    }
+    let laboratory = Laboratory::new();
+    let graded = BODIES.replace("mass_kg = 0.455e-3", "mass_kg = { grade = [1e-3, 2e-3] }");
+    let scene = laboratory.write("scene.toml", &format!("{graded}{contact}"));
+    let said = fail(chainwave().arg("simulate").arg(scene).arg("--out").arg(laboratory.path("bands.csv")), 2);
+    assert!(said.contains("repeats none"), "{said}");
+}
+
 mod slow {
     use std::fs;
     use std::path::{Path, PathBuf};
@@ -59,10 +109,8 @@ mod slow {
     use serde_json::Value;
 
     use super::*;
-    use crate::command::succeed;
     use crate::laboratory::evaluation;
     use crate::motion::Motion;
-    use crate::table::Table;
 
     const TABLES: [&str; 8] = [
         "tracks.parquet",
@@ -132,8 +180,7 @@ mod slow {
             &[(MASS, GROUNDED)],
         );
         let moved_m = |t_s: f64| {
-            let grown =
-                if t_s < 3e-3 { 0.5 * (1.0 - (std::f64::consts::PI * t_s / 3e-3).cos()) } else { 1.0 };
+            let grown = if t_s < 3e-3 { 0.5 * (1.0 - (PI * t_s / 3e-3).cos()) } else { 1.0 };
             8e-4 * grown * (std::f64::consts::TAU * 250.0 * t_s).sin()
         };
         let rows: String =

@@ -34,6 +34,7 @@ fn noisy_motion() -> Result<ChainMotion, MechanicsError> {
         mass_kg: vec![0.455e-3; N_BODIES],
         damping_kg_per_s: vec![0.003; N_BODIES],
         ground_stiffness_n_per_m: Vec::new(),
+        ground_law: None,
         contact: law()?.into(),
         drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s: 2.73, damping_kg_per_s: 0.2 }),
         far_end: FarEnd::Free,

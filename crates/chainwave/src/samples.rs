@@ -115,6 +115,7 @@ fn struck_chain() -> Result<Trajectory, Error> {
         mass_kg: vec![0.455e-3; 26],
         damping_kg_per_s: vec![0.003; 26],
         ground_stiffness_n_per_m: Vec::new(),
+        ground_law: None,
         contact: PowerLaw::new(a, delta_0_m, p)?.into(),
         drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s: 2.73, damping_kg_per_s: 0.2 }),
         far_end: FarEnd::Free,

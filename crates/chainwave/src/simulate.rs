@@ -16,7 +16,7 @@ use crate::cli;
 use crate::error::Error;
 use crate::outcome::Outcome;
 use crate::output::{expect_apart, read_text, write_text};
-use crate::table;
+use crate::table::{self, column};
 pub(crate) use ring::{is_ring_scene, ring_scene};
 pub(crate) use velocities::Velocities;
 
@@ -31,6 +31,9 @@ pub(crate) fn simulate(arguments: &cli::Simulate) -> Result<Outcome, Error> {
         return ring::simulate(arguments);
     }
     let scene = read_scene(&arguments.scene)?;
+    if scene.asks_for_bands() && arguments.scan.is_none() {
+        return bands(&scene, arguments);
+    }
     let (chain, schedule) = (scene.chain(&arguments.scene, &table::read)?, scene.schedule(&arguments.scene)?);
     if let Some(velocities) = &arguments.scan {
         return scan::scan(&chain, &schedule, &scene.spacing(&arguments.scene)?, velocities, arguments);
@@ -43,6 +46,23 @@ pub(crate) fn simulate(arguments: &cli::Simulate) -> Result<Outcome, Error> {
     table::write_result(&arguments.out, motion)?;
     if let Some(path) = &arguments.summary {
         write_summary(path, &simulation, wall_s)?;
+    }
+    Ok(Outcome::default())
+}
+
+/// Writes the bands of a chain.
+fn bands(scene: &ChainScene, arguments: &cli::Simulate) -> Result<Outcome, Error> {
+    let start = Instant::now();
+    let points = scene.bands(&arguments.scene, &table::read)?;
+    let columns = vec![
+        column("kappa_a", points.iter().map(|point| point.kappa_a).collect::<Vec<_>>()),
+        column("band", points.iter().map(|point| point.band).collect::<Vec<_>>()),
+        column("frequency_hz", points.iter().map(|point| point.frequency_hz).collect::<Vec<_>>()),
+    ];
+    table::write(&arguments.out, columns)?;
+    if let Some(path) = &arguments.summary {
+        let summary = json!({ "method": "bands", "wall_s": start.elapsed().as_secs_f64() });
+        write_text(path, &format!("{summary:#}\n"))?;
     }
     Ok(Outcome::default())
 }

@@ -14,7 +14,8 @@ impl Experiment {
     /// Masses or contact laws that make no sense.
     pub fn unit_cell(&self) -> Result<Option<UnitCell>, Error> {
         let n_bodies = self.chain.n_bodies;
-        Ok(UnitCell::of(&self.chain.masses_kg()?, &self.contact.contacts(n_bodies)?))
+        let ground_n_per_m = self.ground_at_rest_n_per_m()?;
+        Ok(UnitCell::of(&self.chain.masses_kg()?, &self.contact.contacts(n_bodies)?, &ground_n_per_m))
     }
 
     /// Dispersion curves of small waves, one for each band, at phases from body to body: those of the cell that the chain repeats, or else of
@@ -37,6 +38,18 @@ impl Experiment {
         Ok((0..cell.n_bodies()).map(band).collect())
     }
 
+    /// Stiffness of what holds each body to ground, where it rests, in newtons per metre.
+    ///
+    /// # Errors
+    /// A list of another length than there are bodies, and a curve that makes no sense.
+    fn ground_at_rest_n_per_m(&self) -> Result<Vec<f64>, Error> {
+        let by_curve = self.ground_law()?.map_or(0.0, |law| law.stiffness_n_per_m(0.0));
+        let springs = self.chain.ground_n_per_m()?;
+        Ok((0..self.chain.n_bodies)
+            .map(|body| springs.get(body).copied().unwrap_or(0.0) + by_curve)
+            .collect())
+    }
+
     /// Upper edge of the highest band in hertz: no small wave of a higher frequency runs down the chain. Of a chain that repeats nothing
     /// it is that of the uniform chain of its fastest body with the stiffer of its gaps, which lies above.
     ///
@@ -47,11 +60,12 @@ impl Experiment {
             return Ok(cell.highest_hz());
         }
         let (masses_kg, contacts) = (self.chain.masses_kg()?, self.contact.contacts(self.chain.n_bodies)?);
+        let ground_n_per_m = self.ground_at_rest_n_per_m()?;
         let stiffness = |gap: usize| contacts.of_gap(gap).stiffness_n_per_m(0.0);
         let edge_hz = |(body, mass_kg): (usize, &f64)| {
             let stiffer =
                 stiffness(body.saturating_sub(1)).max(stiffness(body.min(masses_kg.len().saturating_sub(2))));
-            (stiffer / mass_kg).sqrt() / PI
+            ((4.0 * stiffer + ground_n_per_m[body]) / mass_kg).sqrt() / (2.0 * PI)
         };
         Ok(masses_kg.iter().enumerate().map(edge_hz).fold(0.0, f64::max))
     }

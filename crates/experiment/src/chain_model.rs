@@ -7,10 +7,11 @@ use crate::configuration::{BodyState, DriveTable, Experiment, Synthetic, at_rest
 use crate::error::Error;
 use crate::numbers::{NotNegative, Positive};
 
-/// Where the fit of c_d begins: light damping, 0.04 % of critical for one HEC. The end does not depend on it.
-const STARTING_DAMPING_KG_PER_S: f64 = 1e-3;
-/// Where the fit of c_s begins.
-const STARTING_STRIKER_DAMPING_KG_PER_S: f64 = 0.1;
+/// Where the fits of c_d and of c_s begin, as shares of the dashpot at which a body on one of its springs no longer swings: light damping. The
+/// end does not depend on it.
+pub(crate) const STARTING_SHARES: [f64; 2] = [6e-4, 0.06];
+/// A damping where none matters: of a chain at rest.
+const NO_MATTER_KG_PER_S: f64 = 1e-3;
 /// Times to the wave's arrival at the far end for which a model is driven unless another time is asked for.
 const CROSSINGS: f64 = 2.0;
 
@@ -28,7 +29,8 @@ impl Experiment {
     /// # Errors
     /// As for [`Experiment::chain_model`].
     pub fn chain_model_until(&self, until_s: f64) -> Result<Chain, Error> {
-        let dampings = [STARTING_DAMPING_KG_PER_S, STARTING_STRIKER_DAMPING_KG_PER_S];
+        let critical_kg_per_s = self.linear_chain()?.critical_damping_kg_per_s();
+        let dampings = STARTING_SHARES.map(|share| share * critical_kg_per_s);
         self.chain_driven(self.nominal_drive().value, dampings, until_s)
     }
 
@@ -64,6 +66,7 @@ impl Experiment {
             mass_kg: self.chain.masses_kg()?,
             damping_kg_per_s: self.chain.dampings_kg_per_s(damping_kg_per_s)?,
             ground_stiffness_n_per_m: self.chain.ground_n_per_m()?,
+            ground_law: self.ground_law()?,
             contact: self.contact.contacts(self.chain.n_bodies)?,
             drive: at_rest(self.chain.n_bodies),
             far_end: self.far_end()?,
@@ -110,7 +113,7 @@ impl Experiment {
     /// # Errors
     /// As for [`Experiment::chain_model`].
     pub(crate) fn initial_state(&self) -> Result<BodyState, Error> {
-        let chain = self.resting_chain(STARTING_DAMPING_KG_PER_S)?;
+        let chain = self.resting_chain(NO_MATTER_KG_PER_S)?;
         match &self.drive {
             Some(drive) => drive.initial(1.0, &chain),
             None => Ok(BodyState::at_rest(chain.n_bodies())),
@@ -148,7 +151,7 @@ impl Experiment {
                 if self.far_striker.is_some() {
                     return refuse("far_striker: expected beside [striker], found beside [drive]");
                 }
-                drive.check(&self.resting_chain(STARTING_DAMPING_KG_PER_S)?)?;
+                drive.check(&self.resting_chain(NO_MATTER_KG_PER_S)?)?;
                 self.check_striker_damping()
             }
         }

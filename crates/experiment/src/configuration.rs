@@ -6,6 +6,7 @@ mod drive;
 mod far_end;
 mod far_striker;
 mod filmed_view;
+mod ground;
 mod law_file;
 mod pattern;
 mod precompression;
@@ -20,7 +21,7 @@ use chainwave_analysis::Spacing;
 use chainwave_camera::RawGeometry;
 use chainwave_correlation::{Interpolation, Shape, ShapeChoice};
 use chainwave_measurement::Estimate;
-use chainwave_mechanics::{Contacts, FarEnd, LinearChain};
+use chainwave_mechanics::{Contacts, FarEnd, LinearChain, TableLaw};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 
@@ -32,6 +33,7 @@ pub use self::far_end::FarEndTable;
 pub use self::far_striker::FarStrikerTable;
 pub(crate) use self::far_striker::far_end;
 pub use self::filmed_view::FilmedView;
+pub use self::ground::GroundTable;
 pub use self::pattern::Pattern;
 pub use self::rings::FilmedRings;
 pub use self::trial::Trial;
@@ -64,6 +66,9 @@ pub struct Experiment {
     pub drive: Option<DriveTable>,
     /// What lies in the gaps: a contact law as fitted to a compression curve, one for each gap, or some that take turns.
     pub contact: Contact,
+    /// What holds each body to ground besides springs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ground: Option<GroundTable>,
     /// What stands behind the last body.
     #[serde(default, skip_serializing_if = "FarEndTable::is_free")]
     pub far_end: FarEndTable,
@@ -416,6 +421,9 @@ impl Default for Analysis {
 pub struct Synthetic {
     /// Seed of everything random.
     pub seed: u64,
+    /// Seed of the pictures' noise, where it is another one: the same strikes, triggers and views, filmed once more.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise_seed: Option<u64>,
     /// Damping c_d of each body.
     pub damping_kg_per_s: NotNegative,
     /// Damping c_s of the striker's contact, where there is a striker.
@@ -496,7 +504,8 @@ impl Experiment {
             Contacts::Same(_) => contacts.k_0_n_per_m(),
             _ => (n_bodies - 1) as f64 / (0..n_bodies - 1).map(soft).sum::<f64>(),
         };
-        let ground_n_per_m = self.chain.mean_ground_n_per_m();
+        let by_curve = self.ground_law()?.map_or(0.0, |law| law.stiffness_n_per_m(0.0));
+        let ground_n_per_m = self.chain.mean_ground_n_per_m() + by_curve;
         Ok(LinearChain { stiffness_n_per_m, mass_kg: self.chain.mean_mass_kg(), ground_n_per_m })
     }
 
@@ -542,6 +551,14 @@ impl Experiment {
         Ok(experiment)
     }
 
+    /// The curve by which ground holds the bodies; none where none is stated.
+    ///
+    /// # Errors
+    /// Points that make no curve.
+    pub fn ground_law(&self) -> Result<Option<TableLaw>, Error> {
+        self.ground.as_ref().map(GroundTable::law).transpose()
+    }
+
     /// What stands behind the last body.
     ///
     /// # Errors
@@ -557,6 +574,7 @@ impl Experiment {
         chain.spacing()?;
         chain.dampings_kg_per_s(1.0)?;
         chain.ground_n_per_m()?;
+        self.ground_law()?;
         self.contact.contacts(chain.n_bodies)?;
         self.far_end()?;
         self.check_drive()

@@ -10,6 +10,7 @@ use chainwave_inference::{
 };
 use chainwave_measurement::Estimate;
 use chainwave_mechanics::Law as ForceLaw;
+use chainwave_stitching::{Assumption, Settings as StitchingSettings};
 use serde::Serialize;
 
 use chainwave_correlation::{ShapeChoice, ShapeEvidence};
@@ -17,7 +18,8 @@ use chainwave_correlation::{ShapeChoice, ShapeEvidence};
 use crate::calibration::ChainMap;
 use crate::configuration::{Experiment, Law};
 use crate::damping::StatedDamping;
-use crate::evaluation::Evaluation;
+use crate::evaluation::{Evaluation, assumed_by_fits};
+use crate::merging::stitching_settings;
 use crate::notices::farthest_drive;
 use crate::setup::Setup;
 use crate::standing::{Standing, Standings};
@@ -58,7 +60,7 @@ fn plain(question: &'static str, text: impl Into<String>) -> Rule {
 /// The choices that this run made, and those that the experiment made for it.
 pub(crate) fn decide(setup: &Setup, tracked: &Tracked, evaluation: &Evaluation) -> Vec<Decision> {
     let experiment = &setup.experiment;
-    vec![
+    let mut decisions = vec![
         shape_function(experiment),
         motion(&setup.map, tracked),
         camera(evaluation),
@@ -74,7 +76,26 @@ pub(crate) fn decide(setup: &Setup, tracked: &Tracked, evaluation: &Evaluation) 
         chain_model(evaluation),
         single_causes(evaluation),
         damping_source(evaluation),
-    ]
+    ];
+    decisions.extend(assumed(experiment));
+    decisions
+}
+
+/// What is assumed, of whatever chain, where the recordings do not tell it; of fits, where the experiment has them.
+fn assumed(experiment: &Experiment) -> Vec<Decision> {
+    let decision = |one: Assumption, from: &str| Decision {
+        question: one.of,
+        choice: one.in_words,
+        rule: format!("decides {}", one.decides),
+        evidence: format!("{}: {from}", one.reason),
+    };
+    let of_merging = stitching_settings(experiment).assumptions().into_iter();
+    let mut all: Vec<Decision> =
+        of_merging.map(|one| decision(one, StitchingSettings::assumed_from())).collect();
+    if experiment.analysis.fits {
+        all.extend(assumed_by_fits(experiment).map(|one| decision(one, "not tuned to a chain")));
+    }
+    all
 }
 
 fn left_out(evaluation: &Evaluation) -> Decision {
@@ -259,18 +280,21 @@ fn stages(tracked: &Tracked) -> Decision {
 fn drives(experiment: &Experiment, evaluation: &Evaluation) -> Decision {
     let standings = &evaluation.standings.of_recordings;
     let n = standings.len().max(1) as f64;
-    let rms = |of: &dyn Fn(&Standing) -> Estimate| {
-        (standings.iter().map(|one| of(one).value.powi(2)).sum::<f64>() / n).sqrt()
+    let rms = |of: &dyn Fn(&Standing) -> Option<Estimate>| {
+        let squares: Option<f64> = standings.iter().map(|one| Some(of(one)?.value.powi(2))).sum();
+        squares.map(|squares| (squares / n).sqrt())
     };
-    let drive = rms(&|one| one.drive_deviation);
-    let offset_s = rms(&|one| one.trigger_offset_s);
+    let drives = match rms(&|one| one.drive_deviation) {
+        Some(drive) => format!("drives scatter by {:.2} %", 100.0 * drive),
+        None => "drives are refused, as two strikers drive the chain".into(),
+    };
+    let offset_s = rms(&|one| Some(one.trigger_offset_s)).unwrap_or(0.0);
     let rule = plain(
         "differences between trials",
         "always fitted; priors of one frame and 5 % decide what the data leave open",
     );
     let evidence = format!(
-        "drives scatter by {:.2} %, trigger offsets by {:.2} us; aligned in {} rounds; farthest is {}",
-        100.0 * drive,
+        "{drives}, trigger offsets by {:.2} us; aligned in {} rounds; farthest is {}",
         1e6 * offset_s,
         evaluation.stitched.rounds,
         farthest_drive(experiment, &evaluation.standings).map_or("none".into(), |drive| drive.as_text())

@@ -158,7 +158,11 @@ impl<'a> Studio<'a> {
         n_threads: NonZero<usize>,
     ) -> Result<Vec<Take<'b>>, Error> {
         let scatters: Vec<Scatter> = trials.iter().map(|trial| self.scatter(trial)).collect();
-        let draws = draw(self.synthetic.seed, &scatters)?;
+        let mut draws = draw(self.synthetic.seed, &scatters)?;
+        if let Some(noise_seed) = self.synthetic.noise_seed {
+            let others = draw(noise_seed, &scatters)?;
+            draws.iter_mut().zip(others).for_each(|(own, other)| own.noise_seed = other.noise_seed);
+        }
         let drawn: Vec<(&Trial, Draw)> = trials.iter().zip(draws).collect();
         let take = |i: usize| {
             let (trial, draw): (&Trial, Draw) = drawn[i];
@@ -267,6 +271,7 @@ impl<'a> Studio<'a> {
         };
         match self.experiment.driven_otherwise() {
             Some(drive) => refuse(drive),
+            None if self.experiment.ground.is_some() => refuse("[ground]"),
             None if self.experiment.chain.ground_stiffness_n_per_m.is_some() => {
                 refuse("chain.ground_stiffness_n_per_m")
             }

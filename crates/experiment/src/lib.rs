@@ -93,8 +93,8 @@ mod wording;
 pub use calibration::{CalibrationFile, ChainMap, ErrorTable, MapTable, middle_px};
 pub use configuration::{
     Analysis, BodyState, Camera, Chain, Contact, ContactTable, DriveTable, Experiment, FarEndTable,
-    FarStrikerTable, FilmedRings, FilmedView, Gaps, Law, Marks, Pattern, Ruler, Striker, Synthetic, Tracking,
-    Trial, Trigger, TrueChain, imposed_motion,
+    FarStrikerTable, FilmedRings, FilmedView, Gaps, GroundTable, Law, Marks, Pattern, Ruler, Striker,
+    Synthetic, Tracking, Trial, Trigger, TrueChain, imposed_motion,
 };
 pub use content::fingerprint;
 pub use corrections::{CORRECTIONS_FILE, Correction, Corrections, Remedy, corrections_csv};
@@ -126,7 +126,7 @@ pub use result_table::{ResultTable, Values};
 pub use results::Results;
 pub use review::{Doubt, DoubtfulReading, ReviewedRecording, review_queue};
 pub use sanity::check;
-pub use scene::ChainScene;
+pub use scene::{BandPoint, ChainScene};
 pub use sensor::SensorFiles;
 pub use setup::{HeldRecordings, Setup};
 pub use share::Share;

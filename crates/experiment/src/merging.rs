@@ -83,7 +83,7 @@ pub(crate) fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>
 }
 
 /// What the experiment states of rest, drives and triggers.
-fn stitching_settings(experiment: &Experiment) -> Settings {
+pub(crate) fn stitching_settings(experiment: &Experiment) -> Settings {
     Settings {
         rest_until_s: experiment.tracking.rest_until_s,
         drive_scatter: Some(experiment.drive_scatter()),

@@ -128,23 +128,24 @@ const UNUSUAL: f64 = 2.58;
 
 /// Recordings whose drive the stated scatter hardly explains.
 fn unusual_drives(experiment: &Experiment, standings: &Standings) -> Vec<UnusualDrive> {
-    let drives = standings.of_recordings.iter().map(|one| drive(experiment, standings, one));
+    let drives = standings.of_recordings.iter().filter_map(|one| drive(experiment, standings, one));
     drives.filter(|drive| drive.in_scatters.abs() > UNUSUAL).collect()
 }
 
 /// The recording whose drive lies farthest from the median.
 pub(crate) fn farthest_drive(experiment: &Experiment, standings: &Standings) -> Option<UnusualDrive> {
-    let drives = standings.of_recordings.iter().map(|one| drive(experiment, standings, one));
+    let drives = standings.of_recordings.iter().filter_map(|one| drive(experiment, standings, one));
     drives.max_by(|a, b| a.in_scatters.abs().total_cmp(&b.in_scatters.abs()))
 }
 
-fn drive(experiment: &Experiment, standings: &Standings, one: &Standing) -> UnusualDrive {
-    let values = standings.of_recordings.iter().map(|standing| standing.drive_deviation.value).collect();
+fn drive(experiment: &Experiment, standings: &Standings, one: &Standing) -> Option<UnusualDrive> {
+    let values = standings.of_recordings.iter().filter_map(|standing| Some(standing.drive_deviation?.value));
+    let values = values.collect();
     let scatter = experiment.drive_scatter();
-    let found = one.drive_deviation;
+    let found = one.drive_deviation?;
     let deviation = Estimate::new(found.value - median(values).unwrap_or(0.0), found.sigma);
     let recording = one.recording.clone();
-    UnusualDrive { recording, in_scatters: deviation.value / scatter, deviation }
+    Some(UnusualDrive { recording, in_scatters: deviation.value / scatter, deviation })
 }
 
 #[cfg(test)]

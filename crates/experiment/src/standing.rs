@@ -14,8 +14,8 @@ pub struct Standing {
     pub recording: String,
     /// Its trigger's lead over the mean trigger, in seconds.
     pub trigger_offset_s: Estimate,
-    /// Its drive relative to the mean drive, less one.
-    pub drive_deviation: Estimate,
+    /// Its drive relative to the mean drive, less one; none where two strikers drive the chain.
+    pub drive_deviation: Option<Estimate>,
 }
 
 /// Trigger and drive of all recordings.
@@ -40,9 +40,15 @@ impl Standings {
         }
     }
 
-    /// From the model where the data accept it, else from the alignment without one. A drive contains what is not known of its view's
+    /// From the model where the data accept it, else from the alignment without one. Of a chain that is struck at both ends drives are refused:
+    /// a recording has two then, and what one number follows is either, as its view has it. A drive contains what is not known of its view's
     /// magnification: a picture that is larger shows a wave that is as much stronger.
-    pub(crate) fn of(alignments: &[Alignment], accepted: Option<&TrackFit>, scale: &ScaleCheck) -> Self {
+    pub(crate) fn of(
+        alignments: &[Alignment],
+        accepted: Option<&TrackFit>,
+        scale: &ScaleCheck,
+        is_struck_twice: bool,
+    ) -> Self {
         let views: Vec<u32> = alignments.iter().map(|alignment| alignment.view).collect();
         let magnified = |recording: &str| {
             let of_recording = alignments.iter().find(|alignment| alignment.recording == recording);
@@ -59,7 +65,7 @@ impl Standings {
             },
             None => Self {
                 source: "the first body's onset",
-                of_recordings: alignments.iter().map(by_onset).collect(),
+                of_recordings: alignments.iter().map(|one| by_onset(one, is_struck_twice)).collect(),
             },
         }
     }
@@ -70,14 +76,14 @@ fn by_model(fitted: &FittedRecording, magnified_sigma: f64) -> Standing {
     Standing {
         recording: fitted.recording.clone(),
         trigger_offset_s: fitted.trigger_offset_s,
-        drive_deviation: Estimate::new(drive.value, drive.sigma.hypot(magnified_sigma)),
+        drive_deviation: Some(Estimate::new(drive.value, drive.sigma.hypot(magnified_sigma))),
     }
 }
 
-fn by_onset(alignment: &Alignment) -> Standing {
+fn by_onset(alignment: &Alignment, is_struck_twice: bool) -> Standing {
     Standing {
         recording: alignment.recording.clone(),
         trigger_offset_s: alignment.trigger_offset_s,
-        drive_deviation: alignment.drive_deviation,
+        drive_deviation: (!is_struck_twice).then_some(alignment.drive_deviation),
     }
 }

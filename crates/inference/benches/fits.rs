@@ -25,6 +25,7 @@ fn chain(velocity_m_per_s: f64) -> Result<Chain, MechanicsError> {
         mass_kg: vec![0.455e-3; N_BODIES],
         damping_kg_per_s: vec![0.003; N_BODIES],
         ground_stiffness_n_per_m: Vec::new(),
+        ground_law: None,
         contact: PowerLaw::new(60.1, 2.27e-3, 0.114)?.into(),
         drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s, damping_kg_per_s: 0.2 }),
         far_end: FarEnd::Free,

@@ -35,6 +35,7 @@ fn chain(c_d: f64, c_s: f64, velocity_m_per_s: f64) -> Result<Chain, FitError> {
         mass_kg: vec![0.455e-3; N_BODIES],
         damping_kg_per_s: vec![c_d; N_BODIES],
         ground_stiffness_n_per_m: Vec::new(),
+        ground_law: None,
         contact: PowerLaw::new(60.1, 2.27e-3, 0.114)?.into(),
         drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s, damping_kg_per_s: c_s }),
         far_end: FarEnd::Free,

@@ -85,6 +85,7 @@ fn chain(contact: Contacts, c_d: f64, velocity_m_per_s: f64) -> Chain {
         mass_kg: vec![BODY_KG; N_BODIES],
         damping_kg_per_s: vec![c_d; N_BODIES],
         ground_stiffness_n_per_m: Vec::new(),
+        ground_law: None,
         contact,
         drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s, damping_kg_per_s: C_S_KG_PER_S }),
         far_end: FarEnd::Free,

@@ -10,7 +10,7 @@ pub enum Quantity {
     BodyMass,
     /// Mass of the striker.
     StrikerMass,
-    /// Stiffness of the springs to ground.
+    /// Stiffness of what holds bodies to ground: springs, and the force of a curve.
     Ground,
     /// Stiffness of the contacts: the prefactor A of a power law, the force of any other.
     Prefactor,
@@ -84,6 +84,7 @@ impl Quantity {
             Self::StrikerMass => striker.mass_kg *= factor,
             Self::Ground => {
                 chain.ground_stiffness_n_per_m.iter_mut().for_each(|k_n_per_m| *k_n_per_m *= factor);
+                chain.ground_law = chain.ground_law.as_ref().map(|law| law.times(factor));
             }
             Self::Prefactor => chain.contact.for_each(&mut |contact| stiffen(contact, factor)),
             Self::Offset => chain.contact.for_each_power_law(|law| law.delta_0_m *= factor),

@@ -120,6 +120,7 @@ pub fn stated_model(n_threads: NonZero<usize>) -> Result<TrackModel, FitError> {
             mass_kg: vec![BODY_KG; N_BODIES],
             damping_kg_per_s: vec![1e-3; N_BODIES],
             ground_stiffness_n_per_m: Vec::new(),
+            ground_law: None,
             contact: law()?.into(),
             drive: Drive::Striker(striker),
             far_end: FarEnd::Free,

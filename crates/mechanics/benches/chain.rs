@@ -28,6 +28,7 @@ fn chain(n_bodies: usize) -> Result<Chain, MechanicsError> {
         mass_kg: vec![MASS_KG; n_bodies],
         damping_kg_per_s: vec![C_D; n_bodies],
         ground_stiffness_n_per_m: Vec::new(),
+        ground_law: None,
         contact: PowerLaw::new(a, delta_0_m, p)?.into(),
         drive: Drive::Striker(Striker {
             mass_kg: STRIKER_KG,

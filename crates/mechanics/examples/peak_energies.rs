@@ -12,6 +12,7 @@ fn struck(damping_kg_per_s: f64, striker_damping_kg_per_s: f64) -> Result<Simula
         mass_kg: vec![0.455e-3; 26],
         damping_kg_per_s: vec![damping_kg_per_s; 26],
         ground_stiffness_n_per_m: Vec::new(),
+        ground_law: None,
         contact: PowerLaw::new(60.1, 2.27e-3, 0.114)?.into(),
         drive: Drive::Striker(striker),
         far_end: FarEnd::Free,

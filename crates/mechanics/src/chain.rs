@@ -6,6 +6,7 @@ mod change;
 mod course;
 pub(crate) mod force_row;
 mod front;
+pub(crate) mod ground;
 pub(crate) mod imposed;
 mod ledger;
 mod linear_chain;

@@ -9,7 +9,7 @@ mod power_lanes;
 mod power_table;
 pub(crate) mod spring;
 pub(crate) mod striker;
-mod table;
+pub(crate) mod table;
 pub(crate) mod tension;
 
 pub use contacts::{Contact, Contacts, Law};

@@ -19,6 +19,7 @@
 //!     mass_kg: vec![0.455e-3; 26],
 //!     damping_kg_per_s: vec![0.003; 26],
 //!     ground_stiffness_n_per_m: Vec::new(),
+//!     ground_law: None,
 //!     contact: PowerLaw::new(60.1, 2.27e-3, 0.114)?.into(),
 //!     drive: Drive::Striker(striker),
 //!     far_end: FarEnd::Free,

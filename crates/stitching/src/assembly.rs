@@ -32,16 +32,16 @@ impl AlignmentState<'_> {
             n_trials: Array2::zeros(shape),
         };
         for (row, of_body) in field.iter().enumerate() {
+            let shared_m2 = shared_m2(&motion, row);
             for (i, (contributions, response)) in
                 of_body.iter().enumerate().filter(|(_, (all, _))| !all.is_empty())
             {
-                let shared: f64 = motion.modes.iter().map(|mode| mode.displacement_m[(row, i)].powi(2)).sum();
                 let noise = |gain: fn(&Contribution) -> f64| -> f64 {
                     let part =
                         |c: &Contribution| (response.gain(c, &self.drive) * c.read.sigma).powi(2) * gain(c);
                     ratios[row].powi(2) * contributions.iter().map(part).sum::<f64>()
                 };
-                let sigma_m = (noise(|c| c.read.noise_gain) + shared).sqrt();
+                let sigma_m = (noise(|c| c.read.noise_gain) + shared_m2[i]).sqrt();
                 motion.displacement_m[(row, i)] = Some(Estimate::new(response.motion_m, sigma_m));
                 motion.independent_sigma_m[(row, i)] = noise(|_| 1.0).sqrt();
                 motion.n_trials[(row, i)] = contributions.len() as u32;
@@ -97,5 +97,15 @@ impl AlignmentState<'_> {
     }
 }
 
+/// Variance that the error modes make of one body's motion at each time, in square metres.
+fn shared_m2(motion: &ChainMotion, row: usize) -> Vec<f64> {
+    let mut shared_m2 = vec![0.0; motion.times_s.len()];
+    for mode in &motion.modes {
+        let of_body = mode.displacement_m.row(row);
+        shared_m2.iter_mut().zip(of_body).for_each(|(sum, error_m)| *sum += error_m.powi(2));
+    }
+    shared_m2
+}
+
 /// T''/2 over beta: 0.02 to 0.09 in the bodies of the paper's chain, and 0.5 where T goes with the drive's logarithm.
-const BENT_SHARE: f64 = 0.2;
+pub(crate) const BENT_SHARE: f64 = 0.2;

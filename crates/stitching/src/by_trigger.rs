@@ -30,7 +30,15 @@ struct Reading {
 /// Whether an alignment is none: its recordings scatter by several times what the trackers' sigma lets expect. Where bodies tie all of them,
 /// that alone decides, settled or not. Groups that nothing ties each settle for themselves and are joined by their triggers anyway, with the
 /// errors of their means; there it must not have settled either, lest one recording of one group undo all others.
-pub(crate) fn is_contradicted(stitched: &Stitched, n_groups: usize) -> bool {
+///
+/// An alignment that ties all of them and in its last round still moves triggers by more than they were known to before is none either,
+/// however well recordings agree: as where a front runs alike whatever set it off, and a drive is to all bodies behind the first what a
+/// trigger is.
+pub(crate) fn is_contradicted(stitched: &Stitched, n_groups: usize, trigger_prior_s: f64) -> bool {
+    let is_lost = stitched.unsettled.is_some_and(|unsettled| unsettled.offset_change_s > trigger_prior_s);
+    if n_groups == 1 && is_lost {
+        return true;
+    }
     let squares = stitched.alignments.iter().map(|alignment| alignment.scatter_ratio.powi(2));
     let mean = squares.sum::<f64>() / stitched.alignments.len().max(1) as f64;
     mean.sqrt() > SOUND_SCATTER && (n_groups == 1 || stitched.unsettled.is_some())
@@ -100,7 +108,7 @@ pub(crate) fn averaged_by_trigger(
         drive_deviation: Estimate::new(0.0, settings.drive_scatter.unwrap_or(settings.drive_prior)),
         scatter_ratio,
     };
-    let said = "no smooth response to the drive explains how trials differ: they are averaged by their triggers, with the error of a mean of trials \
+    let said = "no smooth response to the drive tells how trials differ: they are averaged by their triggers, with the error of a mean of trials \
                 that scatter so; triggers and drives are not told (hint: motion_by_model has each trial by the chain model where that is accepted)";
     let mut warnings = vec![said.to_owned()];
     warnings.extend(contradicted.warnings.iter().cloned());
@@ -198,9 +206,20 @@ mod tests {
     fn scatter_decides_where_all_recordings_are_tied() {
         let observations: Vec<Observation> = (1..6).map(|number| trial(number, NEVER_S)).collect();
         let mut merged = crate::merge(&observations, &Settings::new(1, 1e-4)).unwrap();
-        assert!(merged.unsettled.is_none() && !is_contradicted(&merged, 1));
+        assert!(merged.unsettled.is_none() && !is_contradicted(&merged, 1, 1e-4));
         merged.alignments.iter_mut().for_each(|one| one.scatter_ratio = 1.1 * SOUND_SCATTER);
-        assert!(is_contradicted(&merged, 1) && !is_contradicted(&merged, 12));
+        assert!(is_contradicted(&merged, 1, 1e-4) && !is_contradicted(&merged, 12, 1e-4));
+
+        // What still moves by more than a trigger was known to before has aligned nothing, however well recordings agree.
+        merged.alignments.iter_mut().for_each(|one| one.scatter_ratio = 1.0);
+        let left = |offset_change_s: f64| {
+            let phase = crate::AlignmentPhase::Onset;
+            Some(crate::Unsettled { phase, rounds: 50, offset_change_s, drive_change: 1e-3 })
+        };
+        merged.unsettled = left(0.9e-4);
+        assert!(!is_contradicted(&merged, 1, 1e-4));
+        merged.unsettled = left(1.3e-4);
+        assert!(is_contradicted(&merged, 1, 1e-4) && !is_contradicted(&merged, 12, 1e-4));
     }
 
     #[test]

@@ -18,14 +18,14 @@ use crate::settings::FirstBody;
 
 /// The first body's onset ends when it has moved this share of its way. A shorter one knows beta worse, and the other bodies' do not
 /// begin in proportion to the drive.
-const ONSET_SHARE: f64 = 0.1;
+pub(crate) const ONSET_SHARE: f64 = 0.1;
 /// Standard deviation of what the response of a softening chain leaves of proportion within the onset, as an error of beta over
 /// the onset's length: on the paper's chain beta is 9 us off, of 0.7 ms.
-const DEPARTURE: f64 = 0.013;
+pub(crate) const DEPARTURE: f64 = 0.013;
 
 /// The same as a relative error of alpha, and so of the drives' scale: on the paper's chain alpha is 0.913 at 2.73 m/s and 0.967 at
 /// 0.83 m/s.
-const DEPARTURE_OF_SCALE: f64 = 0.1;
+pub(crate) const DEPARTURE_OF_SCALE: f64 = 0.1;
 
 /// What the first body's onset reads of (alpha, beta), for which there S = alpha X + beta dX/dt.
 #[derive(Debug, Clone)]

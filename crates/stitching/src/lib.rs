@@ -61,6 +61,7 @@
 //! [`ChainMotion`]: chainwave_measurement::ChainMotion
 
 mod assembly;
+mod assumptions;
 mod averaged;
 mod body_response;
 mod by_trigger;
@@ -88,6 +89,7 @@ mod stitched;
 mod time_base;
 mod trigger_scatter;
 
+pub use assumptions::Assumption;
 pub use averaged::averaged;
 pub use error::StitchingError;
 pub use merge::merge;

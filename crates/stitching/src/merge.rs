@@ -15,7 +15,7 @@ use crate::time_base::common_interval_s;
 ///
 /// The common time base has the observations' median frame interval, rounded to five digits, and contains t = 0. Recordings that
 /// share no body with the others, or too little of its way to settle where they stand, are joined to them by their trigger: their
-/// motion has the error of their own mean drive and mean trigger. Where no smooth response to the drive explains how trials differ, they are
+/// motion has the error of their own mean drive and mean trigger. Where no smooth response to the drive tells how trials differ, they are
 /// averaged by their triggers.
 ///
 /// # Errors
@@ -41,7 +41,7 @@ pub fn merge(observations: &[Observation], settings: &Settings) -> Result<Stitch
     }
     let n_groups = settled.len();
     let stitched = joined(observations, settled, settings, interval_s).ok_or(StitchingError::Empty)?;
-    match is_contradicted(&stitched, n_groups) {
+    match is_contradicted(&stitched, n_groups, settings.trigger_prior_s(interval_s)) {
         true => averaged_by_trigger(observations, settings, interval_s, &stitched),
         false => Ok(stitched),
     }

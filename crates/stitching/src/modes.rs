@@ -4,7 +4,7 @@ use chainwave_measurement::{ErrorMode, ErrorSource};
 use nalgebra::{DMatrix, DVector};
 use ndarray::Array2;
 
-use crate::body_response::{Contribution, FittedTime};
+use crate::body_response::FittedTime;
 use crate::fitted::Fitted;
 use crate::gauge::Exchange;
 use crate::normal_equations::offset_sensitivity;
@@ -35,8 +35,9 @@ impl AlignmentState<'_> {
     /// Every displacement error that many samples share: of the alignment and the places at rest, and of what the responses'
     /// priors stand in for.
     pub(crate) fn error_modes(&self, field: &Fitted, directions: &[AlignmentDirection]) -> Vec<ErrorMode> {
+        let gains = Gains::of(field, &self.drive);
         let mut modes: Vec<ErrorMode> =
-            directions.iter().map(|direction| self.displacement_error(field, direction)).collect();
+            directions.iter().map(|direction| self.displacement_error(&gains, direction)).collect();
         modes.extend(self.prior_modes(field));
         modes
     }
@@ -108,13 +109,12 @@ impl AlignmentState<'_> {
     }
 
     /// The displacement error that an alignment error makes, with the place at rest behind it.
-    fn displacement_error(&self, field: &Fitted, direction: &AlignmentDirection) -> ErrorMode {
-        let mut displacement_m = self.alignment_error(field, &direction.error);
+    fn displacement_error(&self, gains: &Gains, direction: &AlignmentDirection) -> ErrorMode {
+        let mut displacement_m = gains.error_m(&direction.error);
         if let Some((recording, row, rest_sigma_m)) = direction.at_rest {
-            for (i, (contributions, response)) in field[row].iter().enumerate().skip(self.end_of_rest()) {
-                let own = contributions.iter().filter(|c| c.recording == recording);
-                let error_m: f64 = own.map(|c| response.gain(c, &self.drive) * rest_sigma_m).sum();
-                displacement_m[(row, i)] += error_m;
+            for i in self.end_of_rest()..gains.shape.1 {
+                let own = gains.at(row, i).iter().filter(|gain| gain.recording == recording);
+                displacement_m[(row, i)] += own.map(|gain| gain.of_reading * rest_sigma_m).sum::<f64>();
             }
         }
         ErrorMode { source: direction.source.clone(), displacement_m }
@@ -126,19 +126,8 @@ impl AlignmentState<'_> {
         let all = |of_offsets: bool| {
             DVector::from_fn(2 * n, |row, _| f64::from(u8::from((row >= n) == of_offsets)))
         };
-        [all(false), all(true)].map(|direction| self.alignment_error(field, &direction))
-    }
-
-    fn alignment_error(&self, field: &Fitted, direction: &DVector<f64>) -> Array2<f64> {
-        let n = self.observations.len();
-        Array2::from_shape_fn((field.len(), self.times_s.len()), |(row, i)| {
-            let (contributions, response) = &field[row][i];
-            let error = |c: &Contribution| {
-                let [by_drive, by_offset] = response.residual_slopes(self.drive[c.recording]);
-                by_drive * direction[c.recording] + by_offset * direction[n + c.recording]
-            };
-            contributions.iter().map(|c| response.gain(c, &self.drive) * error(c)).sum()
-        })
+        let gains = Gains::of(field, &self.drive);
+        [all(false), all(true)].map(|direction| gains.error_m(&direction))
     }
 
     /// For each group of bodies that the same recordings saw, the error of their responses beyond what readings tell: where the
@@ -181,6 +170,60 @@ impl AlignmentState<'_> {
             contributions.iter().map(|c| response.gain(c, &self.drive) * cube(self.drive[c.recording])).sum();
         let third_order_m = self.settings.third_order_prior * rms_m * (mean_cube - taken);
         slope_m.hypot(common * curvature_m).hypot(third_order_m)
+    }
+}
+
+/// What the mean motion does with each reading, worked out once for all the directions in which recordings may be off: there are some of
+/// them for each body of each recording.
+struct Gains {
+    /// Those of one body and time after the other.
+    all: Vec<Gain>,
+    /// Where those of each body and time begin, and where the last ones end.
+    begins: Vec<usize>,
+    /// Bodies and times.
+    shape: (usize, usize),
+    n_recordings: usize,
+}
+
+/// What the mean motion does with one reading.
+struct Gain {
+    recording: usize,
+    /// Derivative of the motion by the reading.
+    of_reading: f64,
+    /// Derivatives of the reading's residual by its recording's drive and offset.
+    slopes: [f64; 2],
+}
+
+impl Gains {
+    fn of(field: &Fitted, drive: &[f64]) -> Self {
+        let mut all = Vec::new();
+        let mut begins = vec![0];
+        for (contributions, response) in field.iter().flatten() {
+            all.extend(contributions.iter().map(|one| Gain {
+                recording: one.recording,
+                of_reading: response.gain(one, drive),
+                slopes: response.residual_slopes(drive[one.recording]),
+            }));
+            begins.push(all.len());
+        }
+        let shape = (field.len(), field.first().map_or(0, Vec::len));
+        Self { all, begins, shape, n_recordings: drive.len() }
+    }
+
+    fn at(&self, row: usize, i: usize) -> &[Gain] {
+        let place = row * self.shape.1 + i;
+        &self.all[self.begins[place]..self.begins[place + 1]]
+    }
+
+    /// The displacement error in metres that an error of drives and offsets makes.
+    fn error_m(&self, direction: &DVector<f64>) -> Array2<f64> {
+        let error = |gain: &Gain| {
+            let [by_drive, by_offset] = gain.slopes;
+            by_drive * direction[gain.recording] + by_offset * direction[self.n_recordings + gain.recording]
+        };
+        Array2::from_shape_fn(self.shape, |(row, i)| {
+            self.at(row, i).iter().map(|gain| gain.of_reading * error(gain)).sum()
+        })
     }
 }
 

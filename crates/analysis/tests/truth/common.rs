@@ -45,6 +45,7 @@ pub(crate) fn paper_chain(
         mass_kg: vec![0.455e-3; n_bodies],
         damping_kg_per_s: vec![0.003; n_bodies],
         ground_stiffness_n_per_m: Vec::new(),
+        ground_law: None,
         contact: ring_law().into(),
         drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s, damping_kg_per_s: 0.2 }),
         far_end,

@@ -209,8 +209,10 @@ fn of_recordings(
         let (offset_s, drive) = (mean_delay_s - delays_s[*row], strikers[*row] / mean_striker - 1.0);
         add("trigger offset", standing.trigger_offset_s, offset_s);
         add("trigger offset by onset", alignment.trigger_offset_s, offset_s);
-        add("drive", standing.drive_deviation, drive);
-        add("drive by onset", alignment.drive_deviation, drive);
+        if let Some(stated) = standing.drive_deviation {
+            add("drive", stated, drive);
+            add("drive by onset", alignment.drive_deviation, drive);
+        }
     }
     let fit = evaluation.track_fit.iter().filter(|_| evaluation.damping.reason(TRACKS).is_none());
     for one in fit.flat_map(|fit| &fit.recordings) {

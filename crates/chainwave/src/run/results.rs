@@ -133,19 +133,28 @@ fn write_alignment(folder: &Path, tracked: &Tracked, evaluation: &Evaluation) ->
     let standings = &evaluation.standings;
     let stated =
         |value: &dyn Fn(&Standing) -> f64| standings.of_recordings.iter().map(value).collect::<Vec<f64>>();
+    // What is refused of the standings is refused by the onset alone as well.
+    let drives = |number: &dyn Fn(Estimate) -> f64, by_onset: bool| -> Vec<Option<f64>> {
+        let both = standings.of_recordings.iter().zip(alignments);
+        let drive = |(standing, one): (&Standing, &Alignment)| {
+            let stated = standing.drive_deviation?;
+            Some(number(if by_onset { one.drive_deviation } else { stated }))
+        };
+        both.map(drive).collect()
+    };
     let columns = vec![
         column("recording", alignments.iter().map(|one| one.recording.as_str()).collect::<Vec<_>>()),
         column("view", alignments.iter().map(|one| one.view).collect::<Vec<_>>()),
         column("trial", alignments.iter().map(|one| one.trial).collect::<Vec<_>>()),
         column("trigger_offset_s", stated(&|one| one.trigger_offset_s.value)),
         column("trigger_offset_sigma_s", stated(&|one| one.trigger_offset_s.sigma)),
-        column("drive_deviation", stated(&|one| one.drive_deviation.value)),
-        column("drive_deviation_sigma", stated(&|one| one.drive_deviation.sigma)),
+        column("drive_deviation", drives(&|drive| drive.value, false)),
+        column("drive_deviation_sigma", drives(&|drive| drive.sigma, false)),
         column("offset_and_drive_from", vec![standings.source; alignments.len()]),
         column("onset_trigger_offset_s", of(&|one| one.trigger_offset_s.value)),
         column("onset_trigger_offset_sigma_s", of(&|one| one.trigger_offset_s.sigma)),
-        column("onset_drive_deviation", of(&|one| one.drive_deviation.value)),
-        column("onset_drive_deviation_sigma", of(&|one| one.drive_deviation.sigma)),
+        column("onset_drive_deviation", drives(&|drive| drive.value, true)),
+        column("onset_drive_deviation_sigma", drives(&|drive| drive.sigma, true)),
         column("scatter_ratio", of(&|one| one.scatter_ratio)),
         column("striker_velocity_m_per_s", fitted(&|one| one.striker_velocity_m_per_s.value)),
         column("striker_velocity_sigma", fitted(&|one| one.striker_velocity_m_per_s.sigma)),

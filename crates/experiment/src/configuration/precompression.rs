@@ -15,9 +15,9 @@ const MOST_M: f64 = 1e3;
 /// # Errors
 /// Contacts that do not hold it, and bodies that springs to ground hold as well.
 pub(super) fn precompressed_m(chain: &Chain, force_n: f64) -> Result<Vec<f64>, Error> {
-    if !chain.ground_stiffness_n_per_m.is_empty() {
+    if !chain.ground_stiffness_n_per_m.is_empty() || chain.ground_law.is_some() {
         return Err(Error::Value(
-            "drive.precompression_n: expected a chain without springs to ground, which share the force (hint: state the places by initial)"
+            "drive.precompression_n: expected a chain that nothing holds to ground, which would share the force (hint: state the places by initial)"
                 .into(),
         ));
     }
@@ -73,6 +73,7 @@ mod tests {
             mass_kg: vec![1e-3; 3],
             damping_kg_per_s: vec![0.0; 3],
             ground_stiffness_n_per_m: Vec::new(),
+            ground_law: None,
             contact,
             drive: Drive::Free { displacement_m: vec![0.0; 3], velocity_m_per_s: vec![0.0; 3] },
             far_end,

@@ -100,6 +100,7 @@ impl Row<'_> {
                     self.chain.damping_kg_per_s[body] * v_m_per_s[mass]
                         + self.friction_n * (v_m_per_s[mass] / HELD_M_PER_S).tanh()
                         + self.chain.ground_stiffness_n_per_m.get(body).map_or(0.0, |k| k * x_m[mass])
+                        + self.chain.ground_law.as_ref().map_or(0.0, |law| law.force_n(x_m[mass]))
                 }
             };
             rates[mass] = v_m_per_s[mass];
@@ -120,6 +121,7 @@ mod tests {
             mass_kg: vec![0.455e-3; 6],
             damping_kg_per_s: vec![0.003; 6],
             ground_stiffness_n_per_m: Vec::new(),
+            ground_law: None,
             contact: PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap().into(),
             drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s: 2.73, damping_kg_per_s: 0.2 }),
             far_end: FarEnd::Fixed,

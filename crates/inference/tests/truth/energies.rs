@@ -25,6 +25,7 @@ fn fitted(motion: &ChainMotion, known: Vec<Known>) -> EnergyFit {
             mass_kg: vec![0.455e-3; N_BODIES],
             damping_kg_per_s: vec![0.001; N_BODIES],
             ground_stiffness_n_per_m: Vec::new(),
+            ground_law: None,
             contact: law.into(),
             drive: Drive::Striker(striker),
             far_end: FarEnd::Free,

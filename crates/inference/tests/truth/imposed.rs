@@ -17,6 +17,7 @@ fn model(known: Vec<Known>) -> ImposedModel {
         mass_kg: vec![0.455e-3; N_BODIES],
         damping_kg_per_s: vec![0.001; N_BODIES],
         ground_stiffness_n_per_m: Vec::new(),
+        ground_law: None,
         contact: ring_law().into(),
         drive: chainwave_mechanics::Drive::Free { displacement_m: Vec::new(), velocity_m_per_s: Vec::new() },
         far_end: FarEnd::Free,

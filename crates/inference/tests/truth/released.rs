@@ -19,6 +19,7 @@ fn chain(damping_kg_per_s: f64) -> Chain {
         mass_kg: vec![0.455e-3; N_BODIES],
         damping_kg_per_s: vec![damping_kg_per_s; N_BODIES],
         ground_stiffness_n_per_m: vec![150.0; N_BODIES],
+        ground_law: None,
         contact: ring_law().into(),
         drive: Drive::Free {
             displacement_m: (0..N_BODIES).map(|i| 2e-4 * along(i)).collect(),

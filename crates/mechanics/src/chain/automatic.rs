@@ -187,12 +187,15 @@ impl Assignment<'_> {
 }
 
 /// The largest relative change of stiffness per overlap of any power law, |p - 1| / delta_0; nothing where there is another
-/// kind of law.
+/// kind of law, be it to ground.
 fn steepest_bend_per_m(chain: &Chain) -> Option<f64> {
     let bend = |contact: &Contact| match &contact.law {
         Law::Power(law) => Some((law.p - 1.0).abs() / law.delta_0_m),
         _ => None,
     };
+    if chain.ground_law.is_some() {
+        return None;
+    }
     chain.all_contacts().into_iter().map(bend).try_fold(0.0_f64, |largest, bend| Some(largest.max(bend?)))
 }
 

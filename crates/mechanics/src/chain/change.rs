@@ -56,6 +56,7 @@ impl Change {
         let is_felt = below.mass_kg != above.mass_kg
             || below.damping_kg_per_s != above.damping_kg_per_s
             || below.ground_stiffness_n_per_m != above.ground_stiffness_n_per_m
+            || below.ground_law != above.ground_law
             || of_striker(below) != of_striker(above);
         if is_felt { Seat::MassesAndDampers } else { Seat::Drive }
     }
@@ -81,7 +82,7 @@ impl Asked<'_> {
 pub(crate) enum Seat {
     /// What the gaps hold.
     Contacts,
-    /// The same springs move other masses, or against other dampers or springs to ground.
+    /// The same springs move other masses, or against other dampers or what holds them to ground.
     MassesAndDampers,
     /// What is imposed on a body, or how it begins: accelerations are the same.
     Drive,

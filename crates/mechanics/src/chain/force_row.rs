@@ -2,7 +2,7 @@
 
 use pulp::Simd;
 
-use super::state::row_length;
+use super::{ground::Ground, state::row_length};
 use crate::lanes::{PADDING, row::AlignedRow};
 
 /// Forces of the gaps in newtons, positive in compression; in front of them stands the force on the free side of the first
@@ -11,7 +11,7 @@ use crate::lanes::{PADDING, row::AlignedRow};
 pub(crate) struct ForceRow {
     /// The gaps' forces begin a line of the cache, one vector behind the start.
     force_n: AlignedRow,
-    /// The force before each mass with the push of its spring to ground, where there are such springs.
+    /// The force before each mass with the push of what holds it to ground, where anything does.
     held_n: AlignedRow,
     is_held: bool,
 }
@@ -22,18 +22,14 @@ impl ForceRow {
         Self { held_n: force_n.clone(), force_n, is_held: false }
     }
 
-    /// Takes in what springs to ground, where there are any, do to the first masses, once the gaps' forces stand.
+    /// Takes in what holds the first masses to ground, where anything does, once the gaps' forces stand.
     #[inline(always)]
-    pub(crate) fn hold<S: Simd>(&mut self, simd: S, ground_n_per_m: Option<&AlignedRow>, x_m: &[f64]) {
-        self.is_held = ground_n_per_m.is_some();
-        let Some(ground_n_per_m) = ground_n_per_m else { return };
+    pub(crate) fn hold<S: Simd>(&mut self, simd: S, ground: Option<&Ground>, x_m: &[f64]) {
+        self.is_held = ground.is_some();
+        let Some(ground) = ground else { return };
         let n = x_m.len();
         let (before, _) = S::as_simd_f64s(&self.force_n[PADDING - 1..][..n]);
-        let springs = S::as_simd_f64s(&ground_n_per_m[..n]).0.iter().zip(S::as_simd_f64s(x_m).0);
-        let held = S::as_mut_simd_f64s(&mut self.held_n[..n]).0;
-        for (held, (before, (k, x))) in held.iter_mut().zip(before.iter().zip(springs)) {
-            *held = simd.sub_f64s(*before, simd.mul_f64s(*k, *x));
-        }
+        ground.hold(simd, x_m, before, &mut self.held_n[..n]);
     }
 
     /// Takes over the forces behind the first `n` masses of another row.
@@ -48,7 +44,7 @@ impl ForceRow {
         &mut self.force_n[PADDING..PADDING + n]
     }
 
-    /// The forces before and behind the first `n` masses, as vectors; springs to ground push from before.
+    /// The forces before and behind the first `n` masses, as vectors; what holds them to ground pushes from before.
     #[inline(always)]
     pub(crate) fn beside<S: Simd>(&self, n: usize) -> (&[S::f64s], &[S::f64s]) {
         let gaps = &self.force_n[PADDING - 1..][..n];

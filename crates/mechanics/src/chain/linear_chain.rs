@@ -62,10 +62,10 @@ impl LinearChain {
 }
 
 impl Chain {
-    /// The linear chain of the first gap's stiffness at zero overlap and the first body's mass and spring to ground, none for a chain without a body.
+    /// The linear chain of the first gap's stiffness at zero overlap and the first body's mass and hold to ground, none for a chain without a body.
     pub fn linear(&self) -> Option<LinearChain> {
         let stiffness_n_per_m = self.contact.k_0_n_per_m();
-        let ground_n_per_m = self.ground_stiffness_n_per_m.first().copied().unwrap_or(0.0);
+        let ground_n_per_m = self.ground_at_rest_n_per_m().first().copied().unwrap_or(0.0);
         self.mass_kg.first().map(|&mass_kg| LinearChain { stiffness_n_per_m, mass_kg, ground_n_per_m })
     }
 }

@@ -6,6 +6,7 @@ use pulp::{Simd, WithSimd};
 
 use super::{
     force_row::ForceRow,
+    ground::Ground,
     imposed::ImposedMotion,
     parameters::{Chain, Drive},
     row::{End, Row},
@@ -34,8 +35,8 @@ pub(crate) struct ChainModel<'a> {
     pub(crate) mass_kg: AlignedRow,
     pub(crate) inverse_mass_per_kg: AlignedRow,
     pub(crate) damping_kg_per_s: AlignedRow,
-    /// Springs to ground, where there are any.
-    pub(crate) ground_n_per_m: Option<AlignedRow>,
+    /// What holds masses to ground, where anything does.
+    pub(crate) ground: Option<Ground>,
     /// The contacts of the strikers in front and at the far end, where there are any.
     pub(crate) strikers: [Option<StrikerContact>; 2],
     n_masses: usize,
@@ -60,7 +61,7 @@ impl<'a> ChainModel<'a> {
             inverse_mass_per_kg,
             mass_kg: aligned(mass_kg),
             damping_kg_per_s: aligned(row.ground_kg_per_s()),
-            ground_n_per_m: row.ground_n_per_m().map(aligned),
+            ground: Ground::of(chain, &row),
             strikers: End::BOTH.map(struck),
             n_masses,
             row,
@@ -139,12 +140,12 @@ impl<'a> ChainModel<'a> {
     ) {
         self.gaps.forces(simd, x_m, self.idle(touching), force_n.behind(active));
         self.end(touching, force_n.behind(active));
-        force_n.hold(simd, self.ground_n_per_m.as_ref(), &x_m[..active]);
+        force_n.hold(simd, self.ground.as_ref(), &x_m[..active]);
     }
 
-    /// Spring of a mass to ground in newtons per metre.
-    pub(crate) fn ground_n_per_m(&self, mass: usize) -> f64 {
-        self.ground_n_per_m.as_ref().map_or(0.0, |row| row[mass])
+    /// Stiffness of what holds a mass to ground, at a displacement, in newtons per metre.
+    pub(crate) fn ground_n_per_m(&self, mass: usize, x_m: f64) -> f64 {
+        self.ground.as_ref().map_or(0.0, |ground| ground.stiffness_n_per_m(mass, x_m))
     }
 
     #[inline(always)]
@@ -204,7 +205,7 @@ impl<'a> ChainModel<'a> {
         if self.imposed.is_some() {
             lost_w -= force_n.behind(active)[0] * v_m_per_s[0];
         }
-        force_n.hold(simd, self.ground_n_per_m.as_ref(), &x_m[..active]);
+        force_n.hold(simd, self.ground.as_ref(), &x_m[..active]);
         lost_w + self.accelerate(simd, &v_m_per_s[..active], force_n, acceleration_m_per_s2)
     }
 
@@ -274,8 +275,8 @@ impl<'a> ChainModel<'a> {
         let force_n = |i: usize| springs_n[i] + dashpots_n[i];
         let drag_n = |state: &ChainState, mass: usize| {
             let damper_n = self.damping_kg_per_s[mass] * state.v_m_per_s[mass];
-            match &self.ground_n_per_m {
-                Some(row) => damper_n + row[mass] * state.x_m[mass],
+            match &self.ground {
+                Some(ground) => damper_n + ground.force_n(mass, state.x_m[mass]),
                 None => damper_n,
             }
         };
@@ -405,9 +406,9 @@ impl WithSimd for Energy<'_> {
         let mut energy_j = vec![0.0; active];
         model.gaps.energies(simd, &state.x_m, &mut energy_j);
         model.end(state.touching, &mut energy_j);
-        if let Some(ground_n_per_m) = &model.ground_n_per_m {
-            let springs = ground_n_per_m.iter().zip(state.x_m.iter());
-            energy_j.iter_mut().zip(springs).for_each(|(energy, (k, x))| *energy += 0.5 * k * x * x);
+        if let Some(ground) = &model.ground {
+            let places = energy_j.iter_mut().zip(state.x_m.iter()).enumerate();
+            places.for_each(|(mass, (energy, x))| *energy += ground.energy_j(mass, *x));
         }
         let mut sums = [0.0; PADDING];
         let masses = model.mass_kg.as_chunks::<PADDING>().0;

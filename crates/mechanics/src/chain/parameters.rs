@@ -3,12 +3,15 @@
 use super::imposed::ImposedMotion;
 use crate::{
     check,
-    contact::contacts::{Contact, Contacts},
+    contact::{
+        contacts::{Contact, Contacts},
+        table::TableLaw,
+    },
     error::MechanicsError,
 };
 
 /// A chain of bodies in contact, each a point mass with a dashpot, and where stated a spring, to ground:
-/// m x_n'' = F(Delta_{n-1}) - F(Delta_n) - c_d x_n' - k_g x_n, with the overlap Delta_n = x_n - x_{n+1} of gap n.
+/// m x_n'' = F(Delta_{n-1}) - F(Delta_n) - c_d x_n' - k_g x_n - g(x_n), with the overlap Delta_n = x_n - x_{n+1} of gap n.
 ///
 /// Body n (from 1, the struck one) is entry n - 1 of the lists. Gaps are bonded: they push and pull.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,6 +22,9 @@ pub struct Chain {
     pub damping_kg_per_s: Vec<f64>,
     /// Spring k_g of each body to ground in newtons per metre, at rest where the body is; empty for a chain without.
     pub ground_stiffness_n_per_m: Vec<f64>,
+    /// What holds each body to ground besides: a force against its displacement, along a curve that may fall as well as rise, as that of a
+    /// bistable beam; none for a chain without.
+    pub ground_law: Option<TableLaw>,
     /// What lies in the gaps; a [`crate::PowerLaw`] turns `into()` it.
     pub contact: Contacts,
     /// What sets the chain in motion.
@@ -84,6 +90,13 @@ impl Chain {
     /// Number of bodies.
     pub fn n_bodies(&self) -> usize {
         self.mass_kg.len()
+    }
+
+    /// Stiffness of what holds each body to ground, where it rests, in newtons per metre.
+    pub fn ground_at_rest_n_per_m(&self) -> Vec<f64> {
+        let by_curve = self.ground_law.as_ref().map_or(0.0, |law| law.stiffness_n_per_m(0.0));
+        let spring = |body: usize| self.ground_stiffness_n_per_m.get(body).copied().unwrap_or(0.0);
+        (0..self.n_bodies()).map(|body| spring(body) + by_curve).collect()
     }
 
     /// The striker at the far end, where there is one.

@@ -1,6 +1,7 @@
 //! Bounds of the chain's oscillation and decay (Gershgorin), and the stable step that follows from them.
 
 use super::{
+    ground::Ground,
     ledger::Ledger,
     parameters::Chain,
     row::{End, Row},
@@ -13,7 +14,7 @@ pub(crate) struct Pace<'a> {
     row: Row<'a>,
     /// The row's inverse masses; zero where the motion is imposed.
     inverse_mass_per_kg: Vec<f64>,
-    /// The row's springs to ground.
+    /// The largest stiffness of what holds the row's masses to ground.
     ground_n_per_m: Vec<f64>,
     /// Upper bound of the decay rate.
     pub(crate) decay_per_s: f64,
@@ -24,7 +25,9 @@ impl<'a> Pace<'a> {
         let row = Row::of(chain);
         let inverse = |m: f64| if m > 0.0 { m.recip() } else { 0.0 };
         let inverse_mass_per_kg = row.masses_kg().into_iter().map(inverse).collect();
-        let ground_n_per_m = row.ground_n_per_m().unwrap_or_else(|| vec![0.0; row.n_masses()]);
+        let ground = Ground::of(chain, &row);
+        let held = |mass: usize| ground.as_ref().map_or(0.0, |ground| ground.stiffest_n_per_m(mass));
+        let ground_n_per_m = (0..row.n_masses()).map(held).collect();
         let mut pace = Self { row, inverse_mass_per_kg, ground_n_per_m, decay_per_s: 0.0 };
         let ground = row.ground_kg_per_s();
         let dashpot = |gap: usize| {
@@ -49,7 +52,7 @@ impl<'a> Pace<'a> {
         largest
     }
 
-    /// Fastest oscillation with all gaps at rest, in radians per second.
+    /// Fastest oscillation with all gaps at rest and every body as stiffly held as its curve holds it anywhere, in radians per second.
     pub(crate) fn omega_at_rest(&self) -> f64 {
         let of_contact = |contact: &Contact| contact.stiffness_n_per_m(0.0);
         let same_n_per_m = self.row.same_contact().map(of_contact);

@@ -12,7 +12,7 @@ use along::{Along, Closing, Coefficients};
 /// The variational equations along a motion: how displacements and velocities of all masses change with each of several changes.
 ///
 /// m s_i'' = k_{i-1} (s_{i-1} - s_i) - k_i (s_i - s_{i+1}) + (the same for dashpots) - c_i s_i' - k_g s_i + m g_i, with the gaps' tangent
-/// stiffnesses k, springs to ground k_g and what the change does to the acceleration at a given state, g. All changes share k, so they are stepped side by
+/// stiffnesses k, that of what holds a body to ground, k_g, and what the change does to the acceleration at a given state, g. All changes share k, so they are stepped side by
 /// side, one lane of a vector each, by the classical Runge-Kutta method.
 pub(crate) struct Tangent<'a> {
     model: &'a ChainModel<'a>,
@@ -157,10 +157,13 @@ impl<'a> Tangent<'a> {
         }
     }
 
-    /// Takes from the rates of a stage what the springs to ground do at its state.
+    /// Takes from the rates of a stage what holds the masses to ground at its state.
     #[inline(always)]
     fn hold<S: Simd>(&mut self, simd: S, stage: usize) {
-        let Some(ground_n_per_m) = &self.model.ground_n_per_m else { return };
+        let ground_n_per_m = &self.coefficients[COEFFICIENTS_OF_STAGE[stage]].ground_n_per_m;
+        if ground_n_per_m.is_empty() {
+            return;
+        }
         let rates = S::as_mut_simd_f64s(&mut self.stages[stage].u).0;
         let n_vectors = self.n_lanes / S::F64_LANES;
         let springs = ground_n_per_m.iter().zip(self.model.inverse_mass_per_kg.iter());

@@ -106,7 +106,7 @@ impl Gaps {
         }
         for (i, spring) in &self.tables {
             if let Some(force) = force_n.get_mut(*i) {
-                *force = spring.force_and_energy(x_m[*i] - x_m[i + 1]).0;
+                *force = spring.force_n(x_m[*i] - x_m[i + 1]);
             }
         }
     }

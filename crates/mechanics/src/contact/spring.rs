@@ -24,6 +24,7 @@ impl Spring {
     pub(crate) fn force_n(&self, overlap_m: f64) -> f64 {
         match self {
             Self::Power(kernel) => kernel.force_n(overlap_m),
+            Self::Table { law, least_m } => law.force_alone_n(overlap_m.max(*least_m)),
             _ => self.force_and_energy(overlap_m).0,
         }
     }

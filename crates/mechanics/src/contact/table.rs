@@ -15,8 +15,13 @@ use crate::{check, error::MechanicsError};
 pub struct TableLaw {
     /// Shared, for a chain holds one law for each of its gaps.
     pieces: Arc<[CubicPiece]>,
+    /// Where each of them starts.
+    starts_m: Arc<[f64]>,
     first_m: f64,
 }
+
+/// Pieces up to which all starts are compared: no branch is to be foreseen, which costs less than halving.
+const FEW_PIECES: usize = 32;
 
 /// One piece of the curve: the cubic in the distance from its start.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,6 +33,27 @@ struct CubicPiece {
     energy_j: f64,
 }
 
+/// What the points of a curve are called in a refusal.
+struct Names {
+    x: &'static str,
+    table: &'static str,
+    forces: &'static str,
+    points: &'static str,
+}
+
+const OF_CONTACTS: Names = Names {
+    x: "overlap",
+    table: "contact table",
+    forces: "forces of the contact table",
+    points: "points of the contact table",
+};
+const OF_GROUND: Names = Names {
+    x: "displacement",
+    table: "ground table",
+    forces: "forces of the ground table",
+    points: "points of the ground table",
+};
+
 impl TableLaw {
     /// The curve through points of increasing overlap (metres) and their force (newtons).
     ///
@@ -36,22 +62,45 @@ impl TableLaw {
     /// for a value that is not finite, overlaps that do not increase or do not enclose zero, or a force that does not increase there: a
     /// chain at rest would not stay so.
     pub fn new(overlap_m: &[f64], force_n: &[f64]) -> Result<Self, MechanicsError> {
-        check::length("forces of the contact table", overlap_m.len(), force_n.len())?;
-        check::length("points of the contact table", overlap_m.len().max(3), overlap_m.len())?;
-        for (name, values) in [("overlap", overlap_m), ("force", force_n)] {
+        Self::named([overlap_m, force_n], &OF_CONTACTS)
+    }
+
+    /// The same curve of what holds a body to ground: a force (newtons) against its displacement (metres).
+    ///
+    /// # Errors
+    /// As for [`TableLaw::new`].
+    pub fn of_ground(displacement_m: &[f64], force_n: &[f64]) -> Result<Self, MechanicsError> {
+        Self::named([displacement_m, force_n], &OF_GROUND)
+    }
+
+    fn named([x_m, force_n]: [&[f64]; 2], names: &Names) -> Result<Self, MechanicsError> {
+        let Names { x, table, forces, points } = names;
+        check::length(forces, x_m.len(), force_n.len())?;
+        check::length(points, x_m.len().max(3), x_m.len())?;
+        for (name, values) in [(*x, x_m), ("force", force_n)] {
             for (i, &value) in values.iter().enumerate() {
-                check::finite(format!("{name} of point {} of the contact table", i + 1), value)?;
+                check::finite(format!("{name} of point {} of the {table}", i + 1), value)?;
             }
         }
-        for (i, pair) in overlap_m.windows(2).enumerate() {
-            let quantity = format!("overlap of point {} of the contact table", i + 2);
+        for (i, pair) in x_m.windows(2).enumerate() {
+            let quantity = format!("{x} of point {} of the {table}", i + 2);
             check::require(pair[1] > pair[0], quantity, "more than at the point before", pair[1])?;
         }
-        let encloses = overlap_m[0] <= 0.0 && overlap_m[overlap_m.len() - 1] > 0.0;
-        check::require(encloses, "first overlap of the contact table", "points around 0", overlap_m[0])?;
-        let law = Self::through(overlap_m, force_n);
-        check::positive("stiffness of the contact table at zero overlap", law.stiffness_n_per_m(0.0))?;
+        let encloses = x_m[0] <= 0.0 && x_m[x_m.len() - 1] > 0.0;
+        check::require(encloses, format!("first {x} of the {table}"), "points around 0", x_m[0])?;
+        let law = Self::through(x_m, force_n);
+        check::positive(format!("stiffness of the {table} at zero {x}"), law.stiffness_n_per_m(0.0))?;
         Ok(law)
+    }
+
+    /// Force in newtons at an overlap, or a displacement, in metres.
+    pub fn force_n(&self, x_m: f64) -> f64 {
+        self.force_alone_n(x_m)
+    }
+
+    /// Energy in joules at an overlap, or a displacement, in metres; none at zero.
+    pub fn energy_j(&self, x_m: f64) -> f64 {
+        self.evaluate(x_m).1
     }
 
     fn through(x: &[f64], f: &[f64]) -> Self {
@@ -68,7 +117,7 @@ impl TableLaw {
             .collect();
         let last = x.len() - 1;
         pieces.push(CubicPiece { start_m: x[last], force: [f[last], slopes[last], 0.0, 0.0], energy_j: 0.0 });
-        let mut law = Self { pieces: pieces.into(), first_m: x[0] };
+        let mut law = Self { pieces: pieces.into(), starts_m: x.into(), first_m: x[0] };
         let zero_n = law.evaluate(0.0).0;
         law.shift(zero_n);
         law
@@ -76,13 +125,13 @@ impl TableLaw {
 
     /// The curve with so many times the force.
     #[must_use]
-    pub(crate) fn times(&self, factor: f64) -> Self {
+    pub fn times(&self, factor: f64) -> Self {
         let piece = |piece: &CubicPiece| CubicPiece {
             force: piece.force.map(|coefficient| factor * coefficient),
             energy_j: factor * piece.energy_j,
             ..*piece
         };
-        Self { pieces: self.pieces.iter().map(piece).collect(), ..*self }
+        Self { pieces: self.pieces.iter().map(piece).collect(), ..self.clone() }
     }
 
     /// Counts the force from `zero_n` and the energy from zero overlap.
@@ -111,13 +160,22 @@ impl TableLaw {
         self.piece_at(overlap_m).evaluate(overlap_m)
     }
 
+    /// Force alone, with the bits of [`TableLaw::evaluate`].
+    pub(crate) fn force_alone_n(&self, overlap_m: f64) -> f64 {
+        if overlap_m < self.first_m {
+            let [c, linear, ..] = self.pieces[0].force;
+            return c + (overlap_m - self.first_m) * linear;
+        }
+        self.piece_at(overlap_m).force_n(overlap_m)
+    }
+
     /// Overlap of the first point, in metres.
     pub(crate) fn first_m(&self) -> f64 {
         self.first_m
     }
 
     /// Slope in newtons per metre at an overlap.
-    pub(crate) fn stiffness_n_per_m(&self, overlap_m: f64) -> f64 {
+    pub fn stiffness_n_per_m(&self, overlap_m: f64) -> f64 {
         if overlap_m < self.first_m {
             return self.pieces[0].force[1];
         }
@@ -137,8 +195,17 @@ impl TableLaw {
         ends.chain(reached).fold(0.0, f64::max)
     }
 
+    /// The largest slope, up or down, anywhere.
+    pub(crate) fn steepest_n_per_m(&self) -> f64 {
+        let last_m = self.pieces[self.pieces.len() - 1].start_m;
+        self.stiffest_n_per_m(self.first_m, last_m)
+    }
+
     fn piece_at(&self, overlap_m: f64) -> &CubicPiece {
-        let after = self.pieces.partition_point(|piece| piece.start_m <= overlap_m);
+        let after = match self.starts_m.len() <= FEW_PIECES {
+            true => self.starts_m.iter().map(|start_m| usize::from(*start_m <= overlap_m)).sum(),
+            false => self.starts_m.partition_point(|start_m| *start_m <= overlap_m),
+        };
         &self.pieces[after.saturating_sub(1)]
     }
 }
@@ -147,9 +214,15 @@ impl CubicPiece {
     fn evaluate(&self, overlap_m: f64) -> (f64, f64) {
         let s = overlap_m - self.start_m;
         let [c, linear, square, cube] = self.force;
-        let force = c + s * (linear + s * (square + s * cube));
+        let force = self.force_n(overlap_m);
         let energy = self.energy_j + s * (c + s * (linear / 2.0 + s * (square / 3.0 + s * cube / 4.0)));
         (force, energy)
+    }
+
+    fn force_n(&self, overlap_m: f64) -> f64 {
+        let s = overlap_m - self.start_m;
+        let [c, linear, square, cube] = self.force;
+        c + s * (linear + s * (square + s * cube))
     }
 
     fn slope(&self, overlap_m: f64) -> f64 {
@@ -242,6 +315,9 @@ mod tests {
         }
         for (x, f) in points {
             assert!((force(x) - f).abs() < 1e-12);
+        }
+        for x in (-300..900).map(|i| 1e-5 * f64::from(i)) {
+            assert_eq!(table.force_alone_n(x).to_bits(), force(x).to_bits(), "{x}");
         }
         // The barrier lies where the force falls through zero, the second well where it rises through it.
         let well = table.evaluate(5e-3).1;

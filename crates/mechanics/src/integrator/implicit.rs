@@ -252,6 +252,8 @@ struct System {
     /// Dashpot and stiffness behind each mass, those of a touching striker included.
     dashpots: Vec<f64>,
     stiffnesses: Vec<f64>,
+    /// Stiffness of what holds each mass to ground.
+    grounds: Vec<f64>,
     /// Elimination from the left: what of the row before is taken, what of the row behind remains, one over the pivot.
     lower: Vec<f64>,
     upper: Vec<f64>,
@@ -264,6 +266,7 @@ impl System {
         Self {
             dashpots: row.clone(),
             stiffnesses: row.clone(),
+            grounds: row.clone(),
             lower: row.clone(),
             upper: row.clone(),
             inverse_pivot: row,
@@ -274,6 +277,7 @@ impl System {
         for gap in 0..state.active {
             self.dashpots[gap] = model.dashpot_kg_per_s(gap, state.touching);
             self.stiffnesses[gap] = model.stiffness_n_per_m(gap, state);
+            self.grounds[gap] = model.ground_n_per_m(gap, state.x_m[gap]);
         }
     }
 
@@ -283,10 +287,7 @@ impl System {
             let scale = s * model.inverse_mass_per_kg[i];
             let behind = self.dashpots[i] + s * self.stiffnesses[i];
             let lower = -scale * before;
-            let to_ground = match &model.ground_n_per_m {
-                Some(row) => model.damping_kg_per_s[i] + s * row[i],
-                None => model.damping_kg_per_s[i],
-            };
+            let to_ground = model.damping_kg_per_s[i] + s * self.grounds[i];
             let pivot = 1.0 + scale * (to_ground + before + behind) - lower * carried;
             self.lower[i] = lower;
             self.inverse_pivot[i] = pivot.recip();

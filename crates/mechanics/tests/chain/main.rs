@@ -24,4 +24,6 @@ mod scenes;
 #[cfg(test)]
 mod sensitivities;
 #[cfg(test)]
+mod transition;
+#[cfg(test)]
 mod waves;

@@ -22,6 +22,7 @@ pub(crate) fn hec_chain(n: usize, damping_kg_per_s: f64, drive: Drive) -> Chain 
         mass_kg: vec![MASS_KG; n],
         damping_kg_per_s: vec![damping_kg_per_s; n],
         ground_stiffness_n_per_m: Vec::new(),
+        ground_law: None,
         contact: ring_law().into(),
         drive,
         far_end: FarEnd::Free,

@@ -55,6 +55,7 @@ fn struck(n_bodies: usize, contact: Contacts, damping_kg_per_s: f64) -> Chain {
         mass_kg: vec![0.455e-3; n_bodies],
         damping_kg_per_s: vec![damping_kg_per_s; n_bodies],
         ground_stiffness_n_per_m: Vec::new(),
+        ground_law: None,
         contact,
         drive: Drive::Striker(striker),
         far_end: FarEnd::Free,

@@ -35,9 +35,9 @@ pub(super) fn section(setup: &Setup, results: &Results) -> String {
                 let offset = standing.trigger_offset_s.scaled(1e6);
                 format!("{:+.2} ± {:.2}", offset.value, offset.sigma)
             }),
-            aligned(&|_, standing| {
-                let drive = standing.drive_deviation.scaled(100.0);
-                format!("{:+.3} ± {:.3}", drive.value, drive.sigma)
+            aligned(&|_, standing| match standing.drive_deviation.map(|drive| drive.scaled(100.0)) {
+                Some(drive) => format!("{:+.3} ± {:.3}", drive.value, drive.sigma),
+                None => "refused".into(),
             }),
             aligned(&|alignment, _| format!("{:.2}", alignment.scatter_ratio)),
         ]

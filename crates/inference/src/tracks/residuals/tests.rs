@@ -22,6 +22,7 @@ fn uniform(n_bodies: usize) -> Chain {
         mass_kg: vec![0.455e-3; n_bodies],
         damping_kg_per_s: vec![0.003; n_bodies],
         ground_stiffness_n_per_m: Vec::new(),
+        ground_law: None,
         contact: PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap().into(),
         drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s: 2.73, damping_kg_per_s: 0.2 }),
         far_end: FarEnd::Free,

@@ -8,6 +8,7 @@ use pulp::Simd;
 use super::super::{
     change::{Asked, Change, Seat},
     force_row::ForceRow,
+    ground::Ground,
     model::{ChainModel, PhasePoint},
     parameters::Chain,
     row::End,
@@ -61,6 +62,8 @@ pub(super) struct Coefficients {
     /// Tangent stiffness and dashpot of the gap behind each mass.
     pub(super) k_n_per_m: Vec<f64>,
     pub(super) c_kg_per_s: Vec<f64>,
+    /// Stiffness of what holds each mass to ground; empty where nothing does.
+    pub(super) ground_n_per_m: Vec<f64>,
     /// Velocity of each mass.
     pub(super) v_m_per_s: Vec<f64>,
     /// What each change adds to the acceleration of each mass, mass after mass.
@@ -107,6 +110,7 @@ impl<'a> Along<'a> {
         Coefficients {
             k_n_per_m: vec![0.0; n],
             c_kg_per_s: vec![0.0; n],
+            ground_n_per_m: vec![0.0; if self.model.ground.is_some() { n } else { 0 }],
             v_m_per_s: vec![0.0; n],
             forcing: vec![0.0; (n + 1) * n_lanes],
             imposed: self.model.is_imposed().then(|| [vec![0.0; n_lanes], vec![0.0; n_lanes]]),
@@ -143,12 +147,16 @@ impl<'a> Along<'a> {
     #[inline(always)]
     pub(super) fn work_out<S: Simd>(&mut self, simd: S, time_s: f64, coefficients: &mut Coefficients) {
         self.place(time_s);
-        let Coefficients { k_n_per_m, c_kg_per_s, forcing, imposed, v_m_per_s } = coefficients;
+        let Coefficients { k_n_per_m, c_kg_per_s, ground_n_per_m, forcing, imposed, v_m_per_s } =
+            coefficients;
         let ChainState { x_m, touching, active, .. } = &self.state;
         self.model.spring_forces(simd, x_m, *touching, *active, &mut self.springs_n);
         let springs_n = self.springs_n.behind(*active);
         for (gap, (k, spring)) in k_n_per_m.iter_mut().zip(&self.springs).enumerate() {
             *k = spring.stiffness_n_per_m(x_m[gap] - x_m[gap + 1], springs_n[gap]);
+        }
+        for (mass, ground) in ground_n_per_m.iter_mut().enumerate() {
+            *ground = self.model.ground_n_per_m(mass, x_m[mass]);
         }
         self.model.end(*touching, k_n_per_m);
         self.model.dashpots(*touching, c_kg_per_s);
@@ -221,12 +229,16 @@ impl<'a> ChangedModels<'a> {
     }
 }
 
-/// Masses up to the last one whose mass, damper or striker differs between two chains with the same springs, up to whole vectors.
+/// Masses up to the last one whose mass, damper or striker differs between two chains with the same springs, up to whole vectors;
+/// all of them where a curve holds them to ground.
 fn reach(below: &ChainModel<'_>, above: &ChainModel<'_>) -> usize {
+    if [below, above].iter().any(|model| model.ground.as_ref().is_some_and(Ground::is_curved)) {
+        return padded(below.n_masses());
+    }
     let differs = |mass: &usize| {
         let felt = |model: &ChainModel<'_>| {
-            [model.inverse_mass_per_kg[*mass], model.damping_kg_per_s[*mass], model.ground_n_per_m(*mass)]
-                .map(f64::to_bits)
+            let spring = model.ground.as_ref().map_or(0.0, |ground| ground.springs_n_per_m()[*mass]);
+            [model.inverse_mass_per_kg[*mass], model.damping_kg_per_s[*mass], spring].map(f64::to_bits)
         };
         felt(below) != felt(above)
     };
