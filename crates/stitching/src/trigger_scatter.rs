@@ -165,7 +165,7 @@ fn between_views(
 }
 
 /// How much wider a 95 % interval of Student's distribution is than the normal one (Cornish and Fisher's expansion).
-fn widening(freedom: f64) -> f64 {
+pub(crate) fn widening(freedom: f64) -> f64 {
     let z = Estimate::COVERAGE_95;
     let first = (z.powi(2) + 1.0) / 4.0;
     let second = (5.0 * z.powi(4) + 16.0 * z.powi(2) + 3.0) / 96.0;
