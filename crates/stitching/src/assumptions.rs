@@ -123,9 +123,13 @@ mod tests {
         names.sort_unstable();
         names.dedup();
         assert_eq!(names.len(), stated.len());
-        assert!(stated.iter().any(|one| one.value == 0.8 && one.in_words.starts_with("80 %")));
+        assert!(
+            stated
+                .iter()
+                .any(|one| one.value.to_bits() == 0.8_f64.to_bits() && one.in_words.starts_with("80 %"))
+        );
         for value in [ONSET_SHARE, DEPARTURE, DEPARTURE_OF_SCALE, BENT_SHARE] {
-            assert!(stated.iter().any(|one| one.value == value), "{value}");
+            assert!(stated.iter().any(|one| one.value.to_bits() == value.to_bits()), "{value}");
         }
         // What a shaker prescribes is in proportion to its end.
         let shaken = Settings { first_body: FirstBody::Prescribed, ..settings };

@@ -20,7 +20,7 @@ use crate::{
 pub(crate) enum Rung {
     RungeKutta(RungeKutta),
     Symplectic(Symplectic),
-    Implicit(Implicit),
+    Implicit(Box<Implicit>),
 }
 
 impl Rung {
@@ -28,7 +28,7 @@ impl Rung {
         match method {
             Method::Rk4 => Self::RungeKutta(RungeKutta::new(&tableau::RK4, model)),
             Method::Dop853 => Self::RungeKutta(RungeKutta::new(&tableau::DOP853, model)),
-            Method::Esdirk4 => Self::Implicit(Implicit::new(model)),
+            Method::Esdirk4 => Self::Implicit(Box::new(Implicit::new(model))),
             Method::SymplecticEuler => Self::Symplectic(Symplectic::new(&symplectic::EULER, model)),
             Method::Verlet => Self::Symplectic(Symplectic::new(&symplectic::VERLET, model)),
             Method::Symplectic4 => Self::Symplectic(Symplectic::new(&symplectic::FOURTH, model)),
