@@ -393,6 +393,7 @@ fn symbol(name: &str) -> Option<Atom> {
         " " => space("0.25"),
         "qquad" => space("2"),
         "sum" => Some(Atom::element(Class::Sum, "<mo>∑</mo>")),
+        "int" => Some(Atom::element(Class::Sum, "<mo>∫</mo>")),
         "sin" | "cos" | "ln" | "min" => Some(Atom::element(Class::Function, upright(name))),
         _ => {
             let (class, sign) = match name {
@@ -439,6 +440,7 @@ mod tests {
         assert_eq!(set("x^2"), "<msup><mi>x</mi><mrow><mn>2</mn></mrow></msup>");
         let primed = "<msubsup><mi>Z</mi><mn>0</mn><mrow><mo mathsize=\"130%\" lspace=\"0\" rspace=\"0\">′</mo><mi>T</mi></mrow></msubsup>";
         assert_eq!(set("Z_0'^T"), primed);
+        assert_eq!(set(r"\int g"), "<mo>∫</mo><mi>g</mi>");
         assert_eq!(set(r"\sum_k c"), "<munder><mo>∑</mo><mi>k</mi></munder><mi>c</mi>");
         assert!(set(r"\min_{a,b}").contains("<mo movablelimits=\"true\" lspace=\"0\" rspace=\"0\">min</mo>"));
         // The first digit alone is the numerator, and a number is whole elsewhere.
