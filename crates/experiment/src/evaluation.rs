@@ -9,7 +9,8 @@ use chainwave_analysis::{
 use chainwave_inference::{
     AlignedMotion, EnergyFit, EnergyMeasurement, EnergyModel, FitError, ImposedFit, ImposedModel, Known,
     Quantity, ReleasedFit, ReleasedModel, TrackFit, TrackModel, aligned_motion, critical_kg_per_s,
-    fit_imposed, fit_peak_energies, fit_release, fit_tracks, fitted_motion, scatter_of_bodies, softening,
+    fit_imposed, fit_peak_energies, fit_release, fit_tracks, fitted_motion, reached, scatter_of_bodies,
+    softening,
 };
 use chainwave_measurement::{ChainMotion, Estimate, Observation, Trajectory, both_in_parallel};
 use chainwave_mechanics::{Chain, Drive, Schedule, Striker as ModelStriker, simulate};
@@ -25,7 +26,7 @@ use crate::joining::Unjoined;
 use crate::measuring::{front_settings, measure_motion};
 use crate::merging::{Merged, merged};
 use crate::monitor::{Monitor, Stage};
-use crate::notices::notices;
+use crate::notices::{named, notices};
 use crate::numbers::NotNegative;
 use crate::sanity::speed;
 use crate::scale::ScaleCheck;
@@ -147,7 +148,7 @@ pub fn evaluate(
         || material.fits(&observations, &step),
     );
     let ReadOff { measurement, pulses, energy_fit } = read?;
-    let Fits { track_fit, departures, imposed_fit, release_fit } = fits;
+    let Fits { reached, track_fit, departures, imposed_fit, release_fit } = fits;
     let used = measurement.group_velocity.as_ref().ok().map(|velocity| velocity.gaps.0..=velocity.gaps.1);
     let critical = critical_kg_per_s(chain);
     let damping = match &release_fit {
@@ -161,6 +162,7 @@ pub fn evaluate(
         experiment.far_striker.is_some(),
     );
     let mut notices = notices(experiment, &tracked.recordings, &observations, &standings);
+    notices.extend(before_the_wave(&observations, &reached));
     notices.extend(experiment.far_striker.as_ref().map(|_| aligned_by_one_striker()));
     notices.extend(experiment.is_shaken().then(|| aligned_without_body_1(&observations)).flatten());
     notices.extend(Finding::all_of(
@@ -171,8 +173,7 @@ pub fn evaluate(
     let believed = track_fit.as_ref().ok().filter(|fit| fit.is_believed());
     let beside = believed.map(|fit| model_beside(experiment, &stitched.motion, fit, used));
     let beside = beside.and_then(|beside| beside.map_err(|why| notices.push(not_shown(&why))).ok());
-    let by_model =
-        accepted(&track_fit).map(|fit| aligned_motion(&observations, fit, &stitched.motion.times_s));
+    let by_model = accepted(&track_fit).map(|fit| aligned_motion(&reached, fit, &stitched.motion.times_s));
     let by_model = by_model.and_then(|aligned| aligned.map_err(|why| notices.push(not_aligned(&why))).ok());
     let speed =
         measurement.group_velocity.as_ref().ok().map(|found| speed(experiment, found.velocity_m_per_s));
@@ -211,6 +212,8 @@ struct ReadOff {
 
 /// What the tracks, the motion behind body 1, and that of a chain that is let go say of the chain.
 struct Fits {
+    /// The recordings that the wave reaches while they are filmed, which the fit to the tracks takes.
+    reached: Vec<Observation>,
     track_fit: Result<TrackFit, FitError>,
     departures: Option<Departures>,
     imposed_fit: Result<ImposedFit, FitError>,
@@ -254,23 +257,33 @@ impl Material<'_> {
 
     /// Makes every fit that the chain's drive allows; `step` is called behind each.
     fn fits(&self, observations: &[Observation], step: &impl Fn()) -> Fits {
-        let Self { experiment, stitched, chain, known, n_threads } = *self;
-        let track_model = track_model(experiment, chain.clone(), known, n_threads);
-        let offsets_s: Vec<f64> = stitched.alignments.iter().map(|one| one.trigger_offset_s.value).collect();
         let imposed_fit = self.behind_body_1();
-        let track_fit = track_model.and_then(|mut model| {
-            let found = fit_tracks(observations, &offsets_s, &model);
-            let (Err(FitError::NotConverged { .. }), Ok(behind)) = (&found, &imposed_fit) else {
-                return found;
-            };
-            start_from(&mut model.chain, behind.chain_damping_kg_per_s.value);
-            fit_tracks(observations, &offsets_s, &model)
-        });
-        let departures = track_fit.as_ref().ok().and_then(|fit| Departures::of(observations, fit));
+        let (reached, track_fit) = match self.reached(observations) {
+            Ok((model, reached, offsets_s)) => {
+                let elsewhere = imposed_fit.as_ref().ok().map(|fit| fit.chain_damping_kg_per_s.value);
+                let fit = fit_tracks(&reached, &offsets_s, &model, elsewhere);
+                (reached, fit)
+            }
+            Err(why) => (observations.to_vec(), Err(why)),
+        };
+        let departures = track_fit.as_ref().ok().and_then(|fit| Departures::of(&reached, fit));
         step();
         let release_fit = self.since_release();
         step();
-        Fits { track_fit, departures, imposed_fit, release_fit }
+        Fits { reached, track_fit, departures, imposed_fit, release_fit }
+    }
+
+    /// The chain model as a fit to the tracks starts from it, and the recordings, with their impacts as the alignment has them, that tell when
+    /// its wave came.
+    fn reached(
+        &self,
+        observations: &[Observation],
+    ) -> Result<(TrackModel, Vec<Observation>, Vec<f64>), FitError> {
+        let model = track_model(self.experiment, self.chain.clone(), self.known, self.n_threads)?;
+        let alignments = &self.stitched.alignments;
+        let offsets_s: Vec<f64> = alignments.iter().map(|one| one.trigger_offset_s.value).collect();
+        let (reached, offsets_s) = reached(observations, &offsets_s, &model)?;
+        Ok((model, reached, offsets_s))
     }
 
     /// Drive of each recording, relative to the mean drive, less one.
@@ -301,15 +314,6 @@ impl Material<'_> {
             };
             fit_release(&self.stitched.motion, &model)
         })
-    }
-}
-
-/// Gives the bodies' dampings another mean, at which a fit begins: where none of the usual starts led to a minimum, as where damping decides how
-/// fast a front runs, that which the fit behind body 1 found lies near one.
-fn start_from(chain: &mut Chain, mean_kg_per_s: f64) {
-    let now = chain.damping_kg_per_s.iter().sum::<f64>() / chain.n_bodies().max(1) as f64;
-    if now > 0.0 && mean_kg_per_s > 0.0 {
-        chain.damping_kg_per_s.iter_mut().for_each(|c_d| *c_d *= mean_kg_per_s / now);
     }
 }
 
@@ -359,6 +363,20 @@ fn aligned_without_body_1(observations: &[Observation]) -> Option<Finding> {
          see began in proportion to it, which a wave that was dispersed on its way does not quite"
     );
     (n_seen < ENOUGH).then(|| Finding { code: "drive", subject: "the alignment".into(), text })
+}
+
+/// Says which recordings say nothing of the chain but that it rests.
+fn before_the_wave(all: &[Observation], reached: &[Observation]) -> Option<Finding> {
+    let is_reached = |one: &&Observation| reached.iter().any(|other| other.recording == one.recording);
+    let unreached: Vec<&str> =
+        all.iter().filter(|one| !is_reached(one)).map(|one| one.recording.as_str()).collect();
+    let text = "they end before the wave comes to what they show, so that nothing tells their trigger and drive: they are no part of the fit to the \
+                tracks. Record longer, or trigger these views later";
+    (!unreached.is_empty()).then(|| Finding {
+        code: "unreached",
+        subject: named(&unreached),
+        text: text.into(),
+    })
 }
 
 /// Says that the fitted chain model is not shown beside the motion.

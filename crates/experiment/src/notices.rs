@@ -65,7 +65,7 @@ pub(crate) fn grouped(remarks: &[(String, String)]) -> Vec<(String, String)> {
 }
 
 /// All of a few recordings, or the first of many.
-fn named(recordings: &[&str]) -> String {
+pub(crate) fn named(recordings: &[&str]) -> String {
     const MOST: usize = 3;
     match recordings {
         [first, others @ ..] if others.len() >= MOST => format!("{first} and {} others", others.len()),
@@ -101,6 +101,8 @@ pub(crate) struct UnusualDrive {
     deviation: Estimate,
     /// The same in units of the scatter that the experiment states.
     in_scatters: f64,
+    /// The same in units of what scatter and its own error leave it.
+    in_deviations: f64,
 }
 
 impl UnusualDrive {
@@ -123,19 +125,19 @@ impl UnusualDrive {
     }
 }
 
-/// Scatters from the median at which a drive is unusual: one sound trial in a hundred.
+/// Deviations from the median at which a drive is unusual: one sound trial in a hundred.
 const UNUSUAL: f64 = 2.58;
 
 /// Recordings whose drive the stated scatter hardly explains.
 fn unusual_drives(experiment: &Experiment, standings: &Standings) -> Vec<UnusualDrive> {
     let drives = standings.of_recordings.iter().filter_map(|one| drive(experiment, standings, one));
-    drives.filter(|drive| drive.in_scatters.abs() > UNUSUAL).collect()
+    drives.filter(|drive| drive.in_deviations.abs() > UNUSUAL).collect()
 }
 
 /// The recording whose drive lies farthest from the median.
 pub(crate) fn farthest_drive(experiment: &Experiment, standings: &Standings) -> Option<UnusualDrive> {
     let drives = standings.of_recordings.iter().filter_map(|one| drive(experiment, standings, one));
-    drives.max_by(|a, b| a.in_scatters.abs().total_cmp(&b.in_scatters.abs()))
+    drives.max_by(|a, b| a.in_deviations.abs().total_cmp(&b.in_deviations.abs()))
 }
 
 fn drive(experiment: &Experiment, standings: &Standings, one: &Standing) -> Option<UnusualDrive> {
@@ -145,7 +147,12 @@ fn drive(experiment: &Experiment, standings: &Standings, one: &Standing) -> Opti
     let found = one.drive_deviation?;
     let deviation = Estimate::new(found.value - median(values).unwrap_or(0.0), found.sigma);
     let recording = one.recording.clone();
-    Some(UnusualDrive { recording, in_scatters: deviation.value / scatter, deviation })
+    Some(UnusualDrive {
+        recording,
+        in_scatters: deviation.value / scatter,
+        in_deviations: deviation.value / scatter.hypot(deviation.sigma),
+        deviation,
+    })
 }
 
 #[cfg(test)]

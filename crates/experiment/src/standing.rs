@@ -40,7 +40,7 @@ impl Standings {
         }
     }
 
-    /// From the model where the data accept it, else from the alignment without one. Of a chain that is struck at both ends drives are refused:
+    /// From the model where the data accept it, else, and for recordings that the wave does not reach, from the alignment without one. Of a chain that is struck at both ends drives are refused:
     /// a recording has two then, and what one number follows is either, as its view has it. A drive contains what is not known of its view's
     /// magnification: a picture that is larger shows a wave that is as much stronger.
     pub(crate) fn of(
@@ -54,20 +54,19 @@ impl Standings {
             let of_recording = alignments.iter().find(|alignment| alignment.recording == recording);
             of_recording.map_or(0.0, |alignment| scale.sigma_from_mean(alignment.view, &views))
         };
-        match accepted {
-            Some(fit) => Self {
-                source: "the chain model's impacts and strikers",
-                of_recordings: fit
-                    .recordings
-                    .iter()
-                    .map(|one| by_model(one, magnified(&one.recording)))
-                    .collect(),
-            },
-            None => Self {
-                source: "the first body's onset",
-                of_recordings: alignments.iter().map(|one| by_onset(one, is_struck_twice)).collect(),
-            },
-        }
+        let fitted = |alignment: &Alignment| {
+            accepted.iter().flat_map(|fit| &fit.recordings).find(|one| one.recording == alignment.recording)
+        };
+        let of_recording = |alignment: &Alignment| match fitted(alignment) {
+            Some(fitted) => by_model(fitted, magnified(&fitted.recording)),
+            None => by_onset(alignment, is_struck_twice),
+        };
+        let source = if accepted.is_some() {
+            "the chain model's impacts and strikers"
+        } else {
+            "the first body's onset"
+        };
+        Self { source, of_recordings: alignments.iter().map(of_recording).collect() }
     }
 }
 

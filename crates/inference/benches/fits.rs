@@ -74,7 +74,7 @@ fn prepared() -> Result<(Vec<Observation>, TrackModel), FitError> {
 #[divan::bench(sample_count = 3)]
 fn fit_to_the_tracks(bencher: divan::Bencher<'_, '_>) {
     if let Ok((observations, model)) = prepared() {
-        bencher.bench(|| fit_tracks(black_box(&observations), &[0.0; 25], &model));
+        bencher.bench(|| fit_tracks(black_box(&observations), &[0.0; 25], &model, None));
     }
 }
 
@@ -82,7 +82,7 @@ fn fit_to_the_tracks(bencher: divan::Bencher<'_, '_>) {
 #[divan::bench(sample_count = 3)]
 fn test_of_scatter(bencher: divan::Bencher<'_, '_>) {
     if let Ok((observations, model)) = prepared()
-        && let Ok(fit) = fit_tracks(&observations, &[0.0; 25], &model)
+        && let Ok(fit) = fit_tracks(&observations, &[0.0; 25], &model, None)
     {
         bencher.bench(|| scatter_of_bodies(black_box(&observations), &fit));
     }

@@ -22,7 +22,7 @@ fn main() -> Result<(), FitError> {
         known: Vec::new(),
         n_threads: std::thread::available_parallelism().unwrap_or(NonZero::<usize>::MIN),
     };
-    let fit = fit_tracks(&observations, &[0.0; 3], &model)?;
+    let fit = fit_tracks(&observations, &[0.0; 3], &model, None)?;
     let (c_d, c_s) = (fit.damping.chain_damping_kg_per_s, fit.damping.striker_damping_kg_per_s);
     println!("c_d = {:.5} +- {:.5} kg/s (true: 0.003)", c_d.value, c_d.sigma);
     println!("c_s = {:.4} +- {:.4} kg/s (true: 0.2)", c_s.value, c_s.sigma);

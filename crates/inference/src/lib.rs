@@ -56,6 +56,6 @@ pub use quantity::{Known, Quantity};
 pub use released::{ReleasedFit, ReleasedModel, fit_release};
 pub use tracks::{
     AlignedMotion, FittedRecording, Hypothesis, Interval, OverTrials, Structure, TrackFit, TrackModel,
-    aligned_motion, fit_tracks, fitted_motion, hypothesis_rule, scatter_of_bodies, scatter_of_bodies_rule,
-    softening, softening_rule, stated_damping, structure_rule,
+    aligned_motion, fit_tracks, fitted_motion, hypothesis_rule, reached, scatter_of_bodies,
+    scatter_of_bodies_rule, softening, softening_rule, stated_damping, structure_rule,
 };

@@ -11,6 +11,7 @@ mod hypothesis;
 mod model;
 mod outcome;
 mod profile;
+mod reached;
 mod residuals;
 mod response;
 mod selection;
@@ -20,7 +21,7 @@ use chainwave_analysis::Departure;
 use chainwave_measurement::{Estimate, Observation};
 use nalgebra::DMatrix;
 
-use crate::damping::{Damping, N_DAMPINGS, STARTS};
+use crate::damping::{Damping, N_DAMPINGS, STARTS, mean_damping_kg_per_s};
 use crate::error::FitError;
 use crate::least_squares::{Failure, Minimum, Own, OwnCovariance, Stop, Unknowns, least_of, minimise};
 use crate::quantity::Known;
@@ -40,6 +41,7 @@ pub use hypothesis::Hypothesis;
 pub use model::TrackModel;
 pub use outcome::{FittedRecording, TrackFit};
 pub use profile::Interval;
+pub use reached::reached;
 pub use structure::{Structure, structure_rule};
 
 /// Fits c_d and c_s to the tracks of all recordings at once.
@@ -49,7 +51,9 @@ pub use structure::{Structure, structure_rule};
 /// independent and stated. The search is Gauss-Newton with Marquardt's damping from several starting points; the recordings'
 /// unknowns are eliminated from each step, and a body's place at rest from its residuals. Dampings stay at or above zero.
 ///
-/// `impact_times_s` are first guesses of the recordings' impacts, within about half a pulse.
+/// `impact_times_s` are first guesses of the recordings' impacts, within about half a pulse. Recordings that end before the wave comes are to
+/// be left away ([`reached`]): nothing tells their impact. A c_d that another fit found is where the search begins if none of the usual starts
+/// leads to a minimum, as where damping decides how fast a front runs.
 ///
 /// # Errors
 /// [`FitError`] as its variants say.
@@ -57,11 +61,19 @@ pub fn fit_tracks(
     observations: &[Observation],
     impact_times_s: &[f64],
     model: &TrackModel,
+    elsewhere_kg_per_s: Option<f64>,
 ) -> Result<TrackFit, FitError> {
     let problem = TrackResiduals::new(observations, model, &[])?;
-    let starts = STARTS.map(|factors| problem.start(impact_times_s, factors));
-    let starts = starts.into_iter().collect::<Result<Vec<_>, _>>()?;
-    let best = least_of(&problem, starts, &[], &Stop::STATED).map_err(|why| problem.failure(why))?;
+    let start = |factors: [f64; N_DAMPINGS]| problem.start(impact_times_s, factors);
+    let least = |starts: Vec<Unknowns>| least_of(&problem, starts, &[], &Stop::STATED);
+    let usual = least(STARTS.into_iter().map(start).collect::<Result<_, _>>()?);
+    let best = match (usual, elsewhere_kg_per_s) {
+        (Err(Failure::Unsettled { .. }), Some(c_d_kg_per_s)) if c_d_kg_per_s > 0.0 => {
+            least(vec![start([c_d_kg_per_s / mean_damping_kg_per_s(&model.chain), 1.0])?])
+        }
+        (usual, _) => usual,
+    };
+    let best = best.map_err(|why| problem.failure(why))?;
     let (_, covariance) = best.minimum.solved().map_err(|why| problem.failure(why))?;
     let inflation = inflation_of(&problem, best.minimum.chi_squared());
     let stated = damping_of(&best.minimum.at, &covariance, inflation);

@@ -144,7 +144,7 @@ pub fn fits(
     let n = seeds.end.saturating_sub(seeds.start) as usize;
     let fitted = map_in_parallel(n, n_threads, |index| {
         let observations = filmed(truth, seeds.start + index as u64)?;
-        Ok(fit_tracks(&observations, &vec![0.0; observations.len()], &model))
+        Ok(fit_tracks(&observations, &vec![0.0; observations.len()], &model, None))
     });
     fitted.into_iter().collect()
 }

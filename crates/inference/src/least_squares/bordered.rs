@@ -78,6 +78,11 @@ impl NormalEquations {
         self.recordings[recording].chi_squared()
     }
 
+    /// Covariance of a recording's own unknowns, the shared ones held; `None` where it leaves them open.
+    pub(crate) fn own_covariance(&self, recording: usize) -> Option<Matrix2<f64>> {
+        self.recordings[recording].own_covariance()
+    }
+
     /// The equations without the recordings' own unknowns, every diagonal entry raised by the share `damping` (Marquardt); `None` where
     /// a recording does not determine its own.
     pub(crate) fn reduced(&self, damping: f64) -> Option<Reduced> {
@@ -138,6 +143,11 @@ impl Block {
     pub(crate) fn chi_squared(&self) -> f64 {
         let last = self.products.nrows() - 1;
         self.products[(last, last)]
+    }
+
+    fn own_covariance(&self) -> Option<Matrix2<f64>> {
+        let own = |i: usize, j: usize| self.products[(i.min(j), i.max(j))];
+        Some(Matrix2::from_fn(own).cholesky()?.inverse())
     }
 
     fn eliminated(&self, damping: f64) -> Option<Eliminated> {

@@ -173,7 +173,7 @@ impl<'a> TrackResiduals<'a> {
     }
 
     /// The model at values of the unknowns, with its derivatives by those or without.
-    fn integrate(&self, at: &Unknowns, with_derivatives: bool) -> Result<SolvedModel, FitError> {
+    pub(super) fn integrate(&self, at: &Unknowns, with_derivatives: bool) -> Result<SolvedModel, FitError> {
         let strikers: Vec<f64> = at.own.iter().map(|own| own[0]).collect();
         let [scale_unknown, friction_unknown] =
             [Quantity::Scale, Quantity::Friction].map(|quantity| self.unknown_of(quantity));

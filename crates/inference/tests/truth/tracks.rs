@@ -3,7 +3,7 @@
 use std::num::NonZero;
 
 use chainwave_inference::{
-    Damping, FitError, Hypothesis, Known, Quantity, TrackFit, TrackModel, fit_tracks, fitted_motion,
+    Damping, FitError, Hypothesis, Known, Quantity, TrackFit, TrackModel, fit_tracks, fitted_motion, reached,
 };
 use chainwave_measurement::{BodyTrack, Estimate, Observation};
 use chainwave_mechanics::{Chain, Drive, FarEnd, Schedule, Striker, simulate};
@@ -87,11 +87,39 @@ fn filmed(seed: u64, mass_factor: f64, noise_m: f64) -> Experiment {
 }
 
 fn fitted(experiment: &Experiment, model: &TrackModel) -> TrackFit {
-    fit_tracks(&experiment.observations, &[0.0; 4], model).unwrap()
+    fit_tracks(&experiment.observations, &[0.0; 4], model, None).unwrap()
 }
 
 fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
+}
+
+#[test]
+fn recordings_that_end_before_the_wave_comes_are_no_part_of_the_fit() {
+    let all = experiment(1, 1.0);
+    let model = model(Vec::new());
+    let reached = |all: &Experiment| reached(&all.observations, &all.impacts_s, &model).unwrap();
+    assert_eq!(reached(&all), (all.observations.clone(), all.impacts_s.clone()));
+    let mut short = experiment(1, 1.0);
+    for late in short.observations.iter_mut().filter(|observation| observation.view == 1) {
+        // At the band's fastest the wave comes to body 6, the first that this view sees, 5 / (pi f) after the impact: 2.9 ms at 550 Hz.
+        let n_frames = late.times_s.partition_point(|time_s| *time_s < 1e-3);
+        late.times_s.truncate(n_frames);
+        late.bodies.iter_mut().for_each(|track| track.position_m.truncate(n_frames));
+    }
+    let expected = (short.observations[..2].to_vec(), short.impacts_s[..2].to_vec());
+    assert_eq!(reached(&short), expected);
+    // Beside them the mean impact, from which every trigger counts, is known to milliseconds at best.
+    let sigma_s = |fit: &TrackFit| fit.recordings[0].trigger_offset_s.sigma;
+    assert!(
+        fit_tracks(&short.observations, &[0.0; 4], &model, None).map_or(true, |fit| sigma_s(&fit) > 1e-4)
+    );
+    short.observations.truncate(2);
+    let fit = fitted(&short, &model);
+    let c_d = fit.damping.chain_damping_kg_per_s;
+    assert!(sigma_s(&fit) < 1e-7, "{}", sigma_s(&fit));
+    // Four deviations.
+    assert!((c_d.value - C_D).abs() < 4.0 * c_d.sigma, "{c_d:?}");
 }
 
 #[test]
@@ -230,9 +258,9 @@ fn what_cannot_be_fitted_is_refused_with_its_reason() {
         ..model(Vec::new()).chain
     };
     let free = TrackModel { chain: free, ..model(Vec::new()) };
-    assert_eq!(fit_tracks(&experiment.observations, &[], &free), Err(FitError::NoStriker));
+    assert_eq!(fit_tracks(&experiment.observations, &[], &free, None), Err(FitError::NoStriker));
     assert!(matches!(
-        fit_tracks(&[], &[], &model(Vec::new())),
+        fit_tracks(&[], &[], &model(Vec::new()), None),
         Err(FitError::TooFew { what: "positions", .. })
     ));
 }
