@@ -87,6 +87,7 @@ mod tracked;
 mod tracking;
 mod tracks;
 mod truth;
+mod unresolved;
 mod view;
 mod wording;
 

@@ -16,6 +16,7 @@ use crate::shared_errors::SharedErrors;
 use crate::side_motion::SideMotion;
 use crate::steadying::Steadying;
 use crate::tracked::{Tracked, TrackedRecording};
+use crate::unresolved::Unresolved;
 
 /// Recordings merged to one motion.
 pub(crate) struct Merged {
@@ -61,6 +62,12 @@ pub(crate) fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>
     let without_pictures = stitched.motion.clone();
     picture_errors.add_to(&mut stitched.motion);
     side_motion.widen(&without_pictures, &stitched.motion);
+    // What pictures add to the noise of a body that moves is as white, and has its name.
+    let unresolved =
+        (!picture_errors.is_found()).then(|| Unresolved::of(&observations, experiment.tracking.rest_until_s));
+    if let Some(unresolved) = &unresolved {
+        unresolved.add_to(&mut stitched.motion);
+    }
     scale.add_to(&mut stitched.motion, &observations);
     let observations = steadying.widened(picture_errors.widened(observations));
     let of_camera = [
@@ -68,6 +75,7 @@ pub(crate) fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>
         Finding::all_of("precursor", "bodies ahead of the wave", steadying.precursor()),
         Finding::all_of("scale", "camera.scale_px_per_m", scale.warnings()),
         Finding::all_of("picture_errors", "the pictures", picture_errors.warnings()),
+        Finding::all_of("frame_rate", "the frame rate", unresolved.and_then(|found| found.warning())),
         side_motion.findings.clone(),
     ];
     Ok(Merged {

@@ -101,6 +101,11 @@ impl PictureErrors {
         Self { groups, is_found, at_rest, n_torn, correlation_m: CORRELATION_PX * m_per_px }
     }
 
+    /// Whether they are more than chance and interpolation make.
+    pub(crate) fn is_found(&self) -> bool {
+        self.is_found
+    }
+
     /// Adds the error that the trials of a view share to a motion: one mode for each stretch of each body's way in each view. A mean of n
     /// readings already has the n-th part of its variance.
     pub(crate) fn add_to(&self, motion: &mut ChainMotion) {
