@@ -1,7 +1,7 @@
 //! Measures the wave in a motion: a pulse at 50 m/s through twelve gaps, seen with 1 um of noise.
 
 use chainwave_analysis::{AnalysisError, MeasureSettings, measure, replicate};
-use chainwave_measurement::{ChainMotion, Estimate};
+use chainwave_measurement::{ChainMotion, ErrorModes, Estimate};
 use ndarray::Array2;
 
 const PITCH_M: f64 = 0.030;
@@ -45,7 +45,7 @@ fn motion() -> ChainMotion {
     });
     ChainMotion {
         independent_sigma_m: Array2::from_elem(displacement_m.dim(), NOISE_M),
-        modes: Vec::new(),
+        modes: ErrorModes::default(),
         n_trials: Array2::ones(displacement_m.dim()),
         times_s,
         displacement_m,

@@ -48,7 +48,8 @@ fn check_shapes(motion: &ChainMotion) -> Result<(), AnalysisError> {
     };
     check("displacement_m", motion.displacement_m.dim())?;
     check("independent_sigma_m", motion.independent_sigma_m.dim())?;
-    motion.modes.iter().try_for_each(|mode| check(&mode.source.to_string(), mode.displacement_m.dim()))
+    let unfitting = motion.modes.unfitting(expected);
+    unfitting.map_or(Ok(()), |(source, found)| check(&source.to_string(), found))
 }
 
 fn check_numbers(motion: &ChainMotion) -> Result<(), AnalysisError> {
@@ -62,10 +63,7 @@ fn check_numbers(motion: &ChainMotion) -> Result<(), AnalysisError> {
     let is_sigma = |sigma: f64| sigma.is_finite() && sigma >= 0.0;
     refuse_first(&motion.independent_sigma_m, is_sigma)
         .map_or(Ok(()), |(place, found)| Err(refuse(place, found)))?;
-    motion.modes.iter().try_for_each(|mode| {
-        refuse_first(&mode.displacement_m, f64::is_finite)
-            .map_or(Ok(()), |(place, found)| Err(refuse(place, found)))
-    })
+    motion.modes.not_finite().map_or(Ok(()), |(place, found)| Err(refuse(place, found)))
 }
 
 fn refuse_first(array: &Array2<f64>, is_good: impl Fn(f64) -> bool) -> Option<((usize, usize), f64)> {

@@ -3,7 +3,7 @@
 use std::num::NonZero;
 use std::ops::Range;
 
-use chainwave_measurement::{ChainMotion, Estimate, map_in_parallel};
+use chainwave_measurement::{ChainMotion, ErrorModes, Estimate, map_in_parallel};
 use ndarray::Array2;
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -84,7 +84,7 @@ fn pulse(gain: f64) -> ChainMotion {
     ChainMotion {
         times_s,
         independent_sigma_m: Array2::from_elem(displacement_m.dim(), NOISE_M),
-        modes: Vec::new(),
+        modes: ErrorModes::default(),
         n_trials: Array2::ones(displacement_m.dim()),
         displacement_m,
     }

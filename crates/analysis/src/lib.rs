@@ -21,7 +21,7 @@
 //!
 //! ```
 //! use chainwave_analysis::{MeasureSettings, measure};
-//! use chainwave_measurement::{ChainMotion, Estimate};
+//! use chainwave_measurement::{ChainMotion, ErrorModes, Estimate};
 //! use ndarray::Array2;
 //!
 //! // Ten gaps of 30 mm that a pulse closes one after the other, 0.6 ms apart: 50 m/s.
@@ -32,7 +32,7 @@
 //! });
 //! let exact = Array2::zeros(displacement_m.dim());
 //! let n_trials = Array2::ones(displacement_m.dim());
-//! let motion = ChainMotion { times_s, displacement_m, independent_sigma_m: exact, modes: Vec::new(), n_trials };
+//! let motion = ChainMotion { times_s, displacement_m, independent_sigma_m: exact, modes: ErrorModes::default(), n_trials };
 //! let settings = MeasureSettings { end_reflects: false, ..MeasureSettings::new(0.030, 1) };
 //! let c_g = measure(&motion, &settings, None)?.group_velocity.unwrap().velocity_m_per_s;
 //! assert!((c_g.value - 50.0).abs() < 0.01, "{c_g:?}");

@@ -3,7 +3,7 @@
 use std::num::NonZero;
 use std::ops::RangeInclusive;
 
-use chainwave_measurement::{ChainMotion, Estimate};
+use chainwave_measurement::{ChainMotion, ErrorModes, Estimate};
 use ndarray::Array2;
 
 use crate::check::check_motion;
@@ -158,7 +158,7 @@ fn of_replicas(
     columns_of: impl Fn(&ChainMotion, &StrainMap) -> Columns + Sync,
 ) -> Vec<Columns> {
     let n_replicas = if is_exact(motion) { 0 } else { settings.n_replicas };
-    let bare = ChainMotion { modes: Vec::new(), ..motion.clone() };
+    let bare = ChainMotion { modes: ErrorModes::default(), ..motion.clone() };
     over_replicas(motion, (n_replicas, settings.seed), settings.n_threads, |displacement_m| {
         let noisy = ChainMotion { displacement_m, ..bare.clone() };
         columns_of(&noisy, &strain_with_sigma(&noisy, sigma, &settings.spacing))

@@ -11,7 +11,7 @@ mod ridge;
 
 use std::num::NonZero;
 
-use chainwave_measurement::{ChainMotion, Estimate};
+use chainwave_measurement::{ChainMotion, ErrorModes, Estimate};
 
 use self::course::{Course, Line, median};
 pub use self::hump::Sense;
@@ -143,7 +143,7 @@ pub fn measure_pulses(
     let found = Found::of(&map, settings);
     let values = found.values(&found.courses, &map.spacing);
     let sigma = strain_sigma(motion, &map.spacing);
-    let bare = ChainMotion { modes: Vec::new(), ..motion.clone() };
+    let bare = ChainMotion { modes: ErrorModes::default(), ..motion.clone() };
     let n_replicas = if found.courses.is_empty() { 0 } else { n_replicas };
     let replicas = over_replicas(motion, (n_replicas, seed), n_threads, |displacement_m| {
         let noisy = ChainMotion { displacement_m, ..bare.clone() };

@@ -21,7 +21,7 @@ pub fn replicate(motion: &ChainMotion, n: usize, seed: u64) -> impl Iterator<Ite
         .map(|displacement_m| ChainMotion { displacement_m, ..motion.clone() })
 }
 
-/// Replicas that are drawn together, so that the error modes are read from memory once for all of them.
+/// Replicas that are drawn together, so that patterns of errors are read from memory once for all of them.
 const TOGETHER: usize = 4;
 
 /// What a function makes of the displacements of each of `n` replicas of a motion, as [`replicate`] gives them.
@@ -41,12 +41,15 @@ pub(crate) fn over_replicas<T: Send + Sync>(
 /// Displacements of some replicas of a motion, by their numbers.
 fn replicas_m(motion: &ChainMotion, numbers: Range<usize>, seed: u64) -> Vec<Array2<Option<Estimate>>> {
     let mut randoms: Vec<Pcg64> = numbers.map(|index| generator(seed, index)).collect();
-    let amplitudes: Vec<Vec<f64>> =
-        randoms.iter_mut().map(|random| motion.modes.iter().map(|_| normal(random)).collect()).collect();
+    let amplitudes: Vec<Vec<f64>> = randoms
+        .iter_mut()
+        .map(|random| (0..motion.modes.len()).map(|_| normal(random)).collect::<Vec<f64>>())
+        .map(|of_modes| motion.modes.of_patterns(&of_modes))
+        .collect();
     let mut errors_m = vec![Array2::<f64>::zeros(motion.displacement_m.dim()); randoms.len()];
     for body in 0..motion.n_bodies() {
-        for (k, mode) in motion.modes.iter().enumerate() {
-            let of_body = mode.displacement_m.row(body);
+        for (k, pattern) in motion.modes.patterns().iter().enumerate() {
+            let Some(of_body) = pattern.row(body) else { continue };
             for (error_m, amplitudes) in errors_m.iter_mut().zip(&amplitudes) {
                 error_m.row_mut(body).scaled_add(amplitudes[k], &of_body);
             }
@@ -93,18 +96,19 @@ fn mixed(number: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use chainwave_measurement::ErrorMode;
+    use chainwave_measurement::ErrorModes;
     use ndarray::array;
 
     fn motion() -> ChainMotion {
         let mut displacement_m = Array2::from_elem((2, 2), Some(Estimate::new(1.0, 0.5)));
         displacement_m[(1, 1)] = None;
-        let mode = ErrorMode { source: "stage".into(), displacement_m: array![[0.4, 0.4], [0.0, -0.8]] };
+        let mut modes = ErrorModes::default();
+        modes.push("stage".into(), &array![[0.4, 0.4], [0.0, -0.8]]);
         ChainMotion {
             times_s: vec![0.0, 1.0],
             displacement_m,
             independent_sigma_m: array![[0.3, 0.3], [0.1, 0.0]],
-            modes: vec![mode],
+            modes,
             n_trials: Array2::ones((2, 2)),
         }
     }

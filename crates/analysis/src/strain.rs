@@ -1,6 +1,6 @@
 //! Strain of every gap over time.
 
-use chainwave_measurement::{ChainMotion, Estimate, Trajectory};
+use chainwave_measurement::{ChainMotion, ErrorModes, Estimate, Trajectory};
 use ndarray::{Array2, ArrayView1};
 
 use crate::AnalysisError;
@@ -93,13 +93,8 @@ fn overlap_variance_m2(motion: &ChainMotion) -> Array2<f64> {
     for (gap, mut row) in variance.rows_mut().into_iter().enumerate() {
         let (near, far) = rows_of_gap(&own, gap);
         ndarray::Zip::from(&mut row).and(near).and(far).for_each(|total, near, far| *total = near + far);
-        for mode in &motion.modes {
-            let (near, far) = rows_of_gap(&mode.displacement_m, gap);
-            ndarray::Zip::from(&mut row)
-                .and(near)
-                .and(far)
-                .for_each(|total, a, b| *total += (b - a) * (b - a));
-        }
+        let shared = motion.modes.variance_m2(&[(gap, -1.0), (gap + 1, 1.0)]);
+        row.iter_mut().zip(shared).for_each(|(total, shared)| *total += shared);
     }
     variance
 }
@@ -108,10 +103,9 @@ fn overlap_variance_m2(motion: &ChainMotion) -> Array2<f64> {
 /// sample read between frames is a mean of several, which leaves it less noise, shared with its neighbours in time.
 fn own_variance(motion: &ChainMotion) -> Array2<f64> {
     let mut variance = motion.displacement_m.mapv(|x| x.map_or(0.0, |x| x.sigma.powi(2)));
-    for mode in &motion.modes {
-        ndarray::Zip::from(&mut variance)
-            .and(&mode.displacement_m)
-            .for_each(|total, error| *total -= error * error);
+    for (body, mut of_body) in variance.rows_mut().into_iter().enumerate() {
+        let shared = motion.modes.variance_m2(&[(body, 1.0)]);
+        of_body.iter_mut().zip(shared).for_each(|(total, shared)| *total -= shared);
     }
     variance.mapv(|own| own.max(0.0))
 }
@@ -127,7 +121,7 @@ pub fn exact_motion(trajectory: &Trajectory) -> ChainMotion {
         times_s: trajectory.times_s.clone(),
         displacement_m: trajectory.displacement_m.mapv(|x| Some(Estimate::new(x, 0.0))),
         independent_sigma_m: Array2::zeros(shape),
-        modes: Vec::new(),
+        modes: ErrorModes::default(),
         n_trials: Array2::ones(shape),
     }
 }
@@ -135,7 +129,6 @@ pub fn exact_motion(trajectory: &Trajectory) -> ChainMotion {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use chainwave_measurement::ErrorMode;
     use ndarray::array;
 
     fn motion() -> ChainMotion {
@@ -146,11 +139,13 @@ mod tests {
         let mut displacement_m = Array2::from_shape_fn((3, 8), |(body, _)| column[body]);
         displacement_m[(2, 4)] = None;
         let stage = Array2::from_shape_fn((3, 8), |(body, _)| if body < 2 { 5.0 } else { 0.0 });
+        let mut modes = ErrorModes::default();
+        modes.push("stage".into(), &stage);
         ChainMotion {
             times_s,
             displacement_m,
             independent_sigma_m: Array2::from_shape_fn((3, 8), |(body, _)| [0.3, 0.4, 1.2][body]),
-            modes: vec![ErrorMode { source: "stage".into(), displacement_m: stage }],
+            modes,
             n_trials: Array2::ones((3, 8)),
         }
     }

@@ -7,7 +7,9 @@
 //! repeating a trial nor taking more frames reduces it. It is tested against the scatter of the excess from trial to trial; where there
 //! is none, nothing changes. Where bodies show an excess that still rest, it is the light or the focus that changes.
 
-use chainwave_measurement::{BodyTrack, ChainMotion, ErrorMode, ErrorSource, Estimate, Observation, median};
+use chainwave_measurement::{
+    BodyTrack, ChainMotion, ErrorModes, ErrorPattern, ErrorSource, Estimate, Observation, median,
+};
 use ndarray::Array2;
 
 /// The excess of variances over those at rest.
@@ -113,13 +115,8 @@ impl PictureErrors {
             return;
         }
         for group in &self.groups {
-            let modes = group.modes(motion, self.correlation_m);
-            for mode in &modes {
-                for (x, error_m) in motion.displacement_m.iter_mut().zip(&mode.displacement_m) {
-                    *x = x.map(|x| Estimate::new(x.value, x.sigma.hypot(*error_m)));
-                }
-            }
-            motion.modes.extend(modes);
+            let errors = group.errors(motion, self.correlation_m);
+            motion.add_errors(errors);
         }
     }
 
@@ -226,7 +223,7 @@ impl Excess {
 impl Group {
     /// The error along the body's way: stretches follow each other with weights whose squares add to one, so that the error's
     /// variance is right everywhere and it changes from stretch to stretch.
-    fn modes(&self, motion: &ChainMotion, correlation_m: f64) -> Vec<ErrorMode> {
+    fn errors(&self, motion: &ChainMotion, correlation_m: f64) -> ErrorModes {
         let row = self.body - 1;
         let places: Vec<Option<f64>> =
             motion.displacement_m.row(row).iter().map(|x| x.map(|x| x.value)).collect();
@@ -235,7 +232,7 @@ impl Group {
             .flatten()
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(from, until), x| (from.min(*x), until.max(*x)));
         if from_m > until_m {
-            return Vec::new();
+            return ErrorModes::default();
         }
         let stretch_m = correlation_m.max((until_m - from_m) / (MOST_MODES - 1.0));
         let amplitude_m: Vec<f64> = motion
@@ -245,17 +242,18 @@ impl Group {
             .map(|(i, t)| self.shared_m(*t, motion.n_trials[(row, i)]))
             .collect();
         let n_modes = ((until_m - from_m) / stretch_m).ceil() as usize + 1;
-        let mode = |k: usize| {
-            let mut displacement_m = Array2::zeros(motion.displacement_m.dim());
-            for (i, x_m) in places.iter().enumerate() {
-                let Some(x_m) = x_m else { continue };
-                let apart = ((x_m - from_m) / stretch_m - k as f64).abs().min(1.0);
-                displacement_m[(row, i)] = amplitude_m[i] * weight(apart);
-            }
+        let mut errors = ErrorModes::default();
+        for k in 0..n_modes {
+            let error_m = |(_, i): (usize, usize)| {
+                let apart = |x_m: f64| ((x_m - from_m) / stretch_m - k as f64).abs().min(1.0);
+                places[i].map_or(0.0, |x_m| amplitude_m[i] * weight(apart(x_m)))
+            };
+            let of_body = ErrorPattern::new(row, Array2::from_shape_fn((1, places.len()), error_m));
             let source = format!("pictures of body {} in view {}, stretch {}", self.body, self.view, k + 1);
-            ErrorMode { source: ErrorSource::from(source), displacement_m }
-        };
-        (0..n_modes).map(mode).collect()
+            let pattern = errors.add_pattern(of_body);
+            errors.push_sum(ErrorSource::from(source), vec![(pattern, 1.0)]);
+        }
+        errors
     }
 
     /// Standard deviation of what the view's trials share of the mean of `n` readings at a time, beyond the n-th part that readings which
@@ -359,7 +357,7 @@ mod tests {
         ChainMotion {
             displacement_m: Array2::from_shape_fn(shape, x),
             independent_sigma_m: Array2::from_elem(shape, 0.5 * AT_REST_M),
-            modes: Vec::new(),
+            modes: ErrorModes::default(),
             n_trials: Array2::from_elem(shape, 4),
             times_s,
         }
@@ -388,7 +386,7 @@ mod tests {
             // A quarter of the noise's variance, and all of the pattern's: 0.25 + 0.5. Variances scatter by 8 %, the smoothed by less.
             let variance = (x.sigma / AT_REST_M).powi(2);
             assert!((variance - 0.75).abs() < 0.06, "{variance}");
-            let modes: f64 = motion.modes.iter().map(|mode| mode.displacement_m[(1, i)].powi(2)).sum();
+            let modes = motion.modes.variance_m2(&[(1, 1.0)])[i];
             assert!((modes / AT_REST_M.powi(2) - 0.375).abs() < 0.04, "{modes}");
         }
         let before = motion.displacement_m[(1, 10)].unwrap();

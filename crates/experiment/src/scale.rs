@@ -3,7 +3,7 @@
 //! A body at rest that two views show lies a step of the stage apart in their pictures. Measured by the stated scale, the step is as much
 //! too long as the scale is too small. Where one view is magnified against another, the marker itself is larger in it.
 
-use chainwave_measurement::{ChainMotion, ErrorMode, ErrorSource, Estimate, Observation};
+use chainwave_measurement::{ChainMotion, Estimate, Observation};
 use chainwave_stitching::StageStep;
 use ndarray::Array2;
 
@@ -135,7 +135,7 @@ impl ScaleCheck {
                 motion.displacement_m[(row, i)].map_or(0.0, |x| relative[row] * x.value)
             };
             let displacement_m = Array2::from_shape_fn(motion.displacement_m.dim(), error_m);
-            add(motion, format!("magnification of views, {}", number + 1), displacement_m);
+            motion.add_error(format!("magnification of views, {}", number + 1).into(), &displacement_m);
         }
     }
 
@@ -144,7 +144,7 @@ impl ScaleCheck {
         self.add_views_to(motion, observations);
         let Some(error) = self.error else { return };
         let displacement_m = motion.displacement_m.mapv(|x| x.map_or(0.0, |x| error.value * x.value));
-        add(motion, "scale that the stage's steps contradict".to_owned(), displacement_m);
+        motion.add_error("scale that the stage's steps contradict".into(), &displacement_m);
     }
 
     /// The relative uncertainty of the scale that contradictions ask for; 0 without one.
@@ -173,14 +173,6 @@ impl ScaleCheck {
         });
         wrong.into_iter().chain(differ).collect()
     }
-}
-
-/// Adds an error mode to a motion, and its share to the uncertainty.
-fn add(motion: &mut ChainMotion, source: String, displacement_m: Array2<f64>) {
-    for (x, error_m) in motion.displacement_m.iter_mut().zip(&displacement_m) {
-        *x = x.map(|x| Estimate::new(x.value, x.sigma.hypot(*error_m)));
-    }
-    motion.modes.push(ErrorMode { source: ErrorSource::from(source), displacement_m });
 }
 
 /// How much longer a step is than stated, relative to it, over the bodies and trials that show it; they share the stage's error. What the

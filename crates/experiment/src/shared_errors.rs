@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 use chainwave_analysis::{Measurement, PeakEnergies, PulseSettings, Pulses, measure_pulses};
 use chainwave_camera::Source;
 use chainwave_inference::{Damping, EnergyFit, FitError};
-use chainwave_measurement::{ChainMotion, ErrorMode, ErrorSource, Estimate, Observation, map_in_parallel};
+use chainwave_measurement::{ChainMotion, ErrorModes, ErrorSource, Estimate, Observation, map_in_parallel};
 use chainwave_stitching::{Settings, Stitched, merge};
 use ndarray::Array2;
 
@@ -22,7 +22,7 @@ use crate::tracks::Coordinate;
 /// Errors that all recordings share, which repeating a trial does not reduce.
 pub(crate) struct SharedErrors {
     /// Displacement errors of the calibration, of the time between lines, and of what a second striker does to the alignment.
-    modes: Vec<ErrorMode>,
+    modes: ErrorModes,
     /// Relative standard uncertainty of the pitch.
     pitch: f64,
     /// Whether the calibration rests on the pitch, so that its length is the pitch's.
@@ -50,14 +50,12 @@ impl SharedErrors {
         if recordings.iter().any(|one| one.line_time_s.sigma > 0.0) {
             let moved =
                 merged(recordings.iter().map(TrackedRecording::observation_by_later_lines).collect())?;
-            let displacement_m = difference(&moved, &stitched.motion);
-            modes.push(ErrorMode { source: ErrorSource::LineTime, displacement_m });
+            modes.push(ErrorSource::LineTime, &difference(&moved, &stitched.motion));
         }
         if setup.experiment.far_striker.is_some() {
             let alike = Settings { drive_prior: ALIKE, drive_scatter: Some(ALIKE), ..settings.clone() };
             let moved = merge(&steadying.steadied(observations(recordings)), &alike)?.motion;
-            let displacement_m = difference(&moved, &stitched.motion);
-            modes.push(ErrorMode { source: ErrorSource::FarStriker, displacement_m });
+            modes.push(ErrorSource::FarStriker, &difference(&moved, &stitched.motion));
         }
         let chain = &setup.experiment.chain;
         let pitch = chain.pitch_sigma_m.map_or(0.0, NotNegative::get) / chain.mean_pitch_m();
@@ -66,7 +64,7 @@ impl SharedErrors {
 
     /// Adds the errors to a motion's own.
     pub(crate) fn add_to(&self, motion: &mut ChainMotion) {
-        add_modes(motion, &self.modes);
+        motion.add_errors(self.modes.clone());
     }
 
     /// Measures a motion that has the errors.
@@ -139,13 +137,13 @@ impl SharedErrors {
         if let (Some(energies), true) = (measured, self.modes.is_empty()) {
             return Ok(fit(energies));
         }
-        let own = free_of(motion, |source| self.modes.iter().any(|mode| mode.source == *source));
+        let own = free_of(motion, |source| self.modes.sources().any(|own| own == source));
         let fitted = |motion: &ChainMotion| -> Result<Result<EnergyFit, FitError>, Error> {
             Ok(fit(&peak_energies_of(experiment, motion, n_threads)?))
         };
         let mut energy_fit = fitted(&own)?;
-        for mode in &self.modes {
-            let moved = fitted(&shifted(&own, mode))?;
+        for k in 0..self.modes.len() {
+            let moved = fitted(&shifted(&own, &self.modes.displacement_m(k, motion.displacement_m.dim())))?;
             energy_fit = energy_fit.and_then(|mut energy_fit| {
                 energy_fit.damping = widened(energy_fit.damping, moved?.damping);
                 Ok(energy_fit)
@@ -179,29 +177,22 @@ pub(crate) fn calibration_modes(
     motion: &ChainMotion,
     n_threads: NonZero<usize>,
     merged: impl Fn(Vec<Observation>) -> Result<ChainMotion, Error> + Sync,
-) -> Result<Vec<ErrorMode>, Error> {
+) -> Result<ErrorModes, Error> {
     let errors = &setup.map.of_chain.errors;
-    let mode = |index: usize| -> Result<ErrorMode, Error> {
+    let effect_m = |index: usize| -> Result<Array2<f64>, Error> {
         let with_error =
             |one: &TrackedRecording| one.observation_of(coordinate, &one.map.of_chain.errors[index].map);
-        let moved = merged(recordings.iter().map(with_error).collect())?;
-        let source = match errors[index].source {
+        Ok(difference(&merged(recordings.iter().map(with_error).collect())?, motion))
+    };
+    let mut modes = ErrorModes::default();
+    for (error, effect_m) in errors.iter().zip(map_in_parallel(errors.len(), n_threads, effect_m)) {
+        let source = match error.source {
             Source::Length => ErrorSource::CalibrationLength,
             Source::Points => ErrorSource::CalibrationPoints,
         };
-        Ok(ErrorMode { source, displacement_m: difference(&moved, motion) })
-    };
-    map_in_parallel(errors.len(), n_threads, mode).into_iter().collect()
-}
-
-/// Adds errors to a motion's own.
-pub(crate) fn add_modes(motion: &mut ChainMotion, modes: &[ErrorMode]) {
-    for mode in modes {
-        for (x, error_m) in motion.displacement_m.iter_mut().zip(&mode.displacement_m) {
-            *x = x.map(|x| with_error(x, *error_m));
-        }
+        modes.push(source, &effect_m?);
     }
-    motion.modes.extend(modes.iter().cloned());
+    Ok(modes)
 }
 
 fn with_error(x: Estimate, error: f64) -> Estimate {
@@ -211,25 +202,27 @@ fn with_error(x: Estimate, error: f64) -> Estimate {
 /// A motion without the errors of some sources.
 fn free_of(motion: &ChainMotion, is_left_out: impl Fn(&ErrorSource) -> bool) -> ChainMotion {
     let mut free = motion.clone();
-    let (left_out, modes) = free.modes.drain(..).partition(|mode| is_left_out(&mode.source));
-    free.modes = modes;
-    let left_out: Vec<ErrorMode> = left_out;
+    let left_out = motion.modes.sources().enumerate().filter(|(_, source)| is_left_out(source));
+    let left_out: Vec<usize> = left_out.map(|(k, _)| k).collect();
     // The last that was added goes first: differences of squares are taken as the sums were made.
-    left_out.iter().rev().for_each(|mode| subtract(&mut free, mode));
+    for k in left_out.into_iter().rev() {
+        subtract(&mut free, &motion.modes.displacement_m(k, motion.displacement_m.dim()));
+    }
+    free.modes.retain(|source| !is_left_out(source));
     free
 }
 
-/// Takes a mode's share out of a motion's uncertainty.
-fn subtract(motion: &mut ChainMotion, mode: &ErrorMode) {
-    for (x, error_m) in motion.displacement_m.iter_mut().zip(&mode.displacement_m) {
+/// Takes an error's share out of a motion's uncertainty.
+fn subtract(motion: &mut ChainMotion, error_m: &Array2<f64>) {
+    for (x, error_m) in motion.displacement_m.iter_mut().zip(error_m) {
         *x = x.map(|x| Estimate::new(x.value, (x.sigma.powi(2) - error_m.powi(2)).max(0.0).sqrt()));
     }
 }
 
 /// A motion with an error of one standard deviation.
-fn shifted(motion: &ChainMotion, mode: &ErrorMode) -> ChainMotion {
+fn shifted(motion: &ChainMotion, error_m: &Array2<f64>) -> ChainMotion {
     let mut shifted = motion.clone();
-    for (x, error_m) in shifted.displacement_m.iter_mut().zip(&mode.displacement_m) {
+    for (x, error_m) in shifted.displacement_m.iter_mut().zip(error_m) {
         *x = x.map(|x| Estimate::new(x.value + error_m, x.sigma));
     }
     shifted

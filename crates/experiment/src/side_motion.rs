@@ -8,7 +8,7 @@ use chainwave_stitching::{Settings, Stitched, averaged};
 use crate::error::Error;
 use crate::finding::Finding;
 use crate::setup::Setup;
-use crate::shared_errors::{add_modes, calibration_modes};
+use crate::shared_errors::calibration_modes;
 use crate::steadying::Steadying;
 use crate::tracked::TrackedRecording;
 use crate::tracks::Coordinate;
@@ -52,7 +52,7 @@ impl SideMotion {
             let mut motion = mean(observations.clone());
             let of_coordinate = (coordinate, recordings);
             let modes = calibration_modes(setup, of_coordinate, &motion, n_threads, |moved| Ok(mean(moved)))?;
-            add_modes(&mut motion, &modes);
+            motion.add_errors(modes);
             steadying.add_to(&mut motion, &observations);
             steadying.scale.add_to(&mut motion, &observations);
             if steadying.motion().is_some() {

@@ -1,7 +1,7 @@
 //! The camera's motion: found from bodies that the wave has not reached, and taken out of what is stitched.
 
 use chainwave_analysis::{CameraMotion, at_rest_p_value, at_rest_rule, camera_motion, camera_motion_rule};
-use chainwave_measurement::{ChainMotion, ErrorMode, ErrorSource, Estimate, Observation, median};
+use chainwave_measurement::{ChainMotion, ErrorSource, Estimate, Observation, median};
 use chainwave_mechanics::{Schedule, simulate};
 use ndarray::Array2;
 
@@ -93,10 +93,7 @@ impl Steadying {
             if is_open { camera.shared_m } else { 0.0 }
         };
         let displacement_m = Array2::from_shape_fn(motion.displacement_m.dim(), error_m);
-        for (x, error_m) in motion.displacement_m.iter_mut().zip(&displacement_m) {
-            *x = x.map(|x| if *error_m > 0.0 { Estimate::new(x.value, x.sigma.hypot(*error_m)) } else { x });
-        }
-        motion.modes.push(ErrorMode { source: ErrorSource::CameraMotion, displacement_m });
+        motion.add_error(ErrorSource::CameraMotion, &displacement_m);
     }
 
     /// Positions whose uncertainty is such that a fit to all of them, which takes them for independent, gives an unknown motion its weight:

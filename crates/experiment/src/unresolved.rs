@@ -178,6 +178,7 @@ fn mean<'a>(values: impl Iterator<Item = &'a f64>) -> f64 {
 mod tests {
     use std::f64::consts::TAU;
 
+    use chainwave_measurement::ErrorModes;
     use ndarray::Array2;
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
@@ -242,7 +243,7 @@ mod tests {
                 times_s: (-40..260).map(|k| f64::from(k) * INTERVAL_S).collect(),
                 displacement_m: Array2::from_elem((2, 300), Some(Estimate::new(0.0, 1e-6))),
                 independent_sigma_m: Array2::from_elem((2, 300), 1e-6),
-                modes: Vec::new(),
+                modes: ErrorModes::default(),
                 n_trials: Array2::from_elem((2, 300), 5),
             };
             found.add_to(&mut motion);

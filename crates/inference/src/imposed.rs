@@ -3,7 +3,7 @@
 mod model;
 mod residuals;
 
-use chainwave_measurement::{ChainMotion, Estimate};
+use chainwave_measurement::{ChainMotion, ErrorPattern, Estimate};
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -63,10 +63,16 @@ fn finish(problem: &ImposedResiduals<'_>, minimum: &Minimum) -> Result<ImposedFi
     let jacobian = DMatrix::from_columns(&columns);
     let shift = |error_m: &dyn Fn(usize) -> f64| &covariance * projected(problem, &jacobian, error_m);
     let mut total = covariance.clone();
-    let of_body_1 = |k: usize| (span.0..=span.1).map(|i| motion.modes[k].displacement_m[(0, i)]).collect();
-    let errors_m: Vec<Vec<f64>> = (0..motion.modes.len()).map(of_body_1).collect();
-    for (mode, passed_on) in motion.modes.iter().zip(problem.passed_on(unknowns, &errors_m)?) {
-        let shift = shift(&|i| mode.displacement_m[samples[i]] - passed_on[i]);
+    // All that the estimator does with an error is linear, so it is done with the patterns that errors are made of.
+    let patterns = motion.modes.patterns();
+    let of_body_1 = |pattern: &ErrorPattern| (span.0..=span.1).map(|i| pattern.at((0, i))).collect();
+    let errors_m: Vec<Vec<f64>> = patterns.iter().map(of_body_1).collect();
+    let passed_on = problem.passed_on(unknowns, &errors_m)?;
+    let of_pattern = |(pattern, passed_on): (&ErrorPattern, &DVector<f64>)| {
+        shift(&|i| pattern.at(samples[i]) - passed_on[i]).as_slice().to_vec()
+    };
+    let of_patterns: Vec<Vec<f64>> = patterns.iter().zip(&passed_on).map(of_pattern).collect();
+    for shift in motion.modes.combined(&of_patterns).map(DVector::from_vec) {
         total += &shift * shift.transpose();
     }
     let mut random = Pcg64::seed_from_u64(SEED);

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use chainwave_measurement::{ChainMotion, Estimate, Trajectory};
+use chainwave_measurement::{ChainMotion, ErrorPattern, Estimate, Trajectory};
 use chainwave_mechanics::{Chain, Change, Drive, Schedule, Striker, simulate_with_sensitivities};
 use nalgebra::{DMatrix, DVector};
 
@@ -216,13 +216,17 @@ impl<'a> ReleasedResiduals<'a> {
         let (predicted, columns) = self.predicted(unknowns)?;
         let jacobian = DMatrix::from_columns(&columns);
         let mut total = covariance.clone();
-        for mode in &self.motion.modes {
+        // All that the estimator does with an error is linear, so it is done with the patterns that errors are made of.
+        let of_pattern = |pattern: &ErrorPattern| {
             let mut side = DVector::zeros(jacobian.ncols());
             for (i, sample) in self.samples.iter().enumerate() {
                 let weight = self.motion.independent_sigma_m[*sample].powi(-2);
-                side.axpy(weight * mode.displacement_m[*sample], &jacobian.row(i).transpose(), 1.0);
+                side.axpy(weight * pattern.at(*sample), &jacobian.row(i).transpose(), 1.0);
             }
-            let shift = &covariance * side;
+            (&covariance * side).as_slice().to_vec()
+        };
+        let of_patterns: Vec<Vec<f64>> = self.motion.modes.patterns().iter().map(of_pattern).collect();
+        for shift in self.motion.modes.combined(&of_patterns).map(DVector::from_vec) {
             total += &shift * shift.transpose();
         }
         let residual = |(i, sample): (usize, &(usize, usize))| {

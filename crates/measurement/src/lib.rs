@@ -22,6 +22,7 @@
 //! assert!(strain.covers_95(-0.0517) && !strain.covers_95(-0.0515));
 //! ```
 
+mod error_modes;
 mod error_source;
 mod estimate;
 mod head;
@@ -34,12 +35,13 @@ mod recording;
 mod region;
 mod track;
 
+pub use error_modes::{ErrorModes, ErrorPattern};
 pub use error_source::ErrorSource;
 pub use estimate::Estimate;
 pub use head::Head;
 pub use median::median;
 pub use memory_recording::{Excerpt, MemoryRecording};
-pub use motion::{ChainMotion, ErrorMode, Instant, Moment, Trajectory, samples_until};
+pub use motion::{ChainMotion, Instant, Moment, Trajectory, samples_until};
 pub use observation::{BodyTrack, Observation};
 pub use parallel::{both_in_parallel, map_in_parallel};
 pub use recording::{PlainFrame, ReadError, Recording, RecordingInfo};

@@ -2,7 +2,7 @@
 
 use ndarray::Array2;
 
-use crate::{ErrorSource, Estimate};
+use crate::{ErrorModes, ErrorSource, Estimate};
 
 /// A motion known exactly (computed by a model or prescribed), sampled at common times.
 #[derive(Debug, Clone, PartialEq)]
@@ -165,7 +165,7 @@ fn hermite_slopes(at: f64, step: f64) -> [f64; 4] {
 /// The measured motion of a chain: x_n(t) on one time base with its uncertainty.
 ///
 /// The error of a sample is the sum of a part that is independent from sample to sample (standard deviation
-/// [`ChainMotion::independent_sigma_m`]) and of the shared [`ErrorMode`]s, each with a random amplitude of unit variance.
+/// [`ChainMotion::independent_sigma_m`]) and of the shared [`ErrorModes`], each with a random amplitude of unit variance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChainMotion {
     /// Sample times in seconds after the trigger, increasing and equally spaced.
@@ -176,7 +176,7 @@ pub struct ChainMotion {
     /// Standard uncertainty of the independent part, in metres, shape `[body, time]`; zero where nothing was measured.
     pub independent_sigma_m: Array2<f64>,
     /// Errors that many samples share.
-    pub modes: Vec<ErrorMode>,
+    pub modes: ErrorModes,
     /// Number of trials behind each sample, shape `[body, time]`.
     pub n_trials: Array2<u32>,
 }
@@ -186,16 +186,25 @@ impl ChainMotion {
     pub fn n_bodies(&self) -> usize {
         self.displacement_m.nrows()
     }
-}
 
-/// One error that many samples share, such as the timing of a view: the displacement error for an amplitude of one
-/// standard deviation.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ErrorMode {
-    /// Where the error comes from.
-    pub source: ErrorSource,
-    /// Displacement error in metres, shape `[body, time]`.
-    pub displacement_m: Array2<f64>,
+    /// Adds an error that many samples share, with its displacement error in metres for an amplitude of one standard deviation, shape
+    /// `[body, time]`, and its share to the uncertainty of each sample.
+    pub fn add_error(&mut self, source: ErrorSource, displacement_m: &Array2<f64>) {
+        self.widen(displacement_m);
+        self.modes.push(source, displacement_m);
+    }
+
+    /// [`ChainMotion::add_error`] of each of these, in their order.
+    pub fn add_errors(&mut self, errors: ErrorModes) {
+        (0..errors.len()).for_each(|k| self.widen(&errors.displacement_m(k, self.displacement_m.dim())));
+        self.modes.append(errors, |source, _| source);
+    }
+
+    fn widen(&mut self, error_m: &Array2<f64>) {
+        for (x, error_m) in self.displacement_m.iter_mut().zip(error_m) {
+            *x = x.map(|x| Estimate::new(x.value, x.sigma.hypot(*error_m)));
+        }
+    }
 }
 
 #[cfg(test)]

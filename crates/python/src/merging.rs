@@ -11,7 +11,7 @@ use chainwave_experiment::{
     strain_table,
 };
 use chainwave_inference::{TrackModel, critical_kg_per_s, fit_tracks, reached};
-use chainwave_measurement::{BodyTrack, ChainMotion, Estimate, Observation};
+use chainwave_measurement::{BodyTrack, ChainMotion, ErrorModes, Estimate, Observation};
 use chainwave_mechanics::Drive;
 use chainwave_stitching::{Settings, Stitched, merge as merge_observations, outliers};
 use pyo3::prelude::*;
@@ -182,7 +182,7 @@ fn motion_of(table: &Table) -> Result<ChainMotion, Failure> {
     let mut motion = ChainMotion {
         displacement_m: ndarray::Array2::from_elem(shape, None),
         independent_sigma_m: ndarray::Array2::zeros(shape),
-        modes: Vec::new(),
+        modes: ErrorModes::default(),
         n_trials: ndarray::Array2::zeros(shape),
         times_s: all_s,
     };

@@ -32,7 +32,7 @@ impl AlignmentState<'_> {
             n_trials: Array2::zeros(shape),
         };
         for (row, of_body) in field.iter().enumerate() {
-            let shared_m2 = shared_m2(&motion, row);
+            let shared_m2 = motion.modes.variance_m2(&[(row, 1.0)]);
             for (i, (contributions, response)) in
                 of_body.iter().enumerate().filter(|(_, (all, _))| !all.is_empty())
             {
@@ -95,16 +95,6 @@ impl AlignmentState<'_> {
         let squares: f64 = delays_s.iter().map(|delay_s| delay_s.powi(2)).sum();
         BENT_SHARE * (squares / delays_s.len().max(1) as f64).sqrt()
     }
-}
-
-/// Variance that the error modes make of one body's motion at each time, in square metres.
-fn shared_m2(motion: &ChainMotion, row: usize) -> Vec<f64> {
-    let mut shared_m2 = vec![0.0; motion.times_s.len()];
-    for mode in &motion.modes {
-        let of_body = mode.displacement_m.row(row);
-        shared_m2.iter_mut().zip(of_body).for_each(|(sum, error_m)| *sum += error_m.powi(2));
-    }
-    shared_m2
 }
 
 /// T''/2 over beta: 0.02 to 0.09 in the bodies of the paper's chain, and 0.5 where T goes with the drive's logarithm.

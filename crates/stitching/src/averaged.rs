@@ -1,6 +1,6 @@
 //! The mean of trials of another coordinate than the one along the chain, by drives and triggers that are known.
 
-use chainwave_measurement::{ChainMotion, Estimate, Observation};
+use chainwave_measurement::{ChainMotion, ErrorModes, Estimate, Observation};
 use ndarray::Array2;
 
 use crate::resample::Stencil;
@@ -31,7 +31,7 @@ pub fn averaged(
         times_s: times_s.to_vec(),
         displacement_m: Array2::from_elem(shape, None),
         independent_sigma_m: Array2::zeros(shape),
-        modes: Vec::new(),
+        modes: ErrorModes::default(),
         n_trials: Array2::zeros(shape),
     };
     let mut sums = Array2::from_elem(shape, Sums::default());

@@ -4,7 +4,7 @@
 //! in the next, drives and triggers are moved by what they have nothing to do with, and come out far off with small errors. Such an
 //! alignment may settle all the same, but it does not leave noise alone.
 
-use chainwave_measurement::{ChainMotion, ErrorMode, Estimate, Observation};
+use chainwave_measurement::{ChainMotion, ErrorModes, Estimate, Observation};
 use ndarray::Array2;
 
 use crate::error::StitchingError;
@@ -67,7 +67,7 @@ pub(crate) fn averaged_by_trigger(
         times_s: times_s.clone(),
         displacement_m: Array2::from_elem(shape, None),
         independent_sigma_m: Array2::zeros(shape),
-        modes: Vec::new(),
+        modes: ErrorModes::default(),
         n_trials: Array2::zeros(shape),
     };
     let mut of_trials: Vec<Array2<f64>> = vec![Array2::zeros(shape); observations.len()];
@@ -95,13 +95,9 @@ pub(crate) fn averaged_by_trigger(
         spread.between_m[at] = (squares_m2 / (n - 1.0)).sqrt();
     }
     let ratios = scatter_ratios(&readings, &motion, observations.len());
-    let named = of_trials.into_iter().zip(observations);
-    motion.modes = named
-        .map(|(displacement_m, one)| ErrorMode {
-            source: format!("trial {}", one.recording).into(),
-            displacement_m,
-        })
-        .collect();
+    for (displacement_m, one) in of_trials.iter().zip(observations) {
+        motion.modes.push(format!("trial {}", one.recording).into(), displacement_m);
+    }
     let alignment = |(one, scatter_ratio): (&Observation, f64)| Alignment {
         recording: one.recording.clone(),
         view: one.view,

@@ -1,6 +1,6 @@
 //! Groups of recordings that share no body, joined on the time base of their triggers.
 
-use chainwave_measurement::{ChainMotion, ErrorMode, ErrorSource, Estimate, Observation, median};
+use chainwave_measurement::{ChainMotion, ErrorModes, ErrorSource, Estimate, Observation, median};
 use nalgebra::{Matrix2, Vector2};
 use ndarray::{Array2, Zip, s};
 
@@ -204,7 +204,7 @@ fn on_one_time_base(parts: &[Part], errors: &[Matrix2<f64>], interval_s: f64) ->
         times_s: (first..=last).map(|k| k as f64 * interval_s).collect(),
         displacement_m: Array2::from_elem(shape, None),
         independent_sigma_m: spread_over(&alike, &|part| &part.stitched.motion.independent_sigma_m),
-        modes: Vec::new(),
+        modes: ErrorModes::default(),
         n_trials: Array2::zeros(shape),
     };
     for (start, part) in &placed {
@@ -214,15 +214,10 @@ fn on_one_time_base(parts: &[Part], errors: &[Matrix2<f64>], interval_s: f64) ->
             .and(&own.displacement_m)
             .for_each(|whole, x| *whole = whole.or(*x));
         Zip::from(motion.n_trials.slice_mut(columns)).and(&own.n_trials).for_each(|whole, n| *whole += n);
-        for mode in &own.modes {
-            let mut displacement_m = Array2::zeros(shape);
-            displacement_m.slice_mut(columns).assign(&mode.displacement_m);
-            let source = numbered(&mode.source, motion.modes.len());
-            motion.modes.push(ErrorMode { source, displacement_m });
-        }
+        motion.modes.append(own.modes.clone().placed(*start, shape.1), numbered);
     }
     let n_all: usize = parts.iter().map(|part| part.members.len()).sum();
-    let mut means = Vec::new();
+    let mut means = ErrorModes::default();
     for (k, (part, error)) in parts.iter().zip(errors).enumerate() {
         // The mean of all follows a group's mean by the group's share.
         let share = part.members.len() as f64 / n_all as f64;
@@ -234,18 +229,10 @@ fn on_one_time_base(parts: &[Part], errors: &[Matrix2<f64>], interval_s: f64) ->
         let trigger_sigma_s = (error[(1, 1)] - trigger_by_drive_s.powi(2)).max(0.0).sqrt();
         let with_drive_m = of_drive_m * drive_sigma + &of_trigger_m * trigger_by_drive_s;
         let first_body = part.first_body;
-        means.push(ErrorMode { source: ErrorSource::MeanDrive { first_body }, displacement_m: with_drive_m });
-        means.push(ErrorMode {
-            source: ErrorSource::MeanTrigger { first_body },
-            displacement_m: of_trigger_m * trigger_sigma_s,
-        });
+        means.push(ErrorSource::MeanDrive { first_body }, &with_drive_m);
+        means.push(ErrorSource::MeanTrigger { first_body }, &(of_trigger_m * trigger_sigma_s));
     }
-    for mode in &means {
-        Zip::from(&mut motion.displacement_m).and(&mode.displacement_m).for_each(|x, error_m| {
-            *x = x.map(|x| Estimate::new(x.value, x.sigma.hypot(*error_m)));
-        });
-    }
-    motion.modes.extend(means);
+    motion.add_errors(means);
     let spread = Spread {
         within_m: spread_over(&alike, &|part| &part.stitched.spread.within_m),
         between_m: spread_over(&alike, &|part| &part.stitched.spread.between_m),
@@ -254,9 +241,9 @@ fn on_one_time_base(parts: &[Part], errors: &[Matrix2<f64>], interval_s: f64) ->
 }
 
 /// Directions are numbered over all groups.
-fn numbered(source: &ErrorSource, place: usize) -> ErrorSource {
+fn numbered(source: ErrorSource, place: usize) -> ErrorSource {
     match source {
         ErrorSource::Alignment { .. } => ErrorSource::Alignment { direction: place },
-        other => other.clone(),
+        other => other,
     }
 }

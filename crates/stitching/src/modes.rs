@@ -1,6 +1,6 @@
 //! Errors of the motion that many samples share: of drives, trigger offsets, places at rest, and of what priors stand in for.
 
-use chainwave_measurement::{ErrorMode, ErrorSource};
+use chainwave_measurement::{ErrorModes, ErrorPattern, ErrorSource};
 use nalgebra::{DMatrix, DVector};
 use ndarray::Array2;
 
@@ -34,12 +34,50 @@ pub(crate) struct AlignmentDirection {
 impl AlignmentState<'_> {
     /// Every displacement error that many samples share: of the alignment and the places at rest, and of what the responses'
     /// priors stand in for.
-    pub(crate) fn error_modes(&self, field: &Fitted, directions: &[AlignmentDirection]) -> Vec<ErrorMode> {
-        let gains = Gains::of(field, &self.drive);
-        let mut modes: Vec<ErrorMode> =
-            directions.iter().map(|direction| self.displacement_error(&gains, direction)).collect();
-        modes.extend(self.prior_modes(field));
+    pub(crate) fn error_modes(&self, field: &Fitted, directions: &[AlignmentDirection]) -> ErrorModes {
+        let mut modes = self.effects(field);
+        for direction in directions {
+            let by_alignment = direction.error.iter().copied().enumerate().filter(|(_, error)| *error != 0.0);
+            let mut parts: Vec<(usize, f64)> = by_alignment.collect();
+            if let Some((recording, row, rest_sigma_m)) = direction.at_rest {
+                let of_place = ErrorPattern::new(row, self.effect_of_place(field, recording, row));
+                parts.push((modes.add_pattern(of_place), rest_sigma_m));
+            }
+            modes.push_sum(direction.source.clone(), parts);
+        }
+        self.add_prior_modes(field, &mut modes);
         modes
+    }
+
+    /// No error yet, and the patterns that errors of the alignment are sums of: what one unit of each recording's drive, then of each one's
+    /// offset (seconds), changes of the motion.
+    fn effects(&self, field: &Fitted) -> ErrorModes {
+        let mut effects = ErrorModes::default();
+        for unknown in [0, 1] {
+            for r in 0..self.observations.len() {
+                let rows = || self.displacements[r].iter().map(|displacement| displacement.row);
+                let (first, last) = (rows().min().unwrap_or(0), rows().max().unwrap_or(0));
+                let mut effect_m = Array2::zeros((last + 1 - first, self.times_s.len()));
+                for ((row, i), effect_m) in effect_m.indexed_iter_mut() {
+                    let (contributions, response) = &field[first + row][i];
+                    let slope = response.residual_slopes(self.drive[r])[unknown];
+                    let own = contributions.iter().filter(|one| one.recording == r);
+                    *effect_m = own.map(|one| response.gain(one, &self.drive) * slope).sum();
+                }
+                effects.add_pattern(ErrorPattern::new(first, effect_m));
+            }
+        }
+        effects
+    }
+
+    /// What one unit of a body's place at rest in a recording changes of that body's motion, beside what it does to drives and offsets.
+    fn effect_of_place(&self, field: &Fitted, recording: usize, row: usize) -> Array2<f64> {
+        let rest = self.end_of_rest();
+        Array2::from_shape_fn((1, self.times_s.len()), |(_, i)| {
+            let (contributions, response) = &field[row][i];
+            let own = contributions.iter().filter(|one| one.recording == recording && i >= rest);
+            own.map(|one| response.gain(one, &self.drive)).sum()
+        })
     }
 
     /// The independent errors of the alignment: principal directions of the covariance that the readings' noise leaves, the
@@ -108,32 +146,21 @@ impl AlignmentState<'_> {
         self.times_s.partition_point(|time_s| *time_s < self.settings.rest_until_s)
     }
 
-    /// The displacement error that an alignment error makes, with the place at rest behind it.
-    fn displacement_error(&self, gains: &Gains, direction: &AlignmentDirection) -> ErrorMode {
-        let mut displacement_m = gains.error_m(&direction.error);
-        if let Some((recording, row, rest_sigma_m)) = direction.at_rest {
-            for i in self.end_of_rest()..gains.shape.1 {
-                let own = gains.at(row, i).iter().filter(|gain| gain.recording == recording);
-                displacement_m[(row, i)] += own.map(|gain| gain.of_reading * rest_sigma_m).sum::<f64>();
-            }
-        }
-        ErrorMode { source: direction.source.clone(), displacement_m }
-    }
-
     /// What one unit of the mean drive and of the mean trigger (seconds) changes of the motion, in metres.
     pub(crate) fn effects_of_means(&self, field: &Fitted) -> [Array2<f64>; 2] {
         let n = self.observations.len();
-        let all = |of_offsets: bool| {
-            DVector::from_fn(2 * n, |row, _| f64::from(u8::from((row >= n) == of_offsets)))
-        };
-        let gains = Gains::of(field, &self.drive);
-        [all(false), all(true)].map(|direction| gains.error_m(&direction))
+        let effects = self.effects(field);
+        [0, 1].map(|unknown| {
+            let all: Vec<(usize, f64)> =
+                (unknown * n..(unknown + 1) * n).map(|pattern| (pattern, 1.0)).collect();
+            effects.sum_m(&all, (field.len(), self.times_s.len()))
+        })
     }
 
     /// For each group of bodies that the same recordings saw, the error of their responses beyond what readings tell: where the
     /// trials' drives leave slope and curvature to the priors, and of third order. A response follows the motion in time and
     /// is alike in neighbours, so this error is one for the group, in proportion to the motion.
-    fn prior_modes(&self, field: &Fitted) -> Vec<ErrorMode> {
+    fn add_prior_modes(&self, field: &Fitted, modes: &mut ErrorModes) {
         let recordings = |row: usize| -> Vec<usize> {
             let sees = |r: &usize| self.displacements[*r].iter().any(|displacement| displacement.row == row);
             (0..self.displacements.len()).filter(sees).collect()
@@ -146,14 +173,12 @@ impl AlignmentState<'_> {
         };
         let leads = (0..groups.len())
             .filter(|row| !groups[*row].is_empty() && !groups[..*row].contains(&groups[*row]));
-        leads
-            .map(|lead| ErrorMode {
-                source: ErrorSource::Response { first_body: lead + 1 },
-                displacement_m: Array2::from_shape_fn((field.len(), self.times_s.len()), |(row, i)| {
-                    if groups[row] == groups[lead] { error_m(row, i) } else { 0.0 }
-                }),
-            })
-            .collect()
+        for lead in leads {
+            let alike =
+                |(row, i): (usize, usize)| if groups[row] == groups[lead] { error_m(row, i) } else { 0.0 };
+            let displacement_m = Array2::from_shape_fn((field.len(), self.times_s.len()), alike);
+            modes.push(ErrorSource::Response { first_body: lead + 1 }, &displacement_m);
+        }
     }
 
     /// Standard deviation of the mean motion beyond what the readings' own noise explains.
@@ -170,60 +195,6 @@ impl AlignmentState<'_> {
             contributions.iter().map(|c| response.gain(c, &self.drive) * cube(self.drive[c.recording])).sum();
         let third_order_m = self.settings.third_order_prior * rms_m * (mean_cube - taken);
         slope_m.hypot(common * curvature_m).hypot(third_order_m)
-    }
-}
-
-/// What the mean motion does with each reading, worked out once for all the directions in which recordings may be off: there are some of
-/// them for each body of each recording.
-struct Gains {
-    /// Those of one body and time after the other.
-    all: Vec<Gain>,
-    /// Where those of each body and time begin, and where the last ones end.
-    begins: Vec<usize>,
-    /// Bodies and times.
-    shape: (usize, usize),
-    n_recordings: usize,
-}
-
-/// What the mean motion does with one reading.
-struct Gain {
-    recording: usize,
-    /// Derivative of the motion by the reading.
-    of_reading: f64,
-    /// Derivatives of the reading's residual by its recording's drive and offset.
-    slopes: [f64; 2],
-}
-
-impl Gains {
-    fn of(field: &Fitted, drive: &[f64]) -> Self {
-        let mut all = Vec::new();
-        let mut begins = vec![0];
-        for (contributions, response) in field.iter().flatten() {
-            all.extend(contributions.iter().map(|one| Gain {
-                recording: one.recording,
-                of_reading: response.gain(one, drive),
-                slopes: response.residual_slopes(drive[one.recording]),
-            }));
-            begins.push(all.len());
-        }
-        let shape = (field.len(), field.first().map_or(0, Vec::len));
-        Self { all, begins, shape, n_recordings: drive.len() }
-    }
-
-    fn at(&self, row: usize, i: usize) -> &[Gain] {
-        let place = row * self.shape.1 + i;
-        &self.all[self.begins[place]..self.begins[place + 1]]
-    }
-
-    /// The displacement error in metres that an error of drives and offsets makes.
-    fn error_m(&self, direction: &DVector<f64>) -> Array2<f64> {
-        let error = |gain: &Gain| {
-            let [by_drive, by_offset] = gain.slopes;
-            by_drive * direction[gain.recording] + by_offset * direction[self.n_recordings + gain.recording]
-        };
-        Array2::from_shape_fn(self.shape, |(row, i)| {
-            self.at(row, i).iter().map(|gain| gain.of_reading * error(gain)).sum()
-        })
     }
 }
 

@@ -1,6 +1,6 @@
 //! Motions with known answers.
 
-use chainwave_measurement::{ChainMotion, ErrorMode, Estimate};
+use chainwave_measurement::{ChainMotion, ErrorModes, Estimate};
 use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Simulation, Striker, simulate};
 use ndarray::Array2;
 
@@ -24,7 +24,7 @@ pub(crate) fn motion_of_strain(
         times_s,
         displacement_m: x.mapv(|x| Some(Estimate::new(x, 0.0))),
         independent_sigma_m: Array2::zeros(x.dim()),
-        modes: Vec::new(),
+        modes: ErrorModes::default(),
         n_trials: Array2::ones(x.dim()),
     }
 }
@@ -74,8 +74,6 @@ pub(crate) fn with_late_view(
         let slope = (x[(body, after)] - x[(body, before)]) / ((after - before) as f64 * INTERVAL_S);
         if bodies.contains(&body) { -shift_s * slope } else { 0.0 }
     });
-    motion
-        .modes
-        .push(ErrorMode { source: format!("timing of bodies {bodies:?}").into(), displacement_m: error });
+    motion.modes.push(format!("timing of bodies {bodies:?}").into(), &error);
     motion
 }

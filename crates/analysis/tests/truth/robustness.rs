@@ -4,7 +4,7 @@ use chainwave_analysis::{
     AnalysisError, FrontSettings, MeasureSettings, Measurement, Missing, exact_motion, leading_pulses,
     measure, measure_peak_energies, profile_times, replicate, strain_map,
 };
-use chainwave_measurement::{ChainMotion, ErrorMode};
+use chainwave_measurement::ChainMotion;
 use chainwave_mechanics::FarEnd;
 use ndarray::Array2;
 
@@ -175,7 +175,7 @@ fn a_motion_that_makes_no_sense_is_refused() {
     motion.independent_sigma_m[(0, 0)] = -1.0;
     assert!(matches!(refused(&motion), AnalysisError::NotFinite { body: 1, index: 0, .. }));
     let mut motion = chain();
-    motion.modes.push(ErrorMode { source: "stage".into(), displacement_m: Array2::zeros((3, 3)) });
+    motion.modes.push("stage".into(), &Array2::ones((3, 3)));
     assert!(matches!(refused(&motion), AnalysisError::Shape { found: (3, 3), .. }));
     let mut motion = chain();
     motion.times_s.clear();

@@ -1,6 +1,6 @@
 //! Motions with known answers.
 
-use chainwave_measurement::{ChainMotion, ErrorMode};
+use chainwave_measurement::ChainMotion;
 use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Simulation, Striker, simulate};
 use ndarray::Array2;
 
@@ -52,8 +52,6 @@ pub(crate) fn with_late_view(
         let slope = (x[(body, after)] - x[(body, before)]) / ((after - before) as f64 * INTERVAL_S);
         if bodies.contains(&body) { -shift_s * slope } else { 0.0 }
     });
-    motion
-        .modes
-        .push(ErrorMode { source: format!("timing of bodies {bodies:?}").into(), displacement_m: error });
+    motion.modes.push(format!("timing of bodies {bodies:?}").into(), &error);
     motion
 }
