@@ -15,9 +15,8 @@ use crate::{check, error::MechanicsError};
 pub struct TableLaw {
     /// Shared, for a chain holds one law for each of its gaps.
     pieces: Arc<[CubicPiece]>,
-    /// Where each of them starts.
+    /// Where each of them starts, side by side for the search.
     starts_m: Arc<[f64]>,
-    first_m: f64,
 }
 
 /// Pieces up to which all starts are compared: no branch is to be foreseen, which costs less than halving.
@@ -117,7 +116,7 @@ impl TableLaw {
             .collect();
         let last = x.len() - 1;
         pieces.push(CubicPiece { start_m: x[last], force: [f[last], slopes[last], 0.0, 0.0], energy_j: 0.0 });
-        let mut law = Self { pieces: pieces.into(), starts_m: x.into(), first_m: x[0] };
+        let mut law = Self { pieces: pieces.into(), starts_m: x.into() };
         let zero_n = law.evaluate(0.0).0;
         law.shift(zero_n);
         law
@@ -153,7 +152,7 @@ impl TableLaw {
     /// Force in newtons and energy in joules at an overlap in metres.
     pub(crate) fn evaluate(&self, overlap_m: f64) -> (f64, f64) {
         let first = &self.pieces[0];
-        if overlap_m < self.first_m {
+        if overlap_m < self.first_m() {
             let tangent = CubicPiece { force: [first.force[0], first.force[1], 0.0, 0.0], ..*first };
             return tangent.evaluate(overlap_m);
         }
@@ -162,21 +161,21 @@ impl TableLaw {
 
     /// Force alone, with the bits of [`TableLaw::evaluate`].
     pub(crate) fn force_alone_n(&self, overlap_m: f64) -> f64 {
-        if overlap_m < self.first_m {
+        if overlap_m < self.first_m() {
             let [c, linear, ..] = self.pieces[0].force;
-            return c + (overlap_m - self.first_m) * linear;
+            return c + (overlap_m - self.first_m()) * linear;
         }
         self.piece_at(overlap_m).force_n(overlap_m)
     }
 
     /// Overlap of the first point, in metres.
     pub(crate) fn first_m(&self) -> f64 {
-        self.first_m
+        self.pieces[0].start_m
     }
 
     /// Slope in newtons per metre at an overlap.
     pub fn stiffness_n_per_m(&self, overlap_m: f64) -> f64 {
-        if overlap_m < self.first_m {
+        if overlap_m < self.first_m() {
             return self.pieces[0].force[1];
         }
         self.piece_at(overlap_m).slope(overlap_m)
@@ -198,7 +197,7 @@ impl TableLaw {
     /// The largest slope, up or down, anywhere.
     pub(crate) fn steepest_n_per_m(&self) -> f64 {
         let last_m = self.pieces[self.pieces.len() - 1].start_m;
-        self.stiffest_n_per_m(self.first_m, last_m)
+        self.stiffest_n_per_m(self.first_m(), last_m)
     }
 
     fn piece_at(&self, overlap_m: f64) -> &CubicPiece {
