@@ -1,9 +1,11 @@
-//! What a plan foresees of the experiments of a proof, beside what they state and how far they are off.
+//! What a plan foresees of the experiments of a proof, beside what they state, how far they are off, and the least that pixels allow.
 
 use std::num::NonZero;
 use std::path::Path;
 
-use chainwave_experiment::{Experiment, PlannedResult, Precision, Setup, Table, Trial, foreseen};
+use chainwave_experiment::{
+    DampingBound, Experiment, PlannedResult, Precision, Setup, Table, Trial, damping_bound, foreseen,
+};
 use chainwave_measurement::median;
 use serde_json::json;
 
@@ -37,6 +39,8 @@ struct Row {
     stated: f64,
     /// Root mean square of the errors.
     rms: f64,
+    /// The least standard deviation that the pixels allow, where that is computed.
+    bound: Option<f64>,
     n_experiments: usize,
 }
 
@@ -60,12 +64,14 @@ pub(super) fn compare(
     for (noise, striker_m_per_s) in settings {
         let mut varied = experiment.clone();
         varied.vary(noise, striker_m_per_s);
-        let planned = foreseen(&Setup::of(varied, trials.to_vec(), path, None)?, n_threads)?;
+        let setup = Setup::of(varied, trials.to_vec(), path, None)?;
+        let planned = foreseen(&setup, n_threads)?;
+        let bound = damping_bound(&setup).ok();
         let of_setting = plain.iter().filter(|(variant, _)| {
             is_same((variant.noise, variant.striker_m_per_s), (noise, striker_m_per_s))
         });
         let tables: Vec<&Table> = of_setting.map(|(_, table)| *table).collect();
-        rows.extend(rows_of((noise, striker_m_per_s), &planned, &tables)?);
+        rows.extend(rows_of((noise, striker_m_per_s), &planned, bound, &tables)?);
     }
     if rows.is_empty() {
         return Ok(());
@@ -82,11 +88,17 @@ fn is_same(one: (f64, f64), other: (f64, f64)) -> bool {
 fn rows_of(
     (noise, striker_m_per_s): (f64, f64),
     planned: &Precision,
+    bound: Option<DampingBound>,
     tables: &[&Table],
 ) -> Result<Vec<Row>, Error> {
     let mut rows = Vec::new();
     for (result, quantity) in QUANTITIES {
         let planned = planned.of(result);
+        let bound = bound.and_then(|bound| match result {
+            PlannedResult::ChainDamping => Some(bound.chain_damping_kg_per_s),
+            PlannedResult::StrikerDamping => Some(bound.striker_damping_kg_per_s),
+            _ => None,
+        });
         let (mut sigmas, mut square) = (Vec::new(), 0.0);
         for table in tables {
             let (names, values) = (table.texts("quantity")?, table.full_numbers("value")?);
@@ -105,6 +117,7 @@ fn rows_of(
             planned: planned.as_ref().ok().map(|planned| planned.sigma),
             stated,
             rms: (square / n).sqrt(),
+            bound,
             n_experiments: tables.len(),
         });
     }
@@ -120,6 +133,7 @@ fn write(out: &Path, rows: &[Row]) -> Result<(), Error> {
         column("planned_sigma", rows.iter().map(|row| row.planned).collect::<Vec<_>>()),
         column("stated_sigma", of(&|row| row.stated)),
         column("rms_error", of(&|row| row.rms)),
+        column("bound", rows.iter().map(|row| row.bound).collect::<Vec<_>>()),
         column("experiments", rows.iter().map(|row| row.n_experiments as u64).collect::<Vec<_>>()),
     ];
     table::write(&out.join("planned.parquet"), columns)
@@ -129,14 +143,18 @@ fn print(rows: &[Row]) {
     let of = |row: &Row| {
         json!({
             "noise": row.noise, "striker_velocity_m_per_s": row.striker_m_per_s, "quantity": row.quantity,
-            "planned_sigma": row.planned, "stated_sigma": row.stated, "rms_error": row.rms, "experiments": row.n_experiments,
+            "planned_sigma": row.planned, "stated_sigma": row.stated, "rms_error": row.rms, "bound": row.bound, "experiments": row.n_experiments,
         })
     };
     tell("planned", rows.iter().map(of).collect());
-    say!("{:<28}{:>14}{:>14}{:>10}{:>14}", "", "planned sigma", "stated", "ratio", "rms error");
+    say!(
+        "{:<28}{:>14}{:>14}{:>10}{:>14}{:>16}",
+        "", "planned sigma", "stated", "ratio", "rms error", "stated/bound"
+    );
     for row in rows {
         let planned = row.planned.map_or("-".into(), |planned| format!("{planned:.3e}"));
         let ratio = row.planned.map_or("-".into(), |planned| format!("{:.2}", row.stated / planned));
-        say!("{:<28}{planned:>14}{:>14.3e}{ratio:>10}{:>14.3e}", row.quantity, row.stated, row.rms);
+        let over = row.bound.map_or(String::new(), |bound| format!("{:.3}", row.stated / bound));
+        say!("{:<28}{planned:>14}{:>14.3e}{ratio:>10}{:>14.3e}{over:>16}", row.quantity, row.stated, row.rms);
     }
 }
