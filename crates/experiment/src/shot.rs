@@ -253,11 +253,7 @@ fn place_at_rest(body: &FollowedBody) -> Option<[f64; 2]> {
 }
 
 /// What is said of a shot that is not like the others of its view.
-pub(crate) fn unlike(
-    shot: &LookedAt,
-    others: &[&LookedAt],
-    strike_scatter: Option<f64>,
-) -> Option<String> {
+pub(crate) fn unlike(shot: &LookedAt, others: &[&LookedAt], strike_scatter: Option<f64>) -> Option<String> {
     other_strike(shot, others, strike_scatter).or_else(|| off_the_others(shot, others))
 }
 

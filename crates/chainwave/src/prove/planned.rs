@@ -147,14 +147,28 @@ fn print(rows: &[Row]) {
         })
     };
     tell("planned", rows.iter().map(of).collect());
-    say!(
-        "{:<28}{:>14}{:>14}{:>10}{:>14}{:>16}",
-        "", "planned sigma", "stated", "ratio", "rms error", "stated/bound"
-    );
-    for row in rows {
-        let planned = row.planned.map_or("-".into(), |planned| format!("{planned:.3e}"));
-        let ratio = row.planned.map_or("-".into(), |planned| format!("{:.2}", row.stated / planned));
-        let over = row.bound.map_or(String::new(), |bound| format!("{:.3}", row.stated / bound));
-        say!("{:<28}{planned:>14}{:>14.3e}{ratio:>10}{:>14.3e}{over:>16}", row.quantity, row.stated, row.rms);
+    let is_like = |one: &Row, other: &Row| {
+        is_same((one.noise, one.striker_m_per_s), (other.noise, other.striker_m_per_s))
+    };
+    for rows in rows.chunk_by(is_like) {
+        let setting = format!("noise x {}, {} m/s", rows[0].noise, rows[0].striker_m_per_s);
+        say!(
+            "{setting:<28}{:>14}{:>14}{:>10}{:>14}{:>14}",
+            "planned sigma",
+            "stated",
+            "ratio",
+            "rms error",
+            "bound"
+        );
+        rows.iter().for_each(print_row);
     }
+}
+
+fn print_row(row: &Row) {
+    let or_none = |value: Option<String>| value.unwrap_or_else(|| "-".into());
+    let planned = or_none(row.planned.map(|planned| format!("{planned:.3e}")));
+    let ratio = or_none(row.planned.map(|planned| format!("{:.2}", row.stated / planned)));
+    let bound = or_none(row.bound.map(|bound| format!("{bound:.3e}")));
+    let (stated, rms) = (row.stated, row.rms);
+    say!("{:<28}{planned:>14}{stated:>14.3e}{ratio:>10}{rms:>14.3e}{bound:>14}", row.quantity);
 }

@@ -80,9 +80,12 @@ impl Motions {
 
     /// Where a body is at a time, and the derivatives of that by the three logarithms and by the trigger's time in its unit, in metres.
     fn of_body(&self, body: usize, time_s: f64) -> Option<(f64, [f64; 4])> {
-        let at = |motion: &Trajectory, time_s: f64| Some(motion.at(time_s.max(0.0))?.displacement_m(body - 1));
-        let by = |[more, less]: &[Trajectory; 2]| Some((at(more, time_s)? - at(less, time_s)?) / (2.0 * STEP));
-        let by_time = (at(&self.usual, time_s + STEP_S)? - at(&self.usual, time_s - STEP_S)?) / (2.0 * STEP_S);
+        let at =
+            |motion: &Trajectory, time_s: f64| Some(motion.at(time_s.max(0.0))?.displacement_m(body - 1));
+        let by =
+            |[more, less]: &[Trajectory; 2]| Some((at(more, time_s)? - at(less, time_s)?) / (2.0 * STEP));
+        let by_time =
+            (at(&self.usual, time_s + STEP_S)? - at(&self.usual, time_s - STEP_S)?) / (2.0 * STEP_S);
         let [c_d, c_s, velocity] = &self.pairs;
         Some((at(&self.usual, time_s)?, [by(c_d)?, by(c_s)?, by(velocity)?, TRIGGER_S * by_time]))
     }
@@ -154,7 +157,9 @@ fn bound(setup: &Setup, rehearsal: &Rehearsal, camera: &PlannedCamera) -> Result
             // Where the body rests is as unknown: what the frames share tells nothing else.
             let (mut shared, mut n_frames) = (DVector::<f64>::zeros(n), 0.0);
             for &time_s in &one.info.times_s {
-                let Some((at_m, [c_d, c_s, velocity, trigger])) = motions.of_body(body, time_s) else { continue };
+                let Some((at_m, [c_d, c_s, velocity, trigger])) = motions.of_body(body, time_s) else {
+                    continue;
+                };
                 if !seen_px.contains(&(rest_px + px_per_m * at_m)) {
                     continue;
                 }

@@ -73,7 +73,9 @@ fn shots_of_another_strike_and_of_another_view_are_told() {
         elsewhere.tracks.bodies.iter_mut().for_each(|body| body.body -= first);
         let trials = of_view(&shots, 1);
         for odd in [of_view(&slow, 1)[0], &elsewhere] {
-            for (scatter, n) in [Some(stated), None].into_iter().flat_map(|one| (2..N_TRIALS).map(move |n| (one, n))) {
+            for (scatter, n) in
+                [Some(stated), None].into_iter().flat_map(|one| (2..N_TRIALS).map(move |n| (one, n)))
+            {
                 let said = unlike(odd, &trials[..n], scatter);
                 assert!(said.is_some(), "seed {seed}: {} beside {n}, {scatter:?}", odd.recording);
             }

@@ -80,8 +80,7 @@ impl Sums {
             let mut square_px = 0.0;
             for axis in [0, 1] {
                 let mean = others_px.iter().map(|at| at[axis]).sum::<f64>() / n;
-                let variance =
-                    others_px.iter().map(|at| (at[axis] - mean).powi(2)).sum::<f64>() / (n - 1.0);
+                let variance = others_px.iter().map(|at| (at[axis] - mean).powi(2)).sum::<f64>() / (n - 1.0);
                 let square = (here_px[axis] - mean).powi(2);
                 self.apart += square / (1.0 + n.recip());
                 self.scatter += variance;
