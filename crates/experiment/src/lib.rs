@@ -118,7 +118,7 @@ pub use numbers::{NotNegative, Positive};
 pub use picture_field::{FieldRequest, FoundField};
 pub use plan::{
     Aim, Cost, DampingBound, Economy, LargestSigma, Outlook, Plan, PlannedChange, PlannedResult, Precision,
-    VarianceShare, damping_bound, economy, foreseen, outcome, plan,
+    VarianceShare, damping_bound, economy, foreseen, outcome, plan, typical_half_width,
 };
 pub use points::{FollowedPoints, PlacedPoint, PlacedSubset, PointTracking, subsets_in};
 pub use recording_state::{RecordingState, State, recording_states};

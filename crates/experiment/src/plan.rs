@@ -44,7 +44,7 @@ pub use self::economy::{Economy, Outlook, economy};
 use self::pace::Pace;
 use self::pictures::Pictures;
 use self::planned_camera::PlannedCamera;
-pub use self::precision::{PlannedResult, Precision, outcome};
+pub use self::precision::{PlannedResult, Precision, outcome, typical_half_width};
 use self::precision::{both, precision};
 use self::readings::Readings;
 use self::rehearsal::Rehearsal;

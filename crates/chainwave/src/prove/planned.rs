@@ -9,6 +9,7 @@ use chainwave_experiment::{
 use chainwave_measurement::median;
 use serde_json::json;
 
+use super::findings::MEDIAN_HALF_WIDTH;
 use super::variant::Variant;
 use crate::error::Error;
 use crate::table::{self, column};
@@ -19,7 +20,7 @@ use crate::terminal::{say, tell};
 const QUANTITIES: [(PlannedResult, &str); 9] = [
     (PlannedResult::Displacement, "displacement"),
     (PlannedResult::GroupVelocity, "group velocity"),
-    (PlannedResult::HalfWidth, "HWHM"),
+    (PlannedResult::HalfWidth, MEDIAN_HALF_WIDTH),
     (PlannedResult::ChainDamping, "c_d, noise alone"),
     (PlannedResult::StrikerDamping, "c_s, noise alone"),
     (PlannedResult::ChainDamping, "c_d, stated"),
