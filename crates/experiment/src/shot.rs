@@ -257,7 +257,7 @@ pub(crate) fn unlike(shot: &LookedAt, others: &[&LookedAt], strike_scatter: Opti
     other_strike(shot, others, strike_scatter).or_else(|| off_the_others(shot, others))
 }
 
-/// What is said of a shot whose readings lie farther from the others' than these scatter.
+/// What is said of a shot whose readings lie farther from the others' than these scatter. Two others hardly tell how they scatter, three do.
 fn off_the_others(shot: &LookedAt, others: &[&LookedAt]) -> Option<String> {
     let all = others.iter().copied().chain([shot]);
     let reviewed: Vec<ReviewedRecording<'_>> = all
@@ -265,18 +265,20 @@ fn off_the_others(shot: &LookedAt, others: &[&LookedAt]) -> Option<String> {
         .collect();
     let found = TrialBesideOthers::of(&reviewed, reviewed.len() - 1)?;
     let (body, frame) = found.farthest;
-    (found.deviations > student(ODD_SIGMAS, found.freedom)).then(|| {
+    (found.apart_px > student(ODD_SIGMAS, found.freedom) * found.scatter_px).then(|| {
         format!(
-            "it moves otherwise than the {} other trials of the view, by {:.0} times their scatter: body {body} is {:.2} px off in frame {frame}",
+            "it moves otherwise than the {} other trials of the view, by {:.3} px (rms) where these scatter by {:.3} px: body {body} is \
+             {:.2} px off in frame {frame}",
             others.len(),
-            found.deviations,
+            found.apart_px,
+            found.scatter_px,
             found.by_px
         )
     })
 }
 
 /// What is said of a shot that was struck harder or less hard than the others.
-fn other_strike(shot: &LookedAt, others: &[&LookedAt], scatter: Option<f64>) -> Option<String> {
+fn other_strike(shot: &LookedAt, others: &[&LookedAt], stated_scatter: Option<f64>) -> Option<String> {
     let own_px = farthest_px(&shot.tracks);
     // Of each body, so that shots that lost some are compared by the others.
     let beside = |other: &&LookedAt| {
@@ -293,7 +295,7 @@ fn other_strike(shot: &LookedAt, others: &[&LookedAt], scatter: Option<f64>) -> 
     if ratios.is_empty() || usual <= 0.0 {
         return None;
     }
-    let (scatter, most) = match scatter {
+    let (scatter, most) = match stated_scatter {
         Some(stated) => (stated, ODD_SIGMAS * stated),
         None => {
             let squares: f64 = ratios.iter().map(|ratio| (ratio / usual - 1.0).powi(2)).sum();
@@ -303,6 +305,7 @@ fn other_strike(shot: &LookedAt, others: &[&LookedAt], scatter: Option<f64>) -> 
         }
     };
     let farther = usual.recip() - 1.0;
+    // The mean of the others scatters, too.
     (farther.abs() > most * (1.0 + n.recip()).sqrt()).then(|| {
         format!(
             "bodies move {:+.1} % farther than in the {} other trials of the view; strikes scatter by {:.1} %",

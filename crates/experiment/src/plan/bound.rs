@@ -33,6 +33,8 @@ const STEP: f64 = 0.01;
 const STEP_S: f64 = 1e-6;
 /// Unit of a trigger's time, so that all unknowns are of like size.
 const TRIGGER_S: f64 = 1e-5;
+/// Time that is simulated beyond the last frame, whose exposure ends after its stamp.
+const BEYOND_S: f64 = 1e-3;
 /// Pixels on both sides of one by which its slope is told.
 const SLOPE_REACH_PX: usize = 3;
 /// The same as a difference of sixth order: 1e-3 of the slope of a speckle of 4.5 px.
@@ -145,7 +147,7 @@ fn bound(setup: &Setup, rehearsal: &Rehearsal, camera: &PlannedCamera) -> Result
     let (experiment, chain) = (&setup.experiment, &rehearsal.chain);
     let Estimate { value: velocity, sigma: scatter } = experiment.nominal_drive();
     let recordings = &rehearsal.schedule.recordings;
-    let motions = Motions::of(setup, chain, rehearsal.schedule.last_s() + 2.0 * STEP_S)?;
+    let motions = Motions::of(setup, chain, rehearsal.schedule.last_s() + BEYOND_S)?;
     let n = 2 + 2 * recordings.len();
     let mut fisher = DMatrix::<f64>::zeros(n, n);
     let px_per_m = setup.map.m_per_px().value.recip();

@@ -36,7 +36,7 @@ fn of_view(shots: &[LookedAt], view: u32) -> Vec<&LookedAt> {
 fn sound_shots_are_hardly_ever_told_to_be_unlike_the_others() {
     let Prepared { rehearsal, .. } = Prepared::of(&setup()).unwrap();
     let stated = rehearsal.setup.experiment.drive_scatter();
-    let (mut n, mut n_told) = (0.0, [0.0; 2]);
+    let (mut n, mut n_told) = (0.0_f64, [0.0_f64; 2]);
     for seed in 1..=N_SEEDS {
         let shots = shots(&rehearsal, seed);
         for view in [1, 2, 3] {
@@ -72,12 +72,13 @@ fn shots_of_another_strike_and_of_another_view_are_told() {
         let first = elsewhere.tracks.bodies[0].body - 1;
         elsewhere.tracks.bodies.iter_mut().for_each(|body| body.body -= first);
         let trials = of_view(&shots, 1);
-        for odd in [of_view(&slow, 1)[0], &elsewhere] {
-            for (scatter, n) in
-                [Some(stated), None].into_iter().flat_map(|one| (2..N_TRIALS).map(move |n| (one, n)))
-            {
-                let said = unlike(odd, &trials[..n], scatter);
-                assert!(said.is_some(), "seed {seed}: {} beside {n}, {scatter:?}", odd.recording);
+        // Two others hardly tell how motions scatter (127 times that is nothing unusual), while strikes scatter as they are stated or usually do.
+        for (odd, least) in [(of_view(&slow, 1)[0], 2), (&elsewhere, 3)] {
+            for n in least..N_TRIALS {
+                for scatter in [Some(stated), None] {
+                    let said = unlike(odd, &trials[..n], scatter);
+                    assert!(said.is_some(), "seed {seed}: {} beside {n}, {scatter:?}", odd.recording);
+                }
             }
         }
     }

@@ -17,16 +17,18 @@ use super::series::Series;
 /// Fewest others that scatter.
 const LEAST_OTHERS: usize = 2;
 
-/// A trial beside the others.
+/// A trial beside the others, as root mean squares over all readings, in pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct TrialBesideOthers {
-    /// Student's t.
-    pub(crate) deviations: f64,
-    /// Its degrees of freedom.
+    /// Distance from the others' mean, over the root of 1 + 1/n: as far as one trial lies from where all would.
+    pub(crate) apart_px: f64,
+    /// How the others scatter.
+    pub(crate) scatter_px: f64,
+    /// Degrees of freedom by which that is known, where one thing differs from trial to trial.
     pub(crate) freedom: f64,
     /// Body and frame of the reading that lies farthest from the others' mean.
     pub(crate) farthest: (usize, usize),
-    /// How far, in pixels.
+    /// How far.
     pub(crate) by_px: f64,
 }
 
@@ -41,11 +43,11 @@ impl TrialBesideOthers {
                 sums.add(&group, member);
             }
         }
-        let Sums { apart, scatter, n_readings, n_others, farthest, by_px } = sums;
-        // The mean number of others, rounded down: a body that some of them lost has fewer.
-        let freedom = (n_others / n_readings.max(1)).checked_sub(1).filter(|freedom| *freedom > 0)? as f64;
-        let deviations = if apart > 0.0 { (apart / scatter).sqrt() } else { 0.0 };
-        Some(Self { deviations, freedom, farthest, by_px })
+        let n = Some(sums.n_readings).filter(|n| *n > 0.0)?;
+        let [apart_px, scatter_px] = [sums.apart, sums.scatter].map(|sum| (sum / n).sqrt());
+        let Sums { n_others, farthest, by_px, .. } = sums;
+        let freedom = n_others / n - 1.0;
+        Some(Self { apart_px, scatter_px, freedom, farthest, by_px })
     }
 }
 
@@ -56,8 +58,8 @@ struct Sums {
     apart: f64,
     /// Of variances of the others.
     scatter: f64,
-    n_readings: usize,
-    n_others: usize,
+    n_readings: f64,
+    n_others: f64,
     farthest: (usize, usize),
     by_px: f64,
 }
@@ -86,8 +88,8 @@ impl Sums {
                 self.scatter += variance;
                 square_px += square;
             }
-            self.n_readings += 1;
-            self.n_others += others_px.len();
+            self.n_readings += 1.0;
+            self.n_others += n;
             let by_px = own.factor.abs() * square_px.sqrt();
             if by_px > self.by_px {
                 (self.by_px, self.farthest) = (by_px, (series.body, frame));
