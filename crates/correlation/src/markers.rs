@@ -20,7 +20,7 @@ use crate::markers::row::{Row, best_row};
 use crate::markers::texture::Texture;
 use crate::reference::mean_of_frames;
 use crate::subset_size::{LEAST_HALF_PX, MOST_HALF_PX};
-use crate::{CorrelationError, Reference, ReferenceFrames, Side, sharp_edge};
+use crate::{CorrelationError, Reference, ReferenceFrames, SharpEdge, Side, sharp_edge};
 
 /// Pixels between a subset and the edge of its marker, which rings through the interpolation; of a small marker no more than this share of
 /// its half size.
@@ -115,7 +115,7 @@ fn subset_half_px(marker_half_px: f64) -> usize {
     ((marker_half_px - to_edge).floor().max(0.0) as usize).clamp(LEAST_HALF_PX, MOST_HALF_PX)
 }
 
-/// The largest half sizes up to some, the same for all markers, with which no sharp edge runs beside a subset: outlines are known to 2 px or so,
+/// The largest half sizes up to some, the same for all markers, with which no sharp edge rings into a subset: outlines are known to 2 px or so,
 /// and [`sharp_edge`] sees. Where no size that outlines allow is free of edges, these are the texture's own, and the size stays.
 fn off_edges(
     recording: &dyn Recording,
@@ -129,7 +129,7 @@ fn off_edges(
         for (number, [x_px, y_px]) in centres_px.iter().enumerate() {
             let subset = Subset::new(number.to_string(), *x_px, *y_px, smaller_px[0], smaller_px[1]);
             if Reference::lies_inside(recording, &subset)
-                && let Some(edge) = sharp_edge(recording, &subset, rest)?
+                && let Some(edge) = sharp_edge(recording, &subset, rest)?.filter(SharpEdge::rings)
             {
                 beside[usize::from(matches!(edge.side, Side::Above | Side::Below))] = true;
             }
