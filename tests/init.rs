@@ -5,7 +5,16 @@ use std::fs;
 use tempfile::TempDir;
 
 use crate::command::{chainwave, fail, succeed};
+use crate::laboratory::Laboratory;
 use crate::repository::root;
+
+/// The number behind a key in a text.
+fn number_behind(text: &str, key: &str) -> f64 {
+    let (_, rest) = text.split_once(key).unwrap_or_else(|| panic!("{key} is missing in:\n{text}"));
+    let number: String =
+        rest.trim_start().chars().take_while(|c| c.is_ascii_digit() || "+-.e".contains(*c)).collect();
+    number.parse().unwrap_or_else(|_| panic!("{key} {number:?} in:\n{text}"))
+}
 
 #[test]
 fn a_folder_of_recordings_becomes_an_experiment_to_fill_in() {
@@ -27,12 +36,7 @@ fn a_folder_of_recordings_becomes_an_experiment_to_fill_in() {
     // What the pictures tell is filled in: by the sample's own description three markers stand in it, at (25, 19.5) and 75 px apart, and the
     // striker comes at t = 0. Places of proposed markers are good to 2 px.
     let text = read("experiment.toml");
-    let number_behind = |key: &str| -> f64 {
-        let (_, rest) = text.split_once(key).unwrap_or_else(|| panic!("{key} is missing in:\n{text}"));
-        let number: String =
-            rest.trim_start().chars().take_while(|c| c.is_ascii_digit() || "+-.e".contains(*c)).collect();
-        number.parse().unwrap_or_else(|_| panic!("{key} {number:?} in:\n{text}"))
-    };
+    let number_behind = |key| number_behind(&text, key);
     assert!((number_behind("first_body_px = [") - 25.0).abs() < 2.0, "{text}");
     assert!((number_behind("over the pitch:") - 75.0).abs() < 0.5, "{text}");
     let rest_s = number_behind("rest_until_s =");
@@ -48,4 +52,50 @@ fn a_folder_of_recordings_becomes_an_experiment_to_fill_in() {
 
     let message = fail(chainwave().arg("init").arg(folder.path()), 2);
     assert!(message.contains("overwrites nothing"), "{message}");
+}
+
+mod slow {
+    use super::*;
+
+    #[test]
+    fn a_run_has_nothing_against_the_subsets_that_init_chose() {
+        let laboratory = Laboratory::new();
+        let recordings = laboratory.film();
+        let shots = laboratory.path("shots");
+        fs::create_dir(&shots).expect("a folder can be made");
+        for trial in 1..=5 {
+            for view in 1..=3 {
+                let name = format!("view{view}_trial{trial}.cine");
+                fs::copy(recordings.join(&name), shots.join(&name)).expect("the recording can be copied");
+            }
+        }
+        succeed(chainwave().arg("init").arg(&shots));
+        let text = fs::read_to_string(shots.join("experiment.toml")).expect("init wrote it");
+        // As the user would: what init chose, with the rest as the experiment knows it.
+        let lines = |file: &str| fs::read_to_string(recordings.join(file)).expect("it was filmed");
+        let changed: Vec<String> = lines("experiment.toml")
+            .lines()
+            .map(|line| {
+                let key = ["half_width_px", "half_height_px"].into_iter().find(|key| line.starts_with(key));
+                match key {
+                    Some(key) => format!("{key} = {}", number_behind(&text, &format!("{key} ="))),
+                    None if line.starts_with("first_body_px") => text
+                        .lines()
+                        .find(|line| line.starts_with("first_body_px"))
+                        .expect("init found a marker")
+                        .to_owned(),
+                    None => line.to_owned(),
+                }
+            })
+            .collect();
+        fs::write(shots.join("experiment.toml"), changed.join("\n")).expect("the folder takes a file");
+        fs::write(shots.join("trials.csv"), lines("trials.csv")).expect("the folder takes a file");
+        let out = laboratory.path("results");
+        let said = succeed(chainwave().arg("run").arg(shots.join("experiment.toml")).arg("--out").arg(&out));
+        let results = fs::read_to_string(out.join("results.json")).expect("it was run");
+        assert!(!results.contains("sharp edges"), "{said}");
+        // Not for want of a subset: markers of 27 x 27 px leave 8 px within 5 px of their edges.
+        let half_px = number_behind(&text, "half_width_px =");
+        assert!((6.0..=9.0).contains(&half_px), "{half_px}");
+    }
 }

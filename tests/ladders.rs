@@ -94,10 +94,8 @@ mod slow {
         for (row, name) in quantities.iter().enumerate() {
             let ratio = stated[row] / foreseen[row];
             println!("{name}: stated over planned {ratio:.3}");
-            // What a plan promises. A stated damping also holds what tracks neither tell nor exclude; of half widths nothing is promised, as the
-            // weak strike's is stated half again as wide as it is planned (docs/src/planning.md).
-            let may_be_wider = name.ends_with(", stated") || name == "HWHM";
-            let promised = if may_be_wider { 0.7..f64::INFINITY } else { 0.7..1.3 };
+            // What a plan promises. A stated damping also holds what tracks neither tell nor exclude.
+            let promised = if name.ends_with(", stated") { 0.7..f64::INFINITY } else { 0.7..1.3 };
             assert!(promised.contains(&ratio), "{name}: {ratio}");
             // One number of one experiment: one in a thousand is off by more.
             if ["group velocity", "c_d, stated", "c_s, stated"].contains(&name.as_str()) {

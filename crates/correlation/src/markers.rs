@@ -20,12 +20,15 @@ use crate::markers::row::{Row, best_row};
 use crate::markers::texture::Texture;
 use crate::reference::mean_of_frames;
 use crate::subset_size::{LEAST_HALF_PX, MOST_HALF_PX};
-use crate::{CorrelationError, Reference, ReferenceFrames};
+use crate::{CorrelationError, Reference, ReferenceFrames, SharpEdge, Side, sharp_edge};
 
 /// Pixels between a subset and the edge of its marker, which rings through the interpolation; of a small marker no more than this share of
 /// its half size.
 const TO_EDGE_PX: f64 = 5.0;
 const TO_EDGE_SHARE: f64 = 0.25;
+/// Pixels by which a subset is made smaller at most, where an edge runs beside it: as many as outlines may be wrong by, and those in which an edge
+/// is seen.
+const MOST_OFF_PX: usize = 8;
 /// Thresholds that are tried, each a share of the one before.
 const N_THRESHOLDS: usize = 18;
 const THRESHOLD_SHARE: f32 = std::f32::consts::FRAC_1_SQRT_2;
@@ -80,6 +83,8 @@ pub fn propose_markers(
             median(row.members.iter().map(|(_, marker)| marker.half_px()[axis]).collect()).unwrap_or(0.0);
         subset_half_px(half)
     });
+    let centres_px: Vec<[f64; 2]> = row.members.iter().map(|(_, outline)| outline.centre_px()).collect();
+    let half_px = off_edges(recording, rest, &centres_px, half_px)?;
     let fitted = row.fitted();
     let mut markers = Vec::new();
     for (_, outline) in &row.members {
@@ -108,6 +113,37 @@ pub fn propose_markers(
 fn subset_half_px(marker_half_px: f64) -> usize {
     let to_edge = TO_EDGE_PX.min(TO_EDGE_SHARE * marker_half_px);
     ((marker_half_px - to_edge).floor().max(0.0) as usize).clamp(LEAST_HALF_PX, MOST_HALF_PX)
+}
+
+/// The largest half sizes up to some, the same for all markers, with which no sharp edge rings into a subset: outlines are known to 2 px or so,
+/// and [`sharp_edge`] sees. Where no size that outlines allow is free of edges, these are the texture's own, and the size stays.
+fn off_edges(
+    recording: &dyn Recording,
+    rest: &ReferenceFrames,
+    centres_px: &[[f64; 2]],
+    half_px: [usize; 2],
+) -> Result<[usize; 2], CorrelationError> {
+    let mut smaller_px = half_px;
+    loop {
+        let mut beside = [false; 2];
+        for (number, [x_px, y_px]) in centres_px.iter().enumerate() {
+            let subset = Subset::new(number.to_string(), *x_px, *y_px, smaller_px[0], smaller_px[1]);
+            if Reference::lies_inside(recording, &subset)
+                && let Some(edge) = sharp_edge(recording, &subset, rest)?.filter(SharpEdge::rings)
+            {
+                beside[usize::from(matches!(edge.side, Side::Above | Side::Below))] = true;
+            }
+        }
+        if beside == [false; 2] {
+            return Ok(smaller_px);
+        }
+        for axis in [0, 1] {
+            smaller_px[axis] -= usize::from(beside[axis]);
+            if smaller_px[axis] < LEAST_HALF_PX || smaller_px[axis] + MOST_OFF_PX < half_px[axis] {
+                return Ok(half_px);
+            }
+        }
+    }
 }
 
 /// The row with the most texture, of the markers that any threshold shows: two that lie close are apart at a high one, and a faint one is

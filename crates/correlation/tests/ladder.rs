@@ -1,6 +1,5 @@
-//! Precision and coverage from 0.2 to 10 % noise. Run it with `cargo test --release -p chainwave-correlation --test ladder -- --ignored
-//! --nocapture`; the variable DRAWS says how many pictures of each pattern. Every method on one scene, OpenCV's among them, is measured by
-//! the tests of `chainwave-opencv`.
+//! Precision and coverage from 0.2 to 10 % noise, as tables for the book: `cargo xtask tested ladder intervals`, and `bounds`; the variable DRAWS
+//! says how many pictures of each pattern. Every method on one scene, OpenCV's among them, is measured by the tests of `chainwave-opencv`.
 
 #![expect(
     clippy::unwrap_used,
@@ -14,8 +13,8 @@ use chainwave_measurement::{Position, Region};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use support::{
-    FULL_RANGE, Image, SIZE, Speckle, affine_bounds_px, bound_of_unknown_texture, error_of_std, floors_px,
-    grid, moments, rms, sense, slopes,
+    FULL_RANGE, Image, SIZE, Speckle, affine_bounds_px, bound_of_unknown_texture, coverage, error_of_std,
+    floors_px, grid, moments, rms, sense, slopes,
 };
 
 /// Pull, error over the floor, and error over the bound of the affine shape function, of every axis of every subset.
@@ -91,39 +90,33 @@ fn draws() -> u64 {
     std::env::var("DRAWS").ok().and_then(|value| value.parse().ok()).unwrap_or(20)
 }
 
-fn table(noise: f64, methods: &[(Interpolation, Shape)], pulls: &[Pulls]) -> String {
-    let row = |((interpolation, shape), pulls): (&(Interpolation, Shape), &Pulls)| {
-        let n = pulls.len() as f64;
-        let share = |limit: f64| 100.0 * pulls.iter().filter(|p| p[0].abs() < limit).count() as f64 / n;
-        let rms = |i: usize| rms(&pulls.iter().map(|p| p[i]).collect::<Vec<_>>());
-        format!(
-            "{:5.1} % {:12} {:12} std/floor {:.3}, /affine bound {:.3}  rms pull {:.3}  {:.1} {:.1}  n {}\n",
-            100.0 * noise,
-            interpolation.to_string(),
-            shape.to_string(),
-            rms(1),
-            rms(2),
-            rms(0),
-            share(1.0),
-            share(1.96),
-            n
-        )
-    };
-    methods.iter().zip(pulls).map(row).collect()
+/// Root mean square of one column of pulls.
+fn rms_of(pulls: &Pulls, column: usize) -> f64 {
+    rms(&pulls.iter().map(|pull| pull[column]).collect::<Vec<_>>())
 }
 
 #[test]
-#[ignore = "a measurement of minutes, not a check"]
-fn precision_and_coverage_at_every_noise() {
+#[ignore = "a table of the book, of a minute or two"]
+fn intervals() {
     let shapes = Shape::ALL.map(|shape| (Interpolation::Cubic, shape));
     let others =
         [Interpolation::Linear, Interpolation::CubicMoms, Interpolation::Quintic, Interpolation::QuinticMoms]
             .map(|interpolation| (interpolation, Shape::Affine));
     let methods: Vec<(Interpolation, Shape)> = shapes.into_iter().chain(others).collect();
+    let mut rows: Vec<String> =
+        methods.iter().map(|(interpolation, shape)| format!("{interpolation} {shape}")).collect();
     for noise in [0.002, 0.01, 0.02, 0.05, 0.1] {
-        println!("bound of an unknown texture: {:.3} times", bound_of_unknown_texture(0.145, noise));
-        print!("{}", table(noise, &methods, &pulls(&[31, 32].map(random_spots), noise, draws(), &methods)));
+        let found = pulls(&[31, 32].map(random_spots), noise, draws(), &methods);
+        for (row, pulls) in rows.iter_mut().zip(&found) {
+            let [inner, outer] = coverage(&pulls.iter().map(|pull| pull[0]).collect::<Vec<_>>());
+            row.push_str(&format!(",\"{inner:.1}, {outer:.1}\""));
+        }
+        if noise > 0.05 {
+            rows.iter_mut().zip(&found).for_each(|(row, pulls)| row.push_str(&format!(",{}", pulls.len())));
+        }
     }
+    println!("count: method,at_02,at_1,at_2,at_5,at_10,errors_at_10");
+    rows.iter().for_each(|row| println!("count: {row}"));
 }
 
 #[test]
@@ -133,7 +126,7 @@ fn a_printed_pattern_is_matched_at_the_noise_floor() {
         let found = pulls(&[printed_spots(41)], noise, 10, &methods);
         for (pulls, over) in found.iter().zip([1, 2]) {
             assert_eq!(pulls.len(), 2 * 10 * 121, "no point is lost");
-            let ratio = rms(&pulls.iter().map(|pull| pull[over]).collect::<Vec<_>>());
+            let ratio = rms_of(pulls, over);
             // a translation over the floor of a rigid shift, the affine shape over its own bound: between what a known texture
             // allows and one that is known from a noisy picture alone, but for three standard errors
             let most = bound_of_unknown_texture(0.2, noise) + 3.0 * error_of_std(pulls.len());
@@ -143,11 +136,25 @@ fn a_printed_pattern_is_matched_at_the_noise_floor() {
 }
 
 #[test]
-#[ignore = "a measurement of minutes, not a check"]
-fn precision_on_printed_patterns() {
+#[ignore = "a table of the book, of a minute or two"]
+fn bounds() {
     let methods = [Shape::Translation, Shape::Affine].map(|shape| (Interpolation::Cubic, shape));
-    for noise in [0.01, 0.02, 0.05, 0.1] {
-        println!("bound of an unknown texture: {:.3} times", bound_of_unknown_texture(0.2, noise));
-        print!("{}", table(noise, &methods, &pulls(&[41, 42].map(printed_spots), noise, draws(), &methods)));
+    let patterns: [(&str, f64, [Image; 2]); 2] = [
+        ("light and dark spots spread evenly, as printed patterns are", 0.2, [41, 42].map(printed_spots)),
+        ("random light spots, some as dark as their noise is wide", 0.145, [31, 32].map(random_spots)),
+    ];
+    println!("count: pattern,translation,affine,unknown,errors,error_percent");
+    for (name, contrast, images) in &patterns {
+        for noise in [0.01, 0.02, 0.05] {
+            let found = pulls(images, noise, draws(), &methods);
+            let (unknown, n) = (bound_of_unknown_texture(*contrast, noise), found[1].len());
+            println!(
+                "count: \"{name}, {:.0} % noise\",{:.3},{:.3},{unknown:.3},{n},{:.1}",
+                100.0 * noise,
+                rms_of(&found[0], 1),
+                rms_of(&found[1], 2),
+                100.0 * error_of_std(n),
+            );
+        }
     }
 }

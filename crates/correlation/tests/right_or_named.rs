@@ -184,6 +184,20 @@ fn where_noise_leaves_too_little_larger_subsets_decide() {
     }
 }
 
+/// Pairs of each kind of the table below.
+const N_PAIRS: u64 = 3;
+
+#[test]
+#[ignore = "a table of the book, of some minutes"]
+fn random_pairs() {
+    println!("count: second_picture,pairs,ok,seen,found,wrong");
+    for (kind, pair) in PAIRS {
+        let cases = (1000..1000 + N_PAIRS).map(|seed| random_case(kind, pair, seed, 320));
+        let sum: Outcome = cases.map(|case| case.outcome(Acceptance::ByEvidence)).sum();
+        println!("count: {kind},{N_PAIRS},{},{},{},{}", sum.n_ok, sum.n_visible, sum.n_found, sum.n_wrong);
+    }
+}
+
 /// What a share of the long count gives.
 #[derive(Debug, Default, Clone, Copy)]
 struct Count {

@@ -11,7 +11,10 @@
 #[path = "support/films.rs"]
 mod films;
 
+use std::collections::BTreeMap;
+
 use chainwave_correlation::{Acceptance, Method, ReferenceFrames, Settings};
+use films::outcome::Outcome;
 use films::{Draw, Shown, count, count_a_million, large_subsets, repeats_slowly};
 
 #[test]
@@ -37,6 +40,23 @@ fn a_slow_lattice_is_found() {
             // all but what a film's noise may hide
             assert!(outcome.n_found as f64 >= 0.95 * outcome.n_visible as f64, "{outcome:?}");
         }
+    }
+}
+
+#[test]
+#[ignore = "a table of the book, of some minutes"]
+fn table() {
+    let own = ["icgn-cubic-affine", "icgn-cubic-translation", "icgn-cubic-rigid", "icgn-cubic-quadratic"];
+    let own = own.map(|name| (name, 4));
+    let methods = [own.as_slice(), &[("template-parabola", 32)]].concat();
+    println!("count: film,methods,ok,seen,found,wrong");
+    let mut rows: BTreeMap<String, Vec<Outcome>> = BTreeMap::new();
+    for ((_, film), outcome) in count(&methods, 1..3, Acceptance::ByEvidence) {
+        rows.entry(film).or_default().push(outcome);
+    }
+    for (film, outcomes) in rows {
+        let (n, sum) = (outcomes.len(), outcomes.into_iter().sum::<Outcome>());
+        println!("count: \"{film}\",{n},{},{},{},{}", sum.n_ok, sum.n_visible, sum.n_found, sum.n_wrong);
     }
 }
 

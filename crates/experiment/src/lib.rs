@@ -118,8 +118,8 @@ pub use monitor::{Monitor, Progress, Stage};
 pub use numbers::{NotNegative, Positive};
 pub use picture_field::{FieldRequest, FoundField};
 pub use plan::{
-    Aim, Cost, Economy, LargestSigma, Outlook, Plan, PlannedChange, PlannedResult, Precision, VarianceShare,
-    economy, foreseen, outcome, plan,
+    Aim, Cost, DampingBound, Economy, LargestSigma, Outlook, Plan, PlannedChange, PlannedResult, Precision,
+    VarianceShare, damping_bound, economy, foreseen, outcome, plan, typical_half_width,
 };
 pub use points::{FollowedPoints, PlacedPoint, PlacedSubset, PointTracking, subsets_in};
 pub use recording_state::{RecordingState, State, recording_states};

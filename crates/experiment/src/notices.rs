@@ -37,12 +37,9 @@ pub(crate) fn remarks(info: &RecordingInfo, edges: &[EdgeNote]) -> Vec<String> {
     info.warnings.iter().cloned().chain(sharp_edges(edges)).collect()
 }
 
-/// An edge as near as this biases positions by a thousandth of a pixel or more; one a pixel farther off by half as much.
-const RINGING_PX: usize = 3;
-
 /// One sentence on all bodies beside whose subsets an edge runs.
 fn sharp_edges(edges: &[EdgeNote]) -> Option<String> {
-    let near = || edges.iter().filter(|note| note.edge.distance_px <= RINGING_PX);
+    let near = || edges.iter().filter(|note| note.edge.rings());
     let nearest_px = near().map(|note| note.edge.distance_px).min()?;
     let bodies: Vec<&str> = near().map(|note| note.point.as_str()).collect();
     Some(format!(

@@ -12,8 +12,7 @@
 
 mod aim;
 mod assumed_chain;
-#[cfg(test)]
-mod bound_tests;
+mod bound;
 mod change;
 mod costs;
 mod economy;
@@ -28,6 +27,8 @@ mod readings;
 mod rehearsal;
 mod schedule;
 #[cfg(test)]
+mod shot_tests;
+#[cfg(test)]
 mod tests;
 
 use std::num::NonZero;
@@ -37,12 +38,13 @@ use chainwave_measurement::Estimate;
 
 pub use self::aim::{Aim, LargestSigma};
 use self::assumed_chain::AssumedChain;
+pub use self::bound::{DampingBound, damping_bound};
 use self::change::Change;
 pub use self::economy::{Economy, Outlook, economy};
 use self::pace::Pace;
 use self::pictures::Pictures;
 use self::planned_camera::PlannedCamera;
-pub use self::precision::{PlannedResult, Precision, outcome};
+pub use self::precision::{PlannedResult, Precision, outcome, typical_half_width};
 use self::precision::{both, precision};
 use self::readings::Readings;
 use self::rehearsal::Rehearsal;

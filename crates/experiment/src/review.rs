@@ -14,11 +14,13 @@ mod quality;
 mod reviewed;
 mod series;
 mod spikes;
+mod trial;
 
 use chainwave_measurement::Lost;
 
 pub use self::reviewed::ReviewedRecording;
 use self::series::Series;
+pub(crate) use self::trial::TrialBesideOthers;
 
 /// Why a reading is doubtful.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

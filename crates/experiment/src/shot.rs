@@ -3,6 +3,7 @@
 use std::num::NonZero;
 use std::ops::Range;
 
+use chainwave_analysis::probability::student;
 use chainwave_camera::histogram;
 use chainwave_correlation::{Method, ReferenceFrames, propose_markers};
 use chainwave_measurement::{Estimate, Lost, Position, Recording, Region, Subset, median};
@@ -11,7 +12,7 @@ use crate::error::Error;
 use crate::finding::Finding;
 use crate::follow::follow;
 use crate::monitor::Monitor;
-use crate::review::{Doubt, DoubtfulReading, ReviewedRecording, review_queue};
+use crate::review::{ReviewedRecording, TrialBesideOthers};
 use crate::sanity::left_rest;
 use crate::tracks::{FollowedBody, RecordingTracks};
 use crate::view::rest_frames;
@@ -27,13 +28,11 @@ const MOVES_SIGMAS: f64 = 6.0;
 const IN_A_ROW: usize = 3;
 /// Trials, this one among them, from which on the others say what is usual.
 const LEAST_TRIALS: usize = 3;
-/// Doubt of a reading that the other trials contradict, and the share of such readings that is no accident.
-const OFF_SIGMAS: f64 = 6.0;
-const OFF_SHARE: f64 = 0.01;
-/// Scatter of strikes where none is known: by hand and by springs they repeat to some per cent.
+/// Standard deviations of a normal law that one sound shot in 200 exceeds. Two questions are asked, so at most one in 100 is told for nothing.
+const ODD_SIGMAS: f64 = 2.807;
+/// Scatter of strikes where none is known: by hand and by springs they repeat to some per cent. It counts as if five strikes had told it.
 const USUAL_STRIKE_SCATTER: f64 = 0.02;
-/// Scatters by which a strike is another one.
-const OTHER_STRIKE: f64 = 3.0;
+const USUAL_FREEDOM: f64 = 4.0;
 
 /// How a shot is looked at.
 #[derive(Debug, Clone)]
@@ -131,8 +130,7 @@ impl Shot<'_> {
         let mut looked_at = LookedAt { recording, view, tracks, findings };
         let others: Vec<&LookedAt> = earlier.iter().filter(|one| one.view == self.view).collect();
         if others.len() + 1 >= LEAST_TRIALS {
-            let text = off_the_others(&looked_at, &others)
-                .or_else(|| other_strike(&looked_at, &others, self.strike_scatter));
+            let text = unlike(&looked_at, &others, self.strike_scatter);
             looked_at.findings.extend(text.map(|text| Finding {
                 code: "unlike_others",
                 subject: looked_at.recording.clone(),
@@ -254,43 +252,64 @@ fn place_at_rest(body: &FollowedBody) -> Option<[f64; 2]> {
     ])
 }
 
-/// What is said of a shot whose readings the others contradict.
+/// What is said of a shot that is not like the others of its view.
+pub(crate) fn unlike(shot: &LookedAt, others: &[&LookedAt], strike_scatter: Option<f64>) -> Option<String> {
+    other_strike(shot, others, strike_scatter).or_else(|| off_the_others(shot, others))
+}
+
+/// What is said of a shot whose readings lie farther from the others' than these scatter. Two others hardly tell how they scatter, three do.
 fn off_the_others(shot: &LookedAt, others: &[&LookedAt]) -> Option<String> {
     let all = others.iter().copied().chain([shot]);
     let reviewed: Vec<ReviewedRecording<'_>> = all
         .map(|one| ReviewedRecording { recording: &one.recording, view: one.view, tracks: &one.tracks })
         .collect();
-    let own = reviewed.len() - 1;
-    let queue = review_queue(&reviewed);
-    let found = || queue.iter().filter(|one| one.recording == own && one.lost.is_none());
-    let is_off = |one: &&DoubtfulReading| {
-        one.of_each.iter().any(|(doubt, sigmas)| *doubt == Doubt::OtherTrials && *sigmas > OFF_SIGMAS)
-    };
-    let (n, n_off) = (found().count(), found().filter(is_off).count());
-    let first = found().filter(is_off).map(|one| (one.frame, one.body)).min()?;
-    (n_off as f64 > OFF_SHARE * n as f64).then(|| {
+    let found = TrialBesideOthers::of(&reviewed, reviewed.len() - 1)?;
+    let (body, frame) = found.farthest;
+    (found.apart_px > student(ODD_SIGMAS, found.freedom) * found.scatter_px).then(|| {
         format!(
-            "{n_off} of {n} readings disagree with the {} other trials of the view, from frame {} on (body {})",
+            "it moves otherwise than the {} other trials of the view, by {:.3} px (rms) where these scatter by {:.3} px: body {body} is \
+             {:.2} px off in frame {frame}",
             others.len(),
-            first.0,
-            first.1
+            found.apart_px,
+            found.scatter_px,
+            found.by_px
         )
     })
 }
 
 /// What is said of a shot that was struck harder or less hard than the others.
-fn other_strike(shot: &LookedAt, others: &[&LookedAt], scatter: Option<f64>) -> Option<String> {
-    let peaks: Vec<Vec<(usize, f64)>> = others.iter().map(|one| farthest_px(&one.tracks)).collect();
-    let ratio = |(body, own_px): (usize, f64)| {
-        let same = peaks.iter().flatten().filter(|(other, _)| *other == body).map(|(_, px)| *px);
-        median(same.collect()).filter(|usual_px| *usual_px > 0.0).map(|usual_px| own_px / usual_px)
+fn other_strike(shot: &LookedAt, others: &[&LookedAt], stated_scatter: Option<f64>) -> Option<String> {
+    let own_px = farthest_px(&shot.tracks);
+    // Of each body, so that shots that lost some are compared by the others.
+    let beside = |other: &&LookedAt| {
+        let theirs_px = farthest_px(&other.tracks);
+        let ratio = |(body, px): &(usize, f64)| {
+            let (_, own_px) = own_px.iter().find(|(own, _)| own == body)?;
+            Some(px / own_px).filter(|ratio| ratio.is_finite())
+        };
+        median(theirs_px.iter().filter_map(ratio).collect())
     };
-    let ratio = median(farthest_px(&shot.tracks).into_iter().filter_map(ratio).collect())?;
-    let scatter = scatter.unwrap_or(USUAL_STRIKE_SCATTER);
-    ((ratio - 1.0).abs() > OTHER_STRIKE * scatter).then(|| {
+    let ratios: Vec<f64> = others.iter().filter_map(beside).collect();
+    let n = ratios.len() as f64;
+    let usual = ratios.iter().sum::<f64>() / n;
+    if ratios.is_empty() || usual <= 0.0 {
+        return None;
+    }
+    let (scatter, most) = match stated_scatter {
+        Some(stated) => (stated, ODD_SIGMAS * stated),
+        None => {
+            let squares: f64 = ratios.iter().map(|ratio| (ratio / usual - 1.0).powi(2)).sum();
+            let freedom = USUAL_FREEDOM + n - 1.0;
+            let scatter = ((USUAL_FREEDOM * USUAL_STRIKE_SCATTER.powi(2) + squares) / freedom).sqrt();
+            (scatter, student(ODD_SIGMAS, freedom) * scatter)
+        }
+    };
+    let farther = usual.recip() - 1.0;
+    // The mean of the others scatters, too.
+    (farther.abs() > most * (1.0 + n.recip()).sqrt()).then(|| {
         format!(
             "bodies move {:+.1} % farther than in the {} other trials of the view; strikes scatter by {:.1} %",
-            100.0 * (ratio - 1.0),
+            100.0 * farther,
             others.len(),
             100.0 * scatter
         )

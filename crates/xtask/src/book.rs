@@ -24,7 +24,7 @@ use play::{Counting, Played, Stage};
 
 /// Where the pages of the book lie, and papers that are held like them.
 pub(crate) const BOOK: &str = "docs/src";
-const PAPERS: [&str; 1] = ["README.md"];
+const PAPERS: [&str; 2] = ["README.md", "pipelines/hec26-demo/README.md"];
 /// Where the rendered book lies, as `docs/book.toml` says.
 const RENDERED: &str = "target/book";
 /// What commands name from the top of the workspace.

@@ -110,10 +110,11 @@ impl Environment {
         ]
     }
 
-    /// Builds the wheel.
+    /// Builds the wheel, packed as small as can be: most of it is two programs.
     fn wheel(&self) -> CommandLine {
         CommandLine::new([self.program("maturin")])
-            .with(["build", "--release", "--manifest-path", "crates/python/Cargo.toml", "--interpreter"])
+            .with(["build", "--release", "--compression-level", "9"])
+            .with(["--manifest-path", "crates/python/Cargo.toml", "--interpreter"])
             .with([self.program("python")])
             .with(["--out"])
             .with([self.wheels()])
@@ -145,7 +146,7 @@ mod tests {
         assert_eq!(made[0], "python3 -m venv --clear /b/python/venv");
         assert!(made[1].contains("pip install") && made[1].ends_with(&PACKAGES.join(" ")), "{}", made[1]);
         let wheel = environment.wheel().to_string();
-        assert!(wheel.contains("build --release --manifest-path crates/python/Cargo.toml"), "{wheel}");
+        assert!(wheel.contains("--manifest-path crates/python/Cargo.toml"), "{wheel}");
         let tests = environment.tests().map(|line| line.to_string());
         assert!(tests[0].contains("--no-index") && tests[0].ends_with("wheels chainwave"), "{}", tests[0]);
         assert!(tests[2].ends_with("-m pytest crates/python/tests"), "{}", tests[2]);

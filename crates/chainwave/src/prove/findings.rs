@@ -3,6 +3,7 @@
 use chainwave_analysis::{Measurement, Spacing};
 use chainwave_experiment::{
     BEHIND_BODY_1, Evaluation, KnownTruth, PEAK_ENERGIES, Results, Setup, Stages, TRACKS, Trial,
+    typical_half_width,
 };
 use chainwave_inference::Interval;
 use chainwave_measurement::{Estimate, Trajectory};
@@ -33,12 +34,15 @@ pub(super) struct Said {
     pub(super) warned_of: String,
 }
 
+/// The half width of median uncertainty.
+pub(super) const MEDIAN_HALF_WIDTH: &str = "HWHM of median sigma";
+
 /// Of fields over time, every this many samples is taken: neighbours share their errors.
 const THINNING: usize = 16;
 
 impl Finding {
     /// To be raised whenever a table of findings has other columns.
-    pub(super) const VERSION: u32 = 3;
+    pub(super) const VERSION: u32 = 4;
 
     /// The findings of one experiment as the columns of a table.
     pub(super) fn columns(variant: &Variant, said: &Said, findings: &[Self]) -> Vec<Column> {
@@ -130,9 +134,13 @@ fn of_wave(found: &Measurement, truth: &Measurement, add: &mut impl FnMut(&'stat
             add("particle velocity of a gap", found, truth.value);
         }
     }
+    let at = |t_s: f64| truth.half_widths.iter().find(|other| (other.t_s - t_s).abs() < 1e-9);
     for width in found.half_widths.iter().step_by(THINNING) {
-        let same = truth.half_widths.iter().find(|other| (other.t_s - width.t_s).abs() < 1e-9);
-        same.into_iter().for_each(|same| add("HWHM", width.hwhm_m, same.hwhm_m.value));
+        at(width.t_s).into_iter().for_each(|same| add("HWHM", width.hwhm_m, same.hwhm_m.value));
+    }
+    // Sigma swings as the pulse passes from gap to gap, with a period that may be that of the thinning: the one that a plan foresees is of all.
+    if let Some(width) = typical_half_width(&found.half_widths) {
+        at(width.t_s).into_iter().for_each(|same| add(MEDIAN_HALF_WIDTH, width.hwhm_m, same.hwhm_m.value));
     }
     if let (Some(found), Some(truth)) = (&found.energies, &truth.energies) {
         for (gap, energy) in found.gaps.iter().zip(&found.energy_j) {

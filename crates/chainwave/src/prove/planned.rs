@@ -1,12 +1,15 @@
-//! What a plan foresees of the experiments of a proof, beside what they state and how far they are off.
+//! What a plan foresees of the experiments of a proof, beside what they state, how far they are off, and the least that pixels allow.
 
 use std::num::NonZero;
 use std::path::Path;
 
-use chainwave_experiment::{Experiment, PlannedResult, Precision, Setup, Table, Trial, foreseen};
+use chainwave_experiment::{
+    DampingBound, Experiment, PlannedResult, Precision, Setup, Table, Trial, damping_bound, foreseen,
+};
 use chainwave_measurement::median;
 use serde_json::json;
 
+use super::findings::MEDIAN_HALF_WIDTH;
 use super::variant::Variant;
 use crate::error::Error;
 use crate::table::{self, column};
@@ -17,7 +20,7 @@ use crate::terminal::{say, tell};
 const QUANTITIES: [(PlannedResult, &str); 9] = [
     (PlannedResult::Displacement, "displacement"),
     (PlannedResult::GroupVelocity, "group velocity"),
-    (PlannedResult::HalfWidth, "HWHM"),
+    (PlannedResult::HalfWidth, MEDIAN_HALF_WIDTH),
     (PlannedResult::ChainDamping, "c_d, noise alone"),
     (PlannedResult::StrikerDamping, "c_s, noise alone"),
     (PlannedResult::ChainDamping, "c_d, stated"),
@@ -37,6 +40,8 @@ struct Row {
     stated: f64,
     /// Root mean square of the errors.
     rms: f64,
+    /// The least standard deviation that the pixels allow, where that is computed.
+    bound: Option<f64>,
     n_experiments: usize,
 }
 
@@ -60,12 +65,14 @@ pub(super) fn compare(
     for (noise, striker_m_per_s) in settings {
         let mut varied = experiment.clone();
         varied.vary(noise, striker_m_per_s);
-        let planned = foreseen(&Setup::of(varied, trials.to_vec(), path, None)?, n_threads)?;
+        let setup = Setup::of(varied, trials.to_vec(), path, None)?;
+        let planned = foreseen(&setup, n_threads)?;
+        let bound = damping_bound(&setup).ok();
         let of_setting = plain.iter().filter(|(variant, _)| {
             is_same((variant.noise, variant.striker_m_per_s), (noise, striker_m_per_s))
         });
         let tables: Vec<&Table> = of_setting.map(|(_, table)| *table).collect();
-        rows.extend(rows_of((noise, striker_m_per_s), &planned, &tables)?);
+        rows.extend(rows_of((noise, striker_m_per_s), &planned, bound, &tables)?);
     }
     if rows.is_empty() {
         return Ok(());
@@ -82,11 +89,17 @@ fn is_same(one: (f64, f64), other: (f64, f64)) -> bool {
 fn rows_of(
     (noise, striker_m_per_s): (f64, f64),
     planned: &Precision,
+    bound: Option<DampingBound>,
     tables: &[&Table],
 ) -> Result<Vec<Row>, Error> {
     let mut rows = Vec::new();
     for (result, quantity) in QUANTITIES {
         let planned = planned.of(result);
+        let bound = bound.and_then(|bound| match result {
+            PlannedResult::ChainDamping => Some(bound.chain_damping_kg_per_s),
+            PlannedResult::StrikerDamping => Some(bound.striker_damping_kg_per_s),
+            _ => None,
+        });
         let (mut sigmas, mut square) = (Vec::new(), 0.0);
         for table in tables {
             let (names, values) = (table.texts("quantity")?, table.full_numbers("value")?);
@@ -105,6 +118,7 @@ fn rows_of(
             planned: planned.as_ref().ok().map(|planned| planned.sigma),
             stated,
             rms: (square / n).sqrt(),
+            bound,
             n_experiments: tables.len(),
         });
     }
@@ -120,6 +134,7 @@ fn write(out: &Path, rows: &[Row]) -> Result<(), Error> {
         column("planned_sigma", rows.iter().map(|row| row.planned).collect::<Vec<_>>()),
         column("stated_sigma", of(&|row| row.stated)),
         column("rms_error", of(&|row| row.rms)),
+        column("bound", rows.iter().map(|row| row.bound).collect::<Vec<_>>()),
         column("experiments", rows.iter().map(|row| row.n_experiments as u64).collect::<Vec<_>>()),
     ];
     table::write(&out.join("planned.parquet"), columns)
@@ -129,14 +144,32 @@ fn print(rows: &[Row]) {
     let of = |row: &Row| {
         json!({
             "noise": row.noise, "striker_velocity_m_per_s": row.striker_m_per_s, "quantity": row.quantity,
-            "planned_sigma": row.planned, "stated_sigma": row.stated, "rms_error": row.rms, "experiments": row.n_experiments,
+            "planned_sigma": row.planned, "stated_sigma": row.stated, "rms_error": row.rms, "bound": row.bound, "experiments": row.n_experiments,
         })
     };
     tell("planned", rows.iter().map(of).collect());
-    say!("{:<28}{:>14}{:>14}{:>10}{:>14}", "", "planned sigma", "stated", "ratio", "rms error");
-    for row in rows {
-        let planned = row.planned.map_or("-".into(), |planned| format!("{planned:.3e}"));
-        let ratio = row.planned.map_or("-".into(), |planned| format!("{:.2}", row.stated / planned));
-        say!("{:<28}{planned:>14}{:>14.3e}{ratio:>10}{:>14.3e}", row.quantity, row.stated, row.rms);
+    let is_like = |one: &Row, other: &Row| {
+        is_same((one.noise, one.striker_m_per_s), (other.noise, other.striker_m_per_s))
+    };
+    for rows in rows.chunk_by(is_like) {
+        let setting = format!("noise x {}, {} m/s", rows[0].noise, rows[0].striker_m_per_s);
+        say!(
+            "{setting:<28}{:>14}{:>14}{:>10}{:>14}{:>14}",
+            "planned sigma",
+            "stated",
+            "ratio",
+            "rms error",
+            "bound"
+        );
+        rows.iter().for_each(print_row);
     }
+}
+
+fn print_row(row: &Row) {
+    let or_none = |value: Option<String>| value.unwrap_or_else(|| "-".into());
+    let planned = or_none(row.planned.map(|planned| format!("{planned:.3e}")));
+    let ratio = or_none(row.planned.map(|planned| format!("{:.2}", row.stated / planned)));
+    let bound = or_none(row.bound.map(|bound| format!("{bound:.3e}")));
+    let (stated, rms) = (row.stated, row.rms);
+    say!("{:<28}{planned:>14}{stated:>14.3e}{ratio:>10}{rms:>14.3e}{bound:>14}", row.quantity);
 }

@@ -18,6 +18,16 @@ pub struct SharpEdge {
     pub distance_px: usize,
 }
 
+/// An edge as near as this biases positions by a thousandth of a pixel or more; one a pixel farther off by half as much.
+const RINGING_PX: usize = 3;
+
+impl SharpEdge {
+    /// Whether it is so near that it biases positions by a thousandth of a pixel or more.
+    pub fn rings(&self) -> bool {
+        self.distance_px <= RINGING_PX
+    }
+}
+
 /// A side of a subset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {

@@ -4,7 +4,7 @@
 #![expect(unreachable_pub, reason = "a module of several test binaries")]
 
 #[path = "outcome.rs"]
-mod outcome;
+pub mod outcome;
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;

@@ -1,6 +1,6 @@
 //! How well each result of an evaluation is known.
 
-use chainwave_analysis::Measurement;
+use chainwave_analysis::{HalfWidth, Measurement};
 use chainwave_inference::{Damping, FitError};
 use chainwave_measurement::{ChainMotion, Estimate};
 
@@ -148,7 +148,7 @@ pub(super) fn precision(
     let velocity = measurement.group_velocity.as_ref();
     let fronts = measurement.fronts.iter().flatten().map(|front| front.peak_strain);
     let energies = measurement.energies.iter().flat_map(|energies| energies.energy_j.iter().copied());
-    let widths = measurement.half_widths.iter().map(|width| width.hwhm_m);
+    let width = typical_half_width(&measurement.half_widths).map(|width| width.hwhm_m);
     Precision::of_each(|result| match result {
         PlannedResult::Displacement => {
             let largest_m = after_impact.clone().map(|x| x.value.abs()).fold(0.0, f64::max);
@@ -158,7 +158,7 @@ pub(super) fn precision(
         PlannedResult::GroupVelocity => {
             velocity.map(|found| found.velocity_m_per_s).map_err(|why| why.as_str().to_owned())
         }
-        PlannedResult::HalfWidth => typical(widths.clone(), "no front is seen in whole"),
+        PlannedResult::HalfWidth => width.ok_or_else(|| "no front is seen in whole".to_owned()),
         PlannedResult::ChainDamping => chain_damping.clone(),
         PlannedResult::StrikerDamping => striker_damping.clone(),
         PlannedResult::PeakStrain => typical(fronts.clone(), "no pulse is seen in any gap"),
@@ -166,10 +166,18 @@ pub(super) fn precision(
     })
 }
 
+/// The half width of median uncertainty.
+pub fn typical_half_width(widths: &[HalfWidth]) -> Option<HalfWidth> {
+    of_median_sigma(widths.to_vec(), |width| width.hwhm_m.sigma)
+}
+
 /// The estimate of median uncertainty.
 fn typical(of: impl Iterator<Item = Estimate>, why_none: &str) -> Result<Estimate, String> {
-    let mut all: Vec<Estimate> = of.collect();
+    of_median_sigma(of.collect(), |estimate| estimate.sigma).ok_or_else(|| why_none.to_owned())
+}
+
+fn of_median_sigma<T: Copy>(mut all: Vec<T>, sigma: impl Fn(&T) -> f64) -> Option<T> {
     let middle = all.len() / 2;
-    all.sort_by(|one, other| one.sigma.total_cmp(&other.sigma));
-    all.get(middle).copied().ok_or_else(|| why_none.to_owned())
+    all.sort_by(|one, other| sigma(one).total_cmp(&sigma(other)));
+    all.get(middle).copied()
 }

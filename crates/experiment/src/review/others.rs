@@ -20,20 +20,7 @@ const SMALL: f64 = 0.1;
 
 /// How far each reading lies from what the other trials say; none where there are no others.
 pub(super) fn departures(group: &[&Series<'_>]) -> OfEach {
-    let mut aligned: Vec<Aligned<'_>> =
-        group.iter().map(|series| Aligned { series, shift_s: 0.0, factor: 1.0 }).collect();
-    for _ in 0..N_ROUNDS {
-        let steps: Vec<[f64; 2]> = (0..group.len())
-            .map(|member| {
-                let axes = beside_the_median(&aligned, member);
-                least_absolute_deviations(&axes.iter().flatten().flatten().collect::<Vec<_>>())
-            })
-            .collect();
-        for (one, [shift_s, excess]) in aligned.iter_mut().zip(steps) {
-            one.shift_s += shift_s;
-            one.factor *= 1.0 + excess;
-        }
-    }
+    let aligned = aligned(group);
     let left: Vec<[Vec<Option<f64>>; 2]> = (0..group.len())
         .map(|member| {
             let deviation_px = |one: Option<Beside>| Some(one?.deviation_px * aligned[member].factor);
@@ -60,18 +47,37 @@ pub(super) fn departures(group: &[&Series<'_>]) -> OfEach {
     group.iter().enumerate().map(of_member).collect()
 }
 
+/// The trials of a body, each with what takes it to the common displacement.
+pub(super) fn aligned<'a>(group: &[&'a Series<'a>]) -> Vec<Aligned<'a>> {
+    let mut aligned: Vec<Aligned<'_>> =
+        group.iter().map(|series| Aligned { series, shift_s: 0.0, factor: 1.0 }).collect();
+    for _ in 0..N_ROUNDS {
+        let steps: Vec<[f64; 2]> = (0..group.len())
+            .map(|member| {
+                let axes = beside_the_median(&aligned, member);
+                least_absolute_deviations(&axes.iter().flatten().flatten().collect::<Vec<_>>())
+            })
+            .collect();
+        for (one, [shift_s, excess]) in aligned.iter_mut().zip(steps) {
+            one.shift_s += shift_s;
+            one.factor *= 1.0 + excess;
+        }
+    }
+    aligned
+}
+
 /// A trial of a body with what takes it to the common displacement.
-struct Aligned<'a> {
+pub(super) struct Aligned<'a> {
     series: &'a Series<'a>,
     /// How much earlier than the common one it moves, in seconds.
-    shift_s: f64,
+    pub(super) shift_s: f64,
     /// How many times as far it moves.
-    factor: f64,
+    pub(super) factor: f64,
 }
 
 impl Aligned<'_> {
     /// The common displacement at an instant, as this trial has it, in pixels.
-    fn common_px(&self, time_s: f64) -> Option<[f64; 2]> {
+    pub(super) fn common_px(&self, time_s: f64) -> Option<[f64; 2]> {
         Some(self.series.displacement_at_px(time_s - self.shift_s)?.map(|px| px / self.factor))
     }
 }
