@@ -47,6 +47,36 @@ mod slow {
         assert_eq!(warning["code"], "unreadable", "{found}");
         assert!(warning["subject"].as_str().is_some_and(|name| lost[0].ends_with(name)), "{found}");
 
+        // A stage in millimetres leaves two of the views out.
+        let trials = fs::read_to_string(recordings.join("trials.csv")).expect("it was written");
+        let in_mm = trials.replace(",0.12\n", ",120\n").replace(",0.24\n", ",240\n");
+        assert_ne!(trials, in_mm);
+        fs::write(recordings.join("trials.csv"), in_mm).expect("it can be written");
+        let (code, found) = checked(&laboratory);
+        assert_eq!((code, states(&found, "left_out")), (Some(1), 10), "{found}");
+        let said = found["warnings"].to_string();
+        assert!(said.contains("left_out") && said.contains("millimetres"), "{found}");
+        fs::write(recordings.join("trials.csv"), trials).expect("it can be written");
+
+        // A striker's velocity in millimetres a second, and in kilometres.
+        let plan = fs::read_to_string(recordings.join("experiment.toml")).expect("it was written");
+        for other in ["velocity_m_per_s = 2730.0", "velocity_m_per_s = 0.00273"] {
+            let mistaken = plan.replace("velocity_m_per_s = 2.73", other);
+            assert_ne!(plan, mistaken);
+            fs::write(recordings.join("experiment.toml"), mistaken).expect("it can be written");
+            let (code, found) = checked(&laboratory);
+            let said = found["warnings"].to_string();
+            assert!(code == Some(1) && said.contains("striker.velocity_m_per_s"), "{found}");
+        }
+        // A rest that ends after the strike.
+        let late = plan.replace("rest_until_s = -0.00008", "rest_until_s = 0.0005");
+        assert_ne!(plan, late);
+        fs::write(recordings.join("experiment.toml"), late).expect("it can be written");
+        let (code, found) = checked(&laboratory);
+        let said = found["warnings"].to_string();
+        assert!(code == Some(1) && said.contains("while the chain should rest"), "{found}");
+        fs::write(recordings.join("experiment.toml"), plan).expect("it can be written");
+
         lost.iter().skip(1).for_each(|path| fs::remove_file(path).expect("it can be removed"));
         let (code, found) = checked(&laboratory);
         assert_eq!((code, &found["can_run"]), (Some(2), &Value::Bool(false)), "{found}");

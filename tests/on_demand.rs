@@ -31,25 +31,19 @@ fn numbers(numbers: &[u32]) -> Vec<u8> {
     numbers.iter().flat_map(|number| number.to_le_bytes()).collect()
 }
 
-/// An AVI of uncompressed frames of 8-bit gray at 25 Hz, by the description of the format.
+/// An AVI of uncompressed frames at 25 Hz, by the description of the format: gray, but written in colours, which takes a decoder.
 fn video() -> Vec<u8> {
-    let n_pixels = SIDE_PX * SIDE_PX;
-    let frame = |k: u32| (0..n_pixels).map(|at| grey(k, at % SIDE_PX)).collect::<Vec<u8>>();
+    let n_bytes = 3 * SIDE_PX * SIDE_PX;
+    let frame = |k: u32| (0..n_bytes).map(|at| grey(k, at / 3 % SIDE_PX)).collect::<Vec<u8>>();
     let frames: Vec<Vec<u8>> = (0..N_FRAMES).map(|k| chunk(b"00dc", &[frame(k)])).collect();
     let index: Vec<Vec<u8>> = (0..N_FRAMES)
-        .map(|k| [b"00dc".to_vec(), numbers(&[0x10, 4 + k * (n_pixels + 8), n_pixels])].concat())
+        .map(|k| [b"00dc".to_vec(), numbers(&[0x10, 4 + k * (n_bytes + 8), n_bytes])].concat())
         .collect();
-    let main = numbers(&[40_000, 0, 0, 0x10, N_FRAMES, 0, 1, n_pixels, SIDE_PX, SIDE_PX, 0, 0, 0, 0]);
-    let stream =
-        [b"vidsY800".to_vec(), numbers(&[0, 0, 0, 1, 25, 0, N_FRAMES, n_pixels, 0, 0, 0, 0])].concat();
-    let planes_and_bits = numbers(&[1 | 8 << 16]);
-    let picture = [
-        numbers(&[40, SIDE_PX, SIDE_PX]),
-        planes_and_bits,
-        b"Y800".to_vec(),
-        numbers(&[n_pixels, 0, 0, 0, 0]),
-    ]
-    .concat();
+    let main = numbers(&[40_000, 0, 0, 0x10, N_FRAMES, 0, 1, n_bytes, SIDE_PX, SIDE_PX, 0, 0, 0, 0]);
+    let stream = [b"vids".to_vec(), numbers(&[0, 0, 0, 0, 1, 25, 0, N_FRAMES, n_bytes, 0, 0, 0, 0])].concat();
+    let planes_and_bits = numbers(&[1 | 24 << 16]);
+    let picture =
+        [numbers(&[40, SIDE_PX, SIDE_PX]), planes_and_bits, numbers(&[0, n_bytes, 0, 0, 0, 0])].concat();
     let list = |name: &[u8; 4], parts: &[Vec<u8>]| chunk(b"LIST", &[name.to_vec(), parts.concat()]);
     let streams = list(b"strl", &[chunk(b"strh", &[stream]), chunk(b"strf", &[picture])]);
     let header = list(b"hdrl", &[chunk(b"avih", &[main]), streams]);
@@ -179,7 +173,7 @@ mod with_opencv {
         let Ok(tiff::decoder::DecodingResult::U16(counts)) = decoder.read_image() else {
             panic!("expected 16 bits a pixel");
         };
-        // Grey goes into three colours and back, each rounded to a whole count.
+        // Three colours go into grey, rounded to a whole count.
         let is_near = |(at, count): (usize, &u16)| {
             i32::from(*count).abs_diff(i32::from(grey(3, at as u32 % SIDE_PX))) <= 1
         };

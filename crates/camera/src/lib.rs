@@ -9,7 +9,8 @@
 //! | folder of TIFF, PNG, BMP, JPEG or PGM images, or one of them | 8, 16 bit; PGM 1 to 16 | as above |
 //! | NumPy .npy | 8, 16 bit | its rows |
 //! | pixels without a header, of a stated [`RawGeometry`] | 8 to 16 bit | its rows |
-//! | AVI, MP4, Matroska, by a [`VisionLibrary`] | the codec's; above 8 bits by the program `ffmpeg` | the frame, once |
+//! | AVI of uncompressed 8-bit gray (Y800, GREY, a palette of grays) | 8 bit | its rows |
+//! | other AVI, MP4, Matroska, by a [`VisionLibrary`] | the codec's; above 8 bits by the program `ffmpeg` | the frame, once |
 //!
 //! - **One file per format.** [`open`] asks each entry of `FORMATS` whether a path is its own, by the first bytes of the
 //!   file. The name decides only where no bytes can: a .mraw holds nothing but pixels. To add a format, write a
@@ -146,8 +147,8 @@ pub fn open_with(path: &Path, options: &OpenOptions) -> Result<Box<dyn Recording
 /// Whether a recording is one that a [`VisionLibrary`] must decode, and the program has brought none. What cannot be read needs
 /// none: opening it says why.
 pub fn needs_opencv(path: &Path, options: &OpenOptions) -> bool {
-    let is_video = |candidate: Candidate<'_>| video::container(&candidate.head).is_some();
-    vision_library().is_none() && options.raw.is_none() && Candidate::read(path).is_ok_and(is_video)
+    let takes_library = |candidate: Candidate<'_>| video::takes_library(&candidate);
+    vision_library().is_none() && options.raw.is_none() && Candidate::read(path).is_ok_and(takes_library)
 }
 
 fn unknown_format(candidate: &Candidate) -> CameraError {

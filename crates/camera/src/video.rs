@@ -1,13 +1,15 @@
-//! AVI, MP4 and Matroska video at the depth the codec has: eight bits decoded by the program's [`crate::VisionLibrary`], and what that
-//! would cut to eight by the program `ffmpeg`, with the same codecs.
+//! AVI, MP4 and Matroska video at the depth the codec has: uncompressed gray of eight bits where it lies, other eight bits decoded by the
+//! program's [`crate::VisionLibrary`], and what that would cut to eight by the program `ffmpeg`, with the same codecs.
 
 mod container;
 mod deep;
 mod layout;
+mod plain;
 mod player;
 
 use std::path::Path;
 
+use crate::candidate::Candidate;
 use crate::format::{Format, Opened};
 use crate::library::needed;
 use crate::options::OpenOptions;
@@ -32,7 +34,25 @@ pub(crate) fn container(head: &[u8]) -> Option<&'static str> {
     }
 }
 
+/// Whether a file is a video that a library has to decode.
+pub(crate) fn takes_library(candidate: &Candidate) -> bool {
+    match container(&candidate.head) {
+        Some("AVI") => !plain::is_plain(candidate.path),
+        found => found.is_some(),
+    }
+}
+
+/// What is said of a video's times.
+fn timing_warning(rate_hz: f64, stated_hz: f64) -> String {
+    format!(
+        "a video holds no trigger: t = 0 is its first frame, at {rate_hz} Hz; the file states {stated_hz} Hz"
+    )
+}
+
 fn open(path: &Path, options: &OpenOptions) -> Opened {
+    if let Some(opened) = plain::open(path, options) {
+        return opened;
+    }
     let container = container(&crate::candidate::read_head(path)?).unwrap_or("unknown");
     player::open(path, container, needed(path, "video")?, options)
 }

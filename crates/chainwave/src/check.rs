@@ -85,7 +85,22 @@ fn checked_setup(whole: &Setup, n_threads: NonZero<usize>) -> Result<Checked, Er
         let reason = reasons.first().copied().unwrap_or("there are none");
         return Err(ExperimentError::Value(format!("no recording is left to run: {reason}")).into());
     }
+    warnings.extend(of_left_out(&recordings));
     Ok(Checked { warnings, recordings })
+}
+
+/// What is said of recordings that a run would leave out: those of one reason together.
+fn of_left_out(recordings: &[RecordingState]) -> Vec<Finding> {
+    let left_out = recordings.iter().filter(|one| one.state == State::LeftOut);
+    let mut findings: Vec<Finding> = Vec::new();
+    for one in left_out {
+        let text = format!("left out: {}", one.reason.as_deref().unwrap_or("no reason is known"));
+        match findings.iter_mut().find(|finding| finding.text == text) {
+            Some(same) => same.subject.push_str(&format!(", {}", one.recording)),
+            None => findings.push(Finding { code: "left_out", subject: one.recording.clone(), text }),
+        }
+    }
+    findings
 }
 
 fn in_words(arguments: &cli::Check, Checked { warnings, recordings }: &Checked) {

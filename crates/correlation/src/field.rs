@@ -2,6 +2,8 @@
 
 mod agreement;
 mod consensus;
+mod island;
+mod known;
 mod overlap;
 mod pair;
 mod plane;
@@ -18,6 +20,7 @@ use chainwave_measurement::Lost;
 
 use crate::field::agreement::agree_on_shapes;
 use crate::field::consensus::Consensus;
+use crate::field::known::{Known, neighbours};
 use crate::field::pair::{ImagePair, Settled};
 use crate::field::queue::Candidate;
 use crate::field::seed::Seeds;
@@ -138,10 +141,17 @@ impl<'a> Growth<'a> {
         })
     }
 
+    fn known(&self) -> Known<'_, 'a> {
+        let Self { pair, places, n_columns, step_px, settled, .. } = self;
+        Known { pair, places, n_columns: *n_columns, step_px: *step_px, settled }
+    }
+
     fn grow(&mut self, progress: &(dyn Fn(u64) + Sync)) {
         let mut seeds = Seeds::new(self.n_columns, self.places.len());
         while let Some(point) = seeds.next(&self.settled) {
-            let found = seeds.find(&self.pair, self.places[point], &mut self.workspaces[0]);
+            let mut workspace = std::mem::take(&mut self.workspaces[0]);
+            let found = seeds.find(&self.known(), point, &mut workspace);
+            self.workspaces[0] = workspace;
             let Some(settled) = found else { continue };
             self.settle(point, settled);
             progress(1);
@@ -173,34 +183,11 @@ impl<'a> Growth<'a> {
                 let open = !matches!(self.settled[neighbour], Some((Ok(_), _)));
                 let listed = starts.iter().any(|&(listed, _)| listed == neighbour);
                 if open && !listed && self.n_tries[neighbour] < MAX_TRIES {
-                    starts.push((neighbour, self.start_from(&warp, point, neighbour)));
+                    starts.push((neighbour, self.known().start_from(&warp, point, neighbour)));
                 }
             }
         }
         starts
-    }
-
-    /// Where a point is expected by the place and deformation of another.
-    fn start_from(&self, warp: &Warp, from: usize, to: usize) -> Warp {
-        let (there, here) = (self.places[to], self.places[from]);
-        let (x, y) = (there[0] - here[0], there[1] - here[1]);
-        let [uxx, uxy, uyy, vxx, vxy, vyy] = warp.curvature;
-        let bend = [
-            2.0 * uxx * x + uxy * y,
-            uxy * x + 2.0 * uyy * y,
-            2.0 * vxx * x + vxy * y,
-            vxy * x + 2.0 * vyy * y,
-        ];
-        // A curvature is not carried further than the subset it was fitted to.
-        let carried = self.step_px <= self.pair.half_px as f64;
-        let warp = if carried { *warp } else { Warp { curvature: [0.0; 6], ..*warp } };
-        let gradient = std::array::from_fn(|i| warp.gradient[i] + if carried { bend[i] } else { 0.0 });
-        let (curvature, gradient) = match self.pair.first_shape() {
-            Shape::Quadratic => (warp.curvature, gradient),
-            Shape::Translation => ([0.0; 6], [0.0; 4]),
-            _ => ([0.0; 6], gradient),
-        };
-        Warp { position_px: warp.apply([x, y]), gradient, curvature }
     }
 
     /// Matches points side by side.
@@ -272,7 +259,7 @@ impl<'a> Growth<'a> {
             };
             let leaves = |from: usize| match &self.settled[from] {
                 Some((Ok(found), _)) => {
-                    !self.pair.is_well_inside(&self.start_from(&found.warp(), from, point))
+                    !self.pair.is_well_inside(&self.known().start_from(&found.warp(), from, point))
                 }
                 _ => false,
             };
@@ -300,14 +287,4 @@ impl<'a> Growth<'a> {
         }
         nearest
     }
-}
-
-/// The points left, right, above and below of one in a grid.
-fn neighbours(point: usize, n_columns: usize, n_points: usize) -> impl Iterator<Item = usize> {
-    let column = point % n_columns;
-    let left = (column > 0).then(|| point - 1);
-    let right = (column + 1 < n_columns).then_some(point + 1);
-    let above = point.checked_sub(n_columns);
-    let below = (point + n_columns < n_points).then_some(point + n_columns);
-    [left, right, above, below].into_iter().flatten()
 }

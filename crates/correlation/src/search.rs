@@ -5,6 +5,7 @@ pub(crate) mod chance;
 mod fourier;
 pub(crate) mod patch;
 pub(crate) mod rivals;
+mod sums;
 pub(crate) mod template;
 
 use chainwave_measurement::{ReadError, Recording, Region};

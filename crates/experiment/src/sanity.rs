@@ -20,7 +20,7 @@ use std::num::NonZero;
 use chainwave_measurement::map_in_parallel;
 
 pub(crate) use self::fill_in::expect_filled_in;
-pub(crate) use self::rest::left_rest;
+pub(crate) use self::rest::{MOTION_AT_REST, left_rest};
 pub(crate) use self::shutter::rolling_shutter;
 pub(crate) use self::speed::speed;
 use self::view_at_rest::{Facts, ViewAtRest, views_at_rest};
@@ -43,6 +43,7 @@ pub fn check(setup: &Setup, n_threads: NonZero<usize>) -> Result<Sanity, Error> 
     }
     sanity.findings.extend(stated::scale(setup, &views)?);
     sanity.findings.extend(stated::masses(setup, &views)?);
+    sanity.findings.extend(stated::velocity(setup, &views));
     stage::empty_views(setup, &views, &mut sanity)?;
     stage::other_bodies(setup, &views, &mut sanity);
     let is_used = |view: &&ViewAtRest| sanity.reason(&view.trial.recording).is_none();
@@ -52,6 +53,8 @@ pub fn check(setup: &Setup, n_threads: NonZero<usize>) -> Result<Sanity, Error> 
     sanity.findings.extend(bodies::off_texture(setup, &facts)?);
     sanity.findings.extend(bodies::beyond_the_ends(setup, &facts));
     sanity.findings.extend(pitch::contradicted(setup, &facts));
+    let at_rest = map_in_parallel(used.len(), n_threads, |index| rest::motion_in_view(setup, used[index]));
+    sanity.findings.extend(at_rest.into_iter().flatten());
     Ok(sanity)
 }
 

@@ -12,7 +12,7 @@ use crate::follow::{edges_beside, follow, threads_of_each};
 use crate::key::{Task, TrackKey};
 use crate::monitor::{Monitor, Stage};
 use crate::notices::{grouped, remarks};
-use crate::sanity::{of_tracks, rolling_shutter};
+use crate::sanity::{MOTION_AT_REST, of_tracks, rolling_shutter};
 use crate::setup::Setup;
 use crate::share::Share;
 use crate::stages::Stages;
@@ -55,6 +55,8 @@ pub fn track(
     let left_out = |(subject, text)| Finding { code: "body_left_out", subject, text };
     tracked.findings.extend(grouped(&unusable).into_iter().map(left_out));
     let by_tracks = of_tracks(setup, &tracked);
+    // The tracks tell of all recordings what one of each view has told before.
+    tracked.findings.retain(|finding| finding.code != MOTION_AT_REST);
     tracked.findings.extend(by_tracks);
     if let Some(shutter) = rolling_shutter(setup, &tracked, n_threads) {
         tracked.findings.push(shutter.finding);

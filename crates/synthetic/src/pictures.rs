@@ -21,6 +21,7 @@
 //! ```
 
 mod deformation;
+mod samples;
 mod spots;
 mod texture;
 
@@ -29,6 +30,7 @@ use rand::RngExt;
 use rand_distr::StandardNormal;
 
 pub use self::deformation::Deformation;
+pub use self::samples::picture_by_samples;
 pub use self::spots::picture_by_spots;
 pub use self::texture::Texture;
 

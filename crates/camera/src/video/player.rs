@@ -7,6 +7,7 @@ use chainwave_measurement::{RecordingInfo, Region};
 use super::container::{self, Cut};
 use super::deep::DeepDecoder;
 use super::layout::CodecLayout;
+use super::timing_warning;
 use crate::cache::FrameCache;
 use crate::error::CameraError;
 use crate::file_recording::{FileRecording, PixelSource};
@@ -64,12 +65,7 @@ pub(super) fn open(
         camera: None,
         exposure_s: None,
         triggered_unix_s: None,
-        warnings: vec![
-            format!(
-                "a video holds no trigger: t = 0 is its first frame, at {rate_hz} Hz; the file states {stated_hz} Hz"
-            ),
-            remark.into(),
-        ],
+        warnings: vec![timing_warning(rate_hz, stated_hz), remark.into()],
     };
     if cut.is_some() || n_stated.is_some_and(|n_stated| n_frames < n_stated) {
         info.warnings.push(partial::warning(n_frames, n_stated));

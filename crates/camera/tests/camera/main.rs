@@ -24,6 +24,8 @@ mod moving_speckle;
 #[cfg(test)]
 mod mraw;
 #[cfg(test)]
+mod plain_avi;
+#[cfg(test)]
 mod property;
 #[cfg(test)]
 mod recordings;

@@ -4,8 +4,9 @@
 use chainwave_measurement::Lost;
 
 use crate::acceptance::{has_fallen, is_out_of_place};
+use crate::field::known::{NEAR_PX, neighbours};
 use crate::field::pair::{ImagePair, Settled};
-use crate::field::seed::{LARGER, NEAR_PX, is_same_place};
+use crate::field::seed::{LARGER, is_same_place};
 use crate::icgn::outcome::Match;
 use crate::search::area::SearchArea;
 use crate::search::chance::{correlation_length_px, fisher, is_told_by, n_independent, share_told};
@@ -138,8 +139,7 @@ impl Consensus<'_> {
             let slack_px = (FORETOLD * sigma(found).hypot(sigma(other)).hypot(of_gradient)).min(SLACK.0);
             (seen[neighbour] && !has_fallen(other.position.zncc, mean)).then_some(off_px <= slack_px)
         };
-        let said: Vec<bool> =
-            super::neighbours(point, self.n_columns, self.places.len()).filter_map(by).collect();
+        let said: Vec<bool> = neighbours(point, self.n_columns, self.places.len()).filter_map(by).collect();
         !said.is_empty() && said.into_iter().all(|agrees| agrees)
     }
 
@@ -164,7 +164,7 @@ impl Consensus<'_> {
             let mut next = 0;
             while let Some(&point) = group.get(next) {
                 next += 1;
-                for neighbour in super::neighbours(point, self.n_columns, self.places.len()) {
+                for neighbour in neighbours(point, self.n_columns, self.places.len()) {
                     if open[neighbour] && self.agree(settled, point, neighbour) {
                         open[neighbour] = false;
                         group.push(neighbour);
@@ -261,8 +261,10 @@ fn stands(
     reference: &SearchArea,
 ) -> Result<(), Lost> {
     let subset = pair.prepare(place_px)?;
-    let told = if n_subsets < FEW { share_told(&subset) } else { 1.0 };
-    let n_told = told * n_independent(&subset);
+    // The shape function brings as many spots onto others as it has pairs of parameters, which neighbours that agree would contradict.
+    let (told, freedom) =
+        if n_subsets < FEW { (share_told(&subset), subset.settings.shape.n_parameters()) } else { (1.0, 0) };
+    let n_told = told * n_independent(&subset) - freedom as f64;
     let sigma = (n_told - 3.0).max(1.0).sqrt().recip();
     let beyond = BEYOND_CHANCE * sigma / n_subsets.sqrt();
     if mean < BY_SEARCH * sigma + beyond {

@@ -1,5 +1,9 @@
 //! The points of a field that are found by search, because no neighbour leads to them.
 
+use std::collections::VecDeque;
+
+use crate::field::island::{Islands, MAX_DEFORMED_FAILURES, USUAL_PIXELS};
+use crate::field::known::{Known, NEAR_PX};
 use crate::field::pair::{ImagePair, Settled};
 use crate::icgn::outcome::Match;
 use crate::search::area::SearchArea;
@@ -13,14 +17,8 @@ use crate::{PreparedSubset, Workspace};
 const SPACING: usize = 4;
 /// Candidates that are searched for in the whole image in vain before no more are.
 const MAX_WHOLE_FAILURES: usize = 12;
-/// The same at all angles and lengths, for a picture of [`USUAL_PIXELS`]; fewer for a larger one.
-const MAX_DEFORMED_FAILURES: usize = 6;
-/// Pixels of a picture in which such a search takes a second or so.
-const USUAL_PIXELS: usize = 512 * 512;
 /// Reach of the patch that is searched for so, over half the subset's side: its square is cut from a turned one.
 const PATCH: f64 = 1.6;
-/// Columns and rows around the expected place that are searched first.
-pub(crate) const NEAR_PX: usize = 24;
 /// Factor by which a subset is larger that is looked at where noise leaves too little of a usual one.
 ///
 /// A speckle of width s is shown a distance d r from where a template expects it that is off by an angle or a stretch of d. The template
@@ -31,13 +29,15 @@ const SAME_PX: f64 = 1.0;
 
 /// Candidates for seeds, in order.
 pub(crate) struct Seeds {
-    candidates: std::vec::IntoIter<usize>,
+    candidates: VecDeque<usize>,
     /// Displacement of the last seed found.
     displacement_px: Option<[f64; 2]>,
     n_whole_failures: usize,
     n_deformed_failures: usize,
     /// The whole target, once it has been searched.
     whole: Option<SearchArea>,
+    /// Bodies apart from each other, once a candidate is not where it is expected.
+    islands: Option<Islands>,
 }
 
 impl Seeds {
@@ -54,38 +54,69 @@ impl Seeds {
         };
         candidates.sort_by_key(far);
         Self {
-            candidates: candidates.into_iter(),
+            candidates: candidates.into(),
             displacement_px: None,
             n_whole_failures: 0,
             n_deformed_failures: 0,
             whole: None,
+            islands: None,
         }
     }
 
     /// The next candidate that nothing has led to.
     pub(crate) fn next(&mut self, settled: &[Option<Settled>]) -> Option<usize> {
-        self.candidates.find(|&point| !matches!(settled[point], Some((Ok(_), _))))
+        loop {
+            let point = self.candidates.pop_front()?;
+            if !matches!(settled[point], Some((Ok(_), _))) {
+                return Some(point);
+            }
+        }
     }
 
-    /// Searches for a point: near where the last seed's displacement puts it, then in the whole image, upright and deformed, until that
-    /// has failed too often.
+    /// Searches for a point: near where the last seed's displacement puts it; around the body that it belongs to; then in the whole image,
+    /// upright and deformed, until that has failed too often.
     pub(crate) fn find(
         &mut self,
-        pair: &ImagePair<'_>,
-        place_px: [f64; 2],
+        known: &Known<'_, '_>,
+        point: usize,
         workspace: &mut Workspace,
     ) -> Option<Settled> {
+        let (pair, place_px) = (known.pair, known.places[point]);
         let subset = pair.prepare(place_px).ok()?;
         let [u, v] = self.displacement_px.unwrap_or([0.0; 2]);
         let expected = [place_px[0] + u, place_px[1] + v];
         let near = SearchArea::around(pair.target, expected, scene_reach(&subset));
         let found = near
             .and_then(|part| try_upright(pair, &subset, &part, place_px, workspace))
-            .or_else(|| self.find_anywhere(pair, &subset, place_px, workspace))?;
+            .or_else(|| self.find_farther(known, &subset, point, workspace))?;
         let (Ok(position), _) = &found else { return None };
         let [x, y] = position.warp().position_px;
         self.displacement_px = Some([x - place_px[0], y - place_px[1]]);
         Some(found)
+    }
+
+    fn find_farther(
+        &mut self,
+        known: &Known<'_, '_>,
+        subset: &PreparedSubset,
+        point: usize,
+        workspace: &mut Workspace,
+    ) -> Option<Settled> {
+        let islands = self.islands.get_or_insert_with(|| {
+            let islands = Islands::of(known);
+            let middles = islands.middles(known).into_iter().rev();
+            middles.for_each(|middle| self.candidates.push_front(middle));
+            islands
+        });
+        if islands.leaves(known, point) {
+            return None;
+        }
+        let around = islands.search_around(known, point, |area| {
+            let place_px = known.places[point];
+            try_upright(known.pair, subset, area, place_px, workspace)
+                .or_else(|| find_deformed(known.pair, subset, area, place_px, workspace))
+        });
+        around.or_else(|| self.find_anywhere(known.pair, subset, known.places[point], workspace))
     }
 
     fn find_anywhere(

@@ -4,6 +4,7 @@ use chainwave_measurement::Region;
 
 use crate::Window;
 use crate::search::fourier::{Image, correlations};
+use crate::search::sums::sums;
 use crate::search::template::Template;
 
 /// Share of the template's energy that pixels under it must have to be compared with it: a thousandth of its contrast.
@@ -122,15 +123,10 @@ impl SearchArea {
     /// contrast.
     fn scores<'a>(&'a self, template: &'a Template) -> impl Fn(usize, usize) -> f64 + 'a {
         let (columns, rows) = self.n_places(template);
-        let transformed = self.covariances(template, columns * rows);
+        let covariances = self.covariances(template, columns * rows);
         move |column, row| {
             let variation = self.table.variation(column, row, template.width, template.height);
-            let covariance = match &transformed {
-                Some(all) => f64::from(all[row * columns + column]),
-                None => {
-                    template.correlate(self.region.width, &self.pixels[row * self.region.width + column..])
-                }
-            };
+            let covariance = f64::from(covariances[row * columns + column]);
             // what has no contrast of its own resembles nothing, whatever rounding makes of it
             if variation > NO_CONTRAST * template.energy { covariance / variation.sqrt() } else { 0.0 }
         }
@@ -138,14 +134,21 @@ impl SearchArea {
 
     /// The sums of the template times the pixels under it at all `n_places`, row by row, by Fourier transforms where that
     /// takes less work than each sum by itself.
-    fn covariances(&self, template: &Template, n_places: usize) -> Option<Vec<f32>> {
+    fn covariances(&self, template: &Template, n_places: usize) -> Vec<f32> {
+        if n_places == 0 {
+            return Vec::new();
+        }
         let scene = Image { width: self.region.width, values: &self.pixels };
         let template = Image { width: template.width, values: &template.values };
         // a transform has some 15 N log2 N operations for the two there and the one back, of which vectors take 2 at once,
-        // and 8 or more of a sum's
+        // and 16 or more of a sum's
         let n = scene.values.len() as f64;
-        let by_sums = n_places as f64 * template.values.len() as f64 / 8.0;
-        (by_sums > 15.0 * n * n.log2() / 2.0).then(|| correlations(scene, template))
+        let by_sums = n_places as f64 * template.values.len() as f64 / 16.0;
+        if by_sums > 15.0 * n * n.log2() / 2.0 {
+            correlations(scene, template)
+        } else {
+            sums(scene, template)
+        }
     }
 
     /// The correlation where the template's centre lies at a place, on whole pixels of the scene; `None` beyond it.

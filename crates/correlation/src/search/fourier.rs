@@ -11,7 +11,7 @@ pub(crate) struct Image<'a> {
 }
 
 impl Image<'_> {
-    fn height(&self) -> usize {
+    pub(crate) fn height(&self) -> usize {
         self.values.len() / self.width
     }
 }

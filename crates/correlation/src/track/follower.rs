@@ -17,9 +17,7 @@ use crate::track::renewal::Decay;
 use crate::track::tracker::Found;
 use crate::uncertainty::{angle_rad, reference_sigma_px};
 use crate::warp::Warp;
-use crate::{
-    CorrelationError, PreparedSubset, Reference, ReferenceFrames, Settings, Shape, Window, Workspace,
-};
+use crate::{CorrelationError, PreparedSubset, Reference, ReferenceFrames, Settings, Shape, Window};
 
 /// One subset on its way through a recording.
 pub(crate) struct Follower<'a> {
@@ -80,7 +78,7 @@ impl<'a> Follower<'a> {
             reference_frames: frames.range(),
             history: History::of(subset),
             continuity: Continuity::from_rest(period_px(&target)),
-            matcher: Matcher { recording, window, workspace: Workspace::default() },
+            matcher: Matcher::new(recording, window),
             target,
             decay: Decay::default(),
             original: None,
@@ -230,7 +228,7 @@ impl<'a> Follower<'a> {
             Err(reason) => return Err(reason),
         };
         if self.shape_test.is_some() || quadratic.is_some() {
-            self.matcher.read_window(subset, frame, &found.warp())?;
+            self.matcher.have_window(subset, frame, &found.warp())?;
         }
         Ok((found, is_evident))
     }

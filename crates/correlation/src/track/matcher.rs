@@ -12,9 +12,16 @@ pub(crate) struct Matcher<'a> {
     pub(crate) recording: &'a dyn Recording,
     pub(crate) window: Window,
     pub(crate) workspace: Workspace,
+    /// The frame that the window shows a part of.
+    frame: Option<usize>,
 }
 
-impl Matcher<'_> {
+impl<'a> Matcher<'a> {
+    /// Of a recording, before anything was read.
+    pub(crate) fn new(recording: &'a dyn Recording, window: Window) -> Self {
+        Self { recording, window, workspace: Workspace::default(), frame: None }
+    }
+
     /// Matches from a start, moving the window after the subset while it leaves it.
     pub(crate) fn match_from(
         &mut self,
@@ -45,25 +52,38 @@ impl Matcher<'_> {
         subset.bounds(warp).into_iter().all(inside)
     }
 
-    /// Reads what a match around a place needs.
-    pub(crate) fn read_window(
+    /// Reads what a match around a place needs, unless the last match has left it.
+    pub(crate) fn have_window(
         &mut self,
         subset: &PreparedSubset,
         frame: usize,
         warp: &Warp,
     ) -> Result<(), Lost> {
+        let [low, high] = subset.bounds(warp);
+        let corners = [low.map(|value| value - SPARE_PX), high.map(|value| value + SPARE_PX)];
+        let is_there =
+            self.frame == Some(frame) && corners.into_iter().all(|corner| self.window.contains(corner));
+        if is_there { Ok(()) } else { self.read_window(subset, frame, warp) }
+    }
+
+    /// Reads what a match around a place needs.
+    fn read_window(&mut self, subset: &PreparedSubset, frame: usize, warp: &Warp) -> Result<(), Lost> {
         let info = self.recording.info();
         let (region, margins) =
             window_around(subset, warp, info.width_px, info.height_px).ok_or(Lost::OutOfView)?;
+        self.frame = None;
         let pixels = self.window.start(region, margins);
         self.recording.read_region(frame, region, pixels).map_err(|_| Lost::Unreadable)?;
         self.window.finish();
+        self.frame = Some(frame);
         Ok(())
     }
 }
 
 /// Pixels that a match may move from its start before the window must be read again.
 const SLACK_PX: f64 = 0.5;
+/// The same for what starts from a match.
+const SPARE_PX: f64 = 0.25;
 
 /// The pixels around a warped subset that interpolation, its prefilter and the slack need, inside the frame, and how many
 /// of the first and last columns only the prefilter does.

@@ -12,7 +12,7 @@ use chainwave_correlation::{
 };
 use chainwave_measurement::Region;
 use chainwave_synthetic::SyntheticError;
-use chainwave_synthetic::pictures::{Deformation, Surface, Texture, counts, picture, picture_by_spots};
+use chainwave_synthetic::pictures::{Deformation, Surface, Texture, counts, picture, picture_by_samples};
 use ndarray::Array2;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -283,20 +283,32 @@ fn nearly_periodic(draw: &mut Draw) -> (Vec<Surface>, Vec<Surface>) {
     one(Surface::everywhere(Texture::spots(&places, 0.4 * pitch_px), Deformation::NONE), lies)
 }
 
-/// Every kind of pair.
-pub const PAIRS: [(&str, Pair); 12] = [
-    ("moved by up to 60 px", moved),
-    ("turned by up to 180 degrees", turned),
-    ("stretched by 0.5 to 2", stretched),
-    ("covered by discs", covered),
-    ("another texture", unrelated),
-    ("dots on a lattice", dots),
-    ("bodies turned on black", bodies),
-    ("sheared and stretched", sheared),
-    ("bent by a wave", bent),
-    ("faint or coarse texture", faint),
-    ("sparse spots", sparse),
-    ("nearly periodic dots", nearly_periodic),
+/// How much of a kind of pair is counted: until so many readings are called ok, and no more pairs than that.
+#[derive(Debug, Clone, Copy)]
+pub struct Share {
+    pub n_ok: usize,
+    pub most_pairs: u64,
+}
+
+const fn until(n_ok: usize, most_pairs: u64) -> Share {
+    Share { n_ok, most_pairs }
+}
+
+/// Every kind of pair, and how much of each is counted: most of what takes little time, and of what is searched for at all angles, or
+/// shows nothing that can be told, some.
+pub const PAIRS: [(&str, Pair, Share); 12] = [
+    ("moved by up to 60 px", moved, until(1_250_000, 1000)),
+    ("turned by up to 180 degrees", turned, until(300_000, 1000)),
+    ("stretched by 0.5 to 2", stretched, until(350_000, 1000)),
+    ("covered by discs", covered, until(30_000, 1000)),
+    ("another texture", unrelated, until(1, 3)),
+    ("dots on a lattice", dots, until(1, 8)),
+    ("bodies turned on black", bodies, until(30_000, 1000)),
+    ("sheared and stretched", sheared, until(400_000, 1000)),
+    ("bent by a wave", bent, until(600_000, 1000)),
+    ("faint or coarse texture", faint, until(30_000, 40)),
+    ("sparse spots", sparse, until(40_000, 1000)),
+    ("nearly periodic dots", nearly_periodic, until(60_000, 60)),
 ];
 
 /// A pair of a kind, with noise and subsets that are drawn too.
@@ -307,5 +319,5 @@ pub fn random_case(kind: &str, pair: Pair, seed: u64, size_px: usize) -> Case {
     let half_px = draw.random.random_range(10..21);
     let step_px = if size_px == 320 { 8 } else { draw.random.random_range(8..25) };
     let grid = FieldGrid { step_px, half_px };
-    Case { noise, grid, size_px, renderer: picture_by_spots, ..Case::between(kind, before, after) }
+    Case { noise, grid, size_px, renderer: picture_by_samples, ..Case::between(kind, before, after) }
 }

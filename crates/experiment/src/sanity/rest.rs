@@ -1,12 +1,19 @@
 //! Motion while the chain should be at rest: a trigger that came late, or something that drifts.
 
-use chainwave_measurement::{Estimate, Observation, median};
+use chainwave_correlation::{ReferenceFrames, Settings, track_from};
+use chainwave_measurement::{Estimate, Observation, Subset, median};
 
+use super::view_at_rest::ViewAtRest;
 use crate::finding::Finding;
 use crate::setup::Setup;
 use crate::tracked::Tracked;
 use crate::tracks::FollowedBody;
+use crate::view::frames_at_rest;
 
+/// What a finding of this kind is called.
+pub(crate) const MOTION_AT_REST: &str = "motion_at_rest";
+/// Frames at rest that are looked at before tracking.
+const MOST_LOOKED_AT: usize = 64;
 /// Fewer frames at rest do not tell motion from noise.
 const LEAST_FRAMES: usize = 6;
 /// A reading this many sigma off those of the first half has left its place, where the next one has too. Two readings in a row do so
@@ -53,6 +60,32 @@ pub(super) fn motion(setup: &Setup, tracked: &Tracked) -> Vec<Finding> {
         finding(setup, &of_view)
     };
     views.into_iter().filter_map(of_view).collect()
+}
+
+/// The same of the last frames at rest of one recording of each view, before anything else is tracked: what drifts takes them all to be told.
+pub(super) fn motion_in_view(setup: &Setup, view: &ViewAtRest) -> Option<Finding> {
+    let recording = view.recording.as_ref();
+    let rest = frames_at_rest(setup, recording).ok()?.range();
+    let first = rest.start.max(rest.end.saturating_sub(MOST_LOOKED_AT));
+    let reference = ReferenceFrames::Single(first);
+    let settings = Settings::default();
+    let of_body = |(body, subset): &(usize, Subset)| {
+        let at_px = [subset.x_px, subset.y_px];
+        let found = track_from(recording, subset, &reference, &settings, first..rest.end, at_px).ok()?;
+        let readings: Vec<Option<Estimate>> =
+            found.iter().map(|found| Some(found.as_ref().ok()?.x_px)).collect();
+        let (frame, by_px) = left_rest(&readings)?;
+        Some(Moving {
+            view: view.trial.view,
+            recording: view.trial.recording.clone(),
+            body: *body,
+            by_px,
+            onset_s: recording.info().times_s.get(first + frame).copied(),
+            drift_sigmas: 0.0,
+        })
+    };
+    let moving: Vec<Moving> = view.bodies.iter().filter_map(of_body).collect();
+    finding(setup, &moving.iter().collect::<Vec<_>>())
 }
 
 /// A body that moves while it should rest.
@@ -106,7 +139,7 @@ fn finding(setup: &Setup, moving: &[&Moving]) -> Option<Finding> {
         ),
     };
     Some(Finding {
-        code: "motion_at_rest",
+        code: MOTION_AT_REST,
         subject: farthest.recording.clone(),
         text: format!(
             "body {} moves by {:+.3} px while the chain should rest{others}; {how}",

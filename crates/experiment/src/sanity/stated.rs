@@ -1,4 +1,4 @@
-//! Numbers that contradict each other before any picture is looked at: the scale, the masses.
+//! Numbers that contradict each other before any picture is looked at: the scale, the masses, the striker's velocity.
 
 use chainwave_measurement::RecordingInfo;
 
@@ -116,6 +116,36 @@ pub(super) fn masses(setup: &Setup, views: &[ViewAtRest]) -> Result<Vec<Finding>
         findings.push(Finding { code: "masses", subject: subject(), text });
     }
     Ok(findings)
+}
+
+/// Pitches that a striker flies from one frame to the next beyond which no frame shows its impact.
+const MOST_PITCHES_A_FRAME: f64 = 2.0;
+
+/// A striker flies a pitch or so while many frames are taken, and farther than a pixel while all are.
+pub(super) fn velocity(setup: &Setup, views: &[ViewAtRest]) -> Option<Finding> {
+    let velocity_m_per_s = setup.experiment.striker.as_ref()?.velocity_m_per_s.get();
+    let infos = || views.iter().map(|view| view.recording.info());
+    let longest_s = infos().filter_map(|info| info.times_s.last()).fold(0.0, |a: f64, b| a.max(*b));
+    let frame_s = infos().filter_map(interval_s).fold(f64::INFINITY, f64::min);
+    let m_per_px = setup.map.m_per_px().value;
+    let (in_all_px, in_a_frame) = (
+        velocity_m_per_s * longest_s / m_per_px,
+        velocity_m_per_s * frame_s / setup.experiment.chain.mean_pitch_m(),
+    );
+    let moves = if frame_s.is_finite() && in_a_frame > MOST_PITCHES_A_FRAME {
+        format!("{in_a_frame:.1} pitches from one frame to the next")
+    } else if longest_s > 0.0 && in_all_px < 1.0 {
+        format!("{in_all_px:.3} px in the {longest_s:.4} s that are filmed after the trigger")
+    } else {
+        return None;
+    };
+    Some(Finding {
+        code: "velocity",
+        subject: "striker.velocity_m_per_s".into(),
+        text: format!(
+            "at {velocity_m_per_s} m/s the striker flies {moves} (hint: is it in mm/s or km/s, or the frame rate wrong?)"
+        ),
+    })
 }
 
 fn interval_s(info: &RecordingInfo) -> Option<f64> {

@@ -21,6 +21,18 @@ use crate::speckle::REACH_SIGMA;
 /// # Errors
 /// As [`super::picture`].
 pub fn picture_by_spots(size_px: [usize; 2], surfaces: &[Surface]) -> Result<Array2<f64>, SyntheticError> {
+    composed(size_px, surfaces, depths)
+}
+
+/// Draws the sum of a texture's spots under a deformation into a picture of so many columns and rows.
+pub(super) type Depths = fn([usize; 2], &Texture, &Deformation) -> Result<Array2<f64>, SyntheticError>;
+
+/// Each surface over those before it, from the sums of its texture's spots.
+pub(super) fn composed(
+    size_px: [usize; 2],
+    surfaces: &[Surface],
+    depths: Depths,
+) -> Result<Array2<f64>, SyntheticError> {
     let [width_px, height_px] = size_px;
     let mut tones = Array2::zeros((height_px, width_px));
     for surface in surfaces {
@@ -69,7 +81,7 @@ fn bounds(surface: &Surface, [width_px, height_px]: [usize; 2]) -> [std::ops::Ra
 }
 
 /// The pixels of `n` whose middles lie between two places, by and large.
-fn pixels_between(low_px: f64, high_px: f64, n: usize) -> std::ops::Range<usize> {
+pub(super) fn pixels_between(low_px: f64, high_px: f64, n: usize) -> std::ops::Range<usize> {
     let within = |place: f64| place.clamp(0.0, n as f64) as usize;
     within(low_px.floor())..within(high_px.ceil() + 1.0)
 }
