@@ -29,7 +29,6 @@ mod statistics;
 pub use error::ContactFitError;
 pub use outcome::{ContactFit, Hysteresis, LawOnProfile, PARAMETERS, Profile, Residual, Zero};
 
-use chainwave_analysis::probability::student;
 use chainwave_measurement::Estimate;
 use nalgebra::DMatrix;
 
@@ -37,7 +36,7 @@ use branches::{Branches, branches, hysteresis};
 use curve::{Curve, LEAST_APPROACH, check_readings};
 use profile::Profiler;
 use search::{Minimum, STARTS, Unknowns, search};
-use statistics::{covariance, derived, residual, straightness};
+use statistics::{covariance, derived, residual, straightness, student};
 
 /// A load cell's offset or a curvature is real from this many standard uncertainties (with Student's factor).
 const REAL: f64 = 3.0;
@@ -118,9 +117,7 @@ fn check_curvature(curve: &Curve, unknowns: Unknowns, start_m: f64) -> Result<()
     let in_contact = if unknowns.start { curve.beyond(start_m) } else { curve.clone() };
     let freedom = in_contact.len().saturating_sub(2 + usize::from(unknowns.offset)).max(1);
     match straightness(&in_contact, unknowns.offset) {
-        Some((slope, curvature))
-            if curvature.value.abs() <= student(REAL, freedom as f64) * curvature.sigma =>
-        {
+        Some((slope, curvature)) if curvature.value.abs() <= student(REAL, freedom) * curvature.sigma => {
             Err(ContactFitError::StraightLine { k_0_n_per_m: slope.value, k_0_sigma_n_per_m: slope.sigma })
         }
         _ => Ok(()),
@@ -141,7 +138,7 @@ impl Found {
         let offset_n = self.offset_n();
         let largest_n = self.curve.force_n.iter().fold(0.0_f64, |most, force| most.max(force.abs()));
         let sigma_n = offset_n.sigma.hypot(MISFIT * largest_n);
-        offset_n.value.abs() > student(REAL, self.residual.degrees_of_freedom as f64) * sigma_n
+        offset_n.value.abs() > student(REAL, self.residual.degrees_of_freedom) * sigma_n
     }
 }
 
@@ -151,7 +148,7 @@ fn describe(found: &Found) -> Result<ContactFit, ContactFitError> {
         |wrong: chainwave_mechanics::MechanicsError| ContactFitError::NotDetermined(wrong.to_string());
     let law = found.minimum.parameters.law.power_law().map_err(undetermined)?;
     let (estimates, correlation) = derived(&law, &found.covariance);
-    let factor_95 = student(Estimate::COVERAGE_95, found.residual.degrees_of_freedom as f64);
+    let factor_95 = student(Estimate::COVERAGE_95, found.residual.degrees_of_freedom);
     let error_n = factor_95 * found.residual.noise_n * found.residual.widening;
     let profiler = Profiler {
         curve: &found.curve,

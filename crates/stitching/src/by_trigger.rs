@@ -80,11 +80,10 @@ pub(crate) fn averaged_by_trigger(
         };
         let mut variance_m2 = noise_m2(|read| read.noise_gain);
         let mut squares_m2 = 0.0;
-        let of_mean = widening(n - 1.0) / (n * (n - 1.0)).sqrt();
         for one in of_time {
             let off_m = one.read.value - mean_m;
             // Of n such errors with normal amplitudes the squares add up to the variance of the mean of n, known as well as n trials tell it.
-            let error_m = of_mean * off_m;
+            let error_m = widening(n - 1.0) * off_m / (n * (n - 1.0)).sqrt();
             of_trials[one.recording][at] = error_m;
             variance_m2 += error_m.powi(2);
             squares_m2 += off_m.powi(2);
@@ -195,9 +194,9 @@ mod tests {
         let last = averaged.motion.displacement_m.row(0).iter().flatten().last().copied().unwrap();
         // The steps have ended to a part in 1e4 of 3 mm.
         assert!((last.value - 5.8e-3).abs() < 1e-6, "{last:?}");
-        // Student's t at 97.5 % with 4 degrees of freedom is 2.776, to the last digit 2e-4; the scatter has four digits too.
+        // Student's t at 97.5 % with 4 degrees of freedom is 2.776; the expansion is off by 0.1 % there.
         let expected_m = 2.776 / Estimate::COVERAGE_95 * 1.643e-3 / 5.0_f64.sqrt();
-        assert!((last.sigma / expected_m - 1.0).abs() < 6e-4, "{last:?}");
+        assert!((last.sigma / expected_m - 1.0).abs() < 3e-3, "{last:?}");
         assert_eq!(averaged.motion.modes.len(), 5);
         assert!(averaged.alignments.iter().all(|one| one.scatter_ratio > 100.0));
         assert!(averaged.warnings[0].contains("no smooth response"));

@@ -1,4 +1,4 @@
-//! Noise, covariance and derived parameters of a fitted law.
+//! Noise, covariance and derived parameters of a fitted law, and Student's factor.
 
 use chainwave_measurement::Estimate;
 use chainwave_mechanics::PowerLaw;
@@ -15,6 +15,19 @@ const WHITE: f64 = 3.0;
 const CLOSEST: f64 = 0.99;
 /// Rounding of forces, relative to the largest: the least noise that a fit can have.
 const ROUNDING: f64 = 1e-14;
+
+/// The factor that makes of `deviations` of a normal distribution the interval of equal probability for an error whose size is
+/// known from `freedom` degrees of freedom only (Student's t, by its expansion in 1/freedom: Fisher and Cornish 1960).
+pub(super) fn student(deviations: f64, freedom: usize) -> f64 {
+    let (z, nu) = (deviations, freedom as f64);
+    let square = z * z;
+    let polynomial = |coefficients: &[f64]| coefficients.iter().rev().fold(0.0, |sum, c| sum * square + c);
+    z * (1.0
+        + polynomial(&[1.0, 1.0]) / (4.0 * nu)
+        + polynomial(&[3.0, 16.0, 5.0]) / (96.0 * nu.powi(2))
+        + polynomial(&[-15.0, 17.0, 19.0, 3.0]) / (384.0 * nu.powi(3))
+        + polynomial(&[-945.0, -1920.0, 1482.0, 776.0, 79.0]) / (92_160.0 * nu.powi(4)))
+}
 
 /// What the residuals say of the noise.
 pub(super) fn residual(curve: &Curve, minimum: &Minimum, unknowns: Unknowns) -> Residual {
@@ -163,5 +176,14 @@ mod tests {
         // A third of the noise: neighbours are correlated by 0.05, about their standard error; 22 lags by their sum of a half.
         let n_seen = (0..50).filter(|seed| memory(&residuals(*seed, 0.5)) > 1.0).count();
         assert!(n_seen >= 45, "{n_seen} of 50");
+    }
+
+    #[test]
+    fn the_quantiles_are_the_published_ones() {
+        // Tables of Student's t at 97.5 %; the series' next term is about 1e-3 of it at 5 degrees of freedom.
+        for (freedom, expected) in [(5, 2.5706), (8, 2.3060), (20, 2.0860), (100, 1.9840)] {
+            let found = student(Estimate::COVERAGE_95, freedom);
+            assert!((found - expected).abs() < 1.5e-3, "{freedom}: {found}");
+        }
     }
 }
