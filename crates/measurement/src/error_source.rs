@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// Source of an [`ErrorMode`](crate::ErrorMode), by which it is found among the others.
+/// Source of one of the [`ErrorModes`](crate::ErrorModes), by which it is found among the others.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum ErrorSource {
