@@ -23,7 +23,9 @@ impl AlignmentState<'_> {
         let ratios: Vec<f64> =
             field.iter().map(|of_body| self.scatter_ratio(of_body, |_| true).max(1.0)).collect();
         let directions = self.alignment_directions(field, errors);
-        let modes = self.error_modes(field, &directions);
+        let effects = self.effects(field);
+        let of_means = self.effects_of_means(&effects);
+        let modes = self.error_modes(field, &directions, effects);
         let mut motion = ChainMotion {
             times_s: self.times_s.clone(),
             displacement_m: Array2::from_elem(shape, None),
@@ -53,7 +55,7 @@ impl AlignmentState<'_> {
             .map(|r| self.alignment(r, field, &directions, scale_sigma, bent_delay_s))
             .collect();
         let spread = self.spread(field, &ratios);
-        Ok((motion, alignments, spread, self.effects_of_means(field)))
+        Ok((motion, alignments, spread, of_means))
     }
 
     fn alignment(

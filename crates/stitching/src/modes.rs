@@ -33,9 +33,14 @@ pub(crate) struct AlignmentDirection {
 
 impl AlignmentState<'_> {
     /// Every displacement error that many samples share: of the alignment and the places at rest, and of what the responses'
-    /// priors stand in for.
-    pub(crate) fn error_modes(&self, field: &Fitted, directions: &[AlignmentDirection]) -> ErrorModes {
-        let mut modes = self.effects(field);
+    /// priors stand in for. Those of the alignment are sums of its `effects` ([`AlignmentState::effects`]).
+    pub(crate) fn error_modes(
+        &self,
+        field: &Fitted,
+        directions: &[AlignmentDirection],
+        effects: ErrorModes,
+    ) -> ErrorModes {
+        let mut modes = effects;
         for direction in directions {
             let by_alignment = direction.error.iter().copied().enumerate().filter(|(_, error)| *error != 0.0);
             let mut parts: Vec<(usize, f64)> = by_alignment.collect();
@@ -51,7 +56,7 @@ impl AlignmentState<'_> {
 
     /// No error yet, and the patterns that errors of the alignment are sums of: what one unit of each recording's drive, then of each one's
     /// offset (seconds), changes of the motion.
-    fn effects(&self, field: &Fitted) -> ErrorModes {
+    pub(crate) fn effects(&self, field: &Fitted) -> ErrorModes {
         let mut effects = ErrorModes::default();
         for unknown in [0, 1] {
             for r in 0..self.observations.len() {
@@ -147,13 +152,12 @@ impl AlignmentState<'_> {
     }
 
     /// What one unit of the mean drive and of the mean trigger (seconds) changes of the motion, in metres.
-    pub(crate) fn effects_of_means(&self, field: &Fitted) -> [Array2<f64>; 2] {
+    pub(crate) fn effects_of_means(&self, effects: &ErrorModes) -> [Array2<f64>; 2] {
         let n = self.observations.len();
-        let effects = self.effects(field);
         [0, 1].map(|unknown| {
             let all: Vec<(usize, f64)> =
                 (unknown * n..(unknown + 1) * n).map(|pattern| (pattern, 1.0)).collect();
-            effects.sum_m(&all, (field.len(), self.times_s.len()))
+            effects.sum_m(&all, (self.settings.n_bodies, self.times_s.len()))
         })
     }
 
