@@ -131,6 +131,8 @@ mod strikers;
 #[cfg(test)]
 mod table;
 #[cfg(test)]
+mod truth;
+#[cfg(test)]
 mod uncertain;
 #[cfg(test)]
 mod view;

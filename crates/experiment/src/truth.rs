@@ -5,6 +5,7 @@ use std::num::NonZero;
 use chainwave_analysis::{Measurement, exact_motion};
 use chainwave_measurement::{Estimate, Trajectory};
 
+use crate::configuration::Experiment;
 use crate::error::Error;
 use crate::evaluation::Evaluation;
 use crate::film::{Studio, TrueTrial};
@@ -21,7 +22,7 @@ pub struct KnownTruth {
     pub striker_velocity_m_per_s: f64,
     /// Instant of the impact after their mean trigger.
     pub impact_time_s: f64,
-    /// What was drawn for each trial of the whole trials table.
+    /// What was drawn for each trial that was filmed.
     pub trials: Vec<TrueTrial>,
     /// The true motion on the measured time base.
     pub motion: Trajectory,
@@ -35,22 +36,28 @@ pub struct KnownTruth {
 
 /// Written beside the recordings that were filmed; where it is missing, an experiment with a synthetic part is a real one.
 const SIGN: &str = "truth.json";
+/// What was filmed, as it stands beside them.
+const FILMED: &str = "experiment.toml";
 
 /// The truth about the recordings that were evaluated, where they were filmed here; `None` for a real experiment.
 ///
 /// `truth.parquet` is about all sound trials. Here the trials are drawn and simulated again, so that the truth is the mean over
-/// those that were read and kept, as the measurement is.
+/// those that were read and kept, as the measurement is. They are those of the experiment and the table beside the recordings, whichever of them are evaluated here, and
+/// whatever the experiment that is evaluated states: what is drawn for one trial goes with its place in the table.
 pub(crate) fn known_truth(
     setup: &Setup,
     evaluation: &Evaluation,
     n_threads: NonZero<usize>,
 ) -> Result<Option<KnownTruth>, Error> {
-    let Some(synthetic) = &setup.experiment.synthetic else { return Ok(None) };
-    if !setup.recordings.join(SIGN).exists() {
+    let path = setup.recordings.join(FILMED);
+    if !setup.recordings.join(SIGN).exists() || !path.exists() {
         return Ok(None);
     }
-    let studio = Studio::new(&setup.experiment, synthetic)?;
-    let takes = studio.takes(&setup.table, n_threads)?;
+    let filmed = Experiment::read(&path)?;
+    let Some(synthetic) = &filmed.synthetic else { return Ok(None) };
+    let trials = filmed.read_trials(&path)?;
+    let studio = Studio::new(&filmed, synthetic)?;
+    let takes = studio.takes(&trials, n_threads)?;
     let alignments = &evaluation.stitched.alignments;
     let kept: Vec<&str> = alignments.iter().map(|alignment| alignment.recording.as_str()).collect();
     let times_s = &evaluation.stitched.motion.times_s;

@@ -2,7 +2,7 @@
 
 use chainwave_analysis::{Measurement, Spacing};
 use chainwave_experiment::{
-    BEHIND_BODY_1, Evaluation, KnownTruth, PEAK_ENERGIES, Results, Setup, Stages, TRACKS, Trial,
+    BEHIND_BODY_1, Evaluation, KnownTruth, PEAK_ENERGIES, Results, Setup, Stages, TRACKS, Trial, TrueTrial,
     typical_half_width,
 };
 use chainwave_inference::Interval;
@@ -241,7 +241,9 @@ fn of_stages(
     let first_of_view = |row: &usize| trials[..*row].iter().all(|other| other.view != trials[*row].view);
     let mut from_m = 0.0;
     for row in (0..trials.len()).filter(first_of_view) {
-        let (trial, true_m) = (&trials[row], truth.trials[row].stage_m);
+        let trial = &trials[row];
+        let is_it = |other: &&TrueTrial| other.recording == trial.recording;
+        let Some(true_m) = truth.trials.iter().find(is_it).map(|filmed| filmed.stage_m) else { continue };
         match stages.refined_m(trial) {
             Some(refined_m) if refined_m.sigma > 0.0 => add("stage", refined_m, true_m - from_m),
             Some(_) => from_m = true_m - trial.stage_m,
