@@ -11,9 +11,9 @@ mod ridge;
 
 use std::num::NonZero;
 
-use chainwave_measurement::{ChainMotion, ErrorModes, Estimate};
+use chainwave_measurement::{ChainMotion, ErrorModes, Estimate, median};
 
-use self::course::{Course, Line, median};
+use self::course::{Course, Line};
 pub use self::hump::Sense;
 use self::hump::{SmoothedRows, humps};
 use self::meeting::{Meeting, begins_at, meetings, phase_shift, reflected_from, rejoin, within_meetings};

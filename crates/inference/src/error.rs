@@ -52,6 +52,14 @@ pub enum FitError {
         /// What is compared.
         what: &'static str,
     },
+    /// Steps of the search promised less than what would make its result matter.
+    #[error(
+        "damping fit: given up after {rounds} rounds, whose steps promised nothing that would change the result"
+    )]
+    GivenUp {
+        /// Rounds gone.
+        rounds: usize,
+    },
     /// The search did not end at a minimum.
     #[error("damping fit: no minimum found: {rounds} rounds did not settle")]
     NotConverged {
@@ -81,7 +89,8 @@ impl FitError {
     pub(crate) fn of(failure: Failure<Self>, what: &'static str, name: impl Fn(usize) -> String) -> Self {
         match failure {
             Failure::Problem(error) => error,
-            Failure::Unsettled { rounds } | Failure::GivenUp { rounds } => Self::NotConverged { rounds },
+            Failure::Unsettled { rounds } => Self::NotConverged { rounds },
+            Failure::GivenUp { rounds } => Self::GivenUp { rounds },
             Failure::Undetermined(unknowns) if unknowns.is_empty() => {
                 Self::Undetermined { what, unknowns: "the striker and the impact of a recording".into() }
             }

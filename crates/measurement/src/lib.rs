@@ -1,7 +1,7 @@
 //! The vocabulary of chainwave: the types that two or more crates use, with their units and conventions.
 //!
 //! No algorithm and no input or output lives here, but for tools that every crate may need: [`map_in_parallel`], the one way in which
-//! work is spread over threads, as it is what makes results the same for any number of them, and the [`median`] of numbers. Conventions
+//! work is spread over threads, as it is what makes results the same for any number of them, and the [`median`] of numbers and what it tells of their scatter. Conventions
 //! that hold everywhere:
 //!
 //! - Pixel (0, 0) is the *centre* of the top left pixel; x points right and y down; a [`Region`] is half open.
@@ -39,7 +39,7 @@ pub use error_modes::{ErrorModes, ErrorPattern};
 pub use error_source::ErrorSource;
 pub use estimate::Estimate;
 pub use head::Head;
-pub use median::median;
+pub use median::{centre_and_scatter, median, usual_size};
 pub use memory_recording::{Excerpt, MemoryRecording};
 pub use motion::{ChainMotion, Instant, Moment, Trajectory, samples_until};
 pub use observation::{BodyTrack, Observation};

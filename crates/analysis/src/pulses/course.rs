@@ -1,5 +1,7 @@
 //! Where a pulse is at a time, by its humps; straight lines through parts of its way.
 
+use chainwave_measurement::median;
+
 use super::hump::Hump;
 use super::ridge::{Direction, Ridge};
 
@@ -47,12 +49,6 @@ impl Course {
         let widths_s = self.passes.iter().filter_map(|pass| pass.half_width_s).collect();
         median(widths_s).map_or(1.0, |width_s| width_s * self.gaps_per_s())
     }
-}
-
-/// The middle one of some numbers (the upper of two).
-pub(crate) fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
 }
 
 /// A straight line through times and places, by least squares of the times, whose errors the places have not.

@@ -1,6 +1,8 @@
 //! Where pulses meet: which goes on as which, how far that moves them, and which come back from an end.
 
-use super::course::{Course, Line, median};
+use chainwave_measurement::median;
+
+use super::course::{Course, Line};
 use super::hump::Hump;
 use super::ridge::Direction;
 

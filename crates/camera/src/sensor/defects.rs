@@ -1,6 +1,6 @@
 //! Hot and dead pixels: those that stand out from their neighbours where nothing that was filmed can.
 
-use chainwave_measurement::median;
+use chainwave_measurement::{median, usual_size};
 
 use super::neighbours::Surroundings;
 use super::statistics::PixelStatistics;
@@ -9,8 +9,6 @@ use super::statistics::PixelStatistics;
 const FALSE_SHARE: f64 = 1e-6;
 /// Standard deviations beyond which a normal variate lies with that probability, on both sides together.
 const LIMIT_SIGMAS: f64 = 4.8916;
-/// Standard deviation of normal variates over the median of their absolute values.
-const SIGMA_OF_MEDIAN: f64 = 1.4826;
 /// Standard deviation of what rounding to whole counts takes away, which no averaging removes where frames differ by less.
 const ROUNDING_COUNTS: f64 = 0.288_675;
 /// A pixel's response, against its neighbours', below or above which it is beyond correction: its noise would be more than doubled,
@@ -56,7 +54,7 @@ impl DefectMap {
     /// of absolute differences, as a standard deviation). Of normal pixels, one in a million does so by chance.
     pub fn of_dark(dark: &PixelStatistics) -> Self {
         let excess = excess_over_median(dark.width_px(), dark.mean());
-        let sigma = usual_sigma(&excess).max(ROUNDING_COUNTS);
+        let sigma = usual_size(excess.iter().copied()).unwrap_or(0.0).max(ROUNDING_COUNTS);
         Self::where_kind(dark.width_px(), dark.n_pixels(), |at| {
             (excess[at].abs() > LIMIT_SIGMAS * sigma).then(|| kind(excess[at]))
         })
@@ -67,7 +65,7 @@ impl DefectMap {
     pub fn of_flat(flat: &PixelStatistics, dark: Option<&PixelStatistics>) -> Self {
         let response = response(flat, dark);
         let excess = excess_over_median(flat.width_px(), &response);
-        let sigma = usual_sigma(&excess).max(ROUNDING_COUNTS);
+        let sigma = usual_size(excess.iter().copied()).unwrap_or(0.0).max(ROUNDING_COUNTS);
         Self::where_kind(flat.width_px(), flat.n_pixels(), |at| {
             let usual = response[at] - excess[at];
             let is_odd = usual > 0.0 && !RESPONSES.contains(&(response[at] / usual));
@@ -183,11 +181,6 @@ fn excess_over_median(width_px: usize, values: &[f64]) -> Vec<f64> {
     (0..values.len()).map(|at| values[at] - around(at).unwrap_or(values[at])).collect()
 }
 
-/// The standard deviation of the usual ones of some values about 0, which few large ones do not move.
-fn usual_sigma(values: &[f64]) -> f64 {
-    SIGMA_OF_MEDIAN * median(values.iter().map(|value| value.abs()).collect()).unwrap_or(0.0)
-}
-
 /// What differences and their standard deviations say together: the weighted mean in its own standard deviations where all have
 /// one sign; 0 where they have not.
 fn joined(scenes: impl Iterator<Item = (f64, f64)>) -> f64 {
@@ -289,11 +282,10 @@ fn sigma_nearby(width_px: usize, differences: &[f64], least: f64) -> Vec<f64> {
             dx.min(dy) > 0 || dx.max(dy) > 2
         };
         let places = span(y, height_px).flat_map(|row| span(x, width_px).map(move |column| (column, row)));
-        let apart: Vec<f64> = places
+        let apart = places
             .filter(|&(column, row)| is_apart(column, row))
-            .map(|(column, row)| differences[row * width_px + column].abs())
-            .collect();
-        (SIGMA_OF_MEDIAN * median(apart).unwrap_or(0.0)).max(least)
+            .map(|(column, row)| differences[row * width_px + column]);
+        usual_size(apart).unwrap_or(0.0).max(least)
     };
     (0..differences.len()).map(of).collect()
 }

@@ -133,14 +133,19 @@ fn write_alignment(folder: &Path, tracked: &Tracked, evaluation: &Evaluation) ->
     let standings = &evaluation.standings;
     let stated =
         |value: &dyn Fn(&Standing) -> f64| standings.of_recordings.iter().map(value).collect::<Vec<f64>>();
+    let stated_drives: Vec<Option<Estimate>> =
+        standings.of_recordings.iter().map(|standing| standing.drive_deviation).collect();
     // What is refused of the standings is refused by the onset alone as well.
-    let drives = |number: &dyn Fn(Estimate) -> f64, by_onset: bool| -> Vec<Option<f64>> {
-        let both = standings.of_recordings.iter().zip(alignments);
-        let drive = |(standing, one): (&Standing, &Alignment)| {
-            let stated = standing.drive_deviation?;
-            Some(number(if by_onset { one.drive_deviation } else { stated }))
-        };
-        both.map(drive).collect()
+    let onset_drives: Vec<Option<Estimate>> = stated_drives
+        .iter()
+        .zip(alignments)
+        .map(|(stated, one)| stated.and(Some(one.drive_deviation)))
+        .collect();
+    let values = |drives: &[Option<Estimate>]| {
+        drives.iter().map(|drive| drive.map(|drive| drive.value)).collect::<Vec<_>>()
+    };
+    let sigmas = |drives: &[Option<Estimate>]| {
+        drives.iter().map(|drive| drive.map(|drive| drive.sigma)).collect::<Vec<_>>()
     };
     let columns = vec![
         column("recording", alignments.iter().map(|one| one.recording.as_str()).collect::<Vec<_>>()),
@@ -148,13 +153,13 @@ fn write_alignment(folder: &Path, tracked: &Tracked, evaluation: &Evaluation) ->
         column("trial", alignments.iter().map(|one| one.trial).collect::<Vec<_>>()),
         column("trigger_offset_s", stated(&|one| one.trigger_offset_s.value)),
         column("trigger_offset_sigma_s", stated(&|one| one.trigger_offset_s.sigma)),
-        column("drive_deviation", drives(&|drive| drive.value, false)),
-        column("drive_deviation_sigma", drives(&|drive| drive.sigma, false)),
+        column("drive_deviation", values(&stated_drives)),
+        column("drive_deviation_sigma", sigmas(&stated_drives)),
         column("offset_and_drive_from", vec![standings.source; alignments.len()]),
         column("onset_trigger_offset_s", of(&|one| one.trigger_offset_s.value)),
         column("onset_trigger_offset_sigma_s", of(&|one| one.trigger_offset_s.sigma)),
-        column("onset_drive_deviation", drives(&|drive| drive.value, true)),
-        column("onset_drive_deviation_sigma", drives(&|drive| drive.sigma, true)),
+        column("onset_drive_deviation", values(&onset_drives)),
+        column("onset_drive_deviation_sigma", sigmas(&onset_drives)),
         column("scatter_ratio", of(&|one| one.scatter_ratio)),
         column("striker_velocity_m_per_s", fitted(&|one| one.striker_velocity_m_per_s.value)),
         column("striker_velocity_sigma", fitted(&|one| one.striker_velocity_m_per_s.sigma)),

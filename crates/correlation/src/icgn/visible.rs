@@ -5,7 +5,7 @@
 //! Outlier Detection, 1987), with their neighbours, are left out, and the rest is matched anew. Whatever is left out is
 //! missing in the Hessian, so sigma says what it cost. What is no noise and cannot be left out makes sigma larger.
 
-use chainwave_measurement::{Lost, median};
+use chainwave_measurement::{Lost, centre_and_scatter};
 
 use crate::icgn::outcome::{Match, Stop};
 use crate::reference::mask::{INVALID_MARGIN_PX, dilated};
@@ -124,12 +124,10 @@ impl PreparedSubset {
 fn robust_moments(subset: &PreparedSubset, residuals: &[f64]) -> [f64; 2] {
     let used = residuals.iter().zip(&subset.weights).filter(|(_, weight)| **weight > 0.0);
     let values: Vec<f64> = used.map(|(residual, _)| *residual).collect();
-    let moments = || {
-        let middle = median(values.clone())?;
-        let spread = median(values.iter().map(|value| (value - middle).abs()).collect())?;
-        Some([middle, 1.482_6 * spread])
-    };
-    moments().filter(|_| values.len() > 1).unwrap_or([0.0, f64::INFINITY])
+    if values.len() < 2 {
+        return [0.0, f64::INFINITY];
+    }
+    centre_and_scatter(values).unwrap_or([0.0, f64::INFINITY])
 }
 
 /// Variance of a match's residuals over what the reference's noise and interpolation explain.

@@ -7,7 +7,7 @@
 //! differences of whole simulations.
 
 use chainwave_measurement::{Estimate, Subset, Trajectory};
-use chainwave_synthetic::{Scene, Shot};
+use chainwave_synthetic::Scene;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 use super::planned_camera::PlannedCamera;
@@ -100,17 +100,7 @@ fn information(
     one: &PlannedRecording,
     motion: &Trajectory,
 ) -> Result<Vec<(usize, f64, f64)>, Error> {
-    let shot = Shot {
-        stage_m: one.trial.stage_m,
-        first_body_px: setup.experiment.camera.first_body_px,
-        first_image: camera.first_image,
-        n_frames: camera.n_frames,
-        trigger_delay_s: 0.0,
-        frame_phase_s: 0.0,
-        noise_seed: 1,
-        view: one.trial.view.into(),
-        covers: Vec::new(),
-    };
+    let shot = camera.shot(setup, one.trial.view, one.trial.stage_m);
     let picture = Scene::new(&camera.camera, &camera.specimen, &shot, motion)?.expected_counts(0)?;
     let sensor = &camera.camera.sensor;
     // Beyond the picture's rim it goes on as it ends: subsets keep away from there.

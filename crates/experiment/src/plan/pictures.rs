@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use chainwave_measurement::{MemoryRecording, Recording, Subset, Trajectory};
-use chainwave_synthetic::{Scene, Shot};
+use chainwave_synthetic::Scene;
 
 use super::planned_camera::PlannedCamera;
 use crate::configuration::Trial;
@@ -57,17 +57,7 @@ impl Pictures {
         if subsets.is_empty() {
             return Ok(None);
         }
-        let shot = Shot {
-            stage_m: trial.stage_m,
-            first_body_px: setup.experiment.camera.first_body_px,
-            first_image: planned.first_image,
-            n_frames: planned.n_frames,
-            trigger_delay_s: 0.0,
-            frame_phase_s: 0.0,
-            noise_seed: setup.experiment.analysis.seed,
-            view: trial.view.into(),
-            covers: Vec::new(),
-        };
+        let shot = planned.shot(setup, trial.view, trial.stage_m);
         let scene = Scene::new(&planned.camera, &planned.specimen, &shot, motion)?;
         let moving = middle_of(rest.end, planned.n_frames);
         let rest = rest.start..rest.end.min(rest.start + MOST_REST_FRAMES);

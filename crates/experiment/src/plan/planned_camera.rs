@@ -1,7 +1,7 @@
 //! The camera of recordings that are not filmed yet: as the experiment states it under `[synthetic]`, else a usual one.
 
 use chainwave_measurement::RecordingInfo;
-use chainwave_synthetic::{Camera, Effects, Marker, Packing, Ring, Rods, Sensor, Specimen, Tones};
+use chainwave_synthetic::{Camera, Effects, Marker, Packing, Ring, Rods, Sensor, Shot, Specimen, Tones};
 
 use crate::configuration::Experiment;
 use crate::error::Error;
@@ -82,6 +82,21 @@ impl PlannedCamera {
         let specimen = usual_specimen(experiment, scale_px_per_m)?;
         let (first_image, n_frames) = (first_image as i64, n_frames as usize);
         Ok(Self { camera, specimen, first_image, n_frames, assumed })
+    }
+
+    /// A recording at one place of the stage as it would be filmed if the camera were triggered by the impact.
+    pub(super) fn shot(&self, setup: &Setup, view: u32, stage_m: f64) -> Shot {
+        Shot {
+            stage_m,
+            first_body_px: setup.experiment.camera.first_body_px,
+            first_image: self.first_image,
+            n_frames: self.n_frames,
+            trigger_delay_s: 0.0,
+            frame_phase_s: 0.0,
+            noise_seed: setup.experiment.analysis.seed,
+            view: view.into(),
+            covers: Vec::new(),
+        }
     }
 
     /// What a recording of this camera will say of itself; its stamps count from a trigger that falls on image 0.

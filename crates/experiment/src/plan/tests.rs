@@ -3,7 +3,7 @@
 use std::num::NonZero;
 use std::path::Path;
 
-use chainwave_synthetic::{Scene, Shot};
+use chainwave_synthetic::Scene;
 
 use super::*;
 use crate::film::film_experiment;
@@ -116,17 +116,7 @@ fn a_reading_has_the_sigma_of_its_gradients() {
     let (rehearsal, pictures) = rehearsal(&setup);
     let camera = PlannedCamera::of(&setup).unwrap();
     let motion = rehearsal.chain.motion(&setup.experiment, 2.73, 0.02).unwrap();
-    let shot = Shot {
-        stage_m: 0.0,
-        first_body_px: setup.experiment.camera.first_body_px,
-        first_image: camera.first_image,
-        n_frames: camera.n_frames,
-        trigger_delay_s: 0.0,
-        frame_phase_s: 0.0,
-        noise_seed: 1,
-        view: 1,
-        covers: Vec::new(),
-    };
+    let shot = camera.shot(&setup, 1, 0.0);
     // Without noise, at rest: sigma^2 = s^2 (1 + 1/m) / sum of (dI/dx)^2, with m frames in the reference (M. A. Sutton et al., Image
     // Correlation for Shape, Motion and Deformation Measurements (2009), ch. 5).
     let picture =

@@ -2,15 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use chainwave_measurement::median;
+use chainwave_measurement::{centre_and_scatter, median};
 
 use super::series::Series;
 
 /// Frames of a piece; with its two neighbours it gives 48 values a trial, whose median absolute deviation is known to a tenth, and the
 /// wave changes little meanwhile.
 const PIECE: f64 = 16.0;
-/// Standard deviation of a normal law over its median absolute deviation.
-const OF_MEDIAN: f64 = 1.482_602_218_505_602;
 
 /// What each reading of a group shows, in the order of its members and frames; none where there is nothing to show.
 pub(super) type OfEach = Vec<Vec<Option<f64>>>;
@@ -42,9 +40,7 @@ impl Blocks {
         for piece in pieces.keys() {
             let near = pieces.range(piece.saturating_sub(1)..=piece.saturating_add(1));
             let around: Vec<f64> = near.flat_map(|(_, values)| values).copied().collect();
-            let Some(middle) = median(around.clone()) else { continue };
-            let deviation = median(around.into_iter().map(|value| (value - middle).abs()).collect());
-            blocks.usual.insert(*piece, [middle, OF_MEDIAN * deviation.unwrap_or(0.0)]);
+            blocks.usual.extend(centre_and_scatter(around).map(|usual| (*piece, usual)));
         }
         blocks
     }

@@ -1,6 +1,6 @@
 //! The stated pitch and scale against the step at which the pictures repeat themselves.
 
-use chainwave_measurement::{Estimate, median};
+use chainwave_measurement::{Estimate, centre_and_scatter};
 
 use super::stated::scale_key;
 use super::view_at_rest::Facts;
@@ -48,10 +48,9 @@ pub(super) fn contradicted(setup: &Setup, facts: &[Facts]) -> Option<Finding> {
 /// The median over views with its standard uncertainty; a view alone is believed to two per cent.
 fn of_views(ratios: &[f64]) -> Option<Estimate> {
     const ONE_VIEW: f64 = 0.02;
-    let middle = median(ratios.to_vec())?;
-    let distance = median(ratios.iter().map(|ratio| (ratio - middle).abs()).collect())?;
+    let [middle, scatter] = centre_and_scatter(ratios.to_vec())?;
     let n = ratios.len() as f64;
-    let sigma = if ratios.len() < 3 { ONE_VIEW / n.sqrt() } else { 1.5 * 1.4826 * distance / n.sqrt() };
+    let sigma = if ratios.len() < 3 { ONE_VIEW / n.sqrt() } else { 1.5 * scatter / n.sqrt() };
     Some(Estimate::new(middle, sigma.max(LEAST_SIGMA)))
 }
 

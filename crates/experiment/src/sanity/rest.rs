@@ -1,7 +1,7 @@
 //! Motion while the chain should be at rest: a trigger that came late, or something that drifts.
 
 use chainwave_correlation::{ReferenceFrames, Settings, track_from};
-use chainwave_measurement::{Estimate, Observation, Subset, median};
+use chainwave_measurement::{Estimate, Observation, Subset, centre_and_scatter, median};
 
 use super::view_at_rest::ViewAtRest;
 use crate::finding::Finding;
@@ -23,8 +23,6 @@ const LEFT_SIGMAS: f64 = 3.0;
 const LEFT_AT_ONCE_SIGMAS: f64 = 6.0;
 /// Means of the two halves this many sigma apart do not agree.
 const DRIFT_SIGMAS: f64 = 5.0;
-/// Standard deviation of normal numbers over the median of their distances from the median.
-pub(super) const SIGMA_OF_MEDIAN: f64 = 1.4826;
 
 /// What a body does while it should rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -165,10 +163,9 @@ fn moved(readings: &[Option<Estimate>]) -> Option<Motion> {
     }
     let (early, late) = seen.split_at(seen.len() / 2);
     let values = |half: &[(usize, Estimate)]| half.iter().map(|(_, x)| x.value).collect::<Vec<f64>>();
-    let middle = median(values(early))?;
-    let distance = median(early.iter().map(|(_, x)| (x.value - middle).abs()).collect())?;
+    let [middle, scatter] = centre_and_scatter(values(early))?;
     let stated = median(seen.iter().map(|(_, x)| x.sigma).collect())?;
-    let sigma = stated.max(SIGMA_OF_MEDIAN * distance);
+    let sigma = stated.max(scatter);
     let off = |x: &Estimate| (x.value - middle) / sigma;
     let side = off(&seen.last()?.1).signum();
     let tail = late.iter().rev().take_while(|(_, x)| side * off(x) > LEFT_SIGMAS).count();

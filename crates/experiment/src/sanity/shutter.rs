@@ -8,10 +8,9 @@ use chainwave_analysis::LEVEL;
 use chainwave_analysis::probability::variance_ratio_beyond;
 use chainwave_correlation::{Acceptance, ReferenceFrames, Settings, mean_of_frames};
 use chainwave_measurement::{
-    Estimate, MemoryRecording, Position, Recording, Region, Subset, map_in_parallel, median,
+    Estimate, MemoryRecording, Position, Recording, Region, Subset, centre_and_scatter, map_in_parallel,
 };
 
-use super::rest::SIGMA_OF_MEDIAN;
 use crate::finding::Finding;
 use crate::setup::Setup;
 use crate::tracked::{Tracked, TrackedRecording};
@@ -193,11 +192,8 @@ impl Sheared {
 /// Frames without those in which some half was matched elsewhere: shears that lie many deviations, by the median of their distances, off the
 /// median.
 fn without_strays(shears: Vec<(f64, f64)>) -> Option<Vec<(f64, f64)>> {
-    let values = || shears.iter().map(|(_, shear)| *shear);
-    let middle = median(values().collect())?;
-    let distance = median(values().map(|shear| (shear - middle).abs()).collect())?;
-    let is_near =
-        |(_, shear): &(f64, f64)| (shear - middle).abs() <= STRAY_SIGMAS * SIGMA_OF_MEDIAN * distance;
+    let [middle, scatter] = centre_and_scatter(shears.iter().map(|(_, shear)| *shear).collect())?;
+    let is_near = |(_, shear): &(f64, f64)| (shear - middle).abs() <= STRAY_SIGMAS * scatter;
     Some(shears.into_iter().filter(is_near).collect())
 }
 

@@ -1,6 +1,6 @@
 //! One branch of a compression curve: what makes it one, its noise, and the readings before contact.
 
-use chainwave_measurement::median;
+use chainwave_measurement::{median, usual_size};
 
 use super::branches::range;
 use super::error::ContactFitError;
@@ -21,8 +21,6 @@ const REAL_DROP: (f64, f64) = (0.1, 6.0);
 const APPROACH: (f64, f64) = (0.1, 4.0);
 /// Rounding of sums over forces, relative to the largest.
 const ROUNDING: f64 = 1e-12;
-/// Median of the absolute value of a standard normal deviate.
-const MEDIAN_OF_NORMAL: f64 = 0.674_489_750_196_081_7;
 
 /// One branch, sorted by overlap.
 #[derive(Debug, Clone)]
@@ -164,7 +162,7 @@ impl Curve {
             let off_n = f[1] - (1.0 - weight) * f[0] - weight * f[2];
             off_n.abs() / (1.0 + (1.0 - weight).powi(2) + weight * weight).sqrt()
         };
-        median((1..self.len() - 1).map(off_line).collect()).unwrap_or(0.0) / MEDIAN_OF_NORMAL
+        usual_size((1..self.len() - 1).map(off_line)).unwrap_or(0.0)
     }
 
     /// Number of readings before contact, 0 where there are none to be seen: the force there is flat, against the slope of
