@@ -255,6 +255,17 @@ impl<S: Simd, const U: usize> Lanes<S, U> {
         no
     }
 
+    /// Whether no lane is further from zero than a limit.
+    #[inline(always)]
+    pub(crate) fn all_within(self, limit: f64) -> bool {
+        let mut largest = self.simd.splat_f64s(0.0);
+        for value in self.values {
+            largest = self.simd.max_f64s(largest, self.simd.abs_f64s(value));
+        }
+        let beyond = self.simd.less_than_f64s(self.simd.splat_f64s(limit), largest);
+        self.simd.first_true_m64s(beyond) >= S::F64_LANES
+    }
+
     /// The columns of the records that keys in memory name, each by the last four bits of its exponent and the first four of its
     /// fraction.
     #[inline(always)]

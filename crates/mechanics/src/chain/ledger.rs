@@ -20,10 +20,6 @@ pub(crate) struct Ledger {
     most_at_s: Vec<f64>,
     /// Overlaps in metres below which the tension rules hold; minus infinity where no bond is.
     limits_m: AlignedRow,
-    /// The larger of that and the smallest overlap: a gap above it, and below its largest overlap, has nothing to book.
-    quiet_above_m: AlignedRow,
-    /// Vectors of gaps of which one may leave, in the next step, what it reached so far.
-    leaves: Vec<bool>,
     /// Vectors of gaps among which one may have peaked within the step.
     may_peak: Vec<usize>,
     initial_j: Option<f64>,
@@ -46,10 +42,8 @@ impl Ledger {
             tension_events: 0,
             most_m: row.clone(),
             most_at_s: vec![f64::NAN; n],
-            quiet_above_m: row.clone(),
             least_m: row,
             limits_m,
-            leaves: vec![true; n],
             may_peak: Vec::with_capacity(n),
             initial_j: None,
             largest_j: 0.0,
@@ -59,23 +53,20 @@ impl Ledger {
             let overlap_m = state.x_m[gap] - state.x_m[gap + 1];
             ledger.most_m[gap] = overlap_m.max(0.0);
             ledger.least_m[gap] = overlap_m.min(0.0);
-            ledger.quiet_above_m[gap] = ledger.least_m[gap].max(ledger.limits_m[gap]);
             ledger.tension_events += u64::from(overlap_m < ledger.limits_m[gap]);
         }
         ledger
     }
 
-    /// Books a step, after which the next one is no longer than `next_s`; returns the largest displacement (metres) and velocity (metres
-    /// per second) at its end.
+    /// Books a step; returns the largest displacement (metres) and velocity (metres per second) at its end.
     pub(crate) fn book_gaps(
         &mut self,
         model: &ChainModel<'_>,
         from: &ChainState,
         to: &ChainState,
         step: Step,
-        next_s: f64,
     ) -> (f64, f64) {
-        let reach = vectorised(BookGaps { ledger: self, from, to, step, next_s });
+        let reach = vectorised(BookGaps { ledger: self, from, to, step });
         if !self.may_peak.is_empty() {
             self.book_peaks(model, [from, to], step);
         }
@@ -147,7 +138,6 @@ impl Ledger {
             self.most_at_s[gap] = step.time_s + part * step.h_s;
         }
         self.least_m[gap] = self.least_m[gap].min(peak_m);
-        self.quiet_above_m[gap] = self.least_m[gap].max(self.limits_m[gap]);
     }
 }
 
@@ -156,21 +146,17 @@ struct BookGaps<'a> {
     from: &'a ChainState,
     to: &'a ChainState,
     step: Step,
-    next_s: f64,
 }
 
 impl WithSimd for BookGaps<'_> {
     type Output = (f64, f64);
 
     /// Ends of the step for all gaps, and which of them want a look in between.
-    ///
-    /// Most gaps stay within what they reached before and are not about to leave it. Two rows of places and velocities tell that; the
-    /// others wait for the gaps of which it is not true.
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> (f64, f64) {
-        let Self { ledger, from, to, step, next_s } = self;
+        let Self { ledger, from, to, step } = self;
         let n = to.active;
-        let (h, next) = (simd.splat_f64s(step.h_s), simd.splat_f64s(next_s));
+        let h = simd.splat_f64s(step.h_s);
         let zero = simd.splat_f64s(0.0);
         let one = simd.splat_f64s(1.0);
         let (mut passes, mut x, mut v) = (zero, zero, zero);
@@ -179,24 +165,12 @@ impl WithSimd for BookGaps<'_> {
         let (most, _) = S::as_mut_simd_f64s(&mut ledger.most_m[..n]);
         let (least, _) = S::as_mut_simd_f64s(&mut ledger.least_m[..n]);
         let (limits, _) = S::as_simd_f64s(&ledger.limits_m[..n]);
-        let (quiet_above, _) = S::as_mut_simd_f64s(&mut ledger.quiet_above_m[..n]);
-        let extremes = most.iter_mut().zip(least).zip(limits.iter().zip(quiet_above));
-        for (vector, (((most, least), (limit, quiet_above)), leaves)) in
-            extremes.zip(&mut ledger.leaves).enumerate()
-        {
+        for (vector, ((most, least), limit)) in most.iter_mut().zip(least).zip(limits).enumerate() {
             x = simd.max_f64s(x, simd.abs_f64s(x_to.left[vector]));
             v = simd.max_f64s(v, simd.abs_f64s(v_to.left[vector]));
-            let (after, rate_after) = (x_to.difference(simd, vector), v_to.difference(simd, vector));
-            let ahead = simd.mul_add_f64s(next, rate_after, after);
-            let is_far = simd.less_than_f64s(*most, simd.max_f64s(after, ahead));
-            let is_low = simd.less_than_f64s(simd.min_f64s(after, ahead), *quiet_above);
-            let left = *leaves;
-            *leaves = simd.first_true_m64s(simd.or_m64s(is_far, is_low)) < S::F64_LANES;
-            if !left && !*leaves {
-                continue;
-            }
-            let (before, rate) = (x_from.difference(simd, vector), v_from.difference(simd, vector));
-            let turned = simd.less_than_f64s(simd.mul_f64s(rate, rate_after), zero);
+            let (before, after) = (x_from.difference(simd, vector), x_to.difference(simd, vector));
+            let rate = v_from.difference(simd, vector);
+            let turned = simd.less_than_f64s(simd.mul_f64s(rate, v_to.difference(simd, vector)), zero);
             let reach = simd.mul_add_f64s(h, rate, before);
             let extreme = simd.or_m64s(simd.less_than_f64s(*most, reach), simd.less_than_f64s(reach, *least));
             if simd.first_true_m64s(simd.and_m64s(turned, extreme)) < S::F64_LANES {
@@ -206,11 +180,12 @@ impl WithSimd for BookGaps<'_> {
                 }
             }
             let beyond = simd.less_than_f64s(after, *limit);
-            let within = simd.select_f64s(simd.less_than_f64s(before, *limit), zero, one);
-            passes = simd.add_f64s(passes, simd.select_f64s(beyond, within, zero));
+            if simd.first_true_m64s(beyond) < S::F64_LANES {
+                let within = simd.select_f64s(simd.less_than_f64s(before, *limit), zero, one);
+                passes = simd.add_f64s(passes, simd.select_f64s(beyond, within, zero));
+            }
             *least = simd.min_f64s(*least, after);
             *most = simd.max_f64s(*most, after);
-            *quiet_above = simd.max_f64s(*least, *limit);
         }
         ledger.tension_events += simd.reduce_sum_f64s(passes) as u64;
         (simd.reduce_max_f64s(x), simd.reduce_max_f64s(v))

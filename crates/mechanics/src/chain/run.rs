@@ -116,8 +116,8 @@ impl<'a> Run<'a> {
             let (h_s, cut) = self.step(time_s, target_s, &state, &mut ahead)?;
             let reached = cut.is_none() && time_s + h_s * (1.0 + 1e-5) >= target_s;
             let end_s = if reached { target_s } else { time_s + h_s };
-            let (step, next_s) = (Step { time_s, h_s }, self.control.longest_s());
-            self.control.reach(self.ledger.book_gaps(&self.model, &state, &ahead, step, next_s));
+            let reach = self.ledger.book_gaps(&self.model, &state, &ahead, Step { time_s, h_s });
+            self.control.reach(reach);
             while next_output < self.order.n_outputs && self.time_of(next_output) <= end_s {
                 let output_s = self.time_of(next_output);
                 if reached && output_s >= target_s {
@@ -363,11 +363,6 @@ impl Control {
             Some(_) if self.h_s < left_s && left_s < 2.0 * self.h_s => 0.5 * left_s,
             Some(_) => left_s.min(self.h_s),
         }
-    }
-
-    /// No step is longer before the next one has been judged: roundings of the time make no new length.
-    fn longest_s(&self) -> f64 {
-        self.h_s * (1.0 + 1e-5)
     }
 
     /// Accepts a step and sets the next one, or says how much shorter it must be.

@@ -52,6 +52,9 @@ const OCTAVES: std::ops::Range<i32> = -8..8;
 /// The key at S = delta_0: the middle of the first interval above 1.
 const KEY_AT_REST: f64 = 1.0 + 0.5 / INTERVALS as f64;
 
+/// Overlap over delta_0, of either sign, up to which a key surely names the record at rest: less than 1/33.
+const AT_REST: f64 = 1.0 / 34.0;
+
 impl PowerTable {
     pub(crate) fn new(law: &PowerLaw, tension: Tension) -> Self {
         let kernel = PowerKernel::new(law, tension);
@@ -121,17 +124,25 @@ pub(crate) struct TableLanes<'a, S: Simd, const U: usize> {
     key_at_rest: Lanes<S, U>,
     first_key: u64,
     n_keys: u64,
+    /// The record around zero overlap, and up to which overlap in metres it holds.
+    at_rest: [Lanes<S, U>; COLUMNS],
+    rest_m: f64,
 }
 
 impl<'a, S: Simd, const U: usize> TableLanes<'a, S, U> {
     #[inline(always)]
     pub(crate) fn new(simd: S, table: &'a PowerTable) -> Self {
-        let splat = |value: f64| Lanes::splat(simd, value);
+        let mut at_rest = [Lanes::splat(simd, 0.0); COLUMNS];
+        for (lanes, number) in at_rest.iter_mut().zip(table.records[usize::from(name(KEY_AT_REST))]) {
+            *lanes = Lanes::splat(simd, number);
+        }
         Self {
             simd,
             table,
-            key_per_m: splat(table.key_per_m),
-            key_at_rest: splat(KEY_AT_REST),
+            key_per_m: Lanes::splat(simd, table.key_per_m),
+            key_at_rest: Lanes::splat(simd, KEY_AT_REST),
+            at_rest,
+            rest_m: AT_REST * table.kernel.delta_0_m,
             first_key: table.first_key,
             n_keys: table.n_keys,
         }
@@ -148,10 +159,14 @@ impl<'a, S: Simd, const U: usize> TableLanes<'a, S, U> {
     /// Contact forces in newtons at overlaps with these keys; of no meaning where the tables do not hold them.
     ///
     /// The keys come from memory, where a loop has put them that ran before: a record is found by a byte, which is sooner loaded
-    /// than taken out of a vector.
+    /// than taken out of a vector. Ahead of a wave and long behind it, whole vectors lie in the interval around zero overlap, and want
+    /// none.
     #[inline(always)]
     pub(crate) fn force(&self, overlap_m: Lanes<S, U>, keys: &[f64]) -> Lanes<S, U> {
-        let [alpha, beta, at_centre_n, scale_n] = Lanes::records(self.simd, keys, &self.table.records);
+        let [alpha, beta, at_centre_n, scale_n] = match overlap_m.all_within(self.rest_m) {
+            true => self.at_rest,
+            false => Lanes::records(self.simd, keys, &self.table.records),
+        };
         let t = overlap_m.mul_add(alpha, beta);
         (scale_n * t).mul_add(series(&self.table.series, t), at_centre_n)
     }
