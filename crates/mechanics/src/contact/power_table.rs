@@ -97,7 +97,8 @@ fn name(key: f64) -> u8 {
 /// The record of an interval with its centre, over delta_0, near `c`.
 fn record(kernel: &PowerKernel, c: f64) -> [f64; COLUMNS] {
     let alpha_per_m = kernel.inverse_delta_0_per_m / c;
-    let beta = if c == 1.0 { 0.0 } else { alpha_per_m.mul_add(kernel.delta_0_m, -1.0) };
+    let is_at_rest = c.to_bits() == 1.0_f64.to_bits();
+    let beta = if is_at_rest { 0.0 } else { alpha_per_m.mul_add(kernel.delta_0_m, -1.0) };
     // (alpha delta_0)^(-p) - 1 as a power of what lies above 1, by its distance from there.
     let above = |y: f64| kernel.power_minus_one(y * kernel.delta_0_m);
     let factor_minus_one = match beta > 0.0 {

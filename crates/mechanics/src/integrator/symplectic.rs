@@ -122,6 +122,7 @@ impl Symplectic {
 
 /// A kick's number among those of the composition, its time and length, and the velocities that it starts from where they are not
 /// those that it changes.
+#[derive(Clone, Copy)]
 struct KickAt<'a> {
     part: usize,
     time_s: f64,

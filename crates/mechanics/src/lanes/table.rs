@@ -34,14 +34,13 @@ pub(super) fn records<S: Simd>(simd: S, keys: &[f64], table: &Records) -> [S::f6
     }
     let mut columns = [[0.0_f64; PADDING]; COLUMNS];
     for lane in 0..S::F64_LANES {
-        let record = record(names, lane, table);
-        for column in 0..COLUMNS {
-            columns[column][lane] = record[column];
+        for (column, number) in columns.iter_mut().zip(record(names, lane, table)) {
+            column[lane] = *number;
         }
     }
     let mut found = [simd.splat_f64s(0.0); COLUMNS];
-    for column in 0..COLUMNS {
-        found[column] = S::as_simd_f64s(&columns[column]).0[0];
+    for (found, column) in found.iter_mut().zip(&columns) {
+        *found = S::as_simd_f64s(column).0[0];
     }
     found
 }
