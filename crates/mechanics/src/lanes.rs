@@ -1,9 +1,9 @@
 //! Arithmetic on vectors of numbers of any width, with the same bits on each instruction set.
 
+pub(crate) mod columns;
 pub(crate) mod row;
 mod table;
 
-use std::any::TypeId;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use pulp::{Simd, WithSimd, bytemuck};
@@ -11,11 +11,11 @@ use pulp::{Simd, WithSimd, bytemuck};
 /// Rows of values are padded to a multiple of this, the widest vector of any machine in f64.
 pub(crate) const PADDING: usize = 8;
 
-/// Entries of a table that vectors look up.
-pub(crate) const TABLE: usize = 16;
-
-/// Tables that stand side by side, a record for each place.
+/// Numbers in a record of a table that vectors look up.
 pub(crate) const COLUMNS: usize = 4;
+
+/// A table of records, one for each byte that can name it.
+pub(crate) type Records = [[f64; COLUMNS]; 256];
 
 /// Runs `work` with the vectors of the [`chainwave_vectors::InstructionSet`] in use.
 ///
@@ -255,46 +255,29 @@ impl<S: Simd, const U: usize> Lanes<S, U> {
         no
     }
 
-    /// Whether no lane has a bit from bit number `from` on.
+    /// Whether no lane is further from zero than a limit.
     #[inline(always)]
-    pub(crate) fn all_bits_below(self, from: u32) -> bool {
-        let mut bits = self.simd.splat_u64s(0);
+    pub(crate) fn all_within(self, limit: f64) -> bool {
+        let mut largest = self.simd.splat_f64s(0.0);
         for value in self.values {
-            bits = self.simd.or_u64s(bits, bytemuck::cast(value));
+            largest = self.simd.max_f64s(largest, self.simd.abs_f64s(value));
         }
-        let rest = self.simd.splat_u64s((1 << from) - 1);
-        self.simd.first_true_m64s(self.simd.less_than_u64s(rest, bits)) >= S::F64_LANES
+        let beyond = self.simd.less_than_f64s(self.simd.splat_f64s(limit), largest);
+        self.simd.first_true_m64s(beyond) >= S::F64_LANES
     }
 
-    /// What the table holds at the place that four bits of each lane name, from bit number `FROM` on.
+    /// The columns of the records that keys in memory name, each by the last four bits of its exponent and the first four of its
+    /// fraction.
     #[inline(always)]
-    pub(crate) fn look_up<const FROM: u32>(mut self, table: &[f64; TABLE]) -> Self {
-        for a in &mut self.values {
-            *a = table::look_up::<S, FROM>(self.simd, *a, table);
-        }
-        self
-    }
-
-    /// The columns of the records at the places that eight bits of each lane name, from bit number `FROM` on.
-    #[inline(always)]
-    pub(crate) fn records<const FROM: u32>(self, table: &[[f64; COLUMNS]; TABLE * TABLE]) -> [Self; COLUMNS] {
-        let mut columns = [self; COLUMNS];
-        for (i, bits) in self.values.into_iter().enumerate() {
-            let found = table::records::<S, FROM>(self.simd, bits, table);
+    pub(crate) fn records(simd: S, keys: &[f64], table: &Records) -> [Self; COLUMNS] {
+        let mut columns = [Self::splat(simd, 0.0); COLUMNS];
+        for i in 0..U {
+            let found = table::records(simd, &keys[i * S::F64_LANES..][..S::F64_LANES], table);
             for (column, found) in columns.iter_mut().zip(found) {
                 column.values[i] = found;
             }
         }
         columns
-    }
-
-    /// Whether tables are better looked up one by one, in registers, than by records in memory.
-    #[inline(always)]
-    pub(crate) fn has_tables_in_registers() -> bool {
-        #[cfg(target_arch = "x86_64")]
-        return TypeId::of::<S>() == TypeId::of::<pulp::x86::V4>();
-        #[cfg(not(target_arch = "x86_64"))]
-        false
     }
 
     /// Takes a whole number from the bits, wrapping round.

@@ -20,7 +20,7 @@ pub enum InstructionSet {
     Neon,
     /// Four numbers at a time, with fused products: AVX2 and FMA.
     Avx2,
-    /// Eight numbers at a time, and tables looked up in registers: AVX-512 (F, BW, CD, DQ and VL).
+    /// Eight numbers at a time: AVX-512 (F, BW, CD, DQ and VL).
     Avx512,
 }
 

@@ -19,7 +19,7 @@ use crate::{
         spring::Spring,
         striker::StrikerContact,
     },
-    lanes::{self, PADDING, PartialSums, padded, row::AlignedRow, vectorised},
+    lanes::{self, PADDING, PartialSums, columns::Columns, padded, row::AlignedRow, vectorised},
 };
 
 /// The chain as the integrators see it: masses in a row, strikers at its ends where there are any.
@@ -35,6 +35,8 @@ pub(crate) struct ChainModel<'a> {
     pub(crate) mass_kg: AlignedRow,
     pub(crate) inverse_mass_per_kg: AlignedRow,
     pub(crate) damping_kg_per_s: AlignedRow,
+    /// Damping and inverse mass, as the loop over the row takes them.
+    pub(crate) of_masses: Columns<2>,
     /// What holds masses to ground, where anything does.
     pub(crate) ground: Option<Ground>,
     /// The contacts of the strikers in front and at the far end, where there are any.
@@ -51,6 +53,7 @@ impl<'a> ChainModel<'a> {
         let aligned = |values: Vec<f64>| AlignedRow::padded(values, row_length(n_masses));
         let inverse_masses = mass_kg.iter().map(|&m| if m > 0.0 { m.recip() } else { 0.0 });
         let inverse_mass_per_kg = aligned(inverse_masses.collect());
+        let damping_kg_per_s = aligned(row.ground_kg_per_s());
         let struck = |end: End| {
             let (gap, striker) = row.struck_gap(end).zip(row.striker(end))?;
             Some(StrikerContact::new(gap, row.contact(gap), striker.damping_kg_per_s))
@@ -58,9 +61,10 @@ impl<'a> ChainModel<'a> {
         Self {
             gaps: row_of_gaps(&row),
             same_spring: row.same_contact().map(Contact::spring),
+            of_masses: Columns::new([&damping_kg_per_s, &inverse_mass_per_kg]),
             inverse_mass_per_kg,
             mass_kg: aligned(mass_kg),
-            damping_kg_per_s: aligned(row.ground_kg_per_s()),
+            damping_kg_per_s,
             ground: Ground::of(chain, &row),
             strikers: End::BOTH.map(struck),
             n_masses,
@@ -233,21 +237,21 @@ impl<'a> ChainModel<'a> {
     ) -> f64 {
         let n = v_m_per_s.len();
         let (velocities, _) = S::as_simd_f64s(v_m_per_s);
-        let (dampings, _) = S::as_simd_f64s(&self.damping_kg_per_s[..n]);
-        let (inverse_masses, _) = S::as_simd_f64s(&self.inverse_mass_per_kg[..n]);
         let (before, behind) = force_n.beside::<S>(n);
         let (accelerations, _) = S::as_mut_simd_f64s(&mut acceleration_m_per_s2[..n]);
         let n_vectors = PartialSums::<S>::VECTORS;
         let gaps = before.chunks_exact(n_vectors).zip(behind.chunks_exact(n_vectors));
-        let masses = velocities.chunks_exact(n_vectors).zip(dampings.chunks_exact(n_vectors));
-        let masses = masses.zip(inverse_masses.chunks_exact(n_vectors));
+        let masses = velocities.chunks_exact(n_vectors);
         let blocks = accelerations.chunks_exact_mut(n_vectors).zip(gaps).zip(masses);
+        let same = self.of_masses.same(simd);
         let mut lost = PartialSums::new(simd);
-        for ((accelerations, (before, behind)), ((v, damping), inverse_mass)) in blocks {
+        for (block, ((accelerations, (before, behind)), v)) in blocks.enumerate() {
+            let coefficients = self.of_masses.of_block::<S>(same, block);
             for i in 0..n_vectors {
+                let [damping, inverse_mass] = coefficients[i];
                 let push = simd.sub_f64s(before[i], behind[i]);
-                let drag = simd.mul_f64s(damping[i], v[i]);
-                accelerations[i] = simd.mul_f64s(simd.sub_f64s(push, drag), inverse_mass[i]);
+                let drag = simd.mul_f64s(damping, v[i]);
+                accelerations[i] = simd.mul_f64s(simd.sub_f64s(push, drag), inverse_mass);
                 lost.add_product(simd, i, drag, v[i]);
             }
         }

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::lanes::{self, Lanes, PADDING};
 
-/// Vectors of gaps that go through the power law side by side; four hide its latency.
+/// Vectors of gaps that go through the power law side by side.
 const SIDE_BY_SIDE: usize = 2;
 
 /// Gaps that carry nothing whatever their overlap: those of strikers that have left, and the one behind the last mass where no wall is.
@@ -171,11 +171,9 @@ impl Gaps {
 /// The forces of the same law in every gap; `idle` gaps may hold anything.
 #[inline(always)]
 fn same_power<S: Simd>(simd: S, table: &PowerTable, x_m: &[f64], idle: Idle, force_n: &mut [f64]) {
-    let n_outside = if force_n.len() >= SIDE_BY_SIDE * S::F64_LANES {
-        by_table::<S, SIDE_BY_SIDE>(simd, table, x_m, force_n)
-    } else {
-        by_table::<S, 1>(simd, table, x_m, force_n)
-    };
+    let n_outside = keys(simd, table, x_m, force_n);
+    let done = by_table::<S, SIDE_BY_SIDE>(simd, table, x_m, 0, force_n);
+    by_table::<S, 1>(simd, table, x_m, done, force_n);
     let expected = idle.iter().flatten().filter(|gap| **gap < force_n.len());
     let expected = expected.filter(|gap| table.is_outside(x_m[**gap] - x_m[**gap + 1])).count();
     if n_outside > expected as f64 {
@@ -183,37 +181,41 @@ fn same_power<S: Simd>(simd: S, table: &PowerTable, x_m: &[f64], idle: Idle, for
     }
 }
 
-/// RowForces by the table, `U` vectors of gaps at a time; returns how many gaps the table does not hold, or more. The last block
-/// goes over gaps already done where vectors are left over.
+/// Fills a row with the keys of the gaps in the table; returns how many gaps this does not hold.
 #[inline(always)]
-fn by_table<S: Simd, const U: usize>(simd: S, table: &PowerTable, x_m: &[f64], force_n: &mut [f64]) -> f64 {
-    let law = TableLanes::<S, U>::new(simd, table);
-    let n = force_n.len();
+fn keys<S: Simd>(simd: S, table: &PowerTable, x_m: &[f64], row: &mut [f64]) -> f64 {
+    let law = TableLanes::<S, 1>::new(simd, table);
+    let n = row.len();
     let (left, right) = (S::as_simd_f64s(&x_m[..n]).0, S::as_simd_f64s(&x_m[1..=n]).0);
-    let (out, _) = S::as_mut_simd_f64s(force_n);
-    if !Lanes::<S, 1>::has_tables_in_registers() {
-        // Few registers hold one block's numbers only, and these vectors fill a padded row in whole blocks.
-        let mut n_outside = Lanes::<S, U>::splat(simd, 0.0);
-        let blocks = left.as_chunks::<U>().0.iter().zip(right.as_chunks::<U>().0);
-        for (out, (left, right)) in out.as_chunks_mut::<U>().0.iter_mut().zip(blocks) {
-            let overlap = Lanes::new(simd, *left) - Lanes::new(simd, *right);
-            *out = law.force_at(overlap, &mut n_outside).values();
-        }
-        return n_outside.total();
-    }
-    let Some(last) = out.len().checked_sub(U) else { return 0.0 };
-    let (mut placed, mut n_outside) = law.place(overlaps(simd, left, right, 0));
-    // Places of one block beside forces of the one before: the machine waits half as long for either.
-    let mut done = 0;
-    while done < last {
-        let next = (done + U).min(last);
-        let (next_placed, outside) = law.place(overlaps(simd, left, right, next));
-        store(law.force(placed), &mut out[done..]);
+    let mut n_outside = Lanes::splat(simd, 0.0);
+    for (key, (left, right)) in S::as_mut_simd_f64s(row).0.iter_mut().zip(left.iter().zip(right)) {
+        let (found, outside) = law.keys(Lanes::new(simd, [*left]) - Lanes::new(simd, [*right]));
+        *key = found.vector();
         n_outside = n_outside + outside;
-        (placed, done) = (next_placed, next);
     }
-    store(law.force(placed), &mut out[last..]);
     n_outside.total()
+}
+
+/// Turns keys into forces, `U` vectors of gaps at a time from vector number `from` on; returns the number of vectors before what is
+/// left over.
+#[inline(always)]
+fn by_table<S: Simd, const U: usize>(
+    simd: S,
+    table: &PowerTable,
+    x_m: &[f64],
+    from: usize,
+    row: &mut [f64],
+) -> usize {
+    let law = TableLanes::<S, U>::new(simd, table);
+    let n = row.len();
+    let (left, right) = (S::as_simd_f64s(&x_m[..n]).0, S::as_simd_f64s(&x_m[1..=n]).0);
+    let blocks = row[from * S::F64_LANES..].chunks_exact_mut(U * S::F64_LANES);
+    let n_blocks = blocks.len();
+    for (i, block) in blocks.enumerate() {
+        let force_n = law.force(overlaps(simd, left, right, from + U * i), block).values();
+        S::as_mut_simd_f64s(block).0.copy_from_slice(&force_n);
+    }
+    from + U * n_blocks
 }
 
 /// The overlaps of `U` vectors of gaps from vector number `first` on.
@@ -229,13 +231,6 @@ fn overlaps<S: Simd, const U: usize>(
     let mut neighbour = overlap;
     neighbour.load(&right[first..first + U]);
     overlap - neighbour
-}
-
-#[inline(always)]
-fn store<S: Simd, const U: usize>(values: Lanes<S, U>, out: &mut [S::f64s]) {
-    for (out, value) in out[..U].iter_mut().zip(values.values()) {
-        *out = value;
-    }
 }
 
 #[inline(always)]

@@ -3,45 +3,39 @@
 use pulp::{Simd, WithSimd};
 
 use super::{power::PowerLaw, power_kernel::PowerKernel, power_lanes::PowerLanes, tension::Tension};
-use crate::lanes::{COLUMNS, Lanes, TABLE};
+use crate::lanes::{COLUMNS, Lanes, Records};
 
 /// The power law of fixed parameters as a table, for the inner loop: no division, no logarithm, no exponential.
 ///
-/// With S = Delta + delta_0 = 2^k M and M / delta_0 in sixteen intervals of (0.73, 1.47), each with a centre c,
+/// S = Delta + delta_0 lies in one of sixteen intervals of an octave, each with a centre c delta_0, from which
 ///
-/// (S / delta_0)^p = 2^(k p) c^p (1 + t)^p,  t = (M - c delta_0) / (c delta_0),  |t| <= 1/32,
+/// (S / delta_0)^p = T (1 + t)^p,  T = c^p,  t = S / (c delta_0) - 1 = alpha Delta + beta,  |t| <= 1/33,
 ///
-/// where the first two factors come from tables, less one each, and the third from its binomial series. What keeps every
-/// digit of E = (S / delta_0)^p - 1:
+/// where alpha, beta and f_0 T come from a table and the last factor from its binomial series. What keeps every digit of
+/// F = f_0 ((S / delta_0)^p - 1) = f_0 (T - 1) + f_0 T ((1 + t)^p - 1):
 ///
-/// - M - delta_0 = 2^(-k) Delta + (2^(-k) - 1) delta_0 is rounded once; for k = 0 it is the overlap itself;
-/// - t = (M - delta_0) / (c delta_0) - (c - 1) / c, rounded once, has terms that exceed it little where E is small;
-/// - the interval around S = delta_0 has its centre there, so that a small overlap is t itself;
-/// - T = 2^(k p) c^p is added up from T - 1, whose two parts do not cancel but for a factor below 3.
+/// - alpha is a number of the machine, and the centre is where t is zero for it: beta = alpha delta_0 - 1, rounded once, and
+///   T = (alpha delta_0)^(-p). So t has the roundings of beta and of itself;
+/// - the interval around S = delta_0 has its centre there, so that beta and T - 1 are zero and a small overlap is t itself;
+/// - the two terms of F do not cancel but for a factor below 3.
+///
+/// The interval is told by the key 33/32 S / delta_0, whose exponent and first four bits of the fraction name it; 33/32 puts
+/// S = delta_0 into the middle of one.
 ///
 /// The tables hold overlaps from -0.97 to 180 delta_0, less where the rule in tension begins before. What lies outside, and
 /// any law whose exponent would want a longer series, goes through the general [`PowerKernel`], gap by gap.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
 pub(crate) struct PowerTable {
-    /// (2^(-k) - 1) delta_0 in metres, from k = -8 on.
-    octave_m: [f64; TABLE],
-    /// 1 / (c delta_0) of each interval.
-    scale_per_m: [f64; TABLE],
-    /// (c - 1) / c, negative.
-    shift: [f64; TABLE],
-    /// c^p - 1.
-    of_centre: [f64; TABLE],
-    /// 2^(k p) - 1, from k = -8 on.
-    of_octave: [f64; TABLE],
-    /// What the tables above say for each octave and interval: (2^(-k) - 1) delta_0, 1 / (c delta_0), (c - 1) / c and T - 1, for
-    /// machines that look them up faster together.
-    records: [[f64; COLUMNS]; TABLE * TABLE],
+    /// alpha per metre, beta, f_0 (T - 1) and f_0 T in newtons.
+    records: Records,
     /// Coefficients of ((1 + t)^p - 1) / t.
     series: [f64; TERMS],
-    /// Bits of the least S / delta_0 that the tables hold, and how many numbers from there on.
-    first_place: u64,
-    n_places: u64,
+    /// 33/32 over delta_0, per metre.
+    key_per_m: f64,
+    /// Bits of the least key that the tables hold, and how many numbers from there on.
+    first_key: u64,
+    n_keys: u64,
     kernel: PowerKernel,
 }
 
@@ -51,53 +45,34 @@ const TERMS: usize = 10;
 const LARGEST_EXPONENT: f64 = 4.0;
 /// Overlaps over delta_0 that the tables hold.
 const RANGE: [f64; 2] = [-0.97, 180.0];
-/// The octave k = 0 in the tables.
-const MIDDLE: u64 = 8;
-/// Bits of a number below its exponent, and below its exponent and four more.
-const FRACTION: u32 = 52;
-const PART: u32 = 48;
-const ONE: u64 = 1023 << FRACTION;
-/// Lower end of the first interval of the octave k = 0: eight intervals and a half below 1.
-const FIRST: u64 = ONE - (17 << (PART - 1));
+/// Intervals of an octave.
+const INTERVALS: usize = 16;
+/// Octaves of the tables: from 2^-8 to 2^8.
+const OCTAVES: std::ops::Range<i32> = -8..8;
+/// The key at S = delta_0: the middle of the first interval above 1.
+const KEY_AT_REST: f64 = 1.0 + 0.5 / INTERVALS as f64;
 
-/// What is taken from the bits of S / delta_0, so that the octave and the interval stand above the bit [`PART`].
-const ORIGIN: u64 = FIRST - (MIDDLE << FRACTION);
-/// The interval around S = delta_0, of the octave k = 0, in those bits.
-const MIDDLE_PLACE: u64 = (MIDDLE << FRACTION) + (MIDDLE << PART);
+/// Overlap over delta_0, of either sign, up to which a key surely names the record at rest: less than 1/33.
+const AT_REST: f64 = 1.0 / 34.0;
 
 impl PowerTable {
     pub(crate) fn new(law: &PowerLaw, tension: Tension) -> Self {
         let kernel = PowerKernel::new(law, tension);
-        let centre_m = std::array::from_fn(|i| (centre(i as u64) - 1.0) * law.delta_0_m);
-        // 2^(-k p) - 1 from 2^(k p) - 1, because Delta + delta_0 below delta_0 would not be exact.
-        let octave = |i: usize| {
-            let k = i as i32 - MIDDLE as i32;
-            let up = kernel.power_minus_one((2.0_f64.powi(k.abs()) - 1.0) * law.delta_0_m);
-            if k < 0 { -up / (1.0 + up) } else { up }
-        };
-        let scale_per_m = centre_m.map(|centre_m| (law.delta_0_m + centre_m).recip());
-        let [low, high] = RANGE.map(|overlap| 1.0 + overlap.max(kernel.limit_m() / law.delta_0_m));
-        let shift: [f64; TABLE] = std::array::from_fn(|i| -centre_m[i] * scale_per_m[i]);
-        let octave_m: [f64; TABLE] =
-            std::array::from_fn(|i| (2.0_f64.powi(MIDDLE as i32 - i as i32) - 1.0) * law.delta_0_m);
-        let of_centre = centre_m.map(|centre_m| kernel.power_minus_one(centre_m));
-        let of_octave: [f64; TABLE] = std::array::from_fn(octave);
-        let record = |place: usize| {
-            let (k, i) = (place / TABLE, place % TABLE);
-            let factor_minus_one = of_octave[k].mul_add(of_centre[i], of_octave[k] + of_centre[i]);
-            [octave_m[k], scale_per_m[i], shift[i], factor_minus_one]
-        };
-        let n_places = if law.p <= LARGEST_EXPONENT { high.to_bits() - low.to_bits() } else { 0 };
+        let mut records: Records = std::array::from_fn(|_| [0.0; COLUMNS]);
+        for octave in OCTAVES {
+            for interval in 0..INTERVALS {
+                let middle = 2.0_f64.powi(octave) * (1.0 + (interval as f64 + 0.5) / INTERVALS as f64);
+                records[usize::from(name(middle))] = record(&kernel, middle / KEY_AT_REST);
+            }
+        }
+        let key = |overlap: f64| KEY_AT_REST * (1.0 + overlap.max(kernel.limit_m() / law.delta_0_m));
+        let [low, high] = RANGE.map(|overlap| key(overlap).to_bits());
         Self {
-            first_place: low.to_bits(),
-            octave_m,
-            n_places,
-            shift,
-            scale_per_m,
-            of_centre,
-            of_octave,
-            records: std::array::from_fn(record),
+            records,
             series: binomial_series(law.p),
+            key_per_m: KEY_AT_REST * kernel.inverse_delta_0_per_m,
+            first_key: low,
+            n_keys: if law.p <= LARGEST_EXPONENT { high - low } else { 0 },
             kernel,
         }
     }
@@ -109,15 +84,28 @@ impl PowerTable {
 
     /// Whether the tables do not hold an overlap in metres.
     pub(crate) fn is_outside(&self, overlap_m: f64) -> bool {
-        let place = (overlap_m + self.kernel.delta_0_m) * self.kernel.inverse_delta_0_per_m;
-        place.to_bits().wrapping_sub(self.first_place) >= self.n_places
+        let key = overlap_m.mul_add(self.key_per_m, KEY_AT_REST);
+        key.to_bits().wrapping_sub(self.first_key) >= self.n_keys
     }
 }
 
-/// Middle of an interval, over delta_0; 1 where that lies inside.
-fn centre(interval: u64) -> f64 {
-    let end = |interval: u64| f64::from_bits(FIRST + (interval << PART));
-    if interval == MIDDLE { 1.0 } else { 0.5 * (end(interval) + end(interval + 1)) }
+/// Which record a key names.
+fn name(key: f64) -> u8 {
+    (key.to_bits() >> 48) as u8
+}
+
+/// The record of an interval with its centre, over delta_0, near `c`.
+fn record(kernel: &PowerKernel, c: f64) -> [f64; COLUMNS] {
+    let alpha_per_m = kernel.inverse_delta_0_per_m / c;
+    let is_at_rest = c.to_bits() == 1.0_f64.to_bits();
+    let beta = if is_at_rest { 0.0 } else { alpha_per_m.mul_add(kernel.delta_0_m, -1.0) };
+    // (alpha delta_0)^(-p) - 1 as a power of what lies above 1, by its distance from there.
+    let above = |y: f64| kernel.power_minus_one(y * kernel.delta_0_m);
+    let factor_minus_one = match beta > 0.0 {
+        true => -above(beta) / (1.0 + above(beta)),
+        false => above(-beta / (alpha_per_m * kernel.delta_0_m)),
+    };
+    [alpha_per_m, beta, kernel.f_0_n * factor_minus_one, kernel.f_0_n * (1.0 + factor_minus_one)]
 }
 
 /// The coefficients of t, t^2 and so on in (1 + t)^p.
@@ -131,104 +119,70 @@ fn binomial_series(p: f64) -> [f64; TERMS] {
 
 /// A [`PowerTable`] as vectors.
 pub(crate) struct TableLanes<'a, S: Simd, const U: usize> {
+    simd: S,
     table: &'a PowerTable,
-    delta_0_m: Lanes<S, U>,
-    per_delta_0: Lanes<S, U>,
-    f_0_n: Lanes<S, U>,
+    key_per_m: Lanes<S, U>,
+    key_at_rest: Lanes<S, U>,
+    first_key: u64,
+    n_keys: u64,
+    /// The record around zero overlap, and up to which overlap in metres it holds.
+    at_rest: [Lanes<S, U>; COLUMNS],
+    rest_m: f64,
 }
 
 impl<'a, S: Simd, const U: usize> TableLanes<'a, S, U> {
     #[inline(always)]
     pub(crate) fn new(simd: S, table: &'a PowerTable) -> Self {
-        let splat = |value: f64| Lanes::splat(simd, value);
+        let mut at_rest = [Lanes::splat(simd, 0.0); COLUMNS];
+        for (lanes, number) in at_rest.iter_mut().zip(table.records[usize::from(name(KEY_AT_REST))]) {
+            *lanes = Lanes::splat(simd, number);
+        }
         Self {
+            simd,
             table,
-            delta_0_m: splat(table.kernel.delta_0_m),
-            per_delta_0: splat(table.kernel.inverse_delta_0_per_m),
-            f_0_n: splat(table.kernel.f_0_n),
+            key_per_m: Lanes::splat(simd, table.key_per_m),
+            key_at_rest: Lanes::splat(simd, KEY_AT_REST),
+            at_rest,
+            rest_m: AT_REST * table.kernel.delta_0_m,
+            first_key: table.first_key,
+            n_keys: table.n_keys,
         }
     }
 
-    /// Finds the overlaps' places in the tables; and one in the lanes that these do not hold, else zero.
+    /// The keys of overlaps; and one in the lanes that the tables do not hold, else zero.
     #[inline(always)]
-    pub(crate) fn place(&self, overlap_m: Lanes<S, U>) -> (Placed<S, U>, Lanes<S, U>) {
-        let table = self.table;
+    pub(crate) fn keys(&self, overlap_m: Lanes<S, U>) -> (Lanes<S, U>, Lanes<S, U>) {
         let (zero, one) = (overlap_m.constant(0.0), overlap_m.constant(1.0));
-        let ratio = (overlap_m + self.delta_0_m) * self.per_delta_0;
-        let outside = ratio.bits_less(table.first_place).select_bits_below(table.n_places, zero, one);
-        let place = ratio.bits_less(ORIGIN);
-        let inverse_power = place.and_bits(0xfff << FRACTION).less_bits(ONE + (MIDDLE << FRACTION));
-        let [octave_m, scale_per_m, shift, factor_minus_one] = if Lanes::<S, U>::has_tables_in_registers() {
-            let octave = place.look_up::<FRACTION>(&table.of_octave);
-            let centre = place.look_up::<PART>(&table.of_centre);
-            [
-                place.look_up::<FRACTION>(&table.octave_m),
-                place.look_up::<PART>(&table.scale_per_m),
-                place.look_up::<PART>(&table.shift),
-                octave.mul_add(centre, octave + centre),
-            ]
-        } else {
-            place.records::<PART>(&table.records)
-        };
-        let t = overlap_m.mul_add(inverse_power, octave_m).mul_add(scale_per_m, shift);
-        (Placed { t, factor_minus_one }, outside)
+        let key = overlap_m.mul_add(self.key_per_m, self.key_at_rest);
+        (key, key.bits_less(self.first_key).select_bits_below(self.n_keys, zero, one))
     }
 
-    /// Contact forces in newtons at overlaps; adds one to the lanes that the tables do not hold.
+    /// Contact forces in newtons at overlaps with these keys; of no meaning where the tables do not hold them.
     ///
-    /// Ahead of a wave and long behind it, whole blocks lie in the interval around zero overlap, and want no look-up.
+    /// The keys come from memory, where a loop has put them that ran before: a record is found by a byte, which is sooner loaded
+    /// than taken out of a vector. Ahead of a wave and long behind it, whole vectors lie in the interval around zero overlap, and want
+    /// none.
     #[inline(always)]
-    pub(crate) fn force_at(&self, overlap_m: Lanes<S, U>, n_outside: &mut Lanes<S, U>) -> Lanes<S, U> {
-        let ratio = (overlap_m + self.delta_0_m) * self.per_delta_0;
-        if ratio.bits_less(ORIGIN + MIDDLE_PLACE).all_bits_below(PART) {
-            let [octave_m, scale_per_m, shift, factor_minus_one] =
-                self.table.records[(MIDDLE_PLACE >> PART) as usize].map(|value| overlap_m.constant(value));
-            let t = (overlap_m + octave_m).mul_add(scale_per_m, shift);
-            return self.force(Placed { t, factor_minus_one });
-        }
-        let (placed, outside) = self.place(overlap_m);
-        *n_outside = *n_outside + outside;
-        self.force(placed)
-    }
-
-    /// Contact forces in newtons at overlaps in their places; of no meaning where the tables do not hold them.
-    #[inline(always)]
-    pub(crate) fn force(&self, placed: Placed<S, U>) -> Lanes<S, U> {
-        let Placed { t, factor_minus_one } = placed;
-        let change = t * series(&self.table.series, t);
-        self.f_0_n * (factor_minus_one + t.constant(1.0)).mul_add(change, factor_minus_one)
+    pub(crate) fn force(&self, overlap_m: Lanes<S, U>, keys: &[f64]) -> Lanes<S, U> {
+        let [alpha, beta, at_centre_n, scale_n] = match overlap_m.all_within(self.rest_m) {
+            true => self.at_rest,
+            false => Lanes::records(self.simd, keys, &self.table.records),
+        };
+        let t = overlap_m.mul_add(alpha, beta);
+        (scale_n * t).mul_add(series(&self.table.series, t), at_centre_n)
     }
 }
 
-/// Overlaps by their places in the tables: t and T - 1.
-pub(crate) struct Placed<S: Simd, const U: usize> {
-    t: Lanes<S, U>,
-    factor_minus_one: Lanes<S, U>,
-}
-
-impl<S: Simd, const U: usize> Clone for Placed<S, U> {
-    #[inline(always)]
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<S: Simd, const U: usize> Copy for Placed<S, U> {}
-
-/// The series' sum, in pairs (G. Estrin's scheme).
+/// The series' sum: even and odd powers side by side, which halves the chain of products that wait for each other.
 #[inline(always)]
 fn series<S: Simd, const U: usize>(terms: &[f64; TERMS], t: Lanes<S, U>) -> Lanes<S, U> {
     let square = t * t;
-    let fourth = square * square;
-    let low = pair(terms, t, 2).mul_add(square, pair(terms, t, 0));
-    let middle = pair(terms, t, 6).mul_add(square, pair(terms, t, 4));
-    pair(terms, t, 8).mul_add(fourth, middle).mul_add(fourth, low)
-}
-
-/// Two neighbouring terms, over the power of t that they share.
-#[inline(always)]
-fn pair<S: Simd, const U: usize>(terms: &[f64; TERMS], t: Lanes<S, U>, i: usize) -> Lanes<S, U> {
-    t.constant(terms[i + 1]).mul_add(t, t.constant(terms[i]))
+    let (mut even, mut odd) = (t.constant(terms[TERMS - 2]), t.constant(terms[TERMS - 1]));
+    for i in (0..TERMS / 2 - 1).rev() {
+        even = even.mul_add(square, t.constant(terms[2 * i]));
+        odd = odd.mul_add(square, t.constant(terms[2 * i + 1]));
+    }
+    odd.mul_add(t, even)
 }
 
 /// Computes anew, by the general kernel, what the tables do not hold.
@@ -251,7 +205,7 @@ impl WithSimd for Outside<'_> {
         let pairs = left.iter().zip(right);
         for (force, (left, right)) in S::as_mut_simd_f64s(force_n).0.iter_mut().zip(pairs) {
             let overlap_m = Lanes::new(simd, [*left]) - Lanes::new(simd, [*right]);
-            let outside = fast.place(overlap_m).1;
+            let outside = fast.keys(overlap_m).1;
             if outside.largest() > 0.0 {
                 let zero = outside.constant(0.0);
                 let found = zero.select_less(outside, general.force(overlap_m), Lanes::new(simd, [*force]));
@@ -264,7 +218,7 @@ impl WithSimd for Outside<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lanes::vectorised;
+    use crate::lanes::{PADDING, vectorised};
 
     /// TableForces at overlaps, with one vector at a time.
     struct TableForces<'a>(&'a PowerTable, &'a [f64]);
@@ -275,7 +229,12 @@ mod tests {
         #[inline(always)]
         fn with_simd<S: Simd>(self, simd: S) -> Vec<f64> {
             let law = TableLanes::<S, 1>::new(simd, self.0);
-            let force = |overlap_m: &f64| law.force(law.place(Lanes::splat(simd, *overlap_m)).0).first();
+            let force = |overlap_m: &f64| {
+                let overlap_m = Lanes::splat(simd, *overlap_m);
+                let mut keys = [0.0; PADDING];
+                law.keys(overlap_m).0.write(&mut keys);
+                law.force(overlap_m, &keys).first()
+            };
             self.1.iter().map(force).collect()
         }
     }

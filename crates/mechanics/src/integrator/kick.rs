@@ -5,63 +5,61 @@ use pulp::Simd;
 use crate::{
     chain::{force_row::ForceRow, model::ChainModel, state::ChainState},
     contact::striker::StrikerContact,
-    lanes::{PartialSums, row::AlignedRow},
+    lanes::{PartialSums, columns::Columns},
 };
 
 /// The flow of forces that stand still and dampers over a time, worked out for one time at a time.
 #[derive(Debug, Default)]
 pub(super) struct Kick {
     tau_s: f64,
-    /// Velocities keep this part, where there are dampers to ground.
-    decay: Option<AlignedRow>,
-    /// Velocities gain this times the force: the integral of the decay over the mass; the time over the mass without
-    /// dampers.
-    gain_s_per_kg: AlignedRow,
+    /// Velocities gain this times the force, in seconds per kilogram: the integral of the decay over the mass; the time over the
+    /// mass without dampers.
+    gain: Option<Columns<1>>,
+    /// The same, the part that velocities keep, and the damping in kilograms per second, where there are dampers to ground.
+    damped_gain: Option<Columns<3>>,
     /// Strikers and the bodies that they touch, where their contacts are damped.
     pairs: [Option<DampedPair>; 2],
 }
 
 impl Kick {
     pub(super) fn prepare(&mut self, model: &ChainModel<'_>, tau_s: f64) {
-        if self.tau_s.to_bits() == tau_s.to_bits() && !self.gain_s_per_kg.is_empty() {
+        let is_prepared = self.gain.is_some() || self.damped_gain.is_some();
+        if is_prepared && self.tau_s.to_bits() == tau_s.to_bits() {
             return;
         }
         self.tau_s = tau_s;
-        let masses = model.inverse_mass_per_kg.iter().zip(model.damping_kg_per_s.iter());
+        let flow = |[damping_kg_per_s, inverse_mass]: [f64; 2]| {
+            let rate_per_s = inverse_mass * damping_kg_per_s;
+            let gain_s_per_kg = decayed_time_s(rate_per_s, tau_s) * inverse_mass;
+            [gain_s_per_kg, (-rate_per_s * tau_s).exp(), damping_kg_per_s]
+        };
         let damped = model.damping_kg_per_s.iter().any(|&c| c > 0.0);
-        let mut last = (f64::NAN, 0.0, 0.0);
-        let flows: Vec<(f64, f64)> = masses
-            .map(|(inverse_mass, c)| {
-                let rate_per_s = inverse_mass * c;
-                if rate_per_s.to_bits() != last.0.to_bits() {
-                    last = (rate_per_s, (-rate_per_s * tau_s).exp(), decayed_time_s(rate_per_s, tau_s));
-                }
-                (last.1, last.2 * inverse_mass)
-            })
-            .collect();
-        self.gain_s_per_kg = AlignedRow::padded(flows.iter().map(|flow| flow.1), flows.len());
-        self.decay = damped.then(|| AlignedRow::padded(flows.iter().map(|flow| flow.0), flows.len()));
+        self.gain = (!damped).then(|| model.of_masses.map(|mass| [flow(mass)[0]]));
+        self.damped_gain = damped.then(|| model.of_masses.map(flow));
         self.pairs = model.strikers.each_ref().map(|contact| {
             let damped = contact.as_ref().filter(|contact| contact.damping_kg_per_s > 0.0)?;
             Some(DampedPair::new(model, damped, tau_s))
         });
     }
 
-    /// Kicks the velocities; returns what the dampers took, in joules.
+    /// Kicks the velocities of a state, or takes those of another time, `from`, and fills in what they are after it; returns what the
+    /// dampers took, in joules.
     #[inline(always)]
     pub(super) fn apply<S: Simd>(
         &self,
         simd: S,
         model: &ChainModel<'_>,
         force_n: &ForceRow,
+        from: Option<&[f64]>,
         state: &mut ChainState,
     ) -> f64 {
         let is_reached = |pair: &&DampedPair| pair.first + 1 < state.active;
         let touching = self.pairs.iter().zip(state.touching);
         let mut pairs = touching.map(|(pair, touches)| pair.as_ref().filter(|_| touches).filter(is_reached));
         let pairs = [pairs.next().flatten(), pairs.next().flatten()];
-        let before = pairs.map(|pair| pair.map_or([0.0; 2], |pair| pair.velocities_m_per_s(state)));
-        let mut lost_j = self.apply_to_row(simd, model, force_n, state);
+        let velocities = from.unwrap_or(&state.v_m_per_s);
+        let before = pairs.map(|pair| pair.map_or([0.0; 2], |pair| pair.velocities_m_per_s(velocities)));
+        let mut lost_j = self.apply_to_row(simd, force_n, from, state);
         for (pair, before) in pairs.into_iter().zip(before) {
             let Some(pair) = pair else { continue };
             let after = pair.apply(before, [force_n.net_n(pair.first), force_n.net_n(pair.first + 1)]);
@@ -83,34 +81,43 @@ impl Kick {
     fn apply_to_row<S: Simd>(
         &self,
         simd: S,
-        model: &ChainModel<'_>,
         force_n: &ForceRow,
+        from: Option<&[f64]>,
         state: &mut ChainState,
     ) -> f64 {
         let active = state.active;
+        let n_vectors = PartialSums::<S>::VECTORS;
         let (before, behind) = force_n.beside::<S>(active);
-        let (gains, _) = S::as_simd_f64s(&self.gain_s_per_kg[..active]);
+        let gaps = before.chunks_exact(n_vectors).zip(behind.chunks_exact(n_vectors));
         let (velocities, _) = S::as_mut_simd_f64s(&mut state.v_m_per_s[..active]);
-        let Some(decay) = &self.decay else {
-            let gaps = before.iter().zip(behind);
-            for ((v, gain), (before, behind)) in velocities.iter_mut().zip(gains).zip(gaps) {
-                *v = simd.mul_add_f64s(simd.sub_f64s(*before, *behind), *gain, *v);
+        let from = from.map(|from| S::as_simd_f64s(&from[..active]).0);
+        let kicks = velocities.chunks_exact_mut(n_vectors).zip(gaps).enumerate();
+        if let Some(gains) = &self.gain {
+            let same = gains.same(simd);
+            for (block, (v, (before, behind))) in kicks {
+                let from = from.map(|from| &from[block * n_vectors..][..n_vectors]);
+                let coefficients = gains.of_block::<S>(same, block);
+                for i in 0..n_vectors {
+                    let [gain] = coefficients[i];
+                    let old = if let Some(from) = from { from[i] } else { v[i] };
+                    v[i] = simd.mul_add_f64s(simd.sub_f64s(before[i], behind[i]), gain, old);
+                }
             }
             return 0.0;
-        };
-        let (decays, _) = S::as_simd_f64s(&decay[..active]);
-        let (dampings, _) = S::as_simd_f64s(&model.damping_kg_per_s[..active]);
-        let n_vectors = PartialSums::<S>::VECTORS;
-        let gaps = before.chunks_exact(n_vectors).zip(behind.chunks_exact(n_vectors));
-        let dampers = decays.chunks_exact(n_vectors).zip(dampings.chunks_exact(n_vectors));
-        let kicks = velocities.chunks_exact_mut(n_vectors).zip(gains.chunks_exact(n_vectors));
+        }
+        let Some(gains) = &self.damped_gain else { return 0.0 };
+        let same = gains.same(simd);
         let mut lost = PartialSums::new(simd);
-        for (((v, gain), (before, behind)), (decay, damping)) in kicks.zip(gaps).zip(dampers) {
+        for (block, (v, (before, behind))) in kicks {
+            let from = from.map(|from| &from[block * n_vectors..][..n_vectors]);
+            let coefficients = gains.of_block::<S>(same, block);
             for i in 0..n_vectors {
-                let (old, net_n) = (v[i], simd.sub_f64s(before[i], behind[i]));
-                v[i] = simd.mul_add_f64s(net_n, gain[i], simd.mul_f64s(old, decay[i]));
+                let [gain, decay, damping] = coefficients[i];
+                let old = if let Some(from) = from { from[i] } else { v[i] };
+                let net_n = simd.sub_f64s(before[i], behind[i]);
+                v[i] = simd.mul_add_f64s(net_n, gain, simd.mul_f64s(old, decay));
                 let squares = simd.mul_add_f64s(old, simd.add_f64s(old, v[i]), simd.mul_f64s(v[i], v[i]));
-                lost.add_product(simd, i, damping[i], squares);
+                lost.add_product(simd, i, damping, squares);
             }
         }
         self.tau_s / 3.0 * lost.total()
@@ -173,8 +180,8 @@ impl DampedPair {
         }
     }
 
-    fn velocities_m_per_s(&self, state: &ChainState) -> [f64; 2] {
-        [state.v_m_per_s[self.first], state.v_m_per_s[self.first + 1]]
+    fn velocities_m_per_s(&self, of_row: &[f64]) -> [f64; 2] {
+        [of_row[self.first], of_row[self.first + 1]]
     }
 
     fn apply(&self, v_m_per_s: [f64; 2], net_n: [f64; 2]) -> [f64; 2] {

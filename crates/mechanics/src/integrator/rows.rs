@@ -2,7 +2,7 @@
 
 use pulp::Simd;
 
-use crate::lanes::row::AlignedRow;
+use crate::lanes::{PartialSums, row::AlignedRow};
 
 /// One row for each stage of a method, in one piece of memory.
 #[derive(Debug, Clone)]
@@ -49,17 +49,11 @@ impl StageRates {
         terms: &[(usize, f64)],
         out: &mut [f64],
     ) {
-        let h = simd.splat_f64s(h);
         if let [(j, a)] = *terms {
             // Half of a classical method's sums have one term, and want no loop over terms inside that over vectors.
-            let (a, zero) = (simd.splat_f64s(a), simd.splat_f64s(0.0));
-            let (rates, _) = S::as_simd_f64s(&self.row(j)[..out.len()]);
-            let (bases, _) = S::as_simd_f64s(&base[..out.len()]);
-            for ((out, rate), base) in S::as_mut_simd_f64s(out).0.iter_mut().zip(rates).zip(bases) {
-                *out = simd.mul_add_f64s(h, simd.mul_add_f64s(a, *rate, zero), *base);
-            }
-            return;
+            return add_product(simd, base, h * a, self.row(j), out);
         }
+        let h = simd.splat_f64s(h);
         let (base_blocks, base_rest) = S::as_simd_f64s(&base[..out.len()]).0.as_chunks::<BLOCK>();
         let (blocks, rest) = S::as_mut_simd_f64s(out).0.as_chunks_mut::<BLOCK>();
         let n_done = BLOCK * blocks.len();
@@ -111,6 +105,21 @@ impl StageRates {
             }
         }
         sums
+    }
+}
+
+/// `out = base + factor row`.
+#[inline(always)]
+fn add_product<S: Simd>(simd: S, base: &[f64], factor: f64, row: &[f64], out: &mut [f64]) {
+    let factor = simd.splat_f64s(factor);
+    let n_vectors = PartialSums::<S>::VECTORS;
+    let bases = S::as_simd_f64s(&base[..out.len()]).0.chunks_exact(n_vectors);
+    let rows = S::as_simd_f64s(&row[..out.len()]).0.chunks_exact(n_vectors);
+    let outs = S::as_mut_simd_f64s(out).0.chunks_exact_mut(n_vectors);
+    for (out, (base, row)) in outs.zip(bases.zip(rows)) {
+        for i in 0..n_vectors {
+            out[i] = simd.mul_add_f64s(factor, row[i], base[i]);
+        }
     }
 }
 

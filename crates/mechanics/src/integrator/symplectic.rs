@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     chain::{force_row::ForceRow, model::ChainModel, state::ChainState},
-    lanes,
+    lanes::PartialSums,
 };
 
 /// A composition of drifts (positions move along the velocities) and kicks (velocities change by the forces).
@@ -105,24 +105,29 @@ impl Symplectic {
         self.composition.last_drift == 0.0
     }
 
-    /// Kicks the velocities of `to`, and books what the dampers took.
+    /// Kicks the velocities of `to`, or those that it starts from, and books what the dampers took.
     #[inline(always)]
-    fn kick<S: Simd>(
-        &mut self,
-        simd: S,
-        model: &ChainModel<'_>,
-        part: usize,
-        tau_s: f64,
-        to: &mut ChainState,
-    ) {
+    fn kick<S: Simd>(&mut self, simd: S, model: &ChainModel<'_>, at: KickAt<'_>, to: &mut ChainState) {
+        let KickAt { part, time_s, tau_s, from } = at;
         let force_n = if part == 0 && self.starts_with_kick() { &self.start_n } else { &self.force_n };
         let kick = &mut self.kicks[part];
         kick.prepare(model, tau_s);
+        to.lost_j += kick.apply(simd, model, force_n, from, to);
         if model.is_imposed() {
+            model.impose(time_s, &mut to.x_m, &mut to.v_m_per_s);
             to.lost_j += tau_s * force_n.net_n(0) * to.v_m_per_s[0];
         }
-        to.lost_j += kick.apply(simd, model, force_n, to);
     }
+}
+
+/// A kick's number among those of the composition, its time and length, and the velocities that it starts from where they are not
+/// those that it changes.
+#[derive(Clone, Copy)]
+struct KickAt<'a> {
+    part: usize,
+    time_s: f64,
+    tau_s: f64,
+    from: Option<&'a [f64]>,
 }
 
 impl Integrator for Symplectic {
@@ -149,23 +154,23 @@ impl Integrator for Symplectic {
         to: &mut ChainState,
     ) {
         let Step { time_s, h_s } = step;
-        let active = from.active;
-        lanes::copy(simd, &from.x_m[..active], &mut to.x_m[..active]);
-        lanes::copy(simd, &from.v_m_per_s[..active], &mut to.v_m_per_s[..active]);
         to.lost_j = from.lost_j;
+        // The first drift and the first kick take over what they start from.
+        let (mut x_m, mut v_m_per_s) = (Some(&*from.x_m), Some(&*from.v_m_per_s));
         let mut drifted = 0.0;
         for (part, &[drift, kick]) in self.composition.parts.iter().enumerate() {
             if part > 0 || !self.starts_with_kick() {
                 drifted += drift;
-                go(simd, to, drift * h_s);
+                go(simd, x_m.take(), v_m_per_s, drift * h_s, to);
                 model.impose(time_s + drifted * h_s, &mut to.x_m, &mut to.v_m_per_s);
                 self.evaluations += 1;
-                model.spring_forces(simd, &to.x_m, to.touching, active, &mut self.force_n);
+                model.spring_forces(simd, &to.x_m, to.touching, from.active, &mut self.force_n);
             }
-            self.kick(simd, model, part, kick * h_s, to);
+            let (time_s, tau_s) = (time_s + drifted * h_s, kick * h_s);
+            self.kick(simd, model, KickAt { part, time_s, tau_s, from: v_m_per_s.take() }, to);
         }
         if !self.ends_with_kick() {
-            go(simd, to, self.composition.last_drift * h_s);
+            go(simd, x_m, None, self.composition.last_drift * h_s, to);
         }
         model.impose(time_s + h_s, &mut to.x_m, &mut to.v_m_per_s);
     }
@@ -179,15 +184,20 @@ impl Integrator for Symplectic {
     }
 }
 
-/// The drift: positions move on for a time.
+/// The drift: the positions of `to`, or those that they start from, move on for a time, along its velocities or others.
 #[inline(always)]
-fn go<S: Simd>(simd: S, state: &mut ChainState, tau_s: f64) {
-    let active = state.active;
+fn go<S: Simd>(simd: S, x_m: Option<&[f64]>, v_m_per_s: Option<&[f64]>, tau_s: f64, to: &mut ChainState) {
+    let active = to.active;
     let tau = simd.splat_f64s(tau_s);
-    let (velocities, _) = S::as_simd_f64s(&state.v_m_per_s[..active]);
-    let (places, _) = S::as_mut_simd_f64s(&mut state.x_m[..active]);
-    for (x, v) in places.iter_mut().zip(velocities) {
-        *x = simd.mul_add_f64s(tau, *v, *x);
+    let n_vectors = PartialSums::<S>::VECTORS;
+    let velocities = S::as_simd_f64s(&v_m_per_s.unwrap_or(&to.v_m_per_s)[..active]).0.chunks_exact(n_vectors);
+    let from = x_m.map(|x_m| S::as_simd_f64s(&x_m[..active]).0);
+    let places = S::as_mut_simd_f64s(&mut to.x_m[..active]).0.chunks_exact_mut(n_vectors);
+    for (block, (x, v)) in places.zip(velocities).enumerate() {
+        let from = from.map(|from| &from[block * n_vectors..][..n_vectors]);
+        for i in 0..n_vectors {
+            x[i] = simd.mul_add_f64s(tau, v[i], if let Some(from) = from { from[i] } else { x[i] });
+        }
     }
 }
 

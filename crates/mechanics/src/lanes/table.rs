@@ -1,80 +1,78 @@
-//! Tables that vectors look up: in registers, or record by record in memory.
+//! Records of a table for vectors: found in memory one by one, and sorted into columns.
 
 use std::any::Any;
 
 use pulp::{Simd, bytemuck};
 
-use super::{COLUMNS, PADDING, TABLE};
+use super::{COLUMNS, PADDING, Records};
 
-/// [`super::Lanes::look_up`] for one vector: in registers where the machine has AVX-512.
-#[inline(always)]
-pub(super) fn look_up<S: Simd, const FROM: u32>(simd: S, bits: S::f64s, table: &[f64; TABLE]) -> S::f64s {
-    #[cfg(target_arch = "x86_64")]
-    if let (Some(v4), Ok(bits)) =
-        ((&simd as &dyn Any).downcast_ref::<pulp::x86::V4>(), bytemuck::try_cast::<_, pulp::u64x8>(bits))
-    {
-        let [low, high]: [pulp::f64x8; 2] = bytemuck::cast(*table);
-        let place = v4.avx512f._mm512_srli_epi64::<FROM>(pulp::cast(bits));
-        let found = v4.avx512f._mm512_permutex2var_pd(pulp::cast(low), place, pulp::cast(high));
-        return bytemuck::cast(pulp::cast::<_, pulp::f64x8>(found));
-    }
-    let mut lanes = [0.0_f64; PADDING];
-    S::as_mut_simd_f64s(&mut lanes).0[0] = bits;
-    for lane in &mut lanes[..S::F64_LANES] {
-        *lane = table[(lane.to_bits() >> FROM) as usize % TABLE];
-    }
-    S::as_simd_f64s(&lanes).0[0]
-}
+/// Which byte of a number names its record: the last four bits of its exponent and the first four of its fraction.
+const NAMING_BYTE: usize = if cfg!(target_endian = "big") { 1 } else { 6 };
 
-/// [`super::Lanes::records`] for one vector. With AVX2, each half of a record is loaded at once, and the halves are sorted into columns.
+/// [`super::Lanes::records`] for one vector.
 ///
 /// There is no closure in it, nor a function that takes one: what is not put in line is compiled without the vectors' instructions.
 #[inline(always)]
-pub(super) fn records<S: Simd, const FROM: u32>(
-    simd: S,
-    bits: S::f64s,
-    table: &[[f64; COLUMNS]; TABLE * TABLE],
-) -> [S::f64s; COLUMNS] {
+pub(super) fn records<S: Simd>(simd: S, keys: &[f64], table: &Records) -> [S::f64s; COLUMNS] {
+    let names = bytemuck::cast_slice(keys);
     #[cfg(target_arch = "x86_64")]
-    if let (Some(v3), Ok([first, second, third, fourth])) =
-        ((&simd as &dyn Any).downcast_ref::<pulp::x86::V3>(), bytemuck::try_cast::<_, [u64; 4]>(bits))
     {
-        let first = halves(record::<FROM>(first, table));
-        let second = halves(record::<FROM>(second, table));
-        let third = halves(record::<FROM>(third, table));
-        let fourth = halves(record::<FROM>(fourth, table));
-        let avx = v3.avx;
-        let left_even = avx._mm256_insertf128_pd::<1>(avx._mm256_castpd128_pd256(first[0]), third[0]);
-        let left_odd = avx._mm256_insertf128_pd::<1>(avx._mm256_castpd128_pd256(second[0]), fourth[0]);
-        let right_even = avx._mm256_insertf128_pd::<1>(avx._mm256_castpd128_pd256(first[1]), third[1]);
-        let right_odd = avx._mm256_insertf128_pd::<1>(avx._mm256_castpd128_pd256(second[1]), fourth[1]);
-        return [
-            from_avx::<S>(avx._mm256_unpacklo_pd(left_even, left_odd)),
-            from_avx::<S>(avx._mm256_unpackhi_pd(left_even, left_odd)),
-            from_avx::<S>(avx._mm256_unpacklo_pd(right_even, right_odd)),
-            from_avx::<S>(avx._mm256_unpackhi_pd(right_even, right_odd)),
-        ];
-    }
-    let mut numbers = [0.0_f64; PADDING];
-    S::as_mut_simd_f64s(&mut numbers).0[0] = bits;
-    let mut columns = [[0.0_f64; PADDING]; COLUMNS];
-    for lane in 0..S::F64_LANES {
-        let record = record::<FROM>(numbers[lane].to_bits(), table);
-        for column in 0..COLUMNS {
-            columns[column][lane] = record[column];
+        if let Some(v4) = (&simd as &dyn Any).downcast_ref::<pulp::x86::V4>() {
+            let low = columns_of_four(v4.avx, &names[..32], table);
+            let high = columns_of_four(v4.avx, &names[32..64], table);
+            return [
+                from_avx512::<S>(join(v4.avx512f, low[0], high[0])),
+                from_avx512::<S>(join(v4.avx512f, low[1], high[1])),
+                from_avx512::<S>(join(v4.avx512f, low[2], high[2])),
+                from_avx512::<S>(join(v4.avx512f, low[3], high[3])),
+            ];
+        }
+        if let Some(v3) = (&simd as &dyn Any).downcast_ref::<pulp::x86::V3>() {
+            let [a, b, c, d] = columns_of_four(v3.avx, &names[..32], table);
+            return [from_avx::<S>(a), from_avx::<S>(b), from_avx::<S>(c), from_avx::<S>(d)];
         }
     }
-    let mut found = [bits; COLUMNS];
-    for column in 0..COLUMNS {
-        found[column] = S::as_simd_f64s(&columns[column]).0[0];
+    let mut columns = [[0.0_f64; PADDING]; COLUMNS];
+    for lane in 0..S::F64_LANES {
+        for (column, number) in columns.iter_mut().zip(record(names, lane, table)) {
+            column[lane] = *number;
+        }
+    }
+    let mut found = [simd.splat_f64s(0.0); COLUMNS];
+    for (found, column) in found.iter_mut().zip(&columns) {
+        *found = S::as_simd_f64s(column).0[0];
     }
     found
 }
 
-/// The record at the place that eight bits name, from bit number `FROM` on.
+/// The record that key number `lane` names.
 #[inline(always)]
-fn record<const FROM: u32>(bits: u64, table: &[[f64; COLUMNS]; TABLE * TABLE]) -> &[f64; COLUMNS] {
-    &table[(bits >> FROM) as usize % (TABLE * TABLE)]
+fn record<'a>(names: &[u8], lane: usize, table: &'a Records) -> &'a [f64; COLUMNS] {
+    &table[usize::from(names[lane * size_of::<f64>() + NAMING_BYTE])]
+}
+
+/// Four records by their columns: each half of a record is loaded at once, and the halves are sorted.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn columns_of_four(
+    avx: pulp::core_arch::x86::Avx,
+    names: &[u8],
+    table: &Records,
+) -> [std::arch::x86_64::__m256d; COLUMNS] {
+    let first = halves(record(names, 0, table));
+    let second = halves(record(names, 1, table));
+    let third = halves(record(names, 2, table));
+    let fourth = halves(record(names, 3, table));
+    let left_even = avx._mm256_insertf128_pd::<1>(avx._mm256_castpd128_pd256(first[0]), third[0]);
+    let left_odd = avx._mm256_insertf128_pd::<1>(avx._mm256_castpd128_pd256(second[0]), fourth[0]);
+    let right_even = avx._mm256_insertf128_pd::<1>(avx._mm256_castpd128_pd256(first[1]), third[1]);
+    let right_odd = avx._mm256_insertf128_pd::<1>(avx._mm256_castpd128_pd256(second[1]), fourth[1]);
+    [
+        avx._mm256_unpacklo_pd(left_even, left_odd),
+        avx._mm256_unpackhi_pd(left_even, left_odd),
+        avx._mm256_unpacklo_pd(right_even, right_odd),
+        avx._mm256_unpackhi_pd(right_even, right_odd),
+    ]
 }
 
 /// The two halves of a record.
@@ -85,9 +83,27 @@ fn halves(record: &[f64; COLUMNS]) -> [std::arch::x86_64::__m128d; 2] {
     [pulp::cast([a, b]), pulp::cast([c, d])]
 }
 
+/// Eight numbers from twice four.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn join(
+    avx512f: pulp::core_arch::x86::Avx512f,
+    low: std::arch::x86_64::__m256d,
+    high: std::arch::x86_64::__m256d,
+) -> std::arch::x86_64::__m512d {
+    avx512f._mm512_insertf64x4::<1>(avx512f._mm512_castpd256_pd512(low), high)
+}
+
 /// A vector of AVX as the same vector of an instruction set that is AVX2.
 #[cfg(target_arch = "x86_64")]
 #[inline(always)]
 fn from_avx<S: Simd>(vector: std::arch::x86_64::__m256d) -> S::f64s {
     bytemuck::cast(pulp::cast::<_, pulp::f64x4>(vector))
+}
+
+/// A vector of AVX-512 as the same vector of an instruction set that is AVX-512.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn from_avx512<S: Simd>(vector: std::arch::x86_64::__m512d) -> S::f64s {
+    bytemuck::cast(pulp::cast::<_, pulp::f64x8>(vector))
 }
