@@ -30,6 +30,16 @@ const RESULTS: [&str; 8] = [
     "local_resonance_hz",
 ];
 
+/// Results that stand there with their sigma, or with a reason in place of both.
+const ESTIMATES: [(&str, &str); 6] = [
+    ("group_velocity_m_per_s", "group_velocity_sigma"),
+    ("group_velocity_variation", "group_velocity_variation_sigma"),
+    ("particle_velocity_m_per_s", "particle_velocity_sigma"),
+    ("c_d_kg_per_s", "c_d_sigma"),
+    ("c_s_kg_per_s", "c_s_sigma"),
+    ("local_resonance_hz", "local_resonance_sigma"),
+];
+
 /// The tables that the book has, and their columns.
 fn tables_of_the_book() -> BTreeMap<String, Vec<String>> {
     let page = fs::read_to_string(root().join(TABLES)).expect("the page is there");
@@ -71,6 +81,11 @@ mod slow {
         let numbers = json(&results.join("results.json"));
         for key in RESULTS {
             assert!(numbers[key].is_f64(), "results.json: {key} is {}", numbers[key]);
+        }
+        for (key, sigma) in ESTIMATES {
+            let is_told = numbers[key].is_f64() && numbers[sigma].is_f64();
+            let is_refused = numbers.get(key).is_none() && numbers[format!("{key}_refused")].is_string();
+            assert!(is_told != is_refused, "results.json: {key} is {}", numbers[key]);
         }
         assert_decisions_have_reasons(&json(&results.join("decisions.json")));
         let provenance: toml::Table = text(&results.join("provenance.toml")).parse().expect("it is TOML");
