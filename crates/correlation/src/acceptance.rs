@@ -41,6 +41,8 @@ const USUAL_FRAMES: f64 = 8.0;
 const BESIDE: f64 = 0.5;
 /// Angles in radians by which they are turned.
 const BESIDE_RAD: [f64; 4] = [0.2, -0.2, 0.45, -0.45];
+/// Half the distance of pixels.
+const HALF_PX: f64 = 0.5;
 /// Matches closer than this are the same.
 const APART_PX: f64 = 0.5;
 /// Largest part of a gradient under which the subset is searched for as it is.
@@ -72,6 +74,24 @@ pub(crate) enum Origin {
     Searched { n_trials: usize, reach_px: usize },
 }
 
+/// A place that resembles a subset in its own reference.
+#[derive(Debug, Clone, Copy)]
+struct Alike {
+    /// Where it lies from the subset.
+    offset_px: [f64; 2],
+    /// How well, after Fisher's transform.
+    z: f64,
+}
+
+/// How a reference resembles a subset elsewhere.
+#[derive(Debug, Default)]
+struct Repeats {
+    /// The best correlation, after Fisher's transform.
+    best: f64,
+    period_px: Option<f64>,
+    alike: Vec<Alike>,
+}
+
 /// What the matches of one subset are held against.
 pub(crate) struct Standard {
     acceptance: Acceptance,
@@ -81,6 +101,8 @@ pub(crate) struct Standard {
     repeats: f64,
     /// Distance of the nearest place where it does at all.
     period_px: Option<f64>,
+    /// The places where it does.
+    alike: Vec<Alike>,
     /// What noise may change a difference of correlations by.
     noise: f64,
     own_px: f64,
@@ -99,6 +121,7 @@ impl Standard {
             clear_zncc: chance_zncc(subset, N_NEAR, RARE),
             repeats: 0.0,
             period_px: None,
+            alike: Vec::new(),
             noise: BEYOND_NOISE * (2.0 / subset.n_used as f64).sqrt(),
             own_px: correlation_length_px(subset),
             is_bare: is_bare_in_middle(subset),
@@ -106,8 +129,10 @@ impl Standard {
             usual: (0.0, 0.0),
         };
         if standard.acceptance == Acceptance::ByEvidence {
-            let repeats = standard.repeats_in(recording, frames, subset);
-            (standard.repeats, standard.period_px) = repeats.unwrap_or((0.0, None));
+            let repeats = standard.repeats_in(recording, frames, subset).unwrap_or_default();
+            standard.repeats = repeats.best;
+            standard.period_px = repeats.period_px;
+            standard.alike = repeats.alike;
         }
         standard
     }
@@ -132,13 +157,13 @@ impl Standard {
         &self.patch
     }
 
-    /// How well the best of the places around the subset resembles it, and how far the nearest is that does.
+    /// How the places around the subset resemble it.
     fn repeats_in(
         &self,
         recording: &dyn Recording,
         frames: &ReferenceFrames,
         subset: &PreparedSubset,
-    ) -> Option<(f64, Option<f64>)> {
+    ) -> Option<Repeats> {
         let reach_px = subset.settings.search_radius_px;
         let region = region_around(recording, subset, subset.centre_px, reach_px)?;
         let pixels = mean_of_frames(recording, region, frames.range()).ok()?;
@@ -152,13 +177,35 @@ impl Standard {
         let period_px = alike.map(apart_px).min_by(f64::total_cmp);
         let mut peaks = all;
         peaks.retain(|peak| apart_px(peak) > self.own_px);
-        peaks.truncate(N_RIVALS);
-        let between_pixels = |place_px| {
+        let mut between_pixels = |place_px| {
             let found = subset.solve(&window, Warp::at(place_px), &mut workspace).ok()?;
             Some(Seen { warp: found.warp(), zncc: found.position.zncc })
         };
         let own = Own { place_px: own_px, zncc: 1.0, length_px: self.own_px };
-        Some((best_rival(own, &peaks, between_pixels), period_px))
+        let alike = peaks.iter().filter_map(|peak| {
+            let z = best_rival(own, std::slice::from_ref(peak), &mut between_pixels);
+            let offset_px = [peak.place_px[0] - own_px[0], peak.place_px[1] - own_px[1]];
+            (z > 0.0).then_some(Alike { offset_px, z })
+        });
+        let alike: Vec<Alike> = alike.collect();
+        peaks.truncate(N_RIVALS);
+        let best = best_rival(own, &peaks, between_pixels);
+        Some(Repeats { best, period_px, alike })
+    }
+
+    /// Whether a match that was searched for may be one of the places that the reference shows to be alike, while the frame does not show the
+    /// one where the subset then is: it stands at the frame's rim or beyond, where nothing is held against the match.
+    fn may_stand_beyond(&self, recording: &dyn Recording, subset: &PreparedSubset, found: Seen) -> bool {
+        let info = recording.info();
+        let last_px = [info.width_px, info.height_px].map(|n| n as f64 - 1.0);
+        let flat = Warp { curvature: [0.0; 6], ..found.warp };
+        let z = fisher(found.zncc);
+        self.alike.iter().filter(|alike| z < alike.z + self.noise).any(|alike| {
+            let position_px = flat.apply(alike.offset_px.map(std::ops::Neg::neg));
+            let [low, high] = subset.bounds(&Warp { position_px, ..flat });
+            // Rivals are held against the match on whole pixels.
+            (0..2).any(|axis| low[axis] < -HALF_PX || high[axis] > last_px[axis] + HALF_PX)
+        })
     }
 
     /// Why the subset is lost that is not found for a reason: what resembles it too little, of a point on bare ground, says that nothing is to
@@ -185,7 +232,7 @@ impl Standard {
     ///
     /// # Errors
     /// [`Lost::LowCorrelation`] where chance may give as much, [`Lost::NotConverged`] where an iteration from close by ends in a better match
-    /// close by, [`Lost::Ambiguous`] where another place resembles the subset as well.
+    /// close by, [`Lost::Ambiguous`] where another place resembles the subset as well, or may do so beyond the frame's rim.
     pub(crate) fn verify(
         &self,
         recording: &dyn Recording,
@@ -210,6 +257,9 @@ impl Standard {
         let is_searched = matches!(origin, Origin::Searched { .. });
         if is_searched && fisher(found.zncc) < SEARCHED_SHARE * self.usual.0 {
             return Err(Lost::LowCorrelation);
+        }
+        if is_searched && self.may_stand_beyond(recording, subset, found) {
+            return Err(Lost::Ambiguous);
         }
         let mut again = again;
         if self.is_beside_a_better_one(found, &mut again) {
