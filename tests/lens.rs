@@ -89,6 +89,7 @@ view2_trial2.cine,2,2,0.12
             fs::write(recordings.join("experiment.toml"), plan).expect("the plan can be written");
             let results = laboratory.path(name);
             let run = evaluation(&recordings, &results).output().expect("chainwave starts");
+            let status = run.status.code();
             let said =
                 [run.stdout, run.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat();
             assert_eq!(status, Some(0), "{said}");
