@@ -5,7 +5,7 @@
 //! in the frames before, is believed at once. Any other match is held against its rivals: the places around it that resemble the subset
 //! most, each matched as it was itself. It is right where it resembles more than chance allows and none of them as much.
 
-use chainwave_measurement::{Lost, Recording};
+use chainwave_measurement::{Lost, Recording, Region};
 
 use crate::middle::is_bare_in_middle;
 use crate::search::area::{Found, SearchArea};
@@ -15,6 +15,7 @@ use crate::search::rivals::{Own, RIVAL_SHARE, Seen, best_rival};
 use crate::search::template::Template;
 use crate::search::{area_around, region_around};
 use crate::warp::Warp;
+use crate::window::can_sample;
 use crate::{Acceptance, PreparedSubset, ReferenceFrames, Window, Workspace, mean_of_frames};
 
 /// Share of matches of something else, at a place where the subset was expected, that may be taken for it: what is expected need not be as
@@ -41,8 +42,6 @@ const USUAL_FRAMES: f64 = 8.0;
 const BESIDE: f64 = 0.5;
 /// Angles in radians by which they are turned.
 const BESIDE_RAD: [f64; 4] = [0.2, -0.2, 0.45, -0.45];
-/// Half the distance of pixels.
-const HALF_PX: f64 = 0.5;
 /// Matches closer than this are the same.
 const APART_PX: f64 = 0.5;
 /// Largest part of a gradient under which the subset is searched for as it is.
@@ -196,15 +195,14 @@ impl Standard {
     /// Whether a match that was searched for may be one of the places that the reference shows to be alike, while the frame does not show the
     /// one where the subset then is: it stands at the frame's rim or beyond, where nothing is held against the match.
     fn may_stand_beyond(&self, recording: &dyn Recording, subset: &PreparedSubset, found: Seen) -> bool {
-        let info = recording.info();
-        let last_px = [info.width_px, info.height_px].map(|n| n as f64 - 1.0);
+        let frame = Region::whole(recording.info().width_px, recording.info().height_px);
         let flat = Warp { curvature: [0.0; 6], ..found.warp };
         let z = fisher(found.zncc);
         self.alike.iter().filter(|alike| z < alike.z + self.noise).any(|alike| {
             let position_px = flat.apply(alike.offset_px.map(std::ops::Neg::neg));
-            let [low, high] = subset.bounds(&Warp { position_px, ..flat });
-            // Rivals are held against the match on whole pixels.
-            (0..2).any(|axis| low[axis] < -HALF_PX || high[axis] > last_px[axis] + HALF_PX)
+            let corners = subset.bounds(&Warp { position_px, ..flat });
+            // As near the rim as interpolation reaches beyond it a rival is held against the match on whole pixels alone, which takes from it.
+            corners.into_iter().any(|corner| !can_sample(frame, subset.settings.interpolation, corner))
         })
     }
 
