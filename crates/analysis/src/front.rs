@@ -16,13 +16,6 @@ const OTHER_FALLS: [f64; 2] = [0.5 * MIN_FALL, 2.0 * MIN_FALL];
 /// pulse is below 1e-5 of the peak.
 const SMOOTHING_OF_RISE: f64 = 0.5;
 
-/// How many times as long as the other one a side of a peak may be for one polynomial. The paper's pulses stay above its threshold 1.5 times
-/// as long behind their peak as before it, and noise may shift the sample that they are counted from; with 50 times the damping it is 4.4
-/// times, over which order six puts the peak 12 us too early and 0.3 % too low.
-const MOST_LOPSIDED: f64 = 2.0;
-/// How many times as long it is made where it is longer: 0.1 us and 5e-5 are left then.
-const LONGER_SIDE: f64 = 1.5;
-
 /// Noise level, as a share of the maximum, below which the search for the peak needs no averaging.
 const CALM_NOISE: f64 = 0.05;
 
@@ -252,30 +245,11 @@ pub(crate) fn refine_peak(
     let last_index = series.len() - 1;
     let first = end_of_hump(smoothed, summit, threshold, (0..summit).rev());
     let last = end_of_hump(smoothed, summit, threshold, summit + 1..=last_index);
-    let (first, last) = without_long_side(smoothed, first, summit, last);
     let first = first.min(summit.saturating_sub(MIN_HALF_WINDOW));
     let last = last.max(summit + MIN_HALF_WINDOW).min(last_index);
     let polynomial = LocalPolynomial::fit(series, first, last).ok_or(Missing::TooFewSamples)?;
     let (place, value) = polynomial.maximum().ok_or(Missing::PeakOutsideRecord)?;
     Ok(Peak { place, value })
-}
-
-/// Samples around a summit without those on its longer side that are too far for one polynomial: behind the sharp front of a heavily damped
-/// pulse the compression stays above the threshold for four times as long as before it. A side that a hole or the record's end cuts off
-/// says nothing of the pulse's shape.
-fn without_long_side(smoothed: &[Option<f64>], first: usize, summit: usize, last: usize) -> (usize, usize) {
-    let is_seen = |at: Option<usize>| at.and_then(|at| smoothed.get(at)?.as_ref()).is_some();
-    let (before, behind) = (summit - first, last - summit);
-    let of_other = |side: usize, other: usize| {
-        let other = other.max(MIN_HALF_WINDOW) as f64;
-        if side as f64 > MOST_LOPSIDED * other { (LONGER_SIDE * other).ceil() as usize } else { side }
-    };
-    let is_whole_behind = is_seen(Some(last + 1));
-    let is_whole_before = is_seen(first.checked_sub(1));
-    (
-        summit - if is_whole_behind { of_other(before, behind) } else { before },
-        summit + if is_whole_before { of_other(behind, before) } else { behind },
-    )
 }
 
 /// The last of the samples on one side of a summit that exceed a threshold and belong to its hump. Another one begins behind a fall and a

@@ -41,20 +41,9 @@ pub(crate) fn paper_chain(
     far_end: FarEnd,
     duration_s: f64,
 ) -> Simulation {
-    damped_chain(0.003, n_bodies, velocity_m_per_s, far_end, duration_s)
-}
-
-/// The same with another damping of the bodies.
-pub(crate) fn damped_chain(
-    damping_kg_per_s: f64,
-    n_bodies: usize,
-    velocity_m_per_s: f64,
-    far_end: FarEnd,
-    duration_s: f64,
-) -> Simulation {
     let chain = Chain {
         mass_kg: vec![0.455e-3; n_bodies],
-        damping_kg_per_s: vec![damping_kg_per_s; n_bodies],
+        damping_kg_per_s: vec![0.003; n_bodies],
         ground_stiffness_n_per_m: Vec::new(),
         ground_law: None,
         contact: ring_law().into(),
