@@ -197,14 +197,14 @@ impl Standard {
     fn may_stand_beyond(&self, recording: &dyn Recording, subset: &PreparedSubset, found: Seen) -> bool {
         let frame = Region::whole(recording.info().width_px, recording.info().height_px);
         let flat = Warp { curvature: [0.0; 6], ..found.warp };
-        let z = fisher(found.zncc);
+        let of_found = fisher(found.zncc);
         // As near the rim as interpolation reaches beyond it a rival is held against the match on whole pixels alone, which takes from it.
         let is_hidden = |position_px: [f64; 2]| {
             let corners = subset.bounds(&Warp { position_px, ..flat });
             corners.into_iter().any(|corner| !can_sample(frame, subset.settings.interpolation, corner))
         };
         let [x, y] = found.warp.position_px;
-        self.alike.iter().filter(|alike| z < alike.z + self.noise).any(|alike| {
+        self.alike.iter().filter(|alike| of_found < alike.z + self.noise).any(|alike| {
             let [u, v] = alike.offset_px;
             // What was found turned may be turned, or be a pattern that is alike when it is turned.
             is_hidden(flat.apply([-u, -v])) || is_hidden([x - u, y - v])
