@@ -215,24 +215,7 @@ fn as_json(setup: &Setup, tracked: &Tracked, evaluation: &Evaluation) -> Value {
     results.insert("loss_of_peak_energy".into(), json!(of_loss));
     let gaps = measurement.group_velocity.as_ref().ok().map(|velocity| [velocity.gaps.0, velocity.gaps.1]);
     results.insert("group_velocity_gaps".into(), json!(gaps));
-    put_or_refuse(
-        &mut results,
-        ("group_velocity_variation", "group_velocity_variation_sigma"),
-        of_velocity(measurement, |velocity| velocity.relative_variation, "fewer than six gaps")
-            .as_ref()
-            .map_err(|reason| *reason),
-    );
-    put_or_refuse(
-        &mut results,
-        ("particle_velocity_m_per_s", "particle_velocity_sigma"),
-        of_velocity(
-            measurement,
-            |velocity| velocity.particle_velocity_m_per_s,
-            Missing::TooFewSamples.as_str(),
-        )
-        .as_ref()
-        .map_err(|reason| *reason),
-    );
+    put_beside_group_velocity(&mut results, measurement);
     let fits = [
         (
             "fit_to_tracks",
@@ -354,6 +337,17 @@ fn put_or_refuse(
             results.insert(format!("{name}_refused"), json!(reason));
         }
     }
+}
+
+/// The variation of the group velocity, and the bodies' velocity.
+fn put_beside_group_velocity(results: &mut Map<String, Value>, measurement: &Measurement) {
+    let variation = of_velocity(measurement, |velocity| velocity.relative_variation, "fewer than six gaps");
+    let names = ("group_velocity_variation", "group_velocity_variation_sigma");
+    put_or_refuse(results, names, variation.as_ref().map_err(|reason| *reason));
+    let otherwise = Missing::TooFewSamples.as_str();
+    let particle = of_velocity(measurement, |velocity| velocity.particle_velocity_m_per_s, otherwise);
+    let names = ("particle_velocity_m_per_s", "particle_velocity_sigma");
+    put_or_refuse(results, names, particle.as_ref().map_err(|reason| *reason));
 }
 
 /// What stands beside the group velocity, or why it does not: the velocity's own reason, or what it takes more than that.
