@@ -1,4 +1,4 @@
-//! A chain filmed through a distorting lens: the lens's calibration gives the motion back.
+//! A chain filmed through a distorting lens: the lens's calibration gives the motion back; and by a camera upside down: marks do.
 
 mod slow {
     use std::fs;
@@ -19,15 +19,12 @@ view2_trial1.cine,2,1,0.12
 view2_trial2.cine,2,2,0.12
 ";
 
-    /// Two trials of the first two views through that lens, which costs many times a straight picture: as long as the front
+    /// Two trials of the first two views through a lens, which costs many times a straight picture: as long as the front
     /// takes to cross them.
-    fn laboratory() -> Laboratory {
+    fn laboratory(optics: &str) -> Laboratory {
         let laboratory = Laboratory::with_experiment("n_frames = 330", "n_frames = 200");
         let plan = fs::read_to_string(laboratory.path("experiment.toml")).expect("it was written");
-        let optics = format!(
-            "\n[synthetic.camera.optics]\nfocal_length_px = {FOCAL_PX:?}\nk1 = {K1:?}\nk2 = {K2:?}\n"
-        );
-        laboratory.write("experiment.toml", &(plan + &optics));
+        laboratory.write("experiment.toml", &format!("{plan}\n[synthetic.camera.optics]\n{optics}"));
         laboratory.write("trials.csv", TRIALS);
         laboratory
     }
@@ -49,7 +46,7 @@ view2_trial2.cine,2,2,0.12
 
     #[test]
     fn a_lens_is_undone_by_its_calibration() {
-        let laboratory = laboratory();
+        let laboratory = laboratory(&format!("focal_length_px = {FOCAL_PX:?}\nk1 = {K1:?}\nk2 = {K2:?}\n"));
         let recordings = laboratory.film();
         let truth = Motion::read(&recordings.join("truth.parquet"), 12);
         let plan = fs::read_to_string(recordings.join("experiment.toml")).expect("it was written");
@@ -73,5 +70,36 @@ view2_trial2.cine,2,2,0.12
         // 2.5 % of displacements of some 10 mm. The stage's steps contradict the scale, and views their neighbours', which widens intervals but
         // does not undo a lens: less is held than by a few per cent of chance.
         assert!(without.0 < with.0 - 0.1 && without.1 > 1e-4, "without: {without:?}");
+    }
+
+    /// The chain goes to the left in the pictures of a camera that is upside down.
+    #[test]
+    fn marks_say_which_way_the_chain_goes() {
+        // From far away, so that nothing but the turn is seen.
+        let laboratory =
+            laboratory(&format!("focal_length_px = 1e6\nroll_rad = {:?}\n", std::f64::consts::PI));
+        let recordings = laboratory.film();
+        let truth = Motion::read(&recordings.join("truth.parquet"), 12);
+        let plan = fs::read_to_string(recordings.join("experiment.toml")).expect("it was written");
+        // Of 400 x 48 px: column 30 + 75 (n - 1) of body n is column 399 less that.
+        let shown = plan.replacen("[30.0, 23.5]", "[369.0, 23.5]", 1);
+        let marks = "[camera.marks]\nbodies = [1, 5]\nat_px = [[369.0, 23.5], [69.0, 23.5]]\nsigma_px = 0.0\n\n[tracking]";
+        let marked = shown.replacen("scale_px_per_m = 2500.0\n", "", 1).replacen("[tracking]", marks, 1);
+        let evaluated = |plan: &str, name: &str| {
+            fs::write(recordings.join("experiment.toml"), plan).expect("the plan can be written");
+            let results = laboratory.path(name);
+            let run = evaluation(&recordings, &results).output().expect("chainwave starts");
+            let status = run.status.code();
+            let said =
+                [run.stdout, run.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat();
+            assert_eq!(status, Some(0), "{said}");
+            (truth.held_by(&Table::read(&results.join("motion.parquet")), 1e-3), said)
+        };
+        let (held, said) = evaluated(&marked, "marked");
+        // As in the straight pictures above.
+        assert!(held.0 >= 0.9 && held.1 < 8e-6, "{held:?}");
+        assert!(!said.contains("against the chain"), "{said}");
+        let (_, said) = evaluated(&shown, "scale");
+        assert!(said.contains("against the chain") && said.contains("[camera.marks]"), "{said}");
     }
 }

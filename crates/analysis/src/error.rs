@@ -92,6 +92,8 @@ pub enum Missing {
     NoMaximum,
     /// The spectrum's maximum is no higher than noise may make it.
     BelowNoise,
+    /// The spectrum's maximum is no higher than what lies below the band leaks to it.
+    Leaked,
     /// Most noisy replicas of the motion lose the value, so its uncertainty is not known.
     Unstable,
 }
@@ -113,6 +115,7 @@ impl Missing {
             Self::StillDriven => "the chain is driven throughout",
             Self::NoMaximum => "no spectral maximum",
             Self::BelowNoise => "no frequency stands out of the noise",
+            Self::Leaked => "tail too short: what it holds below the searched band leaks as much",
             Self::Unstable => "lost in most noisy replicas",
         }
     }

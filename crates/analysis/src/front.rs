@@ -234,7 +234,7 @@ pub(crate) struct Peak {
 }
 
 /// The maximum of a series near sample `summit`, from a polynomial over the contiguous samples whose smoothed value exceeds
-/// `peak_fraction` of the smoothed maximum.
+/// `peak_fraction` of the smoothed maximum, as far as they belong to its hump.
 pub(crate) fn refine_peak(
     series: &[Option<f64>],
     smoothed: &[Option<f64>],
@@ -243,14 +243,38 @@ pub(crate) fn refine_peak(
 ) -> Result<Peak, Missing> {
     let threshold = peak_fraction * level(smoothed, summit);
     let last_index = series.len() - 1;
-    let above = |at: &usize| level(smoothed, *at) >= threshold;
-    let first = (0..summit).rev().take_while(above).last().unwrap_or(summit);
-    let last = (summit + 1..=last_index).take_while(above).last().unwrap_or(summit);
+    let first = end_of_hump(smoothed, summit, threshold, (0..summit).rev());
+    let last = end_of_hump(smoothed, summit, threshold, summit + 1..=last_index);
     let first = first.min(summit.saturating_sub(MIN_HALF_WINDOW));
     let last = last.max(summit + MIN_HALF_WINDOW).min(last_index);
     let polynomial = LocalPolynomial::fit(series, first, last).ok_or(Missing::TooFewSamples)?;
     let (place, value) = polynomial.maximum().ok_or(Missing::PeakOutsideRecord)?;
     Ok(Peak { place, value })
+}
+
+/// The last of the samples on one side of a summit that exceed a threshold and belong to its hump. Another one begins behind a fall and a
+/// rise that part two summits: where a pulse meets its reflection, all that lies between may exceed the threshold.
+fn end_of_hump(
+    smoothed: &[Option<f64>],
+    summit: usize,
+    threshold: f64,
+    outwards: impl Iterator<Item = usize>,
+) -> usize {
+    let ripple = MIN_FALL * level(smoothed, summit);
+    let mut lowest = summit;
+    let mut end = summit;
+    for at in outwards.take_while(|at| level(smoothed, *at) >= threshold) {
+        let value = level(smoothed, at);
+        let has_fallen = level(smoothed, summit) - level(smoothed, lowest) > ripple;
+        if has_fallen && value - level(smoothed, lowest) > ripple {
+            return lowest;
+        }
+        if value < level(smoothed, lowest) {
+            lowest = at;
+        }
+        end = at;
+    }
+    end
 }
 
 /// Fractional index at which the series last rises through `threshold` before sample `from`.
@@ -299,6 +323,27 @@ mod tests {
         assert_eq!(summits(0.01), [50, 50, 50]);
         assert_eq!(summits(0.04), [50, 20, 50]);
         assert_eq!(summits(0.07), [20, 20, 50]);
+    }
+
+    /// A pulse and its reflection, half as large again, which come so near each other that no sample between them falls to the share of
+    /// the peak where its polynomial ends.
+    #[test]
+    fn the_peak_of_a_pulse_is_not_that_of_the_reflection_behind_it() {
+        let value =
+            |t: f64| (-((t - 40.0) / 20.0).powi(2)).exp() + 1.5 * (-((t - 86.0) / 25.0).powi(2)).exp();
+        let series: Vec<Option<f64>> = (0..160).map(|t| Some(value(f64::from(t)))).collect();
+        let peak_fraction = FrontSettings::default().peak_fraction;
+        let between = (42..86).map(|at| level(&series, at)).fold(1.0, f64::min);
+        assert!(between > peak_fraction * level(&series, 42), "{between}");
+        let found = summit(&series, 0.0, MIN_FALL).unwrap().at;
+        let peak = refine_peak(&series, &series, found, peak_fraction).unwrap();
+        // The reflection's rise moves the peak of the sum to 41.9. A tenth of a sample is a two-hundredth of the pulse's width.
+        let truth = (0..4000)
+            .map(|k| 38.0 + 1e-3 * f64::from(k))
+            .max_by(|a, b| value(*a).total_cmp(&value(*b)))
+            .unwrap();
+        assert!((peak.place - truth).abs() < 0.1, "{} of {truth}", peak.place);
+        assert!((peak.value / value(truth) - 1.0).abs() < 1e-3, "{}", peak.value);
     }
 
     #[test]

@@ -115,7 +115,7 @@ fn hann_amplitudes(values: &[f64], n_padded: usize, transform: &dyn rustfft::Fft
 ///
 /// # Errors
 /// [`Missing::NoTail`] when no gap has a tail, [`Missing::NoMaximum`] when the power has no maximum in that band,
-/// [`Missing::BelowNoise`] when noise may have made it.
+/// [`Missing::BelowNoise`] when noise may have made it, [`Missing::Leaked`] when it may be a side lobe of what lies below the band.
 pub fn dominant_frequency(spectrum: &TailSpectrum) -> Result<(f64, f64), Missing> {
     Maximum::of(spectrum).map(|maximum| (maximum.frequency_hz, maximum.resolution_hz))
 }
@@ -138,6 +138,9 @@ impl Maximum {
         if !mean.stands_out_of_noise(bin, spectrum) {
             return Err(Missing::BelowNoise);
         }
+        if mean.may_have_leaked(bin, first, spectrum.frequency_hz[1]) {
+            return Err(Missing::Leaked);
+        }
         let [slope, curvature] = mean.log_derivatives(bin);
         let frequency_hz = (bin as f64 - slope / curvature) * spectrum.frequency_hz[1];
         Ok(Self { frequency_hz, resolution_hz: mean.coarsest_hz, bin, curvature })
@@ -151,6 +154,15 @@ impl Maximum {
         let place = self.bin as f64 - slope / self.curvature;
         place.is_finite().then_some(place * spectrum.frequency_hz[1])
     }
+}
+
+/// What a line leaves at most at `cycles` from it, in units of 1/duration, relative to its own height: the crests of the transform of
+/// Hann's window, sin(pi k)/(pi k (1 - k^2)), outside its main lobe (F. J. Harris, Proceedings of the IEEE 66, 1978); all of it within.
+fn hann_leakage(cycles: f64) -> f64 {
+    if cycles < HANN_RESOLUTION {
+        return 1.0;
+    }
+    1.0 / (std::f64::consts::PI * cycles * (cycles * cycles - 1.0))
 }
 
 /// Power of the longer tails, averaged.
@@ -184,6 +196,19 @@ impl MeanPower {
             |bin: &usize| self.power[*bin] > self.power[*bin - 1] && self.power[*bin] >= self.power[*bin + 1];
         let bins = (first..end.min(self.power.len().saturating_sub(1))).filter(is_maximum);
         bins.max_by(|a, b| self.power[*a].total_cmp(&self.power[*b]))
+    }
+
+    /// Whether a line among the bins below `first` would have a side lobe as high as this bin. A tail that holds less than some three
+    /// of its periods has all of its power there, and nothing but side lobes in the band.
+    fn may_have_leaked(&self, bin: usize, first: usize, bin_hz: f64) -> bool {
+        let duration_s = HANN_RESOLUTION / self.coarsest_hz;
+        let cycles = |bins: usize| bins as f64 * bin_hz * duration_s;
+        let leaked = |below: usize| {
+            // A real line stands at its frequency and at minus it, and both leak here.
+            let share = hann_leakage(cycles(bin - below)) + hann_leakage(cycles(bin + below));
+            self.power[below] * share.powi(2)
+        };
+        (0..first).map(leaked).any(|leaked| leaked >= self.power[bin])
     }
 
     /// First and second derivative of the power's logarithm at a bin, by bins.
@@ -242,6 +267,19 @@ mod tests {
         let frequency_hz =
             (0..=n_padded / 2).map(|bin| bin as f64 / (n_padded as f64 * INTERVAL_S)).collect();
         TailSpectrum { frequency_hz, gaps: (1..=8).map(of_gap).collect(), missing: Vec::new() }
+    }
+
+    #[test]
+    fn a_tail_of_two_periods_has_a_side_lobe_and_no_frequency() {
+        let mut random = Pcg64::seed_from_u64(7);
+        // Two periods of the record: the line lies within the lobe that a decay may leave, which is not searched, and is 1000 times the noise.
+        let hz = 2.0 / (N as f64 * INTERVAL_S);
+        let found: Vec<_> = (0..100).map(|_| dominant_frequency(&spectrum(&mut random, 1e3, hz))).collect();
+        assert!(found.iter().all(|found| *found == Err(Missing::Leaked)), "{found:?}");
+        // Five periods are searched and found, to the ten standard errors of the last test.
+        let hz = 5.0 / (N as f64 * INTERVAL_S);
+        let (found_hz, _) = dominant_frequency(&spectrum(&mut random, 1e3, hz)).unwrap();
+        assert!((found_hz - hz).abs() < 20.0, "{found_hz} of {hz}");
     }
 
     #[test]

@@ -111,11 +111,11 @@ impl Calibration {
         self
     }
 
-    /// Metres along the chain for a pixel along the picture's row, at a point of the picture.
+    /// Metres along the chain for a pixel along the picture's row, at a point of the picture: above 0 whichever way the chain goes there.
     pub fn m_per_px(&self, at_px: [f64; 2]) -> Estimate {
-        let value = self.map.m_per_px(at_px)[0][0];
-        let squares: f64 =
-            self.errors.iter().map(|error| (error.map.m_per_px(at_px)[0][0] - value).powi(2)).sum();
+        let of_row = |map: &PlaneMap| map.m_per_px(at_px)[0][0].abs();
+        let value = of_row(&self.map);
+        let squares: f64 = self.errors.iter().map(|error| (of_row(&error.map) - value).powi(2)).sum();
         Estimate::new(value, squares.sqrt())
     }
 }

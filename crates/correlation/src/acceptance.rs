@@ -5,7 +5,7 @@
 //! in the frames before, is believed at once. Any other match is held against its rivals: the places around it that resemble the subset
 //! most, each matched as it was itself. It is right where it resembles more than chance allows and none of them as much.
 
-use chainwave_measurement::{Lost, Recording};
+use chainwave_measurement::{Lost, Recording, Region};
 
 use crate::middle::is_bare_in_middle;
 use crate::search::area::{Found, SearchArea};
@@ -15,6 +15,7 @@ use crate::search::rivals::{Own, RIVAL_SHARE, Seen, best_rival};
 use crate::search::template::Template;
 use crate::search::{area_around, region_around};
 use crate::warp::Warp;
+use crate::window::can_sample;
 use crate::{Acceptance, PreparedSubset, ReferenceFrames, Window, Workspace, mean_of_frames};
 
 /// Share of matches of something else, at a place where the subset was expected, that may be taken for it: what is expected need not be as
@@ -72,6 +73,24 @@ pub(crate) enum Origin {
     Searched { n_trials: usize, reach_px: usize },
 }
 
+/// A place that resembles a subset in its own reference.
+#[derive(Debug, Clone, Copy)]
+struct Alike {
+    /// Where it lies from the subset.
+    offset_px: [f64; 2],
+    /// How well, after Fisher's transform.
+    z: f64,
+}
+
+/// How a reference resembles a subset elsewhere.
+#[derive(Debug, Default)]
+struct Repeats {
+    /// The best correlation, after Fisher's transform.
+    best: f64,
+    period_px: Option<f64>,
+    alike: Vec<Alike>,
+}
+
 /// What the matches of one subset are held against.
 pub(crate) struct Standard {
     acceptance: Acceptance,
@@ -81,6 +100,8 @@ pub(crate) struct Standard {
     repeats: f64,
     /// Distance of the nearest place where it does at all.
     period_px: Option<f64>,
+    /// The places where it does.
+    alike: Vec<Alike>,
     /// What noise may change a difference of correlations by.
     noise: f64,
     own_px: f64,
@@ -99,6 +120,7 @@ impl Standard {
             clear_zncc: chance_zncc(subset, N_NEAR, RARE),
             repeats: 0.0,
             period_px: None,
+            alike: Vec::new(),
             noise: BEYOND_NOISE * (2.0 / subset.n_used as f64).sqrt(),
             own_px: correlation_length_px(subset),
             is_bare: is_bare_in_middle(subset),
@@ -106,8 +128,10 @@ impl Standard {
             usual: (0.0, 0.0),
         };
         if standard.acceptance == Acceptance::ByEvidence {
-            let repeats = standard.repeats_in(recording, frames, subset);
-            (standard.repeats, standard.period_px) = repeats.unwrap_or((0.0, None));
+            let repeats = standard.repeats_in(recording, frames, subset).unwrap_or_default();
+            standard.repeats = repeats.best;
+            standard.period_px = repeats.period_px;
+            standard.alike = repeats.alike;
         }
         standard
     }
@@ -132,13 +156,13 @@ impl Standard {
         &self.patch
     }
 
-    /// How well the best of the places around the subset resembles it, and how far the nearest is that does.
+    /// How the places around the subset resemble it.
     fn repeats_in(
         &self,
         recording: &dyn Recording,
         frames: &ReferenceFrames,
         subset: &PreparedSubset,
-    ) -> Option<(f64, Option<f64>)> {
+    ) -> Option<Repeats> {
         let reach_px = subset.settings.search_radius_px;
         let region = region_around(recording, subset, subset.centre_px, reach_px)?;
         let pixels = mean_of_frames(recording, region, frames.range()).ok()?;
@@ -152,13 +176,39 @@ impl Standard {
         let period_px = alike.map(apart_px).min_by(f64::total_cmp);
         let mut peaks = all;
         peaks.retain(|peak| apart_px(peak) > self.own_px);
-        peaks.truncate(N_RIVALS);
-        let between_pixels = |place_px| {
+        let mut between_pixels = |place_px| {
             let found = subset.solve(&window, Warp::at(place_px), &mut workspace).ok()?;
             Some(Seen { warp: found.warp(), zncc: found.position.zncc })
         };
         let own = Own { place_px: own_px, zncc: 1.0, length_px: self.own_px };
-        Some((best_rival(own, &peaks, between_pixels), period_px))
+        let alike = peaks.iter().filter_map(|peak| {
+            let z = best_rival(own, std::slice::from_ref(peak), &mut between_pixels);
+            let offset_px = [peak.place_px[0] - own_px[0], peak.place_px[1] - own_px[1]];
+            (z > 0.0).then_some(Alike { offset_px, z })
+        });
+        let alike: Vec<Alike> = alike.collect();
+        peaks.truncate(N_RIVALS);
+        let best = best_rival(own, &peaks, between_pixels);
+        Some(Repeats { best, period_px, alike })
+    }
+
+    /// Whether a match that was searched for may be one of the places that the reference shows to be alike, while the frame does not show the
+    /// one where the subset then is: it stands at the frame's rim or beyond, where nothing is held against the match.
+    fn may_stand_beyond(&self, recording: &dyn Recording, subset: &PreparedSubset, found: Seen) -> bool {
+        let frame = Region::whole(recording.info().width_px, recording.info().height_px);
+        let flat = Warp { curvature: [0.0; 6], ..found.warp };
+        let of_found = fisher(found.zncc);
+        // As near the rim as interpolation reaches beyond it a rival is held against the match on whole pixels alone, which takes from it.
+        let is_hidden = |position_px: [f64; 2]| {
+            let corners = subset.bounds(&Warp { position_px, ..flat });
+            corners.into_iter().any(|corner| !can_sample(frame, subset.settings.interpolation, corner))
+        };
+        let [x, y] = found.warp.position_px;
+        self.alike.iter().filter(|alike| of_found < alike.z + self.noise).any(|alike| {
+            let [u, v] = alike.offset_px;
+            // What was found turned may be turned, or be a pattern that is alike when it is turned.
+            is_hidden(flat.apply([-u, -v])) || is_hidden([x - u, y - v])
+        })
     }
 
     /// Why the subset is lost that is not found for a reason: what resembles it too little, of a point on bare ground, says that nothing is to
@@ -185,7 +235,7 @@ impl Standard {
     ///
     /// # Errors
     /// [`Lost::LowCorrelation`] where chance may give as much, [`Lost::NotConverged`] where an iteration from close by ends in a better match
-    /// close by, [`Lost::Ambiguous`] where another place resembles the subset as well.
+    /// close by, [`Lost::Ambiguous`] where another place resembles the subset as well, or may do so beyond the frame's rim.
     pub(crate) fn verify(
         &self,
         recording: &dyn Recording,
@@ -210,6 +260,9 @@ impl Standard {
         let is_searched = matches!(origin, Origin::Searched { .. });
         if is_searched && fisher(found.zncc) < SEARCHED_SHARE * self.usual.0 {
             return Err(Lost::LowCorrelation);
+        }
+        if is_searched && self.may_stand_beyond(recording, subset, found) {
+            return Err(Lost::Ambiguous);
         }
         let mut again = again;
         if self.is_beside_a_better_one(found, &mut again) {

@@ -14,6 +14,8 @@ mod films;
 use std::collections::BTreeMap;
 
 use chainwave_correlation::{Acceptance, Method, ReferenceFrames, Settings};
+use chainwave_measurement::Subset;
+use chainwave_synthetic::pictures::{Deformation, Surface, Texture};
 use films::outcome::Outcome;
 use films::{Draw, Shown, count, count_a_million, large_subsets, repeats_slowly};
 
@@ -39,6 +41,36 @@ fn a_slow_lattice_is_found() {
             assert_eq!(outcome.n_wrong, 0);
             // all but what a film's noise may hide
             assert!(outcome.n_found as f64 >= 0.95 * outcome.n_visible as f64, "{outcome:?}");
+        }
+    }
+}
+
+/// A body of dots on a dark ground that goes out of the picture: where it is can only be beyond the rim, and the frames show dots alike a
+/// period inside of it.
+#[test]
+fn a_lattice_that_leaves_is_not_found_a_period_back() {
+    const N_FRAMES: usize = 40;
+    let (size_px, half) = (120, 12);
+    for (seed, step_px) in [(1, 0.4), (2, 0.9), (3, 1.7)] {
+        let centre = [86.0, 60.0];
+        let dots = Texture::dots(7.0, 3.5, centre, [21.0; 2]);
+        let shown = |frame: usize| {
+            // From rest, a tenth of the period or less from frame to frame.
+            let way_px = step_px * (frame as f64 - 8.0).max(0.0);
+            let moved = Deformation::rigid(centre, 0.0, [way_px, 0.0]);
+            vec![Surface { disc: Some((centre, 24.0)), ..Surface::everywhere(dots.clone(), moved) }]
+        };
+        let subsets = vec![Subset::new("body", centre[0], centre[1], half, half)];
+        let frames = (0..N_FRAMES).map(shown).collect();
+        let scene = Shown { size_px, frames, noise: 0.01, subsets };
+        let film = scene.film(seed);
+        for method in ["icgn-cubic-affine", "icgn-cubic-translation", "template-parabola"] {
+            let by: Method = method.parse().unwrap();
+            let first = ReferenceFrames::Single(0);
+            let tracks = by.track(&film, &scene.subsets, &first, &Settings::default(), &|_| ()).unwrap();
+            let outcome = scene.outcome(&scene.subsets, &tracks);
+            println!("{step_px} px a frame, {method:<24} {outcome}");
+            assert_eq!(outcome.n_wrong, 0, "{method}");
         }
     }
 }

@@ -229,7 +229,8 @@ impl ChainMap {
         }
     }
 
-    /// Metres for a pixel along the chain: in the middle of the picture, or at the first body where the size does not matter.
+    /// Metres for a pixel along the chain, whichever way it goes: in the middle of the picture, or at the first body where the size does not
+    /// matter.
     pub fn m_per_px(&self) -> Estimate {
         let middle = self.size_px.map(|(width_px, height_px)| middle_px(width_px, height_px));
         self.of_chain.m_per_px(middle.unwrap_or(self.first_body_px))

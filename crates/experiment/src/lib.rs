@@ -39,6 +39,7 @@ mod content;
 mod corrections;
 mod damping;
 mod decisions;
+mod direction;
 mod error;
 mod evaluation;
 mod failed_recording;

@@ -6,6 +6,7 @@ use chainwave_measurement::Observation;
 use chainwave_stitching::{FirstBody, Outlier, Settings, Stitched};
 
 use crate::configuration::Experiment;
+use crate::direction::against_the_chain;
 use crate::error::Error;
 use crate::finding::Finding;
 use crate::joining::{Joined, Unjoined, chosen, join, sound};
@@ -71,6 +72,7 @@ pub(crate) fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>
     scale.add_to(&mut stitched.motion, &observations);
     let observations = steadying.widened(picture_errors.widened(observations));
     let of_camera = [
+        against_the_chain(experiment, &stitched.motion).into_iter().collect(),
         Finding::all_of("camera_moves", "the camera", steadying.warning()),
         Finding::all_of("precursor", "bodies ahead of the wave", steadying.precursor()),
         Finding::all_of("scale", "camera.scale_px_per_m", scale.warnings()),

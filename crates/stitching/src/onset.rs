@@ -44,7 +44,7 @@ impl AlignmentState<'_> {
             Some(found) => {
                 let contradiction = format!(
                     "the drives scatter by {:.1} % by the first body's onset and by {:.1} % as stated: the stated scatter was left out",
-                    100.0 * found,
+                    100.0 * found.abs(),
                     100.0 * stated
                 );
                 (None, Some(contradiction))

@@ -115,6 +115,17 @@ mod tests {
     }
 
     #[test]
+    fn a_chain_that_goes_to_the_left_has_the_same_scale() {
+        let pitch_m = Estimate::new(0.03, 3e-5);
+        let to_the_left: Vec<Mark> =
+            row(8, |_| 0.0).into_iter().map(|mark| Mark { x_px: 1200.0 - mark.x_px, ..mark }).collect();
+        let [there, here] = [row(8, |_| 0.0), to_the_left]
+            .map(|marks| Calibration::from_pitch(&marks, 0.1, pitch_m).unwrap().m_per_px([600.0, 300.0]));
+        // Rounding alone.
+        assert!((there.value - here.value).abs() < 1e-15 && (there.sigma - here.sigma).abs() < 1e-15);
+    }
+
+    #[test]
     fn scatter_of_the_marks_counts_when_it_is_larger_than_stated() {
         let error = |number: i32| if number % 2 == 0 { 0.4 } else { -0.4 };
         let stated =

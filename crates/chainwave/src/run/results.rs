@@ -4,7 +4,7 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
-use chainwave_analysis::{DampingShare, LocalResonance, Measurement};
+use chainwave_analysis::{DampingShare, GroupVelocity, LocalResonance, Measurement, Missing};
 use chainwave_experiment::{
     BEHIND_BODY_1, Evaluation, Finding, ModelBeside, PEAK_ENERGIES, RELEASE, RecordingState, Results, Setup,
     SideMotion, Standing, TRACKS, TrackRows, Tracked, Trial, dispersion_table, energy_table, front_table,
@@ -220,11 +220,7 @@ fn as_json(setup: &Setup, tracked: &Tracked, evaluation: &Evaluation) -> Value {
     results.insert("loss_of_peak_energy".into(), json!(of_loss));
     let gaps = measurement.group_velocity.as_ref().ok().map(|velocity| [velocity.gaps.0, velocity.gaps.1]);
     results.insert("group_velocity_gaps".into(), json!(gaps));
-    let variation = measurement.group_velocity.as_ref().ok().and_then(|velocity| velocity.relative_variation);
-    put(&mut results, "group_velocity_variation", "group_velocity_variation_sigma", variation);
-    let particle =
-        measurement.group_velocity.as_ref().ok().and_then(|velocity| velocity.particle_velocity_m_per_s);
-    put(&mut results, "particle_velocity_m_per_s", "particle_velocity_sigma", particle);
+    put_beside_group_velocity(&mut results, measurement);
     let fits = [
         (
             "fit_to_tracks",
@@ -346,6 +342,27 @@ fn put_or_refuse(
             results.insert(format!("{name}_refused"), json!(reason));
         }
     }
+}
+
+/// The variation of the group velocity, and the bodies' velocity.
+fn put_beside_group_velocity(results: &mut Map<String, Value>, measurement: &Measurement) {
+    let variation = of_velocity(measurement, |velocity| velocity.relative_variation, "fewer than six gaps");
+    let names = ("group_velocity_variation", "group_velocity_variation_sigma");
+    put_or_refuse(results, names, variation.as_ref().map_err(|reason| *reason));
+    let otherwise = Missing::TooFewSamples.as_str();
+    let particle = of_velocity(measurement, |velocity| velocity.particle_velocity_m_per_s, otherwise);
+    let names = ("particle_velocity_m_per_s", "particle_velocity_sigma");
+    put_or_refuse(results, names, particle.as_ref().map_err(|reason| *reason));
+}
+
+/// What stands beside the group velocity, or why it does not: the velocity's own reason, or what it takes more than that.
+fn of_velocity<'a>(
+    measurement: &'a Measurement,
+    value: fn(&GroupVelocity) -> Option<Estimate>,
+    otherwise: &'a str,
+) -> Result<Estimate, &'a str> {
+    let velocity = measurement.group_velocity.as_ref().map_err(|missing| missing.as_str())?;
+    value(velocity).ok_or(otherwise)
 }
 
 fn failed(reason: &FitError) -> Map<String, Value> {
