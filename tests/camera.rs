@@ -83,11 +83,22 @@ mod slow {
     }
 
     #[test]
+    fn a_shadow_that_moves_is_named() {
+        // A soft edge of 20 px that crosses the picture of 400 px within the 13.2 ms of the recording.
+        let laboratory = filmed_with(
+            "shadow = { depth = 0.4, start_px = 0.0, speed_px_per_s = 30300.0, edge_sigma_px = 20.0 }",
+        );
+        let (_, warnings) = run(&laboratory, "", "");
+        assert!(warnings.contains("a shadow, or a lamp's light, moves across the pictures"), "{warnings}");
+        assert!(!warnings.contains("the camera moves:"), "{warnings}");
+    }
+
+    #[test]
     fn a_sound_camera_is_not_accused() {
         let laboratory = Laboratory::new();
         laboratory.film();
         let (_, warnings) = run(&laboratory, "", "");
-        for word in ["rolling shutter", "the camera moves", "scale contradicts", "magnified"] {
+        for word in ["rolling shutter", "the camera moves", "scale contradicts", "magnified", "shadow"] {
             assert!(!warnings.contains(word), "{word}: {warnings}");
         }
         assert!(!laboratory.path("results/figures/camera-motion.svg").exists(), "nothing to draw");

@@ -12,6 +12,7 @@ use crate::finding::Finding;
 use crate::joining::{Joined, Unjoined, chosen, join, sound};
 use crate::numbers::{NotNegative, Positive};
 use crate::picture_errors::PictureErrors;
+use crate::sanity::MOVING_LIGHT;
 use crate::setup::Setup;
 use crate::shared_errors::SharedErrors;
 use crate::side_motion::SideMotion;
@@ -71,12 +72,13 @@ pub(crate) fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>
     }
     scale.add_to(&mut stitched.motion, &observations);
     let observations = steadying.widened(picture_errors.widened(observations));
+    let light_moves = tracked.findings.iter().any(|finding| finding.code == MOVING_LIGHT);
     let of_camera = [
         against_the_chain(experiment, &stitched.motion).into_iter().collect(),
-        Finding::all_of("camera_moves", "the camera", steadying.warning()),
+        Finding::all_of("camera_moves", "the camera", steadying.warning(light_moves)),
         Finding::all_of("precursor", "bodies ahead of the wave", steadying.precursor()),
         Finding::all_of("scale", "camera.scale_px_per_m", scale.warnings()),
-        Finding::all_of("picture_errors", "the pictures", picture_errors.warnings()),
+        Finding::all_of("picture_errors", "the pictures", picture_errors.warnings(light_moves)),
         Finding::all_of("frame_rate", "the frame rate", unresolved.and_then(|found| found.warning())),
         side_motion.findings.clone(),
     ];

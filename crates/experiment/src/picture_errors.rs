@@ -143,17 +143,18 @@ impl PictureErrors {
         observations
     }
 
-    /// What the reader should know.
-    pub(crate) fn warnings(&self) -> Vec<String> {
+    /// What the reader should know; where light moves across the pictures, it is behind what changes while bodies rest, and maybe more.
+    pub(crate) fn warnings(&self, light_moves: bool) -> Vec<String> {
         let worst = self.groups.iter().max_by(|a, b| a.excess.value.total_cmp(&b.excess.value));
         let on_sensor = worst.filter(|_| self.is_found).map(|worst| {
             format!(
                 "pictures of bodies that have moved differ from those at rest by more than noise: up to {:.0} % more variance (body {} in \
-                 view {}), as a fixed pattern, hot pixels, dirt, reflections or lossy compression leave it. Trials of a view share this \
+                 view {}), as {}a fixed pattern, hot pixels, dirt, reflections or lossy compression leave it. Trials of a view share this \
                  error; it was counted so, as far as it varies within a subset",
                 100.0 * worst.excess.value,
                 worst.body,
-                worst.view
+                worst.view,
+                if light_moves { "the light that moves, or " } else { "" }
             )
         });
         let changing = self.at_rest.map(|excess| {
@@ -367,7 +368,7 @@ mod tests {
     fn without_an_excess_nothing_changes() {
         let clean = observations(0.0);
         let found = PictureErrors::of(&clean, 0.0, &[0.0, 0.0], PX_M);
-        assert!(found.warnings().is_empty(), "{:?}", found.warnings());
+        assert!(found.warnings(false).is_empty(), "{:?}", found.warnings(false));
         let mut same = motion(&clean);
         found.add_to(&mut same);
         assert_eq!(same, motion(&clean));
@@ -378,7 +379,7 @@ mod tests {
     fn an_excess_counts_as_common_to_the_trials_of_a_view() {
         let patterned = observations(0.5);
         let found = PictureErrors::of(&patterned, 0.0, &[0.0, 0.0], PX_M);
-        assert!(found.warnings().concat().contains("fixed pattern"), "{:?}", found.warnings());
+        assert!(found.warnings(false).concat().contains("fixed pattern"), "{:?}", found.warnings(false));
         let mut motion = motion(&patterned);
         found.add_to(&mut motion);
         for i in [60, 90, 120] {
@@ -404,7 +405,7 @@ mod tests {
         let changing = observations(0.5);
         // The bodies are said to rest for half a millisecond more.
         let found = PictureErrors::of(&changing, 0.0, &[5e-4, 5e-4], PX_M);
-        assert!(found.warnings().concat().contains("focus"), "{:?}", found.warnings());
+        assert!(found.warnings(false).concat().contains("focus"), "{:?}", found.warnings(false));
     }
 
     #[test]
@@ -415,6 +416,6 @@ mod tests {
             place.sigma *= 2.0;
         }
         let found = PictureErrors::of(&torn, 0.0, &[0.0, 0.0], PX_M);
-        assert!(found.warnings().concat().contains("in 1 of 560 frames"), "{:?}", found.warnings());
+        assert!(found.warnings(false).concat().contains("in 1 of 560 frames"), "{:?}", found.warnings(false));
     }
 }

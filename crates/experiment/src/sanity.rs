@@ -6,6 +6,7 @@
 
 mod bodies;
 mod fill_in;
+mod light;
 mod pitch;
 mod repetition;
 mod rest;
@@ -20,6 +21,7 @@ use std::num::NonZero;
 use chainwave_measurement::map_in_parallel;
 
 pub(crate) use self::fill_in::expect_filled_in;
+pub(crate) use self::light::{MOVING_LIGHT, moving_light};
 pub(crate) use self::rest::{MOTION_AT_REST, left_rest};
 pub(crate) use self::shutter::rolling_shutter;
 pub(crate) use self::speed::speed;

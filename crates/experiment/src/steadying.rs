@@ -128,16 +128,20 @@ impl Steadying {
         })
     }
 
-    /// What the reader should know of a camera that moves.
-    pub(crate) fn warning(&self) -> Option<String> {
+    /// What the reader should know of a camera that moves, or of light that does.
+    pub(crate) fn warning(&self, light_moves: bool) -> Option<String> {
         let camera = self.motion()?;
         let [n_known, n] = camera.n_known;
         let set_off = match camera.shared_m > 0.5 * camera.departure.size.value {
             true => "; all trials share most of it, as of a camera that the strike sets off",
             false => "",
         };
+        let what = match light_moves {
+            true => "the light moves, or the camera does as well",
+            false => "the camera moves",
+        };
         Some(format!(
-            "the camera moves: bodies that the wave has not reached swing together by {:.2} um (rms){set_off}. It was taken out of the \
+            "{what}: bodies that the wave has not reached swing together by {:.2} um (rms){set_off}. It was taken out of the \
              {:.0} % of frames that show two such bodies; in the others it counts as an uncertainty, which hardly varies within a \
              period, so that speeds may be farther off than stated (hint: a firmer stand, or more bodies ahead of the wave in view)",
             1e6 * camera.departure.size.value,

@@ -12,7 +12,7 @@ use crate::follow::{edges_beside, follow, threads_of_each};
 use crate::key::{Task, TrackKey};
 use crate::monitor::{Monitor, Stage};
 use crate::notices::{grouped, remarks};
-use crate::sanity::{MOTION_AT_REST, of_tracks, rolling_shutter};
+use crate::sanity::{MOTION_AT_REST, moving_light, of_tracks, rolling_shutter};
 use crate::setup::Setup;
 use crate::share::Share;
 use crate::stages::Stages;
@@ -58,6 +58,8 @@ pub fn track(
     // The tracks tell of all recordings what one of each view has told before.
     tracked.findings.retain(|finding| finding.code != MOTION_AT_REST);
     tracked.findings.extend(by_tracks);
+    let light = moving_light(setup, &tracked, n_threads);
+    tracked.findings.extend(light);
     if let Some(shutter) = rolling_shutter(setup, &tracked, n_threads) {
         tracked.findings.push(shutter.finding);
         if let Some(line_time_s) = shutter.corrects_to_s {
