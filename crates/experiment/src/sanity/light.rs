@@ -7,9 +7,8 @@
 
 use std::num::NonZero;
 
-use chainwave_measurement::{Position, Recording, Region, map_in_parallel, median};
+use chainwave_measurement::{Position, Recording, Region, map_in_parallel, median, usual_size};
 
-use super::rest::SIGMA_OF_MEDIAN;
 use crate::finding::Finding;
 use crate::setup::Setup;
 use crate::tracked::{Tracked, TrackedRecording};
@@ -109,9 +108,9 @@ impl LightChange {
                     (0..lit.len()).filter(is_beside).filter_map(|other| log_ratio(&lit[other], pair));
                 Some(log_ratio(&lit[index], pair)? - median(others.collect())?)
             };
-            let steps: Vec<f64> = (1..n).filter_map(|j| Some(relative([j - 1, j])?.abs())).collect();
+            let steps = (1..n).filter_map(|j| relative([j - 1, j]));
             // Still light may have changed on this body and, the other way, on those beside.
-            let least = 2.0 * MOST_STILL + TOLD_SIGMAS * SIGMA_OF_MEDIAN * median(steps)?;
+            let least = 2.0 * MOST_STILL + TOLD_SIGMAS * usual_size(steps)?;
             let of_pair = |pair: [usize; 2]| {
                 let [first, second] = pair.map(|k| lit[index][k]);
                 let (first, second) = (first?, second?);
