@@ -236,6 +236,12 @@ impl ChainMap {
         self.of_chain.m_per_px(middle.unwrap_or(self.first_body_px))
     }
 
+    /// Whether the chain goes to the left in the pictures: `camera.marks` can say so.
+    pub(crate) fn goes_left(&self) -> bool {
+        let next_px = self.rest_px(2, 0.0);
+        next_px.is_some_and(|[x_px, _]| x_px < self.first_body_px[0])
+    }
+
     /// Column and row of a body's marker at rest, in pixels; bodies are numbered from 1, and 0 lies a pitch before them. `None` far
     /// outside the picture.
     pub fn rest_px(&self, body: i64, stage_m: f64) -> Option<[f64; 2]> {

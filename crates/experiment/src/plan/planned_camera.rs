@@ -120,16 +120,22 @@ impl PlannedCamera {
     }
 }
 
-/// Columns and rows that show the bodies from one place of the stage to the next, unless the experiment states them.
+/// Columns and rows that show the bodies from one place of the stage to the next, with as much beyond them at both ends, unless the experiment
+/// states them.
 fn usual_size_px(setup: &Setup, scale_px_per_m: f64) -> [usize; 2] {
-    let (chain, camera) = (&setup.experiment.chain, &setup.experiment.camera);
+    let Experiment { chain, camera, tracking, .. } = &setup.experiment;
     if let Some(raw) = camera.raw {
         return [raw.width_px(), raw.height_px()];
     }
     let [first_px, row_px] = camera.first_body_px;
     let whole_m = (chain.n_bodies - 1) as f64 * chain.mean_pitch_m();
     let way_px = largest_step_m(setup).unwrap_or(whole_m) * scale_px_per_m;
-    [2.0 * first_px + 1.0 + way_px, 2.0 * row_px + 1.0]
+    // Columns count from the left, where a chain to the left ends.
+    let beyond_px = match setup.map.goes_left() {
+        true => (first_px - way_px).max((tracking.half_width_px + MARGIN_PX) as f64),
+        false => first_px,
+    };
+    [2.0 * beyond_px + 1.0 + way_px, 2.0 * row_px + 1.0]
         .map(|px| px.ceil().clamp(1.0, f64::from(u16::MAX)) as usize)
 }
 

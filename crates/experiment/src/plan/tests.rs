@@ -6,6 +6,7 @@ use std::path::Path;
 use chainwave_synthetic::Scene;
 
 use super::*;
+use crate::configuration::Marks;
 use crate::film::film_experiment;
 use crate::store::MemoryStore;
 
@@ -188,6 +189,35 @@ fn what_is_not_stated_is_said_to_be_assumed() {
         );
     }
     assert!(planned(&unfilmed()).assumed.len() < found.assumed.len(), "what is stated is not assumed");
+}
+
+#[test]
+fn a_chain_to_the_left_is_planned_as_its_mirror_image() {
+    let marked = |at_px: &dyn Fn(f64) -> f64| {
+        let mut setup = unfilmed();
+        setup.experiment.synthetic = None;
+        let camera = &mut setup.experiment.camera;
+        let row_px = camera.first_body_px[1];
+        // The pitch is 75 px.
+        camera.first_body_px = [at_px(30.0), row_px];
+        camera.scale_px_per_m = None;
+        let at_px = [30.0, 180.0].map(|x_px| [at_px(x_px), row_px]).to_vec();
+        let sigma_px = toml::Value::Float(0.02).try_into().unwrap();
+        camera.marks = Some(Marks { bodies: vec![1, 3], at_px, sigma_px });
+        setup.map = ChainMap::read(&setup.experiment, &setup.path).unwrap();
+        setup
+    };
+    let to_the_right = marked(&|x_px| x_px);
+    let width_px = PlannedCamera::of(&to_the_right).unwrap().camera.width_px;
+    let to_the_left = marked(&|x_px| width_px as f64 - 1.0 - x_px);
+    assert!(to_the_left.map.goes_left() && !to_the_right.map.goes_left());
+    let [right, left] = [planned(&to_the_right), planned(&to_the_left)];
+    assert_eq!(right.cost.n_readings, left.cost.n_readings);
+    for ((result, one, _), (_, other, _)) in right.results.iter().zip(&left.results) {
+        let [one, other] = [one, other].map(|found| found.as_ref().unwrap());
+        // Whole numbers of pixels, mirrored: rounding alone, which an alignment's last step may enlarge.
+        assert!((one.sigma / other.sigma - 1.0).abs() < 1e-6, "{result:?}: {one:?}, {other:?}");
+    }
 }
 
 #[test]
