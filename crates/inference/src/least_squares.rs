@@ -79,16 +79,28 @@ pub(crate) struct Stop {
     pub(crate) first_damping: f64,
     /// The sum of squares below which a minimum is worth anything: a search that does not promise to come there is given up.
     pub(crate) worth: f64,
+    /// The sum of squares at a minimum that is known: a search that comes as near to it as makes no difference leads there, and ends.
+    pub(crate) known: f64,
 }
 
 impl Stop {
     /// The rule where errors are stated: a hundredth of a standard error.
-    pub(crate) const STATED: Self =
-        Self { step: 1e-2, max_rounds: 60, first_damping: FIRST_DAMPING, worth: f64::INFINITY };
+    pub(crate) const STATED: Self = Self {
+        step: 1e-2,
+        max_rounds: 60,
+        first_damping: FIRST_DAMPING,
+        worth: f64::INFINITY,
+        known: f64::INFINITY,
+    };
 
     /// Whether a step changes nothing, by the square of its length in standard errors.
     fn is_short(&self, length2: f64) -> bool {
         length2 < self.step * self.step
+    }
+
+    /// Whether a step of such a length leads to the minimum that is known: to none that is lower.
+    fn leads_to_known(&self, chi_squared: f64, length2: f64) -> bool {
+        (self.known..self.known + SAME_MINIMUM).contains(&chi_squared) && length2 < SAME_MINIMUM
     }
 }
 
@@ -153,9 +165,13 @@ pub(crate) fn least_of<P: LeastSquares>(
 ) -> Result<Best, Failure<P::Error>> {
     let mut minima: Vec<Minimum> = Vec::new();
     let mut failed = Failure::Unsettled { rounds: 0 };
+    let mut stop = *stop;
     for start in starts {
-        match minimise(problem, start, held, stop) {
-            Ok(minimum) => minima.push(minimum),
+        match minimise(problem, start, held, &stop) {
+            Ok(minimum) => {
+                stop.known = stop.known.min(minimum.chi_squared());
+                minima.push(minimum);
+            }
             Err(failure) => failed = failure,
         }
     }
@@ -229,6 +245,9 @@ fn descend<P: LeastSquares>(
         let trial = bounds.nearest(at.moved(&step));
         if stop.is_short(length2) {
             return Ok(Descent { at, here, last: Some(trial) });
+        }
+        if stop.leads_to_known(here.chi_squared(), length2) {
+            return Ok(Descent { at, here, last: None });
         }
         let is_poor = PROMISES * length2 < here.chi_squared() - stop.worth;
         n_poor = if is_poor { n_poor + 1 } else { 0 };
@@ -410,6 +429,8 @@ mod tests {
         let found =
             least_of(&problem, [start(&[1.0, 0.0]), start(&[10.0, 4.0])], &[], &Stop::STATED).unwrap();
         assert_eq!(found.n_same, 2);
+        let alone = minimise(&problem, start(&[1.0, 0.0]), &[], &Stop::STATED).unwrap();
+        assert_eq!(found.minimum.at, alone.at, "the second search ends near what the first one found");
         // The last step was below 1e-2 of a standard error (some 0.5 here), and converges quadratically.
         assert!((found.minimum.at.shared - DVector::from_column_slice(&[3.0, 1.5])).amax() < 1e-4);
     }
@@ -457,6 +478,44 @@ mod tests {
         assert_eq!(from_afar(1.0), from_afar(f64::INFINITY));
         // No step promises a sum of squares so far below zero: the second one that says so is the last.
         assert_eq!(from_afar(-1e6), Err(Failure::GivenUp { rounds: POOR_ROUNDS - 1 }));
+    }
+
+    #[test]
+    fn a_search_ends_where_it_leads_to_a_minimum_that_is_known_and_not_where_it_leads_below() {
+        let problem = Decay::of(3.0, 1.5, vec![FREE; 2]);
+        let rounds = |known: f64| {
+            let asked = Counted { problem: &problem, n: 0.into() };
+            let stop = Stop { known, ..Stop::STATED };
+            let found = minimise(&asked, start(&[10.0, 4.0]), &[], &stop).unwrap();
+            (found.chi_squared(), asked.n.into_inner())
+        };
+        let (least, to_the_end) = rounds(f64::INFINITY);
+        let (near, until_near) = rounds(least);
+        assert!(
+            near < least + SAME_MINIMUM && until_near < to_the_end,
+            "{near}, {until_near} of {to_the_end}"
+        );
+        // A minimum that is lower than the known one is followed to its end.
+        assert_eq!(rounds(least + 0.5 * SAME_MINIMUM), (least, to_the_end));
+    }
+
+    /// A problem that counts how often its equations are asked for.
+    struct Counted<'a> {
+        problem: &'a Decay,
+        n: std::cell::Cell<usize>,
+    }
+
+    impl LeastSquares for Counted<'_> {
+        type Error = ();
+
+        fn bounds(&self) -> &Bounds {
+            self.problem.bounds()
+        }
+
+        fn equations(&self, at: &Unknowns) -> Result<NormalEquations, ()> {
+            self.n.set(self.n.get() + 1);
+            self.problem.equations(at)
+        }
     }
 
     #[test]

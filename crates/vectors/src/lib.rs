@@ -1,5 +1,5 @@
-//! Which vector instructions the inner loops of correlation and mechanics run with: the best of the machine, or those that the
-//! environment names. All give the same bits; the tests of both crates hold that.
+//! Which vector instructions the inner loops of analysis, correlation and mechanics run with: the best of the machine, or those that the
+//! environment names. All give the same bits; the tests of these crates hold that.
 //!
 //! ```
 //! use chainwave_vectors::{InstructionSet, dispatch};
