@@ -7,10 +7,8 @@
 //! repeating a trial nor taking more frames reduces it. It is tested against the scatter of the excess from trial to trial; where there
 //! is none, nothing changes. Where bodies show an excess that still rest, it is the light or the focus that changes.
 
-use chainwave_measurement::{
-    BodyTrack, ChainMotion, ErrorModes, ErrorPattern, ErrorSource, Estimate, Observation, median,
-};
-use ndarray::Array2;
+use chainwave_measurement::{BodyTrack, Estimate, Observation, median};
+use chainwave_stitching::{ReadingError, TrackError};
 
 /// The excess of variances over those at rest.
 pub(crate) struct PictureErrors {
@@ -37,7 +35,8 @@ struct Group {
 /// One trial of a group.
 struct Reading {
     recording: String,
-    times_s: Vec<f64>,
+    /// Where the body was, frame by frame.
+    places_m: Vec<Option<f64>>,
     /// Variance beyond that at rest, frame by frame, smoothed.
     extra_m2: Vec<f64>,
 }
@@ -48,8 +47,8 @@ const UNCLEAR_EXCESS: f64 = 0.03;
 const TOLD_SIGMA: [f64; 2] = [3.0, 5.0];
 /// The distance on the sensor over which such an error changes, in pixels: the gradients of speckles of 3 to 6 px.
 const CORRELATION_PX: f64 = 3.0;
-/// Modes that stand for one body in one view, at most.
-const MOST_MODES: f64 = 8.0;
+/// Stretches of the way of one body in one view, at most.
+const MOST_STRETCHES: f64 = 8.0;
 /// Frames on each side over which an excess is averaged.
 const SMOOTHING: usize = 5;
 /// Variance of a reading over the median around it in a frame that is torn: six times the scatter from noise on 17 x 17 pixels.
@@ -73,7 +72,7 @@ impl PictureErrors {
                 let Some(moved) = median(own.moved.clone()) else { continue };
                 let reading = Reading {
                     recording: observation.recording.clone(),
-                    times_s: observation.times_s.clone(),
+                    places_m: track.position_m.iter().map(|x| x.map(|x| x.value)).collect(),
                     extra_m2: own.smoothed_m2(),
                 };
                 let known =
@@ -108,16 +107,10 @@ impl PictureErrors {
         self.is_found
     }
 
-    /// Adds the error that the trials of a view share to a motion: one mode for each stretch of each body's way in each view. A mean of n
-    /// readings already has the n-th part of its variance.
-    pub(crate) fn add_to(&self, motion: &mut ChainMotion) {
-        if !self.is_found {
-            return;
-        }
-        for group in &self.groups {
-            let errors = group.errors(motion, self.correlation_m);
-            motion.add_errors(errors);
-        }
+    /// The errors that the trials of a view share: of each body in each view one for all of its way, and one for each stretch of it.
+    pub(crate) fn of_readings(&self) -> Vec<ReadingError> {
+        let groups = self.groups.iter().filter(|_| self.is_found);
+        groups.flat_map(|group| group.errors(self.correlation_m)).collect()
     }
 
     /// Positions whose uncertainty is such that a fit to all of them, which takes them for independent, gives the shared error its
@@ -222,56 +215,43 @@ impl Excess {
 }
 
 impl Group {
-    /// The error along the body's way: stretches follow each other with weights whose squares add to one, so that the error's
-    /// variance is right everywhere and it changes from stretch to stretch.
-    fn errors(&self, motion: &ChainMotion, correlation_m: f64) -> ErrorModes {
-        let row = self.body - 1;
-        let places: Vec<Option<f64>> =
-            motion.displacement_m.row(row).iter().map(|x| x.map(|x| x.value)).collect();
-        let (from_m, until_m) = places
-            .iter()
-            .flatten()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(from, until), x| (from.min(*x), until.max(*x)));
+    /// The error along the body's way. Half of its variance is what the picture had at the body's place at rest, which the reference keeps, and
+    /// so the same all along; the other half is what it has where the body is now: stretches follow each other with weights whose squares
+    /// add to one, so that the variance is right everywhere and the error changes from stretch to stretch.
+    fn errors(&self, correlation_m: f64) -> Vec<ReadingError> {
+        let places = || self.trials.iter().flat_map(|trial| trial.places_m.iter().flatten());
+        let (from_m, until_m) = places()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(from, until), x_m| (from.min(*x_m), until.max(*x_m)));
         if from_m > until_m {
-            return ErrorModes::default();
+            return Vec::new();
         }
-        let stretch_m = correlation_m.max((until_m - from_m) / (MOST_MODES - 1.0));
-        let amplitude_m: Vec<f64> = motion
-            .times_s
-            .iter()
-            .enumerate()
-            .map(|(i, t)| self.shared_m(*t, motion.n_trials[(row, i)]))
-            .collect();
-        let n_modes = ((until_m - from_m) / stretch_m).ceil() as usize + 1;
-        let mut errors = ErrorModes::default();
-        for k in 0..n_modes {
-            let error_m = |(_, i): (usize, usize)| {
-                let apart = |x_m: f64| ((x_m - from_m) / stretch_m - k as f64).abs().min(1.0);
-                places[i].map_or(0.0, |x_m| amplitude_m[i] * weight(apart(x_m)))
-            };
-            let of_body = ErrorPattern::new(row, Array2::from_shape_fn((1, places.len()), error_m));
-            let source = format!("pictures of body {} in view {}, stretch {}", self.body, self.view, k + 1);
-            let pattern = errors.add_pattern(of_body);
-            errors.push_sum(ErrorSource::from(source), vec![(pattern, 1.0)]);
-        }
-        errors
+        let stretch_m = correlation_m.max((until_m - from_m) / (MOST_STRETCHES - 1.0));
+        let n_stretches = ((until_m - from_m) / stretch_m).ceil() as usize + 1;
+        let of_stretch = |k: usize| {
+            move |x_m: f64| weight(((x_m - from_m) / stretch_m - k as f64).abs().min(1.0))
+        };
+        let stretches = (0..n_stretches).map(|k| self.error(&format!("stretch {}", k + 1), of_stretch(k)));
+        std::iter::once(self.error("all of its way", |_| 1.0)).chain(stretches).collect()
     }
 
-    /// Standard deviation of what the view's trials share of the mean of `n` readings at a time, beyond the n-th part that readings which
-    /// count as independent already have.
-    fn shared_m(&self, time_s: f64, n: u32) -> f64 {
-        let extra = |one: &Reading| {
-            let frame = one.times_s.partition_point(|stamp_s| *stamp_s < time_s);
-            one.extra_m2.get(frame).copied()
+    /// An error of half the variance, weighted by the place. What the trials share is beyond the n-th part that the mean of n readings which
+    /// count as independent has already.
+    fn error(&self, part: &str, weight: impl Fn(f64) -> f64) -> ReadingError {
+        let shared = 1.0 - (self.trials.len() as f64).recip();
+        let of_trial = |trial: &Reading| TrackError {
+            recording: trial.recording.clone(),
+            body: self.body,
+            error_m: trial
+                .places_m
+                .iter()
+                .zip(&trial.extra_m2)
+                .map(|(x_m, extra_m2)| x_m.map_or(0.0, |x_m| weight(x_m) * (0.5 * shared * extra_m2).sqrt()))
+                .collect(),
         };
-        let seen: Vec<f64> = self.trials.iter().filter_map(extra).collect();
-        let (own, all) = (seen.len() as f64, f64::from(n.max(1)));
-        if seen.is_empty() {
-            return 0.0;
+        ReadingError {
+            source: format!("pictures of body {} in view {}, {part}", self.body, self.view).into(),
+            of_tracks: self.trials.iter().map(of_trial).collect(),
         }
-        let own = own.min(all);
-        let mean_m2 = seen.iter().sum::<f64>() / seen.len() as f64;
-        (mean_m2 * (own * own - own)).max(0.0).sqrt() / all
     }
 }
 
