@@ -227,9 +227,8 @@ impl Group {
         }
         let stretch_m = correlation_m.max((until_m - from_m) / (MOST_STRETCHES - 1.0));
         let n_stretches = ((until_m - from_m) / stretch_m).ceil() as usize + 1;
-        let of_stretch = |k: usize| {
-            move |x_m: f64| weight(((x_m - from_m) / stretch_m - k as f64).abs().min(1.0))
-        };
+        let of_stretch =
+            |k: usize| move |x_m: f64| weight(((x_m - from_m) / stretch_m - k as f64).abs().min(1.0));
         let stretches = (0..n_stretches).map(|k| self.error(&format!("stretch {}", k + 1), of_stretch(k)));
         std::iter::once(self.error("all of its way", |_| 1.0)).chain(stretches).collect()
     }

@@ -146,7 +146,11 @@ impl AlignmentState<'_> {
         kept.map(|k| {
             let amplitude = ratio * eigen.eigenvalues[k].sqrt();
             let error = DVector::from_fn(2 * n, |i, _| amplitude * unit(i) * eigen.eigenvectors[(i, k)]);
-            AlignmentDirection { source: ErrorSource::Alignment { direction: k }, error, cause: Cause::Alignment }
+            AlignmentDirection {
+                source: ErrorSource::Alignment { direction: k },
+                error,
+                cause: Cause::Alignment,
+            }
         })
         .collect()
     }

@@ -53,8 +53,7 @@ impl ReadingError {
             let samples: Vec<Option<Estimate>> =
                 track.error_m.iter().map(|error_m| Some(Estimate::new(*error_m, 0.0))).collect();
             let read = |time_s: &f64| {
-                let stencil =
-                    Stencil::at(&observations[recording].times_s, time_s + offsets_s[recording])?;
+                let stencil = Stencil::at(&observations[recording].times_s, time_s + offsets_s[recording])?;
                 Some(stencil.read(&samples)?.value)
             };
             let error_m = times_s.iter().map(|time_s| read(time_s).unwrap_or(0.0)).collect();
