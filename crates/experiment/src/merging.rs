@@ -57,7 +57,7 @@ pub(crate) fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>
     );
     let without_pictures = stitched.motion.clone();
     if picture_errors.is_found() {
-        let with_pictures = Settings { reading_errors: picture_errors.of_readings(), ..settings.clone() };
+        let with_pictures = Settings { reading_errors: picture_errors.of_readings(), ..settings };
         stitched = merge(&observations, &with_pictures)?;
     }
     let recordings: Vec<TrackedRecording> =
