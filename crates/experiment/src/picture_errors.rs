@@ -7,8 +7,13 @@
 //! repeating a trial nor taking more frames reduces it. It is tested against the scatter of the excess from trial to trial; where there
 //! is none, nothing changes. Where bodies show an excess that still rest, it is the light or the focus that changes.
 
+mod variogram;
+
 use chainwave_measurement::{BodyTrack, Estimate, Observation, median};
 use chainwave_stitching::{ReadingError, TrackError};
+use nalgebra::DVector;
+
+use self::variogram::{Variogram, between};
 
 /// The excess of variances over those at rest.
 pub(crate) struct PictureErrors {
@@ -35,8 +40,8 @@ struct Group {
 /// One trial of a group.
 struct Reading {
     recording: String,
-    /// Where the body was, frame by frame.
-    places_m: Vec<Option<f64>>,
+    /// How far the body was from its place at rest, frame by frame.
+    away_m: Vec<Option<f64>>,
     /// Variance beyond that at rest, frame by frame, smoothed.
     extra_m2: Vec<f64>,
 }
@@ -72,7 +77,7 @@ impl PictureErrors {
                 let Some(moved) = median(own.moved.clone()) else { continue };
                 let reading = Reading {
                     recording: observation.recording.clone(),
-                    places_m: track.position_m.iter().map(|x| x.map(|x| x.value)).collect(),
+                    away_m: track.position_m.iter().map(|x| x.map(|x| x.value - own.origin_m)).collect(),
                     extra_m2: own.smoothed_m2(),
                 };
                 let known =
@@ -107,10 +112,12 @@ impl PictureErrors {
         self.is_found
     }
 
-    /// The errors that the trials of a view share: of each body in each view one for all of its way, and one for each stretch of it.
+    /// The errors that the trials of a view share, some of each body in each view.
     pub(crate) fn of_readings(&self) -> Vec<ReadingError> {
-        let groups = self.groups.iter().filter(|_| self.is_found);
-        groups.flat_map(|group| group.errors(self.correlation_m)).collect()
+        let ways: Vec<Vec<(f64, f64)>> =
+            self.groups.iter().map(|group| group.variances().collect()).collect();
+        let variogram = Variogram::of(&ways, self.correlation_m);
+        self.groups.iter().flat_map(|group| group.errors(&variogram, self.correlation_m)).collect()
     }
 
     /// Positions whose uncertainty is such that a fit to all of them, which takes them for independent, gives the shared error its
@@ -171,6 +178,8 @@ impl PictureErrors {
 /// One body's variances in one recording.
 struct Excess {
     at_rest_m2: f64,
+    /// Mean place at rest.
+    origin_m: f64,
     /// Variance frame by frame; `None` where the body was lost.
     variance_m2: Vec<Option<f64>>,
     /// Relative excess in each frame in which the body has moved by more than a pixel.
@@ -190,7 +199,7 @@ impl Excess {
         let moved = track.position_m.iter().flatten().filter(|x| (x.value - origin_m).abs() > m_per_px);
         let moved = moved.map(|x| x.sigma.powi(2) / at_rest_m2 - 1.0).collect();
         let variance_m2 = track.position_m.iter().map(|x| x.map(|x| x.sigma.powi(2))).collect();
-        Some(Self { at_rest_m2, variance_m2, moved })
+        Some(Self { at_rest_m2, origin_m, variance_m2, moved })
     }
 
     /// Median relative excess between two times, where that is long enough to tell.
@@ -215,42 +224,49 @@ impl Excess {
 }
 
 impl Group {
-    /// The error along the body's way. Half of its variance is what the picture had at the body's place at rest, which the reference keeps, and
-    /// so the same all along; the other half is what it has where the body is now: stretches follow each other with weights whose squares
-    /// add to one, so that the variance is right everywhere and the error changes from stretch to stretch.
-    fn errors(&self, correlation_m: f64) -> Vec<ReadingError> {
-        let places = || self.trials.iter().flat_map(|trial| trial.places_m.iter().flatten());
-        let (from_m, until_m) = places()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(from, until), x_m| (from.min(*x_m), until.max(*x_m)));
-        if from_m > until_m {
-            return Vec::new();
-        }
-        let stretch_m = correlation_m.max((until_m - from_m) / (MOST_STRETCHES - 1.0));
-        let n_stretches = ((until_m - from_m) / stretch_m).ceil() as usize + 1;
-        let of_stretch =
-            |k: usize| move |x_m: f64| weight(((x_m - from_m) / stretch_m - k as f64).abs().min(1.0));
-        let stretches = (0..n_stretches).map(|k| self.error(&format!("stretch {}", k + 1), of_stretch(k)));
-        std::iter::once(self.error("all of its way", |_| 1.0)).chain(stretches).collect()
+    /// Distances from rest, and the excess of the variance there.
+    fn variances(&self) -> impl Iterator<Item = (f64, f64)> {
+        let of_trial = |trial: &'_ Reading| {
+            let seen = trial.away_m.iter().zip(&trial.extra_m2);
+            seen.filter_map(|(away_m, extra_m2)| Some(((*away_m)?, *extra_m2))).collect::<Vec<_>>()
+        };
+        self.trials.iter().flat_map(of_trial)
     }
 
-    /// An error of half the variance, weighted by the place. What the trials share is beyond the n-th part that the mean of n readings which
-    /// count as independent has already.
-    fn error(&self, part: &str, weight: impl Fn(f64) -> f64) -> ReadingError {
+    /// The error along the body's way as independent parts of it. It is told at the ends of stretches, and fades from one to the next with weights that
+    /// keep its variance.
+    fn errors(&self, variogram: &Variogram, correlation_m: f64) -> Vec<ReadingError> {
+        let (from_m, until_m) = self
+            .variances()
+            .fold((0.0_f64, 0.0_f64), |(from, until), (x_m, _)| (from.min(x_m), until.max(x_m)));
+        let stretch_m = correlation_m.max((until_m - from_m) / (MOST_STRETCHES - 1.0));
+        let n_ends = ((until_m - from_m) / stretch_m).ceil() as usize + 1;
+        let ends_m: Vec<f64> = (0..n_ends).map(|k| from_m + k as f64 * stretch_m).collect();
+        let parts = variogram.parts(&ends_m);
+        // What the trials share is beyond the n-th part that the mean of n readings which count as independent has already.
         let shared = 1.0 - (self.trials.len() as f64).recip();
-        let of_trial = |trial: &Reading| TrackError {
-            recording: trial.recording.clone(),
-            body: self.body,
-            error_m: trial
-                .places_m
+        let at = |(away_m, extra_m2): (&Option<f64>, &f64)| {
+            let Some(away_m) = *away_m else { return DVector::zeros(parts.ncols()) };
+            let near = |end_m: &f64| weight(((away_m - end_m) / stretch_m).abs().min(1.0));
+            let weights = DVector::from_iterator(n_ends, ends_m.iter().map(near));
+            between(&parts, &weights) * (shared * extra_m2).sqrt()
+        };
+        let of_trial = |trial: &Reading| trial.away_m.iter().zip(&trial.extra_m2).map(at).collect::<Vec<_>>();
+        let errors_m: Vec<Vec<DVector<f64>>> = self.trials.iter().map(of_trial).collect();
+        let of_part = |k: usize| ReadingError {
+            source: format!("pictures of body {} in view {}, part {}", self.body, self.view, k + 1).into(),
+            of_tracks: self
+                .trials
                 .iter()
-                .zip(&trial.extra_m2)
-                .map(|(x_m, extra_m2)| x_m.map_or(0.0, |x_m| weight(x_m) * (0.5 * shared * extra_m2).sqrt()))
+                .zip(&errors_m)
+                .map(|(trial, errors_m)| TrackError {
+                    recording: trial.recording.clone(),
+                    body: self.body,
+                    error_m: errors_m.iter().map(|error_m| error_m[k]).collect(),
+                })
                 .collect(),
         };
-        ReadingError {
-            source: format!("pictures of body {} in view {}, {part}", self.body, self.view).into(),
-            of_tracks: self.trials.iter().map(of_trial).collect(),
-        }
+        (0..parts.ncols()).map(of_part).collect()
     }
 }
 
