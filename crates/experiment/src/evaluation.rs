@@ -155,12 +155,8 @@ pub fn evaluate(
         Some(fit) => StatedDamping::of_release(fit, critical),
         None => StatedDamping::of(&track_fit, &imposed_fit, &energy_fit, critical),
     };
-    let standings = Standings::of(
-        &stitched.alignments,
-        accepted(&track_fit),
-        &tracked.stages.scale,
-        experiment.far_striker.is_some(),
-    );
+    let standings =
+        Standings::of(&stitched.alignments, accepted(&track_fit), experiment.far_striker.is_some());
     let mut notices = notices(experiment, &tracked.recordings, &observations, &standings);
     notices.extend(before_the_wave(&observations, &reached));
     notices.extend(experiment.far_striker.as_ref().map(|_| aligned_by_one_striker()));
@@ -478,6 +474,7 @@ pub(crate) fn known(experiment: &Experiment, map: &ChainMap, contradiction: &Sca
         (Quantity::Exponent, of_exponent),
     ]
     .into_iter()
+    .chain(contradiction.of_views().map(|(view, sigma)| (Quantity::ScaleOfView(view), sigma)))
     .chain(of_masses)
     .chain(of_gaps)
     .filter(|(_, relative_sigma)| *relative_sigma > 0.0)
@@ -487,7 +484,9 @@ pub(crate) fn known(experiment: &Experiment, map: &ChainMap, contradiction: &Sca
 
 /// The same without what the pictures' scale leaves open: it stands among the errors that the motion states.
 fn known_of_chain(known: &[Known]) -> Vec<Known> {
-    known.iter().filter(|known| known.quantity != Quantity::Scale).cloned().collect()
+    let is_of_pictures =
+        |known: &&Known| matches!(known.quantity, Quantity::Scale | Quantity::ScaleOfView(_));
+    known.iter().filter(|known| !is_of_pictures(known)).cloned().collect()
 }
 
 fn energy_model(material: &Material<'_>, spacing: Spacing) -> Result<EnergyModel, FitError> {

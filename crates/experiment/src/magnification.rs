@@ -18,6 +18,8 @@ pub(crate) struct Magnifications {
     pub(crate) views: Vec<(u32, Estimate)>,
     /// Independent errors of these, each by view, of one standard deviation.
     pub(crate) errors: Vec<Vec<f64>>,
+    /// Standard uncertainty of what all views have in common.
+    common_sigma: f64,
 }
 
 impl Magnifications {
@@ -49,8 +51,10 @@ impl Magnifications {
         let alone =
             |index: usize| (0..views.len()).map(|other| if other == index { sigma } else { 0.0 }).collect();
         // The stated scale was found in one view or in some of them: what views have in common is off it as their mean is.
-        let common = vec![error_of_mean(&sizes); views.len()];
+        let common_sigma = error_of_mean(&sizes);
+        let common = vec![common_sigma; views.len()];
         Self {
+            common_sigma,
             errors: (0..views.len()).map(alone).chain([common]).collect(),
             views: views
                 .iter()
@@ -86,7 +90,9 @@ impl Magnifications {
         let errors: Vec<Vec<f64>> = inverse.row_iter().map(|row| row.iter().copied().collect()).collect();
         let sigma = |view: usize| errors.iter().map(|error| error[view].powi(2)).sum::<f64>().sqrt();
         let of_view = |index: usize| (views[index], Estimate::new(found[index], sigma(index)));
-        Self { views: (0..n).map(of_view).collect(), errors }
+        // Of the covariance C as much is common to all as 1 / (1^T C^-1 1): ties add nothing to that sum.
+        let common_sigma = view_sigma / (n as f64).sqrt();
+        Self { views: (0..n).map(of_view).collect(), errors, common_sigma }
     }
 
     /// The magnification of a view; that of all views, exactly, where nothing is known of it.
@@ -109,10 +115,18 @@ impl Magnifications {
         self.views.iter().any(|(_, size)| size.value.abs() > TOLD * size.sigma)
     }
 
-    /// The largest standard uncertainty of a view's magnification, with what views have in common.
-    pub(crate) fn largest_sigma(&self) -> f64 {
-        let sigma = |view: usize| self.errors.iter().map(|error| error[view].powi(2)).sum::<f64>().sqrt();
-        (0..self.views.len()).map(sigma).fold(0.0, f64::max)
+    /// Standard uncertainty of what all views have in common.
+    pub(crate) fn common_sigma(&self) -> f64 {
+        self.common_sigma
+    }
+
+    /// Views and the standard uncertainty of what each has for itself.
+    pub(crate) fn own_sigmas(&self) -> impl Iterator<Item = (u32, f64)> {
+        let own = |index: usize| {
+            let all: f64 = self.errors.iter().map(|error| error[index].powi(2)).sum();
+            (all - self.common_sigma.powi(2)).max(0.0).sqrt()
+        };
+        self.views.iter().enumerate().map(move |(index, (view, _))| (*view, own(index)))
     }
 }
 
@@ -155,7 +169,8 @@ mod tests {
         // Sizes of 0, 6 and 3 thousandths scatter by 3 about their mean, which is known to 3 / sqrt(3).
         let common = 3e-3 / 3.0_f64.sqrt();
         let of_view = found.of(2).sigma;
-        assert!((found.largest_sigma() / of_view.hypot(common) - 1.0).abs() < 1e-6);
+        assert!((found.common_sigma() / common - 1.0).abs() < 1e-6);
+        assert!(found.own_sigmas().all(|(_, own)| (own / of_view - 1.0).abs() < 1e-6));
         // Beside each other, views do not feel it.
         assert!((found.of(2).value - found.of(1).value - 6e-3).abs() < 1e-9);
         let in_common = found.errors.last().unwrap();
@@ -174,6 +189,10 @@ mod tests {
         };
         assert!((variance([-1.0, 1.0]) / (1.0 / (s.powi(-2) + 0.5 * v.powi(-2))) - 1.0).abs() < 1e-9);
         assert!((variance([1.0, 1.0]) / (2.0 * v * v) - 1.0).abs() < 1e-9);
+        // Half the sum is common, and half the difference each view's own.
+        assert!((found.common_sigma() / (v / 2.0_f64.sqrt()) - 1.0).abs() < 1e-12);
+        let own = 0.5 / (s.powi(-2) + 0.5 * v.powi(-2)).sqrt();
+        assert!(found.own_sigmas().all(|(_, found)| (found / own - 1.0).abs() < 1e-9));
     }
 
     #[test]

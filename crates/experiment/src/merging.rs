@@ -3,7 +3,7 @@
 use std::num::NonZero;
 
 use chainwave_measurement::Observation;
-use chainwave_stitching::{FirstBody, Outlier, Settings, Stitched};
+use chainwave_stitching::{FirstBody, Outlier, Settings, Stitched, merge};
 
 use crate::configuration::Experiment;
 use crate::direction::against_the_chain;
@@ -49,21 +49,24 @@ pub(crate) fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>
         observations = chosen(&observations, &kept);
         steadying = Steadying::of(experiment, &as_read, scale)?;
     }
-    let recordings: Vec<TrackedRecording> =
-        kept.iter().map(|index| tracked.recordings[sound[*index]].clone()).collect();
-    let shared = SharedErrors::of(setup, &recordings, &steadying, &settings, &stitched, n_threads)?;
-    shared.add_to(&mut stitched.motion);
-    steadying.add_to(&mut stitched.motion, &observations);
     let picture_errors = PictureErrors::of(
         &as_read,
         experiment.tracking.rest_until_s,
         &steadying.rests_until_s,
         setup.map.m_per_px().value,
     );
-    let mut side_motion = SideMotion::of(setup, &recordings, &steadying, &settings, &stitched, n_threads)?;
     let without_pictures = stitched.motion.clone();
-    picture_errors.add_to(&mut stitched.motion);
+    if picture_errors.is_found() {
+        let with_pictures = Settings { reading_errors: picture_errors.of_readings(), ..settings };
+        stitched = merge(&observations, &with_pictures)?;
+    }
+    let recordings: Vec<TrackedRecording> =
+        kept.iter().map(|index| tracked.recordings[sound[*index]].clone()).collect();
+    let shared = SharedErrors::of(setup, &recordings, &steadying, &settings, &stitched, n_threads)?;
+    let mut side_motion = SideMotion::of(setup, &recordings, &steadying, &settings, &stitched, n_threads)?;
     side_motion.widen(&without_pictures, &stitched.motion);
+    shared.add_to(&mut stitched.motion);
+    steadying.add_to(&mut stitched.motion, &observations);
     // What pictures add to the noise of a body that moves is as white, and has its name.
     let unresolved =
         (!picture_errors.is_found()).then(|| Unresolved::of(&observations, experiment.tracking.rest_until_s));

@@ -7,10 +7,13 @@
 //! repeating a trial nor taking more frames reduces it. It is tested against the scatter of the excess from trial to trial; where there
 //! is none, nothing changes. Where bodies show an excess that still rest, it is the light or the focus that changes.
 
-use chainwave_measurement::{
-    BodyTrack, ChainMotion, ErrorModes, ErrorPattern, ErrorSource, Estimate, Observation, median,
-};
-use ndarray::Array2;
+mod variogram;
+
+use chainwave_measurement::{BodyTrack, Estimate, Observation, median};
+use chainwave_stitching::{ReadingError, TrackError};
+use nalgebra::DVector;
+
+use self::variogram::{Variogram, between};
 
 /// The excess of variances over those at rest.
 pub(crate) struct PictureErrors {
@@ -37,7 +40,8 @@ struct Group {
 /// One trial of a group.
 struct Reading {
     recording: String,
-    times_s: Vec<f64>,
+    /// How far the body was from its place at rest, frame by frame.
+    away_m: Vec<Option<f64>>,
     /// Variance beyond that at rest, frame by frame, smoothed.
     extra_m2: Vec<f64>,
 }
@@ -48,8 +52,8 @@ const UNCLEAR_EXCESS: f64 = 0.03;
 const TOLD_SIGMA: [f64; 2] = [3.0, 5.0];
 /// The distance on the sensor over which such an error changes, in pixels: the gradients of speckles of 3 to 6 px.
 const CORRELATION_PX: f64 = 3.0;
-/// Modes that stand for one body in one view, at most.
-const MOST_MODES: f64 = 8.0;
+/// Stretches of the way of one body in one view, at most.
+const MOST_STRETCHES: f64 = 8.0;
 /// Frames on each side over which an excess is averaged.
 const SMOOTHING: usize = 5;
 /// Variance of a reading over the median around it in a frame that is torn: six times the scatter from noise on 17 x 17 pixels.
@@ -73,7 +77,7 @@ impl PictureErrors {
                 let Some(moved) = median(own.moved.clone()) else { continue };
                 let reading = Reading {
                     recording: observation.recording.clone(),
-                    times_s: observation.times_s.clone(),
+                    away_m: track.position_m.iter().map(|x| x.map(|x| x.value - own.origin_m)).collect(),
                     extra_m2: own.smoothed_m2(),
                 };
                 let known =
@@ -108,16 +112,12 @@ impl PictureErrors {
         self.is_found
     }
 
-    /// Adds the error that the trials of a view share to a motion: one mode for each stretch of each body's way in each view. A mean of n
-    /// readings already has the n-th part of its variance.
-    pub(crate) fn add_to(&self, motion: &mut ChainMotion) {
-        if !self.is_found {
-            return;
-        }
-        for group in &self.groups {
-            let errors = group.errors(motion, self.correlation_m);
-            motion.add_errors(errors);
-        }
+    /// The errors that the trials of a view share, some of each body in each view.
+    pub(crate) fn of_readings(&self) -> Vec<ReadingError> {
+        let ways: Vec<Vec<(f64, f64)>> =
+            self.groups.iter().map(|group| group.variances().collect()).collect();
+        let variogram = Variogram::of(&ways, self.correlation_m);
+        self.groups.iter().flat_map(|group| group.errors(&variogram, self.correlation_m)).collect()
     }
 
     /// Positions whose uncertainty is such that a fit to all of them, which takes them for independent, gives the shared error its
@@ -178,6 +178,8 @@ impl PictureErrors {
 /// One body's variances in one recording.
 struct Excess {
     at_rest_m2: f64,
+    /// Mean place at rest.
+    origin_m: f64,
     /// Variance frame by frame; `None` where the body was lost.
     variance_m2: Vec<Option<f64>>,
     /// Relative excess in each frame in which the body has moved by more than a pixel.
@@ -197,7 +199,7 @@ impl Excess {
         let moved = track.position_m.iter().flatten().filter(|x| (x.value - origin_m).abs() > m_per_px);
         let moved = moved.map(|x| x.sigma.powi(2) / at_rest_m2 - 1.0).collect();
         let variance_m2 = track.position_m.iter().map(|x| x.map(|x| x.sigma.powi(2))).collect();
-        Some(Self { at_rest_m2, variance_m2, moved })
+        Some(Self { at_rest_m2, origin_m, variance_m2, moved })
     }
 
     /// Median relative excess between two times, where that is long enough to tell.
@@ -222,56 +224,49 @@ impl Excess {
 }
 
 impl Group {
-    /// The error along the body's way: stretches follow each other with weights whose squares add to one, so that the error's
-    /// variance is right everywhere and it changes from stretch to stretch.
-    fn errors(&self, motion: &ChainMotion, correlation_m: f64) -> ErrorModes {
-        let row = self.body - 1;
-        let places: Vec<Option<f64>> =
-            motion.displacement_m.row(row).iter().map(|x| x.map(|x| x.value)).collect();
-        let (from_m, until_m) = places
-            .iter()
-            .flatten()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(from, until), x| (from.min(*x), until.max(*x)));
-        if from_m > until_m {
-            return ErrorModes::default();
-        }
-        let stretch_m = correlation_m.max((until_m - from_m) / (MOST_MODES - 1.0));
-        let amplitude_m: Vec<f64> = motion
-            .times_s
-            .iter()
-            .enumerate()
-            .map(|(i, t)| self.shared_m(*t, motion.n_trials[(row, i)]))
-            .collect();
-        let n_modes = ((until_m - from_m) / stretch_m).ceil() as usize + 1;
-        let mut errors = ErrorModes::default();
-        for k in 0..n_modes {
-            let error_m = |(_, i): (usize, usize)| {
-                let apart = |x_m: f64| ((x_m - from_m) / stretch_m - k as f64).abs().min(1.0);
-                places[i].map_or(0.0, |x_m| amplitude_m[i] * weight(apart(x_m)))
-            };
-            let of_body = ErrorPattern::new(row, Array2::from_shape_fn((1, places.len()), error_m));
-            let source = format!("pictures of body {} in view {}, stretch {}", self.body, self.view, k + 1);
-            let pattern = errors.add_pattern(of_body);
-            errors.push_sum(ErrorSource::from(source), vec![(pattern, 1.0)]);
-        }
-        errors
+    /// Distances from rest, and the excess of the variance there.
+    fn variances(&self) -> impl Iterator<Item = (f64, f64)> {
+        let of_trial = |trial: &'_ Reading| {
+            let seen = trial.away_m.iter().zip(&trial.extra_m2);
+            seen.filter_map(|(away_m, extra_m2)| Some(((*away_m)?, *extra_m2))).collect::<Vec<_>>()
+        };
+        self.trials.iter().flat_map(of_trial)
     }
 
-    /// Standard deviation of what the view's trials share of the mean of `n` readings at a time, beyond the n-th part that readings which
-    /// count as independent already have.
-    fn shared_m(&self, time_s: f64, n: u32) -> f64 {
-        let extra = |one: &Reading| {
-            let frame = one.times_s.partition_point(|stamp_s| *stamp_s < time_s);
-            one.extra_m2.get(frame).copied()
+    /// The error along the body's way as independent parts of it. It is told at the ends of stretches and fades from one to the next with its variance
+    /// kept; half way between two it has a little more in common with others than at the ends.
+    fn errors(&self, variogram: &Variogram, correlation_m: f64) -> Vec<ReadingError> {
+        let (from_m, until_m) = self
+            .variances()
+            .fold((0.0_f64, 0.0_f64), |(from, until), (x_m, _)| (from.min(x_m), until.max(x_m)));
+        let stretch_m = correlation_m.max((until_m - from_m) / (MOST_STRETCHES - 1.0));
+        let n_ends = ((until_m - from_m) / stretch_m).ceil() as usize + 1;
+        let ends_m: Vec<f64> = (0..n_ends).map(|k| from_m + k as f64 * stretch_m).collect();
+        let parts = variogram.parts(&ends_m);
+        // What the trials share is beyond the n-th part that the mean of n readings which count as independent has already.
+        let shared = 1.0 - (self.trials.len() as f64).recip();
+        let at = |(away_m, extra_m2): (&Option<f64>, &f64)| {
+            let Some(away_m) = *away_m else { return DVector::zeros(parts.ncols()) };
+            let near = |end_m: &f64| weight(((away_m - end_m) / stretch_m).abs().min(1.0));
+            let weights = DVector::from_iterator(n_ends, ends_m.iter().map(near));
+            between(&parts, &weights) * (shared * extra_m2).sqrt()
         };
-        let seen: Vec<f64> = self.trials.iter().filter_map(extra).collect();
-        let (own, all) = (seen.len() as f64, f64::from(n.max(1)));
-        if seen.is_empty() {
-            return 0.0;
-        }
-        let own = own.min(all);
-        let mean_m2 = seen.iter().sum::<f64>() / seen.len() as f64;
-        (mean_m2 * (own * own - own)).max(0.0).sqrt() / all
+        let of_trial = |trial: &Reading| trial.away_m.iter().zip(&trial.extra_m2).map(at).collect::<Vec<_>>();
+        let errors_m: Vec<Vec<DVector<f64>>> = self.trials.iter().map(of_trial).collect();
+        let of_part = |k: usize| ReadingError {
+            source: format!("pictures of body {} in view {}, part {}", self.body, self.view, k + 1).into(),
+            of_tracks: self
+                .trials
+                .iter()
+                .zip(&errors_m)
+                .map(|(trial, errors_m)| TrackError {
+                    recording: trial.recording.clone(),
+                    body: self.body,
+                    error_m: errors_m.iter().map(|error_m| error_m[k]).collect(),
+                })
+                .collect(),
+        };
+        (0..parts.ncols()).map(of_part).collect()
     }
 }
 
@@ -349,29 +344,12 @@ mod tests {
         (1..5).map(recording).collect()
     }
 
-    fn motion(observations: &[Observation]) -> ChainMotion {
-        let times_s = observations[0].times_s.clone();
-        let x = |(row, i): (usize, usize)| {
-            observations[0].bodies[row].position_m[i].map(|x| Estimate::new(x.value, 0.5 * x.sigma))
-        };
-        let shape = (2, times_s.len());
-        ChainMotion {
-            displacement_m: Array2::from_shape_fn(shape, x),
-            independent_sigma_m: Array2::from_elem(shape, 0.5 * AT_REST_M),
-            modes: ErrorModes::default(),
-            n_trials: Array2::from_elem(shape, 4),
-            times_s,
-        }
-    }
-
     #[test]
     fn without_an_excess_nothing_changes() {
         let clean = observations(0.0);
         let found = PictureErrors::of(&clean, 0.0, &[0.0, 0.0], PX_M);
         assert!(found.warnings(false).is_empty(), "{:?}", found.warnings(false));
-        let mut same = motion(&clean);
-        found.add_to(&mut same);
-        assert_eq!(same, motion(&clean));
+        assert!(found.of_readings().is_empty());
         assert_eq!(found.widened(clean.clone()), clean);
     }
 
@@ -380,18 +358,28 @@ mod tests {
         let patterned = observations(0.5);
         let found = PictureErrors::of(&patterned, 0.0, &[0.0, 0.0], PX_M);
         assert!(found.warnings(false).concat().contains("fixed pattern"), "{:?}", found.warnings(false));
-        let mut motion = motion(&patterned);
-        found.add_to(&mut motion);
+        let errors = found.of_readings();
+        let body = 2;
+        let of_body = || errors.iter().filter(|error| error.of_tracks.iter().all(|track| track.body == body));
+        let variance = |error: &ReadingError, i: usize| (error.of_tracks[0].error_m[i] / AT_REST_M).powi(2);
+        // Of the pattern's variance, 0.5, a quarter is in the mean of four trials already. Variances scatter by 8 %, the smoothed by less.
+        let shared = 0.5 * (1.0 - 1.0 / 4.0);
         for i in [60, 90, 120] {
-            let x = motion.displacement_m[(1, i)].unwrap();
-            // A quarter of the noise's variance, and all of the pattern's: 0.25 + 0.5. Variances scatter by 8 %, the smoothed by less.
-            let variance = (x.sigma / AT_REST_M).powi(2);
-            assert!((variance - 0.75).abs() < 0.06, "{variance}");
-            let modes = motion.modes.variance_m2(&[(1, 1.0)])[i];
-            assert!((modes / AT_REST_M.powi(2) - 0.375).abs() < 0.04, "{modes}");
+            let all: f64 = of_body().map(|error| variance(error, i)).sum();
+            assert!((all - shared).abs() < 0.04, "{all}");
         }
-        let before = motion.displacement_m[(1, 10)].unwrap();
-        assert!((before.sigma / AT_REST_M - 0.5).abs() < 0.03, "{before:?}");
+        // Half of it is the pattern under the body at rest, which the error has everywhere. After 15 and 75 frames the body is 3 and 15 px away, at
+        // ends of stretches; half way between two of them each is a mean of two halves, which has up to 4/3 as much in common.
+        let common = |frames: [usize; 2]| {
+            let product = |error: &ReadingError| {
+                let error_m = &error.of_tracks[0].error_m;
+                error_m[frames[0]] * error_m[frames[1]] / AT_REST_M.powi(2)
+            };
+            of_body().map(product).sum::<f64>() / shared
+        };
+        assert!((common([55, 115]) - 0.5).abs() < 0.05, "{}", common([55, 115]));
+        assert!((0.45..0.05 + 2.0 / 3.0).contains(&common([62, 122])), "{}", common([62, 122]));
+        assert!(of_body().all(|error| error.of_tracks.len() == 4 && variance(error, 10) < 0.02));
         let widened = found.widened(patterned.clone());
         let sigma = |observations: &[Observation], frame: usize| {
             observations[0].bodies[0].position_m[frame].unwrap().sigma

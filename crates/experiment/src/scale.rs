@@ -108,15 +108,6 @@ impl ScaleCheck {
         }
     }
 
-    /// Standard uncertainty of a view's magnification less the mean of some recordings', which are given by their views.
-    pub(crate) fn sigma_from_mean(&self, view: u32, of_recordings: &[u32]) -> f64 {
-        let from_mean = |error: &Vec<f64>| {
-            let sum: f64 = of_recordings.iter().map(|other| self.views.error_of(*other, error)).sum();
-            self.views.error_of(view, error) - sum / of_recordings.len().max(1) as f64
-        };
-        self.views.errors.iter().map(|error| from_mean(error).powi(2)).sum::<f64>().sqrt()
-    }
-
     /// Adds to a motion what is not known of the views' magnifications, each in proportion to the motion and to the share of a body's
     /// recordings that the view has.
     fn add_views_to(&self, motion: &mut ChainMotion, observations: &[Observation]) {
@@ -147,9 +138,14 @@ impl ScaleCheck {
         motion.add_error("scale that the stage's steps contradict".into(), &displacement_m);
     }
 
-    /// The relative uncertainty of the scale that contradictions ask for; 0 without one.
+    /// The relative uncertainty of the scale of all views that contradictions ask for; 0 without one.
     pub(crate) fn relative_sigma(&self) -> f64 {
-        self.error.map_or(0.0, |error| error.value.abs()).hypot(self.views.largest_sigma())
+        self.error.map_or(0.0, |error| error.value.abs()).hypot(self.views.common_sigma())
+    }
+
+    /// Views and the relative uncertainty of the scale that each has for itself.
+    pub(crate) fn of_views(&self) -> impl Iterator<Item = (u32, f64)> {
+        self.views.own_sigmas()
     }
 
     /// What the reader should know.
@@ -279,15 +275,5 @@ mod tests {
         assert!(shared_m.len() == 5 && shared_m[1] > 1e-5 && shared_m[2] > 1e-5 && shared_m[3].abs() < 1e-18);
         let alone = ScaleCheck::default().levelled_step(&step, &bodies[0]);
         assert_eq!(alone, step);
-    }
-
-    #[test]
-    fn a_view_is_as_uncertain_beside_the_others_as_its_error_and_theirs() {
-        let found = ScaleCheck::of(&shared(2e-3, 4e-3), &StatedScale::default());
-        let sigma = found.views.of(2).sigma;
-        // Of three recordings, one a view, whose errors are independent: (1 - 1/3)^2 + 2/9 = 2/3.
-        let expected = sigma * (2.0_f64 / 3.0).sqrt();
-        assert!((found.sigma_from_mean(2, &[1, 2, 3]) / expected - 1.0).abs() < 1e-12);
-        assert!(ScaleCheck::default().sigma_from_mean(2, &[1, 2, 3]).abs() < 1e-18);
     }
 }

@@ -5,8 +5,6 @@ use chainwave_inference::{FittedRecording, TrackFit};
 use chainwave_measurement::Estimate;
 use chainwave_stitching::Alignment;
 
-use crate::scale::ScaleCheck;
-
 /// Where a recording stands among the others.
 #[derive(Debug, Clone)]
 pub struct Standing {
@@ -40,25 +38,15 @@ impl Standings {
         }
     }
 
-    /// From the model where the data accept it, else, and for recordings that the wave does not reach, from the alignment without one. Of a chain that is struck at both ends drives are refused:
-    /// a recording has two then, and what one number follows is either, as its view has it. A drive contains what is not known of its view's
-    /// magnification: a picture that is larger shows a wave that is as much stronger.
-    pub(crate) fn of(
-        alignments: &[Alignment],
-        accepted: Option<&TrackFit>,
-        scale: &ScaleCheck,
-        is_struck_twice: bool,
-    ) -> Self {
-        let views: Vec<u32> = alignments.iter().map(|alignment| alignment.view).collect();
-        let magnified = |recording: &str| {
-            let of_recording = alignments.iter().find(|alignment| alignment.recording == recording);
-            of_recording.map_or(0.0, |alignment| scale.sigma_from_mean(alignment.view, &views))
-        };
+    /// From the model where the data accept it, else, and for recordings that the wave does not reach, from the alignment without one. Of a
+    /// chain that is struck at both ends drives are refused: a recording has two then, and what one number follows is either, as its view
+    /// has it.
+    pub(crate) fn of(alignments: &[Alignment], accepted: Option<&TrackFit>, is_struck_twice: bool) -> Self {
         let fitted = |alignment: &Alignment| {
             accepted.iter().flat_map(|fit| &fit.recordings).find(|one| one.recording == alignment.recording)
         };
         let of_recording = |alignment: &Alignment| match fitted(alignment) {
-            Some(fitted) => by_model(fitted, magnified(&fitted.recording)),
+            Some(fitted) => by_model(fitted),
             None => by_onset(alignment, is_struck_twice),
         };
         let source = if accepted.is_some() {
@@ -70,12 +58,11 @@ impl Standings {
     }
 }
 
-fn by_model(fitted: &FittedRecording, magnified_sigma: f64) -> Standing {
-    let drive = fitted.drive_deviation;
+fn by_model(fitted: &FittedRecording) -> Standing {
     Standing {
         recording: fitted.recording.clone(),
         trigger_offset_s: fitted.trigger_offset_s,
-        drive_deviation: Some(Estimate::new(drive.value, drive.sigma.hypot(magnified_sigma))),
+        drive_deviation: Some(fitted.drive_deviation),
     }
 }
 

@@ -20,6 +20,8 @@ pub enum Quantity {
     Exponent,
     /// Length in the pictures over true length.
     Scale,
+    /// The same of one view over that of all, by its number.
+    ScaleOfView(u32),
     /// Mass of one body, from 1.
     MassOfBody(usize),
     /// Stiffness of one gap, from 1; the striker's contact is like the first.
@@ -56,6 +58,7 @@ impl Quantity {
             Self::Offset => "contact_delta_0",
             Self::Exponent => "contact_p",
             Self::Scale => "scale",
+            Self::ScaleOfView(_) => "scale_of_view",
             Self::MassOfBody(_) => "mass_of_body",
             Self::StiffnessOfGap(_) => "stiffness_of_gap",
             Self::Softening => "softening",
@@ -76,6 +79,16 @@ impl Quantity {
         !matches!(self, Self::DampingBetween | Self::Friction)
     }
 
+    /// Whether pictures have it and the chain does not feel it.
+    pub(crate) fn is_of_pictures(self) -> bool {
+        matches!(self, Self::Scale | Self::ScaleOfView(_))
+    }
+
+    /// Whether it is a scale of the pictures that a view has.
+    pub(crate) fn scales(self, view: u32) -> bool {
+        self == Self::Scale || self == Self::ScaleOfView(view)
+    }
+
     /// Multiplies the quantity in a model, or adds to it; the scale is not the model's, nor is friction, whose effect is added to its
     /// motion.
     pub(crate) fn apply(self, factor: f64, chain: &mut Chain, striker: &mut Striker) {
@@ -89,7 +102,7 @@ impl Quantity {
             Self::Prefactor => chain.contact.for_each(&mut |contact| stiffen(contact, factor)),
             Self::Offset => chain.contact.for_each_power_law(|law| law.delta_0_m *= factor),
             Self::Exponent => chain.contact.for_each_power_law(|law| law.p *= factor),
-            Self::Scale | Self::Friction => {}
+            Self::Scale | Self::ScaleOfView(_) | Self::Friction => {}
             Self::MassOfEverySecond => {
                 chain.mass_kg.iter_mut().skip(1).step_by(2).for_each(|mass_kg| *mass_kg *= factor);
             }

@@ -94,6 +94,16 @@ pub(crate) fn averaged_by_trigger(
         spread.within_m[at] = (n * noise_m2(|_| 1.0)).sqrt();
         spread.between_m[at] = (squares_m2 / (n - 1.0)).sqrt();
     }
+    for shared in &settings.reading_errors {
+        let mut error_m = Array2::zeros(shape);
+        for of_row in shared.on_time_base(observations, &vec![0.0; observations.len()], times_s) {
+            for (i, of_time) in readings.row(of_row.row).iter().enumerate() {
+                let sum: f64 = of_time.iter().map(|one| of_row.at(one.recording, i)).sum();
+                error_m[(of_row.row, i)] = sum / of_time.len().max(1) as f64;
+            }
+        }
+        motion.add_error(shared.source.clone(), &error_m);
+    }
     let ratios = scatter_ratios(&readings, &motion, observations.len());
     for (displacement_m, one) in of_trials.iter().zip(observations) {
         motion.modes.push(format!("trial {}", one.recording).into(), displacement_m);

@@ -7,7 +7,8 @@ use ndarray::Array2;
 use crate::body_response::FittedTime;
 use crate::fitted::Fitted;
 use crate::gauge::Exchange;
-use crate::normal_equations::offset_sensitivity;
+use crate::normal_equations::{error_sensitivity, offset_sensitivity};
+use crate::reading_error::{ReadingError, RowError};
 use crate::rest::Displacement;
 use crate::state::{AlignmentState, Scale};
 
@@ -27,8 +28,18 @@ pub(crate) struct AlignmentDirection {
     source: ErrorSource,
     /// Error of the drives, then of the offsets in seconds.
     pub(crate) error: DVector<f64>,
-    /// The error of a place at rest behind it: recording, row of the body, and standard deviation in metres.
-    at_rest: Option<(usize, usize, f64)>,
+    /// What is behind it.
+    cause: Cause,
+}
+
+/// What moves an alignment, and the motion beside that.
+enum Cause {
+    /// Nothing that moves the motion otherwise.
+    Alignment,
+    /// The error of a place at rest.
+    PlaceAtRest { recording: usize, row: usize, sigma_m: f64 },
+    /// An error that readings of several recordings share.
+    Readings(Vec<RowError>),
 }
 
 impl AlignmentState<'_> {
@@ -44,9 +55,17 @@ impl AlignmentState<'_> {
         for direction in directions {
             let by_alignment = direction.error.iter().copied().enumerate().filter(|(_, error)| *error != 0.0);
             let mut parts: Vec<(usize, f64)> = by_alignment.collect();
-            if let Some((recording, row, rest_sigma_m)) = direction.at_rest {
-                let of_place = ErrorPattern::new(row, self.effect_of_place(field, recording, row));
-                parts.push((modes.add_pattern(of_place), rest_sigma_m));
+            match &direction.cause {
+                Cause::Alignment => {}
+                Cause::PlaceAtRest { recording, row, sigma_m } => {
+                    let rest = self.end_of_rest();
+                    let unit = |r: usize, i: usize| f64::from(u8::from(r == *recording && i >= rest));
+                    parts.push((modes.add_pattern(self.effect_of_readings(field, *row, unit)), *sigma_m));
+                }
+                Cause::Readings(rows) => parts.extend(rows.iter().map(|one| {
+                    let error_m = |r: usize, i: usize| one.at(r, i);
+                    (modes.add_pattern(self.effect_of_readings(field, one.row, error_m)), 1.0)
+                })),
             }
             modes.push_sum(direction.source.clone(), parts);
         }
@@ -75,18 +94,22 @@ impl AlignmentState<'_> {
         effects
     }
 
-    /// What one unit of a body's place at rest in a recording changes of that body's motion, beside what it does to drives and offsets.
-    fn effect_of_place(&self, field: &Fitted, recording: usize, row: usize) -> Array2<f64> {
-        let rest = self.end_of_rest();
-        Array2::from_shape_fn((1, self.times_s.len()), |(_, i)| {
+    /// What errors of a body's readings, by recording and time, change of that body's motion, beside what they do to drives and offsets.
+    fn effect_of_readings(
+        &self,
+        field: &Fitted,
+        row: usize,
+        error_m: impl Fn(usize, usize) -> f64,
+    ) -> ErrorPattern {
+        let effect_m = Array2::from_shape_fn((1, self.times_s.len()), |(_, i)| {
             let (contributions, response) = &field[row][i];
-            let own = contributions.iter().filter(|one| one.recording == recording && i >= rest);
-            own.map(|one| response.gain(one, &self.drive)).sum()
-        })
+            contributions.iter().map(|one| response.gain(one, &self.drive) * error_m(one.recording, i)).sum()
+        });
+        ErrorPattern::new(row, effect_m)
     }
 
     /// The independent errors of the alignment: principal directions of the covariance that the readings' noise leaves, the
-    /// gauge's delay, and one for each place at rest, whose error pulls at drives and offsets too.
+    /// gauge's delay, one for each place at rest, whose error pulls at drives and offsets too, and those that readings share.
     pub(crate) fn alignment_directions(
         &self,
         field: &Fitted,
@@ -97,14 +120,15 @@ impl AlignmentState<'_> {
         directions.push(AlignmentDirection {
             source: ErrorSource::DelayByDrive,
             error: delay,
-            at_rest: None,
+            cause: Cause::Alignment,
         });
         directions.extend(errors.left.iter().map(|left| AlignmentDirection {
             source: ErrorSource::Unsettled,
             error: left.clone(),
-            at_rest: None,
+            cause: Cause::Alignment,
         }));
         directions.extend(self.rest_directions(field, errors));
+        directions.extend(self.reading_directions(field, errors));
         directions
     }
 
@@ -122,7 +146,11 @@ impl AlignmentState<'_> {
         kept.map(|k| {
             let amplitude = ratio * eigen.eigenvalues[k].sqrt();
             let error = DVector::from_fn(2 * n, |i, _| amplitude * unit(i) * eigen.eigenvectors[(i, k)]);
-            AlignmentDirection { source: ErrorSource::Alignment { direction: k }, error, at_rest: None }
+            AlignmentDirection {
+                source: ErrorSource::Alignment { direction: k },
+                error,
+                cause: Cause::Alignment,
+            }
         })
         .collect()
     }
@@ -139,11 +167,33 @@ impl AlignmentState<'_> {
                     body: displacement.row + 1,
                 },
                 error: by_offset[displacement.row].column(r) * displacement.rest_sigma_m,
-                at_rest: Some((r, displacement.row, displacement.rest_sigma_m)),
+                cause: Cause::PlaceAtRest {
+                    recording: r,
+                    row: displacement.row,
+                    sigma_m: displacement.rest_sigma_m,
+                },
             };
             displacements.iter().map(direction).collect::<Vec<_>>()
         };
         self.displacements.iter().enumerate().flat_map(of_recording).collect()
+    }
+
+    fn reading_directions(&self, field: &Fitted, errors: &AlignmentErrors) -> Vec<AlignmentDirection> {
+        let shared = &self.settings.reading_errors;
+        let response = &errors.exchange.errors * &errors.covariance;
+        let direction = |error: &ReadingError| {
+            let rows = error.on_time_base(self.observations, &self.offsets_s, &self.times_s);
+            let n = 2 * self.observations.len();
+            if rows.is_empty() {
+                return None;
+            }
+            let moved = rows.iter().fold(DVector::zeros(n), |sum, one| {
+                sum + error_sensitivity(&field[one.row], &self.drive, |r, i| one.at(r, i))
+            });
+            let cause = Cause::Readings(rows);
+            Some(AlignmentDirection { source: error.source.clone(), error: &response * moved, cause })
+        };
+        shared.iter().filter_map(direction).collect()
     }
 
     /// Index of the first time at which the rest is over. The frames at rest define the places, so their own mean error is zero.

@@ -173,6 +173,28 @@ pub(crate) fn offset_sensitivity(of_body: &[FittedTime], drive: &[f64]) -> DMatr
     sensitivity
 }
 
+/// What errors of one body's readings, in metres by recording and time, do to the right side of the normal equations.
+pub(crate) fn error_sensitivity(
+    of_body: &[FittedTime],
+    drive: &[f64],
+    error_m: impl Fn(usize, usize) -> f64,
+) -> DVector<f64> {
+    let n = drive.len();
+    let mut sensitivity = DVector::zeros(2 * n);
+    for (time, (contributions, response)) in of_body.iter().enumerate() {
+        for one in contributions {
+            let of_pair = |other: &Contribution| {
+                response.free_weight(one, other, drive) * error_m(other.recording, time)
+            };
+            let weighted: f64 = contributions.iter().map(of_pair).sum();
+            for (kind, slope) in response.residual_slopes(drive[one.recording]).iter().enumerate() {
+                sensitivity[kind * n + one.recording] -= slope * weighted;
+            }
+        }
+    }
+    sensitivity
+}
+
 /// The projection that takes the mean out of the drives and out of the offsets.
 fn centring(n_recordings: usize) -> DMatrix<f64> {
     DMatrix::from_fn(2 * n_recordings, 2 * n_recordings, |row, column| {

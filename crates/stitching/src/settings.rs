@@ -1,5 +1,7 @@
 //! What is known of an experiment before its recordings are merged.
 
+use crate::reading_error::ReadingError;
+
 /// What decides how the first body moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FirstBody {
@@ -38,6 +40,8 @@ pub struct Settings {
     pub non_linearity: f64,
     /// How large its third-order response, which is not fitted, may be, relative to its rms motion.
     pub third_order_prior: f64,
+    /// Errors that readings have in common, beside the noise in their sigmas.
+    pub reading_errors: Vec<ReadingError>,
 }
 
 impl Settings {
@@ -61,6 +65,7 @@ impl Settings {
             curvature_prior: 0.5,
             non_linearity: 0.15,
             third_order_prior: 0.2,
+            reading_errors: Vec::new(),
         }
     }
 

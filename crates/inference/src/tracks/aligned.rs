@@ -57,10 +57,11 @@ pub fn aligned_motion(
         .iter()
         .map(|one| Own::new(one.striker_velocity_m_per_s.value, one.impact_time_s.value));
     let at = Unknowns { shared: DVector::from_vec(shared), own: own.collect() };
-    let residuals = problem.residuals(&problem.solve(&at)?, &at);
+    let solved = problem.solve(&at)?;
+    let residuals = problem.residuals(&solved, &at);
     let scale = fit.factors.iter().chain(&fit.found).find(|(quantity, _)| *quantity == Quantity::Scale);
     let scale = scale.map_or(Estimate::new(1.0, 0.0), |(_, found)| *found);
-    let seen = Seen::of(observations, &residuals, scale.value);
+    let seen = Seen::of(observations, &residuals, |view| solved.scale_of(view));
     let mean = fitted_motion(fit, times_s)?;
     let harder = fitted_motion(&struck_harder(fit), times_s)?;
     let inflation = fit.reduced_chi_squared.max(1.0).sqrt();
@@ -119,13 +120,14 @@ struct Seen {
 }
 
 impl Seen {
-    /// `scale` is length in the pictures over true length.
-    fn of(observations: &[Observation], residuals: &[Residual], scale: f64) -> Self {
+    /// `scale_of` is length in the pictures of a view over true length.
+    fn of(observations: &[Observation], residuals: &[Residual], scale_of: impl Fn(u32) -> f64) -> Self {
         let sigmas_m = observations.iter().flat_map(|observation| {
             observation.bodies.iter().flat_map(|track| track.position_m.iter().flatten().map(|x| x.sigma))
         });
         let mut tracks: BTreeMap<(usize, usize), Vec<Reading>> = BTreeMap::new();
         for (residual, sigma_m) in residuals.iter().zip(sigmas_m) {
+            let scale = scale_of(observations[residual.recording].view);
             // Residuals are model less measurement.
             let off_m = Estimate::new(-residual.value * sigma_m / scale, sigma_m / scale);
             let Residual { recording, body, after_impact_s, .. } = *residual;

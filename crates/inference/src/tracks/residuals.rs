@@ -55,9 +55,8 @@ pub(super) struct SolvedModel {
     response: Response,
     /// Which of the response's derivatives belongs to each shared unknown; none to one that the chain does not feel.
     derivatives: Vec<Option<usize>>,
-    /// Length in the pictures over true length, and its place among the shared unknowns.
-    scale: f64,
-    scale_unknown: Option<usize>,
+    /// Lengths in the pictures over true lengths, as factors, each with its place among the shared unknowns.
+    scales: Vec<(Quantity, usize, f64)>,
     /// Where dry friction stands among the shared unknowns, and the first of the two columns of the response that tell its effect.
     friction: Option<(usize, usize)>,
 }
@@ -175,13 +174,17 @@ impl<'a> TrackResiduals<'a> {
     /// The model at values of the unknowns, with its derivatives by those or without.
     pub(super) fn integrate(&self, at: &Unknowns, with_derivatives: bool) -> Result<SolvedModel, FitError> {
         let strikers: Vec<f64> = at.own.iter().map(|own| own[0]).collect();
-        let [scale_unknown, friction_unknown] =
-            [Quantity::Scale, Quantity::Friction].map(|quantity| self.unknown_of(quantity));
+        let friction_unknown = self.unknown_of(Quantity::Friction);
+        let of_pictures =
+            self.quantities().zip(N_DAMPINGS..).filter(|(quantity, _)| quantity.is_of_pictures());
+        let scales: Vec<(Quantity, usize, f64)> =
+            of_pictures.map(|(quantity, unknown)| (quantity, unknown, at.shared[unknown])).collect();
         let mut sides = Vec::with_capacity(self.n_shared());
         let mut derivatives = Vec::with_capacity(self.n_shared());
         for (i, step) in self.steps.iter().enumerate() {
             // The chain does not feel the scale of the pictures, and friction's effect is added to its motion.
-            let is_felt = with_derivatives && Some(i) != scale_unknown && Some(i) != friction_unknown;
+            let is_scale = scales.iter().any(|(_, unknown, _)| *unknown == i);
+            let is_felt = with_derivatives && !is_scale && Some(i) != friction_unknown;
             derivatives.push(is_felt.then_some(sides.len()));
             if is_felt {
                 let (mut lower, mut upper) = (at.shared.clone(), at.shared.clone());
@@ -198,12 +201,24 @@ impl<'a> TrackResiduals<'a> {
         let family = Family::new(range_of(&strikers, self.model));
         let response = respond(&question, family, &self.schedule, self.model.n_threads)?;
         self.n_simulations.fetch_add(response.n_simulations(), Ordering::Relaxed);
-        let scale = scale_unknown.map_or(1.0, |unknown| at.shared[unknown]);
-        Ok(SolvedModel { response, derivatives, scale, scale_unknown, friction })
+        Ok(SolvedModel { response, derivatives, scales, friction })
     }
 
     fn struck(&self, shared: &DVector<f64>) -> Result<Struck, FitError> {
         struck(self.model, shared, self.quantities())
+    }
+}
+
+impl SolvedModel {
+    /// Length in the pictures of a view over true length.
+    pub(super) fn scale_of(&self, view: u32) -> f64 {
+        self.scales_of(view).map(|(_, factor)| factor).product()
+    }
+
+    /// The factors of that, with their places among the shared unknowns.
+    fn scales_of(&self, view: u32) -> impl Iterator<Item = (usize, f64)> {
+        let of_view = self.scales.iter().filter(move |(quantity, ..)| quantity.scales(view));
+        of_view.map(|(_, unknown, factor)| (*unknown, *factor))
     }
 }
 
@@ -324,12 +339,14 @@ struct Rows<'a> {
     driven: Driven<'a>,
     observation: &'a Observation,
     impact_s: f64,
+    /// Length in the recording's pictures over true length.
+    scale: f64,
 }
 
 impl<'a> Rows<'a> {
     fn new(model: &'a SolvedModel, own: &Own, observation: &'a Observation) -> Self {
         let driven = model.response.driven([own[0], own[1]], &observation.times_s);
-        Self { model, driven, observation, impact_s: own[1] }
+        Self { model, driven, observation, impact_s: own[1], scale: model.scale_of(observation.view) }
     }
 
     /// The sums of a track over the positions that `takes` takes, by their body and time after the impact.
@@ -373,7 +390,8 @@ impl<'a> Rows<'a> {
 
     /// A row (own, shared, residual) in units of the position's sigma; the residual is model less measurement.
     fn fill(&self, row: &mut [f64], (motion, place): (&MotionOfTrack, usize), position: Estimate) {
-        let SolvedModel { derivatives, scale, scale_unknown, friction, .. } = self.model;
+        let SolvedModel { derivatives, friction, .. } = self.model;
+        let scale = self.scale;
         let inverse_sigma = position.sigma.recip();
         let factor = scale * inverse_sigma;
         let last = row.len() - 1;
@@ -385,8 +403,8 @@ impl<'a> Rows<'a> {
         for (entry, which) in row[N_OWN..last].iter_mut().zip(derivatives) {
             *entry = factor * which.map_or(0.0, derivative_m);
         }
-        if let Some(unknown) = scale_unknown {
-            row[N_OWN + unknown] = x_m * inverse_sigma;
+        for (unknown, factor) in self.model.scales_of(self.observation.view) {
+            row[N_OWN + unknown] = x_m * inverse_sigma * (scale / factor);
         }
         if let Some((unknown, which)) = friction {
             let by_force = (derivative_m(which + 1) - derivative_m(*which)) / FRICTION_STEP_N;

@@ -236,6 +236,34 @@ fn the_fitted_motion_is_the_mean_over_the_strikers() {
 }
 
 #[test]
+fn a_view_that_is_magnified_is_off_by_no_more_than_its_triggers_say() {
+    // One view is magnified against the other by two standard deviations of what is known.
+    let (magnified, sigma) = (5e-4, 2.5e-4);
+    let mut seen = experiment(2, 1.0);
+    let places = seen.observations.iter_mut().filter(|one| one.view == 1).flat_map(|one| &mut one.bodies);
+    places.flat_map(|track| &mut track.position_m).for_each(|x| *x = x.map(|x| x.scaled(1.0 + magnified)));
+    let of_view = [0, 1].map(|view| Known { quantity: Quantity::ScaleOfView(view), relative_sigma: sigma });
+    let off = |known: Vec<Known>| {
+        let fit = fitted(&seen, &model(known));
+        let errors = fit.recordings.iter().zip(&seen.impacts_s);
+        let sigmas = errors.map(|(found, impact_s)| {
+            let offset = found.trigger_offset_s;
+            (offset.value - (impact_s - mean(&seen.impacts_s))) / offset.sigma
+        });
+        (sigmas.fold(0.0, |most: f64, one| most.max(one.abs())), fit)
+    };
+    let (unknown, _) = off(Vec::new());
+    let (known, fit) = off(of_view.to_vec());
+    // Of four normal errors the largest is below 3.2 standard deviations in 99.5 % of cases.
+    assert!(known < 3.2, "{known}");
+    assert!(unknown > 2.0 * 3.2, "{unknown}");
+    // What the waves say of a view's size joins what was known.
+    let [one, other] = [0, 1].map(|i| fit.factors[i].1);
+    let ratio = Estimate::new(other.value / one.value - 1.0, one.sigma.hypot(other.sigma));
+    assert!(ratio.covers_95(magnified) && ratio.sigma < sigma, "{ratio:?}");
+}
+
+#[test]
 fn the_fit_is_the_same_on_any_number_of_threads() {
     let experiment = experiment(5, 1.0);
     let known = [(Quantity::Scale, 1e-4), (Quantity::BodyMass, 0.01)];
