@@ -318,13 +318,13 @@ mod tests {
         let mut random = Pcg64::seed_from_u64(11);
         let n_samples = [180, 170, 160, 140, 120, 100, 95, 90];
         let decay = |t_s: f64| 200.0 * (-t_s / 1e-3).exp();
-        // Four periods and a half of the longest tail: above its lobe of three, and below that of the shortest, at six.
-        let hz = 4.5 / (N as f64 * INTERVAL_S);
+        // 4.6 periods of the longest tail: above its lobe of three, and below that of the shortest, at six.
+        let hz = 4.6 / (N as f64 * INTERVAL_S);
         let wave = |t_s: f64| decay(t_s) + 100.0 * (2.0 * std::f64::consts::PI * hz * t_s).sin();
         let (found_hz, resolution_hz) =
             dominant_frequency(&spectrum_of(&mut random, n_samples, wave)).unwrap();
         // Under Hann's window, (pi t/T)^2 at its beginning, the decay A exp(-t/tau) leaves 2 pi^2 A tau^3 / (T^2 (1 + (2 pi f tau)^2)^1.5) at
-        // the line, which is B T/4 high: a share r of 0.022 for 4.8 ms, the shortest tail whose lobe ends below the line. The line's crest
+        // the line, B T/4 high for a line of amplitude B: a share r of 0.022 for 4.8 ms, the shortest tail whose lobe ends below the line. The line's crest
         // is 1 - 0.645 k^2 high at k cycles, and the two turn by pi a cycle against each other, so it moves by pi r / 1.29 at most: 0.053
         // cycles, which is 0.027 of the resolution of two. The noise, a hundredth of the line, moves it by a fiftieth of that.
         assert!((found_hz - hz).abs() < 0.03 * resolution_hz, "{found_hz} of {hz}");
