@@ -210,7 +210,7 @@ impl<'a> Plan<'a> {
             .energy_of
             .map_or_else(Vec::new, |energy_of| peak_energies(map, &pulses, energy_of, front.peak_fraction));
         let spectrum = tail_spectrum(map, &pulses);
-        let resonance_hz = self.resonance.ok().and_then(|found| found.moved_hz(&spectrum));
+        let resonance_hz = self.resonance.as_ref().ok().and_then(|found| found.moved_hz(&spectrum));
         let particles_m_per_s = particle_velocities_m_per_s(motion, map, &pulses);
         let particle_m_per_s = mean_within(&particles_m_per_s, &self.velocity_gaps);
         Values {
@@ -291,7 +291,7 @@ fn assemble(map: StrainMap, plan: &Plan<'_>, values: &Values, scatter: &Scatter)
         half_widths: half_widths.unwrap_or_default(),
         energies: plan.energy_of.map(|_| energies(&values.energies_j, scatter)),
         spectrum: values.spectrum.clone(),
-        local_resonance: plan.resonance.and_then(|found| {
+        local_resonance: plan.resonance.as_ref().map_err(|reason| *reason).and_then(|found| {
             Ok(LocalResonance {
                 frequency_hz: scatter.estimate(Column::Resonance, 0)?,
                 resolution_hz: found.resolution_hz,

@@ -151,13 +151,17 @@ impl Table {
 
     /// An error that names a cell; `row` counts from 0 below the header.
     pub fn cell(&self, row: usize, name: &str, expected: &str, found: &str) -> Error {
-        let line = self.lines.get(row).copied().unwrap_or(row as u64 + 2);
         Error::Cell {
             path: self.path.clone(),
-            place: format!("line {line}, column {name}"),
+            place: format!("line {}, column {name}", self.line(row)),
             expected: expected.into(),
             found: found.into(),
         }
+    }
+
+    /// The line of the file on which a row stands, from 1; `row` counts from 0 below the header.
+    pub(crate) fn line(&self, row: usize) -> u64 {
+        self.lines.get(row).copied().unwrap_or(row as u64 + 2)
     }
 
     fn number(&self, name: &str, row: usize, text: &str) -> Result<Option<f64>, Error> {

@@ -20,6 +20,12 @@ pub struct Trial {
 }
 
 impl Trial {
+    /// Whether it says that it is the same trial of the same view at the same nominal striker velocity.
+    pub(super) fn is_same_shot(&self, other: &Self) -> bool {
+        let nominal = |one: &Self| one.striker_velocity_m_per_s.map(|velocity| velocity.value);
+        (self.view, self.trial) == (other.view, other.trial) && nominal(self) == nominal(other)
+    }
+
     /// Whether it is among the first so many of its view, by their numbers.
     pub(crate) fn is_among_first<'a>(&self, n: usize, all: impl Iterator<Item = &'a Self>) -> bool {
         all.filter(|other| other.view == self.view && other.trial < self.trial).count() < n

@@ -21,7 +21,8 @@ impl Experiment {
     /// The recordings of a table with the columns of `trials.csv`.
     ///
     /// # Errors
-    /// A missing column, a cell that makes no sense, a recording twice, and no recording at all.
+    /// A missing column, a cell that makes no sense, a recording twice, a trial of a view twice at one striker velocity, and no recording at
+    /// all.
     pub fn trials_of(&self, table: &Table) -> Result<Vec<Trial>, Error> {
         let recordings = table.texts("recording")?;
         let (views, trials) = (table.counts("view")?, table.counts("trial")?);
@@ -43,7 +44,11 @@ impl Experiment {
             let (view, trial) = (number("view", views[row])?, number("trial", trials[row])?);
             let striker_velocity_m_per_s = strikers.as_ref().map(|strikers| strikers[row]);
             let (stage_m, scale_px_per_m) = (stages_m[row], scales[row]);
-            rows.push(Trial { recording, view, trial, stage_m, scale_px_per_m, striker_velocity_m_per_s });
+            let one = Trial { recording, view, trial, stage_m, scale_px_per_m, striker_velocity_m_per_s };
+            if let Some(earlier) = rows.iter().position(|earlier| earlier.is_same_shot(&one)) {
+                return Err(same_shot(table, &rows, earlier, &one));
+            }
+            rows.push(one);
         }
         match rows.is_empty() {
             true => Err(table.cell(0, "recording", "at least one recording", "none")),
@@ -76,6 +81,14 @@ impl Experiment {
     }
 }
 
+/// What is said of a row that follows `rows` and states the shot of the row `earlier` again.
+fn same_shot(table: &Table, rows: &[Trial], earlier: usize, one: &Trial) -> Error {
+    let expected = format!("each trial of view {} once at a striker velocity", one.view);
+    let (first, line) = (&rows[earlier].recording, table.line(earlier));
+    let found = format!("trial {} of {} again, which line {line} has of {first}", one.trial, one.recording);
+    table.cell(rows.len(), "trial", &expected, &found)
+}
+
 /// The column `scale_px_per_m`, whose cells may be empty; nothing for each row of a table without it.
 fn scales(table: &Table, n_rows: usize) -> Result<Vec<Option<f64>>, Error> {
     const NAME: &str = "scale_px_per_m";
@@ -86,5 +99,40 @@ fn scales(table: &Table, n_rows: usize) -> Result<Vec<Option<f64>>, Error> {
     match scales.iter().position(|scale| scale.is_some_and(|scale| !(scale > 0.0 && scale.is_finite()))) {
         Some(row) => Err(table.cell(row, NAME, "a number above 0", &scales[row].unwrap_or(0.0).to_string())),
         None => Ok(scales),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What the small experiment reads of a table of recordings.
+    fn read(text: &str) -> Result<Vec<Trial>, String> {
+        let path =
+            Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/small-experiment/experiment.toml"));
+        let experiment = Experiment::read(path).unwrap();
+        let table = Table::parse_csv(Path::new("trials.csv"), text).unwrap();
+        experiment.trials_of(&table).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_trial_of_a_view_that_stands_there_twice_is_refused_with_both_rows() {
+        let said = read(
+            "recording,view,trial,stage_m\na.cine,1,1,0\nb.cine,1,2,0\n\nc.cine,2,1,0.1\nd.cine,1,2,0\n",
+        )
+        .unwrap_err();
+        // Lines of the file from 1: its header, two rows, an empty line, two rows.
+        for part in ["trials.csv", "line 6", "column trial", "trial 2 of d.cine", "line 3 has of b.cine"] {
+            assert!(said.contains(part), "{part}: {said}");
+        }
+    }
+
+    #[test]
+    fn a_trial_number_may_stand_there_again_in_another_view_or_at_another_striker_velocity() {
+        let velocities = "recording,view,trial,stage_m,striker_velocity_m_per_s\n\
+            a.cine,1,1,0,1.0\nb.cine,1,1,0,2.0\nc.cine,2,1,0.1,1.0\n";
+        assert_eq!(read(velocities).unwrap().len(), 3);
+        let again = format!("{velocities}d.cine,1,1,0,2.0\n");
+        assert!(read(&again).unwrap_err().contains("line 3 has of b.cine"), "{:?}", read(&again));
     }
 }
