@@ -93,13 +93,17 @@ impl Hypothesis {
         }
     }
 
-    /// Where a search for these begins, beside their usual values: far from them, where the way is not straight.
-    pub(super) fn starts(self) -> &'static [f64] {
+    /// Their value where the hypothesis says nothing, from which a search for them begins.
+    pub(super) fn usual(self) -> f64 {
+        self.quantities().first().map_or(1.0, |quantity| quantity.usual())
+    }
+
+    /// Where a search for these begins beside that: far from it, where the way is not straight.
+    pub(super) fn from_afar(self) -> &'static [f64] {
         match self {
-            Self::StrikerContact => &[1.0, 2.0, 0.5],
-            Self::MassOfEverySecond => &[1.0, 1.3, 0.8],
-            Self::Friction | Self::DampingBetween => &[0.0],
-            _ => &[1.0],
+            Self::StrikerContact => &[2.0, 0.5],
+            Self::MassOfEverySecond => &[1.3, 0.8],
+            _ => &[],
         }
     }
 

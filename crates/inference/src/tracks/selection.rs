@@ -228,13 +228,33 @@ fn freed(
         shared.resize(problem.n_shared(), value);
         Unknowns { shared: DVector::from_vec(shared), own: at.own.clone() }
     };
-    let starts: Vec<Unknowns> = hypothesis.starts().iter().map(|value| start(*value)).collect();
     // A hypothesis that does not hold may lead anywhere; one that holds is near.
     let stop = Stop { max_rounds: 20, worth, ..Stop::STATED };
-    let best = least_of(&problem, starts, &[], &stop).map_err(|why| problem.failure(why));
+    let least = |starts: Vec<Unknowns>, known: f64| {
+        least_of(&problem, starts, &[], &Stop { known, ..stop }).map(|best| best.minimum)
+    };
+    let near = least(vec![start(hypothesis.usual())], f64::INFINITY);
+    let known = near.as_ref().map_or(f64::INFINITY, Minimum::chi_squared);
+    let is_in_reach = |value: &f64| near.as_ref().map_or(true, |near| is_in_reach(fit, near, *value));
+    let from_afar: Vec<f64> = hypothesis.from_afar().iter().copied().filter(is_in_reach).collect();
+    let best = match least(from_afar.into_iter().map(start).collect(), known) {
+        Ok(far) if far.chi_squared() < known => Ok(far),
+        _ => near.map_err(|why| problem.failure(why)),
+    };
     let beyond = [fit.beyond.as_slice(), &[hypothesis]].concat();
-    let other = best.and_then(|best| Ok(Fit::at(&problem, best.minimum, beyond)?.0));
+    let other = best.and_then(|best| Ok(Fit::at(&problem, best, beyond)?.0));
     (other, problem.n_simulations())
+}
+
+/// Whether a value of the last unknown may be where a hypothesis holds that looks otherwise from a minimum near its usual value: were it true,
+/// the tracks would leave there about as much as the value is away, in standard errors, or less by as much as the way there bends.
+fn is_in_reach(fit: &Fit, near: &Minimum, value: f64) -> bool {
+    /// Many times what the way to a striker's contact of half or twice the stiffness bends.
+    const BEND: f64 = 10.0;
+    let Ok((_, covariance)) = near.solved::<FitError>() else { return true };
+    let last = near.at.shared.len() - 1;
+    let away2 = (value - near.at.shared[last]).powi(2) / covariance[(last, last)];
+    away2 < BEND * BEND * fit.structure.excess() * noise_variance(fit)
 }
 
 /// Chi squared, and for each number that the model may choose the logarithm of how many positions it explains (G. Schwarz, Ann. Statist. 6
