@@ -249,8 +249,8 @@ fn freed(
 /// Whether a value of the last unknown may be where a hypothesis holds that looks otherwise from a minimum near its usual value: were it true,
 /// the tracks would leave there about as much as the value is away, in standard errors, or less by as much as the way there bends.
 fn is_in_reach(fit: &Fit, near: &Minimum, value: f64) -> bool {
-    /// Many times what the way to a striker's contact of half or twice the stiffness bends.
-    const BEND: f64 = 10.0;
+    /// Three times the most that was seen: 67, to every second body twice as heavy.
+    const BEND: f64 = 200.0;
     let Ok((_, covariance)) = near.solved::<FitError>() else { return true };
     let last = near.at.shared.len() - 1;
     let away2 = (value - near.at.shared[last]).powi(2) / covariance[(last, last)];
