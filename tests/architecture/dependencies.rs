@@ -8,7 +8,7 @@ use crate::repository::{files, names_in, root};
 
 /// Which crates of the workspace a crate's product may depend on. `None`: on all of them.
 const ALLOWED: [(&str, Option<&[&str]>); 18] = [
-    ("analysis", Some(&["measurement"])),
+    ("analysis", Some(&["measurement", "vectors"])),
     ("camera", Some(&["measurement"])),
     ("chainwave", None),
     ("correlation", Some(&["measurement", "vectors"])),

@@ -288,7 +288,7 @@ fn pictures(
 /// What a whole evaluation says, as a run makes it.
 fn evaluated(rehearsal: &Rehearsal, n_threads: NonZero<usize>) -> Result<Precision, Error> {
     let evaluation = evaluate(&rehearsal.setup, &rehearsal.tracked(n_threads)?, n_threads, &Monitor::SILENT)?;
-    let dampings = both(evaluation.track_fit.map(|fit| fit.stated));
+    let dampings = both(evaluation.track_fit.map(|fit| fit.stated.unwrap_or(fit.by_noise)));
     Ok(precision(&evaluation.stitched.motion, &evaluation.measurement, dampings))
 }
 

@@ -31,7 +31,8 @@ fn main() -> Result<(), FitError> {
 /// What a fit says; dampings that are not believed are not stated.
 fn told(fit: &TrackFit) -> String {
     let is_told = fit.as_stated.is_told() || !fit.beyond.is_empty();
-    let (stated, damping) = (&fit.stated.chain_damping_kg_per_s, &fit.damping);
+    let stated = fit.stated.map_or("0,0,".to_owned(), |one| off(&one.chain_damping_kg_per_s, C_D_KG_PER_S));
+    let damping = &fit.damping;
     let believed = |found: &Estimate, truth: f64| match fit.is_believed() {
         true => off(found, truth),
         false => "0,0,".to_owned(),
@@ -41,7 +42,7 @@ fn told(fit: &TrackFit) -> String {
         "{:.3},{},{},{},{},{:.2},\"{}\"",
         fit.reduced_chi_squared,
         u8::from(is_told),
-        off(stated, C_D_KG_PER_S),
+        stated,
         believed(&damping.chain_damping_kg_per_s, C_D_KG_PER_S),
         believed(&damping.striker_damping_kg_per_s, C_S_KG_PER_S),
         damping.chain_damping_kg_per_s.sigma / fit.by_noise.chain_damping_kg_per_s.sigma,

@@ -73,13 +73,45 @@ pub fn fit_tracks(
         }
         (usual, _) => usual,
     };
-    let best = best.map_err(|why| problem.failure(why))?;
-    let (_, covariance) = best.minimum.solved().map_err(|why| problem.failure(why))?;
-    let inflation = inflation_of(&problem, best.minimum.chi_squared());
-    let stated = damping_of(&best.minimum.at, &covariance, inflation);
-    let (as_stated, _) = Fit::at(&problem, best.minimum, Vec::new())?;
-    let (fit, rivals) = explained(observations, as_stated);
-    finish(observations, (&fit, &rivals), (stated, best.n_same))
+    let (stated, (fit, rivals), n_same) = match best {
+        Ok(best) => {
+            let (_, covariance) = best.minimum.solved().map_err(|why| problem.failure(why))?;
+            let inflation = inflation_of(&problem, best.minimum.chi_squared());
+            let stated = damping_of(&best.minimum.at, &covariance, inflation);
+            let (as_stated, _) = Fit::at(&problem, best.minimum, Vec::new())?;
+            let (fit, rivals) = explained(observations, as_stated);
+            let is_lost = fit.structure.is_told() && fit.structure.size > 1.0;
+            match is_lost.then(|| with_the_other_end(&problem, impact_times_s)).flatten() {
+                Some((other, n_same)) => (Some(stated), explained(observations, other), n_same),
+                None => (Some(stated), (fit, rivals), best.n_same),
+            }
+        }
+        Err(why) => {
+            let other = Some(&why).filter(|why| matches!(why, Failure::Unsettled { .. }));
+            let other = other.and_then(|_| with_the_other_end(&problem, impact_times_s));
+            let (other, n_same) = other.ok_or_else(|| problem.failure(why))?;
+            (None, explained(observations, other), n_same)
+        }
+    };
+    finish(observations, (&fit, &rivals), (stated, n_same))
+}
+
+/// The fit of the chain whose far end is held in place of free, or free in place of held, where it leaves noise alone: a wave that comes back
+/// otherwise than the stated one would leads a search for the dampings nowhere, or so far off that no step leads from there to where the other
+/// end explains all, so that this search begins where the first one did. And how many of the starts end there.
+fn with_the_other_end(problem: &TrackResiduals<'_>, impact_times_s: &[f64]) -> Option<(Fit, usize)> {
+    let TrackResiduals { observations, model, .. } = *problem;
+    let hypothesis = Hypothesis::OtherEnd;
+    if !hypothesis.is_open(model, &[]) {
+        return None;
+    }
+    let model = &hypothesis.applied(model, &[], &[]);
+    let other = TrackResiduals::new(observations, model, &[]).ok()?;
+    let starts = STARTS.map(|factors| other.start(impact_times_s, factors));
+    let starts = starts.into_iter().collect::<Result<Vec<_>, _>>().ok()?;
+    let best = least_of(&other, starts, &[], &Stop::STATED).ok()?;
+    let fit = Fit::in_place_of(problem, &other, best.minimum, hypothesis).ok()?;
+    (!fit.structure.is_told()).then_some((fit, best.n_same))
 }
 
 /// The dampings of the model as it is stated, with what noise does to them: [`fit_tracks`] without its other starting points, and without
@@ -105,7 +137,7 @@ pub fn stated_damping(
 fn finish(
     observations: &[Observation],
     (fit, rivals): (&Fit, &Rivals),
-    (stated, n_same): (Damping, usize),
+    (stated, n_same): (Option<Damping>, usize),
 ) -> Result<TrackFit, FitError> {
     let problem = &TrackResiduals::new(observations, &fit.model, &fit.asked)?;
     let minimum = &fit.minimum;

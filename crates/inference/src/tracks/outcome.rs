@@ -17,8 +17,8 @@ pub struct TrackFit {
     pub damping: Damping,
     /// The same with what noise does to them alone.
     pub by_noise: Damping,
-    /// The same of the model as it is stated, whether it explains the tracks or not: for comparison.
-    pub stated: Damping,
+    /// The same of the model as it is stated, whether it explains the tracks or not: for comparison. `None` where its search led nowhere.
+    pub stated: Option<Damping>,
     /// 95 % intervals of c_d and c_s by profile likelihood.
     pub intervals_95: [Interval; 2],
     /// How c_d and c_s scatter over recordings drawn anew with replacement, view by view: with the differences between trials in it
@@ -35,7 +35,7 @@ pub struct TrackFit {
     /// Other hypotheses that explain as much as the last of these. What they would make of the dampings is in the uncertainties, each by its
     /// likelihood, as is what those do that are neither told nor excluded.
     pub rivals: Vec<Hypothesis>,
-    /// What the stated model leaves over.
+    /// What the stated model leaves over: at its minimum, or where it has none, at that of the model with what it was given.
     pub as_stated: Structure,
     /// Probability, by chance, of what single hypotheses find at the stated model ([`hypothesis_rule`](super::hypothesis_rule)).
     pub p_value_as_stated: f64,
@@ -95,11 +95,11 @@ impl TrackFit {
                 false => format!("; it might as well be as if {}", rivals.join(", or ")),
             };
             said.push(format!(
-                "the chain model as stated does not explain the tracks ({}{directed}). They move as if {}: {} (reduced chi squared {chi_squared:.3} with \
+                "the chain model as stated does not explain the tracks ({}{directed}). They move as if {}{} (reduced chi squared {chi_squared:.3} with \
                  it){others}. The results stated have it; c_d and c_s contain what the choice may do to them",
                 self.as_stated.in_words(),
                 causes.join(", and "),
-                found.join(", "),
+                if found.is_empty() { String::new() } else { format!(": {}", found.join(", ")) },
             ));
         }
         if self.structure.is_told() {

@@ -84,6 +84,20 @@ impl Fit {
         };
         Ok((fit, solved))
     }
+
+    /// A model with a hypothesis at a minimum, in place of a stated one that has none: what that leaves over is told by the same values.
+    pub(super) fn in_place_of(
+        stated: &TrackResiduals<'_>,
+        other: &TrackResiduals<'_>,
+        minimum: Minimum,
+        hypothesis: Hypothesis,
+    ) -> Result<Self, FitError> {
+        let solved = stated.solve(&minimum.at)?;
+        let as_stated = Structure::of(&stated.residuals(&solved, &minimum.at), fitted(stated));
+        let (fit, _) = Self::at(other, minimum, vec![hypothesis])?;
+        let n_simulations = fit.n_simulations + stated.n_simulations();
+        Ok(Self { as_stated, n_simulations, ..fit })
+    }
 }
 
 /// Adds hypotheses to a model while the tracks ask for one: while what it leaves over has structure and one of them takes at least half of

@@ -202,7 +202,7 @@ fn a_mass_known_within_an_uncertainty_moves_and_widens_the_damping() {
     let off = |damping: &Damping| {
         ((damping.striker_damping_kg_per_s.value - C_S) / damping.striker_damping_kg_per_s.sigma).abs()
     };
-    let bent = off(&exact.stated);
+    let bent = off(&exact.stated.unwrap());
     assert!(bent > 10.0, "a mass wrong by 1 % bends c_s far beyond its interval: {bent}");
     assert!(off(&free.damping) < 3.0, "{} sigma", off(&free.damping));
     // Where the mass counts as exact the tracks ask for another one all the same, and the damping holds with it.
