@@ -79,16 +79,16 @@ pub fn fit_tracks(
             let inflation = inflation_of(&problem, best.minimum.chi_squared());
             let stated = damping_of(&best.minimum.at, &covariance, inflation);
             let (as_stated, _) = Fit::at(&problem, best.minimum, Vec::new())?;
-            let (fit, rivals) = explained(observations, as_stated);
-            let is_lost = fit.structure.is_told() && fit.structure.size > 1.0;
-            match is_lost.then(|| with_the_other_end(&problem, impact_times_s)).flatten() {
+            let is_lost = as_stated.structure.is_told() && as_stated.structure.size > 1.0;
+            let worth = as_stated.minimum.chi_squared();
+            match is_lost.then(|| with_the_other_end(&problem, impact_times_s, worth)).flatten() {
                 Some((other, n_same)) => (Some(stated), explained(observations, other), n_same),
-                None => (Some(stated), (fit, rivals), best.n_same),
+                None => (Some(stated), explained(observations, as_stated), best.n_same),
             }
         }
         Err(why) => {
             let other = Some(&why).filter(|why| matches!(why, Failure::Unsettled { .. }));
-            let other = other.and_then(|_| with_the_other_end(&problem, impact_times_s));
+            let other = other.and_then(|_| with_the_other_end(&problem, impact_times_s, f64::INFINITY));
             let (other, n_same) = other.ok_or_else(|| problem.failure(why))?;
             (None, explained(observations, other), n_same)
         }
@@ -98,8 +98,13 @@ pub fn fit_tracks(
 
 /// The fit of the chain whose far end is held in place of free, or free in place of held, where it leaves noise alone: a wave that comes back
 /// otherwise than the stated one would leads a search for the dampings nowhere, or so far off that no step leads from there to where the other
-/// end explains all, so that this search begins where the first one did. And how many of the starts end there.
-fn with_the_other_end(problem: &TrackResiduals<'_>, impact_times_s: &[f64]) -> Option<(Fit, usize)> {
+/// end explains all, so that this search begins where the first one did. And how many of the starts end there. A search that does not promise to
+/// come below a sum of squares that is `worth` it is given up.
+fn with_the_other_end(
+    problem: &TrackResiduals<'_>,
+    impact_times_s: &[f64],
+    worth: f64,
+) -> Option<(Fit, usize)> {
     let TrackResiduals { observations, model, .. } = *problem;
     let hypothesis = Hypothesis::OtherEnd;
     if !hypothesis.is_open(model, &[]) {
@@ -109,7 +114,8 @@ fn with_the_other_end(problem: &TrackResiduals<'_>, impact_times_s: &[f64]) -> O
     let other = TrackResiduals::new(observations, model, &[]).ok()?;
     let starts = STARTS.map(|factors| other.start(impact_times_s, factors));
     let starts = starts.into_iter().collect::<Result<Vec<_>, _>>().ok()?;
-    let best = least_of(&other, starts, &[], &Stop::STATED).ok()?;
+    let stop = Stop { max_rounds: 20, worth, ..Stop::STATED };
+    let best = least_of(&other, starts, &[], &stop).ok()?;
     let fit = Fit::in_place_of(problem, &other, best.minimum, hypothesis).ok()?;
     (!fit.structure.is_told()).then_some((fit, best.n_same))
 }
