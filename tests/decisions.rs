@@ -5,7 +5,7 @@ mod slow {
 
     use serde_json::Value;
 
-    use crate::command::succeed;
+    use crate::command::{chainwave, succeed};
     use crate::laboratory::{Laboratory, evaluation};
     use crate::table::Table;
 
@@ -88,6 +88,26 @@ mod slow {
         assert!(simplest as f64 > 0.85 * methods.len() as f64, "{simplest} of {}", methods.len());
         let number = |name: &str| results[name].as_f64().expect("a number");
         assert!((number("c_d_kg_per_s") - 0.003).abs() < 4.0 * number("c_d_sigma"), "{results}");
+    }
+
+    #[test]
+    fn a_wall_that_is_not_stated_is_named_and_the_dampings_hold() {
+        let held = "[far_end]\nkind = \"fixed\"\n";
+        let laboratory = Laboratory::with_experiment("[striker]\n", &format!("{held}[striker]\n"));
+        let (recordings, results) = (laboratory.film(), laboratory.path("results"));
+        let free = Laboratory::new();
+        let mut command = chainwave();
+        command.arg("run").arg(free.path("experiment.toml")).arg("--recordings").arg(&recordings);
+        succeed(command.arg("--out").arg(&results));
+        let text = fs::read_to_string(results.join("results.json")).expect("it was written");
+        let found: Value = serde_json::from_str(&text).expect("it is JSON");
+        for (name, truth) in [("c_d", 0.003), ("c_s", 0.2)] {
+            let number = |key: String| found[&key].as_f64().expect("it is stated");
+            let (value, sigma) = (number(format!("{name}_kg_per_s")), number(format!("{name}_sigma")));
+            // Four standard uncertainties: once in 16 000.
+            assert!((value - truth).abs() < 4.0 * sigma, "{name}: {value} +- {sigma}");
+        }
+        assert!(text.contains("far end"), "{text}");
     }
 
     #[test]

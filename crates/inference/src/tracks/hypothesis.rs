@@ -99,7 +99,7 @@ impl Hypothesis {
     }
 
     /// Where a search for these begins beside that: far from it, where the way is not straight.
-    pub(super) fn from_afar(self) -> &'static [f64] {
+    pub(super) fn far_starts(self) -> &'static [f64] {
         match self {
             Self::StrikerContact => &[2.0, 0.5],
             Self::MassOfEverySecond => &[1.3, 0.8],

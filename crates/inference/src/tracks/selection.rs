@@ -250,7 +250,7 @@ fn freed(
     let near = least(vec![start(hypothesis.usual())], f64::INFINITY);
     let known = near.as_ref().map_or(f64::INFINITY, Minimum::chi_squared);
     let is_in_reach = |value: &f64| near.as_ref().map_or(true, |near| is_in_reach(fit, near, *value));
-    let from_afar: Vec<f64> = hypothesis.from_afar().iter().copied().filter(is_in_reach).collect();
+    let from_afar: Vec<f64> = hypothesis.far_starts().iter().copied().filter(is_in_reach).collect();
     let best = match least(from_afar.into_iter().map(start).collect(), known) {
         Ok(far) if far.chi_squared() < known => Ok(far),
         _ => near.map_err(|why| problem.failure(why)),
