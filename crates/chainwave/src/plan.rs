@@ -79,12 +79,13 @@ fn as_json(setup: &Setup, plan: &Plan) -> Value {
 }
 
 fn cost_as_json(cost: &Cost) -> Map<String, Value> {
-    let Cost { n_recordings, bytes, n_readings, seconds, tracking_s } = *cost;
+    let Cost { n_recordings, bytes, n_readings, seconds, seconds_with_causes, tracking_s } = *cost;
     let all = [
         ("n_recordings", json!(n_recordings)),
         ("bytes", json!(bytes)),
         ("n_readings", json!(n_readings)),
         ("seconds", json!(seconds)),
+        ("seconds_with_causes", json!(seconds_with_causes)),
         ("tracking_s", json!(tracking_s)),
     ];
     all.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
@@ -163,14 +164,19 @@ fn cost_in_words(cost: &Cost) -> String {
     let bytes = cost.bytes as f64;
     let (size, unit) =
         [(1e12, "TB"), (1e9, "GB")].into_iter().find(|(size, _)| bytes >= *size).unwrap_or((1e6, "MB"));
-    let time = match cost.seconds {
+    format!(
+        "{} recordings, {:.2} {unit} in all; a run takes about {} here, {} if the tracks ask for more than the stated model",
+        cost.n_recordings,
+        bytes / size,
+        time_in_words(cost.seconds),
+        time_in_words(cost.seconds_with_causes)
+    )
+}
+
+fn time_in_words(seconds: f64) -> String {
+    match seconds {
         long if long >= 5400.0 => format!("{:.1} h", long / 3600.0),
         long if long >= 90.0 => format!("{:.0} min", long / 60.0),
         short => format!("{short:.0} s"),
-    };
-    format!(
-        "{} recordings, {:.2} {unit} in all; a run takes about {time} here",
-        cost.n_recordings,
-        bytes / size
-    )
+    }
 }

@@ -6,7 +6,17 @@ use crate::reference::pixel_bounds;
 use crate::uncertainty::expected_sigma_px;
 use crate::{CorrelationError, PreparedSubset, Reference, ReferenceFrames, Settings};
 
-/// The expected standard uncertainty of a subset's position along x and y, in pixels, in a frame like the reference; or why it has none.
+/// How well a subset's position would be told, by standard uncertainties along x and y in pixels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExpectedSigma {
+    /// What the noise of pixels makes of it, another in each frame.
+    pub noise_px: [f64; 2],
+    /// What interpolation may leave, the root mean square of a wave over the position's fraction of a pixel: the same in each frame in which
+    /// the subset is at the same place.
+    pub interpolation_px: [f64; 2],
+}
+
+/// The expected standard uncertainty of a subset's position in a frame like the reference, by a match with these settings; or why it has none.
 ///
 /// The noise of a pixel is that between the reference frames where there are two or more, else what the reference itself tells. What
 /// bending, light and obstacles add is not foreseen here.
@@ -17,17 +27,21 @@ pub fn expected_sigma(
     recording: &dyn Recording,
     subset: &Subset,
     frames: &ReferenceFrames,
-) -> Result<Result<[f64; 2], Lost>, CorrelationError> {
+    settings: &Settings,
+) -> Result<Result<ExpectedSigma, Lost>, CorrelationError> {
     let reference = Reference::read(recording, subset, frames)?;
     // Of the subset's own pixels: the light, and the noise with it, may be another beside it.
     let [x0, x1, y0, y1] = pixel_bounds(subset);
     let info = recording.info();
     let own = Region::clipped(x0, y0, x1 + 1, y1 + 1, info.width_px, info.height_px);
     let noise = noise_between(recording, own.unwrap_or(reference.region()), frames)?;
-    let prepared = PreparedSubset::new(&reference, subset, &Settings::default());
+    let prepared = PreparedSubset::new(&reference, subset, settings);
     Ok(prepared.map(|prepared| {
         let of_mean = noise.map(|variance| variance / prepared.n_averaged);
-        expected_sigma_px(&prepared, of_mean.unwrap_or(prepared.noise_variance))
+        ExpectedSigma {
+            noise_px: expected_sigma_px(&prepared, of_mean.unwrap_or(prepared.noise_variance)),
+            interpolation_px: prepared.bias.sigma_px(),
+        }
     }))
 }
 

@@ -104,7 +104,7 @@ mod window;
 
 pub use error::CorrelationError;
 pub use evidence::ShapeEvidence;
-pub use expected::expected_sigma;
+pub use expected::{ExpectedSigma, expected_sigma};
 pub use field::strain::{Strain, strains};
 pub use field::{Field, FieldGrid, FieldPoint, correlate};
 pub use foreign::{FlowSettings, ForeignMethods, GrayImage, has_foreign, register_foreign};

@@ -20,7 +20,7 @@ use crate::markers::row::{Row, best_row};
 use crate::markers::texture::Texture;
 use crate::reference::mean_of_frames;
 use crate::subset_size::{LEAST_HALF_PX, MOST_HALF_PX};
-use crate::{CorrelationError, Reference, ReferenceFrames, SharpEdge, Side, sharp_edge};
+use crate::{CorrelationError, Reference, ReferenceFrames, Settings, SharpEdge, Side, sharp_edge};
 
 /// Pixels between a subset and the edge of its marker, which rings through the interpolation; of a small marker no more than this share of
 /// its half size.
@@ -94,7 +94,8 @@ pub fn propose_markers(
         if !Reference::lies_inside(recording, &subset) {
             continue;
         }
-        let sigma_px = expected_sigma(recording, &subset, rest)?;
+        let expected = expected_sigma(recording, &subset, rest, &Settings::default())?;
+        let sigma_px = expected.map(|sigma| sigma.noise_px);
         markers.push(Marker { subset, outline_half_px: outline.half_px(), sigma_px });
     }
     if markers.is_empty() {

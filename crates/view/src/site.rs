@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use chainwave_camera::histogram;
-use chainwave_correlation::{ReferenceFrames, expected_sigma, propose_markers};
+use chainwave_correlation::{ReferenceFrames, Settings, expected_sigma, propose_markers};
 use chainwave_measurement::{Excerpt, Lost, Recording, RecordingInfo, Subset};
 use serde_json::{Value, json};
 
@@ -181,8 +181,8 @@ impl Site {
         let place = [asked.number("x", 0.0)?, asked.number("y", 0.0)?];
         let half = [half("half_width", info.width_px)?, half("half_height", info.height_px)?];
         let subset = Subset::new("here", place[0], place[1], half[0], half[1]).within(outline_of(asked)?);
-        Ok(match expected_sigma(recording.as_ref(), &subset, &rest_from(frame, info)) {
-            Ok(sigma) => of_sigma(&sigma),
+        Ok(match expected_sigma(recording.as_ref(), &subset, &rest_from(frame, info), &Settings::default()) {
+            Ok(sigma) => of_sigma(&sigma.map(|sigma| sigma.noise_px)),
             Err(error) => json!({ "sigma_px": null, "reason": error.to_string() }),
         })
     }

@@ -99,7 +99,7 @@ pub fn economy(
     let mut chosen_setup = search.setup_of(chosen);
     let mut decisions = search.decisions(chosen, &at_best);
     if search.reaches(&at_best) {
-        let sigma_px = search.readings(chosen[2])?.0.usual_px[0];
+        let sigma_px = search.readings(chosen[2])?.0.usual.noise_px[0];
         decisions.push(choose_method(&mut chosen_setup, sigma_px, search.trials[chosen[0]])?);
         decisions.push(choose_replicas(&mut chosen_setup, aims, &expected));
     }

@@ -20,6 +20,8 @@ pub(super) struct Pace {
     prepared_s: f64,
     /// To find it in a frame.
     found_s: f64,
+    /// To wait for a disk, for each frame that memory does not hold.
+    waited_s: f64,
     /// Whether frames are decoded one after the other, which one thread does.
     is_sequential: bool,
 }
@@ -52,6 +54,7 @@ impl Pace {
                 .collect::<Result<(), Error>>()?;
             Ok(now_s() - from_s)
         };
+        let waited_s = waited_s(setup, pictures, n_threads, now_s)?;
         let mut rounds = Vec::with_capacity(ROUNDS);
         for _ in 0..ROUNDS {
             rounds.push([seconds(FEW_FRAMES)?, seconds(usize::MAX)?]);
@@ -66,19 +69,44 @@ impl Pace {
         let n_prepared = sum(&|one| one.subsets.len()).max(1.0);
         let prepared_s = ((all_s - found_s * n_found) / n_prepared).max(0.0);
         let is_sequential = pictures.iter().any(|one| one.recording.is_sequential());
-        Ok(Self { prepared_s, found_s, is_sequential })
+        Ok(Self { prepared_s, found_s, waited_s, is_sequential })
     }
 
     /// Seconds for all recordings of a schedule with so many threads, which work on recordings side by side as a run does.
     pub(super) fn seconds(&self, setup: &Setup, schedule: &Schedule, n_threads: NonZero<usize>) -> f64 {
         let of_recording = |one: &PlannedRecording| {
-            one.n_bodies(setup) as f64 * (self.prepared_s + self.found_s * one.info.n_frames as f64)
+            let n_frames = one.info.n_frames as f64;
+            let followed_s = one.n_bodies(setup) as f64 * (self.prepared_s + self.found_s * n_frames);
+            followed_s + self.waited_s * (1.0 - one.in_memory) * n_frames
         };
         let recordings = &schedule.recordings;
         let of_all: f64 = recordings.iter().map(of_recording).sum();
         let of_each = if self.is_sequential { 1 } else { threads_of_each(n_threads, recordings.len()).get() };
         of_all / side_by_side(recordings.len(), n_threads) / of_each as f64
     }
+}
+
+/// Seconds that one thread, beside the others, waits for a disk for each frame that memory does not hold: by what following takes longer the
+/// first time than again. 0 where memory holds all.
+fn waited_s(
+    setup: &Setup,
+    pictures: &[Pictures],
+    n_threads: NonZero<usize>,
+    now_s: &dyn Fn() -> f64,
+) -> Result<f64, Error> {
+    let on_disk = |one: &Pictures| (1.0 - one.moving_in_memory) * one.moving.len() as f64;
+    let n_on_disk: f64 = pictures.iter().map(on_disk).sum();
+    if n_on_disk < 1.0 {
+        return Ok(0.0);
+    }
+    let seconds = || -> Result<f64, Error> {
+        let from_s = now_s();
+        let of_each = |index: usize| follow_some(setup, &pictures[index], usize::MAX);
+        map_in_parallel(pictures.len(), n_threads, of_each).into_iter().collect::<Result<(), Error>>()?;
+        Ok(now_s() - from_s)
+    };
+    let (first_s, again_s) = (seconds()?, seconds()?);
+    Ok((first_s - again_s).max(0.0) * side_by_side(pictures.len(), n_threads) / n_on_disk)
 }
 
 /// How many recordings are worked on at once, on the mean over a run: towards its end some threads have none.

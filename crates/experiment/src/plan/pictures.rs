@@ -5,6 +5,7 @@ use std::ops::Range;
 use chainwave_measurement::{MemoryRecording, Recording, Subset, Trajectory};
 use chainwave_synthetic::Scene;
 
+use super::in_memory::share_in_memory;
 use super::planned_camera::PlannedCamera;
 use crate::configuration::Trial;
 use crate::error::Error;
@@ -20,12 +21,16 @@ pub(super) struct Pictures {
     pub(super) rest: Range<usize>,
     /// Frames in which bodies may move.
     pub(super) moving: Range<usize>,
+    /// The share of these that no disk has to be waited for.
+    pub(super) moving_in_memory: f64,
 }
 
 /// Frames at rest that are drawn or timed, at most: with 40 the reference has a fortieth of a picture's noise.
 pub(super) const MOST_REST_FRAMES: usize = 40;
 /// Frames of motion, over which the time of following is measured.
 const MOVING_FRAMES: usize = 24;
+/// Where these may lie among the frames in motion, what is best first.
+const PLACES: [f64; 5] = [0.5, 0.4, 0.6, 0.3, 0.7];
 
 impl Pictures {
     /// Of a recording; `None` where it shows no body.
@@ -36,8 +41,18 @@ impl Pictures {
         let recording = setup.open(trial)?;
         let rest = frames_at_rest(setup, recording.as_ref())?.range();
         let subsets = bodies_in_view(setup, trial, recording.info());
-        let moving = middle_of(rest.end, recording.info().n_frames);
-        Ok((!subsets.is_empty()).then_some(Self { recording, subsets, rest, moving }))
+        let n_frames = recording.info().n_frames;
+        let in_memory = |moving: &Range<usize>| {
+            let part = [moving.start, moving.end].map(|frame| frame as f64 / n_frames.max(1) as f64);
+            share_in_memory(recording.path(), &(part[0]..part[1]))
+        };
+        // What a disk takes shows only in what has to come from it; where all does, or nothing, the middle will do.
+        let ranges = PLACES.map(|place| moving_at(place, rest.end, n_frames));
+        let ranges = ranges.map(|moving| (in_memory(&moving), moving));
+        let least = ranges.into_iter().min_by(|one, other| one.0.total_cmp(&other.0));
+        let (moving_in_memory, moving) = least.unwrap_or((1.0, 0..0));
+        let found = Self { recording, subsets, rest, moving, moving_in_memory };
+        Ok((!found.subsets.is_empty()).then_some(found))
     }
 
     /// Drawn by a camera, of bodies that move; `None` where it shows no body.
@@ -59,7 +74,7 @@ impl Pictures {
         }
         let shot = planned.shot(setup, trial.view, trial.stage_m);
         let scene = Scene::new(&planned.camera, &planned.specimen, &shot, motion)?;
-        let moving = middle_of(rest.end, planned.n_frames);
+        let moving = moving_at(PLACES[0], rest.end, planned.n_frames);
         let rest = rest.start..rest.end.min(rest.start + MOST_REST_FRAMES);
         let shown: Vec<usize> = rest.clone().chain(moving).collect();
         let frames = shown.iter().map(|frame| {
@@ -72,13 +87,13 @@ impl Pictures {
         let (n_rest, n) = (rest.len(), shown.len());
         let path = "planned".into();
         let recording = Box::new(MemoryRecording { path, info, frames });
-        Ok(Some(Self { recording, subsets, rest: 0..n_rest, moving: n_rest..n }))
+        Ok(Some(Self { recording, subsets, rest: 0..n_rest, moving: n_rest..n, moving_in_memory: 1.0 }))
     }
 }
 
-/// Some frames about the middle of those after a first one.
-fn middle_of(first: usize, n_frames: usize) -> Range<usize> {
-    let start = first + n_frames.saturating_sub(first + MOVING_FRAMES) / 2;
+/// Some frames of those after a first one, of which so large a share lies before them.
+fn moving_at(place: f64, first: usize, n_frames: usize) -> Range<usize> {
+    let start = first + (place * n_frames.saturating_sub(first + MOVING_FRAMES) as f64) as usize;
     start.min(n_frames)..(start + MOVING_FRAMES).min(n_frames)
 }
 

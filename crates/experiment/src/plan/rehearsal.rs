@@ -1,5 +1,6 @@
 //! A run without pictures: the stated chain moves, and its bodies are read with the noise that pictures will have.
 
+use std::f64::consts::{SQRT_2, TAU};
 use std::num::NonZero;
 
 use chainwave_measurement::{Estimate, Lost, Position, map_in_parallel};
@@ -31,6 +32,8 @@ pub(super) struct Rehearsal {
     pub(super) seed: u64,
 }
 
+/// Of a turn: its multiples spread over a turn as evenly as can be.
+const GOLDEN_SHARE: f64 = 0.618_033_988_749_894_9;
 /// Time that is simulated beyond the last frame, for triggers that come late.
 const BEYOND_S: f64 = 1e-3;
 
@@ -84,7 +87,8 @@ impl Rehearsal {
         let mut random = Pcg64::seed_from_u64(draw.noise_seed);
         let mut of_body = |(body, rest_px): (usize, [f64; 2])| {
             let [x_m, y_m] = map.of_chain.map.position_m(rest_px);
-            let sigma_px = self.readings.of_body(body);
+            let sigma = self.readings.of_body(body);
+            let sigma_px = [0, 1].map(|axis| sigma.noise_px[axis].hypot(sigma.interpolation_px[axis]));
             let positions = times_s.iter().map(|time_s| {
                 let moment = motion.at(time_s + draw.trigger_delay_s).ok_or(Lost::Unreadable)?;
                 let at_m = [x_m + moment.displacement_m(body - 1), y_m];
@@ -92,7 +96,11 @@ impl Rehearsal {
                     map.of_chain.map.image_px(at_m).filter(|at| is_inside(*at)).ok_or(Lost::OutOfView)?;
                 let mut read = |axis: usize| {
                     let deviate: f64 = StandardNormal.sample(&mut random);
-                    Estimate::new(at_px[axis] + sigma_px[axis] * deviate, sigma_px[axis])
+                    let moved_px = at_px[axis] - rest_px[axis];
+                    // A body's own texture, the same in all recordings, decides where the wave begins.
+                    let wave = SQRT_2 * (TAU * (moved_px + GOLDEN_SHARE * body as f64)).sin();
+                    let off_px = sigma.noise_px[axis] * deviate + sigma.interpolation_px[axis] * wave;
+                    Estimate::new(at_px[axis] + off_px, sigma_px[axis])
                 };
                 Ok(Position { x_px: read(0), y_px: read(1), theta_rad: None, zncc: 1.0, iterations: 0 })
             });

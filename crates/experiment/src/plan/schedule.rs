@@ -4,6 +4,7 @@ use std::path::Path;
 
 use chainwave_measurement::RecordingInfo;
 
+use super::in_memory::share_in_memory;
 use super::planned_camera::PlannedCamera;
 use crate::configuration::Trial;
 use crate::setup::Setup;
@@ -18,6 +19,8 @@ pub(super) struct PlannedRecording {
     pub(super) is_filmed: bool,
     /// Bytes of its file, or files.
     pub(super) bytes: u64,
+    /// The share of them that no disk has to be waited for.
+    pub(super) in_memory: f64,
 }
 
 impl PlannedRecording {
@@ -38,8 +41,9 @@ impl Schedule {
     pub(super) fn of(setup: &Setup, camera: &PlannedCamera) -> Self {
         let filmed = |trial: &Trial| {
             let info = setup.open(trial).ok()?.info().clone();
-            let bytes = bytes_of(&setup.path_of(trial));
-            Some(PlannedRecording { trial: trial.clone(), info, is_filmed: true, bytes })
+            let path = setup.path_of(trial);
+            let (bytes, in_memory) = (bytes_of(&path), share_in_memory(&path, &(0.0..1.0)));
+            Some(PlannedRecording { trial: trial.clone(), info, is_filmed: true, bytes, in_memory })
         };
         let all: Vec<Option<PlannedRecording>> = setup.trials.iter().map(filmed).collect();
         let like = all.iter().flatten().next().cloned();
@@ -48,13 +52,10 @@ impl Schedule {
             info: camera.info(),
             is_filmed: false,
             bytes: camera.camera.recording_bytes(camera.n_frames),
+            in_memory: 1.0,
         });
-        let planned = |trial: &Trial| PlannedRecording {
-            trial: trial.clone(),
-            info: like.info.clone(),
-            is_filmed: false,
-            bytes: like.bytes,
-        };
+        let planned =
+            |trial: &Trial| PlannedRecording { trial: trial.clone(), is_filmed: false, ..like.clone() };
         let recordings = all.into_iter().zip(&setup.trials);
         let all = Self {
             recordings: recordings.map(|(one, trial)| one.unwrap_or_else(|| planned(trial))).collect(),

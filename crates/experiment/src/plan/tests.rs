@@ -141,7 +141,7 @@ fn a_reading_has_the_sigma_of_its_gradients() {
         }
         let of_mean = 1.0 + 1.0 / pictures[0].rest.len() as f64;
         let expected_px = (variance / n * of_mean / squares).sqrt();
-        let found_px = rehearsal.readings.of_body(*body)[0];
+        let found_px = rehearsal.readings.of_body(*body).noise_px[0];
         println!("body {body}: {found_px:.5} px, closed form {expected_px:.5}");
         // A shape function of six parameters spends some of the texture on strain, and gain and offset of the light: a few of 289 pixels,
         // unequally. Its sigma is at least that of a mere shift.
