@@ -53,14 +53,16 @@ mod slow {
         }
         assert_eq!(number(&found, "n_recordings") as usize, N_RECORDINGS, "{found}");
         assert!(number(&found, "n_filmed") < 0.5, "{found}");
-        for key in ["bytes", "n_readings", "seconds", "seconds_with_causes", "tracking_s", "reading_sigma_px"] {
+        for key in ["bytes", "n_readings", "seconds", "seconds_with_causes", "tracking_s", "reading_sigma_px"]
+        {
             assert!(number(&found, key) > 0.0, "{key}: {found}");
         }
         let changes = found["changes"].as_array().expect("a list");
         assert!(changes.len() >= 4, "{found}");
         for change in changes {
             assert!(change["change"].is_string(), "{change}");
-            for key in ["n_recordings", "bytes", "n_readings", "seconds", "seconds_with_causes", "tracking_s"] {
+            for key in ["n_recordings", "bytes", "n_readings", "seconds", "seconds_with_causes", "tracking_s"]
+            {
                 assert!(number(change, key) > 0.0, "{change}");
             }
             for [_, sigma] in RESULTS {
