@@ -19,7 +19,7 @@ use memmap2::Mmap;
 use crate::bytes::Bytes;
 use crate::error::CameraError;
 use crate::file_recording::{FileRecording, PixelSource};
-use crate::format::{Format, Opened};
+use crate::format::{Format, Opened, itself};
 use crate::mapping::map_file;
 use crate::options::OpenOptions;
 use crate::partial;
@@ -34,6 +34,7 @@ pub(crate) const FORMAT: Format = Format {
     name: "Phantom .cine (starts with 43 49)",
     recognises: |candidate| candidate.head.starts_with(b"CI"),
     open,
+    files: itself,
 };
 
 /// A frame begins with two sizes of four bytes; annotations may stand between them.

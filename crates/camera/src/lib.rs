@@ -95,7 +95,7 @@ mod tiff;
 mod timing;
 mod video;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use chainwave_measurement::Recording;
 
@@ -104,7 +104,7 @@ pub use calibration::{Calibration, Lens, MapError, Mark, PlaneMap, Source};
 use candidate::Candidate;
 pub use corners::find_corners;
 pub use error::CameraError;
-use format::Format;
+use format::{Format, itself};
 pub use library::{OpenedVideo, VideoFrames, VisionLibrary, register_vision, vision_library};
 pub use options::{ByteCounter, OpenOptions};
 pub use raw::geometry::RawGeometry;
@@ -142,6 +142,17 @@ pub fn open_with(path: &Path, options: &OpenOptions) -> Result<Box<dyn Recording
         Some(format) => (format.open)(path, options),
         None => Err(foreign::refusal(&candidate).unwrap_or_else(|| unknown_format(&candidate))),
     }
+}
+
+/// The files that a recording consists of: itself; those in a folder, by name, without hidden ones; of a Photron recording its header and its pixels,
+/// whichever of them was named. A file of no known format is taken for itself alone.
+///
+/// # Errors
+/// A file or folder that cannot be read, and a Photron recording of which one file is missing.
+pub fn files_of(path: &Path) -> Result<Vec<PathBuf>, CameraError> {
+    let candidate = Candidate::read(path)?;
+    let format = FORMATS.iter().find(|format| (format.recognises)(&candidate));
+    format.map_or(itself as fn(&Path) -> _, |format| format.files)(path)
 }
 
 /// Whether a recording is one that a [`VisionLibrary`] must decode, and the program has brought none. What cannot be read needs

@@ -28,6 +28,7 @@ pub(crate) const FORMAT: Format = Format {
     name: "Photron .mraw with its .cih or .cihx",
     recognises: |candidate| is_header(&candidate.head) || is_mraw(candidate),
     open,
+    files: |path| both_paths(path).map(|(header, pixels)| vec![header, pixels]),
 };
 
 fn is_mraw(candidate: &Candidate) -> bool {

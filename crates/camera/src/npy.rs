@@ -9,7 +9,7 @@ use chainwave_measurement::RecordingInfo;
 use crate::bytes::Bytes;
 use crate::file_recording::FileRecording;
 use crate::flat::FlatFrames;
-use crate::format::{Format, Opened};
+use crate::format::{Format, Opened, itself};
 use crate::mapping::map_file;
 use crate::options::OpenOptions;
 use crate::raster::Raster;
@@ -20,6 +20,7 @@ pub(crate) const FORMAT: Format = Format {
     name: "NumPy .npy (starts with 93 NUMPY)",
     recognises: |candidate| candidate.head.starts_with(header::MAGIC),
     open,
+    files: itself,
 };
 
 fn open(path: &Path, options: &OpenOptions) -> Opened {

@@ -15,7 +15,7 @@ use crate::cache::FrameCache;
 use crate::candidate::{files_in, has_extension, read_head};
 use crate::error::CameraError;
 use crate::file_recording::{FileRecording, PixelSource};
-use crate::format::{Format, Opened};
+use crate::format::{Format, Opened, itself};
 use crate::options::OpenOptions;
 use crate::partial;
 use crate::picture::Picture;
@@ -28,12 +28,14 @@ pub(crate) const FOLDER: Format = Format {
     name: "folder of TIFF, PNG, BMP, JPEG or PGM images",
     recognises: |candidate| candidate.is_folder,
     open: open_folder,
+    files: files_in,
 };
 
 pub(crate) const IMAGE: Format = Format {
     name: "PNG, BMP, JPEG or PGM image",
     recognises: |candidate| Kind::of(&candidate.head).is_some(),
     open: |path, options| open(path, vec![path.into()], &Numbering::single(), options),
+    files: itself,
 };
 
 /// Endings of names that promise an image.

@@ -13,7 +13,7 @@ use std::path::Path;
 
 use crate::bytes::Bytes;
 use crate::error::CameraError;
-use crate::format::Format;
+use crate::format::{Format, itself};
 use crate::mapping::map_file;
 use crate::picture::Picture;
 use directory::Reader;
@@ -24,6 +24,7 @@ pub(crate) const FORMAT: Format = Format {
     name: "TIFF image or stack",
     recognises: |candidate| is_tiff(&candidate.head),
     open: stack::open,
+    files: itself,
 };
 
 /// The first image of a file.

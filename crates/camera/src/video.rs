@@ -10,7 +10,7 @@ mod player;
 use std::path::Path;
 
 use crate::candidate::Candidate;
-use crate::format::{Format, Opened};
+use crate::format::{Format, Opened, itself};
 use crate::library::needed;
 use crate::options::OpenOptions;
 
@@ -18,6 +18,7 @@ pub(crate) const FORMAT: Format = Format {
     name: "AVI, MP4 or Matroska video",
     recognises: |candidate| container(&candidate.head).is_some(),
     open,
+    files: itself,
 };
 
 /// Name of the container that a file's first bytes belong to.

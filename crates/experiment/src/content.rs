@@ -2,8 +2,9 @@
 
 use std::fs::{File, Metadata};
 use std::io::{self, Read, Seek, SeekFrom};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use chainwave_camera::files_of;
 use sha2::{Digest, Sha256};
 
 use crate::error::Error;
@@ -13,16 +14,20 @@ pub(crate) const DIGESTED_WHOLE_BYTES: u64 = 16 << 20;
 /// Of larger ones, so much at the beginning (header and time stamps) and at the end.
 const DIGESTED_ENDS_BYTES: u64 = 1 << 20;
 
-/// What a recording holds, as a text: its size and a digest.
+/// What a recording holds, as a text: its size and a digest; of several files, that of each.
 ///
 /// A file of up to 16 MiB is digested whole, and its time does not matter. Of a larger one, of which tracking reads a few per cent, the
 /// first and last MiB are digested, and the times of its last modification and change count as well: no program can write a byte without
 /// moving the latter.
 pub(crate) fn content(path: &Path) -> Result<String, Error> {
-    let metadata = std::fs::metadata(path).map_err(Error::file(path, "read the size of"))?;
-    if metadata.is_dir() {
-        return content_of_folder(path);
+    match files_of(path)?.as_slice() {
+        [file] if file == path => content_of_file(file),
+        files => together(files, "sha256", content_of_file),
     }
+}
+
+fn content_of_file(path: &Path) -> Result<String, Error> {
+    let metadata = std::fs::metadata(path).map_err(Error::file(path, "read the size of"))?;
     let digest = |hash: Sha256| hexadecimal(&hash.finalize());
     let size = metadata.len();
     let mut file = File::open(path).map_err(Error::file(path, "open"))?;
@@ -36,6 +41,21 @@ pub(crate) fn content(path: &Path) -> Result<String, Error> {
         true => format!("{size} bytes, sha256 {}", digest(hash)),
         false => format!("{size} bytes, {}, sha256 of the ends {}", times(&metadata), digest(hash)),
     })
+}
+
+/// Several files: their number, and a digest of their names with what is told of each.
+fn together(
+    files: &[PathBuf],
+    digested: &str,
+    told: impl Fn(&Path) -> Result<String, Error>,
+) -> Result<String, Error> {
+    let line = |file: &PathBuf| {
+        let name = file.file_name().unwrap_or_default().to_string_lossy();
+        Ok(format!("{name} {}\n", told(file)?))
+    };
+    let lines = files.iter().map(line).collect::<Result<Vec<String>, Error>>()?;
+    let digest = hexadecimal(&Sha256::digest(lines.concat().as_bytes()));
+    Ok(format!("{} files, {digested} {digest}", files.len()))
 }
 
 fn digest_ends(file: &mut File, hash: &mut Sha256) -> io::Result<()> {
@@ -73,50 +93,28 @@ fn times(metadata: &Metadata) -> String {
     }
 }
 
-/// A folder's files, each as [`content`] tells it.
-fn content_of_folder(path: &Path) -> Result<String, Error> {
-    let mut files = Vec::new();
-    for entry in std::fs::read_dir(path).map_err(Error::file(path, "list"))? {
-        let entry = entry.map_err(Error::file(path, "list"))?.path();
-        if entry.is_file() {
-            files.push(format!(
-                "{} {}\n",
-                entry.file_name().unwrap_or_default().to_string_lossy(),
-                content(&entry)?
-            ));
-        }
-    }
-    files.sort();
-    Ok(format!("{} files, sha256 {}", files.len(), hexadecimal(&Sha256::digest(files.concat().as_bytes()))))
-}
-
 /// A recording's size and the digest of its first mebibyte, which holds the header and the time stamps: what stands in
-/// `provenance.toml`.
+/// `provenance.toml`. Of several files, a digest of their names and sizes.
 ///
 /// # Errors
 /// A file or folder that cannot be read.
 pub fn fingerprint(path: &Path) -> Result<String, Error> {
-    if path.is_dir() {
-        return fingerprint_of_folder(path);
+    let size = |file: &Path| {
+        let metadata = std::fs::metadata(file).map_err(Error::file(file, "read the size of"))?;
+        Ok(metadata.len().to_string())
+    };
+    match files_of(path)?.as_slice() {
+        [file] if file == path => fingerprint_of_file(file),
+        files => together(files, "sha256 of names and sizes", size),
     }
+}
+
+fn fingerprint_of_file(path: &Path) -> Result<String, Error> {
     let file = File::open(path).map_err(Error::file(path, "open"))?;
     let size = file.metadata().map_err(Error::file(path, "read the size of"))?.len();
     let mut head = Vec::new();
     file.take(1 << 20).read_to_end(&mut head).map_err(Error::file(path, "read"))?;
     Ok(format!("{size} bytes, sha256 of the first MiB {}", hexadecimal(&Sha256::digest(&head))))
-}
-
-/// A folder's files by name and size.
-fn fingerprint_of_folder(path: &Path) -> Result<String, Error> {
-    let mut files = Vec::new();
-    for entry in std::fs::read_dir(path).map_err(Error::file(path, "list"))? {
-        let entry = entry.map_err(Error::file(path, "list"))?;
-        let size = entry.metadata().map_err(Error::file(&entry.path(), "read the size of"))?.len();
-        files.push(format!("{} {size}\n", entry.file_name().to_string_lossy()));
-    }
-    files.sort();
-    let digest = hexadecimal(&Sha256::digest(files.concat().as_bytes()));
-    Ok(format!("{} files, sha256 of names and sizes {digest}", files.len()))
 }
 
 pub(crate) fn hexadecimal(bytes: &[u8]) -> String {

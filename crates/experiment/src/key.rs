@@ -147,6 +147,22 @@ mod tests {
     }
 
     #[test]
+    fn the_other_file_of_a_recording_counts() {
+        let folder = tempfile::tempdir().unwrap();
+        let [header, pixels] = ["shot.cih", "shot.mraw"].map(|name| folder.path().join(name));
+        let written = |rate: &str, pixel: u8| {
+            std::fs::write(&header, format!("#Camera Information Header\r\n{rate}\r\n")).unwrap();
+            std::fs::write(&pixels, [pixel; 64]).unwrap();
+            [&header, &pixels].map(|path| key(path, |_, _| ()))
+        };
+        let usual = written("Record Rate(fps) : 20000", 7);
+        assert_eq!(written("Record Rate(fps) : 20000", 7), usual);
+        for changed in [written("Record Rate(fps) : 20000", 8), written("Record Rate(fps) : 10000", 7)] {
+            assert!(changed.iter().all(|key| !usual.contains(key)), "{changed:?} {usual:?}");
+        }
+    }
+
+    #[test]
     fn a_byte_in_the_middle_of_a_large_file_counts_even_where_its_time_is_put_back() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.cine");

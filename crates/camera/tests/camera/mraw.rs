@@ -146,7 +146,8 @@ fn every_storage_gives_back_its_counts_from_either_file_of_either_kind() {
         let file = MrawFile { stored_bits, depth, frames: frames.clone(), ..MrawFile::default() };
         for extension in ["cih", "CIH", "cihx"] {
             let (_folder, pixels, header) = file.write(extension);
-            for path in [pixels, header] {
+            for path in [pixels.clone(), header.clone()] {
+                assert_eq!(chainwave_camera::files_of(&path).unwrap(), [header.clone(), pixels.clone()]);
                 let recording = open(&path).unwrap();
                 let info = recording.info();
                 assert_eq!((info.format.clone(), info.bit_depth), (format!("mraw {stored_bits} bit"), depth));

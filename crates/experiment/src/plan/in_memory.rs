@@ -1,13 +1,16 @@
 //! How much of a recording the system's memory holds, so that no disk need be waited for.
 
+#[cfg(target_os = "linux")]
+use std::collections::VecDeque;
 use std::ops::Range;
 use std::path::Path;
+#[cfg(target_os = "linux")]
+use std::path::PathBuf;
 
 /// Places that are asked about: a share is known to some hundredths.
 const N_PLACES: usize = 64;
 
-/// The share of a part of a recording that memory holds, whose pixels lie between these shares of its bytes, or of its files where it is a
-/// folder. All of it where the system does not say.
+/// The share of a part of a recording that memory holds, whose pixels lie between these shares of its bytes. All of it where the system does not say.
 pub(super) fn share_in_memory(path: &Path, part: &Range<f64>) -> f64 {
     let place = |n: usize| part.start + (part.end - part.start) * (n as f64 + 0.5) / N_PLACES as f64;
     let answers = known(path, (0..N_PLACES).map(place)).unwrap_or_default();
@@ -17,17 +20,22 @@ pub(super) fn share_in_memory(path: &Path, part: &Range<f64>) -> f64 {
     }
 }
 
-/// Whether memory holds the page at each place.
+/// Whether memory holds the page at each place, which ascend.
 #[cfg(target_os = "linux")]
 fn known(path: &Path, places: impl Iterator<Item = f64>) -> Option<Vec<bool>> {
-    if !path.is_dir() {
-        let file = Pages::of(path)?;
-        return places.map(|place| file.is_in_memory(place)).collect();
-    }
-    let mut files: Vec<_> = path.read_dir().ok()?.filter_map(|entry| Some(entry.ok()?.path())).collect();
-    files.sort_unstable();
-    let file_at = |place: f64| files.get((place * files.len() as f64) as usize);
-    places.map(|place| Pages::of(file_at(place)?)?.is_in_memory(0.5)).collect()
+    let size = |file: PathBuf| Some((file.metadata().ok()?.len(), file));
+    let mut files: VecDeque<(u64, PathBuf)> =
+        chainwave_camera::files_of(path).ok()?.into_iter().map(size).collect::<Option<_>>()?;
+    let n_bytes: u64 = files.iter().map(|(size, _)| size).sum();
+    let mut before = 0;
+    let is_in_memory = |place: f64| {
+        let at = (place * n_bytes as f64) as u64;
+        while at - before >= files.front()?.0 {
+            before += files.pop_front()?.0;
+        }
+        page_is_in_memory(&files.front()?.1, at - before)
+    };
+    places.map(is_in_memory).collect()
 }
 
 #[cfg(not(target_os = "linux"))]
@@ -35,34 +43,19 @@ fn known(_: &Path, _: impl Iterator<Item = f64>) -> Option<Vec<bool>> {
     None
 }
 
-/// A file whose pages are asked for.
+/// By a read that does not wait; `None` of a file system that knows no such read.
 #[cfg(target_os = "linux")]
-struct Pages {
-    file: std::fs::File,
-    n_bytes: u64,
-}
-
-#[cfg(target_os = "linux")]
-impl Pages {
-    fn of(path: &Path) -> Option<Self> {
-        let file = std::fs::File::open(path).ok()?;
-        let n_bytes = file.metadata().ok().filter(|about| about.is_file() && about.len() > 0)?.len();
-        // Else the system reads on behind each page that is asked for.
-        rustix::fs::fadvise(&file, 0, None, rustix::fs::Advice::Random).ok()?;
-        Some(Self { file, n_bytes })
-    }
-
-    /// By a read that does not wait; `None` of a file system that knows no such read.
-    fn is_in_memory(&self, place: f64) -> Option<bool> {
-        use rustix::io::{Errno, ReadWriteFlags, preadv2};
-        let at = ((place * self.n_bytes as f64) as u64).min(self.n_bytes - 1);
-        let mut byte = [0];
-        let mut into = [std::io::IoSliceMut::new(&mut byte)];
-        match preadv2(&self.file, &mut into, at, ReadWriteFlags::NOWAIT) {
-            Ok(_) => Some(true),
-            Err(Errno::AGAIN) => Some(false),
-            Err(_) => None,
-        }
+fn page_is_in_memory(path: &Path, at: u64) -> Option<bool> {
+    use rustix::fs::{Advice, fadvise};
+    use rustix::io::{Errno, ReadWriteFlags, preadv2};
+    let file = std::fs::File::open(path).ok()?;
+    // Else the system reads on behind the page that is asked for.
+    fadvise(&file, 0, None, Advice::Random).ok()?;
+    let mut byte = [0];
+    match preadv2(&file, &mut [std::io::IoSliceMut::new(&mut byte)], at, ReadWriteFlags::NOWAIT) {
+        Ok(_) => Some(true),
+        Err(Errno::AGAIN) => Some(false),
+        Err(_) => None,
     }
 }
 

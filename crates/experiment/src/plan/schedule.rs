@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use chainwave_camera::files_of;
 use chainwave_measurement::RecordingInfo;
 
 use super::in_memory::share_in_memory;
@@ -175,10 +176,8 @@ impl Schedule {
     }
 }
 
-/// Bytes of a file, or of the files in a folder; 0 of what cannot be read.
+/// Bytes of a recording's files; 0 of what cannot be read.
 fn bytes_of(path: &Path) -> u64 {
-    let Ok(entries) = std::fs::read_dir(path) else {
-        return path.metadata().map_or(0, |about| about.len());
-    };
-    entries.filter_map(|entry| entry.ok()?.metadata().ok()).map(|about| about.len()).sum()
+    let files = files_of(path).unwrap_or_default();
+    files.iter().filter_map(|file| Some(file.metadata().ok()?.len())).sum()
 }
