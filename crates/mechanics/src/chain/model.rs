@@ -96,6 +96,11 @@ impl<'a> ChainModel<'a> {
         state
     }
 
+    /// The contact of a gap of the row that leads somewhere.
+    pub(crate) fn contact(&self, gap: usize) -> Option<&Contact> {
+        (gap < self.row.n_links()).then(|| self.row.contact(gap))
+    }
+
     /// Bodies and strikers.
     pub(crate) fn n_masses(&self) -> usize {
         self.n_masses

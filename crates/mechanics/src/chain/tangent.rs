@@ -31,6 +31,8 @@ pub(crate) struct Tangent<'a> {
     coefficients: [Coefficients; 3],
     /// Time for which the last of them stand, where the motion goes on from there.
     end_s: Option<f64>,
+    /// Whether all derivatives are zero still.
+    sleeps: bool,
 }
 
 /// Derivatives of displacement and velocity, mass after mass and a row for the wall, or their rates.
@@ -59,6 +61,8 @@ impl<'a> Tangent<'a> {
             }
         }
         let coefficients = along.coefficients(n_lanes);
+        let is_zero = |values: &[f64]| values.iter().all(|value| *value == 0.0);
+        let sleeps = asked.frictions_n.is_empty() && is_zero(&here.s) && is_zero(&here.u);
         Self {
             model,
             along,
@@ -70,7 +74,14 @@ impl<'a> Tangent<'a> {
             stages: std::array::from_fn(|_| zero.clone()),
             coefficients: std::array::from_fn(|_| coefficients.clone()),
             end_s: None,
+            sleeps,
         }
+    }
+
+    /// Whether nothing happens up to a sample of the motion: the wave has not come to any mass that feels a change.
+    pub(crate) fn sleeps_until(&mut self, sample: usize) -> bool {
+        self.sleeps = self.sleeps && self.along.rests(sample);
+        self.sleeps
     }
 
     /// One step between two times, within which strikers' contacts stay as they are.
