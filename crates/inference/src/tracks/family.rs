@@ -115,6 +115,15 @@ mod tests {
             let (weights, slopes) = family.weights(velocity_m_per_s);
             // A four-hundredth of the noise of one reading (0.4 um).
             assert!((sum(&weights) - &direct.displacement_m).iter().all(|error_m| error_m.abs() < 1e-9));
+            // At the fewer nodes of derivatives a parabola goes through -0.951, 0 and 0.951 of half the range, h = 0.135 m/s. Its remainder is at
+            // most 0.331 h^3 / 6 times the third derivative, about the motion over the cube of the drive: 6.7e-6 of it.
+            let of_few = family.weights_of_derivatives(velocity_m_per_s);
+            let parts = DERIVATIVE_NODES.into_iter().zip(of_few);
+            let parts = parts.map(|(node, weight)| motions[node].as_ref().unwrap() * weight);
+            let parabola = parts.reduce(|sum, part| sum + part).unwrap();
+            let largest_m = direct.displacement_m.iter().fold(0.0_f64, |largest, x_m| largest.max(x_m.abs()));
+            let error_m = (parabola - &direct.displacement_m).iter().fold(0.0_f64, |m, e| m.max(e.abs()));
+            assert!(error_m < 6.7e-6 * largest_m, "{error_m} of {largest_m}");
             let beside = [1e-4, -1e-4].map(|step| sum(&family.weights(velocity_m_per_s + step).0));
             let difference = (&beside[0] - &beside[1]) / 2e-4;
             // The polynomial's own derivative: its third derivative times 1e-8 / 6, and rounding.

@@ -74,6 +74,7 @@ impl Samples {
     }
 
     /// Number of pairs.
+    #[cfg(test)]
     pub(super) fn len(&self) -> usize {
         self.pairs.len()
     }

@@ -67,11 +67,6 @@ impl Window {
         let end = if self.is_last { outputs_before.len() } else { until(self.outputs.end - 1) };
         until(self.outputs.start)..end
     }
-
-    /// Samples that it holds.
-    pub(super) fn n_samples(&self) -> usize {
-        self.derivatives.iter().flatten().map(Samples::len).sum()
-    }
 }
 
 /// The windows one by one.
@@ -142,5 +137,60 @@ impl Iterator for Windows<'_> {
                 derivatives: derivatives.collect(),
             }
         }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Striker};
+
+    use super::super::response::solve;
+    use super::*;
+    use crate::quantity::Quantity;
+
+    /// Samples that windows of the derivatives by the mass of each body hold at once, and in all, where a chain is filmed for as long as it is.
+    fn held(n_bodies: usize) -> (usize, usize) {
+        let striker = Striker { mass_kg: 4.3e-3, velocity_m_per_s: 2.73, damping_kg_per_s: 0.2 };
+        let chain = Chain {
+            mass_kg: vec![0.455e-3; n_bodies],
+            damping_kg_per_s: vec![0.003; n_bodies],
+            ground_stiffness_n_per_m: Vec::new(),
+            ground_law: None,
+            contact: PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap().into(),
+            drive: Drive::Striker(striker),
+            far_end: FarEnd::Free,
+        };
+        let struck = |body: usize, factor: f64| {
+            let (mut chain, mut striker) = (chain.clone(), striker);
+            Quantity::MassOfBody(body).apply(factor, &mut chain, &mut striker);
+            Struck { chain, striker }
+        };
+        let sides =
+            |body: usize| Sides { below: struck(body, 0.9999), above: struck(body, 1.0001), width: 2e-4 };
+        let sides: Vec<Sides> = (1..=n_bodies).map(sides).collect();
+        let family = Family::new([2.6, 2.87]);
+        let (changes, centre) = (changes_of(&sides, &family), struck(1, 1.0));
+        let chains: Vec<Chain> = (0..family.n_nodes()).map(|node| family.struck(node, &centre)).collect();
+        let n_threads = NonZero::<usize>::MIN;
+        let schedule = Schedule::automatic(5e-4 * n_bodies as f64, 2e-5);
+        let motions = solve(&chains, &schedule, n_threads).unwrap();
+        let windows = Windows::new(&motions, &changes, n_outputs(n_bodies, n_bodies), n_threads).unwrap();
+        let n_samples = |window: Result<Window, MechanicsError>| -> usize {
+            window.unwrap().derivatives.iter().flatten().map(Samples::len).sum()
+        };
+        windows.map(n_samples).fold((0, 0), |(most, all), n| (most.max(n), all + n))
+    }
+
+    #[test]
+    fn what_is_held_at_once_does_not_grow_with_all_derivatives_at_all_times() {
+        let ((_, few), (at_once, many)) = (held(20), held(80));
+        // Four times the unknowns, bodies and time; windows share their ends.
+        assert!(many as f64 > 0.99 * 64.0 * few as f64, "{few} {many}");
+        assert!(at_once <= HELD && many > 8 * HELD, "{at_once} of {many}");
+        // Of chains so long that windows are shortest it grows as their equations do, of which each recording has the square of the unknowns.
+        for n_bodies in [300, 1000] {
+            let of_window = n_outputs(n_bodies, n_bodies) * n_bodies * n_bodies * N_DERIVATIVE_NODES;
+            assert!(of_window <= HELD.max(SHORTEST * N_DERIVATIVE_NODES * n_bodies * n_bodies));
+        }
     }
 }
