@@ -247,10 +247,11 @@ fn an_imposed_motion_passes_its_change_on() {
 /// Derivatives are the same whether they are handed out at once or piece by piece, and those by what a wave has not come to are none.
 #[test]
 fn they_may_be_followed_from_output_to_output() {
-    let chain = hec_chain(40, 0.003, striker(2.73, 0.2));
+    let chain = hec_chain(60, 0.003, striker(2.73, 0.2));
     let of_body_30: Number = |chain, value| chain.mass_kg[29] = value;
     let of_body_3: Number = |chain, value| chain.mass_kg[2] = value;
-    let schedule = fine(0.04, 1e-4);
+    // Until shortly before the free end, whose gaps open, answers: differences of simulations see little of a kink.
+    let schedule = fine(0.03, 1e-4);
     let alone = [change(&chain, of_body_30, MASS_KG, 1e-4)];
     let found = simulate_with_sensitivities(&chain, &schedule, &alone).unwrap();
     let motion = ReferenceMotion::solve(&chain, &schedule).unwrap();
