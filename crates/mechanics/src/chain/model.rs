@@ -19,7 +19,7 @@ use crate::{
         spring::Spring,
         striker::StrikerContact,
     },
-    lanes::{self, PADDING, PartialSums, columns::Columns, padded, row::AlignedRow, vectorised},
+    lanes::{self, PADDING, PartialSums, columns::Columns, padded, row::AlignedRow},
 };
 
 /// The chain as the integrators see it: masses in a row, strikers at its ends where there are any.
@@ -348,7 +348,7 @@ impl<'a> ChainModel<'a> {
 
     /// Potential and kinetic energy in joules.
     pub(crate) fn energy_j(&self, state: &ChainState) -> f64 {
-        vectorised(Energy { model: self, state })
+        chainwave_vectors::dispatch(Energy { model: self, state })
     }
 
     /// Opens or closes the contact of an end's striker. What its spring holds at that instant leaves with the dashpot that is let go,

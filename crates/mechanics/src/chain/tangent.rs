@@ -6,7 +6,7 @@ use chainwave_measurement::Trajectory;
 use pulp::{Simd, WithSimd};
 
 use super::{change::Asked, model::ChainModel, parameters::Chain, row::End};
-use crate::lanes::{self, vectorised};
+use crate::lanes::{self};
 use along::{Along, Closing, Coefficients};
 
 /// The variational equations along a motion: how displacements and velocities of all masses change with each of several changes.
@@ -87,7 +87,7 @@ impl<'a> Tangent<'a> {
     /// One step between two times, within which strikers' contacts stay as they are.
     pub(crate) fn step(&mut self, start_s: f64, end_s: f64) {
         if end_s > start_s {
-            vectorised(Stepping { tangent: self, start_s, end_s });
+            chainwave_vectors::dispatch(Stepping { tangent: self, start_s, end_s });
         }
     }
 
