@@ -1,9 +1,11 @@
 //! Peak potential energy of every gap, and the share of its loss that damping explains.
 
+use std::borrow::Cow;
+
 use chainwave_measurement::Estimate;
 use ndarray::Array2;
 
-use crate::front::{compression, refine_peak, typical_sigma};
+use crate::front::{FrontSettings, OfGaps, compression, pulses_and_approaches, refine_peak, typical_sigma};
 use crate::half_width::half_windows;
 use crate::local::smooth;
 use crate::{LeadingPulse, Missing, StrainMap};
@@ -29,48 +31,65 @@ pub struct PeakEnergies {
     pub missing: Vec<(usize, Missing)>,
 }
 
-/// Maximum over time of the potential energy of each gap, in joules; row i is gap i + 1.
+/// The leading pulse of each gap ([`leading_pulses`](crate::leading_pulses)), and the maximum over time of its potential energy, in joules; row
+/// i is gap i + 1.
 ///
 /// The greatest of many noisy samples is biased upwards. So the strain is smoothed first over a window that the leading
 /// pulse allows, the greatest energy picks the extreme (of compression or tension), a least-squares polynomial through the
 /// *strains* around it gives the extreme strain, and the energy is taken of that one number. What bias remains is of second
 /// order in the extreme strain's own error; [`crate::measure`] estimates it from its replicas, and takes it off.
-pub fn peak_energies(
+pub fn pulses_and_energies(
     map: &StrainMap,
-    pulses: &[Result<LeadingPulse, Missing>],
+    settings: &FrontSettings,
     energy_of: EnergyLaw<'_>,
-    peak_fraction: f64,
-) -> Vec<Result<f64, Missing>> {
-    let half_windows = half_windows(pulses).into_iter().take(map.n_gaps());
-    let gaps_and_windows = (1..).zip(half_windows).zip(pulses);
-    gaps_and_windows
-        .map(|((gap, half), pulse)| peak_energy(map, (gap, pulse.is_ok()), half?, energy_of, peak_fraction))
-        .collect()
+) -> (OfGaps<LeadingPulse>, OfGaps<f64>) {
+    let (pulses, approaches) = pulses_and_approaches(map, settings);
+    let half_windows = half_windows(&pulses).into_iter().take(map.n_gaps());
+    let energies_j = (1..).zip(half_windows).zip(pulses.iter().zip(&approaches));
+    let energies_j = energies_j.map(|((gap, half_window), (pulse, approach))| {
+        let half_window = half_window?;
+        let series = compression(map, gap);
+        // A gap without a pulse of its own has its neighbour's window.
+        let smoothed = match approach {
+            Ok(approach) if approach.half_window == half_window => {
+                Cow::Borrowed(approach.smoothed.as_slice())
+            }
+            _ => Cow::Owned(smooth(&series, half_window)),
+        };
+        let seen = Seen { series: &series, smoothed: &smoothed, half_window, has_pulse: pulse.is_ok() };
+        peak_energy(&seen, map.spacing.of_gap_m(gap), |overlap_m| energy_of(gap, overlap_m), settings)
+    });
+    let energies_j = energies_j.collect();
+    (pulses, energies_j)
+}
+
+/// The compression of a gap, as it is and smoothed over so many samples on each side.
+struct Seen<'a> {
+    series: &'a [Option<f64>],
+    smoothed: &'a [Option<f64>],
+    half_window: usize,
+    has_pulse: bool,
 }
 
 fn peak_energy(
-    map: &StrainMap,
-    (gap, has_pulse): (usize, bool),
-    half_window: usize,
-    energy_of: EnergyLaw<'_>,
-    peak_fraction: f64,
+    &Seen { series, smoothed, half_window, has_pulse }: &Seen<'_>,
+    pitch_m: f64,
+    energy_of: impl Fn(f64) -> f64,
+    settings: &FrontSettings,
 ) -> Result<f64, Missing> {
-    let series = compression(map, gap);
-    let smoothed = smooth(&series, half_window);
-    let pitch_m = map.spacing.of_gap_m(gap);
-    let (summit, sign) = extreme_of_energy(&smoothed, |strain| energy_of(gap, strain * pitch_m))?;
-    if summit == 0 || summit + 1 == series.len() || may_lie_in_a_hole(&series, summit, half_window, has_pulse)
+    let (summit, sign) = extreme_of_energy(smoothed, |strain| energy_of(strain * pitch_m))?;
+    if summit == 0 || summit + 1 == series.len() || may_lie_in_a_hole(series, summit, half_window, has_pulse)
     {
         return Err(Missing::PeakOutsideRecord);
     }
     let turned =
         |series: &[Option<f64>]| series.iter().map(|value| value.map(|v| sign * v)).collect::<Vec<_>>();
-    let extreme = refine_peak(&turned(&series), &turned(&smoothed), summit, peak_fraction)?;
+    let extreme = refine_peak(&turned(series), &turned(smoothed), summit, settings.peak_fraction)?;
     let others = smoothed.iter().flatten().map(|strain| -sign * strain).fold(0.0, f64::max);
-    if [extreme.value, -others].iter().any(|most| is_passed(|m| energy_of(gap, m), sign * most * pitch_m)) {
+    if [extreme.value, -others].iter().any(|most| is_passed(&energy_of, sign * most * pitch_m)) {
         return Err(Missing::BarrierPassed);
     }
-    Ok(energy_of(gap, sign * extreme.value * pitch_m))
+    Ok(energy_of(sign * extreme.value * pitch_m))
 }
 
 /// Takes out the peak energies of gaps that may have held as much at rest: those that no more than equal the greatest energy within so many

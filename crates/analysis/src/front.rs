@@ -24,6 +24,9 @@ const MOST_UNEVEN: usize = 2;
 /// Noise level, as a share of the maximum, below which the search for the peak needs no averaging.
 const CALM_NOISE: f64 = 0.05;
 
+/// Something of each gap, or why a gap has none; row i is gap i + 1.
+pub type OfGaps<T> = Vec<Result<T, Missing>>;
+
 /// How the leading pulse is found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrontSettings {
@@ -91,10 +94,24 @@ pub struct LeadingPulse {
 /// the peak in the smoothed strain, so that noise before the arrival does not count, and interpolated linearly.
 ///
 /// A gap that the pulse has not reached within the record may still show what runs ahead of it: that is no pulse.
-pub fn leading_pulses(map: &StrainMap, settings: &FrontSettings) -> Vec<Result<LeadingPulse, Missing>> {
-    let mut pulses: Vec<_> = (1..=map.n_gaps()).map(|gap| leading_pulse(map, gap, settings)).collect();
+pub fn leading_pulses(map: &StrainMap, settings: &FrontSettings) -> OfGaps<LeadingPulse> {
+    pulses_and_approaches(map, settings).0
+}
+
+/// The same, and what each gap was seen to do on the way to it.
+pub(crate) fn pulses_and_approaches(
+    map: &StrainMap,
+    settings: &FrontSettings,
+) -> (OfGaps<LeadingPulse>, OfGaps<Approach>) {
+    let approach =
+        |gap| Approach::of(&compression(map, gap), settings.significance * typical_sigma(map, gap));
+    let approaches: OfGaps<Approach> = (1..=map.n_gaps()).map(approach).collect();
+    let pulse = |(gap, approach): (usize, &Result<Approach, Missing>)| {
+        leading_pulse(map, gap, approach.as_ref().map_err(|reason| *reason)?, settings)
+    };
+    let mut pulses: Vec<_> = (1..).zip(&approaches).map(pulse).collect();
     drop_forerunners(&mut pulses);
-    pulses
+    (pulses, approaches)
 }
 
 /// Takes out peaks that come before the pulse has peaked in the gap before, and are small beside that one.
@@ -113,32 +130,55 @@ fn drop_forerunners(pulses: &mut [Result<LeadingPulse, Missing>]) {
     }
 }
 
-fn leading_pulse(map: &StrainMap, gap: usize, settings: &FrontSettings) -> Result<LeadingPulse, Missing> {
-    let series = compression(map, gap);
-    let (calmed, noise) = calm(&series, settings.significance * typical_sigma(map, gap));
-    let coarse = first_peak(&calmed, noise)?;
-    let rise = rise_samples(&calmed, coarse);
-    let is_it =
-        |fall: &f64| summit(&calmed, noise, *fall).is_ok_and(|other| other.at.abs_diff(coarse) <= rise);
-    if !OTHER_FALLS.iter().all(is_it) {
-        return Err(Missing::SeveralHumps);
+/// About where the leading pulse peaks in a gap, and the gap's compression smoothed as that allows.
+#[derive(Debug)]
+pub(crate) struct Approach {
+    /// Index of the sample.
+    coarse: usize,
+    /// Samples that the rise takes.
+    rise: usize,
+    /// Samples on each side over which the compression is smoothed.
+    pub(crate) half_window: usize,
+    pub(crate) smoothed: Vec<Option<f64>>,
+}
+
+impl Approach {
+    /// In a series of compressions that stand out where they exceed `noise`.
+    fn of(series: &[Option<f64>], noise: f64) -> Result<Self, Missing> {
+        let (calmed, noise) = calm(series, noise);
+        let coarse = first_peak(&calmed, noise)?;
+        let rise = rise_samples(&calmed, coarse);
+        let is_it =
+            |fall: &f64| summit(&calmed, noise, *fall).is_ok_and(|other| other.at.abs_diff(coarse) <= rise);
+        if !OTHER_FALLS.iter().all(is_it) {
+            return Err(Missing::SeveralHumps);
+        }
+        let half_window = half_window_of(rise);
+        Ok(Self { coarse, rise, half_window, smoothed: smooth(series, half_window) })
     }
-    let half_window = half_window_of(rise);
-    let smoothed = smooth(&series, half_window);
-    let near = coarse.saturating_sub(rise)..=(coarse + rise).min(series.len() - 1);
-    let summit = near.max_by(|a, b| level(&smoothed, *a).total_cmp(&level(&smoothed, *b)));
+}
+
+fn leading_pulse(
+    map: &StrainMap,
+    gap: usize,
+    Approach { coarse, rise, half_window, smoothed }: &Approach,
+    settings: &FrontSettings,
+) -> Result<LeadingPulse, Missing> {
+    let series = compression(map, gap);
+    let near = coarse.saturating_sub(*rise)..=(coarse + rise).min(series.len() - 1);
+    let summit = near.max_by(|a, b| level(smoothed, *a).total_cmp(&level(smoothed, *b)));
     let summit = summit.filter(|at| smoothed[*at].is_some()).ok_or(Missing::TooFewSamples)?;
-    let peak = refine_peak(&series, &smoothed, summit, settings.peak_fraction)?;
-    let edge = crossing_before(&smoothed, summit, settings.edge_fraction * peak.value);
-    let tenth = crossing_before(&smoothed, summit, 0.1 * peak.value);
-    let half = crossing_before(&smoothed, summit, 0.5 * peak.value);
+    let peak = refine_peak(&series, smoothed, summit, settings.peak_fraction)?;
+    let edge = crossing_before(smoothed, summit, settings.edge_fraction * peak.value);
+    let tenth = crossing_before(smoothed, summit, 0.1 * peak.value);
+    let half = crossing_before(smoothed, summit, 0.5 * peak.value);
     Ok(LeadingPulse {
         gap,
         peak_time_s: time_at(map, peak.place),
         peak_strain: -peak.value,
         edge_time_s: edge.map(|place| time_at(map, place)),
         foot_time_s: tenth.zip(half).map(|(tenth, half)| time_at(map, 2.0 * tenth - half)),
-        half_window,
+        half_window: *half_window,
     })
 }
 

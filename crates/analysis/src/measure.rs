@@ -9,7 +9,7 @@ use ndarray::Array2;
 use crate::check::check_motion;
 use crate::columns::{Column, Columns, Scatter};
 use crate::dispersion::{DispersionMap, dispersion_map};
-use crate::energy::{EnergyLaw, PeakEnergies, drop_what_rest_may_hold, peak_energies};
+use crate::energy::{EnergyLaw, PeakEnergies, drop_what_rest_may_hold, pulses_and_energies};
 use crate::front::{FrontSettings, GapFront, LeadingPulse, leading_pulses};
 use crate::half_width::{HalfWidth, MovingProfile, half_width_times, half_widths, without_jumps};
 use crate::line_test::line_test;
@@ -134,19 +134,16 @@ pub fn measure_peak_energies(
     settings.check()?;
     check_motion(motion)?;
     let sigma = strain_sigma(motion, &settings.spacing);
-    let of_map = |map: &StrainMap| {
-        let pulses = leading_pulses(map, &settings.front);
-        (peak_energies(map, &pulses, energy_of, settings.front.peak_fraction), pulses)
-    };
+    let of_map = |map: &StrainMap| pulses_and_energies(map, &settings.front, energy_of);
     let columns = |energies_j: &[Result<f64, Missing>]| {
         let mut columns = Columns::default();
         set_energies(&mut columns, energies_j);
         columns
     };
     let map = strain_with_sigma(motion, &sigma, &settings.spacing);
-    let (mut energies_j, pulses) = of_map(&map);
+    let (pulses, mut energies_j) = of_map(&map);
     drop_what_rest_may_hold(&mut energies_j, (&map, &pulses), energy_of, settings.front.significance);
-    let replicas = of_replicas(motion, &sigma, settings, |_, map| columns(&of_map(map).0));
+    let replicas = of_replicas(motion, &sigma, settings, |_, map| columns(&of_map(map).1));
     Ok(energies(&energies_j, &Scatter::new(columns(&energies_j), replicas)))
 }
 
@@ -197,7 +194,10 @@ impl<'a> Plan<'a> {
 
     fn apply(&self, motion: &ChainMotion, map: &StrainMap) -> Values {
         let front = &self.settings.front;
-        let pulses = leading_pulses(map, front);
+        let (pulses, energies_j) = match self.energy_of {
+            Some(energy_of) => pulses_and_energies(map, front, energy_of),
+            None => (leading_pulses(map, front), Vec::new()),
+        };
         let speed = fit_speed(&pulses, &map.spacing, &self.velocity_gaps);
         let half_widths_m = speed.map_or_else(
             |_| vec![None; self.half_width_times_s.len()],
@@ -206,9 +206,6 @@ impl<'a> Plan<'a> {
                 half_widths(&profile, &map.spacing, &self.half_width_times_s)
             },
         );
-        let energies_j = self
-            .energy_of
-            .map_or_else(Vec::new, |energy_of| peak_energies(map, &pulses, energy_of, front.peak_fraction));
         let spectrum = tail_spectrum(map, &pulses);
         let resonance_hz = self.resonance.as_ref().ok().and_then(|found| found.moved_hz(&spectrum));
         let particles_m_per_s = particle_velocities_m_per_s(motion, map, &pulses);

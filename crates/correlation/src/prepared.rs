@@ -19,7 +19,7 @@ use crate::prepared::normal::{Images, NormalEquations, ReferenceNoise, UnitCovar
 use crate::prepared::outline::{is_within, turned};
 use crate::prepared::part::Part;
 use crate::reference::gradient::noise_variance;
-use crate::simd::{LANES, dot, vectorised};
+use crate::simd::{LANES, dot};
 use crate::warp::{MAX_PARAMETERS, Warp};
 use crate::window::sample::Lattice;
 use crate::{Reference, Settings};
@@ -261,7 +261,7 @@ impl Linearised {
     /// The gradients times polynomials of the place, less multiples of 1 and of the reference.
     fn step_images(&self, [of_x, of_y]: [[f32; 6]; 2], [mean, slope]: [f32; 2]) -> Vec<f32> {
         let mut steps = vec![0.0; self.n_pixels()];
-        vectorised(
+        chainwave_vectors::dispatch(
             #[inline(always)]
             || {
                 let places = self.columns.iter().zip(&self.rows);

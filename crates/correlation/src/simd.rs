@@ -2,19 +2,14 @@
 //!
 //! The hot loops are written over arrays of [`LANES`] values, whatever the machine's vectors are, and multiply and add
 //! in one rounding. So a sum is split in the same way everywhere, and results have the same bits with AVX-512, with
-//! AVX2 and without either; [`vectorised`] compiles a loop for each, and the [`chainwave_vectors::InstructionSet`] in use is chosen at run time. (A processor of before 2013
+//! AVX2 and without either; [`chainwave_vectors::dispatch`] compiles a loop for each, of which only what is inlined profits, and the
+//! [`chainwave_vectors::InstructionSet`] in use is chosen at run time. (A processor of before 2013
 //! that cannot multiply and add in one rounding does so by the C library, slowly.)
 
 use pulp::{Simd, WithSimd};
 
 /// Values that are handled together.
 pub(crate) const LANES: usize = 16;
-
-/// Runs `work` compiled for the best instruction set of this machine. Only what is inlined into `work` profits, so the
-/// functions that it calls are `#[inline(always)]`.
-pub(crate) fn vectorised<R>(work: impl FnOnce() -> R) -> R {
-    chainwave_vectors::dispatch(work)
-}
 
 /// Work on blocks of [`LANES`] values, which are `VECTORS` vectors of the instruction set `S`.
 pub(crate) trait InBlocks: Sized {
@@ -56,7 +51,7 @@ pub(crate) fn dot(a: &[f32], b: &[f32]) -> f64 {
     let product = |a: f32, b: f32| f64::from(a) * f64::from(b);
     let n = a.len().min(b.len());
     let (a, b) = (&a[..n], &b[..n]);
-    vectorised(
+    chainwave_vectors::dispatch(
         #[inline(always)]
         || {
             let ((a_lanes, a_rest), (b_lanes, b_rest)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());

@@ -7,7 +7,7 @@ pub(crate) mod sample;
 
 use chainwave_measurement::Region;
 
-use crate::simd::{LANES, vectorised};
+use crate::simd::LANES;
 use crate::window::prefilter::{Pixels, Prefilter, Rows, prefilter};
 use crate::{CorrelationError, Interpolation};
 
@@ -119,7 +119,7 @@ impl Window {
         let full_scale = self.full_scale;
         let usable = |pixel: f32| pixel < full_scale;
         let pixels = &self.pixels;
-        self.has_flagged = vectorised(
+        self.has_flagged = chainwave_vectors::dispatch(
             #[inline(always)]
             || pixels.iter().fold(false, |flagged, &pixel| flagged | !usable(pixel)),
         );

@@ -5,7 +5,7 @@ mod prediction;
 mod residuals;
 mod whitening;
 
-use chainwave_analysis::{PeakEnergies, exact_motion, leading_pulses, peak_energies, strain_map};
+use chainwave_analysis::{PeakEnergies, exact_motion, pulses_and_energies, strain_map};
 use chainwave_measurement::Estimate;
 use chainwave_mechanics::Schedule;
 
@@ -102,11 +102,10 @@ fn predicted_energies(
 ) -> Result<Vec<f64>, FitError> {
     let moved = exact_motion(&prediction.motion);
     let map = strain_map(&moved, model.spacing.clone())?;
-    let pulses = leading_pulses(&map, measurement.front);
     let n_gaps = model.chain.n_bodies().saturating_sub(1);
     let of_gaps: Vec<_> = (0..n_gaps).map(|gap| model.chain.contact.of_gap(gap).energy()).collect();
     let energy_of = |gap: usize, overlap_m: f64| of_gaps.get(gap - 1).map_or(0.0, |energy| energy(overlap_m));
-    let energies_j = peak_energies(&map, &pulses, &energy_of, measurement.front.peak_fraction);
+    let (_, energies_j) = pulses_and_energies(&map, measurement.front, &energy_of);
     let found = |gap: &usize| energies_j.get(gap - 1).and_then(|energy| energy.ok());
     let beyond =
         |gap: &usize| prediction.peak_overlaps_m.get(gap - 1).map_or(0.0, |x_m| energy_of(*gap, *x_m));

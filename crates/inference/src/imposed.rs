@@ -60,25 +60,25 @@ fn finish(problem: &ImposedResiduals<'_>, minimum: &Minimum) -> Result<ImposedFi
     let unknowns = &minimum.at.shared;
     let ImposedResiduals { motion, span, samples, .. } = problem;
     let (predicted, columns) = problem.predicted_by_unknowns(unknowns)?;
-    let jacobian = DMatrix::from_columns(&columns);
-    let shift = |error_m: &dyn Fn(usize) -> f64| &covariance * projected(problem, &jacobian, error_m);
+    let shifts = Shifts::new(problem, &covariance, &columns);
     let mut total = covariance.clone();
     // All that the estimator does with an error is linear, so it is done with the patterns that errors are made of.
     let patterns = motion.modes.patterns();
     let of_body_1 = |pattern: &ErrorPattern| (span.0..=span.1).map(|i| pattern.at((0, i))).collect();
     let errors_m: Vec<Vec<f64>> = patterns.iter().map(of_body_1).collect();
-    let passed_on = problem.passed_on(unknowns, &errors_m)?;
-    let of_pattern = |(pattern, passed_on): (&ErrorPattern, &DVector<f64>)| {
-        shift(&|i| pattern.at(samples[i]) - passed_on[i]).as_slice().to_vec()
-    };
-    let of_patterns: Vec<Vec<f64>> = patterns.iter().zip(&passed_on).map(of_pattern).collect();
+    let of_patterns = problem.passed_on(unknowns, &errors_m, |k, passed_on| {
+        let mut error_m = DVector::from_fn(samples.len(), |i, _| patterns[k].at(samples[i]));
+        passed_on.into_iter().for_each(|passed_on| error_m -= passed_on);
+        shifts.by(&error_m).as_slice().to_vec()
+    })?;
     for shift in motion.modes.combined(&of_patterns).map(DVector::from_vec) {
         total += &shift * shift.transpose();
     }
     let mut random = Pcg64::seed_from_u64(SEED);
     let draws_m: Vec<Vec<f64>> = (0..N_DRAWS).map(|_| noise_of_body_1(problem, &mut random)).collect();
-    for passed_on in problem.passed_on(unknowns, &draws_m)? {
-        let shift = shift(&|i| -passed_on[i]);
+    let of_draws =
+        problem.passed_on(unknowns, &draws_m, |_, passed_on| passed_on.map(|one| shifts.by(one)))?;
+    for shift in of_draws.into_iter().flatten() {
         total += &shift * shift.transpose() / N_DRAWS as f64;
     }
     let residual = |(i, sample): (usize, &(usize, usize))| {
@@ -97,18 +97,30 @@ fn finish(problem: &ImposedResiduals<'_>, minimum: &Minimum) -> Result<ImposedFi
     })
 }
 
-/// J' W e.
-fn projected(
-    problem: &ImposedResiduals<'_>,
-    jacobian: &DMatrix<f64>,
-    error_m: &dyn Fn(usize) -> f64,
-) -> DVector<f64> {
-    let mut side = DVector::zeros(jacobian.ncols());
-    for (i, sample) in problem.samples.iter().enumerate() {
-        let weight = problem.motion.independent_sigma_m[*sample].powi(-2);
-        side.axpy(weight * error_m(i), &jacobian.row(i).transpose(), 1.0);
+/// How errors of the samples compared move the unknowns.
+struct Shifts<'a> {
+    covariance: &'a DMatrix<f64>,
+    /// Derivatives by the unknowns over the samples' variances.
+    weighted: DMatrix<f64>,
+}
+
+impl<'a> Shifts<'a> {
+    fn new(
+        problem: &ImposedResiduals<'_>,
+        covariance: &'a DMatrix<f64>,
+        derivatives: &[DVector<f64>],
+    ) -> Self {
+        let mut weighted = DMatrix::from_columns(derivatives);
+        for (mut row, sample) in weighted.row_iter_mut().zip(&problem.samples) {
+            row *= problem.motion.independent_sigma_m[*sample].powi(-2);
+        }
+        Self { covariance, weighted }
     }
-    side
+
+    /// C J' W e.
+    fn by(&self, error_m: &DVector<f64>) -> DVector<f64> {
+        self.covariance * self.weighted.tr_mul(error_m)
+    }
 }
 
 fn noise_of_body_1(problem: &ImposedResiduals<'_>, random: &mut Pcg64) -> Vec<f64> {

@@ -16,6 +16,7 @@ mod residuals;
 mod response;
 mod selection;
 mod structure;
+mod windows;
 
 use chainwave_analysis::Departure;
 use chainwave_measurement::{Estimate, Observation};
@@ -78,7 +79,7 @@ pub fn fit_tracks(
             let (_, covariance) = best.minimum.solved().map_err(|why| problem.failure(why))?;
             let inflation = inflation_of(&problem, best.minimum.chi_squared());
             let stated = damping_of(&best.minimum.at, &covariance, inflation);
-            let (as_stated, _) = Fit::at(&problem, best.minimum, Vec::new())?;
+            let as_stated = Fit::at(&problem, best.minimum, Vec::new())?;
             let is_lost = as_stated.structure.is_told() && as_stated.structure.size > 1.0;
             let worth = as_stated.minimum.chi_squared();
             match is_lost.then(|| with_the_other_end(&problem, impact_times_s, worth)).flatten() {
@@ -159,10 +160,7 @@ fn finish(
     let of_mean = |k: usize| estimate(mean[k], errors.of_mean[(k, k)]);
     let by_noise = damping_of(at, &covariance, inflation);
     let missed = match fit.structure.is_told() {
-        true => {
-            let solved = problem.solve(at)?;
-            discrepancy(problem, (&solved, minimum), &fit.residuals, inflation * inflation)
-        }
+        true => discrepancy(problem, minimum, &fit.residuals, inflation * inflation)?,
         false => [0.0; N_DAMPINGS],
     };
     let between = between_hypotheses(at, rivals);
@@ -251,7 +249,7 @@ pub(crate) fn tested(
     let damping = damping_of(&minimum.at, &covariance, inflation_of(&problem, minimum.chi_squared()));
     let softening = softening_at(observations, (model, &[]), &minimum.at)?;
     let scatter = scatter_of_bodies_at(observations, (model, &[]), &minimum.at)?;
-    let (mut fit, _) = Fit::at(&problem, minimum, Vec::new())?;
+    let mut fit = Fit::at(&problem, minimum, Vec::new())?;
     let hypothesis = Told::of(observations, &mut fit).least_p_value;
     Ok((damping, [softening, scatter], fit.structure, hypothesis))
 }

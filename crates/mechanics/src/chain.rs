@@ -32,7 +32,9 @@ pub use linear_chain::LinearChain;
 pub use parameters::{Chain, Drive, FarEnd, FarStriker, Striker};
 pub use scan::{ensemble, scan};
 pub use schedule::{Bodies, Integration, Schedule};
-pub use sensitivity::{Sensitivities, simulate_with_friction, simulate_with_sensitivities};
+pub use sensitivity::{
+    ReferenceMotion, Sensitivities, Variations, simulate_with_friction, simulate_with_sensitivities,
+};
 pub use simulate::simulate;
 pub use simulation::{Simulation, StrikerMotion};
 pub use unit_cell::UnitCell;

@@ -17,14 +17,6 @@ pub(crate) const COLUMNS: usize = 4;
 /// A table of records, one for each byte that can name it.
 pub(crate) type Records = [[f64; COLUMNS]; 256];
 
-/// Runs `work` with the vectors of the [`chainwave_vectors::InstructionSet`] in use.
-///
-/// All give the same bits. Products that are added are fused where this is asked, in software if need be, and
-/// nowhere else; and no sum is split by the width of the vectors.
-pub(crate) fn vectorised<W: WithSimd>(work: W) -> W::Output {
-    chainwave_vectors::dispatch(work)
-}
-
 /// Numbers in a vector of the instruction set in use.
 pub(crate) fn width() -> usize {
     struct Width;
@@ -38,7 +30,7 @@ pub(crate) fn width() -> usize {
         }
     }
 
-    vectorised(Width)
+    chainwave_vectors::dispatch(Width)
 }
 
 /// `n` rounded up to a multiple of [`PADDING`].

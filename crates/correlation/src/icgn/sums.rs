@@ -5,7 +5,7 @@ use pulp::Simd;
 use crate::Shape;
 use crate::prepared::Linearised;
 use crate::prepared::moments::PARENTS;
-use crate::simd::{InBlocks, LANES, sum_of_lanes, vectorised};
+use crate::simd::{InBlocks, LANES, sum_of_lanes};
 use crate::warp::{MAX_PARAMETERS, Step};
 
 /// Sums over the pixels of a sampled target g with the subset's prepared images.
@@ -97,7 +97,7 @@ pub(crate) fn squares(subset: &Linearised, samples: &[f32], mean: f64, gain: f64
     let target = samples[..subset.intensity.len()].as_chunks::<LANES>().0;
     let (reference, weights) =
         (subset.intensity.as_chunks::<LANES>().0, subset.weights.as_chunks::<LANES>().0);
-    vectorised(
+    chainwave_vectors::dispatch(
         #[inline(always)]
         || {
             let (mut lanes, mut by_light) = ([0.0; LANES], [0.0; LANES]);

@@ -9,7 +9,6 @@ use crate::acceptance::Standard;
 use crate::foreign::{FlowSettings, library};
 use crate::refine::calibration::{Calibration, Judgement, judge};
 use crate::search::rivals::Seen;
-use crate::simd::vectorised;
 use crate::track::find::{Locate, Quest};
 use crate::track::predict::History;
 use crate::track::together::without_collisions;
@@ -322,7 +321,7 @@ impl EightBit {
 
     fn convert(&self, pixels: &[f32]) -> Vec<u8> {
         let mut bytes = vec![0; pixels.len()];
-        vectorised(
+        chainwave_vectors::dispatch(
             #[inline(always)]
             || {
                 for (byte, pixel) in bytes.iter_mut().zip(pixels) {

@@ -1,7 +1,7 @@
 //! What is searched for: a rectangle of grey values less their mean.
 
 use crate::PreparedSubset;
-use crate::simd::{LANES, dot, sum_of_lanes, vectorised};
+use crate::simd::{LANES, dot, sum_of_lanes};
 
 /// What is searched for: grey values less their mean, row by row.
 pub(crate) struct Template {
@@ -38,7 +38,7 @@ impl Template {
     /// Sum of the values times the pixels under them, which go on to the right of the template where the row does: a row is whole vectors, as
     /// single values behind them take longer than they do.
     pub(crate) fn correlate(&self, width: usize, pixels: &[f32]) -> f64 {
-        vectorised(
+        chainwave_vectors::dispatch(
             #[inline(always)]
             || {
                 let mut lanes = [0.0_f32; LANES];

@@ -4,7 +4,7 @@ use std::marker::PhantomData;
 
 use pulp::Simd;
 
-use crate::simd::{InBlocks, LANES, vectorised};
+use crate::simd::{InBlocks, LANES};
 use crate::warp::Warp;
 use crate::window::kernel::{BSpline, Kernel, Moms};
 use crate::{Interpolation, Window};
@@ -54,7 +54,7 @@ fn sample_with<K: Kernel<TAPS>, const TAPS: usize>(
     samples: &mut [f32],
 ) {
     if warp.is_translation() {
-        vectorised(
+        chainwave_vectors::dispatch(
             #[inline(always)]
             || sample_grid::<K, TAPS>(window, warp, lattice, rows, samples),
         );

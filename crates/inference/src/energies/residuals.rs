@@ -107,17 +107,16 @@ impl LeastSquares for EnergyResiduals<'_> {
         let n_runs = quadrature(&self.model.drive_deviations).len();
         self.n_simulations.fetch_add(n_runs as u64, Ordering::Relaxed);
         let last = self.steps.len();
+        // What one step along a derivative makes of the energies tells theirs to a part as small as the step.
+        let energies = predict(&here)?;
         let column = |i: usize| -> Result<DVector<f64>, FitError> {
-            let (Some(slope), Some(step)) = (slopes.get(i), self.steps.get(i)) else {
-                return Ok(predict(&here)? - measured);
-            };
-            let [below, above] = [-step, *step].map(|step| predict(&here.along(slope, step)));
-            Ok((above? - below?) / (2.0 * step))
+            Ok((predict(&here.along(&slopes[i], self.steps[i]))? - &energies) / self.steps[i])
         };
         let mut columns = DMatrix::zeros(measured.len(), last + 1);
-        for (i, column) in map_in_parallel(last + 1, self.model.n_threads, column).into_iter().enumerate() {
+        for (i, column) in map_in_parallel(last, self.model.n_threads, column).into_iter().enumerate() {
             columns.set_column(i, &column?);
         }
+        columns.set_column(last, &(&energies - measured));
         let mut equations = NormalEquations::new(self.steps.len());
         for row in columns.row_iter() {
             equations.add_row(&row.iter().copied().collect::<Vec<_>>());

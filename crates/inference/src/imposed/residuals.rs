@@ -214,26 +214,32 @@ impl<'a> ImposedResiduals<'a> {
         (unknowns, driving_m)
     }
 
-    /// What errors of body 1, sample by sample, do to the prediction; nothing is solved for one that has none.
-    pub(super) fn passed_on(
+    /// What `told` makes of what errors of body 1, sample by sample, do to the prediction, one after the other, each with its number: there may be as
+    /// many of them as recordings, and nothing of what they do is kept. Nothing is solved for an error that body 1 does not have.
+    pub(super) fn passed_on<T: Send + Sync>(
         &self,
         unknowns: &DVector<f64>,
         errors_m: &[Vec<f64>],
-    ) -> Result<Vec<DVector<f64>>, FitError> {
-        let felt: Vec<usize> =
-            (0..errors_m.len()).filter(|k| errors_m[*k].iter().any(|error| error.abs() > 0.0)).collect();
+        told: impl Fn(usize, Option<&DVector<f64>>) -> T + Sync,
+    ) -> Result<Vec<T>, FitError> {
+        let (felt, unfelt): (Vec<usize>, Vec<usize>) =
+            (0..errors_m.len()).partition(|k| errors_m[*k].iter().any(|error| error.abs() > 0.0));
         let groups: Vec<&[usize]> = felt.chunks(DERIVATIVES_TOGETHER).collect();
         let solved = map_in_parallel(groups.len(), self.model.n_threads, |group| {
             let asked: Vec<By<'_>> = groups[group].iter().map(|k| By::Driving(&errors_m[*k])).collect();
-            Ok::<_, FitError>(self.predicted(unknowns, &asked)?.1)
+            let (_, passed_on) = self.predicted(unknowns, &asked)?;
+            let told = groups[group].iter().zip(&passed_on).map(|(k, passed_on)| told(*k, Some(passed_on)));
+            Ok::<_, FitError>(told.collect::<Vec<T>>())
         });
-        let mut all = vec![DVector::zeros(self.samples.len()); errors_m.len()];
-        for (group, solved) in groups.iter().zip(solved) {
-            for (k, passed_on) in group.iter().zip(solved?) {
-                all[*k] = passed_on;
-            }
-        }
-        Ok(all)
+        let solved: Vec<Vec<T>> = solved.into_iter().collect::<Result<_, _>>()?;
+        let not_solved = map_in_parallel(unfelt.len(), self.model.n_threads, |k| told(unfelt[k], None));
+        let mut all: Vec<(usize, T)> = felt
+            .into_iter()
+            .zip(solved.into_iter().flatten())
+            .chain(unfelt.into_iter().zip(not_solved))
+            .collect();
+        all.sort_by_key(|(k, _)| *k);
+        Ok(all.into_iter().map(|(_, told)| told).collect())
     }
 }
 

@@ -23,18 +23,21 @@ pub(crate) struct NormalEquations {
 }
 
 /// The same of one recording's residuals: a symmetric matrix over the recording's own unknowns, the shared ones, and last the residual
-/// itself. Only the upper triangle is filled.
+/// itself. Only the lower triangle is filled.
 #[derive(Debug, Clone)]
 pub(crate) struct Block {
     products: DMatrix<f64>,
 }
 
-/// The same of one body's track, less what its place at rest takes up.
-pub(crate) struct TrackSums {
-    products: Vec<f64>,
+/// The weighted sums of the rows of one body's track, which its place at rest takes up.
+#[derive(Debug, Clone)]
+pub(crate) struct RestSums {
     weighted: Vec<f64>,
     weight: f64,
 }
+
+/// Rows whose products are added up together, so that a column of the sums is fetched once for all of them.
+const ROWS_TOGETHER: usize = 32;
 
 impl NormalEquations {
     pub(crate) fn new(n_shared: usize) -> Self {
@@ -96,21 +99,9 @@ impl NormalEquations {
     }
 }
 
-impl TrackSums {
+impl RestSums {
     pub(crate) fn new(n_shared: usize) -> Self {
-        let width = N_OWN + n_shared + 1;
-        Self { products: vec![0.0; width * width], weighted: vec![0.0; width], weight: 0.0 }
-    }
-
-    /// Adds a row (own, shared, residual) in units of the residual's sigma.
-    pub(crate) fn add(&mut self, row: &[f64], inverse_sigma: f64) {
-        let width = row.len();
-        for (i, left) in row.iter().enumerate() {
-            let line = &mut self.products[i * width + i..(i + 1) * width];
-            line.iter_mut().zip(&row[i..]).for_each(|(sum, right)| *sum += left * right);
-            self.weighted[i] += inverse_sigma * left;
-        }
-        self.weight += inverse_sigma * inverse_sigma;
+        Self { weighted: vec![0.0; N_OWN + n_shared + 1], weight: 0.0 }
     }
 }
 
@@ -120,14 +111,43 @@ impl Block {
         Self { products: DMatrix::zeros(width, width) }
     }
 
-    /// Adds a track whose place at rest is free: the mean row, by weight, is taken out of all.
-    pub(crate) fn add_track(&mut self, track: &TrackSums) {
-        let width = self.products.nrows();
-        for i in 0..width {
-            for j in i..width {
-                let mean = track.weighted[i] * track.weighted[j] / track.weight.max(f64::MIN_POSITIVE);
-                self.products[(i, j)] += track.products[i * width + j] - mean;
+    /// Adds rows (own, shared, residual) of one track in units of their residuals' sigmas, whose inverses go with them. What a row does not
+    /// depend on costs nothing.
+    pub(crate) fn add_rows<'a>(
+        &mut self,
+        rows: impl Iterator<Item = (&'a [f64], f64)>,
+        of_track: &mut RestSums,
+    ) {
+        let mut together: Vec<&[f64]> = Vec::with_capacity(ROWS_TOGETHER);
+        for (row, inverse_sigma) in rows {
+            let weighted = of_track.weighted.iter_mut().zip(row);
+            weighted.for_each(|(sum, entry)| *sum += inverse_sigma * entry);
+            of_track.weight += inverse_sigma * inverse_sigma;
+            together.push(row);
+            if together.len() == ROWS_TOGETHER {
+                self.add_together(&together);
+                together.clear();
             }
+        }
+        self.add_together(&together);
+    }
+
+    fn add_together(&mut self, rows: &[&[f64]]) {
+        let width = self.products.nrows();
+        for (i, column) in self.products.as_mut_slice().chunks_exact_mut(width).enumerate() {
+            for row in rows.iter().filter(|row| row[i] != 0.0) {
+                column[i..].iter_mut().zip(&row[i..]).for_each(|(sum, entry)| *sum += row[i] * entry);
+            }
+        }
+    }
+
+    /// Frees a track's place at rest: the mean row, by weight, is taken out of all.
+    pub(crate) fn free_rest(&mut self, of_track: &RestSums) {
+        let RestSums { weighted, weight } = of_track;
+        let width = self.products.nrows();
+        for (i, column) in self.products.as_mut_slice().chunks_exact_mut(width).enumerate() {
+            let share = weighted[i] / weight.max(f64::MIN_POSITIVE);
+            column[i..].iter_mut().zip(&weighted[i..]).for_each(|(sum, entry)| *sum -= share * entry);
         }
     }
 
@@ -135,7 +155,7 @@ impl Block {
     pub(crate) fn add_prior(&mut self, own: usize, residual: f64, slope: f64) {
         let last = self.products.nrows() - 1;
         self.products[(own, own)] += slope * slope;
-        self.products[(own, last)] += slope * residual;
+        self.products[(last, own)] += slope * residual;
         self.products[(last, last)] += residual * residual;
     }
 
@@ -146,14 +166,14 @@ impl Block {
     }
 
     fn own_covariance(&self) -> Option<Matrix2<f64>> {
-        let own = |i: usize, j: usize| self.products[(i.min(j), i.max(j))];
+        let own = |i: usize, j: usize| self.products[(i.max(j), i.min(j))];
         Some(Matrix2::from_fn(own).cholesky()?.inverse())
     }
 
     fn eliminated(&self, damping: f64) -> Option<Eliminated> {
         let full = DMatrix::from_fn(self.products.nrows(), self.products.ncols(), |i, j| {
             let raised = if i == j && i + 1 < self.products.nrows() { 1.0 + damping } else { 1.0 };
-            raised * self.products[(i.min(j), i.max(j))]
+            raised * self.products[(i.max(j), i.min(j))]
         });
         let n_rest = full.nrows() - N_OWN;
         let own: Matrix2<f64> = full.fixed_view::<N_OWN, N_OWN>(0, 0).into_owned();
@@ -333,14 +353,16 @@ mod tests {
     fn elimination_gives_the_dense_solution() {
         const N_SHARED: usize = 2;
         const N_RECORDINGS: usize = 3;
-        let mut tracks: Vec<TrackSums> = (0..N_RECORDINGS).map(|_| TrackSums::new(N_SHARED)).collect();
+        let mut blocks: Vec<Block> = (0..N_RECORDINGS).map(|_| Block::new(N_SHARED)).collect();
+        let mut rests: Vec<RestSums> = (0..N_RECORDINGS).map(|_| RestSums::new(N_SHARED)).collect();
         let n_unknowns = N_SHARED + 3 * N_RECORDINGS;
         let (mut rows, mut side) = (Vec::new(), Vec::new());
         for k in 0..36_u32 {
             let wave = |i: u32| ((1.7 + 0.37 * f64::from(i)) * f64::from(k) + 0.9 * f64::from(i * i)).sin();
             let recording = k as usize % N_RECORDINGS;
             let inverse_sigma = 1.0 + 0.5 * wave(6);
-            tracks[recording].add(&[wave(3), wave(4), wave(1), wave(2), wave(5)], inverse_sigma);
+            let row = [wave(3), wave(4), wave(1), wave(2), wave(5)];
+            blocks[recording].add_rows([(row.as_slice(), inverse_sigma)].into_iter(), &mut rests[recording]);
             let mut row = vec![0.0; n_unknowns];
             row[..N_SHARED].copy_from_slice(&[wave(1), wave(2)]);
             let first = N_SHARED + 3 * recording;
@@ -352,9 +374,8 @@ mod tests {
         let inverse = (dense.transpose() * &dense).try_inverse().unwrap();
         let expected = &inverse * dense.transpose() * DVector::from_vec(side);
         let mut equations = NormalEquations::new(N_SHARED);
-        for track in &tracks {
-            let mut recording = Block::new(N_SHARED);
-            recording.add_track(track);
+        for (mut recording, rest) in blocks.into_iter().zip(&rests) {
+            recording.free_rest(rest);
             equations.add_recording(recording);
         }
         let reduced = equations.reduced(0.0).unwrap();

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use super::residuals::{Residual, SolvedModel, TrackResiduals};
+use super::residuals::{Residual, Takes, TrackResiduals};
 use crate::damping::N_DAMPINGS;
+use crate::error::FitError;
 use crate::least_squares::{Minimum, NormalEquations};
 
 /// Parts into which the bodies, and the time, are cut.
@@ -14,12 +15,15 @@ const PARTS: usize = 5;
 /// Each part is left out in turn, and one Gauss-Newton step tells where the unknowns go without it. Pseudo-values made of these (J. W. Tukey's
 /// jackknife) stand for what each part would say alone. Their variance, less what noise makes of it, is that of the model's error from part
 /// to part; it is not divided by the number of parts, as nothing says that parts err independently.
+///
+/// # Errors
+/// As the model's that is solved anew.
 pub(super) fn discrepancy(
     problem: &TrackResiduals<'_>,
-    (model, minimum): (&SolvedModel, &Minimum),
+    minimum: &Minimum,
     residuals: &[Residual],
     noise_variance: f64,
-) -> [f64; N_DAMPINGS] {
+) -> Result<[f64; N_DAMPINGS], FitError> {
     let moving = || residuals.iter().filter(|residual| residual.after_impact_s > 0.0);
     let bodies: BTreeSet<usize> = moving().map(|residual| residual.body).collect();
     let bodies: Vec<usize> = bodies.into_iter().collect();
@@ -29,25 +33,29 @@ pub(super) fn discrepancy(
     let bounds: Vec<f64> =
         (1..PARTS).filter_map(|k| times_s.get(k * times_s.len() / PARTS).copied()).collect();
     let part_of_time = |time_s: f64| bounds.partition_point(|bound| *bound <= time_s);
-    let by_bodies = among(&minimum.equations, noise_variance, |part| {
-        problem.equations_of(model, &minimum.at, |_, body, time_s| time_s <= 0.0 || place(body) != part)
-    });
-    let by_time = among(&minimum.equations, noise_variance, |part| {
-        problem.equations_of(model, &minimum.at, |_, _, time_s| time_s <= 0.0 || part_of_time(time_s) != part)
-    });
-    std::array::from_fn(|i| by_bodies[i].max(by_time[i]))
+    let of_parts = |part_of: &(dyn Fn(usize, f64) -> usize + Sync)| -> Result<_, FitError> {
+        let without: [_; PARTS] = std::array::from_fn(|part| {
+            move |_: usize, body: usize, time_s: f64| time_s <= 0.0 || part_of(body, time_s) != part
+        });
+        let takes = without.each_ref().map(|takes| takes as &Takes<'_>);
+        let (_, without) = problem.equations_of(&minimum.at, true, takes)?;
+        Ok(among(&minimum.equations, noise_variance, &without))
+    };
+    let by_bodies = of_parts(&|body, _| place(body))?;
+    let by_time = of_parts(&|_, time_s| part_of_time(time_s))?;
+    Ok(std::array::from_fn(|i| by_bodies[i].max(by_time[i])))
 }
 
 /// The variance among parts, from the equations without each of them.
 fn among(
     all: &NormalEquations,
     noise_variance: f64,
-    without: impl Fn(usize) -> NormalEquations,
+    without: &[NormalEquations; PARTS],
 ) -> [f64; N_DAMPINGS] {
     let Some((step, variance)) = stepped(all) else { return [0.0; N_DAMPINGS] };
     let mut sums = [0.0; N_DAMPINGS];
     // A part without which the dampings are open says nothing of how others differ from it.
-    for (left_step, left_variance) in (0..PARTS).filter_map(|part| stepped(&without(part))) {
+    for (left_step, left_variance) in without.iter().filter_map(stepped) {
         for (i, sum) in sums.iter_mut().enumerate() {
             let noise2 = noise_variance * (left_variance[i] - variance[i]);
             *sum += (left_step[i] - step[i]).powi(2) - noise2;

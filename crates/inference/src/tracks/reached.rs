@@ -22,7 +22,7 @@ pub fn reached(
 ) -> Result<(Vec<Observation>, Vec<f64>), FitError> {
     let problem = TrackResiduals::new(observations, model, &[])?;
     let start = problem.start(impact_times_s, STARTS[0])?;
-    let equations = problem.equations_of(&problem.integrate(&start, false)?, &start, |_, _, _| true);
+    let (_, [equations]) = problem.equations_of(&start, false, [&|_, _, _| true])?;
     let quarter_s = model.chain.linear().map_or(f64::INFINITY, |linear| 0.25 / linear.band_edge_hz());
     let tells = |(r, _): &(usize, &Observation)| {
         let covariance = equations.own_covariance(*r);

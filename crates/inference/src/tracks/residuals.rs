@@ -6,16 +6,17 @@ use std::sync::{
 };
 
 use chainwave_measurement::{BodyTrack, Estimate, Observation, map_in_parallel};
-use chainwave_mechanics::{Chain, Drive, Schedule, Striker};
+use chainwave_mechanics::{Chain, Drive, ReferenceMotion, Schedule, Striker};
 use nalgebra::DVector;
 
 use super::family::{Family, Struck};
 use super::model::TrackModel;
-use super::response::{Driven, MotionOfTrack, Question, Response, Sides, respond};
+use super::response::{Driven, MotionOfTrack, Response, solve};
+use super::windows::{Sides, Window, Windows, changes_of, n_outputs};
 use crate::damping::{N_DAMPINGS, critical_kg_per_s, damping_like, mean_damping_kg_per_s};
 use crate::error::FitError;
 use crate::least_squares::{
-    Block, Bounds, Failure, LeastSquares, N_OWN, NormalEquations, Own, TrackSums, Unknowns,
+    Block, Bounds, Failure, LeastSquares, N_OWN, NormalEquations, Own, RestSums, Unknowns,
 };
 use crate::quantity::Quantity;
 use crate::steps::{DAMPING_STEPS, FACTOR_STEP, FRICTION_STEP_N};
@@ -53,13 +54,14 @@ pub(super) struct TrackResiduals<'a> {
 /// The model at values of the unknowns.
 pub(super) struct SolvedModel {
     response: Response,
-    /// Which of the response's derivatives belongs to each shared unknown; none to one that the chain does not feel.
-    derivatives: Vec<Option<usize>>,
     /// Lengths in the pictures over true lengths, as factors, each with its place among the shared unknowns.
     scales: Vec<(Quantity, usize, f64)>,
-    /// Where dry friction stands among the shared unknowns, and the first of the two columns of the response that tell its effect.
-    friction: Option<(usize, usize)>,
+    /// Where dry friction stands among the shared unknowns. The response tells its effect at its value and a step above.
+    friction: Option<usize>,
 }
+
+/// What takes some positions, by their recording, body and time after the impact in seconds, and leaves others.
+pub(super) type Takes<'a> = dyn Fn(usize, usize, f64) -> bool + Sync + 'a;
 
 /// A position less the model's, where it was seen.
 #[derive(Debug, Clone, Copy)]
@@ -167,25 +169,47 @@ impl<'a> TrackResiduals<'a> {
         let last = self.last.lock().unwrap_or_else(PoisonError::into_inner).take();
         match last.filter(|(there, _)| there == at) {
             Some((_, model)) => Ok(model),
-            None => self.integrate(at, true),
+            None => {
+                let chains = self.chains(at)?;
+                self.model_of(at, &solve(&chains, &self.schedule, self.model.n_threads)?)
+            }
         }
     }
 
-    /// The model at values of the unknowns, with its derivatives by those or without.
-    pub(super) fn integrate(&self, at: &Unknowns, with_derivatives: bool) -> Result<SolvedModel, FitError> {
+    fn family(&self, at: &Unknowns) -> Family {
         let strikers: Vec<f64> = at.own.iter().map(|own| own[0]).collect();
-        let friction_unknown = self.unknown_of(Quantity::Friction);
+        Family::new(range_of(&strikers, self.model))
+    }
+
+    /// The chain at values of the unknowns, struck at each node of the family.
+    fn chains(&self, at: &Unknowns) -> Result<Vec<Chain>, FitError> {
+        let (family, struck) = (self.family(at), self.struck(&at.shared)?);
+        Ok((0..family.n_nodes()).map(|node| family.struck(node, &struck)).collect())
+    }
+
+    /// The model at values of the unknowns, whose chains move so.
+    fn model_of(&self, at: &Unknowns, motions: &[ReferenceMotion<'_>]) -> Result<SolvedModel, FitError> {
+        self.n_simulations.fetch_add(motions.len() as u64, Ordering::Relaxed);
+        let friction = self.unknown_of(Quantity::Friction);
+        let frictions_n = friction.map_or(Vec::new(), |unknown| {
+            let force_n = at.shared[unknown];
+            vec![force_n, force_n + FRICTION_STEP_N]
+        });
+        let response = Response::new(self.family(at), motions, &frictions_n, self.model.n_threads)?;
         let of_pictures =
             self.quantities().zip(N_DAMPINGS..).filter(|(quantity, _)| quantity.is_of_pictures());
-        let scales: Vec<(Quantity, usize, f64)> =
-            of_pictures.map(|(quantity, unknown)| (quantity, unknown, at.shared[unknown])).collect();
-        let mut sides = Vec::with_capacity(self.n_shared());
-        let mut derivatives = Vec::with_capacity(self.n_shared());
-        for (i, step) in self.steps.iter().enumerate() {
-            // The chain does not feel the scale of the pictures, and friction's effect is added to its motion.
-            let is_scale = scales.iter().any(|(_, unknown, _)| *unknown == i);
-            let is_felt = with_derivatives && !is_scale && Some(i) != friction_unknown;
-            derivatives.push(is_felt.then_some(sides.len()));
+        let scales = of_pictures.map(|(quantity, unknown)| (quantity, unknown, at.shared[unknown])).collect();
+        Ok(SolvedModel { response, scales, friction })
+    }
+
+    /// The chain on both sides of each shared unknown that it feels; and which of them belongs to each shared unknown.
+    fn sides(&self, at: &Unknowns) -> Result<(Vec<Sides>, Vec<Option<usize>>), FitError> {
+        // It does not feel the scale of the pictures, and friction's effect is added to its motion.
+        let is_felt = |quantity: Quantity| !quantity.is_of_pictures() && quantity != Quantity::Friction;
+        let all = [true; N_DAMPINGS].into_iter().chain(self.quantities().map(is_felt));
+        let (mut sides, mut places) = (Vec::new(), Vec::new());
+        for (i, (step, is_felt)) in self.steps.iter().zip(all).enumerate() {
+            places.push(is_felt.then_some(sides.len()));
             if is_felt {
                 let (mut lower, mut upper) = (at.shared.clone(), at.shared.clone());
                 lower[i] = (lower[i] - step).max(0.0);
@@ -194,14 +218,7 @@ impl<'a> TrackResiduals<'a> {
                 sides.push(Sides { below: self.struck(&lower)?, above: self.struck(&upper)?, width });
             }
         }
-        let friction = friction_unknown.map(|unknown| (unknown, sides.len()));
-        let force_n = friction_unknown.map(|unknown| at.shared[unknown]);
-        let frictions_n = force_n.map_or(Vec::new(), |force_n| vec![force_n, force_n + FRICTION_STEP_N]);
-        let question = Question { centre: self.struck(&at.shared)?, sides, frictions_n };
-        let family = Family::new(range_of(&strikers, self.model));
-        let response = respond(&question, family, &self.schedule, self.model.n_threads)?;
-        self.n_simulations.fetch_add(response.n_simulations(), Ordering::Relaxed);
-        Ok(SolvedModel { response, derivatives, scales, friction })
+        Ok((sides, places))
     }
 
     fn struck(&self, shared: &DVector<f64>) -> Result<Struck, FitError> {
@@ -231,40 +248,70 @@ impl LeastSquares for TrackResiduals<'_> {
 
     /// Solves the chain around the values, and sums up residuals and derivatives.
     fn equations(&self, at: &Unknowns) -> Result<NormalEquations, FitError> {
-        let model = self.solve(at)?;
-        let equations = self.equations_of(&model, at, |_, _, _| true);
+        let (model, [equations]) = self.equations_of(at, true, [&|_, _, _| true])?;
         *self.last.lock().unwrap_or_else(PoisonError::into_inner) = Some((at.clone(), model));
         Ok(equations)
     }
 
     /// The motion says all; its derivatives are not integrated.
     fn chi_squared(&self, at: &Unknowns) -> Result<f64, FitError> {
-        Ok(self.equations_of(&self.integrate(at, false)?, at, |_, _, _| true).chi_squared())
+        let (_, [equations]) = self.equations_of(at, false, [&|_, _, _| true])?;
+        Ok(equations.chi_squared())
     }
 }
 
 impl TrackResiduals<'_> {
-    /// The equations of the positions that `takes` takes, by their recording, body and time after the impact, and of the priors.
-    pub(super) fn equations_of(
+    /// The equations of the positions that each of some parts takes, and of the priors, with the derivatives by the shared unknowns or without;
+    /// and the model behind them.
+    pub(super) fn equations_of<const N: usize>(
         &self,
-        model: &SolvedModel,
         at: &Unknowns,
-        takes: impl Fn(usize, usize, f64) -> bool + Sync,
-    ) -> NormalEquations {
-        let recordings = map_in_parallel(self.observations.len(), self.model.n_threads, |r| {
-            let own = &at.own[r];
-            let mut recording = Block::new(self.n_shared());
-            let rows = Rows::new(model, own, &self.observations[r]);
-            let takes = |body: usize, after_impact_s: f64| takes(r, body, after_impact_s);
-            for track in &self.observations[r].bodies {
-                recording.add_track(&rows.sums(track, takes));
-            }
+        with_derivatives: bool,
+        parts: [&Takes<'_>; N],
+    ) -> Result<(SolvedModel, [NormalEquations; N]), FitError> {
+        let (n_threads, n_shared) = (self.model.n_threads, self.n_shared());
+        let chains = self.chains(at)?;
+        let motions = solve(&chains, &self.schedule, n_threads)?;
+        let model = self.model_of(at, &motions)?;
+        let (sides, places) =
+            if with_derivatives { self.sides(at)? } else { (Vec::new(), vec![None; n_shared]) };
+        let changes = changes_of(&sides, &self.family(at));
+        let recordings = || self.observations.iter().zip(&at.own);
+        let rows: Vec<Rows<'_>> =
+            recordings().map(|(observation, own)| Rows::new(&model, own, observation, &places)).collect();
+        let sums = recordings()
+            .map(|(observation, _)| Mutex::new(std::array::from_fn(|_| Sums::new(n_shared, observation))));
+        let sums: Vec<Mutex<[Sums; N]>> = sums.collect();
+        let length = n_outputs(n_shared, self.model.chain.n_bodies());
+        for window in Windows::new(&motions, &changes, length, n_threads)? {
+            let window = window?;
+            map_in_parallel(rows.len(), n_threads, |r| {
+                let mut sums = sums[r].lock().unwrap_or_else(PoisonError::into_inner);
+                for (place, track) in self.observations[r].bodies.iter().enumerate() {
+                    let rows = rows[r].of_track(track, &window);
+                    for (takes, sums) in parts.iter().zip(sums.iter_mut()) {
+                        sums.add(place, &rows, |after_impact_s| takes(r, track.body, after_impact_s));
+                    }
+                }
+            });
+        }
+        let sums = sums.into_iter().map(|sums| sums.into_inner().unwrap_or_else(PoisonError::into_inner));
+        let mut sums: Vec<_> = sums.map(IntoIterator::into_iter).collect();
+        let equations = std::array::from_fn(|_| {
+            let of_part = sums.iter_mut().filter_map(Iterator::next);
+            self.with_priors(at, of_part.map(Sums::with_rests_free))
+        });
+        Ok((model, equations))
+    }
+
+    /// The equations of all recordings, and of the priors.
+    fn with_priors(&self, at: &Unknowns, recordings: impl Iterator<Item = Block>) -> NormalEquations {
+        let mut equations = NormalEquations::new(self.n_shared());
+        for (mut recording, own) in recordings.zip(&at.own) {
             let Estimate { value, sigma } = self.model.striker_velocity_m_per_s;
             recording.add_prior(0, (own[0] - value) / sigma, sigma.recip());
-            recording
-        });
-        let mut equations = NormalEquations::new(self.n_shared());
-        recordings.into_iter().for_each(|recording| equations.add_recording(recording));
+            equations.add_recording(recording);
+        }
         for (known, unknown) in self.model.known.iter().zip(N_DAMPINGS..) {
             let residual = (at.shared[unknown] - 1.0) / known.relative_sigma;
             equations.add_prior(unknown, residual, known.relative_sigma.recip());
@@ -274,8 +321,9 @@ impl TrackResiduals<'_> {
 
     /// Every residual at values of the unknowns, recording after recording, body after body, frame after frame.
     pub(super) fn residuals(&self, model: &SolvedModel, at: &Unknowns) -> Vec<Residual> {
+        let places = vec![None; self.n_shared()];
         let of_recording = |r: usize| {
-            let rows = Rows::new(model, &at.own[r], &self.observations[r]);
+            let rows = Rows::new(model, &at.own[r], &self.observations[r], &places);
             let of_track = |track: &BodyTrack| rows.residuals(r, track);
             self.observations[r].bodies.iter().flat_map(of_track).collect::<Vec<_>>()
         };
@@ -333,6 +381,33 @@ pub(super) fn range_of(strikers_m_per_s: &[f64], model: &TrackModel) -> [f64; 2]
     [lowest.max(1e-3 * value), highest]
 }
 
+/// What one recording adds to the equations of a part of the positions.
+struct Sums {
+    block: Block,
+    /// Of each track.
+    rests: Vec<RestSums>,
+}
+
+impl Sums {
+    fn new(n_shared: usize, observation: &Observation) -> Self {
+        let rests = vec![RestSums::new(n_shared); observation.bodies.len()];
+        Self { block: Block::new(n_shared), rests }
+    }
+
+    /// Adds those rows of a track that `takes` takes, by their time after the impact.
+    fn add(&mut self, track: usize, rows: &TrackRows, takes: impl Fn(f64) -> bool) {
+        let Some(rest) = self.rests.get_mut(track) else { return };
+        let taken = rows.iter().filter(|(_, seen)| takes(seen.after_impact_s));
+        self.block.add_rows(taken.map(|(row, seen)| (row, seen.inverse_sigma)), rest);
+    }
+
+    /// The equations, each track's place at rest taken out.
+    fn with_rests_free(mut self) -> Block {
+        self.rests.iter().for_each(|rest| self.block.free_rest(rest));
+        self.block
+    }
+}
+
 /// The rows of one recording's equations.
 struct Rows<'a> {
     model: &'a SolvedModel,
@@ -341,85 +416,107 @@ struct Rows<'a> {
     impact_s: f64,
     /// Length in the recording's pictures over true length.
     scale: f64,
+    /// Which of a window's derivatives belongs to each shared unknown.
+    places: &'a [Option<usize>],
+}
+
+/// The rows (own, shared, residual) of a track in a window, one behind the other, in units of the positions' sigmas; the residual is model less
+/// measurement.
+struct TrackRows {
+    width: usize,
+    rows: Vec<f64>,
+    seen: Vec<Seen>,
+}
+
+/// When a position was seen, and how well.
+#[derive(Debug, Clone, Copy)]
+struct Seen {
+    after_impact_s: f64,
+    inverse_sigma: f64,
+}
+
+impl TrackRows {
+    fn iter(&self) -> impl Iterator<Item = (&[f64], Seen)> {
+        self.rows.chunks_exact(self.width).zip(self.seen.iter().copied())
+    }
 }
 
 impl<'a> Rows<'a> {
-    fn new(model: &'a SolvedModel, own: &Own, observation: &'a Observation) -> Self {
+    fn new(
+        model: &'a SolvedModel,
+        own: &Own,
+        observation: &'a Observation,
+        places: &'a [Option<usize>],
+    ) -> Self {
         let driven = model.response.driven([own[0], own[1]], &observation.times_s);
-        Self { model, driven, observation, impact_s: own[1], scale: model.scale_of(observation.view) }
+        let scale = model.scale_of(observation.view);
+        Self { model, driven, observation, impact_s: own[1], scale, places }
     }
 
-    /// The sums of a track over the positions that `takes` takes, by their body and time after the impact.
-    fn sums(&self, track: &BodyTrack, takes: impl Fn(usize, f64) -> bool) -> TrackSums {
-        let n_shared = self.model.derivatives.len();
-        let mut row = vec![0.0; N_OWN + n_shared + 1];
-        let (origin_m, mut sums) = (first_position_m(track), TrackSums::new(n_shared));
-        let motion = self.driven.of_track(track);
-        for (place, (time_s, position)) in seen(self.observation, track).enumerate() {
-            if takes(track.body, time_s - self.impact_s) {
-                let from_first = Estimate::new(position.value - origin_m, position.sigma);
-                self.fill(&mut row, (&motion, place), from_first);
-                sums.add(&row, position.sigma.recip());
-            }
+    /// The rows of a track in a window.
+    fn of_track(&self, track: &BodyTrack, window: &Window) -> TrackRows {
+        let width = N_OWN + self.places.len() + 1;
+        let motion = self.driven.of_track(track, window);
+        let origin_m = first_position_m(track);
+        let positions = motion.frames.clone().filter_map(|frame| {
+            let position = track.position_m[frame]?;
+            let seen = Seen {
+                after_impact_s: self.observation.times_s[frame] - self.impact_s,
+                inverse_sigma: position.sigma.recip(),
+            };
+            Some((position.value - origin_m, seen))
+        });
+        let (from_first_m, seen): (Vec<f64>, Vec<Seen>) = positions.unzip();
+        let mut rows = vec![0.0; width * seen.len()];
+        for (place, row) in rows.chunks_exact_mut(width).enumerate() {
+            self.fill(row, (&motion, place), (from_first_m[place], seen[place].inverse_sigma));
         }
-        sums
+        TrackRows { width, rows, seen }
     }
 
     /// The residuals of a track of recording number `recording`.
     fn residuals(&self, recording: usize, track: &BodyTrack) -> Vec<Residual> {
-        let mut row = vec![0.0; N_OWN + self.model.derivatives.len() + 1];
-        let mut all = Vec::new();
-        let origin_m = first_position_m(track);
-        let motion = self.driven.of_track(track);
+        let rows = self.of_track(track, &Window::whole(self.model.response.n_outputs()));
         let (mut weighted, mut weight) = (0.0, 0.0);
-        for (place, (time_s, position)) in seen(self.observation, track).enumerate() {
-            let from_first = Estimate::new(position.value - origin_m, position.sigma);
-            self.fill(&mut row, (&motion, place), from_first);
-            let (body, after_impact_s) = (track.body, time_s - self.impact_s);
+        let residual = |(row, seen): (&[f64], Seen)| {
             let value = row.last().copied().unwrap_or_default();
-            all.push(Residual { recording, body, after_impact_s, value });
-            weighted += value / position.sigma;
-            weight += position.sigma.powi(-2);
-        }
+            weighted += value * seen.inverse_sigma;
+            weight += seen.inverse_sigma.powi(2);
+            Residual { recording, body: track.body, after_impact_s: seen.after_impact_s, value }
+        };
+        let mut all: Vec<Residual> = rows.iter().map(residual).collect();
         let rest_m = weighted / weight.max(f64::MIN_POSITIVE);
-        for (residual, (_, position)) in all.iter_mut().zip(seen(self.observation, track)) {
-            residual.value -= rest_m / position.sigma;
+        for (residual, seen) in all.iter_mut().zip(&rows.seen) {
+            residual.value -= rest_m * seen.inverse_sigma;
         }
         all
     }
 
-    /// A row (own, shared, residual) in units of the position's sigma; the residual is model less measurement.
-    fn fill(&self, row: &mut [f64], (motion, place): (&MotionOfTrack, usize), position: Estimate) {
-        let SolvedModel { derivatives, friction, .. } = self.model;
+    /// One row, of a position in metres and the inverse of its sigma.
+    fn fill(
+        &self,
+        row: &mut [f64],
+        (motion, place): (&MotionOfTrack, usize),
+        (position_m, inverse_sigma): (f64, f64),
+    ) {
         let scale = self.scale;
-        let inverse_sigma = position.sigma.recip();
         let factor = scale * inverse_sigma;
         let last = row.len() - 1;
-        let derivative_m = |which: usize| motion.derivatives_m[which][place];
-        let x_m = motion.displacement_m[place] + friction.map_or(0.0, |(_, which)| derivative_m(which));
+        let rubbed_m = |force: usize| motion.frictions_m[force][place];
+        let x_m = motion.displacement_m[place] + self.model.friction.map_or(0.0, |_| rubbed_m(0));
         row[0] = factor * motion.by_striker_s[place];
         row[1] = -factor * motion.velocity_m_per_s[place];
-        row[last] = factor * x_m - position.value * inverse_sigma;
-        for (entry, which) in row[N_OWN..last].iter_mut().zip(derivatives) {
-            *entry = factor * which.map_or(0.0, derivative_m);
+        row[last] = factor * x_m - position_m * inverse_sigma;
+        for (entry, which) in row[N_OWN..last].iter_mut().zip(self.places) {
+            *entry = factor * which.map_or(0.0, |which| motion.derivatives_m[which][place]);
         }
         for (unknown, factor) in self.model.scales_of(self.observation.view) {
             row[N_OWN + unknown] = x_m * inverse_sigma * (scale / factor);
         }
-        if let Some((unknown, which)) = friction {
-            let by_force = (derivative_m(which + 1) - derivative_m(*which)) / FRICTION_STEP_N;
-            row[N_OWN + unknown] = factor * by_force;
+        if let Some(unknown) = self.model.friction {
+            row[N_OWN + unknown] = factor * (rubbed_m(1) - rubbed_m(0)) / FRICTION_STEP_N;
         }
     }
-}
-
-/// When and where a body was seen.
-fn seen<'a>(
-    observation: &'a Observation,
-    track: &'a BodyTrack,
-) -> impl Iterator<Item = (f64, Estimate)> + 'a {
-    let places = observation.times_s.iter().zip(&track.position_m);
-    places.filter_map(|(time_s, position)| Some((*time_s, (*position)?)))
 }
 
 /// Positions count from the first one seen, so that sums of squares keep their digits.

@@ -7,7 +7,7 @@ use nalgebra::DVector;
 use super::directed::{Directed, directed, hypothesis_rule};
 use super::hypothesis::Hypothesis;
 use super::model::TrackModel;
-use super::residuals::{Residual, SolvedModel, TrackResiduals, freedom};
+use super::residuals::{Residual, TrackResiduals, freedom};
 use super::structure::{Fitted, Structure};
 use crate::damping::N_DAMPINGS;
 use crate::error::FitError;
@@ -67,11 +67,11 @@ impl Fit {
         problem: &TrackResiduals<'_>,
         minimum: Minimum,
         beyond: Vec<Hypothesis>,
-    ) -> Result<(Self, SolvedModel), FitError> {
+    ) -> Result<Self, FitError> {
         let solved = problem.solve(&minimum.at)?;
         let residuals = problem.residuals(&solved, &minimum.at);
         let structure = Structure::of(&residuals, fitted(problem));
-        let fit = Self {
+        Ok(Self {
             model: problem.model.clone(),
             asked: problem.asked.to_vec(),
             beyond,
@@ -81,8 +81,7 @@ impl Fit {
             p_value_as_stated: 1.0,
             structure,
             n_simulations: problem.n_simulations(),
-        };
-        Ok((fit, solved))
+        })
     }
 
     /// A model with a hypothesis at a minimum, in place of a stated one that has none: what that leaves over is told by the same values.
@@ -94,7 +93,7 @@ impl Fit {
     ) -> Result<Self, FitError> {
         let solved = stated.solve(&minimum.at)?;
         let as_stated = Structure::of(&stated.residuals(&solved, &minimum.at), fitted(stated));
-        let (fit, _) = Self::at(other, minimum, vec![hypothesis])?;
+        let fit = Self::at(other, minimum, vec![hypothesis])?;
         let n_simulations = fit.n_simulations + stated.n_simulations();
         Ok(Self { as_stated, n_simulations, ..fit })
     }
@@ -256,7 +255,7 @@ fn freed(
         _ => near.map_err(|why| problem.failure(why)),
     };
     let beyond = [fit.beyond.as_slice(), &[hypothesis]].concat();
-    let other = best.and_then(|best| Ok(Fit::at(&problem, best, beyond)?.0));
+    let other = best.and_then(|best| Fit::at(&problem, best, beyond));
     (other, problem.n_simulations())
 }
 

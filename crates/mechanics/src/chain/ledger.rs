@@ -5,7 +5,7 @@ use pulp::{Simd, WithSimd};
 use super::{course::Course, model::ChainModel, state::ChainState};
 use crate::{
     integrator::step::Step,
-    lanes::{PADDING, row::AlignedRow, vectorised},
+    lanes::{PADDING, row::AlignedRow},
 };
 
 /// What is booked after every step: how far each gap was closed and stretched, and the balance of energy.
@@ -66,7 +66,7 @@ impl Ledger {
         to: &ChainState,
         step: Step,
     ) -> (f64, f64) {
-        let reach = vectorised(BookGaps { ledger: self, from, to, step });
+        let reach = chainwave_vectors::dispatch(BookGaps { ledger: self, from, to, step });
         if !self.may_peak.is_empty() {
             self.book_peaks(model, [from, to], step);
         }

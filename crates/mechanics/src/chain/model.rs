@@ -19,7 +19,7 @@ use crate::{
         spring::Spring,
         striker::StrikerContact,
     },
-    lanes::{self, PADDING, PartialSums, columns::Columns, padded, row::AlignedRow, vectorised},
+    lanes::{self, PADDING, PartialSums, columns::Columns, padded, row::AlignedRow},
 };
 
 /// The chain as the integrators see it: masses in a row, strikers at its ends where there are any.
@@ -94,6 +94,11 @@ impl<'a> ChainModel<'a> {
         let touches = |contact: &StrikerContact| state.overlap_m(contact.gap) >= 0.0;
         state.touching = self.strikers.each_ref().map(|contact| contact.as_ref().is_some_and(touches));
         state
+    }
+
+    /// The contact of a gap of the row that leads somewhere.
+    pub(crate) fn contact(&self, gap: usize) -> Option<&Contact> {
+        (gap < self.row.n_links()).then(|| self.row.contact(gap))
     }
 
     /// Bodies and strikers.
@@ -343,7 +348,7 @@ impl<'a> ChainModel<'a> {
 
     /// Potential and kinetic energy in joules.
     pub(crate) fn energy_j(&self, state: &ChainState) -> f64 {
-        vectorised(Energy { model: self, state })
+        chainwave_vectors::dispatch(Energy { model: self, state })
     }
 
     /// Opens or closes the contact of an end's striker. What its spring holds at that instant leaves with the dashpot that is let go,

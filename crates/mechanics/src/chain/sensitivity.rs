@@ -1,5 +1,8 @@
 //! Sensitivities: the motion together with its derivatives by parameters.
 
+use std::iter::Peekable;
+use std::vec::IntoIter;
+
 use chainwave_measurement::Trajectory;
 use ndarray::{Array2, Axis, ShapeBuilder, Slice};
 
@@ -66,61 +69,134 @@ pub fn simulate_with_friction(
     changes: &[Change],
     frictions_n: &[f64],
 ) -> Result<Sensitivities, MechanicsError> {
-    frictions_n.iter().try_for_each(|force_n| check::not_negative("friction_n", *force_n))?;
     solve(chain, schedule, Asked { changes, frictions_n })
 }
 
 fn solve(chain: &Chain, schedule: &Schedule, asked: Asked<'_>) -> Result<Sensitivities, MechanicsError> {
-    let changes = asked.changes;
-    chain.check()?;
-    changes.iter().enumerate().try_for_each(|(index, change)| change.check(index, chain))?;
-    check::positive("output_interval_s", schedule.output_interval_s)?;
-    let n_between = steps_between(chain, schedule.output_interval_s);
-    let output_interval_s = schedule.output_interval_s / n_between as f64;
-    let mut simulation = simulate(chain, &Schedule { output_interval_s, ..*schedule })?;
-    let n_outputs = simulation.trajectory.times_s.len().div_ceil(n_between);
-    let outputs_s: Vec<f64> = (0..n_outputs).map(|k| k as f64 * schedule.output_interval_s).collect();
+    let motion = ReferenceMotion::solve(chain, schedule)?;
     let derivatives = match asked.n() {
         0 => Vec::new(),
-        _ => derivatives(chain, &simulation, asked, (&outputs_s, n_between))?,
+        _ => motion.variations(asked.changes, asked.frictions_n)?.until(motion.n_outputs() - 1)?,
     };
-    if n_between > 1 {
-        thin(&mut simulation, n_between);
-    }
-    simulation.trajectory.times_s = outputs_s;
-    Ok(Sensitivities { simulation, derivatives })
+    Ok(Sensitivities { simulation: motion.simulation, derivatives })
 }
 
-fn derivatives(
-    chain: &Chain,
-    simulation: &Simulation,
-    asked: Asked<'_>,
-    (outputs_s, n_between): (&[f64], usize),
-) -> Result<Vec<Trajectory>, MechanicsError> {
-    let motion = motion_of_masses(simulation);
-    let times_s = &motion.times_s;
-    let model = ChainModel::new(chain);
-    let mut tangent = Tangent::new(chain, &model, &motion, asked);
-    let mut found = vec![at_rest(chain.n_bodies(), outputs_s); asked.n()];
-    tangent.record(0, &mut found);
-    let mut switches = switches_of(simulation).into_iter().peekable();
-    for (k, ends_s) in times_s.windows(2).enumerate() {
-        let mut start_s = ends_s[0];
-        while let Some((switch_s, end)) = switches.next_if(|(switch_s, _)| *switch_s <= ends_s[1]) {
-            tangent.step(start_s, switch_s);
-            tangent.switch(end, switch_s);
-            start_s = switch_s;
+/// A motion, solved as finely as the variational equations along it ask.
+///
+/// Several of them may go along it, side by side and from one output to another ([`ReferenceMotion::variations`]), so that the derivatives by
+/// many changes need not all be held over all of the time.
+#[derive(Debug)]
+pub struct ReferenceMotion<'a> {
+    chain: &'a Chain,
+    model: ChainModel<'a>,
+    /// At the outputs.
+    simulation: Simulation,
+    /// Of all masses, at all steps of the variational equations.
+    masses: Trajectory,
+    n_between: usize,
+}
+
+impl<'a> ReferenceMotion<'a> {
+    /// Integrates the chain's motion.
+    ///
+    /// # Errors
+    /// As for [`simulate`].
+    pub fn solve(chain: &'a Chain, schedule: &Schedule) -> Result<Self, MechanicsError> {
+        chain.check()?;
+        check::positive("output_interval_s", schedule.output_interval_s)?;
+        let n_between = steps_between(chain, schedule.output_interval_s);
+        let output_interval_s = schedule.output_interval_s / n_between as f64;
+        let mut simulation = simulate(chain, &Schedule { output_interval_s, ..*schedule })?;
+        let masses = motion_of_masses(&simulation);
+        let n_outputs = masses.times_s.len().div_ceil(n_between);
+        if n_between > 1 {
+            thin(&mut simulation, n_between);
         }
-        tangent.step(start_s, ends_s[1]);
-        if (k + 1).is_multiple_of(n_between) {
-            tangent.record((k + 1) / n_between, &mut found);
-        }
+        simulation.trajectory.times_s =
+            (0..n_outputs).map(|k| k as f64 * schedule.output_interval_s).collect();
+        Ok(Self { chain, model: ChainModel::new(chain), simulation, masses, n_between })
     }
-    let is_finite =
-        |derivative: &Trajectory| derivative.displacement_m.fold(true, |all, value| all && value.is_finite());
-    match found.iter().all(is_finite) {
-        true => Ok(found),
-        false => Err(MechanicsError::NotFinite { time_s: outputs_s.last().copied().unwrap_or(0.0) }),
+
+    /// The motion at the outputs.
+    pub fn simulation(&self) -> &Simulation {
+        &self.simulation
+    }
+
+    /// Number of outputs.
+    pub fn n_outputs(&self) -> usize {
+        self.simulation.trajectory.times_s.len()
+    }
+
+    /// The variational equations of changes and, behind them, of forces of dry friction in newtons ([`simulate_with_friction`]), at t = 0.
+    ///
+    /// # Errors
+    /// Of any of the chains that make no sense; [`MechanicsError::NotAlike`] for changes that are more than changed numbers;
+    /// [`MechanicsError::NotPhysical`] for a negative force.
+    pub fn variations<'b>(
+        &'b self,
+        changes: &'b [Change],
+        frictions_n: &'b [f64],
+    ) -> Result<Variations<'b>, MechanicsError> {
+        changes.iter().enumerate().try_for_each(|(index, change)| change.check(index, self.chain))?;
+        frictions_n.iter().try_for_each(|force_n| check::not_negative("friction_n", *force_n))?;
+        let asked = Asked { changes, frictions_n };
+        Ok(Variations {
+            motion: self,
+            tangent: Tangent::new(self.chain, &self.model, &self.masses, asked),
+            n: asked.n(),
+            switches: switches_of(&self.simulation).into_iter().peekable(),
+            output: 0,
+        })
+    }
+}
+
+/// The variational equations of several changes on their way along a motion.
+pub struct Variations<'a> {
+    motion: &'a ReferenceMotion<'a>,
+    tangent: Tangent<'a>,
+    /// Derivatives that are sought.
+    n: usize,
+    switches: Peekable<IntoIter<(f64, End)>>,
+    /// Where they stand.
+    output: usize,
+}
+
+impl Variations<'_> {
+    /// Goes on to an output, and gives the derivatives from the output where they stood to that one, both included.
+    ///
+    /// # Errors
+    /// [`MechanicsError::NotFinite`] for derivatives that grow beyond all bounds.
+    pub fn until(&mut self, output: usize) -> Result<Vec<Trajectory>, MechanicsError> {
+        let Self { motion, tangent, switches, .. } = self;
+        let (first, n_between) = (self.output, motion.n_between);
+        let last = output.min(motion.n_outputs() - 1).max(first);
+        let outputs_s = &motion.simulation.trajectory.times_s[first..=last];
+        let mut found = vec![at_rest(motion.chain.n_bodies(), outputs_s); self.n];
+        tangent.record(0, &mut found);
+        for k in first * n_between..last * n_between {
+            let (mut start_s, end_s) = (motion.masses.times_s[k], motion.masses.times_s[k + 1]);
+            while let Some((switch_s, end)) = switches.next_if(|(switch_s, _)| *switch_s <= end_s) {
+                if !tangent.sleeps_until(k + 1) {
+                    tangent.step(start_s, switch_s);
+                }
+                tangent.switch(end, switch_s);
+                start_s = switch_s;
+            }
+            if !tangent.sleeps_until(k + 1) {
+                tangent.step(start_s, end_s);
+            }
+            if (k + 1).is_multiple_of(n_between) {
+                tangent.record((k + 1) / n_between - first, &mut found);
+            }
+        }
+        self.output = last;
+        let is_finite = |derivative: &Trajectory| {
+            derivative.displacement_m.fold(true, |all, value| all && value.is_finite())
+        };
+        match found.iter().all(is_finite) {
+            true => Ok(found),
+            false => Err(MechanicsError::NotFinite { time_s: outputs_s.last().copied().unwrap_or(0.0) }),
+        }
     }
 }
 

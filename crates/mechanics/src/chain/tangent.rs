@@ -6,7 +6,7 @@ use chainwave_measurement::Trajectory;
 use pulp::{Simd, WithSimd};
 
 use super::{change::Asked, model::ChainModel, parameters::Chain, row::End};
-use crate::lanes::{self, vectorised};
+use crate::lanes::{self};
 use along::{Along, Closing, Coefficients};
 
 /// The variational equations along a motion: how displacements and velocities of all masses change with each of several changes.
@@ -31,6 +31,8 @@ pub(crate) struct Tangent<'a> {
     coefficients: [Coefficients; 3],
     /// Time for which the last of them stand, where the motion goes on from there.
     end_s: Option<f64>,
+    /// Whether all derivatives are zero still.
+    sleeps: bool,
 }
 
 /// Derivatives of displacement and velocity, mass after mass and a row for the wall, or their rates.
@@ -59,6 +61,8 @@ impl<'a> Tangent<'a> {
             }
         }
         let coefficients = along.coefficients(n_lanes);
+        let is_zero = |values: &[f64]| values.iter().all(|value| *value == 0.0);
+        let sleeps = asked.frictions_n.is_empty() && is_zero(&here.s) && is_zero(&here.u);
         Self {
             model,
             along,
@@ -70,13 +74,20 @@ impl<'a> Tangent<'a> {
             stages: std::array::from_fn(|_| zero.clone()),
             coefficients: std::array::from_fn(|_| coefficients.clone()),
             end_s: None,
+            sleeps,
         }
+    }
+
+    /// Whether nothing happens up to a sample of the motion: the wave has not come to any mass that feels a change.
+    pub(crate) fn sleeps_until(&mut self, sample: usize) -> bool {
+        self.sleeps = self.sleeps && self.along.rests(sample);
+        self.sleeps
     }
 
     /// One step between two times, within which strikers' contacts stay as they are.
     pub(crate) fn step(&mut self, start_s: f64, end_s: f64) {
         if end_s > start_s {
-            vectorised(Stepping { tangent: self, start_s, end_s });
+            chainwave_vectors::dispatch(Stepping { tangent: self, start_s, end_s });
         }
     }
 

@@ -334,7 +334,7 @@ mod tests {
     use pulp::WithSimd;
 
     use super::*;
-    use crate::{contact::power::PowerLaw, lanes::vectorised};
+    use crate::contact::power::PowerLaw;
 
     struct RowForces<'a> {
         gaps: &'a Gaps,
@@ -375,7 +375,7 @@ mod tests {
                 x_m[gap + 1] = x_m[gap] - overlaps_m[gap];
             }
             for idle in [[None; 3], [Some(3), None, None], [Some(0), Some(n - 2), Some(n - 1)]] {
-                let found = vectorised(RowForces { gaps: &gaps, x_m: &x_m, idle });
+                let found = chainwave_vectors::dispatch(RowForces { gaps: &gaps, x_m: &x_m, idle });
                 let plain = RowForces { gaps: &gaps, x_m: &x_m, idle }.with_simd(pulp::Scalar);
                 for gap in (0..n).filter(|gap| !idle.contains(&Some(*gap))) {
                     let truth_n = spring.force_n(x_m[gap] - x_m[gap + 1]);

@@ -7,7 +7,7 @@ use super::{
     power_lanes::{COLUMNS, PowerLanes},
     tension::Tension,
 };
-use crate::lanes::{Lanes, PADDING, vectorised};
+use crate::lanes::{Lanes, PADDING};
 
 /// The power law with all that depends on its parameters alone worked out; [`PowerLanes`] is its formula.
 #[derive(Debug, Clone, Copy)]
@@ -53,7 +53,7 @@ impl PowerKernel {
 
     /// Contact forces in newtons at overlaps in metres.
     pub(crate) fn forces_n(&self, overlaps_m: [f64; PADDING]) -> [f64; PADDING] {
-        vectorised(KernelForces { kernel: self, overlaps_m })
+        chainwave_vectors::dispatch(KernelForces { kernel: self, overlaps_m })
     }
 
     /// Stiffness in newtons per metre at an overlap in metres with its force in newtons, without a power.
@@ -70,12 +70,12 @@ impl PowerKernel {
 
     /// Force in newtons and energy in joules at an overlap in metres.
     pub(crate) fn force_and_energy(&self, overlap_m: f64) -> (f64, f64) {
-        vectorised(OneGap { kernel: self, overlap_m })
+        chainwave_vectors::dispatch(OneGap { kernel: self, overlap_m })
     }
 
     /// E at an overlap in metres inside the law's range.
     pub(super) fn power_minus_one(&self, overlap_m: f64) -> f64 {
-        vectorised(OnePower { kernel: self, overlap_m })
+        chainwave_vectors::dispatch(OnePower { kernel: self, overlap_m })
     }
 
     #[inline(always)]
@@ -224,7 +224,7 @@ mod tests {
         for (p, tension) in [(0.114, Tension::default()), (1.5, Tension::Detach), (3.0, Tension::default())] {
             let kernel = PowerKernel::new(&PowerLaw::new(60.1, 2.27e-3, p).unwrap(), tension);
             let plain = Sweep(&kernel).with_simd(pulp::Scalar);
-            assert_eq!(vectorised(Sweep(&kernel)), plain);
+            assert_eq!(chainwave_vectors::dispatch(Sweep(&kernel)), plain);
             #[cfg(target_arch = "x86_64")]
             if let Some(avx2) = pulp::x86::V3::try_new() {
                 assert_eq!(Simd::vectorize(avx2, Sweep(&kernel)), plain);

@@ -218,7 +218,7 @@ impl WithSimd for Outside<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lanes::{PADDING, vectorised};
+    use crate::lanes::PADDING;
 
     /// TableForces at overlaps, with one vector at a time.
     struct TableForces<'a>(&'a PowerTable, &'a [f64]);
@@ -252,7 +252,7 @@ mod tests {
             let [p, overlap_m, force_n, _] = numbers[..] else { panic!("four columns") };
             let table = table(p, Tension::Tangent { limit: -1.0 + 5e-13 });
             if !table.is_outside(overlap_m) {
-                let found = vectorised(TableForces(&table, &[overlap_m]))[0];
+                let found = chainwave_vectors::dispatch(TableForces(&table, &[overlap_m]))[0];
                 assert!(
                     (found / force_n - 1.0).abs() <= 2e-15,
                     "p {p}, overlap {overlap_m}: {found} {force_n}"
@@ -269,7 +269,7 @@ mod tests {
         for p in [0.114, 0.5, 1.5] {
             let table = table(p, Tension::Detach);
             let plain = TableForces(&table, &overlaps).with_simd(pulp::Scalar);
-            assert!(vectorised(TableForces(&table, &overlaps)).iter().eq(&plain));
+            assert!(chainwave_vectors::dispatch(TableForces(&table, &overlaps)).iter().eq(&plain));
             #[cfg(target_arch = "x86_64")]
             if let Some(avx2) = pulp::x86::V3::try_new() {
                 assert!(Simd::vectorize(avx2, TableForces(&table, &overlaps)).iter().eq(&plain));

@@ -10,10 +10,7 @@ use super::{
     symplectic::{self, Symplectic},
     tableau,
 };
-use crate::{
-    chain::{model::ChainModel, state::ChainState},
-    lanes::vectorised,
-};
+use crate::chain::{model::ChainModel, state::ChainState};
 
 /// Every rung.
 #[derive(Debug)]
@@ -38,7 +35,7 @@ impl Rung {
 
     /// [`Integrator::begin`] with the machine's best vectors.
     pub(crate) fn begin(&mut self, model: &ChainModel<'_>, from: &ChainState, continued: bool) {
-        vectorised(Begin { rung: self, model, from, continued });
+        chainwave_vectors::dispatch(Begin { rung: self, model, from, continued });
     }
 
     /// [`Integrator::advance`] with the machine's best vectors.
@@ -51,7 +48,7 @@ impl Rung {
     ) {
         to.touching = from.touching;
         to.active = from.active;
-        vectorised(Advance { rung: self, model, from, step, to });
+        chainwave_vectors::dispatch(Advance { rung: self, model, from, step, to });
     }
 
     pub(crate) fn local_error(&self) -> Option<LocalError> {
@@ -80,7 +77,7 @@ impl Rung {
         at: &mut ChainState,
     ) {
         if let Self::RungeKutta(rung) = self {
-            vectorised(runge_kutta::Interpolate { rung, model, ends, step, fraction, at });
+            chainwave_vectors::dispatch(runge_kutta::Interpolate { rung, model, ends, step, fraction, at });
         }
     }
 }

@@ -11,7 +11,7 @@ use super::{
     rod::Rod,
     walls::Walls,
 };
-use crate::lanes::{self, Lanes, row::AlignedRow, vectorised};
+use crate::lanes::{self, Lanes, row::AlignedRow};
 
 /// Rings handled together, whatever the machine's vectors are.
 pub(crate) const RINGS: usize = 8;
@@ -105,10 +105,18 @@ impl Machine {
     /// Finds the forces in blocks and moves their inner nodes by a step; energies are booked on request.
     pub(crate) fn step(&self, blocks: &mut [RingBlock], scratch: &mut AlignedRow, book: bool) {
         match (book, self.kernel.keep() < 1.0) {
-            (false, false) => vectorised(StepBlocks::<false, false> { machine: self, blocks, scratch }),
-            (true, false) => vectorised(StepBlocks::<true, false> { machine: self, blocks, scratch }),
-            (false, true) => vectorised(StepBlocks::<false, true> { machine: self, blocks, scratch }),
-            (true, true) => vectorised(StepBlocks::<true, true> { machine: self, blocks, scratch }),
+            (false, false) => {
+                chainwave_vectors::dispatch(StepBlocks::<false, false> { machine: self, blocks, scratch });
+            }
+            (true, false) => {
+                chainwave_vectors::dispatch(StepBlocks::<true, false> { machine: self, blocks, scratch });
+            }
+            (false, true) => {
+                chainwave_vectors::dispatch(StepBlocks::<false, true> { machine: self, blocks, scratch });
+            }
+            (true, true) => {
+                chainwave_vectors::dispatch(StepBlocks::<true, true> { machine: self, blocks, scratch });
+            }
         }
     }
 

@@ -1,6 +1,6 @@
 //! Coefficients of the variational equations: stiffnesses, dashpots and forcing along a motion.
 
-use std::borrow::Cow;
+use std::{borrow::Cow, ops::Range};
 
 use chainwave_measurement::Trajectory;
 use pulp::Simd;
@@ -44,6 +44,8 @@ struct ChangedModels<'a> {
     seat: Seat,
     /// Masses up to the last one whose acceleration it changes, up to whole vectors.
     reach: usize,
+    /// Masses whose acceleration it changes, and nothing where these rest between neighbours that do.
+    felt: Range<usize>,
 }
 
 /// How a striker's contact closes.
@@ -131,6 +133,15 @@ impl<'a> Along<'a> {
         changes.iter().zip(&self.sides).map(of_change).collect()
     }
 
+    /// Whether all masses still rest, at a sample of the motion, that feel a change, and their neighbours.
+    pub(super) fn rests(&self, sample: usize) -> bool {
+        let rows = [&self.motion.displacement_m, &self.motion.velocity_m_per_s];
+        let rests = |mass: usize| rows.iter().all(|row| row[(mass, sample)] == 0.0);
+        let around =
+            |felt: &Range<usize>| felt.start.saturating_sub(1)..(felt.end + 1).min(self.model.n_masses());
+        self.sides.iter().all(|sides| around(&sides.felt).all(rests))
+    }
+
     /// Opens or closes the contact of an end's striker; says how, where it closes.
     pub(super) fn switch(&mut self, end: End, time_s: f64) -> Option<Closing> {
         let touching = &mut self.state.touching[end.index()];
@@ -211,11 +222,16 @@ impl<'a> ChangedModels<'a> {
     fn new(change: &'a Change) -> Self {
         let [below, above] = [&change.below, &change.above].map(ChainModel::new);
         let seat = change.seat();
-        let reach = match seat {
-            Seat::MassesAndDampers => reach(&below, &above),
-            Seat::Contacts | Seat::Drive => padded(below.n_masses()),
+        let n_masses = below.n_masses();
+        let felt = match seat {
+            Seat::MassesAndDampers | Seat::Contacts => felt(&below, &above),
+            Seat::Drive => 0..n_masses,
         };
-        Self { below, above, width: change.width, seat, reach }
+        let reach = match seat {
+            Seat::MassesAndDampers => padded(felt.end),
+            Seat::Contacts | Seat::Drive => padded(n_masses),
+        };
+        Self { below, above, width: change.width, seat, reach, felt }
     }
 
     /// Derivatives of displacement and velocity that are imposed on mass 0.
@@ -229,11 +245,11 @@ impl<'a> ChangedModels<'a> {
     }
 }
 
-/// Masses up to the last one whose mass, damper or striker differs between two chains with the same springs, up to whole vectors;
-/// all of them where a curve holds them to ground.
-fn reach(below: &ChainModel<'_>, above: &ChainModel<'_>) -> usize {
+/// Masses from the first to the last one whose acceleration differs between two chains; all of them where a curve holds them to ground.
+fn felt(below: &ChainModel<'_>, above: &ChainModel<'_>) -> Range<usize> {
+    let n_masses = below.n_masses();
     if [below, above].iter().any(|model| model.ground.as_ref().is_some_and(Ground::is_curved)) {
-        return padded(below.n_masses());
+        return 0..n_masses;
     }
     let differs = |mass: &usize| {
         let felt = |model: &ChainModel<'_>| {
@@ -242,11 +258,14 @@ fn reach(below: &ChainModel<'_>, above: &ChainModel<'_>) -> usize {
         };
         felt(below) != felt(above)
     };
-    let last = (0..below.n_masses()).rev().find(differs).map_or(1, |mass| mass + 1);
     let strikers = below.strikers.iter().flatten().zip(above.strikers.iter().flatten());
     let damped = |contact: &StrikerContact| contact.damping_kg_per_s.to_bits();
     let dashpots = strikers.filter(|(below, above)| damped(below) != damped(above));
-    padded(dashpots.map(|(below, _)| below.gap + 2).fold(last, usize::max).min(below.n_masses()))
+    let contacts = (0..n_masses).filter(|gap| below.contact(*gap) != above.contact(*gap));
+    let beside = dashpots.map(|(below, _)| below.gap).chain(contacts).flat_map(|gap| [gap, gap + 1]);
+    let masses: Vec<usize> = (0..n_masses).filter(differs).chain(beside).collect();
+    let (first, last) = (masses.iter().min().copied(), masses.iter().max().copied());
+    first.unwrap_or(0)..last.map_or(1, |last| (last + 1).min(n_masses))
 }
 
 /// What grows from the first row to the second over a width.
