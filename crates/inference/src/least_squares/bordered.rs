@@ -1,7 +1,12 @@
 //! The normal equations: a bordered block-diagonal matrix. Each recording's own unknowns make a block, the unknowns that all share
-//! the border; eliminating the blocks leaves the Schur complement, a small dense system.
+//! the border; eliminating the blocks leaves the Schur complement, a small dense system. Recordings whose readings share errors are tied by
+//! the amplitudes of these, unknowns of unit variance that are eliminated behind the recordings' own.
+
+mod tie;
 
 use nalgebra::{DMatrix, DVector, Dyn, Matrix2, OMatrix, SymmetricEigen, U2, Vector2};
+
+use tie::{Tie, TiedErrors};
 
 /// A pair of numbers for the two unknowns that belong to one recording.
 pub(crate) type Own = Vector2<f64>;
@@ -20,12 +25,14 @@ pub(crate) struct NormalEquations {
     /// Of residuals that depend on shared unknowns alone: over these and last the residual itself, upper triangle.
     shared: DMatrix<f64>,
     recordings: Vec<Block>,
+    ties: Vec<Tie>,
 }
 
-/// The same of one recording's residuals: a symmetric matrix over the recording's own unknowns, the shared ones, and last the residual
-/// itself. Only the upper triangle is filled.
+/// The same of one recording's residuals: a symmetric matrix over the recording's own unknowns, the shared ones, the amplitudes of errors that
+/// it shares with others, and last the residual itself. Only the upper triangle is filled.
 #[derive(Debug, Clone)]
 pub(crate) struct Block {
+    n_errors: usize,
     products: DMatrix<f64>,
 }
 
@@ -38,7 +45,8 @@ pub(crate) struct TrackSums {
 
 impl NormalEquations {
     pub(crate) fn new(n_shared: usize) -> Self {
-        Self { shared: DMatrix::zeros(n_shared + 1, n_shared + 1), recordings: Vec::new() }
+        let shared = DMatrix::zeros(n_shared + 1, n_shared + 1);
+        Self { shared, recordings: Vec::new(), ties: Vec::new() }
     }
 
     /// Number of shared unknowns.
@@ -67,10 +75,30 @@ impl NormalEquations {
         self.recordings.push(recording);
     }
 
+    /// Ties recordings of these numbers, whose readings share errors: finds how large these are where the unknowns are, and takes them out of
+    /// the residuals.
+    pub(crate) fn tie(&mut self, recordings: Vec<usize>) {
+        let blocks: Vec<&Block> = recordings.iter().map(|r| &self.recordings[*r]).collect();
+        let tie = Tie::of(&blocks, recordings.clone());
+        recordings.iter().for_each(|r| self.recordings[*r].take_out(&tie.amplitudes));
+        self.ties.push(tie);
+    }
+
+    /// Amplitudes of the errors that tied recordings share, tie by tie.
+    pub(crate) fn amplitudes(&self) -> Vec<DVector<f64>> {
+        self.ties.iter().map(|tie| tie.amplitudes.clone()).collect()
+    }
+
+    /// How many of these amplitudes the readings tell and their prior does not.
+    pub(crate) fn n_told(&self) -> f64 {
+        self.ties.iter().map(|tie| tie.n_told).sum()
+    }
+
     /// Sum of squared residuals, priors included.
     pub(crate) fn chi_squared(&self) -> f64 {
         let last = self.n_shared();
-        self.recordings.iter().map(Block::chi_squared).sum::<f64>() + self.shared[(last, last)]
+        let of_recordings = self.recordings.iter().map(Block::chi_squared).sum::<f64>();
+        of_recordings + self.shared[(last, last)] + self.ties.iter().map(Tie::chi_squared).sum::<f64>()
     }
 
     /// The same of one recording.
@@ -92,17 +120,20 @@ impl NormalEquations {
             raised * self.shared[(i.min(j), i.max(j))]
         });
         let recordings = self.recordings.iter().map(|recording| recording.eliminated(damping));
-        Some(Reduced { shared, recordings: recordings.collect::<Option<_>>()? })
+        let recordings: Vec<Eliminated> = recordings.collect::<Option<_>>()?;
+        let ties = self.ties.iter().map(|tie| tie.eliminated(&recordings, |_| 1.0)).collect();
+        Some(Reduced { shared, recordings, ties })
     }
 }
 
 impl TrackSums {
-    pub(crate) fn new(n_shared: usize) -> Self {
-        let width = N_OWN + n_shared + 1;
+    /// Over so many shared unknowns and amplitudes of errors.
+    pub(crate) fn new(n_shared: usize, n_errors: usize) -> Self {
+        let width = N_OWN + n_shared + n_errors + 1;
         Self { products: vec![0.0; width * width], weighted: vec![0.0; width], weight: 0.0 }
     }
 
-    /// Adds a row (own, shared, residual) in units of the residual's sigma.
+    /// Adds a row (own, shared, errors, residual) in units of the residual's sigma.
     pub(crate) fn add(&mut self, row: &[f64], inverse_sigma: f64) {
         let width = row.len();
         for (i, left) in row.iter().enumerate() {
@@ -115,20 +146,47 @@ impl TrackSums {
 }
 
 impl Block {
-    pub(crate) fn new(n_shared: usize) -> Self {
-        let width = N_OWN + n_shared + 1;
-        Self { products: DMatrix::zeros(width, width) }
+    /// Over so many shared unknowns, and amplitudes of errors that the recording shares with others.
+    pub(crate) fn new(n_shared: usize, n_errors: usize) -> Self {
+        let width = N_OWN + n_shared + n_errors + 1;
+        Self { n_errors, products: DMatrix::zeros(width, width) }
     }
 
-    /// Adds a track whose place at rest is free: the mean row, by weight, is taken out of all.
-    pub(crate) fn add_track(&mut self, track: &TrackSums) {
-        let width = self.products.nrows();
+    /// Adds a track whose place at rest is free: the mean row, by weight, is taken out of all. It has `errors` among the recording's, in
+    /// their order.
+    pub(crate) fn add_track(&mut self, track: &TrackSums, errors: &[usize]) {
+        let (width, last) = (track.weighted.len(), self.products.nrows() - 1);
+        let first = self.first_error();
+        let own_and_shared = 0..first;
+        let places: Vec<usize> =
+            own_and_shared.chain(errors.iter().map(|error| first + error)).chain([last]).collect();
         for i in 0..width {
             for j in i..width {
                 let mean = track.weighted[i] * track.weighted[j] / track.weight.max(f64::MIN_POSITIVE);
-                self.products[(i, j)] += track.products[i * width + j] - mean;
+                self.products[(places[i], places[j])] += track.products[i * width + j] - mean;
             }
         }
+    }
+
+    /// Where the amplitudes begin.
+    fn first_error(&self) -> usize {
+        self.products.nrows() - 1 - self.n_errors
+    }
+
+    /// Adds errors of these amplitudes to the model.
+    fn take_out(&mut self, amplitudes: &DVector<f64>) {
+        let (first, last) = (self.first_error(), self.products.nrows() - 1);
+        let product = |i: usize, j: usize| self.products[(i.min(j), i.max(j))];
+        let effect = |i: usize| -> f64 {
+            amplitudes.iter().enumerate().map(|(k, amplitude)| amplitude * product(i, first + k)).sum()
+        };
+        let effects: Vec<f64> = (0..=last).map(effect).collect();
+        let of_squares: f64 =
+            amplitudes.iter().zip(&effects[first..]).map(|(amplitude, effect)| amplitude * effect).sum();
+        for (i, effect) in effects[..last].iter().enumerate() {
+            self.products[(i, last)] += effect;
+        }
+        self.products[(last, last)] += 2.0 * effects[last] + of_squares;
     }
 
     /// Adds a residual of unit variance that depends on one own unknown alone: a prior.
@@ -152,7 +210,7 @@ impl Block {
 
     fn eliminated(&self, damping: f64) -> Option<Eliminated> {
         let full = DMatrix::from_fn(self.products.nrows(), self.products.ncols(), |i, j| {
-            let raised = if i == j && i + 1 < self.products.nrows() { 1.0 + damping } else { 1.0 };
+            let raised = if i == j && i < self.first_error() { 1.0 + damping } else { 1.0 };
             raised * self.products[(i.min(j), i.max(j))]
         });
         let n_rest = full.nrows() - N_OWN;
@@ -171,12 +229,13 @@ pub(crate) struct Reduced {
     /// Of what depends on shared unknowns alone.
     shared: DMatrix<f64>,
     recordings: Vec<Eliminated>,
+    ties: Vec<TiedErrors>,
 }
 
 /// One recording after elimination of its own unknowns.
 #[derive(Debug, Clone)]
 struct Eliminated {
-    /// Over the shared unknowns and, last, the residual.
+    /// Over the shared unknowns, the amplitudes of errors and, last, the residual.
     products: DMatrix<f64>,
     coupling: DMatrix<f64>,
     own_inverse: Matrix2<f64>,
@@ -191,8 +250,11 @@ impl Reduced {
     /// The same, each recording with its weight.
     pub(crate) fn weighted(&self, weight: impl Fn(usize) -> f64) -> SharedSystem {
         let mut products = self.shared.clone();
-        for (r, recording) in self.recordings.iter().enumerate() {
+        for (r, recording) in self.recordings.iter().enumerate().filter(|(r, _)| self.tie_of(*r).is_none()) {
             products += &recording.products * weight(r);
+        }
+        for tie in &self.ties {
+            products += tie.weighted_products(&self.recordings, &weight);
         }
         let n = products.nrows() - 1;
         SharedSystem {
@@ -206,18 +268,26 @@ impl Reduced {
         self.recordings.len()
     }
 
+    /// Which of the ties a recording belongs to.
+    fn tie_of(&self, recording: usize) -> Option<usize> {
+        self.ties.iter().position(|tie| tie.recordings().contains(&recording))
+    }
+
     /// Steps of all recordings' own unknowns that go with a step of the shared ones.
     pub(super) fn own_steps(&self, shared: &DVector<f64>) -> Vec<Own> {
-        self.recordings.iter().map(|recording| recording.own_step(shared)).collect()
+        let with_errors: Vec<DVector<f64>> = self.ties.iter().map(|tie| tie.with_errors(shared)).collect();
+        let step = |(r, recording): (usize, &Eliminated)| {
+            recording.own_step(self.tie_of(r).map_or(shared, |tie| &with_errors[tie]))
+        };
+        self.recordings.iter().enumerate().map(step).collect()
     }
 
     /// Square of the length in standard errors, the shared unknowns held, of those steps.
     pub(super) fn own_length2(&self, shared: &DVector<f64>) -> f64 {
-        let length2 = |recording: &Eliminated| {
-            let step = recording.own_step(shared);
+        let length2 = |(recording, step): (&Eliminated, Own)| {
             recording.own_inverse.try_inverse().map_or(0.0, |own| step.dot(&(own * step)))
         };
-        self.recordings.iter().map(length2).sum()
+        self.recordings.iter().zip(self.own_steps(shared)).map(length2).sum()
     }
 }
 
@@ -228,8 +298,8 @@ impl Eliminated {
         -(self.own_inverse * Own::new(side[0], side[1]))
     }
 
-    /// Derivatives of the own unknowns by the shared ones.
-    fn own_by_shared(&self) -> OMatrix<f64, U2, Dyn> {
+    /// Derivatives of the own unknowns by the shared ones and the amplitudes of errors.
+    fn own_by_rest(&self) -> OMatrix<f64, U2, Dyn> {
         -(self.own_inverse * self.coupling.rows(0, self.coupling.nrows() - 1).transpose())
     }
 }
@@ -302,23 +372,52 @@ pub(crate) struct OwnCovariance {
 }
 
 impl OwnCovariance {
-    /// What the recordings' own residuals leave open, and what the shared unknowns, of the given covariance, carry into them.
+    /// What the recordings' own residuals leave open, what the errors that they share do, and what the shared unknowns, of the given covariance,
+    /// carry into them.
     pub(crate) fn of(reduced: &Reduced, shared: &DMatrix<f64>) -> Self {
         let recordings = &reduced.recordings;
         let n = recordings.len() as f64;
-        let by_shared: Vec<OMatrix<f64, U2, Dyn>> =
-            recordings.iter().map(Eliminated::own_by_shared).collect();
-        let mut mean = OMatrix::<f64, U2, Dyn>::zeros(shared.nrows());
+        let n_shared = shared.nrows();
+        let ties: Vec<Option<usize>> = (0..recordings.len()).map(|r| reduced.tie_of(r)).collect();
+        let by_rest: Vec<OMatrix<f64, U2, Dyn>> = recordings.iter().map(Eliminated::own_by_rest).collect();
+        let by_errors = |r: usize| by_rest[r].columns(n_shared, by_rest[r].ncols() - n_shared).into_owned();
+        // The amplitudes go with the shared unknowns, and have errors of their own beside.
+        let by_shared = |(r, by): (usize, &OMatrix<f64, U2, Dyn>)| match ties[r] {
+            None => by.clone(),
+            Some(tie) => by.columns(0, n_shared) + by_errors(r) * reduced.ties[tie].by_shared(),
+        };
+        let by_shared: Vec<OMatrix<f64, U2, Dyn>> = by_rest.iter().enumerate().map(by_shared).collect();
+        let mut mean = OMatrix::<f64, U2, Dyn>::zeros(n_shared);
         by_shared.iter().for_each(|one| mean += one / n);
         let carried = |by: &OMatrix<f64, U2, Dyn>| by * shared * by.transpose();
         let alone = recordings.iter().map(|recording| recording.own_inverse).sum::<Matrix2<f64>>() / (n * n);
-        let pairs = || recordings.iter().zip(&by_shared);
+        let means: Vec<OMatrix<f64, U2, Dyn>> = reduced
+            .ties
+            .iter()
+            .map(|tie| {
+                let zero = OMatrix::<f64, U2, Dyn>::zeros(tie.n_errors());
+                tie.recordings().iter().fold(zero, |sum, r| sum + by_errors(*r) / n)
+            })
+            .collect();
+        let of_errors = |tie: usize, by: &OMatrix<f64, U2, Dyn>| reduced.ties[tie].carried(by);
+        let of_mean_errors: Vec<Matrix2<f64>> =
+            (0..means.len()).map(|tie| of_errors(tie, &means[tie])).collect();
+        let all_errors = of_mean_errors.iter().sum::<Matrix2<f64>>();
+        let own_errors = |r: usize| ties[r].map_or_else(Matrix2::zeros, |tie| of_errors(tie, &by_errors(r)));
+        let errors_about_mean = |r: usize| match ties[r] {
+            None => all_errors,
+            Some(tie) => all_errors - of_mean_errors[tie] + of_errors(tie, &(by_errors(r) - &means[tie])),
+        };
+        let all = || recordings.iter().zip(&by_shared).enumerate();
         Self {
-            of_each: pairs().map(|(one, by)| one.own_inverse + carried(by)).collect(),
-            about_mean: pairs()
-                .map(|(one, by)| one.own_inverse * (1.0 - 2.0 / n) + alone + carried(&(by - &mean)))
+            of_each: all().map(|(r, (one, by))| one.own_inverse + own_errors(r) + carried(by)).collect(),
+            about_mean: all()
+                .map(|(r, (one, by))| {
+                    let own = one.own_inverse * (1.0 - 2.0 / n) + alone;
+                    own + errors_about_mean(r) + carried(&(by - &mean))
+                })
                 .collect(),
-            of_mean: alone + carried(&mean),
+            of_mean: alone + all_errors + carried(&mean),
         }
     }
 }
@@ -333,7 +432,7 @@ mod tests {
     fn elimination_gives_the_dense_solution() {
         const N_SHARED: usize = 2;
         const N_RECORDINGS: usize = 3;
-        let mut tracks: Vec<TrackSums> = (0..N_RECORDINGS).map(|_| TrackSums::new(N_SHARED)).collect();
+        let mut tracks: Vec<TrackSums> = (0..N_RECORDINGS).map(|_| TrackSums::new(N_SHARED, 0)).collect();
         let n_unknowns = N_SHARED + 3 * N_RECORDINGS;
         let (mut rows, mut side) = (Vec::new(), Vec::new());
         for k in 0..36_u32 {
@@ -353,8 +452,8 @@ mod tests {
         let expected = &inverse * dense.transpose() * DVector::from_vec(side);
         let mut equations = NormalEquations::new(N_SHARED);
         for track in &tracks {
-            let mut recording = Block::new(N_SHARED);
-            recording.add_track(track);
+            let mut recording = Block::new(N_SHARED, 0);
+            recording.add_track(track, &[]);
             equations.add_recording(recording);
         }
         let reduced = equations.reduced(0.0).unwrap();
@@ -383,9 +482,93 @@ mod tests {
         }
     }
 
+    /// Four recordings, of which three share two errors, one of them in one of two tracks only, against one dense least squares with the places at
+    /// rest and the amplitudes among its unknowns.
+    #[test]
+    fn ties_give_the_dense_solution() {
+        const N_SHARED: usize = 2;
+        const N_RECORDINGS: usize = 4;
+        const N_TIED: usize = 3;
+        const N_ERRORS: usize = 2;
+        let first_own = N_SHARED + N_ERRORS;
+        let n_unknowns = first_own + 4 * N_RECORDINGS;
+        let mut equations = NormalEquations::new(N_SHARED);
+        let (mut rows, mut side) = (Vec::new(), Vec::new());
+        for recording in 0..N_RECORDINGS {
+            let is_tied = recording < N_TIED;
+            let mut block = Block::new(N_SHARED, if is_tied { N_ERRORS } else { 0 });
+            for track in 0..2 {
+                let errors: Vec<usize> = if is_tied { (track..N_ERRORS).collect() } else { Vec::new() };
+                let mut sums = TrackSums::new(N_SHARED, errors.len());
+                for k in 0..12 {
+                    let seed = f64::from(k) + 12.3 * track as f64 + 31.7 * recording as f64;
+                    let wave = |i: usize| ((1.7 + 0.37 * i as f64) * seed + 0.9 * (i * i) as f64).sin();
+                    let inverse_sigma = 1.0 + 0.5 * wave(6);
+                    let mut row = vec![wave(3), wave(4), wave(1), wave(2)];
+                    row.extend(errors.iter().map(|error| 3.0 * wave(7 + error)));
+                    row.push(wave(5));
+                    sums.add(&row, inverse_sigma);
+                    let mut dense = vec![0.0; n_unknowns];
+                    dense[..N_SHARED].copy_from_slice(&row[2..4]);
+                    errors.iter().for_each(|error| dense[N_SHARED + error] = 3.0 * wave(7 + error));
+                    let own = first_own + 4 * recording;
+                    dense[own..own + 2].copy_from_slice(&row[..2]);
+                    dense[own + 2 + track] = inverse_sigma;
+                    rows.extend(dense);
+                    side.push(-wave(5));
+                }
+                block.add_track(&sums, &errors);
+            }
+            equations.add_recording(block);
+        }
+        for error in 0..N_ERRORS {
+            let mut prior = vec![0.0; n_unknowns];
+            prior[N_SHARED + error] = 1.0;
+            rows.extend(prior);
+            side.push(0.0);
+        }
+        equations.tie((0..N_TIED).collect());
+        let dense = DMatrix::from_row_slice(side.len(), n_unknowns, &rows);
+        let side = DVector::from_vec(side);
+        let inverse = (dense.transpose() * &dense).try_inverse().unwrap();
+        let expected = &inverse * dense.transpose() * &side;
+        let reduced = equations.reduced(0.0).unwrap();
+        let (step, covariance) = (reduced.system().step().unwrap(), reduced.system().covariance().unwrap());
+        let own = reduced.own_steps(&step);
+        let errors = OwnCovariance::of(&reduced, &covariance);
+        // Rounding, times a condition number of some hundreds.
+        let close = |found: f64, expected: f64| (found - expected).abs() < 1e-11;
+        for i in 0..N_SHARED {
+            assert!(close(step[i], expected[i]), "{} {}", step[i], expected[i]);
+            assert!((0..N_SHARED).all(|j| close(covariance[(i, j)], inverse[(i, j)])));
+        }
+        let place = |r: usize, k: usize| first_own + 4 * r + k;
+        for k in 0..N_OWN {
+            let variance = |weight: &dyn Fn(usize) -> f64| -> f64 {
+                let pairs = (0..N_RECORDINGS).flat_map(|r| (0..N_RECORDINGS).map(move |q| (r, q)));
+                pairs.map(|(r, q)| weight(r) * weight(q) * inverse[(place(r, k), place(q, k))]).sum()
+            };
+            for r in 0..N_RECORDINGS {
+                assert!(close(own[r][k], expected[place(r, k)]));
+                let is_this = |q: usize| f64::from(u8::from(q == r));
+                assert!(close(errors.of_each[r][(k, k)], variance(&is_this)));
+                assert!(close(errors.about_mean[r][(k, k)], variance(&|q| is_this(q) - 0.25)));
+            }
+            assert!(close(errors.of_mean[(k, k)], variance(&|_| 0.25)));
+        }
+        // The sum of squares is that of the amplitudes and places at rest that fit best, the other unknowns held.
+        let free: Vec<usize> =
+            (N_SHARED..first_own).chain((0..N_RECORDINGS).flat_map(|r| [place(r, 2), place(r, 3)])).collect();
+        let part = dense.select_columns(&free);
+        let best = (part.transpose() * &part).try_inverse().unwrap() * part.transpose() * &side;
+        assert!(close(equations.chi_squared(), (&part * &best - &side).norm_squared()));
+        let amplitudes = &equations.amplitudes()[0];
+        assert!((0..N_ERRORS).all(|error| close(amplitudes[error], best[error])));
+    }
+
     #[test]
     fn recordings_without_information_are_singular() {
-        assert!(Block::new(1).eliminated(0.0).is_none());
+        assert!(Block::new(1, 0).eliminated(0.0).is_none());
         let empty = NormalEquations::new(1).reduced(0.0).unwrap().system();
         assert!(empty.step().is_none());
         assert_eq!(empty.covariance(), Err(vec![0]));

@@ -12,6 +12,7 @@ use nalgebra::DVector;
 use super::family::{Family, Struck};
 use super::model::TrackModel;
 use super::response::{Driven, MotionOfTrack, Question, Response, Sides, respond};
+use super::shared_errors::SharedErrors;
 use crate::damping::{N_DAMPINGS, critical_kg_per_s, damping_like, mean_damping_kg_per_s};
 use crate::error::FitError;
 use crate::least_squares::{
@@ -44,6 +45,7 @@ pub(super) struct TrackResiduals<'a> {
     steps: Vec<f64>,
     schedule: Schedule,
     bounds: Bounds,
+    errors: SharedErrors<'a>,
     pub(super) n_residuals: usize,
     n_simulations: AtomicU64,
     /// The model behind the last equations, and where that was: what comes after a search asks for its minimum again.
@@ -103,8 +105,20 @@ impl<'a> TrackResiduals<'a> {
         }));
         let strikers = ((1.0 - WIDEST_DRIVE) * mean, (1.0 + WIDEST_DRIVE) * mean);
         let bounds = Bounds { shared, own: [strikers, (f64::NEG_INFINITY, f64::INFINITY)] };
+        let errors = SharedErrors::of(observations, &model.reading_errors);
         let (n_simulations, last) = (AtomicU64::new(0), Mutex::new(None));
-        Ok(Self { observations, model, asked, steps, schedule, bounds, n_residuals, n_simulations, last })
+        Ok(Self {
+            observations,
+            model,
+            asked,
+            steps,
+            schedule,
+            bounds,
+            errors,
+            n_residuals,
+            n_simulations,
+            last,
+        })
     }
 
     /// Number of shared unknowns.
@@ -253,11 +267,13 @@ impl TrackResiduals<'_> {
     ) -> NormalEquations {
         let recordings = map_in_parallel(self.observations.len(), self.model.n_threads, |r| {
             let own = &at.own[r];
-            let mut recording = Block::new(self.n_shared());
+            let mut recording = Block::new(self.n_shared(), self.errors.n_of(r));
             let rows = Rows::new(model, own, &self.observations[r]);
             let takes = |body: usize, after_impact_s: f64| takes(r, body, after_impact_s);
-            for track in &self.observations[r].bodies {
-                recording.add_track(&rows.sums(track, takes));
+            for (k, track) in self.observations[r].bodies.iter().enumerate() {
+                let errors = self.errors.of_track(r, k);
+                let which: Vec<usize> = errors.iter().map(|(error, _)| *error).collect();
+                recording.add_track(&rows.sums(track, errors, takes), &which);
             }
             let Estimate { value, sigma } = self.model.striker_velocity_m_per_s;
             recording.add_prior(0, (own[0] - value) / sigma, sigma.recip());
@@ -265,6 +281,7 @@ impl TrackResiduals<'_> {
         });
         let mut equations = NormalEquations::new(self.n_shared());
         recordings.into_iter().for_each(|recording| equations.add_recording(recording));
+        self.errors.ties.iter().for_each(|(tied, _)| equations.tie(tied.clone()));
         for (known, unknown) in self.model.known.iter().zip(N_DAMPINGS..) {
             let residual = (at.shared[unknown] - 1.0) / known.relative_sigma;
             equations.add_prior(unknown, residual, known.relative_sigma.recip());
@@ -272,14 +289,44 @@ impl TrackResiduals<'_> {
         equations
     }
 
-    /// Every residual at values of the unknowns, recording after recording, body after body, frame after frame.
-    pub(super) fn residuals(&self, model: &SolvedModel, at: &Unknowns) -> Vec<Residual> {
+    /// Every residual at values of the unknowns, recording after recording, body after body, frame after frame: without the errors that readings
+    /// share, of these amplitudes; with them where there are none.
+    pub(super) fn residuals(
+        &self,
+        model: &SolvedModel,
+        at: &Unknowns,
+        amplitudes: &[DVector<f64>],
+    ) -> Vec<Residual> {
         let of_recording = |r: usize| {
             let rows = Rows::new(model, &at.own[r], &self.observations[r]);
-            let of_track = |track: &BodyTrack| rows.residuals(r, track);
-            self.observations[r].bodies.iter().flat_map(of_track).collect::<Vec<_>>()
+            let of_track = |(k, track): (usize, &BodyTrack)| {
+                let of_tie = self.errors.tie_of(r).and_then(|tie| amplitudes.get(tie));
+                let amplitude = |error: usize| of_tie.map_or(0.0, |amplitudes| amplitudes[error]);
+                let errors = self.errors.of_track(r, k).iter();
+                let errors: Vec<(f64, &[f64])> =
+                    errors.map(|(error, error_m)| (amplitude(*error), *error_m)).collect();
+                rows.residuals(r, track, &errors)
+            };
+            self.observations[r].bodies.iter().enumerate().flat_map(of_track).collect::<Vec<_>>()
         };
         map_in_parallel(self.observations.len(), self.model.n_threads, of_recording).concat()
+    }
+
+    /// Standard deviation of the errors that each residual's reading shares with others, in metres, in the order of the residuals.
+    pub(super) fn shared_sigmas_m(&self) -> Vec<f64> {
+        let of_track = |(r, k): (usize, usize)| {
+            let errors = self.errors.of_track(r, k);
+            let frames = self.observations[r].bodies[k].position_m.iter().enumerate();
+            let sigma_m =
+                |frame: usize| errors.iter().map(|(_, error_m)| error_m[frame].powi(2)).sum::<f64>().sqrt();
+            frames
+                .filter(|(_, position)| position.is_some())
+                .map(|(frame, _)| sigma_m(frame))
+                .collect::<Vec<_>>()
+        };
+        let tracks = (0..self.observations.len())
+            .flat_map(|r| (0..self.observations[r].bodies.len()).map(move |k| (r, k)));
+        tracks.flat_map(of_track).collect()
     }
 }
 
@@ -350,45 +397,55 @@ impl<'a> Rows<'a> {
     }
 
     /// The sums of a track over the positions that `takes` takes, by their body and time after the impact.
-    fn sums(&self, track: &BodyTrack, takes: impl Fn(usize, f64) -> bool) -> TrackSums {
+    fn sums(
+        &self,
+        track: &BodyTrack,
+        errors: &[(usize, &[f64])],
+        takes: impl Fn(usize, f64) -> bool,
+    ) -> TrackSums {
         let n_shared = self.model.derivatives.len();
-        let mut row = vec![0.0; N_OWN + n_shared + 1];
-        let (origin_m, mut sums) = (first_position_m(track), TrackSums::new(n_shared));
+        let mut row = vec![0.0; N_OWN + n_shared + errors.len() + 1];
+        let (origin_m, mut sums) = (first_position_m(track), TrackSums::new(n_shared, errors.len()));
         let motion = self.driven.of_track(track);
-        for (place, (time_s, position)) in seen(self.observation, track).enumerate() {
+        for (place, (frame, time_s, position)) in seen(self.observation, track).enumerate() {
             if takes(track.body, time_s - self.impact_s) {
                 let from_first = Estimate::new(position.value - origin_m, position.sigma);
                 self.fill(&mut row, (&motion, place), from_first);
+                for (entry, (_, error_m)) in row[N_OWN + n_shared..].iter_mut().zip(errors) {
+                    *entry = error_m[frame] / position.sigma;
+                }
                 sums.add(&row, position.sigma.recip());
             }
         }
         sums
     }
 
-    /// The residuals of a track of recording number `recording`.
-    fn residuals(&self, recording: usize, track: &BodyTrack) -> Vec<Residual> {
+    /// The residuals of a track of recording number `recording`, with errors of these amplitudes.
+    fn residuals(&self, recording: usize, track: &BodyTrack, errors: &[(f64, &[f64])]) -> Vec<Residual> {
         let mut row = vec![0.0; N_OWN + self.model.derivatives.len() + 1];
         let mut all = Vec::new();
         let origin_m = first_position_m(track);
         let motion = self.driven.of_track(track);
         let (mut weighted, mut weight) = (0.0, 0.0);
-        for (place, (time_s, position)) in seen(self.observation, track).enumerate() {
+        for (place, (frame, time_s, position)) in seen(self.observation, track).enumerate() {
             let from_first = Estimate::new(position.value - origin_m, position.sigma);
             self.fill(&mut row, (&motion, place), from_first);
             let (body, after_impact_s) = (track.body, time_s - self.impact_s);
-            let value = row.last().copied().unwrap_or_default();
+            let error_m: f64 = errors.iter().map(|(amplitude, error_m)| amplitude * error_m[frame]).sum();
+            let value = row.last().copied().unwrap_or_default() + error_m / position.sigma;
             all.push(Residual { recording, body, after_impact_s, value });
             weighted += value / position.sigma;
             weight += position.sigma.powi(-2);
         }
         let rest_m = weighted / weight.max(f64::MIN_POSITIVE);
-        for (residual, (_, position)) in all.iter_mut().zip(seen(self.observation, track)) {
+        for (residual, (.., position)) in all.iter_mut().zip(seen(self.observation, track)) {
             residual.value -= rest_m / position.sigma;
         }
         all
     }
 
-    /// A row (own, shared, residual) in units of the position's sigma; the residual is model less measurement.
+    /// A row (own, shared, residual) in units of the position's sigma, with what lies between these two left as it is; the residual is model
+    /// less measurement.
     fn fill(&self, row: &mut [f64], (motion, place): (&MotionOfTrack, usize), position: Estimate) {
         let SolvedModel { derivatives, friction, .. } = self.model;
         let scale = self.scale;
@@ -400,7 +457,7 @@ impl<'a> Rows<'a> {
         row[0] = factor * motion.by_striker_s[place];
         row[1] = -factor * motion.velocity_m_per_s[place];
         row[last] = factor * x_m - position.value * inverse_sigma;
-        for (entry, which) in row[N_OWN..last].iter_mut().zip(derivatives) {
+        for (entry, which) in row[N_OWN..].iter_mut().zip(derivatives) {
             *entry = factor * which.map_or(0.0, derivative_m);
         }
         for (unknown, factor) in self.model.scales_of(self.observation.view) {
@@ -413,13 +470,13 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// When and where a body was seen.
+/// In which frame, when and where a body was seen.
 fn seen<'a>(
     observation: &'a Observation,
     track: &'a BodyTrack,
-) -> impl Iterator<Item = (f64, Estimate)> + 'a {
-    let places = observation.times_s.iter().zip(&track.position_m);
-    places.filter_map(|(time_s, position)| Some((*time_s, (*position)?)))
+) -> impl Iterator<Item = (usize, f64, Estimate)> + 'a {
+    let places = observation.times_s.iter().zip(&track.position_m).enumerate();
+    places.filter_map(|(frame, (time_s, position))| Some((frame, *time_s, (*position)?)))
 }
 
 /// Positions count from the first one seen, so that sums of squares keep their digits.
