@@ -159,11 +159,11 @@ impl<'a> TrackResiduals<'a> {
 
     /// A search's failure in words.
     pub(super) fn failure(&self, failure: Failure<FitError>) -> FitError {
-        let quantity = |i: usize| self.quantities().nth(i).map_or("?", Quantity::as_str);
+        let quantity = |i: usize| self.quantities().nth(i).map_or_else(|| "?".into(), Quantity::name);
         FitError::of(failure, "the tracks", |unknown| match unknown {
             0 => "c_d".into(),
             1 => "c_s".into(),
-            factor => quantity(factor - N_DAMPINGS).into(),
+            factor => quantity(factor - N_DAMPINGS),
         })
     }
 
