@@ -502,7 +502,7 @@ fn known_of_chain(known: &[Known]) -> Vec<Known> {
 }
 
 fn energy_model(material: &Material<'_>, spacing: Spacing) -> Result<EnergyModel, FitError> {
-    let Material { experiment, stitched, chain, known, n_threads } = *material;
+    let Material { experiment, stitched, chain, known, n_threads, .. } = *material;
     asked(experiment)?;
     let striker = one_striker(experiment)?;
     Ok(EnergyModel {
