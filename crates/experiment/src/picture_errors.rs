@@ -52,10 +52,11 @@ struct Reading {
 const UNCLEAR_EXCESS: f64 = 0.03;
 /// Standard errors beyond that by which the excess of all bodies is told, and that of a single one among many.
 const TOLD_SIGMA: [f64; 2] = [3.0, 5.0];
-/// The distance on the sensor over which such an error changes, in pixels: the gradients of speckles of 3 to 6 px.
-const CORRELATION_PX: f64 = 3.0;
-/// Stretches of the way of one body in one view, at most.
-const MOST_STRETCHES: f64 = 8.0;
+/// The distance on the sensor over which such an error changes little, in pixels. It is alike at two places as the gradients of the texture are, whose
+/// autocovariance is zero at 0.42 times the width at half height of the texture's own: at 1.3 to 2.5 px of speckles of 3 to 6 px.
+const CORRELATION_PX: f64 = 1.5;
+/// Stretches of the way of one body in one view, at most: 90 px. Over a longer way the errors' finest part counts as alike over more than it is.
+const MOST_STRETCHES: f64 = 60.0;
 /// Frames on each side over which an excess is averaged.
 const SMOOTHING: usize = 5;
 /// Variance of a reading over the median around it in a frame that is torn: six times the scatter from noise on 17 x 17 pixels.
