@@ -62,7 +62,7 @@ pub(crate) fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>
     let as_merged = |observations| apart.noise_of(steadying.steadied(observations));
     if picture_errors.is_found() {
         observations = apart.noise_of(observations);
-        let with_pictures = Settings { reading_errors: apart.errors.clone(), ..settings.clone() };
+        let with_pictures = Settings { reading_errors: apart.errors.clone(), ..settings };
         stitched = merge(&observations, &with_pictures)?;
     }
     let recordings: Vec<TrackedRecording> =

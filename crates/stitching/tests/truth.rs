@@ -2,7 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on should panic")]
 
-use chainwave_measurement::{BodyTrack, Estimate, Observation};
+use chainwave_measurement::{BodyTrack, Estimate, Observation, ReadingError, TrackError};
 use chainwave_stitching::{Settings, Stitched, merge, outliers};
 use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};

@@ -77,9 +77,9 @@ impl NormalEquations {
 
     /// Ties recordings of these numbers, whose readings share errors: finds how large these are where the unknowns are, and takes them out of
     /// the residuals.
-    pub(crate) fn tie(&mut self, recordings: Vec<usize>) {
+    pub(crate) fn tie(&mut self, recordings: &[usize]) {
         let blocks: Vec<&Block> = recordings.iter().map(|r| &self.recordings[*r]).collect();
-        let tie = Tie::of(&blocks, recordings.clone());
+        let tie = Tie::of(&blocks, recordings.to_vec());
         recordings.iter().for_each(|r| self.recordings[*r].take_out(&tie.amplitudes));
         self.ties.push(tie);
     }
@@ -527,7 +527,7 @@ mod tests {
             rows.extend(prior);
             side.push(0.0);
         }
-        equations.tie((0..N_TIED).collect());
+        equations.tie(&(0..N_TIED).collect::<Vec<_>>());
         let dense = DMatrix::from_row_slice(side.len(), n_unknowns, &rows);
         let side = DVector::from_vec(side);
         let inverse = (dense.transpose() * &dense).try_inverse().unwrap();

@@ -281,7 +281,7 @@ impl TrackResiduals<'_> {
         });
         let mut equations = NormalEquations::new(self.n_shared());
         recordings.into_iter().for_each(|recording| equations.add_recording(recording));
-        self.errors.ties.iter().for_each(|(tied, _)| equations.tie(tied.clone()));
+        self.errors.ties.iter().for_each(|(tied, _)| equations.tie(tied));
         for (known, unknown) in self.model.known.iter().zip(N_DAMPINGS..) {
             let residual = (at.shared[unknown] - 1.0) / known.relative_sigma;
             equations.add_prior(unknown, residual, known.relative_sigma.recip());

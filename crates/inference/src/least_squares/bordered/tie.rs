@@ -96,7 +96,7 @@ impl TiedErrors {
         recordings: &[Eliminated],
         weight: impl Fn(usize) -> f64,
     ) -> DMatrix<f64> {
-        match self.recordings().iter().all(|r| weight(*r) == 1.0) {
+        match self.recordings().iter().all(|r| weight(*r).to_bits() == 1.0_f64.to_bits()) {
             true => self.products.clone(),
             false => self.tie.eliminated(recordings, weight).products,
         }
