@@ -200,6 +200,9 @@ mod tests {
 
     const SIDE: usize = 64;
 
+    /// Draws a texture of `SIDE` x `SIDE` pixels.
+    type Texture = dyn Fn(&mut Pcg64Mcg) -> Vec<f64>;
+
     /// White noise, blurred by a Gaussian around which it closes.
     fn blurred(random: &mut Pcg64Mcg, sigma_px: f64) -> Vec<f64> {
         let white: Vec<f64> = (0..SIDE * SIDE).map(|_| random.random_range(-1.0..1.0)).collect();
@@ -248,7 +251,7 @@ mod tests {
             let blurred = blurred(random, 2.0);
             blurred.into_iter().map(|value| (2.0 * value).clamp(-1.0, 1.0)).collect::<Vec<_>>()
         };
-        let textures: [&dyn Fn(&mut Pcg64Mcg) -> Vec<f64>; 6] = [
+        let textures: [&Texture; 6] = [
             &|random| blurred(random, 0.7),
             &|random| blurred(random, 1.2),
             &|random| blurred(random, 2.0),
