@@ -181,14 +181,14 @@ impl Standard {
             Some(Seen { warp: found.warp(), zncc: found.position.zncc })
         };
         let own = Own { place_px: own_px, zncc: 1.0, length_px: self.own_px };
-        let alike = peaks.iter().filter_map(|peak| {
-            let z = best_rival(own, std::slice::from_ref(peak), &mut between_pixels);
+        let of_peak = |peak: &Found| best_rival(own, std::slice::from_ref(peak), &mut between_pixels);
+        let of_peaks: Vec<f64> = peaks.iter().map(of_peak).collect();
+        let alike = peaks.iter().zip(&of_peaks).filter_map(|(peak, &z)| {
             let offset_px = [peak.place_px[0] - own_px[0], peak.place_px[1] - own_px[1]];
             (z > 0.0).then_some(Alike { offset_px, z })
         });
         let alike: Vec<Alike> = alike.collect();
-        peaks.truncate(N_RIVALS);
-        let best = best_rival(own, &peaks, between_pixels);
+        let best = of_peaks.iter().take(N_RIVALS).copied().fold(0.0, f64::max);
         Some(Repeats { best, period_px, alike })
     }
 

@@ -114,7 +114,7 @@ pub use markers::no_markers::NoMarkers;
 pub use markers::{Marker, MarkerRow, propose_markers};
 pub use method::{METHODS, Method};
 pub use prepared::PreparedSubset;
-pub use reference::edge::{SharpEdge, Side, sharp_edge};
+pub use reference::edge::{SharpEdge, Side, sharp_edge, told_edge};
 pub use reference::{Reference, mean_of_frames};
 pub use self_test::{FilmError, RungError, cheapest_within, film_test, self_test};
 pub use settings::{Acceptance, Interpolation, ReferenceFrames, Settings, Shape, ShapeChoice};

@@ -12,7 +12,7 @@ use chainwave_inference::{
     fit_imposed, fit_peak_energies, fit_release, fit_tracks, fitted_motion, reached, scatter_of_bodies,
     softening,
 };
-use chainwave_measurement::{ChainMotion, Estimate, Observation, Trajectory, both_in_parallel};
+use chainwave_measurement::{ChainMotion, Estimate, Observation, ReadingError, Trajectory, both_in_parallel};
 use chainwave_mechanics::{Chain, Drive, Schedule, Striker as ModelStriker, simulate};
 use chainwave_stitching::{Assumption, Outlier, Stitched};
 
@@ -135,12 +135,20 @@ pub fn evaluate(
     let experiment = &setup.experiment;
     monitor.planned(Stage::Evaluating, N_STEPS);
     let step = || monitor.done(Stage::Evaluating, 1);
-    let Merged { left_out, unjoined, steadying, of_camera, shared, stitched, side_motion, observations } =
-        merged(setup, tracked, n_threads)?;
+    let merged = merged(setup, tracked, n_threads)?;
+    let Merged { left_out, unjoined, steadying, of_camera, shared, stitched, side_motion, .. } = merged;
+    let (observations, reading_errors) = (merged.observations, merged.reading_errors);
     step();
     let known = known(experiment, &setup.map, &tracked.stages.scale);
     let chain = &experiment.chain_model()?;
-    let material = Material { experiment, stitched: &stitched, chain, known: &known, n_threads };
+    let material = Material {
+        experiment,
+        stitched: &stitched,
+        chain,
+        known: &known,
+        reading_errors: &reading_errors,
+        n_threads,
+    };
     // Neither asks what the other finds.
     let (read, fits) = both_in_parallel(
         n_threads,
@@ -222,6 +230,8 @@ struct Material<'a> {
     stitched: &'a Stitched,
     chain: &'a Chain,
     known: &'a [Known],
+    /// Errors that the readings share.
+    reading_errors: &'a [ReadingError],
     n_threads: NonZero<usize>,
 }
 
@@ -276,6 +286,7 @@ impl Material<'_> {
         observations: &[Observation],
     ) -> Result<(TrackModel, Vec<Observation>, Vec<f64>), FitError> {
         let model = track_model(self.experiment, self.chain.clone(), self.known, self.n_threads)?;
+        let model = TrackModel { reading_errors: self.reading_errors.to_vec(), ..model };
         let alignments = &self.stitched.alignments;
         let offsets_s: Vec<f64> = alignments.iter().map(|one| one.trigger_offset_s.value).collect();
         let (reached, offsets_s) = reached(observations, &offsets_s, &model)?;
@@ -442,6 +453,7 @@ pub(crate) fn track_model(
         chain,
         striker_velocity_m_per_s: Estimate::new(velocity, scatter),
         known: known.to_vec(),
+        reading_errors: Vec::new(),
         n_threads,
     })
 }
@@ -490,7 +502,7 @@ fn known_of_chain(known: &[Known]) -> Vec<Known> {
 }
 
 fn energy_model(material: &Material<'_>, spacing: Spacing) -> Result<EnergyModel, FitError> {
-    let Material { experiment, stitched, chain, known, n_threads } = *material;
+    let Material { experiment, stitched, chain, known, n_threads, .. } = *material;
     asked(experiment)?;
     let striker = one_striker(experiment)?;
     Ok(EnergyModel {

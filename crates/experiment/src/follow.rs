@@ -4,8 +4,7 @@ use std::fmt;
 use std::num::NonZero;
 
 use chainwave_correlation::{
-    Method, Reference, ReferenceFrames, Settings, Shape, ShapeChoice, SharpEdge, sharp_edge,
-    track_by_evidence,
+    Method, Reference, ReferenceFrames, Settings, Shape, ShapeChoice, SharpEdge, told_edge, track_by_evidence,
 };
 use chainwave_measurement::{Lost, Recording, Subset, Track};
 
@@ -144,7 +143,7 @@ pub fn edges_beside(
 ) -> Result<Vec<EdgeNote>, Error> {
     let mut notes = Vec::new();
     for subset in subsets.iter().filter(|subset| Reference::lies_inside(recording, subset)) {
-        let edge = sharp_edge(recording, subset, reference)?;
+        let edge = told_edge(recording, subset, reference)?;
         notes.extend(edge.map(|edge| EdgeNote { point: subset.name.clone(), edge }));
     }
     Ok(notes)

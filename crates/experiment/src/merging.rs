@@ -2,7 +2,7 @@
 
 use std::num::NonZero;
 
-use chainwave_measurement::Observation;
+use chainwave_measurement::{Observation, ReadingError};
 use chainwave_stitching::{FirstBody, Outlier, Settings, Stitched, merge};
 
 use crate::configuration::Experiment;
@@ -32,6 +32,8 @@ pub(crate) struct Merged {
     pub(crate) side_motion: SideMotion,
     /// The recordings that were kept, as fits take them.
     pub(crate) observations: Vec<Observation>,
+    /// The errors that their readings share.
+    pub(crate) reading_errors: Vec<ReadingError>,
 }
 
 /// Merges recordings. What the camera does of its own is taken out of them first, or else stands among the motion's errors.
@@ -56,13 +58,16 @@ pub(crate) fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>
         setup.map.m_per_px().value,
     );
     let without_pictures = stitched.motion.clone();
+    let apart = picture_errors.apart();
+    let as_merged = |observations| apart.noise_of(steadying.steadied(observations));
     if picture_errors.is_found() {
-        let with_pictures = Settings { reading_errors: picture_errors.of_readings(), ..settings };
+        observations = apart.noise_of(observations);
+        let with_pictures = Settings { reading_errors: apart.errors.clone(), ..settings };
         stitched = merge(&observations, &with_pictures)?;
     }
     let recordings: Vec<TrackedRecording> =
         kept.iter().map(|index| tracked.recordings[sound[*index]].clone()).collect();
-    let shared = SharedErrors::of(setup, &recordings, &steadying, &settings, &stitched, n_threads)?;
+    let shared = SharedErrors::of(setup, &recordings, &as_merged, &settings, &stitched, n_threads)?;
     let mut side_motion = SideMotion::of(setup, &recordings, &steadying, &settings, &stitched, n_threads)?;
     side_motion.widen(&without_pictures, &stitched.motion);
     shared.add_to(&mut stitched.motion);
@@ -74,7 +79,7 @@ pub(crate) fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>
         unresolved.add_to(&mut stitched.motion);
     }
     scale.add_to(&mut stitched.motion, &observations);
-    let observations = steadying.widened(picture_errors.widened(observations));
+    let observations = steadying.widened(observations);
     let light_moves = tracked.findings.iter().any(|finding| finding.code == MOVING_LIGHT);
     let of_camera = [
         against_the_chain(experiment, &stitched.motion).into_iter().collect(),
@@ -94,6 +99,7 @@ pub(crate) fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>
         stitched,
         side_motion,
         observations,
+        reading_errors: apart.errors,
     })
 }
 

@@ -7,12 +7,13 @@
 //! repeating a trial nor taking more frames reduces it. It is tested against the scatter of the excess from trial to trial; where there
 //! is none, nothing changes. Where bodies show an excess that still rest, it is the light or the focus that changes.
 
+mod apart;
 mod variogram;
 
-use chainwave_measurement::{BodyTrack, Estimate, Observation, median};
-use chainwave_stitching::{ReadingError, TrackError};
+use chainwave_measurement::{BodyTrack, Estimate, Observation, ReadingError, TrackError, median};
 use nalgebra::DVector;
 
+pub(crate) use self::apart::Apart;
 use self::variogram::{Variogram, between};
 
 /// The excess of variances over those at rest.
@@ -44,16 +45,18 @@ struct Reading {
     away_m: Vec<Option<f64>>,
     /// Variance beyond that at rest, frame by frame, smoothed.
     extra_m2: Vec<f64>,
+    at_rest_m2: f64,
 }
 
 /// Relative excess that interpolation and unequal light may make: five times the most that films without such errors show.
 const UNCLEAR_EXCESS: f64 = 0.03;
 /// Standard errors beyond that by which the excess of all bodies is told, and that of a single one among many.
 const TOLD_SIGMA: [f64; 2] = [3.0, 5.0];
-/// The distance on the sensor over which such an error changes, in pixels: the gradients of speckles of 3 to 6 px.
-const CORRELATION_PX: f64 = 3.0;
-/// Stretches of the way of one body in one view, at most.
-const MOST_STRETCHES: f64 = 8.0;
+/// The distance on the sensor over which such an error changes little, in pixels. It is alike at two places as the gradients of the texture are, whose
+/// autocovariance is zero at 0.42 times the width at half height of the texture's own: at 1.3 to 2.5 px of speckles of 3 to 6 px.
+const CORRELATION_PX: f64 = 1.5;
+/// Stretches of the way of one body in one view, at most: 90 px. Over a longer way the errors' finest part counts as alike over more than it is.
+const MOST_STRETCHES: f64 = 60.0;
 /// Frames on each side over which an excess is averaged.
 const SMOOTHING: usize = 5;
 /// Variance of a reading over the median around it in a frame that is torn: six times the scatter from noise on 17 x 17 pixels.
@@ -79,6 +82,7 @@ impl PictureErrors {
                     recording: observation.recording.clone(),
                     away_m: track.position_m.iter().map(|x| x.map(|x| x.value - own.origin_m)).collect(),
                     extra_m2: own.smoothed_m2(),
+                    at_rest_m2: own.at_rest_m2,
                 };
                 let known =
                     groups.iter().position(|one| one.body == track.body && one.view == observation.view);
@@ -112,35 +116,21 @@ impl PictureErrors {
         self.is_found
     }
 
-    /// The errors that the trials of a view share, some of each body in each view.
-    pub(crate) fn of_readings(&self) -> Vec<ReadingError> {
+    /// The errors that the trials of a view share, some of each body in each view, apart from the noise; none where there is no more than chance.
+    pub(crate) fn apart(&self) -> Apart {
+        if !self.is_found {
+            return Apart::default();
+        }
         let ways: Vec<Vec<(f64, f64)>> =
             self.groups.iter().map(|group| group.variances().collect()).collect();
         let variogram = Variogram::of(&ways, self.correlation_m);
-        self.groups.iter().flat_map(|group| group.errors(&variogram, self.correlation_m)).collect()
-    }
-
-    /// Positions whose uncertainty is such that a fit to all of them, which takes them for independent, gives the shared error its
-    /// weight: its variance counts as often as there are readings that have it in common.
-    pub(crate) fn widened(&self, mut observations: Vec<Observation>) -> Vec<Observation> {
-        if !self.is_found {
-            return observations;
-        }
-        for observation in &mut observations {
-            for track in &mut observation.bodies {
-                let of_view = |group: &&Group| group.body == track.body && group.view == observation.view;
-                let Some(group) = self.groups.iter().find(of_view) else { continue };
-                let own = group.trials.iter().find(|one| one.recording == observation.recording);
-                let Some(own) = own else { continue };
-                let n_alike = alike(&track.position_m, self.correlation_m);
-                for (frame, place) in track.position_m.iter_mut().enumerate() {
-                    let extra_m2 =
-                        (n_alike[frame] * group.trials.len() as f64 - 1.0).max(0.0) * own.extra_m2[frame];
-                    *place = place.map(|x| Estimate::new(x.value, (x.sigma.powi(2) + extra_m2).sqrt()));
-                }
-            }
-        }
-        observations
+        let errors = self.groups.iter().flat_map(|group| group.errors(&variogram, self.correlation_m));
+        let at_rest_m2 = |recording: &str, body: usize| {
+            let of_body = self.groups.iter().filter(|group| group.body == body);
+            let mut trials = of_body.flat_map(|group| &group.trials);
+            trials.find(|trial| trial.recording == recording).map_or(0.0, |trial| trial.at_rest_m2)
+        };
+        Apart::of(errors.collect(), at_rest_m2)
     }
 
     /// What the reader should know; where light moves across the pictures, it is behind what changes while bodies rest, and maybe more.
@@ -243,13 +233,11 @@ impl Group {
         let n_ends = ((until_m - from_m) / stretch_m).ceil() as usize + 1;
         let ends_m: Vec<f64> = (0..n_ends).map(|k| from_m + k as f64 * stretch_m).collect();
         let parts = variogram.parts(&ends_m);
-        // What the trials share is beyond the n-th part that the mean of n readings which count as independent has already.
-        let shared = 1.0 - (self.trials.len() as f64).recip();
         let at = |(away_m, extra_m2): (&Option<f64>, &f64)| {
             let Some(away_m) = *away_m else { return DVector::zeros(parts.ncols()) };
             let near = |end_m: &f64| weight(((away_m - end_m) / stretch_m).abs().min(1.0));
             let weights = DVector::from_iterator(n_ends, ends_m.iter().map(near));
-            between(&parts, &weights) * (shared * extra_m2).sqrt()
+            between(&parts, &weights) * extra_m2.sqrt()
         };
         let of_trial = |trial: &Reading| trial.away_m.iter().zip(&trial.extra_m2).map(at).collect::<Vec<_>>();
         let errors_m: Vec<Vec<DVector<f64>>> = self.trials.iter().map(of_trial).collect();
@@ -274,15 +262,6 @@ impl Group {
 /// to one.
 fn weight(share: f64) -> f64 {
     (1.0 - share * share * (3.0 - 2.0 * share)).max(0.0).sqrt()
-}
-
-/// How many frames of a body have each frame's error in common: those in which it stood within a distance, weighted by how near.
-fn alike(places: &[Option<Estimate>], within_m: f64) -> Vec<f64> {
-    let weight = |one: &Option<Estimate>, other: &Option<Estimate>| match (one, other) {
-        (Some(one), Some(other)) => (1.0 - (one.value - other.value).abs() / within_m).max(0.0),
-        _ => 0.0,
-    };
-    places.iter().map(|one| places.iter().map(|other| weight(one, other)).sum()).collect()
 }
 
 /// Root mean square deviation of values from the means of their groups; 0 where no group has two.
@@ -349,8 +328,8 @@ mod tests {
         let clean = observations(0.0);
         let found = PictureErrors::of(&clean, 0.0, &[0.0, 0.0], PX_M);
         assert!(found.warnings(false).is_empty(), "{:?}", found.warnings(false));
-        assert!(found.of_readings().is_empty());
-        assert_eq!(found.widened(clean.clone()), clean);
+        assert!(found.apart().errors.is_empty());
+        assert_eq!(found.apart().noise_of(clean.clone()), clean);
     }
 
     #[test]
@@ -358,12 +337,13 @@ mod tests {
         let patterned = observations(0.5);
         let found = PictureErrors::of(&patterned, 0.0, &[0.0, 0.0], PX_M);
         assert!(found.warnings(false).concat().contains("fixed pattern"), "{:?}", found.warnings(false));
-        let errors = found.of_readings();
+        let apart = found.apart();
+        let errors = &apart.errors;
         let body = 2;
         let of_body = || errors.iter().filter(|error| error.of_tracks.iter().all(|track| track.body == body));
         let variance = |error: &ReadingError, i: usize| (error.of_tracks[0].error_m[i] / AT_REST_M).powi(2);
-        // Of the pattern's variance, 0.5, a quarter is in the mean of four trials already. Variances scatter by 8 %, the smoothed by less.
-        let shared = 0.5 * (1.0 - 1.0 / 4.0);
+        // Variances scatter by 8 %, the smoothed by less.
+        let shared = 0.5;
         for i in [60, 90, 120] {
             let all: f64 = of_body().map(|error| variance(error, i)).sum();
             assert!((all - shared).abs() < 0.04, "{all}");
@@ -380,12 +360,21 @@ mod tests {
         assert!((common([55, 115]) - 0.5).abs() < 0.05, "{}", common([55, 115]));
         assert!((0.45..0.05 + 2.0 / 3.0).contains(&common([62, 122])), "{}", common([62, 122]));
         assert!(of_body().all(|error| error.of_tracks.len() == 4 && variance(error, 10) < 0.02));
-        let widened = found.widened(patterned.clone());
+        let noise = apart.noise_of(patterned.clone());
         let sigma = |observations: &[Observation], frame: usize| {
             observations[0].bodies[0].position_m[frame].unwrap().sigma
         };
-        assert!(sigma(&widened, 100) > 3.0 * sigma(&patterned, 100), "{}", sigma(&widened, 100));
-        assert!((sigma(&widened, 10) / sigma(&patterned, 10) - 1.0).abs() < 0.2);
+        // What is counted as common is no noise: what is left is that at rest, to the 4 % by which the sigmas scatter and are known.
+        for frame in [10, 60, 100] {
+            assert!((sigma(&noise, frame) / AT_REST_M - 1.0).abs() < 0.08, "{}", sigma(&noise, frame));
+        }
+        let all: f64 = errors
+            .iter()
+            .filter(|error| error.of_tracks[0].body == 1)
+            .map(|error| variance(error, 100))
+            .sum();
+        let (before, after) = (sigma(&patterned, 100) / AT_REST_M, sigma(&noise, 100) / AT_REST_M);
+        assert!((after * after + all - before * before).abs() < 0.05, "{before} {after} {all}");
     }
 
     #[test]

@@ -34,7 +34,7 @@ mod tests;
 
 use std::num::NonZero;
 
-use chainwave_inference::stated_damping;
+use chainwave_inference::{TrackModel, stated_damping};
 use chainwave_measurement::Estimate;
 
 pub use self::aim::{Aim, LargestSigma};
@@ -304,10 +304,11 @@ fn evaluated(rehearsal: &Rehearsal, n_threads: NonZero<usize>) -> Result<Precisi
 fn rehearsed(rehearsal: &Rehearsal, n_threads: NonZero<usize>) -> Result<Precision, Error> {
     let (setup, tracked) = (&rehearsal.setup, rehearsal.tracked(n_threads)?);
     let experiment = &setup.experiment;
-    let Merged { shared, stitched, observations, .. } = merged(setup, &tracked, n_threads)?;
+    let Merged { shared, stitched, observations, reading_errors, .. } = merged(setup, &tracked, n_threads)?;
     let measurement = shared.measure(experiment, &stitched.motion, chosen_gaps(experiment), n_threads)?;
     let known = known(experiment, &setup.map, &tracked.stages.scale);
     let model = track_model(experiment, experiment.chain_model()?, &known, n_threads);
+    let model = model.map(|model| TrackModel { reading_errors, ..model });
     let offsets_s: Vec<f64> = stitched.alignments.iter().map(|one| one.trigger_offset_s.value).collect();
     let dampings = both(model.and_then(|model| stated_damping(&observations, &offsets_s, &model)));
     Ok(precision(&stitched.motion, &measurement, dampings))

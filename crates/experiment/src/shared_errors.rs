@@ -15,7 +15,6 @@ use crate::error::Error;
 use crate::measuring::{measure_motion, peak_energies_of};
 use crate::numbers::NotNegative;
 use crate::setup::Setup;
-use crate::steadying::Steadying;
 use crate::tracked::TrackedRecording;
 use crate::tracks::Coordinate;
 
@@ -33,18 +32,18 @@ pub(crate) struct SharedErrors {
 const ALIKE: f64 = 1e-3;
 
 impl SharedErrors {
-    /// Stitches once more with each error of the calibration, and of the time between lines where the tracks told it; the differences are
+    /// Stitches once more, readings taken `as_merged` the first time, with each error of the calibration, and of the time between lines where the tracks told it; the differences are
     /// their effects, with what they do to the alignment of views and trials. A second striker has drives of its own, which a recording's
     /// one drive cannot follow: what it makes of the motion that all drives are alike is an error as well.
     pub(crate) fn of(
         setup: &Setup,
         recordings: &[TrackedRecording],
-        steadying: &Steadying,
+        as_merged: &(impl Fn(Vec<Observation>) -> Vec<Observation> + Sync),
         settings: &Settings,
         stitched: &Stitched,
         n_threads: NonZero<usize>,
     ) -> Result<Self, Error> {
-        let merged = |observations| Ok(merge(&steadying.steadied(observations), settings)?.motion);
+        let merged = |observations| Ok(merge(&as_merged(observations), settings)?.motion);
         let along = (Coordinate::Along, recordings);
         let mut modes = calibration_modes(setup, along, &stitched.motion, n_threads, merged)?;
         if recordings.iter().any(|one| one.line_time_s.sigma > 0.0) {
@@ -54,7 +53,7 @@ impl SharedErrors {
         }
         if setup.experiment.far_striker.is_some() {
             let alike = Settings { drive_prior: ALIKE, drive_scatter: Some(ALIKE), ..settings.clone() };
-            let moved = merge(&steadying.steadied(observations(recordings)), &alike)?.motion;
+            let moved = merge(&as_merged(observations(recordings)), &alike)?.motion;
             modes.push(ErrorSource::FarStriker, &difference(&moved, &stitched.motion));
         }
         let chain = &setup.experiment.chain;

@@ -62,6 +62,7 @@ fn model() -> Result<TrackModel, MechanicsError> {
         chain: chain(VELOCITY.value)?,
         striker_velocity_m_per_s: VELOCITY,
         known: Vec::new(),
+        reading_errors: Vec::new(),
         n_threads: NonZero::<usize>::MIN,
     })
 }

@@ -62,6 +62,7 @@ pub fn p_values(
         chain: chain(law.into(), 0.001, VELOCITY.value),
         striker_velocity_m_per_s: VELOCITY,
         known: Vec::new(),
+        reading_errors: Vec::new(),
         n_threads: NonZero::<usize>::MIN,
     };
     let contact = if truth.softens { law.into() } else { LinearLaw { k_n_per_m: law.k_0_n_per_m() }.into() };
@@ -140,6 +141,7 @@ mod tests {
             chain: chain(law.into(), 0.001, VELOCITY.value),
             striker_velocity_m_per_s: VELOCITY,
             known: Vec::new(),
+            reading_errors: Vec::new(),
             n_threads: NonZero::<usize>::MIN,
         };
         for c_d in [0.0, 0.003] {

@@ -8,7 +8,7 @@
 
 mod bordered;
 
-pub(crate) use bordered::{Block, N_OWN, NormalEquations, Own, OwnCovariance, Reduced, RestSums};
+pub(crate) use bordered::{Block, N_OWN, NormalEquations, Own, OwnCovariance, Reduced, RestSums, Row};
 
 use bordered::SharedSystem;
 use nalgebra::{DMatrix, DVector};

@@ -48,8 +48,17 @@ pub struct Known {
 }
 
 impl Quantity {
-    /// Its name in tables.
-    pub fn as_str(self) -> &'static str {
+    /// Its name in tables; those that a view, a body or a gap has have its number behind.
+    pub fn name(self) -> String {
+        let kind = self.kind();
+        match self {
+            Self::ScaleOfView(view) => format!("{kind}_{view}"),
+            Self::MassOfBody(number) | Self::StiffnessOfGap(number) => format!("{kind}_{number}"),
+            _ => kind.into(),
+        }
+    }
+
+    fn kind(self) -> &'static str {
         match self {
             Self::BodyMass => "body_mass",
             Self::StrikerMass => "striker_mass",

@@ -131,7 +131,7 @@ impl<'a> ReleasedResiduals<'a> {
             C_D => "c_d".into(),
             RELEASE => "the instant of the release".into(),
             STATE => "the state".into(),
-            _ => self.model.known[unknown - N_FIXED].quantity.as_str().into(),
+            _ => self.model.known[unknown - N_FIXED].quantity.name(),
         })
     }
 

@@ -15,6 +15,7 @@ mod reached;
 mod residuals;
 mod response;
 mod selection;
+mod shared_errors;
 mod structure;
 mod windows;
 

@@ -116,9 +116,21 @@ impl ErrorModes {
         }
     }
 
-    /// Leaves out those of some sources.
+    /// Leaves out those of some sources, and the patterns that none of the others has a part of.
     pub fn retain(&mut self, is_kept: impl Fn(&ErrorSource) -> bool) {
         self.modes.retain(|mode| is_kept(&mode.source));
+        let mut is_used = vec![false; self.patterns.len()];
+        self.modes.iter().flat_map(|mode| &mode.parts).for_each(|(pattern, _)| is_used[*pattern] = true);
+        let mut places = Vec::with_capacity(is_used.len());
+        let mut n_used = 0;
+        for used in &is_used {
+            places.push(n_used);
+            n_used += usize::from(*used);
+        }
+        let mut used = is_used.into_iter();
+        self.patterns.retain(|_| used.next().unwrap_or(false));
+        let parts = self.modes.iter_mut().flat_map(|mode| &mut mode.parts);
+        parts.for_each(|(pattern, _)| *pattern = places[*pattern]);
     }
 
     /// The same among `n_times` samples, of which the present ones begin at number `start`; zero at all others.
@@ -296,6 +308,11 @@ mod tests {
         assert_eq!(all.unfitting((3, 2)).map(|(_, found)| found), Some((2, 4)));
         all.retain(|source| *source != "both".into());
         assert_eq!((all.len(), all.not_finite()), (5, None));
+        // What only the modes that are gone had a part of is gone with them, and the others are what they were.
+        let mut last = modes();
+        last.retain(|source| *source == "last body".into());
+        assert_eq!(last.patterns().len(), 1);
+        assert_eq!(last.displacement_m(0, (3, 2)), modes().displacement_m(2, (3, 2)));
         all.push("broken".into(), &array![[0.0, 0.0], [0.0, f64::NAN]]);
         assert!(all.not_finite().is_some_and(|(place, _)| place == (1, 1)));
     }

@@ -323,6 +323,7 @@ pub(crate) fn fit(
             chain,
             striker_velocity_m_per_s: velocity,
             known: Vec::new(),
+            reading_errors: Vec::new(),
             n_threads: threads(n_threads),
         };
         let offsets_s: Vec<f64> = stitched.alignments.iter().map(|one| one.trigger_offset_s.value).collect();

@@ -8,6 +8,7 @@ use chainwave_measurement::{ChainMotion, ErrorModes, Estimate, Observation};
 use ndarray::Array2;
 
 use crate::error::StitchingError;
+use crate::reading_error::on_time_base;
 use crate::resample::{Interpolated, Stencil};
 use crate::rest::{Displacement, displacement_from_rest};
 use crate::settings::Settings;
@@ -96,7 +97,7 @@ pub(crate) fn averaged_by_trigger(
     }
     for shared in &settings.reading_errors {
         let mut error_m = Array2::zeros(shape);
-        for of_row in shared.on_time_base(observations, &vec![0.0; observations.len()], times_s) {
+        for of_row in on_time_base(shared, observations, &vec![0.0; observations.len()], times_s) {
             for (i, of_time) in readings.row(of_row.row).iter().enumerate() {
                 let sum: f64 = of_time.iter().map(|one| of_row.at(one.recording, i)).sum();
                 error_m[(of_row.row, i)] = sum / of_time.len().max(1) as f64;

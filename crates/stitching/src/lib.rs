@@ -95,7 +95,6 @@ pub use averaged::averaged;
 pub use error::StitchingError;
 pub use merge::merge;
 pub use outliers::{Evidence, Outlier, outliers};
-pub use reading_error::{ReadingError, TrackError};
 pub use settings::{FirstBody, Settings};
 pub use spread::Spread;
 pub use stages::{StageStep, refine_stages};

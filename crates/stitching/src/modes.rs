@@ -1,6 +1,6 @@
 //! Errors of the motion that many samples share: of drives, trigger offsets, places at rest, and of what priors stand in for.
 
-use chainwave_measurement::{ErrorModes, ErrorPattern, ErrorSource};
+use chainwave_measurement::{ErrorModes, ErrorPattern, ErrorSource, ReadingError};
 use nalgebra::{DMatrix, DVector};
 use ndarray::Array2;
 
@@ -8,7 +8,7 @@ use crate::body_response::FittedTime;
 use crate::fitted::Fitted;
 use crate::gauge::Exchange;
 use crate::normal_equations::{error_sensitivity, offset_sensitivity};
-use crate::reading_error::{ReadingError, RowError};
+use crate::reading_error::{RowError, on_time_base};
 use crate::rest::Displacement;
 use crate::state::{AlignmentState, Scale};
 
@@ -182,7 +182,7 @@ impl AlignmentState<'_> {
         let shared = &self.settings.reading_errors;
         let response = &errors.exchange.errors * &errors.covariance;
         let direction = |error: &ReadingError| {
-            let rows = error.on_time_base(self.observations, &self.offsets_s, &self.times_s);
+            let rows = on_time_base(error, self.observations, &self.offsets_s, &self.times_s);
             let n = 2 * self.observations.len();
             if rows.is_empty() {
                 return None;

@@ -1,28 +1,8 @@
-//! Errors that readings of several tracks have in common, as what lies on a sensor makes them in every trial.
+//! Errors that readings share, on the time base of what is merged.
 
-use chainwave_measurement::{ErrorSource, Estimate, Observation};
+use chainwave_measurement::{Estimate, Observation, ReadingError};
 
 use crate::resample::Stencil;
-
-/// An error that readings of several tracks share, with a random amplitude of unit variance.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ReadingError {
-    /// Where it comes from.
-    pub source: ErrorSource,
-    /// What one standard deviation of it makes of each track that has it.
-    pub of_tracks: Vec<TrackError>,
-}
-
-/// The part of an error that one track has.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TrackError {
-    /// Name of the recording.
-    pub recording: String,
-    /// Number of the body.
-    pub body: usize,
-    /// Error of the position in metres, frame by frame.
-    pub error_m: Vec<f64>,
-}
 
 /// An error of one body's readings on a common time base: in metres, by recording and time; nothing of a recording without it.
 pub(crate) struct RowError {
@@ -37,33 +17,31 @@ impl RowError {
     }
 }
 
-impl ReadingError {
-    /// Row by row on a time base, each recording read as much later as its trigger is.
-    pub(crate) fn on_time_base(
-        &self,
-        observations: &[Observation],
-        offsets_s: &[f64],
-        times_s: &[f64],
-    ) -> Vec<RowError> {
-        let mut rows: Vec<RowError> = Vec::new();
-        for track in &self.of_tracks {
-            let Some(recording) = observations.iter().position(|one| one.recording == track.recording) else {
-                continue;
-            };
-            let samples: Vec<Option<Estimate>> =
-                track.error_m.iter().map(|error_m| Some(Estimate::new(*error_m, 0.0))).collect();
-            let read = |time_s: &f64| {
-                let stencil = Stencil::at(&observations[recording].times_s, time_s + offsets_s[recording])?;
-                Some(stencil.read(&samples)?.value)
-            };
-            let error_m = times_s.iter().map(|time_s| read(time_s).unwrap_or(0.0)).collect();
-            let row = track.body - 1;
-            let place = rows.iter().position(|one| one.row == row).unwrap_or(rows.len());
-            if place == rows.len() {
-                rows.push(RowError { row, of_recordings: vec![Vec::new(); observations.len()] });
-            }
-            rows[place].of_recordings[recording] = error_m;
+/// An error row by row on a time base, each recording read as much later as its trigger is.
+pub(crate) fn on_time_base(
+    error: &ReadingError,
+    observations: &[Observation],
+    offsets_s: &[f64],
+    times_s: &[f64],
+) -> Vec<RowError> {
+    let mut rows: Vec<RowError> = Vec::new();
+    for track in &error.of_tracks {
+        let Some(recording) = observations.iter().position(|one| one.recording == track.recording) else {
+            continue;
+        };
+        let samples: Vec<Option<Estimate>> =
+            track.error_m.iter().map(|error_m| Some(Estimate::new(*error_m, 0.0))).collect();
+        let read = |time_s: &f64| {
+            let stencil = Stencil::at(&observations[recording].times_s, time_s + offsets_s[recording])?;
+            Some(stencil.read(&samples)?.value)
+        };
+        let error_m = times_s.iter().map(|time_s| read(time_s).unwrap_or(0.0)).collect();
+        let row = track.body - 1;
+        let place = rows.iter().position(|one| one.row == row).unwrap_or(rows.len());
+        if place == rows.len() {
+            rows.push(RowError { row, of_recordings: vec![Vec::new(); observations.len()] });
         }
-        rows
+        rows[place].of_recordings[recording] = error_m;
     }
+    rows
 }

@@ -1,6 +1,6 @@
 //! What is known of an experiment before its recordings are merged.
 
-use crate::reading_error::ReadingError;
+use chainwave_measurement::ReadingError;
 
 /// What decides how the first body moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,8 +2,8 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on should panic")]
 
-use chainwave_measurement::{BodyTrack, Estimate, Observation};
-use chainwave_stitching::{ReadingError, Settings, Stitched, TrackError, merge, outliers};
+use chainwave_measurement::{BodyTrack, Estimate, Observation, ReadingError, TrackError};
+use chainwave_stitching::{Settings, Stitched, merge, outliers};
 use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64Mcg;

@@ -314,7 +314,7 @@ fn put(results: &mut Map<String, Value>, name: &str, sigma_name: &str, estimate:
 /// What a fit made of the quantities that are known within an uncertainty.
 fn put_factors(results: &mut Map<String, Value>, factors: &[(Quantity, Estimate)]) {
     for (quantity, factor) in factors {
-        let name = quantity.as_str();
+        let name = quantity.name();
         put(results, &format!("{name}_factor"), &format!("{name}_factor_sigma"), Some(*factor));
     }
 }
@@ -409,7 +409,7 @@ fn track_fit_as_json(fit: &TrackFit, evaluation: &Evaluation) -> Map<String, Val
         results.insert("as_if".into(), json!(causes));
         results.insert("structure_as_stated".into(), structure_as_json(&fit.as_stated));
         for (quantity, found) in &fit.found {
-            let name = quantity.as_str();
+            let name = quantity.name();
             put(&mut results, &format!("{name}_found"), &format!("{name}_found_sigma"), Some(*found));
         }
     }

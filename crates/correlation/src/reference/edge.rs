@@ -58,9 +58,14 @@ const REACH_PX: i64 = 4;
 /// edge. A step as high as the contrast has nine times its square, speckles of 4.5 px a third of it, and noise of a fifth of it
 /// as much again.
 const EDGE_RATIO: f64 = 3.0;
+/// Standard deviations above the texture's own lines from which on an edge is told: a normal deviate is beyond in one of 100 subsets with the
+/// 40 lines that each looks at.
+const TOLD_SIGMA: f64 = 3.48;
+/// Roughness of a line, over that of the roughest, below which it is none.
+const NO_ROUGHNESS: f64 = 1e-6;
 
-/// The sharp edge nearest to a subset, if one runs along a side within 4 px. Ground that is left out ([`crate::PreparedSubset`])
-/// has no edge.
+/// The sharp edge nearest to a subset, if one may run along a side within 4 px: what is rougher than any line in the subset along that side.
+/// Ground that is left out ([`crate::PreparedSubset`]) has no edge.
 ///
 /// # Errors
 /// As [`Reference::read`].
@@ -69,10 +74,34 @@ pub fn sharp_edge(
     subset: &Subset,
     frames: &ReferenceFrames,
 ) -> Result<Option<SharpEdge>, CorrelationError> {
-    Ok(sharp_edge_in(&Reference::read(recording, subset, frames)?, subset))
+    Ok(nearest(beside(&Reference::read(recording, subset, frames)?, subset), |_| true))
 }
 
-fn sharp_edge_in(reference: &Reference, subset: &Subset) -> Option<SharpEdge> {
+/// The same of what is an edge beyond doubt, as a warning needs it: rougher than any line in the subset in either direction too, and than the
+/// texture's lines would be by chance. How these scatter is taken from the subset (of the logarithm, which is about normal), so that a texture
+/// of few dots, whose lines differ by much, has no edge for a dot on a side.
+///
+/// # Errors
+/// As [`Reference::read`].
+pub fn told_edge(
+    recording: &dyn Recording,
+    subset: &Subset,
+    frames: &ReferenceFrames,
+) -> Result<Option<SharpEdge>, CorrelationError> {
+    Ok(nearest(beside(&Reference::read(recording, subset, frames)?, subset), |found| found.is_told))
+}
+
+/// What may be an edge along a side.
+struct Beside {
+    edge: SharpEdge,
+    is_told: bool,
+}
+
+fn nearest(found: Vec<Beside>, counts: impl Fn(&Beside) -> bool) -> Option<SharpEdge> {
+    found.into_iter().filter(counts).map(|one| one.edge).min_by_key(|edge| edge.distance_px)
+}
+
+fn beside(reference: &Reference, subset: &Subset) -> Vec<Beside> {
     let [x0, x1, y0, y1] = pixel_bounds(subset);
     let sides = [
         (Side::Left, [[x0, -1, x1 - x0], [y0, y1, 0]]),
@@ -80,34 +109,58 @@ fn sharp_edge_in(reference: &Reference, subset: &Subset) -> Option<SharpEdge> {
         (Side::Above, [[y0, -1, y1 - y0], [x0, x1, 1]]),
         (Side::Below, [[y1, 1, y1 - y0], [x0, x1, 1]]),
     ];
-    let of_side = |(side, [[last, out, depth], [start, end, axis]]): (Side, [[i64; 3]; 2])| {
-        // the mean square of third differences between the pixels at a distance and one farther out
-        let roughness = |distance: i64| -> Option<f64> {
-            let step = |along: i64| {
-                let pixel = |k: i64| {
-                    let across = last + out * (distance + k);
-                    reference.usable_pixel(if axis == 0 { [across, along] } else { [along, across] })
-                };
-                Some(pixel(-1)? - 3.0 * pixel(0)? + 3.0 * pixel(1)? - pixel(2)?)
+    // the mean square of third differences between the pixels at a distance from a side and one farther out
+    let roughness = |[[last, out, _], [start, end, axis]]: [[i64; 3]; 2], distance: i64| -> Option<f64> {
+        let step = |along: i64| {
+            let pixel = |k: i64| {
+                let across = last + out * (distance + k);
+                reference.usable_pixel(if axis == 0 { [across, along] } else { [along, across] })
             };
-            let squares = (start..=end).map(|along| step(along).map(|step| step * step));
-            let sum = squares.sum::<Option<f64>>()?;
-            Some(sum / (end - start + 1) as f64)
+            Some(pixel(-1)? - 3.0 * pixel(0)? + 3.0 * pixel(1)? - pixel(2)?)
         };
-        let inside = (2 - depth..-REACH_PX).filter_map(roughness).fold(0.0, f64::max);
-        // Differences that end on an edge feel a ninth of it, so one just out of reach must be seen to be told from one within.
-        let found = (-REACH_PX..=REACH_PX + 1).filter_map(|distance| Some((roughness(distance)?, distance)));
-        let (roughest, distance) = found.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        let distance_px = usize::try_from(distance).unwrap_or(0);
-        (distance <= REACH_PX && roughest > EDGE_RATIO * inside).then_some(SharpEdge { side, distance_px })
+        let squares = (start..=end).map(|along| step(along).map(|step| step * step));
+        let sum = squares.sum::<Option<f64>>()?;
+        Some(sum / (end - start + 1) as f64)
     };
-    sides.into_iter().filter_map(of_side).min_by_key(|edge| edge.distance_px)
+    let inside = |lines: [[i64; 3]; 2]| -> Vec<f64> {
+        (2 - lines[0][2]..-REACH_PX).filter_map(|distance| roughness(lines, distance)).collect()
+    };
+    // Both directions once: the lines along the right side are those along the left.
+    let own = [inside(sides[0].1), inside(sides[2].1)].concat();
+    let told = told_roughness(&own);
+    let of_side = |(side, lines): (Side, [[i64; 3]; 2])| {
+        let inside = inside(lines).into_iter().fold(0.0, f64::max);
+        // Differences that end on an edge feel a ninth of it, so one just out of reach must be seen to be told from one within.
+        let found =
+            (-REACH_PX..=REACH_PX + 1).filter_map(|distance| Some((roughness(lines, distance)?, distance)));
+        let (roughest, distance) = found.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let edge = SharpEdge { side, distance_px: usize::try_from(distance).unwrap_or(0) };
+        let may_be = distance <= REACH_PX && roughest > EDGE_RATIO * inside;
+        may_be.then_some(Beside { edge, is_told: roughest > told })
+    };
+    sides.into_iter().filter_map(of_side).collect()
+}
+
+/// The roughness beyond which a line is none of the texture's, from the roughness of its lines; infinite of fewer than two.
+fn told_roughness(lines: &[f64]) -> f64 {
+    let roughest = lines.iter().copied().fold(0.0, f64::max);
+    let logs: Vec<f64> = lines.iter().map(|one| one.max(NO_ROUGHNESS * roughest).ln()).collect();
+    let n = logs.len() as f64;
+    let mean = logs.iter().sum::<f64>() / n;
+    let scatter = (logs.iter().map(|log| (log - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
+    match logs.len() {
+        0 | 1 => f64::INFINITY,
+        _ => (mean + TOLD_SIGMA * scatter).exp().max(EDGE_RATIO * roughest),
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use chainwave_measurement::Region;
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
+    use super::*;
 
     /// Smooth texture on a marker from column 20 to 60 and row 15 to 62, on grey ground.
     fn marker(ground: f32) -> Reference {
@@ -124,7 +177,11 @@ mod tests {
     fn an_edge_is_seen_on_its_side_and_at_its_distance() {
         let edge = |x_px: f64, y_px: f64, half: usize| {
             let subset = Subset::new("a", x_px, y_px, half, half);
-            sharp_edge_in(&marker(1100.0), &subset)
+            // Ground much lighter than the texture is beyond doubt.
+            let told = nearest(beside(&marker(1800.0), &subset), |found| found.is_told);
+            let may_be = nearest(beside(&marker(1100.0), &subset), |_| true);
+            assert_eq!(told, may_be);
+            may_be
         };
         assert_eq!(edge(40.0, 40.0, 12), None);
         assert_eq!(edge(37.0, 40.0, 12), None, "5 px are enough");
@@ -138,6 +195,81 @@ mod tests {
     #[test]
     fn ground_that_is_left_out_has_no_edge() {
         let subset = Subset::new("a", 33.0, 40.0, 12, 12);
-        assert_eq!(sharp_edge_in(&marker(20.0), &subset), None);
+        assert!(beside(&marker(20.0), &subset).is_empty());
+    }
+
+    const SIDE: usize = 64;
+
+    /// Draws a texture of `SIDE` x `SIDE` pixels.
+    type Texture = dyn Fn(&mut Pcg64Mcg) -> Vec<f64>;
+
+    /// White noise, blurred by a Gaussian around which it closes.
+    fn blurred(random: &mut Pcg64Mcg, sigma_px: f64) -> Vec<f64> {
+        let white: Vec<f64> = (0..SIDE * SIDE).map(|_| random.random_range(-1.0..1.0)).collect();
+        let reach = (4.0 * sigma_px).ceil() as usize;
+        let weights: Vec<f64> =
+            (0..=2 * reach).map(|k| (-0.5 * ((k as f64 - reach as f64) / sigma_px).powi(2)).exp()).collect();
+        let along = |from: &[f64], at: &dyn Fn(usize, usize) -> usize| -> Vec<f64> {
+            let sum = |i: usize| {
+                let terms = weights.iter().enumerate();
+                terms.map(|(k, weight)| weight * from[at(i, SIDE + k - reach)]).sum::<f64>()
+            };
+            (0..SIDE * SIDE).map(sum).collect()
+        };
+        let rows = along(&white, &|i, by| i / SIDE * SIDE + (i + by) % SIDE);
+        along(&rows, &|i, by| (i / SIDE + by) % SIDE * SIDE + i % SIDE)
+    }
+
+    /// Light dots of 1.2 to 2.5 px in radius, their rims a pixel wide.
+    fn dots(random: &mut Pcg64Mcg) -> Vec<f64> {
+        let mut dotted = vec![0.0_f64; SIDE * SIDE];
+        for _ in 0..SIDE * SIDE / 60 {
+            let middle: [f64; 2] = std::array::from_fn(|_| random.random_range(0.0..SIDE as f64));
+            let radius = random.random_range(1.2..2.5);
+            for (i, value) in dotted.iter_mut().enumerate() {
+                let away = ((i % SIDE) as f64 - middle[0]).hypot((i / SIDE) as f64 - middle[1]);
+                *value = value.max((radius + 0.5 - away).clamp(0.0, 1.0));
+            }
+        }
+        dotted
+    }
+
+    #[test]
+    fn a_texture_without_an_edge_is_rarely_told_to_have_one() {
+        const N: usize = 200;
+        let mut random = Pcg64Mcg::seed_from_u64(3);
+        let octaves = |random: &mut Pcg64Mcg| {
+            let mut sum = vec![0.0; SIDE * SIDE];
+            for sigma_px in [1.0, 2.0, 4.0, 8.0] {
+                // Weights whose sum grows with their reach make what is broad the stronger.
+                let of_sigma = blurred(random, sigma_px);
+                sum.iter_mut().zip(of_sigma).for_each(|(sum, value)| *sum += value);
+            }
+            sum
+        };
+        let blots = |random: &mut Pcg64Mcg| {
+            let blurred = blurred(random, 2.0);
+            blurred.into_iter().map(|value| (2.0 * value).clamp(-1.0, 1.0)).collect::<Vec<_>>()
+        };
+        let textures: [&Texture; 6] = [
+            &|random| blurred(random, 0.7),
+            &|random| blurred(random, 1.2),
+            &|random| blurred(random, 2.0),
+            &octaves,
+            &blots,
+            &dots,
+        ];
+        let (mut n_told, mut n_may) = (0, 0);
+        for texture in textures {
+            for _ in 0..N {
+                let pixels = texture(&mut random).into_iter().map(|value| 1000.0 + 100.0 * value as f32);
+                let reference = Reference::new(Region::whole(SIDE, SIDE), pixels.collect(), 1).unwrap();
+                let found = beside(&reference, &Subset::new("a", 32.0, 32.0, 8, 8));
+                n_told += usize::from(found.iter().any(|found| found.is_told));
+                n_may += usize::from(!found.is_empty());
+            }
+        }
+        // One in 100 of the 1200, to three standard errors; what may be one is in several.
+        assert!(n_told <= 22 && n_may > 36, "{n_told} told, {n_may} may be");
     }
 }

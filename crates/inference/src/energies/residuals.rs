@@ -78,7 +78,7 @@ impl<'a> EnergyResiduals<'a> {
             1 => "c_s".into(),
             VELOCITY => "the striker's velocity".into(),
             DRIVE_SCALE => "the drives' scale".into(),
-            factor => self.model.known[factor - N_ALWAYS].quantity.as_str().into(),
+            factor => self.model.known[factor - N_ALWAYS].quantity.name(),
         })
     }
 

@@ -105,7 +105,7 @@ impl<'a> ImposedResiduals<'a> {
     pub(super) fn failure(&self, failure: Failure<FitError>) -> FitError {
         FitError::of(failure, "the motion behind body 1", |unknown| match unknown.checked_sub(1) {
             None => "c_d".into(),
-            Some(known) => self.model.known[known].quantity.as_str().into(),
+            Some(known) => self.model.known[known].quantity.name(),
         })
     }
 

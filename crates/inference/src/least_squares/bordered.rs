@@ -1,7 +1,12 @@
 //! The normal equations: a bordered block-diagonal matrix. Each recording's own unknowns make a block, the unknowns that all share
-//! the border; eliminating the blocks leaves the Schur complement, a small dense system.
+//! the border; eliminating the blocks leaves the Schur complement, a small dense system. Recordings whose readings share errors are tied by
+//! the amplitudes of these, unknowns of unit variance that are eliminated behind the recordings' own.
+
+mod tie;
 
 use nalgebra::{DMatrix, DVector, Dyn, Matrix2, OMatrix, SymmetricEigen, U2, Vector2};
+
+use tie::{Tie, TiedErrors};
 
 /// A pair of numbers for the two unknowns that belong to one recording.
 pub(crate) type Own = Vector2<f64>;
@@ -20,13 +25,24 @@ pub(crate) struct NormalEquations {
     /// Of residuals that depend on shared unknowns alone: over these and last the residual itself, upper triangle.
     shared: DMatrix<f64>,
     recordings: Vec<Block>,
+    ties: Vec<Tie>,
 }
 
-/// The same of one recording's residuals: a symmetric matrix over the recording's own unknowns, the shared ones, and last the residual
-/// itself. Only the lower triangle is filled.
+/// The same of one recording's residuals: a symmetric matrix over the recording's own unknowns, the shared ones, the residual itself, and the
+/// amplitudes of errors that it shares with others. Only the lower triangle is filled.
 #[derive(Debug, Clone)]
 pub(crate) struct Block {
+    n_errors: usize,
     products: DMatrix<f64>,
+}
+
+/// A residual in units of its sigma, with what it depends on.
+pub(crate) struct Row<'a> {
+    /// Its derivatives by own and shared unknowns, and last itself.
+    pub(crate) entries: &'a [f64],
+    /// Its derivatives by the amplitudes of errors, by their numbers, as far as it depends on them.
+    pub(crate) errors: Vec<(usize, f64)>,
+    pub(crate) inverse_sigma: f64,
 }
 
 /// The weighted sums of the rows of one body's track, which its place at rest takes up.
@@ -41,7 +57,8 @@ const ROWS_TOGETHER: usize = 32;
 
 impl NormalEquations {
     pub(crate) fn new(n_shared: usize) -> Self {
-        Self { shared: DMatrix::zeros(n_shared + 1, n_shared + 1), recordings: Vec::new() }
+        let shared = DMatrix::zeros(n_shared + 1, n_shared + 1);
+        Self { shared, recordings: Vec::new(), ties: Vec::new() }
     }
 
     /// Number of shared unknowns.
@@ -70,10 +87,30 @@ impl NormalEquations {
         self.recordings.push(recording);
     }
 
+    /// Ties recordings of these numbers, whose readings share errors: finds how large these are where the unknowns are, and takes them out of
+    /// the residuals.
+    pub(crate) fn tie(&mut self, recordings: &[usize]) {
+        let blocks: Vec<&Block> = recordings.iter().map(|r| &self.recordings[*r]).collect();
+        let tie = Tie::of(&blocks, recordings.to_vec());
+        recordings.iter().for_each(|r| self.recordings[*r].take_out(&tie.amplitudes));
+        self.ties.push(tie);
+    }
+
+    /// Amplitudes of the errors that tied recordings share, tie by tie.
+    pub(crate) fn amplitudes(&self) -> Vec<DVector<f64>> {
+        self.ties.iter().map(|tie| tie.amplitudes.clone()).collect()
+    }
+
+    /// How many of these amplitudes the readings tell and their prior does not.
+    pub(crate) fn n_told(&self) -> f64 {
+        self.ties.iter().map(|tie| tie.n_told).sum()
+    }
+
     /// Sum of squared residuals, priors included.
     pub(crate) fn chi_squared(&self) -> f64 {
         let last = self.n_shared();
-        self.recordings.iter().map(Block::chi_squared).sum::<f64>() + self.shared[(last, last)]
+        let of_recordings = self.recordings.iter().map(Block::chi_squared).sum::<f64>();
+        of_recordings + self.shared[(last, last)] + self.ties.iter().map(Tie::chi_squared).sum::<f64>()
     }
 
     /// The same of one recording.
@@ -95,35 +132,39 @@ impl NormalEquations {
             raised * self.shared[(i.min(j), i.max(j))]
         });
         let recordings = self.recordings.iter().map(|recording| recording.eliminated(damping));
-        Some(Reduced { shared, recordings: recordings.collect::<Option<_>>()? })
+        let recordings: Vec<Eliminated> = recordings.collect::<Option<_>>()?;
+        let ties = self.ties.iter().map(|tie| tie.eliminated(&recordings, |_| 1.0)).collect();
+        Some(Reduced { shared, recordings, ties })
     }
 }
 
 impl RestSums {
-    pub(crate) fn new(n_shared: usize) -> Self {
-        Self { weighted: vec![0.0; N_OWN + n_shared + 1], weight: 0.0 }
+    /// Over so many shared unknowns and amplitudes of errors.
+    pub(crate) fn new(n_shared: usize, n_errors: usize) -> Self {
+        Self { weighted: vec![0.0; N_OWN + n_shared + 1 + n_errors], weight: 0.0 }
     }
 }
 
 impl Block {
-    pub(crate) fn new(n_shared: usize) -> Self {
-        let width = N_OWN + n_shared + 1;
-        Self { products: DMatrix::zeros(width, width) }
+    /// Over so many shared unknowns, and amplitudes of errors that the recording shares with others.
+    pub(crate) fn new(n_shared: usize, n_errors: usize) -> Self {
+        let width = N_OWN + n_shared + 1 + n_errors;
+        Self { n_errors, products: DMatrix::zeros(width, width) }
     }
 
-    /// Adds rows (own, shared, residual) of one track in units of their residuals' sigmas, whose inverses go with them. What a row does not
-    /// depend on costs nothing.
-    pub(crate) fn add_rows<'a>(
-        &mut self,
-        rows: impl Iterator<Item = (&'a [f64], f64)>,
-        of_track: &mut RestSums,
-    ) {
+    /// Adds rows of one track. What a row does not depend on costs nothing.
+    pub(crate) fn add_rows<'a>(&mut self, rows: impl Iterator<Item = Row<'a>>, of_track: &mut RestSums) {
         let mut together: Vec<&[f64]> = Vec::with_capacity(ROWS_TOGETHER);
-        for (row, inverse_sigma) in rows {
-            let weighted = of_track.weighted.iter_mut().zip(row);
+        let first_error = self.first_error();
+        for Row { entries, errors, inverse_sigma } in rows {
+            let weighted = of_track.weighted.iter_mut().zip(entries);
             weighted.for_each(|(sum, entry)| *sum += inverse_sigma * entry);
             of_track.weight += inverse_sigma * inverse_sigma;
-            together.push(row);
+            for (error, slope) in &errors {
+                of_track.weighted[first_error + error] += inverse_sigma * slope;
+                self.add_error(entries, &errors, (*error, *slope));
+            }
+            together.push(entries);
             if together.len() == ROWS_TOGETHER {
                 self.add_together(&together);
                 together.clear();
@@ -133,11 +174,23 @@ impl Block {
     }
 
     fn add_together(&mut self, rows: &[&[f64]]) {
-        let width = self.products.nrows();
-        for (i, column) in self.products.as_mut_slice().chunks_exact_mut(width).enumerate() {
+        let (width, first_error) = (self.products.nrows(), self.first_error());
+        let columns = self.products.as_mut_slice().chunks_exact_mut(width);
+        for (i, column) in columns.take(first_error).enumerate() {
             for row in rows.iter().filter(|row| row[i] != 0.0) {
                 column[i..].iter_mut().zip(&row[i..]).for_each(|(sum, entry)| *sum += row[i] * entry);
             }
+        }
+    }
+
+    /// Adds the products of one error's slope with a row's entries, and with the slopes of errors up to its own number.
+    fn add_error(&mut self, entries: &[f64], errors: &[(usize, f64)], (error, slope): (usize, f64)) {
+        let first_error = self.first_error();
+        for (i, entry) in entries.iter().enumerate() {
+            self.products[(first_error + error, i)] += slope * entry;
+        }
+        for (other, other_slope) in errors.iter().filter(|(other, _)| *other <= error) {
+            self.products[(first_error + error, first_error + other)] += slope * other_slope;
         }
     }
 
@@ -145,15 +198,41 @@ impl Block {
     pub(crate) fn free_rest(&mut self, of_track: &RestSums) {
         let RestSums { weighted, weight } = of_track;
         let width = self.products.nrows();
-        for (i, column) in self.products.as_mut_slice().chunks_exact_mut(width).enumerate() {
+        let columns = self.products.as_mut_slice().chunks_exact_mut(width).enumerate();
+        for (i, column) in columns.filter(|(i, _)| weighted[*i] != 0.0) {
             let share = weighted[i] / weight.max(f64::MIN_POSITIVE);
             column[i..].iter_mut().zip(&weighted[i..]).for_each(|(sum, entry)| *sum -= share * entry);
         }
     }
 
+    /// Where the amplitudes begin, behind the residual.
+    fn first_error(&self) -> usize {
+        self.products.nrows() - self.n_errors
+    }
+
+    fn product(&self, i: usize, j: usize) -> f64 {
+        self.products[(i.max(j), i.min(j))]
+    }
+
+    /// Adds errors of these amplitudes to the model.
+    fn take_out(&mut self, amplitudes: &DVector<f64>) {
+        let (first_error, residual) = (self.first_error(), self.first_error() - 1);
+        let effect = |i: usize| -> f64 {
+            let terms = amplitudes.iter().enumerate();
+            terms.map(|(k, amplitude)| amplitude * self.product(i, first_error + k)).sum()
+        };
+        let effects: Vec<f64> = (0..self.products.nrows()).map(effect).collect();
+        let of_errors = amplitudes.iter().zip(&effects[first_error..]);
+        let of_squares: f64 = of_errors.map(|(amplitude, effect)| amplitude * effect).sum();
+        for (i, effect) in effects.iter().enumerate() {
+            self.products[(i.max(residual), i.min(residual))] += effect;
+        }
+        self.products[(residual, residual)] += effects[residual] + of_squares;
+    }
+
     /// Adds a residual of unit variance that depends on one own unknown alone: a prior.
     pub(crate) fn add_prior(&mut self, own: usize, residual: f64, slope: f64) {
-        let last = self.products.nrows() - 1;
+        let last = self.first_error() - 1;
         self.products[(own, own)] += slope * slope;
         self.products[(last, own)] += slope * residual;
         self.products[(last, last)] += residual * residual;
@@ -161,19 +240,26 @@ impl Block {
 
     /// Sum of squared residuals.
     pub(crate) fn chi_squared(&self) -> f64 {
-        let last = self.products.nrows() - 1;
+        let last = self.first_error() - 1;
         self.products[(last, last)]
     }
 
     fn own_covariance(&self) -> Option<Matrix2<f64>> {
-        let own = |i: usize, j: usize| self.products[(i.max(j), i.min(j))];
-        Some(Matrix2::from_fn(own).cholesky()?.inverse())
+        Some(Matrix2::from_fn(|i, j| self.product(i, j)).cholesky()?.inverse())
     }
 
+    /// Without the recording's own unknowns: over the shared ones, the amplitudes and last the residual.
     fn eliminated(&self, damping: f64) -> Option<Eliminated> {
-        let full = DMatrix::from_fn(self.products.nrows(), self.products.ncols(), |i, j| {
-            let raised = if i == j && i + 1 < self.products.nrows() { 1.0 + damping } else { 1.0 };
-            raised * self.products[(i.max(j), i.min(j))]
+        let (n, first_error) = (self.products.nrows(), self.first_error());
+        let n_unknowns = first_error - 1;
+        let place = |i: usize| match i {
+            _ if i < n_unknowns => i,
+            _ if i + 1 < n => i + 1,
+            _ => n_unknowns,
+        };
+        let full = DMatrix::from_fn(n, n, |i, j| {
+            let raised = if i == j && i < n_unknowns { 1.0 + damping } else { 1.0 };
+            raised * self.product(place(i), place(j))
         });
         let n_rest = full.nrows() - N_OWN;
         let own: Matrix2<f64> = full.fixed_view::<N_OWN, N_OWN>(0, 0).into_owned();
@@ -191,12 +277,13 @@ pub(crate) struct Reduced {
     /// Of what depends on shared unknowns alone.
     shared: DMatrix<f64>,
     recordings: Vec<Eliminated>,
+    ties: Vec<TiedErrors>,
 }
 
 /// One recording after elimination of its own unknowns.
 #[derive(Debug, Clone)]
 struct Eliminated {
-    /// Over the shared unknowns and, last, the residual.
+    /// Over the shared unknowns, the amplitudes of errors and, last, the residual.
     products: DMatrix<f64>,
     coupling: DMatrix<f64>,
     own_inverse: Matrix2<f64>,
@@ -211,8 +298,11 @@ impl Reduced {
     /// The same, each recording with its weight.
     pub(crate) fn weighted(&self, weight: impl Fn(usize) -> f64) -> SharedSystem {
         let mut products = self.shared.clone();
-        for (r, recording) in self.recordings.iter().enumerate() {
+        for (r, recording) in self.recordings.iter().enumerate().filter(|(r, _)| self.tie_of(*r).is_none()) {
             products += &recording.products * weight(r);
+        }
+        for tie in &self.ties {
+            products += tie.weighted_products(&self.recordings, &weight);
         }
         let n = products.nrows() - 1;
         SharedSystem {
@@ -226,18 +316,26 @@ impl Reduced {
         self.recordings.len()
     }
 
+    /// Which of the ties a recording belongs to.
+    fn tie_of(&self, recording: usize) -> Option<usize> {
+        self.ties.iter().position(|tie| tie.recordings().contains(&recording))
+    }
+
     /// Steps of all recordings' own unknowns that go with a step of the shared ones.
     pub(super) fn own_steps(&self, shared: &DVector<f64>) -> Vec<Own> {
-        self.recordings.iter().map(|recording| recording.own_step(shared)).collect()
+        let with_errors: Vec<DVector<f64>> = self.ties.iter().map(|tie| tie.with_errors(shared)).collect();
+        let step = |(r, recording): (usize, &Eliminated)| {
+            recording.own_step(self.tie_of(r).map_or(shared, |tie| &with_errors[tie]))
+        };
+        self.recordings.iter().enumerate().map(step).collect()
     }
 
     /// Square of the length in standard errors, the shared unknowns held, of those steps.
     pub(super) fn own_length2(&self, shared: &DVector<f64>) -> f64 {
-        let length2 = |recording: &Eliminated| {
-            let step = recording.own_step(shared);
+        let length2 = |(recording, step): (&Eliminated, Own)| {
             recording.own_inverse.try_inverse().map_or(0.0, |own| step.dot(&(own * step)))
         };
-        self.recordings.iter().map(length2).sum()
+        self.recordings.iter().zip(self.own_steps(shared)).map(length2).sum()
     }
 }
 
@@ -248,8 +346,8 @@ impl Eliminated {
         -(self.own_inverse * Own::new(side[0], side[1]))
     }
 
-    /// Derivatives of the own unknowns by the shared ones.
-    fn own_by_shared(&self) -> OMatrix<f64, U2, Dyn> {
+    /// Derivatives of the own unknowns by the shared ones and the amplitudes of errors.
+    fn own_by_rest(&self) -> OMatrix<f64, U2, Dyn> {
         -(self.own_inverse * self.coupling.rows(0, self.coupling.nrows() - 1).transpose())
     }
 }
@@ -322,23 +420,52 @@ pub(crate) struct OwnCovariance {
 }
 
 impl OwnCovariance {
-    /// What the recordings' own residuals leave open, and what the shared unknowns, of the given covariance, carry into them.
+    /// What the recordings' own residuals leave open, what the errors that they share do, and what the shared unknowns, of the given covariance,
+    /// carry into them.
     pub(crate) fn of(reduced: &Reduced, shared: &DMatrix<f64>) -> Self {
         let recordings = &reduced.recordings;
         let n = recordings.len() as f64;
-        let by_shared: Vec<OMatrix<f64, U2, Dyn>> =
-            recordings.iter().map(Eliminated::own_by_shared).collect();
-        let mut mean = OMatrix::<f64, U2, Dyn>::zeros(shared.nrows());
+        let n_shared = shared.nrows();
+        let ties: Vec<Option<usize>> = (0..recordings.len()).map(|r| reduced.tie_of(r)).collect();
+        let by_rest: Vec<OMatrix<f64, U2, Dyn>> = recordings.iter().map(Eliminated::own_by_rest).collect();
+        let by_errors = |r: usize| by_rest[r].columns(n_shared, by_rest[r].ncols() - n_shared).into_owned();
+        // The amplitudes go with the shared unknowns, and have errors of their own beside.
+        let by_shared = |(r, by): (usize, &OMatrix<f64, U2, Dyn>)| match ties[r] {
+            None => by.clone(),
+            Some(tie) => by.columns(0, n_shared) + by_errors(r) * reduced.ties[tie].by_shared(),
+        };
+        let by_shared: Vec<OMatrix<f64, U2, Dyn>> = by_rest.iter().enumerate().map(by_shared).collect();
+        let mut mean = OMatrix::<f64, U2, Dyn>::zeros(n_shared);
         by_shared.iter().for_each(|one| mean += one / n);
         let carried = |by: &OMatrix<f64, U2, Dyn>| by * shared * by.transpose();
         let alone = recordings.iter().map(|recording| recording.own_inverse).sum::<Matrix2<f64>>() / (n * n);
-        let pairs = || recordings.iter().zip(&by_shared);
+        let means: Vec<OMatrix<f64, U2, Dyn>> = reduced
+            .ties
+            .iter()
+            .map(|tie| {
+                let zero = OMatrix::<f64, U2, Dyn>::zeros(tie.n_errors());
+                tie.recordings().iter().fold(zero, |sum, r| sum + by_errors(*r) / n)
+            })
+            .collect();
+        let of_errors = |tie: usize, by: &OMatrix<f64, U2, Dyn>| reduced.ties[tie].carried(by);
+        let of_mean_errors: Vec<Matrix2<f64>> =
+            (0..means.len()).map(|tie| of_errors(tie, &means[tie])).collect();
+        let all_errors = of_mean_errors.iter().sum::<Matrix2<f64>>();
+        let own_errors = |r: usize| ties[r].map_or_else(Matrix2::zeros, |tie| of_errors(tie, &by_errors(r)));
+        let errors_about_mean = |r: usize| match ties[r] {
+            None => all_errors,
+            Some(tie) => all_errors - of_mean_errors[tie] + of_errors(tie, &(by_errors(r) - &means[tie])),
+        };
+        let all = || recordings.iter().zip(&by_shared).enumerate();
         Self {
-            of_each: pairs().map(|(one, by)| one.own_inverse + carried(by)).collect(),
-            about_mean: pairs()
-                .map(|(one, by)| one.own_inverse * (1.0 - 2.0 / n) + alone + carried(&(by - &mean)))
+            of_each: all().map(|(r, (one, by))| one.own_inverse + own_errors(r) + carried(by)).collect(),
+            about_mean: all()
+                .map(|(r, (one, by))| {
+                    let own = one.own_inverse * (1.0 - 2.0 / n) + alone;
+                    own + errors_about_mean(r) + carried(&(by - &mean))
+                })
                 .collect(),
-            of_mean: alone + carried(&mean),
+            of_mean: alone + all_errors + carried(&mean),
         }
     }
 }
@@ -353,16 +480,17 @@ mod tests {
     fn elimination_gives_the_dense_solution() {
         const N_SHARED: usize = 2;
         const N_RECORDINGS: usize = 3;
-        let mut blocks: Vec<Block> = (0..N_RECORDINGS).map(|_| Block::new(N_SHARED)).collect();
-        let mut rests: Vec<RestSums> = (0..N_RECORDINGS).map(|_| RestSums::new(N_SHARED)).collect();
+        let mut blocks: Vec<Block> = (0..N_RECORDINGS).map(|_| Block::new(N_SHARED, 0)).collect();
+        let mut rests: Vec<RestSums> = (0..N_RECORDINGS).map(|_| RestSums::new(N_SHARED, 0)).collect();
         let n_unknowns = N_SHARED + 3 * N_RECORDINGS;
         let (mut rows, mut side) = (Vec::new(), Vec::new());
         for k in 0..36_u32 {
             let wave = |i: u32| ((1.7 + 0.37 * f64::from(i)) * f64::from(k) + 0.9 * f64::from(i * i)).sin();
             let recording = k as usize % N_RECORDINGS;
             let inverse_sigma = 1.0 + 0.5 * wave(6);
-            let row = [wave(3), wave(4), wave(1), wave(2), wave(5)];
-            blocks[recording].add_rows([(row.as_slice(), inverse_sigma)].into_iter(), &mut rests[recording]);
+            let entries = &[wave(3), wave(4), wave(1), wave(2), wave(5)][..];
+            let row = Row { entries, errors: Vec::new(), inverse_sigma };
+            blocks[recording].add_rows([row].into_iter(), &mut rests[recording]);
             let mut row = vec![0.0; n_unknowns];
             row[..N_SHARED].copy_from_slice(&[wave(1), wave(2)]);
             let first = N_SHARED + 3 * recording;
@@ -404,9 +532,94 @@ mod tests {
         }
     }
 
+    /// Four recordings, of which three share two errors, one of them in one of two tracks only, against one dense least squares with the places at
+    /// rest and the amplitudes among its unknowns.
+    #[test]
+    fn ties_give_the_dense_solution() {
+        const N_SHARED: usize = 2;
+        const N_RECORDINGS: usize = 4;
+        const N_TIED: usize = 3;
+        const N_ERRORS: usize = 2;
+        let first_own = N_SHARED + N_ERRORS;
+        let n_unknowns = first_own + 4 * N_RECORDINGS;
+        let mut equations = NormalEquations::new(N_SHARED);
+        let (mut rows, mut side) = (Vec::new(), Vec::new());
+        for recording in 0..N_RECORDINGS {
+            let is_tied = recording < N_TIED;
+            let n_errors = if is_tied { N_ERRORS } else { 0 };
+            let mut block = Block::new(N_SHARED, n_errors);
+            for track in 0..2 {
+                let errors: Vec<usize> = if is_tied { (track..N_ERRORS).collect() } else { Vec::new() };
+                let mut rest = RestSums::new(N_SHARED, n_errors);
+                for k in 0..12 {
+                    let seed = f64::from(k) + 12.3 * track as f64 + 31.7 * recording as f64;
+                    let wave = |i: usize| ((1.7 + 0.37 * i as f64) * seed + 0.9 * (i * i) as f64).sin();
+                    let inverse_sigma = 1.0 + 0.5 * wave(6);
+                    let entries = &[wave(3), wave(4), wave(1), wave(2), wave(5)][..];
+                    let slopes = errors.iter().map(|error| (*error, 3.0 * wave(7 + error))).collect();
+                    let row = Row { entries, errors: slopes, inverse_sigma };
+                    block.add_rows([row].into_iter(), &mut rest);
+                    let mut dense = vec![0.0; n_unknowns];
+                    dense[..N_SHARED].copy_from_slice(&entries[2..4]);
+                    errors.iter().for_each(|error| dense[N_SHARED + error] = 3.0 * wave(7 + error));
+                    let own = first_own + 4 * recording;
+                    dense[own..own + 2].copy_from_slice(&entries[..2]);
+                    dense[own + 2 + track] = inverse_sigma;
+                    rows.extend(dense);
+                    side.push(-wave(5));
+                }
+                block.free_rest(&rest);
+            }
+            equations.add_recording(block);
+        }
+        for error in 0..N_ERRORS {
+            let mut prior = vec![0.0; n_unknowns];
+            prior[N_SHARED + error] = 1.0;
+            rows.extend(prior);
+            side.push(0.0);
+        }
+        equations.tie(&(0..N_TIED).collect::<Vec<_>>());
+        let dense = DMatrix::from_row_slice(side.len(), n_unknowns, &rows);
+        let side = DVector::from_vec(side);
+        let inverse = (dense.transpose() * &dense).try_inverse().unwrap();
+        let expected = &inverse * dense.transpose() * &side;
+        let reduced = equations.reduced(0.0).unwrap();
+        let (step, covariance) = (reduced.system().step().unwrap(), reduced.system().covariance().unwrap());
+        let own = reduced.own_steps(&step);
+        let errors = OwnCovariance::of(&reduced, &covariance);
+        // Rounding, times a condition number of some hundreds.
+        let close = |found: f64, expected: f64| (found - expected).abs() < 1e-11;
+        for i in 0..N_SHARED {
+            assert!(close(step[i], expected[i]), "{} {}", step[i], expected[i]);
+            assert!((0..N_SHARED).all(|j| close(covariance[(i, j)], inverse[(i, j)])));
+        }
+        let place = |r: usize, k: usize| first_own + 4 * r + k;
+        for k in 0..N_OWN {
+            let variance = |weight: &dyn Fn(usize) -> f64| -> f64 {
+                let pairs = (0..N_RECORDINGS).flat_map(|r| (0..N_RECORDINGS).map(move |q| (r, q)));
+                pairs.map(|(r, q)| weight(r) * weight(q) * inverse[(place(r, k), place(q, k))]).sum()
+            };
+            for r in 0..N_RECORDINGS {
+                assert!(close(own[r][k], expected[place(r, k)]));
+                let is_this = |q: usize| f64::from(u8::from(q == r));
+                assert!(close(errors.of_each[r][(k, k)], variance(&is_this)));
+                assert!(close(errors.about_mean[r][(k, k)], variance(&|q| is_this(q) - 0.25)));
+            }
+            assert!(close(errors.of_mean[(k, k)], variance(&|_| 0.25)));
+        }
+        // The sum of squares is that of the amplitudes and places at rest that fit best, the other unknowns held.
+        let free: Vec<usize> =
+            (N_SHARED..first_own).chain((0..N_RECORDINGS).flat_map(|r| [place(r, 2), place(r, 3)])).collect();
+        let part = dense.select_columns(&free);
+        let best = (part.transpose() * &part).try_inverse().unwrap() * part.transpose() * &side;
+        assert!(close(equations.chi_squared(), (&part * &best - &side).norm_squared()));
+        let amplitudes = &equations.amplitudes()[0];
+        assert!((0..N_ERRORS).all(|error| close(amplitudes[error], best[error])));
+    }
+
     #[test]
     fn recordings_without_information_are_singular() {
-        assert!(Block::new(1).eliminated(0.0).is_none());
+        assert!(Block::new(1, 0).eliminated(0.0).is_none());
         let empty = NormalEquations::new(1).reduced(0.0).unwrap().system();
         assert!(empty.step().is_none());
         assert_eq!(empty.covariance(), Err(vec![0]));

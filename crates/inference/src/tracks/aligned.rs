@@ -58,10 +58,10 @@ pub fn aligned_motion(
         .map(|one| Own::new(one.striker_velocity_m_per_s.value, one.impact_time_s.value));
     let at = Unknowns { shared: DVector::from_vec(shared), own: own.collect() };
     let solved = problem.solve(&at)?;
-    let residuals = problem.residuals(&solved, &at);
+    let residuals = problem.residuals(&solved, &at, &[]);
     let scale = fit.factors.iter().chain(&fit.found).find(|(quantity, _)| *quantity == Quantity::Scale);
     let scale = scale.map_or(Estimate::new(1.0, 0.0), |(_, found)| *found);
-    let seen = Seen::of(observations, &residuals, |view| solved.scale_of(view));
+    let seen = Seen::of(observations, (&residuals, &problem.shared_sigmas_m()), |view| solved.scale_of(view));
     let mean = fitted_motion(fit, times_s)?;
     let harder = fitted_motion(&struck_harder(fit), times_s)?;
     let inflation = fit.reduced_chi_squared.max(1.0).sqrt();
@@ -79,7 +79,8 @@ pub fn aligned_motion(
             (value + reading.off_m.value, variance + own)
         });
         let x_m = mean.displacement_m[(body - 1, k)] + sum.0 / n;
-        let sigma_m = (sum.1.sqrt() / n).hypot(x_m * scale.sigma / scale.value);
+        let sigma_m =
+            ((sum.1 + shared_m2(observations, &readings)).sqrt() / n).hypot(x_m * scale.sigma / scale.value);
         ((!readings.is_empty()).then(|| Estimate::new(x_m, sigma_m)), readings.len() as u32)
     };
     let shape = (fit.model.chain.n_bodies(), times_s.len());
@@ -89,6 +90,15 @@ pub fn aligned_motion(
         displacement_m: all.mapv(|(x, _)| x),
         n_trials: all.mapv(|(_, n)| n),
     })
+}
+
+/// Variance of the sum of readings from the errors that those of a view share: trials show a body at one time in one place.
+fn shared_m2(observations: &[Observation], readings: &[Reading]) -> f64 {
+    let mut of_views: BTreeMap<u32, f64> = BTreeMap::new();
+    for reading in readings {
+        *of_views.entry(observations[reading.recording].view).or_default() += reading.shared_m;
+    }
+    of_views.values().map(|sum_m| sum_m * sum_m).sum()
 }
 
 /// Derivative of a displacement by the relative velocity of the strikers.
@@ -110,6 +120,8 @@ struct Reading {
     recording: usize,
     after_impact_s: f64,
     off_m: Estimate,
+    /// Standard deviation of the errors that it shares with other readings.
+    shared_m: f64,
 }
 
 /// The readings of each body and recording, in the order of their times.
@@ -121,17 +133,22 @@ struct Seen {
 
 impl Seen {
     /// `scale_of` is length in the pictures of a view over true length.
-    fn of(observations: &[Observation], residuals: &[Residual], scale_of: impl Fn(u32) -> f64) -> Self {
+    fn of(
+        observations: &[Observation],
+        (residuals, shared_m): (&[Residual], &[f64]),
+        scale_of: impl Fn(u32) -> f64,
+    ) -> Self {
         let sigmas_m = observations.iter().flat_map(|observation| {
             observation.bodies.iter().flat_map(|track| track.position_m.iter().flatten().map(|x| x.sigma))
         });
         let mut tracks: BTreeMap<(usize, usize), Vec<Reading>> = BTreeMap::new();
-        for (residual, sigma_m) in residuals.iter().zip(sigmas_m) {
+        for ((residual, sigma_m), shared_m) in residuals.iter().zip(sigmas_m).zip(shared_m) {
             let scale = scale_of(observations[residual.recording].view);
             // Residuals are model less measurement.
             let off_m = Estimate::new(-residual.value * sigma_m / scale, sigma_m / scale);
             let Residual { recording, body, after_impact_s, .. } = *residual;
-            tracks.entry((body, recording)).or_default().push(Reading { recording, after_impact_s, off_m });
+            let reading = Reading { recording, after_impact_s, off_m, shared_m: shared_m / scale };
+            tracks.entry((body, recording)).or_default().push(reading);
         }
         let reach_s = observations.iter().map(|observation| 0.5 * observation.frame_interval_s()).collect();
         Self { tracks, reach_s }

@@ -1,5 +1,7 @@
 //! How the damping scatters over recordings drawn anew.
 
+use std::collections::BTreeMap;
+
 use chainwave_analysis::probability::student;
 use chainwave_measurement::{Estimate, Observation};
 use rand::{RngExt, SeedableRng};
@@ -58,13 +60,19 @@ pub(super) fn bootstrap(
     for view in &views {
         let drawn = view.len() - 1;
         let mut draws: Vec<[f64; N_DAMPINGS]> = Vec::with_capacity(N_DRAWS);
+        // Few trials are drawn in few ways.
+        let mut known: BTreeMap<Vec<u32>, Option<[f64; N_DAMPINGS]>> = BTreeMap::new();
         for _ in 0..N_DRAWS {
-            let mut weights = vec![1.0; equations.n_recordings()];
-            view.iter().for_each(|r| weights[*r] = 0.0);
-            for _ in 0..drawn {
-                weights[view[random.random_range(0..view.len())]] += view.len() as f64 / drawn as f64;
-            }
-            draws.extend(equations.weighted(|r| weights[r]).step().map(|step| [step[0], step[1]]));
+            let mut times = vec![0; view.len()];
+            (0..drawn).for_each(|_| times[random.random_range(0..view.len())] += 1);
+            let step = known.entry(times).or_insert_with_key(|times| {
+                let mut weights = vec![1.0; equations.n_recordings()];
+                for (r, times) in view.iter().zip(times) {
+                    weights[*r] = f64::from(*times) * view.len() as f64 / drawn as f64;
+                }
+                equations.weighted(|r| weights[r]).step().map(|step| [step[0], step[1]])
+            });
+            draws.extend(*step);
         }
         of_views.push((drawn as f64, std::array::from_fn(|i| variance(&draws, i))));
     }

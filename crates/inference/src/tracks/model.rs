@@ -2,7 +2,7 @@
 
 use std::num::NonZero;
 
-use chainwave_measurement::Estimate;
+use chainwave_measurement::{Estimate, ReadingError};
 use chainwave_mechanics::Chain;
 
 use crate::quantity::Known;
@@ -16,6 +16,8 @@ pub struct TrackModel {
     pub striker_velocity_m_per_s: Estimate,
     /// Quantities that are known only within an uncertainty; the others count as exact.
     pub known: Vec<Known>,
+    /// Errors that readings have in common, beside the noise in their sigmas.
+    pub reading_errors: Vec<ReadingError>,
     /// Threads that carry the simulations; the result does not depend on their number.
     pub n_threads: NonZero<usize>,
 }

@@ -82,7 +82,7 @@ impl TrackFit {
                 .found
                 .iter()
                 .map(|(quantity, found)| {
-                    format!("{} {:.4e} +- {:.1e}", quantity.as_str(), found.value, found.sigma)
+                    format!("{} {:.4e} +- {:.1e}", quantity.name(), found.value, found.sigma)
                 })
                 .collect();
             let directed = match self.as_stated.is_told() {

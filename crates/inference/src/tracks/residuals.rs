@@ -12,11 +12,12 @@ use nalgebra::DVector;
 use super::family::{Family, Struck};
 use super::model::TrackModel;
 use super::response::{Driven, MotionOfTrack, Response, solve};
+use super::shared_errors::SharedErrors;
 use super::windows::{Sides, Window, Windows, changes_of, n_outputs};
 use crate::damping::{N_DAMPINGS, critical_kg_per_s, damping_like, mean_damping_kg_per_s};
 use crate::error::FitError;
 use crate::least_squares::{
-    Block, Bounds, Failure, LeastSquares, N_OWN, NormalEquations, Own, RestSums, Unknowns,
+    Block, Bounds, Failure, LeastSquares, N_OWN, NormalEquations, Own, RestSums, Row, Unknowns,
 };
 use crate::quantity::Quantity;
 use crate::steps::{DAMPING_STEPS, FACTOR_STEP, FRICTION_STEP_N};
@@ -45,6 +46,7 @@ pub(super) struct TrackResiduals<'a> {
     steps: Vec<f64>,
     schedule: Schedule,
     bounds: Bounds,
+    errors: SharedErrors<'a>,
     pub(super) n_residuals: usize,
     n_simulations: AtomicU64,
     /// The model behind the last equations, and where that was: what comes after a search asks for its minimum again.
@@ -105,8 +107,20 @@ impl<'a> TrackResiduals<'a> {
         }));
         let strikers = ((1.0 - WIDEST_DRIVE) * mean, (1.0 + WIDEST_DRIVE) * mean);
         let bounds = Bounds { shared, own: [strikers, (f64::NEG_INFINITY, f64::INFINITY)] };
+        let errors = SharedErrors::of(observations, &model.reading_errors);
         let (n_simulations, last) = (AtomicU64::new(0), Mutex::new(None));
-        Ok(Self { observations, model, asked, steps, schedule, bounds, n_residuals, n_simulations, last })
+        Ok(Self {
+            observations,
+            model,
+            asked,
+            steps,
+            schedule,
+            bounds,
+            errors,
+            n_residuals,
+            n_simulations,
+            last,
+        })
     }
 
     /// Number of shared unknowns.
@@ -147,11 +161,11 @@ impl<'a> TrackResiduals<'a> {
 
     /// A search's failure in words.
     pub(super) fn failure(&self, failure: Failure<FitError>) -> FitError {
-        let quantity = |i: usize| self.quantities().nth(i).map_or("?", Quantity::as_str);
+        let quantity = |i: usize| self.quantities().nth(i).map_or_else(|| "?".into(), Quantity::name);
         FitError::of(failure, "the tracks", |unknown| match unknown {
             0 => "c_d".into(),
             1 => "c_s".into(),
-            factor => quantity(factor - N_DAMPINGS).into(),
+            factor => quantity(factor - N_DAMPINGS),
         })
     }
 
@@ -279,8 +293,9 @@ impl TrackResiduals<'_> {
         let recordings = || self.observations.iter().zip(&at.own);
         let rows: Vec<Rows<'_>> =
             recordings().map(|(observation, own)| Rows::new(&model, own, observation, &places)).collect();
-        let sums = recordings()
-            .map(|(observation, _)| Mutex::new(std::array::from_fn(|_| Sums::new(n_shared, observation))));
+        let sums = self.observations.iter().enumerate().map(|(r, observation)| {
+            Mutex::new(std::array::from_fn(|_| Sums::new(n_shared, self.errors.n_of(r), observation)))
+        });
         let sums: Vec<Mutex<[Sums; N]>> = sums.collect();
         let length = n_outputs(n_shared, self.model.chain.n_bodies());
         for window in Windows::new(&motions, &changes, length, n_threads)? {
@@ -289,8 +304,10 @@ impl TrackResiduals<'_> {
                 let mut sums = sums[r].lock().unwrap_or_else(PoisonError::into_inner);
                 for (place, track) in self.observations[r].bodies.iter().enumerate() {
                     let rows = rows[r].of_track(track, &window);
+                    let errors = self.errors.of_track(r, place);
                     for (takes, sums) in parts.iter().zip(sums.iter_mut()) {
-                        sums.add(place, &rows, |after_impact_s| takes(r, track.body, after_impact_s));
+                        let takes = |after_impact_s| takes(r, track.body, after_impact_s);
+                        sums.add(place, rows.iter(errors).filter(|(_, seen)| takes(seen.after_impact_s)));
                     }
                 }
             });
@@ -312,6 +329,7 @@ impl TrackResiduals<'_> {
             recording.add_prior(0, (own[0] - value) / sigma, sigma.recip());
             equations.add_recording(recording);
         }
+        self.errors.ties.iter().for_each(|(tied, _)| equations.tie(tied));
         for (known, unknown) in self.model.known.iter().zip(N_DAMPINGS..) {
             let residual = (at.shared[unknown] - 1.0) / known.relative_sigma;
             equations.add_prior(unknown, residual, known.relative_sigma.recip());
@@ -319,15 +337,45 @@ impl TrackResiduals<'_> {
         equations
     }
 
-    /// Every residual at values of the unknowns, recording after recording, body after body, frame after frame.
-    pub(super) fn residuals(&self, model: &SolvedModel, at: &Unknowns) -> Vec<Residual> {
+    /// Every residual at values of the unknowns, recording after recording, body after body, frame after frame: without the errors that readings
+    /// share, of these amplitudes; with them where there are none.
+    pub(super) fn residuals(
+        &self,
+        model: &SolvedModel,
+        at: &Unknowns,
+        amplitudes: &[DVector<f64>],
+    ) -> Vec<Residual> {
         let places = vec![None; self.n_shared()];
         let of_recording = |r: usize| {
             let rows = Rows::new(model, &at.own[r], &self.observations[r], &places);
-            let of_track = |track: &BodyTrack| rows.residuals(r, track);
-            self.observations[r].bodies.iter().flat_map(of_track).collect::<Vec<_>>()
+            let of_track = |(k, track): (usize, &BodyTrack)| {
+                let of_tie = self.errors.tie_of(r).and_then(|tie| amplitudes.get(tie));
+                let amplitude = |error: usize| of_tie.map_or(0.0, |amplitudes| amplitudes[error]);
+                let errors = self.errors.of_track(r, k).iter();
+                let errors: Vec<(f64, &[f64])> =
+                    errors.map(|(error, error_m)| (amplitude(*error), *error_m)).collect();
+                rows.residuals(r, track, &errors)
+            };
+            self.observations[r].bodies.iter().enumerate().flat_map(of_track).collect::<Vec<_>>()
         };
         map_in_parallel(self.observations.len(), self.model.n_threads, of_recording).concat()
+    }
+
+    /// Standard deviation of the errors that each residual's reading shares with others, in metres, in the order of the residuals.
+    pub(super) fn shared_sigmas_m(&self) -> Vec<f64> {
+        let of_track = |(r, k): (usize, usize)| {
+            let errors = self.errors.of_track(r, k);
+            let frames = self.observations[r].bodies[k].position_m.iter().enumerate();
+            let sigma_m =
+                |frame: usize| errors.iter().map(|(_, error_m)| error_m[frame].powi(2)).sum::<f64>().sqrt();
+            frames
+                .filter(|(_, position)| position.is_some())
+                .map(|(frame, _)| sigma_m(frame))
+                .collect::<Vec<_>>()
+        };
+        let tracks = (0..self.observations.len())
+            .flat_map(|r| (0..self.observations[r].bodies.len()).map(move |k| (r, k)));
+        tracks.flat_map(of_track).collect()
     }
 }
 
@@ -389,16 +437,16 @@ struct Sums {
 }
 
 impl Sums {
-    fn new(n_shared: usize, observation: &Observation) -> Self {
-        let rests = vec![RestSums::new(n_shared); observation.bodies.len()];
-        Self { block: Block::new(n_shared), rests }
+    fn new(n_shared: usize, n_errors: usize, observation: &Observation) -> Self {
+        let rests = vec![RestSums::new(n_shared, n_errors); observation.bodies.len()];
+        Self { block: Block::new(n_shared, n_errors), rests }
     }
 
-    /// Adds those rows of a track that `takes` takes, by their time after the impact.
-    fn add(&mut self, track: usize, rows: &TrackRows, takes: impl Fn(f64) -> bool) {
-        let Some(rest) = self.rests.get_mut(track) else { return };
-        let taken = rows.iter().filter(|(_, seen)| takes(seen.after_impact_s));
-        self.block.add_rows(taken.map(|(row, seen)| (row, seen.inverse_sigma)), rest);
+    /// Adds rows of a track.
+    fn add<'a>(&mut self, track: usize, rows: impl Iterator<Item = (Row<'a>, &'a Seen)>) {
+        if let Some(rest) = self.rests.get_mut(track) {
+            self.block.add_rows(rows.map(|(row, _)| row), rest);
+        }
     }
 
     /// The equations, each track's place at rest taken out.
@@ -428,16 +476,23 @@ struct TrackRows {
     seen: Vec<Seen>,
 }
 
-/// When a position was seen, and how well.
+/// In which frame and when a position was seen, and how well.
 #[derive(Debug, Clone, Copy)]
 struct Seen {
+    frame: usize,
     after_impact_s: f64,
     inverse_sigma: f64,
 }
 
 impl TrackRows {
-    fn iter(&self) -> impl Iterator<Item = (&[f64], Seen)> {
-        self.rows.chunks_exact(self.width).zip(self.seen.iter().copied())
+    /// With what one standard deviation of each error makes of the track's frames, in metres.
+    fn iter<'b>(&'b self, errors: &'b [(usize, &[f64])]) -> impl Iterator<Item = (Row<'b>, &'b Seen)> {
+        self.rows.chunks_exact(self.width).zip(&self.seen).map(|(entries, seen)| {
+            let Seen { frame, inverse_sigma, .. } = *seen;
+            let felt = errors.iter().filter(|(_, error_m)| error_m[frame] != 0.0);
+            let errors = felt.map(|(error, error_m)| (*error, error_m[frame] * inverse_sigma)).collect();
+            (Row { entries, errors, inverse_sigma }, seen)
+        })
     }
 }
 
@@ -461,6 +516,7 @@ impl<'a> Rows<'a> {
         let positions = motion.frames.clone().filter_map(|frame| {
             let position = track.position_m[frame]?;
             let seen = Seen {
+                frame,
                 after_impact_s: self.observation.times_s[frame] - self.impact_s,
                 inverse_sigma: position.sigma.recip(),
             };
@@ -474,17 +530,20 @@ impl<'a> Rows<'a> {
         TrackRows { width, rows, seen }
     }
 
-    /// The residuals of a track of recording number `recording`.
-    fn residuals(&self, recording: usize, track: &BodyTrack) -> Vec<Residual> {
+    /// The residuals of a track of recording number `recording`, with errors of these amplitudes.
+    fn residuals(&self, recording: usize, track: &BodyTrack, errors: &[(f64, &[f64])]) -> Vec<Residual> {
         let rows = self.of_track(track, &Window::whole(self.model.response.n_outputs()));
         let (mut weighted, mut weight) = (0.0, 0.0);
-        let residual = |(row, seen): (&[f64], Seen)| {
-            let value = row.last().copied().unwrap_or_default();
-            weighted += value * seen.inverse_sigma;
-            weight += seen.inverse_sigma.powi(2);
-            Residual { recording, body: track.body, after_impact_s: seen.after_impact_s, value }
+        let residual = |(row, seen): (&[f64], &Seen)| {
+            let Seen { frame, after_impact_s, inverse_sigma } = *seen;
+            let error_m: f64 = errors.iter().map(|(amplitude, error_m)| amplitude * error_m[frame]).sum();
+            let value = row.last().copied().unwrap_or_default() + error_m * inverse_sigma;
+            weighted += value * inverse_sigma;
+            weight += inverse_sigma.powi(2);
+            Residual { recording, body: track.body, after_impact_s, value }
         };
-        let mut all: Vec<Residual> = rows.iter().map(residual).collect();
+        let mut all: Vec<Residual> =
+            rows.rows.chunks_exact(rows.width).zip(&rows.seen).map(residual).collect();
         let rest_m = weighted / weight.max(f64::MIN_POSITIVE);
         for (residual, seen) in all.iter_mut().zip(&rows.seen) {
             residual.value -= rest_m * seen.inverse_sigma;

@@ -11,7 +11,7 @@ use super::residuals::{Residual, TrackResiduals, freedom};
 use super::structure::{Fitted, Structure};
 use crate::damping::N_DAMPINGS;
 use crate::error::FitError;
-use crate::least_squares::{Minimum, Stop, Unknowns, least_of};
+use crate::least_squares::{Minimum, NormalEquations, Stop, Unknowns, least_of};
 use crate::quantity::Quantity;
 
 /// Hypotheses that are believed at a time.
@@ -69,8 +69,8 @@ impl Fit {
         beyond: Vec<Hypothesis>,
     ) -> Result<Self, FitError> {
         let solved = problem.solve(&minimum.at)?;
-        let residuals = problem.residuals(&solved, &minimum.at);
-        let structure = Structure::of(&residuals, fitted(problem));
+        let residuals = problem.residuals(&solved, &minimum.at, &minimum.equations.amplitudes());
+        let structure = Structure::of(&residuals, fitted(problem, &minimum.equations));
         Ok(Self {
             model: problem.model.clone(),
             asked: problem.asked.to_vec(),
@@ -91,8 +91,9 @@ impl Fit {
         minimum: Minimum,
         hypothesis: Hypothesis,
     ) -> Result<Self, FitError> {
-        let solved = stated.solve(&minimum.at)?;
-        let as_stated = Structure::of(&stated.residuals(&solved, &minimum.at), fitted(stated));
+        let (solved, [equations]) = stated.equations_of(&minimum.at, false, [&|_, _, _| true])?;
+        let residuals = stated.residuals(&solved, &minimum.at, &equations.amplitudes());
+        let as_stated = Structure::of(&residuals, fitted(stated, &equations));
         let fit = Self::at(other, minimum, vec![hypothesis])?;
         let n_simulations = fit.n_simulations + stated.n_simulations();
         Ok(Self { as_stated, n_simulations, ..fit })
@@ -284,12 +285,12 @@ pub(super) fn noise_variance(fit: &Fit) -> f64 {
 }
 
 /// Cells as long as an eighth of a period of the chain's fastest oscillation, and two frames at least.
-fn fitted(problem: &TrackResiduals<'_>) -> Fitted {
+fn fitted(problem: &TrackResiduals<'_>, equations: &NormalEquations) -> Fitted {
     const PART: f64 = 8.0;
     let frame_s =
         problem.observations.iter().map(Observation::frame_interval_s).fold(f64::INFINITY, f64::min);
     let period_s = problem.model.chain.linear().map_or(0.0, |linear| linear.band_edge_hz().recip());
-    let n_shared = problem.n_shared();
+    let n_shared = problem.n_shared() as f64 + equations.n_told();
     let n_own = problem.n_residuals.saturating_sub(freedom(problem) + N_DAMPINGS);
     Fitted { n_shared, n_own, cell_s: (period_s / PART).max(2.0 * frame_s) }
 }

@@ -34,8 +34,8 @@ pub struct Structure {
 /// What a test of structure needs to know of a fit.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fitted {
-    /// Unknowns that all recordings share.
-    pub(super) n_shared: usize,
+    /// Unknowns that recordings share, amplitudes of errors that the readings tell among them.
+    pub(super) n_shared: f64,
     /// Unknowns that each recording, or each of its tracks, has of its own, all together.
     pub(super) n_own: usize,
     /// Length of a cell, in seconds.
@@ -89,8 +89,8 @@ impl Structure {
         let squares: f64 = cells.values().map(|cell| cell.squares).sum();
         // What one recording fits of its own takes from the mean over `together` of them only its share.
         let own = fitted.n_own as f64;
-        let between = (n_cells - fitted.n_shared as f64 - own / together.max(1.0)).max(1.0);
-        let within = (n - fitted.n_shared as f64 - own - between).max(1.0);
+        let between = (n_cells - fitted.n_shared - own / together.max(1.0)).max(1.0);
+        let within = (n - fitted.n_shared - own - between).max(1.0);
         let noise2 = ((squares - shared2) / within).max(f64::MIN_POSITIVE);
         let ratio = shared2 / between / noise2;
         // Each cell's expectation, had noise alone the fit's freedom.
@@ -232,7 +232,7 @@ mod tests {
         }
     }
 
-    const NOTHING_FITTED: Fitted = Fitted { n_shared: 0, n_own: 0, cell_s: 8e-5 };
+    const NOTHING_FITTED: Fitted = Fitted { n_shared: 0.0, n_own: 0, cell_s: 8e-5 };
 
     #[test]
     fn noise_of_any_size_is_left_at_the_level() {

@@ -29,13 +29,18 @@ fn uniform(n_bodies: usize) -> Chain {
     }
 }
 
+/// A model on one thread, of readings that share no error.
+fn unshared(chain: Chain, striker_velocity_m_per_s: Estimate, known: Vec<Known>) -> TrackModel {
+    let n_threads = std::num::NonZero::<usize>::MIN;
+    TrackModel { chain, striker_velocity_m_per_s, known, reading_errors: Vec::new(), n_threads }
+}
+
 #[test]
 fn what_is_solved_is_solved_once_and_without_derivatives_that_nobody_asks_for() {
     let chain = uniform(8);
     let observations = [observed(&chain)];
-    let n_threads = std::num::NonZero::<usize>::MIN;
     let velocity = Estimate::new(2.73, 0.05);
-    let model = TrackModel { chain, striker_velocity_m_per_s: velocity, known: Vec::new(), n_threads };
+    let model = unshared(chain, velocity, Vec::new());
     let problem = TrackResiduals::new(&observations, &model, &[]).unwrap();
     let at = problem.start(&[1e-6], [1.1, 0.9]).unwrap();
     let n_nodes = Family::new(range_of(&[2.73], &model)).n_nodes() as u64;
@@ -59,8 +64,7 @@ fn sensitivities_are_those_of_simulations() {
     let known = quantities.map(|quantity| Known { quantity, relative_sigma: 0.01 }).into();
     let observations = [observed(&chain)];
     let velocity = Estimate::new(2.73, 0.05);
-    let n_threads = std::num::NonZero::<usize>::MIN;
-    let model = TrackModel { chain, striker_velocity_m_per_s: velocity, known, n_threads };
+    let model = unshared(chain, velocity, known);
     let problem = TrackResiduals::new(&observations, &model, &[]).unwrap();
     let shared = DVector::from_vec([vec![0.003, 0.2], vec![1.0; 5]].concat());
     let state = Unknowns { shared, own: vec![Own::new(2.73, 0.0)] };
@@ -74,13 +78,13 @@ fn sensitivities_are_those_of_simulations() {
         of_tracks(&response, &Window::whole(response.n_outputs()))
     };
     let chains = problem.chains(&state).unwrap();
-    let motions = solve(&chains, &problem.schedule, n_threads).unwrap();
+    let motions = solve(&chains, &problem.schedule, model.n_threads).unwrap();
     let (sides, places) = problem.sides(&state).unwrap();
     assert!(places.into_iter().eq((0..problem.n_shared()).map(Some)));
     let changes = changes_of(&sides, &problem.family(&state));
     let response = problem.model_of(&state, &motions).unwrap().response;
     // Windows so short that frames lie in many.
-    let windows = Windows::new(&motions, &changes, 7, n_threads).unwrap();
+    let windows = Windows::new(&motions, &changes, 7, model.n_threads).unwrap();
     let here: Vec<MotionOfTrack> =
         windows.flat_map(|window| of_tracks(&response, &window.unwrap())).collect();
     for unknown in 0..problem.n_shared() {

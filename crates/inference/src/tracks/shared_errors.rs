@@ -1,0 +1,136 @@
+//! Errors that readings share, as the fit to tracks takes them: amplitudes of unit variance that it finds along with the recordings' own
+//! unknowns, so that a reading counts by what it says beyond them.
+
+use chainwave_measurement::{Observation, ReadingError};
+
+/// The errors that the readings of some recordings share.
+pub(super) struct SharedErrors<'a> {
+    /// Recordings that share errors, by their numbers, and how many errors these are.
+    pub(super) ties: Vec<(Vec<usize>, usize)>,
+    of_recordings: Vec<OfRecording<'a>>,
+}
+
+#[derive(Default, Clone)]
+struct OfRecording<'a> {
+    tie: Option<usize>,
+    /// For each of its tracks: which of the tie's errors it has, in order, and what one standard deviation of each makes of its frames, in metres.
+    of_tracks: Vec<Vec<(usize, &'a [f64])>>,
+}
+
+impl<'a> SharedErrors<'a> {
+    /// Of those recordings and tracks that are there.
+    pub(super) fn of(observations: &[Observation], errors: &'a [ReadingError]) -> Self {
+        let found: Vec<Vec<(usize, usize, &[f64])>> =
+            errors.iter().map(|error| places(observations, error)).collect();
+        let groups = groups(observations.len(), found.iter().filter(|places| !places.is_empty()));
+        let of_observation = |observation: &Observation| OfRecording {
+            tie: None,
+            of_tracks: vec![Vec::new(); observation.bodies.len()],
+        };
+        let mut of_recordings: Vec<OfRecording<'_>> = observations.iter().map(of_observation).collect();
+        let mut ties = Vec::new();
+        for group in groups {
+            let mut n = 0;
+            for places in found.iter().filter(|places| places.iter().any(|(r, ..)| group.contains(r))) {
+                for (r, track, error_m) in places {
+                    of_recordings[*r].of_tracks[*track].push((n, error_m));
+                }
+                n += 1;
+            }
+            group.iter().for_each(|r| of_recordings[*r].tie = Some(ties.len()));
+            ties.push((group, n));
+        }
+        Self { ties, of_recordings }
+    }
+
+    /// Number of errors that a recording shares with others.
+    pub(super) fn n_of(&self, recording: usize) -> usize {
+        self.tie_of(recording).map_or(0, |tie| self.ties[tie].1)
+    }
+
+    /// Which of the ties a recording belongs to.
+    pub(super) fn tie_of(&self, recording: usize) -> Option<usize> {
+        self.of_recordings[recording].tie
+    }
+
+    /// Those of one of its tracks: which of the tie's, and what one standard deviation of each makes of the track's frames, in metres.
+    pub(super) fn of_track(&self, recording: usize, track: usize) -> &[(usize, &'a [f64])] {
+        &self.of_recordings[recording].of_tracks[track]
+    }
+}
+
+/// The tracks that have an error: recording, place among its bodies, and the error frame by frame.
+fn places<'a>(observations: &[Observation], error: &'a ReadingError) -> Vec<(usize, usize, &'a [f64])> {
+    let place = |one: &'a chainwave_measurement::TrackError| {
+        let recording = observations.iter().position(|other| other.recording == one.recording)?;
+        let track = observations[recording].bodies.iter().position(|track| track.body == one.body)?;
+        let is_felt = one.error_m.iter().any(|error_m| *error_m != 0.0);
+        is_felt.then_some((recording, track, one.error_m.as_slice()))
+    };
+    error.of_tracks.iter().filter_map(place).collect()
+}
+
+/// Recordings that share an error with each other, directly or through others; none that shares nothing.
+fn groups<'a>(n: usize, errors: impl Iterator<Item = &'a Vec<(usize, usize, &'a [f64])>>) -> Vec<Vec<usize>> {
+    let mut label: Vec<Option<usize>> = vec![None; n];
+    for places in errors {
+        let first = places.iter().map(|(r, ..)| label[*r].unwrap_or(*r)).min();
+        for (r, ..) in places {
+            match label[*r] {
+                Some(old) => label.iter_mut().filter(|one| **one == Some(old)).for_each(|one| *one = first),
+                None => label[*r] = first,
+            }
+        }
+    }
+    let mut labels: Vec<usize> = label.iter().flatten().copied().collect();
+    labels.sort_unstable();
+    labels.dedup();
+    labels.into_iter().map(|one| (0..n).filter(|r| label[*r] == Some(one)).collect()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use chainwave_measurement::{BodyTrack, TrackError};
+
+    use super::*;
+
+    fn observation(recording: &str) -> Observation {
+        let body = |body: usize| BodyTrack { body, position_m: vec![None; 2] };
+        Observation {
+            recording: recording.into(),
+            view: 1,
+            trial: 1,
+            times_s: vec![0.0, 1.0],
+            bodies: vec![body(4), body(5)],
+        }
+    }
+
+    fn error(of: &[(&str, usize, f64)]) -> ReadingError {
+        let of_track = |(recording, body, error_m): &(&str, usize, f64)| TrackError {
+            recording: (*recording).into(),
+            body: *body,
+            error_m: vec![0.0, *error_m],
+        };
+        ReadingError { source: "a pattern".into(), of_tracks: of.iter().map(of_track).collect() }
+    }
+
+    #[test]
+    fn recordings_are_tied_by_what_they_share_at_all() {
+        let observations = ["a", "b", "c", "d", "e"].map(observation);
+        let errors = [
+            error(&[("d", 4, 1.0), ("b", 4, 1.0)]),
+            error(&[("c", 5, 2.0)]),
+            error(&[("c", 4, 3.0), ("d", 5, 3.0)]),
+            // Not filmed, not seen, not felt.
+            error(&[("f", 4, 1.0), ("a", 6, 1.0), ("e", 4, 0.0)]),
+        ];
+        let shared = SharedErrors::of(&observations, &errors);
+        assert_eq!(shared.ties, vec![(vec![1, 2, 3], 3)]);
+        let which = |r: usize, track: usize| -> Vec<(usize, f64)> {
+            shared.of_track(r, track).iter().map(|(error, error_m)| (*error, error_m[1])).collect()
+        };
+        assert_eq!((0..5).map(|r| shared.n_of(r)).collect::<Vec<_>>(), [0, 3, 3, 3, 0]);
+        assert_eq!([which(2, 0), which(2, 1)], [vec![(2, 3.0)], vec![(1, 2.0)]]);
+        assert_eq!([which(3, 0), which(3, 1)], [vec![(0, 1.0)], vec![(2, 3.0)]]);
+    }
+}
