@@ -14,6 +14,7 @@ mod profile;
 mod reached;
 mod residuals;
 mod response;
+mod samples;
 mod selection;
 mod shared_errors;
 mod structure;

@@ -2,10 +2,11 @@
 
 use std::{num::NonZero, ops::Range};
 
-use chainwave_measurement::{BodyTrack, Instant, Trajectory, map_in_parallel};
+use chainwave_measurement::{BodyTrack, Instant, map_in_parallel};
 use chainwave_mechanics::{Chain, MechanicsError, ReferenceMotion, Schedule};
 
 use super::family::{Family, N_DERIVATIVE_NODES, Weights};
+use super::samples::Samples;
 use super::windows::Window;
 
 /// The motion at the nodes of a family, and what dry friction adds to it.
@@ -15,12 +16,6 @@ pub(super) struct Response {
     nodes: Vec<Samples>,
     /// For each force of dry friction and node.
     frictions: Vec<Vec<Samples>>,
-}
-
-/// One simulation, body after body: pairs of displacement and velocity, or of their derivatives.
-pub(super) struct Samples {
-    n_times: usize,
-    pairs: Vec<[f64; 2]>,
 }
 
 /// The motion that one striker drives, at the times of one recording.
@@ -58,31 +53,6 @@ pub(super) fn solve<'a>(
     map_in_parallel(chains.len(), n_threads, |node| ReferenceMotion::solve(&chains[node], schedule))
         .into_iter()
         .collect()
-}
-
-impl Samples {
-    pub(super) fn of(motion: &Trajectory) -> Self {
-        let n_times = motion.times_s.len();
-        let (x_m, v_m_per_s) = (&motion.displacement_m, &motion.velocity_m_per_s);
-        let mut pairs = vec![[0.0; 2]; x_m.len()];
-        // The samples of a time lie side by side in derivatives.
-        for (time, (x_m, v_m_per_s)) in x_m.columns().into_iter().zip(v_m_per_s.columns()).enumerate() {
-            let places = pairs.iter_mut().skip(time).step_by(n_times);
-            places.zip(x_m.iter().zip(v_m_per_s)).for_each(|(place, (x_m, v))| *place = [*x_m, *v]);
-        }
-        Self { n_times, pairs }
-    }
-
-    /// Number of pairs.
-    #[cfg(test)]
-    pub(super) fn len(&self) -> usize {
-        self.pairs.len()
-    }
-
-    fn of_body(&self, body: usize, range: &Range<usize>) -> &[[f64; 2]] {
-        let first = (body - 1) * self.n_times;
-        &self.pairs[first + range.start..first + range.end]
-    }
 }
 
 impl Response {

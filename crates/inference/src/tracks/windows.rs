@@ -11,7 +11,7 @@ use chainwave_measurement::map_in_parallel;
 use chainwave_mechanics::{Change, MechanicsError, ReferenceMotion, Variations};
 
 use super::family::{DERIVATIVE_NODES, Family, N_DERIVATIVE_NODES, Struck};
-use super::response::Samples;
+use super::samples::Samples;
 use crate::steps::DERIVATIVES_TOGETHER;
 
 /// The chain a step below and a step above in one unknown.

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, Dyn, Matrix2, OMatrix, U2};
 
-use super::{Block, Eliminated};
+use super::block::{Block, Eliminated};
 
 /// Recordings whose readings share errors, where the unknowns are.
 #[derive(Debug, Clone)]
