@@ -20,6 +20,8 @@ const SMOOTHING_OF_RISE: f64 = 0.5;
 /// are less uneven (1.9 times at most). Behind a steep rise a strongly damped one falls so slowly that a polynomial over all of it would miss the
 /// peak by some thousandths.
 const MOST_UNEVEN: usize = 2;
+/// Samples that the shorter side counts as at least: a polynomial through few samples follows them however unevenly they lie.
+const LEAST_REACH: usize = 2 * MIN_HALF_WINDOW + 1;
 
 /// Noise level, as a share of the maximum, below which the search for the peak needs no averaging.
 const CALM_NOISE: f64 = 0.05;
@@ -291,11 +293,19 @@ pub(crate) fn refine_peak(
     let first = end_of_hump(smoothed, summit, threshold, (0..summit).rev());
     let last = end_of_hump(smoothed, summit, threshold, summit + 1..=last_index);
     let [before, after] = [summit - first, last - summit].map(|reach| reach.max(MIN_HALF_WINDOW));
-    let farthest = MOST_UNEVEN * before.min(after);
-    let first = summit.saturating_sub(before.min(farthest));
-    let last = (summit + after.min(farthest)).min(last_index);
-    let polynomial = LocalPolynomial::fit(series, first, last).ok_or(Missing::TooFewSamples)?;
-    let (place, value) = polynomial.maximum().ok_or(Missing::PeakOutsideRecord)?;
+    // How far a side reaches that the record or a hole cuts off is not known.
+    let is_seen = |at: Option<usize>| at.and_then(|at| *smoothed.get(at)?).is_some();
+    let sides = [(before, first.checked_sub(1)), (after, Some(last + 1))];
+    let shorter = sides.into_iter().filter(|(_, beyond)| is_seen(*beyond)).map(|(reach, _)| reach).min();
+    let farthest = shorter.map_or(usize::MAX, |reach| MOST_UNEVEN * reach.max(LEAST_REACH));
+    let maximum = |farthest: usize| {
+        let [before, after] = [before, after].map(|reach| reach.min(farthest));
+        let (first, last) = (summit.saturating_sub(before), (summit + after).min(last_index));
+        let polynomial = LocalPolynomial::fit(series, first, last).ok_or(Missing::TooFewSamples)?;
+        polynomial.maximum().ok_or(Missing::PeakOutsideRecord)
+    };
+    // Where ripples ride on a broad pulse, a part of it may be greatest at its end.
+    let (place, value) = maximum(farthest).or_else(|_| maximum(usize::MAX))?;
     Ok(Peak { place, value })
 }
 
