@@ -61,8 +61,6 @@ fn page_is_in_memory(path: &Path, at: u64) -> Option<bool> {
 
 #[cfg(all(test, target_os = "linux"))]
 mod tests {
-    #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
-
     use super::*;
     use rustix::fs::{Advice, fadvise};
 
