@@ -145,10 +145,10 @@ pub fn open_with(path: &Path, options: &OpenOptions) -> Result<Box<dyn Recording
 }
 
 /// The files that a recording consists of: itself; those in a folder, by name, without hidden ones; of a Photron recording its header and its pixels,
-/// whichever of them was named. A file of no known format is taken for itself alone.
+/// whichever of them was named. A file of no known format, and one of a pair whose other file is missing, is taken for itself alone.
 ///
 /// # Errors
-/// A file or folder that cannot be read, and a Photron recording of which one file is missing.
+/// A file or folder that cannot be read.
 pub fn files_of(path: &Path) -> Result<Vec<PathBuf>, CameraError> {
     let candidate = Candidate::read(path)?;
     let format = FORMATS.iter().find(|format| (format.recognises)(&candidate));

@@ -15,7 +15,7 @@ use crate::candidate::{Candidate, read_head, sibling};
 use crate::error::CameraError;
 use crate::file_recording::FileRecording;
 use crate::flat::FlatFrames;
-use crate::format::{Format, Opened};
+use crate::format::{Format, Opened, itself};
 use crate::mapping::map_file;
 use crate::options::OpenOptions;
 use fields::is_header;
@@ -28,7 +28,8 @@ pub(crate) const FORMAT: Format = Format {
     name: "Photron .mraw with its .cih or .cihx",
     recognises: |candidate| is_header(&candidate.head) || is_mraw(candidate),
     open,
-    files: |path| both_paths(path).map(|(header, pixels)| vec![header, pixels]),
+    // One of them alone is refused when it is opened, unless the geometry of its pixels is stated.
+    files: |path| both_paths(path).map_or_else(|_| itself(path), |(header, pixels)| Ok(vec![header, pixels])),
 };
 
 fn is_mraw(candidate: &Candidate) -> bool {

@@ -160,6 +160,9 @@ mod tests {
         for changed in [written("Record Rate(fps) : 20000", 8), written("Record Rate(fps) : 10000", 7)] {
             assert!(changed.iter().all(|key| !usual.contains(key)), "{changed:?} {usual:?}");
         }
+        // Pixels alone, which can be read where their geometry is stated, count for themselves.
+        std::fs::remove_file(&header).unwrap();
+        assert!(!usual.contains(&key(&pixels, |_, _| ())));
     }
 
     #[test]
