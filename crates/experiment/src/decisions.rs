@@ -19,7 +19,6 @@ use crate::calibration::ChainMap;
 use crate::configuration::{Experiment, Law};
 use crate::damping::StatedDamping;
 use crate::evaluation::{Evaluation, assumed_by_fits};
-use crate::merging::stitching_settings;
 use crate::notices::farthest_drive;
 use crate::setup::Setup;
 use crate::standing::{Standing, Standings};
@@ -77,23 +76,26 @@ pub(crate) fn decide(setup: &Setup, tracked: &Tracked, evaluation: &Evaluation) 
         single_causes(evaluation),
         damping_source(evaluation),
     ];
-    decisions.extend(assumed(experiment));
+    decisions.extend(assumed(experiment, evaluation));
     decisions
 }
 
 /// What is assumed, of whatever chain, where the recordings do not tell it; of fits, where the experiment has them.
-fn assumed(experiment: &Experiment) -> Vec<Decision> {
+fn assumed(experiment: &Experiment, evaluation: &Evaluation) -> Vec<Decision> {
     let decision = |one: Assumption, from: &str| Decision {
         question: one.of,
         choice: one.in_words,
         rule: format!("decides {}", one.decides),
         evidence: format!("{}: {from}", one.reason),
     };
-    let of_merging = stitching_settings(experiment).assumptions().into_iter();
+    let of_merging = evaluation.assumptions.iter().cloned();
     let mut all: Vec<Decision> =
         of_merging.map(|one| decision(one, StitchingSettings::assumed_from())).collect();
     if experiment.analysis.fits {
-        all.extend(assumed_by_fits(experiment).map(|one| decision(one, "not tuned to a chain")));
+        all.extend(
+            assumed_by_fits(experiment, &evaluation.stitched)
+                .map(|one| decision(one, "not tuned to a chain")),
+        );
     }
     all
 }

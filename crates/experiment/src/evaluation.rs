@@ -58,6 +58,8 @@ pub struct Evaluation {
     pub side_motion: SideMotion,
     /// The motion, and how views and trials were aligned.
     pub stitched: Stitched,
+    /// What merging took to be so.
+    pub(crate) assumptions: Vec<Assumption>,
     /// Trigger and drive of each recording, by the model where the tracks accept it.
     pub standings: Standings,
     /// Front, group velocity, half width, energies, spectra.
@@ -137,7 +139,8 @@ pub fn evaluate(
     let step = || monitor.done(Stage::Evaluating, 1);
     let merged = merged(setup, tracked, n_threads)?;
     let Merged { left_out, unjoined, steadying, of_camera, shared, stitched, side_motion, .. } = merged;
-    let (observations, reading_errors) = (merged.observations, merged.reading_errors);
+    let (observations, reading_errors, assumptions) =
+        (merged.observations, merged.reading_errors, merged.assumptions);
     step();
     let known = known(experiment, &setup.map, &tracked.stages.scale);
     let chain = &experiment.chain_model()?;
@@ -193,6 +196,7 @@ pub fn evaluate(
         notices,
         stitched,
         side_motion,
+        assumptions,
         standings,
         measurement,
         pulses,
@@ -509,18 +513,21 @@ fn energy_model(material: &Material<'_>, spacing: Spacing) -> Result<EnergyModel
         chain: chain.clone(),
         striker_velocity_m_per_s: striker.mean_velocity_m_per_s(stitched.alignments.len()),
         drive_deviations: material.drive_deviations(),
-        drive_scale_sigma: DRIVE_SCALE_SIGMA,
+        drive_scale_sigma: stitched.drive_scale_sigma.unwrap_or(DRIVE_SCALE_SIGMA),
         known: known_of_chain(known),
         spacing,
         n_threads,
     })
 }
 
-/// The onset of the first body and the stated scatter tell the scale of the drives to 11 to 18 %.
-const DRIVE_SCALE_SIGMA: f64 = 0.15;
+/// How well the scale of drives is known that no onset tells.
+const DRIVE_SCALE_SIGMA: f64 = 0.5;
 
 /// What fits take to be so where the recordings do not tell it.
-pub(crate) fn assumed_by_fits(experiment: &Experiment) -> impl Iterator<Item = Assumption> {
+pub(crate) fn assumed_by_fits(
+    experiment: &Experiment,
+    stitched: &Stitched,
+) -> impl Iterator<Item = Assumption> {
     let [of_chain, of_striker] = STARTING_SHARES;
     let starting = Assumption {
         of: "assumed: damping where fits begin",
@@ -538,9 +545,10 @@ pub(crate) fn assumed_by_fits(experiment: &Experiment) -> impl Iterator<Item = A
         value: DRIVE_SCALE_SIGMA,
         in_words: format!("to {} %", 100.0 * DRIVE_SCALE_SIGMA),
         decides: "how far drives of all recordings together may move in the fit to the peak energies",
-        reason: "the first body's onset and the stated scatter of 5 to 40 trials tell it to 11 to 18 %",
+        reason: "no body's onset tells it",
     };
-    [Some(starting), experiment.striker.is_some().then_some(scale)].into_iter().flatten()
+    let is_untold = experiment.striker.is_some() && stitched.drive_scale_sigma.is_none();
+    [Some(starting), is_untold.then_some(scale)].into_iter().flatten()
 }
 
 fn model_beside(

@@ -78,6 +78,7 @@ mod side_motion;
 mod source;
 mod stages;
 mod standing;
+mod stated_response;
 mod steadying;
 mod store;
 mod strikers;

@@ -3,7 +3,7 @@
 use std::num::NonZero;
 
 use chainwave_measurement::{Observation, ReadingError};
-use chainwave_stitching::{FirstBody, Outlier, Settings, Stitched, merge};
+use chainwave_stitching::{Assumption, FirstBody, Outlier, Settings, Stitched, merge};
 
 use crate::configuration::Experiment;
 use crate::direction::against_the_chain;
@@ -34,12 +34,14 @@ pub(crate) struct Merged {
     pub(crate) observations: Vec<Observation>,
     /// The errors that their readings share.
     pub(crate) reading_errors: Vec<ReadingError>,
+    /// What was taken to be so.
+    pub(crate) assumptions: Vec<Assumption>,
 }
 
 /// Merges recordings. What the camera does of its own is taken out of them first, or else stands among the motion's errors.
 pub(crate) fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> Result<Merged, Error> {
     let (experiment, scale) = (&setup.experiment, &tracked.stages.scale);
-    let settings = stitching_settings(experiment);
+    let settings = stitching_settings(experiment)?;
     // A recording of other bodies than it is taken for would move the camera.
     let (sound, left_out) = sound(&tracked.observations, &settings);
     let mut as_read = chosen(&tracked.observations, &sound);
@@ -62,7 +64,7 @@ pub(crate) fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>
     let as_merged = |observations| apart.noise_of(steadying.steadied(observations));
     if picture_errors.is_found() {
         observations = apart.noise_of(observations);
-        let with_pictures = Settings { reading_errors: apart.errors.clone(), ..settings };
+        let with_pictures = Settings { reading_errors: apart.errors.clone(), ..settings.clone() };
         stitched = merge(&observations, &with_pictures)?;
     }
     let recordings: Vec<TrackedRecording> =
@@ -100,19 +102,24 @@ pub(crate) fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>
         side_motion,
         observations,
         reading_errors: apart.errors,
+        assumptions: settings.assumptions(),
     })
 }
 
-/// What the experiment states of rest, drives and triggers.
-pub(crate) fn stitching_settings(experiment: &Experiment) -> Settings {
-    Settings {
+/// What the experiment states of rest, drives, triggers, and how the chain answers to its drive.
+///
+/// # Errors
+/// A chain that cannot be solved.
+fn stitching_settings(experiment: &Experiment) -> Result<Settings, Error> {
+    Ok(Settings {
         rest_until_s: experiment.tracking.rest_until_s,
         drive_scatter: Some(experiment.drive_scatter()),
         first_body: if experiment.is_shaken() { FirstBody::Prescribed } else { FirstBody::Free },
         trigger_sigma_s: experiment.trigger.sigma_s.map(Positive::get),
         view_trigger_sigma_s: experiment.trigger.view_sigma_s.map(NotNegative::get),
+        stated_responses: experiment.stated_responses()?,
         ..Settings::new(experiment.chain.n_bodies, 0.0)
-    }
+    })
 }
 
 #[cfg(test)]
@@ -125,7 +132,7 @@ mod tests {
             let text = format!("{}\n{more}", include_str!("../../../tests/small-experiment/experiment.toml"));
             toml::from_str::<Experiment>(&text)
         };
-        let stated = |more: &str| stitching_settings(&read(more).unwrap());
+        let stated = |more: &str| stitching_settings(&read(more).unwrap()).unwrap();
         let usual = stated("");
         assert_eq!((usual.trigger_sigma_s, usual.view_trigger_sigma_s), (None, None));
         let known = stated("[trigger]\nsigma_s = 1e-5\nview_sigma_s = 2e-5\n");

@@ -49,7 +49,7 @@ impl AlignmentState<'_> {
                 motion.n_trials[(row, i)] = contributions.len() as u32;
             }
         }
-        let scale_sigma = errors.exchange.scale_sigma;
+        let scale_sigma = errors.exchange.scale_sigma.unwrap_or(0.0);
         let bent_delay_s = self.bent_delay_s(field);
         let alignments = (0..self.observations.len())
             .map(|r| self.alignment(r, field, &directions, scale_sigma, bent_delay_s))

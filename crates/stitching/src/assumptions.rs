@@ -3,6 +3,7 @@
 use crate::assembly::BENT_SHARE;
 use crate::gauge::{DEPARTURE, DEPARTURE_OF_SCALE, ONSET_SHARE};
 use crate::settings::{FirstBody, Settings};
+use crate::stated_response::{OnsetDeparture, StatedResponse};
 
 /// A number that is taken to be so where the recordings do not tell it.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,7 +73,11 @@ impl Settings {
             },
         ];
         if self.first_body == FirstBody::Free {
-            all.extend(of_onset());
+            all.push(length_of_onset());
+            match self.stated_responses.first().and_then(StatedResponse::usual_departure) {
+                Some(stated) => all.extend(by_the_chain(&stated)),
+                None => all.extend(by_no_chain()),
+            }
         }
         all
     }
@@ -83,33 +88,70 @@ impl Settings {
     }
 }
 
-/// What is assumed of the onset of a body that forces move.
-fn of_onset() -> [Assumption; 3] {
-    let share = |value: f64, of: &str| format!("{} % of {of}", 100.0 * value);
+/// How long an onset is.
+fn length_of_onset() -> Assumption {
+    Assumption {
+        of: "assumed: how long body 1 moves in proportion to the drive",
+        value: ONSET_SHARE,
+        in_words: format!("until it has gone {} % of its way", 100.0 * ONSET_SHARE),
+        decides: "from which frames the drives' scale and the delay by the drive are read",
+        reason: "a shorter onset tells them worse, a longer one departs farther",
+    }
+}
+
+/// How far the onset departs from proportion by the stated chain.
+fn by_the_chain(departure: &OnsetDeparture) -> [Assumption; 2] {
+    let [scale, delay_s] = departure.estimates();
     [
         Assumption {
-            of: "assumed: how long body 1 moves in proportion to the drive",
-            value: ONSET_SHARE,
-            in_words: format!("until it has gone {}", share(ONSET_SHARE, "its way")),
-            decides: "from which frames the drives' scale and the delay by the drive are read",
-            reason: "a shorter onset tells them worse, a longer one departs farther",
+            of: DELAY,
+            value: delay_s.value,
+            in_words: format!(
+                "{:.1} +- {:.1} us, by the stated chain",
+                1e6 * delay_s.value,
+                1e6 * delay_s.sigma
+            ),
+            decides: DECIDES_DELAY,
+            reason: BY_THE_CHAIN,
         },
         Assumption {
-            of: "assumed: how far the onset departs from proportion, as a delay",
+            of: SCALE,
+            value: scale.value,
+            in_words: format!("to {:.3} +- {:.3} of it, by the stated chain", scale.value, scale.sigma),
+            decides: DECIDES_SCALE,
+            reason: BY_THE_CHAIN,
+        },
+    ]
+}
+
+/// The same where no chain is stated.
+fn by_no_chain() -> [Assumption; 2] {
+    [
+        Assumption {
+            of: DELAY,
             value: DEPARTURE,
-            in_words: share(DEPARTURE, "the onset's length (standard deviation)"),
-            decides: "the uncertainty of the delay by the drive, an error mode of the motion and part of each trigger offset's",
+            in_words: format!("{} % of the onset's length (standard deviation)", 100.0 * DEPARTURE),
+            decides: DECIDES_DELAY,
             reason: "9 us of 0.7 ms at 2.73 m/s",
         },
         Assumption {
-            of: "assumed: how far the onset departs from proportion, as a scale",
+            of: SCALE,
             value: DEPARTURE_OF_SCALE,
-            in_words: share(DEPARTURE_OF_SCALE, "the drives' deviations (standard deviation)"),
-            decides: "the uncertainty of the scale of all drive deviations",
+            in_words: format!(
+                "{} % of the drives' deviations (standard deviation)",
+                100.0 * DEPARTURE_OF_SCALE
+            ),
+            decides: DECIDES_SCALE,
             reason: "0.087 at 2.73 m/s and 0.033 at 0.83 m/s",
         },
     ]
 }
+
+const DELAY: &str = "assumed: how far the onset departs from proportion, as a delay";
+const SCALE: &str = "assumed: how far the onset departs from proportion, as a scale";
+const DECIDES_DELAY: &str = "the delay by the drive with its uncertainty, an error mode of the motion and part of each trigger offset's";
+const DECIDES_SCALE: &str = "the scale of all drive deviations with its uncertainty";
+const BY_THE_CHAIN: &str = "what the chain does with usual damping, with four times that or three times the striker's, and three tenths of it";
 
 #[cfg(test)]
 mod tests {

@@ -123,6 +123,7 @@ pub(crate) fn averaged_by_trigger(
     warnings.extend(contradicted.warnings.iter().cloned());
     Ok(Stitched {
         alignments: observations.iter().zip(ratios).map(alignment).collect(),
+        drive_scale_sigma: None,
         motion,
         spread,
         warnings,

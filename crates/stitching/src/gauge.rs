@@ -15,6 +15,7 @@ use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use crate::body_response::{BodyResponse, FittedTime};
 use crate::drive_scatter::scale_of;
 use crate::settings::FirstBody;
+use crate::stated_response::{OnsetDeparture, StatedResponse};
 
 /// The first body's onset ends when it has moved this share of its way. A shorter one knows beta worse, and the other bodies' do not
 /// begin in proportion to the drive.
@@ -27,7 +28,7 @@ pub(crate) const DEPARTURE: f64 = 0.013;
 /// 0.83 m/s.
 pub(crate) const DEPARTURE_OF_SCALE: f64 = 0.1;
 
-/// What the first body's onset reads of (alpha, beta), for which there S = alpha X + beta dX/dt.
+/// What the first body's onset reads of (alpha, beta): there S = alpha (a X + b dX/dt) + beta dX/dt, with a and b by the stated chain, or 1 and 0.
 #[derive(Debug, Clone)]
 pub(crate) struct Onset {
     /// alpha, and beta in seconds.
@@ -43,6 +44,7 @@ impl Onset {
     /// far less noise; `None` where nothing moves. A prescribed motion is in proportion to the drive from its beginning to its end.
     pub(crate) fn read(
         (of_body, first_body): (&[FittedTime], FirstBody),
+        model: Option<&StatedResponse>,
         drive: &[f64],
         errors: &ReadingErrors<'_>,
         interval_s: f64,
@@ -56,19 +58,29 @@ impl Onset {
             FirstBody::Prescribed => of_body.len(),
         };
         let onset = &of_body[..n_onset];
-        let (factors, inverse) = scale_and_delay(onset)?;
+        let (read, inverse) = scale_and_delay(onset)?;
         let gains: Vec<Vector2<f64>> =
             onset.iter().map(|(_, response)| inverse * scaled_and_delayed(response)).collect();
-        let moving = onset.iter().filter(|one| motion_m(one) > 0.01 * furthest_m).count();
         let departure = match first_body {
-            FirstBody::Free => Vector2::new(DEPARTURE_OF_SCALE, -DEPARTURE * moving as f64 * interval_s),
-            FirstBody::Prescribed => Vector2::zeros(),
+            FirstBody::Free => {
+                let last_m = onset.last().map_or(0.0, motion_m);
+                let moving = onset.iter().filter(|one| motion_m(one) > 0.01 * furthest_m).count();
+                let unknown = || OnsetDeparture::unknown(moving as f64 * interval_s);
+                model.and_then(|model| model.departure(last_m)).unwrap_or_else(unknown)
+            }
+            FirstBody::Prescribed => OnsetDeparture::none(),
         };
-        let covariance = errors.covariance_of(onset, &gains, drive) + departure * departure.transpose();
+        // At the true drives S = a X + b dX/dt, where a and b are the departure; at drives s' and offsets tau', of which the true ones are
+        // alpha s' and tau' - beta s', it is alpha a X + (alpha b + beta) dX/dt.
+        let [a, b_s] = departure.factors.into();
+        let exchange = Matrix2::new(1.0 / a, 0.0, -b_s / a, 1.0);
+        let factors = exchange * read;
+        let covariance = errors.covariance_of(onset, &gains, drive) + departure.covariance;
+        let covariance = exchange * covariance * exchange.transpose();
         let mut derivatives = DMatrix::zeros(2, 2 * drive.len());
         for ((contributions, response), gain) in onset.iter().zip(&gains) {
             for one in contributions {
-                let by_reading = gain * response.slope_gain(one, drive);
+                let by_reading = exchange * gain * response.slope_gain(one, drive);
                 let residual_slopes = response.residual_slopes(drive[one.recording]);
                 for (unknown, by_unknown) in
                     [one.recording, drive.len() + one.recording].into_iter().zip(residual_slopes)
@@ -187,7 +199,7 @@ impl Gauge {
         Exchange {
             errors: moved * closed,
             delay_error: DVector::from_fn(2 * n, |row, _| delayed(row)),
-            scale_sigma: self.scale_variance.sqrt(),
+            scale_sigma: Some(self.scale_variance.sqrt()),
         }
     }
 }
@@ -224,15 +236,15 @@ pub(crate) struct Exchange {
     pub(crate) errors: DMatrix<f64>,
     /// One standard deviation of beta, the open direction that moves the mean motion, as an error of (s, tau).
     pub(crate) delay_error: DVector<f64>,
-    /// Standard deviation of alpha, a relative error of all drives that leaves the mean motion as it is.
-    pub(crate) scale_sigma: f64,
+    /// Standard deviation of alpha, a relative error of all drives that leaves the mean motion as it is; `None` where nothing tells it.
+    pub(crate) scale_sigma: Option<f64>,
 }
 
 impl Exchange {
     /// No exchange: the priors are all that tells the open directions, and their share of the covariance stays.
     pub(crate) fn none(n_recordings: usize) -> Self {
         let n = 2 * n_recordings;
-        Self { errors: DMatrix::identity(n, n), delay_error: DVector::zeros(n), scale_sigma: 0.0 }
+        Self { errors: DMatrix::identity(n, n), delay_error: DVector::zeros(n), scale_sigma: None }
     }
 }
 

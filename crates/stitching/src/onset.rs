@@ -33,7 +33,8 @@ impl AlignmentState<'_> {
         let errors = ReadingErrors { rest_sigma_m: &rest_sigma_m, scatter_ratio };
         // What is prescribed is body 1's motion, and nobody else's.
         let first_body = if row == 0 { self.settings.first_body } else { FirstBody::Free };
-        Ok(Onset::read((&field[row], first_body), &self.drive, &errors, self.frame_interval_s))
+        let model = self.settings.stated_responses.get(row);
+        Ok(Onset::read((&field[row], first_body), model, &self.drive, &errors, self.frame_interval_s))
     }
 
     /// The stated scatter of the drives, or else what the reader should know where the first body's onset contradicts it.

@@ -175,7 +175,10 @@ impl Trimmed<'_> {
         let (motion, alignments, spread, of_mean_m) = state.assembled(&errors)?;
         let said = unsettled.map(|unsettled| unsettled.to_string());
         let warnings = said.into_iter().chain(warnings).collect();
-        Ok((Stitched { motion, alignments, spread, rounds, unsettled, warnings }, of_mean_m))
+        let drive_scale_sigma = errors.exchange.scale_sigma;
+        let stitched =
+            Stitched { motion, alignments, drive_scale_sigma, spread, rounds, unsettled, warnings };
+        Ok((stitched, of_mean_m))
     }
 }
 

@@ -2,6 +2,8 @@
 
 use chainwave_measurement::ReadingError;
 
+use crate::stated_response::StatedResponse;
+
 /// What decides how the first body moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FirstBody {
@@ -40,6 +42,9 @@ pub struct Settings {
     pub non_linearity: f64,
     /// How large its third-order response, which is not fitted, may be, relative to its rms motion.
     pub third_order_prior: f64,
+    /// How the stated chain's bodies answer to the drive, body by body, which tells how far their onsets depart from proportion to it;
+    /// empty where no chain is stated.
+    pub stated_responses: Vec<StatedResponse>,
     /// Errors that readings have in common, beside the noise in their sigmas.
     pub reading_errors: Vec<ReadingError>,
 }
@@ -65,6 +70,7 @@ impl Settings {
             curvature_prior: 0.5,
             non_linearity: 0.15,
             third_order_prior: 0.2,
+            stated_responses: Vec::new(),
             reading_errors: Vec::new(),
         }
     }

@@ -30,6 +30,8 @@ pub struct Stitched {
     pub motion: ChainMotion,
     /// One entry for each recording, in the order given.
     pub alignments: Vec<Alignment>,
+    /// Relative standard uncertainty of the scale that all drive deviations share, a part of each one's; `None` where no onset tells it.
+    pub drive_scale_sigma: Option<f64>,
     /// What scatters within a trial, and what from trial to trial.
     pub spread: Spread,
     /// Rounds of the alignment until it settled, or was given up.
