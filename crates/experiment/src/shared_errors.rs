@@ -244,12 +244,7 @@ fn widened(damping: Damping, moved: Damping) -> Damping {
 /// One motion less the other at the other's times; 0 where either lacks the body. Both have times that are multiples of one
 /// interval.
 fn difference(moved: &ChainMotion, motion: &ChainMotion) -> Array2<f64> {
-    let column = |time_s: f64| {
-        let interval_s = motion.times_s.get(1).map_or(1.0, |second| second - motion.times_s[0]);
-        let index = moved.times_s.partition_point(|moved_s| *moved_s < time_s - 0.5 * interval_s);
-        (index < moved.times_s.len() && moved.times_s[index] < time_s + 0.5 * interval_s).then_some(index)
-    };
-    let columns: Vec<Option<usize>> = motion.times_s.iter().map(|time_s| column(*time_s)).collect();
+    let columns = moved.columns_at(&motion.times_s);
     Array2::from_shape_fn(motion.displacement_m.dim(), |(row, i)| {
         let moved = columns[i].and_then(|column| moved.displacement_m[(row, column)]);
         moved.zip(motion.displacement_m[(row, i)]).map_or(0.0, |(moved, x)| moved.value - x.value)

@@ -70,15 +70,15 @@ impl SideMotion {
     /// Adds what the pictures' own errors, which lie still while bodies move, do to these coordinates: as much, in proportion to the noise
     /// of readings, as they add to the motion along the chain, given before and after.
     pub(crate) fn widen(&mut self, before: &ChainMotion, after: &ChainMotion) {
+        let columns_before = before.columns_at(&after.times_s);
         for motion in self.across.iter_mut().chain(&mut self.rotation) {
             for (place, found) in motion.displacement_m.indexed_iter_mut() {
-                let (Some(read), Some(before_m), Some(after_m)) =
-                    (*found, before.displacement_m[place], after.displacement_m[place])
-                else {
-                    continue;
-                };
-                let added = (after_m.sigma.powi(2) - before_m.sigma.powi(2)).max(0.0);
-                let noise = before.independent_sigma_m[place];
+                let (Some(read), Some(column)) = (*found, columns_before[place.1]) else { continue };
+                let place_before = (place.0, column);
+                let sigmas_m = before.displacement_m[place_before].zip(after.displacement_m[place]);
+                let added =
+                    sigmas_m.map_or(0.0, |(before, after)| after.sigma.powi(2) - before.sigma.powi(2));
+                let noise = before.independent_sigma_m[place_before];
                 if added > 0.0 && noise > 0.0 {
                     let own = motion.independent_sigma_m[place] / noise * added.sqrt();
                     *found = Some(Estimate::new(read.value, read.sigma.hypot(own)));
@@ -90,4 +90,42 @@ impl SideMotion {
 
 fn has_readings(observation: &Observation) -> bool {
     observation.bodies.iter().any(|track| track.position_m.iter().any(Option::is_some))
+}
+
+#[cfg(test)]
+mod tests {
+    use chainwave_measurement::ErrorModes;
+    use ndarray::Array2;
+
+    use super::*;
+
+    /// One body that one trial saw at these milliseconds, with these sigmas, half of it noise.
+    fn motion(times_ms: std::ops::Range<i32>, sigma_m: f64) -> ChainMotion {
+        let shape = (1, times_ms.len());
+        ChainMotion {
+            times_s: times_ms.map(|ms| 1e-3 * f64::from(ms)).collect(),
+            displacement_m: Array2::from_elem(shape, Some(Estimate::new(0.0, sigma_m))),
+            independent_sigma_m: Array2::from_elem(shape, 0.5 * sigma_m),
+            modes: ErrorModes::default(),
+            n_trials: Array2::ones(shape),
+        }
+    }
+
+    #[test]
+    fn what_pictures_add_is_found_at_the_same_time_where_triggers_moved() {
+        // With the pictures' errors triggers are found otherwise, and the motion begins two samples sooner and ends one later.
+        let (before, after) = (motion(0..8, 3e-6), motion(-2..9, 5e-6));
+        let mut side = SideMotion { across: Some(motion(-2..9, 2e-6)), rotation: None, findings: Vec::new() };
+        side.widen(&before, &after);
+        let across = side.across.unwrap();
+        // 4 um more of which 1.5 um are noise: as much in proportion to a noise of 1 um.
+        let widened = 2e-6_f64.hypot(4e-6 / 1.5);
+        for (i, time_s) in across.times_s.iter().enumerate() {
+            let expected = if (0.0..7.5e-3).contains(time_s) { widened } else { 2e-6 };
+            assert!(
+                (across.displacement_m[(0, i)].unwrap().sigma / expected - 1.0).abs() < 1e-12,
+                "{time_s}"
+            );
+        }
+    }
 }

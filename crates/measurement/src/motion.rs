@@ -187,6 +187,16 @@ impl ChainMotion {
         self.displacement_m.nrows()
     }
 
+    /// The column that holds each of these times, `None` where the motion has none. Both have times that are multiples of one interval.
+    pub fn columns_at(&self, times_s: &[f64]) -> Vec<Option<usize>> {
+        let interval_s = self.times_s.get(1).map_or(1.0, |second_s| second_s - self.times_s[0]);
+        let column = |time_s: &f64| {
+            let index = self.times_s.partition_point(|own_s| *own_s < time_s - 0.5 * interval_s);
+            self.times_s.get(index).filter(|own_s| **own_s < time_s + 0.5 * interval_s).map(|_| index)
+        };
+        times_s.iter().map(column).collect()
+    }
+
     /// Adds an error that many samples share, with its displacement error in metres for an amplitude of one standard deviation, shape
     /// `[body, time]`, and its share to the uncertainty of each sample.
     pub fn add_error(&mut self, source: ErrorSource, displacement_m: &Array2<f64>) {
