@@ -64,15 +64,21 @@ pub(crate) fn write_result(path: &Path, table: ResultTable) -> Result<(), Error>
     write(path, columns(table))
 }
 
-/// Writes a table of results as Parquet with Snappy, which every reader knows, each column with its unit and description among the metadata
-/// of its field in the Arrow schema; `described` holds name, unit and description.
+/// Writes a table of results as Parquet, each column with its unit and description among the metadata of its field in the Arrow schema;
+/// `described` holds name, unit and description.
 pub(crate) fn write_described(
     path: &Path,
     table: ResultTable,
     described: &[(&str, &str, &str)],
 ) -> Result<(), Error> {
-    let mut frame = DataFrame::new_infer_height(columns(table)).map_err(Error::table(path))?;
-    // Texts by offsets: their views are younger than many readers.
+    let frame = DataFrame::new_infer_height(columns(table)).map_err(Error::table(path))?;
+    let bytes = parquet(frame, described).map_err(Error::table(path))?;
+    write_whole(path, |writer| writer.write_all(&bytes).map_err(Error::file(path, "write")))
+}
+
+/// The bytes of a Parquet file, as every reader knows them: compressed by Snappy, as MATLAB does not know polars' own choice, Zstandard, and
+/// with texts by offsets in the Arrow schema, as their views are younger than many readers and foreign to many operations of others.
+fn parquet(mut frame: DataFrame, described: &[(&str, &str, &str)]) -> PolarsResult<Vec<u8>> {
     let level = CompatLevel::oldest();
     let with_metadata = |name: &PlSmallStr, kind: &DataType| {
         let field = kind.to_arrow_field(name.clone(), level);
@@ -89,8 +95,8 @@ pub(crate) fn write_described(
     let writer = ParquetWriter::new(&mut bytes)
         .with_compression(ParquetCompression::Snappy)
         .with_key_value_metadata(Some(KeyValueMetadata::from_static(metadata)));
-    writer.finish(&mut frame).map_err(Error::table(path))?;
-    write_whole(path, |writer| writer.write_all(&bytes).map_err(Error::file(path, "write")))
+    writer.finish(&mut frame)?;
+    Ok(bytes)
 }
 
 /// The columns of a table of results for [`write()`].
@@ -120,11 +126,7 @@ fn bytes(path: &Path, mut table: DataFrame, kind: Kind) -> Result<Vec<u8>, Error
     let mut bytes = Vec::new();
     let written = match kind {
         Kind::Csv => CsvWriter::new(&mut bytes).finish(&mut table),
-        Kind::Parquet => {
-            // Every reader knows Snappy; MATLAB does not know polars' own choice, Zstandard.
-            let writer = ParquetWriter::new(&mut bytes).with_compression(ParquetCompression::Snappy);
-            writer.finish(&mut table).map(drop)
-        }
+        Kind::Parquet => return parquet(table, &[]).map_err(Error::table(path)),
         Kind::Mat => {
             let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
             return mat::bytes(&[Structure { name, fields: fields(path, &table)? }]);
@@ -219,4 +221,30 @@ pub(crate) fn write_joined(path: &Path, parts: &[PathBuf]) -> Result<(), Error> 
     }
     joined.rechunk_mut();
     write_frame(path, joined)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+
+    use polars::prelude::ArrowDataType;
+    use polars_parquet::read::{infer_schema, read_metadata};
+
+    use super::*;
+
+    #[test]
+    fn texts_are_stored_as_every_reader_knows_them() {
+        let columns = || vec![column("name", vec!["one".to_owned()]), column("x_m", vec![1.0])];
+        let kind_of_texts = |bytes: Vec<u8>| {
+            let schema = infer_schema(&read_metadata(&mut Cursor::new(bytes)).unwrap()).unwrap();
+            schema.get("name").unwrap().dtype.clone()
+        };
+        let ours = to_parquet(Path::new("table.parquet"), columns()).unwrap();
+        assert_eq!(kind_of_texts(ours), ArrowDataType::LargeUtf8);
+        // What is kept from: polars' own choice.
+        let mut theirs = Vec::new();
+        let mut frame = DataFrame::new_infer_height(columns()).unwrap();
+        ParquetWriter::new(&mut theirs).finish(&mut frame).unwrap();
+        assert_eq!(kind_of_texts(theirs), ArrowDataType::Utf8View);
+    }
 }
