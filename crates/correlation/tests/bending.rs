@@ -197,3 +197,47 @@ fn table() {
         }
     }
 }
+
+/// Rows above which one body shows, in the deformed picture, and how both have moved.
+const CRACK_ROW: usize = 150;
+const ASUNDER_PX: [[f64; 2]; 2] = [[6.3, -1.7], [-5.8, 2.4]];
+
+/// Where subsets lie on one side of a crack, matches are right and known as well as elsewhere, whatever lies across it.
+#[test]
+fn a_crack_moves_nothing_beside_it() {
+    let noise = 0.01;
+    for choice in [AFFINE, AUTO, ShapeChoice::Named(Shape::Translation)] {
+        let [mut upper, lower] = ASUNDER_PX.map(|shift_px| {
+            let moved = Deformation::Affine { gradient: [[0.0; 2]; 2], centre_px: [0.0; 2], shift_px };
+            Pictures::new(moved, 7)
+        });
+        let rows = ndarray::s![CRACK_ROW.., ..];
+        upper.after.slice_mut(rows).assign(&lower.after.slice(rows));
+        let (mut wrong, mut inside, mut n, mut sigmas) = (0, 0, 0, Vec::new());
+        for point in upper.field(noise, choice, 1).points {
+            let half = GRID.half_px as f64 + 1.0;
+            // The side that the whole subset shows, with a pixel more; none where the crack goes through it or it leaves the picture.
+            let rows_of =
+                |side: usize| if side == 0 { 0.0..CRACK_ROW as f64 } else { CRACK_ROW as f64..360.0 };
+            let shows = |side: &usize| {
+                let y = point.y_px + ASUNDER_PX[*side][1];
+                rows_of(*side).contains(&(y - half)) && rows_of(*side).contains(&(y + half))
+            };
+            let (Some(side), Ok(found)) = ((0..2).find(shows), &point.found) else { continue };
+            let there = [found.position.x_px, found.position.y_px];
+            for (axis, from) in [point.x_px, point.y_px].into_iter().enumerate() {
+                let error = there[axis].value - from - ASUNDER_PX[side][axis];
+                n += 1;
+                wrong += usize::from(error.abs() > 0.5 && error.abs() > 5.0 * there[axis].sigma);
+                inside += usize::from(error.abs() < 1.96 * there[axis].sigma);
+                sigmas.push(there[axis].sigma);
+            }
+        }
+        sigmas.sort_by(f64::total_cmp);
+        println!(
+            "{choice:?}: {n}, wrong {wrong}, inside {:.3}, sigma {:?}",
+            inside as f64 / n as f64,
+            [n / 2, n * 9 / 10, n * 99 / 100, n - 1].map(|k| sigmas[k])
+        );
+    }
+}

@@ -12,12 +12,16 @@
 //!    taken off, `l = (V + T)^-1 (T 1 + q)`, V and q the covariances of their noise with each other and that of the match, that
 //!    the variance left, `s^2 - 2 l q + l V l + (1 - l) T (1 - l)`, is least; this is the square of the new sigma.
 //! 4. What the series leaves beyond the fourth order goes on as it began, in the ratio of the parts: [`CLOSING`].
+//! 5. Beside a crack, or the edge of another body, neighbours move otherwise, and a polynomial through them says nothing. A subset that
+//!    does not lie across it shows that: what its shape function leaves within it would stand in its residuals ([`seen`]). No more than these
+//!    allow is taken off or stated, and neighbours that depart by more are left out.
 //!
 //! So sigma holds the errors on both sides: b is no noise, and a sigma that grew by it instead would be too wide where b is known.
 
 pub(super) mod bend;
 pub(super) mod grid;
 mod local_fit;
+mod seen;
 
 use std::num::NonZero;
 
@@ -28,6 +32,7 @@ use crate::field::pair::{ImagePair, Settled};
 use crate::field::shape_error::bend::where_it_bends;
 use crate::field::shape_error::grid::{Grid, Reading};
 use crate::field::shape_error::local_fit::{LEAST_FOR_FOURTH, LocalError, Neighbour, local_error};
+use crate::field::shape_error::seen::Residuals;
 use crate::icgn::outcome::Match;
 use crate::prepared::response::Response;
 
@@ -59,7 +64,8 @@ impl ShapeError<'_> {
             n_rows: self.places.len() / self.n_columns,
             step_px: self.step_px,
         };
-        let readings = self.readings(settled);
+        let residuals = Residuals::of(settled, self.side_px());
+        let readings = self.readings(settled, &residuals);
         let apart = (self.pair.half_px as f64 / self.step_px).ceil().max(1.0) as usize;
         let bends = where_it_bends(grid, &readings, apart, self.side_px());
         let bent: Vec<usize> =
@@ -77,17 +83,26 @@ impl ShapeError<'_> {
         });
         let mut errors: Vec<Option<[LocalError; 2]>> = vec![None; self.places.len()];
         bent.iter().zip(found).for_each(|(&point, found)| errors[point] = found);
-        // Each shape function leaves another error: it is known by those of its kind.
-        let kind = |point: usize| readings[point].map_or(KIND_OF_AFFINE, |reading| kind_of(reading.shape));
-        let sizes = [0, KIND_OF_AFFINE, KIND_OF_QUADRATIC].map(|one| {
-            let errors: Vec<_> =
-                (0..errors.len()).map(|point| errors[point].filter(|_| kind(point) == one)).collect();
-            [0, 1].map(|axis| sizes(grid, &errors, axis, 2 * apart))
+        // Each shape function leaves another error, and residuals that are none but noise leave less: it is known by those of its kind.
+        let kind = |point: usize| {
+            let of_reading = |reading: Reading| (kind_of(reading.shape), reading.leaves_noise_alone);
+            readings[point].map_or((KIND_OF_AFFINE, true), of_reading)
+        };
+        let sizes = [0, KIND_OF_AFFINE, KIND_OF_QUADRATIC].map(|shape| {
+            [false, true].map(|leaves_noise_alone| {
+                let of_kind =
+                    |point: usize| errors[point].filter(|_| kind(point) == (shape, leaves_noise_alone));
+                let errors: Vec<_> = (0..errors.len()).map(of_kind).collect();
+                [0, 1].map(|axis| sizes(grid, &errors, axis, 2 * apart))
+            })
         });
         for point in bent {
-            let Some((Ok(found), shape)) = &mut settled[point] else { continue };
-            let of_kind = &sizes[kind(point)];
-            let of_axes = [of_kind[0][point], of_kind[1][point]];
+            let (Some((Ok(found), shape)), Some(reading)) = (&mut settled[point], &readings[point]) else {
+                continue;
+            };
+            let (of_shape, leaves_noise_alone) = kind(point);
+            let of_kind = &sizes[of_shape][usize::from(leaves_noise_alone)];
+            let of_axes = [0, 1].map(|axis| of_kind[axis][point].at_most(reading.left_px[axis]));
             let further = closing(*shape).powi(2) * growth(of_axes);
             let position = &mut found.position;
             for (axis, estimate) in [&mut position.x_px, &mut position.y_px].into_iter().enumerate() {
@@ -107,12 +122,19 @@ impl ShapeError<'_> {
         (stride_px / self.step_px).round().max(1.0) as usize
     }
 
-    fn readings(&self, settled: &[Option<Settled>]) -> Vec<Option<Reading>> {
+    fn readings(&self, settled: &[Option<Settled>], residuals: &Residuals) -> Vec<Option<Reading>> {
         let reading = |(settled, place): (&Option<Settled>, &[f64; 2])| {
             let Some((Ok(found), shape)) = settled else { return None };
             let [x, y] = [found.position.x_px, found.position.y_px];
-            let u_px = [x.value - place[0], y.value - place[1]];
-            Some(Reading { u_px, sigma_px: [x.sigma, y.sigma], shape: *shape })
+            Some(Reading {
+                u_px: [x.value - place[0], y.value - place[1]],
+                sigma_px: [x.sigma, y.sigma],
+                shape: *shape,
+                gradient: found.gradient,
+                curvature: found.curvature,
+                left_px: residuals.left_at_most_px(found),
+                leaves_noise_alone: residuals.are_noise_alone(found),
+            })
         };
         settled.iter().zip(self.places).map(reading).collect()
     }
@@ -150,14 +172,18 @@ impl ShapeError<'_> {
         responses: &[Option<Response>],
     ) -> Option<[LocalError; 2]> {
         let centre = self.places[point];
+        let own = readings[point].as_ref()?;
         let mut neighbours = Vec::with_capacity(around.len());
         for &other in around {
             let (Some(reading), Some(response)) = (&readings[other], &responses[other]) else { continue };
-            let Reading { u_px, sigma_px, shape } = *reading;
+            let Reading { u_px, sigma_px, shape, .. } = *reading;
             let offset_px = [0, 1].map(|axis| self.places[other][axis] - centre[axis]);
+            if own.is_parted_from(reading, offset_px, self.side_px()) {
+                continue;
+            }
             neighbours.push(Neighbour { offset_px, u_px, sigma_px, shape, response });
         }
-        let shape = readings[point]?.shape;
+        let shape = own.shape;
         // What a lower order leaves is larger than linear: it may tell nothing to a higher one that can do without.
         let alike = |neighbour: &Neighbour<'_>| kind_of(neighbour.shape) >= kind_of(shape);
         if neighbours.iter().filter(|neighbour| alike(neighbour)).count() >= LEAST_FOR_FOURTH {
@@ -177,6 +203,14 @@ impl ShapeError<'_> {
 struct Sizes {
     parts: [f64; 2],
     of_affine: f64,
+}
+
+impl Sizes {
+    /// The same where the residuals leave no more than that, in pixels, to what the shape function misses.
+    fn at_most(self, left_px: f64) -> Self {
+        let most = left_px.powi(2);
+        Self { parts: self.parts.map(|part| part.min(most)), of_affine: self.of_affine.min(most) }
+    }
 }
 
 /// The sizes of the errors along an axis, from the points up to `reach` columns and rows away.

@@ -8,6 +8,14 @@ pub(super) struct Reading {
     pub(super) u_px: [f64; 2],
     pub(super) sigma_px: [f64; 2],
     pub(super) shape: Shape,
+    /// du/dx, du/dy, dv/dx, dv/dy of its match.
+    pub(super) gradient: [f64; 4],
+    /// Coefficients of x^2, xy and y^2 in u, then in v.
+    pub(super) curvature: [f64; 6],
+    /// What its residuals leave to a systematic error of its match along x and y, at most.
+    pub(super) left_px: [f64; 2],
+    /// Whether its residuals need nothing but noise.
+    pub(super) leaves_noise_alone: bool,
 }
 
 /// Columns and rows of a field.
