@@ -46,6 +46,7 @@ mod failed_recording;
 mod film;
 mod finding;
 mod follow;
+mod frame_steps;
 mod joining;
 mod key;
 mod magnification;

@@ -7,6 +7,7 @@ use crate::calibration::ChainMap;
 use crate::configuration::Trial;
 use crate::failed_recording::FailedRecording;
 use crate::finding::Finding;
+use crate::frame_steps::{FrameStep, frame_steps, put_right};
 use crate::stages::Stages;
 use crate::tracks::{Coordinate, RecordingTracks};
 
@@ -25,6 +26,18 @@ pub struct Tracked {
 }
 
 impl Tracked {
+    /// Finds frames that recordings lack or have twice, puts the times of later ones right, and says so.
+    pub(crate) fn count_frames(&mut self) {
+        let found = frame_steps(&self.observations);
+        for ((recording, observation), steps) in
+            self.recordings.iter_mut().zip(&mut self.observations).zip(found)
+        {
+            put_right(observation, &steps);
+            recording.remarks.extend(steps.iter().map(FrameStep::in_words));
+            recording.frame_steps = steps;
+        }
+    }
+
     /// Takes another time from line to line for true: each time of a body is that of its line.
     pub(crate) fn expose_lines_by(&mut self, line_time_s: Estimate) {
         for (recording, observation) in self.recordings.iter_mut().zip(&mut self.observations) {
@@ -45,6 +58,8 @@ pub struct TrackedRecording {
     pub(crate) map: ChainMap,
     /// Time from the exposure of one line of its pictures to that of the next, in seconds: as stated, or as the tracks tell.
     pub(crate) line_time_s: Estimate,
+    /// Frames that it lacks, or has twice.
+    pub(crate) frame_steps: Vec<FrameStep>,
     /// Where the tracks come from.
     pub origin: Origin,
     /// What the file says against itself.
@@ -60,12 +75,22 @@ impl TrackedRecording {
     /// Positions along the chain, were the time between lines longer by its standard uncertainty.
     pub(crate) fn observation_by_later_lines(&self) -> Observation {
         let line_time_s = self.line_time_s.value + self.line_time_s.sigma;
-        self.tracks.observation_of(Coordinate::Along, &self.trial, &self.map.of_chain.map, line_time_s)
+        self.put_right(self.tracks.observation_of(
+            Coordinate::Along,
+            &self.trial,
+            &self.map.of_chain.map,
+            line_time_s,
+        ))
     }
 
     /// A coordinate of its bodies by a map of its pictures.
     pub(crate) fn observation_of(&self, coordinate: Coordinate, map: &PlaneMap) -> Observation {
-        self.tracks.observation_of(coordinate, &self.trial, map, self.line_time_s.value)
+        self.put_right(self.tracks.observation_of(coordinate, &self.trial, map, self.line_time_s.value))
+    }
+
+    fn put_right(&self, mut observation: Observation) -> Observation {
+        put_right(&mut observation, &self.frame_steps);
+        observation
     }
 }
 

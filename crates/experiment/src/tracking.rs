@@ -48,6 +48,7 @@ pub fn track(
             Err(error) => tracked.failed.push(FailedRecording { trial: trial.clone(), error }),
         }
     }
+    tracked.count_frames();
     let followed: Vec<(&str, &RecordingTracks)> =
         tracked.recordings.iter().map(|one| (one.trial.recording.as_str(), &one.tracks)).collect();
     let corrected = setup.corrections.findings(&followed);
@@ -223,6 +224,7 @@ fn track_one(
         tracks,
         map,
         line_time_s,
+        frame_steps: Vec::new(),
         origin,
         remarks: remarks(recording.info(), &edges),
     })

@@ -115,6 +115,7 @@ impl Rehearsal {
             tracks,
             map,
             line_time_s: Estimate::new(self.setup.line_time_s(), 0.0),
+            frame_steps: Vec::new(),
             origin: Origin::New(Vec::new()),
             remarks: Vec::new(),
         })
