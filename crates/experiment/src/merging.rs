@@ -59,13 +59,17 @@ pub(crate) fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>
         &steadying.rests_until_s,
         setup.map.m_per_px().value,
     );
+    let of_views = scale.reading_errors(&observations, experiment.tracking.rest_until_s);
+    let with = |reading_errors| Settings { reading_errors, ..settings.clone() };
+    if !of_views.is_empty() {
+        stitched = merge(&observations, &with(of_views.clone()))?;
+    }
     let without_pictures = stitched.motion.clone();
     let apart = picture_errors.apart();
     let as_merged = |observations| apart.noise_of(steadying.steadied(observations));
     if picture_errors.is_found() {
         observations = apart.noise_of(observations);
-        let with_pictures = Settings { reading_errors: apart.errors.clone(), ..settings.clone() };
-        stitched = merge(&observations, &with_pictures)?;
+        stitched = merge(&observations, &with([of_views, apart.errors.clone()].concat()))?;
     }
     let recordings: Vec<TrackedRecording> =
         kept.iter().map(|index| tracked.recordings[sound[*index]].clone()).collect();
@@ -80,7 +84,7 @@ pub(crate) fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>
     if let Some(unresolved) = &unresolved {
         unresolved.add_to(&mut stitched.motion);
     }
-    scale.add_to(&mut stitched.motion, &observations);
+    scale.add_to(&mut stitched.motion);
     let observations = steadying.widened(observations);
     let light_moves = tracked.findings.iter().any(|finding| finding.code == MOVING_LIGHT);
     let of_camera = [

@@ -3,7 +3,9 @@
 //! A body at rest that two views show lies a step of the stage apart in their pictures. Measured by the stated scale, the step is as much
 //! too long as the scale is too small. Where one view is magnified against another, the marker itself is larger in it.
 
-use chainwave_measurement::{ChainMotion, Estimate, Observation};
+use chainwave_measurement::{
+    BodyTrack, ChainMotion, ErrorSource, Estimate, Observation, ReadingError, TrackError,
+};
 use chainwave_stitching::StageStep;
 use ndarray::Array2;
 
@@ -108,9 +110,40 @@ impl ScaleCheck {
         }
     }
 
-    /// Adds to a motion what is not known of the views' magnifications, each in proportion to the motion and to the share of a body's
-    /// recordings that the view has.
-    fn add_views_to(&self, motion: &mut ChainMotion, observations: &[Observation]) {
+    /// What is not known of the views' magnifications, as errors of the readings: in proportion to each body's way from its place at rest, before
+    /// `rest_until_s`. They move triggers and drives as well as the motion.
+    pub(crate) fn reading_errors(
+        &self,
+        observations: &[Observation],
+        rest_until_s: f64,
+    ) -> Vec<ReadingError> {
+        let of_track = |observation: &Observation, track: &BodyTrack, relative: f64| {
+            let n_rest = observation.times_s.partition_point(|time_s| *time_s < rest_until_s);
+            let at_rest: Vec<f64> = track.position_m.iter().take(n_rest).flatten().map(|x| x.value).collect();
+            let rest_m = at_rest.iter().sum::<f64>() / at_rest.len().max(1) as f64;
+            let error_m = |x: &Option<Estimate>| x.map_or(0.0, |x| relative * (x.value - rest_m));
+            TrackError {
+                recording: observation.recording.clone(),
+                body: track.body,
+                error_m: track.position_m.iter().map(error_m).collect(),
+            }
+        };
+        let of_observation = |observation: &Observation, error: &[f64]| -> Vec<TrackError> {
+            let relative = self.views.error_of(observation.view, error);
+            observation.bodies.iter().map(|track| of_track(observation, track, relative)).collect()
+        };
+        let errors = self.views.errors.iter().enumerate();
+        errors
+            .map(|(number, error)| ReadingError {
+                source: magnification(number),
+                of_tracks: observations.iter().flat_map(|one| of_observation(one, error)).collect(),
+            })
+            .collect()
+    }
+
+    /// Adds to a motion across the chain, or of turning, what is not known of the views' magnifications, each in proportion to the motion and
+    /// to the share of a body's recordings that the view has, and what a contradicted scale leaves open.
+    pub(crate) fn add_all_to(&self, motion: &mut ChainMotion, observations: &[Observation]) {
         let share = |row: usize, view: u32| {
             let seen = observations.iter().filter(|one| one.bodies.iter().any(|track| track.body == row + 1));
             let (of_view, all) = seen.fold((0.0, 0.0_f64), |(of_view, all), one| {
@@ -126,13 +159,13 @@ impl ScaleCheck {
                 motion.displacement_m[(row, i)].map_or(0.0, |x| relative[row] * x.value)
             };
             let displacement_m = Array2::from_shape_fn(motion.displacement_m.dim(), error_m);
-            motion.add_error(format!("magnification of views, {}", number + 1).into(), &displacement_m);
+            motion.add_error(magnification(number), &displacement_m);
         }
+        self.add_to(motion);
     }
 
     /// Adds to a motion what a contradicted scale leaves open: an error as large as the contradiction, in proportion to the motion.
-    pub(crate) fn add_to(&self, motion: &mut ChainMotion, observations: &[Observation]) {
-        self.add_views_to(motion, observations);
+    pub(crate) fn add_to(&self, motion: &mut ChainMotion) {
         let Some(error) = self.error else { return };
         let displacement_m = motion.displacement_m.mapv(|x| x.map_or(0.0, |x| error.value * x.value));
         motion.add_error("scale that the stage's steps contradict".into(), &displacement_m);
@@ -171,6 +204,11 @@ impl ScaleCheck {
     }
 }
 
+/// The name of an error of the views' magnifications.
+fn magnification(number: usize) -> ErrorSource {
+    format!("magnification of views, {}", number + 1).into()
+}
+
 /// How much longer a step is than stated, relative to it, over the bodies and trials that show it; they share the stage's error. What the
 /// two views' magnifications make of it is taken off.
 fn relative_step(
@@ -206,8 +244,6 @@ fn mean(found: &[Estimate]) -> Option<Estimate> {
 
 #[cfg(test)]
 mod tests {
-    use chainwave_measurement::BodyTrack;
-
     use super::*;
 
     /// Two steps of 120 mm, seen in three trials each.
@@ -275,5 +311,32 @@ mod tests {
         assert!(shared_m.len() == 5 && shared_m[1] > 1e-5 && shared_m[2] > 1e-5 && shared_m[3].abs() < 1e-18);
         let alone = ScaleCheck::default().levelled_step(&step, &bodies[0]);
         assert_eq!(alone, step);
+    }
+
+    #[test]
+    fn what_is_not_known_of_a_magnification_goes_with_the_way_from_rest() {
+        let found = ScaleCheck::of(&shared(2e-3, 4e-3), &StatedScale::default());
+        let place = |x_m: f64| Some(Estimate::new(0.1 + x_m, 1e-6));
+        let track =
+            BodyTrack { body: 4, position_m: vec![place(0.0), place(0.0), None, place(5e-3), place(-1e-3)] };
+        let times_s = (-2..3).map(|k| f64::from(k) * 1e-3).collect();
+        let seen = Observation { recording: "one".into(), view: 2, trial: 1, times_s, bodies: vec![track] };
+        let errors = found.reading_errors(std::slice::from_ref(&seen), 0.0);
+        assert!(!errors.is_empty());
+        let of_way = |way_m: f64, frame: usize| {
+            let variance: f64 = errors.iter().map(|error| error.of_tracks[0].error_m[frame].powi(2)).sum();
+            let own = found.of_views().find(|(view, _)| *view == 2).map_or(0.0, |(_, sigma)| sigma);
+            // For itself, and with all views.
+            let expected = own.hypot(found.views.common_sigma()) * way_m;
+            assert!(
+                (variance.sqrt() - expected).abs() < 1e-3 * expected + 1e-15,
+                "{frame}: {variance} {expected}"
+            );
+        };
+        [(0.0, 0), (0.0, 1), (0.0, 2), (5e-3, 3), (1e-3, 4)]
+            .into_iter()
+            .for_each(|(way_m, frame)| of_way(way_m, frame));
+        let alike = ScaleCheck::of(&shared(2e-4, 2e-4), &StatedScale::default());
+        assert!(alike.reading_errors(&[seen], 0.0).is_empty());
     }
 }

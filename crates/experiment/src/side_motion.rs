@@ -54,7 +54,7 @@ impl SideMotion {
             let modes = calibration_modes(setup, of_coordinate, &motion, n_threads, |moved| Ok(mean(moved)))?;
             motion.add_errors(modes);
             steadying.add_to(&mut motion, &observations);
-            steadying.scale.add_to(&mut motion, &observations);
+            steadying.scale.add_all_to(&mut motion, &observations);
             if steadying.motion().is_some() {
                 let text = "the camera moves in it as well: its motion was taken out where two bodies at rest tell it, and stands in the \
                             uncertainties elsewhere";

@@ -19,7 +19,7 @@ pub fn strain_table(measurement: &Measurement) -> ResultTable {
     ResultTable { columns }
 }
 
-/// The fronts: `gap, t_peak_s, t_peak_sigma_s, t_edge_s, t_edge_sigma_s, peak_strain, peak_strain_sigma, particle_velocity_m_per_s,
+/// The fronts: `gap, t_peak_s, t_peak_sigma_s, t_edge_s, peak_strain, peak_strain_sigma, t_edge_sigma_s, particle_velocity_m_per_s,
 /// particle_velocity_sigma, status`.
 ///
 /// A gap whose leading pulse is missing keeps its row, with the reason in `status`.
@@ -34,9 +34,9 @@ pub fn front_table(measurement: &Measurement) -> ResultTable {
         column("t_peak_s", of(&|front| Some(front.peak_time_s.value))),
         column("t_peak_sigma_s", of(&|front| Some(front.peak_time_s.sigma))),
         column("t_edge_s", of(&|front| front.edge_time_s.map(|time| time.value))),
-        column("t_edge_sigma_s", of(&|front| front.edge_time_s.map(|time| time.sigma))),
         column("peak_strain", of(&|front| Some(front.peak_strain.value))),
         column("peak_strain_sigma", of(&|front| Some(front.peak_strain.sigma))),
+        column("t_edge_sigma_s", of(&|front| front.edge_time_s.map(|time| time.sigma))),
         column("particle_velocity_m_per_s", of(&|front| front.particle_velocity_m_per_s.map(|v| v.value))),
         column("particle_velocity_sigma", of(&|front| front.particle_velocity_m_per_s.map(|v| v.sigma))),
         column("status", fronts.iter().map(status).collect::<Vec<_>>()),

@@ -32,8 +32,8 @@ class Subset(NamedTuple):
 class Tracks(Table):
     """Tracks: a row for each point and frame.
 
-    Columns: `recording`, `name`, `frame`, `t_s`, `x_px`, `y_px`, `sigma_x_px`, `sigma_y_px`, `theta_rad`, `sigma_theta_rad`,
-    `zncc`, `iterations`, `status` (``ok`` or the reason of the loss), `method`.
+    Columns: `recording`, `name`, `frame`, `t_s`, `x_px`, `y_px`, `sigma_x_px`, `sigma_y_px`, `zncc`, `iterations`,
+    `status` (``ok`` or the reason of the loss), `method`, `theta_rad`, `sigma_theta_rad`.
     """
 
     def __init__(self, inner: ArrowTable, subsets: list[Subset], methods: list[str]) -> None:
