@@ -16,7 +16,7 @@ const LEAST_READINGS: usize = 4;
 const N_COEFFICIENTS: usize = 6;
 /// Standard deviations from which on a step is one: of ten thousand frames and bodies, chance makes none of 6.
 const CLEAR: f64 = 10.0;
-/// Least step that is looked at, in frames, and how far one may be off a whole number of them.
+/// Least step that is looked at, in frames, and how far one may be off a whole number of them, or unknown.
 const LEAST: f64 = 0.4;
 const OFF_WHOLE: f64 = 0.2;
 /// Rounds in which its size is found.
@@ -38,10 +38,11 @@ impl FrameStep {
     /// What the reader should know.
     pub(crate) fn in_words(&self) -> String {
         let n = self.frames.unsigned_abs();
-        let frames = if n == 1 { "1 frame".into() } else { format!("{n} frames") };
-        let what = match self.frames > 0 {
-            true => format!("{frames} lack behind frame {}", self.after),
-            false => format!("{frames} behind frame {} show what was seen before", self.after),
+        let what = match (self.frames > 0, n) {
+            (true, 1) => format!("a frame is missing behind frame {}", self.after),
+            (true, _) => format!("{n} frames are missing behind frame {}", self.after),
+            (false, 1) => format!("the frame behind frame {} shows what was seen before", self.after),
+            (false, _) => format!("{n} frames behind frame {} show what was seen before", self.after),
         };
         format!(
             "{what}, though its time stamps go on: all bodies step by as much at once. Later frames count from when they were taken"
@@ -127,8 +128,9 @@ impl Step {
             frames += Self::behind(observation, after, frames)?.frames.clamp(-2.0, 2.0);
         }
         let (left, whole) = (Self::behind(observation, after, frames)?, frames.round());
-        let is_told = left.frames.abs() < OFF_WHOLE && left.sigma * CLEAR < frames.abs();
-        (is_told && whole != 0.0 && (frames - whole).abs() < OFF_WHOLE).then_some(whole as i64)
+        let is_told = left.frames.abs() < OFF_WHOLE && left.sigma < OFF_WHOLE;
+        let is_whole = whole != 0.0 && (frames - whole).abs() < OFF_WHOLE.max(2.0 * left.sigma);
+        (is_told && is_whole).then_some(whole as i64)
     }
 
     /// What is left of the step behind a frame where so much of it, in frames, is put right.
@@ -273,7 +275,7 @@ mod tests {
                 }
             }
         }
-        assert!(steps[1][0].in_words().contains("2 frames lack behind frame 130"));
+        assert!(steps[1][0].in_words().contains("2 frames are missing behind frame 130"));
     }
 
     #[test]

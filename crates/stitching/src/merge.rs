@@ -47,8 +47,9 @@ pub fn merge(observations: &[Observation], settings: &Settings) -> Result<Stitch
     }
 }
 
-/// Merges each group of recordings that share bodies; `places` are the recordings' places among all observations. Only the group with the
-/// first body can tell what the impact tells; of the others, what the readings leave open stays as the priors put it.
+/// Merges each group of recordings that share bodies; `places` are the recordings' places among all observations. Only where the stated chain
+/// tells how the onsets of later bodies answer to the drive can other groups than that with the first body tell what the impact tells; else,
+/// what their readings leave open stays as the priors put it.
 fn merged_groups(
     observations: &[Observation],
     places: &[usize],
@@ -62,7 +63,8 @@ fn merged_groups(
         let Some(first) = first_body(observations, &group) else { continue };
         let own: Vec<Observation> = group.iter().map(|r| observations[*r].clone()).collect();
         let aligned = Aligned::of(&own, settings, interval_s)?;
-        let gauged = if Some(first) == nearest { aligned.gauged()? } else { aligned.ungauged() };
+        let is_told = Some(first) == nearest || settings.stated_responses.get(first - 1).is_some();
+        let gauged = if is_told { aligned.gauged()? } else { aligned.ungauged() };
         let (stitched, of_mean_m) = gauged.trimmed()?.stitched()?;
         let members = group.iter().map(|r| places[*r]).collect();
         parts.push(Part { first_body: first, members, stitched, of_mean_m });
