@@ -63,11 +63,11 @@ impl NormalEquations {
         self.recordings.push(recording);
     }
 
-    /// Ties recordings of these numbers, whose readings share errors: finds how large these are where the unknowns are, and takes them out of
-    /// the residuals.
-    pub(crate) fn tie(&mut self, recordings: &[usize]) {
+    /// Ties recordings of these numbers, whose readings share so many errors: finds how large these are where the unknowns are, and takes them
+    /// out of the residuals.
+    pub(crate) fn tie(&mut self, recordings: &[usize], n_errors: usize) {
         let blocks: Vec<&Block> = recordings.iter().map(|r| &self.recordings[*r]).collect();
-        let tie = Tie::of(&blocks, recordings.to_vec());
+        let tie = Tie::of(&blocks, recordings.to_vec(), n_errors);
         recordings.iter().for_each(|r| self.recordings[*r].take_out(&tie.amplitudes));
         self.ties.push(tie);
     }
@@ -109,7 +109,7 @@ impl NormalEquations {
         });
         let recordings = self.recordings.iter().map(|recording| recording.eliminated(damping));
         let recordings: Vec<Eliminated> = recordings.collect::<Option<_>>()?;
-        let ties = self.ties.iter().map(|tie| tie.eliminated(&recordings, |_| 1.0)).collect();
+        let ties = self.ties.iter().map(|tie| tie.eliminated(&recordings, n, |_| 1.0)).collect();
         Some(Reduced { shared, recordings, ties })
     }
 }
@@ -157,9 +157,10 @@ impl Reduced {
 
     /// Steps of all recordings' own unknowns that go with a step of the shared ones.
     pub(super) fn own_steps(&self, shared: &DVector<f64>) -> Vec<Own> {
-        let with_errors: Vec<DVector<f64>> = self.ties.iter().map(|tie| tie.with_errors(shared)).collect();
+        let amplitudes: Vec<DVector<f64>> = self.ties.iter().map(|tie| tie.amplitude_steps(shared)).collect();
+        let none = DVector::zeros(0);
         let step = |(r, recording): (usize, &Eliminated)| {
-            recording.own_step(self.tie_of(r).map_or(shared, |tie| &with_errors[tie]))
+            recording.own_step(shared, self.tie_of(r).map_or(&none, |tie| &amplitudes[tie]))
         };
         self.recordings.iter().enumerate().map(step).collect()
     }
@@ -248,14 +249,13 @@ impl OwnCovariance {
         let n = recordings.len() as f64;
         let n_shared = shared.nrows();
         let ties: Vec<Option<usize>> = (0..recordings.len()).map(|r| reduced.tie_of(r)).collect();
-        let by_rest: Vec<OMatrix<f64, U2, Dyn>> = recordings.iter().map(Eliminated::own_by_rest).collect();
-        let by_errors = |r: usize| by_rest[r].columns(n_shared, by_rest[r].ncols() - n_shared).into_owned();
+        let by_errors = |r: usize, tie: usize| recordings[r].own_by_errors(reduced.ties[tie].n_errors());
         // The amplitudes go with the shared unknowns, and have errors of their own beside.
-        let by_shared = |(r, by): (usize, &OMatrix<f64, U2, Dyn>)| match ties[r] {
-            None => by.clone(),
-            Some(tie) => by.columns(0, n_shared) + by_errors(r) * reduced.ties[tie].by_shared(),
+        let by_shared = |(r, recording): (usize, &Eliminated)| match ties[r] {
+            None => recording.own_by_shared(),
+            Some(tie) => recording.own_by_shared() + by_errors(r, tie) * reduced.ties[tie].by_shared(),
         };
-        let by_shared: Vec<OMatrix<f64, U2, Dyn>> = by_rest.iter().enumerate().map(by_shared).collect();
+        let by_shared: Vec<OMatrix<f64, U2, Dyn>> = recordings.iter().enumerate().map(by_shared).collect();
         let mut mean = OMatrix::<f64, U2, Dyn>::zeros(n_shared);
         by_shared.iter().for_each(|one| mean += one / n);
         let carried = |by: &OMatrix<f64, U2, Dyn>| by * shared * by.transpose();
@@ -263,19 +263,23 @@ impl OwnCovariance {
         let means: Vec<OMatrix<f64, U2, Dyn>> = reduced
             .ties
             .iter()
-            .map(|tie| {
+            .enumerate()
+            .map(|(k, tie)| {
                 let zero = OMatrix::<f64, U2, Dyn>::zeros(tie.n_errors());
-                tie.recordings().iter().fold(zero, |sum, r| sum + by_errors(*r) / n)
+                tie.recordings().iter().fold(zero, |sum, r| sum + by_errors(*r, k) / n)
             })
             .collect();
         let of_errors = |tie: usize, by: &OMatrix<f64, U2, Dyn>| reduced.ties[tie].carried(by);
         let of_mean_errors: Vec<Matrix2<f64>> =
             (0..means.len()).map(|tie| of_errors(tie, &means[tie])).collect();
         let all_errors = of_mean_errors.iter().sum::<Matrix2<f64>>();
-        let own_errors = |r: usize| ties[r].map_or_else(Matrix2::zeros, |tie| of_errors(tie, &by_errors(r)));
+        let own_errors =
+            |r: usize| ties[r].map_or_else(Matrix2::zeros, |tie| of_errors(tie, &by_errors(r, tie)));
         let errors_about_mean = |r: usize| match ties[r] {
             None => all_errors,
-            Some(tie) => all_errors - of_mean_errors[tie] + of_errors(tie, &(by_errors(r) - &means[tie])),
+            Some(tie) => {
+                all_errors - of_mean_errors[tie] + of_errors(tie, &(by_errors(r, tie) - &means[tie]))
+            }
         };
         let all = || recordings.iter().zip(&by_shared).enumerate();
         Self {
@@ -295,13 +299,62 @@ impl OwnCovariance {
 mod tests {
     use super::*;
 
+    /// The solution of one dense least squares: first the shared unknowns, later those of each recording.
+    struct Dense {
+        inverse: DMatrix<f64>,
+        solution: DVector<f64>,
+        first_own: usize,
+        /// A recording's own unknowns and its places at rest.
+        n_of_recording: usize,
+    }
+
+    impl Dense {
+        /// Where an unknown of a recording stands.
+        fn place(&self, recording: usize, k: usize) -> usize {
+            self.first_own + self.n_of_recording * recording + k
+        }
+
+        /// Variance of a sum of one of the recordings' own unknowns, each recording with its weight.
+        fn variance(&self, k: usize, weights: &[f64]) -> f64 {
+            let all = || weights.iter().enumerate();
+            let pairs = all().flat_map(|(r, of_r)| all().map(move |(q, of_q)| (r, q, of_r * of_q)));
+            pairs.map(|(r, q, weight)| weight * self.inverse[(self.place(r, k), self.place(q, k))]).sum()
+        }
+
+        /// Holds steps and covariances of the equations against it.
+        fn is_found_by(&self, equations: &NormalEquations, n_recordings: usize, tolerance: f64) {
+            let reduced = equations.reduced(0.0).unwrap();
+            let system = reduced.system();
+            let (step, covariance) = (system.step().unwrap(), system.covariance().unwrap());
+            let own = reduced.own_steps(&step);
+            let errors = OwnCovariance::of(&reduced, &covariance);
+            let close = |found: f64, expected: f64| (found - expected).abs() < tolerance;
+            for i in 0..equations.n_shared() {
+                assert!(close(step[i], self.solution[i]), "{} {}", step[i], self.solution[i]);
+                assert!((0..equations.n_shared()).all(|j| close(covariance[(i, j)], self.inverse[(i, j)])));
+            }
+            let share = 1.0 / n_recordings as f64;
+            for k in 0..N_OWN {
+                for r in 0..n_recordings {
+                    assert!(close(own[r][k], self.solution[self.place(r, k)]));
+                    let mut weights = vec![0.0; n_recordings];
+                    weights[r] = 1.0;
+                    assert!(close(errors.of_each[r][(k, k)], self.variance(k, &weights)));
+                    weights.iter_mut().for_each(|weight| *weight -= share);
+                    assert!(close(errors.about_mean[r][(k, k)], self.variance(k, &weights)));
+                }
+                assert!(close(errors.of_mean[(k, k)], self.variance(k, &vec![share; n_recordings])));
+            }
+        }
+    }
+
     /// Three recordings of one track each, and two shared unknowns, against the same least squares as one dense matrix with the
     /// places at rest among its unknowns.
     #[test]
     fn elimination_gives_the_dense_solution() {
         const N_SHARED: usize = 2;
         const N_RECORDINGS: usize = 3;
-        let mut blocks: Vec<Block> = (0..N_RECORDINGS).map(|_| Block::new(N_SHARED, 0)).collect();
+        let mut blocks: Vec<Block> = (0..N_RECORDINGS).map(|_| Block::new(N_SHARED, &[])).collect();
         let mut rests: Vec<RestSums> = (0..N_RECORDINGS).map(|_| RestSums::new(N_SHARED, 0)).collect();
         let n_unknowns = N_SHARED + 3 * N_RECORDINGS;
         let (mut rows, mut side) = (Vec::new(), Vec::new());
@@ -327,62 +380,45 @@ mod tests {
             recording.free_rest(rest);
             equations.add_recording(recording);
         }
-        let reduced = equations.reduced(0.0).unwrap();
-        let (step, covariance) = (reduced.system().step().unwrap(), reduced.system().covariance().unwrap());
-        let own = reduced.own_steps(&step);
-        let errors = OwnCovariance::of(&reduced, &covariance);
-        let place = |r: usize, k: usize| N_SHARED + 3 * r + k;
         // Rounding, times a condition number of some tens.
-        let close = |found: f64, expected: f64| (found - expected).abs() < 1e-12;
-        for i in 0..N_SHARED {
-            assert!(close(step[i], expected[i]));
-            assert!((0..N_SHARED).all(|j| close(covariance[(i, j)], inverse[(i, j)])));
-        }
-        for k in 0..N_OWN {
-            let variance = |weight: &dyn Fn(usize) -> f64| -> f64 {
-                let pairs = (0..N_RECORDINGS).flat_map(|r| (0..N_RECORDINGS).map(move |q| (r, q)));
-                pairs.map(|(r, q)| weight(r) * weight(q) * inverse[(place(r, k), place(q, k))]).sum()
-            };
-            for r in 0..N_RECORDINGS {
-                assert!(close(own[r][k], expected[place(r, k)]));
-                let is_this = |q: usize| f64::from(u8::from(q == r));
-                assert!(close(errors.of_each[r][(k, k)], variance(&is_this)));
-                assert!(close(errors.about_mean[r][(k, k)], variance(&|q| is_this(q) - 1.0 / 3.0)));
-            }
-            assert!(close(errors.of_mean[(k, k)], variance(&|_| 1.0 / 3.0)));
-        }
+        let dense = Dense { inverse, solution: expected, first_own: N_SHARED, n_of_recording: 3 };
+        dense.is_found_by(&equations, N_RECORDINGS, 1e-12);
     }
 
-    /// Four recordings, of which three share two errors, one of them in one of two tracks only, against one dense least squares with the places at
-    /// rest and the amplitudes among its unknowns.
+    /// Four recordings of two tracks each. The first three have two of three errors each: the first one in both tracks, the other one in the
+    /// second alone. Against one dense least squares with the places at rest and the amplitudes among its unknowns.
     #[test]
     fn ties_give_the_dense_solution() {
         const N_SHARED: usize = 2;
         const N_RECORDINGS: usize = 4;
         const N_TIED: usize = 3;
-        const N_ERRORS: usize = 2;
+        const N_ERRORS: usize = 3;
         let first_own = N_SHARED + N_ERRORS;
         let n_unknowns = first_own + 4 * N_RECORDINGS;
         let mut equations = NormalEquations::new(N_SHARED);
         let (mut rows, mut side) = (Vec::new(), Vec::new());
         for recording in 0..N_RECORDINGS {
             let is_tied = recording < N_TIED;
-            let n_errors = if is_tied { N_ERRORS } else { 0 };
-            let mut block = Block::new(N_SHARED, n_errors);
+            let of_recording = [[0, 1], [1, 2], [0, 2], [0, 0]][recording];
+            let of_recording = if is_tied { &of_recording[..] } else { &[] };
+            let mut block = Block::new(N_SHARED, of_recording);
             for track in 0..2 {
-                let errors: Vec<usize> = if is_tied { (track..N_ERRORS).collect() } else { Vec::new() };
-                let mut rest = RestSums::new(N_SHARED, n_errors);
+                let places = if is_tied { 0..=track } else { 1..=0 };
+                let mut rest = RestSums::new(N_SHARED, of_recording.len());
                 for k in 0..12 {
                     let seed = f64::from(k) + 12.3 * track as f64 + 31.7 * recording as f64;
                     let wave = |i: usize| ((1.7 + 0.37 * i as f64) * seed + 0.9 * (i * i) as f64).sin();
                     let inverse_sigma = 1.0 + 0.5 * wave(6);
                     let entries = &[wave(3), wave(4), wave(1), wave(2), wave(5)][..];
-                    let slopes = errors.iter().map(|error| (*error, 3.0 * wave(7 + error))).collect();
-                    let row = Row { entries, errors: slopes, inverse_sigma };
+                    let errors: Vec<(usize, f64)> =
+                        places.clone().map(|place| (place, 3.0 * wave(7 + place))).collect();
+                    let row = Row { entries, errors: errors.clone(), inverse_sigma };
                     block.add_rows([row].into_iter(), &mut rest);
                     let mut dense = vec![0.0; n_unknowns];
                     dense[..N_SHARED].copy_from_slice(&entries[2..4]);
-                    errors.iter().for_each(|error| dense[N_SHARED + error] = 3.0 * wave(7 + error));
+                    for (place, slope) in errors {
+                        dense[N_SHARED + of_recording[place]] = slope;
+                    }
                     let own = first_own + 4 * recording;
                     dense[own..own + 2].copy_from_slice(&entries[..2]);
                     dense[own + 2 + track] = inverse_sigma;
@@ -399,35 +435,17 @@ mod tests {
             rows.extend(prior);
             side.push(0.0);
         }
-        equations.tie(&(0..N_TIED).collect::<Vec<_>>());
+        equations.tie(&(0..N_TIED).collect::<Vec<_>>(), N_ERRORS);
         let dense = DMatrix::from_row_slice(side.len(), n_unknowns, &rows);
         let side = DVector::from_vec(side);
         let inverse = (dense.transpose() * &dense).try_inverse().unwrap();
         let expected = &inverse * dense.transpose() * &side;
-        let reduced = equations.reduced(0.0).unwrap();
-        let (step, covariance) = (reduced.system().step().unwrap(), reduced.system().covariance().unwrap());
-        let own = reduced.own_steps(&step);
-        let errors = OwnCovariance::of(&reduced, &covariance);
         // Rounding, times a condition number of some hundreds.
-        let close = |found: f64, expected: f64| (found - expected).abs() < 1e-11;
-        for i in 0..N_SHARED {
-            assert!(close(step[i], expected[i]), "{} {}", step[i], expected[i]);
-            assert!((0..N_SHARED).all(|j| close(covariance[(i, j)], inverse[(i, j)])));
-        }
-        let place = |r: usize, k: usize| first_own + 4 * r + k;
-        for k in 0..N_OWN {
-            let variance = |weight: &dyn Fn(usize) -> f64| -> f64 {
-                let pairs = (0..N_RECORDINGS).flat_map(|r| (0..N_RECORDINGS).map(move |q| (r, q)));
-                pairs.map(|(r, q)| weight(r) * weight(q) * inverse[(place(r, k), place(q, k))]).sum()
-            };
-            for r in 0..N_RECORDINGS {
-                assert!(close(own[r][k], expected[place(r, k)]));
-                let is_this = |q: usize| f64::from(u8::from(q == r));
-                assert!(close(errors.of_each[r][(k, k)], variance(&is_this)));
-                assert!(close(errors.about_mean[r][(k, k)], variance(&|q| is_this(q) - 0.25)));
-            }
-            assert!(close(errors.of_mean[(k, k)], variance(&|_| 0.25)));
-        }
+        let tolerance = 1e-11;
+        let solved = Dense { inverse, solution: expected, first_own, n_of_recording: 4 };
+        solved.is_found_by(&equations, N_RECORDINGS, tolerance);
+        let close = |found: f64, expected: f64| (found - expected).abs() < tolerance;
+        let place = |r: usize, k: usize| solved.place(r, k);
         // The sum of squares is that of the amplitudes and places at rest that fit best, the other unknowns held.
         let free: Vec<usize> =
             (N_SHARED..first_own).chain((0..N_RECORDINGS).flat_map(|r| [place(r, 2), place(r, 3)])).collect();
@@ -440,7 +458,7 @@ mod tests {
 
     #[test]
     fn recordings_without_information_are_singular() {
-        assert!(Block::new(1, 0).eliminated(0.0).is_none());
+        assert!(Block::new(1, &[]).eliminated(0.0).is_none());
         let empty = NormalEquations::new(1).reduced(0.0).unwrap().system();
         assert!(empty.step().is_none());
         assert_eq!(empty.covariance(), Err(vec![0]));

@@ -294,7 +294,7 @@ impl TrackResiduals<'_> {
         let rows: Vec<Rows<'_>> =
             recordings().map(|(observation, own)| Rows::new(&model, own, observation, &places)).collect();
         let sums = self.observations.iter().enumerate().map(|(r, observation)| {
-            Mutex::new(std::array::from_fn(|_| Sums::new(n_shared, self.errors.n_of(r), observation)))
+            Mutex::new(std::array::from_fn(|_| Sums::new(n_shared, self.errors.of_recording(r), observation)))
         });
         let sums: Vec<Mutex<[Sums; N]>> = sums.collect();
         let length = n_outputs(n_shared, self.model.chain.n_bodies());
@@ -329,7 +329,7 @@ impl TrackResiduals<'_> {
             recording.add_prior(0, (own[0] - value) / sigma, sigma.recip());
             equations.add_recording(recording);
         }
-        self.errors.ties.iter().for_each(|(tied, _)| equations.tie(tied));
+        self.errors.ties.iter().for_each(|(tied, n_errors)| equations.tie(tied, *n_errors));
         for (known, unknown) in self.model.known.iter().zip(N_DAMPINGS..) {
             let residual = (at.shared[unknown] - 1.0) / known.relative_sigma;
             equations.add_prior(unknown, residual, known.relative_sigma.recip());
@@ -350,7 +350,8 @@ impl TrackResiduals<'_> {
             let rows = Rows::new(model, &at.own[r], &self.observations[r], &places);
             let of_track = |(k, track): (usize, &BodyTrack)| {
                 let of_tie = self.errors.tie_of(r).and_then(|tie| amplitudes.get(tie));
-                let amplitude = |error: usize| of_tie.map_or(0.0, |amplitudes| amplitudes[error]);
+                let of_recording = self.errors.of_recording(r);
+                let amplitude = |place: usize| of_tie.map_or(0.0, |of_tie| of_tie[of_recording[place]]);
                 let errors = self.errors.of_track(r, k).iter();
                 let errors: Vec<(f64, &[f64])> =
                     errors.map(|(error, error_m)| (amplitude(*error), *error_m)).collect();
@@ -437,9 +438,9 @@ struct Sums {
 }
 
 impl Sums {
-    fn new(n_shared: usize, n_errors: usize, observation: &Observation) -> Self {
-        let rests = vec![RestSums::new(n_shared, n_errors); observation.bodies.len()];
-        Self { block: Block::new(n_shared, n_errors), rests }
+    fn new(n_shared: usize, errors: &[usize], observation: &Observation) -> Self {
+        let rests = vec![RestSums::new(n_shared, errors.len()); observation.bodies.len()];
+        Self { block: Block::new(n_shared, errors), rests }
     }
 
     /// Adds rows of a track.

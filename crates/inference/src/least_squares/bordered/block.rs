@@ -4,11 +4,12 @@ use nalgebra::{DMatrix, DVector, Dyn, Matrix2, OMatrix, U2};
 
 use super::{N_OWN, Own};
 
-/// Products of one recording's residuals and their derivatives: a symmetric matrix over the recording's own unknowns, the shared ones, the residual itself, and the
-/// amplitudes of errors that it shares with others. Only the lower triangle is filled.
+/// Products of one recording's residuals and their derivatives: a symmetric matrix over the recording's own unknowns, the shared ones, the
+/// residual itself, and the amplitudes of those errors that it shares with others. Only the lower triangle is filled.
 #[derive(Debug, Clone)]
 pub(crate) struct Block {
-    pub(super) n_errors: usize,
+    /// Which of its tie's errors it has, in the order of their columns.
+    pub(super) errors: Vec<usize>,
     products: DMatrix<f64>,
 }
 
@@ -16,7 +17,7 @@ pub(crate) struct Block {
 pub(crate) struct Row<'a> {
     /// Its derivatives by own and shared unknowns, and last itself.
     pub(crate) entries: &'a [f64],
-    /// Its derivatives by the amplitudes of errors, by their numbers, as far as it depends on them.
+    /// Its derivatives by the amplitudes of errors, by their places among those of its recording, as far as it depends on them.
     pub(crate) errors: Vec<(usize, f64)>,
     pub(crate) inverse_sigma: f64,
 }
@@ -34,24 +35,27 @@ const ROWS_TOGETHER: usize = 32;
 /// One recording after elimination of its own unknowns.
 #[derive(Debug, Clone)]
 pub(super) struct Eliminated {
-    /// Over the shared unknowns, the amplitudes of errors and, last, the residual.
+    /// Which of its tie's errors it has.
+    pub(super) errors: Vec<usize>,
+    /// Over the shared unknowns, the residual, and the amplitudes of its errors.
     pub(super) products: DMatrix<f64>,
-    pub(super) coupling: DMatrix<f64>,
+    /// Of these with its own unknowns.
+    coupling: DMatrix<f64>,
     pub(super) own_inverse: Matrix2<f64>,
 }
 
 impl RestSums {
-    /// Over so many shared unknowns and amplitudes of errors.
+    /// Over so many shared unknowns, and amplitudes of errors that the recording has.
     pub(crate) fn new(n_shared: usize, n_errors: usize) -> Self {
         Self { weighted: vec![0.0; N_OWN + n_shared + 1 + n_errors], weight: 0.0 }
     }
 }
 
 impl Block {
-    /// Over so many shared unknowns, and amplitudes of errors that the recording shares with others.
-    pub(crate) fn new(n_shared: usize, n_errors: usize) -> Self {
-        let width = N_OWN + n_shared + 1 + n_errors;
-        Self { n_errors, products: DMatrix::zeros(width, width) }
+    /// Over so many shared unknowns, and the amplitudes of those of its tie's errors that the recording has.
+    pub(crate) fn new(n_shared: usize, errors: &[usize]) -> Self {
+        let width = N_OWN + n_shared + 1 + errors.len();
+        Self { errors: errors.to_vec(), products: DMatrix::zeros(width, width) }
     }
 
     /// Adds rows of one track. What a row does not depend on costs nothing.
@@ -107,21 +111,27 @@ impl Block {
         }
     }
 
-    /// Where the amplitudes begin, behind the residual.
+    /// Where the amplitudes begin.
     pub(super) fn first_error(&self) -> usize {
-        self.products.nrows() - self.n_errors
+        self.residual() + 1
+    }
+
+    /// Where the residual stands.
+    pub(super) fn residual(&self) -> usize {
+        self.products.nrows() - self.errors.len() - 1
     }
 
     pub(super) fn product(&self, i: usize, j: usize) -> f64 {
         self.products[(i.max(j), i.min(j))]
     }
 
-    /// Adds errors of these amplitudes to the model.
+    /// Adds errors to the model, of these amplitudes of its tie's.
     pub(super) fn take_out(&mut self, amplitudes: &DVector<f64>) {
-        let (first_error, residual) = (self.first_error(), self.first_error() - 1);
+        let (first_error, residual) = (self.first_error(), self.residual());
+        let amplitudes: Vec<f64> = self.errors.iter().map(|error| amplitudes[*error]).collect();
         let effect = |i: usize| -> f64 {
-            let terms = amplitudes.iter().enumerate();
-            terms.map(|(k, amplitude)| amplitude * self.product(i, first_error + k)).sum()
+            let terms = amplitudes.iter().zip(first_error..);
+            terms.map(|(amplitude, error)| amplitude * self.product(i, error)).sum()
         };
         let effects: Vec<f64> = (0..self.products.nrows()).map(effect).collect();
         let of_errors = amplitudes.iter().zip(&effects[first_error..]);
@@ -134,7 +144,7 @@ impl Block {
 
     /// Adds a residual of unit variance that depends on one own unknown alone: a prior.
     pub(crate) fn add_prior(&mut self, own: usize, residual: f64, slope: f64) {
-        let last = self.first_error() - 1;
+        let last = self.residual();
         self.products[(own, own)] += slope * slope;
         self.products[(last, own)] += slope * residual;
         self.products[(last, last)] += residual * residual;
@@ -142,46 +152,64 @@ impl Block {
 
     /// Sum of squared residuals.
     pub(crate) fn chi_squared(&self) -> f64 {
-        let last = self.first_error() - 1;
-        self.products[(last, last)]
+        self.product(self.residual(), self.residual())
     }
 
     pub(super) fn own_covariance(&self) -> Option<Matrix2<f64>> {
         Some(Matrix2::from_fn(|i, j| self.product(i, j)).cholesky()?.inverse())
     }
 
-    /// Without the recording's own unknowns: over the shared ones, the amplitudes and last the residual.
+    /// Without the recording's own unknowns, every diagonal entry but the residual's raised by the share `damping`.
     pub(super) fn eliminated(&self, damping: f64) -> Option<Eliminated> {
-        let (n, first_error) = (self.products.nrows(), self.first_error());
-        let n_unknowns = first_error - 1;
-        let place = |i: usize| match i {
-            _ if i < n_unknowns => i,
-            _ if i + 1 < n => i + 1,
-            _ => n_unknowns,
+        let (n, residual) = (self.products.nrows(), self.residual());
+        let raised = |i: usize, j: usize| {
+            let factor = if i == j && i != residual { 1.0 + damping } else { 1.0 };
+            factor * self.product(i, j)
         };
-        let full = DMatrix::from_fn(n, n, |i, j| {
-            let raised = if i == j && i < n_unknowns { 1.0 + damping } else { 1.0 };
-            raised * self.product(place(i), place(j))
-        });
-        let n_rest = full.nrows() - N_OWN;
-        let own: Matrix2<f64> = full.fixed_view::<N_OWN, N_OWN>(0, 0).into_owned();
-        let own_inverse = own.cholesky()?.inverse();
-        let coupling = full.view((N_OWN, 0), (n_rest, N_OWN)).into_owned();
-        let rest = full.view((N_OWN, N_OWN), (n_rest, n_rest)).into_owned();
+        let own_inverse = Matrix2::from_fn(raised).cholesky()?.inverse();
+        let coupling = DMatrix::from_fn(n - N_OWN, N_OWN, |i, j| raised(N_OWN + i, j));
+        let rest = DMatrix::from_fn(n - N_OWN, n - N_OWN, |i, j| raised(N_OWN + i, N_OWN + j));
         let products = rest - &coupling * own_inverse * coupling.transpose();
-        Some(Eliminated { products, coupling, own_inverse })
+        Some(Eliminated { errors: self.errors.clone(), products, coupling, own_inverse })
     }
 }
 
+/// A step of the shared unknowns as it multiplies the products over these and the residual.
+pub(super) fn with_residual(shared: &DVector<f64>) -> DVector<f64> {
+    shared.clone().push(1.0)
+}
+
 impl Eliminated {
-    pub(super) fn own_step(&self, shared: &DVector<f64>) -> Own {
-        let extended = shared.clone().push(1.0);
-        let side = self.coupling.tr_mul(&extended);
+    /// The step of its own unknowns that goes with one of the shared unknowns and of all amplitudes of its tie.
+    pub(super) fn own_step(&self, shared: &DVector<f64>, amplitudes: &DVector<f64>) -> Own {
+        let amplitudes = self.errors.iter().map(|error| amplitudes[*error]);
+        let rest = DVector::from_iterator(
+            self.coupling.nrows(),
+            with_residual(shared).iter().copied().chain(amplitudes),
+        );
+        let side = self.coupling.tr_mul(&rest);
         -(self.own_inverse * Own::new(side[0], side[1]))
     }
 
-    /// Derivatives of the own unknowns by the shared ones and the amplitudes of errors.
-    pub(super) fn own_by_rest(&self) -> OMatrix<f64, U2, Dyn> {
-        -(self.own_inverse * self.coupling.rows(0, self.coupling.nrows() - 1).transpose())
+    /// Derivatives of the own unknowns by the shared ones, the amplitudes held.
+    pub(super) fn own_by_shared(&self) -> OMatrix<f64, U2, Dyn> {
+        self.own_by(0..self.n_shared())
+    }
+
+    /// Derivatives of the own unknowns by the amplitudes of so many errors of its tie.
+    pub(super) fn own_by_errors(&self, n_errors: usize) -> OMatrix<f64, U2, Dyn> {
+        let mut by = OMatrix::<f64, U2, Dyn>::zeros(n_errors);
+        let of_its_own = self.own_by(self.n_shared() + 1..self.coupling.nrows());
+        self.errors.iter().zip(of_its_own.column_iter()).for_each(|(error, own)| by.set_column(*error, &own));
+        by
+    }
+
+    fn own_by(&self, rest: std::ops::Range<usize>) -> OMatrix<f64, U2, Dyn> {
+        -(self.own_inverse * self.coupling.rows_range(rest).transpose())
+    }
+
+    /// Number of shared unknowns.
+    pub(super) fn n_shared(&self) -> usize {
+        self.products.nrows() - self.errors.len() - 1
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, Dyn, Matrix2, OMatrix, U2};
 
-use super::block::{Block, Eliminated};
+use super::block::{Block, Eliminated, with_residual};
 
 /// Recordings whose readings share errors, where the unknowns are.
 #[derive(Debug, Clone)]
@@ -27,17 +27,14 @@ pub(super) struct TiedErrors {
 }
 
 impl Tie {
-    /// Of recordings whose blocks have the same errors.
-    pub(super) fn of(blocks: &[&Block], recordings: Vec<usize>) -> Self {
-        let n = blocks.first().map_or(0, |block| block.n_errors);
+    /// Of recordings that have some of so many errors each.
+    pub(super) fn of(blocks: &[&Block], recordings: Vec<usize>, n: usize) -> Self {
         let (mut matrix, mut side) = (DMatrix::identity(n, n), DVector::zeros(n));
         for block in blocks {
-            let first = block.first_error();
-            for i in 0..n {
-                side[i] -= block.product(first + i, first - 1);
-                for j in 0..n {
-                    matrix[(i, j)] += block.product(first + i, first + j);
-                }
+            let errors = || block.errors.iter().zip(block.first_error()..);
+            for (error, i) in errors() {
+                side[*error] -= block.product(i, block.residual());
+                errors().for_each(|(other, j)| matrix[(*error, *other)] += block.product(i, j));
             }
         }
         // Unit variances beside sums of squares are positive definite; what is no number stays none.
@@ -53,24 +50,33 @@ impl Tie {
     }
 
     /// Eliminates the amplitudes behind the recordings' own unknowns, each recording with its weight.
-    pub(super) fn eliminated(&self, recordings: &[Eliminated], weight: impl Fn(usize) -> f64) -> TiedErrors {
+    pub(super) fn eliminated(
+        &self,
+        recordings: &[Eliminated],
+        n_shared: usize,
+        weight: impl Fn(usize) -> f64,
+    ) -> TiedErrors {
         let n = self.amplitudes.len();
-        let width = self.recordings.first().map_or(n + 1, |r| recordings[*r].products.nrows());
-        let mut all = DMatrix::zeros(width, width);
-        self.recordings.iter().for_each(|r| all += &recordings[*r].products * weight(*r));
-        let (first, last) = (width - 1 - n, width - 1);
-        for (k, amplitude) in self.amplitudes.iter().enumerate() {
-            all[(first + k, first + k)] += 1.0;
-            all[(first + k, last)] += amplitude;
-            all[(last, first + k)] += amplitude;
+        let n_rest = n_shared + 1;
+        let mut rest = DMatrix::zeros(n_rest, n_rest);
+        let mut coupling = DMatrix::zeros(n, n_rest);
+        let mut of_errors = DMatrix::identity(n, n);
+        coupling.set_column(n_shared, &self.amplitudes);
+        for r in &self.recordings {
+            let (Eliminated { errors, products, .. }, weight) = (&recordings[*r], weight(*r));
+            rest += products.view((0, 0), (n_rest, n_rest)) * weight;
+            for (error, i) in errors.iter().zip(n_rest..) {
+                let mut row = coupling.row_mut(*error);
+                row += products.view((i, 0), (1, n_rest)) * weight;
+                for (other, j) in errors.iter().zip(n_rest..) {
+                    of_errors[(*error, *other)] += weight * products[(i, j)];
+                }
+            }
         }
-        let kept = |i: usize| if i < first { i } else { last };
-        let covariance = all.view((first, first), (n, n)).into_owned().cholesky();
-        let covariance =
-            covariance.map_or_else(|| DMatrix::from_element(n, n, f64::NAN), |factor| factor.inverse());
-        let coupling = DMatrix::from_fn(n, first + 1, |k, i| all[(first + k, kept(i))]);
+        let covariance = of_errors
+            .cholesky()
+            .map_or_else(|| DMatrix::from_element(n, n, f64::NAN), |factor| factor.inverse());
         let by_rest = -(&covariance * &coupling);
-        let rest = DMatrix::from_fn(first + 1, first + 1, |i, j| all[(kept(i), kept(j))]);
         TiedErrors {
             tie: self.clone(),
             products: rest + coupling.transpose() * &by_rest,
@@ -98,7 +104,7 @@ impl TiedErrors {
     ) -> DMatrix<f64> {
         match self.recordings().iter().all(|r| weight(*r).to_bits() == 1.0_f64.to_bits()) {
             true => self.products.clone(),
-            false => self.tie.eliminated(recordings, weight).products,
+            false => self.tie.eliminated(recordings, self.products.nrows() - 1, weight).products,
         }
     }
 
@@ -107,10 +113,9 @@ impl TiedErrors {
         self.by_rest.columns(0, self.by_rest.ncols() - 1).into_owned()
     }
 
-    /// A step of the shared unknowns, and of the amplitudes with them.
-    pub(super) fn with_errors(&self, shared: &DVector<f64>) -> DVector<f64> {
-        let step = &self.by_rest * shared.clone().push(1.0);
-        DVector::from_iterator(shared.len() + step.len(), shared.iter().chain(step.iter()).copied())
+    /// The step of the amplitudes that goes with one of the shared unknowns.
+    pub(super) fn amplitude_steps(&self, shared: &DVector<f64>) -> DVector<f64> {
+        &self.by_rest * with_residual(shared)
     }
 
     /// Covariance that the amplitudes' own errors carry into what depends on them.
