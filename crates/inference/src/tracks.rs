@@ -194,7 +194,7 @@ fn finish(
         by_noise,
         stated,
         intervals_95,
-        bootstrap: bootstrap(problem.observations, &reduced),
+        bootstrap: bootstrap(problem.observations, &reduced, &covariance),
         starts: (n_same, STARTS.len()),
         factors: fit.model.known.iter().enumerate().map(factor).collect(),
         beyond: fit.beyond.clone(),

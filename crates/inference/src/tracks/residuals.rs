@@ -17,7 +17,8 @@ use super::windows::{Sides, Window, Windows, changes_of, n_outputs};
 use crate::damping::{N_DAMPINGS, critical_kg_per_s, damping_like, mean_damping_kg_per_s};
 use crate::error::FitError;
 use crate::least_squares::{
-    Block, Bounds, Failure, LeastSquares, N_OWN, NormalEquations, Own, RestSums, Row, Unknowns,
+    Block, Bounds, Failure, LeastSquares, N_OWN, NormalEquations, Own, RestSums, Row, SharedProducts,
+    Unknowns,
 };
 use crate::quantity::Quantity;
 use crate::steps::{DAMPING_STEPS, FACTOR_STEP, FRICTION_STEP_N};
@@ -293,41 +294,59 @@ impl TrackResiduals<'_> {
         let recordings = || self.observations.iter().zip(&at.own);
         let rows: Vec<Rows<'_>> =
             recordings().map(|(observation, own)| Rows::new(&model, own, observation, &places)).collect();
-        let sums = self.observations.iter().enumerate().map(|(r, observation)| {
+        let of_recording = |(r, observation): (usize, &Observation)| {
             Mutex::new(std::array::from_fn(|_| Sums::new(n_shared, self.errors.of_recording(r), observation)))
-        });
-        let sums: Vec<Mutex<[Sums; N]>> = sums.collect();
+        };
+        let sums: Vec<Mutex<[Sums; N]>> = self.observations.iter().enumerate().map(of_recording).collect();
+        let mut shared: [_; N] = std::array::from_fn(|_| SharedProducts::new(n_shared));
         let length = n_outputs(n_shared, self.model.chain.n_bodies());
         for window in Windows::new(&motions, &changes, length, n_threads)? {
             let window = window?;
-            map_in_parallel(rows.len(), n_threads, |r| {
+            let of_tracks = map_in_parallel(rows.len(), n_threads, |r| {
                 let mut sums = sums[r].lock().unwrap_or_else(PoisonError::into_inner);
-                for (place, track) in self.observations[r].bodies.iter().enumerate() {
+                let of_track = |(place, track): (usize, &BodyTrack)| {
                     let rows = rows[r].of_track(track, &window);
                     let errors = self.errors.of_track(r, place);
                     for (takes, sums) in parts.iter().zip(sums.iter_mut()) {
                         let takes = |after_impact_s| takes(r, track.body, after_impact_s);
                         sums.add(place, rows.iter(errors).filter(|(_, seen)| takes(seen.after_impact_s)));
                     }
-                }
+                    (track.body, rows)
+                };
+                self.observations[r].bodies.iter().enumerate().map(of_track).collect::<Vec<_>>()
             });
+            for (takes, shared) in parts.iter().zip(&mut shared) {
+                let mut rows: Vec<&[f64]> = Vec::new();
+                for (r, tracks) in of_tracks.iter().enumerate() {
+                    for (body, of_track) in tracks {
+                        let is_taken = |(_, seen): &(&[f64], &Seen)| takes(r, *body, seen.after_impact_s);
+                        rows.extend(of_track.shared().filter(is_taken).map(|(row, _)| row));
+                    }
+                }
+                shared.add_rows(&rows, n_threads);
+            }
         }
         let sums = sums.into_iter().map(|sums| sums.into_inner().unwrap_or_else(PoisonError::into_inner));
         let mut sums: Vec<_> = sums.map(IntoIterator::into_iter).collect();
-        let equations = std::array::from_fn(|_| {
+        let equations = shared.map(|shared| {
             let of_part = sums.iter_mut().filter_map(Iterator::next);
-            self.with_priors(at, of_part.map(Sums::with_rests_free))
+            self.with_priors(at, shared, of_part)
         });
         Ok((model, equations))
     }
 
     /// The equations of all recordings, and of the priors.
-    fn with_priors(&self, at: &Unknowns, recordings: impl Iterator<Item = Block>) -> NormalEquations {
-        let mut equations = NormalEquations::new(self.n_shared());
-        for (mut recording, own) in recordings.zip(&at.own) {
-            let Estimate { value, sigma } = self.model.striker_velocity_m_per_s;
-            recording.add_prior(0, (own[0] - value) / sigma, sigma.recip());
-            equations.add_recording(recording);
+    fn with_priors(
+        &self,
+        at: &Unknowns,
+        shared: SharedProducts,
+        recordings: impl Iterator<Item = Sums>,
+    ) -> NormalEquations {
+        let mut equations = NormalEquations::of(shared);
+        let Estimate { value, sigma } = self.model.striker_velocity_m_per_s;
+        for (r, (Sums { block, rests }, own)) in recordings.zip(&at.own).enumerate() {
+            equations.add_recording(block, &rests);
+            equations.add_own_prior(r, 0, (own[0] - value) / sigma, sigma.recip());
         }
         self.errors.ties.iter().for_each(|(tied, n_errors)| equations.tie(tied, *n_errors));
         for (known, unknown) in self.model.known.iter().zip(N_DAMPINGS..) {
@@ -430,7 +449,7 @@ pub(super) fn range_of(strikers_m_per_s: &[f64], model: &TrackModel) -> [f64; 2]
     [lowest.max(1e-3 * value), highest]
 }
 
-/// What one recording adds to the equations of a part of the positions.
+/// What one recording has of its own in the equations of a part of the positions.
 struct Sums {
     block: Block,
     /// Of each track.
@@ -448,12 +467,6 @@ impl Sums {
         if let Some(rest) = self.rests.get_mut(track) {
             self.block.add_rows(rows.map(|(row, _)| row), rest);
         }
-    }
-
-    /// The equations, each track's place at rest taken out.
-    fn with_rests_free(mut self) -> Block {
-        self.rests.iter().for_each(|rest| self.block.free_rest(rest));
-        self.block
     }
 }
 
@@ -486,6 +499,11 @@ struct Seen {
 }
 
 impl TrackRows {
+    /// The derivatives by shared unknowns and, last, the residual.
+    fn shared(&self) -> impl Iterator<Item = (&[f64], &Seen)> {
+        self.rows.chunks_exact(self.width).map(|row| &row[N_OWN..]).zip(&self.seen)
+    }
+
     /// With what one standard deviation of each error makes of the track's frames, in metres.
     fn iter<'b>(&'b self, errors: &'b [(usize, &[f64])]) -> impl Iterator<Item = (Row<'b>, &'b Seen)> {
         self.rows.chunks_exact(self.width).zip(&self.seen).map(|(entries, seen)| {

@@ -17,13 +17,13 @@ pub(super) struct Tie {
 /// The errors of a tie behind the elimination of their amplitudes.
 #[derive(Debug, Clone)]
 pub(super) struct TiedErrors {
-    tie: Tie,
+    recordings: Vec<usize>,
+    /// Products of the amplitudes with the shared unknowns and, last, the residual.
+    coupling: DMatrix<f64>,
     /// Step of the amplitudes by the shared unknowns and, last, without any of these.
     by_rest: DMatrix<f64>,
     /// Covariance of the amplitudes, the shared unknowns held.
     covariance: DMatrix<f64>,
-    /// Products over the shared unknowns and last the residual.
-    products: DMatrix<f64>,
 }
 
 impl Tie {
@@ -31,10 +31,11 @@ impl Tie {
     pub(super) fn of(blocks: &[&Block], recordings: Vec<usize>, n: usize) -> Self {
         let (mut matrix, mut side) = (DMatrix::identity(n, n), DVector::zeros(n));
         for block in blocks {
-            let errors = || block.errors.iter().zip(block.first_error()..);
-            for (error, i) in errors() {
-                side[*error] -= block.product(i, block.residual());
-                errors().for_each(|(other, j)| matrix[(*error, *other)] += block.product(i, j));
+            let (by_residual, by_errors) = (block.errors_by_residual(), block.errors_by_errors());
+            for (i, error) in block.errors.iter().enumerate() {
+                side[*error] -= by_residual[i];
+                let others = block.errors.iter().enumerate();
+                others.for_each(|(j, other)| matrix[(*error, *other)] += by_errors[(i, j)]);
             }
         }
         // Unit variances beside sums of squares are positive definite; what is no number stays none.
@@ -49,63 +50,53 @@ impl Tie {
         self.amplitudes.norm_squared()
     }
 
-    /// Eliminates the amplitudes behind the recordings' own unknowns, each recording with its weight.
-    pub(super) fn eliminated(
-        &self,
-        recordings: &[Eliminated],
-        n_shared: usize,
-        weight: impl Fn(usize) -> f64,
-    ) -> TiedErrors {
+    /// Eliminates the amplitudes behind the recordings' own unknowns.
+    pub(super) fn eliminated(&self, recordings: &[Eliminated], n_shared: usize) -> TiedErrors {
         let n = self.amplitudes.len();
-        let n_rest = n_shared + 1;
-        let mut rest = DMatrix::zeros(n_rest, n_rest);
-        let mut coupling = DMatrix::zeros(n, n_rest);
+        let mut coupling = DMatrix::zeros(n, n_shared + 1);
         let mut of_errors = DMatrix::identity(n, n);
         coupling.set_column(n_shared, &self.amplitudes);
-        for r in &self.recordings {
-            let (Eliminated { errors, products, .. }, weight) = (&recordings[*r], weight(*r));
-            rest += products.view((0, 0), (n_rest, n_rest)) * weight;
-            for (error, i) in errors.iter().zip(n_rest..) {
+        for recording in self.recordings.iter().map(|r| &recordings[*r]) {
+            let (by_shared, by_errors) = (recording.errors_by_shared(), recording.errors_by_errors());
+            for (i, error) in recording.errors.iter().enumerate() {
                 let mut row = coupling.row_mut(*error);
-                row += products.view((i, 0), (1, n_rest)) * weight;
-                for (other, j) in errors.iter().zip(n_rest..) {
-                    of_errors[(*error, *other)] += weight * products[(i, j)];
-                }
+                row += by_shared.row(i);
+                let others = recording.errors.iter().enumerate();
+                others.for_each(|(j, other)| of_errors[(*error, *other)] += by_errors[(i, j)]);
             }
         }
         let covariance = of_errors
             .cholesky()
             .map_or_else(|| DMatrix::from_element(n, n, f64::NAN), |factor| factor.inverse());
         let by_rest = -(&covariance * &coupling);
-        TiedErrors {
-            tie: self.clone(),
-            products: rest + coupling.transpose() * &by_rest,
-            by_rest,
-            covariance,
-        }
+        TiedErrors { recordings: self.recordings.clone(), coupling, by_rest, covariance }
     }
 }
 
 impl TiedErrors {
     /// The recordings that share them.
     pub(super) fn recordings(&self) -> &[usize] {
-        &self.tie.recordings
+        &self.recordings
     }
 
     pub(super) fn n_errors(&self) -> usize {
         self.covariance.nrows()
     }
 
-    /// Their products, each recording with its weight.
-    pub(super) fn weighted_products(
-        &self,
-        recordings: &[Eliminated],
-        weight: impl Fn(usize) -> f64,
-    ) -> DMatrix<f64> {
-        match self.recordings().iter().all(|r| weight(*r).to_bits() == 1.0_f64.to_bits()) {
-            true => self.products.clone(),
-            false => self.tie.eliminated(recordings, self.products.nrows() - 1, weight).products,
-        }
+    /// What the amplitudes take out of the products over the shared unknowns and the residual.
+    pub(super) fn taken_out(&self) -> DMatrix<f64> {
+        -(self.coupling.transpose() * &self.by_rest)
+    }
+
+    /// Products of a recording's residual with the shared unknowns, the amplitudes going with these.
+    pub(super) fn score(&self, recording: &Eliminated) -> DVector<f64> {
+        let by_residual = recording.errors_by_residual();
+        let of_errors = recording.errors.iter().zip(&by_residual);
+        let of_its_own = recording.score();
+        of_errors.fold(of_its_own, |score, (error, by_residual)| {
+            let by_shared = self.by_rest.row(*error).transpose();
+            score + by_shared.rows(0, by_shared.len() - 1) * *by_residual
+        })
     }
 
     /// Derivatives of the amplitudes by the shared unknowns.
