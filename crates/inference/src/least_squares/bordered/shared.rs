@@ -38,7 +38,7 @@ impl SharedProducts {
             let mut sums: Vec<Vec<f64>> = columns.clone().map(|i| vec![0.0; width - i]).collect();
             for together in rows.chunks(ROWS_TOGETHER) {
                 for (i, sums) in columns.clone().zip(&mut sums) {
-                    let (fours, rest) = together.as_chunks();
+                    let (fours, rest) = together.as_chunks::<4>();
                     fours.iter().for_each(|four| add_products(sums, i, four));
                     rest.iter().for_each(|row| add_products(sums, i, &[*row]));
                 }
