@@ -52,8 +52,9 @@ pub(super) fn bootstrap(
     let scores = equations.scores();
     Some(std::array::from_fn(|i| {
         let moves = |r: &usize| covariance.column(i).dot(&scores[*r]);
-        let of_view =
-            |view: &Vec<usize>| (view.len() as f64 - 1.0, variance(view.iter().map(moves).collect()));
+        let of_view = |view: &Vec<usize>| {
+            (view.len() as f64 - 1.0, variance(&view.iter().map(moves).collect::<Vec<f64>>()))
+        };
         let of_views: Vec<(f64, f64)> = views.iter().map(of_view).collect();
         let sum: f64 = of_views.iter().map(|(_, variance)| variance).sum();
         let squares: f64 = of_views.iter().map(|(freedom, variance)| variance.powi(2) / freedom).sum();
@@ -62,7 +63,7 @@ pub(super) fn bootstrap(
 }
 
 /// Variance of a sum of values that are drawn anew.
-fn variance(values: Vec<f64>) -> f64 {
+fn variance(values: &[f64]) -> f64 {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
     n / (n - 1.0) * values.iter().map(|value| (value - mean).powi(2)).sum::<f64>()
