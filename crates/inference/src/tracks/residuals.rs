@@ -1,5 +1,7 @@
 //! Tracks of all recordings against the chain model, as a least-squares problem.
 
+mod rows;
+
 use std::sync::{
     Mutex, PoisonError,
     atomic::{AtomicU64, Ordering},
@@ -11,17 +13,17 @@ use nalgebra::DVector;
 
 use super::family::{Family, Struck};
 use super::model::TrackModel;
-use super::response::{Driven, MotionOfTrack, Response, solve};
+use super::response::{Response, solve};
 use super::shared_errors::SharedErrors;
-use super::windows::{Sides, Window, Windows, changes_of, n_outputs};
+use super::windows::{Sides, Windows, changes_of, n_outputs};
 use crate::damping::{N_DAMPINGS, critical_kg_per_s, damping_like, mean_damping_kg_per_s};
 use crate::error::FitError;
 use crate::least_squares::{
-    Block, Bounds, Failure, LeastSquares, N_OWN, NormalEquations, Own, RestSums, Row, SharedProducts,
-    Unknowns,
+    Block, Bounds, Failure, LeastSquares, NormalEquations, Own, RestSums, Row, SharedProducts, Unknowns,
 };
 use crate::quantity::Quantity;
 use crate::steps::{DAMPING_STEPS, FACTOR_STEP, FRICTION_STEP_N};
+use rows::{Rows, Seen};
 
 /// Simulated samples per frame; between them, cubic Hermite interpolation is exact to 1e-11 m on the paper's chain.
 pub(super) const SAMPLES_PER_FRAME: f64 = 4.0;
@@ -468,138 +470,6 @@ impl Sums {
             self.block.add_rows(rows.map(|(row, _)| row), rest);
         }
     }
-}
-
-/// The rows of one recording's equations.
-struct Rows<'a> {
-    model: &'a SolvedModel,
-    driven: Driven<'a>,
-    observation: &'a Observation,
-    impact_s: f64,
-    /// Length in the recording's pictures over true length.
-    scale: f64,
-    /// Which of a window's derivatives belongs to each shared unknown.
-    places: &'a [Option<usize>],
-}
-
-/// The rows (own, shared, residual) of a track in a window, one behind the other, in units of the positions' sigmas; the residual is model less
-/// measurement.
-struct TrackRows {
-    width: usize,
-    rows: Vec<f64>,
-    seen: Vec<Seen>,
-}
-
-/// In which frame and when a position was seen, and how well.
-#[derive(Debug, Clone, Copy)]
-struct Seen {
-    frame: usize,
-    after_impact_s: f64,
-    inverse_sigma: f64,
-}
-
-impl TrackRows {
-    /// The derivatives by shared unknowns and, last, the residual.
-    fn shared(&self) -> impl Iterator<Item = (&[f64], &Seen)> {
-        self.rows.chunks_exact(self.width).map(|row| &row[N_OWN..]).zip(&self.seen)
-    }
-
-    /// With what one standard deviation of each error makes of the track's frames, in metres.
-    fn iter<'b>(&'b self, errors: &'b [(usize, &[f64])]) -> impl Iterator<Item = (Row<'b>, &'b Seen)> {
-        self.rows.chunks_exact(self.width).zip(&self.seen).map(|(entries, seen)| {
-            let Seen { frame, inverse_sigma, .. } = *seen;
-            let felt = errors.iter().filter(|(_, error_m)| error_m[frame] != 0.0);
-            let errors = felt.map(|(error, error_m)| (*error, error_m[frame] * inverse_sigma)).collect();
-            (Row { entries, errors, inverse_sigma }, seen)
-        })
-    }
-}
-
-impl<'a> Rows<'a> {
-    fn new(
-        model: &'a SolvedModel,
-        own: &Own,
-        observation: &'a Observation,
-        places: &'a [Option<usize>],
-    ) -> Self {
-        let driven = model.response.driven([own[0], own[1]], &observation.times_s);
-        let scale = model.scale_of(observation.view);
-        Self { model, driven, observation, impact_s: own[1], scale, places }
-    }
-
-    /// The rows of a track in a window.
-    fn of_track(&self, track: &BodyTrack, window: &Window) -> TrackRows {
-        let width = N_OWN + self.places.len() + 1;
-        let motion = self.driven.of_track(track, window);
-        let origin_m = first_position_m(track);
-        let positions = motion.frames.clone().filter_map(|frame| {
-            let position = track.position_m[frame]?;
-            let seen = Seen {
-                frame,
-                after_impact_s: self.observation.times_s[frame] - self.impact_s,
-                inverse_sigma: position.sigma.recip(),
-            };
-            Some((position.value - origin_m, seen))
-        });
-        let (from_first_m, seen): (Vec<f64>, Vec<Seen>) = positions.unzip();
-        let mut rows = vec![0.0; width * seen.len()];
-        for (place, row) in rows.chunks_exact_mut(width).enumerate() {
-            self.fill(row, (&motion, place), (from_first_m[place], seen[place].inverse_sigma));
-        }
-        TrackRows { width, rows, seen }
-    }
-
-    /// The residuals of a track of recording number `recording`, with errors of these amplitudes.
-    fn residuals(&self, recording: usize, track: &BodyTrack, errors: &[(f64, &[f64])]) -> Vec<Residual> {
-        let rows = self.of_track(track, &Window::whole(self.model.response.n_outputs()));
-        let (mut weighted, mut weight) = (0.0, 0.0);
-        let residual = |(row, seen): (&[f64], &Seen)| {
-            let Seen { frame, after_impact_s, inverse_sigma } = *seen;
-            let error_m: f64 = errors.iter().map(|(amplitude, error_m)| amplitude * error_m[frame]).sum();
-            let value = row.last().copied().unwrap_or_default() + error_m * inverse_sigma;
-            weighted += value * inverse_sigma;
-            weight += inverse_sigma.powi(2);
-            Residual { recording, body: track.body, after_impact_s, value }
-        };
-        let mut all: Vec<Residual> =
-            rows.rows.chunks_exact(rows.width).zip(&rows.seen).map(residual).collect();
-        let rest_m = weighted / weight.max(f64::MIN_POSITIVE);
-        for (residual, seen) in all.iter_mut().zip(&rows.seen) {
-            residual.value -= rest_m * seen.inverse_sigma;
-        }
-        all
-    }
-
-    /// One row, of a position in metres and the inverse of its sigma.
-    fn fill(
-        &self,
-        row: &mut [f64],
-        (motion, place): (&MotionOfTrack, usize),
-        (position_m, inverse_sigma): (f64, f64),
-    ) {
-        let scale = self.scale;
-        let factor = scale * inverse_sigma;
-        let last = row.len() - 1;
-        let rubbed_m = |force: usize| motion.frictions_m[force][place];
-        let x_m = motion.displacement_m[place] + self.model.friction.map_or(0.0, |_| rubbed_m(0));
-        row[0] = factor * motion.by_striker_s[place];
-        row[1] = -factor * motion.velocity_m_per_s[place];
-        row[last] = factor * x_m - position_m * inverse_sigma;
-        for (entry, which) in row[N_OWN..last].iter_mut().zip(self.places) {
-            *entry = factor * which.map_or(0.0, |which| motion.derivatives_m[which][place]);
-        }
-        for (unknown, factor) in self.model.scales_of(self.observation.view) {
-            row[N_OWN + unknown] = x_m * inverse_sigma * (scale / factor);
-        }
-        if let Some(unknown) = self.model.friction {
-            row[N_OWN + unknown] = factor * (rubbed_m(1) - rubbed_m(0)) / FRICTION_STEP_N;
-        }
-    }
-}
-
-/// Positions count from the first one seen, so that sums of squares keep their digits.
-fn first_position_m(track: &BodyTrack) -> f64 {
-    track.position_m.iter().flatten().next().map_or(0.0, |position| position.value)
 }
 
 #[cfg(test)]
