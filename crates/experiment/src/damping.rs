@@ -1,6 +1,6 @@
 //! The damping that stands for the experiment: of three fits the one that holds and says most, or the reason why none does.
 
-use chainwave_analysis::Rule;
+use chainwave_analysis::{LEVEL, Rule};
 use chainwave_inference::{
     Damping, EnergyFit, FitError, Hypothesis, ImposedFit, ReleasedFit, TrackFit, refusal,
 };
@@ -41,8 +41,6 @@ const CONTRADICTION: f64 = 3.5;
 /// their noise, so that no exact level can be given; a friction, a stiffness or a scale that is off by what the tracks just tell
 /// leaves 3.7 and more.
 const LARGEST_BEHIND_BODY_1: f64 = 1.5;
-/// The same of the peak energies: a few numbers, of which chi squared is known within a third.
-const LARGEST_OF_ENERGIES: f64 = 2.0;
 
 impl StatedDamping {
     /// Of the fits to an experiment; `critical_kg_per_s` is critical damping, beyond which a damping is not told.
@@ -204,8 +202,9 @@ impl StatedDamping {
                 "the tracks, while the chain model (with what they ask for beyond the stated one) leaves noise alone, or so little more that \
                  c_d is told from zero with all that this may do to it; else the motion {BEHIND_BODY_1} (reduced chi squared up to \
                  {LARGEST_BEHIND_BODY_1}), which needs no striker and stands as well where the two contradict by {CONTRADICTION} sigma; else \
-                 the peak energies (up to {LARGEST_OF_ENERGIES}); else nothing. Of a chain that is let go the {RELEASE} (up to \
-                 {LARGEST_BEHIND_BODY_1})"
+                 the peak energies, unless they leave more than chance does ({} % level); else nothing. Of a chain that is let go the {RELEASE} (up to \
+                 {LARGEST_BEHIND_BODY_1})",
+                100.0 * LEVEL
             ),
             level: None,
             rates: Vec::new(),
@@ -237,7 +236,7 @@ fn reasons(
     };
     let of_energies = |fit: &EnergyFit| {
         rejected_model(tracks, true)
-            .or_else(|| misfit(fit.reduced_chi_squared, LARGEST_OF_ENERGIES))
+            .or_else(|| unlikely(fit))
             .or_else(|| refusal(fit.damping.chain_damping_kg_per_s, critical_kg_per_s))
     };
     [
@@ -280,6 +279,17 @@ fn unexplained(fit: &TrackFit) -> Option<String> {
 fn misfit(reduced_chi_squared: f64, largest: f64) -> Option<String> {
     let holds = reduced_chi_squared <= largest;
     (!holds).then(|| format!("reduced chi squared {reduced_chi_squared:.2}, expected at most {largest}"))
+}
+
+/// Why the fit to the peak energies does not hold, where chance hardly leaves so much: they are so few that no one bound of reduced chi squared
+/// is as likely for all numbers of gaps.
+fn unlikely(fit: &EnergyFit) -> Option<String> {
+    (fit.p_value < LEVEL).then(|| {
+        format!(
+            "reduced chi squared {:.2}, which chance leaves with a probability of {:.1e}, expected at least {LEVEL}",
+            fit.reduced_chi_squared, fit.p_value
+        )
+    })
 }
 
 /// What is said of two fits whose c_d differ by more than their uncertainties explain.

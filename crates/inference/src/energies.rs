@@ -5,6 +5,7 @@ mod prediction;
 mod residuals;
 mod whitening;
 
+use chainwave_analysis::probability::variance_ratio_beyond;
 use chainwave_analysis::{PeakEnergies, exact_motion, pulses_and_energies, strain_map};
 use chainwave_measurement::Estimate;
 use chainwave_mechanics::Schedule;
@@ -55,11 +56,23 @@ pub fn fit_peak_energies(
             schedule: Schedule::automatic(duration_s, interval_s),
         },
     };
-    fit(&EnergyResiduals::new(model, &comparison))
+    fit(&EnergyResiduals::new(model, &comparison), (found, measurement.n_replicas))
 }
 
-/// Follows several starting points, and takes the covariance at the lowest minimum.
-fn fit(problem: &EnergyResiduals<'_>) -> Result<EnergyFit, FitError> {
+/// Probability that a number of energies, whose covariance so many replicas tell, leave by chance such a reduced chi squared, with so many
+/// degrees of freedom, or a larger one.
+///
+/// With a covariance that is itself an estimate the sum of squares follows Hotelling's T^2, an F distribution of as many further degrees of freedom as
+/// replicas are more than energies (T. W. Anderson, An Introduction to Multivariate Statistical Analysis (2003), theorem 5.2.2).
+fn chance(reduced_chi_squared: f64, freedom: usize, (n_energies, n_replicas): (usize, usize)) -> f64 {
+    let more = n_replicas.saturating_sub(n_energies) as f64;
+    // The mean of F, which the correction of the covariance has taken out.
+    let mean = more / (more - 2.0);
+    variance_ratio_beyond(mean * reduced_chi_squared, freedom as f64, more)
+}
+
+/// Follows several starting points, and takes the covariance at the lowest minimum; the `numbers` are of energies and of replicas.
+fn fit(problem: &EnergyResiduals<'_>, numbers: (usize, usize)) -> Result<EnergyFit, FitError> {
     let failure = |why: Failure<FitError>| problem.failure(why);
     let starts = STARTS.map(|factors| problem.start(factors)).into_iter().collect::<Result<Vec<_>, _>>()?;
     let minimum = least_of(problem, starts, &[], &Stop::STATED).map_err(failure)?.minimum;
@@ -87,6 +100,7 @@ fn fit(problem: &EnergyResiduals<'_>) -> Result<EnergyFit, FitError> {
             .map(|(known, i)| (known.quantity, estimate(i)))
             .collect(),
         reduced_chi_squared,
+        p_value: chance(reduced_chi_squared, freedom, numbers),
         n_residuals,
         n_simulations: problem.n_simulations(),
     })
@@ -116,5 +130,48 @@ fn interval_s(times_s: &[f64]) -> f64 {
     match times_s {
         [first, .., last] => (last - first) / (times_s.len() - 1) as f64,
         _ => 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, DVector};
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+    use rand_pcg::Pcg64;
+
+    use super::*;
+
+    /// Energies of which nothing is fitted, with a covariance told by few replicas: they are beyond a level as often as it says.
+    #[test]
+    fn chance_is_as_large_as_stated_however_few_replicas_tell_the_covariance() {
+        const N_DRAWS: usize = 2000;
+        let mut random = Pcg64::seed_from_u64(3);
+        for (n_energies, n_replicas) in [(5, 20), (11, 40), (11, 200)] {
+            let mut drawn = || DVector::<f64>::from_fn(n_energies, |_, _| StandardNormal.sample(&mut random));
+            let mut n_beyond = [0.0; 2];
+            for _ in 0..N_DRAWS {
+                let replicas: Vec<DVector<f64>> = (0..n_replicas).map(|_| drawn()).collect();
+                let mean = replicas.iter().sum::<DVector<f64>>() / n_replicas as f64;
+                let about = replicas.iter().map(|one| one - &mean);
+                let zero = DMatrix::zeros(n_energies, n_energies);
+                let squares = about.fold(zero, |sum, one| sum + &one * one.transpose());
+                // The covariance, over n - 1, with the correction that the fit makes.
+                let covariance = squares / (n_replicas - n_energies - 2) as f64;
+                let energies = drawn();
+                let solved = covariance.cholesky().unwrap().solve(&energies);
+                let p_value =
+                    chance(energies.dot(&solved) / n_energies as f64, n_energies, (n_energies, n_replicas));
+                for (n_beyond, level) in n_beyond.iter_mut().zip([0.01, 0.2]) {
+                    *n_beyond += f64::from(u8::from(p_value < level));
+                }
+            }
+            for (n_beyond, level) in n_beyond.into_iter().zip([0.01, 0.2]) {
+                let (expected, n) = (level * N_DRAWS as f64, N_DRAWS as f64);
+                // Four standard deviations of the binomial distribution.
+                let scatter = (n * level * (1.0 - level)).sqrt();
+                assert!((n_beyond - expected).abs() < 4.0 * scatter, "{n_energies} {n_replicas}: {n_beyond}");
+            }
+        }
     }
 }

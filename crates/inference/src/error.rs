@@ -14,10 +14,8 @@ pub enum FitError {
         "damping fit: expected a chain driven by a striker, found another drive (c_s acts in the striker's contact alone)"
     )]
     NoStriker,
-    /// What drives the chain is more than the fit seeks.
-    #[error(
-        "damping fit: expected a chain that one striker alone drives, found {found}, whose speed and touch in each trial the fit does not seek"
-    )]
+    /// More than the motion of body 1 drives the chain.
+    #[error("damping fit: expected a chain that nothing drives but the motion of body 1, found {found}")]
     DrivenElsewhere {
         /// What else drives it.
         found: &'static str,

@@ -8,7 +8,9 @@
 
 mod bordered;
 
-pub(crate) use bordered::{Block, N_OWN, NormalEquations, Own, OwnCovariance, Reduced, RestSums, Row};
+pub(crate) use bordered::{
+    Block, N_OWN, NormalEquations, Own, OwnCovariance, Reduced, RestSums, Row, SharedProducts,
+};
 
 use bordered::SharedSystem;
 use nalgebra::{DMatrix, DVector};

@@ -161,9 +161,9 @@ fn finish(
     let mean = at.own.iter().sum::<Own>() / at.own.len() as f64;
     let of_mean = |k: usize| estimate(mean[k], errors.of_mean[(k, k)]);
     let by_noise = damping_of(at, &covariance, inflation);
-    let missed = match fit.structure.is_told() {
-        true => discrepancy(problem, minimum, &fit.residuals, inflation * inflation)?,
-        false => [0.0; N_DAMPINGS],
+    let missed = match fit.structure.is_noise_alone() {
+        true => [0.0; N_DAMPINGS],
+        false => discrepancy(problem, minimum, &fit.residuals, inflation * inflation)?,
     };
     let between = between_hypotheses(at, rivals);
     let more: [f64; N_DAMPINGS] = std::array::from_fn(|i| missed[i] + between[i]);
@@ -194,7 +194,7 @@ fn finish(
         by_noise,
         stated,
         intervals_95,
-        bootstrap: bootstrap(problem.observations, &reduced),
+        bootstrap: bootstrap(problem.observations, &reduced, &covariance),
         starts: (n_same, STARTS.len()),
         factors: fit.model.known.iter().enumerate().map(factor).collect(),
         beyond: fit.beyond.clone(),

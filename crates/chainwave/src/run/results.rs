@@ -396,6 +396,7 @@ fn structure_as_json(found: &Structure) -> Value {
         "degrees_of_freedom": [found.freedom.0, found.freedom.1],
         "p_value": found.p_value,
         "size": found.size,
+        "size_in_tracks": found.size_in_tracks,
         "bodies": found.bodies.iter().map(|(body, _)| body).collect::<Vec<_>>(),
         "worst_s": [found.worst_s.0, found.worst_s.1],
     })

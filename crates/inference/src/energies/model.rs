@@ -42,6 +42,8 @@ pub struct EnergyFit {
     /// Sum of squared whitened residuals over their number less the parameters; near 1 (or below, where interpolated samples
     /// are smoother than their stated noise) when model and stated errors explain the measurement.
     pub reduced_chi_squared: f64,
+    /// Probability of such a value or a larger one, did the energies scatter as stated alone.
+    pub p_value: f64,
     /// Whitened residuals.
     pub n_residuals: usize,
     /// Chain simulations carried out.

@@ -3,12 +3,14 @@
 //! the amplitudes of these, unknowns of unit variance that are eliminated behind the recordings' own.
 
 mod block;
+mod shared;
 mod tie;
 
 use nalgebra::{DMatrix, DVector, Dyn, Matrix2, OMatrix, SymmetricEigen, U2, Vector2};
 
 use block::Eliminated;
 pub(crate) use block::{Block, RestSums, Row};
+pub(crate) use shared::SharedProducts;
 use tie::{Tie, TiedErrors};
 
 /// A pair of numbers for the two unknowns that belong to one recording.
@@ -25,50 +27,62 @@ const PART: f64 = 0.1;
 /// Products of all residuals and their derivatives, summed up.
 #[derive(Debug, Clone)]
 pub(crate) struct NormalEquations {
-    /// Of residuals that depend on shared unknowns alone: over these and last the residual itself, upper triangle.
-    shared: DMatrix<f64>,
+    /// Of all residuals, over what they share.
+    shared: SharedProducts,
     recordings: Vec<Block>,
     ties: Vec<Tie>,
 }
 
 impl NormalEquations {
     pub(crate) fn new(n_shared: usize) -> Self {
-        let shared = DMatrix::zeros(n_shared + 1, n_shared + 1);
+        Self::of(SharedProducts::new(n_shared))
+    }
+
+    /// Of residuals whose products over what they share are summed up; recordings that have more of their own follow.
+    pub(crate) fn of(shared: SharedProducts) -> Self {
         Self { shared, recordings: Vec::new(), ties: Vec::new() }
     }
 
     /// Number of shared unknowns.
     pub(crate) fn n_shared(&self) -> usize {
-        self.shared.nrows() - 1
+        self.shared.n_shared()
     }
 
     /// Adds a residual of unit variance that depends on shared unknowns alone: its derivatives by them, and the residual.
     pub(crate) fn add_row(&mut self, row: &[f64]) {
-        for (i, left) in row.iter().enumerate() {
-            for (j, right) in row.iter().enumerate().skip(i) {
-                self.shared[(i, j)] += left * right;
-            }
-        }
+        self.shared.add_weighted(row, 1.0);
     }
 
     /// Adds a residual of unit variance that depends on one shared unknown alone: a prior.
     pub(crate) fn add_prior(&mut self, unknown: usize, residual: f64, slope: f64) {
-        let last = self.n_shared();
-        self.shared[(unknown, unknown)] += slope * slope;
-        self.shared[(unknown, last)] += slope * residual;
-        self.shared[(last, last)] += residual * residual;
+        self.shared.add_prior(Some(unknown), residual, slope);
     }
 
-    pub(crate) fn add_recording(&mut self, recording: Block) {
+    /// Adds what a recording has of its own, its residuals being among those that are summed up, and frees its tracks' places at rest.
+    pub(crate) fn add_recording(&mut self, mut recording: Block, rests: &[RestSums]) {
+        for rest in rests {
+            recording.free_rest(rest);
+            let (row, weight) = rest.shared(self.n_shared());
+            self.shared.add_weighted(row, weight);
+        }
         self.recordings.push(recording);
     }
 
-    /// Ties recordings of these numbers, whose readings share errors: finds how large these are where the unknowns are, and takes them out of
-    /// the residuals.
-    pub(crate) fn tie(&mut self, recordings: &[usize]) {
+    /// Adds a residual of unit variance that depends on one own unknown of a recording alone: a prior.
+    pub(crate) fn add_own_prior(&mut self, recording: usize, own: usize, residual: f64, slope: f64) {
+        self.recordings[recording].add_prior(own, residual, slope);
+        self.shared.add_prior(None, residual, slope);
+    }
+
+    /// Ties recordings of these numbers, whose readings share so many errors: finds how large these are where the unknowns are, and takes them
+    /// out of the residuals.
+    pub(crate) fn tie(&mut self, recordings: &[usize], n_errors: usize) {
         let blocks: Vec<&Block> = recordings.iter().map(|r| &self.recordings[*r]).collect();
-        let tie = Tie::of(&blocks, recordings.to_vec());
-        recordings.iter().for_each(|r| self.recordings[*r].take_out(&tie.amplitudes));
+        let tie = Tie::of(&blocks, recordings.to_vec(), n_errors);
+        for r in recordings {
+            let more = self.recordings[*r].take_out(&tie.amplitudes);
+            self.shared.add_to_residual(&more);
+        }
         self.ties.push(tie);
     }
 
@@ -84,9 +98,7 @@ impl NormalEquations {
 
     /// Sum of squared residuals, priors included.
     pub(crate) fn chi_squared(&self) -> f64 {
-        let last = self.n_shared();
-        let of_recordings = self.recordings.iter().map(Block::chi_squared).sum::<f64>();
-        of_recordings + self.shared[(last, last)] + self.ties.iter().map(Tie::chi_squared).sum::<f64>()
+        self.shared.chi_squared() + self.ties.iter().map(Tie::chi_squared).sum::<f64>()
     }
 
     /// The same of one recording.
@@ -102,22 +114,27 @@ impl NormalEquations {
     /// The equations without the recordings' own unknowns, every diagonal entry raised by the share `damping` (Marquardt); `None` where
     /// a recording does not determine its own.
     pub(crate) fn reduced(&self, damping: f64) -> Option<Reduced> {
-        let n = self.n_shared();
-        let shared = DMatrix::from_fn(n + 1, n + 1, |i, j| {
-            let raised = if i == j && i < n { 1.0 + damping } else { 1.0 };
-            raised * self.shared[(i.min(j), i.max(j))]
-        });
         let recordings = self.recordings.iter().map(|recording| recording.eliminated(damping));
         let recordings: Vec<Eliminated> = recordings.collect::<Option<_>>()?;
-        let ties = self.ties.iter().map(|tie| tie.eliminated(&recordings, |_| 1.0)).collect();
+        let of_tie = |tie: &Tie| tie.eliminated(&recordings, self.n_shared());
+        let ties: Vec<TiedErrors> = self.ties.iter().map(of_tie).collect();
+        let mut shared = self.shared.damped(damping);
+        recordings.iter().for_each(|recording| shared -= recording.taken_out());
+        ties.iter().for_each(|tie| shared -= tie.taken_out());
         Some(Reduced { shared, recordings, ties })
+    }
+
+    /// Numbers that it holds.
+    #[cfg(test)]
+    fn n_held(&self) -> usize {
+        (self.n_shared() + 1).pow(2) + self.recordings.iter().map(Block::n_held).sum::<usize>()
     }
 }
 
 /// The equations after elimination of the recordings' own unknowns.
 #[derive(Debug, Clone)]
 pub(crate) struct Reduced {
-    /// Of what depends on shared unknowns alone.
+    /// Over the shared unknowns and, last, the residual.
     shared: DMatrix<f64>,
     recordings: Vec<Eliminated>,
     ties: Vec<TiedErrors>,
@@ -126,28 +143,21 @@ pub(crate) struct Reduced {
 impl Reduced {
     /// The equations of the shared unknowns.
     pub(crate) fn system(&self) -> SharedSystem {
-        self.weighted(|_| 1.0)
-    }
-
-    /// The same, each recording with its weight.
-    pub(crate) fn weighted(&self, weight: impl Fn(usize) -> f64) -> SharedSystem {
-        let mut products = self.shared.clone();
-        for (r, recording) in self.recordings.iter().enumerate().filter(|(r, _)| self.tie_of(*r).is_none()) {
-            products += &recording.products * weight(r);
-        }
-        for tie in &self.ties {
-            products += tie.weighted_products(&self.recordings, &weight);
-        }
-        let n = products.nrows() - 1;
+        let n = self.shared.nrows() - 1;
         SharedSystem {
-            matrix: products.view((0, 0), (n, n)).into_owned(),
-            side: -products.view((0, n), (n, 1)).column(0).into_owned(),
+            matrix: self.shared.view((0, 0), (n, n)).into_owned(),
+            side: -self.shared.view((0, n), (n, 1)).column(0).into_owned(),
         }
     }
 
-    /// Number of recordings.
-    pub(crate) fn n_recordings(&self) -> usize {
-        self.recordings.len()
+    /// What each recording adds to the sum of squares' gradient by the shared unknowns, its own ones and the amplitudes going with these; half
+    /// of it, as the equations have it.
+    pub(crate) fn scores(&self) -> Vec<DVector<f64>> {
+        let score = |(r, recording): (usize, &Eliminated)| match self.tie_of(r) {
+            Some(tie) => self.ties[tie].score(recording),
+            None => recording.score(),
+        };
+        self.recordings.iter().enumerate().map(score).collect()
     }
 
     /// Which of the ties a recording belongs to.
@@ -157,9 +167,10 @@ impl Reduced {
 
     /// Steps of all recordings' own unknowns that go with a step of the shared ones.
     pub(super) fn own_steps(&self, shared: &DVector<f64>) -> Vec<Own> {
-        let with_errors: Vec<DVector<f64>> = self.ties.iter().map(|tie| tie.with_errors(shared)).collect();
+        let amplitudes: Vec<DVector<f64>> = self.ties.iter().map(|tie| tie.amplitude_steps(shared)).collect();
+        let none = DVector::zeros(0);
         let step = |(r, recording): (usize, &Eliminated)| {
-            recording.own_step(self.tie_of(r).map_or(shared, |tie| &with_errors[tie]))
+            recording.own_step(shared, self.tie_of(r).map_or(&none, |tie| &amplitudes[tie]))
         };
         self.recordings.iter().enumerate().map(step).collect()
     }
@@ -248,14 +259,13 @@ impl OwnCovariance {
         let n = recordings.len() as f64;
         let n_shared = shared.nrows();
         let ties: Vec<Option<usize>> = (0..recordings.len()).map(|r| reduced.tie_of(r)).collect();
-        let by_rest: Vec<OMatrix<f64, U2, Dyn>> = recordings.iter().map(Eliminated::own_by_rest).collect();
-        let by_errors = |r: usize| by_rest[r].columns(n_shared, by_rest[r].ncols() - n_shared).into_owned();
+        let by_errors = |r: usize, tie: usize| recordings[r].own_by_errors(reduced.ties[tie].n_errors());
         // The amplitudes go with the shared unknowns, and have errors of their own beside.
-        let by_shared = |(r, by): (usize, &OMatrix<f64, U2, Dyn>)| match ties[r] {
-            None => by.clone(),
-            Some(tie) => by.columns(0, n_shared) + by_errors(r) * reduced.ties[tie].by_shared(),
+        let by_shared = |(r, recording): (usize, &Eliminated)| match ties[r] {
+            None => recording.own_by_shared(),
+            Some(tie) => recording.own_by_shared() + by_errors(r, tie) * reduced.ties[tie].by_shared(),
         };
-        let by_shared: Vec<OMatrix<f64, U2, Dyn>> = by_rest.iter().enumerate().map(by_shared).collect();
+        let by_shared: Vec<OMatrix<f64, U2, Dyn>> = recordings.iter().enumerate().map(by_shared).collect();
         let mut mean = OMatrix::<f64, U2, Dyn>::zeros(n_shared);
         by_shared.iter().for_each(|one| mean += one / n);
         let carried = |by: &OMatrix<f64, U2, Dyn>| by * shared * by.transpose();
@@ -263,19 +273,23 @@ impl OwnCovariance {
         let means: Vec<OMatrix<f64, U2, Dyn>> = reduced
             .ties
             .iter()
-            .map(|tie| {
+            .enumerate()
+            .map(|(k, tie)| {
                 let zero = OMatrix::<f64, U2, Dyn>::zeros(tie.n_errors());
-                tie.recordings().iter().fold(zero, |sum, r| sum + by_errors(*r) / n)
+                tie.recordings().iter().fold(zero, |sum, r| sum + by_errors(*r, k) / n)
             })
             .collect();
         let of_errors = |tie: usize, by: &OMatrix<f64, U2, Dyn>| reduced.ties[tie].carried(by);
         let of_mean_errors: Vec<Matrix2<f64>> =
             (0..means.len()).map(|tie| of_errors(tie, &means[tie])).collect();
         let all_errors = of_mean_errors.iter().sum::<Matrix2<f64>>();
-        let own_errors = |r: usize| ties[r].map_or_else(Matrix2::zeros, |tie| of_errors(tie, &by_errors(r)));
+        let own_errors =
+            |r: usize| ties[r].map_or_else(Matrix2::zeros, |tie| of_errors(tie, &by_errors(r, tie)));
         let errors_about_mean = |r: usize| match ties[r] {
             None => all_errors,
-            Some(tie) => all_errors - of_mean_errors[tie] + of_errors(tie, &(by_errors(r) - &means[tie])),
+            Some(tie) => {
+                all_errors - of_mean_errors[tie] + of_errors(tie, &(by_errors(r, tie) - &means[tie]))
+            }
         };
         let all = || recordings.iter().zip(&by_shared).enumerate();
         Self {
@@ -295,15 +309,71 @@ impl OwnCovariance {
 mod tests {
     use super::*;
 
+    /// The solution of one dense least squares: first the shared unknowns, later those of each recording.
+    struct Dense {
+        inverse: DMatrix<f64>,
+        solution: DVector<f64>,
+        first_own: usize,
+        /// A recording's own unknowns and its places at rest.
+        n_of_recording: usize,
+    }
+
+    impl Dense {
+        /// Where an unknown of a recording stands.
+        fn place(&self, recording: usize, k: usize) -> usize {
+            self.first_own + self.n_of_recording * recording + k
+        }
+
+        /// Variance of a sum of one of the recordings' own unknowns, each recording with its weight.
+        fn variance(&self, k: usize, weights: &[f64]) -> f64 {
+            let all = || weights.iter().enumerate();
+            let pairs = all().flat_map(|(r, of_r)| all().map(move |(q, of_q)| (r, q, of_r * of_q)));
+            pairs.map(|(r, q, weight)| weight * self.inverse[(self.place(r, k), self.place(q, k))]).sum()
+        }
+
+        /// Holds steps and covariances of the equations against it.
+        fn is_found_by(&self, equations: &NormalEquations, n_recordings: usize, tolerance: f64) {
+            let reduced = equations.reduced(0.0).unwrap();
+            let system = reduced.system();
+            let (step, covariance) = (system.step().unwrap(), system.covariance().unwrap());
+            let own = reduced.own_steps(&step);
+            let errors = OwnCovariance::of(&reduced, &covariance);
+            let close = |found: f64, expected: f64| (found - expected).abs() < tolerance;
+            // The recordings' scores, and what the prior of the amplitudes adds to them, are the gradient.
+            let of_ties = equations.ties.iter().zip(&reduced.ties);
+            let priors = of_ties.map(|(tie, behind)| behind.by_shared().tr_mul(&tie.amplitudes));
+            let parts = reduced.scores().into_iter().chain(priors);
+            let gradient = parts.fold(DVector::zeros(step.len()), |sum, one| sum + one);
+            assert!((gradient + &system.side).amax() < tolerance);
+            for i in 0..equations.n_shared() {
+                assert!(close(step[i], self.solution[i]), "{} {}", step[i], self.solution[i]);
+                assert!((0..equations.n_shared()).all(|j| close(covariance[(i, j)], self.inverse[(i, j)])));
+            }
+            let mean = vec![1.0 / n_recordings as f64; n_recordings];
+            for (r, own) in own.iter().enumerate() {
+                let mut alone = vec![0.0; n_recordings];
+                alone[r] = 1.0;
+                let about_mean: Vec<f64> = alone.iter().zip(&mean).map(|(one, mean)| one - mean).collect();
+                for (k, own) in own.iter().enumerate() {
+                    assert!(close(*own, self.solution[self.place(r, k)]));
+                    assert!(close(errors.of_each[r][(k, k)], self.variance(k, &alone)));
+                    assert!(close(errors.about_mean[r][(k, k)], self.variance(k, &about_mean)));
+                    assert!(close(errors.of_mean[(k, k)], self.variance(k, &mean)));
+                }
+            }
+        }
+    }
+
     /// Three recordings of one track each, and two shared unknowns, against the same least squares as one dense matrix with the
     /// places at rest among its unknowns.
     #[test]
     fn elimination_gives_the_dense_solution() {
         const N_SHARED: usize = 2;
         const N_RECORDINGS: usize = 3;
-        let mut blocks: Vec<Block> = (0..N_RECORDINGS).map(|_| Block::new(N_SHARED, 0)).collect();
+        let mut blocks: Vec<Block> = (0..N_RECORDINGS).map(|_| Block::new(N_SHARED, &[])).collect();
         let mut rests: Vec<RestSums> = (0..N_RECORDINGS).map(|_| RestSums::new(N_SHARED, 0)).collect();
         let n_unknowns = N_SHARED + 3 * N_RECORDINGS;
+        let mut equations = NormalEquations::new(N_SHARED);
         let (mut rows, mut side) = (Vec::new(), Vec::new());
         for k in 0..36_u32 {
             let wave = |i: u32| ((1.7 + 0.37 * f64::from(i)) * f64::from(k) + 0.9 * f64::from(i * i)).sin();
@@ -311,6 +381,7 @@ mod tests {
             let inverse_sigma = 1.0 + 0.5 * wave(6);
             let entries = &[wave(3), wave(4), wave(1), wave(2), wave(5)][..];
             let row = Row { entries, errors: Vec::new(), inverse_sigma };
+            equations.add_row(&entries[N_OWN..]);
             blocks[recording].add_rows([row].into_iter(), &mut rests[recording]);
             let mut row = vec![0.0; n_unknowns];
             row[..N_SHARED].copy_from_slice(&[wave(1), wave(2)]);
@@ -322,76 +393,59 @@ mod tests {
         let dense = DMatrix::from_row_slice(36, n_unknowns, &rows);
         let inverse = (dense.transpose() * &dense).try_inverse().unwrap();
         let expected = &inverse * dense.transpose() * DVector::from_vec(side);
-        let mut equations = NormalEquations::new(N_SHARED);
-        for (mut recording, rest) in blocks.into_iter().zip(&rests) {
-            recording.free_rest(rest);
-            equations.add_recording(recording);
+        for (recording, rest) in blocks.into_iter().zip(rests) {
+            equations.add_recording(recording, &[rest]);
         }
-        let reduced = equations.reduced(0.0).unwrap();
-        let (step, covariance) = (reduced.system().step().unwrap(), reduced.system().covariance().unwrap());
-        let own = reduced.own_steps(&step);
-        let errors = OwnCovariance::of(&reduced, &covariance);
-        let place = |r: usize, k: usize| N_SHARED + 3 * r + k;
         // Rounding, times a condition number of some tens.
-        let close = |found: f64, expected: f64| (found - expected).abs() < 1e-12;
-        for i in 0..N_SHARED {
-            assert!(close(step[i], expected[i]));
-            assert!((0..N_SHARED).all(|j| close(covariance[(i, j)], inverse[(i, j)])));
-        }
-        for k in 0..N_OWN {
-            let variance = |weight: &dyn Fn(usize) -> f64| -> f64 {
-                let pairs = (0..N_RECORDINGS).flat_map(|r| (0..N_RECORDINGS).map(move |q| (r, q)));
-                pairs.map(|(r, q)| weight(r) * weight(q) * inverse[(place(r, k), place(q, k))]).sum()
-            };
-            for r in 0..N_RECORDINGS {
-                assert!(close(own[r][k], expected[place(r, k)]));
-                let is_this = |q: usize| f64::from(u8::from(q == r));
-                assert!(close(errors.of_each[r][(k, k)], variance(&is_this)));
-                assert!(close(errors.about_mean[r][(k, k)], variance(&|q| is_this(q) - 1.0 / 3.0)));
-            }
-            assert!(close(errors.of_mean[(k, k)], variance(&|_| 1.0 / 3.0)));
-        }
+        let dense = Dense { inverse, solution: expected, first_own: N_SHARED, n_of_recording: 3 };
+        dense.is_found_by(&equations, N_RECORDINGS, 1e-12);
     }
 
-    /// Four recordings, of which three share two errors, one of them in one of two tracks only, against one dense least squares with the places at
-    /// rest and the amplitudes among its unknowns.
+    /// Four recordings of two tracks each. The first three have two of three errors each: the first one in both tracks, the other one in the
+    /// second alone. Against one dense least squares with the places at rest and the amplitudes among its unknowns.
     #[test]
     fn ties_give_the_dense_solution() {
         const N_SHARED: usize = 2;
         const N_RECORDINGS: usize = 4;
         const N_TIED: usize = 3;
-        const N_ERRORS: usize = 2;
+        const N_ERRORS: usize = 3;
         let first_own = N_SHARED + N_ERRORS;
         let n_unknowns = first_own + 4 * N_RECORDINGS;
         let mut equations = NormalEquations::new(N_SHARED);
         let (mut rows, mut side) = (Vec::new(), Vec::new());
         for recording in 0..N_RECORDINGS {
             let is_tied = recording < N_TIED;
-            let n_errors = if is_tied { N_ERRORS } else { 0 };
-            let mut block = Block::new(N_SHARED, n_errors);
+            let of_recording = [[0, 1], [1, 2], [0, 2], [0, 0]][recording];
+            let of_recording = if is_tied { &of_recording[..] } else { &[] };
+            let mut block = Block::new(N_SHARED, of_recording);
+            let mut rests = Vec::new();
             for track in 0..2 {
-                let errors: Vec<usize> = if is_tied { (track..N_ERRORS).collect() } else { Vec::new() };
-                let mut rest = RestSums::new(N_SHARED, n_errors);
+                let places = 0..if is_tied { track + 1 } else { 0 };
+                let mut rest = RestSums::new(N_SHARED, of_recording.len());
                 for k in 0..12 {
                     let seed = f64::from(k) + 12.3 * track as f64 + 31.7 * recording as f64;
                     let wave = |i: usize| ((1.7 + 0.37 * i as f64) * seed + 0.9 * (i * i) as f64).sin();
                     let inverse_sigma = 1.0 + 0.5 * wave(6);
                     let entries = &[wave(3), wave(4), wave(1), wave(2), wave(5)][..];
-                    let slopes = errors.iter().map(|error| (*error, 3.0 * wave(7 + error))).collect();
-                    let row = Row { entries, errors: slopes, inverse_sigma };
+                    let errors: Vec<(usize, f64)> =
+                        places.clone().map(|place| (place, 3.0 * wave(7 + place))).collect();
+                    let row = Row { entries, errors: errors.clone(), inverse_sigma };
+                    equations.add_row(&entries[N_OWN..]);
                     block.add_rows([row].into_iter(), &mut rest);
                     let mut dense = vec![0.0; n_unknowns];
                     dense[..N_SHARED].copy_from_slice(&entries[2..4]);
-                    errors.iter().for_each(|error| dense[N_SHARED + error] = 3.0 * wave(7 + error));
+                    for (place, slope) in errors {
+                        dense[N_SHARED + of_recording[place]] = slope;
+                    }
                     let own = first_own + 4 * recording;
                     dense[own..own + 2].copy_from_slice(&entries[..2]);
                     dense[own + 2 + track] = inverse_sigma;
                     rows.extend(dense);
                     side.push(-wave(5));
                 }
-                block.free_rest(&rest);
+                rests.push(rest);
             }
-            equations.add_recording(block);
+            equations.add_recording(block, &rests);
         }
         for error in 0..N_ERRORS {
             let mut prior = vec![0.0; n_unknowns];
@@ -399,35 +453,17 @@ mod tests {
             rows.extend(prior);
             side.push(0.0);
         }
-        equations.tie(&(0..N_TIED).collect::<Vec<_>>());
+        equations.tie(&(0..N_TIED).collect::<Vec<_>>(), N_ERRORS);
         let dense = DMatrix::from_row_slice(side.len(), n_unknowns, &rows);
         let side = DVector::from_vec(side);
         let inverse = (dense.transpose() * &dense).try_inverse().unwrap();
         let expected = &inverse * dense.transpose() * &side;
-        let reduced = equations.reduced(0.0).unwrap();
-        let (step, covariance) = (reduced.system().step().unwrap(), reduced.system().covariance().unwrap());
-        let own = reduced.own_steps(&step);
-        let errors = OwnCovariance::of(&reduced, &covariance);
         // Rounding, times a condition number of some hundreds.
-        let close = |found: f64, expected: f64| (found - expected).abs() < 1e-11;
-        for i in 0..N_SHARED {
-            assert!(close(step[i], expected[i]), "{} {}", step[i], expected[i]);
-            assert!((0..N_SHARED).all(|j| close(covariance[(i, j)], inverse[(i, j)])));
-        }
-        let place = |r: usize, k: usize| first_own + 4 * r + k;
-        for k in 0..N_OWN {
-            let variance = |weight: &dyn Fn(usize) -> f64| -> f64 {
-                let pairs = (0..N_RECORDINGS).flat_map(|r| (0..N_RECORDINGS).map(move |q| (r, q)));
-                pairs.map(|(r, q)| weight(r) * weight(q) * inverse[(place(r, k), place(q, k))]).sum()
-            };
-            for r in 0..N_RECORDINGS {
-                assert!(close(own[r][k], expected[place(r, k)]));
-                let is_this = |q: usize| f64::from(u8::from(q == r));
-                assert!(close(errors.of_each[r][(k, k)], variance(&is_this)));
-                assert!(close(errors.about_mean[r][(k, k)], variance(&|q| is_this(q) - 0.25)));
-            }
-            assert!(close(errors.of_mean[(k, k)], variance(&|_| 0.25)));
-        }
+        let tolerance = 1e-11;
+        let solved = Dense { inverse, solution: expected, first_own, n_of_recording: 4 };
+        solved.is_found_by(&equations, N_RECORDINGS, tolerance);
+        let close = |found: f64, expected: f64| (found - expected).abs() < tolerance;
+        let place = |r: usize, k: usize| solved.place(r, k);
         // The sum of squares is that of the amplitudes and places at rest that fit best, the other unknowns held.
         let free: Vec<usize> =
             (N_SHARED..first_own).chain((0..N_RECORDINGS).flat_map(|r| [place(r, 2), place(r, 3)])).collect();
@@ -439,8 +475,48 @@ mod tests {
     }
 
     #[test]
+    fn products_of_many_unknowns_are_held_once_for_all_recordings() {
+        let held = |n_shared: usize, n_recordings: usize| {
+            let mut equations = NormalEquations::new(n_shared);
+            (0..n_recordings).for_each(|_| equations.add_recording(Block::new(n_shared, &[]), &[]));
+            equations.n_held()
+        };
+        for (n_shared, n_recordings) in [(300, 22), (1000, 70)] {
+            let of_recordings = held(n_shared, n_recordings) - held(n_shared, 0);
+            // Two own unknowns and the residual, each with themselves and the unknowns that all share.
+            assert!(of_recordings <= n_recordings * (N_OWN + 1) * (N_OWN + n_shared + 1), "{of_recordings}");
+        }
+    }
+
+    #[test]
+    fn sums_are_the_same_for_any_number_of_threads_and_those_of_the_rows_one_by_one() {
+        const N_SHARED: usize = 37;
+        let entry = |row: usize, i: usize| match (row / 5 + i).is_multiple_of(3) {
+            true => 0.0,
+            false => (1.3 * row as f64 + 0.7 * (i * i) as f64).sin(),
+        };
+        let rows: Vec<Vec<f64>> =
+            (0..71).map(|row| (0..=N_SHARED).map(|i| entry(row, i)).collect()).collect();
+        let rows: Vec<&[f64]> = rows.iter().map(Vec::as_slice).collect();
+        let summed = |n_threads: usize| {
+            let mut products = SharedProducts::new(N_SHARED);
+            products.add_rows(&rows, n_threads.try_into().unwrap());
+            products.damped(0.0)
+        };
+        let all = summed(1);
+        assert_eq!(all, summed(3));
+        for i in 0..=N_SHARED {
+            for j in 0..=N_SHARED {
+                let expected: f64 = rows.iter().map(|row| row[i] * row[j]).sum();
+                // Rounding of a sum of 71 numbers below one.
+                assert!((all[(i, j)] - expected).abs() < 71.0 * 71.0 * f64::EPSILON);
+            }
+        }
+    }
+
+    #[test]
     fn recordings_without_information_are_singular() {
-        assert!(Block::new(1, 0).eliminated(0.0).is_none());
+        assert!(Block::new(1, &[]).eliminated(0.0).is_none());
         let empty = NormalEquations::new(1).reduced(0.0).unwrap().system();
         assert!(empty.step().is_none());
         assert_eq!(empty.covariance(), Err(vec![0]));

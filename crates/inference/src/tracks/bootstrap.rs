@@ -1,18 +1,11 @@
 //! How the damping scatters over recordings drawn anew.
 
-use std::collections::BTreeMap;
-
 use chainwave_analysis::probability::student;
 use chainwave_measurement::{Estimate, Observation};
-use rand::{RngExt, SeedableRng};
-use rand_pcg::Pcg64;
+use nalgebra::DMatrix;
 
 use crate::damping::N_DAMPINGS;
 use crate::least_squares::Reduced;
-
-/// Draws behind the variance of each view.
-const N_DRAWS: usize = 500;
-const SEED: u64 = 1;
 
 /// How a quantity scatters over trials drawn anew.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,52 +34,39 @@ impl OverTrials {
 }
 
 /// How c_d and c_s scatter over experiments whose recordings are drawn with replacement from those of each view; `None` where a view
-/// has a single one.
+/// has a single one. The shared unknowns have the given covariance, in units of the residuals' variance.
 ///
-/// Of a view's n recordings n - 1 are drawn and weighed n/(n - 1) times, which leaves no bias in the variance (Rao and Wu 1988). Views
-/// are drawn one by one, since their variances add, and each has n - 1 degrees of freedom (Satterthwaite 1946 for their sum). A draw
-/// only weighs the recordings' equations, and one Gauss-Newton step from the minimum answers it, right to second order: no simulation
-/// is needed (the one-step bootstrap).
+/// A draw only weighs the recordings, and one Gauss-Newton step from the minimum answers it: the sum of what each recording moves, its score times
+/// the covariance, with its weight. Of a view's n recordings n - 1 are drawn and weighed n/(n - 1) times, which leaves no bias in the variance (J.
+/// N. K. Rao, C. F. J. Wu, J. Am. Stat. Assoc. 83 (1988) 231-241), and that of a sum over all draws is known without drawing: n/(n - 1) times the
+/// squares about the view's mean. Views' variances add, and each has n - 1 degrees of freedom (Satterthwaite 1946 for their sum).
 pub(super) fn bootstrap(
     observations: &[Observation],
     equations: &Reduced,
+    covariance: &DMatrix<f64>,
 ) -> Option<[OverTrials; N_DAMPINGS]> {
-    let mut random = Pcg64::seed_from_u64(SEED);
     let views = views(observations);
     if views.iter().any(|view| view.len() < 2) {
         return None;
     }
-    let mut of_views = Vec::with_capacity(views.len());
-    for view in &views {
-        let drawn = view.len() - 1;
-        let mut draws: Vec<[f64; N_DAMPINGS]> = Vec::with_capacity(N_DRAWS);
-        // Few trials are drawn in few ways.
-        let mut known: BTreeMap<Vec<u32>, Option<[f64; N_DAMPINGS]>> = BTreeMap::new();
-        for _ in 0..N_DRAWS {
-            let mut times = vec![0; view.len()];
-            (0..drawn).for_each(|_| times[random.random_range(0..view.len())] += 1);
-            let step = known.entry(times).or_insert_with_key(|times| {
-                let mut weights = vec![1.0; equations.n_recordings()];
-                for (r, times) in view.iter().zip(times) {
-                    weights[*r] = f64::from(*times) * view.len() as f64 / drawn as f64;
-                }
-                equations.weighted(|r| weights[r]).step().map(|step| [step[0], step[1]])
-            });
-            draws.extend(*step);
-        }
-        of_views.push((drawn as f64, std::array::from_fn(|i| variance(&draws, i))));
-    }
+    let scores = equations.scores();
     Some(std::array::from_fn(|i| {
-        let sum: f64 = of_views.iter().map(|(_, variances): &(f64, [f64; N_DAMPINGS])| variances[i]).sum();
-        let squares: f64 = of_views.iter().map(|(freedom, variances)| variances[i].powi(2) / freedom).sum();
+        let moves = |r: &usize| covariance.column(i).dot(&scores[*r]);
+        let of_view = |view: &Vec<usize>| {
+            (view.len() as f64 - 1.0, variance(&view.iter().map(moves).collect::<Vec<f64>>()))
+        };
+        let of_views: Vec<(f64, f64)> = views.iter().map(of_view).collect();
+        let sum: f64 = of_views.iter().map(|(_, variance)| variance).sum();
+        let squares: f64 = of_views.iter().map(|(freedom, variance)| variance.powi(2) / freedom).sum();
         OverTrials { sigma: sum.sqrt(), freedom: sum.powi(2) / squares }
     }))
 }
 
-fn variance(draws: &[[f64; N_DAMPINGS]], i: usize) -> f64 {
-    let n = draws.len().max(2) as f64;
-    let mean = draws.iter().map(|draw| draw[i]).sum::<f64>() / n;
-    draws.iter().map(|draw| (draw[i] - mean).powi(2)).sum::<f64>() / (n - 1.0)
+/// Variance of a sum of values that are drawn anew.
+fn variance(values: &[f64]) -> f64 {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    n / (n - 1.0) * values.iter().map(|value| (value - mean).powi(2)).sum::<f64>()
 }
 
 /// The recordings of each view.

@@ -62,7 +62,7 @@ pub struct TrackFit {
 impl TrackFit {
     /// Whether the model, with what it was given beyond the stated one, leaves nothing but noise.
     pub fn leaves_noise_alone(&self) -> bool {
-        !self.structure.is_told()
+        self.structure.is_noise_alone()
     }
 
     /// Whether its dampings may be believed: the model leaves nothing but noise, or what it leaves over cannot make c_d by itself (c_d is told
@@ -102,7 +102,7 @@ impl TrackFit {
                 if found.is_empty() { String::new() } else { format!(": {}", found.join(", ")) },
             ));
         }
-        if self.structure.is_told() {
+        if !self.leaves_noise_alone() {
             said.push(format!(
                 "the chain model does not explain all of the tracks: reduced chi squared {chi_squared:.3}, {}; {}. The sigmas of c_d and c_s \
                  contain how they differ between parts of the chain and of the time",

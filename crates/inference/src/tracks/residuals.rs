@@ -1,5 +1,7 @@
 //! Tracks of all recordings against the chain model, as a least-squares problem.
 
+mod rows;
+
 use std::sync::{
     Mutex, PoisonError,
     atomic::{AtomicU64, Ordering},
@@ -11,16 +13,17 @@ use nalgebra::DVector;
 
 use super::family::{Family, Struck};
 use super::model::TrackModel;
-use super::response::{Driven, MotionOfTrack, Response, solve};
+use super::response::{Response, solve};
 use super::shared_errors::SharedErrors;
-use super::windows::{Sides, Window, Windows, changes_of, n_outputs};
+use super::windows::{Sides, Windows, changes_of, n_outputs};
 use crate::damping::{N_DAMPINGS, critical_kg_per_s, damping_like, mean_damping_kg_per_s};
 use crate::error::FitError;
 use crate::least_squares::{
-    Block, Bounds, Failure, LeastSquares, N_OWN, NormalEquations, Own, RestSums, Row, Unknowns,
+    Block, Bounds, Failure, LeastSquares, NormalEquations, Own, RestSums, Row, SharedProducts, Unknowns,
 };
 use crate::quantity::Quantity;
 use crate::steps::{DAMPING_STEPS, FACTOR_STEP, FRICTION_STEP_N};
+use rows::{Rows, Seen};
 
 /// Simulated samples per frame; between them, cubic Hermite interpolation is exact to 1e-11 m on the paper's chain.
 pub(super) const SAMPLES_PER_FRAME: f64 = 4.0;
@@ -293,43 +296,61 @@ impl TrackResiduals<'_> {
         let recordings = || self.observations.iter().zip(&at.own);
         let rows: Vec<Rows<'_>> =
             recordings().map(|(observation, own)| Rows::new(&model, own, observation, &places)).collect();
-        let sums = self.observations.iter().enumerate().map(|(r, observation)| {
-            Mutex::new(std::array::from_fn(|_| Sums::new(n_shared, self.errors.n_of(r), observation)))
-        });
-        let sums: Vec<Mutex<[Sums; N]>> = sums.collect();
+        let of_recording = |(r, observation): (usize, &Observation)| {
+            Mutex::new(std::array::from_fn(|_| Sums::new(n_shared, self.errors.of_recording(r), observation)))
+        };
+        let sums: Vec<Mutex<[Sums; N]>> = self.observations.iter().enumerate().map(of_recording).collect();
+        let mut shared: [_; N] = std::array::from_fn(|_| SharedProducts::new(n_shared));
         let length = n_outputs(n_shared, self.model.chain.n_bodies());
         for window in Windows::new(&motions, &changes, length, n_threads)? {
             let window = window?;
-            map_in_parallel(rows.len(), n_threads, |r| {
+            let of_tracks = map_in_parallel(rows.len(), n_threads, |r| {
                 let mut sums = sums[r].lock().unwrap_or_else(PoisonError::into_inner);
-                for (place, track) in self.observations[r].bodies.iter().enumerate() {
+                let of_track = |(place, track): (usize, &BodyTrack)| {
                     let rows = rows[r].of_track(track, &window);
                     let errors = self.errors.of_track(r, place);
                     for (takes, sums) in parts.iter().zip(sums.iter_mut()) {
                         let takes = |after_impact_s| takes(r, track.body, after_impact_s);
                         sums.add(place, rows.iter(errors).filter(|(_, seen)| takes(seen.after_impact_s)));
                     }
-                }
+                    (track.body, rows)
+                };
+                self.observations[r].bodies.iter().enumerate().map(of_track).collect::<Vec<_>>()
             });
+            for (takes, shared) in parts.iter().zip(&mut shared) {
+                let mut rows: Vec<&[f64]> = Vec::new();
+                for (r, tracks) in of_tracks.iter().enumerate() {
+                    for (body, of_track) in tracks {
+                        let is_taken = |(_, seen): &(&[f64], &Seen)| takes(r, *body, seen.after_impact_s);
+                        rows.extend(of_track.shared().filter(is_taken).map(|(row, _)| row));
+                    }
+                }
+                shared.add_rows(&rows, n_threads);
+            }
         }
         let sums = sums.into_iter().map(|sums| sums.into_inner().unwrap_or_else(PoisonError::into_inner));
         let mut sums: Vec<_> = sums.map(IntoIterator::into_iter).collect();
-        let equations = std::array::from_fn(|_| {
+        let equations = shared.map(|shared| {
             let of_part = sums.iter_mut().filter_map(Iterator::next);
-            self.with_priors(at, of_part.map(Sums::with_rests_free))
+            self.with_priors(at, shared, of_part)
         });
         Ok((model, equations))
     }
 
     /// The equations of all recordings, and of the priors.
-    fn with_priors(&self, at: &Unknowns, recordings: impl Iterator<Item = Block>) -> NormalEquations {
-        let mut equations = NormalEquations::new(self.n_shared());
-        for (mut recording, own) in recordings.zip(&at.own) {
-            let Estimate { value, sigma } = self.model.striker_velocity_m_per_s;
-            recording.add_prior(0, (own[0] - value) / sigma, sigma.recip());
-            equations.add_recording(recording);
+    fn with_priors(
+        &self,
+        at: &Unknowns,
+        shared: SharedProducts,
+        recordings: impl Iterator<Item = Sums>,
+    ) -> NormalEquations {
+        let mut equations = NormalEquations::of(shared);
+        let Estimate { value, sigma } = self.model.striker_velocity_m_per_s;
+        for (r, (Sums { block, rests }, own)) in recordings.zip(&at.own).enumerate() {
+            equations.add_recording(block, &rests);
+            equations.add_own_prior(r, 0, (own[0] - value) / sigma, sigma.recip());
         }
-        self.errors.ties.iter().for_each(|(tied, _)| equations.tie(tied));
+        self.errors.ties.iter().for_each(|(tied, n_errors)| equations.tie(tied, *n_errors));
         for (known, unknown) in self.model.known.iter().zip(N_DAMPINGS..) {
             let residual = (at.shared[unknown] - 1.0) / known.relative_sigma;
             equations.add_prior(unknown, residual, known.relative_sigma.recip());
@@ -350,7 +371,8 @@ impl TrackResiduals<'_> {
             let rows = Rows::new(model, &at.own[r], &self.observations[r], &places);
             let of_track = |(k, track): (usize, &BodyTrack)| {
                 let of_tie = self.errors.tie_of(r).and_then(|tie| amplitudes.get(tie));
-                let amplitude = |error: usize| of_tie.map_or(0.0, |amplitudes| amplitudes[error]);
+                let of_recording = self.errors.of_recording(r);
+                let amplitude = |place: usize| of_tie.map_or(0.0, |of_tie| of_tie[of_recording[place]]);
                 let errors = self.errors.of_track(r, k).iter();
                 let errors: Vec<(f64, &[f64])> =
                     errors.map(|(error, error_m)| (amplitude(*error), *error_m)).collect();
@@ -429,7 +451,7 @@ pub(super) fn range_of(strikers_m_per_s: &[f64], model: &TrackModel) -> [f64; 2]
     [lowest.max(1e-3 * value), highest]
 }
 
-/// What one recording adds to the equations of a part of the positions.
+/// What one recording has of its own in the equations of a part of the positions.
 struct Sums {
     block: Block,
     /// Of each track.
@@ -437,9 +459,9 @@ struct Sums {
 }
 
 impl Sums {
-    fn new(n_shared: usize, n_errors: usize, observation: &Observation) -> Self {
-        let rests = vec![RestSums::new(n_shared, n_errors); observation.bodies.len()];
-        Self { block: Block::new(n_shared, n_errors), rests }
+    fn new(n_shared: usize, errors: &[usize], observation: &Observation) -> Self {
+        let rests = vec![RestSums::new(n_shared, errors.len()); observation.bodies.len()];
+        Self { block: Block::new(n_shared, errors), rests }
     }
 
     /// Adds rows of a track.
@@ -448,139 +470,6 @@ impl Sums {
             self.block.add_rows(rows.map(|(row, _)| row), rest);
         }
     }
-
-    /// The equations, each track's place at rest taken out.
-    fn with_rests_free(mut self) -> Block {
-        self.rests.iter().for_each(|rest| self.block.free_rest(rest));
-        self.block
-    }
-}
-
-/// The rows of one recording's equations.
-struct Rows<'a> {
-    model: &'a SolvedModel,
-    driven: Driven<'a>,
-    observation: &'a Observation,
-    impact_s: f64,
-    /// Length in the recording's pictures over true length.
-    scale: f64,
-    /// Which of a window's derivatives belongs to each shared unknown.
-    places: &'a [Option<usize>],
-}
-
-/// The rows (own, shared, residual) of a track in a window, one behind the other, in units of the positions' sigmas; the residual is model less
-/// measurement.
-struct TrackRows {
-    width: usize,
-    rows: Vec<f64>,
-    seen: Vec<Seen>,
-}
-
-/// In which frame and when a position was seen, and how well.
-#[derive(Debug, Clone, Copy)]
-struct Seen {
-    frame: usize,
-    after_impact_s: f64,
-    inverse_sigma: f64,
-}
-
-impl TrackRows {
-    /// With what one standard deviation of each error makes of the track's frames, in metres.
-    fn iter<'b>(&'b self, errors: &'b [(usize, &[f64])]) -> impl Iterator<Item = (Row<'b>, &'b Seen)> {
-        self.rows.chunks_exact(self.width).zip(&self.seen).map(|(entries, seen)| {
-            let Seen { frame, inverse_sigma, .. } = *seen;
-            let felt = errors.iter().filter(|(_, error_m)| error_m[frame] != 0.0);
-            let errors = felt.map(|(error, error_m)| (*error, error_m[frame] * inverse_sigma)).collect();
-            (Row { entries, errors, inverse_sigma }, seen)
-        })
-    }
-}
-
-impl<'a> Rows<'a> {
-    fn new(
-        model: &'a SolvedModel,
-        own: &Own,
-        observation: &'a Observation,
-        places: &'a [Option<usize>],
-    ) -> Self {
-        let driven = model.response.driven([own[0], own[1]], &observation.times_s);
-        let scale = model.scale_of(observation.view);
-        Self { model, driven, observation, impact_s: own[1], scale, places }
-    }
-
-    /// The rows of a track in a window.
-    fn of_track(&self, track: &BodyTrack, window: &Window) -> TrackRows {
-        let width = N_OWN + self.places.len() + 1;
-        let motion = self.driven.of_track(track, window);
-        let origin_m = first_position_m(track);
-        let positions = motion.frames.clone().filter_map(|frame| {
-            let position = track.position_m[frame]?;
-            let seen = Seen {
-                frame,
-                after_impact_s: self.observation.times_s[frame] - self.impact_s,
-                inverse_sigma: position.sigma.recip(),
-            };
-            Some((position.value - origin_m, seen))
-        });
-        let (from_first_m, seen): (Vec<f64>, Vec<Seen>) = positions.unzip();
-        let mut rows = vec![0.0; width * seen.len()];
-        for (place, row) in rows.chunks_exact_mut(width).enumerate() {
-            self.fill(row, (&motion, place), (from_first_m[place], seen[place].inverse_sigma));
-        }
-        TrackRows { width, rows, seen }
-    }
-
-    /// The residuals of a track of recording number `recording`, with errors of these amplitudes.
-    fn residuals(&self, recording: usize, track: &BodyTrack, errors: &[(f64, &[f64])]) -> Vec<Residual> {
-        let rows = self.of_track(track, &Window::whole(self.model.response.n_outputs()));
-        let (mut weighted, mut weight) = (0.0, 0.0);
-        let residual = |(row, seen): (&[f64], &Seen)| {
-            let Seen { frame, after_impact_s, inverse_sigma } = *seen;
-            let error_m: f64 = errors.iter().map(|(amplitude, error_m)| amplitude * error_m[frame]).sum();
-            let value = row.last().copied().unwrap_or_default() + error_m * inverse_sigma;
-            weighted += value * inverse_sigma;
-            weight += inverse_sigma.powi(2);
-            Residual { recording, body: track.body, after_impact_s, value }
-        };
-        let mut all: Vec<Residual> =
-            rows.rows.chunks_exact(rows.width).zip(&rows.seen).map(residual).collect();
-        let rest_m = weighted / weight.max(f64::MIN_POSITIVE);
-        for (residual, seen) in all.iter_mut().zip(&rows.seen) {
-            residual.value -= rest_m * seen.inverse_sigma;
-        }
-        all
-    }
-
-    /// One row, of a position in metres and the inverse of its sigma.
-    fn fill(
-        &self,
-        row: &mut [f64],
-        (motion, place): (&MotionOfTrack, usize),
-        (position_m, inverse_sigma): (f64, f64),
-    ) {
-        let scale = self.scale;
-        let factor = scale * inverse_sigma;
-        let last = row.len() - 1;
-        let rubbed_m = |force: usize| motion.frictions_m[force][place];
-        let x_m = motion.displacement_m[place] + self.model.friction.map_or(0.0, |_| rubbed_m(0));
-        row[0] = factor * motion.by_striker_s[place];
-        row[1] = -factor * motion.velocity_m_per_s[place];
-        row[last] = factor * x_m - position_m * inverse_sigma;
-        for (entry, which) in row[N_OWN..last].iter_mut().zip(self.places) {
-            *entry = factor * which.map_or(0.0, |which| motion.derivatives_m[which][place]);
-        }
-        for (unknown, factor) in self.model.scales_of(self.observation.view) {
-            row[N_OWN + unknown] = x_m * inverse_sigma * (scale / factor);
-        }
-        if let Some(unknown) = self.model.friction {
-            row[N_OWN + unknown] = factor * (rubbed_m(1) - rubbed_m(0)) / FRICTION_STEP_N;
-        }
-    }
-}
-
-/// Positions count from the first one seen, so that sums of squares keep their digits.
-fn first_position_m(track: &BodyTrack) -> f64 {
-    track.position_m.iter().flatten().next().map_or(0.0, |position| position.value)
 }
 
 #[cfg(test)]

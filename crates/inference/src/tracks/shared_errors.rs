@@ -13,7 +13,9 @@ pub(super) struct SharedErrors<'a> {
 #[derive(Default, Clone)]
 struct OfRecording<'a> {
     tie: Option<usize>,
-    /// For each of its tracks: which of the tie's errors it has, in order, and what one standard deviation of each makes of its frames, in metres.
+    /// Which of the tie's errors it has, in order.
+    errors: Vec<usize>,
+    /// For each of its tracks: which of these it has, in order, and what one standard deviation of each makes of its frames, in metres.
     of_tracks: Vec<Vec<(usize, &'a [f64])>>,
 }
 
@@ -25,6 +27,7 @@ impl<'a> SharedErrors<'a> {
         let groups = groups(observations.len(), found.iter().filter(|places| !places.is_empty()));
         let of_observation = |observation: &Observation| OfRecording {
             tie: None,
+            errors: Vec::new(),
             of_tracks: vec![Vec::new(); observation.bodies.len()],
         };
         let mut of_recordings: Vec<OfRecording<'_>> = observations.iter().map(of_observation).collect();
@@ -32,9 +35,7 @@ impl<'a> SharedErrors<'a> {
         for group in groups {
             let mut n = 0;
             for places in found.iter().filter(|places| places.iter().any(|(r, ..)| group.contains(r))) {
-                for (r, track, error_m) in places {
-                    of_recordings[*r].of_tracks[*track].push((n, error_m));
-                }
+                places.iter().for_each(|(r, track, error_m)| of_recordings[*r].add(n, *track, error_m));
                 n += 1;
             }
             group.iter().for_each(|r| of_recordings[*r].tie = Some(ties.len()));
@@ -43,9 +44,9 @@ impl<'a> SharedErrors<'a> {
         Self { ties, of_recordings }
     }
 
-    /// Number of errors that a recording shares with others.
-    pub(super) fn n_of(&self, recording: usize) -> usize {
-        self.tie_of(recording).map_or(0, |tie| self.ties[tie].1)
+    /// Which of its tie's errors a recording has, in order.
+    pub(super) fn of_recording(&self, recording: usize) -> &[usize] {
+        &self.of_recordings[recording].errors
     }
 
     /// Which of the ties a recording belongs to.
@@ -53,9 +54,19 @@ impl<'a> SharedErrors<'a> {
         self.of_recordings[recording].tie
     }
 
-    /// Those of one of its tracks: which of the tie's, and what one standard deviation of each makes of the track's frames, in metres.
+    /// Those of one of its tracks: which of the recording's, and what one standard deviation of each makes of the track's frames, in metres.
     pub(super) fn of_track(&self, recording: usize, track: usize) -> &[(usize, &'a [f64])] {
         &self.of_recordings[recording].of_tracks[track]
+    }
+}
+
+impl<'a> OfRecording<'a> {
+    /// Adds one of the tie's errors to a track. The tie's errors come one behind the other.
+    fn add(&mut self, error: usize, track: usize, error_m: &'a [f64]) {
+        if self.errors.last() != Some(&error) {
+            self.errors.push(error);
+        }
+        self.of_tracks[track].push((self.errors.len() - 1, error_m));
     }
 }
 
@@ -127,9 +138,15 @@ mod tests {
         let shared = SharedErrors::of(&observations, &errors);
         assert_eq!(shared.ties, vec![(vec![1, 2, 3], 3)]);
         let which = |r: usize, track: usize| -> Vec<(usize, f64)> {
-            shared.of_track(r, track).iter().map(|(error, error_m)| (*error, error_m[1])).collect()
+            let of_recording = shared.of_recording(r);
+            shared
+                .of_track(r, track)
+                .iter()
+                .map(|(place, error_m)| (of_recording[*place], error_m[1]))
+                .collect()
         };
-        assert_eq!((0..5).map(|r| shared.n_of(r)).collect::<Vec<_>>(), [0, 3, 3, 3, 0]);
+        let of_recordings: Vec<&[usize]> = (0..5).map(|r| shared.of_recording(r)).collect();
+        assert_eq!(of_recordings, [&[][..], &[0], &[1, 2], &[0, 2], &[]]);
         assert_eq!([which(2, 0), which(2, 1)], [vec![(2, 3.0)], vec![(1, 2.0)]]);
         assert_eq!([which(3, 0), which(3, 1)], [vec![(0, 1.0)], vec![(2, 3.0)]]);
     }

@@ -23,6 +23,9 @@ pub struct Structure {
     pub p_value: f64,
     /// Standard deviation of what cells share, in units of the noise's.
     pub size: f64,
+    /// Standard deviation of what neighbouring frames of one track share, in units of the noise's: errors that differ from recording to recording
+    /// are as large within cells as between them, and the test does not see them.
+    pub size_in_tracks: f64,
     /// Bodies whose cells stand out (variance between them over that within all cells), the farthest first; at most three.
     pub bodies: Vec<(usize, f64)>,
     /// From when to when after the impact cells stand out the most, in seconds: the eighth of the time with the largest ratio.
@@ -50,6 +53,10 @@ const NAMED: usize = 3;
 /// Halvings that find a ratio to a thousandth of what it may be.
 const HALVINGS: usize = 10;
 
+/// What neighbouring frames of one track may share, in units of the noise's deviation. Trackers make errors that they do share (the
+/// reference's own noise, a bias of interpolation), of a part of it; what is larger than noise is the model's.
+const LARGEST_IN_TRACKS: f64 = 1.0;
+
 /// Sums over one cell, or over several.
 #[derive(Debug, Clone, Copy, Default)]
 struct Cell {
@@ -59,6 +66,12 @@ struct Cell {
 }
 
 impl Cell {
+    fn add(&mut self, value: f64) {
+        self.n += 1.0;
+        self.sum += value;
+        self.squares += value * value;
+    }
+
     /// Square of what its residuals share, which noise of unit variance makes one on average.
     fn shared2(&self) -> f64 {
         self.sum * self.sum / self.n
@@ -69,21 +82,14 @@ impl Structure {
     /// Of the residuals of a fit.
     pub(super) fn of(residuals: &[Residual], fitted: Fitted) -> Self {
         let mut cells: BTreeMap<(usize, i64), Cell> = BTreeMap::new();
-        let mut recordings: BTreeMap<(usize, i64), (usize, f64)> = BTreeMap::new();
+        let mut tracks: BTreeMap<(usize, usize, i64), Cell> = BTreeMap::new();
         for Residual { recording, body, after_impact_s, value } in residuals {
-            let key = (*body, (after_impact_s / fitted.cell_s).floor() as i64);
-            let cell = cells.entry(key).or_default();
-            cell.n += 1.0;
-            cell.sum += value;
-            cell.squares += value * value;
-            // Residuals come recording by recording, so that each new one counts once.
-            let (last, n) = recordings.entry(key).or_insert((usize::MAX, 0.0));
-            if *last != *recording {
-                (*last, *n) = (*recording, *n + 1.0);
-            }
+            let time = (after_impact_s / fitted.cell_s).floor() as i64;
+            cells.entry((*body, time)).or_default().add(*value);
+            tracks.entry((*recording, *body, time)).or_default().add(*value);
         }
         let n_cells = cells.len() as f64;
-        let together = recordings.values().map(|(_, n)| n).sum::<f64>() / n_cells.max(1.0);
+        let together = tracks.len() as f64 / n_cells.max(1.0);
         let n: f64 = cells.values().map(|cell| cell.n).sum();
         let shared2: f64 = cells.values().map(Cell::shared2).sum();
         let squares: f64 = cells.values().map(|cell| cell.squares).sum();
@@ -123,10 +129,16 @@ impl Structure {
             freedom: (between, within),
             p_value: variance_ratio_beyond(ratio, between, within),
             size: ((ratio - 1.0).max(0.0) / in_cell).sqrt(),
+            size_in_tracks: size_in_tracks(tracks.values(), fitted),
             bodies,
             worst_s: (from as f64 * fitted.cell_s, until as f64 * fitted.cell_s),
             worst_ratio,
         }
+    }
+
+    /// Whether there is nothing but noise: no structure that is told, and in single tracks less than what noise is.
+    pub fn is_noise_alone(&self) -> bool {
+        !self.is_told() && self.size_in_tracks <= LARGEST_IN_TRACKS
     }
 
     /// Whether noise alone hardly leaves so much ([`structure_rule`]).
@@ -168,7 +180,7 @@ impl Structure {
             self.bodies.iter().map(|(body, ratio)| format!("{body} ({ratio:.2})")).collect();
         format!(
             "neighbouring frames and trials share {:.0} % of the noise's size (variance ratio {:.3}, p = {:.1e}), most at bodies {} and \
-             {:.2} to {:.2} ms after the impact ({:.2})",
+             {:.2} to {:.2} ms after the impact ({:.2}){}",
             100.0 * self.size,
             self.ratio,
             self.p_value,
@@ -176,8 +188,29 @@ impl Structure {
             1e3 * self.worst_s.0,
             1e3 * self.worst_s.1,
             self.worst_ratio,
+            match self.size_in_tracks > LARGEST_IN_TRACKS {
+                true => format!(
+                    "; neighbouring frames of single recordings share {:.1} times the noise's size: what the model misses differs from strike to \
+                     strike",
+                    self.size_in_tracks
+                ),
+                false => String::new(),
+            }
         )
     }
+}
+
+/// The standard deviation, in units of the noise's, of what the cells of single tracks share.
+fn size_in_tracks<'a>(cells: impl ExactSizeIterator<Item = &'a Cell>, fitted: Fitted) -> f64 {
+    let n_cells = cells.len() as f64;
+    let all = cells.fold((0.0, 0.0, 0.0), |(n, shared2, squares), cell| {
+        (n + cell.n, shared2 + cell.shared2(), squares + cell.squares)
+    });
+    let (n, shared2, squares) = all;
+    let between = (n_cells - fitted.n_shared - fitted.n_own as f64).max(1.0);
+    let within = (n - n_cells).max(1.0);
+    let noise2 = ((squares - shared2) / within).max(f64::MIN_POSITIVE);
+    ((shared2 / between / noise2 - 1.0).max(0.0) / (n / n_cells.max(1.0))).sqrt()
 }
 
 /// The rule by which the chain model explains the tracks.
@@ -186,7 +219,7 @@ pub fn structure_rule() -> Rule {
         question: "whether the chain model explains the tracks",
         text: format!(
             "unless residuals that neighbouring frames of a body share, in all its trials, vary more than noise does (F test of lack of \
-             fit, {} % level)",
+             fit, {} % level), or neighbouring frames of single recordings share more than noise is",
             100.0 * LEVEL
         ),
         level: Some(LEVEL),
@@ -247,6 +280,24 @@ mod tests {
             let told = told(noise);
             assert!((16..=64).contains(&told), "{told} of {N} at noise {noise}");
         }
+    }
+
+    /// What has another sign in each recording is none of what their cells share.
+    #[test]
+    fn what_differs_from_recording_to_recording_is_no_noise() {
+        let signs = [1.0, -0.5, -0.5];
+        let with = |wave: f64| {
+            let mut all = residuals(1, 1.0, 0.0);
+            for residual in &mut all {
+                residual.value += signs[residual.recording] * wave * (5e3 * residual.after_impact_s).sin();
+            }
+            Structure::of(&all, NOTHING_FITTED)
+        };
+        let found = with(3.0);
+        assert!(!found.is_told() && !found.is_noise_alone(), "{found:?}");
+        // Its variance, the mean of the signs' squares being a half: 9 / 4. Within cells it changes little.
+        assert!((found.size_in_tracks - 1.5).abs() < 0.15, "{found:?}");
+        assert!(with(0.3).is_noise_alone());
     }
 
     #[test]

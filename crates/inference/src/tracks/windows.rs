@@ -33,8 +33,8 @@ pub(super) struct Window {
 
 /// Samples that are held at once where that allows for windows that are long enough: 64 MB.
 const HELD: usize = 1 << 22;
-/// Outputs of a window at least: fewer would cost more to join than to solve.
-const SHORTEST: usize = 32;
+/// Outputs of a window at least, some frames: fewer would cost more to join than to solve. Of 1000 bodies and their masses these are 770 MB.
+const SHORTEST: usize = 16;
 
 /// Outputs of a window of derivatives of so many bodies by so many unknowns.
 pub(super) fn n_outputs(n_unknowns: usize, n_bodies: usize) -> usize {

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, Dyn, Matrix2, OMatrix, U2};
 
-use super::block::{Block, Eliminated};
+use super::block::{Block, Eliminated, with_residual};
 
 /// Recordings whose readings share errors, where the unknowns are.
 #[derive(Debug, Clone)]
@@ -17,27 +17,25 @@ pub(super) struct Tie {
 /// The errors of a tie behind the elimination of their amplitudes.
 #[derive(Debug, Clone)]
 pub(super) struct TiedErrors {
-    tie: Tie,
+    recordings: Vec<usize>,
+    /// Products of the amplitudes with the shared unknowns and, last, the residual.
+    coupling: DMatrix<f64>,
     /// Step of the amplitudes by the shared unknowns and, last, without any of these.
     by_rest: DMatrix<f64>,
     /// Covariance of the amplitudes, the shared unknowns held.
     covariance: DMatrix<f64>,
-    /// Products over the shared unknowns and last the residual.
-    products: DMatrix<f64>,
 }
 
 impl Tie {
-    /// Of recordings whose blocks have the same errors.
-    pub(super) fn of(blocks: &[&Block], recordings: Vec<usize>) -> Self {
-        let n = blocks.first().map_or(0, |block| block.n_errors);
+    /// Of recordings that have some of so many errors each.
+    pub(super) fn of(blocks: &[&Block], recordings: Vec<usize>, n: usize) -> Self {
         let (mut matrix, mut side) = (DMatrix::identity(n, n), DVector::zeros(n));
         for block in blocks {
-            let first = block.first_error();
-            for i in 0..n {
-                side[i] -= block.product(first + i, first - 1);
-                for j in 0..n {
-                    matrix[(i, j)] += block.product(first + i, first + j);
-                }
+            let (by_residual, by_errors) = (block.errors_by_residual(), block.errors_by_errors());
+            for (i, error) in block.errors.iter().enumerate() {
+                side[*error] -= by_residual[i];
+                let others = block.errors.iter().enumerate();
+                others.for_each(|(j, other)| matrix[(*error, *other)] += by_errors[(i, j)]);
             }
         }
         // Unit variances beside sums of squares are positive definite; what is no number stays none.
@@ -52,54 +50,53 @@ impl Tie {
         self.amplitudes.norm_squared()
     }
 
-    /// Eliminates the amplitudes behind the recordings' own unknowns, each recording with its weight.
-    pub(super) fn eliminated(&self, recordings: &[Eliminated], weight: impl Fn(usize) -> f64) -> TiedErrors {
+    /// Eliminates the amplitudes behind the recordings' own unknowns.
+    pub(super) fn eliminated(&self, recordings: &[Eliminated], n_shared: usize) -> TiedErrors {
         let n = self.amplitudes.len();
-        let width = self.recordings.first().map_or(n + 1, |r| recordings[*r].products.nrows());
-        let mut all = DMatrix::zeros(width, width);
-        self.recordings.iter().for_each(|r| all += &recordings[*r].products * weight(*r));
-        let (first, last) = (width - 1 - n, width - 1);
-        for (k, amplitude) in self.amplitudes.iter().enumerate() {
-            all[(first + k, first + k)] += 1.0;
-            all[(first + k, last)] += amplitude;
-            all[(last, first + k)] += amplitude;
+        let mut coupling = DMatrix::zeros(n, n_shared + 1);
+        let mut of_errors = DMatrix::identity(n, n);
+        coupling.set_column(n_shared, &self.amplitudes);
+        for recording in self.recordings.iter().map(|r| &recordings[*r]) {
+            let (by_shared, by_errors) = (recording.errors_by_shared(), recording.errors_by_errors());
+            for (i, error) in recording.errors.iter().enumerate() {
+                let mut row = coupling.row_mut(*error);
+                row += by_shared.row(i);
+                let others = recording.errors.iter().enumerate();
+                others.for_each(|(j, other)| of_errors[(*error, *other)] += by_errors[(i, j)]);
+            }
         }
-        let kept = |i: usize| if i < first { i } else { last };
-        let covariance = all.view((first, first), (n, n)).into_owned().cholesky();
-        let covariance =
-            covariance.map_or_else(|| DMatrix::from_element(n, n, f64::NAN), |factor| factor.inverse());
-        let coupling = DMatrix::from_fn(n, first + 1, |k, i| all[(first + k, kept(i))]);
+        let covariance = of_errors
+            .cholesky()
+            .map_or_else(|| DMatrix::from_element(n, n, f64::NAN), |factor| factor.inverse());
         let by_rest = -(&covariance * &coupling);
-        let rest = DMatrix::from_fn(first + 1, first + 1, |i, j| all[(kept(i), kept(j))]);
-        TiedErrors {
-            tie: self.clone(),
-            products: rest + coupling.transpose() * &by_rest,
-            by_rest,
-            covariance,
-        }
+        TiedErrors { recordings: self.recordings.clone(), coupling, by_rest, covariance }
     }
 }
 
 impl TiedErrors {
     /// The recordings that share them.
     pub(super) fn recordings(&self) -> &[usize] {
-        &self.tie.recordings
+        &self.recordings
     }
 
     pub(super) fn n_errors(&self) -> usize {
         self.covariance.nrows()
     }
 
-    /// Their products, each recording with its weight.
-    pub(super) fn weighted_products(
-        &self,
-        recordings: &[Eliminated],
-        weight: impl Fn(usize) -> f64,
-    ) -> DMatrix<f64> {
-        match self.recordings().iter().all(|r| weight(*r).to_bits() == 1.0_f64.to_bits()) {
-            true => self.products.clone(),
-            false => self.tie.eliminated(recordings, weight).products,
-        }
+    /// What the amplitudes take out of the products over the shared unknowns and the residual.
+    pub(super) fn taken_out(&self) -> DMatrix<f64> {
+        -(self.coupling.transpose() * &self.by_rest)
+    }
+
+    /// Products of a recording's residual with the shared unknowns, the amplitudes going with these.
+    pub(super) fn score(&self, recording: &Eliminated) -> DVector<f64> {
+        let by_residual = recording.errors_by_residual();
+        let of_errors = recording.errors.iter().zip(&by_residual);
+        let of_its_own = recording.score();
+        of_errors.fold(of_its_own, |score, (error, by_residual)| {
+            let by_shared = self.by_rest.row(*error).transpose();
+            score + by_shared.rows(0, by_shared.len() - 1) * *by_residual
+        })
     }
 
     /// Derivatives of the amplitudes by the shared unknowns.
@@ -107,10 +104,9 @@ impl TiedErrors {
         self.by_rest.columns(0, self.by_rest.ncols() - 1).into_owned()
     }
 
-    /// A step of the shared unknowns, and of the amplitudes with them.
-    pub(super) fn with_errors(&self, shared: &DVector<f64>) -> DVector<f64> {
-        let step = &self.by_rest * shared.clone().push(1.0);
-        DVector::from_iterator(shared.len() + step.len(), shared.iter().chain(step.iter()).copied())
+    /// The step of the amplitudes that goes with one of the shared unknowns.
+    pub(super) fn amplitude_steps(&self, shared: &DVector<f64>) -> DVector<f64> {
+        &self.by_rest * with_residual(shared)
     }
 
     /// Covariance that the amplitudes' own errors carry into what depends on them.

@@ -2,6 +2,8 @@
 
 use chainwave_mechanics::{FarEnd, PowerLaw, simulate};
 
+use super::super::response::MotionOfTrack;
+use super::super::windows::Window;
 use super::*;
 use crate::quantity::Known;
 
