@@ -199,10 +199,9 @@ impl WithSimd for BookGaps<'_> {
                 if simd.first_true_m64s(peaks) < S::F64_LANES {
                     may_peak.push(block * PADDING);
                 }
-                for i in 0..PartialSums::<S>::VECTORS {
+                for (i, [limit]) in limits.into_iter().enumerate().take(PartialSums::<S>::VECTORS) {
                     let (before, after) =
                         (x_from.difference(simd, block, i), x_to.difference(simd, block, i));
-                    let [limit] = limits[i];
                     let within = simd.select_f64s(simd.less_than_f64s(before, limit), zero, one);
                     let is_beyond = simd.less_than_f64s(after, limit);
                     passes = simd.add_f64s(passes, simd.select_f64s(is_beyond, within, zero));
