@@ -47,10 +47,10 @@
 //! | classical Runge-Kutta | 0.12 | 0.11 | 0.08 | 0.07 |
 //! | velocity Verlet | 0.05 | 0.04 | 0.03 | 0.03 |
 //!
-//! A Verlet step has some 32 instructions a body with AVX2, counted: nine for the force by its table and five for half the look-ups that
-//! moving vectors want, four for the keys that name them, seven for the two kicks, eight for the ledger's extremes, which are a third of all
-//! loads. At six a cycle that would be 1.4 ns at 3.7 GHz; it takes twice that, with the loads across lines of the cache, which a gap's right
-//! neighbour is, the waits for look-ups, and what a step does besides (peaks, contacts that switch, the front).
+//! Its loops have some 32 instructions a body and step with AVX2, counted: nine for the force by its table and five more where vectors want
+//! look-ups, four for the keys that name them, seven for the two kicks, three for the drift, and eight for the ledger's extremes. At six a
+//! cycle that would be 1.4 ns at 3.7 GHz; it takes about twice that. Besides the loops stands what a step does once: peaks, contacts that
+//! switch, the front.
 //!
 //! A second model ([`RingChain`]) resolves each body as an elliptical ring of beams. What small motions of a chain see is told in
 //! closed form ([`LinearChain`]), and of any that repeats a cell as bands ([`UnitCell`]).
