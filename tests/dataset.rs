@@ -4,7 +4,8 @@ mod slow {
     use std::fs;
     use std::path::{Path, PathBuf};
 
-    use polars::prelude::*;
+    use polars_core::prelude::*;
+    use polars_io::prelude::*;
 
     use crate::command::succeed;
     use crate::laboratory::{Laboratory, N_RECORDINGS, evaluation};

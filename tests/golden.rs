@@ -43,7 +43,8 @@ fn assert_golden(name: &str, version: u32, found: &[(String, f64)], tolerance: i
 }
 
 mod slow {
-    use polars::prelude::*;
+    use polars_core::prelude::*;
+    use polars_io::prelude::*;
 
     use super::*;
     use crate::command::{chainwave, succeed};

@@ -25,7 +25,7 @@ pub(crate) enum Error {
         /// The file.
         path: PathBuf,
         /// What the table library says.
-        source: polars::error::PolarsError,
+        source: polars_core::error::PolarsError,
     },
     /// A choice among methods of which OpenCV does some, in a program that is without it.
     #[error("a choice among all methods takes OpenCV, which this program is without")]
@@ -73,7 +73,7 @@ impl Error {
     }
 
     /// Wraps a table error with its file.
-    pub(crate) fn table(path: &Path) -> impl FnOnce(polars::error::PolarsError) -> Self {
+    pub(crate) fn table(path: &Path) -> impl FnOnce(polars_core::error::PolarsError) -> Self {
         let path = path.to_owned();
         move |source| Self::Table { path, source }
     }

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use chainwave_experiment::{
     Error as ExperimentError, Kept, RecordingTracks, Table, TrackKey, TrackRows, TrackStore,
 };
-use polars::prelude::Column;
+use polars_core::prelude::Column;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 

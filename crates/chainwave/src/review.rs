@@ -5,7 +5,7 @@ mod results;
 use std::path::Path;
 
 use chainwave_experiment::{Doubt, DoubtfulReading, ReviewedRecording, review_queue};
-use polars::prelude::Column;
+use polars_core::prelude::Column;
 use serde_json::{Value, json};
 
 pub(crate) use self::results::{ReviewedResults, TRACKS};

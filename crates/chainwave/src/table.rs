@@ -4,7 +4,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use chainwave_experiment::{Column as Cells, ResultTable, Table, Values};
-use polars::prelude::*;
+use polars_core::prelude::*;
+use polars_io::prelude::*;
 use polars_parquet::write::schema_to_metadata_key;
 
 use crate::error::Error;

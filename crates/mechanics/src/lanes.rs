@@ -45,6 +45,12 @@ pub(crate) fn total(sums: [f64; PADDING]) -> f64 {
     (quarter(0) + quarter(2)) + (quarter(1) + quarter(3))
 }
 
+/// The whole blocks of [`PADDING`] numbers of a row, which loops that keep [`PartialSums`] go through one by one.
+#[inline(always)]
+pub(crate) fn blocks(row: &[f64]) -> &[[f64; PADDING]] {
+    row.as_chunks().0
+}
+
 /// Copies a row of whole vectors, which at these lengths beats the general copy's set-up.
 #[inline(always)]
 pub(crate) fn copy<S: Simd>(_simd: S, from: &[f64], to: &mut [f64]) {

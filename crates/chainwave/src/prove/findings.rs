@@ -8,7 +8,7 @@ use chainwave_experiment::{
 use chainwave_inference::Interval;
 use chainwave_measurement::{Estimate, Trajectory};
 
-use polars::prelude::Column;
+use polars_core::prelude::Column;
 
 use super::variant::Variant;
 use crate::error::Error;

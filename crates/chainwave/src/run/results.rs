@@ -16,7 +16,7 @@ use chainwave_inference::{
 };
 use chainwave_measurement::Estimate;
 use chainwave_stitching::{Alignment, Stitched};
-use polars::prelude::Column;
+use polars_core::prelude::Column;
 use serde_json::{Map, Value, json};
 
 use super::pulses::{collisions_as_json, pulses_as_json};

@@ -3,7 +3,7 @@
 use pulp::Simd;
 
 use super::{ground::Ground, state::row_length};
-use crate::lanes::{PADDING, row::AlignedRow};
+use crate::lanes::{self, PADDING, row::AlignedRow};
 
 /// Forces of the gaps in newtons, positive in compression; in front of them stands the force on the free side of the first
 /// mass, zero.
@@ -44,13 +44,13 @@ impl ForceRow {
         &mut self.force_n[PADDING..PADDING + n]
     }
 
-    /// The forces before and behind the first `n` masses, as vectors; what holds them to ground pushes from before.
+    /// The forces before and behind the first `n` masses, block by block; what holds them to ground pushes from before.
     #[inline(always)]
-    pub(crate) fn beside<S: Simd>(&self, n: usize) -> (&[S::f64s], &[S::f64s]) {
+    pub(crate) fn beside(&self, n: usize) -> [&[[f64; PADDING]]; 2] {
         let gaps = &self.force_n[PADDING - 1..][..n];
         let before = if self.is_held { &self.held_n[..n] } else { gaps };
         let behind = &self.force_n[PADDING..][..n];
-        (S::as_simd_f64s(before).0, S::as_simd_f64s(behind).0)
+        [before, behind].map(lanes::blocks)
     }
 
     /// The net force on a mass.

@@ -5,7 +5,7 @@ use pulp::{Simd, WithSimd};
 use super::{course::Course, model::ChainModel, state::ChainState};
 use crate::{
     integrator::step::Step,
-    lanes::{PADDING, row::AlignedRow},
+    lanes::{self, PADDING, PartialSums, columns::Columns, row::AlignedRow},
 };
 
 /// What is booked after every step: how far each gap was closed and stretched, and the balance of energy.
@@ -19,8 +19,8 @@ pub(crate) struct Ledger {
     /// When each gap of the row turned at its largest overlap, in seconds; not a number before it turned.
     most_at_s: Vec<f64>,
     /// Overlaps in metres below which the tension rules hold; minus infinity where no bond is.
-    limits_m: AlignedRow,
-    /// Vectors of gaps among which one may have peaked within the step.
+    limits_m: Columns<1>,
+    /// The first gap of each block among which one may have peaked within the step.
     may_peak: Vec<usize>,
     initial_j: Option<f64>,
     largest_j: f64,
@@ -43,7 +43,7 @@ impl Ledger {
             most_m: row.clone(),
             most_at_s: vec![f64::NAN; n],
             least_m: row,
-            limits_m,
+            limits_m: Columns::new([&limits_m]),
             may_peak: Vec::with_capacity(n),
             initial_j: None,
             largest_j: 0.0,
@@ -53,7 +53,7 @@ impl Ledger {
             let overlap_m = state.x_m[gap] - state.x_m[gap + 1];
             ledger.most_m[gap] = overlap_m.max(0.0);
             ledger.least_m[gap] = overlap_m.min(0.0);
-            ledger.tension_events += u64::from(overlap_m < ledger.limits_m[gap]);
+            ledger.tension_events += u64::from(overlap_m < limits_m[gap]);
         }
         ledger
     }
@@ -159,53 +159,76 @@ impl WithSimd for BookGaps<'_> {
         let h = simd.splat_f64s(step.h_s);
         let zero = simd.splat_f64s(0.0);
         let one = simd.splat_f64s(1.0);
+        let none = simd.less_than_f64s(zero, zero);
         let (mut passes, mut x, mut v) = (zero, zero, zero);
-        let (x_from, x_to) = (Neighbours::<S>::of(&from.x_m, n), Neighbours::<S>::of(&to.x_m, n));
-        let (v_from, v_to) = (Neighbours::<S>::of(&from.v_m_per_s, n), Neighbours::<S>::of(&to.v_m_per_s, n));
-        let (most, _) = S::as_mut_simd_f64s(&mut ledger.most_m[..n]);
-        let (least, _) = S::as_mut_simd_f64s(&mut ledger.least_m[..n]);
-        let (limits, _) = S::as_simd_f64s(&ledger.limits_m[..n]);
-        for (vector, ((most, least), limit)) in most.iter_mut().zip(least).zip(limits).enumerate() {
-            x = simd.max_f64s(x, simd.abs_f64s(x_to.left[vector]));
-            v = simd.max_f64s(v, simd.abs_f64s(v_to.left[vector]));
-            let (before, after) = (x_from.difference(simd, vector), x_to.difference(simd, vector));
-            let rate = v_from.difference(simd, vector);
-            let turned = simd.less_than_f64s(simd.mul_f64s(rate, v_to.difference(simd, vector)), zero);
-            let reach = simd.mul_add_f64s(h, rate, before);
-            let extreme = simd.or_m64s(simd.less_than_f64s(*most, reach), simd.less_than_f64s(reach, *least));
-            if simd.first_true_m64s(simd.and_m64s(turned, extreme)) < S::F64_LANES {
-                let first = vector * S::F64_LANES / PADDING * PADDING;
-                if ledger.may_peak.last() != Some(&first) {
-                    ledger.may_peak.push(first);
+        let n_blocks = n / PADDING;
+        let (x_from, x_to) = (Neighbours::of(&from.x_m, n), Neighbours::of(&to.x_m, n));
+        let (v_from, v_to) = (Neighbours::of(&from.v_m_per_s, n), Neighbours::of(&to.v_m_per_s, n));
+        let rows = [&mut ledger.most_m, &mut ledger.least_m].map(|row| row[..n].as_chunks_mut::<PADDING>().0);
+        let [most_m, least_m] = rows.map(|row| &mut row[..n_blocks]);
+        let may_peak = &mut ledger.may_peak;
+        // Loads are what this loop takes longest for; and of what is rare, one branch for a whole block asks.
+        ledger.limits_m.for_each_block(
+            simd,
+            n_blocks,
+            #[inline(always)]
+            |block: usize, limits: [[S::f64s; 1]; PADDING]| {
+                let (most, _) = S::as_mut_simd_f64s(&mut most_m[block]);
+                let (least, _) = S::as_mut_simd_f64s(&mut least_m[block]);
+                let (mut peaks, mut beyond) = (none, none);
+                for i in 0..PartialSums::<S>::VECTORS {
+                    x = simd.max_f64s(x, simd.abs_f64s(S::as_simd_f64s(&x_to.left[block]).0[i]));
+                    v = simd.max_f64s(v, simd.abs_f64s(S::as_simd_f64s(&v_to.left[block]).0[i]));
+                    let (before, after) =
+                        (x_from.difference(simd, block, i), x_to.difference(simd, block, i));
+                    let rate = v_from.difference(simd, block, i);
+                    let turned =
+                        simd.less_than_f64s(simd.mul_f64s(rate, v_to.difference(simd, block, i)), zero);
+                    let reach = simd.mul_add_f64s(h, rate, before);
+                    let (high, low, [limit]) = (most[i], least[i], limits[i]);
+                    let extreme =
+                        simd.or_m64s(simd.less_than_f64s(high, reach), simd.less_than_f64s(reach, low));
+                    peaks = simd.or_m64s(peaks, simd.and_m64s(turned, extreme));
+                    beyond = simd.or_m64s(beyond, simd.less_than_f64s(after, limit));
+                    least[i] = simd.min_f64s(low, after);
+                    most[i] = simd.max_f64s(high, after);
                 }
-            }
-            let beyond = simd.less_than_f64s(after, *limit);
-            if simd.first_true_m64s(beyond) < S::F64_LANES {
-                let within = simd.select_f64s(simd.less_than_f64s(before, *limit), zero, one);
-                passes = simd.add_f64s(passes, simd.select_f64s(beyond, within, zero));
-            }
-            *least = simd.min_f64s(*least, after);
-            *most = simd.max_f64s(*most, after);
-        }
+                if simd.first_true_m64s(simd.or_m64s(peaks, beyond)) >= S::F64_LANES {
+                    return;
+                }
+                if simd.first_true_m64s(peaks) < S::F64_LANES {
+                    may_peak.push(block * PADDING);
+                }
+                for (i, [limit]) in limits.into_iter().enumerate().take(PartialSums::<S>::VECTORS) {
+                    let (before, after) =
+                        (x_from.difference(simd, block, i), x_to.difference(simd, block, i));
+                    let within = simd.select_f64s(simd.less_than_f64s(before, limit), zero, one);
+                    let is_beyond = simd.less_than_f64s(after, limit);
+                    passes = simd.add_f64s(passes, simd.select_f64s(is_beyond, within, zero));
+                }
+            },
+        );
         ledger.tension_events += simd.reduce_sum_f64s(passes) as u64;
         (simd.reduce_max_f64s(x), simd.reduce_max_f64s(v))
     }
 }
 
-/// A row's values, and their neighbours to the right, as vectors.
-struct Neighbours<'a, S: Simd> {
-    left: &'a [S::f64s],
-    right: &'a [S::f64s],
+/// A row's values, and their neighbours to the right, block by block.
+struct Neighbours<'a> {
+    left: &'a [[f64; PADDING]],
+    right: &'a [[f64; PADDING]],
 }
 
-impl<'a, S: Simd> Neighbours<'a, S> {
+impl<'a> Neighbours<'a> {
     #[inline(always)]
     fn of(row: &'a [f64], n: usize) -> Self {
-        Self { left: S::as_simd_f64s(&row[..n]).0, right: S::as_simd_f64s(&row[1..=n]).0 }
+        Self { left: &lanes::blocks(row)[..n / PADDING], right: &lanes::blocks(&row[1..=n])[..n / PADDING] }
     }
 
+    /// By how much the values of a block's vector number `i` exceed their neighbours.
     #[inline(always)]
-    fn difference(&self, simd: S, vector: usize) -> S::f64s {
-        simd.sub_f64s(self.left[vector], self.right[vector])
+    fn difference<S: Simd>(&self, simd: S, block: usize, i: usize) -> S::f64s {
+        let (left, right) = (S::as_simd_f64s(&self.left[block]).0, S::as_simd_f64s(&self.right[block]).0);
+        simd.sub_f64s(left[i], right[i])
     }
 }

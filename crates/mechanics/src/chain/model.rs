@@ -241,25 +241,28 @@ impl<'a> ChainModel<'a> {
         acceleration_m_per_s2: &mut [f64],
     ) -> f64 {
         let n = v_m_per_s.len();
-        let (velocities, _) = S::as_simd_f64s(v_m_per_s);
-        let (before, behind) = force_n.beside::<S>(n);
-        let (accelerations, _) = S::as_mut_simd_f64s(&mut acceleration_m_per_s2[..n]);
-        let n_vectors = PartialSums::<S>::VECTORS;
-        let gaps = before.chunks_exact(n_vectors).zip(behind.chunks_exact(n_vectors));
-        let masses = velocities.chunks_exact(n_vectors);
-        let blocks = accelerations.chunks_exact_mut(n_vectors).zip(gaps).zip(masses);
-        let same = self.of_masses.same(simd);
+        let n_blocks = n / PADDING;
+        let [before, behind] = force_n.beside(n).map(|row| &row[..n_blocks]);
+        let velocities = &lanes::blocks(v_m_per_s)[..n_blocks];
+        let accelerations = &mut acceleration_m_per_s2[..n].as_chunks_mut::<PADDING>().0[..n_blocks];
         let mut lost = PartialSums::new(simd);
-        for (block, ((accelerations, (before, behind)), v)) in blocks.enumerate() {
-            let coefficients = self.of_masses.of_block::<S>(same, block);
-            for i in 0..n_vectors {
-                let [damping, inverse_mass] = coefficients[i];
-                let push = simd.sub_f64s(before[i], behind[i]);
-                let drag = simd.mul_f64s(damping, v[i]);
-                accelerations[i] = simd.mul_f64s(simd.sub_f64s(push, drag), inverse_mass);
-                lost.add_product(simd, i, drag, v[i]);
-            }
-        }
+        self.of_masses.for_each_block(
+            simd,
+            n_blocks,
+            #[inline(always)]
+            |block, coefficients| {
+                let (before, behind) = (S::as_simd_f64s(&before[block]).0, S::as_simd_f64s(&behind[block]).0);
+                let v = S::as_simd_f64s(&velocities[block]).0;
+                let accelerations = S::as_mut_simd_f64s(&mut accelerations[block]).0;
+                for i in 0..PartialSums::<S>::VECTORS {
+                    let [damping, inverse_mass] = coefficients[i];
+                    let push = simd.sub_f64s(before[i], behind[i]);
+                    let drag = simd.mul_f64s(damping, v[i]);
+                    accelerations[i] = simd.mul_f64s(simd.sub_f64s(push, drag), inverse_mass);
+                    lost.add_product(simd, i, drag, v[i]);
+                }
+            },
+        );
         lost.total()
     }
 

@@ -164,10 +164,15 @@ impl<'a, S: Simd, const U: usize> TableLanes<'a, S, U> {
     /// none.
     #[inline(always)]
     pub(crate) fn force(&self, overlap_m: Lanes<S, U>, keys: &[f64]) -> Lanes<S, U> {
-        let [alpha, beta, at_centre_n, scale_n] = match overlap_m.all_within(self.rest_m) {
-            true => self.at_rest,
-            false => Lanes::records(self.simd, keys, &self.table.records),
-        };
+        match overlap_m.all_within(self.rest_m) {
+            true => self.of_records(overlap_m, self.at_rest),
+            false => self.of_records(overlap_m, Lanes::records(self.simd, keys, &self.table.records)),
+        }
+    }
+
+    #[inline(always)]
+    fn of_records(&self, overlap_m: Lanes<S, U>, records: [Lanes<S, U>; COLUMNS]) -> Lanes<S, U> {
+        let [alpha, beta, at_centre_n, scale_n] = records;
         let t = overlap_m.mul_add(alpha, beta);
         (scale_n * t).mul_add(series(&self.table.series, t), at_centre_n)
     }

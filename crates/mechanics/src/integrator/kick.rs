@@ -5,7 +5,7 @@ use pulp::Simd;
 use crate::{
     chain::{force_row::ForceRow, model::ChainModel, state::ChainState},
     contact::striker::StrikerContact,
-    lanes::{PartialSums, columns::Columns},
+    lanes::{self, PADDING, PartialSums, columns::Columns},
 };
 
 /// The flow of forces that stand still and dampers over a time, worked out for one time at a time.
@@ -86,39 +86,68 @@ impl Kick {
         state: &mut ChainState,
     ) -> f64 {
         let active = state.active;
-        let n_vectors = PartialSums::<S>::VECTORS;
-        let (before, behind) = force_n.beside::<S>(active);
-        let gaps = before.chunks_exact(n_vectors).zip(behind.chunks_exact(n_vectors));
-        let (velocities, _) = S::as_mut_simd_f64s(&mut state.v_m_per_s[..active]);
-        let from = from.map(|from| S::as_simd_f64s(&from[..active]).0);
-        let kicks = velocities.chunks_exact_mut(n_vectors).zip(gaps).enumerate();
-        if let Some(gains) = &self.gain {
-            let same = gains.same(simd);
-            for (block, (v, (before, behind))) in kicks {
-                let from = from.map(|from| &from[block * n_vectors..][..n_vectors]);
-                let coefficients = gains.of_block::<S>(same, block);
-                for i in 0..n_vectors {
-                    let [gain] = coefficients[i];
-                    let old = if let Some(from) = from { from[i] } else { v[i] };
-                    v[i] = simd.mul_add_f64s(simd.sub_f64s(before[i], behind[i]), gain, old);
-                }
+        let n_blocks = active / PADDING;
+        let forces_n = force_n.beside(active).map(|row| &row[..n_blocks]);
+        let velocities = &mut state.v_m_per_s[..active].as_chunks_mut::<PADDING>().0[..n_blocks];
+        match from {
+            Some(from) => {
+                let from = &lanes::blocks(&from[..active])[..n_blocks];
+                self.change_velocities::<S, true>(simd, forces_n, from, velocities)
             }
-            return 0.0;
+            None => self.change_velocities::<S, false>(simd, forces_n, &[], velocities),
         }
-        let Some(gains) = &self.damped_gain else { return 0.0 };
-        let same = gains.same(simd);
+    }
+
+    /// [`Kick::apply_to_row`] from the velocities themselves, or from those of another row that `TAKES` says to take.
+    #[inline(always)]
+    fn change_velocities<S: Simd, const TAKES: bool>(
+        &self,
+        simd: S,
+        [before, behind]: [&[[f64; PADDING]]; 2],
+        from: &[[f64; PADDING]],
+        velocities: &mut [[f64; PADDING]],
+    ) -> f64 {
+        let n_blocks = velocities.len();
+        let n_vectors = PartialSums::<S>::VECTORS;
+        if let Some(gains) = &self.gain {
+            gains.for_each_block(
+                simd,
+                n_blocks,
+                #[inline(always)]
+                |block, coefficients| {
+                    let (before, behind) =
+                        (S::as_simd_f64s(&before[block]).0, S::as_simd_f64s(&behind[block]).0);
+                    let v = S::as_mut_simd_f64s(&mut velocities[block]).0;
+                    for i in 0..n_vectors {
+                        let [gain] = coefficients[i];
+                        let old = if TAKES { S::as_simd_f64s(&from[block]).0[i] } else { v[i] };
+                        v[i] = simd.mul_add_f64s(simd.sub_f64s(before[i], behind[i]), gain, old);
+                    }
+                },
+            );
+        }
         let mut lost = PartialSums::new(simd);
-        for (block, (v, (before, behind))) in kicks {
-            let from = from.map(|from| &from[block * n_vectors..][..n_vectors]);
-            let coefficients = gains.of_block::<S>(same, block);
-            for i in 0..n_vectors {
-                let [gain, decay, damping] = coefficients[i];
-                let old = if let Some(from) = from { from[i] } else { v[i] };
-                let net_n = simd.sub_f64s(before[i], behind[i]);
-                v[i] = simd.mul_add_f64s(net_n, gain, simd.mul_f64s(old, decay));
-                let squares = simd.mul_add_f64s(old, simd.add_f64s(old, v[i]), simd.mul_f64s(v[i], v[i]));
-                lost.add_product(simd, i, damping, squares);
-            }
+        if let Some(gains) = &self.damped_gain {
+            gains.for_each_block(
+                simd,
+                n_blocks,
+                #[inline(always)]
+                |block, coefficients| {
+                    let (before, behind) =
+                        (S::as_simd_f64s(&before[block]).0, S::as_simd_f64s(&behind[block]).0);
+                    let v = S::as_mut_simd_f64s(&mut velocities[block]).0;
+                    for i in 0..n_vectors {
+                        let [gain, decay, damping] = coefficients[i];
+                        let old = if TAKES { S::as_simd_f64s(&from[block]).0[i] } else { v[i] };
+                        let net_n = simd.sub_f64s(before[i], behind[i]);
+                        let new = simd.mul_add_f64s(net_n, gain, simd.mul_f64s(old, decay));
+                        let squares =
+                            simd.mul_add_f64s(old, simd.add_f64s(old, new), simd.mul_f64s(new, new));
+                        lost.add_product(simd, i, damping, squares);
+                        v[i] = new;
+                    }
+                },
+            );
         }
         self.tau_s / 3.0 * lost.total()
     }

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     chain::{force_row::ForceRow, model::ChainModel, state::ChainState},
-    lanes::PartialSums,
+    lanes::{self, PADDING},
 };
 
 /// A composition of drifts (positions move along the velocities) and kicks (velocities change by the forces).
@@ -74,6 +74,14 @@ const A6: [f64; 5] = [
 const B6: [f64; 4] =
     [0.148_816_447_901_042, -0.132_385_865_767_784, 0.067_307_604_692_185, 0.432_666_402_578_175];
 
+impl Composition {
+    /// The first part whose kick is as long as that of this one.
+    fn first_of_length(&self, part: usize) -> usize {
+        let [_, length] = self.parts[part];
+        self.parts.iter().position(|[_, other]| other.to_bits() == length.to_bits()).unwrap_or(part)
+    }
+}
+
 /// A composition with its work space.
 #[derive(Debug)]
 pub(crate) struct Symplectic {
@@ -81,6 +89,7 @@ pub(crate) struct Symplectic {
     /// Forces at the start and at the last kick.
     start_n: ForceRow,
     force_n: ForceRow,
+    /// Of each part of the composition that is the first with a kick of its length.
     kicks: Vec<Kick>,
     evaluations: u64,
 }
@@ -110,7 +119,7 @@ impl Symplectic {
     fn kick<S: Simd>(&mut self, simd: S, model: &ChainModel<'_>, at: KickAt<'_>, to: &mut ChainState) {
         let KickAt { part, time_s, tau_s, from } = at;
         let force_n = if part == 0 && self.starts_with_kick() { &self.start_n } else { &self.force_n };
-        let kick = &mut self.kicks[part];
+        let kick = &mut self.kicks[self.composition.first_of_length(part)];
         kick.prepare(model, tau_s);
         to.lost_j += kick.apply(simd, model, force_n, from, to);
         if model.is_imposed() {
@@ -188,16 +197,35 @@ impl Integrator for Symplectic {
 #[inline(always)]
 fn go<S: Simd>(simd: S, x_m: Option<&[f64]>, v_m_per_s: Option<&[f64]>, tau_s: f64, to: &mut ChainState) {
     let active = to.active;
-    let tau = simd.splat_f64s(tau_s);
-    let n_vectors = PartialSums::<S>::VECTORS;
-    let velocities = S::as_simd_f64s(&v_m_per_s.unwrap_or(&to.v_m_per_s)[..active]).0.chunks_exact(n_vectors);
-    let from = x_m.map(|x_m| S::as_simd_f64s(&x_m[..active]).0);
-    let places = S::as_mut_simd_f64s(&mut to.x_m[..active]).0.chunks_exact_mut(n_vectors);
-    for (block, (x, v)) in places.zip(velocities).enumerate() {
-        let from = from.map(|from| &from[block * n_vectors..][..n_vectors]);
-        for i in 0..n_vectors {
-            x[i] = simd.mul_add_f64s(tau, v[i], if let Some(from) = from { from[i] } else { x[i] });
+    let velocities = lanes::blocks(&v_m_per_s.unwrap_or(&to.v_m_per_s)[..active]);
+    let places = to.x_m[..active].as_chunks_mut::<PADDING>().0.iter_mut().zip(velocities);
+    match x_m {
+        Some(x_m) => {
+            for ((x, v), from) in places.zip(lanes::blocks(&x_m[..active])) {
+                go_block(simd, tau_s, from, v, x);
+            }
         }
+        None => {
+            for (x, v) in places {
+                let from = *x;
+                go_block(simd, tau_s, &from, v, x);
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn go_block<S: Simd>(
+    simd: S,
+    tau_s: f64,
+    from_m: &[f64; PADDING],
+    v_m_per_s: &[f64; PADDING],
+    to_m: &mut [f64; PADDING],
+) {
+    let tau = simd.splat_f64s(tau_s);
+    let (from, v) = (S::as_simd_f64s(from_m).0, S::as_simd_f64s(v_m_per_s).0);
+    for (i, to) in S::as_mut_simd_f64s(to_m).0.iter_mut().enumerate() {
+        *to = simd.mul_add_f64s(tau, v[i], from[i]);
     }
 }
 

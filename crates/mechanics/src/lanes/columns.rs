@@ -56,26 +56,39 @@ impl<const N: usize> Columns<N> {
         }
     }
 
-    /// The coefficients of the row's middle.
+    /// Calls a function for each of the row's first blocks with the block's number and its coefficients, vector by vector.
+    ///
+    /// The middle has a loop of its own, in which the coefficients stay in registers and nothing is asked of the block.
     #[inline(always)]
-    pub(crate) fn same<S: Simd>(&self, simd: S) -> [S::f64s; N] {
+    pub(crate) fn for_each_block<S: Simd>(
+        &self,
+        simd: S,
+        n_blocks: usize,
+        mut of_block: impl FnMut(usize, [[S::f64s; N]; PADDING]),
+    ) {
         let mut same = [simd.splat_f64s(0.0); N];
         for (vector, value) in same.iter_mut().zip(self.same) {
             *vector = simd.splat_f64s(value);
         }
-        same
-    }
-
-    /// The coefficients of a block of [`PADDING`] places, vector by vector, given [`Columns::same`].
-    #[inline(always)]
-    pub(crate) fn of_block<S: Simd>(&self, same: [S::f64s; N], block: usize) -> [[S::f64s; N]; PADDING] {
-        let mut vectors = [same; PADDING];
-        if self.middle.contains(&block) {
-            return vectors;
+        let (before, behind) = self.others.split_at(self.middle.start);
+        for (block, own) in before.iter().enumerate().take(n_blocks) {
+            of_block(block, own.vectors::<S>(same));
         }
-        let index = if block < self.middle.start { block } else { block - self.middle.len() };
-        let Block(columns) = &self.others[index];
-        for (k, column) in columns.iter().enumerate() {
+        for block in self.middle.start..self.middle.end.min(n_blocks) {
+            of_block(block, [same; PADDING]);
+        }
+        for (block, own) in (self.middle.end..n_blocks).zip(behind) {
+            of_block(block, own.vectors::<S>(same));
+        }
+    }
+}
+
+impl<const N: usize> Block<N> {
+    /// The columns, vector by vector; behind the last vector stands `rest`, which no vector needs.
+    #[inline(always)]
+    fn vectors<S: Simd>(&self, rest: [S::f64s; N]) -> [[S::f64s; N]; PADDING] {
+        let mut vectors = [rest; PADDING];
+        for (k, column) in self.0.iter().enumerate() {
             for (vectors, vector) in vectors.iter_mut().zip(S::as_simd_f64s(column).0) {
                 vectors[k] = *vector;
             }
@@ -89,9 +102,14 @@ mod tests {
     use super::*;
 
     fn holds<const N: usize>(columns: &Columns<N>, place: usize, numbers: [f64; N]) -> bool {
-        let same = columns.same(pulp::Scalar::new());
-        let found = columns.of_block::<pulp::Scalar>(same, place / PADDING)[place % PADDING];
-        found.map(f64::to_bits) == numbers.map(f64::to_bits)
+        let mut found = Vec::new();
+        // All blocks up to that of the place, so that rows that end before, in or behind their middle are asked.
+        columns.for_each_block(pulp::Scalar::new(), place / PADDING + 1, |block, vectors| {
+            assert_eq!(block, found.len() / PADDING);
+            found.extend(vectors);
+        });
+        found.len() == (place / PADDING + 1) * PADDING
+            && found[place].map(f64::to_bits) == numbers.map(f64::to_bits)
     }
 
     /// One place differs, first, last or between, in rows of one block and more.
