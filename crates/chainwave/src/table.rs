@@ -228,7 +228,6 @@ pub(crate) fn write_joined(path: &Path, parts: &[PathBuf]) -> Result<(), Error> 
 mod tests {
     use std::io::Cursor;
 
-    use polars::prelude::ArrowDataType;
     use polars_parquet::read::{infer_schema, read_metadata};
 
     use super::*;

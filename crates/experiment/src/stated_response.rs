@@ -16,10 +16,12 @@ const CROSSINGS: f64 = 1.5;
 const KEPT: f64 = 0.3;
 /// ...from where it has moved this share of that.
 const AT_REST: f64 = 1e-5;
-/// Relative change of the drive that a slope is taken over where no scatter is stated.
+/// Relative change of the drive, to both sides, that a slope is taken over: what is stated of strikers may be that hardly anything is known.
 const CHANGE: f64 = 0.01;
-/// Dampings that a chain may have in place of those that are taken for it.
-const OTHERWISE: [[f64; 2]; 2] = [[4.0, 1.0], [1.0, 3.0]];
+/// Factors on the dampings that are taken for the chain's.
+const OTHER_DAMPINGS: [[f64; 2]; 2] = [[4.0, 1.0], [1.0, 3.0]];
+/// The drives' mean may be off by one standard deviation of them, and by no more than this share.
+const LARGEST_ERROR: f64 = 0.5;
 
 impl Experiment {
     /// Body by body.
@@ -27,10 +29,11 @@ impl Experiment {
     /// # Errors
     /// A chain that cannot be solved.
     pub(crate) fn stated_responses(&self) -> Result<Vec<StatedResponse>, Error> {
-        let stated = self.responses(STARTING_SHARES)?;
-        let otherwise = OTHERWISE
-            .map(|factors| [0, 1].map(|k| factors[k] * STARTING_SHARES[k]))
-            .map(|shares| self.responses(shares));
+        let stated = self.responses(1.0, STARTING_SHARES)?;
+        let dampings = OTHER_DAMPINGS.map(|factors| [0, 1].map(|k| factors[k] * STARTING_SHARES[k]));
+        let stronger = 1.0 + self.drive_scatter().min(LARGEST_ERROR);
+        let otherwise = dampings.map(|shares| self.responses(1.0, shares)).into_iter();
+        let otherwise = otherwise.chain([self.responses(stronger, STARTING_SHARES)]);
         let mut all: Vec<StatedResponse> =
             stated.into_iter().map(|stated| StatedResponse { stated, otherwise: Vec::new() }).collect();
         for otherwise in otherwise {
@@ -41,22 +44,21 @@ impl Experiment {
         Ok(all)
     }
 
-    /// With dampings of that share of the critical one.
-    fn responses(&self, shares: [f64; 2]) -> Result<Vec<ModelResponse>, Error> {
+    /// With drives so many times as strong as stated, and dampings of that share of the critical one.
+    fn responses(&self, strength: f64, shares: [f64; 2]) -> Result<Vec<ModelResponse>, Error> {
         let linear = self.linear_chain()?;
         let dampings = shares.map(|share| share * linear.critical_damping_kg_per_s());
         let crossing_s = linear.crossing_time_s(self.chain.n_bodies);
         let known_until_s = self.drive.as_ref().and_then(DriveTable::known_until_s);
         let duration_s = (CROSSINGS * crossing_s).min(known_until_s.unwrap_or(f64::INFINITY));
         let schedule = Schedule::automatic(duration_s, crossing_s / SAMPLES);
-        let strength = self.nominal_drive().value;
-        let change = Some(self.drive_scatter()).filter(|scatter| *scatter > 0.0).unwrap_or(CHANGE);
+        let strength = strength * self.nominal_drive().value;
         let moved = |factor: f64| -> Result<Array2<f64>, Error> {
             let chain = self.chain_driven(factor * strength, dampings, duration_s)?;
             Ok(self.seen_from_rest(simulate(&chain, &schedule)?.trajectory).displacement_m)
         };
-        let [motion_m, faster_m, slower_m] = [1.0, 1.0 + change, 1.0 - change].map(moved);
-        let (motion_m, slope_m) = (motion_m?, (faster_m? - slower_m?) / (2.0 * change));
+        let [motion_m, faster_m, slower_m] = [1.0, 1.0 + CHANGE, 1.0 - CHANGE].map(moved);
+        let (motion_m, slope_m) = (motion_m?, (faster_m? - slower_m?) / (2.0 * CHANGE));
         let of_bodies = motion_m.rows().into_iter().zip(slope_m.rows());
         Ok(of_bodies.map(|(motion_m, slope_m)| onset(&motion_m, &slope_m, crossing_s / SAMPLES)).collect())
     }

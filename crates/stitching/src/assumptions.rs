@@ -151,7 +151,7 @@ const DELAY: &str = "assumed: how far the onset departs from proportion, as a de
 const SCALE: &str = "assumed: how far the onset departs from proportion, as a scale";
 const DECIDES_DELAY: &str = "the delay by the drive with its uncertainty, an error mode of the motion and part of each trigger offset's";
 const DECIDES_SCALE: &str = "the scale of all drive deviations with its uncertainty";
-const BY_THE_CHAIN: &str = "what the chain does with usual damping, with four times that or three times the striker's, and three tenths of it";
+const BY_THE_CHAIN: &str = "what the chain does with usual damping, with four times that, three times the striker's, or a drive off by its scatter, and three tenths of it";
 
 #[cfg(test)]
 mod tests {
