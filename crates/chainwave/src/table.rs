@@ -228,23 +228,30 @@ pub(crate) fn write_joined(path: &Path, parts: &[PathBuf]) -> Result<(), Error> 
 mod tests {
     use std::io::Cursor;
 
-    use polars_parquet::read::{infer_schema, read_metadata};
+    use polars_parquet::read::read_metadata;
 
     use super::*;
 
     #[test]
     fn texts_are_stored_as_every_reader_knows_them() {
+        const KEY: &str = "ARROW:schema";
         let columns = || vec![column("name", vec!["one".to_owned()]), column("x_m", vec![1.0])];
-        let kind_of_texts = |bytes: Vec<u8>| {
-            let schema = infer_schema(&read_metadata(&mut Cursor::new(bytes)).unwrap()).unwrap();
-            schema.get("name").unwrap().dtype.clone()
+        let stored = |bytes: Vec<u8>| {
+            let metadata = read_metadata(&mut Cursor::new(bytes)).unwrap();
+            let pairs = metadata.key_value_metadata().clone().unwrap();
+            pairs.into_iter().find(|pair| pair.key == KEY).unwrap().value
+        };
+        let schema_with = |texts: ArrowDataType| {
+            let field = |name: &str, kind| (name.into(), ArrowField::new(name.into(), kind, true));
+            let fields = [field("name", texts), field("x_m", ArrowDataType::Float64)];
+            schema_to_metadata_key(&fields.into_iter().collect::<ArrowSchema>()).value
         };
         let ours = to_parquet(Path::new("table.parquet"), columns()).unwrap();
-        assert_eq!(kind_of_texts(ours), ArrowDataType::LargeUtf8);
+        assert_eq!(stored(ours), schema_with(ArrowDataType::LargeUtf8));
         // What is kept from: polars' own choice.
         let mut theirs = Vec::new();
         let mut frame = DataFrame::new_infer_height(columns()).unwrap();
         ParquetWriter::new(&mut theirs).finish(&mut frame).unwrap();
-        assert_eq!(kind_of_texts(theirs), ArrowDataType::Utf8View);
+        assert_eq!(stored(theirs), schema_with(ArrowDataType::Utf8View));
     }
 }
