@@ -1,9 +1,8 @@
 //! What merging takes to be so where the recordings do not tell it: each number, what it decides, and where it comes from.
 
 use crate::assembly::BENT_SHARE;
-use crate::gauge::{DEPARTURE, DEPARTURE_OF_SCALE, ONSET_SHARE};
 use crate::settings::{FirstBody, Settings};
-use crate::stated_response::{OnsetDeparture, StatedResponse};
+use crate::stated_response::{DEPARTURE, DEPARTURE_OF_SCALE, ONSET_SHARE, OnsetDeparture, StatedResponse};
 
 /// A number that is taken to be so where the recordings do not tell it.
 #[derive(Debug, Clone, PartialEq)]

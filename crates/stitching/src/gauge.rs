@@ -15,18 +15,7 @@ use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use crate::body_response::{BodyResponse, FittedTime};
 use crate::drive_scatter::scale_of;
 use crate::settings::FirstBody;
-use crate::stated_response::{OnsetDeparture, StatedResponse};
-
-/// The first body's onset ends when it has moved this share of its way. A shorter one knows beta worse, and the other bodies' do not
-/// begin in proportion to the drive.
-pub(crate) const ONSET_SHARE: f64 = 0.1;
-/// Standard deviation of what the response of a softening chain leaves of proportion within the onset, as an error of beta over
-/// the onset's length: on the paper's chain beta is 9 us off, of 0.7 ms.
-pub(crate) const DEPARTURE: f64 = 0.013;
-
-/// The same as a relative error of alpha, and so of the drives' scale: on the paper's chain alpha is 0.913 at 2.73 m/s and 0.967 at
-/// 0.83 m/s.
-pub(crate) const DEPARTURE_OF_SCALE: f64 = 0.1;
+use crate::stated_response::{ONSET_SHARE, OnsetDeparture, StatedResponse};
 
 /// What the first body's onset reads of (alpha, beta): there S = alpha (a X + b dX/dt) + beta dX/dt, with a and b by the stated chain, or 1 and 0.
 #[derive(Debug, Clone)]
