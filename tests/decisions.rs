@@ -12,7 +12,7 @@ mod slow {
     const TRIGGERS: &str = "what trigger offsets and drives are taken from";
 
     /// Every number that is taken to be so, of whatever chain, where the recordings do not tell it.
-    const ASSUMED: [(&str, &str); 11] = [
+    const ASSUMED: [(&str, &str); 10] = [
         ("assumed: how far drives differ from trial to trial", "5 %"),
         ("assumed: how far a response departs from scaling with the drive", "100 %"),
         ("assumed: how far a response curves with the drive", "50 %"),
@@ -20,10 +20,9 @@ mod slow {
         ("assumed: how large responses of third order are", "20 %"),
         ("assumed: how the delay with the square of the drive stands to that with the drive", "20 %"),
         ("assumed: how long body 1 moves in proportion to the drive", "until it has gone 10 %"),
-        ("assumed: how far the onset departs from proportion, as a delay", "1.3 %"),
-        ("assumed: how far the onset departs from proportion, as a scale", "10 %"),
+        ("assumed: how far the onset departs from proportion, as a delay", "by the stated chain "),
+        ("assumed: how far the onset departs from proportion, as a scale", "by the stated chain to "),
         ("assumed: damping where fits begin", "0.06 % of critical damping of a body for c_d, 6 % for c_s"),
-        ("assumed: how well the fit to peak energies knows the drives' scale", "to 15 %"),
     ];
 
     /// The choices of a run, and its results.

@@ -106,7 +106,7 @@ fn by_the_chain(departure: &OnsetDeparture) -> [Assumption; 2] {
             of: DELAY,
             value: delay_s.value,
             in_words: format!(
-                "{:.1} +- {:.1} us, by the stated chain",
+                "by the stated chain {:.1} +- {:.1} us",
                 1e6 * delay_s.value,
                 1e6 * delay_s.sigma
             ),
@@ -116,7 +116,7 @@ fn by_the_chain(departure: &OnsetDeparture) -> [Assumption; 2] {
         Assumption {
             of: SCALE,
             value: scale.value,
-            in_words: format!("to {:.3} +- {:.3} of it, by the stated chain", scale.value, scale.sigma),
+            in_words: format!("by the stated chain to {:.3} +- {:.3} of it", scale.value, scale.sigma),
             decides: DECIDES_SCALE,
             reason: BY_THE_CHAIN,
         },
