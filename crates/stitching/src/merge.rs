@@ -49,7 +49,7 @@ pub fn merge(observations: &[Observation], settings: &Settings) -> Result<Stitch
 
 /// Merges each group of recordings that share bodies; `places` are the recordings' places among all observations. Only where the stated chain
 /// tells how the onsets of later bodies answer to the drive can other groups than that with the first body tell what the impact tells; else,
-/// what their readings leave open stays as the priors put it.
+/// and where recordings that answer otherwise do not settle where it leads, what their readings leave open stays as the priors put it.
 fn merged_groups(
     observations: &[Observation],
     places: &[usize],
@@ -62,10 +62,17 @@ fn merged_groups(
     for group in groups {
         let Some(first) = first_body(observations, &group) else { continue };
         let own: Vec<Observation> = group.iter().map(|r| observations[*r].clone()).collect();
-        let aligned = Aligned::of(&own, settings, interval_s)?;
-        let is_told = Some(first) == nearest || settings.stated_responses.get(first - 1).is_some();
-        let gauged = if is_told { aligned.gauged()? } else { aligned.ungauged() };
-        let (stitched, of_mean_m) = gauged.trimmed()?.stitched()?;
+        let merged = |settings: &Settings| {
+            let aligned = Aligned::of(&own, settings, interval_s)?;
+            let is_told = Some(first) == nearest || settings.stated_responses.get(first - 1).is_some();
+            let gauged = if is_told { aligned.gauged()? } else { aligned.ungauged() };
+            gauged.trimmed()?.stitched()
+        };
+        let (mut stitched, mut of_mean_m) = merged(settings)?;
+        if stitched.unsettled.is_some() && !settings.stated_responses.is_empty() {
+            let by_no_chain = Settings { stated_responses: Vec::new(), ..settings.clone() };
+            (stitched, of_mean_m) = merged(&by_no_chain)?;
+        }
         let members = group.iter().map(|r| places[*r]).collect();
         parts.push(Part { first_body: first, members, stitched, of_mean_m });
     }
