@@ -5,7 +5,7 @@ use chainwave_stitching::{ModelResponse, StatedResponse};
 use ndarray::{Array2, ArrayView1, s};
 
 use crate::chain_model::STARTING_SHARES;
-use crate::configuration::{DriveTable, Experiment};
+use crate::configuration::Experiment;
 use crate::error::Error;
 
 /// Samples of a motion while a weak wave crosses the chain...
@@ -49,8 +49,7 @@ impl Experiment {
         let linear = self.linear_chain()?;
         let dampings = shares.map(|share| share * linear.critical_damping_kg_per_s());
         let crossing_s = linear.crossing_time_s(self.chain.n_bodies);
-        let known_until_s = self.drive.as_ref().and_then(DriveTable::known_until_s);
-        let duration_s = (CROSSINGS * crossing_s).min(known_until_s.unwrap_or(f64::INFINITY));
+        let duration_s = self.crossings_s(CROSSINGS)?;
         let schedule = Schedule::automatic(duration_s, crossing_s / SAMPLES);
         let strength = strength * self.nominal_drive().value;
         let moved = |factor: f64| -> Result<Array2<f64>, Error> {

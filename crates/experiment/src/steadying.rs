@@ -5,7 +5,7 @@ use chainwave_measurement::{ChainMotion, ErrorSource, Estimate, Observation, med
 use chainwave_mechanics::{Schedule, simulate};
 use ndarray::Array2;
 
-use crate::configuration::{DriveTable, Experiment};
+use crate::configuration::Experiment;
 use crate::error::Error;
 use crate::scale::ScaleCheck;
 use crate::tracks::Coordinate;
@@ -153,9 +153,7 @@ impl Steadying {
 /// How long after the first body's each body's motion begins by the stated chain, in seconds. The chain is at rest before
 /// `tracking.rest_until_s`, so the wave comes later than that by so much.
 fn arrivals_s(experiment: &Experiment, moved_m: f64) -> Result<Vec<f64>, Error> {
-    let crossing_s = experiment.linear_chain()?.crossing_time_s(experiment.chain.n_bodies);
-    let known_until_s = experiment.drive.as_ref().and_then(DriveTable::known_until_s);
-    let duration_s = known_until_s.map_or(1.5 * crossing_s, |known_s| known_s.min(1.5 * crossing_s));
+    let duration_s = experiment.crossings_s(1.5)?;
     let chain = experiment.chain_model_until(duration_s)?;
     let motion = simulate(&chain, &Schedule::automatic(duration_s, duration_s / 2000.0))?.trajectory;
     let arrival_s = |body: usize| {

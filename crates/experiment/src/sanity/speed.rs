@@ -3,7 +3,7 @@
 use chainwave_measurement::Estimate;
 use chainwave_mechanics::{Schedule, simulate};
 
-use crate::configuration::{DriveTable, Experiment};
+use crate::configuration::Experiment;
 use crate::error::Error;
 use crate::finding::Finding;
 
@@ -38,9 +38,7 @@ pub(crate) fn speed(experiment: &Experiment, measured_m_per_s: Estimate) -> Resu
 /// The leading pulse's speed in the chain as it is stated and driven, in metres per second; that of weak waves where it has none.
 fn stated(experiment: &Experiment) -> Result<f64, Error> {
     let (linear, pitch_m) = (experiment.linear_chain()?, experiment.chain.mean_pitch_m());
-    let known_until_s = experiment.drive.as_ref().and_then(DriveTable::known_until_s);
-    let crossings_s = CROSSINGS * linear.crossing_time_s(experiment.chain.n_bodies);
-    let duration_s = crossings_s.min(known_until_s.unwrap_or(f64::INFINITY));
+    let duration_s = experiment.crossings_s(CROSSINGS)?;
     let chain = experiment.chain_model_until(duration_s)?;
     let found = simulate(&chain, &Schedule::automatic(duration_s, duration_s / SAMPLES))?;
     Ok(found.group_velocity_m_per_s(pitch_m).unwrap_or_else(|| linear.sound_speed_m_per_s(pitch_m)))
