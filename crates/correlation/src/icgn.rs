@@ -3,7 +3,7 @@
 mod damped;
 pub(crate) mod outcome;
 mod sums;
-mod visible;
+pub(crate) mod visible;
 
 use chainwave_measurement::{Estimate, Lost, Position};
 

@@ -96,6 +96,7 @@ mod search;
 mod self_test;
 mod settings;
 mod simd;
+mod structure;
 mod subset_size;
 mod track;
 mod uncertainty;

@@ -239,7 +239,7 @@ impl Linearised {
     }
 
     /// The displacement of the centre along x and y that a unit of each pixel's grey value makes: M^-1 Z'.
-    fn steps(&self) -> [Vec<f32>; 2] {
+    pub(crate) fn steps(&self) -> [Vec<f32>; 2] {
         [0, 1].map(|component| {
             let row = &self.inverse[component * self.settings.shape.n_terms()];
             let projected =

@@ -1,5 +1,6 @@
 //! Subsets followed through all frames of a recording.
 
+mod alike;
 mod bending;
 mod continuity;
 pub(crate) mod find;
@@ -48,6 +49,7 @@ pub fn track(
 ) -> Result<Vec<Track>, CorrelationError> {
     let mut followers = followers(recording, subsets, reference, settings)?;
     let mut tracks = follow(&mut followers, reference, subsets, settings, progress);
+    widen(&mut tracks, &mut followers);
     let told = tell_bends(&mut followers, subsets, settings);
     correct(&mut tracks, &told, Told::with_bend);
     Ok(without_collisions(tracks, subsets, reference.range().start, settings))
@@ -74,6 +76,7 @@ pub fn track_by_evidence(
         follower.shape_test = Some(ShapeTest::new(&reference, subset, &affine));
     }
     let mut tracks = follow(&mut followers, reference, subsets, settings, progress);
+    widen(&mut tracks, &mut followers);
     let told = tell_bends(&mut followers, subsets, settings);
     correct(&mut tracks, &told, Told::with_bend);
     let mut evidence: Vec<ShapeEvidence> = followers
@@ -127,6 +130,13 @@ pub fn track_from(
         found[frame - first] = Ok(position);
     }
     Ok(found)
+}
+
+/// Enlarges sigmas where residuals of neighbouring pixels are alike.
+fn widen(tracks: &mut [Track], followers: &mut [Follower<'_>]) {
+    for (track, follower) in tracks.iter_mut().zip(followers) {
+        std::mem::take(&mut follower.alike).widen(&mut track.positions);
+    }
 }
 
 /// What is known of the subsets' bends; nothing where it was not asked.

@@ -132,20 +132,13 @@ pub(crate) fn angle_rad(subset: &PreparedSubset, warp: &Warp, sigma_px: [f64; 2]
 
 fn sigma_from(subset: &PreparedSubset, warp: &Warp, signal: f64, noise: f64, growth: f64) -> [f64; 2] {
     let (of_signal, of_noise) = (of_centre(&subset.covariance.signal), of_centre(&subset.covariance.noise));
-    let [xx, xy, yy] = [0, 1, 2].map(|i| {
+    let own = [0, 1, 2].map(|i| {
         let unequal = growth * subset.light_moments[i];
         // no less than a quarter, whatever a few pixels say
         let of_light = if i == 1 { unequal } else { unequal.max(-0.75 * of_signal[i]) };
         signal * (of_signal[i] + of_light) + noise * of_noise[i]
     });
-    [[1.0, 0.0], [0.0, 1.0]].map(|axis| {
-        // The covariance is that of the subset's own coordinates: (1 + A) cov (1 + A)^T, row by row.
-        let [a, b] = [
-            axis[0] * (1.0 + warp.gradient[0]) + axis[1] * warp.gradient[2],
-            axis[0] * warp.gradient[1] + axis[1] * (1.0 + warp.gradient[3]),
-        ];
-        (a * a * xx + 2.0 * a * b * xy + b * b * yy).max(0.0).sqrt()
-    })
+    warp.variances_in_target(own).map(f64::sqrt)
 }
 
 /// G over the subset, whose phases differ where it is deformed: the mean over a grid of 4 x 4 places.

@@ -98,6 +98,13 @@ impl Warp {
         ]
     }
 
+    /// Variances along x and y in the target of a place whose covariance (xx, xy, yy) in the subset's own coordinates is given: the diagonal of
+    /// `(1 + A) cov (1 + A)^T`.
+    pub(crate) fn variances_in_target(&self, [xx, xy, yy]: [f64; 3]) -> [f64; 2] {
+        let [ux, uy, vx, vy] = self.gradient;
+        [[1.0 + ux, uy], [vx, 1.0 + vy]].map(|[a, b]| (a * a * xx + 2.0 * a * b * xy + b * b * yy).max(0.0))
+    }
+
     /// The point from the centre that lies at a place, by the linear part of the warp; `None` where it folds the subset.
     pub(crate) fn source(&self, place: [f64; 2]) -> Option<[f64; 2]> {
         let [ux, uy, vx, vy] = self.gradient;

@@ -1,6 +1,7 @@
 //! What a real camera adds to the ideal picture, each effect off unless its key is there.
 
 mod block_coding;
+mod line_noise;
 mod reflections;
 mod scale_error;
 mod sensor_map;
@@ -9,6 +10,7 @@ mod shake;
 
 use serde::{Deserialize, Serialize};
 
+pub use self::line_noise::LineNoise;
 pub use self::reflections::Reflections;
 pub use self::scale_error::ScaleError;
 pub use self::sensor_map::{DefectivePixels, FixedPattern, HotPixel};
@@ -31,7 +33,7 @@ use crate::check::{require, require_share};
 ///   `seed`;
 /// - a view: its magnification, and reflections `per_view`; from `seed` and the shot's `view`;
 /// - a recording: the phases of a shake; from the shot's `noise_seed`;
-/// - a frame: whether its lines are repeated; from the shot's `noise_seed` and the frame's place in the recording.
+/// - a frame: noise of rows and columns, and whether its lines are repeated; from the shot's `noise_seed` and the frame's place in the recording.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Effects {
@@ -40,6 +42,9 @@ pub struct Effects {
     /// Offset and gain of each pixel.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fixed_pattern: Option<FixedPattern>,
+    /// Noise of rows and columns, new in each frame.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub line_noise: Option<LineNoise>,
     /// Hot and dead pixels.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub defective_pixels: Option<DefectivePixels>,
@@ -117,6 +122,7 @@ impl Effects {
         interval_s: f64,
     ) -> Result<(), SyntheticError> {
         self.fixed_pattern.iter().try_for_each(FixedPattern::check)?;
+        self.line_noise.iter().try_for_each(LineNoise::check)?;
         self.defective_pixels.iter().try_for_each(DefectivePixels::check)?;
         self.reflections.iter().try_for_each(Reflections::check)?;
         self.shadow.iter().try_for_each(Shadow::check)?;

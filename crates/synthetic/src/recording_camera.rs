@@ -143,11 +143,10 @@ impl<'a> RecordingCamera<'a> {
             reflections.apply(tones, first_row * width_px);
         }
         let black = sensor.black_level as f32;
-        let range = sensor.white_level() - sensor.black_level;
         let light = lighting
             .as_ref()
             .map_or(1.0, |lighting| lighting.factor(stamp_s, *exposure_s, flicker_phase_rad));
-        let range = (range * light) as f32;
+        let range = (self.range() * light) as f32;
         for value in tones {
             *value = black + range * *value;
         }
@@ -156,8 +155,19 @@ impl<'a> RecordingCamera<'a> {
     /// Lays the sensor's own pattern over a frame's expected counts.
     pub(crate) fn lay_pattern(&self, counts: &mut [f32]) {
         let Some(map) = &self.sensor else { return };
-        let sensor = &self.camera.sensor;
-        map.apply(counts, sensor.black_level as f32, (sensor.white_level() - sensor.black_level) as f32);
+        map.apply(counts, self.camera.sensor.black_level as f32, self.range() as f32);
+    }
+
+    /// Adds to a frame's expected counts the noise that its rows and columns have in common.
+    pub(crate) fn add_line_noise(&self, frame: usize, counts: &mut [f32]) {
+        if let Some(noise) = &self.camera.effects.line_noise {
+            noise.apply(counts, self.camera.width_px, self.range(), self.shot.noise_seed, frame);
+        }
+    }
+
+    /// Counts from black to white.
+    fn range(&self) -> f64 {
+        self.camera.sensor.white_level() - self.camera.sensor.black_level
     }
 
     /// Replaces a frame's counts by what is kept of them.

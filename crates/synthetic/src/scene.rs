@@ -171,6 +171,7 @@ impl<'a> Scene<'a> {
         counts: &mut Vec<u16>,
     ) -> Result<(), SyntheticError> {
         self.expose(frame, canvas)?;
+        self.recording.add_line_noise(frame, &mut canvas.values);
         sensor::record(&self.camera.sensor, &canvas.values, self.shot.noise_seed, frame, counts);
         self.recording.store(frame, counts);
         Ok(())

@@ -23,6 +23,7 @@ pub(crate) enum Purpose {
     RepeatedLines = 15,
     PictureNoise = 16,
     ViewTrigger = 17,
+    LineNoise = 18,
 }
 
 /// The random stream of (purpose, seed, counter): the same whatever was drawn before, in any order and thread.

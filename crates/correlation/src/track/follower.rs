@@ -7,7 +7,10 @@ use chainwave_measurement::{Lost, Position, Recording, Region, Subset};
 use crate::acceptance::Standard;
 use crate::evidence::ShapeTest;
 use crate::icgn::outcome::Match;
+use crate::icgn::visible::noise_ratio;
 use crate::search::rivals::Seen;
+use crate::structure::Structure;
+use crate::track::alike::{self, Alike};
 use crate::track::bending::Bend;
 use crate::track::continuity::Continuity;
 use crate::track::find::{Locate, Quest};
@@ -35,13 +38,20 @@ pub(crate) struct Follower<'a> {
     pub(crate) shape_test: Option<ShapeTest>,
     /// What the quadratic shape function finds otherwise than the affine one, frame by frame.
     pub(crate) bends: Vec<Option<Bend>>,
+    /// How alike the residuals of neighbouring pixels are.
+    pub(crate) alike: Alike,
 }
+
+/// What the whole subset leaves over what its match left, beyond which a part of it was hidden then.
+const HIDDEN: f64 = 2.0;
 
 /// What is looked for, and what its matches are held against.
 struct Target {
     subset: PreparedSubset,
     /// The same with the quadratic shape function, where it is asked what the affine one leaves.
     quadratic: Option<PreparedSubset>,
+    /// Its variance by residuals that are alike, where bends do not tell what the shape function leaves.
+    structure: Option<Structure>,
     standard: Standard,
 }
 
@@ -59,7 +69,8 @@ impl Target {
             asks.then(|| PreparedSubset::new(&reference, subset, &of_second_order).ok()).flatten();
         Ok(PreparedSubset::new(&reference, subset, settings).map(|subset| {
             let standard = Standard::new(recording, frames, &subset);
-            Self { subset, quadratic, standard }
+            let structure = (!asks).then(|| Structure::of(&subset));
+            Self { subset, quadratic, structure, standard }
         }))
     }
 }
@@ -81,6 +92,7 @@ impl<'a> Follower<'a> {
             matcher: Matcher::new(recording, window),
             target,
             decay: Decay::default(),
+            alike: Alike::default(),
             original: None,
             reason: Lost::LowCorrelation,
             shape_test: None,
@@ -124,6 +136,7 @@ impl<'a> Follower<'a> {
                 self.history.found(found.warp());
                 self.test_shape(frame, &found.warp());
                 self.note_bend(frame, &found);
+                self.note_alike(frame, &found);
                 let position = self.decay.total(self.with_reference_sigma(frame, found.position));
                 if !self.is_reference(frame) {
                     if let Ok(target) = &mut self.target {
@@ -206,9 +219,35 @@ impl<'a> Follower<'a> {
         }
     }
 
+    /// Notes how alike the residuals of neighbouring pixels are, of a subset that is seen whole.
+    fn note_alike(&mut self, frame: usize, found: &Match) {
+        let Ok(Target { subset, structure: Some(structure), .. }) = &self.target else { return };
+        let warp = found.warp();
+        let is_asked = !self.is_reference(frame) && Alike::looks_at(frame, self.n_frames());
+        if !is_asked || self.matcher.have_window(subset, frame, &warp).is_err() {
+            return;
+        }
+        let Matcher { window, workspace, .. } = &mut self.matcher;
+        let Some((compared, residual)) = subset.compare(window, &warp, workspace) else { return };
+        // what an obstacle hides was left out of the match
+        if noise_ratio(subset, &residual) > HIDDEN * found.noise_ratio {
+            return;
+        }
+        let residuals = subset.residuals(&compared, workspace);
+        let residuals: Vec<f32> = residuals.into_iter().map(|residual| residual as f32).collect();
+        let Position { x_px, y_px, .. } = found.position;
+        let reading = alike::Reading {
+            variance_px2: structure.variance_px2(&warp, &residuals, compared.gain),
+            sigma_px: [x_px.sigma, y_px.sigma],
+            scatter: structure.scatter,
+            of_reference: 1.0 / (1.0 + subset.n_averaged),
+        };
+        self.alike.note(frame, reading);
+    }
+
     /// The match in a frame, and whether the frame by itself tells that it is right.
     fn find(&mut self, frame: usize) -> Result<(Match, bool), Lost> {
-        let Target { subset, standard, quadratic } = self.target.as_ref().map_err(|reason| *reason)?;
+        let Target { subset, standard, quadratic, .. } = self.target.as_ref().map_err(|reason| *reason)?;
         let quest = Quest {
             recording: self.matcher.recording,
             subset,

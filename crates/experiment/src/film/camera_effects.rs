@@ -1,7 +1,8 @@
 //! Effects of a real camera, one of each kind as a laboratory might have it, and the words by which a report names their cause.
 
 use chainwave_synthetic::{
-    DefectivePixels, Defocus, Effects, FixedPattern, Reflections, ScaleError, Shadow, Shake, ShakeOnset,
+    DefectivePixels, Defocus, Effects, FixedPattern, LineNoise, Reflections, ScaleError, Shadow, Shake,
+    ShakeOnset,
 };
 
 use crate::configuration::Synthetic;
@@ -27,6 +28,9 @@ impl CameraEffect {
     pub const ALL: &'static [Self] = &[
         Self { name: "fixed_pattern", causes: &["fixed pattern"], add: |to, _| fixed_pattern(to, 1.0) },
         Self { name: "strong_pattern", causes: &["fixed pattern"], add: |to, _| fixed_pattern(to, 3.0) },
+        Self { name: "columns", causes: &["fixed pattern"], add: |to, _| columns(to) },
+        Self { name: "spots", causes: &["fixed pattern"], add: |to, _| spots(to) },
+        Self { name: "line_noise", causes: &["rows and columns"], add: |to, _| line_noise(to) },
         Self { name: "hot_pixels", causes: &["hot pixels"], add: |to, _| hot_pixels(to) },
         Self { name: "reflections", causes: &["reflections"], add: |to, _| reflections(to) },
         Self { name: "shadow", causes: &["shadow"], add: shadow },
@@ -89,6 +93,22 @@ fn fixed_pattern(to: &mut Effects, factor: f64) {
         gain_sigma: 3e-3 * factor,
         ..FixedPattern::default()
     });
+}
+
+/// Columns with amplifiers of their own, 0.2 % of the range apart.
+fn columns(to: &mut Effects) {
+    to.fixed_pattern = Some(FixedPattern { column_offset_sigma: 2e-3, ..FixedPattern::default() });
+}
+
+/// Stains and uneven light of 0.5 %, as fine as the speckles.
+fn spots(to: &mut Effects) {
+    to.fixed_pattern =
+        Some(FixedPattern { offset_sigma: 5e-3, offset_grain_px: 1.5, ..FixedPattern::default() });
+}
+
+/// Half of the noise of a pixel for each row and each column.
+fn line_noise(to: &mut Effects) {
+    to.line_noise = Some(LineNoise { row_sigma: 2.5e-3, column_sigma: 2.5e-3 });
 }
 
 fn hot_pixels(to: &mut Effects) {

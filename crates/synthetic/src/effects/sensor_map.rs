@@ -15,6 +15,8 @@ use crate::seed::{Purpose, stream};
 pub struct FixedPattern {
     /// Of a pixel's offset.
     pub offset_sigma: f64,
+    /// Standard deviation of the Gaussian over which offsets of neighbours are alike, in pixels; 0 where each is for itself.
+    pub offset_grain_px: f64,
     /// Of a pixel's relative gain.
     pub gain_sigma: f64,
     /// Of an offset that all pixels of a row have in common.
@@ -58,7 +60,8 @@ impl FixedPattern {
         ] {
             require((0.0..=0.2).contains(&sigma), name, "0 to 0.2", sigma)?;
         }
-        Ok(())
+        let (name, grain_px) = ("camera.effects.fixed_pattern.offset_grain_px", self.offset_grain_px);
+        require((0.0..=MOST_GRAIN_PX).contains(&grain_px), name, "0 to 50 pixels", grain_px)
     }
 }
 
@@ -81,6 +84,9 @@ pub(crate) struct SensorMap {
     pub(crate) dead: Vec<[usize; 2]>,
 }
 
+/// A pattern of a coarser grain is a gradient of the light.
+const MOST_GRAIN_PX: f64 = 50.0;
+
 /// Streams of the fixed pattern.
 const OFFSET: u64 = 0;
 const GAIN: u64 = 1;
@@ -96,7 +102,7 @@ impl SensorMap {
         [width_px, height_px]: [usize; 2],
     ) -> Self {
         let n_pixels = width_px * height_px;
-        let FixedPattern { offset_sigma, gain_sigma, row_offset_sigma, column_offset_sigma } =
+        let FixedPattern { offset_sigma, offset_grain_px, gain_sigma, row_offset_sigma, column_offset_sigma } =
             pattern.copied().unwrap_or_default();
         let normal = |which: u64, n: usize, sigma: f64| -> Vec<f64> {
             if sigma <= 0.0 {
@@ -105,7 +111,7 @@ impl SensorMap {
             let mut random = stream(Purpose::FixedPattern, seed, which);
             (0..n).map(|_| sigma * random.sample::<f64, _>(StandardNormal)).collect()
         };
-        let pixels = normal(OFFSET, n_pixels, offset_sigma);
+        let pixels = grained(normal(OFFSET, n_pixels, offset_sigma), width_px, offset_grain_px);
         let rows = normal(ROW, height_px, row_offset_sigma);
         let columns = normal(COLUMN, width_px, column_offset_sigma);
         let offset = |(pixel, offset): (usize, &f64)| {
@@ -156,6 +162,32 @@ impl SensorMap {
     }
 }
 
+/// White noise, row by row, with what a Gaussian makes of it: alike over its standard deviation, of the same variance. Pictures repeat beyond their
+/// edges.
+fn grained(mut pixels: Vec<f64>, width_px: usize, grain_px: f64) -> Vec<f64> {
+    if grain_px <= 0.0 {
+        return pixels;
+    }
+    let height_px = pixels.len() / width_px;
+    for (n, stride, n_lines, to_next) in
+        [(width_px, 1, height_px, width_px), (height_px, width_px, width_px, 1)]
+    {
+        let weights: Vec<f64> =
+            (0..n).map(|k| (-0.5 * (k.min(n - k) as f64 / grain_px).powi(2)).exp()).collect();
+        let norm = weights.iter().map(|weight| weight * weight).sum::<f64>().sqrt();
+        for line in 0..n_lines {
+            let place = |k: usize| line * to_next + k % n * stride;
+            let before: Vec<f64> = (0..n).map(|k| pixels[place(k)]).collect();
+            for k in 0..n {
+                let sum: f64 =
+                    weights.iter().enumerate().map(|(lag, weight)| weight * before[(k + lag) % n]).sum();
+                pixels[place(k)] = sum / norm;
+            }
+        }
+    }
+    pixels
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -174,6 +206,26 @@ mod tests {
     fn mean_and_variance(values: &[f64]) -> (f64, f64) {
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         (mean, values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (values.len() - 1) as f64)
+    }
+
+    #[test]
+    fn a_grain_keeps_the_variance_and_makes_neighbours_alike() {
+        let grain_px = 2.0;
+        let pattern =
+            FixedPattern { offset_sigma: 0.001, offset_grain_px: grain_px, ..FixedPattern::default() };
+        let map = SensorMap::new(3, Some(&pattern), None, SIZE_PX);
+        let found = deviations(&map, 0.5);
+        let at_lag = |lag: usize| {
+            let product = |row: &[f64]| row.iter().zip(&row[lag..]).map(|(a, b)| a * b).sum::<f64>();
+            found.chunks(SIZE_PX[0]).map(product).sum::<f64>() / ((SIZE_PX[0] - lag) * SIZE_PX[1]) as f64
+        };
+        // A Gaussian of white noise has the autocovariance exp(-lag^2 / (4 grain^2)); about 4 pi grain^2 pixels are one, so 4.5 standard errors
+        // of each are 4.5 sqrt(2 * 4 pi grain^2 / N) at most.
+        let bound = 4.5 * (8.0 * std::f64::consts::PI * grain_px.powi(2) / N).sqrt();
+        for lag in [0_usize, 1, 2, 4] {
+            let expected = (-(lag as f64).powi(2) / (4.0 * grain_px * grain_px)).exp();
+            assert!((at_lag(lag) / 1e-6 - expected).abs() < bound, "{lag}: {}", at_lag(lag));
+        }
     }
 
     #[test]
