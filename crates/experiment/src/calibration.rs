@@ -211,6 +211,26 @@ impl ChainMap {
         Self { of_chain, first_body_px, ..self.clone() }
     }
 
+    /// How far from the middle of a picture of a size stands what is seen so far from it by the scale there, in metres.
+    pub(crate) fn from_middle_m(&self, seen_m: f64, (width_px, height_px): (usize, usize)) -> f64 {
+        let [x_px, y_px] = middle_px(width_px, height_px);
+        let m_per_px = self.of_chain.m_per_px([x_px, y_px]).value;
+        let at_m = |x_px: f64| self.of_chain.map.position_m([x_px, y_px])[0];
+        at_m(x_px + self.side() * seen_m / m_per_px) - at_m(x_px)
+    }
+
+    /// Whether it has a lens or a perspective of its own, as a board tells them.
+    pub(crate) fn has_geometry(&self) -> bool {
+        let PlaneMap { lens, plane_from_image: [_, _, [h_x, h_y, _]] } = self.of_chain.map;
+        [lens.k1, lens.k2, h_x, h_y].iter().any(|value| *value != 0.0)
+    }
+
+    /// The same bodies by another map.
+    #[must_use]
+    pub(crate) fn by(&self, of_chain: Calibration) -> Self {
+        Self { of_chain, ..self.clone() }
+    }
+
     /// Refuses a recording of another size than the pictures of the calibration, whose lens then lies elsewhere.
     pub fn check_size(&self, recording: &dyn Recording) -> Result<(), Error> {
         let info = recording.info();
@@ -240,6 +260,11 @@ impl ChainMap {
     pub(crate) fn goes_left(&self) -> bool {
         let next_px = self.rest_px(2, 0.0);
         next_px.is_some_and(|[x_px, _]| x_px < self.first_body_px[0])
+    }
+
+    /// 1 where the chain goes to the right in the pictures, -1 where it goes to the left.
+    pub(crate) fn side(&self) -> f64 {
+        if self.goes_left() { -1.0 } else { 1.0 }
     }
 
     /// Column and row of a body's marker at rest, in pixels; bodies are numbered from 1, and 0 lies a pitch before them. `None` far

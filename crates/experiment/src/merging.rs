@@ -9,15 +9,17 @@ use crate::configuration::Experiment;
 use crate::direction::against_the_chain;
 use crate::error::Error;
 use crate::finding::Finding;
-use crate::joining::{Joined, Unjoined, chosen, join, sound};
+use crate::joining::Unjoined;
+use crate::joint::Joint;
 use crate::numbers::{NotNegative, Positive};
 use crate::picture_errors::PictureErrors;
+use crate::picture_geometry::PictureGeometry;
 use crate::sanity::MOVING_LIGHT;
 use crate::setup::Setup;
 use crate::shared_errors::SharedErrors;
 use crate::side_motion::SideMotion;
 use crate::steadying::Steadying;
-use crate::tracked::{Tracked, TrackedRecording};
+use crate::tracked::Tracked;
 use crate::unresolved::Unresolved;
 
 /// Recordings merged to one motion.
@@ -40,19 +42,22 @@ pub(crate) struct Merged {
 
 /// Merges recordings. What the camera does of its own is taken out of them first, or else stands among the motion's errors.
 pub(crate) fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> Result<Merged, Error> {
-    let (experiment, scale) = (&setup.experiment, &tracked.stages.scale);
+    let experiment = &setup.experiment;
     let settings = stitching_settings(experiment)?;
-    // A recording of other bodies than it is taken for would move the camera.
-    let (sound, left_out) = sound(&tracked.observations, &settings);
-    let mut as_read = chosen(&tracked.observations, &sound);
-    let mut steadying = Steadying::of(experiment, &as_read, scale)?;
-    let mut observations = steadying.steadied(as_read.clone());
-    let Joined { kept, mut stitched, unjoined } = join(&observations, &settings)?;
-    if !unjoined.is_empty() {
-        as_read = chosen(&as_read, &kept);
-        observations = chosen(&observations, &kept);
-        steadying = Steadying::of(experiment, &as_read, scale)?;
-    }
+    let Joint {
+        setup,
+        scale,
+        geometry,
+        geometry_errors,
+        recordings,
+        as_read,
+        mut observations,
+        steadying,
+        mut stitched,
+        left_out,
+        unjoined,
+    } = Joint::of(setup, tracked, &settings)?;
+    let setup = &*setup;
     let picture_errors = PictureErrors::of(
         &as_read,
         experiment.tracking.rest_until_s,
@@ -60,6 +65,7 @@ pub(crate) fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>
         setup.map.m_per_px().value,
     );
     let of_views = scale.reading_errors(&observations, experiment.tracking.rest_until_s);
+    let of_views = [of_views, geometry_errors.clone()].concat();
     let with = |reading_errors| Settings { reading_errors, ..settings.clone() };
     if !of_views.is_empty() {
         stitched = merge(&observations, &with(of_views.clone()))?;
@@ -71,8 +77,6 @@ pub(crate) fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>
         observations = apart.noise_of(observations);
         stitched = merge(&observations, &with([of_views, apart.errors.clone()].concat()))?;
     }
-    let recordings: Vec<TrackedRecording> =
-        kept.iter().map(|index| tracked.recordings[sound[*index]].clone()).collect();
     let shared = SharedErrors::of(setup, &recordings, &as_merged, &settings, &stitched, n_threads)?;
     let mut side_motion = SideMotion::of(setup, &recordings, &steadying, &settings, &stitched, n_threads)?;
     side_motion.widen(&without_pictures, &stitched.motion);
@@ -89,6 +93,7 @@ pub(crate) fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>
     let light_moves = tracked.findings.iter().any(|finding| finding.code == MOVING_LIGHT);
     let of_camera = [
         against_the_chain(experiment, &stitched.motion).into_iter().collect(),
+        geometry.iter().map(PictureGeometry::finding).collect(),
         Finding::all_of("camera_moves", "the camera", steadying.warning(light_moves)),
         Finding::all_of("precursor", "bodies ahead of the wave", steadying.precursor()),
         Finding::all_of("scale", "camera.scale_px_per_m", scale.warnings()),
@@ -105,7 +110,7 @@ pub(crate) fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>
         stitched,
         side_motion,
         observations,
-        reading_errors: apart.errors,
+        reading_errors: [apart.errors, geometry_errors].concat(),
         assumptions: settings.assumptions(),
     })
 }

@@ -15,17 +15,39 @@ use crate::wording::estimate;
 /// A step of the stage between two views, and how much larger bodies are in the second.
 #[derive(Debug, Clone)]
 pub(crate) struct SharedBody {
+    /// Its number.
+    pub(crate) body: usize,
     /// Numbers of the views.
     pub(crate) views: [u32; 2],
     /// The step as the trials table states it, in metres.
     pub(crate) stated_m: f64,
     /// The step as the pictures have it by the stated scale.
     pub(crate) found_m: Estimate,
-    /// How far the body stands from the middle of the first view's picture, in metres.
+    /// How far the body stands from the middle of the first view's picture, in metres along the chain.
     pub(crate) from_middle_m: f64,
     /// The marker's size in the second view over that in the first, less one; `None` where it is too small to be told in halves.
     pub(crate) magnified: Option<Estimate>,
 }
+
+impl SharedBody {
+    /// The same where what is seen at a place from the middle of a picture stands at another one.
+    pub(crate) fn mapped(&self, place_m: &impl Fn(f64) -> f64) -> Self {
+        let seen_m = [self.from_middle_m, self.from_middle_m - self.found_m.value];
+        let [first_m, second_m] = seen_m.map(place_m);
+        let stretch = |at_m: f64| (place_m(at_m + NEARBY_M) - place_m(at_m - NEARBY_M)) / (2.0 * NEARBY_M);
+        let larger = stretch(seen_m[1]) / stretch(seen_m[0]);
+        let magnified = |size: Estimate| Estimate::new((1.0 + size.value) * larger - 1.0, size.sigma);
+        Self {
+            from_middle_m: first_m,
+            found_m: Estimate::new(first_m - second_m, self.found_m.sigma),
+            magnified: self.magnified.map(magnified),
+            ..self.clone()
+        }
+    }
+}
+
+/// Half of a distance over which a map's slope is taken, in metres: far below what bends, and above rounding.
+const NEARBY_M: f64 = 1e-4;
 
 /// What the pictures say against the stated scale.
 #[derive(Debug, Clone, Default)]
@@ -50,11 +72,11 @@ pub(crate) struct StatedScale {
 }
 
 /// Standard deviation of a stage's position where none is stated: a scale that is read to some hundredths of a millimetre.
-const USUAL_STAGE_SIGMA_M: f64 = 2e-5;
+pub(crate) const USUAL_STAGE_SIGMA_M: f64 = 2e-5;
 /// Deviations from which on a contradiction is said.
 const CONTRADICTED: f64 = 3.0;
 /// Standard uncertainty of a marker's relative size beyond noise: interpolation moves each half by some thousandths of a pixel.
-const SIZE_SIGMA: f64 = 3e-4;
+pub(crate) const SIZE_SIGMA: f64 = 3e-4;
 
 impl ScaleCheck {
     /// Compares steps and sizes with what is stated.
@@ -249,6 +271,7 @@ mod tests {
     /// Two steps of 120 mm, seen in three trials each.
     fn shared(scale_error: f64, second_view: f64) -> Vec<SharedBody> {
         let one = |(views, trial): ([u32; 2], u32)| SharedBody {
+            body: 3,
             views,
             stated_m: 0.12,
             found_m: Estimate::new(0.12 * (1.0 + scale_error) + 1e-6 * f64::from(trial), 1e-6),

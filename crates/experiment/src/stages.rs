@@ -18,6 +18,7 @@ use crate::calibration::ChainMap;
 use crate::configuration::Trial;
 use crate::error::Error;
 use crate::numbers::{NotNegative, Positive};
+use crate::picture_geometry::{Bent, bent};
 use crate::scale::{ScaleCheck, SharedBody, StatedScale};
 use crate::setup::Setup;
 use crate::view::{bodies_in_view, frames_at_rest};
@@ -34,6 +35,9 @@ pub struct Stages {
     is_used: bool,
     /// What the steps and the bodies' sizes say of the pictures' scale.
     pub(crate) scale: ScaleCheck,
+    /// What that rests on.
+    shared: Vec<SharedBody>,
+    stated_scale: StatedScale,
 }
 
 /// A step of the stage between two views.
@@ -69,7 +73,8 @@ impl Stages {
         let (steps, shared): (Vec<Vec<StageStep>>, Vec<Vec<SharedBody>>) =
             between.into_iter().map(|of_pair| of_pair.into_iter().unzip()).unzip();
         let stated_m: Vec<f64> = views.iter().map(|view| view.stated_m).collect();
-        let scale = ScaleCheck::of(&shared.concat(), &stated_scale(setup, &views));
+        let stated_scale = stated_scale(setup, &views);
+        let scale = ScaleCheck::of(&shared.concat(), &stated_scale);
         let of_pair = |(steps, bodies): (&Vec<StageStep>, &Vec<SharedBody>)| {
             steps.iter().zip(bodies).map(|(step, body)| scale.levelled_step(step, body)).collect::<Vec<_>>()
         };
@@ -80,7 +85,8 @@ impl Stages {
         let unsolved = refined.as_ref().err().map(ToString::to_string);
         let solved = seen.into_iter().flatten().zip(refined.into_iter().flatten());
         views.iter_mut().zip(solved).for_each(|(view, found)| (view.seen_m, view.refined_m) = found);
-        Self { views, steps_m, unsolved, is_used: sigma_m.is_some(), scale }
+        let (is_used, shared) = (sigma_m.is_some(), shared.concat());
+        Self { views, steps_m, unsolved, is_used, scale, shared, stated_scale }
     }
 
     /// As far as subsets are placed by them: where stated positions are exact, views are not matched for what nobody asks then.
@@ -99,13 +105,27 @@ impl Stages {
     /// The positions of some trials as they are stated, and of the scale what bodies shown by two views say of it.
     pub(crate) fn as_stated(setup: &Setup, trials: &[Trial], shared: &[SharedBody]) -> Self {
         let views = views(trials);
+        let stated_scale = stated_scale(setup, &views);
         Self {
-            scale: ScaleCheck::of(shared, &stated_scale(setup, &views)),
+            scale: ScaleCheck::of(shared, &stated_scale),
+            shared: shared.to_vec(),
+            stated_scale,
             views,
             steps_m: Vec::new(),
             unsolved: None,
             is_used: false,
         }
+    }
+
+    /// What bodies at rest say of the pictures' geometry.
+    pub(crate) fn bent(&self) -> Option<Bent> {
+        bent(&self.shared, &self.stated_scale)
+    }
+
+    /// What the pictures say of the scale where what is seen at a place from their middle stands at another one (both in metres).
+    pub(crate) fn scale_by(&self, place_m: impl Fn(f64) -> f64) -> ScaleCheck {
+        let shared: Vec<SharedBody> = self.shared.iter().map(|body| body.mapped(&place_m)).collect();
+        ScaleCheck::of(&shared, &self.stated_scale)
     }
 
     /// Steps of the stage between views that share bodies.
@@ -228,9 +248,10 @@ fn steps_between(
         let stated_m = views[other].stated_m - views[one].stated_m;
         let place_px = pair.subset.x_px + pair.corners_px[0][0] - pair.middle_px;
         let body = SharedBody {
+            body: pair.body,
             views: [one, other].map(|view| views[view].number),
             stated_m,
-            from_middle_m: pair.m_per_px * place_px,
+            from_middle_m: pair.m_per_px_along * place_px,
             found_m: step.step_m,
             magnified: pair.magnified(method),
         };
@@ -265,7 +286,7 @@ impl AtRest {
     fn shared_with<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = Pair> + 'a {
         self.bodies.iter().filter_map(move |(body, subset)| {
             let (_, same) = other.bodies.iter().find(|(number, _)| number == body)?;
-            Pair::of([(self, subset), (other, same)])
+            Pair::of(*body, [(self, subset), (other, same)])
         })
     }
 }
@@ -275,6 +296,8 @@ const REACH_PX: usize = 32;
 
 /// One body at rest as two recordings show it: two frames whose noise is the same, both being means.
 struct Pair {
+    /// The body's number.
+    body: usize,
     frames: MemoryRecording,
     /// Column and row of each frame's first pixel in its recording.
     corners_px: [[f64; 2]; 2],
@@ -282,15 +305,15 @@ struct Pair {
     subset: Subset,
     /// Column of the middle of the first recording's pictures.
     middle_px: f64,
-    /// Size of its pixels there, in metres.
-    m_per_px: f64,
+    /// Metres along the chain for a pixel to the right there.
+    m_per_px_along: f64,
     /// From the pictures of each recording to the chain.
     maps: [Calibration; 2],
 }
 
 impl Pair {
     /// `None` where a recording cannot be read.
-    fn of(shown: [(&AtRest, &Subset); 2]) -> Option<Self> {
+    fn of(body: usize, shown: [(&AtRest, &Subset); 2]) -> Option<Self> {
         let regions = regions(shown)?;
         let mut frames = shown.iter().zip(regions).map(|((at_rest, _), region)| {
             mean_of_frames(at_rest.recording.as_ref(), region, at_rest.frames.range()).ok()
@@ -299,11 +322,12 @@ impl Pair {
         let (at_rest, subset) = shown[0];
         let corners_px = regions.map(|region| [region.x as f64, region.y as f64]);
         Some(Self {
+            body,
             frames: MemoryRecording::cut_from(at_rest.recording.as_ref(), regions[0].width, frames),
             corners_px,
             maps: shown.map(|(at_rest, _)| at_rest.map.of_chain.clone()),
             middle_px: 0.5 * (at_rest.recording.info().width_px as f64 - 1.0),
-            m_per_px: at_rest.map.m_per_px().value,
+            m_per_px_along: at_rest.map.side() * at_rest.map.m_per_px().value,
             subset: Subset {
                 x_px: subset.x_px - corners_px[0][0],
                 y_px: subset.y_px - corners_px[0][1],

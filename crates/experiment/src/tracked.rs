@@ -56,6 +56,8 @@ pub struct TrackedRecording {
     pub tracks: RecordingTracks,
     /// From its pictures to the chain.
     pub(crate) map: ChainMap,
+    /// Columns and rows of its pictures.
+    pub(crate) picture_px: (usize, usize),
     /// Time from the exposure of one line of its pictures to that of the next, in seconds: as stated, or as the tracks tell.
     pub(crate) line_time_s: Estimate,
     /// Frames that it lacks, or has twice.

@@ -223,6 +223,7 @@ fn track_one(
         trial,
         tracks,
         map,
+        picture_px: (recording.info().width_px, recording.info().height_px),
         line_time_s,
         frame_steps: Vec::new(),
         origin,

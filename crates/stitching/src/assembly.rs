@@ -8,12 +8,14 @@ use crate::error::StitchingError;
 use crate::fitted::Fitted;
 use crate::gauge::scale_and_delay;
 use crate::modes::{AlignmentDirection, AlignmentErrors};
+use crate::shown::ShownByBody;
 use crate::spread::Spread;
 use crate::state::AlignmentState;
 use crate::stitched::Alignment;
 
-/// The motion, where each recording stands, the spread, and what one unit of mean drive and mean trigger changes of the motion.
-pub(crate) type Assembled = (ChainMotion, Vec<Alignment>, Spread, [Array2<f64>; 2]);
+/// The motion, where each recording stands, the spread, what one unit of mean drive and mean trigger changes of the motion, and what bodies show of the
+/// errors that were asked for.
+pub(crate) type Assembled = (ChainMotion, Vec<Alignment>, Spread, [Array2<f64>; 2], Vec<ShownByBody>);
 
 impl AlignmentState<'_> {
     /// The motion on the present time base, and where each recording stands.
@@ -55,7 +57,7 @@ impl AlignmentState<'_> {
             .map(|r| self.alignment(r, field, &directions, scale_sigma, bent_delay_s))
             .collect();
         let spread = self.spread(field, &ratios);
-        Ok((motion, alignments, spread, of_means))
+        Ok((motion, alignments, spread, of_means, self.shown(field, errors)))
     }
 
     fn alignment(

@@ -45,11 +45,12 @@ pub(crate) fn joined(
     let rounds = parts.iter().map(|part| part.stitched.rounds).max()?;
     let unsettled = parts.iter().find_map(|part| part.stitched.unsettled);
     let drive_scale_sigma = parts.iter().filter_map(|part| part.stitched.drive_scale_sigma).reduce(f64::max);
+    let shown = parts.iter().flat_map(|part| part.stitched.shown.clone()).collect();
     let (motion, spread) = match is_whole {
         true => parts.pop().map(|part| (part.stitched.motion, part.stitched.spread))?,
         false => on_one_time_base(&parts, &errors, interval_s),
     };
-    Some(Stitched { motion, alignments, drive_scale_sigma, spread, rounds, unsettled, warnings })
+    Some(Stitched { motion, alignments, drive_scale_sigma, spread, rounds, unsettled, shown, warnings })
 }
 
 fn samples(parts: &[Part]) -> Vec<Sample> {

@@ -47,6 +47,8 @@ pub struct Settings {
     pub stated_responses: Vec<StatedResponse>,
     /// Errors that readings have in common, beside the noise in their sigmas.
     pub reading_errors: Vec<ReadingError>,
+    /// Errors of a known shape that readings may have to any extent: how much of each they show is told, and nothing else is done.
+    pub asked_errors: Vec<ReadingError>,
 }
 
 impl Settings {
@@ -72,6 +74,7 @@ impl Settings {
             third_order_prior: 0.2,
             stated_responses: Vec::new(),
             reading_errors: Vec::new(),
+            asked_errors: Vec::new(),
         }
     }
 

@@ -4,6 +4,7 @@ use std::fmt;
 
 use chainwave_measurement::{ChainMotion, Estimate};
 
+use crate::shown::ShownByBody;
 use crate::spread::Spread;
 
 /// Where one recording stands among the others.
@@ -38,6 +39,8 @@ pub struct Stitched {
     pub rounds: usize,
     /// What still moved when the alignment was given up; `None` where it settled. The errors of the motion hold it.
     pub unsettled: Option<Unsettled>,
+    /// What bodies show of the errors that were asked for.
+    pub shown: Vec<ShownByBody>,
     /// What the reader should know, such as a view that shares no body with the others.
     pub warnings: Vec<String>,
 }

@@ -48,6 +48,20 @@ impl PlaneMap {
         Self { lens, plane_from_image: self.plane_from_image.map(smaller) }
     }
 
+    /// The map of the same plane by a camera with a lens, turned about the vertical through its centre so that what an ideal camera at right
+    /// angles shows q to the right of the centre is shown where `q / (1 + tilt_per_px q)` gives q again.
+    #[must_use]
+    pub fn seen_through(&self, lens: Lens, tilt_per_px: f64) -> Self {
+        let [x, y] = lens.centre_px;
+        // About the centre, (q, r, 1) becomes (q, r, 1 + h q).
+        let about = |[a, b, one]: [f64; 3]| {
+            let at_centre = a * x + b * y + one;
+            let a = a + at_centre * tilt_per_px;
+            [a, b, at_centre - a * x - b * y]
+        };
+        Self { lens, plane_from_image: self.plane_from_image.map(about) }
+    }
+
     /// Derivative of [`PlaneMap::position_m`]: metres of the plane for a pixel of the picture.
     pub fn m_per_px(&self, at_px: [f64; 2]) -> [[f64; 2]; 2] {
         let ideal_px = self.lens.undistorted_px(at_px);

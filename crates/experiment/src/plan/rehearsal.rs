@@ -114,6 +114,7 @@ impl Rehearsal {
             trial: one.trial.clone(),
             tracks,
             map,
+            picture_px: (one.info.width_px, one.info.height_px),
             line_time_s: Estimate::new(self.setup.line_time_s(), 0.0),
             frame_steps: Vec::new(),
             origin: Origin::New(Vec::new()),
@@ -147,18 +148,18 @@ impl Rehearsal {
         let views = self.schedule.stages();
         let shown: Vec<Vec<usize>> = views.iter().map(|view| shows(view).unwrap_or_default()).collect();
         let shared = |[one, other]: [usize; 2]| {
-            let bodies = shown[one].iter().filter(|body| shown[other].contains(body)).count();
+            let bodies = shown[one].iter().filter(|body| shown[other].contains(body));
             let stated_m = views[other].1 - views[one].1;
-            std::iter::repeat_n(
-                SharedBody {
+            bodies
+                .map(|body| SharedBody {
+                    body: *body,
                     views: [views[one].0, views[other].0],
                     stated_m,
                     found_m: Estimate::new(stated_m, 0.0),
                     from_middle_m: 0.5 * stated_m,
                     magnified: Some(Estimate::new(0.0, 0.0)),
-                },
-                bodies,
-            )
+                })
+                .collect::<Vec<_>>()
         };
         let n = views.len();
         (0..n).flat_map(|one| (one + 1..n).map(move |other| [one, other])).flat_map(shared).collect()

@@ -1,0 +1,145 @@
+//! Recordings joined to one motion, by maps of their pictures that bodies which several views show do not contradict.
+
+use std::borrow::Cow;
+
+use chainwave_measurement::{Observation, ReadingError};
+use chainwave_stitching::{Outlier, Settings, Stitched};
+
+use crate::error::Error;
+use crate::joining::{Joined, Unjoined, chosen, join, sound};
+use crate::picture_geometry::PictureGeometry;
+use crate::scale::ScaleCheck;
+use crate::setup::Setup;
+use crate::steadying::Steadying;
+use crate::tracked::{Tracked, TrackedRecording};
+
+/// Recordings that were joined, and what was found on the way.
+pub(crate) struct Joint<'a> {
+    /// With the map by which they were joined.
+    pub(crate) setup: Cow<'a, Setup>,
+    /// What the pictures say of the scale by that map.
+    pub(crate) scale: ScaleCheck,
+    /// What was told of the camera's view and its lens.
+    pub(crate) geometry: Option<PictureGeometry>,
+    /// What is not known of that, as errors of the readings.
+    pub(crate) geometry_errors: Vec<ReadingError>,
+    /// The recordings that were kept.
+    pub(crate) recordings: Vec<TrackedRecording>,
+    /// Their positions as they were read.
+    pub(crate) as_read: Vec<Observation>,
+    /// The same by one scale and without the camera's motion.
+    pub(crate) observations: Vec<Observation>,
+    pub(crate) steadying: Steadying,
+    pub(crate) stitched: Stitched,
+    pub(crate) left_out: Vec<Outlier>,
+    pub(crate) unjoined: Vec<Unjoined>,
+}
+
+/// Times that pictures are mapped anew, at most: where a map is far off, the alignment it led to tells the next one.
+const ROUNDS: usize = 4;
+
+impl<'a> Joint<'a> {
+    /// Joins recordings by the stated map, and by others while bodies tell one.
+    ///
+    /// # Errors
+    /// No view can be joined, or the stated chain cannot be solved.
+    pub(crate) fn of(setup: &'a Setup, tracked: &Tracked, settings: &Settings) -> Result<Self, Error> {
+        let mut joint = Self::by_geometry(setup, tracked, at_rest(setup, tracked), settings)?;
+        let mut shapes = None;
+        for _ in 0..ROUNDS {
+            let (before, shown) = (joint.geometry.unwrap_or(PictureGeometry::PLAIN), &joint.stitched.shown);
+            let found = match shapes {
+                Some(shapes) => before.refined(shown, shapes).map(|geometry| (geometry, shapes)),
+                None => before.told(shown),
+            };
+            let Some((geometry, of_shapes)) = found else { break };
+            shapes = Some(of_shapes);
+            joint = Self::by_geometry(setup, tracked, Some(geometry), settings)?;
+        }
+        Ok(joint)
+    }
+
+    fn by_geometry(
+        setup: &'a Setup,
+        tracked: &Tracked,
+        geometry: Option<PictureGeometry>,
+        settings: &Settings,
+    ) -> Result<Self, Error> {
+        let asked_errors =
+            geometry.unwrap_or(PictureGeometry::PLAIN).asked(&tracked.recordings, &tracked.observations);
+        let settings = &Settings { asked_errors, ..settings.clone() };
+        let (Some(geometry), Some(first)) = (geometry, tracked.recordings.first()) else {
+            let scale = tracked.stages.scale.clone();
+            return Self::by_map(
+                Cow::Borrowed(setup),
+                scale,
+                &tracked.recordings,
+                &tracked.observations,
+                settings,
+            );
+        };
+        let mapped = |one: &TrackedRecording| TrackedRecording {
+            map: geometry.map(&one.map, one.picture_px),
+            ..one.clone()
+        };
+        let recordings: Vec<TrackedRecording> = tracked.recordings.iter().map(mapped).collect();
+        let read_again = |(recording, seen): (&TrackedRecording, &Observation)| read_again(recording, seen);
+        let observations: Vec<Observation> =
+            recordings.iter().zip(&tracked.observations).map(read_again).collect();
+        let setup = Setup { map: geometry.map(&setup.map, first.picture_px), ..setup.clone() };
+        let scale = tracked.stages.scale_by(|place_m| setup.map.from_middle_m(place_m, first.picture_px));
+        let joint = Self::by_map(Cow::Owned(setup), scale, &recordings, &observations, settings)?;
+        let geometry_errors = geometry.errors(&tracked.recordings, &joint.as_read);
+        Ok(Self { geometry: Some(geometry), geometry_errors, ..joint })
+    }
+
+    fn by_map(
+        setup: Cow<'a, Setup>,
+        scale: ScaleCheck,
+        recordings: &[TrackedRecording],
+        all: &[Observation],
+        settings: &Settings,
+    ) -> Result<Self, Error> {
+        // A recording of other bodies than it is taken for would move the camera.
+        let (sound, left_out) = sound(all, settings);
+        let mut as_read = chosen(all, &sound);
+        let mut steadying = Steadying::of(&setup.experiment, &as_read, &scale)?;
+        let mut observations = steadying.steadied(as_read.clone());
+        let Joined { kept, stitched, unjoined } = join(&observations, settings)?;
+        if !unjoined.is_empty() {
+            as_read = chosen(&as_read, &kept);
+            observations = chosen(&observations, &kept);
+            steadying = Steadying::of(&setup.experiment, &as_read, &scale)?;
+        }
+        let recordings = kept.iter().map(|index| recordings[sound[*index]].clone()).collect();
+        let (geometry, geometry_errors) = (None, Vec::new());
+        Ok(Self {
+            setup,
+            scale,
+            geometry,
+            geometry_errors,
+            recordings,
+            as_read,
+            observations,
+            steadying,
+            stitched,
+            left_out,
+            unjoined,
+        })
+    }
+}
+
+/// The geometry of pictures that bodies at rest tell, where the calibration leaves it open.
+fn at_rest(setup: &Setup, tracked: &Tracked) -> Option<PictureGeometry> {
+    let picture_px = tracked.recordings.first()?.picture_px;
+    let is_open = !tracked.recordings.iter().any(|one| one.map.has_geometry());
+    let bent = tracked.stages.bent().filter(|_| is_open)?;
+    Some(PictureGeometry::at_rest(&bent, &setup.map, picture_px))
+}
+
+/// The bodies of an observation by the present map of its recording.
+fn read_again(recording: &TrackedRecording, seen: &Observation) -> Observation {
+    let mut again = recording.observation();
+    again.bodies.retain(|track| seen.bodies.iter().any(|kept| kept.body == track.body));
+    again
+}

@@ -1,0 +1,194 @@
+//! The geometry of pictures by where bodies at rest lie in two views, and how large their markers are there.
+//!
+//! What is seen `x` from the middle of a picture by one scale stands at `x + a x^2 + b x^3`: a camera that is turned makes a, a lens b. A body that lies at x
+//! in one view and at y in the next, a step of the stage apart, tells `x - y + a (x^2 - y^2) + b (x^3 - y^3)`, and its marker is larger in
+//! the second by `1 + 2 a (x - y) + 3 b (x^2 - y^2)`. Views that are magnified by M about their middles say `x (1 - M) - y (1 - N)` and `1 + N - M`
+//! instead: markers alone cannot tell a turned camera from views that grow one after the other, but the steps can.
+
+use std::collections::BTreeMap;
+
+use chainwave_measurement::Estimate;
+use nalgebra::{DMatrix, DVector};
+
+use crate::scale::{SIZE_SIGMA, SharedBody, StatedScale, USUAL_STAGE_SIGMA_M};
+
+/// What an explanation of the places is charged for each number that it needs, in chi squared: three standard deviations.
+const CHARGE: f64 = 9.0;
+/// Least standard uncertainty of a place at rest: interpolation moves a marker by some thousandths of a pixel of 0.3 mm.
+const PLACE_SIGMA_M: f64 = 5e-7;
+
+/// What makes bodies lie elsewhere than one scale for all pictures has them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Cause {
+    /// Nothing.
+    None,
+    /// Each view's own magnification.
+    Views,
+    /// A turned camera, a lens, or both.
+    Geometry { tilt: bool, lens: bool },
+}
+
+/// `a` in 1/m and `b` in 1/m^2, with the covariance of both.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Bent {
+    pub(crate) values: [f64; 2],
+    pub(crate) covariance: [[f64; 2]; 2],
+}
+
+/// What bodies at rest say of the pictures' geometry; `None` where they lie as one scale, or one for each view, has them.
+pub(crate) fn bent(shared: &[SharedBody], stated: &StatedScale) -> Option<Bent> {
+    let equations = Equations::of(shared, stated)?;
+    let geometry = |tilt, lens| Cause::Geometry { tilt, lens };
+    let causes =
+        [Cause::None, Cause::Views, geometry(true, false), geometry(false, true), geometry(true, true)];
+    let solved: Vec<Solved> = causes.into_iter().filter_map(|cause| equations.solve(cause)).collect();
+    // What no cause explains is noise that was not known.
+    let per_freedom = |one: &Solved| one.chi_squared / (one.freedom as f64).max(1.0);
+    let scatter = solved.iter().map(per_freedom).fold(f64::INFINITY, f64::min).max(1.0);
+    let charged = |one: &Solved| one.chi_squared / scatter + CHARGE * one.n_own as f64;
+    let best = solved.iter().min_by(|a, b| charged(a).total_cmp(&charged(b)))?;
+    match best.cause {
+        Cause::Geometry { .. } => Some(Bent {
+            values: best.bent.values,
+            covariance: best.bent.covariance.map(|row| row.map(|value| value * scatter)),
+        }),
+        Cause::None | Cause::Views => None,
+    }
+}
+
+/// One body in two views, over all trials.
+struct Row {
+    views: [usize; 2],
+    places_m: [f64; 2],
+    /// How much longer the step is by the pictures.
+    longer_m: Estimate,
+    larger: Option<Estimate>,
+}
+
+struct Equations {
+    rows: Vec<Row>,
+    n_views: usize,
+    stage_sigma_m: f64,
+    /// Half of the largest distance from the middle, by which unknowns are made alike.
+    half_m: f64,
+}
+
+struct Solved {
+    cause: Cause,
+    chi_squared: f64,
+    freedom: usize,
+    /// Numbers that the cause needs.
+    n_own: usize,
+    bent: Bent,
+}
+
+impl Equations {
+    fn of(shared: &[SharedBody], stated: &StatedScale) -> Option<Self> {
+        let mut bodies: BTreeMap<([u32; 2], usize), Vec<&SharedBody>> = BTreeMap::new();
+        for one in shared {
+            bodies.entry((one.views, one.body)).or_default().push(one);
+        }
+        let place = |view: u32| stated.views.iter().position(|other| *other == view);
+        let row = |(([one, other], _), trials): (&([u32; 2], usize), &Vec<&SharedBody>)| {
+            let from_middle: Vec<f64> = trials.iter().map(|one| one.from_middle_m).collect();
+            let first_m = from_middle.iter().sum::<f64>() / trials.len() as f64;
+            let longer: Vec<Estimate> = trials
+                .iter()
+                .map(|one| Estimate::new(one.found_m.value - one.stated_m, one.found_m.sigma))
+                .collect();
+            let sizes: Vec<Estimate> = trials.iter().filter_map(|one| one.magnified).collect();
+            let longer_m = mean(&longer, PLACE_SIGMA_M)?;
+            let second_m = first_m - trials[0].stated_m - longer_m.value;
+            let larger = mean(&sizes, SIZE_SIGMA);
+            Some(Row {
+                views: [place(*one)?, place(*other)?],
+                places_m: [first_m, second_m],
+                longer_m,
+                larger,
+            })
+        };
+        let rows: Vec<Row> = bodies.iter().filter_map(row).collect();
+        let half_m =
+            rows.iter().flat_map(|row| row.places_m).fold(0.0_f64, |most, place_m| most.max(place_m.abs()));
+        let stage_sigma_m = stated.stage_sigma_m.unwrap_or(USUAL_STAGE_SIGMA_M);
+        (half_m > 0.0).then_some(Self { rows, n_views: stated.views.len(), stage_sigma_m, half_m })
+    }
+
+    /// The least squares by a cause: unknown are each view's error of the stage, which has a prior, the scale of all pictures, and what the cause
+    /// has. `None` where it has more unknowns than bodies tell.
+    fn solve(&self, cause: Cause) -> Option<Solved> {
+        let n_common = self.n_views + 1;
+        let shapes: Vec<usize> = match cause {
+            Cause::Geometry { tilt, lens } => {
+                [tilt, lens].into_iter().enumerate().filter(|(_, is)| *is).map(|(k, _)| k).collect()
+            }
+            Cause::None | Cause::Views => Vec::new(),
+        };
+        // Magnifications count from the last view's.
+        let n_own = if cause == Cause::Views { self.n_views - 1 } else { shapes.len() };
+        let n = n_common + n_own;
+        let mut equations: Vec<(DVector<f64>, f64)> = Vec::new();
+        for row in &self.rows {
+            let [x, y] = row.places_m.map(|place_m| place_m / self.half_m);
+            let [one, other] = row.views;
+            let mut step = DVector::zeros(n);
+            (step[one], step[other]) = (-1.0 / self.half_m, 1.0 / self.half_m);
+            step[self.n_views] = x - y;
+            let mut size = DVector::zeros(n);
+            for (k, shape) in shapes.iter().enumerate() {
+                let power = *shape as i32 + 2;
+                step[n_common + k] = -(x.powi(power) - y.powi(power));
+                size[n_common + k] = f64::from(power) * (x.powi(power - 1) - y.powi(power - 1));
+            }
+            if cause == Cause::Views {
+                for (view, at, sign) in [(one, x, -1.0), (other, -y, 1.0)] {
+                    if view < n_own {
+                        step[n_common + view] = at;
+                        size[n_common + view] = sign;
+                    }
+                }
+            }
+            let sigma = row.longer_m.sigma / self.half_m;
+            equations.push((step / sigma, row.longer_m.value / self.half_m / sigma));
+            if let Some(larger) = row.larger {
+                equations.push((size / larger.sigma, larger.value / larger.sigma));
+            }
+        }
+        let freedom = equations.len().checked_sub(1 + n_own).filter(|freedom| *freedom > 0)?;
+        for view in 0..self.n_views {
+            let mut prior = DVector::zeros(n);
+            prior[view] = 1.0 / self.stage_sigma_m;
+            equations.push((prior, 0.0));
+        }
+        let mut normal = DMatrix::zeros(n, n);
+        let mut right_side = DVector::zeros(n);
+        for (coefficients, value) in &equations {
+            normal += coefficients * coefficients.transpose();
+            right_side += coefficients * *value;
+        }
+        let inverse = normal.cholesky()?.inverse();
+        let found = &inverse * right_side;
+        let chi_squared =
+            equations.iter().map(|(coefficients, value)| (value - coefficients.dot(&found)).powi(2)).sum();
+        let mut bent = Bent { values: [0.0; 2], covariance: [[0.0; 2]; 2] };
+        let in_m = |shape: usize| self.half_m.powi(-(shape as i32) - 1);
+        for (k, shape) in shapes.iter().enumerate() {
+            bent.values[*shape] = found[n_common + k] * in_m(*shape);
+            for (l, other) in shapes.iter().enumerate() {
+                bent.covariance[*shape][*other] =
+                    inverse[(n_common + k, n_common + l)] * in_m(*shape) * in_m(*other);
+            }
+        }
+        Some(Solved { cause, chi_squared, freedom, n_own, bent })
+    }
+}
+
+/// The mean, with the larger of the standard errors that are stated and that trials show, and at least `least`; `None` of nothing.
+fn mean(found: &[Estimate], least: f64) -> Option<Estimate> {
+    let n = found.len() as f64;
+    let mean = found.iter().map(|one| one.value).sum::<f64>() / n;
+    let stated = found.iter().map(|one| one.sigma.powi(2)).sum::<f64>().sqrt() / n;
+    let squares: f64 = found.iter().map(|one| (one.value - mean).powi(2)).sum();
+    let scatter = (squares / (n - 1.0).max(1.0) / n).sqrt();
+    (!found.is_empty()).then(|| Estimate::new(mean, stated.max(scatter).hypot(least)))
+}
