@@ -37,6 +37,8 @@ const REFINED: f64 = 0.2;
 const SECOND: f64 = 16.0;
 /// Amplitude by which readings are asked for a shape: far below what bends, and above rounding.
 const ASKED: f64 = 1e-3;
+/// How far from the chain a camera stands, in widths of its picture there: what lenses between wide and long have in common.
+const WIDTHS_AWAY: f64 = 6.0;
 /// No camera that still shows a chain from one end to the other is turned farther, and no lens as strong goes unseen.
 const LARGEST: f64 = 0.2;
 
@@ -52,14 +54,18 @@ impl PictureGeometry {
             return Vec::new();
         }
         let shapes = [Self { tilt: ASKED, ..Self::PLAIN }, Self { distortion: ASKED, ..Self::PLAIN }];
-        shapes.iter().map(|more| self.error_of("geometry", more, recordings, kept)).collect()
+        let asked = |more: &Self| {
+            let off = self.plus(more);
+            self.error_by("geometry", |map, picture_px| off.of(map, picture_px), recordings, kept)
+        };
+        shapes.iter().map(asked).collect()
     }
 
-    /// What readings by this geometry are off by where there is more of it.
-    fn error_of(
+    /// What readings by this geometry are off by where pictures are to be mapped otherwise, given plain maps.
+    fn error_by(
         &self,
         name: &str,
-        more: &Self,
+        there: impl Fn(&PlaneMap, (usize, usize)) -> PlaneMap,
         recordings: &[TrackedRecording],
         kept: &[Observation],
     ) -> ReadingError {
@@ -67,20 +73,17 @@ impl PictureGeometry {
             let Some(seen) = kept.iter().find(|seen| seen.recording == one.trial.recording) else {
                 return Vec::new();
             };
-            let [here, there] = [self, &self.plus(more)].map(|geometry| {
-                let map = geometry.of(&one.map.of_chain.map, one.picture_px);
-                one.observation_of(Coordinate::Along, &map)
-            });
+            let plain = &one.map.of_chain.map;
+            let [here, there] = [self.of(plain, one.picture_px), there(plain, one.picture_px)]
+                .map(|map| one.observation_of(Coordinate::Along, &map));
             let is_kept = |(track, _): &(&BodyTrack, &BodyTrack)| {
                 seen.bodies.iter().any(|kept| kept.body == track.body)
             };
             let bodies = here.bodies.iter().zip(&there.bodies).filter(is_kept);
             bodies.map(|(here, there)| error(one, here, there)).collect()
         };
-        ReadingError {
-            source: name.to_owned().into(),
-            of_tracks: recordings.iter().flat_map(of_recording).collect(),
-        }
+        let of_tracks = recordings.iter().flat_map(of_recording).collect();
+        ReadingError { source: name.to_owned().into(), of_tracks }
     }
 
     /// By what bodies at rest say, of pictures that a map without geometry would show plainly.
@@ -152,16 +155,28 @@ impl PictureGeometry {
     /// What is not known of it, as errors of the readings of recordings that were kept, each of one standard deviation.
     pub(crate) fn errors(&self, recordings: &[TrackedRecording], kept: &[Observation]) -> Vec<ReadingError> {
         let eigen = self.covariance.symmetric_eigen();
-        let told = (0..2).filter(|k| eigen.eigenvalues[*k] > 0.0);
-        let off = |k: usize| {
+        let mut errors = Vec::new();
+        for k in (0..2).filter(|k| eigen.eigenvalues[*k] > 0.0) {
             let [tilt, distortion]: [f64; 2] =
                 (eigen.eigenvectors.column(k) * eigen.eigenvalues[k].sqrt()).into();
-            Self { tilt, distortion, ..Self::PLAIN }
-        };
-        told.map(|k| {
-            self.error_of(&format!("geometry of the pictures, {}", k + 1), &off(k), recordings, kept)
-        })
-        .collect()
+            let off = self.plus(&Self { tilt, distortion, ..Self::PLAIN });
+            let there = |map: &PlaneMap, picture_px| off.of(map, picture_px);
+            errors.push(self.error_by(
+                &format!("geometry of the pictures, {}", k + 1),
+                there,
+                recordings,
+                kept,
+            ));
+        }
+        if self.tilt != 0.0 {
+            // A plane that is turned by theta looks shorter by cos theta, and tilt is theta times the distance in widths of the picture.
+            let shorter = 0.5 * (WIDTHS_AWAY * self.tilt).powi(2);
+            let there = |map: &PlaneMap, (width_px, height_px): (usize, usize)| {
+                self.of(map, (width_px, height_px)).magnified(1.0 + shorter, middle_px(width_px, height_px))
+            };
+            errors.push(self.error_by("scale of a turned camera", there, recordings, kept));
+        }
+        errors
     }
 
     /// What the reader should know.

@@ -88,7 +88,9 @@ impl ScaleCheck {
         let size = |views: &[u32; 2]| {
             let sizes: Vec<Estimate> = of_pair(views).iter().filter_map(|one| one.magnified).collect();
             let size = mean(&sizes)?;
-            Some((*views, Estimate::new(size.value, size.sigma.hypot(SIZE_SIGMA))))
+            // Trials share what each place in the picture does to a marker.
+            let of_one = (sizes.iter().map(|one| one.sigma.powi(2)).sum::<f64>() / sizes.len() as f64).sqrt();
+            Some((*views, Estimate::new(size.value, size.sigma.max(of_one).hypot(SIZE_SIGMA))))
         };
         let sizes: Vec<PairSize> = pairs.iter().filter_map(size).collect();
         let views = match stated.view_sigma {

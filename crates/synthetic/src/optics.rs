@@ -52,8 +52,8 @@ const LARGEST_TILT_RAD: f64 = 0.5;
 const UNDISTORT_STEPS: usize = 20;
 
 impl Optics {
-    /// No lens, and no turn; the focal length then has no effect.
-    pub(crate) const STRAIGHT: Self = Self {
+    /// No lens, and no turn; the focal length has no effect then.
+    pub const STRAIGHT: Self = Self {
         focal_length_px: 1.0e4,
         principal_point_px: None,
         k1: 0.0,

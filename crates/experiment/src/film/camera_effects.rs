@@ -1,8 +1,8 @@
 //! Effects of a real camera, one of each kind as a laboratory might have it, and the words by which a report names their cause.
 
 use chainwave_synthetic::{
-    DefectivePixels, Defocus, Effects, FixedPattern, LineNoise, Reflections, ScaleError, Shadow, Shake,
-    ShakeOnset,
+    Camera, DefectivePixels, Defocus, Effects, FixedPattern, LineNoise, Optics, Reflections, ScaleError,
+    Shadow, Shake, ShakeOnset,
 };
 
 use crate::configuration::Synthetic;
@@ -14,7 +14,7 @@ pub struct CameraEffect {
     pub name: &'static str,
     /// Words of which a warning has to say one for the cause to count as named.
     pub causes: &'static [&'static str],
-    add: fn(&mut Effects, &Picture),
+    add: fn(&mut Camera, &Picture),
 }
 
 /// What effects are measured by: the width of the picture and the length of a recording.
@@ -26,51 +26,77 @@ struct Picture {
 impl CameraEffect {
     /// One of each kind.
     pub const ALL: &'static [Self] = &[
-        Self { name: "fixed_pattern", causes: &["fixed pattern"], add: |to, _| fixed_pattern(to, 1.0) },
-        Self { name: "strong_pattern", causes: &["fixed pattern"], add: |to, _| fixed_pattern(to, 3.0) },
-        Self { name: "columns", causes: &["fixed pattern"], add: |to, _| columns(to) },
-        Self { name: "spots", causes: &["fixed pattern"], add: |to, _| spots(to) },
-        Self { name: "line_noise", causes: &["rows and columns"], add: |to, _| line_noise(to) },
-        Self { name: "hot_pixels", causes: &["hot pixels"], add: |to, _| hot_pixels(to) },
-        Self { name: "reflections", causes: &["reflections"], add: |to, _| reflections(to) },
+        Self {
+            name: "fixed_pattern",
+            causes: &["fixed pattern"],
+            add: |to, _| fixed_pattern(&mut to.effects, 1.0),
+        },
+        Self {
+            name: "strong_pattern",
+            causes: &["fixed pattern"],
+            add: |to, _| fixed_pattern(&mut to.effects, 3.0),
+        },
+        Self { name: "columns", causes: &["fixed pattern"], add: |to, _| columns(&mut to.effects) },
+        Self { name: "spots", causes: &["fixed pattern"], add: |to, _| spots(&mut to.effects) },
+        Self { name: "line_noise", causes: &["rows and columns"], add: |to, _| line_noise(&mut to.effects) },
+        Self { name: "hot_pixels", causes: &["hot pixels"], add: |to, _| hot_pixels(&mut to.effects) },
+        Self { name: "reflections", causes: &["reflections"], add: |to, _| reflections(&mut to.effects) },
         Self { name: "shadow", causes: &["shadow"], add: shadow },
-        Self { name: "defocus", causes: &["focus"], add: |to, _| defocus(to) },
-        Self { name: "shake", causes: &["camera moves"], add: |to, _| shake(to, 0.2, ShakeOnset::Always) },
+        Self { name: "defocus", causes: &["focus"], add: |to, _| defocus(&mut to.effects) },
+        Self {
+            name: "shake",
+            causes: &["camera moves"],
+            add: |to, _| shake(&mut to.effects, 0.2, ShakeOnset::Always),
+        },
         Self {
             name: "shake_by_strike",
             causes: &["camera moves"],
-            add: |to, _| shake(to, 0.2, ShakeOnset::Impact),
+            add: |to, _| shake(&mut to.effects, 0.2, ShakeOnset::Impact),
         },
         Self {
             name: "small_shake",
             causes: &["camera moves"],
-            add: |to, _| shake(to, 0.02, ShakeOnset::Always),
+            add: |to, _| shake(&mut to.effects, 0.02, ShakeOnset::Always),
         },
         Self {
             name: "small_by_strike",
             causes: &["camera moves"],
-            add: |to, _| shake(to, 0.02, ShakeOnset::Impact),
+            add: |to, _| shake(&mut to.effects, 0.02, ShakeOnset::Impact),
         },
-        Self { name: "scale", causes: &["scale"], add: |to, _| scale(to, 0.01, Vec::new()) },
-        Self { name: "small_scale", causes: &["scale"], add: |to, _| scale(to, 0.005, Vec::new()) },
-        Self { name: "view_magnified", causes: &["magnified"], add: |to, _| scale(to, 0.0, vec![0.0, 0.02]) },
+        Self { name: "scale", causes: &["scale"], add: |to, _| scale(&mut to.effects, 0.01, Vec::new()) },
+        Self {
+            name: "small_scale",
+            causes: &["scale"],
+            add: |to, _| scale(&mut to.effects, 0.005, Vec::new()),
+        },
+        Self {
+            name: "view_magnified",
+            causes: &["magnified"],
+            add: |to, _| scale(&mut to.effects, 0.0, vec![0.0, 0.02]),
+        },
         Self {
             name: "view_by_little",
             causes: &["magnified"],
-            add: |to, _| scale(to, 0.0, vec![0.0, 0.004]),
+            add: |to, _| scale(&mut to.effects, 0.0, vec![0.0, 0.004]),
         },
+        Self { name: "turned", causes: &["turned about the vertical"], add: |to, _| turned(to) },
+        Self { name: "lens", causes: &["lens that distorts"], add: lens },
         Self {
             name: "rolling_shutter",
             causes: &["rolling shutter"],
             // A sensor that reads its lines all the time: a frame of 48 lines takes its whole period at 25 kHz.
-            add: |to, _| to.line_time_s = Some(8e-7),
+            add: |to, _| to.effects.line_time_s = Some(8e-7),
         },
-        Self { name: "eight_bits", causes: &["grey levels"], add: |to, _| to.stored_bits = Some(8) },
-        Self { name: "compression", causes: &["compression"], add: |to, _| to.jpeg_quality = Some(80) },
+        Self { name: "eight_bits", causes: &["grey levels"], add: |to, _| to.effects.stored_bits = Some(8) },
+        Self {
+            name: "compression",
+            causes: &["compression"],
+            add: |to, _| to.effects.jpeg_quality = Some(80),
+        },
         Self {
             name: "repeated_lines",
             causes: &["repeated lines"],
-            add: |to, _| to.repeated_lines = Some(0.02),
+            add: |to, _| to.effects.repeated_lines = Some(0.02),
         },
     ];
 
@@ -82,8 +108,19 @@ impl CameraEffect {
             duration_s: synthetic.n_frames as f64 / camera.rate_hz,
         };
         camera.effects.seed = synthetic.seed;
-        (self.add)(&mut camera.effects, &picture);
+        (self.add)(camera, &picture);
     }
+}
+
+/// A camera that is a degree off the square, some 0.9 m from the chain.
+fn turned(to: &mut Camera) {
+    to.optics = Some(Optics { focal_length_px: 3000.0, yaw_rad: 1.0_f64.to_radians(), ..Optics::STRAIGHT });
+}
+
+/// A lens that moves the edges of the picture by 0.1 % of their distance from its middle.
+fn lens(to: &mut Camera, picture: &Picture) {
+    let focal_length_px = 0.5 * picture.width_px;
+    to.optics = Some(Optics { focal_length_px, k1: -1e-3, ..Optics::STRAIGHT });
 }
 
 /// An ordinary sensor: 0.1 % of the range and 0.3 % of the gain, or a multiple of both.
@@ -121,8 +158,8 @@ fn reflections(to: &mut Effects) {
 }
 
 /// An edge of a twentieth of the width that crosses the picture within the recording.
-fn shadow(to: &mut Effects, picture: &Picture) {
-    to.shadow = Some(Shadow {
+fn shadow(to: &mut Camera, picture: &Picture) {
+    to.effects.shadow = Some(Shadow {
         depth: 0.4,
         start_px: 0.0,
         speed_px_per_s: picture.width_px / picture.duration_s,

@@ -14,6 +14,8 @@ use crate::scale::{SIZE_SIGMA, SharedBody, StatedScale, USUAL_STAGE_SIGMA_M};
 
 /// What an explanation of the places is charged for each number that it needs, in chi squared: three standard deviations.
 const CHARGE: f64 = 9.0;
+/// How much of each shape a camera has that was set up with care, at the farthest body, as a standard deviation: a degree of turn from near.
+const USUAL_SHAPE: f64 = 5e-3;
 /// Least standard uncertainty of a place at rest: interpolation moves a marker by some thousandths of a pixel of 0.3 mm.
 const PLACE_SIGMA_M: f64 = 5e-7;
 
@@ -45,15 +47,21 @@ pub(crate) fn bent(shared: &[SharedBody], stated: &StatedScale) -> Option<Bent> 
     // What no cause explains is noise that was not known.
     let per_freedom = |one: &Solved| one.chi_squared / (one.freedom as f64).max(1.0);
     let scatter = solved.iter().map(per_freedom).fold(f64::INFINITY, f64::min).max(1.0);
-    let charged = |one: &Solved| one.chi_squared / scatter + CHARGE * one.n_own as f64;
-    let best = solved.iter().min_by(|a, b| charged(a).total_cmp(&charged(b)))?;
-    match best.cause {
-        Cause::Geometry { .. } => Some(Bent {
-            values: best.bent.values,
-            covariance: best.bent.covariance.map(|row| row.map(|value| value * scatter)),
-        }),
-        Cause::None | Cause::Views => None,
-    }
+    let charged = |cause: Cause| {
+        let found = solved.iter().find(|one| one.cause == cause)?;
+        Some(found.chi_squared / scatter + CHARGE * found.n_own as f64)
+    };
+    let best = causes.into_iter().filter(|cause| charged(*cause).is_some()).min_by(|a, b| {
+        charged(*a).unwrap_or(f64::INFINITY).total_cmp(&charged(*b).unwrap_or(f64::INFINITY))
+    })?;
+    let Cause::Geometry { tilt, lens } = best else { return None };
+    // Where the other shape explains as much, either may be behind it.
+    let other = charged(geometry(lens, tilt)).unwrap_or(f64::INFINITY);
+    let is_clear = tilt == lens || other - charged(best)? > CHARGE;
+    let cause = if is_clear { best } else { geometry(true, true) };
+    let found = solved.iter().find(|one| one.cause == cause)?;
+    let covariance = found.bent.covariance.map(|row| row.map(|value| value * scatter));
+    Some(Bent { values: found.bent.values, covariance })
 }
 
 /// One body in two views, over all trials.
@@ -155,9 +163,11 @@ impl Equations {
             }
         }
         let freedom = equations.len().checked_sub(1 + n_own).filter(|freedom| *freedom > 0)?;
-        for view in 0..self.n_views {
+        let of_stage = (0..self.n_views).map(|view| (view, self.stage_sigma_m));
+        let of_shapes = (0..shapes.len()).map(|k| (n_common + k, USUAL_SHAPE));
+        for (unknown, sigma) in of_stage.chain(of_shapes) {
             let mut prior = DVector::zeros(n);
-            prior[view] = 1.0 / self.stage_sigma_m;
+            prior[unknown] = 1.0 / sigma;
             equations.push((prior, 0.0));
         }
         let mut normal = DMatrix::zeros(n, n);
@@ -183,12 +193,87 @@ impl Equations {
     }
 }
 
-/// The mean, with the larger of the standard errors that are stated and that trials show, and at least `least`; `None` of nothing.
+/// The mean over trials, which share what a place in the picture has of its own: as uncertain as one of them, as they scatter, and by `least`;
+/// `None` of nothing.
 fn mean(found: &[Estimate], least: f64) -> Option<Estimate> {
     let n = found.len() as f64;
     let mean = found.iter().map(|one| one.value).sum::<f64>() / n;
-    let stated = found.iter().map(|one| one.sigma.powi(2)).sum::<f64>().sqrt() / n;
+    let stated = (found.iter().map(|one| one.sigma.powi(2)).sum::<f64>() / n).sqrt();
     let squares: f64 = found.iter().map(|one| (one.value - mean).powi(2)).sum();
     let scatter = (squares / (n - 1.0).max(1.0) / n).sqrt();
     (!found.is_empty()).then(|| Estimate::new(mean, stated.max(scatter).hypot(least)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three bodies that each of three views shares with the next, a step of 90 mm apart, as pictures show them in which what is seen x from the middle
+    /// stands at `place_m(view, x)`.
+    fn shared(place_m: impl Fn(usize, f64) -> f64) -> Vec<SharedBody> {
+        let seen_m = |view: usize, at_m: f64| {
+            // The inverse of a map that is nearly the identity.
+            (0..50).fold(at_m, |seen_m, _| seen_m - (place_m(view, seen_m) - at_m))
+        };
+        let slope = |view: usize, at_m: f64| (place_m(view, at_m + 1e-4) - place_m(view, at_m - 1e-4)) / 2e-4;
+        let mut shared = Vec::new();
+        for view in 0..2 {
+            for (k, at_m) in [0.020, 0.045, 0.075].into_iter().enumerate() {
+                for trial in 0..3 {
+                    let [first_m, second_m] = [seen_m(view, at_m), seen_m(view + 1, at_m - 0.09)];
+                    let larger = slope(view, first_m) / slope(view + 1, second_m) - 1.0;
+                    let off_m = 1e-7 * f64::from(trial - 1);
+                    shared.push(SharedBody {
+                        body: 3 * view + k,
+                        views: [view as u32 + 1, view as u32 + 2],
+                        stated_m: 0.09,
+                        found_m: Estimate::new(first_m - second_m + off_m, 4e-7),
+                        from_middle_m: first_m,
+                        magnified: Some(Estimate::new(larger, 1e-4)),
+                    });
+                }
+            }
+        }
+        shared
+    }
+
+    fn told(place_m: impl Fn(usize, f64) -> f64) -> Option<Bent> {
+        bent(&shared(place_m), &StatedScale { views: vec![1, 2, 3], ..StatedScale::default() })
+    }
+
+    #[test]
+    fn square_views_of_one_scale_or_of_several_ask_for_no_geometry() {
+        assert_eq!(told(|_, x| x), None);
+        assert_eq!(told(|_, x| 1.003 * x), None);
+        assert_eq!(told(|view, x| x * [1.0, 1.004, 1.001][view]), None);
+    }
+
+    #[test]
+    fn a_turned_camera_and_a_lens_are_told_apart() {
+        // 0.3 % and 0.2 % of the distance at 80 mm from the middle.
+        let (a, b): (f64, f64) = (0.003 / 0.08, 0.002 / 0.08_f64.powi(2));
+        let of_tilt = told(|_, x| x + a * x * x).unwrap();
+        let of_lens = told(|_, x| x - b * x.powi(3)).unwrap();
+        let is_held = |found: &Bent, shape: usize, truth: f64| {
+            let sigma = found.covariance[shape][shape].sqrt();
+            // of a film without noise, and known well enough to be of use
+            (found.values[shape] - truth).abs() < 2.0 * sigma && sigma < 0.1 * truth.abs()
+        };
+        assert!(is_held(&of_tilt, 0, a) && of_tilt.covariance[1][1] == 0.0, "{of_tilt:?}");
+        assert!(is_held(&of_lens, 1, -b) && of_lens.covariance[0][0] == 0.0, "{of_lens:?}");
+        let of_both = told(|_, x| x + a * x * x - b * x.powi(3)).unwrap();
+        assert!(is_held(&of_both, 0, a) && is_held(&of_both, 1, -b), "{of_both:?}");
+    }
+
+    #[test]
+    fn one_body_a_pair_leaves_open_which_shape_it_is() {
+        let b = 0.002 / 0.08_f64.powi(2);
+        let one = shared(|_, x| x - b * x.powi(3)).into_iter().filter(|one| one.body % 3 == 2);
+        let found =
+            bent(&one.collect::<Vec<_>>(), &StatedScale { views: vec![1, 2, 3], ..StatedScale::default() });
+        if let Some(found) = found {
+            let sigma = |shape: usize| found.covariance[shape][shape].sqrt();
+            assert!(found.values[0].abs() < 2.0 * sigma(0) && (found.values[1] + b).abs() < 2.0 * sigma(1));
+        }
+    }
 }
