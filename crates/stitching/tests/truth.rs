@@ -213,6 +213,52 @@ fn an_error_that_the_trials_of_a_view_share_moves_what_it_is_said_to_move() {
     assert_eq!(stated.motion.n_trials, plain.motion.n_trials);
 }
 
+/// Readings of a view's bodies that are larger by a share which grows along its picture, the same in all views: a camera that is turned. Drives may
+/// take a part of it, and the bodies that two views share tell the rest.
+#[test]
+fn how_much_readings_show_of_an_asked_error_is_told() {
+    const AMPLITUDE: f64 = 1.3;
+    let shape = |observation: &Observation| -> Vec<TrackError> {
+        let first = observation.bodies.iter().map(|track| track.body).min().unwrap();
+        let of_track = |track: &BodyTrack| {
+            let along = (track.body - first) as f64 - 1.0;
+            let square = |x: &Option<Estimate>| 1e-3 * along * along * x.map_or(0.0, |x| x.value);
+            TrackError {
+                recording: observation.recording.clone(),
+                body: track.body,
+                error_m: track.position_m.iter().map(square).collect(),
+            }
+        };
+        observation.bodies.iter().map(of_track).collect()
+    };
+    let n = 40;
+    let (mut squares, mut n_bodies) = (0.0, 0);
+    for seed in 0..n {
+        let seen = experiment(seed).observations;
+        let of_tracks: Vec<TrackError> = seen.iter().flat_map(shape).collect();
+        let mut off = seen.clone();
+        for (track, error) in off.iter_mut().flat_map(|one| &mut one.bodies).zip(&of_tracks) {
+            for (x, error_m) in track.position_m.iter_mut().zip(&error.error_m) {
+                *x = x.map(|x| Estimate::new(x.value + AMPLITUDE * error_m, x.sigma));
+            }
+        }
+        let asked_errors = vec![ReadingError { source: "along the picture".into(), of_tracks }];
+        let settings = Settings { asked_errors, ..Settings::new(N_BODIES, 2.0 * FRAME_S) };
+        let stitched = merge(&off, &settings).unwrap();
+        let sum =
+            |of: fn(&chainwave_stitching::ShownByBody) -> f64| stitched.shown.iter().map(of).sum::<f64>();
+        let (matrix, right_side) = (sum(|one| one.matrix[(0, 0)]), sum(|one| one.right_side[0]));
+        squares += (right_side / matrix - AMPLITUDE).powi(2) * matrix;
+        n_bodies += stitched.shown.len();
+        // Bodies that no other view sees say nothing.
+        let alone = stitched.shown.iter().find(|one| one.body == 1).unwrap();
+        assert!(alone.matrix[(0, 0)] < 0.05 * matrix, "{alone:?} of {matrix}");
+    }
+    assert_eq!(n_bodies, N_BODIES * n as usize);
+    // Chi squared of 40: 40 +- 9; readings between frames share noise with their neighbours, which makes up to a half more of it.
+    assert!((0.4..2.2).contains(&(squares / f64::from(n as u32))), "{}", squares / f64::from(n as u32));
+}
+
 #[test]
 fn a_stated_scatter_that_the_onset_contradicts_is_left_out() {
     let experiment = experiment(3);

@@ -187,6 +187,28 @@ mod tests {
     }
 
     #[test]
+    fn a_turned_camera_and_a_lens_stretch_what_they_are_said_to() {
+        let (centre_px, m_per_px) = ([320.0, 60.0], 3e-4);
+        let plain =
+            PlaneMap { lens: Lens::ideal(), plane_from_image: scaled_plane(m_per_px, [1.0, 0.0], [0.0; 2]) };
+        let (tilt_per_px, k1) = (4e-6, -2e-3);
+        let lens = Lens { centre_px, focal_px: 300.0, k1, k2: 0.0 };
+        let bent = plain.seen_through(lens, tilt_per_px);
+        for x_px in [20.0, 320.0, 500.0] {
+            let d = (x_px - centre_px[0]) / 300.0;
+            // q (1 + k1 q^2) = d, to the order that is left out, and then q / (1 + h q)
+            let q_px = 300.0 * (d - k1 * d.powi(3) + 3.0 * k1 * k1 * d.powi(5));
+            let expected_m = m_per_px * (centre_px[0] + q_px / (1.0 + tilt_per_px * q_px));
+            let found_m = bent.position_m([x_px, centre_px[1]]);
+            assert!(
+                (found_m[0] - expected_m).abs() < 12.0 * 300.0 * m_per_px * k1.abs().powi(3),
+                "{x_px}: {found_m:?} {expected_m}"
+            );
+            assert!((found_m[1] - m_per_px * centre_px[1]).abs() < 1e-15, "{found_m:?}");
+        }
+    }
+
+    #[test]
     fn a_point_of_the_plane_is_imaged_where_it_is_found() {
         for at_px in corners_px(1280, 800).into_iter().chain([[500.25, 333.5]]) {
             let again = map().image_px(map().position_m(at_px)).unwrap();

@@ -14,8 +14,8 @@ use crate::scale::{SIZE_SIGMA, SharedBody, StatedScale, USUAL_STAGE_SIGMA_M};
 
 /// What an explanation of the places is charged for each number that it needs, in chi squared: three standard deviations.
 const CHARGE: f64 = 9.0;
-/// How much of each shape a camera has that was set up with care, at the farthest body, as a standard deviation: a degree of turn from near.
-const USUAL_SHAPE: f64 = 5e-3;
+/// How much of each shape a camera has at the farthest body where nothing tells it, as a standard deviation: some tenths of a degree from near.
+const USUAL_SHAPE: f64 = 1e-3;
 /// Least standard uncertainty of a place at rest: interpolation moves a marker by some thousandths of a pixel of 0.3 mm.
 const PLACE_SIGMA_M: f64 = 5e-7;
 
