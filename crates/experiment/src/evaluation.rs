@@ -39,7 +39,7 @@ use crate::steadying::Steadying;
 use crate::tracked::Tracked;
 
 /// To be raised whenever the same tracks would give other results; `golden_results` among the tests of the whole guards it.
-pub const EVALUATION_VERSION: u32 = 13;
+pub const EVALUATION_VERSION: u32 = 14;
 
 /// Everything that follows from the tracks.
 pub struct Evaluation {
@@ -138,7 +138,7 @@ pub fn evaluate(
     let experiment = &setup.experiment;
     monitor.planned(Stage::Evaluating, N_STEPS);
     let step = || monitor.done(Stage::Evaluating, 1);
-    let stated = StatedMotion::of(experiment, n_threads)?;
+    let stated = StatedMotion::of(experiment, tracked.last_s(), n_threads)?;
     let merged = merged(setup, tracked, &stated, n_threads)?;
     let Merged { left_out, unjoined, steadying, of_camera, shared, stitched, side_motion, .. } = merged;
     let (observations, reading_errors, assumptions) =

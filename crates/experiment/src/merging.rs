@@ -141,7 +141,8 @@ mod tests {
         };
         let stated = |more: &str| {
             let experiment = read(more).unwrap();
-            stitching_settings(&experiment, &StatedMotion::of(&experiment, NonZero::<usize>::MIN).unwrap())
+            let motion = StatedMotion::of(&experiment, 0.0, NonZero::<usize>::MIN).unwrap();
+            stitching_settings(&experiment, &motion)
         };
         let usual = stated("");
         assert_eq!((usual.trigger_sigma_s, usual.view_trigger_sigma_s), (None, None));

@@ -305,7 +305,7 @@ fn evaluated(rehearsal: &Rehearsal, n_threads: NonZero<usize>) -> Result<Precisi
 fn rehearsed(rehearsal: &Rehearsal, n_threads: NonZero<usize>) -> Result<Precision, Error> {
     let (setup, tracked) = (&rehearsal.setup, rehearsal.tracked(n_threads)?);
     let experiment = &setup.experiment;
-    let stated = StatedMotion::of(experiment, n_threads)?;
+    let stated = StatedMotion::of(experiment, tracked.last_s(), n_threads)?;
     let Merged { shared, stitched, observations, reading_errors, .. } =
         merged(setup, &tracked, &stated, n_threads)?;
     let measurement = shared.measure(experiment, &stitched.motion, chosen_gaps(experiment), n_threads)?;
