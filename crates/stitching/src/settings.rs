@@ -62,9 +62,34 @@ impl Settings {
         }
     }
 
+    /// How large the responses of the body in a row are, as errors of its motion: the usual ones, and those of the stated chain where they are larger.
+    pub(crate) fn sizes_of(&self, row: usize) -> ResponseSizes {
+        let usual = self.response_sizes;
+        self.stated_responses.get(row).map_or(usual, |response| usual.at_least(response.sizes))
+    }
+
     /// How far a recording's trigger may be off before it was looked at, as a standard deviation: a frame where nothing is stated.
     pub(crate) fn trigger_prior_s(&self, frame_interval_s: f64) -> f64 {
         let of_trial_s = self.trigger_sigma_s.unwrap_or(frame_interval_s);
         of_trial_s.hypot(self.view_trigger_sigma_s.unwrap_or(0.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stated_response::ModelResponse;
+
+    #[test]
+    fn a_stated_chain_widens_what_is_usual_and_narrows_nothing() {
+        let silent =
+            ModelResponse { interval_s: 1e-5, furthest_m: 0.0, motion_m: Vec::new(), slope_m: Vec::new() };
+        let sizes = ResponseSizes { slope: 0.2, curvature: 0.1, non_linearity: 1.2, third_order: 3.5 };
+        let stated_responses = vec![StatedResponse { stated: silent, otherwise: Vec::new(), sizes }];
+        let settings = Settings { stated_responses, ..Settings::new(2, 0.0) };
+        let expected = ResponseSizes { non_linearity: 1.2, third_order: 3.5, ..ResponseSizes::USUAL };
+        assert_eq!(settings.sizes_of(0), expected);
+        // Of a body of which nothing is stated.
+        assert_eq!(settings.sizes_of(1), ResponseSizes::USUAL);
     }
 }
