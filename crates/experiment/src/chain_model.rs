@@ -24,14 +24,10 @@ impl Experiment {
         self.chain_model_until(CROSSINGS * self.linear_chain()?.crossing_time_s(self.chain.n_bodies))
     }
 
-    /// So many times the time in which a weak wave crosses the chain, and no longer than its drive is known, in seconds.
-    ///
-    /// # Errors
-    /// As for [`Experiment::chain_model`].
-    pub(crate) fn crossings_s(&self, n: f64) -> Result<f64, Error> {
+    /// A time, or as long as the drive is known where that is shorter, in seconds.
+    pub(crate) fn while_driven_s(&self, until_s: f64) -> f64 {
         let known_until_s = self.drive.as_ref().and_then(DriveTable::known_until_s);
-        let crossings_s = n * self.linear_chain()?.crossing_time_s(self.chain.n_bodies);
-        Ok(crossings_s.min(known_until_s.unwrap_or(f64::INFINITY)))
+        until_s.min(known_until_s.unwrap_or(f64::INFINITY))
     }
 
     /// The chain with usual damping, as a fit starts from it, driven for a time.

@@ -34,11 +34,12 @@ use crate::setup::Setup;
 use crate::shared_errors::SharedErrors;
 use crate::side_motion::SideMotion;
 use crate::standing::Standings;
+use crate::stated_motion::StatedMotion;
 use crate::steadying::Steadying;
 use crate::tracked::Tracked;
 
 /// To be raised whenever the same tracks would give other results; `golden_results` among the tests of the whole guards it.
-pub const EVALUATION_VERSION: u32 = 13;
+pub const EVALUATION_VERSION: u32 = 14;
 
 /// Everything that follows from the tracks.
 pub struct Evaluation {
@@ -137,7 +138,8 @@ pub fn evaluate(
     let experiment = &setup.experiment;
     monitor.planned(Stage::Evaluating, N_STEPS);
     let step = || monitor.done(Stage::Evaluating, 1);
-    let merged = merged(setup, tracked, n_threads)?;
+    let stated = StatedMotion::of(experiment, tracked.last_s(), n_threads)?;
+    let merged = merged(setup, tracked, &stated, n_threads)?;
     let Merged { left_out, unjoined, steadying, of_camera, shared, stitched, side_motion, .. } = merged;
     let (observations, reading_errors, assumptions) =
         (merged.observations, merged.reading_errors, merged.assumptions);
@@ -182,8 +184,8 @@ pub fn evaluate(
     let beside = beside.and_then(|beside| beside.map_err(|why| notices.push(not_shown(&why))).ok());
     let by_model = accepted(&track_fit).map(|fit| aligned_motion(&reached, fit, &stitched.motion.times_s));
     let by_model = by_model.and_then(|aligned| aligned.map_err(|why| notices.push(not_aligned(&why))).ok());
-    let speed =
-        measurement.group_velocity.as_ref().ok().map(|found| speed(experiment, found.velocity_m_per_s));
+    let velocity = measurement.group_velocity.as_ref().ok();
+    let speed = velocity.map(|found| speed(experiment, &stated, found.velocity_m_per_s));
     let speed = speed.transpose()?.flatten();
     step();
     monitor.ended(Stage::Evaluating);

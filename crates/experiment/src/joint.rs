@@ -10,6 +10,7 @@ use crate::joining::{Joined, Unjoined, chosen, join, sound};
 use crate::picture_geometry::PictureGeometry;
 use crate::scale::ScaleCheck;
 use crate::setup::Setup;
+use crate::stated_motion::StatedMotion;
 use crate::steadying::Steadying;
 use crate::tracked::{Tracked, TrackedRecording};
 
@@ -43,8 +44,13 @@ impl<'a> Joint<'a> {
     ///
     /// # Errors
     /// No view can be joined, or the stated chain cannot be solved.
-    pub(crate) fn of(setup: &'a Setup, tracked: &Tracked, settings: &Settings) -> Result<Self, Error> {
-        let mut joint = Self::by_geometry(setup, tracked, at_rest(setup, tracked), settings)?;
+    pub(crate) fn of(
+        setup: &'a Setup,
+        tracked: &Tracked,
+        stated: &StatedMotion,
+        settings: &Settings,
+    ) -> Result<Self, Error> {
+        let mut joint = Self::by_geometry(setup, tracked, stated, at_rest(setup, tracked), settings)?;
         let mut shapes = None;
         for _ in 0..ROUNDS {
             let (before, shown) = (joint.geometry.unwrap_or(PictureGeometry::PLAIN), &joint.stitched.shown);
@@ -54,7 +60,7 @@ impl<'a> Joint<'a> {
             };
             let Some((geometry, of_shapes)) = found else { break };
             shapes = Some(of_shapes);
-            joint = Self::by_geometry(setup, tracked, Some(geometry), settings)?;
+            joint = Self::by_geometry(setup, tracked, stated, Some(geometry), settings)?;
         }
         Ok(joint)
     }
@@ -62,6 +68,7 @@ impl<'a> Joint<'a> {
     fn by_geometry(
         setup: &'a Setup,
         tracked: &Tracked,
+        stated: &StatedMotion,
         geometry: Option<PictureGeometry>,
         settings: &Settings,
     ) -> Result<Self, Error> {
@@ -72,6 +79,7 @@ impl<'a> Joint<'a> {
             let scale = tracked.stages.scale.clone();
             return Self::by_map(
                 Cow::Borrowed(setup),
+                stated,
                 scale,
                 &tracked.recordings,
                 &tracked.observations,
@@ -88,13 +96,14 @@ impl<'a> Joint<'a> {
             recordings.iter().zip(&tracked.observations).map(read_again).collect();
         let setup = Setup { map: geometry.map(&setup.map, first.picture_px), ..setup.clone() };
         let scale = tracked.stages.scale_by(|place_m| setup.map.from_middle_m(place_m, first.picture_px));
-        let joint = Self::by_map(Cow::Owned(setup), scale, &recordings, &observations, settings)?;
+        let joint = Self::by_map(Cow::Owned(setup), stated, scale, &recordings, &observations, settings)?;
         let geometry_errors = geometry.errors(&tracked.recordings, &joint.as_read);
         Ok(Self { geometry: Some(geometry), geometry_errors, ..joint })
     }
 
     fn by_map(
         setup: Cow<'a, Setup>,
+        stated: &StatedMotion,
         scale: ScaleCheck,
         recordings: &[TrackedRecording],
         all: &[Observation],
@@ -103,13 +112,13 @@ impl<'a> Joint<'a> {
         // A recording of other bodies than it is taken for would move the camera.
         let (sound, left_out) = sound(all, settings);
         let mut as_read = chosen(all, &sound);
-        let mut steadying = Steadying::of(&setup.experiment, &as_read, &scale)?;
+        let mut steadying = Steadying::of(&setup.experiment, stated, &as_read, &scale);
         let mut observations = steadying.steadied(as_read.clone());
         let Joined { kept, stitched, unjoined } = join(&observations, settings)?;
         if !unjoined.is_empty() {
             as_read = chosen(&as_read, &kept);
             observations = chosen(&observations, &kept);
-            steadying = Steadying::of(&setup.experiment, &as_read, &scale)?;
+            steadying = Steadying::of(&setup.experiment, stated, &as_read, &scale);
         }
         let recordings = kept.iter().map(|index| recordings[sound[*index]].clone()).collect();
         let (geometry, geometry_errors) = (None, Vec::new());

@@ -81,7 +81,7 @@ mod side_motion;
 mod source;
 mod stages;
 mod standing;
-mod stated_response;
+mod stated_motion;
 mod steadying;
 mod store;
 mod strikers;

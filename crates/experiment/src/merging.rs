@@ -18,6 +18,7 @@ use crate::sanity::MOVING_LIGHT;
 use crate::setup::Setup;
 use crate::shared_errors::SharedErrors;
 use crate::side_motion::SideMotion;
+use crate::stated_motion::StatedMotion;
 use crate::steadying::Steadying;
 use crate::tracked::Tracked;
 use crate::unresolved::Unresolved;
@@ -41,9 +42,14 @@ pub(crate) struct Merged {
 }
 
 /// Merges recordings. What the camera does of its own is taken out of them first, or else stands among the motion's errors.
-pub(crate) fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> Result<Merged, Error> {
+pub(crate) fn merged(
+    setup: &Setup,
+    tracked: &Tracked,
+    stated: &StatedMotion,
+    n_threads: NonZero<usize>,
+) -> Result<Merged, Error> {
     let experiment = &setup.experiment;
-    let settings = stitching_settings(experiment)?;
+    let settings = stitching_settings(experiment, stated);
     let Joint {
         setup,
         scale,
@@ -56,7 +62,7 @@ pub(crate) fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>
         mut stitched,
         left_out,
         unjoined,
-    } = Joint::of(setup, tracked, &settings)?;
+    } = Joint::of(setup, tracked, stated, &settings)?;
     let setup = &*setup;
     let picture_errors = PictureErrors::of(
         &as_read,
@@ -116,19 +122,16 @@ pub(crate) fn merged(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>
 }
 
 /// What the experiment states of rest, drives, triggers, and how the chain answers to its drive.
-///
-/// # Errors
-/// A chain that cannot be solved.
-fn stitching_settings(experiment: &Experiment) -> Result<Settings, Error> {
-    Ok(Settings {
+fn stitching_settings(experiment: &Experiment, stated: &StatedMotion) -> Settings {
+    Settings {
         rest_until_s: experiment.tracking.rest_until_s,
         drive_scatter: Some(experiment.drive_scatter()),
         first_body: if experiment.is_shaken() { FirstBody::Prescribed } else { FirstBody::Free },
         trigger_sigma_s: experiment.trigger.sigma_s.map(Positive::get),
         view_trigger_sigma_s: experiment.trigger.view_sigma_s.map(NotNegative::get),
-        stated_responses: experiment.stated_responses()?,
+        stated_responses: stated.responses.clone(),
         ..Settings::new(experiment.chain.n_bodies, 0.0)
-    })
+    }
 }
 
 #[cfg(test)]
@@ -141,7 +144,11 @@ mod tests {
             let text = format!("{}\n{more}", include_str!("../../../tests/small-experiment/experiment.toml"));
             toml::from_str::<Experiment>(&text)
         };
-        let stated = |more: &str| stitching_settings(&read(more).unwrap()).unwrap();
+        let stated = |more: &str| {
+            let experiment = read(more).unwrap();
+            let motion = StatedMotion::of(&experiment, 0.0, NonZero::<usize>::MIN).unwrap();
+            stitching_settings(&experiment, &motion)
+        };
         let usual = stated("");
         assert_eq!((usual.trigger_sigma_s, usual.view_trigger_sigma_s), (None, None));
         let known = stated("[trigger]\nsigma_s = 1e-5\nview_sigma_s = 2e-5\n");

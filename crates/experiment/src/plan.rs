@@ -59,6 +59,7 @@ use crate::merging::{Merged, merged};
 use crate::monitor::{Monitor, Stage};
 use crate::sanity::check;
 use crate::setup::Setup;
+use crate::stated_motion::StatedMotion;
 use crate::view::unreadable;
 
 /// What an experiment will tell.
@@ -304,7 +305,9 @@ fn evaluated(rehearsal: &Rehearsal, n_threads: NonZero<usize>) -> Result<Precisi
 fn rehearsed(rehearsal: &Rehearsal, n_threads: NonZero<usize>) -> Result<Precision, Error> {
     let (setup, tracked) = (&rehearsal.setup, rehearsal.tracked(n_threads)?);
     let experiment = &setup.experiment;
-    let Merged { shared, stitched, observations, reading_errors, .. } = merged(setup, &tracked, n_threads)?;
+    let stated = StatedMotion::of(experiment, tracked.last_s(), n_threads)?;
+    let Merged { shared, stitched, observations, reading_errors, .. } =
+        merged(setup, &tracked, &stated, n_threads)?;
     let measurement = shared.measure(experiment, &stitched.motion, chosen_gaps(experiment), n_threads)?;
     let known = known(experiment, &setup.map, &tracked.stages.scale);
     let model = track_model(experiment, experiment.chain_model()?, &known, n_threads);

@@ -2,12 +2,11 @@
 
 use chainwave_analysis::{CameraMotion, at_rest_p_value, at_rest_rule, camera_motion, camera_motion_rule};
 use chainwave_measurement::{ChainMotion, ErrorSource, Estimate, Observation, median};
-use chainwave_mechanics::{Schedule, simulate};
 use ndarray::Array2;
 
 use crate::configuration::Experiment;
-use crate::error::Error;
 use crate::scale::ScaleCheck;
+use crate::stated_motion::StatedMotion;
 use crate::tracks::Coordinate;
 
 /// Whether the camera moves, and its motion; before that, views that are magnified differently are put on one scale.
@@ -33,16 +32,18 @@ impl Steadying {
     /// Follows the camera through all recordings.
     pub(crate) fn of(
         experiment: &Experiment,
+        stated: &StatedMotion,
         observations: &[Observation],
         scale: &ScaleCheck,
-    ) -> Result<Self, Error> {
+    ) -> Self {
         let scale = scale.clone();
         let observations = &scale.levelled(observations.to_vec());
         let sigmas = observations.iter().flat_map(|one| &one.bodies).flat_map(|track| &track.position_m);
         let Some(sigma_m) = median(sigmas.flatten().map(|place| place.sigma).collect()) else {
-            return Ok(Self { scale, found: None, rests_until_s: Vec::new(), certain_share: CERTAIN_SHARE });
+            return Self { scale, found: None, rests_until_s: Vec::new(), certain_share: CERTAIN_SHARE };
         };
-        let arrivals_s = arrivals_s(experiment, ARRIVED_SIGMA * sigma_m)?;
+        // The chain is at rest before `tracking.rest_until_s`, so the wave comes later than that by so much.
+        let arrivals_s = stated.arrivals_s(ARRIVED_SIGMA * sigma_m);
         let rests_until_s = |share: f64| -> Vec<f64> {
             let from_s = experiment.tracking.rest_until_s;
             arrivals_s.iter().map(|arrival_s| from_s + share * arrival_s).collect()
@@ -55,7 +56,7 @@ impl Steadying {
         let shares = std::iter::once(CERTAIN_SHARE).chain(SMALLER_SHARES);
         let certain_share = shares.into_iter().find(|share| !moves(*share)).unwrap_or(CERTAIN_SHARE);
         let rests_until_s = rests_until_s(certain_share);
-        Ok(Self { found: camera_motion(observations, &rests_until_s), scale, rests_until_s, certain_share })
+        Self { found: camera_motion(observations, &rests_until_s), scale, rests_until_s, certain_share }
     }
 
     /// The same in another coordinate of the same bodies, which rest as long: across the chain by the same scale, and turned by none.
@@ -148,18 +149,4 @@ impl Steadying {
             100.0 * n_known as f64 / n.max(1) as f64
         ))
     }
-}
-
-/// How long after the first body's each body's motion begins by the stated chain, in seconds. The chain is at rest before
-/// `tracking.rest_until_s`, so the wave comes later than that by so much.
-fn arrivals_s(experiment: &Experiment, moved_m: f64) -> Result<Vec<f64>, Error> {
-    let duration_s = experiment.crossings_s(1.5)?;
-    let chain = experiment.chain_model_until(duration_s)?;
-    let motion = simulate(&chain, &Schedule::automatic(duration_s, duration_s / 2000.0))?.trajectory;
-    let arrival_s = |body: usize| {
-        let row = motion.displacement_m.row(body);
-        let arrived = row.iter().position(|x_m| (x_m - row[0]).abs() > moved_m);
-        motion.times_s[arrived.map_or(motion.times_s.len() - 1, |frame| frame.saturating_sub(1))]
-    };
-    Ok((0..chain.n_bodies()).map(arrival_s).collect())
 }

@@ -26,6 +26,14 @@ pub struct Tracked {
 }
 
 impl Tracked {
+    /// When the last recording ends, in seconds after its trigger.
+    pub(crate) fn last_s(&self) -> f64 {
+        self.observations
+            .iter()
+            .filter_map(|one| one.times_s.last())
+            .fold(0.0, |last, time_s| last.max(*time_s))
+    }
+
     /// Finds frames that recordings lack or have twice, puts the times of later ones right, and says so.
     pub(crate) fn count_frames(&mut self) {
         let found = frame_steps(&self.observations);

@@ -1,6 +1,7 @@
 //! What merging takes to be so where the recordings do not tell it: each number, what it decides, and where it comes from.
 
 use crate::assembly::BENT_SHARE;
+use crate::response_sizes::ResponseSizes;
 use crate::settings::{FirstBody, Settings};
 use crate::stated_response::{DEPARTURE, DEPARTURE_OF_SCALE, ONSET_SHARE, OnsetDeparture, StatedResponse};
 
@@ -26,7 +27,21 @@ impl Settings {
     /// What is assumed of drives and of how bodies respond to them, of whatever chain.
     pub fn assumptions(&self) -> Vec<Assumption> {
         let share = |value: f64, of: &str| format!("{} % of {of}", 100.0 * value);
-        let motion = "a body's rms motion";
+        let usual = self.response_sizes;
+        let sized = |of: fn(ResponseSizes) -> f64| {
+            let largest = (0..self.n_bodies).map(|row| of(self.sizes_of(row))).fold(of(usual), f64::max);
+            let by_the_chain = match largest > of(usual) {
+                true => format!(", up to {:.0} % by the stated chain", 100.0 * largest),
+                false => String::new(),
+            };
+            (largest, share(of(usual), "a body's rms motion") + &by_the_chain)
+        };
+        let [slope, curvature, non_linearity, third_order] = [
+            sized(|sizes| sizes.slope),
+            sized(|sizes| sizes.curvature),
+            sized(|sizes| sizes.non_linearity),
+            sized(|sizes| sizes.third_order),
+        ];
         let mut all = vec![
             Assumption {
                 of: "assumed: how far drives differ from trial to trial",
@@ -37,29 +52,29 @@ impl Settings {
             },
             Assumption {
                 of: "assumed: how far a response departs from scaling with the drive",
-                value: self.slope_prior,
-                in_words: share(self.slope_prior, motion),
+                value: slope.0,
+                in_words: slope.1,
                 decides: "the response where trials' drives are too alike to tell it; what it leaves open is an error mode of the motion",
                 reason: "0.01 to 0.45, and some tenths for the drives' scale, which is found within that (see below)",
             },
             Assumption {
                 of: "assumed: how far a response curves with the drive",
-                value: self.curvature_prior,
-                in_words: share(self.curvature_prior, motion),
+                value: curvature.0,
+                in_words: curvature.1,
                 decides: "the curvature where four trials or more do not tell it; of fewer it is none",
                 reason: "up to 0.45",
             },
             Assumption {
                 of: "assumed: how far a curvature differs from a weak non-linearity's",
-                value: self.non_linearity,
-                in_words: share(self.non_linearity, motion),
+                value: non_linearity.0,
+                in_words: non_linearity.1,
                 decides: "the error mode of the responses of bodies that the same recordings saw",
                 reason: "0.001 to 0.13, one sign over a whole pulse",
             },
             Assumption {
                 of: "assumed: how large responses of third order are",
-                value: self.third_order_prior,
-                in_words: share(self.third_order_prior, motion),
+                value: third_order.0,
+                in_words: third_order.1,
                 decides: "the error that a response of second order leaves in the motion",
                 reason: "up to 0.35 in the last bodies",
             },
@@ -158,7 +173,8 @@ mod tests {
 
     #[test]
     fn every_assumption_is_stated_once_and_as_it_is_used() {
-        let settings = Settings { slope_prior: 0.8, ..Settings::new(12, 0.0) };
+        let response_sizes = ResponseSizes { slope: 0.8, ..ResponseSizes::USUAL };
+        let settings = Settings { response_sizes, ..Settings::new(12, 0.0) };
         let stated = settings.assumptions();
         let mut names: Vec<&str> = stated.iter().map(|one| one.of).collect();
         names.sort_unstable();

@@ -51,18 +51,20 @@ impl AlignmentState<'_> {
         let noise_m = all().map(|read| read.sigma).sum::<f64>() / n;
         let most = readings.iter().map(Vec::len).max().unwrap_or(0);
         let enough = most.min(3);
+        // The usual ones for any chain: wider ones let responses take up what is no smooth response to the drive.
+        let sizes = self.settings.response_sizes;
         let prior_m = |relative: f64| (relative * rms_m).max(noise_m);
         let curvature = match (most > 3, self.scale) {
             // Three recordings would be interpolated exactly, noise and all: they leave the curvature at zero.
             (false, _) => CurvaturePrior::Small(1e-3 * noise_m),
-            (true, Scale::True) => CurvaturePrior::WeakNonLinearity(prior_m(self.settings.curvature_prior)),
-            (true, _) => CurvaturePrior::Small(prior_m(self.settings.curvature_prior)),
+            (true, Scale::True) => CurvaturePrior::WeakNonLinearity(prior_m(sizes.curvature)),
+            (true, _) => CurvaturePrior::Small(prior_m(sizes.curvature)),
         };
         // A body's response departs from plain scaling alike at all its times: where trials tell the slope at each, the prior counts once
         // and not at every time, else the sum of all would pull at drives that the readings hardly tell.
         let n_times = readings.iter().filter(|at_time| !at_time.is_empty()).count().max(1) as f64;
         let once = if most > 3 { n_times.sqrt() } else { 1.0 };
-        let prior = ResponsePrior { slope_m: once * prior_m(self.settings.slope_prior), curvature };
+        let prior = ResponsePrior { slope_m: once * prior_m(sizes.slope), curvature };
         let fit = |(i, mut contributions): (usize, Vec<Contribution>)| {
             if contributions.len() < enough {
                 contributions.clear();

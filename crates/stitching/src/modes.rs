@@ -9,6 +9,7 @@ use crate::fitted::Fitted;
 use crate::gauge::Exchange;
 use crate::normal_equations::{error_sensitivity, offset_sensitivity};
 use crate::reading_error::{RowError, on_time_base};
+use crate::response_sizes::ResponseSizes;
 use crate::rest::Displacement;
 use crate::state::{AlignmentState, Scale};
 
@@ -223,7 +224,8 @@ impl AlignmentState<'_> {
         let rms_m: Vec<f64> = field.iter().map(|of_body| rms_motion_m(of_body)).collect();
         let error_m = |row: usize, i: usize| {
             let relative = field[row][i].1.motion_m / rms_m[row].max(f64::MIN_POSITIVE);
-            relative * self.response_error_m(&field[row][i], rms_m[row])
+            let sizes = self.settings.sizes_of(row);
+            relative * self.response_error_m(&field[row][i], rms_m[row], sizes)
         };
         let leads = (0..groups.len())
             .filter(|row| !groups[*row].is_empty() && !groups[..*row].contains(&groups[*row]));
@@ -236,19 +238,27 @@ impl AlignmentState<'_> {
     }
 
     /// Standard deviation of the mean motion beyond what the readings' own noise explains.
-    fn response_error_m(&self, (contributions, response): &FittedTime, rms_m: f64) -> f64 {
+    fn response_error_m(
+        &self,
+        (contributions, response): &FittedTime,
+        rms_m: f64,
+        sizes: ResponseSizes,
+    ) -> f64 {
         let [slope_m, curvature_m] = response.prior_errors_m();
-        // The prior lets the curvatures differ from a weak non-linearity's farther than they do.
-        let common = match self.scale {
-            Scale::True => self.settings.non_linearity / self.settings.curvature_prior,
-            Scale::Open | Scale::Held => 1.0,
+        // The priors let responses differ from plain scaling and from a weak non-linearity as the usual ones may at any scale of the drives; at the true
+        // one curvatures differ from the latter by less, or by as much as those of the stated chain.
+        let prior = self.settings.response_sizes;
+        let slope = sizes.slope / prior.slope;
+        let curvature = match self.scale {
+            Scale::True => sizes.non_linearity / prior.curvature,
+            Scale::Open | Scale::Held => sizes.curvature / prior.curvature,
         };
         let cube = |s: f64| s * s * s;
         let mean_cube = self.drive.iter().map(|s| cube(*s)).sum::<f64>() / self.drive.len() as f64;
         let taken: f64 =
             contributions.iter().map(|c| response.gain(c, &self.drive) * cube(self.drive[c.recording])).sum();
-        let third_order_m = self.settings.third_order_prior * rms_m * (mean_cube - taken);
-        slope_m.hypot(common * curvature_m).hypot(third_order_m)
+        let third_order_m = sizes.third_order * rms_m * (mean_cube - taken);
+        (slope * slope_m).hypot(curvature * curvature_m).hypot(third_order_m)
     }
 }
 

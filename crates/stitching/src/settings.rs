@@ -2,6 +2,7 @@
 
 use chainwave_measurement::ReadingError;
 
+use crate::response_sizes::ResponseSizes;
 use crate::stated_response::StatedResponse;
 
 /// What decides how the first body moves.
@@ -33,15 +34,8 @@ pub struct Settings {
     /// The same from view to view, in common for all trials of a view. It is found otherwise from how evenly the wave arrives at one body
     /// after the other, where at least ten views of one body each tell.
     pub view_trigger_sigma_s: Option<f64>,
-    /// How far a body's first-order response to the drive may differ from its motion, relative to its rms motion.
-    pub slope_prior: f64,
-    /// How far its second-order response may differ from none or, once the drives' scale is known, from what a weak non-linearity makes
-    /// of the first order; relative to its rms motion.
-    pub curvature_prior: f64,
-    /// How far it does differ from a weak non-linearity's, over a whole pulse and in all bodies of a view alike.
-    pub non_linearity: f64,
-    /// How large its third-order response, which is not fitted, may be, relative to its rms motion.
-    pub third_order_prior: f64,
+    /// How large responses to the drive are in any chain.
+    pub response_sizes: ResponseSizes,
     /// How the stated chain's bodies answer to the drive, body by body, which tells how far their onsets depart from proportion to it;
     /// empty where no chain is stated.
     pub stated_responses: Vec<StatedResponse>,
@@ -54,11 +48,7 @@ pub struct Settings {
 impl Settings {
     /// Usual settings for a chain of `n_bodies` that rests until the trigger, less `trigger_margin_s`.
     ///
-    /// The drives of repeated trials differ by less than 5 %. The response of a softening chain differs from plain scaling by
-    /// 0.01 to 0.45 of a body's rms motion, and curves by as much, with a third order of up to 0.35 (chain model of the paper, 0.83 to
-    /// 2.73 m/s, N = 12 and 26; the least where the strike is slow, the most in the last bodies). A drive's scale is found only within
-    /// some tenths, which adds to the first. The curvature differs from what a weak non-linearity makes of it by 0.001 to 0.13, one sign
-    /// over a whole pulse; the prior is wider, lest such a common error count as noise.
+    /// The drives of repeated trials differ by less than 5 %.
     pub fn new(n_bodies: usize, trigger_margin_s: f64) -> Self {
         Self {
             n_bodies,
@@ -68,19 +58,41 @@ impl Settings {
             first_body: FirstBody::Free,
             trigger_sigma_s: None,
             view_trigger_sigma_s: None,
-            slope_prior: 1.0,
-            curvature_prior: 0.5,
-            non_linearity: 0.15,
-            third_order_prior: 0.2,
+            response_sizes: ResponseSizes::USUAL,
             stated_responses: Vec::new(),
             reading_errors: Vec::new(),
             asked_errors: Vec::new(),
         }
     }
 
+    /// How large the responses of the body in a row are, as errors of its motion: the usual ones, and those of the stated chain where they are larger.
+    pub(crate) fn sizes_of(&self, row: usize) -> ResponseSizes {
+        let usual = self.response_sizes;
+        self.stated_responses.get(row).map_or(usual, |response| usual.at_least(response.sizes))
+    }
+
     /// How far a recording's trigger may be off before it was looked at, as a standard deviation: a frame where nothing is stated.
     pub(crate) fn trigger_prior_s(&self, frame_interval_s: f64) -> f64 {
         let of_trial_s = self.trigger_sigma_s.unwrap_or(frame_interval_s);
         of_trial_s.hypot(self.view_trigger_sigma_s.unwrap_or(0.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stated_response::ModelResponse;
+
+    #[test]
+    fn a_stated_chain_widens_what_is_usual_and_narrows_nothing() {
+        let silent =
+            ModelResponse { interval_s: 1e-5, furthest_m: 0.0, motion_m: Vec::new(), slope_m: Vec::new() };
+        let sizes = ResponseSizes { slope: 0.2, curvature: 0.1, non_linearity: 1.2, third_order: 3.5 };
+        let stated_responses = vec![StatedResponse { stated: silent, otherwise: Vec::new(), sizes }];
+        let settings = Settings { stated_responses, ..Settings::new(2, 0.0) };
+        let expected = ResponseSizes { non_linearity: 1.2, third_order: 3.5, ..ResponseSizes::USUAL };
+        assert_eq!(settings.sizes_of(0), expected);
+        // Of a body of which nothing is stated.
+        assert_eq!(settings.sizes_of(1), ResponseSizes::USUAL);
     }
 }

@@ -3,6 +3,8 @@
 use chainwave_measurement::Estimate;
 use nalgebra::{Matrix2, Vector2};
 
+use crate::response_sizes::ResponseSizes;
+
 /// The first body's onset ends when it has moved this share of its way. A shorter one knows beta worse, a longer one departs farther from proportion.
 pub(crate) const ONSET_SHARE: f64 = 0.1;
 /// Where no chain is stated: standard deviation of what the response of a softening chain leaves of proportion within the onset, as an error of beta over
@@ -34,6 +36,8 @@ pub struct StatedResponse {
     pub stated: ModelResponse,
     /// One for each thing that is left open.
     pub otherwise: Vec<ModelResponse>,
+    /// How large the response is, as stated, while the recordings last.
+    pub sizes: ResponseSizes,
 }
 
 /// How a body's slope departs from its motion over its onset: S = scale X + delay dX/dt.
