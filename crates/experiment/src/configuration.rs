@@ -1,5 +1,6 @@
 //! `experiment.toml` and `trials.csv`: what was done in the laboratory, and how to evaluate it.
 
+mod analysis;
 mod body_state;
 mod contact;
 mod drive;
@@ -25,6 +26,7 @@ use chainwave_mechanics::{Contacts, FarEnd, LinearChain, TableLaw};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 
+pub use self::analysis::Analysis;
 pub use self::body_state::BodyState;
 pub use self::contact::{Contact, ContactTable, Gaps, Law};
 pub(crate) use self::drive::at_rest;
@@ -318,11 +320,14 @@ impl Tracking {
     }
 }
 
+/// No machine holds the motion of more bodies.
+pub(crate) const MOST_BODIES: usize = 10_000_000;
+
 /// Reads a number of bodies that make a chain; refused here, a wrong one is shown with its line.
 fn several<'de, D: Deserializer<'de>>(number: D) -> Result<usize, D::Error> {
     match usize::deserialize(number)? {
-        found @ (0 | 1) => Err(D::Error::custom(format!("expected at least 2 bodies, found {found}"))),
-        n_bodies => Ok(n_bodies),
+        n_bodies @ 2..=MOST_BODIES => Ok(n_bodies),
+        found => Err(D::Error::custom(format!("expected 2 to {MOST_BODIES} bodies, found {found}"))),
     }
 }
 
@@ -366,51 +371,6 @@ mod named {
             Choice: FromStr<Err: Display>,
         {
             super::deserialize(name).map(Some)
-        }
-    }
-}
-
-/// What is evaluated.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Analysis {
-    /// The leading edge is where a gap first exceeds this fraction of its peak.
-    pub edge_fraction: f64,
-    /// First gap of the fit of the group velocity.
-    pub first_gap: Option<usize>,
-    /// Last gap of the fit of the group velocity.
-    pub last_gap: Option<usize>,
-    /// Times of the strain profiles; where none are named, those at which the pulse has passed a quarter, half and three quarters of the
-    /// gaps that it was seen in.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub profile_times_s: Option<Vec<f64>>,
-    /// Replicas of the measured motion behind each uncertainty.
-    pub n_replicas: usize,
-    /// Seed of the replicas' noise.
-    pub seed: u64,
-    /// Whether c_d and c_s are fitted; without them no chain model stands beside the motion.
-    #[serde(skip_serializing_if = "is_wanted")]
-    pub fits: bool,
-    /// Whether pulses are followed one by one.
-    #[serde(skip_serializing_if = "is_wanted")]
-    pub pulses: bool,
-}
-
-fn is_wanted(wanted: &bool) -> bool {
-    *wanted
-}
-
-impl Default for Analysis {
-    fn default() -> Self {
-        Self {
-            edge_fraction: 0.1,
-            first_gap: None,
-            last_gap: None,
-            profile_times_s: None,
-            n_replicas: 200,
-            seed: 1,
-            fits: true,
-            pulses: true,
         }
     }
 }
@@ -567,7 +527,7 @@ impl Experiment {
         far_end(self.far_end, self.far_striker.as_ref())
     }
 
-    /// Refuses what is no chain's.
+    /// Refuses what is no chain's, and what cannot be asked of it.
     fn check_chain(&self) -> Result<(), Error> {
         let chain = &self.chain;
         chain.masses_kg()?;
@@ -577,6 +537,7 @@ impl Experiment {
         self.ground_law()?;
         self.contact.contacts(chain.n_bodies)?;
         self.far_end()?;
+        self.analysis.check(chain.n_bodies - 1)?;
         self.check_drive()
     }
 }

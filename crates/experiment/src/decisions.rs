@@ -20,6 +20,7 @@ use crate::configuration::{Experiment, Law};
 use crate::damping::StatedDamping;
 use crate::evaluation::{Evaluation, assumed_by_fits};
 use crate::notices::farthest_drive;
+use crate::picture_geometry::PICTURE_GEOMETRY;
 use crate::setup::Setup;
 use crate::standing::{Standing, Standings};
 use crate::tracked::Tracked;
@@ -63,6 +64,7 @@ pub(crate) fn decide(setup: &Setup, tracked: &Tracked, evaluation: &Evaluation) 
         shape_function(experiment),
         motion(&setup.map, tracked),
         camera(evaluation),
+        geometry(evaluation),
         stages(tracked),
         left_out(evaluation),
         drives(experiment, evaluation),
@@ -239,6 +241,18 @@ fn camera(evaluation: &Evaluation) -> Decision {
     }
     let size = format!("less than {:.3} um (95 %) along the chain", 1e6 * upper(departure.size));
     Decision::by(rule, "none", told(departure, &size))
+}
+
+fn geometry(evaluation: &Evaluation) -> Decision {
+    let rule = plain(
+        "geometry of the pictures",
+        "a perspective along the picture, a radial distortion, or both, where places at rest or the motion of bodies that several views show tell it: by nine of \
+         chi squared for each number beside views that are magnified each for itself, or by five standard deviations; a calibration by a board stays",
+    );
+    match evaluation.of_camera.iter().find(|finding| finding.code == PICTURE_GEOMETRY) {
+        Some(finding) => Decision::by(rule, "mapped as bodies tell it", finding.text.clone()),
+        None => Decision::by(rule, "as stated", "no body that several views show contradicts it"),
+    }
 }
 
 /// Positions of a body across the chain, in metres.

@@ -52,7 +52,7 @@ pub struct Evaluation {
     /// Whether the camera moves.
     pub(crate) steadying: Steadying,
     /// What of the camera is shared by frames and trials: its motion, its scale, and what lies on its sensor.
-    of_camera: Vec<Finding>,
+    pub(crate) of_camera: Vec<Finding>,
     /// What recordings had amiss that was put right.
     notices: Vec<Finding>,
     /// What the bodies do besides moving along the chain.

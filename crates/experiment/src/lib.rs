@@ -47,6 +47,7 @@ mod film;
 mod finding;
 mod follow;
 mod frame_steps;
+mod geometry_at_rest;
 mod joining;
 mod joint;
 mod key;

@@ -5,18 +5,19 @@
 //! are asked for when recordings are merged, of which drives, triggers and the motion are free: a scale that grows evenly along the picture, and
 //! one that grows with the square of the distance from its middle. Where bodies show one or both, the pictures are mapped anew.
 
-mod at_rest;
-
 use chainwave_camera::{Calibration, Lens, MapError, PlaneMap};
 use chainwave_measurement::{BodyTrack, Estimate, Observation, ReadingError, TrackError};
 use chainwave_stitching::ShownByBody;
 use nalgebra::{Matrix2, Vector2};
 
-pub(crate) use self::at_rest::{Bent, bent};
 use crate::calibration::{ChainMap, middle_px};
 use crate::finding::Finding;
+use crate::geometry_at_rest::Bent;
 use crate::tracked::TrackedRecording;
 use crate::tracks::Coordinate;
+
+/// The kind of the finding that says what was told.
+pub(crate) const PICTURE_GEOMETRY: &str = "picture_geometry";
 
 /// What the geometry of pictures adds to the scale at their edges, relative to that in their middle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -200,7 +201,7 @@ impl PictureGeometry {
         ];
         let said: Vec<String> = shapes.into_iter().flatten().collect();
         Finding {
-            code: "picture_geometry",
+            code: PICTURE_GEOMETRY,
             subject: "the pictures' geometry".into(),
             text: format!(
                 "by the places and the motion of bodies that several views show, {}. Places were mapped so, with the uncertainty of that; the scale in the middle \

@@ -63,6 +63,8 @@ pub(crate) struct ScaleCheck {
 pub(crate) struct StatedScale {
     /// Standard uncertainty of a position of the stage, in metres.
     pub(crate) stage_sigma_m: Option<f64>,
+    /// Metres for a pixel.
+    pub(crate) m_per_px: f64,
     /// Standard uncertainty of the scale that all views have in common, relative to it.
     pub(crate) sigma: f64,
     /// Standard deviation of a view's scale about that, relative to it.

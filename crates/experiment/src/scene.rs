@@ -8,7 +8,7 @@ use chainwave_mechanics::{Bodies, Chain, Integration, Method, Schedule};
 use serde::Deserialize;
 
 use crate::configuration::{
-    Contact, DriveTable, FarEndTable, FarStrikerTable, GroundTable, Pattern, at_rest, far_end,
+    Contact, DriveTable, FarEndTable, FarStrikerTable, GroundTable, MOST_BODIES, Pattern, at_rest, far_end,
 };
 use crate::error::Error;
 use crate::numbers::{NotNegative, Positive};
@@ -101,8 +101,9 @@ impl ChainScene {
     /// A text that is no scene of this model.
     pub fn parse(path: &Path, text: &str) -> Result<Self, Error> {
         let scene: Self = toml::from_str(text).map_err(|wrong| configuration(path, wrong.to_string()))?;
-        if scene.n_bodies == 0 {
-            return Err(configuration(path, "n_bodies: expected at least 1, found 0".into()));
+        if !(1..=MOST_BODIES).contains(&scene.n_bodies) {
+            let found = format!("n_bodies: expected 1 to {MOST_BODIES}, found {}", scene.n_bodies);
+            return Err(configuration(path, found));
         }
         Ok(scene)
     }

@@ -17,8 +17,8 @@ use chainwave_stitching::{StageStep, refine_stages};
 use crate::calibration::ChainMap;
 use crate::configuration::Trial;
 use crate::error::Error;
+use crate::geometry_at_rest::{Bent, bent};
 use crate::numbers::{NotNegative, Positive};
-use crate::picture_geometry::{Bent, bent};
 use crate::scale::{ScaleCheck, SharedBody, StatedScale};
 use crate::setup::Setup;
 use crate::view::{bodies_in_view, frames_at_rest};
@@ -175,6 +175,7 @@ fn stated_scale(setup: &Setup, views: &[View]) -> StatedScale {
     let scale = setup.map.m_per_px();
     StatedScale {
         stage_sigma_m: stage_sigma_m(setup),
+        m_per_px: scale.value,
         sigma: scale.sigma / scale.value,
         view_sigma: setup.experiment.camera.view_scale_sigma.map(Positive::get),
         views: views.iter().map(|view| view.number).collect(),

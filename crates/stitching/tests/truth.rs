@@ -213,8 +213,8 @@ fn an_error_that_the_trials_of_a_view_share_moves_what_it_is_said_to_move() {
     assert_eq!(stated.motion.n_trials, plain.motion.n_trials);
 }
 
-/// Readings of a view's bodies that are larger by a share which grows along its picture, the same in all views: a camera that is turned. Drives may
-/// take a part of it, and the bodies that two views share tell the rest.
+/// Readings that grow with the square of the way, at the one end of a view's picture, and shrink so at the other: no drive does that, and
+/// the bodies that two views share tell it.
 #[test]
 fn how_much_readings_show_of_an_asked_error_is_told() {
     const AMPLITUDE: f64 = 1.3;
@@ -222,7 +222,7 @@ fn how_much_readings_show_of_an_asked_error_is_told() {
         let first = observation.bodies.iter().map(|track| track.body).min().unwrap();
         let of_track = |track: &BodyTrack| {
             let along = (track.body - first) as f64 - 1.0;
-            let square = |x: &Option<Estimate>| 1e-3 * along * along * x.map_or(0.0, |x| x.value);
+            let square = |x: &Option<Estimate>| 0.1 * along * x.map_or(0.0, |x| x.value.powi(2));
             TrackError {
                 recording: observation.recording.clone(),
                 body: track.body,

@@ -30,7 +30,7 @@ const FILES: [(&str, &[Table]); 3] = [
             ("`[camera.marks]`", EXPERIMENT, "struct Marks"),
             ("`[tracking]`", EXPERIMENT, "struct Tracking"),
             ("`[trigger]`", EXPERIMENT, "struct Trigger"),
-            ("`[analysis]`", EXPERIMENT, "struct Analysis"),
+            ("`[analysis]`", "crates/experiment/src/configuration/analysis.rs", "struct Analysis"),
             ("`[synthetic]`: what is filmed", EXPERIMENT, "struct Synthetic"),
             ("`[synthetic.chain]`", "crates/experiment/src/configuration/true_chain.rs", "struct TrueChain"),
             ("`[synthetic.rings]`", "crates/experiment/src/configuration/rings.rs", "struct FilmedRings"),
@@ -45,6 +45,11 @@ const FILES: [(&str, &[Table]); 3] = [
             ("`[synthetic.camera.lighting]`", "crates/synthetic/src/lighting.rs", "struct Lighting"),
             ("`[synthetic.camera.effects]`", EFFECTS, "struct Effects"),
             ("`[synthetic.camera.effects.fixed_pattern]`", SENSOR_MAP, "struct FixedPattern"),
+            (
+                "`[synthetic.camera.effects.line_noise]`",
+                "crates/synthetic/src/effects/line_noise.rs",
+                "struct LineNoise",
+            ),
             ("`[synthetic.camera.effects.defective_pixels]`", SENSOR_MAP, "struct DefectivePixels"),
             (
                 "`[synthetic.camera.effects.reflections]`",

@@ -29,7 +29,7 @@ const MOST_STEPS: usize = 16;
 /// Frames of a recording that are looked at, at least, where it has so many.
 const LEAST_READINGS: usize = 64;
 /// Standard deviations that a ratio is above 1 by chance.
-const BY_CHANCE: f64 = 2.0;
+const BY_CHANCE: f64 = 3.0;
 /// Readings before and after a frame that tell its variance, to a tenth.
 const NEAR: usize = 2;
 
@@ -46,9 +46,11 @@ impl Alike {
     /// Enlarges the sigmas of a track; none is made smaller.
     pub(crate) fn widen(mut self, positions: &mut [Result<Position, Lost>]) {
         self.readings.sort_by_key(|(frame, _)| *frame);
+        let of_all = [0, 1].map(|axis| Ratio::of(&self.readings, axis));
         for (frame, position) in positions.iter_mut().enumerate() {
             let Ok(position) = position else { continue };
-            let [x, y] = self.near(frame);
+            let near = self.near(frame);
+            let [x, y] = [0, 1].map(|axis| Ratio::of(near, axis).factor(&of_all[axis]));
             position.x_px.sigma *= x;
             position.y_px.sigma *= y;
             if let Some(theta_rad) = &mut position.theta_rad {
@@ -57,20 +59,35 @@ impl Alike {
         }
     }
 
-    /// What the readings around a frame make of a sigma.
-    fn near(&self, frame: usize) -> [f64; 2] {
+    /// The readings around a frame.
+    fn near(&self, frame: usize) -> &[(usize, Reading)] {
         let next = self.readings.partition_point(|(at, _)| *at < frame);
-        let near = &self.readings[next.saturating_sub(NEAR)..(next + NEAR + 1).min(self.readings.len())];
-        let n = near.len() as f64;
-        [0, 1].map(|axis| {
-            let ratio = |(_, one): &(usize, Reading)| one.variance_px2[axis] / one.sigma_px[axis].powi(2);
-            let chance = |(_, one): &(usize, Reading)| {
-                one.scatter[axis] * (1.0 / n + (1.0 - 1.0 / n) * one.of_reference.powi(2)).sqrt()
-            };
-            let mean = |of: &dyn Fn(&(usize, Reading)) -> f64| near.iter().map(of).sum::<f64>() / n;
-            let ratio = mean(&ratio);
-            // without a reading neither is a number
-            if ratio > 1.0 + BY_CHANCE * mean(&chance) { ratio.sqrt() } else { 1.0 }
-        })
+        &self.readings[next.saturating_sub(NEAR)..(next + NEAR + 1).min(self.readings.len())]
+    }
+}
+
+/// The variance by structure over that stated, in the mean of some readings, and how far it is off 1 by chance, as a standard deviation.
+struct Ratio {
+    mean: f64,
+    chance: f64,
+}
+
+impl Ratio {
+    /// Of none, neither is a number.
+    fn of(readings: &[(usize, Reading)], axis: usize) -> Self {
+        let n = readings.len() as f64;
+        let mean = |of: &dyn Fn(&Reading) -> f64| readings.iter().map(|(_, one)| of(one)).sum::<f64>() / n;
+        let chance =
+            |one: &Reading| one.scatter[axis] * (1.0 / n + (1.0 - 1.0 / n) * one.of_reference.powi(2)).sqrt();
+        Self { mean: mean(&|one| one.variance_px2[axis] / one.sigma_px[axis].powi(2)), chance: mean(&chance) }
+    }
+
+    fn is_beyond_chance(&self) -> bool {
+        self.mean > 1.0 + BY_CHANCE * self.chance
+    }
+
+    /// What a sigma grows by where these readings are near: where they, or all of the track, are no white noise's.
+    fn factor(&self, of_all: &Self) -> f64 {
+        if self.is_beyond_chance() || of_all.is_beyond_chance() { self.mean.max(1.0).sqrt() } else { 1.0 }
     }
 }

@@ -16,8 +16,8 @@ use crate::scale::{SIZE_SIGMA, SharedBody, StatedScale, USUAL_STAGE_SIGMA_M};
 const CHARGE: f64 = 9.0;
 /// How much of each shape a camera has at the farthest body where nothing tells it, as a standard deviation: some tenths of a degree from near.
 const USUAL_SHAPE: f64 = 1e-3;
-/// Least standard uncertainty of a place at rest: interpolation moves a marker by some thousandths of a pixel of 0.3 mm.
-const PLACE_SIGMA_M: f64 = 5e-7;
+/// Least standard uncertainty of a place at rest, in pixels: interpolation moves a marker by some thousandths.
+const PLACE_SIGMA_PX: f64 = 2e-3;
 
 /// What makes bodies lie elsewhere than one scale for all pictures has them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -105,7 +105,7 @@ impl Equations {
                 .map(|one| Estimate::new(one.found_m.value - one.stated_m, one.found_m.sigma))
                 .collect();
             let sizes: Vec<Estimate> = trials.iter().filter_map(|one| one.magnified).collect();
-            let longer_m = mean(&longer, PLACE_SIGMA_M)?;
+            let longer_m = mean(&longer, PLACE_SIGMA_PX * stated.m_per_px)?;
             let second_m = first_m - trials[0].stated_m - longer_m.value;
             let larger = mean(&sizes, SIZE_SIGMA);
             Some(Row {
