@@ -327,7 +327,8 @@ pub(crate) const MOST_BODIES: usize = 10_000_000;
 fn several<'de, D: Deserializer<'de>>(number: D) -> Result<usize, D::Error> {
     match usize::deserialize(number)? {
         n_bodies @ 2..=MOST_BODIES => Ok(n_bodies),
-        found => Err(D::Error::custom(format!("expected 2 to {MOST_BODIES} bodies, found {found}"))),
+        found @ (0 | 1) => Err(D::Error::custom(format!("expected at least 2 bodies, found {found}"))),
+        found => Err(D::Error::custom(format!("expected at most {MOST_BODIES} bodies, found {found}"))),
     }
 }
 

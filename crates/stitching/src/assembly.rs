@@ -57,7 +57,8 @@ impl AlignmentState<'_> {
             .map(|r| self.alignment(r, field, &directions, scale_sigma, bent_delay_s))
             .collect();
         let spread = self.spread(field, &ratios);
-        Ok((motion, alignments, spread, of_means, self.shown(field, errors)))
+        // What is asked for beside the motion ends no merging.
+        Ok((motion, alignments, spread, of_means, self.shown(field).unwrap_or_default()))
     }
 
     fn alignment(

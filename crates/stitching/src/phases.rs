@@ -10,7 +10,7 @@ use crate::error::StitchingError;
 use crate::fitted::Fitted;
 use crate::gauge::{Exchange, closed_directions};
 use crate::modes::AlignmentErrors;
-use crate::normal_equations::{NormalEquations, Prior};
+use crate::normal_equations::{NormalEquations, Prior, Solved};
 use crate::settings::Settings;
 use crate::state::{AlignmentState, Scale};
 use crate::stitched::{AlignmentPhase, Stitched, Unsettled};
@@ -188,8 +188,8 @@ impl AlignmentState<'_> {
         (course.unsettled(phase), course.left(self.frame_interval_s, self.settings.drive_prior))
     }
 
-    /// One joint least-squares step for all drives and offsets.
-    fn align(&mut self, field: &Fitted) -> Result<Step, StitchingError> {
+    /// The joint least squares for all drives and offsets.
+    pub(crate) fn solved(&self, field: &Fitted) -> Result<Solved, StitchingError> {
         let n = self.observations.len();
         let mut equations = NormalEquations::new(n);
         for (contributions, response) in field.iter().flatten().filter(|(all, _)| all.len() > 1) {
@@ -199,9 +199,15 @@ impl AlignmentState<'_> {
             offset_s: self.settings.trigger_prior_s(self.frame_interval_s),
             drive: self.settings.drive_prior,
         };
-        let solved = equations
+        equations
             .solve(&self.drive, &self.offsets_s, prior)
-            .ok_or(StitchingError::Singular { n_recordings: n })?;
+            .ok_or(StitchingError::Singular { n_recordings: n })
+    }
+
+    /// One step by it.
+    fn align(&mut self, field: &Fitted) -> Result<Step, StitchingError> {
+        let n = self.observations.len();
+        let solved = self.solved(field)?;
         let closed = match self.scale {
             Scale::Open => None,
             Scale::Held => closed_directions(&self.drive, &solved.covariance, 2),

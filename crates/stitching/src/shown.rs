@@ -4,8 +4,8 @@ use chainwave_measurement::ReadingError;
 use nalgebra::{DMatrix, DVector};
 
 use crate::body_response::Contribution;
+use crate::error::StitchingError;
 use crate::fitted::Fitted;
-use crate::modes::AlignmentErrors;
 use crate::normal_equations::error_sensitivity;
 use crate::reading_error::{RowError, on_time_base};
 use crate::state::AlignmentState;
@@ -27,8 +27,14 @@ pub struct ShownByBody {
 
 impl AlignmentState<'_> {
     /// What each body that any of the errors moves shows of them.
-    pub(crate) fn shown(&self, field: &Fitted, errors: &AlignmentErrors) -> Vec<ShownByBody> {
+    ///
+    /// # Errors
+    /// [`StitchingError::Singular`] where the alignment cannot be solved.
+    pub(crate) fn shown(&self, field: &Fitted) -> Result<Vec<ShownByBody>, StitchingError> {
         let asked = &self.settings.asked_errors;
+        if asked.is_empty() {
+            return Ok(Vec::new());
+        }
         let of_error =
             |error: &ReadingError| on_time_base(error, self.observations, &self.offsets_s, &self.times_s);
         let of_errors: Vec<Vec<RowError>> = asked.iter().map(of_error).collect();
@@ -44,8 +50,10 @@ impl AlignmentState<'_> {
         let rows: Vec<usize> =
             (0..field.len()).filter(|row| (0..asked.len()).any(|k| at(k, *row).is_some())).collect();
         let of_rows: Vec<DMatrix<f64>> = rows.iter().map(|row| sensitivity(*row)).collect();
-        let Some(whole) = of_rows.iter().cloned().reduce(|sum, one| sum + one) else { return Vec::new() };
-        let followed = &errors.covariance * whole;
+        let Some(whole) = of_rows.iter().cloned().reduce(|sum, one| sum + one) else { return Ok(Vec::new()) };
+        // By the whole matrix, noise in the responses and all: what is left of an error then is never less than nothing.
+        let singular = || StitchingError::Singular { n_recordings: self.drive.len() };
+        let followed = self.solved(field)?.matrix.cholesky().ok_or_else(singular)?.solve(&whole);
         let shows = |(row, own): (&usize, &DMatrix<f64>)| {
             let (matrix, right_side, of_alignment) =
                 self.own_equations(field, *row, asked.len(), |k, r, i| {
@@ -57,7 +65,7 @@ impl AlignmentState<'_> {
                 right_side: right_side - followed.transpose() * of_alignment,
             }
         };
-        rows.iter().zip(&of_rows).map(shows).collect()
+        Ok(rows.iter().zip(&of_rows).map(shows).collect())
     }
 
     /// The equations of the amplitudes alone, from the residuals of one body, and the right side of the alignment's from the same.

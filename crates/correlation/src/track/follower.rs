@@ -42,6 +42,8 @@ pub(crate) struct Follower<'a> {
     pub(crate) alike: Alike,
 }
 
+/// Share of interpolation in a residual from which on that does not tell how noise and patterns are alike.
+const INTERPOLATED: f64 = 0.02;
 /// What the whole subset leaves over what its match left, beyond which a part of it was hidden then.
 const HIDDEN: f64 = 2.0;
 
@@ -229,8 +231,10 @@ impl<'a> Follower<'a> {
         }
         let Matcher { window, workspace, .. } = &mut self.matcher;
         let Some((compared, residual)) = subset.compare(window, &warp, workspace) else { return };
-        // what an obstacle hides was left out of the match
-        if noise_ratio(subset, &residual) > HIDDEN * found.noise_ratio {
+        // What interpolation leaves is as smooth as the texture, and stated elsewhere; and what an obstacle hides was left out of the match.
+        let of_interpolation = residual.gain_of_scene().powi(2) * residual.of_interpolation.energy;
+        let is_interpolated = of_interpolation > INTERPOLATED * residual.sum_of_squares;
+        if is_interpolated || noise_ratio(subset, &residual) > HIDDEN * found.noise_ratio {
             return;
         }
         let residuals = subset.residuals(&compared, workspace);
