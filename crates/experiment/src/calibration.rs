@@ -212,7 +212,7 @@ impl ChainMap {
     }
 
     /// How far from the middle of a picture of a size stands what is seen so far from it by the scale there, in metres.
-    pub(crate) fn from_middle_m(&self, seen_m: f64, (width_px, height_px): (usize, usize)) -> f64 {
+    pub(crate) fn place_from_middle_m(&self, seen_m: f64, (width_px, height_px): (usize, usize)) -> f64 {
         let [x_px, y_px] = middle_px(width_px, height_px);
         let m_per_px = self.of_chain.m_per_px([x_px, y_px]).value;
         let at_m = |x_px: f64| self.of_chain.map.position_m([x_px, y_px])[0];

@@ -95,7 +95,8 @@ impl<'a> Joint<'a> {
         let observations: Vec<Observation> =
             recordings.iter().zip(&tracked.observations).map(read_again).collect();
         let setup = Setup { map: geometry.map(&setup.map, first.picture_px), ..setup.clone() };
-        let scale = tracked.stages.scale_by(|place_m| setup.map.from_middle_m(place_m, first.picture_px));
+        let scale =
+            tracked.stages.scale_by(|place_m| setup.map.place_from_middle_m(place_m, first.picture_px));
         let joint = Self::by_map(Cow::Owned(setup), stated, scale, &recordings, &observations, settings)?;
         let geometry_errors = geometry.errors(&tracked.recordings, &joint.as_read);
         Ok(Self { geometry: Some(geometry), geometry_errors, ..joint })

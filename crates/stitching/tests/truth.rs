@@ -217,7 +217,8 @@ fn an_error_that_the_trials_of_a_view_share_moves_what_it_is_said_to_move() {
 /// the bodies that two views share tell it.
 #[test]
 fn how_much_readings_show_of_an_asked_error_is_told() {
-    const AMPLITUDE: f64 = 1.3;
+    // 2 um of 14 mm, six times what is known of it: of a larger one a first step leaves what is of second order.
+    const AMPLITUDE: f64 = 0.1;
     let shape = |observation: &Observation| -> Vec<TrackError> {
         let first = observation.bodies.iter().map(|track| track.body).min().unwrap();
         let of_track = |track: &BodyTrack| {
@@ -255,8 +256,8 @@ fn how_much_readings_show_of_an_asked_error_is_told() {
         assert!(alone.matrix[(0, 0)] < 0.05 * matrix, "{alone:?} of {matrix}");
     }
     assert_eq!(n_bodies, N_BODIES * n as usize);
-    // Chi squared of 40: 40 +- 9; readings between frames share noise with their neighbours, which makes up to a half more of it.
-    assert!((0.4..2.2).contains(&(squares / f64::from(n as u32))), "{}", squares / f64::from(n as u32));
+    // Chi squared of 40 is 40 +- 9, within 4.5 of them below and, as readings between frames share noise with their neighbours, half as much again.
+    assert!((0.1..3.0).contains(&(squares / f64::from(n as u32))), "{}", squares / f64::from(n as u32));
 }
 
 #[test]
