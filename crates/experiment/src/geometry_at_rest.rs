@@ -7,6 +7,7 @@
 
 use std::collections::BTreeMap;
 
+use chainwave_analysis::probability::{student, variance_ratio_beyond};
 use chainwave_measurement::Estimate;
 use nalgebra::{DMatrix, DVector};
 
@@ -14,6 +15,8 @@ use crate::scale::{SIZE_SIGMA, SharedBody, StatedScale, USUAL_STAGE_SIGMA_M};
 
 /// What an explanation of the places is charged for each number that it needs, in chi squared: three standard deviations.
 const CHARGE: f64 = 9.0;
+/// Rate at which square cameras with good lenses are taken for others, where what their places are off by is noise of any size.
+const LEVEL: f64 = 0.01;
 /// How much of each shape a camera has at the farthest body where nothing tells it, as a standard deviation: some tenths of a degree from near.
 const USUAL_SHAPE: f64 = 1e-3;
 /// Least standard uncertainty of a place at rest, in pixels: interpolation moves a marker by some thousandths.
@@ -55,12 +58,21 @@ pub(crate) fn bent(shared: &[SharedBody], stated: &StatedScale) -> Option<Bent> 
         charged(*a).unwrap_or(f64::INFINITY).total_cmp(&charged(*b).unwrap_or(f64::INFINITY))
     })?;
     let Cause::Geometry { tilt, lens } = best else { return None };
+    // What few places leave may be small by chance, and large where pictures have errors that nobody stated.
+    let of = |cause: Cause| solved.iter().find(|one| one.cause == cause);
+    let (plain, bent) = (of(Cause::None)?, of(best)?);
+    let own = bent.n_own as f64;
+    let explained = (plain.chi_squared - bent.chi_squared) / own / per_freedom(bent).max(1.0);
+    if variance_ratio_beyond(explained, own, bent.freedom as f64) > LEVEL {
+        return None;
+    }
     // Where the other shape explains as much, either may be behind it.
     let other = charged(geometry(lens, tilt)).unwrap_or(f64::INFINITY);
     let is_clear = tilt == lens || other - charged(best)? > CHARGE;
     let cause = if is_clear { best } else { geometry(true, true) };
-    let found = solved.iter().find(|one| one.cause == cause)?;
-    let covariance = found.bent.covariance.map(|row| row.map(|value| value * scatter));
+    let found = of(cause)?;
+    let few = (student(Estimate::COVERAGE_95, found.freedom as f64) / Estimate::COVERAGE_95).powi(2);
+    let covariance = found.bent.covariance.map(|row| row.map(|value| value * scatter * few));
     Some(Bent { values: found.bent.values, covariance })
 }
 

@@ -34,6 +34,8 @@ pub(crate) struct PictureGeometry {
 const TOLD: f64 = 5.0;
 /// Standard deviations by which a geometry that was told changes for the last time.
 const REFINED: f64 = 0.2;
+/// Bodies beyond the number of shapes, at least, that tell these by their motion: fewer do not tell their own errors from them.
+const LEAST_FREEDOM: f64 = 1.5;
 /// What a second shape takes from chi squared, at least, where one is told: four standard deviations.
 const SECOND: f64 = 16.0;
 /// Amplitude by which readings are asked for a shape: far below what bends, and above rounding.
@@ -270,8 +272,9 @@ impl Amplitudes {
         // A body's own errors, which all its readings share, are no noise of single readings: bodies scatter by them (R. White, Econometrica 48
         // (1980) 817, by groups).
         let n_shapes = keep.trace();
-        let n_bodies = bodies.iter().filter(|(matrix, _)| matrix.trace() > 0.0).count() as f64;
-        if n_bodies <= n_shapes {
+        let weights = || bodies.iter().map(|(matrix, _)| matrix.trace());
+        let n_bodies = weights().sum::<f64>().powi(2) / weights().map(|weight| weight * weight).sum::<f64>();
+        if n_bodies.is_nan() || n_bodies < n_shapes + LEAST_FREEDOM {
             return None;
         }
         let left = |(matrix, right_side): &(Matrix2<f64>, Vector2<f64>)| right_side - matrix * values;
