@@ -111,7 +111,7 @@ impl<'a> Joint<'a> {
         settings: &Settings,
     ) -> Result<Self, Error> {
         // A recording of other bodies than it is taken for would move the camera.
-        let (sound, left_out) = sound(all, settings);
+        let (sound, left_out) = sound(all, &Settings { asked_errors: Vec::new(), ..settings.clone() });
         let mut as_read = chosen(all, &sound);
         let mut steadying = Steadying::of(&setup.experiment, stated, &as_read, &scale);
         let mut observations = steadying.steadied(as_read.clone());
