@@ -168,7 +168,11 @@ fn unknown_format(candidate: &Candidate) -> CameraError {
     CameraError::UnknownFormat {
         path: candidate.path.into(),
         found: match (candidate.is_folder, first.is_empty()) {
-            (true, _) => "a folder".into(),
+            (true, _) => match recordings_within(candidate.path) {
+                0 => "a folder".into(),
+                1 => "a folder that holds a recording: name that".into(),
+                n => format!("a folder that holds {n} recordings: name one of them"),
+            },
             (false, true) => "an empty file".into(),
             (false, false) => format!("bytes {}", first.join(" ")),
         },
@@ -177,4 +181,12 @@ fn unknown_format(candidate: &Candidate) -> CameraError {
             names.join("; ")
         ),
     }
+}
+
+/// How many files of a folder one format reads each by itself.
+fn recordings_within(folder: &Path) -> usize {
+    let is_recording = |path: &PathBuf| {
+        Candidate::read(path).is_ok_and(|file| FORMATS.iter().any(|format| (format.recognises)(&file)))
+    };
+    candidate::files_in(folder).map_or(0, |files| files.iter().filter(|path| is_recording(path)).count())
 }

@@ -23,8 +23,9 @@ use crate::error::Error;
 use crate::kept::digest;
 use crate::on_demand;
 use crate::outcome::Outcome;
-use crate::output::{make_folder, read_text, write_json, write_whole};
+use crate::output::{make_folder, write_json, write_whole};
 use crate::terminal::say;
+use chainwave_experiment::read_toml;
 
 /// The file of an RO-Crate that says what is in it.
 const METADATA: &str = "ro-crate-metadata.json";
@@ -142,7 +143,7 @@ fn provenance(results: &Path) -> Result<Provenance, Error> {
             results.display()
         )));
     }
-    toml::from_str(&read_text(&path)?).map_err(|wrong| Error::configuration(&path, wrong.to_string()))
+    Ok(read_toml(&path)?)
 }
 
 /// Makes the folder; one that holds anything is refused, so that nothing is overwritten and nothing foreign is archived.

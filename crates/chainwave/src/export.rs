@@ -10,9 +10,10 @@ use crate::cli;
 use crate::error::Error;
 use crate::mat::{Field, Structure};
 use crate::outcome::Outcome;
-use crate::output::{expect_apart, expect_folder_of, make_folder, read_text, write_whole};
+use crate::output::{expect_apart, expect_folder_of, make_folder, write_whole};
 use crate::terminal::say;
 use crate::{mat, table};
+use chainwave_experiment::read_text;
 
 /// Writes a table, or all tables of a folder, in the format that the ending of `--out` names.
 pub(crate) fn export(arguments: &cli::Export) -> Result<Outcome, Error> {

@@ -8,8 +8,8 @@ use chainwave_figures::{Draw, Format, Picture, Style};
 use crate::cli::{self, FigureFormat};
 use crate::error::Error;
 use crate::outcome::Outcome;
-use crate::output::read_text;
 use crate::terminal::say;
+use chainwave_experiment::read_toml;
 
 /// Draws the figures that are kept in a folder and the folders in it; one that cannot be drawn is named, and the others are there.
 pub(crate) fn figures(arguments: &cli::Figures) -> Result<Outcome, Error> {
@@ -57,8 +57,7 @@ fn say(results: &Path, n_drawn: usize, format: &[FigureFormat]) {
 }
 
 fn read_style(path: &Path) -> Result<Style, Error> {
-    let style: Style =
-        toml::from_str(&read_text(path)?).map_err(|wrong| Error::configuration(path, wrong.to_string()))?;
+    let style: Style = read_toml(path)?;
     style.check().map_err(|wrong| Error::configuration(path, wrong.to_string()))?;
     Ok(style)
 }

@@ -13,13 +13,16 @@ use tiff::encoder::{TiffEncoder, colortype::Gray16};
 use crate::cli::Inspect;
 use crate::error::Error;
 use crate::outcome::Outcome;
-use crate::output::{expect_apart, write_whole};
+use crate::output::{expect_apart, expect_folder_of, write_whole};
 use crate::terminal::{answer, is_json, say};
 
 /// Prints a recording's facts, and writes one of its frames where that is asked.
 pub(crate) fn inspect(arguments: &Inspect) -> Result<Outcome, Error> {
     if let Some(out) = &arguments.out {
         expect_tiff(out)?;
+    }
+    for written in arguments.out.iter().chain(&arguments.sheet) {
+        expect_folder_of(written)?;
     }
     let frame = arguments.out.iter().map(|path| ("the frame", path.clone()));
     let sheet = arguments.sheet.iter().map(|path| ("the sheet", path.clone()));

@@ -83,11 +83,6 @@ pub(crate) fn make_folder(path: &Path) -> Result<(), Error> {
     fs::create_dir_all(path).map_err(Error::file(path, "make the folder"))
 }
 
-/// Reads a text file.
-pub(crate) fn read_text(path: &Path) -> Result<String, Error> {
-    fs::read_to_string(path).map_err(Error::file(path, "read"))
-}
-
 /// Reads a file of any kind.
 pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, Error> {
     fs::read(path).map_err(Error::file(path, "read"))

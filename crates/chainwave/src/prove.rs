@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 use chainwave_experiment::{
     CameraEffect, EVALUATION_VERSION, Experiment, FAULT_KINDS, Fault, OtherChain, Protocol, Setup, Table,
-    Trial, WrongChain,
+    Trial, WrongChain, read_text,
 };
 
 use self::by_kind::Kinds;
@@ -27,7 +27,7 @@ use crate::cli;
 use crate::error::Error;
 use crate::kept::{KeptFolder, Part, digest};
 use crate::outcome::Outcome;
-use crate::output::{read_text, remove_unfinished, write_text};
+use crate::output::{remove_unfinished, write_text};
 use crate::parallel::threads;
 use crate::progress;
 use crate::run::name_failed;

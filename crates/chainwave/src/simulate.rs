@@ -7,7 +7,7 @@ mod velocities;
 use std::path::Path;
 use std::time::Instant;
 
-use chainwave_experiment::{ChainScene, SimulationSummary, simulated_table};
+use chainwave_experiment::{ChainScene, SimulationSummary, read_text, simulated_table};
 use chainwave_measurement::Trajectory;
 use chainwave_mechanics::{Drive, Simulation};
 use serde_json::json;
@@ -15,7 +15,7 @@ use serde_json::json;
 use crate::cli;
 use crate::error::Error;
 use crate::outcome::Outcome;
-use crate::output::{expect_apart, read_text, write_text};
+use crate::output::{expect_apart, write_text};
 use crate::table::{self, column};
 pub(crate) use ring::{is_ring_scene, ring_scene};
 pub(crate) use velocities::Velocities;

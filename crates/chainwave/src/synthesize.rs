@@ -4,13 +4,13 @@ mod truth;
 
 use std::path::Path;
 
-use chainwave_experiment::{Experiment, Trial, film_experiment};
+use chainwave_experiment::{Experiment, Trial, film_experiment, read_text};
 use chainwave_measurement::Estimate;
 
 use crate::cli;
 use crate::error::Error;
 use crate::outcome::Outcome;
-use crate::output::{make_folder, read_text, remove_unfinished, write_text};
+use crate::output::{make_folder, remove_unfinished, write_text};
 use crate::parallel::threads;
 use crate::progress;
 use crate::table::{self, column};

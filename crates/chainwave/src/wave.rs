@@ -8,8 +8,8 @@ use chainwave_measurement::{Estimate, Trajectory};
 use ndarray::{Array2, s};
 
 use crate::error::Error;
-use crate::output::read_text;
 use crate::table;
+use chainwave_experiment::read_text;
 
 /// Gaps to either side of its peak that an aligned pulse shows.
 const PULSE_REACH: f64 = 25.0;

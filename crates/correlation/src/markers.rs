@@ -5,13 +5,14 @@
 //! at falling thresholds (`patches`), down to what noise alone could show (`texture`), and of all rows of like patches at a regular
 //! pitch (`row`) that with the most texture is taken. Ground between markers that holds edges, such as rings that touch, should be 40 px wide.
 
+mod held;
 pub(crate) mod no_markers;
 mod outline;
 mod patches;
 mod row;
 mod texture;
 
-use chainwave_measurement::{Estimate, Lost, Recording, Region, Subset, median};
+use chainwave_measurement::{Estimate, Lost, Recording, Region, Subset};
 
 use crate::expected::{expected_sigma, noise_between};
 use crate::markers::no_markers::NoMarkers;
@@ -78,11 +79,7 @@ pub fn propose_markers(
     let no_markers = |reason| CorrelationError::NoMarkers { path: recording.path().into(), reason };
     let noise_counts = (texture.noise_variance * rest.range().len() as f64).sqrt();
     let row = most_textured_row(&texture).map_err(no_markers)?;
-    let half_px = [0, 1].map(|axis| {
-        let half =
-            median(row.members.iter().map(|(_, marker)| marker.half_px()[axis]).collect()).unwrap_or(0.0);
-        subset_half_px(half)
-    });
+    let half_px = row.half_px().unwrap_or_default().map(subset_half_px);
     let centres_px: Vec<[f64; 2]> = row.members.iter().map(|(_, outline)| outline.centre_px()).collect();
     let half_px = off_edges(recording, rest, &centres_px, half_px)?;
     let fitted = row.fitted();
@@ -168,7 +165,7 @@ fn most_textured_row(texture: &Texture) -> Result<Row, NoMarkers> {
             }
         }
     }
-    let row = best_row(markers).map(|row| row.without_cut(texture.size));
+    let row = best_row(markers).map(|row| row.without_cut(texture.size).with_held(texture));
     let none = if is_everywhere { NoMarkers::Everywhere } else { NoMarkers::NoPatch };
     row.filter(|row| !row.members.is_empty()).ok_or(none)
 }

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::configuration::{Camera, Experiment};
 use crate::error::Error;
 use crate::numbers::{NotNegative, Positive};
+use crate::text_file::read_toml;
 
 /// What `chainwave calibrate` writes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -102,8 +103,7 @@ impl CalibrationFile {
 
     fn read(path: &Path) -> Result<Self, Error> {
         let wrong = |message: String| Error::Configuration { path: path.to_owned(), message };
-        let file: Self =
-            toml::from_str(&Error::read_text(path)?).map_err(|error| wrong(error.to_string()))?;
+        let file: Self = read_toml(path)?;
         let maps = std::iter::once(&file.map).chain(file.errors.iter().map(|error| &error.map));
         for map in maps {
             map.plane_map().check(file.width_px, file.height_px).map_err(|error| wrong(error.to_string()))?;

@@ -46,6 +46,7 @@ use crate::numbers::{NotNegative, Positive};
 use crate::outline;
 use crate::sanity::expect_filled_in;
 use crate::table::Table;
+use crate::text_file::{parse_toml, read_text};
 
 /// An experiment: one chain, filmed in several views and trials.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -487,7 +488,7 @@ impl Experiment {
 
     /// Reads `experiment.toml`; an error points at the line.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        Self::parse(path, &Error::read_text(path)?)
+        Self::parse(path, &read_text(path)?)
     }
 
     /// The experiment of a text; an error points at the line. Files that it names are looked for beside `path`, where the text stands.
@@ -496,11 +497,7 @@ impl Experiment {
     /// A text that is no experiment, and files of contact laws that cannot be read.
     pub fn parse(path: &Path, text: &str) -> Result<Self, Error> {
         expect_filled_in(path, text)?;
-        let configuration = |wrong: toml::de::Error| Error::Configuration {
-            path: path.to_owned(),
-            message: wrong.to_string(),
-        };
-        let mut experiment: Self = toml::from_str(text).map_err(configuration)?;
+        let mut experiment: Self = parse_toml(path, text)?;
         experiment.contact.read_files(path, Table::read_csv)?;
         experiment.far_striker.as_mut().map_or(Ok(()), |far| far.read_files(path, Table::read_csv))?;
         let n_bodies = experiment.chain.n_bodies;

@@ -98,9 +98,4 @@ impl Error {
         let path = path.to_owned();
         move |source| Self::File { path, action, source }
     }
-
-    /// Reads a text file.
-    pub(crate) fn read_text(path: &Path) -> Result<String, Self> {
-        std::fs::read_to_string(path).map_err(Self::file(path, "read"))
-    }
 }

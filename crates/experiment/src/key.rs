@@ -11,6 +11,10 @@ use sha2::{Digest, Sha256};
 use crate::content::hexadecimal;
 use crate::sensor::SensorFiles;
 
+/// Bytes of a recording's stem in the name of its kept tracks: file systems take 255 a name, of which the digest, endings and the name of a file
+/// that is being written take less than 70.
+const MOST_STEM_BYTES: usize = 180;
+
 /// What the tracks of one recording depend on.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TrackKey {
@@ -70,13 +74,17 @@ impl TrackKey {
         Self { recording: recording.to_owned(), parts }
     }
 
-    /// A name for the kept tracks: the recording's stem, and sixteen hexadecimal digits of the digest of all parts.
+    /// A name for the kept tracks: the recording's stem, as much of it as a file's name may have, and sixteen hexadecimal digits of the digest of
+    /// all parts.
     pub fn name(&self) -> String {
         let mut hash = Sha256::new();
         for (name, part) in &self.parts {
             hash.update(format!("{name}\n{}\n{part}\n", part.len()));
         }
-        format!("{}-{}", self.stem(), hexadecimal(&hash.finalize()[..8]))
+        let stem = self.stem();
+        let most = stem.len().min(MOST_STEM_BYTES);
+        let end = (0..=most).rev().find(|end| stem.is_char_boundary(*end)).unwrap_or(0);
+        format!("{}-{}", &stem[..end], hexadecimal(&hash.finalize()[..8]))
     }
 
     /// The names of the parts that differ from those of another key.

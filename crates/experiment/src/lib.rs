@@ -32,6 +32,7 @@
 //! ```
 
 mod bands;
+mod between_views;
 mod calibration;
 mod chain_model;
 mod configuration;
@@ -89,6 +90,7 @@ mod strikers;
 mod summaries;
 mod table;
 mod tables;
+mod text_file;
 mod tracked;
 mod tracking;
 mod tracks;
@@ -153,6 +155,7 @@ pub use tables::tracks::{TRACK_COLUMNS, TrackRows};
 pub use tables::wave::{
     dispersion_table, energy_table, front_table, half_width_table, spectrum_table, strain_table,
 };
+pub use text_file::{parse_toml, read_text, read_toml};
 pub use tracked::{Origin, Tracked, TrackedRecording};
 pub use tracking::{track, track_share};
 pub use tracks::{FollowedBody, RecordingTracks};

@@ -5,6 +5,7 @@ use std::num::NonZero;
 use chainwave_measurement::{Observation, ReadingError};
 use chainwave_stitching::{Assumption, FirstBody, Outlier, Settings, Stitched, merge};
 
+use crate::between_views::BetweenViews;
 use crate::configuration::Experiment;
 use crate::direction::against_the_chain;
 use crate::error::Error;
@@ -81,11 +82,22 @@ pub(crate) fn merged(
     let as_merged = |observations| apart.noise_of(steadying.steadied(observations));
     if picture_errors.is_found() {
         observations = apart.noise_of(observations);
-        stitched = merge(&observations, &with([of_views, apart.errors.clone()].concat()))?;
+        stitched = merge(&observations, &with([of_views.clone(), apart.errors.clone()].concat()))?;
     }
     let shared = SharedErrors::of(setup, &recordings, &as_merged, &settings, &stitched, n_threads)?;
     let mut side_motion = SideMotion::of(setup, &recordings, &steadying, &settings, &stitched, n_threads)?;
     side_motion.widen(&without_pictures, &stitched.motion);
+    let rests_until_s = &steadying.rests_until_s;
+    // What lies on the sensor is seen apart by two views as well, and is counted already.
+    let between_views = match picture_errors.is_found() {
+        true => None,
+        false => BetweenViews::of(&stitched.left_by_views, &stitched.motion, rests_until_s),
+    };
+    let of_each_view =
+        between_views.map_or_else(Vec::new, |found| found.errors(&observations, rests_until_s));
+    if !of_each_view.is_empty() {
+        stitched = merge(&observations, &with([of_views, of_each_view.clone()].concat()))?;
+    }
     shared.add_to(&mut stitched.motion);
     steadying.add_to(&mut stitched.motion, &observations);
     // What pictures add to the noise of a body that moves is as white, and has its name.
@@ -105,6 +117,7 @@ pub(crate) fn merged(
         Finding::all_of("scale", "camera.scale_px_per_m", scale.warnings()),
         Finding::all_of("picture_errors", "the pictures", picture_errors.warnings(light_moves)),
         Finding::all_of("frame_rate", "the frame rate", unresolved.and_then(|found| found.warning())),
+        between_views.iter().map(BetweenViews::finding).collect(),
         side_motion.findings.clone(),
     ];
     Ok(Merged {
@@ -116,7 +129,7 @@ pub(crate) fn merged(
         stitched,
         side_motion,
         observations,
-        reading_errors: [apart.errors, geometry_errors].concat(),
+        reading_errors: [apart.errors, of_each_view, geometry_errors].concat(),
         assumptions: settings.assumptions(),
     })
 }

@@ -14,6 +14,7 @@ mod shutter;
 mod speed;
 mod stage;
 mod stated;
+mod unlisted;
 mod view_at_rest;
 
 use std::num::NonZero;
@@ -40,6 +41,7 @@ use crate::tracked::Tracked;
 pub fn check(setup: &Setup, n_threads: NonZero<usize>) -> Result<Sanity, Error> {
     let views = views_at_rest(setup);
     let mut sanity = Sanity::default();
+    sanity.findings.extend(unlisted::recordings(setup));
     if views.is_empty() {
         return Ok(sanity);
     }

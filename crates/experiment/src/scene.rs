@@ -13,6 +13,7 @@ use crate::configuration::{
 use crate::error::Error;
 use crate::numbers::{NotNegative, Positive};
 use crate::table::Table;
+use crate::text_file::parse_toml;
 
 /// A chain, what drives it, and how it is integrated.
 #[derive(Debug, Deserialize)]
@@ -100,7 +101,7 @@ impl ChainScene {
     /// # Errors
     /// A text that is no scene of this model.
     pub fn parse(path: &Path, text: &str) -> Result<Self, Error> {
-        let scene: Self = toml::from_str(text).map_err(|wrong| configuration(path, wrong.to_string()))?;
+        let scene: Self = parse_toml(path, text)?;
         if !(1..=MOST_BODIES).contains(&scene.n_bodies) {
             let found = format!("n_bodies: expected 1 to {MOST_BODIES}, found {}", scene.n_bodies);
             return Err(configuration(path, found));

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::error::Error;
+use crate::text_file::read_text;
 
 /// A table that was read, with its path for messages.
 ///
@@ -38,14 +39,7 @@ impl Table {
     /// # Errors
     /// A file that cannot be read, is no text, names a column twice, or has rows of unequal length.
     pub fn read_csv(path: &Path) -> Result<Self, Error> {
-        let bytes = std::fs::read(path).map_err(Error::file(path, "read"))?;
-        let text = decoded(bytes).ok_or_else(|| Error::Cell {
-            path: path.to_owned(),
-            place: "the table".into(),
-            expected: "text in UTF-8, UTF-16 or Latin-1".into(),
-            found: "bytes that are none".into(),
-        })?;
-        Self::parse_csv(path, &text)
+        Self::parse_csv(path, &read_text(path)?)
     }
 
     /// The table of a CSV file's text; `path` is where that was read.
@@ -182,7 +176,10 @@ impl Table {
             path: self.path.clone(),
             place: "line 1".into(),
             expected: format!("a column named {name}"),
-            found: self.columns.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(","),
+            found: match self.columns.is_empty() {
+                true => "an empty file".into(),
+                false => self.names().collect::<Vec<_>>().join(","),
+            },
         })
     }
 }
@@ -212,25 +209,6 @@ fn row_error(path: &Path, error: &csv::Error) -> Error {
     let place = error.position().map_or_else(|| "the table".into(), |at| format!("line {}", at.line()));
     let (expected, found) = ("a row of cells".into(), error.to_string());
     Error::Cell { path: path.to_owned(), place, expected, found }
-}
-
-/// The text of a file: UTF-16 where its byte order mark says so, UTF-8 where it is, else Latin-1, whose bytes are the first 256 characters.
-/// `None` where it is none of them: a zero byte stands in no text of single bytes.
-fn decoded(bytes: Vec<u8>) -> Option<String> {
-    let wide = |of: fn([u8; 2]) -> u16| {
-        let (pairs, rest) = bytes[2..].as_chunks::<2>();
-        let units: Vec<u16> = pairs.iter().map(|pair| of(*pair)).collect();
-        String::from_utf16(&units).ok().filter(|_| rest.is_empty())
-    };
-    match bytes.as_slice() {
-        [0xff, 0xfe, ..] => wide(u16::from_le_bytes),
-        [0xfe, 0xff, ..] => wide(u16::from_be_bytes),
-        _ if bytes.contains(&0) => None,
-        _ => Some(
-            String::from_utf8(bytes)
-                .unwrap_or_else(|wrong| wrong.into_bytes().into_iter().map(char::from).collect()),
-        ),
-    }
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ use chainwave_measurement::{ChainMotion, Estimate};
 use ndarray::Array2;
 
 use crate::body_response::Contribution;
+use crate::by_view::LeftByView;
 use crate::error::StitchingError;
 use crate::fitted::Fitted;
 use crate::gauge::scale_and_delay;
@@ -13,9 +14,17 @@ use crate::spread::Spread;
 use crate::state::AlignmentState;
 use crate::stitched::Alignment;
 
-/// The motion, where each recording stands, the spread, what one unit of mean drive and mean trigger changes of the motion, and what bodies show of the
-/// errors that were asked for.
-pub(crate) type Assembled = (ChainMotion, Vec<Alignment>, Spread, [Array2<f64>; 2], Vec<ShownByBody>);
+/// The merged motion, with what was found along with it.
+pub(crate) struct Assembled {
+    pub(crate) motion: ChainMotion,
+    pub(crate) alignments: Vec<Alignment>,
+    pub(crate) spread: Spread,
+    /// What one unit of mean drive and mean trigger changes of the motion.
+    pub(crate) of_means_m: [Array2<f64>; 2],
+    /// What bodies show of the errors that were asked for.
+    pub(crate) shown: Vec<ShownByBody>,
+    pub(crate) left_by_views: Vec<LeftByView>,
+}
 
 impl AlignmentState<'_> {
     /// The motion on the present time base, and where each recording stands.
@@ -26,7 +35,7 @@ impl AlignmentState<'_> {
             field.iter().map(|of_body| self.scatter_ratio(of_body, |_| true).max(1.0)).collect();
         let directions = self.alignment_directions(field, errors);
         let effects = self.effects(field);
-        let of_means = self.effects_of_means(&effects);
+        let of_means_m = self.effects_of_means(&effects);
         let modes = self.error_modes(field, &directions, effects);
         let mut motion = ChainMotion {
             times_s: self.times_s.clone(),
@@ -58,7 +67,9 @@ impl AlignmentState<'_> {
             .collect();
         let spread = self.spread(field, &ratios);
         // What is asked for beside the motion ends no merging.
-        Ok((motion, alignments, spread, of_means, self.shown(field).unwrap_or_default()))
+        let shown = self.shown(field).unwrap_or_default();
+        let left_by_views = self.left_by_views(field, &ratios);
+        Ok(Assembled { motion, alignments, spread, of_means_m, shown, left_by_views })
     }
 
     fn alignment(

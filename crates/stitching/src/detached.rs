@@ -46,11 +46,22 @@ pub(crate) fn joined(
     let unsettled = parts.iter().find_map(|part| part.stitched.unsettled);
     let drive_scale_sigma = parts.iter().filter_map(|part| part.stitched.drive_scale_sigma).reduce(f64::max);
     let shown = parts.iter().flat_map(|part| part.stitched.shown.clone()).collect();
+    let left_by_views = parts.iter().flat_map(|part| part.stitched.left_by_views.clone()).collect();
     let (motion, spread) = match is_whole {
         true => parts.pop().map(|part| (part.stitched.motion, part.stitched.spread))?,
         false => on_one_time_base(&parts, &errors, interval_s),
     };
-    Some(Stitched { motion, alignments, drive_scale_sigma, spread, rounds, unsettled, shown, warnings })
+    Some(Stitched {
+        motion,
+        alignments,
+        drive_scale_sigma,
+        spread,
+        rounds,
+        unsettled,
+        shown,
+        left_by_views,
+        warnings,
+    })
 }
 
 fn samples(parts: &[Part]) -> Vec<Sample> {

@@ -65,6 +65,7 @@ mod assumptions;
 mod averaged;
 mod body_response;
 mod by_trigger;
+mod by_view;
 mod consistency;
 mod course;
 mod detached;
@@ -95,6 +96,7 @@ mod trigger_scatter;
 
 pub use assumptions::Assumption;
 pub use averaged::averaged;
+pub use by_view::LeftByView;
 pub use error::StitchingError;
 pub use merge::merge;
 pub use outliers::{Evidence, Outlier, outliers};

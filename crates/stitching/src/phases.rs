@@ -5,6 +5,7 @@ use chainwave_measurement::Observation;
 use nalgebra::{DMatrix, DVector};
 use ndarray::Array2;
 
+use crate::assembly::Assembled;
 use crate::course::Course;
 use crate::error::StitchingError;
 use crate::fitted::Fitted;
@@ -172,13 +173,23 @@ impl Trimmed<'_> {
     /// The merged motion, with what one unit of mean drive and of mean trigger (seconds) changes of it, in metres.
     pub(crate) fn stitched(self) -> Result<(Stitched, [Array2<f64>; 2]), StitchingError> {
         let Gauged { state, errors, rounds, unsettled, warnings } = self.gauged;
-        let (motion, alignments, spread, of_mean_m, shown) = state.assembled(&errors)?;
+        let Assembled { motion, alignments, spread, of_means_m, shown, left_by_views } =
+            state.assembled(&errors)?;
         let said = unsettled.map(|unsettled| unsettled.to_string());
         let warnings = said.into_iter().chain(warnings).collect();
         let drive_scale_sigma = errors.exchange.scale_sigma;
-        let stitched =
-            Stitched { motion, alignments, drive_scale_sigma, spread, rounds, unsettled, shown, warnings };
-        Ok((stitched, of_mean_m))
+        let stitched = Stitched {
+            motion,
+            alignments,
+            drive_scale_sigma,
+            spread,
+            rounds,
+            unsettled,
+            shown,
+            left_by_views,
+            warnings,
+        };
+        Ok((stitched, of_means_m))
     }
 }
 

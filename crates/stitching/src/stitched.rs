@@ -4,6 +4,7 @@ use std::fmt;
 
 use chainwave_measurement::{ChainMotion, Estimate};
 
+use crate::by_view::LeftByView;
 use crate::shown::ShownByBody;
 use crate::spread::Spread;
 
@@ -41,6 +42,8 @@ pub struct Stitched {
     pub unsettled: Option<Unsettled>,
     /// What bodies show of the errors that were asked for.
     pub shown: Vec<ShownByBody>,
+    /// What each view of a body that more than one saw leaves of the motion.
+    pub left_by_views: Vec<LeftByView>,
     /// What the reader should know, such as a view that shares no body with the others.
     pub warnings: Vec<String>,
 }

@@ -2,6 +2,7 @@
 
 mod block_coding;
 mod line_noise;
+mod out_of_plane;
 mod reflections;
 mod scale_error;
 mod sensor_map;
@@ -11,6 +12,7 @@ mod shake;
 use serde::{Deserialize, Serialize};
 
 pub use self::line_noise::LineNoise;
+pub use self::out_of_plane::OutOfPlane;
 pub use self::reflections::Reflections;
 pub use self::scale_error::ScaleError;
 pub use self::sensor_map::{DefectivePixels, FixedPattern, HotPixel};
@@ -18,6 +20,7 @@ pub use self::shadow::Shadow;
 pub use self::shake::{Shake, ShakeOnset};
 
 pub(crate) use self::block_coding::BlockCoding;
+pub(crate) use self::out_of_plane::AlongAxis;
 pub(crate) use self::reflections::ReflectionMap;
 pub(crate) use self::sensor_map::SensorMap;
 
@@ -31,6 +34,7 @@ use crate::check::{require, require_share};
 ///
 /// - the sensor, so to all recordings: fixed pattern, hot and dead pixels, and reflections unless they are the view's; from
 ///   `seed`;
+/// - the bodies: how they move out of the plane; from `seed`;
 /// - a view: its magnification, and reflections `per_view`; from `seed` and the shot's `view`;
 /// - a recording: the phases of a shake; from the shot's `noise_seed`;
 /// - a frame: noise of rows and columns, and whether its lines are repeated; from the shot's `noise_seed` and the frame's place in the recording.
@@ -60,6 +64,9 @@ pub struct Effects {
     /// A camera that does not stand still.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shake: Option<Shake>,
+    /// Bodies that move towards the camera.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub out_of_plane: Option<OutOfPlane>,
     /// A scale that is not the stated one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scale: Option<ScaleError>,
@@ -128,6 +135,7 @@ impl Effects {
         self.shadow.iter().try_for_each(Shadow::check)?;
         self.defocus.into_iter().try_for_each(Defocus::check)?;
         self.shake.iter().try_for_each(Shake::check)?;
+        self.out_of_plane.iter().try_for_each(OutOfPlane::check)?;
         self.scale.iter().try_for_each(ScaleError::check)?;
         let line_time_s = self.line_time_s.unwrap_or(0.0);
         let in_time = line_time_s >= 0.0 && line_time_s * height_px as f64 <= interval_s;

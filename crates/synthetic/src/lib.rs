@@ -116,8 +116,8 @@ mod view;
 
 pub use compression::{CompressionTest, compression_curve};
 pub use effects::{
-    DefectivePixels, Defocus, Effects, FixedPattern, HotPixel, LineNoise, Reflections, ScaleError, Shadow,
-    Shake, ShakeOnset,
+    DefectivePixels, Defocus, Effects, FixedPattern, HotPixel, LineNoise, OutOfPlane, Reflections,
+    ScaleError, Shadow, Shake, ShakeOnset,
 };
 pub use error::SyntheticError;
 pub use film::{FileFaults, film};

@@ -6,6 +6,7 @@ use ndarray::Array2;
 use crate::blur::Blur;
 use crate::canvas::Canvas;
 use crate::check::require;
+use crate::effects::AlongAxis;
 use crate::layers::{Instant, Layers};
 use crate::marker::BodyPlace;
 use crate::recording_camera::{CameraPose, CameraTruth, RecordingCamera};
@@ -20,7 +21,7 @@ const MARKER_HALF_PX: f64 = 1024.0;
 ///
 /// An ideal camera shows body n's centre at the column `first_body_px[0] + scale ((n - 1) pitch - stage + x_n(t))` and the
 /// row `first_body_px[1]`, at the time t = time stamp + trigger delay; a shake displaces that ideal picture, and the optics
-/// move it from there.
+/// move it from there. A body that moves towards the camera is seen farther from the middle.
 pub struct Scene<'a> {
     pub(crate) camera: &'a Camera,
     specimen: &'a Specimen,
@@ -28,6 +29,7 @@ pub struct Scene<'a> {
     motion: &'a Trajectory,
     flicker_phase_rad: f64,
     recording: RecordingCamera<'a>,
+    along_axis: Option<AlongAxis>,
     layers: Layers<'a>,
 }
 
@@ -46,7 +48,9 @@ impl<'a> Scene<'a> {
         let recording = RecordingCamera::new(camera, shot);
         let layers = Layers::new(camera, specimen, shot, &recording)?;
         let flicker_phase_rad = shot.flicker_phase_rad();
-        let scene = Self { camera, specimen, shot, motion, flicker_phase_rad, recording, layers };
+        let effects = &camera.effects;
+        let along_axis = effects.out_of_plane.map(|own| own.of_bodies(effects.seed, motion));
+        let scene = Self { camera, specimen, shot, motion, flicker_phase_rad, recording, along_axis, layers };
         scene.places(shot.n_frames - 1, &scene.instant(shot.n_frames - 1, camera.height_px as f64))?;
         Ok(scene)
     }
@@ -129,6 +133,9 @@ impl<'a> Scene<'a> {
             let [column_px, row_px] = self.recording.first_body_px;
             let scale_px_per_m = self.recording.scale_px_per_m;
             let centre_px = [column_px + scale_px_per_m * along_m, row_px];
+            let nearer = self.along_axis.as_ref().map_or(0.0, |own| own.magnification(body, time_s));
+            let from_middle_px = |axis: usize| centre_px[axis] - 0.5 * (self.size_px()[axis] as f64 - 1.0);
+            let centre_px = [0, 1].map(|axis| centre_px[axis] + nearer * from_middle_px(axis));
             BodyPlace {
                 centre_px: [0, 1].map(|axis| centre_px[axis] + pose.shift_px[axis]),
                 blur: Blur { path_px: scale_px_per_m * path_m, defocus_px: pose.defocus_px },
@@ -156,6 +163,10 @@ impl<'a> Scene<'a> {
         let (mut canvas, mut counts) = (self.canvas(), Vec::new());
         self.record(frame, &mut canvas, &mut counts)?;
         Ok(self.frame_of(&counts))
+    }
+
+    fn size_px(&self) -> [usize; 2] {
+        [self.camera.width_px, self.camera.height_px]
     }
 
     /// A canvas of the frame's size.

@@ -24,6 +24,7 @@ pub(crate) enum Purpose {
     PictureNoise = 16,
     ViewTrigger = 17,
     LineNoise = 18,
+    OutOfPlane = 19,
 }
 
 /// The random stream of (purpose, seed, counter): the same whatever was drawn before, in any order and thread.

@@ -50,6 +50,11 @@ const FILES: [(&str, &[Table]); 3] = [
                 "crates/synthetic/src/effects/line_noise.rs",
                 "struct LineNoise",
             ),
+            (
+                "`[synthetic.camera.effects.out_of_plane]`",
+                "crates/synthetic/src/effects/out_of_plane.rs",
+                "struct OutOfPlane",
+            ),
             ("`[synthetic.camera.effects.defective_pixels]`", SENSOR_MAP, "struct DefectivePixels"),
             (
                 "`[synthetic.camera.effects.reflections]`",

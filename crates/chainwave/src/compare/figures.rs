@@ -14,8 +14,8 @@ use super::parts::{CHAIN, Compared, EXPERIMENT, LawResults, RINGS, Struck};
 use super::study::Study;
 use super::tail::tail;
 use crate::error::Error;
-use crate::output::read_text;
 use crate::table;
+use chainwave_experiment::read_toml;
 
 /// Markers of the measured half widths.
 const N_MARKERS: usize = 12;
@@ -59,8 +59,7 @@ fn contact_curve(study: &Study, from: &Path) -> Result<ContactCurve, Error> {
     let table = table::read(&from.join(&study.contact.curve))?;
     let (overlaps_m, forces_n) = (table.full_numbers("overlap_m")?, table.full_numbers("force_n")?);
     let path = from.join(&study.contact.law);
-    let law: Fitted =
-        toml::from_str(&read_text(&path)?).map_err(|wrong| Error::configuration(&path, wrong.to_string()))?;
+    let law: Fitted = read_toml(&path)?;
     let law = Contact::from(Law::Power(PowerLaw::new(law.a, law.delta_0_m, law.p)?));
     let force_n = |overlap_m: f64| law.force_and_energy(overlap_m).0;
     let last_m = overlaps_m.iter().copied().fold(0.0, f64::max);

@@ -3,13 +3,12 @@
 use std::path::Path;
 
 use chainwave_analysis::MeasureSettings;
-use chainwave_experiment::ring_centres;
+use chainwave_experiment::{read_text, ring_centres};
 use chainwave_measurement::Estimate;
 use serde::Deserialize;
 
 use super::study::{Law, Strike, Study};
 use crate::error::Error;
-use crate::output::read_text;
 use crate::table;
 use crate::wave::{Wave, read_trajectory};
 

@@ -2,11 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use chainwave_experiment::Positive;
+use chainwave_experiment::{Positive, read_toml};
 use serde::Deserialize;
 
 use crate::error::Error;
-use crate::output::read_text;
 
 /// A study: one experiment at several strikes, its models, and what was published. Paths are relative to the folder of `--from`.
 #[derive(Debug, Deserialize)]
@@ -151,8 +150,7 @@ impl Quantity {
 impl Study {
     /// Reads a study; an error points at the line.
     pub(super) fn read(path: &Path) -> Result<Self, Error> {
-        let study: Self = toml::from_str(&read_text(path)?)
-            .map_err(|wrong| Error::configuration(path, wrong.to_string()))?;
+        let study: Self = read_toml(path)?;
         for (name, is_empty) in [("strikes", study.strikes.is_empty()), ("laws", study.laws.is_empty())] {
             if is_empty {
                 return Err(Error::configuration(

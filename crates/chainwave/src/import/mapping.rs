@@ -9,8 +9,7 @@ use super::numbers::{Numbers, Place};
 use super::program::Program;
 use super::tracks::Axis;
 use crate::error::Error;
-use crate::output::read_text;
-use chainwave_experiment::Positive;
+use chainwave_experiment::{Positive, read_toml};
 use chainwave_measurement::Estimate;
 
 /// Which numbers of the trials' files mean what.
@@ -160,7 +159,7 @@ impl Mapping {
     /// Reads a mapping; an error points at the line.
     pub(super) fn read(path: &Path) -> Result<Self, Error> {
         let wrong = |message: String| Error::configuration(path, message);
-        let mapping: Self = toml::from_str(&read_text(path)?).map_err(|error| wrong(error.to_string()))?;
+        let mapping: Self = read_toml(path)?;
         if mapping.chain.n_bodies < 2 || mapping.trials.is_empty() {
             return Err(wrong("expected at least 2 bodies and 1 trial".into()));
         }

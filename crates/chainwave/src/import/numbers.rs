@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::layout::{Direction, Layout, Separator};
 use crate::error::Error;
-use crate::output::read_text;
+use chainwave_experiment::read_text;
 
 /// Column of a file whose bodies stand in columns, or line of one whose bodies stand in lines, from 1.
 #[derive(Debug, Clone, Copy)]

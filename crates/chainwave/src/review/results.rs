@@ -2,11 +2,10 @@
 
 use std::path::Path;
 
-use chainwave_experiment::RecordingTracks;
+use chainwave_experiment::{RecordingTracks, read_text};
 use serde_json::Value;
 
 use crate::error::Error;
-use crate::output::read_text;
 use crate::table;
 use crate::tracks_read::tracks_of;
 

@@ -7,7 +7,7 @@ mod tables;
 use std::path::Path;
 use std::time::Instant;
 
-use chainwave_experiment::simulated_table;
+use chainwave_experiment::{read_text, simulated_table};
 use chainwave_mechanics::{
     RefinedSimulation, RingChain, RingDrive, RingSchedule, RingSimulation, RingStriker, SelfContact,
     compress, ring_modes, ring_sound_speed_m_per_s, simulate_rings, simulate_rings_within,
@@ -18,7 +18,7 @@ use serde_json::json;
 use crate::cli;
 use crate::error::Error;
 use crate::outcome::Outcome;
-use crate::output::{read_text, write_text};
+use crate::output::write_text;
 use crate::table;
 
 use figures::{FiguresTable, VelocityRow, wave_of};

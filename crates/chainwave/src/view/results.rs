@@ -2,13 +2,12 @@
 
 use std::path::Path;
 
-use chainwave_experiment::Table;
+use chainwave_experiment::{Table, read_toml};
 use chainwave_view::{Collection, ShownRecording, ShownTrack, ShownWave};
 
 use crate::cli;
 use crate::error::Error;
 use crate::on_demand;
-use crate::output::read_text;
 use crate::review::{ReviewedResults, TRACKS};
 use crate::table;
 use crate::view::corrections;
@@ -73,7 +72,7 @@ pub(super) fn of_results(arguments: &cli::View) -> Result<Collection, Error> {
 }
 
 fn provenance(path: &Path) -> Result<toml::Table, Error> {
-    read_text(path)?.parse().map_err(|wrong: toml::de::Error| Error::configuration(path, wrong.to_string()))
+    Ok(read_toml(path)?)
 }
 
 /// A whole number from 0 at a place of a table.

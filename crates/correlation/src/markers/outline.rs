@@ -39,11 +39,7 @@ impl Texture {
     /// the window lies inside, at the edge.
     fn outline(&self, patch: &Patch) -> Option<Patch> {
         let core = patch.core();
-        let inside = core[1]
-            .clone()
-            .flat_map(|y| core[0].clone().map(move |x| (x, y)))
-            .map(|at| f64::from(self.at(at)));
-        let plateau = median(inside.collect())?;
+        let plateau = self.plateau(patch)?;
         let half = (0.5 * plateau) as f32;
         let [width, height] = self.size;
         let column =
@@ -62,8 +58,14 @@ impl Texture {
         Some(Patch { first, last, area, texture: area as f64 * plateau.sqrt() })
     }
 
+    /// The texture in the middle of a patch.
+    pub(crate) fn plateau(&self, patch: &Patch) -> Option<f64> {
+        let [columns, rows] = patch.core();
+        median(rows.flat_map(|y| columns.clone().map(move |x| f64::from(self.at((x, y))))).collect())
+    }
+
     /// Whether the middle of a patch has gradients in all directions, and nearly everywhere.
-    fn has_speckles(&self, patch: &Patch) -> bool {
+    pub(crate) fn has_speckles(&self, patch: &Patch) -> bool {
         let [columns, rows] = patch.core();
         let places = rows.flat_map(|y| columns.clone().map(move |x| y * self.size[0] + x));
         let gradients: Vec<[f64; 2]> =

@@ -23,6 +23,20 @@ pub(crate) struct Patch {
 }
 
 impl Patch {
+    /// The rectangle of a half size around a place; `None` where the picture does not hold all of it.
+    pub(crate) fn around(centre_px: [f64; 2], half_px: [f64; 2], size: [usize; 2]) -> Option<Self> {
+        let ends = [0, 1].map(|axis| [-1.0, 1.0].map(|way| (centre_px[axis] + way * half_px[axis]).round()));
+        let inside = |axis: usize| ends[axis][0] >= 0.0 && ends[axis][1] < size[axis] as f64;
+        let corner = |end: usize| [0, 1].map(|axis| ends[axis][end] as usize);
+        let [width, height] = ends.map(|[first, last]| last - first + 1.0);
+        (inside(0) && inside(1)).then(|| Self {
+            first: corner(0),
+            last: corner(1),
+            area: (width * height) as usize,
+            texture: 0.0,
+        })
+    }
+
     /// Half of its width and height.
     pub(crate) fn half_px(&self) -> [f64; 2] {
         [0, 1].map(|axis| 0.5 * (self.last[axis] - self.first[axis]) as f64)

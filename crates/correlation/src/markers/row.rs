@@ -103,6 +103,12 @@ impl Row {
         self
     }
 
+    /// The line through a row of two or more: where number 0 is, and a step.
+    pub(crate) fn line(&self) -> Option<[[f64; 2]; 2]> {
+        let (start, step) = line(&self.members.iter().map(|(slot, patch)| (*slot, patch.centre_px())));
+        (self.members.len() > 1).then_some([start, step])
+    }
+
     /// Pitch, direction and empty places.
     pub(crate) fn fitted(&self) -> Fitted {
         let places = self.members.iter().map(|(slot, patch)| (*slot, patch.centre_px()));

@@ -8,6 +8,7 @@ use super::contact::{Contact, Law};
 use crate::error::Error;
 use crate::numbers::{NotNegative, Positive};
 use crate::table::Table;
+use crate::text_file::read_toml;
 
 /// What is read of CONTACT.toml; the rest of it is for people.
 #[derive(Deserialize)]
@@ -50,8 +51,7 @@ impl Law {
     /// The power law that `chainwave contact` wrote. Its prefactor takes the relative uncertainty of the stiffness k_0: those of a,
     /// `delta_0_m` and p are far larger and cancel, so that each by itself would say that the stiffness is unknown.
     fn of_fit(path: &Path) -> Result<Self, Error> {
-        let fit: Fit = toml::from_str(&Error::read_text(path)?)
-            .map_err(|wrong| Error::Configuration { path: path.to_owned(), message: wrong.to_string() })?;
+        let fit: Fit = read_toml(path)?;
         let a_sigma = fit.a.get() * fit.k_0_n_per_m_sigma.get() / fit.k_0_n_per_m.get();
         Ok(Self::Power {
             a: fit.a,

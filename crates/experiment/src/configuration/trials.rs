@@ -9,12 +9,13 @@ use super::trial::Trial;
 use crate::error::Error;
 use crate::sanity::expect_filled_in;
 use crate::table::Table;
+use crate::text_file::read_text;
 
 impl Experiment {
     /// Reads the table of recordings that the experiment names; `experiment_path` is where the experiment itself lies.
     pub fn read_trials(&self, experiment_path: &Path) -> Result<Vec<Trial>, Error> {
         let path = experiment_path.with_file_name(&self.trials);
-        expect_filled_in(&path, &Error::read_text(&path)?)?;
+        expect_filled_in(&path, &read_text(&path)?)?;
         self.trials_of(&Table::read_csv(&path)?)
     }
 

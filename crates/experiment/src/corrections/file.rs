@@ -10,6 +10,7 @@ use crate::configuration::{Experiment, Trial};
 use crate::content::hexadecimal;
 use crate::error::Error;
 use crate::table::Table;
+use crate::text_file::read_text;
 
 /// Name of the file of corrections beside an experiment that names no other.
 pub const CORRECTIONS_FILE: &str = "corrections.csv";
@@ -60,7 +61,7 @@ impl Corrections {
 
     /// As [`Corrections::read`], with the table itself, which tells where a row stands.
     fn read_with_table(path: &Path) -> Result<(Table, Vec<Correction>, String), Error> {
-        let text = Error::read_text(path)?;
+        let text = read_text(path)?;
         let table = Table::parse_csv(path, &text)?;
         let [recordings, actions] = ["recording", "action"].map(|name| table.texts(name));
         let (recordings, actions) = (recordings?, actions?);

@@ -1,8 +1,8 @@
 //! Effects of a real camera, one of each kind as a laboratory might have it, and the words by which a report names their cause.
 
 use chainwave_synthetic::{
-    Camera, DefectivePixels, Defocus, Effects, FixedPattern, LineNoise, Optics, Reflections, ScaleError,
-    Shadow, Shake, ShakeOnset,
+    Camera, DefectivePixels, Defocus, Effects, FixedPattern, LineNoise, Optics, OutOfPlane, Reflections,
+    ScaleError, Shadow, Shake, ShakeOnset,
 };
 
 use crate::configuration::Synthetic;
@@ -62,6 +62,11 @@ impl CameraEffect {
             name: "small_by_strike",
             causes: &["camera moves"],
             add: |to, _| shake(&mut to.effects, 0.02, ShakeOnset::Impact),
+        },
+        Self {
+            name: "out_of_plane",
+            causes: &["towards the camera"],
+            add: |to, _| out_of_plane(&mut to.effects),
         },
         Self { name: "scale", causes: &["scale"], add: |to, _| scale(&mut to.effects, 0.01, Vec::new()) },
         Self {
@@ -179,6 +184,11 @@ fn shake(to: &mut Effects, amplitude_px: f64, onset: ShakeOnset) {
         onset,
         decay_per_s: 0.0,
     });
+}
+
+/// Bodies that wobble by 0.03 mm, half a metre from the camera.
+fn out_of_plane(to: &mut Effects) {
+    to.out_of_plane = Some(OutOfPlane { amplitude_m: 3e-5, distance_m: 0.5, frequency_hz: 150.0 });
 }
 
 fn scale(to: &mut Effects, error: f64, views: Vec<f64>) {

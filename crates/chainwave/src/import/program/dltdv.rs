@@ -8,7 +8,7 @@ use std::path::Path;
 
 use super::super::tracks::{Spot, Track, Tracks};
 use crate::error::Error;
-use crate::output::read_text;
+use chainwave_experiment::read_text;
 
 /// Rows and columns that a sparse table may announce: more frames and points than anybody digitises.
 const MOST: [f64; 2] = [4e9, 1e6];

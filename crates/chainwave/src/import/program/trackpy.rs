@@ -8,7 +8,7 @@ use std::path::Path;
 
 use super::super::tracks::{Spot, Track, Tracks};
 use crate::error::Error;
-use crate::output::read_text;
+use chainwave_experiment::read_text;
 
 pub(super) fn read(path: &Path) -> Result<Tracks, Error> {
     let text = read_text(path)?;

@@ -6,10 +6,9 @@ use chainwave_mechanics::{Ring, RingChain, RingDrive, RingSchedule, RingStriker}
 use serde::Deserialize;
 
 use crate::error::Error;
-use crate::output::read_text;
 use crate::parallel::threads;
 use crate::table;
-use chainwave_experiment::{BodyState, FarEndTable, NotNegative, Positive, imposed_motion};
+use chainwave_experiment::{BodyState, FarEndTable, NotNegative, Positive, imposed_motion, read_toml};
 
 use super::figures::FiguresTable;
 
@@ -151,7 +150,7 @@ enum Method {
 
 impl RingScene {
     pub(super) fn read(path: &Path) -> Result<Self, Error> {
-        toml::from_str(&read_text(path)?).map_err(|wrong| wrong_in(path, wrong.to_string()))
+        Ok(read_toml(path)?)
     }
 
     pub(super) fn task(&self, path: &Path) -> Result<Task, Error> {
