@@ -7,7 +7,8 @@
 //! independent; patterns on the sensor are too, and do not change while a body rests.
 //!
 //! Where fewer than two bodies rest, the camera's motion is not known. There its variance counts as an uncertainty: what trials do not
-//! share adds to that of each reading, what they share (a motion that the strike sets off) is one error of all.
+//! share adds to that of each reading, what they share (a motion that the strike sets off) is one error of all. A slow swing goes on to grow where
+//! nobody sees it: as its square grew with time while it was known, so it is taken to go on.
 
 use chainwave_measurement::{BodyTrack, Estimate, Observation};
 
@@ -25,8 +26,54 @@ pub struct CameraMotion {
     pub shared_m: f64,
     /// Frames in which it is known, and all frames.
     pub n_known: [usize; 2],
+    growth: Growth,
     recordings: Vec<Followed>,
 }
+
+/// How the motion's root mean square goes with the time after the trigger: as a power of it.
+#[derive(Debug, Clone, Copy)]
+struct Growth {
+    /// Of the square: 0 of a shake, 1 of a walk at random, 2 of a drift.
+    exponent: f64,
+    /// Time at which it is what it is in all.
+    usual_s: f64,
+}
+
+impl Growth {
+    const NONE: Self = Self { exponent: 0.0, usual_s: 1.0 };
+
+    /// From motions at times after the trigger that are known: those in the first half of the time against those in the second, without what is too
+    /// early to tell.
+    fn of(known: &[(f64, Estimate)]) -> Self {
+        let last_s = known.iter().map(|(time_s, _)| *time_s).fold(0.0, f64::max);
+        let square = |from: f64, until: f64| {
+            let inside = known.iter().filter(|(time_s, _)| (from * last_s..=until * last_s).contains(time_s));
+            let (n, sum) = inside
+                .fold((0.0, 0.0), |(n, sum), (_, d)| (n + 1.0, sum + d.value.powi(2) - d.sigma.powi(2)));
+            (n > 0.0).then_some(sum / n)
+        };
+        let (Some(first), Some(second)) = (square(0.25, 0.5), square(0.5, 1.0)) else { return Self::NONE };
+        if second <= 0.0 {
+            return Self::NONE;
+        }
+        // From three eighths of the time to three quarters.
+        let exponent = (second / first.max(f64::MIN_POSITIVE)).log2().clamp(0.0, MOST_GROWTH);
+        if exponent <= 0.0 {
+            return Self::NONE;
+        }
+        let later = || known.iter().map(|(time_s, _)| *time_s).filter(|time_s| *time_s > 0.0);
+        let mean = later().map(|time_s| time_s.powf(exponent)).sum::<f64>() / later().count() as f64;
+        Self { exponent, usual_s: mean.powf(exponent.recip()) }
+    }
+
+    /// The root mean square at a time after the trigger, over that in all.
+    fn at(&self, time_s: f64) -> f64 {
+        (time_s.max(0.0) / self.usual_s).powf(0.5 * self.exponent)
+    }
+}
+
+/// A camera that moves steadily.
+const MOST_GROWTH: f64 = 2.0;
 
 /// The camera's motion in one recording.
 #[derive(Debug, Clone)]
@@ -84,7 +131,8 @@ pub fn camera_motion(observations: &[Observation], rests_until_s: &[f64]) -> Opt
     let size = Estimate::new(size, error / size.max(error.sqrt()));
     let n_known = [known.len(), recordings.iter().map(|one| one.times_s.len()).sum()];
     let departure = Departure { size, chi_squared: of_motion, freedom: n_motion, p_value };
-    Some(CameraMotion { departure, shared_m: shared_m(&recordings), n_known, recordings })
+    let growth = Growth::of(&known);
+    Some(CameraMotion { departure, shared_m: shared_m(&recordings), n_known, growth, recordings })
 }
 
 impl CameraMotion {
@@ -94,10 +142,15 @@ impl CameraMotion {
     pub fn taken_out_of(&self, observations: &[Observation]) -> Vec<Observation> {
         let own_m = (self.departure.size.value.powi(2) - self.shared_m.powi(2)).max(0.0).sqrt();
         let steadied = |observation: &Observation| match self.of(&observation.recording) {
-            Some(followed) => followed.taken_out_of(observation, own_m),
+            Some(followed) => followed.taken_out_of(observation, |time_s| own_m * self.growth.at(time_s)),
             None => observation.clone(),
         };
         observations.iter().map(steadied).collect()
+    }
+
+    /// Root mean square of the motion at a time after the trigger at which it is not known, over that of all that is known.
+    pub fn growth(&self, time_s: f64) -> f64 {
+        self.growth.at(time_s)
     }
 
     /// Whether the motion is known at a time after the trigger in a recording, which then shows two bodies at rest.
@@ -153,17 +206,17 @@ impl Followed {
         self.times_s.iter().zip(&self.motion_m).filter_map(|(time_s, d)| Some((*time_s, (*d)?)))
     }
 
-    fn taken_out_of(&self, observation: &Observation, own_m: f64) -> Observation {
-        let place = |(x, d): (&Option<Estimate>, &Option<Estimate>)| {
+    fn taken_out_of(&self, observation: &Observation, own_m: impl Fn(f64) -> f64) -> Observation {
+        let place = |((x, d), time_s): ((&Option<Estimate>, &Option<Estimate>), &f64)| {
             let x = (*x)?;
             Some(match d {
                 Some(d) => Estimate::new(x.value - d.value, x.sigma.hypot(d.sigma)),
-                None => Estimate::new(x.value, x.sigma.hypot(own_m)),
+                None => Estimate::new(x.value, x.sigma.hypot(own_m(*time_s))),
             })
         };
         let of_body = |track: &BodyTrack| BodyTrack {
             body: track.body,
-            position_m: track.position_m.iter().zip(&self.motion_m).map(place).collect(),
+            position_m: track.position_m.iter().zip(&self.motion_m).zip(&self.times_s).map(place).collect(),
         };
         Observation { bodies: observation.bodies.iter().map(of_body).collect(), ..observation.clone() }
     }
@@ -308,11 +361,39 @@ mod tests {
             assert!(squares / n < 5.0 * NOISE_M.powi(2), "{}", squares / n);
             let unknown = last.last().unwrap().unwrap().sigma;
             let own_m = (found.departure.size.value.powi(2) - found.shared_m.powi(2)).max(0.0).sqrt();
-            assert!((unknown - own_m.hypot(1.1 * NOISE_M)).abs() < 1e-12);
+            let grown_m = own_m * found.growth(shaken[0].times_s[119]);
+            assert!((unknown - grown_m.hypot(1.1 * NOISE_M)).abs() < 1e-12);
+            // A shake of eight periods does not grow, but by what phases make of half of that.
+            assert!(found.growth(shaken[0].times_s[119]) < 1.5, "{found:?}");
             // A sine's deviation is 3.5; recordings whose phases are 2 apart share none of it.
             let shared = found.shared_m / NOISE_M;
             assert!(if is_set_off { (2.5..5.0).contains(&shared) } else { shared < 1.5 }, "{shared}");
             assert!(found.is_known("1", 1e-3) && !found.is_known("1", 2.5e-3));
+        }
+    }
+
+    #[test]
+    fn a_slow_swing_goes_on_to_grow_where_nobody_sees_it() {
+        let mut random = Pcg64::seed_from_u64(6);
+        let still = recordings(&mut random, 0.0, false);
+        let rates = [0.9, -1.2, 0.7];
+        let drifting = |(observation, rate): (&Observation, &f64)| {
+            let mut moved = observation.clone();
+            for track in &mut moved.bodies {
+                for (x, time_s) in track.position_m.iter_mut().zip(&observation.times_s) {
+                    *x = x.map(|x| Estimate::new(x.value + 5e-3 * rate * time_s, x.sigma));
+                }
+            }
+            moved
+        };
+        let found =
+            camera_motion(&still.iter().zip(&rates).map(drifting).collect::<Vec<_>>(), &RESTS_UNTIL_S)
+                .unwrap();
+        let rms = (rates.iter().map(|rate| rate * rate).sum::<f64>() / 3.0).sqrt();
+        for time_s in [2.5e-3, 4.7e-3] {
+            let ratio = found.departure.size.value * found.growth(time_s) / (5e-3 * rms * time_s);
+            // Noise of a tenth of the drift's end leaves its power within a few per cent.
+            assert!((ratio - 1.0).abs() < 0.15, "{ratio} {found:?}");
         }
     }
 

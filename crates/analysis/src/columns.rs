@@ -8,11 +8,16 @@ use crate::Missing;
 /// Share of the replicas that must yield a value for its scatter to be its uncertainty.
 const MIN_SHARE: f64 = 0.75;
 
+/// Standard deviations of its scatter by which an error is told: by chance in 3 of 1000.
+const TOLD: f64 = 3.0;
+
 /// The measured quantities; each holds one value per gap, per time, or one in all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Column {
     PeakTime,
     PeakStrain,
+    PeakTimeBend,
+    PeakStrainBend,
     EdgeTime,
     ParticleVelocity,
     Velocity,
@@ -67,6 +72,20 @@ impl Scatter {
             return Err(Missing::Unstable);
         }
         Ok(Estimate::new(value, covariance(&found, &found).sqrt()))
+    }
+
+    /// The same with an error of which another column tells the size, where that is beyond chance.
+    pub(crate) fn estimate_with(
+        &self,
+        column: Column,
+        error: Column,
+        row: usize,
+    ) -> Result<Estimate, Missing> {
+        let estimate = self.estimate(column, row)?;
+        // Without replicas the values count as exact.
+        let is_told = |error: &Estimate| !self.replicas.is_empty() && error.value.abs() > TOLD * error.sigma;
+        let told = self.estimate(error, row).ok().filter(is_told);
+        Ok(Estimate::new(estimate.value, estimate.sigma.hypot(told.map_or(0.0, |error| error.value))))
     }
 
     /// The same for a quantity that noise shifts on average: what the replicas lie off the motion's value on average is taken off it

@@ -79,6 +79,8 @@ pub struct LeadingPulse {
     pub peak_time_s: f64,
     /// Strain at the peak, compression negative.
     pub peak_strain: f64,
+    /// What the peak's polynomial leaves; absent where too few samples tell it.
+    pub bends: Option<Bend>,
     /// Time of the leading edge in seconds.
     pub edge_time_s: Option<f64>,
     /// Time of the pulse's foot in seconds: the passage of 10 % of the peak, carried back by the time from 10 to 50 %. On the
@@ -86,6 +88,15 @@ pub struct LeadingPulse {
     pub foot_time_s: Option<f64>,
     /// Samples on each side over which the gap's strain may be smoothed without visible bias.
     pub half_window: usize,
+}
+
+/// How a peak changes with a polynomial over half as far down from it: as much as a top that is no polynomial of order six bends away from one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bend {
+    /// By how much the peak is later.
+    pub later_s: f64,
+    /// By how much its strain is larger.
+    pub strain: f64,
 }
 
 /// The leading pulse of every gap; row i is gap i + 1.
@@ -171,6 +182,7 @@ fn leading_pulse(
     let summit = near.max_by(|a, b| level(smoothed, *a).total_cmp(&level(smoothed, *b)));
     let summit = summit.filter(|at| smoothed[*at].is_some()).ok_or(Missing::TooFewSamples)?;
     let peak = refine_peak(&series, smoothed, summit, settings.peak_fraction)?;
+    let narrower = refine_peak(&series, smoothed, summit, 0.5 * (1.0 + settings.peak_fraction));
     let edge = crossing_before(smoothed, summit, settings.edge_fraction * peak.value);
     let tenth = crossing_before(smoothed, summit, 0.1 * peak.value);
     let half = crossing_before(smoothed, summit, 0.5 * peak.value);
@@ -178,6 +190,10 @@ fn leading_pulse(
         gap,
         peak_time_s: time_at(map, peak.place),
         peak_strain: -peak.value,
+        bends: narrower.ok().map(|other| Bend {
+            later_s: map.interval_s() * (other.place - peak.place),
+            strain: peak.value - other.value,
+        }),
         edge_time_s: edge.map(|place| time_at(map, place)),
         foot_time_s: tenth.zip(half).map(|(tenth, half)| time_at(map, 2.0 * tenth - half)),
         half_window: *half_window,
@@ -356,7 +372,15 @@ mod tests {
 
     fn pulse(gap: usize, peak_time_s: f64, peak_strain: f64) -> Result<LeadingPulse, Missing> {
         let (edge_time_s, foot_time_s) = (None, None);
-        Ok(LeadingPulse { gap, peak_time_s, peak_strain, edge_time_s, foot_time_s, half_window: 3 })
+        Ok(LeadingPulse {
+            gap,
+            peak_time_s,
+            peak_strain,
+            bends: None,
+            edge_time_s,
+            foot_time_s,
+            half_window: 3,
+        })
     }
 
     #[test]

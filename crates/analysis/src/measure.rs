@@ -245,6 +245,8 @@ impl Values {
         let mut columns = Columns::default();
         columns.set(Column::PeakTime, of_pulses(|pulse| Some(pulse.peak_time_s)));
         columns.set(Column::PeakStrain, of_pulses(|pulse| Some(pulse.peak_strain)));
+        columns.set(Column::PeakTimeBend, of_pulses(|pulse| pulse.bends.map(|bends| bends.later_s)));
+        columns.set(Column::PeakStrainBend, of_pulses(|pulse| pulse.bends.map(|bends| bends.strain)));
         columns.set(Column::EdgeTime, of_pulses(|pulse| pulse.edge_time_s));
         columns.set(Column::Velocity, of_speed(|speed| Some(speed.velocity_m_per_s)));
         columns.set(Column::FirstThird, of_speed(|speed| speed.thirds_m_per_s.map(|thirds| thirds[0])));
@@ -304,8 +306,8 @@ fn assemble(map: StrainMap, plan: &Plan<'_>, values: &Values, scatter: &Scatter)
 fn gap_front(row: usize, pulse: LeadingPulse, scatter: &Scatter) -> Result<GapFront, Missing> {
     Ok(GapFront {
         gap: pulse.gap,
-        peak_time_s: scatter.estimate(Column::PeakTime, row)?,
-        peak_strain: scatter.estimate(Column::PeakStrain, row)?,
+        peak_time_s: scatter.estimate_with(Column::PeakTime, Column::PeakTimeBend, row)?,
+        peak_strain: scatter.estimate_with(Column::PeakStrain, Column::PeakStrainBend, row)?,
         edge_time_s: scatter.estimate(Column::EdgeTime, row).ok(),
         particle_velocity_m_per_s: scatter.estimate(Column::ParticleVelocity, row).ok(),
     })

@@ -230,7 +230,15 @@ mod tests {
     fn a_ripple_ahead_of_the_pulse_is_no_undisturbed_pulse() {
         let pulse = |gap: usize, peak_time_s: f64, peak_strain: f64| {
             let foot_time_s = Some(gap as f64);
-            Ok(LeadingPulse { gap, peak_time_s, peak_strain, edge_time_s: None, foot_time_s, half_window: 3 })
+            Ok(LeadingPulse {
+                gap,
+                peak_time_s,
+                peak_strain,
+                bends: None,
+                edge_time_s: None,
+                foot_time_s,
+                half_window: 3,
+            })
         };
         // Foot and peak run at one gap a second, the peak six seconds behind; the foot's reflection meets it at gap 7.
         let mut pulses: Vec<_> = (1..=10).map(|gap| pulse(gap, gap as f64 + 6.0, -0.05)).collect();

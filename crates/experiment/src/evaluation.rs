@@ -144,7 +144,7 @@ pub fn evaluate(
     let (observations, reading_errors, assumptions) =
         (merged.observations, merged.reading_errors, merged.assumptions);
     step();
-    let known = known(experiment, &setup.map, &tracked.stages.scale);
+    let known = known(experiment, &setup.map, &tracked.stages.scale, merged.shortening);
     let chain = &experiment.chain_model()?;
     let material = Material {
         experiment,
@@ -461,8 +461,14 @@ pub(crate) fn track_model(
 }
 
 /// What the experiment knows only within an uncertainty, and the fit may move. Of a lens, what remains of its distortion counts as
-/// an error of the scale, by its size in the picture's middle. A scale that the stage contradicts is known only within that.
-pub(crate) fn known(experiment: &Experiment, map: &ChainMap, contradiction: &ScaleCheck) -> Vec<Known> {
+/// an error of the scale, by its size in the picture's middle. A scale that the stage contradicts is known only within that, and one of
+/// pictures that may be rolled within what they are shorter by then.
+pub(crate) fn known(
+    experiment: &Experiment,
+    map: &ChainMap,
+    contradiction: &ScaleCheck,
+    shortening: f64,
+) -> Vec<Known> {
     let scale = map.m_per_px();
     let chain = &experiment.chain;
     let of_striker =
@@ -479,7 +485,10 @@ pub(crate) fn known(experiment: &Experiment, map: &ChainMap, contradiction: &Sca
     let of_gaps = (1..chain.n_bodies)
         .map(|gap| (Quantity::StiffnessOfGap(gap), scatter(experiment.contact.stiffness_scatter)));
     [
-        (Quantity::Scale, (scale.sigma / scale.value).hypot(contradiction.relative_sigma())),
+        (
+            Quantity::Scale,
+            (scale.sigma / scale.value).hypot(contradiction.relative_sigma()).hypot(shortening),
+        ),
         (Quantity::BodyMass, relative(chain.mass_sigma_kg, chain.mean_mass_kg())),
         (Quantity::StrikerMass, of_striker.map_or(0.0, |(sigma_kg, mass_kg)| relative(sigma_kg, mass_kg))),
         (Quantity::Ground, of_ground),

@@ -49,6 +49,7 @@ mod finding;
 mod follow;
 mod frame_steps;
 mod geometry_at_rest;
+mod inclination;
 mod joining;
 mod joint;
 mod key;

@@ -10,6 +10,7 @@ use crate::configuration::Experiment;
 use crate::direction::against_the_chain;
 use crate::error::Error;
 use crate::finding::Finding;
+use crate::inclination::Inclination;
 use crate::joining::Unjoined;
 use crate::joint::Joint;
 use crate::numbers::{NotNegative, Positive};
@@ -36,6 +37,8 @@ pub(crate) struct Merged {
     pub(crate) side_motion: SideMotion,
     /// The recordings that were kept, as fits take them.
     pub(crate) observations: Vec<Observation>,
+    /// By how much displacements may be too small, relative to themselves, as bodies move at an angle to the pictures' rows.
+    pub(crate) shortening: f64,
     /// The errors that their readings share.
     pub(crate) reading_errors: Vec<ReadingError>,
     /// What was taken to be so.
@@ -87,6 +90,7 @@ pub(crate) fn merged(
     let shared = SharedErrors::of(setup, &recordings, &as_merged, &settings, &stitched, n_threads)?;
     let mut side_motion = SideMotion::of(setup, &recordings, &steadying, &settings, &stitched, n_threads)?;
     side_motion.widen(&without_pictures, &stitched.motion);
+    let inclination = Inclination::of(&stitched.motion, &side_motion);
     let rests_until_s = &steadying.rests_until_s;
     // What lies on the sensor is seen apart by two views as well, and is counted already.
     let between_views = match picture_errors.is_found() {
@@ -107,6 +111,9 @@ pub(crate) fn merged(
         unresolved.add_to(&mut stitched.motion);
     }
     scale.add_to(&mut stitched.motion);
+    if let Some(inclination) = &inclination {
+        inclination.add_to(&mut stitched.motion);
+    }
     let observations = steadying.widened(observations);
     let light_moves = tracked.findings.iter().any(|finding| finding.code == MOVING_LIGHT);
     let of_camera = [
@@ -118,6 +125,7 @@ pub(crate) fn merged(
         Finding::all_of("picture_errors", "the pictures", picture_errors.warnings(light_moves)),
         Finding::all_of("frame_rate", "the frame rate", unresolved.and_then(|found| found.warning())),
         between_views.iter().map(BetweenViews::finding).collect(),
+        inclination.iter().map(Inclination::finding).collect(),
         side_motion.findings.clone(),
     ];
     Ok(Merged {
@@ -129,6 +137,7 @@ pub(crate) fn merged(
         stitched,
         side_motion,
         observations,
+        shortening: inclination.as_ref().map_or(0.0, Inclination::shortening),
         reading_errors: [apart.errors, of_each_view, geometry_errors].concat(),
         assumptions: settings.assumptions(),
     })

@@ -309,7 +309,7 @@ fn rehearsed(rehearsal: &Rehearsal, n_threads: NonZero<usize>) -> Result<Precisi
     let Merged { shared, stitched, observations, reading_errors, .. } =
         merged(setup, &tracked, &stated, n_threads)?;
     let measurement = shared.measure(experiment, &stitched.motion, chosen_gaps(experiment), n_threads)?;
-    let known = known(experiment, &setup.map, &tracked.stages.scale);
+    let known = known(experiment, &setup.map, &tracked.stages.scale, 0.0);
     let model = track_model(experiment, experiment.chain_model()?, &known, n_threads);
     let model = model.map(|model| TrackModel { reading_errors, ..model });
     let offsets_s: Vec<f64> = stitched.alignments.iter().map(|one| one.trigger_offset_s.value).collect();

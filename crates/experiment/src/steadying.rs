@@ -91,7 +91,7 @@ impl Steadying {
             let is_known = |one: &Observation| camera.is_known(&one.recording, motion.times_s[i]);
             let is_open =
                 motion.displacement_m[(row, i)].is_some() && !observations.iter().filter(sees).any(is_known);
-            if is_open { camera.shared_m } else { 0.0 }
+            if is_open { camera.shared_m * camera.growth(motion.times_s[i]) } else { 0.0 }
         };
         let displacement_m = Array2::from_shape_fn(motion.displacement_m.dim(), error_m);
         motion.add_error(ErrorSource::CameraMotion, &displacement_m);
@@ -110,9 +110,11 @@ impl Steadying {
             let known: Vec<bool> = observation.times_s.iter().map(is_known).collect();
             let extra_m2 = of_all_m2 * known.iter().filter(|known| !**known).count() as f64;
             for track in &mut observation.bodies {
-                let open = track.position_m.iter_mut().zip(&known).filter(|(_, known)| !**known);
-                let widened = |x: Estimate| Estimate::new(x.value, (x.sigma.powi(2) + extra_m2).sqrt());
-                open.for_each(|(place, _)| *place = place.map(widened));
+                let places = track.position_m.iter_mut().zip(&observation.times_s).zip(&known);
+                for ((place, time_s), _) in places.filter(|(_, known)| !**known) {
+                    let extra_m2 = extra_m2 * camera.growth(*time_s).powi(2);
+                    *place = place.map(|x| Estimate::new(x.value, (x.sigma.powi(2) + extra_m2).sqrt()));
+                }
             }
         }
         observations
