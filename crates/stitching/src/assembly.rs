@@ -29,7 +29,7 @@ pub(crate) struct Assembled {
 impl AlignmentState<'_> {
     /// The motion on the present time base, and where each recording stands.
     pub(crate) fn assembled(&self, errors: &AlignmentErrors) -> Result<Assembled, StitchingError> {
-        let field = &self.responses()?;
+        let field = &self.responses_when_aligned()?;
         let shape = (self.settings.n_bodies, self.times_s.len());
         let ratios: Vec<f64> =
             field.iter().map(|of_body| self.scatter_ratio(of_body, |_| true).max(1.0)).collect();

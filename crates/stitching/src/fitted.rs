@@ -8,17 +8,39 @@ use crate::state::{AlignmentState, Scale};
 /// All contributions and the fitted response at each body and time, row by row.
 pub(crate) type Fitted = Vec<Vec<FittedTime>>;
 
+/// What the prior of a response's slope is one of.
+#[derive(Debug, Clone, Copy)]
+enum SlopePrior {
+    /// Of the body at all its times together, as drives and offsets feel it.
+    OfBody,
+    /// Of each time.
+    OfTime,
+}
+
 impl AlignmentState<'_> {
     /// Reads every recording on the common time base at its present offset, and fits motion and response.
     ///
     /// # Errors
     /// [`StitchingError::Undetermined`] where readings and priors do not tell a body's motion.
     pub(crate) fn responses(&self) -> Result<Fitted, StitchingError> {
-        self.responses_of(|_| true)
+        self.fitted(|_| true, SlopePrior::OfBody)
+    }
+
+    /// The same at drives and offsets that are found: at each time by what is known of the response there.
+    pub(crate) fn responses_when_aligned(&self) -> Result<Fitted, StitchingError> {
+        self.fitted(|_| true, SlopePrior::OfTime)
     }
 
     /// The same for the rows that are wanted; nothing in the others.
     pub(crate) fn responses_of(&self, is_wanted: impl Fn(usize) -> bool) -> Result<Fitted, StitchingError> {
+        self.fitted(is_wanted, SlopePrior::OfBody)
+    }
+
+    fn fitted(
+        &self,
+        is_wanted: impl Fn(usize) -> bool,
+        slope_prior: SlopePrior,
+    ) -> Result<Fitted, StitchingError> {
         let n_times = self.times_s.len();
         let mut readings: Vec<Vec<Vec<Contribution>>> =
             vec![vec![Vec::new(); n_times]; self.settings.n_bodies];
@@ -35,7 +57,11 @@ impl AlignmentState<'_> {
                 }
             }
         }
-        readings.into_iter().enumerate().map(|(row, of_body)| self.fit_body(row, of_body)).collect()
+        readings
+            .into_iter()
+            .enumerate()
+            .map(|(row, of_body)| self.fit_body(row, of_body, slope_prior))
+            .collect()
     }
 
     /// Fits one body's motion. A time that fewer than three recordings cover, of more that saw the body, is left out: at the
@@ -44,6 +70,7 @@ impl AlignmentState<'_> {
         &self,
         row: usize,
         readings: Vec<Vec<Contribution>>,
+        slope_prior: SlopePrior,
     ) -> Result<Vec<FittedTime>, StitchingError> {
         let all = || readings.iter().flatten().map(|contribution| &contribution.read);
         let n = all().count().max(1) as f64;
@@ -61,9 +88,14 @@ impl AlignmentState<'_> {
             (true, _) => CurvaturePrior::Small(prior_m(sizes.curvature)),
         };
         // A body's response departs from plain scaling alike at all its times: where trials tell the slope at each, the prior counts once
-        // and not at every time, else the sum of all would pull at drives that the readings hardly tell.
+        // and not at every time, else the sum of all would pull at drives that the readings hardly tell. Two or three trials whose drives are
+        // nearly alike tell it badly at each time, where what is known of it beforehand is as good as it ever was.
         let n_times = readings.iter().filter(|at_time| !at_time.is_empty()).count().max(1) as f64;
-        let once = if most > 3 { n_times.sqrt() } else { 1.0 };
+        let is_told = match slope_prior {
+            SlopePrior::OfBody => most > 1,
+            SlopePrior::OfTime => most > 3,
+        };
+        let once = if is_told { n_times.sqrt() } else { 1.0 };
         let prior = ResponsePrior { slope_m: once * prior_m(sizes.slope), curvature };
         let fit = |(i, mut contributions): (usize, Vec<Contribution>)| {
             if contributions.len() < enough {
