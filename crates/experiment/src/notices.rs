@@ -5,6 +5,7 @@ use chainwave_measurement::{Estimate, Observation, RecordingInfo, median};
 use crate::configuration::Experiment;
 use crate::finding::Finding;
 use crate::follow::EdgeNote;
+use crate::numbers::NotNegative;
 use crate::standing::{Standing, Standings};
 use crate::tracked::TrackedRecording;
 use crate::wording::estimate;
@@ -28,7 +29,8 @@ pub(crate) fn notices(
     let remarks = remarks.into_iter().map(remark);
     let unseen = observations.iter().flat_map(unseen_for_a_while);
     let drives = unusual_drives(experiment, standings).into_iter();
-    remarks.chain(unseen).chain(drives.map(|drive| drive.warning())).collect()
+    let triggers = unusual_triggers(experiment, standings);
+    remarks.chain(unseen).chain(drives.map(|drive| drive.warning())).chain(triggers).collect()
 }
 
 /// What a file says against itself: steps of its time stamps, a header that contradicts them, and the like; and edges that bias its
@@ -129,6 +131,30 @@ const UNUSUAL: f64 = 2.58;
 fn unusual_drives(experiment: &Experiment, standings: &Standings) -> Vec<UnusualDrive> {
     let drives = standings.of_recordings.iter().filter_map(|one| drive(experiment, standings, one));
     drives.filter(|drive| drive.in_deviations.abs() > UNUSUAL).collect()
+}
+
+/// Recordings whose trigger the stated scatter hardly explains, where one is stated: by as much as a drive is unusual.
+fn unusual_triggers(experiment: &Experiment, standings: &Standings) -> Vec<Finding> {
+    let trigger = &experiment.trigger;
+    let Some(sigma_s) = trigger.sigma_s else { return Vec::new() };
+    let scatter_s = sigma_s.get().hypot(trigger.view_sigma_s.map_or(0.0, NotNegative::get));
+    let of_recordings = &standings.of_recordings;
+    let middle_s =
+        median(of_recordings.iter().map(|one| one.trigger_offset_s.value).collect()).unwrap_or(0.0);
+    let unusual = |one: &Standing| {
+        let off_s = Estimate::new(one.trigger_offset_s.value - middle_s, one.trigger_offset_s.sigma);
+        (off_s.value.abs() > UNUSUAL * scatter_s.hypot(off_s.sigma)).then(|| Finding {
+            code: "unusual_trigger",
+            subject: one.recording.clone(),
+            text: format!(
+                "triggered {} us off the median ({:.1} of the stated scatter): kept, with its own trigger fitted (hint: a frame that is missing \
+                 while all rests looks the same; or [trigger] states too little)",
+                estimate(off_s.scaled(1e6)),
+                off_s.value / scatter_s
+            ),
+        })
+    };
+    of_recordings.iter().filter_map(unusual).collect()
 }
 
 /// The recording whose drive lies farthest from the median.
