@@ -28,6 +28,8 @@ pub(crate) enum Column {
     HalfWidth,
     Energy,
     RelativeEnergy,
+    EnergyBend,
+    RelativeEnergyBend,
     Resonance,
 }
 
@@ -74,18 +76,21 @@ impl Scatter {
         Ok(Estimate::new(value, covariance(&found, &found).sqrt()))
     }
 
-    /// The same with an error of which another column tells the size, where that is beyond chance.
+    /// The same with an error of which another column tells the size.
     pub(crate) fn estimate_with(
         &self,
         column: Column,
         error: Column,
         row: usize,
     ) -> Result<Estimate, Missing> {
-        let estimate = self.estimate(column, row)?;
-        // Without replicas the values count as exact.
+        let Estimate { value, sigma } = self.estimate(column, row)?;
+        Ok(Estimate::new(value, sigma.hypot(self.told(error, row))))
+    }
+
+    /// The size of an error, where it is beyond chance; else 0. Without replicas values count as exact.
+    pub(crate) fn told(&self, error: Column, row: usize) -> f64 {
         let is_told = |error: &Estimate| !self.replicas.is_empty() && error.value.abs() > TOLD * error.sigma;
-        let told = self.estimate(error, row).ok().filter(is_told);
-        Ok(Estimate::new(estimate.value, estimate.sigma.hypot(told.map_or(0.0, |error| error.value))))
+        self.estimate(error, row).ok().filter(is_told).map_or(0.0, |error| error.value.abs())
     }
 
     /// The same for a quantity that noise shifts on average: what the replicas lie off the motion's value on average is taken off it

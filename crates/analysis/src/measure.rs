@@ -135,16 +135,20 @@ pub fn measure_peak_energies(
     check_motion(motion)?;
     let sigma = strain_sigma(motion, &settings.spacing);
     let of_map = |map: &StrainMap| pulses_and_energies(map, &settings.front, energy_of);
-    let columns = |energies_j: &[Result<f64, Missing>]| {
-        let mut columns = Columns::default();
-        set_energies(&mut columns, energies_j);
-        columns
-    };
+    let columns =
+        |map: &StrainMap, pulses: &[Result<LeadingPulse, Missing>], energies_j: &[Result<f64, Missing>]| {
+            let mut columns = Columns::default();
+            set_energies(&mut columns, energies_j, energy_bends_j((map, pulses), energy_of));
+            columns
+        };
     let map = strain_with_sigma(motion, &sigma, &settings.spacing);
     let (pulses, mut energies_j) = of_map(&map);
     drop_what_rest_may_hold(&mut energies_j, (&map, &pulses), energy_of, settings.front.significance);
-    let replicas = of_replicas(motion, &sigma, settings, |_, map| columns(&of_map(map).1));
-    Ok(energies(&energies_j, &Scatter::new(columns(&energies_j), replicas)))
+    let replicas = of_replicas(motion, &sigma, settings, |_, map| {
+        let (pulses, energies_j) = of_map(map);
+        columns(map, &pulses, &energies_j)
+    });
+    Ok(energies(&energies_j, &Scatter::new(columns(&map, &pulses, &energies_j), replicas)))
 }
 
 /// What a function makes of each replica of a motion and of its strains; nothing of a motion without error.
@@ -198,6 +202,8 @@ impl<'a> Plan<'a> {
             Some(energy_of) => pulses_and_energies(map, front, energy_of),
             None => (leading_pulses(map, front), Vec::new()),
         };
+        let energy_bends_j =
+            self.energy_of.map_or_else(Vec::new, |energy_of| energy_bends_j((map, &pulses), energy_of));
         let speed = fit_speed(&pulses, &map.spacing, &self.velocity_gaps);
         let half_widths_m = speed.map_or_else(
             |_| vec![None; self.half_width_times_s.len()],
@@ -217,6 +223,7 @@ impl<'a> Plan<'a> {
             speed,
             half_widths_m,
             energies_j,
+            energy_bends_j,
             spectrum,
             resonance_hz,
         }
@@ -232,6 +239,7 @@ struct Values {
     speed: Result<SpeedFit, Missing>,
     half_widths_m: Vec<Option<f64>>,
     energies_j: Vec<Result<f64, Missing>>,
+    energy_bends_j: Vec<Option<f64>>,
     spectrum: TailSpectrum,
     resonance_hz: Option<f64>,
 }
@@ -255,17 +263,33 @@ impl Values {
         columns.set(Column::ParticleVelocity, self.particles_m_per_s.clone());
         columns.set(Column::MeanParticleVelocity, vec![self.particle_m_per_s]);
         columns.set(Column::HalfWidth, self.half_widths_m.clone());
-        set_energies(&mut columns, &self.energies_j);
+        set_energies(&mut columns, &self.energies_j, self.energy_bends_j.clone());
         columns.set(Column::Resonance, vec![self.resonance_hz]);
         columns
     }
 }
 
-fn set_energies(columns: &mut Columns, energies_j: &[Result<f64, Missing>]) {
+/// What the bends of the pulses' peaks make of their energies.
+fn energy_bends_j(
+    (map, pulses): (&StrainMap, &[Result<LeadingPulse, Missing>]),
+    energy_of: EnergyLaw<'_>,
+) -> Vec<Option<f64>> {
+    let of_pulse = |pulse: &Result<LeadingPulse, Missing>| {
+        let LeadingPulse { gap, peak_strain, bends, .. } = *pulse.as_ref().ok()?;
+        let energy_j = |strain: f64| energy_of(gap, -strain * map.spacing.of_gap_m(gap));
+        Some(energy_j(peak_strain + bends?.strain) - energy_j(peak_strain))
+    };
+    pulses.iter().map(of_pulse).collect()
+}
+
+fn set_energies(columns: &mut Columns, energies_j: &[Result<f64, Missing>], bends_j: Vec<Option<f64>>) {
     let first_j = energies_j.first().and_then(|energy| energy.ok());
     let relative = |energy: &Result<f64, Missing>| Some(energy.ok()? / first_j?);
     columns.set(Column::Energy, energies_j.iter().map(|energy| energy.ok()).collect());
     columns.set(Column::RelativeEnergy, energies_j.iter().map(relative).collect());
+    let relative_bend = |bend_j: &Option<f64>| Some((*bend_j)? / first_j?);
+    columns.set(Column::RelativeEnergyBend, bends_j.iter().map(relative_bend).collect());
+    columns.set(Column::EnergyBend, bends_j);
 }
 
 /// Mean of the values of gaps in a range; `None` where none has one.
@@ -334,18 +358,26 @@ fn group_velocity(
 fn energies(energies_j: &[Result<f64, Missing>], scatter: &Scatter) -> PeakEnergies {
     let measured = |row: &usize| scatter.estimate(Column::Energy, *row).is_ok();
     let rows: Vec<usize> = (0..energies_j.len()).filter(measured).collect();
-    let all_of = |column| {
-        rows.iter().map(|row| scatter.unbiased_estimate(column, *row).ok()).collect::<Option<Vec<_>>>()
+    let all_of = |column, bend| {
+        let estimate = |row: &usize| {
+            let Estimate { value, sigma } = scatter.unbiased_estimate(column, *row).ok()?;
+            Some(Estimate::new(value, sigma.hypot(scatter.told(bend, *row))))
+        };
+        rows.iter().map(estimate).collect::<Option<Vec<_>>>()
     };
+    let mut covariance_j2 = scatter.covariance(Column::Energy, &rows);
+    for (variance_j2, row) in covariance_j2.diag_mut().iter_mut().zip(&rows) {
+        *variance_j2 += scatter.told(Column::EnergyBend, *row).powi(2);
+    }
     let reason = |(row, energy): (usize, &Result<f64, Missing>)| {
         let outcome = energy.and_then(|_| scatter.estimate(Column::Energy, row));
         outcome.err().map(|reason| (row + 1, reason))
     };
     PeakEnergies {
         gaps: rows.iter().map(|row| row + 1).collect(),
-        energy_j: all_of(Column::Energy).unwrap_or_default(),
-        relative: all_of(Column::RelativeEnergy),
-        covariance_j2: scatter.covariance(Column::Energy, &rows),
+        energy_j: all_of(Column::Energy, Column::EnergyBend).unwrap_or_default(),
+        relative: all_of(Column::RelativeEnergy, Column::RelativeEnergyBend),
+        covariance_j2,
         missing: energies_j.iter().enumerate().filter_map(reason).collect(),
     }
 }
