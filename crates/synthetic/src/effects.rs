@@ -8,6 +8,7 @@ mod scale_error;
 mod sensor_map;
 mod shadow;
 mod shake;
+mod vignetting;
 
 use serde::{Deserialize, Serialize};
 
@@ -23,6 +24,7 @@ pub(crate) use self::block_coding::BlockCoding;
 pub(crate) use self::out_of_plane::AlongAxis;
 pub(crate) use self::reflections::ReflectionMap;
 pub(crate) use self::sensor_map::SensorMap;
+pub(crate) use self::vignetting::vignette;
 
 use crate::SyntheticError;
 use crate::blur::MOST_DEFOCUS_PX;
@@ -58,6 +60,10 @@ pub struct Effects {
     /// A shadow that moves across the picture.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shadow: Option<Shadow>,
+    /// Vignetting: share of the light that the corners of the picture lack. It grows with the square of the distance from the
+    /// middle, and stays where it is while bodies move through it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub vignetting: Option<f64>,
     /// Focus that is lost over the recording.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub defocus: Option<Defocus>,
@@ -146,6 +152,7 @@ impl Effects {
         let bits = self.stored_bits.unwrap_or(bit_depth);
         let expected = "1 to camera.sensor.bit_depth";
         require((1..=bit_depth).contains(&bits), "camera.effects.stored_bits", expected, bits)?;
+        require_share("camera.effects.vignetting", self.vignetting.unwrap_or(0.0))?;
         let share = self.repeated_lines.unwrap_or(0.0);
         require_share("camera.effects.repeated_lines", share)
     }

@@ -3,7 +3,7 @@
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
-use crate::effects::{BlockCoding, HotPixel, ReflectionMap, SensorMap};
+use crate::effects::{BlockCoding, HotPixel, ReflectionMap, SensorMap, vignette};
 use crate::seed::{Purpose, stream};
 use crate::settings::{Camera, Shot};
 
@@ -135,12 +135,15 @@ impl<'a> RecordingCamera<'a> {
 
     /// Turns the tones of whole rows, from `first_row` on, into expected counts before the sensor's own pattern.
     pub(crate) fn collect(&self, tones: &mut [f32], first_row: usize, stamp_s: f64, flicker_phase_rad: f64) {
-        let Camera { sensor, effects, lighting, exposure_s, width_px, .. } = self.camera;
+        let Camera { sensor, effects, lighting, exposure_s, width_px, height_px, .. } = self.camera;
         if let Some(shadow) = &effects.shadow {
             shadow.apply(tones, *width_px, stamp_s);
         }
         if let Some(reflections) = &self.reflections {
             reflections.apply(tones, first_row * width_px);
+        }
+        if let Some(at_corner) = effects.vignetting {
+            vignette(tones, [*width_px, *height_px], first_row, at_corner);
         }
         let black = sensor.black_level as f32;
         let light = lighting

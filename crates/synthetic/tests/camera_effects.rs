@@ -377,6 +377,25 @@ fn a_shadow_takes_its_share_of_the_light() {
     }
 }
 
+#[test]
+fn vignetting_stays_where_it_is_and_takes_its_share_at_the_corners() {
+    for frame in [0, 30] {
+        let found = seen(&camera(Effects { vignetting: Some(0.3), ..Effects::default() }), &shot(), frame);
+        let before = seen(&plain(), &shot(), frame);
+        let [height, width] = [before.nrows(), before.ncols()];
+        let middle = [0.5 * (width as f64 - 1.0), 0.5 * (height as f64 - 1.0)];
+        for (row, column) in
+            [(0, 0), (0, width - 1), (height - 1, 7), (height / 2, width / 2), (height / 3, 3 * width / 4)]
+        {
+            let share = ((column as f64 - middle[0]).powi(2) + (row as f64 - middle[1]).powi(2))
+                / (middle[0].powi(2) + middle[1].powi(2));
+            let expected = (1.0 - 0.3 * share) * before[[row, column]];
+            // 1e-6: single precision.
+            assert!((found[[row, column]] - expected).abs() < 1.0e-6, "{row} {column}");
+        }
+    }
+}
+
 /// The camera with noise, so that low bits are random.
 fn noisy(effects: Effects) -> Camera {
     let mut camera = camera(effects);

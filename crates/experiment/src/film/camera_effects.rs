@@ -42,6 +42,11 @@ impl CameraEffect {
         Self { name: "hot_pixels", causes: &["hot pixels"], add: |to, _| hot_pixels(&mut to.effects) },
         Self { name: "reflections", causes: &["reflections"], add: |to, _| reflections(&mut to.effects) },
         Self { name: "shadow", causes: &["shadow"], add: shadow },
+        Self {
+            name: "vignetting",
+            causes: &["light is uneven"],
+            add: |to, _| to.effects.vignetting = Some(0.3),
+        },
         Self { name: "defocus", causes: &["focus"], add: |to, _| defocus(&mut to.effects) },
         Self {
             name: "shake",
