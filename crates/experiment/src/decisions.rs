@@ -20,7 +20,6 @@ use crate::configuration::{Experiment, Law};
 use crate::damping::StatedDamping;
 use crate::evaluation::{Evaluation, assumed_by_fits};
 use crate::notices::farthest_drive;
-use crate::picture_geometry::PICTURE_GEOMETRY;
 use crate::setup::Setup;
 use crate::standing::{Standing, Standings};
 use crate::tracked::Tracked;
@@ -249,8 +248,8 @@ fn geometry(evaluation: &Evaluation) -> Decision {
         "a perspective along the picture, a radial distortion, or both, where places at rest or the motion of bodies that several views show tell it: by nine of \
          chi squared for each number beside views that are magnified each for itself, or by five standard deviations; a calibration by a board stays",
     );
-    match evaluation.of_camera.iter().find(|finding| finding.code == PICTURE_GEOMETRY) {
-        Some(finding) => Decision::by(rule, "mapped as bodies tell it", finding.text.clone()),
+    match &evaluation.geometry {
+        Some(geometry) => Decision::by(rule, "mapped as bodies tell it", geometry.finding().text),
         None => Decision::by(rule, "as stated", "no body that several views show contradicts it"),
     }
 }

@@ -23,11 +23,13 @@ use crate::damping::StatedDamping;
 use crate::error::Error;
 use crate::finding::Finding;
 use crate::joining::Unjoined;
+use crate::joint::Joint;
 use crate::measuring::{front_settings, measure_motion};
 use crate::merging::{Merged, merged};
 use crate::monitor::{Monitor, Stage};
 use crate::notices::{named, notices};
 use crate::numbers::NotNegative;
+use crate::picture_geometry::PictureGeometry;
 use crate::sanity::speed;
 use crate::scale::ScaleCheck;
 use crate::setup::Setup;
@@ -39,7 +41,7 @@ use crate::steadying::Steadying;
 use crate::tracked::Tracked;
 
 /// To be raised whenever the same tracks would give other results; `golden_results` among the tests of the whole guards it.
-pub const EVALUATION_VERSION: u32 = 14;
+pub const EVALUATION_VERSION: u32 = 15;
 
 /// Everything that follows from the tracks.
 pub struct Evaluation {
@@ -53,6 +55,8 @@ pub struct Evaluation {
     pub(crate) steadying: Steadying,
     /// What of the camera is shared by frames and trials: its motion, its scale, and what lies on its sensor.
     pub(crate) of_camera: Vec<Finding>,
+    /// What bodies tell of the camera's view and its lens.
+    pub(crate) geometry: Option<PictureGeometry>,
     /// What recordings had amiss that was put right.
     notices: Vec<Finding>,
     /// What the bodies do besides moving along the chain.
@@ -140,9 +144,8 @@ pub fn evaluate(
     let step = || monitor.done(Stage::Evaluating, 1);
     let stated = StatedMotion::of(experiment, tracked.last_s(), n_threads)?;
     let merged = merged(setup, tracked, &stated, n_threads)?;
-    let Merged { left_out, unjoined, steadying, of_camera, shared, stitched, side_motion, .. } = merged;
-    let (observations, reading_errors, assumptions) =
-        (merged.observations, merged.reading_errors, merged.assumptions);
+    let Merged { joint, of_camera, shared, side_motion, reading_errors, assumptions } = merged;
+    let Joint { geometry, observations, steadying, stitched, left_out, unjoined, .. } = joint;
     step();
     let known = known(experiment, &setup.map, &tracked.stages.scale, merged.shortening);
     let chain = &experiment.chain_model()?;
@@ -194,6 +197,7 @@ pub fn evaluate(
         unjoined,
         findings: tracked.findings.iter().cloned().chain(speed).collect(),
         of_camera,
+        geometry,
         steadying,
         notices,
         stitched,

@@ -83,17 +83,43 @@ pub fn film_experiment(
 ) -> Result<FilmTruth, Error> {
     let synthetic = experiment.check_film(trials, path)?;
     let studio = Studio::new(experiment, synthetic)?;
-    let takes = studio.takes(trials, n_threads)?;
+    let takes = studio.takes(trials)?;
+    let mut truth = studio.truth(&takes);
     monitor.planned(Stage::Filming, trials.len() as u64);
-    let filmed = map_in_parallel(takes.len(), n_threads, |i| {
+    let filmed = |take: &Take<'_>| -> Result<Trajectory, Error> {
         if (monitor.is_cancelled)() {
             return Err(Error::Cancelled { n_done: 0, n: takes.len() });
         }
-        studio.film(&takes[i], folder).inspect(|()| monitor.done(Stage::Filming, 1))
-    });
+        let motion = studio.motion(&take.draw)?;
+        studio.film(take, &motion, folder).inspect(|()| monitor.done(Stage::Filming, 1))?;
+        Ok(motion)
+    };
+    let every: Vec<&Take<'_>> = takes.iter().collect();
+    let filmed = one_after_the_other(&every, n_threads, filmed, |take, motion| truth.add(take, &motion));
     monitor.ended(Stage::Filming);
-    filmed.into_iter().collect::<Result<(), _>>()?;
-    Ok(studio.truth(&takes))
+    filmed?;
+    Ok(truth.finished())
+}
+
+/// Works out the motion of each take and hands it on in the takes' order. No more motions are held at a time than there are threads: one is as large as the
+/// chain is long, and is filmed for as long as its wave runs. A take that fails does not keep the others from their turn; the first failure is told.
+fn one_after_the_other<T: Copy + Sync, M: Send + Sync>(
+    takes: &[T],
+    n_threads: NonZero<usize>,
+    motion_of: impl Fn(T) -> Result<M, Error> + Sync,
+    mut hand_on: impl FnMut(T, M),
+) -> Result<(), Error> {
+    let mut first = Ok(());
+    for together in takes.chunks(n_threads.get()) {
+        let motions = map_in_parallel(together.len(), n_threads, |i| motion_of(together[i]));
+        for (take, motion) in together.iter().zip(motions) {
+            match motion {
+                Ok(motion) => hand_on(*take, motion),
+                Err(why) => first = first.and(Err(why)),
+            }
+        }
+    }
+    first
 }
 
 /// The chain that is filmed, and how.
@@ -114,7 +140,6 @@ pub(crate) struct Take<'a> {
     nominal_m_per_s: f64,
     /// Where the stage really stands.
     stage_m: f64,
-    motion: Trajectory,
 }
 
 impl<'a> Studio<'a> {
@@ -151,24 +176,15 @@ impl<'a> Studio<'a> {
         Faults(&self.synthetic.faults)
     }
 
-    /// Draws and simulates every trial.
-    pub(crate) fn takes<'b>(
-        &self,
-        trials: &'b [Trial],
-        n_threads: NonZero<usize>,
-    ) -> Result<Vec<Take<'b>>, Error> {
+    /// Draws every trial.
+    pub(crate) fn takes<'b>(&self, trials: &'b [Trial]) -> Result<Vec<Take<'b>>, Error> {
         let scatters: Vec<Scatter> = trials.iter().map(|trial| self.scatter(trial)).collect();
         let mut draws = draw(self.synthetic.seed, &scatters)?;
         if let Some(noise_seed) = self.synthetic.noise_seed {
             let others = draw(noise_seed, &scatters)?;
             draws.iter_mut().zip(others).for_each(|(own, other)| own.noise_seed = other.noise_seed);
         }
-        let drawn: Vec<(&Trial, Draw)> = trials.iter().zip(draws).collect();
-        let take = |i: usize| {
-            let (trial, draw): (&Trial, Draw) = drawn[i];
-            self.take(trial, draw)
-        };
-        map_in_parallel(drawn.len(), n_threads, take).into_iter().collect()
+        trials.iter().zip(draws).map(|(trial, draw)| self.take(trial, draw)).collect()
     }
 
     fn take<'b>(&self, trial: &'b Trial, mut draw: Draw) -> Result<Take<'b>, Error> {
@@ -178,7 +194,6 @@ impl<'a> Studio<'a> {
         Ok(Take {
             nominal_m_per_s: self.nominal(trial).value,
             stage_m: trial.stage_m + stage_error_m(seed, view, self.synthetic.stage_sigma_m.get())?,
-            motion: self.motion(&draw)?,
             trial,
             draw,
         })
@@ -202,7 +217,7 @@ impl<'a> Studio<'a> {
     }
 
     /// Films a trial, unless its recording is there or lost.
-    fn film(&self, take: &Take, folder: &Path) -> Result<(), Error> {
+    fn film(&self, take: &Take, motion: &Trajectory, folder: &Path) -> Result<(), Error> {
         let faults = self.faults();
         let path = folder.join(faults.file_name(take.trial));
         if path.exists() || faults.is_lost(take.trial) {
@@ -222,7 +237,7 @@ impl<'a> Studio<'a> {
             covers: faults.covers(take.trial),
             view: take.trial.view.into(),
         };
-        let scene = Scene::new(&camera, &specimen, &shot, &take.motion)?;
+        let scene = Scene::new(&camera, &specimen, &shot, motion)?;
         let rings = self.synthetic.rings.as_ref();
         let shapes = rings.map(|rings| rings.shapes(self, &take.draw)).transpose()?;
         let scene = match &shapes {
@@ -302,4 +317,44 @@ fn scattered(contacts: Contacts, scatter: f64, stiffness: &[f64]) -> Contacts {
         each.change_gap(gap, |contact| contact.law = contact.law.times(factor));
     }
     each
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use super::*;
+
+    /// Counts those of its kind that are held.
+    struct Motion<'a>(usize, &'a AtomicUsize);
+
+    impl Drop for Motion<'_> {
+        fn drop(&mut self) {
+            self.1.fetch_sub(1, Ordering::SeqCst);
+        }
+    }
+
+    #[test]
+    fn no_more_motions_are_held_than_there_are_threads() {
+        for n_threads in [1, 2, 3] {
+            let (held, most) = (AtomicUsize::new(0), AtomicUsize::new(0));
+            let takes: Vec<usize> = (0..10).collect();
+            let motion_of = |take: usize| {
+                if take == 5 {
+                    return Err(Error::Value("no motion".into()));
+                }
+                most.fetch_max(held.fetch_add(1, Ordering::SeqCst) + 1, Ordering::SeqCst);
+                Ok(Motion(take, &held))
+            };
+            let mut order = Vec::new();
+            let n_threads = NonZero::new(n_threads).unwrap();
+            let told = one_after_the_other(&takes, n_threads, motion_of, |take, motion| {
+                assert_eq!(take, motion.0);
+                order.push(take);
+            });
+            assert!(told.is_err_and(|why| why.to_string().contains("no motion")));
+            assert_eq!(order, [0, 1, 2, 3, 4, 6, 7, 8, 9]);
+            assert!(most.into_inner() <= n_threads.get());
+        }
+    }
 }

@@ -2,8 +2,8 @@
 
 use std::num::NonZero;
 
-use chainwave_measurement::{Observation, ReadingError};
-use chainwave_stitching::{Assumption, FirstBody, Outlier, Settings, Stitched, merge};
+use chainwave_measurement::ReadingError;
+use chainwave_stitching::{Assumption, FirstBody, Settings, merge};
 
 use crate::between_views::BetweenViews;
 use crate::configuration::Experiment;
@@ -11,7 +11,6 @@ use crate::direction::against_the_chain;
 use crate::error::Error;
 use crate::finding::Finding;
 use crate::inclination::Inclination;
-use crate::joining::Unjoined;
 use crate::joint::Joint;
 use crate::numbers::{NotNegative, Positive};
 use crate::picture_errors::PictureErrors;
@@ -21,22 +20,17 @@ use crate::setup::Setup;
 use crate::shared_errors::SharedErrors;
 use crate::side_motion::SideMotion;
 use crate::stated_motion::StatedMotion;
-use crate::steadying::Steadying;
 use crate::tracked::Tracked;
 use crate::unresolved::Unresolved;
 
 /// Recordings merged to one motion.
-pub(crate) struct Merged {
-    pub(crate) left_out: Vec<Outlier>,
-    pub(crate) unjoined: Vec<Unjoined>,
-    pub(crate) steadying: Steadying,
+pub(crate) struct Merged<'a> {
+    /// The recordings as they were joined, with the motion that has every error, and the positions as fits take them.
+    pub(crate) joint: Joint<'a>,
     /// What the reader should know of the camera.
     pub(crate) of_camera: Vec<Finding>,
     pub(crate) shared: SharedErrors,
-    pub(crate) stitched: Stitched,
     pub(crate) side_motion: SideMotion,
-    /// The recordings that were kept, as fits take them.
-    pub(crate) observations: Vec<Observation>,
     /// By how much displacements may be too small, relative to themselves, as bodies move at an angle to the pictures' rows.
     pub(crate) shortening: f64,
     /// The errors that their readings share.
@@ -46,82 +40,75 @@ pub(crate) struct Merged {
 }
 
 /// Merges recordings. What the camera does of its own is taken out of them first, or else stands among the motion's errors.
-pub(crate) fn merged(
-    setup: &Setup,
+pub(crate) fn merged<'a>(
+    setup: &'a Setup,
     tracked: &Tracked,
     stated: &StatedMotion,
     n_threads: NonZero<usize>,
-) -> Result<Merged, Error> {
+) -> Result<Merged<'a>, Error> {
     let experiment = &setup.experiment;
     let settings = stitching_settings(experiment, stated);
-    let Joint {
-        setup,
-        scale,
-        geometry,
-        geometry_errors,
-        recordings,
-        as_read,
-        mut observations,
-        steadying,
-        mut stitched,
-        left_out,
-        unjoined,
-    } = Joint::of(setup, tracked, stated, &settings)?;
-    let setup = &*setup;
+    let mut joint = Joint::of(setup, tracked, stated, &settings)?;
+    let rest_until_s = experiment.tracking.rest_until_s;
     let picture_errors = PictureErrors::of(
-        &as_read,
-        experiment.tracking.rest_until_s,
-        &steadying.rests_until_s,
-        setup.map.m_per_px().value,
+        &joint.as_read,
+        rest_until_s,
+        &joint.steadying.rests_until_s,
+        joint.setup.map.m_per_px().value,
     );
-    let of_views = scale.reading_errors(&observations, experiment.tracking.rest_until_s);
-    let of_views = [of_views, geometry_errors.clone()].concat();
+    let of_views = joint.scale.reading_errors(&joint.observations, rest_until_s);
+    let of_views = [of_views, joint.geometry_errors.clone()].concat();
     let with = |reading_errors| Settings { reading_errors, ..settings.clone() };
     if !of_views.is_empty() {
-        stitched = merge(&observations, &with(of_views.clone()))?;
+        joint.stitched = merge(&joint.observations, &with(of_views.clone()))?;
     }
-    let without_pictures = stitched.motion.clone();
+    let without_pictures = joint.stitched.motion.clone();
     let apart = picture_errors.apart();
-    let as_merged = |observations| apart.noise_of(steadying.steadied(observations));
     if picture_errors.is_found() {
-        observations = apart.noise_of(observations);
-        stitched = merge(&observations, &with([of_views.clone(), apart.errors.clone()].concat()))?;
+        joint.observations = apart.noise_of(joint.observations);
+        joint.stitched =
+            merge(&joint.observations, &with([of_views.clone(), apart.errors.clone()].concat()))?;
     }
-    let shared = SharedErrors::of(setup, &recordings, &as_merged, &settings, &stitched, n_threads)?;
-    let mut side_motion = SideMotion::of(setup, &recordings, &steadying, &settings, &stitched, n_threads)?;
-    side_motion.widen(&without_pictures, &stitched.motion);
-    let inclination = Inclination::of(&stitched.motion, &side_motion);
-    let rests_until_s = &steadying.rests_until_s;
+    let (shared, side_motion) = {
+        let Joint { setup, recordings, steadying, stitched, .. } = &joint;
+        let as_merged = |observations| apart.noise_of(steadying.steadied(observations));
+        let shared = SharedErrors::of(setup, recordings, &as_merged, &settings, stitched, n_threads)?;
+        let mut side_motion = SideMotion::of(setup, recordings, steadying, &settings, stitched, n_threads)?;
+        side_motion.widen(&without_pictures, &stitched.motion);
+        (shared, side_motion)
+    };
+    let inclination = Inclination::of(&joint.stitched.motion, &side_motion);
+    let rests_until_s = &joint.steadying.rests_until_s;
     // What lies on the sensor is seen apart by two views as well, and is counted already.
     let between_views = match picture_errors.is_found() {
         true => None,
-        false => BetweenViews::of(&stitched.left_by_views, &stitched.motion, rests_until_s),
+        false => BetweenViews::of(&joint.stitched.left_by_views, &joint.stitched.motion, rests_until_s),
     };
     let of_each_view =
-        between_views.map_or_else(Vec::new, |found| found.errors(&observations, rests_until_s));
+        between_views.map_or_else(Vec::new, |found| found.errors(&joint.observations, rests_until_s));
     if !of_each_view.is_empty() {
-        stitched = merge(&observations, &with([of_views, of_each_view.clone()].concat()))?;
+        joint.stitched = merge(&joint.observations, &with([of_views, of_each_view.clone()].concat()))?;
     }
-    shared.add_to(&mut stitched.motion);
-    steadying.add_to(&mut stitched.motion, &observations);
+    let motion = &mut joint.stitched.motion;
+    shared.add_to(motion);
+    joint.steadying.add_to(motion, &joint.observations);
     // What pictures add to the noise of a body that moves is as white, and has its name.
-    let unresolved =
-        (!picture_errors.is_found()).then(|| Unresolved::of(&observations, experiment.tracking.rest_until_s));
+    let unresolved = (!picture_errors.is_found()).then(|| Unresolved::of(&joint.observations, rest_until_s));
     if let Some(unresolved) = &unresolved {
-        unresolved.add_to(&mut stitched.motion);
+        unresolved.add_to(motion);
     }
-    scale.add_to(&mut stitched.motion);
+    joint.scale.add_to(motion);
     if let Some(inclination) = &inclination {
-        inclination.add_to(&mut stitched.motion);
+        inclination.add_to(motion);
     }
-    let observations = steadying.widened(observations);
+    joint.observations = joint.steadying.widened(joint.observations);
     let light_moves = tracked.findings.iter().any(|finding| finding.code == MOVING_LIGHT);
     let of_camera = [
-        against_the_chain(experiment, &stitched.motion).into_iter().collect(),
-        geometry.iter().map(PictureGeometry::finding).collect(),
-        Finding::all_of("camera_moves", "the camera", steadying.warning(light_moves)),
-        Finding::all_of("precursor", "bodies ahead of the wave", steadying.precursor()),
-        Finding::all_of("scale", "camera.scale_px_per_m", scale.warnings()),
+        against_the_chain(experiment, &joint.stitched.motion).into_iter().collect(),
+        joint.geometry.iter().map(PictureGeometry::finding).collect(),
+        Finding::all_of("camera_moves", "the camera", joint.steadying.warning(light_moves)),
+        Finding::all_of("precursor", "bodies ahead of the wave", joint.steadying.precursor()),
+        Finding::all_of("scale", "camera.scale_px_per_m", joint.scale.warnings()),
         Finding::all_of("picture_errors", "the pictures", picture_errors.warnings(light_moves)),
         Finding::all_of("frame_rate", "the frame rate", unresolved.and_then(|found| found.warning())),
         between_views.iter().map(BetweenViews::finding).collect(),
@@ -130,16 +117,12 @@ pub(crate) fn merged(
     ];
     Ok(Merged {
         of_camera: of_camera.concat(),
-        left_out,
-        unjoined,
-        steadying,
         shared,
-        stitched,
         side_motion,
-        observations,
         shortening: inclination.as_ref().map_or(0.0, Inclination::shortening),
-        reading_errors: [apart.errors, of_each_view, geometry_errors].concat(),
+        reading_errors: [apart.errors, of_each_view, joint.geometry_errors.clone()].concat(),
         assumptions: settings.assumptions(),
+        joint,
     })
 }
 

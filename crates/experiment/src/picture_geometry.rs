@@ -17,7 +17,7 @@ use crate::tracked::TrackedRecording;
 use crate::tracks::Coordinate;
 
 /// The kind of the finding that says what was told.
-pub(crate) const PICTURE_GEOMETRY: &str = "picture_geometry";
+const PICTURE_GEOMETRY: &str = "picture_geometry";
 
 /// What the geometry of pictures adds to the scale at their edges, relative to that in their middle.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -55,6 +55,7 @@ use crate::error::Error;
 use crate::evaluation::{chosen_gaps, evaluate, known, track_model};
 use crate::failed_recording::FailedRecording;
 use crate::finding::Finding;
+use crate::joint::Joint;
 use crate::merging::{Merged, merged};
 use crate::monitor::{Monitor, Stage};
 use crate::sanity::check;
@@ -306,8 +307,8 @@ fn rehearsed(rehearsal: &Rehearsal, n_threads: NonZero<usize>) -> Result<Precisi
     let (setup, tracked) = (&rehearsal.setup, rehearsal.tracked(n_threads)?);
     let experiment = &setup.experiment;
     let stated = StatedMotion::of(experiment, tracked.last_s(), n_threads)?;
-    let Merged { shared, stitched, observations, reading_errors, .. } =
-        merged(setup, &tracked, &stated, n_threads)?;
+    let Merged { joint, shared, reading_errors, .. } = merged(setup, &tracked, &stated, n_threads)?;
+    let Joint { stitched, observations, .. } = joint;
     let measurement = shared.measure(experiment, &stitched.motion, chosen_gaps(experiment), n_threads)?;
     let known = known(experiment, &setup.map, &tracked.stages.scale, 0.0);
     let model = track_model(experiment, experiment.chain_model()?, &known, n_threads);

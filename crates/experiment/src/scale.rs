@@ -89,10 +89,9 @@ impl ScaleCheck {
         let of_pair = |views: &[u32; 2]| shared.iter().filter(|one| one.views == *views).collect::<Vec<_>>();
         let size = |views: &[u32; 2]| {
             let sizes: Vec<Estimate> = of_pair(views).iter().filter_map(|one| one.magnified).collect();
-            let size = mean(&sizes)?;
             // Trials share what each place in the picture does to a marker.
-            let of_one = (sizes.iter().map(|one| one.sigma.powi(2)).sum::<f64>() / sizes.len() as f64).sqrt();
-            Some((*views, Estimate::new(size.value, size.sigma.max(of_one).hypot(SIZE_SIGMA))))
+            let size = mean(&sizes, Errors::Shared)?;
+            Some((*views, Estimate::new(size.value, size.sigma.hypot(SIZE_SIGMA))))
         };
         let sizes: Vec<PairSize> = pairs.iter().filter_map(size).collect();
         let views = match stated.view_sigma {
@@ -103,8 +102,8 @@ impl ScaleCheck {
         let step =
             |views: &[u32; 2]| relative_step(&of_pair(views), views.map(magnified), stated.stage_sigma_m);
         let steps: Vec<Estimate> = pairs.iter().filter_map(step).collect();
-        let error =
-            mean(&steps).filter(|error| error.value.abs() > CONTRADICTED * error.sigma.hypot(stated.sigma));
+        let error = mean(&steps, Errors::Own)
+            .filter(|error| error.value.abs() > CONTRADICTED * error.sigma.hypot(stated.sigma));
         Self { error, views }
     }
 
@@ -251,18 +250,31 @@ fn relative_step(
     let longer =
         |one: &&SharedBody| Estimate::new(one.found_m.value - stated_m * expected(one), one.found_m.sigma);
     let found: Vec<Estimate> = shared.iter().map(longer).collect();
-    let found = mean(&found)?;
+    let found = mean(&found, Errors::Own)?;
     let stage_m = std::f64::consts::SQRT_2 * stage_sigma_m.unwrap_or(USUAL_STAGE_SIGMA_M);
     let is_step = stated_m.abs() > 100.0 * stage_m;
     let sigma = found.sigma.hypot(stage_m) / stated_m.abs();
     is_step.then(|| Estimate::new(found.value / stated_m, sigma.hypot(first.hypot(second))))
 }
 
-/// The mean, with the larger of the standard errors that are stated and that the scatter shows; `None` of nothing.
-fn mean(found: &[Estimate]) -> Option<Estimate> {
+/// Whose the errors are that estimates of one thing state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Errors {
+    /// Each has its own: they average out.
+    Own,
+    /// All have the same: the mean is as uncertain as one of them.
+    Shared,
+}
+
+/// The mean, as uncertain as stated or as the scatter shows, whichever is more; `None` of nothing.
+pub(crate) fn mean(found: &[Estimate], errors: Errors) -> Option<Estimate> {
     let n = found.len() as f64;
     let mean = found.iter().map(|one| one.value).sum::<f64>() / n;
-    let stated = found.iter().map(|one| one.sigma.powi(2)).sum::<f64>().sqrt() / n;
+    let variances = found.iter().map(|one| one.sigma.powi(2)).sum::<f64>();
+    let stated = match errors {
+        Errors::Own => variances.sqrt() / n,
+        Errors::Shared => (variances / n).sqrt(),
+    };
     let squares = found.iter().map(|one| (one.value - mean).powi(2)).sum::<f64>();
     let scatter = (squares / (n - 1.0).max(1.0) / n).sqrt();
     (!found.is_empty()).then(|| Estimate::new(mean, stated.max(scatter)))
@@ -271,6 +283,20 @@ fn mean(found: &[Estimate]) -> Option<Estimate> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn errors_of_their_own_average_out_and_shared_ones_do_not() {
+        let alike = [Estimate::new(2.0, 0.3); 9];
+        assert_eq!(mean(&alike, Errors::Shared), Some(Estimate::new(2.0, 0.3)));
+        let own = mean(&alike, Errors::Own).unwrap();
+        assert!((own.sigma - 0.1).abs() < 1e-15, "{own:?}");
+        // Two that differ by 2 are known to 1 by their scatter, however small their errors are said to be.
+        let apart = [1.0, 3.0].map(|value| Estimate::new(value, 1e-3));
+        for errors in [Errors::Own, Errors::Shared] {
+            assert_eq!(mean(&apart, errors), Some(Estimate::new(2.0, 1.0)));
+            assert_eq!(mean(&[], errors), None);
+        }
+    }
 
     /// Two steps of 120 mm, seen in three trials each.
     fn shared(scale_error: f64, second_view: f64) -> Vec<SharedBody> {

@@ -55,17 +55,18 @@ impl StatedMotion {
             (1.0 + scatter, as_usual),
             (1.0 - scatter, as_usual),
         ];
-        let solved = map_in_parallel(cases.len(), n_threads, |case| driven(experiment, until_s, cases[case]));
-        let mut solved = solved.into_iter().collect::<Result<Vec<Sensitivities>, Error>>()?;
-        let (stated, otherwise, stronger, weaker) = (&solved[0], &solved[1..4], &solved[3], &solved[4]);
-        let by_drive = ByDrive::of(scatter, [weaker, stated, stronger]);
+        let [stated, damped_more, struck_softer, stronger, weaker] =
+            in_parallel(cases, n_threads, |case| driven(experiment, until_s, case));
+        let (stated, stronger, weaker) = (stated?, stronger?, weaker?);
+        let otherwise = [&damped_more?, &struck_softer?, &stronger];
+        let by_drive = ByDrive::of(scatter, [&weaker, &stated, &stronger]);
         let response = |body: usize| StatedResponse {
-            stated: onset(stated, body),
+            stated: onset(&stated, body),
             otherwise: otherwise.iter().map(|other| onset(other, body)).collect(),
             sizes: by_drive.sizes(body),
         };
         let responses = (0..experiment.chain.n_bodies).map(response).collect();
-        Ok(Self { simulation: solved.swap_remove(0).simulation, responses })
+        Ok(Self { simulation: stated.simulation, responses })
     }
 
     /// How long after the first body's each body's motion begins, in seconds: it has begun where the body has moved so far.
@@ -82,6 +83,16 @@ impl StatedMotion {
     pub(crate) fn group_velocity_m_per_s(&self, pitch_m: f64) -> Option<f64> {
         self.simulation.group_velocity_m_per_s(pitch_m)
     }
+}
+
+/// What comes of each of some cases, in their order.
+fn in_parallel<C: Copy + Sync, T: Send + Sync, const N: usize>(
+    cases: [C; N],
+    n_threads: NonZero<usize>,
+    of_case: impl Fn(C) -> T + Sync,
+) -> [T; N] {
+    let mut found = map_in_parallel(N, n_threads, |case| of_case(cases[case])).into_iter();
+    cases.map(|case| found.next().unwrap_or_else(|| of_case(case)))
 }
 
 /// A motion and its slope against the drive's relative deviation, with a drive so many times as strong as stated, and dampings of that share of

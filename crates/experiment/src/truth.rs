@@ -57,11 +57,13 @@ pub(crate) fn known_truth(
     let Some(synthetic) = &filmed.synthetic else { return Ok(None) };
     let trials = filmed.read_trials(&path)?;
     let studio = Studio::new(&filmed, synthetic)?;
-    let takes = studio.takes(&trials, n_threads)?;
+    let takes = studio.takes(&trials)?;
     let alignments = &evaluation.stitched.alignments;
     let kept: Vec<&str> = alignments.iter().map(|alignment| alignment.recording.as_str()).collect();
     let times_s = &evaluation.stitched.motion.times_s;
-    let Some((striker, truth)) = studio.mean_motion(&takes, &kept, times_s) else { return Ok(None) };
+    let Some((striker, truth)) = studio.mean_motion(&takes, &kept, times_s, n_threads)? else {
+        return Ok(None);
+    };
     let measured = &evaluation.stitched.motion.displacement_m;
     let mut seen = exact_motion(&truth);
     // What was not measured is withheld from the truth too, so that both are evaluated over the same samples.

@@ -24,8 +24,12 @@ pub enum Quantity {
     ScaleOfView(u32),
     /// Mass of one body, from 1.
     MassOfBody(usize),
+    /// The same of neighbours, from the first one's number to the last one's.
+    MassOfNeighbours(usize, usize),
     /// Stiffness of one gap, from 1; the striker's contact is like the first.
     StiffnessOfGap(usize),
+    /// The same of neighbours.
+    StiffnessOfNeighbours(usize, usize),
     /// How fast the contact law softens at a given stiffness: 0 is the spring, 1 the law as it is (delta_0 falls as its inverse).
     Softening,
     /// Mass of every second body, from the second one on.
@@ -54,6 +58,9 @@ impl Quantity {
         match self {
             Self::ScaleOfView(view) => format!("{kind}_{view}"),
             Self::MassOfBody(number) | Self::StiffnessOfGap(number) => format!("{kind}_{number}"),
+            Self::MassOfNeighbours(first, last) | Self::StiffnessOfNeighbours(first, last) => {
+                format!("{kind}_{first}_to_{last}")
+            }
             _ => kind.into(),
         }
     }
@@ -69,7 +76,9 @@ impl Quantity {
             Self::Scale => "scale",
             Self::ScaleOfView(_) => "scale_of_view",
             Self::MassOfBody(_) => "mass_of_body",
+            Self::MassOfNeighbours(..) => "mass_of_bodies",
             Self::StiffnessOfGap(_) => "stiffness_of_gap",
+            Self::StiffnessOfNeighbours(..) => "stiffness_of_gaps",
             Self::Softening => "softening",
             Self::MassOfEverySecond => "mass_of_every_second_body",
             Self::StrikerContact => "striker_contact_a",
@@ -121,23 +130,32 @@ impl Quantity {
             Self::DampingBetween => {
                 chain.contact.for_each_gap(&mut |contact| contact.damping_kg_per_s += factor);
             }
-            Self::MassOfBody(body) => {
-                if let Some(mass_kg) = body.checked_sub(1).and_then(|row| chain.mass_kg.get_mut(row)) {
-                    *mass_kg *= factor;
-                }
-            }
-            Self::StiffnessOfGap(gap) => {
-                let n_gaps = chain.mass_kg.len().saturating_sub(1);
-                let mut contacts = chain.contact.clone().one_by_one(n_gaps);
-                contacts.change_gap(gap.wrapping_sub(1), |contact| stiffen(contact, factor));
-                chain.contact = contacts;
-            }
+            Self::MassOfBody(body) => weigh(chain, [body, body], factor),
+            Self::MassOfNeighbours(first, last) => weigh(chain, [first, last], factor),
+            Self::StiffnessOfGap(gap) => stiffen_gaps(chain, [gap, gap], factor),
+            Self::StiffnessOfNeighbours(first, last) => stiffen_gaps(chain, [first, last], factor),
             Self::Softening => chain.contact.for_each_power_law(|law| {
                 law.delta_0_m /= factor;
                 law.a *= factor.powf(law.p - 1.0);
             }),
         }
     }
+}
+
+/// Multiplies the masses of bodies from one number to another, from 1.
+fn weigh(chain: &mut Chain, [first, last]: [usize; 2], factor: f64) {
+    let of_bodies = chain.mass_kg.iter_mut().zip(1..);
+    of_bodies.filter(|(_, body)| (first..=last).contains(body)).for_each(|(mass_kg, _)| *mass_kg *= factor);
+}
+
+/// Multiplies the stiffness of gaps from one number to another, from 1.
+fn stiffen_gaps(chain: &mut Chain, [first, last]: [usize; 2], factor: f64) {
+    let n_gaps = chain.mass_kg.len().saturating_sub(1);
+    let mut contacts = chain.contact.clone().one_by_one(n_gaps);
+    for gap in first..=last {
+        contacts.change_gap(gap.wrapping_sub(1), |contact| stiffen(contact, factor));
+    }
+    chain.contact = contacts;
 }
 
 fn stiffen(contact: &mut Contact, factor: f64) {

@@ -9,6 +9,7 @@ mod family;
 mod fitted;
 mod hypothesis;
 mod model;
+mod neighbours;
 mod outcome;
 mod profile;
 mod reached;

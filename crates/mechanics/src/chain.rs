@@ -12,7 +12,9 @@ mod ledger;
 mod linear_chain;
 pub(crate) mod model;
 pub(crate) mod parameters;
+mod record;
 mod recorder;
+mod replay;
 pub(crate) mod row;
 mod run;
 mod scan;
@@ -30,6 +32,7 @@ pub use change::Change;
 pub use imposed::ImposedMotion;
 pub use linear_chain::LinearChain;
 pub use parameters::{Chain, Drive, FarEnd, FarStriker, Striker};
+pub use replay::{Replay, Stretch};
 pub use scan::{ensemble, scan};
 pub use schedule::{Bodies, Integration, Schedule};
 pub use sensitivity::{

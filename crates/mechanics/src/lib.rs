@@ -69,8 +69,8 @@ mod ring;
 
 pub use chain::{
     Bodies, Chain, Change, Drive, FarEnd, FarStriker, ImposedMotion, Integration, LinearChain,
-    ReferenceMotion, Schedule, Sensitivities, Simulation, Striker, StrikerMotion, UnitCell, Variations,
-    ensemble, scan, simulate, simulate_with_friction, simulate_with_sensitivities,
+    ReferenceMotion, Replay, Schedule, Sensitivities, Simulation, Stretch, Striker, StrikerMotion, UnitCell,
+    Variations, ensemble, scan, simulate, simulate_with_friction, simulate_with_sensitivities,
 };
 pub use chainwave_vectors::InstructionSet;
 pub use contact::{Contact, Contacts, Law, LinearLaw, PowerLaw, TableLaw, Tension};

@@ -1,10 +1,13 @@
 //! The truth behind films: what was drawn, and the mean motion that it made.
 
+use std::num::NonZero;
+
 use chainwave_measurement::{Moment, Trajectory};
-use ndarray::Array2;
+use ndarray::{Array2, ShapeBuilder};
 use serde::{Deserialize, Serialize};
 
-use super::{FilmTruth, Studio, TRUTH_INTERVAL_S, Take};
+use super::{FilmTruth, Studio, TRUTH_INTERVAL_S, Take, one_after_the_other};
+use crate::error::Error;
 
 /// The truth behind a synthetic experiment, as `truth.json` has it. Trials that were struck too fast on purpose, or whose view is
 /// missing, are left out of every mean.
@@ -76,10 +79,52 @@ fn is_nominal(one_m_per_s: f64, other_m_per_s: f64) -> bool {
     one_m_per_s.total_cmp(&other_m_per_s).is_eq()
 }
 
+/// The truth behind recordings while the trials' motions come one by one.
+pub(super) struct GrowingTruth<'a> {
+    studio: &'a Studio<'a>,
+    truth: FilmTruth,
+    /// When the impact of each mean motion is, after the trials' mean trigger, in seconds.
+    impacts_s: Vec<f64>,
+    /// How many trials each of their samples has.
+    n_trials: Vec<Vec<u32>>,
+}
+
+impl GrowingTruth<'_> {
+    /// Adds a trial's motion where its trial is sound.
+    pub(super) fn add(&mut self, take: &Take<'_>, motion: &Trajectory) {
+        if !self.studio.faults().is_sound(take.trial) {
+            return;
+        }
+        let sums = self.truth.motions.iter_mut().zip(&self.impacts_s).zip(&mut self.n_trials);
+        let of_its_own = sums.filter(|((sum, _), _)| is_nominal(sum.nominal_m_per_s, take.nominal_m_per_s));
+        for ((sum, impact_s), n_trials) in of_its_own {
+            let moments: Vec<Option<Moment<'_>>> =
+                sum.times_s.iter().map(|time_s| motion.at(time_s - impact_s)).collect();
+            n_trials.iter_mut().zip(&moments).for_each(|(n, moment)| *n += u32::from(moment.is_some()));
+            for (body, mut of_body) in sum.displacement_m.columns_mut().into_iter().enumerate() {
+                for (sum_m, moment) in of_body.iter_mut().zip(&moments) {
+                    *sum_m += moment.map_or(0.0, |moment| moment.displacement_m(body));
+                }
+            }
+        }
+    }
+
+    /// The truth behind all that were added.
+    pub(super) fn finished(self) -> FilmTruth {
+        let Self { mut truth, n_trials, .. } = self;
+        for (mean, n_trials) in truth.motions.iter_mut().zip(n_trials) {
+            for (mut row, n) in mean.displacement_m.rows_mut().into_iter().zip(n_trials) {
+                row.iter_mut().for_each(|sum_m| *sum_m /= f64::from(n));
+            }
+        }
+        truth
+    }
+}
+
 impl Studio<'_> {
     /// What is behind the recordings: for each nominal striker velocity the mean motion over its trials, each from its own impact, at the
-    /// trials' mean trigger; what was drawn for each trial and each body.
-    pub(super) fn truth(&self, takes: &[Take<'_>]) -> FilmTruth {
+    /// trials' mean trigger, which grows as they are added; what was drawn for each trial and each body.
+    pub(super) fn truth(&self, takes: &[Take<'_>]) -> GrowingTruth<'_> {
         let sound: Vec<&Take> = takes.iter().filter(|take| self.faults().is_sound(take.trial)).collect();
         let mut nominals: Vec<f64> = Vec::new();
         for take in &sound {
@@ -94,12 +139,12 @@ impl Studio<'_> {
             nominals.iter().map(|&nominal| striker(nominal, &of(nominal).collect::<Vec<_>>())).collect();
         let all = striker(0.0, &sound);
         let is_struck = self.experiment.striker.is_some();
-        let motion = |striker: &StrikerTruth| {
-            let motions: Vec<&Trajectory> = of(striker.nominal_m_per_s).map(|take| &take.motion).collect();
-            self.mean_over_film(striker, &motions)
-        };
-        FilmTruth {
-            motions: strikers.iter().map(motion).collect(),
+        let motions: Vec<MeanMotion> =
+            strikers.iter().map(|striker| self.no_motion(striker.nominal_m_per_s)).collect();
+        let n_trials = motions.iter().map(|mean| vec![0; mean.times_s.len()]).collect();
+        let impacts_s = strikers.iter().map(|striker| striker.impact_time_s).collect();
+        let truth = FilmTruth {
+            motions,
             trials: self.true_trials(takes),
             masses_kg: self.masses_kg.clone(),
             is_struck,
@@ -112,7 +157,8 @@ impl Studio<'_> {
                 impact_time_s: all.impact_time_s,
                 strikers: if is_struck { strikers } else { Vec::new() },
             },
-        }
+        };
+        GrowingTruth { studio: self, truth, impacts_s, n_trials }
     }
 
     /// What was drawn for each trial.
@@ -130,46 +176,50 @@ impl Studio<'_> {
 
     /// The mean motion of some recordings' trials, each from its own impact, at their mean trigger, on the given times; `None` where
     /// no trial has these recordings.
+    ///
+    /// # Errors
+    /// A chain that cannot be computed.
     pub(crate) fn mean_motion(
         &self,
         takes: &[Take<'_>],
         recordings: &[&str],
         times_s: &[f64],
-    ) -> Option<(StrikerTruth, Trajectory)> {
+        n_threads: NonZero<usize>,
+    ) -> Result<Option<(StrikerTruth, Trajectory)>, Error> {
         let kept: Vec<&Take> =
             takes.iter().filter(|take| recordings.contains(&take.trial.recording.as_str())).collect();
-        let truth = striker(kept.first()?.nominal_m_per_s, &kept);
+        let Some(first) = kept.first() else { return Ok(None) };
+        let truth = striker(first.nominal_m_per_s, &kept);
         let shape = (self.experiment.chain.n_bodies, times_s.len());
         let mut mean = Trajectory {
             times_s: times_s.to_vec(),
             displacement_m: Array2::zeros(shape),
             velocity_m_per_s: Array2::zeros(shape),
         };
-        for (i, time_s) in times_s.iter().enumerate() {
-            for moment in kept.iter().filter_map(|take| take.motion.at(time_s - truth.impact_time_s)) {
-                for row in 0..shape.0 {
-                    mean.displacement_m[(row, i)] += moment.displacement_m(row) / kept.len() as f64;
-                    mean.velocity_m_per_s[(row, i)] += moment.velocity_m_per_s(row) / kept.len() as f64;
+        let n = kept.len() as f64;
+        let motion_of = |take: &Take<'_>| self.motion(&take.draw);
+        one_after_the_other(&kept, n_threads, motion_of, |_, motion| {
+            let moments: Vec<Option<Moment<'_>>> =
+                times_s.iter().map(|time_s| motion.at(time_s - truth.impact_time_s)).collect();
+            for row in 0..shape.0 {
+                for (i, moment) in moments.iter().enumerate() {
+                    let Some(moment) = moment else { continue };
+                    mean.displacement_m[(row, i)] += moment.displacement_m(row) / n;
+                    mean.velocity_m_per_s[(row, i)] += moment.velocity_m_per_s(row) / n;
                 }
             }
-        }
-        Some((truth, mean))
+        })?;
+        Ok(Some((truth, mean)))
     }
 
-    fn mean_over_film(&self, striker: &StrikerTruth, motions: &[&Trajectory]) -> MeanMotion {
+    /// A mean motion of no trials, at all times that are filmed.
+    fn no_motion(&self, nominal_m_per_s: f64) -> MeanMotion {
         let [first, last] = self.synthetic.span_s().map(|time_s| time_s / TRUTH_INTERVAL_S);
         let times_s: Vec<f64> =
             (first.ceil() as i64..=last.floor() as i64).map(|k| k as f64 * TRUTH_INTERVAL_S).collect();
-        let mut displacement_m = Array2::zeros((times_s.len(), self.experiment.chain.n_bodies));
-        for (time_s, mut row) in times_s.iter().zip(displacement_m.rows_mut()) {
-            let moments: Vec<Moment<'_>> =
-                motions.iter().filter_map(|motion| motion.at(time_s - striker.impact_time_s)).collect();
-            for (body, mean_m) in row.iter_mut().enumerate() {
-                let sum_m: f64 = moments.iter().map(|moment| moment.displacement_m(body)).sum();
-                *mean_m = sum_m / moments.len() as f64;
-            }
-        }
-        MeanMotion { nominal_m_per_s: striker.nominal_m_per_s, times_s, displacement_m }
+        // The times of a body lie side by side, as they do in each trial's motion.
+        let displacement_m = Array2::zeros((times_s.len(), self.experiment.chain.n_bodies).f());
+        MeanMotion { nominal_m_per_s, times_s, displacement_m }
     }
 }
 

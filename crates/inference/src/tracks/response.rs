@@ -65,7 +65,7 @@ impl Response {
     ) -> Result<Self, MechanicsError> {
         let rubbed = |node: usize| match frictions_n {
             [] => Ok(Vec::new()),
-            _ => motions[node].variations(&[], frictions_n)?.until(motions[node].n_outputs()),
+            _ => motions[node].derivatives(&[], frictions_n),
         };
         let mut frictions: Vec<Vec<Samples>> = frictions_n.iter().map(|_| Vec::new()).collect();
         for rubbed in map_in_parallel(motions.len(), n_threads, rubbed) {

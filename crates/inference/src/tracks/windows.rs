@@ -8,7 +8,7 @@ use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
 use chainwave_measurement::map_in_parallel;
-use chainwave_mechanics::{Change, MechanicsError, ReferenceMotion, Variations};
+use chainwave_mechanics::{Change, MechanicsError, ReferenceMotion, Replay, Stretch, Variations};
 
 use super::family::{DERIVATIVE_NODES, Family, N_DERIVATIVE_NODES, Struck};
 use super::samples::Samples;
@@ -33,7 +33,8 @@ pub(super) struct Window {
 
 /// Samples that are held at once where that allows for windows that are long enough: 64 MB.
 const HELD: usize = 1 << 22;
-/// Outputs of a window at least, some frames: fewer would cost more to join than to solve. Of 1000 bodies and their masses these are 770 MB.
+/// Outputs of a window at least, some frames: fewer would cost more to join than to solve. Of 1000 bodies and as many masses
+/// these would be 770 MB, of the 320 that a hypothesis has at most 250 MB.
 const SHORTEST: usize = 16;
 
 /// Outputs of a window of derivatives of so many bodies by so many unknowns.
@@ -71,7 +72,9 @@ impl Window {
 
 /// The windows one by one.
 pub(super) struct Windows<'a> {
-    /// Group after group at the first node, then at the others.
+    /// The motion at each node.
+    motions: Vec<Mutex<Replay<'a>>>,
+    /// Along these, group after group at the first node, then at the others.
     variations: Vec<Mutex<Variations<'a>>>,
     n_outputs: usize,
     /// Of a window.
@@ -95,7 +98,11 @@ impl<'a> Windows<'a> {
             motion.variations(&changes[group], &[]).map(Mutex::new)
         };
         let variations = map_in_parallel(changes.len(), n_threads, along);
+        // Without changes nothing goes along the motions.
+        let n_nodes = if changes.is_empty() { 0 } else { N_DERIVATIVE_NODES };
+        let again = |node: usize| motions[DERIVATIVE_NODES[node]].replay().map(Mutex::new);
         Ok(Self {
+            motions: (0..n_nodes).map(again).collect::<Result<_, _>>()?,
             variations: variations.into_iter().collect::<Result<_, _>>()?,
             n_outputs: motions.first().map_or(0, ReferenceMotion::n_outputs),
             length: length.max(2),
@@ -115,14 +122,21 @@ impl Iterator for Windows<'_> {
         }
         let last = (first + length - 1).min(n_outputs - 1);
         self.first = last;
+        let stretch =
+            |node: usize| self.motions[node].lock().unwrap_or_else(PoisonError::into_inner).until(last);
+        let stretches = map_in_parallel(self.motions.len(), n_threads, stretch);
+        let stretches: Vec<Stretch> = match stretches.into_iter().collect() {
+            Ok(stretches) => stretches,
+            Err(why) => return Some(Err(why)),
+        };
+        let n_groups = self.variations.len() / N_DERIVATIVE_NODES;
         let solved = map_in_parallel(self.variations.len(), n_threads, |group| {
             let mut variations = self.variations[group].lock().unwrap_or_else(PoisonError::into_inner);
-            let derivatives = variations.until(last)?;
+            let derivatives = variations.along(&stretches[group / n_groups])?;
             Ok(derivatives.iter().map(Samples::of).collect::<Vec<_>>())
         });
         let solved: Result<Vec<Vec<Samples>>, MechanicsError> = solved.into_iter().collect();
         Some(solved.map(|solved| {
-            let n_groups = solved.len() / N_DERIVATIVE_NODES;
             let mut groups = solved.into_iter();
             let mut nodes: [_; N_DERIVATIVE_NODES] = std::array::from_fn(|_| {
                 groups.by_ref().take(n_groups).flatten().collect::<Vec<_>>().into_iter()

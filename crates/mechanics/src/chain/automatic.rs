@@ -2,6 +2,7 @@
 
 use super::{
     parameters::{Chain, Drive, FarEnd, FarStriker},
+    recorder::Recorder,
     run::{Order, Pacing, Run},
     schedule::{Integration, Schedule},
     simulation::Simulation,
@@ -31,13 +32,22 @@ const HARD: f64 = 10.0;
 /// Halvings after which an accuracy counts as out of reach.
 const MAX_HALVINGS: u32 = 16;
 
-/// Runs a chain as its schedule says.
+/// A simulation, and how to go through it again.
+pub(crate) struct Carried {
+    pub(crate) simulation: Simulation,
+    pub(crate) order: Order,
+    /// The chain that was integrated in place of the one that was asked for.
+    pub(crate) instead: Option<Chain>,
+}
+
+/// Runs a chain as its schedule says, and keeps one of so many outputs.
 pub(crate) fn run(
     chain: &Chain,
     schedule: &Schedule,
     n_outputs: usize,
-) -> Result<Simulation, MechanicsError> {
-    let task = Assignment { chain, schedule, n_outputs };
+    keep_every: usize,
+) -> Result<Carried, MechanicsError> {
+    let task = Assignment { chain, schedule, n_outputs, keep_every };
     match schedule.integration {
         Integration::Steps { method, dt_s } => task.with_steps(method, dt_s),
         Integration::Accuracy { method, accuracy } if method.is_adaptive() => {
@@ -54,6 +64,13 @@ struct Assignment<'a> {
     chain: &'a Chain,
     schedule: &'a Schedule,
     n_outputs: usize,
+    keep_every: usize,
+}
+
+impl Carried {
+    fn by(run: Run<'_, Recorder>, choice: String) -> Self {
+        Self { order: run.order(), simulation: run.finish(choice), instead: None }
+    }
 }
 
 impl Assignment<'_> {
@@ -64,16 +81,22 @@ impl Assignment<'_> {
             bodies: self.schedule.bodies,
             output_interval_s: self.schedule.output_interval_s,
             n_outputs: self.n_outputs,
+            keep_every: self.keep_every,
         }
     }
 
-    fn with_steps(&self, method: Method, dt_s: f64) -> Result<Simulation, MechanicsError> {
+    fn with_steps(&self, method: Method, dt_s: f64) -> Result<Carried, MechanicsError> {
         let choice = format!("{method} with steps of at most {dt_s:e} s was asked for");
-        Ok(self.constant(&Pace::new(self.chain), method, dt_s)?.finish(choice))
+        Ok(Carried::by(self.constant(&Pace::new(self.chain), method, dt_s)?, choice))
     }
 
     /// A run with constant steps, refused where they turn out unstable.
-    fn constant(&self, pace: &Pace<'_>, method: Method, dt_s: f64) -> Result<Run<'_>, MechanicsError> {
+    fn constant(
+        &self,
+        pace: &Pace<'_>,
+        method: Method,
+        dt_s: f64,
+    ) -> Result<Run<'_, Recorder>, MechanicsError> {
         // The step used divides the output interval.
         let dt_s = dt_s.min(self.schedule.output_interval_s);
         pace.check_stable(method, dt_s, pace.omega_at_rest())?;
@@ -82,11 +105,11 @@ impl Assignment<'_> {
         Ok(run)
     }
 
-    fn adaptive(&self, method: Method, accuracy: f64, choice: String) -> Result<Simulation, MechanicsError> {
+    fn adaptive(&self, method: Method, accuracy: f64, choice: String) -> Result<Carried, MechanicsError> {
         let pace = Pace::new(self.chain);
         let run =
             Run::complete(self.chain, &pace, self.order(method, self.adaptive_pacing(&pace, accuracy)))?;
-        Ok(run.finish(choice))
+        Ok(Carried::by(run, choice))
     }
 
     fn adaptive_pacing(&self, pace: &Pace<'_>, accuracy: f64) -> Pacing {
@@ -106,14 +129,14 @@ impl Assignment<'_> {
     }
 
     /// Halves constant steps until two runs agree; the error of the finer one follows from the method's order.
-    fn halved(&self, method: Method, accuracy: f64) -> Result<Simulation, MechanicsError> {
+    fn halved(&self, method: Method, accuracy: f64) -> Result<Carried, MechanicsError> {
         let pace = Pace::new(self.chain);
         let omega_rad_per_s = pace.omega_at_rest();
         let order = f64::from(method.order());
         let aim_rad = accuracy.powf(order.recip()).min(0.5 * method.stable_oscillation());
         let longest_s = 0.5 * pace.stable_s(method, omega_rad_per_s);
         let mut dt_s = (aim_rad / omega_rad_per_s).min(longest_s).min(self.schedule.output_interval_s);
-        let mut coarse: Option<Run<'_>> = None;
+        let mut coarse: Option<Run<'_, Recorder>> = None;
         for _ in 0..MAX_HALVINGS {
             let fine = match self.constant(&pace, method, dt_s) {
                 Ok(run) => run,
@@ -123,11 +146,13 @@ impl Assignment<'_> {
                 }
                 Err(error) => return Err(error),
             };
-            let difference = coarse.map(|coarse| fine.recorder().relative_difference(coarse.recorder()));
+            let difference = coarse.map(|coarse| fine.record.relative_difference(&coarse.record));
             let error = difference.map(|difference| difference / (order.exp2() - 1.0));
             if let Some(error) = error.filter(|error| *error <= accuracy) {
                 let choice = format!("{method} was asked for; its step was halved until two runs agreed");
-                return Ok(Simulation { error_estimate: Some(error), ..fine.finish(choice) });
+                let mut carried = Carried::by(fine, choice);
+                carried.simulation.error_estimate = Some(error);
+                return Ok(carried);
             }
             dt_s = 0.5 * fine.dt_s();
             coarse = Some(fine);
@@ -136,9 +161,9 @@ impl Assignment<'_> {
     }
 
     /// The method that the scene asks for.
-    fn automatic(&self, accuracy: f64) -> Result<Simulation, MechanicsError> {
-        if let Some(simulation) = self.linear(accuracy)? {
-            return Ok(simulation);
+    fn automatic(&self, accuracy: f64) -> Result<Carried, MechanicsError> {
+        if let Some(carried) = self.linear(accuracy)? {
+            return Ok(carried);
         }
         let pace = Pace::new(self.chain);
         let stiffness = pace.decay_per_s / pace.omega_at_rest();
@@ -157,7 +182,7 @@ impl Assignment<'_> {
     ///
     /// At y = Delta / delta_0 the law's stiffness departs from k_0 by a part (p - 1) y, so a wave's phase, omega t for the
     /// fastest one, by up to half that part. The rule is judged by the overlaps reached, after a guess before the run.
-    fn linear(&self, accuracy: f64) -> Result<Option<Simulation>, MechanicsError> {
+    fn linear(&self, accuracy: f64) -> Result<Option<Carried>, MechanicsError> {
         let Some(bend_per_m) = steepest_bend_per_m(self.chain) else { return Ok(None) };
         let pace = Pace::new(self.chain);
         let omega_rad_per_s = pace.omega_at_rest();
@@ -182,7 +207,9 @@ impl Assignment<'_> {
              than {error:.1e} of the largest"
         );
         let estimate = run.error_estimate().map(|estimate| estimate + error);
-        Ok(Some(Simulation { error_estimate: estimate, ..run.finish(choice) }))
+        let mut carried = Carried::by(run, choice);
+        carried.simulation.error_estimate = estimate;
+        Ok(Some(Carried { instead: Some(linear), ..carried }))
     }
 }
 

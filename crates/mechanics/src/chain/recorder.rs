@@ -4,6 +4,7 @@ use chainwave_measurement::Trajectory;
 use ndarray::Array2;
 
 use super::{
+    record::Record,
     row::{End, Row},
     simulation::StrikerMotion,
     state::ChainState,
@@ -16,10 +17,18 @@ pub(crate) struct Recorder {
     /// Those of the strikers in front and at the far end, where there are any.
     strikers: [Option<StrikerMotion>; 2],
     first_body: usize,
+    /// Of so many outputs one is kept.
+    keep_every: usize,
+    /// Displacements and velocities of the bodies at the outputs that are not written yet, output after output, and the number of the first of these.
+    waiting: [Vec<f64>; 2],
+    first_waiting: usize,
 }
 
+/// Outputs that are written together: the times of a body lie side by side, so that one output by itself would touch a line of memory for each body.
+const TOGETHER: usize = 32;
+
 impl Recorder {
-    pub(crate) fn new(n_bodies: usize, times_s: Vec<f64>, row: &Row<'_>) -> Self {
+    pub(crate) fn new(n_bodies: usize, times_s: Vec<f64>, keep_every: usize, row: &Row<'_>) -> Self {
         let shape = (n_bodies, times_s.len());
         let at_rest = || StrikerMotion {
             displacement_m: vec![0.0; times_s.len()],
@@ -28,26 +37,30 @@ impl Recorder {
         let strikers = End::BOTH.map(|end| row.striker(end).map(|_| at_rest()));
         let (displacement_m, velocity_m_per_s) = (Array2::zeros(shape), Array2::zeros(shape));
         let trajectory = Trajectory { times_s, displacement_m, velocity_m_per_s };
-        Self { trajectory, strikers, first_body: row.first_body() }
+        Self {
+            trajectory,
+            strikers,
+            first_body: row.first_body(),
+            keep_every,
+            waiting: [Vec::new(), Vec::new()],
+            first_waiting: 0,
+        }
     }
 
-    /// Writes `state` as output number `k`.
-    pub(crate) fn record(&mut self, k: usize, state: &ChainState) {
-        let first = self.first_body;
-        for (to, &x_m) in self.trajectory.displacement_m.column_mut(k).iter_mut().zip(&state.x_m[first..]) {
-            *to = x_m;
-        }
-        for (to, &v) in
-            self.trajectory.velocity_m_per_s.column_mut(k).iter_mut().zip(&state.v_m_per_s[first..])
-        {
-            *to = v;
-        }
-        let behind = first + self.trajectory.displacement_m.nrows();
-        for (striker, mass) in self.strikers.iter_mut().zip([0, behind]) {
-            if let Some(striker) = striker {
-                striker.displacement_m[k] = state.x_m[mass];
-                striker.velocity_m_per_s[k] = state.v_m_per_s[mass];
+    /// Writes what waits. What rests is zero already: where a body does for long, no memory is taken.
+    pub(crate) fn write(&mut self) {
+        let Trajectory { displacement_m, velocity_m_per_s, .. } = &mut self.trajectory;
+        let (n_bodies, first) = (displacement_m.nrows(), self.first_waiting);
+        for (rows, waiting) in [displacement_m, velocity_m_per_s].into_iter().zip(&mut self.waiting) {
+            let outputs = waiting.chunks_exact(n_bodies);
+            self.first_waiting = first + outputs.len();
+            for (body, mut row) in rows.rows_mut().into_iter().enumerate() {
+                let values = outputs.clone().map(|output| output[body]);
+                if values.clone().any(|value| value != 0.0) {
+                    row.iter_mut().skip(first).zip(values).for_each(|(place, value)| *place = value);
+                }
             }
+            waiting.clear();
         }
     }
 
@@ -61,5 +74,30 @@ impl Recorder {
 
     pub(crate) fn finish(self) -> (Trajectory, [Option<StrikerMotion>; 2]) {
         (self.trajectory, self.strikers)
+    }
+}
+
+impl Record for Recorder {
+    fn record(&mut self, k: usize, state: &ChainState) {
+        if !k.is_multiple_of(self.keep_every) {
+            return;
+        }
+        let k = k / self.keep_every;
+        let first = self.first_body;
+        let n_bodies = self.trajectory.displacement_m.nrows();
+        let of_bodies = first..first + n_bodies;
+        let [x_m, v_m_per_s] = &mut self.waiting;
+        x_m.extend_from_slice(&state.x_m[of_bodies.clone()]);
+        v_m_per_s.extend_from_slice(&state.v_m_per_s[of_bodies.clone()]);
+        let behind = of_bodies.end;
+        for (striker, mass) in self.strikers.iter_mut().zip([0, behind]) {
+            if let Some(striker) = striker {
+                striker.displacement_m[k] = state.x_m[mass];
+                striker.velocity_m_per_s[k] = state.v_m_per_s[mass];
+            }
+        }
+        if k + 1 == self.first_waiting + TOGETHER {
+            self.write();
+        }
     }
 }

@@ -5,6 +5,7 @@ use super::{
     ledger::Ledger,
     model::ChainModel,
     parameters::Chain,
+    record::Record,
     recorder::Recorder,
     row::{End, Row},
     schedule::Bodies,
@@ -42,6 +43,8 @@ pub(crate) struct Order {
     pub(crate) bodies: Bodies,
     pub(crate) output_interval_s: f64,
     pub(crate) n_outputs: usize,
+    /// Of so many outputs one is kept, the first one and each that comes so many behind it.
+    pub(crate) keep_every: usize,
 }
 
 /// How a run finds its steps.
@@ -53,13 +56,13 @@ pub(crate) enum Pacing {
     Adaptive { accuracy: f64, room: f64 },
 }
 
-/// One integration, and what it collects.
-pub(crate) struct Run<'a> {
+/// One integration, and what it collects: in `R`, as it is asked for, the motion at its outputs.
+pub(crate) struct Run<'a, R> {
     model: ChainModel<'a>,
     order: Order,
     rung: Rung,
     front: Front,
-    recorder: Recorder,
+    pub(crate) record: R,
     pub(crate) ledger: Ledger,
     control: Control,
     steps: u64,
@@ -68,9 +71,68 @@ pub(crate) struct Run<'a> {
     force_evaluations: u64,
 }
 
-impl<'a> Run<'a> {
+/// Where a run stands.
+pub(crate) struct Place {
+    state: ChainState,
+    /// Room for the state behind a step, and for those within it.
+    ahead: ChainState,
+    between: ChainState,
+    time_s: f64,
+    next_output: usize,
+    /// Whether nothing switched where the last step ended.
+    continued: bool,
+    switches_in_a_row: u32,
+}
+
+impl<'a> Run<'a, Recorder> {
     /// Integrates to the last output.
     pub(crate) fn complete(chain: &'a Chain, pace: &Pace<'_>, order: Order) -> Result<Self, MechanicsError> {
+        let kept = (0..order.n_outputs).step_by(order.keep_every);
+        let times_s: Vec<f64> = kept.map(|k| k as f64 * order.output_interval_s).collect();
+        let recorder = Recorder::new(chain.n_bodies(), times_s, order.keep_every, &Row::of(chain));
+        let (mut run, mut at) = Self::begin(chain, pace, order, recorder)?;
+        run.go_on(&mut at, order.n_outputs - 1)?;
+        run.record.write();
+        Ok(run)
+    }
+
+    pub(crate) fn finish(self, choice: String) -> Simulation {
+        let error_estimate = self.error_estimate();
+        let duration_s = self.time_of(self.order.n_outputs - 1);
+        let dt_s = match self.order.pacing {
+            Pacing::Constant { .. } => self.control.h_s,
+            Pacing::Adaptive { .. } => duration_s / self.steps as f64,
+        };
+        let (trajectory, [striker, far_striker]) = self.record.finish();
+        let [contact_switch_times_s, far_contact_switch_times_s] = self.contact_switch_times_s;
+        Simulation {
+            trajectory,
+            striker,
+            far_striker,
+            energy_drift: self.ledger.energy_drift(),
+            psi_max_j: self.ledger.psi_max_j(&self.model),
+            peak_times_s: self.ledger.peak_times_s(&self.model),
+            steps: self.steps,
+            dt_s,
+            method: self.order.method.name(),
+            choice,
+            error_estimate,
+            tension_events: self.ledger.tension_events,
+            contact_switch_times_s,
+            far_contact_switch_times_s,
+            force_evaluations: self.force_evaluations,
+        }
+    }
+}
+
+impl<'a, R: Record> Run<'a, R> {
+    /// At t = 0, with the output there recorded.
+    pub(crate) fn begin(
+        chain: &'a Chain,
+        pace: &Pace<'_>,
+        order: Order,
+        record: R,
+    ) -> Result<(Self, Place), MechanicsError> {
         let model = ChainModel::new(chain);
         if order.method.is_symplectic() && model.has_neighbours_coupled() {
             let what = "dashpots between neighbours";
@@ -84,11 +146,10 @@ impl<'a> Run<'a> {
         };
         let front = Front::new((order.bodies == Bodies::Reached).then_some(negligible), model.n_masses());
         front.begin(&mut state);
-        let times_s: Vec<f64> = (0..order.n_outputs).map(|k| k as f64 * order.output_interval_s).collect();
         let mut run = Self {
             rung: Rung::new(order.method, &model),
             front,
-            recorder: Recorder::new(chain.n_bodies(), times_s, &Row::of(chain)),
+            record,
             ledger: Ledger::new(&model, &state),
             control,
             steps: 0,
@@ -98,46 +159,50 @@ impl<'a> Run<'a> {
             order,
         };
         run.output(0, &state)?;
-        run.march(state)?;
-        Ok(run)
+        let at = Place {
+            ahead: state.clone(),
+            between: state.clone(),
+            state,
+            time_s: 0.0,
+            next_output: 1,
+            continued: false,
+            switches_in_a_row: 0,
+        };
+        Ok((run, at))
     }
 
-    /// Steps from t = 0 to the end.
-    fn march(&mut self, mut state: ChainState) -> Result<(), MechanicsError> {
-        let mut ahead = state.clone();
-        let mut between = state.clone();
-        let mut time_s = 0.0;
-        let mut next_output = 1;
-        let mut continued = false;
-        let mut switches_in_a_row = 0;
-        while next_output < self.order.n_outputs {
-            self.begin(&state, continued);
-            let target_s = self.control.target_s(time_s, next_output, &self.order);
-            let (h_s, cut) = self.step(time_s, target_s, &state, &mut ahead)?;
+    /// Steps on until an output is recorded, and any other ones within the last step.
+    pub(crate) fn go_on(&mut self, at: &mut Place, output: usize) -> Result<(), MechanicsError> {
+        while at.next_output <= output.min(self.order.n_outputs - 1) {
+            self.begin_step(&at.state, at.continued);
+            let time_s = at.time_s;
+            let target_s = self.control.target_s(time_s, at.next_output, &self.order);
+            let (h_s, cut) = self.step(time_s, target_s, &at.state, &mut at.ahead)?;
             let reached = cut.is_none() && time_s + h_s * (1.0 + 1e-5) >= target_s;
             let end_s = if reached { target_s } else { time_s + h_s };
-            let reach = self.ledger.book_gaps(&self.model, &state, &ahead, Step { time_s, h_s });
+            let reach = self.ledger.book_gaps(&self.model, &at.state, &at.ahead, Step { time_s, h_s });
             self.control.reach(reach);
-            while next_output < self.order.n_outputs && self.time_of(next_output) <= end_s {
-                let output_s = self.time_of(next_output);
+            while at.next_output < self.order.n_outputs && self.time_of(at.next_output) <= end_s {
+                let output_s = self.time_of(at.next_output);
                 if reached && output_s >= target_s {
-                    self.output(next_output, &ahead)?;
+                    self.output(at.next_output, &at.ahead)?;
                 } else {
                     let step = Step { time_s, h_s };
                     let fraction = (output_s - time_s) / h_s;
-                    self.rung.interpolate(&self.model, [&state, &ahead], step, fraction, &mut between);
-                    self.output(next_output, &between)?;
+                    let ends = [&at.state, &at.ahead];
+                    self.rung.interpolate(&self.model, ends, step, fraction, &mut at.between);
+                    self.output(at.next_output, &at.between)?;
                 }
-                next_output += 1;
+                at.next_output += 1;
             }
-            std::mem::swap(&mut state, &mut ahead);
-            time_s = end_s;
-            continued = cut.is_none();
-            switches_in_a_row = if continued { 0 } else { switches_in_a_row + 1 };
+            std::mem::swap(&mut at.state, &mut at.ahead);
+            at.time_s = end_s;
+            at.continued = cut.is_none();
+            at.switches_in_a_row = if at.continued { 0 } else { at.switches_in_a_row + 1 };
             if let Some(end) = cut {
-                self.switch(&mut state, end, time_s, switches_in_a_row)?;
+                self.switch(&mut at.state, end, at.time_s, at.switches_in_a_row)?;
             }
-            self.front.advance(&mut state, self.control.x_m, self.control.v_m_per_s);
+            self.front.advance(&mut at.state, self.control.x_m, self.control.v_m_per_s);
         }
         Ok(())
     }
@@ -146,7 +211,7 @@ impl<'a> Run<'a> {
         output as f64 * self.order.output_interval_s
     }
 
-    fn begin(&mut self, state: &ChainState, continued: bool) {
+    fn begin_step(&mut self, state: &ChainState, continued: bool) {
         let before = self.rung.evaluations();
         self.rung.begin(&self.model, state, continued);
         self.force_evaluations += (self.rung.evaluations() - before) * state.active as u64;
@@ -195,7 +260,7 @@ impl<'a> Run<'a> {
     }
 
     fn output(&mut self, k: usize, state: &ChainState) -> Result<(), MechanicsError> {
-        self.recorder.record(k, state);
+        self.record.record(k, state);
         let last = self.order.n_outputs - 1;
         if k.is_multiple_of(last.div_ceil(ENERGY_BOOKINGS)) || k == last {
             let held_j = self.ledger.book_total(&self.model, state);
@@ -215,37 +280,9 @@ impl<'a> Run<'a> {
         }
     }
 
-    pub(crate) fn finish(self, choice: String) -> Simulation {
-        let error_estimate = self.error_estimate();
-        let duration_s = self.time_of(self.order.n_outputs - 1);
-        let dt_s = match self.order.pacing {
-            Pacing::Constant { .. } => self.control.h_s,
-            Pacing::Adaptive { .. } => duration_s / self.steps as f64,
-        };
-        let (trajectory, [striker, far_striker]) = self.recorder.finish();
-        let [contact_switch_times_s, far_contact_switch_times_s] = self.contact_switch_times_s;
-        Simulation {
-            trajectory,
-            striker,
-            far_striker,
-            energy_drift: self.ledger.energy_drift(),
-            psi_max_j: self.ledger.psi_max_j(&self.model),
-            peak_times_s: self.ledger.peak_times_s(&self.model),
-            steps: self.steps,
-            dt_s,
-            method: self.order.method.name(),
-            choice,
-            error_estimate,
-            tension_events: self.ledger.tension_events,
-            contact_switch_times_s,
-            far_contact_switch_times_s,
-            force_evaluations: self.force_evaluations,
-        }
-    }
-
-    /// Displacements of the bodies at the outputs.
-    pub(crate) fn recorder(&self) -> &Recorder {
-        &self.recorder
+    /// What it was asked for.
+    pub(crate) fn order(&self) -> Order {
+        self.order
     }
 
     /// The constant step, in seconds.

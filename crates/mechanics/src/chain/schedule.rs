@@ -74,15 +74,15 @@ impl Schedule {
 }
 
 impl Schedule {
-    /// Checks the schedule for a chain, and counts the outputs.
-    pub(super) fn check(&self, chain: &Chain) -> Result<usize, MechanicsError> {
+    /// Checks the schedule for a chain, of whose outputs one of so many is kept, and counts them all.
+    pub(super) fn check(&self, chain: &Chain, keep_every: usize) -> Result<usize, MechanicsError> {
         check::positive("duration_s", self.duration_s)?;
         check::positive("output_interval_s", self.output_interval_s)?;
         self.integration.check()?;
         // A duration that was meant as a multiple of the interval may lie a rounding below it.
         let n_intervals = (self.duration_s / self.output_interval_s * (1.0 + 1e-9)).floor();
         check::require(n_intervals >= 1.0, "duration_s", "at least one output_interval_s", self.duration_s)?;
-        let n_samples = (n_intervals + 1.0) * chain.n_bodies() as f64;
+        let n_samples = (n_intervals / keep_every as f64 + 1.0) * chain.n_bodies() as f64;
         let hint = "a longer output_interval_s needs fewer";
         check::limit("outputs times bodies", MAX_SAMPLES, n_samples, hint)?;
         if let Drive::Imposed(motion) = &chain.drive {

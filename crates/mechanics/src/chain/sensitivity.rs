@@ -4,16 +4,18 @@ use std::iter::Peekable;
 use std::vec::IntoIter;
 
 use chainwave_measurement::Trajectory;
-use ndarray::{Array2, Axis, ShapeBuilder, Slice};
+use ndarray::{Array2, ShapeBuilder};
 
 use super::{
+    automatic::{self, Carried},
     change::{Asked, Change},
     model::ChainModel,
     parameters::Chain,
+    replay::{Replay, Stretch},
     row::End,
+    run::Order,
     schedule::Schedule,
-    simulate::simulate,
-    simulation::{Simulation, StrikerMotion},
+    simulation::Simulation,
     step_size::Pace,
     tangent::Tangent,
 };
@@ -45,7 +47,7 @@ const STABLE_SHARE: f64 = 0.25;
 /// saltation of M. A. Aizerman, F. R. Gantmacher, Q. J. Mech. Appl. Math. 11 (1958) 225-241).
 ///
 /// # Errors
-/// As for [`simulate`], for any of the chains; [`MechanicsError::NotAlike`] for changes that are more than changed numbers.
+/// As for [`simulate`](super::simulate::simulate), for any of the chains; [`MechanicsError::NotAlike`] for changes that are more than changed numbers.
 pub fn simulate_with_sensitivities(
     chain: &Chain,
     schedule: &Schedule,
@@ -74,10 +76,7 @@ pub fn simulate_with_friction(
 
 fn solve(chain: &Chain, schedule: &Schedule, asked: Asked<'_>) -> Result<Sensitivities, MechanicsError> {
     let motion = ReferenceMotion::solve(chain, schedule)?;
-    let derivatives = match asked.n() {
-        0 => Vec::new(),
-        _ => motion.variations(asked.changes, asked.frictions_n)?.until(motion.n_outputs() - 1)?,
-    };
+    let derivatives = motion.derivatives(asked.changes, asked.frictions_n)?;
     Ok(Sensitivities { simulation: motion.simulation, derivatives })
 }
 
@@ -91,30 +90,31 @@ pub struct ReferenceMotion<'a> {
     model: ChainModel<'a>,
     /// At the outputs.
     simulation: Simulation,
-    /// Of all masses, at all steps of the variational equations.
-    masses: Trajectory,
-    n_between: usize,
+    /// How it was integrated, with outputs at all steps of the variational equations, and what was in place of the chain.
+    order: Order,
+    instead: Option<Chain>,
 }
+
+/// Displacements that are held at once of the motion along which all of the derivatives are worked out: 32 MB with the velocities.
+const HELD: usize = 1 << 21;
 
 impl<'a> ReferenceMotion<'a> {
     /// Integrates the chain's motion.
     ///
     /// # Errors
-    /// As for [`simulate`].
+    /// As for [`simulate`](super::simulate::simulate).
     pub fn solve(chain: &'a Chain, schedule: &Schedule) -> Result<Self, MechanicsError> {
         chain.check()?;
         check::positive("output_interval_s", schedule.output_interval_s)?;
         let n_between = steps_between(chain, schedule.output_interval_s);
         let output_interval_s = schedule.output_interval_s / n_between as f64;
-        let mut simulation = simulate(chain, &Schedule { output_interval_s, ..*schedule })?;
-        let masses = motion_of_masses(&simulation);
-        let n_outputs = masses.times_s.len().div_ceil(n_between);
-        if n_between > 1 {
-            thin(&mut simulation, n_between);
-        }
+        let fine = Schedule { output_interval_s, ..*schedule };
+        let n_steps = fine.check(chain, n_between)?;
+        let Carried { mut simulation, order, instead } = automatic::run(chain, &fine, n_steps, n_between)?;
+        let n_outputs = simulation.trajectory.times_s.len();
         simulation.trajectory.times_s =
             (0..n_outputs).map(|k| k as f64 * schedule.output_interval_s).collect();
-        Ok(Self { chain, model: ChainModel::new(chain), simulation, masses, n_between })
+        Ok(Self { chain, model: ChainModel::new(chain), simulation, order, instead })
     }
 
     /// The motion at the outputs.
@@ -142,11 +142,42 @@ impl<'a> ReferenceMotion<'a> {
         let asked = Asked { changes, frictions_n };
         Ok(Variations {
             motion: self,
-            tangent: Tangent::new(self.chain, &self.model, &self.masses, asked),
+            tangent: Tangent::new(self.chain, &self.model, asked),
             n: asked.n(),
             switches: switches_of(&self.simulation).into_iter().peekable(),
             output: 0,
         })
+    }
+
+    /// The motion of all masses once more, for variations to go along it.
+    ///
+    /// # Errors
+    /// As when it was solved.
+    pub fn replay(&self) -> Result<Replay<'_>, MechanicsError> {
+        Replay::of(self.instead.as_ref().unwrap_or(self.chain), self.order, self.n_outputs())
+    }
+
+    /// The derivatives by changes and forces of dry friction ([`ReferenceMotion::variations`]) at all outputs.
+    ///
+    /// # Errors
+    /// As for the variations.
+    pub fn derivatives(
+        &self,
+        changes: &[Change],
+        frictions_n: &[f64],
+    ) -> Result<Vec<Trajectory>, MechanicsError> {
+        let mut variations = self.variations(changes, frictions_n)?;
+        if variations.n == 0 {
+            return Ok(Vec::new());
+        }
+        let (mut replay, n_outputs) = (self.replay()?, self.n_outputs());
+        let mut found =
+            vec![at_rest(self.chain.n_bodies(), &self.simulation.trajectory.times_s); variations.n];
+        let length = (HELD / (self.model.n_masses() * self.order.keep_every)).max(1);
+        for first in (0..n_outputs - 1).step_by(length) {
+            variations.follow(&replay.until(first + length)?, first, &mut found);
+        }
+        finite(found)
     }
 }
 
@@ -162,41 +193,53 @@ pub struct Variations<'a> {
 }
 
 impl Variations<'_> {
-    /// Goes on to an output, and gives the derivatives from the output where they stood to that one, both included.
+    /// Goes along a part of the motion, which begins where they stand, and gives the derivatives at its outputs.
     ///
     /// # Errors
     /// [`MechanicsError::NotFinite`] for derivatives that grow beyond all bounds.
-    pub fn until(&mut self, output: usize) -> Result<Vec<Trajectory>, MechanicsError> {
+    pub fn along(&mut self, stretch: &Stretch) -> Result<Vec<Trajectory>, MechanicsError> {
+        let [first, last] = stretch.outputs;
+        let outputs_s = &self.motion.simulation.trajectory.times_s[first..=last];
+        let mut found = vec![at_rest(self.motion.chain.n_bodies(), outputs_s); self.n];
+        self.follow(stretch, 0, &mut found);
+        finite(found)
+    }
+
+    /// Goes along a part of the motion, and writes the derivatives at its outputs from one place on.
+    fn follow(&mut self, stretch: &Stretch, place: usize, found: &mut [Trajectory]) {
         let Self { motion, tangent, switches, .. } = self;
-        let (first, n_between) = (self.output, motion.n_between);
-        let last = output.min(motion.n_outputs() - 1).max(first);
-        let outputs_s = &motion.simulation.trajectory.times_s[first..=last];
-        let mut found = vec![at_rest(motion.chain.n_bodies(), outputs_s); self.n];
-        tangent.record(0, &mut found);
-        for k in first * n_between..last * n_between {
-            let (mut start_s, end_s) = (motion.masses.times_s[k], motion.masses.times_s[k + 1]);
+        let Stretch { outputs: [first, last], masses } = stretch;
+        let n_between = motion.order.keep_every;
+        debug_assert_eq!(self.output, *first, "a part of the motion follows the one before it");
+        tangent.record(place, found);
+        for k in 0..(last - first) * n_between {
+            let (mut start_s, end_s) = (masses.times_s[k], masses.times_s[k + 1]);
             while let Some((switch_s, end)) = switches.next_if(|(switch_s, _)| *switch_s <= end_s) {
-                if !tangent.sleeps_until(k + 1) {
-                    tangent.step(start_s, switch_s);
+                if !tangent.sleeps_until(masses, k + 1) {
+                    tangent.step(masses, k + 1, [start_s, switch_s]);
                 }
-                tangent.switch(end, switch_s);
+                tangent.switch(masses, end, switch_s);
                 start_s = switch_s;
             }
-            if !tangent.sleeps_until(k + 1) {
-                tangent.step(start_s, end_s);
+            if !tangent.sleeps_until(masses, k + 1) {
+                tangent.step(masses, k + 1, [start_s, end_s]);
             }
             if (k + 1).is_multiple_of(n_between) {
-                tangent.record((k + 1) / n_between - first, &mut found);
+                tangent.record(place + (k + 1) / n_between, found);
             }
         }
-        self.output = last;
-        let is_finite = |derivative: &Trajectory| {
-            derivative.displacement_m.fold(true, |all, value| all && value.is_finite())
-        };
-        match found.iter().all(is_finite) {
-            true => Ok(found),
-            false => Err(MechanicsError::NotFinite { time_s: outputs_s.last().copied().unwrap_or(0.0) }),
-        }
+        self.output = *last;
+    }
+}
+
+/// Derivatives that are numbers throughout.
+fn finite(found: Vec<Trajectory>) -> Result<Vec<Trajectory>, MechanicsError> {
+    let is_finite =
+        |derivative: &Trajectory| derivative.displacement_m.fold(true, |all, value| all && value.is_finite());
+    let last_s = || found.first().and_then(|one| one.times_s.last()).copied().unwrap_or(0.0);
+    match found.iter().all(is_finite) {
+        true => Ok(found),
+        false => Err(MechanicsError::NotFinite { time_s: last_s() }),
     }
 }
 
@@ -218,45 +261,8 @@ fn steps_between(chain: &Chain, output_interval_s: f64) -> usize {
     (output_interval_s / longest_s).ceil().max(1.0) as usize
 }
 
-/// The motion of all masses, the strikers' at the ends; those of one time lie side by side.
-fn motion_of_masses(simulation: &Simulation) -> Trajectory {
-    let Trajectory { times_s, displacement_m, velocity_m_per_s } = &simulation.trajectory;
-    let (striker, far_striker) = (simulation.striker.as_ref(), simulation.far_striker.as_ref());
-    let with = |of_striker: fn(&StrikerMotion) -> &Vec<f64>, bodies: &Array2<f64>| {
-        let first = usize::from(striker.is_some());
-        let behind = first + bodies.nrows();
-        let n_masses = behind + usize::from(far_striker.is_some());
-        let mut all = Array2::zeros((n_masses, bodies.ncols()).f());
-        all.slice_axis_mut(Axis(0), Slice::from(first..behind)).assign(bodies);
-        for (striker, mass) in [(striker, 0), (far_striker, behind)] {
-            let Some(striker) = striker else { continue };
-            all.row_mut(mass).iter_mut().zip(of_striker(striker)).for_each(|(place, value)| *place = *value);
-        }
-        all
-    };
-    Trajectory {
-        times_s: times_s.clone(),
-        displacement_m: with(|striker| &striker.displacement_m, displacement_m),
-        velocity_m_per_s: with(|striker| &striker.velocity_m_per_s, velocity_m_per_s),
-    }
-}
-
 /// Rest, the values of one time side by side as they are written and read.
 fn at_rest(n_bodies: usize, times_s: &[f64]) -> Trajectory {
     let rest = Array2::zeros((n_bodies, times_s.len()).f());
     Trajectory { times_s: times_s.to_vec(), displacement_m: rest.clone(), velocity_m_per_s: rest }
-}
-
-/// Leaves every `n_between`-th output.
-fn thin(simulation: &mut Simulation, n_between: usize) {
-    let of_list = |values: &mut Vec<f64>| *values = values.iter().step_by(n_between).copied().collect();
-    let of_rows = |rows: &mut Array2<f64>| {
-        *rows = rows.slice_axis(Axis(1), Slice::new(0, None, n_between as isize)).to_owned();
-    };
-    of_rows(&mut simulation.trajectory.displacement_m);
-    of_rows(&mut simulation.trajectory.velocity_m_per_s);
-    for striker in [&mut simulation.striker, &mut simulation.far_striker].into_iter().flatten() {
-        of_list(&mut striker.displacement_m);
-        of_list(&mut striker.velocity_m_per_s);
-    }
 }

@@ -14,6 +14,6 @@ use crate::error::MechanicsError;
 /// [`MechanicsError::NotFinite`] and [`MechanicsError::Chatter`] as they say.
 pub fn simulate(chain: &Chain, schedule: &Schedule) -> Result<Simulation, MechanicsError> {
     chain.check()?;
-    let n_outputs = schedule.check(chain)?;
-    automatic::run(chain, schedule, n_outputs)
+    let n_outputs = schedule.check(chain, 1)?;
+    Ok(automatic::run(chain, schedule, n_outputs, 1)?.simulation)
 }

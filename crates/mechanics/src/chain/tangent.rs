@@ -33,7 +33,13 @@ pub(crate) struct Tangent<'a> {
     end_s: Option<f64>,
     /// Whether all derivatives are zero still.
     sleeps: bool,
+    /// Masses that the wave has come to, or that a change moves at the start, and a margin ahead of them: the others have no derivatives.
+    awake: usize,
 }
+
+/// Masses ahead of the last one that moves which have derivatives: these fall off ahead of a front as the motion does, of which as many masses rest ahead of the
+/// last one that it lets move.
+const MARGIN: usize = 16;
 
 /// Derivatives of displacement and velocity, mass after mass and a row for the wall, or their rates.
 #[derive(Debug, Clone)]
@@ -43,17 +49,12 @@ struct Derivatives {
 }
 
 impl<'a> Tangent<'a> {
-    /// At t = 0 of a motion of all the model's masses.
-    pub(crate) fn new(
-        chain: &Chain,
-        model: &'a ChainModel<'a>,
-        motion: &'a Trajectory,
-        asked: Asked<'a>,
-    ) -> Self {
+    /// At t = 0.
+    pub(crate) fn new(chain: &Chain, model: &'a ChainModel<'a>, asked: Asked<'a>) -> Self {
         let n_lanes = asked.n().next_multiple_of(lanes::width());
         let row = vec![0.0; (model.n_masses() + 1) * n_lanes];
         let zero = Derivatives { s: row.clone(), u: row.clone() };
-        let along = Along::new(chain, model, motion, asked);
+        let along = Along::new(chain, model, asked);
         let mut here = zero.clone();
         for (lane, change) in along.changes_at_start(asked.changes).into_iter().enumerate() {
             for (mass, [s, u]) in change.into_iter().enumerate() {
@@ -63,7 +64,7 @@ impl<'a> Tangent<'a> {
         let coefficients = along.coefficients(n_lanes);
         let is_zero = |values: &[f64]| values.iter().all(|value| *value == 0.0);
         let sleeps = asked.frictions_n.is_empty() && is_zero(&here.s) && is_zero(&here.u);
-        Self {
+        let mut tangent = Self {
             model,
             along,
             frictions_n: asked.frictions_n,
@@ -75,19 +76,43 @@ impl<'a> Tangent<'a> {
             coefficients: std::array::from_fn(|_| coefficients.clone()),
             end_s: None,
             sleeps,
+            awake: 0,
+        };
+        let moves = |mass: &usize| {
+            let lanes = mass * n_lanes..(mass + 1) * n_lanes;
+            tangent.along.moves_at_start(*mass)
+                || !is_zero(&tangent.here.s[lanes.clone()])
+                || !is_zero(&tangent.here.u[lanes])
+        };
+        let last = (0..model.n_masses()).rev().find(moves);
+        tangent.awake = (last.map_or(0, |last| last + 1) + MARGIN).min(model.n_masses());
+        tangent
+    }
+
+    /// Takes in the masses that the wave has come to at a sample of the motion of all masses.
+    fn wake(&mut self, motion: &Trajectory, sample: usize) {
+        let rows = [&motion.displacement_m, &motion.velocity_m_per_s];
+        let moves = |mass: &usize| rows.iter().any(|row| row[(*mass, sample)] != 0.0);
+        while let Some(last) = (self.awake.saturating_sub(MARGIN)..self.awake).rev().find(moves) {
+            let awake = (last + 1 + MARGIN).min(self.model.n_masses());
+            if awake == self.awake {
+                break;
+            }
+            self.awake = awake;
         }
     }
 
-    /// Whether nothing happens up to a sample of the motion: the wave has not come to any mass that feels a change.
-    pub(crate) fn sleeps_until(&mut self, sample: usize) -> bool {
-        self.sleeps = self.sleeps && self.along.rests(sample);
+    /// Whether nothing happens up to a sample of the motion of all masses: the wave has not come to any mass that feels a change.
+    pub(crate) fn sleeps_until(&mut self, motion: &Trajectory, sample: usize) -> bool {
+        self.sleeps = self.sleeps && self.along.rests(motion, sample);
         self.sleeps
     }
 
-    /// One step between two times, within which strikers' contacts stay as they are.
-    pub(crate) fn step(&mut self, start_s: f64, end_s: f64) {
+    /// One step along a motion of all masses between two times, before a sample of it, within which strikers' contacts stay as they are.
+    pub(crate) fn step(&mut self, motion: &Trajectory, sample: usize, [start_s, end_s]: [f64; 2]) {
+        self.wake(motion, sample);
         if end_s > start_s {
-            chainwave_vectors::dispatch(Stepping { tangent: self, start_s, end_s });
+            chainwave_vectors::dispatch(Stepping { tangent: self, motion, start_s, end_s });
         }
     }
 
@@ -95,9 +120,11 @@ impl<'a> Tangent<'a> {
     ///
     /// It opens where its force has come to zero, and nothing jumps. Where it closes its force sets in at once, at an instant that moves by
     /// -(s_i - s_j) over the rate of closing of its two masses; the sooner, the longer it acts.
-    pub(crate) fn switch(&mut self, end: End, time_s: f64) {
+    pub(crate) fn switch(&mut self, motion: &Trajectory, end: End, time_s: f64) {
         self.end_s = None;
-        let Some(Closing { gap, push_n, closing_m_per_s }) = self.along.switch(end, time_s) else { return };
+        let Some(Closing { gap, push_n, closing_m_per_s }) = self.along.switch(motion, end, time_s) else {
+            return;
+        };
         let Derivatives { s, u } = &mut self.here;
         let inverse_mass_per_kg = &self.model.inverse_mass_per_kg;
         let here = gap * self.n_lanes;
@@ -124,16 +151,17 @@ impl<'a> Tangent<'a> {
     #[inline(always)]
     fn place<S: Simd>(&mut self, simd: S, stage: usize, part_s: f64) {
         let Self { here, trial_s, stages, coefficients, .. } = self;
+        let n = self.awake * self.n_lanes;
         let (before, from_here) = stages.split_at_mut(stage);
         let Some(Derivatives { s: trial_u, .. }) = from_here.first_mut() else { return };
         match before.last() {
             None => {
-                trial_s.copy_from_slice(&here.s);
-                trial_u.copy_from_slice(&here.u);
+                trial_s[..n].copy_from_slice(&here.s[..n]);
+                trial_u[..n].copy_from_slice(&here.u[..n]);
             }
             Some(rates) => {
-                go(simd, (&here.s, &rates.s), part_s, trial_s);
-                go(simd, (&here.u, &rates.u), part_s, trial_u);
+                go(simd, (&here.s[..n], &rates.s[..n]), part_s, &mut trial_s[..n]);
+                go(simd, (&here.u[..n], &rates.u[..n]), part_s, &mut trial_u[..n]);
             }
         }
         coefficients[COEFFICIENTS_OF_STAGE[stage]].impose(trial_s, trial_u);
@@ -142,13 +170,13 @@ impl<'a> Tangent<'a> {
     /// Rates of the velocities' derivatives at the state of a stage.
     #[inline(always)]
     fn rates<S: Simd>(&mut self, simd: S, stage: usize) {
-        let Self { model, trial_s, n_lanes, .. } = self;
+        let Self { model, trial_s, n_lanes, awake, .. } = self;
         let coefficients = &self.coefficients[COEFFICIENTS_OF_STAGE[stage]];
         let Derivatives { s: trial_u, u: rates } = &mut self.stages[stage];
         let n_vectors = *n_lanes / S::F64_LANES;
         let (s, u) = (S::as_simd_f64s(trial_s).0, S::as_simd_f64s(trial_u).0);
         let (forcing, rates) = (S::as_simd_f64s(&coefficients.forcing).0, S::as_mut_simd_f64s(rates).0);
-        let springs = coefficients.k_n_per_m.iter().zip(&coefficients.c_kg_per_s);
+        let springs = coefficients.k_n_per_m.iter().zip(&coefficients.c_kg_per_s).take(*awake);
         let masses = model.damping_kg_per_s.iter().zip(model.inverse_mass_per_kg.iter());
         for first in 0..n_vectors {
             let mut before_n = simd.splat_f64s(0.0);
@@ -180,7 +208,7 @@ impl<'a> Tangent<'a> {
         let springs = ground_n_per_m.iter().zip(self.model.inverse_mass_per_kg.iter());
         let derivatives = S::as_simd_f64s(&self.trial_s).0.chunks_exact(n_vectors);
         let masses = rates.chunks_exact_mut(n_vectors).zip(derivatives).zip(springs);
-        for ((rates, s), (k_n_per_m, inverse_mass)) in masses.take(self.model.n_masses()) {
+        for ((rates, s), (k_n_per_m, inverse_mass)) in masses.take(self.awake) {
             let square_per_s2 = simd.splat_f64s(k_n_per_m * inverse_mass);
             for (rate, s) in rates.iter_mut().zip(s) {
                 *rate = simd.sub_f64s(*rate, simd.mul_f64s(square_per_s2, *s));
@@ -211,10 +239,11 @@ impl<'a> Tangent<'a> {
 
     #[inline(always)]
     fn finish<S: Simd>(&mut self, simd: S, h_s: f64) {
+        let n = self.awake * self.n_lanes;
         let Derivatives { s, u } = &mut self.here;
         let sixth_s = h_s / 6.0;
-        add_up(simd, self.stages.each_ref().map(|stage| stage.s.as_slice()), sixth_s, s);
-        add_up(simd, self.stages.each_ref().map(|stage| stage.u.as_slice()), sixth_s, u);
+        add_up(simd, self.stages.each_ref().map(|stage| &stage.s[..n]), sixth_s, &mut s[..n]);
+        add_up(simd, self.stages.each_ref().map(|stage| &stage.u[..n]), sixth_s, &mut u[..n]);
         let [_, _, end] = &self.coefficients;
         end.impose(s, u);
     }
@@ -251,6 +280,7 @@ const COEFFICIENTS_OF_STAGE: [usize; 4] = [0, 1, 1, 2];
 
 struct Stepping<'a, 'b> {
     tangent: &'a mut Tangent<'b>,
+    motion: &'a Trajectory,
     start_s: f64,
     end_s: f64,
 }
@@ -260,15 +290,16 @@ impl WithSimd for Stepping<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { tangent, start_s, end_s } = self;
-        let Tangent { along, coefficients, .. } = tangent;
+        let Self { tangent, motion, start_s, end_s } = self;
+        let Tangent { along, coefficients, awake, .. } = tangent;
+        along.reach(*awake);
         let h_s = end_s - start_s;
         match tangent.end_s == Some(start_s) {
             true => coefficients.swap(0, 2),
-            false => along.work_out(simd, start_s, &mut coefficients[0]),
+            false => along.work_out(simd, motion, start_s, &mut coefficients[0]),
         }
-        along.work_out(simd, start_s + 0.5 * h_s, &mut coefficients[1]);
-        along.work_out(simd, end_s, &mut coefficients[2]);
+        along.work_out(simd, motion, start_s + 0.5 * h_s, &mut coefficients[1]);
+        along.work_out(simd, motion, end_s, &mut coefficients[2]);
         tangent.end_s = Some(end_s);
         for (stage, part) in [0.0, 0.5, 0.5, 1.0].into_iter().enumerate() {
             tangent.place(simd, stage, part * h_s);

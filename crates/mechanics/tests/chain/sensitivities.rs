@@ -256,10 +256,10 @@ fn they_may_be_followed_from_output_to_output() {
     let found = simulate_with_sensitivities(&chain, &schedule, &alone).unwrap();
     let motion = ReferenceMotion::solve(&chain, &schedule).unwrap();
     let both = [alone[0].clone(), change(&chain, of_body_3, MASS_KG, 1e-4)];
-    let mut variations = motion.variations(&both, &[]).unwrap();
+    let (mut variations, mut replay) = (motion.variations(&both, &[]).unwrap(), motion.replay().unwrap());
     let mut first = 0;
     for last in [1, 7, 8, 150, 1000] {
-        let piece = &variations.until(last).unwrap()[0];
+        let piece = &variations.along(&replay.until(last).unwrap()).unwrap()[0];
         let last = last.min(motion.n_outputs() - 1);
         assert_eq!(piece.times_s.as_slice(), &found.derivatives[0].times_s[first..=last]);
         // Beside one that the wave comes to at once nothing sleeps, and all is the same.

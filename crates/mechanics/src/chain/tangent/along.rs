@@ -19,10 +19,9 @@ use crate::{
     lanes::padded,
 };
 
-/// A motion, between its samples its Hermite interpolant, and what changes of the chain do to the accelerations along it.
+/// What stands along a motion, between its samples its Hermite interpolant, and what changes of the chain do to the accelerations there.
 pub(super) struct Along<'a> {
     model: &'a ChainModel<'a>,
-    motion: &'a Trajectory,
     /// The spring of each gap of the row.
     springs: Vec<Cow<'a, Spring>>,
     sides: Vec<ChangedModels<'a>>,
@@ -86,16 +85,10 @@ impl Coefficients {
 }
 
 impl<'a> Along<'a> {
-    pub(super) fn new(
-        chain: &Chain,
-        model: &'a ChainModel<'a>,
-        motion: &'a Trajectory,
-        asked: Asked<'a>,
-    ) -> Self {
+    pub(super) fn new(chain: &Chain, model: &'a ChainModel<'a>, asked: Asked<'a>) -> Self {
         let n = model.n_masses();
         Self {
             model,
-            motion,
             springs: (0..n).map(|gap| model.spring(gap)).collect(),
             sides: asked.changes.iter().map(ChangedModels::new).collect(),
             state: model.initial_state(chain),
@@ -134,20 +127,30 @@ impl<'a> Along<'a> {
     }
 
     /// Whether all masses still rest, at a sample of the motion, that feel a change, and their neighbours.
-    pub(super) fn rests(&self, sample: usize) -> bool {
-        let rows = [&self.motion.displacement_m, &self.motion.velocity_m_per_s];
+    pub(super) fn rests(&self, motion: &Trajectory, sample: usize) -> bool {
+        let rows = [&motion.displacement_m, &motion.velocity_m_per_s];
         let rests = |mass: usize| rows.iter().all(|row| row[(mass, sample)] == 0.0);
         let around =
             |felt: &Range<usize>| felt.start.saturating_sub(1)..(felt.end + 1).min(self.model.n_masses());
         self.sides.iter().all(|sides| around(&sides.felt).all(rests))
     }
 
+    /// Whether a mass does not rest at t = 0.
+    pub(super) fn moves_at_start(&self, mass: usize) -> bool {
+        self.state.x_m[mass] != 0.0 || self.state.v_m_per_s[mass] != 0.0
+    }
+
+    /// Takes no masses behind the first so many into account, which rest, up to whole vectors.
+    pub(super) fn reach(&mut self, n_masses: usize) {
+        self.state.active = padded(n_masses);
+    }
+
     /// Opens or closes the contact of an end's striker; says how, where it closes.
-    pub(super) fn switch(&mut self, end: End, time_s: f64) -> Option<Closing> {
+    pub(super) fn switch(&mut self, motion: &Trajectory, end: End, time_s: f64) -> Option<Closing> {
         let touching = &mut self.state.touching[end.index()];
         *touching = !*touching;
         let closes = *touching;
-        self.place(time_s);
+        self.place(motion, time_s);
         let contact = self.model.strikers[end.index()].as_ref().filter(|_| closes)?;
         let closing_m_per_s = self.state.closing_m_per_s(contact.gap);
         let push_n = contact.push_n(self.state.overlap_m(contact.gap), closing_m_per_s);
@@ -156,17 +159,24 @@ impl<'a> Along<'a> {
 
     /// Works out the coefficients at a time.
     #[inline(always)]
-    pub(super) fn work_out<S: Simd>(&mut self, simd: S, time_s: f64, coefficients: &mut Coefficients) {
-        self.place(time_s);
+    pub(super) fn work_out<S: Simd>(
+        &mut self,
+        simd: S,
+        motion: &Trajectory,
+        time_s: f64,
+        coefficients: &mut Coefficients,
+    ) {
+        self.place(motion, time_s);
         let Coefficients { k_n_per_m, c_kg_per_s, ground_n_per_m, forcing, imposed, v_m_per_s } =
             coefficients;
         let ChainState { x_m, touching, active, .. } = &self.state;
         self.model.spring_forces(simd, x_m, *touching, *active, &mut self.springs_n);
         let springs_n = self.springs_n.behind(*active);
-        for (gap, (k, spring)) in k_n_per_m.iter_mut().zip(&self.springs).enumerate() {
+        let gaps = k_n_per_m.iter_mut().zip(&self.springs).take(*active);
+        for (gap, (k, spring)) in gaps.enumerate() {
             *k = spring.stiffness_n_per_m(x_m[gap] - x_m[gap + 1], springs_n[gap]);
         }
-        for (mass, ground) in ground_n_per_m.iter_mut().enumerate() {
+        for (mass, ground) in ground_n_per_m.iter_mut().enumerate().take(*active) {
             *ground = self.model.ground_n_per_m(mass, x_m[mass]);
         }
         self.model.end(*touching, k_n_per_m);
@@ -179,6 +189,7 @@ impl<'a> Along<'a> {
             }
             self.accelerate(simd, lane);
             let ChangedModels { width, reach, .. } = self.sides[lane];
+            let reach = reach.min(self.state.active);
             let added = &mut self.added[..reach];
             slope(simd, self.accelerations.each_ref().map(|row| &row[..reach]), width, added);
             let of_masses = forcing[lane..].iter_mut().step_by(n_lanes).take(n_masses);
@@ -193,10 +204,11 @@ impl<'a> Along<'a> {
     }
 
     /// Puts the masses where the motion has them at a time.
-    fn place(&mut self, time_s: f64) {
-        let last_s = self.motion.times_s.last().copied().unwrap_or(0.0);
-        if let Some(moment) = self.motion.at(time_s.min(last_s)) {
-            moment.fill(&mut self.state.x_m, &mut self.state.v_m_per_s);
+    fn place(&mut self, motion: &Trajectory, time_s: f64) {
+        let last_s = motion.times_s.last().copied().unwrap_or(0.0);
+        if let Some(moment) = motion.at(time_s.min(last_s)) {
+            let ChainState { x_m, v_m_per_s, active, .. } = &mut self.state;
+            moment.fill(&mut x_m[..*active], &mut v_m_per_s[..*active]);
         }
     }
 
@@ -205,7 +217,7 @@ impl<'a> Along<'a> {
     fn accelerate<S: Simd>(&mut self, simd: S, change: usize) {
         let Self { state, springs_n, force_n, .. } = self;
         let sides = &self.sides[change];
-        let place = PhasePoint { active: sides.reach, ..state.place() };
+        let place = PhasePoint { active: sides.reach.min(state.active), ..state.place() };
         for (model, acceleration) in [&sides.below, &sides.above].into_iter().zip(&mut self.accelerations) {
             match sides.seat {
                 Seat::Contacts => model.rates(simd, place, force_n, acceleration),

@@ -1,0 +1,144 @@
+//! A motion of all masses part by part: gone through again as it was solved, so that its steps are never held over all of the time.
+
+use chainwave_measurement::Trajectory;
+use ndarray::{Array2, ShapeBuilder};
+
+use super::{
+    parameters::Chain,
+    record::Record,
+    row::Row,
+    run::{Order, Place, Run},
+    state::ChainState,
+    step_size::Pace,
+};
+use crate::error::MechanicsError;
+
+/// The motion of all masses from one output to another.
+#[derive(Debug)]
+pub struct Stretch {
+    /// The first output and the last one.
+    pub(super) outputs: [usize; 2],
+    /// At all steps of the variational equations between these, both ends included.
+    pub(super) masses: Trajectory,
+}
+
+/// A motion on its way from output to output, the same to the last bit as when it was solved first.
+pub struct Replay<'a> {
+    run: Run<'a, Steps>,
+    at: Place,
+    /// Steps between outputs, and how long one is.
+    n_between: usize,
+    interval_s: f64,
+    n_outputs: usize,
+    /// Where it stands.
+    output: usize,
+}
+
+/// States one behind the other.
+struct Steps {
+    n_masses: usize,
+    x_m: Vec<f64>,
+    v_m_per_s: Vec<f64>,
+}
+
+impl Record for Steps {
+    fn record(&mut self, _: usize, state: &ChainState) {
+        self.x_m.extend_from_slice(&state.x_m[..self.n_masses]);
+        self.v_m_per_s.extend_from_slice(&state.v_m_per_s[..self.n_masses]);
+    }
+}
+
+impl Steps {
+    /// The first so many states, the masses of each side by side; the last of them stays, and those behind it.
+    fn take(&mut self, n: usize) -> [Array2<f64>; 2] {
+        let Self { n_masses, x_m, v_m_per_s } = self;
+        [x_m, v_m_per_s].map(|rows| {
+            let rest = rows.split_off((n - 1) * *n_masses);
+            let mut taken = std::mem::replace(rows, rest);
+            taken.extend_from_slice(&rows[..*n_masses]);
+            Array2::from_shape_fn((*n_masses, n).f(), |(mass, step)| taken[step * *n_masses + mass])
+        })
+    }
+}
+
+impl<'a> Replay<'a> {
+    /// From t = 0, of a chain that was integrated by an order.
+    pub(super) fn of(chain: &'a Chain, order: Order, n_outputs: usize) -> Result<Self, MechanicsError> {
+        let n_masses = Row::of(chain).n_masses();
+        let steps = Steps { n_masses, x_m: Vec::new(), v_m_per_s: Vec::new() };
+        let (run, at) = Run::begin(chain, &Pace::new(chain), order, steps)?;
+        let (n_between, interval_s) = (order.keep_every, order.output_interval_s);
+        Ok(Self { run, at, n_between, interval_s, n_outputs, output: 0 })
+    }
+
+    /// Goes on to an output, and gives the motion from the output where it stood to that one.
+    ///
+    /// # Errors
+    /// As the motion's that is gone through.
+    pub fn until(&mut self, output: usize) -> Result<Stretch, MechanicsError> {
+        let first = self.output;
+        let last = output.min(self.n_outputs - 1).max(first);
+        self.output = last;
+        self.run.go_on(&mut self.at, last * self.n_between)?;
+        let steps = first * self.n_between..=last * self.n_between;
+        let [displacement_m, velocity_m_per_s] = self.run.record.take(steps.clone().count());
+        let times_s = steps.map(|k| k as f64 * self.interval_s).collect();
+        let masses = Trajectory { times_s, displacement_m, velocity_m_per_s };
+        Ok(Stretch { outputs: [first, last], masses })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{
+        parameters::{Drive, FarEnd, Striker},
+        schedule::Schedule,
+        sensitivity::ReferenceMotion,
+    };
+    use super::*;
+    use crate::contact::PowerLaw;
+
+    fn chain(n_bodies: usize) -> Chain {
+        let striker = Striker { mass_kg: 4.3e-3, velocity_m_per_s: 2.73, damping_kg_per_s: 0.2 };
+        Chain {
+            mass_kg: vec![0.455e-3; n_bodies],
+            damping_kg_per_s: vec![0.003; n_bodies],
+            ground_stiffness_n_per_m: Vec::new(),
+            ground_law: None,
+            contact: PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap().into(),
+            drive: Drive::Striker(striker),
+            far_end: FarEnd::Free,
+        }
+    }
+
+    /// The most displacements that parts of so many outputs hold at once, and those of all steps.
+    fn held(n_bodies: usize, length: usize) -> (usize, usize) {
+        let (chain, interval_s) = (chain(n_bodies), 1e-4);
+        let schedule = Schedule::automatic(6e-4 * n_bodies as f64, interval_s);
+        let motion = ReferenceMotion::solve(&chain, &schedule).unwrap();
+        let (mut replay, n_outputs) = (motion.replay().unwrap(), motion.n_outputs());
+        let (mut most, mut all) = (0, 0);
+        let moved = &motion.simulation().trajectory.displacement_m;
+        for first in (0..n_outputs - 1).step_by(length) {
+            let Stretch { outputs: [start, end], masses } = replay.until(first + length).unwrap();
+            assert_eq!([start, end], [first, (first + length).min(n_outputs - 1)]);
+            most = most.max(masses.displacement_m.len() + replay.run.record.x_m.len());
+            all += masses.displacement_m.len();
+            // The same motion, to the last bit.
+            for (output, k) in (start..=end).zip((0..).step_by(replay.n_between)) {
+                let found = masses.displacement_m.column(k);
+                assert!(found.iter().skip(1).eq(moved.column(output)), "{output}");
+            }
+        }
+        (most, all)
+    }
+
+    #[test]
+    fn what_is_held_at_once_grows_with_the_chain_and_not_with_its_time() {
+        let ((few, of_short), (many, of_long)) = (held(20, 8), held(80, 8));
+        // Four times the bodies for four times as long: sixteen times as much in all.
+        assert!(of_long as f64 > 15.0 * of_short as f64, "{of_short} {of_long}");
+        // A step of the motion may go beyond the part that it was asked for, by more in the one chain than in the other.
+        assert!((many as f64) < 2.0 * 4.0 * few as f64, "{few} {many}");
+    }
+}
