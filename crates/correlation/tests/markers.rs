@@ -275,6 +275,29 @@ fn one_body_is_a_row_without_a_pitch() {
 }
 
 #[test]
+fn a_marker_whose_outline_is_unlike_the_others_is_found_where_the_row_goes_on() {
+    // Paint on the left third of the last marker that is wholly in view, of the first one, and of one between.
+    for painted in [0, 2, 5] {
+        let stage = Stage { noise_counts: 6.0, ..Stage::default() };
+        let (mut recording, places) = stage.film();
+        let [x_px, _] = places[painted];
+        let columns = (x_px - 30.0).max(0.0) as usize..(x_px - 7.0) as usize;
+        for frame in &mut recording.frames {
+            for row in frame.chunks_exact_mut(stage.size_px[0]) {
+                row[columns.clone()].fill(1500.0);
+            }
+        }
+        let row = propose_markers(&recording, &ReferenceFrames::Mean(0..2)).unwrap();
+        let found: Vec<f64> = row.markers.iter().map(|marker| marker.subset.x_px).collect();
+        let seen = stage.seen(&places);
+        assert_eq!(found.len(), seen.len(), "{painted}: {found:?}");
+        // Its own outline would lie 11 px to the right.
+        assert!(found.iter().zip(&seen).all(|(x_px, place)| (x_px - place[0]).abs() < 4.0), "{found:?}");
+        assert!(row.missing_px.is_empty());
+    }
+}
+
+#[test]
 fn what_has_no_markers_says_why() {
     let why = |recording: &MemoryRecording| match propose_markers(recording, &ReferenceFrames::Mean(0..2)) {
         Err(CorrelationError::NoMarkers { reason, .. }) => reason,

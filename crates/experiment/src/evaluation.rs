@@ -144,10 +144,10 @@ pub fn evaluate(
     let step = || monitor.done(Stage::Evaluating, 1);
     let stated = StatedMotion::of(experiment, tracked.last_s(), n_threads)?;
     let merged = merged(setup, tracked, &stated, n_threads)?;
-    let Merged { joint, of_camera, shared, side_motion, reading_errors, assumptions } = merged;
+    let Merged { joint, of_camera, shared, side_motion, shortening, reading_errors, assumptions } = merged;
     let Joint { geometry, observations, steadying, stitched, left_out, unjoined, .. } = joint;
     step();
-    let known = known(experiment, &setup.map, &tracked.stages.scale, merged.shortening);
+    let known = known(experiment, &setup.map, &tracked.stages.scale, shortening);
     let chain = &experiment.chain_model()?;
     let material = Material {
         experiment,
