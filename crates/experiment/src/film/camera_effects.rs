@@ -44,7 +44,7 @@ impl CameraEffect {
         Self { name: "shadow", causes: &["shadow"], add: shadow },
         Self {
             name: "vignetting",
-            causes: &["light is uneven"],
+            causes: &["uneven light"],
             add: |to, _| to.effects.vignetting = Some(0.3),
         },
         Self { name: "defocus", causes: &["focus"], add: |to, _| defocus(&mut to.effects) },
