@@ -30,45 +30,56 @@ pub struct CameraMotion {
     recordings: Vec<Followed>,
 }
 
-/// How the motion's root mean square goes with the time after the trigger: as a power of it.
+/// How the motion's root mean square goes with the time: as a power of that since the middle of the rest from which it counts.
 #[derive(Debug, Clone, Copy)]
 struct Growth {
     /// Of the square: 0 of a shake, 1 of a walk at random, 2 of a drift.
     exponent: f64,
-    /// Time at which it is what it is in all.
+    /// Middle of the rest, in seconds after the trigger.
+    origin_s: f64,
+    /// Time since then at which it is what it is in all.
     usual_s: f64,
 }
 
 impl Growth {
-    const NONE: Self = Self { exponent: 0.0, usual_s: 1.0 };
+    const NONE: Self = Self { exponent: 0.0, origin_s: 0.0, usual_s: 1.0 };
 
-    /// From motions at times after the trigger that are known: those in the first half of the time against those in the second, without what is too
-    /// early to tell.
+    /// From motions that are known, at their times after the trigger: those of the first half of the time after it against those of the second.
     fn of(known: &[(f64, Estimate)]) -> Self {
+        let before: Vec<f64> =
+            known.iter().map(|(time_s, _)| *time_s).filter(|time_s| *time_s < 0.0).collect();
+        let origin_s = before.iter().sum::<f64>() / before.len().max(1) as f64;
         let last_s = known.iter().map(|(time_s, _)| *time_s).fold(0.0, f64::max);
-        let square = |from: f64, until: f64| {
-            let inside = known.iter().filter(|(time_s, _)| (from * last_s..=until * last_s).contains(time_s));
-            let (n, sum) = inside
-                .fold((0.0, 0.0), |(n, sum), (_, d)| (n + 1.0, sum + d.value.powi(2) - d.sigma.powi(2)));
-            (n > 0.0).then_some(sum / n)
+        // Mean time since the middle of the rest, and mean square of the motion.
+        let half = |from_s: f64, until_s: f64| {
+            let inside = known.iter().filter(|(time_s, _)| (from_s..=until_s).contains(time_s));
+            let sums = inside.fold([0.0; 3], |[n, since_s, square], (time_s, d)| {
+                [n + 1.0, since_s + time_s - origin_s, square + d.value.powi(2) - d.sigma.powi(2)]
+            });
+            (sums[0] > 0.0).then(|| [sums[1] / sums[0], sums[2] / sums[0]])
         };
-        let (Some(first), Some(second)) = (square(0.25, 0.5), square(0.5, 1.0)) else { return Self::NONE };
-        if second <= 0.0 {
+        let (Some([first_s, first]), Some([second_s, second])) =
+            (half(0.0, 0.5 * last_s), half(0.5 * last_s, last_s))
+        else {
+            return Self::NONE;
+        };
+        if second <= 0.0 || first_s <= 0.0 {
             return Self::NONE;
         }
-        // From three eighths of the time to three quarters.
-        let exponent = (second / first.max(f64::MIN_POSITIVE)).log2().clamp(0.0, MOST_GROWTH);
+        let exponent = (second / first.max(f64::MIN_POSITIVE)).ln() / (second_s / first_s).ln();
+        let exponent = exponent.clamp(0.0, MOST_GROWTH);
         if exponent <= 0.0 {
             return Self::NONE;
         }
-        let later = || known.iter().map(|(time_s, _)| *time_s).filter(|time_s| *time_s > 0.0);
-        let mean = later().map(|time_s| time_s.powf(exponent)).sum::<f64>() / later().count() as f64;
-        Self { exponent, usual_s: mean.powf(exponent.recip()) }
+        let later = || known.iter().map(|(time_s, _)| *time_s).filter(|time_s| *time_s >= 0.0);
+        let powers = later().map(|time_s| (time_s - origin_s).powf(exponent));
+        let mean = powers.sum::<f64>() / later().count() as f64;
+        Self { exponent, origin_s, usual_s: mean.powf(exponent.recip()) }
     }
 
     /// The root mean square at a time after the trigger, over that in all.
     fn at(&self, time_s: f64) -> f64 {
-        (time_s.max(0.0) / self.usual_s).powf(0.5 * self.exponent)
+        ((time_s - self.origin_s).max(0.0) / self.usual_s).powf(0.5 * self.exponent)
     }
 }
 
@@ -364,7 +375,7 @@ mod tests {
             let grown_m = own_m * found.growth(shaken[0].times_s[119]);
             assert!((unknown - grown_m.hypot(1.1 * NOISE_M)).abs() < 1e-12);
             // A shake of eight periods does not grow, but by what phases make of half of that.
-            assert!(found.growth(shaken[0].times_s[119]) < 1.5, "{found:?}");
+            assert!(found.growth(shaken[0].times_s[119]) < 1.5, "{:?}", found.growth);
             // A sine's deviation is 3.5; recordings whose phases are 2 apart share none of it.
             let shared = found.shared_m / NOISE_M;
             assert!(if is_set_off { (2.5..5.0).contains(&shared) } else { shared < 1.5 }, "{shared}");
@@ -391,9 +402,11 @@ mod tests {
                 .unwrap();
         let rms = (rates.iter().map(|rate| rate * rate).sum::<f64>() / 3.0).sqrt();
         for time_s in [2.5e-3, 4.7e-3] {
-            let ratio = found.departure.size.value * found.growth(time_s) / (5e-3 * rms * time_s);
-            // Noise of a tenth of the drift's end leaves its power within a few per cent.
-            assert!((ratio - 1.0).abs() < 0.15, "{ratio} {found:?}");
+            // Places count from the mean of the 1.6 ms before the trigger.
+            let drifted_m = 5e-3 * rms * (time_s + 0.8e-3);
+            let ratio = found.departure.size.value * found.growth(time_s) / drifted_m;
+            // Some hundred noises of a tenth of the drift leave its power within a few per cent.
+            assert!((ratio - 1.0).abs() < 0.15, "{ratio} at {time_s} s, {:?}", found.growth);
         }
     }
 

@@ -187,9 +187,9 @@ impl Pair {
         self.means_m.iter().map(|one| one.sigma.powi(2)).sum::<f64>() / self.means_m.len() as f64
     }
 
-    /// Logarithm of the likelihood of an error with a correlation of this length, by its variance over the noise of a stretch: that of what the drive and
-    /// the trigger of a view cannot take up (restricted likelihood; H. D. Patterson, R. Thompson, Biometrika 58 (1971) 545).
-    fn likelihood(&self, length_s: f64) -> impl Fn(f64) -> f64 + use<> {
+    /// The differences that no drive and no trigger of a view can take up, in independent parts: how much an error of unit variance with a correlation of
+    /// this length has of each, and the part's square over the noise's.
+    fn parts(&self, length_s: f64) -> Vec<Part> {
         let n = self.means_m.len();
         let free = self.free();
         let apart = |i: usize, j: usize| (i as f64 - j as f64) * self.stretch_s / length_s;
@@ -198,15 +198,9 @@ impl Pair {
         let eigen = (free.transpose() * correlation * &free).symmetric_eigen();
         let noise_m2 = self.noise_m2();
         let along_m = eigen.eigenvectors.transpose() * (free.transpose() * left_m);
-        let parts: Vec<[f64; 2]> =
-            eigen.eigenvalues.iter().zip(&along_m).map(|(own, m)| [own.max(0.0), m * m / noise_m2]).collect();
-        move |ratio: f64| {
-            let of_part = |[own, square]: &[f64; 2]| {
-                let variance = 1.0 + ratio * own;
-                -0.5 * (variance.ln() + square / variance)
-            };
-            parts.iter().map(of_part).sum()
-        }
+        let part =
+            |(share, m): (&f64, &f64)| Part { share: share.max(0.0), square: m * m / noise_m2, noise_m2 };
+        eigen.eigenvalues.iter().zip(&along_m).map(part).collect()
     }
 
     /// Orthonormal columns of the differences that no drive and no trigger of one of the views makes.
@@ -225,26 +219,43 @@ impl Pair {
     }
 }
 
-/// Variance of the differences of two views, and the distance in time at which they are alike by half: means over what the differences make likely,
-/// where before all sizes and lengths were alike on a logarithmic scale.
+/// A part of the differences of two views.
+struct Part {
+    share: f64,
+    square: f64,
+    noise_m2: f64,
+}
+
+impl Part {
+    /// Logarithm of the likelihood of an error of this variance (restricted likelihood; H. D. Patterson, R. Thompson, Biometrika 58 (1971) 545).
+    fn likelihood(&self, variance_m2: f64) -> f64 {
+        let variance = 1.0 + variance_m2 * self.share / self.noise_m2;
+        -0.5 * (variance.ln() + self.square / variance)
+    }
+}
+
+/// Variance of the differences of two views, and the distance in time at which they are alike by half: means over lengths of the correlation by how
+/// likely these make the differences, where before all lengths and variances were alike on a logarithmic scale. A correlation's length and
+/// its variance are hardly told apart by what is smooth; so the variance at each length is that which the differences have, and not the likeliest.
 fn sizes(pairs: &[Pair]) -> [f64; 2] {
     let stretch_s = pairs.iter().map(|pair| pair.stretch_s).fold(0.0, f64::max);
     let noise_m2 = pairs.iter().map(Pair::noise_m2).sum::<f64>() / pairs.len() as f64;
-    let lengths_s = (0..N_LENGTHS).map(|k| 0.5 * stretch_s * LENGTH_STEP.powi(k));
-    let mut tried: Vec<(f64, [f64; 2])> = Vec::new();
-    for length_s in lengths_s {
-        let of_pairs: Vec<_> =
-            pairs.iter().map(|pair| (pair.likelihood(length_s), pair.noise_m2())).collect();
-        for k in 0..N_RATIOS {
-            let variance_m2 = noise_m2 * (LEAST_RATIO * RATIO_STEP.powi(k)).powi(2);
-            let likelihood = of_pairs.iter().map(|(of_pair, own_m2)| of_pair(variance_m2 / own_m2)).sum();
-            tried.push((likelihood, [variance_m2, HALF * length_s]));
-        }
-    }
-    let most = tried.iter().map(|(likelihood, _)| *likelihood).fold(f64::NEG_INFINITY, f64::max);
-    let weight = |likelihood: f64| (likelihood - most).exp();
-    let all: f64 = tried.iter().map(|(likelihood, _)| weight(*likelihood)).sum();
-    [0, 1].map(|k| tried.iter().map(|(likelihood, sizes)| weight(*likelihood) * sizes[k]).sum::<f64>() / all)
+    let at_length = |k: i32| {
+        let length_s = 0.5 * stretch_s * LENGTH_STEP.powi(k);
+        let parts: Vec<Part> = pairs.iter().flat_map(|pair| pair.parts(length_s)).collect();
+        let variances_m2 = (0..N_RATIOS).map(|k| noise_m2 * (LEAST_RATIO * RATIO_STEP.powi(k)).powi(2));
+        let likelihoods: Vec<f64> =
+            variances_m2.map(|m2| parts.iter().map(|part| part.likelihood(m2)).sum()).collect();
+        let beyond_noise_m2: f64 = parts.iter().map(|part| (part.square - 1.0) * part.noise_m2).sum();
+        let shares: f64 = parts.iter().map(|part| part.share).sum();
+        (likelihoods, [beyond_noise_m2.max(0.0) / shares, HALF * length_s])
+    };
+    let tried: Vec<(Vec<f64>, [f64; 2])> = (0..N_LENGTHS).map(at_length).collect();
+    let most =
+        tried.iter().flat_map(|(likelihoods, _)| likelihoods).copied().fold(f64::NEG_INFINITY, f64::max);
+    let weight = |likelihoods: &[f64]| likelihoods.iter().map(|one| (one - most).exp()).sum::<f64>();
+    let all: f64 = tried.iter().map(|(likelihoods, _)| weight(likelihoods)).sum();
+    [0, 1].map(|k| tried.iter().map(|(likelihoods, sizes)| weight(likelihoods) * sizes[k]).sum::<f64>() / all)
 }
 
 /// What is left of a part at a share of the way to the next one: 1 at 0 and 0 from 1 on, smooth at both; with that of the next, its square adds to

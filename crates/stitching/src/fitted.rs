@@ -81,8 +81,9 @@ impl AlignmentState<'_> {
         // The usual ones for any chain: wider ones let responses take up what is no smooth response to the drive.
         let sizes = self.settings.response_sizes;
         let prior_m = |relative: f64| (relative * rms_m).max(noise_m);
-        let curvature = match (most > 3, self.scale) {
-            // Three recordings would be interpolated exactly, noise and all: they leave the curvature at zero.
+        let curvature = match (tells_curvature(most), self.scale) {
+            // Three recordings would be interpolated exactly, noise and all: they leave the curvature at zero, and its size to the errors. Held at what a
+            // weak non-linearity makes of the slope, it lets alignments of three trials run away.
             (false, _) => CurvaturePrior::Small(1e-3 * noise_m),
             (true, Scale::True) => CurvaturePrior::WeakNonLinearity(prior_m(sizes.curvature)),
             (true, _) => CurvaturePrior::Small(prior_m(sizes.curvature)),
@@ -124,6 +125,11 @@ impl AlignmentState<'_> {
             recordings: contributions.iter().map(name).collect::<Vec<_>>().join(", "),
         }
     }
+}
+
+/// Whether so many recordings tell how a body's response to the drive is curved.
+pub(crate) fn tells_curvature(n_recordings: usize) -> bool {
+    n_recordings > 3
 }
 
 /// Times on each side whose velocities are averaged: they tell only in which direction a delay moves a body, and there the noise that a

@@ -4,8 +4,8 @@ use chainwave_measurement::{ErrorModes, ErrorPattern, ErrorSource, ReadingError}
 use nalgebra::{DMatrix, DVector};
 use ndarray::Array2;
 
-use crate::body_response::FittedTime;
-use crate::fitted::Fitted;
+use crate::body_response::{Contribution, FittedTime};
+use crate::fitted::{Fitted, tells_curvature};
 use crate::gauge::Exchange;
 use crate::normal_equations::{error_sensitivity, offset_sensitivity};
 use crate::reading_error::{RowError, on_time_base};
@@ -222,10 +222,16 @@ impl AlignmentState<'_> {
         };
         let groups: Vec<Vec<usize>> = (0..field.len()).map(recordings).collect();
         let rms_m: Vec<f64> = field.iter().map(|of_body| rms_motion_m(of_body)).collect();
+        let most_at_once =
+            |of_body: &Vec<FittedTime>| of_body.iter().map(|(all, _)| all.len()).max().unwrap_or(0);
+        let most: Vec<usize> = field.iter().map(most_at_once).collect();
+        let bends: Vec<f64> =
+            field.iter().zip(&rms_m).map(|(of_body, rms_m)| rms_departure_m(of_body) / rms_m).collect();
         let error_m = |row: usize, i: usize| {
             let relative = field[row][i].1.motion_m / rms_m[row].max(f64::MIN_POSITIVE);
             let sizes = self.settings.sizes_of(row);
-            relative * self.response_error_m(&field[row][i], rms_m[row], sizes)
+            let bend = (!tells_curvature(most[row])).then_some(bends[row]);
+            relative * self.response_error_m(&field[row][i], bend, rms_m[row], sizes)
         };
         let leads = (0..groups.len())
             .filter(|row| !groups[*row].is_empty() && !groups[..*row].contains(&groups[*row]));
@@ -237,10 +243,12 @@ impl AlignmentState<'_> {
         }
     }
 
-    /// Standard deviation of the mean motion beyond what the readings' own noise explains.
+    /// Standard deviation of the mean motion beyond what the readings' own noise explains. Where too few recordings tell how the response is curved,
+    /// `bend` is how far its slope departs from the motion, relative to that: a weak non-linearity curves it by as much.
     fn response_error_m(
         &self,
         (contributions, response): &FittedTime,
+        bend: Option<f64>,
         rms_m: f64,
         sizes: ResponseSizes,
     ) -> f64 {
@@ -250,16 +258,29 @@ impl AlignmentState<'_> {
         let prior = self.settings.response_sizes;
         let slope = sizes.slope / prior.slope;
         let curvature = match self.scale {
-            Scale::True => sizes.non_linearity / prior.curvature,
-            Scale::Open | Scale::Held => sizes.curvature / prior.curvature,
+            Scale::True => sizes.non_linearity,
+            Scale::Open | Scale::Held => sizes.curvature,
         };
-        let cube = |s: f64| s * s * s;
-        let mean_cube = self.drive.iter().map(|s| cube(*s)).sum::<f64>() / self.drive.len() as f64;
-        let taken: f64 =
-            contributions.iter().map(|c| response.gain(c, &self.drive) * cube(self.drive[c.recording])).sum();
-        let third_order_m = sizes.third_order * rms_m * (mean_cube - taken);
-        (slope * slope_m).hypot(curvature * curvature_m).hypot(third_order_m)
+        // What an order of the response that is not fitted makes of the mean motion.
+        let of_order_m = |order: i32, size: f64| {
+            let mean = self.drive.iter().map(|s| s.powi(order)).sum::<f64>() / self.drive.len() as f64;
+            let power = |c: &Contribution| self.drive[c.recording].powi(order);
+            let taken: f64 = contributions.iter().map(|c| response.gain(c, &self.drive) * power(c)).sum();
+            size * rms_m * (mean - taken)
+        };
+        let second_order_m = match bend {
+            None => curvature / prior.curvature * curvature_m,
+            Some(bend) => of_order_m(2, bend.hypot(sizes.non_linearity)),
+        };
+        (slope * slope_m).hypot(second_order_m).hypot(of_order_m(3, sizes.third_order))
     }
+}
+
+/// Root mean square of what the slope of a body's response differs by from its motion, over the times it was seen, in metres.
+fn rms_departure_m(of_body: &[FittedTime]) -> f64 {
+    let seen = || of_body.iter().filter(|(contributions, _)| !contributions.is_empty());
+    let squares: f64 = seen().map(|(_, response)| (response.slope_m - response.motion_m).powi(2)).sum();
+    (squares / seen().count().max(1) as f64).sqrt()
 }
 
 /// Root mean square of a body's motion over the times it was seen, in metres.
