@@ -120,7 +120,8 @@ mod tests {
 
     #[test]
     fn bodies_that_go_each_its_own_way_and_small_angles_say_nothing() {
-        let apart = |row: usize, i: usize| if row % 2 == 0 { 2e-6 * i as f64 } else { -2e-6 * i as f64 };
+        let apart =
+            |row: usize, i: usize| if row.is_multiple_of(2) { 2e-6 * i as f64 } else { -2e-6 * i as f64 };
         assert_eq!(told(0.0, apart), None);
         assert_eq!(told(1e-3, |_, _| 0.0), None, "a millionth of 10 mm is a hundredth of the uncertainty");
     }
