@@ -225,8 +225,11 @@ impl AlignmentState<'_> {
         let most_at_once =
             |of_body: &Vec<FittedTime>| of_body.iter().map(|(all, _)| all.len()).max().unwrap_or(0);
         let most: Vec<usize> = field.iter().map(most_at_once).collect();
-        let bends: Vec<f64> =
-            field.iter().zip(&rms_m).map(|(of_body, rms_m)| rms_departure_m(of_body) / rms_m).collect();
+        // Of a body that no recording saw there is neither.
+        let bend = |(of_body, rms_m): (&Vec<FittedTime>, &f64)| {
+            rms_departure_m(of_body) / rms_m.max(f64::MIN_POSITIVE)
+        };
+        let bends: Vec<f64> = field.iter().zip(&rms_m).map(bend).collect();
         let error_m = |row: usize, i: usize| {
             let relative = field[row][i].1.motion_m / rms_m[row].max(f64::MIN_POSITIVE);
             let sizes = self.settings.sizes_of(row);
