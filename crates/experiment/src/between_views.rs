@@ -9,6 +9,7 @@ use chainwave_stitching::LeftByView;
 use nalgebra::{DMatrix, DVector};
 
 use crate::finding::Finding;
+use crate::picture_errors::weight;
 
 /// The kind of the finding that says so.
 const VIEWS_DISAGREE: &str = "views_disagree";
@@ -115,7 +116,7 @@ impl BetweenViews {
     ) -> TrackError {
         let error_m = |time_s: &f64| {
             let from_part = (time_s - begins_s) / apart_s - part as f64;
-            if *time_s < begins_s { 0.0 } else { self.sigma_m * faded(from_part.abs()) }
+            if *time_s < begins_s { 0.0 } else { self.sigma_m * weight(from_part.abs().min(1.0)) }
         };
         TrackError {
             recording: observation.recording.clone(),
@@ -187,15 +188,14 @@ impl Pair {
         self.means_m.iter().map(|one| one.sigma.powi(2)).sum::<f64>() / self.means_m.len() as f64
     }
 
-    /// The differences that no drive and no trigger of a view can take up, in independent parts: how much an error of unit variance with a correlation of
+    /// The differences along the columns of `free`, which no drive and no trigger of a view can take up, in independent parts: how much an error of unit variance with a correlation of
     /// this length has of each, and the part's square over the noise's.
-    fn parts(&self, length_s: f64) -> Vec<Part> {
+    fn parts(&self, free: &DMatrix<f64>, length_s: f64) -> Vec<Part> {
         let n = self.means_m.len();
-        let free = self.free();
         let apart = |i: usize, j: usize| (i as f64 - j as f64) * self.stretch_s / length_s;
         let correlation = DMatrix::from_fn(n, n, |i, j| (-0.5 * apart(i, j).powi(2)).exp());
         let left_m = DVector::from_iterator(n, self.means_m.iter().map(|one| one.value));
-        let eigen = (free.transpose() * correlation * &free).symmetric_eigen();
+        let eigen = (free.transpose() * correlation * free).symmetric_eigen();
         let noise_m2 = self.noise_m2();
         let along_m = eigen.eigenvectors.transpose() * (free.transpose() * left_m);
         let part =
@@ -240,9 +240,11 @@ impl Part {
 fn sizes(pairs: &[Pair]) -> [f64; 2] {
     let stretch_s = pairs.iter().map(|pair| pair.stretch_s).fold(0.0, f64::max);
     let noise_m2 = pairs.iter().map(Pair::noise_m2).sum::<f64>() / pairs.len() as f64;
+    let free: Vec<DMatrix<f64>> = pairs.iter().map(Pair::free).collect();
     let at_length = |k: i32| {
         let length_s = 0.5 * stretch_s * LENGTH_STEP.powi(k);
-        let parts: Vec<Part> = pairs.iter().flat_map(|pair| pair.parts(length_s)).collect();
+        let parts: Vec<Part> =
+            pairs.iter().zip(&free).flat_map(|(pair, free)| pair.parts(free, length_s)).collect();
         let variances_m2 = (0..N_RATIOS).map(|k| noise_m2 * (LEAST_RATIO * RATIO_STEP.powi(k)).powi(2));
         let likelihoods: Vec<f64> =
             variances_m2.map(|m2| parts.iter().map(|part| part.likelihood(m2)).sum()).collect();
@@ -253,16 +255,11 @@ fn sizes(pairs: &[Pair]) -> [f64; 2] {
     let tried: Vec<(Vec<f64>, [f64; 2])> = (0..N_LENGTHS).map(at_length).collect();
     let most =
         tried.iter().flat_map(|(likelihoods, _)| likelihoods).copied().fold(f64::NEG_INFINITY, f64::max);
-    let weight = |likelihoods: &[f64]| likelihoods.iter().map(|one| (one - most).exp()).sum::<f64>();
-    let all: f64 = tried.iter().map(|(likelihoods, _)| weight(likelihoods)).sum();
-    [0, 1].map(|k| tried.iter().map(|(likelihoods, sizes)| weight(likelihoods) * sizes[k]).sum::<f64>() / all)
-}
-
-/// What is left of a part at a share of the way to the next one: 1 at 0 and 0 from 1 on, smooth at both; with that of the next, its square adds to
-/// one.
-fn faded(share: f64) -> f64 {
-    let share = share.min(1.0);
-    (1.0 - share * share * (3.0 - 2.0 * share)).max(0.0).sqrt()
+    let likeliness = |likelihoods: &[f64]| likelihoods.iter().map(|one| (one - most).exp()).sum::<f64>();
+    let all: f64 = tried.iter().map(|(likelihoods, _)| likeliness(likelihoods)).sum();
+    [0, 1].map(|k| {
+        tried.iter().map(|(likelihoods, sizes)| likeliness(likelihoods) * sizes[k]).sum::<f64>() / all
+    })
 }
 
 #[cfg(test)]

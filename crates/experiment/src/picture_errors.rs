@@ -258,9 +258,9 @@ impl Group {
     }
 }
 
-/// The weight of a stretch at a share of the way to the next one, 1 at 0 and 0 at 1, smooth at both; with that of the next, its square adds
+/// The weight of a part of an error at a share of the way to the next one, 1 at 0 and 0 at 1, smooth at both; with that of the next, its square adds
 /// to one.
-fn weight(share: f64) -> f64 {
+pub(crate) fn weight(share: f64) -> f64 {
     (1.0 - share * share * (3.0 - 2.0 * share)).max(0.0).sqrt()
 }
 
