@@ -1,6 +1,6 @@
 //! Local least-squares polynomials, smoothing and interpolation of one series with holes.
 
-use chainwave_vectors::dispatch;
+use chainwave_vectors::dispatch_loop;
 use nalgebra::{SMatrix, SVector};
 
 /// Coefficients of the local polynomial (order six). On the chain's skew pulses an order of four needs windows so short, for
@@ -62,7 +62,7 @@ fn weighted_sums(values: &[f64], weights: &[f64]) -> Vec<f64> {
     const TOGETHER: usize = 32;
     let n = (values.len() + 1).saturating_sub(weights.len());
     let mut sums = vec![0.0; n];
-    dispatch(
+    dispatch_loop(
         #[inline(always)]
         || {
             let (blocks, rest) = sums.as_chunks_mut::<TOGETHER>();

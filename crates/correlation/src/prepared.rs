@@ -261,7 +261,7 @@ impl Linearised {
     /// The gradients times polynomials of the place, less multiples of 1 and of the reference.
     fn step_images(&self, [of_x, of_y]: [[f32; 6]; 2], [mean, slope]: [f32; 2]) -> Vec<f32> {
         let mut steps = vec![0.0; self.n_pixels()];
-        chainwave_vectors::dispatch(
+        chainwave_vectors::dispatch_loop(
             #[inline(always)]
             || {
                 let places = self.columns.iter().zip(&self.rows);

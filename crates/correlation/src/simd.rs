@@ -51,7 +51,7 @@ pub(crate) fn dot(a: &[f32], b: &[f32]) -> f64 {
     let product = |a: f32, b: f32| f64::from(a) * f64::from(b);
     let n = a.len().min(b.len());
     let (a, b) = (&a[..n], &b[..n]);
-    chainwave_vectors::dispatch(
+    chainwave_vectors::dispatch_loop(
         #[inline(always)]
         || {
             let ((a_lanes, a_rest), (b_lanes, b_rest)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());

@@ -104,7 +104,7 @@ fn products(image: &[f32], n_columns: usize) -> [f64; N_LAGS] {
 
 /// As [`crate::simd::dot`], in f32: what a lag's sum is off by is far below what it scatters by.
 fn dot(a: &[f32], b: &[f32]) -> f32 {
-    chainwave_vectors::dispatch(
+    chainwave_vectors::dispatch_loop(
         #[inline(always)]
         || {
             let mut lanes = [0.0_f32; LANES];

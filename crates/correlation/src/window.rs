@@ -119,7 +119,7 @@ impl Window {
         let full_scale = self.full_scale;
         let usable = |pixel: f32| pixel < full_scale;
         let pixels = &self.pixels;
-        self.has_flagged = chainwave_vectors::dispatch(
+        self.has_flagged = chainwave_vectors::dispatch_loop(
             #[inline(always)]
             || pixels.iter().fold(false, |flagged, &pixel| flagged | !usable(pixel)),
         );

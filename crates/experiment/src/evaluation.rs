@@ -27,7 +27,7 @@ use crate::joint::Joint;
 use crate::measuring::{front_settings, measure_motion};
 use crate::merging::{Merged, merged};
 use crate::monitor::{Monitor, Stage};
-use crate::notices::{named, notices};
+use crate::notices::notices;
 use crate::numbers::NotNegative;
 use crate::picture_geometry::PictureGeometry;
 use crate::sanity::speed;
@@ -39,6 +39,7 @@ use crate::standing::Standings;
 use crate::stated_motion::StatedMotion;
 use crate::steadying::Steadying;
 use crate::tracked::Tracked;
+use crate::wording::named;
 
 /// To be raised whenever the same tracks would give other results; `golden_results` among the tests of the whole guards it.
 pub const EVALUATION_VERSION: u32 = 15;

@@ -5,10 +5,11 @@ use chainwave_measurement::{Estimate, Observation, RecordingInfo, median};
 use crate::configuration::Experiment;
 use crate::finding::Finding;
 use crate::follow::EdgeNote;
+use crate::lost_bodies::lost_for_good;
 use crate::numbers::NotNegative;
 use crate::standing::{Standing, Standings};
 use crate::tracked::TrackedRecording;
-use crate::wording::estimate;
+use crate::wording::{estimate, grouped};
 
 /// Everything worth knowing of the recordings that were used, each with the names of those that it is about.
 pub(crate) fn notices(
@@ -28,9 +29,10 @@ pub(crate) fn notices(
     };
     let remarks = remarks.into_iter().map(remark);
     let unseen = observations.iter().flat_map(unseen_for_a_while);
+    let lost = lost_for_good(recordings);
     let drives = unusual_drives(experiment, standings).into_iter();
     let triggers = unusual_triggers(experiment, standings);
-    remarks.chain(unseen).chain(drives.map(|drive| drive.warning())).chain(triggers).collect()
+    remarks.chain(unseen).chain(lost).chain(drives.map(|drive| drive.warning())).chain(triggers).collect()
 }
 
 /// What a file says against itself: steps of its time stamps, a header that contradicts them, and the like; and edges that bias its
@@ -49,27 +51,6 @@ fn sharp_edges(edges: &[EdgeNote]) -> Option<String> {
          to some thousandths of a pixel: leave 5 px of texture around subsets (a smaller half_width_px or half_height_px)",
         bodies.join(", ")
     ))
-}
-
-/// Recordings of which the same is said stand together, before what is said.
-pub(crate) fn grouped(remarks: &[(String, String)]) -> Vec<(String, String)> {
-    let mut groups: Vec<(&str, Vec<&str>)> = Vec::new();
-    for (recording, remark) in remarks {
-        match groups.iter_mut().find(|(said, _)| said == remark) {
-            Some((_, recordings)) => recordings.push(recording),
-            None => groups.push((remark, vec![recording])),
-        }
-    }
-    groups.into_iter().map(|(remark, recordings)| (named(&recordings), remark.to_owned())).collect()
-}
-
-/// All of a few recordings, or the first of many.
-pub(crate) fn named(recordings: &[&str]) -> String {
-    const MOST: usize = 3;
-    match recordings {
-        [first, others @ ..] if others.len() >= MOST => format!("{first} and {} others", others.len()),
-        few => few.join(", "),
-    }
 }
 
 /// Bodies that were lost and found again.
@@ -195,15 +176,6 @@ mod tests {
         assert_eq!(sharp_edges(&[note("2", 4)]), None);
         let said = sharp_edges(&[note("3", 2), note("4", 1)]).unwrap();
         assert!(said.contains("body 3, 4, the nearest 1 px off"), "{said}");
-    }
-
-    #[test]
-    fn recordings_of_which_the_same_is_said_stand_together() {
-        let said = |recording: &str, remark: &str| (recording.to_owned(), remark.to_owned());
-        let mut remarks = vec![said("a", "late"), said("b", "dark"), said("c", "late")];
-        assert_eq!(grouped(&remarks), [said("a, c", "late"), said("b", "dark")]);
-        remarks.extend([said("d", "late"), said("e", "late")]);
-        assert_eq!(grouped(&remarks)[0], said("a and 3 others", "late"));
     }
 
     #[test]

@@ -7,9 +7,11 @@
 mod bodies;
 mod fill_in;
 mod light;
+mod other_view;
 mod pitch;
 mod repetition;
 mod rest;
+mod same_markers;
 mod shutter;
 mod speed;
 mod stage;
@@ -39,9 +41,10 @@ use crate::tracked::Tracked;
 /// [`Error::Configuration`] where nothing is left to track: neighbours inside each other's subsets, no body in any view, no texture under
 /// any subset.
 pub fn check(setup: &Setup, n_threads: NonZero<usize>) -> Result<Sanity, Error> {
-    let views = views_at_rest(setup);
     let mut sanity = Sanity::default();
     sanity.findings.extend(unlisted::recordings(setup));
+    other_view::mislabelled(setup, n_threads, &mut sanity);
+    let views = views_at_rest(setup, &sanity);
     if views.is_empty() {
         return Ok(sanity);
     }

@@ -11,7 +11,7 @@ use crate::finding::{Finding, Sanity};
 use crate::follow::{edges_beside, follow, threads_of_each};
 use crate::key::{Task, TrackKey};
 use crate::monitor::{Monitor, Stage};
-use crate::notices::{grouped, remarks};
+use crate::notices::remarks;
 use crate::sanity::{MOTION_AT_REST, moving_light, of_tracks, rolling_shutter};
 use crate::setup::Setup;
 use crate::share::Share;
@@ -20,6 +20,7 @@ use crate::store::{Kept, TrackStore};
 use crate::tracked::{Origin, Tracked, TrackedRecording};
 use crate::tracks::RecordingTracks;
 use crate::view::{bodies_in_view, frames_at_rest};
+use crate::wording::grouped;
 
 /// Tracks every recording that the store does not hold yet and that made sense before work. One that fails is named and left out.
 ///
@@ -34,7 +35,10 @@ pub fn track(
 ) -> Result<Tracked, Error> {
     let stages = Stages::refine(setup, &usable(setup, sanity), setup.method(), n_threads);
     let results = track_each(setup, &setup.trials, &stages, sanity, store, n_threads, monitor)?;
-    let findings = sanity.findings.clone();
+    let beforehand =
+        |(subject, reason)| Finding { code: "left_out", subject, text: format!("it was left out: {reason}") };
+    let findings = grouped(&sanity.left_out).into_iter().map(beforehand);
+    let findings = sanity.findings.iter().cloned().chain(findings).collect();
     let mut tracked =
         Tracked { recordings: Vec::new(), observations: Vec::new(), failed: Vec::new(), stages, findings };
     let mut unusable = Vec::new();

@@ -1,4 +1,4 @@
-//! Estimates and probabilities in words.
+//! Estimates, probabilities and lists of recordings in words.
 
 use chainwave_measurement::Estimate;
 
@@ -17,9 +17,39 @@ pub(crate) fn probability(p: f64) -> String {
     if p < LEAST { format!("p < {LEAST:e}") } else { format!("p = {p:.2e}") }
 }
 
+/// Recordings of which the same is said stand together, before what is said.
+pub(crate) fn grouped(remarks: &[(String, String)]) -> Vec<(String, String)> {
+    let mut groups: Vec<(&str, Vec<&str>)> = Vec::new();
+    for (recording, remark) in remarks {
+        match groups.iter_mut().find(|(said, _)| said == remark) {
+            Some((_, recordings)) => recordings.push(recording),
+            None => groups.push((remark, vec![recording])),
+        }
+    }
+    groups.into_iter().map(|(remark, recordings)| (named(&recordings), remark.to_owned())).collect()
+}
+
+/// All of a few recordings, or the first of many.
+pub(crate) fn named(recordings: &[&str]) -> String {
+    const MOST: usize = 3;
+    match recordings {
+        [first, others @ ..] if others.len() >= MOST => format!("{first} and {} others", others.len()),
+        few => few.join(", "),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn recordings_of_which_the_same_is_said_stand_together() {
+        let said = |recording: &str, remark: &str| (recording.to_owned(), remark.to_owned());
+        let mut remarks = vec![said("a", "late"), said("b", "dark"), said("c", "late")];
+        assert_eq!(grouped(&remarks), [said("a, c", "late"), said("b", "dark")]);
+        remarks.extend([said("d", "late"), said("e", "late")]);
+        assert_eq!(grouped(&remarks)[0], said("a and 3 others", "late"));
+    }
 
     #[test]
     fn estimates_have_two_digits_of_sigma() {

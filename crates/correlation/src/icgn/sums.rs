@@ -97,7 +97,7 @@ pub(crate) fn squares(subset: &Linearised, samples: &[f32], mean: f64, gain: f64
     let target = samples[..subset.intensity.len()].as_chunks::<LANES>().0;
     let (reference, weights) =
         (subset.intensity.as_chunks::<LANES>().0, subset.weights.as_chunks::<LANES>().0);
-    chainwave_vectors::dispatch(
+    chainwave_vectors::dispatch_loop(
         #[inline(always)]
         || {
             let (mut lanes, mut by_light) = ([0.0; LANES], [0.0; LANES]);

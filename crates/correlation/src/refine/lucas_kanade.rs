@@ -321,7 +321,7 @@ impl EightBit {
 
     fn convert(&self, pixels: &[f32]) -> Vec<u8> {
         let mut bytes = vec![0; pixels.len()];
-        chainwave_vectors::dispatch(
+        chainwave_vectors::dispatch_loop(
             #[inline(always)]
             || {
                 for (byte, pixel) in bytes.iter_mut().zip(pixels) {

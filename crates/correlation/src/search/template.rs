@@ -38,7 +38,7 @@ impl Template {
     /// Sum of the values times the pixels under them, which go on to the right of the template where the row does: a row is whole vectors, as
     /// single values behind them take longer than they do.
     pub(crate) fn correlate(&self, width: usize, pixels: &[f32]) -> f64 {
-        chainwave_vectors::dispatch(
+        chainwave_vectors::dispatch_loop(
             #[inline(always)]
             || {
                 let mut lanes = [0.0_f32; LANES];

@@ -54,7 +54,7 @@ fn sample_with<K: Kernel<TAPS>, const TAPS: usize>(
     samples: &mut [f32],
 ) {
     if warp.is_translation() {
-        chainwave_vectors::dispatch(
+        chainwave_vectors::dispatch_loop(
             #[inline(always)]
             || sample_grid::<K, TAPS>(window, warp, lattice, rows, samples),
         );

@@ -7,8 +7,6 @@ use super::view_at_rest::Facts;
 use crate::finding::Finding;
 use crate::setup::Setup;
 
-/// A pitch that is off by less than this share is none of this test's concern: markers of different speckle tell no better.
-const LEAST_SHARE: f64 = 0.005;
 /// Views that agree better than this do so by chance, or as their markers lie alike on the pixels.
 const LEAST_SIGMA: f64 = 0.001;
 
@@ -25,8 +23,7 @@ pub(super) fn contradicted(setup: &Setup, facts: &[Facts]) -> Option<Finding> {
     let ratio = of_views(&ratios)?;
     let scale = setup.map.m_per_px();
     let known = scale.sigma / scale.value;
-    let limit = LEAST_SHARE.max(3.0 * ratio.sigma.hypot(known));
-    if (ratio.value - 1.0).abs() <= limit {
+    if (ratio.value - 1.0).abs() <= 3.0 * ratio.sigma.hypot(known) {
         return None;
     }
     let stated_px = setup.experiment.chain.mean_pitch_m() / scale.value;

@@ -3,13 +3,14 @@
 
 use chainwave_measurement::Estimate;
 
+use super::same_markers::same_markers;
 use super::view_at_rest::ViewAtRest;
 use crate::configuration::Trial;
 use crate::error::Error;
 use crate::finding::{Finding, Sanity};
 use crate::numbers::NotNegative;
 use crate::setup::Setup;
-use crate::stages::{Stages, StatedStep, shared_and_found};
+use crate::stages::{Stages, StatedStep};
 use crate::view::bodies_in_view;
 
 /// Another meaning of a stage's position.
@@ -123,12 +124,12 @@ fn compared(setup: &Setup, believed: &[&ViewAtRest], view: &ViewAtRest, trial: &
     let mut beside = None;
     // The views nearest along the chain share most.
     for other in believed.iter().rev().filter(shares) {
-        match shared_and_found(setup, &other.trial, trial) {
-            Some((1.., 1..)) => return Compared::SameBodies,
-            Some((1.., 0)) => {
+        match same_markers(setup, &other.trial, trial) {
+            Some(true) => return Compared::SameBodies,
+            Some(false) => {
                 beside.get_or_insert_with(|| other.name());
             }
-            _ => {}
+            None => {}
         }
     }
     beside.map_or(Compared::NothingShared, Compared::OtherBodies)

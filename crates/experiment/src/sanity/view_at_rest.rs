@@ -7,6 +7,7 @@ use chainwave_measurement::{Recording, RecordingInfo, Region, Subset};
 
 use super::repetition::pitch_in_picture;
 use crate::configuration::Trial;
+use crate::finding::Sanity;
 use crate::setup::Setup;
 use crate::view::{bodies_in_view, frames_at_rest};
 
@@ -24,10 +25,17 @@ pub(super) struct ViewAtRest {
     pub(super) bodies: Vec<(usize, Subset)>,
 }
 
-/// One for each view and place of the stage.
-pub(super) fn views_at_rest(setup: &Setup) -> Vec<ViewAtRest> {
+/// One for each view and place of the stage, by the recordings that are not left out.
+pub(super) fn views_at_rest(setup: &Setup, sanity: &Sanity) -> Vec<ViewAtRest> {
+    let is_used = |trial: &&Trial| sanity.reason(&trial.recording).is_none();
+    let of_views = trials_of_views(setup.trials.iter().filter(is_used));
+    of_views.into_iter().filter_map(|trials| ViewAtRest::of(setup, trials)).collect()
+}
+
+/// Recordings that were made with the stage in one place, place by place.
+pub(super) fn trials_of_views<'a>(trials: impl Iterator<Item = &'a Trial>) -> Vec<Vec<Trial>> {
     let mut views: Vec<Vec<Trial>> = Vec::new();
-    for trial in &setup.trials {
+    for trial in trials {
         let same =
             |other: &Trial| other.view == trial.view && other.stage_m.total_cmp(&trial.stage_m).is_eq();
         match views.iter_mut().find(|view| same(&view[0])) {
@@ -35,7 +43,7 @@ pub(super) fn views_at_rest(setup: &Setup) -> Vec<ViewAtRest> {
             None => views.push(vec![trial.clone()]),
         }
     }
-    views.into_iter().filter_map(|trials| ViewAtRest::of(setup, trials)).collect()
+    views
 }
 
 impl ViewAtRest {

@@ -1,0 +1,89 @@
+//! Recordings under the name of another view: at rest they show the markers of its bodies, not those that their own view's other
+//! recordings show.
+
+use std::num::NonZero;
+
+use chainwave_measurement::map_in_parallel;
+
+use super::same_markers::same_markers;
+use super::view_at_rest::trials_of_views;
+use crate::configuration::Trial;
+use crate::finding::{Finding, Sanity};
+use crate::setup::Setup;
+use crate::wording::named;
+
+/// Recordings of one view by what they show at rest.
+struct View {
+    /// Those that show the same, the most first.
+    groups: Vec<Vec<Trial>>,
+}
+
+impl View {
+    /// Each recording joins the first group whose first recording shows the same; one that cannot be compared, the first of all.
+    fn of(setup: &Setup, trials: &[Trial]) -> Self {
+        let mut groups: Vec<Vec<Trial>> = Vec::new();
+        for trial in trials {
+            let shows_the_same =
+                |group: &&mut Vec<Trial>| same_markers(setup, &group[0], trial).unwrap_or(true);
+            match groups.iter_mut().find(shows_the_same) {
+                Some(group) => group.push(trial.clone()),
+                None => groups.push(vec![trial.clone()]),
+            }
+        }
+        // Sorting keeps the order of groups of one size.
+        groups.sort_by_key(|group| std::cmp::Reverse(group.len()));
+        Self { groups }
+    }
+
+    /// A recording of most of them, where there are more of these than of any others.
+    fn usual(&self) -> Option<&Trial> {
+        let second = self.groups.get(1).map_or(0, Vec::len);
+        self.groups.first().filter(|group| group.len() > second).map(|group| &group[0])
+    }
+}
+
+/// Leaves out recordings that show what most of another view's recordings show and not what most of their own view's do. Where that is not told
+/// (another specimen, other markers, as many of the one as of the other) nothing is left out, and it is said.
+pub(super) fn mislabelled(setup: &Setup, n_threads: NonZero<usize>, sanity: &mut Sanity) {
+    let of_views = trials_of_views(setup.trials.iter());
+    let views = map_in_parallel(of_views.len(), n_threads, |index| View::of(setup, &of_views[index]));
+    for view in &views {
+        let Some(first) = view.groups.first().map(|group| &group[0]) else { continue };
+        for others in &view.groups[1..] {
+            let other_usual =
+                |other: &View| other.usual().filter(|usual| !is_of_one_view(usual, first)).cloned();
+            // Where the other view's stage stood, its bodies stand.
+            let shows = |usual: &Trial| {
+                let there = Trial { recording: others[0].recording.clone(), ..usual.clone() };
+                same_markers(setup, usual, &there) == Some(true)
+            };
+            let of_other = views.iter().filter_map(other_usual).find(shows);
+            match of_other.filter(|_| view.usual().is_some()) {
+                Some(other) => {
+                    let why = format!(
+                        "at rest it shows the bodies of view {} (stage at {} m), as {} does, and not those of the other recordings of view {} (hint: is \
+                         the row of trials.csv under the right name?)",
+                        other.view, other.stage_m, other.recording, first.view
+                    );
+                    sanity.leave_out(others, &why);
+                }
+                None => sanity.findings.push(Finding {
+                    code: "other_bodies",
+                    subject: names(others),
+                    text: format!(
+                        "at rest no body looks as it does in {} of the same view (hint: is it under the right name, is it the same chain?)",
+                        first.recording
+                    ),
+                }),
+            }
+        }
+    }
+}
+
+fn is_of_one_view(one: &Trial, other: &Trial) -> bool {
+    one.view == other.view && one.stage_m.total_cmp(&other.stage_m).is_eq()
+}
+
+fn names(trials: &[Trial]) -> String {
+    named(&trials.iter().map(|trial| trial.recording.as_str()).collect::<Vec<_>>())
+}
