@@ -11,6 +11,9 @@ const MIN_SHARE: f64 = 0.75;
 /// Standard deviations of its scatter by which an error is told: by chance in 3 of 1000.
 const TOLD: f64 = 3.0;
 
+/// The same for an error of all rows together, where what is done about it costs precision alone: of sound motions it is done in some 4 of 100.
+const TOLD_BY_ALL: f64 = 2.5;
+
 /// The measured quantities; each holds one value per gap, per time, or one in all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Column {
@@ -91,6 +94,27 @@ impl Scatter {
     pub(crate) fn told(&self, error: Column, row: usize) -> f64 {
         let is_told = |error: &Estimate| !self.replicas.is_empty() && error.value.abs() > TOLD * error.sigma;
         self.estimate(error, row).ok().filter(is_told).map_or(0.0, |error| error.value.abs())
+    }
+
+    /// Whether an error that a column tells of each row is beyond chance in all of them together: by its mean square, or by its mean, as neighbours
+    /// err alike. Neighbouring rows share a body, and their noise half its variance with the sign turned: that makes the mean square scatter
+    /// by `sqrt(3 / n)` in place of `sqrt(2 / n)`, and the mean by less than `1 / sqrt(n)`.
+    pub(crate) fn is_told_by_all(&self, error: Column) -> bool {
+        if self.replicas.is_empty() {
+            return false;
+        }
+        let rows = 0..self.values.0[error as usize].len();
+        let in_sigmas = |row| {
+            self.estimate(error, row)
+                .ok()
+                .filter(|error| error.sigma > 0.0)
+                .map(|error| error.value / error.sigma)
+        };
+        let found: Vec<f64> = rows.filter_map(in_sigmas).collect();
+        let n = found.len() as f64;
+        let mean_square = found.iter().map(|z| z * z).sum::<f64>() / n;
+        let mean = found.iter().sum::<f64>() / n;
+        mean_square > 1.0 + TOLD_BY_ALL * (3.0 / n).sqrt() || mean.abs() > TOLD_BY_ALL / n.sqrt()
     }
 
     /// The same for a quantity that noise shifts on average: what the replicas lie off the motion's value on average is taken off it

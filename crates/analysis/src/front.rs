@@ -23,6 +23,9 @@ const MOST_UNEVEN: usize = 2;
 /// Samples that the shorter side counts as at least: a polynomial through few samples follows them however unevenly they lie.
 const LEAST_REACH: usize = 2 * MIN_HALF_WINDOW + 1;
 
+/// Share of the peak above which its polynomial is fitted at most: what lies there of any smooth top is a parabola, but for noise.
+pub(crate) const NARROWEST: f64 = 0.95;
+
 /// Noise level, as a share of the maximum, below which the search for the peak needs no averaging.
 const CALM_NOISE: f64 = 0.05;
 
@@ -34,7 +37,8 @@ pub type OfGaps<T> = Vec<Result<T, Missing>>;
 pub struct FrontSettings {
     /// The leading edge is where the compression reaches this share of the gap's peak.
     pub edge_fraction: f64,
-    /// The polynomial (order six) that gives the peak is fitted where the compression exceeds this share of the peak.
+    /// The polynomial (order six) that gives the peak is fitted where the compression exceeds this share of the peak; [`measure`](crate::measure)
+    /// takes a larger one where tops ask for it, and the largest of a motion without error.
     pub peak_fraction: f64,
     /// A pulse counts when it exceeds this many standard uncertainties of a sample.
     pub significance: f64,
@@ -47,6 +51,11 @@ impl Default for FrontSettings {
 }
 
 impl FrontSettings {
+    /// With polynomials over half as far down from the peaks.
+    pub(crate) fn narrower(&self) -> Self {
+        Self { peak_fraction: 0.5 * (1.0 + self.peak_fraction), ..*self }
+    }
+
     pub(crate) fn check(&self) -> Result<(), AnalysisError> {
         check_fraction("edge_fraction", self.edge_fraction)?;
         check_fraction("peak_fraction", self.peak_fraction)?;
@@ -182,7 +191,7 @@ fn leading_pulse(
     let summit = near.max_by(|a, b| level(smoothed, *a).total_cmp(&level(smoothed, *b)));
     let summit = summit.filter(|at| smoothed[*at].is_some()).ok_or(Missing::TooFewSamples)?;
     let peak = refine_peak(&series, smoothed, summit, settings.peak_fraction)?;
-    let narrower = refine_peak(&series, smoothed, summit, 0.5 * (1.0 + settings.peak_fraction));
+    let narrower = refine_peak(&series, smoothed, summit, settings.narrower().peak_fraction);
     let edge = crossing_before(smoothed, summit, settings.edge_fraction * peak.value);
     let tenth = crossing_before(smoothed, summit, 0.1 * peak.value);
     let half = crossing_before(smoothed, summit, 0.5 * peak.value);

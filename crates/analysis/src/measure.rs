@@ -10,7 +10,7 @@ use crate::check::check_motion;
 use crate::columns::{Column, Columns, Scatter};
 use crate::dispersion::{DispersionMap, dispersion_map};
 use crate::energy::{EnergyLaw, PeakEnergies, drop_what_rest_may_hold, pulses_and_energies};
-use crate::front::{FrontSettings, GapFront, LeadingPulse, leading_pulses};
+use crate::front::{FrontSettings, GapFront, LeadingPulse, NARROWEST, leading_pulses};
 use crate::half_width::{HalfWidth, MovingProfile, half_width_times, half_widths, without_jumps};
 use crate::line_test::line_test;
 use crate::particle::particle_velocities_m_per_s;
@@ -77,6 +77,8 @@ impl MeasureSettings {
 pub struct Measurement {
     /// Strain of every gap over time.
     pub strain: StrainMap,
+    /// How the leading pulse was found.
+    pub front: FrontSettings,
     /// The leading pulse in each gap; row i is gap i + 1.
     pub fronts: Vec<Result<GapFront, Missing>>,
     /// Slope of peak position against peak time.
@@ -111,15 +113,40 @@ pub fn measure(
     check_motion(motion)?;
     let sigma = strain_sigma(motion, &settings.spacing);
     let map = strain_with_sigma(motion, &sigma, &settings.spacing);
-    let plan = Plan::new(&map, settings, energy_of);
-    let mut values = plan.apply(motion, &map);
-    if let Some(energy_of) = energy_of {
-        let seen = (&map, values.pulses.as_slice());
-        drop_what_rest_may_hold(&mut values.energies_j, seen, energy_of, settings.front.significance);
+    Ok(with_followed_peaks(motion, settings, |settings| {
+        let plan = Plan::new(&map, settings, energy_of);
+        let mut values = plan.apply(motion, &map);
+        if let Some(energy_of) = energy_of {
+            let seen = (&map, values.pulses.as_slice());
+            drop_what_rest_may_hold(&mut values.energies_j, seen, energy_of, settings.front.significance);
+        }
+        let replicas = of_replicas(motion, &sigma, settings, |noisy, map| plan.apply(noisy, map).columns());
+        let scatter = Scatter::new(values.columns(), replicas);
+        (assemble(map.clone(), &plan, &values, &scatter), scatter)
+    }))
+}
+
+/// What is measured with peaks that their polynomials follow, and how its values scatter. A top that is no polynomial of order six, as the flat one of a
+/// strongly damped pulse, is missed from over much of it by more than noise: where all gaps together tell so, each peak is found from half as far
+/// down.
+fn with_followed_peaks<T>(
+    motion: &ChainMotion,
+    settings: &MeasureSettings,
+    measured: impl Fn(&MeasureSettings) -> (T, Scatter),
+) -> T {
+    let mut settings = settings.clone();
+    if is_exact(motion) {
+        settings.front.peak_fraction = settings.front.peak_fraction.max(NARROWEST);
     }
-    let replicas = of_replicas(motion, &sigma, settings, |noisy, map| plan.apply(noisy, map).columns());
-    let scatter = Scatter::new(values.columns(), replicas);
-    Ok(assemble(map, &plan, &values, &scatter))
+    loop {
+        let (found, scatter) = measured(&settings);
+        let bends = [Column::PeakTimeBend, Column::PeakStrainBend];
+        let narrower = settings.front.narrower();
+        if narrower.peak_fraction > NARROWEST || !bends.into_iter().any(|bend| scatter.is_told_by_all(bend)) {
+            return found;
+        }
+        settings.front = narrower;
+    }
 }
 
 /// The peak energies that [`measure`] finds, alone.
@@ -134,21 +161,25 @@ pub fn measure_peak_energies(
     settings.check()?;
     check_motion(motion)?;
     let sigma = strain_sigma(motion, &settings.spacing);
-    let of_map = |map: &StrainMap| pulses_and_energies(map, &settings.front, energy_of);
-    let columns =
-        |map: &StrainMap, pulses: &[Result<LeadingPulse, Missing>], energies_j: &[Result<f64, Missing>]| {
+    let map = strain_with_sigma(motion, &sigma, &settings.spacing);
+    Ok(with_followed_peaks(motion, settings, |settings| {
+        let front = &settings.front;
+        let of_map = |map: &StrainMap| pulses_and_energies(map, front, energy_of);
+        let columns = |map: &StrainMap, pulses: &[Result<LeadingPulse, Missing>], energies_j: &[_]| {
             let mut columns = Columns::default();
+            set_bends(&mut columns, pulses);
             set_energies(&mut columns, energies_j, energy_bends_j((map, pulses), energy_of));
             columns
         };
-    let map = strain_with_sigma(motion, &sigma, &settings.spacing);
-    let (pulses, mut energies_j) = of_map(&map);
-    drop_what_rest_may_hold(&mut energies_j, (&map, &pulses), energy_of, settings.front.significance);
-    let replicas = of_replicas(motion, &sigma, settings, |_, map| {
-        let (pulses, energies_j) = of_map(map);
-        columns(map, &pulses, &energies_j)
-    });
-    Ok(energies(&energies_j, &Scatter::new(columns(&map, &pulses, &energies_j), replicas)))
+        let (pulses, mut energies_j) = of_map(&map);
+        drop_what_rest_may_hold(&mut energies_j, (&map, &pulses), energy_of, front.significance);
+        let replicas = of_replicas(motion, &sigma, settings, |_, map| {
+            let (pulses, energies_j) = of_map(map);
+            columns(map, &pulses, &energies_j)
+        });
+        let scatter = Scatter::new(columns(&map, &pulses, &energies_j), replicas);
+        (energies(front, &energies_j, &scatter), scatter)
+    }))
 }
 
 /// What a function makes of each replica of a motion and of its strains; nothing of a motion without error.
@@ -253,8 +284,7 @@ impl Values {
         let mut columns = Columns::default();
         columns.set(Column::PeakTime, of_pulses(|pulse| Some(pulse.peak_time_s)));
         columns.set(Column::PeakStrain, of_pulses(|pulse| Some(pulse.peak_strain)));
-        columns.set(Column::PeakTimeBend, of_pulses(|pulse| pulse.bends.map(|bends| bends.later_s)));
-        columns.set(Column::PeakStrainBend, of_pulses(|pulse| pulse.bends.map(|bends| bends.strain)));
+        set_bends(&mut columns, &self.pulses);
         columns.set(Column::EdgeTime, of_pulses(|pulse| pulse.edge_time_s));
         columns.set(Column::Velocity, of_speed(|speed| Some(speed.velocity_m_per_s)));
         columns.set(Column::FirstThird, of_speed(|speed| speed.thirds_m_per_s.map(|thirds| thirds[0])));
@@ -267,6 +297,12 @@ impl Values {
         columns.set(Column::Resonance, vec![self.resonance_hz]);
         columns
     }
+}
+
+fn set_bends(columns: &mut Columns, pulses: &[Result<LeadingPulse, Missing>]) {
+    let bends = || pulses.iter().map(|pulse| pulse.as_ref().ok()?.bends);
+    columns.set(Column::PeakTimeBend, bends().map(|bends| Some(bends?.later_s)).collect());
+    columns.set(Column::PeakStrainBend, bends().map(|bends| Some(bends?.strain)).collect());
 }
 
 /// What the bends of the pulses' peaks make of their energies.
@@ -312,7 +348,8 @@ fn assemble(map: StrainMap, plan: &Plan<'_>, values: &Values, scatter: &Scatter)
         fronts: fronts.map(|(row, pulse)| gap_front(row, (*pulse)?, scatter)).collect(),
         group_velocity: values.speed.and_then(|speed| group_velocity(&speed, &plan.velocity_gaps, scatter)),
         half_widths: half_widths.unwrap_or_default(),
-        energies: plan.energy_of.map(|_| energies(&values.energies_j, scatter)),
+        energies: plan.energy_of.map(|_| energies(&plan.settings.front, &values.energies_j, scatter)),
+        front: plan.settings.front,
         spectrum: values.spectrum.clone(),
         local_resonance: plan.resonance.as_ref().map_err(|reason| *reason).and_then(|found| {
             Ok(LocalResonance {
@@ -355,7 +392,7 @@ fn group_velocity(
     })
 }
 
-fn energies(energies_j: &[Result<f64, Missing>], scatter: &Scatter) -> PeakEnergies {
+fn energies(front: &FrontSettings, energies_j: &[Result<f64, Missing>], scatter: &Scatter) -> PeakEnergies {
     let measured = |row: &usize| scatter.estimate(Column::Energy, *row).is_ok();
     let rows: Vec<usize> = (0..energies_j.len()).filter(measured).collect();
     let all_of = |column, bend| {
@@ -378,6 +415,7 @@ fn energies(energies_j: &[Result<f64, Missing>], scatter: &Scatter) -> PeakEnerg
         energy_j: all_of(Column::Energy, Column::EnergyBend).unwrap_or_default(),
         relative: all_of(Column::RelativeEnergy, Column::RelativeEnergyBend),
         covariance_j2,
+        front: *front,
         missing: energies_j.iter().enumerate().filter_map(reason).collect(),
     }
 }

@@ -71,6 +71,7 @@ pub(crate) fn decide(setup: &Setup, tracked: &Tracked, evaluation: &Evaluation) 
         contact_law(experiment, evaluation),
         damping(evaluation),
         scatter(evaluation),
+        peaks(evaluation),
         group_velocity(evaluation),
         tail(experiment, evaluation),
         chain_model(evaluation),
@@ -413,6 +414,17 @@ fn scatter(evaluation: &Evaluation) -> Decision {
         }
         None => Decision::by(rule, "bodies count as alike", "not tested, as there is no fit to the tracks"),
     }
+}
+
+fn peaks(evaluation: &Evaluation) -> Decision {
+    let rule = plain(
+        "where peaks are read",
+        "from the samples above 80 % of each peak, unless those above 90 % say otherwise by more than noise, all gaps together (mean square, or mean, of time \
+         or strain by 2.5 standard deviations); then above 90 %, and by the same test above 95 %",
+    );
+    let share = 100.0 * evaluation.measurement.front.peak_fraction;
+    let text = "a polynomial of order six; what a gap's peak still moves by beyond chance from half as far down is in its uncertainty";
+    Decision::by(rule, format!("above {share:.0} % of each peak"), text)
 }
 
 fn group_velocity(evaluation: &Evaluation) -> Decision {

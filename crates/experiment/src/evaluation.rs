@@ -24,7 +24,7 @@ use crate::error::Error;
 use crate::finding::Finding;
 use crate::joining::Unjoined;
 use crate::joint::Joint;
-use crate::measuring::{front_settings, measure_motion};
+use crate::measuring::measure_motion;
 use crate::merging::{Merged, merged};
 use crate::monitor::{Monitor, Stage};
 use crate::notices::notices;
@@ -259,9 +259,8 @@ impl Material<'_> {
         let spacing = experiment.chain.spacing()?;
         let energy_fit = match energy_model(self, spacing) {
             Ok(model) => {
-                let front = &front_settings(experiment);
                 let n_replicas = experiment.analysis.n_replicas;
-                let of_energies = EnergyMeasurement { times_s: &motion.times_s, front, n_replicas };
+                let of_energies = EnergyMeasurement { times_s: &motion.times_s, n_replicas };
                 let measured = (motion, measurement.energies.as_ref());
                 let fitted = |energies: &_| fit_peak_energies(energies, &of_energies, &model);
                 shared.fit_energies(experiment, measured, n_threads, fitted)?

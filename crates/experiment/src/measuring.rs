@@ -114,7 +114,7 @@ fn follows_one_crest(fronts: &[Result<GapFront, Missing>]) -> bool {
     steps_s.iter().all(|step_s| (LEAST * usual_s..=MOST * usual_s).contains(step_s))
 }
 
-pub(crate) fn front_settings(experiment: &Experiment) -> FrontSettings {
+fn front_settings(experiment: &Experiment) -> FrontSettings {
     FrontSettings { edge_fraction: experiment.analysis.edge_fraction, ..FrontSettings::default() }
 }
 

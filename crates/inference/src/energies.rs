@@ -49,7 +49,7 @@ pub fn fit_peak_energies(
     let comparison = Comparison {
         measured: whiten(energies.energy_j.iter().map(|energy| energy.value).collect()),
         predict: Box::new(|prediction: &Prediction| {
-            Ok(whiten(predicted_energies(prediction, &energies.gaps, measurement, model)?))
+            Ok(whiten(predicted_energies(prediction, energies, model)?))
         }),
         times: Times {
             measured_s: measurement.times_s,
@@ -110,8 +110,7 @@ fn fit(problem: &EnergyResiduals<'_>, numbers: (usize, usize)) -> Result<EnergyF
 /// whatever law the trial values give the chain.
 fn predicted_energies(
     prediction: &Prediction,
-    gaps: &[usize],
-    measurement: &EnergyMeasurement<'_>,
+    measured: &PeakEnergies,
     model: &EnergyModel,
 ) -> Result<Vec<f64>, FitError> {
     let moved = exact_motion(&prediction.motion);
@@ -119,11 +118,11 @@ fn predicted_energies(
     let n_gaps = model.chain.n_bodies().saturating_sub(1);
     let of_gaps: Vec<_> = (0..n_gaps).map(|gap| model.chain.contact.of_gap(gap).energy()).collect();
     let energy_of = |gap: usize, overlap_m: f64| of_gaps.get(gap - 1).map_or(0.0, |energy| energy(overlap_m));
-    let (_, energies_j) = pulses_and_energies(&map, measurement.front, &energy_of);
+    let (_, energies_j) = pulses_and_energies(&map, &measured.front, &energy_of);
     let found = |gap: &usize| energies_j.get(gap - 1).and_then(|energy| energy.ok());
     let beyond =
         |gap: &usize| prediction.peak_overlaps_m.get(gap - 1).map_or(0.0, |x_m| energy_of(*gap, *x_m));
-    Ok(gaps.iter().map(|gap| found(gap).unwrap_or_else(|| beyond(gap))).collect())
+    Ok(measured.gaps.iter().map(|gap| found(gap).unwrap_or_else(|| beyond(gap))).collect())
 }
 
 fn interval_s(times_s: &[f64]) -> f64 {

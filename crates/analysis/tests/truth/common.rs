@@ -41,9 +41,20 @@ pub(crate) fn paper_chain(
     far_end: FarEnd,
     duration_s: f64,
 ) -> Simulation {
+    damped_chain(n_bodies, velocity_m_per_s, far_end, duration_s, 0.003)
+}
+
+/// The same with dampers of so many kilograms per second.
+pub(crate) fn damped_chain(
+    n_bodies: usize,
+    velocity_m_per_s: f64,
+    far_end: FarEnd,
+    duration_s: f64,
+    c_d_kg_per_s: f64,
+) -> Simulation {
     let chain = Chain {
         mass_kg: vec![0.455e-3; n_bodies],
-        damping_kg_per_s: vec![0.003; n_bodies],
+        damping_kg_per_s: vec![c_d_kg_per_s; n_bodies],
         ground_stiffness_n_per_m: Vec::new(),
         ground_law: None,
         contact: ring_law().into(),

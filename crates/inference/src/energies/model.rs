@@ -2,7 +2,7 @@
 
 use std::num::NonZero;
 
-use chainwave_analysis::{FrontSettings, Spacing};
+use chainwave_analysis::Spacing;
 use chainwave_measurement::Estimate;
 use chainwave_mechanics::Chain;
 
@@ -55,8 +55,6 @@ pub struct EnergyFit {
 pub struct EnergyMeasurement<'a> {
     /// Time base of the motion behind the energies, in seconds: a peak counts while it was filmed.
     pub times_s: &'a [f64],
-    /// How the leading pulse was found.
-    pub front: &'a FrontSettings,
     /// Replicas behind the covariance. Its inverse, as an estimate, is too large by (n - 1)/(n - k - 2) for k energies
     /// (Hartlap, Simon and Schneider 2007), which is taken out.
     pub n_replicas: usize,

@@ -2,7 +2,7 @@
 
 use std::num::NonZero;
 
-use chainwave_analysis::{FrontSettings, MeasureSettings, exact_motion, measure, replicate};
+use chainwave_analysis::{MeasureSettings, exact_motion, measure, replicate};
 use chainwave_inference::{EnergyFit, EnergyMeasurement, EnergyModel, Known, Quantity, fit_peak_energies};
 use chainwave_measurement::{ChainMotion, Estimate};
 use chainwave_mechanics::{Chain, Drive, FarEnd, Striker};
@@ -17,8 +17,7 @@ fn fitted(motion: &ChainMotion, known: Vec<Known>) -> EnergyFit {
     let settings = MeasureSettings { n_replicas: N_REPLICAS, ..MeasureSettings::new(PITCH_M, 1) };
     let law = ring_law();
     let measured = measure(motion, &settings, Some(&|_, overlap_m| law.energy_j(overlap_m))).unwrap();
-    let front = FrontSettings::default();
-    let times = EnergyMeasurement { times_s: &motion.times_s, front: &front, n_replicas: N_REPLICAS };
+    let times = EnergyMeasurement { times_s: &motion.times_s, n_replicas: N_REPLICAS };
     let striker = Striker { mass_kg: 4.3e-3, velocity_m_per_s: VELOCITY.value, damping_kg_per_s: 0.1 };
     let model = EnergyModel {
         chain: Chain {
