@@ -42,7 +42,7 @@ use crate::tracked::Tracked;
 use crate::wording::named;
 
 /// To be raised whenever the same tracks would give other results; `golden_results` among the tests of the whole guards it.
-pub const EVALUATION_VERSION: u32 = 15;
+pub const EVALUATION_VERSION: u32 = 16;
 
 /// Everything that follows from the tracks.
 pub struct Evaluation {
@@ -384,7 +384,7 @@ fn before_the_wave(all: &[Observation], reached: &[Observation]) -> Option<Findi
     let unreached: Vec<&str> =
         all.iter().filter(|one| !is_reached(one)).map(|one| one.recording.as_str()).collect();
     let text = "they end before the wave comes to what they show, so that nothing tells their trigger and drive: they are no part of the fit to the \
-                tracks. Record longer, or trigger these views later";
+                tracks, nor of the mean that triggers, drives and the motion by the model count from. Record longer, or trigger these views later";
     (!unreached.is_empty()).then(|| Finding {
         code: "unreached",
         subject: named(&unreached),

@@ -1,5 +1,7 @@
 //! Bodies at rest as two recordings show them: the marker of one is looked for in the other's picture.
 
+use std::ops::Range;
+
 use chainwave_camera::{Calibration, MapError};
 use chainwave_correlation::{Method, PreparedSubset, Reference, ReferenceFrames, Settings, mean_of_frames};
 use chainwave_measurement::{Estimate, MemoryRecording, Position, Recording, Region, Subset};
@@ -41,8 +43,23 @@ impl AtRest {
     pub(crate) fn shared_with<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = MarkerPair> + 'a {
         self.bodies.iter().filter_map(move |(body, subset)| {
             let (_, same) = other.bodies.iter().find(|(number, _)| number == body)?;
-            MarkerPair::of(*body, [(self, subset), (other, same)])
+            MarkerPair::of(
+                *body,
+                [(self, subset), (other, same)],
+                [self, other].map(|one| one.frames.range()),
+            )
         })
+    }
+}
+
+impl AtRest {
+    /// Whether a body's marker is found again in one frame of the recording itself: where it is not, as of a few coarse speckles, that it is not found
+    /// in another recording says nothing.
+    pub(crate) fn finds_again(&self, body: usize, method: Method) -> bool {
+        let (all, subset) = (self.frames.range(), self.bodies.iter().find(|(number, _)| *number == body));
+        let last = all.end.saturating_sub(1)..all.end;
+        let pair = subset.and_then(|(_, subset)| MarkerPair::of(body, [(self, subset); 2], [all, last]));
+        pair.is_some_and(|pair| pair.is_same(method))
     }
 }
 
@@ -68,10 +85,10 @@ pub(crate) struct MarkerPair {
 
 impl MarkerPair {
     /// `None` where a recording cannot be read.
-    fn of(body: usize, shown: [(&AtRest, &Subset); 2]) -> Option<Self> {
+    fn of(body: usize, shown: [(&AtRest, &Subset); 2], frames: [Range<usize>; 2]) -> Option<Self> {
         let regions = regions(shown)?;
-        let mut frames = shown.iter().zip(regions).map(|((at_rest, _), region)| {
-            mean_of_frames(at_rest.recording.as_ref(), region, at_rest.frames.range()).ok()
+        let mut frames = shown.iter().zip(regions).zip(frames).map(|(((at_rest, _), region), frames)| {
+            mean_of_frames(at_rest.recording.as_ref(), region, frames).ok()
         });
         let frames = vec![frames.next()??, frames.next()??];
         let (at_rest, subset) = shown[0];

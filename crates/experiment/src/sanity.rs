@@ -5,6 +5,7 @@
 //! them: motion during the stated rest, and a stage or a scale that the pictures contradict.
 
 mod bodies;
+mod duplicates;
 mod fill_in;
 mod light;
 mod other_view;
@@ -18,6 +19,7 @@ mod stage;
 mod stated;
 mod unlisted;
 mod view_at_rest;
+mod zoom;
 
 use std::num::NonZero;
 
@@ -44,6 +46,8 @@ pub fn check(setup: &Setup, n_threads: NonZero<usize>) -> Result<Sanity, Error> 
     let mut sanity = Sanity::default();
     sanity.findings.extend(unlisted::recordings(setup));
     other_view::mislabelled(setup, n_threads, &mut sanity);
+    duplicates::twice(setup, &mut sanity);
+    zoom::magnified_trials(setup, n_threads, &mut sanity);
     let views = views_at_rest(setup, &sanity);
     if views.is_empty() {
         return Ok(sanity);

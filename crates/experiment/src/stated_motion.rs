@@ -2,6 +2,7 @@
 
 use std::num::NonZero;
 
+use chainwave_analysis::exact_motion;
 use chainwave_measurement::map_in_parallel;
 use chainwave_mechanics::{Change, Schedule, Sensitivities, Simulation, simulate_with_sensitivities};
 use chainwave_stitching::{ModelResponse, ResponseSizes, StatedResponse};
@@ -10,6 +11,7 @@ use ndarray::{Array2, ArrayView1, s};
 use crate::chain_model::STARTING_SHARES;
 use crate::configuration::Experiment;
 use crate::error::Error;
+use crate::measuring::measure_motion;
 
 /// Samples of a motion while a weak wave crosses the chain once...
 const SAMPLES: f64 = 2000.0;
@@ -79,9 +81,12 @@ impl StatedMotion {
         motion.displacement_m.rows().into_iter().map(arrival_s).collect()
     }
 
-    /// The leading pulse's speed in metres per second, for a pitch in metres; none where the chain has no such pulse.
-    pub(crate) fn group_velocity_m_per_s(&self, pitch_m: f64) -> Option<f64> {
-        self.simulation.group_velocity_m_per_s(pitch_m)
+    /// The leading pulse's speed in metres per second, read off as that of a measured motion is, without what the far end sends back; none where the
+    /// chain has no such pulse.
+    pub(crate) fn group_velocity_m_per_s(&self, experiment: &Experiment) -> Option<f64> {
+        let motion = exact_motion(&self.simulation.trajectory);
+        let found = measure_motion(experiment, &motion, None, NonZero::<usize>::MIN).ok()?;
+        Some(found.group_velocity.ok()?.velocity_m_per_s.value)
     }
 }
 

@@ -127,7 +127,9 @@ fn write_alignment(folder: &Path, tracked: &Tracked, evaluation: &Evaluation) ->
     let fitted = |value: &dyn Fn(&FittedRecording) -> f64| -> Vec<Option<f64>> {
         let found =
             evaluation.track_fit.as_ref().ok().filter(|_| evaluation.damping.reason(TRACKS).is_none());
-        (0..alignments.len()).map(|r| found.and_then(|fit| fit.recordings.get(r)).map(value)).collect()
+        // Those that the wave does not reach are no part of the fit.
+        let of = |one: &Alignment| found?.recordings.iter().find(|fitted| fitted.recording == one.recording);
+        alignments.iter().map(|one| of(one).map(value)).collect()
     };
     let of = |value: &dyn Fn(&Alignment) -> f64| alignments.iter().map(value).collect::<Vec<f64>>();
     let standings = &evaluation.standings;

@@ -4,11 +4,17 @@ use crate::configuration::Trial;
 use crate::marker_pair::{AtRest, MarkerPair};
 use crate::setup::Setup;
 
-/// Whether one of the bodies with texture that two recordings should share at rest looks the same in both; `None` where they should share none, or
-/// one cannot be read.
+/// Whether one of the bodies that two recordings should share at rest looks the same in both; `None` where they should share none that each of them finds
+/// again in its own frames, or one cannot be read.
 pub(super) fn same_markers(setup: &Setup, one: &Trial, other: &Trial) -> Option<bool> {
+    let method = setup.method();
     let (one, other) = (AtRest::of(setup, one).ok()?, AtRest::of(setup, other).ok()?);
-    let mut pairs = one.shared_with(&other).filter(MarkerPair::has_texture).peekable();
-    pairs.peek()?;
-    Some(pairs.any(|pair| pair.is_same(setup.method())))
+    let mut differ = false;
+    for pair in one.shared_with(&other).filter(MarkerPair::has_texture) {
+        if pair.is_same(method) {
+            return Some(true);
+        }
+        differ |= [&one, &other].iter().all(|recording| recording.finds_again(pair.body, method));
+    }
+    differ.then_some(false)
 }

@@ -24,7 +24,7 @@ pub(crate) fn speed(
     let chain = &experiment.chain;
     let pitch_m = chain.mean_pitch_m();
     // Where no pulse leads, weak waves do.
-    let expected = match stated.group_velocity_m_per_s(pitch_m) {
+    let expected = match stated.group_velocity_m_per_s(experiment) {
         Some(of_pulse) => of_pulse,
         None => experiment.linear_chain()?.sound_speed_m_per_s(pitch_m),
     };

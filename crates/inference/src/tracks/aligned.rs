@@ -7,7 +7,7 @@ use nalgebra::DVector;
 use ndarray::Array2;
 
 use super::fitted::fitted_motion;
-use super::outcome::TrackFit;
+use super::outcome::{FittedRecording, TrackFit};
 use super::residuals::{Residual, TrackResiduals};
 use crate::error::FitError;
 use crate::least_squares::{Own, Unknowns};
@@ -32,7 +32,7 @@ const DRIVE_STEP: f64 = 1e-3;
 ///
 /// Nothing of the model's shape remains in it: what its motion of one recording misses, this recording's readings bring back. The model
 /// serves to know the triggers and drives, far better than a body's own readings do, and its uncertainty counts through these: a recording's
-/// trigger moves its readings by the body's velocity, its drive by the motion's derivative, and the pictures' scale, where the fit found it,
+/// trigger moves its readings by the body's velocity, its drive by the motion's derivative, the mean of all recordings' moves the model's, and the pictures' scale, where the fit found it,
 /// all of the motion in proportion. As a sum of differences from a model known in
 /// closed form it is a control variate (R. Y. Rubinstein, Simulation and the Monte Carlo Method (1981), ch. 4.3).
 ///
@@ -65,6 +65,11 @@ pub fn aligned_motion(
     let mean = fitted_motion(fit, times_s)?;
     let harder = fitted_motion(&struck_harder(fit), times_s)?;
     let inflation = fit.reduced_chi_squared.max(1.0).sqrt();
+    let sigmas = |of: fn(&FittedRecording) -> Estimate| -> Vec<f64> {
+        fit.recordings.iter().map(|one| of(one).sigma).collect()
+    };
+    let triggers = OfRecordings::about_their_mean(&sigmas(|one| one.trigger_offset_s));
+    let drives = OfRecordings::about_their_mean(&sigmas(|one| one.drive_deviation));
     let at_body = |body: usize, k: usize| {
         let after_impact_s = times_s[k] - fit.impact_time_s.value;
         let readings = seen.at(body, after_impact_s);
@@ -72,15 +77,14 @@ pub fn aligned_motion(
         let by_trigger = mean.velocity_m_per_s[(body - 1, k)];
         let by_drive = slope(&harder, &mean, body, k);
         let sum = readings.iter().fold((0.0, 0.0), |(value, variance), reading| {
-            let one = &fit.recordings[reading.recording];
-            let own = (inflation * reading.off_m.sigma).powi(2)
-                + (by_trigger * one.trigger_offset_s.sigma).powi(2)
-                + (by_drive * one.drive_deviation.sigma).powi(2);
-            (value + reading.off_m.value, variance + own)
+            (value + reading.off_m.value, variance + (inflation * reading.off_m.sigma).powi(2))
         });
         let x_m = mean.displacement_m[(body - 1, k)] + sum.0 / n;
+        let of_noise_m2 = (sum.1 + shared_m2(observations, &readings)) / (n * n);
+        let of_triggers_m2 = by_trigger.powi(2) * triggers.variance(&readings);
+        let of_drives_m2 = by_drive.powi(2) * drives.variance(&readings);
         let sigma_m =
-            ((sum.1 + shared_m2(observations, &readings)).sqrt() / n).hypot(x_m * scale.sigma / scale.value);
+            (of_noise_m2 + of_triggers_m2 + of_drives_m2).sqrt().hypot(x_m * scale.sigma / scale.value);
         ((!readings.is_empty()).then(|| Estimate::new(x_m, sigma_m)), readings.len() as u32)
     };
     let shape = (fit.model.chain.n_bodies(), times_s.len());
@@ -99,6 +103,35 @@ fn shared_m2(observations: &[Observation], readings: &[Reading]) -> f64 {
         *of_views.entry(observations[reading.recording].view).or_default() += reading.shared_m;
     }
     of_views.values().map(|sum_m| sum_m * sum_m).sum()
+}
+
+/// Variances of what the fit found of each recording, without what all share.
+struct OfRecordings {
+    variances: Vec<f64>,
+}
+
+impl OfRecordings {
+    /// From the standard uncertainties of differences from the mean of all: of N independent errors of variances s, the differences' are `(1 - 2 / N) s`
+    /// and the sum of all s over the square of N. Two of them do not tell whose each part is.
+    fn about_their_mean(sigmas: &[f64]) -> Self {
+        let n = sigmas.len() as f64;
+        let squares = || sigmas.iter().map(|sigma| sigma * sigma);
+        let of_all = squares().sum::<f64>() / (1.0 - 1.0 / n);
+        let own = |square: f64| match n > 2.0 {
+            true => ((square - of_all / (n * n)) / (1.0 - 2.0 / n)).max(0.0),
+            false => of_all / n,
+        };
+        let variances = if n > 1.0 { squares().map(own).collect() } else { vec![0.0; sigmas.len()] };
+        Self { variances }
+    }
+
+    /// Variance of the mean over all recordings, which the model's motion has, less that over those of some readings, which was taken from them.
+    fn variance(&self, readings: &[Reading]) -> f64 {
+        let [of_all, of_seen] = [self.variances.len(), readings.len()].map(|n| (n as f64).recip());
+        let all = self.variances.iter().sum::<f64>() * of_all * of_all;
+        let seen: f64 = readings.iter().map(|reading| self.variances[reading.recording]).sum();
+        (all + seen * (of_seen * of_seen - 2.0 * of_all * of_seen)).max(0.0)
+    }
 }
 
 /// Derivative of a displacement by the relative velocity of the strikers.
@@ -165,5 +198,36 @@ impl Seen {
             (away(best) <= 1.001 * self.reach_s[recording]).then_some(*best)
         };
         self.tracks.range((body, 0)..(body + 1, 0)).filter_map(nearest).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn readings(of: &[usize]) -> Vec<Reading> {
+        let of = of.iter().map(|&recording| Reading {
+            recording,
+            after_impact_s: 0.0,
+            off_m: Estimate::new(0.0, 0.0),
+            shared_m: 0.0,
+        });
+        of.collect()
+    }
+
+    #[test]
+    fn errors_of_recordings_that_did_not_see_a_body_reach_it_through_the_mean() {
+        // Four are known exactly, one badly: its error moves the mean by a fifth, and by that each difference from it.
+        let differences = [0.2, 0.2, 0.2, 0.2, 0.8];
+        let found = OfRecordings::about_their_mean(&differences);
+        for (variance, truth) in found.variances.iter().zip([0.0, 0.0, 0.0, 0.0, 1.0]) {
+            assert!((variance - truth).abs() < 1e-12, "{:?}", found.variances);
+        }
+        // Four that saw it cannot average it out; where all saw it, what the mean has is what the readings took.
+        assert!((found.variance(&readings(&[0, 1, 2, 3])) - 0.04).abs() < 1e-12);
+        assert!(found.variance(&readings(&[0, 1, 2, 3, 4])).abs() < 1e-12);
+        assert!((found.variance(&readings(&[4])) - 0.64).abs() < 1e-12);
+        assert!(OfRecordings::about_their_mean(&[0.0]).variance(&readings(&[0])).abs() < 1e-15);
+        assert!((OfRecordings::about_their_mean(&[0.5, 0.5]).variance(&readings(&[0])) - 0.25).abs() < 1e-12);
     }
 }
