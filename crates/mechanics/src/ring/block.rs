@@ -152,6 +152,9 @@ impl Machine {
     /// The first ring of a block whose walls touch, at the joints' places; `places_m` is room for one ring's.
     pub(crate) fn touching(&self, block: &RingBlock, places_m: &mut Vec<[f64; 2]>) -> Option<usize> {
         let length_m = self.kernel.length_m();
+        if !self.may_touch(block) {
+            return None;
+        }
         let n_rings = block.is_ring.iter().filter(|is_ring| **is_ring > 0.0).count();
         (0..n_rings).find(|&ring| {
             let displacement = |node: usize| match node {
@@ -162,6 +165,44 @@ impl Machine {
             self.walls.put_places(places_m, |node| displacement(node).map(|moved| moved * length_m));
             self.walls.touch(places_m)
         })
+    }
+
+    /// Whether a node of a block has come to its mirror image, or a ring is so short that its sides may touch: all of them are asked at once, as
+    /// hardly ever one has.
+    fn may_touch(&self, block: &RingBlock) -> bool {
+        let is_short =
+            |ends: &[f64]| self.walls.is_shortened_by(self.kernel.length_m() * (ends[0] - ends[1]));
+        let nearest_m = match self.lanes {
+            8 => self.nearest_m::<8>(block),
+            4 => self.nearest_m::<4>(block),
+            2 => self.nearest_m::<2>(block),
+            _ => self.nearest_m::<1>(block),
+        };
+        // Written so that values that are not numbers are looked at one by one.
+        let is_clear = nearest_m >= self.walls.image_m() && !block.joints.places.windows(2).any(is_short);
+        !is_clear
+    }
+
+    /// How near the axis an inner node is that rests far from it, before it last moved; `LANES` rings go in a vector.
+    fn nearest_m<const LANES: usize>(&self, block: &RingBlock) -> f64 {
+        let length_m = self.kernel.length_m();
+        let rest_m = &self.walls.inner_far_m;
+        let vectors = block.nodes.as_chunks::<LANES>().0.as_chunks::<NODE>().0;
+        let mut nearest_m = [f64::INFINITY; LANES];
+        chainwave_vectors::dispatch_loop(
+            #[inline(always)]
+            || {
+                for nodes in vectors.chunks_exact(self.n_inner) {
+                    for ([_, y, _, step], rest_m) in nodes.iter().zip(rest_m) {
+                        for lane in 0..LANES {
+                            let at_m = rest_m + (y[lane] - step[lane]) * length_m;
+                            nearest_m[lane] = nearest_m[lane].min(at_m);
+                        }
+                    }
+                }
+            },
+        );
+        nearest_m.into_iter().fold(f64::INFINITY, f64::min)
     }
 
     /// Sets an inner node's displacement, and its velocity half a step before.

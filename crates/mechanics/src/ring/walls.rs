@@ -6,17 +6,28 @@ use super::{ellipse::HalfEllipse, section::Ring};
 /// farther apart than three quarters of their distance at rest cannot have its left touch its right.
 const SHORTENING: f64 = 0.25;
 
+/// Distance of a half ring's poles along the chain.
+fn pole_distance_m(nodes: &[[f64; 2]]) -> f64 {
+    nodes[nodes.len() - 1][0] - nodes[0][0]
+}
+
 /// Where a half ring's wall stands, to see what it touches.
 #[derive(Debug, Clone)]
 pub(crate) struct Walls {
     /// Places at rest.
     nodes_m: Vec<[f64; 2]>,
+    /// Distance from the axis of each inner node at rest; infinite where the wall's own thickness reaches it.
+    pub(crate) inner_far_m: Vec<f64>,
     wall_m: f64,
 }
 
 impl Walls {
     pub(crate) fn new(ring: &Ring, elements_per_ring: usize) -> Self {
-        Self { nodes_m: HalfEllipse::of(ring, elements_per_ring).nodes_m, wall_m: ring.wall_m }
+        let nodes_m = HalfEllipse::of(ring, elements_per_ring).nodes_m;
+        let wall_m = ring.wall_m;
+        let far_m = |node: &[f64; 2]| if node[1] > wall_m { node[1] } else { f64::INFINITY };
+        let inner_far_m = nodes_m[1..nodes_m.len() - 1].iter().map(far_m).collect();
+        Self { nodes_m, inner_far_m, wall_m }
     }
 
     /// Puts the places of nodes that moved as given.
@@ -36,13 +47,23 @@ impl Walls {
     /// meets its mirror image.
     pub(crate) fn touch(&self, places_m: &[[f64; 2]]) -> bool {
         let n = places_m.len();
-        let meets_image = |i: usize| self.nodes_m[i][1] > self.wall_m && places_m[i][1] < 0.5 * self.wall_m;
+        let meets_image = |i: usize| self.nodes_m[i][1] > self.wall_m && places_m[i][1] < self.image_m();
         (1..n - 1).any(meets_image) || (self.is_short(places_m) && self.sides_touch(places_m))
     }
 
+    /// Distance from the axis at which a wall meets its image.
+    pub(crate) fn image_m(&self) -> f64 {
+        0.5 * self.wall_m
+    }
+
+    /// Whether sides that far apart at rest may touch where the poles have come so much nearer to each other. A rounding early is soon
+    /// enough.
+    pub(crate) fn is_shortened_by(&self, shortening_m: f64) -> bool {
+        shortening_m > 0.999 * SHORTENING * pole_distance_m(&self.nodes_m)
+    }
+
     fn is_short(&self, places_m: &[[f64; 2]]) -> bool {
-        let length_m = |nodes: &[[f64; 2]]| nodes[nodes.len() - 1][0] - nodes[0][0];
-        length_m(places_m) < (1.0 - SHORTENING) * length_m(&self.nodes_m)
+        pole_distance_m(places_m) < (1.0 - SHORTENING) * pole_distance_m(&self.nodes_m)
     }
 
     fn sides_touch(&self, places_m: &[[f64; 2]]) -> bool {

@@ -2,7 +2,7 @@
 
 use pulp::Simd;
 
-use super::{KEPT, NODE, RingKernel, Rings, splat, store};
+use super::{Element, KEPT, NODE, RingKernel, Rings, splat, store};
 use crate::lanes::Lanes;
 
 /// Largest sine whose arc the polynomial gives: changes of turn up to 15 degrees without, and 120 with three halvings.
@@ -57,35 +57,21 @@ impl RingKernel {
         joints: [Rings<S>; 2],
         scratch: &mut [[S::f64s; KEPT]],
     ) -> Rings<S> {
-        let [zero, one] = splat(simd, [0.0, 1.0]);
-        let inverse_root = splat(simd, INVERSE_ROOT);
-        let (mut place, mut largest) = ([joints[0], zero], zero);
-        for (e, (element, kept)) in self.elements.iter().zip(scratch.iter_mut()).enumerate() {
-            let next = match nodes.get(e) {
-                Some(node) => [Lanes::new(simd, [node[0]]), Lanes::new(simd, [node[1]])],
-                None => [joints[1], zero],
-            };
-            let change = [next[0] - place[0], next[1] - place[1]];
-            place = next;
-            // In the frame of the unstressed chord, over its length, the chord is now (1 + along, sideways).
-            let [ax, ay] = splat(simd, element.inverse);
-            let along = ax.mul_add(change[0], ay * change[1]);
-            let sideways = ay.mul_sub_from(change[0], ax * change[1]);
-            let stretch = sideways.mul_add(sideways, along.mul_add(along, along + along));
-            let (inverse, elongation) = if WIDE {
-                let length = (one + stretch).sqrt();
-                (one / length, stretch / (one + length))
-            } else {
-                largest = largest.max(stretch.abs());
-                let shortening = polynomial(stretch, inverse_root);
-                let inverse = stretch.mul_sub_from(shortening, one);
-                // sqrt(1 + e) - 1 = e (r - w) with r = 1 / sqrt(1 + e) = 1 - e w.
-                (inverse, stretch * (inverse - shortening))
-            };
-            let [cosine, sine] = [along.mul_add(inverse, inverse), sideways * inverse];
-            store([cosine, sine, inverse, elongation], kept);
+        let zero = Lanes::splat(simd, 0.0);
+        let mut stretching = Stretching {
+            simd,
+            inverse_root: splat(simd, INVERSE_ROOT),
+            place: [joints[0], zero],
+            largest: zero,
+        };
+        let Some((last, elements)) = self.elements.split_last() else { return zero };
+        let (inner, behind) = scratch.split_at_mut(elements.len());
+        for ((element, kept), node) in elements.iter().zip(inner).zip(nodes) {
+            let next = [Lanes::new(simd, [node[0]]), Lanes::new(simd, [node[1]])];
+            stretching.pass::<WIDE>(element, next, kept);
         }
-        largest
+        stretching.pass::<WIDE>(last, [joints[1], zero], &mut behind[0]);
+        stretching.largest
     }
 
     /// Puts the turn at each chord's left node, and the eliminated turn, in place of its rotation, and those of the last
@@ -93,23 +79,83 @@ impl RingKernel {
     #[inline(always)]
     fn turn<S: Simd, const WIDE: bool>(&self, simd: S, scratch: &mut [[S::f64s; KEPT]]) -> Rings<S> {
         let [zero, one] = splat(simd, [0.0, 1.0]);
-        let to_turn = Arc::new(simd, self.turn_unit);
-        let mut rotation = [one, zero];
-        let (mut eliminated, mut factor, mut largest) = (zero, 0.0, zero);
-        // Behind the last chord the pole keeps its direction.
-        let n = self.elements.len();
-        (scratch[n][0], scratch[n][1]) = (one.vector(), zero.vector());
-        let factors = self.elements.iter().map(|element| element.lower).chain([0.0]);
-        for (kept, next_factor) in scratch.iter_mut().zip(factors) {
-            let next = [Lanes::new(simd, [kept[0]]), Lanes::new(simd, [kept[1]])];
-            let (turn, sine_square) = to_turn.between::<WIDE>(rotation, next);
-            rotation = next;
-            eliminated = Lanes::splat(simd, factor).mul_sub_from(eliminated, turn);
-            factor = next_factor;
-            largest = largest.max(sine_square);
-            (kept[0], kept[1]) = (turn.vector(), eliminated.vector());
+        let mut turning = Turning {
+            simd,
+            to_turn: Arc::new(simd, self.turn_unit),
+            rotation: [one, zero],
+            eliminated: zero,
+            factor: 0.0,
+            largest: zero,
+        };
+        let (inner, behind) = scratch.split_at_mut(self.elements.len());
+        for (element, kept) in self.elements.iter().zip(inner) {
+            turning.pass::<WIDE>(kept);
+            turning.factor = element.lower;
         }
-        largest
+        // Behind the last chord the pole keeps its direction.
+        (behind[0][0], behind[0][1]) = (one.vector(), zero.vector());
+        turning.pass::<WIDE>(&mut behind[0]);
+        turning.largest
+    }
+}
+
+/// The first loop on its way to the right, between two elements.
+struct Stretching<S: Simd> {
+    simd: S,
+    inverse_root: [Rings<S>; 5],
+    place: [Rings<S>; 2],
+    /// The largest change of a squared length.
+    largest: Rings<S>,
+}
+
+impl<S: Simd> Stretching<S> {
+    /// Passes an element whose right node stands at `next`.
+    #[inline(always)]
+    fn pass<const WIDE: bool>(&mut self, element: &Element, next: [Rings<S>; 2], kept: &mut [S::f64s; KEPT]) {
+        let change = [next[0] - self.place[0], next[1] - self.place[1]];
+        self.place = next;
+        // In the frame of the unstressed chord, over its length, the chord is now (1 + along, sideways).
+        let [ax, ay] = splat(self.simd, element.inverse);
+        let along = ax.mul_add(change[0], ay * change[1]);
+        let sideways = ay.mul_sub_from(change[0], ax * change[1]);
+        let stretch = sideways.mul_add(sideways, along.mul_add(along, along + along));
+        let one = Lanes::splat(self.simd, 1.0);
+        let (inverse, elongation) = if WIDE {
+            let length = (one + stretch).sqrt();
+            (one / length, stretch / (one + length))
+        } else {
+            self.largest = self.largest.max(stretch.abs());
+            let shortening = polynomial(stretch, self.inverse_root);
+            let inverse = stretch.mul_sub_from(shortening, one);
+            // sqrt(1 + e) - 1 = e (r - w) with r = 1 / sqrt(1 + e) = 1 - e w.
+            (inverse, stretch * (inverse - shortening))
+        };
+        let [cosine, sine] = [along.mul_add(inverse, inverse), sideways * inverse];
+        store([cosine, sine, inverse, elongation], kept);
+    }
+}
+
+/// The second loop on its way to the right, between two nodes.
+struct Turning<S: Simd> {
+    simd: S,
+    to_turn: Arc<S>,
+    rotation: [Rings<S>; 2],
+    eliminated: Rings<S>,
+    factor: f64,
+    /// The largest square of a sine.
+    largest: Rings<S>,
+}
+
+impl<S: Simd> Turning<S> {
+    /// Passes the node at the left of a chord whose rotation is kept.
+    #[inline(always)]
+    fn pass<const WIDE: bool>(&mut self, kept: &mut [S::f64s; KEPT]) {
+        let next = [Lanes::new(self.simd, [kept[0]]), Lanes::new(self.simd, [kept[1]])];
+        let (turn, sine_square) = self.to_turn.between::<WIDE>(self.rotation, next);
+        self.rotation = next;
+        self.eliminated = Lanes::splat(self.simd, self.factor).mul_sub_from(self.eliminated, turn);
+        self.largest = self.largest.max(sine_square);
+        (kept[0], kept[1]) = (turn.vector(), self.eliminated.vector());
     }
 }
 

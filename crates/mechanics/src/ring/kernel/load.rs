@@ -53,45 +53,50 @@ impl RingKernel {
             strain_energy: if BOOK { bending * turn } else { zero },
         };
         let mut moved = NodeSums { kinetic_energy: zero, momentum: zero, mean_squares: zero };
-        let mut behind: Option<Loaded<S>> = None;
-        let mut force_behind: Option<[Rings<S>; 2]> = None;
+        // Lengths that the compiler sees, so that it asks for none of them in the loop.
+        let nodes = &mut nodes[..last];
+        let mut loaded = sweep.load::<BOOK, false, true>(
+            simd,
+            &elements[last],
+            &scratch[last],
+            place(simd, &nodes[last - 1]),
+        );
+        let mut right = [zero; 2];
         let mut right_end = zero;
-        for (e, (element, kept)) in elements.iter().zip(scratch).enumerate().rev() {
-            let place = match e.checked_sub(1).and_then(|left| nodes.get(left)) {
-                Some(node) => [Lanes::new(simd, [node[0]]), Lanes::new(simd, [node[1]])],
-                None => [joints[0], zero],
-            };
-            let loaded = if e == last {
-                sweep.load::<BOOK, false, true>(simd, element, kept, place)
-            } else if e > 0 {
-                sweep.load::<BOOK, false, false>(simd, element, kept, place)
+        for e in (1..last).rev() {
+            let at_left = place(simd, &nodes[e - 1]);
+            let next = sweep.load::<BOOK, false, false>(simd, &elements[e], &scratch[e], at_left);
+            let force = loaded.force(next.right_moment);
+            if e + 1 < last {
+                moved.push::<BOOK, DAMPED>(simd, keep, &mut nodes[e + 1], [force, right]);
             } else {
-                sweep.load::<BOOK, true, false>(simd, element, kept, place)
-            };
-            if let Some(behind) = behind {
-                let force = behind.force(loaded.right_moment);
-                match (force_behind, nodes.get_mut(e + 1)) {
-                    (Some(right), Some(node)) => {
-                        moved.push::<BOOK, DAMPED>(simd, keep, node, [force, right]);
-                    }
-                    _ => right_end = -force[0],
-                }
-                force_behind = Some(force);
+                right_end = -force[0];
             }
-            behind = Some(loaded);
+            (loaded, right) = (next, force);
         }
-        let mut left_end = zero;
-        if let (Some(behind), Some(right), Some(node)) = (behind, force_behind, nodes.first_mut()) {
-            let force = behind.force(sweep.moment);
-            moved.push::<BOOK, DAMPED>(simd, keep, node, [force, right]);
-            left_end = force[0];
+        let first = sweep.load::<BOOK, true, false>(simd, &elements[0], &scratch[0], [joints[0], zero]);
+        let force = loaded.force(first.right_moment);
+        if last > 1 {
+            moved.push::<BOOK, DAMPED>(simd, keep, &mut nodes[1], [force, right]);
+        } else {
+            right_end = -force[0];
         }
+        right = force;
+        let force = first.force(sweep.moment);
+        moved.push::<BOOK, DAMPED>(simd, keep, &mut nodes[0], [force, right]);
+        let left_end = force[0];
         RingForces {
             ends: [left_end, right_end],
             strain_energy: sweep.strain_energy * Lanes::splat(simd, 0.5 / self.turn_unit),
             moved: moved.scaled(simd),
         }
     }
+}
+
+/// Where a node stands.
+#[inline(always)]
+fn place<S: Simd>(simd: S, node: &[S::f64s; NODE]) -> [Rings<S>; 2] {
+    [Lanes::new(simd, [node[0]]), Lanes::new(simd, [node[1]])]
 }
 
 impl<S: Simd> Sweep<S> {
