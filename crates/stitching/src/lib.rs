@@ -60,6 +60,7 @@
 //! [`Observation`]: chainwave_measurement::Observation
 //! [`ChainMotion`]: chainwave_measurement::ChainMotion
 
+mod arrivals;
 mod assembly;
 mod assumptions;
 mod averaged;

@@ -2,11 +2,12 @@
 
 use chainwave_measurement::Observation;
 
+use crate::arrivals::starting_offsets_s;
 use crate::body_response::{Contribution, FittedTime};
 use crate::consistency::check;
 use crate::error::StitchingError;
 use crate::rest::{Displacement, displacement_from_rest};
-use crate::settings::Settings;
+use crate::settings::{FirstBody, Settings};
 use crate::time_base::common_times;
 
 /// What of the drives' scale, which the readings leave open, is settled.
@@ -33,7 +34,7 @@ pub(crate) struct AlignmentState<'a> {
 }
 
 impl<'a> AlignmentState<'a> {
-    /// The recordings' displacements from rest, with all drives and triggers alike.
+    /// The recordings' displacements from rest, with all drives alike, and triggers too unless the motion comes far later in one than in another.
     pub(crate) fn new(
         observations: &'a [Observation],
         settings: &'a Settings,
@@ -50,11 +51,17 @@ impl<'a> AlignmentState<'a> {
                 seen.map(|track| displacement_from_rest(observation, track, settings.rest_until_s));
             displacements.push(of_bodies.collect::<Result<Vec<_>, _>>()?);
         }
+        let times_s: Vec<&[f64]> = observations.iter().map(|one| one.times_s.as_slice()).collect();
+        // A motion that repeats itself passes a level once a period.
+        let offsets_s = match settings.first_body {
+            FirstBody::Free => starting_offsets_s(&displacements, &times_s, frame_interval_s),
+            FirstBody::Prescribed => vec![0.0; observations.len()],
+        };
         Ok(Self {
             times_s: common_times(observations, frame_interval_s),
             frame_interval_s,
             drive: vec![0.0; observations.len()],
-            offsets_s: vec![0.0; observations.len()],
+            offsets_s,
             scale: Scale::Open,
             observations,
             settings,
