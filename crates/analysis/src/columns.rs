@@ -11,9 +11,6 @@ const MIN_SHARE: f64 = 0.75;
 /// Standard deviations of its scatter by which an error is told: by chance in 3 of 1000.
 const TOLD: f64 = 3.0;
 
-/// The same for an error of all rows together, where what is done about it costs precision alone: of sound motions it is done in some 4 of 100.
-const TOLD_BY_ALL: f64 = 2.5;
-
 /// The measured quantities; each holds one value per gap, per time, or one in all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Column {
@@ -114,7 +111,7 @@ impl Scatter {
         let n = found.len() as f64;
         let mean_square = found.iter().map(|z| z * z).sum::<f64>() / n;
         let mean = found.iter().sum::<f64>() / n;
-        mean_square > 1.0 + TOLD_BY_ALL * (3.0 / n).sqrt() || mean.abs() > TOLD_BY_ALL / n.sqrt()
+        mean_square > 1.0 + TOLD * (3.0 / n).sqrt() || mean.abs() > TOLD / n.sqrt()
     }
 
     /// The same for a quantity that noise shifts on average: what the replicas lie off the motion's value on average is taken off it

@@ -420,7 +420,7 @@ fn peaks(evaluation: &Evaluation) -> Decision {
     let rule = plain(
         "where peaks are read",
         "from the samples above 80 % of each peak, unless those above 90 % say otherwise by more than noise, all gaps together (mean square, or mean, of time \
-         or strain by 2.5 standard deviations); then above 90 %, and by the same test above 95 %",
+         or strain by three standard deviations); then above 90 %, and by the same test above 95 %",
     );
     let share = 100.0 * evaluation.measurement.front.peak_fraction;
     let text = "a polynomial of order six; what a gap's peak still moves by beyond chance from half as far down is in its uncertainty";

@@ -128,7 +128,7 @@ fn strong_noise_is_covered() {
 }
 
 /// Dampers a hundred times the paper's make pulses whose tops no polynomial of order six follows from 80 % on: peaks are then half a frame late, at
-/// sigmas of a tenth, unless they are read from farther up. That it is told wants 2.5 standard deviations, so one motion in some ten keeps a part
+/// sigmas of a tenth, unless they are read from farther up. That it is told wants three standard deviations, so one motion in some five keeps a part
 /// of it: 90 % are to hold, where 95 % would of peaks without that (68 % do from 80 % on).
 #[test]
 fn peaks_of_strongly_damped_pulses_are_covered() {
