@@ -21,7 +21,7 @@ use std::time::Instant;
 
 use chainwave_experiment::{
     Economy, Evaluation, FailedRecording, Finding, Plan, RecordingState, Setup, Tracked, TrackedRecording,
-    check, compare_strikers, plan, recording_states, track, track_share,
+    check, check_share, compare_strikers, plan, recording_states, track, track_share,
 };
 use serde_json::{Value, json};
 
@@ -56,7 +56,7 @@ pub(crate) fn run(arguments: &cli::Run) -> Result<Outcome, Error> {
             let bar = progress::bar("tracking", 0);
             let show = progress::shown_on(&bar);
             let monitor = progress::monitor(&show);
-            let sanity = check(setup, threads(arguments.jobs))?;
+            let sanity = check_share(setup, threads(arguments.jobs))?;
             name_findings(&sanity.findings);
             let (n_tracked, failed) =
                 track_share(setup, &sanity, share, &store, threads(arguments.jobs), &monitor)?;

@@ -137,7 +137,7 @@ pub use recording_state::{RecordingState, State, recording_states};
 pub use result_table::{ResultTable, Values};
 pub use results::Results;
 pub use review::{Doubt, DoubtfulReading, ReviewedRecording, review_queue};
-pub use sanity::check;
+pub use sanity::{check, check_share};
 pub use scene::{BandPoint, ChainScene};
 pub use sensor::SensorFiles;
 pub use setup::{HeldRecordings, Setup};

@@ -48,6 +48,19 @@ pub fn check(setup: &Setup, n_threads: NonZero<usize>) -> Result<Sanity, Error> 
     other_view::mislabelled(setup, n_threads, &mut sanity);
     duplicates::twice(setup, &mut sanity);
     zoom::magnified_trials(setup, n_threads, &mut sanity);
+    check_views(setup, n_threads, sanity)
+}
+
+/// Looks at what a share of an experiment needs before it is tracked: numbers and views. All recordings are compared with each other by the run that evaluates
+/// them, as each share would do that for all.
+///
+/// # Errors
+/// As [`check`].
+pub fn check_share(setup: &Setup, n_threads: NonZero<usize>) -> Result<Sanity, Error> {
+    check_views(setup, n_threads, Sanity::default())
+}
+
+fn check_views(setup: &Setup, n_threads: NonZero<usize>, mut sanity: Sanity) -> Result<Sanity, Error> {
     let views = views_at_rest(setup, &sanity);
     if views.is_empty() {
         return Ok(sanity);
