@@ -17,6 +17,9 @@ use crate::view::{bodies_in_view, frames_at_rest};
 /// another marker's speckle, a few dozen dots, reaches 0.7.
 const SAME_MARKER_ZNCC: f64 = 0.8;
 
+/// Frames whose mean has a third of one's noise.
+const FEW_FRAMES: usize = 8;
+
 /// A recording and where its bodies should be at rest.
 pub(crate) struct AtRest {
     recording: Box<dyn Recording>,
@@ -37,6 +40,17 @@ impl AtRest {
         let frames = frames_at_rest(setup, recording.as_ref())?;
         let map = setup.map_of(trial, recording.info());
         Ok(Self { recording, bodies, frames, map })
+    }
+
+    /// The same by the last few frames at rest alone, which is little to read of many recordings, and enough to know markers by.
+    ///
+    /// # Errors
+    /// As [`AtRest::of`].
+    pub(crate) fn of_few_frames(setup: &Setup, trial: &Trial) -> Result<Self, Error> {
+        let mut found = Self::of(setup, trial)?;
+        let all = found.frames.range();
+        found.frames = ReferenceFrames::Mean(all.start.max(all.end.saturating_sub(FEW_FRAMES))..all.end);
+        Ok(found)
     }
 
     /// The bodies that both should show.

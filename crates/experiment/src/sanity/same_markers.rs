@@ -8,7 +8,7 @@ use crate::setup::Setup;
 /// again in its own frames, or one cannot be read.
 pub(super) fn same_markers(setup: &Setup, one: &Trial, other: &Trial) -> Option<bool> {
     let method = setup.method();
-    let (one, other) = (AtRest::of(setup, one).ok()?, AtRest::of(setup, other).ok()?);
+    let (one, other) = (AtRest::of_few_frames(setup, one).ok()?, AtRest::of_few_frames(setup, other).ok()?);
     let mut differ = false;
     for pair in one.shared_with(&other).filter(MarkerPair::has_texture) {
         if pair.is_same(method) {

@@ -126,7 +126,7 @@ fn than_most(than_first: &[Option<Larger>]) -> Vec<Option<Larger>> {
 
 /// `None` where too few bodies are found in both, or one cannot be read.
 fn larger(setup: &Setup, one: &Trial, other: &Trial) -> Option<Larger> {
-    let (one, other) = (AtRest::of(setup, one).ok()?, AtRest::of(setup, other).ok()?);
+    let (one, other) = (AtRest::of_few_frames(setup, one).ok()?, AtRest::of_few_frames(setup, other).ok()?);
     let (mut places, mut sizes) = (Vec::new(), Vec::new());
     for pair in one.shared_with(&other) {
         if pair.is_same(setup.method()) {
