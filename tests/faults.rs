@@ -1,6 +1,8 @@
 //! What goes wrong in a laboratory: it is named, left out or corrected, and the result stays within its interval.
 
 mod slow {
+    use std::path::Path;
+
     use serde_json::Value;
 
     use crate::command::{fail, succeed};
@@ -41,14 +43,18 @@ recording = "view3_trial4.cine"
 header_rate_hz = 24000.0
 "#;
 
+    fn results_in(folder: &Path) -> Value {
+        let text = std::fs::read_to_string(folder.join("results.json")).expect("it was written");
+        serde_json::from_str(&text).expect("it is JSON")
+    }
+
     #[test]
     fn faults_are_named_and_the_damping_stays_within_its_interval() {
         let laboratory = Laboratory::with_appended(FAULTS);
         let (recordings, results) = (laboratory.film(), laboratory.path("results"));
         let said = fail(&mut evaluation(&recordings, &results), 1);
         assert!(said.contains("view1_trial1.cine") && said.contains("byte"), "{said}");
-        let text = std::fs::read_to_string(results.join("results.json")).expect("it was written");
-        let found: Value = serde_json::from_str(&text).expect("it is JSON");
+        let found = results_in(&results);
         let warnings = found["warnings"].to_string();
         for swapped in ["view2_trial2.cine", "view3_trial2.cine"] {
             assert!(warnings.contains(swapped), "{warnings}");
@@ -87,8 +93,7 @@ recordings = ["view1_trial1.cine", "view2_trial1.cine"]
         laboratory.write("trials.csv", &first_three);
         let (recordings, results) = (laboratory.film(), laboratory.path("results"));
         fail(&mut evaluation(&recordings, &results), 1);
-        let text = std::fs::read_to_string(results.join("results.json")).expect("it was written");
-        let found: Value = serde_json::from_str(&text).expect("it is JSON");
+        let found = results_in(&results);
         let warned = |file: &str, shows: &str| {
             let is_told = |warning: &Value| {
                 warning["code"] == "left_out"
@@ -113,8 +118,7 @@ recordings = ["view1_trial1.cine", "view2_trial1.cine"]
         let [kept, over] = ["view2_trial3.cine", "view2_trial4.cine"].map(|name| recordings.join(name));
         std::fs::copy(kept, over).expect("a file can be copied");
         fail(&mut evaluation(&recordings, &results), 1);
-        let text = std::fs::read_to_string(results.join("results.json")).expect("it was written");
-        let found: Value = serde_json::from_str(&text).expect("it is JSON");
+        let found = results_in(&results);
         let warnings = found["warnings"].to_string();
         assert!(warnings.contains("the same bytes as view2_trial3.cine"), "{warnings}");
         let states = found["recordings"].as_array().expect("a list");

@@ -3,6 +3,7 @@
 //! Drives and triggers are found by steps that take each body's motion for a straight line over a trigger's change. From triggers that differ by more
 //! than a wave takes to pass a body, such steps lead anywhere.
 
+use chainwave_measurement::{Estimate, median};
 use nalgebra::{DMatrix, DVector};
 
 use crate::rest::Displacement;
@@ -44,9 +45,8 @@ fn arrivals_s(displacements: &[Vec<Displacement>], times_s: &[&[f64]]) -> Vec<Ar
             Some((recording, samples, way_m))
         });
         let own: Vec<_> = own.collect();
-        let mut ways_m: Vec<f64> = own.iter().map(|(_, _, way_m)| *way_m).collect();
-        ways_m.sort_by(f64::total_cmp);
-        let least_m = LEAST_WAY * ways_m.get(ways_m.len() / 2).copied().unwrap_or(0.0);
+        let ways_m = own.iter().map(|(_, _, way_m)| *way_m).collect();
+        let least_m = LEAST_WAY * median(ways_m).unwrap_or(0.0);
         let went = || own.iter().filter(|(_, _, way_m)| *way_m >= least_m);
         let level_m = LEVEL * went().map(|(_, _, way_m)| *way_m).fold(f64::INFINITY, f64::min);
         let arrival = |(recording, samples, _): &(usize, &Vec<Option<_>>, f64)| {
@@ -58,11 +58,7 @@ fn arrivals_s(displacements: &[Vec<Displacement>], times_s: &[&[f64]]) -> Vec<Ar
 }
 
 /// When a displacement first passes a level, between the frames on either side.
-fn crossing_s(
-    samples: &[Option<chainwave_measurement::Estimate>],
-    times_s: &[f64],
-    level_m: f64,
-) -> Option<f64> {
+fn crossing_s(samples: &[Option<Estimate>], times_s: &[f64], level_m: f64) -> Option<f64> {
     let mut before: Option<(f64, f64)> = None;
     for (sample, time_s) in samples.iter().zip(times_s) {
         let Some(x_m) = sample.map(|x| x.value.abs()) else { continue };
@@ -95,8 +91,6 @@ fn offsets_s(of_bodies: &[Arrivals], n_recordings: usize) -> Option<Vec<f64>> {
 
 #[cfg(test)]
 mod tests {
-    use chainwave_measurement::Estimate;
-
     use super::*;
 
     const INTERVAL_S: f64 = 4e-5;

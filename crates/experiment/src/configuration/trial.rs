@@ -26,6 +26,11 @@ impl Trial {
         (self.view, self.trial) == (other.view, other.trial) && nominal(self) == nominal(other)
     }
 
+    /// Whether the camera saw the same place in it: the same view, with the stage where it stood.
+    pub(crate) fn is_of_one_place_with(&self, other: &Self) -> bool {
+        self.view == other.view && self.stage_m.total_cmp(&other.stage_m).is_eq()
+    }
+
     /// Whether it is among the first so many of its view, by their numbers.
     pub(crate) fn is_among_first<'a>(&self, n: usize, all: impl Iterator<Item = &'a Self>) -> bool {
         all.filter(|other| other.view == self.view && other.trial < self.trial).count() < n

@@ -5,6 +5,8 @@ use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
+use chainwave_camera::files_of;
+
 use crate::configuration::Trial;
 use crate::finding::Sanity;
 use crate::setup::Setup;
@@ -13,22 +15,29 @@ use crate::setup::Setup;
 const PIECE_BYTES: usize = 1 << 12;
 const PLACES: u64 = 16;
 
-/// The size of a file, and what it holds in some places from its beginning to its end.
-type Pieces = (u64, Vec<u8>);
+/// The size of each file of a recording, and what it holds in some places from its beginning to its end.
+type Pieces = Vec<(u64, Vec<u8>)>;
+/// Files of a recording at most: its pictures, and a header beside them. A folder of pictures is not compared.
+const MOST_FILES: usize = 2;
 
 /// Leaves out a recording whose file holds the same bytes as that of an earlier row. Files that cannot be read are passed over: tracking names them.
 pub(super) fn twice(setup: &Setup, sanity: &mut Sanity) {
-    let mut of_pieces: BTreeMap<Pieces, Vec<(&Trial, PathBuf)>> = BTreeMap::new();
+    let mut of_pieces: BTreeMap<Pieces, Vec<(&Trial, Vec<PathBuf>)>> = BTreeMap::new();
     for trial in setup.trials.iter().filter(|trial| sanity.reason(&trial.recording).is_none()) {
-        let path = setup.recordings.join(&trial.recording);
-        if let Ok(pieces) = pieces(&path) {
-            of_pieces.entry(pieces).or_default().push((trial, path));
+        let files = files_of(&setup.recordings.join(&trial.recording)).unwrap_or_default();
+        if !(1..=MOST_FILES).contains(&files.len()) {
+            continue;
+        }
+        if let Ok(pieces) = files.iter().map(|file| pieces(file)).collect::<io::Result<Pieces>>() {
+            of_pieces.entry(pieces).or_default().push((trial, files));
         }
     }
     let mut found: Vec<(&Trial, String)> = Vec::new();
     for alike in of_pieces.values() {
-        for (k, (trial, path)) in alike.iter().enumerate().skip(1) {
-            let is_same = |(_, other): &&(&Trial, PathBuf)| same_bytes(path, other).unwrap_or(false);
+        for (k, (trial, files)) in alike.iter().enumerate().skip(1) {
+            let is_same = |(_, others): &&(&Trial, Vec<PathBuf>)| {
+                files.iter().zip(others).all(|(one, other)| same_bytes(one, other).unwrap_or(false))
+            };
             if let Some((first, _)) = alike[..k].iter().find(is_same) {
                 let why = format!(
                     "its file holds the same bytes as {}, which is used (hint: was one file copied over the other?)",
@@ -43,7 +52,7 @@ pub(super) fn twice(setup: &Setup, sanity: &mut Sanity) {
     }
 }
 
-fn pieces(path: &Path) -> io::Result<Pieces> {
+fn pieces(path: &Path) -> io::Result<(u64, Vec<u8>)> {
     let mut file = File::open(path)?;
     let metadata = file.metadata()?;
     if !metadata.is_file() {

@@ -51,7 +51,7 @@ pub(super) fn mislabelled(setup: &Setup, n_threads: NonZero<usize>, sanity: &mut
         let Some(first) = view.groups.first().map(|group| &group[0]) else { continue };
         for others in &view.groups[1..] {
             let other_usual =
-                |other: &View| other.usual().filter(|usual| !is_of_one_view(usual, first)).cloned();
+                |other: &View| other.usual().filter(|usual| !usual.is_of_one_place_with(first)).cloned();
             // Where the other view's stage stood, its bodies stand.
             let shows = |usual: &Trial| {
                 let there = Trial { recording: others[0].recording.clone(), ..usual.clone() };
@@ -78,10 +78,6 @@ pub(super) fn mislabelled(setup: &Setup, n_threads: NonZero<usize>, sanity: &mut
             }
         }
     }
-}
-
-fn is_of_one_view(one: &Trial, other: &Trial) -> bool {
-    one.view == other.view && one.stage_m.total_cmp(&other.stage_m).is_eq()
 }
 
 fn names(trials: &[Trial]) -> String {

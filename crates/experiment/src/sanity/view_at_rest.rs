@@ -36,9 +36,7 @@ pub(super) fn views_at_rest(setup: &Setup, sanity: &Sanity) -> Vec<ViewAtRest> {
 pub(super) fn trials_of_views<'a>(trials: impl Iterator<Item = &'a Trial>) -> Vec<Vec<Trial>> {
     let mut views: Vec<Vec<Trial>> = Vec::new();
     for trial in trials {
-        let same =
-            |other: &Trial| other.view == trial.view && other.stage_m.total_cmp(&trial.stage_m).is_eq();
-        match views.iter_mut().find(|view| same(&view[0])) {
+        match views.iter_mut().find(|view| view[0].is_of_one_place_with(trial)) {
             Some(view) => view.push(trial.clone()),
             None => views.push(vec![trial.clone()]),
         }
