@@ -133,7 +133,8 @@ impl BetweenViews {
             subject: "bodies that two views show".into(),
             text: format!(
                 "once they move, views show them apart by more than noise ({significance:.0} standard deviations, {n_pairs} pairs), as bodies that move \
-                 towards the camera, a lens that distorts, a window or a marker that turns leave it: each view by {:.2} um, which changes within \
+                 towards the camera, a lens that distorts, a window or a marker that turns leave it, or a view of another frame rate than stated, of another \
+                 striker or of a chain that was not the same that day: each view by {:.2} um, which changes within \
                  {:.2} ms. It is counted as an error of each body in each view, which trials share (hint: a camera farther away, with a longer lens, sees less \
                  of what moves towards it; `chainwave calibrate` tells a lens)",
                 1e6 * sigma_m,

@@ -17,7 +17,7 @@ use chainwave_mechanics::{Chain, Contacts, Schedule};
 use chainwave_synthetic::trials::{
     BodyQuantity, Draw, Scatter, body_factors, draw, stage_error_m, view_trigger_s,
 };
-use chainwave_synthetic::{Scene, Shot, Specimen, film};
+use chainwave_synthetic::{FileFaults, Scene, Shot, Specimen, film};
 
 pub use self::camera_effects::CameraEffect;
 use self::faults::Faults;
@@ -244,7 +244,8 @@ impl<'a> Studio<'a> {
             Some(shapes) => scene.with_shapes(shapes)?,
             None => scene,
         };
-        Ok(film(&path, &scene, &faults.of_file(take.trial))?)
+        let clock_rate_hz = self.synthetic.stated_rate_hz(take.trial.view);
+        Ok(film(&path, &scene, &FileFaults { clock_rate_hz, ..faults.of_file(take.trial) })?)
     }
 
     fn motion(&self, draw: &Draw) -> Result<Trajectory, Error> {

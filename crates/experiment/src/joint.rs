@@ -5,11 +5,14 @@ use std::borrow::Cow;
 use chainwave_measurement::{Observation, ReadingError};
 use chainwave_stitching::{Outlier, Settings, Stitched};
 
+use crate::between_views::BetweenViews;
+use crate::clocks::Clocks;
 use crate::error::Error;
 use crate::joining::{Joined, Unjoined, chosen, join, sound};
 use crate::picture_geometry::PictureGeometry;
 use crate::scale::ScaleCheck;
 use crate::setup::Setup;
+use crate::stages::Stages;
 use crate::stated_motion::StatedMotion;
 use crate::steadying::Steadying;
 use crate::tracked::{Tracked, TrackedRecording};
@@ -24,6 +27,8 @@ pub(crate) struct Joint<'a> {
     pub(crate) geometry: Option<PictureGeometry>,
     /// What is not known of that, as errors of the readings.
     pub(crate) geometry_errors: Vec<ReadingError>,
+    /// What was told of frame rates.
+    pub(crate) clocks: Clocks,
     /// The recordings that were kept.
     pub(crate) recordings: Vec<TrackedRecording>,
     /// Their positions as they were read.
@@ -36,8 +41,33 @@ pub(crate) struct Joint<'a> {
     pub(crate) unjoined: Vec<Unjoined>,
 }
 
+/// Recordings by the clocks that they state, or by others.
+struct Timed<'t> {
+    recordings: Cow<'t, [TrackedRecording]>,
+    observations: Cow<'t, [Observation]>,
+    stages: &'t Stages,
+}
+
+impl<'t> Timed<'t> {
+    fn as_stated(Tracked { recordings, observations, stages, .. }: &'t Tracked) -> Self {
+        Self { recordings: Cow::Borrowed(recordings), observations: Cow::Borrowed(observations), stages }
+    }
+
+    fn by(tracked: &'t Tracked, clocks: &Clocks) -> Self {
+        let mut timed = Self::as_stated(tracked);
+        for (recording, observation) in timed.recordings.to_mut().iter_mut().zip(timed.observations.to_mut())
+        {
+            recording.clock = clocks.factor(observation.view, &observation.recording);
+            observation.times_s.iter_mut().for_each(|time_s| *time_s *= recording.clock);
+        }
+        timed
+    }
+}
+
 /// Times that pictures are mapped anew, at most: where a map is far off, the alignment it led to tells the next one.
 const ROUNDS: usize = 4;
+/// The same of clocks: one that is off by some per cent puts a wave by many of its own rises from where it is, and is found in steps.
+const CLOCK_ROUNDS: usize = 8;
 
 impl<'a> Joint<'a> {
     /// Joins recordings by the stated map, and by others while bodies tell one.
@@ -50,7 +80,9 @@ impl<'a> Joint<'a> {
         stated: &StatedMotion,
         settings: &Settings,
     ) -> Result<Self, Error> {
-        let mut joint = Self::by_geometry(setup, tracked, stated, at_rest(setup, tracked), settings)?;
+        let settings = &Settings { asks_for_clocks: true, ..settings.clone() };
+        let (mut joint, timed) = Self::by_clocks(setup, tracked, stated, settings)?;
+        let clocks = joint.clocks.clone();
         let mut shapes = None;
         for _ in 0..ROUNDS {
             let (before, shown) = (joint.geometry.unwrap_or(PictureGeometry::PLAIN), &joint.stitched.shown);
@@ -60,29 +92,59 @@ impl<'a> Joint<'a> {
             };
             let Some((geometry, of_shapes)) = found else { break };
             shapes = Some(of_shapes);
-            joint = Self::by_geometry(setup, tracked, stated, Some(geometry), settings)?;
+            joint = Self::by_geometry(setup, &timed, stated, Some(geometry), settings)?;
         }
-        Ok(joint)
+        Ok(Self { clocks, ..joint })
+    }
+
+    /// Joins recordings by the geometry that bodies at rest tell, and by the clocks that moving ones do; with the recordings by these clocks.
+    fn by_clocks<'t>(
+        setup: &'a Setup,
+        tracked: &'t Tracked,
+        stated: &StatedMotion,
+        settings: &Settings,
+    ) -> Result<(Self, Timed<'t>), Error> {
+        let joined =
+            |timed: &Timed<'_>| Self::by_geometry(setup, timed, stated, at_rest(setup, timed), settings);
+        let mut timed = Timed::as_stated(tracked);
+        let mut joint = joined(&timed)?;
+        for _ in 0..CLOCK_ROUNDS {
+            let Some(clocks) = joint.clocks.after(&joint.stitched.clocks) else { break };
+            timed = Timed::by(tracked, &clocks);
+            joint = Self { clocks, ..joined(&timed)? };
+        }
+        // Views that still disagree do so by something else, of which a clock would take up a part.
+        if joint.clocks.are_of_views() && joint.between_views().is_some() {
+            timed = Timed::as_stated(tracked);
+            joint = joined(&timed)?;
+        }
+        Ok((joint, timed))
+    }
+
+    /// What views that contradict each other say of that.
+    pub(crate) fn between_views(&self) -> Option<BetweenViews> {
+        let Stitched { left_by_views, motion, .. } = &self.stitched;
+        BetweenViews::of(left_by_views, motion, &self.steadying.rests_until_s)
     }
 
     fn by_geometry(
         setup: &'a Setup,
-        tracked: &Tracked,
+        timed: &Timed<'_>,
         stated: &StatedMotion,
         geometry: Option<PictureGeometry>,
         settings: &Settings,
     ) -> Result<Self, Error> {
         let asked_errors =
-            geometry.unwrap_or(PictureGeometry::PLAIN).asked(&tracked.recordings, &tracked.observations);
+            geometry.unwrap_or(PictureGeometry::PLAIN).asked(&timed.recordings, &timed.observations);
         let settings = &Settings { asked_errors, ..settings.clone() };
-        let (Some(geometry), Some(first)) = (geometry, tracked.recordings.first()) else {
-            let scale = tracked.stages.scale.clone();
+        let (Some(geometry), Some(first)) = (geometry, timed.recordings.first()) else {
+            let scale = timed.stages.scale.clone();
             return Self::by_map(
                 Cow::Borrowed(setup),
                 stated,
                 scale,
-                &tracked.recordings,
-                &tracked.observations,
+                &timed.recordings,
+                &timed.observations,
                 settings,
             );
         };
@@ -90,15 +152,14 @@ impl<'a> Joint<'a> {
             map: geometry.map(&one.map, one.picture_px),
             ..one.clone()
         };
-        let recordings: Vec<TrackedRecording> = tracked.recordings.iter().map(mapped).collect();
+        let recordings: Vec<TrackedRecording> = timed.recordings.iter().map(mapped).collect();
         let read_again = |(recording, seen): (&TrackedRecording, &Observation)| read_again(recording, seen);
         let observations: Vec<Observation> =
-            recordings.iter().zip(&tracked.observations).map(read_again).collect();
+            recordings.iter().zip(timed.observations.iter()).map(read_again).collect();
         let setup = Setup { map: geometry.map(&setup.map, first.picture_px), ..setup.clone() };
-        let scale =
-            tracked.stages.scale_by(|place_m| setup.map.place_from_middle_m(place_m, first.picture_px));
+        let scale = timed.stages.scale_by(|place_m| setup.map.place_from_middle_m(place_m, first.picture_px));
         let joint = Self::by_map(Cow::Owned(setup), stated, scale, &recordings, &observations, settings)?;
-        let geometry_errors = geometry.errors(&tracked.recordings, &joint.as_read);
+        let geometry_errors = geometry.errors(&timed.recordings, &joint.as_read);
         Ok(Self { geometry: Some(geometry), geometry_errors, ..joint })
     }
 
@@ -111,7 +172,8 @@ impl<'a> Joint<'a> {
         settings: &Settings,
     ) -> Result<Self, Error> {
         // A recording of other bodies than it is taken for would move the camera.
-        let (sound, left_out) = sound(all, &Settings { asked_errors: Vec::new(), ..settings.clone() });
+        let (sound, left_out) =
+            sound(all, &Settings { asked_errors: Vec::new(), asks_for_clocks: false, ..settings.clone() });
         let mut as_read = chosen(all, &sound);
         let mut steadying = Steadying::of(&setup.experiment, stated, &as_read, &scale);
         let mut observations = steadying.steadied(as_read.clone());
@@ -122,12 +184,13 @@ impl<'a> Joint<'a> {
             steadying = Steadying::of(&setup.experiment, stated, &as_read, &scale);
         }
         let recordings = kept.iter().map(|index| recordings[sound[*index]].clone()).collect();
-        let (geometry, geometry_errors) = (None, Vec::new());
+        let (geometry, geometry_errors, clocks) = (None, Vec::new(), Clocks::default());
         Ok(Self {
             setup,
             scale,
             geometry,
             geometry_errors,
+            clocks,
             recordings,
             as_read,
             observations,
@@ -140,10 +203,10 @@ impl<'a> Joint<'a> {
 }
 
 /// The geometry of pictures that bodies at rest tell, where the calibration leaves it open.
-fn at_rest(setup: &Setup, tracked: &Tracked) -> Option<PictureGeometry> {
-    let picture_px = tracked.recordings.first()?.picture_px;
-    let is_open = !tracked.recordings.iter().any(|one| one.map.has_geometry());
-    let bent = tracked.stages.bent().filter(|_| is_open)?;
+fn at_rest(setup: &Setup, timed: &Timed<'_>) -> Option<PictureGeometry> {
+    let picture_px = timed.recordings.first()?.picture_px;
+    let is_open = !timed.recordings.iter().any(|one| one.map.has_geometry());
+    let bent = timed.stages.bent().filter(|_| is_open)?;
     Some(PictureGeometry::at_rest(&bent, &setup.map, picture_px))
 }
 

@@ -35,6 +35,7 @@ mod bands;
 mod between_views;
 mod calibration;
 mod chain_model;
+mod clocks;
 mod configuration;
 mod content;
 mod corrections;

@@ -57,7 +57,8 @@ pub(crate) fn merged<'a>(
         joint.setup.map.m_per_px().value,
     );
     let of_views = joint.scale.reading_errors(&joint.observations, rest_until_s);
-    let of_views = [of_views, joint.geometry_errors.clone()].concat();
+    let of_clocks = joint.clocks.errors(&joint.observations);
+    let of_views = [of_views, joint.geometry_errors.clone(), of_clocks.clone()].concat();
     let with = |reading_errors| Settings { reading_errors, ..settings.clone() };
     if !of_views.is_empty() {
         joint.stitched = merge(&joint.observations, &with(of_views.clone()))?;
@@ -82,7 +83,7 @@ pub(crate) fn merged<'a>(
     // What lies on the sensor is seen apart by two views as well, and is counted already.
     let between_views = match picture_errors.is_found() {
         true => None,
-        false => BetweenViews::of(&joint.stitched.left_by_views, &joint.stitched.motion, rests_until_s),
+        false => joint.between_views(),
     };
     let of_each_view =
         between_views.map_or_else(Vec::new, |found| found.errors(&joint.observations, rests_until_s));
@@ -106,6 +107,7 @@ pub(crate) fn merged<'a>(
     let of_camera = [
         against_the_chain(experiment, &joint.stitched.motion).into_iter().collect(),
         joint.geometry.iter().map(PictureGeometry::finding).collect(),
+        joint.clocks.findings(&joint.observations),
         Finding::all_of("camera_moves", "the camera", joint.steadying.warning(light_moves)),
         Finding::all_of("precursor", "bodies ahead of the wave", joint.steadying.precursor()),
         Finding::all_of("scale", "camera.scale_px_per_m", joint.scale.warnings()),
@@ -120,7 +122,7 @@ pub(crate) fn merged<'a>(
         shared,
         side_motion,
         shortening: inclination.as_ref().map_or(0.0, Inclination::shortening),
-        reading_errors: [apart.errors, of_each_view, joint.geometry_errors.clone()].concat(),
+        reading_errors: [apart.errors, of_each_view, joint.geometry_errors.clone(), of_clocks].concat(),
         assumptions: settings.assumptions(),
         joint,
     })

@@ -70,6 +70,8 @@ pub struct TrackedRecording {
     pub(crate) line_time_s: Estimate,
     /// Frames that it lacks, or has twice.
     pub(crate) frame_steps: Vec<FrameStep>,
+    /// True time between its frames over the stated one.
+    pub(crate) clock: f64,
     /// Where the tracks come from.
     pub origin: Origin,
     /// What the file says against itself.
@@ -100,6 +102,7 @@ impl TrackedRecording {
 
     fn put_right(&self, mut observation: Observation) -> Observation {
         put_right(&mut observation, &self.frame_steps);
+        observation.times_s.iter_mut().for_each(|time_s| *time_s *= self.clock);
         observation
     }
 }

@@ -230,6 +230,7 @@ fn track_one(
         picture_px: (recording.info().width_px, recording.info().height_px),
         line_time_s,
         frame_steps: Vec::new(),
+        clock: 1.0,
         origin,
         remarks: remarks(recording.info(), &edges),
     })

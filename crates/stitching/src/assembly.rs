@@ -5,6 +5,7 @@ use ndarray::Array2;
 
 use crate::body_response::Contribution;
 use crate::by_view::LeftByView;
+use crate::clocks::ClockShown;
 use crate::error::StitchingError;
 use crate::fitted::Fitted;
 use crate::gauge::scale_and_delay;
@@ -23,6 +24,7 @@ pub(crate) struct Assembled {
     pub(crate) of_means_m: [Array2<f64>; 2],
     /// What bodies show of the errors that were asked for.
     pub(crate) shown: Vec<ShownByBody>,
+    pub(crate) clocks: Vec<ClockShown>,
     pub(crate) left_by_views: Vec<LeftByView>,
 }
 
@@ -68,8 +70,12 @@ impl AlignmentState<'_> {
         let spread = self.spread(field, &ratios);
         // What is asked for beside the motion ends no merging.
         let shown = self.shown(field).unwrap_or_default();
+        let clocks = match self.settings.asks_for_clocks {
+            true => self.clocks(field).unwrap_or_default(),
+            false => Vec::new(),
+        };
         let left_by_views = self.left_by_views(field, &ratios);
-        Ok(Assembled { motion, alignments, spread, of_means_m, shown, left_by_views })
+        Ok(Assembled { motion, alignments, spread, of_means_m, shown, clocks, left_by_views })
     }
 
     fn alignment(

@@ -45,6 +45,7 @@ pub(crate) fn joined(
     let rounds = parts.iter().map(|part| part.stitched.rounds).max()?;
     let unsettled = parts.iter().find_map(|part| part.stitched.unsettled);
     let drive_scale_sigma = parts.iter().filter_map(|part| part.stitched.drive_scale_sigma).reduce(f64::max);
+    let clocks = parts.iter().flat_map(|part| part.stitched.clocks.clone()).collect();
     let shown = parts.iter().flat_map(|part| part.stitched.shown.clone()).collect();
     let left_by_views = parts.iter().flat_map(|part| part.stitched.left_by_views.clone()).collect();
     let (motion, spread) = match is_whole {
@@ -59,6 +60,7 @@ pub(crate) fn joined(
         rounds,
         unsettled,
         shown,
+        clocks,
         left_by_views,
         warnings,
     })

@@ -173,7 +173,7 @@ impl Trimmed<'_> {
     /// The merged motion, with what one unit of mean drive and of mean trigger (seconds) changes of it, in metres.
     pub(crate) fn stitched(self) -> Result<(Stitched, [Array2<f64>; 2]), StitchingError> {
         let Gauged { state, errors, rounds, unsettled, warnings } = self.gauged;
-        let Assembled { motion, alignments, spread, of_means_m, shown, left_by_views } =
+        let Assembled { motion, alignments, spread, of_means_m, shown, clocks, left_by_views } =
             state.assembled(&errors)?;
         let said = unsettled.map(|unsettled| unsettled.to_string());
         let warnings = said.into_iter().chain(warnings).collect();
@@ -186,6 +186,7 @@ impl Trimmed<'_> {
             rounds,
             unsettled,
             shown,
+            clocks,
             left_by_views,
             warnings,
         };

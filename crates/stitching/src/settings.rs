@@ -43,6 +43,8 @@ pub struct Settings {
     pub reading_errors: Vec<ReadingError>,
     /// Errors of a known shape that readings may have to any extent: how much of each they show is told, and nothing else is done.
     pub asked_errors: Vec<ReadingError>,
+    /// Whether to tell how far clocks are off: nothing else is done with it.
+    pub asks_for_clocks: bool,
 }
 
 impl Settings {
@@ -62,6 +64,7 @@ impl Settings {
             stated_responses: Vec::new(),
             reading_errors: Vec::new(),
             asked_errors: Vec::new(),
+            asks_for_clocks: false,
         }
     }
 

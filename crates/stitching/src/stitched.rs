@@ -5,6 +5,7 @@ use std::fmt;
 use chainwave_measurement::{ChainMotion, Estimate};
 
 use crate::by_view::LeftByView;
+use crate::clocks::ClockShown;
 use crate::shown::ShownByBody;
 use crate::spread::Spread;
 
@@ -42,6 +43,8 @@ pub struct Stitched {
     pub unsettled: Option<Unsettled>,
     /// What bodies show of the errors that were asked for.
     pub shown: Vec<ShownByBody>,
+    /// What the readings say of clocks, where that was asked for.
+    pub clocks: Vec<ClockShown>,
     /// What each view of a body that more than one saw leaves of the motion.
     pub left_by_views: Vec<LeftByView>,
     /// What the reader should know, such as a view that shares no body with the others.

@@ -1,5 +1,6 @@
 //! The headers of a Phantom .cine file, from the format's description.
 
+use crate::film::FileFaults;
 use crate::packing::n_bytes;
 use crate::settings::{Camera, Packing, Shot};
 
@@ -23,9 +24,11 @@ pub(crate) const FRAME_PREFIX: usize = 8;
 const CAMERA_MODEL: &str = "chainwave synthetic camera";
 
 /// Everything before the first frame of a Phantom .cine file, version 1: file header, bitmap header, setup, block 1002
-/// (time stamps), block 1003 (exposures), pointers to the frames. The file holds the given frames of the shot and states
-/// the rate `stated_hz`.
-pub(crate) fn header(camera: &Camera, shot: &Shot, frames: &[usize], stated_hz: f64) -> Vec<u8> {
+/// (time stamps), block 1003 (exposures), pointers to the frames. The file holds the given frames of the shot, with
+/// the rate and the times that its faults make of them.
+pub(crate) fn header(camera: &Camera, shot: &Shot, frames: &[usize], faults: &FileFaults) -> Vec<u8> {
+    let clock_hz = faults.clock_rate_hz.unwrap_or(camera.rate_hz);
+    let stated_hz = faults.header_rate_hz.unwrap_or(clock_hz);
     let n_frames = frames.len();
     let exposure_block = TIME_BLOCK + BLOCK_PREFIX + 8 * n_frames;
     let pointers = exposure_block + BLOCK_PREFIX + 4 * n_frames;
@@ -35,7 +38,8 @@ pub(crate) fn header(camera: &Camera, shot: &Shot, frames: &[usize], stated_hz: 
     put_bitmap_header(&mut bytes, camera);
     put_setup(&mut bytes, camera, shot, stated_hz);
     let HeaderBytes(mut bytes) = bytes;
-    let stamps = frames.iter().flat_map(|&frame| stamp(shot.stamp_s(frame, camera.rate_hz)).to_le_bytes());
+    let by_clock_s = |frame: usize| shot.stamp_s(frame, camera.rate_hz) * (camera.rate_hz / clock_hz);
+    let stamps = frames.iter().flat_map(|&frame| stamp(by_clock_s(frame)).to_le_bytes());
     let exposure = (camera.exposure_s * TICKS_PER_S).round() as u32;
     push_block(&mut bytes, 1002, true, stamps.collect());
     push_block(&mut bytes, 1003, false, exposure.to_le_bytes().repeat(n_frames));

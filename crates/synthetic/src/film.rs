@@ -19,6 +19,8 @@ pub struct FileFaults {
     pub dropped_frames: Option<Range<usize>>,
     /// The frame rate that the header states; the time stamps stay right.
     pub header_rate_hz: Option<f64>,
+    /// The frame rate that header and time stamps state, by a clock that is off.
+    pub clock_rate_hz: Option<f64>,
     /// Share of the file's bytes after which it ends.
     pub kept_fraction: Option<f64>,
 }
@@ -39,9 +41,13 @@ pub fn film(path: &Path, scene: &Scene, faults: &FileFaults) -> Result<(), Synth
 impl FileFaults {
     /// The frames that the file holds, once the faults are checked.
     fn frames(&self, n_frames: usize) -> Result<Vec<usize>, SyntheticError> {
-        let rate_hz = self.header_rate_hz.unwrap_or(1.0);
-        let possible = rate_hz >= 1.0 && rate_hz <= f64::from(u32::MAX);
-        require(possible, "faults.header_rate_hz", "1 to 4.29e9 frames per second", rate_hz)?;
+        let rates =
+            [("faults.header_rate_hz", self.header_rate_hz), ("faults.clock_rate_hz", self.clock_rate_hz)];
+        for (name, rate_hz) in rates {
+            let rate_hz = rate_hz.unwrap_or(1.0);
+            let possible = rate_hz >= 1.0 && rate_hz <= f64::from(u32::MAX);
+            require(possible, name, "1 to 4.29e9 frames per second", rate_hz)?;
+        }
         let kept = self.kept_fraction.unwrap_or(1.0);
         require((0.0..=1.0).contains(&kept), "faults.kept_fraction", "0 to 1", kept)?;
         let dropped = self.dropped_frames.clone().unwrap_or(0..0);
@@ -60,7 +66,7 @@ fn write(
 ) -> Result<(), SyntheticError> {
     let mut put = |bytes: &[u8]| file.write_all(bytes).map_err(|source| write_error(path, source));
     let (camera, shot) = (scene.camera, scene.shot);
-    put(&cine::header(camera, shot, frames, faults.header_rate_hz.unwrap_or(camera.rate_hz)))?;
+    put(&cine::header(camera, shot, frames, faults))?;
     let packer = Packer::new(camera.packing);
     let (mut canvas, mut counts) = (scene.canvas(), Vec::new());
     let mut bytes = cine::empty_frame(camera);

@@ -332,6 +332,24 @@ fn dropped_frames_are_missing_and_the_stamps_tell() {
 }
 
 #[test]
+fn a_clock_that_is_off_states_all_times_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole_bytes = filmed(&folder.path().join("whole"), Packing::P10);
+    let faults = FileFaults { clock_rate_hz: Some(24_000.0), ..FileFaults::default() };
+    let bytes = filmed_with(&folder.path().join("slow"), Packing::P10, &faults);
+    let (whole, cine) = (Cine(&whole_bytes), Cine(&bytes));
+    assert_eq!(cine.u32(cine.offset(0x1C) + 0x300), 24_000);
+    let rate_hz = f64::from(whole.u32(whole.offset(0x1C) + 0x300));
+    let after_first = |cine: &Cine<'_>, frame: usize| {
+        (cine.u64(cine.blocks()[0].1 + 8 * frame) - cine.u64(cine.blocks()[0].1)) as f64
+    };
+    let ratio = after_first(&cine, 12) / after_first(&whole, 12);
+    // Stamps are rounded to 2^-32 s, four of which are 1e-9 s of some hundred microseconds.
+    assert!((ratio * 24_000.0 / rate_hz - 1.0).abs() < 1e-5, "{ratio}");
+    assert_eq!(cine.stored(7), whole.stored(7));
+}
+
+#[test]
 fn a_wrong_rate_stands_in_the_header_alone() {
     let folder = tempfile::tempdir().unwrap();
     let whole = filmed(&folder.path().join("whole"), Packing::P10);
@@ -369,6 +387,7 @@ fn an_impossible_fault_is_refused_by_name() {
     for (name, faults) in [
         ("faults.dropped_frames", FileFaults { dropped_frames: Some(0..20), ..none.clone() }),
         ("faults.header_rate_hz", FileFaults { header_rate_hz: Some(f64::NAN), ..none.clone() }),
+        ("faults.clock_rate_hz", FileFaults { clock_rate_hz: Some(0.5), ..none.clone() }),
         ("faults.kept_fraction", FileFaults { kept_fraction: Some(1.5), ..none }),
     ] {
         let message = film(&folder.path().join("a"), &scene, &faults).unwrap_err().to_string();

@@ -19,6 +19,9 @@ pub struct FilmedView {
     /// Frames per second.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate_hz: Option<Positive>,
+    /// Frames per second that the recordings state, in header and time stamps; without it those that they were filmed with.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stated_rate_hz: Option<Positive>,
     /// Camera number of the first image.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub first_image: Option<i64>,
@@ -73,6 +76,11 @@ impl Footage {
 }
 
 impl Synthetic {
+    /// The rate that the recordings of a view state where that is not the true one.
+    pub(crate) fn stated_rate_hz(&self, view: u32) -> Option<f64> {
+        self.views.iter().find(|entry| entry.view == view)?.stated_rate_hz.map(Positive::get)
+    }
+
     /// How a view is filmed.
     pub(crate) fn footage(&self, view: u32) -> Footage {
         self.footage_of(self.views.iter().find(|entry| entry.view == view))

@@ -29,6 +29,7 @@ impl Protocol {
     /// One of each kind; beside them stands the experiment's own protocol.
     pub const ALL: &'static [Self] = &[
         Self { name: "frame_rates", causes: &[], follow: frame_rates },
+        Self { name: "misstated_rate", causes: &["frames follow each other"], follow: misstated_rate },
         Self { name: "lengths", causes: &[], follow: lengths },
         Self { name: "magnifications", causes: &[], follow: magnifications },
         Self { name: "numbers_of_trials", causes: &[], follow: |lab| trials_a_view(lab, &[5, 3, 2]) },
@@ -101,8 +102,14 @@ fn film_views<Way: Copy>(
 }
 
 /// Of a view that is filmed as all are.
-const AS_ALL: FilmedView =
-    FilmedView { view: 0, rate_hz: None, first_image: None, n_frames: None, scale_px_per_m: None };
+const AS_ALL: FilmedView = FilmedView {
+    view: 0,
+    rate_hz: None,
+    stated_rate_hz: None,
+    first_image: None,
+    n_frames: None,
+    scale_px_per_m: None,
+};
 
 /// Views at the camera's rate, at 1.6 and at 0.7 of it, for as long.
 fn frame_rates(lab: &mut Laboratory<'_>) -> Result<(), Error> {
@@ -110,6 +117,16 @@ fn frame_rates(lab: &mut Laboratory<'_>) -> Result<(), Error> {
         rate_hz: positive(factor * synthetic.camera.rate_hz),
         first_image: Some((factor * synthetic.first_image as f64).round() as i64),
         n_frames: Some((factor * synthetic.n_frames as f64).round() as usize),
+        ..AS_ALL
+    });
+    Ok(())
+}
+
+/// The second view states a frame rate that is half a per cent above the true one.
+fn misstated_rate(lab: &mut Laboratory<'_>) -> Result<(), Error> {
+    const STATED: f64 = 1.005;
+    film_views(lab, &[None, Some(STATED), None], |synthetic, factor| FilmedView {
+        stated_rate_hz: factor.and_then(|factor: f64| positive(factor * synthetic.camera.rate_hz)),
         ..AS_ALL
     });
     Ok(())

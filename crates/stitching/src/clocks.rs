@@ -1,0 +1,209 @@
+//! How much farther apart in time than stated the frames of a recording were taken, or those of a whole view: what the readings that it shares with others
+//! say of it.
+//!
+//! A frame rate that is not the true one stretches the motion in time, about the trigger. Its readings differ from the others' by the bodies' velocity, times
+//! the time since the trigger, times the relative error: a pattern of known shape whose amplitude least squares tell, once motion, drives and triggers
+//! are free. A body that starts late, or a drive that is off, makes no such pattern; a chain that was stiffer on the day of a view does.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::body_response::{BodyResponse, Contribution};
+use crate::error::StitchingError;
+use crate::fitted::Fitted;
+use crate::state::AlignmentState;
+
+use chainwave_measurement::Estimate;
+
+/// Stretches of time of one body, each of which tells as much of a clock as the others.
+const STRETCHES: usize = 8;
+/// Recordings of a view that tell the clock of one among them: of three, two do not tell what the drive's second order makes of the third.
+const LEAST_TRIALS: usize = 4;
+
+/// Whose frames follow each other otherwise than stated.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ClockOf {
+    /// Those of all recordings of a view.
+    View(u32),
+    /// Those of one recording.
+    Recording(String),
+}
+
+/// What readings say of one clock.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ClockShown {
+    /// Whose it is.
+    pub of: ClockOf,
+    /// By how much longer the time between its frames is than stated, relative to that. Its sigma is that of the readings' noise, or of how far stretches of
+    /// single bodies scatter where that is more.
+    pub excess: Estimate,
+    /// Degrees of freedom of that scatter.
+    pub freedom: f64,
+    /// What the excess takes from chi squared of the readings.
+    pub gain: f64,
+}
+
+/// Weight and weighted sum of what a stretch of a body says of an amplitude.
+#[derive(Debug, Clone, Copy, Default)]
+struct Part {
+    weight: f64,
+    sum: f64,
+}
+
+/// One time of one body, with what fitting its response leaves of the readings' weights.
+struct Moment<'a> {
+    time_s: f64,
+    contributions: &'a [Contribution],
+    response: &'a BodyResponse,
+    free: DMatrix<f64>,
+}
+
+impl AlignmentState<'_> {
+    /// What the clocks of views that share a body with others, and of recordings among several of a view, are said to be off by, each for itself.
+    ///
+    /// # Errors
+    /// [`StitchingError::Singular`] where the alignment cannot be solved.
+    pub(crate) fn clocks(&self, field: &Fitted) -> Result<Vec<ClockShown>, StitchingError> {
+        let of = self.clocks_asked();
+        if of.is_empty() {
+            return Ok(Vec::new());
+        }
+        let n = self.drive.len();
+        let is_of: Vec<Vec<bool>> = of.iter().map(|clock| self.recordings_of(clock)).collect();
+        let mut sensitivity = DMatrix::zeros(2 * n, of.len());
+        for moment in field.iter().flat_map(|of_body| self.moments(of_body)) {
+            let slopes = self.slopes(&moment);
+            for (clock, is_of) in is_of.iter().enumerate() {
+                let late_m = self.late_m(&moment, is_of);
+                if late_m.iter().all(|late_m| *late_m == 0.0) {
+                    continue;
+                }
+                for ((one, slopes), weighted) in
+                    moment.contributions.iter().zip(&slopes).zip((&moment.free * late_m).iter())
+                {
+                    for (kind, slope) in slopes.iter().enumerate() {
+                        sensitivity[(kind * n + one.recording, clock)] -= slope * weighted;
+                    }
+                }
+            }
+        }
+        let singular = || StitchingError::Singular { n_recordings: n };
+        // How drives and offsets follow.
+        let followed = self.solved(field)?.matrix.cholesky().ok_or_else(singular)?.solve(&sensitivity);
+        let mut parts: Vec<Vec<Part>> = vec![Vec::new(); of.len()];
+        for of_body in field {
+            let moments: Vec<Moment<'_>> = self.moments(of_body).collect();
+            let mut of_times = vec![Vec::with_capacity(moments.len()); of.len()];
+            for moment in &moments {
+                let slopes = self.slopes(moment);
+                for (clock, is_of) in is_of.iter().enumerate() {
+                    let mut left_m = self.late_m(moment, is_of);
+                    for ((left_m, one), slopes) in left_m.iter_mut().zip(moment.contributions).zip(&slopes) {
+                        for (kind, slope) in slopes.iter().enumerate() {
+                            *left_m += slope * followed[(kind * n + one.recording, clock)];
+                        }
+                    }
+                    let weight = left_m.dot(&(&moment.free * &left_m));
+                    let residual = |one: &Contribution| {
+                        one.weight() * (one.read.value - moment.response.at(self.drive[one.recording]))
+                    };
+                    let sum = moment
+                        .contributions
+                        .iter()
+                        .zip(left_m.iter())
+                        .map(|(one, m)| m * residual(one))
+                        .sum();
+                    of_times[clock].push(Part { weight, sum });
+                }
+            }
+            for (parts, of_times) in parts.iter_mut().zip(of_times) {
+                parts.extend(stretches(&of_times));
+            }
+        }
+        let shown = |(of, parts): (ClockOf, Vec<Part>)| ClockShown::of(of, &parts);
+        Ok(of.into_iter().zip(parts).filter_map(shown).collect())
+    }
+
+    /// The clocks that readings may tell.
+    fn clocks_asked(&self) -> Vec<ClockOf> {
+        let mut views: Vec<u32> = self.observations.iter().map(|one| one.view).collect();
+        views.sort_unstable();
+        views.dedup();
+        let n_of_view = |view: u32| self.observations.iter().filter(|one| one.view == view).count();
+        let recordings = self.observations.iter().filter(|one| n_of_view(one.view) >= LEAST_TRIALS);
+        let of_recordings = recordings.map(|one| ClockOf::Recording(one.recording.clone()));
+        let of_views = views.iter().copied().filter(|_| views.len() > 1).map(ClockOf::View);
+        of_views.chain(of_recordings).collect()
+    }
+
+    fn recordings_of(&self, clock: &ClockOf) -> Vec<bool> {
+        let is_of = |one: &chainwave_measurement::Observation| match clock {
+            ClockOf::View(view) => one.view == *view,
+            ClockOf::Recording(name) => one.recording == *name,
+        };
+        self.observations.iter().map(is_of).collect()
+    }
+
+    /// The times behind the trigger at which several recordings saw a body.
+    fn moments<'a>(
+        &'a self,
+        of_body: &'a [(Vec<Contribution>, BodyResponse)],
+    ) -> impl Iterator<Item = Moment<'a>> + 'a {
+        let seen =
+            self.times_s.iter().zip(of_body).filter(|(time_s, (all, _))| **time_s > 0.0 && all.len() > 1);
+        seen.map(|(time_s, (contributions, response))| {
+            let n = contributions.len();
+            let free =
+                |j: usize, k: usize| response.free_weight(&contributions[j], &contributions[k], &self.drive);
+            Moment { time_s: *time_s, contributions, response, free: DMatrix::from_fn(n, n, free) }
+        })
+    }
+
+    /// Derivatives of the residuals by each one's drive and offset.
+    fn slopes(&self, moment: &Moment<'_>) -> Vec<[f64; 2]> {
+        let of = |one: &Contribution| moment.response.residual_slopes(self.drive[one.recording]);
+        moment.contributions.iter().map(of).collect()
+    }
+
+    /// What a clock that is off by as much as it shows makes of the readings, in metres.
+    fn late_m(&self, moment: &Moment<'_>, is_of: &[bool]) -> DVector<f64> {
+        let late_m = |one: &Contribution| match is_of[one.recording] {
+            true => moment.time_s * moment.response.residual_slopes(self.drive[one.recording])[1],
+            false => 0.0,
+        };
+        DVector::from_iterator(moment.contributions.len(), moment.contributions.iter().map(late_m))
+    }
+}
+
+/// Stretches of a body's times with equal weights.
+fn stretches(of_times: &[Part]) -> [Part; STRETCHES] {
+    let whole: f64 = of_times.iter().map(|part| part.weight).sum();
+    let mut stretches = [Part::default(); STRETCHES];
+    let mut before = 0.0;
+    for part in of_times {
+        let middle = (before + 0.5 * part.weight) / whole.max(f64::MIN_POSITIVE);
+        let stretch = &mut stretches[((middle * STRETCHES as f64) as usize).min(STRETCHES - 1)];
+        stretch.weight += part.weight;
+        stretch.sum += part.sum;
+        before += part.weight;
+    }
+    stretches
+}
+
+impl ClockShown {
+    /// `None` where too few stretches tell it.
+    fn of(of: ClockOf, parts: &[Part]) -> Option<Self> {
+        let weight: f64 = parts.iter().map(|part| part.weight).sum();
+        let sum: f64 = parts.iter().map(|part| part.sum).sum();
+        let n_parts = weight.powi(2) / parts.iter().map(|part| part.weight.powi(2)).sum::<f64>();
+        let freedom = n_parts - 1.0;
+        if !(weight > 0.0 && freedom > 1.0) {
+            return None;
+        }
+        let value = sum / weight;
+        // By groups, whose errors are no noise of single readings (R. White, Econometrica 48 (1980) 817).
+        let scatter: f64 = parts.iter().map(|part| (part.sum - part.weight * value).powi(2)).sum();
+        let enlarged = (scatter / weight * n_parts / freedom).max(1.0);
+        let sigma = (enlarged / weight).sqrt();
+        Some(Self { of, excess: Estimate::new(value, sigma), freedom, gain: value.powi(2) * weight })
+    }
+}
