@@ -9,7 +9,9 @@ use chainwave_measurement::{Lost, Recording, Region};
 
 use crate::middle::is_bare_in_middle;
 use crate::search::area::{Found, SearchArea};
-use crate::search::chance::{RARE, chance_zncc, correlation_length_px, expected_zncc, fisher};
+use crate::search::chance::{
+    RARE, chance_zncc, chance_zncc_by, correlation_length_px, expected_zncc, fisher,
+};
 use crate::search::patch::Patch;
 use crate::search::rivals::{Own, RIVAL_SHARE, Seen, best_rival};
 use crate::search::template::Template;
@@ -42,6 +44,9 @@ const USUAL_FRAMES: f64 = 8.0;
 const BESIDE: f64 = 0.5;
 /// Angles in radians by which they are turned.
 const BESIDE_RAD: [f64; 4] = [0.2, -0.2, 0.45, -0.45];
+/// Share of the correlation length by which a deformation may move the rim of a subset, or a step its middle, and change nothing that its texture tells: its correlation with itself
+/// falls by two per cent (a Gaussian speckle, exp(-d^2 / 2 s^2) with 2 sqrt(pi) s for that length, over a rectangle).
+const HARDLY: f64 = 0.1;
 /// Matches closer than this are the same.
 const APART_PX: f64 = 0.5;
 /// Largest part of a gradient under which the subset is searched for as it is.
@@ -67,8 +72,8 @@ pub(crate) fn is_out_of_place(subset: &PreparedSubset, zncc: f64, neighbours: f6
 /// How a match was come by.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Origin {
-    /// From where the frames before led to expect it.
-    Expected,
+    /// From where, and how deformed, the frames before led to expect it.
+    Expected(Warp),
     /// As the best of so many places and deformations.
     Searched { n_trials: usize, reach_px: usize },
 }
@@ -249,10 +254,19 @@ impl Standard {
             (Acceptance::Zncc(least), _) => {
                 return if found.zncc >= least { Ok(()) } else { Err(Lost::LowCorrelation) };
             }
-            (_, Origin::Expected) => (N_NEAR, RARE_WHERE_EXPECTED, subset.settings.search_radius_px),
+            (_, Origin::Expected(_)) => (N_NEAR, RARE_WHERE_EXPECTED, subset.settings.search_radius_px),
             (_, Origin::Searched { n_trials, reach_px }) => (n_trials as f64, RARE, reach_px),
         };
-        if found.zncc.is_nan() || found.zncc < chance_zncc(subset, n_trials, p) {
+        let by_chance = match origin {
+            Origin::Expected(start) if self.is_deformed_as(subset, &start, &found.warp) => {
+                match self.is_placed_as(&start, &found.warp) {
+                    true => chance_zncc_by(0, subset, 1.0, p),
+                    false => chance_zncc_by(2, subset, n_trials, p),
+                }
+            }
+            _ => chance_zncc(subset, n_trials, p),
+        };
+        if found.zncc.is_nan() || found.zncc < by_chance {
             return Err(Lost::LowCorrelation);
         }
         // Where it is not expected, what resembles the subset much less than the subset did itself is more likely a part of something else than
@@ -278,6 +292,22 @@ impl Standard {
         let own = Own { place_px, zncc: found.zncc, length_px: self.own_px };
         let best = best_rival(own, &peaks, |place_px| again(Warp { position_px: place_px, ..found.warp }));
         if fisher(found.zncc) < best + self.noise { Err(Lost::Ambiguous) } else { Ok(()) }
+    }
+
+    /// Whether a subset lies so near to where it was expected that its texture would hardly tell.
+    fn is_placed_as(&self, expected: &Warp, found: &Warp) -> bool {
+        let [x, y] = [0, 1].map(|axis| found.position_px[axis] - expected.position_px[axis]);
+        x.hypot(y) < HARDLY * self.own_px
+    }
+
+    /// Whether a subset is deformed so nearly as was expected that its texture would hardly tell: nothing was made to resemble it by deforming it.
+    fn is_deformed_as(&self, subset: &PreparedSubset, expected: &Warp, found: &Warp) -> bool {
+        let half_px = subset.half_px();
+        let reaches_px = [half_px[0], half_px[1], half_px[0], half_px[1]];
+        let moved_px = |k: usize| (found.gradient[k] - expected.gradient[k]).abs() * reaches_px[k];
+        let bent_px = |curvature: &f64| curvature.abs() * half_px[0].max(half_px[1]).powi(2);
+        let largest_px = (0..4).map(moved_px).chain(found.curvature.iter().map(bent_px)).fold(0.0, f64::max);
+        largest_px < HARDLY * self.own_px
     }
 
     /// Whether iterations from starts around a match, a little off or turned, settle in another place with a better correlation.

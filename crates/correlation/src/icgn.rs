@@ -200,5 +200,6 @@ impl Linearised {
 }
 
 fn distance_px(a: &Warp, b: &Warp) -> f64 {
-    (a.position_px[0] - b.position_px[0]).hypot(a.position_px[1] - b.position_px[1])
+    let [dx, dy] = [0, 1].map(|axis| a.position_px[axis] - b.position_px[axis]);
+    (dx * dx + dy * dy).sqrt()
 }

@@ -7,6 +7,7 @@ mod part;
 pub(crate) mod response;
 
 use std::ops::Deref;
+use std::sync::Arc;
 
 use chainwave_measurement::{Lost, Position, Subset};
 use nalgebra::DMatrix;
@@ -19,7 +20,7 @@ use crate::prepared::normal::{Images, NormalEquations, ReferenceNoise, UnitCovar
 use crate::prepared::outline::{is_within, turned};
 use crate::prepared::part::Part;
 use crate::reference::gradient::noise_variance;
-use crate::simd::{LANES, dot};
+use crate::simd::{LANES, dot, square_sum};
 use crate::warp::{MAX_PARAMETERS, Warp};
 use crate::window::sample::Lattice;
 use crate::{Reference, Settings};
@@ -49,9 +50,9 @@ pub struct Linearised {
     pub(crate) height: usize,
     /// Column of each pixel relative to the centre. These arrays hold the pixels row by row, then zeros up to whole
     /// vectors.
-    pub(crate) columns: Vec<f32>,
+    pub(crate) columns: Arc<[f32]>,
     /// Row of each pixel relative to the centre.
-    pub(crate) rows: Vec<f32>,
+    pub(crate) rows: Arc<[f32]>,
     /// Reference less `mean` in every pixel, used or not, for whoever searches for the subset by its looks.
     pub(crate) template: Vec<f32>,
     /// 1 for each pixel that is used; the others, and the filling, are 0 here and in the three images below.
@@ -132,9 +133,12 @@ impl PreparedSubset {
         let part = Part::new(reference, subset).ok_or(Lost::OutOfView)?;
         let gradients = reference.gradients();
         let (weights, n_used) = part.weights(gradients.usable.as_deref(), subset);
+        let all_used = n_used == part.n_pixels();
         let used = |image: &[f32]| {
             let mut values = part.padded(image);
-            values.iter_mut().zip(&weights).for_each(|(value, weight)| *value *= weight);
+            if !all_used {
+                values.iter_mut().zip(&weights).for_each(|(value, weight)| *value *= weight);
+            }
             values
         };
         let variance = noise_variance(&used(&gradients.fourth), n_used, reference.level());
@@ -150,6 +154,7 @@ impl PreparedSubset {
             centre_px: [subset.x_px, subset.y_px],
             outline_px: subset.outline_px.clone(),
             first_px: part.first_px(subset),
+            places: reference.places(part.first_px(subset), part.width, part.height),
             width: part.width,
             height: part.height,
             intensity: grey,
@@ -175,16 +180,12 @@ impl PreparedSubset {
         }
         let around =
             Surroundings::new(reference.image(), part.first_in_image(), [subset.width, subset.height]);
+        let correlations = around.correlations(&subset.intensity, &steps);
         let (noise_energy, interpolation) = (n_used as f64 * variance, settings.interpolation);
         Ok(Self {
             light_moments: subset.light_moments_of(&steps),
-            bias: InterpolationBias::new(&around, &steps, interpolation),
-            interpolation_energy: InterpolationEnergy::new(
-                &around,
-                &subset.intensity,
-                noise_energy,
-                interpolation,
-            ),
+            bias: InterpolationBias::new(&correlations, interpolation),
+            interpolation_energy: InterpolationEnergy::new(&correlations, noise_energy, interpolation),
             linearised: subset,
         })
     }
@@ -264,7 +265,7 @@ impl Linearised {
         chainwave_vectors::dispatch_loop(
             #[inline(always)]
             || {
-                let places = self.columns.iter().zip(&self.rows);
+                let places = self.columns.iter().zip(self.rows.iter());
                 let slopes = self.gradient_x.iter().zip(&self.gradient_y);
                 let own = self.weights.iter().zip(&self.intensity);
                 let pixels = places.zip(slopes).zip(own);
@@ -284,7 +285,7 @@ impl Linearised {
         noise: ReferenceNoise,
         settings: &Settings,
     ) -> Result<Self, Lost> {
-        let [columns, rows] = places(crop.first_px, crop.width, crop.height);
+        let [columns, rows] = crop.places;
         let images = Images {
             places: Places { columns: &columns, rows: &rows },
             intensity: &crop.intensity,
@@ -347,10 +348,12 @@ impl Linearised {
         let centred = |(value, weight): (&mut f32, &f32)| *value = weight * (f64::from(*value) - mean) as f32;
         intensity.iter_mut().zip(&weights).for_each(centred);
         let smooth = [crop(&self.gradient_x), crop(&self.gradient_y)];
+        let first_px = [self.first_px[0] + left as f64, self.first_px[1] + top as f64];
         let crop = Crop {
             centre_px: self.centre_px,
             outline_px: self.outline_px.clone(),
-            first_px: [self.first_px[0] + left as f64, self.first_px[1] + top as f64],
+            first_px,
+            places: places(first_px, width, height),
             width,
             height,
             intensity,
@@ -381,6 +384,7 @@ impl Linearised {
             centre_px: self.centre_px,
             outline_px: self.outline_px.clone(),
             first_px: self.first_px,
+            places: [self.columns.clone(), self.rows.clone()],
             width: self.width,
             height: self.height,
             intensity,
@@ -434,8 +438,8 @@ impl Linearised {
 /// How many pixels tell a displacement, by the participation of its squares; [`CORRELATED_PX`] of them share their gradients' noise.
 fn n_independent(step: &[f32]) -> f64 {
     let square: Vec<f32> = step.iter().map(|value| value * value).collect();
-    let of_squares = dot(step, step);
-    of_squares * of_squares / dot(&square, &square) / CORRELATED_PX
+    let of_squares = square_sum(step);
+    of_squares * of_squares / square_sum(&square) / CORRELATED_PX
 }
 
 /// A polynomial of second order, of the coefficients of 1, x, y, x^2, xy, y^2.
@@ -445,12 +449,12 @@ fn second_order(q: &[f32; 6], x: f32, y: f32) -> f32 {
 }
 
 /// Column and row of each pixel of a rectangle whose first is at a place.
-fn places([x, y]: [f64; 2], width: usize, height: usize) -> [Vec<f32>; 2] {
+pub(crate) fn places([x, y]: [f64; 2], width: usize, height: usize) -> [Arc<[f32]>; 2] {
     let line = |first: f64, n: usize| (0..n).map(move |i| (first + i as f64) as f32);
     let columns: Vec<f32> = line(x, width).collect();
     let mut rows = Vec::with_capacity((width * height).next_multiple_of(LANES));
     line(y, height).for_each(|y| rows.resize(rows.len() + width, y));
-    [columns.repeat(height), rows].map(|values| pad(values.into_iter()))
+    [columns.repeat(height), rows].map(|values| pad(values.into_iter()).into())
 }
 
 fn pad(values: impl Iterator<Item = f32>) -> Vec<f32> {
@@ -464,6 +468,8 @@ struct Crop {
     centre_px: [f64; 2],
     outline_px: Vec<[f64; 2]>,
     first_px: [f64; 2],
+    /// Column and row of each pixel.
+    places: [Arc<[f32]>; 2],
     width: usize,
     height: usize,
     intensity: Vec<f32>,

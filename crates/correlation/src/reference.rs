@@ -6,19 +6,25 @@ pub(crate) mod gradient;
 pub(crate) mod image;
 pub(crate) mod mask;
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use chainwave_measurement::{ReadError, Recording, Region, Subset};
 
+use crate::prepared::places;
 use crate::reference::gradient::Gradients;
 use crate::reference::image::ReferenceImage;
 use crate::{CorrelationError, ReferenceFrames};
+
+/// The first place of a subset's pixels from its centre, and their columns and rows.
+type Rectangle = ([f64; 2], usize, usize);
 
 /// The pixels of the reference image around a subset, or around many.
 #[derive(Debug, Clone)]
 pub struct Reference {
     image: ReferenceImage,
     gradients: OnceLock<Gradients>,
+    /// The first place and the size of its first subset, with the places of its pixels, which others of that size share.
+    places: OnceLock<(Rectangle, [Arc<[f32]>; 2])>,
 }
 
 impl Reference {
@@ -35,7 +41,11 @@ impl Reference {
         if pixels.len() != region.n_pixels() || pixels.is_empty() {
             return Err(CorrelationError::PixelCount { region, found: pixels.len() });
         }
-        Ok(Self { image: ReferenceImage::new(region, pixels, n_averaged), gradients: OnceLock::new() })
+        Ok(Self {
+            image: ReferenceImage::new(region, pixels, n_averaged),
+            gradients: OnceLock::new(),
+            places: OnceLock::new(),
+        })
     }
 
     /// Leaves out of every subset the pixels at `full_scale` (counts) and above: what was brighter looks the same there.
@@ -135,6 +145,13 @@ impl Reference {
     /// The gradients of all pixels, made when they are asked for first.
     pub(crate) fn gradients(&self) -> &Gradients {
         self.gradients.get_or_init(|| Gradients::of(&self.image))
+    }
+
+    /// Column and row of each pixel of a rectangle whose first is at a place from its centre.
+    pub(crate) fn places(&self, first_px: [f64; 2], width: usize, height: usize) -> [Arc<[f32]>; 2] {
+        let wanted = (first_px, width, height);
+        let (found, shared) = self.places.get_or_init(|| (wanted, places(first_px, width, height)));
+        if *found == wanted { shared.clone() } else { places(first_px, width, height) }
     }
 
     /// The pixels smoothed as their noise requires.

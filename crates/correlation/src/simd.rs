@@ -66,6 +66,24 @@ pub(crate) fn dot(a: &[f32], b: &[f32]) -> f64 {
     )
 }
 
+/// The sum of the squares of an image's pixels: [`dot`] with itself, for less.
+pub(crate) fn square_sum(values: &[f32]) -> f64 {
+    chainwave_vectors::dispatch_loop(
+        #[inline(always)]
+        || {
+            let (blocks, rest) = values.as_chunks::<LANES>();
+            let mut lanes = [0.0; LANES];
+            for block in blocks {
+                for i in 0..LANES {
+                    let value = f64::from(block[i]);
+                    lanes[i] += value * value;
+                }
+            }
+            sum_in_pairs(lanes) + rest.iter().map(|&value| f64::from(value) * f64::from(value)).sum::<f64>()
+        },
+    )
+}
+
 /// The sum of the lanes.
 #[inline(always)]
 pub(crate) fn sum_of_lanes(lanes: [f32; LANES]) -> f64 {

@@ -145,7 +145,7 @@ impl PreparedSubset {
         let slopes = [&self.gradient_x, &self.gradient_y];
         let derivatives = slopes.into_iter().flat_map(|slope| {
             terms.iter().map(|[i, j]| {
-                let places = self.columns.iter().zip(&self.rows);
+                let places = self.columns.iter().zip(self.rows.iter());
                 let of_pixel =
                     |(slope, (x, y)): (&f32, (&f32, &f32))| slope * x.powi(*i as i32) * y.powi(*j as i32);
                 slope[..n].iter().zip(places).map(of_pixel).collect()

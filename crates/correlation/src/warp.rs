@@ -59,7 +59,8 @@ impl Warp {
         let [ux, uy, vx, vy] = self.gradient;
         let (a, b, c, d) = (1.0 + ux, uy, vx, 1.0 + vy);
         // Singular values of a matrix of two rows: half the sum and half the difference of these.
-        let (sum, difference) = ((a + d).hypot(b - c), (a - d).hypot(b + c));
+        let length = |x: f64, y: f64| (x * x + y * y).sqrt();
+        let (sum, difference) = (length(a + d, b - c), length(a - d, b + c));
         let (largest, smallest) = (0.5 * (sum + difference), 0.5 * (sum - difference));
         largest <= MOST && smallest >= MOST.recip()
     }
@@ -239,7 +240,7 @@ impl Step {
         let [uxx, uxy, uyy, vxx, vxy, vyy] = self.curvature.map(f64::abs);
         let dx = self.shift_px[0].abs() + ux * x + uy * y + uxx * x * x + uxy * x * y + uyy * y * y;
         let dy = self.shift_px[1].abs() + vx * x + vy * y + vxx * x * x + vxy * x * y + vyy * y * y;
-        dx.hypot(dy)
+        (dx * dx + dy * dy).sqrt()
     }
 }
 

@@ -5,6 +5,7 @@ use chainwave_measurement::{BodyTrack, Estimate, Observation, ReadingError, Trac
 use chainwave_stitching::{ClockOf, ClockShown};
 
 use crate::finding::Finding;
+use crate::rough_clocks::rough_excesses;
 use crate::wording::estimate;
 
 /// The kind of the finding that says so.
@@ -41,6 +42,29 @@ struct Clock {
 }
 
 impl Clocks {
+    /// Views whose clocks are far off, from which a finer look goes on; of two, each may be the one.
+    pub(crate) fn roughly(observations: &[Observation], rest_until_s: f64) -> Self {
+        let excesses = rough_excesses(observations, rest_until_s);
+        let clock = |(view, excess): &(u32, f64), or_of: Option<ClockOf>| Clock {
+            of: ClockOf::View(*view),
+            excess: Estimate::new(*excess, f64::INFINITY),
+            or_of,
+        };
+        let are_two = observations.iter().all(|one| excesses.iter().any(|(view, _)| *view == one.view));
+        let told = match excesses[..] {
+            [first, second] if are_two => {
+                let excess = (1.0 + second.1) / (1.0 + first.1) - 1.0;
+                vec![clock(&(second.0, excess), Some(ClockOf::View(first.0)))]
+            }
+            _ => excesses.iter().map(|excess| clock(excess, None)).collect(),
+        };
+        Self { told }
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.told.is_empty()
+    }
+
     /// The clocks after another alignment says what is left of them; `None` where nothing is to be changed.
     pub(crate) fn after(&self, shown: &[ClockShown]) -> Option<Self> {
         let shown = &as_recordings_scatter(shown);
@@ -48,8 +72,12 @@ impl Clocks {
         let mut is_changed = false;
         for clock in &mut clocks.told {
             let Some(left) = shown.iter().find(|one| one.of == clock.of) else { continue };
-            is_changed |= left.excess.value.abs() > REFINED * left.excess.sigma;
+            let is_first = clock.excess.sigma.is_infinite();
+            is_changed |= is_first || left.excess.value.abs() > REFINED * left.excess.sigma;
             clock.excess = Estimate::new(clock.excess.value + left.excess.value, left.excess.sigma);
+        }
+        if is_changed {
+            return Some(clocks);
         }
         let is_new = |one: &&ClockShown| {
             let deviations = one.excess.value.abs() / one.excess.sigma;
@@ -62,12 +90,18 @@ impl Clocks {
             let is_view = |one: &ClockShown| matches!(one.of, ClockOf::View(_));
             let is_other = |one: &&ClockShown| {
                 let is_opposite = one.excess.value * best.excess.value < 0.0;
-                is_view(one) && is_view(best) && is_opposite && one.gain > AS_GOOD * best.gain
+                let is_told = self.told.iter().any(|clock| clock.of == one.of);
+                is_view(one) && is_view(best) && is_opposite && !is_told && one.gain > AS_GOOD * best.gain
             };
             let or_of = shown.iter().find(is_other).map(|one| one.of.clone());
             clocks.told.push(Clock { of: best.of.clone(), excess: best.excess, or_of });
         }
-        (is_changed || best.is_some()).then_some(clocks)
+        best.map(|_| clocks)
+    }
+
+    /// Whether it is known how far each is off.
+    pub(crate) fn are_known(&self) -> bool {
+        self.told.iter().all(|clock| clock.excess.sigma.is_finite())
     }
 
     /// Whether that of a view is among them.

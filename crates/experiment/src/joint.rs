@@ -55,6 +55,9 @@ impl<'t> Timed<'t> {
 
     fn by(tracked: &'t Tracked, clocks: &Clocks) -> Self {
         let mut timed = Self::as_stated(tracked);
+        if clocks.is_empty() {
+            return timed;
+        }
         for (recording, observation) in timed.recordings.to_mut().iter_mut().zip(timed.observations.to_mut())
         {
             recording.clock = clocks.factor(observation.view, &observation.recording);
@@ -106,15 +109,18 @@ impl<'a> Joint<'a> {
     ) -> Result<(Self, Timed<'t>), Error> {
         let joined =
             |timed: &Timed<'_>| Self::by_geometry(setup, timed, stated, at_rest(setup, timed), settings);
-        let mut timed = Timed::as_stated(tracked);
-        let mut joint = joined(&timed)?;
+        let mut clocks = Clocks::roughly(&tracked.observations, setup.experiment.tracking.rest_until_s);
+        let mut timed = Timed::by(tracked, &clocks);
+        let mut joint = Self { clocks, ..joined(&timed)? };
         for _ in 0..CLOCK_ROUNDS {
-            let Some(clocks) = joint.clocks.after(&joint.stitched.clocks) else { break };
+            let Some(finer) = joint.clocks.after(&joint.stitched.clocks) else { break };
+            clocks = finer;
             timed = Timed::by(tracked, &clocks);
             joint = Self { clocks, ..joined(&timed)? };
         }
         // Views that still disagree do so by something else, of which a clock would take up a part.
-        if joint.clocks.are_of_views() && joint.between_views().is_some() {
+        let is_something_else = !joint.clocks.are_known() || joint.between_views().is_some();
+        if joint.clocks.are_of_views() && is_something_else {
             timed = Timed::as_stated(tracked);
             joint = joined(&timed)?;
         }

@@ -74,6 +74,7 @@ mod released;
 mod result_table;
 mod results;
 mod review;
+mod rough_clocks;
 mod sanity;
 mod scale;
 mod scene;

@@ -161,7 +161,12 @@ impl MarkerPair {
 
     /// Whether both recordings show the same marker.
     pub(crate) fn is_same(&self, method: Method) -> bool {
-        self.matched(method).is_some_and(|found| found.zncc >= SAME_MARKER_ZNCC)
+        self.found_the_same(method).is_some()
+    }
+
+    /// Where the second recording shows the same marker, in its part of the picture.
+    pub(crate) fn found_the_same(&self, method: Method) -> Option<Position> {
+        self.matched(method).filter(|found| found.zncc >= SAME_MARKER_ZNCC)
     }
 
     /// Where the first recording's marker is found in the second one's picture.
@@ -173,8 +178,12 @@ impl MarkerPair {
     }
 
     /// The step of the stage, with what the errors of the calibration add to it; `None` where the marker is not found again.
-    pub(crate) fn step(&self, [from, to]: [usize; 2], method: Method) -> Option<StageStep> {
-        let found = self.matched(method)?;
+    pub(crate) fn step(&self, of: [usize; 2], method: Method) -> Option<StageStep> {
+        Some(self.step_to(&self.matched(method)?, of))
+    }
+
+    /// The same to where the marker was found.
+    pub(crate) fn step_to(&self, found: &Position, [from, to]: [usize; 2]) -> StageStep {
         let [[x0_px, y0_px], [x1_px, y1_px]] = self.corners_px;
         let before = [self.subset.x_px + x0_px, self.subset.y_px + y0_px];
         let after = [found.x_px, found.y_px];
@@ -187,12 +196,12 @@ impl MarkerPair {
         let with_error = |(first, second): (&MapError, &MapError)| {
             first.map.position_m(before)[0] - second.map.position_m(at_px)[0] - step_m
         };
-        Some(StageStep {
+        StageStep {
             from,
             to,
             step_m: Estimate::new(step_m, place_m.sigma),
             shared_m: first.errors.iter().zip(&second.errors).map(with_error).collect(),
-        })
+        }
     }
 }
 

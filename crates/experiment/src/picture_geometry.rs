@@ -269,7 +269,7 @@ impl Amplitudes {
         let others = Matrix2::identity() - keep;
         let inverse = (matrix + others).cholesky()?.inverse() - others;
         let values = inverse * right_side;
-        // A body's own errors, which all its readings share, are no noise of single readings: bodies scatter by them (R. White, Econometrica 48
+        // A body's own errors, which all its readings share, are no noise of single readings: bodies scatter by them (H. White, Econometrica 48
         // (1980) 817, by groups).
         let n_shapes = keep.trace();
         let weights = || bodies.iter().map(|(matrix, _)| matrix.trace());

@@ -12,6 +12,7 @@ mod other_view;
 mod pitch;
 mod repetition;
 mod rest;
+mod resting;
 mod same_markers;
 mod shutter;
 mod speed;
@@ -28,6 +29,7 @@ use chainwave_measurement::map_in_parallel;
 pub(crate) use self::fill_in::expect_filled_in;
 pub(crate) use self::light::{MOVING_LIGHT, moving_light};
 pub(crate) use self::rest::{MOTION_AT_REST, left_rest};
+use self::resting::resting_views;
 pub(crate) use self::shutter::rolling_shutter;
 pub(crate) use self::speed::speed;
 use self::view_at_rest::{Facts, ViewAtRest, views_at_rest};
@@ -45,9 +47,11 @@ use crate::tracked::Tracked;
 pub fn check(setup: &Setup, n_threads: NonZero<usize>) -> Result<Sanity, Error> {
     let mut sanity = Sanity::default();
     sanity.findings.extend(unlisted::recordings(setup));
-    other_view::mislabelled(setup, n_threads, &mut sanity);
+    let resting = resting_views(setup, n_threads);
+    other_view::mislabelled(setup, &resting, n_threads, &mut sanity);
     duplicates::twice(setup, &mut sanity);
-    zoom::magnified_trials(setup, n_threads, &mut sanity);
+    zoom::magnified_trials(setup, &resting, n_threads, &mut sanity);
+    drop(resting);
     check_views(setup, n_threads, sanity)
 }
 

@@ -200,7 +200,7 @@ impl ClockShown {
             return None;
         }
         let value = sum / weight;
-        // By groups, whose errors are no noise of single readings (R. White, Econometrica 48 (1980) 817).
+        // By groups, whose errors are no noise of single readings (H. White, Econometrica 48 (1980) 817).
         let scatter: f64 = parts.iter().map(|part| (part.sum - part.weight * value).powi(2)).sum();
         let enlarged = (scatter / weight * n_parts / freedom).max(1.0);
         let sigma = (enlarged / weight).sqrt();

@@ -1,6 +1,5 @@
 //! The headers of a Phantom .cine file, from the format's description.
 
-use crate::film::FileFaults;
 use crate::packing::n_bytes;
 use crate::settings::{Camera, Packing, Shot};
 
@@ -23,12 +22,20 @@ pub(crate) const FRAME_PREFIX: usize = 8;
 /// The name the camera states.
 const CAMERA_MODEL: &str = "chainwave synthetic camera";
 
+/// Frames per second as a file has them.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct StatedRates {
+    /// In its header.
+    pub(crate) header_hz: f64,
+    /// By its time stamps.
+    pub(crate) clock_hz: f64,
+}
+
 /// Everything before the first frame of a Phantom .cine file, version 1: file header, bitmap header, setup, block 1002
 /// (time stamps), block 1003 (exposures), pointers to the frames. The file holds the given frames of the shot, with
-/// the rate and the times that its faults make of them.
-pub(crate) fn header(camera: &Camera, shot: &Shot, frames: &[usize], faults: &FileFaults) -> Vec<u8> {
-    let clock_hz = faults.clock_rate_hz.unwrap_or(camera.rate_hz);
-    let stated_hz = faults.header_rate_hz.unwrap_or(clock_hz);
+/// these rates.
+pub(crate) fn header(camera: &Camera, shot: &Shot, frames: &[usize], rates: StatedRates) -> Vec<u8> {
+    let StatedRates { header_hz, clock_hz } = rates;
     let n_frames = frames.len();
     let exposure_block = TIME_BLOCK + BLOCK_PREFIX + 8 * n_frames;
     let pointers = exposure_block + BLOCK_PREFIX + 4 * n_frames;
@@ -36,7 +43,7 @@ pub(crate) fn header(camera: &Camera, shot: &Shot, frames: &[usize], faults: &Fi
     let mut bytes = HeaderBytes(vec![0; TIME_BLOCK]);
     put_file_header(&mut bytes, shot, n_frames, pointers);
     put_bitmap_header(&mut bytes, camera);
-    put_setup(&mut bytes, camera, shot, stated_hz);
+    put_setup(&mut bytes, camera, shot, header_hz);
     let HeaderBytes(mut bytes) = bytes;
     let by_clock_s = |frame: usize| shot.stamp_s(frame, camera.rate_hz) * (camera.rate_hz / clock_hz);
     let stamps = frames.iter().flat_map(|&frame| stamp(by_clock_s(frame)).to_le_bytes());

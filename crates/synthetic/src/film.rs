@@ -8,6 +8,7 @@ use chainwave_durable::NewFile;
 use serde::{Deserialize, Serialize};
 
 use crate::check::require;
+use crate::cine::StatedRates;
 use crate::packing::Packer;
 use crate::{Scene, SyntheticError, cine};
 
@@ -39,6 +40,11 @@ pub fn film(path: &Path, scene: &Scene, faults: &FileFaults) -> Result<(), Synth
 }
 
 impl FileFaults {
+    fn rates(&self, true_hz: f64) -> StatedRates {
+        let clock_hz = self.clock_rate_hz.unwrap_or(true_hz);
+        StatedRates { header_hz: self.header_rate_hz.unwrap_or(clock_hz), clock_hz }
+    }
+
     /// The frames that the file holds, once the faults are checked.
     fn frames(&self, n_frames: usize) -> Result<Vec<usize>, SyntheticError> {
         let rates =
@@ -66,7 +72,7 @@ fn write(
 ) -> Result<(), SyntheticError> {
     let mut put = |bytes: &[u8]| file.write_all(bytes).map_err(|source| write_error(path, source));
     let (camera, shot) = (scene.camera, scene.shot);
-    put(&cine::header(camera, shot, frames, faults))?;
+    put(&cine::header(camera, shot, frames, faults.rates(camera.rate_hz)))?;
     let packer = Packer::new(camera.packing);
     let (mut canvas, mut counts) = (scene.canvas(), Vec::new());
     let mut bytes = cine::empty_frame(camera);

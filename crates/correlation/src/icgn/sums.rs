@@ -50,39 +50,45 @@ impl<const TERMS: usize> InBlocks for Summation<'_, TERMS> {
         let [target, reference, slope_x, slope_y, columns, rows] =
             [self.samples, intensity, gradient_x, gradient_y, columns, rows]
                 .map(|values| S::as_simd_f32s(values).0.as_chunks::<VECTORS>().0);
-        let places = columns.iter().zip(rows);
-        let slopes = slope_x.iter().zip(slope_y);
-        for (((g, f), (slope_x, slope_y)), (x, y)) in target.iter().zip(reference).zip(slopes).zip(places) {
-            for i in 0..VECTORS {
-                let add = |sum: &mut S::f32s, a, b| *sum = simd.mul_add_f32s(a, b, *sum);
+        // One vector of each block after the other: the sums of all would not stay in registers.
+        for i in 0..VECTORS {
+            let places = columns.iter().zip(rows);
+            let slopes = slope_x.iter().zip(slope_y);
+            let zero = simd.splat_f32s(0.0);
+            let (mut sums_x, mut sums_y, mut sums) = ([zero; TERMS], [zero; TERMS], [zero; 3]);
+            for (((g, f), (slope_x, slope_y)), (x, y)) in target.iter().zip(reference).zip(slopes).zip(places)
+            {
                 let (u, v) = (simd.mul_f32s(slope_x[i], g[i]), simd.mul_f32s(slope_y[i], g[i]));
-                along_x[0][i] = simd.add_f32s(along_x[0][i], u);
-                along_y[0][i] = simd.add_f32s(along_y[0][i], v);
+                sums_x[0] = simd.add_f32s(sums_x[0], u);
+                sums_y[0] = simd.add_f32s(sums_y[0], v);
                 let (mut terms_x, mut terms_y) = ([u; TERMS], [v; TERMS]);
                 for term in 1..TERMS {
                     let (before, axis) = const { PARENTS }[term];
                     let place = if axis == 0 { x[i] } else { y[i] };
                     terms_x[term] = simd.mul_f32s(terms_x[before], place);
                     terms_y[term] = simd.mul_f32s(terms_y[before], place);
-                    along_x[term][i] = simd.add_f32s(along_x[term][i], terms_x[term]);
-                    along_y[term][i] = simd.add_f32s(along_y[term][i], terms_y[term]);
+                    sums_x[term] = simd.add_f32s(sums_x[term], terms_x[term]);
+                    sums_y[term] = simd.add_f32s(sums_y[term], terms_y[term]);
                 }
-                add(&mut others[0][i], f[i], g[i]);
-                others[1][i] = simd.add_f32s(others[1][i], g[i]);
-                add(&mut others[2][i], g[i], g[i]);
+                sums[0] = simd.mul_add_f32s(f[i], g[i], sums[0]);
+                sums[1] = simd.add_f32s(sums[1], g[i]);
+                sums[2] = simd.mul_add_f32s(g[i], g[i], sums[2]);
             }
+            for term in 0..TERMS {
+                (along_x[term][i], along_y[term][i]) = (sums_x[term], sums_y[term]);
+            }
+            for (other, sum) in others.iter_mut().zip(sums) {
+                other[i] = sum;
+            }
+            // So that they do not hold registers during the next pass.
+            std::hint::black_box((&mut along_x, &mut along_y, &mut others));
         }
-        let total = |vectors: &[S::f32s; VECTORS]| {
-            let mut lanes = [0.0; LANES];
-            lanes.copy_from_slice(pulp::bytemuck::cast_slice(vectors));
-            sum_of_lanes(lanes)
-        };
         let mut steepest = [0.0; MAX_PARAMETERS];
         for term in 0..TERMS {
-            steepest[term] = total(&along_x[term]);
-            steepest[TERMS + term] = total(&along_y[term]);
+            steepest[term] = total::<S, VECTORS>(&along_x[term]);
+            steepest[TERMS + term] = total::<S, VECTORS>(&along_y[term]);
         }
-        let [intensity, total, square] = others.each_ref().map(total);
+        let [intensity, total, square] = others.each_ref().map(total::<S, VECTORS>);
         Sums { steepest, intensity, total, square }
     }
 }
@@ -94,24 +100,51 @@ impl<const TERMS: usize> InBlocks for Summation<'_, TERMS> {
 /// that agree to all digits of f32.
 pub(crate) fn squares(subset: &Linearised, samples: &[f32], mean: f64, gain: f64) -> [f64; 2] {
     let (mean, gain) = (mean as f32, gain as f32);
-    let target = samples[..subset.intensity.len()].as_chunks::<LANES>().0;
-    let (reference, weights) =
-        (subset.intensity.as_chunks::<LANES>().0, subset.weights.as_chunks::<LANES>().0);
-    chainwave_vectors::dispatch_loop(
-        #[inline(always)]
-        || {
-            let (mut lanes, mut by_light) = ([0.0; LANES], [0.0; LANES]);
-            for ((g, f), weight) in target.iter().zip(reference).zip(weights) {
-                for i in 0..LANES {
-                    let difference = weight[i] * (g[i] - mean - gain * f[i]);
-                    let square = difference * difference;
-                    lanes[i] += square;
-                    by_light[i] += square * f[i];
-                }
+    Squares { subset, samples: &samples[..subset.intensity.len()], mean, gain }.dispatch()
+}
+
+struct Squares<'a> {
+    subset: &'a Linearised,
+    samples: &'a [f32],
+    mean: f32,
+    gain: f32,
+}
+
+impl InBlocks for Squares<'_> {
+    type Output = [f64; 2];
+
+    #[inline(always)]
+    fn run<S: Simd, const VECTORS: usize>(self, simd: S) -> [f64; 2] {
+        let (mean, gain) = (simd.splat_f32s(self.mean), simd.splat_f32s(self.gain));
+        let zeros = [simd.splat_f32s(0.0); VECTORS];
+        let (mut squares, mut by_light) = (zeros, zeros);
+        let [target, reference, weights] = [self.samples, &self.subset.intensity, &self.subset.weights]
+            .map(|values| S::as_simd_f32s(values).0.as_chunks::<VECTORS>().0);
+        // Weights of 1 change nothing, and are not read; those of the filling are 0.
+        let all_used = self.subset.n_used == self.subset.n_pixels();
+        let n_plain = if all_used { self.subset.n_pixels() / LANES } else { 0 };
+        let ones = [simd.splat_f32s(1.0); VECTORS];
+        for (at, (g, f)) in target.iter().zip(reference).enumerate() {
+            let weight = if at < n_plain { &ones } else { &weights[at] };
+            for i in 0..VECTORS {
+                let explained = simd.mul_f32s(gain, f[i]);
+                let left = simd.sub_f32s(simd.sub_f32s(g[i], mean), explained);
+                let difference = simd.mul_f32s(weight[i], left);
+                let square = simd.mul_f32s(difference, difference);
+                squares[i] = simd.add_f32s(squares[i], square);
+                by_light[i] = simd.add_f32s(by_light[i], simd.mul_f32s(square, f[i]));
             }
-            [sum_of_lanes(lanes), sum_of_lanes(by_light)]
-        },
-    )
+        }
+        [total::<S, VECTORS>(&squares), total::<S, VECTORS>(&by_light)]
+    }
+}
+
+/// The sum of the lanes of a block.
+#[inline(always)]
+fn total<S: Simd, const VECTORS: usize>(vectors: &[S::f32s; VECTORS]) -> f64 {
+    let mut lanes = [0.0; LANES];
+    lanes.copy_from_slice(pulp::bytemuck::cast_slice(vectors));
+    sum_of_lanes(lanes)
 }
 
 /// How well a sampled target fits, and the step to a better place.

@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 use crate::Interpolation;
 use crate::interpolation_error::alias::{LAGS, N_HARMONICS, filters, sinc};
 use crate::interpolation_error::energy::Foreseen;
-use crate::interpolation_error::lagged::Surroundings;
+use crate::interpolation_error::lagged::Correlations;
 use crate::warp::Warp;
 use crate::window::sample::Lattice;
 
@@ -28,28 +28,17 @@ pub(crate) struct InterpolationBias {
 }
 
 impl InterpolationBias {
-    /// The bias of a subset in its surroundings; `steps` are the displacements along x and y that a unit of each pixel's
+    /// The bias of a subset in its surroundings, whose steps are the displacements along x and y that a unit of each pixel's
     /// grey value makes.
-    pub(crate) fn new(
-        surroundings: &Surroundings,
-        steps: &[Vec<f32>; 2],
-        interpolation: Interpolation,
-    ) -> Self {
+    pub(crate) fn new(correlations: &Correlations, interpolation: Interpolation) -> Self {
         let filters = filters(interpolation);
-        let of_axis = |step: &[f32], axis: usize| {
-            let lags = (-(LAGS as i64)..).map(|lag| surroundings.correlation(step, axis, lag));
-            let mut correlations = [0.0; 2 * LAGS + 1];
-            correlations.iter_mut().zip(lags).for_each(|(value, correlation)| *value = correlation);
+        let of_axis = |correlations: &[f64; 2 * LAGS + 1]| {
             filters.each_ref().map(|taps| {
                 let terms = taps.iter().zip(correlations);
                 terms.fold([0.0; 2], |[e, o], ([even, odd], c)| [e + even * c, o + odd * c])
             })
         };
-        let of_step = |step: &Vec<f32>| {
-            let spread = surroundings.spread(step);
-            [of_axis(&spread, 0), of_axis(&spread, 1)]
-        };
-        Self { amplitudes: steps.each_ref().map(of_step) }
+        Self { amplitudes: correlations.steps.each_ref().map(|axes| axes.each_ref().map(of_axis)) }
     }
 
     /// The displacement of the subset's centre, in its own coordinates, that interpolation feigns under a warp.

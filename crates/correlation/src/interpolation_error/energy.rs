@@ -13,7 +13,7 @@ use std::sync::LazyLock;
 
 use crate::Interpolation;
 use crate::interpolation_error::alias::{LAGS, error_response, fit, sinc};
-use crate::interpolation_error::lagged::Surroundings;
+use crate::interpolation_error::lagged::{Correlations, MARGIN};
 use crate::reference::filter::convolve;
 use crate::reference::gradient::spline_slope;
 use crate::warp::Warp;
@@ -62,20 +62,11 @@ impl Foreseen {
 }
 
 impl InterpolationEnergy {
-    /// The energy for a subset of an `intensity` in its surroundings, in whose pixels noise has together `noise_energy`.
-    pub(crate) fn new(
-        surroundings: &Surroundings,
-        intensity: &[f32],
-        noise_energy: f64,
-        interpolation: Interpolation,
-    ) -> Self {
-        let spread = surroundings.spread(intensity);
+    /// The energy for a subset in its surroundings, in whose pixels noise has together `noise_energy`.
+    pub(crate) fn new(correlations: &Correlations, noise_energy: f64, interpolation: Interpolation) -> Self {
         let phases = &PHASES[interpolation as usize];
-        let autocorrelations = [0, 1].map(|axis| -> ByLag {
-            std::array::from_fn(|lag| {
-                let lags = [lag as i64, -(lag as i64)];
-                0.5 * lags.map(|lag| surroundings.correlation(&spread, axis, lag)).iter().sum::<f64>()
-            })
+        let autocorrelations = correlations.intensity.each_ref().map(|by_lag| -> ByLag {
+            std::array::from_fn(|lag| 0.5 * [by_lag[MARGIN + lag], by_lag[MARGIN - lag]].iter().sum::<f64>())
         });
         let over_phases = |of: &dyn Fn(&Phase, &ByLag) -> f64| {
             autocorrelations.each_ref().map(|r| waves_through(phases.each_ref().map(|phase| of(phase, r))))

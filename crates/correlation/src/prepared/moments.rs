@@ -35,11 +35,12 @@ pub(crate) struct Places<'a> {
     pub(crate) rows: &'a [f32],
 }
 
-/// The sums over all pixels of `a b` times the first `n` monomials: 1, 6 or 15.
+/// The sums over all pixels of `a b` times the first `n` monomials, and perhaps more: 1, 3, 6 or 15 are summed.
 pub(crate) fn moments(places: Places<'_>, a: &[f32], b: &[f32], n: usize) -> [f64; MAX_MONOMIALS] {
     match n {
         1 => Moments::<1> { places, a, b }.dispatch(),
-        2..=6 => Moments::<6> { places, a, b }.dispatch(),
+        2..=3 => Moments::<3> { places, a, b }.dispatch(),
+        4..=6 => Moments::<6> { places, a, b }.dispatch(),
         _ => Moments::<MAX_MONOMIALS> { places, a, b }.dispatch(),
     }
 }

@@ -68,9 +68,10 @@ impl NormalEquations {
             MAX_MONOMIALS
         };
         let of = |a: &[f32], b: &[f32]| moments(images.places, a, b, n_monomials);
+        let of_terms = |a: &[f32], b: &[f32]| moments(images.places, a, b, n_terms);
         let f = images.intensity;
         let n = n_pixels as f64;
-        let energy = of(f, f)[0];
+        let energy = moments(images.places, f, f, 1)[0];
         let signal_energy = energy - n * noise.variance;
         let size = 2 * n_terms;
         let column = |of_axis: [Moments; 2]| -> Vec<f64> {
@@ -82,11 +83,13 @@ impl NormalEquations {
             })
         };
         let pairs = |a: [&[f32]; 2], b: [&[f32]; 2]| a.map(|a| b.map(|b| of(a, b)));
-        let sums_smooth = column(images.smooth.map(|z| of(z, images.ones)));
-        let sums_plain = column(images.plain.map(|j| of(j, images.ones)));
-        let with_f = column(images.smooth.map(|z| of(z, f)));
-        let plain_with_f = column(images.plain.map(|j| of(j, f)));
-        let squares = table(pairs(images.smooth, images.smooth));
+        let sums_smooth = column(images.smooth.map(|z| of_terms(z, images.ones)));
+        let sums_plain = column(images.plain.map(|j| of_terms(j, images.ones)));
+        let with_f = column(images.smooth.map(|z| of_terms(z, f)));
+        let plain_with_f = column(images.plain.map(|j| of_terms(j, f)));
+        let [x, y] = images.smooth;
+        let across = of(x, y);
+        let squares = table([[of(x, x), across], [across, of(y, y)]]);
         let mixed = table(pairs(images.smooth, images.plain));
         let unit_noise = unit_noise(of(images.ones, images.ones), n_terms);
 

@@ -51,7 +51,10 @@ impl Part {
     pub(crate) fn padded(&self, image: &[f32]) -> Vec<f32> {
         let mut values = Vec::with_capacity(self.n_pixels().next_multiple_of(LANES));
         for row in image.chunks_exact(self.region.width).skip(self.row).take(self.height) {
-            values.extend_from_slice(&row[self.column..self.column + self.width]);
+            // In blocks, for a call of the C library costs more than to copy some dozen values.
+            let (blocks, rest) = row[self.column..self.column + self.width].as_chunks::<LANES>();
+            blocks.iter().for_each(|block| values.extend_from_slice(block));
+            rest.iter().for_each(|&value| values.push(value));
         }
         values.resize(values.len().next_multiple_of(LANES), 0.0);
         values
@@ -77,7 +80,10 @@ impl Part {
                 }
             }
         }
-        let n_used = weights.iter().filter(|&&weight| weight > 0.0).count();
+        let n_used = match usable {
+            None if subset.outline_px.is_empty() => self.n_pixels(),
+            _ => weights.iter().filter(|&&weight| weight > 0.0).count(),
+        };
         (weights, n_used)
     }
 }

@@ -33,7 +33,7 @@ impl PreparedSubset {
             let polynomials = self.step_polynomials(component);
             [0, 1].map(|axis| {
                 let gradient = steps[component].iter().zip(&self.plain[axis]);
-                let at = self.columns.iter().zip(&self.rows);
+                let at = self.columns.iter().zip(self.rows.iter());
                 // The product of two gradients has a share of noise, as the Hessian's, which is taken off there too.
                 let weight = |((step, slope), (x, y)): ((&f32, &f32), (&f32, &f32))| {
                     step * slope - noise as f32 * second_order(&polynomials[axis], *x, *y)

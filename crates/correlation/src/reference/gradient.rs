@@ -21,7 +21,7 @@ use chainwave_measurement::Region;
 use crate::reference::filter::{Line, convolve, filtered};
 use crate::reference::image::ReferenceImage;
 use crate::reference::mask::usable_pixels;
-use crate::simd::dot;
+use crate::simd::{dot, square_sum};
 
 /// Radius of the derivative: the pole of the cubic spline to this power is 2e-6.
 const DERIVATIVE_RADIUS: usize = 10;
@@ -136,7 +136,7 @@ struct Energies {
 
 impl Energies {
     fn add(&mut self, smooth: &[f32], plain: &[f32]) {
-        self.smooth += dot(smooth, smooth);
+        self.smooth += square_sum(smooth);
         self.with_plain += dot(smooth, plain);
     }
 
@@ -193,7 +193,7 @@ fn fourth_differences(reference: &ReferenceImage, part: Region) -> Vec<f32> {
 /// (J. Immerkaer, Comput. Vis. Image Underst. 64 (1996) 300-302, uses second differences; by their spectrum, speckles
 /// of 4.5 px leave 1 % of full range in those and 0.2 % here.)
 pub(crate) fn noise_variance(fourth_differences: &[f32], n_pixels: usize, level: f64) -> f64 {
-    let mean_square = dot(fourth_differences, fourth_differences) / n_pixels.max(1) as f64;
+    let mean_square = square_sum(fourth_differences) / n_pixels.max(1) as f64;
     // Rounding of f32 pixels: so an image of exact stripes has no texture along them either.
     let rounding = 1e-6 * level.abs();
     mean_square / (70.0 * 70.0) + rounding * rounding

@@ -53,16 +53,21 @@ fn ground(region: Region, pixels: &[f32], invalid: &[bool], fourth: &[f32]) -> V
     if region.width < GROUND_PX || region.height < GROUND_PX {
         return is_ground;
     }
-    let of = |value: &dyn Fn(f64) -> f64| boxes(region, pixels.iter().map(|&pixel| value(f64::from(pixel))));
-    let (sums, squares) = (of(&|value| value), of(&|value| value * value));
+    let sums = boxes(region, pixels.iter().map(|&pixel| f64::from(pixel)));
+    let squares = boxes(region, pixels.iter().map(|&pixel| f64::from(pixel) * f64::from(pixel)));
     let noise = boxes(region, fourth.iter().map(|&value| f64::from(value).powi(2) / (70.0 * 70.0)));
     let n = (GROUND_PX * GROUND_PX) as f64;
     let columns = region.width + 1 - GROUND_PX;
-    for (i, ((sum, square), noise)) in sums.iter().zip(&squares).zip(&noise).enumerate() {
-        let (mean, variance) = (sum / n, (square - sum * sum / n) / n);
-        let flat = variance <= FLAT_RATIO * noise / n + ROUNDING_VARIANCE;
-        let (x, y) = (i % columns + GROUND_PX / 2, i / columns + GROUND_PX / 2);
-        is_ground[y * region.width + x] = flat && mean < dark;
+    let of_lines =
+        sums.chunks_exact(columns).zip(squares.chunks_exact(columns)).zip(noise.chunks_exact(columns));
+    let lines = is_ground.chunks_exact_mut(region.width).skip(GROUND_PX / 2);
+    for (line, ((sums, squares), noise)) in lines.zip(of_lines) {
+        let line = line[GROUND_PX / 2..].iter_mut();
+        for (is_ground, ((sum, square), noise)) in line.zip(sums.iter().zip(squares).zip(noise)) {
+            let (mean, variance) = (sum / n, (square - sum * sum / n) / n);
+            let flat = variance <= FLAT_RATIO * noise / n + ROUNDING_VARIANCE;
+            *is_ground = flat & (mean < dark);
+        }
     }
     is_ground
 }
@@ -70,21 +75,30 @@ fn ground(region: Region, pixels: &[f32], invalid: &[bool], fourth: &[f32]) -> V
 /// The sums over all squares inside the region, by the place of their first pixel.
 fn boxes(region: Region, values: impl Iterator<Item = f64>) -> Vec<f64> {
     let Region { width, height, .. } = region;
-    let mut table = vec![0.0; (width + 1) * (height + 1)];
-    let mut row_sum = 0.0;
-    for (i, value) in values.enumerate() {
-        let (x, y) = (i % width, i / width);
-        row_sum = if x == 0 { value } else { row_sum + value };
-        table[(y + 1) * (width + 1) + x + 1] = table[y * (width + 1) + x + 1] + row_sum;
+    let stride = width + 1;
+    let mut table = vec![0.0; stride * (height + 1)];
+    let mut values = values;
+    for y in 0..height {
+        let (above, row) = table[y * stride..(y + 2) * stride].split_at_mut(stride);
+        let mut row_sum = 0.0;
+        for (x, value) in values.by_ref().take(width).enumerate() {
+            row_sum = if x == 0 { value } else { row_sum + value };
+            row[x + 1] = above[x + 1] + row_sum;
+        }
     }
-    let at = |x: usize, y: usize| table[y * (width + 1) + x];
-    let sum = |x: usize, y: usize| {
-        at(x + GROUND_PX, y + GROUND_PX) + at(x, y) - at(x + GROUND_PX, y) - at(x, y + GROUND_PX)
-    };
-    (0..=height - GROUND_PX)
-        .flat_map(|y| (0..=width - GROUND_PX).map(move |x| (x, y)))
-        .map(|(x, y)| sum(x, y))
-        .collect()
+    let columns = stride - GROUND_PX;
+    let mut sums = Vec::with_capacity(columns * (height + 1 - GROUND_PX));
+    for y in 0..=height - GROUND_PX {
+        let (first, last) = (&table[y * stride..][..stride], &table[(y + GROUND_PX) * stride..][..stride]);
+        let (left, right) = (
+            first[..columns].iter().zip(&last[..columns]),
+            first[GROUND_PX..].iter().zip(&last[GROUND_PX..]),
+        );
+        sums.extend(
+            left.zip(right).map(|((above_left, left), (above, here))| here + above_left - above - left),
+        );
+    }
+    sums
 }
 
 /// Whether a marked pixel lies within `radius` columns and rows.

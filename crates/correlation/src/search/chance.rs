@@ -13,7 +13,12 @@ pub(crate) const RARE: f64 = 2e-8;
 /// `(1 - r^2)^((n - 2 - P)/2)` (R. A. Fisher's distribution of the correlation, 1915, whose tail is exactly so for n = 4 and P = 0): the
 /// parameters of the shape function count as regressors, for the match goes where they resemble most.
 pub(crate) fn chance_zncc(subset: &PreparedSubset, n_trials: f64, p: f64) -> f64 {
-    let freedom = (n_independent(subset) - 2.0 - subset.settings.shape.n_parameters() as f64).max(1.0);
+    chance_zncc_by(subset.settings.shape.n_parameters(), subset, n_trials, p)
+}
+
+/// The same of a match of which so many parameters were chosen, and the others came out as was expected.
+pub(crate) fn chance_zncc_by(n_parameters: usize, subset: &PreparedSubset, n_trials: f64, p: f64) -> f64 {
+    let freedom = (n_independent(subset) - 2.0 - n_parameters as f64).max(1.0);
     let unexplained = (p / n_trials.max(1.0)).powf(2.0 / freedom);
     (1.0 - unexplained).max(0.0).sqrt()
 }

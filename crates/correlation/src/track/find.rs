@@ -93,16 +93,16 @@ impl Quest<'_> {
         first: Result<L::Found, Lost>,
         locate: &mut L,
     ) -> Result<L::Found, Lost> {
-        let believed = |found: Result<L::Found, Lost>, locate: &mut L| {
+        let believed = |found: Result<L::Found, Lost>, start: Warp, locate: &mut L| {
             let found = found?;
             let clear = self.is_reference || self.standard.is_clear(L::seen(&found).zncc);
-            if clear { Ok(found) } else { self.verified(frame, found, Origin::Expected, locate) }
+            if clear { Ok(found) } else { self.verified(frame, found, Origin::Expected(start), locate) }
         };
-        let found = believed(first, locate);
+        let found = believed(first, self.history.predict(), locate);
         match (&found, self.history.predict_turning()) {
             (Err(Lost::NotConverged | Lost::LowCorrelation), Some(turning)) if L::DEFORMS => {
                 let again = locate.locate(frame, turning);
-                believed(again, locate).or(found)
+                believed(again, turning, locate).or(found)
             }
             _ => found,
         }

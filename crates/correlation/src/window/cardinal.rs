@@ -85,6 +85,7 @@ pub(crate) struct NoiseGain(&'static GainTable);
 impl NoiseGain {
     /// The gain along one axis at a place; that of a point of the image is the product of two. It is the sum of squares of
     /// the cardinal spline at the place's distances from all pixels.
+    #[inline(always)]
     pub(crate) fn at(self, x: f64) -> f64 {
         let place = (x - x.floor()) * PHASES as f64;
         let below = (place as usize).min(PHASES - 1);

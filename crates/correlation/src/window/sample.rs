@@ -1,6 +1,7 @@
 //! Interpolation of a window at the places of a warped subset.
 
 use std::marker::PhantomData;
+use std::ops::Range;
 
 use pulp::Simd;
 
@@ -147,18 +148,19 @@ impl<K: Kernel<TAPS>, const TAPS: usize> InBlocks for RowSampling<'_, K, TAPS> {
             let lines = Lines::new(window, warp, lattice, first_row);
             for (i, row) in (first_row..lattice.height).take(TOGETHER).enumerate() {
                 let line = lines.line(i);
+                let out = &mut samples[row * lattice.width..];
+                // Most rows of a body that is hardly strained lie between the same coefficients from end to end.
+                if lines.is_one_stretch[i] {
+                    let (whole, pixel) = lines.first(i);
+                    line.sample::<S, K, TAPS, false>(simd, window, whole, pixel, 0..lattice.width, out);
+                    continue;
+                }
+                let line = std::hint::black_box(line);
                 let mut first = 0;
                 while first < lattice.width {
-                    // Most rows of a body that is hardly strained lie between the same coefficients from end to end.
-                    let (whole, end) = match lines.is_one_stretch[i] {
-                        true => (lines.whole(i), lattice.width),
-                        false => line.stretch(first, lattice.width),
-                    };
-                    for at in (first..end).step_by(S::F32_LANES) {
-                        let values = line.sample::<S, K, TAPS>(simd, window, whole, at);
-                        let out = &mut samples[row * lattice.width + at..][..S::F32_LANES];
-                        S::as_mut_simd_f32s(out).0[0] = values;
-                    }
+                    let (whole, end) = line.stretch(first, lattice.width);
+                    let pixel = line.pixel(whole);
+                    line.sample::<S, K, TAPS, true>(simd, window, whole, pixel, first..end, out);
                     first = end;
                 }
             }
@@ -172,12 +174,14 @@ const TOGETHER: usize = 8;
 /// Where some rows of points begin, number by number, which lets vectors work them out.
 struct Lines {
     /// The pixel of the window at or before the first point.
-    pixel: [[f64; TOGETHER]; 2],
+    pixel: [[i32; TOGETHER]; 2],
     fraction: [[f32; TOGETHER]; 2],
     step: [[f32; TOGETHER]; 2],
     bend: [f32; 2],
     /// The whole part of the way of the first point.
     whole: [[f32; TOGETHER]; 2],
+    /// The pixel that it leads to.
+    reached: [[i32; TOGETHER]; 2],
     /// Whether the whole way has that whole part.
     is_one_stretch: [bool; TOGETHER],
 }
@@ -192,11 +196,12 @@ impl Lines {
         let origin = [window.region.x as f64, window.region.y as f64];
         let slopes = [[ux, uxx, uxy], [vx, vxx, vxy]];
         let mut lines = Self {
-            pixel: [[0.0; TOGETHER]; 2],
+            pixel: [[0; TOGETHER]; 2],
             fraction: [[0.0; TOGETHER]; 2],
             step: [[0.0; TOGETHER]; 2],
             bend: [uxx as f32, vxx as f32],
             whole: [[0.0; TOGETHER]; 2],
+            reached: [[0; TOGETHER]; 2],
             is_one_stretch: [lattice.width > 0; TOGETHER],
         };
         let last = lattice.width.saturating_sub(1) as i32 as f32;
@@ -213,7 +218,8 @@ impl Lines {
                 // A way that bends may leave the whole part and come back.
                 let is_straight = lines.bend[axis] == 0.0;
                 let at_last = lines.bend[axis].mul_add(last, step).mul_add(last, fraction).floor();
-                (lines.pixel[axis][i], lines.fraction[axis][i]) = (pixel, fraction);
+                (lines.pixel[axis][i], lines.fraction[axis][i]) = (pixel as i32, fraction);
+                lines.reached[axis][i] = (pixel + f64::from(whole)) as i32;
                 (lines.step[axis][i], lines.whole[axis][i]) = (step, whole);
                 lines.is_one_stretch[i] &= is_straight & is_same(at_last, whole);
             }
@@ -229,10 +235,10 @@ impl Lines {
         Line { start, step: [self.step[0][i], self.step[1][i]], bend: self.bend }
     }
 
-    /// The whole part of the way of the first point of row number `i`.
+    /// The whole part of the way of the first point of row number `i`, and the pixel that it leads to.
     #[inline(always)]
-    fn whole(&self, i: usize) -> [f32; 2] {
-        [self.whole[0][i], self.whole[1][i]]
+    fn first(&self, i: usize) -> ([f32; 2], [isize; 2]) {
+        ([0, 1].map(|axis| self.whole[axis][i]), [0, 1].map(|axis| self.reached[axis][i] as isize))
     }
 }
 
@@ -274,6 +280,12 @@ impl Line {
         (whole, outside)
     }
 
+    /// The pixel that a whole part leads to from the start.
+    #[inline(always)]
+    fn pixel(&self, whole: [f32; 2]) -> [isize; 2] {
+        [self.start.column + whole[0] as i32 as isize, self.start.row + whole[1] as i32 as isize]
+    }
+
     /// Whether this is the whole part of the way of the point i.
     #[inline(always)]
     fn is_at(&self, i: usize, whole: [f32; 2]) -> bool {
@@ -291,42 +303,54 @@ impl Line {
         if turn > first as f32 && turn < end as f32 { turn as usize } else { end }
     }
 
-    /// Samples a vector of points from `first` on as if the way of all had this whole part.
+    /// Samples these points, and what fills a last vector, as if the way of all had this whole part.
     #[inline(always)]
-    fn sample<S: Simd, K: Kernel<TAPS>, const TAPS: usize>(
+    fn sample<S: Simd, K: Kernel<TAPS>, const TAPS: usize, const BENDS: bool>(
         &self,
         simd: S,
         window: &Window,
         whole: [f32; 2],
-        first: usize,
-    ) -> S::f32s {
-        let column = self.start.column + whole[0] as i32 as isize + first as isize;
-        let corner = window.corner::<TAPS>(column, self.start.row + whole[1] as i32 as isize);
-        let lanes = S::as_simd_f32s(&FIRST_NUMBERS).0[0];
-        let i = simd.add_f32s(simd.splat_f32s(first as i32 as f32), lanes);
-        let mut along = [i; 2];
-        for axis in 0..2 {
-            let bend =
-                simd.mul_add_f32s(simd.splat_f32s(self.bend[axis]), i, simd.splat_f32s(self.step[axis]));
-            let way = simd.mul_add_f32s(bend, i, simd.splat_f32s(self.start.fraction[axis]));
-            along[axis] = simd.sub_f32s(way, simd.splat_f32s(whole[axis]));
-        }
-        let weights_x: [S::f32s; TAPS] = K::WEIGHTS.at_all(simd, along[0]);
-        let weights_y: [S::f32s; TAPS] = K::WEIGHTS.at_all(simd, along[1]);
-        let mut value = simd.splat_f32s(0.0);
-        for (line, weight_y) in weights_y.into_iter().enumerate() {
-            let line = &window.coefficients[corner + line * window.stride..][..S::F32_LANES + TAPS - 1];
-            let mut sum = weights_x[0];
-            for (tap, &weight_x) in weights_x.iter().enumerate() {
-                let coefficients = S::as_simd_f32s(&line[tap..tap + S::F32_LANES]).0[0];
-                sum = match tap {
-                    0 => simd.mul_f32s(weight_x, coefficients),
-                    _ => simd.mul_add_f32s(weight_x, coefficients, sum),
-                };
+        [column, line]: [isize; 2],
+        points: Range<usize>,
+        row: &mut [f32],
+    ) {
+        let corner = window.corner::<TAPS>(column + points.start as isize, line);
+        let n = points.len().div_ceil(S::F32_LANES);
+        // Cut to one length before the loop, within which nothing needs to be checked.
+        let mut coefficients: [[&[S::f32s]; TAPS]; TAPS] = [[&[]; TAPS]; TAPS];
+        for (line, coefficients) in coefficients.iter_mut().enumerate() {
+            let line = &window.coefficients[corner + line * window.stride..][..n * S::F32_LANES + TAPS - 1];
+            for (tap, coefficients) in coefficients.iter_mut().enumerate() {
+                *coefficients = &S::as_simd_f32s(&line[tap..]).0[..n];
             }
-            value = simd.mul_add_f32s(weight_y, sum, value);
         }
-        value
+        let out = &mut S::as_mut_simd_f32s(&mut row[points.start..][..n * S::F32_LANES]).0[..n];
+        let mut i =
+            simd.add_f32s(simd.splat_f32s(points.start as i32 as f32), S::as_simd_f32s(&FIRST_NUMBERS).0[0]);
+        let next = simd.splat_f32s(S::F32_LANES as f32);
+        for (at, out) in out.iter_mut().enumerate() {
+            let mut along = [i; 2];
+            for axis in 0..2 {
+                let mut slope = simd.splat_f32s(self.step[axis]);
+                if BENDS {
+                    slope = simd.mul_add_f32s(simd.splat_f32s(self.bend[axis]), i, slope);
+                }
+                let way = simd.mul_add_f32s(slope, i, simd.splat_f32s(self.start.fraction[axis]));
+                along[axis] = simd.sub_f32s(way, simd.splat_f32s(whole[axis]));
+            }
+            i = simd.add_f32s(i, next);
+            let weights_x: [S::f32s; TAPS] = K::WEIGHTS.at_all(simd, along[0]);
+            let weights_y: [S::f32s; TAPS] = K::WEIGHTS.at_all(simd, along[1]);
+            let mut value = simd.splat_f32s(0.0);
+            for (line, weight_y) in coefficients.iter().zip(weights_y) {
+                let mut sum = simd.mul_f32s(weights_x[0], line[0][at]);
+                for tap in 1..TAPS {
+                    sum = simd.mul_add_f32s(weights_x[tap], line[tap][at], sum);
+                }
+                value = simd.mul_add_f32s(weight_y, sum, value);
+            }
+            *out = value;
+        }
     }
 }
 

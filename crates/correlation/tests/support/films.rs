@@ -240,6 +240,27 @@ pub fn repeats_slowly(draw: &mut Draw) -> Shown {
     scene
 }
 
+/// Subsets of a dozen speckles that set out from rest and go to and fro; in the second half of the film another texture goes so.
+pub fn few_speckles(draw: &mut Draw) -> Shown {
+    let (way, angle) = (draw.between(3.0, 15.0), draw.between(0.0, 2.0 * PI));
+    let mut scene = plane(draw, |_, frame| {
+        let along = way * 0.5 * (1.0 - (2.0 * PI * (frame - 1.0).max(0.0) / 24.0).cos());
+        shifted([along * angle.cos(), along * angle.sin()])
+    });
+    let mut speckles = |seed: u64| {
+        let diameter = draw.between(5.0, 6.0);
+        Texture::speckles(1000 * draw.seed + seed, diameter, draw.middle_px(), draw.half_size_px())
+    };
+    let (own, other) = (speckles(1), speckles(2));
+    let n_frames = scene.frames.len();
+    for (frame, surfaces) in scene.frames.iter_mut().enumerate() {
+        let texture = if 2 * frame < n_frames { &own } else { &other };
+        surfaces.iter_mut().for_each(|surface| surface.texture = texture.clone());
+    }
+    let (noise, size_px) = ([0.0, 0.005, 0.01][draw.random.random_range(0..3)], scene.size_px);
+    Shown { noise, subsets: grid(size_px, 8, 20), ..scene }
+}
+
 /// Where the discs of a film lie.
 fn places(size_px: usize) -> Vec<[f64; 2]> {
     if size_px == SHORT.0 {
@@ -317,7 +338,7 @@ fn chain(draw: &mut Draw) -> Shown {
 type Case = fn(&mut Draw) -> Shown;
 
 /// Those that the short tests follow.
-const CASES: [(&str, Case); 8] = [
+const CASES: [(&str, Case); 9] = [
     ("jumps of up to 50 px", jumps),
     ("turns of 5 to 30 degrees a frame", turns),
     ("stretches up to -0.35 .. 0.5", stretches),
@@ -326,6 +347,7 @@ const CASES: [(&str, Case); 8] = [
     ("dots on a lattice, jumping", repeats),
     ("dots on a lattice, slow", repeats_slowly),
     ("discs turning, jumping 60 px", bodies),
+    ("a dozen speckles, slow, then others", few_speckles),
 ];
 /// That of the long count alone.
 const CHAIN: [(&str, Case); 1] = [("small bodies of a chain on black", chain)];

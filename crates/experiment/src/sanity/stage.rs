@@ -3,6 +3,7 @@
 
 use chainwave_measurement::Estimate;
 
+use super::resting::Resting;
 use super::same_markers::same_markers;
 use super::view_at_rest::ViewAtRest;
 use crate::configuration::Trial;
@@ -124,7 +125,7 @@ fn compared(setup: &Setup, believed: &[&ViewAtRest], view: &ViewAtRest, trial: &
     let mut beside = None;
     // The views nearest along the chain share most.
     for other in believed.iter().rev().filter(shares) {
-        match same_markers(setup, &other.trial, trial) {
+        match same_markers(setup.method(), &Resting::of(setup, &other.trial), &Resting::of(setup, trial)) {
             Some(true) => return Compared::SameBodies,
             Some(false) => {
                 beside.get_or_insert_with(|| other.name());

@@ -6,12 +6,12 @@
 use std::num::NonZero;
 
 use chainwave_analysis::probability::variance_ratio_beyond;
+use chainwave_correlation::Method;
 use chainwave_measurement::{Estimate, map_in_parallel, median};
 
-use super::view_at_rest::trials_of_views;
+use super::resting::Resting;
 use crate::configuration::Trial;
 use crate::finding::{Finding, Sanity};
-use crate::marker_pair::AtRest;
 use crate::scale::{Errors, SIZE_SIGMA, mean};
 use crate::setup::Setup;
 use crate::wording::estimate;
@@ -38,50 +38,66 @@ struct Larger {
 
 /// Leaves out recordings whose pictures are magnified otherwise than those of most of their view's. Where markers' sizes contradict it, bodies stand farther
 /// apart, and where as many recordings say the one as the other nothing tells which are right: then it is said.
-pub(super) fn magnified_trials(setup: &Setup, n_threads: NonZero<usize>, sanity: &mut Sanity) {
-    let is_used = |trial: &&Trial| sanity.reason(&trial.recording).is_none();
-    let views = trials_of_views(setup.trials.iter().filter(is_used));
-    let places: Vec<(usize, usize)> =
-        (0..views.len()).flat_map(|v| (1..views[v].len()).map(move |k| (v, k))).collect();
-    let found = map_in_parallel(places.len(), n_threads, |i| {
-        let (view, trial) = places[i];
-        larger(setup, &views[view][0], &views[view][trial])
-    });
-    for (number, trials) in views.iter().enumerate() {
-        let of_view = places.iter().zip(&found).filter(|((view, _), _)| *view == number);
-        let than_first: Vec<Option<Larger>> = of_view.map(|(_, larger)| *larger).collect();
-        let told: Vec<(usize, Larger)> = than_most(&than_first)
-            .into_iter()
-            .enumerate()
-            .filter_map(|(k, one)| Some((k, one.filter(is_told)?)))
-            .collect();
-        let most_agree = 2 * told.len() < trials.len();
-        for (k, larger) in told {
-            let trial = &trials[k];
-            let per_cent = |of: Estimate| estimate(of.scaled(100.0));
-            let apart = format!(
-                "bodies at rest stand {} % farther apart than in most recordings of the view",
-                per_cent(larger.by_distance)
-            );
-            let of_markers = larger
-                .by_size
-                .map_or(String::new(), |size| format!(" (their markers are {} % larger)", per_cent(size)));
+pub(super) fn magnified_trials(
+    setup: &Setup,
+    resting: &[Vec<Resting>],
+    n_threads: NonZero<usize>,
+    sanity: &mut Sanity,
+) {
+    let is_used = |one: &&Resting| sanity.reason(&one.trial.recording).is_none();
+    let views: Vec<Vec<&Resting>> =
+        resting.iter().map(|of_view| of_view.iter().filter(is_used).collect()).collect();
+    let compared = |of_view: &Vec<&Resting>| than_first(setup.method(), of_view);
+    let than_first = map_in_parallel(views.len(), n_threads, |index| compared(&views[index]));
+    for (of_view, than_first) in views.iter().zip(&than_first) {
+        let of_most = than_most(than_first).into_iter().zip(of_view);
+        let told: Vec<(Larger, &Trial)> =
+            of_most.filter_map(|(larger, one)| Some((larger.filter(is_told)?, &one.trial))).collect();
+        let most_agree = 2 * told.len() < of_view.len();
+        for (larger, trial) in told {
             match most_agree && !is_contradicted(&larger) {
-                true => {
-                    let why = format!(
-                        "its pictures are magnified otherwise: {apart}{of_markers}; hint: was the camera touched? A scale_px_per_m of its own in \
-                         trials.csv keeps it"
-                    );
-                    sanity.leave_out(std::slice::from_ref(trial), &why);
-                }
-                false => sanity.findings.push(Finding {
-                    code: "scale",
-                    subject: trial.recording.clone(),
-                    text: format!("{apart}{of_markers}: where its pictures are magnified so, so are displacements (hint: was the camera touched, or the chain?)"),
-                }),
+                true => sanity.leave_out(std::slice::from_ref(trial), &larger.why_left_out()),
+                false => sanity.findings.push(larger.finding(trial)),
             }
         }
     }
+}
+
+impl Larger {
+    fn in_words(&self) -> String {
+        let per_cent = |of: Estimate| estimate(of.scaled(100.0));
+        let of_markers = self
+            .by_size
+            .map_or(String::new(), |size| format!(" (their markers are {} % larger)", per_cent(size)));
+        format!(
+            "bodies at rest stand {} % farther apart than in most recordings of the view{of_markers}",
+            per_cent(self.by_distance)
+        )
+    }
+
+    fn why_left_out(&self) -> String {
+        format!(
+            "its pictures are magnified otherwise: {}; hint: was the camera touched? A scale_px_per_m of its own in trials.csv keeps it",
+            self.in_words()
+        )
+    }
+
+    fn finding(&self, trial: &Trial) -> Finding {
+        Finding {
+            code: "scale",
+            subject: trial.recording.clone(),
+            text: format!(
+                "{}: where its pictures are magnified so, so are displacements (hint: was the camera touched, or the chain?)",
+                self.in_words()
+            ),
+        }
+    }
+}
+
+/// How much larger the pictures of a view's other recordings are than those of the first.
+fn than_first(method: Method, of_view: &[&Resting]) -> Vec<Option<Larger>> {
+    let Some((first, others)) = of_view.split_first() else { return Vec::new() };
+    others.iter().map(|other| larger(method, first, other)).collect()
 }
 
 fn is_told(larger: &Larger) -> bool {
@@ -125,15 +141,15 @@ fn than_most(than_first: &[Option<Larger>]) -> Vec<Option<Larger>> {
 }
 
 /// `None` where too few bodies are found in both, or one cannot be read.
-fn larger(setup: &Setup, one: &Trial, other: &Trial) -> Option<Larger> {
-    let (one, other) = (AtRest::of_few_frames(setup, one).ok()?, AtRest::of_few_frames(setup, other).ok()?);
+fn larger(method: Method, one: &Resting, other: &Resting) -> Option<Larger> {
+    let (one, other) = (one.shown.as_ref()?, other.shown.as_ref()?);
     let (mut places, mut sizes) = (Vec::new(), Vec::new());
-    for pair in one.shared_with(&other) {
-        if pair.is_same(setup.method()) {
+    for pair in one.shared_with(other) {
+        if let Some(found) = pair.found_the_same(method) {
             // What the stage would have moved is how much less far a body stands in the second picture.
-            let moved_m = -pair.step([0, 0], setup.method())?.step_m.value;
+            let moved_m = -pair.step_to(&found, [0, 0]).step_m.value;
             places.push([pair.offset_from_middle_m(), moved_m]);
-            sizes.extend(pair.magnified(setup.method()));
+            sizes.extend(pair.magnified(method));
         }
     }
     let by_distance = slope(&places)?;

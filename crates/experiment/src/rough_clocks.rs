@@ -1,0 +1,200 @@
+//! Frame rates that are far from what recordings state, as one that was typed for another: from the course of a body that two views show.
+//!
+//! Least squares about the stated times find a clock that is off by a per cent or so; farther off they go astray. But the course of a body, from rest
+//! to where it comes to stand, is one in both views, over times that are longer in the one by a factor: that is looked for among many.
+
+use std::collections::BTreeSet;
+
+use chainwave_measurement::{BodyTrack, Observation, median};
+
+/// Logarithm of the largest factor that is tried, and the step from one to the next.
+const LARGEST: f64 = 0.9;
+const STEP: f64 = 0.01;
+/// Frames by which courses may be apart: triggers scatter by less.
+const FRAMES_APART: i32 = 3;
+/// What a factor leaves of the square that stated times leave, at most, where it is believed.
+const LEFT: f64 = 0.1;
+/// Frames of a course that both views have to show at least, and the share of the longer one's.
+const LEAST_FRAMES: usize = 20;
+const LEAST_SHARE: f64 = 0.3;
+
+/// The mean course of a body in the recordings of a view, from rest, at times from the trigger on.
+struct Course {
+    interval_s: f64,
+    displacement_m: Vec<f64>,
+}
+
+/// By how much longer than stated the time between the frames of each view is, relative to that; nothing where no two views contradict
+/// each other by a per cent. Most views are taken to be right.
+pub(crate) fn rough_excesses(observations: &[Observation], rest_until_s: f64) -> Vec<(u32, f64)> {
+    let views: Vec<u32> =
+        observations.iter().map(|one| one.view).collect::<BTreeSet<u32>>().into_iter().collect();
+    let mut logarithm = 0.0;
+    let mut of_views: Vec<f64> = views.first().map(|_| logarithm).into_iter().collect();
+    for pair in views.windows(2) {
+        let of_view = |view: u32| observations.iter().filter(|one| one.view == view).collect::<Vec<_>>();
+        logarithm += between(&of_view(pair[0]), &of_view(pair[1]), rest_until_s).unwrap_or(0.0);
+        of_views.push(logarithm);
+    }
+    let usual = median(of_views.clone()).unwrap_or(0.0);
+    let is_off = |of_view: &f64| (of_view - usual).abs() > 0.5 * STEP;
+    let excess = |(view, of_view): (&u32, &f64)| (*view, (of_view - usual).exp_m1());
+    views.iter().zip(&of_views).filter(|(_, of_view)| is_off(of_view)).map(excess).collect()
+}
+
+/// The logarithm of how much longer the times of the second view are; `None` where they are as long as those of the first, or nothing tells.
+fn between(first: &[&Observation], second: &[&Observation], rest_until_s: f64) -> Option<f64> {
+    let bodies_of = |recordings: &[&Observation]| -> BTreeSet<usize> {
+        recordings.iter().flat_map(|one| one.bodies.iter().map(|track| track.body)).collect()
+    };
+    let pairs: Vec<[Course; 2]> = bodies_of(first)
+        .intersection(&bodies_of(second))
+        .filter_map(|body| {
+            Some([Course::of(first, *body, rest_until_s)?, Course::of(second, *body, rest_until_s)?])
+        })
+        .collect();
+    let left = |logarithm: f64| -> Option<f64> {
+        pairs.iter().map(|[first, second]| left_of(first, second, logarithm.exp())).sum()
+    };
+    let as_stated = left(0.0).filter(|_| !pairs.is_empty())?;
+    let n = (LARGEST / STEP) as i32;
+    let tried =
+        (-n..=n).map(|k| STEP * f64::from(k)).filter_map(|logarithm| Some((logarithm, left(logarithm)?)));
+    let (best, left) = tried.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    (left < LEFT * as_stated && best != 0.0).then_some(best)
+}
+
+/// The share of the second course's square that the first one leaves of it, over times that are so many times as long, larger or smaller by
+/// a factor and a few frames earlier or later. `None` where they have too little in common.
+fn left_of(first: &Course, second: &Course, factor: f64) -> Option<f64> {
+    let apart = (-FRAMES_APART..=FRAMES_APART).map(f64::from);
+    let left = apart.filter_map(|frames| {
+        let both = second.displacement_m.iter().enumerate().filter_map(|(k, y)| {
+            let time_s = (k as f64 * factor + frames) * second.interval_s;
+            Some([first.at(time_s)?, *y])
+        });
+        let both: Vec<[f64; 2]> = both.collect();
+        let product = |a: usize, b: usize| both.iter().map(|pair| pair[a] * pair[b]).sum::<f64>();
+        let (xx, xy, yy) = (product(0, 0), product(0, 1), product(1, 1));
+        let most = first.displacement_m.len().max(second.displacement_m.len()) as f64;
+        let is_enough =
+            both.len() >= LEAST_FRAMES && both.len() as f64 > LEAST_SHARE * most && xx > 0.0 && yy > 0.0;
+        is_enough.then(|| 1.0 - xy * xy / (xx * yy))
+    });
+    left.min_by(f64::total_cmp)
+}
+
+impl Course {
+    /// `None` of a body that no recording shows from rest on.
+    fn of(recordings: &[&Observation], body: usize, rest_until_s: f64) -> Option<Self> {
+        let seen = recordings
+            .iter()
+            .filter_map(|one| Some((*one, one.bodies.iter().find(|track| track.body == body)?)));
+        let seen: Vec<(&Observation, &BodyTrack)> = seen.collect();
+        let (longest, _) = seen.iter().max_by(|a, b| last_s(a.0).total_cmp(&last_s(b.0)))?;
+        let interval_s = longest.frame_interval_s();
+        let n = (last_s(longest) / interval_s).max(0.0) as usize;
+        let rests_m: Vec<f64> = seen.iter().map(|(one, track)| rest_m(one, track, rest_until_s)).collect();
+        let mean_m = |k: usize| -> Option<f64> {
+            let time_s = k as f64 * interval_s;
+            let at = seen
+                .iter()
+                .zip(&rests_m)
+                .filter_map(|((one, track), rest_m)| Some(place_m(one, track, time_s)? - rest_m));
+            let at: Vec<f64> = at.filter(|x| x.is_finite()).collect();
+            (!at.is_empty()).then(|| at.iter().sum::<f64>() / at.len() as f64)
+        };
+        let displacement_m: Vec<f64> = (0..n).map_while(mean_m).collect();
+        Some(Self { interval_s, displacement_m })
+    }
+
+    fn at(&self, time_s: f64) -> Option<f64> {
+        let place = time_s / self.interval_s;
+        if place < 0.0 {
+            return Some(0.0);
+        }
+        let k = place as usize;
+        let (before, behind) = (self.displacement_m.get(k)?, self.displacement_m.get(k + 1)?);
+        Some(before + (place - k as f64) * (behind - before))
+    }
+}
+
+fn last_s(observation: &Observation) -> f64 {
+    observation.times_s.last().copied().unwrap_or(0.0)
+}
+
+/// Mean place of a body at rest; not a number where it was not seen there.
+fn rest_m(observation: &Observation, track: &BodyTrack, rest_until_s: f64) -> f64 {
+    let n = observation.times_s.partition_point(|time_s| *time_s < rest_until_s);
+    let at_rest: Vec<f64> = track.position_m[..n].iter().flatten().map(|x| x.value).collect();
+    at_rest.iter().sum::<f64>() / at_rest.len() as f64
+}
+
+/// Place of a body at a time between two frames in which it was seen.
+fn place_m(observation: &Observation, track: &BodyTrack, time_s: f64) -> Option<f64> {
+    let times_s = &observation.times_s;
+    let k = times_s.partition_point(|other_s| *other_s <= time_s).checked_sub(1)?;
+    let (before, behind) = (track.position_m[k]?.value, (*track.position_m.get(k + 1)?)?.value);
+    Some(before + (time_s - times_s[k]) / (times_s[k + 1] - times_s[k]) * (behind - before))
+}
+
+#[cfg(test)]
+mod tests {
+    use chainwave_measurement::Estimate;
+
+    use super::*;
+
+    /// A body that starts late, swings and comes to stand, seen in three trials at 25 kHz by a view whose stamps are `factor` of the true times.
+    fn view(view: u32, factor: f64, body: usize) -> Vec<Observation> {
+        let times_s: Vec<f64> = (-30..330).map(|k| f64::from(k) * 4e-5).collect();
+        let way_m = |time_s: f64, strength: f64| {
+            let since = (time_s - 1e-3 * body as f64).max(0.0) / 1e-3;
+            strength * 5e-3 * (1.0 - (-since).exp()) * (1.0 + 0.3 * (1.5 * since).sin())
+        };
+        let of_trial = |trial: u32| {
+            let noise = |k: usize| 1e-6 * f64::sin((k * k + 7 * trial as usize) as f64);
+            let place = |(k, time_s): (usize, &f64)| {
+                Some(Estimate::new(way_m(*time_s, 1.0 + 0.02 * f64::from(trial)) + noise(k), 1e-6))
+            };
+            let position_m = times_s.iter().enumerate().map(place).collect();
+            Observation {
+                recording: format!("view{view}_trial{trial}"),
+                view,
+                trial,
+                times_s: times_s.iter().map(|time_s| time_s * factor).collect(),
+                bodies: vec![BodyTrack { body, position_m }],
+            }
+        };
+        (1..=3).map(of_trial).collect()
+    }
+
+    #[test]
+    fn a_view_of_another_frame_rate_is_found_among_those_that_are_right() {
+        for factor in [0.5, 24.0 / 25.0, 1.0 / 0.97, 2.0] {
+            let all = [view(1, 1.0, 3), view(2, factor, 3), view(3, 1.0, 3)].concat();
+            let found = rough_excesses(&all, 0.0);
+            assert_eq!(found.len(), 1, "{factor}: {found:?}");
+            // To a step.
+            assert!(
+                found[0].0 == 2 && ((1.0 + found[0].1) * factor).ln().abs() < STEP,
+                "{factor}: {found:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn views_that_are_right_and_views_that_share_nothing_say_nothing() {
+        let right = [view(1, 1.0, 3), view(2, 1.0, 3), view(3, 1.004, 3)].concat();
+        assert_eq!(rough_excesses(&right, 0.0), []);
+        let apart = [view(1, 1.0, 3), view(2, 1.3, 4)].concat();
+        assert_eq!(rough_excesses(&apart, 0.0), []);
+        assert_eq!(rough_excesses(&[], 0.0), []);
+    }
+
+    #[test]
+    fn half_of_it_is_each_views_where_there_are_two() {
+        let found = rough_excesses(&[view(1, 1.0, 3), view(2, 0.8, 3)].concat(), 0.0);
+        let [first, second] = found[..] else { panic!("{found:?}") };
+        assert!(((1.0 + second.1) / (1.0 + first.1) * 0.8).ln().abs() < 2.0 * STEP, "{found:?}");
+    }
+}
