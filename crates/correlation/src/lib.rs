@@ -89,6 +89,7 @@ mod interpolation_error;
 mod markers;
 mod method;
 mod middle;
+mod pixel_places;
 mod prepared;
 mod reference;
 mod refine;

@@ -15,12 +15,13 @@ use nalgebra::DMatrix;
 use crate::interpolation_error::bias::InterpolationBias;
 use crate::interpolation_error::energy::InterpolationEnergy;
 use crate::interpolation_error::lagged::Surroundings;
+use crate::pixel_places::pixel_places;
 use crate::prepared::moments::Places;
 use crate::prepared::normal::{Images, NormalEquations, ReferenceNoise, UnitCovariance};
 use crate::prepared::outline::{is_within, turned};
 use crate::prepared::part::Part;
 use crate::reference::gradient::noise_variance;
-use crate::simd::{LANES, dot, square_sum};
+use crate::simd::{dot, padded, square_sum};
 use crate::warp::{MAX_PARAMETERS, Warp};
 use crate::window::sample::Lattice;
 use crate::{Reference, Settings};
@@ -340,7 +341,7 @@ impl Linearised {
         }
         let crop = |values: &[f32]| {
             let rows = values.chunks_exact(self.width).skip(top).take(height);
-            pad(rows.flat_map(|row| row[left..left + width].iter().copied()))
+            padded(rows.flat_map(|row| row[left..left + width].iter().copied()))
         };
         let (mut intensity, weights) = (crop(&self.intensity), crop(&self.weights));
         let n_used = weights.iter().filter(|&&weight| weight > 0.0).count();
@@ -353,7 +354,7 @@ impl Linearised {
             centre_px: self.centre_px,
             outline_px: self.outline_px.clone(),
             first_px,
-            places: places(first_px, width, height),
+            places: pixel_places(first_px, width, height),
             width,
             height,
             intensity,
@@ -370,7 +371,7 @@ impl Linearised {
     }
 
     fn masked(&self, visible: &[bool]) -> Result<Self, Lost> {
-        let seen = pad(visible.iter().map(|&visible| if visible { 1.0 } else { 0.0 }));
+        let seen = padded(visible.iter().map(|&visible| if visible { 1.0 } else { 0.0 }));
         let of_seen = |image: &[f32]| -> Vec<f32> {
             image.iter().zip(&seen).map(|(value, seen)| value * seen).collect()
         };
@@ -446,21 +447,6 @@ fn n_independent(step: &[f32]) -> f64 {
 #[inline(always)]
 fn second_order(q: &[f32; 6], x: f32, y: f32) -> f32 {
     q[0] + (q[1] + q[3] * x + q[4] * y) * x + (q[2] + q[5] * y) * y
-}
-
-/// Column and row of each pixel of a rectangle whose first is at a place.
-pub(crate) fn places([x, y]: [f64; 2], width: usize, height: usize) -> [Arc<[f32]>; 2] {
-    let line = |first: f64, n: usize| (0..n).map(move |i| (first + i as f64) as f32);
-    let columns: Vec<f32> = line(x, width).collect();
-    let mut rows = Vec::with_capacity((width * height).next_multiple_of(LANES));
-    line(y, height).for_each(|y| rows.resize(rows.len() + width, y));
-    [columns.repeat(height), rows].map(|values| pad(values.into_iter()).into())
-}
-
-fn pad(values: impl Iterator<Item = f32>) -> Vec<f32> {
-    let mut padded: Vec<f32> = values.collect();
-    padded.resize(padded.len().next_multiple_of(LANES), 0.0);
-    padded
 }
 
 /// What a subset is made of, besides its noise.

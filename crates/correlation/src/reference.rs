@@ -10,7 +10,7 @@ use std::sync::{Arc, OnceLock};
 
 use chainwave_measurement::{ReadError, Recording, Region, Subset};
 
-use crate::prepared::places;
+use crate::pixel_places::pixel_places;
 use crate::reference::gradient::Gradients;
 use crate::reference::image::ReferenceImage;
 use crate::{CorrelationError, ReferenceFrames};
@@ -150,8 +150,8 @@ impl Reference {
     /// Column and row of each pixel of a rectangle whose first is at a place from its centre.
     pub(crate) fn places(&self, first_px: [f64; 2], width: usize, height: usize) -> [Arc<[f32]>; 2] {
         let wanted = (first_px, width, height);
-        let (found, shared) = self.places.get_or_init(|| (wanted, places(first_px, width, height)));
-        if *found == wanted { shared.clone() } else { places(first_px, width, height) }
+        let (found, shared) = self.places.get_or_init(|| (wanted, pixel_places(first_px, width, height)));
+        if *found == wanted { shared.clone() } else { pixel_places(first_px, width, height) }
     }
 
     /// The pixels smoothed as their noise requires.

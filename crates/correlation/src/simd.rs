@@ -66,6 +66,13 @@ pub(crate) fn dot(a: &[f32], b: &[f32]) -> f64 {
     )
 }
 
+/// The values, then zeros up to whole blocks.
+pub(crate) fn padded(values: impl Iterator<Item = f32>) -> Vec<f32> {
+    let mut padded: Vec<f32> = values.collect();
+    padded.resize(padded.len().next_multiple_of(LANES), 0.0);
+    padded
+}
+
 /// The sum of the squares of an image's pixels: [`dot`] with itself, for less.
 pub(crate) fn square_sum(values: &[f32]) -> f64 {
     chainwave_vectors::dispatch_loop(

@@ -12,7 +12,8 @@
 
 use crate::PreparedSubset;
 use crate::prepared::moments::{MAX_MONOMIALS, Places, moments};
-use crate::prepared::{pad, second_order};
+use crate::prepared::second_order;
+use crate::simd::padded;
 use crate::warp::Warp;
 
 /// Moments up to the fourth order of the weights by which a displacement of the subset displaces its centre.
@@ -38,7 +39,7 @@ impl PreparedSubset {
                 let weight = |((step, slope), (x, y)): ((&f32, &f32), (&f32, &f32))| {
                     step * slope - noise as f32 * second_order(&polynomials[axis], *x, *y)
                 };
-                let weights = pad(gradient.zip(at).map(weight));
+                let weights = padded(gradient.zip(at).map(weight));
                 moments(places, &weights, &self.weights, MAX_MONOMIALS)
             })
         });
