@@ -51,6 +51,8 @@ mod check;
 #[cfg(test)]
 mod chosen_sizes;
 #[cfg(test)]
+mod clocks;
+#[cfg(test)]
 mod cluster;
 #[cfg(test)]
 mod command;

@@ -137,7 +137,7 @@ mod slow {
             assert!(found.results.is_some(), "the first view is evaluated: {}", found.said);
         }
         let farther = mistaken.staged(|stage_m| if stage_m > 0.2 { stage_m + 0.03 } else { stage_m });
-        farther.assert_warns(0, &["view 3", "a pitch too far"]);
+        farther.assert_warns(1, &["view3_trial1.cine", "view 3", "a pitch too far"]);
         let nowhere = mistaken.staged(|stage_m| stage_m + 50.0);
         assert_eq!(nowhere.code, Some(2), "{}", nowhere.said);
         assert!(nowhere.said.contains("expected bodies in at least one view"), "{}", nowhere.said);

@@ -1,5 +1,7 @@
 //! Frame rates that are not what recordings state: told by bodies that other views show too, or by other trials of the view, and put right.
 
+use std::collections::BTreeSet;
+
 use chainwave_analysis::probability::student;
 use chainwave_measurement::{BodyTrack, Estimate, Observation, ReadingError, TrackError, median};
 use chainwave_stitching::{ClockOf, ClockShown};
@@ -44,21 +46,16 @@ struct Clock {
 impl Clocks {
     /// Views whose clocks are far off, from which a finer look goes on; of two, each may be the one.
     pub(crate) fn roughly(observations: &[Observation], rest_until_s: f64) -> Self {
-        let excesses = rough_excesses(observations, rest_until_s);
-        let clock = |(view, excess): &(u32, f64), or_of: Option<ClockOf>| Clock {
-            of: ClockOf::View(*view),
-            excess: Estimate::new(*excess, f64::INFINITY),
-            or_of,
-        };
-        let are_two = observations.iter().all(|one| excesses.iter().any(|(view, _)| *view == one.view));
-        let told = match excesses[..] {
-            [first, second] if are_two => {
-                let excess = (1.0 + second.1) / (1.0 + first.1) - 1.0;
-                vec![clock(&(second.0, excess), Some(ClockOf::View(first.0)))]
+        let views: BTreeSet<u32> = observations.iter().map(|one| one.view).collect();
+        let clock = |(view, excess): (u32, f64)| {
+            let other = views.iter().find(|other| **other != view).filter(|_| views.len() == 2);
+            Clock {
+                of: ClockOf::View(view),
+                excess: Estimate::new(excess, f64::INFINITY),
+                or_of: other.map(|other| ClockOf::View(*other)),
             }
-            _ => excesses.iter().map(|excess| clock(excess, None)).collect(),
         };
-        Self { told }
+        Self { told: rough_excesses(observations, rest_until_s).into_iter().map(clock).collect() }
     }
 
     pub(crate) fn is_empty(&self) -> bool {

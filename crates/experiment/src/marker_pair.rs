@@ -67,6 +67,17 @@ impl AtRest {
 }
 
 impl AtRest {
+    /// Whether two neighbours look the same, so that one may be taken for the other.
+    pub(crate) fn has_twins(&self, method: Method) -> bool {
+        let frames = || [self.frames.range(), self.frames.range()];
+        let look_alike = |pair: &[(usize, Subset)]| {
+            let (one, other) = (&pair[0], &pair[1].1);
+            MarkerPair::of(one.0, [(self, &one.1), (self, other)], frames())
+                .is_some_and(|pair| pair.is_same(method))
+        };
+        self.bodies.windows(2).any(look_alike)
+    }
+
     /// Whether a body's marker is found again in one frame of the recording itself: where it is not, as of a few coarse speckles, that it is not found
     /// in another recording says nothing.
     pub(crate) fn finds_again(&self, body: usize, method: Method) -> bool {

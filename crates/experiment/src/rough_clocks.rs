@@ -1,7 +1,8 @@
 //! Frame rates that are far from what recordings state, as one that was typed for another: from the course of a body that two views show.
 //!
 //! Least squares about the stated times find a clock that is off by a per cent or so; farther off they go astray. But the course of a body, from rest
-//! to where it comes to stand, is one in both views, over times that are longer in the one by a factor: that is looked for among many.
+//! to where it comes to stand, is one in both views, over times that are longer in the one by a factor: that is looked for among many, whenever
+//! the motion comes, as a view's trigger may be late by as much as it likes.
 
 use std::collections::BTreeSet;
 
@@ -10,8 +11,10 @@ use chainwave_measurement::{BodyTrack, Observation, median};
 /// Logarithm of the largest factor that is tried, and the step from one to the next.
 const LARGEST: f64 = 0.9;
 const STEP: f64 = 0.01;
-/// Frames by which courses may be apart: triggers scatter by less.
-const FRAMES_APART: i32 = 3;
+/// Frames by which courses may be apart beside that.
+const FRAMES_APART: f64 = 3.0;
+/// Share of a step and of a frame by which the best of them is looked for.
+const FINE: f64 = 0.25;
 /// What a factor leaves of the square that stated times leave, at most, where it is believed.
 const LEFT: f64 = 0.1;
 /// Frames of a course that both views have to show at least, and the share of the longer one's.
@@ -53,24 +56,35 @@ fn between(first: &[&Observation], second: &[&Observation], rest_until_s: f64) -
             Some([Course::of(first, *body, rest_until_s)?, Course::of(second, *body, rest_until_s)?])
         })
         .collect();
-    let left = |logarithm: f64| -> Option<f64> {
-        pairs.iter().map(|[first, second]| left_of(first, second, logarithm.exp())).sum()
+    if pairs.is_empty() {
+        return None;
+    }
+    let left = |logarithm: f64, frames: f64| -> Option<f64> {
+        pairs.iter().map(|[first, second]| left_of(first, second, logarithm.exp(), frames)).sum()
     };
-    let as_stated = left(0.0).filter(|_| !pairs.is_empty())?;
-    let n = (LARGEST / STEP) as i32;
-    let tried =
-        (-n..=n).map(|k| STEP * f64::from(k)).filter_map(|logarithm| Some((logarithm, left(logarithm)?)));
-    let (best, left) = tried.min_by(|a, b| a.1.total_cmp(&b.1))?;
-    (left < LEFT * as_stated && best != 0.0).then_some(best)
+    let best_of = |about: f64, step: f64, n: i32, frames: f64| {
+        let logarithms = (-n..=n).map(|k| about + step * f64::from(k));
+        let tried = logarithms.filter_map(|logarithm| Some((logarithm, left(logarithm, frames)?)));
+        tried.min_by(|a, b| a.1.total_cmp(&b.1))
+    };
+    let as_stated = left(0.0, FINE)?;
+    let (rough, _) = best_of(0.0, STEP, (LARGEST / STEP) as i32, 1.0)?;
+    let (best, left) = best_of(rough, FINE * STEP, FINE.recip() as i32, FINE)?;
+    (left < LEFT * as_stated).then_some(best)
 }
 
 /// The share of the second course's square that the first one leaves of it, over times that are so many times as long, larger or smaller by
-/// a factor and a few frames earlier or later. `None` where they have too little in common.
-fn left_of(first: &Course, second: &Course, factor: f64) -> Option<f64> {
-    let apart = (-FRAMES_APART..=FRAMES_APART).map(f64::from);
-    let left = apart.filter_map(|frames| {
+/// a factor, and later by some of so many frames: from the triggers on, or from when both arrive. `None` where they have too little in common.
+fn left_of(first: &Course, second: &Course, factor: f64, frames: f64) -> Option<f64> {
+    // One of them may end on its way.
+    let level_m = 0.5 * first.most_m().min(second.most_m());
+    let by_arrival_s = first.passes_s(level_m)? - factor * second.passes_s(level_m)?;
+    let n = (FRAMES_APART / frames) as i32;
+    let apart_s = (-n..=n).map(|k| f64::from(k) * frames * second.interval_s);
+    let later = apart_s.flat_map(|apart_s| [apart_s, apart_s + by_arrival_s]);
+    let left = later.filter_map(|later_s| {
         let both = second.displacement_m.iter().enumerate().filter_map(|(k, y)| {
-            let time_s = (k as f64 * factor + frames) * second.interval_s;
+            let time_s = k as f64 * factor * second.interval_s + later_s;
             Some([first.at(time_s)?, *y])
         });
         let both: Vec<[f64; 2]> = both.collect();
@@ -106,6 +120,16 @@ impl Course {
         };
         let displacement_m: Vec<f64> = (0..n).map_while(mean_m).collect();
         Some(Self { interval_s, displacement_m })
+    }
+
+    fn most_m(&self) -> f64 {
+        self.displacement_m.iter().map(|x| x.abs()).fold(0.0, f64::max)
+    }
+
+    /// When the body first passes a distance from where it rested.
+    fn passes_s(&self, level_m: f64) -> Option<f64> {
+        let frame = self.displacement_m.iter().position(|x| x.abs() > level_m)?;
+        Some(frame as f64 * self.interval_s)
     }
 
     fn at(&self, time_s: f64) -> Option<f64> {
@@ -146,9 +170,14 @@ mod tests {
 
     /// A body that starts late, swings and comes to stand, seen in three trials at 25 kHz by a view whose stamps are `factor` of the true times.
     fn view(view: u32, factor: f64, body: usize) -> Vec<Observation> {
+        late_view(view, factor, body, 0.0)
+    }
+
+    /// The same with a trigger that comes so much before the others'.
+    fn late_view(view: u32, factor: f64, body: usize, late_s: f64) -> Vec<Observation> {
         let times_s: Vec<f64> = (-30..330).map(|k| f64::from(k) * 4e-5).collect();
         let way_m = |time_s: f64, strength: f64| {
-            let since = (time_s - 1e-3 * body as f64).max(0.0) / 1e-3;
+            let since = (time_s - late_s - 1e-3 * body as f64).max(0.0) / 1e-3;
             strength * 5e-3 * (1.0 - (-since).exp()) * (1.0 + 0.3 * (1.5 * since).sin())
         };
         let of_trial = |trial: u32| {
@@ -186,15 +215,18 @@ mod tests {
     fn views_that_are_right_and_views_that_share_nothing_say_nothing() {
         let right = [view(1, 1.0, 3), view(2, 1.0, 3), view(3, 1.004, 3)].concat();
         assert_eq!(rough_excesses(&right, 0.0), []);
+        let late = [view(1, 1.0, 3), late_view(2, 1.0, 3, 1e-3), late_view(3, 1.0, 3, -1e-3)].concat();
+        assert_eq!(rough_excesses(&late, 0.0), []);
         let apart = [view(1, 1.0, 3), view(2, 1.3, 4)].concat();
         assert_eq!(rough_excesses(&apart, 0.0), []);
         assert_eq!(rough_excesses(&[], 0.0), []);
     }
 
     #[test]
-    fn half_of_it_is_each_views_where_there_are_two() {
+    fn of_two_views_one_is_held_against_the_other() {
         let found = rough_excesses(&[view(1, 1.0, 3), view(2, 0.8, 3)].concat(), 0.0);
-        let [first, second] = found[..] else { panic!("{found:?}") };
-        assert!(((1.0 + second.1) / (1.0 + first.1) * 0.8).ln().abs() < 2.0 * STEP, "{found:?}");
+        let [(which, excess)] = found[..] else { panic!("{found:?}") };
+        let expected: f64 = if which == 1 { 0.8 } else { 1.0 / 0.8 };
+        assert!(((1.0 + excess) / expected).ln().abs() < STEP, "{found:?}");
     }
 }

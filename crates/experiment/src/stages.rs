@@ -196,25 +196,19 @@ fn stated_step(views: &[View], steps: &[StageStep]) -> Option<StatedStep> {
 
 impl View {
     fn holds(&self, trial: &Trial) -> bool {
-        self.number == trial.view && self.stated_m.total_cmp(&trial.stage_m).is_eq()
+        self.trials[0].is_of_one_place_with(trial)
     }
 }
 
 fn views(trials: &[Trial]) -> Vec<View> {
-    let mut views: Vec<View> = Vec::new();
-    for trial in trials {
-        match views.iter_mut().find(|view| view.holds(trial)) {
-            Some(view) => view.trials.push(trial.clone()),
-            None => views.push(View {
-                number: trial.view,
-                stated_m: trial.stage_m,
-                trials: vec![trial.clone()],
-                refined_m: None,
-                seen_m: None,
-            }),
-        }
-    }
-    views
+    let view = |trials: Vec<Trial>| View {
+        number: trials[0].view,
+        stated_m: trials[0].stage_m,
+        trials,
+        refined_m: None,
+        seen_m: None,
+    };
+    Trial::by_place(trials).into_iter().map(view).collect()
 }
 
 /// Every recording of one view beside one of the other: the scatter of their steps tells whether bodies come back to their places.

@@ -31,6 +31,18 @@ impl Trial {
         self.view == other.view && self.stage_m.total_cmp(&other.stage_m).is_eq()
     }
 
+    /// Recordings that were made with the stage in one place, place by place.
+    pub(crate) fn by_place<'a>(trials: impl IntoIterator<Item = &'a Self>) -> Vec<Vec<Self>> {
+        let mut places: Vec<Vec<Self>> = Vec::new();
+        for trial in trials {
+            match places.iter_mut().find(|place| place[0].is_of_one_place_with(trial)) {
+                Some(place) => place.push(trial.clone()),
+                None => places.push(vec![trial.clone()]),
+            }
+        }
+        places
+    }
+
     /// Whether it is among the first so many of its view, by their numbers.
     pub(crate) fn is_among_first<'a>(&self, n: usize, all: impl Iterator<Item = &'a Self>) -> bool {
         all.filter(|other| other.view == self.view && other.trial < self.trial).count() < n

@@ -4,7 +4,6 @@ use std::num::NonZero;
 
 use chainwave_measurement::map_in_parallel;
 
-use super::view_at_rest::trials_of_views;
 use crate::configuration::Trial;
 use crate::marker_pair::AtRest;
 use crate::setup::Setup;
@@ -24,7 +23,7 @@ impl Resting {
 
 /// All recordings, those of one view and place of the stage together.
 pub(super) fn resting_views(setup: &Setup, n_threads: NonZero<usize>) -> Vec<Vec<Resting>> {
-    let of_views = trials_of_views(setup.trials.iter());
+    let of_views = Trial::by_place(setup.trials.iter());
     let trials: Vec<&Trial> = of_views.iter().flatten().collect();
     let opened = map_in_parallel(trials.len(), n_threads, |index| Resting::of(setup, trials[index]));
     let mut opened = opened.into_iter();

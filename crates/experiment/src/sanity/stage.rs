@@ -73,8 +73,8 @@ pub(super) fn empty_views(setup: &Setup, views: &[ViewAtRest], sanity: &mut Sani
 }
 
 /// Views that should show a body of another view, and show another one there. Where another meaning of the stage's position finds the
-/// same body, the view is left out: its bodies would be taken for others. Views that should share none, and do by another meaning, are
-/// told.
+/// same body, the view is left out: its bodies would be taken for others. So are views that should share none, and do by another meaning, but
+/// where bodies look alike.
 pub(super) fn other_bodies(setup: &Setup, views: &[ViewAtRest], sanity: &mut Sanity) {
     let mut order: Vec<&ViewAtRest> = views.iter().filter(|view| !view.bodies.is_empty()).collect();
     // The view whose stage moved least is believed: the others are compared outwards from it.
@@ -94,15 +94,34 @@ pub(super) fn other_bodies(setup: &Setup, views: &[ViewAtRest], sanity: &mut San
             Compared::OtherBodies(beside) => {
                 let what = format!("bodies that {beside} shows too look different there");
                 if let Some(meaning) = meaning() {
-                    let why = format!("{}: {what}, and are found elsewhere (stage_m: {})", view.name(), meaning.what);
+                    let why = format!(
+                        "{}: {what}, and are found elsewhere (stage_m: {})",
+                        view.name(),
+                        meaning.what
+                    );
                     sanity.leave_out(&view.trials, &why);
                     continue;
                 }
                 Some(format!("{what} (hint: is stage_m right, and the light the same?)"))
             }
-            Compared::NothingShared => meaning().map(|meaning| {
-                format!("it should share no body with views nearer to stage 0, and shows one of theirs (stage_m: {})", meaning.what)
-            }),
+            Compared::NothingShared => match meaning() {
+                Some(meaning) => {
+                    let what = format!(
+                        "it should share no body with views nearer to stage 0, and shows one of theirs (stage_m: {})",
+                        meaning.what
+                    );
+                    // Of bodies that look alike, one may be taken for another anywhere.
+                    if !Resting::of(setup, &view.trial)
+                        .shown
+                        .is_some_and(|shown| shown.has_twins(setup.method()))
+                    {
+                        sanity.leave_out(&view.trials, &format!("{}: {what}", view.name()));
+                        continue;
+                    }
+                    Some(what)
+                }
+                None => None,
+            },
         };
         let finding = |text| Finding { code: "other_bodies", subject: view.name(), text };
         sanity.findings.extend(told.map(finding));

@@ -28,20 +28,8 @@ pub(super) struct ViewAtRest {
 /// One for each view and place of the stage, by the recordings that are not left out.
 pub(super) fn views_at_rest(setup: &Setup, sanity: &Sanity) -> Vec<ViewAtRest> {
     let is_used = |trial: &&Trial| sanity.reason(&trial.recording).is_none();
-    let of_views = trials_of_views(setup.trials.iter().filter(is_used));
+    let of_views = Trial::by_place(setup.trials.iter().filter(is_used));
     of_views.into_iter().filter_map(|trials| ViewAtRest::of(setup, trials)).collect()
-}
-
-/// Recordings that were made with the stage in one place, place by place.
-pub(super) fn trials_of_views<'a>(trials: impl Iterator<Item = &'a Trial>) -> Vec<Vec<Trial>> {
-    let mut views: Vec<Vec<Trial>> = Vec::new();
-    for trial in trials {
-        match views.iter_mut().find(|view| view[0].is_of_one_place_with(trial)) {
-            Some(view) => view.push(trial.clone()),
-            None => views.push(vec![trial.clone()]),
-        }
-    }
-    views
 }
 
 impl ViewAtRest {
