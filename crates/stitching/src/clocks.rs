@@ -5,14 +5,13 @@
 //! the time since the trigger, times the relative error: a pattern of known shape whose amplitude least squares tell, once motion, drives and triggers
 //! are free. A body that starts late, or a drive that is off, makes no such pattern; a chain that was stiffer on the day of a view does.
 
+use chainwave_measurement::{Estimate, Observation};
 use nalgebra::{DMatrix, DVector};
 
 use crate::body_response::{BodyResponse, Contribution};
 use crate::error::StitchingError;
 use crate::fitted::Fitted;
 use crate::state::AlignmentState;
-
-use chainwave_measurement::Estimate;
 
 /// Stretches of time of one body, each of which tells as much of a clock as the others.
 const STRETCHES: usize = 8;
@@ -57,6 +56,38 @@ struct Moment<'a> {
     free: DMatrix<f64>,
 }
 
+/// How drives, then offsets in seconds, follow clocks that are off by as much as they show: a column for each clock.
+struct Followed {
+    by_clock: DMatrix<f64>,
+    /// The largest of each clock's, of drives and of offsets.
+    largest: Vec<[f64; 2]>,
+}
+
+/// Share of the largest change below which one is none: recordings far from those whose clock is off.
+const UNMOVED: f64 = 1e-3;
+
+impl Followed {
+    /// Whether a recording's drive or offset follows a clock.
+    fn moves(&self, clock: usize, recording: usize) -> bool {
+        let n = self.by_clock.nrows() / 2;
+        let follows = |kind: usize| {
+            self.by_clock[(kind * n + recording, clock)].abs() > UNMOVED * self.largest[clock][kind]
+        };
+        follows(0) || follows(1)
+    }
+
+    /// What that makes of the residuals at one time of a body, in metres.
+    fn moved_m(&self, clock: usize, moment: &Moment<'_>, slopes: &[[f64; 2]]) -> DVector<f64> {
+        let n = self.by_clock.nrows() / 2;
+        let moved_m = |(one, [by_drive, by_offset]): (&Contribution, &[f64; 2])| {
+            by_drive * self.by_clock[(one.recording, clock)]
+                + by_offset * self.by_clock[(n + one.recording, clock)]
+        };
+        let moved = moment.contributions.iter().zip(slopes).map(moved_m);
+        DVector::from_iterator(moment.contributions.len(), moved)
+    }
+}
+
 impl AlignmentState<'_> {
     /// What the clocks of views that share a body with others, and of recordings among several of a view, are said to be off by, each for itself.
     ///
@@ -67,9 +98,36 @@ impl AlignmentState<'_> {
         if of.is_empty() {
             return Ok(Vec::new());
         }
-        let n = self.drive.len();
         let is_of: Vec<Vec<bool>> = of.iter().map(|clock| self.recordings_of(clock)).collect();
-        let mut sensitivity = DMatrix::zeros(2 * n, of.len());
+        let followed = self.followed(field, &is_of)?;
+        let mut parts: Vec<Vec<Part>> = vec![Vec::new(); of.len()];
+        for of_body in field {
+            let moments: Vec<Moment<'_>> = self.moments(of_body).collect();
+            let mut of_times: Vec<Vec<Part>> = vec![Vec::new(); of.len()];
+            for moment in &moments {
+                let slopes = self.slopes(moment);
+                for (clock, is_of) in is_of.iter().enumerate() {
+                    let is_moved =
+                        |one: &Contribution| is_of[one.recording] || followed.moves(clock, one.recording);
+                    if moment.contributions.iter().any(is_moved) {
+                        let late_m = self.late_m(moment, is_of);
+                        let left_m = late_m + followed.moved_m(clock, moment, &slopes);
+                        of_times[clock].push(self.part(moment, &left_m));
+                    }
+                }
+            }
+            for (parts, of_times) in parts.iter_mut().zip(of_times) {
+                parts.extend(stretches(&of_times));
+            }
+        }
+        let shown = |(of, parts): (ClockOf, Vec<Part>)| ClockShown::of(of, &parts);
+        Ok(of.into_iter().zip(parts).filter_map(shown).collect())
+    }
+
+    /// How drives and offsets follow clocks that are off.
+    fn followed(&self, field: &Fitted, is_of: &[Vec<bool>]) -> Result<Followed, StitchingError> {
+        let n = self.drive.len();
+        let mut sensitivity = DMatrix::zeros(2 * n, is_of.len());
         for moment in field.iter().flat_map(|of_body| self.moments(of_body)) {
             let slopes = self.slopes(&moment);
             for (clock, is_of) in is_of.iter().enumerate() {
@@ -87,40 +145,21 @@ impl AlignmentState<'_> {
             }
         }
         let singular = || StitchingError::Singular { n_recordings: n };
-        // How drives and offsets follow.
-        let followed = self.solved(field)?.matrix.cholesky().ok_or_else(singular)?.solve(&sensitivity);
-        let mut parts: Vec<Vec<Part>> = vec![Vec::new(); of.len()];
-        for of_body in field {
-            let moments: Vec<Moment<'_>> = self.moments(of_body).collect();
-            let mut of_times = vec![Vec::with_capacity(moments.len()); of.len()];
-            for moment in &moments {
-                let slopes = self.slopes(moment);
-                for (clock, is_of) in is_of.iter().enumerate() {
-                    let mut left_m = self.late_m(moment, is_of);
-                    for ((left_m, one), slopes) in left_m.iter_mut().zip(moment.contributions).zip(&slopes) {
-                        for (kind, slope) in slopes.iter().enumerate() {
-                            *left_m += slope * followed[(kind * n + one.recording, clock)];
-                        }
-                    }
-                    let weight = left_m.dot(&(&moment.free * &left_m));
-                    let residual = |one: &Contribution| {
-                        one.weight() * (one.read.value - moment.response.at(self.drive[one.recording]))
-                    };
-                    let sum = moment
-                        .contributions
-                        .iter()
-                        .zip(left_m.iter())
-                        .map(|(one, m)| m * residual(one))
-                        .sum();
-                    of_times[clock].push(Part { weight, sum });
-                }
-            }
-            for (parts, of_times) in parts.iter_mut().zip(of_times) {
-                parts.extend(stretches(&of_times));
-            }
-        }
-        let shown = |(of, parts): (ClockOf, Vec<Part>)| ClockShown::of(of, &parts);
-        Ok(of.into_iter().zip(parts).filter_map(shown).collect())
+        let by_clock = self.solved(field)?.matrix.cholesky().ok_or_else(singular)?.solve(&sensitivity);
+        let largest = by_clock
+            .column_iter()
+            .map(|column| [column.rows(0, n).amax(), column.rows(n, n).amax()])
+            .collect();
+        Ok(Followed { by_clock, largest })
+    }
+
+    /// What a time of a body says of an error of its readings.
+    fn part(&self, moment: &Moment<'_>, error_m: &DVector<f64>) -> Part {
+        let left = |one: &Contribution| {
+            one.weight() * (one.read.value - moment.response.at(self.drive[one.recording]))
+        };
+        let products = moment.contributions.iter().zip(error_m).map(|(one, error_m)| error_m * left(one));
+        Part { weight: error_m.dot(&(&moment.free * error_m)), sum: products.sum() }
     }
 
     /// The clocks that readings may tell.
@@ -136,7 +175,7 @@ impl AlignmentState<'_> {
     }
 
     fn recordings_of(&self, clock: &ClockOf) -> Vec<bool> {
-        let is_of = |one: &chainwave_measurement::Observation| match clock {
+        let is_of = |one: &Observation| match clock {
             ClockOf::View(view) => one.view == *view,
             ClockOf::Recording(name) => one.recording == *name,
         };
