@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use chainwave_analysis::probability::student;
-use chainwave_measurement::{BodyTrack, Estimate, Observation, ReadingError, TrackError, median};
+use chainwave_measurement::{BodyTrack, Estimate, Observation, ReadingError, TrackError, usual_size};
 use chainwave_stitching::{ClockOf, ClockShown};
 
 use crate::finding::Finding;
@@ -25,9 +25,6 @@ const LEAST: f64 = 1e-4;
 const REFINED: f64 = 0.2;
 /// Share of the gain from which on another view's clock explains the same: which of the two is right nobody tells.
 const AS_GOOD: f64 = 0.9;
-/// Recordings of which so many scatter by what is no clock's, as by orders of the response to the drive that are not fitted: half of them lie within this many of their own
-/// standard deviations by chance.
-const HALF_WITHIN: f64 = 0.674_489_750_196_081_7;
 /// Frames on each side between which a body's velocity is taken.
 const REACH: usize = 2;
 
@@ -82,10 +79,7 @@ impl Clocks {
         }
         let is_new = |one: &&ClockShown| {
             let deviations = one.excess.value.abs() / one.excess.sigma;
-            let asked = match one.of {
-                ClockOf::View(_) => TOLD_BY_STRETCHES,
-                ClockOf::Recording(_) => TOLD_OF_RECORDING,
-            };
+            let asked = if one.of.is_view() { TOLD_BY_STRETCHES } else { TOLD_OF_RECORDING };
             let is_told = one.gain > TOLD.powi(2)
                 && one.excess.value.abs() > LEAST
                 && deviations > student(asked, one.freedom);
@@ -94,11 +88,14 @@ impl Clocks {
         };
         let best = shown.iter().filter(is_new).max_by(|a, b| a.gain.total_cmp(&b.gain));
         if let Some(best) = best {
-            let is_view = |one: &ClockShown| matches!(one.of, ClockOf::View(_));
             let is_other = |one: &&ClockShown| {
                 let is_opposite = one.excess.value * best.excess.value < 0.0;
                 let is_told = self.told.iter().any(|clock| clock.of == one.of);
-                is_view(one) && is_view(best) && is_opposite && !is_told && one.gain > AS_GOOD * best.gain
+                one.of.is_view()
+                    && best.of.is_view()
+                    && is_opposite
+                    && !is_told
+                    && one.gain > AS_GOOD * best.gain
             };
             let or_of = shown.iter().find(is_other).map(|one| one.of.clone());
             clocks.told.push(Clock { of: best.of.clone(), excess: best.excess, or_of });
@@ -113,12 +110,12 @@ impl Clocks {
 
     /// Whether that of a view is among them.
     pub(crate) fn are_of_views(&self) -> bool {
-        self.told.iter().any(|clock| matches!(clock.of, ClockOf::View(_)))
+        self.told.iter().any(|clock| clock.of.is_view())
     }
 
     /// By how much longer the times of a recording are than stated.
     pub(crate) fn factor(&self, view: u32, recording: &str) -> f64 {
-        let is_of = |of: &ClockOf| is_of(of, view, recording);
+        let is_of = |of: &ClockOf| of.holds(view, recording);
         let excess = |clock: &Clock| match &clock.or_of {
             None if is_of(&clock.of) => clock.excess.value,
             Some(_) if is_of(&clock.of) => 0.5 * clock.excess.value,
@@ -132,13 +129,13 @@ impl Clocks {
     pub(crate) fn errors(&self, observations: &[Observation]) -> Vec<ReadingError> {
         let of_clock = |clock: &Clock| {
             let own = |of: &ClockOf, sigma: f64| tracks_of(observations, of, sigma);
-            let (name, sigma) = (named(&clock.of), clock.excess.sigma);
+            let (name, sigma) = (&clock.of, clock.excess.sigma);
             let known_to =
                 ReadingError { source: format!("clock of {name}").into(), of_tracks: own(&clock.of, sigma) };
             let either = clock.or_of.as_ref().map(|other| {
                 let half = 0.5 * clock.excess.value;
                 let of_tracks = [own(&clock.of, half), own(other, half)].concat();
-                ReadingError { source: format!("clock of {name} or of {}", named(other)).into(), of_tracks }
+                ReadingError { source: format!("clock of {name} or of {other}").into(), of_tracks }
             });
             [Some(known_to), either].into_iter().flatten()
         };
@@ -155,22 +152,20 @@ impl Clocks {
                 ClockOf::View(_) => "bodies that other views show too",
                 ClockOf::Recording(_) => "the other trials of its view",
             };
-            let rates =
-                observations.iter().find(|one| is_of(&clock.of, one.view, &one.recording)).map(|one| {
-                    let true_hz = one.frame_interval_s().recip();
-                    format!("is its frame rate {true_hz:.0} Hz and not {:.0}? ", true_hz * (1.0 + value))
-                });
+            let rates = observations.iter().find(|one| clock.of.holds(one.view, &one.recording)).map(|one| {
+                let true_hz = one.frame_interval_s().recip();
+                format!("is its frame rate {true_hz:.0} Hz and not {:.0}? ", true_hz * (1.0 + value))
+            });
             let put_right = match &clock.or_of {
                 None => "Its times are put right".to_owned(),
                 Some(other) => format!(
-                    "Or those of {} as much the other way: half is put right in each, and half counted as an error",
-                    named(other)
+                    "Or those of {other} as much the other way: half is put right in each, and half counted as an error"
                 ),
             };
             let stiffer = if value > 0.0 { "stiffer" } else { "softer" };
             Finding {
                 code: CLOCK,
-                subject: named(&clock.of),
+                subject: clock.of.to_string(),
                 text: format!(
                     "frames follow each other {percent} % {later} than their times say, by {by}. {put_right} (hint: {}a chain that was {stiffer} by \
                      {:.2} % when it was filmed looks alike)",
@@ -185,10 +180,10 @@ impl Clocks {
 
 /// The same with sigmas of recordings as large as these scatter; the few whose clocks are off hardly move a median.
 fn as_recordings_scatter(shown: &[ClockShown]) -> Vec<ClockShown> {
-    let is_recording = |one: &ClockShown| matches!(one.of, ClockOf::Recording(_));
+    let is_recording = |one: &ClockShown| !one.of.is_view();
     let deviations =
-        shown.iter().filter(|one| is_recording(one)).map(|one| (one.excess.value / one.excess.sigma).abs());
-    let enlarged = (median(deviations.collect()).unwrap_or(0.0) / HALF_WITHIN).max(1.0);
+        shown.iter().filter(|one| is_recording(one)).map(|one| one.excess.value / one.excess.sigma);
+    let enlarged = usual_size(deviations).unwrap_or(1.0).max(1.0);
     let widened = |one: &ClockShown| match is_recording(one) {
         true => ClockShown {
             excess: Estimate::new(one.excess.value, enlarged * one.excess.sigma),
@@ -200,20 +195,6 @@ fn as_recordings_scatter(shown: &[ClockShown]) -> Vec<ClockShown> {
     shown.iter().map(widened).collect()
 }
 
-fn is_of(of: &ClockOf, view: u32, recording: &str) -> bool {
-    match of {
-        ClockOf::View(own) => *own == view,
-        ClockOf::Recording(own) => own == recording,
-    }
-}
-
-fn named(of: &ClockOf) -> String {
-    match of {
-        ClockOf::View(view) => format!("view {view}"),
-        ClockOf::Recording(recording) => recording.clone(),
-    }
-}
-
 /// What times that are so much longer, relative to themselves, make of the readings of some recordings.
 fn tracks_of(observations: &[Observation], of: &ClockOf, excess: f64) -> Vec<TrackError> {
     let of_track = |one: &Observation, track: &BodyTrack| TrackError {
@@ -223,7 +204,7 @@ fn tracks_of(observations: &[Observation], of: &ClockOf, excess: f64) -> Vec<Tra
             .map(|k| excess * one.times_s[k].max(0.0) * velocity_m_per_s(one, track, k))
             .collect(),
     };
-    let own = observations.iter().filter(|one| is_of(of, one.view, &one.recording));
+    let own = observations.iter().filter(|one| of.holds(one.view, &one.recording));
     own.flat_map(|one| one.bodies.iter().map(|track| of_track(one, track))).collect()
 }
 

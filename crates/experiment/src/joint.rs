@@ -83,8 +83,8 @@ impl<'a> Joint<'a> {
         stated: &StatedMotion,
         settings: &Settings,
     ) -> Result<Self, Error> {
-        let settings = &Settings { asks_for_clocks: true, ..settings.clone() };
-        let (mut joint, timed) = Self::by_clocks(setup, tracked, stated, settings)?;
+        let asking = &Settings { asks_for_clocks: true, ..settings.clone() };
+        let (mut joint, timed) = Self::by_clocks(setup, tracked, stated, asking)?;
         let clocks = joint.clocks.clone();
         let mut shapes = None;
         for _ in 0..ROUNDS {

@@ -5,7 +5,9 @@
 //! the time since the trigger, times the relative error: a pattern of known shape whose amplitude least squares tell, once motion, drives and triggers
 //! are free. A body that starts late, or a drive that is off, makes no such pattern; a chain that was stiffer on the day of a view does.
 
-use chainwave_measurement::{Estimate, Observation};
+use std::fmt;
+
+use chainwave_measurement::Estimate;
 use nalgebra::{DMatrix, DVector};
 
 use crate::body_response::{BodyResponse, Contribution};
@@ -25,6 +27,30 @@ pub enum ClockOf {
     View(u32),
     /// Those of one recording.
     Recording(String),
+}
+
+impl ClockOf {
+    /// Whether it is that of a view.
+    pub fn is_view(&self) -> bool {
+        matches!(self, Self::View(_))
+    }
+
+    /// Whether a recording of a view goes by it.
+    pub fn holds(&self, view: u32, recording: &str) -> bool {
+        match self {
+            Self::View(own) => *own == view,
+            Self::Recording(own) => own == recording,
+        }
+    }
+}
+
+impl fmt::Display for ClockOf {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::View(view) => write!(f, "view {view}"),
+            Self::Recording(recording) => f.write_str(recording),
+        }
+    }
 }
 
 /// What readings say of one clock.
@@ -175,11 +201,7 @@ impl AlignmentState<'_> {
     }
 
     fn recordings_of(&self, clock: &ClockOf) -> Vec<bool> {
-        let is_of = |one: &Observation| match clock {
-            ClockOf::View(view) => one.view == *view,
-            ClockOf::Recording(name) => one.recording == *name,
-        };
-        self.observations.iter().map(is_of).collect()
+        self.observations.iter().map(|one| clock.holds(one.view, &one.recording)).collect()
     }
 
     /// The times behind the trigger at which several recordings saw a body.

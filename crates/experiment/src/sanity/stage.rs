@@ -110,11 +110,9 @@ pub(super) fn other_bodies(setup: &Setup, views: &[ViewAtRest], sanity: &mut San
                         "it should share no body with views nearer to stage 0, and shows one of theirs (stage_m: {})",
                         meaning.what
                     );
+                    let shown = Resting::of(setup, &view.trial).shown;
                     // Of bodies that look alike, one may be taken for another anywhere.
-                    if !Resting::of(setup, &view.trial)
-                        .shown
-                        .is_some_and(|shown| shown.has_twins(setup.method()))
-                    {
+                    if !shown.is_some_and(|shown| shown.has_twins(setup.method())) {
                         sanity.leave_out(&view.trials, &format!("{}: {what}", view.name()));
                         continue;
                     }
