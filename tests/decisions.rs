@@ -12,7 +12,7 @@ mod slow {
     const TRIGGERS: &str = "what trigger offsets and drives are taken from";
 
     /// Every number that is taken to be so, of whatever chain, where the recordings do not tell it.
-    const ASSUMED: [(&str, &str); 10] = [
+    const ASSUMED: [(&str, &str); 14] = [
         ("assumed: how far drives differ from trial to trial", "5 %"),
         ("assumed: how far a response departs from scaling with the drive", "100 %"),
         ("assumed: how far a response curves with the drive", "50 %"),
@@ -23,6 +23,10 @@ mod slow {
         ("assumed: how far the onset departs from proportion, as a delay", "by the stated chain "),
         ("assumed: how far the onset departs from proportion, as a scale", "by the stated chain to "),
         ("assumed: damping where fits begin", "0.06 % of critical damping of a body for c_d, 6 % for c_s"),
+        ("assumed: how well positions of the stage are known", "to 0.02 mm"),
+        ("assumed: how far masses may scatter, where the tracks ask for it", "by 5 %"),
+        ("assumed: how far contacts' stiffness may scatter, where the tracks ask for it", "by 15 %"),
+        ("assumed: how likely each cause is that the experiment does not state", "odds of 0.2 "),
     ];
 
     /// The choices of a run, and its results.

@@ -84,13 +84,15 @@ impl Scatter {
         row: usize,
     ) -> Result<Estimate, Missing> {
         let Estimate { value, sigma } = self.estimate(column, row)?;
-        Ok(Estimate::new(value, sigma.hypot(self.told(error, row))))
+        Ok(Estimate::new(value, sigma.hypot(self.beyond_noise(error, row))))
     }
 
-    /// The size of an error, where it is beyond chance; else 0. Without replicas values count as exact.
-    pub(crate) fn told(&self, error: Column, row: usize) -> f64 {
-        let is_told = |error: &Estimate| !self.replicas.is_empty() && error.value.abs() > TOLD * error.sigma;
-        self.estimate(error, row).ok().filter(is_told).map_or(0.0, |error| error.value.abs())
+    /// The size of an error as it shows, less what noise makes of it on average: the root of an unbiased estimate of its square, where that is above 0.
+    /// Without replicas values count as exact.
+    pub(crate) fn beyond_noise(&self, error: Column, row: usize) -> f64 {
+        let excess = |error: Estimate| (error.value.powi(2) - error.sigma.powi(2)).max(0.0).sqrt();
+        let shown = self.estimate(error, row).ok().filter(|_| !self.replicas.is_empty());
+        shown.map_or(0.0, excess)
     }
 
     /// Whether an error that a column tells of each row is beyond chance in all of them together: by its mean square, or by its mean, as neighbours

@@ -45,10 +45,28 @@ pub fn pulses_and_energies(
     settings: &FrontSettings,
     energy_of: EnergyLaw<'_>,
 ) -> (OfGaps<LeadingPulse>, OfGaps<f64>) {
+    let (pulses, energies) = pulses_and_bent_energies(map, settings, energy_of);
+    (pulses, energies.into_iter().map(|energy| Ok(energy?.energy_j)).collect())
+}
+
+/// The greatest energy of a gap, in joules.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct GapEnergy {
+    pub(crate) energy_j: f64,
+    /// By how much it is larger with a polynomial over half as far down from the extreme ([`Bend`](crate::Bend)).
+    pub(crate) bend_j: Option<f64>,
+}
+
+/// The same as [`pulses_and_energies`], and how each energy bends.
+pub(crate) fn pulses_and_bent_energies(
+    map: &StrainMap,
+    settings: &FrontSettings,
+    energy_of: EnergyLaw<'_>,
+) -> (OfGaps<LeadingPulse>, OfGaps<GapEnergy>) {
     let (pulses, approaches) = pulses_and_approaches(map, settings);
     let half_windows = half_windows(&pulses).into_iter().take(map.n_gaps());
-    let energies_j = (1..).zip(half_windows).zip(pulses.iter().zip(&approaches));
-    let energies_j = energies_j.map(|((gap, half_window), (pulse, approach))| {
+    let gaps = (1..).zip(half_windows).zip(pulses.iter().zip(&approaches));
+    let energies = gaps.map(|((gap, half_window), (pulse, approach))| {
         let half_window = half_window?;
         let series = compression(map, gap);
         // A gap without a pulse of its own has its neighbour's window.
@@ -58,11 +76,11 @@ pub fn pulses_and_energies(
             }
             _ => Cow::Owned(smooth(&series, half_window)),
         };
-        let seen = Seen { series: &series, smoothed: &smoothed, half_window, has_pulse: pulse.is_ok() };
+        let seen = Seen { series: &series, smoothed: &smoothed, half_window, pulse: pulse.as_ref().ok() };
         peak_energy(&seen, map.spacing.of_gap_m(gap), |overlap_m| energy_of(gap, overlap_m), settings)
     });
-    let energies_j = energies_j.collect();
-    (pulses, energies_j)
+    let energies = energies.collect();
+    (pulses, energies)
 }
 
 /// The compression of a gap, as it is and smoothed over so many samples on each side.
@@ -70,28 +88,53 @@ struct Seen<'a> {
     series: &'a [Option<f64>],
     smoothed: &'a [Option<f64>],
     half_window: usize,
-    has_pulse: bool,
+    pulse: Option<&'a LeadingPulse>,
+}
+
+impl Seen<'_> {
+    /// The strain of the extreme about a sample, with compression (1) or tension (-1) counting as positive, and the same from half as far down. That of the
+    /// leading pulse is known.
+    fn extreme(
+        &self,
+        summit: usize,
+        sign: f64,
+        settings: &FrontSettings,
+    ) -> Result<(f64, Option<f64>), Missing> {
+        if let Some(pulse) = self.pulse.filter(|pulse| sign > 0.0 && pulse.summit == summit) {
+            return Ok((-pulse.peak_strain, pulse.bends.map(|bends| -(pulse.peak_strain + bends.strain))));
+        }
+        let turned =
+            |series: &[Option<f64>]| series.iter().map(|value| value.map(|v| sign * v)).collect::<Vec<_>>();
+        let (series, smoothed) = (turned(self.series), turned(self.smoothed));
+        let refined = |settings: &FrontSettings| {
+            Ok(refine_peak(&series, &smoothed, summit, settings.peak_fraction)?.value)
+        };
+        Ok((refined(settings)?, refined(&settings.narrower()).ok()))
+    }
 }
 
 fn peak_energy(
-    &Seen { series, smoothed, half_window, has_pulse }: &Seen<'_>,
+    seen: &Seen<'_>,
     pitch_m: f64,
     energy_of: impl Fn(f64) -> f64,
     settings: &FrontSettings,
-) -> Result<f64, Missing> {
+) -> Result<GapEnergy, Missing> {
+    let &Seen { series, smoothed, half_window, pulse } = seen;
     let (summit, sign) = extreme_of_energy(smoothed, |strain| energy_of(strain * pitch_m))?;
-    if summit == 0 || summit + 1 == series.len() || may_lie_in_a_hole(series, summit, half_window, has_pulse)
+    if summit == 0
+        || summit + 1 == series.len()
+        || may_lie_in_a_hole(series, summit, half_window, pulse.is_some())
     {
         return Err(Missing::PeakOutsideRecord);
     }
-    let turned =
-        |series: &[Option<f64>]| series.iter().map(|value| value.map(|v| sign * v)).collect::<Vec<_>>();
-    let extreme = refine_peak(&turned(series), &turned(smoothed), summit, settings.peak_fraction)?;
+    let (extreme, narrower) = seen.extreme(summit, sign, settings)?;
     let others = smoothed.iter().flatten().map(|strain| -sign * strain).fold(0.0, f64::max);
-    if [extreme.value, -others].iter().any(|most| is_passed(&energy_of, sign * most * pitch_m)) {
+    if [extreme, -others].iter().any(|most| is_passed(&energy_of, sign * most * pitch_m)) {
         return Err(Missing::BarrierPassed);
     }
-    Ok(energy_of(sign * extreme.value * pitch_m))
+    let energy_j = energy_of(sign * extreme * pitch_m);
+    let bend_j = narrower.map(|narrower| energy_of(sign * narrower * pitch_m) - energy_j);
+    Ok(GapEnergy { energy_j, bend_j })
 }
 
 /// Takes out the peak energies of gaps that may have held as much at rest: those that no more than equal the greatest energy within so many
@@ -101,13 +144,15 @@ fn peak_energy(
 ///
 /// Of replicas nothing is taken out: a peak that is stated has the scatter of all of them.
 pub(crate) fn drop_what_rest_may_hold(
-    energies_j: &mut [Result<f64, Missing>],
+    energies: &mut [Result<GapEnergy, Missing>],
     (map, pulses): (&StrainMap, &[Result<LeadingPulse, Missing>]),
     energy_of: EnergyLaw<'_>,
     significance: f64,
 ) {
-    for ((gap, energy_j), half_window) in (1..).zip(energies_j).zip(half_windows(pulses)) {
-        let (Ok(peak_j), Ok(half_window)) = (*energy_j, half_window) else { continue };
+    for ((gap, energy), half_window) in (1..).zip(energies).zip(half_windows(pulses)) {
+        let (Ok(GapEnergy { energy_j: peak_j, .. }), Ok(half_window)) = (*energy, half_window) else {
+            continue;
+        };
         let pitch_m = map.spacing.of_gap_m(gap);
         let within_m = significance * typical_sigma(map, gap) * pitch_m;
         let at_rest_j = [-within_m, 0.0, within_m].map(|overlap_m| energy_of(gap, overlap_m));
@@ -118,7 +163,7 @@ pub(crate) fn drop_what_rest_may_hold(
         let smoothed = smooth(&compression(map, gap), half_window);
         let seen_j = smoothed.iter().flatten().map(|strain| energy_of(gap, strain * pitch_m));
         if peak_j <= most_j || seen_j.fold(f64::NEG_INFINITY, f64::max) <= most_j {
-            *energy_j = Err(Missing::NotAboveRest);
+            *energy = Err(Missing::NotAboveRest);
         }
     }
 }

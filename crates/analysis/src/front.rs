@@ -97,6 +97,8 @@ pub struct LeadingPulse {
     pub foot_time_s: Option<f64>,
     /// Samples on each side over which the gap's strain may be smoothed without visible bias.
     pub half_window: usize,
+    /// The sample at which the strain so smoothed peaks.
+    pub summit: usize,
 }
 
 /// How a peak changes with a polynomial over half as far down from it: as much as a top that is no polynomial of order six bends away from one.
@@ -206,6 +208,7 @@ fn leading_pulse(
         edge_time_s: edge.map(|place| time_at(map, place)),
         foot_time_s: tenth.zip(half).map(|(tenth, half)| time_at(map, 2.0 * tenth - half)),
         half_window: *half_window,
+        summit,
     })
 }
 
@@ -389,6 +392,7 @@ mod tests {
             edge_time_s,
             foot_time_s,
             half_window: 3,
+            summit: 0,
         })
     }
 

@@ -9,7 +9,7 @@ use ndarray::Array2;
 use crate::check::check_motion;
 use crate::columns::{Column, Columns, Scatter};
 use crate::dispersion::{DispersionMap, dispersion_map};
-use crate::energy::{EnergyLaw, PeakEnergies, drop_what_rest_may_hold, pulses_and_energies};
+use crate::energy::{EnergyLaw, GapEnergy, PeakEnergies, drop_what_rest_may_hold, pulses_and_bent_energies};
 use crate::front::{FrontSettings, GapFront, LeadingPulse, NARROWEST, leading_pulses};
 use crate::half_width::{HalfWidth, MovingProfile, half_width_times, half_widths, without_jumps};
 use crate::line_test::line_test;
@@ -118,7 +118,7 @@ pub fn measure(
         let mut values = plan.apply(motion, &map);
         if let Some(energy_of) = energy_of {
             let seen = (&map, values.pulses.as_slice());
-            drop_what_rest_may_hold(&mut values.energies_j, seen, energy_of, settings.front.significance);
+            drop_what_rest_may_hold(&mut values.energies, seen, energy_of, settings.front.significance);
         }
         let replicas = of_replicas(motion, &sigma, settings, |noisy, map| plan.apply(noisy, map).columns());
         let scatter = Scatter::new(values.columns(), replicas);
@@ -164,21 +164,21 @@ pub fn measure_peak_energies(
     let map = strain_with_sigma(motion, &sigma, &settings.spacing);
     Ok(with_followed_peaks(motion, settings, |settings| {
         let front = &settings.front;
-        let of_map = |map: &StrainMap| pulses_and_energies(map, front, energy_of);
-        let columns = |map: &StrainMap, pulses: &[Result<LeadingPulse, Missing>], energies_j: &[_]| {
+        let of_map = |map: &StrainMap| pulses_and_bent_energies(map, front, energy_of);
+        let columns = |pulses: &[Result<LeadingPulse, Missing>], energies: &[_]| {
             let mut columns = Columns::default();
             set_bends(&mut columns, pulses);
-            set_energies(&mut columns, energies_j, energy_bends_j((map, pulses), energy_of));
+            set_energies(&mut columns, energies);
             columns
         };
-        let (pulses, mut energies_j) = of_map(&map);
-        drop_what_rest_may_hold(&mut energies_j, (&map, &pulses), energy_of, front.significance);
+        let (pulses, mut found) = of_map(&map);
+        drop_what_rest_may_hold(&mut found, (&map, &pulses), energy_of, front.significance);
         let replicas = of_replicas(motion, &sigma, settings, |_, map| {
-            let (pulses, energies_j) = of_map(map);
-            columns(map, &pulses, &energies_j)
+            let (pulses, found) = of_map(map);
+            columns(&pulses, &found)
         });
-        let scatter = Scatter::new(columns(&map, &pulses, &energies_j), replicas);
-        (energies(front, &energies_j, &scatter), scatter)
+        let scatter = Scatter::new(columns(&pulses, &found), replicas);
+        (energies(front, &found, &scatter), scatter)
     }))
 }
 
@@ -229,12 +229,10 @@ impl<'a> Plan<'a> {
 
     fn apply(&self, motion: &ChainMotion, map: &StrainMap) -> Values {
         let front = &self.settings.front;
-        let (pulses, energies_j) = match self.energy_of {
-            Some(energy_of) => pulses_and_energies(map, front, energy_of),
+        let (pulses, energies) = match self.energy_of {
+            Some(energy_of) => pulses_and_bent_energies(map, front, energy_of),
             None => (leading_pulses(map, front), Vec::new()),
         };
-        let energy_bends_j =
-            self.energy_of.map_or_else(Vec::new, |energy_of| energy_bends_j((map, &pulses), energy_of));
         let speed = fit_speed(&pulses, &map.spacing, &self.velocity_gaps);
         let half_widths_m = speed.map_or_else(
             |_| vec![None; self.half_width_times_s.len()],
@@ -253,8 +251,7 @@ impl<'a> Plan<'a> {
             particle_m_per_s,
             speed,
             half_widths_m,
-            energies_j,
-            energy_bends_j,
+            energies,
             spectrum,
             resonance_hz,
         }
@@ -269,8 +266,7 @@ struct Values {
     particle_m_per_s: Option<f64>,
     speed: Result<SpeedFit, Missing>,
     half_widths_m: Vec<Option<f64>>,
-    energies_j: Vec<Result<f64, Missing>>,
-    energy_bends_j: Vec<Option<f64>>,
+    energies: Vec<Result<GapEnergy, Missing>>,
     spectrum: TailSpectrum,
     resonance_hz: Option<f64>,
 }
@@ -293,7 +289,7 @@ impl Values {
         columns.set(Column::ParticleVelocity, self.particles_m_per_s.clone());
         columns.set(Column::MeanParticleVelocity, vec![self.particle_m_per_s]);
         columns.set(Column::HalfWidth, self.half_widths_m.clone());
-        set_energies(&mut columns, &self.energies_j, self.energy_bends_j.clone());
+        set_energies(&mut columns, &self.energies);
         columns.set(Column::Resonance, vec![self.resonance_hz]);
         columns
     }
@@ -305,26 +301,18 @@ fn set_bends(columns: &mut Columns, pulses: &[Result<LeadingPulse, Missing>]) {
     columns.set(Column::PeakStrainBend, bends().map(|bends| Some(bends?.strain)).collect());
 }
 
-/// What the bends of the pulses' peaks make of their energies.
-fn energy_bends_j(
-    (map, pulses): (&StrainMap, &[Result<LeadingPulse, Missing>]),
-    energy_of: EnergyLaw<'_>,
-) -> Vec<Option<f64>> {
-    let of_pulse = |pulse: &Result<LeadingPulse, Missing>| {
-        let LeadingPulse { gap, peak_strain, bends, .. } = *pulse.as_ref().ok()?;
-        let energy_j = |strain: f64| energy_of(gap, -strain * map.spacing.of_gap_m(gap));
-        Some(energy_j(peak_strain + bends?.strain) - energy_j(peak_strain))
+fn set_energies(columns: &mut Columns, energies: &[Result<GapEnergy, Missing>]) {
+    let of_gaps = |value: fn(&GapEnergy) -> Option<f64>| -> Vec<Option<f64>> {
+        energies.iter().map(|energy| energy.as_ref().ok().and_then(value)).collect()
     };
-    pulses.iter().map(of_pulse).collect()
-}
-
-fn set_energies(columns: &mut Columns, energies_j: &[Result<f64, Missing>], bends_j: Vec<Option<f64>>) {
-    let first_j = energies_j.first().and_then(|energy| energy.ok());
-    let relative = |energy: &Result<f64, Missing>| Some(energy.ok()? / first_j?);
-    columns.set(Column::Energy, energies_j.iter().map(|energy| energy.ok()).collect());
-    columns.set(Column::RelativeEnergy, energies_j.iter().map(relative).collect());
-    let relative_bend = |bend_j: &Option<f64>| Some((*bend_j)? / first_j?);
-    columns.set(Column::RelativeEnergyBend, bends_j.iter().map(relative_bend).collect());
+    let [energies_j, bends_j] = [of_gaps(|energy| Some(energy.energy_j)), of_gaps(|energy| energy.bend_j)];
+    let first_j = energies_j.first().copied().flatten();
+    let relative = |values_j: &[Option<f64>]| -> Vec<Option<f64>> {
+        values_j.iter().map(|value_j| Some((*value_j)? / first_j?)).collect()
+    };
+    columns.set(Column::RelativeEnergy, relative(&energies_j));
+    columns.set(Column::RelativeEnergyBend, relative(&bends_j));
+    columns.set(Column::Energy, energies_j);
     columns.set(Column::EnergyBend, bends_j);
 }
 
@@ -348,7 +336,7 @@ fn assemble(map: StrainMap, plan: &Plan<'_>, values: &Values, scatter: &Scatter)
         fronts: fronts.map(|(row, pulse)| gap_front(row, (*pulse)?, scatter)).collect(),
         group_velocity: values.speed.and_then(|speed| group_velocity(&speed, &plan.velocity_gaps, scatter)),
         half_widths: half_widths.unwrap_or_default(),
-        energies: plan.energy_of.map(|_| energies(&plan.settings.front, &values.energies_j, scatter)),
+        energies: plan.energy_of.map(|_| energies(&plan.settings.front, &values.energies, scatter)),
         front: plan.settings.front,
         spectrum: values.spectrum.clone(),
         local_resonance: plan.resonance.as_ref().map_err(|reason| *reason).and_then(|found| {
@@ -392,21 +380,21 @@ fn group_velocity(
     })
 }
 
-fn energies(front: &FrontSettings, energies_j: &[Result<f64, Missing>], scatter: &Scatter) -> PeakEnergies {
+fn energies(front: &FrontSettings, found: &[Result<GapEnergy, Missing>], scatter: &Scatter) -> PeakEnergies {
     let measured = |row: &usize| scatter.estimate(Column::Energy, *row).is_ok();
-    let rows: Vec<usize> = (0..energies_j.len()).filter(measured).collect();
+    let rows: Vec<usize> = (0..found.len()).filter(measured).collect();
     let all_of = |column, bend| {
         let estimate = |row: &usize| {
             let Estimate { value, sigma } = scatter.unbiased_estimate(column, *row).ok()?;
-            Some(Estimate::new(value, sigma.hypot(scatter.told(bend, *row))))
+            Some(Estimate::new(value, sigma.hypot(scatter.beyond_noise(bend, *row))))
         };
         rows.iter().map(estimate).collect::<Option<Vec<_>>>()
     };
     let mut covariance_j2 = scatter.covariance(Column::Energy, &rows);
     for (variance_j2, row) in covariance_j2.diag_mut().iter_mut().zip(&rows) {
-        *variance_j2 += scatter.told(Column::EnergyBend, *row).powi(2);
+        *variance_j2 += scatter.beyond_noise(Column::EnergyBend, *row).powi(2);
     }
-    let reason = |(row, energy): (usize, &Result<f64, Missing>)| {
+    let reason = |(row, energy): (usize, &Result<GapEnergy, Missing>)| {
         let outcome = energy.and_then(|_| scatter.estimate(Column::Energy, row));
         outcome.err().map(|reason| (row + 1, reason))
     };
@@ -416,6 +404,6 @@ fn energies(front: &FrontSettings, energies_j: &[Result<f64, Missing>], scatter:
         relative: all_of(Column::RelativeEnergy, Column::RelativeEnergyBend),
         covariance_j2,
         front: *front,
-        missing: energies_j.iter().enumerate().filter_map(reason).collect(),
+        missing: found.iter().enumerate().filter_map(reason).collect(),
     }
 }

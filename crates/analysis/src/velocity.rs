@@ -231,6 +231,7 @@ mod tests {
         let pulse = |gap: usize, peak_time_s: f64, peak_strain: f64| {
             let foot_time_s = Some(gap as f64);
             Ok(LeadingPulse {
+                summit: 0,
                 gap,
                 peak_time_s,
                 peak_strain,

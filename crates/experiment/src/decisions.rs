@@ -15,10 +15,11 @@ use serde::Serialize;
 
 use chainwave_correlation::{ShapeChoice, ShapeEvidence};
 
+use crate::assumptions::{assumed_by_fits, assumed_of_pictures};
 use crate::calibration::ChainMap;
 use crate::configuration::{Experiment, Law};
 use crate::damping::StatedDamping;
-use crate::evaluation::{Evaluation, assumed_by_fits};
+use crate::evaluation::Evaluation;
 use crate::notices::farthest_drive;
 use crate::setup::Setup;
 use crate::standing::{Standing, Standings};
@@ -93,12 +94,9 @@ fn assumed(experiment: &Experiment, evaluation: &Evaluation) -> Vec<Decision> {
     let of_merging = evaluation.assumptions.iter().cloned();
     let mut all: Vec<Decision> =
         of_merging.map(|one| decision(one, StitchingSettings::assumed_from())).collect();
-    if experiment.analysis.fits {
-        all.extend(
-            assumed_by_fits(experiment, &evaluation.stitched)
-                .map(|one| decision(one, "not tuned to a chain")),
-        );
-    }
+    let beside = assumed_of_pictures(experiment).into_iter();
+    let by_fits = experiment.analysis.fits.then(|| assumed_by_fits(experiment, &evaluation.stitched));
+    all.extend(beside.chain(by_fits.into_iter().flatten()).map(|one| decision(one, "not tuned to a chain")));
     all
 }
 

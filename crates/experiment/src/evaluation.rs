@@ -16,8 +16,8 @@ use chainwave_measurement::{ChainMotion, Estimate, Observation, ReadingError, Tr
 use chainwave_mechanics::{Chain, Drive, Schedule, Striker as ModelStriker, simulate};
 use chainwave_stitching::{Assumption, Outlier, Stitched};
 
+use crate::assumptions::DRIVE_SCALE_SIGMA;
 use crate::calibration::ChainMap;
-use crate::chain_model::STARTING_SHARES;
 use crate::configuration::{Experiment, Striker};
 use crate::damping::StatedDamping;
 use crate::error::Error;
@@ -529,37 +529,6 @@ fn energy_model(material: &Material<'_>, spacing: Spacing) -> Result<EnergyModel
         spacing,
         n_threads,
     })
-}
-
-/// How well the scale of drives is known that no onset tells.
-const DRIVE_SCALE_SIGMA: f64 = 0.5;
-
-/// What fits take to be so where the recordings do not tell it.
-pub(crate) fn assumed_by_fits(
-    experiment: &Experiment,
-    stitched: &Stitched,
-) -> impl Iterator<Item = Assumption> {
-    let [of_chain, of_striker] = STARTING_SHARES;
-    let starting = Assumption {
-        of: "assumed: damping where fits begin",
-        value: of_chain,
-        in_words: format!(
-            "{} % of critical damping of a body for c_d, {} % for c_s",
-            100.0 * of_chain,
-            100.0 * of_striker
-        ),
-        decides: "nothing where fits from several starts agree, which `fit_to_tracks` counts",
-        reason: "light damping of this chain's own bodies and contacts",
-    };
-    let scale = Assumption {
-        of: "assumed: how well the fit to peak energies knows the drives' scale",
-        value: DRIVE_SCALE_SIGMA,
-        in_words: format!("to {} %", 100.0 * DRIVE_SCALE_SIGMA),
-        decides: "how far drives of all recordings together may move in the fit to the peak energies",
-        reason: "no body's onset tells it",
-    };
-    let is_untold = experiment.striker.is_some() && stitched.drive_scale_sigma.is_none();
-    [Some(starting), is_untold.then_some(scale)].into_iter().flatten()
 }
 
 fn model_beside(

@@ -32,9 +32,6 @@ use crate::configuration::{self, Experiment, Synthetic, Trial};
 use crate::error::Error;
 use crate::monitor::{Monitor, Stage};
 
-/// Interval of the simulated motion and of the truth: 1/175 of the shortest period of the chain.
-const TRUTH_INTERVAL_S: f64 = 1e-5;
-
 /// The truth behind a film.
 pub struct FilmTruth {
     /// What stands for all sound trials.
@@ -254,7 +251,7 @@ impl<'a> Studio<'a> {
             self.expect_plainly_struck()?;
             return rings.motion(self, draw);
         }
-        let duration_s = self.last_time_s() + 1e-3;
+        let (duration_s, interval_s) = (self.last_time_s() + 1e-3, self.synthetic.truth_interval_s());
         let dampings = [self.synthetic.damping_kg_per_s.get(), self.synthetic.c_s_kg_per_s()];
         let stated = self.experiment.chain_driven(draw.striker_velocity_m_per_s, dampings, duration_s)?;
         let chain = Chain { mass_kg: self.masses_kg.clone(), contact: self.contact.clone(), ..stated };
@@ -264,9 +261,9 @@ impl<'a> Studio<'a> {
         };
         if friction_n > 0.0 {
             self.expect_no_far_striker("[synthetic.chain] friction_n: expected 0")?;
-            return rubbed(&model, friction_n, duration_s, TRUTH_INTERVAL_S);
+            return rubbed(&model, friction_n, duration_s, interval_s);
         }
-        let schedule = Schedule::automatic(duration_s, TRUTH_INTERVAL_S);
+        let schedule = Schedule::automatic(duration_s, interval_s);
         Ok(self.experiment.seen_from_rest(chainwave_mechanics::simulate(&model, &schedule)?.trajectory))
     }
 

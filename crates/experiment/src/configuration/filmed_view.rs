@@ -10,6 +10,9 @@ use crate::calibration::middle_px;
 use crate::error::Error;
 use crate::numbers::Positive;
 
+/// Longest interval of simulated motions and of the truth.
+const LONGEST_TRUTH_INTERVAL_S: f64 = 1e-5;
+
 /// A view that is filmed in another way than `[synthetic]` has it: an entry of `[[synthetic.views]]`. What is left out is as there.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -88,11 +91,20 @@ impl Synthetic {
 
     /// The time from the first image of any view to beyond the last one.
     pub(crate) fn span_s(&self) -> [f64; 2] {
-        let all =
-            || std::iter::once(None).chain(self.views.iter().map(Some)).map(|view| self.footage_of(view));
-        let first_s = all().map(|footage| footage.first_time_s()).fold(f64::INFINITY, f64::min);
-        let last_s = all().map(|footage| footage.last_time_s()).fold(f64::NEG_INFINITY, f64::max);
+        let first_s = self.footages().map(|footage| footage.first_time_s()).fold(f64::INFINITY, f64::min);
+        let last_s = self.footages().map(|footage| footage.last_time_s()).fold(f64::NEG_INFINITY, f64::max);
         [first_s, last_s]
+    }
+
+    /// Interval of the simulated motion and of the truth. A camera that follows a motion takes eight frames or more of its shortest period, of which cubic
+    /// interpolation over quarters of a frame leaves 4e-6 of the amplitude.
+    pub(crate) fn truth_interval_s(&self) -> f64 {
+        self.footages().map(|footage| 0.25 / footage.rate_hz).fold(LONGEST_TRUTH_INTERVAL_S, f64::min)
+    }
+
+    /// What is filmed of views with an entry of their own, and of all others.
+    fn footages(&self) -> impl Iterator<Item = Footage> {
+        std::iter::once(None).chain(self.views.iter().map(Some)).map(|view| self.footage_of(view))
     }
 
     fn footage_of(&self, view: Option<&FilmedView>) -> Footage {
@@ -174,6 +186,16 @@ mod tests {
         assert_eq!((column_px, row_px), (-139.5, 23.5));
         let (camera, specimen) = (footage.camera(&synthetic.camera), footage.specimen(&synthetic.specimen));
         assert_eq!((camera.scale_px_per_m, specimen.marker.speckle_diameter_px), (5000.0, 9.0));
+    }
+
+    #[test]
+    fn the_truth_is_known_four_times_a_frame_of_the_fastest_view() {
+        let interval_s = |rate_hz: f64| {
+            let view = format!("[[synthetic.views]]\nview = 2\nrate_hz = {rate_hz:?}\n");
+            small(&view).synthetic.unwrap().truth_interval_s()
+        };
+        // Beside views at 25 kHz.
+        assert_eq!((interval_s(2e3), interval_s(25e3), interval_s(250e3)), (1e-5, 1e-5, 1e-6));
     }
 
     #[test]

@@ -8,7 +8,7 @@ use chainwave_synthetic::Shapes;
 use chainwave_synthetic::trials::Draw;
 use ndarray::{Array2, Array4};
 
-use super::{Studio, TRUTH_INTERVAL_S};
+use super::Studio;
 use crate::configuration::FilmedRings;
 use crate::error::Error;
 
@@ -45,7 +45,7 @@ impl FilmedRings {
     fn simulate(&self, studio: &Studio, draw: &Draw, shapes: bool) -> Result<RingSimulation, Error> {
         let schedule = RingSchedule {
             duration_s: studio.last_time_s() + 1e-3,
-            output_interval_s: TRUTH_INTERVAL_S,
+            output_interval_s: studio.synthetic.truth_interval_s(),
             dt_s: None,
             shapes,
             n_threads: 1,

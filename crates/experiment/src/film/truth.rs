@@ -6,7 +6,7 @@ use chainwave_measurement::{Moment, Trajectory};
 use ndarray::{Array2, ShapeBuilder};
 use serde::{Deserialize, Serialize};
 
-use super::{FilmTruth, Studio, TRUTH_INTERVAL_S, Take, one_after_the_other};
+use super::{FilmTruth, Studio, Take, one_after_the_other};
 use crate::error::Error;
 
 /// The truth behind a synthetic experiment, as `truth.json` has it. Trials that were struck too fast on purpose, or whose view is
@@ -214,9 +214,10 @@ impl Studio<'_> {
 
     /// A mean motion of no trials, at all times that are filmed.
     fn no_motion(&self, nominal_m_per_s: f64) -> MeanMotion {
-        let [first, last] = self.synthetic.span_s().map(|time_s| time_s / TRUTH_INTERVAL_S);
+        let interval_s = self.synthetic.truth_interval_s();
+        let [first, last] = self.synthetic.span_s().map(|time_s| time_s / interval_s);
         let times_s: Vec<f64> =
-            (first.ceil() as i64..=last.floor() as i64).map(|k| k as f64 * TRUTH_INTERVAL_S).collect();
+            (first.ceil() as i64..=last.floor() as i64).map(|k| k as f64 * interval_s).collect();
         // The times of a body lie side by side, as they do in each trial's motion.
         let displacement_m = Array2::zeros((times_s.len(), self.experiment.chain.n_bodies).f());
         MeanMotion { nominal_m_per_s, times_s, displacement_m }

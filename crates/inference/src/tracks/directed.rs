@@ -69,17 +69,17 @@ pub(super) fn directed(
 
 /// How likely each hypothesis is before the tracks are asked, against the model as stated: there are nine or so, of which most experiments
 /// have none or one.
-const PRIOR_ODDS: f64 = 0.2;
+pub const ODDS_OF_A_CAUSE: f64 = 0.2;
 /// How large its quantities may be then, in standard errors: what is much larger is told, what is much smaller does no harm.
-const PRIOR_WIDTH: f64 = 3.0;
+pub const SIGMAS_OF_A_CAUSE: f64 = 3.0;
 
 impl Directed {
     /// Minus twice the logarithm of its odds against the model without it, what is left over having the variance `unit`: the ratio of the two
     /// likelihoods, over a normal distribution of its quantities.
     pub(super) fn behind(&self, unit: f64) -> f64 {
-        let width2 = PRIOR_WIDTH * PRIOR_WIDTH;
+        let width2 = SIGMAS_OF_A_CAUSE * SIGMAS_OF_A_CAUSE;
         let fall = width2 / (1.0 + width2) * self.fall / unit;
-        self.n_free as f64 * width2.ln_1p() - 2.0 * PRIOR_ODDS.ln() - fall
+        self.n_free as f64 * width2.ln_1p() - 2.0 * ODDS_OF_A_CAUSE.ln() - fall
     }
 
     /// Probability of such a fall or a larger one, were there noise alone of variance `unit` and nothing but one of `n` hypotheses to try.

@@ -36,10 +36,10 @@ pub enum Hypothesis {
     StiffnessScatters,
 }
 
-/// How far masses may scatter: wide beside the paper's 1.3 %.
-const MASS_SCATTER: f64 = 0.05;
-/// The same of stiffness, of which 5 % have been seen.
-const STIFFNESS_SCATTER: f64 = 0.15;
+/// How far masses may scatter from body to body, relative to them (standard deviation), where tracks ask for it: wide beside the paper's 1.3 %.
+pub const UNSTATED_MASS_SCATTER: f64 = 0.05;
+/// The same of stiffness from gap to gap, of which 5 % have been seen.
+pub const UNSTATED_STIFFNESS_SCATTER: f64 = 0.15;
 
 /// Numbers that one hypothesis has at most: in longer chains neighbours share one, whose mean scatters by less. Masses that scatter within such groups
 /// are then left as structure. To integrate the derivatives by a number for each body would grow with the cube of the chain's length, and be
@@ -155,9 +155,9 @@ impl Hypothesis {
             }
             Self::MassesScatter => {
                 let known = |group: Neighbours| match group {
-                    Neighbours { first, n: 1, .. } => (Quantity::MassOfBody(first), MASS_SCATTER),
+                    Neighbours { first, n: 1, .. } => (Quantity::MassOfBody(first), UNSTATED_MASS_SCATTER),
                     Neighbours { first, last, n } => {
-                        (Quantity::MassOfNeighbours(first, last), MASS_SCATTER / (n as f64).sqrt())
+                        (Quantity::MassOfNeighbours(first, last), UNSTATED_MASS_SCATTER / (n as f64).sqrt())
                     }
                 };
                 let groups = Neighbours::of(bodies, MOST_NUMBERS).into_iter().map(known);
@@ -167,10 +167,13 @@ impl Hypothesis {
             }
             Self::StiffnessScatters => {
                 let known = |group: Neighbours| match group {
-                    Neighbours { first, n: 1, .. } => (Quantity::StiffnessOfGap(first), STIFFNESS_SCATTER),
-                    Neighbours { first, last, n } => {
-                        (Quantity::StiffnessOfNeighbours(first, last), STIFFNESS_SCATTER / (n as f64).sqrt())
+                    Neighbours { first, n: 1, .. } => {
+                        (Quantity::StiffnessOfGap(first), UNSTATED_STIFFNESS_SCATTER)
                     }
+                    Neighbours { first, last, n } => (
+                        Quantity::StiffnessOfNeighbours(first, last),
+                        UNSTATED_STIFFNESS_SCATTER / (n as f64).sqrt(),
+                    ),
                 };
                 let last = bodies.last().copied().unwrap_or(0).min(model.chain.n_bodies().saturating_sub(1));
                 let gaps: Vec<usize> = (1..=last).collect();
@@ -181,7 +184,7 @@ impl Hypothesis {
                 // The striker meets body 1 in a contact like the others.
                 let is_known = |known: &Known| known.quantity == Quantity::StrikerContact;
                 if !asked.contains(&Quantity::StrikerContact) && !model.known.iter().any(is_known) {
-                    let (quantity, relative_sigma) = (Quantity::StrikerContact, STIFFNESS_SCATTER);
+                    let (quantity, relative_sigma) = (Quantity::StrikerContact, UNSTATED_STIFFNESS_SCATTER);
                     model.known.push(Known { quantity, relative_sigma });
                 }
             }
