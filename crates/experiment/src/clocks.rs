@@ -39,7 +39,9 @@ pub(crate) struct Clocks {
 struct Clock {
     of: ClockOf,
     /// By how much longer the time between frames is than stated, relative to that.
-    excess: Estimate,
+    excess: f64,
+    /// Standard uncertainty of that; of one that is found roughly it is not known.
+    sigma: Option<f64>,
     /// The view whose clock explains the same by the opposite; half of it is put right in each.
     or_of: Option<ClockOf>,
 }
@@ -52,7 +54,8 @@ impl Clocks {
             let other = views.iter().find(|other| **other != view).filter(|_| views.len() == 2);
             Clock {
                 of: ClockOf::View(view),
-                excess: Estimate::new(excess, f64::INFINITY),
+                excess,
+                sigma: None,
                 or_of: other.map(|other| ClockOf::View(*other)),
             }
         };
@@ -65,47 +68,49 @@ impl Clocks {
 
     /// The clocks after another alignment says what is left of them; `None` where nothing is to be changed.
     pub(crate) fn after(&self, shown: &[ClockShown]) -> Option<Self> {
-        let shown = &as_recordings_scatter(shown);
-        let mut clocks = self.clone();
+        let shown = as_recordings_scatter(shown);
+        self.refined(&shown).or_else(|| self.with_another(&shown))
+    }
+
+    /// Those that were told, put right by what is left of them; `None` where that is next to nothing.
+    fn refined(&self, shown: &[ClockShown]) -> Option<Self> {
+        let mut refined = self.clone();
         let mut is_changed = false;
-        for clock in &mut clocks.told {
+        for clock in &mut refined.told {
             let Some(left) = shown.iter().find(|one| one.of == clock.of) else { continue };
-            let is_first = clock.excess.sigma.is_infinite();
-            is_changed |= is_first || left.excess.value.abs() > REFINED * left.excess.sigma;
-            clock.excess = Estimate::new(clock.excess.value + left.excess.value, left.excess.sigma);
+            is_changed |= clock.sigma.is_none() || left.excess.value.abs() > REFINED * left.excess.sigma;
+            clock.excess += left.excess.value;
+            clock.sigma = Some(left.excess.sigma);
         }
-        if is_changed {
-            return Some(clocks);
-        }
+        is_changed.then_some(refined)
+    }
+
+    /// The same with the one that explains most of those that are told besides; `None` where none is.
+    fn with_another(&self, shown: &[ClockShown]) -> Option<Self> {
         let is_new = |one: &&ClockShown| {
-            let deviations = one.excess.value.abs() / one.excess.sigma;
-            let asked = if one.of.is_view() { TOLD_BY_STRETCHES } else { TOLD_OF_RECORDING };
-            let is_told = one.gain > TOLD.powi(2)
-                && one.excess.value.abs() > LEAST
-                && deviations > student(asked, one.freedom);
-            is_told
-                && !self.told.iter().any(|clock| clock.of == one.of || clock.or_of.as_ref() == Some(&one.of))
+            let is_known =
+                self.told.iter().any(|clock| clock.of == one.of || clock.or_of.as_ref() == Some(&one.of));
+            is_told(one) && !is_known
         };
-        let best = shown.iter().filter(is_new).max_by(|a, b| a.gain.total_cmp(&b.gain));
-        if let Some(best) = best {
-            let is_other = |one: &&ClockShown| {
-                let is_opposite = one.excess.value * best.excess.value < 0.0;
-                let is_told = self.told.iter().any(|clock| clock.of == one.of);
-                one.of.is_view()
-                    && best.of.is_view()
-                    && is_opposite
-                    && !is_told
-                    && one.gain > AS_GOOD * best.gain
-            };
-            let or_of = shown.iter().find(is_other).map(|one| one.of.clone());
-            clocks.told.push(Clock { of: best.of.clone(), excess: best.excess, or_of });
-        }
-        best.map(|_| clocks)
+        let best = shown.iter().filter(is_new).max_by(|a, b| a.gain.total_cmp(&b.gain))?;
+        let explains_the_same = |one: &&ClockShown| {
+            let is_of_views = one.of.is_view() && best.of.is_view();
+            let is_opposite = one.excess.value * best.excess.value < 0.0;
+            is_of_views
+                && is_opposite
+                && one.gain > AS_GOOD * best.gain
+                && !self.told.iter().any(|clock| clock.of == one.of)
+        };
+        let or_of = shown.iter().find(explains_the_same).map(|one| one.of.clone());
+        let Estimate { value, sigma } = best.excess;
+        let mut clocks = self.clone();
+        clocks.told.push(Clock { of: best.of.clone(), excess: value, sigma: Some(sigma), or_of });
+        Some(clocks)
     }
 
     /// Whether it is known how far each is off.
     pub(crate) fn are_known(&self) -> bool {
-        self.told.iter().all(|clock| clock.excess.sigma.is_finite())
+        self.told.iter().all(|clock| clock.sigma.is_some())
     }
 
     /// Whether that of a view is among them.
@@ -117,9 +122,9 @@ impl Clocks {
     pub(crate) fn factor(&self, view: u32, recording: &str) -> f64 {
         let is_of = |of: &ClockOf| of.holds(view, recording);
         let excess = |clock: &Clock| match &clock.or_of {
-            None if is_of(&clock.of) => clock.excess.value,
-            Some(_) if is_of(&clock.of) => 0.5 * clock.excess.value,
-            Some(other) if is_of(other) => -0.5 * clock.excess.value,
+            None if is_of(&clock.of) => clock.excess,
+            Some(_) if is_of(&clock.of) => 0.5 * clock.excess,
+            Some(other) if is_of(other) => -0.5 * clock.excess,
             _ => 0.0,
         };
         self.told.iter().map(|clock| 1.0 + excess(clock)).product()
@@ -128,16 +133,18 @@ impl Clocks {
     /// What is not known of them, as errors of the readings.
     pub(crate) fn errors(&self, observations: &[Observation]) -> Vec<ReadingError> {
         let of_clock = |clock: &Clock| {
-            let own = |of: &ClockOf, sigma: f64| tracks_of(observations, of, sigma);
-            let (name, sigma) = (&clock.of, clock.excess.sigma);
-            let known_to =
-                ReadingError { source: format!("clock of {name}").into(), of_tracks: own(&clock.of, sigma) };
+            let own = |of: &ClockOf, excess: f64| tracks_of(observations, of, excess);
+            let name = &clock.of;
+            let known_to = clock.sigma.map(|sigma| ReadingError {
+                source: format!("clock of {name}").into(),
+                of_tracks: own(&clock.of, sigma),
+            });
             let either = clock.or_of.as_ref().map(|other| {
-                let half = 0.5 * clock.excess.value;
+                let half = 0.5 * clock.excess;
                 let of_tracks = [own(&clock.of, half), own(other, half)].concat();
                 ReadingError { source: format!("clock of {name} or of {other}").into(), of_tracks }
             });
-            [Some(known_to), either].into_iter().flatten()
+            [known_to, either].into_iter().flatten()
         };
         self.told.iter().flat_map(of_clock).collect()
     }
@@ -145,8 +152,9 @@ impl Clocks {
     /// What the reader should know.
     pub(crate) fn findings(&self, observations: &[Observation]) -> Vec<Finding> {
         let finding = |clock: &Clock| {
-            let Estimate { value, sigma } = clock.excess;
-            let percent = estimate(Estimate::new(100.0 * value.abs(), 100.0 * sigma));
+            let value = clock.excess;
+            let percent =
+                estimate(Estimate::new(100.0 * value.abs(), 100.0 * clock.sigma.unwrap_or(f64::INFINITY)));
             let later = if value > 0.0 { "later" } else { "sooner" };
             let by = match clock.of {
                 ClockOf::View(_) => "bodies that other views show too",
@@ -176,6 +184,13 @@ impl Clocks {
         };
         self.told.iter().map(finding).collect()
     }
+}
+
+/// Whether one is off by more than chance and other errors make it seem.
+fn is_told(one: &ClockShown) -> bool {
+    let deviations = one.excess.value.abs() / one.excess.sigma;
+    let asked = if one.of.is_view() { TOLD_BY_STRETCHES } else { TOLD_OF_RECORDING };
+    one.gain > TOLD.powi(2) && one.excess.value.abs() > LEAST && deviations > student(asked, one.freedom)
 }
 
 /// The same with sigmas of recordings as large as these scatter; the few whose clocks are off hardly move a median.
