@@ -179,13 +179,12 @@ struct Excess {
 impl Excess {
     /// `None` where the body was never seen at rest.
     fn of(observation: &Observation, track: &BodyTrack, rest_until_s: f64, m_per_px: f64) -> Option<Self> {
-        let n_rest = observation.times_s.partition_point(|time_s| *time_s < rest_until_s);
-        let at_rest = || track.position_m.iter().take(n_rest).flatten();
-        let n = at_rest().count() as f64;
+        let origin_m = observation.mean_before_m(track, rest_until_s)?;
+        let at_rest = observation.readings_before(track, rest_until_s);
+        let n = at_rest.clone().count() as f64;
         // The reference is the mean of these frames: it has the n-th part of each one's own noise, which no other frame's match has.
         let of_others = if n > 1.0 { (n + 1.0) / (n - 1.0) } else { 1.0 };
-        let at_rest_m2 = of_others * median(at_rest().map(|x| x.sigma.powi(2)).collect())?;
-        let origin_m = at_rest().map(|x| x.value).sum::<f64>() / n;
+        let at_rest_m2 = of_others * median(at_rest.map(|x| x.sigma.powi(2)).collect())?;
         let moved = track.position_m.iter().flatten().filter(|x| (x.value - origin_m).abs() > m_per_px);
         let moved = moved.map(|x| x.sigma.powi(2) / at_rest_m2 - 1.0).collect();
         let variance_m2 = track.position_m.iter().map(|x| x.map(|x| x.sigma.powi(2))).collect();

@@ -101,21 +101,19 @@ fn left_of(first: &Course, second: &Course, factor: f64, frames: f64) -> Option<
 impl Course {
     /// `None` of a body that no recording shows from rest on.
     fn of(recordings: &[&Observation], body: usize, rest_until_s: f64) -> Option<Self> {
-        let seen = recordings
-            .iter()
-            .filter_map(|one| Some((*one, one.bodies.iter().find(|track| track.body == body)?)));
-        let seen: Vec<(&Observation, &BodyTrack)> = seen.collect();
-        let (longest, _) = seen.iter().max_by(|a, b| last_s(a.0).total_cmp(&last_s(b.0)))?;
+        let seen = recordings.iter().filter_map(|one| {
+            let track = one.bodies.iter().find(|track| track.body == body)?;
+            Some((*one, track, one.mean_before_m(track, rest_until_s)?))
+        });
+        let seen: Vec<(&Observation, &BodyTrack, f64)> = seen.collect();
+        let (longest, ..) = seen.iter().max_by(|a, b| last_s(a.0).total_cmp(&last_s(b.0)))?;
         let interval_s = longest.frame_interval_s();
         let n = (last_s(longest) / interval_s).max(0.0) as usize;
-        let rests_m: Vec<f64> = seen.iter().map(|(one, track)| rest_m(one, track, rest_until_s)).collect();
         let mean_m = |k: usize| -> Option<f64> {
             let time_s = k as f64 * interval_s;
-            let at = seen
-                .iter()
-                .zip(&rests_m)
-                .filter_map(|((one, track), rest_m)| Some(place_m(one, track, time_s)? - rest_m));
-            let at: Vec<f64> = at.filter(|x| x.is_finite()).collect();
+            let at =
+                seen.iter().filter_map(|(one, track, rest_m)| Some(place_m(one, track, time_s)? - rest_m));
+            let at: Vec<f64> = at.collect();
             (!at.is_empty()).then(|| at.iter().sum::<f64>() / at.len() as f64)
         };
         let displacement_m: Vec<f64> = (0..n).map_while(mean_m).collect();
@@ -145,13 +143,6 @@ impl Course {
 
 fn last_s(observation: &Observation) -> f64 {
     observation.times_s.last().copied().unwrap_or(0.0)
-}
-
-/// Mean place of a body at rest; not a number where it was not seen there.
-fn rest_m(observation: &Observation, track: &BodyTrack, rest_until_s: f64) -> f64 {
-    let n = observation.times_s.partition_point(|time_s| *time_s < rest_until_s);
-    let at_rest: Vec<f64> = track.position_m[..n].iter().flatten().map(|x| x.value).collect();
-    at_rest.iter().sum::<f64>() / at_rest.len() as f64
 }
 
 /// Place of a body at a time between two frames in which it was seen.

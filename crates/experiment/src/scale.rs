@@ -143,9 +143,7 @@ impl ScaleCheck {
         rest_until_s: f64,
     ) -> Vec<ReadingError> {
         let of_track = |observation: &Observation, track: &BodyTrack, relative: f64| {
-            let n_rest = observation.times_s.partition_point(|time_s| *time_s < rest_until_s);
-            let at_rest: Vec<f64> = track.position_m.iter().take(n_rest).flatten().map(|x| x.value).collect();
-            let rest_m = at_rest.iter().sum::<f64>() / at_rest.len().max(1) as f64;
+            let rest_m = observation.mean_before_m(track, rest_until_s).unwrap_or(0.0);
             let error_m = |x: &Option<Estimate>| x.map_or(0.0, |x| relative * (x.value - rest_m));
             TrackError {
                 recording: observation.recording.clone(),

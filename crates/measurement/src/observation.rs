@@ -35,6 +35,23 @@ impl Observation {
         intervals.get(intervals.len() / 2).copied().unwrap_or(f64::INFINITY)
     }
 
+    /// The readings of one of its bodies before a time, such as the one until which all rests.
+    pub fn readings_before<'a>(
+        &'a self,
+        track: &'a BodyTrack,
+        time_s: f64,
+    ) -> impl Iterator<Item = Estimate> + Clone + 'a {
+        let n_frames = self.times_s.partition_point(|own_s| *own_s < time_s);
+        track.position_m.iter().take(n_frames).flatten().copied()
+    }
+
+    /// Mean position of one of its bodies before a time, in metres; `None` where it was not seen then.
+    pub fn mean_before_m(&self, track: &BodyTrack, time_s: f64) -> Option<f64> {
+        let readings = self.readings_before(track, time_s);
+        let n = readings.clone().count();
+        (n > 0).then(|| readings.map(|reading| reading.value).sum::<f64>() / n as f64)
+    }
+
     /// First and last time of the recording proper, in seconds.
     ///
     /// Cameras are known to append a dummy frame stamped months later; the span ends at the first pause of more than a
