@@ -79,52 +79,71 @@ pub(super) fn other_bodies(setup: &Setup, views: &[ViewAtRest], sanity: &mut San
     let mut order: Vec<&ViewAtRest> = views.iter().filter(|view| !view.bodies.is_empty()).collect();
     // The view whose stage moved least is believed: the others are compared outwards from it.
     order.sort_by(|a, b| a.trial.stage_m.abs().total_cmp(&b.trial.stage_m.abs()));
-    let mut believed: Vec<&ViewAtRest> = Vec::new();
+    let mut believed: Vec<Believed> = Vec::new();
     for view in order {
-        let meaning = || {
-            MEANINGS.iter().find(|meaning| {
-                let pitch_m = setup.experiment.chain.mean_pitch_m();
-                let stage_m = (meaning.position_m)(view.trial.stage_m, pitch_m);
-                let moved = Trial { stage_m, ..view.trial.clone() };
-                matches!(compared(setup, &believed, view, &moved), Compared::SameBodies)
-            })
-        };
-        let told = match compared(setup, &believed, view, &view.trial) {
-            Compared::SameBodies => None,
-            Compared::OtherBodies(beside) => {
-                let what = format!("bodies that {beside} shows too look different there");
-                if let Some(meaning) = meaning() {
-                    let why = format!(
-                        "{}: {what}, and are found elsewhere (stage_m: {})",
-                        view.name(),
-                        meaning.what
-                    );
-                    sanity.leave_out(&view.trials, &why);
-                    continue;
-                }
-                Some(format!("{what} (hint: is stage_m right, and the light the same?)"))
+        match judged(setup, &believed, view) {
+            Judged::Sound => {}
+            Judged::Doubted(text) => {
+                sanity.findings.push(Finding { code: "other_bodies", subject: view.name(), text });
             }
-            Compared::NothingShared => match meaning() {
-                Some(meaning) => {
-                    let what = format!(
-                        "it should share no body with views nearer to stage 0, and shows one of theirs (stage_m: {})",
-                        meaning.what
-                    );
-                    let shown = Resting::of(setup, &view.trial).shown;
-                    // Of bodies that look alike, one may be taken for another anywhere.
-                    if !shown.is_some_and(|shown| shown.has_twins(setup.method())) {
-                        sanity.leave_out(&view.trials, &format!("{}: {what}", view.name()));
-                        continue;
-                    }
-                    Some(what)
-                }
-                None => None,
-            },
-        };
-        let finding = |text| Finding { code: "other_bodies", subject: view.name(), text };
-        sanity.findings.extend(told.map(finding));
-        believed.push(view);
+            Judged::LeftOut(why) => {
+                sanity.leave_out(&view.trials, &format!("{}: {why}", view.name()));
+                continue;
+            }
+        }
+        believed.push(Believed { view, resting: Resting::of(setup, &view.trial) });
     }
+}
+
+/// A view that others are compared with.
+struct Believed<'a> {
+    view: &'a ViewAtRest,
+    resting: Resting,
+}
+
+/// What becomes of a view, and why.
+enum Judged {
+    Sound,
+    Doubted(String),
+    LeftOut(String),
+}
+
+fn judged(setup: &Setup, believed: &[Believed<'_>], view: &ViewAtRest) -> Judged {
+    match compared(setup, believed, view, &view.trial) {
+        Compared::SameBodies => Judged::Sound,
+        Compared::OtherBodies(beside) => {
+            let what = format!("bodies that {beside} shows too look different there");
+            match other_meaning(setup, believed, view) {
+                Some(meaning) => {
+                    Judged::LeftOut(format!("{what}, and are found elsewhere (stage_m: {})", meaning.what))
+                }
+                None => Judged::Doubted(format!("{what} (hint: is stage_m right, and the light the same?)")),
+            }
+        }
+        Compared::NothingShared => {
+            let Some(meaning) = other_meaning(setup, believed, view) else { return Judged::Sound };
+            let what = format!(
+                "it should share no body with views nearer to stage 0, and shows one of theirs (stage_m: {})",
+                meaning.what
+            );
+            let shown = Resting::of(setup, &view.trial).shown;
+            // Of bodies that look alike, one may be taken for another anywhere.
+            match shown.is_some_and(|shown| shown.has_twins(setup.method())) {
+                true => Judged::Doubted(what),
+                false => Judged::LeftOut(what),
+            }
+        }
+    }
+}
+
+/// The meaning of the stage's position by which a view shows a body of those that are believed.
+fn other_meaning(setup: &Setup, believed: &[Believed<'_>], view: &ViewAtRest) -> Option<&'static Meaning> {
+    let pitch_m = setup.experiment.chain.mean_pitch_m();
+    MEANINGS.iter().find(|meaning| {
+        let stage_m = (meaning.position_m)(view.trial.stage_m, pitch_m);
+        let moved = Trial { stage_m, ..view.trial.clone() };
+        matches!(compared(setup, believed, view, &moved), Compared::SameBodies)
+    })
 }
 
 /// What a view shows of the bodies of others.
@@ -135,17 +154,23 @@ enum Compared {
     OtherBodies(String),
 }
 
-fn compared(setup: &Setup, believed: &[&ViewAtRest], view: &ViewAtRest, trial: &Trial) -> Compared {
+/// The view as a trial has its stage, beside those that are believed.
+fn compared(setup: &Setup, believed: &[Believed<'_>], view: &ViewAtRest, trial: &Trial) -> Compared {
     let numbers: Vec<usize> =
         bodies_in_view(setup, trial, view.recording.info()).into_iter().map(|(body, _)| body).collect();
-    let shares = |other: &&&ViewAtRest| other.bodies.iter().any(|(body, _)| numbers.contains(body));
-    let mut beside = None;
+    let shares = |other: &&Believed<'_>| other.view.bodies.iter().any(|(body, _)| numbers.contains(body));
     // The views nearest along the chain share most.
-    for other in believed.iter().rev().filter(shares) {
-        match same_markers(setup.method(), &Resting::of(setup, &other.trial), &Resting::of(setup, trial)) {
+    let mut sharing = believed.iter().rev().filter(shares).peekable();
+    if sharing.peek().is_none() {
+        return Compared::NothingShared;
+    }
+    let resting = Resting::of(setup, trial);
+    let mut beside = None;
+    for other in sharing {
+        match same_markers(setup.method(), &other.resting, &resting) {
             Some(true) => return Compared::SameBodies,
             Some(false) => {
-                beside.get_or_insert_with(|| other.name());
+                beside.get_or_insert_with(|| other.view.name());
             }
             None => {}
         }
