@@ -119,8 +119,8 @@ fn p_of_zero(
 ) -> Option<f64> {
     let [signal, noise] = scales(subset, warp, residual);
     let covariance = DMatrix::from_fn(values.len(), values.len(), |i, j| {
-        let place = (parameters[i], parameters[j]);
-        signal * subset.covariance.signal[place] + noise * subset.covariance.noise[place]
+        let (p, q) = (parameters[i], parameters[j]);
+        signal * subset.covariance.signal[p][q] + noise * subset.covariance.noise[p][q]
     });
     let values = DVector::from_row_slice(values);
     let wald = values.dot(&covariance.cholesky()?.solve(&values));

@@ -179,14 +179,14 @@ impl Linearised {
         warp: &Warp,
         workspace: &mut Workspace,
     ) -> Option<Evaluation> {
-        let (n, padded) = (self.n_pixels(), self.intensity.len());
+        let n = self.n_pixels();
         workspace.samples.resize(n + LANES, 0.0);
         sample(window, warp, self.lattice(), &mut workspace.rows, &mut workspace.samples);
         workspace.samples[n..].fill(0.0);
         if self.n_used < n {
             workspace.samples.iter_mut().zip(&self.weights).for_each(|(value, weight)| *value *= weight);
         }
-        sum(self, &workspace.samples[..padded]).evaluate(self)
+        sum(self, &workspace.samples[..n.next_multiple_of(LANES)]).evaluate(self)
     }
 
     /// The residual of each pixel after the last evaluation, in counts; 0 where it is not used.

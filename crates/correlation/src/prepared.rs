@@ -10,14 +10,13 @@ use std::ops::Deref;
 use std::sync::Arc;
 
 use chainwave_measurement::{Lost, Position, Subset};
-use nalgebra::DMatrix;
 
 use crate::interpolation_error::bias::InterpolationBias;
 use crate::interpolation_error::energy::InterpolationEnergy;
 use crate::interpolation_error::lagged::Surroundings;
 use crate::pixel_places::pixel_places;
 use crate::prepared::moments::Places;
-use crate::prepared::normal::{Images, NormalEquations, ReferenceNoise, UnitCovariance};
+use crate::prepared::normal::{Images, Matrix, NormalEquations, ReferenceNoise, UnitCovariance};
 use crate::prepared::outline::{is_within, turned};
 use crate::prepared::part::Part;
 use crate::reference::gradient::noise_variance;
@@ -73,10 +72,10 @@ pub struct Linearised {
     /// Mean of each Z over the subset, and its regression on f.
     pub(crate) projections: [[f64; 2]; MAX_PARAMETERS],
     /// M^-1.
-    pub(crate) inverse: [[f64; MAX_PARAMETERS]; MAX_PARAMETERS],
+    pub(crate) inverse: Matrix,
     /// M, before the shape function reduces it.
-    pub(crate) hessian: DMatrix<f64>,
-    pub(crate) covariance: UnitCovariance,
+    pub(crate) hessian: Matrix,
+    pub(crate) covariance: Box<UnitCovariance>,
     /// Variance of the noise of a reference pixel, in counts squared.
     pub(crate) noise_variance: f64,
     /// Frames behind the reference.
@@ -288,7 +287,7 @@ impl Linearised {
     ) -> Result<Self, Lost> {
         let [columns, rows] = crop.places;
         let images = Images {
-            places: Places { columns: &columns, rows: &rows },
+            places: Places { width: crop.width, height: crop.height, columns: &columns, rows: &rows },
             intensity: &crop.intensity,
             ones: &crop.weights,
             smooth: crop.smooth.each_ref().map(Vec::as_slice),
@@ -320,8 +319,8 @@ impl Linearised {
             energy,
             signal_energy: normal.signal_energy,
             projections: normal.projections,
-            inverse: normal.inverse_array(),
-            covariance: normal.unit_covariance(),
+            inverse: normal.inverse,
+            covariance: normal.covariance,
             hessian: normal.hessian,
             noise_variance: noise.variance,
             n_averaged: crop.n_averaged,

@@ -66,11 +66,16 @@ pub(crate) fn dot(a: &[f32], b: &[f32]) -> f64 {
     )
 }
 
-/// The values, then zeros up to whole blocks.
+/// The values, then zeros up to whole blocks: so many that a block from any value on lies inside.
 pub(crate) fn padded(values: impl Iterator<Item = f32>) -> Vec<f32> {
     let mut padded: Vec<f32> = values.collect();
-    padded.resize(padded.len().next_multiple_of(LANES), 0.0);
+    padded.resize(padded_length(padded.len()), 0.0);
     padded
+}
+
+/// How many [`padded`] values there are.
+pub(crate) fn padded_length(n: usize) -> usize {
+    (n + LANES - 1).next_multiple_of(LANES)
 }
 
 /// The sum of the squares of an image's pixels: [`dot`] with itself, for less.

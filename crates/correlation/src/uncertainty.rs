@@ -27,7 +27,6 @@ use chainwave_measurement::Estimate;
 
 use crate::PreparedSubset;
 use crate::interpolation_error::energy::Foreseen;
-use crate::prepared::normal::of_centre;
 use crate::warp::Warp;
 
 /// What a match leaves.
@@ -115,23 +114,20 @@ pub(crate) fn expected_sigma_px(subset: &PreparedSubset, variance: f64) -> [f64;
 /// What makes the centre uncertain by `sigma_px` makes the angle uncertain through the same normal equations, so its sigma is theirs, by the
 /// ratio of the angle's variance to the centre's that the subset's texture has.
 pub(crate) fn angle_rad(subset: &PreparedSubset, warp: &Warp, sigma_px: [f64; 2]) -> Option<Estimate> {
-    let n_terms = subset.settings.shape.n_terms();
-    if n_terms < 3 {
+    if subset.settings.shape.n_terms() < 3 {
         return None;
     }
-    let covariance = &subset.covariance.signal;
-    let places = [1, 2, n_terms + 1, n_terms + 2];
+    let covariance = subset.covariance.of_gradient();
     let factors = warp.turn_of_step();
-    let terms = || places.iter().zip(factors);
-    let of_angle: f64 =
-        terms().flat_map(|(p, a)| terms().map(move |(q, b)| a * b * covariance[(*p, *q)])).sum();
+    let terms = || (0..4).zip(factors);
+    let of_angle: f64 = terms().flat_map(|(p, a)| terms().map(move |(q, b)| a * b * covariance[p][q])).sum();
     let [x, y] = sigma_from(subset, warp, 1.0, 0.0, 0.0);
     let sigma_rad = of_angle.max(0.0).sqrt() * sigma_px[0].hypot(sigma_px[1]) / x.hypot(y);
     Some(Estimate::new(warp.angle_rad(), sigma_rad))
 }
 
 fn sigma_from(subset: &PreparedSubset, warp: &Warp, signal: f64, noise: f64, growth: f64) -> [f64; 2] {
-    let (of_signal, of_noise) = (of_centre(&subset.covariance.signal), of_centre(&subset.covariance.noise));
+    let [of_signal, of_noise] = subset.covariance.of_centre();
     let own = [0, 1, 2].map(|i| {
         let unequal = growth * subset.light_moments[i];
         // no less than a quarter, whatever a few pixels say

@@ -1,12 +1,11 @@
 //! The damped match (Levenberg and Marquardt), for what plain Gauss-Newton does not settle.
 
 use chainwave_measurement::Lost;
-use nalgebra::DMatrix;
 
 use crate::icgn::outcome::Stop;
 use crate::icgn::sums::Evaluation;
 use crate::prepared::Linearised;
-use crate::prepared::normal::invert_for;
+use crate::prepared::normal::inverse_of;
 use crate::warp::{MAX_PARAMETERS, Step, Warp};
 use crate::{Window, Workspace};
 
@@ -56,13 +55,12 @@ impl Linearised {
 
     /// The step by the Hessian whose diagonal is enlarged.
     fn damped_step(&self, found: &Evaluation, damping: f64) -> Option<Step> {
-        let size = self.hessian.nrows();
-        let enlarged = |i: usize, j: usize| self.hessian[(i, j)] * if i == j { 1.0 + damping } else { 1.0 };
-        let inverse = invert_for(self.settings.shape, DMatrix::from_fn(size, size, enlarged))?;
-        let mut parameters = [0.0; MAX_PARAMETERS];
-        for (i, parameter) in parameters.iter_mut().enumerate().take(size) {
-            *parameter = (0..size).map(|j| inverse[(i, j)] * found.slopes[j]).sum::<f64>() / found.gain;
-        }
+        let mut enlarged = self.hessian;
+        (0..MAX_PARAMETERS).for_each(|i| enlarged[i][i] *= 1.0 + damping);
+        let inverse = inverse_of(self.settings.shape, &enlarged)?;
+        let parameters = inverse.map(|row| {
+            row.iter().zip(&found.slopes).map(|(inverse, slope)| inverse * slope).sum::<f64>() / found.gain
+        });
         Some(Step::new(self.settings.shape, &parameters))
     }
 }

@@ -100,7 +100,8 @@ impl<const TERMS: usize> InBlocks for Summation<'_, TERMS> {
 /// that agree to all digits of f32.
 pub(crate) fn squares(subset: &Linearised, samples: &[f32], mean: f64, gain: f64) -> [f64; 2] {
     let (mean, gain) = (mean as f32, gain as f32);
-    Squares { subset, samples: &samples[..subset.intensity.len()], mean, gain }.dispatch()
+    let samples = &samples[..subset.n_pixels().next_multiple_of(LANES)];
+    Squares { subset, samples, mean, gain }.dispatch()
 }
 
 struct Squares<'a> {

@@ -12,7 +12,7 @@ use std::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
 
 use crate::Interpolation;
-use crate::interpolation_error::alias::{LAGS, error_response, fit, sinc};
+use crate::interpolation_error::alias::{LAGS, Taps, error_response, fit, sinc};
 use crate::interpolation_error::lagged::{Correlations, MARGIN};
 use crate::reference::filter::convolve;
 use crate::reference::gradient::spline_slope;
@@ -23,6 +23,8 @@ use crate::window::sample::Lattice;
 const N_PHASES: usize = 5;
 /// What the contrast of the finest usable texture loses, half way between two pixels.
 const LARGEST_LOSS: f64 = -0.5;
+/// A number for each phase.
+type ByPhase = [f64; N_PHASES];
 /// The energy over the phase t as a sum of `cos(2 pi m t)`.
 type Waves = [f64; N_PHASES];
 /// An autocorrelation, or what it is to be multiplied with, at the lags from 0 on.
@@ -65,27 +67,23 @@ impl InterpolationEnergy {
     /// The energy for a subset in its surroundings, in whose pixels noise has together `noise_energy`.
     pub(crate) fn new(correlations: &Correlations, noise_energy: f64, interpolation: Interpolation) -> Self {
         let phases = &PHASES[interpolation as usize];
-        let autocorrelations = correlations.intensity.each_ref().map(|by_lag| -> ByLag {
-            std::array::from_fn(|lag| 0.5 * [by_lag[MARGIN + lag], by_lag[MARGIN - lag]].iter().sum::<f64>())
-        });
-        let over_phases = |of: &dyn Fn(&Phase, &ByLag) -> f64| {
-            autocorrelations.each_ref().map(|r| waves_through(phases.each_ref().map(|phase| of(phase, r))))
-        };
         // where noise hides the texture, what is left after its share is taken off may be anything
-        let contrast = |added: f64, of: f64| (added / of).clamp(LARGEST_LOSS, -LARGEST_LOSS);
-        let of_texture = |by_lag: &ByLag, r: &ByLag| sum(by_lag, r) - noise_energy * by_lag[0];
-        Self {
-            axes: over_phases(&|phase, r| phase.even.energy(r) + phase.odd.energy(r)),
-            slopes: over_phases(&|phase, r| {
-                contrast(of_texture(&phase.of_slope, r), of_texture(&phase.odd.absorbed, r))
-            }),
-            greys: over_phases(&|phase, r| {
-                contrast(of_texture(&phase.even.shared, r), of_texture(&phase.even.absorbed, r))
-            }),
-            of_noise: waves_through(
-                phases.each_ref().map(|phase| phase.even.square[0] + phase.odd.square[0]),
-            ),
+        let contrast = |added: ByPhase, of: f64| {
+            waves_through(added.map(|added| (added / of).clamp(LARGEST_LOSS, -LARGEST_LOSS)))
+        };
+        let mut energy = Self { of_noise: phases.of_noise, ..Self::default() };
+        for (axis, by_lag) in correlations.intensity.iter().enumerate() {
+            let r: ByLag = std::array::from_fn(|lag| 0.5 * (by_lag[MARGIN + lag] + by_lag[MARGIN - lag]));
+            let mut texture = r;
+            texture[0] -= noise_energy;
+            let [even, odd] = [&phases.even, &phases.odd].map(|filters| filters.energies(&r));
+            energy.axes[axis] = waves_through(std::array::from_fn(|i| even[i] + odd[i]));
+            energy.slopes[axis] =
+                contrast(sums(&phases.of_slope, &texture), sum(&phases.odd.absorbed, &texture));
+            energy.greys[axis] =
+                contrast(sums(&phases.even.shared, &texture), sum(&phases.even.absorbed, &texture));
         }
+        energy
     }
 
     /// The energy in a part of the subset.
@@ -125,68 +123,78 @@ impl InterpolationEnergy {
 }
 
 /// The waves through the values at the phases.
-fn waves_through(values: [f64; N_PHASES]) -> Waves {
+fn waves_through(values: ByPhase) -> Waves {
+    WAVES.each_ref().map(|wave| wave.iter().zip(values).map(|(share, value)| share * value).sum())
+}
+
+/// What each value counts in each wave.
+static WAVES: LazyLock<[ByPhase; N_PHASES]> = LazyLock::new(|| {
     let last = N_PHASES - 1;
     let share = |i: usize| if i == 0 || i == last { 0.5 } else { 1.0 };
-    std::array::from_fn(|m| {
-        let term = |(i, value): (usize, &f64)| share(i) * value * (PI * (m * i) as f64 / last as f64).cos();
-        2.0 / last as f64 * share(m) * values.iter().enumerate().map(term).sum::<f64>()
-    })
-}
+    let count = |m: usize, i: usize| {
+        2.0 / last as f64 * share(m) * share(i) * (PI * (m * i) as f64 / last as f64).cos()
+    };
+    std::array::from_fn(|m| std::array::from_fn(|i| count(m, i)))
+});
 
-/// What interpolation does at a phase.
-struct Phase {
-    even: Filter,
-    odd: Filter,
+/// What interpolation does at the phases.
+struct Phases {
+    even: Filters,
+    odd: Filters,
     /// What an autocorrelation is multiplied with for the product of the gradient and its even filter.
-    of_slope: ByLag,
+    of_slope: [ByPhase; 2 * LAGS + 1],
+    /// The energy that white noise of unit variance has after both filters.
+    of_noise: Waves,
 }
 
-/// The even or the odd filter of a phase, as what an autocorrelation is multiplied with.
-struct Filter {
+/// The even or the odd filters of all phases, as what an autocorrelation is multiplied with at each lag.
+struct Filters {
     /// For the energy of the filtered reference.
-    square: ByLag,
+    square: [ByPhase; 2 * LAGS + 1],
     /// For its product with what the match absorbs: the reference itself, or its derivative.
-    shared: ByLag,
+    shared: [ByPhase; 2 * LAGS + 1],
     /// For the energy of the latter.
     absorbed: ByLag,
 }
 
-static PHASES: LazyLock<[[Phase; N_PHASES]; 5]> = LazyLock::new(|| {
-    Interpolation::ALL.map(|interpolation| {
-        std::array::from_fn(|i| Phase::new(interpolation, 0.5 * i as f64 / (N_PHASES - 1) as f64))
-    })
-});
+static PHASES: LazyLock<[Phases; 5]> = LazyLock::new(|| Interpolation::ALL.map(Phases::new));
 
-impl Phase {
-    fn new(interpolation: Interpolation, phase: f64) -> Self {
-        let taps = fit(|w| error_response(interpolation, phase, w));
-        let [even, odd] = [0, 1].map(|parity| taps.map(|pair| pair[parity]));
+impl Phases {
+    fn new(interpolation: Interpolation) -> Self {
+        let phase = |i: usize| 0.5 * i as f64 / (N_PHASES - 1) as f64;
+        let taps: [Taps; N_PHASES] =
+            std::array::from_fn(|i| fit(|w| error_response(interpolation, phase(i), w)));
+        let [even, odd] = [0, 1].map(|parity| taps.each_ref().map(|taps| taps.map(|pair| pair[parity])));
         let mut identity = [0.0; 2 * LAGS + 1];
         identity[LAGS] = 1.0;
         let slope: [f64; 2 * LAGS + 1] = std::array::from_fn(|i| spline_slope(i as i32 - LAGS as i32));
-        let filtered_slope = convolve(&even, &slope);
         let centred_slope = convolve(&identity, &slope);
-        Self {
-            even: Filter::new(&even, &identity),
-            odd: Filter::new(&odd, &slope),
-            of_slope: by_lag(&filtered_slope, &centred_slope),
-        }
+        let of_slope = even.each_ref().map(|taps| by_lag(&convolve(taps, &slope), &centred_slope));
+        let (even, odd) = (Filters::new(&even, &identity), Filters::new(&odd, &slope));
+        let of_noise = std::array::from_fn(|i| even.square[0][i] + odd.square[0][i]);
+        Self { even, odd, of_slope: transposed(of_slope), of_noise: waves_through(of_noise) }
     }
 }
 
-impl Filter {
-    fn new(taps: &[f64], absorbed: &[f64]) -> Self {
-        let [square, shared, absorbed] =
-            [(taps, taps), (taps, absorbed), (absorbed, absorbed)].map(|(a, b)| by_lag(a, b));
-        Self { square, shared, absorbed }
+impl Filters {
+    fn new(of_phases: &[[f64; 2 * LAGS + 1]; N_PHASES], absorbed: &[f64; 2 * LAGS + 1]) -> Self {
+        Self {
+            square: transposed(of_phases.each_ref().map(|taps| by_lag(taps, taps))),
+            shared: transposed(of_phases.each_ref().map(|taps| by_lag(taps, absorbed))),
+            absorbed: by_lag(absorbed, absorbed),
+        }
     }
 
-    /// The energy that stays of what this filter makes of a reference.
-    fn energy(&self, autocorrelation: &ByLag) -> f64 {
-        let shared = sum(&self.shared, autocorrelation);
-        sum(&self.square, autocorrelation) - shared * shared / sum(&self.absorbed, autocorrelation)
+    /// The energies that stay of what these filters make of a reference.
+    fn energies(&self, autocorrelation: &ByLag) -> ByPhase {
+        let absorbed = sum(&self.absorbed, autocorrelation);
+        let (square, shared) = (sums(&self.square, autocorrelation), sums(&self.shared, autocorrelation));
+        std::array::from_fn(|i| square[i] - shared[i] * shared[i] / absorbed)
     }
+}
+
+fn transposed(of_phases: [ByLag; N_PHASES]) -> [ByPhase; 2 * LAGS + 1] {
+    std::array::from_fn(|lag| of_phases.each_ref().map(|by_lag| by_lag[lag]))
 }
 
 /// The sums of products of two filters' taps that are so far apart; what is farther apart is next to nothing.
@@ -204,6 +212,17 @@ fn by_lag(a: &[f64], b: &[f64]) -> ByLag {
 
 fn sum(by_lag: &ByLag, autocorrelation: &ByLag) -> f64 {
     by_lag.iter().zip(autocorrelation).map(|(a, r)| a * r).sum()
+}
+
+/// [`sum`] for all phases.
+fn sums(by_lag: &[ByPhase; 2 * LAGS + 1], autocorrelation: &ByLag) -> ByPhase {
+    let mut sums = [0.0; N_PHASES];
+    for (of_phases, r) in by_lag.iter().zip(autocorrelation) {
+        for (sum, a) in sums.iter_mut().zip(of_phases) {
+            *sum += a * r;
+        }
+    }
+    sums
 }
 
 #[cfg(test)]

@@ -28,58 +28,99 @@ pub(crate) const fn parent(monomial: usize) -> (usize, usize) {
     if place == 0 { (before, 0) } else { (before + place - 1, 1) }
 }
 
-/// Column and row of each pixel relative to the centre, padded to whole vectors by zeros.
+/// The rectangle of a subset's pixels.
 #[derive(Clone, Copy)]
 pub(crate) struct Places<'a> {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    /// Column and row of each pixel relative to the centre, filled up as all images are ([`crate::simd::padded`]).
     pub(crate) columns: &'a [f32],
     pub(crate) rows: &'a [f32],
 }
 
-/// The sums over all pixels of `a b` times the first `n` monomials, and perhaps more: 1, 3, 6 or 15 are summed.
-pub(crate) fn moments(places: Places<'_>, a: &[f32], b: &[f32], n: usize) -> [f64; MAX_MONOMIALS] {
-    match n {
-        1 => Moments::<1> { places, a, b }.dispatch(),
-        2..=3 => Moments::<3> { places, a, b }.dispatch(),
-        4..=6 => Moments::<6> { places, a, b }.dispatch(),
-        _ => Moments::<MAX_MONOMIALS> { places, a, b }.dispatch(),
+/// The sums over all pixels of products of two images with a monomial, by monomial; those of higher orders than were asked for are 0.
+pub(crate) type Moments = [f64; MAX_MONOMIALS];
+
+/// The moments up to an order (0, 1, 2 or 4) of the products of an image with others.
+pub(crate) fn moments<const N: usize>(
+    places: Places<'_>,
+    image: &[f32],
+    others: [&[f32]; N],
+    order: usize,
+) -> [Moments; N] {
+    match order {
+        0 => Summation::<N, 1> { places, image, others }.dispatch(),
+        1 => Summation::<N, 2> { places, image, others }.dispatch(),
+        2 => Summation::<N, 3> { places, image, others }.dispatch(),
+        _ => Summation::<N, 5> { places, image, others }.dispatch(),
     }
 }
 
-struct Moments<'a, const N: usize> {
+/// The moments with powers below `POWERS`.
+struct Summation<'a, const N: usize, const POWERS: usize> {
     places: Places<'a>,
-    a: &'a [f32],
-    b: &'a [f32],
+    image: &'a [f32],
+    others: [&'a [f32]; N],
 }
 
-impl<const N: usize> InBlocks for Moments<'_, N> {
-    type Output = [f64; MAX_MONOMIALS];
+impl<const N: usize, const POWERS: usize> InBlocks for Summation<'_, N, POWERS> {
+    type Output = [Moments; N];
 
+    /// A vector's columns are summed down all rows, times powers of the row, and these sums multiplied with powers of the column.
     #[inline(always)]
-    fn run<S: Simd, const VECTORS: usize>(self, simd: S) -> [f64; MAX_MONOMIALS] {
-        let zeros = [simd.splat_f32s(0.0); VECTORS];
-        let mut sums = [zeros; N];
-        let [a, b, columns, rows] = [self.a, self.b, self.places.columns, self.places.rows]
-            .map(|values| S::as_simd_f32s(values).0.as_chunks::<VECTORS>().0);
-        for ((a, b), (x, y)) in a.iter().zip(b).zip(columns.iter().zip(rows)) {
-            for i in 0..VECTORS {
-                let mut terms = [simd.mul_f32s(a[i], b[i]); N];
-                sums[0][i] = simd.add_f32s(sums[0][i], terms[0]);
-                for term in 1..N {
-                    let (before, axis) = const { PARENTS }[term];
-                    terms[term] = simd.mul_f32s(terms[before], if axis == 0 { x[i] } else { y[i] });
-                    sums[term][i] = simd.add_f32s(sums[term][i], terms[term]);
+    fn run<S: Simd, const VECTORS: usize>(self, simd: S) -> [Moments; N] {
+        let Self { places: Places { width, height, columns, rows }, image, others } = self;
+        let vector = |values: &[f32]| S::as_simd_f32s(&values[..S::F32_LANES]).0[0];
+        let zero = simd.splat_f32s(0.0);
+        let mut totals = [[[zero; VECTORS]; MAX_MONOMIALS]; N];
+        for (i, first) in (0..width).step_by(S::F32_LANES).enumerate() {
+            let inside = vector(&INSIDE[LANES - (width - first).min(LANES)..]);
+            let mut sums = [[zero; POWERS]; N];
+            for row in 0..height {
+                let at = row * width + first;
+                let value = simd.mul_f32s(inside, vector(&image[at..]));
+                let y = simd.splat_f32s(rows[row * width]);
+                for n in 0..N {
+                    let mut term = simd.mul_f32s(value, vector(&others[n][at..]));
+                    sums[n][0] = simd.add_f32s(sums[n][0], term);
+                    for sum in &mut sums[n][1..] {
+                        term = simd.mul_f32s(term, y);
+                        *sum = simd.add_f32s(*sum, term);
+                    }
+                }
+            }
+            let x = vector(&columns[first..]);
+            for (totals, sums) in totals.iter_mut().zip(sums) {
+                for (y_power, mut term) in sums.into_iter().enumerate() {
+                    for x_power in 0..POWERS - y_power {
+                        let total = &mut totals[monomial(x_power, y_power)][i % VECTORS];
+                        *total = simd.add_f32s(*total, term);
+                        term = simd.mul_f32s(term, x);
+                    }
                 }
             }
         }
-        let mut totals = [0.0; MAX_MONOMIALS];
-        for (total, vectors) in totals.iter_mut().zip(&sums) {
-            let mut lanes = [0.0; LANES];
-            lanes.copy_from_slice(pulp::bytemuck::cast_slice(vectors));
-            *total = sum_of_lanes(lanes);
-        }
-        totals
+        totals.map(|monomials| {
+            monomials.map(|vectors| {
+                let mut lanes = [0.0; LANES];
+                lanes.copy_from_slice(pulp::bytemuck::cast_slice(&vectors));
+                sum_of_lanes(lanes)
+            })
+        })
     }
 }
+
+/// Ones for the pixels of a row that a vector holds, then zeros for what lies behind them: from the place on that lies so many before the
+/// middle.
+const INSIDE: [f32; 2 * LANES] = {
+    let mut inside = [0.0; 2 * LANES];
+    let mut i = 0;
+    while i < LANES {
+        inside[i] = 1.0;
+        i += 1;
+    }
+    inside
+};
 
 /// [`parent`] of each monomial but the first.
 pub(crate) const PARENTS: [(usize, usize); MAX_MONOMIALS] = {
@@ -95,26 +136,34 @@ pub(crate) const PARENTS: [(usize, usize); MAX_MONOMIALS] = {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simd::padded;
 
     #[test]
     fn moments_are_the_plain_sums_with_the_same_bits_everywhere() {
-        let n = 96;
-        let value = |i: usize, k: usize| ((i * k) % 17) as f32 / 8.0 - 1.0;
-        let image = |k: usize| (0..n).map(|i| if i < 90 { value(i, k) } else { 0.0 }).collect::<Vec<_>>();
-        let (a, b, columns, rows) = (image(7), image(5), image(3), image(11));
-        let places = Places { columns: &columns, rows: &rows };
-        let found = moments(places, &a, &b, MAX_MONOMIALS);
-        let scalar = Moments::<MAX_MONOMIALS> { places, a: &a, b: &b }.scalar();
-        assert_eq!(found.map(f64::to_bits), scalar.map(f64::to_bits));
-        for i in 0..=4_usize {
-            for j in 0..=4 - i {
-                let term = |k: usize| {
-                    f64::from(a[k] * b[k])
-                        * f64::from(columns[k]).powi(i as i32)
-                        * f64::from(rows[k]).powi(j as i32)
-                };
-                let expected: f64 = (0..n).map(term).sum();
-                assert!((found[monomial(i, j)] - expected).abs() < 1e-4, "f32 sums of six terms of about 1");
+        for (width, height) in [(1, 1), (7, 12), (16, 3), (33, 5)] {
+            let n = width * height;
+            let value = |i: usize, k: usize| ((i * k) % 17) as f32 / 8.0 - 1.0;
+            let image = |k: usize| padded((0..n).map(|i| value(i, k)));
+            let columns = padded((0..n).map(|i| (i % width) as f32 / width as f32 - 0.4));
+            let rows = padded((0..n).map(|i| (i / width) as f32 / height as f32 - 0.6));
+            let places = Places { width, height, columns: &columns, rows: &rows };
+            let (a, b, c) = (image(7), image(5), image(3));
+            let found = moments(places, &a, [&b, &c], 4);
+            let scalar = Summation::<2, 5> { places, image: &a, others: [&b, &c] }.scalar();
+            assert_eq!(found, scalar);
+            for (i, j) in (0..=4_usize).flat_map(|i| (0..=4 - i).map(move |j| (i, j))) {
+                for (found, other) in found.iter().zip([&b, &c]) {
+                    let term = |k: usize| {
+                        f64::from(a[k] * other[k])
+                            * f64::from(columns[k]).powi(i as i32)
+                            * f64::from(rows[k]).powi(j as i32)
+                    };
+                    let expected: f64 = (0..n).map(term).sum();
+                    assert!(
+                        (found[monomial(i, j)] - expected).abs() < 1e-5,
+                        "f32 sums of a dozen terms below 1"
+                    );
+                }
             }
         }
     }

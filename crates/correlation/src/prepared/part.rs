@@ -5,7 +5,7 @@ use chainwave_measurement::{Region, Subset};
 use crate::Reference;
 use crate::prepared::outline::is_within;
 use crate::reference::pixel_bounds;
-use crate::simd::LANES;
+use crate::simd::{LANES, padded_length};
 
 /// Where a subset lies in its reference.
 pub(crate) struct Part {
@@ -49,14 +49,14 @@ impl Part {
 
     /// The subset's part of an image of the reference's size, padded to whole vectors by zeros.
     pub(crate) fn padded(&self, image: &[f32]) -> Vec<f32> {
-        let mut values = Vec::with_capacity(self.n_pixels().next_multiple_of(LANES));
+        let mut values = Vec::with_capacity(padded_length(self.n_pixels()));
         for row in image.chunks_exact(self.region.width).skip(self.row).take(self.height) {
             // In blocks, for a call of the C library costs more than to copy some dozen values.
             let (blocks, rest) = row[self.column..self.column + self.width].as_chunks::<LANES>();
             blocks.iter().for_each(|block| values.extend_from_slice(block));
             rest.iter().for_each(|&value| values.push(value));
         }
-        values.resize(values.len().next_multiple_of(LANES), 0.0);
+        values.resize(padded_length(self.n_pixels()), 0.0);
         values
     }
 
@@ -66,7 +66,7 @@ impl Part {
         let mut weights = usable.map_or_else(
             || {
                 let mut ones = vec![1.0; self.n_pixels()];
-                ones.resize(self.n_pixels().next_multiple_of(LANES), 0.0);
+                ones.resize(padded_length(self.n_pixels()), 0.0);
                 ones
             },
             |usable| self.padded(usable),

@@ -12,7 +12,7 @@
 
 use crate::PreparedSubset;
 use crate::prepared::moments::{MAX_MONOMIALS, Places, moments};
-use crate::prepared::second_order;
+use crate::prepared::{Linearised, second_order};
 use crate::simd::padded;
 use crate::warp::Warp;
 
@@ -27,7 +27,8 @@ pub(crate) struct Response {
 impl PreparedSubset {
     /// How the centre answers to displacements in the target of a subset that is found under a warp.
     pub(crate) fn response(&self, warp: &Warp) -> Response {
-        let places = Places { columns: &self.columns, rows: &self.rows };
+        let Linearised { width, height, .. } = self.linearised;
+        let places = Places { width, height, columns: &self.columns, rows: &self.rows };
         let noise = self.noise.variance * self.noise.overlap;
         let steps = self.steps();
         let own: [[[f64; MAX_MONOMIALS]; 2]; 2] = [0, 1].map(|component| {
@@ -39,8 +40,9 @@ impl PreparedSubset {
                 let weight = |((step, slope), (x, y)): ((&f32, &f32), (&f32, &f32))| {
                     step * slope - noise as f32 * second_order(&polynomials[axis], *x, *y)
                 };
-                let weights = padded(gradient.zip(at).map(weight));
-                moments(places, &weights, &self.weights, MAX_MONOMIALS)
+                let weights = padded(gradient.take(self.n_pixels()).zip(at).map(weight));
+                let [moments] = moments(places, &weights, [&self.weights], 4);
+                moments
             })
         });
         Response { moments: in_target(&own, warp) }
