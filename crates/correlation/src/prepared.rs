@@ -5,6 +5,7 @@ pub(crate) mod normal;
 pub(crate) mod outline;
 mod part;
 pub(crate) mod response;
+pub(crate) mod steps;
 
 use std::ops::Deref;
 use std::sync::Arc;
@@ -19,8 +20,9 @@ use crate::prepared::moments::Places;
 use crate::prepared::normal::{Images, Matrix, NormalEquations, ReferenceNoise, UnitCovariance};
 use crate::prepared::outline::{is_within, turned};
 use crate::prepared::part::Part;
+use crate::prepared::steps::Steps;
 use crate::reference::gradient::noise_variance;
-use crate::simd::{dot, padded, square_sum};
+use crate::simd::{dot, padded};
 use crate::warp::{MAX_PARAMETERS, Warp};
 use crate::window::sample::Lattice;
 use crate::{Reference, Settings};
@@ -118,8 +120,6 @@ const LARGEST_REFERENCE_SIGMA_PX: f64 = 0.5;
 /// Largest relative standard error with which a subset may know its own Hessian, and so sigma, where that locates it: beyond it readings
 /// scatter by another sigma than is stated, and a lone round spot, whose turn is open, is taken for any other.
 const LARGEST_SENSITIVITY_ERROR: f64 = 0.4;
-/// Pixels over which a filter of the gradients shares the noise of one: two along each axis, nearly.
-const CORRELATED_PX: f64 = 4.0;
 /// Least width and height of the middle of a subset that a start is sought with.
 const LEAST_SIDE_PX: usize = 9;
 
@@ -146,7 +146,10 @@ impl PreparedSubset {
         let noise = ReferenceNoise { variance, gain: filter.noise_gain, overlap: filter.plain_overlap };
         let mut grey = part.padded(reference.pixels());
         let mean = dot(&grey, &weights) / n_used.max(1) as f64;
-        grey.iter_mut().for_each(|value| *value = (f64::from(*value) - mean) as f32);
+        chainwave_vectors::dispatch_loop(
+            #[inline(always)]
+            || grey.iter_mut().for_each(|value| *value = (f64::from(*value) - mean) as f32),
+        );
         let template = grey[..part.n_pixels()].to_vec();
         grey.iter_mut().zip(&weights).for_each(|(value, weight)| *value *= weight);
         let plain = [used(&gradients.plain.x), used(&gradients.plain.y)];
@@ -170,9 +173,9 @@ impl PreparedSubset {
         if sigma_px.is_nan() || sigma_px > LARGEST_REFERENCE_SIGMA_PX {
             return Err(Lost::NoTexture);
         }
-        let steps = subset.steps();
+        let steps = Steps::of(&subset);
         let is_unclear = |axis: usize| {
-            let error = subset.covariance.sensitivity_error(axis, n_independent(&steps[axis]));
+            let error = subset.covariance.sensitivity_error(axis, steps.n_independent()[axis]);
             error.is_nan() || error > LARGEST_SENSITIVITY_ERROR
         };
         if is_unclear(0) || is_unclear(1) {
@@ -180,10 +183,10 @@ impl PreparedSubset {
         }
         let around =
             Surroundings::new(reference.image(), part.first_in_image(), [subset.width, subset.height]);
-        let correlations = around.correlations(&subset.intensity, &steps);
+        let correlations = around.correlations(&steps);
         let (noise_energy, interpolation) = (n_used as f64 * variance, settings.interpolation);
         Ok(Self {
-            light_moments: subset.light_moments_of(&steps),
+            light_moments: steps.by_light(),
             bias: InterpolationBias::new(&correlations, interpolation),
             interpolation_energy: InterpolationEnergy::new(&correlations, noise_energy, interpolation),
             linearised: subset,
@@ -201,6 +204,9 @@ impl PreparedSubset {
 
     /// Share of the pixels in its middle, half as wide and high, that the match uses, of those within the outline; all where none is.
     pub(crate) fn share_used_in_middle(&self) -> f64 {
+        if self.n_used() == self.n_pixels() {
+            return 1.0;
+        }
         let middle = |n: usize| n / 4..n - n / 4;
         let (mut n_used, mut n) = (0.0, 0.0);
         for row in middle(self.height) {
@@ -231,24 +237,6 @@ impl PreparedSubset {
 }
 
 impl Linearised {
-    fn light_moments_of(&self, [along_x, along_y]: &[Vec<f32>; 2]) -> [f64; 3] {
-        let lit = |image: &[f32]| -> Vec<f32> {
-            image.iter().zip(&self.intensity).map(|(value, f)| value * f).collect()
-        };
-        let (lit_x, lit_y) = (lit(along_x), lit(along_y));
-        [dot(&lit_x, along_x), dot(&lit_x, along_y), dot(&lit_y, along_y)]
-    }
-
-    /// The displacement of the centre along x and y that a unit of each pixel's grey value makes: M^-1 Z'.
-    pub(crate) fn steps(&self) -> [Vec<f32>; 2] {
-        [0, 1].map(|component| {
-            let row = &self.inverse[component * self.settings.shape.n_terms()];
-            let projected =
-                |i: usize| self.projections.iter().zip(row).map(|(p, m)| p[i] * m).sum::<f64>() as f32;
-            self.step_images(self.step_polynomials(component), [projected(0), projected(1)])
-        })
-    }
-
     /// The polynomials that the gradients along x and y are multiplied with for a displacement of the centre along one of them.
     fn step_polynomials(&self, component: usize) -> [[f32; 6]; 2] {
         let n_terms = self.settings.shape.n_terms();
@@ -257,25 +245,6 @@ impl Linearised {
             let factor = |term: usize| if term < n_terms { row[axis * n_terms + term] } else { 0.0 };
             std::array::from_fn(|term| factor(term) as f32)
         })
-    }
-
-    /// The gradients times polynomials of the place, less multiples of 1 and of the reference.
-    fn step_images(&self, [of_x, of_y]: [[f32; 6]; 2], [mean, slope]: [f32; 2]) -> Vec<f32> {
-        let mut steps = vec![0.0; self.n_pixels()];
-        chainwave_vectors::dispatch_loop(
-            #[inline(always)]
-            || {
-                let places = self.columns.iter().zip(self.rows.iter());
-                let slopes = self.gradient_x.iter().zip(&self.gradient_y);
-                let own = self.weights.iter().zip(&self.intensity);
-                let pixels = places.zip(slopes).zip(own);
-                for (step, (((x, y), (slope_x, slope_y)), (weight, f))) in steps.iter_mut().zip(pixels) {
-                    let along = slope_x * second_order(&of_x, *x, *y) + slope_y * second_order(&of_y, *x, *y);
-                    *step = along - (mean * weight + slope * f);
-                }
-            },
-        );
-        steps
     }
 
     /// A subset from its images and their noise.
@@ -433,13 +402,6 @@ impl Linearised {
         let [x, y] = self.first_px;
         warp.bounds(self.first_px, [x + (self.width - 1) as f64, y + (self.height - 1) as f64])
     }
-}
-
-/// How many pixels tell a displacement, by the participation of its squares; [`CORRELATED_PX`] of them share their gradients' noise.
-fn n_independent(step: &[f32]) -> f64 {
-    let square: Vec<f32> = step.iter().map(|value| value * value).collect();
-    let of_squares = square_sum(step);
-    of_squares * of_squares / square_sum(&square) / CORRELATED_PX
 }
 
 /// A polynomial of second order, of the coefficients of 1, x, y, x^2, xy, y^2.

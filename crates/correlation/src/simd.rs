@@ -46,6 +46,35 @@ impl<T: InBlocks> WithSimd for Blocks<T> {
     }
 }
 
+/// The first vector of some values.
+#[inline(always)]
+pub(crate) fn load<S: Simd>(values: &[f32]) -> S::f32s {
+    S::as_simd_f32s(&values[..S::F32_LANES]).0[0]
+}
+
+/// Ones in a vector's first places, at most so many as it has, and zeros behind them.
+#[inline(always)]
+pub(crate) fn first_ones<S: Simd>(n: usize) -> S::f32s {
+    const ONES: [f32; 2 * LANES] = {
+        let mut values = [0.0; 2 * LANES];
+        let mut i = 0;
+        while i < LANES {
+            values[i] = 1.0;
+            i += 1;
+        }
+        values
+    };
+    load::<S>(&ONES[LANES - n.min(LANES)..])
+}
+
+/// The sum of the lanes of a block.
+#[inline(always)]
+pub(crate) fn total<S: Simd, const VECTORS: usize>(block: &[S::f32s; VECTORS]) -> f64 {
+    let mut lanes = [0.0; LANES];
+    lanes.copy_from_slice(pulp::bytemuck::cast_slice(block));
+    sum_of_lanes(lanes)
+}
+
 /// The sum of the products of two images' pixels, as far as both go: those of two f32 are exact in f64.
 pub(crate) fn dot(a: &[f32], b: &[f32]) -> f64 {
     let product = |a: f32, b: f32| f64::from(a) * f64::from(b);
@@ -99,7 +128,11 @@ pub(crate) fn square_sum(values: &[f32]) -> f64 {
 /// The sum of the lanes.
 #[inline(always)]
 pub(crate) fn sum_of_lanes(lanes: [f32; LANES]) -> f64 {
-    sum_in_pairs(lanes.map(f64::from))
+    let mut sums = [0.0; LANES];
+    for i in 0..LANES {
+        sums[i] = f64::from(lanes[i]);
+    }
+    sum_in_pairs(sums)
 }
 
 /// The sum of the lanes, in pairs, so that its order does not depend on the vectors' width.

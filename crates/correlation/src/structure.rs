@@ -13,6 +13,7 @@
 
 use crate::PreparedSubset;
 use crate::prepared::moments::TERMS;
+use crate::prepared::steps::Steps;
 use crate::simd::LANES;
 use crate::warp::Warp;
 
@@ -36,7 +37,7 @@ pub(crate) struct Structure {
 
 impl Structure {
     pub(crate) fn of(subset: &PreparedSubset) -> Self {
-        let [along_x, along_y] = subset.steps();
+        let [along_x, along_y] = Steps::of(subset).by_pixel();
         let both: Vec<f32> = along_x.iter().zip(&along_y).map(|(x, y)| x + y).collect();
         let products = |image: &[f32]| products(image, subset.width);
         let [xx, both, yy] = [&along_x, &both, &along_y].map(|image| products(image));

@@ -5,7 +5,7 @@ use pulp::Simd;
 use crate::Shape;
 use crate::prepared::Linearised;
 use crate::prepared::moments::PARENTS;
-use crate::simd::{InBlocks, LANES, sum_of_lanes};
+use crate::simd::{InBlocks, LANES, total};
 use crate::warp::{MAX_PARAMETERS, Step};
 
 /// Sums over the pixels of a sampled target g with the subset's prepared images.
@@ -138,14 +138,6 @@ impl InBlocks for Squares<'_> {
         }
         [total::<S, VECTORS>(&squares), total::<S, VECTORS>(&by_light)]
     }
-}
-
-/// The sum of the lanes of a block.
-#[inline(always)]
-fn total<S: Simd, const VECTORS: usize>(vectors: &[S::f32s; VECTORS]) -> f64 {
-    let mut lanes = [0.0; LANES];
-    lanes.copy_from_slice(pulp::bytemuck::cast_slice(vectors));
-    sum_of_lanes(lanes)
 }
 
 /// How well a sampled target fits, and the step to a better place.

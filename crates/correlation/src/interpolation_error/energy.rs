@@ -13,7 +13,7 @@ use std::sync::LazyLock;
 
 use crate::Interpolation;
 use crate::interpolation_error::alias::{LAGS, Taps, error_response, fit, sinc};
-use crate::interpolation_error::lagged::{Correlations, MARGIN};
+use crate::interpolation_error::lagged::Correlations;
 use crate::reference::filter::convolve;
 use crate::reference::gradient::spline_slope;
 use crate::warp::Warp;
@@ -72,11 +72,10 @@ impl InterpolationEnergy {
             waves_through(added.map(|added| (added / of).clamp(LARGEST_LOSS, -LARGEST_LOSS)))
         };
         let mut energy = Self { of_noise: phases.of_noise, ..Self::default() };
-        for (axis, by_lag) in correlations.intensity.iter().enumerate() {
-            let r: ByLag = std::array::from_fn(|lag| 0.5 * (by_lag[MARGIN + lag] + by_lag[MARGIN - lag]));
-            let mut texture = r;
+        for (axis, r) in correlations.grey.iter().enumerate() {
+            let mut texture = *r;
             texture[0] -= noise_energy;
-            let [even, odd] = [&phases.even, &phases.odd].map(|filters| filters.energies(&r));
+            let [even, odd] = [&phases.even, &phases.odd].map(|filters| filters.energies(r));
             energy.axes[axis] = waves_through(std::array::from_fn(|i| even[i] + odd[i]));
             energy.slopes[axis] =
                 contrast(sums(&phases.of_slope, &texture), sum(&phases.odd.absorbed, &texture));

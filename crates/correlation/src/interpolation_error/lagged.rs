@@ -3,19 +3,26 @@
 use pulp::Simd;
 
 use crate::interpolation_error::alias::LAGS;
+use crate::prepared::steps::Steps;
 use crate::reference::image::ReferenceImage;
-use crate::simd::{InBlocks, LANES, sum_of_lanes};
+use crate::simd::{InBlocks, LANES, load, total};
 
-/// Blocks that are summed side by side.
-const BLOCKS: usize = 4;
-/// Lags up to which images are correlated: two filters are apart by so many at most.
+/// Lags up to which grey values are correlated: two filters are apart by so many at most.
 pub(crate) const MARGIN: usize = 2 * LAGS;
 
 /// The reference around a subset, less its level.
 pub(crate) struct Surroundings {
-    scene: Vec<f32>,
-    width: usize,
-    height: usize,
+    /// Around the rows of the subset: these with the pixels at all lags before and behind them, filled up so that whole blocks lie inside.
+    along_rows: Scene,
+    /// Around its columns: blocks of these, each with the pixels at all lags above and below.
+    along_columns: Scene,
+}
+
+/// Pixels of which a block and what surrounds it along an axis lie in a window.
+struct Scene {
+    pixels: Vec<f32>,
+    /// From one window to the next one to its right, and to the one below.
+    steps: [usize; 2],
 }
 
 impl Surroundings {
@@ -25,137 +32,124 @@ impl Surroundings {
         [column, row]: [i64; 2],
         [width, height]: [usize; 2],
     ) -> Self {
-        let stride = width + 2 * MARGIN;
-        let mut scene = vec![0.0; stride * (height + 2 * MARGIN)];
-        for (line, y) in scene.chunks_exact_mut(stride).zip(row - MARGIN as i64..) {
-            reference.copy_row(column - MARGIN as i64, y, line);
-        }
-        let level = reference.level as f32;
-        chainwave_vectors::dispatch_loop(
-            #[inline(always)]
-            || scene.iter_mut().for_each(|value| *value -= level),
-        );
-        // so that whole blocks of a spread image lie inside at every lag
-        scene.resize(scene.len() + BLOCKS * LANES + MARGIN, 0.0);
-        Self { scene, width, height }
-    }
-
-    fn stride(&self) -> usize {
-        self.width + 2 * MARGIN
-    }
-
-    /// An image of the subset with zeros between its rows, as far apart as those of the surroundings.
-    fn spread(&self, image: &[f32]) -> Vec<f32> {
-        let n = (self.stride() * self.height).next_multiple_of(BLOCKS * LANES);
-        let mut spread = vec![0.0; n];
-        for (row, line) in image.chunks_exact(self.width).zip(spread.chunks_exact_mut(self.stride())) {
-            line[..self.width].copy_from_slice(row);
-        }
-        spread
-    }
-
-    /// The sums of the products of the reference's pixels with images of the subset: its intensity, and the steps along x and y.
-    pub(crate) fn correlations(&self, intensity: &[f32], steps: &[Vec<f32>; 2]) -> Correlations {
-        let [step_x, step_y] = steps.each_ref().map(|step| self.spread(step));
-        let intensity = self.spread(intensity);
-        let mut all =
-            Correlations { intensity: [[0.0; 2 * MARGIN + 1]; 2], steps: [[[0.0; 2 * LAGS + 1]; 2]; 2] };
-        let near = LAGS as i64;
-        for axis in 0..2 {
-            for first in (-near..near).step_by(2) {
-                let sums = self.products([&intensity, &step_x, &step_y], axis, [first, first + 1]);
-                all.put(axis, first, sums);
+        let (n_blocks, n_lines) = (width.div_ceil(LANES), height + 2 * MARGIN);
+        let mut line = vec![0.0; n_blocks * LANES + 2 * MARGIN];
+        let mut of_rows = Vec::with_capacity(line.len() * height);
+        let mut of_columns = vec![0.0; n_blocks * n_lines * LANES];
+        for i in 0..n_lines {
+            let (x, y) = (column - MARGIN as i64, row + i as i64 - MARGIN as i64);
+            reference.copy_row(x, y, reference.level as f32, &mut line[..width + 2 * MARGIN]);
+            if (MARGIN..MARGIN + height).contains(&i) {
+                of_rows.extend_from_slice(&line);
             }
-            all.put(axis, near, self.products([&intensity, &step_x, &step_y], axis, [near]));
-            for first in [-2 * near, near + 1] {
-                let sums = self.products([&intensity], axis, [0, 1, 2, 3, 4].map(|lag| first + lag));
-                all.put(axis, first, sums);
+            for (block, values) in line[MARGIN..].as_chunks::<LANES>().0.iter().take(n_blocks).enumerate() {
+                of_columns[(block * n_lines + i) * LANES..][..LANES].copy_from_slice(values);
             }
         }
+        Self {
+            along_rows: Scene { pixels: of_rows, steps: [LANES, line.len()] },
+            along_columns: Scene { pixels: of_columns, steps: [n_lines * LANES, LANES] },
+        }
+    }
+
+    /// The sums of the products of the reference's pixels with the grey values of the subset and with its steps.
+    pub(crate) fn correlations(&self, steps: &Steps) -> Correlations {
+        let mut all = Correlations { grey: [[0.0; MARGIN + 1]; 2], steps: [[[0.0; 2 * LAGS + 1]; 2]; 2] };
+        self.along_rows.correlate::<1>(steps, 0, &mut all);
+        self.along_columns.correlate::<LANES>(steps, 1, &mut all);
         all
-    }
-
-    /// The sums of spread images times the reference's pixels that lie by each lag before, along x (0) or y (1).
-    fn products<const IMAGES: usize, const N: usize>(
-        &self,
-        images: [&[f32]; IMAGES],
-        axis: usize,
-        lags: [i64; N],
-    ) -> [[f64; N]; IMAGES] {
-        let spacing = if axis == 0 { 1 } else { self.stride() as i64 };
-        let scenes = lags.map(|lag| {
-            let start = (MARGIN * (self.stride() + 1)) as i64 - lag * spacing;
-            &self.scene[start as usize..][..images[0].len()]
-        });
-        Products { images, scenes }.dispatch()
     }
 }
 
-/// Correlations of the reference around a subset with its images, by axis and by lag from the lowest on.
+impl Scene {
+    /// The correlations along an axis, on which pixels that are neighbours lie `SPACING` apart.
+    fn correlate<const SPACING: usize>(&self, steps: &Steps, axis: usize, all: &mut Correlations) {
+        all.put(axis, 0, Products::<2, 5, 0, SPACING> { scene: self, steps }.dispatch());
+        all.put(axis, 2, Products::<2, 5, 2, SPACING> { scene: self, steps }.dispatch());
+        all.put(axis, 4, Products::<2, 5, 4, SPACING> { scene: self, steps }.dispatch());
+        all.put(axis, 6, Products::<5, 1, 6, SPACING> { scene: self, steps }.dispatch());
+    }
+}
+
+/// Correlations of the reference around a subset with its images, by axis.
 pub(crate) struct Correlations {
-    /// With the intensity, at lags up to [`MARGIN`].
-    pub(crate) intensity: [[f64; 2 * MARGIN + 1]; 2],
-    /// With the steps along x and y (outer), at lags up to [`LAGS`].
+    /// With the grey values, the mean of those at each lag from 0 to [`MARGIN`] and at its opposite.
+    pub(crate) grey: [[f64; MARGIN + 1]; 2],
+    /// With the steps along x and y (outer), by the lag from -[`LAGS`] to [`LAGS`]: that of the reference's pixels that lie so far before.
     pub(crate) steps: [[[f64; 2 * LAGS + 1]; 2]; 2],
 }
 
 impl Correlations {
-    fn put<const IMAGES: usize, const N: usize>(
+    /// Notes the sums at the lags from `first` on.
+    fn put<const N_LAGS: usize, const N_SUMS: usize>(
         &mut self,
         axis: usize,
-        first: i64,
-        sums: [[f64; N]; IMAGES],
+        first: usize,
+        sums: [[f64; N_SUMS]; N_LAGS],
     ) {
-        let [of_intensity, of_steps @ ..] = sums.as_slice() else { return };
-        let at = |margin: usize| (first + margin as i64) as usize;
-        self.intensity[axis][at(MARGIN)..][..N].copy_from_slice(of_intensity);
-        for (all, of_step) in self.steps.iter_mut().zip(of_steps) {
-            all[axis][at(LAGS)..][..N].copy_from_slice(of_step);
+        for (lag, sums) in (first..).zip(sums) {
+            self.grey[axis][lag] = 0.5 * sums[0];
+            if let [_, step_x, opposite_x, step_y, opposite_y] = sums.as_slice() {
+                [self.steps[0][axis][LAGS + lag], self.steps[0][axis][LAGS - lag]] = [*step_x, *opposite_x];
+                [self.steps[1][axis][LAGS + lag], self.steps[1][axis][LAGS - lag]] = [*step_y, *opposite_y];
+            }
         }
     }
 }
 
-/// The sums of products of some images and some scenes, over whole groups of blocks.
-struct Products<'a, const IMAGES: usize, const SCENES: usize> {
-    images: [&'a [f32]; IMAGES],
-    scenes: [&'a [f32]; SCENES],
+/// The sums of products at the `N_LAGS` lags from `FIRST` on, with the pixels at both sides: those with the grey values, and where there are
+/// five sums, those with the steps along x of the pixels before and of those behind, and the same with the steps along y.
+struct Products<'a, const N_LAGS: usize, const N_SUMS: usize, const FIRST: usize, const SPACING: usize> {
+    scene: &'a Scene,
+    steps: &'a Steps,
 }
 
-impl<const IMAGES: usize, const SCENES: usize> InBlocks for Products<'_, IMAGES, SCENES> {
-    type Output = [[f64; SCENES]; IMAGES];
+impl<const N_LAGS: usize, const N_SUMS: usize, const FIRST: usize, const SPACING: usize> InBlocks
+    for Products<'_, N_LAGS, N_SUMS, FIRST, SPACING>
+{
+    type Output = [[f64; N_SUMS]; N_LAGS];
 
-    /// One block of each group after the other, so that few sums are under way, and stay in registers.
+    /// A vector's columns down all rows after the other.
     #[inline(always)]
-    fn run<S: Simd, const VECTORS: usize>(self, simd: S) -> [[f64; SCENES]; IMAGES] {
-        let mut images: [&[[[S::f32s; VECTORS]; BLOCKS]]; IMAGES] = [&[]; IMAGES];
-        let mut scenes: [&[[[S::f32s; VECTORS]; BLOCKS]]; SCENES] = [&[]; SCENES];
-        let n = self.images[0].len() / (BLOCKS * LANES);
-        for (to, values) in images.iter_mut().zip(self.images) {
-            *to = &S::as_simd_f32s(values).0.as_chunks::<VECTORS>().0.as_chunks::<BLOCKS>().0[..n];
-        }
-        for (to, values) in scenes.iter_mut().zip(self.scenes) {
-            *to = &S::as_simd_f32s(values).0.as_chunks::<VECTORS>().0.as_chunks::<BLOCKS>().0[..n];
-        }
-        let mut results = [[0.0; SCENES]; IMAGES];
-        for block in 0..BLOCKS {
-            let mut sums = [[[simd.splat_f32s(0.0); VECTORS]; SCENES]; IMAGES];
-            for at in 0..n {
-                for i in 0..VECTORS {
-                    for scene in 0..SCENES {
-                        let pixels = scenes[scene][at][block][i];
-                        for image in 0..IMAGES {
-                            let sum = &mut sums[image][scene][i];
-                            *sum = simd.mul_add_f32s(images[image][at][block][i], pixels, *sum);
+    fn run<S: Simd, const VECTORS: usize>(self, simd: S) -> [[f64; N_SUMS]; N_LAGS] {
+        let Self { scene: Scene { pixels, steps: [right, down] }, steps } = self;
+        let zero = simd.splat_f32s(0.0);
+        let mut totals = [[[zero; VECTORS]; N_SUMS]; N_LAGS];
+        for block in 0..steps.n_blocks() {
+            for i in 0..VECTORS.min((steps.width - block * LANES).div_ceil(S::F32_LANES)) {
+                let mut sums = [[zero; N_SUMS]; N_LAGS];
+                let own = i * S::F32_LANES;
+                let [greys, along_x, along_y] = steps.block(block);
+                for (((grey, x), y), start) in
+                    greys.iter().zip(along_x).zip(along_y).zip((block * right..).step_by(*down))
+                {
+                    let [grey, x, y] = [load::<S>(&grey[own..]), load::<S>(&x[own..]), load::<S>(&y[own..])];
+                    let window = &pixels[start..][..2 * MARGIN * SPACING + LANES];
+                    for lag in 0..N_LAGS {
+                        let (middle, distance) = (MARGIN * SPACING + own, (FIRST + lag) * SPACING);
+                        let before = load::<S>(&window[middle - distance..]);
+                        let behind = load::<S>(&window[middle + distance..]);
+                        let sums = &mut sums[lag];
+                        sums[0] = simd.mul_add_f32s(grey, simd.add_f32s(before, behind), sums[0]);
+                        if N_SUMS == 5 {
+                            sums[1] = simd.mul_add_f32s(x, before, sums[1]);
+                            sums[2] = simd.mul_add_f32s(x, behind, sums[2]);
+                            sums[3] = simd.mul_add_f32s(y, before, sums[3]);
+                            sums[4] = simd.mul_add_f32s(y, behind, sums[4]);
                         }
                     }
                 }
-            }
-            for image in 0..IMAGES {
-                for scene in 0..SCENES {
-                    let mut lanes = [0.0; LANES];
-                    lanes.copy_from_slice(pulp::bytemuck::cast_slice(&sums[image][scene]));
-                    results[image][scene] += sum_of_lanes(lanes);
+                for (totals, sums) in totals.iter_mut().zip(sums) {
+                    for (total, sum) in totals.iter_mut().zip(sums) {
+                        total[i] = simd.add_f32s(total[i], sum);
+                    }
                 }
+            }
+        }
+        let mut results = [[0.0; N_SUMS]; N_LAGS];
+        for (results, totals) in results.iter_mut().zip(&totals) {
+            for (result, block) in results.iter_mut().zip(totals) {
+                *result = total::<S, VECTORS>(block);
             }
         }
         results
@@ -165,31 +159,55 @@ impl<const IMAGES: usize, const SCENES: usize> InBlocks for Products<'_, IMAGES,
 #[cfg(test)]
 mod tests {
     use super::*;
-    use chainwave_measurement::Region;
+    use crate::{PreparedSubset, Reference, Settings};
+    use chainwave_measurement::{Region, Subset};
 
     #[test]
     fn correlations_are_the_plain_sums_with_the_same_bits_everywhere() {
         let region = Region { x: 7, y: 3, width: 60, height: 50 };
-        let value = |i: usize| ((i * 7919) % 211) as f32;
-        let reference = ReferenceImage::new(region, (0..region.n_pixels()).map(value).collect(), 1);
+        let value = |i: usize| {
+            let (x, y) = ((i % 60) as f32, (i / 60) as f32);
+            (300.0 * (0.8 * x + 0.3 * y).sin() + 200.0 * (0.4 * x - 0.9 * y).cos()).round()
+                + ((i * 7919) % 11) as f32
+        };
+        let reference = Reference::new(region, (0..region.n_pixels()).map(value).collect(), 1).unwrap();
         // at the image's edge, where it is mirrored, and inside
-        for (first, [width, height]) in [([7, 4], [33, 21]), ([30, 20], [9, 25]), ([40, 40], [27, 13])] {
-            let around = Surroundings::new(&reference, first, [width, height]);
-            let image: Vec<f32> = (0..width * height).map(|i| value(3 * i) - 100.0).collect();
-            let spread = around.spread(&image);
-            for (axis, lag) in (0..2).flat_map(|axis| (-10..=10).map(move |lag| (axis, lag))) {
-                let pixel = |i: usize| {
-                    let (x, y) = (first[0] + (i % width) as i64, first[1] + (i / width) as i64);
+        for (first, [width, height]) in [([7, 4], [33, 21]), ([30, 20], [9, 25]), ([39, 39], [27, 13])] {
+            let centre = [first[0] + width / 2, first[1] + height / 2].map(|place| place as f64);
+            let subset = Subset::new("", centre[0], centre[1], width / 2, height / 2);
+            let subset = PreparedSubset::new(&reference, &subset, &Settings::default()).unwrap();
+            let steps = Steps::of(&subset);
+            let image = reference.image();
+            let around = Surroundings::new(image, first.map(|place| place as i64), [width, height]);
+            let found = around.correlations(&steps);
+            let [along_x, along_y] = steps.by_pixel();
+            let check = |image_of_subset: &[f32], axis: usize, lags: [i64; 2], found: f64| {
+                let pixel = |i: usize, lag: i64| {
+                    let (x, y) = ((first[0] + i % width) as i64, (first[1] + i / width) as i64);
                     let place = if axis == 0 { [x - lag, y] } else { [x, y - lag] };
-                    reference.pixel(place[0], place[1]) - reference.level
+                    image.pixel(place[0], place[1]) - image.level
                 };
-                let terms = || (0..image.len()).map(|i| f64::from(image[i]) * pixel(i));
+                let of_lags = |i: usize| 0.5 * (pixel(i, lags[0]) + pixel(i, lags[1]));
+                let terms = || (0..width * height).map(|i| f64::from(image_of_subset[i]) * of_lags(i));
                 let [expected, size] = [terms().sum::<f64>(), terms().map(f64::abs).sum()];
-                let [[found]] = around.products([&spread], axis, [lag]);
-                assert!((found - expected).abs() < 1e-6 * size, "f32 sums of a dozen terms");
+                assert!(
+                    (found - expected).abs() < 1e-6 * size,
+                    "f32 sums of a few dozen terms: {found} {expected}"
+                );
+            };
+            for axis in 0..2 {
+                for lag in 0..=MARGIN {
+                    let opposite = -(lag as i64);
+                    check(&subset.intensity, axis, [lag as i64, opposite], found.grey[axis][lag]);
+                }
+                for lag in 0..=2 * LAGS {
+                    let lag_px = lag as i64 - LAGS as i64;
+                    check(&along_x, axis, [lag_px; 2], found.steps[0][axis][lag]);
+                    check(&along_y, axis, [lag_px; 2], found.steps[1][axis][lag]);
+                }
             }
-            let product = || Products { images: [&spread], scenes: [&around.scene[..spread.len()]] };
-            assert_eq!(product().scalar()[0][0].to_bits(), product().dispatch()[0][0].to_bits());
+            let product = || Products::<2, 5, 3, LANES> { scene: &around.along_columns, steps: &steps };
+            assert_eq!(product().scalar(), product().dispatch());
         }
     }
 }

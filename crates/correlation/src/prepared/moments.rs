@@ -3,7 +3,7 @@
 
 use pulp::Simd;
 
-use crate::simd::{InBlocks, LANES, sum_of_lanes};
+use crate::simd::{InBlocks, first_ones, load, total};
 
 /// Monomials up to the fourth order in x and y.
 pub(crate) const MAX_MONOMIALS: usize = 15;
@@ -49,47 +49,48 @@ pub(crate) fn moments<const N: usize>(
     order: usize,
 ) -> [Moments; N] {
     match order {
-        0 => Summation::<N, 1> { places, image, others }.dispatch(),
-        1 => Summation::<N, 2> { places, image, others }.dispatch(),
-        2 => Summation::<N, 3> { places, image, others }.dispatch(),
-        _ => Summation::<N, 5> { places, image, others }.dispatch(),
+        0 => Summation::<N, 1, 1> { places, image, others }.dispatch(),
+        1 => Summation::<N, 2, 3> { places, image, others }.dispatch(),
+        2 => Summation::<N, 3, 6> { places, image, others }.dispatch(),
+        _ => Summation::<N, 5, MAX_MONOMIALS> { places, image, others }.dispatch(),
     }
 }
 
-/// The moments with powers below `POWERS`.
-struct Summation<'a, const N: usize, const POWERS: usize> {
+/// The moments with powers below `POWERS`, of which so many monomials consist.
+struct Summation<'a, const N: usize, const POWERS: usize, const MONOMIALS: usize> {
     places: Places<'a>,
     image: &'a [f32],
     others: [&'a [f32]; N],
 }
 
-impl<const N: usize, const POWERS: usize> InBlocks for Summation<'_, N, POWERS> {
+impl<const N: usize, const POWERS: usize, const MONOMIALS: usize> InBlocks
+    for Summation<'_, N, POWERS, MONOMIALS>
+{
     type Output = [Moments; N];
 
     /// A vector's columns are summed down all rows, times powers of the row, and these sums multiplied with powers of the column.
     #[inline(always)]
     fn run<S: Simd, const VECTORS: usize>(self, simd: S) -> [Moments; N] {
         let Self { places: Places { width, height, columns, rows }, image, others } = self;
-        let vector = |values: &[f32]| S::as_simd_f32s(&values[..S::F32_LANES]).0[0];
         let zero = simd.splat_f32s(0.0);
-        let mut totals = [[[zero; VECTORS]; MAX_MONOMIALS]; N];
+        let mut totals = [[[zero; VECTORS]; MONOMIALS]; N];
         for (i, first) in (0..width).step_by(S::F32_LANES).enumerate() {
-            let inside = vector(&INSIDE[LANES - (width - first).min(LANES)..]);
+            let inside = first_ones::<S>(width - first);
             let mut sums = [[zero; POWERS]; N];
             for row in 0..height {
                 let at = row * width + first;
-                let value = simd.mul_f32s(inside, vector(&image[at..]));
+                let value = simd.mul_f32s(inside, load::<S>(&image[at..]));
                 let y = simd.splat_f32s(rows[row * width]);
-                for n in 0..N {
-                    let mut term = simd.mul_f32s(value, vector(&others[n][at..]));
-                    sums[n][0] = simd.add_f32s(sums[n][0], term);
-                    for sum in &mut sums[n][1..] {
+                for (sums, other) in sums.iter_mut().zip(others) {
+                    let mut term = simd.mul_f32s(value, load::<S>(&other[at..]));
+                    sums[0] = simd.add_f32s(sums[0], term);
+                    for sum in &mut sums[1..] {
                         term = simd.mul_f32s(term, y);
                         *sum = simd.add_f32s(*sum, term);
                     }
                 }
             }
-            let x = vector(&columns[first..]);
+            let x = load::<S>(&columns[first..]);
             for (totals, sums) in totals.iter_mut().zip(sums) {
                 for (y_power, mut term) in sums.into_iter().enumerate() {
                     for x_power in 0..POWERS - y_power {
@@ -100,27 +101,15 @@ impl<const N: usize, const POWERS: usize> InBlocks for Summation<'_, N, POWERS> 
                 }
             }
         }
-        totals.map(|monomials| {
-            monomials.map(|vectors| {
-                let mut lanes = [0.0; LANES];
-                lanes.copy_from_slice(pulp::bytemuck::cast_slice(&vectors));
-                sum_of_lanes(lanes)
-            })
-        })
+        let mut moments = [[0.0; MAX_MONOMIALS]; N];
+        for (moments, totals) in moments.iter_mut().zip(&totals) {
+            for (moment, vectors) in moments.iter_mut().zip(totals) {
+                *moment = total::<S, VECTORS>(vectors);
+            }
+        }
+        moments
     }
 }
-
-/// Ones for the pixels of a row that a vector holds, then zeros for what lies behind them: from the place on that lies so many before the
-/// middle.
-const INSIDE: [f32; 2 * LANES] = {
-    let mut inside = [0.0; 2 * LANES];
-    let mut i = 0;
-    while i < LANES {
-        inside[i] = 1.0;
-        i += 1;
-    }
-    inside
-};
 
 /// [`parent`] of each monomial but the first.
 pub(crate) const PARENTS: [(usize, usize); MAX_MONOMIALS] = {
@@ -149,7 +138,7 @@ mod tests {
             let places = Places { width, height, columns: &columns, rows: &rows };
             let (a, b, c) = (image(7), image(5), image(3));
             let found = moments(places, &a, [&b, &c], 4);
-            let scalar = Summation::<2, 5> { places, image: &a, others: [&b, &c] }.scalar();
+            let scalar = Summation::<2, 5, MAX_MONOMIALS> { places, image: &a, others: [&b, &c] }.scalar();
             assert_eq!(found, scalar);
             for (i, j) in (0..=4_usize).flat_map(|i| (0..=4 - i).map(move |j| (i, j))) {
                 for (found, other) in found.iter().zip([&b, &c]) {

@@ -49,14 +49,15 @@ impl Part {
 
     /// The subset's part of an image of the reference's size, padded to whole vectors by zeros.
     pub(crate) fn padded(&self, image: &[f32]) -> Vec<f32> {
-        let mut values = Vec::with_capacity(padded_length(self.n_pixels()));
-        for row in image.chunks_exact(self.region.width).skip(self.row).take(self.height) {
+        let mut values = vec![0.0; padded_length(self.n_pixels())];
+        let rows = image.chunks_exact(self.region.width).skip(self.row);
+        for (to, row) in values.chunks_exact_mut(self.width).zip(rows).take(self.height) {
             // In blocks, for a call of the C library costs more than to copy some dozen values.
             let (blocks, rest) = row[self.column..self.column + self.width].as_chunks::<LANES>();
-            blocks.iter().for_each(|block| values.extend_from_slice(block));
-            rest.iter().for_each(|&value| values.push(value));
+            let (to_blocks, to_rest) = to.as_chunks_mut::<LANES>();
+            to_blocks.iter_mut().zip(blocks).for_each(|(to, block)| *to = *block);
+            to_rest.iter_mut().zip(rest).for_each(|(to, value)| *to = *value);
         }
-        values.resize(padded_length(self.n_pixels()), 0.0);
         values
     }
 

@@ -12,6 +12,7 @@
 
 use crate::PreparedSubset;
 use crate::prepared::moments::{MAX_MONOMIALS, Places, moments};
+use crate::prepared::steps::Steps;
 use crate::prepared::{Linearised, second_order};
 use crate::simd::padded;
 use crate::warp::Warp;
@@ -30,7 +31,7 @@ impl PreparedSubset {
         let Linearised { width, height, .. } = self.linearised;
         let places = Places { width, height, columns: &self.columns, rows: &self.rows };
         let noise = self.noise.variance * self.noise.overlap;
-        let steps = self.steps();
+        let steps = Steps::of(self).by_pixel();
         let own: [[[f64; MAX_MONOMIALS]; 2]; 2] = [0, 1].map(|component| {
             let polynomials = self.step_polynomials(component);
             [0, 1].map(|axis| {
@@ -40,7 +41,7 @@ impl PreparedSubset {
                 let weight = |((step, slope), (x, y)): ((&f32, &f32), (&f32, &f32))| {
                     step * slope - noise as f32 * second_order(&polynomials[axis], *x, *y)
                 };
-                let weights = padded(gradient.take(self.n_pixels()).zip(at).map(weight));
+                let weights = padded(gradient.zip(at).map(weight));
                 let [moments] = moments(places, &weights, [&self.weights], 4);
                 moments
             })

@@ -120,8 +120,7 @@ pub(crate) fn filtered(reference: &ReferenceImage, part: Region, along_x: &Line,
     let mut result = vec![0.0; part.n_pixels()];
     for (i, row) in by_row.chunks_exact_mut(part.width).enumerate() {
         let (x, y) = (part.x as i64 - before as i64, (part.y + i) as i64 - above as i64);
-        reference.copy_row(x, y, &mut line);
-        line.iter_mut().for_each(|value| *value -= level);
+        reference.copy_row(x, y, level, &mut line);
         along_x.apply(&line, before, 1, row);
     }
     for (i, row) in result.chunks_exact_mut(part.width).enumerate() {

@@ -28,19 +28,19 @@ impl ReferenceImage {
         Self { region, pixels, n_averaged: n_averaged.max(1), invalid, level }
     }
 
-    /// Copies the pixels of the row `y` from the column `x` on, mirrored beyond the edges.
-    pub(crate) fn copy_row(&self, x: i64, y: i64, line: &mut [f32]) {
+    /// Copies the pixels of the row `y` from the column `x` on, mirrored beyond the edges, less a level.
+    pub(crate) fn copy_row(&self, x: i64, y: i64, level: f32, line: &mut [f32]) {
         let start = mirrored(y - self.region.y as i64, self.region.height) * self.region.width;
         let row = &self.pixels[start..start + self.region.width];
         let first = x - self.region.x as i64;
         let (n, width) = (line.len() as i64, self.region.width as i64);
         let (inside, end) = ((-first).clamp(0, n), (width - first).clamp(0, n));
-        let mirror = |i: i64| row[mirrored(first + i, self.region.width)];
+        let mirror = |i: i64| row[mirrored(first + i, self.region.width)] - level;
         (0..inside).chain(end..n).for_each(|i| line[i as usize] = mirror(i));
         if inside < end {
-            let from = (first + inside) as usize;
-            let n = (end - inside) as usize;
-            line[inside as usize..][..n].copy_from_slice(&row[from..from + n]);
+            let from = &row[(first + inside) as usize..(first + end) as usize];
+            let line = line[inside as usize..end as usize].iter_mut();
+            line.zip(from).for_each(|(to, from)| *to = from - level);
         }
     }
 
@@ -62,6 +62,9 @@ impl ReferenceImage {
 
 fn mirrored(i: i64, n: usize) -> usize {
     let last = n as i64 - 1;
+    if (0..=last).contains(&i) {
+        return i as usize;
+    }
     let folded = i.rem_euclid((2 * last).max(1));
     usize::try_from(folded.min(2 * last - folded)).unwrap_or(0)
 }

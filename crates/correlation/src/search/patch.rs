@@ -181,7 +181,7 @@ impl Pixels {
         let width = (2 * reach + 1) as usize / coarseness * coarseness;
         let mut values = vec![0.0; width * width];
         for (y, row) in (top..).zip(values.chunks_exact_mut(width)) {
-            reference.copy_row(left, y, row);
+            reference.copy_row(left, y, 0.0, row);
         }
         let centre = [place_px[0] - left as f64, place_px[1] - top as f64];
         Self { width, values, centre, reach: [reach_px; 2] }
