@@ -184,14 +184,19 @@ impl Linearised {
         sample(window, warp, self.lattice(), &mut workspace.rows, &mut workspace.samples);
         workspace.samples[n..].fill(0.0);
         if self.n_used < n {
-            workspace.samples.iter_mut().zip(&self.weights).for_each(|(value, weight)| *value *= weight);
+            workspace
+                .samples
+                .iter_mut()
+                .zip(self.weights.iter())
+                .for_each(|(value, weight)| *value *= weight);
         }
         sum(self, &workspace.samples[..n.next_multiple_of(LANES)]).evaluate(self)
     }
 
     /// The residual of each pixel after the last evaluation, in counts; 0 where it is not used.
     pub(crate) fn residuals(&self, found: &Evaluation, workspace: &Workspace) -> Vec<f64> {
-        let pixels = workspace.samples.iter().zip(&self.intensity).zip(&self.weights).take(self.n_pixels());
+        let pixels =
+            workspace.samples.iter().zip(&self.intensity).zip(self.weights.iter()).take(self.n_pixels());
         let residual = |((g, f), weight): ((&f32, &f32), &f32)| {
             f64::from(*weight) * (f64::from(*g) - found.mean - found.gain * f64::from(*f))
         };

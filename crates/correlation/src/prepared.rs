@@ -55,10 +55,10 @@ pub struct Linearised {
     pub(crate) columns: Arc<[f32]>,
     /// Row of each pixel relative to the centre.
     pub(crate) rows: Arc<[f32]>,
-    /// Reference less `mean` in every pixel, used or not, for whoever searches for the subset by its looks.
-    pub(crate) template: Vec<f32>,
+    /// Reference less `mean` in every pixel, used or not; `None` where that is `intensity`.
+    pub(crate) template: Option<Vec<f32>>,
     /// 1 for each pixel that is used; the others, and the filling, are 0 here and in the three images below.
-    pub(crate) weights: Vec<f32>,
+    pub(crate) weights: Arc<[f32]>,
     /// Pixels that are used.
     pub(crate) n_used: usize,
     /// Reference less its mean.
@@ -132,12 +132,14 @@ impl PreparedSubset {
     pub fn new(reference: &Reference, subset: &Subset, settings: &Settings) -> Result<Self, Lost> {
         let part = Part::new(reference, subset).ok_or(Lost::OutOfView)?;
         let gradients = reference.gradients();
-        let (weights, n_used) = part.weights(gradients.usable.as_deref(), subset);
-        let all_used = n_used == part.n_pixels();
+        let [columns, rows, ones] = reference.places(part.first_px(subset), part.width, part.height);
+        let weights = part.weights(gradients.usable.as_deref(), subset);
+        let (all_used, weights) = (weights.is_none(), weights.map_or(ones, Arc::from));
+        let n_used = if all_used { part.n_pixels() } else { n_ones(&weights) };
         let used = |image: &[f32]| {
             let mut values = part.padded(image);
             if !all_used {
-                values.iter_mut().zip(&weights).for_each(|(value, weight)| *value *= weight);
+                values.iter_mut().zip(weights.iter()).for_each(|(value, weight)| *value *= weight);
             }
             values
         };
@@ -150,14 +152,14 @@ impl PreparedSubset {
             #[inline(always)]
             || grey.iter_mut().for_each(|value| *value = (f64::from(*value) - mean) as f32),
         );
-        let template = grey[..part.n_pixels()].to_vec();
-        grey.iter_mut().zip(&weights).for_each(|(value, weight)| *value *= weight);
+        let template = (!all_used).then(|| grey[..part.n_pixels()].to_vec());
+        grey.iter_mut().zip(weights.iter()).for_each(|(value, weight)| *value *= weight);
         let plain = [used(&gradients.plain.x), used(&gradients.plain.y)];
         let crop = Crop {
             centre_px: [subset.x_px, subset.y_px],
             outline_px: subset.outline_px.clone(),
             first_px: part.first_px(subset),
-            places: reference.places(part.first_px(subset), part.width, part.height),
+            places: [columns, rows],
             width: part.width,
             height: part.height,
             intensity: grey,
@@ -298,6 +300,11 @@ impl Linearised {
         })
     }
 
+    /// Reference less its mean in every pixel, used or not, for whoever searches for the subset by its looks.
+    pub(crate) fn template(&self) -> &[f32] {
+        self.template.as_deref().unwrap_or(&self.intensity[..self.n_pixels()])
+    }
+
     /// The middle of this subset, half as wide and high: it converges from twice the strain or rotation. `None` when
     /// nothing useful would be left.
     pub(crate) fn inner(&self) -> Option<Self> {
@@ -312,23 +319,24 @@ impl Linearised {
             padded(rows.flat_map(|row| row[left..left + width].iter().copied()))
         };
         let (mut intensity, weights) = (crop(&self.intensity), crop(&self.weights));
-        let n_used = weights.iter().filter(|&&weight| weight > 0.0).count();
+        let n_used = n_ones(&weights);
         let mean = dot(&intensity, &weights) / n_used.max(1) as f64;
         let centred = |(value, weight): (&mut f32, &f32)| *value = weight * (f64::from(*value) - mean) as f32;
         intensity.iter_mut().zip(&weights).for_each(centred);
         let smooth = [crop(&self.gradient_x), crop(&self.gradient_y)];
         let first_px = [self.first_px[0] + left as f64, self.first_px[1] + top as f64];
+        let [columns, rows, _] = pixel_places(first_px, width, height);
         let crop = Crop {
             centre_px: self.centre_px,
             outline_px: self.outline_px.clone(),
             first_px,
-            places: pixel_places(first_px, width, height),
+            places: [columns, rows],
             width,
             height,
             intensity,
             smooth: smooth.clone(),
-            template: Vec::new(),
-            weights,
+            template: None,
+            weights: weights.into(),
             n_used,
             mean: self.mean + mean,
             n_averaged: self.n_averaged,
@@ -344,7 +352,7 @@ impl Linearised {
             image.iter().zip(&seen).map(|(value, seen)| value * seen).collect()
         };
         let weights = of_seen(&self.weights);
-        let n_used = weights.iter().filter(|&&weight| weight > 0.0).count();
+        let n_used = n_ones(&weights);
         let mut intensity = of_seen(&self.intensity);
         let mean = dot(&intensity, &weights) / n_used.max(1) as f64;
         let centred = |(value, weight): (&mut f32, &f32)| *value = weight * (f64::from(*value) - mean) as f32;
@@ -358,8 +366,8 @@ impl Linearised {
             height: self.height,
             intensity,
             smooth: [of_seen(&self.gradient_x), of_seen(&self.gradient_y)],
-            template: self.template.clone(),
-            weights,
+            template: Some(self.template().to_vec()),
+            weights: weights.into(),
             n_used,
             mean: self.mean + mean,
             n_averaged: self.n_averaged,
@@ -404,6 +412,11 @@ impl Linearised {
     }
 }
 
+/// Pixels whose weight is 1.
+fn n_ones(weights: &[f32]) -> usize {
+    weights.iter().filter(|&&weight| weight > 0.0).count()
+}
+
 /// A polynomial of second order, of the coefficients of 1, x, y, x^2, xy, y^2.
 #[inline(always)]
 fn second_order(q: &[f32; 6], x: f32, y: f32) -> f32 {
@@ -421,8 +434,8 @@ struct Crop {
     height: usize,
     intensity: Vec<f32>,
     smooth: [Vec<f32>; 2],
-    template: Vec<f32>,
-    weights: Vec<f32>,
+    template: Option<Vec<f32>>,
+    weights: Arc<[f32]>,
     n_used: usize,
     mean: f64,
     n_averaged: f64,

@@ -24,7 +24,7 @@ pub struct Reference {
     image: ReferenceImage,
     gradients: OnceLock<Gradients>,
     /// The first place and the size of its first subset, with the places of its pixels, which others of that size share.
-    places: OnceLock<(Rectangle, [Arc<[f32]>; 2])>,
+    places: OnceLock<(Rectangle, [Arc<[f32]>; 3])>,
 }
 
 impl Reference {
@@ -147,8 +147,8 @@ impl Reference {
         self.gradients.get_or_init(|| Gradients::of(&self.image))
     }
 
-    /// Column and row of each pixel of a rectangle whose first is at a place from its centre.
-    pub(crate) fn places(&self, first_px: [f64; 2], width: usize, height: usize) -> [Arc<[f32]>; 2] {
+    /// Column and row of each pixel of a rectangle whose first is at a place from its centre, and 1.
+    pub(crate) fn places(&self, first_px: [f64; 2], width: usize, height: usize) -> [Arc<[f32]>; 3] {
         let wanted = (first_px, width, height);
         let (found, shared) = self.places.get_or_init(|| (wanted, pixel_places(first_px, width, height)));
         if *found == wanted { shared.clone() } else { pixel_places(first_px, width, height) }

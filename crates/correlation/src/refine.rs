@@ -99,7 +99,7 @@ impl<R: Refine> Target<R> {
             let [left, top] = [0, 1].map(|axis| (prepared.centre_px[axis] + prepared.first_px[axis]).round());
             let template = scene(still).part([left as i64, top as i64], prepared.width, prepared.height)?;
             let mut subset = prepared.clone();
-            subset.linearised.template = template;
+            subset.linearised.template = Some(template);
             R::prepare(&subset).refine(&subset, &scene(picture), subset.centre_px)
         })
     }

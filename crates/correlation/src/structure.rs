@@ -141,7 +141,7 @@ impl PreparedSubset {
     /// What a match fits to the target: light, the reference, and its derivatives by the parameters.
     fn fitted_images(&self) -> Vec<Vec<f32>> {
         let n = self.n_pixels();
-        let light = [&self.weights, &self.intensity].map(|image| image[..n].to_vec());
+        let light = [&self.weights[..n], &self.intensity[..n]].map(<[f32]>::to_vec);
         let terms = &TERMS[..self.settings.shape.n_terms()];
         let slopes = [&self.gradient_x, &self.gradient_y];
         let derivatives = slopes.into_iter().flat_map(|slope| {

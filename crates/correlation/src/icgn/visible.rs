@@ -38,7 +38,7 @@ impl PreparedSubset {
             return self.solve_around_obstacles(window, start, workspace);
         };
         let visible: Vec<bool> =
-            hidden.iter().zip(&self.weights).map(|(hidden, weight)| !hidden && *weight > 0.0).collect();
+            hidden.iter().zip(self.weights.iter()).map(|(hidden, weight)| !hidden && *weight > 0.0).collect();
         self.only(&visible).map_err(Stop::Lost)?.solve_around_obstacles(window, start, workspace)
     }
 
@@ -57,7 +57,7 @@ impl PreparedSubset {
             // what saturates just beyond the edge reaches the pixels at the edge
             let place = (row.clamp(0, height - 1) * width + column.clamp(0, width - 1)) as usize;
             // what is as bright in the reference is clipped by its noise, no more
-            let bright = f64::from(self.template[place]) + self.mean >= NEARLY_FULL * window.full_scale();
+            let bright = f64::from(self.template()[place]) + self.mean >= NEARLY_FULL * window.full_scale();
             if near && self.weights[place] > 0.0 && !bright {
                 marked[place] = true;
                 any = true;
@@ -100,13 +100,16 @@ impl PreparedSubset {
             let far = |(residual, weight): (&f64, &f32)| {
                 *weight > 0.0 && (residual - middle).abs() > OUTLIER_SIGMAS * sigma
             };
-            let outlier: Vec<bool> = residuals.iter().zip(&subset.weights).map(far).collect();
+            let outlier: Vec<bool> = residuals.iter().zip(subset.weights.iter()).map(far).collect();
             if !outlier.contains(&true) {
                 break;
             }
             let hidden = dilated(self.width, &outlier, INVALID_MARGIN_PX);
-            let visible: Vec<bool> =
-                hidden.iter().zip(&subset.weights).map(|(hidden, weight)| !hidden && *weight > 0.0).collect();
+            let visible: Vec<bool> = hidden
+                .iter()
+                .zip(subset.weights.iter())
+                .map(|(hidden, weight)| !hidden && *weight > 0.0)
+                .collect();
             part = Some(self.only(&visible).ok()?);
         }
         part
@@ -122,7 +125,7 @@ impl PreparedSubset {
 
 /// Median and standard deviation of the bulk of the residuals of the pixels that are used.
 fn robust_moments(subset: &PreparedSubset, residuals: &[f64]) -> [f64; 2] {
-    let used = residuals.iter().zip(&subset.weights).filter(|(_, weight)| **weight > 0.0);
+    let used = residuals.iter().zip(subset.weights.iter()).filter(|(_, weight)| **weight > 0.0);
     let values: Vec<f64> = used.map(|(residual, _)| *residual).collect();
     if values.len() < 2 {
         return [0.0, f64::INFINITY];

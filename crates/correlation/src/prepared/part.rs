@@ -5,7 +5,7 @@ use chainwave_measurement::{Region, Subset};
 use crate::Reference;
 use crate::prepared::outline::is_within;
 use crate::reference::pixel_bounds;
-use crate::simd::{LANES, padded_length};
+use crate::simd::{LANES, padded, padded_length};
 
 /// Where a subset lies in its reference.
 pub(crate) struct Part {
@@ -52,26 +52,27 @@ impl Part {
         let mut values = vec![0.0; padded_length(self.n_pixels())];
         let rows = image.chunks_exact(self.region.width).skip(self.row);
         for (to, row) in values.chunks_exact_mut(self.width).zip(rows).take(self.height) {
-            // In blocks, for a call of the C library costs more than to copy some dozen values.
-            let (blocks, rest) = row[self.column..self.column + self.width].as_chunks::<LANES>();
-            let (to_blocks, to_rest) = to.as_chunks_mut::<LANES>();
-            to_blocks.iter_mut().zip(blocks).for_each(|(to, block)| *to = *block);
-            to_rest.iter_mut().zip(rest).for_each(|(to, value)| *to = *value);
+            let row = &row[self.column..self.column + self.width];
+            let Some(last) = self.width.checked_sub(LANES) else {
+                to.copy_from_slice(row);
+                continue;
+            };
+            // In blocks, the last of which overlaps: a call of the C library costs more than to copy some dozen values.
+            for first in (0..last).step_by(LANES).chain([last]) {
+                to[first..first + LANES].copy_from_slice(&row[first..first + LANES]);
+            }
         }
         values
     }
 
-    /// 1 for each of the subset's pixels that is `usable` (`None`: all are) and within its outline, 0 for the others and the padding; and
-    /// how many are 1.
-    pub(crate) fn weights(&self, usable: Option<&[f32]>, subset: &Subset) -> (Vec<f32>, usize) {
-        let mut weights = usable.map_or_else(
-            || {
-                let mut ones = vec![1.0; self.n_pixels()];
-                ones.resize(padded_length(self.n_pixels()), 0.0);
-                ones
-            },
-            |usable| self.padded(usable),
-        );
+    /// 1 for each of the subset's pixels that is `usable` (`None`: all are) and within its outline, 0 for the others and the padding; `None` where
+    /// all are 1.
+    pub(crate) fn weights(&self, usable: Option<&[f32]>, subset: &Subset) -> Option<Vec<f32>> {
+        if usable.is_none() && subset.outline_px.is_empty() {
+            return None;
+        }
+        let ones = || padded(std::iter::repeat_n(1.0, self.n_pixels()));
+        let mut weights = usable.map_or_else(ones, |usable| self.padded(usable));
         if !subset.outline_px.is_empty() {
             let [left, top] = self.first_px(subset);
             for (i, weight) in weights.iter_mut().take(self.n_pixels()).enumerate() {
@@ -81,10 +82,7 @@ impl Part {
                 }
             }
         }
-        let n_used = match usable {
-            None if subset.outline_px.is_empty() => self.n_pixels(),
-            _ => weights.iter().filter(|&&weight| weight > 0.0).count(),
-        };
-        (weights, n_used)
+        let all_used = weights[..self.n_pixels()].iter().all(|&weight| weight > 0.0);
+        (!all_used).then_some(weights)
     }
 }

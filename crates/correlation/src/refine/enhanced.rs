@@ -17,7 +17,7 @@ impl Refine for EnhancedCorrelation {
     fn refine(&self, subset: &PreparedSubset, scene: &SearchArea, start_px: [f64; 2]) -> Option<[f64; 2]> {
         let (region, pixels) = scene.pixels();
         let first = [region.x as f64, region.y as f64];
-        let template = GrayImage { width: subset.width, height: subset.height, pixels: &subset.template };
+        let template = GrayImage { width: subset.width, height: subset.height, pixels: subset.template() };
         let scene = GrayImage { width: region.width, height: region.height, pixels };
         let near = [0, 1].map(|axis| start_px[axis] + subset.first_px[axis] - first[axis]);
         let corner =

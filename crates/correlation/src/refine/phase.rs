@@ -63,5 +63,5 @@ fn shift(subset: &PreparedSubset, part: &[f32]) -> Option<[f64; 2]> {
     let picture = |pixels| GrayImage { width: subset.width, height: subset.height, pixels };
     let contrast = subset.signal_energy / subset.n_used as f64;
     let variance = subset.noise_variance + EDGE_SHARE * contrast;
-    library()?.phase_correlation([picture(&subset.template), picture(part)], variance)
+    library()?.phase_correlation([picture(subset.template()), picture(part)], variance)
 }

@@ -92,7 +92,7 @@ impl Patch {
     pub(crate) fn of(subset: &PreparedSubset) -> Self {
         let fine = Pixels {
             width: subset.width,
-            values: subset.template.clone(),
+            values: subset.template().to_vec(),
             centre: subset.first_px.map(|first| -first),
             reach: subset.half_px().map(f64::floor),
         };

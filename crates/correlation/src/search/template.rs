@@ -19,7 +19,7 @@ pub(crate) struct Template {
 impl Template {
     /// The subset as it is.
     pub(crate) fn upright(subset: &PreparedSubset) -> Self {
-        Self::new(subset.width, subset.height, subset.first_px, subset.template.clone())
+        Self::new(subset.width, subset.height, subset.first_px, subset.template().to_vec())
     }
 
     /// Values of a rectangle, row by row; their mean is taken off.
