@@ -7,6 +7,7 @@ mod part;
 pub(crate) mod response;
 pub(crate) mod steps;
 
+use std::cell::Cell;
 use std::ops::Deref;
 use std::sync::Arc;
 
@@ -22,6 +23,7 @@ use crate::prepared::outline::{is_within, turned};
 use crate::prepared::part::Part;
 use crate::prepared::steps::Steps;
 use crate::reference::gradient::noise_variance;
+use crate::reference::image::ReferenceImage;
 use crate::simd::{dot, padded};
 use crate::warp::{MAX_PARAMETERS, Warp};
 use crate::window::sample::Lattice;
@@ -123,6 +125,18 @@ const LARGEST_SENSITIVITY_ERROR: f64 = 0.4;
 /// Least width and height of the middle of a subset that a start is sought with.
 const LEAST_SIDE_PX: usize = 9;
 
+/// What is made for a subset and of no use behind its preparation.
+#[derive(Default)]
+struct Buffers {
+    steps: Steps,
+    around: Surroundings,
+}
+
+thread_local! {
+    /// Those of the subset that this thread prepared last: to ask for them anew takes as long as to fill them.
+    static BUFFERS: Cell<Buffers> = Cell::default();
+}
+
 impl PreparedSubset {
     /// Prepares a subset from the reference around it.
     ///
@@ -175,7 +189,20 @@ impl PreparedSubset {
         if sigma_px.is_nan() || sigma_px > LARGEST_REFERENCE_SIGMA_PX {
             return Err(Lost::NoTexture);
         }
-        let steps = Steps::of(&subset);
+        let mut buffers = BUFFERS.take();
+        let found = Self::with_interpolation(subset, reference.image(), part.first_in_image(), &mut buffers);
+        BUFFERS.set(buffers);
+        found
+    }
+
+    /// The subset whose first pixel is at a place of the image, with what interpolation will do to it.
+    fn with_interpolation(
+        subset: Linearised,
+        image: &ReferenceImage,
+        first_in_image: [i64; 2],
+        Buffers { steps, around }: &mut Buffers,
+    ) -> Result<Self, Lost> {
+        steps.make(&subset);
         let is_unclear = |axis: usize| {
             let error = subset.covariance.sensitivity_error(axis, steps.n_independent()[axis]);
             error.is_nan() || error > LARGEST_SENSITIVITY_ERROR
@@ -183,10 +210,10 @@ impl PreparedSubset {
         if is_unclear(0) || is_unclear(1) {
             return Err(Lost::NoTexture);
         }
-        let around =
-            Surroundings::new(reference.image(), part.first_in_image(), [subset.width, subset.height]);
-        let correlations = around.correlations(&steps);
-        let (noise_energy, interpolation) = (n_used as f64 * variance, settings.interpolation);
+        around.surround(image, first_in_image, [subset.width, subset.height]);
+        let correlations = around.correlations(steps);
+        let noise_energy = subset.n_used as f64 * subset.noise_variance;
+        let interpolation = subset.settings.interpolation;
         Ok(Self {
             light_moments: steps.by_light(),
             bias: InterpolationBias::new(&correlations, interpolation),

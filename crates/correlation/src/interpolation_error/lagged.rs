@@ -11,14 +11,16 @@ use crate::simd::{InBlocks, LANES, load, total};
 pub(crate) const MARGIN: usize = 2 * LAGS;
 
 /// The reference around a subset, less its level.
+#[derive(Default)]
 pub(crate) struct Surroundings {
-    /// Around the rows of the subset: these with the pixels at all lags before and behind them, filled up so that whole blocks lie inside.
+    /// Around the rows of the subset: these with the pixels at all lags before and behind them, filled up by any so that whole blocks lie inside.
     along_rows: Scene,
     /// Around its columns: blocks of these, each with the pixels at all lags above and below.
     along_columns: Scene,
 }
 
 /// Pixels of which a block and what surrounds it along an axis lie in a window.
+#[derive(Default)]
 struct Scene {
     pixels: Vec<f32>,
     /// From one window to the next one to its right, and to the one below.
@@ -26,29 +28,29 @@ struct Scene {
 }
 
 impl Surroundings {
-    /// Around the subset whose first pixel is at `(column, row)` of the image.
-    pub(crate) fn new(
+    /// Moves to the subset whose first pixel is at `(column, row)` of the image.
+    pub(crate) fn surround(
+        &mut self,
         reference: &ReferenceImage,
         [column, row]: [i64; 2],
         [width, height]: [usize; 2],
-    ) -> Self {
+    ) {
         let (n_blocks, n_lines) = (width.div_ceil(LANES), height + 2 * MARGIN);
-        let mut line = vec![0.0; n_blocks * LANES + 2 * MARGIN];
-        let mut of_rows = Vec::with_capacity(line.len() * height);
-        let mut of_columns = vec![0.0; n_blocks * n_lines * LANES];
+        let n = n_blocks * LANES + 2 * MARGIN;
+        self.along_rows.steps = [LANES, n];
+        self.along_columns.steps = [n_lines * LANES, LANES];
+        self.along_rows.pixels.resize(n * (height + 1), 0.0);
+        self.along_columns.pixels.resize(n_blocks * n_lines * LANES, 0.0);
+        // The rows of the subset, and behind them a line for those above and below.
+        let (of_rows, spare) = self.along_rows.pixels.split_at_mut(n * height);
         for i in 0..n_lines {
+            let place = i.checked_sub(MARGIN).filter(|row| *row < height);
+            let line = place.map_or(&mut *spare, |row| &mut of_rows[row * n..][..n]);
             let (x, y) = (column - MARGIN as i64, row + i as i64 - MARGIN as i64);
             reference.copy_row(x, y, reference.level as f32, &mut line[..width + 2 * MARGIN]);
-            if (MARGIN..MARGIN + height).contains(&i) {
-                of_rows.extend_from_slice(&line);
-            }
             for (block, values) in line[MARGIN..].as_chunks::<LANES>().0.iter().take(n_blocks).enumerate() {
-                of_columns[(block * n_lines + i) * LANES..][..LANES].copy_from_slice(values);
+                self.along_columns.pixels[(block * n_lines + i) * LANES..][..LANES].copy_from_slice(values);
             }
-        }
-        Self {
-            along_rows: Scene { pixels: of_rows, steps: [LANES, line.len()] },
-            along_columns: Scene { pixels: of_columns, steps: [n_lines * LANES, LANES] },
         }
     }
 
@@ -178,7 +180,8 @@ mod tests {
             let subset = PreparedSubset::new(&reference, &subset, &Settings::default()).unwrap();
             let steps = Steps::of(&subset);
             let image = reference.image();
-            let around = Surroundings::new(image, first.map(|place| place as i64), [width, height]);
+            let mut around = Surroundings::default();
+            around.surround(image, first.map(|place| place as i64), [width, height]);
             let found = around.correlations(&steps);
             let [along_x, along_y] = steps.by_pixel();
             let check = |image_of_subset: &[f32], axis: usize, lags: [i64; 2], found: f64| {

@@ -11,10 +11,12 @@ const CORRELATED_PX: f64 = 4.0;
 
 /// The displacements of the centre along x and y that a unit of each pixel's grey value makes, M^-1 Z' ([`crate::PreparedSubset`]), and the
 /// grey values themselves.
+#[derive(Default)]
 pub(crate) struct Steps {
     pub(crate) width: usize,
     height: usize,
-    /// The grey values, the steps along x and those along y: blocks of columns, each row by row, the last one filled up with zeros.
+    /// The grey values, the steps along x and those along y: blocks of columns, each row by row, the last one filled up by
+    /// zeros to whole vectors.
     images: [Vec<[f32; LANES]>; 3],
     sums: Sums,
 }
@@ -31,14 +33,21 @@ struct Sums {
 
 impl Steps {
     pub(crate) fn of(subset: &Linearised) -> Self {
-        let Linearised { width, height, .. } = *subset;
-        let mut images = [(); 3].map(|()| vec![[0.0; LANES]; width.div_ceil(LANES) * height]);
-        let recipes = [0, 1].map(|axis| Recipe::of(subset, axis));
-        let sums = match subset.settings.shape {
-            Shape::Quadratic => Stepping::<3> { subset, recipes, images: &mut images }.dispatch(),
-            _ => Stepping::<2> { subset, recipes, images: &mut images }.dispatch(),
+        let mut steps = Self::default();
+        steps.make(subset);
+        steps
+    }
+
+    /// Makes those of a subset in place of others.
+    pub(crate) fn make(&mut self, subset: &Linearised) {
+        (self.width, self.height) = (subset.width, subset.height);
+        let n = self.n_blocks() * self.height;
+        self.images.iter_mut().for_each(|image| image.resize(n, [0.0; LANES]));
+        let (recipes, images) = ([0, 1].map(|axis| Recipe::of(subset, axis)), &mut self.images);
+        self.sums = match subset.settings.shape {
+            Shape::Quadratic => Stepping::<3> { subset, recipes, images }.dispatch(),
+            _ => Stepping::<2> { subset, recipes, images }.dispatch(),
         };
-        Self { width, height, images, sums }
     }
 
     pub(crate) fn n_blocks(&self) -> usize {
@@ -111,7 +120,7 @@ impl Recipe {
 struct Stepping<'a, const POWERS: usize> {
     subset: &'a Linearised,
     recipes: [Recipe; 2],
-    /// Room for the images, which is zero.
+    /// Room for the images.
     images: &'a mut [Vec<[f32; LANES]>; 3],
 }
 
