@@ -167,7 +167,11 @@ impl PreparedSubset {
             || grey.iter_mut().for_each(|value| *value = (f64::from(*value) - mean) as f32),
         );
         let template = (!all_used).then(|| grey[..part.n_pixels()].to_vec());
-        grey.iter_mut().zip(weights.iter()).for_each(|(value, weight)| *value *= weight);
+        if all_used {
+            grey[part.n_pixels()..].fill(0.0);
+        } else {
+            grey.iter_mut().zip(weights.iter()).for_each(|(value, weight)| *value *= weight);
+        }
         let plain = [used(&gradients.plain.x), used(&gradients.plain.y)];
         let crop = Crop {
             centre_px: [subset.x_px, subset.y_px],

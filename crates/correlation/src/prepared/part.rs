@@ -50,18 +50,16 @@ impl Part {
     /// The subset's part of an image of the reference's size, padded to whole vectors by zeros.
     pub(crate) fn padded(&self, image: &[f32]) -> Vec<f32> {
         let mut values = vec![0.0; padded_length(self.n_pixels())];
-        let rows = image.chunks_exact(self.region.width).skip(self.row);
-        for (to, row) in values.chunks_exact_mut(self.width).zip(rows).take(self.height) {
-            let row = &row[self.column..self.column + self.width];
-            let Some(last) = self.width.checked_sub(LANES) else {
-                to.copy_from_slice(row);
-                continue;
-            };
-            // In blocks, the last of which overlaps: a call of the C library costs more than to copy some dozen values.
-            for first in (0..last).step_by(LANES).chain([last]) {
-                to[first..first + LANES].copy_from_slice(&row[first..first + LANES]);
-            }
-        }
+        let first = self.row * self.region.width + self.column;
+        chainwave_vectors::dispatch_loop(
+            #[inline(always)]
+            || {
+                let rows = image[first..].chunks(self.region.width).take(self.height);
+                for (to, row) in values.chunks_exact_mut(self.width).zip(rows) {
+                    copy_in_blocks(&row[..self.width], to);
+                }
+            },
+        );
         values
     }
 
@@ -84,5 +82,17 @@ impl Part {
         }
         let all_used = weights[..self.n_pixels()].iter().all(|&weight| weight > 0.0);
         (!all_used).then_some(weights)
+    }
+}
+
+/// Copies a row of pixels in blocks, the last of which overlaps: a call of the C library costs more than to copy some dozen values.
+#[inline(always)]
+fn copy_in_blocks(row: &[f32], to: &mut [f32]) {
+    for (to, block) in to.as_chunks_mut::<LANES>().0.iter_mut().zip(row.as_chunks::<LANES>().0) {
+        *to = *block;
+    }
+    match (to.last_chunk_mut::<LANES>(), row.last_chunk::<LANES>()) {
+        (Some(to), Some(block)) => *to = *block,
+        _ => to.iter_mut().zip(row).for_each(|(to, value)| *to = *value),
     }
 }
