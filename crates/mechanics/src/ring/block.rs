@@ -262,10 +262,10 @@ impl Machine {
             }
         }
         for first in (0..RINGS).step_by(S::F64_LANES) {
-            let joints = self.joints::<S>(simd, block, first);
             let nodes = cast_slice_mut(&mut block.nodes[self.nodes_of::<S>(first)]);
-            let kept = cast_slice(&scratch[self.kept_of::<S>(first)]);
-            let forces = self.kernel.load_and_move::<S, BOOK, DAMPED>(simd, nodes, joints, kept);
+            let kept = cast_slice_mut(&mut scratch[self.kept_of::<S>(first)]);
+            let loaded = self.kernel.load::<S, BOOK>(simd, kept);
+            let forces = self.kernel.push::<S, BOOK, DAMPED>(simd, nodes, kept, loaded);
             forces.store::<BOOK, DAMPED>(block, first);
         }
     }

@@ -2,15 +2,16 @@
 
 mod deform;
 mod load;
+mod push;
 
 use pulp::Simd;
 
 use super::rod::{BULGE, Chord, Rod};
 use crate::lanes::Lanes;
 
-/// Values kept of each element between the two sweeps: the turn at its left node, the same eliminated, the inverse stretch of
-/// its chord, and its relative elongation.
-pub(crate) const KEPT: usize = 4;
+/// Values kept of each element between the sweeps: two that each of them replaces, the relative elongation of its chord, the inverse of
+/// that chord's length, and the chord.
+pub(crate) const KEPT: usize = 6;
 /// Values of a node: its displacement and its velocity.
 pub(crate) const NODE: usize = 4;
 

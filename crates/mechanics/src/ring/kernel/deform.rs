@@ -2,7 +2,7 @@
 
 use pulp::Simd;
 
-use super::{Element, KEPT, NODE, RingKernel, Rings, splat, store};
+use super::{Element, KEPT, NODE, RingKernel, Rings, splat};
 use crate::lanes::Lanes;
 
 /// Largest sine whose arc the polynomial gives: changes of turn up to 15 degrees without, and 120 with three halvings.
@@ -47,8 +47,10 @@ impl RingKernel {
             && (WIDE || largest_stretch.largest() <= LARGEST_STRETCH)
     }
 
-    /// Keeps each chord's rotation, as cosine and sine, its inverse stretch, and its relative elongation. Returns the
-    /// largest change of a squared length.
+    /// Keeps each chord, its rotation, as cosine and sine, its relative elongation and its inverse length. Returns the largest change of a
+    /// squared length.
+    ///
+    /// Each element is drawn while the one before is still being measured, so that a processor finds work on two in its queues.
     #[inline(always)]
     fn stretch<S: Simd, const WIDE: bool>(
         &self,
@@ -64,13 +66,24 @@ impl RingKernel {
             place: [joints[0], zero],
             largest: zero,
         };
-        let Some((last, elements)) = self.elements.split_last() else { return zero };
-        let (inner, behind) = scratch.split_at_mut(elements.len());
-        for ((element, kept), node) in elements.iter().zip(inner).zip(nodes) {
-            let next = [Lanes::new(simd, [node[0]]), Lanes::new(simd, [node[1]])];
-            stretching.pass::<WIDE>(element, next, kept);
+        let (
+            [first, middle @ .., last],
+            [first_kept, middle_kept @ .., last_kept, _],
+            [first_node, nodes @ ..],
+        ) = (self.elements.as_slice(), scratch, nodes)
+        else {
+            return zero;
+        };
+        let mut drawn = stretching.draw(first, place(simd, first_node), first_kept);
+        let mut before = first_kept;
+        for ((element, kept), node) in middle.iter().zip(middle_kept).zip(nodes) {
+            let next = stretching.draw(element, place(simd, node), kept);
+            stretching.measure::<WIDE>(drawn, before);
+            (drawn, before) = (next, kept);
         }
-        stretching.pass::<WIDE>(last, [joints[1], zero], &mut behind[0]);
+        let next = stretching.draw(last, [joints[1], zero], last_kept);
+        stretching.measure::<WIDE>(drawn, before);
+        stretching.measure::<WIDE>(next, last_kept);
         stretching.largest
     }
 
@@ -108,17 +121,35 @@ struct Stretching<S: Simd> {
     largest: Rings<S>,
 }
 
+/// A chord in the frame of the unstressed one, over its length: (1 + along, sideways).
+#[derive(Clone, Copy)]
+struct Drawn<S: Simd> {
+    along: Rings<S>,
+    sideways: Rings<S>,
+    /// Change of the squared length.
+    stretch: Rings<S>,
+    inverse_rest_length: f64,
+}
+
 impl<S: Simd> Stretching<S> {
-    /// Passes an element whose right node stands at `next`.
+    /// Draws an element's chord to its right node, which stands at `next`.
     #[inline(always)]
-    fn pass<const WIDE: bool>(&mut self, element: &Element, next: [Rings<S>; 2], kept: &mut [S::f64s; KEPT]) {
+    fn draw(&mut self, element: &Element, next: [Rings<S>; 2], kept: &mut [S::f64s; KEPT]) -> Drawn<S> {
         let change = [next[0] - self.place[0], next[1] - self.place[1]];
         self.place = next;
-        // In the frame of the unstressed chord, over its length, the chord is now (1 + along, sideways).
+        let [x, y] = splat(self.simd, element.chord);
+        (kept[4], kept[5]) = ((x + change[0]).vector(), (y + change[1]).vector());
         let [ax, ay] = splat(self.simd, element.inverse);
         let along = ax.mul_add(change[0], ay * change[1]);
         let sideways = ay.mul_sub_from(change[0], ax * change[1]);
         let stretch = sideways.mul_add(sideways, along.mul_add(along, along + along));
+        Drawn { along, sideways, stretch, inverse_rest_length: element.inverse_length }
+    }
+
+    /// Measures a chord that was drawn.
+    #[inline(always)]
+    fn measure<const WIDE: bool>(&mut self, drawn: Drawn<S>, kept: &mut [S::f64s; KEPT]) {
+        let Drawn { along, sideways, stretch, inverse_rest_length } = drawn;
         let one = Lanes::splat(self.simd, 1.0);
         let (inverse, elongation) = if WIDE {
             let length = (one + stretch).sqrt();
@@ -131,7 +162,9 @@ impl<S: Simd> Stretching<S> {
             (inverse, stretch * (inverse - shortening))
         };
         let [cosine, sine] = [along.mul_add(inverse, inverse), sideways * inverse];
-        store([cosine, sine, inverse, elongation], kept);
+        let inverse_length = inverse * Lanes::splat(self.simd, inverse_rest_length);
+        (kept[0], kept[1]) = (cosine.vector(), sine.vector());
+        (kept[2], kept[3]) = (elongation.vector(), inverse_length.vector());
     }
 }
 
@@ -212,4 +245,10 @@ fn polynomial<S: Simd, const N: usize>(of: Rings<S>, coefficients: [Rings<S>; N]
         sum = sum.mul_add(of, coefficient);
     }
     sum
+}
+
+/// Where a node stands.
+#[inline(always)]
+fn place<S: Simd>(simd: S, node: &[S::f64s; NODE]) -> [Rings<S>; 2] {
+    [Lanes::new(simd, [node[0]]), Lanes::new(simd, [node[1]])]
 }
