@@ -33,8 +33,7 @@ pub(crate) struct RingClock {
 impl RingClock {
     pub(crate) fn new(chain: &RingChain, schedule: &RingSchedule) -> Result<Self, MechanicsError> {
         let ring = &chain.ring;
-        let rod = Rod::half_ring(ring, ring.section(), chain.elements_per_ring)?;
-        let half = HalfEllipse::of(ring, chain.elements_per_ring);
+        let (rod, half) = Rod::and_half_ring(ring, ring.section(), chain.elements_per_ring)?;
         let bonded_kg = rod.section().mass_kg_per_m * half.bonded_m;
         let half_ring_kg =
             rod.section().mass_kg_per_m * rod.arc_m * rod.n_elements() as f64 + 2.0 * bonded_kg;

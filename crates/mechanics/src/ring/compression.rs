@@ -43,8 +43,8 @@ pub fn compress(
 ) -> Result<Compression, MechanicsError> {
     check::positive("max_overlap_m", max_overlap_m)?;
     check::require(n_steps > 0, "n_steps", "at least 1", n_steps as f64)?;
-    let rod = Rod::half_ring(ring, section, elements_per_ring)?;
-    let (walls, mut places_m) = (Walls::new(ring, elements_per_ring), Vec::new());
+    let (rod, half) = Rod::and_half_ring(ring, section, elements_per_ring)?;
+    let (walls, mut places_m) = (Walls::new(ring, half.nodes_m), Vec::new());
     let mut unknowns = DVector::zeros(rod.n_unknowns());
     let mut curve = Compression {
         overlap_m: vec![0.0],

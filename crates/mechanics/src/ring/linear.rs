@@ -2,8 +2,8 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
+use super::rod::Rod;
 use super::section::Ring;
-use super::{ellipse::HalfEllipse, rod::Rod};
 use crate::{check, error::MechanicsError};
 
 /// Frequencies below this share of the highest are those of a body that moves as a whole.
@@ -112,8 +112,8 @@ pub fn ring_sound_speed_m_per_s(
 
 impl Vibration {
     fn of(ring: &Ring, elements_per_ring: usize) -> Result<Self, MechanicsError> {
-        let rod = Rod::half_ring(ring, ring.section(), elements_per_ring)?;
-        let bonded_kg = rod.section().mass_kg_per_m * HalfEllipse::of(ring, elements_per_ring).bonded_m;
+        let (rod, half) = Rod::and_half_ring(ring, ring.section(), elements_per_ring)?;
+        let bonded_kg = rod.section().mass_kg_per_m * half.bonded_m;
         Ok(Self::new(&rod, bonded_kg))
     }
 
@@ -146,8 +146,8 @@ impl Vibration {
         self.frequencies(&self.ties(Some(symmetry), Some(Complex::cis(kappa_a))))
     }
 
-    /// Columns of the independent motions: inner nodes move freely; the poles as the symmetry lets them (not at all for
-    /// `None`), and the last one as the first one times `phase` where that is given. The last columns are rotations.
+    /// The independent motions: inner nodes move freely; the poles as the symmetry lets them (not at all for `None`), and the last one as
+    /// the first one times `phase` where that is given. The last motions are rotations.
     fn ties(&self, symmetry: Option<Symmetry>, phase: Option<Complex<f64>>) -> Ties {
         let n = self.masses_kg.len();
         let last = n - 4;
@@ -167,22 +167,14 @@ impl Vibration {
         }
         let rotates = symmetry == Some(Symmetry::Antisymmetric);
         let n_rotations = usize::from(rotates) * (if phase.is_some() { 1 } else { 2 });
-        let mut columns = DMatrix::zeros(n, moved.len());
-        for (column, entries) in moved.iter().enumerate() {
-            for &(row, value) in entries {
-                columns[(row, column)] = value;
-            }
-        }
-        Ties { columns, n_rotations }
+        Ties { moved, n_rotations }
     }
 
     /// Angular frequencies in rad/s, rising, of the motions allowed.
     fn frequencies(&self, ties: &Ties) -> Vec<f64> {
-        let Ties { columns, n_rotations } = ties;
-        let complex = self.stiffness.map(|value| Complex::new(value, 0.0));
-        let mut stiffness = columns.adjoint() * complex * columns;
-        let masses = DMatrix::from_diagonal(&self.masses_kg.map(|mass| Complex::new(mass, 0.0)));
-        let masses = columns.adjoint() * masses * columns;
+        let n_rotations = ties.n_rotations;
+        let mut stiffness = ties.stiffness(&self.stiffness);
+        let masses_kg = ties.masses_kg(&self.masses_kg);
         let n = stiffness.nrows() - n_rotations;
         // Rotations have no inertia, so each follows the displacements at once.
         for rotation in (n..n + n_rotations).rev() {
@@ -191,16 +183,32 @@ impl Vibration {
             let mut rest = stiffness.view_mut((0, 0), (rotation, rotation));
             rest -= &column * column.adjoint() / Complex::new(pivot, 0.0);
         }
-        let scaled =
-            DMatrix::from_fn(n, n, |i, j| stiffness[(i, j)] / (masses[(i, i)].re * masses[(j, j)].re).sqrt());
+        let scaled = DMatrix::from_fn(n, n, |i, j| stiffness[(i, j)] / (masses_kg[i] * masses_kg[j]).sqrt());
         let mut squares: Vec<f64> = scaled.symmetric_eigenvalues().iter().copied().collect();
         squares.sort_by(f64::total_cmp);
         squares.into_iter().map(|square| square.max(0.0).sqrt()).collect()
     }
 }
 
-/// Independent motions as columns over the unknowns; the last ones are the rotations, without inertia.
+/// Independent motions: the unknowns that each moves, one or two of them, and how far. The last ones are the rotations, without inertia.
 struct Ties {
-    columns: DMatrix<Complex<f64>>,
+    moved: Vec<Vec<(usize, Complex<f64>)>>,
     n_rotations: usize,
+}
+
+impl Ties {
+    /// Stiffness by independent motion.
+    fn stiffness(&self, by_unknown: &DMatrix<f64>) -> DMatrix<Complex<f64>> {
+        let force = |i: usize, column: usize| -> Complex<f64> {
+            self.moved[i].iter().map(|(row, by)| by.conj() * by_unknown[(*row, column)]).sum()
+        };
+        let n = self.moved.len();
+        DMatrix::from_fn(n, n, |i, j| self.moved[j].iter().map(|(column, by)| force(i, *column) * by).sum())
+    }
+
+    /// Masses by independent motion.
+    fn masses_kg(&self, by_unknown: &DVector<f64>) -> Vec<f64> {
+        let mass_kg = |(unknown, by): &(usize, Complex<f64>)| (by.conj() * by_unknown[*unknown] * by).re;
+        self.moved.iter().map(|motion| motion.iter().map(mass_kg).sum()).collect()
+    }
 }

@@ -208,7 +208,7 @@ mod tests {
         RingSchedule { duration_s: 1e-3, output_interval_s: 1e-4, dt_s: None, shapes: false, n_threads: 3 };
 
     fn machine_of(chain: &RingChain, clock: &RingClock) -> Machine {
-        Machine::new(&clock.rod, Walls::new(&chain.ring, chain.elements_per_ring), clock)
+        Machine::new(&clock.rod, Walls::new(&chain.ring, clock.half.nodes_m.clone()), clock)
     }
 
     /// A block with the nodes of a coarser mesh is too short for the element loop, which panics in the thread that has it: the first

@@ -101,6 +101,15 @@ impl Rod {
         section: Section,
         elements_per_ring: usize,
     ) -> Result<Self, MechanicsError> {
+        Ok(Self::and_half_ring(ring, section, elements_per_ring)?.0)
+    }
+
+    /// The upper half of a ring, and the curve that it follows.
+    pub(crate) fn and_half_ring(
+        ring: &Ring,
+        section: Section,
+        elements_per_ring: usize,
+    ) -> Result<(Self, HalfEllipse), MechanicsError> {
         ring.check()?;
         check::require(
             elements_per_ring >= 4 && elements_per_ring.is_multiple_of(2),
@@ -109,7 +118,8 @@ impl Rod {
             elements_per_ring as f64,
         )?;
         let half = HalfEllipse::of(ring, elements_per_ring);
-        Self::new(section, &half.nodes_m, half.arc_m, half.directions_rad)
+        let rod = Self::new(section, &half.nodes_m, half.arc_m, half.directions_rad)?;
+        Ok((rod, half))
     }
 
     /// Number of elements.

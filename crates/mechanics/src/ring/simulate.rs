@@ -26,7 +26,7 @@ pub fn simulate_rings(chain: &RingChain, schedule: &RingSchedule) -> Result<Ring
 
 fn march(chain: &RingChain, schedule: &RingSchedule) -> Result<RingSimulation, MechanicsError> {
     let clock = RingClock::new(chain, schedule)?;
-    let machine = Machine::new(&clock.rod, Walls::new(&chain.ring, chain.elements_per_ring), &clock);
+    let machine = Machine::new(&clock.rod, Walls::new(&chain.ring, clock.half.nodes_m.clone()), &clock);
     let mut run = RingRun::new(chain, schedule, &clock, &machine)?;
     run.go(&machine, schedule.n_threads)?;
     Ok(run.finish(chain, schedule))

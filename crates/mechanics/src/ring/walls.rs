@@ -1,6 +1,6 @@
 //! Contact of a ring's walls with each other.
 
-use super::{ellipse::HalfEllipse, section::Ring};
+use super::section::Ring;
 
 /// Shortening of a ring, over its length, below which no walls far from each other are looked at: a ring whose poles are
 /// farther apart than three quarters of their distance at rest cannot have its left touch its right.
@@ -22,8 +22,8 @@ pub(crate) struct Walls {
 }
 
 impl Walls {
-    pub(crate) fn new(ring: &Ring, elements_per_ring: usize) -> Self {
-        let nodes_m = HalfEllipse::of(ring, elements_per_ring).nodes_m;
+    /// The walls of a half ring whose nodes stand there at rest.
+    pub(crate) fn new(ring: &Ring, nodes_m: Vec<[f64; 2]>) -> Self {
         let wall_m = ring.wall_m;
         let far_m = |node: &[f64; 2]| if node[1] > wall_m { node[1] } else { f64::INFINITY };
         let inner_far_m = nodes_m[1..nodes_m.len() - 1].iter().map(far_m).collect();
