@@ -7,7 +7,7 @@ use pulp::{
 
 use super::{
     clock::RingClock,
-    kernel::{NODE, RingForces, RingKernel, Rings},
+    kernel::{BEYOND, LARGE, MODERATE, NODE, RingForces, RingKernel, Rings, SMALL},
     rod::Rod,
     walls::Walls,
 };
@@ -41,6 +41,8 @@ pub(crate) struct RingBlock {
     pub(crate) n_own_joints: usize,
     /// Whether the first joint is moved by the drive.
     is_driven: bool,
+    /// What reached as far as its rings were deformed in the last step: [`SMALL`] or [`MODERATE`], which is tried first.
+    reach: u8,
     /// Steps of rings that were bent beyond the fast functions' range.
     pub(crate) wide_steps: u64,
     /// Whether a ring was bent beyond any range.
@@ -97,6 +99,7 @@ impl Machine {
             momentum: [0.0; RINGS],
             n_own_joints,
             is_driven,
+            reach: SMALL,
             wide_steps: 0,
             broken: false,
         }
@@ -245,8 +248,8 @@ impl<const BOOK: bool, const DAMPED: bool> WithSimd for StepBlocks<'_, BOOK, DAM
 }
 
 impl Machine {
-    /// Steps a block's rings. Where one of them is bent beyond the fast functions' range, all of the block go by the slower ones, so that
-    /// no ring's digits depend on how many fit a vector.
+    /// Steps a block's rings. All of a block go by the polynomials or roots that the one bent most asks for, so that no ring's digits
+    /// depend on how many fit a vector. What reached in the last step is tried first, and where less would have, that in the next.
     #[inline(always)]
     fn step_block<S: Simd, const BOOK: bool, const DAMPED: bool>(
         &self,
@@ -254,9 +257,17 @@ impl Machine {
         block: &mut RingBlock,
         scratch: &mut AlignedRow,
     ) {
-        if !self.deform::<S, false>(simd, block, scratch) {
+        let mut reach = block.reach;
+        if reach == SMALL {
+            reach = self.deform::<S, SMALL>(simd, block, scratch);
+        }
+        if reach == MODERATE {
+            reach = self.deform::<S, MODERATE>(simd, block, scratch);
+        }
+        block.reach = reach.min(MODERATE);
+        if reach >= LARGE {
             block.wide_steps += RINGS as u64;
-            if !self.deform::<S, true>(simd, block, scratch) {
+            if self.deform::<S, LARGE>(simd, block, scratch) == BEYOND {
                 block.broken = true;
                 return;
             }
@@ -270,22 +281,17 @@ impl Machine {
         }
     }
 
-    /// The first sweep over all rings of a block; whether all lie in the range of its functions.
+    /// The first sweep over all rings of a block; what reaches as far as they are deformed.
     #[inline(always)]
-    fn deform<S: Simd, const WIDE: bool>(
-        &self,
-        simd: S,
-        block: &RingBlock,
-        scratch: &mut AlignedRow,
-    ) -> bool {
-        let mut is_in_range = true;
+    fn deform<S: Simd, const REACH: u8>(&self, simd: S, block: &RingBlock, scratch: &mut AlignedRow) -> u8 {
+        let mut reach = SMALL;
         for first in (0..RINGS).step_by(S::F64_LANES) {
             let joints = self.joints::<S>(simd, block, first);
             let nodes = cast_slice(&block.nodes[self.nodes_of::<S>(first)]);
             let kept = cast_slice_mut(&mut scratch[self.kept_of::<S>(first)]);
-            is_in_range &= self.kernel.deform::<S, WIDE>(simd, nodes, joints, kept);
+            reach = reach.max(self.kernel.deform::<S, REACH>(simd, nodes, joints, kept));
         }
-        is_in_range
+        reach
     }
 
     /// Places of the left and right joints of the rings from `first` on that fit a vector.

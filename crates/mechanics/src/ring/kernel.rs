@@ -1,10 +1,13 @@
-//! The element loop of the ring: units and constants of its two sweeps.
+//! The element loop of the ring: units and constants of its three sweeps.
 
 mod deform;
 mod load;
 mod push;
+mod reach;
 
 use pulp::Simd;
+
+pub(crate) use reach::{BEYOND, LARGE, MODERATE, SMALL};
 
 use super::rod::{BULGE, Chord, Rod};
 use crate::lanes::Lanes;

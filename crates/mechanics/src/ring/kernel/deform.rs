@@ -2,49 +2,28 @@
 
 use pulp::Simd;
 
+use super::reach::{self, LARGE, SMALL};
 use super::{Element, KEPT, NODE, RingKernel, Rings, splat};
 use crate::lanes::Lanes;
-
-/// Largest sine whose arc the polynomial gives: changes of turn up to 15 degrees without, and 120 with three halvings.
-const LARGEST_SINE: f64 = 0.258_819_045_102_520_8;
-/// Largest change of a chord's squared length, relative to it, for which the polynomial of its root stands.
-const LARGEST_STRETCH: f64 = 0.03;
-/// (asin(s) - s) / s^3 as a polynomial in s^2, lowest power first: relative error of the arc 2.5e-10 up to
-/// [`LARGEST_SINE`] (interpolated at Chebyshev's nodes).
-const ARC: [f64; 4] =
-    [0.166_666_662_752_550_42, 0.075_001_866_734_998_9, 0.044_504_748_268_945_1, 0.033_607_901_190_141_75];
-/// (1 - 1 / sqrt(1 + e)) / e as a polynomial in e, lowest power first: the root's relative error is 2e-11 up to
-/// [`LARGEST_STRETCH`] (interpolated at Chebyshev's nodes, the first coefficient exact so that small stretches keep their
-/// digits).
-const INVERSE_ROOT: [f64; 5] = [
-    0.5,
-    -0.374_999_977_141_516,
-    0.312_499_978_773_980_47,
-    -0.273_640_666_624_914_6,
-    0.246_282_406_934_921_35,
-];
 
 impl RingKernel {
     /// First sweep, from left to right: stretch and rotation of each chord, turn at each node, and the elimination in the
     /// theorem of three moments. `nodes` holds x, y and the velocities of each inner node; `joints` the places of the two
-    /// joints. False where a ring is deformed beyond the polynomials' range, which is that of large deformations where it is
-    /// to be `WIDE`.
+    /// joints. Returns the reach that the deformation asks for: where that is more than `REACH`, what was found means nothing.
     ///
     /// It goes in two loops, because a processor looks ahead by some hundred operations only: one long chain of them for
     /// each element would leave it waiting.
     #[inline(always)]
-    pub(crate) fn deform<S: Simd, const WIDE: bool>(
+    pub(crate) fn deform<S: Simd, const REACH: u8>(
         &self,
         simd: S,
         nodes: &[[S::f64s; NODE]],
         joints: [Rings<S>; 2],
         scratch: &mut [[S::f64s; KEPT]],
-    ) -> bool {
-        let largest_stretch = self.stretch::<S, WIDE>(simd, nodes, joints, scratch);
-        let largest_sine_square = self.turn::<S, WIDE>(simd, scratch);
-        // Written so that values that are not numbers do not pass.
-        largest_sine_square.largest() <= LARGEST_SINE * LARGEST_SINE
-            && (WIDE || largest_stretch.largest() <= LARGEST_STRETCH)
+    ) -> u8 {
+        let largest_stretch = self.stretch::<S, REACH>(simd, nodes, joints, scratch);
+        let largest_sine_square = self.turn::<S, REACH>(simd, scratch);
+        reach::reach_of(REACH, largest_sine_square.largest(), largest_stretch.largest())
     }
 
     /// Keeps each chord, its rotation, as cosine and sine, its relative elongation and its inverse length. Returns the largest change of a
@@ -52,7 +31,7 @@ impl RingKernel {
     ///
     /// Each element is drawn while the one before is still being measured, so that a processor finds work on two in its queues.
     #[inline(always)]
-    fn stretch<S: Simd, const WIDE: bool>(
+    fn stretch<S: Simd, const REACH: u8>(
         &self,
         simd: S,
         nodes: &[[S::f64s; NODE]],
@@ -62,7 +41,7 @@ impl RingKernel {
         let zero = Lanes::splat(simd, 0.0);
         let mut stretching = Stretching {
             simd,
-            inverse_root: splat(simd, INVERSE_ROOT),
+            inverse_root: splat(simd, reach::inverse_root(REACH)),
             place: [joints[0], zero],
             largest: zero,
         };
@@ -78,23 +57,23 @@ impl RingKernel {
         let mut before = first_kept;
         for ((element, kept), node) in middle.iter().zip(middle_kept).zip(nodes) {
             let next = stretching.draw(element, place(simd, node), kept);
-            stretching.measure::<WIDE>(drawn, before);
+            stretching.measure::<REACH>(drawn, before);
             (drawn, before) = (next, kept);
         }
         let next = stretching.draw(last, [joints[1], zero], last_kept);
-        stretching.measure::<WIDE>(drawn, before);
-        stretching.measure::<WIDE>(next, last_kept);
+        stretching.measure::<REACH>(drawn, before);
+        stretching.measure::<REACH>(next, last_kept);
         stretching.largest
     }
 
     /// Puts the turn at each chord's left node, and the eliminated turn, in place of its rotation, and those of the last
     /// node behind. Returns the largest square of a sine.
     #[inline(always)]
-    fn turn<S: Simd, const WIDE: bool>(&self, simd: S, scratch: &mut [[S::f64s; KEPT]]) -> Rings<S> {
+    fn turn<S: Simd, const REACH: u8>(&self, simd: S, scratch: &mut [[S::f64s; KEPT]]) -> Rings<S> {
         let [zero, one] = splat(simd, [0.0, 1.0]);
         let mut turning = Turning {
             simd,
-            to_turn: Arc::new(simd, self.turn_unit),
+            to_turn: Arc::new(simd, self.turn_unit, reach::arc(REACH)),
             rotation: [one, zero],
             eliminated: zero,
             factor: 0.0,
@@ -102,12 +81,12 @@ impl RingKernel {
         };
         let (inner, behind) = scratch.split_at_mut(self.elements.len());
         for (element, kept) in self.elements.iter().zip(inner) {
-            turning.pass::<WIDE>(kept);
+            turning.pass::<REACH>(kept);
             turning.factor = element.lower;
         }
         // Behind the last chord the pole keeps its direction.
         (behind[0][0], behind[0][1]) = (one.vector(), zero.vector());
-        turning.pass::<WIDE>(&mut behind[0]);
+        turning.pass::<REACH>(&mut behind[0]);
         turning.largest
     }
 }
@@ -148,15 +127,19 @@ impl<S: Simd> Stretching<S> {
 
     /// Measures a chord that was drawn.
     #[inline(always)]
-    fn measure<const WIDE: bool>(&mut self, drawn: Drawn<S>, kept: &mut [S::f64s; KEPT]) {
+    fn measure<const REACH: u8>(&mut self, drawn: Drawn<S>, kept: &mut [S::f64s; KEPT]) {
         let Drawn { along, sideways, stretch, inverse_rest_length } = drawn;
         let one = Lanes::splat(self.simd, 1.0);
-        let (inverse, elongation) = if WIDE {
+        let (inverse, elongation) = if REACH == LARGE {
             let length = (one + stretch).sqrt();
             (one / length, stretch / (one + length))
         } else {
             self.largest = self.largest.max(stretch.abs());
-            let shortening = polynomial(stretch, self.inverse_root);
+            let [a, b, c, d, _] = self.inverse_root;
+            let shortening = match REACH {
+                SMALL => polynomial(stretch, [a, b, c, d]),
+                _ => polynomial(stretch, self.inverse_root),
+            };
             let inverse = stretch.mul_sub_from(shortening, one);
             // sqrt(1 + e) - 1 = e (r - w) with r = 1 / sqrt(1 + e) = 1 - e w.
             (inverse, stretch * (inverse - shortening))
@@ -182,9 +165,9 @@ struct Turning<S: Simd> {
 impl<S: Simd> Turning<S> {
     /// Passes the node at the left of a chord whose rotation is kept.
     #[inline(always)]
-    fn pass<const WIDE: bool>(&mut self, kept: &mut [S::f64s; KEPT]) {
+    fn pass<const REACH: u8>(&mut self, kept: &mut [S::f64s; KEPT]) {
         let next = [Lanes::new(self.simd, [kept[0]]), Lanes::new(self.simd, [kept[1]])];
-        let (turn, sine_square) = self.to_turn.between::<WIDE>(self.rotation, next);
+        let (turn, sine_square) = self.to_turn.between::<REACH>(self.rotation, next);
         self.rotation = next;
         self.eliminated = Lanes::splat(self.simd, self.factor).mul_sub_from(self.eliminated, turn);
         self.largest = self.largest.max(sine_square);
@@ -202,9 +185,9 @@ struct Arc<S: Simd> {
 
 impl<S: Simd> Arc<S> {
     #[inline(always)]
-    fn new(simd: S, unit: f64) -> Self {
+    fn new(simd: S, unit: f64, arc: [f64; 4]) -> Self {
         let unit = Lanes::splat(simd, unit);
-        let mut coefficients = splat(simd, ARC);
+        let mut coefficients = splat(simd, arc);
         for coefficient in &mut coefficients {
             *coefficient = *coefficient * unit;
         }
@@ -213,10 +196,10 @@ impl<S: Simd> Arc<S> {
 
     /// The turn from one direction to the next, and the square of the sine that it was found from.
     #[inline(always)]
-    fn between<const WIDE: bool>(self, from: [Rings<S>; 2], to: [Rings<S>; 2]) -> (Rings<S>, Rings<S>) {
+    fn between<const REACH: u8>(self, from: [Rings<S>; 2], to: [Rings<S>; 2]) -> (Rings<S>, Rings<S>) {
         let sine = to[0].mul_sub_from(from[1], to[1] * from[0]);
-        if !WIDE {
-            return self.of(sine);
+        if REACH != LARGE {
+            return self.of::<REACH>(sine);
         }
         let [one, half, eight] = splat(self.simd, [1.0, 0.5, 8.0]);
         // sin(phi / 2) = sin(phi) / (2 cos(phi / 2)), three times.
@@ -224,15 +207,20 @@ impl<S: Simd> Arc<S> {
         let second = ((one + cosine) * half).sqrt();
         let fourth = ((one + second) * half).sqrt();
         let eighth = ((one + fourth) * half).sqrt();
-        let (turn, square) = self.of(sine / (second * fourth * eighth * eight));
+        let (turn, square) = self.of::<REACH>(sine / (second * fourth * eighth * eight));
         (turn * eight, square)
     }
 
-    /// The arc of a sine up to [`LARGEST_SINE`], and the sine's square.
+    /// The arc of a sine within reach, and the sine's square.
     #[inline(always)]
-    fn of(self, sine: Rings<S>) -> (Rings<S>, Rings<S>) {
+    fn of<const REACH: u8>(self, sine: Rings<S>) -> (Rings<S>, Rings<S>) {
         let square = sine * sine;
-        (polynomial(square, self.coefficients).mul_add(square, self.unit) * sine, square)
+        let [a, b, c, _] = self.coefficients;
+        let curve = match REACH {
+            SMALL => polynomial(square, [a, b, c]),
+            _ => polynomial(square, self.coefficients),
+        };
+        (curve.mul_add(square, self.unit) * sine, square)
     }
 }
 
