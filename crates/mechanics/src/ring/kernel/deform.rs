@@ -12,7 +12,7 @@ impl RingKernel {
     /// joints. Returns the reach that the deformation asks for: where that is more than `REACH`, what was found means nothing.
     ///
     /// It goes in two loops, because a processor looks ahead by some hundred operations only: one long chain of them for
-    /// each element would leave it waiting.
+    /// each element would leave it waiting. Each takes two elements at a time, so that what one hands to the next stays in its register.
     #[inline(always)]
     pub(crate) fn deform<S: Simd, const REACH: u8>(
         &self,
@@ -55,7 +55,18 @@ impl RingKernel {
         };
         let mut drawn = stretching.draw(first, place(simd, first_node), first_kept);
         let mut before = first_kept;
-        for ((element, kept), node) in middle.iter().zip(middle_kept).zip(nodes) {
+        let ((pairs, odd), (kept_pairs, odd_kept), (node_pairs, odd_node)) =
+            (middle.as_chunks::<2>(), middle_kept.as_chunks_mut::<2>(), nodes.as_chunks::<2>());
+        for (([left, right], [left_kept, right_kept]), [left_node, right_node]) in
+            pairs.iter().zip(kept_pairs).zip(node_pairs)
+        {
+            let drawn_left = stretching.draw(left, place(simd, left_node), left_kept);
+            stretching.measure::<REACH>(drawn, before);
+            drawn = stretching.draw(right, place(simd, right_node), right_kept);
+            stretching.measure::<REACH>(drawn_left, left_kept);
+            before = right_kept;
+        }
+        for ((element, kept), node) in odd.iter().zip(odd_kept).zip(odd_node) {
             let next = stretching.draw(element, place(simd, node), kept);
             stretching.measure::<REACH>(drawn, before);
             (drawn, before) = (next, kept);
@@ -80,7 +91,15 @@ impl RingKernel {
             largest: zero,
         };
         let (inner, behind) = scratch.split_at_mut(self.elements.len());
-        for (element, kept) in self.elements.iter().zip(inner) {
+        let ((pairs, odd), (kept_pairs, odd_kept)) =
+            (self.elements.as_chunks::<2>(), inner.as_chunks_mut::<2>());
+        for ([left, right], [left_kept, right_kept]) in pairs.iter().zip(kept_pairs) {
+            turning.pass::<REACH>(left_kept);
+            turning.factor = left.lower;
+            turning.pass::<REACH>(right_kept);
+            turning.factor = right.lower;
+        }
+        for (element, kept) in odd.iter().zip(odd_kept) {
             turning.pass::<REACH>(kept);
             turning.factor = element.lower;
         }
