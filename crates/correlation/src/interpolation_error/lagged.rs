@@ -13,7 +13,7 @@ pub(crate) const MARGIN: usize = 2 * LAGS;
 /// The reference around a subset, less its level.
 #[derive(Default)]
 pub(crate) struct Surroundings {
-    /// Around the rows of the subset: these with the pixels at all lags before and behind them, filled up by any so that whole blocks lie inside.
+    /// Around the rows of the subset: these with the pixels at all lags before and behind them, filled up by zeros so that whole blocks lie inside.
     along_rows: Scene,
     /// Around its columns: blocks of these, each with the pixels at all lags above and below.
     along_columns: Scene,
@@ -47,7 +47,10 @@ impl Surroundings {
             let place = i.checked_sub(MARGIN).filter(|row| *row < height);
             let line = place.map_or(&mut *spare, |row| &mut of_rows[row * n..][..n]);
             let (x, y) = (column - MARGIN as i64, row + i as i64 - MARGIN as i64);
-            reference.copy_row(x, y, reference.level as f32, &mut line[..width + 2 * MARGIN]);
+            let (seen, filling) = line.split_at_mut(width + 2 * MARGIN);
+            reference.copy_row(x, y, reference.level as f32, seen);
+            // What another subset left there is multiplied by zeros, which makes nothing of numbers alone.
+            filling.fill(0.0);
             for (block, values) in line[MARGIN..].as_chunks::<LANES>().0.iter().take(n_blocks).enumerate() {
                 self.along_columns.pixels[(block * n_lines + i) * LANES..][..LANES].copy_from_slice(values);
             }
