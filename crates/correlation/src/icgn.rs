@@ -11,7 +11,7 @@ use crate::icgn::outcome::{Match, Stop, Workspace};
 use crate::icgn::sums::{Evaluation, squares, sum};
 use crate::icgn::visible::{noise_ratio, structure_factor};
 use crate::interpolation_error::energy::Foreseen;
-use crate::prepared::Linearised;
+use crate::prepared::linearised::Linearised;
 use crate::simd::LANES;
 use crate::uncertainty::{Residual, angle_rad, sigma_px};
 use crate::warp::Warp;

@@ -226,3 +226,31 @@ fn an_edge_that_rings_is_warned_of_and_one_that_does_not_is_not() {
     assert_eq!(warned(500.0, 900.0, 0.01).0, 0);
     assert_eq!(warned(37.0, 0.0, 0.01).0, 0);
 }
+
+/// A thread goes on with the buffers of the subset that it prepared last.
+#[test]
+fn a_subset_is_the_same_whatever_its_thread_prepared_before() {
+    let speckle = Speckle::new(3, Speckle::RADIUS_PX);
+    let seen = sense(&speckle.render(|place| place), 0.01, 1);
+    let moved = sense(&speckle.render(|[x, y]| [x + 0.37, y - 0.21]), 0.01, 2);
+    let target = Window::new(Region::whole(SIZE[0], SIZE[1]), &moved, Interpolation::Cubic).unwrap();
+    let mut broken = seen.clone();
+    broken.iter_mut().step_by(7).for_each(|value| *value = f32::NAN);
+    let (sound, broken) = (reference(&seen), reference(&broken));
+    let bits = |half: usize| {
+        let prepared =
+            PreparedSubset::new(&sound, &subset(200.0, 200.0, half), &Settings::default()).unwrap();
+        let found = prepared.match_in(&target, [200.0, 200.0], &mut Workspace::default()).unwrap();
+        let [x, y] = [found.position.x_px, found.position.y_px];
+        [x.value, x.sigma, y.value, y.sigma].map(f64::to_bits)
+    };
+    // In threads of their own, which have prepared nothing.
+    let alone =
+        [16, 10, 23, 12].map(|half| std::thread::scope(|scope| scope.spawn(|| bits(half)).join().unwrap()));
+    // Of a reference of which every seventh pixel is no number a subset may or may not come about.
+    let after = [16, 10, 23, 12].map(|half| {
+        let _whatever = PreparedSubset::new(&broken, &subset(180.0, 190.0, 21), &Settings::default());
+        bits(half)
+    });
+    assert_eq!(alone, after);
+}

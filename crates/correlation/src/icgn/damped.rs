@@ -4,7 +4,7 @@ use chainwave_measurement::Lost;
 
 use crate::icgn::outcome::Stop;
 use crate::icgn::sums::Evaluation;
-use crate::prepared::Linearised;
+use crate::prepared::linearised::Linearised;
 use crate::prepared::normal::inverse_of;
 use crate::warp::{MAX_PARAMETERS, Step, Warp};
 use crate::{Window, Workspace};

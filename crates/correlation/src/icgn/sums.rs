@@ -3,7 +3,7 @@
 use pulp::Simd;
 
 use crate::Shape;
-use crate::prepared::Linearised;
+use crate::prepared::linearised::Linearised;
 use crate::prepared::moments::PARENTS;
 use crate::simd::{InBlocks, LANES, total};
 use crate::warp::{MAX_PARAMETERS, Step};

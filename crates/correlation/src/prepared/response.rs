@@ -11,9 +11,9 @@
 //! A. Sutton, Exp. Mech. 42 (2002) 303-310).
 
 use crate::PreparedSubset;
+use crate::prepared::linearised::{Linearised, second_order};
 use crate::prepared::moments::{MAX_MONOMIALS, Places, moments};
 use crate::prepared::steps::Steps;
-use crate::prepared::{Linearised, second_order};
 use crate::simd::padded;
 use crate::warp::Warp;
 

@@ -3,7 +3,7 @@
 use pulp::Simd;
 
 use crate::Shape;
-use crate::prepared::Linearised;
+use crate::prepared::linearised::Linearised;
 use crate::simd::{InBlocks, LANES, first_ones, load, total};
 
 /// How many pixels share the noise of one through the filter of the gradients: two along each axis, nearly.

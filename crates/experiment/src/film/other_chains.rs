@@ -5,7 +5,9 @@ use chainwave_synthetic::Specimen;
 
 use super::rests_m;
 use super::wrong_chains::{not_negative, positive};
-use crate::configuration::{Contact, Experiment, FarStrikerTable, Law, Pattern, Synthetic, Trial};
+use crate::configuration::{
+    Contact, DriveTable, Experiment, FarStrikerTable, Law, Pattern, Synthetic, Trial,
+};
 use crate::error::Error;
 use crate::numbers::{NotNegative, Positive};
 
@@ -38,6 +40,7 @@ impl OtherChain {
         Self { name: "sixty", causes: &[], build: |shop| long(shop, &SIXTY) },
         Self { name: "three_hundred", causes: &[], build: |shop| long(shop, &THREE_HUNDRED) },
         Self { name: "two_strikers", causes: &["far_striker"], build: two_strikers },
+        Self { name: "shaker", causes: &[], build: shaker },
         Self { name: "bistable", causes: &[], build: bistable },
     ];
 
@@ -133,6 +136,19 @@ fn two_strikers(shop: &mut Workshop<'_>) -> Result<(), Error> {
         distance_m: NotNegative::default(),
         contact: None,
     });
+    Ok(())
+}
+
+/// No striker: body 1 is shaken within the chain's band, by an amplitude that scatters from trial to trial.
+fn shaker(shop: &mut Workshop<'_>) -> Result<(), Error> {
+    shop.experiment.striker = None;
+    shop.experiment.drive = Some(DriveTable::Shaker {
+        frequency_hz: above_0(250.0),
+        amplitude_m: above_0(8e-4),
+        ramp_s: Some(above_0(3e-3)),
+        scatter: Some(above_0(0.02)),
+    });
+    shop.synthetic.striker_damping_kg_per_s = None;
     Ok(())
 }
 
