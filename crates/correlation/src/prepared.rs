@@ -54,6 +54,7 @@ const LARGEST_REFERENCE_SIGMA_PX: f64 = 0.5;
 /// Largest relative standard error with which a subset may know its own Hessian, and so sigma, where that locates it: beyond it readings
 /// scatter by another sigma than is stated, and a lone round spot, whose turn is open, is taken for any other.
 const LARGEST_SENSITIVITY_ERROR: f64 = 0.4;
+
 /// What is made for a subset and of no use behind its preparation.
 #[derive(Default)]
 struct Buffers {
