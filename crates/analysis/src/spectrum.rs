@@ -56,6 +56,8 @@ pub struct LocalResonance {
     /// Resolution of the shortest tail that shows it, in hertz: how far the frequency of a line may be shifted by another line or by the
     /// decay of the tail, which no replica of the same record shows.
     pub resolution_hz: f64,
+    /// How sharp the maximum is: less the second derivative of the power's logarithm by the frequency, in s^2.
+    pub sharpness_s2: f64,
     /// Whether it is a line at all.
     pub line: LineTest,
 }
@@ -171,6 +173,11 @@ impl Maximum {
         let [slope, _] = mean.log_derivatives(self.bin);
         let place = self.bin as f64 - slope / self.curvature;
         place.is_finite().then_some(place * spectrum.frequency_hz[1])
+    }
+
+    /// Less the second derivative of the power's logarithm by the frequency, in s^2.
+    pub(crate) fn sharpness_s2(&self, spectrum: &TailSpectrum) -> f64 {
+        -self.curvature / spectrum.frequency_hz[1].powi(2)
     }
 }
 

@@ -153,8 +153,11 @@ impl Clocks {
     pub(crate) fn findings(&self, observations: &[Observation]) -> Vec<Finding> {
         let finding = |clock: &Clock| {
             let value = clock.excess;
-            let percent =
-                estimate(Estimate::new(100.0 * value.abs(), 100.0 * clock.sigma.unwrap_or(f64::INFINITY)));
+            let percent = 100.0 * value.abs();
+            let percent = match clock.sigma {
+                Some(sigma) => estimate(Estimate::new(percent, 100.0 * sigma)),
+                None => format!("about {percent:.0}"),
+            };
             let later = if value > 0.0 { "later" } else { "sooner" };
             let by = match clock.of {
                 ClockOf::View(_) => "bodies that other views show too",

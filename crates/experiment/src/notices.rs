@@ -31,7 +31,8 @@ pub(crate) fn notices(
     let unseen = observations.iter().flat_map(unseen_for_a_while);
     let lost = lost_for_good(recordings);
     let drives = unusual_drives(experiment, standings).into_iter();
-    let triggers = unusual_triggers(experiment, standings);
+    let triggers = trigger_scatter_s(experiment)
+        .map_or_else(Vec::new, |scatter_s| unusual_triggers(scatter_s, &standings.of_recordings));
     remarks.chain(unseen).chain(lost).chain(drives.map(|drive| drive.warning())).chain(triggers).collect()
 }
 
@@ -114,12 +115,14 @@ fn unusual_drives(experiment: &Experiment, standings: &Standings) -> Vec<Unusual
     drives.filter(|drive| drive.in_deviations.abs() > UNUSUAL).collect()
 }
 
-/// Recordings whose trigger the stated scatter hardly explains, where one is stated: by as much as a drive is unusual.
-fn unusual_triggers(experiment: &Experiment, standings: &Standings) -> Vec<Finding> {
+/// The scatter of triggers within and between views, where one is stated.
+fn trigger_scatter_s(experiment: &Experiment) -> Option<f64> {
     let trigger = &experiment.trigger;
-    let Some(sigma_s) = trigger.sigma_s else { return Vec::new() };
-    let scatter_s = sigma_s.get().hypot(trigger.view_sigma_s.map_or(0.0, NotNegative::get));
-    let of_recordings = &standings.of_recordings;
+    Some(trigger.sigma_s?.get().hypot(trigger.view_sigma_s.map_or(0.0, NotNegative::get)))
+}
+
+/// Recordings whose trigger a stated scatter hardly explains: by as much as a drive is unusual.
+fn unusual_triggers(scatter_s: f64, of_recordings: &[Standing]) -> Vec<Finding> {
     let middle_s =
         median(of_recordings.iter().map(|one| one.trigger_offset_s.value).collect()).unwrap_or(0.0);
     let unusual = |one: &Standing| {
@@ -176,6 +179,24 @@ mod tests {
         assert_eq!(sharp_edges(&[note("2", 4)]), None);
         let said = sharp_edges(&[note("3", 2), note("4", 1)]).unwrap();
         assert!(said.contains("body 3, 4, the nearest 1 px off"), "{said}");
+    }
+
+    #[test]
+    fn a_trigger_is_unusual_by_the_stated_scatter_and_its_own_error() {
+        let standing = |number: usize, offset_us: f64, sigma_us: f64| Standing {
+            recording: format!("trial{number}"),
+            trigger_offset_s: Estimate::new(1e-6 * offset_us, 1e-6 * sigma_us),
+            drive_deviation: None,
+        };
+        let usual = [90.0, 95.0, 100.0, 105.0, 110.0].map(|offset_us| standing(1, offset_us, 1.0));
+        assert!(unusual_triggers(1e-5, &usual).is_empty());
+        // 35 us from the median where 10 are stated; less than 2.58 of what is stated and of an error of its own of 15 us.
+        let told = unusual_triggers(1e-5, &[&usual[..], &[standing(4, 140.0, 1.0)]].concat());
+        let [said] = told.as_slice() else { panic!("one notice, found {told:?}") };
+        assert_eq!((said.code, said.subject.as_str()), ("unusual_trigger", "trial4"));
+        assert!(said.text.contains("(3.5 of the stated scatter)"), "{}", said.text);
+        assert!(unusual_triggers(1e-5, &[&usual[..], &[standing(4, 140.0, 15.0)]].concat()).is_empty());
+        assert!(unusual_triggers(1e-5, &[]).is_empty());
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! What an error of the calibration or of the pitch does to everything that is measured.
+//! What an error of the calibration or of the pitch does to everything that is measured, and reading between frames to the tails.
 
 use std::num::NonZero;
 use std::ops::RangeInclusive;
@@ -7,7 +7,7 @@ use chainwave_analysis::{Measurement, PeakEnergies, PulseSettings, Pulses, measu
 use chainwave_camera::Source;
 use chainwave_inference::{Damping, EnergyFit, FitError};
 use chainwave_measurement::{ChainMotion, ErrorModes, ErrorSource, Estimate, Observation, map_in_parallel};
-use chainwave_stitching::{Settings, Stitched, merge};
+use chainwave_stitching::{Settings, Stitched, merge, slope_of_interpolation};
 use ndarray::Array2;
 
 use crate::configuration::Experiment;
@@ -84,6 +84,7 @@ impl SharedErrors {
             measurement = Measurement { energies: measurement.energies, ..of_strain };
         }
         self.add_pitch(&mut measurement);
+        add_interpolation(&mut measurement);
         Ok(measurement)
     }
 
@@ -162,6 +163,16 @@ impl SharedErrors {
             measurement.strain.strain.iter_mut().flatten().for_each(relative);
             measurement.fronts.iter_mut().flatten().for_each(|front| relative(&mut front.peak_strain));
         }
+    }
+}
+
+/// Adds what reading between frames does to the tails' frequency: it passes less of what is faster, and so pulls the maximum of their power.
+fn add_interpolation(measurement: &mut Measurement) {
+    let frame_interval_s = measurement.strain.interval_s();
+    if let Ok(tail) = &mut measurement.local_resonance {
+        let cycles_per_frame = tail.frequency_hz.value * frame_interval_s;
+        let slope_s = slope_of_interpolation(cycles_per_frame) * frame_interval_s;
+        tail.frequency_hz = with_error(tail.frequency_hz, slope_s / tail.sharpness_s2);
     }
 }
 

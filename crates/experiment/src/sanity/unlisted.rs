@@ -25,16 +25,7 @@ pub(super) fn recordings(setup: &Setup) -> Option<Finding> {
         .flatten()
         .map(|name| setup.path.with_file_name(name))
         .collect();
-    let kinds: BTreeSet<(&Path, OsString)> = listed.iter().filter_map(|path| kind(path)).collect();
-    let others: BTreeSet<String> = kinds
-        .iter()
-        .filter_map(|(folder, _)| fs::read_dir(folder).ok())
-        .flat_map(|entries| entries.flatten().map(|entry| entry.path()))
-        .filter(|path| kind(path).is_some_and(|kind| kinds.contains(&kind)))
-        .filter(|path| !listed.contains(path) && !otherwise.contains(path) && path.is_file())
-        .filter_map(|path| path.file_name().map(|name| name.to_string_lossy().into_owned()))
-        .filter(|name| !name.starts_with('.'))
-        .collect();
+    let others = others_beside(&listed, &otherwise);
     let named: Vec<&str> = others.iter().take(MOST_NAMED).map(String::as_str).collect();
     let more = others.len().saturating_sub(MOST_NAMED);
     (!others.is_empty()).then(|| Finding {
@@ -49,9 +40,58 @@ pub(super) fn recordings(setup: &Setup) -> Option<Finding> {
     })
 }
 
+/// Names of the files in the folders of those that are listed, with the ending of one there, that neither stand among these nor are named otherwise.
+fn others_beside(listed: &BTreeSet<PathBuf>, otherwise: &BTreeSet<PathBuf>) -> BTreeSet<String> {
+    let kinds: BTreeSet<(&Path, OsString)> = listed.iter().filter_map(|path| kind(path)).collect();
+    let folders: BTreeSet<&Path> = kinds.iter().map(|(folder, _)| *folder).collect();
+    folders
+        .iter()
+        .filter_map(|folder| fs::read_dir(folder).ok())
+        .flat_map(|entries| entries.flatten().map(|entry| entry.path()))
+        .filter(|path| kind(path).is_some_and(|kind| kinds.contains(&kind)))
+        .filter(|path| !listed.contains(path) && !otherwise.contains(path) && path.is_file())
+        .filter_map(|path| path.file_name().map(|name| name.to_string_lossy().into_owned()))
+        .filter(|name| !name.starts_with('.'))
+        .collect()
+}
+
 /// Folder and ending of a recording that is one file; `None` of a folder of pictures, and of a picture.
 fn kind(path: &Path) -> Option<(&Path, OsString)> {
     let ending = path.extension()?.to_ascii_lowercase();
     let is_picture = PICTURES.iter().any(|picture| ending == *picture);
     Some((path.parent()?, ending)).filter(|_| !is_picture)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn recordings_without_a_row_are_named_and_nothing_else_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        let files = [
+            "view1.cine",
+            "View2.CINE",
+            "forgotten.cine",
+            "dark.cine",
+            ".view1.cine",
+            "other.mraw",
+            "board.tif",
+        ];
+        for name in files {
+            fs::write(path(name), "").unwrap();
+        }
+        fs::create_dir(path("folder.cine")).unwrap();
+        let set = |names: &[&str]| names.iter().map(|name| path(name)).collect::<BTreeSet<PathBuf>>();
+
+        let forgotten = others_beside(&set(&["view1.cine", "View2.CINE"]), &set(&["dark.cine"]));
+        assert_eq!(forgotten, BTreeSet::from(["forgotten.cine".to_owned()]));
+        // A picture may be anything, and so may what lies beside it; a folder that is not there says nothing.
+        assert_eq!(others_beside(&set(&["board.tif"]), &set(&[])), BTreeSet::new());
+        assert_eq!(
+            others_beside(&BTreeSet::from([PathBuf::from("gone/view1.cine")]), &set(&[])),
+            BTreeSet::new()
+        );
+    }
 }
