@@ -47,7 +47,7 @@ pub(crate) fn merged<'a>(
     n_threads: NonZero<usize>,
 ) -> Result<Merged<'a>, Error> {
     let experiment = &setup.experiment;
-    let settings = stitching_settings(experiment, stated);
+    let settings = Settings { n_threads, ..stitching_settings(experiment, stated) };
     let mut joint = Joint::of(setup, tracked, stated, &settings)?;
     let rest_until_s = experiment.tracking.rest_until_s;
     let picture_errors = PictureErrors::of(

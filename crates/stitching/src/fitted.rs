@@ -1,8 +1,11 @@
 //! Every body's motion and response at the present drives and trigger offsets.
 
+use chainwave_measurement::map_in_parallel;
+
 use crate::body_response::{BodyResponse, Contribution, CurvaturePrior, FittedTime, ResponsePrior};
 use crate::error::StitchingError;
 use crate::resample::Stencil;
+use crate::settings::Settings;
 use crate::state::{AlignmentState, Scale};
 
 /// All contributions and the fitted response at each body and time, row by row.
@@ -32,36 +35,46 @@ impl AlignmentState<'_> {
     }
 
     /// The same for the rows that are wanted; nothing in the others.
-    pub(crate) fn responses_of(&self, is_wanted: impl Fn(usize) -> bool) -> Result<Fitted, StitchingError> {
+    pub(crate) fn responses_of(
+        &self,
+        is_wanted: impl Fn(usize) -> bool + Sync,
+    ) -> Result<Fitted, StitchingError> {
         self.fitted(is_wanted, SlopePrior::OfBody)
     }
 
     fn fitted(
         &self,
-        is_wanted: impl Fn(usize) -> bool,
+        is_wanted: impl Fn(usize) -> bool + Sync,
         slope_prior: SlopePrior,
     ) -> Result<Fitted, StitchingError> {
-        let n_times = self.times_s.len();
-        let mut readings: Vec<Vec<Vec<Contribution>>> =
-            vec![vec![Vec::new(); n_times]; self.settings.n_bodies];
-        for (recording, observation) in self.observations.iter().enumerate() {
-            for (i, time_s) in self.times_s.iter().enumerate() {
-                let Some(stencil) = Stencil::at(&observation.times_s, time_s + self.offsets_s[recording])
-                else {
-                    continue;
-                };
-                for displacement in self.displacements[recording].iter().filter(|one| is_wanted(one.row)) {
-                    if let Some(read) = stencil.read(&displacement.samples) {
-                        readings[displacement.row][i].push(Contribution { recording, read });
-                    }
+        let stencils_of = |recording: usize| -> Vec<Option<Stencil>> {
+            let (times_s, offset_s) = (&self.observations[recording].times_s, self.offsets_s[recording]);
+            self.times_s.iter().map(|time_s| Stencil::at(times_s, time_s + offset_s)).collect()
+        };
+        let stencils: Vec<_> = (0..self.observations.len()).map(stencils_of).collect();
+        let of_row = |row: usize| {
+            let readings = match is_wanted(row) {
+                true => self.readings_of(row, &stencils),
+                false => vec![Vec::new(); self.times_s.len()],
+            };
+            self.fit_body(row, readings, slope_prior)
+        };
+        let Settings { n_bodies, n_threads, .. } = *self.settings;
+        map_in_parallel(n_bodies, n_threads, of_row).into_iter().collect()
+    }
+
+    /// What each recording says of a body at the times of the common base, by its stencils there.
+    fn readings_of(&self, row: usize, stencils: &[Vec<Option<Stencil>>]) -> Vec<Vec<Contribution>> {
+        let mut readings = vec![Vec::new(); self.times_s.len()];
+        for (recording, (displacements, stencils)) in self.displacements.iter().zip(stencils).enumerate() {
+            for displacement in displacements.iter().filter(|one| one.row == row) {
+                for (at_time, stencil) in readings.iter_mut().zip(stencils) {
+                    let read = stencil.as_ref().and_then(|stencil| stencil.read(&displacement.samples));
+                    at_time.extend(read.map(|read| Contribution { recording, read }));
                 }
             }
         }
         readings
-            .into_iter()
-            .enumerate()
-            .map(|(row, of_body)| self.fit_body(row, of_body, slope_prior))
-            .collect()
     }
 
     /// Fits one body's motion. A time that fewer than three recordings cover, of more that saw the body, is left out: at the

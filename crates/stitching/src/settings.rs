@@ -1,5 +1,7 @@
 //! What is known of an experiment before its recordings are merged.
 
+use std::num::NonZero;
+
 use chainwave_measurement::ReadingError;
 
 use crate::response_sizes::ResponseSizes;
@@ -45,6 +47,8 @@ pub struct Settings {
     pub asked_errors: Vec<ReadingError>,
     /// Whether to tell how far clocks are off: nothing else is done with it.
     pub asks_for_clocks: bool,
+    /// Threads that bodies are shared among; what is found does not depend on it.
+    pub n_threads: NonZero<usize>,
 }
 
 impl Settings {
@@ -65,6 +69,7 @@ impl Settings {
             reading_errors: Vec::new(),
             asked_errors: Vec::new(),
             asks_for_clocks: false,
+            n_threads: NonZero::<usize>::MIN,
         }
     }
 
