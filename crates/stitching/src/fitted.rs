@@ -1,6 +1,6 @@
 //! Every body's motion and response at the present drives and trigger offsets.
 
-use chainwave_measurement::map_in_parallel;
+use chainwave_measurement::{Observation, map_in_parallel};
 
 use crate::body_response::{BodyResponse, Contribution, CurvaturePrior, FittedTime, ResponsePrior};
 use crate::error::StitchingError;
@@ -26,44 +26,35 @@ impl AlignmentState<'_> {
     /// # Errors
     /// [`StitchingError::Undetermined`] where readings and priors do not tell a body's motion.
     pub(crate) fn responses(&self) -> Result<Fitted, StitchingError> {
-        self.fitted(|_| true, SlopePrior::OfBody)
+        self.fitted(SlopePrior::OfBody)
     }
 
     /// The same at drives and offsets that are found: at each time by what is known of the response there.
     pub(crate) fn responses_when_aligned(&self) -> Result<Fitted, StitchingError> {
-        self.fitted(|_| true, SlopePrior::OfTime)
+        self.fitted(SlopePrior::OfTime)
     }
 
-    /// The same for the rows that are wanted; nothing in the others.
-    pub(crate) fn responses_of(
-        &self,
-        is_wanted: impl Fn(usize) -> bool + Sync,
-    ) -> Result<Fitted, StitchingError> {
-        self.fitted(is_wanted, SlopePrior::OfBody)
+    /// The row of one body in [`AlignmentState::responses`].
+    pub(crate) fn responses_of(&self, row: usize) -> Result<Vec<FittedTime>, StitchingError> {
+        self.fit_body(row, &self.stencils(), SlopePrior::OfBody)
     }
 
-    fn fitted(
-        &self,
-        is_wanted: impl Fn(usize) -> bool + Sync,
-        slope_prior: SlopePrior,
-    ) -> Result<Fitted, StitchingError> {
-        let stencils_of = |recording: usize| -> Vec<Option<Stencil>> {
-            let (times_s, offset_s) = (&self.observations[recording].times_s, self.offsets_s[recording]);
-            self.times_s.iter().map(|time_s| Stencil::at(times_s, time_s + offset_s)).collect()
-        };
-        let stencils: Vec<_> = (0..self.observations.len()).map(stencils_of).collect();
-        let of_row = |row: usize| {
-            let readings = match is_wanted(row) {
-                true => self.readings_of(row, &stencils),
-                false => vec![Vec::new(); self.times_s.len()],
-            };
-            self.fit_body(row, readings, slope_prior)
-        };
+    fn fitted(&self, slope_prior: SlopePrior) -> Result<Fitted, StitchingError> {
+        let stencils = self.stencils();
+        let of_row = |row: usize| self.fit_body(row, &stencils, slope_prior);
         let Settings { n_bodies, n_threads, .. } = *self.settings;
         map_in_parallel(n_bodies, n_threads, of_row).into_iter().collect()
     }
 
-    /// What each recording says of a body at the times of the common base, by its stencils there.
+    /// How each recording is read at the times of the common base.
+    fn stencils(&self) -> Vec<Vec<Option<Stencil>>> {
+        let of_recording = |(observation, offset_s): (&Observation, &f64)| {
+            self.times_s.iter().map(|time_s| Stencil::at(&observation.times_s, time_s + offset_s)).collect()
+        };
+        self.observations.iter().zip(&self.offsets_s).map(of_recording).collect()
+    }
+
+    /// What each recording says of a body at each of these times.
     fn readings_of(&self, row: usize, stencils: &[Vec<Option<Stencil>>]) -> Vec<Vec<Contribution>> {
         let mut readings = vec![Vec::new(); self.times_s.len()];
         for (recording, (displacements, stencils)) in self.displacements.iter().zip(stencils).enumerate() {
@@ -82,9 +73,10 @@ impl AlignmentState<'_> {
     fn fit_body(
         &self,
         row: usize,
-        readings: Vec<Vec<Contribution>>,
+        stencils: &[Vec<Option<Stencil>>],
         slope_prior: SlopePrior,
     ) -> Result<Vec<FittedTime>, StitchingError> {
+        let readings = self.readings_of(row, stencils);
         let all = || readings.iter().flatten().map(|contribution| &contribution.read);
         let n = all().count().max(1) as f64;
         let rms_m = (all().map(|read| read.value.powi(2)).sum::<f64>() / n).sqrt();

@@ -23,18 +23,18 @@ impl AlignmentState<'_> {
             self.displacements.iter().filter(of_row).count()
         };
         let Some(row) = (0..self.settings.n_bodies).find(|row| seen(*row) > 2) else { return Ok(None) };
-        let field = self.responses_of(|other| other == row)?;
+        let of_body = self.responses_of(row)?;
         let of_recording = |displacements: &Vec<Displacement>| {
             let own = displacements.iter().find(|displacement| displacement.row == row);
             own.map_or(0.0, |displacement| displacement.rest_sigma_m)
         };
         let rest_sigma_m: Vec<f64> = self.displacements.iter().map(of_recording).collect();
-        let scatter_ratio = self.scatter_ratio(&field[row], |_| true).max(1.0);
+        let scatter_ratio = self.scatter_ratio(&of_body, |_| true).max(1.0);
         let errors = ReadingErrors { rest_sigma_m: &rest_sigma_m, scatter_ratio };
         // What is prescribed is body 1's motion, and nobody else's.
         let first_body = if row == 0 { self.settings.first_body } else { FirstBody::Free };
         let model = self.settings.stated_responses.get(row);
-        Ok(Onset::read((&field[row], first_body), model, &self.drive, &errors, self.frame_interval_s))
+        Ok(Onset::read((&of_body, first_body), model, &self.drive, &errors, self.frame_interval_s))
     }
 
     /// The stated scatter of the drives, or else what the reader should know where the first body's onset contradicts it.
