@@ -183,10 +183,11 @@ const LEAST_PIVOT: f64 = 1e-13;
 fn inverse_of(normal: Matrix3<f64>) -> Option<Matrix3<f64>> {
     let scale = normal.diagonal().map(|entry| entry.sqrt().recip());
     let is_sound = scale.iter().all(|factor| factor.is_finite() && *factor > 0.0);
-    let scaling = Matrix3::from_diagonal(&scale);
-    let factor = is_sound.then(|| (scaling * normal * scaling).cholesky())??;
-    let is_determined = factor.l_dirty().diagonal().iter().all(|pivot| pivot * pivot > LEAST_PIVOT);
-    if is_determined { normal.try_inverse() } else { None }
+    let correlation = |i: usize, j: usize| normal[(i, j)] * scale[i] * scale[j];
+    let [a, b, c] = [correlation(0, 1), correlation(0, 2), correlation(1, 2)];
+    let second = 1.0 - a * a;
+    let third = 1.0 - b * b - (c - a * b).powi(2) / second;
+    if is_sound && second > LEAST_PIVOT && third > LEAST_PIVOT { normal.try_inverse() } else { None }
 }
 
 #[cfg(test)]

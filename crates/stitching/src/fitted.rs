@@ -103,7 +103,8 @@ impl AlignmentState<'_> {
         };
         let once = if is_told { n_times.sqrt() } else { 1.0 };
         let prior = ResponsePrior { slope_m: once * prior_m(sizes.slope), curvature };
-        let fit = |(i, mut contributions): (usize, Vec<Contribution>)| {
+        let mut of_body = Vec::with_capacity(readings.len());
+        for (i, mut contributions) in readings.into_iter().enumerate() {
             if contributions.len() < enough {
                 contributions.clear();
             }
@@ -112,10 +113,8 @@ impl AlignmentState<'_> {
                 false => BodyResponse::fit(&contributions, &self.drive, prior)
                     .ok_or_else(|| self.undetermined(row, i, &contributions))?,
             };
-            Ok((contributions, response))
-        };
-        let mut of_body =
-            readings.into_iter().enumerate().map(fit).collect::<Result<Vec<FittedTime>, StitchingError>>()?;
+            of_body.push((contributions, response));
+        }
         if self.scale == Scale::True {
             smooth_velocities(&mut of_body);
         }
