@@ -343,7 +343,6 @@ fn assemble(map: StrainMap, plan: &Plan<'_>, values: &Values, scatter: &Scatter)
             Ok(LocalResonance {
                 frequency_hz: scatter.estimate(Column::Resonance, 0)?,
                 resolution_hz: found.resolution_hz,
-                sharpness_s2: found.sharpness_s2(&values.spectrum),
                 line: line_test(&map, &values.pulses, found.frequency_hz)?,
             })
         }),

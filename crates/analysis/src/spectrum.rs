@@ -1,5 +1,7 @@
 //! Spectra of the strain behind the leading pulse, and their dominant frequency.
 
+use std::ops::Range;
+
 use chainwave_measurement::{Estimate, median};
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
@@ -56,8 +58,6 @@ pub struct LocalResonance {
     /// Resolution of the shortest tail that shows it, in hertz: how far the frequency of a line may be shifted by another line or by the
     /// decay of the tail, which no replica of the same record shows.
     pub resolution_hz: f64,
-    /// How sharp the maximum is: less the second derivative of the power's logarithm by the frequency, in s^2.
-    pub sharpness_s2: f64,
     /// Whether it is a line at all.
     pub line: LineTest,
 }
@@ -131,9 +131,8 @@ pub(crate) struct Maximum {
     pub(crate) resolution_hz: f64,
     /// Numbers of the gaps whose tails show it.
     gaps: Vec<usize>,
-    bin: usize,
-    /// Second derivative of the power's logarithm there, by bins.
-    curvature: f64,
+    /// The bins about it with half of its power or more.
+    crest: Range<usize>,
 }
 
 impl Maximum {
@@ -158,26 +157,22 @@ impl Maximum {
         if mean.may_have_leaked(bin, first, spectrum.frequency_hz[1]) {
             return Err(Missing::Leaked);
         }
-        let [slope, curvature] = mean.log_derivatives(bin);
-        let frequency_hz = (bin as f64 - slope / curvature) * spectrum.frequency_hz[1];
-        let gaps = tails.iter().map(|tail| tail.gap).collect();
-        Ok(Self { frequency_hz, resolution_hz: mean.coarsest_hz, gaps, bin, curvature })
+        Ok(Self {
+            frequency_hz: mean.place_of(bin) * spectrum.frequency_hz[1],
+            resolution_hz: mean.coarsest_hz,
+            gaps: tails.iter().map(|tail| tail.gap).collect(),
+            crest: mean.crest_of(bin),
+        })
     }
 
-    /// Where another draw of the noise puts this maximum, to first order: what the slope of the power is there, over the curvature that
-    /// was measured. The highest point of the draw itself would often be one of the noise, which a replica holds twice.
+    /// Where another draw of the noise puts this maximum: the highest bin of its crest, which is as wide as the resolution where it is a line's, and
+    /// of a continuum may be broad and flat. The highest bin of the draw itself would often be one of the noise, which a replica holds twice.
     pub(crate) fn moved_hz(&self, spectrum: &TailSpectrum) -> Option<f64> {
         let tails: Vec<&GapSpectrum> =
             spectrum.gaps.iter().filter(|tail| self.gaps.contains(&tail.gap)).collect();
         let mean = MeanPower::of(&tails)?;
-        let [slope, _] = mean.log_derivatives(self.bin);
-        let place = self.bin as f64 - slope / self.curvature;
-        place.is_finite().then_some(place * spectrum.frequency_hz[1])
-    }
-
-    /// Less the second derivative of the power's logarithm by the frequency, in s^2.
-    pub(crate) fn sharpness_s2(&self, spectrum: &TailSpectrum) -> f64 {
-        -self.curvature / spectrum.frequency_hz[1].powi(2)
+        let highest = self.crest.clone().max_by(|a, b| mean.power[*a].total_cmp(&mean.power[*b]))?;
+        Some(mean.place_of(highest) * spectrum.frequency_hz[1])
     }
 }
 
@@ -241,10 +236,21 @@ impl MeanPower {
         (0..first).map(leaked).any(|leaked| leaked >= self.power[bin])
     }
 
-    /// First and second derivative of the power's logarithm at a bin, by bins.
-    fn log_derivatives(&self, bin: usize) -> [f64; 2] {
+    /// Where between bins a maximum at a bin is: the vertex of the parabola through the power's logarithms there and beside it. The bin itself where
+    /// these have no maximum.
+    fn place_of(&self, bin: usize) -> f64 {
         let [before, here, after] = [self.power[bin - 1], self.power[bin], self.power[bin + 1]].map(f64::ln);
-        [0.5 * (after - before), before - 2.0 * here + after]
+        let from_bin = 0.5 * (before - after) / (before - 2.0 * here + after);
+        bin as f64 + if from_bin.abs() <= 1.0 { from_bin } else { 0.0 }
+    }
+
+    /// The bins about a maximum with half of its power or more, none of them at an end of the spectrum.
+    fn crest_of(&self, top: usize) -> Range<usize> {
+        let is_below = |bin: &usize| self.power[*bin] < 0.5 * self.power[top];
+        let last = self.power.len() - 1;
+        let first = (1..top).rev().find(is_below).map_or(1, |below| below + 1);
+        let end = (top + 1..last).find(is_below).unwrap_or(last);
+        first..end
     }
 
     /// Whether the highest of all resolved bins of noise would be as high as this one with a probability below the level.

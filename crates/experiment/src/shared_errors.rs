@@ -3,11 +3,13 @@
 use std::num::NonZero;
 use std::ops::RangeInclusive;
 
-use chainwave_analysis::{Measurement, PeakEnergies, PulseSettings, Pulses, measure_pulses};
+use chainwave_analysis::{
+    Measurement, PeakEnergies, PulseSettings, Pulses, dominant_frequency, measure_pulses,
+};
 use chainwave_camera::Source;
 use chainwave_inference::{Damping, EnergyFit, FitError};
 use chainwave_measurement::{ChainMotion, ErrorModes, ErrorSource, Estimate, Observation, map_in_parallel};
-use chainwave_stitching::{Settings, Stitched, merge, slope_of_interpolation};
+use chainwave_stitching::{Settings, Stitched, merge, power_passed};
 use ndarray::Array2;
 
 use crate::configuration::Experiment;
@@ -166,13 +168,21 @@ impl SharedErrors {
     }
 }
 
-/// Adds what reading between frames does to the tails' frequency: it passes less of what is faster, and so pulls the maximum of their power.
+/// Adds what reading between frames does to the tails' frequency: it passes less of what is faster, and so pulls the maximum of their power. By how much
+/// tells the spectrum with what is lacking put back.
 fn add_interpolation(measurement: &mut Measurement) {
     let frame_interval_s = measurement.strain.interval_s();
-    if let Ok(tail) = &mut measurement.local_resonance {
-        let cycles_per_frame = tail.frequency_hz.value * frame_interval_s;
-        let slope_s = slope_of_interpolation(cycles_per_frame) * frame_interval_s;
-        tail.frequency_hz = with_error(tail.frequency_hz, slope_s / tail.sharpness_s2);
+    let mut restored = measurement.spectrum.clone();
+    let passed: Vec<f64> =
+        restored.frequency_hz.iter().map(|hz| power_passed(hz * frame_interval_s).sqrt()).collect();
+    for gap in &mut restored.gaps {
+        gap.amplitude.iter_mut().zip(&passed).for_each(|(amplitude, passed)| *amplitude /= passed);
+    }
+    let [as_read, restored] = [&measurement.spectrum, &restored].map(dominant_frequency);
+    if let (Ok(tail), Ok((as_read_hz, _)), Ok((restored_hz, _))) =
+        (&mut measurement.local_resonance, as_read, restored)
+    {
+        tail.frequency_hz = with_error(tail.frequency_hz, restored_hz - as_read_hz);
     }
 }
 

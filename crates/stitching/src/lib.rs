@@ -103,7 +103,7 @@ pub use clocks::{ClockOf, ClockShown};
 pub use error::StitchingError;
 pub use merge::merge;
 pub use outliers::{Evidence, Outlier, outliers};
-pub use resample::slope_of_interpolation;
+pub use resample::power_passed;
 pub use response_sizes::ResponseSizes;
 pub use settings::{FirstBody, Settings};
 pub use shown::ShownByBody;
