@@ -56,6 +56,14 @@ pub(crate) struct Scatter {
     replicas: Vec<Columns>,
 }
 
+/// The standard uncertainty of which 1.96 reach as far as 95 % of some deviations; 0 of none.
+pub(crate) fn sigma_reaching(mut deviations: Vec<f64>) -> f64 {
+    let n_held = (0.95 * deviations.len() as f64).ceil() as usize;
+    let Some(last) = n_held.checked_sub(1) else { return 0.0 };
+    let by_size = |a: &f64, b: &f64| a.abs().total_cmp(&b.abs());
+    deviations.select_nth_unstable_by(last, by_size).1.abs() / Estimate::COVERAGE_95
+}
+
 impl Scatter {
     /// Without replicas the values count as exact.
     pub(crate) fn new(values: Columns, replicas: Vec<Columns>) -> Self {
@@ -74,6 +82,14 @@ impl Scatter {
             return Err(Missing::Unstable);
         }
         Ok(Estimate::new(value, covariance(&found, &found).sqrt()))
+    }
+
+    /// The same of a quantity whose errors are not normal, as it may jump: 1.96 sigma reach as far from the motion's value as 95 % of the replicas'
+    /// values lie, or as their standard deviation puts them where that is farther.
+    pub(crate) fn reaching_estimate(&self, column: Column, row: usize) -> Result<Estimate, Missing> {
+        let Estimate { value, sigma } = self.estimate(column, row)?;
+        let found = self.replicas.iter().filter_map(|replica| replica.value(column, row));
+        Ok(Estimate::new(value, sigma.max(sigma_reaching(found.map(|moved| moved - value).collect()))))
     }
 
     /// The same with an error of which another column tells the size.

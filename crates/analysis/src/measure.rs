@@ -341,7 +341,7 @@ fn assemble(map: StrainMap, plan: &Plan<'_>, values: &Values, scatter: &Scatter)
         spectrum: values.spectrum.clone(),
         local_resonance: plan.resonance.as_ref().map_err(|reason| *reason).and_then(|found| {
             Ok(LocalResonance {
-                frequency_hz: scatter.estimate(Column::Resonance, 0)?,
+                frequency_hz: scatter.reaching_estimate(Column::Resonance, 0)?,
                 resolution_hz: found.resolution_hz,
                 line: line_test(&map, &values.pulses, found.frequency_hz)?,
             })

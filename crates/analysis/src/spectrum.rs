@@ -271,7 +271,10 @@ impl MeanPower {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::*;
+    use crate::columns::sigma_reaching;
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
     use rand_pcg::Pcg64;
@@ -287,28 +290,66 @@ mod tests {
 
     /// Tails of eight gaps of so many samples each: independent noise of each body, of which two neighbours share one, and a wave.
     fn spectrum_of(random: &mut Pcg64, n_samples: [usize; 8], wave: impl Fn(f64) -> f64) -> TailSpectrum {
+        let waves: Vec<Vec<f64>> =
+            n_samples.iter().map(|n| (0..*n).map(|at| wave(at as f64 * INTERVAL_S)).collect()).collect();
+        transformed(&with_noise(random, &waves))
+    }
+
+    /// The tails with independent noise of each body more, of which two neighbours share one.
+    fn with_noise(random: &mut Pcg64, tails: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let bodies: Vec<Vec<f64>> =
+            (0..=tails.len()).map(|_| (0..N).map(|_| StandardNormal.sample(random)).collect()).collect();
+        let of_gap = |(gap, tail): (usize, &Vec<f64>)| {
+            let noise = bodies[gap + 1].iter().zip(&bodies[gap]).map(|(right, left)| right - left);
+            tail.iter().zip(noise).map(|(value, noise)| value + noise).collect()
+        };
+        tails.iter().enumerate().map(of_gap).collect()
+    }
+
+    fn transformed(tails: &[Vec<f64>]) -> TailSpectrum {
         let n_padded = (PADDING * N).next_power_of_two();
         let transform = FftPlanner::new().plan_fft_forward(n_padded);
-        let bodies: Vec<Vec<f64>> =
-            (0..9).map(|_| (0..N).map(|_| StandardNormal.sample(random)).collect()).collect();
-        let of_gap = |gap: usize| {
-            let n = n_samples[gap - 1];
-            let values: Vec<f64> = (0..n)
-                .map(|at| bodies[gap][at] - bodies[gap - 1][at] + wave(at as f64 * INTERVAL_S))
-                .collect();
-            let duration_s = n as f64 * INTERVAL_S;
-            let amplitude = hann_amplitudes(&values, n_padded, transform.as_ref());
-            GapSpectrum {
-                gap,
-                start_s: 0.0,
-                duration_s,
-                resolution_hz: HANN_RESOLUTION / duration_s,
-                amplitude,
-            }
+        let of_gap = |(gap, values): (usize, &Vec<f64>)| {
+            let duration_s = values.len() as f64 * INTERVAL_S;
+            let amplitude = hann_amplitudes(values, n_padded, transform.as_ref());
+            let resolution_hz = HANN_RESOLUTION / duration_s;
+            GapSpectrum { gap: gap + 1, start_s: 0.0, duration_s, resolution_hz, amplitude }
         };
         let frequency_hz =
             (0..=n_padded / 2).map(|bin| bin as f64 / (n_padded as f64 * INTERVAL_S)).collect();
-        TailSpectrum { frequency_hz, gaps: (1..=8).map(of_gap).collect(), missing: Vec::new() }
+        TailSpectrum {
+            frequency_hz,
+            gaps: tails.iter().enumerate().map(of_gap).collect(),
+            missing: Vec::new(),
+        }
+    }
+
+    /// As of a continuum: two lines that the record does not tell apart, whose crests join to one that is broad and flat.
+    #[test]
+    fn of_a_flat_crest_intervals_hold_the_highest_point() {
+        let mut random = Pcg64::seed_from_u64(13);
+        let resolution_hz = HANN_RESOLUTION / (N as f64 * INTERVAL_S);
+        // Two in quadrature at the record's middle, as far apart as half of a line's power is wide: their powers add, and make a flat top.
+        let wave = |t_s: f64| -> f64 {
+            let since_middle_s = t_s - 0.5 * N as f64 * INTERVAL_S;
+            let [below, above] =
+                [-0.38, 0.38].map(|apart| TAU * (2000.0 + apart * resolution_hz) * since_middle_s);
+            3.0 * (below.sin() + above.cos())
+        };
+        let waves = vec![(0..N).map(|at| wave(at as f64 * INTERVAL_S)).collect(); 8];
+        let (truth_hz, _) = dominant_frequency(&transformed(&waves)).unwrap();
+        let (n_draws, mut n_held) = (100, 0);
+        for _ in 0..n_draws {
+            let measured = with_noise(&mut random, &waves);
+            let found = Maximum::of(&transformed(&measured)).unwrap();
+            let moved = |_| found.moved_hz(&transformed(&with_noise(&mut random, &measured))).unwrap();
+            let sigma_hz = sigma_reaching((0..100).map(moved).map(|hz| hz - found.frequency_hz).collect());
+            n_held += u32::from((found.frequency_hz - truth_hz).abs() < 1.96 * sigma_hz);
+        }
+        // Both ends of the crest are alike, so that noise puts the higher one at either. Where it lies by more than 1.64 deviations of the difference at
+        // one, in one case of ten, less than a twentieth of the replicas reach the other, which is the truth in half of these: 5 % are not held
+        // beside the usual 5 %. Binomial: 90 of 100, and 3 more or less.
+        assert!(f64::from(n_held) > 90.0 - 3.0 * 3.0, "{n_held} of {n_draws}");
     }
 
     #[test]
