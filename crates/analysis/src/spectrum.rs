@@ -240,8 +240,9 @@ impl MeanPower {
     /// these have no maximum.
     fn place_of(&self, bin: usize) -> f64 {
         let [before, here, after] = [self.power[bin - 1], self.power[bin], self.power[bin + 1]].map(f64::ln);
-        let from_bin = 0.5 * (before - after) / (before - 2.0 * here + after);
-        bin as f64 + if from_bin.abs() <= 1.0 { from_bin } else { 0.0 }
+        let curvature = before - 2.0 * here + after;
+        let from_bin = 0.5 * (before - after) / curvature;
+        bin as f64 + if curvature < 0.0 && from_bin.abs() <= 1.0 { from_bin } else { 0.0 }
     }
 
     /// The bins about a maximum with half of its power or more, none of them at an end of the spectrum.

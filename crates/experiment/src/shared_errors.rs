@@ -173,10 +173,10 @@ impl SharedErrors {
 fn add_interpolation(measurement: &mut Measurement) {
     let frame_interval_s = measurement.strain.interval_s();
     let mut restored = measurement.spectrum.clone();
-    let passed: Vec<f64> =
-        restored.frequency_hz.iter().map(|hz| power_passed(hz * frame_interval_s).sqrt()).collect();
+    let cycles_per_frame: Vec<f64> = restored.frequency_hz.iter().map(|hz| hz * frame_interval_s).collect();
+    let gains: Vec<f64> = power_passed(&cycles_per_frame).into_iter().map(f64::sqrt).collect();
     for gap in &mut restored.gaps {
-        gap.amplitude.iter_mut().zip(&passed).for_each(|(amplitude, passed)| *amplitude /= passed);
+        gap.amplitude.iter_mut().zip(&gains).for_each(|(amplitude, gain)| *amplitude /= gain);
     }
     let [as_read, restored] = [&measurement.spectrum, &restored].map(dominant_frequency);
     if let (Ok(tail), Ok((as_read_hz, _)), Ok((restored_hz, _))) =
