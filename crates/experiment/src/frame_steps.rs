@@ -91,11 +91,13 @@ fn steps_of(observation: &Observation) -> Vec<FrameStep> {
     let mut seen = observation.clone();
     let mut steps: Vec<FrameStep> = Vec::new();
     while steps.len() < MOST_STEPS {
+        let interval_s = seen.frame_interval_s();
         let clearest = (0..seen.times_s.len())
-            .filter_map(|after| Some((after, Step::behind(&seen, after, 0.0)?)))
+            .filter_map(|after| Some((after, Step::behind(&seen, interval_s, (after, 0.0))?)))
             .filter(|(_, step)| step.is_clear())
             .max_by(|(_, a), (_, b)| a.clarity().total_cmp(&b.clarity()));
-        let whole = clearest.and_then(|(after, _)| Some((after, Step::whole_behind(&seen, after)?)));
+        let whole =
+            clearest.and_then(|(after, _)| Some((after, Step::whole_behind(&seen, interval_s, after)?)));
         let Some((after, frames)) = whole else { break };
         let step = FrameStep { after, frames };
         put_right(&mut seen, &[step]);
@@ -122,20 +124,19 @@ impl Step {
     }
 
     /// The frames of a step, where they are a whole number.
-    fn whole_behind(observation: &Observation, after: usize) -> Option<i64> {
+    fn whole_behind(observation: &Observation, interval_s: f64, after: usize) -> Option<i64> {
         let mut frames = 0.0;
         for _ in 0..ROUNDS {
-            frames += Self::behind(observation, after, frames)?.frames.clamp(-2.0, 2.0);
+            frames += Self::behind(observation, interval_s, (after, frames))?.frames.clamp(-2.0, 2.0);
         }
-        let (left, whole) = (Self::behind(observation, after, frames)?, frames.round());
+        let (left, whole) = (Self::behind(observation, interval_s, (after, frames))?, frames.round());
         let is_told = left.frames.abs() < OFF_WHOLE && left.sigma < OFF_WHOLE;
         let is_whole = whole != 0.0 && (frames - whole).abs() < OFF_WHOLE.max(2.0 * left.sigma);
         (is_told && is_whole).then_some(whole as i64)
     }
 
     /// What is left of the step behind a frame where so much of it, in frames, is put right.
-    fn behind(observation: &Observation, after: usize, right: f64) -> Option<Self> {
-        let interval_s = observation.frame_interval_s();
+    fn behind(observation: &Observation, interval_s: f64, (after, right): (usize, f64)) -> Option<Self> {
         let of_body = |track| OfBody::around(observation, track, (after, right), interval_s);
         let of_bodies: Vec<OfBody> = observation.bodies.iter().filter_map(of_body).collect();
         let square: f64 = of_bodies.iter().map(|body| body.square).sum();

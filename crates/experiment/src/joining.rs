@@ -1,6 +1,8 @@
 //! Views and trials joined to one motion, without those that contradict the others and those that cannot be joined.
 
-use chainwave_measurement::Observation;
+use std::num::NonZero;
+
+use chainwave_measurement::{Observation, map_in_parallel};
 use chainwave_stitching::{Outlier, Settings, Stitched, StitchingError, merge, outliers};
 
 /// Recordings that were joined, and those that were not.
@@ -44,12 +46,18 @@ pub(crate) fn join(observations: &[Observation], settings: &Settings) -> Result<
 
 /// The outliers of each view; of a view that cannot be merged there are none, as [`merged`] leaves it out.
 fn outliers_of_views(observations: &[Observation], settings: &Settings) -> Vec<Outlier> {
-    let of_view = |view: u32| {
+    let views = views(observations);
+    // Views beside each other, in place of the bodies of each.
+    let n_threads = settings.n_threads;
+    let settings = &Settings { n_threads: NonZero::<usize>::MIN, ..settings.clone() };
+    let of_view = |index: usize| {
+        let view = views[index];
         let members: Vec<usize> = (0..observations.len()).filter(|i| observations[*i].view == view).collect();
         let found = outliers(&chosen(observations, &members), settings).unwrap_or_default();
-        found.into_iter().map(move |outlier| Outlier { index: members[outlier.index], ..outlier })
+        let placed = found.into_iter().map(|outlier| Outlier { index: members[outlier.index], ..outlier });
+        placed.collect::<Vec<Outlier>>()
     };
-    let mut found: Vec<Outlier> = views(observations).into_iter().flat_map(of_view).collect();
+    let mut found = map_in_parallel(views.len(), n_threads, of_view).concat();
     found.sort_by_key(|outlier| outlier.index);
     found
 }

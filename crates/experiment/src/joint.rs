@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use chainwave_measurement::{Observation, ReadingError};
+use chainwave_measurement::{Observation, ReadingError, map_in_parallel};
 use chainwave_stitching::{Outlier, Settings, Stitched};
 
 use crate::between_views::BetweenViews;
@@ -159,9 +159,8 @@ impl<'a> Joint<'a> {
             ..one.clone()
         };
         let recordings: Vec<TrackedRecording> = timed.recordings.iter().map(mapped).collect();
-        let read_again = |(recording, seen): (&TrackedRecording, &Observation)| read_again(recording, seen);
-        let observations: Vec<Observation> =
-            recordings.iter().zip(timed.observations.iter()).map(read_again).collect();
+        let read_again = |r: usize| read_again(&recordings[r], &timed.observations[r]);
+        let observations = map_in_parallel(recordings.len(), settings.n_threads, read_again);
         let setup = Setup { map: geometry.map(&setup.map, first.picture_px), ..setup.clone() };
         let scale = timed.stages.scale_by(|place_m| setup.map.place_from_middle_m(place_m, first.picture_px));
         let joint = Self::by_map(Cow::Owned(setup), stated, scale, &recordings, &observations, settings)?;

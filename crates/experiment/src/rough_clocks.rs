@@ -83,16 +83,15 @@ fn left_of(first: &Course, second: &Course, factor: f64, frames: f64) -> Option<
     let apart_s = (-n..=n).map(|k| f64::from(k) * frames * second.interval_s);
     let later = apart_s.flat_map(|apart_s| [apart_s, apart_s + by_arrival_s]);
     let left = later.filter_map(|later_s| {
-        let both = second.displacement_m.iter().enumerate().filter_map(|(k, y)| {
+        let (mut n_both, [mut xx, mut xy, mut yy]) = (0, [0.0; 3]);
+        for (k, y) in second.displacement_m.iter().enumerate() {
             let time_s = k as f64 * factor * second.interval_s + later_s;
-            Some([first.at(time_s)?, *y])
-        });
-        let both: Vec<[f64; 2]> = both.collect();
-        let product = |a: usize, b: usize| both.iter().map(|pair| pair[a] * pair[b]).sum::<f64>();
-        let (xx, xy, yy) = (product(0, 0), product(0, 1), product(1, 1));
+            let Some(x) = first.at(time_s) else { continue };
+            n_both += 1;
+            (xx, xy, yy) = (xx + x * x, xy + x * y, yy + y * y);
+        }
         let most = first.displacement_m.len().max(second.displacement_m.len()) as f64;
-        let is_enough =
-            both.len() >= LEAST_FRAMES && both.len() as f64 > LEAST_SHARE * most && xx > 0.0 && yy > 0.0;
+        let is_enough = n_both >= LEAST_FRAMES && n_both as f64 > LEAST_SHARE * most && xx > 0.0 && yy > 0.0;
         is_enough.then(|| 1.0 - xy * xy / (xx * yy))
     });
     left.min_by(f64::total_cmp)

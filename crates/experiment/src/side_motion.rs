@@ -2,7 +2,7 @@
 
 use std::num::NonZero;
 
-use chainwave_measurement::{ChainMotion, Estimate, Observation};
+use chainwave_measurement::{ChainMotion, Estimate, Observation, both_in_parallel};
 use chainwave_stitching::{Settings, Stitched, averaged};
 
 use crate::error::Error;
@@ -37,12 +37,13 @@ impl SideMotion {
         stitched: &Stitched,
         n_threads: NonZero<usize>,
     ) -> Result<Self, Error> {
-        let mut findings = Vec::new();
-        let mut of = |coordinate: Coordinate, subject: &str| -> Result<Option<ChainMotion>, Error> {
+        let of = |coordinate: Coordinate,
+                  subject: &str|
+         -> Result<(Option<ChainMotion>, Vec<Finding>), Error> {
             let read = |one: &TrackedRecording| one.observation_of(coordinate, &one.map.of_chain.map);
             let observations: Vec<Observation> = recordings.iter().map(read).collect();
             if !observations.iter().any(has_readings) {
-                return Ok(None);
+                return Ok((None, Vec::new()));
             }
             let steadying = steadying.in_coordinate(coordinate, &observations);
             let mean = |observations: Vec<Observation>| {
@@ -55,16 +56,18 @@ impl SideMotion {
             motion.add_errors(modes);
             steadying.add_to(&mut motion, &observations);
             steadying.scale.add_all_to(&mut motion, &observations);
-            if steadying.motion().is_some() {
-                let text = "the camera moves in it as well: its motion was taken out where two bodies at rest tell it, and stands in the \
-                            uncertainties elsewhere";
-                findings.extend(Finding::all_of("camera_moves", subject, [text.to_owned()]));
-            }
-            Ok(Some(motion))
+            let text = "the camera moves in it as well: its motion was taken out where two bodies at rest tell it, and stands in the \
+                        uncertainties elsewhere";
+            let said = steadying.motion().is_some().then(|| text.to_owned());
+            Ok((Some(motion), Finding::all_of("camera_moves", subject, said)))
         };
-        let across = of(Coordinate::Across, "motion across the chain")?;
-        let rotation = of(Coordinate::Turn, "rotation")?;
-        Ok(Self { across, rotation, findings })
+        let (across, rotation) = both_in_parallel(
+            n_threads,
+            || of(Coordinate::Across, "motion across the chain"),
+            || of(Coordinate::Turn, "rotation"),
+        );
+        let ((across, findings), (rotation, of_rotation)) = (across?, rotation?);
+        Ok(Self { across, rotation, findings: [findings, of_rotation].concat() })
     }
 
     /// Adds what the pictures' own errors, which lie still while bodies move, do to these coordinates: as much, in proportion to the noise

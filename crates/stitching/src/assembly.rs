@@ -1,9 +1,9 @@
 //! The merged motion, with every error that belongs to it, from drives and offsets that are known.
 
-use chainwave_measurement::{ChainMotion, Estimate};
+use chainwave_measurement::{ChainMotion, Estimate, map_in_parallel};
 use ndarray::Array2;
 
-use crate::body_response::Contribution;
+use crate::body_response::{Contribution, FittedTime};
 use crate::by_view::LeftByView;
 use crate::clocks::ClockShown;
 use crate::error::StitchingError;
@@ -33,8 +33,9 @@ impl AlignmentState<'_> {
     pub(crate) fn assembled(&self, errors: &AlignmentErrors) -> Result<Assembled, StitchingError> {
         let field = &self.responses_when_aligned()?;
         let shape = (self.settings.n_bodies, self.times_s.len());
-        let ratios: Vec<f64> =
-            field.iter().map(|of_body| self.scatter_ratio(of_body, |_| true).max(1.0)).collect();
+        let n_threads = self.settings.n_threads;
+        let ratio = |row: usize| self.scatter_ratio(&field[row], |_| true).max(1.0);
+        let ratios = map_in_parallel(field.len(), n_threads, ratio);
         let directions = self.alignment_directions(field, errors);
         let effects = self.effects(field);
         let of_means_m = self.effects_of_means(&effects);
@@ -46,27 +47,28 @@ impl AlignmentState<'_> {
             modes,
             n_trials: Array2::zeros(shape),
         };
-        for (row, of_body) in field.iter().enumerate() {
+        let of_rows = map_in_parallel(field.len(), n_threads, |row| {
             let shared_m2 = motion.modes.variance_m2(&[(row, 1.0)]);
-            for (i, (contributions, response)) in
-                of_body.iter().enumerate().filter(|(_, (all, _))| !all.is_empty())
-            {
-                let noise = |gain: fn(&Contribution) -> f64| -> f64 {
-                    let part =
-                        |c: &Contribution| (response.gain(c, &self.drive) * c.read.sigma).powi(2) * gain(c);
-                    ratios[row].powi(2) * contributions.iter().map(part).sum::<f64>()
-                };
-                let sigma_m = (noise(|c| c.read.noise_gain) + shared_m2[i]).sqrt();
+            let noise_m2 = self.noise_m2(&field[row], ratios[row]);
+            shared_m2.into_iter().zip(noise_m2).collect::<Vec<_>>()
+        });
+        for (row, of_row) in of_rows.into_iter().enumerate() {
+            for (i, (shared_m2, [noise_m2, of_frames_m2])) in of_row.into_iter().enumerate() {
+                let (contributions, response) = &field[row][i];
+                if contributions.is_empty() {
+                    continue;
+                }
+                let sigma_m = (noise_m2 + shared_m2).sqrt();
                 motion.displacement_m[(row, i)] = Some(Estimate::new(response.motion_m, sigma_m));
-                motion.independent_sigma_m[(row, i)] = noise(|_| 1.0).sqrt();
+                motion.independent_sigma_m[(row, i)] = of_frames_m2.sqrt();
                 motion.n_trials[(row, i)] = contributions.len() as u32;
             }
         }
         let scale_sigma = errors.exchange.scale_sigma.unwrap_or(0.0);
         let bent_delay_s = self.bent_delay_s(field);
-        let alignments = (0..self.observations.len())
-            .map(|r| self.alignment(r, field, &directions, scale_sigma, bent_delay_s))
-            .collect();
+        let alignments = map_in_parallel(self.observations.len(), n_threads, |r| {
+            self.alignment(r, field, &directions, scale_sigma, bent_delay_s)
+        });
         let spread = self.spread(field, &ratios);
         // What is asked for beside the motion ends no merging.
         let shown = self.shown(field).unwrap_or_default();
@@ -76,6 +78,20 @@ impl AlignmentState<'_> {
         };
         let left_by_views = self.left_by_views(field, &ratios);
         Ok(Assembled { motion, alignments, spread, of_means_m, shown, clocks, left_by_views })
+    }
+
+    /// Variances that the readings' noise, so many times what is stated, gives a body's motion at each time, in square metres: between frames,
+    /// and where they are read at frames.
+    fn noise_m2(&self, of_body: &[FittedTime], ratio: f64) -> Vec<[f64; 2]> {
+        let of_time = |(contributions, response): &FittedTime| {
+            let noise_m2 = |gain: fn(&Contribution) -> f64| {
+                let part =
+                    |c: &Contribution| (response.gain(c, &self.drive) * c.read.sigma).powi(2) * gain(c);
+                ratio.powi(2) * contributions.iter().map(part).sum::<f64>()
+            };
+            [noise_m2(|c| c.read.noise_gain), noise_m2(|_| 1.0)]
+        };
+        of_body.iter().map(of_time).collect()
     }
 
     fn alignment(

@@ -1,6 +1,6 @@
 //! Every body's motion and response at the present drives and trigger offsets.
 
-use chainwave_measurement::{Observation, map_in_parallel};
+use chainwave_measurement::map_in_parallel;
 
 use crate::body_response::{BodyResponse, Contribution, CurvaturePrior, FittedTime, ResponsePrior};
 use crate::error::StitchingError;
@@ -48,10 +48,11 @@ impl AlignmentState<'_> {
 
     /// How each recording is read at the times of the common base.
     fn stencils(&self) -> Vec<Vec<Option<Stencil>>> {
-        let of_recording = |(observation, offset_s): (&Observation, &f64)| {
+        let of_recording = |r: usize| {
+            let (observation, offset_s) = (&self.observations[r], self.offsets_s[r]);
             self.times_s.iter().map(|time_s| Stencil::at(&observation.times_s, time_s + offset_s)).collect()
         };
-        self.observations.iter().zip(&self.offsets_s).map(of_recording).collect()
+        map_in_parallel(self.observations.len(), self.settings.n_threads, of_recording)
     }
 
     /// What each recording says of a body at each of these times.

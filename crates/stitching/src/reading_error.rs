@@ -25,17 +25,17 @@ pub(crate) fn on_time_base(
     times_s: &[f64],
 ) -> Vec<RowError> {
     let mut rows: Vec<RowError> = Vec::new();
+    let mut stencils: Vec<Option<Vec<Option<Stencil>>>> = vec![None; observations.len()];
     for track in &error.of_tracks {
         let Some(recording) = observations.iter().position(|one| one.recording == track.recording) else {
             continue;
         };
         let samples: Vec<Option<Estimate>> =
             track.error_m.iter().map(|error_m| Some(Estimate::new(*error_m, 0.0))).collect();
-        let read = |time_s: &f64| {
-            let stencil = Stencil::at(&observations[recording].times_s, time_s + offsets_s[recording])?;
-            Some(stencil.read(&samples)?.value)
-        };
-        let error_m = times_s.iter().map(|time_s| read(time_s).unwrap_or(0.0)).collect();
+        let at = |time_s: &f64| Stencil::at(&observations[recording].times_s, time_s + offsets_s[recording]);
+        let of_recording = stencils[recording].get_or_insert_with(|| times_s.iter().map(at).collect());
+        let read = |stencil: &Option<Stencil>| Some(stencil.as_ref()?.read(&samples)?.value);
+        let error_m = of_recording.iter().map(|stencil| read(stencil).unwrap_or(0.0)).collect();
         let row = track.body - 1;
         let place = rows.iter().position(|one| one.row == row).unwrap_or(rows.len());
         if place == rows.len() {

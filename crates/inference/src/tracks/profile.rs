@@ -1,6 +1,6 @@
 //! Intervals by profile likelihood.
 
-use chainwave_measurement::Estimate;
+use chainwave_measurement::{Estimate, both_in_parallel};
 use nalgebra::DVector;
 
 use super::residuals::TrackResiduals;
@@ -34,7 +34,7 @@ const SHORT: f64 = 0.1;
 const TOLERANCE: f64 = 0.05;
 const MAX_ROUNDS: usize = 4;
 
-/// The interval of a shared unknown, which takes the others along at the rates `moves` (its own is 1), by a secant in the root of chi squared's rise, which is nearly straight.
+/// The interval of a shared unknown, which takes the others along at the rates `moves` (its own is 1), by a secant in the root of chi squared's rise, which is nearly straight. Its ends are sought beside each other.
 pub(super) fn interval_95(
     problem: &TrackResiduals<'_>,
     best: &Minimum,
@@ -57,7 +57,8 @@ pub(super) fn interval_95(
         }
         Ok((value, false))
     };
-    let ((low, first_low), (high, first_high)) = (end(-1.0)?, end(1.0)?);
+    let (low, high) = both_in_parallel(problem.model.n_threads, || end(-1.0), || end(1.0));
+    let ((low, first_low), (high, first_high)) = (low?, high?);
     Ok(Interval { low, high, is_quadratic: first_low && first_high })
 }
 

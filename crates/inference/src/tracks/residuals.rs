@@ -52,7 +52,8 @@ pub(super) struct TrackResiduals<'a> {
     errors: SharedErrors<'a>,
     pub(super) n_residuals: usize,
     n_simulations: AtomicU64,
-    /// The model behind the last equations, and where that was: what comes after a search asks for its minimum again.
+    /// The model behind the last equations, and where that was: what comes after a search asks for its minimum again. Searches beside each
+    /// other overwrite it in any order, and nobody asks for theirs.
     last: Mutex<Option<(Unknowns, SolvedModel)>>,
 }
 
