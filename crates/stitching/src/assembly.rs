@@ -3,11 +3,12 @@
 use chainwave_measurement::{ChainMotion, Estimate, map_in_parallel};
 use ndarray::Array2;
 
-use crate::body_response::{Contribution, FittedTime};
+use crate::body_response::Contribution;
 use crate::by_view::LeftByView;
 use crate::clocks::ClockShown;
 use crate::error::StitchingError;
 use crate::fitted::Fitted;
+use crate::fitted_body::{FittedBody, FittedTime};
 use crate::gauge::scale_and_delay;
 use crate::modes::{AlignmentDirection, AlignmentErrors};
 use crate::shown::ShownByBody;
@@ -54,7 +55,7 @@ impl AlignmentState<'_> {
         });
         for (row, of_row) in of_rows.into_iter().enumerate() {
             for (i, (shared_m2, [noise_m2, of_frames_m2])) in of_row.into_iter().enumerate() {
-                let (contributions, response) = &field[row][i];
+                let FittedTime { contributions, response } = field[row].at(i);
                 if contributions.is_empty() {
                     continue;
                 }
@@ -82,8 +83,8 @@ impl AlignmentState<'_> {
 
     /// Variances that the readings' noise, so many times what is stated, gives a body's motion at each time, in square metres: between frames,
     /// and where they are read at frames.
-    fn noise_m2(&self, of_body: &[FittedTime], ratio: f64) -> Vec<[f64; 2]> {
-        let of_time = |(contributions, response): &FittedTime| {
+    fn noise_m2(&self, of_body: &FittedBody, ratio: f64) -> Vec<[f64; 2]> {
+        let of_time = |FittedTime { contributions, response }: FittedTime<'_>| {
             let noise_m2 = |gain: fn(&Contribution) -> f64| {
                 let part =
                     |c: &Contribution| (response.gain(c, &self.drive) * c.read.sigma).powi(2) * gain(c);
@@ -91,7 +92,7 @@ impl AlignmentState<'_> {
             };
             [noise_m2(|c| c.read.noise_gain), noise_m2(|_| 1.0)]
         };
-        of_body.iter().map(of_time).collect()
+        of_body.times().map(of_time).collect()
     }
 
     fn alignment(
@@ -127,9 +128,9 @@ impl AlignmentState<'_> {
     /// mean motion does not feel it (see [`crate::gauge`]). A pulse that a drive `1 + s` delays by `T(s)` has beta = -T' in its slope and
     /// beta - T''/2 times the velocity in its curvature; a weak non-linearity, which delays in proportion, makes beta of it.
     fn bent_delay_s(&self, field: &Fitted) -> f64 {
-        let of_bodies = field.iter().filter(|of_body| of_body.iter().any(|(all, _)| all.len() > 2));
+        let of_bodies = field.iter().filter(|of_body| of_body.most_at_once() > 2);
         let delays_s: Vec<f64> =
-            of_bodies.filter_map(|of_body| Some(scale_and_delay(of_body)?.0[1])).collect();
+            of_bodies.filter_map(|of_body| Some(scale_and_delay(of_body.times())?.0[1])).collect();
         let squares: f64 = delays_s.iter().map(|delay_s| delay_s.powi(2)).sum();
         BENT_SHARE * (squares / delays_s.len().max(1) as f64).sqrt()
     }

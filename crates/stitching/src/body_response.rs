@@ -47,9 +47,6 @@ impl CurvaturePrior {
     }
 }
 
-/// A time of one body: what the recordings contribute, and the response fitted to it.
-pub(crate) type FittedTime = (Vec<Contribution>, BodyResponse);
-
 /// One body at one time as a function of the drive's deviation s: `X + s S + s^2 Q`, from the recordings that saw it.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct BodyResponse {
@@ -144,25 +141,19 @@ impl BodyResponse {
 
     /// Part of a recording's own reading in its fitted value.
     pub(crate) fn leverage(&self, contribution: &Contribution, drive: &[f64]) -> f64 {
-        self.shared_weight(contribution, contribution, drive) / contribution.weight()
+        let weight = contribution.weight();
+        self.beside(contribution, drive).taken_weight(contribution, drive) / weight
     }
 
-    /// What fitting the response takes from the weight matrix of the readings, for a pair of them.
-    fn shared_weight(&self, one: &Contribution, other: &Contribution, drive: &[f64]) -> f64 {
-        let (left, right) = (basis(drive[one.recording]), basis(drive[other.recording]));
-        one.weight() * other.weight() * (left.transpose() * self.covariance * right)[0]
-    }
-
-    /// Weight matrix of the readings once the response is fitted, for a pair of them.
-    pub(crate) fn free_weight(&self, one: &Contribution, other: &Contribution, drive: &[f64]) -> f64 {
-        let same = if one.recording == other.recording { one.weight() } else { 0.0 };
-        same - self.shared_weight(one, other, drive)
-    }
-
-    /// What the readings' noise makes of the product of two residuals' derivatives by their drive deviations, in square metres.
-    pub(crate) fn slope_noise(&self, drive: f64, other_drive: f64) -> f64 {
-        let by_drive = |s: f64| Vector3::new(0.0, 1.0, 2.0 * s);
-        (by_drive(drive).transpose() * self.noise * by_drive(other_drive))[0]
+    /// A reading among the others at its time.
+    pub(crate) fn beside(&self, one: &Contribution, drive: &[f64]) -> ReadingBeside {
+        let s = drive[one.recording];
+        ReadingBeside {
+            recording: one.recording,
+            weight: one.weight(),
+            of_fit: basis(s).transpose() * self.covariance,
+            slope_noise: by_drive(s).transpose() * self.noise,
+        }
     }
 
     /// Derivatives of a recording's residual by its drive deviation and its trigger offset.
@@ -172,8 +163,41 @@ impl BodyResponse {
     }
 }
 
+/// One reading of a body at a time among the others there.
+pub(crate) struct ReadingBeside {
+    recording: usize,
+    weight: f64,
+    /// Covariance of its fitted value with (X, S, Q), in square metres.
+    of_fit: RowVector3<f64>,
+    /// Covariance of its residual's derivative by its drive with (X, S, Q), as the readings' noise makes it, in square metres.
+    slope_noise: RowVector3<f64>,
+}
+
+impl ReadingBeside {
+    /// What fitting the response takes from the weight matrix of the readings, for it and another one.
+    fn taken_weight(&self, other: &Contribution, drive: &[f64]) -> f64 {
+        self.weight * other.weight() * (self.of_fit * basis(drive[other.recording]))[0]
+    }
+
+    /// Weight matrix of the readings once the response is fitted, for it and another one.
+    pub(crate) fn free_weight(&self, other: &Contribution, drive: &[f64]) -> f64 {
+        let same = if self.recording == other.recording { self.weight } else { 0.0 };
+        same - self.taken_weight(other, drive)
+    }
+
+    /// What the readings' noise makes of the product of its residual's derivative and another one's by their drive deviations, in square metres.
+    pub(crate) fn slope_noise(&self, other_drive: f64) -> f64 {
+        (self.slope_noise * by_drive(other_drive))[0]
+    }
+}
+
 fn basis(drive: f64) -> Vector3<f64> {
     Vector3::new(1.0, drive, drive * drive)
+}
+
+/// Derivative of that by the drive.
+fn by_drive(drive: f64) -> Vector3<f64> {
+    Vector3::new(0.0, 1.0, 2.0 * drive)
 }
 
 /// A pivot below this share of its own diagonal is rounding's: what it stands for is not determined.

@@ -6,6 +6,7 @@ use chainwave_measurement::Estimate;
 
 use crate::body_response::Contribution;
 use crate::fitted::Fitted;
+use crate::fitted_body::FittedTime;
 use crate::state::AlignmentState;
 
 /// What a body's readings in one view leave of the merged motion, all trials of the view together.
@@ -27,7 +28,7 @@ impl AlignmentState<'_> {
         let mut of_views = Vec::new();
         for (row, of_body) in field.iter().enumerate() {
             let mut own: BTreeMap<u32, Vec<(f64, Estimate)>> = BTreeMap::new();
-            for (i, (contributions, response)) in of_body.iter().enumerate() {
+            for (i, FittedTime { contributions, response }) in of_body.times().enumerate() {
                 let mut sums: BTreeMap<u32, [f64; 2]> = BTreeMap::new();
                 for one in contributions {
                     let left_m = one.read.value - response.at(self.drive[one.recording]);

@@ -10,9 +10,10 @@ use std::fmt;
 use chainwave_measurement::Estimate;
 use nalgebra::{DMatrix, DVector};
 
-use crate::body_response::{BodyResponse, Contribution};
+use crate::body_response::{BodyResponse, Contribution, ReadingBeside};
 use crate::error::StitchingError;
 use crate::fitted::Fitted;
+use crate::fitted_body::{FittedBody, FittedTime};
 use crate::state::AlignmentState;
 
 /// Stretches of time of one body, each of which tells as much of a clock as the others.
@@ -205,16 +206,14 @@ impl AlignmentState<'_> {
     }
 
     /// The times behind the trigger at which several recordings saw a body.
-    fn moments<'a>(
-        &'a self,
-        of_body: &'a [(Vec<Contribution>, BodyResponse)],
-    ) -> impl Iterator<Item = Moment<'a>> + 'a {
-        let seen =
-            self.times_s.iter().zip(of_body).filter(|(time_s, (all, _))| **time_s > 0.0 && all.len() > 1);
-        seen.map(|(time_s, (contributions, response))| {
+    fn moments<'a>(&'a self, of_body: &'a FittedBody) -> impl Iterator<Item = Moment<'a>> + 'a {
+        let times = self.times_s.iter().zip(of_body.times());
+        let seen = times.filter(|(time_s, at)| **time_s > 0.0 && at.contributions.len() > 1);
+        seen.map(|(time_s, FittedTime { contributions, response })| {
             let n = contributions.len();
-            let free =
-                |j: usize, k: usize| response.free_weight(&contributions[j], &contributions[k], &self.drive);
+            let beside: Vec<ReadingBeside> =
+                contributions.iter().map(|one| response.beside(one, &self.drive)).collect();
+            let free = |j: usize, k: usize| beside[j].free_weight(&contributions[k], &self.drive);
             Moment { time_s: *time_s, contributions, response, free: DMatrix::from_fn(n, n, free) }
         })
     }

@@ -2,14 +2,15 @@
 
 use chainwave_measurement::map_in_parallel;
 
-use crate::body_response::{BodyResponse, Contribution, CurvaturePrior, FittedTime, ResponsePrior};
+use crate::body_response::{BodyResponse, Contribution, CurvaturePrior, ResponsePrior};
 use crate::error::StitchingError;
+use crate::fitted_body::{FittedBody, FittedTime, Readings};
 use crate::resample::Stencil;
 use crate::settings::Settings;
 use crate::state::{AlignmentState, Scale};
 
 /// All contributions and the fitted response at each body and time, row by row.
-pub(crate) type Fitted = Vec<Vec<FittedTime>>;
+pub(crate) type Fitted = Vec<FittedBody>;
 
 /// What the prior of a response's slope is one of.
 #[derive(Debug, Clone, Copy)]
@@ -35,7 +36,7 @@ impl AlignmentState<'_> {
     }
 
     /// The row of one body in [`AlignmentState::responses`].
-    pub(crate) fn responses_of(&self, row: usize) -> Result<Vec<FittedTime>, StitchingError> {
+    pub(crate) fn responses_of(&self, row: usize) -> Result<FittedBody, StitchingError> {
         self.fit_body(row, &self.stencils(), SlopePrior::OfBody)
     }
 
@@ -56,15 +57,20 @@ impl AlignmentState<'_> {
     }
 
     /// What each recording says of a body at each of these times.
-    fn readings_of(&self, row: usize, stencils: &[Vec<Option<Stencil>>]) -> Vec<Vec<Contribution>> {
-        let mut readings = vec![Vec::new(); self.times_s.len()];
-        for (recording, (displacements, stencils)) in self.displacements.iter().zip(stencils).enumerate() {
-            for displacement in displacements.iter().filter(|one| one.row == row) {
-                for (at_time, stencil) in readings.iter_mut().zip(stencils) {
-                    let read = stencil.as_ref().and_then(|stencil| stencil.read(&displacement.samples));
-                    at_time.extend(read.map(|read| Contribution { recording, read }));
-                }
-            }
+    fn readings_of(&self, row: usize, stencils: &[Vec<Option<Stencil>>]) -> Readings {
+        let seen = self.displacements.iter().zip(stencils).enumerate();
+        let seen: Vec<_> = seen
+            .flat_map(|(recording, (displacements, stencils))| {
+                let own = displacements.iter().filter(|displacement| displacement.row == row);
+                own.map(move |displacement| (recording, &displacement.samples, stencils))
+            })
+            .collect();
+        let mut readings = Readings::default();
+        for i in 0..self.times_s.len() {
+            readings.push_time(seen.iter().filter_map(|(recording, samples, stencils)| {
+                let read = stencils[i].as_ref()?.read(samples)?;
+                Some(Contribution { recording: *recording, read })
+            }));
         }
         readings
     }
@@ -76,13 +82,13 @@ impl AlignmentState<'_> {
         row: usize,
         stencils: &[Vec<Option<Stencil>>],
         slope_prior: SlopePrior,
-    ) -> Result<Vec<FittedTime>, StitchingError> {
+    ) -> Result<FittedBody, StitchingError> {
         let readings = self.readings_of(row, stencils);
-        let all = || readings.iter().flatten().map(|contribution| &contribution.read);
+        let all = || readings.all().iter().map(|contribution| &contribution.read);
         let n = all().count().max(1) as f64;
         let rms_m = (all().map(|read| read.value.powi(2)).sum::<f64>() / n).sqrt();
         let noise_m = all().map(|read| read.sigma).sum::<f64>() / n;
-        let most = readings.iter().map(Vec::len).max().unwrap_or(0);
+        let most = readings.of_times().map(<[Contribution]>::len).max().unwrap_or(0);
         let enough = most.min(3);
         // The usual ones for any chain: wider ones let responses take up what is no smooth response to the drive.
         let sizes = self.settings.response_sizes;
@@ -97,25 +103,24 @@ impl AlignmentState<'_> {
         // A body's response departs from plain scaling alike at all its times: where trials tell the slope at each, the prior counts once
         // and not at every time, else the sum of all would pull at drives that the readings hardly tell. Two or three trials whose drives are
         // nearly alike tell it badly at each time, where what is known of it beforehand is as good as it ever was.
-        let n_times = readings.iter().filter(|at_time| !at_time.is_empty()).count().max(1) as f64;
+        let n_times = readings.of_times().filter(|of_time| !of_time.is_empty()).count().max(1) as f64;
         let is_told = match slope_prior {
             SlopePrior::OfBody => most > 1,
             SlopePrior::OfTime => most > 3,
         };
         let once = if is_told { n_times.sqrt() } else { 1.0 };
         let prior = ResponsePrior { slope_m: once * prior_m(sizes.slope), curvature };
-        let mut of_body = Vec::with_capacity(readings.len());
-        for (i, mut contributions) in readings.into_iter().enumerate() {
-            if contributions.len() < enough {
-                contributions.clear();
-            }
-            let response = match contributions.is_empty() {
+        let (mut kept, mut responses) = (Readings::default(), Vec::with_capacity(self.times_s.len()));
+        for (i, of_time) in readings.of_times().enumerate() {
+            let of_time = if of_time.len() < enough { &[] } else { of_time };
+            responses.push(match of_time.is_empty() {
                 true => BodyResponse::default(),
-                false => BodyResponse::fit(&contributions, &self.drive, prior)
-                    .ok_or_else(|| self.undetermined(row, i, &contributions))?,
-            };
-            of_body.push((contributions, response));
+                false => BodyResponse::fit(of_time, &self.drive, prior)
+                    .ok_or_else(|| self.undetermined(row, i, of_time))?,
+            });
+            kept.push_time(of_time.iter().copied());
         }
+        let mut of_body = FittedBody::new(kept, responses);
         if self.scale == Scale::True {
             smooth_velocities(&mut of_body);
         }
@@ -142,10 +147,10 @@ pub(crate) fn tells_curvature(n_recordings: usize) -> bool {
 const VELOCITY_TIMES: usize = 2;
 
 /// Averages the velocities of neighbouring times.
-fn smooth_velocities(of_body: &mut [FittedTime]) {
-    let read: Vec<Option<[f64; 2]>> =
-        of_body.iter().map(|(all, response)| (!all.is_empty()).then(|| response.velocity())).collect();
-    for (i, (_, response)) in of_body.iter_mut().enumerate() {
+fn smooth_velocities(of_body: &mut FittedBody) {
+    let velocity = |at: FittedTime<'_>| (!at.contributions.is_empty()).then(|| at.response.velocity());
+    let read: Vec<Option<[f64; 2]>> = of_body.times().map(velocity).collect();
+    for (i, response) in of_body.responses.iter_mut().enumerate() {
         let around = &read[i.saturating_sub(VELOCITY_TIMES)..(i + VELOCITY_TIMES + 1).min(read.len())];
         let n = around.iter().flatten().count().max(1) as f64;
         let mean = |part: usize| around.iter().flatten().map(|velocity| velocity[part]).sum::<f64>() / n;

@@ -12,8 +12,9 @@
 use chainwave_measurement::Estimate;
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
-use crate::body_response::{BodyResponse, FittedTime};
+use crate::body_response::BodyResponse;
 use crate::drive_scatter::scale_of;
+use crate::fitted_body::{FittedBody, FittedTime};
 use crate::settings::FirstBody;
 use crate::stated_response::{ONSET_SHARE, OnsetDeparture, StatedResponse};
 
@@ -32,28 +33,28 @@ impl Onset {
     /// From the readings of the first body over time, by least squares of its slope against its motion and velocity, which have
     /// far less noise; `None` where nothing moves. A prescribed motion is in proportion to the drive from its beginning to its end.
     pub(crate) fn read(
-        (of_body, first_body): (&[FittedTime], FirstBody),
+        (of_body, first_body): (&FittedBody, FirstBody),
         model: Option<&StatedResponse>,
         drive: &[f64],
         errors: &ReadingErrors<'_>,
         interval_s: f64,
     ) -> Option<Self> {
-        let motion_m = |(_, response): &FittedTime| response.motion_m.abs();
-        let furthest_m = of_body.iter().map(motion_m).fold(0.0, f64::max);
+        let motion_m = |at: &FittedTime<'_>| at.response.motion_m.abs();
+        let furthest_m = of_body.times().map(|at| motion_m(&at)).fold(0.0, f64::max);
         let n_onset = match first_body {
             FirstBody::Free => {
-                of_body.iter().take_while(|one| motion_m(one) < ONSET_SHARE * furthest_m).count()
+                of_body.times().take_while(|at| motion_m(at) < ONSET_SHARE * furthest_m).count()
             }
-            FirstBody::Prescribed => of_body.len(),
+            FirstBody::Prescribed => of_body.responses.len(),
         };
-        let onset = &of_body[..n_onset];
-        let (read, inverse) = scale_and_delay(onset)?;
+        let onset: Vec<FittedTime<'_>> = of_body.times().take(n_onset).collect();
+        let (read, inverse) = scale_and_delay(onset.iter().copied())?;
         let gains: Vec<Vector2<f64>> =
-            onset.iter().map(|(_, response)| inverse * scaled_and_delayed(response)).collect();
+            onset.iter().map(|at| inverse * scaled_and_delayed(at.response)).collect();
         let departure = match first_body {
             FirstBody::Free => {
                 let last_m = onset.last().map_or(0.0, motion_m);
-                let moving = onset.iter().filter(|one| motion_m(one) > 0.01 * furthest_m).count();
+                let moving = onset.iter().filter(|at| motion_m(at) > 0.01 * furthest_m).count();
                 let unknown = || OnsetDeparture::unknown(moving as f64 * interval_s);
                 model.and_then(|model| model.departure(last_m)).unwrap_or_else(unknown)
             }
@@ -64,11 +65,11 @@ impl Onset {
         let [a, b_s] = departure.factors.into();
         let exchange = Matrix2::new(1.0 / a, 0.0, -b_s / a, 1.0);
         let factors = exchange * read;
-        let covariance = errors.covariance_of(onset, &gains, drive) + departure.covariance;
+        let covariance = errors.covariance_of(&onset, &gains, drive) + departure.covariance;
         let covariance = exchange * covariance * exchange.transpose();
         let mut derivatives = DMatrix::zeros(2, 2 * drive.len());
-        for ((contributions, response), gain) in onset.iter().zip(&gains) {
-            for one in contributions {
+        for (FittedTime { contributions, response }, gain) in onset.iter().zip(&gains) {
+            for one in *contributions {
                 let by_reading = exchange * gain * response.slope_gain(one, drive);
                 let residual_slopes = response.residual_slopes(drive[one.recording]);
                 for (unknown, by_unknown) in
@@ -90,9 +91,11 @@ impl Onset {
 
 /// A body's slope in terms of its motion X and its velocity, S = alpha X + beta dX/dt, by least squares over the given times; with the
 /// inverse of the normal matrix.
-pub(crate) fn scale_and_delay(of_body: &[FittedTime]) -> Option<(Vector2<f64>, Matrix2<f64>)> {
+pub(crate) fn scale_and_delay<'a>(
+    of_body: impl Iterator<Item = FittedTime<'a>>,
+) -> Option<(Vector2<f64>, Matrix2<f64>)> {
     let (mut normal, mut right_side) = (Matrix2::zeros(), Vector2::zeros());
-    for (_, response) in of_body {
+    for FittedTime { response, .. } in of_body {
         let columns = scaled_and_delayed(response);
         normal += columns * columns.transpose();
         right_side += columns * response.slope_m;
@@ -204,11 +207,11 @@ pub(crate) struct ReadingErrors<'a> {
 impl ReadingErrors<'_> {
     /// Covariance of two sums of slopes with the given gains. The noise of frames is independent, and is that of the frames where
     /// readings between them are summed up over many; a place at rest is one error for all times.
-    fn covariance_of(&self, onset: &[FittedTime], gains: &[Vector2<f64>], drive: &[f64]) -> Matrix2<f64> {
+    fn covariance_of(&self, onset: &[FittedTime<'_>], gains: &[Vector2<f64>], drive: &[f64]) -> Matrix2<f64> {
         let mut noise = Matrix2::zeros();
         let mut of_rest = vec![Vector2::zeros(); self.rest_sigma_m.len()];
-        for ((contributions, response), gain) in onset.iter().zip(gains) {
-            for one in contributions {
+        for (FittedTime { contributions, response }, gain) in onset.iter().zip(gains) {
+            for one in *contributions {
                 let by_reading = gain * response.slope_gain(one, drive);
                 let sigma_m = one.read.sigma * self.scatter_ratio;
                 noise += by_reading * by_reading.transpose() * sigma_m.powi(2);

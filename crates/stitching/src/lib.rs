@@ -74,6 +74,7 @@ mod detached;
 mod drive_scatter;
 mod error;
 mod fitted;
+mod fitted_body;
 mod gauge;
 mod groups;
 mod merge;

@@ -4,8 +4,9 @@ use chainwave_measurement::{ErrorModes, ErrorPattern, ErrorSource, ReadingError}
 use nalgebra::{DMatrix, DVector};
 use ndarray::Array2;
 
-use crate::body_response::{Contribution, FittedTime};
+use crate::body_response::Contribution;
 use crate::fitted::{Fitted, tells_curvature};
+use crate::fitted_body::{FittedBody, FittedTime};
 use crate::gauge::Exchange;
 use crate::normal_equations::{error_sensitivity, offset_sensitivity};
 use crate::reading_error::{RowError, on_time_base};
@@ -84,7 +85,7 @@ impl AlignmentState<'_> {
                 let (first, last) = (rows().min().unwrap_or(0), rows().max().unwrap_or(0));
                 let mut effect_m = Array2::zeros((last + 1 - first, self.times_s.len()));
                 for ((row, i), effect_m) in effect_m.indexed_iter_mut() {
-                    let (contributions, response) = &field[first + row][i];
+                    let FittedTime { contributions, response } = field[first + row].at(i);
                     let slope = response.residual_slopes(self.drive[r])[unknown];
                     let own = contributions.iter().filter(|one| one.recording == r);
                     *effect_m = own.map(|one| response.gain(one, &self.drive) * slope).sum();
@@ -103,7 +104,7 @@ impl AlignmentState<'_> {
         error_m: impl Fn(usize, usize) -> f64,
     ) -> ErrorPattern {
         let effect_m = Array2::from_shape_fn((1, self.times_s.len()), |(_, i)| {
-            let (contributions, response) = &field[row][i];
+            let FittedTime { contributions, response } = field[row].at(i);
             contributions.iter().map(|one| response.gain(one, &self.drive) * error_m(one.recording, i)).sum()
         });
         ErrorPattern::new(row, effect_m)
@@ -159,7 +160,7 @@ impl AlignmentState<'_> {
     fn rest_directions(&self, field: &Fitted, errors: &AlignmentErrors) -> Vec<AlignmentDirection> {
         let rest = self.end_of_rest();
         let response = &errors.exchange.errors * &errors.covariance;
-        let of_body = |row: usize| &response * offset_sensitivity(&field[row][rest..], &self.drive);
+        let of_body = |row: usize| &response * offset_sensitivity(field[row].times().skip(rest), &self.drive);
         let by_offset: Vec<DMatrix<f64>> = (0..field.len()).map(of_body).collect();
         let of_recording = |(r, displacements): (usize, &Vec<Displacement>)| {
             let direction = |displacement: &Displacement| AlignmentDirection {
@@ -221,20 +222,17 @@ impl AlignmentState<'_> {
             (0..self.displacements.len()).filter(sees).collect()
         };
         let groups: Vec<Vec<usize>> = (0..field.len()).map(recordings).collect();
-        let rms_m: Vec<f64> = field.iter().map(|of_body| rms_motion_m(of_body)).collect();
-        let most_at_once =
-            |of_body: &Vec<FittedTime>| of_body.iter().map(|(all, _)| all.len()).max().unwrap_or(0);
-        let most: Vec<usize> = field.iter().map(most_at_once).collect();
+        let rms_m: Vec<f64> = field.iter().map(rms_motion_m).collect();
+        let most: Vec<usize> = field.iter().map(FittedBody::most_at_once).collect();
         // Of a body that no recording saw there is neither.
-        let bend = |(of_body, rms_m): (&Vec<FittedTime>, &f64)| {
-            rms_departure_m(of_body) / rms_m.max(f64::MIN_POSITIVE)
-        };
+        let bend =
+            |(of_body, rms_m): (&FittedBody, &f64)| rms_departure_m(of_body) / rms_m.max(f64::MIN_POSITIVE);
         let bends: Vec<f64> = field.iter().zip(&rms_m).map(bend).collect();
         let error_m = |row: usize, i: usize| {
-            let relative = field[row][i].1.motion_m / rms_m[row].max(f64::MIN_POSITIVE);
+            let relative = field[row].at(i).response.motion_m / rms_m[row].max(f64::MIN_POSITIVE);
             let sizes = self.settings.sizes_of(row);
             let bend = (!tells_curvature(most[row])).then_some(bends[row]);
-            relative * self.response_error_m(&field[row][i], bend, rms_m[row], sizes)
+            relative * self.response_error_m(field[row].at(i), bend, rms_m[row], sizes)
         };
         let leads = (0..groups.len())
             .filter(|row| !groups[*row].is_empty() && !groups[..*row].contains(&groups[*row]));
@@ -250,7 +248,7 @@ impl AlignmentState<'_> {
     /// `bend` is how far its slope departs from the motion, relative to that: a weak non-linearity curves it by as much.
     fn response_error_m(
         &self,
-        (contributions, response): &FittedTime,
+        FittedTime { contributions, response }: FittedTime<'_>,
         bend: Option<f64>,
         rms_m: f64,
         sizes: ResponseSizes,
@@ -280,15 +278,14 @@ impl AlignmentState<'_> {
 }
 
 /// Root mean square of what the slope of a body's response differs by from its motion, over the times it was seen, in metres.
-fn rms_departure_m(of_body: &[FittedTime]) -> f64 {
-    let seen = || of_body.iter().filter(|(contributions, _)| !contributions.is_empty());
-    let squares: f64 = seen().map(|(_, response)| (response.slope_m - response.motion_m).powi(2)).sum();
-    (squares / seen().count().max(1) as f64).sqrt()
+fn rms_departure_m(of_body: &FittedBody) -> f64 {
+    let departure_m = |at: FittedTime<'_>| at.response.slope_m - at.response.motion_m;
+    let squares: f64 = of_body.seen().map(|at| departure_m(at).powi(2)).sum();
+    (squares / of_body.seen().count().max(1) as f64).sqrt()
 }
 
 /// Root mean square of a body's motion over the times it was seen, in metres.
-fn rms_motion_m(of_body: &[FittedTime]) -> f64 {
-    let seen = || of_body.iter().filter(|(contributions, _)| !contributions.is_empty());
-    let squares: f64 = seen().map(|(_, response)| response.motion_m.powi(2)).sum();
-    (squares / seen().count().max(1) as f64).sqrt()
+fn rms_motion_m(of_body: &FittedBody) -> f64 {
+    let squares: f64 = of_body.seen().map(|at| at.response.motion_m.powi(2)).sum();
+    (squares / of_body.seen().count().max(1) as f64).sqrt()
 }

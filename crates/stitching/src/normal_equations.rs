@@ -2,7 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::body_response::{BodyResponse, Contribution, FittedTime};
+use crate::body_response::Contribution;
+use crate::fitted_body::{FittedBody, FittedTime};
 
 /// How far trigger offsets and drives may stray, as standard deviations: this decides only what the data leave open.
 #[derive(Debug, Clone, Copy)]
@@ -45,16 +46,17 @@ impl NormalEquations {
     }
 
     /// Adds the readings of one body at one time, fitted by `response` at the present drives and offsets.
-    pub(crate) fn add(&mut self, contributions: &[Contribution], response: &BodyResponse, drive: &[f64]) {
+    pub(crate) fn add(&mut self, FittedTime { contributions, response }: FittedTime<'_>, drive: &[f64]) {
         for one in contributions {
             let s = drive[one.recording];
             let residual_m = one.read.value - response.at(s);
             let one_slopes = response.residual_slopes(s);
+            let beside = response.beside(one, drive);
             for other in contributions {
                 let other_slopes = response.residual_slopes(drive[other.recording]);
-                let free = response.free_weight(one, other, drive);
+                let free = beside.free_weight(other, drive);
                 self.noise[(one.recording, other.recording)] +=
-                    free * response.slope_noise(s, drive[other.recording]);
+                    free * beside.slope_noise(drive[other.recording]);
                 for (kind, slope) in one_slopes.iter().enumerate() {
                     for (other_kind, other_slope) in other_slopes.iter().enumerate() {
                         let row = kind * self.n_recordings + one.recording;
@@ -156,14 +158,18 @@ impl Without {
 
 /// What a constant error of one body's readings does to the right side of the normal equations: column r is the derivative by
 /// the error of recording r.
-pub(crate) fn offset_sensitivity(of_body: &[FittedTime], drive: &[f64]) -> DMatrix<f64> {
+pub(crate) fn offset_sensitivity<'a>(
+    of_body: impl Iterator<Item = FittedTime<'a>>,
+    drive: &[f64],
+) -> DMatrix<f64> {
     let n = drive.len();
     let mut sensitivity = DMatrix::zeros(2 * n, n);
-    for (contributions, response) in of_body {
+    for FittedTime { contributions, response } in of_body {
         for one in contributions {
             let slopes = response.residual_slopes(drive[one.recording]);
+            let beside = response.beside(one, drive);
             for other in contributions {
-                let free = response.free_weight(one, other, drive);
+                let free = beside.free_weight(other, drive);
                 for (kind, slope) in slopes.iter().enumerate() {
                     sensitivity[(kind * n + one.recording, other.recording)] -= slope * free;
                 }
@@ -175,17 +181,17 @@ pub(crate) fn offset_sensitivity(of_body: &[FittedTime], drive: &[f64]) -> DMatr
 
 /// What errors of one body's readings, in metres by recording and time, do to the right side of the normal equations.
 pub(crate) fn error_sensitivity(
-    of_body: &[FittedTime],
+    of_body: &FittedBody,
     drive: &[f64],
     error_m: impl Fn(usize, usize) -> f64,
 ) -> DVector<f64> {
     let n = drive.len();
     let mut sensitivity = DVector::zeros(2 * n);
-    for (time, (contributions, response)) in of_body.iter().enumerate() {
+    for (time, FittedTime { contributions, response }) in of_body.times().enumerate() {
         for one in contributions {
-            let of_pair = |other: &Contribution| {
-                response.free_weight(one, other, drive) * error_m(other.recording, time)
-            };
+            let beside = response.beside(one, drive);
+            let of_pair =
+                |other: &Contribution| beside.free_weight(other, drive) * error_m(other.recording, time);
             let weighted: f64 = contributions.iter().map(of_pair).sum();
             for (kind, slope) in response.residual_slopes(drive[one.recording]).iter().enumerate() {
                 sensitivity[kind * n + one.recording] -= slope * weighted;

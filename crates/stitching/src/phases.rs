@@ -9,6 +9,7 @@ use crate::assembly::Assembled;
 use crate::course::Course;
 use crate::error::StitchingError;
 use crate::fitted::Fitted;
+use crate::fitted_body::FittedBody;
 use crate::gauge::{Exchange, closed_directions};
 use crate::modes::AlignmentErrors;
 use crate::normal_equations::{NormalEquations, Prior, Solved};
@@ -161,7 +162,7 @@ impl<'a> Gauged<'a> {
     pub(crate) fn trimmed(mut self) -> Result<Trimmed<'a>, StitchingError> {
         let state = &mut self.state;
         let fitted = state.responses()?;
-        let measured = |i: &usize| fitted.iter().any(|of_body| !of_body[*i].0.is_empty());
+        let measured = |i: &usize| fitted.iter().any(|of_body| !of_body.at(*i).contributions.is_empty());
         let first = (0..state.times_s.len()).find(measured).unwrap_or(0);
         let last = (0..state.times_s.len()).rfind(measured).unwrap_or(0);
         state.times_s = state.times_s[first..=last].to_vec();
@@ -204,8 +205,8 @@ impl AlignmentState<'_> {
     pub(crate) fn solved(&self, field: &Fitted) -> Result<Solved, StitchingError> {
         let n = self.observations.len();
         let mut equations = NormalEquations::new(n);
-        for (contributions, response) in field.iter().flatten().filter(|(all, _)| all.len() > 1) {
-            equations.add(contributions, response, &self.drive);
+        for at in field.iter().flat_map(FittedBody::times).filter(|at| at.contributions.len() > 1) {
+            equations.add(at, &self.drive);
         }
         let prior = Prior {
             offset_s: self.settings.trigger_prior_s(self.frame_interval_s),

@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::body_response::Contribution;
 use crate::error::StitchingError;
 use crate::fitted::Fitted;
+use crate::fitted_body::FittedTime;
 use crate::normal_equations::error_sensitivity;
 use crate::reading_error::{RowError, on_time_base};
 use crate::state::AlignmentState;
@@ -79,18 +80,18 @@ impl AlignmentState<'_> {
         let n = self.drive.len();
         let mut matrix = DMatrix::zeros(n_errors, n_errors);
         let (mut right_side, mut of_alignment) = (DVector::zeros(n_errors), DVector::zeros(2 * n));
-        for (i, (contributions, response)) in
-            field[row].iter().enumerate().filter(|(_, (all, _))| all.len() > 1)
-        {
+        let of_several = field[row].times().enumerate().filter(|(_, at)| at.contributions.len() > 1);
+        for (i, FittedTime { contributions, response }) in of_several {
             for one in contributions {
                 let s = self.drive[one.recording];
                 let residual = one.weight() * (one.read.value - response.at(s));
+                let beside = response.beside(one, &self.drive);
                 for k in 0..n_errors {
                     let own_m = error_m(k, one.recording, i);
                     right_side[k] += own_m * residual;
                     for l in 0..n_errors {
                         let free = |other: &Contribution| {
-                            response.free_weight(one, other, &self.drive) * error_m(l, other.recording, i)
+                            beside.free_weight(other, &self.drive) * error_m(l, other.recording, i)
                         };
                         matrix[(k, l)] += own_m * contributions.iter().map(free).sum::<f64>();
                     }

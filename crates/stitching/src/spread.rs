@@ -2,7 +2,7 @@
 
 use ndarray::Array2;
 
-use crate::body_response::{BodyResponse, Contribution};
+use crate::body_response::BodyResponse;
 use crate::fitted::Fitted;
 use crate::state::AlignmentState;
 
@@ -21,12 +21,11 @@ impl AlignmentState<'_> {
     pub(crate) fn spread(&self, field: &Fitted, ratios: &[f64]) -> Spread {
         let shape = (field.len(), self.times_s.len());
         let within_m = |(row, i): (usize, usize)| {
-            let readings: &[Contribution] = &field[row][i].0;
-            ratios[row] * rms(readings.iter().map(|one| one.read.sigma))
+            ratios[row] * rms(field[row].at(i).contributions.iter().map(|one| one.read.sigma))
         };
         Spread {
             within_m: Array2::from_shape_fn(shape, within_m),
-            between_m: Array2::from_shape_fn(shape, |(row, i)| self.between_m(&field[row][i].1)),
+            between_m: Array2::from_shape_fn(shape, |(row, i)| self.between_m(field[row].at(i).response)),
         }
     }
 

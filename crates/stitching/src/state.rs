@@ -3,9 +3,10 @@
 use chainwave_measurement::Observation;
 
 use crate::arrivals::starting_offsets_s;
-use crate::body_response::{Contribution, FittedTime};
+use crate::body_response::Contribution;
 use crate::consistency::check;
 use crate::error::StitchingError;
+use crate::fitted_body::{FittedBody, FittedTime};
 use crate::rest::{Displacement, displacement_from_rest};
 use crate::settings::{FirstBody, Settings};
 use crate::time_base::common_times;
@@ -70,13 +71,10 @@ impl<'a> AlignmentState<'a> {
     }
 
     /// Residuals' rms of the chosen contributions over what the trackers' sigma lets expect.
-    pub(crate) fn scatter_ratio(
-        &self,
-        of_body: &[FittedTime],
-        chosen: impl Fn(&Contribution) -> bool,
-    ) -> f64 {
+    pub(crate) fn scatter_ratio(&self, of_body: &FittedBody, chosen: impl Fn(&Contribution) -> bool) -> f64 {
         let (mut squares, mut freedom) = (0.0, 0.0);
-        for (contributions, response) in of_body.iter().filter(|(all, _)| all.len() > 2) {
+        for FittedTime { contributions, response } in of_body.times().filter(|at| at.contributions.len() > 2)
+        {
             for contribution in contributions.iter().filter(|contribution| chosen(contribution)) {
                 let residual = contribution.read.value - response.at(self.drive[contribution.recording]);
                 squares += contribution.weight() * residual.powi(2) / contribution.read.noise_gain;
