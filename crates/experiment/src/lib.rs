@@ -48,6 +48,7 @@ mod evaluation;
 mod failed_recording;
 mod film;
 mod finding;
+mod fits;
 mod follow;
 mod frame_steps;
 mod geometry_at_rest;
@@ -61,6 +62,7 @@ mod marker_pair;
 mod matching;
 mod measuring;
 mod merging;
+mod model_beside;
 mod monitor;
 mod notices;
 mod numbers;
@@ -116,18 +118,20 @@ pub use corrections::{CORRECTIONS_FILE, Correction, Corrections, Remedy, correct
 pub use damping::{BEHIND_BODY_1, PEAK_ENERGIES, RELEASE, StatedDamping, TRACKS};
 pub use decisions::Decision;
 pub use error::Error;
-pub use evaluation::{Departures, EVALUATION_VERSION, Evaluation, ModelBeside, evaluate};
+pub use evaluation::{EVALUATION_VERSION, Evaluation, evaluate};
 pub use failed_recording::FailedRecording;
 pub use film::{
     CameraEffect, FAULT_KINDS, Fault, FilmTruth, MeanMotion, OtherChain, Protocol, StrikerTruth, TrueTrial,
     Truth, WrongChain, film_experiment, ring_centres,
 };
 pub use finding::{Finding, Sanity};
+pub use fits::Departures;
 pub use follow::{EdgeNote, Followed, FollowedSubset, edges_beside, follow, threads_of_each};
 pub use joining::Unjoined;
 pub use key::TrackKey;
 pub use matching::{MethodChoice, USUAL_ERROR_PX};
 pub use measuring::measure_motion;
+pub use model_beside::ModelBeside;
 pub use monitor::{Monitor, Progress, Stage};
 pub use numbers::{NotNegative, Positive};
 pub use picture_field::{FieldRequest, FoundField};

@@ -13,6 +13,12 @@ use crate::configuration::Experiment;
 use crate::error::Error;
 use crate::released::Sense;
 
+/// The gaps of the group velocity that the experiment names.
+pub(crate) fn chosen_gaps(experiment: &Experiment) -> Option<RangeInclusive<usize>> {
+    let analysis = &experiment.analysis;
+    analysis.first_gap.zip(analysis.last_gap).map(|(first, last)| first..=last)
+}
+
 /// Measures a motion by the experiment's settings; the group velocity over the given gaps, or those that the motion suggests.
 ///
 /// Of a chain that is let go strain is its change from the state in which it is held, and its wave may be one of rarefaction; energies are

@@ -1,15 +1,18 @@
-//! What recordings had amiss that was put right or does no harm: the reader should know of it all the same.
+//! What the reader should know although nothing is wrong: what recordings had amiss that was put right or does no harm, what the alignment rests
+//! on, and what there is none of.
 
+use chainwave_inference::FitError;
 use chainwave_measurement::{Estimate, Observation, RecordingInfo, median};
 
 use crate::configuration::Experiment;
+use crate::error::Error;
 use crate::finding::Finding;
 use crate::follow::EdgeNote;
 use crate::lost_bodies::lost_for_good;
 use crate::numbers::NotNegative;
 use crate::standing::{Standing, Standings};
 use crate::tracked::TrackedRecording;
-use crate::wording::{estimate, grouped};
+use crate::wording::{estimate, grouped, named};
 
 /// Everything worth knowing of the recordings that were used, each with the names of those that it is about.
 pub(crate) fn notices(
@@ -34,6 +37,52 @@ pub(crate) fn notices(
     let triggers = trigger_scatter_s(experiment)
         .map_or_else(Vec::new, |scatter_s| unusual_triggers(scatter_s, &standings.of_recordings));
     remarks.chain(unseen).chain(lost).chain(drives.map(|drive| drive.warning())).chain(triggers).collect()
+}
+
+/// Says what the alignment of a chain that is driven at both ends rests on.
+pub(crate) fn aligned_by_one_striker() -> Finding {
+    let text = "with a [far_striker] views and trials are aligned as if what differs from strike to strike were the first striker's alone: a \
+                recording has two drives, of which the alignment tells none; triggers of views that the other one moves are less certain than stated; \
+                what the motion would be with drives that are alike is an error of it. The fits take the other one to be as stated in every trial";
+    Finding { code: "far_striker", subject: "the alignment".into(), text: text.into() }
+}
+
+/// Says what the alignment of a shaken chain rests on where too few recordings see the body that is shaken.
+pub(crate) fn aligned_without_body_1(observations: &[Observation]) -> Option<Finding> {
+    const ENOUGH: usize = 3;
+    let sees = |one: &&Observation| one.bodies.iter().any(|track| track.body == 1);
+    let n_seen = observations.iter().filter(sees).count();
+    let text = format!(
+        "body 1, whose motion is in proportion to the drive, is seen by {n_seen} recordings: views and trials are aligned as if the first body that {ENOUGH} \
+         see began in proportion to it, which a wave that was dispersed on its way does not quite"
+    );
+    (n_seen < ENOUGH).then(|| Finding { code: "drive", subject: "the alignment".into(), text })
+}
+
+/// Says which recordings say nothing of the chain but that it rests.
+pub(crate) fn before_the_wave(all: &[Observation], reached: &[Observation]) -> Option<Finding> {
+    let is_reached = |one: &&Observation| reached.iter().any(|other| other.recording == one.recording);
+    let unreached: Vec<&str> =
+        all.iter().filter(|one| !is_reached(one)).map(|one| one.recording.as_str()).collect();
+    let text = "they end before the wave comes to what they show, so that nothing tells their trigger and drive: they are no part of the fit to the \
+                tracks, nor of the mean that triggers, drives and the motion by the model count from. Record longer, or trigger these views later";
+    (!unreached.is_empty()).then(|| Finding {
+        code: "unreached",
+        subject: named(&unreached),
+        text: text.into(),
+    })
+}
+
+/// Says that the fitted chain model is not shown beside the motion.
+pub(crate) fn not_shown(why: &Error) -> Finding {
+    let text = format!("not shown beside the motion: {why}");
+    Finding { code: "chain_model", subject: "the fitted model".into(), text }
+}
+
+/// Says that the accepted chain model aligns no motion.
+pub(crate) fn not_aligned(why: &FitError) -> Finding {
+    let text = format!("there is none: {why}");
+    Finding { code: "chain_model", subject: "the motion aligned by the chain model".into(), text }
 }
 
 /// What a file says against itself: steps of its time stamps, a header that contradicts them, and the like; and edges that bias its
