@@ -89,6 +89,9 @@ impl<'a> Joint<'a> {
         let mut shapes = None;
         for _ in 0..ROUNDS {
             let (before, shown) = (joint.geometry.unwrap_or(PictureGeometry::PLAIN), &joint.stitched.shown);
+            if joint.is_adrift() {
+                break;
+            }
             let found = match shapes {
                 Some(shapes) => before.refined(shown, shapes).map(|geometry| (geometry, shapes)),
                 None => before.told(shown),
@@ -113,7 +116,7 @@ impl<'a> Joint<'a> {
         let mut timed = Timed::by(tracked, &clocks);
         let mut joint = Self { clocks, ..joined(&timed)? };
         for _ in 0..CLOCK_ROUNDS {
-            let Some(finer) = joint.clocks.after(&joint.stitched.clocks) else { break };
+            let Some(finer) = joint.told_clocks() else { break };
             clocks = finer;
             timed = Timed::by(tracked, &clocks);
             joint = Self { clocks, ..joined(&timed)? };
@@ -125,6 +128,18 @@ impl<'a> Joint<'a> {
             joint = joined(&timed)?;
         }
         Ok((joint, timed))
+    }
+
+    /// The clocks that the alignment tells besides those that are known; none of one that is adrift.
+    fn told_clocks(&self) -> Option<Clocks> {
+        self.clocks.after(&self.stitched.clocks).filter(|_| !self.is_adrift())
+    }
+
+    /// Whether the alignment went nowhere.
+    fn is_adrift(&self) -> bool {
+        let frame_s =
+            self.observations.iter().map(Observation::frame_interval_s).fold(f64::INFINITY, f64::min);
+        self.stitched.unsettled.is_some_and(|unsettled| unsettled.is_adrift(frame_s))
     }
 
     /// What views that contradict each other say of that.

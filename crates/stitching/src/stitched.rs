@@ -74,6 +74,17 @@ pub enum AlignmentPhase {
     Onset,
 }
 
+/// An alignment that still moves triggers by more than this share of a frame in its last round goes nowhere.
+const ADRIFT: f64 = 0.1;
+
+impl Unsettled {
+    /// Whether it still moved triggers by a good part of a frame when it was given up: what it leaves over are its own errors then, which may have
+    /// the shape of anything, so that nothing else is to be told by it.
+    pub fn is_adrift(&self, frame_interval_s: f64) -> bool {
+        self.offset_change_s > ADRIFT * frame_interval_s
+    }
+}
+
 impl fmt::Display for Unsettled {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let what = match self.phase {
@@ -88,5 +99,22 @@ impl fmt::Display for Unsettled {
             1e6 * self.offset_change_s,
             100.0 * self.drive_change
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_moves_by_a_part_of_a_frame_is_adrift_and_what_creeps_is_not() {
+        let frame_interval_s = 4e-5;
+        let moving = |offset_change_s: f64| {
+            let unsettled =
+                Unsettled { phase: AlignmentPhase::Readings, rounds: 50, offset_change_s, drive_change: 0.0 };
+            unsettled.is_adrift(frame_interval_s)
+        };
+        assert!(moving(frame_interval_s) && moving(5e-6));
+        assert!(!moving(3e-6) && !moving(0.0));
     }
 }
