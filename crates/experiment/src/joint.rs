@@ -142,8 +142,11 @@ impl<'a> Joint<'a> {
         self.stitched.unsettled.is_some_and(|unsettled| unsettled.is_adrift(frame_s))
     }
 
-    /// What views that contradict each other say of that.
+    /// What views that contradict each other say of that; nothing where the alignment is adrift, whose own errors they leave over.
     pub(crate) fn between_views(&self) -> Option<BetweenViews> {
+        if self.is_adrift() {
+            return None;
+        }
         let Stitched { left_by_views, motion, .. } = &self.stitched;
         BetweenViews::of(left_by_views, motion, &self.steadying.rests_until_s)
     }
