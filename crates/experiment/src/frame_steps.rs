@@ -19,6 +19,9 @@ const CLEAR: f64 = 10.0;
 /// Least step that is looked at, in frames, and how far one may be off a whole number of them, or unknown.
 const LEAST: f64 = 0.4;
 const OFF_WHOLE: f64 = 0.2;
+/// Share of what polynomials leave over, beyond noise, that a step may leave: where motion is too fast for them, as in a tail of 3.5 frames a period,
+/// a step of some frames takes away half by chance, and one of a period six sevenths; a frame that lacks leaves next to nothing.
+const LARGEST_LEFT: f64 = 0.05;
 /// Rounds in which its size is found.
 const ROUNDS: usize = 6;
 /// More steps than this are not looked for in one recording.
@@ -111,6 +114,8 @@ struct Step {
     /// In frames.
     frames: f64,
     sigma: f64,
+    /// What polynomials leave over of all bodies' motion without it, less what noise does, in units of the noise's variance.
+    excess: f64,
 }
 
 impl Step {
@@ -125,14 +130,17 @@ impl Step {
 
     /// The frames of a step, where they are a whole number.
     fn whole_behind(observation: &Observation, interval_s: f64, after: usize) -> Option<i64> {
+        let with = |frames: f64| Self::behind(observation, interval_s, (after, frames));
+        let without = with(0.0)?;
         let mut frames = 0.0;
         for _ in 0..ROUNDS {
-            frames += Self::behind(observation, interval_s, (after, frames))?.frames.clamp(-2.0, 2.0);
+            frames += with(frames)?.frames.clamp(-2.0, 2.0);
         }
-        let (left, whole) = (Self::behind(observation, interval_s, (after, frames))?, frames.round());
+        let (left, whole) = (with(frames)?, frames.round());
         let is_told = left.frames.abs() < OFF_WHOLE && left.sigma < OFF_WHOLE;
         let is_whole = whole != 0.0 && (frames - whole).abs() < OFF_WHOLE.max(2.0 * left.sigma);
-        (is_told && is_whole).then_some(whole as i64)
+        let explains = left.excess < LARGEST_LEFT * without.excess;
+        (is_told && is_whole && explains).then_some(whole as i64)
     }
 
     /// What is left of the step behind a frame where so much of it, in frames, is put right.
@@ -145,7 +153,8 @@ impl Step {
         }
         let frames = of_bodies.iter().map(|body| body.across).sum::<f64>() / square;
         let variance: f64 = of_bodies.iter().map(|body| body.square * body.scatter(frames, square)).sum();
-        Some(Self { frames, sigma: variance.sqrt() / square })
+        let excess = of_bodies.iter().map(|body| body.left - body.freedom).sum();
+        Some(Self { frames, sigma: variance.sqrt() / square, excess })
     }
 }
 
@@ -312,5 +321,34 @@ mod tests {
         }
         // A pulse that four frames follow.
         assert_eq!(frame_steps(&[seen(1, (0..300).step_by(8))]), [Vec::new()]);
+    }
+
+    /// Fifty bodies whose tails have few frames a period, each period a little longer than the one before, as a front leaves them: too fast for
+    /// polynomials over a dozen frames, which leave over what a step would explain in part.
+    #[test]
+    fn a_tail_that_polynomials_do_not_follow_has_no_steps() {
+        let of_trial = |trial: u32| {
+            let mut random = Pcg64Mcg::seed_from_u64(u64::from(trial));
+            let noise = Normal::new(0.0, 5e-6).unwrap();
+            let phase = 0.37 * f64::from(trial);
+            let mut of_body = |body: usize| {
+                let mut read = |frame: usize| {
+                    let since = (frame as f64 + phase - 60.0 - 1.2 * body as f64).max(0.0);
+                    let tail_m = 3e-4 * (1.0 - (-since / 8.0).exp()) * (1.9 * since.powf(0.97)).sin();
+                    let front_m = 4e-3 * (1.0 - (-(since / 6.0).powi(2)).exp());
+                    Some(Estimate::new(front_m + tail_m + noise.sample(&mut random), 5e-6))
+                };
+                BodyTrack { body, position_m: (0..400).map(&mut read).collect() }
+            };
+            Observation {
+                recording: format!("trial {trial}"),
+                view: trial,
+                trial: 1,
+                times_s: (0..400).map(|frame| 5e-4 * f64::from(frame)).collect(),
+                bodies: (0..50).map(&mut of_body).collect(),
+            }
+        };
+        let trials: Vec<Observation> = (0..12).map(of_trial).collect();
+        assert!(frame_steps(&trials).iter().all(Vec::is_empty));
     }
 }
