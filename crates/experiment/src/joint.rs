@@ -88,10 +88,10 @@ impl<'a> Joint<'a> {
         let clocks = joint.clocks.clone();
         let mut shapes = None;
         for _ in 0..ROUNDS {
-            let (before, shown) = (joint.geometry.unwrap_or(PictureGeometry::PLAIN), &joint.stitched.shown);
             if joint.is_adrift() {
                 break;
             }
+            let (before, shown) = (joint.geometry.unwrap_or(PictureGeometry::PLAIN), &joint.stitched.shown);
             let found = match shapes {
                 Some(shapes) => before.refined(shown, shapes).map(|geometry| (geometry, shapes)),
                 None => before.told(shown),
