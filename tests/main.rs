@@ -8,7 +8,7 @@
 //! - `check`: whether a run makes sense, before it; `plan`: what it will tell;
 //! - `golden`: numbers that change only with a version;
 //! - `bad_inputs`: what the command refuses, and how; `failures`: how it goes on without a bad recording;
-//! - `faults`: what goes wrong in a laboratory; `strikers`: several striker velocities; `ladders`: `tradeoff` and `prove`;
+//! - `possessions`: what belongs to the user, and stays; `faults`: what goes wrong in a laboratory; `strikers`: several striker velocities; `ladders`: `tradeoff` and `prove`;
 //! - `reading`: recordings without a header, cut short, with what the sensor adds; `sanity`: mistakes in an experiment's numbers;
 //! - `on_demand`: what takes OpenCV, with the program that has it and without;
 //! - `extremes`: cases at the ends of what the program takes;
@@ -110,6 +110,8 @@ mod paper;
 mod pipelines;
 #[cfg(test)]
 mod plan;
+#[cfg(test)]
+mod possessions;
 #[cfg(test)]
 mod python;
 #[cfg(test)]

@@ -47,12 +47,15 @@ pub struct MeasureSettings {
 }
 
 impl MeasureSettings {
+    /// Where the pulse usually counts as formed.
+    pub const FIRST_GAP: usize = 3;
+
     /// The default settings for a chain whose neighbours rest so far apart (a number of metres, or one for each gap), 200 replicas.
     pub fn new(spacing: impl Into<Spacing>, seed: u64) -> Self {
         Self {
             spacing: spacing.into(),
             front: FrontSettings::default(),
-            first_gap: 3,
+            first_gap: Self::FIRST_GAP,
             end_reflects: true,
             velocity_gaps: None,
             n_replicas: 200,

@@ -19,11 +19,11 @@ pub use lens::Lens;
 pub use plane::PlaneMap;
 use plane::scaled_plane;
 
-/// A point whose number along a row of equally spaced ones is known, such as a body of the chain.
+/// A point whose place along a row is known, such as a body of the chain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mark {
-    /// Number along the row; numbers may be left out.
-    pub number: i32,
+    /// Place along the row, in pitches: of points that are a pitch apart, their numbers.
+    pub place: f64,
     /// Column of the point, in pixels.
     pub x_px: f64,
     /// Row of the point, in pixels.

@@ -63,7 +63,6 @@ use crate::outcome::Outcome;
 
 /// The command: reads the program's arguments, does what they say, and tells how it went. A process calls it once, with the libraries
 /// registered that it has ([`chainwave_camera::register_vision`], [`chainwave_correlation::register_foreign`]).
-#[expect(clippy::print_stderr, reason = "the last word on a failure goes to standard error")]
 pub fn main() -> ExitCode {
     let Cli { command, quiet, json } = Cli::parse();
     terminal::set(quiet, json);
@@ -77,18 +76,23 @@ pub fn main() -> ExitCode {
         terminal::close(error.as_deref());
     }
     match result {
-        Ok(outcome) => outcome.exit_code(),
+        Ok(mut outcome) => {
+            if let Some(why) = terminal::unwritten() {
+                outcome.fail(format!("standard output: cannot be written: {why}"));
+            }
+            outcome.exit_code()
+        }
         Err(error) if error.is_interruption() => {
-            eprintln!("chainwave: {error} (hint: the same command goes on from there)");
+            terminal::complain(format!("{error} (hint: the same command goes on from there)"));
             interrupt::exit_code()
         }
         Err(error) if error.needs_opencv() => {
             let reason = on_demand::hand_over();
-            eprintln!("chainwave: {error}; {reason}");
+            terminal::complain(format!("{error}; {reason}"));
             ExitCode::from(2)
         }
         Err(error) => {
-            eprintln!("chainwave: {error}");
+            terminal::complain(error);
             ExitCode::from(2)
         }
     }

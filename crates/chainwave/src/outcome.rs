@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use crate::terminal::{is_quiet, tell_failure};
+use crate::terminal::{complain, is_quiet, tell_failure};
 
 /// Inputs that failed while the rest was done.
 #[derive(Debug, Default)]
@@ -14,21 +14,16 @@ pub(crate) struct Outcome {
 
 impl Outcome {
     /// Names a failed input on standard error and remembers it.
-    #[expect(clippy::print_stderr, reason = "the interface names each failed input on standard error")]
     pub(crate) fn fail(&mut self, failure: impl std::fmt::Display) {
-        eprintln!("chainwave: {failure}");
+        complain(&failure);
         tell_failure(failure.to_string());
         self.failures.push(failure.to_string());
     }
 
     /// Says on standard error what was refused though every input was read: the exit code stays as it is.
-    #[expect(
-        clippy::print_stderr,
-        reason = "a result that was asked for and refused is named beside the exit code"
-    )]
     pub(crate) fn note(what: impl std::fmt::Display) {
         if !is_quiet() {
-            eprintln!("chainwave: {what}");
+            complain(what);
         }
     }
 

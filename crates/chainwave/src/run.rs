@@ -21,7 +21,7 @@ use std::time::Instant;
 
 use chainwave_experiment::{
     Economy, Evaluation, FailedRecording, Finding, Plan, RecordingState, Setup, Tracked, TrackedRecording,
-    check, check_share, compare_strikers, plan, recording_states, track, track_share,
+    Trial, check, check_share, compare_strikers, plan, recording_states, track, track_share,
 };
 use serde_json::{Value, json};
 
@@ -65,6 +65,11 @@ pub(crate) fn run(arguments: &cli::Run) -> Result<Outcome, Error> {
         }
         return Ok(outcome);
     }
+    if setups.len() > 1 {
+        // What an earlier run of one velocity left here is none of theirs.
+        results::remove_results(&arguments.out)?;
+    }
+    let mut failed = 0;
     let mut concluded: Vec<(Setup, Evaluation)> = Vec::with_capacity(setups.len());
     let mut states = Vec::with_capacity(whole.trials.len());
     for (index, setup) in setups.iter().enumerate() {
@@ -83,15 +88,30 @@ pub(crate) fn run(arguments: &cli::Run) -> Result<Outcome, Error> {
         let economy = economy.as_ref();
         let setup = economy.map_or(setup, |economy| &economy.setup);
         let run = Run { setup, out, jobs, explain, budget, economy, dataset, place };
-        let (of_recordings, evaluation) = run.carry_out(&mut outcome)?;
-        states.extend(of_recordings);
-        concluded.extend(evaluation.map(|evaluation| (setup.clone(), evaluation)));
+        match run.carry_out(&mut outcome) {
+            Ok((of_recordings, evaluation)) => {
+                states.extend(of_recordings);
+                concluded.extend(evaluation.map(|evaluation| (setup.clone(), evaluation)));
+            }
+            // One velocity without recordings does not end the others.
+            Err(error) if setups.len() > 1 && !error.is_interruption() => {
+                let why = |trial: &Trial| (trial.recording.clone(), error.to_string());
+                let left_out: Vec<_> = setup.trials.iter().map(why).collect();
+                states.extend(recording_states(&setup.trials, &[], &left_out));
+                outcome.fail(&error);
+                failed += 1;
+            }
+            Err(error) => return Err(error),
+        }
+    }
+    if failed == setups.len() {
+        return Err(Error::nothing_left("striker velocities", failed));
     }
     results::write_states(&arguments.out, &states)?;
     terminal::tell("recordings", states_as_json(states.clone()));
     terminal::tell("results", setups.iter().filter_map(|setup| read_results(&folder_of(setup))).collect());
     summary::print_states(&arguments.out, &states);
-    if concluded.len() > 1 {
+    if setups.len() > 1 && !concluded.is_empty() {
         let (setups, evaluations): (Vec<Setup>, Vec<Evaluation>) = concluded.into_iter().unzip();
         let waves = compare_strikers(&setups, &evaluations, threads(arguments.jobs))?;
         let figures = strikers::write(&whole.experiment, &arguments.out, &waves)?;
@@ -172,6 +192,7 @@ impl Run<'_> {
         clock.stage("tables");
         let mut figures = figures::draw(&setup.experiment, out, &results.evaluation, outcome)?;
         figures.extend(markers::draw(setup, out, &results, outcome)?);
+        figures::remove_others(out, &figures)?;
         clock.stage("figures");
         let budget = self.budget.then(|| self.error_budget(&mut clock)).transpose()?;
         let reached = self.economy.map(|economy| accuracy::reached(economy, &results.evaluation));

@@ -15,7 +15,7 @@ use serde_json::json;
 use crate::cli;
 use crate::error::Error;
 use crate::outcome::Outcome;
-use crate::output::{expect_apart, write_text};
+use crate::output::{expect_apart, expect_folder_of, write_text};
 use crate::table::{self, column};
 pub(crate) use ring::{is_ring_scene, ring_scene};
 pub(crate) use velocities::Velocities;
@@ -24,6 +24,7 @@ pub(crate) use velocities::Velocities;
 /// one's pulse.
 pub(crate) fn simulate(arguments: &cli::Simulate) -> Result<Outcome, Error> {
     table::expect_writable(&arguments.out)?;
+    arguments.summary.iter().try_for_each(|path| expect_folder_of(path))?;
     let summary = arguments.summary.iter().map(|path| ("the summary", path.clone()));
     let written: Vec<_> = [("the table", arguments.out.clone())].into_iter().chain(summary).collect();
     expect_apart(&[&arguments.scene], &written)?;

@@ -2,7 +2,7 @@
 
 mod truth;
 
-use std::path::Path;
+use std::path::{Component, Path};
 
 use chainwave_experiment::{Experiment, Trial, film_experiment, read_text};
 use chainwave_measurement::Estimate;
@@ -27,8 +27,13 @@ pub(crate) fn synthesize(arguments: &cli::Synthesize) -> Result<Outcome, Error> 
     Ok(Outcome::default())
 }
 
+/// Stands in a folder that is filmed into, with the plan by which: recordings there may be replaced.
+const SIGN: &str = ".filmed.toml";
+/// Written when all is filmed.
+const FINISHED: &str = "truth.json";
+
 /// Films an experiment into a folder, and writes its plan and its truth beside the recordings, where the trials table states what views
-/// are magnified by; `path` is where the experiment lies.
+/// are magnified by; `path` is where the experiment lies. Recordings that were not filmed are never replaced.
 pub(crate) fn film_into(
     experiment: &Experiment,
     trials: &[Trial],
@@ -36,13 +41,16 @@ pub(crate) fn film_into(
     folder: &Path,
     jobs: Option<u16>,
 ) -> Result<(), Error> {
+    experiment.check_film(trials, path)?;
+    expect_names_within(trials, path)?;
     make_folder(folder)?;
     remove_unfinished(folder)?;
-    experiment.check_film(trials, path)?;
     let trials = &experiment.with_scales_of_views(trials)[..];
     if !is_up_to_date(experiment, trials, folder)? {
+        expect_own(trials, folder)?;
+        write_text(&folder.join(SIGN), &plan(experiment)?)?;
         remove_recordings(trials, folder)?;
-        write_plan(experiment, trials, folder)?;
+        write_plan(experiment, trials, path, folder)?;
     }
     let bar = progress::bar("filming", 0);
     let show = progress::shown_on(&bar);
@@ -51,13 +59,45 @@ pub(crate) fn film_into(
     truth::write(&truth, folder)
 }
 
+/// Refuses names of recordings that lead out of the folder.
+fn expect_names_within(trials: &[Trial], path: &Path) -> Result<(), Error> {
+    let is_within =
+        |name: &str| Path::new(name).components().all(|part| matches!(part, Component::Normal(_)));
+    match trials.iter().find(|trial| !is_within(&trial.recording)) {
+        Some(trial) => Err(Error::Argument(format!(
+            "{}: the trials table names {}: expected recordings that lie in the folder itself, to be filmed there",
+            path.display(),
+            trial.recording
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// Refuses a folder that holds recordings which were not filmed: they may be real ones.
+fn expect_own(trials: &[Trial], folder: &Path) -> Result<(), Error> {
+    let is_own = [SIGN, FINISHED].iter().any(|name| folder.join(name).exists());
+    let found = trials.iter().map(|trial| folder.join(&trial.recording)).find(|path| path.exists());
+    match found.filter(|_| !is_own) {
+        Some(found) => Err(Error::Argument(format!(
+            "{}: expected a folder without recordings, found {}, which was not filmed here and may be a real one (hint: name another folder)",
+            folder.display(),
+            found.display()
+        ))),
+        None => Ok(()),
+    }
+}
+
 /// Whether the folder already holds this very plan, so that its finished recordings may be kept.
 fn is_up_to_date(experiment: &Experiment, trials: &[Trial], folder: &Path) -> Result<bool, Error> {
-    let path = folder.join("experiment.toml");
-    if !path.exists() || read_text(&path)? != plan(experiment)? {
-        return Ok(false);
+    let (plan, path) = (plan(experiment)?, folder.join("experiment.toml"));
+    // Folders that were filmed before there was a sign have the plan as the experiment alone.
+    let kept = [folder.join(SIGN), path.clone()].into_iter().find(|kept| kept.exists());
+    match kept {
+        Some(kept) if read_text(&kept)? == plan => {
+            Ok(experiment.read_trials(&path).is_ok_and(|found| found == trials))
+        }
+        _ => Ok(false),
     }
-    Ok(experiment.read_trials(&path).is_ok_and(|found| found == trials))
 }
 
 fn remove_recordings(trials: &[Trial], folder: &Path) -> Result<(), Error> {
@@ -75,8 +115,18 @@ fn plan(experiment: &Experiment) -> Result<String, Error> {
     toml::to_string(experiment).map_err(|wrong| Error::Argument(wrong.to_string()))
 }
 
-/// Writes `experiment.toml` and `trials.csv` beside the recordings, so that `run` can start there.
-fn write_plan(experiment: &Experiment, trials: &[Trial], folder: &Path) -> Result<(), Error> {
+/// Writes `experiment.toml` and `trials.csv` beside the recordings, so that `run` can start there. An experiment that lies there itself and says the
+/// same stays as it is written, with its comments.
+fn write_plan(experiment: &Experiment, trials: &[Trial], path: &Path, folder: &Path) -> Result<(), Error> {
+    let there = folder.join("experiment.toml");
+    let is_the_same =
+        there.canonicalize().is_ok_and(|there| path.canonicalize().is_ok_and(|path| path == there));
+    if is_the_same
+        && plan(&Experiment::read(path)?)? == plan(experiment)?
+        && experiment.read_trials(path).is_ok_and(|found| found == trials)
+    {
+        return Ok(());
+    }
     let mut columns = vec![
         column("recording", trials.iter().map(|trial| trial.recording.as_str()).collect::<Vec<_>>()),
         column("view", trials.iter().map(|trial| trial.view).collect::<Vec<_>>()),
@@ -94,5 +144,5 @@ fn write_plan(experiment: &Experiment, trials: &[Trial], folder: &Path) -> Resul
         columns.push(column("striker_velocity_sigma_m_per_s", of(&|striker| striker.sigma)));
     }
     table::write(&folder.join(&experiment.trials), columns)?;
-    write_text(&folder.join("experiment.toml"), &plan(experiment)?)
+    write_text(&there, &plan(experiment)?)
 }

@@ -3,7 +3,8 @@
 //! Every command speaks through [`say!`]; one whose results are numbers also [`tell`]s them by key, and one that has an object of its own
 //! [`answer`]s with it.
 
-use std::io::Write;
+use std::fmt::Display;
+use std::io::{ErrorKind, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
@@ -11,8 +12,13 @@ use serde_json::{Map, Value, json};
 
 static IS_QUIET: AtomicBool = AtomicBool::new(false);
 static IS_JSON: AtomicBool = AtomicBool::new(false);
-static TOLD: Mutex<Told> =
-    Mutex::new(Told { said: Vec::new(), failed: Vec::new(), keys: Vec::new(), has_answered: false });
+static TOLD: Mutex<Told> = Mutex::new(Told {
+    said: Vec::new(),
+    failed: Vec::new(),
+    keys: Vec::new(),
+    has_answered: false,
+    unwritten: None,
+});
 
 /// What was said so far.
 struct Told {
@@ -20,6 +26,7 @@ struct Told {
     failed: Vec<String>,
     keys: Vec<(&'static str, Value)>,
     has_answered: bool,
+    unwritten: Option<String>,
 }
 
 /// How the user wants to be spoken to: with nothing but errors on standard error, and with JSON on standard output.
@@ -52,9 +59,26 @@ pub(crate) fn say_line(line: String) {
     }
 }
 
-/// Prints a line; to a reader who has heard enough and closed the pipe, nothing more, while the work goes on.
+/// Prints a line; to a reader who has heard enough and closed the pipe, nothing more, while the work goes on. What else keeps it from being
+/// written is told at the end ([`unwritten`]).
 fn print(line: &str) {
-    let _closed = writeln!(std::io::stdout(), "{line}");
+    let mut stdout = std::io::stdout();
+    match writeln!(stdout, "{line}").and_then(|()| stdout.flush()) {
+        Err(why) if why.kind() != ErrorKind::BrokenPipe => {
+            told(|told| told.unwritten = Some(why.to_string()))
+        }
+        _ => {}
+    }
+}
+
+/// Why standard output could not be written, where it could not.
+pub(crate) fn unwritten() -> Option<String> {
+    told(|told| told.unwritten.take())
+}
+
+/// Writes a line on standard error; where that is gone, the work goes on.
+pub(crate) fn complain(line: impl Display) {
+    let _gone = writeln!(std::io::stderr(), "chainwave: {line}");
 }
 
 /// Puts an input that failed, with its reason, into the object.
@@ -85,9 +109,9 @@ pub(crate) fn close(error: Option<&str>) {
     if !is_json() {
         return;
     }
-    told(|told| {
+    let object = told(|told| {
         if told.has_answered {
-            return;
+            return None;
         }
         let mut object = Map::new();
         object.insert("failed".into(), json!(told.failed));
@@ -96,10 +120,11 @@ pub(crate) fn close(error: Option<&str>) {
         }
         object.extend(told.keys.drain(..).map(|(key, value)| (key.to_owned(), value)));
         object.insert("said".into(), json!(told.said));
-        print(&format!("{:#}", Value::Object(object)));
+        Some(Value::Object(object))
     });
+    object.iter().for_each(|object| print(&format!("{object:#}")));
 }
 
-fn told(with: impl FnOnce(&mut Told)) {
-    with(&mut TOLD.lock().unwrap_or_else(PoisonError::into_inner));
+fn told<R>(with: impl FnOnce(&mut Told) -> R) -> R {
+    with(&mut TOLD.lock().unwrap_or_else(PoisonError::into_inner))
 }

@@ -20,7 +20,7 @@ use crate::error::Error;
 use crate::matching;
 use crate::on_demand;
 use crate::outcome::Outcome;
-use crate::output::expect_apart;
+use crate::output::{expect_apart, expect_folder_of};
 use crate::parallel::threads;
 use crate::progress;
 use crate::table;
@@ -37,6 +37,7 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
         None => None,
     };
     table::expect_writable(&arguments.out)?;
+    arguments.picture.iter().try_for_each(|stem| expect_folder_of(stem))?;
     expect_files_apart(arguments)?;
     let files = &arguments.sensor;
     let sensor = SensorFiles::read(files.dark.as_deref(), files.flat.as_deref(), &options)?;

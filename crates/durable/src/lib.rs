@@ -3,6 +3,8 @@
 //! A [`NewFile`] has a temporary name beside its own, is synced, renamed, and the folder is synced: whoever reads sees the old file or the
 //! whole new one, after a loss of power too. Processes may write one and the same file side by side; the last one to finish stands.
 //! What a killed process left, [`remove_unfinished`] takes away, and never what another one is still writing.
+//!
+//! A link stays one: the file that it leads to is written. What is no file, such as a pipe, gets the bytes when they are all there.
 
 use std::fs::{self, File, TryLockError};
 use std::io::{self, BufWriter, ErrorKind, Seek, SeekFrom, Write};
@@ -19,21 +21,26 @@ pub struct NewFile {
     path: PathBuf,
     writer: BufWriter<File>,
     unfinished: TempPath,
+    /// Whether `path` is, or is to be, a file that can be replaced.
+    is_replaced: bool,
 }
 
 impl NewFile {
-    /// Begins a file in the folder of `path`, which must be there.
+    /// Begins a file in the folder that `path` leads to, which must be there.
     ///
     /// # Errors
     /// As creating a file.
     pub fn create(path: &Path) -> io::Result<Self> {
+        let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        let is_replaced = path.is_file() || !path.exists();
+        let folder = if is_replaced { folder_of(&path).to_owned() } else { std::env::temp_dir() };
         loop {
-            let (file, unfinished) = temporary_name().tempfile_in(folder_of(path))?.into_parts();
+            let (file, unfinished) = temporary_name().tempfile_in(&folder)?.into_parts();
             // Where a file system knows no locks, another process may take this file for one that was left behind.
             let _ = file.lock();
             // Before it was locked, another process may have done so already.
             if unfinished.exists() {
-                return Ok(Self { path: path.into(), writer: BufWriter::new(file), unfinished });
+                return Ok(Self { path, writer: BufWriter::new(file), unfinished, is_replaced });
             }
         }
     }
@@ -52,7 +59,11 @@ impl NewFile {
     /// # Errors
     /// As writing, syncing and renaming a file; nothing is left then.
     pub fn finish(self) -> io::Result<()> {
-        let file = self.writer.into_inner().map_err(|failure| failure.into_error())?;
+        let mut file = self.writer.into_inner().map_err(|failure| failure.into_error())?;
+        if !self.is_replaced {
+            file.rewind()?;
+            return io::copy(&mut file, &mut File::options().write(true).open(&self.path)?).map(drop);
+        }
         file.sync_all()?;
         // The lock is held until the file has its name.
         self.unfinished.persist(&self.path).map_err(|failure| failure.error)?;
@@ -143,6 +154,26 @@ mod tests {
         drop(file);
         assert_eq!(fs::read_to_string(&path).unwrap(), "old");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_one_and_a_pipe_gets_the_bytes() {
+        let folder = tempfile::tempdir().unwrap();
+        let [target, link] = ["there/table.csv", "table.csv"].map(|name| folder.path().join(name));
+        fs::create_dir(folder.path().join("there")).unwrap();
+        fs::write(&target, "old").unwrap();
+        std::os::unix::fs::symlink(&target, &link).unwrap();
+        let write = |path: &Path| {
+            let mut file = NewFile::create(path).unwrap();
+            file.write_all(b"new").unwrap();
+            file.finish().unwrap();
+        };
+        write(&link);
+        assert!(link.is_symlink());
+        assert_eq!(fs::read_to_string(&target).unwrap(), "new");
+        write(Path::new("/dev/null"));
+        assert!(!Path::new("/dev/null").is_file());
     }
 
     #[test]

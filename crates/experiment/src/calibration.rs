@@ -7,7 +7,7 @@ use chainwave_camera::{Calibration, Lens, MapError, Mark, PlaneMap, Source};
 use chainwave_measurement::{Estimate, Recording, RecordingInfo};
 use serde::{Deserialize, Serialize};
 
-use crate::configuration::{Camera, Experiment};
+use crate::configuration::{Camera, Chain, Experiment, Marks};
 use crate::error::Error;
 use crate::numbers::{NotNegative, Positive};
 use crate::text_file::read_toml;
@@ -179,17 +179,27 @@ impl ChainMap {
                 "camera.marks: expected another measure of the scale for a chain that is let go, whose bodies are no pitch apart before".into(),
             ));
         }
+        if let Some(Marks { bodies, at_px, .. }) = &camera.marks
+            && bodies.len() != at_px.len()
+        {
+            let (expected, found) = (bodies.len(), at_px.len());
+            return Err(wrong(format!(
+                "camera.marks.at_px: expected a point of each of the {expected} bodies, found {found}"
+            )));
+        }
+        let spacing = experiment.spacing_at_rest()?;
         let file = camera.calibration.as_ref().map(|name| experiment_path.with_file_name(name));
         let file = file.as_deref().map(CalibrationFile::read).transpose()?;
         let of_chain = match &file {
             Some(file) => file.calibration(),
-            None => stated(camera, experiment).map_err(|error| wrong(format!("camera: {error}")))?,
+            None => stated(camera, &experiment.chain, &spacing)
+                .map_err(|error| wrong(format!("camera: {error}")))?,
         };
         Ok(Self {
             of_chain,
             rests_on_pitch: camera.marks.is_some(),
             size_px: file.map(|file| (file.width_px, file.height_px)),
-            spacing: experiment.spacing_at_rest()?,
+            spacing,
             first_body_px: camera.first_body_px,
         })
     }
@@ -277,19 +287,23 @@ impl ChainMap {
 }
 
 /// The calibration that stands in the experiment itself.
-fn stated(camera: &Camera, experiment: &Experiment) -> Result<Calibration, chainwave_camera::CameraError> {
+fn stated(
+    camera: &Camera,
+    chain: &Chain,
+    spacing: &Spacing,
+) -> Result<Calibration, chainwave_camera::CameraError> {
     let sigma = |sigma: Option<NotNegative>| sigma.map_or(0.0, NotNegative::get);
     if let Some(ruler) = &camera.ruler {
         let length_m = Estimate::new(ruler.length_m.get(), ruler.length_sigma_m.get());
         return Calibration::from_ruler(ruler.ends_px, ruler.sigma_px.get(), length_m);
     }
     if let Some(marks) = &camera.marks {
-        let chain = &experiment.chain;
         let pitch_m = Estimate::new(chain.mean_pitch_m(), sigma(chain.pitch_sigma_m));
-        let numbered = marks.bodies.iter().zip(&marks.at_px);
-        let points: Vec<Mark> = numbered
-            .map(|(number, [x_px, y_px])| Mark { number: *number, x_px: *x_px, y_px: *y_px })
-            .collect();
+        // Neighbours may be apart by more or less than the mean pitch.
+        let place = |body: i32| spacing.of_body_m(body.into()) / pitch_m.value;
+        let seen = marks.bodies.iter().zip(&marks.at_px);
+        let points: Vec<Mark> =
+            seen.map(|(body, [x_px, y_px])| Mark { place: place(*body), x_px: *x_px, y_px: *y_px }).collect();
         return Calibration::from_pitch(&points, marks.sigma_px.get(), pitch_m);
     }
     let px_per_m = camera.scale_px_per_m.map_or(f64::NAN, Positive::get);

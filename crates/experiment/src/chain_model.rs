@@ -35,9 +35,16 @@ impl Experiment {
     /// # Errors
     /// As for [`Experiment::chain_model`].
     pub fn chain_model_until(&self, until_s: f64) -> Result<Chain, Error> {
+        self.chain_driven(self.nominal_drive().value, self.starting_dampings_kg_per_s()?, until_s)
+    }
+
+    /// c_d and c_s as the fits start from them.
+    ///
+    /// # Errors
+    /// As for [`Experiment::chain_model`].
+    pub(crate) fn starting_dampings_kg_per_s(&self) -> Result<[f64; 2], Error> {
         let critical_kg_per_s = self.linear_chain()?.critical_damping_kg_per_s();
-        let dampings = STARTING_SHARES.map(|share| share * critical_kg_per_s);
-        self.chain_driven(self.nominal_drive().value, dampings, until_s)
+        Ok(STARTING_SHARES.map(|share| share * critical_kg_per_s))
     }
 
     /// The chain as it is stated, struck by a striker, with a mean damping of its bodies.

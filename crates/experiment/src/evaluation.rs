@@ -48,7 +48,7 @@ pub struct Evaluation {
     /// What bodies tell of the camera's view and its lens.
     pub(crate) geometry: Option<PictureGeometry>,
     /// What recordings had amiss that was put right.
-    notices: Vec<Finding>,
+    pub(crate) notices: Vec<Finding>,
     /// What the bodies do besides moving along the chain.
     pub side_motion: SideMotion,
     /// The motion, and how views and trials were aligned.
@@ -98,9 +98,11 @@ pub fn evaluate(
     let stated = StatedMotion::of(experiment, tracked.last_s(), n_threads)?;
     let merged = merged(setup, tracked, &stated, n_threads)?;
     let Merged { joint, of_camera, shared, side_motion, shortening, reading_errors, assumptions } = merged;
-    let Joint { geometry, observations, steadying, stitched, left_out, unjoined, .. } = joint;
+    let Joint {
+        setup: mapped, scale, geometry, observations, steadying, stitched, left_out, unjoined, ..
+    } = joint;
     step();
-    let known = known(experiment, &setup.map, &tracked.stages.scale, shortening);
+    let known = known(experiment, &mapped.map, &scale, shortening);
     let chain = &experiment.chain_model()?;
     let material = Material {
         experiment,

@@ -177,8 +177,8 @@ impl<'a> Joint<'a> {
             ..one.clone()
         };
         let recordings: Vec<TrackedRecording> = timed.recordings.iter().map(mapped).collect();
-        let read_again = |r: usize| read_again(&recordings[r], &timed.observations[r]);
-        let observations = map_in_parallel(recordings.len(), settings.n_threads, read_again);
+        let observations =
+            map_in_parallel(recordings.len(), settings.n_threads, |r| recordings[r].observation());
         let setup = Setup { map: geometry.map(&setup.map, first.picture_px), ..setup.clone() };
         let scale = timed.stages.scale_by(|place_m| setup.map.place_from_middle_m(place_m, first.picture_px));
         let joint = Self::by_map(Cow::Owned(setup), stated, scale, &recordings, &observations, settings)?;
@@ -231,11 +231,4 @@ fn at_rest(setup: &Setup, timed: &Timed<'_>) -> Option<PictureGeometry> {
     let is_open = !timed.recordings.iter().any(|one| one.map.has_geometry());
     let bent = timed.stages.bent().filter(|_| is_open)?;
     Some(PictureGeometry::at_rest(&bent, &setup.map, picture_px))
-}
-
-/// The bodies of an observation by the present map of its recording.
-fn read_again(recording: &TrackedRecording, seen: &Observation) -> Observation {
-    let mut again = recording.observation();
-    again.bodies.retain(|track| seen.bodies.iter().any(|kept| kept.body == track.body));
-    again
 }

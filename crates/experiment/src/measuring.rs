@@ -13,10 +13,12 @@ use crate::configuration::Experiment;
 use crate::error::Error;
 use crate::released::Sense;
 
-/// The gaps of the group velocity that the experiment names.
+/// The gaps of the group velocity where the experiment names the last one. Where it names the first one alone, the pulse counts as formed there, and
+/// goes as far as it is one.
 pub(crate) fn chosen_gaps(experiment: &Experiment) -> Option<RangeInclusive<usize>> {
     let analysis = &experiment.analysis;
-    analysis.first_gap.zip(analysis.last_gap).map(|(first, last)| first..=last)
+    let last = analysis.last_gap?;
+    Some(analysis.first_gap.unwrap_or(MeasureSettings::FIRST_GAP.min(last))..=last)
 }
 
 /// Measures a motion by the experiment's settings; the group velocity over the given gaps, or those that the motion suggests.
@@ -82,11 +84,14 @@ fn measured_as_held<T>(
 
 fn measure_settings(experiment: &Experiment, n_threads: NonZero<usize>) -> Result<MeasureSettings, Error> {
     let (chain, analysis) = (&experiment.chain, &experiment.analysis);
+    let usual = MeasureSettings::new(chain.spacing()?, analysis.seed);
+    let formed = analysis.first_gap.filter(|_| analysis.last_gap.is_none());
     Ok(MeasureSettings {
+        first_gap: formed.unwrap_or(usual.first_gap),
         front: front_settings(experiment),
         n_replicas: analysis.n_replicas,
         n_threads,
-        ..MeasureSettings::new(chain.spacing()?, analysis.seed)
+        ..usual
     })
 }
 

@@ -79,6 +79,15 @@ pub(crate) fn not_shown(why: &Error) -> Finding {
     Finding { code: "chain_model", subject: "the fitted model".into(), text }
 }
 
+/// Says that a film's truth is not compared with what was found.
+pub(crate) fn not_compared(why: &Error) -> Finding {
+    Finding {
+        code: "film_truth",
+        subject: "the truth of the films".into(),
+        text: format!("not compared: {why}"),
+    }
+}
+
 /// Says that the accepted chain model aligns no motion.
 pub(crate) fn not_aligned(why: &FitError) -> Finding {
     let text = format!("there is none: {why}");

@@ -73,16 +73,13 @@ impl PictureGeometry {
         kept: &[Observation],
     ) -> ReadingError {
         let of_recording = |one: &TrackedRecording| -> Vec<TrackError> {
-            let Some(seen) = kept.iter().find(|seen| seen.recording == one.trial.recording) else {
+            if !kept.iter().any(|seen| seen.recording == one.trial.recording) {
                 return Vec::new();
-            };
+            }
             let plain = &one.map.of_chain.map;
             let [here, there] = [self.of(plain, one.picture_px), there(plain, one.picture_px)]
                 .map(|map| one.observation_of(Coordinate::Along, &map));
-            let is_kept = |(track, _): &(&BodyTrack, &BodyTrack)| {
-                seen.bodies.iter().any(|kept| kept.body == track.body)
-            };
-            let bodies = here.bodies.iter().zip(&there.bodies).filter(is_kept);
+            let bodies = here.bodies.iter().zip(&there.bodies);
             bodies.map(|(here, there)| error(one, here, there)).collect()
         };
         let of_tracks = recordings.iter().flat_map(of_recording).collect();

@@ -219,7 +219,7 @@ impl Prepared {
         };
         let schedule = Schedule::of(setup, &camera);
         let rate_hz = schedule.recordings.iter().find_map(|one| one.info.rate_hz);
-        let chain = AssumedChain::of(&setup.experiment, rate_hz.unwrap_or(camera.camera.rate_hz));
+        let chain = AssumedChain::of(&setup.experiment, rate_hz.unwrap_or(camera.camera.rate_hz))?;
         let pictures = pictures(setup, &schedule, &camera, &chain)?;
         let readings = Readings::of(setup, &pictures)?;
         let seed = setup.experiment.analysis.seed;
@@ -310,9 +310,9 @@ fn rehearsed(rehearsal: &Rehearsal, n_threads: NonZero<usize>) -> Result<Precisi
     let experiment = &setup.experiment;
     let stated = StatedMotion::of(experiment, tracked.last_s(), n_threads)?;
     let Merged { joint, shared, reading_errors, .. } = merged(setup, &tracked, &stated, n_threads)?;
-    let Joint { stitched, observations, .. } = joint;
+    let Joint { setup: mapped, scale, stitched, observations, .. } = joint;
     let measurement = shared.measure(experiment, &stitched.motion, chosen_gaps(experiment), n_threads)?;
-    let known = known(experiment, &setup.map, &tracked.stages.scale, 0.0);
+    let known = known(experiment, &mapped.map, &scale, 0.0);
     let model = track_model(experiment, experiment.chain_model()?, &known, n_threads);
     let model = model.map(|model| TrackModel { reading_errors, ..model });
     let offsets_s: Vec<f64> = stitched.alignments.iter().map(|one| one.trigger_offset_s.value).collect();

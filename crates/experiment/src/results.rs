@@ -6,6 +6,7 @@ use crate::decisions::{Decision, decide};
 use crate::error::Error;
 use crate::evaluation::{Evaluation, evaluate};
 use crate::monitor::Monitor;
+use crate::notices::not_compared;
 use crate::recording_state::{RecordingState, recording_states};
 use crate::sanity::check;
 use crate::setup::Setup;
@@ -62,8 +63,9 @@ impl Setup {
         if tracked.recordings.is_empty() {
             return Err(Error::NothingLeft { what: "recordings", n: self.trials.len() });
         }
-        let evaluation = evaluate(self, &tracked, n_threads, monitor)?;
-        let truth = known_truth(self, &evaluation, n_threads)?;
+        let mut evaluation = evaluate(self, &tracked, n_threads, monitor)?;
+        let truth = known_truth(self, &evaluation, n_threads);
+        let truth = truth.map_err(|why| evaluation.notices.push(not_compared(&why))).ok().flatten();
         let decisions = decide(self, &tracked, &evaluation);
         Ok(Results { tracked, evaluation, truth, decisions })
     }

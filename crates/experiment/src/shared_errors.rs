@@ -160,6 +160,21 @@ impl SharedErrors {
         if let Ok(velocity) = &mut measurement.group_velocity {
             relative(&mut velocity.velocity_m_per_s);
         }
+        if self.rests_on_pitch {
+            // Bodies' velocities have the length of the calibration once, which the strain has not.
+            measurement
+                .fronts
+                .iter_mut()
+                .flatten()
+                .filter_map(|front| front.particle_velocity_m_per_s.as_mut())
+                .for_each(relative);
+            let mean = measurement
+                .group_velocity
+                .as_mut()
+                .ok()
+                .and_then(|velocity| velocity.particle_velocity_m_per_s.as_mut());
+            mean.into_iter().for_each(relative);
+        }
         measurement.half_widths.iter_mut().for_each(|width| relative(&mut width.hwhm_m));
         if !self.rests_on_pitch {
             measurement.strain.strain.iter_mut().flatten().for_each(relative);

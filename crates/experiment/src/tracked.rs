@@ -68,6 +68,8 @@ pub struct TrackedRecording {
     pub(crate) picture_px: (usize, usize),
     /// Time from the exposure of one line of its pictures to that of the next, in seconds: as stated, or as the tracks tell.
     pub(crate) line_time_s: Estimate,
+    /// Bodies that were not found at rest, which have no displacement.
+    pub(crate) without_rest: Vec<usize>,
     /// Frames that it lacks, or has twice.
     pub(crate) frame_steps: Vec<FrameStep>,
     /// True time between its frames over the stated one.
@@ -79,7 +81,7 @@ pub struct TrackedRecording {
 }
 
 impl TrackedRecording {
-    /// Positions along the chain.
+    /// Positions along the chain of the bodies that were found at rest.
     pub(crate) fn observation(&self) -> Observation {
         self.observation_of(Coordinate::Along, &self.map.of_chain.map)
     }
@@ -101,6 +103,8 @@ impl TrackedRecording {
     }
 
     fn put_right(&self, mut observation: Observation) -> Observation {
+        observation.bodies.retain(|track| !self.without_rest.contains(&track.body));
+        observation.end_with_span();
         put_right(&mut observation, &self.frame_steps);
         observation.times_s.iter_mut().for_each(|time_s| *time_s *= self.clock);
         observation

@@ -81,18 +81,18 @@ pub fn track(
 /// A recording of which no body is left.
 fn observed(
     setup: &Setup,
-    recording: TrackedRecording,
+    mut recording: TrackedRecording,
 ) -> Result<(TrackedRecording, Observation, Option<String>), Error> {
     let rest_until_s = setup.experiment.tracking.rest_until_s;
-    let mut observation = recording.observation();
-    let n_rest = observation.times_s.iter().take_while(|time_s| **time_s < rest_until_s).count();
-    let is_found = |track: &BodyTrack| track.position_m.iter().take(n_rest).any(Option::is_some);
-    let (kept, lost): (Vec<BodyTrack>, Vec<BodyTrack>) = observation.bodies.into_iter().partition(is_found);
-    observation.bodies = kept;
-    let numbers: Vec<String> = lost.iter().map(|track| track.body.to_string()).collect();
+    let all = recording.observation();
+    let n_rest = all.times_s.iter().take_while(|time_s| **time_s < rest_until_s).count();
+    let is_lost = |track: &&BodyTrack| !track.position_m.iter().take(n_rest).any(Option::is_some);
+    recording.without_rest = all.bodies.iter().filter(is_lost).map(|track| track.body).collect();
+    let (observation, lost) = (recording.observation(), &recording.without_rest);
+    let numbers: Vec<String> = lost.iter().map(usize::to_string).collect();
     let (name, numbers) = (&recording.trial.recording, numbers.join(", "));
     let why = || {
-        let bodies = recording.tracks.bodies.iter();
+        let bodies = recording.tracks.bodies.iter().filter(|followed| lost.contains(&followed.body));
         let reasons = bodies
             .flat_map(|body| body.positions.iter().take(n_rest))
             .filter_map(|found| found.as_ref().err());
@@ -229,6 +229,7 @@ fn track_one(
         map,
         picture_px: (recording.info().width_px, recording.info().height_px),
         line_time_s,
+        without_rest: Vec::new(),
         frame_steps: Vec::new(),
         clock: 1.0,
         origin,

@@ -55,6 +55,13 @@ pub(crate) fn known_truth(
     }
     let filmed = Experiment::read(&path)?;
     let Some(synthetic) = &filmed.synthetic else { return Ok(None) };
+    let (n_filmed, n_stated) = (filmed.chain.n_bodies, setup.experiment.chain.n_bodies);
+    if n_filmed != n_stated {
+        return Err(Error::Value(format!(
+            "{}: expected a chain of {n_filmed} bodies, as was filmed, found {n_stated}",
+            setup.path.display()
+        )));
+    }
     let trials = filmed.read_trials(&path)?;
     let studio = Studio::new(&filmed, synthetic)?;
     let takes = studio.takes(&trials)?;

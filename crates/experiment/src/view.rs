@@ -68,18 +68,28 @@ pub fn planned_view(setup: &Setup, trial: &Trial) -> Result<PlannedView, Error> 
 /// The first recording that shows bodies, with their subsets and the frames at rest.
 ///
 /// # Errors
-/// A recording that cannot be read, or none that shows a body.
+/// None that can be read and shows a body; of one that cannot be read, why.
 pub fn first_view(setup: &Setup) -> Result<View, Error> {
+    let mut why = Error::NothingLeft { what: "recordings with a body in view", n: setup.trials.len() };
     for trial in &setup.trials {
-        let recording = setup.open(trial)?;
-        let in_view = bodies_in_view(setup, trial, recording.info());
-        if !in_view.is_empty() {
-            let reference = frames_at_rest(setup, recording.as_ref())?;
-            let subsets = in_view.into_iter().map(|(_, subset)| subset).collect();
-            return Ok(View { recording, subsets, reference });
+        match view_of(setup, trial) {
+            Ok(Some(view)) => return Ok(view),
+            Ok(None) => {}
+            Err(unreadable) => why = unreadable,
         }
     }
-    Err(Error::NothingLeft { what: "recordings with a body in view", n: setup.trials.len() })
+    Err(why)
+}
+
+fn view_of(setup: &Setup, trial: &Trial) -> Result<Option<View>, Error> {
+    let recording = setup.open(trial)?;
+    let in_view = bodies_in_view(setup, trial, recording.info());
+    if in_view.is_empty() {
+        return Ok(None);
+    }
+    let reference = frames_at_rest(setup, recording.as_ref())?;
+    let subsets = in_view.into_iter().map(|(_, subset)| subset).collect();
+    Ok(Some(View { recording, subsets, reference }))
 }
 
 /// The bodies whose subsets lie in the frames of a recording at rest, with those, by the place of the stage that a trial has.

@@ -1,6 +1,12 @@
 //! Tracked bodies of one recording, as positions along the chain (input of stitching).
 
+use std::iter;
+use std::ops::Range;
+
 use crate::Estimate;
+
+/// A pause of more frames than this parts a recording.
+const PAUSE_FRAMES: f64 = 1000.0;
 
 /// The tracked bodies of one recording, as positions along the chain.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,14 +58,52 @@ impl Observation {
         (n > 0).then(|| readings.map(|reading| reading.value).sum::<f64>() / n as f64)
     }
 
-    /// First and last time of the recording proper, in seconds.
+    /// First and last time of the recording proper, in seconds; `None` without frames.
     ///
-    /// Cameras are known to append a dummy frame stamped months later; the span ends at the first pause of more than a
-    /// thousand frames.
+    /// Cameras are known to append a dummy frame stamped months later: the recording proper is the longest stretch without a pause of more
+    /// than a thousand frames.
     pub fn span_s(&self) -> Option<(f64, f64)> {
-        let longest_s = 1000.0 * self.frame_interval_s();
-        let pause = self.times_s.windows(2).position(|pair| pair[1] - pair[0] > longest_s);
-        let last = pause.unwrap_or(self.times_s.len() - 1);
-        Some((*self.times_s.first()?, *self.times_s.get(last)?))
+        let frames = self.proper_frames();
+        Some((*self.times_s.get(frames.start)?, *self.times_s.get(frames.end.checked_sub(1)?)?))
+    }
+
+    /// Drops frames behind the recording proper, which say nothing of when they were taken.
+    pub fn end_with_span(&mut self) {
+        let end = self.proper_frames().end;
+        self.times_s.truncate(end);
+        self.bodies.iter_mut().for_each(|track| track.position_m.truncate(end));
+    }
+
+    fn proper_frames(&self) -> Range<usize> {
+        let longest_s = PAUSE_FRAMES * self.frame_interval_s();
+        let pauses = self.times_s.windows(2).enumerate().filter(|(_, pair)| pair[1] - pair[0] > longest_s);
+        let bounds: Vec<usize> =
+            iter::once(0).chain(pauses.map(|(before, _)| before + 1)).chain([self.times_s.len()]).collect();
+        // Of equally long ones the first.
+        bounds.windows(2).map(|bound| bound[0]..bound[1]).rev().max_by_key(Range::len).unwrap_or(0..0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn seen_at(times_s: Vec<f64>) -> Observation {
+        let position_m = times_s.iter().map(|time_s| Some(Estimate::new(*time_s, 1e-6))).collect();
+        let bodies = vec![BodyTrack { body: 1, position_m }];
+        Observation { recording: "film".into(), view: 1, trial: 1, times_s, bodies }
+    }
+
+    #[test]
+    fn stray_frames_at_either_end_are_no_part_of_the_recording() {
+        let proper_s = || (0..50).map(|frame| 4e-5 * f64::from(frame));
+        let mut late = seen_at(proper_s().chain([2.5e7]).collect());
+        assert_eq!(late.span_s(), Some((0.0, 4e-5 * 49.0)));
+        late.end_with_span();
+        assert_eq!(late, seen_at(proper_s().collect()));
+        let early = seen_at([-1.0].into_iter().chain(proper_s()).collect());
+        assert_eq!(early.span_s(), Some((0.0, 4e-5 * 49.0)));
+        assert_eq!(seen_at(Vec::new()).span_s(), None);
+        assert_eq!(seen_at(vec![0.5]).span_s(), Some((0.5, 0.5)));
     }
 }

@@ -4,8 +4,15 @@ use chainwave_measurement::{Estimate, Observation};
 
 use crate::error::StitchingError;
 
-/// Refuses an observation that contradicts itself or the chain.
-pub(crate) fn check(observation: &Observation, n_bodies: usize) -> Result<(), StitchingError> {
+/// Frames this many times as long as the common ones are counted in another unit.
+const SLOWEST: f64 = 1000.0;
+
+/// Refuses an observation that contradicts itself, the chain, or the other recordings, whose common frame interval is given.
+pub(crate) fn check(
+    observation: &Observation,
+    n_bodies: usize,
+    frame_interval_s: f64,
+) -> Result<(), StitchingError> {
     let inconsistent = |expected: &str, found: String| StitchingError::Inconsistent {
         recording: observation.recording.clone(),
         expected: expected.into(),
@@ -15,8 +22,15 @@ pub(crate) fn check(observation: &Observation, n_bodies: usize) -> Result<(), St
     if times_s.len() < 2 {
         return Err(inconsistent("at least two frames", format!("{}", times_s.len())));
     }
-    if let Some(pair) = times_s.windows(2).find(|pair| pair[0].is_nan() || pair[1] <= pair[0]) {
+    if let Some(pair) =
+        times_s.windows(2).find(|pair| !(pair[0].is_finite() && pair[1].is_finite()) || pair[1] <= pair[0])
+    {
         return Err(inconsistent("increasing times", format!("{} s after {} s", pair[1], pair[0])));
+    }
+    let own_s = observation.frame_interval_s();
+    if own_s > SLOWEST * frame_interval_s {
+        let expected = format!("a frame each {frame_interval_s} s or so, as in most recordings");
+        return Err(inconsistent(&expected, format!("one each {own_s} s (hint: are all times in seconds?)")));
     }
     for track in &observation.bodies {
         if track.body == 0 || track.body > n_bodies {

@@ -7,6 +7,16 @@ pub enum StitchingError {
     /// Nothing to stitch.
     #[error("stitching: expected at least one recording with a tracked body, found none")]
     Empty,
+    /// No recording lasts from one common time to the next.
+    #[error(
+        "stitching: expected recordings that last for frames one after the other, each {frame_interval_s} s, found none among {n_recordings}"
+    )]
+    TooShort {
+        /// Number of recordings.
+        n_recordings: usize,
+        /// The common frame interval, in seconds.
+        frame_interval_s: f64,
+    },
     /// A body number outside the chain.
     #[error("stitching: recording {recording}: expected bodies 1 to {n_bodies}, found body {body}")]
     BodyOutside {

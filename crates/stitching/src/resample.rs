@@ -6,6 +6,9 @@ use chainwave_measurement::Estimate;
 
 /// Samples taken on each side of an interpolated time.
 const HALF_ORDER: usize = 3;
+/// Longest interval between samples over their mean: one frame that lacks makes it 2 of 6/5, and stamps that are rounded to a third of an interval
+/// less than 4/3.
+const LONGEST_INTERVAL: f64 = 1.5;
 
 /// A value read between samples.
 #[derive(Debug, Clone, Copy)]
@@ -22,7 +25,8 @@ pub(crate) struct Interpolated {
 /// Six-point Lagrange interpolation at one time: which samples, and their weights.
 ///
 /// The error is (h^6/720) |x''''''| (225/64) at most, h the frame interval: 3e-6 of the amplitude at a tenth of the frame
-/// rate. The stencil is local, so a lost frame costs three frame intervals on each side and nothing else.
+/// rate. The stencil is local, so a lost frame costs three frame intervals on each side and nothing else. No more does a frame that was never
+/// taken: across twice the interval the error is ten times as large, and nothing would tell.
 #[derive(Debug, Clone)]
 pub(crate) struct Stencil {
     first: usize,
@@ -31,11 +35,15 @@ pub(crate) struct Stencil {
 }
 
 impl Stencil {
-    /// The stencil for `time_s`; `None` within three samples of either end.
+    /// The stencil for `time_s`; `None` within three samples of either end, and where a frame between them was not taken.
     pub(crate) fn at(times_s: &[f64], time_s: f64) -> Option<Self> {
         let after = times_s.partition_point(|sample| *sample <= time_s);
         let first = after.checked_sub(HALF_ORDER)?;
         let nodes: &[f64; 2 * HALF_ORDER] = times_s.get(first..first + 2 * HALF_ORDER)?.try_into().ok()?;
+        let mean_s = (nodes[2 * HALF_ORDER - 1] - nodes[0]) / (2 * HALF_ORDER - 1) as f64;
+        if nodes.windows(2).any(|pair| pair[1] - pair[0] > LONGEST_INTERVAL * mean_s) {
+            return None;
+        }
         let mut stencil = Self { first, value_weights: [0.0; 6], rate_weights: [0.0; 6] };
         for (i, node) in nodes.iter().enumerate() {
             (stencil.value_weights[i], stencil.rate_weights[i]) = lagrange(nodes, i, *node, time_s);
@@ -146,5 +154,9 @@ mod tests {
         assert!(Stencil::at(&times, 7.5).is_none());
         assert!(Stencil::at(&times, 3.5).unwrap().read(&samples).is_none());
         assert!(Stencil::at(&times, 2.5).unwrap().read(&samples).is_some());
+        // The frame at 7 was never taken, which costs as much as if it had been lost.
+        let without: Vec<f64> = (0..14).filter(|frame| *frame != 7).map(f64::from).collect();
+        let is_told = |frame: &i32| Stencil::at(&without, f64::from(*frame) + 0.5).is_some();
+        assert_eq!((2..11).filter(is_told).collect::<Vec<_>>(), [2, 3, 10]);
     }
 }

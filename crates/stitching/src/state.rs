@@ -46,11 +46,15 @@ impl<'a> AlignmentState<'a> {
         }
         let mut displacements = Vec::with_capacity(observations.len());
         for observation in observations {
-            check(observation, settings.n_bodies)?;
+            check(observation, settings.n_bodies, frame_interval_s)?;
             let seen = observation.bodies.iter().filter(|track| track.position_m.iter().any(Option::is_some));
             let of_bodies =
                 seen.map(|track| displacement_from_rest(observation, track, settings.rest_until_s));
             displacements.push(of_bodies.collect::<Result<Vec<_>, _>>()?);
+        }
+        let common_s = common_times(observations, frame_interval_s);
+        if common_s.is_empty() {
+            return Err(StitchingError::TooShort { n_recordings: observations.len(), frame_interval_s });
         }
         let times_s: Vec<&[f64]> = observations.iter().map(|one| one.times_s.as_slice()).collect();
         // A motion that repeats itself passes a level once a period.
@@ -59,7 +63,7 @@ impl<'a> AlignmentState<'a> {
             FirstBody::Prescribed => vec![0.0; observations.len()],
         };
         Ok(Self {
-            times_s: common_times(observations, frame_interval_s),
+            times_s: common_s,
             frame_interval_s,
             drive: vec![0.0; observations.len()],
             offsets_s,

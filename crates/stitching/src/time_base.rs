@@ -18,7 +18,8 @@ fn rounded(interval_s: f64) -> f64 {
     (interval_s * scale).round() / scale
 }
 
-/// The median of the recordings' frame intervals, rounded; `None` without recordings.
+/// The median of the recordings' frame intervals, rounded; `None` without recordings of two frames.
 pub(crate) fn common_interval_s(observations: &[Observation]) -> Option<f64> {
-    median(observations.iter().map(Observation::frame_interval_s).collect()).map(rounded)
+    let intervals = observations.iter().map(Observation::frame_interval_s);
+    median(intervals.filter(|interval_s| interval_s.is_finite()).collect()).map(rounded)
 }

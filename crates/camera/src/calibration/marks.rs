@@ -9,14 +9,14 @@ use super::{Calibration, Mark, Source};
 use crate::error::CameraError;
 
 impl Calibration {
-    /// The scale from marks at a known pitch, in metres, by a least-squares line through them in the order of their
-    /// numbers; the first mark lies at 0 and the row along x.
+    /// The scale from marks along a row of a known pitch, in metres, by a least-squares line through them in the order of their
+    /// places; the first mark lies at 0 and the row along x.
     ///
     /// `sigma_px` is the standard uncertainty of a mark's place in the picture. Where the marks scatter more than that (they were
-    /// not made, or not glued, at equal distances), their scatter counts instead.
+    /// not made, or not glued, where they are said to be), their scatter counts instead.
     ///
     /// # Errors
-    /// [`CameraError::Calibration`] for fewer than two numbers, marks all in one place, or lengths that are none.
+    /// [`CameraError::Calibration`] for fewer than two places, marks all in one place, or lengths that are none.
     pub fn from_pitch(marks: &[Mark], sigma_px: f64, pitch_m: Estimate) -> Result<Self, CameraError> {
         check_length("pitch in metres", pitch_m)?;
         check_sigma(sigma_px)?;
@@ -27,7 +27,7 @@ impl Calibration {
         }
         let axis = row.step.map(|step| step / pitch_px);
         let left_over = |mark: &Mark| {
-            let expected = row.place(mark.number);
+            let expected = row.at_px(mark.place);
             [mark.x_px - expected[0], mark.y_px - expected[1]]
         };
         let n_free = marks.len() as f64 - 2.0;
@@ -35,7 +35,7 @@ impl Calibration {
         let scatter_px = if n_free > 0.0 { (along_squares / n_free).sqrt() } else { 0.0 };
         let squares: f64 = marks.iter().map(left_over).map(|rest| dot(rest, rest)).sum();
         let step_sigma_px = scatter_px.max(sigma_px) / row.leverage.sqrt();
-        let plane_from_image = scaled_plane(pitch_m.value / pitch_px, axis, row.place(row.first));
+        let plane_from_image = scaled_plane(pitch_m.value / pitch_px, axis, row.at_px(row.first));
         let map = PlaneMap { lens: Lens::ideal(), plane_from_image };
         let residual_px = (squares / marks.len() as f64).sqrt();
         Ok(Self { residual_px, ..Self::exact(map) }
@@ -44,38 +44,38 @@ impl Calibration {
     }
 }
 
-/// A straight row of equally spaced points.
+/// A straight row of points.
 struct Row {
     centre: [f64; 2],
-    mean_number: f64,
-    /// From one number to the next, in pixels.
+    mean_place: f64,
+    /// A pitch along the row, in pixels.
     step: [f64; 2],
-    /// Sum of squares of the numbers about their mean.
+    /// Sum of squares of the places about their mean.
     leverage: f64,
-    first: i32,
+    first: f64,
 }
 
 impl Row {
     fn through(marks: &[Mark]) -> Result<Self, CameraError> {
         let n = marks.len() as f64;
         let mean = |value: fn(&Mark) -> f64| marks.iter().map(value).sum::<f64>() / n;
-        let mean_number = mean(|mark| mark.number.into());
+        let mean_place = mean(|mark| mark.place);
         let centre = [mean(|mark| mark.x_px), mean(|mark| mark.y_px)];
-        let about = |mark: &Mark| f64::from(mark.number) - mean_number;
+        let about = |mark: &Mark| mark.place - mean_place;
         let leverage: f64 = marks.iter().map(|mark| about(mark).powi(2)).sum();
-        let first = marks.iter().map(|mark| mark.number).min();
-        let (Some(first), true) = (first, leverage > 0.0) else {
-            return Err(refusal("marks of different numbers", "2 or more", n.min(1.0)));
-        };
+        if leverage.is_nan() || leverage <= 0.0 {
+            return Err(refusal("marks at different places of the row", "2 or more", n.min(1.0)));
+        }
+        let first = marks.iter().map(|mark| mark.place).fold(f64::INFINITY, f64::min);
         let slope = |value: fn(&Mark) -> f64| {
             marks.iter().map(|mark| about(mark) * value(mark)).sum::<f64>() / leverage
         };
         let step = [slope(|mark| mark.x_px), slope(|mark| mark.y_px)];
-        Ok(Self { centre, mean_number, step, leverage, first })
+        Ok(Self { centre, mean_place, step, leverage, first })
     }
 
-    fn place(&self, number: i32) -> [f64; 2] {
-        let steps = f64::from(number) - self.mean_number;
+    fn at_px(&self, place: f64) -> [f64; 2] {
+        let steps = place - self.mean_place;
         [self.centre[0] + steps * self.step[0], self.centre[1] + steps * self.step[1]]
     }
 }
@@ -89,7 +89,7 @@ mod tests {
         let (sine, cosine) = 0.02_f64.sin_cos();
         let mark = |number: i32| {
             let along = 150.3 * f64::from(number) + error(number);
-            Mark { number: number + 5, x_px: 40.0 + along * cosine, y_px: 300.0 - along * sine }
+            Mark { place: f64::from(number + 5), x_px: 40.0 + along * cosine, y_px: 300.0 - along * sine }
         };
         (0..n).map(mark).collect()
     }
@@ -102,7 +102,7 @@ mod tests {
         for mark in &marks {
             let [x_m, y_m] = calibration.map.position_m([mark.x_px, mark.y_px]);
             // Rounding alone.
-            assert!((x_m - 0.03 * f64::from(mark.number - 5)).abs() < 1e-12 && y_m.abs() < 1e-12);
+            assert!((x_m - 0.03 * (mark.place - 5.0)).abs() < 1e-12 && y_m.abs() < 1e-12);
         }
         assert!(calibration.residual_px < 1e-9);
         // Numbers 0, 1, 2, 4, 5, 6, 7 have 41.7143 about their mean; 0.1 % of pitch dominates.

@@ -1,5 +1,7 @@
 //! Every figure of a run.
 
+use std::ffi::OsStr;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use chainwave_analysis::{
@@ -17,6 +19,7 @@ use chainwave_measurement::{ChainMotion, Estimate};
 use super::figures_folder;
 use crate::error::Error;
 use crate::outcome::Outcome;
+use crate::output::remove;
 use crate::wave::{nearest, place_at};
 
 /// A figure that was drawn.
@@ -25,6 +28,39 @@ pub(crate) struct Figure {
     pub(crate) name: String,
     /// What it shows.
     pub(crate) caption: String,
+}
+
+/// The figures that runs draw, by name, and how names of numbered ones begin.
+const NAMES: [&str; 10] = [
+    "displacements",
+    "strain-map",
+    "strain-profiles",
+    "peak-trace",
+    "front-width",
+    "peak-energy",
+    "tail-spectrum",
+    "dispersion",
+    "residual-map",
+    "camera-motion",
+];
+const NUMBERED: &str = "subsets-view-";
+/// Endings of a figure's files.
+const ENDINGS: [&str; 3] = ["svg", "png", "pdf"];
+
+/// Removes the figures of an earlier run that this one did not draw, which would be taken for its own; what no run draws stays.
+pub(super) fn remove_others(out: &Path, drawn: &[Figure]) -> Result<(), Error> {
+    let folder = out.join("figures");
+    let Ok(entries) = fs::read_dir(&folder) else { return Ok(()) };
+    for path in entries.filter_map(|entry| Some(entry.ok()?.path())) {
+        let part = |of: Option<&OsStr>| of.and_then(OsStr::to_str).unwrap_or_default().to_owned();
+        let (name, ending) = (part(path.file_stem()), part(path.extension()));
+        let is_of_a_run = NAMES.contains(&name.as_str())
+            || name.strip_prefix(NUMBERED).is_some_and(|number| number.parse::<u32>().is_ok());
+        if is_of_a_run && ENDINGS.contains(&ending.as_str()) && !drawn.iter().any(|one| one.name == name) {
+            remove(&path)?;
+        }
+    }
+    Ok(())
 }
 
 /// Draws every figure of a run; one that cannot be drawn is named, and the others are there.

@@ -1,7 +1,5 @@
 //! The tables of a run, `results.json` and `decisions.json`.
 
-use std::fs;
-use std::io;
 use std::path::Path;
 
 use chainwave_analysis::{DampingShare, GroupVelocity, LocalResonance, Measurement, Missing};
@@ -19,9 +17,10 @@ use chainwave_stitching::{Alignment, Stitched};
 use polars_core::prelude::Column;
 use serde_json::{Map, Value, json};
 
+use super::figures;
 use super::pulses::{collisions_as_json, pulses_as_json};
 use crate::error::Error;
-use crate::output::write_json;
+use crate::output::{remove, write_json};
 use crate::table::{self, column};
 
 /// Writes the tracks.
@@ -32,7 +31,7 @@ pub(crate) fn write_tracks(out: &Path, tracked: &Tracked) -> Result<(), Error> {
 }
 
 /// What follows from a motion, and so is missing where none was found.
-const OF_MOTION: [&str; 14] = [
+const OF_MOTION: [&str; 13] = [
     "motion.parquet",
     "motion_by_model.parquet",
     "strain.parquet",
@@ -46,7 +45,6 @@ const OF_MOTION: [&str; 14] = [
     "decisions.json",
     "report.html",
     "results.json",
-    "figures",
 ];
 
 /// Writes `results.json` of tracks that could not be evaluated: the reason, and what contradicts the experiment. What an earlier run left
@@ -57,7 +55,7 @@ pub(crate) fn write_unsolved(
     recordings: Vec<RecordingState>,
     reason: &str,
 ) -> Result<(), Error> {
-    OF_MOTION.iter().try_for_each(|name| remove(&out.join(name)))?;
+    remove_results(out)?;
     let unsolved = Finding { code: "unsolved", subject: "the tracks".into(), text: reason.to_owned() };
     let warnings: Vec<Finding> = std::iter::once(unsolved).chain(findings.iter().cloned()).collect();
     let mut results = Map::from_iter([
@@ -67,6 +65,12 @@ pub(crate) fn write_unsolved(
     let refused = ["group_velocity_m_per_s", "c_d_kg_per_s", "c_s_kg_per_s", "local_resonance_hz"];
     results.extend(refused.map(|name| (format!("{name}_refused"), json!(reason))));
     write_json(&out.join("results.json"), &Value::Object(results))
+}
+
+/// Removes what an earlier run found in a motion, and the figures that it drew of it; files that no run writes stay.
+pub(crate) fn remove_results(out: &Path) -> Result<(), Error> {
+    OF_MOTION.iter().try_for_each(|name| remove(&out.join(name)))?;
+    figures::remove_others(out, &[])
 }
 
 /// Removes what an earlier run's rehearsals told, which is not this one's.
@@ -110,15 +114,6 @@ fn write_by_model(folder: &Path, evaluation: &Evaluation) -> Result<(), Error> {
     let Some(motion) = &evaluation.by_model else { return remove(&path) };
     let table = motion_by_model_table(motion, &evaluation.stitched, &evaluation.side_motion);
     table::write_result(&path, table)
-}
-
-/// Removes a file or folder, if it is there.
-fn remove(path: &Path) -> Result<(), Error> {
-    let removed = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
-    match removed {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(Error::file(path, "remove")(error)),
-        _ => Ok(()),
-    }
 }
 
 /// Trigger offset, drive and stage of each recording, and what the fit found of its striker and impact.

@@ -10,9 +10,9 @@ use crate::error::Error;
 pub struct Analysis {
     /// The leading edge is where a gap first exceeds this fraction of its peak.
     pub edge_fraction: f64,
-    /// First gap of the fit of the group velocity.
+    /// First gap of the fit of the group velocity: where the pulse counts as formed.
     pub first_gap: Option<usize>,
-    /// Last gap of the fit of the group velocity.
+    /// Last gap of the fit of the group velocity; as far as the pulse is one when left out.
     pub last_gap: Option<usize>,
     /// Times of the strain profiles; where none are named, those at which the pulse has passed a quarter, half and three quarters of the
     /// gaps that it was seen in.

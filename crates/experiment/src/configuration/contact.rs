@@ -405,10 +405,16 @@ impl Keys {
         let stiffness_scatter = self.stiffness_scatter;
         let gaps = match &self.repeat {
             None => Gaps::Same(self.table()?),
-            Some(repeat) if self.law.is_none() && self.stated().is_empty() => {
-                Gaps::Repeat(Self::tables(repeat)?)
+            Some(_) if self.law.is_some() || !self.stated().is_empty() => {
+                return Err("expected a law or repeat = [..], found both".into());
             }
-            Some(_) => return Err("expected a law or repeat = [..], found both".into()),
+            Some(_) if self.tension.is_some() || self.damping_kg_per_s.is_some() => {
+                return Err("expected tension and damping_kg_per_s in each table of repeat = [..], found them beside it".into());
+            }
+            Some(repeat) if repeat.iter().any(|keys| keys.stiffness_scatter.is_some()) => {
+                return Err("expected stiffness_scatter beside repeat = [..], found it within".into());
+            }
+            Some(repeat) => Gaps::Repeat(Self::tables(repeat)?),
         };
         Ok(Contact { gaps, stiffness_scatter })
     }
@@ -453,7 +459,10 @@ impl Serialize for Contact {
         let stiffness_scatter = self.stiffness_scatter;
         match &self.gaps {
             Gaps::Same(table) => Keys { stiffness_scatter, ..Keys::of(table) }.serialize(out),
-            Gaps::Each(tables) => tables.iter().map(Keys::of).collect::<Vec<_>>().serialize(out),
+            Gaps::Each(tables) => {
+                let keys = |table| Keys { stiffness_scatter, ..Keys::of(table) };
+                tables.iter().map(keys).collect::<Vec<_>>().serialize(out)
+            }
             Gaps::Repeat(tables) => {
                 let repeat = Some(tables.iter().map(Keys::of).collect());
                 Keys { repeat, stiffness_scatter, ..Keys::default() }.serialize(out)
@@ -487,7 +496,11 @@ impl<'de> Visitor<'de> for ContactVisitor {
         while let Some(keys) = sequence.next_element()? {
             all.push(keys);
         }
-        let stiffness_scatter = all.iter().find_map(|keys| keys.stiffness_scatter);
+        let mut scatters = all.iter().filter_map(|keys| keys.stiffness_scatter);
+        let stiffness_scatter = scatters.next();
+        if scatters.any(|other| Some(other) != stiffness_scatter) {
+            return Err(A::Error::custom("expected one stiffness_scatter of all gaps, found several"));
+        }
         let gaps = Gaps::Each(Keys::tables(&all).map_err(A::Error::custom)?);
         Ok(Contact { gaps, stiffness_scatter })
     }
@@ -513,6 +526,7 @@ mod tests {
         let lists = [
             format!("[contact]\n{POWER}stiffness_scatter = 0.05\n"),
             format!("[[contact]]\n{POWER}[[contact]]\nlaw = \"linear\"\nk_n_per_m = 1500\nk_sigma_n_per_m = 15.0\n"),
+            format!("[[contact]]\n{POWER}stiffness_scatter = 0.05\n[[contact]]\n{POWER}"),
             "[contact]\nrepeat = [{ law = \"linear\", k_n_per_m = 1e3 }, { law = \"table\", overlap_m = [-1e-3, 0.0, 1e-3], \
              force_n = [-1.0, 0.0, 2.0] }]\n"
                 .to_owned(),
@@ -543,6 +557,13 @@ mod tests {
         assert!(said("[contact]\nlaw = \"power\"\na = 1.0\np = 0.5\n").contains("missing field `delta_0_m`"));
         assert!(said("[contact]\nlaw = \"linear\"\nk_n_per_m = 1.0\np = 0.5\n").contains("found p"));
         assert!(said(&format!("[contact]\n{POWER}repeat = []\n")).contains("found both"));
+        let repeated = |beside: &str, within: &str| {
+            said(&format!("[contact]\n{beside}repeat = [{{ law = \"linear\", k_n_per_m = 1e3{within} }}]\n"))
+        };
+        assert!(repeated("damping_kg_per_s = 0.1\n", "").contains("in each table of repeat"));
+        assert!(repeated("", ", stiffness_scatter = 0.05").contains("beside repeat"));
+        let scattered = |scatter: &str| format!("[[contact]]\n{POWER}stiffness_scatter = {scatter}\n");
+        assert!(said(&(scattered("0.05") + &scattered("0.1"))).contains("found several"));
         assert!(said("contact = []").contains("at least one table"));
         assert!(said("[contact]\nlaw = \"rubber\"\n").contains("unknown variant `rubber`"));
         let two = read(&format!("[[contact]]\n{POWER}[[contact]]\n{POWER}")).unwrap();

@@ -20,16 +20,17 @@ pub(super) struct AssumedChain {
     pub(super) assumed: Vec<String>,
 }
 
-/// Light damping, and that of a striker's contact, as the fit starts from.
-const USUAL_DAMPINGS_KG_PER_S: [f64; 2] = [1e-3, 0.1];
 /// Standard deviation of a usual trigger, in frames.
 const USUAL_JITTER_FRAMES: f64 = 0.25;
 /// Samples of the motion in the shortest period of the chain: their cubic interpolant errs by 4e-8 of an amplitude.
 const SAMPLES_A_PERIOD: f64 = 100.0;
 
 impl AssumedChain {
-    /// As an experiment that is filmed by so many frames a second states it.
-    pub(super) fn of(experiment: &Experiment, rate_hz: f64) -> Self {
+    /// As an experiment that is filmed by so many frames a second states it; with the dampings that a fit starts from where it states none.
+    ///
+    /// # Errors
+    /// A contact law that makes no sense.
+    pub(super) fn of(experiment: &Experiment, rate_hz: f64) -> Result<Self, Error> {
         let synthetic = experiment.synthetic.as_ref();
         let stated =
             experiment.chain.damping_kg_per_s.as_ref().map(|stated| stated.mean(experiment.chain.n_bodies));
@@ -40,20 +41,20 @@ impl AssumedChain {
                 usual
             })
         };
-        let [c_d, c_s] = USUAL_DAMPINGS_KG_PER_S;
+        let [c_d, c_s] = experiment.starting_dampings_kg_per_s()?;
         let stated_c_d = synthetic.map(|filmed| filmed.damping_kg_per_s.get()).or(stated);
         let stated_c_s = synthetic.map(|filmed| filmed.c_s_kg_per_s());
         let stated_jitter = synthetic.map(|filmed| filmed.trigger_jitter_s.get());
         let stated_jitter = stated_jitter.or(experiment.trigger.sigma_s.map(Positive::get));
         let jitter_s = USUAL_JITTER_FRAMES / rate_hz;
-        Self {
+        Ok(Self {
             damping_kg_per_s: or_usual(
                 stated_c_d,
                 c_d,
-                format!("c_d = {c_d} kg/s (hint: chain.damping_kg_per_s)"),
+                format!("c_d = {c_d:.1e} kg/s (hint: chain.damping_kg_per_s)"),
             ),
             striker_damping_kg_per_s: match experiment.striker {
-                Some(_) => or_usual(stated_c_s, c_s, format!("c_s = {c_s} kg/s")),
+                Some(_) => or_usual(stated_c_s, c_s, format!("c_s = {c_s:.1e} kg/s")),
                 None => 0.0,
             },
             trigger_jitter_s: or_usual(
@@ -62,7 +63,7 @@ impl AssumedChain {
                 format!("a trigger that scatters by {USUAL_JITTER_FRAMES} frames (hint: trigger.sigma_s)"),
             ),
             assumed,
-        }
+        })
     }
 
     /// The motion by a drive of so much strength ([`Experiment::nominal_drive`]).
@@ -76,6 +77,7 @@ impl AssumedChain {
         duration_s: f64,
     ) -> Result<Trajectory, Error> {
         let dampings = [self.damping_kg_per_s, self.striker_damping_kg_per_s];
+        let duration_s = experiment.while_driven_s(duration_s);
         let chain = experiment.chain_driven(strength, dampings, duration_s)?;
         let shortest_s = experiment.band_edge_hz()?.recip() / SAMPLES_A_PERIOD;
         let interval_s = shortest_s.min(0.002 * duration_s);

@@ -41,7 +41,7 @@ impl PlannedCamera {
     pub(super) fn of(setup: &Setup) -> Result<Self, Error> {
         let Some(synthetic) = &setup.experiment.synthetic else { return Self::usual(setup) };
         let mut specimen = synthetic.specimen.clone();
-        let unequal_m = setup.experiment.chain.unequal_pitches_m()?;
+        let unequal_m = setup.experiment.unequal_gaps_at_rest_m()?;
         if !unequal_m.is_empty() {
             specimen.gaps_m = unequal_m;
         }
@@ -168,7 +168,7 @@ fn usual_specimen(experiment: &Experiment, scale_px_per_m: f64) -> Result<Specim
     Ok(Specimen {
         n_bodies: chain.n_bodies,
         pitch_m,
-        gaps_m: chain.unequal_pitches_m()?,
+        gaps_m: experiment.unequal_gaps_at_rest_m()?,
         ring: Ring {
             semi_major_m: RING_SHARE * pitch_m,
             semi_minor_m: 0.5 * RING_SHARE * pitch_m,

@@ -40,7 +40,7 @@ pub(super) fn twice(setup: &Setup, sanity: &mut Sanity) {
             };
             if let Some((first, _)) = alike[..k].iter().find(is_same) {
                 let why = format!(
-                    "its file holds the same bytes as {}, which is used (hint: was one file copied over the other?)",
+                    "its file holds the same bytes as {}, which comes first (hint: was one file copied over the other?)",
                     first.recording
                 );
                 found.push((trial, why));

@@ -9,6 +9,7 @@ use chainwave_analysis::probability::variance_ratio_beyond;
 use chainwave_correlation::{Acceptance, ReferenceFrames, Settings, mean_of_frames};
 use chainwave_measurement::{
     Estimate, MemoryRecording, Position, Recording, Region, Subset, centre_and_scatter, map_in_parallel,
+    median,
 };
 
 use crate::finding::Finding;
@@ -179,12 +180,12 @@ impl Sheared {
             velocity_squared += velocity.powi(2);
         }
         let info = recording.info();
-        let span_s = info.times_s.last()? - info.times_s.first()?;
+        let period_s = median(info.times_s.windows(2).map(|pair| pair[1] - pair[0]).collect())?;
         (velocity_squared > 0.0).then(|| Self {
             shear_by_velocity,
             velocity_squared,
             n_lines: info.height_px as f64,
-            period_s: span_s / (info.n_frames as f64 - 1.0),
+            period_s,
         })
     }
 }

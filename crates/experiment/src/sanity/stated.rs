@@ -1,6 +1,6 @@
 //! Numbers that contradict each other before any picture is looked at: the scale, the masses, the striker's velocity.
 
-use chainwave_measurement::RecordingInfo;
+use chainwave_measurement::{RecordingInfo, median};
 
 use super::view_at_rest::ViewAtRest;
 use crate::error::Error;
@@ -148,7 +148,7 @@ pub(super) fn velocity(setup: &Setup, views: &[ViewAtRest]) -> Option<Finding> {
     })
 }
 
+/// The usual one: a last frame that was never exposed may be stamped months later.
 fn interval_s(info: &RecordingInfo) -> Option<f64> {
-    let (first, last) = (info.times_s.first()?, info.times_s.last()?);
-    (info.times_s.len() > 1).then(|| (last - first) / (info.times_s.len() - 1) as f64)
+    median(info.times_s.windows(2).map(|pair| pair[1] - pair[0]).collect())
 }
