@@ -10,6 +10,8 @@
 //! share adds to that of each reading, what they share (a motion that the strike sets off) is one error of all. A slow swing goes on to grow where
 //! nobody sees it: as its square grew with time while it was known, so it is taken to go on.
 
+use std::collections::BTreeMap;
+
 use chainwave_measurement::{BodyTrack, Estimate, Observation};
 
 use crate::departure::Departure;
@@ -294,23 +296,21 @@ fn shared_m(recordings: &[Followed]) -> f64 {
     };
     let of_each: Vec<Vec<(f64, f64)>> = recordings.iter().map(later).collect();
     let interval_s = of_each.iter().find_map(|one| Some(one.get(1)?.0 - one.first()?.0)).unwrap_or(1.0);
-    let mut by_time: Vec<[f64; 3]> = Vec::new();
-    for (time_s, d) in of_each.iter().flatten() {
-        let index = (time_s / interval_s) as usize;
-        if by_time.len() <= index && index < MOST_TIMES {
-            by_time.resize(index + 1, [0.0; 3]);
-        }
-        if let Some([n, sum, squares]) = by_time.get_mut(index) {
+    let time = |(time_s, _): &(f64, f64)| (time_s / interval_s).round() as i64;
+    // Recordings, the sum of their motions, and that of their squares.
+    let mut by_time: BTreeMap<i64, [f64; 3]> = BTreeMap::new();
+    for one in &of_each {
+        // A recording counts once at a time, however many frames of its own fall there.
+        for together in one.chunk_by(|a, b| time(a) == time(b)) {
+            let d = together.iter().map(|(_, d)| d).sum::<f64>() / together.len() as f64;
+            let [n, sum, squares] = by_time.entry(time(&together[0])).or_default();
             (*n, *sum, *squares) = (*n + 1.0, *sum + d, *squares + d * d);
         }
     }
-    let products: f64 = by_time.iter().map(|[_, sum, squares]| sum * sum - squares).sum();
-    let pairs: f64 = by_time.iter().map(|[n, ..]| n * (n - 1.0)).sum();
+    let products: f64 = by_time.values().map(|[_, sum, squares]| sum * sum - squares).sum();
+    let pairs: f64 = by_time.values().map(|[n, ..]| n * (n - 1.0)).sum();
     if pairs > 0.0 { (products / pairs).max(0.0).sqrt() } else { 0.0 }
 }
-
-/// Times of a recording that are looked at for what trials share.
-const MOST_TIMES: usize = 1_000_000;
 
 #[cfg(test)]
 mod tests {

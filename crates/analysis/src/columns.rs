@@ -142,13 +142,14 @@ impl Scatter {
         Ok(Estimate::new(estimate.value - bias, estimate.sigma))
     }
 
-    /// Covariance of a column's values over the replicas that hold them all, shape `[row, row]`.
-    pub(crate) fn covariance(&self, column: Column, rows: &[usize]) -> Array2<f64> {
+    /// Covariance of a column's values over the replicas that hold them all, shape `[row, row]`, and how many these are.
+    pub(crate) fn covariance(&self, column: Column, rows: &[usize]) -> (Array2<f64>, usize) {
         let complete = |replica: &Columns| rows.iter().map(|row| replica.value(column, *row)).collect();
         let draws: Vec<Vec<f64>> = self.replicas.iter().filter_map(complete).collect();
         let of_row = |row: usize| draws.iter().map(|draw| draw[row]).collect::<Vec<f64>>();
         let by_row: Vec<Vec<f64>> = (0..rows.len()).map(of_row).collect();
-        Array2::from_shape_fn((rows.len(), rows.len()), |(i, j)| covariance(&by_row[i], &by_row[j]))
+        let of_pair = |(i, j): (usize, usize)| covariance(&by_row[i], &by_row[j]);
+        (Array2::from_shape_fn((rows.len(), rows.len()), of_pair), draws.len())
     }
 }
 

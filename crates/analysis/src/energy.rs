@@ -27,6 +27,8 @@ pub struct PeakEnergies {
     /// Covariance of `energy_j` in square joules, shape `[gap, gap]` over `gaps`. Errors of neighbours correlate because they
     /// share a body, those of distant gaps through the motion's error modes.
     pub covariance_j2: Array2<f64>,
+    /// Replicas behind the covariance: those in which every gap of `gaps` has its peak.
+    pub n_replicas: usize,
     /// How the leading pulses were found.
     pub front: FrontSettings,
     /// Gaps without a peak energy, and why.

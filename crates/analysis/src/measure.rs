@@ -393,7 +393,7 @@ fn energies(front: &FrontSettings, found: &[Result<GapEnergy, Missing>], scatter
         };
         rows.iter().map(estimate).collect::<Option<Vec<_>>>()
     };
-    let mut covariance_j2 = scatter.covariance(Column::Energy, &rows);
+    let (mut covariance_j2, n_replicas) = scatter.covariance(Column::Energy, &rows);
     for (variance_j2, row) in covariance_j2.diag_mut().iter_mut().zip(&rows) {
         *variance_j2 += scatter.beyond_noise(Column::EnergyBend, *row).powi(2);
     }
@@ -406,6 +406,7 @@ fn energies(front: &FrontSettings, found: &[Result<GapEnergy, Missing>], scatter
         energy_j: all_of(Column::Energy, Column::EnergyBend).unwrap_or_default(),
         relative: all_of(Column::RelativeEnergy, Column::RelativeEnergyBend),
         covariance_j2,
+        n_replicas,
         front: *front,
         missing: found.iter().enumerate().filter_map(reason).collect(),
     }

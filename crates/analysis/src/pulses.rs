@@ -176,6 +176,8 @@ struct PulseValues {
 }
 
 struct PassValues {
+    /// Whether its hump is there.
+    is_found: bool,
     t_s: f64,
     strain: f64,
     speed_m_per_s: Option<f64>,
@@ -201,11 +203,11 @@ impl Found {
         Self { is_within: of_all.map(within).collect(), reflected_from, courses, meetings }
     }
 
-    /// The same passages in another map; a hump that is lost there stays as it was.
+    /// The same passages in another map; a hump that is lost there stays as it was, and says nothing.
     fn again(&self, map: &StrainMap) -> Vec<Course> {
         let mut rows = SmoothedRows::of_map(map);
         let mut again = |course: &Course| Course {
-            passes: course.passes.iter().map(|pass| pass.again(&mut rows).unwrap_or(*pass)).collect(),
+            passes: course.passes.iter().map(|pass| pass.again(&mut rows).unwrap_or(pass.lost())).collect(),
             ..course.clone()
         };
         self.courses.iter().map(&mut again).collect()
@@ -269,8 +271,12 @@ impl Found {
         let own = &values.pulses[pulse].passes[place];
         let of_replicas = || replicas.iter().map(|replica| &replica.pulses[pulse].passes[place]);
         let surely = |value: fn(&PassValues) -> f64| {
-            let scatter = estimate(Some(value(own)), of_replicas().map(|pass| Some(value(pass))));
-            scatter.unwrap_or(Estimate::new(value(own), 0.0))
+            // Where replicas lose the hump, those that keep it tell how far it may lie off; where all do, nothing.
+            let mut found =
+                of_replicas().filter(|pass| pass.is_found).map(|pass| Some(value(pass))).peekable();
+            let is_lost = found.peek().is_none() && !replicas.is_empty();
+            let scatter = estimate(Some(value(own)), found).filter(|_| !is_lost);
+            scatter.unwrap_or(Estimate::new(value(own), f64::INFINITY))
         };
         let perhaps = |value: fn(&PassValues) -> Option<f64>| estimate(value(own), of_replicas().map(value));
         Pass {
@@ -303,15 +309,18 @@ fn pulse_values(course: &Course, is_within: &[bool], spacing: &Spacing) -> Pulse
         let pass = &course.passes[place];
         (pass.t_s, spacing.place_m(pass.gap as f64))
     };
+    let is_found = |place: &usize| course.passes[*place].is_found;
     let along = course.direction.sign();
     let speed_at = |place: usize| {
         let beside = place.saturating_sub(BESIDE)..=(place + BESIDE).min(course.passes.len() - 1);
-        let points: Vec<(f64, f64)> = beside.map(point).collect();
+        let points: Vec<(f64, f64)> = beside.filter(is_found).map(point).collect();
         Some(along * Line::through(&points, MIN_GAPS)?.speed()).filter(|speed| *speed > 0.0)
     };
     let of_pass = |place: usize| {
-        let (pass, speed_m_per_s) = (&course.passes[place], speed_at(place));
+        let pass = &course.passes[place];
+        let speed_m_per_s = speed_at(place).filter(|_| pass.is_found);
         PassValues {
+            is_found: pass.is_found,
             t_s: pass.t_s,
             strain: pass.sense.sign() * pass.size,
             speed_m_per_s,
@@ -319,7 +328,7 @@ fn pulse_values(course: &Course, is_within: &[bool], spacing: &Spacing) -> Pulse
         }
     };
     let passes: Vec<PassValues> = (0..course.passes.len()).map(of_pass).collect();
-    let free: Vec<usize> = (0..passes.len()).filter(|place| !is_within[*place]).collect();
+    let free: Vec<usize> = (0..passes.len()).filter(|place| !is_within[*place]).filter(is_found).collect();
     let points: Vec<(f64, f64)> = free.iter().map(|place| point(*place)).collect();
     let speed_m_per_s = Line::through(&points, MIN_GAPS).map(|line| along * line.speed());
     PulseValues {

@@ -95,7 +95,8 @@ fn times(header: &MrawHeader, options: &OpenOptions) -> (f64, Vec<f64>) {
     let frames = (0..header.n_frames).map(|frame| frame as f64);
     match options.rate_hz {
         Some(rate_hz) => {
-            let first_s = first / header.shot.record_hz;
+            // One frame in `step` was saved, so many of them before the trigger.
+            let first_s = first / step / rate_hz;
             (rate_hz, frames.map(|frame| first_s + frame / rate_hz).collect())
         }
         None => {

@@ -14,7 +14,8 @@ pub struct OpenOptions {
     /// often state the rate at which they were meant to be shown) and .mraw. Time stamps in a file win over it.
     pub rate_hz: Option<f64>,
     /// Takes the whole frames of a recording that ends before its last one, and says in its warnings how many those are.
-    /// Otherwise such a recording is refused, as nobody asked for a part of it.
+    /// Otherwise such a recording is refused, as nobody asked for a part of it; but a video, whose header may count frames that were never
+    /// written, is read as far as it goes, and says so.
     pub partial: bool,
     /// Reads every file as pixels of this geometry without a header, whatever its first bytes are.
     pub raw: Option<RawGeometry>,

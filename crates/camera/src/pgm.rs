@@ -105,7 +105,7 @@ impl PgmHeader {
         let (bytes, start) = (text.bytes, text.at);
         let n_pixels = self.width_px as u64 * self.height_px as u64;
         // A number takes a digit, and a gap parts it from the next: nothing is allocated that the file cannot fill.
-        bytes.slice("pixels", start, (2 * n_pixels).saturating_sub(1))?;
+        bytes.slice("pixels", start, n_pixels.saturating_mul(2).saturating_sub(1))?;
         let mut counts = Vec::with_capacity(n_pixels as usize);
         for _ in 0..n_pixels {
             // What is too large for 16 bits is above the largest value.

@@ -20,6 +20,7 @@ use crate::calibration::ChainMap;
 use crate::configuration::{Experiment, Law};
 use crate::damping::StatedDamping;
 use crate::evaluation::Evaluation;
+use crate::fits::Departures;
 use crate::notices::farthest_drive;
 use crate::setup::Setup;
 use crate::standing::{Standing, Standings};
@@ -141,11 +142,14 @@ fn single_causes(evaluation: &Evaluation) -> Decision {
         Ok(fit) => fit,
         Err(why) => return Decision::by(rule, "not told", why.to_string()),
     };
-    let p_value = probability(fit.p_value_as_stated);
-    let choice = match rule.rejects(fit.p_value_as_stated) {
+    let Some(p_value) = fit.p_value_as_stated else {
+        return Decision::by(rule, "not told", "none could be tried: the tracks leave them open".to_owned());
+    };
+    let choice = match rule.rejects(p_value) {
         true => "they have; see what explains the tracks",
         false => "no; what may hide in the noise is in the sigmas of c_d and c_s",
     };
+    let p_value = probability(p_value);
     Decision::by(rule, choice, format!("the best of all that were tried, at the stated model: {p_value}"))
 }
 
@@ -345,18 +349,25 @@ fn contact_law(experiment: &Experiment, evaluation: &Evaluation) -> Decision {
         }
         _ => format!("largest overlap {overlap_m:.2e} m"),
     };
-    match evaluation.departures.as_ref().map(|departures| departures.softening) {
-        Some(found) => {
+    match tested(evaluation, |departures| &departures.softening) {
+        Ok(found) => {
             let choice = if rule.rejects(found.p_value) { stated } else { "a spring would do" };
-            let evidence = told(&found, &format!("{largest}; softening {}", estimate(found.size)));
+            let evidence = told(found, &format!("{largest}; softening {}", estimate(found.size)));
             Decision::by(rule, choice, evidence)
         }
-        None => Decision::by(
-            rule,
-            format!("{stated}, as the experiment gives it"),
-            format!("{largest}; not tested, as there is no fit to the tracks"),
-        ),
+        Err(why) => {
+            Decision::by(rule, format!("{stated}, as the experiment gives it"), format!("{largest}; {why}"))
+        }
     }
+}
+
+/// What the tracks say of a simpler model, or why they were not asked.
+fn tested(
+    evaluation: &Evaluation,
+    of: impl Fn(&Departures) -> &Result<Departure, FitError>,
+) -> Result<&Departure, String> {
+    let departures = evaluation.departures.as_ref().ok_or("not tested, as there is no fit to the tracks")?;
+    of(departures).as_ref().map_err(|why| format!("not tested: {why}"))
 }
 
 fn damping(evaluation: &Evaluation) -> Decision {
@@ -398,19 +409,18 @@ fn scatter(evaluation: &Evaluation) -> Decision {
         let choice = format!("bodies differ: the tracks move as if {}", one.in_words());
         return Decision::by(rule, choice, fit.as_stated.in_words());
     }
-    let found = evaluation.departures.as_ref().and_then(|departures| departures.scatter);
-    match found {
-        Some(found) if rule.rejects(found.p_value) => {
-            let evidence = told(&found, &format!("{} % in mass", estimate(found.size.scaled(100.0))));
+    match tested(evaluation, |departures| &departures.scatter) {
+        Ok(found) if rule.rejects(found.p_value) => {
+            let evidence = told(found, &format!("{} % in mass", estimate(found.size.scaled(100.0))));
             let choice =
                 "bodies differ; one mass stands for all in the fit, whose residuals say what that costs";
             Decision::by(rule, choice, evidence)
         }
-        Some(found) => {
+        Ok(found) => {
             let size = format!("less than {:.3} % in mass (95 %)", 100.0 * upper(found.size));
-            Decision::by(rule, "none: bodies are alike", told(&found, &size))
+            Decision::by(rule, "none: bodies are alike", told(found, &size))
         }
-        None => Decision::by(rule, "bodies count as alike", "not tested, as there is no fit to the tracks"),
+        Err(why) => Decision::by(rule, "bodies count as alike", why),
     }
 }
 

@@ -23,17 +23,16 @@ use crate::shared_errors::SharedErrors;
 
 /// What the tracks say of simpler models.
 pub struct Departures {
-    /// Of a contact law that does not soften.
-    pub softening: Departure,
-    /// Of bodies that are alike; absent where the recordings do not tell all their masses.
-    pub scatter: Option<Departure>,
+    /// Of a contact law that does not soften; refused where the law is another than a power of the overlap.
+    pub softening: Result<Departure, FitError>,
+    /// Of bodies that are alike; refused where the recordings do not tell all their masses.
+    pub scatter: Result<Departure, FitError>,
 }
 
 impl Departures {
-    /// Tests the fit of a chain to recordings; `None` where the softening cannot be tested.
-    fn of(observations: &[Observation], fit: &TrackFit) -> Option<Self> {
-        let softening = softening(observations, fit).ok()?;
-        Some(Self { softening, scatter: scatter_of_bodies(observations, fit).ok() })
+    /// Tests the fit of a chain to recordings.
+    fn of(observations: &[Observation], fit: &TrackFit) -> Self {
+        Self { softening: softening(observations, fit), scatter: scatter_of_bodies(observations, fit) }
     }
 }
 
@@ -78,8 +77,7 @@ impl Material<'_> {
         let spacing = experiment.chain.spacing()?;
         let energy_fit = match energy_model(self, spacing) {
             Ok(model) => {
-                let n_replicas = experiment.analysis.n_replicas;
-                let of_energies = EnergyMeasurement { times_s: &motion.times_s, n_replicas };
+                let of_energies = EnergyMeasurement { times_s: &motion.times_s };
                 let measured = (motion, measurement.energies.as_ref());
                 let fitted = |energies: &_| fit_peak_energies(energies, &of_energies, &model);
                 shared.fit_energies(experiment, measured, n_threads, fitted)?
@@ -101,7 +99,7 @@ impl Material<'_> {
             }
             Err(why) => (observations.to_vec(), Err(why)),
         };
-        let departures = track_fit.as_ref().ok().and_then(|fit| Departures::of(&reached, fit));
+        let departures = track_fit.as_ref().ok().map(|fit| Departures::of(&reached, fit));
         step();
         let release_fit = self.since_release();
         step();

@@ -33,15 +33,16 @@ pub fn fit_peak_energies(
     if found < LEAST_GAPS {
         return Err(FitError::TooFew { what: "peak energies", expected: LEAST_GAPS, found });
     }
-    if measurement.n_replicas < found + 3 {
-        let found_replicas = measurement.n_replicas;
+    let n_replicas = energies.n_replicas;
+    if n_replicas < found + 3 {
         return Err(FitError::TooFew {
-            what: "energies' replicas",
+            what: "replicas in which every gap has its peak energy",
             expected: found + 3,
-            found: found_replicas,
+            found: n_replicas,
         });
     }
-    let correction = (measurement.n_replicas - 1) as f64 / (measurement.n_replicas - found - 2) as f64;
+    // The inverse of a covariance that n replicas tell is too large by (n - 1)/(n - k - 2) for k energies (Hartlap, Simon and Schneider 2007).
+    let correction = (n_replicas - 1) as f64 / (n_replicas - found - 2) as f64;
     let covariance_j2 = &energies.covariance_j2 * correction;
     let whiten = cholesky_whitening(&covariance_j2, "peak energies")?;
     let interval_s = interval_s(measurement.times_s);
@@ -56,7 +57,7 @@ pub fn fit_peak_energies(
             schedule: Schedule::automatic(duration_s, interval_s),
         },
     };
-    fit(&EnergyResiduals::new(model, &comparison), (found, measurement.n_replicas))
+    fit(&EnergyResiduals::new(model, &comparison), (found, n_replicas))
 }
 
 /// Probability that a number of energies, whose covariance so many replicas tell, leave by chance such a reduced chi squared, with so many

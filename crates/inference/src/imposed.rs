@@ -86,12 +86,15 @@ fn finish(problem: &ImposedResiduals<'_>, minimum: &Minimum) -> Result<ImposedFi
         Some(((x.value - predicted[i]) / x.sigma).powi(2))
     };
     let squares: f64 = samples.iter().enumerate().filter_map(residual).sum();
-    let estimate = |i: usize| Estimate::new(unknowns[i], total[(i, i)].sqrt());
+    let reduced_chi_squared = squares / samples.len() as f64;
+    // Residuals larger than stated widen the intervals; smaller ones do not narrow them.
+    let inflation = reduced_chi_squared.max(1.0).sqrt();
+    let estimate = |i: usize| Estimate::new(unknowns[i], inflation * total[(i, i)].sqrt());
     let known = problem.model.known.iter().zip(1..);
     Ok(ImposedFit {
         chain_damping_kg_per_s: estimate(0),
         factors: known.map(|(known, i)| (known.quantity, estimate(i))).collect(),
-        reduced_chi_squared: squares / samples.len() as f64,
+        reduced_chi_squared,
         n_residuals: samples.len(),
         n_simulations: problem.n_simulations(),
     })

@@ -234,14 +234,17 @@ impl<'a> ReleasedResiduals<'a> {
             Some(((x.value - predicted[i]) / x.sigma).powi(2))
         };
         let squares: f64 = self.samples.iter().enumerate().filter_map(residual).sum();
-        let estimate = |i: usize| Estimate::new(unknowns[i], total[(i, i)].sqrt());
+        let reduced_chi_squared = squares / self.samples.len() as f64;
+        // Residuals larger than stated widen the intervals; smaller ones do not narrow them.
+        let inflation = reduced_chi_squared.max(1.0).sqrt();
+        let estimate = |i: usize| Estimate::new(unknowns[i], inflation * total[(i, i)].sqrt());
         let known = self.model.known.iter().zip(N_FIXED..);
         Ok(ReleasedFit {
             chain_damping_kg_per_s: estimate(C_D),
             release_time_s: estimate(RELEASE),
             state: estimate(STATE),
             factors: known.map(|(known, i)| (known.quantity, estimate(i))).collect(),
-            reduced_chi_squared: squares / self.samples.len() as f64,
+            reduced_chi_squared,
             n_residuals: self.samples.len(),
             n_simulations: self.n_simulations.load(Ordering::Relaxed),
         })

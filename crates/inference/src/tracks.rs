@@ -253,7 +253,7 @@ pub(crate) fn tested(
     let softening = softening_at(observations, (model, &[]), &minimum.at)?;
     let scatter = scatter_of_bodies_at(observations, (model, &[]), &minimum.at)?;
     let mut fit = Fit::at(&problem, minimum, Vec::new())?;
-    let hypothesis = Told::of(observations, &mut fit).least_p_value;
+    let hypothesis = Told::of(observations, &mut fit).least_p_value.unwrap_or(1.0);
     Ok((damping, [softening, scatter], fit.structure, hypothesis))
 }
 

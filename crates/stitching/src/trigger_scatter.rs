@@ -164,8 +164,10 @@ fn between_views(
     Some(Estimate::new(excess_s2, if excess_s2 > 0.0 { found_s2 * (2.0 / freedom).sqrt() } else { 0.0 }))
 }
 
-/// How much wider a 95 % interval of Student's distribution is than the normal one (Cornish and Fisher's expansion).
+/// How much wider a 95 % interval of Student's distribution is than the normal one (Cornish and Fisher's expansion, which below one degree of
+/// freedom, as a difference of variances may have, is none).
 pub(crate) fn widening(freedom: f64) -> f64 {
+    let freedom = freedom.max(1.0);
     let z = Estimate::COVERAGE_95;
     let first = (z.powi(2) + 1.0) / 4.0;
     let second = (5.0 * z.powi(4) + 16.0 * z.powi(2) + 3.0) / 96.0;

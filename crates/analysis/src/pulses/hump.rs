@@ -62,6 +62,8 @@ pub(crate) struct Hump {
     half_window: usize,
     /// First and last sample of the polynomial that gives the top.
     top: (usize, usize),
+    /// Whether the map has it; else it is as another map had it.
+    pub(crate) is_found: bool,
 }
 
 /// Deviations beyond which one of so many normal numbers lies, on either side, with a probability of at most `rate` (C. E. Bonferroni's
@@ -238,6 +240,7 @@ impl Hump {
             span_s: (to - from + 1) as f64 * map.interval_s(),
             half_window,
             top: samples,
+            is_found: true,
         };
         (size > 0.0).then(|| Self { half_width_s: hump.half_width_s(map, smoothed, top.between), ..hump })
     }
@@ -251,6 +254,11 @@ impl Hump {
         let at = (place.round() as usize).min(series.len() - 1);
         let found = Self { t_s: time_at(map, place), size, ..*self };
         Some(Self { half_width_s: found.half_width_s(map, smoothed, top(smoothed, at).between), ..found })
+    }
+
+    /// The same hump where another map has lost it.
+    pub(crate) fn lost(&self) -> Self {
+        Self { is_found: false, ..*self }
     }
 
     /// Half of the time between the passages of half the height, within the samples that are the hump's own.

@@ -19,6 +19,8 @@ pub(super) struct Blocks {
     pub(super) stamps: Option<Vec<u64>>,
     /// Exposure of each image in units of 2^-32 s.
     pub(super) exposures: Option<Vec<u32>>,
+    /// Blocks that hold less than one entry for each image, and are left out: pixels are as certain without them.
+    pub(super) short: Vec<String>,
 }
 
 impl Blocks {
@@ -28,17 +30,21 @@ impl Blocks {
         while offset < header.pointers_offset {
             let block = TaggedBlock::read(bytes, offset, header.pointers_offset)?;
             match block.kind {
-                IMAGE_TIMES => {
-                    let table = block.per_image(bytes, "time stamps", header.n_images)?;
-                    blocks.stamps = Some(table.iter().map(|&raw| u64::from_le_bytes(raw)).collect());
-                }
+                IMAGE_TIMES => match block.per_image(bytes, "time stamps", header.n_images)? {
+                    Ok(table) => {
+                        blocks.stamps = Some(table.iter().map(|&raw| u64::from_le_bytes(raw)).collect());
+                    }
+                    Err(short) => blocks.short.push(short),
+                },
                 MEMORY_TIMES if blocks.stamps.is_none() => {
                     blocks.stamps = block.stamps_of_memory(bytes, header);
                 }
-                EXPOSURES => {
-                    let table = block.per_image(bytes, "exposures", header.n_images)?;
-                    blocks.exposures = Some(table.iter().map(|&raw| u32::from_le_bytes(raw)).collect());
-                }
+                EXPOSURES => match block.per_image(bytes, "exposures", header.n_images)? {
+                    Ok(table) => {
+                        blocks.exposures = Some(table.iter().map(|&raw| u32::from_le_bytes(raw)).collect());
+                    }
+                    Err(short) => blocks.short.push(short),
+                },
                 _ => {}
             }
             offset += block.size;
@@ -96,19 +102,22 @@ impl TaggedBlock {
         Some(table.as_chunks().0.iter().map(|&raw| u64::from_le_bytes(raw)).collect())
     }
 
-    /// The block's data as `N` bytes for each image.
+    /// The block's data as `N` bytes for each image, or what to say of a block that is too short for it.
     fn per_image<'a, const N: usize>(
         &self,
         bytes: Bytes<'a>,
         what: &str,
         n_images: u32,
-    ) -> Result<&'a [[u8; N]], CameraError> {
+    ) -> Result<Result<&'a [[u8; N]], String>, CameraError> {
         let needed = u64::from(n_images) * N as u64;
         let found = self.size - BLOCK_HEAD_BYTES;
         if found < needed {
-            let expected = format_args!("{needed} bytes for {n_images} images");
-            return Err(bytes.malformed(what, self.offset, expected, found));
+            let short = format!(
+                "{what} at byte {}: expected {needed} bytes for {n_images} images, found {found}; they are left out",
+                self.offset
+            );
+            return Ok(Err(short));
         }
-        Ok(bytes.slice(what, self.offset + BLOCK_HEAD_BYTES, needed)?.as_chunks().0)
+        Ok(Ok(bytes.slice(what, self.offset + BLOCK_HEAD_BYTES, needed)?.as_chunks().0))
     }
 }

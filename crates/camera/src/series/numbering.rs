@@ -18,7 +18,7 @@ pub(super) struct Numbering {
 
 /// A name whose runs of digits are taken out.
 struct Name {
-    /// What is left, `*` in the place of each number.
+    /// What is left, [`NUMBER`] in the place of each number.
     pattern: String,
     numbers: Vec<u64>,
 }
@@ -35,7 +35,7 @@ impl Name {
             // Numbers too large for 64 bits are part of the name like letters.
             match digits.parse() {
                 Ok(number) => {
-                    name.pattern.push('*');
+                    name.pattern.push(NUMBER);
                     name.numbers.push(number);
                 }
                 Err(_) => name.pattern.push_str(&digits),
@@ -47,6 +47,9 @@ impl Name {
         name
     }
 }
+
+/// Stands for a number in a pattern: no letter of a file's name.
+const NUMBER: char = '\0';
 
 /// An image's place in the given list, and the numbers in its name.
 type Member = (usize, Vec<u64>);
@@ -67,7 +70,9 @@ impl Numbering {
             let name = Name::of(text);
             groups.entry((*kind, name.pattern)).or_default().push((place, name.numbers));
         }
-        let patterns: Vec<String> = groups.keys().map(|(_, pattern)| format!("`{pattern}`")).collect();
+        let shown = |pattern: &str| pattern.replace(NUMBER, "*");
+        let patterns: Vec<String> =
+            groups.keys().map(|(_, pattern)| format!("`{}`", shown(pattern))).collect();
         let n_groups = groups.len();
         let Some(((_, pattern), series)) = groups.into_iter().max_by_key(|(_, members)| members.len()) else {
             return Err((
@@ -83,6 +88,7 @@ impl Numbering {
                 "give each series a folder of its own".into(),
             ));
         }
+        let pattern = shown(&pattern);
         let mut numbering = Self::of_series(&pattern, series)?;
         if n_others > 0 {
             let others: Vec<&String> =
@@ -179,6 +185,12 @@ mod tests {
             numbering.warnings,
             ["88 images are missing between others: 12 to 99; times keep their place"]
         );
+    }
+
+    #[test]
+    fn a_star_in_a_name_is_a_letter() {
+        assert_eq!(of(&["*1_2.tif", "*1_3.tif", "1*_7.tif"]).unwrap().order, [0, 1]);
+        assert!(of(&["*1_2.tif", "1*_7.tif"]).is_err(), "two series of one image each");
     }
 
     #[test]

@@ -66,7 +66,11 @@ pub fn noise(recording: &dyn Recording, n_pairs: usize) -> Result<NoiseEstimate,
     }
     let full_scale = ((1_u64 << info.bit_depth.min(16)) - 1) as f32;
     let mut blocks = Vec::new();
-    for frame in spread(n_pairs, info.n_frames - 1) {
+    let frames = spread(n_pairs, info.n_frames - 1);
+    // Neighbouring pairs that share a frame: their differences correlate by -1/2, and the squares of these by 1/4.
+    let n_shared = frames.windows(2).filter(|pair| pair[1] == pair[0] + 1).count();
+    let enlargement = (1.0 + 0.5 * n_shared as f64 / frames.len().max(1) as f64).sqrt();
+    for frame in frames {
         let (first, second) = (whole_frame(recording, frame)?, whole_frame(recording, frame + 1)?);
         let pair = Pair { first: &first, second: &second, width_px: info.width_px };
         blocks.extend(usable_blocks(&pair, info.height_px, full_scale));
@@ -75,7 +79,7 @@ pub fn noise(recording: &dyn Recording, n_pairs: usize) -> Result<NoiseEstimate,
         let what = "blocks of 5x5 px between black and full scale";
         return Err(too_little(what, format!("{LEAST_BLOCKS} or more"), blocks.len()));
     }
-    Ok(fit(blocks))
+    Ok(fit(blocks, enlargement))
 }
 
 /// The blocks without black or saturated pixels.
@@ -93,7 +97,8 @@ fn usable_blocks(pair: &Pair, height_px: usize, full_scale: f32) -> Vec<NoiseBlo
 }
 
 /// The line through the medians in bins of brightness, of the blocks at rest when there are enough of them.
-fn fit(mut blocks: Vec<NoiseBlock>) -> NoiseEstimate {
+/// The noise of blocks, whose variances are known so many times worse than independent ones.
+fn fit(mut blocks: Vec<NoiseBlock>, enlargement: f64) -> NoiseEstimate {
     blocks.sort_by(|a, b| a.level.total_cmp(&b.level));
     let n_all = blocks.len();
     let at_rest: Vec<bool> = bins(&blocks).flat_map(still_blocks).collect();
@@ -102,7 +107,7 @@ fn fit(mut blocks: Vec<NoiseBlock>) -> NoiseEstimate {
         let mut still = at_rest.into_iter();
         blocks.retain(|_| still.next().unwrap_or(false));
     }
-    let points: Vec<NoiseAtLevel> = bins(&blocks).map(NoiseAtLevel::of).collect();
+    let points: Vec<NoiseAtLevel> = bins(&blocks).map(|bin| NoiseAtLevel::of(bin, enlargement)).collect();
     let line = Line::through(&points);
     NoiseEstimate {
         variance_at_zero: Estimate::new(line.at_zero, line.at_zero_sigma),
@@ -150,12 +155,12 @@ struct NoiseAtLevel {
 }
 
 impl NoiseAtLevel {
-    fn of(bin: &[NoiseBlock]) -> Self {
+    fn of(bin: &[NoiseBlock], enlargement: f64) -> Self {
         let n = bin.len() as f64;
         Self {
             level: bin.iter().map(|block| block.level).sum::<f64>() / n,
             variance: median_residual(bin) / 2.0,
-            relative_sigma: MEDIAN_SPREAD * (2.0 / FREEDOM / n).sqrt(),
+            relative_sigma: enlargement * MEDIAN_SPREAD * (2.0 / FREEDOM / n).sqrt(),
         }
     }
 }

@@ -160,6 +160,21 @@ fn without_time_stamps_image_numbers_and_the_stated_rate_give_the_times() {
 }
 
 #[test]
+fn blocks_of_too_few_entries_are_left_out_and_named() {
+    let whole = CineFile::default();
+    let short = CineFile {
+        stamps: whole.stamps.as_ref().map(|all| all[1..].to_vec()),
+        exposures: Some(vec![425_201]),
+        ..CineFile::default()
+    };
+    let recording = opened(&short);
+    for part in ["time stamps at byte", "exposures at byte", "no time stamps"] {
+        assert!(has_warning(&*recording, part), "{part}: {:?}", recording.info().warnings);
+    }
+    assert_eq!(recording.info().n_frames, opened(&whole).info().n_frames);
+}
+
+#[test]
 fn a_setup_field_exists_only_within_the_length() {
     let rate = 12_345.5_f64;
     for (setup_length, camera, rate_hz) in [

@@ -199,3 +199,11 @@ fn random_damage_gives_errors_or_readable_recordings() {
         assert!(largest < MOST_ALLOCATED, "{largest} bytes for {bytes:02X?}");
     }
 }
+
+#[test]
+fn a_text_of_more_pixels_than_can_be_counted_is_refused() {
+    // Twice the number of its pixels is 2^16 beyond 2^64.
+    let text = format!("P2 4294901761 2147516416 255\n{}", "1 ".repeat(40_000));
+    let (_folder, path) = written(text.as_bytes());
+    assert!(open(&path).is_err());
+}

@@ -199,7 +199,8 @@ fn times_follow_start_trigger_and_step() {
 
     let options = OpenOptions { rate_hz: Some(500.0), ..OpenOptions::default() };
     let recording = open_with(&file.write("cihx").1, &options).unwrap();
-    assert_eq!(recording.info().times_s, [-1e-3, 1e-3]);
+    // Two of the saved frames lie from the first one to the trigger.
+    assert_eq!(recording.info().times_s, [-4e-3, -2e-3]);
     assert_eq!(recording.info().rate_hz, Some(500.0));
 }
 

@@ -1,12 +1,14 @@
 //! The plane through neighbouring displacements of a field: its points, the weights of its slopes, and their covariance.
 
-use crate::Field;
+use super::overlap::noise_correlation;
+use crate::{Field, Shape};
 
 /// A point's offset from the centre, its displacement, and the variances of that.
 pub(super) struct Sample {
     pub(super) offset_px: [f64; 2],
     pub(super) u_px: [f64; 2],
     sigma_px: [f64; 2],
+    shape: Shape,
 }
 
 /// Every `stride`th point up to `reach` columns and rows away that was found.
@@ -23,6 +25,7 @@ pub(super) fn samples_around(field: &Field, point: usize, reach: usize, stride: 
         let point = &field.points[i];
         let position = point.found.as_ref().ok()?.position;
         Some(Sample {
+            shape: point.shape,
             offset_px: [point.x_px - centre.x_px, point.y_px - centre.y_px],
             u_px: [position.x_px.value - point.x_px, position.y_px.value - point.y_px],
             sigma_px: [position.x_px.sigma, position.y_px.sigma],
@@ -56,12 +59,12 @@ pub(super) fn covariance(
     [a, b]: [usize; 2],
 ) -> f64 {
     let side = (2 * field.half_px + 1) as f64;
-    let overlap = |distance: f64| (1.0 - distance.abs() / side).max(0.0);
     let mut sum = 0.0;
     for (first, of_first) in samples.iter().zip(weights) {
         for (second, of_second) in samples.iter().zip(weights) {
             let [dx, dy] = [0, 1].map(|axis| first.offset_px[axis] - second.offset_px[axis]);
-            let shared = overlap(dx) * overlap(dy) * first.sigma_px[component] * second.sigma_px[component];
+            let correlation = noise_correlation([first.shape, second.shape], [dx, dy], side);
+            let shared = correlation * first.sigma_px[component] * second.sigma_px[component];
             sum += of_first[a] * of_second[b] * shared;
         }
     }

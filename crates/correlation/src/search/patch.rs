@@ -107,7 +107,7 @@ impl Patch {
         deformations: Deformations,
         mut accept: impl FnMut(Warp) -> Option<T>,
     ) -> Option<T> {
-        let coarse_target = target.binned(self.coarseness);
+        let coarse_target = target.binned(self.coarseness)?;
         for group in deformations.groups() {
             let mut found: Vec<(f64, Linear, [f64; 2])> = Vec::new();
             for linear in group {
@@ -267,12 +267,15 @@ fn binned(pixels: &[f32], width: usize, factor: usize) -> Vec<f32> {
 
 impl SearchArea {
     /// The area of which `factor` pixels along both sides make one; its region counts those. It begins at a multiple of the factor, so that
-    /// places are counted from the image's own corner.
-    fn binned(&self, factor: usize) -> Self {
+    /// places are counted from the image's own corner. `None` where it has no such pixel.
+    fn binned(&self, factor: usize) -> Option<Self> {
         let Region { x, y, width, height } = self.region;
         let (left, top) = (x.next_multiple_of(factor) - x, y.next_multiple_of(factor) - y);
         let aligned =
             Region { x: left, y: top, width: width.saturating_sub(left), height: height.saturating_sub(top) };
+        if aligned.width < factor || aligned.height < factor {
+            return None;
+        }
         let pixels = binned(&self.cropped(aligned), aligned.width, factor);
         let region = Region {
             x: (x + left) / factor,
@@ -280,6 +283,21 @@ impl SearchArea {
             width: aligned.width / factor,
             height: aligned.height / factor,
         };
-        Self::new(region, pixels, 0.0)
+        Some(Self::new(region, pixels, 0.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_area_narrower_than_a_coarse_pixel_has_none() {
+        for (x, width) in [(0, 1), (3, 1), (3, 2)] {
+            let area = SearchArea::new(Region { x, y: 0, width, height: 40 }, vec![0.5; 40 * width], 0.0);
+            assert!(area.binned(2).is_none(), "{x} {width}");
+        }
+        let area = SearchArea::new(Region { x: 2, y: 0, width: 2, height: 40 }, vec![0.5; 80], 0.0);
+        assert_eq!(area.binned(2).map(|area| area.n_pixels()), Some(20));
     }
 }

@@ -55,7 +55,4 @@ pub struct EnergyFit {
 pub struct EnergyMeasurement<'a> {
     /// Time base of the motion behind the energies, in seconds: a peak counts while it was filmed.
     pub times_s: &'a [f64],
-    /// Replicas behind the covariance. Its inverse, as an estimate, is too large by (n - 1)/(n - k - 2) for k energies
-    /// (Hartlap, Simon and Schneider 2007), which is taken out.
-    pub n_replicas: usize,
 }

@@ -61,6 +61,7 @@ pub fn aligned_motion(
     let residuals = problem.residuals(&solved, &at, &[]);
     let scale = fit.factors.iter().chain(&fit.found).find(|(quantity, _)| *quantity == Quantity::Scale);
     let scale = scale.map_or(Estimate::new(1.0, 0.0), |(_, found)| *found);
+    let view_scales = ViewScales::of(fit);
     let seen = Seen::of(observations, (&residuals, &problem.shared_sigmas_m()), |view| solved.scale_of(view));
     let mean = fitted_motion(fit, times_s)?;
     let harder = fitted_motion(&struck_harder(fit), times_s)?;
@@ -83,8 +84,8 @@ pub fn aligned_motion(
         let of_noise_m2 = (sum.1 + shared_m2(observations, &readings)) / (n * n);
         let of_triggers_m2 = by_trigger.powi(2) * triggers.variance(&readings);
         let of_drives_m2 = by_drive.powi(2) * drives.variance(&readings);
-        let sigma_m =
-            (of_noise_m2 + of_triggers_m2 + of_drives_m2).sqrt().hypot(x_m * scale.sigma / scale.value);
+        let of_scales = (scale.sigma / scale.value).hypot(view_scales.of_mean(observations, &readings));
+        let sigma_m = (of_noise_m2 + of_triggers_m2 + of_drives_m2).sqrt().hypot(x_m * of_scales);
         ((!readings.is_empty()).then(|| Estimate::new(x_m, sigma_m)), readings.len() as u32)
     };
     let shape = (fit.model.chain.n_bodies(), times_s.len());
@@ -103,6 +104,28 @@ fn shared_m2(observations: &[Observation], readings: &[Reading]) -> f64 {
         *of_views.entry(observations[reading.recording].view).or_default() += reading.shared_m;
     }
     of_views.values().map(|sum_m| sum_m * sum_m).sum()
+}
+
+/// Relative standard uncertainty of the scale of each view that has one of its own.
+struct ViewScales(BTreeMap<u32, f64>);
+
+impl ViewScales {
+    fn of(fit: &TrackFit) -> Self {
+        let of_view = |(quantity, found): &(Quantity, Estimate)| match quantity {
+            Quantity::ScaleOfView(view) => Some((*view, found.sigma / found.value)),
+            _ => None,
+        };
+        Self(fit.factors.iter().chain(&fit.found).filter_map(of_view).collect())
+    }
+
+    /// What they make of the mean of some readings, relative to it: all readings of a view have its error alike.
+    fn of_mean(&self, observations: &[Observation], readings: &[Reading]) -> f64 {
+        let share_of = |view: u32| {
+            let n = readings.iter().filter(|reading| observations[reading.recording].view == view).count();
+            n as f64 / readings.len() as f64
+        };
+        self.0.iter().map(|(view, sigma)| (share_of(*view) * sigma).powi(2)).sum::<f64>().sqrt()
+    }
 }
 
 /// Variances of what the fit found of each recording, without what all share.

@@ -22,7 +22,16 @@ use crate::quantity::Quantity;
 /// # Errors
 /// [`FitError`] when the tracks do not determine it.
 pub fn softening(observations: &[Observation], fit: &TrackFit) -> Result<Departure, FitError> {
-    softening_at(observations, (&fit.model, &asked_of(fit)), &unknowns_of(fit))
+    match fit.found.iter().find(|(quantity, _)| *quantity == Quantity::Softening) {
+        // The fit has freed it already.
+        Some((_, found)) => Ok(softened(*found)),
+        None => softening_at(observations, (&fit.model, &asked_of(fit)), &unknowns_of(fit)),
+    }
+}
+
+fn softened(size: Estimate) -> Departure {
+    let z = size.value / size.sigma;
+    Departure { size, chi_squared: z * z, freedom: 1, p_value: normal_beyond(z) }
 }
 
 /// The same at the unknowns of a minimum of a model, and what is asked of it.
@@ -32,9 +41,7 @@ pub(crate) fn softening_at(
     at: &Unknowns,
 ) -> Result<Departure, FitError> {
     let asked = FreedQuantities::of(observations, model, at, &[Quantity::Softening])?;
-    let size = Estimate::new(1.0 + asked.step[0], asked.covariance[(0, 0)].sqrt());
-    let z = size.value / size.sigma;
-    Ok(Departure { size, chi_squared: z * z, freedom: 1, p_value: normal_beyond(z) })
+    Ok(softened(Estimate::new(1.0 + asked.step[0], asked.covariance[(0, 0)].sqrt())))
 }
 
 /// The rule by which the contact law counts as a spring.

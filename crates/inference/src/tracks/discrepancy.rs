@@ -54,14 +54,19 @@ fn among(
 ) -> [f64; N_DAMPINGS] {
     let Some((step, variance)) = stepped(all) else { return [0.0; N_DAMPINGS] };
     let mut sums = [0.0; N_DAMPINGS];
-    // A part without which the dampings are open says nothing of how others differ from it.
-    for (left_step, left_variance) in without.iter().filter_map(stepped) {
+    // A part without which the dampings are open says nothing of how others differ from it: those that do stand for all.
+    let told: Vec<_> = without.iter().filter_map(stepped).collect();
+    if told.is_empty() {
+        return [f64::INFINITY; N_DAMPINGS];
+    }
+    let n_told = told.len();
+    for (left_step, left_variance) in told {
         for (i, sum) in sums.iter_mut().enumerate() {
             let noise2 = noise_variance * (left_variance[i] - variance[i]);
             *sum += (left_step[i] - step[i]).powi(2) - noise2;
         }
     }
-    sums.map(|sum| (PARTS - 1) as f64 * sum.max(0.0))
+    sums.map(|sum| (PARTS - 1) as f64 * PARTS as f64 / n_told as f64 * sum.max(0.0))
 }
 
 /// Where one step leads, and the variances there in units of the noise's; `None` where something is open.

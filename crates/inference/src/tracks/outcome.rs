@@ -37,8 +37,9 @@ pub struct TrackFit {
     pub rivals: Vec<Hypothesis>,
     /// What the stated model leaves over: at its minimum, or where it has none, at that of the model with what it was given.
     pub as_stated: Structure,
-    /// Probability, by chance, of what single hypotheses find at the stated model ([`hypothesis_rule`](super::hypothesis_rule)).
-    pub p_value_as_stated: f64,
+    /// Probability, by chance, of what single hypotheses find at the stated model ([`hypothesis_rule`](super::hypothesis_rule)); `None` where none
+    /// could be tried.
+    pub p_value_as_stated: Option<f64>,
     /// What the model leaves over with what it was given beyond that.
     pub structure: Structure,
     /// The model with that.
@@ -87,7 +88,9 @@ impl TrackFit {
                 .collect();
             let directed = match self.as_stated.is_told() {
                 true => String::new(),
-                false => format!("; a test for single causes tells it, p = {:.1e}", self.p_value_as_stated),
+                false => self.p_value_as_stated.map_or(String::new(), |p_value| {
+                    format!("; a test for single causes tells it, p = {p_value:.1e}")
+                }),
             };
             let rivals: Vec<&str> = self.rivals.iter().map(|one| one.in_words()).collect();
             let others = match rivals.is_empty() {

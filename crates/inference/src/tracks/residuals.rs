@@ -47,6 +47,7 @@ pub(super) struct TrackResiduals<'a> {
     pub(super) asked: &'a [Quantity],
     /// How far the chains on both sides of a shared unknown are from it.
     steps: Vec<f64>,
+    /// Of a chain that is struck when the triggers say so.
     schedule: Schedule,
     bounds: Bounds,
     errors: SharedErrors<'a>,
@@ -189,9 +190,19 @@ impl<'a> TrackResiduals<'a> {
             Some((_, model)) => Ok(model),
             None => {
                 let chains = self.chains(at)?;
-                self.model_of(at, &solve(&chains, &self.schedule, self.model.n_threads)?)
+                self.model_of(at, &solve(&chains, &self.schedule_of(at), self.model.n_threads)?)
             }
         }
+    }
+
+    /// Until the last frame of each recording by its own impact, which may come long before its trigger; but no longer than twice as long as usual, as
+    /// a search may put an impact anywhere on its way.
+    fn schedule_of(&self, at: &Unknowns) -> Schedule {
+        let frames = self.observations.iter().zip(&at.own);
+        let last = frames.filter_map(|(one, own)| Some(one.span_s()?.1 - own[1]));
+        let needed_s = last.fold(0.0, f64::max) + self.schedule.output_interval_s;
+        let usual_s = self.schedule.duration_s;
+        Schedule { duration_s: usual_s.max(needed_s.min(2.0 * usual_s)), ..self.schedule }
     }
 
     fn family(&self, at: &Unknowns) -> Family {
@@ -289,7 +300,7 @@ impl TrackResiduals<'_> {
     ) -> Result<(SolvedModel, [NormalEquations; N]), FitError> {
         let (n_threads, n_shared) = (self.model.n_threads, self.n_shared());
         let chains = self.chains(at)?;
-        let motions = solve(&chains, &self.schedule, n_threads)?;
+        let motions = solve(&chains, &self.schedule_of(at), n_threads)?;
         let model = self.model_of(at, &motions)?;
         let (sides, places) =
             if with_derivatives { self.sides(at)? } else { (Vec::new(), vec![None; n_shared]) };

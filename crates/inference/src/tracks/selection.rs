@@ -38,7 +38,7 @@ pub(super) struct Fit {
     /// The same of the model as it was stated.
     pub(super) as_stated: Structure,
     /// Probability, by chance, of what single hypotheses find at the model as it was stated.
-    pub(super) p_value_as_stated: f64,
+    pub(super) p_value_as_stated: Option<f64>,
     /// Simulations behind it, those of other hypotheses included.
     pub(super) n_simulations: u64,
 }
@@ -78,7 +78,7 @@ impl Fit {
             minimum,
             residuals,
             as_stated: structure.clone(),
-            p_value_as_stated: 1.0,
+            p_value_as_stated: None,
             structure,
             n_simulations: problem.n_simulations(),
         })
@@ -185,12 +185,12 @@ pub(super) struct Told {
     pub(super) hypotheses: Vec<Hypothesis>,
     /// All of them, as what might as well hold.
     pub(super) undecided: Vec<Rival>,
-    /// The least probability, by chance, of what was found.
-    pub(super) least_p_value: f64,
+    /// The least probability, by chance, of what was found; `None` where none could be tried.
+    pub(super) least_p_value: Option<f64>,
 }
 
 impl Told {
-    /// Of nothing where no step can be made.
+    /// Nothing where no step can be made.
     pub(super) fn of(observations: &[Observation], fit: &mut Fit) -> Self {
         let (found, n_simulations) =
             directed(observations, (&fit.model, &fit.asked), &fit.minimum.at).unwrap_or_default();
@@ -206,7 +206,7 @@ impl Told {
         Self {
             hypotheses: found.iter().filter(is_told).map(|one| one.hypothesis).collect(),
             undecided: found.iter().map(rival).collect(),
-            least_p_value: found.iter().map(p_value).fold(1.0, f64::min),
+            least_p_value: found.iter().map(p_value).min_by(f64::total_cmp),
         }
     }
 }

@@ -17,7 +17,7 @@ fn fitted(motion: &ChainMotion, known: Vec<Known>) -> EnergyFit {
     let settings = MeasureSettings { n_replicas: N_REPLICAS, ..MeasureSettings::new(PITCH_M, 1) };
     let law = ring_law();
     let measured = measure(motion, &settings, Some(&|_, overlap_m| law.energy_j(overlap_m))).unwrap();
-    let times = EnergyMeasurement { times_s: &motion.times_s, n_replicas: N_REPLICAS };
+    let times = EnergyMeasurement { times_s: &motion.times_s };
     let striker = Striker { mass_kg: 4.3e-3, velocity_m_per_s: VELOCITY.value, damping_kg_per_s: 0.1 };
     let model = EnergyModel {
         chain: Chain {

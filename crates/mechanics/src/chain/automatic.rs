@@ -195,9 +195,7 @@ impl Assignment<'_> {
         let linear = linearised(self.chain)?;
         let order = self.order(Method::Dop853, self.adaptive_pacing(&pace, accuracy));
         let run = Run::complete(&linear, &Pace::new(&linear), order)?;
-        let largest_m = (0..self.chain.n_bodies())
-            .flat_map(|gap| run.ledger.range_m(gap))
-            .fold(0.0_f64, |largest, overlap_m| largest.max(overlap_m.abs()));
+        let largest_m = pace.largest_overlap_m(&run.ledger);
         let error = error_at(largest_m);
         if error > 0.1 * accuracy {
             return Ok(None);

@@ -95,13 +95,11 @@ impl Ledger {
         if self.largest_j > 0.0 { self.drift_j / self.largest_j } else { self.drift_j }
     }
 
-    /// Peak potential energy of each gap between bodies, in joules. The energy grows with the overlap's distance from zero,
-    /// so it peaks where the overlap does.
+    /// Peak potential energy of each gap between bodies, in joules: the greatest between its least and its largest overlap.
     pub(crate) fn psi_max_j(&self, model: &ChainModel<'_>) -> Vec<f64> {
         let first = model.first_gap();
-        let energy = |gap: usize, overlap_m: f64| model.spring(gap).force_and_energy(overlap_m).1;
         (first..first + model.n_gaps())
-            .map(|gap| energy(gap, self.most_m[gap]).max(energy(gap, self.least_m[gap])))
+            .map(|gap| model.spring(gap).most_energy_j(self.least_m[gap], self.most_m[gap]))
             .collect()
     }
 

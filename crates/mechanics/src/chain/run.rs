@@ -406,7 +406,10 @@ impl Control {
     fn judge(&mut self, error: Option<LocalError>, h_s: f64) -> Option<f64> {
         let (Some(tolerance), Some(error)) = (self.adaptive, error) else { return None };
         // Errors of the velocity count as displacements within a radian of the fastest oscillation.
-        let relative = (error.x_m / self.x_m).max(error.v_m_per_s / (tolerance.omega_rad_per_s * self.x_m));
+        // What has not moved has no error.
+        let of_size = |error: f64, size: f64| if error == 0.0 { 0.0 } else { error / size };
+        let relative =
+            of_size(error.x_m, self.x_m).max(of_size(error.v_m_per_s, tolerance.omega_rad_per_s * self.x_m));
         let ratio = relative / (tolerance.per_second * h_s).max(tolerance.least);
         let change = SAFETY * ratio.max(1e-30).powf(-1.0 / tolerance.order);
         if ratio > 1.0 || !ratio.is_finite() {

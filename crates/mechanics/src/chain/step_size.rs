@@ -63,13 +63,23 @@ impl<'a> Pace<'a> {
     /// Fastest oscillation with every gap as stiff as it ever was.
     pub(crate) fn omega_reached(&self, ledger: &Ledger) -> f64 {
         let stiffest = |gap: usize| {
-            let [least_m, most_m] = ledger.range_m(gap);
-            // A striker that has left does not count.
-            let is_struck = End::BOTH.into_iter().any(|end| self.row.struck_gap(end) == Some(gap));
-            let least_m = if is_struck { least_m.max(0.0) } else { least_m };
+            let [least_m, most_m] = self.range_m(ledger, gap);
             self.row.contact(gap).stiffest_n_per_m(least_m, most_m)
         };
         self.largest_row(stiffest, |mass| self.ground_n_per_m[mass]).sqrt()
+    }
+
+    /// The largest overlap, or distance from rest in tension, that any gap ever had, in metres.
+    pub(crate) fn largest_overlap_m(&self, ledger: &Ledger) -> f64 {
+        let all = (0..self.row.n_links()).flat_map(|gap| self.range_m(ledger, gap));
+        all.fold(0.0, |largest, overlap_m| largest.max(overlap_m.abs()))
+    }
+
+    /// Smallest and largest overlap of a gap, in metres; a striker that has left does not count.
+    fn range_m(&self, ledger: &Ledger, gap: usize) -> [f64; 2] {
+        let [least_m, most_m] = ledger.range_m(gap);
+        let is_struck = End::BOTH.into_iter().any(|end| self.row.struck_gap(end) == Some(gap));
+        [if is_struck { least_m.max(0.0) } else { least_m }, most_m]
     }
 
     /// Refuses a step beyond the method's stability bound at this frequency.

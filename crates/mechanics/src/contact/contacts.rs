@@ -244,6 +244,11 @@ impl Contact {
         }
     }
 
+    /// Whether the law pulls at some overlap above zero, as a bistable one may.
+    pub(crate) fn pulls_in_compression(&self) -> bool {
+        matches!(&self.law, Law::Table(law) if law.pulls_in_compression())
+    }
+
     /// A length L in metres such that the force is at least k_0 Delta / (1 + Delta / L) in compression; zero where none is
     /// known. For a power law of exponent below 1 the tangent at Delta, which does so, passes above zero at zero overlap.
     pub(crate) fn softening_m(&self) -> f64 {

@@ -48,6 +48,16 @@ impl Spring {
         }
     }
 
+    /// The greatest energy, in joules, between two overlaps: it grows with the distance from zero, but for curves that fall.
+    pub(crate) fn most_energy_j(&self, least_m: f64, most_m: f64) -> f64 {
+        let energy_j = |overlap_m: f64| self.force_and_energy(overlap_m).1;
+        let of_ends = energy_j(least_m).max(energy_j(most_m));
+        match self {
+            Self::Table { law, .. } => law.barriers_m(least_m, most_m).map(energy_j).fold(of_ends, f64::max),
+            _ => of_ends,
+        }
+    }
+
     /// Force in newtons and energy in joules at an overlap in metres.
     pub(crate) fn force_and_energy(&self, overlap_m: f64) -> (f64, f64) {
         match self {

@@ -11,6 +11,8 @@ pub(crate) struct StrikerContact {
     k_0_n_per_m: f64,
     /// See [`Contact::softening_m`].
     softening_m: f64,
+    /// Whether its spring pulls at some overlap above zero.
+    may_pull: bool,
     pub(crate) damping_kg_per_s: f64,
 }
 
@@ -22,6 +24,7 @@ impl StrikerContact {
             spring: contact.spring(),
             k_0_n_per_m: contact.stiffness_n_per_m(0.0),
             softening_m: contact.softening_m(),
+            may_pull: contact.pulls_in_compression(),
             damping_kg_per_s,
         }
     }
@@ -44,8 +47,11 @@ impl StrikerContact {
         spring_n.min(self.push_n(overlap_m, closing_m_per_s))
     }
 
-    /// A lower bound of the contact force in compression, in newtons, without a power.
+    /// A lower bound of the contact force in compression, in newtons, without a power; none of a curve that may pull there.
     fn at_least_n(&self, overlap_m: f64, closing_m_per_s: f64) -> f64 {
+        if self.may_pull {
+            return f64::NEG_INFINITY;
+        }
         let spring_n = self.k_0_n_per_m * overlap_m / (1.0 + overlap_m / self.softening_m);
         spring_n + self.damping_kg_per_s * closing_m_per_s
     }

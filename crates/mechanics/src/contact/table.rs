@@ -194,6 +194,22 @@ impl TableLaw {
         ends.chain(reached).fold(0.0, f64::max)
     }
 
+    /// Overlaps between two others at which the energy has a maximum: where the force falls through zero, as on the barrier of a bistable curve.
+    pub(crate) fn barriers_m(&self, least_m: f64, most_m: f64) -> impl Iterator<Item = f64> {
+        let falls = self.pieces.windows(2).filter_map(|pair| {
+            let (piece, end_m, after_n) = (&pair[0], pair[1].start_m, pair[1].force[0]);
+            (piece.force[0] > 0.0 && after_n <= 0.0).then(|| piece.falls_through_zero_m(end_m))
+        });
+        falls.filter(move |x_m| (least_m..most_m).contains(x_m))
+    }
+
+    /// Whether it pulls at some overlap above zero.
+    pub(crate) fn pulls_in_compression(&self) -> bool {
+        let last = &self.pieces[self.pieces.len() - 1];
+        // Between two points it goes from one force to the other and no farther.
+        last.force[1] < 0.0 || self.pieces.iter().any(|piece| piece.start_m > 0.0 && piece.force[0] < 0.0)
+    }
+
     /// The largest slope, up or down, anywhere.
     pub(crate) fn steepest_n_per_m(&self) -> f64 {
         let last_m = self.pieces[self.pieces.len() - 1].start_m;
@@ -222,6 +238,18 @@ impl CubicPiece {
         let s = overlap_m - self.start_m;
         let [c, linear, square, cube] = self.force;
         c + s * (linear + s * (square + s * cube))
+    }
+
+    /// Where the force of a piece that falls from above zero to below it is zero.
+    fn falls_through_zero_m(&self, end_m: f64) -> f64 {
+        let (mut above_m, mut below_m) = (self.start_m, end_m);
+        loop {
+            let middle_m = 0.5 * (above_m + below_m);
+            if middle_m <= above_m || middle_m >= below_m {
+                return above_m;
+            }
+            if self.force_n(middle_m) > 0.0 { above_m = middle_m } else { below_m = middle_m }
+        }
     }
 
     fn slope(&self, overlap_m: f64) -> f64 {
@@ -321,6 +349,17 @@ mod tests {
         // The barrier lies where the force falls through zero, the second well where it rises through it.
         let well = table.evaluate(5e-3).1;
         assert!(well < table.evaluate(3.2e-3).1 && well < table.evaluate(6e-3).1);
+        let energies = (0..=50_000).map(|i| table.evaluate(1e-7 * f64::from(i)).1);
+        let highest = energies.fold(0.0, f64::max);
+        let barriers: Vec<f64> = table.barriers_m(0.0, 5e-3).map(|x| table.evaluate(x).1).collect();
+        // Next to the barrier, no farther than 0.1 um, the energy is lower by half the slope times the square of that: 1e-11 J.
+        assert!(
+            barriers.len() == 1 && (0.0..1e-11).contains(&(barriers[0] - highest)),
+            "{barriers:?} {highest}"
+        );
+        assert_eq!(table.barriers_m(0.0, 3e-3).count(), 0);
+        assert!(table.pulls_in_compression());
+        assert!(!samples_of(&PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap(), 20).pulls_in_compression());
     }
 
     #[test]
