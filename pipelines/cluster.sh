@@ -13,8 +13,12 @@ if [ $# -lt 2 ]; then
   sed -n '2,/^set/{/^#/s/^# \{0,1\}//p}' "$0" >&2
   exit 2
 fi
-experiment=$1 out=$2 n_shares=${3:-8}
-shift $(($# < 3 ? $# : 3))
+experiment=$1 out=$2 n_shares=8
+shift 2
+if [[ ${1:-} =~ ^[0-9]+$ ]]; then
+  n_shares=$1
+  shift
+fi
 
 printf -v run 'chainwave run %q --out %q --jobs ${SLURM_CPUS_PER_TASK:-1}' "$experiment" "$out"
 tracking=$(sbatch --parsable --job-name=chainwave-track --array="1-$n_shares" "$@" \

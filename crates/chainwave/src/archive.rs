@@ -6,9 +6,10 @@
 
 mod photomechanics;
 
+use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{Read, Write};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::time::SystemTime;
 
 use chainwave_camera::OpenOptions;
@@ -32,6 +33,8 @@ const METADATA: &str = "ro-crate-metadata.json";
 /// The file that describes the experiment as photomechanics does.
 const PHOTOMECHANICS: &str = "r3xa.json";
 const PROFILE: &str = "https://w3id.org/ro/wfrun/process/0.5";
+/// Of results, in which recordings are named and settings kept.
+const PROVENANCE: &str = "provenance.toml";
 /// Bytes that are copied at a time.
 const PIECE: usize = 1 << 20;
 
@@ -80,21 +83,22 @@ struct Packed {
 pub(crate) fn archive(arguments: &cli::Archive) -> Result<Outcome, Error> {
     let cli::Archive { results, out, recordings, license, authors } = arguments;
     let provenance = provenance(results)?;
-    if let Some(folder) = recordings {
-        let paths = provenance.recordings.iter().map(|source| folder.join(&source.recording));
-        on_demand::expect_readable(paths, &OpenOptions::default())?;
-    }
+    let files = match recordings {
+        Some(folder) => files_of_recordings(folder, &provenance)?,
+        None => Vec::new(),
+    };
+    // Of several striker velocities each has its results in a folder of its own.
+    let written = fs::metadata(results.join(PROVENANCE)).and_then(|about| about.modified());
+    let written = written.map_err(Error::file(&results.join(PROVENANCE), "read"))?;
     expect_new(out)?;
-    let written = fs::metadata(results.join("results.json")).and_then(|about| about.modified());
-    let written = written.map_err(Error::file(&results.join("results.json"), "read"))?;
     let mut made = Vec::new();
     for path in files_in(results)? {
         made.push(pack(results, &path, out, "")?);
     }
     let mut sources = Vec::new();
     if let Some(folder) = recordings {
-        for source in &provenance.recordings {
-            sources.push(pack(folder, &folder.join(&source.recording), out, "recordings/")?);
+        for file in &files {
+            sources.push(pack(folder, file, out, "recordings/")?);
         }
     }
     let about = Described {
@@ -128,13 +132,39 @@ pub(crate) fn archive(arguments: &cli::Archive) -> Result<Outcome, Error> {
     Ok(Outcome::default())
 }
 
+/// All files of the recordings, which lie in their folder and are there.
+fn files_of_recordings(folder: &Path, provenance: &Provenance) -> Result<Vec<PathBuf>, Error> {
+    let paths = || provenance.recordings.iter().map(|source| folder.join(&source.recording));
+    on_demand::expect_readable(paths(), &OpenOptions::default())?;
+    let mut files = Vec::new();
+    for (path, source) in paths().zip(&provenance.recordings) {
+        let is_within =
+            Path::new(&source.recording).components().all(|part| matches!(part, Component::Normal(_)));
+        if !is_within {
+            return Err(Error::Argument(format!(
+                "{}: expected recordings that lie in the folder itself, found {}",
+                folder.display(),
+                source.recording
+            )));
+        }
+        files.extend(chainwave_camera::files_of(&path)?);
+    }
+    if let Some(missing) = files.iter().find(|file| !file.is_file()) {
+        return Err(Error::Argument(format!("{}: expected a file, found none", missing.display())));
+    }
+    // A pair of files may have been named by either.
+    let mut named = BTreeSet::new();
+    files.retain(|file| named.insert(file.clone()));
+    Ok(files)
+}
+
 fn say<'a>(out: &Path, files: impl Iterator<Item = &'a Packed>) {
     let (n, n_bytes) = files.fold((0_u32, 0), |(n, sum), file| (n + 1, sum + file.n_bytes));
     say!("wrote {}: {n} files, {:.1} MB, and {METADATA}", out.display(), n_bytes as f64 / 1e6);
 }
 
 fn provenance(results: &Path) -> Result<Provenance, Error> {
-    let path = results.join("provenance.toml");
+    let path = results.join(PROVENANCE);
     if !path.is_file() {
         let found = if results.is_dir() { "a folder without it" } else { "no such folder" };
         return Err(Error::Argument(format!(

@@ -108,6 +108,9 @@ pub(crate) fn run(arguments: &cli::Run) -> Result<Outcome, Error> {
         return Err(Error::nothing_left("striker velocities", failed));
     }
     results::write_states(&arguments.out, &states)?;
+    if setups.len() > 1 {
+        provenance::write(&whole, &arguments.out)?;
+    }
     terminal::tell("recordings", states_as_json(states.clone()));
     terminal::tell("results", setups.iter().filter_map(|setup| read_results(&folder_of(setup))).collect());
     summary::print_states(&arguments.out, &states);

@@ -20,7 +20,7 @@ use crate::error::Error;
 use crate::interrupt;
 use crate::outcome::Outcome;
 use crate::parallel::threads;
-use crate::terminal::is_json;
+use crate::terminal::{complain, is_json};
 
 /// Longest sleep without looking whether the user asked to stop.
 const NAP: Duration = Duration::from_millis(50);
@@ -38,8 +38,17 @@ pub(crate) fn watch(arguments: &cli::Watch) -> Result<Outcome, Error> {
     };
     let mut folder = Folder::of(&arguments.folder)?;
     let mut watching = Watching { arguments, setup, options, views: Views::default(), looked_at: Vec::new() };
+    // A folder on another machine may be gone for a while.
+    let mut is_gone = false;
     while !interrupt::is_asked() {
-        for path in folder.newly_saved()? {
+        let saved = folder.newly_saved();
+        match (&saved, is_gone) {
+            (Err(why), false) => complain(format!("{why}; looked for again every {} s", arguments.every)),
+            (Ok(_), true) => complain(format!("{}: it is there again", arguments.folder.display())),
+            _ => {}
+        }
+        is_gone = saved.is_err();
+        for path in saved.unwrap_or_default() {
             if interrupt::is_asked() {
                 break;
             }

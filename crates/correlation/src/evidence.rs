@@ -11,6 +11,7 @@
 use chainwave_measurement::Lost;
 use nalgebra::{DMatrix, DVector};
 
+use crate::icgn::outcome::Match;
 use crate::uncertainty::{Residual, degrees_of_freedom, scales};
 use crate::warp::Warp;
 use crate::{PreparedSubset, Reference, Settings, Shape, Window, Workspace};
@@ -54,19 +55,33 @@ impl ShapeTest {
         Self { quadratic: PreparedSubset::new(reference, subset, &settings), least: [1.0; 2], n_matches: 0 }
     }
 
-    /// Adds the match of the affine subset at `warp`.
+    /// Adds a match of the affine subset: what it left out is no part of the test.
     pub(crate) fn add(
         &mut self,
         affine: &PreparedSubset,
         window: &Window,
-        warp: &Warp,
+        found: &Match,
         workspace: &mut Workspace,
     ) {
-        let Some(of_gradient) = gradient_test(affine, window, warp, workspace) else { return };
-        self.least[0] = self.least[0].min(of_gradient);
+        let visible = match found.is_whole {
+            true => None,
+            false => match affine.visible_at(window, found, workspace) {
+                Some(visible) => Some(visible),
+                None => return,
+            },
+        };
+        let part = |subset: &PreparedSubset| visible.as_ref().and_then(|visible| subset.only(visible).ok());
+        let whole = |subset| found.is_whole.then_some(subset);
+        let quadratic = self.quadratic.as_ref().ok();
+        let (part_of_affine, part_of_quadratic) = (part(affine), quadratic.and_then(part));
+        let affine = part_of_affine.as_ref().or(whole(affine));
+        let quadratic = part_of_quadratic.as_ref().or(quadratic.and_then(whole));
+        let warp = &found.warp();
+        let of_gradient = affine.and_then(|affine| gradient_test(affine, window, warp, workspace));
+        let Some(of_gradient) = of_gradient else { return };
         // A texture that does not show a curvature cannot ask for it.
-        let of_curvature = self.quadratic.as_ref().ok();
-        let of_curvature = of_curvature.and_then(|subset| curvature_test(subset, window, warp, workspace));
+        let of_curvature = quadratic.and_then(|subset| curvature_test(subset, window, warp, workspace));
+        self.least[0] = self.least[0].min(of_gradient);
         self.least[1] = self.least[1].min(of_curvature.unwrap_or(1.0));
         self.n_matches += 1;
     }

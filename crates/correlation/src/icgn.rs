@@ -91,6 +91,7 @@ impl PreparedSubset {
             gradient: warp.gradient,
             curvature: warp.curvature,
             noise_ratio,
+            is_whole: true,
         }
     }
 

@@ -116,15 +116,18 @@ struct RefinedSubset<R> {
 }
 
 impl<R: Refine> RefinedSubset<R> {
-    fn find(&mut self, recording: &dyn Recording, is_reference: bool, frame: usize) -> Found {
+    fn find(&mut self, recording: &dyn Recording, reference: &Range<usize>, frame: usize) -> Found {
         let target = self.target.as_mut().map_err(|reason| *reason)?;
         let Target { subset, method, calibration, standard } = target;
         let (window, workspace) = (&mut self.window, &mut self.workspace);
-        let history = &self.history;
+        let (history, is_reference) = (&self.history, reference.contains(&frame));
         let quest = Quest { recording, subset, standard, history, reason: self.reason, is_reference };
         let (place, found) =
             quest.find(frame, &mut Refined { recording, subset, method, window, workspace })?;
-        standard.note(found.zncc);
+        // The whole reference resembles itself more than any frame does.
+        if *reference != (frame..frame + 1) {
+            standard.note(found.zncc);
+        }
         let [x_px, y_px] =
             calibration.correct(place, &found).map(|(value, sigma)| Estimate::new(value, sigma));
         Ok(Position { x_px, y_px, theta_rad: None, zncc: found.zncc, iterations: 0 })
@@ -190,7 +193,7 @@ struct Points<'a, R> {
 impl<R: Refine> Tracker for Points<'_, R> {
     fn locate(&mut self, frame: usize) -> Vec<Found> {
         let locate = |point: &mut RefinedSubset<R>| {
-            let found = point.find(self.recording, self.reference.contains(&frame), frame);
+            let found = point.find(self.recording, &self.reference, frame);
             point.history.note(&found);
             point.reason = found.err().unwrap_or(point.reason);
             found
@@ -200,8 +203,8 @@ impl<R: Refine> Tracker for Points<'_, R> {
 
     fn restart(&mut self, found: &[Found]) {
         for (point, found) in self.points.iter_mut().zip(found) {
-            point.history = point.history.restarted(found);
             if let Ok(target) = &mut point.target {
+                point.history = History::restarted(found, target.subset.centre_px);
                 target.standard.restart();
             }
         }

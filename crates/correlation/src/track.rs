@@ -52,6 +52,7 @@ pub fn track(
     widen(&mut tracks, &mut followers);
     let told = tell_bends(&mut followers, subsets, settings);
     correct(&mut tracks, &told, Told::with_bend);
+    carry_bends(&mut tracks, &told, &followers, reference.range().start);
     Ok(without_collisions(tracks, subsets, reference.range().start, settings))
 }
 
@@ -79,6 +80,7 @@ pub fn track_by_evidence(
     widen(&mut tracks, &mut followers);
     let told = tell_bends(&mut followers, subsets, settings);
     correct(&mut tracks, &told, Told::with_bend);
+    carry_bends(&mut tracks, &told, &followers, reference.range().start);
     let mut evidence: Vec<ShapeEvidence> = followers
         .iter()
         .filter_map(|follower| follower.shape_test.as_ref())
@@ -124,12 +126,16 @@ pub fn track_from(
     let mut follower = Follower::new(recording, subset, reference, settings)?;
     follower.start_at(place_px);
     let first = frames.start;
-    let mut found: Vec<Found> =
-        (first..frames.end.min(follower.n_frames())).map(|frame| follower.locate(frame)).collect();
-    for (frame, position) in follower.settled_late() {
-        found[frame - first] = Ok(position);
+    let end = frames.end.min(follower.n_frames()).max(first);
+    let mut found: Vec<Found> = vec![Err(Lost::Unreadable); end];
+    for frame in first..end {
+        found[frame] = follower.locate(frame);
     }
-    Ok(found)
+    for (frame, position) in follower.settled_late() {
+        found[frame] = Ok(position);
+    }
+    std::mem::take(&mut follower.alike).widen(&mut found);
+    Ok(found.split_off(first))
 }
 
 /// Enlarges sigmas where residuals of neighbouring pixels are alike.
@@ -159,6 +165,23 @@ fn correct<'a>(
             let Ok(Position { x_px, y_px, .. }) = position else { continue };
             for (place, told) in [(x_px, x), (y_px, y)] {
                 *place = told.as_ref().map_or(*place, |told| with(told, *place));
+            }
+        }
+    }
+}
+
+/// A subset that was prepared anew was taken from where the affine match had it: what that lacked, all places behind it lack too.
+fn carry_bends(tracks: &mut [Track], told: &AllTold, followers: &[Follower<'_>], first: usize) {
+    for ((track, told), follower) in tracks.iter_mut().zip(told).zip(followers) {
+        for &renewed in &follower.renewed_in {
+            let Some(lacked) = told.get(renewed) else { continue };
+            let is_behind = |frame: usize| if renewed > first { frame > renewed } else { frame < renewed };
+            for (_, position) in track.positions.iter_mut().enumerate().filter(|(frame, _)| is_behind(*frame))
+            {
+                let Ok(Position { x_px, y_px, .. }) = position else { continue };
+                for (place, lacked) in [(x_px, &lacked[0]), (y_px, &lacked[1])] {
+                    *place = lacked.as_ref().map_or(*place, |lacked| lacked.with_bend(*place));
+                }
             }
         }
     }

@@ -164,8 +164,9 @@ impl Clocks {
                 ClockOf::Recording(_) => "the other trials of its view",
             };
             let rates = observations.iter().find(|one| clock.of.holds(one.view, &one.recording)).map(|one| {
-                let true_hz = one.frame_interval_s().recip();
-                format!("is its frame rate {true_hz:.0} Hz and not {:.0}? ", true_hz * (1.0 + value))
+                // Its times are by what is believed of them, be that half of it.
+                let stated_hz = self.factor(one.view, &one.recording) / one.frame_interval_s();
+                format!("is its frame rate {:.0} Hz and not {stated_hz:.0}? ", stated_hz / (1.0 + value))
             });
             let put_right = match &clock.or_of {
                 None => "Its times are put right".to_owned(),

@@ -28,6 +28,7 @@ pub use self::rings::ring_centres;
 use self::rubbed::rubbed;
 pub use self::truth::{MeanMotion, StrikerTruth, TrueTrial, Truth};
 pub use self::wrong_chains::WrongChain;
+use crate::calibration::ChainMap;
 use crate::configuration::{self, Experiment, Synthetic, Trial};
 use crate::error::Error;
 use crate::monitor::{Monitor, Stage};
@@ -59,6 +60,14 @@ impl Experiment {
         })?;
         Faults(&synthetic.faults).check(trials, path)?;
         synthetic.check_views(trials, path)?;
+        if self.camera.marks.is_some() && ChainMap::read(self, path)?.goes_left() {
+            return Err(Error::Configuration {
+                path: path.to_owned(),
+                message: "camera.marks: films show chains that go to the right, and by these it goes to the left (hint: count their columns, and \
+                          first_body_px, from the other side)"
+                    .into(),
+            });
+        }
         Ok(synthetic)
     }
 }

@@ -23,7 +23,7 @@ pub(crate) struct Magnifications {
 }
 
 impl Magnifications {
-    /// From pairs alone, over the views' median; none where no pair contradicts one scale for all.
+    /// From pairs alone, of views that these tie over their median; none where no pair contradicts one scale for all.
     pub(crate) fn told(pairs: &[PairSize]) -> Self {
         let is_told = |(_, size): &PairSize| size.value.abs() > TOLD * size.sigma;
         if !pairs.iter().any(is_told) {
@@ -44,24 +44,30 @@ impl Magnifications {
                 sizes[index] = sum / n;
             }
         }
-        let middle = median(sizes.clone()).unwrap_or(0.0);
         // A chain of views hands its errors on.
         let sigma =
             pairs.iter().map(|(_, size)| size.sigma).fold(0.0, f64::max) * (0.5 * views.len() as f64).sqrt();
         let alone =
             |index: usize| (0..views.len()).map(|other| if other == index { sigma } else { 0.0 }).collect();
-        // The stated scale was found in one view or in some of them: what views have in common is off it as their mean is.
-        let common_sigma = error_of_mean(&sizes);
-        let common = vec![common_sigma; views.len()];
-        Self {
-            common_sigma,
-            errors: (0..views.len()).map(alone).chain([common]).collect(),
-            views: views
-                .iter()
-                .zip(sizes)
-                .map(|(view, size)| (*view, Estimate::new(size - middle, sigma)))
-                .collect(),
+        let mut errors: Vec<Vec<f64>> = (0..views.len()).map(alone).collect();
+        let mut found: Vec<(u32, Estimate)> = Vec::with_capacity(views.len());
+        let groups = tied(&views, pairs);
+        let mut common_sigma = f64::INFINITY;
+        for group in sorted(groups.clone()) {
+            // Nothing says how views that are not tied differ.
+            let members: Vec<usize> = (0..views.len()).filter(|index| groups[*index] == group).collect();
+            let of_group: Vec<f64> = members.iter().map(|index| sizes[*index]).collect();
+            let middle = median(of_group.clone()).unwrap_or(0.0);
+            let of_member = |index: &usize| (views[*index], Estimate::new(sizes[*index] - middle, sigma));
+            found.extend(members.iter().map(of_member));
+            // The stated scale was found in one view or in some of them: what views have in common is off it as their mean is.
+            let in_common = error_of_mean(&of_group);
+            let of_view = |index: usize| if groups[index] == group { in_common } else { 0.0 };
+            errors.push((0..views.len()).map(of_view).collect());
+            common_sigma = common_sigma.min(in_common);
         }
+        found.sort_by_key(|(view, _)| *view);
+        Self { common_sigma, errors, views: found }
     }
 
     /// From pairs, where each view is stated to differ from the common scale by `view_sigma` (relative): the least squares of both. A view
@@ -130,6 +136,17 @@ impl Magnifications {
     }
 }
 
+/// The least number of a view that each is tied to by pairs, one to the next.
+fn tied(views: &[u32], pairs: &[PairSize]) -> Vec<u32> {
+    let mut groups = views.to_vec();
+    let place = |view: u32| views.iter().position(|other| *other == view).unwrap_or(0);
+    for ([one, other], _) in pairs {
+        let [one, other] = [groups[place(*one)], groups[place(*other)]];
+        groups.iter_mut().filter(|group| **group == one.max(other)).for_each(|group| *group = one.min(other));
+    }
+    groups
+}
+
 /// Standard error of the mean, by the scatter.
 fn error_of_mean(sizes: &[f64]) -> f64 {
     let n = sizes.len() as f64;
@@ -175,6 +192,18 @@ mod tests {
         assert!((found.of(2).value - found.of(1).value - 6e-3).abs() < 1e-9);
         let in_common = found.errors.last().unwrap();
         assert!(in_common.iter().all(|error| (error / common - 1.0).abs() < 1e-6));
+    }
+
+    #[test]
+    fn views_that_nothing_ties_to_others_have_errors_of_their_own() {
+        let pairs = [([1, 2], Estimate::new(6e-3, 3e-4)), ([3, 4], Estimate::new(0.0, 3e-4))];
+        let found = Magnifications::told(&pairs);
+        // Either of the two may be the one that is off: their mean is known to half their difference; nothing is said of the others.
+        let total = |view: usize| found.errors.iter().map(|error| error[view].powi(2)).sum::<f64>().sqrt();
+        assert!((found.of(2).value - found.of(1).value - 6e-3).abs() < 1e-9);
+        assert!((0..2).all(|view| total(view) >= 3e-3) && (2..4).all(|view| total(view) < 1e-3));
+        assert!(found.of(3).value.abs() < 1e-12 && found.common_sigma().abs() < 1e-12);
+        assert!(found.own_sigmas().all(|(view, own)| (own > 2.9e-3) == (view <= 2)));
     }
 
     #[test]

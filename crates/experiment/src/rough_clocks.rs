@@ -59,8 +59,14 @@ fn between(first: &[&Observation], second: &[&Observation], rest_until_s: f64) -
     if pairs.is_empty() {
         return None;
     }
+    // A body that the wave does not reach in both has noise alone, and says nothing.
+    let weight = |[first, second]: &[Course; 2]| first.most_m().min(second.most_m()).powi(2);
+    let total: f64 = pairs.iter().map(weight).sum();
     let left = |logarithm: f64, frames: f64| -> Option<f64> {
-        pairs.iter().map(|[first, second]| left_of(first, second, logarithm.exp(), frames)).sum()
+        let weighted = |pair: &[Course; 2]| {
+            Some(weight(pair) / total * left_of(&pair[0], &pair[1], logarithm.exp(), frames)?)
+        };
+        pairs.iter().map(weighted).sum()
     };
     let best_of = |about: f64, step: f64, n: i32, frames: f64| {
         let logarithms = (-n..=n).map(|k| about + step * f64::from(k));

@@ -3,7 +3,7 @@
 use std::iter;
 use std::ops::Range;
 
-use crate::Estimate;
+use crate::{Estimate, median};
 
 /// A pause of more frames than this parts a recording.
 const PAUSE_FRAMES: f64 = 1000.0;
@@ -33,6 +33,18 @@ pub struct BodyTrack {
     pub position_m: Vec<Option<Estimate>>,
 }
 
+/// The frames of a recording proper, by their time stamps: the longest stretch without a pause of more than a thousand frames. Cameras are known
+/// to append a dummy frame that is stamped months later.
+pub(crate) fn proper_frames(times_s: &[f64]) -> Range<usize> {
+    let intervals = times_s.windows(2).map(|pair| pair[1] - pair[0]);
+    let longest_s = PAUSE_FRAMES * median(intervals.collect()).unwrap_or(f64::INFINITY);
+    let pauses = times_s.windows(2).enumerate().filter(|(_, pair)| pair[1] - pair[0] > longest_s);
+    let bounds: Vec<usize> =
+        iter::once(0).chain(pauses.map(|(before, _)| before + 1)).chain([times_s.len()]).collect();
+    // Of equally long ones the first.
+    bounds.windows(2).map(|bound| bound[0]..bound[1]).rev().max_by_key(Range::len).unwrap_or(0..0)
+}
+
 impl Observation {
     /// Interval between frames, in seconds: the median of the differences of the time stamps.
     pub fn frame_interval_s(&self) -> f64 {
@@ -58,10 +70,8 @@ impl Observation {
         (n > 0).then(|| readings.map(|reading| reading.value).sum::<f64>() / n as f64)
     }
 
-    /// First and last time of the recording proper, in seconds; `None` without frames.
-    ///
-    /// Cameras are known to append a dummy frame stamped months later: the recording proper is the longest stretch without a pause of more
-    /// than a thousand frames.
+    /// First and last time of the recording proper, the longest stretch without a pause of more than a thousand frames, in seconds; `None` without
+    /// frames.
     pub fn span_s(&self) -> Option<(f64, f64)> {
         let frames = self.proper_frames();
         Some((*self.times_s.get(frames.start)?, *self.times_s.get(frames.end.checked_sub(1)?)?))
@@ -75,12 +85,7 @@ impl Observation {
     }
 
     fn proper_frames(&self) -> Range<usize> {
-        let longest_s = PAUSE_FRAMES * self.frame_interval_s();
-        let pauses = self.times_s.windows(2).enumerate().filter(|(_, pair)| pair[1] - pair[0] > longest_s);
-        let bounds: Vec<usize> =
-            iter::once(0).chain(pauses.map(|(before, _)| before + 1)).chain([self.times_s.len()]).collect();
-        // Of equally long ones the first.
-        bounds.windows(2).map(|bound| bound[0]..bound[1]).rev().max_by_key(Range::len).unwrap_or(0..0)
+        proper_frames(&self.times_s)
     }
 }
 

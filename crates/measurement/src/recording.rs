@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::Region;
+use crate::observation::proper_frames;
 
 /// What a recording says of itself.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,6 +40,19 @@ impl RecordingInfo {
     /// The largest count of a pixel, at which it saturates.
     pub fn full_scale(&self) -> f64 {
         f64::from(self.bit_depth).exp2() - 1.0
+    }
+
+    /// The same without frames behind the recording proper, such as a last one that was never exposed and is stamped months later.
+    #[must_use]
+    pub fn proper(mut self) -> Self {
+        self.n_frames = proper_frames(&self.times_s).end;
+        self.times_s.truncate(self.n_frames);
+        self
+    }
+
+    /// When the recording proper ends, in seconds after the trigger; `None` without frames.
+    pub fn last_s(&self) -> Option<f64> {
+        self.times_s.get(proper_frames(&self.times_s).end.checked_sub(1)?).copied()
     }
 }
 

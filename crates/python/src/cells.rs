@@ -13,9 +13,9 @@ pub(crate) enum Cells {
     /// Numbers, `None` where there is none.
     #[pyo3(transparent)]
     Numbers(Vec<Option<f64>>),
-    /// Texts.
+    /// Texts, `None` where there is none.
     #[pyo3(transparent)]
-    Texts(Vec<String>),
+    Texts(Vec<Option<String>>),
 }
 
 /// Columns with their names.
@@ -34,7 +34,9 @@ pub(crate) fn table_of(table: &str, columns: NamedCells) -> Result<Table, Failur
             let known = values.into_iter().map(|value| value.filter(|value| !value.is_nan()));
             Ok((name, Column::Numbers(known.collect())))
         }
-        Cells::Texts(values) => Ok((name, Column::Texts(values))),
+        Cells::Texts(values) => {
+            Ok((name, Column::Texts(values.into_iter().map(Option::unwrap_or_default).collect())))
+        }
     };
     Ok(Table::new(Path::new(table), columns.into_iter().map(of).collect::<Result<_, _>>()?))
 }
@@ -48,6 +50,14 @@ pub(crate) enum TableArgument {
     /// A file.
     #[pyo3(transparent)]
     File(PathBuf),
+}
+
+/// The columns of a CSV file as Python has columns: its cells as texts.
+#[pyfunction]
+pub(crate) fn columns_of_csv(path: PathBuf) -> Result<Vec<(String, Vec<String>)>, Failure> {
+    let table = Table::read_csv(&path)?;
+    let column = |name: &str| Ok((name.to_owned(), table.texts(name)?));
+    table.names().map(column).collect()
 }
 
 impl TableArgument {

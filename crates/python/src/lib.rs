@@ -43,6 +43,7 @@ fn _chainwave(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<experimenting::PreparedExperiment>()?;
     module.add_class::<experimenting::ExperimentResults>()?;
     module.add_class::<merging::MergedMotion>()?;
+    module.add_function(wrap_pyfunction!(cells::columns_of_csv, module)?)?;
     module.add_function(wrap_pyfunction!(merging::merge, module)?)?;
     module.add_function(wrap_pyfunction!(merging::measure_motion, module)?)?;
     module.add_function(wrap_pyfunction!(merging::fit, module)?)?;

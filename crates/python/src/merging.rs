@@ -1,6 +1,6 @@
 //! The pieces, for tracks of any origin: trials merged to one motion, a motion measured, a chain fitted.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -91,9 +91,14 @@ pub(crate) fn merge(
 
 /// The trials of a table, in the order of their first rows; a body without a row at an instant of its trial was lost then.
 fn observations(table: &Table) -> Result<Vec<Observation>, Failure> {
-    let names = match table.has("recording") {
-        true => table.texts("recording")?,
-        false => table.texts("trial")?,
+    // Views count their trials from one each.
+    let names: Vec<String> = match (table.has("recording"), table.has("view")) {
+        (true, _) => table.texts("recording")?,
+        (false, true) => {
+            let of_views = table.texts("view")?.into_iter().zip(table.texts("trial")?);
+            of_views.map(|(view, trial)| format!("view {view}, trial {trial}")).collect()
+        }
+        (false, false) => table.texts("trial")?,
     };
     let (bodies, times_s) = (table.counts("body")?, table.full_numbers("t_s")?);
     let (x_m, sigma_m) = (table.numbers("x_m")?, table.numbers("sigma_m")?);
@@ -119,7 +124,22 @@ fn observations(table: &Table) -> Result<Vec<Observation>, Failure> {
         own_s.sort_by(f64::total_cmp);
         own_s.dedup_by(|a, b| a.total_cmp(b).is_eq());
         let mut tracks: BTreeMap<usize, Vec<Option<Estimate>>> = BTreeMap::new();
+        let mut seen = BTreeSet::new();
+        let first = rows.first().copied().unwrap_or(0);
         for &row in &rows {
+            for (column, of) in [("view", &views), ("trial", &trials)] {
+                if let Some(of) = of.as_ref().filter(|of| of[row] != of[first]) {
+                    let (expected, found) =
+                        (format!("{}, as in the other rows of {name}", of[first]), of[row]);
+                    return Err(table.cell(row, column, &expected, &found.to_string()).into());
+                }
+            }
+            if !seen.insert((bodies[row], times_s[row].to_bits())) {
+                let expected = format!("one row of {name} for body {} and an instant", bodies[row]);
+                return Err(table
+                    .cell(row, "t_s", &expected, &format!("a second one of {} s", times_s[row]))
+                    .into());
+            }
             if bodies[row] == 0 {
                 return Err(table.cell(row, "body", "a number from 1", "0").into());
             }
@@ -130,7 +150,6 @@ fn observations(table: &Table) -> Result<Vec<Observation>, Failure> {
                 *place = found.map(|(x_m, sigma_m)| Estimate::new(x_m, sigma_m));
             }
         }
-        let first = rows.first().copied().unwrap_or(0);
         Ok(Observation {
             recording: name.to_owned(),
             view: number(&views, first, 1)?,

@@ -97,6 +97,9 @@ pub(crate) fn recording_of_counts(
     let frame = |bytes: &[u8]| bytes.chunks_exact(4).map(count).collect();
     let frames: Vec<Vec<f32>> = counts.chunks_exact(4 * n_pixels).map(frame).collect();
     let mut recording = MemoryRecording::new(width_px, bit_depth, frames);
+    if let Some(found) = rate_hz.filter(|rate_hz| !(rate_hz.is_finite() && *rate_hz > 0.0)) {
+        return Err(Failure::Argument(format!("rate_hz: expected a number above 0, found {found}")));
+    }
     let mut stamped_hz = None;
     if let Some(times_s) = times_s {
         if times_s.len() != recording.info.n_frames {
@@ -105,6 +108,10 @@ pub(crate) fn recording_of_counts(
                 recording.info.n_frames,
                 times_s.len()
             )));
+        }
+        if let Some(frame) = times_s.iter().position(|time_s| !time_s.is_finite()) {
+            let found = times_s[frame];
+            return Err(Failure::Argument(format!("times_s, frame {frame}: expected a time, found {found}")));
         }
         stamped_hz = rate_of(&times_s);
         recording.info.times_s = times_s;

@@ -4,7 +4,7 @@ use std::ffi::CStr;
 use std::sync::Arc;
 
 use arrow_array::ffi_stream::FFI_ArrowArrayStream;
-use arrow_array::{ArrayRef, Float64Array, RecordBatch, RecordBatchIterator, StringArray, UInt32Array};
+use arrow_array::{ArrayRef, Float64Array, LargeStringArray, RecordBatch, RecordBatchIterator, UInt32Array};
 use arrow_schema::ffi::FFI_ArrowSchema;
 use arrow_schema::{ArrowError, DataType, Field, Schema};
 use chainwave_experiment::{ResultTable, Values};
@@ -39,7 +39,7 @@ impl ArrowTable {
 
 fn column(name: &str, values: Values) -> (Field, ArrayRef) {
     let array: ArrayRef = match values {
-        Values::Texts(values) => Arc::new(StringArray::from(values)),
+        Values::Texts(values) => Arc::new(LargeStringArray::from(values)),
         Values::Counts(values) => Arc::new(UInt32Array::from(values)),
         Values::MaybeCounts(values) => Arc::new(UInt32Array::from(values)),
         Values::Numbers(values) => Arc::new(Float64Array::from(values)),
@@ -99,7 +99,7 @@ impl ArrowTable {
     fn texts<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyList>> {
         let array = self.column(name)?;
         let not_texts = || PyKeyError::new_err(format!("column {name:?} holds numbers"));
-        let texts = array.as_any().downcast_ref::<StringArray>().ok_or_else(not_texts)?;
+        let texts = array.as_any().downcast_ref::<LargeStringArray>().ok_or_else(not_texts)?;
         PyList::new(py, texts.iter().collect::<Vec<_>>())
     }
 

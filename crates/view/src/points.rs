@@ -120,19 +120,29 @@ pub(crate) fn write(path: &Path, points: &[Subset], overwrite: bool) -> Result<(
         Refusal::new(500, path.display().to_string(), "a file that can be written", error.to_string())
             .with_hint(hint)
     };
-    let written = write_new(&temporary, table(points).as_bytes()).and_then(|()| match overwrite {
-        true => fs::rename(&temporary, path),
-        // A link, unlike a renaming, never replaces what somebody else wrote meanwhile.
-        false => fs::hard_link(&temporary, path),
-    });
-    let result = match written {
-        Err(error) if error.kind() == ErrorKind::AlreadyExists => Err(there()),
-        // Some file systems have no links: there the look at the beginning has to do.
-        Err(error) if !overwrite && error.kind() == ErrorKind::Unsupported => {
-            fs::rename(&temporary, path).map_err(failed)
+    let text = table(points);
+    let result = write_new(&temporary, text.as_bytes()).map_err(failed).and_then(|()| {
+        if overwrite {
+            return fs::rename(&temporary, path).map_err(failed);
         }
-        written => written.map_err(failed),
-    };
+        // A link, unlike a renaming, never replaces what somebody else wrote meanwhile. Some file systems have none, and say so in several ways:
+        // there the file is made, which replaces none either, and filled.
+        match fs::hard_link(&temporary, path) {
+            Err(error) if error.kind() != ErrorKind::AlreadyExists => {
+                match write_new(path, text.as_bytes()) {
+                    Err(error) if error.kind() == ErrorKind::AlreadyExists => Err(there()),
+                    Err(error) => {
+                        // Half a table is none.
+                        let _ = fs::remove_file(path);
+                        Err(failed(error))
+                    }
+                    Ok(()) => Ok(()),
+                }
+            }
+            Err(_) => Err(there()),
+            Ok(()) => Ok(()),
+        }
+    });
     // After a renaming it is gone already.
     let _ = fs::remove_file(&temporary);
     result

@@ -102,13 +102,18 @@ impl SetUp {
             };
             // Some write decimals behind a comma.
             let number = answer.trim().replacen(',', ".", 1);
-            let is_number = number.parse::<f64>().is_ok_and(f64::is_finite);
-            match (number.is_empty(), is_number) {
+            // As it is written for whoever reads the file: `.03` and `5.` are none there.
+            let written = match (number.parse::<u64>(), number.parse::<f64>()) {
+                (Ok(whole), _) => Some(whole.to_string()),
+                (_, Ok(value)) if value.is_finite() => Some(format!("{value:?}")),
+                _ => None,
+            };
+            match (number.is_empty(), written) {
                 (true, _) => {}
-                (false, true) => {
-                    answers.insert(key, number);
+                (false, Some(written)) => {
+                    answers.insert(key, written);
                 }
-                (false, false) => {
+                (false, None) => {
                     return Err(refuse(
                         format!("{}: a number, or nothing", question.label),
                         shortened(&answer),

@@ -169,7 +169,29 @@ impl Mapping {
             return Err(wrong(format!("displacement.unit_m: expected a number other than 0, found {found}")));
         }
         mapping.expect_one_way().map_err(wrong)?;
+        mapping.expect_gaps().map_err(wrong)?;
         Ok(mapping)
+    }
+
+    /// Gaps that the chain has, and a place of its own for each body.
+    fn expect_gaps(&self) -> Result<(), String> {
+        let Chain { n_bodies, first_gap, last_gap, .. } = self.chain;
+        let n_gaps = n_bodies - 1;
+        if !(1..=n_gaps).contains(&first_gap) {
+            return Err(format!("chain.first_gap: expected a gap from 1 to {n_gaps}, found {first_gap}"));
+        }
+        if let Some(last) = last_gap.filter(|last| !(first_gap + 1..=n_gaps).contains(last)) {
+            return Err(format!(
+                "chain.last_gap: expected a gap behind first_gap = {first_gap}, to {n_gaps} at most, found {last}"
+            ));
+        }
+        let of_sigma = self.sigma.series.as_ref().map(|series| ("sigma.step", series.step));
+        for (key, step) in [("displacement.step", self.displacement.step)].into_iter().chain(of_sigma) {
+            if step == 0 {
+                return Err(format!("{key}: expected at least 1, found 0"));
+            }
+        }
+        Ok(())
     }
 
     /// A place along the wave of what a file states, whose standard uncertainty is at least the usual one.

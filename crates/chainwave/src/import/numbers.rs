@@ -19,7 +19,8 @@ pub(super) struct Numbers {
 }
 
 impl Numbers {
-    /// Reads a file; an empty cell is a lost value, and one that is no number an error.
+    /// Reads a file; an empty cell and one that says NaN are lost values, and one that is no number an error. Where commas part no cells they may
+    /// part decimals.
     pub(super) fn read(path: &Path, layout: &Layout) -> Result<Self, Error> {
         let text = read_text(path)?;
         let mut lines = Vec::new();
@@ -31,8 +32,13 @@ impl Numbers {
             };
             let number = |(column, cell): (usize, &&str)| {
                 let cell = cell.trim();
-                match cell.parse::<f64>() {
+                let parsed = match layout.separator {
+                    Separator::Comma => cell.parse::<f64>(),
+                    _ => cell.replacen(',', ".", 1).parse(),
+                };
+                match parsed {
                     _ if cell.is_empty() => Ok(None),
+                    Ok(value) if value.is_nan() => Ok(None),
                     Ok(value) if value.is_finite() => Ok(Some(value)),
                     _ => Err(Error::place(
                         path,

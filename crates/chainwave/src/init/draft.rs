@@ -97,9 +97,11 @@ pub(crate) fn subset_lines([half_width_px, half_height_px]: [usize; 2]) -> Strin
     )
 }
 
-/// A file's or folder's name as text.
+/// A file's or folder's name as text; of a folder such as `.` its own.
 pub(crate) fn file_name(path: &Path) -> String {
-    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+    let known = path.file_name().map(ToOwned::to_owned);
+    let name = known.or_else(|| path.canonicalize().ok()?.file_name().map(ToOwned::to_owned));
+    name.unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// View and trial of a recording: the last two numbers of its name, where it has two.
@@ -121,9 +123,17 @@ pub(crate) fn trials_table(names: &[String], stage_step_m: Option<f64>) -> Strin
             }
             None => [FILL_IN; 3].join(","),
         };
-        text.push_str(&format!("{name},{row}\n"));
+        text.push_str(&format!("{},{row}\n", cell(name)));
     }
     text
+}
+
+/// A text as a cell of a table, in quotes where it needs them.
+fn cell(text: &str) -> String {
+    match text.contains([',', ';', '"']) || text.trim() != text {
+        true => format!("\"{}\"", text.replace('"', "\"\"")),
+        false => text.to_owned(),
+    }
 }
 
 /// Where the stage stands in a view, in metres from the first one of these recordings.
@@ -143,7 +153,7 @@ impl Draft<'_> {
         format!(
             "# The first recording: {format}, {width} x {height} px, {bits} bit, {n} frames from {first_ms:.3} to {last_ms:.3} ms.
 # FILL_IN marks what only you know. SI units.
-name = {name:?}
+name = {name}
 trials = \"trials.csv\"             # recording, view, trial, stage_m (position of the stage along the chain)
 
 [chain]
@@ -174,7 +184,7 @@ rest_until_s = {rest}
             height = self.info.height_px,
             bits = self.info.bit_depth,
             n = self.info.n_frames,
-            name = self.name,
+            name = toml::Value::String(self.name.clone()),
             n_bodies = known("n_bodies"),
             pitch_m = known(PITCH),
             mass_kg = known("mass_kg"),

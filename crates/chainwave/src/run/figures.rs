@@ -117,11 +117,11 @@ impl Album<'_> {
             }
         }
         chainwave_figures::displacements(&self.folder.join("displacements"), &bodies)?;
+        let (n_bodies, beside) = (bodies.len(), self.evaluation.model.as_ref());
+        let beside = beside.map_or("", |_| ", and the chain model with the fitted damping");
         Ok(Figure {
             name: "displacements".into(),
-            caption:
-                "Displacements of five bodies with 95 % bands, and the chain model with the fitted damping."
-                    .into(),
+            caption: format!("Displacements of {n_bodies} bodies with 95 % bands{beside}."),
         })
     }
 

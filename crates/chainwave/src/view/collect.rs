@@ -15,7 +15,7 @@ use crate::on_demand;
 use crate::parallel::threads;
 use crate::review::TRACKS;
 use crate::track::read_points;
-use crate::view::results::of_results;
+use crate::view::results::{PROVENANCE, of_results};
 use crate::view::set_up;
 
 /// Recordings for a recording, a folder of them, an experiment or the results of one.
@@ -26,6 +26,12 @@ pub(crate) fn collection(arguments: &cli::View) -> Result<Collection, Error> {
     }
     if path.join(TRACKS).is_file() {
         return of_results(arguments);
+    }
+    if path.join(PROVENANCE).is_file() {
+        return Err(Error::Argument(format!(
+            "{}: expected the results of one striker velocity, found a folder of several (hint: view one of its folders striker-...)",
+            path.display()
+        )));
     }
     let options = arguments.reading.options(arguments.rate_hz);
     let mut collection = of_recordings(path, &options)?;

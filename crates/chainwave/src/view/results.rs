@@ -12,7 +12,7 @@ use crate::review::{ReviewedResults, TRACKS};
 use crate::table;
 use crate::view::corrections;
 
-const PROVENANCE: &str = "provenance.toml";
+pub(super) const PROVENANCE: &str = "provenance.toml";
 const STRAIN: &str = "strain.parquet";
 const MOTION: &str = "motion.parquet";
 

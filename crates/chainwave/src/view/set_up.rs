@@ -160,7 +160,10 @@ length_sigma_m = 0.0
             picked.answers.get(RULER_LENGTH).map_or("FILL_IN", String::as_str)
         ),
         None if picked.subsets.len() > 1 => {
-            let numbers: Vec<&str> = picked.subsets.iter().map(|subset| subset.name.as_str()).collect();
+            // `02` is no number for whoever reads the file.
+            let number =
+                |name: &str| name.parse::<u64>().map_or(name.to_owned(), |number| number.to_string());
+            let numbers: Vec<String> = picked.subsets.iter().map(|subset| number(&subset.name)).collect();
             let at: Vec<String> = picked
                 .subsets
                 .iter()

@@ -123,7 +123,7 @@ impl ImagePair<'_> {
         workspace: &mut Workspace,
     ) -> Settled {
         let mut test = ShapeTest::new(self.reference, &self.subset(place_px), &self.settings);
-        test.add(affine, self.target, &found.warp(), workspace);
+        test.add(affine, self.target, &found, workspace);
         let shape = test.evidence().shape;
         let start = match shape {
             Shape::Affine => return (Ok(found), shape),
@@ -142,7 +142,7 @@ impl ImagePair<'_> {
         start: Warp,
         workspace: &mut Workspace,
     ) -> Option<Match> {
-        self.prepare_with(place_px, shape).ok()?.solve(self.target, start, workspace).ok()
+        self.prepare_with(place_px, shape).ok()?.solve_visible(self.target, start, workspace).ok()
     }
 }
 

@@ -15,6 +15,8 @@ pub struct Match {
     pub curvature: [f64; 6],
     /// Variance of the residuals over what the reference's noise explains: about 1 where the frame shows nothing else.
     pub noise_ratio: f64,
+    /// Whether the whole subset was matched; else what saturates, is no number or hides it was left out.
+    pub is_whole: bool,
 }
 
 impl Match {

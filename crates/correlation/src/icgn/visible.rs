@@ -37,9 +37,31 @@ impl PreparedSubset {
         let Some(hidden) = self.hidden_by_flags(window, &start) else {
             return self.solve_around_obstacles(window, start, workspace);
         };
-        let visible: Vec<bool> =
-            hidden.iter().zip(self.weights.iter()).map(|(hidden, weight)| !hidden && *weight > 0.0).collect();
-        self.only(&visible).map_err(Stop::Lost)?.solve_around_obstacles(window, start, workspace)
+        let part = self.only(&self.without(&hidden)).map_err(Stop::Lost)?;
+        part.solve_around_obstacles(window, start, workspace).map(in_part)
+    }
+
+    /// The pixels of the subset that a frame shows at a match that left some out; `None` where too few are left.
+    pub(crate) fn visible_at(
+        &self,
+        window: &Window,
+        found: &Match,
+        workspace: &mut Workspace,
+    ) -> Option<Vec<bool>> {
+        let warp = found.warp();
+        let unflagged = match self.hidden_by_flags(window, &warp) {
+            Some(hidden) => Some(self.only(&self.without(&hidden)).ok()?),
+            None => None,
+        };
+        let part = unflagged.as_ref().unwrap_or(self);
+        let clear = part.without_outliers(window, &warp, workspace);
+        let seen = clear.as_ref().unwrap_or(part);
+        Some(seen.weights.iter().map(|weight| *weight > 0.0).collect())
+    }
+
+    /// The pixels that are used and not hidden.
+    fn without(&self, hidden: &[bool]) -> Vec<bool> {
+        hidden.iter().zip(self.weights.iter()).map(|(hidden, weight)| !hidden && *weight > 0.0).collect()
     }
 
     /// Whether each pixel lies near one that saturates or is no number in the window; `None` where none does but those that
@@ -81,7 +103,7 @@ impl PreparedSubset {
         };
         let Some(visible) = self.without_outliers(window, &place, workspace) else { return found };
         match visible.solve(window, place, workspace) {
-            Ok(around) if around.noise_ratio < SUSPICIOUS_RATIO => Ok(around),
+            Ok(around) if around.noise_ratio < SUSPICIOUS_RATIO => Ok(in_part(around)),
             _ => found,
         }
     }
@@ -105,22 +127,22 @@ impl PreparedSubset {
                 break;
             }
             let hidden = dilated(self.width, &outlier, INVALID_MARGIN_PX);
-            let visible: Vec<bool> = hidden
-                .iter()
-                .zip(subset.weights.iter())
-                .map(|(hidden, weight)| !hidden && *weight > 0.0)
-                .collect();
-            part = Some(self.only(&visible).ok()?);
+            part = Some(self.only(&subset.without(&hidden)).ok()?);
         }
         part
     }
 
     /// The subset with some of its pixels alone.
-    fn only(&self, visible: &[bool]) -> Result<Self, Lost> {
+    pub(crate) fn only(&self, visible: &[bool]) -> Result<Self, Lost> {
         let subset = self.masked(visible)?;
         let enough = subset.n_used as f64 >= LEAST_VISIBLE * self.n_used as f64;
         enough.then_some(subset).ok_or(Lost::LowCorrelation)
     }
+}
+
+/// A match of a part of a subset.
+fn in_part(found: Match) -> Match {
+    Match { is_whole: false, ..found }
 }
 
 /// Median and standard deviation of the bulk of the residuals of the pixels that are used.

@@ -189,7 +189,10 @@ impl<'a> Flow<'a> {
         let mut single = SingleFlow { images, window, subset, size: *size, settings, workspace, failure };
         let first = first.map(|place| single.judged(place.ok_or(Lost::NotConverged)?));
         let (place, found) = quest.find_after(frame, first, &mut single)?;
-        standard.note(found.zncc);
+        // The whole reference resembles itself more than any frame does.
+        if self.reference_frames != (frame..frame + 1) {
+            standard.note(found.zncc);
+        }
         let [x_px, y_px] =
             calibration.correct(place, &found).map(|(value, sigma)| Estimate::new(value, sigma));
         Ok(Position { x_px, y_px, theta_rad: None, zncc: found.zncc, iterations: 0 })
@@ -254,8 +257,8 @@ impl Tracker for Flow<'_> {
 
     fn restart(&mut self, found: &[Found]) {
         for (point, found) in self.points.iter_mut().zip(found) {
-            point.history = point.history.restarted(found);
             if let Ok(target) = &mut point.target {
+                point.history = History::restarted(found, target.subset.centre_px);
                 target.standard.restart();
             }
         }

@@ -27,9 +27,10 @@ pub(crate) struct Found {
 }
 
 impl SearchArea {
-    /// A scene from its pixels, row by row.
+    /// A scene from its pixels, row by row; what is no number counts as the level.
     pub(crate) fn new(region: Region, mut pixels: Vec<f32>, level: f32) -> Self {
-        pixels.iter_mut().for_each(|pixel| *pixel -= level);
+        let less = |pixel: f32| if pixel.is_finite() { pixel - level } else { 0.0 };
+        pixels.iter_mut().for_each(|pixel| *pixel = less(*pixel));
         let table = SummedArea::new(region.width, &pixels);
         Self { region, pixels, table }
     }

@@ -48,8 +48,22 @@ const LEAST_SUBSETS: usize = 4;
 const LARGEST_FOURTH: f64 = 0.15;
 
 impl Bend {
-    /// The bend that the quadratic subset shows at the affine one's match; `None` where it cannot be compared.
+    /// The bend that the quadratic subset shows at the affine one's match, where that saw it; `None` where it cannot be compared.
     pub(crate) fn of(
+        [affine, quadratic]: [&PreparedSubset; 2],
+        window: &Window,
+        found: &Match,
+        workspace: &mut Workspace,
+    ) -> Option<Self> {
+        if found.is_whole {
+            return Self::of_seen([affine, quadratic], window, found, workspace);
+        }
+        let visible = affine.visible_at(window, found, workspace)?;
+        let [affine, quadratic] = [affine.only(&visible).ok()?, quadratic.only(&visible).ok()?];
+        Self::of_seen([&affine, &quadratic], window, found, workspace)
+    }
+
+    fn of_seen(
         [affine, quadratic]: [&PreparedSubset; 2],
         window: &Window,
         found: &Match,

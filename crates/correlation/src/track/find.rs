@@ -53,11 +53,16 @@ impl Quest<'_> {
         first: Option<Result<L::Found, Lost>>,
         locate: &mut L,
     ) -> Result<L::Found, Lost> {
+        // What repeats here does so elsewhere, and no search tells more; that it did so in an earlier frame says nothing of this one.
+        let mut repeats = false;
         let mut reason = match first {
             Some(first) => match self.expected(frame, first, locate) {
                 Ok(found) => return Ok(found),
                 Err(reason @ (Lost::NoTexture | Lost::Unreadable)) => return Err(reason),
-                Err(reason) => reason,
+                Err(reason) => {
+                    repeats = reason == Lost::Ambiguous;
+                    reason
+                }
             },
             None if !self.would_be_seen() => Lost::OutOfView,
             None if self.reason == Lost::Ambiguous => Lost::Ambiguous,
@@ -70,10 +75,12 @@ impl Quest<'_> {
             match self.by_search(frame, search, locate) {
                 Ok(found) => return Ok(found),
                 Err(Lost::Unreadable) => return Err(Lost::Unreadable),
-                Err(by_search) => reason = worse(reason, by_search),
+                Err(by_search) => {
+                    repeats |= by_search == Lost::Ambiguous;
+                    reason = worse(reason, by_search);
+                }
             }
-            // What repeats here does so elsewhere.
-            if reason == Lost::Ambiguous {
+            if repeats {
                 break;
             }
         }

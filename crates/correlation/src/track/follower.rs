@@ -40,8 +40,14 @@ pub(crate) struct Follower<'a> {
     pub(crate) bends: Vec<Option<Bend>>,
     /// How alike the residuals of neighbouring pixels are.
     pub(crate) alike: Alike,
+    /// Whether it was expected elsewhere than in the reference from the beginning.
+    starts_elsewhere: bool,
+    /// Frames from which the subset was prepared anew.
+    pub(crate) renewed_in: Vec<usize>,
 }
 
+/// A place that is nearer to a subset's own than this is that.
+const OWN_PLACE_PX: f64 = 1.0;
 /// Share of interpolation in a residual from which on that does not tell how noise and patterns are alike.
 const INTERPOLATED: f64 = 0.02;
 /// What the whole subset leaves over what its match left, beyond which a part of it was hidden then.
@@ -95,6 +101,8 @@ impl<'a> Follower<'a> {
             target,
             decay: Decay::default(),
             alike: Alike::default(),
+            starts_elsewhere: false,
+            renewed_in: Vec::new(),
             original: None,
             reason: Lost::LowCorrelation,
             shape_test: None,
@@ -120,9 +128,14 @@ impl<'a> Follower<'a> {
         self.continuity.restart(period_px(&self.target));
     }
 
-    /// Expects the subset at a place, before anything was followed.
+    /// Expects the subset at a place, before anything was followed. Where that is not its own, nothing is believed for being the reference.
     pub(crate) fn start_at(&mut self, place_px: [f64; 2]) {
         self.history = History::starting_at(Warp::at(place_px));
+        let is_own = |target: &Target| {
+            let away = [0, 1].map(|axis| place_px[axis] - target.subset.centre_px[axis]);
+            away[0].hypot(away[1]) < OWN_PLACE_PX
+        };
+        self.starts_elsewhere = !self.target.as_ref().is_ok_and(is_own);
     }
 
     /// Readings of earlier frames that were told by later ones, with their frames.
@@ -136,7 +149,7 @@ impl<'a> Follower<'a> {
             Ok((found, is_evident)) => {
                 let goes_on = self.continuity.goes_on_at(&self.history, found.warp().position_px);
                 self.history.found(found.warp());
-                self.test_shape(frame, &found.warp());
+                self.test_shape(frame, &found);
                 self.note_bend(frame, &found);
                 self.note_alike(frame, &found);
                 let position = self.decay.total(self.with_reference_sigma(frame, found.position));
@@ -194,17 +207,19 @@ impl<'a> Follower<'a> {
         let renewed = Target::new(self.matcher.recording, &place, &ReferenceFrames::Single(frame), &settings);
         let Ok(Ok(renewed)) = renewed else { return };
         self.decay = Decay::renewed_at(position);
+        self.renewed_in.push(frame);
         let before = std::mem::replace(&mut self.target, Ok(renewed));
         self.original = self.original.take().or(before.ok());
         self.history = History::starting_at(Warp::at([position.x_px.value, position.y_px.value]));
         self.continuity.end();
     }
 
-    fn test_shape(&mut self, frame: usize, warp: &Warp) {
-        // The reference frame agrees with itself in all digits, whatever its shape.
-        let other_frame = !self.is_reference(frame);
-        if let (true, Some(test), Ok(target)) = (other_frame, &mut self.shape_test, &self.target) {
-            test.add(&target.subset, &self.matcher.window, warp, &mut self.matcher.workspace);
+    fn test_shape(&mut self, frame: usize, found: &Match) {
+        // The reference frame agrees with itself in all digits, whatever its shape; and once it was prepared anew the subset is another than
+        // the one that is tested.
+        let is_tested = !self.is_reference(frame) && self.original.is_none();
+        if let (true, Some(test), Ok(target)) = (is_tested, &mut self.shape_test, &self.target) {
+            test.add(&target.subset, &self.matcher.window, found, &mut self.matcher.workspace);
         }
     }
 
@@ -258,7 +273,7 @@ impl<'a> Follower<'a> {
             standard,
             history: &self.history,
             reason: self.reason,
-            is_reference: self.reference_frames.contains(&frame),
+            is_reference: self.reference_frames.contains(&frame) && !self.starts_elsewhere,
         };
         let mut matched = Matched { matcher: &mut self.matcher, subset };
         let by_frame = quest.find(frame, &mut matched);

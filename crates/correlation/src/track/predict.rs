@@ -57,11 +57,10 @@ impl History {
         Self::starting_at(Warp::at([subset.x_px, subset.y_px]))
     }
 
-    /// The same subset, seen at a position alone.
-    pub(crate) fn restarted(&self, found: &Found) -> Self {
-        let at =
-            |position: &Position| Self::starting_at(Warp::at([position.x_px.value, position.y_px.value]));
-        found.as_ref().map_or_else(|_| self.clone(), at)
+    /// A subset where it was found in the reference, or lies in it.
+    pub(crate) fn restarted(found: &Found, centre_px: [f64; 2]) -> Self {
+        let at = |position: &Position| [position.x_px.value, position.y_px.value];
+        Self::starting_at(Warp::at(found.as_ref().map_or(centre_px, at)))
     }
 
     /// Notes where, undeformed, the subset was found in the next frame, or that it was not.

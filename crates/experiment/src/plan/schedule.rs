@@ -41,7 +41,7 @@ impl Schedule {
     /// The trials of an experiment: those that can be opened as they are; the others like the first one that can, or by a planned camera.
     pub(super) fn of(setup: &Setup, camera: &PlannedCamera) -> Self {
         let filmed = |trial: &Trial| {
-            let info = setup.open(trial).ok()?.info().clone();
+            let info = setup.open(trial).ok()?.info().clone().proper();
             let path = setup.path_of(trial);
             let (bytes, in_memory) = (bytes_of(&path), share_in_memory(&path, &(0.0..1.0)));
             Some(PlannedRecording { trial: trial.clone(), info, is_filmed: true, bytes, in_memory })

@@ -22,7 +22,8 @@ pub(super) fn pitch_in_picture(
     if bodies.len() < LEAST_BODIES {
         return None;
     }
-    let stated_px = (last.x_px - first.x_px) / (bodies.len() - 1) as f64;
+    // Of a chain to the left the last one lies before the first.
+    let stated_px = (last.x_px - first.x_px).abs() / (bodies.len() - 1) as f64;
     let height_px = picture.len() / width_px;
     let (middle, reach) = (first.y_px.round() as usize, 2 * first.half_height_px);
     let rows = middle.saturating_sub(reach)..(middle + reach + 1).min(height_px);
@@ -101,6 +102,9 @@ mod tests {
             assert!((told - stated).abs() < 1e-9);
             // Edges lie on whole pixels: half a pixel over three steps.
             assert!((found - pitch).abs() < 0.2, "{found} from {stated}");
+            // The same chain from its other end, as one that goes to the left is numbered.
+            let to_the_left: Vec<(usize, Subset)> = bodies.into_iter().rev().collect();
+            assert_eq!(pitch_in_picture(&picture, width, &to_the_left), Some([told, found]));
         }
         let plain = vec![400.0; width * height];
         assert!(pitch_in_picture(&plain, width, &[]).is_none());

@@ -1,6 +1,9 @@
 //! Whether the stage stood where the trials table has it: bodies in every view, the same bodies where views overlap, steps and pictures
 //! that agree.
 
+use std::collections::BTreeMap;
+use std::f64::consts::SQRT_2;
+
 use chainwave_measurement::Estimate;
 
 use super::resting::Resting;
@@ -215,7 +218,8 @@ pub(super) fn contradicted(setup: &Setup, stages: &Stages) -> Vec<Finding> {
     let least_m = 0.5 * setup.map.m_per_px().value;
     for step in steps {
         let off_m = step.found_m.value - in_proportion * step.stated_m;
-        if off_m.abs() > least_m.max(SIGMAS * step.found_m.sigma.hypot(stage_sigma_m)) {
+        // The stage may be off in both places.
+        if off_m.abs() > least_m.max(SIGMAS * step.found_m.sigma.hypot(SQRT_2 * stage_sigma_m)) {
             findings.push(Finding {
                 code: "stage_steps",
                 subject: format!("views {} and {}", step.views[0], step.views[1]),
@@ -238,9 +242,16 @@ fn slope(steps: &[StatedStep], stage_sigma_m: f64) -> Option<Estimate> {
         return None;
     }
     let products: f64 = steps.iter().map(|step| step.stated_m * step.found_m.value).sum();
-    let variances: f64 =
-        steps.iter().map(|step| (step.stated_m * step.found_m.sigma.hypot(stage_sigma_m)).powi(2)).sum();
-    Some(Estimate::new(products / squares, variances.sqrt() / squares))
+    let noise: f64 = steps.iter().map(|step| (step.stated_m * step.found_m.sigma).powi(2)).sum();
+    // A place of the stage counts in the steps to it and from it.
+    let mut of_places: BTreeMap<u32, f64> = BTreeMap::new();
+    for step in steps {
+        for (view, sign) in step.views.into_iter().zip([-1.0, 1.0]) {
+            *of_places.entry(view).or_default() += sign * step.stated_m;
+        }
+    }
+    let of_places: f64 = of_places.values().map(|moved| (moved * stage_sigma_m).powi(2)).sum();
+    Some(Estimate::new(products / squares, (noise + of_places).sqrt() / squares))
 }
 
 #[cfg(test)]
@@ -256,6 +267,11 @@ mod tests {
         };
         let told = slope(&[step(0.12), step(0.24)], 0.0).unwrap();
         assert!((told.value - 1.01).abs() < 1e-12 && told.sigma < 1e-5, "{told:?}");
+        // Three places in a row, the stage off by 0.1 mm in each: what it is off in the middle goes from one step to the next.
+        let row = [step(0.12), StatedStep { views: [2, 3], ..step(0.12) }];
+        let told = slope(&row, 1e-4).unwrap();
+        let expected = 2.0_f64.sqrt() * 0.12 * 1e-4 / (2.0 * 0.12 * 0.12);
+        assert!((told.sigma / expected - 1.0).abs() < 1e-3, "{told:?}");
         assert!(slope(&[], 0.0).is_none() && slope(&[step(0.0)], 0.0).is_none());
     }
 }

@@ -92,7 +92,7 @@ pub(super) fn masses(setup: &Setup, views: &[ViewAtRest]) -> Result<Vec<Finding>
     }
     let linear = setup.experiment.linear_chain()?;
     let infos = || views.iter().map(|view| view.recording.info());
-    let longest_s = infos().filter_map(|info| info.times_s.last()).fold(0.0, |a: f64, b| a.max(*b));
+    let longest_s = infos().filter_map(RecordingInfo::last_s).fold(0.0, f64::max);
     let frame_s = infos().filter_map(interval_s).fold(f64::INFINITY, f64::min);
     let bodies_per_s = linear.bodies_per_s();
     let (in_all, in_a_frame) = (bodies_per_s * longest_s, bodies_per_s * frame_s);
@@ -125,7 +125,7 @@ const MOST_PITCHES_A_FRAME: f64 = 2.0;
 pub(super) fn velocity(setup: &Setup, views: &[ViewAtRest]) -> Option<Finding> {
     let velocity_m_per_s = setup.experiment.striker.as_ref()?.velocity_m_per_s.get();
     let infos = || views.iter().map(|view| view.recording.info());
-    let longest_s = infos().filter_map(|info| info.times_s.last()).fold(0.0, |a: f64, b| a.max(*b));
+    let longest_s = infos().filter_map(RecordingInfo::last_s).fold(0.0, f64::max);
     let frame_s = infos().filter_map(interval_s).fold(f64::INFINITY, f64::min);
     let m_per_px = setup.map.m_per_px().value;
     let (in_all_px, in_a_frame) = (

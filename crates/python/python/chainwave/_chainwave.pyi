@@ -112,6 +112,7 @@ class ExperimentResults:
 @final
 class MergedMotion: ...
 
+def columns_of_csv(path: str) -> _Columns: ...
 def merge(
     tracks: str | _Columns,
     *,

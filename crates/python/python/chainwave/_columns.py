@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, Union
+from typing import Any, Optional, Union
 
 from ._errors import ChainwaveError
 
@@ -16,6 +16,15 @@ TableLike = Any
 :class:`chainwave.Table`). ``None`` and NaN are lost values."""
 
 Columns = list[tuple[str, list[Any]]]
+
+_NUMBERS = (int, float, bool, type(None))
+
+
+def whole(value: Optional[int], least: int, what: str) -> Optional[int]:
+    """A whole number of at least so much, or nothing."""
+    if value is not None and (isinstance(value, bool) or int(value) != value or value < least):
+        raise ChainwaveError(f"{what}: expected a whole number of at least {least}, found {value!r}")
+    return None if value is None else int(value)
 
 
 def is_path(value: object) -> bool:
@@ -34,7 +43,7 @@ def columns_of(table: TableLike, what: str) -> Columns:
         found: dict[str, None] = {}
         for row in table:
             found.update(dict.fromkeys(row))
-        return [(name, [_item(row.get(name)) for row in table]) for name in found]
+        return [(name, _of_one_kind([_item(row.get(name)) for row in table])) for name in found]
     raise ChainwaveError(
         f"{what}: expected a path, a dict of columns, a list of dicts or a table with named columns, "
         f"found {type(table).__name__}"
@@ -50,10 +59,28 @@ def _plain(values: Any) -> list[Any]:
     for name in ("to_pylist", "to_list", "tolist"):
         convert = getattr(values, name, None)
         if convert is not None:
-            return list(convert())
+            return _of_one_kind(list(convert()))
     if isinstance(values, Iterable) and not isinstance(values, (str, bytes)):
-        return [_item(value) for value in values]
+        return _of_one_kind([_item(value) for value in values])
     raise ChainwaveError(f"a column: expected a list or an array, found {type(values).__name__}")
+
+
+def _of_one_kind(values: list[Any]) -> list[Any]:
+    """Numbers as they are, or texts: what is lost is None, and what is neither stands as its text for whoever asks for it."""
+    if all(type(value) in _NUMBERS for value in values):
+        return values
+    known = [None if _is_lost(value) else value for value in values]
+    if all(isinstance(value, (int, float, type(None))) for value in known):
+        return known
+    return [None if value is None else str(value) for value in known]
+
+
+def _is_lost(value: Any) -> bool:
+    try:
+        return value is None or bool(value != value)
+    except (TypeError, ValueError):
+        # pandas.NA is neither equal to itself nor not.
+        return True
 
 
 def _item(value: Any) -> Any:

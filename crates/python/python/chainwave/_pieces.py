@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import numbers
+import os
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Optional, Union
 
 from . import _chainwave, _html
-from ._columns import Columns, Path, TableLike, columns_of, is_path, table_argument
+from ._columns import Columns, Path, TableLike, columns_of, is_path, table_argument, whole
 from ._errors import ChainwaveError
 from ._estimate import Estimate, estimates_of
 from ._figure import Figure
@@ -183,10 +185,10 @@ def _trials(tracks: Any, m_per_px: Optional[float]) -> Union[str, Columns]:
         return table_argument(tracks, "tracks")
     several = isinstance(tracks, (list, tuple)) and not all(isinstance(row, Mapping) and _is_row(row) for row in tracks)
     if not several:
-        return _in_metres(columns_of(tracks, "tracks"), m_per_px)
+        return _in_metres(_columns_in(tracks), m_per_px)
     joined: dict[str, list[Any]] = {}
     for number, one in enumerate(tracks, start=1):
-        columns = dict(_in_metres(columns_of(one, "tracks"), m_per_px))
+        columns = dict(_in_metres(_columns_in(one), m_per_px))
         n_rows = len(columns.get("t_s", []))
         columns.setdefault("recording", [f"trial {number}"] * n_rows)
         if joined and set(joined) != set(columns):
@@ -194,6 +196,10 @@ def _trials(tracks: Any, m_per_px: Optional[float]) -> Union[str, Columns]:
         for name, values in columns.items():
             joined.setdefault(name, []).extend(values)
     return list(joined.items())
+
+
+def _columns_in(table: Any) -> Columns:
+    return _chainwave.columns_of_csv(os.fspath(table)) if is_path(table) else columns_of(table, "tracks")
 
 
 def _is_row(row: Mapping[Any, Any]) -> bool:
@@ -209,7 +215,7 @@ def _in_metres(columns: Columns, m_per_px: Optional[float]) -> Columns:
         raise ChainwaveError(f"tracks: expected columns {', '.join(missing)} beside m_per_px, found {', '.join(found)}")
 
     def scaled(name: str, factor: float) -> list[Optional[float]]:
-        return [None if value is None or value != value else factor * value for value in found[name]]
+        return [None if value in (None, "") or value != value else factor * _number(name, value) for value in found[name]]
 
     kept = [(name, found[name]) for name in ("recording", "view", "trial", "t_s") if name in found]
     return [
@@ -218,6 +224,13 @@ def _in_metres(columns: Columns, m_per_px: Optional[float]) -> Columns:
         ("x_m", scaled("x_px", m_per_px)),
         ("sigma_m", scaled("sigma_x_px", abs(m_per_px))),
     ]
+
+
+def _number(name: str, value: Any) -> float:
+    try:
+        return float(value)
+    except ValueError as wrong:
+        raise ChainwaveError(f"tracks: {name} {value!r}: expected a number") from wrong
 
 
 def _body(name: Any) -> int:
@@ -280,8 +293,8 @@ def measure(
     >>> round(measured.group_velocity_m_per_s.value)
     200
     """
-    gaps = float(pitch_m) if isinstance(pitch_m, (int, float)) else [float(gap_m) for gap_m in pitch_m]
-    numbers, tables, figures = _chainwave.measure_motion(
+    gaps = float(pitch_m) if isinstance(pitch_m, numbers.Real) else [float(gap_m) for gap_m in pitch_m]
+    found, tables, figures = _chainwave.measure_motion(
         motion._merged if isinstance(motion, MergedMotion) else table_argument(motion, "motion"),
         {
             "pitch_m": gaps,
@@ -292,10 +305,10 @@ def measure(
             "n_replicas": n_replicas,
             "seed": seed,
             "contact": None if contact is None else toml_of({"contact": contact}),
-            "threads": threads,
+            "threads": whole(threads, 1, "threads"),
         },
     )
-    return Measurement(estimates_of(numbers), dict(tables), {name: Figure(figure) for name, figure in figures})
+    return Measurement(estimates_of(found), dict(tables), {name: Figure(figure) for name, figure in figures})
 
 
 def strain_map(motion: TableLike, *, pitch_m: Union[float, Sequence[float]]) -> StrainMap:
@@ -347,7 +360,7 @@ def fit(
         scene = {"duration_s": 1.0, "output_interval_s": 1.0, **scene}
     path, text = text_of(scene, "scene")
     numbers, details, warnings = _chainwave.fit(
-        motion._merged, path, text, striker_velocity_sigma_m_per_s=striker_velocity_sigma_m_per_s, n_threads=threads
+        motion._merged, path, text, striker_velocity_sigma_m_per_s=striker_velocity_sigma_m_per_s, n_threads=whole(threads, 1, "threads")
     )
     for warning in warnings:
         warn(warning)

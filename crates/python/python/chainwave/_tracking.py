@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Callable, NamedTuple, Optional
 
 from . import _chainwave
-from ._columns import Path, TableLike, is_path, table_argument
+from ._columns import Path, TableLike, is_path, table_argument, whole
 from ._recording import Recording, as_recording, warn
 from ._table import Table
 
@@ -83,7 +83,7 @@ def _matching(
         "accuracy": accuracy,
         "shape": shape,
         "interpolation": interpolation,
-        "threads": threads,
+        "threads": whole(threads, 1, "threads"),
     }
 
 
@@ -167,7 +167,7 @@ def track(
         [(one.path, one._inner) for one in recordings],
         table_argument(points, "points"),
         _matching(method, accuracy, shape, interpolation, threads),
-        reference=reference,
+        reference=whole(reference, 0, "reference"),
         progress=progress,
     )
     for note in dict.fromkeys(f"{name}: {note}" for name, note in notes):
@@ -251,7 +251,7 @@ def correlate(
         _matching(method, accuracy, shape, interpolation, threads),
         step_px=step,
         half_px=half_size,
-        strain_window=strain_window,
+        strain_window=whole(strain_window, 0, "strain_window"),
         progress=progress,
     )
     return Field(*found)
