@@ -271,12 +271,9 @@ impl Found {
         let own = &values.pulses[pulse].passes[place];
         let of_replicas = || replicas.iter().map(|replica| &replica.pulses[pulse].passes[place]);
         let surely = |value: fn(&PassValues) -> f64| {
-            // Where replicas lose the hump, those that keep it tell how far it may lie off; where all do, nothing.
-            let mut found =
-                of_replicas().filter(|pass| pass.is_found).map(|pass| Some(value(pass))).peekable();
-            let is_lost = found.peek().is_none() && !replicas.is_empty();
-            let scatter = estimate(Some(value(own)), found).filter(|_| !is_lost);
-            scatter.unwrap_or(Estimate::new(value(own), f64::INFINITY))
+            let found = of_replicas().map(|pass| pass.is_found.then(|| value(pass)));
+            // Where most replicas lose the hump, nothing tells how far it may lie off.
+            estimate(Some(value(own)), found).unwrap_or(Estimate::new(value(own), f64::INFINITY))
         };
         let perhaps = |value: fn(&PassValues) -> Option<f64>| estimate(value(own), of_replicas().map(value));
         Pass {

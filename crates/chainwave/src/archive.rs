@@ -138,8 +138,9 @@ fn files_of_recordings(folder: &Path, provenance: &Provenance) -> Result<Vec<Pat
     on_demand::expect_readable(paths(), &OpenOptions::default())?;
     let mut files = Vec::new();
     for (path, source) in paths().zip(&provenance.recordings) {
-        let is_within =
-            Path::new(&source.recording).components().all(|part| matches!(part, Component::Normal(_)));
+        let is_within = Path::new(&source.recording)
+            .components()
+            .all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
         if !is_within {
             return Err(Error::Argument(format!(
                 "{}: expected recordings that lie in the folder itself, found {}",

@@ -20,8 +20,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use chainwave_experiment::{
-    Economy, Evaluation, FailedRecording, Finding, Plan, RecordingState, Setup, Tracked, TrackedRecording,
-    Trial, check, check_share, compare_strikers, plan, recording_states, track, track_share,
+    Economy, Evaluation, FailedRecording, Finding, Plan, RecordingState, Setup, State, Tracked,
+    TrackedRecording, check, check_share, compare_strikers, plan, recording_states, track, track_share,
 };
 use serde_json::{Value, json};
 
@@ -68,8 +68,9 @@ pub(crate) fn run(arguments: &cli::Run) -> Result<Outcome, Error> {
     if setups.len() > 1 {
         // What an earlier run of one velocity left here is none of theirs.
         results::remove_results(&arguments.out)?;
+        results::remove_tracks(&arguments.out)?;
     }
-    let mut failed = 0;
+    let mut unread = 0;
     let mut concluded: Vec<(Setup, Evaluation)> = Vec::with_capacity(setups.len());
     let mut states = Vec::with_capacity(whole.trials.len());
     for (index, setup) in setups.iter().enumerate() {
@@ -88,24 +89,15 @@ pub(crate) fn run(arguments: &cli::Run) -> Result<Outcome, Error> {
         let economy = economy.as_ref();
         let setup = economy.map_or(setup, |economy| &economy.setup);
         let run = Run { setup, out, jobs, explain, budget, economy, dataset, place };
-        match run.carry_out(&mut outcome) {
-            Ok((of_recordings, evaluation)) => {
-                states.extend(of_recordings);
-                concluded.extend(evaluation.map(|evaluation| (setup.clone(), evaluation)));
-            }
-            // One velocity without recordings does not end the others.
-            Err(error) if setups.len() > 1 && !error.is_interruption() => {
-                let why = |trial: &Trial| (trial.recording.clone(), error.to_string());
-                let left_out: Vec<_> = setup.trials.iter().map(why).collect();
-                states.extend(recording_states(&setup.trials, &[], &left_out));
-                outcome.fail(&error);
-                failed += 1;
-            }
-            Err(error) => return Err(error),
-        }
+        let (of_recordings, evaluation) = run.carry_out(&mut outcome)?;
+        // One velocity without recordings does not end the others.
+        let is_read = of_recordings.iter().any(|one| one.state != State::Failed);
+        unread += usize::from(!is_read);
+        states.extend(of_recordings);
+        concluded.extend(evaluation.map(|evaluation| (setup.clone(), evaluation)));
     }
-    if failed == setups.len() {
-        return Err(Error::nothing_left("striker velocities", failed));
+    if unread == setups.len() {
+        return Err(Error::nothing_left("striker velocities", unread));
     }
     results::write_states(&arguments.out, &states)?;
     if setups.len() > 1 {
@@ -170,7 +162,15 @@ impl Run<'_> {
         }
         clock.stage("tracking");
         if tracked.recordings.is_empty() {
-            return Err(Error::nothing_left("recordings", setup.trials.len()));
+            let reason = Error::nothing_left("recordings", setup.trials.len());
+            if self.place.is_empty() {
+                return Err(reason);
+            }
+            let states = recording_states(&setup.trials, &tracked.failed, &[]);
+            results::write_unsolved(out, &tracked.findings, states.clone(), &reason.to_string())?;
+            results::remove_tracks(out)?;
+            outcome.fail(reason);
+            return Ok((states, None));
         }
         results::write_tracks(out, &tracked)?;
         if let Some(folder) = self.dataset {

@@ -4,7 +4,7 @@ mod truth;
 
 use std::path::{Component, Path};
 
-use chainwave_experiment::{Experiment, Trial, film_experiment, read_text};
+use chainwave_experiment::{Experiment, FILMED, Trial, film_experiment, read_text};
 use chainwave_measurement::Estimate;
 
 use crate::cli;
@@ -27,8 +27,6 @@ pub(crate) fn synthesize(arguments: &cli::Synthesize) -> Result<Outcome, Error> 
     Ok(Outcome::default())
 }
 
-/// Stands in a folder that is filmed into, with the plan by which: recordings there may be replaced.
-const SIGN: &str = ".filmed.toml";
 /// Written when all is filmed.
 const FINISHED: &str = "truth.json";
 
@@ -48,9 +46,10 @@ pub(crate) fn film_into(
     let trials = &experiment.with_scales_of_views(trials)[..];
     if !is_up_to_date(experiment, trials, folder)? {
         expect_own(trials, folder)?;
-        write_text(&folder.join(SIGN), &plan(experiment)?)?;
+        // The sign stands last: until then no recording is there that it might be taken to vouch for.
         remove_recordings(trials, folder)?;
         write_plan(experiment, trials, path, folder)?;
+        write_text(&folder.join(FILMED), &plan(experiment)?)?;
     }
     let bar = progress::bar("filming", 0);
     let show = progress::shown_on(&bar);
@@ -61,8 +60,9 @@ pub(crate) fn film_into(
 
 /// Refuses names of recordings that lead out of the folder.
 fn expect_names_within(trials: &[Trial], path: &Path) -> Result<(), Error> {
-    let is_within =
-        |name: &str| Path::new(name).components().all(|part| matches!(part, Component::Normal(_)));
+    let is_within = |name: &str| {
+        Path::new(name).components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
+    };
     match trials.iter().find(|trial| !is_within(&trial.recording)) {
         Some(trial) => Err(Error::Argument(format!(
             "{}: the trials table names {}: expected recordings that lie in the folder itself, to be filmed there",
@@ -75,7 +75,7 @@ fn expect_names_within(trials: &[Trial], path: &Path) -> Result<(), Error> {
 
 /// Refuses a folder that holds recordings which were not filmed: they may be real ones.
 fn expect_own(trials: &[Trial], folder: &Path) -> Result<(), Error> {
-    let is_own = [SIGN, FINISHED].iter().any(|name| folder.join(name).exists());
+    let is_own = [FILMED, FINISHED].iter().any(|name| folder.join(name).exists());
     let found = trials.iter().map(|trial| folder.join(&trial.recording)).find(|path| path.exists());
     match found.filter(|_| !is_own) {
         Some(found) => Err(Error::Argument(format!(
@@ -91,7 +91,7 @@ fn expect_own(trials: &[Trial], folder: &Path) -> Result<(), Error> {
 fn is_up_to_date(experiment: &Experiment, trials: &[Trial], folder: &Path) -> Result<bool, Error> {
     let (plan, path) = (plan(experiment)?, folder.join("experiment.toml"));
     // Folders that were filmed before there was a sign have the plan as the experiment alone.
-    let kept = [folder.join(SIGN), path.clone()].into_iter().find(|kept| kept.exists());
+    let kept = [folder.join(FILMED), path.clone()].into_iter().find(|kept| kept.exists());
     match kept {
         Some(kept) if read_text(&kept)? == plan => {
             Ok(experiment.read_trials(&path).is_ok_and(|found| found == trials))
@@ -115,16 +115,16 @@ fn plan(experiment: &Experiment) -> Result<String, Error> {
     toml::to_string(experiment).map_err(|wrong| Error::Argument(wrong.to_string()))
 }
 
-/// Writes `experiment.toml` and `trials.csv` beside the recordings, so that `run` can start there. An experiment that lies there itself and says the
-/// same stays as it is written, with its comments.
+/// Writes `experiment.toml` and `trials.csv` beside the recordings, so that `run` can start there. An experiment that lies there itself stays as it is
+/// written, with its comments, and its trials table does where it says the same.
 fn write_plan(experiment: &Experiment, trials: &[Trial], path: &Path, folder: &Path) -> Result<(), Error> {
     let there = folder.join("experiment.toml");
-    let is_the_same =
+    let is_itself =
         there.canonicalize().is_ok_and(|there| path.canonicalize().is_ok_and(|path| path == there));
-    if is_the_same
-        && plan(&Experiment::read(path)?)? == plan(experiment)?
-        && experiment.read_trials(path).is_ok_and(|found| found == trials)
-    {
+    if !is_itself {
+        write_text(&there, &plan(experiment)?)?;
+    }
+    if is_itself && experiment.read_trials(path).is_ok_and(|found| found == trials) {
         return Ok(());
     }
     let mut columns = vec![
@@ -143,6 +143,5 @@ fn write_plan(experiment: &Experiment, trials: &[Trial], path: &Path, folder: &P
         columns.push(column("striker_velocity_m_per_s", of(&|striker| striker.value)));
         columns.push(column("striker_velocity_sigma_m_per_s", of(&|striker| striker.sigma)));
     }
-    table::write(&folder.join(&experiment.trials), columns)?;
-    write_text(&there, &plan(experiment)?)
+    table::write(&folder.join(&experiment.trials), columns)
 }

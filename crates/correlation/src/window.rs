@@ -146,12 +146,20 @@ impl Window {
         f64::from(self.full_scale)
     }
 
-    /// The pixels that saturate or are no numbers, in image coordinates.
-    pub(crate) fn flags(&self) -> impl Iterator<Item = [f64; 2]> {
-        let Region { x, y, width, .. } = self.source;
+    /// The pixels that saturate or are no numbers between two corners, in image coordinates.
+    pub(crate) fn flags_within(&self, [low, high]: [[f64; 2]; 2]) -> impl Iterator<Item = [f64; 2]> {
+        let Region { x, y, width, height } = self.source;
         let flags: &[bool] = if self.has_flagged { &self.flags } else { &[] };
-        let flagged = flags.iter().enumerate().filter(|(_, flagged)| **flagged);
-        flagged.map(move |(i, _)| [(x + i % width) as f64, (y + i / width) as f64])
+        let range = |axis: usize, first: usize, n: usize| {
+            let place = |at: f64| (at - first as f64).clamp(0.0, n as f64) as usize;
+            place(low[axis].floor())..place(high[axis].ceil() + 1.0)
+        };
+        let (columns, rows) = (range(0, x, width), range(1, y, height));
+        let lines = flags.chunks_exact(width.max(1)).enumerate().skip(rows.start).take(rows.len());
+        lines.flat_map(move |(row, line)| {
+            let flagged = columns.clone().filter(|column| line[*column]);
+            flagged.map(move |column| [(x + column) as f64, (y + row) as f64]).collect::<Vec<_>>()
+        })
     }
 
     /// Index of the first coefficient that a point in the pixel at `(column, row)` of the window needs.

@@ -31,7 +31,7 @@ impl NewFile {
     /// # Errors
     /// As creating a file.
     pub fn create(path: &Path) -> io::Result<Self> {
-        let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        let path = led_to(path);
         let is_replaced = path.is_file() || !path.exists();
         let folder = if is_replaced { folder_of(&path).to_owned() } else { std::env::temp_dir() };
         loop {
@@ -119,6 +119,16 @@ fn remove_abandoned(path: &Path) -> io::Result<()> {
     }
 }
 
+/// The file that a path leads to, be it there or not.
+fn led_to(path: &Path) -> PathBuf {
+    match (fs::canonicalize(path), fs::read_link(path)) {
+        (Ok(there), _) => there,
+        // A link to what is not there yet.
+        (Err(_), Ok(target)) => folder_of(path).join(target),
+        (Err(_), Err(_)) => path.to_owned(),
+    }
+}
+
 fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
@@ -169,6 +179,10 @@ mod tests {
             file.write_all(b"new").unwrap();
             file.finish().unwrap();
         };
+        let later = folder.path().join("later.csv");
+        std::os::unix::fs::symlink("there/later.csv", &later).unwrap();
+        write(&later);
+        assert!(later.is_symlink() && folder.path().join("there/later.csv").is_file());
         write(&link);
         assert!(link.is_symlink());
         assert_eq!(fs::read_to_string(&target).unwrap(), "new");

@@ -18,7 +18,9 @@ use crate::released::Sense;
 pub(crate) fn chosen_gaps(experiment: &Experiment) -> Option<RangeInclusive<usize>> {
     let analysis = &experiment.analysis;
     let last = analysis.last_gap?;
-    Some(analysis.first_gap.unwrap_or(MeasureSettings::FIRST_GAP.min(last))..=last)
+    // Three gaps at least tell a velocity.
+    let usual = MeasureSettings::FIRST_GAP.min(last.saturating_sub(2)).max(1);
+    Some(analysis.first_gap.unwrap_or(usual)..=last)
 }
 
 /// Measures a motion by the experiment's settings; the group velocity over the given gaps, or those that the motion suggests.

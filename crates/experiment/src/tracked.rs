@@ -102,6 +102,15 @@ impl TrackedRecording {
         self.put_right(self.tracks.observation_of(coordinate, &self.trial, map, self.line_time_s.value))
     }
 
+    /// What is to be said of frames behind the recording proper, which has so many.
+    pub(crate) fn frames_behind_a_pause(&self, n_proper: usize) -> Option<String> {
+        let times_s = &self.tracks.times_s;
+        let (n, last_s) = (times_s.len().checked_sub(n_proper).filter(|n| *n > 0)?, times_s.last()?);
+        let frames =
+            if n == 1 { "its last frame is" } else { "frames behind a pause of more than a thousand are" };
+        Some(format!("{frames} no part of the motion: {n}, stamped up to {last_s:.3} s after the trigger"))
+    }
+
     fn put_right(&self, mut observation: Observation) -> Observation {
         observation.bodies.retain(|track| !self.without_rest.contains(&track.body));
         observation.end_with_span();

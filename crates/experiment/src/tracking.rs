@@ -87,6 +87,9 @@ fn observed(
     let all = recording.observation();
     let n_rest = all.times_s.iter().take_while(|time_s| **time_s < rest_until_s).count();
     let is_lost = |track: &&BodyTrack| !track.position_m.iter().take(n_rest).any(Option::is_some);
+    if let Some(pause) = recording.frames_behind_a_pause(all.times_s.len()) {
+        recording.remarks.push(pause);
+    }
     recording.without_rest = all.bodies.iter().filter(is_lost).map(|track| track.body).collect();
     let (observation, lost) = (recording.observation(), &recording.without_rest);
     let numbers: Vec<String> = lost.iter().map(usize::to_string).collect();

@@ -36,8 +36,10 @@ pub struct KnownTruth {
 
 /// Written beside the recordings that were filmed; where it is missing, an experiment with a synthetic part is a real one.
 const SIGN: &str = "truth.json";
-/// What was filmed, as it stands beside them.
-const FILMED: &str = "experiment.toml";
+/// Stands in a folder that is filmed into from before the first film, with the plan by which: recordings there may be replaced by films of another.
+pub const FILMED: &str = ".filmed.toml";
+/// What was filmed as it stands beside recordings for whoever reads it, and in folders without the sign for all.
+const STATED: &str = "experiment.toml";
 
 /// The truth about the recordings that were evaluated, where they were filmed here; `None` for a real experiment.
 ///
@@ -49,10 +51,11 @@ pub(crate) fn known_truth(
     evaluation: &Evaluation,
     n_threads: NonZero<usize>,
 ) -> Result<Option<KnownTruth>, Error> {
-    let path = setup.recordings.join(FILMED);
-    if !setup.recordings.join(SIGN).exists() || !path.exists() {
+    let paths = [FILMED, STATED].map(|name| setup.recordings.join(name));
+    let Some(path) = paths.into_iter().find(|path| path.exists() && setup.recordings.join(SIGN).exists())
+    else {
         return Ok(None);
-    }
+    };
     let filmed = Experiment::read(&path)?;
     let Some(synthetic) = &filmed.synthetic else { return Ok(None) };
     let (n_filmed, n_stated) = (filmed.chain.n_bodies, setup.experiment.chain.n_bodies);

@@ -199,7 +199,7 @@ pub(crate) fn phase_shift(
             .passes
             .iter()
             .zip(is_within)
-            .filter(|(pass, within)| !**within && pass.t_s > from_s && pass.t_s < to_s);
+            .filter(|(pass, within)| !**within && pass.is_found && pass.t_s > from_s && pass.t_s < to_s);
         free.map(|(pass, _)| (pass.t_s, pass.gap as f64)).collect()
     };
     let before = Line::through(&points(earlier_s, meeting.t_s), MIN_PASSES)?;

@@ -73,6 +73,11 @@ pub(crate) fn remove_results(out: &Path) -> Result<(), Error> {
     figures::remove_others(out, &[])
 }
 
+/// Removes the tracks of an earlier run.
+pub(crate) fn remove_tracks(out: &Path) -> Result<(), Error> {
+    remove(&out.join("tracks.parquet"))
+}
+
 /// Removes what an earlier run's rehearsals told, which is not this one's.
 pub(crate) fn remove_rehearsed(out: &Path) -> Result<(), Error> {
     ["accuracy.json", "error_budget.json"].iter().try_for_each(|name| remove(&out.join(name)))

@@ -68,10 +68,15 @@ impl PreparedSubset {
     /// the reference leaves out already, or nearly.
     fn hidden_by_flags(&self, window: &Window, warp: &Warp) -> Option<Vec<bool>> {
         let (first, width, height) = (self.first_px, self.width as i64, self.height as i64);
-        let mut marked = vec![false; if window.flags().next().is_some() { self.n_pixels() } else { 0 }];
         let margin = INVALID_MARGIN_PX as i64;
+        // A pixel more than the margin: what is rounded to it lies up to half a pixel beyond.
+        let reach = (margin + 1) as f64;
+        let corner = [first[0] + (width - 1) as f64 + reach, first[1] + (height - 1) as f64 + reach];
+        let near = warp.bounds([first[0] - reach, first[1] - reach], corner);
+        let mut flags = window.flags_within(near).peekable();
+        let mut marked = vec![false; if flags.peek().is_some() { self.n_pixels() } else { 0 }];
         let mut any = false;
-        for point in window.flags() {
+        for point in flags {
             let Some([x, y]) = warp.source(point) else { continue };
             let (column, row) = ((x - first[0]).round() as i64, (y - first[1]).round() as i64);
             let near =

@@ -20,6 +20,10 @@ pub fn pulse_table(pulses: &Pulses) -> ResultTable {
         .flat_map(|(index, pulse)| pulse.passes.iter().map(move |pass| (index + 1, pulse, pass)))
         .collect();
     let surely = |value: fn(&Pass) -> f64| rows.iter().map(|(.., pass)| value(pass)).collect::<Vec<_>>();
+    let known = |sigma: fn(&Pass) -> f64| {
+        let of_pass = |pass: &Pass| Some(sigma(pass)).filter(|sigma| sigma.is_finite());
+        rows.iter().map(|(.., pass)| of_pass(pass)).collect::<Vec<_>>()
+    };
     let perhaps = |value: fn(&Pass) -> Option<Estimate>, part: fn(Estimate) -> f64| {
         rows.iter().map(|(.., pass)| value(pass).map(part)).collect::<Vec<_>>()
     };
@@ -30,9 +34,9 @@ pub fn pulse_table(pulses: &Pulses) -> ResultTable {
         column("direction", rows.iter().map(|(_, pulse, _)| pulse.direction.as_str()).collect::<Vec<_>>()),
         column("sense", rows.iter().map(|(_, pulse, _)| pulse.sense.as_str()).collect::<Vec<_>>()),
         column("t_s", surely(|pass| pass.t_s.value)),
-        column("t_sigma_s", surely(|pass| pass.t_s.sigma)),
+        column("t_sigma_s", known(|pass| pass.t_s.sigma)),
         column("strain", surely(|pass| pass.strain.value)),
-        column("strain_sigma", surely(|pass| pass.strain.sigma)),
+        column("strain_sigma", known(|pass| pass.strain.sigma)),
         column("hwhm_m", perhaps(|pass| pass.hwhm_m, |found| found.value)),
         column("hwhm_sigma_m", perhaps(|pass| pass.hwhm_m, |found| found.sigma)),
         column("speed_m_per_s", perhaps(|pass| pass.speed_m_per_s, |found| found.value)),

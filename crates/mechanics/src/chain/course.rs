@@ -1,6 +1,7 @@
 //! Quintic Hermite interpolant of one gap's overlap within a step.
 
 use super::{model::ChainModel, state::ChainState};
+use crate::integrator::step::Step;
 
 /// The overlap of a gap within a step: the quintic that has its value and its first two derivatives at both ends, so to sixth
 /// order in the step.
@@ -19,8 +20,9 @@ const CORRECTIONS: u32 = 5;
 
 impl Course {
     /// Between the states at the ends of a step.
-    pub(crate) fn of_gap(model: &ChainModel<'_>, ends: [&ChainState; 2], h_s: f64, gap: usize) -> Self {
-        let bends_m_per_s2 = model.closing_m_per_s2(ends, gap);
+    pub(crate) fn of_gap(model: &ChainModel<'_>, ends: [&ChainState; 2], step: Step, gap: usize) -> Self {
+        let Step { h_s, .. } = step;
+        let bends_m_per_s2 = model.closing_m_per_s2(ends, step, gap);
         let [before, after] =
             [(ends[0], bends_m_per_s2[0]), (ends[1], bends_m_per_s2[1])].map(|(end, bend)| {
                 let overlap_m = end.x_m[gap] - end.x_m[gap + 1];

@@ -55,6 +55,14 @@ impl ImposedMotion {
         (x_m, v)
     }
 
+    /// Acceleration at a time, in metres per second squared: linear between samples.
+    pub(crate) fn acceleration_m_per_s2(&self, time_s: f64) -> f64 {
+        let i = samples_until(&self.times_s, time_s).saturating_sub(1).min(self.times_s.len() - 2);
+        let part = (time_s - self.times_s[i]) / (self.times_s[i + 1] - self.times_s[i]);
+        let [a_0, a_1] = [i, i + 1].map(|i| self.acceleration_m_per_s2[i]);
+        a_0 + part * (a_1 - a_0)
+    }
+
     /// Largest size of the velocity at the samples, in metres per second.
     pub(crate) fn largest_velocity_m_per_s(&self) -> f64 {
         self.times_s.iter().map(|&time_s| self.at(time_s).1.abs()).fold(0.0, f64::max)

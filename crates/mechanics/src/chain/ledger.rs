@@ -128,7 +128,7 @@ impl Ledger {
     }
 
     fn book_peak(&mut self, model: &ChainModel<'_>, ends: [&ChainState; 2], step: Step, gap: usize) {
-        let course = Course::of_gap(model, ends, step.h_s, gap);
+        let course = Course::of_gap(model, ends, step, gap);
         let part = course.turn();
         let peak_m = course.overlap_m(part);
         if peak_m > self.most_m[gap] || (peak_m >= self.most_m[gap] && course.rate_m_per_s(0.0) > 0.0) {

@@ -27,7 +27,7 @@ pub(crate) fn cut_at_switch(
 ) -> Option<(f64, End)> {
     let suspects = End::BOTH.map(|end| {
         let contact = HeldContact { model, contact: model.strikers[end.index()].as_ref()?, end };
-        Some((contact, contact.first_contradiction(from, step.h_s, ahead)?))
+        Some((contact, contact.first_contradiction(from, step, ahead)?))
     });
     let mut found: Option<(f64, End)> = None;
     for (held, end_s) in suspects.into_iter().flatten() {
@@ -128,15 +128,16 @@ impl HeldContact<'_> {
     ///
     /// A touch may begin and end within one step, and a parting too. So unless the contact stays far from a switch, the overlap's
     /// course between the ends is looked at, in several places and where it came nearest to a switch between them.
-    fn first_contradiction(&self, from: &ChainState, h_s: f64, ahead: &ChainState) -> Option<f64> {
+    fn first_contradiction(&self, from: &ChainState, step: Step, ahead: &ChainState) -> Option<f64> {
         let Self { model, contact, end } = *self;
+        let Step { h_s, .. } = step;
         let touching = from.touching[end.index()];
         let ends =
             [from, ahead].map(|state| (state.overlap_m(contact.gap), state.closing_m_per_s(contact.gap)));
         if contact.stays(touching, ends, h_s) {
             return None;
         }
-        let course = Course::of_gap(model, [from, ahead], h_s, contact.gap);
+        let course = Course::of_gap(model, [from, ahead], step, contact.gap);
         let at = |part: f64| (course.overlap_m(part), course.rate_m_per_s(part));
         let switched = |part: f64| {
             let (overlap_m, closing_m_per_s) = at(part);

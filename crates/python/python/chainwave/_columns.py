@@ -43,7 +43,7 @@ def columns_of(table: TableLike, what: str) -> Columns:
         found: dict[str, None] = {}
         for row in table:
             found.update(dict.fromkeys(row))
-        return [(name, _of_one_kind([_item(row.get(name)) for row in table])) for name in found]
+        return [(name, of_one_kind([_item(row.get(name)) for row in table])) for name in found]
     raise ChainwaveError(
         f"{what}: expected a path, a dict of columns, a list of dicts or a table with named columns, "
         f"found {type(table).__name__}"
@@ -59,13 +59,13 @@ def _plain(values: Any) -> list[Any]:
     for name in ("to_pylist", "to_list", "tolist"):
         convert = getattr(values, name, None)
         if convert is not None:
-            return _of_one_kind(list(convert()))
+            return of_one_kind(list(convert()))
     if isinstance(values, Iterable) and not isinstance(values, (str, bytes)):
-        return _of_one_kind([_item(value) for value in values])
+        return of_one_kind([_item(value) for value in values])
     raise ChainwaveError(f"a column: expected a list or an array, found {type(values).__name__}")
 
 
-def _of_one_kind(values: list[Any]) -> list[Any]:
+def of_one_kind(values: list[Any]) -> list[Any]:
     """Numbers as they are, or texts: what is lost is None, and what is neither stands as its text for whoever asks for it."""
     if all(type(value) in _NUMBERS for value in values):
         return values

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Optional, Union
 
 from . import _chainwave, _html
-from ._columns import Columns, Path, TableLike, columns_of, is_path, table_argument, whole
+from ._columns import Columns, Path, TableLike, columns_of, is_path, of_one_kind, table_argument, whole
 from ._errors import ChainwaveError
 from ._estimate import Estimate, estimates_of
 from ._figure import Figure
@@ -195,7 +195,7 @@ def _trials(tracks: Any, m_per_px: Optional[float]) -> Union[str, Columns]:
             raise ChainwaveError(f"tracks: table {number}: expected the columns {', '.join(joined)}, found {', '.join(columns)}")
         for name, values in columns.items():
             joined.setdefault(name, []).extend(values)
-    return list(joined.items())
+    return [(name, of_one_kind(values)) for name, values in joined.items()]
 
 
 def _columns_in(table: Any) -> Columns:
