@@ -47,6 +47,6 @@ fn _chainwave(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(merging::merge, module)?)?;
     module.add_function(wrap_pyfunction!(merging::measure_motion, module)?)?;
     module.add_function(wrap_pyfunction!(merging::fit, module)?)?;
-    module.add_function(wrap_pyfunction!(configuration::toml_of_json, module)?)?;
+    module.add_function(wrap_pyfunction!(configuration::toml_of_dict, module)?)?;
     module.add_function(wrap_pyfunction!(configuration::read_text, module)?)
 }

@@ -82,3 +82,24 @@ def test_wrong_curves_are_named() -> None:
         cw.fit_contact({"overlap_m": [0.0, 1.0]})
     with pytest.raises(cw.ChainwaveError, match="expected auto"):
         cw.fit_contact(curve(), zero="here")
+
+
+def test_a_dict_is_what_a_file_with_its_numbers_is(tmp_path: Path) -> None:
+    mass_kg = 0.00045524741119095237
+    scene: dict[str, Any] = {
+        "model": "chain",
+        "n_bodies": 4,
+        "duration_s": 2e-3,
+        "output_interval_s": 1e-4,
+        "body": {"pitch_m": 0.03, "mass_kg": mass_kg, "damping_kg_per_s": 1.0 / 3000.0},
+        "contact": {"law": "power", "a": 60.1, "delta_0_m": 2.27e-3, "p": 0.114},
+        "drive": {"kind": "striker", "mass_kg": 4.3e-3, "velocity_m_per_s": 2.73, "damping_kg_per_s": 0.1},
+    }
+    lines = [f"{key} = {value!r}" for key, value in scene.items() if not isinstance(value, dict)]
+    for name, table in scene.items():
+        if isinstance(table, dict):
+            lines += [f"[{name}]", *(f"{key} = " + (f'"{value}"' if isinstance(value, str) else repr(value)) for key, value in table.items())]
+    path = tmp_path / "scene.toml"
+    path.write_text("\n".join(lines) + "\n")
+    by_dict, by_file = cw.simulate(scene), cw.simulate(path)
+    assert np.array_equal(by_dict["x_m"], by_file["x_m"])

@@ -45,6 +45,41 @@ def test_trials_are_merged_and_their_triggers_found() -> None:
     assert np.array_equal(again["x_m"], merged["x_m"])
 
 
+def test_views_count_their_trials_for_themselves(tmp_path: Path) -> None:
+    late_s = {(1, 1): 0.0, (1, 2): LATE_S, (2, 1): LATE_S, (2, 2): 0.0}
+    tables = [
+        polars.DataFrame({**trial(10 * view + number, late), "trial": np.full(160, number), "view": np.full(160, view)})
+        for (view, number), late in late_s.items()
+    ]
+    # What is not asked for may be anything, with gaps.
+    notes = polars.DataFrame({"note": [None, "looked at twice"] * 320, "day": [None] * 640})
+    together = polars.concat([polars.concat(tables), notes], how="horizontal")
+    merged = cw.merge(together, rest_until_s=-1e-4, drive_scatter=0.02)
+    found = {(one["view"], one["recording"]): one["trigger_offset_s"] for one in merged.alignments}
+    assert [view for view, _ in found] == [1, 1, 2, 2]
+    offsets_s, truth_s = np.array(list(found.values())), np.array(list(late_s.values()))
+    # As of trials alone; with one trigger for both first trials these were half of LATE_S off.
+    assert np.abs(offsets_s - offsets_s.mean() - truth_s + truth_s.mean()).max() < 3e-6
+    with pytest.raises(cw.ChainwaveError, match="a second one"):
+        cw.merge(polars.concat([tables[0], tables[0]]), rest_until_s=-1e-4)
+    # A file of pixels, scaled.
+    pixels = polars.DataFrame(tables[0]).rename({"body": "name", "x_m": "x_px", "sigma_m": "sigma_x_px"})
+    pixels.with_columns(polars.col("x_px", "sigma_x_px") * 1e4).write_csv(tmp_path / "tracks.csv")
+    in_metres = cw.merge(tables[0], rest_until_s=-1e-4)
+    from_file = cw.merge(tmp_path / "tracks.csv", rest_until_s=-1e-4, m_per_px=1e-4)
+    assert np.abs(from_file["x_m"] - in_metres["x_m"]).max() < 1e-12
+
+
+def test_numbers_that_are_none_are_refused(frames: Any) -> None:
+    for wrong in (0.0, -5.0, float("nan")):
+        with pytest.raises(cw.ChainwaveError, match="rate_hz"):
+            cw.Recording.from_array(frames, rate_hz=wrong)
+    point = {"name": "1", "x_px": 40, "y_px": 40, "half_width_px": 14, "half_height_px": 14}
+    for argument in ({"threads": 0}, {"threads": -1}, {"reference": -1}):
+        with pytest.raises(cw.ChainwaveError, match=next(iter(argument))):
+            cw.track(frames, [point], **argument)
+
+
 def test_tracks_in_pixels_are_merged_by_their_scale(frames: Any) -> None:
     point = {"name": "1", "x_px": 40, "y_px": 40, "half_width_px": 14, "half_height_px": 14}
     at_rest = np.concatenate([np.repeat(frames[:1], 6, axis=0), frames])

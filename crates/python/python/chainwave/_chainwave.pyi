@@ -12,6 +12,7 @@ __all__ = [
     "OpenedRecording",
     "PreparedExperiment",
     "__version__",
+    "columns_of_csv",
     "correlate",
     "fit",
     "fit_contact",
@@ -21,7 +22,7 @@ __all__ = [
     "read_text",
     "recording_of_counts",
     "simulate",
-    "toml_of_json",
+    "toml_of_dict",
     "track",
 ]
 
@@ -173,5 +174,5 @@ def correlate(
 ) -> tuple[ArrowTable, int, int, int, str, str | None]: ...
 def simulate(path: str, text: str) -> tuple[ArrowTable, str]: ...
 def fit_contact(curve: str | _Columns, zero: str) -> tuple[list[tuple[str, _Told]], str]: ...
-def toml_of_json(text: str) -> str: ...
+def toml_of_dict(tables: dict[str, Any]) -> str: ...
 def read_text(path: str) -> str: ...

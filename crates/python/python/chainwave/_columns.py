@@ -20,11 +20,16 @@ Columns = list[tuple[str, list[Any]]]
 _NUMBERS = (int, float, bool, type(None))
 
 
-def whole(value: Optional[int], least: int, what: str) -> Optional[int]:
-    """A whole number of at least so much, or nothing."""
-    if value is not None and (isinstance(value, bool) or int(value) != value or value < least):
+def whole(value: int, least: int, what: str) -> int:
+    """A whole number of at least so much."""
+    if isinstance(value, bool) or int(value) != value or value < least:
         raise ChainwaveError(f"{what}: expected a whole number of at least {least}, found {value!r}")
-    return None if value is None else int(value)
+    return int(value)
+
+
+def threads_of(value: Optional[int]) -> Optional[int]:
+    """A number of threads, or nothing."""
+    return None if value is None else whole(value, 1, "threads")
 
 
 def is_path(value: object) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union
 
 from . import _chainwave, _html
-from ._columns import Columns, Path, TableLike, columns_of, is_path, whole
+from ._columns import Columns, Path, TableLike, columns_of, is_path, threads_of
 from ._errors import ChainwaveError
 from ._estimate import Estimate, estimates_of
 from ._figure import Figure
@@ -224,7 +224,7 @@ class Experiment:
 
     def check(self, *, threads: Optional[int] = None) -> list[Finding]:
         """What contradicts the experiment, before time is spent on it."""
-        return [Finding(*one) for one in self._inner.check(n_threads=whole(threads, 1, "threads"))]
+        return [Finding(*one) for one in self._inner.check(n_threads=threads_of(threads))]
 
     def run(self, *, threads: Optional[int] = None, progress: Optional[Progress] = None) -> Results:
         """Track, stitch, measure and fit, with the same bits as ``chainwave run``.
@@ -256,7 +256,7 @@ class Experiment:
         return [self._run(striker, threads, progress) for striker in range(len(self._inner))]
 
     def _run(self, striker: int, threads: Optional[int], progress: Optional[Progress]) -> Results:
-        results = Results(self._inner.run(striker, n_threads=whole(threads, 1, "threads"), progress=progress))
+        results = Results(self._inner.run(striker, n_threads=threads_of(threads), progress=progress))
         for finding in results.warnings:
             warn(str(finding), stacklevel=3)
         for one in results.recordings:

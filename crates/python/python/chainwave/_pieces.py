@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import numbers
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Optional, Union
 
 from . import _chainwave, _html
-from ._columns import Columns, Path, TableLike, columns_of, is_path, of_one_kind, table_argument, whole
+from ._columns import Columns, Path, TableLike, columns_of, is_path, of_one_kind, table_argument, threads_of
 from ._errors import ChainwaveError
 from ._estimate import Estimate, estimates_of
 from ._figure import Figure
@@ -293,7 +292,7 @@ def measure(
     >>> round(measured.group_velocity_m_per_s.value)
     200
     """
-    gaps = float(pitch_m) if isinstance(pitch_m, numbers.Real) else [float(gap_m) for gap_m in pitch_m]
+    gaps = [float(gap_m) for gap_m in pitch_m] if isinstance(pitch_m, Iterable) else float(pitch_m)
     found, tables, figures = _chainwave.measure_motion(
         motion._merged if isinstance(motion, MergedMotion) else table_argument(motion, "motion"),
         {
@@ -305,7 +304,7 @@ def measure(
             "n_replicas": n_replicas,
             "seed": seed,
             "contact": None if contact is None else toml_of({"contact": contact}),
-            "threads": whole(threads, 1, "threads"),
+            "threads": threads_of(threads),
         },
     )
     return Measurement(estimates_of(found), dict(tables), {name: Figure(figure) for name, figure in figures})
@@ -360,7 +359,7 @@ def fit(
         scene = {"duration_s": 1.0, "output_interval_s": 1.0, **scene}
     path, text = text_of(scene, "scene")
     numbers, details, warnings = _chainwave.fit(
-        motion._merged, path, text, striker_velocity_sigma_m_per_s=striker_velocity_sigma_m_per_s, n_threads=whole(threads, 1, "threads")
+        motion._merged, path, text, striker_velocity_sigma_m_per_s=striker_velocity_sigma_m_per_s, n_threads=threads_of(threads)
     )
     for warning in warnings:
         warn(warning)

@@ -10,9 +10,8 @@ from . import _chainwave
 
 def toml_of(tables: Mapping[str, Any]) -> str:
     """The text of a dict; ``None`` is left out, paths are texts, NumPy's numbers and arrays are numbers and lists."""
-    import json
-
-    return _chainwave.toml_of_json(json.dumps(_plain(tables)))
+    plain: dict[str, Any] = _plain(tables)
+    return _chainwave.toml_of_dict(plain)
 
 
 def _plain(value: Any) -> Any:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Callable, NamedTuple, Optional
 
 from . import _chainwave
-from ._columns import Path, TableLike, is_path, table_argument, whole
+from ._columns import Path, TableLike, is_path, table_argument, threads_of, whole
 from ._recording import Recording, as_recording, warn
 from ._table import Table
 
@@ -83,7 +83,7 @@ def _matching(
         "accuracy": accuracy,
         "shape": shape,
         "interpolation": interpolation,
-        "threads": whole(threads, 1, "threads"),
+        "threads": threads_of(threads),
     }
 
 
