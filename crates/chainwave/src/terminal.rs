@@ -65,7 +65,7 @@ fn print(line: &str) {
     let mut stdout = std::io::stdout();
     match writeln!(stdout, "{line}").and_then(|()| stdout.flush()) {
         Err(why) if why.kind() != ErrorKind::BrokenPipe => {
-            told(|told| told.unwritten = Some(why.to_string()))
+            told(|told| told.unwritten = Some(why.to_string()));
         }
         _ => {}
     }

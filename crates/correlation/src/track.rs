@@ -128,8 +128,8 @@ pub fn track_from(
     let first = frames.start;
     let end = frames.end.min(follower.n_frames()).max(first);
     let mut found: Vec<Found> = vec![Err(Lost::Unreadable); end];
-    for frame in first..end {
-        found[frame] = follower.locate(frame);
+    for (found, frame) in found[first..].iter_mut().zip(first..) {
+        *found = follower.locate(frame);
     }
     for (frame, position) in follower.settled_late() {
         found[frame] = Ok(position);

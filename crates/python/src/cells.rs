@@ -54,6 +54,7 @@ pub(crate) enum TableArgument {
 
 /// The columns of a CSV file as Python has columns: its cells as texts.
 #[pyfunction]
+#[expect(clippy::needless_pass_by_value, reason = "what comes from Python is owned")]
 pub(crate) fn columns_of_csv(path: PathBuf) -> Result<Vec<(String, Vec<String>)>, Failure> {
     let table = Table::read_csv(&path)?;
     let column = |name: &str| Ok((name.to_owned(), table.texts(name)?));

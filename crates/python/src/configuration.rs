@@ -1,5 +1,6 @@
 //! Configurations on their way from Python: texts of files, and dicts as the TOML that the library reads.
 
+use std::fmt::Display;
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
@@ -16,7 +17,7 @@ pub(crate) fn read_text(path: PathBuf) -> Result<String, Failure> {
 /// A dict as TOML, its numbers to the last bit.
 #[pyfunction]
 pub(crate) fn toml_of_dict(tables: &Bound<'_, PyDict>) -> Result<String, Failure> {
-    toml::to_string(&table_of(tables)?).map_err(|error| wrong(error.to_string()))
+    toml::to_string(&table_of(tables)?).map_err(wrong)
 }
 
 fn table_of(dict: &Bound<'_, PyDict>) -> Result<toml::Table, Failure> {
@@ -32,7 +33,7 @@ fn value_of(value: &Bound<'_, PyAny>) -> Result<toml::Value, Failure> {
     if let Ok(list) = value.cast::<PyList>() {
         return list.iter().map(|item| value_of(&item)).collect::<Result<_, _>>().map(toml::Value::Array);
     }
-    let unknown = || wrong(value.get_type().to_string());
+    let unknown = || wrong(value.get_type());
     // Booleans are whole numbers to Python.
     if let Ok(value) = value.cast::<PyBool>() {
         return Ok(value.is_true().into());
@@ -46,6 +47,6 @@ fn value_of(value: &Bound<'_, PyAny>) -> Result<toml::Value, Failure> {
     value.extract::<String>().map(Into::into).map_err(|_none| unknown())
 }
 
-fn wrong(found: String) -> Failure {
+fn wrong(found: impl Display) -> Failure {
     Failure::Argument(format!("a dict: expected what TOML can hold, found {found}"))
 }

@@ -54,7 +54,7 @@ impl Packer {
     }
 }
 
-/// HeaderBytes of a frame of `n_pixels`, a multiple of the packing's group.
+/// Bytes of a frame of `n_pixels`, a multiple of the packing's group.
 pub(crate) fn n_bytes(packing: Packing, n_pixels: usize) -> usize {
     match packing {
         Packing::Bits8 => n_pixels,

@@ -181,7 +181,7 @@ impl Sheared {
         }
         let info = recording.info();
         let period_s = median(info.times_s.windows(2).map(|pair| pair[1] - pair[0]).collect())?;
-        (velocity_squared > 0.0).then(|| Self {
+        (velocity_squared > 0.0).then_some(Self {
             shear_by_velocity,
             velocity_squared,
             n_lines: info.height_px as f64,

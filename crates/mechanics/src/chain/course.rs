@@ -21,8 +21,10 @@ const CORRECTIONS: u32 = 5;
 impl Course {
     /// Between the states at the ends of a step.
     pub(crate) fn of_gap(model: &ChainModel<'_>, ends: [&ChainState; 2], step: Step, gap: usize) -> Self {
-        let Step { h_s, .. } = step;
-        let bends_m_per_s2 = model.closing_m_per_s2(ends, step, gap);
+        let Step { time_s, h_s } = step;
+        let by_forces = model.closing_m_per_s2(ends, gap);
+        let driven = [time_s, time_s + h_s].map(|time_s| model.driven_m_per_s2(time_s, gap));
+        let bends_m_per_s2 = [0, 1].map(|end| by_forces[end] + driven[end]);
         let [before, after] =
             [(ends[0], bends_m_per_s2[0]), (ends[1], bends_m_per_s2[1])].map(|(end, bend)| {
                 let overlap_m = end.x_m[gap] - end.x_m[gap + 1];

@@ -63,6 +63,11 @@ impl ImposedMotion {
         a_0 + part * (a_1 - a_0)
     }
 
+    /// Largest size of the displacement at the samples, in metres.
+    pub(crate) fn largest_displacement_m(&self) -> f64 {
+        self.displacement_m.iter().map(|x_m| x_m.abs()).fold(0.0, f64::max)
+    }
+
     /// Largest size of the velocity at the samples, in metres per second.
     pub(crate) fn largest_velocity_m_per_s(&self) -> f64 {
         self.times_s.iter().map(|&time_s| self.at(time_s).1.abs()).fold(0.0, f64::max)

@@ -19,7 +19,6 @@ use crate::{
         spring::Spring,
         striker::StrikerContact,
     },
-    integrator::step::Step,
     lanes::{self, PADDING, PartialSums, columns::Columns, padded, row::AlignedRow},
 };
 
@@ -267,12 +266,14 @@ impl<'a> ChainModel<'a> {
         lost.total()
     }
 
-    /// Rate at which a gap's rate of closing changes, in metres per second squared, in the states at both ends of a step.
-    pub(crate) fn closing_m_per_s2(&self, states: [&ChainState; 2], step: Step, gap: usize) -> [f64; 2] {
-        // Forces do not move a body whose motion is imposed.
+    /// What an imposed motion adds to the rate at which a gap's rate of closing changes, at a time, in metres per second squared: no forces do.
+    pub(crate) fn driven_m_per_s2(&self, time_s: f64, gap: usize) -> f64 {
         let imposed = self.imposed.filter(|_| gap == 0);
-        let driven_m_per_s2 = [step.time_s, step.time_s + step.h_s]
-            .map(|time_s| imposed.map_or(0.0, |motion| motion.acceleration_m_per_s2(time_s)));
+        imposed.map_or(0.0, |motion| motion.acceleration_m_per_s2(time_s))
+    }
+
+    /// Rate at which forces change a gap's rate of closing, in metres per second squared, in two states.
+    pub(crate) fn closing_m_per_s2(&self, states: [&ChainState; 2], gap: usize) -> [f64; 2] {
         let gaps = [gap.wrapping_sub(1), gap, gap + 1];
         let of_gaps = |f: &dyn Fn(&ChainState, usize) -> f64| {
             let mut row = [0.0; PADDING];
@@ -297,10 +298,10 @@ impl<'a> ChainModel<'a> {
                 None => damper_n,
             }
         };
-        [(states[0], 0, driven_m_per_s2[0]), (states[1], 3, driven_m_per_s2[1])].map(|(state, i, driven)| {
+        [(states[0], 0), (states[1], 3)].map(|(state, i)| {
             let left_n = force_n(i) - force_n(i + 1) - drag_n(state, gap);
             let right_n = force_n(i + 1) - force_n(i + 2) - drag_n(state, gap + 1);
-            driven + left_n * self.inverse_mass_per_kg[gap] - right_n * self.inverse_mass_per_kg[gap + 1]
+            left_n * self.inverse_mass_per_kg[gap] - right_n * self.inverse_mass_per_kg[gap + 1]
         })
     }
 

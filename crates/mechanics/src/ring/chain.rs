@@ -7,6 +7,9 @@ use crate::{
     error::MechanicsError,
 };
 
+/// Share of its largest displacement at which an imposed motion may begin.
+const LARGEST_START: f64 = 0.01;
+
 /// A chain of equal rings, bonded at their poles, that moves in mirror symmetry about its axis.
 ///
 /// Joint n (from 1, the struck pole) is where ring n begins; joint N + 1 is the far pole of the last ring.
@@ -31,7 +34,8 @@ pub struct RingChain {
 pub enum RingDrive {
     /// A body that strikes the first joint; the chain is at rest until then.
     Striker(RingStriker),
-    /// The first joint moves as given, whatever the force.
+    /// The first joint moves as given, whatever the force, counted from where it is at t = 0: all is at rest there, and what a measured motion
+    /// has of noise at its beginning would be a shock. It has to begin within a hundredth of its largest displacement.
     Imposed(ImposedMotion),
     /// No drive: the chain is let go from this state, one entry a joint, from joint 1 to N + 1. Each ring starts in the
     /// equilibrium of its overlap, and its nodes move as this equilibrium does with its joints.
@@ -68,7 +72,15 @@ impl RingChain {
         check::require(!is_struck, "strikers at the far end", expected, 1.0)?;
         match &self.drive {
             RingDrive::Striker(striker) => striker.check(),
-            RingDrive::Imposed(_) => Ok(()),
+            RingDrive::Imposed(motion) => {
+                let start_m = motion.at(0.0).0;
+                check::require(
+                    start_m.abs() <= LARGEST_START * motion.largest_displacement_m(),
+                    "displacement of the imposed motion at t = 0",
+                    "about 0, where the rings rest (hint: count it from there, or let go a chain that is held)",
+                    start_m,
+                )
+            }
             RingDrive::Free { displacement_m, velocity_m_per_s } => {
                 self.check_state(displacement_m, velocity_m_per_s)
             }

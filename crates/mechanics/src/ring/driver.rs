@@ -21,7 +21,13 @@ pub(crate) struct Driver<'a> {
 #[derive(Debug)]
 enum Kind<'a> {
     Striker(HalfStriker),
-    Imposed { motion: &'a ImposedMotion, dt_s: f64, length_m: f64 },
+    /// Counted from where the motion is at t = 0.
+    Imposed {
+        motion: &'a ImposedMotion,
+        start_m: f64,
+        dt_s: f64,
+        length_m: f64,
+    },
 }
 
 /// Half of the striker: the other half strikes the mirror image.
@@ -40,7 +46,7 @@ struct HalfStriker {
 pub(crate) struct DriveStep {
     /// Velocity of the joint after the step.
     pub(crate) velocity: f64,
-    /// PhasePoint of the striker, and its velocity before and after.
+    /// Place of the striker, and its velocity before and after.
     pub(crate) striker: Option<[f64; 3]>,
     /// Energy held by the striker: of its motion and of its contact.
     pub(crate) energy: f64,
@@ -73,7 +79,7 @@ impl<'a> Driver<'a> {
                 damping: 0.5 * striker.damping_kg_per_s * dt_s / element_kg,
                 touching: true,
             }),
-            RingDrive::Imposed(motion) => Kind::Imposed { motion, dt_s, length_m },
+            RingDrive::Imposed(motion) => Kind::Imposed { motion, start_m: motion.at(0.0).0, dt_s, length_m },
             RingDrive::Free { .. } => return None,
         };
         Some(Self { kind, keep, gain, lost: 0.0, switches: 0 })
@@ -93,8 +99,9 @@ impl<'a> Driver<'a> {
                 self.switches += u32::from(striker.touching != was_touching);
                 kicked
             }
-            Kind::Imposed { motion, dt_s, length_m } => {
-                let velocity_after = motion.at((step + 1) as f64 * *dt_s).0 / *length_m - place;
+            Kind::Imposed { motion, start_m, dt_s, length_m } => {
+                let moved_m = motion.at((step + 1) as f64 * *dt_s).0 - *start_m;
+                let velocity_after = moved_m / *length_m - place;
                 // The ring's force on the joint does work against the drive.
                 let lost = force / self.gain * 0.5 * (velocity + velocity_after);
                 (

@@ -17,7 +17,7 @@ pub(crate) struct BlockRecord {
     pub(crate) peak_energies: [f64; RINGS],
     /// Step and ring of the first contact of a ring's walls.
     pub(crate) contact: Option<(u64, usize)>,
-    /// PhasePoint and velocity of the striker.
+    /// Place and velocity of the striker.
     pub(crate) striker: Vec<[f64; 2]>,
     /// Displacements of the inner nodes of each ring, where they are asked for.
     pub(crate) shapes: Vec<[f64; 2]>,

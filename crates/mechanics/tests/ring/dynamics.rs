@@ -108,6 +108,26 @@ fn the_step_converges_with_its_square() {
     assert!((order - 2.0).abs() < 0.2, "order {order}");
 }
 
+/// A measured motion of body 1 begins with noise: counted from there it is no shock; one that begins far off is refused.
+#[test]
+fn an_imposed_motion_counts_from_where_it_begins() {
+    let moved = |offset_m: f64| {
+        let times_s: Vec<f64> = (0..=1000).map(|i| 6e-6 * f64::from(i)).collect();
+        let step = |t: f64| 1e-3 * (1.0 + ((t - 4e-3) / 0.4e-3).tanh());
+        let x_m = times_s.iter().map(|&t| step(t) - step(0.0) + offset_m).collect();
+        let drive = RingDrive::Imposed(ImposedMotion::from_samples(times_s, x_m).unwrap());
+        simulate_rings(&RingChain { drive, ..chain(8, 12, 1.0) }, &schedule(6e-3))
+    };
+    let (plain, noisy) = (moved(0.0).unwrap(), moved(1e-5).unwrap());
+    for (noisy, plain) in noisy.psi_max_j.iter().zip(&plain.psi_max_j) {
+        // Rounding of what is subtracted, 1e-16 of the offset over the displacement.
+        assert!((noisy / plain - 1.0).abs() < 1e-9, "{noisy:e} {plain:e}");
+    }
+    assert!(noisy.energy_drift < 2.0 * plain.energy_drift + 1e-12, "{:e}", noisy.energy_drift);
+    let refused = moved(5e-4).unwrap_err().to_string();
+    assert!(refused.contains("at t = 0") && refused.contains("hint"), "{refused}");
+}
+
 #[test]
 fn weak_waves_are_those_of_the_linear_chain() {
     // A smooth step of the first joint runs along the chain at c_0 = a sqrt(k_0 / m). Its width of 6 ms leaves a dispersion of
