@@ -9,7 +9,7 @@ mod photomechanics;
 use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{Read, Write};
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use chainwave_camera::OpenOptions;
@@ -24,7 +24,8 @@ use crate::error::Error;
 use crate::kept::digest;
 use crate::on_demand;
 use crate::outcome::Outcome;
-use crate::output::{make_folder, write_json, write_whole};
+use crate::output::{make_folder, stays_within, write_json, write_whole};
+use crate::run::PROVENANCE;
 use crate::terminal::say;
 use chainwave_experiment::read_toml;
 
@@ -33,8 +34,6 @@ const METADATA: &str = "ro-crate-metadata.json";
 /// The file that describes the experiment as photomechanics does.
 const PHOTOMECHANICS: &str = "r3xa.json";
 const PROFILE: &str = "https://w3id.org/ro/wfrun/process/0.5";
-/// Of results, in which recordings are named and settings kept.
-const PROVENANCE: &str = "provenance.toml";
 /// Bytes that are copied at a time.
 const PIECE: usize = 1 << 20;
 
@@ -138,10 +137,7 @@ fn files_of_recordings(folder: &Path, provenance: &Provenance) -> Result<Vec<Pat
     on_demand::expect_readable(paths(), &OpenOptions::default())?;
     let mut files = Vec::new();
     for (path, source) in paths().zip(&provenance.recordings) {
-        let is_within = Path::new(&source.recording)
-            .components()
-            .all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
-        if !is_within {
+        if !stays_within(&source.recording) {
             return Err(Error::Argument(format!(
                 "{}: expected recordings that lie in the folder itself, found {}",
                 folder.display(),

@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use chainwave_durable::NewFile;
 use serde::Serialize;
@@ -84,6 +84,11 @@ pub(crate) fn remove(path: &Path) -> Result<(), Error> {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(Error::file(path, "remove")(error)),
         _ => Ok(()),
     }
+}
+
+/// Whether a name, such as a table has of a recording, stays in the folder that it is in.
+pub(crate) fn stays_within(name: &str) -> bool {
+    Path::new(name).components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
 }
 
 /// Makes a folder with all its parents.

@@ -26,6 +26,7 @@ use chainwave_experiment::{
 use serde_json::{Value, json};
 
 pub(crate) use self::figures::draw_motion;
+pub(crate) use self::provenance::PROVENANCE;
 pub(crate) use self::results::{states_as_json, warnings_as_json, write_measurement};
 use crate::cli;
 use crate::error::Error;

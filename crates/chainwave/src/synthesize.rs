@@ -2,15 +2,15 @@
 
 mod truth;
 
-use std::path::{Component, Path};
+use std::path::Path;
 
-use chainwave_experiment::{Experiment, FILMED, Trial, film_experiment, read_text};
+use chainwave_experiment::{Experiment, FILMED, TRUTH, Trial, film_experiment, read_text};
 use chainwave_measurement::Estimate;
 
 use crate::cli;
 use crate::error::Error;
 use crate::outcome::Outcome;
-use crate::output::{make_folder, remove_unfinished, write_text};
+use crate::output::{make_folder, remove_unfinished, stays_within, write_text};
 use crate::parallel::threads;
 use crate::progress;
 use crate::table::{self, column};
@@ -26,9 +26,6 @@ pub(crate) fn synthesize(arguments: &cli::Synthesize) -> Result<Outcome, Error> 
     film_into(&experiment, &trials, path, &arguments.out, arguments.jobs)?;
     Ok(Outcome::default())
 }
-
-/// Written when all is filmed.
-const FINISHED: &str = "truth.json";
 
 /// Films an experiment into a folder, and writes its plan and its truth beside the recordings, where the trials table states what views
 /// are magnified by; `path` is where the experiment lies. Recordings that were not filmed are never replaced.
@@ -60,10 +57,7 @@ pub(crate) fn film_into(
 
 /// Refuses names of recordings that lead out of the folder.
 fn expect_names_within(trials: &[Trial], path: &Path) -> Result<(), Error> {
-    let is_within = |name: &str| {
-        Path::new(name).components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
-    };
-    match trials.iter().find(|trial| !is_within(&trial.recording)) {
+    match trials.iter().find(|trial| !stays_within(&trial.recording)) {
         Some(trial) => Err(Error::Argument(format!(
             "{}: the trials table names {}: expected recordings that lie in the folder itself, to be filmed there",
             path.display(),
@@ -75,7 +69,7 @@ fn expect_names_within(trials: &[Trial], path: &Path) -> Result<(), Error> {
 
 /// Refuses a folder that holds recordings which were not filmed: they may be real ones.
 fn expect_own(trials: &[Trial], folder: &Path) -> Result<(), Error> {
-    let is_own = [FILMED, FINISHED].iter().any(|name| folder.join(name).exists());
+    let is_own = [FILMED, TRUTH].iter().any(|name| folder.join(name).exists());
     let found = trials.iter().map(|trial| folder.join(&trial.recording)).find(|path| path.exists());
     match found.filter(|_| !is_own) {
         Some(found) => Err(Error::Argument(format!(

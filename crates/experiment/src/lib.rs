@@ -169,5 +169,5 @@ pub use text_file::{parse_toml, read_text, read_toml};
 pub use tracked::{Origin, Tracked, TrackedRecording};
 pub use tracking::{track, track_share};
 pub use tracks::{FollowedBody, RecordingTracks};
-pub use truth::{FILMED, KnownTruth};
+pub use truth::{FILMED, KnownTruth, TRUTH};
 pub use view::{PlannedView, View, first_view, planned_view, unreadable};

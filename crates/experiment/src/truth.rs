@@ -35,7 +35,7 @@ pub struct KnownTruth {
 }
 
 /// Written beside the recordings that were filmed; where it is missing, an experiment with a synthetic part is a real one.
-const SIGN: &str = "truth.json";
+pub const TRUTH: &str = "truth.json";
 /// Stands in a folder that is filmed into from before the first film, with the plan by which: recordings there may be replaced by films of another.
 pub const FILMED: &str = ".filmed.toml";
 /// What was filmed as it stands beside recordings for whoever reads it, and in folders without the sign for all.
@@ -52,7 +52,7 @@ pub(crate) fn known_truth(
     n_threads: NonZero<usize>,
 ) -> Result<Option<KnownTruth>, Error> {
     let paths = [FILMED, STATED].map(|name| setup.recordings.join(name));
-    let Some(path) = paths.into_iter().find(|path| path.exists() && setup.recordings.join(SIGN).exists())
+    let Some(path) = paths.into_iter().find(|path| path.exists() && setup.recordings.join(TRUTH).exists())
     else {
         return Ok(None);
     };

@@ -38,6 +38,7 @@ mod wave;
 
 pub use collection::{Collection, ShownRecording, ShownTrack};
 pub use error::ViewError;
+pub use points::table_cell;
 pub use review::{KeepCorrections, QueuedReading, Review, ShownCorrection, ShownRemedy};
 pub use server::Server;
 pub use set_up::{Picked, Question, SetUp, WriteExperiment};

@@ -161,14 +161,14 @@ fn table(points: &[Subset]) -> String {
         let Subset { name, x_px, y_px, half_width_px, half_height_px, outline_px } = subset;
         let corners: Vec<String> = outline_px.iter().map(|[x, y]| format!("{x} {y}")).collect();
         let outline = if has_outline { format!(",{}", corners.join(" ")) } else { String::new() };
-        format!("{},{x_px},{y_px},{half_width_px},{half_height_px}{outline}\n", cell(name))
+        format!("{},{x_px},{y_px},{half_width_px},{half_height_px}{outline}\n", table_cell(name))
     };
     let head = format!("{HEAD}{}\n", if has_outline { ",outline_px" } else { "" });
     std::iter::once(head).chain(points.iter().map(row)).collect()
 }
 
 /// A text as a cell of a table, in quotes where it needs them.
-fn cell(text: &str) -> String {
+pub fn table_cell(text: &str) -> String {
     match text.contains([',', ';', '"']) || text.trim() != text {
         true => format!("\"{}\"", text.replace('"', "\"\"")),
         false => text.to_owned(),

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use chainwave_measurement::RecordingInfo;
+use chainwave_view::table_cell;
 
 use super::seen::Seen;
 
@@ -123,17 +124,9 @@ pub(crate) fn trials_table(names: &[String], stage_step_m: Option<f64>) -> Strin
             }
             None => [FILL_IN; 3].join(","),
         };
-        text.push_str(&format!("{},{row}\n", cell(name)));
+        text.push_str(&format!("{},{row}\n", table_cell(name)));
     }
     text
-}
-
-/// A text as a cell of a table, in quotes where it needs them.
-fn cell(text: &str) -> String {
-    match text.contains([',', ';', '"']) || text.trim() != text {
-        true => format!("\"{}\"", text.replace('"', "\"\"")),
-        false => text.to_owned(),
-    }
 }
 
 /// Where the stage stands in a view, in metres from the first one of these recordings.

@@ -9,6 +9,9 @@ use serde::Serialize;
 use crate::error::Error;
 use crate::output::write_text;
 
+/// Stands in a folder of results: their recordings by name, and their settings.
+pub(crate) const PROVENANCE: &str = "provenance.toml";
+
 /// What the results came from: enough to tell whether a run can be repeated.
 #[derive(Serialize)]
 struct Provenance<'a> {
@@ -65,5 +68,5 @@ pub(crate) fn write(setup: &Setup, out: &Path) -> Result<(), Error> {
         experiment: &setup.experiment,
     };
     let text = toml::to_string(&provenance).map_err(|wrong| Error::Argument(wrong.to_string()))?;
-    write_text(&out.join("provenance.toml"), &text)
+    write_text(&out.join(PROVENANCE), &text)
 }

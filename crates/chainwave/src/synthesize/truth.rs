@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use chainwave_experiment::{FilmTruth, MeanMotion, TrueTrial};
+use chainwave_experiment::{FilmTruth, MeanMotion, TRUTH, TrueTrial};
 
 use crate::error::Error;
 use crate::output::write_json;
@@ -12,7 +12,7 @@ use crate::table::{self, column};
 pub(super) fn write(truth: &FilmTruth, folder: &Path) -> Result<(), Error> {
     let drive = if truth.is_struck { "striker_velocity_m_per_s" } else { "drive" };
     write_motions(&truth.motions, drive, folder)?;
-    write_json(&folder.join("truth.json"), &truth.parameters)?;
+    write_json(&folder.join(TRUTH), &truth.parameters)?;
     write_trials(&truth.trials, drive, folder)?;
     let bodies: Vec<u32> = (1..).take(truth.masses_kg.len()).collect();
     let columns = vec![column("body", bodies), column("mass_kg", truth.masses_kg.clone())];

@@ -14,8 +14,9 @@ use crate::listing::recordings_in;
 use crate::on_demand;
 use crate::parallel::threads;
 use crate::review::TRACKS;
+use crate::run::PROVENANCE;
 use crate::track::read_points;
-use crate::view::results::{PROVENANCE, of_results};
+use crate::view::results::of_results;
 use crate::view::set_up;
 
 /// Recordings for a recording, a folder of them, an experiment or the results of one.

@@ -9,10 +9,10 @@ use crate::cli;
 use crate::error::Error;
 use crate::on_demand;
 use crate::review::{ReviewedResults, TRACKS};
+use crate::run::PROVENANCE;
 use crate::table;
 use crate::view::corrections;
 
-pub(super) const PROVENANCE: &str = "provenance.toml";
 const STRAIN: &str = "strain.parquet";
 const MOTION: &str = "motion.parquet";
 
