@@ -28,10 +28,12 @@ pub(crate) fn simulate(arguments: &cli::Simulate) -> Result<Outcome, Error> {
     let summary = arguments.summary.iter().map(|path| ("the summary", path.clone()));
     let written: Vec<_> = [("the table", arguments.out.clone())].into_iter().chain(summary).collect();
     expect_apart(&[&arguments.scene], &written)?;
-    if is_ring_scene(&arguments.scene)? {
-        return ring::simulate(arguments);
+    // Once, for it may be a pipe.
+    let text = read_text(&arguments.scene)?;
+    if ring::is_of_rings(&text) {
+        return ring::simulate(arguments, &text);
     }
-    let scene = read_scene(&arguments.scene)?;
+    let scene = ChainScene::parse(&arguments.scene, &text)?;
     if scene.asks_for_bands() && arguments.scan.is_none() {
         return bands(&scene, arguments);
     }

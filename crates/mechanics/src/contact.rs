@@ -1,6 +1,7 @@
 //! What lies in the gaps: laws of force over overlap, each for one gap and for vectors of gaps, and the striker's one-sided contact.
 
 pub(crate) mod contacts;
+pub(crate) mod dashpots;
 pub(crate) mod gaps;
 pub(crate) mod linear;
 mod power;

@@ -27,25 +27,35 @@ use scene::{Mesh, RingScene, Task};
 /// Elements per ring of quasi-static and linear tasks where none are stated: frequencies and forces are then good to 1e-4.
 const FINE: usize = 64;
 
-/// Whether a scene is one of rings; what else is in it is not looked at.
+/// Whether the scene in a file is one of rings; what else is in it is not looked at.
 pub(crate) fn is_ring_scene(path: &Path) -> Result<bool, Error> {
+    Ok(is_of_rings(&read_text(path)?))
+}
+
+/// Whether the text of a scene is one of rings.
+pub(super) fn is_of_rings(text: &str) -> bool {
     #[derive(Deserialize)]
     struct Model {
         model: Option<String>,
     }
-    let model: Result<Model, _> = toml::from_str(&read_text(path)?);
-    Ok(model.is_ok_and(|scene| scene.model.as_deref() == Some("ring")))
+    let model: Result<Model, _> = toml::from_str(text);
+    model.is_ok_and(|scene| scene.model.as_deref() == Some("ring"))
 }
 
 /// The chain and the schedule of a scene of rings that move; the elements are the scene's, or none where it asks for an accuracy.
 pub(crate) fn ring_scene(path: &Path) -> Result<(RingChain, RingSchedule), Error> {
-    let scene = RingScene::read(path)?;
+    let scene = RingScene::parse(path, &read_text(path)?)?;
     Ok((scene.chain(path)?, scene.schedule(path, None)?))
 }
 
-/// Carries out a scene of rings.
-pub(super) fn simulate(arguments: &cli::Simulate) -> Result<Outcome, Error> {
-    let scene = RingScene::read(&arguments.scene)?;
+/// Carries out a scene of rings, given its text.
+pub(super) fn simulate(arguments: &cli::Simulate, text: &str) -> Result<Outcome, Error> {
+    let scene = RingScene::parse(&arguments.scene, text)?;
+    if arguments.scan.is_some() {
+        let message = "--scan: expected a scene of the chain model, found one of rings (hint: list their velocities as \
+                       figures.striker_velocities_m_per_s)";
+        return Err(Error::configuration(&arguments.scene, message.into()));
+    }
     let start = Instant::now();
     let mut outcome = Outcome::default();
     let summary = match scene.task(&arguments.scene)? {
@@ -95,7 +105,16 @@ fn motion(
     let (mut chain, schedule) =
         (scene.chain(&arguments.scene)?, scene.schedule(&arguments.scene, arguments.jobs)?);
     let (simulation, elements, difference) = match scene.mesh(&arguments.scene)? {
-        Mesh::Elements(elements) => (simulate_rings(&chain, &schedule)?, elements, None),
+        Mesh::Elements(elements) => {
+            if scene.states_accuracy_beside_elements() {
+                Outcome::note(format!(
+                    "{}: integrator.accuracy is not used beside ring.elements_per_ring: the elements and the stable step set the \
+                     accuracy (hint: leave elements_per_ring out, and both are chosen for it)",
+                    arguments.scene.display()
+                ));
+            }
+            (simulate_rings(&chain, &schedule)?, elements, None)
+        }
         Mesh::Accuracy(accuracy) => {
             let RefinedSimulation { simulation, elements_per_ring, difference } =
                 simulate_rings_within(&chain, &schedule, accuracy)?;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use chainwave_analysis::{MeasureSettings, Spacing, exact_motion, measure};
-use chainwave_mechanics::{Chain, Drive, MechanicsError, Schedule, Simulation, Striker, ensemble};
+use chainwave_mechanics::{Chain, Drive, Schedule, Simulation, Striker, ensemble};
 
 use crate::cli;
 use crate::error::Error;
@@ -23,8 +23,9 @@ pub(crate) fn scan(
     arguments: &cli::Simulate,
 ) -> Result<Outcome, Error> {
     let Drive::Striker(striker) = &chain.drive else {
-        let what = "a drive other than a striker";
-        return Err(MechanicsError::NotFor { method: "scan of striker velocities", what }.into());
+        let message =
+            "--scan: expected a drive of kind \"striker\", found another one, which has no velocity to scan";
+        return Err(Error::configuration(&arguments.scene, message.into()));
     };
     let struck = |velocity_m_per_s: &f64| {
         let drive = Drive::Striker(Striker { velocity_m_per_s: *velocity_m_per_s, ..*striker });

@@ -21,6 +21,9 @@ impl FromStr for Velocities {
             let velocity = |i: usize| from + (to - from) * i as f64 / (count - 1) as f64;
             return Ok(Self((0..count).map(velocity).collect()));
         }
+        if text.contains(':') {
+            return Err(format!("expected FROM:TO:COUNT, found {text:?}"));
+        }
         text.split(',').map(number).collect::<Result<_, _>>().map(Self)
     }
 }

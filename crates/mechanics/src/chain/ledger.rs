@@ -8,6 +8,9 @@ use crate::{
     lanes::{self, PADDING, PartialSums, columns::Columns, row::AlignedRow},
 };
 
+/// Relative difference of overlaps that only the interpolation between steps makes.
+const SAME_OVERLAP: f64 = 1e-9;
+
 /// What is booked after every step: how far each gap was closed and stretched, and the balance of energy.
 #[derive(Debug)]
 pub(crate) struct Ledger {
@@ -16,8 +19,8 @@ pub(crate) struct Ledger {
     /// Largest and smallest overlap of each gap of the row so far, in metres.
     most_m: AlignedRow,
     least_m: AlignedRow,
-    /// When each gap of the row turned at its largest overlap, in seconds; not a number before it turned.
-    most_at_s: Vec<f64>,
+    /// When each gap of the row turned at its largest overlap, in seconds, and that overlap, in metres; not a number before it turned.
+    turns: Vec<[f64; 2]>,
     /// Overlaps in metres below which the tension rules hold; minus infinity where no bond is.
     limits_m: Columns<1>,
     /// The first gap of each block among which one may have peaked within the step.
@@ -41,7 +44,7 @@ impl Ledger {
         let mut ledger = Self {
             tension_events: 0,
             most_m: row.clone(),
-            most_at_s: vec![f64::NAN; n],
+            turns: vec![[f64::NAN; 2]; n],
             least_m: row,
             limits_m: Columns::new([&limits_m]),
             may_peak: Vec::with_capacity(n),
@@ -76,8 +79,13 @@ impl Ledger {
     /// When each gap between bodies was closed the most, in seconds; none where it was never seen to open again.
     pub(crate) fn peak_times_s(&self, model: &ChainModel<'_>) -> Vec<Option<f64>> {
         let first = model.first_gap();
-        let times_s = self.most_at_s[first..first + model.n_gaps()].iter();
-        times_s.map(|time_s| time_s.is_finite().then_some(*time_s)).collect()
+        let gaps = first..first + model.n_gaps();
+        let most_m = self.most_m[gaps.clone()].iter();
+        // A gap that is being closed further than it was when it last turned has not been seen to open again.
+        let turned = |([time_s, turned_m], most_m): (&[f64; 2], &f64)| {
+            (*most_m <= turned_m * (1.0 + SAME_OVERLAP)).then_some(*time_s)
+        };
+        self.turns[gaps].iter().zip(most_m).map(turned).collect()
     }
 
     /// Books the whole energy at `state`, and returns what the masses and gaps hold, in joules.
@@ -133,7 +141,7 @@ impl Ledger {
         let peak_m = course.overlap_m(part);
         if peak_m > self.most_m[gap] || (peak_m >= self.most_m[gap] && course.rate_m_per_s(0.0) > 0.0) {
             self.most_m[gap] = peak_m;
-            self.most_at_s[gap] = step.time_s + part * step.h_s;
+            self.turns[gap] = [step.time_s + part * step.h_s, peak_m];
         }
         self.least_m[gap] = self.least_m[gap].min(peak_m);
     }

@@ -126,7 +126,7 @@ impl<'a> ChainModel<'a> {
 
     /// Whether a dashpot lies between neighbouring bodies.
     pub(crate) fn has_neighbours_coupled(&self) -> bool {
-        self.gaps.has_dashpots()
+        self.gaps.dashpots.is_some()
     }
 
     /// Sets what is imposed at a time.
@@ -208,9 +208,8 @@ impl<'a> ChainModel<'a> {
         force_n: &mut ForceRow,
         acceleration_m_per_s2: &mut [f64],
     ) -> f64 {
-        let PhasePoint { x_m, v_m_per_s, touching, active } = at;
-        let mut lost_w = self.gaps.damp(v_m_per_s, force_n.behind(active));
-        lost_w += self.damp_strikers(v_m_per_s, touching, force_n.behind(active));
+        let PhasePoint { x_m, v_m_per_s, active, .. } = at;
+        let mut lost_w = self.damp(at, force_n.behind(active));
         if self.imposed.is_some() {
             lost_w -= force_n.behind(active)[0] * v_m_per_s[0];
         }
@@ -218,9 +217,12 @@ impl<'a> ChainModel<'a> {
         lost_w + self.accelerate(simd, &v_m_per_s[..active], force_n, acceleration_m_per_s2)
     }
 
+    /// Adds the forces of the gaps' dashpots to those of their springs; returns the power that they take, in watts.
     #[inline(always)]
-    fn damp_strikers(&self, v_m_per_s: &[f64], touching: Touching, force_n: &mut [f64]) -> f64 {
-        let mut lost_w = 0.0;
+    pub(crate) fn damp(&self, at: PhasePoint<'_>, force_n: &mut [f64]) -> f64 {
+        let PhasePoint { x_m, v_m_per_s, touching, .. } = at;
+        let dashpots = self.gaps.dashpots.as_ref();
+        let mut lost_w = dashpots.map_or(0.0, |dashpots| dashpots.push(x_m, v_m_per_s, force_n));
         for contact in self.closed(touching) {
             // A far striker that rests against the last body is reached with the wave.
             let Some(force_n) = force_n.get_mut(contact.gap) else { continue };
@@ -266,6 +268,54 @@ impl<'a> ChainModel<'a> {
         lost.total()
     }
 
+    /// Acceleration of one mass by the gaps' forces and its dashpot to ground.
+    pub(crate) fn acceleration_m_per_s2(&self, mass: usize, v_m_per_s: f64, force_n: &ForceRow) -> f64 {
+        let drag_n = self.damping_kg_per_s[mass] * v_m_per_s;
+        (force_n.net_n(mass) - drag_n) * self.inverse_mass_per_kg[mass]
+    }
+
+    /// Largest displacement (metres) and velocity (metres per second) of the bodies, and of strikers while they touch, where those of all
+    /// masses are `of_all`: what flies freely is no measure of the motion.
+    pub(crate) fn reach_of_bodies(&self, state: &ChainState, of_all: (f64, f64)) -> (f64, f64) {
+        let flies = |end: &End| !state.touching[end.index()];
+        let flying = End::BOTH.into_iter().filter(flies).filter_map(|end| self.struck_by(end));
+        let flying: Vec<usize> = flying.map(|[striker, _]| striker).collect();
+        let leads =
+            |mass: &usize| state.x_m[*mass].abs() >= of_all.0 || state.v_m_per_s[*mass].abs() >= of_all.1;
+        if !flying.iter().any(leads) {
+            return of_all;
+        }
+        let largest = |row: &[f64]| {
+            let others = row.iter().enumerate().filter(|(mass, _)| !flying.contains(mass));
+            others.fold(0.0_f64, |largest, (_, value)| largest.max(value.abs()))
+        };
+        (largest(&state.x_m), largest(&state.v_m_per_s))
+    }
+
+    /// A scale of the motion to come at t = 0: the largest displacement and velocity of a body, or that which one takes from a striker in
+    /// an elastic blow.
+    pub(crate) fn first_reach(&self, state: &ChainState) -> (f64, f64) {
+        let strikers: Vec<[usize; 2]> = End::BOTH.into_iter().filter_map(|end| self.struck_by(end)).collect();
+        let largest = |row: &[f64]| {
+            let bodies = row.iter().enumerate().filter(|(mass, _)| strikers.iter().all(|[s, _]| s != mass));
+            bodies.fold(0.0_f64, |largest, (_, value)| largest.max(value.abs()))
+        };
+        let given_m_per_s = strikers.iter().map(|[striker, body]| {
+            let [striker_kg, body_kg] = [striker, body].map(|mass| self.mass_kg[*mass]);
+            (2.0 * striker_kg / (striker_kg + body_kg)).min(1.0) * state.v_m_per_s[*striker].abs()
+        });
+        (largest(&state.x_m), given_m_per_s.fold(largest(&state.v_m_per_s), f64::max))
+    }
+
+    /// The masses of the row that are an end's striker and the body that it strikes, where there is a striker.
+    fn struck_by(&self, end: End) -> Option<[usize; 2]> {
+        let gap = self.strikers[end.index()].as_ref()?.gap;
+        Some(match end {
+            End::Near => [gap, gap + 1],
+            End::Far => [gap + 1, gap],
+        })
+    }
+
     /// What an imposed motion adds to the rate at which a gap's rate of closing changes, at a time, in metres per second squared: no forces do.
     pub(crate) fn driven_m_per_s2(&self, time_s: f64, gap: usize) -> f64 {
         let imposed = self.imposed.filter(|_| gap == 0);
@@ -284,11 +334,9 @@ impl<'a> ChainModel<'a> {
             }
             row
         };
-        let overlaps_m = of_gaps(&|state, gap| state.x_m[gap] - state.x_m[gap + 1]);
-        let dashpots_n = of_gaps(&|state, gap| {
-            let closing = state.v_m_per_s[gap] - state.v_m_per_s[gap + 1];
-            self.dashpot_kg_per_s(gap, state.touching) * closing
-        });
+        let overlaps_m = of_gaps(&|state, gap| state.overlap_m(gap));
+        let dashpots_n =
+            of_gaps(&|state, gap| self.dashpot_kg_per_s(gap, state) * state.closing_m_per_s(gap));
         let springs_n = self.springs_n(gaps, overlaps_m);
         let force_n = |i: usize| springs_n[i] + dashpots_n[i];
         let drag_n = |state: &ChainState, mass: usize| {
@@ -321,18 +369,33 @@ impl<'a> ChainModel<'a> {
         gap < self.n_masses && !self.idle(touching).contains(&Some(gap))
     }
 
-    /// Dashpot of a gap in kilograms per second, that of a touching striker included.
-    pub(crate) fn dashpot_kg_per_s(&self, gap: usize, touching: Touching) -> f64 {
-        let of_striker = self.closed(touching).find(|contact| contact.gap == gap);
-        of_striker.map_or_else(|| self.gaps.dashpot_kg_per_s(gap), |contact| contact.damping_kg_per_s)
+    /// Dashpot of a gap in a state in kilograms per second, that of a touching striker included.
+    pub(crate) fn dashpot_kg_per_s(&self, gap: usize, state: &ChainState) -> f64 {
+        match (self.closed(state.touching).find(|contact| contact.gap == gap), &self.gaps.dashpots) {
+            (Some(contact), _) => contact.damping_kg_per_s,
+            (None, Some(dashpots)) => dashpots.acting_kg_per_s(gap, state.overlap_m(gap)),
+            (None, None) => 0.0,
+        }
     }
 
-    /// Fills a row with the dashpots of its gaps in kilograms per second, those of touching strikers included.
-    pub(crate) fn dashpots(&self, touching: Touching, row: &mut [f64]) {
-        for (gap, dashpot) in row.iter_mut().enumerate() {
-            *dashpot = self.gaps.dashpot_kg_per_s(gap);
+    /// Whether a dashpot sets in or ends between two states because its contact closes or opens: there forces jump.
+    pub(crate) fn gap_jumps(&self, from: &ChainState, to: &ChainState) -> bool {
+        self.gaps.dashpots.as_ref().is_some_and(|dashpots| {
+            (0..from.active.min(self.n_masses)).any(|gap| {
+                dashpots.is_open(gap, from.overlap_m(gap)) != dashpots.is_open(gap, to.overlap_m(gap))
+            })
+        })
+    }
+
+    /// Fills a row with the dashpots of its gaps in a state in kilograms per second, those of touching strikers included.
+    pub(crate) fn dashpots(&self, state: PhasePoint<'_>, row: &mut [f64]) {
+        row.fill(0.0);
+        if let Some(dashpots) = &self.gaps.dashpots {
+            for (gap, dashpot) in row.iter_mut().enumerate().take(state.active) {
+                *dashpot = dashpots.acting_kg_per_s(gap, state.x_m[gap] - state.x_m[gap + 1]);
+            }
         }
-        for contact in self.closed(touching) {
+        for contact in self.closed(state.touching) {
             if let Some(dashpot) = row.get_mut(contact.gap) {
                 *dashpot = contact.damping_kg_per_s;
             }

@@ -6,6 +6,7 @@ use crate::{
     contact::{
         contacts::{Contact, Contacts},
         table::TableLaw,
+        tension::Tension,
     },
     error::MechanicsError,
 };
@@ -97,6 +98,12 @@ impl Chain {
         let by_curve = self.ground_law.as_ref().map_or(0.0, |law| law.stiffness_n_per_m(0.0));
         let spring = |body: usize| self.ground_stiffness_n_per_m.get(body).copied().unwrap_or(0.0);
         (0..self.n_bodies()).map(|body| spring(body) + by_curve).collect()
+    }
+
+    /// Whether dashpots between bodies end where their contact opens, with a jump of the force.
+    pub(crate) fn has_dashpots_that_end(&self) -> bool {
+        let ends = |contact: &&Contact| contact.tension == Tension::Detach && contact.damping_kg_per_s > 0.0;
+        self.all_contacts().iter().any(ends)
     }
 
     /// The striker at the far end, where there is one.

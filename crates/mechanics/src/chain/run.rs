@@ -139,7 +139,7 @@ impl<'a, R: Record> Run<'a, R> {
             return Err(MechanicsError::NotFor { method: order.method.name(), what });
         }
         let mut state = model.initial_state(chain);
-        let control = Control::new(&order, pace, &state)?;
+        let control = Control::new(&order, pace, &model, &state)?;
         let negligible = match order.pacing {
             Pacing::Constant { .. } => NEGLIGIBLE_AT_CONSTANT_STEPS,
             Pacing::Adaptive { accuracy, .. } => NEGLIGIBLE * accuracy,
@@ -181,10 +181,11 @@ impl<'a, R: Record> Run<'a, R> {
             let reached = cut.is_none() && time_s + h_s * (1.0 + 1e-5) >= target_s;
             let end_s = if reached { target_s } else { time_s + h_s };
             let reach = self.ledger.book_gaps(&self.model, &at.state, &at.ahead, Step { time_s, h_s });
-            self.control.reach(reach);
+            self.control.reach(self.model.reach_of_bodies(&at.ahead, reach));
             while at.next_output < self.order.n_outputs && self.time_of(at.next_output) <= end_s {
                 let output_s = self.time_of(at.next_output);
-                if reached && output_s >= target_s {
+                // Methods that cannot interpolate stop at every output, be it that a switch ended the step there.
+                if (reached && output_s >= target_s) || !self.control.passes_outputs {
                     self.output(at.next_output, &at.ahead)?;
                 } else {
                     let step = Step { time_s, h_s };
@@ -235,6 +236,10 @@ impl<'a, R: Record> Run<'a, R> {
                 Some(shorter_s) => h_s = shorter_s,
             }
             if h_s < self.control.least_s {
+                if self.model.gap_jumps(state, ahead) {
+                    self.control.pass(self.rung.local_error());
+                    break;
+                }
                 return Err(self.control.out_of_reach(&self.order, time_s, h_s));
             }
         }
@@ -276,7 +281,7 @@ impl<'a, R: Record> Run<'a, R> {
     pub(crate) fn error_estimate(&self) -> Option<f64> {
         match self.order.pacing {
             Pacing::Constant { .. } => None,
-            Pacing::Adaptive { room, .. } => Some(room * self.control.error),
+            Pacing::Adaptive { room, .. } => Some(room * self.control.error_over_motion()),
         }
     }
 
@@ -305,6 +310,8 @@ struct Control {
     /// Largest displacement and velocity so far; at first those of the fastest oscillation.
     x_m: f64,
     v_m_per_s: f64,
+    /// Largest displacement that bodies did reach so far.
+    reached_m: f64,
     /// Sum of the steps' relative errors.
     error: f64,
 }
@@ -333,10 +340,14 @@ const FIRST_STEP_RAD: f64 = 0.05;
 const LEAST_STEP_RAD: f64 = 1e-9;
 
 impl Control {
-    fn new(order: &Order, pace: &Pace<'_>, state: &ChainState) -> Result<Self, MechanicsError> {
+    fn new(
+        order: &Order,
+        pace: &Pace<'_>,
+        model: &ChainModel<'_>,
+        state: &ChainState,
+    ) -> Result<Self, MechanicsError> {
         let omega_rad_per_s = pace.omega_at_rest();
-        let largest = |row: &[f64]| row.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
-        let (x_m, v_m_per_s) = (largest(&state.x_m), largest(&state.v_m_per_s));
+        let (x_m, v_m_per_s) = model.first_reach(state);
         let duration_s = order.output_interval_s * (order.n_outputs - 1) as f64;
         let scale_s = if omega_rad_per_s > 0.0 { omega_rad_per_s.recip() } else { duration_s };
         let mut control = Self {
@@ -347,6 +358,7 @@ impl Control {
             least_s: 0.0,
             x_m: x_m.max(v_m_per_s * scale_s),
             v_m_per_s: v_m_per_s.max(x_m / scale_s),
+            reached_m: x_m,
             error: 0.0,
         };
         match order.pacing {
@@ -405,11 +417,7 @@ impl Control {
     /// Accepts a step and sets the next one, or says how much shorter it must be.
     fn judge(&mut self, error: Option<LocalError>, h_s: f64) -> Option<f64> {
         let (Some(tolerance), Some(error)) = (self.adaptive, error) else { return None };
-        // Errors of the velocity count as displacements within a radian of the fastest oscillation.
-        // What has not moved has no error.
-        let of_size = |error: f64, size: f64| if error == 0.0 { 0.0 } else { error / size };
-        let relative =
-            of_size(error.x_m, self.x_m).max(of_size(error.v_m_per_s, tolerance.omega_rad_per_s * self.x_m));
+        let relative = self.relative(error, tolerance);
         let ratio = relative / (tolerance.per_second * h_s).max(tolerance.least);
         let change = SAFETY * ratio.max(1e-30).powf(-1.0 / tolerance.order);
         if ratio > 1.0 || !ratio.is_finite() {
@@ -423,10 +431,32 @@ impl Control {
         None
     }
 
+    /// Takes in the error of a step that is as short as it may be and passes a jump of the forces.
+    fn pass(&mut self, error: Option<LocalError>) {
+        if let (Some(tolerance), Some(error)) = (self.adaptive, error) {
+            self.error += self.relative(error, tolerance);
+        }
+        self.h_s = self.least_s;
+    }
+
+    /// A step's error over the largest displacement. Errors of the velocity count as displacements within a radian of the fastest
+    /// oscillation; what has not moved has no error.
+    fn relative(&self, error: LocalError, tolerance: Tolerance) -> f64 {
+        let of_size = |error: f64, size: f64| if error == 0.0 { 0.0 } else { error / size };
+        of_size(error.x_m, self.x_m).max(of_size(error.v_m_per_s, tolerance.omega_rad_per_s * self.x_m))
+    }
+
     /// Takes in the largest displacement and velocity of a state.
     fn reach(&mut self, (x_m, v_m_per_s): (f64, f64)) {
         self.x_m = self.x_m.max(x_m);
+        self.reached_m = self.reached_m.max(x_m);
         self.v_m_per_s = self.v_m_per_s.max(v_m_per_s);
+    }
+
+    /// Sum of the steps' errors over the largest displacement that bodies reached, which may stay below the scale that the steps were
+    /// held to.
+    fn error_over_motion(&self) -> f64 {
+        if self.reached_m > 0.0 { self.error * (self.x_m / self.reached_m).max(1.0) } else { self.error }
     }
 
     fn out_of_reach(&self, order: &Order, time_s: f64, h_s: f64) -> MechanicsError {

@@ -6,7 +6,11 @@ use super::{
     parameters::Chain,
     row::{End, Row},
 };
-use crate::{contact::contacts::Contact, error::MechanicsError, integrator::method::Method};
+use crate::{
+    contact::{contacts::Contact, tension::Tension},
+    error::MechanicsError,
+    integrator::method::Method,
+};
 
 /// How fast a chain can oscillate and decay, which bounds the time step.
 #[derive(Debug, Clone)]
@@ -73,6 +77,15 @@ impl<'a> Pace<'a> {
     pub(crate) fn largest_overlap_m(&self, ledger: &Ledger) -> f64 {
         let all = (0..self.row.n_links()).flat_map(|gap| self.range_m(ledger, gap));
         all.fold(0.0, |largest, overlap_m| largest.max(overlap_m.abs()))
+    }
+
+    /// Whether a contact between bodies that detaches ever opened.
+    pub(crate) fn has_opened(&self, ledger: &Ledger) -> bool {
+        let opened = |gap: usize| {
+            let contact = self.row.contact(gap);
+            contact.tension == Tension::Detach && self.range_m(ledger, gap)[0] < contact.limit_m()
+        };
+        (0..self.row.n_links()).any(opened)
     }
 
     /// Smallest and largest overlap of a gap, in metres; a striker that has left does not count.

@@ -135,6 +135,27 @@ impl<'a> Tangent<'a> {
         }
     }
 
+    /// Takes in the dashpots that set in or ended within the step because their contact closed or opened: the force jumps by c times the rate
+    /// of closing, at an instant that moves by the change of the overlap over that rate.
+    fn jump(&mut self) {
+        let [before, _, after] = &self.coefficients;
+        let Derivatives { s, u } = &mut self.here;
+        let gaps = before.c_kg_per_s.iter().zip(&after.c_kg_per_s).take(self.awake).enumerate();
+        for (gap, (before_kg_per_s, after_kg_per_s)) in gaps {
+            let change_kg_per_s = after_kg_per_s - before_kg_per_s;
+            if change_kg_per_s == 0.0 {
+                continue;
+            }
+            let [left_per_kg, right_per_kg] = [gap, gap + 1].map(|mass| self.model.inverse_mass_per_kg[mass]);
+            let here = gap * self.n_lanes;
+            for (left, right) in (here..here + self.n_lanes).zip(here + self.n_lanes..) {
+                let kick_kg_m_per_s = change_kg_per_s * (s[left] - s[right]);
+                u[left] -= kick_kg_m_per_s * left_per_kg;
+                u[right] += kick_kg_m_per_s * right_per_kg;
+            }
+        }
+    }
+
     /// Writes the bodies' derivatives as output number `k`.
     pub(crate) fn record(&self, k: usize, derivatives: &mut [Trajectory]) {
         let first = self.model.first_gap() * self.n_lanes;
@@ -308,5 +329,6 @@ impl WithSimd for Stepping<'_, '_> {
             tangent.rub(stage, h_s);
         }
         tangent.finish(simd, h_s);
+        tangent.jump();
     }
 }

@@ -4,12 +4,13 @@ use pulp::Simd;
 
 use super::{
     contacts::{Contact, Law},
+    dashpots::Dashpots,
     power_kernel::PowerKernel,
     power_lanes::{PowerColumns, PowerLanes},
     power_table::{Outside, PowerTable, TableLanes},
     spring::Spring,
 };
-use crate::lanes::{self, Lanes, PADDING};
+use crate::lanes::Lanes;
 
 /// Vectors of gaps that go through the power law side by side.
 const SIDE_BY_SIDE: usize = 2;
@@ -25,8 +26,8 @@ pub(crate) struct Gaps {
     springs: Vec<Springs>,
     /// Gaps that follow a table, one by one.
     tables: Vec<(usize, Spring)>,
-    /// Dashpots of the gaps in kilograms per second, where there are any.
-    dashpots: Option<Vec<f64>>,
+    /// Where there are any.
+    pub(crate) dashpots: Option<Dashpots>,
     /// Overlaps in metres below which the tension rules hold.
     limits_m: Vec<f64>,
 }
@@ -69,28 +70,17 @@ impl Gaps {
                 }
             }
         }
-        let damped = contacts.iter().any(|contact| contact.damping_kg_per_s > 0.0);
-        let column = |value: fn(&Contact) -> f64| contacts.iter().map(|contact| value(contact)).collect();
         Self {
             power: PowerGaps::new(contacts),
             springs,
             tables,
-            dashpots: damped.then(|| column(|contact| contact.damping_kg_per_s)),
-            limits_m: column(Contact::limit_m),
+            dashpots: Dashpots::of(contacts),
+            limits_m: contacts.iter().map(|contact| contact.limit_m()).collect(),
         }
     }
 
     pub(crate) fn limits_m(&self) -> &[f64] {
         &self.limits_m
-    }
-
-    pub(crate) fn has_dashpots(&self) -> bool {
-        self.dashpots.is_some()
-    }
-
-    /// Dashpot of a gap in kilograms per second.
-    pub(crate) fn dashpot_kg_per_s(&self, gap: usize) -> f64 {
-        self.dashpots.as_ref().map_or(0.0, |dashpots| dashpots[gap])
     }
 
     /// Fills `force_n` with the springs' forces of the first gaps, positive in compression, in newtons.
@@ -109,25 +99,6 @@ impl Gaps {
                 *force = spring.force_n(x_m[*i] - x_m[i + 1]);
             }
         }
-    }
-
-    /// Adds the dashpots' forces to `force_n`, and returns the power in watts that they take.
-    #[inline(always)]
-    pub(crate) fn damp(&self, v_m_per_s: &[f64], force_n: &mut [f64]) -> f64 {
-        let Some(dashpots) = &self.dashpots else { return 0.0 };
-        let n = force_n.len();
-        let closing = v_m_per_s[..n].iter().zip(&v_m_per_s[1..]);
-        for ((force, c), (v, next)) in force_n.iter_mut().zip(dashpots).zip(closing) {
-            *force += c * (v - next);
-        }
-        let mut sums = [0.0; PADDING];
-        for first in (0..n).step_by(PADDING) {
-            for (i, sum) in sums.iter_mut().enumerate() {
-                let closing = v_m_per_s[first + i] - v_m_per_s[first + i + 1];
-                *sum += dashpots[first + i] * closing * closing;
-            }
-        }
-        lanes::total(sums)
     }
 
     /// Fills `energy_j` with the potential energy of the first gaps, in joules.
@@ -334,7 +305,7 @@ mod tests {
     use pulp::WithSimd;
 
     use super::*;
-    use crate::contact::power::PowerLaw;
+    use crate::{contact::power::PowerLaw, lanes::PADDING};
 
     struct RowForces<'a> {
         gaps: &'a Gaps,

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::chain::{
     force_row::ForceRow,
-    model::ChainModel,
+    model::{ChainModel, PhasePoint},
     state::{ChainState, row_length},
 };
 
@@ -25,6 +25,8 @@ pub(crate) struct Implicit {
     velocity: StageRates,
     acceleration: StageRates,
     lost_w: [f64; STAGES],
+    /// Power that the gaps' dashpots take where `force_n` was worked out last.
+    dashpots_w: f64,
     /// What a stage knows before it is solved, and the residual of its equation.
     known_x_m: Vec<f64>,
     known_v_m_per_s: Vec<f64>,
@@ -77,6 +79,7 @@ impl Implicit {
             velocity: StageRates::new(STAGES, length),
             acceleration: StageRates::new(STAGES, length),
             lost_w: [0.0; STAGES],
+            dashpots_w: 0.0,
             known_x_m: row.clone(),
             known_v_m_per_s: row.clone(),
             residual: row.clone(),
@@ -140,13 +143,10 @@ impl Implicit {
         let active = from.active;
         let implicit_s = DIAGONAL * h_s;
         self.place(model, active, h_s, i);
-        self.evaluations += 1;
-        model.spring_forces(simd, &self.x_m, from.touching, active, &mut self.force_n);
+        self.push(simd, model, from, i);
         let velocity = self.velocity.row(i);
-        self.system.accelerate(model, velocity, &mut self.residual[..active]);
         for (mass, residual) in self.residual[..active].iter_mut().enumerate() {
-            let by_springs = self.force_n.net_n(mass) * model.inverse_mass_per_kg[mass];
-            let change = implicit_s * (by_springs + *residual);
+            let change = implicit_s * model.acceleration_m_per_s2(mass, velocity[mass], &self.force_n);
             *residual = self.known_v_m_per_s[mass] + change - velocity[mass];
         }
         if model.is_imposed() {
@@ -163,13 +163,24 @@ impl Implicit {
         correction <= SOLVED * largest
     }
 
+    /// Works out the forces of all gaps at stage `i`, with what holds the masses to ground.
+    #[inline(always)]
+    fn push<S: Simd>(&mut self, simd: S, model: &ChainModel<'_>, from: &ChainState, i: usize) {
+        let (touching, active) = (from.touching, from.active);
+        self.evaluations += 1;
+        model.spring_forces(simd, &self.x_m, touching, active, &mut self.force_n);
+        let at = PhasePoint { x_m: &self.x_m, v_m_per_s: self.velocity.row(i), touching, active };
+        self.dashpots_w = model.damp(at, self.force_n.behind(active));
+        self.force_n.hold(simd, model.ground.as_ref(), &self.x_m[..active]);
+    }
+
     /// The power lost, and what an imposed motion takes out of the books.
     fn finish(&mut self, model: &ChainModel<'_>, active: usize, i: usize) {
         let velocity = self.velocity.row_mut(i);
-        self.lost_w[i] = self.system.power_w(model, velocity, active);
+        let dampers = model.damping_kg_per_s[..active].iter().zip(&*velocity);
+        self.lost_w[i] = self.dashpots_w + dampers.map(|(c, v)| c * v * v).sum::<f64>();
         if model.is_imposed() {
-            let dashpot_n = self.system.dashpots[0] * (velocity[0] - velocity[1]);
-            self.lost_w[i] -= (dashpot_n - self.force_n.net_n(0)) * velocity[0];
+            self.lost_w[i] += self.force_n.net_n(0) * velocity[0];
             // An imposed motion is no result of the rates.
             velocity[0] = 0.0;
             self.acceleration.row_mut(i)[0] = 0.0;
@@ -197,15 +208,13 @@ impl Integrator for Implicit {
     #[inline(always)]
     fn begin<S: Simd>(&mut self, simd: S, model: &ChainModel<'_>, from: &ChainState, _continued: bool) {
         let active = from.active;
-        self.system.set_springs(model, from);
         self.x_m[..active].copy_from_slice(&from.x_m[..active]);
         self.velocity.row_mut(0)[..active].copy_from_slice(&from.v_m_per_s[..active]);
-        self.evaluations += 1;
-        model.spring_forces(simd, &from.x_m, from.touching, active, &mut self.force_n);
-        let accelerations = &mut self.acceleration.row_mut(0)[..active];
-        self.system.accelerate(model, &from.v_m_per_s, accelerations);
-        for (mass, acceleration) in accelerations.iter_mut().enumerate() {
-            *acceleration += self.force_n.net_n(mass) * model.inverse_mass_per_kg[mass];
+        self.system.set_gaps(model, from);
+        self.push(simd, model, from, 0);
+        for mass in 0..active {
+            self.acceleration.row_mut(0)[mass] =
+                model.acceleration_m_per_s2(mass, from.v_m_per_s[mass], &self.force_n);
         }
         self.finish(model, active, 0);
     }
@@ -273,9 +282,10 @@ impl System {
         }
     }
 
-    fn set_springs(&mut self, model: &ChainModel<'_>, state: &ChainState) {
+    /// Takes in what lies in the gaps and holds the masses in a state.
+    fn set_gaps(&mut self, model: &ChainModel<'_>, state: &ChainState) {
         for gap in 0..state.active {
-            self.dashpots[gap] = model.dashpot_kg_per_s(gap, state.touching);
+            self.dashpots[gap] = model.dashpot_kg_per_s(gap, state);
             self.stiffnesses[gap] = model.stiffness_n_per_m(gap, state);
             self.grounds[gap] = model.ground_n_per_m(gap, state.x_m[gap]);
         }
@@ -309,26 +319,5 @@ impl System {
             behind = *value - upper * behind;
             *value = behind;
         }
-    }
-
-    /// Accelerations by the dampers.
-    fn accelerate(&self, model: &ChainModel<'_>, v_m_per_s: &[f64], accelerations: &mut [f64]) {
-        let mut before_n = 0.0;
-        for (i, acceleration) in accelerations.iter_mut().enumerate() {
-            let behind_n = self.dashpots[i] * (v_m_per_s[i] - v_m_per_s[i + 1]);
-            let drag_n = model.damping_kg_per_s[i] * v_m_per_s[i];
-            *acceleration = (before_n - behind_n - drag_n) * model.inverse_mass_per_kg[i];
-            before_n = behind_n;
-        }
-    }
-
-    /// Power that the dampers take, in watts.
-    fn power_w(&self, model: &ChainModel<'_>, v_m_per_s: &[f64], active: usize) -> f64 {
-        (0..active)
-            .map(|i| {
-                let closing = v_m_per_s[i] - v_m_per_s[i + 1];
-                model.damping_kg_per_s[i] * v_m_per_s[i] * v_m_per_s[i] + self.dashpots[i] * closing * closing
-            })
-            .sum()
     }
 }

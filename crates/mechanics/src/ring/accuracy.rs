@@ -13,8 +13,8 @@ pub struct RefinedSimulation {
     pub simulation: RingSimulation,
     /// Elements around each ring.
     pub elements_per_ring: usize,
-    /// Largest difference of a joint's displacement to the next coarser mesh, over the largest displacement: more than
-    /// the error where the differences fall from mesh to mesh.
+    /// Largest difference of a joint's displacement to the next coarser mesh, over the largest displacement, or of the times at which walls
+    /// met, over the longer one: more than the error where the differences fall from mesh to mesh.
     pub difference: f64,
 }
 
@@ -44,10 +44,16 @@ pub fn simulate_rings_within(
     Err(MechanicsError::AccuracyNotReached { asked: accuracy, reached })
 }
 
-/// Largest difference of the displacements of two motions of the same joints and times, over the largest of the second.
+/// Largest difference of the displacements of two motions of the same joints while both go on, over the largest of the second; or that
+/// of the times at which they end, over the longer one, where walls met in one of them sooner.
 fn difference(a: &RingSimulation, b: &RingSimulation) -> f64 {
+    let outputs = [a, b].map(|motion| motion.trajectory.times_s.len());
+    let [n_shared, n_most] = [outputs[0].min(outputs[1]), outputs[0].max(outputs[1])];
     let (a, b) = (&a.trajectory.displacement_m, &b.trajectory.displacement_m);
     let largest = b.iter().fold(0.0, |largest: f64, x_m| largest.max(x_m.abs()));
-    let apart = a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    if apart > 0.0 { apart / largest } else { 0.0 }
+    let shared = a.rows().into_iter().zip(b.rows());
+    let pairs = shared.flat_map(|(a, b)| a.into_iter().zip(b).take(n_shared));
+    let apart = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let in_place = if apart > 0.0 { apart / largest } else { 0.0 };
+    in_place.max((n_most - n_shared) as f64 / n_most.max(1) as f64)
 }

@@ -1,10 +1,10 @@
 //! Every integrator against a solution of 24 digits, its order, its invariants, and closed forms.
 
-use std::num::NonZero;
+use std::{f64::consts::PI, num::NonZero};
 
 use chainwave_mechanics::{
-    Bodies, Chain, Contact, Drive, FarEnd, Integration, Law, LinearLaw, MechanicsError, Method, Schedule,
-    Simulation, TableLaw, ensemble, scan, simulate,
+    Bodies, Chain, Contact, Drive, FarEnd, Integration, Law, LinearLaw, MechanicsError, Method, PowerLaw,
+    Schedule, Simulation, TableLaw, Tension, ensemble, scan, simulate,
 };
 use ndarray::Axis;
 
@@ -209,6 +209,58 @@ fn dashpots_between_neighbours_damp_the_relative_motion() {
     let integration = Integration::Accuracy { method: Method::Verlet, accuracy: 1e-3 };
     let refused = simulate(&chain, &Schedule { integration, ..Schedule::automatic(0.01, 1e-3) });
     assert!(matches!(refused, Err(MechanicsError::NotFor { method: "verlet", .. })));
+}
+
+/// Bodies that only touch: a dashpot acts while its contact is closed. Of two that meet, the overlap is half a swing of a damped
+/// oscillator; a third one, at a distance, is met by what is left, and all fly on as they then are.
+#[test]
+fn dashpots_act_while_their_contact_is_closed() {
+    let (k, c, v_0, distance_m) = (1474.0_f64, 0.4_f64, 0.1_f64, 1e-3_f64);
+    let law = Law::Linear(LinearLaw::new(k).unwrap());
+    let contact = Contact { law, tension: Tension::Detach, damping_kg_per_s: c };
+    let drive =
+        Drive::Free { displacement_m: vec![0.0, 0.0, distance_m], velocity_m_per_s: vec![v_0, 0.0, 0.0] };
+    let chain = Chain { contact: contact.into(), ..hec_chain(3, 0.0, drive) };
+    let beta = c / MASS_KG;
+    let omega = (2.0 * k / MASS_KG - beta * beta).sqrt();
+    let ends_s = PI / omega;
+    let restitution = (-beta * ends_s).exp();
+    assert!(restitution > 0.1 && restitution < 0.9, "{restitution}");
+    let slowed = 0.5 * (1.0 - restitution);
+    let pushed = 0.5 * (1.0 + restitution);
+    // The second body meets the third when the first contact has long ended, and is met by the first one again much later.
+    let meets_s = distance_m / (pushed * v_0);
+    assert!(meets_s > ends_s + 1e-3, "{meets_s} {ends_s}");
+    let expected = [slowed, pushed * slowed, pushed * pushed].map(|part| part * v_0);
+    // Constant steps meet a jump of the force at first order only.
+    for (method, accuracy) in [(Method::Rk4, 1e-5), (Method::Dop853, 1e-8), (Method::Esdirk4, 1e-8)] {
+        let found = to_accuracy(&chain, 0.02, method, accuracy);
+        for (body, expected) in expected.into_iter().enumerate() {
+            let velocities = found.trajectory.velocity_m_per_s.row(body);
+            let times = found.trajectory.times_s.iter().zip(velocities);
+            for (_, v) in times.filter(|(t, _)| **t > meets_s + ends_s + 1e-4 && **t < 0.019) {
+                assert!(
+                    (v - expected).abs() < 10.0 * accuracy * v_0,
+                    "{method}, body {}: {v} {expected}",
+                    body + 1
+                );
+            }
+        }
+        assert!(found.energy_drift < 10.0 * accuracy, "{method}: {:e}", found.energy_drift);
+    }
+}
+
+/// A power law of exponent 1 is linear, but where it detaches: springs that hold in tension do not stand for it.
+#[test]
+fn a_linear_law_that_detaches_is_none_that_holds() {
+    let law = Law::Power(PowerLaw::new(1474.0, 1e-4, 1.0).unwrap());
+    let contact = Contact { tension: Tension::Detach, ..Contact::from(law) };
+    let chain = Chain { contact: contact.into(), ..hec_chain(10, 0.003, striker(2.73, 0.2)) };
+    let integration = Integration::Automatic { accuracy: 1e-6 };
+    let found = simulate(&chain, &Schedule { integration, ..Schedule::automatic(0.02, 1e-3) }).unwrap();
+    assert!(found.tension_events > 0, "{}", found.choice);
+    let truth = to_accuracy(&chain, 0.02, Method::Dop853, 1e-9);
+    assert!(relative_error(&found, &truth) < 1e-5, "{}", found.choice);
 }
 
 /// Alternating masses m and M on equal springs: omega^2 = k (1/m + 1/M) +- k sqrt((1/m + 1/M)^2 - 4 sin^2(kappa) / (m M)). At

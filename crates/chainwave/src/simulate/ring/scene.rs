@@ -8,7 +8,7 @@ use serde::Deserialize;
 use crate::error::Error;
 use crate::parallel::threads;
 use crate::table;
-use chainwave_experiment::{BodyState, FarEndTable, NotNegative, Positive, imposed_motion, read_toml};
+use chainwave_experiment::{BodyState, FarEndTable, NotNegative, Positive, imposed_motion, parse_toml};
 
 use super::figures::FiguresTable;
 
@@ -149,8 +149,14 @@ enum Method {
 }
 
 impl RingScene {
-    pub(super) fn read(path: &Path) -> Result<Self, Error> {
-        Ok(read_toml(path)?)
+    /// The scene of a text that was read at `path`.
+    pub(super) fn parse(path: &Path, text: &str) -> Result<Self, Error> {
+        Ok(parse_toml(path, text)?)
+    }
+
+    /// Whether an accuracy of the integrator is stated that the stated elements leave nothing to choose for.
+    pub(super) fn states_accuracy_beside_elements(&self) -> bool {
+        self.ring.elements_per_ring.is_some() && self.integrator.accuracy.is_some()
     }
 
     pub(super) fn task(&self, path: &Path) -> Result<Task, Error> {

@@ -180,7 +180,7 @@ impl<'a> Along<'a> {
             *ground = self.model.ground_n_per_m(mass, x_m[mass]);
         }
         self.model.end(*touching, k_n_per_m);
-        self.model.dashpots(*touching, c_kg_per_s);
+        self.model.dashpots(self.state.place(), c_kg_per_s);
         let n_masses = self.model.n_masses();
         let n_lanes = forcing.len() / (n_masses + 1);
         for lane in 0..self.sides.len() {
