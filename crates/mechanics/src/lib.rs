@@ -55,25 +55,27 @@
 //! A second model ([`RingChain`]) resolves each body as an elliptical ring of beams. What small motions of a chain see is told in
 //! closed form ([`LinearChain`]), and of any that repeats a cell as bands ([`UnitCell`]).
 //!
-//! Files import each other by their full paths and without circles. From below: vectors (`lanes`), contact laws (`contact`), the chain's
-//! parameters and its model (`chain/parameters.rs`, `chain/model.rs`), integrators (`integrator`), the march over them (`chain/run.rs`,
-//! `chain/simulate.rs`) and the rings (`ring`).
+//! Files import each other by their full paths, and neither they nor their folders in circles. From below: vectors (`lanes`), contact laws
+//! (`contact`), the chain's parameters and equations of motion (`equations`), integrators (`integrator`), the march over them (`chain`) and
+//! the rings (`ring`).
 
 mod chain;
 mod check;
 mod contact;
+mod equations;
 mod error;
 mod integrator;
 mod lanes;
 mod ring;
 
 pub use chain::{
-    Bodies, Chain, Change, Drive, FarEnd, FarStriker, ImposedMotion, Integration, LinearChain,
-    ReferenceMotion, Replay, Schedule, Sensitivities, Simulation, Stretch, Striker, StrikerMotion, UnitCell,
-    Variations, ensemble, scan, simulate, simulate_with_friction, simulate_with_sensitivities,
+    Bodies, Change, Integration, LinearChain, ReferenceMotion, Replay, Schedule, Sensitivities, Simulation,
+    Stretch, StrikerMotion, UnitCell, Variations, ensemble, scan, simulate, simulate_with_friction,
+    simulate_with_sensitivities,
 };
 pub use chainwave_vectors::InstructionSet;
 pub use contact::{Contact, Contacts, Law, LinearLaw, PowerLaw, TableLaw, Tension};
+pub use equations::{Chain, Drive, FarEnd, FarStriker, ImposedMotion, Striker};
 pub use error::MechanicsError;
 pub use integrator::Method;
 pub use ring::{

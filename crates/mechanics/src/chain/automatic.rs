@@ -1,13 +1,13 @@
 //! Choice of method and step: constant, halved until two runs agree, or adaptive, as the scene calls for.
 
 use super::{
-    parameters::{Chain, Drive, FarEnd, FarStriker},
     recorder::Recorder,
     run::{Order, Pacing, Run},
     schedule::{Integration, Schedule},
     simulation::Simulation,
     step_size::Pace,
 };
+use crate::equations::parameters::{Chain, Drive, FarEnd, FarStriker};
 use crate::{
     contact::{
         contacts::{Contact, Contacts, Law},

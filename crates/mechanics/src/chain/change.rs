@@ -1,6 +1,6 @@
 //! A changed parameter of a chain, as the chain on both sides of it.
 
-use super::parameters::{Chain, Drive, FarEnd, Striker};
+use crate::equations::parameters::{Chain, Drive, FarEnd, Striker};
 use crate::{check, error::MechanicsError};
 
 /// A change of a chain whose effect on the motion is asked for: the chain on both sides of it.

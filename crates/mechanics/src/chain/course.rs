@@ -1,6 +1,6 @@
 //! Quintic Hermite interpolant of one gap's overlap within a step.
 
-use super::{model::ChainModel, state::ChainState};
+use crate::equations::{model::ChainModel, state::ChainState};
 use crate::integrator::step::Step;
 
 /// The overlap of a gap within a step: the quintic that has its value and its first two derivatives at both ends, so to sixth

@@ -1,6 +1,6 @@
 //! The wave's front: bodies ahead of it are left out of the integration.
 
-use super::state::ChainState;
+use crate::equations::state::ChainState;
 use crate::lanes::{PADDING, padded};
 
 /// Bodies that must rest ahead of the last one that moves: more than a step of any method can reach.

@@ -2,7 +2,8 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::{course::Course, model::ChainModel, state::ChainState};
+use super::course::Course;
+use crate::equations::{model::ChainModel, state::ChainState};
 use crate::{
     integrator::step::Step,
     lanes::{self, PADDING, PartialSums, columns::Columns, row::AlignedRow},

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::parameters::Chain;
+use crate::equations::parameters::Chain;
 
 /// An infinite chain of equal masses on equal linear springs, each held to ground by one more where stated: what a chain of contacts is to
 /// motions far below delta_0.

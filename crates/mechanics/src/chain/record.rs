@@ -1,6 +1,6 @@
 //! What a run hands its states to.
 
-use super::state::ChainState;
+use crate::equations::state::ChainState;
 
 /// What takes in the states at a run's outputs.
 pub(crate) trait Record {

@@ -3,10 +3,9 @@
 use chainwave_measurement::Trajectory;
 use ndarray::Array2;
 
-use super::{
-    record::Record,
+use super::{record::Record, simulation::StrikerMotion};
+use crate::equations::{
     row::{End, Row},
-    simulation::StrikerMotion,
     state::ChainState,
 };
 

@@ -4,13 +4,11 @@ use chainwave_measurement::Trajectory;
 use ndarray::{Array2, ShapeBuilder};
 
 use super::{
-    parameters::Chain,
     record::Record,
-    row::Row,
     run::{Order, Place, Run},
-    state::ChainState,
     step_size::Pace,
 };
+use crate::equations::{parameters::Chain, row::Row, state::ChainState};
 use crate::error::MechanicsError;
 
 /// The motion of all masses from one output to another.
@@ -90,13 +88,10 @@ impl<'a> Replay<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{
-        parameters::{Drive, FarEnd, Striker},
-        schedule::Schedule,
-        sensitivity::ReferenceMotion,
-    };
+    use super::super::{schedule::Schedule, sensitivity::ReferenceMotion};
     use super::*;
     use crate::contact::PowerLaw;
+    use crate::equations::parameters::{Drive, FarEnd, Striker};
 
     fn chain(n_bodies: usize) -> Chain {
         let striker = Striker { mass_kg: 4.3e-3, velocity_m_per_s: 2.73, damping_kg_per_s: 0.2 };

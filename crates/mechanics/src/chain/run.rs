@@ -1,18 +1,14 @@
 //! The march of one integration: steps and their control, switches, outputs.
 
 use super::{
-    front::Front,
-    ledger::Ledger,
+    front::Front, ledger::Ledger, record::Record, recorder::Recorder, schedule::Bodies,
+    simulation::Simulation, step_size::Pace, switch::cut_at_switch,
+};
+use crate::equations::{
     model::ChainModel,
     parameters::Chain,
-    record::Record,
-    recorder::Recorder,
     row::{End, Row},
-    schedule::Bodies,
-    simulation::Simulation,
     state::ChainState,
-    step_size::Pace,
-    switch::cut_at_switch,
 };
 use crate::{
     check,

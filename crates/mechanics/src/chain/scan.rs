@@ -4,12 +4,8 @@ use std::num::NonZero;
 
 use chainwave_measurement::map_in_parallel;
 
-use super::{
-    parameters::{Chain, Drive, Striker},
-    schedule::Schedule,
-    simulate::simulate,
-    simulation::Simulation,
-};
+use super::{schedule::Schedule, simulate::simulate, simulation::Simulation};
+use crate::equations::parameters::{Chain, Drive, Striker};
 use crate::error::MechanicsError;
 
 /// Simulates a chain for several striker velocities (metres per second), on `n_threads` threads.

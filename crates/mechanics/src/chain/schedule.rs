@@ -1,6 +1,6 @@
 //! Duration, outputs, method and step of a simulation.
 
-use super::parameters::{Chain, Drive};
+use crate::equations::parameters::{Chain, Drive};
 use crate::{check, error::MechanicsError, integrator::method::Method};
 
 /// When a simulation ends, when it reports, and how it steps.

@@ -9,16 +9,14 @@ use ndarray::{Array2, ShapeBuilder};
 use super::{
     automatic::{self, Carried},
     change::{Asked, Change},
-    model::ChainModel,
-    parameters::Chain,
     replay::{Replay, Stretch},
-    row::End,
     run::Order,
     schedule::Schedule,
     simulation::Simulation,
     step_size::Pace,
     tangent::Tangent,
 };
+use crate::equations::{model::ChainModel, parameters::Chain, row::End};
 use crate::{check, error::MechanicsError, integrator::method::Method};
 
 /// A motion, and its derivatives by changes of the chain.

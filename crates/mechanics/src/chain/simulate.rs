@@ -1,6 +1,7 @@
 //! The forward model's door: checks a chain and its schedule, and integrates.
 
-use super::{automatic, parameters::Chain, schedule::Schedule, simulation::Simulation};
+use super::{automatic, schedule::Schedule, simulation::Simulation};
+use crate::equations::parameters::Chain;
 use crate::error::MechanicsError;
 
 /// Integrates the chain's motion from t = 0.

@@ -1,8 +1,8 @@
 //! Bounds of the chain's oscillation and decay (Gershgorin), and the stable step that follows from them.
 
-use super::{
+use super::ledger::Ledger;
+use crate::equations::{
     ground::Ground,
-    ledger::Ledger,
     parameters::Chain,
     row::{End, Row},
 };

@@ -1,6 +1,7 @@
 //! Event location: the instant at which a striker's contact opens or closes within a step.
 
-use super::{course::Course, model::ChainModel, row::End, state::ChainState};
+use super::course::Course;
+use crate::equations::{model::ChainModel, row::End, state::ChainState};
 use crate::{
     contact::striker::StrikerContact,
     integrator::{rung::Rung, step::Step},

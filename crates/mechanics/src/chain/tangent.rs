@@ -5,7 +5,8 @@ mod along;
 use chainwave_measurement::Trajectory;
 use pulp::{Simd, WithSimd};
 
-use super::{change::Asked, model::ChainModel, parameters::Chain, row::End};
+use super::change::Asked;
+use crate::equations::{model::ChainModel, parameters::Chain, row::End};
 use crate::lanes::{self};
 use along::{Along, Closing, Coefficients};
 

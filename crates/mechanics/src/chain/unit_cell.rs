@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use nalgebra::{Complex, DMatrix};
 
-use super::parameters::Chain;
 use crate::contact::contacts::Contacts;
+use crate::equations::parameters::Chain;
 
 /// Turns from cell to cell at which the bands of masses on springs to their neighbours end, whatever the cell.
 const EDGES_RAD: [f64; 2] = [0.0, PI];

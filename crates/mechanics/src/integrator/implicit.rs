@@ -6,7 +6,7 @@ use super::{
     rows::StageRates,
     step::{Integrator, LocalError, Step},
 };
-use crate::chain::{
+use crate::equations::{
     force_row::ForceRow,
     model::{ChainModel, PhasePoint},
     state::{ChainState, row_length},

@@ -3,8 +3,8 @@
 use pulp::Simd;
 
 use crate::{
-    chain::{force_row::ForceRow, model::ChainModel, state::ChainState},
     contact::striker::StrikerContact,
+    equations::{force_row::ForceRow, model::ChainModel, state::ChainState},
     lanes::{self, PADDING, PartialSums, columns::Columns},
 };
 

@@ -10,7 +10,7 @@ use super::{
     symplectic::{self, Symplectic},
     tableau,
 };
-use crate::chain::{model::ChainModel, state::ChainState};
+use crate::equations::{model::ChainModel, state::ChainState};
 
 /// Every rung.
 #[derive(Debug)]

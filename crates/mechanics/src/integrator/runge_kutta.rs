@@ -8,7 +8,7 @@ use super::{
     tableau::{Extra, Tableau},
 };
 use crate::{
-    chain::{
+    equations::{
         force_row::ForceRow,
         model::{ChainModel, PhasePoint},
         state::{ChainState, row_length},

@@ -2,7 +2,7 @@
 
 use pulp::Simd;
 
-use crate::chain::{model::ChainModel, state::ChainState};
+use crate::equations::{model::ChainModel, state::ChainState};
 
 /// A rung of the ladder: it knows rates, forces and steps, and nothing of outputs, switches or energies.
 ///

@@ -7,7 +7,7 @@ use super::{
     step::{Integrator, LocalError, Step},
 };
 use crate::{
-    chain::{force_row::ForceRow, model::ChainModel, state::ChainState},
+    equations::{force_row::ForceRow, model::ChainModel, state::ChainState},
     lanes::{self, PADDING},
 };
 

@@ -2,8 +2,8 @@
 
 use super::section::Ring;
 use crate::{
-    chain::{imposed::ImposedMotion, parameters::FarEnd},
     check,
+    equations::{imposed::ImposedMotion, parameters::FarEnd},
     error::MechanicsError,
 };
 

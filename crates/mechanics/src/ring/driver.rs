@@ -4,7 +4,7 @@ use super::{
     block::Joints,
     chain::{RingChain, RingDrive},
 };
-use crate::chain::imposed::ImposedMotion;
+use crate::equations::imposed::ImposedMotion;
 
 /// What moves the first joint, in the kernel's units.
 #[derive(Debug)]

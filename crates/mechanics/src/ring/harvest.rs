@@ -11,7 +11,7 @@ use super::{
     schedule::RingSchedule,
     simulation::{RingSimulation, SelfContact},
 };
-use crate::chain::{parameters::FarEnd, simulation::StrikerMotion};
+use crate::{chain::simulation::StrikerMotion, equations::parameters::FarEnd};
 
 impl RingRun<'_> {
     /// Puts what the blocks wrote together, in SI units and for the whole chain.

@@ -13,7 +13,7 @@ use super::{
     schedule::RingSchedule,
     span::{Progress, Span, Stretch},
 };
-use crate::{chain::parameters::FarEnd, error::MechanicsError};
+use crate::{equations::parameters::FarEnd, error::MechanicsError};
 
 /// Force that counts as none on a joint at rest, over that of a wave of the drive's velocity. What is neglected stays
 /// below the chain's rounding errors.

@@ -5,8 +5,8 @@ use std::{borrow::Cow, ops::Range};
 use chainwave_measurement::Trajectory;
 use pulp::Simd;
 
-use super::super::{
-    change::{Asked, Change, Seat},
+use super::super::change::{Asked, Change, Seat};
+use crate::equations::{
     force_row::ForceRow,
     ground::Ground,
     model::{ChainModel, PhasePoint},
