@@ -4,6 +4,7 @@
 //! Pages write TeX between `\\(` and `\\)`, or `\\[` and `\\]` for a line of its own. Markdown's own escapes within may stay (`\\,`, `\_`),
 //! so that other programs that show the pages leave the TeX whole.
 
+mod atoms;
 mod json;
 mod mathml;
 mod tex;
