@@ -73,7 +73,7 @@ fn check_views(setup: &Setup, n_threads: NonZero<usize>, mut sanity: Sanity) -> 
     sanity.findings.extend(stated::masses(setup, &views)?);
     sanity.findings.extend(stated::velocity(setup, &views));
     stage::empty_views(setup, &views, &mut sanity)?;
-    stage::other_bodies(setup, &views, &mut sanity);
+    stage::other_bodies(setup, &views, &mut sanity)?;
     let is_used = |view: &&ViewAtRest| sanity.reason(&view.trial.recording).is_none();
     let used: Vec<&ViewAtRest> = views.iter().filter(is_used).collect();
     let facts = map_in_parallel(used.len(), n_threads, |index| Facts::of(setup, used[index]));

@@ -35,6 +35,9 @@ const MEANINGS: [Meaning; 5] = [
     Meaning { what: "is it a pitch too near?", position_m: |stage_m, pitch_m| stage_m + pitch_m },
 ];
 
+/// Those of [`MEANINGS`] that all positions may have in common; a pitch too far in all of them is a matter of the first body's place.
+const N_IN_COMMON: usize = 3;
+
 /// Views in which no body lies are left out.
 ///
 /// # Errors
@@ -52,7 +55,7 @@ pub(super) fn empty_views(setup: &Setup, views: &[ViewAtRest], sanity: &mut Sani
         };
         let hint = MEANINGS
             .iter()
-            .take(3)
+            .take(N_IN_COMMON)
             .find(shown)
             .map_or(String::new(), |meaning| format!(" (hint: {})", meaning.what));
         let reason = format!(
@@ -78,10 +81,21 @@ pub(super) fn empty_views(setup: &Setup, views: &[ViewAtRest], sanity: &mut Sani
 /// Views that should show a body of another view, and show another one there. Where another meaning of the stage's position finds the
 /// same body, the view is left out: its bodies would be taken for others. So are views that should share none, and do by another meaning, but
 /// where bodies look alike.
-pub(super) fn other_bodies(setup: &Setup, views: &[ViewAtRest], sanity: &mut Sanity) {
-    let mut order: Vec<&ViewAtRest> = views.iter().filter(|view| !view.bodies.is_empty()).collect();
-    // The view whose stage moved least is believed: the others are compared outwards from it.
-    order.sort_by(|a, b| a.trial.stage_m.abs().total_cmp(&b.trial.stage_m.abs()));
+///
+/// # Errors
+/// [`Error::Configuration`] where all positions together mean something else: no view's bodies are then known.
+pub(super) fn other_bodies(setup: &Setup, views: &[ViewAtRest], sanity: &mut Sanity) -> Result<(), Error> {
+    let order = outwards(views);
+    if let Some(meaning) = meaning_of_all(setup, &order) {
+        return Err(Error::Configuration {
+            path: setup.path.clone(),
+            message: format!(
+                "stage_m of all views: expected the same bodies where views overlap, found other ones, and the same where every position is \
+                 taken otherwise (hint: {})",
+                meaning.what
+            ),
+        });
+    }
     let mut believed: Vec<Believed> = Vec::new();
     for view in order {
         match judged(setup, &believed, view) {
@@ -95,6 +109,61 @@ pub(super) fn other_bodies(setup: &Setup, views: &[ViewAtRest], sanity: &mut San
             }
         }
         believed.push(Believed { view, resting: Resting::of(setup, &view.trial) });
+    }
+    Ok(())
+}
+
+/// Views with bodies, from the one whose stage moved least, which is believed, to those that are compared outwards from it.
+fn outwards(views: &[ViewAtRest]) -> Vec<&ViewAtRest> {
+    let mut order: Vec<&ViewAtRest> = views.iter().filter(|view| !view.bodies.is_empty()).collect();
+    order.sort_by(|a, b| a.trial.stage_m.abs().total_cmp(&b.trial.stage_m.abs()));
+    order
+}
+
+/// The meaning by which views show the same bodies where they overlap, and as they stand none does: where no position is zero, the view that is
+/// believed is wrong with the others.
+fn meaning_of_all(setup: &Setup, order: &[&ViewAtRest]) -> Option<&'static Meaning> {
+    let nearest = order.first().filter(|view| view.trial.stage_m != 0.0)?;
+    let pitch_m = setup.experiment.chain.mean_pitch_m();
+    let by = |meaning: &Meaning| {
+        let position_m = |view: &ViewAtRest| (meaning.position_m)(view.trial.stage_m, pitch_m);
+        let moved: Vec<ViewAtRest> = order.iter().map(|view| view.moved(setup, position_m(view))).collect();
+        agreement(setup, &outwards(&moved))
+    };
+    if agreement(setup, order) != Agreement::OfNone {
+        return None;
+    }
+    let moves =
+        |meaning: &&Meaning| (meaning.position_m)(nearest.trial.stage_m, pitch_m) != nearest.trial.stage_m;
+    MEANINGS.iter().take(N_IN_COMMON).filter(moves).find(|meaning| by(meaning) == Agreement::OfAll)
+}
+
+/// How many of the views that should share bodies do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Agreement {
+    /// No two views should share any.
+    Unknown,
+    OfNone,
+    OfSome,
+    OfAll,
+}
+
+fn agreement(setup: &Setup, order: &[&ViewAtRest]) -> Agreement {
+    let mut believed: Vec<Believed<'_>> = Vec::new();
+    let (mut n_same, mut n_other) = (0, 0);
+    for view in order {
+        match compared(setup, &believed, view, &view.trial) {
+            Compared::SameBodies => n_same += 1,
+            Compared::OtherBodies(_) => n_other += 1,
+            Compared::NothingShared => {}
+        }
+        believed.push(Believed { view, resting: Resting::of(setup, &view.trial) });
+    }
+    match (n_same, n_other) {
+        (0, 0) => Agreement::Unknown,
+        (0, _) => Agreement::OfNone,
+        (_, 0) => Agreement::OfAll,
+        _ => Agreement::OfSome,
     }
 }
 

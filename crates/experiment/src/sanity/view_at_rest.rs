@@ -40,6 +40,13 @@ impl ViewAtRest {
         Some(Self { trials, trial, recording: recording.into(), bodies })
     }
 
+    /// The same view with its stage elsewhere.
+    pub(super) fn moved(&self, setup: &Setup, stage_m: f64) -> Self {
+        let trial = Trial { stage_m, ..self.trial.clone() };
+        let bodies = bodies_in_view(setup, &trial, self.recording.info());
+        Self { trials: self.trials.clone(), trial, recording: Arc::clone(&self.recording), bodies }
+    }
+
     /// The view by its number and its place.
     pub(super) fn name(&self) -> String {
         format!("view {} (stage at {} m)", self.trial.view, self.trial.stage_m)
