@@ -46,6 +46,8 @@ struct HalfStriker {
 pub(crate) struct DriveStep {
     /// Velocity of the joint after the step.
     pub(crate) velocity: f64,
+    /// The same before it; at t = 0 such that their mean is the velocity at that time.
+    pub(crate) velocity_before: f64,
     /// Place of the striker, and its velocity before and after.
     pub(crate) striker: Option<[f64; 3]>,
     /// Energy held by the striker: of its motion and of its contact.
@@ -89,6 +91,7 @@ impl<'a> Driver<'a> {
     pub(crate) fn kick(&mut self, step: u64, joints: &mut Joints, force: f64) -> DriveStep {
         let (place, velocity, inverse_mass) =
             (joints.places[0], joints.velocities[0], joints.inverse_masses[0]);
+        let mut start_velocity = 0.0;
         let (mut kick, lost) = match &mut self.kind {
             Kind::Striker(striker) => {
                 let was_touching = striker.touching;
@@ -102,11 +105,13 @@ impl<'a> Driver<'a> {
             Kind::Imposed { motion, start_m, dt_s, length_m } => {
                 let moved_m = motion.at((step + 1) as f64 * *dt_s).0 - *start_m;
                 let velocity_after = moved_m / *length_m - place;
+                start_velocity = motion.at(0.0).1 * *dt_s / *length_m;
                 // The ring's force on the joint does work against the drive.
                 let lost = force / self.gain * 0.5 * (velocity + velocity_after);
                 (
                     DriveStep {
                         velocity: velocity_after,
+                        velocity_before: velocity,
                         striker: None,
                         energy: 0.0,
                         momentum: 0.0,
@@ -116,6 +121,9 @@ impl<'a> Driver<'a> {
                 )
             }
         };
+        if step == 0 {
+            kick.velocity_before = 2.0 * start_velocity - kick.velocity;
+        }
         kick.lost = self.lost + 0.5 * lost;
         self.lost += lost;
         joints.velocities[0] = kick.velocity;
@@ -155,6 +163,7 @@ impl HalfStriker {
         let before = if share < 1.0 { 2.0 * before - after } else { before };
         let kick = DriveStep {
             velocity: velocity * keep + pushed + gain * force,
+            velocity_before: velocity,
             striker: Some([self.place, before, after]),
             energy: 0.5 * before * after / self.inverse_mass + stored,
             momentum: 0.5 * (before + after) / self.inverse_mass,

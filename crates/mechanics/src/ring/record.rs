@@ -45,6 +45,14 @@ pub(crate) struct Before {
     pub(crate) kick: Option<DriveStep>,
 }
 
+impl Before {
+    /// Velocity of a joint; of a driven one, as its drive has it.
+    fn velocity(&self, joint: usize) -> f64 {
+        let driven = self.kick.filter(|_| joint == 0);
+        driven.map_or(self.joints.velocities[joint], |kick| kick.velocity_before)
+    }
+}
+
 impl BlockRecord {
     pub(crate) fn new(with_shapes: bool) -> Self {
         Self { with_shapes, ..Self::default() }
@@ -85,7 +93,7 @@ impl BlockRecord {
             self.first_output = output;
         }
         let after = &block.joints.velocities;
-        let velocities = std::array::from_fn(|j| 0.5 * (before.joints.velocities[j] + after[j]));
+        let velocities = std::array::from_fn(|j| 0.5 * (before.velocity(j) + after[j]));
         self.motion.push([before.joints.places, velocities]);
         self.balances.push(balance(machine, block, before, lost));
         if let Some([place, velocity_before, velocity_after]) = before.kick.and_then(|kick| kick.striker) {
@@ -105,7 +113,7 @@ fn balance(machine: &Machine, block: &RingBlock, before: &Before, lost: f64) -> 
         if inverse_mass > 0.0 {
             let (was, is) = (before.joints.velocities[j], block.joints.velocities[j]);
             kinetic += 0.5 * was * is / inverse_mass;
-            momentum += 0.5 * (was + is) / inverse_mass;
+            momentum += 0.5 * (before.velocity(j) + is) / inverse_mass;
         }
     }
     let strain: f64 = block.strain_energy.iter().sum::<f64>() / machine.kernel.gain();

@@ -77,6 +77,24 @@ fn energy_and_momentum_are_kept() {
     assert!(weak.momentum_drift.unwrap() < rounding, "{:?}", weak.momentum_drift);
 }
 
+/// At t = 0 the first joint moves as its drive has it, and a damped striker that touches has given nothing away yet.
+#[test]
+fn the_first_joint_starts_as_its_drive_does() {
+    let mut struck = chain(10, 16, 2.73);
+    if let RingDrive::Striker(RingStriker { damping_kg_per_s, .. }) = &mut struck.drive {
+        *damping_kg_per_s = 0.2;
+    }
+    let struck = run(&struck, &schedule(5e-3));
+    assert_eq!(struck.trajectory.velocity_m_per_s[(0, 0)], 0.0);
+    let rounding = struck.steps as f64 * f64::EPSILON;
+    assert!(struck.momentum_drift.unwrap() < rounding, "{:?}", struck.momentum_drift);
+    let moved = RingChain { drive: ramp(1e-4, 0.0, 6e-3, 20e-3), ..chain(10, 16, 1.0) };
+    let RingDrive::Imposed(motion) = &moved.drive else { panic!("expected an imposed motion") };
+    let (_, v_m_per_s) = motion.at(0.0);
+    let found = run(&moved, &schedule(1e-3)).trajectory.velocity_m_per_s[(0, 0)];
+    assert!((found - v_m_per_s).abs() <= 1e-12 * v_m_per_s.abs(), "{found} {v_m_per_s}");
+}
+
 #[test]
 fn dampers_take_the_energy_that_is_missed() {
     let mut damped = RingChain { damping_kg_per_s: 0.01, ..chain(20, 16, 2.73) };
