@@ -137,9 +137,10 @@ impl<'a> ChainModel<'a> {
         }
     }
 
-    /// Fills `force_n` with the springs' forces of the gaps of the first `active` masses, as the ends allow them.
+    /// Fills `force_n` with the springs' forces of the gaps of the first `active` masses, as the ends allow them; what holds the masses to
+    /// ground is not among them.
     #[inline(always)]
-    pub(crate) fn spring_forces<S: Simd>(
+    pub(crate) fn gap_forces<S: Simd>(
         &self,
         simd: S,
         x_m: &[f64],
@@ -149,6 +150,19 @@ impl<'a> ChainModel<'a> {
     ) {
         self.gaps.forces(simd, x_m, self.idle(touching), force_n.behind(active));
         self.end(touching, force_n.behind(active));
+    }
+
+    /// [`ChainModel::gap_forces`] with what holds the masses to ground.
+    #[inline(always)]
+    pub(crate) fn spring_forces<S: Simd>(
+        &self,
+        simd: S,
+        x_m: &[f64],
+        touching: Touching,
+        active: usize,
+        force_n: &mut ForceRow,
+    ) {
+        self.gap_forces(simd, x_m, touching, active, force_n);
         force_n.hold(simd, self.ground.as_ref(), &x_m[..active]);
     }
 
@@ -195,7 +209,7 @@ impl<'a> ChainModel<'a> {
         force_n: &mut ForceRow,
         acceleration_m_per_s2: &mut [f64],
     ) -> f64 {
-        self.spring_forces(simd, at.x_m, at.touching, at.active, force_n);
+        self.gap_forces(simd, at.x_m, at.touching, at.active, force_n);
         self.rates_by_springs(simd, at, force_n, acceleration_m_per_s2)
     }
 

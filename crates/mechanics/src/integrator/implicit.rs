@@ -168,7 +168,7 @@ impl Implicit {
     fn push<S: Simd>(&mut self, simd: S, model: &ChainModel<'_>, from: &ChainState, i: usize) {
         let (touching, active) = (from.touching, from.active);
         self.evaluations += 1;
-        model.spring_forces(simd, &self.x_m, touching, active, &mut self.force_n);
+        model.gap_forces(simd, &self.x_m, touching, active, &mut self.force_n);
         let at = PhasePoint { x_m: &self.x_m, v_m_per_s: self.velocity.row(i), touching, active };
         self.dashpots_w = model.damp(at, self.force_n.behind(active));
         self.force_n.hold(simd, model.ground.as_ref(), &self.x_m[..active]);

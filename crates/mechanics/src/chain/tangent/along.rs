@@ -170,7 +170,7 @@ impl<'a> Along<'a> {
         let Coefficients { k_n_per_m, c_kg_per_s, ground_n_per_m, forcing, imposed, v_m_per_s } =
             coefficients;
         let ChainState { x_m, touching, active, .. } = &self.state;
-        self.model.spring_forces(simd, x_m, *touching, *active, &mut self.springs_n);
+        self.model.gap_forces(simd, x_m, *touching, *active, &mut self.springs_n);
         let springs_n = self.springs_n.behind(*active);
         let gaps = k_n_per_m.iter_mut().zip(&self.springs).take(*active);
         for (gap, (k, spring)) in gaps.enumerate() {
