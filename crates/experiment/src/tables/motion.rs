@@ -8,8 +8,8 @@ use ndarray::Array2;
 use crate::result_table::{ResultTable, column};
 use crate::side_motion::SideMotion;
 
-/// The stitched motion: `t_s, body, x_m, sigma_m, n_trials, within_trial_m, between_trials_m`, then what was tracked across the chain and of
-/// rotation; a row for each body and time where it was measured.
+/// The stitched motion: `t_s, body, x_m, sigma_m`, what was tracked across the chain and of rotation, and `n_trials, within_trial_m,
+/// between_trials_m`; a row for each body and time where it was measured.
 pub fn motion_table(stitched: &Stitched, side_motion: Option<&SideMotion>) -> ResultTable {
     let motion = &stitched.motion;
     let beside = Beside { spread: &stitched.spread, n_trials: &motion.n_trials, side_motion };
@@ -54,9 +54,6 @@ fn table_of(times_s: &[f64], displacement_m: &Array2<Option<Estimate>>, beside: 
         column("body", rows.iter().map(|(row, ..)| *row as u32 + 1).collect::<Vec<_>>()),
         column("x_m", rows.iter().map(|(.., x)| x.value).collect::<Vec<_>>()),
         column("sigma_m", rows.iter().map(|(.., x)| x.sigma).collect::<Vec<_>>()),
-        column("n_trials", n_trials),
-        column("within_trial_m", of(&beside.spread.within_m)),
-        column("between_trials_m", of(&beside.spread.between_m)),
     ];
     let across = beside.side_motion.and_then(|side| side.across.as_ref());
     let rotation = beside.side_motion.and_then(|side| side.rotation.as_ref());
@@ -66,5 +63,10 @@ fn table_of(times_s: &[f64], displacement_m: &Array2<Option<Estimate>>, beside: 
         columns.push(column(names[0], rows.iter().map(|at| Some(found(at)?.value)).collect::<Vec<_>>()));
         columns.push(column(names[1], rows.iter().map(|at| Some(found(at)?.sigma)).collect::<Vec<_>>()));
     }
+    columns.extend([
+        column("n_trials", n_trials),
+        column("within_trial_m", of(&beside.spread.within_m)),
+        column("between_trials_m", of(&beside.spread.between_m)),
+    ]);
     ResultTable { columns }
 }

@@ -6,8 +6,8 @@ use crate::follow::Followed;
 use crate::result_table::{ResultTable, column};
 use crate::tracks::RecordingTracks;
 
-/// The rows of a table of tracks: `recording, name, frame, t_s, x_px, y_px, sigma_x_px, sigma_y_px, zncc, iterations, status,
-/// method, theta_rad, sigma_theta_rad`.
+/// The rows of a table of tracks: `recording, name, frame, t_s, x_px, y_px, sigma_x_px, sigma_y_px, theta_rad,
+/// sigma_theta_rad, zncc, iterations, status, method`.
 #[derive(Default)]
 pub struct TrackRows {
     recording: Vec<String>,
@@ -36,12 +36,12 @@ pub const TRACK_COLUMNS: [(&str, &str, &str); 14] = [
     ("y_px", "px", "Row of the subset's centre, downwards; 0 is the centre of the first pixel"),
     ("sigma_x_px", "px", "Standard uncertainty of x_px"),
     ("sigma_y_px", "px", "Standard uncertainty of y_px"),
+    ("theta_rad", "rad", "Rotation of the subset from its reference"),
+    ("sigma_theta_rad", "rad", "Standard uncertainty of theta_rad"),
     ("zncc", "1", "Zero-mean normalised cross-correlation of subset and picture"),
     ("iterations", "1", "Iterations of the match"),
     ("status", "", "ok, or why the position is lost"),
     ("method", "", "Method of the match"),
-    ("theta_rad", "rad", "Rotation of the subset from its reference"),
-    ("sigma_theta_rad", "rad", "Standard uncertainty of theta_rad"),
 ];
 
 impl TrackRows {
@@ -105,12 +105,12 @@ impl TrackRows {
             column("y_px", self.y_px),
             column("sigma_x_px", self.sigma_x_px),
             column("sigma_y_px", self.sigma_y_px),
+            column("theta_rad", self.theta_rad),
+            column("sigma_theta_rad", self.sigma_theta_rad),
             column("zncc", self.zncc),
             column("iterations", self.iterations),
             column("status", self.status),
             column("method", self.method),
-            column("theta_rad", self.theta_rad),
-            column("sigma_theta_rad", self.sigma_theta_rad),
         ];
         ResultTable { columns }
     }
