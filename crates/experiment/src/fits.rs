@@ -4,9 +4,9 @@ use std::num::NonZero;
 
 use chainwave_analysis::{Departure, Measurement, Pulses, Spacing};
 use chainwave_inference::{
-    EnergyFit, EnergyMeasurement, EnergyModel, FitError, ImposedFit, ImposedModel, Known, Quantity,
-    ReleasedFit, ReleasedModel, TrackFit, TrackModel, fit_imposed, fit_peak_energies, fit_release,
-    fit_tracks, reached, scatter_of_bodies, softening,
+    EnergyFit, EnergyModel, FitError, ImposedFit, ImposedModel, Known, Quantity, ReleasedFit, ReleasedModel,
+    TrackFit, TrackModel, fit_imposed, fit_peak_energies, fit_release, fit_tracks, reached,
+    scatter_of_bodies, softening,
 };
 use chainwave_measurement::{Estimate, Observation, ReadingError};
 use chainwave_mechanics::Chain;
@@ -77,9 +77,8 @@ impl Material<'_> {
         let spacing = experiment.chain.spacing()?;
         let energy_fit = match energy_model(self, spacing) {
             Ok(model) => {
-                let of_energies = EnergyMeasurement { times_s: &motion.times_s };
                 let measured = (motion, measurement.energies.as_ref());
-                let fitted = |energies: &_| fit_peak_energies(energies, &of_energies, &model);
+                let fitted = |energies: &_| fit_peak_energies(energies, motion, &model);
                 shared.fit_energies(experiment, measured, n_threads, fitted)?
             }
             Err(why) => Err(why),

@@ -7,27 +7,36 @@ mod whitening;
 
 use chainwave_analysis::probability::variance_ratio_beyond;
 use chainwave_analysis::{PeakEnergies, exact_motion, pulses_and_energies, strain_map};
-use chainwave_measurement::Estimate;
+use chainwave_measurement::{ChainMotion, Estimate};
 use chainwave_mechanics::Schedule;
+use ndarray::Array2;
 
 use crate::damping::{Damping, STARTS};
 use crate::error::FitError;
+use crate::excess::{freedom, inflation, reduced_chi_squared};
 use crate::least_squares::{Failure, Stop, least_of};
-use prediction::{DRIVE_SCALE, N_ALWAYS, Prediction, Times, VELOCITY};
+use prediction::{DRIVE_SCALE, Prediction, Times, VELOCITY, known_of};
 use residuals::{Comparison, EnergyResiduals};
 use whitening::cholesky_whitening;
 
-pub use model::{EnergyFit, EnergyMeasurement, EnergyModel};
+pub use model::{EnergyFit, EnergyModel};
 
 /// Fits c_d and c_s to the peak potential energies of the gaps, with their covariance (paper, Fig. 4).
+///
+/// The model's peaks are found as those of the `motion` that the energies were measured in: among the samples in which both bodies of a gap were
+/// seen. A gap may hold more where nobody sees it, such as in tension, when the wave comes back from a free end.
 ///
 /// # Errors
 /// [`FitError`] as its variants say.
 pub fn fit_peak_energies(
     energies: &PeakEnergies,
-    measurement: &EnergyMeasurement<'_>,
+    motion: &ChainMotion,
     model: &EnergyModel,
 ) -> Result<EnergyFit, FitError> {
+    let (expected, found) = (motion.n_bodies(), model.chain.n_bodies());
+    if expected != found {
+        return Err(FitError::TooFew { what: "bodies in the model", expected, found });
+    }
     const LEAST_GAPS: usize = 5;
     let found = energies.gaps.len();
     if found < LEAST_GAPS {
@@ -45,17 +54,14 @@ pub fn fit_peak_energies(
     let correction = (n_replicas - 1) as f64 / (n_replicas - found - 2) as f64;
     let covariance_j2 = &energies.covariance_j2 * correction;
     let whiten = cholesky_whitening(&covariance_j2, "peak energies")?;
-    let interval_s = interval_s(measurement.times_s);
-    let duration_s = measurement.times_s.last().copied().unwrap_or(0.0) + 2.0 * interval_s;
+    let interval_s = interval_s(&motion.times_s);
+    let duration_s = motion.times_s.last().copied().unwrap_or(0.0) + 2.0 * interval_s;
     let comparison = Comparison {
         measured: whiten(energies.energy_j.iter().map(|energy| energy.value).collect()),
         predict: Box::new(|prediction: &Prediction| {
-            Ok(whiten(predicted_energies(prediction, energies, model)?))
+            Ok(whiten(predicted_energies(prediction, (energies, &motion.displacement_m), model)?))
         }),
-        times: Times {
-            measured_s: measurement.times_s,
-            schedule: Schedule::automatic(duration_s, interval_s),
-        },
+        times: Times { measured_s: &motion.times_s, schedule: Schedule::automatic(duration_s, interval_s) },
     };
     fit(&EnergyResiduals::new(model, &comparison), (found, n_replicas))
 }
@@ -80,10 +86,9 @@ fn fit(problem: &EnergyResiduals<'_>, numbers: (usize, usize)) -> Result<EnergyF
     let (_, covariance) = minimum.solved().map_err(failure)?;
     let values = &minimum.at.shared;
     let n_residuals = problem.n_residuals();
-    let freedom = n_residuals.saturating_sub(values.len()).max(1);
-    let reduced_chi_squared = minimum.chi_squared() / freedom as f64;
-    // Residuals larger than stated widen the intervals; smaller ones do not narrow them.
-    let inflation = reduced_chi_squared.max(1.0).sqrt();
+    let freedom = freedom(n_residuals, values.len());
+    let reduced_chi_squared = reduced_chi_squared(minimum.chi_squared(), freedom);
+    let inflation = inflation(reduced_chi_squared);
     let estimate = |i: usize| Estimate::new(values[i], inflation * covariance[(i, i)].sqrt());
     Ok(EnergyFit {
         damping: Damping {
@@ -93,13 +98,7 @@ fn fit(problem: &EnergyResiduals<'_>, numbers: (usize, usize)) -> Result<EnergyF
         },
         striker_velocity_m_per_s: estimate(VELOCITY),
         drive_scale: values[DRIVE_SCALE],
-        factors: problem
-            .model
-            .known
-            .iter()
-            .zip(N_ALWAYS..)
-            .map(|(known, i)| (known.quantity, estimate(i)))
-            .collect(),
+        factors: known_of(problem.model).found(estimate),
         reduced_chi_squared,
         p_value: chance(reduced_chi_squared, freedom, numbers),
         n_residuals,
@@ -107,14 +106,16 @@ fn fit(problem: &EnergyResiduals<'_>, numbers: (usize, usize)) -> Result<EnergyF
     })
 }
 
-/// Peak energies of the mean motion over the drives, found in it as in the measured motion: by the law that the experiment states,
-/// whatever law the trial values give the chain.
+/// Peak energies of the mean motion over the drives, found in it as in the measured motion: where that was seen, and by the law that the
+/// experiment states, whatever law the trial values give the chain.
 fn predicted_energies(
     prediction: &Prediction,
-    measured: &PeakEnergies,
+    (measured, seen): (&PeakEnergies, &Array2<Option<Estimate>>),
     model: &EnergyModel,
 ) -> Result<Vec<f64>, FitError> {
-    let moved = exact_motion(&prediction.motion);
+    let mut moved = exact_motion(&prediction.motion);
+    let is_seen = |at: (usize, usize)| seen.get(at).is_some_and(Option::is_some);
+    moved.displacement_m.indexed_iter_mut().for_each(|(at, x)| *x = x.filter(|_| is_seen(at)));
     let map = strain_map(&moved, model.spacing.clone())?;
     let n_gaps = model.chain.n_bodies().saturating_sub(1);
     let of_gaps: Vec<_> = (0..n_gaps).map(|gap| model.chain.contact.of_gap(gap).energy()).collect();

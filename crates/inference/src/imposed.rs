@@ -4,15 +4,16 @@ mod model;
 mod residuals;
 
 use chainwave_measurement::{ChainMotion, ErrorPattern, Estimate};
-use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
+use crate::displacements::Shifts;
 use crate::error::FitError;
+use crate::excess::inflation;
 use crate::least_squares::{Failure, Minimum, Stop, minimise};
 use crate::quantity::Quantity;
-use residuals::ImposedResiduals;
+use residuals::{ImposedResiduals, N_ALWAYS};
 
 pub use model::ImposedModel;
 
@@ -23,7 +24,7 @@ pub struct ImposedFit {
     pub chain_damping_kg_per_s: Estimate,
     /// Factors on the quantities that are known only within an uncertainty, in their order.
     pub factors: Vec<(Quantity, Estimate)>,
-    /// Sum of squared residuals, relative to the samples' total sigma, over their number.
+    /// Sum of squared residuals, relative to the samples' total sigma, over their degrees of freedom.
     pub reduced_chi_squared: f64,
     /// Displacements compared.
     pub n_residuals: usize,
@@ -58,22 +59,18 @@ pub fn fit_imposed(motion: &ChainMotion, model: &ImposedModel) -> Result<Imposed
 fn finish(problem: &ImposedResiduals<'_>, minimum: &Minimum) -> Result<ImposedFit, FitError> {
     let (_, covariance) = minimum.solved().map_err(|why: Failure<FitError>| problem.failure(why))?;
     let unknowns = &minimum.at.shared;
-    let ImposedResiduals { motion, span, samples, .. } = problem;
+    let ImposedResiduals { displacements, span, .. } = problem;
     let (predicted, columns) = problem.predicted_by_unknowns(unknowns)?;
-    let shifts = Shifts::new(problem, &covariance, &columns);
-    let mut total = covariance.clone();
+    let shifts = Shifts::new(displacements, &covariance, &columns);
     // All that the estimator does with an error is linear, so it is done with the patterns that errors are made of.
-    let patterns = motion.modes.patterns();
     let of_body_1 = |pattern: &ErrorPattern| (span.0..=span.1).map(|i| pattern.at((0, i))).collect();
-    let errors_m: Vec<Vec<f64>> = patterns.iter().map(of_body_1).collect();
+    let errors_m: Vec<Vec<f64>> = displacements.motion.modes.patterns().iter().map(of_body_1).collect();
     let of_patterns = problem.passed_on(unknowns, &errors_m, |k, passed_on| {
-        let mut error_m = DVector::from_fn(samples.len(), |i, _| patterns[k].at(samples[i]));
+        let mut error_m = shifts.pattern_m(k);
         passed_on.into_iter().for_each(|passed_on| error_m -= passed_on);
         shifts.by(&error_m).as_slice().to_vec()
     })?;
-    for shift in motion.modes.combined(&of_patterns).map(DVector::from_vec) {
-        total += &shift * shift.transpose();
-    }
+    let mut total = shifts.with_modes(&of_patterns);
     let mut random = Pcg64::seed_from_u64(SEED);
     let draws_m: Vec<Vec<f64>> = (0..N_DRAWS).map(|_| noise_of_body_1(problem, &mut random)).collect();
     let of_draws =
@@ -81,55 +78,22 @@ fn finish(problem: &ImposedResiduals<'_>, minimum: &Minimum) -> Result<ImposedFi
     for shift in of_draws.into_iter().flatten() {
         total += &shift * shift.transpose() / N_DRAWS as f64;
     }
-    let residual = |(i, sample): (usize, &(usize, usize))| {
-        let x = motion.displacement_m[*sample]?;
-        Some(((x.value - predicted[i]) / x.sigma).powi(2))
-    };
-    let squares: f64 = samples.iter().enumerate().filter_map(residual).sum();
-    let reduced_chi_squared = squares / samples.len() as f64;
-    // Residuals larger than stated widen the intervals; smaller ones do not narrow them.
-    let inflation = reduced_chi_squared.max(1.0).sqrt();
+    let reduced_chi_squared = displacements.reduced_chi_squared(&predicted, N_ALWAYS);
+    let inflation = inflation(reduced_chi_squared);
     let estimate = |i: usize| Estimate::new(unknowns[i], inflation * total[(i, i)].sqrt());
-    let known = problem.model.known.iter().zip(1..);
     Ok(ImposedFit {
         chain_damping_kg_per_s: estimate(0),
-        factors: known.map(|(known, i)| (known.quantity, estimate(i))).collect(),
+        factors: problem.known().found(estimate),
         reduced_chi_squared,
-        n_residuals: samples.len(),
+        n_residuals: displacements.samples.len(),
         n_simulations: problem.n_simulations(),
     })
-}
-
-/// How errors of the samples compared move the unknowns.
-struct Shifts<'a> {
-    covariance: &'a DMatrix<f64>,
-    /// Derivatives by the unknowns over the samples' variances.
-    weighted: DMatrix<f64>,
-}
-
-impl<'a> Shifts<'a> {
-    fn new(
-        problem: &ImposedResiduals<'_>,
-        covariance: &'a DMatrix<f64>,
-        derivatives: &[DVector<f64>],
-    ) -> Self {
-        let mut weighted = DMatrix::from_columns(derivatives);
-        for (mut row, sample) in weighted.row_iter_mut().zip(&problem.samples) {
-            row *= problem.motion.independent_sigma_m[*sample].powi(-2);
-        }
-        Self { covariance, weighted }
-    }
-
-    /// C J' W e.
-    fn by(&self, error_m: &DVector<f64>) -> DVector<f64> {
-        self.covariance * self.weighted.tr_mul(error_m)
-    }
 }
 
 fn noise_of_body_1(problem: &ImposedResiduals<'_>, random: &mut Pcg64) -> Vec<f64> {
     let noise_m = |k: usize| {
         let deviate: f64 = StandardNormal.sample(random);
-        problem.motion.independent_sigma_m[(0, k)] * deviate
+        problem.displacements.motion.independent_sigma_m[(0, k)] * deviate
     };
     (problem.span.0..=problem.span.1).map(noise_m).collect()
 }

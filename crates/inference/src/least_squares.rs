@@ -7,13 +7,17 @@
 //! with them from the same simulations, and has unknowns that end at zero.
 
 mod bordered;
+mod problem;
+mod step;
 
 pub(crate) use bordered::{
     Block, N_OWN, NormalEquations, Own, OwnCovariance, Reduced, RestSums, Row, SharedProducts,
 };
+pub(crate) use problem::{Bounds, Failure, LeastSquares, Unknowns};
+pub(crate) use step::within;
 
-use bordered::SharedSystem;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
+use step::{Step, constrained_step};
 
 /// Marquardt's damping at least after a step that went wrong.
 const FIRST_DAMPING: f64 = 1e-3;
@@ -34,41 +38,6 @@ const PROMISES: f64 = 4.0;
 const POOR_ROUNDS: usize = 2;
 /// Minima whose sums of squares differ by less, in units of the noise's variance, are one.
 const SAME_MINIMUM: f64 = 0.1;
-
-/// A least-squares problem, as the solver sees it.
-pub(crate) trait LeastSquares {
-    /// Why it may refuse values.
-    type Error;
-
-    /// Between what its unknowns lie.
-    fn bounds(&self) -> &Bounds;
-
-    /// Its normal equations around values of the unknowns.
-    fn equations(&self, at: &Unknowns) -> Result<NormalEquations, Self::Error>;
-
-    /// The sum of squares alone, where no derivative is asked for.
-    fn chi_squared(&self, at: &Unknowns) -> Result<f64, Self::Error> {
-        Ok(self.equations(at)?.chi_squared())
-    }
-}
-
-/// Values of all unknowns, or a step of them.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Unknowns {
-    /// Those that all residuals share.
-    pub(crate) shared: DVector<f64>,
-    /// Those of each recording.
-    pub(crate) own: Vec<Own>,
-}
-
-/// Lowest and highest values.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Bounds {
-    /// Of each shared unknown.
-    pub(crate) shared: Vec<(f64, f64)>,
-    /// Of each recording's own, the same for all.
-    pub(crate) own: [(f64, f64); N_OWN],
-}
 
 /// When a search ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -113,25 +82,6 @@ pub(crate) struct Minimum {
     pub(crate) equations: NormalEquations,
     /// Shared unknowns that were held at their values.
     held: Vec<usize>,
-}
-
-/// Why a search found no minimum, or the minimum has no width.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Failure<E> {
-    /// The problem refused its values.
-    Problem(E),
-    /// Shared unknowns that the residuals do not determine; none where it is a recording that does not determine its own.
-    Undetermined(Vec<usize>),
-    /// Steps did not become short.
-    Unsettled {
-        /// Rounds gone.
-        rounds: usize,
-    },
-    /// Steps promised nothing that would be worth it ([`Stop::worth`]).
-    GivenUp {
-        /// Rounds gone.
-        rounds: usize,
-    },
 }
 
 impl Minimum {
@@ -196,10 +146,12 @@ pub(crate) fn minimise<P: LeastSquares>(
     let Descent { at, here, last } = descend(problem, start, held, stop)?;
     let minimum = Minimum { at, equations: here, held: held.to_vec() };
     let Some(at) = last else { return Ok(minimum) };
-    let there = problem.equations(&at).map_err(Failure::Problem)?;
-    match rises(minimum.chi_squared(), there.chi_squared()) {
-        true => Ok(minimum),
-        false => Ok(Minimum { at, equations: there, ..minimum }),
+    // Where the problem refuses the last step, which is short, the minimum is as good without it.
+    match problem.equations(&at) {
+        Ok(there) if !rises(minimum.chi_squared(), there.chi_squared()) => {
+            Ok(Minimum { at, equations: there, ..minimum })
+        }
+        _ => Ok(minimum),
     }
 }
 
@@ -213,8 +165,7 @@ pub(crate) fn least_chi_squared<P: LeastSquares>(
     let Descent { here, last, .. } = descend(problem, start, held, stop)?;
     let here = here.chi_squared();
     let Some(last) = last else { return Ok(here) };
-    let there = problem.chi_squared(&last).map_err(Failure::Problem)?;
-    Ok(if rises(here, there) { here } else { there })
+    Ok(problem.chi_squared(&last).ok().filter(|there| !rises(here, *there)).unwrap_or(here))
 }
 
 /// A search up to its last step.
@@ -236,6 +187,8 @@ fn descend<P: LeastSquares>(
     let mut here = problem.equations(&at).map_err(Failure::Problem)?;
     let mut damping = stop.first_damping;
     let (mut n_stalled, mut n_poor) = (0, 0);
+    // Why the problem refused a step since the last one that made a difference: then a search that ends ends before what is refused, at no minimum.
+    let mut refused = None;
     for round in 0..stop.max_rounds {
         let Some(Step { step, length2, fall }) = constrained_step(&here, &at, bounds, held, damping) else {
             damping = raised(damping);
@@ -256,24 +209,39 @@ fn descend<P: LeastSquares>(
         if n_poor == POOR_ROUNDS {
             return Err(Failure::GivenUp { rounds: round });
         }
-        let there = problem.equations(&trial).map_err(Failure::Problem)?;
+        let there = match problem.equations(&trial) {
+            Ok(there) => there,
+            // A step into values that the problem refuses is as wrong as one that rises, and a shorter one may not be.
+            Err(why) => {
+                damping = raised(damping);
+                if damping > MOST_DAMPING {
+                    return Err(Failure::Problem(why));
+                }
+                refused = Some(why);
+                continue;
+            }
+        };
         if rises(here.chi_squared(), there.chi_squared()) {
             // At a kink of the model no step is short, but the shortest that is worth a try goes up on both sides.
             if fall < ROUNDING * here.chi_squared() {
-                return Ok(Descent { at, here, last: None });
+                return refused
+                    .map_or(Ok(Descent { at, here, last: None }), |why| Err(Failure::Problem(why)));
             }
             damping = raised(damping);
             continue;
         }
-        let fell = here.chi_squared() - there.chi_squared();
-        n_stalled = if stop.is_short(fell) { n_stalled + 1 } else { 0 };
+        if stop.is_short(here.chi_squared() - there.chi_squared()) {
+            n_stalled += 1;
+        } else {
+            (n_stalled, refused) = (0, None);
+        }
         (at, here) = (trial, there);
         damping = if damping > LEAST_DAMPING { damping / DAMPING_FACTOR } else { 0.0 };
         if n_stalled == STALLED_ROUNDS {
-            return Ok(Descent { at, here, last: None });
+            return refused.map_or(Ok(Descent { at, here, last: None }), |why| Err(Failure::Problem(why)));
         }
     }
-    Err(Failure::Unsettled { rounds: stop.max_rounds })
+    Err(refused.map_or(Failure::Unsettled { rounds: stop.max_rounds }, Failure::Problem))
 }
 
 /// Whether a step from one sum of squares to another one went wrong.
@@ -294,95 +262,10 @@ fn undetermined(equations: &NormalEquations, held: &[usize]) -> Vec<usize> {
     system.unwrap_or_default()
 }
 
-/// A step, and the square of the length in standard errors of the step that no damping would shorten.
-struct Step {
-    step: Unknowns,
-    length2: f64,
-    /// By how much the sum of squares would fall at least, were the problem linear.
-    fall: f64,
-}
-
-fn constrained_step(
-    here: &NormalEquations,
-    at: &Unknowns,
-    bounds: &Bounds,
-    held: &[usize],
-    damping: f64,
-) -> Option<Step> {
-    let reduced = here.reduced(damping)?;
-    let (shared, resting) = within(&reduced.system(), &at.shared, &bounds.shared, held)?;
-    let own = reduced.own_steps(&shared);
-    // What damping makes short is not settled: the length is that of the full step, where there is one.
-    let full = if damping > 0.0 { here.reduced(0.0) } else { None };
-    let length2 = full.and_then(|full| {
-        let mut system = full.system();
-        resting.iter().for_each(|unknown| system.hold(*unknown));
-        let shared = system.step()?;
-        Some(system.length2(&shared) + full.own_length2(&shared))
-    });
-    let mut system = reduced.system();
-    resting.iter().for_each(|unknown| system.hold(*unknown));
-    let fall = system.length2(&shared) + reduced.own_length2(&shared);
-    Some(Step { step: Unknowns { shared, own }, length2: length2.unwrap_or(fall), fall })
-}
-
-/// The step of the shared unknowns, none of which leaves its bounds from a bound, and those that rest: what would go beyond its bound
-/// stays there, and the others find their place without it (active set).
-pub(crate) fn within(
-    system: &SharedSystem,
-    at: &DVector<f64>,
-    bounds: &[(f64, f64)],
-    held: &[usize],
-) -> Option<(DVector<f64>, Vec<usize>)> {
-    let mut resting = held.to_vec();
-    loop {
-        let mut free = system.clone();
-        resting.iter().for_each(|unknown| free.hold(*unknown));
-        let step = free.step()?;
-        let leaves = |i: usize| {
-            let (lowest, highest) = bounds[i];
-            at[i] <= lowest && step[i] < 0.0 || at[i] >= highest && step[i] > 0.0
-        };
-        let leaving: Vec<usize> = (0..step.len()).filter(|i| !resting.contains(i) && leaves(*i)).collect();
-        if leaving.is_empty() {
-            return Some((step, resting));
-        }
-        resting.extend(leaving);
-    }
-}
-
-impl Unknowns {
-    /// Shared unknowns alone.
-    pub(crate) fn dense(shared: DVector<f64>) -> Self {
-        Self { shared, own: Vec::new() }
-    }
-
-    fn moved(&self, step: &Self) -> Self {
-        let own = self.own.iter().zip(&step.own).map(|(own, step)| own + step).collect();
-        Self { shared: &self.shared + &step.shared, own }
-    }
-}
-
-impl Bounds {
-    /// Bounds of shared unknowns alone.
-    pub(crate) fn dense(shared: Vec<(f64, f64)>) -> Self {
-        Self { shared, own: [(f64::NEG_INFINITY, f64::INFINITY); N_OWN] }
-    }
-
-    /// The nearest values between the bounds.
-    pub(crate) fn nearest(&self, mut values: Unknowns) -> Unknowns {
-        let shared = values.shared.iter_mut().zip(&self.shared);
-        shared.for_each(|(value, (lowest, highest))| *value = value.clamp(*lowest, *highest));
-        for own in &mut values.own {
-            let each = own.iter_mut().zip(&self.own);
-            each.for_each(|(value, (lowest, highest))| *value = value.clamp(*lowest, *highest));
-        }
-        values
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use nalgebra::DVector;
+
     use super::*;
 
     /// y = a exp(-b x), with derivatives by a and b, and a third unknown that may change nothing.
@@ -518,6 +401,44 @@ mod tests {
             self.n.set(self.n.get() + 1);
             self.problem.equations(at)
         }
+    }
+
+    /// A problem that refuses a decay as slow as a bound, or slower.
+    struct Refusing {
+        problem: Decay,
+        from: f64,
+    }
+
+    impl LeastSquares for Refusing {
+        type Error = ();
+
+        fn bounds(&self) -> &Bounds {
+            self.problem.bounds()
+        }
+
+        fn equations(&self, at: &Unknowns) -> Result<NormalEquations, ()> {
+            if at.shared[1] <= self.from { Err(()) } else { self.problem.equations(at) }
+        }
+    }
+
+    #[test]
+    fn a_step_into_values_that_are_refused_is_shortened_and_ends_no_search() {
+        // From a fast decay the first step goes far beyond the slow one that is true, to a growth.
+        let from_afar = start(&[3.0, 1.5]);
+        let problem = Decay::of(3.0, 0.2, vec![FREE; 2]);
+        let first = problem.equations(&from_afar).unwrap();
+        let step = constrained_step(&first, &from_afar, problem.bounds(), &[], FIRST_DAMPING).unwrap();
+        assert!(from_afar.shared[1] + step.step.shared[1] < 0.0, "{:?}", step.step);
+        let refusing = Refusing { problem, from: 0.0 };
+        let found = minimise(&refusing, from_afar, &[], &Stop::STATED).unwrap();
+        assert!((found.at.shared - DVector::from_column_slice(&[3.0, 0.2])).amax() < 1e-3);
+        // Where the way to the minimum is closed the reason is told.
+        let closed = Refusing { problem: Decay::of(3.0, -0.5, vec![FREE; 2]), from: 0.0 };
+        let found = minimise(&closed, start(&[3.0, 1e-9]), &[], &Stop::STATED);
+        assert_eq!(found.err(), Some(Failure::Problem(())));
+        // Values that are refused at once are.
+        let found = minimise(&refusing, start(&[3.0, -1.0]), &[], &Stop::STATED);
+        assert_eq!(found.err(), Some(Failure::Problem(())));
     }
 
     #[test]

@@ -35,10 +35,13 @@
 
 pub mod contact_fit;
 mod damping;
+mod displacements;
 mod energies;
 mod error;
+mod excess;
 pub mod false_choices;
 mod imposed;
+mod known;
 mod least_squares;
 mod measured_rates;
 mod quadrature;
@@ -49,7 +52,7 @@ mod tracks;
 pub mod wrong_models;
 
 pub use damping::{Damping, critical_kg_per_s, damping_rule, refusal};
-pub use energies::{EnergyFit, EnergyMeasurement, EnergyModel, fit_peak_energies};
+pub use energies::{EnergyFit, EnergyModel, fit_peak_energies};
 pub use error::FitError;
 pub use imposed::{ImposedFit, ImposedModel, fit_imposed};
 pub use quantity::{Known, Quantity};

@@ -2,18 +2,21 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use chainwave_measurement::{ChainMotion, ErrorPattern, Estimate, Trajectory};
-use chainwave_mechanics::{Chain, Change, Drive, Schedule, Striker, simulate_with_sensitivities};
-use nalgebra::{DMatrix, DVector};
+use chainwave_measurement::{ChainMotion, Estimate, Trajectory};
+use chainwave_mechanics::{Chain, Change, Drive, Schedule, simulate_with_sensitivities};
+use nalgebra::DVector;
 
-use crate::damping::{critical_kg_per_s, damping_like, mean_damping_kg_per_s};
+use crate::damping::mean_damping_kg_per_s;
+use crate::displacements::{Displacements, Shifts};
 use crate::error::FitError;
+use crate::excess::inflation;
+use crate::known::KnownFactors;
 use crate::least_squares::{
     Bounds, Failure, LeastSquares, Minimum, NormalEquations, Stop, Unknowns, minimise,
 };
 use crate::quadrature::quadrature;
 use crate::quantity::{Known, Quantity};
-use crate::steps::{DAMPING_STEPS, FACTOR_STEP};
+use crate::steps::{BESIDE_FACTOR, beside_c_d};
 
 /// What is assumed of a chain that is let go.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,7 +42,7 @@ pub struct ReleasedFit {
     pub state: Estimate,
     /// Factors on the quantities that are known only within an uncertainty, in their order.
     pub factors: Vec<(Quantity, Estimate)>,
-    /// Sum of squared residuals, relative to the samples' total sigma, over their number.
+    /// Sum of squared residuals, relative to the samples' total sigma, over their degrees of freedom.
     pub reduced_chi_squared: f64,
     /// Displacements compared.
     pub n_residuals: usize,
@@ -58,6 +61,8 @@ const C_D: usize = 0;
 const RELEASE: usize = 1;
 const STATE: usize = 2;
 const N_FIXED: usize = 3;
+/// Of these the state has a prior, and the other two have none.
+const N_WITHOUT_PRIOR: usize = 2;
 
 /// Fits c_d, the instant of the release and the size of the state to the displacements of all bodies from where they were held.
 ///
@@ -74,44 +79,30 @@ pub fn fit_release(motion: &ChainMotion, model: &ReleasedModel) -> Result<Releas
 
 /// Displacements of all bodies, in units of their independent noise.
 struct ReleasedResiduals<'a> {
-    motion: &'a ChainMotion,
+    displacements: Displacements<'a>,
     model: &'a ReleasedModel,
     nodes: Vec<(f64, f64)>,
     schedule: Schedule,
-    /// Samples compared: row and time.
-    samples: Vec<(usize, usize)>,
     bounds: Bounds,
     n_simulations: AtomicU64,
 }
 
 impl<'a> ReleasedResiduals<'a> {
     fn new(motion: &'a ChainMotion, model: &'a ReleasedModel) -> Result<Self, FitError> {
-        const LEAST: usize = 100;
-        if model.chain.n_bodies() != motion.n_bodies() {
-            let (expected, found) = (motion.n_bodies(), model.chain.n_bodies());
-            return Err(FitError::TooFew { what: "bodies in the model", expected, found });
-        }
         let n_times = motion.times_s.len();
-        let told = |(row, k): &(usize, usize)| {
-            motion.displacement_m[(*row, *k)].is_some() && motion.independent_sigma_m[(*row, *k)] > 0.0
-        };
-        let all = (0..motion.n_bodies()).flat_map(|row| (0..n_times).map(move |k| (row, k)));
-        let samples: Vec<(usize, usize)> = all.filter(told).collect();
-        if samples.len() < LEAST {
-            return Err(FitError::TooFew { what: "positions", expected: LEAST, found: samples.len() });
-        }
+        let all = (0..motion.n_bodies(), 0..n_times);
+        let displacements = Displacements::new(motion, model.chain.n_bodies(), all)?;
         let (first_s, last_s) = (motion.times_s[0], motion.times_s[n_times - 1]);
         let interval_s = (last_s - first_s) / (n_times - 1) as f64;
         // Long enough for a release at the first sample.
         let schedule = Schedule::automatic(last_s - first_s + 2.0 * interval_s, interval_s);
         let mut shared = vec![(0.0, f64::INFINITY), (first_s, last_s), (0.5, 2.0)];
-        shared.resize(N_FIXED + model.known.len(), (f64::NEG_INFINITY, f64::INFINITY));
+        shared.extend(KnownFactors::new(&model.known, N_FIXED).bounds());
         Ok(Self {
-            motion,
+            displacements,
             model,
             nodes: quadrature(&model.drive_deviations),
             schedule,
-            samples,
             bounds: Bounds::dense(shared),
             n_simulations: AtomicU64::new(0),
         })
@@ -131,19 +122,18 @@ impl<'a> ReleasedResiduals<'a> {
             C_D => "c_d".into(),
             RELEASE => "the instant of the release".into(),
             STATE => "the state".into(),
-            _ => self.model.known[unknown - N_FIXED].quantity.name(),
+            factor => self.known().name(factor),
         })
+    }
+
+    /// The factors on what is known within an uncertainty.
+    fn known(&self) -> KnownFactors<'a> {
+        KnownFactors::new(&self.model.known, N_FIXED)
     }
 
     /// The chain with trial values in place, let go from the state of one of the drives.
     fn chain(&self, unknowns: &DVector<f64>, deviation: f64) -> Chain {
-        let damping_kg_per_s = damping_like(&self.model.chain, unknowns[C_D]);
-        let mut chain = Chain { damping_kg_per_s, ..self.model.chain.clone() };
-        // Quantities of a striker change nothing here.
-        let mut striker = Striker { mass_kg: 1.0, velocity_m_per_s: 0.0, damping_kg_per_s: 0.0 };
-        for (known, factor) in self.model.known.iter().zip(unknowns.iter().skip(N_FIXED)) {
-            known.quantity.apply(*factor, &mut chain, &mut striker);
-        }
+        let mut chain = self.known().without_striker(&self.model.chain, unknowns[C_D], unknowns);
         if let Drive::Free { displacement_m, velocity_m_per_s } = &mut chain.drive {
             let factor = unknowns[STATE] * (1.0 + deviation);
             displacement_m.iter_mut().chain(velocity_m_per_s).for_each(|value| *value *= factor);
@@ -153,34 +143,23 @@ impl<'a> ReleasedResiduals<'a> {
 
     /// The chains on both sides of an unknown: a step of a damping, but no farther than to none, or of a factor.
     fn change(&self, unknowns: &DVector<f64>, unknown: usize, deviation: f64) -> Change {
-        let step = match unknown {
-            C_D => DAMPING_STEPS[0] * critical_kg_per_s(&self.model.chain),
-            _ => FACTOR_STEP,
+        let [below, above] = match unknown {
+            C_D => beside_c_d(&self.model.chain, unknowns[C_D]),
+            _ => BESIDE_FACTOR,
         };
-        let below = if unknown == C_D { step.min(unknowns[C_D]) } else { step };
         let moved = |by: f64| {
             let mut moved = unknowns.clone();
             moved[unknown] += by;
             self.chain(&moved, deviation)
         };
-        Change { below: moved(-below), above: moved(step), width: below + step }
-    }
-
-    /// Length in the pictures over true length, and the unknowns that stand for it.
-    fn picture_scale(&self, unknowns: &DVector<f64>) -> f64 {
-        let known = self.model.known.iter().zip(unknowns.iter().skip(N_FIXED));
-        known.filter(|(known, _)| known.quantity == Quantity::Scale).map(|(_, factor)| factor).product()
-    }
-
-    fn is_scale(&self, unknown: usize) -> bool {
-        let known = unknown.checked_sub(N_FIXED).and_then(|place| self.model.known.get(place));
-        known.is_some_and(|known| known.quantity == Quantity::Scale)
+        Change { below: moved(below), above: moved(above), width: above - below }
     }
 
     /// Displacements from where the bodies were held at the samples compared, and their derivatives by every unknown.
     fn predicted(&self, unknowns: &DVector<f64>) -> Result<(DVector<f64>, Vec<DVector<f64>>), FitError> {
-        let scale = self.picture_scale(unknowns);
-        let mut sum = DVector::zeros(self.samples.len());
+        let Displacements { motion, samples } = &self.displacements;
+        let scale = self.known().picture_scale(unknowns);
+        let mut sum = DVector::zeros(samples.len());
         let mut derivatives = vec![sum.clone(); unknowns.len()];
         let by_chain: Vec<usize> = (0..unknowns.len()).filter(|unknown| *unknown != RELEASE).collect();
         for (weight, deviation) in &self.nodes {
@@ -190,18 +169,18 @@ impl<'a> ReleasedResiduals<'a> {
             let found = simulate_with_sensitivities(&here, &self.schedule, &changes)?;
             self.n_simulations.fetch_add(1, Ordering::Relaxed);
             let moved = Released { motion: &found.simulation.trajectory, release_s: unknowns[RELEASE] };
-            for (i, sample) in self.samples.iter().enumerate() {
-                let (moved_m, speed_m_per_s) = moved.at(self.motion.times_s[sample.1], sample.0);
+            for (i, sample) in samples.iter().enumerate() {
+                let (moved_m, speed_m_per_s) = moved.at(motion.times_s[sample.1], sample.0);
                 sum[i] += weight * scale * moved_m;
                 derivatives[RELEASE][i] -= weight * scale * speed_m_per_s;
-                for unknown in by_chain.iter().filter(|unknown| self.is_scale(**unknown)) {
+                for unknown in by_chain.iter().filter(|unknown| self.known().is_picture_scale(**unknown)) {
                     derivatives[*unknown][i] += weight * moved_m;
                 }
             }
             for (unknown, derivative) in by_chain.iter().zip(&found.derivatives) {
                 let moved = Released { motion: derivative, release_s: unknowns[RELEASE] };
-                for (i, sample) in self.samples.iter().enumerate() {
-                    let (by_unknown, _) = moved.at(self.motion.times_s[sample.1], sample.0);
+                for (i, sample) in samples.iter().enumerate() {
+                    let (by_unknown, _) = moved.at(motion.times_s[sample.1], sample.0);
                     derivatives[*unknown][i] += weight * scale * by_unknown;
                 }
             }
@@ -214,38 +193,21 @@ impl<'a> ReleasedResiduals<'a> {
         let (_, covariance) = minimum.solved().map_err(|why: Failure<FitError>| self.failure(why))?;
         let unknowns = &minimum.at.shared;
         let (predicted, columns) = self.predicted(unknowns)?;
-        let jacobian = DMatrix::from_columns(&columns);
-        let mut total = covariance.clone();
+        let shifts = Shifts::new(&self.displacements, &covariance, &columns);
         // All that the estimator does with an error is linear, so it is done with the patterns that errors are made of.
-        let of_pattern = |pattern: &ErrorPattern| {
-            let mut side = DVector::zeros(jacobian.ncols());
-            for (i, sample) in self.samples.iter().enumerate() {
-                let weight = self.motion.independent_sigma_m[*sample].powi(-2);
-                side.axpy(weight * pattern.at(*sample), &jacobian.row(i).transpose(), 1.0);
-            }
-            (&covariance * side).as_slice().to_vec()
-        };
-        let of_patterns: Vec<Vec<f64>> = self.motion.modes.patterns().iter().map(of_pattern).collect();
-        for shift in self.motion.modes.combined(&of_patterns).map(DVector::from_vec) {
-            total += &shift * shift.transpose();
-        }
-        let residual = |(i, sample): (usize, &(usize, usize))| {
-            let x = self.motion.displacement_m[*sample]?;
-            Some(((x.value - predicted[i]) / x.sigma).powi(2))
-        };
-        let squares: f64 = self.samples.iter().enumerate().filter_map(residual).sum();
-        let reduced_chi_squared = squares / self.samples.len() as f64;
-        // Residuals larger than stated widen the intervals; smaller ones do not narrow them.
-        let inflation = reduced_chi_squared.max(1.0).sqrt();
+        let n_patterns = self.displacements.motion.modes.patterns().len();
+        let of_pattern = |pattern: usize| shifts.by(&shifts.pattern_m(pattern)).as_slice().to_vec();
+        let total = shifts.with_modes(&(0..n_patterns).map(of_pattern).collect::<Vec<_>>());
+        let reduced_chi_squared = self.displacements.reduced_chi_squared(&predicted, N_WITHOUT_PRIOR);
+        let inflation = inflation(reduced_chi_squared);
         let estimate = |i: usize| Estimate::new(unknowns[i], inflation * total[(i, i)].sqrt());
-        let known = self.model.known.iter().zip(N_FIXED..);
         Ok(ReleasedFit {
             chain_damping_kg_per_s: estimate(C_D),
             release_time_s: estimate(RELEASE),
             state: estimate(STATE),
-            factors: known.map(|(known, i)| (known.quantity, estimate(i))).collect(),
+            factors: self.known().found(estimate),
             reduced_chi_squared,
-            n_residuals: self.samples.len(),
+            n_residuals: self.displacements.samples.len(),
             n_simulations: self.n_simulations.load(Ordering::Relaxed),
         })
     }
@@ -276,20 +238,10 @@ impl LeastSquares for ReleasedResiduals<'_> {
 
     fn equations(&self, at: &Unknowns) -> Result<NormalEquations, FitError> {
         let (predicted, columns) = self.predicted(&at.shared)?;
-        let mut equations = NormalEquations::new(columns.len());
-        let mut row = vec![0.0; columns.len() + 1];
-        for (i, sample) in self.samples.iter().enumerate() {
-            let inverse_sigma = self.motion.independent_sigma_m[*sample].recip();
-            let measured_m = self.motion.displacement_m[*sample].map_or(0.0, |x| x.value);
-            row.iter_mut().zip(&columns).for_each(|(entry, column)| *entry = inverse_sigma * column[i]);
-            row[columns.len()] = inverse_sigma * (predicted[i] - measured_m);
-            equations.add_row(&row);
-        }
-        let of_known = self.model.known.iter().map(|known| known.relative_sigma).zip(N_FIXED..);
-        for (relative_sigma, unknown) in of_known.chain([(self.model.state_sigma, STATE)]) {
-            let residual = (at.shared[unknown] - 1.0) / relative_sigma;
-            equations.add_prior(unknown, residual, relative_sigma.recip());
-        }
+        let mut equations = self.displacements.equations(&predicted, &columns);
+        self.known().add_priors(&mut equations, &at.shared);
+        let of_state = self.model.state_sigma;
+        equations.add_prior(STATE, (at.shared[STATE] - 1.0) / of_state, of_state.recip());
         Ok(equations)
     }
 }

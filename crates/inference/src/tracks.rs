@@ -25,10 +25,11 @@ use chainwave_analysis::Departure;
 use chainwave_measurement::{Estimate, Observation};
 use nalgebra::DMatrix;
 
-use crate::damping::{Damping, N_DAMPINGS, STARTS, mean_damping_kg_per_s};
+use crate::damping::{Damping, N_DAMPINGS, STARTS};
 use crate::error::FitError;
+use crate::excess;
+use crate::known::KnownFactors;
 use crate::least_squares::{Failure, Minimum, Own, OwnCovariance, Stop, Unknowns, least_of, minimise};
-use crate::quantity::Known;
 use bootstrap::bootstrap;
 use departure::{scatter_of_bodies_at, softening_at};
 use discrepancy::discrepancy;
@@ -73,7 +74,7 @@ pub fn fit_tracks(
     let usual = least(STARTS.into_iter().map(start).collect::<Result<_, _>>()?);
     let best = match (usual, elsewhere_kg_per_s) {
         (Err(Failure::Unsettled { .. }), Some(c_d_kg_per_s)) if c_d_kg_per_s > 0.0 => {
-            least(vec![start([c_d_kg_per_s / mean_damping_kg_per_s(&model.chain), 1.0])?])
+            least(vec![problem.start_at_c_d(impact_times_s, c_d_kg_per_s)?])
         }
         (usual, _) => usual,
     };
@@ -155,8 +156,8 @@ fn finish(
     let (reduced, covariance) = minimum.solved().map_err(|why: Failure<FitError>| problem.failure(why))?;
     let errors = OwnCovariance::of(&reduced, &covariance);
     let chi_squared = minimum.chi_squared();
-    let reduced_chi_squared = chi_squared / freedom(problem) as f64;
-    let inflation = inflation_of(problem, chi_squared);
+    let reduced_chi_squared = excess::reduced_chi_squared(chi_squared, freedom(problem));
+    let inflation = excess::inflation(reduced_chi_squared);
     let estimate = |value: f64, variance: f64| Estimate::new(value, inflation * variance.sqrt());
     let of_shared = |i: usize| estimate(at.shared[i], covariance[(i, i)]);
     let mean = at.own.iter().sum::<Own>() / at.own.len() as f64;
@@ -170,13 +171,12 @@ fn finish(
     let more: [f64; N_DAMPINGS] = std::array::from_fn(|i| missed[i] + between[i]);
     let damping = by_noise.widened(more);
     let wider = damping.sigmas_over(&by_noise);
-    let interval = |i: usize| -> Result<Interval, FitError> {
+    let interval = |i: usize| {
         let moves = covariance.column(i) / covariance[(i, i)];
-        let interval = interval_95(problem, minimum, (i, &moves), of_shared(i), inflation)?;
-        Ok(interval.widened(at.shared[i], wider[i]))
+        let interval = interval_95(problem, minimum, (i, &moves), of_shared(i), inflation);
+        interval.widened(at.shared[i], wider[i])
     };
-    let intervals_95 = [interval(0)?, interval(1)?];
-    let factor = |(i, known): (usize, &Known)| (known.quantity, of_shared(N_DAMPINGS + i));
+    let intervals_95 = [interval(0), interval(1)];
     let asked = fit.asked.iter().zip(N_DAMPINGS + fit.model.known.len()..);
     let recording = |(r, own): (usize, &Own)| {
         let (of_own, about_mean) = (errors.of_each[r], errors.about_mean[r]);
@@ -197,7 +197,7 @@ fn finish(
         intervals_95,
         bootstrap: bootstrap(problem.observations, &reduced, &covariance),
         starts: (n_same, STARTS.len()),
-        factors: fit.model.known.iter().enumerate().map(factor).collect(),
+        factors: KnownFactors::new(&fit.model.known, N_DAMPINGS).found(of_shared),
         beyond: fit.beyond.clone(),
         found: asked.map(|(quantity, i)| (*quantity, of_shared(i))).collect(),
         rivals: rivals.instead.iter().map(|rival| rival.hypothesis).collect(),
@@ -257,9 +257,9 @@ pub(crate) fn tested(
     Ok((damping, [softening, scatter], fit.structure, hypothesis))
 }
 
-/// Residuals larger than stated widen the intervals; smaller ones do not narrow them.
+/// What a sum of squares does to standard uncertainties.
 fn inflation_of(problem: &TrackResiduals<'_>, chi_squared: f64) -> f64 {
-    (chi_squared / freedom(problem) as f64).max(1.0).sqrt()
+    excess::inflation(excess::reduced_chi_squared(chi_squared, freedom(problem)))
 }
 
 #[cfg(test)]

@@ -49,10 +49,3 @@ pub struct EnergyFit {
     /// Chain simulations carried out.
     pub n_simulations: u64,
 }
-
-/// How the peak energies were measured, so that the model's are measured alike.
-#[derive(Debug, Clone, Copy)]
-pub struct EnergyMeasurement<'a> {
-    /// Time base of the motion behind the energies, in seconds: a peak counts while it was filmed.
-    pub times_s: &'a [f64],
-}

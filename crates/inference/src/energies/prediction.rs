@@ -10,8 +10,8 @@ use ndarray::Array2;
 use super::model::EnergyModel;
 use crate::damping::{N_DAMPINGS, damping_like};
 use crate::error::FitError;
+use crate::known::KnownFactors;
 use crate::quadrature::quadrature;
-use crate::quantity::Quantity;
 
 /// Unknowns of every fit: c_d, c_s, the striker's velocity, and the scale of the drives' deviations; factors on what is known within an
 /// uncertainty follow.
@@ -67,7 +67,7 @@ impl Prediction {
             Ok::<_, FitError>((runs[i].0, found))
         });
         let solved = solved.into_iter().collect::<Result<Vec<_>, _>>()?;
-        let scale = picture_scale(model, unknowns);
+        let scale = known_of(model).picture_scale(unknowns);
         let mean = |of_run: &dyn Fn(&Sensitivities) -> &Trajectory| {
             let mut mean = Self::zero(model.chain.n_bodies(), times.measured_s);
             for (weight, found) in &solved {
@@ -78,10 +78,9 @@ impl Prediction {
         let here = mean(&|found| &found.simulation.trajectory);
         let mut slopes: Vec<Self> =
             (0..beside.len()).map(|unknown| mean(&|found| &found.derivatives[unknown])).collect();
-        for (known, slope) in model.known.iter().zip(slopes.iter_mut().skip(N_ALWAYS)) {
-            if known.quantity == Quantity::Scale {
-                *slope = here.scaled(scale.recip());
-            }
+        for (_, slope) in slopes.iter_mut().enumerate().filter(|(i, _)| known_of(model).is_picture_scale(*i))
+        {
+            *slope = here.scaled(scale.recip());
         }
         Ok((here, slopes))
     }
@@ -124,10 +123,9 @@ impl Prediction {
     }
 }
 
-/// Length in the pictures over true length.
-fn picture_scale(model: &EnergyModel, unknowns: &DVector<f64>) -> f64 {
-    let known = model.known.iter().zip(unknowns.iter().skip(N_ALWAYS));
-    known.filter(|(known, _)| known.quantity == Quantity::Scale).map(|(_, factor)| factor).product()
+/// The factors on what is known within an uncertainty.
+pub(super) fn known_of(model: &EnergyModel) -> KnownFactors<'_> {
+    KnownFactors::new(&model.known, N_ALWAYS)
 }
 
 /// The chain with trial values in place, struck by one of the drives.
@@ -144,8 +142,6 @@ fn with_values(
         damping_kg_per_s: unknowns[1],
         ..*striker
     };
-    for (known, factor) in model.known.iter().zip(unknowns.iter().skip(N_ALWAYS)) {
-        known.quantity.apply(*factor, &mut chain, &mut striker);
-    }
+    known_of(model).apply(unknowns, &mut chain, &mut striker);
     Ok(Chain { drive: Drive::Striker(striker), ..chain })
 }

@@ -7,12 +7,12 @@ use chainwave_mechanics::Drive;
 use nalgebra::{DMatrix, DVector};
 
 use super::model::EnergyModel;
-use super::prediction::{Beside, DRIVE_SCALE, N_ALWAYS, Prediction, Times, VELOCITY};
+use super::prediction::{Beside, DRIVE_SCALE, N_ALWAYS, Prediction, Times, VELOCITY, known_of};
 use crate::damping::{N_DAMPINGS, critical_kg_per_s, mean_damping_kg_per_s};
 use crate::error::FitError;
 use crate::least_squares::{Bounds, Failure, LeastSquares, NormalEquations, Unknowns};
 use crate::quadrature::quadrature;
-use crate::steps::{DAMPING_STEPS, FACTOR_STEP};
+use crate::steps::{DAMPING_STEPS, FACTOR_STEP, beside_damping};
 
 /// Predicted values, whitened, from a prediction.
 type Predict<'a> = Box<dyn Fn(&Prediction) -> Result<DVector<f64>, FitError> + Sync + 'a>;
@@ -47,7 +47,8 @@ impl<'a> EnergyResiduals<'a> {
         steps.extend(model.known.iter().map(|_| FACTOR_STEP));
         // A contact that is damped more than critically hardly moves, and the search would follow a valley without end.
         let mut shared = vec![(0.0, critical); N_DAMPINGS];
-        shared.resize(steps.len(), (f64::NEG_INFINITY, f64::INFINITY));
+        shared.resize(N_ALWAYS, (f64::NEG_INFINITY, f64::INFINITY));
+        shared.extend(known_of(model).bounds());
         Self { model, comparison, steps, bounds: Bounds::dense(shared), n_simulations: AtomicU64::new(0) }
     }
 
@@ -78,18 +79,17 @@ impl<'a> EnergyResiduals<'a> {
             1 => "c_s".into(),
             VELOCITY => "the striker's velocity".into(),
             DRIVE_SCALE => "the drives' scale".into(),
-            factor => self.model.known[factor - N_ALWAYS].quantity.name(),
+            factor => known_of(self.model).name(factor),
         })
     }
 
     /// Chains beside trial values; a damping goes no farther down than to none.
     fn beside(&self, at: &Unknowns) -> Vec<Beside> {
-        let steps = self.steps.iter().zip(&at.shared).enumerate();
-        steps
-            .map(
-                |(i, (step, value))| if i < N_DAMPINGS { [-step.min(*value), *step] } else { [-step, *step] },
-            )
-            .collect()
+        let beside = |(i, (step, value)): (usize, (&f64, &f64))| match i < N_DAMPINGS {
+            true => beside_damping(*step, *value),
+            false => [-step, *step],
+        };
+        self.steps.iter().zip(&at.shared).enumerate().map(beside).collect()
     }
 }
 
@@ -122,12 +122,11 @@ impl LeastSquares for EnergyResiduals<'_> {
             equations.add_row(&row.iter().copied().collect::<Vec<_>>());
         }
         let velocity = self.model.striker_velocity_m_per_s;
-        let known = self.model.known.iter().map(|known| (1.0, known.relative_sigma));
-        let priors =
-            [(velocity.value, velocity.sigma), (1.0, self.model.drive_scale_sigma)].into_iter().chain(known);
+        let priors = [(velocity.value, velocity.sigma), (1.0, self.model.drive_scale_sigma)];
         for (unknown, (value, sigma)) in (N_DAMPINGS..).zip(priors) {
             equations.add_prior(unknown, (at.shared[unknown] - value) / sigma, sigma.recip());
         }
+        known_of(self.model).add_priors(&mut equations, &at.shared);
         Ok(equations)
     }
 }

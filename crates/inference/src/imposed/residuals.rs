@@ -3,19 +3,21 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use chainwave_measurement::{ChainMotion, map_in_parallel};
-use chainwave_mechanics::{
-    Chain, Change, Drive, ImposedMotion, Schedule, Striker, simulate_with_sensitivities,
-};
+use chainwave_mechanics::{Chain, Change, Drive, ImposedMotion, Schedule, simulate_with_sensitivities};
 use nalgebra::DVector;
 use ndarray::Array2;
 
 use super::model::ImposedModel;
-use crate::damping::{critical_kg_per_s, damping_like, mean_damping_kg_per_s};
+use crate::damping::mean_damping_kg_per_s;
+use crate::displacements::Displacements;
 use crate::error::FitError;
+use crate::known::KnownFactors;
 use crate::least_squares::{Bounds, Failure, LeastSquares, NormalEquations, Unknowns};
 use crate::quadrature::quadrature;
-use crate::quantity::Quantity;
-use crate::steps::{DAMPING_STEPS, DERIVATIVES_TOGETHER, FACTOR_STEP};
+use crate::steps::{BESIDE_FACTOR, DERIVATIVES_TOGETHER, beside_c_d};
+
+/// Unknowns of every fit: c_d. Factors on what is known within an uncertainty follow.
+pub(super) const N_ALWAYS: usize = 1;
 
 /// Values of the unknowns, and a motion of body 1.
 type Moved = (DVector<f64>, Vec<f64>);
@@ -30,22 +32,21 @@ pub(super) enum By<'a> {
 
 /// Displacements behind body 1, in units of their independent noise.
 pub(super) struct ImposedResiduals<'a> {
-    pub(super) motion: &'a ChainMotion,
+    /// Those compared: behind body 1, within the span.
+    pub(super) displacements: Displacements<'a>,
     pub(super) model: &'a ImposedModel,
     /// First and last sample at which body 1 was seen.
     pub(super) span: (usize, usize),
     driving_m: Vec<f64>,
     nodes: Vec<(f64, f64)>,
     schedule: Schedule,
-    /// Samples compared: row and time, within the span.
-    pub(super) samples: Vec<(usize, usize)>,
     bounds: Bounds,
     n_simulations: AtomicU64,
 }
 
 impl<'a> ImposedResiduals<'a> {
     pub(super) fn new(motion: &'a ChainMotion, model: &'a ImposedModel) -> Result<Self, FitError> {
-        const LEAST: usize = 100;
+        const LEAST: usize = Displacements::LEAST;
         let seen = |k: &usize| motion.displacement_m[(0, *k)].is_some();
         let n_times = motion.times_s.len();
         let (first, last) = ((0..n_times).find(seen).unwrap_or(0), (0..n_times).rfind(seen).unwrap_or(0));
@@ -58,32 +59,20 @@ impl<'a> ImposedResiduals<'a> {
                 found: driving_m.len(),
             });
         }
-        if model.chain.n_bodies() != motion.n_bodies() {
-            let (expected, found) = (motion.n_bodies(), model.chain.n_bodies());
-            return Err(FitError::TooFew { what: "bodies in the model", expected, found });
-        }
-        let rows = 1..motion.n_bodies();
-        let told = |(row, k): &(usize, usize)| {
-            motion.displacement_m[(*row, *k)].is_some() && motion.independent_sigma_m[(*row, *k)] > 0.0
-        };
-        let samples: Vec<(usize, usize)> =
-            rows.flat_map(|row| (first..=last).map(move |k| (row, k))).filter(told).collect();
-        if samples.len() < LEAST {
-            return Err(FitError::TooFew { what: "positions", expected: LEAST, found: samples.len() });
-        }
+        let compared = (1..motion.n_bodies(), first..last + 1);
+        let displacements = Displacements::new(motion, model.chain.n_bodies(), compared)?;
         let interval_s = (motion.times_s[last] - motion.times_s[first]) / (last - first) as f64;
         let schedule = Schedule::automatic(interval_s * (last - first) as f64, interval_s);
         let nodes = quadrature(&model.drive_deviations);
         let mut shared = vec![(0.0, f64::INFINITY)];
-        shared.resize(1 + model.known.len(), (f64::NEG_INFINITY, f64::INFINITY));
+        shared.extend(KnownFactors::new(&model.known, N_ALWAYS).bounds());
         Ok(Self {
-            motion,
+            displacements,
             model,
             span: (first, last),
             driving_m,
             nodes,
             schedule,
-            samples,
             bounds: Bounds::dense(shared),
             n_simulations: AtomicU64::new(0),
         })
@@ -92,7 +81,7 @@ impl<'a> ImposedResiduals<'a> {
     /// Where the search begins.
     pub(super) fn start(&self) -> Unknowns {
         let mut start = vec![mean_damping_kg_per_s(&self.model.chain)];
-        start.resize(1 + self.model.known.len(), 1.0);
+        start.resize(N_ALWAYS + self.model.known.len(), 1.0);
         Unknowns::dense(DVector::from_vec(start))
     }
 
@@ -103,10 +92,15 @@ impl<'a> ImposedResiduals<'a> {
 
     /// A search's failure in words.
     pub(super) fn failure(&self, failure: Failure<FitError>) -> FitError {
-        FitError::of(failure, "the motion behind body 1", |unknown| match unknown.checked_sub(1) {
-            None => "c_d".into(),
-            Some(known) => self.model.known[known].quantity.name(),
+        FitError::of(failure, "the motion behind body 1", |unknown| match unknown {
+            0 => "c_d".into(),
+            factor => self.known().name(factor),
         })
+    }
+
+    /// The factors on what is known within an uncertainty.
+    pub(super) fn known(&self) -> KnownFactors<'a> {
+        KnownFactors::new(&self.model.known, N_ALWAYS)
     }
 
     /// Displacements at the samples compared, and their derivatives by what is asked.
@@ -115,8 +109,8 @@ impl<'a> ImposedResiduals<'a> {
         unknowns: &DVector<f64>,
         asked: &[By<'_>],
     ) -> Result<(DVector<f64>, Vec<DVector<f64>>), FitError> {
-        let scale = self.picture_scale(unknowns);
-        let mut sum = DVector::zeros(self.samples.len());
+        let scale = self.known().picture_scale(unknowns);
+        let mut sum = DVector::zeros(self.displacements.samples.len());
         let mut derivatives = vec![sum.clone(); asked.len()];
         for (weight, deviation) in &self.nodes {
             let change = |asked: &By<'_>| -> Result<Change, FitError> {
@@ -152,53 +146,32 @@ impl<'a> ImposedResiduals<'a> {
     /// Adds the samples compared of a motion since body 1 was first seen.
     fn add(&self, sum: &mut DVector<f64>, moved_m: &Array2<f64>, weight: f64) {
         let last = moved_m.ncols().saturating_sub(1);
-        for (entry, (row, k)) in sum.iter_mut().zip(&self.samples) {
+        for (entry, (row, k)) in sum.iter_mut().zip(&self.displacements.samples) {
             *entry += weight * moved_m[(*row, (k - self.span.0).min(last))];
         }
     }
 
     /// The chain with trial values in place, behind a motion of body 1 at one of the drives.
     fn chain(&self, (unknowns, driving_m): &Moved, deviation: f64) -> Result<Chain, FitError> {
-        let damping_kg_per_s = damping_like(&self.model.chain, unknowns[0]);
-        let mut chain = Chain { damping_kg_per_s, ..self.model.chain.clone() };
-        // Quantities of the striker change nothing here.
-        let mut striker = Striker { mass_kg: 1.0, velocity_m_per_s: 0.0, damping_kg_per_s: 0.0 };
-        for (known, factor) in self.model.known.iter().zip(unknowns.iter().skip(1)) {
-            known.quantity.apply(*factor, &mut chain, &mut striker);
-        }
-        let first_s = self.motion.times_s[self.span.0];
-        let times_s = (self.span.0..=self.span.1).map(|k| self.motion.times_s[k] - first_s).collect();
-        let share = (1.0 + deviation) / self.picture_scale(unknowns);
+        let mut chain = self.known().without_striker(&self.model.chain, unknowns[0], unknowns);
+        let seen_s = &self.displacements.motion.times_s[self.span.0..=self.span.1];
+        let times_s = seen_s.iter().map(|time_s| time_s - seen_s[0]).collect();
+        let share = (1.0 + deviation) / self.known().picture_scale(unknowns);
         let driven_m = driving_m.iter().map(|x_m| x_m * share).collect();
         chain.drive = Drive::Imposed(ImposedMotion::from_samples(times_s, driven_m)?);
         Ok(chain)
     }
 
     fn is_scale(&self, asked: &By<'_>) -> bool {
-        let of_unknown = |unknown: usize| self.model.known.get(unknown.checked_sub(1)?);
-        match asked {
-            By::Unknown(unknown) => {
-                of_unknown(*unknown).is_some_and(|known| known.quantity == Quantity::Scale)
-            }
-            By::Driving(_) => false,
-        }
-    }
-
-    /// Length in the pictures over true length.
-    fn picture_scale(&self, unknowns: &DVector<f64>) -> f64 {
-        let known = self.model.known.iter().zip(unknowns.iter().skip(1));
-        known.filter(|(known, _)| known.quantity == Quantity::Scale).map(|(_, factor)| factor).product()
+        matches!(asked, By::Unknown(unknown) if self.known().is_picture_scale(*unknown))
     }
 
     /// How far the chains on both sides of what is asked are from it: a step of a damping, but no farther than to none; a step of a factor;
     /// or all of an error, to which the chain responds in proportion.
     fn steps(&self, unknowns: &DVector<f64>, asked: &By<'_>) -> [f64; 2] {
         match asked {
-            By::Unknown(0) => {
-                let step = DAMPING_STEPS[0] * critical_kg_per_s(&self.model.chain);
-                [-step.min(unknowns[0]), step]
-            }
-            By::Unknown(_) => [-FACTOR_STEP, FACTOR_STEP],
+            By::Unknown(0) => beside_c_d(&self.model.chain, unknowns[0]),
+            By::Unknown(_) => BESIDE_FACTOR,
             By::Driving(_) => [-1.0, 1.0],
         }
     }
@@ -252,19 +225,8 @@ impl LeastSquares for ImposedResiduals<'_> {
 
     fn equations(&self, at: &Unknowns) -> Result<NormalEquations, FitError> {
         let (predicted, columns) = self.predicted_by_unknowns(&at.shared)?;
-        let mut equations = NormalEquations::new(columns.len());
-        let mut row = vec![0.0; columns.len() + 1];
-        for (i, sample) in self.samples.iter().enumerate() {
-            let inverse_sigma = self.motion.independent_sigma_m[*sample].recip();
-            let measured_m = self.motion.displacement_m[*sample].map_or(0.0, |x| x.value);
-            row.iter_mut().zip(&columns).for_each(|(entry, column)| *entry = inverse_sigma * column[i]);
-            row[columns.len()] = inverse_sigma * (predicted[i] - measured_m);
-            equations.add_row(&row);
-        }
-        for (known, unknown) in self.model.known.iter().zip(1..) {
-            let residual = (at.shared[unknown] - 1.0) / known.relative_sigma;
-            equations.add_prior(unknown, residual, known.relative_sigma.recip());
-        }
+        let mut equations = self.displacements.equations(&predicted, &columns);
+        self.known().add_priors(&mut equations, &at.shared);
         Ok(equations)
     }
 }

@@ -9,7 +9,9 @@ use super::model::TrackModel;
 use super::neighbours::Neighbours;
 use super::outcome::{FittedRecording, TrackFit};
 use super::residuals::{TrackResiduals, freedom};
+use crate::damping::N_DAMPINGS;
 use crate::error::FitError;
+use crate::excess::{excess, reduced_chi_squared};
 use crate::least_squares::{Failure, LeastSquares, Own, Unknowns};
 use crate::measured_rates;
 use crate::quantity::Quantity;
@@ -106,23 +108,25 @@ pub(crate) fn scatter_of_bodies_at(
 /// The same of groups of neighbours that share a factor.
 fn scatter_of_groups(
     observations: &[Observation],
-    model: (&TrackModel, &[Quantity]),
+    (model, asked): (&TrackModel, &[Quantity]),
     at: &Unknowns,
     groups: &[Neighbours],
 ) -> Result<Departure, FitError> {
     let quantities: Vec<Quantity> = groups.iter().map(mass_of).collect();
-    let asked = FreedQuantities::of(observations, model, at, &quantities)?;
+    let masses = FittedMasses::of(model, at);
+    let freed = FreedQuantities::of(observations, (&masses.model, asked), &masses.at, &quantities)?;
+    let (factors, covariance) = masses.factors(groups, &freed);
     let open = || FitError::Undetermined { what: "the tracks", unknowns: "the masses of bodies".into() };
-    let inverse = asked.covariance.clone().cholesky().ok_or_else(open)?.inverse();
+    let inverse = covariance.clone().cholesky().ok_or_else(open)?.inverse();
     let ones = DVector::repeat(quantities.len(), 1.0);
-    let common = (&inverse * &ones).dot(&asked.step) / (&inverse * &ones).dot(&ones);
-    let about_mean = asked.step.add_scalar(-common);
+    let common = (&inverse * &ones).dot(&factors) / (&inverse * &ones).dot(&ones);
+    let about_mean = factors.add_scalar(-common);
     let chi_squared = about_mean.dot(&(&inverse * &about_mean));
     let freedom = quantities.len().saturating_sub(1).max(1);
     let n = freedom as f64;
     let together = groups.len() as f64 / groups.iter().map(|group| (group.n as f64).recip()).sum::<f64>();
-    let of_errors = together * asked.covariance.trace() / n;
-    let variance = together * (about_mean.norm_squared() - asked.covariance.trace()) / n;
+    let of_errors = together * covariance.trace() / n;
+    let variance = together * (about_mean.norm_squared() - covariance.trace()) / n;
     // The standard error of a variance from n values, over twice the deviation.
     let deviation = variance.max(0.0).sqrt();
     let total = variance.max(0.0) + of_errors;
@@ -139,6 +143,55 @@ fn mass_of(group: &Neighbours) -> Quantity {
     }
 }
 
+/// A model whose bodies have the masses that a fit found, none of them known: a prior of the masses that are asked about would hold the new factors
+/// as well, which multiply the fitted ones, and so hide that bodies differ.
+struct FittedMasses {
+    model: TrackModel,
+    at: Unknowns,
+    /// What the fit made of each body's mass beside that of all, less one.
+    moved: Vec<f64>,
+}
+
+impl FittedMasses {
+    fn of(model: &TrackModel, at: &Unknowns) -> Self {
+        let mut moved = vec![0.0; model.chain.n_bodies()];
+        let mut fitted = model.clone();
+        let mut shared: Vec<f64> = at.shared.iter().copied().collect();
+        // From behind, so that places before it stay.
+        for (place, known) in model.known.iter().enumerate().rev() {
+            let bodies = match known.quantity {
+                Quantity::MassOfBody(body) => body..=body,
+                Quantity::MassOfNeighbours(first, last) => first..=last,
+                _ => continue,
+            };
+            fitted.known.remove(place);
+            let factor = shared.remove(N_DAMPINGS + place);
+            let of_bodies = (1..).zip(fitted.chain.mass_kg.iter_mut().zip(&mut moved));
+            for (_, (mass_kg, moved)) in of_bodies.filter(|(body, _)| bodies.contains(body)) {
+                *mass_kg *= factor;
+                *moved = (1.0 + *moved) * factor - 1.0;
+            }
+        }
+        let at = Unknowns { shared: DVector::from_vec(shared), own: at.own.clone() };
+        Self { model: fitted, at, moved }
+    }
+
+    /// Factors on the masses of groups less one, and their covariance: what the fit made of them on average, times what is asked for.
+    fn factors(&self, groups: &[Neighbours], freed: &FreedQuantities) -> (DVector<f64>, DMatrix<f64>) {
+        let moved = |group: &Neighbours| {
+            let bodies = self.moved.get(group.first.saturating_sub(1)..group.last).unwrap_or(&[]);
+            bodies.iter().sum::<f64>() / bodies.len().max(1) as f64
+        };
+        let moved = DVector::from_iterator(groups.len(), groups.iter().map(moved));
+        let times = moved.add_scalar(1.0);
+        let factors = &moved + times.component_mul(&freed.step);
+        let covariance = DMatrix::from_fn(groups.len(), groups.len(), |i, j| {
+            freed.covariance[(i, j)] * times[i] * times[j]
+        });
+        (factors, covariance)
+    }
+}
+
 /// Quantities that the fit left at one, as one step from it would move them.
 struct FreedQuantities {
     step: DVector<f64>,
@@ -152,21 +205,19 @@ impl FreedQuantities {
         at: &Unknowns,
         quantities: &[Quantity],
     ) -> Result<Self, FitError> {
-        let asked = [asked, quantities].concat();
-        let problem = TrackResiduals::new(observations, model, &asked)?;
+        let all = [asked, quantities].concat();
+        let problem = TrackResiduals::new(observations, model, &all)?;
         let failed = |failure: Failure<FitError>| problem.failure(failure);
-        let mut at = at.clone();
-        at.shared = at.shared.resize_vertically(problem.n_shared(), 1.0);
-        let at = problem.equations(&at)?;
+        let at = problem.equations(&problem.extended(at, (model.known.len(), asked.len())))?;
         let system = at.reduced(0.0).ok_or_else(|| failed(Failure::Undetermined(Vec::new())))?.system();
         let covariance = system.covariance().map_err(|open| failed(Failure::Undetermined(open)))?;
         let step = system.step().ok_or_else(|| failed(Failure::Undetermined(Vec::new())))?;
         let (first, n) = (problem.n_shared() - quantities.len(), quantities.len());
-        // Residuals that are larger than stated even with these quantities free widen the intervals.
-        let left = (at.chi_squared() - system.length2(&step)) / freedom(&problem) as f64;
+        // With these quantities free.
+        let left = reduced_chi_squared(at.chi_squared() - system.length2(&step), freedom(&problem));
         Ok(Self {
             step: step.rows(first, n).into_owned(),
-            covariance: covariance.view((first, first), (n, n)) * left.max(1.0),
+            covariance: covariance.view((first, first), (n, n)) * excess(left),
         })
     }
 }

@@ -46,15 +46,12 @@ pub(super) fn directed(
     }
     let problem = TrackResiduals::new(observations, model, &all)?;
     let n_before = at.shared.len();
-    let mut there = at.clone();
-    let first = all.len() - (problem.n_shared() - n_before);
-    let usual = all.iter().skip(first).map(|quantity| quantity.usual());
-    there.shared.extend(usual);
+    let there = problem.extended(at, (model.known.len(), asked.len()));
     let equations = problem.equations(&there)?;
     let Some(reduced) = equations.reduced(0.0) else { return Ok((Vec::new(), problem.n_simulations())) };
     let system = reduced.system();
     let place = |quantity: &Quantity| {
-        all.iter().skip(first).position(|other| other == quantity).map(|i| n_before + i)
+        all.iter().skip(asked.len()).position(|other| other == quantity).map(|i| n_before + i)
     };
     let of = |hypothesis: Hypothesis| {
         let free: Vec<usize> = hypothesis.quantities().iter().filter_map(place).collect();

@@ -77,6 +77,15 @@ impl TrackFit {
     pub fn warnings(&self) -> Vec<String> {
         let mut said = Vec::new();
         let chi_squared = self.reduced_chi_squared;
+        let lost = ["c_d", "c_s"].into_iter().zip(&self.intervals_95).filter(|(_, found)| !found.is_profile);
+        let lost: Vec<&str> = lost.map(|(name, _)| name).collect();
+        if !lost.is_empty() {
+            said.push(format!(
+                "chi squared could not be followed to the ends of the 95 % interval of {}: they lie 1.96 standard uncertainties away, as if it \
+                 were a parabola",
+                lost.join(" and ")
+            ));
+        }
         if !self.beyond.is_empty() {
             let causes: Vec<&str> = self.beyond.iter().map(|one| one.in_words()).collect();
             let found: Vec<String> = self

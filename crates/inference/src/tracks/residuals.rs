@@ -1,6 +1,7 @@
 //! Tracks of all recordings against the chain model, as a least-squares problem.
 
 mod rows;
+mod starts;
 
 use std::sync::{
     Mutex, PoisonError,
@@ -16,10 +17,12 @@ use super::model::TrackModel;
 use super::response::{Response, solve};
 use super::shared_errors::SharedErrors;
 use super::windows::{Sides, Windows, changes_of, n_outputs};
-use crate::damping::{N_DAMPINGS, critical_kg_per_s, damping_like, mean_damping_kg_per_s};
+use crate::damping::{N_DAMPINGS, critical_kg_per_s, damping_like};
 use crate::error::FitError;
+use crate::excess;
+use crate::known::KnownFactors;
 use crate::least_squares::{
-    Block, Bounds, Failure, LeastSquares, NormalEquations, Own, RestSums, Row, SharedProducts, Unknowns,
+    Block, Bounds, Failure, LeastSquares, NormalEquations, RestSums, Row, SharedProducts, Unknowns,
 };
 use crate::quantity::Quantity;
 use crate::steps::{DAMPING_STEPS, FACTOR_STEP, FRICTION_STEP_N};
@@ -31,9 +34,7 @@ pub(super) const SAMPLES_PER_FRAME: f64 = 4.0;
 const MARGIN_FRAMES: f64 = 25.0;
 /// Strikers farther from the mean than this, relative to it, are beyond the family's interpolation.
 const WIDEST_DRIVE: f64 = 0.5;
-/// Factors on quantities that are known stay within this of one, up and down.
-const LARGEST_FACTOR: f64 = 2.0;
-/// The same of factors that are asked for.
+/// Factors that are asked for stay within this of one, up and down.
 const LARGEST_ASKED: f64 = 8.0;
 
 /// The tracks of all recordings against the chain model.
@@ -105,7 +106,7 @@ impl<'a> TrackResiduals<'a> {
         let schedule = Schedule::automatic(duration_s, frame_s / SAMPLES_PER_FRAME);
         let mean = model.striker_velocity_m_per_s.value;
         let mut shared = vec![(0.0, f64::INFINITY); N_DAMPINGS];
-        shared.extend(model.known.iter().map(|_| (LARGEST_FACTOR.recip(), LARGEST_FACTOR)));
+        shared.extend(KnownFactors::new(&model.known, N_DAMPINGS).bounds());
         shared.extend(asked.iter().map(|quantity| match quantity.is_factor() {
             true => (LARGEST_ASKED.recip(), LARGEST_ASKED),
             false => (0.0, f64::INFINITY),
@@ -146,22 +147,6 @@ impl<'a> TrackResiduals<'a> {
     /// Chain simulations carried out.
     pub(super) fn n_simulations(&self) -> u64 {
         self.n_simulations.load(Ordering::Relaxed)
-    }
-
-    /// Where a search begins: factors on the model's c_d and c_s, and first guesses of the impacts.
-    pub(super) fn start(
-        &self,
-        impact_times_s: &[f64],
-        factors: [f64; N_DAMPINGS],
-    ) -> Result<Unknowns, FitError> {
-        let Drive::Striker(striker) = &self.model.chain.drive else { return Err(FitError::NoStriker) };
-        let mean_damping = mean_damping_kg_per_s(&self.model.chain);
-        let mut shared = vec![factors[0] * mean_damping, factors[1] * striker.damping_kg_per_s];
-        shared.extend(self.quantities().map(Quantity::usual));
-        let velocity_m_per_s = self.model.striker_velocity_m_per_s.value;
-        let impact = |r: usize| impact_times_s.get(r).copied().unwrap_or(0.0);
-        let own = (0..self.observations.len()).map(|r| Own::new(velocity_m_per_s, impact(r))).collect();
-        Ok(Unknowns { shared: DVector::from_vec(shared), own })
     }
 
     /// A search's failure in words.
@@ -363,10 +348,7 @@ impl TrackResiduals<'_> {
             equations.add_own_prior(r, 0, (own[0] - value) / sigma, sigma.recip());
         }
         self.errors.ties.iter().for_each(|(tied, n_errors)| equations.tie(tied, *n_errors));
-        for (known, unknown) in self.model.known.iter().zip(N_DAMPINGS..) {
-            let residual = (at.shared[unknown] - 1.0) / known.relative_sigma;
-            equations.add_prior(unknown, residual, known.relative_sigma.recip());
-        }
+        KnownFactors::new(&self.model.known, N_DAMPINGS).add_priors(&mut equations, &at.shared);
         equations
     }
 
@@ -452,7 +434,7 @@ pub(super) fn struck(
 pub(super) fn freedom(problem: &TrackResiduals<'_>) -> usize {
     let n_tracks = problem.observations.iter().map(|observation| observation.bodies.len()).sum::<usize>();
     let n_unknowns = N_DAMPINGS + 2 * problem.observations.len() + n_tracks;
-    problem.n_residuals.saturating_sub(n_unknowns).max(1)
+    excess::freedom(problem.n_residuals, n_unknowns)
 }
 
 /// The range of striker velocities that a family must span: those given, and two standard deviations of the prior.

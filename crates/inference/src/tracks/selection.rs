@@ -2,7 +2,6 @@
 //! away, or where it has the shape of a hypothesis.
 
 use chainwave_measurement::Observation;
-use nalgebra::DVector;
 
 use super::directed::{Directed, directed, hypothesis_rule};
 use super::hypothesis::Hypothesis;
@@ -233,14 +232,11 @@ fn freed(
         Ok(problem) => problem,
         Err(error) => return (Err(error), 0),
     };
-    let at = &fit.minimum.at;
-    let (n_known, n_before) = (N_DAMPINGS + fit.model.known.len(), model.known.len() - fit.model.known.len());
+    let extended = problem.extended(&fit.minimum.at, (fit.model.known.len(), fit.asked.len()));
     let start = |value: f64| {
-        let mut shared: Vec<f64> = at.shared.iter().take(n_known).copied().collect();
-        shared.extend(vec![1.0; n_before]);
-        shared.extend(at.shared.iter().skip(n_known));
-        shared.resize(problem.n_shared(), value);
-        Unknowns { shared: DVector::from_vec(shared), own: at.own.clone() }
+        let mut start = extended.clone();
+        start.shared.iter_mut().rev().take(hypothesis.quantities().len()).for_each(|one| *one = value);
+        start
     };
     // A hypothesis that does not hold may lead anywhere; one that holds is near.
     let stop = Stop { max_rounds: 20, worth, ..Stop::STATED };

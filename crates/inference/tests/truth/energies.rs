@@ -2,41 +2,48 @@
 
 use std::num::NonZero;
 
-use chainwave_analysis::{MeasureSettings, exact_motion, measure, replicate};
-use chainwave_inference::{EnergyFit, EnergyMeasurement, EnergyModel, Known, Quantity, fit_peak_energies};
+use chainwave_analysis::{MeasureSettings, PeakEnergies, exact_motion, measure, replicate};
+use chainwave_inference::{EnergyFit, EnergyModel, FitError, Known, Quantity, fit_peak_energies};
 use chainwave_measurement::{ChainMotion, Estimate};
-use chainwave_mechanics::{Chain, Drive, FarEnd, Striker};
+use chainwave_mechanics::{Chain, Drive, FarEnd, Schedule, Striker, simulate};
 
-use crate::common::{PITCH_M, paper_chain, ring_law, with_sigma};
+use crate::common::{INTERVAL_S, PITCH_M, paper_chain, ring_law, with_sigma};
 
 const N_BODIES: usize = 12;
 const N_REPLICAS: usize = 100;
 const VELOCITY: Estimate = Estimate { value: 2.73, sigma: 0.01 };
 
-fn fitted(motion: &ChainMotion, known: Vec<Known>) -> EnergyFit {
+fn measured(motion: &ChainMotion) -> PeakEnergies {
     let settings = MeasureSettings { n_replicas: N_REPLICAS, ..MeasureSettings::new(PITCH_M, 1) };
     let law = ring_law();
     let measured = measure(motion, &settings, Some(&|_, overlap_m| law.energy_j(overlap_m))).unwrap();
-    let times = EnergyMeasurement { times_s: &motion.times_s };
-    let striker = Striker { mass_kg: 4.3e-3, velocity_m_per_s: VELOCITY.value, damping_kg_per_s: 0.1 };
-    let model = EnergyModel {
-        chain: Chain {
-            mass_kg: vec![0.455e-3; N_BODIES],
-            damping_kg_per_s: vec![0.001; N_BODIES],
-            ground_stiffness_n_per_m: Vec::new(),
-            ground_law: None,
-            contact: law.into(),
-            drive: Drive::Striker(striker),
-            far_end: FarEnd::Free,
-        },
-        striker_velocity_m_per_s: VELOCITY,
+    measured.energies.unwrap()
+}
+
+fn model(chain: Chain, striker_velocity_m_per_s: Estimate, known: Vec<Known>) -> EnergyModel {
+    EnergyModel {
+        chain,
+        striker_velocity_m_per_s,
         drive_deviations: vec![0.0],
         drive_scale_sigma: 0.15,
         known,
         spacing: PITCH_M.into(),
         n_threads: NonZero::<usize>::MIN,
+    }
+}
+
+fn fitted(motion: &ChainMotion, known: Vec<Known>) -> EnergyFit {
+    let striker = Striker { mass_kg: 4.3e-3, velocity_m_per_s: VELOCITY.value, damping_kg_per_s: 0.1 };
+    let chain = Chain {
+        mass_kg: vec![0.455e-3; N_BODIES],
+        damping_kg_per_s: vec![0.001; N_BODIES],
+        ground_stiffness_n_per_m: Vec::new(),
+        ground_law: None,
+        contact: ring_law().into(),
+        drive: Drive::Striker(striker),
+        far_end: FarEnd::Free,
     };
-    fit_peak_energies(&measured.energies.unwrap(), &times, &model).unwrap()
+    fit_peak_energies(&measured(motion), motion, &model(chain, VELOCITY, known)).unwrap()
 }
 
 #[test]
@@ -69,4 +76,54 @@ fn quantities_known_within_an_uncertainty_are_fitted_along() {
         assert!(factor.sigma < 1.001 * inflation * 0.01, "{quantity:?}: {factor:?}");
         assert!((factor.value - 1.0).abs() < 4.0 * factor.sigma, "{quantity:?}: {factor:?}");
     }
+}
+
+/// A short chain that is struck hard, whose gaps hold more in tension, when the wave comes back from its free end, than when it passed.
+fn short(c_d: f64, c_s: f64) -> Chain {
+    const N_BODIES: usize = 9;
+    let striker = Striker { mass_kg: 3e-3, velocity_m_per_s: 1.7, damping_kg_per_s: c_s };
+    Chain {
+        mass_kg: vec![0.6e-3; N_BODIES],
+        damping_kg_per_s: vec![c_d; N_BODIES],
+        ground_stiffness_n_per_m: Vec::new(),
+        ground_law: None,
+        contact: ring_law().into(),
+        drive: Drive::Striker(striker),
+        far_end: FarEnd::Free,
+    }
+}
+
+#[test]
+fn a_gap_that_leaves_the_view_before_the_wave_comes_back_is_compared_as_far_as_it_was_seen() {
+    const SEEN_UNTIL_S: f64 = 7.48e-3;
+    let (c_d, c_s) = (0.004, 0.15);
+    let moved = simulate(&short(c_d, c_s), &Schedule::automatic(0.0105, INTERVAL_S)).unwrap().trajectory;
+    let whole = replicate(&with_sigma(exact_motion(&moved), 1e-6), 1, 3).next().unwrap();
+    let mut motion = whole.clone();
+    let lost_from = motion.times_s.partition_point(|time_s| *time_s < SEEN_UNTIL_S);
+    motion.displacement_m.slice_mut(ndarray::s![7.., lost_from..]).fill(None);
+    let energies = measured(&motion);
+    assert!(energies.gaps.contains(&8), "{:?}", energies.missing);
+    let model = model(short(0.001, 0.1), Estimate::new(1.7, 0.01), Vec::new());
+    let off = |fit: &EnergyFit| {
+        let found = [fit.damping.chain_damping_kg_per_s, fit.damping.striker_damping_kg_per_s];
+        [(found[0], c_d), (found[1], c_s)].map(|(found, truth)| (found.value - truth).abs() / found.sigma)
+    };
+    let fit = fit_peak_energies(&energies, &motion, &model).unwrap();
+    // Four standard uncertainties: once in 16 000.
+    assert!(off(&fit).iter().all(|off| *off < 4.0), "{:?} {fit:?}", off(&fit));
+    // As if they had been seen all the time, the same energies bend both by more.
+    let bent = fit_peak_energies(&energies, &whole, &model).unwrap();
+    assert!(off(&bent).iter().any(|off| *off > 6.0), "{:?} {bent:?}", off(&bent));
+}
+
+#[test]
+fn a_motion_of_other_bodies_is_refused() {
+    let moved = simulate(&short(0.004, 0.15), &Schedule::automatic(0.005, INTERVAL_S)).unwrap().trajectory;
+    let motion = with_sigma(exact_motion(&moved), 1e-6);
+    let energies = measured(&motion);
+    let mut chain = short(0.004, 0.15);
+    chain.mass_kg.pop();
+    let refused = fit_peak_energies(&energies, &motion, &model(chain, VELOCITY, Vec::new()));
+    assert!(matches!(refused, Err(FitError::TooFew { what: "bodies in the model", .. })), "{refused:?}");
 }

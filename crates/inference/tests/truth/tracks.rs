@@ -4,6 +4,7 @@ use std::num::NonZero;
 
 use chainwave_inference::{
     Damping, FitError, Hypothesis, Known, Quantity, TrackFit, TrackModel, fit_tracks, fitted_motion, reached,
+    scatter_of_bodies,
 };
 use chainwave_measurement::{BodyTrack, Estimate, Observation, ReadingError, TrackError};
 use chainwave_mechanics::{Chain, Drive, FarEnd, FarStriker, Schedule, Striker, simulate};
@@ -422,4 +423,30 @@ fn what_bodies_do_inside_is_no_scatter_of_masses_or_contacts() {
     }
     let fit = fitted(&shaken, &model(Vec::new()));
     assert!(fit.structure.is_told() && fit.beyond.is_empty(), "{:?}", fit.beyond);
+}
+
+/// What is known of each mass is no reason to overlook that they differ, and none to see it where they do not.
+#[test]
+fn masses_that_scatter_are_told_where_their_scatter_is_stated() {
+    const STATED: f64 = 0.02;
+    let known =
+        (1..=N_BODIES).map(|body| Known { quantity: Quantity::MassOfBody(body), relative_sigma: STATED });
+    let known: Vec<Known> = known.collect();
+    let of = |masses: &dyn Fn(usize) -> f64| {
+        let seen = filmed_of(4, NOISE_M, |_, striker_m_per_s| {
+            let mut struck = chain(C_D, C_S, striker_m_per_s);
+            struck.mass_kg.iter_mut().enumerate().for_each(|(i, mass_kg)| *mass_kg *= 1.0 + masses(i));
+            struck
+        });
+        scatter_of_bodies(&seen.observations, &fitted(&seen, &model(known.clone()))).unwrap()
+    };
+    let off = |i: usize| STATED * [1.3, -0.4, 0.2, -1.6, 0.9, 0.5, -1.1, 0.1, 0.7, -0.9, 1.2, -0.9][i];
+    let scatter = of(&off);
+    let deviation = (0..N_BODIES).map(|i| off(i).powi(2)).sum::<f64>() / (N_BODIES - 1) as f64;
+    assert!(scatter.p_value < 1e-9, "{scatter:?}");
+    // The offs' mean is zero, so that this is their own standard deviation: what errors there are of it is the masses' own.
+    assert!((scatter.size.value - deviation.sqrt()).abs() < 0.1 * deviation.sqrt(), "{scatter:?}");
+    let alike = of(&|_| 0.0);
+    // Less often than once in a thousand by chance.
+    assert!(alike.p_value > 1e-3, "{alike:?}");
 }

@@ -5,6 +5,7 @@ use chainwave_mechanics::{FarEnd, PowerLaw, simulate};
 use super::super::response::MotionOfTrack;
 use super::super::windows::Window;
 use super::*;
+use crate::least_squares::Own;
 use crate::quantity::Known;
 
 /// One trial that sees eight bodies, without noise.
@@ -105,4 +106,34 @@ fn sensitivities_are_those_of_simulations() {
         // The simulations in the differences step differently, to 1e-6 of the motion by their own account.
         assert!(error < 5e-6, "unknown {unknown}: {error}");
     }
+}
+
+#[test]
+fn a_search_begins_at_a_damping_that_was_found_elsewhere_though_the_model_states_none() {
+    let mut chain = uniform(8);
+    let observations = [observed(&chain)];
+    chain.damping_kg_per_s.fill(0.0);
+    let model = unshared(chain, Estimate::new(2.73, 0.05), Vec::new());
+    let problem = TrackResiduals::new(&observations, &model, &[]).unwrap();
+    let at = problem.start_at_c_d(&[1e-6], 0.003).unwrap();
+    assert_eq!(at.shared.as_slice(), [0.003, 0.2]);
+    assert!(problem.chi_squared(&at).unwrap().is_finite());
+}
+
+#[test]
+fn unknowns_keep_their_places_in_a_richer_problem() {
+    let chain = uniform(8);
+    let observations = [observed(&chain)];
+    let known = |quantities: &[Quantity]| {
+        quantities.iter().map(|quantity| Known { quantity: *quantity, relative_sigma: 0.01 }).collect()
+    };
+    let (before, behind) = ([Quantity::Scale], [Quantity::Scale, Quantity::StrikerMass]);
+    let model = unshared(chain, Estimate::new(2.73, 0.05), known(&behind));
+    let asked = [Quantity::Prefactor, Quantity::Friction, Quantity::Softening];
+    let problem = TrackResiduals::new(&observations, &model, &asked).unwrap();
+    let own = vec![Own::new(2.7, 1e-6)];
+    let at = Unknowns { shared: DVector::from_vec(vec![0.004, 0.3, 1.01, 0.98]), own };
+    let there = problem.extended(&at, (before.len(), 1));
+    assert_eq!(there.shared.as_slice(), [0.004, 0.3, 1.01, 1.0, 0.98, 0.0, 1.0]);
+    assert_eq!(there.own, at.own);
 }
